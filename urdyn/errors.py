@@ -1,0 +1,65 @@
+"""What can go wrong, as a tree.
+
+UrdynError                  everything that is the caller's to mend; the command line exits 1 on it
+├── InputError              a file or an option cannot be used
+│   ├── LogError            a recording: carries path, line, column
+│   ├── ArmError            a robot description
+│   ├── TwinError           a twin.toml
+│   └── CampaignError       a campaign.toml
+├── IdentifiabilityError    the data do not determine what was asked: carries rank, needed, joint
+└── MissingExtraError       an optional dependency is not installed: carries extra
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+
+class UrdynError(Exception):
+    """Root of the tree: one sentence that says what is wrong, where, and what to do."""
+
+
+class InputError(UrdynError):
+    """A file or an option cannot be used."""
+
+
+class LogError(InputError):
+    """A recording cannot be used.
+
+    `line` counts from 1 in the file as an editor shows it; 0 where no line is to blame.
+    """
+
+    def __init__(
+        self, message: str, path: str | Path = "", line: int = 0, column: str = ""
+    ) -> None:
+        where = f"{path}:{line}" if line else str(path)
+        super().__init__(f"{where}: {message}" if where else message)
+        self.path, self.line, self.column = str(path), line, column
+
+
+class ArmError(InputError):
+    """A robot description cannot be used."""
+
+
+class TwinError(InputError):
+    """A twin.toml cannot be used."""
+
+
+class CampaignError(InputError):
+    """A campaign.toml cannot be used."""
+
+
+class IdentifiabilityError(UrdynError):
+    """The data do not determine what was asked of them."""
+
+    def __init__(self, message: str, rank: int = 0, needed: int = 0, joint: str = "") -> None:
+        super().__init__(message)
+        self.rank, self.needed, self.joint = rank, needed, joint
+
+
+class MissingExtraError(UrdynError):
+    """An optional dependency is not installed."""
+
+    def __init__(self, extra: str, package: str) -> None:
+        super().__init__(f"{package} is not installed; run: pip install 'urdyn[{extra}]'")
+        self.extra = extra

@@ -1,0 +1,1 @@
+"""Motion -> Fit: what the arm is, and how sure that is."""

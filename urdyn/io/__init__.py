@@ -1,0 +1,1 @@
+"""Files <-> types; units are converted here and nowhere else."""

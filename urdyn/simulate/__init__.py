@@ -1,0 +1,1 @@
+"""The virtual arm: the ground truth of every test."""

@@ -1,0 +1,178 @@
+"""The values that pass between rooms: frozen, read-only, shape-checked, SI, time first."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from types import MappingProxyType
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Array = NDArray[np.float64]
+Index = NDArray[np.intp]
+
+
+def frozen(values: ArrayLike) -> Array:
+    """`values` as a read-only float64 array; the caller's own array stays writable."""
+    array = np.asarray(values, dtype=np.float64).view()
+    array.flags.writeable = False
+    return array
+
+
+@dataclass(frozen=True)
+class Source:
+    """Where a value came from, so that anyone can check it."""
+
+    path: str = ""  # as the user named it
+    sha256: str = ""  # of the file's bytes
+    rows: tuple[int, int] | None = None  # half-open slice of its data rows; None: all
+
+
+@dataclass(frozen=True)
+class Defect:
+    """One kind of damage that reading met and mended or left out, counted."""
+
+    kind: str  # "truncated row", "repeated stamp", "gap", ...
+    count: int
+    line: int  # first line of the file that shows it, from 1; 0 where no line applies
+    remedy: str  # what was done: "left out", "kept as NaN", ...
+
+    def __str__(self) -> str:
+        where = f", first in line {self.line}" if self.line else ""
+        return f"{self.count} x {self.kind} ({self.remedy}{where})"
+
+
+@dataclass(frozen=True)
+class Log:
+    """What the robot said, untouched: RTDE names, SI units, NaN where it said nothing."""
+
+    t: Array  # (N,) [s], strictly increasing
+    channels: Mapping[str, Array]  # RTDE name -> (N,) or (N, width)
+    source: Source = field(default_factory=Source)
+    defects: tuple[Defect, ...] = ()
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "t", frozen(self.t))
+        channels = {name: frozen(values) for name, values in self.channels.items()}
+        object.__setattr__(self, "channels", MappingProxyType(channels))
+        assert self.t.ndim == 1, "time is one axis"
+        for name, values in channels.items():
+            assert values.shape[:1] == self.t.shape, f"{name} has {values.shape}, t {self.t.shape}"
+
+    def __len__(self) -> int:
+        return len(self.t)
+
+    def __contains__(self, name: str) -> bool:
+        return name in self.channels
+
+    @property
+    def joints(self) -> int:
+        """Number of joints that the log speaks of; 6 where it has no joint angles."""
+        return int(self.channels["actual_q"].shape[1]) if "actual_q" in self.channels else 6
+
+    def joint(self, name: str) -> Array:
+        """Per-joint channel, (N, J); NaN throughout where the log does not have it."""
+        if name in self.channels:
+            return self.channels[name]
+        return frozen(np.full((len(self), self.joints), np.nan))
+
+    def slice(self, start: int, stop: int | None = None) -> Log:
+        """Rows start:stop as a log of its own; a view, nothing is copied."""
+        rows = slice(start, stop)
+        begin = self.source.rows[0] if self.source.rows else 0
+        first, last, _ = rows.indices(len(self))
+        return replace(
+            self,
+            t=self.t[rows],
+            channels={name: values[rows] for name, values in self.channels.items()},
+            source=replace(self.source, rows=(begin + first, begin + max(first, last))),
+        )
+
+
+@dataclass(frozen=True)
+class Motion:
+    """What we made of a log: joint kinematics at the stamps of the measured current.
+
+    Stamps increase; they are uniform within a stretch once `synchronise` has run and as the robot
+    gave them otherwise, because resampling colours the noise that the likelihood needs white.
+    """
+
+    t: Array  # (N,) [s]
+    q: Array  # (N, J) [rad]
+    v: Array  # (N, J) [rad/s]
+    a: Array  # (N, J) [rad/s²]
+    current: Array  # (N, J) [A], as measured; NaN where not
+    temperature: Array  # (N, J) [°C]; NaN where not measured
+    breaks: tuple[int, ...] = ()  # rows that begin a new stretch after a gap, 0 not among them
+    source: Source = field(default_factory=Source)
+
+    def __post_init__(self) -> None:
+        for name in ("t", "q", "v", "a", "current", "temperature"):
+            object.__setattr__(self, name, frozen(getattr(self, name)))
+        for name in ("q", "v", "a", "current", "temperature"):
+            shape = getattr(self, name).shape
+            assert shape == self.q.shape and shape[:1] == self.t.shape, f"{name} has {shape}"
+
+    def __len__(self) -> int:
+        return len(self.t)
+
+    @property
+    def joints(self) -> int:
+        """Number of joints."""
+        return int(self.q.shape[1])
+
+    @property
+    def step(self) -> Array:
+        """Time since the row before, (N,) [s]; 0 in the first row of every stretch."""
+        step = np.diff(self.t, prepend=self.t[:1])
+        step[list(self.breaks)] = 0.0
+        return step
+
+    def slice(self, start: int, stop: int | None = None) -> Motion:
+        """Rows start:stop as a motion of its own; a view, nothing is copied."""
+        first, last, _ = slice(start, stop).indices(len(self))
+        names = ("t", "q", "v", "a", "current", "temperature")
+        return replace(
+            self,
+            **{name: getattr(self, name)[first:last] for name in names},
+            breaks=tuple(b - first for b in self.breaks if first < b < last),
+        )
+
+
+@dataclass(frozen=True)
+class Parameters:
+    """A vector that is never parted from its names and units."""
+
+    values: Array  # (P,)
+    names: tuple[str, ...]  # "elbow_joint.coulomb", "forearm_link.mass", ...
+    units: tuple[str, ...]
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "values", frozen(self.values))
+        assert self.values.shape == (len(self.names),) == (len(self.units),), "one name a value"
+        assert len(set(self.names)) == len(self.names), "names are unique"
+
+    def __len__(self) -> int:
+        return len(self.names)
+
+    def __getitem__(self, name: str) -> float:
+        return float(self.values[self.names.index(name)])
+
+
+@dataclass(frozen=True)
+class Gaussian:
+    """A belief: mean and covariance."""
+
+    mean: Array  # (P,)
+    cov: Array  # (P, P)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "mean", frozen(self.mean))
+        object.__setattr__(self, "cov", frozen(self.cov))
+        assert self.cov.shape == self.mean.shape * 2, "covariance is square"
+
+    @property
+    def sd(self) -> Array:
+        """Marginal standard deviations, (P,)."""
+        return np.sqrt(np.diag(self.cov))
