@@ -90,6 +90,9 @@ class Log:
         )
 
 
+_JOINT_SERIES = ("q", "v", "a", "jerk", "current", "temperature")
+
+
 @dataclass(frozen=True)
 class Motion:
     """What we made of a log: joint kinematics at the stamps of the measured current.
@@ -102,15 +105,16 @@ class Motion:
     q: Array  # (N, J) [rad]
     v: Array  # (N, J) [rad/s]
     a: Array  # (N, J) [rad/s²]
+    jerk: Array  # (N, J) [rad/s³]
     current: Array  # (N, J) [A], as measured; NaN where not
     temperature: Array  # (N, J) [°C]; NaN where not measured
     breaks: tuple[int, ...] = ()  # rows that begin a new stretch after a gap, 0 not among them
     source: Source = field(default_factory=Source)
 
     def __post_init__(self) -> None:
-        for name in ("t", "q", "v", "a", "current", "temperature"):
+        for name in ("t", *_JOINT_SERIES):
             object.__setattr__(self, name, frozen(getattr(self, name)))
-        for name in ("q", "v", "a", "current", "temperature"):
+        for name in _JOINT_SERIES:
             shape = getattr(self, name).shape
             assert shape == self.q.shape and shape[:1] == self.t.shape, f"{name} has {shape}"
 
@@ -129,13 +133,22 @@ class Motion:
         step[list(self.breaks)] = 0.0
         return step
 
+    def ahead(self, offset: float) -> Motion:
+        """The same currents beside the kinematics `offset` seconds later, by Taylor's series."""
+        h = offset
+        return replace(
+            self,
+            q=self.q + h * (self.v + h / 2 * (self.a + h / 3 * self.jerk)),
+            v=self.v + h * (self.a + h / 2 * self.jerk),
+            a=self.a + h * self.jerk,
+        )
+
     def slice(self, start: int, stop: int | None = None) -> Motion:
         """Rows start:stop as a motion of its own; a view, nothing is copied."""
         first, last, _ = slice(start, stop).indices(len(self))
-        names = ("t", "q", "v", "a", "current", "temperature")
         return replace(
             self,
-            **{name: getattr(self, name)[first:last] for name in names},
+            **{name: getattr(self, name)[first:last] for name in ("t", *_JOINT_SERIES)},
             breaks=tuple(b - first for b in self.breaks if first < b < last),
         )
 

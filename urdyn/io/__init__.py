@@ -1,1 +1,17 @@
 """Files <-> types; units are converted here and nowhere else."""
+
+from urdyn.io.document import dump_toml, load_toml
+from urdyn.io.files import sha256, write_text, writing
+from urdyn.io.reader import read, read_table
+from urdyn.io.writer import write
+
+__all__ = [
+    "dump_toml",
+    "load_toml",
+    "read",
+    "read_table",
+    "sha256",
+    "write",
+    "write_text",
+    "writing",
+]

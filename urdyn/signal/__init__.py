@@ -1,1 +1,44 @@
 """Log -> Motion."""
+
+from urdyn.signal.causal import Causal, CausalState
+from urdyn.signal.condition import condition, stream
+from urdyn.signal.features import Features, add_features, features
+from urdyn.signal.gate import Gate
+from urdyn.signal.kinematics import Kinematics, kinematics
+from urdyn.signal.normalise import Scaling, normalise
+from urdyn.signal.outliers import hampel, reject_outliers
+from urdyn.signal.pipeline import DEFAULT, PAPER, Pipeline, Run, Stage
+from urdyn.signal.polynomial import LocalPolynomial, half_window, weights
+from urdyn.signal.sample import Instant, Sample, samples
+from urdyn.signal.smooth import smooth
+from urdyn.signal.synchronise import synchronise
+
+__all__ = [
+    "DEFAULT",
+    "PAPER",
+    "Causal",
+    "CausalState",
+    "Features",
+    "Gate",
+    "Instant",
+    "Kinematics",
+    "LocalPolynomial",
+    "Pipeline",
+    "Run",
+    "Sample",
+    "Scaling",
+    "Stage",
+    "add_features",
+    "condition",
+    "features",
+    "half_window",
+    "hampel",
+    "kinematics",
+    "normalise",
+    "reject_outliers",
+    "samples",
+    "smooth",
+    "stream",
+    "synchronise",
+    "weights",
+]

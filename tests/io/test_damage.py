@@ -1,0 +1,221 @@
+"""Every way in which a recording was ever seen broken: one clear line, or a defect that is told."""
+
+from __future__ import annotations
+
+import gzip
+import re
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from urdyn.errors import LogError
+from urdyn.io import read
+
+Break = Callable[[list[str]], bytes]
+
+
+def joined(lines: list[str], end: str = "\n") -> bytes:
+    return end.join([*lines, ""]).encode()
+
+
+def with_line(number: int, line: str) -> Break:
+    """`line` in the place of a line of the file."""
+    return lambda text: joined([*text[: number - 1], line, *text[number:]])
+
+
+def with_more(number: int, *lines: str) -> Break:
+    """`lines` before a line of the file."""
+    return lambda text: joined([*text[: number - 1], *lines, *text[number - 1 :]])
+
+
+def restamped(shift: float, first: int, stop: int) -> Break:
+    """The clock is off in the data rows first:stop."""
+
+    def broken(text: list[str]) -> bytes:
+        cells = [line.split(",") for line in text]
+        for row in range(first + 1, min(stop + 1, len(cells))):
+            cells[row][0] = f"{float(cells[row][0]) + shift:.2f}"
+        return joined([",".join(row) for row in cells])
+
+    return broken
+
+
+MENDED: dict[str, tuple[Break, str, int, int, int]] = {
+    # what -> how, kind of defect, count, line, rows left of 50
+    "half a last row": (lambda t: joined(t)[:-12], "truncated row", 1, 51, 49),
+    "a short row": (with_line(8, "10.06,0.006"), "short row", 1, 8, 49),
+    "a long row": (with_line(8, "10.06,0,0,0,0,7,8"), "long row", 1, 8, 49),
+    "blank lines": (with_more(5, "", "  "), "blank line", 2, 5, 50),
+    "a second header": (lambda t: joined([*t[:9], t[0], *t[9:]]), "repeated header", 1, 10, 50),
+    "a word": (with_line(9, "10.07,overrun,0,0,0"), "text in place of a number", 1, 9, 50),
+    "an empty field": (with_line(9, "10.07,,0,,0"), "empty field", 2, 9, 50),
+    "not a number": (with_line(9, "10.07,nan,NaN,0,0"), "NaN", 2, 9, 50),
+    "infinite": (with_line(9, "10.07,inf,0,-inf,0"), "impossible value", 2, 9, 50),
+    "an angle of 1e5": (with_line(9, "10.07,1e5,0,0,0"), "impossible value", 1, 9, 50),
+    "a current of 1e282": (with_line(9, "10.07,0,0,1e282,0"), "impossible value", 1, 9, 50),
+    "a repeated row": (lambda t: joined([*t[:9], t[8], *t[9:]]), "repeated stamp", 1, 10, 50),
+    "a torn row": (with_more(10, "10.07,9,9,9,9"), "torn row", 1, 10, 50),
+    "a lost second": (restamped(1.0, 20, 99), "gap", 1, 22, 50),
+    "two rows swapped": (
+        lambda t: joined([*t[:9], t[10], t[9], *t[11:]]),
+        "stray stamp",
+        1,
+        10,
+        49,
+    ),
+    "a torn packet": (restamped(-9.7, 4, 9), "stray stamp", 5, 6, 45),
+    "a stamp of 1e300": (with_line(9, "1e300,0,0,0,0"), "impossible stamp", 1, 9, 49),
+    "no stamp": (with_line(9, ",0,0,0,0"), "row without a stamp", 1, 9, 49),
+    "null bytes": (with_line(9, "\0" * 40), "null bytes", 1, 9, 49),
+    "bytes that are no text": (
+        lambda t: joined(t).replace(b"10.07,0.007", b"10.07,\xff\xfe"),
+        "text in place of a number",
+        1,
+        9,
+        50,
+    ),
+    "a stray quote": (with_line(9, '10.07,"0.5,0,0,0'), "short row", 1, 9, 49),
+    "an empty row": (with_line(9, "10.07,,,,"), "row without values", 1, 9, 50),
+    "a column of words": (
+        lambda t: joined([t[0] + ",mode", *(row + ",RUNNING" for row in t[1:])]),
+        "text column",
+        1,
+        1,
+        50,
+    ),
+}
+
+
+@pytest.mark.parametrize("what", MENDED)
+def test_damage_is_mended_and_told_with_its_line(
+    what: str, text: list[str], tmp_path: Path
+) -> None:
+    broken, kind, count, line, left = MENDED[what]
+    path = tmp_path / "log.csv"
+    path.write_bytes(broken(text))
+    log = read(path)
+    assert len(log) == left
+    told = {defect.kind: defect for defect in log.defects}
+    defect = told[kind]
+    assert (defect.count, defect.line) == (count, line), str(defect)
+    assert (np.diff(log.t) > 0).all()
+    assert all(np.abs(v[np.isfinite(v)]).max() < 1e3 for v in log.channels.values())
+
+
+REFUSED: dict[str, tuple[Break, str]] = {
+    "empty": (lambda t: b"", "log.csv: is empty"),
+    "only blank lines": (lambda t: b"\n\r\n\n", "log.csv: is empty"),
+    "only a header": (lambda t: joined(t[:1]), "log.csv:1: has a header and no data"),
+    "one row": (lambda t: joined(t[:2]), "one row is left, a log needs two"),
+    "one stamp": (lambda t: joined([t[0], *[t[1]] * 9]), "one row is left"),
+    "no header": (
+        lambda t: joined(t[1:]),
+        r"log.csv:1: has no header; name its 5 columns, .*--columns timestamp,-\*4",
+    ),
+    "no stamps": (
+        lambda t: joined([line.partition(",")[2] for line in t]),
+        "no column of time stamps; say the --rate",
+    ),
+    "header too long": (
+        lambda t: joined([t[0] + ",x", *t[1:]]),
+        "log.csv:1: the header names 6 columns, the rows have 5",
+    ),
+    "header too short": (
+        lambda t: joined([t[0][:-17], *t[1:]]),
+        "log.csv:1: the header names 4 columns, the rows have 5",
+    ),
+    "one name twice": (
+        lambda t: joined([t[0].replace("q_1", "q_0"), *t[1:]]),
+        "log.csv:1: two columns are called actual_q_0",
+    ),
+    "the clock restarts": (
+        restamped(-9.0, 30, 99),
+        "log.csv:32: the clock goes back .* --rows :30 or --rows 30:",
+    ),
+    "another recording follows": (
+        lambda t: joined([*t, *t]),
+        "log.csv:53: the clock goes back .* --rows :50 or --rows 50:",
+    ),
+    "time runs backwards": (
+        lambda t: joined([t[0], *t[:0:-1]]),
+        "log.csv:3: the clock goes back",
+    ),
+    "milliseconds since 1970 in nanoseconds": (
+        lambda t: joined([t[0], *("16" + "0" * 17 + row[2:] for row in t[1:])]),
+        "log.csv:2: 50 of 50 rows cannot be used: 50 x impossible stamp",
+    ),
+    "a third is short": (
+        lambda t: joined([r if n % 3 else r[:9] for n, r in enumerate(t, 2)]),
+        "log.csv:3: 16 of 50 rows cannot be used: 16 x short row",
+    ),
+    "a third is silent": (
+        lambda t: joined([r if n % 3 else r[:5] + ",,,," for n, r in enumerate(t, 2)]),
+        "log.csv:3: 16 of 50 rows cannot be used: 16 x row without values",
+    ),
+    "nothing but words": (
+        lambda t: joined(["timestamp,mode", *(f"{n},on" for n in range(9))]),
+        "log.csv:1: has no channel; it has timestamp",
+    ),
+    "UTF-16": (lambda t: joined(t).decode().encode("utf-16"), "log.csv: is UTF-16; save it"),
+    "not text": (lambda t: bytes(range(256)) * 9, "log.csv: is not text"),
+    "half an archive": (lambda t: gzip.compress(joined(t))[:-20], "log.csv: cannot be read"),
+    "half a Parquet": (lambda t: b"PAR1" + joined(t), "log.csv: cannot be read: damaged file"),
+}
+
+
+@pytest.mark.parametrize("what", REFUSED)
+def test_what_is_no_log_is_refused_in_one_line(what: str, text: list[str], tmp_path: Path) -> None:
+    broken, message = REFUSED[what]
+    path = tmp_path / "log.csv"
+    path.write_bytes(broken(text))
+    with pytest.raises(LogError) as caught:
+        read(path)
+    assert re.search(message, str(caught.value)), str(caught.value)
+    assert caught.value.path == str(path)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("name", ["nowhere.csv", "."])
+def test_what_cannot_be_opened_is_refused(name: str, tmp_path: Path) -> None:
+    with pytest.raises(LogError, match="cannot be read"):
+        read(tmp_path / name)
+
+
+@settings(max_examples=150, deadline=None, suppress_health_check=list(HealthCheck))
+@given(data=st.data())
+def test_no_corruption_raises_anything_but_log_error(
+    data: st.DataObject, text: list[str], tmp_path: Path
+) -> None:
+    content = bytearray(joined(text, data.draw(st.sampled_from(["\n", "\r\n"]))))
+    for _ in range(data.draw(st.integers(1, 6))):
+        at = data.draw(st.integers(0, len(content) - 1))
+        junk = data.draw(st.binary(max_size=9) | st.sampled_from([b",", b"\n", b'"', b"-", b"e"]))
+        content[at : at + data.draw(st.integers(0, 9))] = junk
+    path = tmp_path / "log.csv"
+    path.write_bytes(content)
+    try:
+        log = read(path)
+    except LogError as error:
+        assert error.path == str(path)
+    else:
+        assert (np.diff(log.t) > 0).all()
+
+
+def test_damage_in_a_large_file_is_found_by_its_line(tmp_path: Path, text: list[str]) -> None:
+    """Large enough to be halved many times, with damage in both halves."""
+    lines = [text[0], *(f"{n / 500},{n % 9},0,0,0" for n in range(40_000))]
+    lines[7_000], lines[30_001], lines[39_000] = "13.998", "", "77.998,x,0,0,0"
+    path = tmp_path / "log.csv"
+    path.write_bytes(joined(lines))
+    log = read(path)
+    assert len(log) == 39_998
+    assert {(d.kind, d.line) for d in log.defects} == {
+        ("short row", 7_001),
+        ("blank line", 30_002),
+        ("text in place of a number", 39_001),
+    }
+    np.testing.assert_array_equal(log.channels["actual_q"][6_999], [7_000 % 9, 0])

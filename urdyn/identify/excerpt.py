@@ -1,0 +1,32 @@
+"""A part of a long motion that stands for the whole."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from urdyn.types import Motion
+
+WINDOWS = 6  # contiguous parts, evenly spread: warm-up and every phase of a program are seen
+
+
+def excerpt(motion: Motion, rows: int) -> Motion:
+    """At most `rows` rows of a motion, in evenly spread windows; the motion itself if shorter."""
+    if len(motion) <= rows:
+        return motion
+    width = rows // WINDOWS
+    starts = np.linspace(0, len(motion) - width, WINDOWS).astype(int)
+    kept = (starts[:, None] + np.arange(width)).ravel()
+    inherited = np.flatnonzero(np.isin(kept, motion.breaks))
+    breaks = sorted({*(np.arange(1, WINDOWS) * width).tolist(), *inherited.tolist()} - {0})
+    series = ("t", "q", "v", "a", "jerk", "current", "temperature")
+    return replace(
+        motion, **{name: getattr(motion, name)[kept] for name in series}, breaks=tuple(breaks)
+    )
+
+
+def folds(motion: Motion, count: int) -> list[Motion]:
+    """A motion cut into `count` contiguous parts of equal length."""
+    edges = np.linspace(0, len(motion), count + 1).astype(int)
+    return [motion.slice(a, b) for a, b in zip(edges[:-1], edges[1:], strict=True)]

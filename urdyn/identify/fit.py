@@ -1,0 +1,50 @@
+"""The result of an identification: what the arm is, how sure that is, and where it came from."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from urdyn.identify.noise import Noise
+from urdyn.model.dynamics import Dynamics
+from urdyn.types import Array, Gaussian, Parameters, Source, frozen
+
+
+@dataclass(frozen=True)
+class Fit:
+    """A model with honest intervals."""
+
+    dynamics: Dynamics  # the bare arm at the posterior's maximum
+    payloads: tuple[Array, ...]  # inertials (10,) of each loaded log's payload, tool frame
+    parameters: Parameters  # physical: "forearm_link.mass", "elbow_joint.coulomb", ...
+    sd: Array  # (Q,) posterior standard deviations
+    prior: Array  # (Q,) prior medians
+    prior_sd: Array  # (Q,)
+    names: tuple[str, ...]  # of the unconstrained coordinates
+    belief: Gaussian  # over those coordinates: log-Cholesky, logarithms, plain values
+    terms: tuple[frozenset[str], ...]  # optional terms of each joint's model
+    noise: Noise
+    sources: tuple[Source, ...]
+    n_samples: int
+    rank: int  # of the data's linear problem
+    n_parameters: int  # its columns
+
+    def __post_init__(self) -> None:
+        for name in ("sd", "prior", "prior_sd"):
+            object.__setattr__(self, name, frozen(getattr(self, name)))
+
+    def value(self, name: str) -> float:
+        """A physical parameter's estimate."""
+        return self.parameters[name]
+
+    def spread(self, name: str) -> float:
+        """Its posterior standard deviation."""
+        return float(self.sd[self.parameters.names.index(name)])
+
+    def informed(self, name: str) -> float:
+        """How much of the prior's variance the data removed: 0 nothing, 1 all."""
+        at = self.parameters.names.index(name)
+        if not self.prior_sd[at]:
+            return 0.0
+        return float(np.clip(1.0 - (self.sd[at] / self.prior_sd[at]) ** 2, 0.0, 1.0))

@@ -1,0 +1,112 @@
+"""The batch least-squares identifier: maximum a posteriori by CasADi and IPOPT.
+
+    min_z  1/2 sum_b |R_b w_b(z) - r_b|^2  +  1/2 |z|^2
+
+[R r]_b is the whitened, weighted, QR-compressed data of one joint under one payload; w_b(z) are the
+physical unknowns that its columns multiply, over the drive's gain. Log-Cholesky inertias and
+logarithms need no constraint: the problem is smooth and free.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from urdyn.errors import IdentifiabilityError
+from urdyn.identify.expressions import Quantities, quantities
+from urdyn.identify.unknowns import Unknowns
+from urdyn.model.drive import LINEAR, SHAPE
+from urdyn.model.dynamics import Dynamics
+from urdyn.types import Array, Gaussian
+
+IPOPT = {"ipopt.print_level": 0, "print_time": False, "ipopt.sb": "yes", "ipopt.tol": 1e-9}
+
+
+@dataclass(frozen=True)
+class Block:
+    """Compressed data of one joint under one payload."""
+
+    joint: int
+    payload: int | None  # index among the unknowns' payloads; None: the bare arm
+    R: Array  # (n, n + 1) upper triangular [columns | current], rows of unit noise
+
+
+@dataclass(frozen=True)
+class Problem:
+    """Built before it is solved, so that it can be looked at."""
+
+    unknowns: Unknowns
+    residual: Any  # CasADi function z -> whitened residuals of all blocks
+    jacobian: Any  # CasADi function z -> their derivative
+
+
+def build_problem(unknowns: Unknowns, blocks: Sequence[Block], point: Dynamics) -> Problem:
+    """The problem of compressed data whose columns were taken at `point`."""
+    z = ca.MX.sym("z", len(unknowns.mean))
+    ws = coefficients(unknowns, [(b.joint, b.payload) for b in blocks], point)(z)
+    rows = [
+        ca.DM(block.R[:, :-1]) @ w - ca.DM(block.R[:, -1])
+        for block, w in zip(blocks, ca.vertsplit(ws, _edges(blocks)), strict=True)
+    ]
+    misfit = ca.vertcat(*rows)
+    return Problem(
+        unknowns,
+        ca.Function("residual", [z], [misfit]),
+        ca.Function("jacobian", [z], [ca.jacobian(misfit, z)]),
+    )
+
+
+def _edges(blocks: Sequence[Block]) -> list[int]:
+    return [0, *np.cumsum([block.R.shape[1] - 1 for block in blocks]).tolist()]
+
+
+def coefficients(
+    unknowns: Unknowns, places: Sequence[tuple[int, int | None]], point: Dynamics
+) -> Any:
+    """CasADi function z -> w of every (joint, payload), end to end, in the order of columns."""
+    z = ca.SX.sym("z", len(unknowns.mean))
+    found = quantities(unknowns, z)
+    ws = [_coefficients(found, joint, payload, point) for joint, payload in places]
+    return ca.Function("coefficients", [z], [ca.vertcat(*ws)])
+
+
+def _coefficients(found: Quantities, joint: int, payload: int | None, point: Dynamics) -> Any:
+    links, at, drive = found.inertials, point.drive, found.drive
+    if payload is not None:
+        links = ca.horzcat(links[:, :-1], links[:, -1] + found.payloads[:, payload])
+    steps = [
+        ca.log(drive["presliding_distance"][joint] / at.presliding_distance[joint]),
+        drive["presliding_tail"][joint] - at.presliding_tail[joint],
+        ca.log(drive["stribeck_velocity"][joint] / at.stribeck_velocity[joint]),
+    ]
+    assert len(steps) == len(SHAPE), "one step for every shape column of a design"
+    w = ca.vertcat(ca.vec(links[:, joint:]), *[drive[name][joint] for name in LINEAR], *steps)
+    return w / drive["gain"][joint]
+
+
+def solve(problem: Problem, start: Array) -> Array:
+    """Scores z of the posterior's maximum, (P,).
+
+    Raises:
+        IdentifiabilityError: the optimiser found no maximum.
+    """
+    z = ca.MX.sym("z", len(start))
+    cost = 0.5 * ca.sumsqr(problem.residual(z)) + 0.5 * ca.sumsqr(z)
+    solver = ca.nlpsol("maximum", "ipopt", {"x": z, "f": cost}, IPOPT)
+    found = solver(x0=start)
+    if not solver.stats()["success"]:
+        raise IdentifiabilityError(
+            f"the identification did not converge ({solver.stats()['return_status']}); "
+            "check the units and columns of the log"
+        )
+    return np.asarray(found["x"]).ravel()
+
+
+def posterior(problem: Problem, z: Array) -> Gaussian:
+    """Laplace's approximation at the maximum, in scores: information is data plus prior."""
+    J = np.asarray(problem.jacobian(z))
+    return Gaussian(z, np.linalg.inv(J.T @ J + np.eye(len(z))))

@@ -1,0 +1,83 @@
+"""Which optional terms a joint's model needs: those that predict current held out of the fit.
+
+The log is cut into contiguous folds, each compressed on its own. Fitting on all folds but one and
+scoring that one then costs a small solve, whatever the log's length. [Stone1974]_
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from urdyn.identify.map_estimate import Block, coefficients
+from urdyn.identify.unknowns import Unknowns
+from urdyn.model.dynamics import Dynamics
+from urdyn.types import Array
+
+CANDIDATES = (("stribeck", "stribeck_velocity"), ("ripple_cos", "ripple_sin"), ("thermal",))
+MIN_GAIN = 3.0  # nats of held-out log-likelihood: odds of twenty to one
+
+
+def select_terms(
+    unknowns: Unknowns, folds: Sequence[Sequence[Block]], point: Dynamics, z: Array
+) -> tuple[frozenset[str], ...]:
+    """Optional terms of every joint, greedily, by held-out log-likelihood.
+
+    Args:
+        unknowns: a model with every candidate term in it.
+        folds: compressed data, the same blocks for every fold, in unit noise.
+        point: where the columns were taken.
+        z: scores around which the coefficients are linearised, (P,).
+    """
+    return tuple(
+        _select_joint(unknowns, [[b for b in fold if b.joint == j] for fold in folds], point, z, j)
+        for j in range(unknowns.prior.arm.joints)
+    )
+
+
+def _select_joint(
+    unknowns: Unknowns, folds: list[list[Block]], point: Dynamics, z: Array, joint: int
+) -> frozenset[str]:
+    systems = [_linear(unknowns, fold, point, z) for fold in folds]
+    name = unknowns.prior.arm.joint_names[joint]
+    places = {
+        group: [unknowns.names.index(f"{name}.{t}") for t in group if unknowns.has(t, joint)]
+        for group in CANDIDATES
+    }
+    out = {index for indices in places.values() for index in indices}
+    kept: list[str] = []
+    for group, indices in places.items():
+        gains = _held_out(systems, out - set(indices)) - _held_out(systems, out)
+        if indices and gains.sum() > MIN_GAIN + gains.std(ddof=1) * np.sqrt(len(gains)):
+            out -= set(indices)
+            kept += [term for term in group if term != "stribeck_velocity"]
+    return frozenset(kept)
+
+
+def _linear(
+    unknowns: Unknowns, blocks: list[Block], point: Dynamics, z: Array
+) -> tuple[Array, Array]:
+    """A, b of the fold's residual A z - b."""
+    function = coefficients(unknowns, [(b.joint, b.payload) for b in blocks], point)
+    w, G = np.array(function(z)).ravel(), np.array(function.jacobian()(z, 0))
+    rows, targets, start = [], [], 0
+    for block in blocks:
+        R, r = block.R[:, :-1], block.R[:, -1]
+        part = slice(start, start + R.shape[1])
+        rows.append(R @ G[part])
+        targets.append(r - R @ (w[part] - G[part] @ z))
+        start = part.stop
+    return np.vstack(rows), np.concatenate(targets)
+
+
+def _held_out(systems: list[tuple[Array, Array]], out: set[int]) -> Array:
+    """Log-likelihood of each fold under the fit to the others, without the scores in `out`."""
+    keep = np.setdiff1d(np.arange(systems[0][0].shape[1]), list(out))
+    normal = [(A[:, keep].T @ A[:, keep], A[:, keep].T @ b) for A, b in systems]
+    H, g = sum(n[0] for n in normal) + np.eye(len(keep)), sum(n[1] for n in normal)
+    scores = []
+    for (A, b), (Hk, gk) in zip(systems, normal, strict=True):
+        z = np.linalg.solve(H - Hk, g - gk)
+        scores.append(-0.5 * float(np.sum((A[:, keep] @ z - b) ** 2)))
+    return np.array(scores)

@@ -1,0 +1,96 @@
+"""The unknowns: standard scores under the prior, in named coordinates.
+
+Every unknown is z ~ N(0, 1). Its coordinate x = mean + sd z is log-Cholesky for a link or payload,
+a logarithm for what is positive, the quantity itself for the rest: whatever z is, the arm is
+possible.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from urdyn.model.consistency import log_cholesky
+from urdyn.model.drive import LINEAR, SHAPE
+from urdyn.model.dynamics import Dynamics
+from urdyn.model.population import OPTIONAL, Population
+from urdyn.types import Array
+
+COORDINATES = ("alpha", "d1", "d2", "d3", "s12", "s23", "s13", "t1", "t2", "t3")
+
+
+@dataclass(frozen=True)
+class Payload:
+    """What is known of a payload before the data: a compact body near the flange."""
+
+    mass: float | None = None  # [kg]; None: to be found
+
+    def mean(self) -> Array:
+        """Log-Cholesky coordinates in the tool frame, (10,): 6 cm out, 5 cm of gyration."""
+        mass = 2.0 if self.mass is None else self.mass
+        return np.array([np.log(mass) / 2.0, *np.log([0.05] * 3), 0, 0, 0, 0, 0, 0.06])
+
+    def sd(self) -> Array:
+        """Spread of those coordinates, (10,); a mass that is given is taken at its word."""
+        mass = 1.2 if self.mass is None else 1e-5
+        return np.array([mass / 2.0, *[0.5] * 3, *[0.02] * 3, *[0.08] * 3])
+
+
+@dataclass(frozen=True, eq=False)
+class Unknowns:
+    """Which quantities are sought, and in which order: links, drives, payloads."""
+
+    prior: Population
+    terms: tuple[frozenset[str], ...]  # one a joint: the optional terms of its model
+    gain: Array | None = None  # (J,) [N·m/A] where the drive gains are given
+    payloads: tuple[Payload, ...] = ()
+
+    @cached_property
+    def drive(self) -> tuple[tuple[str, int], ...]:
+        """(field, joint) of every drive unknown."""
+        joints = range(self.prior.arm.joints)
+        gain = () if self.gain is not None else ("gain",)
+        fields = (*gain, *LINEAR, *SHAPE)
+        return tuple((f, j) for f in fields for j in joints if self.has(f, j))
+
+    def has(self, field: str, joint: int) -> bool:
+        """Whether a joint's model has a term, or the shape of a term that it has."""
+        needs = "stribeck" if field == "stribeck_velocity" else field
+        return needs not in OPTIONAL or needs in self.terms[joint]
+
+    @cached_property
+    def names(self) -> tuple[str, ...]:
+        """One name an unknown."""
+        arm = self.prior.arm
+        links = [f"{link}.{x}" for link in arm.link_names for x in COORDINATES]
+        drive = [f"{arm.joint_names[j]}.{field}" for field, j in self.drive]
+        payloads = [f"payload_{k}.{x}" for k in range(len(self.payloads)) for x in COORDINATES]
+        return (*links, *drive, *payloads)
+
+    @cached_property
+    def mean(self) -> Array:
+        """Prior mean of the coordinates, (P,)."""
+        drive = [self.prior.drive[field].mean[j] for field, j in self.drive]
+        payloads = [payload.mean() for payload in self.payloads]
+        return np.concatenate([self.prior.link_mean.ravel(), drive, *payloads])
+
+    @cached_property
+    def sd(self) -> Array:
+        """Prior standard deviation of the coordinates, (P,)."""
+        drive = [self.prior.drive[field].sd[j] for field, j in self.drive]
+        payloads = [payload.sd() for payload in self.payloads]
+        return np.concatenate([self.prior.link_sd.ravel(), drive, *payloads])
+
+    def score(self, point: Dynamics, payloads: tuple[Array, ...]) -> Array:
+        """Standard scores of an arm and of payload inertials (10,) each, (P,)."""
+        drive = [self._coordinate(field, getattr(point.drive, field)[j]) for field, j in self.drive]
+        bodies = [log_cholesky(payload) for payload in payloads]
+        links = log_cholesky(point.inertials).ravel()
+        x = np.concatenate([links, drive, *bodies])
+        return np.asarray((x - self.mean) / self.sd)
+
+    def _coordinate(self, field: str, value: float) -> float:
+        positive = self.prior.drive[field].positive
+        return float(np.log(max(value, 1e-12))) if positive else float(value)

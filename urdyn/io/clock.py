@@ -1,0 +1,105 @@
+"""The robot's clock in a recording: which stamps can be believed, and where it was set back."""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+
+import numpy as np
+
+from urdyn.io.table import Mask
+from urdyn.types import Array, Index
+
+LATEST = 1e11  # [s] the year 5138; what lies beyond is milliseconds, or damage
+STRAY = 20  # rows: a clock that is off for longer did not come from a torn packet
+GAP = 5.0  # median steps
+
+
+def credible(t: Array) -> Mask:
+    """Stamps that can be seconds at all, (N,)."""
+    return np.abs(t) < LATEST
+
+
+def in_order(t: Array) -> Mask:
+    """Rows whose stamps run forward together, (N,); the others strayed, or are another recording.
+
+    Where no stamp runs backwards every row is believed: a far one is a gap.
+    """
+    if not (np.diff(t) < 0).any():
+        return np.ones(len(t), dtype=bool)
+    ordered = _near(t)
+    ordered[ordered] = _chain(t[ordered])
+    for first, stop in _runs(~ordered):
+        ordered[first:stop] = not len(_backwards(t, first, stop))
+    return ordered
+
+
+def restart(t: Array, ordered: Mask) -> int | None:
+    """Row where the clock was set back for good; None: where it strayed it soon came back.
+
+    A torn packet strays for a few rows inside a recording. A controller that restarted never
+    comes back, so rows that stray at either end, or for long, are another recording.
+    """
+    for first, stop in _runs(~ordered):
+        outside = first == 0 or stop == len(t)
+        if stop - first > (1 if outside else STRAY):
+            return int(_backwards(t, first, stop)[0])
+    return None
+
+
+def _near(t: Array) -> Mask:
+    """Rows whose stamp is near those of the rows before or those of the rows after, (N,).
+
+    Of 2 STRAY + 1 rows most are right, so their median is; a torn packet is far from both sides.
+    """
+    from scipy.ndimage import median_filter  # heavy, and seldom needed
+
+    half = min(STRAY, (len(t) - 1) // 2)
+    median = median_filter(t, 2 * half + 1)
+    steps = np.diff(t)
+    reach = GAP * (2 * half + 1) * np.median(np.abs(steps[steps != 0]))
+    row = np.arange(len(t))
+    before, after = (np.clip(row + way, half, len(t) - 1 - half) for way in (-half, half))
+    close: Mask = np.minimum(np.abs(t - median[before]), np.abs(t - median[after])) <= reach
+    return close
+
+
+def _chain(t: Array) -> Mask:
+    """Rows on the longest chain of stamps that never runs backwards, (N,): patience sorting."""
+    tails: list[float] = []  # tails[k] is the smallest stamp that ends a chain of k + 1 rows
+    ends: list[int] = []  # and this its row
+    before = np.full(len(t), -1)
+    for row, stamp in enumerate(t.tolist()):
+        k = bisect_right(tails, stamp)
+        tails[k : k + 1], ends[k : k + 1] = [stamp], [row]
+        before[row] = ends[k - 1] if k else -1
+    mask = np.zeros(len(t), dtype=bool)
+    row = ends[-1] if ends else -1
+    while row >= 0:
+        mask[row] = True
+        row = int(before[row])
+    return mask
+
+
+def _runs(mask: Mask) -> list[tuple[int, int]]:
+    """Half-open stretches where the mask holds."""
+    edges = np.flatnonzero(np.diff(mask.astype(np.int8), prepend=0, append=0))
+    return list(zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True))
+
+
+def _backwards(t: Array, first: int, stop: int) -> Index:
+    """Rows at which the clock goes back on the way into, through and out of first:stop."""
+    start = max(first - 1, 0)
+    return np.flatnonzero(np.diff(t[start : stop + 1]) < 0) + start + 1
+
+
+def leaders(t: Array) -> Index:
+    """For every row the first row that has its stamp, (N,); stamps never run backwards here."""
+    new = np.concatenate([[True], np.diff(t) > 0])
+    leading: Index = np.flatnonzero(new)[np.cumsum(new) - 1]
+    return leading
+
+
+def gaps(t: Array) -> Mask:
+    """Rows that come more than GAP median steps after the row before, (N,)."""
+    steps = np.diff(t)
+    return np.concatenate([[False], steps > GAP * np.median(steps)])

@@ -1,0 +1,66 @@
+"""Compressed files: known by their first bytes when read, by their suffix when written."""
+
+from __future__ import annotations
+
+import bz2
+import gzip
+import hashlib
+import io
+import lzma
+import zlib
+from collections.abc import Callable
+from typing import Any, BinaryIO, cast
+
+import pyarrow as pa
+
+# First bytes -> what reads them.
+READERS: dict[bytes, Callable[[BinaryIO], Any]] = {
+    b"\x1f\x8b": lambda raw: gzip.GzipFile(fileobj=raw),
+    b"BZh": bz2.BZ2File,
+    b"\xfd7zXZ\0": lzma.LZMAFile,
+    b"\x28\xb5\x2f\xfd": lambda raw: pa.CompressedInputStream(pa.PythonFile(raw), "zstd"),
+}
+
+# Suffix -> what writes it; no name and no date inside, so that equal logs are equal files.
+WRITERS: dict[str, Callable[[BinaryIO], Any]] = {
+    ".gz": lambda raw: gzip.GzipFile("", "wb", 6, raw, mtime=0),
+    ".bz2": lambda raw: bz2.BZ2File(raw, "wb"),
+    ".xz": lambda raw: lzma.LZMAFile(raw, "wb"),  # noqa: SIM115  the caller closes it
+    ".zst": lambda raw: pa.CompressedOutputStream(raw, "zstd"),
+}
+
+# What the readers raise where an archive is torn or is not one.
+TORN = (EOFError, OSError, lzma.LZMAError, zlib.error, pa.ArrowException)
+
+
+class HashedFile(io.RawIOBase):
+    """A file that is hashed as it is read, so that a large one is read once."""
+
+    def __init__(self, stream: BinaryIO) -> None:
+        self._stream, self._hash = stream, hashlib.sha256()
+
+    def readable(self) -> bool:
+        """Streams say so of themselves."""
+        return True
+
+    def readinto(self, buffer: Any) -> int:
+        """Fill `buffer` from the file; the number of bytes that came."""
+        count: int = self._stream.readinto(buffer)  # type: ignore[attr-defined]
+        self._hash.update(memoryview(buffer)[:count])
+        return count
+
+    def sha256(self) -> str:
+        """Of the whole file: what a decompressor left behind its archive is read first."""
+        while self.read(1 << 20):
+            pass
+        return self._hash.hexdigest()
+
+
+def decompressed(file: HashedFile) -> BinaryIO:
+    """The bytes that the file stands for."""
+    raw = io.BufferedReader(file, 1 << 20)
+    start = raw.peek(8)
+    for magic, reader in READERS.items():
+        if start.startswith(magic):
+            return cast(BinaryIO, reader(cast(BinaryIO, raw)))
+    return cast(BinaryIO, raw)

@@ -1,0 +1,154 @@
+"""How a text recording is written: found from its first lines, or said by the caller."""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from enum import Enum
+
+from urdyn.errors import LogError
+from urdyn.io.cells import fields, is_number, is_stamp
+from urdyn.io.names import duplicates, expand, rename
+
+SAMPLE = 100  # lines that are looked at
+READ = 1 << 20  # [bytes] they are looked for in
+PRINTED = 1 << 16  # [bytes] that have to be text, nearly all
+PRINTABLE = bytes([*range(32, 127), *b"\t\n\r"])
+EXAMPLE = "--columns timestamp,actual_q*6,actual_qd*6,actual_current*6"
+
+
+class Kind(Enum):
+    """What the cells of a column hold."""
+
+    NUMBER = "number"
+    FLAG = "flag"  # True and False
+    STAMP = "stamp"  # ISO 8601 instants
+    TEXT = "text"
+
+
+@dataclass(frozen=True)
+class Dialect:
+    """Everything that has to be known to read a line."""
+
+    delimiter: str
+    decimal: str
+    columns: tuple[str, ...]  # one a field, RTDE names; "" where nobody wants it
+    kinds: tuple[Kind, ...]  # one a field
+    filled: int  # fields that a whole row has at least; what follows may be missing
+    header: str = ""  # the header as it stands in the file; "" where there is none
+    line: int = 0  # where the header stands; data begin below
+
+    @property
+    def text(self) -> tuple[str, ...]:
+        """Columns that hold text, which no channel can."""
+        named = zip(self.columns, self.kinds, strict=True)
+        return tuple(name for name, kind in named if name and kind is Kind.TEXT)
+
+    @property
+    def numeric(self) -> tuple[str, ...]:
+        """The columns again, without a name where the cells are text."""
+        named = zip(self.columns, self.kinds, strict=True)
+        return tuple("" if kind is Kind.TEXT else name for name, kind in named)
+
+
+def sniff(start: bytes, spec: str | None, path: str) -> Dialect:
+    """The dialect of a file that starts with these bytes; `spec` names columns in its stead."""
+    lines = _text_lines(start, path)
+    numbered = [(n, line) for n, line in enumerate(lines, 1) if line.strip()][:SAMPLE]
+    if not numbered:
+        raise LogError("is empty", path)
+    first, head = numbered[0]
+    delimiter = next((d for d in ";\t," if d in head), " " if " " in head.strip() else ",")
+    names = fields(head.strip().lstrip("# "), delimiter)
+    titled = _is_header(names)
+    samples = [fields(line, delimiter) for _, line in numbered[titled:]]
+    if not samples:
+        raise LogError("has a header and no data", path, first)
+    width = _mode(map(len, samples))
+    columns = _columns(names if titled else None, spec, samples, path, first)
+    sound = [cells for cells in samples if len(cells) >= width]
+    decimal = "," if delimiter != "," and _decimal_comma(sound) else "."
+    kinds = tuple(_kind(name, k, sound, decimal) for k, name in enumerate(columns))
+    filled = min(_mode(map(_filled, samples)), width)
+    header, below = (head.strip(), first) if titled else ("", 0)
+    return Dialect(delimiter, decimal, columns, kinds, filled, header, below)
+
+
+def _text_lines(start: bytes, path: str) -> list[str]:
+    """The first lines, if this is text at all."""
+    if start.startswith((b"\xff\xfe", b"\xfe\xff")):
+        raise LogError("is UTF-16; save it as UTF-8", path)
+    if len(start[:PRINTED].translate(None, PRINTABLE)) > 0.3 * len(start[:PRINTED]):
+        raise LogError("is not text: neither CSV nor Parquet", path)
+    lines = start[:READ].decode(errors="replace").split("\n")
+    return lines[: -1 if len(start) > READ else None]
+
+
+def _is_header(names: Sequence[str]) -> bool:
+    """Do most of the cells look like names?"""
+    told = [name for name in names if name.strip()]
+    titles = [name for name in told if re.search(r"[A-Za-z]", name) and not is_stamp(name)]
+    return 2 * len(titles) > len(told)
+
+
+def _filled(cells: Sequence[str]) -> int:
+    """Number of cells up to the last that is not empty; trailing delimiters do not count."""
+    return max((k for k, cell in enumerate(cells, 1) if cell.strip()), default=0)
+
+
+def _wants_columns(width: int) -> str:
+    """The line for a file without a header, with an example of just as many columns."""
+    joints, rest = divmod(width - 1, 6)
+    vectors = ("actual_q", "actual_qd", "actual_current", "target_current", "target_moment")
+    words = ["timestamp", *(f"{name}*6" for name in vectors[:joints])]
+    skipped = rest + 6 * max(joints - len(vectors), 0)
+    words += [f"-*{skipped}"] if skipped > 1 else ["-"] * skipped
+    return f"has no header; name its {width} columns, for example --columns {','.join(words)}"
+
+
+def _columns(
+    header: list[str] | None, spec: str | None, samples: list[list[str]], path: str, line: int
+) -> tuple[str, ...]:
+    """RTDE names, one for every field of a row; fields that nobody named are ""."""
+    width, filled = _mode(map(len, samples)), _mode(map(_filled, samples))
+    if spec is None and header is None:
+        raise LogError(_wants_columns(filled), path, line)
+    names = _said(spec, path) if spec else [rename(name) for name in header or ()]
+    named = len(names) if spec else _filled(names)
+    if not filled <= len(names) or not named <= width:
+        who = "--columns names" if spec else "the header names"
+        raise LogError(f"{who} {named} columns, the rows have {filled}", path, line)
+    if twice := duplicates(names):
+        raise LogError(f"two columns are called {twice[0]}", path, line)
+    return (*names[:width], *[""] * (width - len(names)))
+
+
+def _said(spec: str, path: str) -> list[str]:
+    """Columns as the caller named them."""
+    try:
+        return list(expand(spec))
+    except ValueError as error:
+        raise LogError(f"--columns cannot be read: {error}; write {EXAMPLE}", path) from None
+
+
+def _mode(counts: Iterable[int]) -> int:
+    """The count that most rows have."""
+    return Counter(counts).most_common(1)[0][0]
+
+
+def _decimal_comma(samples: Sequence[Sequence[str]]) -> bool:
+    """Is there a cell such as 0,5?"""
+    return any(re.fullmatch(r" *[-+]?\d+,\d+.*", cell) for cells in samples for cell in cells)
+
+
+def _kind(name: str, k: int, samples: Sequence[Sequence[str]], decimal: str) -> Kind:
+    """What column `k` holds, by most of its cells."""
+    cells = [row[k].replace(decimal, ".") for row in samples if row[k].strip()]
+    if sum(map(is_number, cells)) * 2 >= len(cells):
+        flags = sum(cell.strip().lower() in ("true", "false") for cell in cells)
+        return Kind.FLAG if flags * 2 > len(cells) else Kind.NUMBER
+    if name == "timestamp" and sum(map(is_stamp, cells)) * 2 >= len(cells):
+        return Kind.STAMP
+    return Kind.TEXT

@@ -1,0 +1,122 @@
+"""Table -> Log: rows without a place in time are left out, impossible values are NaN, counted."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from urdyn.errors import LogError
+from urdyn.io import clock
+from urdyn.io.table import AS_NAN, LEFT_OUT, Mask, Table, merge
+from urdyn.types import Defect, Log, Source
+
+UNUSABLE = 0.2  # a log that lost a larger share of its rows is refused
+
+# Channel -> largest magnitude that any arm has shown, with much to spare.
+LIMITS = {
+    "target_q": 1e3,  # [rad]
+    "actual_q": 1e3,
+    "target_qd": 1e3,  # [rad/s]
+    "actual_qd": 1e3,
+    "target_current": 1e3,  # [A]
+    "actual_current": 1e3,
+    "target_moment": 1e5,  # [N·m]
+    "joint_temperatures": 1e3,  # [°C]
+}
+LIMIT = 1e30  # of everything else: a torn packet reads as 1e282
+
+
+def mend(table: Table, source: Source) -> Log:
+    """The rows of `table` that are a log; LogError where they are none."""
+    _check_enough(table, source)
+    for step in (_without_strange_stamps, _without_strays, _without_repeats, _possible):
+        table = step(table, source)
+        _check_enough(table, source)
+    late = clock.gaps(table.channels["timestamp"])
+    table = _noted(table, late, "gap", "kept")
+    return Log(table.channels.pop("timestamp"), table.channels, source, table.defects)
+
+
+def _without_strange_stamps(table: Table, source: Source) -> Table:
+    """Rows whose stamp is a number that seconds can be."""
+    table = _without(table, np.isnan(table.channels["timestamp"]), "row without a stamp")
+    return _without(table, ~clock.credible(table.channels["timestamp"]), "impossible stamp")
+
+
+def _without_strays(table: Table, source: Source) -> Table:
+    """Rows in the order of time; LogError where the clock was set back for good."""
+    t = table.channels["timestamp"]
+    ordered = clock.in_order(t)
+    back = clock.restart(t, ordered)
+    if back is not None:
+        row, line = int(table.row[back]), int(table.line[back])
+        raise LogError(
+            f"the clock goes back from {t[back - 1]:.10g} s to {t[back]:.10g} s, as when the "
+            f"controller restarts; read one part with --rows :{row} or --rows {row}:",
+            source.path,
+            line,
+        )
+    return _without(table, ~ordered, "stray stamp")
+
+
+def _without_repeats(table: Table, source: Source) -> Table:
+    """One row a stamp: the first, for a recorder that polls meets the next sample half-way."""
+    first = clock.leaders(table.channels["timestamp"])
+    repeat = first != np.arange(len(first))
+    torn = repeat.copy()
+    torn[repeat] = False
+    for values in table.channels.values():
+        one, other = values[repeat], values[first[repeat]]
+        differ = (one != other) & ~(np.isnan(one) & np.isnan(other))
+        torn[repeat] |= _any(differ)
+    table = _noted(table, repeat & ~torn, "repeated stamp", "kept once")
+    table = _noted(table, torn, "torn row", LEFT_OUT)
+    return table.take(~repeat) if repeat.any() else table
+
+
+def _possible(table: Table, source: Source) -> Table:
+    """Values that a robot can have; all others are NaN, in place, for nobody else holds them."""
+    silent = np.ones(len(table), dtype=bool)
+    for name, values in table.channels.items():
+        strange = np.abs(values) > LIMITS.get(name, LIMIT)
+        if strange.any():
+            values[strange] = np.nan
+            rows = _any(strange)
+            table = _noted(table, rows, "impossible value", AS_NAN, int(strange.sum()))
+        if name != "timestamp":
+            silent &= ~_any(~np.isnan(values))
+    return _noted(table, silent, "row without values", AS_NAN)
+
+
+def _check_enough(table: Table, source: Source) -> None:
+    """LogError where too little is left to be called a log."""
+    lost = [d for d in table.defects if d.remedy == LEFT_OUT or d.kind == "row without values"]
+    count = sum(d.count for d in lost)
+    total = len(table) + sum(d.count for d in lost if d.remedy == LEFT_OUT)
+    if count > UNUSABLE * total:
+        kinds = ", ".join(f"{d.count} x {d.kind}" for d in lost)
+        line = min(d.line for d in lost)
+        raise LogError(f"{count} of {total} rows cannot be used: {kinds}", source.path, line)
+    if len(table) < 2:
+        rows = "one row is" if len(table) else "no row is"
+        raise LogError(f"{rows} left, a log needs two", source.path)
+
+
+def _any(cells: Mask) -> Mask:
+    """Rows with a cell that holds, (N,) of (N,) or (N, width)."""
+    return np.asarray(cells.any(axis=tuple(range(1, cells.ndim))))
+
+
+def _without(table: Table, mask: Mask, kind: str) -> Table:
+    """Rows where the mask does not hold; the others are counted."""
+    return _noted(table, mask, kind, LEFT_OUT).take(~mask) if mask.any() else table
+
+
+def _noted(table: Table, mask: Mask, kind: str, remedy: str, count: int | None = None) -> Table:
+    """The table with a defect more, first met in the first row of the mask."""
+    if not mask.any():
+        return table
+    count = int(mask.sum()) if count is None else count
+    defect = Defect(kind, count, int(table.line[mask.argmax()]), remedy)
+    return replace(table, defects=merge((*table.defects, defect)))

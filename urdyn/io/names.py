@@ -1,0 +1,99 @@
+"""Names of columns: what recorders call them, and which columns make a channel."""
+
+from __future__ import annotations
+
+import re
+from collections import defaultdict
+from collections.abc import Collection, Iterable, Sequence
+
+# What other recorders call a column -> its RTDE name; tried in this order, "" leaves a column out.
+ALIASES: tuple[tuple[str, str], ...] = (
+    (r"(?i)(time|t|time_?stamps?|timestamp \[?\(?s\)?\]?)", "timestamp"),
+    (r"(?i)(num|unnamed: *\d+)", ""),  # a row counter
+    (r"Current_J(\d)", r"actual_current_\1"),
+    (r"Temperature_[JT](\d)", r"joint_temperatures_\1"),
+    (r"Speed_J(\d)", r"actual_qd_\1"),
+    (r"Tool_current", "tool_current"),
+)
+
+# RTDE's vectors of one value a joint or an axis: these keep their width if a column is missing.
+SIX_WIDE = re.compile(
+    r"(target|actual)_(q|qd|qdd|current|moment|TCP_pose|TCP_speed|TCP_force)"
+    r"|joint_(temperatures|mode|control_output|control_currents)|actual_(joint_voltage|current_window)"
+)
+
+# Registers are scalars that end in a number of their own.
+NUMBERED = re.compile(r"(?!.*register_\d+$)(?P<base>.+)_(?P<index>0|[1-9]\d{0,2})")
+
+Layout = dict[str, int | tuple[int, ...]]  # channel -> its column, or its columns; -1: is missing
+
+
+def rename(column: str) -> str:
+    """RTDE name of a column; its own where no other is known."""
+    column = column.strip().strip("\"'").strip()
+    for pattern, name in ALIASES:
+        if match := re.fullmatch(pattern, column):
+            return match.expand(name)
+    return column
+
+
+def expand(spec: str) -> tuple[str, ...]:
+    """Columns that a `--columns` line names: `q*2,-,t` is q_0, q_1, one without a name, t."""
+    names: list[str] = []
+    for word in spec.split(","):
+        name, star, times = word.strip().partition("*")
+        name = "" if name.strip() == "-" else name.strip()
+        count = int(times) if star else 1  # ValueError: the caller knows what to say
+        if not 0 < count < 1000 or (not name and word.strip()[:1] != "-"):
+            raise ValueError(f"{word!r} is neither name, name*count nor -")
+        names += [f"{name}_{k}" if name and star else name for k in range(count)]
+    return tuple(names)
+
+
+def layout(columns: Sequence[str], wanted: Collection[str] | None = None) -> Layout:
+    """Channels that named columns make: `x_0 ... x_k` are one, everything else is a scalar.
+
+    `wanted` keeps only these channels; the time stamps are always wanted.
+    """
+    groups: defaultdict[str, dict[int, int]] = defaultdict(dict)
+    for place, name in enumerate(columns):
+        match = NUMBERED.fullmatch(name)
+        if match and match["base"] not in columns:
+            groups[match["base"]][int(match["index"])] = place
+    made: Layout = {}
+    for place, name in enumerate(columns):
+        match = NUMBERED.fullmatch(name)
+        width = _width(match["base"], groups[match["base"]]) if match else 0
+        if match and width:
+            places = groups[match["base"]]
+            made[match["base"]] = tuple(places.get(k, -1) for k in range(width))
+        elif name:
+            made[name] = place
+    if wanted is None:
+        return made
+    return {name: places for name, places in made.items() if name in {*wanted, "timestamp"}}
+
+
+def _width(base: str, indices: Collection[int]) -> int:
+    """Width of the vector that these indices make; 0: they make none."""
+    if not indices:
+        return 0
+    if sorted(indices) == list(range(len(indices))):
+        return len(indices)
+    return 6 if SIX_WIDE.fullmatch(base) and max(indices) < 6 else 0
+
+
+def used(layout: Layout) -> list[int]:
+    """Columns that a layout needs, in the order of the file."""
+    return sorted({place for places in layout.values() for place in listed(places) if place >= 0})
+
+
+def listed(places: int | tuple[int, ...]) -> tuple[int, ...]:
+    """Columns of a channel, scalar or not."""
+    return (places,) if isinstance(places, int) else places
+
+
+def duplicates(columns: Iterable[str]) -> list[str]:
+    """Names that more than one column has."""
+    seen: set[str] = set()
+    return [name for name in columns if name and (name in seen or seen.add(name))]  # type: ignore[func-returns-value]

@@ -1,0 +1,149 @@
+"""read(): any recording -> Log, by what is in the file."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator
+from dataclasses import replace
+from itertools import chain
+from pathlib import Path
+
+import numpy as np
+import pyarrow.parquet as pq
+
+from urdyn.errors import LogError
+from urdyn.io import parquet
+from urdyn.io.blocks import blocks
+from urdyn.io.compression import TORN, HashedFile, decompressed
+from urdyn.io.dialect import Dialect, sniff
+from urdyn.io.files import sha256
+from urdyn.io.mend import mend
+from urdyn.io.names import layout, listed
+from urdyn.io.parse import parse
+from urdyn.io.plan import Plan
+from urdyn.io.table import AS_NAN, Table, join, merge
+from urdyn.types import Defect, Log, Source
+
+Rows = tuple[int | None, int | None]
+
+
+def read(
+    path: str | Path,
+    *,
+    columns: str | None = None,  # of a file without a header: "timestamp,actual_q*6,-"
+    rows: Rows | None = None,  # half-open slice of the file's data rows, lost ones counted
+    rate: float | None = None,  # [Hz] of a file without time stamps
+    channels: Collection[str] | None = None,  # the only ones to keep; None: all
+) -> Log:
+    """The recording in `path`: RTDE names, SI units, and whatever was amiss in `defects`.
+
+    CSV as RTDE clients write it, `;` with decimal commas, Parquet; plain, gzip, bzip2, xz, zstd.
+    LogError where the file is no log, with its line.
+    """
+    table, source = read_table(path, columns=columns, rows=rows, channels=channels)
+    return mend(_timed(table, rate, source), source)
+
+
+def read_table(
+    path: str | Path,
+    *,
+    columns: str | None = None,
+    rows: Rows | None = None,
+    channels: Collection[str] | None = None,
+) -> tuple[Table, Source]:
+    """The numbers in `path` before anybody judged them: for poses, which no clock orders."""
+    source, bounds = Source(str(path)), _bounds(rows, str(path))
+    try:
+        with Path(path).open("rb") as stream:
+            if stream.read(len(parquet.MAGIC)) == parquet.MAGIC:
+                pieces = list(_parquet(source.path, bounds, channels))
+                source = replace(source, sha256=sha256(path))
+            else:
+                stream.seek(0)
+                file = HashedFile(stream)
+                pieces = list(_text(file, source.path, columns, bounds, channels))
+                source = replace(source, sha256=file.sha256())
+    except TORN as error:
+        reason = getattr(error, "strerror", None) or f"damaged file ({error})"
+        raise LogError(f"cannot be read: {reason}", path) from error
+    table = join(pieces)
+    if rows is None:
+        return table, source
+    stop = bounds[1] if rows[1] is not None else table.rows
+    if not bounds[0] < stop <= table.rows:
+        asked = f"{bounds[0]}:{'' if rows[1] is None else rows[1]}"
+        raise LogError(f"has {table.rows} data rows, --rows {asked} asks for others", path)
+    return table, replace(source, rows=(bounds[0], int(stop)))
+
+
+def _text(
+    file: HashedFile,
+    path: str,
+    columns: str | None,
+    bounds: tuple[int, float],
+    channels: Collection[str] | None,
+) -> Iterator[Table]:
+    """Tables of a text file; the first also carries what is amiss with its columns."""
+    parts = blocks(decompressed(file))
+    start = next(parts, None)
+    if start is None:
+        raise LogError("is empty", path)
+    dialect = sniff(start.data, columns, path)
+    plan = _plan(dialect, bounds, channels, path)
+    yield from _reported(parse(chain([start.below(dialect.line)], parts), plan), plan)
+
+
+def _parquet(
+    path: str, bounds: tuple[int, float], channels: Collection[str] | None
+) -> Iterator[Table]:
+    """Tables of a Parquet file."""
+    with pq.ParquetFile(path) as file:
+        plan = _plan(parquet.described(file, path), bounds, channels, path)
+        yield from _reported(parquet.tables(file, plan, path), plan)
+
+
+def _bounds(rows: Rows | None, path: str) -> tuple[int, float]:
+    """First and stop of the data rows that are wanted."""
+    start, stop = rows or (None, None)
+    first, last = 0 if start is None else start, np.inf if stop is None else stop
+    if not 0 <= first < last:
+        raise LogError(f"--rows {first}:{last} is empty; write first:stop, from 0", path)
+    return first, last
+
+
+def _plan(
+    dialect: Dialect, bounds: tuple[int, float], channels: Collection[str] | None, path: str
+) -> Plan:
+    """What is to be read; LogError if that is nothing."""
+    plan = Plan(dialect, layout(dialect.numeric, channels), *bounds)
+    if not plan.layout.keys() - {"timestamp"}:
+        there = ", ".join(sorted(layout(dialect.numeric))) or "no numbers at all"
+        asked = ", ".join(channels or ()) or "channel"
+        raise LogError(f"has no {asked}; it has {there}", path, dialect.line)
+    return plan
+
+
+def _reported(tables: Iterator[Table], plan: Plan) -> Iterator[Table]:
+    """The tables, the first with the columns that are text and the columns that are missing."""
+    text, line = plan.dialect.text, plan.dialect.line
+    missing = sum(listed(places).count(-1) for places in plan.layout.values())
+    defects: tuple[Defect, ...] = (
+        Defect("text column", len(text), line, f"kept out: {', '.join(text)}"),
+        Defect("missing column", missing, line, AS_NAN),
+    )
+    for table in tables:
+        yield replace(table, defects=(*merge(defects), *table.defects))
+        defects = ()
+
+
+def _timed(table: Table, rate: float | None, source: Source) -> Table:
+    """The table with stamps [s]: its own, or row/rate, where a lost row keeps its place."""
+    if "timestamp" in table.channels:
+        if rate is not None:
+            raise LogError("has time stamps of its own; leave out --rate", source.path)
+        return table
+    if rate is None:
+        raise LogError("has no column of time stamps; say the --rate in Hz", source.path)
+    if not 0 < rate < np.inf:
+        raise LogError(f"--rate {rate} is not a rate in Hz", source.path)
+    table.channels["timestamp"] = table.row / rate
+    return table

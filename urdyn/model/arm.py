@@ -1,0 +1,210 @@
+"""The arm: what a URDF says of it, and its rigid-body dynamics by Pinocchio.
+
+    tau = Y(q, v, a) pi        pi: the inertials of all moving links, end to end
+
+All functions broadcast over the leading axes of q, v, a, each (..., J) [rad, rad/s, rad/s²]
+(a prismatic joint: m, m/s, m/s²).
+"""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ET
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+
+from urdyn.errors import ArmError
+from urdyn.model.chain import Chain, parse, read_chain, read_text
+from urdyn.model.consistency import is_consistent
+from urdyn.model.library import find
+from urdyn.types import Array, frozen
+
+# What dynamics needs of a URDF. Geometry never reaches Pinocchio: missing meshes do not matter.
+NEEDED = {
+    "robot": ("link", "joint"),
+    "link": ("inertial",),
+    "inertial": ("origin", "mass", "inertia"),
+    "joint": ("origin", "parent", "child", "axis", "limit"),
+}
+
+
+@dataclass(frozen=True, eq=False)
+class Arm:
+    """A serial arm of J joints; not for use by two threads at once: Pinocchio's data are scratch.
+
+    Armature and friction are none of its business: torques are those of rigid bodies alone.
+    """
+
+    name: str
+    joint_names: tuple[str, ...]  # base first
+    link_names: tuple[str, ...]  # the link that each joint moves
+    lower: Array  # (J,) [rad]; a continuous joint has -2 pi and 2 pi
+    upper: Array  # (J,) [rad]
+    velocity_limit: Array  # (J,) [rad/s]; inf where the file has none
+    effort_limit: Array  # (J,) [N m]; inf where the file has none
+    inertials: Array  # (J, 10) m, mx, my, mz, Ixx, Ixy, Iyy, Ixz, Iyz, Izz about the joint's frame
+    urdf: str = field(repr=False)  # the file's text, whatever the inertials are now
+    tool: str  # "tool0", or the last moving link where there is none
+    _model: Any = field(repr=False)
+    _data: Any = field(repr=False)
+
+    def __post_init__(self) -> None:
+        for name in ("lower", "upper", "velocity_limit", "effort_limit", "inertials"):
+            object.__setattr__(self, name, frozen(getattr(self, name)))
+        assert self.inertials.shape == (self.joints, 10), "ten inertials a link"
+
+    @property
+    def joints(self) -> int:
+        """Number of joints J."""
+        return len(self.joint_names)
+
+    def regressor(self, q: Array, v: Array, a: Array) -> Array:
+        """Y, (..., J, 10 J): torque = Y @ inertials.ravel(), for any inertials."""
+        return self._each(pin.computeJointTorqueRegressor, (self.joints, 10 * self.joints), q, v, a)
+
+    def torque(self, q: Array, v: Array, a: Array, inertials: Array | None = None) -> Array:
+        """Rigid-body torque (..., J) [N m], by recursive Newton-Euler."""
+        return self._having(inertials)._each(pin.rnea, (self.joints,), q, v, a)
+
+    def torque_derivatives(
+        self, q: Array, v: Array, a: Array, inertials: Array | None = None
+    ) -> tuple[Array, Array, Array]:
+        """d torque / dq, d torque / dv, and the mass matrix d torque / da, each (..., J, J)."""
+        shape = (3, self.joints, self.joints)
+        all_three = self._having(inertials)._each(pin.computeRNEADerivatives, shape, q, v, a)
+        dq, dv, M = np.moveaxis(all_three, -3, 0)
+        return dq, dv, M
+
+    def accelerate(self, q: Array, v: Array, tau: Array, inertials: Array | None = None) -> Array:
+        """Acceleration (..., J) [rad/s²] under torque tau (..., J) [N m]: forward dynamics."""
+        return self._having(inertials)._each(pin.aba, (self.joints,), q, v, tau)
+
+    def pose(self, q: Array, frame: str | None = None) -> Array:
+        """transform_frame_to_base (..., 4, 4): `frame`, or the tool, seen from the root link."""
+        index = self._frame(frame or self.tool)
+
+        def place(model: Any, data: Any, q: Array) -> Any:
+            pin.forwardKinematics(model, data, q)
+            return pin.updateFramePlacement(model, data, index).homogeneous
+
+        return self._each(place, (4, 4), q)
+
+    def jacobian(self, q: Array, frame: str | None = None) -> Array:
+        """Twist of `frame`, or the tool, per joint speed (..., 6, J): linear first, root's axes."""
+        index = self._frame(frame or self.tool)
+
+        def derive(model: Any, data: Any, q: Array) -> Any:
+            return pin.computeFrameJacobian(model, data, q, index, pin.LOCAL_WORLD_ALIGNED)
+
+        return self._each(derive, (6, self.joints), q)
+
+    def _each(self, call: Callable[..., Any], shape: tuple[int, ...], *motion: Array) -> Array:
+        """`call` at every sample of the motion, (..., *shape)."""
+        lead, rows = self._rows(*motion)
+        out = np.empty((len(rows[0]), *shape))
+        model, data = self._model, self._data
+        for result, *sample in zip(out, *rows, strict=True):
+            result[...] = call(model, data, *sample)
+        return out.reshape(*lead, *shape)
+
+    def _rows(self, *motion: Array) -> tuple[tuple[int, ...], list[Array]]:
+        """The leading shape of `motion` and its arrays as contiguous (N, J)."""
+        arrays = [np.asarray(x, dtype=np.float64) for x in motion]
+        for x in arrays:
+            if x.shape[-1:] != (self.joints,):
+                raise ArmError(f"{self.name} has {self.joints} joints, the motion {x.shape[-1:]}")
+        shape = np.broadcast_shapes(*(x.shape for x in arrays))
+        rows = [np.broadcast_to(x, shape).reshape(-1, self.joints) for x in arrays]
+        return shape[:-1], [np.ascontiguousarray(x) for x in rows]
+
+    def _having(self, inertials: Array | None) -> Arm:
+        """This arm, with `inertials` where they are given."""
+        return self if inertials is None else with_inertials(self, inertials)
+
+    def _frame(self, name: str) -> int:
+        """Pinocchio's index of a link's frame."""
+        if not self._model.existFrame(name, pin.FrameType.BODY):
+            raise ArmError(f"{self.name} has no link {name!r}")
+        return int(self._model.getFrameId(name, pin.FrameType.BODY))
+
+
+def load_arm(robot: str | Path) -> Arm:
+    """An arm of the library by its name, or any serial chain by the path of its URDF."""
+    path = find(robot)
+    try:
+        return read_arm(read_text(path), path.stem)
+    except ArmError as error:
+        raise ArmError(f"{path}: {error}") from None
+
+
+def read_arm(urdf: str, name: str = "arm") -> Arm:
+    """The arm that a URDF's text describes; `name` where the text gives none."""
+    root = parse(urdf)
+    chain = read_chain(root)
+    model = _build(root, chain)
+    links = tuple(body[0] for body in chain.bodies)
+    inertials = np.array([inertia.toDynamicParameters() for inertia in model.inertias[1:]])
+    _check_bodies(links, inertials)
+    return Arm(
+        name=chain.name or name,
+        joint_names=tuple(joint.name for joint in chain.joints),
+        link_names=links,
+        lower=np.array([joint.lower for joint in chain.joints]),
+        upper=np.array([joint.upper for joint in chain.joints]),
+        velocity_limit=np.array([joint.velocity for joint in chain.joints]),
+        effort_limit=np.array([joint.effort for joint in chain.joints]),
+        inertials=inertials,
+        urdf=urdf,
+        tool="tool0" if "tool0" in chain.frames else links[-1],
+        _model=model,
+        _data=model.createData(),
+    )
+
+
+def with_inertials(arm: Arm, inertials: Array) -> Arm:
+    """`arm` with other inertials (J, 10), which need not be those of solid bodies; masses not 0."""
+    model = pin.Model(arm._model)
+    for i, parameters in enumerate(np.asarray(inertials, dtype=np.float64), start=1):
+        model.inertias[i] = pin.Inertia.FromDynamicParameters(parameters)
+    return replace(arm, inertials=inertials, _model=model, _data=model.createData())
+
+
+def _build(root: ET.Element, chain: Chain) -> Any:
+    """Pinocchio's model of the chain; a continuous joint is one angle, not a point on a circle.
+
+    The limits that a revolute joint must then have go unused: the chain has the arm's.
+    """
+    slim = _slim(root)
+    for joint in slim.findall("joint[@type='continuous']"):
+        for limit in joint.findall("limit"):
+            joint.remove(limit)
+        joint.set("type", "revolute")
+        ET.SubElement(joint, "limit", lower="-1", upper="1", effort="0", velocity="0")
+    try:
+        model = pin.buildModelFromXML(ET.tostring(slim, encoding="unicode"))
+    except (ValueError, RuntimeError) as error:
+        raise ArmError(f"Pinocchio refuses it: {error}") from None
+    assert model.nq == model.nv == len(chain.joints), "one number a joint"
+    assert list(model.names)[1:] == [joint.name for joint in chain.joints], "base first"
+    return model
+
+
+def _slim(element: ET.Element) -> ET.Element:
+    """A copy of `element` with what dynamics needs of it, and no more."""
+    copy = ET.Element(element.tag, element.attrib)
+    needed = NEEDED.get(element.tag, ())
+    copy.extend(_slim(child) for child in element if child.tag in needed)
+    return copy
+
+
+def _check_bodies(links: tuple[str, ...], inertials: Array) -> None:
+    """Every body, with all that is bolted to it, must be one that can be built."""
+    for link, parameters in zip(links, inertials, strict=True):
+        if parameters[0] <= 0.0:
+            raise ArmError(f"link {link!r} moves and has no mass; give it an <inertial>")
+        if not is_consistent(parameters):
+            raise ArmError(f"link {link!r} has an inertia that no solid body of its mass has")

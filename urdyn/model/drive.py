@@ -1,0 +1,75 @@
+"""A joint's drive: the coefficients between rigid-body torque and motor current."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+
+import numpy as np
+
+from urdyn.types import Array, frozen
+
+UNITS = {
+    "gain": "N·m/A",
+    "rotor_inertia": "kg·m²",
+    "coulomb": "N·m",
+    "viscous": "N·m·s/rad",
+    "structural": "-",
+    "offset": "N·m",
+    "stribeck": "N·m",
+    "ripple_cos": "N·m",
+    "ripple_sin": "N·m",
+    "thermal": "N·m·s/(rad·K)",
+    "presliding_distance": "rad",
+    "presliding_tail": "-",
+    "stribeck_velocity": "rad/s",
+    "temperature": "°C",
+    "health": "-",
+}
+
+# Coefficients that torque is linear in, in the order in which they are identified.
+LINEAR = (
+    "rotor_inertia",
+    "coulomb",
+    "viscous",
+    "structural",
+    "offset",
+    "stribeck",
+    "ripple_cos",
+    "ripple_sin",
+    "thermal",
+)
+
+# What shapes those terms; torque is not linear in it.
+SHAPE = ("presliding_distance", "presliding_tail", "stribeck_velocity")
+
+
+@dataclass(frozen=True)
+class Drive:
+    """Drives of an arm, one entry a joint; a term that the model does not have is zero."""
+
+    gain: Array  # (J,) [N·m/A], K: joint torque per motor ampere of a new drive
+    rotor_inertia: Array  # (J,) [kg·m²], reflected to the joint
+    coulomb: Array  # (J,) [N·m], f
+    viscous: Array  # (J,) [N·m·s/rad], alpha
+    structural: Array  # (J,) [-], beta: loss per transmitted torque
+    offset: Array  # (J,) [N·m], o
+    stribeck: Array  # (J,) [N·m], friction that fades with speed; negative: it builds up
+    ripple_cos: Array  # (J,) [N·m], strain-wave gear, twice a motor turn
+    ripple_sin: Array  # (J,) [N·m]
+    thermal: Array  # (J,) [N·m·s/(rad·K)], change of viscous friction per kelvin
+    presliding_distance: Array  # (J,) [rad]
+    presliding_tail: Array  # (J,) [-], share of the soft bristles
+    stribeck_velocity: Array  # (J,) [rad/s]
+    temperature: Array  # (J,) [°C] at which viscous friction is quoted
+    health: Array  # (J,) [-], z: 1 when new
+    time_offset: float = 0.0  # [s] by which current leads the recorded motion
+
+    def __post_init__(self) -> None:
+        for field in fields(self):
+            if field.name != "time_offset":
+                object.__setattr__(self, field.name, frozen(getattr(self, field.name)))
+                assert getattr(self, field.name).shape == self.gain.shape, field.name
+
+    def coefficients(self) -> Array:
+        """Coefficients of the linear terms, (len(LINEAR), J)."""
+        return np.array([getattr(self, name) for name in LINEAR])

@@ -1,0 +1,55 @@
+"""The one equation, with numbers in it: what an arm is, and the current that a motion takes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from urdyn.model.arm import Arm
+from urdyn.model.drive import LINEAR, Drive
+from urdyn.model.friction import bristles, features
+from urdyn.types import Array, Motion, frozen
+
+
+@dataclass(frozen=True)
+class Dynamics:
+    """An arm with its masses, drives and payload.
+
+    tau = Y(q, v, a) pi + tau_f(motion, tau_load),    i = tau / (K z)
+    """
+
+    arm: Arm
+    inertials: Array  # (J, 10) of the links, Pinocchio's order
+    drive: Drive
+    payload: Array = field(default_factory=lambda: np.zeros(10))  # in the last joint's frame
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "inertials", frozen(self.inertials))
+        object.__setattr__(self, "payload", frozen(self.payload))
+
+    def loaded(self) -> Array:
+        """Link inertials with the payload on the last link, (J, 10)."""
+        inertials = self.inertials.copy()
+        inertials[-1] += self.payload
+        return inertials
+
+    def load(self, motion: Motion) -> Array:
+        """Rigid-body torque that the gears transmit, (N, J) [N·m]."""
+        return self.arm.torque(motion.q, motion.v, motion.a, self.loaded())
+
+    def presliding(self, motion: Motion) -> Array:
+        """Presliding state along a motion, (N, J) [-]; zero where nothing has moved yet."""
+        drive = self.drive
+        return bristles(motion, drive.presliding_distance).together(drive.presliding_tail)
+
+    def torque(self, motion: Motion) -> Array:
+        """Torque that the drives give along a motion, (N, J) [N·m]."""
+        load, drive = self.load(motion), self.drive
+        terms = features(motion, load, self.presliding(motion), drive)
+        return np.asarray(load + sum(getattr(drive, name) * terms[name] for name in LINEAR))
+
+    def current(self, motion: Motion) -> Array:
+        """Motor current beside which the motion is recorded, (N, J) [A]."""
+        torque = self.torque(motion.ahead(self.drive.time_offset))
+        return np.asarray(torque / (self.drive.gain * self.drive.health))

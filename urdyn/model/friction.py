@@ -1,0 +1,114 @@
+"""What a joint's friction is made of: presliding hysteresis and the terms that ride on it.
+
+The torque that a joint loses, beside rigid-body dynamics, is a sum of terms that are each linear in
+one coefficient:
+
+    tau_f = (f + g exp(-|v|/v_s) + beta |tau_load|) s + alpha v + I_r a + o + ...
+
+`s` in [-1, 1] is the presliding state: the bristles of the contact follow the joint over a distance
+delta before it slides [Dahl1968]_; a second, softer family with a tenfold distance carries the
+share `tail` [AlBender2005]_.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from urdyn.model.drive import Drive
+from urdyn.types import Array, Motion
+
+TAIL_DISTANCE = 10.0  # [-] distance of the softer bristles over that of the stiffer ones
+GEAR_RATIO = 101.0  # [-] motor turns per joint turn of UR's strain-wave gears
+RIPPLE_ORDER = 2.0 * GEAR_RATIO  # the wave generator meets a tooth twice a motor turn
+
+
+@dataclass(frozen=True)
+class Bristles:
+    """Presliding state of the stiff and the soft family, with its slope in the log of distance."""
+
+    state: Array  # (2, N, J) [-]
+    slope: Array  # (2, N, J) [-]
+
+    @property
+    def end(self) -> Array:
+        """State and slope after the last row, (2, 2, J): where the next stretch begins."""
+        return np.stack([self.state[:, -1], self.slope[:, -1]])
+
+    def together(self, tail: Array) -> Array:
+        """Presliding state s with the share `tail` (J,) in the soft family, (N, J)."""
+        return np.asarray((1.0 - tail) * self.state[0] + tail * self.state[1])
+
+
+def bristles(motion: Motion, distance: Array, start: Array | None = None) -> Bristles:
+    """How the bristles of every joint follow an uninterrupted motion.
+
+    Args:
+        distance: of the stiff family, (J,) [rad].
+        start: `end` of the motion before; friction at rest is taken as zero where it is unknown.
+    """
+    moved = travel(motion)
+    first = np.zeros((2, 2, motion.joints)) if start is None else start
+    state, slope = np.empty((2, *moved.shape)), np.empty((2, *moved.shape))
+    for family, stretch in enumerate((1.0, TAIL_DISTANCE)):
+        for j in range(motion.joints):
+            state[family, :, j], slope[family, :, j] = hysteresis(
+                moved[:, j], stretch * distance[j], first[:, family, j]
+            )
+    return Bristles(state, slope)
+
+
+def travel(motion: Motion) -> Array:
+    """Displacement since the row before by the trapezoidal rule, (N, J) [rad]; 0 after a gap."""
+    v = np.nan_to_num(motion.v)
+    before = np.vstack([v[:1], v[:-1]])
+    return np.asarray(0.5 * (v + before) * motion.step[:, None])
+
+
+def hysteresis(travel: Array, distance: float, start: Array) -> tuple[Array, Array]:
+    """Dahl state of one joint and its derivative in log distance, after each stretch of travel.
+
+    ds/dq = (1 - s sign(dq)) / distance, solved exactly over every stretch, so the result does not
+    depend on the sampling rate.
+
+    Args:
+        travel: joint displacement since the row before, (N,) [rad].
+        distance: displacement over which the state turns over, > 0 [rad].
+        start: state and derivative before the first row, (2,) [-].
+    """
+    ratio = np.abs(travel) / distance
+    keep, side = np.exp(-ratio), np.sign(travel)
+    state, slope = float(start[0]), float(start[1])
+    states, slopes = [], []
+    # Python floats beat array operations here: the recursion is sequential and scalar.
+    for k, r, way in zip(keep.tolist(), ratio.tolist(), side.tolist(), strict=True):
+        slope = k * (slope + r * (state - way))
+        state = way + k * (state - way)
+        states.append(state)
+        slopes.append(slope)
+    return np.array(states), np.array(slopes)
+
+
+def features(motion: Motion, load: Array, s: Array, drive: Drive) -> Mapping[str, Array]:
+    """What each of a drive's linear coefficients is multiplied with, each (N, J).
+
+    Args:
+        load: rigid-body torque that the gear transmits, (N, J) [N·m].
+        s: presliding state, (N, J) [-].
+        drive: gives the Stribeck velocity and the temperature of reference.
+    """
+    # Where nobody measured the temperature, the joint is taken to be as warm as on the first day.
+    warmer = np.nan_to_num(motion.temperature - drive.temperature)
+    return {
+        "rotor_inertia": motion.a,
+        "coulomb": s,
+        "viscous": motion.v,
+        "structural": np.abs(load) * s,
+        "offset": np.ones_like(s),
+        "stribeck": np.exp(-np.abs(motion.v) / drive.stribeck_velocity) * s,
+        "ripple_cos": np.cos(RIPPLE_ORDER * motion.q),
+        "ripple_sin": np.sin(RIPPLE_ORDER * motion.q),
+        "thermal": warmer * motion.v,
+    }

@@ -1,0 +1,146 @@
+"""What arms of a type are like before anyone has measured this one: the prior, and how wide it is.
+
+Link inertials scatter around the published ones in log-Cholesky coordinates, where mass, centre of
+mass and spread of mass are separate coordinates and every value is a possible body. Drives scatter
+around what joints of that size were seen to have; a joint's size is told by its rated torque.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from urdyn.model.arm import Arm
+from urdyn.model.consistency import inertials, log_cholesky
+from urdyn.model.drive import Drive
+from urdyn.model.dynamics import Dynamics
+from urdyn.types import Array, frozen
+
+# Joint sizes by rated torque [N·m], from recordings of UR3e, UR5e, UR10 and UR10e arms and the
+# maker's joint test of a UR5e; between the sizes and beyond them by power law.
+RATED_TORQUE = (10.0, 28.0, 54.0, 150.0, 330.0)
+ANY_TORQUE = 54.0  # [N·m] where a description does not rate its joints
+TYPICAL = {
+    "gain": (9.5, 10.0, 10.4, 10.6, 13.0),
+    "rotor_inertia": (0.06, 0.20, 0.50, 2.0, 7.0),
+    "coulomb": (0.8, 1.8, 2.9, 6.0, 15.0),
+    "viscous": (0.5, 1.4, 3.2, 10.0, 26.0),
+}
+STRUCTURAL = 0.06
+PRESLIDING_DISTANCE = 2e-4  # [rad]
+MAX_TAIL = 0.8  # [-] of presliding friction in the soft bristles
+STRIBECK_VELOCITY = 0.3  # [rad/s]
+TEMPERATURE = 35.0  # [°C] at which viscous friction is quoted
+MASS_SPREAD = 0.10  # relative sd of a link's mass around the published one
+SHAPE_SPREAD = 0.15  # relative sd of a link's lengths of gyration
+CENTRE_FLOOR = 0.005  # [m] sd of a centre of mass, beside SHAPE_SPREAD of the link's length
+
+
+@dataclass(frozen=True)
+class Spread:
+    """Belief about one coefficient of every joint before any data."""
+
+    mean: Array  # (J,) of the logarithm where positive, else of the value
+    sd: Array  # (J,) likewise
+    positive: bool  # the logarithm is Gaussian
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "mean", frozen(self.mean))
+        object.__setattr__(self, "sd", frozen(self.sd))
+
+    @property
+    def typical(self) -> Array:
+        """Median, (J,)."""
+        return np.exp(self.mean) if self.positive else self.mean
+
+    def at(self, z: Array) -> Array:
+        """Value at standard scores `z`, (J,)."""
+        x = self.mean + self.sd * z
+        return np.exp(x) if self.positive else x
+
+
+@dataclass(frozen=True, eq=False)
+class Population:
+    """Arms of one type."""
+
+    arm: Arm
+    link_mean: Array  # (J, 10) log-Cholesky coordinates
+    link_sd: Array  # (J, 10)
+    drive: Mapping[str, Spread]  # by the names of Drive's fields
+
+    def links(self, z: Array) -> Array:
+        """Link inertials at standard scores `z`, (J, 10) -> (J, 10)."""
+        return inertials(self.link_mean + self.link_sd * z)
+
+    def typical(self) -> Dynamics:
+        """The arm in the middle: published masses, friction as commonly seen, no optional term."""
+        return self._dynamics(np.zeros_like(self.link_mean), {})
+
+    def draw(self, rng: np.random.Generator, terms: frozenset[str] = frozenset()) -> Dynamics:
+        """One arm at random; optional terms that are not among `terms` are zero."""
+        z = rng.standard_normal(self.link_mean.shape)
+        scores = {name: rng.standard_normal(len(z)) for name in self.drive}
+        keep = {k: v for k, v in scores.items() if k not in OPTIONAL or k in terms}
+        return self._dynamics(z, keep)
+
+    def _dynamics(self, link_scores: Array, scores: Mapping[str, Array]) -> Dynamics:
+        zero = np.zeros(len(link_scores))
+        values = {
+            name: zero
+            if name in OPTIONAL and name not in scores
+            else spread.at(scores.get(name, zero))
+            for name, spread in self.drive.items()
+        }
+        values["presliding_tail"] = np.clip(values["presliding_tail"], 0.0, MAX_TAIL)
+        fixed = {"temperature": zero + TEMPERATURE, "health": zero + 1.0}
+        return Dynamics(self.arm, self.links(link_scores), Drive(**(fixed | values)))
+
+
+OPTIONAL = frozenset({"stribeck", "ripple_cos", "ripple_sin", "thermal"})
+
+
+def population(arm: Arm) -> Population:
+    """What is believed of `arm` before any data."""
+    known = (arm.effort_limit > RATED_TORQUE[0] / 2) & (arm.effort_limit < RATED_TORQUE[-1] * 1.2)
+    log_torque = np.log(np.where(np.isfinite(arm.effort_limit), arm.effort_limit, ANY_TORQUE))
+    typical = {name: _power_law(log_torque, values) for name, values in TYPICAL.items()}
+    one = np.ones_like(log_torque)
+    friction = np.exp(typical["coulomb"])
+    drive = {
+        "gain": Spread(typical["gain"], np.where(known, 0.10, 0.30), True),
+        "rotor_inertia": Spread(typical["rotor_inertia"], 0.7 * one, True),
+        "coulomb": Spread(typical["coulomb"], 0.5 * one, True),
+        "viscous": Spread(typical["viscous"], 0.5 * one, True),
+        "structural": Spread(np.log(STRUCTURAL) * one, 0.5 * one, True),
+        "offset": Spread(0.0 * one, 0.1 * friction, False),
+        "stribeck": Spread(0.0 * one, 0.5 * friction, False),
+        "ripple_cos": Spread(0.0 * one, 0.03 * friction, False),
+        "ripple_sin": Spread(0.0 * one, 0.03 * friction, False),
+        "thermal": Spread(0.0 * one, 0.02 * np.exp(typical["viscous"]), False),
+        "presliding_distance": Spread(np.log(PRESLIDING_DISTANCE) * one, 0.5 * one, True),
+        "presliding_tail": Spread(0.2 * one, 0.15 * one, False),
+        "stribeck_velocity": Spread(np.log(STRIBECK_VELOCITY) * one, 0.7 * one, True),
+    }
+    link_mean = log_cholesky(arm.inertials)
+    return Population(arm, frozen(link_mean), frozen(_link_sd(link_mean)), drive)
+
+
+def _power_law(log_torque: Array, values: tuple[float, ...]) -> Array:
+    """Logarithm of a typical value by rated torque; straight lines in log-log, extended."""
+    x, y = np.log(RATED_TORQUE), np.log(values)
+    slope = np.polyfit(x, y, 1)[0]
+    beyond = np.minimum(log_torque - x[0], 0.0) + np.maximum(log_torque - x[-1], 0.0)
+    return np.asarray(np.interp(log_torque, x, y) + slope * beyond)
+
+
+def _link_sd(mean: Array) -> Array:
+    """Spread of log-Cholesky coordinates (alpha, d1..3, s12, s23, s13, t1..3), (J, 10)."""
+    length = np.exp(mean[:, 1:4]).max(axis=1, keepdims=True)
+    sd = np.empty_like(mean)
+    sd[:, :1] = MASS_SPREAD / 2.0  # mass is exp(2 alpha)
+    sd[:, 1:4] = SHAPE_SPREAD
+    sd[:, 4:7] = SHAPE_SPREAD * length
+    sd[:, 7:] = CENTRE_FLOOR + SHAPE_SPREAD * length
+    return sd

@@ -1,0 +1,123 @@
+"""The causal twin of `condition`: the same estimate, a sample at a time, for live use."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from functools import lru_cache
+
+import numpy as np
+
+from urdyn.signal.gate import Gate
+from urdyn.signal.polynomial import (
+    ORDERS,
+    UNIFORM,
+    LocalPolynomial,
+    half_window,
+    joint_by_joint,
+    weights,
+)
+from urdyn.signal.sample import Instant, Sample
+from urdyn.signal.stretches import GAP
+from urdyn.types import Array
+
+
+@dataclass(frozen=True)
+class CausalState:
+    """The last samples of this stretch, and what became of those that are not among them."""
+
+    t: Array  # (n,) [s]
+    rows: Array  # (n, 4, J) q, v, current, temperature
+    departures: Array  # (n, 2, J) of q and v from their prediction [rad, rad/s]
+    restarts: int = 0  # gaps and clocks set back: the window began anew
+    repeats: int = 0  # samples with the stamp of the one before, left out
+    refused: int = 0  # values that the gate marked as not measured
+
+
+@dataclass(frozen=True)
+class Causal:
+    """Kinematics at the stamp `lag` samples before the newest, as soon as a window is full.
+
+    With lag = half (the default) it is the batch estimate, that much later; with lag 0 it has no
+    delay and the noise of a one-sided fit. After a gap it begins anew.
+    """
+
+    period: float  # [s] between samples, as a rule
+    half: int | None = None  # [samples] half the window; None: by the rate
+    degree: int = 4
+    lag: int | None = None  # [samples] 0 .. 2 half; None: half
+    offset: float | tuple[float, ...] = 0.0  # [s] by which the current leads; one, or one a joint
+    gate: Gate | None = field(default_factory=Gate)  # None: every sample passes
+
+    @property
+    def fit(self) -> LocalPolynomial:
+        """The local polynomial that is fitted to a full window."""
+        half = half_window(self.period, self.degree) if self.half is None else self.half
+        return LocalPolynomial(half, self.degree, self.period)
+
+    def init(self, joints: int = 6) -> CausalState:
+        """Nothing seen yet."""
+        return CausalState(np.empty(0), np.empty((0, 4, joints)), np.empty((0, 2, joints)))
+
+    def step(self, state: CausalState, sample: Sample) -> tuple[CausalState, Instant | None]:
+        """One sample on; an instant once the window is full."""
+        dt = sample.t - state.t[-1] if len(state.t) else np.inf
+        if dt == 0:
+            return replace(state, repeats=state.repeats + 1), None
+        row = np.stack([sample.q, sample.v, sample.current, sample.temperature])
+        row = np.where(np.isfinite(row), row, np.nan)
+        if 0 < dt <= GAP * self.period:
+            state = self._admit(state, sample.t, row, dt)
+        else:
+            state = _restart(state, sample.t, row)
+        fit = self.fit
+        return state, self._estimate(fit, state) if len(state.t) == fit.samples else None
+
+    def _admit(self, state: CausalState, t: float, row: Array, dt: float) -> CausalState:
+        """The window one sample on, with what the gate refuses marked as not measured."""
+        departure, refused = state.departures[-1], 0
+        if self.gate:
+            departure = self.gate.departure(state.rows[-1, :2], row[:2], dt)
+            wrong = self.gate.refuses(departure, state.departures, dt)
+            row[:2][wrong], refused = np.nan, int(np.count_nonzero(wrong))
+        keep = slice(1 - self.fit.samples, None)
+        return replace(
+            state,
+            t=np.append(state.t[keep], t),
+            rows=np.concatenate([state.rows[keep], row[None]]),
+            departures=np.concatenate([state.departures[keep], departure[None]]),
+            refused=state.refused + refused,
+        )
+
+    def _estimate(self, fit: LocalPolynomial, state: CausalState) -> Instant:
+        """The motion at the stamp `lag` samples back, + offset."""
+        lag = fit.half if self.lag is None else self.lag
+        row = fit.samples - 1 - lag
+        q, v = state.rows[:, 0], state.rows[:, 1]
+        even = np.abs(np.diff(state.t) - self.period).max() <= UNIFORM * self.period
+        whole = np.isfinite(state.rows[:, :2]).all()
+        if even and whole:
+            of_q, of_v = _operator(fit, (fit.half - lag) * self.period, self.offset)
+            orders = (of_q * q.T).sum(2) + (of_v * v.T).sum(2)
+        else:
+            at = np.broadcast_to(np.asarray(self.offset, dtype=np.float64), q.shape[1:])[None]
+            window = (state.t - state.t[row])[None], q[None], v[None], at
+            orders = fit.estimate(*(window if whole else joint_by_joint(*window)))
+            orders = orders.reshape(ORDERS, -1)
+        return Instant(float(state.t[row]), *orders, *state.rows[row, 2:])
+
+
+@lru_cache(maxsize=16)
+def _operator(
+    fit: LocalPolynomial, ahead: float, offset: float | tuple[float, ...]
+) -> tuple[Array, Array]:
+    """Weights of a full uniform window `ahead` + offset of its centre, (4, 1 or J, m) each."""
+    offsets = offset if isinstance(offset, tuple) else (offset,)
+    of_q, of_v = zip(*(weights(fit, ahead + lead) for lead in offsets), strict=True)
+    return np.stack(of_q, axis=1), np.stack(of_v, axis=1)
+
+
+def _restart(state: CausalState, t: float, row: Array) -> CausalState:
+    """A window that begins with this sample."""
+    unknown = np.full_like(row[None, :2], np.nan)
+    again = state.restarts + (len(state.t) > 0)
+    return replace(state, t=np.array([t]), rows=row[None], departures=unknown, restarts=again)

@@ -1,0 +1,40 @@
+"""Which channels of a log are measurements, and which are states that must not be averaged."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from urdyn.types import Array, Defect, Log
+
+SENSORS = (
+    "actual_q",
+    "actual_qd",
+    "actual_current",
+    "actual_TCP_force",
+    "joint_temperatures",
+)  # section IV.B: positions, velocities, currents, force/torque, temperatures
+
+_STATES = ("mode", "status", "state", "bits", "register", "reversal", "standstill")
+
+
+def is_state(name: str) -> bool:
+    """Whether a channel holds codes or flags: between 3 and 7 there is no robot_mode 5."""
+    return any(word in name for word in _STATES)
+
+
+def columns(values: Array) -> Array:
+    """A channel as (N, width), whether it was that or (N,)."""
+    return values if values.ndim > 1 else values[:, None]
+
+
+def by_column(values: Array, change: Callable[[Array], Array]) -> Array:
+    """`change` applied to every column (N,) of `values`, (N,) or (N, width)."""
+    changed = [change(column) for column in columns(values).T]
+    return np.stack(changed, axis=1) if values.ndim > 1 else changed[0]
+
+
+def noted(log: Log, kind: str, count: int, remedy: str) -> tuple[Defect, ...]:
+    """The log's defects and one more, if there is anything to count."""
+    return (*log.defects, Defect(kind, count, 0, remedy)) if count else log.defects

@@ -1,0 +1,48 @@
+"""Gate: whether a sample can have come from the arm, judged when it arrives."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from urdyn.signal.outliers import MAD_TO_SD
+from urdyn.types import Array
+
+Flags = NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class Gate:
+    """Refuses what lies beyond both of what the arm can do and of what the sensor usually does.
+
+    A sample is predicted from the one before, q + v dt and v. The arm cannot leave that by more
+    than an acceleration allows, a dt² and a dt; the sensor is known by the running MAD of the
+    departures. After a refusal there is nothing to predict from, so the next sample passes: a
+    torn sample is caught, a true step costs one sample.
+    """
+
+    sigma: float = 6.0  # [-] running MAD, in standard deviations
+    acceleration: float = 100.0  # [rad/s²] more than a UR's joints reach in use
+
+    def departure(self, before: Array, row: Array, dt: float) -> Array:
+        """Of q and v from their prediction, (2, J) [rad, rad/s]; before, row (2, J)."""
+        q, v = before
+        expected = np.stack([q + dt * np.where(np.isnan(v), row[1], v), v])
+        return np.asarray(np.abs(row - expected))
+
+    def refuses(self, departure: Array, history: Array, dt: float) -> Flags:
+        """Which of q and v, (2, J), to mark as not measured; history (n, 2, J) of departures."""
+        reach = self.acceleration * np.array([[dt * dt], [dt]])
+        beyond: Flags = departure > reach
+        if beyond.any():  # hardly ever: the median is only taken where it matters
+            beyond &= departure > self.sigma * MAD_TO_SD * _median_of_known(history)
+        return beyond
+
+
+def _median_of_known(history: Array) -> Array:
+    """Lower median over rows, NaN left out; 0 where nothing is known, which leaves the reach."""
+    middle = np.maximum(np.isfinite(history).sum(0) - 1, 0) // 2
+    found = np.take_along_axis(np.sort(history, axis=0), middle[None], axis=0)[0]
+    return np.where(np.isnan(found), 0.0, found)

@@ -1,0 +1,129 @@
+"""Local polynomial: least squares on the angles and velocities of one window.
+
+Within a window the angle is a polynomial of time, q(t) = Σ c_k P_k(x), x = (t - centre) / s with
+Legendre's P_k and s half the window's nominal length, so that |x| <= 1. It is fitted jointly to
+
+    q_n   = Σ c_k P_k(x_n)      and      s v_n = Σ c_k P_k'(x_n)
+
+(Hermite data; the factor s gives both rows the same unit and, at unit weight, an error in q the
+weight of an error of q/s in v). Without velocities on uniform stamps this is the filter of
+[Savitzky1964]_.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from numpy.polynomial import legendre
+from numpy.typing import NDArray
+
+from urdyn.types import Array, frozen
+
+REACH = 0.036  # [s] to each side: see `half_window`
+ORDERS = 4  # what is estimated: angle, velocity, acceleration, jerk
+# Stamps this close to uniform count as uniform: at 500 Hz and 3 rad/s it makes 6e-9 rad, four
+# orders below an encoder's count, and it is above the rounding of an uptime in seconds.
+UNIFORM = 1e-6  # [-] of a step
+
+
+def half_window(step: float, degree: int = 4) -> int:
+    """Samples to each side: 3 at 25 Hz, 4 at 100 and at 125, 18 at 500.
+
+    Of point-to-point moves with 15 ms of jerk limit, 2 mrad/s of noise in the velocity and an
+    encoder's count in the angle, 30 to 40 ms gives the best acceleration at 100, 125 and 500 Hz
+    alike: .13, .10 and .08 rad/s² RMS. It is never so short that the fit interpolates.
+    """
+    return max(degree // 2 + 1, round(REACH / step))
+
+
+@dataclass(frozen=True)
+class LocalPolynomial:
+    """How a window becomes an estimate: its half length, the degree, and the usual step."""
+
+    half: int  # [samples] to each side of the window's centre
+    degree: int  # of the polynomial in time; at least 3, for there is a jerk to tell
+    step: float  # [s] between samples, as a rule
+
+    def __post_init__(self) -> None:
+        assert self.half >= 1 and self.degree >= 3, "a jerk needs a window and degree 3"
+
+    @property
+    def samples(self) -> int:
+        """Rows in a full window."""
+        return 2 * self.half + 1
+
+    def estimate(self, t: Array, q: Array, v: Array, at: Array) -> Array:
+        """Angle, velocity, acceleration and jerk of n windows at `at`, (4, n, J) [rad/s^k].
+
+        t (n, m) [s], q (n, m, J) [rad] and v (n, m, J) [rad/s] are the windows, at (n, J) [s] is
+        on the axis of t. Rows that are NaN in the first joint weigh nothing; all joints of one
+        window are measured in the same rows. NaN where too little is left.
+        """
+        s = self.half * self.step
+        centre: Array = (t[:, :1] + t[:, -1:]) / 2
+        A, y, determined = self._equations((t - centre) / s, q, v * s)
+        G = A.mT @ A
+        G[~determined] = np.eye(self.degree + 1)
+        c = np.where(determined[:, None, None], np.linalg.solve(G, A.mT @ y), np.nan)
+        return self._evaluate(c, (at - centre) / s) / s ** np.arange(ORDERS)[:, None, None]
+
+    def _equations(self, x: Array, q: Array, r: Array) -> tuple[Array, Array, NDArray[np.bool_]]:
+        """Design (n, 2m, P), right-hand sides (n, 2m, J), and which windows determine P terms."""
+        has_q, has_r = np.isfinite(q[..., 0]), np.isfinite(r[..., 0])
+        P = legendre.legvander(x, self.degree)
+        A = np.concatenate(
+            [P * has_q[..., None], P @ derivatives(self.degree)[1] * has_r[..., None]], 1
+        )
+        y = np.concatenate([q, r], 1)
+        return A, np.where(np.isfinite(y), y, 0.0), self._determined(has_q, has_r)
+
+    def _determined(self, has_q: NDArray[np.bool_], has_r: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        """Windows in which enough is measured, (n,).
+
+        Counting equations is not enough: angles at -1 and 1 with a velocity at 0 leave x² - 1
+        free. Angles alone, velocities and one angle, or pairs of both always settle it.
+        """
+        angles, rates, pairs = (m.sum(1) for m in (has_q, has_r, has_q & has_r))
+        by_rates = (angles > 0) & (rates >= self.degree)
+        enough: NDArray[np.bool_] = (angles > self.degree) | by_rates | (2 * pairs > self.degree)
+        return enough
+
+    def _evaluate(self, c: Array, x: Array) -> Array:
+        """Σ c_k P_k(x) and its first derivatives by x, (4, n, J); c (n, P, J), x (n, J)."""
+        orders = legendre.legvander(x, self.degree) @ derivatives(self.degree)[:, None]
+        return np.asarray(np.einsum("knjp,npj->knj", orders, c), dtype=np.float64)
+
+
+@lru_cache(maxsize=16)
+def derivatives(degree: int) -> Array:
+    """Legendre coefficients of the k-th derivative of P_i in column i, (4, P, P)."""
+    once = np.vstack([legendre.legder(np.eye(degree + 1)), np.zeros(degree + 1)])
+    return frozen([np.linalg.matrix_power(once, k) for k in range(ORDERS)])
+
+
+@lru_cache(maxsize=64)
+def weights(fit: LocalPolynomial, at: float, velocities: bool = True) -> tuple[Array, Array]:
+    """What each angle and each velocity of a uniform window weighs in each order: (4, m), (4, m).
+
+    The estimate is linear in the data, so its weights are its answers to unit impulses. `at` [s]
+    is the time from the window's centre; without velocities their weights are zero. White noise
+    of variance σ² in the angles becomes (weights²).sum(1) σ².
+    """
+    m = fit.samples
+    t = frozen(fit.step * (np.arange(m)[None] - fit.half))
+    impulse, silence = np.eye(m)[None], np.zeros((1, m, m))
+    when = np.full((1, m), at)
+    if not velocities:
+        of_q = fit.estimate(t, impulse, silence * np.nan, when)
+        return frozen(of_q[:, 0]), frozen(np.zeros((ORDERS, m)))
+    of_q, of_v = fit.estimate(t, impulse, silence, when), fit.estimate(t, silence, impulse, when)
+    return frozen(of_q[:, 0]), frozen(of_v[:, 0])
+
+
+def joint_by_joint(t: Array, q: Array, v: Array, at: Array) -> tuple[Array, Array, Array, Array]:
+    """n windows of J joints as n J windows of one joint, each with NaN in rows of its own."""
+    n, m, J = q.shape
+    q, v = (values.swapaxes(1, 2).reshape(n * J, m, 1) for values in (q, v))
+    return np.repeat(t, J, axis=0), q, v, at.reshape(n * J, 1)

@@ -1,0 +1,102 @@
+"""What may be asked of an arm: limits of angle, speed, acceleration and torque."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from urdyn.errors import InputError
+from urdyn.model.arm import Arm
+from urdyn.simulate.trajectory import Trajectory, blocks
+from urdyn.types import Array, frozen
+
+ACCELERATION = np.radians(
+    800.0
+)  # [rad/s²] of every joint, as UR's own planner configuration has it
+
+ROUNDING = 1e-9  # [-] of a limit, which a motion that is scaled to it may exceed
+
+# An excitation keeps away from the limits.
+EXCURSION = 1.5  # [rad] to either side of the middle: reaches far, and hits neither floor nor self
+GENTLE_ACCELERATION = 4.0  # [rad/s²]
+SHARE_OF_RANGE, SHARE_OF_VELOCITY, SHARE_OF_EFFORT = 0.95, 0.9, 0.8  # [-]
+
+# Where a joint of a UR arm is upright [rad]; other joints have their middle in their range.
+UPRIGHT = {"shoulder_lift_joint": -np.pi / 2, "wrist_1_joint": -np.pi / 2}
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Largest values that a motion may have, each (J,)."""
+
+    lower: Array  # [rad]
+    upper: Array  # [rad]
+    velocity: Array  # [rad/s]
+    acceleration: Array  # [rad/s²]
+    torque: Array  # [N·m], of rigid bodies
+
+    def __post_init__(self) -> None:
+        for name in ("lower", "upper", "velocity", "acceleration", "torque"):
+            object.__setattr__(self, name, frozen(getattr(self, name)))
+
+    @property
+    def middle(self) -> Array:
+        """Pose half way, (J,) [rad]."""
+        return 0.5 * (self.lower + self.upper)
+
+    @property
+    def room(self) -> Array:
+        """Way from the middle to either end, (J,) [rad]."""
+        return 0.5 * (self.upper - self.lower)
+
+    def shares(self, arm: Arm, q: Array, v: Array, a: Array) -> dict[str, Array]:
+        """How much of each limit every row of a motion takes, (N, J) [-]; 1: it is reached."""
+        return {
+            "angle": np.abs(q - self.middle) / self.room,
+            "velocity": np.abs(v) / self.velocity,
+            "acceleration": np.abs(a) / self.acceleration,
+            "torque": np.abs(arm.torque(q, v, a)) / self.torque,
+        }
+
+    def hold(self, arm: Arm, q: Array, v: Array, a: Array) -> bool:
+        """Does the motion stay within every limit?"""
+        return all(bool(np.all(x <= 1.0 + ROUNDING)) for x in self.shares(arm, q, v, a).values())
+
+
+def rated(arm: Arm) -> Limits:
+    """What the maker allows."""
+    acceleration = np.full(arm.joints, ACCELERATION)
+    return Limits(arm.lower, arm.upper, arm.velocity_limit, acceleration, arm.effort_limit)
+
+
+def comfortable(arm: Arm) -> Limits:
+    """What an excitation asks for: around the upright pose, well below what the maker allows."""
+    middle = 0.5 * (arm.lower + arm.upper)
+    middle = np.array(
+        [UPRIGHT.get(name, m) for name, m in zip(arm.joint_names, middle, strict=True)]
+    )
+    room = SHARE_OF_RANGE * np.minimum(middle - arm.lower, arm.upper - middle)
+    reach = np.minimum(EXCURSION, room)
+    return Limits(
+        lower=middle - reach,
+        upper=middle + reach,
+        velocity=SHARE_OF_VELOCITY * arm.velocity_limit,
+        acceleration=np.full(arm.joints, GENTLE_ACCELERATION),
+        torque=SHARE_OF_EFFORT * arm.effort_limit,
+    )
+
+
+def require(arm: Arm, limits: Limits, trajectory: Trajectory, name: str = "trajectory") -> None:
+    """InputError that says which joint breaks which limit, and when, if the trajectory does."""
+    for rows in blocks(len(trajectory)):
+        motion = (trajectory.q[rows], trajectory.v[rows], trajectory.a[rows])
+        for what, share in limits.shares(arm, *motion).items():
+            row, joint = np.unravel_index(np.argmax(share), share.shape)
+            if not share[row, joint] <= 1.0 + ROUNDING:
+                who, much = arm.joint_names[joint], 100.0 * share[row, joint]
+                when = float(trajectory.t[rows][row])
+                remedy = "keep within its range" if what == "angle" else "slow it down"
+                raise InputError(
+                    f"{name}: {who} at {much:.0f} % of its {what} limit at {when:.3f} s: {remedy}"
+                )

@@ -1,0 +1,94 @@
+"""Point-to-point motion: what an arm does at work, and what shows stiction."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from urdyn.errors import InputError
+from urdyn.model.arm import Arm
+from urdyn.simulate.limits import Limits, comfortable
+from urdyn.simulate.trajectory import Trajectory, blocks, grid
+from urdyn.types import Array
+
+RAMP = 1.0 / 3.0  # [-] share of a move's time that each of its two ramps takes
+PEAK_VELOCITY = 1.0 / (1.0 - RAMP)  # [-] of the unit move
+PEAK_ACCELERATION = 1.5 * PEAK_VELOCITY / RAMP  # [-] of the unit move
+PACES = (1.0, 1.25, 1.6, 2.0, 3.0)  # [-] times that a move is given more of until its torque holds
+TRIES = 100  # goals that are drawn before giving up
+FINE = np.linspace(0.0, 1.0, 61)[:, None]  # [-] where a move's limits are verified
+
+
+@dataclass(frozen=True)
+class Move:
+    """All joints from rest to rest at the same time."""
+
+    begin: float  # [s]
+    duration: float  # [s]
+    start: Array  # (J,) [rad]
+    goal: Array  # (J,) [rad]
+
+
+def point_to_point(
+    arm: Arm, duration: float, rate: float, rng: np.random.Generator, dwell: float = 0.5
+) -> Trajectory:
+    """Random goals within `comfortable` limits, standing still for `dwell` [s] before each move."""
+    t = grid(duration, rate)
+    moves = list(_moves(arm, float(t[-1]), rng, dwell))
+    if not moves:
+        raise InputError(f"no move fits into {duration:g} s with {dwell:g} s of rest; ask for more")
+    begin, lasting = np.array([(m.begin, m.duration) for m in moves]).T[:, :, None]
+    start, goal = (np.array([getattr(m, name) for m in moves]) for name in ("start", "goal"))
+    motion = np.empty((3, len(t), arm.joints))
+    for rows in blocks(len(t)):
+        i = np.maximum(np.searchsorted(begin[:, 0], t[rows], side="right") - 1, 0)
+        u = np.clip((t[rows, None] - begin[i]) / lasting[i], 0.0, 1.0)
+        motion[:, rows] = along(u, lasting[i], start[i], goal[i])
+    return Trajectory(t, *motion)
+
+
+def along(u: Array, duration: Array | float, start: Array, goal: Array) -> tuple[Array, ...]:
+    """q, v, a of a move at the shares `u` (N, 1) [-] of its duration [s], each (N, J)."""
+    s, ds, dds = unit_move(u)
+    way = goal - start
+    return start + way * s, way * ds / duration, way * dds / duration**2
+
+
+def unit_move(u: Array) -> tuple[Array, Array, Array]:
+    """From 0 to 1 in unit time: a trapezoid of velocity whose ramps are 3 x² - 2 x³.
+
+    Returns place, velocity and acceleration, which is continuous, of the shape of u in [0, 1].
+    """
+    mirrored = np.minimum(u, 1.0 - u)
+    x = np.minimum(mirrored / RAMP, 1.0)
+    ramp = RAMP * (x**3 - 0.5 * x**4) + np.maximum(mirrored - RAMP, 0.0)
+    place = PEAK_VELOCITY * np.where(u == mirrored, ramp, 1.0 / PEAK_VELOCITY - ramp)
+    slope = PEAK_VELOCITY * x * x * (3.0 - 2.0 * x)
+    bend = PEAK_VELOCITY * 6.0 * x * (1.0 - x) / RAMP
+    return place, slope, np.where(u == mirrored, bend, -bend)
+
+
+def _moves(arm: Arm, end: float, rng: np.random.Generator, dwell: float) -> Iterator[Move]:
+    """Moves one after the other, each followed by a rest, as many as end in time."""
+    limits = comfortable(arm)
+    move = _draw(arm, limits, dwell, limits.middle, rng)
+    while move.begin + move.duration + dwell <= end:
+        yield move
+        move = _draw(arm, limits, move.begin + move.duration + dwell, move.goal, rng)
+
+
+def _draw(arm: Arm, limits: Limits, begin: float, start: Array, rng: np.random.Generator) -> Move:
+    """A move to a random goal, as fast as the limits let it be."""
+    for _ in range(TRIES):
+        goal = rng.uniform(limits.lower, limits.upper)
+        way = np.abs(goal - start)
+        least = max(
+            np.max(way * PEAK_VELOCITY / limits.velocity),
+            np.sqrt(np.max(way * PEAK_ACCELERATION / limits.acceleration)),
+        )
+        for pace in PACES:
+            if limits.hold(arm, *along(FINE, pace * least, start, goal)):
+                return Move(begin, float(pace * least), start, goal)
+    raise InputError(f"{arm.name} finds no move within its limits; take a lighter payload")

@@ -1,0 +1,82 @@
+"""A trajectory: the motion that is asked of an arm, and what lies between its rows."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from urdyn.errors import InputError
+from urdyn.types import Array, Motion, frozen
+
+BLOCK = 1 << 14  # rows that are worked on at a time, so that an hour needs no hour's memory
+
+
+@dataclass(frozen=True)
+class Trajectory:
+    """Joint angles, velocities and accelerations on a uniform grid; at rest before and after it."""
+
+    t: Array  # (N,) [s], uniform, from 0
+    q: Array  # (N, J) [rad]
+    v: Array  # (N, J) [rad/s]
+    a: Array  # (N, J) [rad/s²]
+
+    def __post_init__(self) -> None:
+        for name in ("t", "q", "v", "a"):
+            object.__setattr__(self, name, frozen(getattr(self, name)))
+        assert len(self.t) > 1 and self.t[0] == 0.0, "two rows or more, from 0"
+        for name in ("q", "v", "a"):
+            assert getattr(self, name).shape == (len(self.t), self.joints), name
+
+    def __len__(self) -> int:
+        return len(self.t)
+
+    @property
+    def joints(self) -> int:
+        """Number of joints."""
+        return int(self.q.shape[1])
+
+    @property
+    def step(self) -> float:
+        """Time from row to row [s]."""
+        return float(self.t[-1]) / (len(self) - 1)
+
+    def at(self, t: Array) -> Motion:
+        """The motion at any times (M,) [s]: quintic Hermite between rows, standing still outside.
+
+        The quintic has q, v and a of both rows: at a row it is the row, between rows q is exact to
+        O(step⁶).
+        """
+        h = self.step
+        row = np.clip(t / h, 0, len(self) - 2).astype(np.intp)
+        u = np.clip(t / h - row, 0.0, 1.0)[:, None]
+        c0, c1, c2 = self.q[row], h * self.v[row], 0.5 * h**2 * self.a[row]
+        D = self.q[row + 1] - c0 - c1 - c2
+        V = h * self.v[row + 1] - c1 - 2.0 * c2
+        A = h**2 * self.a[row + 1] - 2.0 * c2
+        c3, c4, c5 = (
+            10.0 * D - 4.0 * V + 0.5 * A,
+            -15.0 * D + 7.0 * V - A,
+            6.0 * D - 3.0 * V + 0.5 * A,
+        )
+        q = c0 + u * (c1 + u * (c2 + u * (c3 + u * (c4 + u * c5))))
+        v = (c1 + u * (2.0 * c2 + u * (3.0 * c3 + u * (4.0 * c4 + u * 5.0 * c5)))) / h
+        a = (2.0 * c2 + u * (6.0 * c3 + u * (12.0 * c4 + u * 20.0 * c5))) / h**2
+        jerk = (6.0 * c3 + u * (24.0 * c4 + u * 60.0 * c5)) / h**3
+        unmeasured = np.broadcast_to(np.nan, q.shape)
+        return Motion(t, q, v, a, jerk, current=unmeasured, temperature=unmeasured)
+
+
+def grid(duration: float, rate: float) -> Array:
+    """Stamps of `duration` * `rate` rows, (N,) [s]."""
+    if not (np.isfinite(duration * rate) and rate > 0.0 and duration * rate >= 2.0):
+        raise InputError(
+            f"{duration:g} s at {rate:g} Hz are no trajectory; ask for two rows or more"
+        )
+    return np.arange(round(duration * rate)) / rate
+
+
+def blocks(rows: int) -> Iterator[slice]:
+    """Slices that cover `rows`, one after the other."""
+    return (slice(start, min(start + BLOCK, rows)) for start in range(0, rows, BLOCK))
