@@ -11,13 +11,12 @@ import casadi as ca
 import numpy as np
 
 from urdyn.identify.unknowns import Unknowns
+from urdyn.model.body import BODY, BODY_UNITS
 from urdyn.model.drive import LINEAR, SHAPE, UNITS, Drive
 from urdyn.model.dynamics import Dynamics
 from urdyn.model.population import MAX_TAIL, TEMPERATURE
 from urdyn.types import Array, Parameters
 
-BODY = ("mass", "com_x", "com_y", "com_z", "Ixx", "Ixy", "Iyy", "Ixz", "Iyz", "Izz")
-BODY_UNITS = ("kg", "m", "m", "m", *["kg·m²"] * 6)
 FIELDS = ("gain", *LINEAR, *SHAPE)
 
 

@@ -21,7 +21,7 @@ from urdyn.identify.map_estimate import Block, build_problem, posterior, solve
 from urdyn.identify.noise import GAUSSIAN, Noise, fit_noise
 from urdyn.identify.rank import data_rank
 from urdyn.identify.select import select_terms
-from urdyn.identify.unknowns import Payload, Unknowns
+from urdyn.identify.unknowns import PayloadPrior, Unknowns
 from urdyn.model.arm import Arm
 from urdyn.model.dynamics import Dynamics
 from urdyn.model.population import OPTIONAL, population
@@ -45,7 +45,7 @@ class Run:
     """A motion, and what the arm carried in it; None: nothing but itself."""
 
     motion: Motion
-    payload: Payload | None = None
+    payload: PayloadPrior | None = None
 
 
 @dataclass(frozen=True)

@@ -22,7 +22,7 @@ COORDINATES = ("alpha", "d1", "d2", "d3", "s12", "s23", "s13", "t1", "t2", "t3")
 
 
 @dataclass(frozen=True)
-class Payload:
+class PayloadPrior:
     """What is known of a payload before the data: a compact body near the flange."""
 
     mass: float | None = None  # [kg]; None: to be found
@@ -45,7 +45,7 @@ class Unknowns:
     prior: Population
     terms: tuple[frozenset[str], ...]  # one a joint: the optional terms of its model
     gain: Array | None = None  # (J,) [N·m/A] where the drive gains are given
-    payloads: tuple[Payload, ...] = ()
+    payloads: tuple[PayloadPrior, ...] = ()
 
     @cached_property
     def drive(self) -> tuple[tuple[str, int], ...]:

@@ -6,8 +6,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import BinaryIO
 
+from urdyn.errors import LogError
+
 SIZE = 1 << 24  # [bytes]: large enough for all cores, small beside the numbers
-LINE = 1 << 20  # [bytes]: no row is as long as this
+LONGEST = 1 << 24  # [bytes]: no row is as long as this
 BOM = b"\xef\xbb\xbf"
 
 
@@ -39,16 +41,25 @@ class Block:
         return head, Block(self.data[cut:], self.line + head.lines)
 
 
-def blocks(stream: BinaryIO) -> Iterator[Block]:
+def blocks(stream: BinaryIO, path: str) -> Iterator[Block]:
     """The stream, block after block, without a byte order mark."""
     line, rest = 1, b""
-    while chunk := stream.read(SIZE):
+    while chunk := _chunk(stream):
         chunk = chunk.removeprefix(BOM) if line == 1 and not rest else chunk
         whole, feed, tail = chunk.rpartition(b"\n")
         if feed:
             yield (block := Block(rest + whole + feed, line))
             line, rest = line + block.lines, tail
-        elif len(rest := rest + tail) > LINE + SIZE:
-            break  # no text has such lines: what is there is shown to the one who judges text
+        elif len(rest := rest + tail) > LONGEST:
+            raise LogError(f"a line of more than {LONGEST >> 20} MB: no recording", path, line)
     if rest:
         yield Block(rest, line)
+
+
+def _chunk(stream: BinaryIO) -> bytes:
+    """SIZE bytes, or all that is left: decompressors may give less than they are asked for."""
+    parts, wanted = [], SIZE
+    while wanted > 0 and (part := stream.read(wanted)):
+        parts.append(part)
+        wanted -= len(part)
+    return b"".join(parts)

@@ -29,8 +29,8 @@ WRITERS: dict[str, Callable[[BinaryIO], Any]] = {
     ".zst": lambda raw: pa.CompressedOutputStream(raw, "zstd"),
 }
 
-# What the readers raise where an archive is torn or is not one.
-TORN = (EOFError, OSError, lzma.LZMAError, zlib.error, pa.ArrowException)
+# What the readers, and Parquet's, raise where an archive is torn or is not one.
+TORN = (EOFError, OSError, lzma.LZMAError, zlib.error, pa.ArrowException, UnicodeDecodeError)
 
 
 class HashedFile(io.RawIOBase):

@@ -10,13 +10,12 @@ from enum import Enum
 
 from urdyn.errors import LogError
 from urdyn.io.cells import fields, is_number, is_stamp
-from urdyn.io.names import duplicates, expand, rename
+from urdyn.io.names import duplicates, example, expand, rename
 
 SAMPLE = 100  # lines that are looked at
 READ = 1 << 20  # [bytes] they are looked for in
 PRINTED = 1 << 16  # [bytes] that have to be text, nearly all
 PRINTABLE = bytes([*range(32, 127), *b"\t\n\r"])
-EXAMPLE = "--columns timestamp,actual_q*6,actual_qd*6,actual_current*6"
 
 
 class Kind(Enum):
@@ -98,23 +97,14 @@ def _filled(cells: Sequence[str]) -> int:
     return max((k for k, cell in enumerate(cells, 1) if cell.strip()), default=0)
 
 
-def _wants_columns(width: int) -> str:
-    """The line for a file without a header, with an example of just as many columns."""
-    joints, rest = divmod(width - 1, 6)
-    vectors = ("actual_q", "actual_qd", "actual_current", "target_current", "target_moment")
-    words = ["timestamp", *(f"{name}*6" for name in vectors[:joints])]
-    skipped = rest + 6 * max(joints - len(vectors), 0)
-    words += [f"-*{skipped}"] if skipped > 1 else ["-"] * skipped
-    return f"has no header; name its {width} columns, for example --columns {','.join(words)}"
-
-
 def _columns(
     header: list[str] | None, spec: str | None, samples: list[list[str]], path: str, line: int
 ) -> tuple[str, ...]:
     """RTDE names, one for every field of a row; fields that nobody named are ""."""
     width, filled = _mode(map(len, samples)), _mode(map(_filled, samples))
     if spec is None and header is None:
-        raise LogError(_wants_columns(filled), path, line)
+        told = f"has no header; name its {filled} columns, for example --columns {example(filled)}"
+        raise LogError(told, path, line)
     names = _said(spec, path) if spec else [rename(name) for name in header or ()]
     named = len(names) if spec else _filled(names)
     if not filled <= len(names) or not named <= width:
@@ -130,7 +120,9 @@ def _said(spec: str, path: str) -> list[str]:
     try:
         return list(expand(spec))
     except ValueError as error:
-        raise LogError(f"--columns cannot be read: {error}; write {EXAMPLE}", path) from None
+        raise LogError(
+            f"--columns cannot be read: {error}; write --columns {example(19)}", path
+        ) from None
 
 
 def _mode(counts: Iterable[int]) -> int:

@@ -31,7 +31,7 @@ def writing(path: str | Path) -> Iterator[BinaryIO]:
     try:
         with part.open("wb") as stream:
             yield stream
-            stream.flush()
+        with part.open("rb+") as stream:  # again, for some compressors close what they are given
             os.fsync(stream.fileno())
         part.replace(target)
     except OSError as error:

@@ -50,6 +50,15 @@ def expand(spec: str) -> tuple[str, ...]:
     return tuple(names)
 
 
+def example(width: int) -> str:
+    """What a `--columns` line for `width` columns looks like."""
+    joints, rest = divmod(width - 1, 6)
+    vectors = ("actual_q", "actual_qd", "actual_current", "target_current", "target_moment")
+    words = ["timestamp", *(f"{name}*6" for name in vectors[:joints])]
+    skipped = rest + 6 * max(joints - len(vectors), 0)
+    return ",".join([*words, f"-*{skipped}"] if skipped else words)
+
+
 def layout(columns: Sequence[str], wanted: Collection[str] | None = None) -> Layout:
     """Channels that named columns make: `x_0 ... x_k` are one, everything else is a scalar.
 

@@ -16,71 +16,88 @@ from urdyn.io.sound import blanks, numbers
 from urdyn.io.table import Table
 
 MAGIC = b"PAR1"
-BATCH = 1 << 17  # rows that memory holds twice
+BATCH = 1 << 16  # rows that memory holds twice
+LISTS = (pa.types.is_list, pa.types.is_large_list, pa.types.is_fixed_size_list)
+NUMBERS = (
+    pa.types.is_integer,
+    pa.types.is_floating,
+    pa.types.is_boolean,
+    pa.types.is_timestamp,
+    pa.types.is_decimal,
+)
 
 
 def described(file: pq.ParquetFile, path: str) -> Dialect:
     """The file's columns as fields; a list of k values is k fields, `name_0` and so on."""
-    if file.metadata.num_rows == 0:
+    start = next(file.iter_batches(1), None)
+    if not start:
         raise LogError("has no data", path)
-    start = next(file.iter_batches(1))
-    columns: list[str] = []
-    kinds: list[Kind] = []
-    for name, column in zip(start.schema.names, start.columns, strict=True):
-        names, kind = _fields(rename(name), column)
-        columns += names
-        kinds += [kind] * len(names)
-    if twice := duplicates(columns):
-        raise LogError(f"two columns are called {twice[0]}", path)
-    return Dialect("", ".", tuple(columns), tuple(kinds), len(columns))
-
-
-def _fields(name: str, column: pa.Array) -> tuple[list[str], Kind]:
-    """Names of the fields that a column holds, and what their cells are."""
-    listed = _is_list(column.type)
-    of = column.type.value_type if listed else column.type
-    kind = Kind.NUMBER if _is_number(of) else Kind.TEXT
-    width = len(column.flatten()) if listed else 0
-    return [f"{name}_{k}" for k in range(width)] if listed else [name], kind
+    fields = _fields(start, path)
+    kinds = tuple(
+        Kind.NUMBER if any(is_(cells.type) for is_ in NUMBERS) else Kind.TEXT
+        for cells in fields.values()
+    )
+    return Dialect("", ".", tuple(fields), kinds, len(fields))
 
 
 def tables(file: pq.ParquetFile, plan: Plan, path: str) -> Iterator[Table]:
     """The wanted rows, a table a batch."""
+    wanted = [plan.dialect.columns[place] for place in plan.places]
+    columns = [column.name for column in file.schema_arrow if _holds(column, wanted)]
     row = 0
-    for batch in file.iter_batches(BATCH):
+    for batch in file.iter_batches(BATCH, columns=columns):
         first, stop = (int(min(max(b - row, 0), len(batch))) for b in (plan.start, plan.stop))
         part = batch.slice(first, max(stop - first, 0))
-        rows = np.arange(row + first, row + first + len(part))
-        row += len(batch)
-        fields = [field for column in part.columns for field in _split(column, path)]
-        if len(fields) != len(plan.dialect.columns) and len(part):
+        yield _table(part, row + first, row := row + len(batch), plan, path)
+
+
+def _table(batch: pa.RecordBatch, first: int, rows: int, plan: Plan, path: str) -> Table:
+    """A batch whose first data row is `first`; `rows` is where the next batch begins."""
+    fields = _fields(batch, path)
+    values = np.empty((len(batch), len(plan.places)), order="F")
+    empty = np.zeros_like(values, dtype=bool)
+    names = [plan.dialect.columns[place] for place in plan.places]
+    for k, name in enumerate(names if len(batch) else []):  # no rows, no lists to see
+        if name not in fields:
             raise LogError("has lists of more than one length", path)
-        values = np.empty((len(part), len(plan.places)), order="F")
-        empty = np.zeros_like(values, dtype=bool)
-        for k, place in enumerate(plan.places if len(part) else []):
-            values[:, k] = numbers(fields[place])
-            empty[:, k] = fields[place].is_null().to_numpy(zero_copy_only=False)
-        line = np.zeros(len(part), dtype=np.intp)
-        yield plan.table(values, line, rows, blanks(values, empty, line), row)
+        values[:, k] = numbers(fields[name])
+        empty[:, k] = fields[name].is_null().to_numpy(zero_copy_only=False)
+    line = np.zeros(len(batch), dtype=np.intp)
+    at = np.arange(first, first + len(batch))
+    return plan.table(values, line, at, blanks(values, empty, line), rows)
 
 
-def _split(column: pa.Array, path: str) -> list[pa.Array]:
+def _fields(batch: pa.RecordBatch, path: str) -> dict[str, pa.Array]:
+    """Name -> cells of every field."""
+    pairs = [
+        (name, cells)
+        for column, whole in zip(batch.schema.names, batch.columns, strict=True)
+        for name, cells in _split(rename(column), whole, path)
+    ]
+    if twice := duplicates(name for name, _ in pairs):
+        raise LogError(f"two columns are called {twice[0]}", path)
+    return dict(pairs)
+
+
+def _split(name: str, column: pa.Array, path: str) -> list[tuple[str, pa.Array]]:
     """The fields of a column: itself, or one for every place of its lists."""
-    if not _is_list(column.type) or not len(column):
-        return [column]
+    if not _is_list(column.type):
+        return [(name, column)]
     cells = column.flatten()
-    width, rest = divmod(len(cells), len(column))
+    width, rest = divmod(len(cells), max(len(column), 1))
     if rest or column.null_count:
         raise LogError("has lists of more than one length", path)
-    return [cells.take(pa.array(np.arange(k, len(cells), width))) for k in range(width)]
+    places = (pa.array(np.arange(k, len(cells), width)) for k in range(width))
+    return [(f"{name}_{k}", cells.take(place)) for k, place in enumerate(places)]
 
 
 def _is_list(of: pa.DataType) -> bool:
-    return bool(
-        pa.types.is_list(of) or pa.types.is_large_list(of) or pa.types.is_fixed_size_list(of)
-    )
+    return any(is_(of) for is_ in LISTS)
 
 
-def _is_number(of: pa.DataType) -> bool:
-    kinds = (pa.types.is_integer, pa.types.is_floating, pa.types.is_boolean, pa.types.is_timestamp)
-    return any(kind(of) for kind in kinds) or bool(pa.types.is_decimal(of))
+def _holds(column: pa.Field, wanted: list[str]) -> bool:
+    """Does a column hold one of the wanted fields?"""
+    name = rename(column.name)
+    if _is_list(column.type):
+        return any(field.startswith(f"{name}_") for field in wanted)
+    return name in wanted

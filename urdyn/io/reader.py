@@ -15,7 +15,6 @@ from urdyn.io import parquet
 from urdyn.io.blocks import blocks
 from urdyn.io.compression import TORN, HashedFile, decompressed
 from urdyn.io.dialect import Dialect, sniff
-from urdyn.io.files import sha256
 from urdyn.io.mend import mend
 from urdyn.io.names import layout, listed
 from urdyn.io.parse import parse
@@ -51,28 +50,34 @@ def read_table(
     channels: Collection[str] | None = None,
 ) -> tuple[Table, Source]:
     """The numbers in `path` before anybody judged them: for poses, which no clock orders."""
-    source, bounds = Source(str(path)), _bounds(rows, str(path))
+    bounds = _bounds(rows, str(path))
     try:
         with Path(path).open("rb") as stream:
-            if stream.read(len(parquet.MAGIC)) == parquet.MAGIC:
-                pieces = list(_parquet(source.path, bounds, channels))
-                source = replace(source, sha256=sha256(path))
+            is_parquet = stream.read(len(parquet.MAGIC)) == parquet.MAGIC
+            stream.seek(0)
+            file = HashedFile(stream)
+            if is_parquet:
+                pieces = list(_parquet(str(path), bounds, channels))
             else:
-                stream.seek(0)
-                file = HashedFile(stream)
-                pieces = list(_text(file, source.path, columns, bounds, channels))
-                source = replace(source, sha256=file.sha256())
+                pieces = list(_text(file, str(path), columns, bounds, channels))
+            source = Source(str(path), file.sha256())
     except TORN as error:
-        reason = getattr(error, "strerror", None) or f"damaged file ({error})"
+        told = " ".join(str(error).split())  # Arrow tells in several lines
+        reason = getattr(error, "strerror", None) or f"damaged file ({told})"
         raise LogError(f"cannot be read: {reason}", path) from error
+    if not pieces:
+        raise LogError("has no data", path)
     table = join(pieces)
-    if rows is None:
-        return table, source
-    stop = bounds[1] if rows[1] is not None else table.rows
-    if not bounds[0] < stop <= table.rows:
-        asked = f"{bounds[0]}:{'' if rows[1] is None else rows[1]}"
-        raise LogError(f"has {table.rows} data rows, --rows {asked} asks for others", path)
-    return table, replace(source, rows=(bounds[0], int(stop)))
+    return table, source if rows is None else replace(source, rows=_cut(rows, table.rows, path))
+
+
+def _cut(rows: Rows, count: int, path: str | Path) -> tuple[int, int]:
+    """First and stop of `rows` in a file of so many data rows; LogError where it has them not."""
+    first, stop = rows[0] or 0, count if rows[1] is None else rows[1]
+    if not first < stop <= count:
+        asked = f"{first}:{'' if rows[1] is None else stop}"
+        raise LogError(f"has {count} data rows, --rows {asked} asks for others", path)
+    return first, stop
 
 
 def _text(
@@ -83,7 +88,7 @@ def _text(
     channels: Collection[str] | None,
 ) -> Iterator[Table]:
     """Tables of a text file; the first also carries what is amiss with its columns."""
-    parts = blocks(decompressed(file))
+    parts = blocks(decompressed(file), path)
     start = next(parts, None)
     if start is None:
         raise LogError("is empty", path)
@@ -96,7 +101,7 @@ def _parquet(
     path: str, bounds: tuple[int, float], channels: Collection[str] | None
 ) -> Iterator[Table]:
     """Tables of a Parquet file."""
-    with pq.ParquetFile(path) as file:
+    with pq.ParquetFile(path, pre_buffer=False) as file:  # or it holds the whole file
         plan = _plan(parquet.described(file, path), bounds, channels, path)
         yield from _reported(parquet.tables(file, plan, path), plan)
 
@@ -104,10 +109,10 @@ def _parquet(
 def _bounds(rows: Rows | None, path: str) -> tuple[int, float]:
     """First and stop of the data rows that are wanted."""
     start, stop = rows or (None, None)
-    first, last = 0 if start is None else start, np.inf if stop is None else stop
-    if not 0 <= first < last:
-        raise LogError(f"--rows {first}:{last} is empty; write first:stop, from 0", path)
-    return first, last
+    bounds = 0 if start is None else start, np.inf if stop is None else stop
+    if not 0 <= bounds[0] < bounds[1]:
+        raise LogError(f"--rows {start}:{stop} is empty; write first:stop, from 0", path)
+    return bounds
 
 
 def _plan(

@@ -21,7 +21,7 @@ def sound(block: Block, row: int, plan: Plan) -> Table:
     """The wanted rows of a block whose first data row is `row`; REFUSED if anything is amiss."""
     table, lines = _arrow(block, plan), block.lines
     if table.num_rows != lines:
-        raise pa.ArrowInvalid("a stray quote has swallowed lines")
+        raise pa.ArrowInvalid("blank lines, or a stray quote that has swallowed some")
     first, stop = (int(min(max(bound - row, 0), lines)) for bound in (plan.start, plan.stop))
     table = table.slice(first, stop - first)
     offset = np.arange(first, max(first, stop))
@@ -42,7 +42,7 @@ def _arrow(block: Block, plan: Plan) -> pa.Table:
     return csv.read_csv(
         pa.BufferReader(block.data),
         csv.ReadOptions(column_names=[str(k) for k in range(len(dialect.columns))]),
-        csv.ParseOptions(delimiter=dialect.delimiter, ignore_empty_lines=False),
+        csv.ParseOptions(delimiter=dialect.delimiter),
         csv.ConvertOptions(
             include_columns=list(types),
             column_types=types,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from functools import lru_cache
+from functools import cached_property, lru_cache
 
 import numpy as np
 
@@ -48,7 +48,7 @@ class Causal:
     offset: float | tuple[float, ...] = 0.0  # [s] by which the current leads; one, or one a joint
     gate: Gate | None = field(default_factory=Gate)  # None: every sample passes
 
-    @property
+    @cached_property
     def fit(self) -> LocalPolynomial:
         """The local polynomial that is fitted to a full window."""
         half = half_window(self.period, self.degree) if self.half is None else self.half
@@ -82,7 +82,7 @@ class Causal:
         keep = slice(1 - self.fit.samples, None)
         return replace(
             state,
-            t=np.append(state.t[keep], t),
+            t=np.concatenate([state.t[keep], [t]]),
             rows=np.concatenate([state.rows[keep], row[None]]),
             departures=np.concatenate([state.departures[keep], departure[None]]),
             refused=state.refused + refused,
@@ -93,7 +93,7 @@ class Causal:
         lag = fit.half if self.lag is None else self.lag
         row = fit.samples - 1 - lag
         q, v = state.rows[:, 0], state.rows[:, 1]
-        even = np.abs(np.diff(state.t) - self.period).max() <= UNIFORM * self.period
+        even = np.abs(state.t[1:] - state.t[:-1] - self.period).max() <= UNIFORM * self.period
         whole = np.isfinite(state.rows[:, :2]).all()
         if even and whole:
             of_q, of_v = _operator(fit, (fit.half - lag) * self.period, self.offset)

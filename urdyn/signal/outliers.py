@@ -29,7 +29,9 @@ def reject_outliers(
     Centre and spread are mean and standard deviation (the paper's) or, `robust`, median and MAD;
     of a whole column or of a moving `window` [samples] that does not reach across gaps. Robust and
     windowed it is the identifier of [Hampel1974]_. Mind that 3 sigma can find nothing among ten
-    samples, for none of n lies further out than (n - 1)/√n, and that outliers hide one another.
+    samples, for none of n lies further out than (n - 1)/√n, that outliers hide one another, and
+    that of a whole column it takes rare motion for error: of a recording in which one joint of a
+    UR10e moves it marks 860 angles, and every one of them is sound.
     """
     kept, found = {}, 0
     for name in [name for name in channels if name in log]:

@@ -48,7 +48,7 @@ class Series:
     def one_period(self) -> tuple[Array, Array, Array]:
         """q, v, a over a period, finely enough that little is hidden between the rows."""
         rows = OVERSAMPLING * len(self.sine)
-        return self.at(np.arange(rows) * (self.period / rows))
+        return self.at(np.linspace(0.0, self.period, rows, endpoint=False))
 
     def scaled(self, share: Array | float) -> Series:
         """Excursions about the middle times `share`, (J,) or one for all [-]."""

@@ -44,7 +44,8 @@ class Sensors:
         if trajectory.step < self.cycle * (1.0 - 1e-9):
             most, asked = 1.0 / self.cycle, 1.0 / trajectory.step
             raise InputError(f"the controller reports at {most:g} Hz; {asked:g} Hz is too much")
-        return np.round(trajectory.t / self.cycle) * self.cycle
+        cycles = np.round(trajectory.t / self.cycle)
+        return np.round(cycles * self.cycle, 9)  # .694, not .6940000000000001
 
 
 def typical_sensors(arm: Arm) -> Sensors:
@@ -69,7 +70,7 @@ def observe(
     """
     t = sensors.stamps(trajectory)
     aimed = _aims(dynamics, trajectory, sensors, t)
-    return Log(t, {"timestamp": t} | aimed | _sensed(dynamics, trajectory, sensors, aimed, t, rng))
+    return Log(t, aimed | _sensed(dynamics, trajectory, sensors, aimed, t, rng))
 
 
 def _aims(

@@ -1,0 +1,106 @@
+"""What was written reads back bit for bit, and no reader ever meets half a file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pyarrow.parquet as pq
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+from urdyn.errors import InputError
+from urdyn.io import read, sha256, write, write_text, writing
+from urdyn.types import Log, Source
+
+SUFFIXES = [".csv", ".parquet", ".csv.gz", ".csv.bz2", ".csv.xz", ".csv.zst"]
+numbers = st.floats(-1e3, 1e3) | st.sampled_from([np.nan, -0.0, 5e-324, 0.1 + 0.2])
+
+
+@st.composite
+def logs(draw: st.DrawFn) -> Log:
+    n, width = draw(st.integers(2, 12)), draw(st.integers(1, 7))
+    steps = draw(arrays(float, n, elements=st.floats(1e-4, 0.1)))
+    channels = {
+        "actual_q": draw(arrays(float, (n, width), elements=numbers)),
+        "speed_scaling": draw(arrays(float, n, elements=numbers)),
+        "output_double_register_3": draw(arrays(float, n, elements=numbers)),
+        "payload": np.ones(n),  # a row without any value is no row of a log
+    }
+    return Log(1e6 + np.cumsum(steps), channels)
+
+
+@settings(max_examples=25, deadline=None, suppress_health_check=list(HealthCheck))
+@given(log=logs(), suffix=st.sampled_from(SUFFIXES))
+def test_what_was_written_reads_back_bit_for_bit(log: Log, suffix: str, tmp_path: Path) -> None:
+    path = tmp_path / f"log{suffix}"
+    write(log, path)
+    back = read(path)
+    assert back.t.tobytes() == log.t.tobytes()
+    assert set(back.channels) == set(log.channels)
+    for name, values in log.channels.items():
+        assert back.channels[name].shape == values.shape
+        np.testing.assert_array_equal(back.channels[name], values)
+        zero = values == 0
+        np.testing.assert_array_equal(
+            np.signbit(back.channels[name][zero]), np.signbit(values[zero])
+        )
+    assert back.source.sha256 == sha256(path)
+
+
+@pytest.fixture
+def log() -> Log:
+    t = np.arange(5) / 500
+    return Log(t, {"actual_q": np.zeros((5, 2)), "payload": t}, Source("monday.csv", "ab" * 32))
+
+
+def test_csv_is_what_an_rtde_recorder_writes(log: Log, tmp_path: Path) -> None:
+    write(log, tmp_path / "log.csv")
+    lines = (tmp_path / "log.csv").read_bytes().decode().split("\n")
+    assert lines[:2] == ["timestamp,actual_q_0,actual_q_1,payload", "0,0,0,0"]
+    assert lines[-1] == ""
+
+
+def test_parquet_carries_its_origin(log: Log, tmp_path: Path) -> None:
+    write(log, tmp_path / "log.parquet")
+    metadata = pq.read_metadata(tmp_path / "log.parquet").metadata
+    assert metadata[b"urdyn.source.sha256"] == b"ab" * 32
+    assert metadata[b"urdyn.source.path"] == b"monday.csv"
+    assert metadata[b"urdyn.version"]
+
+
+@pytest.mark.parametrize("suffix", SUFFIXES)
+def test_equal_logs_are_equal_files(suffix: str, log: Log, tmp_path: Path) -> None:
+    first, second = tmp_path / f"a{suffix}", tmp_path / f"b{suffix}"
+    write(log, first)
+    write(log, second)
+    assert sha256(first) == sha256(second)
+
+
+@pytest.mark.parametrize("name", ["log", "log.txt", "log.gz", "log.parquet.gz", ".csv.7z"])
+def test_a_suffix_that_says_nothing_is_refused(name: str, log: Log, tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"\.csv or \.parquet"):
+        write(log, tmp_path / name)
+
+
+def test_a_write_that_fails_leaves_the_old_file_and_nothing_beside_it(tmp_path: Path) -> None:
+    path = tmp_path / "twin.toml"
+    write_text(path, "whole\n")
+    with pytest.raises(RuntimeError), writing(path) as stream:
+        stream.write(b"half")
+        raise RuntimeError
+    assert path.read_text() == "whole\n"
+    assert list(tmp_path.iterdir()) == [path]
+
+
+@pytest.mark.parametrize("name", [".", "nowhere/report.html"])
+def test_what_cannot_be_written_is_refused(name: str, tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="cannot be written"):
+        write_text(tmp_path / name, "text")
+
+
+def test_a_hash_of_nothing_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="cannot be read"):
+        sha256(tmp_path / "nowhere")

@@ -1,0 +1,88 @@
+"""How well a model predicts a log that it was not fitted to."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.signal import butter, sosfiltfilt
+from scipy.stats import t as student
+
+from urdyn.identify.fit import Fit
+from urdyn.signal import condition
+from urdyn.types import Array, Log
+
+FLOOR_BAND = 10.0  # [Hz] above which motion and friction say little: mostly the sensor speaks
+
+
+@dataclass(frozen=True)
+class Score:
+    """Prediction of one log's raw current, joint by joint; NaN where there is no current."""
+
+    log: Log
+    predicted: Array  # (N, J) [A], from positions and velocities alone
+    rre_percent: Array  # (J,) 100 |i - i_predicted| / |i|
+    rmse: Array  # (J,) [A]
+    target_rre_percent: Array  # (J,) the same for the controller's own target_current
+    floor_percent: Array  # (J,) share of the measured current above FLOOR_BAND
+    coverage90: Array  # (J,) share of samples inside the predicted 90 % interval [-]
+
+    @property
+    def duration(self) -> float:
+        """Time from the first row to the last [s]."""
+        return float(self.log.t[-1] - self.log.t[0])
+
+
+def validate(fit: Fit, log: Log) -> Score:
+    """Score of a fit on a log, on the current as it was measured."""
+    motion = condition(log)
+    predicted = fit.dynamics.current(motion)
+    error = motion.current - predicted
+    size = _norm(motion.current)
+    return Score(
+        log=log,
+        predicted=predicted,
+        rre_percent=100.0 * _norm(error) / size,
+        rmse=_rms(error),
+        target_rre_percent=100.0 * _norm(motion.current - log.joint("target_current")) / size,
+        floor_percent=100.0 * np.sqrt(len(log)) * noise_floor(log.t, motion.current) / size,
+        coverage90=_coverage(fit, error),
+    )
+
+
+def noise_floor(t: Array, current: Array) -> Array:
+    """Root mean square of the current above FLOOR_BAND, (J,) [A]; NaN below 2.5 samples a period.
+
+    What no smooth model of the motion can be asked to predict.
+    """
+    whole = np.isfinite(current).all(axis=1)
+    rate = 1.0 / float(np.median(np.diff(t)))
+    if rate < 2.5 * FLOOR_BAND or whole.sum() < 4 * rate / FLOOR_BAND + 30:
+        return np.full(current.shape[1], np.nan)
+    low_pass = butter(4, FLOOR_BAND, fs=rate, output="sos")
+    smooth = sosfiltfilt(low_pass, current[whole], axis=0)
+    return _rms(current[whole] - smooth)
+
+
+def interval(fit: Fit, level: float = 0.9) -> Array:
+    """Half width of the interval that holds a sample of current with probability `level`, (J,)."""
+    dof = fit.noise.dof
+    quantile = student.ppf(0.5 + level / 2.0, dof) * np.sqrt((dof - 2.0) / dof)
+    return np.asarray(quantile * fit.noise.sd)
+
+
+def _coverage(fit: Fit, error: Array) -> Array:
+    told = np.isfinite(error)
+    inside = (np.abs(error) <= interval(fit)) & told
+    return np.asarray(inside.sum(axis=0) / np.maximum(told.sum(axis=0), 1))
+
+
+def _norm(x: Array) -> Array:
+    """Euclidean norm down the rows that are told; NaN where none is."""
+    told = np.isfinite(x)
+    total = np.sqrt(np.sum(np.where(told, x, 0.0) ** 2, axis=0))
+    return np.where(told.any(axis=0), total, np.nan)
+
+
+def _rms(x: Array) -> Array:
+    return np.asarray(_norm(x) / np.sqrt(np.maximum(np.isfinite(x).sum(axis=0), 1)))

@@ -1,0 +1,141 @@
+"""The twin of one arm, and its file: readable, versioned, with the hashes of what it came from."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from urdyn.errors import TwinError, UrdynError
+from urdyn.identify.fit import Fit
+from urdyn.identify.noise import Noise
+from urdyn.io import dump_toml, load_toml, write_text
+from urdyn.model.arm import Arm, load_arm, read_arm
+from urdyn.model.body import BODY, about_frame, tensor
+from urdyn.model.consistency import is_consistent
+from urdyn.model.drive import LINEAR, SHAPE, Drive
+from urdyn.model.dynamics import Dynamics
+from urdyn.model.library import names as library_names
+from urdyn.types import Array, Gaussian, Parameters, Source
+from urdyn.version import __version__
+
+FORMAT = 1
+
+
+@dataclass(frozen=True)
+class Twin:
+    """An arm and what is known of it."""
+
+    arm: Arm
+    fit: Fit
+
+    def save(self, path: str | Path) -> None:
+        """Write the twin as TOML."""
+        write_text(path, dump_toml(document(self.fit)))
+
+    @classmethod
+    def load(cls, path: str | Path) -> Twin:
+        """Read a twin.toml.
+
+        Raises:
+            TwinError: the file is not a twin, or says something impossible.
+        """
+        fit = _fit(load_toml(path, TwinError), path)
+        return cls(fit.dynamics.arm, fit)
+
+
+def document(fit: Fit) -> dict[str, Any]:
+    """A fit as nested tables: what people read first comes first."""
+    arm, noise = fit.dynamics.arm, fit.noise
+    table = fit.parameters
+    rows = zip(
+        table.names, table.values, fit.sd, table.units, fit.prior, fit.prior_sd, strict=True
+    )
+    keys = ("name", "value", "sd", "unit", "prior", "prior_sd")
+    described = {} if arm.name in library_names() else {"urdf": arm.urdf}
+    return {
+        "urdyn": {"version": __version__, "format": FORMAT},
+        "robot": {"name": arm.name, "joints": arm.joint_names, "links": arm.link_names} | described,
+        "data": {"samples": fit.n_samples, "rank": fit.rank, "columns": fit.n_parameters},
+        "log": [_log(source) for source in fit.sources],
+        "parameter": [dict(zip(keys, row, strict=True)) for row in rows],
+        "model": {
+            "time_offset": fit.dynamics.drive.time_offset,
+            "temperature": fit.dynamics.drive.temperature,
+            "terms": [sorted(terms) for terms in fit.terms],
+        },
+        "noise": {"sd": noise.sd, "scale": noise.scale, "dof": noise.dof, "ar": noise.ar},
+        "payloads": {"inertials": [list(payload) for payload in fit.payloads]},
+        "belief": {"names": fit.names, "mean": fit.belief.mean, "covariance": fit.belief.cov},
+    }
+
+
+def _log(source: Source) -> dict[str, Any]:
+    rows = {"rows": list(source.rows)} if source.rows else {}
+    return {"path": source.path, "sha256": source.sha256} | rows
+
+
+def _fit(tables: dict[str, Any], path: str | Path) -> Fit:
+    """The fit in a document; every way in which it can be wrong ends in one line."""
+    written = tables.get("urdyn", {}).get("format")
+    if written != FORMAT:
+        raise TwinError(
+            f"{path}: not a twin of format {FORMAT} (it says {written!r}); write it with `urdyn identify`"
+        )
+    try:
+        fit = _read(tables)
+    except UrdynError as error:
+        raise TwinError(f"{path}: {error}") from error
+    except (KeyError, TypeError, ValueError, AssertionError, AttributeError) as error:
+        raise TwinError(
+            f"{path}: damaged twin ({type(error).__name__}: {error}); identify the arm again"
+        ) from error
+    if not (np.isfinite(fit.parameters.values).all() and is_consistent(fit.dynamics.inertials).all()):
+        raise TwinError(f"{path}: the masses are not those of possible bodies; identify the arm again")
+    return fit
+
+
+def _read(tables: dict[str, Any]) -> Fit:
+    robot, rows, noise = tables["robot"], tables["parameter"], tables["noise"]
+    arm = read_arm(robot["urdf"], robot["name"]) if "urdf" in robot else load_arm(robot["name"])
+    column = {key: [row[key] for row in rows] for key in rows[0]}
+    parameters = Parameters(
+        np.array(column["value"]), tuple(column["name"]), tuple(column["unit"])
+    )
+    belief, data = tables["belief"], tables["data"]
+    return Fit(
+        dynamics=_dynamics(arm, parameters, tables["model"]),
+        payloads=tuple(np.array(row) for row in tables["payloads"]["inertials"]),
+        parameters=parameters,
+        sd=np.array(column["sd"]),
+        prior=np.array(column["prior"]),
+        prior_sd=np.array(column["prior_sd"]),
+        names=tuple(belief["names"]),
+        belief=Gaussian(np.array(belief["mean"]), np.array(belief["covariance"])),
+        terms=tuple(frozenset(terms) for terms in tables["model"]["terms"]),
+        noise=Noise(**{key: np.array(noise[key]) for key in ("sd", "scale", "dof", "ar")}),
+        sources=tuple(
+            Source(log["path"], log["sha256"], tuple(log["rows"]) if "rows" in log else None)
+            for log in tables.get("log", [])
+        ),
+        n_samples=data["samples"],
+        rank=data["rank"],
+        n_parameters=data["columns"],
+    )
+
+
+def _dynamics(arm: Arm, parameters: Parameters, model: dict[str, Any]) -> Dynamics:
+    def field(name: str) -> Array:
+        return np.array([parameters[f"{joint}.{name}"] for joint in arm.joint_names])
+
+    bodies = [[parameters[f"{link}.{x}"] for x in BODY] for link in arm.link_names]
+    drive = Drive(
+        **{name: field(name) for name in ("gain", *LINEAR, *SHAPE)},
+        temperature=np.array(model["temperature"]),
+        health=np.ones(arm.joints),
+        time_offset=model["time_offset"],
+    )
+    inertials = [about_frame(b[0], np.array(b[1:4]), tensor(np.array(b[4:]))) for b in bodies]
+    return Dynamics(arm, np.array(inertials), drive)
