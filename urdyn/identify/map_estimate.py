@@ -23,7 +23,13 @@ from urdyn.model.drive import LINEAR, SHAPE
 from urdyn.model.dynamics import Dynamics
 from urdyn.types import Array, Gaussian
 
-IPOPT = {"ipopt.print_level": 0, "print_time": False, "ipopt.sb": "yes", "ipopt.tol": 1e-9}
+IPOPT = {
+    "ipopt.print_level": 0,
+    "print_time": False,
+    "show_eval_warnings": False,  # a step too far is taken back, and nobody need hear of it
+    "ipopt.sb": "yes",
+    "ipopt.tol": 1e-9,
+}
 
 
 @dataclass(frozen=True)
@@ -41,7 +47,6 @@ class Problem:
 
     unknowns: Unknowns
     residual: Any  # CasADi function z -> whitened residuals of all blocks
-    jacobian: Any  # CasADi function z -> their derivative
 
 
 def build_problem(unknowns: Unknowns, blocks: Sequence[Block], point: Dynamics) -> Problem:
@@ -52,12 +57,7 @@ def build_problem(unknowns: Unknowns, blocks: Sequence[Block], point: Dynamics) 
         ca.DM(block.R[:, :-1]) @ w - ca.DM(block.R[:, -1])
         for block, w in zip(blocks, ca.vertsplit(ws, _edges(blocks)), strict=True)
     ]
-    misfit = ca.vertcat(*rows)
-    return Problem(
-        unknowns,
-        ca.Function("residual", [z], [misfit]),
-        ca.Function("jacobian", [z], [ca.jacobian(misfit, z)]),
-    )
+    return Problem(unknowns, ca.Function("residual", [z], [ca.vertcat(*rows)]))
 
 
 def _edges(blocks: Sequence[Block]) -> list[int]:
@@ -108,5 +108,7 @@ def solve(problem: Problem, start: Array) -> Array:
 
 def posterior(problem: Problem, z: Array) -> Gaussian:
     """Laplace's approximation at the maximum, in scores: information is data plus prior."""
-    J = np.asarray(problem.jacobian(z))
+    symbol = ca.MX.sym("z", len(z))
+    slope = ca.Function("slope", [symbol], [ca.jacobian(problem.residual(symbol), symbol)])
+    J = np.asarray(slope(z))
     return Gaussian(z, np.linalg.inv(J.T @ J + np.eye(len(z))))

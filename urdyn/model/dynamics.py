@@ -43,10 +43,14 @@ class Dynamics:
         drive = self.drive
         return bristles(motion, drive.presliding_distance).together(drive.presliding_tail)
 
-    def torque(self, motion: Motion) -> Array:
-        """Torque that the drives give along a motion, (N, J) [N·m]."""
+    def torque(self, motion: Motion, s: Array | None = None) -> Array:
+        """Torque that the drives give along a motion, (N, J) [N·m].
+
+        Args:
+            s: presliding state where the caller has followed it, (N, J) [-].
+        """
         load, drive = self.load(motion), self.drive
-        terms = features(motion, load, self.presliding(motion), drive)
+        terms = features(motion, load, self.presliding(motion) if s is None else s, drive)
         return np.asarray(load + sum(getattr(drive, name) * terms[name] for name in LINEAR))
 
     def current(self, motion: Motion) -> Array:

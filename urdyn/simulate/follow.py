@@ -7,11 +7,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from urdyn.model.drive import LINEAR
 from urdyn.model.dynamics import Dynamics
-from urdyn.model.friction import bristles, features
+from urdyn.model.friction import bristles
 from urdyn.simulate.trajectory import Trajectory, blocks
-from urdyn.types import Array, Motion
+from urdyn.types import Array
 
 
 def current(dynamics: Dynamics, trajectory: Trajectory, t: Array, temperature: float) -> Array:
@@ -27,16 +26,9 @@ def current(dynamics: Dynamics, trajectory: Trajectory, t: Array, temperature: f
         motion = replace(motion, temperature=np.broadcast_to(temperature, motion.q.shape))
         moved = bristles(motion, drive.presliding_distance, end)
         end, s = moved.end, moved.together(drive.presliding_tail)
-        torque = _torque(dynamics, motion, s)[-(rows.stop - rows.start) :]
+        torque = dynamics.torque(motion, s)[-(rows.stop - rows.start) :]
         amperes[rows] = torque / (drive.gain * drive.health)
     return amperes
-
-
-def _torque(dynamics: Dynamics, motion: Motion, s: Array) -> Array:
-    """`dynamics.torque` where the presliding state is known, (N, J) [N·m]."""
-    load = dynamics.load(motion)
-    terms = features(motion, load, s, dynamics.drive)
-    return np.asarray(load + sum(getattr(dynamics.drive, name) * terms[name] for name in LINEAR))
 
 
 def blockwise(values: Callable[[Array], Array], t: Array, width: int) -> Array:

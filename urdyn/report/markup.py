@@ -1,0 +1,86 @@
+"""HTML in the small: every text that enters a page is escaped here, and mypy sees to it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from functools import cache
+from html import escape
+from pathlib import Path
+from typing import NewType
+
+import plotly.graph_objects as go
+from plotly.offline import get_plotlyjs
+
+Html = NewType("Html", str)  # text that is safe to put on a page
+
+
+def text(value: object) -> Html:
+    """`value` as it reads, whatever it holds."""
+    return Html(escape(str(value)))
+
+
+def join(parts: Iterable[Html], between: str = "\n") -> Html:
+    """Parts one after the other."""
+    return Html(escape(between).join(parts))
+
+
+def tag(name: str, *parts: Html, kind: str = "") -> Html:
+    """An element with a class."""
+    attribute = f' class="{escape(kind)}"' if kind else ""
+    return Html(f"<{name}{attribute}>{join(parts)}</{name}>")
+
+
+def paragraph(words: str, kind: str = "") -> Html:
+    """Words."""
+    return tag("p", text(words), kind=kind)
+
+
+def section(title: str, lead: str, *parts: Html) -> Html:
+    """A titled part of the page; `lead` says what it shows and how to read it."""
+    return tag("section", tag("h2", text(title)), paragraph(lead, "lead"), *parts)
+
+
+def grid(*parts: Html, kind: str = "three") -> Html:
+    """Parts side by side where the page is wide enough."""
+    return tag("div", *parts, kind=f"grid {kind}")
+
+
+def plot(figure: go.Figure, title: str, note: str = "") -> Html:
+    """A plot under its title; page.js draws what the script beside it holds."""
+    # "<" never appears inside the JSON: no text in it can end the script.
+    spec = figure.to_json().replace("<", "\\u003c")
+    caption = tag("figcaption", tag("b", text(title)), tag("span", text(note)))
+    data = Html(f'<script type="application/json">{spec}</script>')
+    canvas = Html(f'<div class="plot" style="height:{figure.layout.height}px"></div>')
+    return tag("figure", caption, canvas, data)
+
+
+def table(head: Sequence[str], rows: Iterable[Sequence[Html]], kind: str = "") -> Html:
+    """A table; the first cell of a row names it."""
+    top = tag("tr", *(tag("th", text(word)) for word in head))
+    body = (tag("tr", tag("th", row[0]), *(tag("td", cell) for cell in row[1:])) for row in rows)
+    whole = tag("table", tag("thead", top), tag("tbody", *body))
+    return tag("div", whole, kind=f"scroll {kind}".strip())
+
+
+def cell(value: str, small: str = "", kind: str = "") -> Html:
+    """A value over a smaller remark."""
+    remark = tag("small", text(small)) if small else Html("")
+    return tag("span", text(value), remark, kind=kind or "value")
+
+
+def document(title: str, *parts: Html) -> str:
+    """The whole page, with all that it needs inside."""
+    return (
+        '<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
+        '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
+        f"<title>{text(title)}</title>\n<style>\n{_file('page.css')}</style>\n"
+        f"</head>\n<body>\n<main>\n{join(parts)}\n</main>\n"
+        f"<script>{get_plotlyjs()}</script>\n<script>\n{_file('page.js')}</script>\n"
+        "</body>\n</html>\n"
+    )
+
+
+@cache
+def _file(name: str) -> str:
+    return Path(__file__).with_name(name).read_text(encoding="utf-8")

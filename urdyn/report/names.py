@@ -1,0 +1,53 @@
+"""What people call joints, links and quantities."""
+
+from __future__ import annotations
+
+from pathlib import PurePath
+
+from urdyn.identify import Fit
+from urdyn.types import Source
+
+QUANTITIES = {
+    "gain": "drive gain K",
+    "coulomb": "Coulomb friction f",
+    "viscous": "viscous damping α",
+    "structural": "load-proportional friction β",
+    "offset": "offset o",
+    "rotor_inertia": "rotor inertia",
+    "presliding_distance": "presliding distance",
+    "presliding_tail": "presliding tail",
+    "stribeck": "Stribeck friction g",
+    "stribeck_velocity": "Stribeck velocity",
+    "ripple_cos": "gear ripple, cosine",
+    "ripple_sin": "gear ripple, sine",
+    "thermal": "thermal damping",
+}
+
+TERMS = {"stribeck": "Stribeck", "ripple_cos": "gear ripple", "thermal": "thermal"}
+
+
+def spoken(name: str) -> str:
+    """A joint or link as people say it: "shoulder_pan_joint" is "shoulder pan"."""
+    return name.removesuffix("_joint").removesuffix("_link").replace("_", " ")
+
+
+def joints(fit: Fit) -> list[str]:
+    """The joints' spoken names, base first."""
+    return [spoken(name) for name in fit.dynamics.arm.joint_names]
+
+
+def terms(fit: Fit, joint: int) -> list[str]:
+    """The optional terms of a joint's model, spoken."""
+    return [word for term, word in TERMS.items() if term in fit.terms[joint]]
+
+
+def title(source: Source) -> str:
+    """A log's file name and slice."""
+    name = PurePath(source.path).name or "unnamed log"
+    return f"{name}, rows {source.rows[0]}:{source.rows[1]}" if source.rows else name
+
+
+def robot(fit: Fit) -> str:
+    """The arm's type as its maker writes it: "ur10e" is "UR10e"."""
+    name = fit.dynamics.arm.name
+    return name.replace("ur", "UR", 1) if name.startswith("ur") else name

@@ -1,0 +1,44 @@
+"""What is drawn of a long signal: fewer points with the same peaks, and its spectrum."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.signal import welch
+
+from urdyn.types import Array, Index
+
+SEGMENT = 8.0  # [s] of each periodogram: resolves an eighth of a hertz
+
+
+def downsample(x: Array, points: int) -> Index:
+    """Indices of at most `points` samples of x, (N,): each bin's first minimum and maximum.
+
+    What is not finite leaves no trace, but the bin around it keeps its place.
+    """
+    if len(x) <= points:
+        return np.arange(len(x))
+    bins = points // 2
+    edges = np.linspace(0, len(x), bins + 1).astype(int)
+    width = int(np.diff(edges).max())
+    # Bins that are one shorter repeat their last sample: it is its own minimum and maximum.
+    index = np.minimum(edges[:-1, None] + np.arange(width), edges[1:, None] - 1)
+    low = np.where(np.isfinite(x), x, np.inf)[index].argmin(axis=1)
+    high = np.where(np.isfinite(x), x, -np.inf)[index].argmax(axis=1)
+    row = np.arange(bins)
+    return np.unique(np.concatenate([index[row, low], index[row, high]]))
+
+
+def spectrum(t: Array, x: Array) -> tuple[Array, Array]:
+    """Frequencies [Hz] and amplitude density [unit/sqrt(Hz)] by Welch's method. [Welch1967]_
+
+    Stamps are irregular and samples missing: x is resampled at the median step, for display only.
+    """
+    told = np.isfinite(x)
+    if told.sum() < 32:
+        return np.zeros(0), np.zeros(0)
+    step = float(np.median(np.diff(t)))
+    grid = np.arange(t[0], t[-1], step)
+    uniform = np.interp(grid, t[told], x[told])
+    segment = min(len(uniform), max(16, int(SEGMENT / step)))
+    f, power = welch(uniform, 1.0 / step, nperseg=segment)
+    return np.asarray(f[1:]), np.sqrt(power[1:])
