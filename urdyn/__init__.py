@@ -1,1 +1,97 @@
-"""Digital twin of Universal Robots arms: identify, track and diagnose a robot from its own data."""
+"""Digital twin of Universal Robots arms: identify, track and diagnose a robot from its own data.
+
+    import urdyn as ud
+    arm = ud.load_arm("ur10e")
+    fit = ud.identify(arm, ud.condition(ud.read("commissioning.csv")))
+    ud.Twin(arm, fit).save("twin.toml")
+
+Names are looked up when they are first used, so that `import urdyn` costs nothing.
+"""
+
+from __future__ import annotations
+
+import sys
+from importlib import import_module
+from inspect import Signature, signature
+from types import ModuleType
+from typing import TYPE_CHECKING, Any
+
+from urdyn.version import __version__
+
+if TYPE_CHECKING:
+    from urdyn.errors import UrdynError
+    from urdyn.identify import Fit, PayloadPrior, Run, identify, validate
+    from urdyn.io import read, write
+    from urdyn.model.arm import load_arm
+    from urdyn.signal import condition
+    from urdyn.simulate import simulate
+    from urdyn.twin import Twin
+    from urdyn.types import Gaussian, Log, Motion, Parameters
+
+__all__ = [
+    "Fit",
+    "Gaussian",
+    "Log",
+    "Motion",
+    "Parameters",
+    "PayloadPrior",
+    "Run",
+    "Twin",
+    "UrdynError",
+    "__version__",
+    "condition",
+    "identify",
+    "load_arm",
+    "read",
+    "simulate",
+    "validate",
+    "write",
+]
+
+_HOMES = {
+    "urdyn.errors": ("UrdynError",),
+    "urdyn.identify": ("Fit", "PayloadPrior", "Run", "validate"),
+    "urdyn.io": ("read", "write"),
+    "urdyn.model.arm": ("load_arm",),
+    "urdyn.signal": ("condition",),
+    "urdyn.twin": ("Twin",),
+    "urdyn.types": ("Gaussian", "Log", "Motion", "Parameters"),
+}
+_HOME = {name: home for home, names in _HOMES.items() for name in names}
+_VERBS = ("identify", "simulate")  # rooms that are named like the function in them
+
+
+def __getattr__(name: str) -> Any:
+    if name in _VERBS:
+        return import_module(f"urdyn.{name}")
+    if name not in _HOME:
+        raise AttributeError(f"module 'urdyn' has no attribute {name!r}")
+    value = globals()[name] = getattr(import_module(_HOME[name]), name)
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})
+
+
+class _Verb(ModuleType):
+    """A room that is called like its function: `ud.identify(...)` beside `ud.identify.Fit`."""
+
+    def __call__(self, *args: Any, **kwargs: Any) -> Any:
+        return getattr(self, self.__name__.rpartition(".")[2])(*args, **kwargs)
+
+    @property
+    def __signature__(self) -> Signature:
+        return signature(getattr(self, self.__name__.rpartition(".")[2]))
+
+
+class _Package(ModuleType):
+    """Python binds every imported room to the package, and so hides a function of its name."""
+
+    def __setattr__(self, name: str, value: object) -> None:
+        if name in _VERBS and isinstance(value, ModuleType):
+            value.__class__ = _Verb
+        super().__setattr__(name, value)
+
+
+sys.modules[__name__].__class__ = _Package

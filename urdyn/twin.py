@@ -50,9 +50,7 @@ def document(fit: Fit) -> dict[str, Any]:
     """A fit as nested tables: what people read first comes first."""
     arm, noise = fit.dynamics.arm, fit.noise
     table = fit.parameters
-    rows = zip(
-        table.names, table.values, fit.sd, table.units, fit.prior, fit.prior_sd, strict=True
-    )
+    rows = zip(table.names, table.values, fit.sd, table.units, fit.prior, fit.prior_sd, strict=True)
     keys = ("name", "value", "sd", "unit", "prior", "prior_sd")
     described = {} if arm.name in library_names() else {"urdf": arm.urdf}
     return {
@@ -82,7 +80,7 @@ def _fit(tables: dict[str, Any], path: str | Path) -> Fit:
     written = tables.get("urdyn", {}).get("format")
     if written != FORMAT:
         raise TwinError(
-            f"{path}: not a twin of format {FORMAT} (it says {written!r}); write it with `urdyn identify`"
+            f"{path}: not a twin of format {FORMAT} but {written!r}; write it with `urdyn identify`"
         )
     try:
         fit = _read(tables)
@@ -92,8 +90,9 @@ def _fit(tables: dict[str, Any], path: str | Path) -> Fit:
         raise TwinError(
             f"{path}: damaged twin ({type(error).__name__}: {error}); identify the arm again"
         ) from error
-    if not (np.isfinite(fit.parameters.values).all() and is_consistent(fit.dynamics.inertials).all()):
-        raise TwinError(f"{path}: the masses are not those of possible bodies; identify the arm again")
+    finite = np.isfinite(fit.parameters.values).all()
+    if not (finite and is_consistent(fit.dynamics.inertials).all()):
+        raise TwinError(f"{path}: no solid body has these masses; identify the arm again")
     return fit
 
 
@@ -101,9 +100,7 @@ def _read(tables: dict[str, Any]) -> Fit:
     robot, rows, noise = tables["robot"], tables["parameter"], tables["noise"]
     arm = read_arm(robot["urdf"], robot["name"]) if "urdf" in robot else load_arm(robot["name"])
     column = {key: [row[key] for row in rows] for key in rows[0]}
-    parameters = Parameters(
-        np.array(column["value"]), tuple(column["name"]), tuple(column["unit"])
-    )
+    parameters = Parameters(np.array(column["value"]), tuple(column["name"]), tuple(column["unit"]))
     belief, data = tables["belief"], tables["data"]
     return Fit(
         dynamics=_dynamics(arm, parameters, tables["model"]),

@@ -7,4 +7,13 @@ from urdyn.identify.rank import base_parameters
 from urdyn.identify.unknowns import PayloadPrior
 from urdyn.identify.validate import Score, validate
 
-__all__ = ["Fit", "Noise", "PayloadPrior", "Run", "Score", "base_parameters", "identify", "validate"]
+__all__ = [
+    "Fit",
+    "Noise",
+    "PayloadPrior",
+    "Run",
+    "Score",
+    "base_parameters",
+    "identify",
+    "validate",
+]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -29,4 +30,4 @@ def excerpt(motion: Motion, rows: int) -> Motion:
 def folds(motion: Motion, count: int) -> list[Motion]:
     """A motion cut into `count` contiguous parts of equal length."""
     edges = np.linspace(0, len(motion), count + 1).astype(int)
-    return [motion.slice(a, b) for a, b in zip(edges[:-1], edges[1:], strict=True)]
+    return [motion.slice(a, b) for a, b in pairwise(edges)]

@@ -1,4 +1,4 @@
-"""What standard scores stand for, written once, in CasADi: values, derivatives and problem alike."""
+"""What standard scores stand for, written once, in CasADi: values, derivatives, problem."""
 
 from __future__ import annotations
 
@@ -102,9 +102,7 @@ def dynamics(
     values = dict(zip(FIELDS, drive.T, strict=True))
     values["presliding_tail"] = np.clip(values["presliding_tail"], 0.0, MAX_TAIL)
     one = np.ones(unknowns.prior.arm.joints)
-    found = Drive(
-        **values, temperature=TEMPERATURE * one, health=one, time_offset=time_offset
-    )
+    found = Drive(**values, temperature=TEMPERATURE * one, health=one, time_offset=time_offset)
     arm = Dynamics(unknowns.prior.arm, inertials.T, found)
     return arm, tuple(payloads.T[: len(unknowns.payloads)])
 

@@ -11,13 +11,14 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
 from urdyn.errors import IdentifiabilityError
 from urdyn.identify.compress import compress, residuals
 from urdyn.identify.excerpt import excerpt, folds
 from urdyn.identify.expressions import dynamics, physical
 from urdyn.identify.fit import Fit
-from urdyn.identify.map_estimate import Block, build_problem, posterior, solve
+from urdyn.identify.map_estimate import Compressed, build_problem, posterior, solve
 from urdyn.identify.noise import GAUSSIAN, Noise, fit_noise
 from urdyn.identify.rank import data_rank
 from urdyn.identify.select import select_terms
@@ -96,6 +97,12 @@ def identify(
     """
     runs = [*(Run(motion) for motion in motions), *loaded]
     _check(arm, runs)
+    # The matrices are small: threads of the linear algebra would wait for one another.
+    with threadpool_limits(1):
+        return _search(arm, runs, gain, progress)
+
+
+def _search(arm: Arm, runs: Sequence[Run], gain: Array | None, progress: Progress) -> Fit:
     brief = [replace(run, motion=excerpt(run.motion, EXCERPT // len(runs))) for run in runs]
     state = _start(arm, runs, gain)
     for k in range(SHAPING):
@@ -138,9 +145,8 @@ def _start(arm: Arm, runs: Sequence[Run], gain: Array | None) -> State:
     everything = (_measurable(runs),) * arm.joints
     unknowns = Unknowns(population(arm), everything, gain, payloads)
     one = np.ones(arm.joints)
-    return State(
-        unknowns, np.zeros(len(unknowns.mean)), Noise(one, one, GAUSSIAN * one, np.zeros((arm.joints, 0)))
-    )
+    unit = Noise(one, one, GAUSSIAN * one, np.zeros((arm.joints, 0)))
+    return State(unknowns, np.zeros(len(unknowns.mean)), unit)
 
 
 def _measurable(runs: Sequence[Run]) -> frozenset[str]:
@@ -159,7 +165,7 @@ def _with_noise(state: State, runs: Sequence[Run], plain: bool = False) -> State
     return replace(state, noise=noise.plain() if plain else noise)
 
 
-def _blocks(state: State, runs: Sequence[Run]) -> list[Block]:
+def _blocks(state: State, runs: Sequence[Run]) -> list[Compressed]:
     return [
         block
         for motion, point, payload in state.loaded(runs)

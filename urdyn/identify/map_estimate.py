@@ -23,7 +23,7 @@ from urdyn.model.drive import LINEAR, SHAPE
 from urdyn.model.dynamics import Dynamics
 from urdyn.types import Array, Gaussian
 
-IPOPT = {
+IPOPT: dict[str, Any] = {
     "ipopt.print_level": 0,
     "print_time": False,
     "show_eval_warnings": False,  # a step too far is taken back, and nobody need hear of it
@@ -33,8 +33,8 @@ IPOPT = {
 
 
 @dataclass(frozen=True)
-class Block:
-    """Compressed data of one joint under one payload."""
+class Compressed:
+    """Data of one joint under one payload."""
 
     joint: int
     payload: int | None  # index among the unknowns' payloads; None: the bare arm
@@ -49,7 +49,7 @@ class Problem:
     residual: Any  # CasADi function z -> whitened residuals of all blocks
 
 
-def build_problem(unknowns: Unknowns, blocks: Sequence[Block], point: Dynamics) -> Problem:
+def build_problem(unknowns: Unknowns, blocks: Sequence[Compressed], point: Dynamics) -> Problem:
     """The problem of compressed data whose columns were taken at `point`."""
     z = ca.MX.sym("z", len(unknowns.mean))
     ws = coefficients(unknowns, [(b.joint, b.payload) for b in blocks], point)(z)
@@ -60,7 +60,7 @@ def build_problem(unknowns: Unknowns, blocks: Sequence[Block], point: Dynamics) 
     return Problem(unknowns, ca.Function("residual", [z], [ca.vertcat(*rows)]))
 
 
-def _edges(blocks: Sequence[Block]) -> list[int]:
+def _edges(blocks: Sequence[Compressed]) -> list[int]:
     return [0, *np.cumsum([block.R.shape[1] - 1 for block in blocks]).tolist()]
 
 
@@ -94,8 +94,8 @@ def solve(problem: Problem, start: Array) -> Array:
     Raises:
         IdentifiabilityError: the optimiser found no maximum.
     """
-    z = ca.MX.sym("z", len(start))
-    cost = 0.5 * ca.sumsqr(problem.residual(z)) + 0.5 * ca.sumsqr(z)
+    z: Any = ca.MX.sym("z", len(start))
+    cost: Any = 0.5 * ca.sumsqr(problem.residual(z)) + 0.5 * ca.sumsqr(z)
     solver = ca.nlpsol("maximum", "ipopt", {"x": z, "f": cost}, IPOPT)
     found = solver(x0=start)
     if not solver.stats()["success"]:
@@ -110,5 +110,5 @@ def posterior(problem: Problem, z: Array) -> Gaussian:
     """Laplace's approximation at the maximum, in scores: information is data plus prior."""
     symbol = ca.MX.sym("z", len(z))
     slope = ca.Function("slope", [symbol], [ca.jacobian(problem.residual(symbol), symbol)])
-    J = np.asarray(slope(z))
-    return Gaussian(z, np.linalg.inv(J.T @ J + np.eye(len(z))))
+    J: Array = np.asarray(slope(z), dtype=np.float64)
+    return Gaussian(z, np.asarray(np.linalg.inv(J.T @ J + np.eye(len(z))), dtype=np.float64))

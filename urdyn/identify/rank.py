@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.linalg import qr
 
-from urdyn.identify.map_estimate import Block
+from urdyn.identify.map_estimate import Compressed
 from urdyn.model.arm import Arm
 from urdyn.model.drive import LINEAR
 from urdyn.types import Array
@@ -16,7 +16,7 @@ TOLERANCE = 1e-7  # relative to the largest singular value of unit columns: far 
 CORE = ("rotor_inertia", "coulomb", "viscous", "offset")  # terms that every joint has
 
 
-def data_rank(blocks: Sequence[Block], joints: int) -> tuple[int, int]:
+def data_rank(blocks: Sequence[Compressed], joints: int) -> tuple[int, int]:
     """Rank and number of columns of the problem in link inertials and every joint's core terms."""
     n = 10 * joints + len(CORE) * joints
     rows = []
@@ -30,8 +30,9 @@ def data_rank(blocks: Sequence[Block], joints: int) -> tuple[int, int]:
         rows.append(wide)
     A = np.vstack(rows)
     norms = np.linalg.norm(A, axis=0)
-    singular = np.linalg.svd(A[:, norms > 0] / norms[norms > 0], compute_uv=False)
-    return int(np.sum(singular > TOLERANCE * singular[0])) if len(singular) else 0, n
+    told = norms > TOLERANCE * norms.max()  # a column of rounding errors is none
+    singular = np.linalg.svd(A[:, told] / norms[told], compute_uv=False)
+    return int(np.sum(singular > TOLERANCE * singular[0])), n
 
 
 def base_parameters(arm: Arm, rng: np.random.Generator, samples: int = 200) -> tuple[Array, Array]:

@@ -10,17 +10,17 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from urdyn.identify.map_estimate import Block, coefficients
+from urdyn.identify.map_estimate import Compressed, coefficients
 from urdyn.identify.unknowns import Unknowns
 from urdyn.model.dynamics import Dynamics
 from urdyn.types import Array
 
 CANDIDATES = (("stribeck", "stribeck_velocity"), ("ripple_cos", "ripple_sin"), ("thermal",))
-MIN_GAIN = 8.0  # nats: shape was fitted to all folds, which alone was seen to yield 6 at times
+MIN_GAIN = 8.0  # nats; chance alone yields 6 at times, for the shape was sought on all folds
 
 
 def select_terms(
-    unknowns: Unknowns, folds: Sequence[Sequence[Block]], point: Dynamics, z: Array
+    unknowns: Unknowns, folds: Sequence[Sequence[Compressed]], point: Dynamics, z: Array
 ) -> tuple[frozenset[str], ...]:
     """Optional terms of every joint, greedily, by held-out log-likelihood.
 
@@ -37,7 +37,7 @@ def select_terms(
 
 
 def _select_joint(
-    unknowns: Unknowns, folds: list[list[Block]], point: Dynamics, z: Array, joint: int
+    unknowns: Unknowns, folds: list[list[Compressed]], point: Dynamics, z: Array, joint: int
 ) -> frozenset[str]:
     systems = [_linear(unknowns, fold, point, z) for fold in folds]
     name = unknowns.prior.arm.joint_names[joint]
@@ -49,14 +49,14 @@ def _select_joint(
     kept: list[str] = []
     for group, indices in places.items():
         gains = _held_out(systems, out - set(indices)) - _held_out(systems, out)
-        if indices and gains.sum() > MIN_GAIN + gains.std(ddof=1) * np.sqrt(len(gains)):
+        if indices and gains.sum() > MIN_GAIN:
             out -= set(indices)
             kept += [term for term in group if term != "stribeck_velocity"]
     return frozenset(kept)
 
 
 def _linear(
-    unknowns: Unknowns, blocks: list[Block], point: Dynamics, z: Array
+    unknowns: Unknowns, blocks: list[Compressed], point: Dynamics, z: Array
 ) -> tuple[Array, Array]:
     """A, b of the fold's residual A z - b."""
     function = coefficients(unknowns, [(b.joint, b.payload) for b in blocks], point)

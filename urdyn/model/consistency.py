@@ -24,12 +24,9 @@ All functions broadcast over leading axes.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from urdyn.errors import ArmError
-from urdyn.types import Array
-
-Mask = NDArray[np.bool_]
+from urdyn.types import Array, Mask
 
 # Where Sigma's six numbers stand in J, in the order of I's in the inertials.
 ROWS, COLUMNS = np.array([0, 0, 1, 0, 1, 2]), np.array([0, 1, 1, 2, 2, 2])

@@ -37,6 +37,10 @@ class Bristles:
         """State and slope after the last row, (2, 2, J): where the next stretch begins."""
         return np.stack([self.state[:, -1], self.slope[:, -1]])
 
+    def since(self, row: int) -> Bristles:
+        """Without the rows before `row`."""
+        return Bristles(self.state[:, row:], self.slope[:, row:])
+
     def together(self, tail: Array) -> Array:
         """Presliding state s with the share `tail` (J,) in the soft family, (N, J)."""
         return np.asarray((1.0 - tail) * self.state[0] + tail * self.state[1])

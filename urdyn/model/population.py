@@ -95,7 +95,9 @@ class Population:
         }
         values["presliding_tail"] = np.clip(values["presliding_tail"], 0.0, MAX_TAIL)
         fixed = {"temperature": zero + TEMPERATURE, "health": zero + 1.0}
-        return Dynamics(self.arm, self.links(link_scores), Drive(**(fixed | values)))
+        return Dynamics(
+            self.arm, self.links(link_scores), Drive(**(fixed | values), time_offset=0.0)
+        )
 
 
 OPTIONAL = frozenset({"stribeck", "ripple_cos", "ripple_sin", "thermal"})

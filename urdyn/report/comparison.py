@@ -10,6 +10,8 @@ from urdyn.identify import Fit
 from urdyn.model.drive import LINEAR, UNITS
 from urdyn.report.digits import NORMAL90
 
+Truth = Mapping[str, Any]  # what `urdyn.simulate.truth` returns
+
 DRIVE = ("gain", *LINEAR, "presliding_distance")
 
 
@@ -35,13 +37,13 @@ class Comparison:
         return abs(self.z) <= NORMAL90
 
 
-def compare(fit: Fit, truth: Mapping[str, Any]) -> list[Comparison]:
+def compare(fit: Fit, truth: Truth) -> list[Comparison]:
     """Everything that was estimated, beside its truth: drives, masses of links, payload."""
     found = [*_drives(fit, truth), *_masses(fit, truth)]
     return [c for c in found if c.sd > 0.0]
 
 
-def left_out(fit: Fit, truth: Mapping[str, Any]) -> list[Comparison]:
+def left_out(fit: Fit, truth: Truth) -> list[Comparison]:
     """Terms that the arm has and its model has not."""
     return [c for c in _drives(fit, truth) if c.sd == 0.0 and c.estimate == 0.0 != c.true]
 
@@ -52,13 +54,13 @@ def share_inside(comparisons: Sequence[Comparison]) -> float:
     return inside / len(comparisons) if comparisons else float("nan")
 
 
-def _drives(fit: Fit, truth: Mapping[str, Any]) -> Iterator[Comparison]:
+def _drives(fit: Fit, truth: Truth) -> Iterator[Comparison]:
     for joint in truth["joints"]:
         for quantity in DRIVE:
             yield _comparison(fit, joint["name"], quantity, UNITS[quantity], joint[quantity])
 
 
-def _masses(fit: Fit, truth: Mapping[str, Any]) -> Iterator[Comparison]:
+def _masses(fit: Fit, truth: Truth) -> Iterator[Comparison]:
     for link in truth["links"]:
         yield _comparison(fit, link["name"], "mass", "kg", link["mass"])
     payload = truth.get("payload")

@@ -74,7 +74,9 @@ def _mean(values: Array, weights: Array) -> Array:
     """Weighted mean over logs of what is finite, (L, J) -> (J,); NaN where nothing is."""
     weights = np.where(np.isfinite(values), weights, 0.0)
     total = weights.sum(axis=0)
-    mean = np.sum(np.where(weights > 0.0, values, 0.0) * weights, axis=0) / np.maximum(total, 1e-300)
+    mean = np.sum(np.where(weights > 0.0, values, 0.0) * weights, axis=0) / np.maximum(
+        total, 1e-300
+    )
     return np.where(total > 0.0, mean, np.nan)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from functools import cache
 from html import escape
 from pathlib import Path
@@ -45,14 +45,24 @@ def grid(*parts: Html, kind: str = "three") -> Html:
     return tag("div", *parts, kind=f"grid {kind}")
 
 
-def plot(figure: go.Figure, title: str, note: str = "") -> Html:
+def key(colours: Mapping[str, str]) -> Html:
+    """What the colours of the plots below mean."""
+    swatch = '<i style="background:{}"></i>'
+    parts = (tag("span", Html(swatch.format(text(c))), text(word)) for word, c in colours.items())
+    return tag("p", *parts, kind="key")
+
+
+def plot(
+    figure: go.Figure, title: str, note: str = "", colours: Mapping[str, str] | None = None
+) -> Html:
     """A plot under its title; page.js draws what the script beside it holds."""
     # "<" never appears inside the JSON: no text in it can end the script.
     spec = figure.to_json().replace("<", "\\u003c")
     caption = tag("figcaption", tag("b", text(title)), tag("span", text(note)))
+    legend = key(colours) if colours else Html("")
     data = Html(f'<script type="application/json">{spec}</script>')
     canvas = Html(f'<div class="plot" style="height:{figure.layout.height}px"></div>')
-    return tag("figure", caption, canvas, data)
+    return tag("figure", caption, legend, canvas, data)
 
 
 def table(head: Sequence[str], rows: Iterable[Sequence[Html]], kind: str = "") -> Html:

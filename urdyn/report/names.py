@@ -7,11 +7,13 @@ from pathlib import PurePath
 from urdyn.identify import Fit
 from urdyn.types import Source
 
+MILLI = {"presliding_distance": "mrad"}  # quantities shown in thousandths, and so called
+
 QUANTITIES = {
     "gain": "drive gain K",
     "coulomb": "Coulomb friction f",
     "viscous": "viscous damping α",
-    "structural": "load-proportional friction β",
+    "structural": "load friction β",
     "offset": "offset o",
     "rotor_inertia": "rotor inertia",
     "presliding_distance": "presliding distance",
@@ -24,6 +26,13 @@ QUANTITIES = {
 }
 
 TERMS = {"stribeck": "Stribeck", "ripple_cos": "gear ripple", "thermal": "thermal"}
+
+
+def shown(quantity: str, unit: str) -> tuple[float, str]:
+    """Factor and unit in which a quantity reads well; a ratio has no unit to show."""
+    if quantity in MILLI:
+        return 1e3, MILLI[quantity]
+    return 1.0, "" if unit == "-" else unit
 
 
 def spoken(name: str) -> str:

@@ -10,9 +10,9 @@ from typing import Any
 from urdyn.errors import InputError
 from urdyn.io.document import dump_toml
 from urdyn.io.files import write_text
+from urdyn.model.body import about_com
 from urdyn.model.drive import UNITS
 from urdyn.model.dynamics import Dynamics
-from urdyn.model.body import about_com
 from urdyn.simulate.sensors import Sensors
 from urdyn.types import Array
 

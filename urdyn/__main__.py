@@ -1,0 +1,5 @@
+"""`python -m urdyn`."""
+
+from urdyn.cli import main
+
+main()

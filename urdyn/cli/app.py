@@ -1,0 +1,54 @@
+"""The verbs under one name. They import what they need when they run, so that --help is quick."""
+
+from __future__ import annotations
+
+import os
+from typing import Annotated
+
+import typer
+
+from urdyn.cli.bench import bench_identify
+from urdyn.cli.demo import demo
+from urdyn.cli.failure import DEBUG, guarded
+from urdyn.cli.identify import identify
+from urdyn.cli.simulate import simulate
+from urdyn.cli.validate import validate
+from urdyn.version import __version__
+
+app = typer.Typer(
+    name="urdyn",
+    no_args_is_help=True,
+    rich_markup_mode="rich",
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+bench = typer.Typer(no_args_is_help=True, help="Measure time and memory on this machine.")
+app.add_typer(bench, name="bench")
+
+
+def _version(asked: bool) -> None:
+    if asked:
+        typer.echo(f"urdyn {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def root(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version.")
+    ] = False,
+    debug: Annotated[
+        bool, typer.Option("--debug", help=f"Show where an error arose, as {DEBUG}=1 does.")
+    ] = False,
+) -> None:
+    """Digital twin of a Universal Robots arm: finds out from its own data what the arm is.
+
+    Begin with: [bold]urdyn demo[/bold]
+    """
+    if debug:
+        os.environ[DEBUG] = "1"  # processes that a verb starts are told as well
+
+
+for verb in (identify, validate, simulate, demo):
+    app.command()(guarded(verb))
+bench.command("identify")(guarded(bench_identify))

@@ -1,0 +1,62 @@
+"""What `identify` is asked for: a campaign, from its options or from a file that they override."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from itertools import zip_longest
+from pathlib import Path
+from typing import Any, TypeVar
+
+import typer
+
+from urdyn.cli.campaign import Campaign, read_campaign
+from urdyn.cli.recording import Recording, numbers_of, slice_of
+
+T = TypeVar("T", Campaign, Recording)
+
+
+def asked(logs: Sequence[Path], robot: str | None, out: Path | None) -> Campaign:
+    """The campaign in a file, or one of logs."""
+    campaigns = [path for path in logs if path.suffix.lower() == ".toml"]
+    if campaigns and len(logs) > 1:
+        raise typer.BadParameter(f"{campaigns[0]}: a campaign stands alone, it names its logs")
+    if campaigns:
+        return overridden(read_campaign(campaigns[0]), robot=robot, out=out)
+    if robot is None or out is None:
+        missing = "--robot" if robot is None else "--out"
+        raise typer.BadParameter(f"missing, and no campaign says it: {missing}")
+    return Campaign(robot, tuple(map(Recording, logs)), out=out)
+
+
+def overridden(value: T, **options: Any) -> T:
+    """`value` with those of the options that are given; None: not given."""
+    return replace(value, **{k: option for k, option in options.items() if option is not None})
+
+
+def loaded(
+    campaign: Campaign, logs: Sequence[Path] | None, masses: Sequence[float] | None
+) -> tuple[Recording, ...]:
+    """Recordings with a payload: these logs, else the campaign's, with the masses in order."""
+    recordings = tuple(map(Recording, logs)) if logs else campaign.payloads
+    masses = masses or ()
+    if len(masses) > len(recordings):
+        raise typer.BadParameter(
+            f"{len(masses)} x --payload-mass for {len(recordings)} x --payload-log"
+        )
+    return tuple(overridden(one, mass=mass) for one, mass in zip_longest(recordings, masses))
+
+
+def read_as(
+    recordings: tuple[Recording, ...], columns: str | None, rows: str | None, rate: float | None
+) -> tuple[Recording, ...]:
+    """The recordings read in another way where options say so."""
+    if rows is not None and len(recordings) != 1:
+        raise typer.BadParameter(f"rows {rows} of which log? they can be told of one log only")
+    part = slice_of(rows) if rows is not None else None
+    return tuple(overridden(one, columns=columns, rows=part, rate=rate) for one in recordings)
+
+
+def gains_of(text: str | None) -> tuple[float, ...] | None:
+    """Drive gains [N·m/A] of an option."""
+    return None if text is None else numbers_of(text, "drive gains")

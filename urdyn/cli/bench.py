@@ -1,0 +1,126 @@
+"""urdyn bench: time and memory of a fresh process on this machine."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from dataclasses import dataclass
+from typing import Annotated, Any
+
+import typer
+from rich.table import Table
+
+from urdyn.cli.options import Json, Quiet
+from urdyn.cli.voice import Voice
+from urdyn.errors import UrdynError
+from urdyn.version import __version__
+
+GIGABYTE = 1e9
+RSS_UNIT = 1 if sys.platform == "darwin" else 1024  # bytes in a unit of ru_maxrss
+
+Quick = Annotated[bool, typer.Option("--quick", help="A tenth of the long log.")]
+
+
+@dataclass(frozen=True)
+class Case:
+    """A log to identify, and what that may take."""
+
+    name: str
+    duration: float  # [s]
+    rate: float  # [Hz]
+    most_wall: float  # [s]
+    most_rss: float  # [GB]
+
+
+@dataclass(frozen=True)
+class Figure:
+    """What it took."""
+
+    case: Case
+    wall: float  # [s], from starting the process to its end
+    rss: float  # [GB], peak
+
+    @property
+    def passed(self) -> bool:
+        """Within both targets."""
+        return self.wall <= self.case.most_wall and self.rss <= self.case.most_rss
+
+
+CASES = (
+    Case("2875 rows at 100 Hz", 28.75, 100.0, 10.0, 2.0),
+    Case("an hour at 500 Hz", 3600.0, 500.0, 60.0, 2.0),
+)
+
+
+def bench_identify(quick: Quick = False, json: Json = False, quiet: Quiet = False) -> None:
+    """Identify a short and a long simulated log from a cold start, each in a fresh process.
+
+    Example: [bold]urdyn bench identify --quick[/bold]
+    """
+    voice = Voice(json, quiet)
+    cases = (CASES[0], Case("six minutes at 500 Hz", 360.0, 500.0, 60.0, 2.0)) if quick else CASES
+    with voice.progress("preparing") as told:
+        figures = []
+        for k, case in enumerate(cases):
+            told(case.name, k / len(cases))
+            figures.append(_measure(case))
+    voice.show(_table(figures))
+    voice.result({"urdyn": __version__, "cases": [_numbers(figure) for figure in figures]})
+
+
+def _measure(case: Case) -> Figure:
+    """Simulate in one process, for its memory is not to count, and identify in another."""
+    with tempfile.TemporaryDirectory(prefix="urdyn-bench-") as folder:
+        log, out = f"{folder}/log.parquet", f"{folder}/twin"
+        how = ("--duration", str(case.duration), "--rate", str(case.rate), "--seed", "1")
+        _run("simulate", "--robot", "ur10e", *how, "--out", log)
+        wall, rss = _run("identify", log, "--robot", "ur10e", "--out", out)
+    return Figure(case, wall, rss)
+
+
+def _run(*arguments: str) -> tuple[float, float]:
+    """Wall time [s] and peak memory [GB] of `urdyn` in a process of its own."""
+    with tempfile.TemporaryFile() as said:
+        begin = time.perf_counter()
+        child = subprocess.Popen(
+            (sys.executable, "-m", "urdyn", *arguments, "-q"), stdout=said, stderr=said
+        )
+        _, status, usage = os.wait4(child.pid, 0)
+        wall = time.perf_counter() - begin
+        child.returncode = os.waitstatus_to_exitcode(status)
+        if child.returncode:
+            said.seek(0)
+            raise UrdynError(f"urdyn {arguments[0]}: {said.read().decode(errors='replace')}")
+    return wall, usage.ru_maxrss * RSS_UNIT / GIGABYTE
+
+
+def _table(figures: list[Figure]) -> Table:
+    table = Table("identify", "wall [s]", "target", "peak memory [GB]", "target", "verdict")
+    for figure in figures:
+        case = figure.case
+        table.add_row(
+            case.name,
+            f"{figure.wall:.1f}",
+            f"{case.most_wall:g}",
+            f"{figure.rss:.2f}",
+            f"{case.most_rss:g}",
+            "pass" if figure.passed else "fail",
+        )
+    return table
+
+
+def _numbers(figure: Figure) -> dict[str, Any]:
+    case = figure.case
+    return {
+        "name": case.name,
+        "duration_s": case.duration,
+        "rate_hz": case.rate,
+        "wall_s": figure.wall,
+        "wall_target_s": case.most_wall,
+        "peak_rss_gb": figure.rss,
+        "peak_rss_target_gb": case.most_rss,
+        "pass": figure.passed,
+    }

@@ -1,0 +1,151 @@
+"""What is to be identified, from which recordings: told on the command line or in a campaign.toml.
+
+    robot = "ur10e"                 # an arm of the library, or a URDF beside this file
+    out = "out"                     # folder of the results
+    columns = "timestamp,..."       # of all recordings that do not name their own
+    drive_gain = [...]              # [N·m/A], where they are known
+    effort_unit = "A"               # "Nm": the currents are joint torques
+    [[log]]                         # path, columns, rows, rate
+    [[payload]]                     # the same, and its mass [kg] where that is known
+    [[validate]]                    # recordings that the result is scored on
+    [simulate]                      # instead of recordings: duration, rate, seed, payload_mass
+
+Paths start at the campaign's folder; ${NAME} in them is an environment variable.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+from dataclasses import dataclass
+from difflib import get_close_matches
+from pathlib import Path
+from typing import Any
+
+from urdyn.cli.recording import Recording, slice_of
+from urdyn.cli.virtual import Simulation
+from urdyn.errors import CampaignError, InputError
+
+NUMBER = (int, float)
+RECORDING = {"path": str, "columns": str, "rows": str, "rate": NUMBER}
+SIMULATE = {"duration": NUMBER, "rate": NUMBER, "seed": int, "payload_mass": NUMBER}
+CAMPAIGN = {
+    "robot": str,
+    "out": str,
+    "columns": str,
+    "drive_gain": list,
+    "effort_unit": str,
+    "log": list,
+    "payload": list,
+    "validate": list,
+    "simulate": dict,
+}
+WORDS = {str: "text", int: "a whole number", NUMBER: "a number", list: "a list", dict: "a table"}
+
+
+@dataclass(frozen=True)
+class Campaign:
+    """An identification that is asked for."""
+
+    robot: str
+    logs: tuple[Recording, ...] = ()  # of the bare arm
+    payloads: tuple[Recording, ...] = ()
+    validate: tuple[Recording, ...] = ()  # that the result is scored on
+    drive_gain: tuple[float, ...] | None = None  # (J,) [N·m/A]
+    effort_unit: str = "A"
+    out: Path = Path("out")
+    simulate: Simulation | None = None  # instead of recordings
+
+    def __post_init__(self) -> None:
+        if self.effort_unit not in ("A", "Nm"):
+            raise InputError(f"effort unit {self.effort_unit!r}: is to be A or Nm")
+        if self.effort_unit == "Nm" and self.drive_gain is not None:
+            raise InputError("drive gains are of currents in A; the effort unit says Nm")
+
+
+def read_campaign(path: Path) -> Campaign:
+    """The campaign in a file; CampaignError with the key that is to blame."""
+    from urdyn.io import load_toml
+
+    document = load_toml(path, CampaignError)
+    try:
+        return _campaign(document, path.parent)
+    except InputError as error:
+        raise CampaignError(f"{path}: {error}") from error
+
+
+def _campaign(document: dict[str, Any], folder: Path) -> Campaign:
+    _check(document, CAMPAIGN, "")
+    if "robot" not in document:
+        raise CampaignError('no robot; write for example robot = "ur10e"')
+    if ("log" in document) == ("simulate" in document):
+        raise CampaignError("name recordings with [[log]] or a virtual arm with [simulate]")
+    beside = folder / document["robot"]
+    return Campaign(
+        robot=str(beside) if beside.is_file() else document["robot"],
+        logs=_recordings(document, "log", folder),
+        payloads=_recordings(document, "payload", folder),
+        validate=_recordings(document, "validate", folder),
+        drive_gain=_gains(document.get("drive_gain")),
+        effort_unit=document.get("effort_unit", "A"),
+        out=folder / document.get("out", "out"),
+        simulate=_simulation(document.get("simulate")),
+    )
+
+
+def _recordings(document: dict[str, Any], key: str, folder: Path) -> tuple[Recording, ...]:
+    """The recordings under one key."""
+    schema = RECORDING | ({"mass": NUMBER} if key == "payload" else {})
+    found = []
+    for count, table in enumerate(document.get(key, ()), start=1):
+        where = f"[[{key}]] {count}: "
+        if not isinstance(table, dict):
+            raise CampaignError(f"{where}is to be a table")
+        _check(table, schema, where)
+        if "path" not in table:
+            raise CampaignError(f"{where}no path")
+        columns = table.get("columns", document.get("columns"))
+        rows = slice_of(table["rows"]) if "rows" in table else None
+        path = _file(table["path"], folder)
+        found.append(Recording(path, columns, rows, table.get("rate"), table.get("mass")))
+    return tuple(found)
+
+
+def _file(name: str, folder: Path) -> Path:
+    """The file of a name that may hold environment variables; it must be there."""
+    variables = re.findall(r"\$\{(\w+)\}", name)
+    skipped = f"skipped: set {', '.join(variables)} to the folder of recordings"
+    if any(variable not in os.environ for variable in variables):
+        raise CampaignError(skipped)
+    path = folder / re.sub(r"\$\{(\w+)\}", lambda match: os.environ[match[1]], name)
+    if not path.is_file():
+        raise CampaignError(f"{skipped}; {path} is not there" if variables else f"no file {path}")
+    return path
+
+
+def _simulation(table: dict[str, Any] | None) -> Simulation | None:
+    if table is None:
+        return None
+    _check(table, SIMULATE, "[simulate] ")
+    if table.get("seed", 0) < 0:
+        raise CampaignError("[simulate] seed: is to be 0 or more")
+    return Simulation(**table)
+
+
+def _gains(values: list[Any] | None) -> tuple[float, ...] | None:
+    if values is None:
+        return None
+    for value in values:
+        _check({"drive_gain": value}, {"drive_gain": NUMBER}, "")
+    return tuple(map(float, values))
+
+
+def _check(table: dict[str, Any], schema: dict[str, Any], where: str) -> None:
+    """CampaignError at the first key that is unknown or of another type."""
+    for key, value in table.items():
+        if key not in schema:
+            close = get_close_matches(key, schema, 1)
+            hint = f"did you mean {close[0]}?" if close else f"known are {', '.join(schema)}"
+            raise CampaignError(f"{where}unknown key {key!r}; {hint}")
+        if not isinstance(value, schema[key]) or isinstance(value, bool):
+            raise CampaignError(f"{where}{key}: {value!r} is to be {WORDS[schema[key]]}")

@@ -1,0 +1,103 @@
+"""urdyn identify: recordings -> a twin, a URDF and a report."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from urdyn.cli.asked import asked, gains_of, loaded, overridden, read_as
+from urdyn.cli.campaign import Campaign
+from urdyn.cli.options import Columns, Json, Logs, Quiet, Rate, Robot, Rows
+from urdyn.cli.voice import Voice
+
+Out = Annotated[
+    Path | None, typer.Option(metavar="DIR", help="Folder of the results; made if need be.")
+]
+PayloadLogs = Annotated[
+    list[Path] | None,
+    typer.Option("--payload-log", metavar="LOG", help="Log of the arm with a payload; repeatable."),
+]
+Masses = Annotated[
+    list[float] | None,
+    typer.Option(
+        "--payload-mass",
+        metavar="KG",
+        help="Mass of the payload in that log, in the same order; a known mass tells the drive "
+        "gains, and where none is given it is estimated.",
+    ),
+]
+Gains = Annotated[
+    str | None,
+    typer.Option(metavar="K0,K1,...", help="Drive gains [N·m/A] that are known, base first."),
+]
+Unit = Annotated[
+    str | None,
+    typer.Option(metavar="A|Nm", help="Nm: the logs' currents are joint torques [N·m]."),
+]
+
+
+def identify(
+    logs: Logs,
+    robot: Robot = None,
+    out: Out = None,
+    columns: Columns = None,
+    rows: Rows = None,
+    rate: Rate = None,
+    payload_log: PayloadLogs = None,
+    payload_mass: Masses = None,
+    payload_rows: Rows = None,
+    drive_gain: Gains = None,
+    effort_unit: Unit = None,
+    json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Find out what an arm is: masses, friction, damping, drive gains.
+
+    LOG is a recording of the moving arm (CSV or Parquet with RTDE names), or a campaign.toml that
+    names recordings and options.
+
+    Example: [bold]urdyn identify run.csv --robot ur10e --out twin/[/bold]
+    """
+    campaign = overridden(
+        asked(logs, robot, out), drive_gain=gains_of(drive_gain), effort_unit=effort_unit
+    )
+    payloads = loaded(campaign, payload_log, payload_mass)
+    campaign = replace(
+        campaign,
+        logs=read_as(campaign.logs, columns, rows, rate),
+        payloads=read_as(payloads, columns, payload_rows, rate),
+    )
+    _carry_out(campaign, Voice(json, quiet))
+
+
+def _carry_out(campaign: Campaign, voice: Voice) -> None:
+    """Identify, save, tell."""
+    from urdyn.cli.results import carry_out, save
+    from urdyn.report.page import identify_page
+    from urdyn.report.summary import identified
+    from urdyn.report.tables import identify_table, validate_table
+
+    outcome = carry_out(campaign, voice)
+    fit, scores = outcome.fit, outcome.scores
+    save(fit, identify_page(fit, scores, outcome.wall, outcome.truth), campaign.out)
+    voice.show(identify_table(fit), validate_table(scores, fit))
+    voice.note(
+        *_remarks(campaign), f"written: {campaign.out}/ report.html identified.urdf twin.toml"
+    )
+    voice.result(identified(fit, outcome.wall))
+
+
+def _remarks(campaign: Campaign) -> list[str]:
+    """What the estimates rest on."""
+    if campaign.effort_unit == "Nm":
+        return ["currents were taken as joint torques in N·m: the drive gain is 1 and not sought"]
+    weighed = campaign.drive_gain or any(payload.mass for payload in campaign.payloads)
+    if weighed:
+        return []
+    return [
+        "drive gains rest on what is typical of such joints, and so does the scale of all torques "
+        "and masses: a log with a known payload (--payload-log, --payload-mass) would tell them"
+    ]

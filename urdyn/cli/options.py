@@ -1,0 +1,33 @@
+"""Options that several verbs have, told the same everywhere."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+Robot = Annotated[
+    str | None,
+    typer.Option(help="Arm type (ur3 ur5 ur10 ur3e ur5e ur10e ur16e ur20 ur30), or a URDF file."),
+]
+Columns = Annotated[
+    str | None,
+    typer.Option(
+        metavar="SPEC",
+        help="Names of the columns of a file without a header, as RTDE calls them; *6 repeats, "
+        "- skips: timestamp,actual_q*6,actual_qd*6,actual_current*6,-",
+    ),
+]
+Rows = Annotated[
+    str | None,
+    typer.Option(metavar="A:B", help="Use these data rows only: the first, and the one after."),
+]
+Rate = Annotated[
+    float | None, typer.Option(metavar="HZ", help="Sample rate of a log without time stamps.")
+]
+Json = Annotated[
+    bool, typer.Option("--json", help="Print one JSON object on standard output, nothing else.")
+]
+Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print errors only.")]
+Logs = Annotated[list[Path], typer.Argument(metavar="LOG", show_default=False)]

@@ -1,0 +1,81 @@
+"""A recording as it is asked for: a file, which part of it, and how it is read."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import combinations
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import urdyn as ud
+from urdyn.errors import InputError
+
+if TYPE_CHECKING:
+    from urdyn.types import Source
+
+# All that dynamics needs of a log; an hour of everything that a robot tells would fill the memory.
+CHANNELS = ("actual_q", "actual_qd", "actual_current", "target_current", "joint_temperatures")
+
+Rows = tuple[int | None, int | None]
+
+
+@dataclass(frozen=True)
+class Recording:
+    """A log, or a part of one."""
+
+    path: Path
+    columns: str | None = None  # of a file without a header
+    rows: Rows | None = None  # half-open slice of its data rows
+    rate: float | None = None  # [Hz] of a file without time stamps
+    mass: float | None = None  # [kg] of the payload in it, where it is known
+
+    def __post_init__(self) -> None:
+        if self.mass is not None and not 0.0 < self.mass < math.inf:
+            raise InputError(f"a payload of {self.mass:g} kg cannot be; give its mass in kg")
+
+    def read(self) -> ud.Log:
+        """The log."""
+        return ud.read(
+            self.path, columns=self.columns, rows=self.rows, rate=self.rate, channels=CHANNELS
+        )
+
+
+def slice_of(text: str) -> Rows:
+    """First and stop of "635:3510", "635:" or ":3510"."""
+    match = re.fullmatch(r"([0-9]{0,15}):([0-9]{0,15})", text)
+    if not match:
+        raise InputError(f"rows {text!r} are no slice; write first:stop, from 0, like 635:3510")
+    first, stop = (int(digits) if digits else None for digits in match.groups())
+    if stop is not None and stop <= (first or 0):
+        raise InputError(f"rows {text!r} are empty; write first:stop with first below stop")
+    return first, stop
+
+
+def numbers_of(text: str, what: str) -> tuple[float, ...]:
+    """The finite numbers of "0.1,0.2,0.3"."""
+    try:
+        numbers = tuple(float(cell) for cell in text.split(","))
+    except ValueError:
+        raise InputError(f"{what} {text!r}: write numbers with commas between them") from None
+    if not all(map(math.isfinite, numbers)):
+        raise InputError(f"{what} {text!r}: every number must be finite")
+    return numbers
+
+
+def refuse_twice(sources: Sequence[Source]) -> None:
+    """InputError where two logs share rows: counted twice, data pretend to be surer than they are.
+
+    Files are told apart by what is in them, whatever they are called.
+    """
+    for one, other in combinations(sources, 2):
+        if overlap(one, other):
+            raise InputError(f"{other.path}: the same rows as {one.path}; name each log once")
+
+
+def overlap(one: Source, other: Source) -> bool:
+    """Do two logs share rows?"""
+    (a, b), (c, d) = (source.rows or (0, math.inf) for source in (one, other))
+    return one.sha256 == other.sha256 and a < d and c < b

@@ -1,0 +1,54 @@
+"""urdyn validate: how well a twin predicts recordings."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+import urdyn as ud
+from urdyn.cli.asked import read_as
+from urdyn.cli.options import Columns, Json, Logs, Quiet, Rate, Rows
+from urdyn.cli.recording import Recording
+from urdyn.cli.voice import Voice
+
+TwinFile = Annotated[Path, typer.Argument(metavar="TWIN", show_default=False)]
+Out = Annotated[Path | None, typer.Option(metavar="DIR", help="Write DIR/report.html.")]
+
+
+def validate(
+    twin: TwinFile,
+    logs: Logs,
+    columns: Columns = None,
+    rows: Rows = None,
+    rate: Rate = None,
+    out: Out = None,
+    json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Score a twin on recordings: how much of the measured motor current it predicts.
+
+    TWIN is a twin.toml of `urdyn identify`, LOG a recording of the same arm without a payload.
+
+    Example: [bold]urdyn validate twin/twin.toml another_run.csv[/bold]
+    """
+    from urdyn.cli.results import read, require_folder
+    from urdyn.io import write_text
+    from urdyn.report.page import validate_page
+    from urdyn.report.summary import validated
+    from urdyn.report.tables import validate_table
+
+    voice, fit = Voice(json, quiet), ud.Twin.load(twin).fit
+    recordings = read_as(tuple(map(Recording, logs)), columns, rows, rate)
+    if out is not None:
+        require_folder(out)
+    with voice.progress("scoring"):
+        scores = [ud.validate(fit, read(recording, voice)) for recording in recordings]
+    if out is not None:
+        page = validate_page(fit, scores)
+        out.mkdir(parents=True, exist_ok=True)
+        write_text(out / "report.html", page)
+        voice.note(f"written: {out / 'report.html'}")
+    voice.show(validate_table(scores, fit))
+    voice.result(validated(scores))

@@ -1,0 +1,63 @@
+"""What a verb says: results on standard output, everything else on standard error."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Any, TextIO
+
+from rich.console import Console, RenderableType
+from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+from rich.text import Text
+
+PLAIN_WIDTH = 120  # columns of text that no terminal shows
+
+Told = Callable[[str, float], None]  # what is being done, and the share that is behind
+
+
+@dataclass(frozen=True)
+class Voice:
+    """To whom a verb speaks."""
+
+    json: bool = False  # standard output is for one JSON object
+    quiet: bool = False  # nothing but results and errors
+
+    def show(self, *things: RenderableType) -> None:
+        """Results for people; aside where a program listens."""
+        self._print(sys.stderr if self.json else sys.stdout, *things)
+
+    def note(self, *things: RenderableType) -> None:
+        """What people should know of how the result came about."""
+        self._print(sys.stderr, *things)
+
+    def result(self, document: Mapping[str, Any]) -> None:
+        """Results for programs: the one JSON object."""
+        if self.json:
+            sys.stdout.write(json.dumps(document, indent=2, allow_nan=False) + "\n")
+
+    @contextmanager
+    def progress(self, doing: str) -> Iterator[Told]:
+        """A bar on a terminal, nothing elsewhere."""
+        columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
+        hidden = self.quiet or not sys.stderr.isatty()
+        with Progress(*columns, console=_on(sys.stderr), transient=True, disable=hidden) as bar:
+            task = bar.add_task(doing, total=1.0)
+            yield lambda doing, share: bar.update(task, description=doing, completed=share)
+
+    def _print(self, stream: TextIO, *things: RenderableType) -> None:
+        if self.quiet:
+            return
+        for thing in things:
+            # A sentence is not broken into lines: paths in it can be copied.
+            if isinstance(thing, str):
+                _on(stream).print(Text(thing), soft_wrap=True)
+            else:
+                _on(stream).print(thing)
+
+
+def _on(stream: TextIO) -> Console:
+    width = None if stream.isatty() else PLAIN_WIDTH
+    return Console(file=stream, width=width, highlight=False)

@@ -1,0 +1,105 @@
+"""Where the numbers come from: the logs, their noise, and how to make the page again."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Sequence
+from pathlib import PurePath
+
+import numpy as np
+
+from urdyn.identify import Fit, Noise, Score
+from urdyn.identify.noise import GAUSSIAN
+from urdyn.report.digits import number, percent
+from urdyn.report.evidence import seen
+from urdyn.report.markup import Html, cell, section, table, tag, text
+from urdyn.report.names import joints, title
+from urdyn.types import Source
+from urdyn.version import __version__
+
+
+def data_quality(fit: Fit, scores: Sequence[Score]) -> Html:
+    """What the logs are like, and how current scatters around the model."""
+    return section(
+        "Data and noise",
+        "Nothing that the likelihood sees was filtered; damage was met while reading and is "
+        "listed. Noise is autoregressive: the next sample’s error is partly told by the last ones, "
+        "so parameters are less sure than white noise would make them.",
+        table(
+            ["log", "", "rows", "duration", "rate", "without current", "defects"],
+            [_log(fit, s) for s in scores],
+            "words",
+        ),
+        table(["joint", "noise", "memory", "tails", "coefficients"], _noise(fit), "words"),
+    )
+
+
+def _log(fit: Fit, score: Score) -> list[Html]:
+    log = score.log
+    missing = 1.0 - float(np.isfinite(log.joint("actual_current")).all(axis=1).mean())
+    return [
+        text(title(log.source)),
+        text(seen(fit, log.source)),
+        text(f"{len(log):,}"),
+        text(f"{number(score.duration, 3)} s"),
+        text(f"{number(1.0 / float(np.median(np.diff(log.t))), 3)} Hz"),
+        text("none" if missing == 0.0 else percent(missing)),
+        text("; ".join(map(str, log.defects)) or "none"),
+    ]
+
+
+def _noise(fit: Fit) -> list[list[Html]]:
+    return [
+        [text(name), text(f"{number(float(fit.noise.sd[j]))} A"), *_colour(fit.noise, j)]
+        for j, name in enumerate(joints(fit))
+    ]
+
+
+def _colour(noise: Noise, j: int) -> list[Html]:
+    ar, dof = np.trim_zeros(noise.ar[j], "b"), float(noise.dof[j])
+    explained = 1.0 - float(noise.scale[j] ** 2 * dof / (dof - 2.0) / noise.sd[j] ** 2)
+    memory = (
+        f"order {len(ar)}, tells {percent(max(explained, 0.0))} of the next sample"
+        if len(ar)
+        else "none, white"
+    )
+    tails = "Gaussian" if dof >= GAUSSIAN else f"Student t, {number(dof)} degrees of freedom"
+    return [text(memory), text(tails), cell(", ".join(number(a) for a in ar) or "–", kind="hash")]
+
+
+def provenance(fit: Fit, command: str, facts: dict[str, str]) -> Html:
+    """Version, hashes and the command line."""
+    rows = [
+        [text(title(source)), tag("span", text(source.sha256 or "not from a file"), kind="hash")]
+        for source in fit.sources
+    ]
+    told = {"urdyn": __version__, "samples": f"{fit.n_samples:,}"} | facts
+    offset = 1e3 * fit.dynamics.drive.time_offset
+    told["current leads the recorded motion by"] = f"{number(offset)} ms"
+    return section(
+        "Provenance",
+        " · ".join(f"{key} {value}" for key, value in told.items()),
+        table(["training log", "SHA-256"], rows, "words"),
+        tag("p", text("To reproduce:")),
+        tag("pre", tag("code", text(command))),
+    )
+
+
+def identify_command(fit: Fit) -> str:
+    """The command line that makes this fit, as far as the fit remembers it."""
+    logs = [shlex.quote(PurePath(s.path).name or "LOG") for s in fit.sources]
+    return " ".join(
+        [
+            "urdyn identify",
+            *logs,
+            f"--robot {shlex.quote(fit.dynamics.arm.name)}",
+            *_rows(fit.sources),
+            "--out DIR",
+        ]
+    )
+
+
+def _rows(sources: Sequence[Source]) -> list[str]:
+    slices = {source.rows for source in sources}
+    rows = slices.pop() if len(slices) == 1 else None
+    return [f"--rows {rows[0]}:{rows[1]}"] if rows else []
