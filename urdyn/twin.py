@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -77,7 +78,8 @@ def _log(source: Source) -> dict[str, Any]:
 
 def _fit(tables: dict[str, Any], path: str | Path) -> Fit:
     """The fit in a document; every way in which it can be wrong ends in one line."""
-    written = tables.get("urdyn", {}).get("format")
+    header = tables.get("urdyn")
+    written = header.get("format") if isinstance(header, dict) else None
     if written != FORMAT:
         raise TwinError(
             f"{path}: not a twin of format {FORMAT} but {written!r}; write it with `urdyn identify`"
@@ -90,10 +92,29 @@ def _fit(tables: dict[str, Any], path: str | Path) -> Fit:
         raise TwinError(
             f"{path}: damaged twin ({type(error).__name__}: {error}); identify the arm again"
         ) from error
-    finite = np.isfinite(fit.parameters.values).all()
-    if not (finite and is_consistent(fit.dynamics.inertials).all()):
-        raise TwinError(f"{path}: no solid body has these masses; identify the arm again")
+    if fault := next(_faults(fit), ""):
+        raise TwinError(f"{path}: {fault}; identify the arm again")
     return fit
+
+
+def _faults(fit: Fit) -> Iterator[str]:
+    """What a fit that was read from a file says and cannot be."""
+    arm, noise, belief, drive = fit.dynamics.arm, fit.noise, fit.belief, fit.dynamics.drive
+    table = (fit.parameters.values, fit.sd, fit.prior, fit.prior_sd)
+    scatter = (noise.sd, noise.scale, noise.dof)
+    numbers = (*table, *scatter, noise.ar, belief.mean, belief.cov, drive.temperature)
+    if not all(np.isfinite(x).all() for x in (*numbers, drive.time_offset)):
+        yield "a number in it is not finite"
+    elif len({x.shape for x in table}) > 1 or len(fit.names) != len(belief.mean):
+        yield "names and numbers in it are not as many"
+    elif {(len(x), x.ndim) for x in (*scatter, noise.ar)} != {(arm.joints, 1), (arm.joints, 2)}:
+        yield f"its noise is not that of {arm.joints} joints"
+    elif len(fit.terms) != arm.joints:
+        yield f"its terms are not those of {arm.joints} joints"
+    elif not all((x > 0.0).all() for x in (*scatter, drive.gain)) or (fit.sd < 0.0).any():
+        yield "a gain or a spread in it is not positive"
+    elif not is_consistent(np.array([*fit.dynamics.inertials, *fit.payloads])).all():
+        yield "no solid body has these masses"
 
 
 def _read(tables: dict[str, Any]) -> Fit:
@@ -117,9 +138,9 @@ def _read(tables: dict[str, Any]) -> Fit:
             Source(log["path"], log["sha256"], tuple(log["rows"]) if "rows" in log else None)
             for log in tables.get("log", [])
         ),
-        n_samples=data["samples"],
-        rank=data["rank"],
-        n_parameters=data["columns"],
+        n_samples=int(data["samples"]),
+        rank=int(data["rank"]),
+        n_parameters=int(data["columns"]),
     )
 
 
@@ -132,7 +153,7 @@ def _dynamics(arm: Arm, parameters: Parameters, model: dict[str, Any]) -> Dynami
         **{name: field(name) for name in ("gain", *LINEAR, *SHAPE)},
         temperature=np.array(model["temperature"]),
         health=np.ones(arm.joints),
-        time_offset=model["time_offset"],
+        time_offset=float(model["time_offset"]),
     )
     inertials = [about_frame(b[0], np.array(b[1:4]), tensor(np.array(b[4:]))) for b in bodies]
     return Dynamics(arm, np.array(inertials), drive)

@@ -192,6 +192,7 @@ def test_a_broken_input_is_told_in_one_line(case: str, story: Story, tmp_path: P
     result = CliRunner().invoke(app, [word.format(**places) for word in command.split()])
     assert result.exit_code == 1, result.output
     assert result.stdout == ""
+    print(case, "|", result.stderr, end="")
     assert re.fullmatch(r"urdyn: [^\n]+\n", result.stderr), result.stderr
     assert "Traceback" not in result.stderr and "unexpected" not in result.stderr
     assert sorted(tmp_path.rglob("*")) == before

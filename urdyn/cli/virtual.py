@@ -54,18 +54,21 @@ def record(arm: Arm, ask: Simulation, out: Path) -> Virtual:
     payload = None if mass is None else Payload(mass, np.array(CENTRE))
     bare, loaded = virtual_arm(arm, ask.seed), virtual_arm(arm, ask.seed, payload)
     told = truth(loaded, sensors, ask.seed)
-    out.mkdir(parents=True, exist_ok=True)
-    write_truth(out / "truth.json", told)
 
-    def run(number: int, dynamics: Dynamics, name: str) -> Path:
+    def run(number: int, dynamics: Dynamics) -> ud.Log:
         trajectory, chance = at_work(dynamics, ask, number)
-        ud.write(observe(dynamics, trajectory, sensors, chance), out / name)
-        return out / name
+        return observe(dynamics, trajectory, sensors, chance)
 
+    logs = {"excitation": run(0, bare), "held_out": run(2, bare)}
+    logs |= {} if payload is None else {"loaded": run(1, loaded)}
+    out.mkdir(parents=True, exist_ok=True)
+    for name, log in logs.items():
+        ud.write(log, out / f"{name}.parquet")
+    write_truth(out / "truth.json", told)
     return Virtual(
-        Recording(run(0, bare, "excitation.parquet")),
-        None if payload is None else Recording(run(1, loaded, "loaded.parquet"), mass=mass),
-        Recording(run(2, bare, "held_out.parquet")),
+        Recording(out / "excitation.parquet"),
+        None if payload is None else Recording(out / "loaded.parquet", mass=mass),
+        Recording(out / "held_out.parquet"),
         told,
     )
 

@@ -116,9 +116,10 @@ def _errors(found: Pooled, names: Sequence[str]) -> go.Figure:
         )
         for name, values, colour in _bars(found)
     ]
-    return figure(
+    drawing = figure(
         bars, "", "relative error [%]", 300, barmode="group", bargap=0.25, bargroupgap=0.04
     )
+    return drawing.update_xaxes(automargin=True)
 
 
 def _coverage(found: Pooled, names: Sequence[str]) -> go.Figure:

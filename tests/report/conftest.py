@@ -1,0 +1,37 @@
+"""One identified arm for all pages: simulated, so that the truth is known."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import pytest
+
+from urdyn.identify import Fit, Score, identify, validate
+from urdyn.model.arm import load_arm
+from urdyn.signal import condition
+from urdyn.simulate import simulate
+from urdyn.types import Source
+
+
+@dataclass(frozen=True)
+class Case:
+    fit: Fit
+    seen: Score
+    unseen: Score
+    truth: Mapping[str, Any]
+
+    @property
+    def scores(self) -> list[Score]:
+        return [self.seen, self.unseen]
+
+
+@pytest.fixture(scope="session")
+def case() -> Case:
+    arm = load_arm("ur5e")
+    log, truth = simulate(arm, 20, 100, seed=1)
+    log = replace(log, source=Source("robots/first.csv", "ab" * 32, (0, 1500)))
+    train, test = log.slice(0, 1500), log.slice(1500)
+    fit = identify(arm, condition(train))
+    return Case(fit, validate(fit, train), validate(fit, test), truth)

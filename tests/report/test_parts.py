@@ -1,0 +1,123 @@
+"""What pages and tables are made of."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from io import StringIO
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from rich.console import Console
+
+from urdyn.report.comparison import compare, share_inside
+from urdyn.report.digits import interval90, number
+from urdyn.report.evidence import PARTLY, SEEN, UNSEEN, pool, seen
+from urdyn.report.friction_curve import friction, friction_curve
+from urdyn.report.tables import identify_table, truth_table, validate_table
+from urdyn.report.traces import downsample, spectrum
+from urdyn.types import Source
+
+
+@given(n=st.integers(1, 5000), points=st.integers(4, 600), seed=st.integers(0, 99))
+def test_downsampling_keeps_extremes_order_and_budget(n, points, seed):
+    x = np.random.default_rng(seed).standard_normal(n)
+    index = downsample(x, points)
+    assert x[index].max() == x.max() and x[index].min() == x.min()
+    assert np.all(np.diff(index) > 0) and len(index) <= max(points, 1)
+
+
+def test_downsampling_keeps_peaks_beside_missing_samples():
+    x = np.zeros(10_000)
+    x[::3], x[5_000], x[7_001] = np.nan, 9.0, -9.0
+    kept = x[downsample(x, 300)]
+    assert np.nanmax(kept) == 9.0 and np.nanmin(kept) == -9.0
+
+
+def test_the_spectrum_of_white_noise_is_flat_at_its_power():
+    rng = np.random.default_rng(3)
+    t = np.arange(60_000) / 100.0
+    f, density = spectrum(t, rng.standard_normal(len(t)))
+    # unit variance over 50 Hz; the mean square of 398 bins of ~140 half-overlapping periodograms
+    # scatters by less than 1 %
+    assert np.mean(density[2:-2] ** 2) == pytest.approx(1 / 50.0, rel=0.04)
+    assert f[-1] == pytest.approx(50.0)
+
+
+@pytest.mark.parametrize(
+    ("value", "sd", "words"),
+    [
+        (12.3456, 0.1, "12.35 ± 0.16"),
+        (-0.00004, 0.01, "0.000 ± 0.016"),
+        (1234.5, 100.0, "1234 ± 164"),
+        (0.5, 0.0, "0.500"),
+        (9.96, 0.6053, "10.0 ± 1.0"),
+    ],
+)
+def test_an_interval_has_the_digits_that_it_deserves(value, sd, words):
+    assert interval90(value, sd) == words
+
+
+def test_numbers_say_when_there_is_none():
+    assert [number(float("nan")), number(0.0), number(11.4), number(8.25)] == [
+        "–",
+        "0",
+        "11",
+        "8.2",
+    ]
+
+
+def test_a_friction_band_covers_the_truth(case):
+    covered = []
+    for j, truth in enumerate(case.truth["joints"]):
+        v = np.linspace(-1.0, 1.0, 40)
+        curve = friction_curve(case.fit, j, v, np.random.default_rng(0))
+        true = friction(truth, v)
+        assert np.all(curve.low <= curve.torque) and np.all(curve.torque <= curve.high)
+        covered.append(np.mean((curve.low <= true) & (true <= curve.high)))
+    # A curve has about 3 degrees of freedom, six joints 18: at 90 %, 12 or more are inside in
+    # 998 of 1000 cases.
+    assert np.mean(covered) >= 12 / 18
+
+
+def test_most_truths_lie_inside_their_intervals(case):
+    found = compare(case.fit, case.truth)
+    assert {c.quantity for c in found} >= {"coulomb", "viscous", "mass", "gain"}
+    # Correlated quantities: few independent ones. A half would be 4 sd of 20 below 90 %.
+    assert share_inside(found) > 0.6
+
+
+def test_a_log_is_held_out_only_if_no_row_was_trained_on(case):
+    trained = case.fit.sources[0]
+    assert seen(case.fit, trained) == SEEN
+    assert seen(case.fit, replace(trained, rows=(100, 200))) == SEEN
+    assert seen(case.fit, replace(trained, rows=(1000, 2000))) == PARTLY
+    assert seen(case.fit, replace(trained, rows=None)) == PARTLY
+    assert seen(case.fit, replace(trained, rows=(1500, 2000))) == UNSEEN
+    assert seen(case.fit, Source("other.csv", "cd" * 32)) == UNSEEN
+
+
+def test_pooled_scores_lie_between_those_of_the_logs(case):
+    pooled = pool(case.fit, case.scores)
+    both = np.array([score.rre_percent for score in case.scores])
+    assert np.all((both.min(axis=0) <= pooled.ours) & (pooled.ours <= both.max(axis=0)))
+    assert not pooled.unseen and pool(case.fit, [case.unseen]).unseen
+
+
+def test_pooling_leaves_out_what_no_log_tells(case):
+    blind = replace(case.seen, target_rre_percent=np.full(6, np.nan))
+    assert np.isnan(pool(case.fit, [blind]).controller).all()
+
+
+def test_tables_render_whatever_a_log_is_called(case):
+    source = Source("[red]odd[b].csv", "ab" * 32, (0, 1500))
+    odd = replace(case.seen, log=replace(case.seen.log, source=source))
+    console = Console(width=160, record=True, file=StringIO())
+    console.print(identify_table(case.fit))
+    console.print(validate_table([odd], case.fit))
+    console.print(truth_table(case.fit, case.truth))
+    shown = console.export_text()
+    assert "[red]odd[b].csv" in shown
+    for words in ("shoulder pan", "sensor floor", "upper arm", "±", "yes"):
+        assert words in shown
