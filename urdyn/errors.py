@@ -7,6 +7,7 @@ UrdynError                  everything that is the caller's to mend; the command
 │   ├── TwinError           a twin.toml
 │   └── CampaignError       a campaign.toml
 ├── IdentifiabilityError    the data do not determine what was asked: carries rank, needed, joint
+├── RtdeError               no sense can be made of a controller, or of a client: carries address
 └── MissingExtraError       an optional dependency is not installed: carries extra
 """
 
@@ -55,6 +56,17 @@ class IdentifiabilityError(UrdynError):
     def __init__(self, message: str, rank: int = 0, needed: int = 0, joint: str = "") -> None:
         super().__init__(message)
         self.rank, self.needed, self.joint = rank, needed, joint
+
+
+class RtdeError(UrdynError):
+    """A controller, or a client of ours, cannot be reached or breaks the RTDE protocol.
+
+    `address` is host:port; "" where no socket is involved.
+    """
+
+    def __init__(self, message: str, address: str = "") -> None:
+        super().__init__(f"{address}: {message}" if address else message)
+        self.address = address
 
 
 class MissingExtraError(UrdynError):

@@ -19,10 +19,13 @@ from urdyn.model.consistency import is_consistent
 from urdyn.model.drive import LINEAR, SHAPE, Drive
 from urdyn.model.dynamics import Dynamics
 from urdyn.model.library import names as library_names
+from urdyn.model.population import OPTIONAL
 from urdyn.types import Array, Gaussian, Parameters, Source
 from urdyn.version import __version__
 
 FORMAT = 1
+# What reading raises where a document is not what was written.
+DAMAGE = (LookupError, ArithmeticError, TypeError, ValueError, AssertionError, AttributeError)
 
 
 @dataclass(frozen=True)
@@ -85,10 +88,11 @@ def _fit(tables: dict[str, Any], path: str | Path) -> Fit:
             f"{path}: not a twin of format {FORMAT} but {written!r}; write it with `urdyn identify`"
         )
     try:
-        fit = _read(tables)
+        with np.errstate(all="ignore"):  # numbers that overflow are told of below
+            fit = _read(tables)
     except UrdynError as error:
         raise TwinError(f"{path}: {error}") from error
-    except (KeyError, TypeError, ValueError, AssertionError, AttributeError) as error:
+    except DAMAGE as error:
         raise TwinError(
             f"{path}: damaged twin ({type(error).__name__}: {error}); identify the arm again"
         ) from error
@@ -109,7 +113,7 @@ def _faults(fit: Fit) -> Iterator[str]:
         yield "names and numbers in it are not as many"
     elif {(len(x), x.ndim) for x in (*scatter, noise.ar)} != {(arm.joints, 1), (arm.joints, 2)}:
         yield f"its noise is not that of {arm.joints} joints"
-    elif len(fit.terms) != arm.joints:
+    elif len(fit.terms) != arm.joints or not all(terms <= OPTIONAL for terms in fit.terms):
         yield f"its terms are not those of {arm.joints} joints"
     elif not all((x > 0.0).all() for x in (*scatter, drive.gain)) or (fit.sd < 0.0).any():
         yield "a gain or a spread in it is not positive"

@@ -1,40 +1,9 @@
-"""What the tests of this room share: a simulated log, and the twin that was identified from it."""
+"""What the tests of this room share."""
 
 from __future__ import annotations
 
-import os
-import subprocess
-import sys
-from dataclasses import dataclass
-from pathlib import Path
-
 import pytest
-
-ROOT = Path(__file__).parents[2]
-
-
-def urdyn(*arguments: object, **environment: str) -> subprocess.CompletedProcess[str]:
-    """The command line in a process of its own."""
-    path = os.pathsep.join(filter(None, (str(ROOT), os.environ.get("PYTHONPATH"))))
-    return subprocess.run(
-        (sys.executable, "-m", "urdyn", *map(str, arguments)),
-        capture_output=True,
-        text=True,
-        env=os.environ | {"PYTHONPATH": path} | environment,
-        check=False,
-    )
-
-
-@dataclass(frozen=True)
-class Story:
-    """A simulated arm, its log and its identification."""
-
-    log: Path
-    truth: Path
-    held_out: Path
-    out: Path  # twin.toml, identified.urdf, report.html
-    simulated: subprocess.CompletedProcess[str]
-    identified: subprocess.CompletedProcess[str]
+from story import Story, urdyn
 
 
 @pytest.fixture(scope="session")

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from conftest import Story
+from story import Story
 from typer.testing import CliRunner
 
 from urdyn.cli.app import app
@@ -101,7 +101,10 @@ BROKEN: dict[str, tuple[str, Text | None]] = {
     ),
     # twins
     "twin absent": ("validate {tmp}/none.toml {log}", None),
-    "twin truncated": ("validate {tmp}/x {log}", lambda s: (s.out / "twin.toml").read_text()[:4000]),
+    "twin truncated": (
+        "validate {tmp}/x {log}",
+        lambda s: (s.out / "twin.toml").read_text()[:4000],
+    ),
     "twin of another format": ("validate {tmp}/x {log}", twin("format = 1", "format = 99")),
     "twin no twin": ("validate {tmp}/x {log}", literally('robot = "ur10e"\n')),
     "twin's urdyn a number": ("validate {tmp}/x {log}", literally("urdyn = 1\n")),
@@ -109,10 +112,19 @@ BROKEN: dict[str, tuple[str, Text | None]] = {
     "twin with a mass of nan": ("validate {tmp}/x {log}", twin(MASS, r"\1nan")),
     "twin with a negative mass": ("validate {tmp}/x {log}", twin(MASS, r"\1-3.0")),
     "twin with a mass of text": ("validate {tmp}/x {log}", twin(MASS, r'\1"heavy"')),
-    "twin's covariance cut": ("validate {tmp}/x {log}", twin(r"(?s)(covariance = \[\n).*?\n", r"\1")),
-    "twin's covariance ragged": ("validate {tmp}/x {log}", twin(r"(covariance = \[\n  \[)\S+ ", r"\1")),
+    "twin's covariance cut": (
+        "validate {tmp}/x {log}",
+        twin(r"(?s)(covariance = \[\n).*?\n", r"\1"),
+    ),
+    "twin's covariance ragged": (
+        "validate {tmp}/x {log}",
+        twin(r"(covariance = \[\n  \[)\S+ ", r"\1"),
+    ),
     "twin of an unknown arm": ("validate {tmp}/x {log}", twin('name = "ur10e"', 'name = "ur99"')),
-    "twin's gain zero": ("validate {tmp}/x {log}", twin(r'(elbow_joint.gain"\nvalue = )\S+', r"\g<1>0.0")),
+    "twin's gain zero": (
+        "validate {tmp}/x {log}",
+        twin(r'(elbow_joint.gain"\nvalue = )\S+', r"\g<1>0.0"),
+    ),
     "twin's noise of three joints": (
         "validate {tmp}/x {log}",
         twin(r"(\[noise\]\nsd = ).*", r"\1[0.1, 0.1, 0.1]"),
@@ -192,7 +204,6 @@ def test_a_broken_input_is_told_in_one_line(case: str, story: Story, tmp_path: P
     result = CliRunner().invoke(app, [word.format(**places) for word in command.split()])
     assert result.exit_code == 1, result.output
     assert result.stdout == ""
-    print(case, "|", result.stderr, end="")
     assert re.fullmatch(r"urdyn: [^\n]+\n", result.stderr), result.stderr
     assert "Traceback" not in result.stderr and "unexpected" not in result.stderr
     assert sorted(tmp_path.rglob("*")) == before

@@ -12,6 +12,7 @@ from typing import Annotated, Any
 
 import typer
 from rich.table import Table
+from rich.text import Text
 
 from urdyn.cli.options import Json, Quiet
 from urdyn.cli.voice import Voice
@@ -98,7 +99,9 @@ def _run(*arguments: str) -> tuple[float, float]:
 
 
 def _table(figures: list[Figure]) -> Table:
-    table = Table("identify", "wall [s]", "target", "peak memory [GB]", "target", "verdict")
+    table = Table()
+    for head in ("identify", "wall [s]", "target", "peak memory [GB]", "target", "verdict"):
+        table.add_column(Text(head))  # rich takes a [s] in a str for markup
     for figure in figures:
         case = figure.case
         table.add_row(

@@ -83,10 +83,10 @@ def _campaign(document: dict[str, Any], folder: Path) -> Campaign:
     beside = folder / document["robot"]
     return Campaign(
         robot=str(beside) if beside.is_file() else document["robot"],
+        drive_gain=_gains(document.get("drive_gain")),
         logs=_recordings(document, "log", folder),
         payloads=_recordings(document, "payload", folder),
         validate=_recordings(document, "validate", folder),
-        drive_gain=_gains(document.get("drive_gain")),
         effort_unit=document.get("effort_unit", "A"),
         out=folder / document.get("out", "out"),
         simulate=_simulation(document.get("simulate")),
@@ -133,11 +133,9 @@ def _simulation(table: dict[str, Any] | None) -> Simulation | None:
 
 
 def _gains(values: list[Any] | None) -> tuple[float, ...] | None:
-    if values is None:
-        return None
-    for value in values:
+    for value in values or ():
         _check({"drive_gain": value}, {"drive_gain": NUMBER}, "")
-    return tuple(map(float, values))
+    return None if values is None else tuple(map(float, values))
 
 
 def _check(table: dict[str, Any], schema: dict[str, Any], where: str) -> None:

@@ -13,7 +13,7 @@ from urdyn.cli.virtual import Simulation
 from urdyn.cli.voice import Voice
 
 if TYPE_CHECKING:
-    from urdyn.cli.results import Outcome
+    from urdyn.cli.carry_out import Outcome
 
 Out = Annotated[Path, typer.Option(metavar="DIR", help="Folder of the results.")]
 Seed = Annotated[int, typer.Option(min=0, help="Another seed, another arm.")]
@@ -35,41 +35,46 @@ def demo(
 
     Example: [bold]urdyn demo --seed 7[/bold]
     """
-    from urdyn.cli.results import carry_out, save
+    from urdyn.cli.carry_out import carry_out
+    from urdyn.cli.results import require_folder, save
     from urdyn.report.page import identify_page
     from urdyn.report.summary import identified
     from urdyn.report.tables import truth_table
 
     voice = Voice(json, quiet)
     ask = Simulation(duration=20.0, rate=125.0, seed=seed, payload_mass=PAYLOAD)
-    voice.note(
-        f"a virtual {robot} moves for {ask.duration:g} s without and with a payload of {PAYLOAD:g} "
-        f"kg, then along another path to be judged by"
-    )
-    outcome = carry_out(Campaign(robot, out=out, simulate=ask), voice)
+    require_folder(out)
+    with voice.progress("a virtual arm moves") as told:
+        outcome = carry_out(Campaign(robot, out=out, simulate=ask), told)
     fit, truth = outcome.fit, outcome.truth
     assert truth is not None, "the arm is virtual"
     save(fit, identify_page(fit, outcome.scores, outcome.wall, truth), out)
-    voice.show(truth_table(fit, truth), *_found(outcome), f"the report: {out / 'report.html'}")
+    voice.show(truth_table(fit, truth), _work(ask, robot), *_found(outcome))
+    voice.show(f"Report: {out / 'report.html'}")
     voice.result(identified(fit, outcome.wall))
     if show:
         typer.launch(str(out / "report.html"))
 
 
+def _work(ask: Simulation, robot: str) -> str:
+    """What was done."""
+    return (
+        f"A virtual {robot}, drawn at random, moved for {ask.duration:g} s, as long with a payload "
+        f"of {PAYLOAD:g} kg, and as long along another path, to judge by."
+    )
+
+
 def _found(outcome: Outcome) -> list[str]:
-    """What was found, in plain words."""
+    """What was found."""
+    from urdyn.cli.verdict import verdict
     from urdyn.report.comparison import compare
 
     assert outcome.truth is not None, "the arm is virtual"
-    found, held_out = compare(outcome.fit, outcome.truth), outcome.scores[-1]
+    found = compare(outcome.fit, outcome.truth)
     inside = sum(c.inside for c in found)
-    low, high = held_out.rre_percent.min(), held_out.rre_percent.max()
-    least, most = held_out.floor_percent.min(), held_out.floor_percent.max()
     return [
-        f"identified in {outcome.wall:.1f} s; {inside} of {len(found)} true values lie inside "
-        "their 90 % intervals (nine in ten should)",
-        f"on the path that it has not seen, the model misses {low:.1f} to {high:.1f} % of the "
-        f"current, joint by joint; sensor noise alone is {least:.1f} to {most:.1f} %",
-        "no single link can be weighed from a fixed base: where masses are uncertain, the data "
-        "cannot tell them, but what the joints feel of them is known",
+        f"Identified in {outcome.wall:.1f} s: {inside} of {len(found)} true values lie inside "
+        "their 90 % intervals (nine in ten should).",
+        verdict(outcome.fit, outcome.scores),
+        "Intervals of link masses stay wide: from a fixed base no link can be weighed by itself.",
     ]

@@ -38,6 +38,11 @@ Unit = Annotated[
     typer.Option(metavar="A|Nm", help="Nm: the logs' currents are joint torques [N·m]."),
 ]
 
+INFORMED = (
+    "informed: how much of the published mass's uncertainty the data removed; from a fixed base no "
+    "link can be weighed by itself\n"
+)
+
 
 def identify(
     logs: Logs,
@@ -70,23 +75,26 @@ def identify(
         logs=read_as(campaign.logs, columns, rows, rate),
         payloads=read_as(payloads, columns, payload_rows, rate),
     )
-    _carry_out(campaign, Voice(json, quiet))
+    _run(campaign, Voice(json, quiet))
 
 
-def _carry_out(campaign: Campaign, voice: Voice) -> None:
+def _run(campaign: Campaign, voice: Voice) -> None:
     """Identify, save, tell."""
-    from urdyn.cli.results import carry_out, save
+    from urdyn.cli.carry_out import carry_out
+    from urdyn.cli.results import FILES, require_folder, save
+    from urdyn.cli.verdict import verdict
     from urdyn.report.page import identify_page
     from urdyn.report.summary import identified
     from urdyn.report.tables import identify_table, validate_table
 
-    outcome = carry_out(campaign, voice)
-    fit, scores = outcome.fit, outcome.scores
-    save(fit, identify_page(fit, scores, outcome.wall, outcome.truth), campaign.out)
-    voice.show(identify_table(fit), validate_table(scores, fit))
-    voice.note(
-        *_remarks(campaign), f"written: {campaign.out}/ report.html identified.urdf twin.toml"
-    )
+    require_folder(campaign.out)
+    with voice.progress("reading") as told:
+        outcome = carry_out(campaign, told)
+        fit, scores = outcome.fit, outcome.scores
+        save(fit, identify_page(fit, scores, outcome.wall, outcome.truth), campaign.out)
+    voice.note(*outcome.defects)
+    voice.show(identify_table(fit), INFORMED, validate_table(scores, fit), verdict(fit, scores))
+    voice.note(*_remarks(campaign), f"written to {campaign.out}: {', '.join(FILES)}")
     voice.result(identified(fit, outcome.wall))
 
 
@@ -94,8 +102,8 @@ def _remarks(campaign: Campaign) -> list[str]:
     """What the estimates rest on."""
     if campaign.effort_unit == "Nm":
         return ["currents were taken as joint torques in N·m: the drive gain is 1 and not sought"]
-    weighed = campaign.drive_gain or any(payload.mass for payload in campaign.payloads)
-    if weighed:
+    virtual = campaign.simulate and campaign.simulate.payload_mass
+    if campaign.drive_gain or virtual or any(payload.mass for payload in campaign.payloads):
         return []
     return [
         "drive gains rest on what is typical of such joints, and so does the scale of all torques "

@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
-import numpy as np
 import typer
 
 import urdyn as ud
 from urdyn.cli.options import Json, Quiet, Robot
-from urdyn.cli.recording import numbers_of
-from urdyn.cli.virtual import CENTRE, Simulation, at_work
+from urdyn.cli.virtual import Simulation, at_work, payload_of, sensors_of
 from urdyn.cli.voice import Voice
 from urdyn.errors import InputError
 
@@ -68,34 +65,57 @@ def simulate(
 
     Example: [bold]urdyn simulate --robot ur10e --duration 30 --seed 7 --out run.parquet[/bold]
     """
-    from urdyn.io import sha256
-    from urdyn.simulate import observe, write_truth
     from urdyn.simulate import truth as truth_of
+    from urdyn.simulate import write_truth
 
     if truth is not None and truth.suffix.lower() not in (".json", ".toml"):
         raise InputError(f"{truth}: the truth is written as .json or .toml")
-    voice = Voice(json, quiet)
-    dynamics = _dynamics(robot, twin, seed, _payload(payload_mass, payload_com))
-    sensors = _sensors(dynamics.arm, noise)
+    voice, ask = Voice(json, quiet), Simulation(duration, rate, seed)
+    payload = payload_of(payload_mass, payload_com)
+    dynamics = _dynamics(robot, twin, seed, payload)
+    sensors = sensors_of(dynamics.arm, noise)
     with voice.progress("simulating"):
-        ask = Simulation(duration, rate, seed)
-        motion, chance = at_work(dynamics, ask, run, trajectory)
-        ud.write(observe(dynamics, motion, sensors, chance), out)
-    document = truth_of(dynamics, sensors, seed)
+        if twin is None and run == 0:
+            log, document = _of_library(dynamics.arm, ask, trajectory, payload, sensors)
+        else:
+            log = at_work(dynamics, sensors, ask, run, trajectory)
+            document = truth_of(dynamics, sensors, seed)
+        ud.write(log, out)
     if truth is not None:
         write_truth(truth, document)
-    robot, seconds = dynamics.arm.name, float(motion.t[-1])
-    voice.show(f"{out}: {len(motion)} rows, {seconds:g} s of a virtual {robot}")
-    voice.result(
-        {
-            "urdyn": ud.__version__,
-            "path": str(out),
-            "sha256": sha256(out),
-            "n": len(motion),
-            "duration_s": seconds,
-            "truth": document,
-        }
+    voice.show(f"{out}: {len(log)} rows, {log.t[-1]:g} s of a virtual {dynamics.arm.name}")
+    voice.result(_summary(log, out, document))
+
+
+def _of_library(
+    arm: Arm, ask: Simulation, path: Path | None, payload: Payload | None, sensors: Sensors
+) -> tuple[ud.Log, dict[str, Any]]:
+    """What `urdyn.simulate` gives for a seed, so that the two can be compared."""
+    from urdyn.simulate import from_file
+
+    return ud.simulate(
+        arm,
+        ask.duration,
+        ask.rate,
+        ask.seed,
+        trajectory=None if path is None else from_file(path, arm, ask.rate),
+        payload=payload,
+        sensors=sensors,
     )
+
+
+def _summary(log: ud.Log, out: Path, truth: dict[str, Any]) -> dict[str, Any]:
+    """The run in numbers."""
+    from urdyn.io import sha256
+
+    return {
+        "urdyn": ud.__version__,
+        "path": str(out),
+        "sha256": sha256(out),
+        "n": len(log),
+        "duration_s": float(log.t[-1]),
+        "truth": truth,
+    }
 
 
 def _dynamics(robot: str | None, twin: Path | None, seed: int, payload: Payload | None) -> Dynamics:
@@ -109,30 +129,3 @@ def _dynamics(robot: str | None, twin: Path | None, seed: int, payload: Payload 
     assert twin is not None, "one of the two"
     found = ud.Twin.load(twin).fit.dynamics
     return replace(found, payload=payload.inertials()) if payload else found
-
-
-def _payload(mass: float | None, com: str | None) -> Payload | None:
-    from urdyn.simulate import Payload
-
-    if mass is None:
-        if com is not None:
-            raise typer.BadParameter("--payload-com needs --payload-mass")
-        return None
-    place = numbers_of(com, "payload com") if com is not None else CENTRE
-    if len(place) != 3:
-        raise InputError(f"payload com {com!r}: three numbers in m, like 0,0,0.06")
-    return Payload(mass, np.array(place))
-
-
-def _sensors(arm: Arm, scale: float) -> Sensors:
-    from urdyn.simulate import perfect_sensors, typical_sensors
-
-    if not 0.0 <= scale < math.inf:
-        raise InputError(f"noise {scale:g}: is to be 0 or more times the usual noise")
-    usual = typical_sensors(arm)
-    noisy = replace(
-        usual,
-        current_noise=scale * usual.current_noise,
-        velocity_noise=scale * usual.velocity_noise,
-    )
-    return noisy if scale else perfect_sensors(arm)

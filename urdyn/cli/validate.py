@@ -33,7 +33,9 @@ def validate(
 
     Example: [bold]urdyn validate twin/twin.toml another_run.csv[/bold]
     """
-    from urdyn.cli.results import read, require_folder
+    from urdyn.cli.carry_out import complaints
+    from urdyn.cli.results import require_folder
+    from urdyn.cli.verdict import verdict
     from urdyn.io import write_text
     from urdyn.report.page import validate_page
     from urdyn.report.summary import validated
@@ -44,11 +46,12 @@ def validate(
     if out is not None:
         require_folder(out)
     with voice.progress("scoring"):
-        scores = [ud.validate(fit, read(recording, voice)) for recording in recordings]
+        scores = [ud.validate(fit, recording.read()) for recording in recordings]
     if out is not None:
         page = validate_page(fit, scores)
         out.mkdir(parents=True, exist_ok=True)
         write_text(out / "report.html", page)
         voice.note(f"written: {out / 'report.html'}")
-    voice.show(validate_table(scores, fit))
+    voice.note(*(told for score in scores for told in complaints(score.log)))
+    voice.show(validate_table(scores, fit), verdict(fit, scores))
     voice.result(validated(scores))

@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import typer
 
 import urdyn as ud
-from urdyn.cli.recording import Recording
+from urdyn.cli.recording import Recording, numbers_of
+from urdyn.errors import InputError
 
 if TYPE_CHECKING:
     from urdyn.model.arm import Arm
     from urdyn.model.dynamics import Dynamics
-    from urdyn.simulate import Trajectory
+    from urdyn.simulate import Payload, Sensors
 
 CENTRE = (0.0, 0.0, 0.06)  # [m] of a payload's mass, in front of the flange
 
@@ -41,26 +44,18 @@ class Virtual:
 
 def record(arm: Arm, ask: Simulation, out: Path) -> Virtual:
     """Put the virtual arm to work and write its runs into `out`."""
-    from urdyn.simulate import (
-        Payload,
-        observe,
-        truth,
-        typical_sensors,
-        virtual_arm,
-        write_truth,
-    )
+    from urdyn.simulate import Payload, truth, typical_sensors, virtual_arm, write_truth
 
     sensors, mass = typical_sensors(arm), ask.payload_mass
     payload = None if mass is None else Payload(mass, np.array(CENTRE))
     bare, loaded = virtual_arm(arm, ask.seed), virtual_arm(arm, ask.seed, payload)
     told = truth(loaded, sensors, ask.seed)
-
-    def run(number: int, dynamics: Dynamics) -> ud.Log:
-        trajectory, chance = at_work(dynamics, ask, number)
-        return observe(dynamics, trajectory, sensors, chance)
-
-    logs = {"excitation": run(0, bare), "held_out": run(2, bare)}
-    logs |= {} if payload is None else {"loaded": run(1, loaded)}
+    logs = {
+        "excitation": at_work(bare, sensors, ask, 0),
+        "held_out": at_work(bare, sensors, ask, 1),
+    }
+    if payload is not None:
+        logs["loaded"] = at_work(loaded, sensors, ask, 2)
     out.mkdir(parents=True, exist_ok=True)
     for name, log in logs.items():
         ud.write(log, out / f"{name}.parquet")
@@ -74,17 +69,46 @@ def record(arm: Arm, ask: Simulation, out: Path) -> Virtual:
 
 
 def at_work(
-    dynamics: Dynamics, ask: Simulation, run: int = 0, path: Path | None = None
-) -> tuple[Trajectory, np.random.Generator]:
-    """Motion of an arm, and what the noise of its sensors is drawn from, run by run.
+    dynamics: Dynamics, sensors: Sensors, ask: Simulation, run: int, path: Path | None = None
+) -> ud.Log:
+    """The log of an arm's `run`-th motion, in which motion and noise are its own.
 
-    `path` names a file of the motion; run 0 is that of `urdyn.simulate.simulate`.
+    `path` names a file of the motion.
     """
     from urdyn.model.arm import with_inertials
-    from urdyn.simulate import fourier, from_file
+    from urdyn.simulate import fourier, from_file, observe
 
     motion, noise = np.random.default_rng((ask.seed, run)).spawn(2)
     if path is not None:
-        return from_file(path, dynamics.arm, ask.rate), noise
+        return observe(dynamics, from_file(path, dynamics.arm, ask.rate), sensors, noise)
     arm = with_inertials(dynamics.arm, dynamics.loaded())
-    return fourier(arm, ask.duration, ask.rate, motion), noise
+    return observe(dynamics, fourier(arm, ask.duration, ask.rate, motion), sensors, noise)
+
+
+def payload_of(mass: float | None, com: str | None) -> Payload | None:
+    """The payload of options: its mass, and X,Y,Z of its centre."""
+    from urdyn.simulate import Payload
+
+    if mass is None:
+        if com is not None:
+            raise typer.BadParameter("--payload-com needs --payload-mass")
+        return None
+    place = numbers_of(com, "payload com") if com is not None else CENTRE
+    if len(place) != 3:
+        raise InputError(f"payload com {com!r}: three numbers in m, like 0,0,0.06")
+    return Payload(mass, np.array(place))
+
+
+def sensors_of(arm: Arm, scale: float) -> Sensors:
+    """The usual sensors with `scale` times their noise; 0: perfect ones."""
+    from urdyn.simulate import perfect_sensors, typical_sensors
+
+    if not 0.0 <= scale < math.inf:
+        raise InputError(f"noise {scale:g}: is to be 0 or more times the usual noise")
+    usual = typical_sensors(arm)
+    noisy = replace(
+        usual,
+        current_noise=scale * usual.current_noise,
+        velocity_noise=scale * usual.velocity_noise,
+    )
+    return noisy if scale else perfect_sensors(arm)

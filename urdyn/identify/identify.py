@@ -15,6 +15,7 @@ from threadpoolctl import threadpool_limits
 
 from urdyn.errors import IdentifiabilityError
 from urdyn.identify.compress import compress, residuals
+from urdyn.identify.design import blocks
 from urdyn.identify.excerpt import excerpt, folds
 from urdyn.identify.expressions import dynamics, physical
 from urdyn.identify.fit import Fit
@@ -35,7 +36,6 @@ DAMPING = 0.5  # share of a shaping step that is taken: presliding and Stribeck 
 FOLDS = 6
 PROBE = 2e-3  # [s] to either side, in the search for the time offset
 MAX_OFFSET = 0.03  # [s] no recorder is known to skew its streams more
-MOVES = 0.02  # [rad/s] slower than this a joint stands still
 MIN_ROWS = 200
 
 Progress = Callable[[str, float], None]  # what is being done, and the share that is behind
@@ -131,10 +131,10 @@ def _check(arm: Arm, runs: Sequence[Run]) -> None:
                 f"{run.motion.source.path}: {told} rows with a current are too few; "
                 f"record at least {MIN_ROWS}, better 20 s of motion of every joint"
             )
-    speed = np.nanmax([np.nanmax(np.abs(run.motion.v), axis=0) for run in runs], axis=0)
-    if np.all(speed < MOVES):
+    typical = population(arm).typical()
+    if not any(block.known.any() for run in runs for block in blocks(typical, run.motion)):
         raise IdentifiabilityError(
-            "no joint moves in this log, so friction and inertia cannot be told; "
+            "no joint moves far enough in this log for friction and inertia to be told; "
             "record an excitation trajectory in which every joint moves",
             joint=arm.joint_names[0],
         )

@@ -44,15 +44,33 @@ def _select_joint(
     places = {
         group: [unknowns.names.index(f"{name}.{t}") for t in group if unknowns.has(t, joint)]
         for group in CANDIDATES
+        if unknowns.has(group[0], joint)
     }
-    out = {index for indices in places.values() for index in indices}
     kept: list[str] = []
-    for group, indices in places.items():
-        gains = _held_out(systems, out - set(indices)) - _held_out(systems, out)
-        if indices and gains.sum() > MIN_GAIN:
-            out -= set(indices)
-            kept += [term for term in group if term != "stribeck_velocity"]
+    while places:
+        group, gain = _best(systems, places)
+        if gain <= MIN_GAIN:
+            break
+        del places[group]
+        kept += [term for term in group if term != "stribeck_velocity"]
     return frozenset(kept)
+
+
+def _best(
+    systems: list[tuple[Array, Array]], places: dict[tuple[str, ...], list[int]]
+) -> tuple[tuple[str, ...], float]:
+    """The group left out that would help most, and by how many nats.
+
+    The best comes first: warmth that is missing looks like friction that fades with speed.
+    """
+    out = {index for indices in places.values() for index in indices}
+    without = _held_out(systems, out).sum()
+    gains = {
+        group: float(_held_out(systems, out - set(indices)).sum() - without)
+        for group, indices in places.items()
+    }
+    best = max(gains, key=lambda group: gains[group])
+    return best, gains[best]
 
 
 def _linear(

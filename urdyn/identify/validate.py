@@ -38,14 +38,14 @@ def validate(fit: Fit, log: Log) -> Score:
     motion = condition(log)
     predicted = fit.dynamics.current(motion)
     error = motion.current - predicted
-    size = _norm(motion.current)
+    target_error = motion.current - log.joint("target_current")
     return Score(
         log=log,
         predicted=predicted,
-        rre_percent=100.0 * _norm(error) / size,
+        rre_percent=_percent(error, motion.current),
         rmse=_rms(error),
-        target_rre_percent=100.0 * _norm(motion.current - log.joint("target_current")) / size,
-        floor_percent=100.0 * np.sqrt(len(log)) * noise_floor(log.t, motion.current) / size,
+        target_rre_percent=_percent(target_error, motion.current),
+        floor_percent=100.0 * noise_floor(log.t, motion.current) / _rms(motion.current),
         coverage90=_coverage(fit, error),
     )
 
@@ -75,6 +75,11 @@ def _coverage(fit: Fit, error: Array) -> Array:
     told = np.isfinite(error)
     inside = (np.abs(error) <= interval(fit)) & told
     return np.asarray(inside.sum(axis=0) / np.maximum(told.sum(axis=0), 1))
+
+
+def _percent(error: Array, current: Array) -> Array:
+    """Size of an error over that of the current in the same rows, (J,) [%]."""
+    return 100.0 * _norm(error) / _norm(np.where(np.isfinite(error), current, np.nan))
 
 
 def _norm(x: Array) -> Array:

@@ -18,15 +18,16 @@ from urdyn.model.drive import Drive
 from urdyn.model.dynamics import Dynamics
 from urdyn.types import Array, frozen
 
-# Joint sizes by rated torque [N·m], from recordings of UR3e, UR5e, UR10 and UR10e arms and the
-# maker's joint test of a UR5e; between the sizes and beyond them by power law.
+# Joint sizes by rated torque [N·m]. Gains and friction are those that controllers of a UR3e and a
+# UR10e use themselves (target_current against target_moment), and the maker's joint test of a UR5e;
+# rotor inertias were identified on a UR10e. Between the sizes and beyond them by power law.
 RATED_TORQUE = (10.0, 28.0, 54.0, 150.0, 330.0)
 ANY_TORQUE = 54.0  # [N·m] where a description does not rate its joints
 TYPICAL = {
-    "gain": (9.5, 10.0, 10.4, 10.6, 13.0),
+    "gain": (3.7, 7.5, 10.7, 10.0, 12.3),
     "rotor_inertia": (0.06, 0.20, 0.50, 2.0, 7.0),
-    "coulomb": (0.8, 1.8, 2.9, 6.0, 15.0),
-    "viscous": (0.5, 1.4, 3.2, 10.0, 26.0),
+    "coulomb": (0.75, 1.6, 3.1, 6.3, 17.0),
+    "viscous": (0.55, 1.6, 3.3, 10.5, 21.0),
 }
 STRUCTURAL = 0.06
 PRESLIDING_DISTANCE = 2e-4  # [rad]
@@ -106,7 +107,9 @@ OPTIONAL = frozenset({"stribeck", "ripple_cos", "ripple_sin", "thermal"})
 def population(arm: Arm) -> Population:
     """What is believed of `arm` before any data."""
     known = (arm.effort_limit > RATED_TORQUE[0] / 2) & (arm.effort_limit < RATED_TORQUE[-1] * 1.2)
-    log_torque = np.log(np.where(np.isfinite(arm.effort_limit), arm.effort_limit, ANY_TORQUE))
+    # Exporters that were not told a limit write 0, or a very large number.
+    rated = (arm.effort_limit > RATED_TORQUE[0] / 10) & (arm.effort_limit < RATED_TORQUE[-1] * 10)
+    log_torque = np.log(np.where(rated, arm.effort_limit, ANY_TORQUE))
     typical = {name: _power_law(log_torque, values) for name, values in TYPICAL.items()}
     one = np.ones_like(log_torque)
     friction = np.exp(typical["coulomb"])

@@ -47,7 +47,9 @@ def simulate(
         trajectory: what the arm does, instead of a Fourier excitation of `duration` and `rate`.
     """
     # Streams of their own: neither another trajectory nor another sensor makes another arm.
-    motion_rng, sensor_rng = np.random.default_rng(seed).spawn(2)
+    # With another payload it is another run, so its noise is new; the motion asked for is the same.
+    milligrams = round(1e6 * payload.mass) if payload else 0
+    motion_rng, sensor_rng = (np.random.default_rng([seed, k]) for k in (0, 1 + milligrams))
     dynamics = virtual_arm(arm, seed, payload, terms)
     sensors = typical_sensors(arm) if sensors is None else sensors
     if trajectory is None:

@@ -1,0 +1,42 @@
+"""What the tests of every room share: two arms of the library, and the real recordings."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from urdyn.identify import Fit, PayloadPrior, Run, identify
+from urdyn.model.arm import Arm, load_arm
+from urdyn.signal import condition
+from urdyn.simulate import Payload, simulate
+
+
+@pytest.fixture(scope="session")
+def ur5e() -> Arm:
+    return load_arm("ur5e")
+
+
+@pytest.fixture(scope="session")
+def ur10e() -> Arm:
+    return load_arm("ur10e")
+
+
+@pytest.fixture(scope="session")
+def recordings() -> Path:
+    """Folder of real recordings; tests that need it are skipped where nobody named one."""
+    if "URDYN_RECORDINGS" not in os.environ:
+        pytest.skip("URDYN_RECORDINGS does not name a folder of recordings")
+    return Path(os.environ["URDYN_RECORDINGS"])
+
+
+@pytest.fixture(scope="session")
+def identified(ur5e: Arm) -> Fit:
+    """A virtual arm with a payload of known mass, as twelve seconds without and with it tell it."""
+    payload = Payload(2.0, np.array([0.0, 0.02, 0.06]))
+    bare, loaded = (
+        condition(simulate(ur5e, 12.0, 100.0, 1, payload=p)[0]) for p in (None, payload)
+    )
+    return identify(ur5e, bare, loaded=[Run(loaded, PayloadPrior(payload.mass))])

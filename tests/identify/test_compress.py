@@ -1,0 +1,84 @@
+"""Small matrices carry all that a log tells."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.signal import lfilter
+
+from urdyn.identify import Noise
+from urdyn.identify import design as room
+from urdyn.identify.compress import compress
+from urdyn.identify.design import blocks, coefficients_at, design, runs
+from urdyn.model.dynamics import Dynamics
+from urdyn.types import Array, Motion
+
+
+@pytest.fixture(scope="module")
+def noisy(motion: Motion) -> Motion:
+    """The motion with noise and a few outliers in its current, and a hole."""
+    rng = np.random.default_rng(8)
+    current = motion.current + 0.05 * rng.standard_t(5.0, motion.current.shape)
+    current[500:520, 3] = np.nan
+    return replace(motion, current=current)
+
+
+def weighted(point: Dynamics, motion: Motion, noise: Noise, joint: int) -> Array:
+    """Rows [Phi | i] through the whitening filter, over the t likelihood's scale, (N, n + 1)."""
+    (block,) = blocks(point, motion)
+    problem = design(point, block)
+    data = np.column_stack([problem.columns(joint), problem.current[:, joint]])
+    ar = noise.ar[joint]
+    rows = []
+    for run in runs(problem.known[:, joint]):
+        white = lfilter([1.0, *-ar], [1.0], data[run], axis=0)[len(ar) :]
+        w = (white[:, -1] - white[:, :-1] @ coefficients_at(point)[joint]) / noise.scale[joint]
+        nu = noise.dof[joint]
+        weight = (nu + 1) / (nu + w**2) * (nu + 1) / (nu + 3) / noise.scale[joint] ** 2
+        rows.append(np.sqrt(weight)[:, None] * white)
+    return np.vstack(rows)
+
+
+def scaled(gram: Array, like: Array) -> Array:
+    """A Gram matrix in units of the sizes of its columns."""
+    size = np.sqrt(np.diag(like))
+    size[size == 0.0] = 1.0
+    return gram / np.outer(size, size)
+
+
+@pytest.mark.parametrize("joint", range(6))
+def test_the_triangle_has_the_gram_matrix_of_the_rows(
+    joint: int, point: Dynamics, noisy: Motion, noise: Noise
+) -> None:
+    rows = weighted(point, noisy, noise, joint)
+    R = compress(point, noisy, noise)[joint].R
+    assert R.shape[0] == R.shape[1] == rows.shape[1]
+    gram = rows.T @ rows
+    # QR and the sum of N products round by N eps of the columns' sizes.
+    rounding = len(rows) * np.finfo(float).eps
+    np.testing.assert_allclose(scaled(R.T @ R, gram), scaled(gram, gram), rtol=0, atol=rounding)
+
+
+def test_many_blocks_compress_to_what_one_does(
+    point: Dynamics, noisy: Motion, noise: Noise, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    white = noise.plain()  # a coloured one spends the first rows of every block
+    one = compress(point, noisy, white)
+    monkeypatch.setattr(room, "BLOCK", 130)
+    for many, alone in zip(compress(point, noisy, white), one, strict=True):
+        gram = alone.R.T @ alone.R
+        rounding = len(noisy) * np.finfo(float).eps
+        np.testing.assert_allclose(
+            scaled(many.R.T @ many.R, gram), scaled(gram, gram), rtol=0, atol=rounding
+        )
+
+
+def test_least_squares_on_the_triangle_finds_the_point(point: Dynamics, motion: Motion) -> None:
+    """Without noise the coefficients at the point leave nothing, whatever the weights."""
+    one = np.ones(6)
+    noise = Noise(one, one, 100.0 * one, np.zeros((6, 0)))
+    for block, w in zip(compress(point, motion, noise), coefficients_at(point), strict=True):
+        left = block.R[:, :-1] @ w - block.R[:, -1]
+        assert np.linalg.norm(left) < 1e-11 * np.linalg.norm(block.R[:, -1])

@@ -1,0 +1,129 @@
+"""The linear problem is the model: at the point to the last digit, around it to first order."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from urdyn.identify import design as room
+from urdyn.identify.compress import residuals
+from urdyn.identify.design import SETTLED, TERMS, blocks, coefficients_at, design, runs
+from urdyn.model.drive import Drive
+from urdyn.model.dynamics import Dynamics
+from urdyn.types import Array, Motion
+
+STEP = 1e-5  # of a finite difference in a logarithm
+
+
+def whole(point: Dynamics, motion: Motion) -> tuple[Array, Array, Array]:
+    """Columns of the last joint, current, and what is known, of all blocks end to end."""
+    designs = [design(point, block) for block in blocks(point, motion)]
+    return (
+        np.vstack([d.columns(5) for d in designs]),
+        np.vstack([d.current for d in designs]),
+        np.vstack([d.known for d in designs]),
+    )
+
+
+def test_columns_times_coefficients_are_the_torque_over_the_gain(
+    point: Dynamics, motion: Motion
+) -> None:
+    (block,) = blocks(point, motion)
+    problem = design(point, block)
+    predicted = np.column_stack(
+        [problem.columns(j) @ w for j, w in enumerate(coefficients_at(point))]
+    )
+    s = block.bristles.together(point.drive.presliding_tail)
+    wanted = point.torque(block.motion, s) / point.drive.gain
+    scale = np.abs(wanted).max()
+    np.testing.assert_allclose(predicted, wanted, rtol=0, atol=1e-12 * scale)
+
+
+def test_the_truth_leaves_nothing_of_a_current_without_noise(
+    point: Dynamics, motion: Motion
+) -> None:
+    left = np.concatenate([run for joint in residuals(point, motion) for run in joint])
+    assert np.abs(left).max() < 1e-12 * np.abs(motion.current).max()
+
+
+def logarithm(name: str) -> Callable[[Drive, float], Drive]:
+    return lambda drive, h: replace(drive, **{name: getattr(drive, name) * np.exp(h)})
+
+
+def share(drive: Drive, h: float) -> Drive:
+    return replace(drive, presliding_tail=drive.presliding_tail + h)
+
+
+@pytest.mark.parametrize(
+    ("name", "moved"),
+    [
+        ("presliding_distance", logarithm("presliding_distance")),
+        ("presliding_tail", share),
+        ("stribeck_velocity", logarithm("stribeck_velocity")),
+    ],
+)
+def test_columns_of_the_shape_are_derivatives_of_torque(
+    name: str, moved: Callable[[Drive, float], Drive], point: Dynamics, motion: Motion
+) -> None:
+    (block,) = blocks(point, motion)
+    column = design(point, block).terms[TERMS.index(name)]
+    ahead = motion.ahead(point.drive.time_offset)
+    up, down = (replace(point, drive=moved(point.drive, h)).torque(ahead) for h in (STEP, -STEP))
+    # A central difference is good to STEP² and to rounding of the torque over STEP.
+    tolerance = STEP**2 * np.abs(column).max() + np.finfo(float).eps * np.abs(up).max() / STEP
+    assert np.abs(column).max() > 100.0 * tolerance
+    np.testing.assert_allclose(column, (up - down) / (2 * STEP), rtol=0, atol=10 * tolerance)
+
+
+def test_it_does_not_matter_where_blocks_end(
+    point: Dynamics, motion: Motion, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    one = whole(point, motion)
+    monkeypatch.setattr(room, "BLOCK", 97)
+    assert len(list(blocks(point, motion))) == 13
+    for part, wanted in zip(whole(point, motion), one, strict=True):
+        np.testing.assert_array_equal(part, wanted)
+
+
+def test_nothing_is_known_until_a_joint_has_come_some_way(point: Dynamics, motion: Motion) -> None:
+    (block,) = blocks(point, motion)
+    distance = point.drive.presliding_distance
+    way = np.abs(np.diff(motion.q, axis=0, prepend=motion.q[:1])).cumsum(axis=0)
+    assert not block.known[0].any() and block.known[-1].all()
+    assert not block.known[way < 0.9 * SETTLED * distance].any()
+    assert block.known[way > 1.1 * SETTLED * distance].all()
+
+
+def test_after_a_gap_the_joints_have_to_settle_again(point: Dynamics, motion: Motion) -> None:
+    cut = 600
+    late = motion.t + 3.0 * (np.arange(len(motion)) >= cut)
+    first, second = blocks(point, replace(motion, t=late, breaks=(cut,)))
+    assert len(first.motion) == cut and not second.known[0].any()
+    again = next(blocks(point, motion.slice(cut)))
+    np.testing.assert_array_equal(second.known, again.known)
+    # Later stamps are coarser: 2e-15 of 0.01 s, times a travel of some tens of distances.
+    state, alone = second.bristles.state, again.bristles.state
+    np.testing.assert_allclose(state, alone, rtol=0, atol=1e-11)
+
+
+def test_where_nobody_measured_nothing_is_known(point: Dynamics, motion: Motion) -> None:
+    current, q = motion.current.copy(), motion.q.copy()
+    current[700:710, 2] = np.nan
+    q[800, 4] = np.nan
+    (full,), (holed,) = (blocks(point, m) for m in (motion, replace(motion, current=current, q=q)))
+    wanted = full.known.copy()
+    wanted[700:710, 2] = False
+    wanted[800] = False  # the torque of every joint hangs on every angle
+    np.testing.assert_array_equal(holed.known, wanted)
+
+
+def test_runs_are_the_known_rows_and_no_others() -> None:
+    known = np.random.default_rng(0).random(200) < 0.7
+    found = list(runs(known))
+    assert np.array_equal(
+        np.concatenate([np.arange(200)[run] for run in found]), known.nonzero()[0]
+    )
+    assert all(not known[run.stop] for run in found if run.stop < 200)

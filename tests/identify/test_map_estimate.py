@@ -1,0 +1,146 @@
+"""The identifier against dense linear algebra, and against itself by finite differences."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import casadi as ca
+import numpy as np
+import pytest
+
+from urdyn.errors import IdentifiabilityError
+from urdyn.identify import Noise
+from urdyn.identify.compress import compress
+from urdyn.identify.expressions import dynamics
+from urdyn.identify.map_estimate import Compressed, Problem, build_problem, posterior, solve
+from urdyn.identify.unknowns import Unknowns
+from urdyn.model.drive import LINEAR
+from urdyn.model.dynamics import Dynamics
+from urdyn.types import Array, Motion
+
+STEP = 1e-5  # of a finite difference in a score
+
+
+@pytest.fixture(scope="module")
+def blocks(point: Dynamics, motion: Motion, noise: Noise) -> list[Compressed]:
+    """The same motion without the payload and with it."""
+    rng = np.random.default_rng(6)
+    bare = replace(point, payload=np.zeros(10))
+    data = []
+    for arm, payload in ((bare, None), (point, 0)):
+        current = arm.current(motion) + 0.05 * rng.standard_normal(motion.q.shape)
+        data += compress(arm, replace(motion, current=current), noise, payload)
+    return data
+
+
+@pytest.fixture(scope="module")
+def problem(unknowns: Unknowns, blocks: list[Compressed], point: Dynamics) -> Problem:
+    return build_problem(unknowns, blocks, point)
+
+
+@pytest.fixture(scope="module")
+def truth(unknowns: Unknowns, point: Dynamics) -> Array:
+    return unknowns.score(point, (point.payload,))
+
+
+def residual(problem: Problem, z: Array) -> Array:
+    return np.asarray(problem.residual(z)).ravel()
+
+
+def assembled(unknowns: Unknowns, blocks: list[Compressed], point: Dynamics, z: Array) -> Array:
+    """R w - r of every block, w by NumPy."""
+    arm, payloads = dynamics(unknowns, z, 0.0)
+    at, drive, rows = point.drive, arm.drive, []
+    for block in blocks:
+        j = block.joint
+        links = arm.inertials.copy()
+        if block.payload is not None:
+            links[-1] += payloads[block.payload]
+        steps = [
+            np.log(drive.presliding_distance[j] / at.presliding_distance[j]),
+            drive.presliding_tail[j] - at.presliding_tail[j],
+            np.log(drive.stribeck_velocity[j] / at.stribeck_velocity[j]),
+        ]
+        linear = [getattr(drive, name)[j] for name in LINEAR]
+        w = np.concatenate([links[j:].ravel(), linear, steps]) / drive.gain[j]
+        rows.append(block.R[:, :-1] @ w - block.R[:, -1])
+    return np.concatenate(rows)
+
+
+def slope(problem: Problem, z: Array) -> Array:
+    """Jacobian of the residual by central differences."""
+    moves = STEP * np.eye(len(z))
+    up, down = (np.array([residual(problem, z + s * h) for h in moves]) for s in (1, -1))
+    return (up - down).T / (2.0 * STEP)
+
+
+def test_the_residual_is_what_numpy_makes_of_it(
+    problem: Problem, blocks: list[Compressed], point: Dynamics, truth: Array
+) -> None:
+    near = truth + 0.1 * np.random.default_rng(0).standard_normal(len(truth))
+    wanted = assembled(problem.unknowns, blocks, point, near)
+    rounding = 1e-12 * max(np.abs(block.R).sum() for block in blocks)
+    np.testing.assert_allclose(residual(problem, near), wanted, rtol=0, atol=rounding)
+
+
+def test_nothing_pulls_at_the_maximum(problem: Problem, truth: Array) -> None:
+    """Newton's step from the solution is a vanishing share of a standard deviation."""
+    z = solve(problem, truth)
+    belief = posterior(problem, z)
+    gradient = slope(problem, z).T @ residual(problem, z) + z
+    assert np.sqrt(gradient @ belief.cov @ gradient) < 1e-3
+
+
+def test_the_maximum_is_found_from_afar(problem: Problem, truth: Array) -> None:
+    near, far = solve(problem, truth), solve(problem, np.zeros(len(truth)))
+    sd = posterior(problem, near).sd
+    assert np.abs((far - near) / sd).max() < 1e-3
+
+
+def test_information_is_that_of_the_data_and_of_the_prior(problem: Problem, truth: Array) -> None:
+    J = slope(problem, truth)
+    wanted = np.linalg.inv(J.T @ J + np.eye(len(truth)))
+    belief = posterior(problem, truth)
+    sd = np.sqrt(np.diag(wanted))
+    # Rounding of residuals over STEP, in units of the noise, against an information of 1 or more.
+    largest = np.abs(J).max()
+    relative = np.finfo(float).eps * np.abs(J).sum(axis=1).max() / STEP + STEP**2 * largest
+    np.testing.assert_allclose(
+        belief.cov / np.outer(sd, sd), wanted / np.outer(sd, sd), rtol=0, atol=10.0 * relative
+    )
+
+
+def affine(seed: int) -> tuple[Array, Array, Any]:
+    """A, b, and the problem whose residual is A z - b."""
+    rng = np.random.default_rng(seed)
+    A, b = rng.standard_normal((40, 12)), rng.standard_normal(40)
+    z = ca.MX.sym("z", 12)
+    return A, b, ca.Function("residual", [z], [ca.DM(A) @ z - ca.DM(b)])
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_on_an_affine_problem_the_posterior_is_the_dense_gaussian(
+    seed: int, unknowns: Unknowns
+) -> None:
+    A, b, function = affine(seed)
+    problem = Problem(unknowns, function)
+    cov = np.linalg.inv(A.T @ A + np.eye(12))
+    belief = posterior(problem, solve(problem, np.ones(12)))
+    np.testing.assert_allclose(belief.cov, cov, rtol=0, atol=1e-13)
+    np.testing.assert_allclose(belief.mean, cov @ A.T @ b, rtol=0, atol=1e-9)  # IPOPT's tolerance
+
+
+def test_no_data_leave_the_prior(unknowns: Unknowns) -> None:
+    z = ca.MX.sym("z", 12)
+    empty = Problem(unknowns, ca.Function("residual", [z], [ca.DM(0, 12) @ z]))
+    belief = posterior(empty, solve(empty, np.ones(12)))
+    np.testing.assert_allclose(belief.mean, 0.0, atol=1e-9)
+    np.testing.assert_allclose(belief.cov, np.eye(12), atol=1e-15)
+
+
+def test_a_problem_without_a_solution_is_told(unknowns: Unknowns) -> None:
+    z = ca.MX.sym("z", 2)
+    hopeless = Problem(unknowns, ca.Function("residual", [z], [ca.log(-1.0 - z**2)]))
+    with pytest.raises(IdentifiabilityError, match="did not converge"):
+        solve(hopeless, np.ones(2))

@@ -1,0 +1,141 @@
+"""Statistics of the noise model on noise that was made to measure."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.integrate import quad
+from scipy.linalg import toeplitz
+from scipy.signal import lfilter
+from scipy.stats import binom, chi2
+from scipy.stats import t as student
+
+from urdyn.identify import Noise
+from urdyn.identify.noise import GAUSSIAN, MAX_ORDER, fit_noise, whiten
+from urdyn.types import Array
+
+AR = np.array([0.6, -0.3])
+SCALE = 0.04  # [A]
+ROWS = 20_000
+FOUR_SIGMA = 4.0  # of any estimate: one sound test of 16,000 fails
+CHANCE = 1e-3
+
+
+def coloured(rng: np.random.Generator, rows: int = ROWS) -> tuple[Array, Array]:
+    """Noise from rest and the innovations it is made of, (rows,) each [A]."""
+    w = SCALE * rng.standard_normal(rows)
+    return np.asarray(lfilter([1.0], [1.0, *-AR], w)), w
+
+
+def covariance(order: int) -> Array:
+    """Of `order` successive values of the coloured noise over its innovations' variance."""
+    impulse = lfilter([1.0], [1.0, *-AR], np.eye(1, 200).ravel())
+    lags = [impulse[k:] @ impulse[: len(impulse) - k] for k in range(order)]
+    return np.asarray(toeplitz(lags))
+
+
+def alone(stretch: Array) -> Noise:
+    return fit_noise([[stretch]])
+
+
+def test_whitening_undoes_the_colour() -> None:
+    e, w = coloured(np.random.default_rng(0))
+    rounding = 8.0 * np.finfo(float).eps * np.abs(e).max()
+    np.testing.assert_allclose(whiten(e, AR), w[len(AR) :], rtol=0, atol=rounding)
+
+
+def test_whitening_goes_down_the_columns_and_leaves_its_input_alone() -> None:
+    x = np.random.default_rng(1).standard_normal((50, 3))
+    before = x.copy()
+    each = np.column_stack([whiten(column, AR) for column in x.T])
+    np.testing.assert_array_equal(whiten(x, AR), each)
+    np.testing.assert_array_equal(x, before)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_the_fit_finds_the_colour(seed: int) -> None:
+    """Yule-Walker estimates scatter by inv(covariance) / N. [Brockwell1991]_"""
+    e, _ = coloured(np.random.default_rng(seed))
+    (ar,) = alone(e).ar
+    error = ar - np.pad(AR, (0, len(ar) - len(AR)))
+    distance = ROWS * error @ covariance(len(ar)) @ error
+    # Of all orders Akaike takes the one that fits best: allow for the largest of them.
+    assert distance < chi2.ppf(1.0 - CHANCE, MAX_ORDER)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_what_the_fit_whitens_is_white(seed: int) -> None:
+    """Ljung and Box's sum of squared autocorrelations."""
+    e, _ = coloured(np.random.default_rng(seed))
+    w = whiten(e, alone(e).ar[0])
+    lags = np.arange(1, 31)
+    r = np.array([w[k:] @ w[:-k] for k in lags]) / (w @ w)
+    assert len(w) * (len(w) + 2) * np.sum(r**2 / (len(w) - lags)) < chi2.ppf(1 - CHANCE, 30)
+
+
+def test_scale_is_that_of_the_innovations_and_sd_that_of_the_whole() -> None:
+    e, _ = coloured(np.random.default_rng(9))
+    noise = alone(e)
+    scatter = FOUR_SIGMA / np.sqrt(2.0 * ROWS)
+    assert noise.scale[0] == pytest.approx(SCALE, rel=scatter + 1.0 / GAUSSIAN)
+    # Neighbours are alike, so there are fewer than ROWS of them: variances add up over all lags.
+    lags = covariance(60)[0] / covariance(1)[0, 0]
+    alike = 1.0 + 2.0 * np.sum(lags[1:] ** 2)
+    sd = SCALE * np.sqrt(covariance(1)[0, 0])
+    assert noise.sd[0] == pytest.approx(sd, rel=scatter * np.sqrt(alike))
+
+
+def test_gaussian_noise_is_called_gaussian() -> None:
+    rng, times = np.random.default_rng(3), 60
+    called = sum(alone(rng.standard_normal(2000)).dof[0] == GAUSSIAN for _ in range(times))
+    # Two sigma of a kurtosis: 2.3 % of Gaussian samples look heavier, or somewhat more, for the
+    # kurtosis itself is skewed.
+    assert called >= binom.ppf(CHANCE, times, 0.95)
+
+
+def test_heavy_tails_are_found_and_the_power_is_kept() -> None:
+    """Excess and mean square of t innovations scatter by their eighth and fourth moments."""
+    nu, rows = 14.0, 100_000
+    unit = student(nu, scale=np.sqrt((nu - 2.0) / nu))
+    m4, m6, m8 = (unit.moment(k) for k in (4, 6, 8))
+    x = SCALE * unit.rvs(rows, random_state=np.random.default_rng(4))
+    noise = alone(x)
+    dof = noise.dof[0]
+    # m4/m2² = m4 + (x⁴ - m4) - 2 m4 (x² - 1) to first order.
+    excess = np.sqrt((m8 - m4**2 - 4 * m4 * (m6 - m4) + 4 * m4**2 * (m4 - 1.0)) / rows)
+    assert 6.0 / (dof - 4.0) == pytest.approx(m4 - 3.0, abs=FOUR_SIGMA * excess)
+    rms = noise.scale[0] * np.sqrt(dof / (dof - 2.0))
+    assert rms == pytest.approx(SCALE, rel=FOUR_SIGMA * np.sqrt((m4 - 1.0) / rows) / 2.0)
+
+
+@pytest.mark.parametrize("dof", [4.5, 10.0, 100.0])
+def test_average_weight_is_fishers_information(dof: float) -> None:
+    """Of the location of a t variable: the mean square of its score. [Lange1989]_"""
+    law = student(dof, scale=SCALE)
+    noise = Noise(*np.array([[SCALE], [SCALE], [dof]]), np.zeros((1, 0)))
+    weight = quad(lambda w: noise.weights(np.array([w]), 0)[0] ** 2 * law.pdf(w), -np.inf, np.inf)
+    information = (dof + 1.0) / (dof + 3.0) / SCALE**2
+    assert weight[0] == pytest.approx(information, rel=1e-6)
+
+
+def test_an_outlier_counts_less_the_wilder_it_is() -> None:
+    noise = Noise(*np.array([[SCALE], [SCALE], [5.0]]), np.zeros((1, 0)))
+    wild = SCALE * np.array([0.0, 3.0, 30.0, 300.0])
+    weights = noise.weights(wild, 0)
+    assert (np.diff(weights) < 0.0).all()
+    assert (np.diff(weights**2 * wild)[1:] < 0.0).all()  # and pulls less
+
+
+def test_plain_noise_is_white_gaussian_and_as_strong(noise: Noise) -> None:
+    plain = replace(noise, sd=np.linspace(0.1, 0.6, 6)).plain()
+    np.testing.assert_array_equal(plain.scale, np.linspace(0.1, 0.6, 6))
+    assert plain.ar.shape == (6, 0) and (plain.dof == GAUSSIAN).all()
+
+
+def test_joints_may_differ_in_order_and_a_silent_one_is_no_error() -> None:
+    e, w = coloured(np.random.default_rng(5))
+    noise = fit_noise([[e[:9000], e[9000:]], [w], []])
+    assert noise.ar.shape[0] == 3 and noise.ar.shape[1] >= 2
+    assert (noise.ar[2] == 0.0).all() and noise.scale[2] == 1.0

@@ -1,0 +1,85 @@
+"""A term is in the model if it is in the joint, and not otherwise."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from urdyn.identify import Noise, identify
+from urdyn.identify.compress import compress
+from urdyn.identify.excerpt import folds
+from urdyn.identify.select import select_terms
+from urdyn.identify.unknowns import Unknowns
+from urdyn.model.arm import Arm
+from urdyn.model.dynamics import Dynamics
+from urdyn.model.population import OPTIONAL, STRIBECK_VELOCITY, population
+from urdyn.signal import condition
+from urdyn.simulate import fourier, observe, typical_sensors, virtual_arm
+from urdyn.types import Array, Motion
+
+NOTHING: tuple[frozenset[str], ...] = (frozenset(),) * 6
+WITH_TERM = np.array([True, False, True, True, False, False])
+FADES = 0.4  # of Coulomb friction, by which it falls with speed
+
+
+def planted(arm: Arm, seed: int, share: float) -> Dynamics:
+    """A virtual arm, some joints of which have friction that fades with speed.
+
+    It fades well within the speeds of the run, else it could not be told from viscous friction.
+    """
+    drawn = virtual_arm(arm, seed)
+    stribeck = share * drawn.drive.coulomb * WITH_TERM
+    speed = np.full(6, STRIBECK_VELOCITY)
+    return replace(drawn, drive=replace(drawn.drive, stribeck=stribeck, stribeck_velocity=speed))
+
+
+def excited(point: Dynamics, seed: int, sd: Array) -> Motion:
+    """Thirty seconds at 100 Hz with white noise on the current."""
+    rng = np.random.default_rng(seed)
+    trajectory = fourier(point.arm, 30.0, 100.0, rng)
+    going = trajectory.at(trajectory.t)
+    warm = np.linspace(25.0, 40.0, len(going))[:, None] + np.zeros(6)
+    going = replace(going, temperature=warm)
+    return replace(going, current=point.current(going) + sd * rng.standard_normal(going.q.shape))
+
+
+def selected(point: Dynamics, seed: int) -> tuple[frozenset[str], ...]:
+    """Terms chosen at the true point."""
+    sd = typical_sensors(point.arm).current_noise
+    noise = Noise(sd, sd, np.full(6, 1e9), np.zeros((6, 0)))
+    unknowns = Unknowns(population(point.arm), (OPTIONAL,) * 6, gain=point.drive.gain)
+    cut = [compress(point, part, noise) for part in folds(excited(point, seed, sd), 6)]
+    return select_terms(unknowns, cut, point, unknowns.score(point, ()))
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_friction_that_fades_with_speed_is_found_where_it_is(seed: int, ur5e: Arm) -> None:
+    wanted = tuple(frozenset({"stribeck"} if there else ()) for there in WITH_TERM)
+    assert selected(planted(ur5e, seed, FADES), seed) == wanted
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_nothing_is_found_where_there_is_nothing(seed: int, ur5e: Arm) -> None:
+    assert selected(planted(ur5e, seed, 0.0), seed) == NOTHING
+
+
+@pytest.mark.parametrize(
+    ("terms", "share"), [(("ripple_cos", "ripple_sin"), 0.1), (("thermal",), 0.02)]
+)
+def test_ripple_and_warmth_are_found_and_taken_for_nothing_else(
+    terms: tuple[str, ...], share: float, ur5e: Arm
+) -> None:
+    plain = virtual_arm(ur5e, 2)
+    size = share * (plain.drive.viscous if terms == ("thermal",) else plain.drive.coulomb)
+    point = replace(plain, drive=replace(plain.drive, **dict.fromkeys(terms, size)))
+    assert selected(point, 2) == (frozenset(terms),) * 6
+
+
+def test_the_whole_search_finds_them(ur5e: Arm) -> None:
+    point, rng = planted(ur5e, 4, FADES), np.random.default_rng(4)
+    trajectory = fourier(ur5e, 30.0, 100.0, rng)
+    log = observe(point, trajectory, typical_sensors(ur5e), rng)
+    fit = identify(ur5e, condition(log), gain=point.drive.gain)
+    assert [("stribeck" in terms) for terms in fit.terms] == WITH_TERM.tolist()

@@ -1,0 +1,137 @@
+"""Scores of a model on logs that it was not fitted to."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.stats import binom
+
+from urdyn.identify import Fit, Noise, validate
+from urdyn.identify.validate import FLOOR_BAND, interval, noise_floor
+from urdyn.model.dynamics import Dynamics
+from urdyn.report.summary import validated
+from urdyn.simulate import Sensors, fourier, observe, perfect_sensors, typical_sensors, virtual_arm
+from urdyn.types import Array, Log
+
+CHANCE = 1e-3
+
+
+@pytest.fixture(scope="module")
+def truth(identified: Fit) -> Dynamics:
+    """Another arm than the one that was identified; its terms and drives are known exactly."""
+    return virtual_arm(identified.dynamics.arm, 5)
+
+
+@pytest.fixture(scope="module")
+def white(truth: Dynamics) -> Sensors:
+    """Noise on the current alone."""
+    noise = typical_sensors(truth.arm).current_noise
+    return replace(perfect_sensors(truth.arm), current_noise=noise)
+
+
+@pytest.fixture(scope="module")
+def all_knowing(identified: Fit, truth: Dynamics, white: Sensors) -> Fit:
+    """The fit of somebody who was told the arm and its noise."""
+    sd = white.current_noise
+    return replace(
+        identified, dynamics=truth, noise=Noise(sd, sd, np.full(6, 1e9), np.zeros((6, 0)))
+    )
+
+
+def observed(truth: Dynamics, sensors: Sensors) -> Log:
+    rng = np.random.default_rng(0)
+    return observe(truth, fourier(truth.arm, 20.0, 500.0, rng), sensors, rng)
+
+
+@pytest.fixture(scope="module")
+def noisy(truth: Dynamics, white: Sensors) -> Log:
+    return observed(truth, white)
+
+
+def holed(log: Log, channel: str, rows: slice) -> Log:
+    """A log that lost some rows of a channel."""
+    values = log.channels[channel].copy()
+    values[rows] = np.nan
+    return replace(log, channels=dict(log.channels) | {channel: values})
+
+
+def test_the_truth_predicts_a_current_without_noise(all_knowing: Fit, truth: Dynamics) -> None:
+    score = validate(all_knowing, observed(truth, perfect_sensors(truth.arm)))
+    assert score.rre_percent.max() < 0.01  # what is left is that of polynomials through q and v
+
+
+def test_what_the_truth_leaves_is_the_noise(all_knowing: Fit, noisy: Log, white: Sensors) -> None:
+    score = validate(all_knowing, noisy)
+    scatter = 4.0 / np.sqrt(2.0 * len(noisy))
+    np.testing.assert_allclose(score.rmse, white.current_noise, rtol=scatter)
+    size = np.sqrt(np.mean(noisy.channels["actual_current"] ** 2, axis=0))
+    np.testing.assert_allclose(score.rre_percent, 100.0 * score.rmse / size, rtol=1e-12)
+
+
+def test_nine_samples_of_ten_lie_in_the_interval_of_the_truth(all_knowing: Fit, noisy: Log) -> None:
+    low, high = binom.interval(1.0 - CHANCE, len(noisy), 0.9)
+    inside = len(noisy) * validate(all_knowing, noisy).coverage90
+    assert ((inside >= low) & (inside <= high)).all(), inside / len(noisy)
+
+
+@pytest.mark.parametrize("dof", [4.5, 10.0, 1e9])
+def test_the_interval_holds_its_share_of_noise_with_tails(dof: float, identified: Fit) -> None:
+    rows, one = 40_000, np.ones(6)
+    fit = replace(identified, noise=Noise(one, one, dof * one, np.zeros((6, 0))))
+    rng = np.random.default_rng(1)
+    unit = rng.standard_t(dof, rows) * np.sqrt((dof - 2.0) / dof)  # sd 1
+    low, high = binom.interval(1.0 - CHANCE, rows, 0.9)
+    assert low <= np.sum(np.abs(unit) <= interval(fit)[0]) <= high
+
+
+@pytest.mark.parametrize("rate", [100.0, 125.0, 500.0])
+def test_the_floor_of_white_noise_is_its_share_above_the_band(rate: float) -> None:
+    """sd sqrt(1 - band / Nyquist); the filter of order 4, run twice, cuts at 1.1545 of its band:
+
+    ∫ 1 - (x⁸ / (1 + x⁸))² dx = 2 G - 7/8 G,    G = (pi/8) / sin(pi/8)
+    """
+    rows, sd = 50_000, 0.2
+    e = sd * np.random.default_rng(2).standard_normal((rows, 2))
+    edge = 9.0 / 8.0 * (np.pi / 8.0) / np.sin(np.pi / 8.0)
+    wanted = sd * np.sqrt(1.0 - edge * FLOOR_BAND / (rate / 2.0))
+    floor = noise_floor(np.arange(rows) / rate, e)
+    np.testing.assert_allclose(floor, wanted, rtol=4.0 / np.sqrt(2.0 * rows))
+
+
+@pytest.mark.parametrize(("rate", "rows"), [(20.0, 5000), (500.0, 100)])
+def test_who_samples_too_little_is_told_no_floor(rate: float, rows: int) -> None:
+    assert np.isnan(noise_floor(np.arange(rows) / rate, np.ones((rows, 6)))).all()
+
+
+@pytest.mark.parametrize("channel", ["actual_current", "actual_q", "target_current"])
+def test_rows_that_nobody_measured_count_for_nothing(
+    channel: str, all_knowing: Fit, noisy: Log
+) -> None:
+    """A score of the first half is that of a log whose second half lost a channel."""
+    half = len(noisy) // 2
+    score = validate(all_knowing, holed(noisy, channel, slice(half, None)))
+    alone = validate(all_knowing, noisy.slice(0, half))
+    percent = "target_rre_percent" if channel == "target_current" else "rre_percent"
+    wanted: Array = getattr(alone, percent)
+    # Polynomials through velocities reach a few rows into the hole of the angles.
+    np.testing.assert_allclose(getattr(score, percent), wanted, rtol=20 / half)
+    if channel == "actual_current":
+        np.testing.assert_allclose(score.floor_percent, alone.floor_percent, rtol=1e-12)
+
+
+def test_a_channel_that_was_not_recorded_has_no_score(all_knowing: Fit, noisy: Log) -> None:
+    kept = {name: noisy.channels[name] for name in ("actual_q", "actual_qd", "actual_current")}
+    score = validate(all_knowing, Log(noisy.t, kept))
+    assert np.isnan(score.target_rre_percent).all() and np.isfinite(score.rre_percent).all()
+
+
+def test_scores_are_json_with_null_where_there_is_none(all_knowing: Fit, noisy: Log) -> None:
+    kept = {name: noisy.channels[name] for name in ("actual_q", "actual_qd", "actual_current")}
+    score = validate(all_knowing, Log(noisy.t, kept))
+    text = json.dumps(validated([score]), allow_nan=False)
+    (log,) = json.loads(text)["logs"]
+    assert log["target_current_rre_percent"] is None and log["n"] == len(noisy)
+    assert log["rre_percent"] == pytest.approx(score.rre_percent.tolist())

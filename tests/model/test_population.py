@@ -1,0 +1,98 @@
+"""Statistics of arms that nobody has measured yet."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+import pytest
+from scipy.stats import chi2
+
+from urdyn.model.arm import Arm, load_arm, read_arm
+from urdyn.model.consistency import is_consistent, log_cholesky
+from urdyn.model.library import names
+from urdyn.model.population import MAX_TAIL, OPTIONAL, Population, population
+from urdyn.types import Array
+
+DRAWS = 400
+CHANCE = 1e-3  # that a sound population fails
+
+
+@pytest.fixture(scope="module")
+def arms_of_a_type(ur5e: Arm) -> Population:
+    return population(ur5e)
+
+
+def scores(prior: Population) -> Array:
+    """Standard scores of links and drives of many draws, (DRAWS, P); clipped tails left out."""
+    rng, drawn = np.random.default_rng(0), []
+    for _ in range(DRAWS):
+        arm = prior.draw(rng, OPTIONAL)
+        links = (log_cholesky(arm.inertials) - prior.link_mean) / prior.link_sd
+        drive = []
+        for name, spread in prior.drive.items():
+            value = getattr(arm.drive, name)
+            x = np.log(value) if spread.positive else value
+            drive += [] if name == "presliding_tail" else [(x - spread.mean) / spread.sd]
+        drawn.append(np.concatenate([links.ravel(), *drive]))
+    return np.array(drawn)
+
+
+def test_draws_have_the_mean_and_spread_that_are_believed(arms_of_a_type: Population) -> None:
+    z = scores(arms_of_a_type)
+    low, high = CHANCE / 2.0, 1.0 - CHANCE / 2.0
+    means = DRAWS * np.sum(z.mean(axis=0) ** 2)  # chi-square of as many as there are coordinates
+    assert chi2.ppf(low, z.shape[1]) < means < chi2.ppf(high, z.shape[1])
+    assert chi2.ppf(low, z.size) < np.sum(z**2) < chi2.ppf(high, z.size)
+    each = np.sum(z**2, axis=0)  # and no coordinate makes up for another
+    assert chi2.ppf(low / z.shape[1], DRAWS) < each.min()
+    assert each.max() < chi2.ppf(1.0 - low / z.shape[1], DRAWS)
+
+
+def test_every_draw_can_be_built(arms_of_a_type: Population) -> None:
+    rng = np.random.default_rng(1)
+    for _ in range(DRAWS):
+        arm = arms_of_a_type.draw(rng, OPTIONAL)
+        assert is_consistent(arm.inertials).all()
+        assert (arm.drive.gain > 0.0).all() and (arm.drive.coulomb > 0.0).all()
+        tail = arm.drive.presliding_tail
+        assert ((tail >= 0.0) & (tail <= MAX_TAIL)).all()
+
+
+@pytest.mark.parametrize("robot", names())
+def test_the_typical_arm_has_the_published_masses(robot: str) -> None:
+    arm = load_arm(robot)
+    typical = population(arm).typical()
+    np.testing.assert_allclose(typical.inertials, arm.inertials, rtol=1e-9, atol=1e-12)
+    assert not any(getattr(typical.drive, name).any() for name in OPTIONAL)
+
+
+def test_a_term_that_is_not_asked_for_is_zero_and_changes_no_other(
+    arms_of_a_type: Population,
+) -> None:
+    plain, rippled = (
+        arms_of_a_type.draw(np.random.default_rng(2), terms)
+        for terms in (frozenset[str](), frozenset({"ripple_cos"}))
+    )
+    assert not plain.drive.ripple_cos.any() and rippled.drive.ripple_cos.all()
+    assert not rippled.drive.stribeck.any()
+    np.testing.assert_array_equal(plain.drive.coulomb, rippled.drive.coulomb)
+    np.testing.assert_array_equal(plain.inertials, rippled.inertials)
+
+
+@pytest.mark.parametrize("effort", ["0", "1e6"])
+def test_less_is_known_of_the_gains_of_an_arm_that_does_not_rate_its_joints(
+    effort: str, ur5e: Arm
+) -> None:
+    """Exporters write 0 or a very large number where they were not told."""
+    unrated = read_arm(re.sub(r' effort="[^"]*"', f' effort="{effort}"', ur5e.urdf))
+    known, unknown = population(ur5e).drive["gain"], population(unrated).drive["gain"]
+    assert (unknown.sd > 2.0 * known.sd).all()
+    low, high = known.typical.min() / 2.0, 2.0 * known.typical.max()
+    assert ((unknown.typical > low) & (unknown.typical < high)).all(), unknown.typical
+
+
+def test_bigger_joints_have_more_inertia_and_friction(ur10e: Arm) -> None:
+    order = np.argsort(ur10e.effort_limit, kind="stable")
+    for name in ("rotor_inertia", "coulomb", "viscous"):
+        assert (np.diff(population(ur10e).drive[name].typical[order]) >= 0.0).all()

@@ -1,0 +1,96 @@
+"""Carrying out a campaign: recordings -> a fit and its scores."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+import urdyn as ud
+from urdyn.cli.campaign import Campaign
+from urdyn.cli.recording import Recording, refuse_twice
+from urdyn.cli.virtual import record
+from urdyn.cli.voice import Told
+from urdyn.errors import InputError
+
+if TYPE_CHECKING:
+    from urdyn.identify import Score
+    from urdyn.model.arm import Arm
+    from urdyn.types import Array
+
+SHOWN = 30_000  # rows of a training log that are scored for the page
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What a campaign found."""
+
+    fit: ud.Fit
+    scores: tuple[Score, ...]  # of the training logs, then of those that were held out
+    wall: float  # [s] of reading and identifying
+    truth: dict[str, Any] | None  # of a virtual arm
+    defects: tuple[str, ...]  # of the logs
+
+
+def carry_out(campaign: Campaign, told: Told) -> Outcome:
+    """Record where the arm is virtual, identify, score."""
+    arm = ud.load_arm(campaign.robot)
+    gain = gains(campaign, arm)
+    campaign, truth = _recorded(campaign, arm)
+    begin = time.perf_counter()
+    logs = [_conditioned(one) for one in (*campaign.logs, *campaign.payloads)]
+    motions = [motion for motion, _ in logs]
+    refuse_twice([motion.source for motion in motions])
+    bare, rest = motions[: len(campaign.logs)], motions[len(campaign.logs) :]
+    masses = [ud.PayloadPrior(recording.mass) for recording in campaign.payloads]
+    fit = ud.identify(arm, *bare, loaded=[*map(ud.Run, rest, masses)], gain=gain, progress=told)
+    wall = time.perf_counter() - begin
+    told("scoring", 1.0)
+    seen = [ud.validate(fit, one.read()) for one in map(_beginning, campaign.logs, bare)]
+    held_out = [ud.validate(fit, one.read()) for one in campaign.validate]
+    defects = [defect for _, found in logs for defect in found]
+    defects += [defect for score in held_out for defect in complaints(score.log)]
+    return Outcome(fit, (*seen, *held_out), wall, truth, tuple(defects))
+
+
+def complaints(log: ud.Log) -> list[str]:
+    """What was amiss with a log, in a line each."""
+    return [f"{log.source.path}: {defect}" for defect in log.defects]
+
+
+def _conditioned(recording: Recording) -> tuple[ud.Motion, list[str]]:
+    """A recording's motion, and what was amiss with its log, which need not be kept."""
+    log = recording.read()
+    return ud.condition(log), complaints(log)
+
+
+def _beginning(recording: Recording, motion: ud.Motion) -> Recording:
+    """As much of a recording as a page can show: an hour is not held in memory."""
+    if len(motion) <= SHOWN:
+        return recording
+    first = (recording.rows or (0, None))[0] or 0
+    return replace(recording, rows=(first, first + SHOWN))
+
+
+def gains(campaign: Campaign, arm: Arm) -> Array | None:
+    """Drive gains that are known, (J,) [N·m/A]; None: they are sought."""
+    if campaign.effort_unit == "Nm":
+        return np.ones(arm.joints)
+    if campaign.drive_gain is None:
+        return None
+    gain = np.array(campaign.drive_gain)
+    if len(gain) != arm.joints or not (np.isfinite(gain).all() and (gain > 0.0).all()):
+        raise InputError(f"drive gains: {arm.name} takes {arm.joints} positive numbers, N·m/A each")
+    return gain
+
+
+def _recorded(campaign: Campaign, arm: Arm) -> tuple[Campaign, dict[str, Any] | None]:
+    """The campaign with recordings in it, and the truth where its arm is virtual."""
+    if campaign.simulate is None:
+        return campaign, None
+    virtual = record(arm, campaign.simulate, campaign.out)
+    loaded = (*campaign.payloads, *filter(None, (virtual.loaded,)))
+    held_out = (*campaign.validate, virtual.held_out)
+    return replace(campaign, logs=(virtual.log,), payloads=loaded, validate=held_out), virtual.truth
