@@ -51,7 +51,7 @@ def test_power_that_the_bodies_take_becomes_their_energy(
 def test_friction_takes_power_whatever_the_motion(
     dynamics: Dynamics, trajectory: Trajectory
 ) -> None:
-    """Work of all losses over the run, joint by joint; offset and inertia store, and lose nothing."""
+    """Joint by joint, over the run; offset and rotor inertia store work and lose none."""
     drive = replace(dynamics.drive, offset=np.zeros(6), rotor_inertia=np.zeros(6))
     lossy, motion = replace(dynamics, drive=drive), trajectory.at(trajectory.t)
     losses = lossy.torque(motion) - lossy.load(motion)

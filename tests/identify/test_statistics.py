@@ -139,6 +139,12 @@ def test_every_identified_link_is_a_solid_body(robot: str, gain_known: bool, see
         assert is_consistent(t.fit.dynamics.inertials).all()
 
 
+@every_case
+def test_no_term_is_chosen_where_there_is_none(robot: str, gain_known: bool, seeds: int) -> None:
+    chosen = sum(len(terms) > 0 for t in trials(robot, gain_known, seeds) for terms in t.fit.terms)
+    assert chosen <= binom.ppf(1.0 - CHANCE, 6 * seeds, 0.01)  # eight nats: one joint of a hundred
+
+
 @pytest.mark.slow
 def test_error_falls_as_the_root_of_the_samples() -> None:
     """The same ten seconds of motion once and four times: half the error."""

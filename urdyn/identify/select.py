@@ -15,7 +15,11 @@ from urdyn.identify.unknowns import Unknowns
 from urdyn.model.dynamics import Dynamics
 from urdyn.types import Array
 
-CANDIDATES = (("stribeck", "stribeck_velocity"), ("ripple_cos", "ripple_sin"), ("thermal",))
+CANDIDATES: tuple[tuple[str, ...], ...] = (
+    ("stribeck", "stribeck_velocity"),
+    ("ripple_cos", "ripple_sin"),
+    ("thermal",),
+)
 MIN_GAIN = 8.0  # nats; chance alone yields 6 at times, for the shape was sought on all folds
 
 

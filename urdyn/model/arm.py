@@ -83,6 +83,22 @@ class Arm:
         """Acceleration (..., J) [rad/s²] under torque tau (..., J) [N m]: forward dynamics."""
         return self._having(inertials)._each(pin.aba, (self.joints,), q, v, tau)
 
+    def accelerator(self, inertials: Array, armature: Array) -> Callable[..., Array]:
+        """Forward dynamics of one moment, f(q, v, tau) -> a, for tight loops.
+
+        Args:
+            inertials: of the links, (J, 10).
+            armature: rotor inertia reflected to each joint, (J,) [kg·m²].
+        """
+        model = with_inertials(self, inertials)._model
+        model.armature = np.asarray(armature, dtype=np.float64)
+        data = model.createData()
+
+        def accelerate(q: Array, v: Array, tau: Array) -> Array:
+            return np.asarray(pin.aba(model, data, q, v, tau))
+
+        return accelerate
+
     def pose(self, q: Array, frame: str | None = None) -> Array:
         """transform_frame_to_base (..., 4, 4): `frame`, or the tool, seen from the root link."""
         index = self._frame(frame or self.tool)

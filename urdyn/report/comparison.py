@@ -12,6 +12,7 @@ from urdyn.report.digits import NORMAL90
 
 Truth = Mapping[str, Any]  # what `urdyn.simulate.truth` returns
 
+GIVEN = 1e-3  # relative sd below which nobody weighed anything
 DRIVE = ("gain", *LINEAR, "presliding_distance")
 
 
@@ -64,7 +65,8 @@ def _masses(fit: Fit, truth: Truth) -> Iterator[Comparison]:
     for link in truth["links"]:
         yield _comparison(fit, link["name"], "mass", "kg", link["mass"])
     payload = truth.get("payload")
-    if payload and fit.payloads:
+    # A mass that was given is no estimate.
+    if payload and fit.payloads and fit.spread("payload_0.mass") > GIVEN * payload["mass"]:
         yield _comparison(fit, "payload_0", "mass", "kg", payload["mass"])
 
 

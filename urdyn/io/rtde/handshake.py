@@ -48,8 +48,9 @@ def handshake(
 ) -> Talk[Agreement]:
     """Set an output recipe up and start it; protocol 2, else 1.
 
-    Yields what to ask and the protocol to ask it in; takes the answer. `frequency` [Hz], None: all
-    that the controller has. RtdeError where the controller refuses.
+    Yields what to ask and the protocol to ask it in; takes the answer. Of `names` those that are
+    `optional` may be unknown to the controller. `frequency` [Hz], None: all that the controller
+    has. RtdeError where the controller refuses.
     """
     version = yield from _agree_version()
     answer = yield GetController(), version
@@ -76,7 +77,7 @@ def _agree_recipe(
     names: Collection[str], optional: Collection[str], frequency: float, version: int
 ) -> Talk[tuple[Recipe, tuple[str, ...]]]:
     """The recipe, without the optional names that the controller does not know; and these."""
-    asked = tuple(dict.fromkeys((*names, *optional)))
+    asked = tuple(dict.fromkeys(names))
     types, recipe = yield from _set_up(asked, frequency, version)
     unknown = {name for name, type_ in zip(asked, types, strict=True) if type_ == NOT_FOUND}
     if needed := [name for name in asked if name in unknown and name not in optional]:
