@@ -11,6 +11,7 @@ from urdyn.cli.bench import bench_identify
 from urdyn.cli.demo import demo
 from urdyn.cli.failure import DEBUG, guarded
 from urdyn.cli.identify import identify
+from urdyn.cli.record import record
 from urdyn.cli.simulate import simulate
 from urdyn.cli.validate import validate
 from urdyn.version import __version__
@@ -49,6 +50,6 @@ def root(
         os.environ[DEBUG] = "1"  # processes that a verb starts are told as well
 
 
-for verb in (identify, validate, simulate, demo):
+for verb in (identify, validate, simulate, record, demo):
     app.command()(guarded(verb))
 bench.command("identify")(guarded(bench_identify))

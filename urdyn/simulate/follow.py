@@ -1,39 +1,76 @@
-"""The open-loop arm: it follows a trajectory exactly, and its drives give what that takes."""
+"""The open-loop arm: it follows a trajectory exactly, and its drives give what that takes.
+
+The inverse fidelity: torque is linear in the coefficients, so what varies multiplies their
+features row by row.
+
+    tau = tau_load + sum_k c_k(t) w_k(t) feature_k,    i = tau / (K z(t))
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import replace
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from urdyn.model.drive import LINEAR
 from urdyn.model.dynamics import Dynamics
-from urdyn.model.friction import bristles
+from urdyn.model.friction import bristles, features
+from urdyn.simulate.backlash import Flanks, first_flanks, in_gap
+from urdyn.simulate.rigid import transmitted
+from urdyn.simulate.ringing import ringing
+from urdyn.simulate.schedule import Course, Event, course
 from urdyn.simulate.trajectory import Trajectory, blocks
-from urdyn.types import Array
+from urdyn.simulate.warmth import steady
+from urdyn.types import Array, Motion
+
+
+@dataclass(frozen=True, eq=False)
+class Followed:
+    """Some rows of a trajectory as the arm lived through them."""
+
+    rows: slice
+    course: Course
+    motion: Motion  # of the arm, which may swing about what was asked for
+    load: Array  # (N, J) [N·m] that the gears transmit
+    current: Array  # (N, J) [A] in the motors
+
+
+def follow(
+    dynamics: Dynamics, trajectory: Trajectory, t: Array, events: Sequence[Event] = ()
+) -> Iterator[Followed]:
+    """The arm at times (N,) [s], block by block; friction at rest is zero before the first."""
+    drive, end, flanks = dynamics.drive, None, first_flanks(trajectory.joints)
+    for rows in blocks(len(t)):
+        # One row of the block before, because travel counts from there.
+        lead = min(rows.start, 1)
+        now = course(dynamics, events, t[rows.start - lead : rows.stop])
+        motion = replace(trajectory.at(now.t), temperature=now.temperature)
+        motion = ringing(motion, now)
+        moved = bristles(motion, drive.presliding_distance, end)
+        end, s = moved.end, moved.together(drive.presliding_tail)
+        load = transmitted(dynamics, now, motion)
+        torque, flanks = _torque(dynamics, now, motion, load, s, flanks)
+        amperes = torque / (drive.gain * now.health)
+        yield Followed(rows, now.since(lead), motion.slice(lead), load[lead:], amperes[lead:])
 
 
 def current(dynamics: Dynamics, trajectory: Trajectory, t: Array, temperature: float) -> Array:
-    """Motor current at times (N,) [s], (N, J) [A]; friction at rest is zero before the first.
-
-    Args:
-        temperature: of all joints [°C].
-    """
-    drive, amperes, end = dynamics.drive, np.empty((len(t), trajectory.joints)), None
-    for rows in blocks(len(t)):
-        # One row of the block before, because travel counts from there.
-        motion = trajectory.at(t[max(rows.start - 1, 0) : rows.stop])
-        motion = replace(motion, temperature=np.broadcast_to(temperature, motion.q.shape))
-        moved = bristles(motion, drive.presliding_distance, end)
-        end, s = moved.end, moved.together(drive.presliding_tail)
-        torque = dynamics.torque(motion, s)[-(rows.stop - rows.start) :]
-        amperes[rows] = torque / (drive.gain * drive.health)
-    return amperes
+    """Motor current at times (N,) [s] of an arm as warm as `temperature` [°C], (N, J) [A]."""
+    events = (steady(temperature, trajectory.joints),)
+    parts = [part.current for part in follow(dynamics, trajectory, t, events)]
+    return np.concatenate(parts)
 
 
-def blockwise(values: Callable[[Array], Array], t: Array, width: int) -> Array:
-    """`values` (M, width) of the times (M,), for all times block by block, (N, width)."""
-    whole = np.empty((len(t), width))
-    for rows in blocks(len(t)):
-        whole[rows] = values(t[rows])
-    return whole
+def _torque(
+    dynamics: Dynamics, course: Course, motion: Motion, load: Array, s: Array, flanks: Flanks
+) -> tuple[Array, Flanks]:
+    """Torque that the drives give, (N, J) [N·m], and how the gears lie after it."""
+    drive = dynamics.drive
+    if course.half_gap.any():
+        loose, flanks = in_gap(drive, course.half_gap, load, course.t, flanks)
+        load = np.where(loose, 0.0, load)
+    terms = features(motion, load, s, drive)
+    worn = {"coulomb": course.coulomb, "viscous": course.viscous}
+    friction = sum(getattr(drive, k) * worn.get(k, 1.0) * terms[k] for k in LINEAR)
+    return np.asarray(load + friction), flanks

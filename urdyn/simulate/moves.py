@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -30,6 +30,11 @@ class Move:
     start: Array  # (J,) [rad]
     goal: Array  # (J,) [rad]
 
+    @property
+    def end(self) -> float:
+        """When it stands again [s]."""
+        return self.begin + self.duration
+
 
 def point_to_point(
     arm: Arm, duration: float, rate: float, rng: np.random.Generator, dwell: float = 0.5
@@ -39,9 +44,14 @@ def point_to_point(
     moves = list(_moves(arm, float(t[-1]), rng, dwell))
     if not moves:
         raise InputError(f"no move fits into {duration:g} s with {dwell:g} s of rest; ask for more")
+    return one_after_the_other(moves, t)
+
+
+def one_after_the_other(moves: Sequence[Move], t: Array) -> Trajectory:
+    """Moves as a trajectory on the grid t (N,) [s], standing still between them."""
     begin, lasting = np.array([(m.begin, m.duration) for m in moves]).T[:, :, None]
     start, goal = (np.array([getattr(m, name) for m in moves]) for name in ("start", "goal"))
-    motion = np.empty((3, len(t), arm.joints))
+    motion = np.empty((3, len(t), start.shape[1]))
     for rows in blocks(len(t)):
         i = np.maximum(np.searchsorted(begin[:, 0], t[rows], side="right") - 1, 0)
         u = np.clip((t[rows, None] - begin[i]) / lasting[i], 0.0, 1.0)
@@ -74,21 +84,28 @@ def _moves(arm: Arm, end: float, rng: np.random.Generator, dwell: float) -> Iter
     """Moves one after the other, each followed by a rest, as many as end in time."""
     limits = comfortable(arm)
     move = _draw(arm, limits, dwell, limits.middle, rng)
-    while move.begin + move.duration + dwell <= end:
+    while move.end + dwell <= end:
         yield move
-        move = _draw(arm, limits, move.begin + move.duration + dwell, move.goal, rng)
+        move = _draw(arm, limits, move.end + dwell, move.goal, rng)
 
 
 def _draw(arm: Arm, limits: Limits, begin: float, start: Array, rng: np.random.Generator) -> Move:
     """A move to a random goal, as fast as the limits let it be."""
     for _ in range(TRIES):
         goal = rng.uniform(limits.lower, limits.upper)
-        way = np.abs(goal - start)
-        least = max(
-            np.max(way * PEAK_VELOCITY / limits.velocity),
-            np.sqrt(np.max(way * PEAK_ACCELERATION / limits.acceleration)),
-        )
-        for pace in PACES:
-            if limits.hold(arm, *along(FINE, pace * least, start, goal)):
-                return Move(begin, float(pace * least), start, goal)
+        if lasting := fastest(arm, limits, start, goal):
+            return Move(begin, lasting, start, goal)
     raise InputError(f"{arm.name} finds no move within its limits; take a lighter payload")
+
+
+def fastest(arm: Arm, limits: Limits, start: Array, goal: Array) -> float:
+    """Time that a move takes within the limits [s]; 0 where its torques are beyond them."""
+    way = np.abs(goal - start)
+    least = max(
+        np.max(way * PEAK_VELOCITY / limits.velocity),
+        np.sqrt(np.max(way * PEAK_ACCELERATION / limits.acceleration)),
+    )
+    for pace in PACES:
+        if limits.hold(arm, *along(FINE, pace * least, start, goal)):
+            return float(pace * least)
+    return 0.0

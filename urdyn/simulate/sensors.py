@@ -20,14 +20,15 @@ ENCODER_STEP = 2.0 * np.pi / 2**19  # [rad]: angles of a UR5e differ by 1.2e-5 r
 VELOCITY_NOISE = 2e-3  # [rad/s], on recordings of a UR10e
 TEMPERATURE_STEP = 1.0 / 16.0  # [K], in recordings of a UR3 and a UR3e
 
-# Colour of that noise. Residuals of a model fitted to one UR10e excitation, on three others (118 s
-# in motion at 94 Hz, clipped at five sigma): their autocorrelation per joint is, to .05, a white
-# part, one that fades within .94 s (what the model leaves: ripple, warmth), and at a lag of one row
-# a rest that fades within 5 ms (what the current's filter leaves). An AR model of order 8 is no
-# closer, and would hold at one rate only.
+# Colour of that noise, (time [s], frequency [Hz]) -> share of the variance by joint. Residuals of a
+# model fitted to one UR10e excitation, on three others (118 s in motion at 8 to 14 ms, clipped at
+# five sigma): least squares of their autocorrelation up to .6 s, by true time, common times and
+# frequency. Slow: what the model leaves; the others: filter of the current, structure of the arm.
+# An AR model of order 8 is no closer, and would hold at one rate only.
 COLOUR = {
-    0.005: (0.00, 0.80, 0.88, 0.63, 0.35, 0.11),  # time [s] -> share of the variance by joint
-    0.94: (0.23, 0.09, 0.10, 0.14, 0.25, 0.08),
+    (0.010, 0.0): (0.00, 0.43, 0.50, 0.42, 0.28, 0.09),
+    (0.025, 26.7): (0.35, 0.23, 0.32, 0.37, 0.16, 0.07),
+    (1.2, 0.0): (0.24, 0.09, 0.11, 0.14, 0.19, 0.07),
 }
 FORCE_NOISE, MOMENT_NOISE = 1.0, 0.02  # [N], [N·m]: from row to row on a recording of a UR3e
 
@@ -70,7 +71,10 @@ def real_sensors(arm: Arm) -> Sensors:
     """The same with everything that recordings show: colour, steps of temperature, the wrench."""
     return replace(
         typical_sensors(arm),
-        bands=tuple(Band(time, _by_joint(arm, share)) for time, share in COLOUR.items()),
+        bands=tuple(
+            Band(time, _by_joint(arm, share), frequency)
+            for (time, frequency), share in COLOUR.items()
+        ),
         temperature_step=TEMPERATURE_STEP,
         wrench_noise=(FORCE_NOISE, MOMENT_NOISE),
     )

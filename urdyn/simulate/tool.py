@@ -13,7 +13,7 @@ from urdyn.types import Array
 
 def tool_pose(arm: Arm, q: Array) -> Array:
     """Place [m] and rotation vector [rad] of the tool, (N, 6), in the controller's base frame."""
-    from_root = np.linalg.inv(_base(arm))
+    from_root = np.linalg.inv(base(arm))
     return np.concatenate([_pose(from_root @ arm.pose(q[b])) for b in blocks(len(q))])
 
 
@@ -22,7 +22,7 @@ def _pose(transform: Array) -> Array:
     return np.hstack([transform[:, :3, 3], turned])
 
 
-def _base(arm: Arm) -> Array:
+def base(arm: Arm) -> Array:
     """transform_base_to_root (4, 4): UR's `base`, or the root where none is described."""
     try:
         return arm.pose(np.zeros(arm.joints), "base")

@@ -3,24 +3,37 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from urdyn.errors import InputError
 from urdyn.io.document import dump_toml
 from urdyn.io.files import write_text
+from urdyn.io.writer import write
 from urdyn.model.body import about_com
 from urdyn.model.drive import UNITS
 from urdyn.model.dynamics import Dynamics
+from urdyn.simulate.deviations import frames
+from urdyn.simulate.faults import Fault, describe
+from urdyn.simulate.schedule import Event
 from urdyn.simulate.sensors import Sensors
-from urdyn.types import Array
+from urdyn.simulate.unfolding import unfolding, varying
+from urdyn.types import Array, Log
 
 
-def truth(dynamics: Dynamics, sensors: Sensors, seed: int) -> dict[str, Any]:
-    """What a virtual arm is: numbers in SI, joints and links base first."""
+def truth(
+    dynamics: Dynamics, sensors: Sensors, seed: int, events: Sequence[Event] = (), end: float = 0.0
+) -> dict[str, Any]:
+    """What a virtual arm is on its first day: numbers in SI, joints and links base first.
+
+    Where something befalls it until `end` [s], also the schedule of faults, and the course: every
+    parameter that changes, as a list by its name beside the times t.
+    """
     arm, drive = dynamics.arm, dynamics.drive
-    return {
+    first_day = {
         "robot": arm.name,
         "seed": seed,
         "drive_gain": drive.gain.tolist(),
@@ -32,17 +45,33 @@ def truth(dynamics: Dynamics, sensors: Sensors, seed: int) -> dict[str, Any]:
             for name, body in zip(arm.link_names, dynamics.inertials, strict=True)
         ],
         "payload": _body(dynamics.payload) if dynamics.payload[0] else None,
+        "kinematics": frames(arm),
     }
+    if not events:
+        return first_day
+    schedule = [describe(event) for event in events if isinstance(event, Fault)]
+    course = varying(unfolding(dynamics, events, end))
+    return first_day | {"schedule": schedule, "course": course}
 
 
 def write_truth(path: str | Path, document: Mapping[str, Any]) -> None:
-    """Write what `truth` returned, as JSON or TOML by the suffix of `path`."""
+    """Write what `truth` returned, as JSON or TOML by the suffix of `path`.
+
+    As .parquet it is the course alone, one column a parameter, with the rest in a .json beside it.
+    """
     match Path(path).suffix.lower():
         case ".json":
             write_text(path, json.dumps(document, indent=2) + "\n")
         case ".toml":
             # TOML has no null: an arm without payload has no table of it.
             write_text(path, dump_toml({k: v for k, v in document.items() if v is not None}))
+        case ".parquet":
+            if not document.get("course"):
+                raise InputError(f"{path}: nothing changes in this arm; write .json or .toml")
+            columns = {name: np.array(values) for name, values in document["course"].items()}
+            write(Log(columns.pop("t"), columns), path)
+            rest = {name: value for name, value in document.items() if name != "course"}
+            write_truth(Path(path).with_suffix(".json"), rest)
         case suffix:
             raise InputError(f"{path}: the truth is written as .json or .toml, not {suffix!r}")
 
@@ -58,9 +87,14 @@ def _body(inertials: Array) -> dict[str, Any]:
 
 
 def _noise(sensors: Sensors) -> dict[str, Any]:
-    return {
+    told = {
         "current": sensors.current_noise.tolist(),
         "colour": sensors.colour,
         "velocity": sensors.velocity_noise,
         "encoder_step": sensors.encoder_step,
     }
+    bands = [
+        {"time": band.time, "frequency": band.frequency, "share": band.share.tolist()}
+        for band in sensors.bands
+    ]
+    return told | ({"bands": bands} if bands else {})

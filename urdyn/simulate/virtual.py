@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -10,24 +11,61 @@ import numpy as np
 from urdyn.model.arm import Arm, with_inertials
 from urdyn.model.dynamics import Dynamics
 from urdyn.model.population import population
-from urdyn.simulate.fourier import fourier
+from urdyn.simulate.deviations import deviated, draw_deviations
+from urdyn.simulate.heat import typical_heat
+from urdyn.simulate.motions import plan
+from urdyn.simulate.observe import observe
 from urdyn.simulate.payload import Payload
-from urdyn.simulate.sensors import Sensors, observe, typical_sensors
+from urdyn.simulate.schedule import Event
+from urdyn.simulate.sensors import Sensors, typical_sensors
 from urdyn.simulate.trajectory import Trajectory
 from urdyn.simulate.truth import truth
+from urdyn.simulate.warmth import warm_up
+from urdyn.simulate.work import Work
 from urdyn.types import Log
 
 
 def virtual_arm(
-    arm: Arm, seed: int, payload: Payload | None = None, terms: frozenset[str] = frozenset()
+    arm: Arm,
+    seed: int,
+    payload: Payload | None = None,
+    terms: frozenset[str] = frozenset(),
+    deviations: bool = False,
 ) -> Dynamics:
     """The arm of this seed, drawn from the population that identification believes in.
 
     Args:
         terms: optional terms of friction that this arm has, by their names in `Drive`.
+        deviations: its joints are where a real arm's are, not where they are drawn.
     """
     dynamics = population(arm).draw(np.random.default_rng(seed), terms)
+    if deviations:
+        dynamics = with_deviations(dynamics, seed)
     return replace(dynamics, payload=payload.inertials()) if payload else dynamics
+
+
+def with_deviations(dynamics: Dynamics, seed: int) -> Dynamics:
+    """The arm as it was built, not as it was drawn; the same whatever else is random."""
+    moved = draw_deviations(dynamics.arm, np.random.default_rng([seed, 0, 1]))
+    return replace(dynamics, arm=deviated(dynamics.arm, moved))
+
+
+def happening(
+    dynamics: Dynamics, work: Work, events: Sequence[Event], heat: bool
+) -> tuple[Event, ...]:
+    """All that befalls an arm at work: `events`, what it handles, and how it warms by all that."""
+    found: tuple[Event, ...] = (*events, *work.handling)
+    if not heat:
+        return found
+    return (*found, warm_up(dynamics, work.trajectory, typical_heat(dynamics), found))
+
+
+def streams(seed: int, payload: Payload | None) -> tuple[np.random.Generator, np.random.Generator]:
+    """Randomness of motion and sensors: neither another trajectory nor another sensor makes another
+    arm. With another payload it is another run, so its noise is new; the motion is the same.
+    """
+    milligrams = round(1e6 * payload.mass) if payload else 0
+    return np.random.default_rng([seed, 0]), np.random.default_rng([seed, 1 + milligrams])
 
 
 def simulate(
@@ -40,19 +78,28 @@ def simulate(
     payload: Payload | None = None,
     sensors: Sensors | None = None,
     terms: frozenset[str] = frozenset(),
+    motion: str = "fourier",
+    events: Sequence[Event] = (),
+    heat: bool = False,
+    deviations: bool = False,
 ) -> tuple[Log, dict[str, Any]]:
     """A log of the virtual arm of this seed, and its truth; the same seed gives the same bytes.
 
     Args:
-        trajectory: what the arm does, instead of a Fourier excitation of `duration` and `rate`.
+        trajectory: what the arm does, instead of a random motion of `duration` and `rate`.
+        motion: fourier, point_to_point, pick_and_place or shift.
+        events: faults, and whatever else befalls the arm.
+        heat: joints begin cold and warm up.
+        deviations: the arm's joints are where a real arm's are.
     """
-    # Streams of their own: neither another trajectory nor another sensor makes another arm.
-    # With another payload it is another run, so its noise is new; the motion asked for is the same.
-    milligrams = round(1e6 * payload.mass) if payload else 0
-    motion_rng, sensor_rng = (np.random.default_rng([seed, k]) for k in (0, 1 + milligrams))
-    dynamics = virtual_arm(arm, seed, payload, terms)
+    motion_rng, sensor_rng = streams(seed, payload)
+    dynamics = virtual_arm(arm, seed, payload, terms, deviations)
     sensors = typical_sensors(arm) if sensors is None else sensors
     if trajectory is None:
-        loaded = with_inertials(arm, dynamics.loaded())
-        trajectory = fourier(loaded, duration, rate, motion_rng)
-    return observe(dynamics, trajectory, sensors, sensor_rng), truth(dynamics, sensors, seed)
+        loaded = with_inertials(dynamics.arm, dynamics.loaded())
+        work = plan(motion, loaded, duration, rate, motion_rng)
+    else:
+        work = Work(trajectory)
+    found = happening(dynamics, work, events, heat)
+    log = observe(dynamics, work.trajectory, sensors, sensor_rng, found)
+    return log, truth(dynamics, sensors, seed, found, float(log.t[-1]))

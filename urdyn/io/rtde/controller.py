@@ -17,6 +17,12 @@ RELEASES: Mapping[Generation, tuple[int, int, int, int]] = {
     "x": (10, 12, 0, 0),
 }
 KEPT = 100  # text messages
+# Inputs that switch digital outputs -> the place of their first bit in actual_digital_output_bits.
+SWITCHES = {
+    "standard_digital_output": 0,
+    "configurable_digital_output": 8,
+    "tool_digital_output": 16,
+}
 
 # An arm that is switched on, runs a program and is well; for variables that a source leaves out.
 WELL: Mapping[str, Any] = {
@@ -40,7 +46,7 @@ class Controller:
     """The state that clients share; each has a session of its own."""
 
     release: tuple[int, int, int, int] = RELEASES["e"]
-    values: dict[str, Any] = field(default_factory=dict)  # what clients set, by input
+    values: dict[str, Any] = field(default_factory=dict)  # what clients set, and what came of it
     messages: list[Text] = field(default_factory=list)  # what clients said, the last KEPT
     _owners: dict[str, object] = field(default_factory=dict)  # input -> the session that sets it
 
@@ -72,6 +78,17 @@ class Controller:
     def release_claims(self, owner: object) -> None:
         """The owner has gone; its inputs keep their last values."""
         self._owners = {name: who for name, who in self._owners.items() if who is not owner}
+
+    def set(self, values: Values) -> None:
+        """Take inputs, and do what they ask for: move the slider, switch outputs."""
+        self.values |= values
+        if values.get("speed_slider_mask"):
+            self.values["target_speed_fraction"] = values.get("speed_slider_fraction", 1.0)
+        bits = self.values.get("actual_digital_output_bits", 0)
+        for name, place in SWITCHES.items():
+            mask = values.get(f"{name}_mask", 0) << place
+            bits = bits & ~mask | values.get(name, 0) << place & mask
+        self.values["actual_digital_output_bits"] = bits
 
     def hear(self, text: Text) -> None:
         """Keep a client's message."""

@@ -13,7 +13,6 @@ from collections import deque
 from collections.abc import Iterable
 from types import TracebackType
 
-from urdyn.errors import UrdynError
 from urdyn.io.rtde.clients import Clients
 from urdyn.io.rtde.controller import RELEASES, Controller, Generation
 from urdyn.io.rtde.recipe import Values
@@ -46,12 +45,12 @@ class Server:
         self.port = clients.port
         self.lateness: deque[float] = deque(maxlen=KEPT)  # [s] of cycles after their deadline
         self._stop = False
-        self._failure: UrdynError | None = None
+        self._failure: Exception | None = None
         self._thread = threading.Thread(target=self._run, args=(source,), daemon=True)
         self._thread.start()
 
     def join(self, timeout: float | None = None) -> bool:
-        """Wait until the source has no more samples; has it? Raises where it is unsound."""
+        """Wait until the source has no more samples; has it? Raises what the source raised."""
         self._thread.join(timeout)
         if self._failure:
             raise self._failure
@@ -76,7 +75,7 @@ class Server:
     def _run(self, source: Iterable[Values]) -> None:
         try:
             self._play(source)
-        except UrdynError as error:  # the source's; what clients do wrong ends at their connection
+        except Exception as error:  # the source's; what clients do wrong ends at their connection
             self._failure = error
         finally:
             self.clients.close()

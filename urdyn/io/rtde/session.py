@@ -128,4 +128,4 @@ class Session:
         wanted = self._inputs[recipe].size
         if len(package) != wanted:
             raise RtdeError(f"input recipe {recipe} has {wanted} bytes, not {len(package)}")
-        self.controller.values |= self._inputs[recipe].unpack(package)
+        self.controller.set(self._inputs[recipe].unpack(package))

@@ -1,0 +1,65 @@
+"""urdyn record, against a controller of our own on loopback."""
+
+import json
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+import urdyn as ud
+from urdyn.cli.app import app
+from urdyn.io.rtde import play, serve
+
+
+@pytest.fixture(scope="module")
+def log():
+    return ud.simulate(ud.load_arm("ur5e"), 4.0, 500.0, seed=4)[0]
+
+
+def recorded(log, out, *options):
+    with serve(play(log, loop=True), port=0) as controller:
+        command = ["record", f"127.0.0.1:{controller.port}", "--out", str(out), *options]
+        return CliRunner().invoke(app, command)
+
+
+def test_a_recording_holds_what_was_sent(log, tmp_path):
+    out = tmp_path / "run.parquet"
+    told = recorded(log, out, "--duration", "1.5", "--json")
+    assert told.exit_code == 0, told.stderr
+    document = json.loads(told.stdout)
+    assert document["lost"] == document["torn"] == 0
+    assert document["samples"] == pytest.approx(750, abs=10)
+    read = ud.read(out)
+    rows = np.searchsorted(log.t, read.t - 1e-6)
+    np.testing.assert_array_equal(read.joint("actual_q"), log.joint("actual_q")[rows])
+    np.testing.assert_array_equal(read.joint("actual_current"), log.joint("actual_current")[rows])
+
+
+def test_a_recipe_file_says_what_is_recorded(log, tmp_path):
+    recipe = tmp_path / "recipe.txt"
+    recipe.write_text("actual_q\nactual_current\n")
+    out = tmp_path / "run.csv"
+    told = recorded(
+        log, out, "--duration", "0.6", "--recipe", str(recipe), "--frequency", "125", "-q"
+    )
+    assert told.exit_code == 0, told.stderr
+    assert told.stdout == ""
+    header = out.read_text().splitlines()[0]
+    assert "actual_q_0" in header and "target_q_0" not in header
+
+
+@pytest.mark.parametrize(
+    ("host", "options"),
+    [
+        ("127.0.0.1:1", ()),
+        ("127.0.0.1:notaport", ()),
+        ("127.0.0.1:1", ("--duration", "-1")),
+        ("127.0.0.1:1", ("--recipe", "absent.xml")),
+    ],
+)
+def test_what_cannot_be_recorded_is_told_in_one_line(host, options, tmp_path):
+    out = tmp_path / "run.csv"
+    told = CliRunner().invoke(app, ["record", host, "--out", str(out), *options])
+    assert told.exit_code == 1
+    assert told.stderr.startswith("urdyn: ") and told.stderr.count("\n") == 1
+    assert not out.exists()

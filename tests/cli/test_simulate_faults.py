@@ -1,0 +1,92 @@
+"""Stories of `urdyn simulate` with faults: what is asked for is in the log, and in the truth."""
+
+from __future__ import annotations
+
+import json
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pytest
+from story import urdyn
+
+import urdyn as ud
+from urdyn.simulate import course, parse_fault, virtual_arm
+
+ARM = ("simulate", "--robot", "ur5e", "--duration", 40, "--rate", 50, "--seed", 4)
+FRICTION = "friction_increase:joint=2,onset=10,rate=0.01"
+STUCK = "sensor_fault:joint=4,onset=20,mode=dropped"
+
+
+def test_the_truth_tells_the_course_of_every_fault(tmp_path: Path) -> None:
+    out, told = tmp_path / "log.parquet", tmp_path / "truth.toml"
+    done = urdyn(*ARM, "--fault", FRICTION, "--fault", STUCK, "--out", out, "--truth", told)
+    assert done.returncode == 0, done.stderr
+    truth = tomllib.loads(told.read_text())
+    assert truth["schedule"][0] == {
+        "kind": "friction_increase",
+        "joint": 2,
+        "rate": 0.01,
+        "onset": 10.0,
+        "shape": "linear",
+        "viscous": 0.0,
+    }
+    assert set(truth["course"]) == {"t", "elbow_joint.coulomb", "wrist_2_joint.sensor_dropped"}
+    t = np.array(truth["course"]["t"])
+    assert np.diff(t).max() <= 1.0
+    dynamics = virtual_arm(ud.load_arm("ur5e"), 4)
+    now = course(dynamics, [parse_fault(FRICTION, 6)], t)
+    wanted = dynamics.drive.coulomb[2] * now.coulomb[:, 2]
+    assert truth["course"]["elbow_joint.coulomb"] == wanted.tolist()
+    assert truth["joints"][2]["coulomb"] == wanted[0]
+    log = ud.read(out)
+    lost = np.isnan(log.channels["actual_current"])
+    assert lost[log.t >= 20.0, 4].all() and not lost[log.t < 20.0].any()
+
+
+def test_the_truth_as_parquet_has_the_rest_beside_it(tmp_path: Path) -> None:
+    out, told = tmp_path / "log.parquet", tmp_path / "truth.parquet"
+    done = urdyn(*ARM, "--motion", "pick_and_place", "--heat", "--out", out, "--truth", told)
+    assert done.returncode == 0, done.stderr
+    over_time = ud.read(told)
+    assert {"payload.mass", "elbow_joint.temperature"} <= set(over_time.channels)
+    assert over_time.channels["elbow_joint.temperature"][0] == pytest.approx(22.0)
+    assert json.loads((tmp_path / "truth.json").read_text())["schedule"] == []
+
+
+def test_everything_at_once(tmp_path: Path) -> None:
+    out = tmp_path / "log.csv"
+    how = ("--noise", "real", "--deviations", "--heat", "--recorder", "several_rates")
+    done = urdyn(*ARM, "--motion", "shift", *how, "--fault", FRICTION, "--out", out, "--json")
+    assert done.returncode == 0, done.stderr
+    told = json.loads(done.stdout)
+    assert told["truth"]["schedule"] and "course" not in told["truth"]
+    log = ud.read(out)
+    assert {"actual_TCP_force", "ft_raw_wrench"} <= set(log.channels)
+    assert np.isnan(log.channels["joint_temperatures"]).any()
+
+
+def test_what_the_command_writes_is_what_the_library_gives(tmp_path: Path) -> None:
+    out = tmp_path / "log.parquet"
+    assert urdyn(*ARM, "--fault", FRICTION, "--heat", "--out", out).returncode == 0
+    events = (parse_fault(FRICTION, 6),)
+    log, _ = ud.simulate(ud.load_arm("ur5e"), 40.0, 50.0, 4, events=events, heat=True)
+    back = ud.read(out)
+    np.testing.assert_array_equal(back.channels["actual_current"], log.channels["actual_current"])
+
+
+@pytest.mark.parametrize(
+    ("option", "reason"),
+    [
+        (("--fault", "rust:joint=1"), "no kind 'rust'; name one of friction_increase"),
+        (("--fault", "joint_backlash:joint=6,rate=1"), "joints count from 0 to 5"),
+        (("--motion", "dance"), "no motion 'dance'"),
+        (("--noise", "loud"), "noise 'loud': is real, white"),
+        (("--recorder", "tape"), "no recorder 'tape'"),
+        (("--truth", "truth.yaml"), ".parquet"),
+    ],
+)
+def test_what_cannot_be_is_one_line(tmp_path: Path, option: tuple[str, str], reason: str) -> None:
+    done = urdyn(*ARM, *option, "--out", tmp_path / "log.csv")
+    assert done.returncode == 1 and reason in done.stderr and "Traceback" not in done.stderr
+    assert len(done.stderr.strip().splitlines()) == 1

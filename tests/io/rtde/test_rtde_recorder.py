@@ -1,0 +1,164 @@
+"""Recordings of controllers: every package, whole, whatever happens to whom."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from pathlib import Path
+
+import numpy as np
+import pyarrow.parquet as pq
+import pytest
+from rtde_arm import Start
+from virtual_controller import JOINTS, SKIPPED, WRAP
+
+from urdyn.errors import InputError, RtdeError
+from urdyn.io import read
+from urdyn.io.rtde import DEFAULT, Server, Summary, record, serve
+from urdyn.io.rtde.clients import Clients
+from urdyn.io.rtde.controller import Controller
+from urdyn.types import Log
+
+NAMES = ("actual_q", "target_q", "actual_current", "joint_temperatures", "output_int_register_12")
+
+
+def torn(log: Log) -> int:
+    """Rows whose values are not all of one cycle."""
+    phase = log.channels["output_int_register_12"][:, None] % WRAP / WRAP
+    made = {
+        "actual_q": phase + JOINTS / 8,
+        "target_q": phase - JOINTS / 8,
+        "actual_current": 2 * phase + JOINTS / 8,
+        "joint_temperatures": 25 + phase + JOINTS,
+    }
+    wrong = [(log.channels[name] != values).any(axis=1) for name, values in made.items()]
+    return int(np.any(wrong, axis=0).sum())
+
+
+def is_whole(log: Log, summary: Summary) -> bool:
+    cycles = log.channels["output_int_register_12"]
+    whole = len(log) == summary.samples and not torn(log) and (np.diff(cycles) == 1).all()
+    return bool(whole and (log.t == cycles / 500).all())
+
+
+def test_five_seconds_at_500_hz_lose_nothing(start: Start, tmp_path: Path) -> None:
+    told: list[Summary] = []
+    summary = record(start().host, tmp_path / "a.csv", 500, NAMES, 5.0, told.append)
+    assert summary.lost == summary.torn == summary.reconnects == 0 and not summary.gaps
+    assert abs(summary.samples - 2500) < 5 and abs(summary.rate - 500) < 1
+    log = read(tmp_path / "a.csv")
+    assert is_whole(log, summary) and not log.defects
+    assert 0 < summary.age_p50 <= summary.age_p99
+    assert len(told) >= 9 and told[-1].samples == summary.samples
+
+
+@pytest.mark.slow
+def test_a_minute_at_500_hz_loses_nothing_and_is_fresh(start: Start, tmp_path: Path) -> None:
+    names = (*DEFAULT, *NAMES)
+    summary = record(start().host, tmp_path / "a.parquet", 500, names, 60.0)
+    assert summary.lost == summary.torn == summary.reconnects == 0
+    assert is_whole(read(tmp_path / "a.parquet"), summary)
+    assert summary.age_p99 < 1e-3
+
+
+@pytest.mark.parametrize("suffix", [".csv", ".csv.zst", ".parquet"])
+def test_every_form_holds_every_bit(start: Start, tmp_path: Path, suffix: str) -> None:
+    path = tmp_path / f"a{suffix}"
+    summary = record(start().host, path, recipe=NAMES, duration=1.0)
+    assert is_whole(read(path), summary)
+    assert [child.name for child in tmp_path.iterdir()] == [path.name]
+
+
+def test_parquet_keeps_types_and_an_account(start: Start, tmp_path: Path) -> None:
+    arm = start()
+    summary = record(arm.host, tmp_path / "a.parquet", 125, NAMES, 0.5)
+    file = pq.read_schema(tmp_path / "a.parquet")
+    assert str(file.field("output_int_register_12").type) == "int32"
+    told = json.loads(file.metadata[b"urdyn.recording"])
+    assert told["address"] == f"{arm.host}:30004" and told["frequency"] == 125.0
+    assert told["controller"] == "5.23.0.0" and told["samples"] == summary.samples
+
+
+def test_the_default_recipe_is_what_the_project_reads(start: Start, tmp_path: Path) -> None:
+    record(start(generation="cb3").host, tmp_path / "a.parquet", duration=0.5)
+    log = read(tmp_path / "a.parquet")
+    for name in ("target_q", "target_moment", "actual_current", "actual_TCP_force", "joint_mode"):
+        assert log.channels[name].shape == (len(log), 6)
+    assert log.channels["payload_cog"].shape == (len(log), 3)
+
+
+def test_cycles_that_the_controller_skipped_are_marked(start: Start, tmp_path: Path) -> None:
+    arm = start("", 30004, "e", "skip")
+    summary = record(arm.host, tmp_path / "a.csv", recipe=NAMES, duration=2.5)
+    assert summary.lost == len(SKIPPED)
+    ((row, missing),) = summary.gaps
+    log = read(tmp_path / "a.csv")
+    assert missing == len(SKIPPED) and log.channels["output_int_register_12"][row] == SKIPPED.stop
+    np.testing.assert_array_equal(np.flatnonzero(log.channels["skipped"]), [row])
+
+
+def test_a_drop_is_taken_up_again_and_told(start: Start, tmp_path: Path) -> None:
+    arm = start()
+    threading.Timer(1.0, lambda: (arm.kill(), start(arm.host))).start()
+    summary = record(arm.host, tmp_path / "a.parquet", recipe=NAMES, duration=4.0)
+    assert summary.reconnects == 1 and summary.lost == summary.torn == 0
+    told = json.loads(pq.read_schema(tmp_path / "a.parquet").metadata[b"urdyn.recording"])
+    (note,) = told["notes"]
+    table = pq.read_table(tmp_path / "a.parquet")
+    connection = table["connection"].to_numpy()
+    assert "dropped" in note and np.flatnonzero(np.diff(connection)) + 1 == [note["row"]]
+    assert set(connection) == {0, 1}
+
+
+@pytest.mark.parametrize("suffix", [".csv", ".csv.zst", ".parquet"])
+def test_a_killed_recorder_leaves_a_readable_file(
+    start: Start, tmp_path: Path, suffix: str
+) -> None:
+    path = tmp_path / f"a{suffix}"
+    code = (
+        f"from urdyn.io.rtde import record; record({start().host!r}, {str(path)!r}, recipe={NAMES})"
+    )
+    env = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
+    process = subprocess.Popen([sys.executable, "-c", code], env=env)
+    deadline = time.monotonic() + 5
+    while not path.exists() and time.monotonic() < deadline:
+        time.sleep(0.05)
+    time.sleep(1.2)
+    process.kill()
+    process.wait(timeout=5)
+    log = read(path)
+    assert len(log) > 400 and not torn(log)
+
+
+def test_an_interrupt_ends_a_recording_in_good_order(start: Start, tmp_path: Path) -> None:
+    threading.Timer(1.2, lambda: os.kill(os.getpid(), signal.SIGINT)).start()
+    summary = record(start().host, tmp_path / "a.parquet", recipe=NAMES)
+    assert 0.5 < summary.seconds < 1.5 and is_whole(read(tmp_path / "a.parquet"), summary)
+
+
+def test_names_that_are_optional_are_left_out_with_a_note(tmp_path: Path) -> None:
+    controller = Controller((5, 3, 0, 0))
+    samples = ({"timestamp": k / 500} for k in range(1000))
+    with Server(samples, controller, Clients(controller, "127.0.0.1", 0)) as server:
+        summary = record(f"127.0.0.1:{server.port}", tmp_path / "a.csv", duration=0.4)
+    assert summary.left_out == ("payload", "payload_cog")
+    assert "payload" not in read(tmp_path / "a.csv")
+
+
+def test_what_cannot_be_recorded_says_why_and_leaves_no_file(tmp_path: Path) -> None:
+    with pytest.raises(RtdeError, match="no controller answers"):
+        record("127.0.0.9:1", tmp_path / "a.csv")
+    with pytest.raises(InputError, match="is to end in"):
+        record("127.0.0.9:1", tmp_path / "a.txt")
+    with pytest.raises(InputError, match="no such place"):
+        record("127.0.0.9:1", tmp_path / "none" / "a.csv")
+    with pytest.raises(InputError, match="above 0"):
+        record("127.0.0.9:1", tmp_path / "a.csv", frequency=-1)
+    with serve(iter(()), port=0), pytest.raises(InputError, match="no address"):
+        record("127.0.0.1:port", tmp_path / "a.csv")
+    assert not list(tmp_path.iterdir())

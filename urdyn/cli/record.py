@@ -1,0 +1,98 @@
+"""urdyn record: a controller's data stream, into a file."""
+
+from __future__ import annotations
+
+import signal
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from urdyn.cli.options import Json, Quiet
+from urdyn.cli.voice import Told, Voice
+
+if TYPE_CHECKING:
+    from urdyn.io.rtde import Summary
+
+Host = Annotated[str, typer.Argument(metavar="HOST", show_default=False)]
+Out = Annotated[
+    Path, typer.Option(metavar="LOG", help="Where to write it: .parquet, .csv or .csv.zst.")
+]
+Frequency = Annotated[
+    float | None, typer.Option(metavar="HZ", help="Samples a second; all of them unless told.")
+]
+Recipe = Annotated[
+    Path | None,
+    typer.Option(metavar="FILE", help="Variables to record: UR's recipe XML, or one name a line."),
+]
+Duration = Annotated[
+    float | None, typer.Option(metavar="S", help="Stop after so long; Ctrl-C stops at any time.")
+]
+
+
+def record(
+    host: Host,
+    out: Out,
+    frequency: Frequency = None,
+    recipe: Recipe = None,
+    duration: Duration = None,
+    json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Record a robot by RTDE, every packet of it; HOST is an address, with :PORT if not 30004.
+
+    A process that is killed leaves a file that can be read.
+
+    Example: [bold]urdyn record 192.168.0.10 --out monday.parquet[/bold]
+    """
+    from urdyn.io.rtde import record as record_rtde
+
+    # A service manager's way to end a process; the recording is ended as by Ctrl-C.
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    voice = Voice(json, quiet)
+    with voice.progress(f"recording {host}") as told:
+        summary = record_rtde(host, out, frequency, recipe, duration, _telling(told, duration))
+    voice.show(_sentence(summary))
+    if summary.left_out:
+        voice.note(f"the controller does not know: {', '.join(summary.left_out)}")
+    voice.result(_document(summary))
+
+
+def _telling(told: Told, duration: float | None) -> Any:
+    def tell(summary: Summary) -> None:
+        share = summary.seconds / duration if duration else 0.0
+        told(
+            f"{summary.rate:.0f} Hz, {summary.lost} lost, age {1e3 * summary.age_p99:.1f} ms", share
+        )
+
+    return tell
+
+
+def _sentence(summary: Summary) -> str:
+    troubles = [
+        f"{summary.lost} lost in {len(summary.gaps)} gaps" if summary.lost else "none lost",
+        f"{summary.torn} torn" if summary.torn else "none torn",
+    ]
+    if summary.reconnects:
+        troubles.append(f"{summary.reconnects} connections dropped and taken up again")
+    return (
+        f"{summary.path}: {summary.samples} samples in {summary.seconds:.1f} s, "
+        f"{summary.rate:.1f} Hz; {', '.join(troubles)}; "
+        f"99 % came within {1e3 * summary.age_p99:.2f} ms"
+    )
+
+
+def _document(summary: Summary) -> dict[str, Any]:
+    return {
+        "path": summary.path,
+        "samples": summary.samples,
+        "seconds": summary.seconds,
+        "rate_hz": summary.rate,
+        "lost": summary.lost,
+        "gaps": [{"row": row, "lost": lost} for row, lost in summary.gaps],
+        "torn": summary.torn,
+        "reconnects": summary.reconnects,
+        "age_ms": {"p50": 1e3 * summary.age_p50, "p99": 1e3 * summary.age_p99},
+        "bytes": summary.bytes,
+        "left_out": list(summary.left_out),
+    }

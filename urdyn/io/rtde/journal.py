@@ -1,0 +1,96 @@
+"""What a recorder writes, so that the file can be read whenever the process is killed.
+
+.csv and .csv.zst grow by whole rows, flushed; of the latter every flush is a zstd frame of its own.
+.parquet has no meaning without its last bytes: until `finish` the file holds .csv.zst, which
+`read` tells by its content, whatever the suffix; then it is rewritten as Parquet, all or nothing.
+What the kernel had not yet put on the disk is lost when the power fails.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, BinaryIO
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+from numpy.typing import NDArray
+from pyarrow import csv
+
+from urdyn.errors import InputError
+from urdyn.io.files import writing
+from urdyn.io.rtde.recipe import Rows
+
+SUFFIXES = (".parquet", ".csv.zst", ".csv")
+GROUP = 1 << 24  # [bytes] of CSV that become one row group, about
+Column = NDArray[Any]
+
+
+def batch(rows: Rows, marks: Mapping[str, Column]) -> pa.RecordBatch:
+    """Packages, and what we say of each, as columns: `actual_q_0`, as recorders name them."""
+    columns: dict[str, pa.Array] = {}
+    for name in rows.dtype.names or ():
+        cells = rows[name].astype(rows[name].dtype.newbyteorder("="))
+        parts = {name: cells} if cells.ndim == 1 else _parts(name, cells)
+        columns |= {column: pa.array(values) for column, values in parts.items()}
+    columns |= {name: pa.array(values) for name, values in marks.items()}
+    return pa.record_batch(columns)
+
+
+def _parts(name: str, cells: Column) -> dict[str, Column]:
+    return {f"{name}_{k}": np.ascontiguousarray(cells[:, k]) for k in range(cells.shape[1])}
+
+
+class Journal:
+    """A recording as it grows."""
+
+    def __init__(self, path: str | Path) -> None:
+        self.path = Path(path)
+        self._form = next((end for end in SUFFIXES if self.path.name.lower().endswith(end)), "")
+        if not self._form:
+            raise InputError(f"{path}: a recording is to end in {', '.join(SUFFIXES)}")
+        if not self.path.parent.is_dir() or self.path.is_dir():
+            raise InputError(f"{path}: cannot be written: there is no such place for a file")
+        self._schema: pa.Schema | None = None
+        self._stream: BinaryIO | None = None
+
+    def write(self, rows: pa.RecordBatch) -> None:
+        """Append rows, all of one recipe; they outlive this process from here on."""
+        try:
+            if self._stream is None:
+                self._schema, self._stream = rows.schema, self.path.open("wb")
+                self._append((",".join(rows.schema.names) + "\n").encode())
+            text = pa.BufferOutputStream()
+            csv.write_csv(rows, text, csv.WriteOptions(include_header=False))
+            self._append(text.getvalue().to_pybytes())
+        except OSError as error:
+            raise InputError(f"{self.path}: cannot be written: {error.strerror}") from error
+
+    def finish(self, metadata: Mapping[str, str]) -> None:
+        """No more rows. Parquet carries `metadata`; CSV has no place for it."""
+        if self._stream is None:
+            return
+        os.fsync(self._stream.fileno())
+        self._stream.close()
+        if self._form == ".parquet":
+            self._convert(metadata)
+
+    def _append(self, text: bytes) -> None:
+        assert self._stream is not None, "the stream is open"
+        packed = text if self._form == ".csv" else pa.compress(text, codec="zstd", asbytes=True)
+        self._stream.write(packed)
+        self._stream.flush()
+
+    def _convert(self, metadata: Mapping[str, str]) -> None:
+        """The journal as Parquet, in its place."""
+        assert self._schema is not None, "rows were written"
+        schema = self._schema.with_metadata(dict(metadata))
+        options = csv.ConvertOptions(column_types=self._schema, null_values=[])  # NaN is a number
+        with self.path.open("rb") as stream, writing(self.path) as target:
+            text = pa.CompressedInputStream(pa.PythonFile(stream), "zstd")
+            reader = csv.open_csv(text, csv.ReadOptions(block_size=GROUP), convert_options=options)
+            with pq.ParquetWriter(target, schema, compression="zstd") as writer:
+                for rows in reader:
+                    writer.write_batch(rows)

@@ -1,0 +1,56 @@
+"""Backlash on the motor's side: the gap opens whenever the load turns over.
+
+The load lets go of one flank, and the motor is unloaded until the rotor has crossed to the other.
+Under the friction torque f that it no longer has to overcome it takes, from rest,
+
+    T = sqrt(4 b I_r / f)        over the whole gap 2 b
+
+No load that keeps its sign, as gravity's does, ever shows a gap.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from urdyn.model.drive import Drive
+from urdyn.types import Array, Mask
+
+
+@dataclass(frozen=True, eq=False)
+class Flanks:
+    """On which flank each joint's gear lies, and since when."""
+
+    side: Array  # (J,) [-], sign of the load
+    since: Array  # (J,) [s]
+
+
+def first_flanks(joints: int) -> Flanks:
+    """Gears that have always lain as they lie."""
+    return Flanks(np.zeros(joints), np.full(joints, -np.inf))
+
+
+def in_gap(
+    drive: Drive, half_gap: Array, load: Array, t: Array, before: Flanks
+) -> tuple[Mask, Flanks]:
+    """Whether the motor is between the flanks, (N, J), and how the gears lie after the last row.
+
+    Args:
+        half_gap: b, (N, J) [rad].
+        load: that the gear transmits, (N, J) [N·m].
+        t: times of the rows, (N,) [s].
+    """
+    side = _last_where(np.sign(load), load != 0.0, before.side)
+    came = np.vstack([before.side, side[:-1]])
+    turned = (side != came) & (came != 0.0)
+    since = _last_where(np.broadcast_to(t[:, None], load.shape), turned, before.since)
+    crossing = np.sqrt(4.0 * half_gap * drive.rotor_inertia / drive.coulomb)
+    return t[:, None] - since < crossing, Flanks(side[-1], since[-1])
+
+
+def _last_where(values: Array, told: Mask, before: Array) -> Array:
+    """Each row's last value that was told up to it, (N, J); `before` where none was."""
+    row = np.where(told, np.arange(1, len(values) + 1)[:, None], 0)
+    last = np.maximum.accumulate(row, axis=0)
+    return np.asarray(np.take_along_axis(np.vstack([before, values]), last, axis=0))

@@ -1,0 +1,103 @@
+"""What sensors do to a signal: noise with its colour, steps, and states of failure."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.signal import lfilter
+
+from urdyn.simulate.schedule import Course
+from urdyn.types import Array, frozen
+
+STANDING = 1e-6  # [rad/s] below which a joint reports that it stands: exactly 0
+
+
+@dataclass(frozen=True)
+class Band:
+    """A share of a noise that forgets itself, or rings down; what has no band is white.
+
+        correlation at a lag t = share exp(-t / time) cos(2 pi frequency t)
+
+    Of continuous time, so that it is the same noise whatever the rate of the log.
+    """
+
+    time: float  # [s]
+    share: Array  # (J,) [-] of the variance
+    frequency: float = 0.0  # [Hz]
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "share", frozen(self.share))
+
+
+def quantised(values: Array, step: float) -> Array:
+    """Values as a converter of this step tells them; 0: no step."""
+    return np.round(values / step) * step if step else values
+
+
+def jittered(v: Array, sd: float, rng: np.random.Generator) -> Array:
+    """Velocities with white noise where a joint moves; real controllers report 0 at rest."""
+    if not sd:
+        return v
+    noisy = rng.standard_normal(v.shape)  # one array of this size is enough: it may be an hour's
+    noisy *= sd
+    noisy += v
+    noisy[np.abs(v) <= STANDING] = 0.0
+    return noisy
+
+
+def coloured(rng: np.random.Generator, rows: int, sd: Array, colour: float) -> Array:
+    """Stationary AR(1) noise of standard deviation `sd`, (rows, J):
+
+    e_t = c e_{t-1} + sqrt(1 - c²) sd w_t
+    """
+    white = rng.standard_normal((rows, len(sd)))
+    white[1:] *= np.sqrt(1.0 - colour**2)  # the first row is drawn from the stationary law
+    white *= sd
+    return np.asarray(lfilter([1.0], [1.0, -colour], white, axis=0)) if colour else white
+
+
+def banded(
+    rng: np.random.Generator, rows: int, sd: Array, bands: tuple[Band, ...], step: float
+) -> Array:
+    """White noise and that of each band together, of standard deviation `sd`, (rows, J).
+
+    Args:
+        step: time from row to row [s].
+    """
+    left = 1.0 - sum((band.share for band in bands), np.zeros(len(sd)))
+    noise = coloured(rng, rows, sd * np.sqrt(np.maximum(left, 0.0)), 0.0)
+    for band in bands:
+        scale, keep = sd * np.sqrt(band.share), float(np.exp(-step / band.time))
+        if band.frequency:
+            turn = np.exp(2j * np.pi * band.frequency * step)
+            noise += swinging(rng, rows, scale, keep * turn)
+        else:
+            noise += coloured(rng, rows, scale, keep)
+    return noise
+
+
+def swinging(rng: np.random.Generator, rows: int, sd: Array, pole: complex) -> Array:
+    """The same in the complex plane, seen from the side: real part of
+
+    z_t = pole z_{t-1} + sqrt(1 - |pole|²) sd w_t
+    """
+    white = rng.standard_normal((rows, len(sd))) + 1j * rng.standard_normal((rows, len(sd)))
+    white[1:] *= np.sqrt(1.0 - abs(pole) ** 2)
+    return np.asarray(lfilter([1.0], [1.0, -pole], white * sd, axis=0).real)
+
+
+def told(current: Array, course: Course, before: Array, rng: np.random.Generator) -> Array:
+    """What sick sensors report of a current (N, J) [A]; `before`: what they reported last, (J,)."""
+    reported = current
+    if course.sensor_bias.any():
+        reported = reported + course.sensor_bias
+    if course.sensor_noise.any():
+        reported = reported + course.sensor_noise * rng.standard_normal(current.shape)
+    if course.sensor_stuck.any():
+        fresh = np.where(course.sensor_stuck, 0, np.arange(1, len(current) + 1)[:, None])
+        last = np.maximum.accumulate(fresh, axis=0)
+        reported = np.take_along_axis(np.vstack([before, reported]), last, axis=0)
+    if course.sensor_dropped.any():
+        reported = np.where(course.sensor_dropped, np.nan, reported)
+    return reported

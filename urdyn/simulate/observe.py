@@ -1,0 +1,135 @@
+"""What a controller reports of a motion: RTDE's columns."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from urdyn.model.dynamics import Dynamics
+from urdyn.model.population import population
+from urdyn.simulate.follow import Followed, follow
+from urdyn.simulate.noise import banded, coloured, jittered, quantised, told
+from urdyn.simulate.ringing import ringing
+from urdyn.simulate.schedule import Course, Event, course
+from urdyn.simulate.sensors import Sensors
+from urdyn.simulate.tool import tool_pose
+from urdyn.simulate.trajectory import Trajectory
+from urdyn.simulate.warmth import steady
+from urdyn.simulate.wrench import has_force_sensor, wrenches
+from urdyn.types import Array, Log, Motion
+
+Rows = tuple[slice, dict[str, Array]]  # some rows of a log: which, and their channels
+
+
+def observe(
+    dynamics: Dynamics,
+    trajectory: Trajectory,
+    sensors: Sensors,
+    rng: np.random.Generator,
+    events: Sequence[Event] = (),
+) -> Log:
+    """The log of an arm that follows `trajectory` while `events` befall it.
+
+    What the controller aims at comes of a typical arm of the type with the true payload of the
+    first day: its target of current has friction in it, that of moment has none, as on recordings.
+    """
+    t = sensors.stamps(trajectory)
+    always = steady(sensors.temperature, trajectory.joints)
+    aimed = _gathered(_aims(dynamics, trajectory, (always,), t), len(t))
+    sensed = _sensed(dynamics, trajectory, sensors, (always, *events), t, rng)
+    return Log(t, aimed | _gathered(sensed, len(t)))
+
+
+def _aims(
+    dynamics: Dynamics, trajectory: Trajectory, events: Sequence[Event], t: Array
+) -> Iterator[Rows]:
+    """What the controller asks for."""
+    nominal = replace(population(dynamics.arm).typical(), payload=dynamics.payload)
+    for part in follow(nominal, trajectory, t, events):
+        yield (
+            part.rows,
+            {
+                "target_q": part.motion.q,
+                "target_qd": part.motion.v,
+                "target_qdd": part.motion.a,
+                "target_current": part.current,
+                "target_moment": part.load,
+            },
+        )
+
+
+def _sensed(
+    dynamics: Dynamics,
+    trajectory: Trajectory,
+    sensors: Sensors,
+    events: Sequence[Event],
+    t: Array,
+    rng: np.random.Generator,
+) -> Iterator[Rows]:
+    """What the sensors give. Current leads the motion: it is that of a moment later."""
+    ill, felt = rng.spawn(2)  # what only some logs have leaves the others' noise as it is
+    noise = _current_noise(sensors, len(t), trajectory.step, rng)
+    last = np.zeros(trajectory.joints)
+    for part in follow(dynamics, trajectory, t + dynamics.drive.time_offset, events):
+        rows = part.rows
+        now, motion = _present(dynamics, trajectory, events, t[rows], part)
+        amperes = told(part.current + noise[rows], now, last, ill)
+        last = amperes[-1]
+        off = now.encoder_offset
+        q = quantised(motion.q + off if off.any() else motion.q, sensors.encoder_step)
+        yield (
+            rows,
+            {
+                "actual_q": q,
+                "actual_qd": jittered(motion.v, sensors.velocity_noise, rng),
+                "actual_current": amperes,
+                "joint_temperatures": quantised(now.temperature, sensors.temperature_step),
+                "actual_TCP_pose": tool_pose(dynamics.arm, q),
+                **_wrenches(dynamics, sensors, now, motion, felt),
+            },
+        )
+
+
+def _present(
+    dynamics: Dynamics, trajectory: Trajectory, events: Sequence[Event], t: Array, part: Followed
+) -> tuple[Course, Motion]:
+    """Course and motion at the stamps, beside which the current of a moment later is reported."""
+    if not dynamics.drive.time_offset:
+        return part.course, part.motion
+    now = course(dynamics, events, t)
+    return now, ringing(trajectory.at(t), now)
+
+
+def _current_noise(sensors: Sensors, rows: int, step: float, rng: np.random.Generator) -> Array:
+    if sensors.bands:
+        return banded(rng, rows, sensors.current_noise, sensors.bands, step)
+    return coloured(rng, rows, sensors.current_noise, sensors.colour)
+
+
+def _wrenches(
+    dynamics: Dynamics,
+    sensors: Sensors,
+    course: Course,
+    motion: Motion,
+    rng: np.random.Generator,
+) -> dict[str, Array]:
+    """What is felt at the flange, where the controller reports it."""
+    if sensors.wrench_noise is None:
+        return {}
+    sd = np.repeat(sensors.wrench_noise, 3)
+    names = ("actual_TCP_force", "ft_raw_wrench")[: 1 + has_force_sensor(dynamics.arm)]
+    true = wrenches(dynamics, course, motion)
+    return {name: true[name] + sd * rng.standard_normal(true[name].shape) for name in names}
+
+
+def _gathered(parts: Iterable[Rows], rows: int) -> dict[str, Array]:
+    """The channels of all rows, out of those of each block."""
+    whole: dict[str, Array] = {}
+    for where, values in parts:
+        for name, value in values.items():
+            if name not in whole:
+                whole[name] = np.empty((rows, value.shape[1]))
+            whole[name][where] = value
+    return whole

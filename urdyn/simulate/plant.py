@@ -1,0 +1,131 @@
+"""The arm as a thing that moves: drives, gears and links under motor torque.
+
+Rigid gears: explicit midpoint steps of
+
+    (M(q) + I_r) a = tau - lost(v, s) - h(q, v) + tau_ext
+
+with the bristles followed exactly over the travel. Elastic gears: rotor and link are two bodies,
+
+    I_r theta'' = tau - lost(theta', s) - w,     w = k (theta - q)* + d (theta' - q')
+    M(q) q''    = w - h(q, v) + tau_ext
+
+where (x)* has a dead zone of half width `gap`, the backlash; semi-implicit steps, fine enough for
+the stiffest gear. Friction sits on the motor's side, and `|tau_load|` is that of the step before.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from urdyn.model.dynamics import Dynamics
+from urdyn.model.friction import RIPPLE_ORDER, TAIL_DISTANCE
+from urdyn.types import Array
+
+FAMILIES = np.array([[1.0], [TAIL_DISTANCE]])  # of bristles, by their distance
+
+
+@dataclass(frozen=True)
+class PlantState:
+    """Where the arm is; without elasticity motor and link are one."""
+
+    q: Array  # (J,) [rad] of the links
+    v: Array  # (J,) [rad/s]
+    theta: Array  # (J,) [rad] of the motors, seen at the joint
+    omega: Array  # (J,) [rad/s]
+    bristles: Array  # (2, J) [-]
+    load: Array  # (J,) [N·m] that the gears transmit
+    lost: Array  # (J,) [N·m] of friction
+
+    @classmethod
+    def rest(cls, q: Array) -> PlantState:
+        """Standing still, with relaxed bristles."""
+        zero = np.zeros_like(q)
+        return cls(q, zero, q, zero, np.zeros((2, len(q))), zero, zero)
+
+
+@dataclass(frozen=True)
+class Surroundings:
+    """What acts on the arm in one step, beside its motors."""
+
+    torque: Array  # (J,) [N·m] of pushes, through the links
+    coulomb: Array  # (J,) factor on Coulomb friction [-]
+    viscous: Array  # (J,) factor on viscous friction [-]
+    gap: Array  # (J,) [rad] half width of the gears' dead zone
+
+
+@dataclass(frozen=True)
+class Gears:
+    """Elasticity of the gears."""
+
+    stiffness: Array  # (J,) [N·m/rad]
+    damping: Array  # (J,) [N·m·s/rad]
+
+
+@dataclass(frozen=True)
+class Plant:
+    """An arm ready to be stepped."""
+
+    dynamics: Dynamics
+    gears: Gears | None = None  # None: rigid
+    accelerate: Callable[[Array, Array, Array], Array] = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        inertia = self.dynamics.drive.rotor_inertia
+        armature = inertia if self.gears is None else np.zeros_like(inertia)
+        built = self.dynamics.arm.accelerator(self.dynamics.loaded(), armature)
+        object.__setattr__(self, "accelerate", built)
+
+    def step(self, x: PlantState, tau: Array, around: Surroundings, h: float) -> PlantState:
+        """The state `h` seconds later under motor torque `tau`, (J,) [N·m]."""
+        if self.gears is None:
+            return self._rigid(x, tau, around, h)
+        return self._elastic(x, tau, around, h, self.gears)
+
+    def _rigid(self, x: PlantState, tau: Array, around: Surroundings, h: float) -> PlantState:
+        half, net = 0.5 * h, tau + around.torque
+        a = self.accelerate(x.q, x.v, net - self._lost(x.q, x.v, x.bristles, x.load, around))
+        v = x.v + half * a
+        middle = self._follow(x.bristles, half * (x.v + half * 0.5 * a))
+        lost = self._lost(x.q, v, middle, x.load, around)
+        a = self.accelerate(x.q + half * x.v, v, net - lost)
+        q, end = x.q + h * v, x.v + h * a
+        load = tau - lost - self.dynamics.drive.rotor_inertia * a
+        bristles = self._follow(x.bristles, half * (x.v + end))
+        return PlantState(q, end, q, end, bristles, load, lost)
+
+    def _elastic(
+        self, x: PlantState, tau: Array, around: Surroundings, h: float, gears: Gears
+    ) -> PlantState:
+        twist = x.theta - x.q
+        beyond = twist - np.clip(twist, -around.gap, around.gap)
+        load = gears.stiffness * beyond
+        load = load + np.where(beyond != 0.0, gears.damping * (x.omega - x.v), 0.0)
+        lost = self._lost(x.theta, x.omega, x.bristles, load, around)
+        omega = x.omega + h * (tau - lost - load) / self.dynamics.drive.rotor_inertia
+        v = x.v + h * self.accelerate(x.q, x.v, load + around.torque)
+        bristles = self._follow(x.bristles, h * omega)
+        return PlantState(x.q + h * v, v, x.theta + h * omega, omega, bristles, load, lost)
+
+    def _follow(self, bristles: Array, travel: Array) -> Array:
+        """Bristles after some travel (J,), as `friction.hysteresis` has them."""
+        ratio = np.abs(travel) / (FAMILIES * self.dynamics.drive.presliding_distance)
+        side = np.sign(travel)
+        return np.asarray(side + np.exp(-ratio) * (bristles - side))
+
+    def _lost(
+        self, q: Array, v: Array, bristles: Array, load: Array, around: Surroundings
+    ) -> Array:
+        """Torque that friction takes, (J,) [N·m]: `friction.features` at one moment."""
+        drive = self.dynamics.drive
+        s = bristles[0] + drive.presliding_tail * (bristles[1] - bristles[0])
+        grip = around.coulomb * drive.coulomb + drive.structural * np.abs(load)
+        if drive.stribeck.any():
+            grip = grip + drive.stribeck * np.exp(-np.abs(v) / drive.stribeck_velocity)
+        lost = grip * s + around.viscous * drive.viscous * v + drive.offset
+        if drive.ripple_cos.any() or drive.ripple_sin.any():
+            angle = RIPPLE_ORDER * q
+            lost = lost + drive.ripple_cos * np.cos(angle) + drive.ripple_sin * np.sin(angle)
+        return np.asarray(lost)

@@ -1,0 +1,47 @@
+"""The torque that gears transmit while payloads change and links are pushed.
+
+tau_load = RNEA(q, v, a; links and payload) - sum over links of J' F
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from urdyn.model.arm import Arm
+from urdyn.model.dynamics import Dynamics
+from urdyn.simulate.schedule import Course
+from urdyn.types import Array, Motion
+
+
+def transmitted(dynamics: Dynamics, course: Course, motion: Motion) -> Array:
+    """Rigid-body torque along a motion at the times of its course, (N, J) [N·m]."""
+    load = _carrying(dynamics, course.payload, motion)
+    felt = course.push.any(axis=(1, 2))
+    if felt.any():
+        load[felt] -= pushed(dynamics.arm, motion.q[felt], course.push[felt])
+    return load
+
+
+def pushed(arm: Arm, q: Array, push: Array) -> Array:
+    """What pushes (N, J, 6) on the links add to the torques of the joints, (N, J): sum of J' F."""
+    torque = np.zeros(q.shape)
+    for link in np.flatnonzero(push.any(axis=(0, 2))):
+        jacobian = arm.jacobian(q, arm.link_names[link])
+        torque += np.einsum("nij,ni->nj", jacobian, push[:, link])
+    return torque
+
+
+def _carrying(dynamics: Dynamics, payload: Array, motion: Motion) -> Array:
+    """With the payload (N, 10) of each row: one payload after the other, for they are few."""
+    if (payload == payload[0]).all():
+        return replace(dynamics, payload=payload[0]).load(motion)
+    kinds, which = np.unique(payload, axis=0, return_inverse=True)
+    load = np.empty(motion.q.shape)
+    for k, kind in enumerate(kinds):
+        rows = which.ravel() == k
+        inertials = replace(dynamics, payload=kind).loaded()
+        q, v, a = motion.q[rows], motion.v[rows], motion.a[rows]
+        load[rows] = dynamics.arm.torque(q, v, a, inertials)
+    return load

@@ -1,0 +1,126 @@
+"""What becomes of an arm as time goes by: everything that varies, as arrays over given times.
+
+An event is anything that changes this course: a fault, a payload that is picked up, a day that gets
+warmer. Both fidelities and the truth file read the same course.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, fields, replace
+from typing import Protocol, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from urdyn.model.dynamics import Dynamics
+from urdyn.types import Array, Mask
+
+Scalar = TypeVar("Scalar", bound=np.generic)
+
+
+@dataclass(frozen=True, eq=False)
+class Course:
+    """What an arm is at times t; where nothing happens the arrays are views of one constant.
+
+    Read-only, but not copied: `without_events` makes the constants, events replace them.
+    """
+
+    t: Array  # (N,) [s]
+    coulomb: Array  # (N, J) [-], times the drive's
+    viscous: Array  # (N, J) [-], times the drive's; wear and warmth together
+    health: Array  # (N, J) [-], z itself
+    half_gap: Array  # (N, J) [rad] of backlash, to either side
+    encoder_offset: Array  # (N, J) [rad], reported angle minus true
+    payload: Array  # (N, 10) inertials in the last joint's frame
+    push: Array  # (N, J, 6) [N, N·m] on each link, at its joint's frame, in the root's axes
+    loop_gain: Array  # (N, J) [-], times the controller's
+    loop_delay: Array  # (N,) [s], beyond the controller's
+    ambient: Array  # (N,) [K] by which the room is warmer than at first
+    temperature: Array  # (N, J) [°C] of the joints, as their sensors feel it
+    sensor_bias: Array  # (N, J) [A] on the reported current
+    sensor_noise: Array  # (N, J) [A] sd of white noise beside the usual one
+    sensor_stuck: Mask  # (N, J) the current is reported as it last was
+    sensor_dropped: Mask  # (N, J) no current is reported
+
+    def __len__(self) -> int:
+        return len(self.t)
+
+    def since(self, row: int) -> Course:
+        """Without the rows before `row`; views, nothing is copied."""
+        return replace(self, **{f.name: getattr(self, f.name)[row:] for f in fields(self)})
+
+
+class Event(Protocol):
+    """Something that happens to an arm."""
+
+    @property
+    def onset(self) -> float:
+        """Time before which nothing is changed [s]."""
+        ...
+
+    def befall(self, course: Course) -> Course:
+        """The course with the event in it."""
+        ...
+
+
+def course(dynamics: Dynamics, events: Iterable[Event], t: Array) -> Course:
+    """The course of an arm at any times t (N,) [s]; of two events the later has the last word."""
+    changed = without_events(dynamics, t)
+    for event in sorted(events, key=lambda event: event.onset):
+        changed = event.befall(changed)
+    return changed
+
+
+def without_events(dynamics: Dynamics, t: Array) -> Course:
+    """Nothing ever happens."""
+    drive, joints = dynamics.drive, dynamics.arm.joints
+
+    def always(value: Array | float, *shape: int) -> Array:
+        return np.broadcast_to(value, (len(t), *shape))
+
+    never = np.broadcast_to(False, (len(t), joints))
+    return Course(
+        t=t,
+        coulomb=always(1.0, joints),
+        viscous=always(1.0, joints),
+        health=always(drive.health, joints),
+        half_gap=always(0.0, joints),
+        encoder_offset=always(0.0, joints),
+        payload=always(dynamics.payload, 10),
+        push=always(0.0, joints, 6),
+        loop_gain=always(1.0, joints),
+        loop_delay=always(0.0),
+        ambient=always(0.0),
+        temperature=always(drive.temperature, joints),
+        sensor_bias=always(0.0, joints),
+        sensor_noise=always(0.0, joints),
+        sensor_stuck=never,
+        sensor_dropped=never,
+    )
+
+
+def at_joint(values: NDArray[Scalar], joint: int, column: NDArray[Scalar]) -> NDArray[Scalar]:
+    """`values` (N, J, ...) with another column at one joint."""
+    changed = np.array(values)
+    changed[:, joint] = column
+    return changed
+
+
+@dataclass(frozen=True, eq=False)
+class Handling:
+    """What a program picks up and puts down, beside what the arm carries anyway."""
+
+    begin: Array  # (K,) [s], increasing
+    carried: Array  # (K, 10) inertials from then on
+
+    @property
+    def onset(self) -> float:
+        """Time of the first change [s]."""
+        return float(self.begin[0])
+
+    def befall(self, course: Course) -> Course:
+        """The piece of each time is that of the last change before it."""
+        pieces = np.vstack([np.zeros(10), self.carried])
+        now = np.searchsorted(self.begin, course.t, side="right")
+        return replace(course, payload=course.payload + pieces[now])

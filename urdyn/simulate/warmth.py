@@ -1,0 +1,103 @@
+"""Warm-up: how warm an arm gets that follows a trajectory, and what that makes of its friction."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from urdyn.model.dynamics import Dynamics
+from urdyn.simulate.heat import IDLE_RISE, STEP, Heat
+from urdyn.simulate.rigid import transmitted
+from urdyn.simulate.schedule import Course, Event, course
+from urdyn.simulate.trajectory import Trajectory, blocks
+from urdyn.types import Array
+
+SAMPLES = 10  # of the losses in a step
+PASSES = 4  # of losses and warmth, until they agree: each pass mends some 90 % of what is left
+
+
+@dataclass(frozen=True, eq=False)
+class Warmth:
+    """An event: how warm joints are, and what that makes of their viscous friction."""
+
+    t: Array  # (M,) [s]
+    temperature: Array  # (M, J) [°C] of the joints
+    softening: Array  # (M, J) [-]
+    onset: float = -np.inf  # [s]: it is always some temperature
+
+    def befall(self, course: Course) -> Course:
+        """Straight lines between the times."""
+        return replace(
+            course,
+            temperature=self._at(course.t, self.temperature),
+            viscous=course.viscous * self._at(course.t, self.softening),
+        )
+
+    def _at(self, t: Array, values: Array) -> Array:
+        if len(values) == 1:
+            return np.broadcast_to(values, (len(t), values.shape[1]))
+        return np.column_stack([np.interp(t, self.t, column) for column in values.T])
+
+
+def steady(temperature: float, joints: int) -> Warmth:
+    """Joints that stay as warm as they are."""
+    return Warmth(np.zeros(1), np.full((1, joints), temperature), np.ones((1, joints)))
+
+
+def warm_up(
+    dynamics: Dynamics,
+    trajectory: Trajectory,
+    heat: Heat,
+    events: Sequence[Event] = (),
+    start: Array | None = None,
+) -> Warmth:
+    """How an arm warms that follows a trajectory, from `start` (2, J) [°C] or switched off.
+
+    Losses soften friction and friction makes the losses: a few passes make them agree.
+    """
+    fine = np.arange(0.0, float(trajectory.t[-1]), STEP / SAMPLES) + 0.5 * STEP / SAMPLES
+    fine = fine[: max(len(fine) // SAMPLES, 1) * SAMPLES]
+    parts = [_powers(dynamics, trajectory, events, heat, fine[rows]) for rows in blocks(len(fine))]
+    dry, wet, room = (_means(np.concatenate(powers)) for powers in zip(*parts, strict=True))
+    ambient = heat.ambient + room[:, 0]
+    begin = heat.cold if start is None else start
+    soft = np.ones_like(wet)
+    for _ in range(PASSES):
+        joints = heat.follow(dry + soft * wet, ambient, begin)
+        soft = heat.softening(joints[1], dynamics.drive.temperature)
+    whole = np.concatenate([begin[:, None], joints], axis=1)
+    stamps = STEP * np.arange(float(whole.shape[1]))
+    return Warmth(stamps, whole[0], heat.softening(whole[1], dynamics.drive.temperature))
+
+
+def _powers(
+    dynamics: Dynamics, trajectory: Trajectory, events: Sequence[Event], heat: Heat, t: Array
+) -> tuple[Array, Array, Array]:
+    """Both losses (N, J) [W] and how much warmer the room is (N, 1) [K], at some times (N,)."""
+    happening = course(dynamics, events, t)
+    return *losses(dynamics, trajectory, happening, heat), happening.ambient[:, None]
+
+
+def losses(
+    dynamics: Dynamics, trajectory: Trajectory, course: Course, heat: Heat
+) -> tuple[Array, Array]:
+    """Heat in the joints at the times of a course, (N, J) [W]: all but viscous, and viscous.
+
+    Sliding friction, for presliding stores no more than a moment's worth; the copper's share is
+    that of the load.
+    """
+    motion, drive = trajectory.at(course.t), dynamics.drive
+    load = np.abs(transmitted(dynamics, course, motion))
+    speed = np.abs(motion.v)
+    dry = (drive.coulomb * course.coulomb + drive.structural * load) * speed
+    copper = heat.copper * (load / (drive.gain * course.health)) ** 2
+    idle = IDLE_RISE / heat.resistance
+    return idle + dry + copper, drive.viscous * course.viscous * motion.v**2
+
+
+def _means(values: Array) -> Array:
+    """Means over the samples of each step, (N, ...) -> (M, ...); too few make one step."""
+    width = min(SAMPLES, len(values))
+    return np.asarray(values.reshape(-1, width, values.shape[1]).mean(axis=1))
