@@ -13,6 +13,7 @@ from urdyn.identify.compress import residuals
 from urdyn.identify.design import SETTLED, TERMS, blocks, coefficients_at, design, runs
 from urdyn.model.drive import Drive
 from urdyn.model.dynamics import Dynamics
+from urdyn.model.friction import travel
 from urdyn.types import Array, Motion
 
 STEP = 1e-5  # of a finite difference in a logarithm
@@ -72,8 +73,11 @@ def test_columns_of_the_shape_are_derivatives_of_torque(
     column = design(point, block).terms[TERMS.index(name)]
     ahead = motion.ahead(point.drive.time_offset)
     up, down = (replace(point, drive=moved(point.drive, h)).torque(ahead) for h in (STEP, -STEP))
-    # A central difference is good to STEP² and to rounding of the torque over STEP.
-    tolerance = STEP**2 * np.abs(column).max() + np.finfo(float).eps * np.abs(up).max() / STEP
+    # A central difference is good to STEP² and to rounding of the torque over STEP, which is that
+    # of the way over the distance where the presliding state is concerned.
+    way = np.abs(travel(ahead)).sum(axis=0) / point.drive.presliding_distance
+    rounding = np.finfo(float).eps * np.abs(up).max() * (1.0 + way.max() / len(ahead) ** 0.5)
+    tolerance = STEP**2 * np.abs(column).max() + rounding / STEP
     assert np.abs(column).max() > 100.0 * tolerance
     np.testing.assert_allclose(column, (up - down) / (2 * STEP), rtol=0, atol=10 * tolerance)
 
@@ -84,8 +88,10 @@ def test_it_does_not_matter_where_blocks_end(
     one = whole(point, motion)
     monkeypatch.setattr(room, "BLOCK", 97)
     assert len(list(blocks(point, motion))) == 13
+    way = np.abs(travel(motion)).sum() / point.drive.presliding_distance.min()
     for part, wanted in zip(whole(point, motion), one, strict=True):
-        np.testing.assert_array_equal(part, wanted)
+        bound = 4.0 * np.finfo(float).eps * way * max(1.0, float(np.abs(wanted).max()))
+        np.testing.assert_allclose(part, wanted, rtol=0, atol=bound)
 
 
 def test_nothing_is_known_until_a_joint_has_come_some_way(point: Dynamics, motion: Motion) -> None:

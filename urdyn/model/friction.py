@@ -12,6 +12,7 @@ share `tail` [AlBender2005]_.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -74,22 +75,43 @@ def travel(motion: Motion) -> Array:
 def hysteresis(travel: Array, distance: float, start: Array) -> tuple[Array, Array]:
     """Dahl state of one joint and its derivative in log distance, after each stretch of travel.
 
-    ds/dq = (1 - s sign(dq)) / distance, solved exactly over every stretch, so the result does not
-    depend on the sampling rate.
+    ds/dq = (1 - s sign(dq)) / distance, solved exactly: with r the way since the last reversal
+    over the distance, s = side + (s_0 - side) exp(-r). The result does not depend on the sampling
+    rate, and only reversals are a loop.
 
     Args:
         travel: joint displacement since the row before, (N,) [rad].
         distance: displacement over which the state turns over, > 0 [rad].
         start: state and derivative before the first row, (2,) [-].
     """
-    ratio = np.abs(travel) / distance
-    keep, side = np.exp(-ratio), np.sign(travel)
+    ratio, side = np.abs(travel) / distance, np.sign(travel)
+    moving = np.flatnonzero(side)
+    begins = moving[np.diff(side[moving], prepend=0.0) != 0.0]  # rows that begin another way
+    leg = np.searchsorted(begins, np.arange(len(travel)), side="right")  # 0: none has begun
+    total = np.cumsum(ratio)
+    before = np.concatenate([[0.0], total[begins] - ratio[begins]])
+    r = total - before[leg]
+    sides = np.concatenate([[0.0], side[begins]])
+    s, d = _legs(side[begins[:-1]], r[begins[1:] - 1], start)
+    keep = np.where(leg > 0, np.exp(-r), 1.0)
+    pull = s[leg] - sides[leg]
+    state = np.where(leg > 0, sides[leg] + keep * pull, s[0])
+    return state, np.where(leg > 0, keep * (d[leg] + r * pull), d[0])
+
+
+def _legs(sides: Array, lengths: Array, start: Array) -> tuple[Array, Array]:
+    """State and derivative before anything moves, and at the beginning of every leg.
+
+    Args:
+        sides: which way each leg but the last went.
+        lengths: and how far, over the distance.
+    """
     state, slope = float(start[0]), float(start[1])
-    states, slopes = [], []
-    # Python floats beat array operations here: the recursion is sequential and scalar.
-    for k, r, way in zip(keep.tolist(), ratio.tolist(), side.tolist(), strict=True):
-        slope = k * (slope + r * (state - way))
-        state = way + k * (state - way)
+    states, slopes = [state, state], [slope, slope]
+    for side, r in zip(sides.tolist(), lengths.tolist(), strict=True):
+        keep = math.exp(-r)
+        slope = keep * (slope + r * (state - side))
+        state = side + keep * (state - side)
         states.append(state)
         slopes.append(slope)
     return np.array(states), np.array(slopes)
