@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import typer
 
 import urdyn as ud
+from urdyn.cli import simulate_options as ask
 from urdyn.cli.options import Json, Quiet, Robot
+from urdyn.cli.serving import cycle, serve_log
 from urdyn.cli.virtual import payload_of, sensors_of
 from urdyn.cli.voice import Voice
 from urdyn.errors import InputError
@@ -18,113 +20,87 @@ from urdyn.errors import InputError
 if TYPE_CHECKING:
     from urdyn.model.arm import Arm
     from urdyn.model.dynamics import Dynamics
-    from urdyn.simulate import Payload, Recorder, Sensors, Work
-
-OutLog = Annotated[
-    Path, typer.Option(metavar="LOG", help="Where to write it: .csv, .csv.gz, ..., .parquet.")
-]
-Duration = Annotated[float, typer.Option(metavar="S", help="Length of a random motion.")]
-SampleRate = Annotated[float, typer.Option(metavar="HZ", help="Sample rate, 500 at most.")]
-Seed = Annotated[int, typer.Option(min=0, help="The same seed makes the same arm and noise.")]
-Run = Annotated[int, typer.Option(min=0, help="Another motion and other noise of that arm.")]
-Motion = Annotated[
-    str,
-    typer.Option(metavar="KIND", help="fourier, point_to_point, pick_and_place or shift."),
-]
-TrajectoryFile = Annotated[
-    Path | None,
-    typer.Option("--trajectory", help="CSV of t, q0, ... [s, rad] to follow in its place."),
-]
-TwinFile = Annotated[
-    Path | None, typer.Option("--twin", help="Simulate this identified arm, not a random one.")
-]
-Mass = Annotated[float | None, typer.Option(metavar="KG", help="Mass of a payload at the tool.")]
-Com = Annotated[
-    str | None, typer.Option(metavar="X,Y,Z", help="Its centre of mass from the flange [m].")
-]
-Faults = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--fault",
-        metavar="KIND:...",
-        help="What befalls the arm: friction_increase:joint=2,onset=60,rate=0.001; several at once "
-        "by several --fault. A kind alone tells what it needs, a wrong one which there are.",
-    ),
-]
-Heat = Annotated[bool, typer.Option("--heat", help="Joints begin cold and warm up by their work.")]
-Deviations = Annotated[
-    bool, typer.Option("--deviations", help="Joints are where a real arm's are, not as drawn.")
-]
-Noise = Annotated[
-    str,
-    typer.Option(
-        metavar="real|white|SCALE",
-        help="real: coloured, with steps of temperature and the wrench; a number: times the usual "
-        "white noise; 0: perfect sensors.",
-    ),
-]
-RecorderKind = Annotated[
-    str,
-    typer.Option("--recorder", metavar="KIND", help="exact, polling or several_rates."),
-]
-Truth = Annotated[
-    Path | None,
-    typer.Option(
-        metavar="FILE",
-        help="Write what the arm truly is, and becomes: .json, .toml, or .parquet with a .json.",
-    ),
-]
+    from urdyn.simulate import Fidelity, Payload, Recorder, Sensors, Work
 
 
 def simulate(
-    out: OutLog,
+    out: ask.OutLog = None,
     robot: Robot = None,
-    duration: Duration = 30.0,
-    rate: SampleRate = 500.0,
-    seed: Seed = 0,
-    run: Run = 0,
-    motion: Motion = "fourier",
-    trajectory: TrajectoryFile = None,
-    twin: TwinFile = None,
-    payload_mass: Mass = None,
-    payload_com: Com = None,
-    fault: Faults = None,
-    heat: Heat = False,
-    deviations: Deviations = False,
-    noise: Noise = "white",
-    recorder: RecorderKind = "exact",
-    truth: Truth = None,
+    duration: ask.Duration = 30.0,
+    rate: ask.SampleRate = 500.0,
+    seed: ask.Seed = 0,
+    run: ask.Run = 0,
+    motion: ask.Motion = "fourier",
+    trajectory: ask.TrajectoryFile = None,
+    twin: ask.TwinFile = None,
+    payload_mass: ask.Mass = None,
+    payload_com: ask.Com = None,
+    fault: ask.Faults = None,
+    heat: ask.Heat = False,
+    deviations: ask.Deviations = False,
+    noise: ask.Noise = "white",
+    recorder: ask.RecorderKind = "exact",
+    fidelity: ask.FidelityName = "inverse",
+    truth: ask.Truth = None,
+    serve: ask.Serve = False,
+    host: ask.Host = "127.0.0.1",
+    port: ask.Port = 30004,
     json: Json = False,
     quiet: Quiet = False,
 ) -> None:
     """Record a virtual arm whose masses, friction and gains are known, and so are its faults.
+
+    With --serve it is a controller on the network instead, for `urdyn record` or any RTDE client.
 
     Example: [bold]urdyn simulate --robot ur10e --duration 30 --seed 7 --out run.parquet[/bold]
     """
     from urdyn.simulate import happening, observe, parse_fault, streams, write_truth
     from urdyn.simulate import truth as truth_of
 
+    if out is None and not serve:
+        raise typer.BadParameter("say where to write by --out, or --serve")
     if truth is not None and truth.suffix.lower() not in (".json", ".toml", ".parquet"):
         raise InputError(f"{truth}: the truth is written as .json, .toml or .parquet")
     voice, written = Voice(json, quiet), _recorder(recorder)
     payload = payload_of(payload_mass, payload_com)
     dynamics = _dynamics(robot, twin, seed, payload, deviations)
-    sensors = _sensors(dynamics.arm, noise)
+    sensors, lived = _sensors(dynamics.arm, noise), _fidelity(dynamics.arm, fidelity)
     faults = tuple(parse_fault(text, dynamics.arm.joints) for text in fault or ())
     if twin is None and run == 0:  # what `urdyn.simulate` gives for this seed
         moving, noisy = streams(seed, payload)
     else:
         moving, noisy = np.random.default_rng((seed, run)).spawn(2)
     with voice.progress("simulating"):
-        work = _work(dynamics, motion, trajectory, duration, rate, moving)
+        pace = 1.0 / cycle(dynamics.arm) if serve else rate
+        work = _work(dynamics, motion, trajectory, duration, pace, moving)
         events = happening(dynamics, work, faults, heat)
-        log = observe(dynamics, work.trajectory, sensors, noisy, events)
-        ud.write(written.record(log, np.random.default_rng((seed, run, 1))), out)
+        log = observe(dynamics, work.trajectory, sensors, noisy, events, lived)
+        if out is not None:
+            ud.write(written.record(log, np.random.default_rng((seed, run, 1))), out)
     document = truth_of(dynamics, sensors, seed, events, float(log.t[-1]))
     if truth is not None:
         write_truth(truth, document)
-    voice.show(f"{out}: {len(log)} rows, {log.t[-1]:g} s of a virtual {dynamics.arm.name}")
-    voice.result(_summary(log, out, document))
+    if out is not None:
+        voice.show(f"{out}: {len(log)} rows, {log.t[-1]:g} s of a virtual {dynamics.arm.name}")
+        voice.result(_summary(log, out, document))
+    if serve:
+        serve_log(log, dynamics.arm, host, port, voice)
+
+
+def _fidelity(arm: Arm, name: str) -> Fidelity:
+    """How the arm lives through its motion, by the word of --fidelity."""
+    from functools import partial
+
+    from urdyn.simulate import forward, inverse, typical_gears
+
+    known: dict[str, Fidelity] = {
+        "inverse": inverse,
+        "forward": forward,
+        "elastic": partial(forward, gears=typical_gears(arm)),
+    }
+    if name not in known:
+        raise InputError(f"no fidelity {name!r}; name one of {', '.join(known)}")
+    return known[name]
 
 
 def _work(

@@ -2,11 +2,13 @@
 
 from urdyn.simulate.deviations import deviated, draw_deviations
 from urdyn.simulate.faults import KINDS, Fault, parse_fault
+from urdyn.simulate.follow import inverse
+from urdyn.simulate.forward import forward, typical_gears
 from urdyn.simulate.fourier import fourier
 from urdyn.simulate.heat import Heat, typical_heat
 from urdyn.simulate.motions import MOTIONS, plan
 from urdyn.simulate.moves import point_to_point
-from urdyn.simulate.observe import observe
+from urdyn.simulate.observe import Fidelity, observe
 from urdyn.simulate.payload import Payload
 from urdyn.simulate.playback import from_file
 from urdyn.simulate.recorder import POLLING, RECORDERS, SEVERAL_RATES, Recorder
@@ -28,6 +30,7 @@ __all__ = [
     "Course",
     "Event",
     "Fault",
+    "Fidelity",
     "Heat",
     "Payload",
     "Recorder",
@@ -37,9 +40,11 @@ __all__ = [
     "course",
     "deviated",
     "draw_deviations",
+    "forward",
     "fourier",
     "from_file",
     "happening",
+    "inverse",
     "observe",
     "parse_fault",
     "perfect_sensors",
@@ -51,6 +56,7 @@ __all__ = [
     "simulate",
     "streams",
     "truth",
+    "typical_gears",
     "typical_heat",
     "typical_sensors",
     "unfolding",

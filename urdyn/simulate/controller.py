@@ -1,9 +1,9 @@
 """The position controller: feed-forward of a nominal model, and a loop around it.
 
-    tau = feedforward(target) + I (w² e + 2 z w e' + w³/8 ∫e),    i = tau / K
+    tau = feedforward(target) + I (w² e + 2 w e' + w³/5 ∫e),    i = tau / K
 
-What a UR controller does exactly is not published. This one follows as closely (some 0.1 mrad on
-an excitation run), holds torque limits, and rings when its gain or delay drifts.
+What a UR controller does exactly is not published. This one follows an excitation run to some
+milliradians, holds torque limits, and rings when its gain or delay drifts.
 """
 
 from __future__ import annotations
@@ -15,9 +15,8 @@ import numpy as np
 from urdyn.model.dynamics import Dynamics
 from urdyn.types import Array
 
-BANDWIDTH = 50.0  # [rad/s]
-DAMPING = 1.0  # [-] of the loop
-LEAK = 0.2  # [-] share of the bandwidth at which the integral works
+BANDWIDTH = 50.0  # [rad/s], low enough for elastic gears
+INTEGRAL = 0.2  # [-] share of the bandwidth at which the integral works
 
 
 @dataclass(frozen=True)
@@ -27,7 +26,7 @@ class Controller:
     inertia: Array  # (J,) [kg·m²] that the loop is tuned for
     gain: Array  # (J,) [N·m/A] that the controller believes its drives have
     limit: Array  # (J,) [N·m]
-    bandwidth: float = BANDWIDTH
+    bandwidth: float = BANDWIDTH  # [rad/s]
 
     def torque(self, ahead: Array, e: Array, de: Array, sum_e: Array, factor: Array) -> Array:
         """Torque asked for, (J,) [N·m].
@@ -38,13 +37,18 @@ class Controller:
             factor: what the loop's gain has drifted to (J,) [-].
         """
         w = self.bandwidth
-        loop = self.inertia * (w**2 * e + 2.0 * DAMPING * w * de + LEAK * w**3 * sum_e)
+        loop = self.inertia * (w**2 * e + 2.0 * w * de + INTEGRAL * w**3 * sum_e)
         return np.clip(ahead + factor * loop, -self.limit, self.limit)
 
 
 def typical_controller(dynamics: Dynamics, gain: Array) -> Controller:
-    """A controller tuned to an arm as its maker knows it; `gain` is what it believes of drives."""
+    """A controller tuned to an arm as its maker knows it.
+
+    Args:
+        gain: what it believes of its drives, (J,) [N·m/A].
+    """
     arm, drive = dynamics.arm, dynamics.drive
     stretched = np.zeros(arm.joints)
     mass = arm.torque_derivatives(stretched, stretched, stretched, dynamics.loaded())[2]
-    return Controller(np.diag(mass) + drive.rotor_inertia, gain, arm.effort_limit)
+    inertia = np.diag(mass) + drive.rotor_inertia
+    return Controller(inertia, gain, arm.effort_limit)

@@ -55,6 +55,19 @@ def follow(
         yield Followed(rows, now.since(lead), motion.slice(lead), load[lead:], amperes[lead:])
 
 
+def inverse(
+    dynamics: Dynamics, trajectory: Trajectory, t: Array, events: Sequence[Event] = ()
+) -> Iterator[Followed]:
+    """The arm at the stamps of a log, beside which the current of a moment later is reported."""
+    offset = dynamics.drive.time_offset
+    for part in follow(dynamics, trajectory, t + offset, events):
+        if offset:
+            now = course(dynamics, events, t[part.rows])
+            motion = replace(trajectory.at(now.t), temperature=now.temperature)
+            part = replace(part, course=now, motion=ringing(motion, now))
+        yield part
+
+
 def current(dynamics: Dynamics, trajectory: Trajectory, t: Array, temperature: float) -> Array:
     """Motor current at times (N,) [s] of an arm as warm as `temperature` [°C], (N, J) [A]."""
     events = (steady(temperature, trajectory.joints),)

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from urdyn.model.dynamics import Dynamics
 from urdyn.model.population import population
-from urdyn.simulate.follow import Followed, follow
+from urdyn.simulate.follow import Followed, follow, inverse
 from urdyn.simulate.noise import banded, coloured, jittered, quantised, told
-from urdyn.simulate.ringing import ringing
-from urdyn.simulate.schedule import Course, Event, course
+from urdyn.simulate.schedule import Course, Event
 from urdyn.simulate.sensors import Sensors
 from urdyn.simulate.tool import tool_pose
 from urdyn.simulate.trajectory import Trajectory
@@ -20,6 +19,8 @@ from urdyn.simulate.warmth import steady
 from urdyn.simulate.wrench import has_force_sensor, wrenches
 from urdyn.types import Array, Log, Motion
 
+# How an arm lives through a trajectory: what it is, what is asked, at which times, what befalls.
+Fidelity = Callable[[Dynamics, Trajectory, Array, Sequence[Event]], Iterator[Followed]]
 Rows = tuple[slice, dict[str, Array]]  # some rows of a log: which, and their channels
 
 
@@ -29,6 +30,7 @@ def observe(
     sensors: Sensors,
     rng: np.random.Generator,
     events: Sequence[Event] = (),
+    fidelity: Fidelity = inverse,
 ) -> Log:
     """The log of an arm that follows `trajectory` while `events` befall it.
 
@@ -38,7 +40,8 @@ def observe(
     t = sensors.stamps(trajectory)
     always = steady(sensors.temperature, trajectory.joints)
     aimed = _gathered(_aims(dynamics, trajectory, (always,), t), len(t))
-    sensed = _sensed(dynamics, trajectory, sensors, (always, *events), t, rng)
+    lived = fidelity(dynamics, trajectory, t, (always, *events))
+    sensed = _sensed(dynamics, trajectory.step, sensors, lived, len(t), rng)
     return Log(t, aimed | _gathered(sensed, len(t)))
 
 
@@ -62,25 +65,24 @@ def _aims(
 
 def _sensed(
     dynamics: Dynamics,
-    trajectory: Trajectory,
+    step: float,
     sensors: Sensors,
-    events: Sequence[Event],
-    t: Array,
+    lived: Iterable[Followed],
+    rows: int,
     rng: np.random.Generator,
 ) -> Iterator[Rows]:
-    """What the sensors give. Current leads the motion: it is that of a moment later."""
+    """What the sensors give."""
     ill, felt = rng.spawn(2)  # what only some logs have leaves the others' noise as it is
-    noise = _current_noise(sensors, len(t), trajectory.step, rng)
-    last = np.zeros(trajectory.joints)
-    for part in follow(dynamics, trajectory, t + dynamics.drive.time_offset, events):
-        rows = part.rows
-        now, motion = _present(dynamics, trajectory, events, t[rows], part)
-        amperes = told(part.current + noise[rows], now, last, ill)
+    noise = _current_noise(sensors, rows, step, rng)
+    last = np.zeros(dynamics.arm.joints)
+    for part in lived:
+        now, motion = part.course, part.motion
+        amperes = told(part.current + noise[part.rows], now, last, ill)
         last = amperes[-1]
         off = now.encoder_offset
         q = quantised(motion.q + off if off.any() else motion.q, sensors.encoder_step)
         yield (
-            rows,
+            part.rows,
             {
                 "actual_q": q,
                 "actual_qd": jittered(motion.v, sensors.velocity_noise, rng),
@@ -90,16 +92,6 @@ def _sensed(
                 **_wrenches(dynamics, sensors, now, motion, felt),
             },
         )
-
-
-def _present(
-    dynamics: Dynamics, trajectory: Trajectory, events: Sequence[Event], t: Array, part: Followed
-) -> tuple[Course, Motion]:
-    """Course and motion at the stamps, beside which the current of a moment later is reported."""
-    if not dynamics.drive.time_offset:
-        return part.course, part.motion
-    now = course(dynamics, events, t)
-    return now, ringing(trajectory.at(t), now)
 
 
 def _current_noise(sensors: Sensors, rows: int, step: float, rng: np.random.Generator) -> Array:

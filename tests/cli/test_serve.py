@@ -1,0 +1,63 @@
+"""urdyn simulate --serve, as a process of its own, and urdyn record beside it."""
+
+import json
+import re
+import signal
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+import urdyn as ud
+
+URDYN = (sys.executable, "-m", "urdyn")
+
+
+@pytest.fixture
+def controller():
+    """A serving process, and its port."""
+    command = (*URDYN, "simulate", "--robot", "ur5e", "--serve", "--port", "0", "--duration", "3")
+    process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True)
+    told = process.stderr.readline()
+    yield process, int(re.search(r"127\.0\.0\.1:(\d+)", told)[1])
+    process.send_signal(signal.SIGINT)
+    assert process.wait(10) == 0
+    process.stderr.close()
+
+
+def test_a_served_arm_can_be_recorded_and_identified(controller, tmp_path):
+    _, port = controller
+    out = tmp_path / "run.parquet"
+    command = (
+        *URDYN,
+        "record",
+        f"127.0.0.1:{port}",
+        "--out",
+        str(out),
+        "--duration",
+        "4",
+        "--json",
+    )
+    told = subprocess.run(command, capture_output=True, text=True, timeout=30, check=True)
+    document = json.loads(told.stdout)
+    assert document["lost"] == document["torn"] == 0
+    log = ud.read(out)
+    assert len(log) == document["samples"] > 1900
+    assert np.median(np.diff(log.t)) == pytest.approx(0.002, abs=1e-6)
+    assert np.isfinite(log.joint("actual_current")).all()
+
+
+def test_serving_an_address_that_is_not_ours_is_one_line(tmp_path):
+    command = (*URDYN, "simulate", "--robot", "ur5e", "--serve", "--duration", "1")
+    told = subprocess.run(
+        (*command, "--host", "203.0.113.7"), capture_output=True, text=True, timeout=30, check=False
+    )
+    assert told.returncode == 1
+    assert told.stderr.startswith("urdyn: ") and told.stderr.count("\n") == 1
+
+
+def test_one_of_out_and_serve_is_needed():
+    command = (*URDYN, "simulate", "--robot", "ur5e")
+    told = subprocess.run(command, capture_output=True, text=True, timeout=30, check=False)
+    assert told.returncode == 2 and "--serve" in told.stderr

@@ -1,0 +1,99 @@
+"""urdyn bench simulate: how much faster than the robot its virtual twin is, on one core."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from rich.table import Table
+from rich.text import Text
+
+import urdyn as ud
+from urdyn.cli.options import Json, Quiet
+from urdyn.cli.voice import Voice
+
+if TYPE_CHECKING:
+    from urdyn.simulate import Fidelity
+
+
+@dataclass(frozen=True)
+class Pace:
+    """Simulated time over wall time."""
+
+    name: str
+    rate: float  # [Hz] of rows
+    duration: float  # [s] simulated
+    ratio: float  # times real time
+    least: float  # wanted
+
+
+def bench_simulate(json: Json = False, quiet: Quiet = False) -> None:
+    """Measure the virtual arm: closed loop, elastic closed loop, and currents from a plan.
+
+    Example: [bold]urdyn bench simulate[/bold]
+    """
+    from threadpoolctl import threadpool_limits
+
+    voice = Voice(json, quiet)
+    with voice.progress("simulating"), threadpool_limits(1):
+        paces = list(_paces())
+    voice.show(_table(paces))
+    voice.result({"urdyn": ud.__version__, "cases": [_numbers(pace) for pace in paces]})
+
+
+def _paces() -> Iterator[Pace]:
+    from urdyn.simulate import forward, inverse, typical_gears
+
+    arm = ud.load_arm("ur10e")
+    elastic = partial(forward, gears=typical_gears(arm))
+    yield _lived("forward", forward, 500.0, 20.0, 20.0)
+    yield _lived("forward, elastic gears", elastic, 500.0, 4.0, 2.0)
+    yield _lived("inverse, currents", inverse, 125.0, 600.0, 1000.0)
+    yield _lived("inverse, currents", inverse, 20.0, 3600.0, 1000.0)
+
+
+def _lived(name: str, fidelity: Fidelity, rate: float, duration: float, least: float) -> Pace:
+    """Time of one fidelity alone: the motion is planned before."""
+    from urdyn.simulate import fourier, virtual_arm
+
+    arm = ud.load_arm("ur10e")
+    dynamics = virtual_arm(arm, 0)
+    asked = fourier(arm, duration, rate, np.random.default_rng(0))
+
+    def live() -> None:
+        for _ in fidelity(dynamics, asked, asked.t, ()):
+            pass
+
+    return Pace(name, rate, duration, duration / min(_wall(live) for _ in range(3)), least)
+
+
+def _wall(call: Callable[[], None]) -> float:
+    begin = time.perf_counter()
+    call()
+    return time.perf_counter() - begin
+
+
+def _table(paces: list[Pace]) -> Table:
+    table = Table()
+    for head in ("simulate", "rows [Hz]", "simulated [s]", "times real time", "target", "verdict"):
+        table.add_column(Text(head))
+    for pace in paces:
+        verdict = "pass" if pace.ratio >= pace.least else "fail"
+        cells = (f"{pace.rate:g}", f"{pace.duration:g}", f"{pace.ratio:,.0f}", f"{pace.least:g}")
+        table.add_row(pace.name, *cells, verdict)
+    return table
+
+
+def _numbers(pace: Pace) -> dict[str, Any]:
+    return {
+        "name": pace.name,
+        "rate_hz": pace.rate,
+        "duration_s": pace.duration,
+        "times_real_time": pace.ratio,
+        "target": pace.least,
+        "pass": pace.ratio >= pace.least,
+    }

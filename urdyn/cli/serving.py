@@ -1,0 +1,40 @@
+"""A virtual arm as a controller on the network."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import urdyn as ud
+from urdyn.cli.voice import Voice
+from urdyn.errors import InputError
+
+if TYPE_CHECKING:
+    from urdyn.model.arm import Arm
+
+LOOK = 0.2  # [s] between looks for Ctrl-C
+CB3 = ("ur3", "ur5", "ur10")  # arms whose controllers talk every 8 ms; the others every 2 ms
+
+
+def cycle(arm: Arm) -> float:
+    """Time between two packages of an arm's controller [s]."""
+    return 0.008 if arm.name in CB3 else 0.002
+
+
+def serve_log(log: ud.Log, arm: Arm, host: str, port: int, voice: Voice) -> None:
+    """Play a log over and over to whoever connects, until interrupted from the keyboard."""
+    from urdyn.io.rtde import play, serve
+
+    try:
+        server = serve(play(log, loop=True), host, port, "cb3" if arm.name in CB3 else "e")
+    except OSError as error:
+        raise InputError(f"{host}:{port}: cannot be served: {error.strerror or error}") from error
+    with server:
+        voice.note(
+            f"a virtual {arm.name} serves RTDE on {host}:{server.port}, {1.0 / cycle(arm):g} Hz; "
+            "Ctrl-C ends it"
+        )
+        try:
+            while not server.join(LOOK):
+                pass
+        except KeyboardInterrupt:
+            voice.note("ended")

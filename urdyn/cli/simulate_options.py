@@ -1,0 +1,78 @@
+"""What `urdyn simulate` can be asked for."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+OutLog = Annotated[
+    Path | None,
+    typer.Option("--out", metavar="LOG", help="Where to write it: .csv, .csv.gz, ..., .parquet."),
+]
+Duration = Annotated[float, typer.Option(metavar="S", help="Length of a random motion.")]
+SampleRate = Annotated[float, typer.Option(metavar="HZ", help="Sample rate, 500 at most.")]
+Seed = Annotated[int, typer.Option(min=0, help="The same seed makes the same arm and noise.")]
+Run = Annotated[int, typer.Option(min=0, help="Another motion and other noise of that arm.")]
+Motion = Annotated[
+    str,
+    typer.Option(metavar="KIND", help="fourier, point_to_point, pick_and_place or shift."),
+]
+TrajectoryFile = Annotated[
+    Path | None,
+    typer.Option("--trajectory", help="CSV of t, q0, ... [s, rad] to follow in its place."),
+]
+TwinFile = Annotated[
+    Path | None, typer.Option("--twin", help="Simulate this identified arm, not a random one.")
+]
+Mass = Annotated[float | None, typer.Option(metavar="KG", help="Mass of a payload at the tool.")]
+Com = Annotated[
+    str | None, typer.Option(metavar="X,Y,Z", help="Its centre of mass from the flange [m].")
+]
+Faults = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--fault",
+        metavar="KIND:...",
+        help="What befalls the arm: friction_increase:joint=2,onset=60,rate=0.001; several at once "
+        "by several --fault. A kind alone tells what it needs, a wrong one which there are.",
+    ),
+]
+Heat = Annotated[bool, typer.Option("--heat", help="Joints begin cold and warm up by their work.")]
+Deviations = Annotated[
+    bool, typer.Option("--deviations", help="Joints are where a real arm's are, not as drawn.")
+]
+Noise = Annotated[
+    str,
+    typer.Option(
+        metavar="real|white|SCALE",
+        help="real: coloured, with steps of temperature and the wrench; a number: times the usual "
+        "white noise; 0: perfect sensors.",
+    ),
+]
+RecorderKind = Annotated[
+    str,
+    typer.Option("--recorder", metavar="KIND", help="exact, polling or several_rates."),
+]
+Truth = Annotated[
+    Path | None,
+    typer.Option(
+        metavar="FILE",
+        help="Write what the arm truly is, and becomes: .json, .toml, or .parquet with a .json.",
+    ),
+]
+FidelityName = Annotated[
+    str,
+    typer.Option(
+        "--fidelity",
+        metavar="KIND",
+        help="inverse: the current that the motion takes; forward: a closed loop, tick by tick; "
+        "elastic: the same with gears that give.",
+    ),
+]
+Serve = Annotated[
+    bool, typer.Option("--serve", help="Be an RTDE controller that plays the run over and over.")
+]
+Host = Annotated[str, typer.Option(metavar="ADDRESS", help="Where to serve.")]
+Port = Annotated[int, typer.Option(min=0, max=65535, help="Where to serve; 0: any free port.")]

@@ -1,0 +1,79 @@
+"""The forward fidelity: an arm in its controller's hands, tick by tick."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from urdyn.model.arm import Arm
+from urdyn.model.dynamics import Dynamics
+from urdyn.model.population import population
+from urdyn.simulate.closed_loop import closed_loop
+from urdyn.simulate.controller import typical_controller
+from urdyn.simulate.follow import Followed
+from urdyn.simulate.plant import Gears
+from urdyn.simulate.schedule import Event, course
+from urdyn.simulate.trajectory import Trajectory, blocks
+from urdyn.types import Array
+
+SERVO = 0.002  # [s]; a CB3, which talks every 8 ms, leaves the loop to its joints in between
+STIFFNESS = 100.0  # [1/rad] of a gear, times its rated torque
+GEAR_DAMPING = 0.1  # [-] of the link on its gear
+
+
+def typical_gears(arm: Arm) -> Gears:
+    """Elastic gears, as stiff as their rated torque lets one expect."""
+    straight = np.zeros(arm.joints)
+    mass = np.diag(arm.torque_derivatives(straight, straight, straight)[2])
+    stiffness = STIFFNESS * arm.effort_limit
+    return Gears(stiffness, 2.0 * GEAR_DAMPING * np.sqrt(stiffness * np.minimum(mass, 1.0)))
+
+
+def forward(
+    dynamics: Dynamics,
+    trajectory: Trajectory,
+    t: Array,
+    events: Sequence[Event] = (),
+    gears: Gears | None = None,
+) -> Iterator[Followed]:
+    """The arm in its controller's hands at times (N,) [s], from rest.
+
+    Args:
+        gears: elasticity of the gears; None: rigid, but for a gap that a fault may open.
+    """
+    ticks = np.arange(round((t[-1] + dynamics.drive.time_offset) / SERVO) + 2) * SERVO
+    asked = trajectory.at(ticks)
+    lived = course(dynamics, events, ticks)
+    if gears is None and lived.half_gap.any():
+        gears = typical_gears(dynamics.arm)  # a gap is nothing between rigid bodies
+    nominal = replace(population(dynamics.arm).typical(), payload=dynamics.payload)
+    controller = typical_controller(nominal, dynamics.drive.gain)
+    targets = Trajectory(ticks, asked.q, asked.v, asked.a)
+    loop = closed_loop(dynamics, controller, targets, nominal.torque(asked), lived, gears)
+    rows = [(x.state.theta, x.state.omega, x.state.load, x.current) for x in loop]
+    q, v, load, current = (np.array(column) for column in zip(*rows, strict=True))
+    accelerated = np.gradient(v, SERVO, axis=0)
+    for part in blocks(len(t)):
+        at = np.rint(t[part] / SERVO).astype(np.intp)
+        now = course(dynamics, events, t[part])
+        motion = replace(
+            asked,
+            t=now.t,
+            q=q[at],
+            v=v[at],
+            a=accelerated[at],
+            jerk=asked.jerk[at],
+            current=asked.current[at],
+            temperature=now.temperature,
+        )
+        later = _between(current, (t[part] + dynamics.drive.time_offset) / SERVO)
+        yield Followed(part, now, motion, load[at], later)
+
+
+def _between(values: Array, place: Array) -> Array:
+    """Rows (N, J) at fractional places (M,), on straight lines between them."""
+    row = np.clip(place.astype(np.intp), 0, len(values) - 2)
+    share = (place - row)[:, None]
+    return np.asarray(values[row] + share * (values[row + 1] - values[row]))
