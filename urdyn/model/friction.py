@@ -22,6 +22,7 @@ from urdyn.model.drive import Drive
 from urdyn.types import Array, Motion
 
 TAIL_DISTANCE = 10.0  # [-] distance of the softer bristles over that of the stiffer ones
+FAMILIES = np.array([[1.0], [TAIL_DISTANCE]])
 GEAR_RATIO = 101.0  # [-] motor turns per joint turn of UR's strain-wave gears
 RIPPLE_ORDER = 2.0 * GEAR_RATIO  # the wave generator meets a tooth twice a motor turn
 
@@ -63,6 +64,13 @@ def bristles(motion: Motion, distance: Array, start: Array | None = None) -> Bri
                 moved[:, j], stretch * distance[j], first[:, family, j]
             )
     return Bristles(state, slope)
+
+
+def follow(state: Array, travel: Array, distance: Array) -> Array:
+    """State (2, J) of all bristles after one more stretch of travel (J,): `hysteresis`, live."""
+    side = np.sign(travel)
+    keep = np.exp(-np.abs(travel) / (FAMILIES * distance))
+    return np.asarray(side + keep * (state - side))
 
 
 def travel(motion: Motion) -> Array:

@@ -21,10 +21,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from urdyn.model.dynamics import Dynamics
-from urdyn.model.friction import RIPPLE_ORDER, TAIL_DISTANCE
+from urdyn.model.friction import RIPPLE_ORDER, follow
 from urdyn.types import Array
-
-FAMILIES = np.array([[1.0], [TAIL_DISTANCE]])  # of bristles, by their distance
 
 
 @dataclass(frozen=True)
@@ -110,10 +108,7 @@ class Plant:
         return PlantState(x.q + h * v, v, x.theta + h * omega, omega, bristles, load, lost)
 
     def _follow(self, bristles: Array, travel: Array) -> Array:
-        """Bristles after some travel (J,), as `friction.hysteresis` has them."""
-        ratio = np.abs(travel) / (FAMILIES * self.dynamics.drive.presliding_distance)
-        side = np.sign(travel)
-        return np.asarray(side + np.exp(-ratio) * (bristles - side))
+        return follow(bristles, travel, self.dynamics.drive.presliding_distance)
 
     def _lost(
         self, q: Array, v: Array, bristles: Array, load: Array, around: Surroundings

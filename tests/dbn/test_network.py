@@ -1,0 +1,156 @@
+"""The paper's Figure 2 as a value, and what it compiles to."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import combinations
+
+import numpy as np
+import pytest
+
+from urdyn.dbn import (
+    AffineObservation,
+    Edge,
+    Joined,
+    Network,
+    Node,
+    Tick,
+    compile_linear,
+    figure2,
+    places,
+)
+from urdyn.errors import UrdynError
+from urdyn.estimate import Kalman, track
+from urdyn.types import Array
+
+ONE_EACH = {n.name: 1 for n in figure2().parameters}
+
+
+def wandering(network: Network) -> Network:
+    """The same network with every parameter adrift."""
+    nodes = (replace(n, diffusion=0.1) if n.kind == "parameter" else n for n in network.nodes)
+    return replace(network, nodes=tuple(nodes))
+
+
+def test_figure_2_has_the_papers_edges() -> None:
+    network = figure2()
+    assert [n.name for n in network.parameters] == ["k", "m", "f", "alpha", "beta", "z"]
+    assert [n.name for n in network.observations] == ["pos", "vel", "curr", "force"]
+    assert network.parents("alpha") == {"f", "m"}
+    assert network.slice.shared == {("f", "z")}
+    assert network.parents("curr") == {"k", "m", "f", "alpha", "beta", "z"}
+    assert network.parents("beta'") == {"beta"}
+    assert network.parents("alpha'") == {"alpha", "f", "m", "f'", "m'"}
+    assert network.markov_blanket("beta'") == {"beta", "curr'", "k'", "m'", "f'", "alpha'", "z'"}
+
+
+def test_figure_2_answers_questions_of_independence() -> None:
+    network = figure2()
+    assert network.d_separated("k", "f")
+    assert not network.d_separated("k", "f", "curr")  # both move the current
+    assert not network.d_separated("f", "z")  # what wears one wears the other
+    assert network.d_separated("m", "z")
+    assert network.d_separated("beta", "beta'", "z") is False
+    assert network.order().index("alpha") > network.order().index("f")
+
+
+def test_a_network_prints_its_nodes_and_edges() -> None:
+    text = str(figure2())
+    for line in ("Coulomb friction", "f -> alpha", "m -> alpha", "f <-> z", "k(t) -> k(t+1)"):
+        assert line in text
+
+
+def seen_friction(network: Network, count: int) -> Array:
+    """Mean of alpha after friction alone has been seen at 1.0, `count` times."""
+    process = compile_linear(network, ONE_EACH)
+    row = np.zeros((1, 6))
+    row[0, process.names.index("f_0")] = 1.0
+    model: Joined[Tick] = Joined(process, AffineObservation(6, lambda u: row, 0.01 * np.eye(1)))
+    return track(Kalman(), model, [Tick()] * count, np.ones((count, 1)))["alpha_0"]
+
+
+def test_removing_an_edge_changes_what_is_inferred() -> None:
+    network = wandering(figure2())
+    led = seen_friction(network, 20)
+    assert led[-1] == pytest.approx(0.5, rel=0.02)  # coefficient times friction, nearly known
+    np.testing.assert_array_equal(seen_friction(network.without("f", "alpha"), 20), 0.0)
+
+
+def test_removing_an_edge_removes_what_followed_from_it_between_slices() -> None:
+    network = figure2().without("f", "alpha")
+    assert network.parents("alpha'") == {"alpha", "m", "m'"}
+    assert len(network.edges) == len(figure2().edges) - 1
+
+
+def test_health_follows_friction_through_their_shared_disturbance() -> None:
+    compiled = compile_linear(wandering(figure2()), ONE_EACH)
+    f, z = (compiled.names.index(n) for n in ("f_0", "z_0"))
+    for cov in (compiled.prior.cov, compiled.transition_cov(Tick())):
+        assert cov[f, z] / np.sqrt(cov[f, f] * cov[z, z]) == pytest.approx(-0.3)
+    assert compile_linear(figure2().without("f", "z"), ONE_EACH).prior.cov[f, z] == 0.0
+
+
+def test_what_the_graph_separates_is_independent_in_the_compiled_model() -> None:
+    """Over the parameters of both slices; own parts are forgotten at different speeds."""
+    network = figure2()
+    times = dict(zip(ONE_EACH, (9.0, 7.0, 5.0, 3.0, 2.0, 4.0), strict=True))
+    network = replace(
+        network,
+        nodes=tuple(
+            replace(n, diffusion=0.3, time_constant=times.get(n.name, 1.0)) for n in network.nodes
+        ),
+    )
+    model = compile_linear(network, ONE_EACH)
+    F, Q, P = (
+        model.transition_jacobian(model.mean, Tick()),
+        model.transition_cov(Tick()),
+        model.prior.cov,
+    )
+    cov = np.block([[P, P @ F.T], [F @ P, F @ P @ F.T + Q]])
+    names = [*ONE_EACH, *(f"{n}'" for n in ONE_EACH)]
+    separated = 0
+    for a, b in combinations(range(12), 2):
+        rest = [i for i in range(12) if i not in (a, b)]
+        for given in [g for size in (0, 1, 2, 3) for g in combinations(rest, size)]:
+            if network.d_separated(names[a], names[b], *(names[g] for g in given)):
+                chosen = [a, b, *given]
+                assert abs(np.linalg.inv(cov[np.ix_(chosen, chosen)])[0, 1]) < 1e-9
+                separated += 1
+    assert separated > 1000
+
+
+def test_the_first_slice_and_the_wandering_agree_with_a_simulation() -> None:
+    """Own parts drawn one by one; covariances of 20,000 draws within four standard errors."""
+    rng, draws = np.random.default_rng(1), 20_000
+    network = wandering(figure2())
+    model = compile_linear(network, ONE_EACH)
+    own = rng.standard_normal((draws, 6))
+    own[:, 5] = -0.3 * own[:, 2] + np.sqrt(1 - 0.3**2) * own[:, 5]
+    x = own.copy()
+    x[:, 3] += 0.5 * x[:, 2] + 0.1 * x[:, 1]
+    variances = np.diag(model.prior.cov)
+    error = np.sqrt(2 * np.outer(variances, variances) / draws)
+    assert (np.abs(np.cov(x.T) - model.prior.cov) < 4 * error).all()
+    np.testing.assert_allclose(model.transition_cov(Tick(2.0)), 0.02 * model.prior.cov)
+    np.testing.assert_allclose(model.transition_jacobian(model.mean, Tick()), np.eye(6), atol=1e-15)
+
+
+def test_groups_of_different_size_are_led_by_a_pattern() -> None:
+    sizes = {"k": 3, "m": 20, "f": 2, "alpha": 2, "beta": 2, "z": 2}
+    with pytest.raises(UrdynError, match="pattern"):
+        compile_linear(figure2(), sizes)
+    masses = np.zeros((2, 20))
+    masses[[0, 1], [0, 10]] = 1.0
+    model = compile_linear(figure2(), sizes, {("m", "alpha"): masses})
+    at = places(figure2(), sizes)
+    np.testing.assert_allclose(model.B[at["alpha"], at["m"]], 0.1 * masses)
+    assert len(model.names) == 31 and model.names[at["f"]] == ("f_0", "f_1")
+
+
+def test_nodes_have_components_of_their_own() -> None:
+    network = Network(
+        (Node("a", mean=(1.0, 2.0), sd=(0.1, 0.2)), Node("b")), (Edge("a", "b", 2.0),)
+    )
+    model = compile_linear(network, {"a": 2, "b": 2})
+    np.testing.assert_allclose(model.prior.mean, [1.0, 2.0, 0.0, 0.0])
+    np.testing.assert_allclose(model.prior.sd, [0.1, 0.2, np.sqrt(1.04), np.sqrt(1.16)])

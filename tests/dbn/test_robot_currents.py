@@ -1,0 +1,110 @@
+"""The network's view of an arm: its currents are the equation's, its slopes their derivatives."""
+
+import numpy as np
+import pytest
+
+from urdyn.dbn.robot import RobotCurrents, shown_directions
+from urdyn.model.arm import load_arm
+from urdyn.model.population import population
+from urdyn.simulate import fourier
+
+
+@pytest.fixture(scope="module")
+def arm():
+    return load_arm("ur5e")
+
+
+@pytest.fixture(scope="module")
+def dynamics(arm):
+    return population(arm).draw(np.random.default_rng(2), frozenset({"stribeck", "ripple_cos"}))
+
+
+@pytest.fixture(scope="module")
+def currents(arm, dynamics):
+    _, shown = shown_directions(population(arm), dynamics, np.random.default_rng(0))
+    return RobotCurrents(dynamics, shown, np.full(6, 0.1))
+
+
+@pytest.fixture(scope="module")
+def motion(arm):
+    asked = fourier(arm, 4.0, 100.0, np.random.default_rng(1))
+    return asked.at(asked.t)
+
+
+def state(currents) -> np.ndarray:
+    """The reference itself."""
+    x, drive = np.zeros(len(currents.names)), currents.reference.drive
+    for group, values in {
+        "f": np.log(drive.coulomb),
+        "alpha": np.log(drive.viscous),
+        "beta": np.log(drive.structural),
+        "rotor": np.log(drive.rotor_inertia),
+        "o": drive.offset,
+    }.items():
+        x[currents.places[group]] = values
+    return x
+
+
+def at(currents, motion, row):
+    s = currents.reference.presliding(motion)[row : row + 1]
+    return currents.slice(motion.slice(row, row + 1), s, 0.01)
+
+
+def test_at_the_reference_the_current_is_the_equations(currents, dynamics, motion):
+    said = dynamics.current(motion)
+    for row in range(50, 400, 35):
+        seen = currents.observe(state(currents), at(currents, motion, row))
+        np.testing.assert_allclose(seen, said[row], rtol=0, atol=1e-11)
+
+
+def test_slopes_are_derivatives(currents, motion):
+    rng, h = np.random.default_rng(3), 1e-6
+    u = at(currents, motion, 123)
+    x = state(currents) + 1e-3 * rng.standard_normal(len(currents.names))
+    step = h * np.eye(len(x))
+    slope = (currents.observe(x + step, u) - currents.observe(x - step, u)) / (2.0 * h)
+    # A central difference is good to h² and to rounding over h.
+    np.testing.assert_allclose(currents.observe_jacobian(x, u), slope.T, rtol=0, atol=1e-7)
+
+
+def test_sigma_points_are_one_call(currents, motion):
+    u, x = at(currents, motion, 77), state(currents)
+    points = x + 1e-3 * np.random.default_rng(4).standard_normal((2, 5, len(x)))
+    together = currents.observe(points, u)
+    alone = np.array([[currents.observe(p, u) for p in row] for row in points])
+    np.testing.assert_allclose(together, alone, rtol=0, atol=1e-12)
+    assert currents.observe_jacobian(points, u).shape == (2, 5, 6, len(x))
+
+
+def test_no_motion_shows_more_than_the_base_parameters(arm, dynamics, currents):
+    V, shown = shown_directions(population(arm), dynamics, np.random.default_rng(9))
+    assert shown.shape == (60, 36)
+    np.testing.assert_allclose(V.T @ V, np.eye(36), rtol=0, atol=1e-12)
+
+
+def test_a_payload_is_felt_as_by_the_equation(currents, dynamics, motion):
+    from dataclasses import replace
+
+    row, load = 200, np.array([2.0, 0.02, -0.04, 0.16, *[0.01, 0.0, 0.01, 0.0, 0.0, 0.005]])
+    s = dynamics.presliding(motion)
+    x = state(currents)
+    x[currents.places["payload"]] = load
+    said = replace(dynamics, payload=load).torque(motion, s)[row] / dynamics.drive.gain
+    seen = currents.observe(x, at(currents, motion, row))
+    np.testing.assert_allclose(seen, said, rtol=0, atol=1e-10)
+
+
+def test_a_tired_drive_takes_more_current(currents, motion):
+    u, x = at(currents, motion, 90), state(currents)
+    tired = x.copy()
+    tired[currents.places["z"]] = np.log(0.8)
+    np.testing.assert_allclose(currents.observe(tired, u), currents.observe(x, u) / 0.8)
+
+
+def test_a_creeping_joint_is_doubted(currents, motion):
+    from dataclasses import replace
+
+    u = at(currents, motion, 90)
+    still = replace(u, v=np.zeros(6))
+    noise = [np.diag(currents.observe_cov(v)) for v in (u, still)]
+    assert (noise[1] > noise[0]).all() and (noise[0] > 0.1**2).all()

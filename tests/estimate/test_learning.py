@@ -1,0 +1,154 @@
+"""EM finds what made the data. Tolerances are the likelihood's own curvature (observed Fisher)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from affine_models import Model, simulate, ticks
+
+from urdyn.dbn import (
+    AffineObservation,
+    Edge,
+    Joined,
+    Network,
+    Node,
+    RandomWalk,
+    Smoothed,
+    Tick,
+    compile_linear,
+    learn_diffusion,
+    learn_measurement_noise,
+    learn_network,
+    observation_residuals,
+    process_residuals,
+)
+from urdyn.estimate import Kalman, expectation_maximisation, maximise_evidence, track
+from urdyn.types import Array, Gaussian
+
+N = 300
+
+
+def walking(setting: Array) -> Model:
+    """One state seen through noise; setting: logarithms of diffusion and noise."""
+    diffusion, noise = np.exp(setting)
+    prior = Gaussian(np.zeros(1), np.eye(1))
+    return Joined(
+        RandomWalk(("x",), prior, np.array([diffusion])),
+        AffineObservation(1, lambda u: np.eye(1), noise**2 * np.eye(1)),
+    )
+
+
+def curvature_sd(surprise: Callable[[Array], float], at: Array, h: float = 0.05) -> Array:
+    """Standard errors of a maximum likelihood estimate, by finite differences, (p,)."""
+    p, unit = len(at), h * np.eye(len(at))
+    hessian = np.empty((p, p))
+    for i in range(p):
+        for j in range(p):
+            corners = [
+                a * b * surprise(at + a * unit[i] + b * unit[j]) for a in (1, -1) for b in (1, -1)
+            ]
+            hessian[i, j] = sum(corners) / (4 * h**2)
+    return np.sqrt(np.diag(np.linalg.inv(hessian)))
+
+
+TRUTH = np.log([0.2, 0.5])
+
+
+@pytest.fixture(scope="module")
+def life() -> Array:
+    y = simulate(walking(TRUTH), ticks(N), np.random.default_rng(41))[1]
+    y[::11] = np.nan
+    return y
+
+
+def test_em_recovers_noise_levels(life: Array) -> None:
+    def maximise(setting: Array, history: Smoothed) -> Array:
+        model, inputs = walking(setting), ticks(N)
+        diffusion = learn_diffusion(process_residuals(model, inputs, history), np.ones(N))
+        noise = learn_measurement_noise(observation_residuals(model, inputs, life, history))
+        return np.log([diffusion[0], np.sqrt(noise[0])])
+
+    found = expectation_maximisation(
+        np.log([1.0, 1.0]), walking, maximise, ticks(N), life, 100, 1e-3
+    )
+    assert (np.diff(found.log_likelihood) > -1e-9).all()
+
+    def surprise(setting: Array) -> float:
+        return -track(Kalman(), walking(setting), ticks(N), life).log_likelihood
+
+    assert (np.abs(found.setting - TRUTH) < 4 * curvature_sd(surprise, found.setting)).all()
+
+
+def test_em_and_the_evidence_agree(life: Array) -> None:
+    found = maximise_evidence(np.log([0.3, 0.4]), walking, ticks(N), life)
+    before, after = found.log_likelihood
+    assert after > before
+
+    def surprise(setting: Array) -> float:
+        return -track(Kalman(), walking(setting), ticks(N), life).log_likelihood
+
+    assert (np.abs(found.setting - TRUTH) < 4 * curvature_sd(surprise, found.setting)).all()
+
+
+FAMILY = Network(
+    (
+        Node("f", diffusion=0.3),
+        Node("m", diffusion=0.2),
+        Node("alpha", diffusion=0.1),
+        Node("z", diffusion=0.2),
+    ),
+    (Edge("f", "alpha", 0.7), Edge("m", "alpha", -0.4), Edge("f", "z", -0.6, shared=True)),
+)
+SIZES = {"f": 2, "m": 2, "alpha": 2, "z": 2}
+
+
+def test_edges_are_learnt_from_a_history_that_is_known() -> None:
+    """Errors of regression: own movement over parent's, per root of the number of movements."""
+    rng, steps = np.random.default_rng(42), 2000
+    model = compile_linear(FAMILY, SIZES)
+    L = np.linalg.cholesky(model.transition_cov(Tick()))
+    x = np.cumsum(rng.standard_normal((steps + 1, 8)) @ L.T, axis=0)
+    history = Smoothed(x, np.zeros((steps + 1, 8, 8)), np.zeros((steps, 8, 8)))
+    blank = replace(FAMILY, edges=tuple(replace(e, coefficient=0.0) for e in FAMILY.edges))
+    found = learn_network(blank, SIZES, history, np.ones(steps))
+    moves = np.sqrt(2 * steps)
+    coefficient = {e.ends: e.coefficient for e in found.edges}
+    assert abs(coefficient["f", "alpha"] - 0.7) < 4 * 0.1 / 0.3 / moves
+    assert abs(coefficient["m", "alpha"] + 0.4) < 4 * 0.1 / 0.2 / moves
+    assert abs(coefficient["f", "z"] + 0.6) < 4 * (1 - 0.6**2) / moves
+    for node in FAMILY.nodes:
+        learnt = np.array(found[node.name].diffusion)
+        np.testing.assert_allclose(learnt, node.diffusion, rtol=4 / np.sqrt(2 * steps))
+
+
+def test_an_edge_is_learnt_through_noise() -> None:
+    pair = Network(
+        (Node("f", diffusion=0.3), Node("alpha", diffusion=0.1)), (Edge("f", "alpha", 0.7),)
+    )
+
+    def build(network: Network) -> Joined[Any]:
+        process = compile_linear(network, {"f": 1, "alpha": 1})
+        return Joined(process, AffineObservation(2, lambda u: np.eye(2), 0.04 * np.eye(2)))
+
+    def led(c: float) -> Network:
+        return replace(pair, edges=(Edge("f", "alpha", c),))
+
+    y = simulate(build(pair), ticks(N), np.random.default_rng(43))[1]
+
+    def maximise(network: Network, history: Smoothed) -> Network:
+        learnt = learn_network(network, {"f": 1, "alpha": 1}, history, np.ones(N))
+        return replace(learnt, nodes=pair.nodes)  # noise levels are known here
+
+    found = expectation_maximisation(led(0.0), build, maximise, ticks(N), y, 60, 1e-3)
+    coefficient = found.setting.edges[0].coefficient
+
+    def surprise(c: Array) -> float:
+        return -track(Kalman(), build(led(float(c[0]))), ticks(N), y).log_likelihood
+
+    assert (np.diff(found.log_likelihood) > -1e-9).all()
+    sd = curvature_sd(surprise, np.array([coefficient]))[0]
+    assert abs(coefficient - 0.7) < 4 * sd

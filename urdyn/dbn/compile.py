@@ -1,0 +1,146 @@
+"""From a network to the state-space model that every filter runs.
+
+With B the coefficients of the arrows among parameters, M = (1 - B)⁻¹, D(t) the covariance of the
+own parts (shared disturbances off its diagonal) and K = exp(-dt / tau) what persists of them,
+
+    P0 = M D0 Mᵀ,    F = M K (1 - B),    Q = M Dq(dt) Mᵀ.
+
+Without an arrow its entry of B is zero, and data on the parent no longer move the child.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from urdyn.dbn.graph import Network, Node, Values
+from urdyn.dbn.mixed_graph import Pair
+from urdyn.dbn.two_slice import Slice
+from urdyn.errors import UrdynError
+from urdyn.types import Array, Gaussian, Mask, frozen
+
+Patterns = Mapping[Pair, Array]  # (child's size, parent's size) by ends; identity where not named
+
+
+@dataclass(frozen=True, eq=False)
+class CompiledNetwork:
+    """The parameters of a network as a `Process`."""
+
+    names: tuple[str, ...]  # n, "f_0", "f_1", ...
+    mean: Array  # (n,)
+    B: Array  # (n, n) coefficients of the arrows, child by parent
+    own: Array  # (n, n) D0, first slice's own parts
+    disturbance: Array  # (n, n) [1/s] what moves the own parts
+    time_constant: Array  # (n,) [s]
+
+    def __post_init__(self) -> None:
+        for name in ("mean", "B", "own", "disturbance", "time_constant"):
+            object.__setattr__(self, name, frozen(getattr(self, name)))
+
+    @cached_property
+    def spread(self) -> Array:
+        """M = (1 - B)⁻¹: what a change of each own part does to every state, (n, n)."""
+        return np.asarray(np.linalg.inv(np.eye(len(self.names)) - self.B))
+
+    @cached_property
+    def prior(self) -> Gaussian:
+        """First slice, (n,), (n, n)."""
+        return Gaussian(self.mean, self.spread @ self.own @ self.spread.T)
+
+    @cached_property
+    def linear(self) -> Mask:
+        """All of it, (n,)."""
+        return np.ones(len(self.names), dtype=bool)
+
+    def transition(self, x: Array, u: Slice) -> Array:
+        """Own parts persist, (..., n)."""
+        return np.asarray(self.mean + (x - self.mean) @ self.transition_jacobian(x, u).T)
+
+    def transition_jacobian(self, x: Array, u: Slice) -> Array:
+        """F, (n, n)."""
+        kept = np.exp(-u.dt / self.time_constant)
+        return np.asarray(self.spread * kept @ (np.eye(len(kept)) - self.B))
+
+    def transition_cov(self, u: Slice) -> Array:
+        """Q, (n, n)."""
+        forgotten = 1.0 / self.time_constant
+        rate = forgotten[:, None] + forgotten
+        # (1 - exp(-rate dt)) / rate, which is dt where nothing is forgotten.
+        gathered = np.full_like(rate, u.dt)
+        np.divide(-np.expm1(-rate * u.dt), rate, out=gathered, where=rate > 0.0)
+        return np.asarray(self.spread @ (self.disturbance * gathered) @ self.spread.T)
+
+
+def compile_linear(
+    network: Network, sizes: Mapping[str, int], patterns: Patterns | None = None
+) -> CompiledNetwork:
+    """The parameters of `network`, each node with so many components as `sizes` says."""
+    nodes, at = network.parameters, places(network, sizes)
+    own, disturbance = (_own(network, sizes, field) for field in ("sd", "diffusion"))
+    return CompiledNetwork(
+        tuple(f"{n.name}_{i}" for n in nodes for i in range(sizes[n.name])),
+        _stack(network, sizes, "mean"),
+        _coefficients(network, at, patterns or {}),
+        own,
+        disturbance,
+        _stack(network, sizes, "time_constant"),
+    )
+
+
+def places(network: Network, sizes: Mapping[str, int]) -> dict[str, slice]:
+    """Where in the compiled state each parameter node stands."""
+    ends = np.cumsum([0, *(sizes[n.name] for n in network.parameters)])
+    return {
+        n.name: slice(int(a), int(b))
+        for n, a, b in zip(network.parameters, ends[:-1], ends[1:], strict=True)
+    }
+
+
+def pattern(edge: Pair, at: Mapping[str, slice], patterns: Patterns) -> Array:
+    """Which components of the parent lead which of the child, (child's size, parent's size)."""
+    parent, child = (at[name].stop - at[name].start for name in edge)
+    if edge in patterns:
+        assert patterns[edge].shape == (child, parent), "a pattern is child by parent"
+        return patterns[edge]
+    if parent != child:
+        raise UrdynError(
+            f"{edge[0]} has {parent} components and {edge[1]} has {child}; "
+            f"say by a pattern for {edge} which lead which"
+        )
+    return np.eye(parent)
+
+
+def _coefficients(network: Network, at: Mapping[str, slice], patterns: Patterns) -> Array:
+    """B, (n, n)."""
+    n = max((place.stop for place in at.values()), default=0)
+    B = np.zeros((n, n))
+    for edge in network.edges:
+        if not edge.shared and {*edge.ends} <= set(at):
+            block = edge.coefficient * pattern(edge.ends, at, patterns)
+            B[at[edge.child], at[edge.parent]] = block
+    return B
+
+
+def _own(network: Network, sizes: Mapping[str, int], field: str) -> Array:
+    """Covariance of the own parts from each node's `field`, (n, n)."""
+    sd, at = _stack(network, sizes, field), places(network, sizes)
+    correlation = np.eye(len(sd))
+    for edge in network.edges:
+        if edge.shared:
+            block = edge.coefficient * pattern(edge.ends, at, {})
+            correlation[at[edge.child], at[edge.parent]] = block
+            correlation[at[edge.parent], at[edge.child]] = block.T
+    return correlation * np.outer(sd, sd)
+
+
+def _stack(network: Network, sizes: Mapping[str, int], field: str) -> Array:
+    """One field of all parameter nodes, component by component, (n,)."""
+    return np.concatenate([_spread(n, field, sizes[n.name]) for n in network.parameters])
+
+
+def _spread(node: Node, field: str, size: int) -> Array:
+    values: Values = getattr(node, field)
+    return np.array(np.broadcast_to(np.asarray(values, dtype=float), (size,)))

@@ -1,0 +1,44 @@
+"""The network of the paper's Figure 2, with the observations that each parameter moves here."""
+
+from __future__ import annotations
+
+from urdyn.dbn.graph import Edge, Network, Node
+
+PARAMETERS = (
+    Node("k", "kinematic offsets"),
+    Node("m", "link inertials"),
+    Node("f", "Coulomb friction"),
+    Node("alpha", "viscous damping"),
+    Node("beta", "structural damping"),
+    Node("z", "drive health"),
+)
+OBSERVATIONS = (
+    Node("pos", "pose of the tool", "observation"),
+    Node("vel", "velocity of the tool", "observation"),
+    Node("curr", "joint currents", "observation"),
+    Node("force", "wrench at the flange", "observation"),
+)
+# Worn or cold gears resist in both ways; a heavier link loads the bearing that damps it. In
+# logarithms, and before any data: what learns the network replaces these.
+FRICTION_TO_DAMPING = 0.5
+MASS_TO_DAMPING = 0.1
+FRICTION_WITH_HEALTH = -0.3  # what wears a gear tires its drive
+SEEN_BY = {
+    "k": ("pos", "vel", "curr", "force"),
+    "m": ("curr", "force"),
+    "f": ("curr",),
+    "alpha": ("curr",),
+    "beta": ("curr",),
+    "z": ("curr",),
+}
+
+
+def figure2() -> Network:
+    """k, m, f, alpha, beta, z and what the sensors see of them, in standard units."""
+    between = (
+        Edge("f", "alpha", FRICTION_TO_DAMPING),
+        Edge("m", "alpha", MASS_TO_DAMPING),
+        Edge("f", "z", FRICTION_WITH_HEALTH, shared=True),
+    )
+    seen = tuple(Edge(p, o) for p, observations in SEEN_BY.items() for o in observations)
+    return Network((*PARAMETERS, *OBSERVATIONS), (*between, *seen))

@@ -1,0 +1,132 @@
+"""The paper's Figure 2 as a value: the two-slice dynamic Bayesian network of a robot's twin.
+
+Within a slice every node is linear-Gaussian given its parents,
+
+    x_c = mean_c + sum_p coefficient_pc (x_p - mean_p) + e_c,
+
+and e_c, the part of x_c that is its own, persists from slice to slice while noise moves it. So the
+inter-slice edges follow from the others: theta_t -> theta_t+1, and p_t -> c_t+1 wherever p -> c,
+because c follows the change of p and not twice its level. Shared disturbances, `<->`, correlate e.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Literal
+
+from urdyn.dbn.mixed_graph import MixedGraph, Names, Pair
+
+Values = float | tuple[float, ...]  # the same for all components of a node, or one for each
+
+
+@dataclass(frozen=True)
+class Node:
+    """One group of variables, with the distribution of its own part."""
+
+    name: str
+    meaning: str = ""
+    kind: Literal["parameter", "observation"] = "parameter"
+    mean: Values = 0.0
+    sd: Values = 1.0  # of the first slice's own part: of a parameter's prior, of a sensor's noise
+    diffusion: Values = 0.0  # [unit/√s] how its own part wanders
+    time_constant: Values = float("inf")  # [s] in which its own part is forgotten
+
+
+@dataclass(frozen=True)
+class Edge:
+    """An arrow within a slice, or a shared disturbance."""
+
+    parent: str
+    child: str
+    coefficient: float = 1.0  # of an arrow: child per parent; of a shared disturbance: correlation
+    shared: bool = False
+
+    @property
+    def ends(self) -> Pair:
+        """(parent, child)."""
+        return self.parent, self.child
+
+    def __str__(self) -> str:
+        return f"{self.parent} {'<->' if self.shared else '->'} {self.child}"
+
+
+@dataclass(frozen=True)
+class Network:
+    """Nodes and intra-slice edges; two slices of it are one step of the twin's life."""
+
+    nodes: tuple[Node, ...]
+    edges: tuple[Edge, ...]
+
+    @cached_property
+    def parameters(self) -> tuple[Node, ...]:
+        """Nodes that persist."""
+        return tuple(n for n in self.nodes if n.kind == "parameter")
+
+    @cached_property
+    def observations(self) -> tuple[Node, ...]:
+        """Nodes that are seen."""
+        return tuple(n for n in self.nodes if n.kind == "observation")
+
+    @cached_property
+    def slice(self) -> MixedGraph:
+        """One slice: its arrows and its shared disturbances."""
+        return MixedGraph(
+            tuple(n.name for n in self.nodes),
+            frozenset(e.ends for e in self.edges if not e.shared),
+            frozenset(e.ends for e in self.edges if e.shared),
+        )
+
+    @cached_property
+    def across(self) -> tuple[Pair, ...]:
+        """Inter-slice edges: (parent at t, child at t + 1)."""
+        lasting = {n.name for n in self.parameters}
+        own = [(n.name, n.name) for n in self.parameters]
+        led = [e.ends for e in self.edges if not e.shared and {*e.ends} <= lasting]
+        return (*own, *led)
+
+    @cached_property
+    def unrolled(self) -> MixedGraph:
+        """Slices t and t + 1 as one graph; names of the second are primed."""
+        now = self.slice
+        arrows = {*now.directed, *((f"{p}'", f"{c}'") for p, c in now.directed)}
+        return MixedGraph(
+            (*now.nodes, *(f"{n}'" for n in now.nodes)),
+            frozenset(arrows | {(p, f"{c}'") for p, c in self.across}),
+            now.shared | {(f"{a}'", f"{b}'") for a, b in now.shared},
+        )
+
+    def __getitem__(self, name: str) -> Node:
+        return next(n for n in self.nodes if n.name == name)
+
+    def parents(self, node: str) -> Names:
+        """Over both slices: `alpha'` has parents in this slice and the one before."""
+        return self.unrolled.parents(node)
+
+    def children(self, node: str) -> Names:
+        """Over both slices."""
+        return self.unrolled.children(node)
+
+    def markov_blanket(self, node: str) -> Names:
+        """Over both slices."""
+        return self.unrolled.markov_blanket(node)
+
+    def d_separated(self, a: str, b: str, *given: str) -> bool:
+        """Over both slices: whether knowing b says nothing of a once `given` is known."""
+        return self.unrolled.d_separated(a, b, given)
+
+    def order(self) -> tuple[str, ...]:
+        """Nodes of one slice, every one after its parents."""
+        return self.slice.order()
+
+    def without(self, parent: str, child: str) -> Network:
+        """The network that lacks one edge, and so the inter-slice edge that followed from it."""
+        kept = tuple(e for e in self.edges if e.ends != (parent, child))
+        assert len(kept) == len(self.edges) - 1, f"{parent} - {child} is an edge of the network"
+        return replace(self, edges=kept)
+
+    def __str__(self) -> str:
+        lines = [f"{n.name:>6}  {n.kind:<11}  {n.meaning}" for n in self.nodes]
+        within = [f"{e}  ({e.coefficient:+.3g})" for e in self.edges]
+        across = [f"{p}(t) -> {c}(t+1)" for p, c in self.across]
+        return "\n".join([*lines, "within a slice", *within, "between slices", *across])

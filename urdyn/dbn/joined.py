@@ -1,0 +1,74 @@
+"""A process and an observation, made into one model."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Generic
+
+import numpy as np
+
+from urdyn.dbn.two_slice import Observation, Process, U_contra
+from urdyn.types import Array, Gaussian, Mask
+
+
+@dataclass(frozen=True, eq=False)
+class Joined(Generic[U_contra]):
+    """Observation of the p leading states of a process; a `TwoSlice`.
+
+    What the process adds to the parameters (rates, drifts) stands behind them and no sensor sees
+    it, so that any process serves any observation.
+    """
+
+    process: Process[U_contra]  # n states, the observed parameters first
+    observation: Observation[U_contra]  # of p <= n parameters
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the process's states."""
+        return self.process.names
+
+    @property
+    def prior(self) -> Gaussian:
+        """The process's prior."""
+        return self.process.prior
+
+    @cached_property
+    def linear(self) -> Mask:
+        """Linear in both halves; what no sensor sees is linear in the observation, (n,)."""
+        mask = np.array(self.process.linear)
+        mask[: self._width] &= self.observation.linear
+        return mask
+
+    @cached_property
+    def _width(self) -> int:
+        return len(self.observation.linear)
+
+    def transition(self, x: Array, u: U_contra) -> Array:
+        """Of the process, (..., n) -> (..., n)."""
+        return self.process.transition(x, u)
+
+    def transition_jacobian(self, x: Array, u: U_contra) -> Array:
+        """Of the process, (n, n) or (..., n, n)."""
+        return self.process.transition_jacobian(x, u)
+
+    def transition_cov(self, u: U_contra) -> Array:
+        """Of the process, (n, n)."""
+        return self.process.transition_cov(u)
+
+    def observe(self, x: Array, u: U_contra) -> Array:
+        """Of the leading states, (..., n) -> (..., m)."""
+        return self.observation.observe(x[..., : self._width], u)
+
+    def observe_jacobian(self, x: Array, u: U_contra) -> Array:
+        """Of the leading states, zero for the others, (m, n) or (..., m, n)."""
+        seen = self.observation.observe_jacobian(x[..., : self._width], u)
+        if self._width == len(self.process.names):
+            return seen
+        H = np.zeros((*seen.shape[:-1], len(self.process.names)))
+        H[..., : self._width] = seen
+        return H
+
+    def observe_cov(self, u: U_contra) -> Array:
+        """Of the observation, (m, m)."""
+        return self.observation.observe_cov(u)

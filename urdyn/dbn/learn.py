@@ -1,0 +1,103 @@
+"""Coefficients and noise of a network from tracked history: the maximisation half of EM.
+
+The expectation is a smoother's `Smoothed`. Every formula is least squares on expected second
+moments; with the smoother's covariances left out, the noise would be taken for too small and the
+coefficients pulled toward zero.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from urdyn.dbn.compile import Patterns, pattern, places
+from urdyn.dbn.graph import Edge, Network, Node
+from urdyn.dbn.smoothed import Smoothed
+from urdyn.types import Array
+
+
+def learn_diffusion(residuals: Array, dt: Array) -> Array:
+    """Standard deviation gathered in one second, (n,), from process residuals (N, n, n).
+
+    Slices in which no time passes say nothing and are left out.
+    """
+    passed = dt > 0.0
+    variances = np.diagonal(residuals[passed], axis1=1, axis2=2) / dt[passed, None]
+    return np.asarray(np.sqrt(variances.mean(axis=0)))
+
+
+def learn_measurement_noise(residuals: Array) -> Array:
+    """Variance of each sensor over the slices in which it spoke, (m,), from (N, m, m)."""
+    return np.asarray(np.nanmean(np.diagonal(residuals, axis1=1, axis2=2), axis=0))
+
+
+def learn_network(
+    network: Network,
+    sizes: Mapping[str, int],
+    history: Smoothed,
+    dt: Array,
+    patterns: Patterns | None = None,
+) -> Network:
+    """The same arrows, with coefficients, diffusions and shared correlations that fit a history.
+
+    They are read from how the nodes moved, (N, ) steps `dt` [s], and assume that own parts are not
+    forgotten within it. One coefficient serves all components of an arrow.
+    """
+    at, led = places(network, sizes), patterns or {}
+    passed = dt > 0.0
+    moved = (history.increments()[passed] / dt[passed, None, None]).mean(axis=0)
+    arrows = {e.ends: e for e in network.edges if not e.shared and {*e.ends} <= set(at)}
+    learnt = dict(arrows)
+    for child in at:
+        learnt |= _coefficients([e for e in arrows.values() if e.child == child], moved, at, led)
+    own = _own_moments(learnt.values(), moved, at, led)
+    edges = [learnt.get(e.ends, _correlated(e, own, at) if e.shared else e) for e in network.edges]
+    return Network(
+        tuple(_diffusing(n, own, at) if n.name in at else n for n in network.nodes), tuple(edges)
+    )
+
+
+def _coefficients(
+    into: list[Edge], moved: Array, at: Mapping[str, slice], led: Patterns
+) -> dict[tuple[str, str], Edge]:
+    """Regression of one child's movement on that of all its parents."""
+    if not into:
+        return {}
+    A = [pattern(e.ends, at, led) for e in into]
+    normal = [
+        [
+            np.trace(Ap @ moved[at[p.parent], at[q.parent]] @ Aq.T)
+            for q, Aq in zip(into, A, strict=True)
+        ]
+        for p, Ap in zip(into, A, strict=True)
+    ]
+    right = [np.trace(Ap @ moved[at[p.parent], at[p.child]]) for p, Ap in zip(into, A, strict=True)]
+    found = np.linalg.lstsq(np.array(normal), np.array(right))[0]
+    return {e.ends: replace(e, coefficient=float(c)) for e, c in zip(into, found, strict=True)}
+
+
+def _own_moments(
+    arrows: Iterable[Edge], moved: Array, at: Mapping[str, slice], led: Patterns
+) -> Array:
+    """Second moments of what moved by itself, (1 - B) moved (1 - B)ᵀ, (n, n) [1/s]."""
+    rest = np.eye(len(moved))
+    for edge in arrows:
+        block = edge.coefficient * pattern(edge.ends, at, led)
+        rest[at[edge.child], at[edge.parent]] -= block
+    return np.asarray(rest @ moved @ rest.T)
+
+
+def _correlated(edge: Edge, own: Array, at: Mapping[str, slice]) -> Edge:
+    """A shared disturbance with the correlation of the ends' own movements."""
+    a, b = at[edge.parent], at[edge.child]
+    scale = np.sqrt(np.trace(own[a, a]) * np.trace(own[b, b]))
+    found = np.trace(own[a, b]) / scale if scale > 0.0 else 0.0
+    return replace(edge, coefficient=float(found))
+
+
+def _diffusing(node: Node, own: Array, at: Mapping[str, slice]) -> Node:
+    """A node with the diffusion of its own part, component by component."""
+    variances = np.diag(own)[at[node.name]]
+    return replace(node, diffusion=tuple(float(s) for s in np.sqrt(variances)))

@@ -1,0 +1,91 @@
+"""Graphs of arrows and shared disturbances, and what can be read off them.
+
+`a -> b`: b's distribution is given a. `a <-> b`: a third, unseen thing disturbs both.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from graphlib import TopologicalSorter
+
+Pair = tuple[str, str]
+Names = frozenset[str]
+
+
+@dataclass(frozen=True)
+class MixedGraph:
+    """Directed edges without a cycle, and bidirected ones."""
+
+    nodes: tuple[str, ...]
+    directed: frozenset[Pair]  # (parent, child)
+    shared: frozenset[Pair] = frozenset()  # (a, b), in either order
+
+    def __post_init__(self) -> None:
+        ends = {end for pair in self.directed | self.shared for end in pair}
+        assert ends <= set(self.nodes), "edges join nodes of the graph"
+
+    def parents(self, *nodes: str) -> Names:
+        """Whom the arrows into `nodes` come from."""
+        return frozenset(p for p, c in self.directed if c in nodes)
+
+    def children(self, *nodes: str) -> Names:
+        """Whom the arrows from `nodes` go to."""
+        return frozenset(c for p, c in self.directed if p in nodes)
+
+    def ancestors(self, nodes: Iterable[str]) -> Names:
+        """`nodes` and all from whom arrows lead to them."""
+        found = frozenset(nodes)
+        while not (more := self.parents(*found)) <= found:
+            found |= more
+        return found
+
+    def order(self) -> tuple[str, ...]:
+        """Every node after its parents."""
+        sorter = TopologicalSorter({n: sorted(self.parents(n)) for n in self.nodes})
+        return tuple(sorter.static_order())
+
+    def district(self, *nodes: str) -> Names:
+        """`nodes` and all that shared disturbances join to them."""
+        found = frozenset(nodes)
+        while not (more := {e for pair in self.shared if found & {*pair} for e in pair}) <= found:
+            found |= more
+        return found
+
+    def markov_blanket(self, node: str) -> Names:
+        """What, once known, leaves nothing in the rest of the graph to be learnt of `node`."""
+        heads = self.district(node, *self.children(node))
+        heads = self.district(*heads)
+        return (heads | self.parents(*heads)) - {node}
+
+    def d_separated(
+        self, a: str | Iterable[str], b: str | Iterable[str], given: Iterable[str] = ()
+    ) -> bool:
+        """Whether a and b are independent given `given` in every distribution of this graph.
+
+        In the moral graph of their ancestors every path from a to b meets `given`
+        [Lauritzen1990]_; a shared disturbance is a common parent that is never given.
+        """
+        start, goal, known = _names(a), _names(b), frozenset(given)
+        plain = self._with_latents()
+        kept = plain.ancestors(start | goal | known)
+        reached, frontier = start - known, start - known
+        while frontier:
+            frontier = plain._moral_neighbours(frontier, kept) - known - reached
+            reached |= frontier
+        return not reached & goal
+
+    def _with_latents(self) -> MixedGraph:
+        """The same independences among `nodes`, with arrows only."""
+        latent = {f"{a}<->{b}": (a, b) for a, b in self.shared}
+        arrows = {(name, end) for name, ends in latent.items() for end in ends}
+        return MixedGraph((*self.nodes, *latent), self.directed | arrows)
+
+    def _moral_neighbours(self, nodes: Names, kept: Names) -> Names:
+        """Parents, children and the children's other parents, within `kept`."""
+        children = self.children(*nodes) & kept
+        return (children | self.parents(*nodes) | self.parents(*children)) & kept
+
+
+def _names(one_or_more: str | Iterable[str]) -> Names:
+    return frozenset((one_or_more,) if isinstance(one_or_more, str) else one_or_more)

@@ -1,0 +1,65 @@
+"""What a smoother knows of a whole history, and what that says of the noise that drove it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from urdyn.dbn.two_slice import TwoSlice, U
+from urdyn.types import Array, frozen
+
+
+@dataclass(frozen=True, eq=False)
+class Smoothed:
+    """Beliefs given all observations, the one before the first slice included."""
+
+    mean: Array  # (N + 1, n)
+    cov: Array  # (N + 1, n, n)
+    cross: Array  # (N, n, n) covariance of each slice's state with the one before
+
+    def __post_init__(self) -> None:
+        for name in ("mean", "cov", "cross"):
+            object.__setattr__(self, name, frozen(getattr(self, name)))
+        steps, n = len(self.mean) - 1, self.mean.shape[-1]
+        assert self.cov.shape == (steps + 1, n, n) and self.cross.shape == (steps, n, n)
+
+    @property
+    def sd(self) -> Array:
+        """Marginal standard deviations, (N + 1, n)."""
+        return np.sqrt(np.diagonal(self.cov, axis1=1, axis2=2))
+
+    def increments(self) -> Array:
+        """E[(x_t - x_t-1)(x_t - x_t-1)ᵀ], (N, n, n)."""
+        moved = np.diff(self.mean, axis=0)
+        both = self.cross + np.swapaxes(self.cross, 1, 2)
+        return np.asarray(_outer(moved) + self.cov[1:] + self.cov[:-1] - both)
+
+
+def process_residuals(model: TwoSlice[U], inputs: Sequence[U], history: Smoothed) -> Array:
+    """E[w wᵀ] of every slice's process noise, (N, n, n)."""
+    found = []
+    for t, u in enumerate(inputs):
+        F = model.transition_jacobian(history.mean[t], u)
+        w = history.mean[t + 1] - model.transition(history.mean[t], u)
+        CF = history.cross[t] @ F.T
+        spread = history.cov[t + 1] - CF - CF.T + F @ history.cov[t] @ F.T
+        found.append(np.outer(w, w) + spread)
+    return np.array(found)
+
+
+def observation_residuals(
+    model: TwoSlice[U], inputs: Sequence[U], observations: Array, history: Smoothed
+) -> Array:
+    """E[e eᵀ] of every slice's measurement noise, (N, m, m); NaN where not measured."""
+    found = []
+    for t, (u, y) in enumerate(zip(inputs, observations, strict=True), start=1):
+        H = model.observe_jacobian(history.mean[t], u)
+        e = y - model.observe(history.mean[t], u)
+        found.append(np.outer(e, e) + H @ history.cov[t] @ H.T)
+    return np.array(found)
+
+
+def _outer(x: Array) -> Array:
+    return np.asarray(x[..., :, None] * x[..., None, :])

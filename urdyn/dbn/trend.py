@@ -1,0 +1,97 @@
+"""The process that follows a ramp: every parameter with the rate at which it changes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from urdyn.dbn.two_slice import Slice
+from urdyn.types import Array, Gaussian, Index, Mask, frozen
+
+_NODE, _WEIGHT = np.polynomial.legendre.leggauss(16)
+
+
+@dataclass(frozen=True, eq=False)
+class Trend:
+    """Parameter and rate: the local linear trend, without lag and without bias on a ramp.
+
+    theta' = theta + h rate + w,  rate' = exp(-dt / tau) rate + v,  h = tau (1 - exp(-dt / tau));
+    with tau infinite the rate is a random walk. Only the parameters in `drifting` have a rate.
+    """
+
+    parameters: tuple[str, ...]  # p
+    parameter_prior: Gaussian  # (p,), (p, p)
+    diffusion: Array  # (p,) [unit/√s] of the parameters beside their rates
+    drifting: Index  # (r,) which parameters have a rate
+    rate_sd: Array  # (r,) [unit/s] prior around zero
+    acceleration: Array  # (r,) [unit/s/√s] diffusion of the rates
+    time_constant: float = np.inf  # [s] tau, in which a rate dies away
+
+    def __post_init__(self) -> None:
+        for name in ("diffusion", "rate_sd", "acceleration"):
+            object.__setattr__(self, name, frozen(getattr(self, name)))
+        assert self.diffusion.shape == (len(self.parameters),), "one diffusion a parameter"
+        assert self.rate_sd.shape == self.acceleration.shape == self.drifting.shape
+
+    @cached_property
+    def names(self) -> tuple[str, ...]:
+        """The parameters', then one rate for each that drifts."""
+        return (*self.parameters, *(f"{self.parameters[i]}.rate" for i in self.drifting))
+
+    @cached_property
+    def prior(self) -> Gaussian:
+        """Rates around zero, independent of the parameters, (p + r,)."""
+        p = len(self.parameters)
+        cov = np.diag(np.r_[np.zeros(p), self.rate_sd**2])
+        cov[:p, :p] = self.parameter_prior.cov
+        return Gaussian(np.r_[self.parameter_prior.mean, np.zeros(len(self.rate_sd))], cov)
+
+    @cached_property
+    def linear(self) -> Mask:
+        """All of it, (p + r,)."""
+        return np.ones(len(self.names), dtype=bool)
+
+    def _reach(self, u: Slice) -> tuple[float, float]:
+        """h [s] and exp(-dt / tau)."""
+        if np.isinf(self.time_constant):
+            return u.dt, 1.0
+        lost = -np.expm1(-u.dt / self.time_constant)
+        return float(self.time_constant * lost), float(1.0 - lost)
+
+    def transition(self, x: Array, u: Slice) -> Array:
+        """Every parameter moves by its rate, (..., p + r)."""
+        h, kept = self._reach(u)
+        p, moved = len(self.parameters), x.copy()
+        moved[..., self.drifting] += h * x[..., p:]
+        moved[..., p:] *= kept
+        return moved
+
+    def transition_jacobian(self, x: Array, u: Slice) -> Array:
+        """Identity, h from rate to parameter, exp(-dt / tau) from rate to rate."""
+        h, kept = self._reach(u)
+        p, n = len(self.parameters), len(self.names)
+        F = np.eye(n)
+        F[self.drifting, range(p, n)] = h
+        F[range(p, n), range(p, n)] = kept
+        return F
+
+    def transition_cov(self, u: Slice) -> Array:
+        """Noise of rates, and of parameters through them, integrated over the slice."""
+        rates = range(len(self.parameters), len(self.names))
+        level, both, slope = self._gathered(u.dt)
+        Q = np.diag(np.r_[self.diffusion**2 * u.dt, self.acceleration**2 * slope])
+        Q[self.drifting, self.drifting] += self.acceleration**2 * level
+        Q[self.drifting, rates] = Q[rates, self.drifting] = self.acceleration**2 * both
+        return Q
+
+    def _gathered(self, dt: float) -> tuple[float, float, float]:
+        """Integrals over the slice of h(s)², h(s) k(s), k(s)², with k = exp(-s / tau)."""
+        tau = self.time_constant
+        if np.isinf(tau):
+            return dt**3 / 3.0, dt**2 / 2.0, dt
+        # By Gauss-Legendre: the closed form is a difference of nearly equal terms where dt << tau.
+        s = 0.5 * dt * (1.0 + _NODE)
+        h, k, w = -tau * np.expm1(-s / tau), np.exp(-s / tau), 0.5 * dt * _WEIGHT
+        return float(w @ h**2), float(w @ (h * k)), float(w @ k**2)

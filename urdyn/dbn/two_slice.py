@@ -1,0 +1,87 @@
+"""The protocol between a model and every filter: two slices of a dynamic Bayesian network.
+
+    x_t = transition(x_{t-1}, u_t) + w,    w ~ N(0, transition_cov(u_t))
+    y_t = observe(x_t, u_t) + e,           e ~ N(0, observe_cov(u_t))
+
+A model is a value; it keeps nothing between calls. All functions broadcast over leading axes of x,
+so that sigma points, particles and a whole history are one call. What differs from slice to slice
+(time passed, regressors, which way the robot moves) is in `u`, any frozen value that knows its
+`dt`; the model chooses the type. The prior is the belief before the first slice, and a first slice
+with `dt = 0` is the prior's own.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol, TypeVar
+
+from urdyn.types import Array, Gaussian, Mask
+
+
+class Slice(Protocol):
+    """The least that the inputs of a slice say."""
+
+    @property
+    def dt(self) -> float:
+        """Time since the slice before [s]."""
+
+
+@dataclass(frozen=True)
+class Tick:
+    """Inputs of a slice for a model that asks only how much time has passed."""
+
+    dt: float = 1.0  # [s], or steps
+
+
+U = TypeVar("U", bound=Slice)
+U_contra = TypeVar("U_contra", bound=Slice, contravariant=True)
+
+
+class Process(Protocol[U_contra]):
+    """How the state moves from one slice to the next; the inter-slice half."""
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the n states."""
+
+    @property
+    def prior(self) -> Gaussian:
+        """Belief before the first slice: mean (n,), covariance (n, n)."""
+
+    @property
+    def linear(self) -> Mask:
+        """States in which, together, the transition is affine whatever the others are, (n,)."""
+
+    def transition(self, x: Array, u: U_contra) -> Array:
+        """Expected next state, (..., n) -> (..., n)."""
+
+    def transition_jacobian(self, x: Array, u: U_contra) -> Array:
+        """F = d transition / d x, (..., n) -> (..., n, n); (n, n) where F is one for all x."""
+
+    def transition_cov(self, u: U_contra) -> Array:
+        """Process noise Q of one slice, (n, n)."""
+
+
+class Observation(Protocol[U_contra]):
+    """What the sensors show of the state; the intra-slice half."""
+
+    @property
+    def linear(self) -> Mask:
+        """States in which, together, `observe` is affine whatever the others are, (n,)."""
+
+    def observe(self, x: Array, u: U_contra) -> Array:
+        """Expected observation, (..., n) -> (..., m)."""
+
+    def observe_jacobian(self, x: Array, u: U_contra) -> Array:
+        """H = d observe / d x, (..., n) -> (..., m, n); (m, n) where H is one for all x."""
+
+    def observe_cov(self, u: U_contra) -> Array:
+        """Measurement noise R of one slice, (m, m)."""
+
+
+class TwoSlice(Process[U_contra], Observation[U_contra], Protocol[U_contra]):
+    """A whole model: what every filter runs."""
+
+    @property
+    def linear(self) -> Mask:
+        """States in which both halves are affine: what a particle filter need not sample, (n,)."""

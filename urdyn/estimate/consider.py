@@ -1,0 +1,43 @@
+"""A filter whose mean is held: it judges a model without bending it [Schmidt1966]_.
+
+A filter that adapts smears a fault over all parameters within seconds. This one keeps the mean of
+the considered states where the process puts it, yet knows how uncertain they are: its innovations
+are spread as H P Hᵀ + R says, so that a detector's thresholds hold.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from urdyn.dbn.two_slice import TwoSlice, U
+from urdyn.estimate.innovation import Innovation
+from urdyn.estimate.linearised import correct, predict
+from urdyn.types import Array, Gaussian, Mask
+
+
+@dataclass(frozen=True)
+class Consider:
+    """Schmidt-Kalman filter: suboptimal gain, consistent covariance."""
+
+    learnt: frozenset[str] = frozenset()  # states whose mean may move; the others are considered
+
+    def init(self, model: TwoSlice[U]) -> Gaussian:
+        """The model's prior."""
+        assert self.learnt <= set(model.names), "learnt states are states of the model"
+        return model.prior
+
+    def step(
+        self, model: TwoSlice[U], state: Gaussian, u: U, y: Array
+    ) -> tuple[Gaussian, Innovation]:
+        """Predict over u.dt, then judge the finite rows of y, (m,)."""
+        predicted = predict(model, state, u)
+        return correct(model, predicted, u, y, moved=self._moved(model.names))
+
+    def _moved(self, names: tuple[str, ...]) -> Mask:
+        return np.fromiter((name in self.learnt for name in names), bool, len(names))
+
+    def belief(self, state: Gaussian) -> Gaussian:
+        """The state itself."""
+        return state

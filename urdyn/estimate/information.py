@@ -1,0 +1,83 @@
+"""The information filter: precision instead of covariance, so that measurements only add.
+
+    Lambda = P⁻¹,  eta = Lambda x;    Lambda += Hᵀ R⁻¹ H,  eta += Hᵀ R⁻¹ (r + H x)
+
+With a process that stands still a whole log is one small matrix, exactly, and the order of its
+rows does not matter; a prior may be as vague as one likes.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from urdyn.dbn.two_slice import TwoSlice, U
+from urdyn.estimate.innovation import Innovation, innovation, measured_rows, whitening
+from urdyn.estimate.linearised import carried, linear_rows
+from urdyn.estimate.square_root import inverse
+from urdyn.types import Array, Gaussian, frozen
+
+
+@dataclass(frozen=True, eq=False)
+class Information:
+    """A belief as precision and precision-weighted mean."""
+
+    precision: Array  # (n, n)
+    weighted: Array  # (n,)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "precision", frozen(self.precision))
+        object.__setattr__(self, "weighted", frozen(self.weighted))
+
+    @classmethod
+    def of(cls, belief: Gaussian) -> Information:
+        """Of a belief with a covariance that can be inverted."""
+        precision = inverse(belief.cov)
+        return cls(precision, precision @ belief.mean)
+
+    @property
+    def gaussian(self) -> Gaussian:
+        """Mean and covariance."""
+        cov = inverse(self.precision)
+        return Gaussian(cov @ self.weighted, cov)
+
+
+@dataclass(frozen=True)
+class InformationFilter:
+    """Kalman's filter in the dual coordinates; non-linear models are linearised at the mean."""
+
+    def init(self, model: TwoSlice[U]) -> Information:
+        """The model's prior."""
+        return Information.of(model.prior)
+
+    def step(
+        self, model: TwoSlice[U], state: Information, u: U, y: Array
+    ) -> tuple[Information, Innovation]:
+        """Predict over u.dt, then add the information of the finite rows of y, (m,)."""
+        predicted, belief = _predict(model, state, u)
+        rows, x = measured_rows(y), belief.mean
+        H, R = linear_rows(model, x, u, rows)
+        residual = (y - model.observe(x, u))[rows]
+        S = H @ belief.cov @ H.T + R
+        HR = H.T @ inverse(R)
+        posterior = Information(
+            predicted.precision + HR @ H, predicted.weighted + HR @ (residual + H @ x)
+        )
+        return posterior, innovation(y, rows, residual, S, *whitening(S))
+
+    def belief(self, state: Information) -> Gaussian:
+        """Mean and covariance; an inversion."""
+        return state.gaussian
+
+
+def _predict(model: TwoSlice[U], state: Information, u: U) -> tuple[Information, Gaussian]:
+    """Both forms of the prediction; a process that stands still leaves the information as it is."""
+    belief = state.gaussian
+    F, Q = model.transition_jacobian(belief.mean, u), model.transition_cov(u)
+    mean = model.transition(belief.mean, u)
+    if not Q.any() and np.array_equal(F, np.eye(len(mean))):
+        shifted = state.weighted + state.precision @ (mean - belief.mean)
+        return Information(state.precision, shifted), Gaussian(mean, belief.cov)
+    moved = Gaussian(mean, carried(F, belief.cov) + Q)
+    return Information.of(moved), moved

@@ -1,0 +1,56 @@
+"""Surprise: how far a measurement lies from what was expected, and how far it might."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from urdyn.types import Array, Index
+
+LOG_2PI = float(np.log(2.0 * np.pi))
+Rows = slice | Index  # which rows of an observation were measured
+
+
+@dataclass(frozen=True, eq=False)
+class Innovation:
+    """What one measurement said that the model did not know."""
+
+    residual: Array  # (m,) measured minus expected; NaN where not measured
+    cov: Array  # (m, m) S, its expected covariance; NaN where not measured
+    log_likelihood: float  # of the measured rows given all earlier ones
+    nis: float  # normalised innovation squared, chi-square with `measured` degrees of freedom
+    measured: int  # rows that were
+
+
+def measured_rows(y: Array) -> Rows:
+    """The finite rows of y; as a slice where all are, so that taking them copies nothing."""
+    finite = np.isfinite(y)
+    return slice(None) if finite.all() else np.flatnonzero(finite)
+
+
+def whitening(S: Array) -> tuple[Array, float]:
+    """W with W S Wᵀ = 1, (m, m), and log |S|."""
+    factor = np.linalg.cholesky(S)
+    log_det = 2.0 * float(np.log(factor.diagonal()).sum())
+    return np.linalg.inv(factor), log_det
+
+
+def innovation(
+    y: Array, rows: Rows, residual: Array, S: Array, W: Array, log_det: float
+) -> Innovation:
+    """From the measured rows' `residual` and S, with S whitened by W, to all rows of y."""
+    white = W @ residual
+    nis = float(white @ white)
+    log_likelihood = -0.5 * (nis + log_det + len(residual) * LOG_2PI)
+    if not isinstance(rows, slice):
+        residual, S = _scatter(rows, residual, S, len(y))
+    return Innovation(residual, S, log_likelihood, nis, len(white))
+
+
+def _scatter(rows: Index, residual: Array, S: Array, m: int) -> tuple[Array, Array]:
+    """Measured rows at their places among all m, NaN elsewhere."""
+    all_residual, all_S = np.full(m, np.nan), np.full((m, m), np.nan)
+    all_residual[rows] = residual
+    all_S[np.ix_(rows, rows)] = S
+    return all_residual, all_S

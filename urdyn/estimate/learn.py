@@ -1,0 +1,68 @@
+"""Learning a model from history: by EM, or by the marginal likelihood directly."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Generic, TypeVar
+
+import numpy as np
+
+from urdyn.dbn.smoothed import Smoothed
+from urdyn.dbn.two_slice import TwoSlice, U
+from urdyn.estimate.ekf import EKF
+from urdyn.estimate.protocol import track
+from urdyn.estimate.smoother import smooth
+from urdyn.types import Array
+
+Setting = TypeVar("Setting")
+
+
+@dataclass(frozen=True, eq=False)
+class Learnt(Generic[Setting]):
+    """What fits a history best, and how well."""
+
+    setting: Setting  # a network, noise levels: whatever the model is built from
+    log_likelihood: Array  # (iterations + 1,) never falls under EM on a linear model
+
+
+def expectation_maximisation(
+    start: Setting,
+    build: Callable[[Setting], TwoSlice[U]],
+    maximise: Callable[[Setting, Smoothed], Setting],
+    inputs: Sequence[U],
+    observations: Array,
+    iterations: int = 50,
+    tolerance: float = 1e-4,
+) -> Learnt[Setting]:
+    """Smooth with what is believed, learn from that, and again [Shumway1982]_.
+
+    Ends after `iterations`, or when a round raises the log-likelihood by less than `tolerance`.
+    """
+    setting, climbed = start, []
+    for _ in range(iterations):
+        history, log_likelihood = smooth(build(setting), inputs, observations)
+        climbed.append(log_likelihood)
+        if len(climbed) > 1 and climbed[-1] - climbed[-2] < tolerance:
+            break
+        setting = maximise(setting, history)
+    return Learnt(setting, np.array(climbed))
+
+
+def maximise_evidence(
+    start: Array,
+    build: Callable[[Array], TwoSlice[U]],
+    inputs: Sequence[U],
+    observations: Array,
+) -> Learnt[Array]:
+    """The parameters, (p,), that make the observations likeliest, by Nelder and Mead's simplex.
+
+    For what EM has no formula for: time constants, a few noise levels (give their logarithms).
+    """
+    from scipy.optimize import minimize
+
+    def surprise(parameters: Array) -> float:
+        return -track(EKF(), build(parameters), inputs, observations).log_likelihood
+
+    found = minimize(surprise, start, method="Nelder-Mead", options={"xatol": 1e-3, "fatol": 1e-3})
+    return Learnt(np.asarray(found.x), np.array([-surprise(start), -float(found.fun)]))

@@ -1,0 +1,120 @@
+"""Sigma points: weighted points that carry a Gaussian's mean and covariance through any function.
+
+The sets and weights are filterpy's, drawn once for the standard normal and then only scaled; a
+model sees all points of a step in one call.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import lru_cache
+from importlib.util import find_spec, module_from_spec, spec_from_file_location
+from pathlib import Path
+from types import ModuleType
+from typing import Any, Literal
+
+import numpy as np
+
+from urdyn.errors import UrdynError
+from urdyn.types import Array, frozen
+
+Rule = Literal["merwe", "julier", "simplex"]
+
+
+@dataclass(frozen=True, eq=False)
+class SigmaPoints:
+    """Points of the standard normal, arranged so that every covariance is a sum of squares.
+
+    With a centre x0 whose weight may be negative, deviations are taken from y0 = f(x0),
+
+        cov = sum_i w_i (y_i - y0)(y_i - y0)ᵀ + excess (ȳ - y0)(ȳ - y0)ᵀ,
+
+    which equals the customary form, and is positive while excess = beta - alpha² is not negative.
+    """
+
+    unit: Array  # (k, n) points
+    mean_weight: Array  # (k,)
+    scale: Array  # (k,) square roots of covariance weights; the first that of the excess
+    centred: bool  # deviations from the first point, not from the mean
+
+    def __post_init__(self) -> None:
+        for name in ("unit", "mean_weight", "scale"):
+            object.__setattr__(self, name, frozen(getattr(self, name)))
+
+    def moments(self, values: Array) -> tuple[Array, Array]:
+        """Mean (m,) and scaled deviations D (k, m) of a function's values, with cov = DᵀD."""
+        if not self.centred:
+            mean = self.mean_weight @ values
+            return mean, self.scale[:, None] * (values - mean)
+        deviation = values - values[0]
+        shift = self.mean_weight @ deviation
+        deviation[0] = shift
+        deviation *= self.scale[:, None]
+        return values[0] + shift, deviation
+
+
+@lru_cache(maxsize=32)
+def sigma_points(n: int, rule: Rule, alpha: float, beta: float, kappa: float) -> SigmaPoints:
+    """filterpy's set for n states: merwe and julier 2n + 1 points, simplex n + 1."""
+    drawn = _filterpy_points(n, rule, alpha, beta, kappa)
+    unit = np.reshape(drawn.sigma_points(np.zeros(n), np.eye(n)), (-1, n))
+    wm, wc = np.array(drawn.Wm), np.array(drawn.Wc)
+    if (wc >= 0.0).all():
+        return SigmaPoints(unit, wm, np.sqrt(wc), centred=False)
+    excess = wc.sum() - 2.0
+    if excess < -1e-9 or (wc[1:] < 0.0).any():
+        raise UrdynError(
+            f"{rule} points with alpha {alpha}, beta {beta}, kappa {kappa} can give negative "
+            f"variances for {n} states; take merwe with beta >= alpha², or simplex"
+        )
+    return SigmaPoints(unit, wm, np.sqrt([max(excess, 0.0), *wc[1:]]), centred=True)
+
+
+def _filterpy_points(n: int, rule: Rule, alpha: float, beta: float, kappa: float) -> Any:
+    module = _filterpy_module()
+    if rule == "merwe":
+        return module.MerweScaledSigmaPoints(n, alpha, beta, kappa)
+    if rule == "julier":
+        return module.JulierSigmaPoints(n, kappa)
+    return module.SimplexSigmaPoints(n)
+
+
+@lru_cache(maxsize=1)
+def _filterpy_module() -> ModuleType:
+    """filterpy.kalman.sigma_points, without the rest of filterpy.
+
+    Its package loads scipy.stats and all its filters: 44 MB, which a twin in the field would carry
+    for twenty lines. The module asks the package for one function, which stands in `helpers`; that
+    file is its `filterpy.common` while it loads.
+    """
+    if "filterpy.kalman" in sys.modules:
+        return sys.modules["filterpy.kalman.sigma_points"]
+    found = find_spec("filterpy")
+    assert found is not None and found.origin is not None, "filterpy is a dependency"
+    root = Path(found.origin).parent
+    with _standing_in("filterpy", ModuleType("filterpy")):
+        helpers = _load("filterpy.common", root / "common" / "helpers.py")
+        with _standing_in("filterpy.common", helpers):
+            return _load("filterpy.kalman.sigma_points", root / "kalman" / "sigma_points.py")
+
+
+@contextmanager
+def _standing_in(name: str, module: ModuleType) -> Iterator[None]:
+    """`module` is what an import of `name` finds, for as long as the block lasts."""
+    sys.modules[name] = module
+    try:
+        yield
+    finally:
+        del sys.modules[name]
+
+
+def _load(name: str, path: Path) -> ModuleType:
+    """One source file as a module, not entered among the imported ones."""
+    spec = spec_from_file_location(name, path)
+    assert spec is not None and spec.loader is not None, f"{path} is a Python file"
+    module = module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module

@@ -1,0 +1,97 @@
+"""A Gaussian kept as a square root of its covariance: it cannot lose positive definiteness.
+
+    P = root rootᵀ,    x = mean + root xi with xi ~ N(0, 1)
+
+In the whitened coordinates xi a measurement is y = ȳ + G xi + e, cov(e) = N, S = G Gᵀ + N, and
+
+    mean = mean + root Gᵀ S⁻¹ (y - ȳ)
+    root = root (1 - Gᵀ V⁻ᵀ (V + W)⁻¹ G),    S = V Vᵀ,  N = W Wᵀ
+
+is Andrews' square-root update [Andrews1968]_: exact, n² m, and with no subtraction of covariances.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from urdyn.estimate.innovation import Innovation, Rows, innovation
+from urdyn.types import Array, Gaussian, frozen
+
+# Rounding of a sum of n products, in units of the diagonal: what a factorisation may be short of.
+ROUNDING = 1e-15
+
+
+@dataclass(frozen=True, eq=False)
+class SquareRoot:
+    """A belief with P = root rootᵀ; the root need not be triangular."""
+
+    mean: Array  # (n,)
+    root: Array  # (n, n)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "mean", frozen(self.mean))
+        object.__setattr__(self, "root", frozen(self.root))
+
+    @classmethod
+    def of(cls, mean: Array, cov: Array) -> SquareRoot:
+        """From a covariance that may be singular by rounding, or have zeros on its diagonal."""
+        return cls(mean, lower_root(cov))
+
+    @property
+    def gaussian(self) -> Gaussian:
+        """Mean and covariance."""
+        return Gaussian(self.mean, self.root @ self.root.T)
+
+    def at(self, unit: Array) -> Array:
+        """Points at standard scores `unit`, (k, n) -> (k, n)."""
+        return np.asarray(self.mean + unit @ self.root.T)
+
+
+def lower_root(cov: Array) -> Array:
+    """Cholesky factor of `cov`; lifted by its rounding, relative to each variance, if it must."""
+    try:
+        return np.asarray(np.linalg.cholesky(cov))
+    except np.linalg.LinAlgError:
+        return _lifted_root(cov)
+
+
+def _lifted_root(cov: Array) -> Array:
+    sd = np.sqrt(cov.diagonal())
+    scale = np.where(sd > 0.0, sd, 1.0)
+    correlation = cov / np.outer(scale, scale)
+    value, vector = np.linalg.eigh(0.5 * (correlation + correlation.T))
+    lifted = np.maximum(value, ROUNDING * len(cov) * value[-1])
+    return np.where(sd[:, None] > 0.0, scale[:, None] * vector * np.sqrt(lifted), 0.0)
+
+
+def inverse(cov: Array) -> Array:
+    """Of a covariance; where it is singular, with nothing known of what has no variance."""
+    try:
+        white = np.linalg.inv(np.linalg.cholesky(cov))
+    except np.linalg.LinAlgError:
+        return pseudo_inverse(cov)
+    return np.asarray(white.T @ white)
+
+
+def pseudo_inverse(cov: Array) -> Array:
+    """Of covariances (..., a, a) of any scales; zero for states that nothing moves."""
+    sd = np.sqrt(np.diagonal(cov, axis1=-2, axis2=-1))
+    scale = np.divide(1.0, sd, out=np.zeros_like(sd), where=sd > 0.0)
+    both = scale[..., :, None] * scale[..., None, :]
+    return np.asarray(both * np.linalg.pinv(cov * both, hermitian=True))
+
+
+def condition(
+    predicted: SquareRoot, G: Array, N: Array, residual: Array, y: Array, rows: Rows
+) -> tuple[SquareRoot, Innovation]:
+    """Belief after measuring `rows` of y: G (r, n) whitened, N (r, r) noise, `residual` (r,)."""
+    S = G @ G.T + N
+    V, W = np.linalg.cholesky(S), np.linalg.cholesky(N)
+    white = np.linalg.inv(V)
+    gain = predicted.root @ (white @ G).T  # (n, r) root Gᵀ V⁻ᵀ
+    mean = predicted.mean + gain @ (white @ residual)
+    root = predicted.root - gain @ (np.linalg.inv(V + W) @ G)
+    log_det = 2.0 * float(np.log(V.diagonal()).sum())
+    return SquareRoot(mean, root), innovation(y, rows, residual, S, white, log_det)

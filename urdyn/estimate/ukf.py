@@ -1,0 +1,62 @@
+"""The unscented Kalman filter (the paper's Algorithm 1), in square-root form."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from urdyn.dbn.two_slice import TwoSlice, U
+from urdyn.estimate.innovation import Innovation, measured_rows
+from urdyn.estimate.sigma_points import Rule, SigmaPoints, sigma_points
+from urdyn.estimate.square_root import SquareRoot, condition
+from urdyn.types import Array, Gaussian
+
+
+@dataclass(frozen=True)
+class UKF:
+    """Moments by sigma points [Wan2000]_; drawn anew after the prediction, so that they carry Q.
+
+    The paper does not draw anew; then the noise of the slice is missing from the innovation, and
+    the filter is not Kalman's on a linear model.
+    """
+
+    rule: Rule = "merwe"
+    alpha: float = 1.0  # spread of the points, in units of sqrt(n + kappa) standard deviations
+    beta: float = 2.0  # 2 is right for a Gaussian
+    kappa: float = 0.0
+
+    def init(self, model: TwoSlice[U]) -> SquareRoot:
+        """The model's prior."""
+        return SquareRoot.of(model.prior.mean, model.prior.cov)
+
+    def step(
+        self, model: TwoSlice[U], state: SquareRoot, u: U, y: Array
+    ) -> tuple[SquareRoot, Innovation]:
+        """Predict over u.dt, then learn from the finite rows of y, (m,)."""
+        points = self._points(len(state.mean))
+        mean, D = points.moments(model.transition(state.at(points.unit), u))
+        predicted = SquareRoot.of(mean, D.T @ D + model.transition_cov(u))
+        return assimilate(model, points, predicted, u, y)
+
+    def belief(self, state: SquareRoot) -> Gaussian:
+        """Mean and covariance."""
+        return state.gaussian
+
+    def _points(self, n: int) -> SigmaPoints:
+        return sigma_points(n, self.rule, self.alpha, self.beta, self.kappa)
+
+
+def assimilate(
+    model: TwoSlice[U], points: SigmaPoints, predicted: SquareRoot, u: U, y: Array
+) -> tuple[SquareRoot, Innovation]:
+    """The belief after the slice is measured, by statistical linearisation.
+
+    y = ȳ + G xi + e: G is the regression of the observation on the standard scores xi, and what
+    the regression leaves, the model's curvature, is noise: N = cov(e) = R + (left over)².
+    """
+    rows = measured_rows(y)
+    mean, D = points.moments(model.observe(predicted.at(points.unit), u)[:, rows])
+    design = points.scale[:, None] * points.unit
+    G = D.T @ design
+    left = D - design @ G.T
+    N = left.T @ left + model.observe_cov(u)[rows][:, rows]
+    return condition(predicted, G, N, y[rows] - mean, y, rows)

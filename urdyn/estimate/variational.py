@@ -1,0 +1,108 @@
+"""Gaussian variational inference (the paper's eq. 10) by natural-gradient steps.
+
+In every slice q = N(m, Lambda⁻¹) minimises KL(q || posterior) given the Gaussian prediction
+N(m0, Lambda0⁻¹), by the Bayesian learning rule [Khan2023]_:
+
+    Lambda += step (Lambda0 + E_q[Hᵀ R⁻¹ H] - Lambda)
+    m      += step Lambda⁻¹ (Lambda0 (m0 - m) + E_q[Hᵀ R⁻¹ (y - h)])
+
+Expectations are taken at sigma points of q. What it is: an approximation from a Gaussian family,
+whose Hessian is Gauss-Newton's (second derivatives of h are left out, so that Lambda stays
+positive), and whose past is summed up in one Gaussian, as in every filter here. What it is not:
+variational over the whole history, or over anything but the mean and covariance of the state.
+On an affine model one full step is Kalman's.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Generic
+
+import numpy as np
+
+from urdyn.dbn.two_slice import TwoSlice, U
+from urdyn.estimate.innovation import Innovation, measured_rows
+from urdyn.estimate.linearised import predict
+from urdyn.estimate.sigma_points import Rule, SigmaPoints, sigma_points
+from urdyn.estimate.square_root import SquareRoot
+from urdyn.estimate.ukf import assimilate
+from urdyn.types import Array, Gaussian
+
+
+@dataclass(frozen=True)
+class Variational:
+    """Settings of the natural-gradient descent in one slice."""
+
+    iterations: int = 5  # at most
+    step_size: float = 1.0  # of the natural gradient; 1 is Newton's
+    tolerance: float = 1e-6  # stop when the mean moves by less, in standard deviations
+    rule: Rule = "merwe"  # with no weight negative
+
+    def init(self, model: TwoSlice[U]) -> SquareRoot:
+        """The model's prior."""
+        return SquareRoot.of(model.prior.mean, model.prior.cov)
+
+    def step(
+        self, model: TwoSlice[U], state: SquareRoot, u: U, y: Array
+    ) -> tuple[SquareRoot, Innovation]:
+        """Predict over u.dt, then descend on the finite rows of y, (m,)."""
+        points = sigma_points(len(state.mean), self.rule, 1.0, 2.0, 0.0)
+        moved = predict(model, state.gaussian, u)
+        predicted = SquareRoot.of(moved.mean, moved.cov)
+        q, surprise = assimilate(model, points, predicted, u, y)
+        likelihood = Likelihood(model, u, y, points)
+        for _ in range(self.iterations):
+            before, q = q, self._descend(likelihood, predicted, q)
+            if _distance(before, q) < self.tolerance:
+                break
+        return q, surprise
+
+    def _descend(
+        self, likelihood: Likelihood[U], predicted: SquareRoot, q: SquareRoot
+    ) -> SquareRoot:
+        """One natural-gradient step, in the whitened coordinates of the prediction.
+
+        There Lambda0 is 1, so that a stiff prior costs no digits.
+        """
+        L0 = predicted.root
+        gradient, curvature = likelihood.expected(q, L0)
+        offset = np.linalg.solve(L0, q.mean - predicted.mean)
+        shape = np.linalg.solve(L0, q.root)
+        precision = np.linalg.inv(shape @ shape.T)
+        precision += self.step_size * (np.eye(len(offset)) + curvature - precision)
+        factor = np.linalg.inv(np.linalg.cholesky(0.5 * (precision + precision.T)))
+        offset += self.step_size * factor.T @ (factor @ (gradient - offset))
+        return SquareRoot(predicted.mean + L0 @ offset, L0 @ factor.T)
+
+    def belief(self, state: SquareRoot) -> Gaussian:
+        """Mean and covariance of q."""
+        return state.gaussian
+
+
+@dataclass(frozen=True, eq=False)
+class Likelihood(Generic[U]):
+    """log p(y | x) of the measured rows of one slice, and the points to average it at."""
+
+    model: TwoSlice[U]
+    u: U
+    y: Array  # (m,)
+    points: SigmaPoints
+
+    def expected(self, q: SquareRoot, root: Array) -> tuple[Array, Array]:
+        """E_q of its gradient (n,) and of minus its Gauss-Newton Hessian (n, n), by root⁻¹ x."""
+        rows, x, w = measured_rows(self.y), q.at(self.points.unit), self.points.mean_weight
+        R = self.model.observe_cov(self.u)[rows][:, rows]
+        white = np.linalg.inv(np.linalg.cholesky(R))
+        residual = (self.y - self.model.observe(x, self.u))[:, rows] @ white.T
+        H = white @ self.model.observe_jacobian(x, self.u)[..., rows, :] @ root
+        if H.ndim == 2:
+            return H.T @ (w @ residual), H.T @ H
+        gradient = np.einsum("k,kr,krn->n", w, residual, H)
+        flat = (np.sqrt(w)[:, None, None] * H).reshape(-1, H.shape[-1])
+        return gradient, flat.T @ flat
+
+
+def _distance(a: SquareRoot, b: SquareRoot) -> float:
+    """How far the mean moved, in standard deviations of b; the largest of all states."""
+    sd = np.sqrt((b.root**2).sum(axis=1))
+    return float((np.abs(b.mean - a.mean) / np.where(sd > 0.0, sd, 1.0)).max())

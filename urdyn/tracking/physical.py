@@ -1,0 +1,82 @@
+"""A belief in the filter's states, as quantities that people know."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from urdyn.dbn.robot import RobotCurrents, shown_directions
+from urdyn.identify.fit import Fit
+from urdyn.model.population import population
+from urdyn.types import Array, Gaussian
+
+JOINT = {
+    "f": ("coulomb", "N·m"),
+    "alpha": ("viscous", "N·m·s/rad"),
+    "beta": ("structural", "-"),
+    "z": ("health", "-"),
+    "o": ("offset", "N·m"),
+    "k": ("zero", "rad"),
+}
+LOGARITHMIC = ("f", "alpha", "beta", "z")
+PAYLOAD = ("mass", "mx", "my", "mz")
+
+
+@dataclass(frozen=True)
+class Quantities:
+    """How a filter's states become physical quantities, and their standard deviations."""
+
+    currents: RobotCurrents
+    link_mass: Array  # (J,) [kg] commissioned
+    mass_shown: Array  # (J, r) [kg] per unit of m
+    mass_hidden: Array  # (J,) [kg] sd that no motion removes
+
+    @cached_property
+    def names(self) -> tuple[str, ...]:
+        """ "elbow_joint.coulomb", "forearm_link.mass", "payload.mass", ..."""
+        arm = self.currents.reference.arm
+        joints = [f"{j}.{name}" for name, _ in JOINT.values() for j in arm.joint_names]
+        links = [f"{link}.mass" for link in arm.link_names]
+        return (*joints, *links, *(f"payload.{name}" for name in PAYLOAD))
+
+    @cached_property
+    def units(self) -> tuple[str, ...]:
+        """One unit a name."""
+        J = self.currents.reference.arm.joints
+        joints = [unit for _, unit in JOINT.values() for _ in range(J)]
+        return (*joints, *["kg"] * J, "kg", *["kg·m"] * 3)
+
+    def of(self, belief: Gaussian) -> tuple[Array, Array]:
+        """Means and standard deviations of all quantities; health is at most 1."""
+        at, x, sd = self.currents.places, belief.mean, belief.sd
+        mean, spread = [], []
+        for group in JOINT:
+            value, error = x[at[group]], sd[at[group]]
+            if group in LOGARITHMIC:
+                value = np.exp(value)
+                error = value * error
+            mean.append(np.minimum(value, 1.0) if group == "z" else value)
+            spread.append(error)
+        m, M = at["m"], self.mass_shown
+        told = np.einsum("jr,rs,js->j", M, belief.cov[m, m], M)
+        payload = slice(at["payload"].start, at["payload"].start + len(PAYLOAD))
+        mean += [self.link_mass + M @ x[m], x[payload]]
+        spread += [np.sqrt(told + self.mass_hidden**2), sd[payload]]
+        return np.concatenate(mean), np.concatenate(spread)
+
+
+def quantities(fit: Fit, currents: RobotCurrents) -> Quantities:
+    """The quantities of a commissioned arm; what no motion shows keeps its prior."""
+    arms = population(fit.dynamics.arm)
+    _, shown = shown_directions(arms, fit.dynamics, np.random.default_rng(0))
+    masses = np.arange(0, len(shown), 10)
+    whole = np.array(
+        [
+            fit.prior_sd[fit.parameters.names.index(f"{link}.mass")]
+            for link in fit.dynamics.arm.link_names
+        ]
+    )
+    hidden = np.sqrt(np.maximum(whole**2 - np.sum(shown[masses] ** 2, axis=1), 0.0))
+    return Quantities(currents, fit.dynamics.inertials[:, 0], shown[masses], hidden)

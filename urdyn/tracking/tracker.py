@@ -1,0 +1,168 @@
+"""Sample in, belief and surprise out: the same step for a log and for a live robot."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Generic, TypeVar
+
+import numpy as np
+
+from urdyn.dbn.joined import Joined
+from urdyn.dbn.robot import RobotCurrents, RobotSlice
+from urdyn.estimate import Filter, Innovation
+from urdyn.identify.fit import Fit
+from urdyn.model.friction import follow
+from urdyn.signal import Causal, CausalState, Instant, Sample
+from urdyn.tracking.model import Drift, tracking_model
+from urdyn.types import Array, Gaussian, Motion
+
+S = TypeVar("S")
+
+STANDING = 0.02  # [rad/s] slower than this, friction is whatever holds the joint
+SETTLED = 50.0  # presliding distances of travel after which the bristles are known
+INTERRUPTED = 0.5  # [s] without a sample: the joints may have moved
+LONGEST = 60.0  # [s] of drift that one gap may add: a night does not make an arm unknown
+MEMORY = 0.3  # [s] over which surprise is averaged
+SURPRISED = 3.0  # [-] of that average, where 1 is expected: something else is carried
+PATIENCE = 2.0  # [s] after such a moment before the next
+GATE = 8.0  # [sd] of an innovation, beyond which a sample surprises but does not teach
+OVERLOAD = 3.0  # [-] of the rated torque's current: more, and the sensor is wrong
+
+
+@dataclass(frozen=True)
+class TrackerState(Generic[S]):
+    """All that is remembered from sample to sample."""
+
+    causal: CausalState
+    belief: S
+    t: float  # [s] of the last instant; -inf before the first
+    v: Array  # (J,) [rad/s] then
+    bristles: Array  # (2, J) [-]
+    travelled: Array  # (J,) [rad] since they were unknown
+    surprise: float  # [-] average of the innovations' size, 1 expected
+    widened: float  # [s] when something else was last taken up
+
+
+@dataclass(frozen=True)
+class Reading:
+    """What one instant told."""
+
+    t: float  # [s]
+    belief: Gaussian
+    current: Array  # (J,) [A] as measured
+    predicted: Array  # (J,) [A] by the belief before; NaN where nothing was compared
+    innovation: Innovation
+    widened: bool  # the payload was taken to have changed here
+
+
+@dataclass(frozen=True, eq=False)
+class Tracker(Generic[S]):
+    """A twin's filter over a stream of samples; settings only, the state is passed along."""
+
+    fit: Fit
+    filter: Filter[S]
+    period: float  # [s] between samples, as a rule
+    drift: Drift | None = None
+
+    @cached_property
+    def model(self) -> Joined[RobotSlice]:
+        """The two slices."""
+        return tracking_model(self.fit, self.drift)
+
+    @cached_property
+    def currents(self) -> RobotCurrents:
+        """Its observation."""
+        observation = self.model.observation
+        assert isinstance(observation, RobotCurrents)
+        return observation
+
+    @cached_property
+    def _causal(self) -> Causal:
+        return Causal(self.period, offset=self.fit.dynamics.drive.time_offset)
+
+    def init(self) -> TrackerState[S]:
+        """The commissioned arm, before the first sample."""
+        J = self.fit.dynamics.arm.joints
+        belief, nothing = self.filter.init(self.model), np.zeros(J)
+        causal = self._causal.init(J)
+        return TrackerState(
+            causal, belief, -np.inf, nothing, np.zeros((2, J)), nothing, 1.0, -np.inf
+        )
+
+    def step(
+        self, state: TrackerState[S], sample: Sample
+    ) -> tuple[TrackerState[S], Reading | None]:
+        """One sample on; a reading once the causal window is full."""
+        causal, instant = self._causal.step(state.causal, sample)
+        state = replace(state, causal=causal)
+        if instant is None or not np.isfinite([instant.q, instant.v, instant.a]).all():
+            return state, None
+        return self._assimilate(state, instant)
+
+    def _assimilate(self, state: TrackerState[S], now: Instant) -> tuple[TrackerState[S], Reading]:
+        dt = now.t - state.t
+        bristles, travelled = self._moved(state, now, dt)
+        drive = self.fit.dynamics.drive
+        s = bristles[0] + drive.presliding_tail * (bristles[1] - bristles[0])
+        widen = state.surprise > SURPRISED and now.t - state.widened > PATIENCE
+        passed = float(np.clip(dt, 0.0, LONGEST)) if np.isfinite(dt) else 0.0
+        u = self.currents.slice(_row(now), s[None], passed, widen)
+        y = np.where(self._told(now, travelled), now.current, np.nan)
+        belief, innovation = self.filter.step(self.model, state.belief, u, y)
+        wild = np.abs(innovation.residual) > GATE * np.sqrt(np.diag(innovation.cov))
+        if wild.any():
+            believed = np.where(wild, np.nan, y)
+            belief, _ = self.filter.step(self.model, state.belief, u, believed)
+        after = replace(
+            state,
+            belief=belief,
+            t=now.t,
+            v=now.v,
+            bristles=bristles,
+            travelled=travelled,
+            surprise=1.0 if widen else _surprise(state.surprise, innovation, passed),
+            widened=now.t if widen else state.widened,
+        )
+        predicted = y - innovation.residual
+        learnt = self.filter.belief(belief)
+        return after, Reading(now.t, learnt, now.current, predicted, innovation, widen)
+
+    def _moved(self, state: TrackerState[S], now: Instant, dt: float) -> tuple[Array, Array]:
+        """Bristles and travel after the way since the last instant."""
+        if dt > INTERRUPTED:
+            return np.zeros_like(state.bristles), np.zeros_like(state.travelled)
+        way = 0.5 * (state.v + now.v) * dt
+        distance = self.fit.dynamics.drive.presliding_distance
+        return follow(state.bristles, way, distance), state.travelled + np.abs(way)
+
+    def _told(self, now: Instant, travelled: Array) -> Array:
+        """Joints whose current is possible, and says something: they slide on known bristles."""
+        drive, limit = self.fit.dynamics.drive, self.fit.dynamics.arm.effort_limit
+        settled = travelled > SETTLED * drive.presliding_distance
+        possible = np.abs(now.current) < OVERLOAD * limit / drive.gain
+        return np.asarray(settled & possible & (np.abs(now.v) > STANDING))
+
+
+def _surprise(before: float, innovation: Innovation, dt: float) -> float:
+    """Average of the squared innovations in units of their expected size.
+
+    Moments in which few joints slide are left out: friction, not a payload, surprises there.
+    """
+    if 2 * innovation.measured < len(innovation.residual):
+        return before
+    size = min(innovation.nis / innovation.measured, GATE**2)  # one wild sample is not a payload
+    return float(before - np.expm1(-dt / MEMORY) * (size - before))
+
+
+def _row(now: Instant) -> Motion:
+    """An instant as a motion of one row."""
+    return Motion(
+        np.array([now.t]),
+        now.q[None],
+        now.v[None],
+        now.a[None],
+        now.jerk[None],
+        now.current[None],
+        now.temperature[None],
+    )
