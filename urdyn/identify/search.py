@@ -1,0 +1,189 @@
+"""The search for an arm's dynamics.
+
+First plain least squares on an excerpt, while the shape of friction moves; then the terms of each
+joint's model by held-out likelihood; then the whole likelihood (coloured noise, heavy tails); last,
+all data at once. Every step compresses the data at a point, solves, and moves the point.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from urdyn.identify.compress import compress, residuals
+from urdyn.identify.excerpt import excerpt, folds
+from urdyn.identify.expressions import dynamics, physical
+from urdyn.identify.fit import Fit
+from urdyn.identify.map_estimate import Compressed, build_problem, posterior, solve
+from urdyn.identify.noise import GAUSSIAN, Noise, fit_noise
+from urdyn.identify.rank import data_rank
+from urdyn.identify.select import select_terms
+from urdyn.identify.unknowns import PayloadPrior, Unknowns
+from urdyn.model.arm import Arm
+from urdyn.model.dynamics import Dynamics
+from urdyn.model.population import OPTIONAL, population
+from urdyn.types import Array, Gaussian, Motion
+
+EXCERPT = 24_000  # rows, at most, on which the shape of friction is sought
+SHAPING = 8  # rounds of plain least squares, while the shape of friction moves
+ROUNDS = 3  # rounds of the whole likelihood on the excerpt
+DAMPING = 0.5  # share of a shaping step that is taken: presliding and Stribeck trade off
+FOLDS = 6
+PROBE = 2e-3  # [s] to either side, in the search for the time offset
+MAX_OFFSET = 0.03  # [s] no recorder is known to skew its streams more
+
+Progress = Callable[[str, float], None]  # what is being done, and the share that is behind
+
+
+@dataclass(frozen=True)
+class Run:
+    """A motion, and what the arm carried in it; None: nothing but itself."""
+
+    motion: Motion
+    payload: PayloadPrior | None = None
+
+
+@dataclass(frozen=True)
+class State:
+    """Where the search stands: a value, each step makes the next."""
+
+    unknowns: Unknowns
+    z: Array  # (P,) standard scores
+    noise: Noise
+    time_offset: float = 0.0  # [s] by which current leads the recorded motion
+    point: Dynamics = field(init=False)  # the bare arm at z
+    payloads: tuple[Array, ...] = field(init=False)  # inertials (10,) each
+
+    def __post_init__(self) -> None:
+        point, payloads = dynamics(self.unknowns, self.z, self.time_offset)
+        object.__setattr__(self, "point", point)
+        object.__setattr__(self, "payloads", payloads)
+
+    def loaded(self, runs: Sequence[Run]) -> list[tuple[Motion, Dynamics, int | None]]:
+        """Every run's motion, the arm as loaded in it, and the index of its payload."""
+        with_payload = [k for k, run in enumerate(runs) if run.payload]
+        index = {k: n for n, k in enumerate(with_payload)}
+        return [
+            (run.motion, replace(self.point, payload=self.payloads[index[k]]), index[k])
+            if k in index
+            else (run.motion, self.point, None)
+            for k, run in enumerate(runs)
+        ]
+
+
+def search(arm: Arm, runs: Sequence[Run], gain: Array | None, progress: Progress) -> Fit:
+    """The fit to all runs; `identify` has checked that they tell something."""
+    brief = [replace(run, motion=excerpt(run.motion, EXCERPT // len(runs))) for run in runs]
+    state = _start(arm, runs, gain)
+    for k in range(SHAPING):
+        progress("shape of friction", 0.5 * k / SHAPING)
+        state = _step(_with_noise(state, brief, plain=True), brief, DAMPING if k else 1.0)
+        state = _align(state, brief)
+    progress("terms of the model", 0.5)
+    state = _select(_with_noise(state, brief), brief)
+    for k in range(ROUNDS):
+        progress("colour of the noise", 0.6 + 0.2 * k / ROUNDS)
+        state = _step(_with_noise(state, brief), brief, 1.0)
+    progress("all data", 0.8)
+    return _finish(_with_noise(state, brief), runs)
+
+
+def _start(arm: Arm, runs: Sequence[Run], gain: Array | None) -> State:
+    payloads = tuple(run.payload for run in runs if run.payload)
+    everything = (_measurable(runs),) * arm.joints
+    unknowns = Unknowns(population(arm), everything, gain, payloads)
+    one = np.ones(arm.joints)
+    unit = Noise(one, one, GAUSSIAN * one, np.zeros((arm.joints, 0)))
+    return State(unknowns, np.zeros(len(unknowns.mean)), unit)
+
+
+def _measurable(runs: Sequence[Run]) -> frozenset[str]:
+    """Optional terms that the logs could tell of: no thermal term without temperatures."""
+    warm = any(np.isfinite(run.motion.temperature).any() for run in runs)
+    return OPTIONAL if warm else OPTIONAL - {"thermal"}
+
+
+def _with_noise(state: State, runs: Sequence[Run], plain: bool = False) -> State:
+    """The same point with the noise that it leaves; plain: white and Gaussian."""
+    left: list[list[Array]] = [[] for _ in range(state.point.arm.joints)]
+    for motion, point, _ in state.loaded(runs):
+        for joint, stretches in enumerate(residuals(point, motion)):
+            left[joint] += stretches
+    noise = fit_noise(left)
+    return replace(state, noise=noise.plain() if plain else noise)
+
+
+def _blocks(state: State, runs: Sequence[Run]) -> list[Compressed]:
+    return [
+        block
+        for motion, point, payload in state.loaded(runs)
+        for block in compress(point, motion, state.noise, payload)
+    ]
+
+
+def _step(state: State, runs: Sequence[Run], damping: float) -> State:
+    problem = build_problem(state.unknowns, _blocks(state, runs), state.point)
+    return replace(state, z=state.z + damping * (solve(problem, state.z) - state.z))
+
+
+def _align(state: State, runs: Sequence[Run]) -> State:
+    """The same arm with the time offset at the bottom of a parabola through three.
+
+    Friction switches within a sample, so the misfit's slope in time is probed, not differentiated.
+    """
+    offsets = state.time_offset + PROBE * np.array([-1.0, 0.0, 1.0])
+    misfits = [_misfit(replace(state, time_offset=offset), runs) for offset in offsets]
+    curvature = misfits[0] - 2.0 * misfits[1] + misfits[2]
+    slope = misfits[2] - misfits[0]
+    step = -0.5 * slope / curvature if curvature > 0.0 else -np.sign(slope)
+    offset = state.time_offset + PROBE * float(np.clip(step, -1.0, 1.0))
+    return replace(state, time_offset=float(np.clip(offset, -MAX_OFFSET, MAX_OFFSET)))
+
+
+def _misfit(state: State, runs: Sequence[Run]) -> float:
+    """Squared residuals of all joints, each in units of its noise."""
+    total = 0.0
+    for motion, point, _ in state.loaded(runs):
+        for joint, stretches in enumerate(residuals(point, motion)):
+            total += sum(float(r @ r) for r in stretches) / state.noise.sd[joint] ** 2
+    return total
+
+
+def _select(state: State, runs: Sequence[Run]) -> State:
+    """The same arm with those terms only that predict held-out current, and the offset held."""
+    cuts = [[replace(run, motion=part) for part in folds(run.motion, FOLDS)] for run in runs]
+    data = [_blocks(state, fold) for fold in zip(*cuts, strict=True)]
+    terms = select_terms(state.unknowns, data, state.point, state.z)
+    unknowns = replace(state.unknowns, terms=terms)
+    return replace(state, unknowns=unknowns, z=unknowns.score(state.point, state.payloads))
+
+
+def _finish(state: State, runs: Sequence[Run]) -> Fit:
+    blocks, unknowns = _blocks(state, runs), state.unknowns
+    problem = build_problem(unknowns, blocks, state.point)
+    belief = posterior(problem, solve(problem, state.z))
+    found, payloads = dynamics(unknowns, belief.mean, state.time_offset)
+    parameters, jacobian = physical(unknowns, belief.mean)
+    prior, prior_jacobian = physical(unknowns, np.zeros_like(belief.mean))
+    rank, columns = data_rank(blocks, found.arm.joints)
+    return Fit(
+        dynamics=found,
+        payloads=payloads,
+        parameters=parameters,
+        sd=np.sqrt(np.einsum("ij,jk,ik->i", jacobian, belief.cov, jacobian)),
+        prior=prior.values,
+        prior_sd=np.linalg.norm(prior_jacobian, axis=1),
+        names=unknowns.names,
+        belief=Gaussian(
+            unknowns.mean + unknowns.sd * belief.mean,
+            unknowns.sd[:, None] * belief.cov * unknowns.sd,
+        ),
+        terms=unknowns.terms,
+        noise=state.noise,
+        sources=tuple(run.motion.source for run in runs),
+        n_samples=sum(len(run.motion) for run in runs),
+        rank=rank,
+        n_parameters=columns,
+    )
