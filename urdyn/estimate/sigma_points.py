@@ -10,7 +10,7 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from importlib.util import find_spec, module_from_spec, spec_from_file_location
 from pathlib import Path
 from types import ModuleType
@@ -43,6 +43,22 @@ class SigmaPoints:
     def __post_init__(self) -> None:
         for name in ("unit", "mean_weight", "scale"):
             object.__setattr__(self, name, frozen(getattr(self, name)))
+
+    @cached_property
+    def _reach(self) -> float:
+        """c where the points are 0, c e_i, -c e_i in this order, as most sets are; else 0."""
+        n = self.unit.shape[1]
+        c = float(self.unit[1, 0])
+        cross = np.vstack([np.zeros(n), c * np.eye(n), -c * np.eye(n)])
+        same = cross.shape == self.unit.shape and np.allclose(cross, self.unit, rtol=1e-12, atol=0)
+        return c if same else 0.0
+
+    def around(self, mean: Array, root: Array) -> Array:
+        """The points of a Gaussian with P = root rootᵀ, (k, n)."""
+        if not self._reach:
+            return np.asarray(mean + self.unit @ root.T)
+        arms = self._reach * root.T  # a product with multiples of the identity, spared
+        return np.concatenate([mean[None], mean + arms, mean - arms])
 
     def moments(self, values: Array) -> tuple[Array, Array]:
         """Mean (m,) and scaled deviations D (k, m) of a function's values, with cov = DᵀD."""

@@ -33,7 +33,7 @@ class UKF:
     ) -> tuple[SquareRoot, Innovation]:
         """Predict over u.dt, then learn from the finite rows of y, (m,)."""
         points = self._points(len(state.mean))
-        mean, D = points.moments(model.transition(state.at(points.unit), u))
+        mean, D = points.moments(model.transition(points.around(state.mean, state.root), u))
         predicted = SquareRoot.of(mean, D.T @ D + model.transition_cov(u))
         return assimilate(model, points, predicted, u, y)
 
@@ -54,7 +54,9 @@ def assimilate(
     the regression leaves, the model's curvature, is noise: N = cov(e) = R + (left over)².
     """
     rows = measured_rows(y)
-    mean, D = points.moments(model.observe(predicted.at(points.unit), u)[:, rows])
+    mean, D = points.moments(
+        model.observe(points.around(predicted.mean, predicted.root), u)[:, rows]
+    )
     design = points.scale[:, None] * points.unit
     G = D.T @ design
     left = D - design @ G.T
