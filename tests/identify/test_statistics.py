@@ -150,8 +150,9 @@ def test_error_falls_as_the_root_of_the_samples() -> None:
     """The same ten seconds of motion once and four times: half the error."""
     once, often = zip(*(ten_and_forty_seconds(seed) for seed in range(8)), strict=True)
     ratio = np.sqrt(np.mean(np.square(once)) / np.mean(np.square(often)))
-    # The ratio of two mean squares of n values each, less far apart for they share ten seconds.
-    n = np.size(once)
+    # The ratio of two mean squares of n values each: Coulomb and viscous errors of a joint trade
+    # off against one another, so the two count for one.
+    n = np.size(once) // 2
     low, high = 2.0 * np.sqrt(fisher.ppf([CHANCE / 2.0, 1.0 - CHANCE / 2.0], n, n))
     assert low <= ratio <= high
 

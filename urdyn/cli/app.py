@@ -14,6 +14,7 @@ from urdyn.cli.failure import DEBUG, guarded
 from urdyn.cli.identify import identify
 from urdyn.cli.record import record
 from urdyn.cli.simulate import simulate
+from urdyn.cli.track import track
 from urdyn.cli.validate import validate
 from urdyn.version import __version__
 
@@ -51,7 +52,7 @@ def root(
         os.environ[DEBUG] = "1"  # processes that a verb starts are told as well
 
 
-for verb in (identify, validate, simulate, record, demo):
+for verb in (identify, validate, track, simulate, record, demo):
     app.command()(guarded(verb))
 bench.command("identify")(guarded(bench_identify))
 bench.command("simulate")(guarded(bench_simulate))

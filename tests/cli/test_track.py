@@ -1,0 +1,64 @@
+"""urdyn track, on a recording."""
+
+import json
+
+import pyarrow.parquet as pq
+import pytest
+from typer.testing import CliRunner
+
+from urdyn.cli.app import app
+
+
+def tracked(*arguments):
+    return CliRunner().invoke(app, ["track", *map(str, arguments)])
+
+
+@pytest.fixture(scope="module")
+def twin(story):
+    return story.out / "twin.toml"
+
+
+def test_a_recording_is_tracked(story, twin, tmp_path):
+    told = tracked(twin, story.held_out, "--out", tmp_path, "--json")
+    assert told.exit_code == 0, told.stderr
+    summary = json.loads(told.stdout)
+    assert summary["samples"] == 1200
+    assert (summary["filter"], summary["mode"]) == ("ukf", "full")
+    assert set(summary["latency_ms"]) == {"p50", "p99", "max"}
+    assert summary["final"]["payload.mass"]["unit"] == "kg"
+    assert len(pq.read_table(tmp_path / "history.parquet")) > 250
+    assert "<html" in (tmp_path / "report.html").read_text()
+
+
+def test_a_quiet_run_says_nothing(story, twin, tmp_path):
+    command = (twin, story.held_out, "--out", tmp_path, "-q", "--filter", "ekf", "--rows", "0:400")
+    told = tracked(*command)
+    assert (told.exit_code, told.stdout, told.stderr) == (0, "", "")
+
+
+def test_a_filter_that_nobody_knows_is_a_matter_of_usage(story, twin, tmp_path):
+    told = tracked(twin, story.held_out, "--out", tmp_path, "--filter", "crystal ball")
+    assert told.exit_code == 2
+    assert "ukf" in told.stderr
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        ("absent.csv",),
+        ("rtde://127.0.0.1:1",),
+        ("rtde://127.0.0.1:nowhere",),
+        ("ros9://joints",),
+    ],
+)
+def test_a_source_that_cannot_be_tracked_is_told_in_one_line(twin, options, tmp_path):
+    told = tracked(twin, *options, "--out", tmp_path)
+    assert told.exit_code == 1
+    assert told.stderr.startswith("urdyn: ") and told.stderr.count("\n") == 1
+
+
+def test_a_broken_checkpoint_is_told_in_one_line(story, twin, tmp_path):
+    (tmp_path / "checkpoint.npz").write_bytes(b"broken")
+    told = tracked(twin, story.held_out, "--out", tmp_path)
+    assert told.exit_code == 1
+    assert told.stderr.count("\n") == 1 and "--fresh" in told.stderr

@@ -1,0 +1,43 @@
+"""A robot at work, tracked over RTDE; the controller is ours."""
+
+import threading
+import time
+
+import pytest
+from workshop import rows
+
+from urdyn.estimate import EKF
+from urdyn.io.rtde import play, serve
+from urdyn.simulate import simulate
+from urdyn.tracking import open_source
+
+
+@pytest.fixture(scope="module")
+def controller(ur5e):
+    log = simulate(ur5e, 8.0, 500.0, seed=1)[0]
+    with serve(play(log, loop=True), port=0) as server:
+        yield f"rtde://127.0.0.1:{server.port}"
+
+
+def test_a_live_robot_is_tracked_at_its_own_pace(workshop, controller, tmp_path):
+    source = open_source(controller, duration=4.0)
+    summary = workshop.track(tmp_path, source, filter=EKF())
+    source.close()
+    print("latency of a reading", summary["latency_ms"])
+    assert summary["samples"] == 2000
+    assert summary["lost"] == 0
+    assert summary["data_s"] == pytest.approx(3.998)
+    assert len(rows(tmp_path)) > 60
+    assert summary["latency_ms"]["p50"] < 10.0
+
+
+def test_a_live_run_that_is_ended_can_be_taken_up_again(workshop, controller, tmp_path):
+    first = open_source(controller)
+    threading.Thread(target=lambda: (time.sleep(1.0), first.close()), daemon=True).start()
+    ended = workshop.track(tmp_path, first)
+    source = open_source(controller, duration=0.5)
+    again = workshop.track(tmp_path, source)
+    source.close()
+    assert again["samples"] == ended["samples"] + 250
+    t = rows(tmp_path)["t"].to_numpy()
+    assert len(t) > 10

@@ -1,0 +1,143 @@
+"""A run that is killed goes on, and the history is that of a run that never was."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from workshop import KilledError, assert_same, killed_at
+
+from urdyn.errors import InputError
+from urdyn.estimate import UKF, InformationFilter
+from urdyn.tracking import open_source
+from urdyn.tracking.checkpoint import FILE
+
+ROOT = Path(__file__).parents[2]
+SAMPLES = (3, 999, 1000, 1001, 1700)  # before a checkpoint, at it, after it
+
+
+@pytest.fixture(scope="module")
+def undisturbed(workshop, tmp_path_factory):
+    out = tmp_path_factory.mktemp("undisturbed")
+    return out, workshop.track(out)
+
+
+@pytest.fixture
+def dead(workshop, tmp_path):
+    """A folder of a run that died after its first checkpoint."""
+    with pytest.raises(KilledError):
+        workshop.track(tmp_path, killed_at(open_source(str(workshop.recording)), 1200))
+    return tmp_path
+
+
+@pytest.mark.parametrize("filter_", [UKF(), InformationFilter()])
+def test_a_resumed_run_is_the_undisturbed_one(workshop, filter_, tmp_path):
+    source = open_source(str(workshop.recording), duration=11.0)
+    whole = workshop.track(tmp_path / "whole", source, filter=filter_)
+    for sample in (1050, 1080):
+        with pytest.raises(KilledError):
+            workshop.track(tmp_path / "parts", killed_at(source, sample), filter=filter_)
+    again = workshop.track(tmp_path / "parts", source, filter=filter_)
+    assert_same(tmp_path / "parts", tmp_path / "whole")
+    for name in ("samples", "data_s", "final", "payload_changes"):
+        assert again[name] == whole[name]
+
+
+@pytest.mark.parametrize("sample", SAMPLES)
+def test_it_matters_not_when_a_run_dies(workshop, undisturbed, sample, tmp_path):
+    source = open_source(str(workshop.recording))
+    with pytest.raises(KilledError):
+        workshop.track(tmp_path, killed_at(source, sample))
+    assert workshop.track(tmp_path, source)["final"] == undisturbed[1]["final"]
+    assert_same(tmp_path, undisturbed[0])
+
+
+def test_a_resumed_run_does_not_begin_at_the_beginning(workshop, dead):
+    source = open_source(str(workshop.recording))
+    begun = []
+
+    def start(first):
+        begun.append(first)
+        return source.start(first)
+
+    workshop.track(dead, replace(source, start=start))
+    assert begun == [1000]
+
+
+def test_what_a_killed_run_left_beyond_its_checkpoint_is_dropped(workshop, undisturbed, dead):
+    parts = dead / "history.parts"
+    (parts / "part-000001.parquet").write_bytes(b"half")
+    (parts / ".part-000001.parquet.1.part").write_bytes(b"less")
+    workshop.track(dead)
+    assert_same(dead, undisturbed[0])
+
+
+@pytest.mark.parametrize("content", [b"", b"no archive", b"PK\x03\x04 and no more"])
+def test_a_broken_checkpoint_is_refused(workshop, dead, content):
+    (dead / FILE).write_bytes(content)
+    with pytest.raises(InputError, match="--fresh"):
+        workshop.track(dead)
+
+
+def test_a_torn_checkpoint_is_refused(workshop, dead):
+    whole = (dead / FILE).read_bytes()
+    for share in (0.1, 0.5, 0.99):
+        (dead / FILE).write_bytes(whole[: int(share * len(whole))])
+        with pytest.raises(InputError, match="--fresh"):
+            workshop.track(dead)
+
+
+def test_a_checkpoint_that_lacks_a_part_is_refused(workshop, dead):
+    (dead / "history.parts" / "part-000000.parquet").unlink()
+    with pytest.raises(InputError, match="part-000000"):
+        workshop.track(dead)
+
+
+def test_a_checkpoint_with_nothing_in_it_is_refused(workshop, dead):
+    with np.load(dead / FILE) as archive:
+        identity = str(archive["identity"])
+    np.savez(dead / FILE, identity=identity)
+    with pytest.raises(InputError, match="lacks"):
+        workshop.track(dead)
+
+
+def test_a_checkpoint_of_another_run_is_refused(workshop, dead):
+    with pytest.raises(InputError, match="another twin;"):
+        workshop.track(dead, twin="other")
+    with pytest.raises(InputError, match="another source;"):
+        workshop.track(dead, open_source(str(workshop.recording), rows=(5, None)))
+    with pytest.raises(InputError, match="another settings;"):
+        workshop.track(dead, filter=UKF())
+
+
+def test_a_run_can_begin_anew(workshop, undisturbed, dead):
+    workshop.track(dead, twin="", fresh=True)
+    assert_same(dead, undisturbed[0])
+
+
+def killed_after(workshop, out, seconds):
+    """Exit status of the command line, killed if it takes longer."""
+    command = (sys.executable, "-m", "urdyn", "track", workshop.twin, workshop.recording)
+    environment = os.environ | {"PYTHONPATH": str(ROOT), "OPENBLAS_NUM_THREADS": "1"}
+    run = subprocess.Popen((*command, "--out", out, "-q", "--filter", "ekf"), env=environment)
+    try:
+        return run.wait(seconds)
+    except subprocess.TimeoutExpired:
+        run.send_signal(signal.SIGKILL)
+        return run.wait()
+
+
+@pytest.mark.parametrize("kills", [5, pytest.param(20, marks=pytest.mark.slow)])
+def test_a_run_that_is_killed_at_any_moment_loses_nothing(workshop, kills, tmp_path):
+    begin = time.monotonic()
+    assert killed_after(workshop, tmp_path / "timed", 60.0) == 0
+    took = time.monotonic() - begin
+    for seconds in np.random.default_rng(kills).uniform(0.5 * took, took, kills):
+        killed_after(workshop, tmp_path / "killed", seconds)
+    assert killed_after(workshop, tmp_path / "killed", 60.0) == 0
+    assert_same(tmp_path / "killed", tmp_path / "timed")

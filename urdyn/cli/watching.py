@@ -1,0 +1,62 @@
+"""What a terminal shows of an arm that is being tracked."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from typing import Any
+
+from rich.console import Console
+from rich.live import Live
+from rich.table import Table
+
+from urdyn.tracking import Glance
+from urdyn.tracking.run import Watch
+
+JOINT = ("coulomb", "viscous", "health")
+PAUSE = 0.25  # [s] between two looks
+
+
+@contextmanager
+def watching(joints: Sequence[str], quiet: bool) -> Iterator[Watch | None]:
+    """A table that is kept up to date on a terminal, nothing elsewhere."""
+    if quiet or not sys.stderr.isatty():
+        yield None
+        return
+    shown = -PAUSE
+    with Live(console=Console(stderr=True), auto_refresh=False, transient=True) as live:
+
+        def watch(glance: Glance) -> None:
+            nonlocal shown
+            if time.monotonic() - shown > PAUSE:
+                live.update(table(glance, joints), refresh=True)
+                shown = time.monotonic()
+
+        yield watch
+
+
+def table(glance: Glance, joints: Sequence[str]) -> Table:
+    """Friction and health of every joint, and the payload."""
+    rows = zip(glance.mean, glance.sd, glance.units, strict=True)
+    told = dict(zip(glance.names, rows, strict=True))
+    done = f", {100 * glance.share:.0f} %" if glance.share else ""
+    mass, sd, unit = told["payload.mass"]
+    caption = f"payload {mass:.2f} ± {sd:.2f} {unit}; {glance.t:.1f} s{done}; {glance.rate:.0f} Hz"
+    grid = Table("joint", *JOINT, caption=caption)
+    for joint in joints:
+        cells = (told[f"{joint}.{name}"] for name in JOINT)
+        grid.add_row(joint, *(f"{mean:.3g} ± {sd:.2g} {unit}" for mean, sd, unit in cells))
+    return grid
+
+
+def verdict(summary: dict[str, Any]) -> str:
+    """A run in a sentence."""
+    mass, latency = summary["final"]["payload.mass"], summary["latency_ms"]
+    changed = ", ".join(f"{t:.1f} s" for t in summary["payload_changes"]) or "never"
+    return (
+        f"{summary['samples']} samples, {summary['data_s']:.1f} s, at {summary['rate_hz']:.0f} Hz; "
+        f"99 % within {latency['p99']:.2f} ms; payload {mass['mean']:.2f} ± {mass['sd']:.2f} kg, "
+        f"changed: {changed}"
+    )

@@ -1,0 +1,37 @@
+"""The self-contained page of a tracked run."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from urdyn.report.markup import document
+from urdyn.report.track_change import changes
+from urdyn.report.track_headline import arm, track_headline
+from urdyn.report.track_history import PAYLOAD, History
+from urdyn.report.track_origin import track_origin
+from urdyn.report.track_payload import payload
+from urdyn.report.track_surprise import surprise, surprises
+from urdyn.report.track_trends import link_masses, trends
+
+
+def track_page(history: Path, summary: Mapping[str, Any]) -> str:
+    """HTML of a tracked run.
+
+    Args:
+        history: Parquet; mean and `.sd` of every quantity, currents, and surprise over time.
+        summary: robot, samples, times, latency, and when the payload was taken to have changed.
+    """
+    run = History(history)
+    found, surprised = changes(run), surprise(run)
+    changed = [float(t) - run.start for t in summary["payload_changes"]]
+    return document(
+        f"{arm(summary)} tracked",
+        track_headline(run, summary, found, changed, surprised),
+        *([payload(run, changed)] if run.holds(PAYLOAD, "mass") else []),
+        trends(run, found),
+        surprises(run, surprised),
+        link_masses(run),
+        track_origin(run, summary),
+    )

@@ -1,0 +1,107 @@
+"""All that a run remembers, as a file: a process that is killed goes on from there.
+
+The file is written after the part of the history that it counts, each of them whole or not at
+all; what a killed process leaves beyond its checkpoint is dropped and made again. So every sample
+is counted once.
+"""
+
+from __future__ import annotations
+
+import json
+import zipfile
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, fields, is_dataclass, replace
+from pathlib import Path
+from typing import Any, Generic, TypeVar, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from urdyn.errors import InputError
+from urdyn.io import writing
+from urdyn.tracking.tracker import TrackerState
+
+FILE = "checkpoint.npz"
+DAMAGE = (zipfile.BadZipFile, OSError, EOFError, LookupError, ValueError, TypeError)
+ANEW = "name another --out, or start anew with --fresh"
+
+S = TypeVar("S")
+T = TypeVar("T")
+Cells = Mapping[str, NDArray[Any]]
+
+
+@dataclass(frozen=True, eq=False)
+class Checkpoint(Generic[S]):
+    """Where a run is."""
+
+    state: TrackerState[S]
+    index: int = 0  # of the next sample
+    parts: int = 0  # of the history, that are written
+    began: float = np.nan  # [s] stamp of the first sample
+    last: float = np.nan  # [s] stamp of the newest
+
+
+def save(checkpoint: Checkpoint[S], identity: Mapping[str, str], folder: Path) -> None:
+    """Write DIR/checkpoint.npz; `identity` says whose it is."""
+    with writing(folder / FILE) as stream:
+        cells: dict[str, Any] = dict(_cells(checkpoint, "at"))
+        np.savez(stream, identity=json.dumps(dict(identity)), **cells)
+
+
+def load(start: Checkpoint[S], identity: Mapping[str, str], folder: Path) -> Checkpoint[S]:
+    """The checkpoint in `folder`; `start` where there is none, which also says its form.
+
+    Raises:
+        InputError: it is damaged, or of another twin, source or settings.
+    """
+    path = folder / FILE
+    if not path.exists():
+        return start
+    try:
+        with path.open("rb") as stream, np.load(stream, allow_pickle=False) as archive:
+            cells = dict(archive)
+        written = dict(json.loads(str(cells["identity"])))
+    except DAMAGE as error:
+        raise InputError(f"{path}: is damaged ({error}); {ANEW}") from error
+    wanted = dict(identity)
+    if other := [name for name in wanted if written.get(name) != wanted[name]]:
+        raise InputError(f"{path}: is of a run with another {' and '.join(other)}; {ANEW}")
+    try:
+        return _filled(start, cells, "at")
+    except DAMAGE as error:
+        raise InputError(f"{path}: lacks what this run remembers ({error}); {ANEW}") from error
+
+
+def remove(folder: Path) -> None:
+    """No checkpoint, nor a half-written one of a process that was killed."""
+    for path in (folder / FILE, *folder.glob(f".{FILE}.*.part")):
+        path.unlink(missing_ok=True)
+
+
+def _cells(value: object, place: str) -> Iterator[tuple[str, NDArray[Any]]]:
+    """Every number and array in a tree of dataclasses and tuples, by its place in it."""
+    for name, inner in _branches(value):
+        yield from _cells(inner, f"{place}.{name}")
+    if not isinstance(value, tuple) and not is_dataclass(value):
+        yield place, np.asarray(value)
+
+
+def _branches(value: object) -> list[tuple[str, Any]]:
+    if is_dataclass(value):
+        return [(field.name, getattr(value, field.name)) for field in fields(value)]
+    return [(str(k), inner) for k, inner in enumerate(value)] if isinstance(value, tuple) else []
+
+
+def _filled(form: T, cells: Cells, place: str) -> T:
+    """A tree of the same form as `form`, with the numbers in `cells`."""
+    filled: Any
+    kind: Any = type(form)
+    inner = {name: _filled(branch, cells, f"{place}.{name}") for name, branch in _branches(form)}
+    if is_dataclass(form):
+        filled = replace(cast(Any, form), **inner)
+    elif isinstance(form, tuple):
+        filled = tuple(inner.values())
+    else:
+        cell = cells[place]
+        filled = cell if isinstance(form, np.ndarray) else kind(cell.item())
+    return cast(T, filled)

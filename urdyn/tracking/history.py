@@ -1,0 +1,113 @@
+"""Where the parameters went, as a table that is written while it grows."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from urdyn.errors import InputError
+from urdyn.io import writing
+from urdyn.tracking.physical import Quantities
+from urdyn.tracking.tracker import Reading
+from urdyn.types import Array
+
+FILE, PARTS = "history.parquet", "history.parts"
+GROUP = 4096  # rows that are compressed together
+
+
+def schema(quantities: Quantities) -> pa.Schema:
+    """t; every quantity's mean and sd; currents of every joint; surprise."""
+    joints = range(quantities.currents.reference.arm.joints)
+    units = dict(zip(quantities.names, quantities.units, strict=True))
+    pairs = [(f"{name}{what}", unit) for name, unit in units.items() for what in ("", ".sd")]
+    pairs += [(f"{what}_{joint}", "A") for what in ("current", "predicted") for joint in joints]
+    fields = [("t", "s"), *pairs, ("nis", "-")]
+    columns = [pa.field(name, pa.float64(), metadata={"unit": unit}) for name, unit in fields]
+    return pa.schema([*columns, ("measured", pa.int64()), ("widened", pa.bool_())])
+
+
+class History:
+    """Rows of one run: those of whole parts are in files, the newest wait in memory."""
+
+    def __init__(self, folder: Path, quantities: Quantities, parts: int = 0) -> None:
+        self.folder, self.quantities = folder, quantities
+        self.parts = parts  # files that are written
+        self._schema = schema(quantities)
+        self._rows: list[list[float]] = []
+
+    def open(self) -> None:
+        """A folder of the parts that count; what a killed run left beyond them is dropped."""
+        parts = self.folder / PARTS
+        parts.mkdir(parents=True, exist_ok=True)
+        counted = {path.name for path in self._files()}
+        for path in parts.iterdir():
+            if path.name not in counted:
+                path.unlink()
+        if missing := counted - {path.name for path in parts.iterdir()}:
+            raise InputError(f"{parts}: lacks {min(missing)}; start anew with --fresh")
+
+    def take(self, reading: Reading, mean: Array, sd: Array) -> None:
+        """One row on."""
+        told = np.stack([mean, sd], axis=1).ravel()
+        surprise = reading.innovation
+        end = [surprise.nis, surprise.measured, reading.widened]
+        self._rows.append([reading.t, *told, *reading.current, *reading.predicted, *end])
+
+    def write(self) -> None:
+        """The rows that wait, as the next part; none, no part."""
+        if not self._rows:
+            return
+        columns = list(zip(*self._rows, strict=True))
+        cells = [
+            pa.array(np.asarray(column).astype(field.type.to_pandas_dtype()))
+            for column, field in zip(columns, self._schema, strict=True)
+        ]
+        with writing(self.folder / PARTS / _name(self.parts)) as stream:
+            pq.write_table(pa.table(cells, schema=self._schema), stream, compression="zstd")
+        self.parts, self._rows = self.parts + 1, []
+
+    def join(self, origin: Mapping[str, str]) -> Path:
+        """All parts as one file, DIR/history.parquet, that says what it was made of."""
+        path, units = self.folder / FILE, self.quantities.units
+        named = dict(zip(self.quantities.names, units, strict=True))
+        told = {"urdyn.provenance": dict(origin), "urdyn.units": named}
+        table = self._schema.with_metadata({key: json.dumps(value) for key, value in told.items()})
+        with writing(path) as stream, pq.ParquetWriter(stream, table, compression="zstd") as writer:
+            waiting: list[pa.Table] = []
+            for part in self._files():
+                waiting.append(pq.read_table(part).cast(table))
+                if sum(map(len, waiting)) >= GROUP:
+                    _flush(writer, waiting)
+            _flush(writer, waiting)
+        return path
+
+    def discard(self) -> None:
+        """The parts, once they are joined for good."""
+        shutil.rmtree(self.folder / PARTS)
+
+    def _files(self) -> list[Path]:
+        return [self.folder / PARTS / _name(k) for k in range(self.parts)]
+
+
+def changes(path: Path) -> list[float]:
+    """Times at which the payload was taken to have changed [s], of a history."""
+    table = pq.read_table(path, columns=["t", "widened"])
+    return [float(t) for t in table["t"].filter(table["widened"]).to_pylist()]
+
+
+def _name(part: int) -> str:
+    return f"part-{part:06d}.parquet"
+
+
+def _flush(writer: pq.ParquetWriter, waiting: list[pa.Table]) -> None:
+    """Write what waits as one group of rows."""
+    tables: Sequence[pa.Table] = waiting
+    if tables:
+        writer.write_table(pa.concat_tables(tables).combine_chunks())
+    waiting.clear()

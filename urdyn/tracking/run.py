@@ -1,0 +1,178 @@
+"""The loop: samples in, history out, and a checkpoint now and then."""
+
+from __future__ import annotations
+
+import resource
+import sys
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, Generic, TypeVar
+
+import numpy as np
+from threadpoolctl import threadpool_limits
+
+from urdyn.errors import InputError
+from urdyn.tracking import checkpoint as keep
+from urdyn.tracking.checkpoint import Checkpoint
+from urdyn.tracking.history import FILE, History, changes
+from urdyn.tracking.latency import Latency
+from urdyn.tracking.physical import Quantities, quantities
+from urdyn.tracking.source import Arrival, Source, now
+from urdyn.tracking.tracker import Reading, Tracker
+from urdyn.types import Array, Gaussian
+from urdyn.version import __version__
+
+ROWS = 25.0  # [Hz] of the history, at most
+PART = 10.0  # [s] of data between checkpoints: what is done again after a kill
+RSS_UNIT = 1 if sys.platform == "darwin" else 1024  # bytes in a unit of ru_maxrss
+
+S = TypeVar("S")
+
+
+@dataclass(frozen=True)
+class Glance:
+    """Where a run is, for those who watch."""
+
+    t: float  # [s] since the first sample
+    share: float  # [-] that is behind; 0 where nobody knows
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+    mean: Array
+    sd: Array
+    rate: float  # [Hz] updates a second of computing
+
+
+Watch = Callable[[Glance], None]
+
+
+def run(
+    tracker: Tracker[S],
+    source: Source,
+    out: Path,
+    twin: str = "",
+    fresh: bool = False,
+    watch: Watch | None = None,
+) -> dict[str, Any]:
+    """Track `source` to its end and write DIR/history.parquet; what was found, in plain numbers.
+
+    `twin` is the hash of the twin's file. A run that was killed goes on at its checkpoint, and a
+    live one where it was ended; `fresh` begins anew.
+    """
+    joints = tracker.fit.dynamics.arm.joints
+    if source.joints != joints:
+        raise InputError(f"{source.name}: has {source.joints} joints, the twin has {joints}")
+    out.mkdir(parents=True, exist_ok=True)
+    identity = {
+        "version of urdyn": __version__,
+        "twin": twin,
+        "source": source.identity,
+        "settings": f"{tracker.filter} {tracker.drift} {tracker.period}",
+    }
+    if fresh:
+        keep.remove(out)
+    begun = keep.load(Checkpoint(tracker.init()), identity, out)
+    history = History(out, quantities(tracker.fit, tracker.currents), begun.parts)
+    history.open()
+    # The matrices are small: threads of the linear algebra would wait for one another.
+    with threadpool_limits(1):
+        return _Run(tracker, source, history, identity, watch).to_the_end(begun)
+
+
+@dataclass(frozen=True, eq=False)
+class _Run(Generic[S]):
+    tracker: Tracker[S]
+    source: Source
+    history: History
+    identity: dict[str, str]
+    watch: Watch | None
+
+    def to_the_end(self, at: Checkpoint[S]) -> dict[str, Any]:
+        """Every sample that is left, then the files."""
+        begin, pace, work = time.perf_counter(), Latency(), Latency()
+        lost = 0
+        part = max(1, round(PART / self.source.period))
+        for arrival in self.source.start(at.index):
+            started = time.perf_counter()
+            lost += self._missing(at, arrival) if work.count else 0
+            at, reading = self._step(at, arrival)
+            done = time.perf_counter() - started
+            work.take(done)
+            pace.take(now() - arrival.received if self.source.live else done)
+            self._note(at, reading, work)
+            if at.index % part == 0:
+                at = self._kept(at)
+        path = self._finish(at)
+        return {
+            "robot": self.tracker.fit.dynamics.arm.name,
+            "samples": at.index,
+            "lost": lost if self.source.live else None,
+            "data_s": float(np.nan_to_num(at.last - at.began)),
+            "wall_s": time.perf_counter() - begin,
+            "rate_hz": work.count / work.total if work.count else 0.0,
+            "latency_ms": pace.summary(),
+            "rss_mb": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * RSS_UNIT / 1e6,
+            "filter": type(self.tracker.filter).__name__,
+            "mode": "full",
+            "final": _final(self.history.quantities, self._belief(at)),
+            "payload_changes": changes(path),
+        }
+
+    def _step(self, at: Checkpoint[S], arrival: Arrival) -> tuple[Checkpoint[S], Reading | None]:
+        t = arrival.sample.t
+        state, reading = self.tracker.step(at.state, arrival.sample)
+        began = at.began if np.isfinite(at.began) else t
+        return replace(at, state=state, index=at.index + 1, began=began, last=t), reading
+
+    def _missing(self, at: Checkpoint[S], arrival: Arrival) -> int:
+        """Samples that did not come before this one, by their stamps."""
+        steps = (arrival.sample.t - at.last) / self.source.period
+        return max(0, round(steps) - 1)
+
+    def _note(self, at: Checkpoint[S], reading: Reading | None, work: Latency) -> None:
+        """A row of history: of every k-th sample, and wherever something else was taken up."""
+        every = max(1, int(np.ceil(1.0 / (ROWS * self.source.period) - 0.01)))
+        if reading is None or (at.index % every and not reading.widened):
+            return
+        of = self.history.quantities
+        mean, sd = of.of(reading.belief)
+        self.history.take(reading, mean, sd)
+        if self.watch:
+            share = at.index / self.source.length if self.source.length else 0.0
+            rate = work.count / work.total
+            self.watch(Glance(at.last - at.began, share, of.names, of.units, mean, sd, rate))
+
+    def _kept(self, at: Checkpoint[S]) -> Checkpoint[S]:
+        """The run as it is now, on disk."""
+        self.history.write()
+        at = replace(at, parts=self.history.parts)
+        keep.save(at, self.identity, self.history.folder)
+        return at
+
+    def _finish(self, at: Checkpoint[S]) -> Path:
+        """The whole history; a recording is done with, a live robot may be taken up again."""
+        self._kept(at)
+        if not self.history.parts:
+            raise InputError(f"{self.source.name}: too short, or too full of gaps, to be tracked")
+        origin = {
+            "twin.sha256": self.identity["twin"],
+            "source": self.source.name,
+            "source.sha256": self.source.sha256,
+            "settings": self.identity["settings"],
+        }
+        path = self.history.join({"urdyn": __version__} | origin)
+        for stray in path.parent.glob(f".{FILE}.*.part"):
+            stray.unlink()
+        if not self.source.live:
+            keep.remove(path.parent)
+            self.history.discard()
+        return path
+
+    def _belief(self, at: Checkpoint[S]) -> Gaussian:
+        return self.tracker.filter.belief(at.state.belief)
+
+
+def _final(of: Quantities, belief: Gaussian) -> dict[str, Any]:
+    rows = zip(of.names, *map(np.ndarray.tolist, of.of(belief)), of.units, strict=True)
+    return {name: {"mean": m, "sd": sd, "unit": unit} for name, m, sd, unit in rows}

@@ -1,0 +1,142 @@
+"""Where samples come from: a recording, or a robot that is at work now."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from itertools import islice
+from pathlib import Path
+from queue import Empty, SimpleQueue
+from threading import Event, Thread
+from typing import Any
+
+import numpy as np
+
+from urdyn.errors import InputError, RtdeError, UrdynError
+from urdyn.io import read
+from urdyn.io.rtde import Client, connect, parse_address
+from urdyn.signal import Sample, samples
+from urdyn.types import Log
+
+SCHEME = "rtde://"
+CHANNELS = ("actual_q", "actual_qd", "actual_current", "joint_temperatures")
+NEEDED = ("actual_q", "actual_current")
+LOOK = 0.1  # [s] between looks for the end, while nothing comes
+RTDE_JOINTS = 6
+
+Rows = tuple[int | None, int | None]
+
+
+@dataclass(frozen=True)
+class Arrival:
+    """A sample, and when it came."""
+
+    sample: Sample
+    received: float  # [s] on this computer's monotonic clock; NaN: it was there all along
+
+
+@dataclass(frozen=True, eq=False)
+class Source:
+    """A stream of samples that can be begun at any of them, where they are recorded."""
+
+    name: str  # as the user named it
+    identity: str  # sha256 and rows of a log, address of a robot: what a resumed run compares
+    sha256: str  # of a log's bytes; "" of a live robot
+    period: float  # [s] between samples, as a rule
+    joints: int
+    live: bool
+    length: int  # samples; 0: nobody knows
+    start: Callable[[int], Iterator[Arrival]]  # from this sample on; a live one begins now
+    close: Callable[[], None]  # end a live stream in good order, from any thread
+
+
+def open_source(
+    text: str,
+    columns: str | None = None,
+    rows: Rows | None = None,
+    rate: float | None = None,
+    duration: float | None = None,
+) -> Source:
+    """The source that `text` names: a log, or rtde://HOST[:PORT].
+
+    `rate` [Hz] is that of a log without time stamps, or what a controller is asked for; `duration`
+    [s] ends the stream.
+    """
+    if not (duration or 1.0) > 0 or not (rate or 1.0) > 0:
+        raise InputError("duration and rate are to be above 0")
+    if text.startswith(SCHEME):
+        return _robot(text, rate, duration)
+    if "://" in text:
+        raise InputError(f"{text}: no such source; name a log, or {SCHEME}HOST[:PORT]")
+    log = read(Path(text), columns=columns, rows=rows, rate=rate, channels=CHANNELS)
+    return _recording(text, log, duration)
+
+
+def _recording(name: str, log: Log, duration: float | None) -> Source:
+    if missing := [channel for channel in NEEDED if channel not in log]:
+        raise InputError(f"{name}: has no {' and no '.join(missing)}; tracking needs both")
+    if len(log) < 2:
+        raise InputError(f"{name}: has {len(log)} samples; nothing can be tracked")
+    identity = f"{log.source.sha256} {log.source.rows}"
+    if duration is not None:
+        log = log.slice(0, int(np.searchsorted(log.t, log.t[0] + duration)))
+
+    def start(first: int) -> Iterator[Arrival]:
+        return (Arrival(sample, np.nan) for sample in samples(log.slice(first)))
+
+    period = float(np.median(np.diff(log.t)))
+    sha256 = log.source.sha256
+    return Source(name, identity, sha256, period, log.joints, False, len(log), start, lambda: None)
+
+
+def _robot(name: str, rate: float | None, duration: float | None) -> Source:
+    host, port = parse_address(name)
+    client = connect(host, port, ("timestamp", *CHANNELS), rate, optional=CHANNELS[1:2])
+    period, ended = client.agreement.period, Event()
+    count = None if duration is None else max(1, round(duration / period))
+
+    def start(_: int) -> Iterator[Arrival]:
+        return islice(_heard(client, ended), count)
+
+    def close() -> None:
+        ended.set()
+        client.close()
+
+    return Source(name, f"{host}:{port}", "", period, RTDE_JOINTS, True, count or 0, start, close)
+
+
+def _heard(client: Client, ended: Event) -> Iterator[Arrival]:
+    """What a controller sends; a thread does nothing but read and stamp it."""
+    inbox: SimpleQueue[tuple[float, dict[str, Any]] | UrdynError | None] = SimpleQueue()
+    Thread(target=_pump, args=(client, inbox), daemon=True).start()
+    while not ended.is_set():
+        try:
+            came = inbox.get(timeout=LOOK)
+        except Empty:
+            continue
+        if isinstance(came, UrdynError):
+            raise came
+        if came is None:
+            return
+        yield Arrival(_sample(came[1]), came[0])
+
+
+def _pump(client: Client, inbox: SimpleQueue[Any]) -> None:
+    """All that comes, into the inbox; last, why it ended."""
+    try:
+        for package in client:
+            inbox.put(package)
+        inbox.put(None)
+    except RtdeError as error:
+        inbox.put(error)
+
+
+def _sample(values: dict[str, Any]) -> Sample:
+    nothing = np.full(RTDE_JOINTS, np.nan)
+    return Sample(float(values["timestamp"]), *(values.get(name, nothing) for name in CHANNELS))
+
+
+def now() -> float:
+    """The clock that arrivals are stamped by [s]."""
+    return time.monotonic()
