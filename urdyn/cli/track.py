@@ -25,6 +25,10 @@ FILTERS = {
     "variational": "Variational",
 }
 
+# With a hundred states sigma points lie ten sd out unless told otherwise, where a logarithm is far
+# from straight; so they lie some sqrt(3).
+SPREAD = 0.17
+
 TwinFile = Annotated[Path, typer.Argument(metavar="TWIN", show_default=False)]
 From = Annotated[str, typer.Argument(metavar="SOURCE", show_default=False)]
 Out = Annotated[Path, typer.Option(metavar="DIR", help="Where the history is written.")]
@@ -88,7 +92,8 @@ def _filter(name: str) -> Filter[Any]:
         raise typer.BadParameter(f"no filter {name!r}; choose one of {', '.join(FILTERS)}")
     from urdyn import estimate
 
-    made: Filter[Any] = getattr(estimate, FILTERS[name])()
+    settings = {"alpha": SPREAD} if name == "ukf" else {}
+    made: Filter[Any] = getattr(estimate, FILTERS[name])(**settings)
     return made
 
 
