@@ -7,9 +7,8 @@ from functools import cached_property
 
 import numpy as np
 
-from urdyn.dbn.robot import RobotCurrents, shown_directions
+from urdyn.dbn.robot import RobotCurrents
 from urdyn.identify.fit import Fit
-from urdyn.model.population import population
 from urdyn.types import Array, Gaussian
 
 JOINT = {
@@ -69,14 +68,8 @@ class Quantities:
 
 def quantities(fit: Fit, currents: RobotCurrents) -> Quantities:
     """The quantities of a commissioned arm; what no motion shows keeps its prior."""
-    arms = population(fit.dynamics.arm)
-    _, shown = shown_directions(arms, fit.dynamics, np.random.default_rng(0))
-    masses = np.arange(0, len(shown), 10)
-    whole = np.array(
-        [
-            fit.prior_sd[fit.parameters.names.index(f"{link}.mass")]
-            for link in fit.dynamics.arm.link_names
-        ]
-    )
-    hidden = np.sqrt(np.maximum(whole**2 - np.sum(shown[masses] ** 2, axis=1), 0.0))
-    return Quantities(currents, fit.dynamics.inertials[:, 0], shown[masses], hidden)
+    shown = currents.shown[::10]  # a link's mass is the first of its ten inertials
+    names, links = fit.parameters.names, fit.dynamics.arm.link_names
+    whole = np.array([fit.prior_sd[names.index(f"{link}.mass")] for link in links])
+    hidden = np.sqrt(np.maximum(whole**2 - np.sum(shown**2, axis=1), 0.0))
+    return Quantities(currents, fit.dynamics.inertials[:, 0], shown, hidden)
