@@ -16,6 +16,7 @@ from inspect import Signature, signature
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
+from urdyn.lazy import lookup
 from urdyn.version import __version__
 
 if TYPE_CHECKING:
@@ -57,17 +58,14 @@ _HOMES = {
     "urdyn.twin": ("Twin",),
     "urdyn.types": ("Gaussian", "Log", "Motion", "Parameters"),
 }
-_HOME = {name: home for home, names in _HOMES.items() for name in names}
+_find = lookup(__name__, _HOMES)
 _VERBS = ("identify", "simulate")  # rooms that are named like the function in them
 
 
 def __getattr__(name: str) -> Any:
     if name in _VERBS:
         return import_module(f"urdyn.{name}")
-    if name not in _HOME:
-        raise AttributeError(f"module 'urdyn' has no attribute {name!r}")
-    value = globals()[name] = getattr(import_module(_HOME[name]), name)
-    return value
+    return _find(name)
 
 
 def __dir__() -> list[str]:

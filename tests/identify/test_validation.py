@@ -10,7 +10,7 @@ import pytest
 from scipy.stats import binom
 
 from urdyn.identify import Fit, Noise, validate
-from urdyn.identify.validate import FLOOR_BAND, interval, noise_floor
+from urdyn.identify.scoring import FLOOR_BAND, interval, noise_floor
 from urdyn.model.dynamics import Dynamics
 from urdyn.report.summary import validated
 from urdyn.simulate import Sensors, fourier, observe, perfect_sensors, typical_sensors, virtual_arm

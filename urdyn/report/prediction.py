@@ -8,7 +8,7 @@ import numpy as np
 import plotly.graph_objects as go
 
 from urdyn.identify import Fit, Score
-from urdyn.identify.validate import interval
+from urdyn.identify.scoring import interval
 from urdyn.model.friction import RIPPLE_ORDER
 from urdyn.report.canvas import AXIS, BAND, LEFT, MEASURED, OURS, SHADE, band, figure, line, shade
 from urdyn.report.digits import number, percent
