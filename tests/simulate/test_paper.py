@@ -1,4 +1,4 @@
-"""The paper's scenario: its equations, and that what was reconstructed gives the paper's figures."""
+"""The paper's scenario: its equations, and the figures that the reconstruction gives back."""
 
 from __future__ import annotations
 
