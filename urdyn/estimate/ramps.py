@@ -44,8 +44,10 @@ def ramp_bank(
     steepest: float | None = None,
     expected: float = EXPECTED,
     onsets: int = 64,
+    names: tuple[str, ...] = ("f", "f.rate"),
+    rate: str = "f.rate",
 ) -> Bank:
-    """The filter of `ramp_model`.
+    """The filter of `ramp_model`, or of another model with a rate among the `names` of its states.
 
     Args:
         sigma: noise of a reading [unit].
@@ -55,6 +57,7 @@ def ramp_bank(
         steepest: rate up to which any is as likely as any other [unit/s]; sigma / (2 dt) if None.
         expected: readings until an onset, in the prior; the hazard is constant.
         onsets: candidates that are kept apart; older ones are merged.
+        rate: the state that jumps at an onset.
     """
     assert direction in (-1, 0, 1), "a ramp rises, falls, or may do either"
     most = STEEPEST * sigma / dt if steepest is None else steepest
@@ -63,17 +66,26 @@ def ramp_bank(
     signs = np.array([1.0, -1.0] if direction == 0 else [direction])
     signed: Array = np.ravel(signs[:, None] * rates)
     # Gaussians half a spacing wide: their sum is even between the first and the last.
-    sizes = jumps(("f", "f.rate"), ["f.rate"], signed, spread=0.5 * width)
+    sizes = jumps(names, [rate], signed, spread=0.5 * width)
     return Bank(sizes, onsets=onsets, hazard=1.0 / expected)
 
 
 def follow_ramp(
-    y: Array, sigma: float, direction: int = 1, level: Gaussian | None = None, dt: float = 1.0
+    y: Array,
+    sigma: float,
+    direction: int = 1,
+    level: Gaussian | None = None,
+    dt: float = 1.0,
+    steepest: float | None = None,
 ) -> Track:
-    """A parameter that may ramp, from its noisy readings y, (N,), NaN where there is none."""
+    """A parameter that may ramp, from its noisy readings y, (N,), NaN where there is none.
+
+    The arguments are those of `ramp_model` and `ramp_bank`. What is known of the level and of how
+    steep a ramp can be is worth saying where ramps are slow beside the noise.
+    """
     readings = np.asarray(y, dtype=float)[:, None]
-    model = ramp_model(sigma, level, dt)
-    return track(ramp_bank(sigma, direction, dt), model, [Tick(dt)] * len(readings), readings)
+    bank, model = ramp_bank(sigma, direction, dt, steepest), ramp_model(sigma, level, dt)
+    return track(bank, model, [Tick(dt)] * len(readings), readings)
 
 
 def ramp_bound(
