@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import signal
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -65,6 +66,8 @@ def track(
 
     Example: [bold]urdyn track twin/twin.toml rtde://192.168.0.10 --out monday[/bold]
     """
+    # Arrow's own pools keep what they once had; a twin beside its robot is to stay small.
+    os.environ.setdefault("ARROW_DEFAULT_MEMORY_POOL", "system")
     from urdyn.cli.results import require_folder
     from urdyn.cli.watching import verdict, watching
     from urdyn.io import sha256

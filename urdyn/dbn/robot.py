@@ -113,12 +113,21 @@ class RobotCurrents:
     def _terms(self, x: Array, u: RobotSlice) -> tuple[Array, ...]:
         """Current, load, f, alpha, beta, rotor, and amperes per newton metre, (..., J) each."""
         at, drive = self.places, self.reference.drive
-        load = u.load + x[..., self._rigid] @ u.A.T
+        load = self.load(x, u)
         positive = ("f", "alpha", "beta", "rotor", "z")
         f, alpha, beta, rotor, z = (np.exp(x[..., at[name]]) for name in positive)
         per = 1.0 / (drive.gain * z)
         friction = (f + beta * np.abs(load)) * u.s + alpha * u.v + x[..., at["o"]]
         return (load + rotor * u.a + u.rest + friction) * per, load, f, alpha, beta, rotor, per
+
+    def load(self, x: Array, u: RobotSlice) -> Array:
+        """Rigid-body torque that the gears transmit, (..., n) -> (..., J) [N·m]."""
+        return np.asarray(u.load + x[..., self._rigid] @ u.A.T)
+
+    def friction(self, x: Array, u: RobotSlice) -> Array:
+        """Torque that friction takes, (n,) -> (J,) [N·m]."""
+        _, load, f, alpha, beta, *_ = self._terms(x, u)
+        return np.asarray((f + beta * np.abs(load)) * u.s + alpha * u.v + u.rest)
 
     def observe_jacobian(self, x: Array, u: RobotSlice) -> Array:
         """Analytic derivative, (..., n) -> (..., J, n)."""

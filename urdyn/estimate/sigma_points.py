@@ -102,9 +102,10 @@ def _filterpy_points(n: int, rule: Rule, alpha: float, beta: float, kappa: float
 def _filterpy_module() -> ModuleType:
     """filterpy.kalman.sigma_points, without the rest of filterpy.
 
-    Its package loads scipy.stats and all its filters: 44 MB, which a twin in the field would carry
+    Its package loads scipy.stats and all its filters: 57 MB, which a twin in the field would carry
     for twenty lines. The module asks the package for one function, which stands in `helpers`; that
-    file is its `filterpy.common` while it loads.
+    file is its `filterpy.common` while it loads. Of SciPy it asks for a Cholesky factor, and is
+    given NumPy's: it is only ever that of the identity.
     """
     if "filterpy.kalman" in sys.modules:
         return sys.modules["filterpy.kalman.sigma_points"]
@@ -113,18 +114,21 @@ def _filterpy_module() -> ModuleType:
     root = Path(found.origin).parent
     with _standing_in("filterpy", ModuleType("filterpy")):
         helpers = _load("filterpy.common", root / "common" / "helpers.py")
-        with _standing_in("filterpy.common", helpers):
+        with _standing_in("filterpy.common", helpers), _standing_in("scipy.linalg", np.linalg):
             return _load("filterpy.kalman.sigma_points", root / "kalman" / "sigma_points.py")
 
 
 @contextmanager
 def _standing_in(name: str, module: ModuleType) -> Iterator[None]:
     """`module` is what an import of `name` finds, for as long as the block lasts."""
+    before = sys.modules.get(name)
     sys.modules[name] = module
     try:
         yield
     finally:
         del sys.modules[name]
+        if before is not None:
+            sys.modules[name] = before
 
 
 def _load(name: str, path: Path) -> ModuleType:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import solve_toeplitz
 
 from urdyn.types import Array, frozen
 
@@ -80,6 +79,8 @@ def _fit_joint(stretches: list[Array]) -> tuple[float, float, float, Array]:
 
 def _autoregression(stretches: list[Array], n: int) -> Array:
     """Yule-Walker coefficients, the order by Akaike's criterion."""
+    from scipy.linalg import solve_toeplitz  # heavy, and only needed where noise is learned
+
     acf = np.array(
         [sum(r[lag:] @ r[: len(r) - lag] for r in stretches) / n for lag in range(MAX_ORDER + 1)]
     )

@@ -10,6 +10,7 @@ from urdyn.report.markup import document
 from urdyn.report.track_change import changes
 from urdyn.report.track_headline import arm, track_headline
 from urdyn.report.track_history import PAYLOAD, History
+from urdyn.report.track_interest import interest
 from urdyn.report.track_origin import track_origin
 from urdyn.report.track_payload import payload
 from urdyn.report.track_surprise import surprise, surprises
@@ -30,6 +31,7 @@ def track_page(history: Path, summary: Mapping[str, Any]) -> str:
         f"{arm(summary)} tracked",
         track_headline(run, summary, found, changed, surprised),
         *([payload(run, changed)] if run.holds(PAYLOAD, "mass") else []),
+        *([interest(summary["quantities"])] if "quantities" in summary else []),
         trends(run, found),
         surprises(run, surprised),
         link_masses(run),

@@ -6,7 +6,6 @@ from collections.abc import Iterable
 from dataclasses import replace
 
 import numpy as np
-from scipy.signal import savgol_filter
 
 from urdyn.signal.channels import SENSORS, by_column, columns, noted
 from urdyn.signal.stretches import stretches
@@ -32,6 +31,8 @@ def smooth(
 
 def _column(t: Array, x: Array, window: int, degree: int) -> Array:
     """One series, (N,)."""
+    from scipy.signal import savgol_filter  # heavy, and seldom needed
+
     out = x.copy()
     rows = np.flatnonzero(np.isfinite(x))
     for stretch in stretches(t[rows]):

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from urdyn.errors import InputError
 from urdyn.io import writing
+from urdyn.tracking.interest import Interest
 from urdyn.tracking.tracker import TrackerState
 
 FILE = "checkpoint.npz"
@@ -35,6 +36,7 @@ class Checkpoint(Generic[S]):
     """Where a run is."""
 
     state: TrackerState[S]
+    interest: Interest
     index: int = 0  # of the next sample
     parts: int = 0  # of the history, that are written
     began: float = np.nan  # [s] stamp of the first sample

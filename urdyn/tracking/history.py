@@ -81,7 +81,7 @@ class History:
         with writing(path) as stream, pq.ParquetWriter(stream, table, compression="zstd") as writer:
             waiting: list[pa.Table] = []
             for part in self._files():
-                waiting.append(pq.read_table(part).cast(table))
+                waiting.append(_rows(part).cast(table))
                 if sum(map(len, waiting)) >= GROUP:
                     _flush(writer, waiting)
             _flush(writer, waiting)
@@ -97,8 +97,14 @@ class History:
 
 def changes(path: Path) -> list[float]:
     """Times at which the payload was taken to have changed [s], of a history."""
-    table = pq.read_table(path, columns=["t", "widened"])
+    table = _rows(path, ["t", "widened"])
     return [float(t) for t in table["t"].filter(table["widened"]).to_pylist()]
+
+
+def _rows(path: Path, columns: list[str] | None = None) -> pa.Table:
+    """What a file of ours holds; `pq.read_table` would load a query engine, and start threads."""
+    with pq.ParquetFile(path) as file:
+        return file.read(columns, use_threads=False)
 
 
 def _name(part: int) -> str:

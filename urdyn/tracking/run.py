@@ -17,6 +17,7 @@ from urdyn.errors import InputError
 from urdyn.tracking import checkpoint as keep
 from urdyn.tracking.checkpoint import Checkpoint
 from urdyn.tracking.history import FILE, History, changes
+from urdyn.tracking.interest import gathered, nothing_yet, told
 from urdyn.tracking.latency import Latency
 from urdyn.tracking.physical import Quantities, quantities
 from urdyn.tracking.source import Arrival, Source, now
@@ -72,7 +73,8 @@ def run(
     }
     if fresh:
         keep.remove(out)
-    begun = keep.load(Checkpoint(tracker.init()), identity, out)
+    start = Checkpoint(tracker.init(), nothing_yet(joints))
+    begun = keep.load(start, identity, out)
     history = History(out, quantities(tracker.fit, tracker.currents), begun.parts)
     history.open()
     # The matrices are small: threads of the linear algebra would wait for one another.
@@ -100,7 +102,7 @@ class _Run(Generic[S]):
             done = time.perf_counter() - started
             work.take(done)
             pace.take(now() - arrival.received if self.source.live else done)
-            self._note(at, reading, work)
+            at = self._note(at, reading, work)
             if at.index % part == 0:
                 at = self._kept(at)
         path = self._finish(at)
@@ -116,6 +118,7 @@ class _Run(Generic[S]):
             "filter": type(self.tracker.filter).__name__,
             "mode": "full",
             "final": _final(self.history.quantities, self._belief(at)),
+            "quantities": told(at.interest, self.tracker.fit.dynamics.arm.joint_names),
             "payload_changes": changes(path),
         }
 
@@ -130,11 +133,11 @@ class _Run(Generic[S]):
         steps = (arrival.sample.t - at.last) / self.source.period
         return max(0, round(steps) - 1)
 
-    def _note(self, at: Checkpoint[S], reading: Reading | None, work: Latency) -> None:
+    def _note(self, at: Checkpoint[S], reading: Reading | None, work: Latency) -> Checkpoint[S]:
         """A row of history: of every k-th sample, and wherever something else was taken up."""
         every = max(1, int(np.ceil(1.0 / (ROWS * self.source.period) - 0.01)))
         if reading is None or (at.index % every and not reading.widened):
-            return
+            return at
         of = self.history.quantities
         mean, sd = of.of(reading.belief)
         self.history.take(reading, mean, sd)
@@ -142,6 +145,8 @@ class _Run(Generic[S]):
             share = at.index / self.source.length if self.source.length else 0.0
             rate = work.count / work.total
             self.watch(Glance(at.last - at.began, share, of.names, of.units, mean, sd, rate))
+        currents, commissioned = self.tracker.currents, self.tracker.model.prior.mean
+        return replace(at, interest=gathered(at.interest, reading, currents, commissioned))
 
     def _kept(self, at: Checkpoint[S]) -> Checkpoint[S]:
         """The run as it is now, on disk."""

@@ -49,6 +49,7 @@ class Reading:
     """What one instant told."""
 
     t: float  # [s]
+    inputs: RobotSlice  # the motion, as the model sees it
     belief: Gaussian
     current: Array  # (J,) [A] as measured
     predicted: Array  # (J,) [A] by the belief before; NaN where nothing was compared
@@ -126,7 +127,7 @@ class Tracker(Generic[S]):
         )
         predicted = y - innovation.residual
         learnt = self.filter.belief(belief)
-        return after, Reading(now.t, learnt, now.current, predicted, innovation, widen)
+        return after, Reading(now.t, u, learnt, now.current, predicted, innovation, widen)
 
     def _moved(self, state: TrackerState[S], now: Instant, dt: float) -> tuple[Array, Array]:
         """Bristles and travel after the way since the last instant."""

@@ -1,0 +1,54 @@
+"""What the belief means for the work: margins, power and what the model still misses."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from urdyn.report.digits import MISSING, NORMAL90, interval90, number, percent
+from urdyn.report.markup import Html, cell, paragraph, section, table, text
+from urdyn.report.names import spoken
+
+HEAD = (
+    "",
+    "torque margin",
+    "power",
+    "lost to friction",
+    "current missed",
+    "as commissioned",
+)
+
+
+def interest(quantities: Mapping[str, Any]) -> Html:
+    """A table over the joints, and what more the arm could carry."""
+    return section(
+        "Margins, power, prediction",
+        "Torque margin: what was left of the torque of a healthy drive at the hardest moment. "
+        "Current missed: size of the error one sample ahead, of the size of the current; beside it "
+        "that of the model as commissioned.",
+        paragraph(_carries(quantities["payload_margin_kg"])),
+        table(HEAD, [_row(joint) for joint in quantities["joints"]]),
+    )
+
+
+def _carries(margin: Mapping[str, float | None]) -> str:
+    value, sd = margin["value"], margin["sd"]
+    if value is None or sd is None:
+        return "No motion has shown yet what more the arm could carry."
+    return f"On these motions the joints could carry {interval90(value, sd)} kg more."
+
+
+def _row(joint: Mapping[str, Any]) -> list[Html]:
+    margin, sd = joint["torque_margin"], joint["torque_margin_sd"]
+    return [
+        text(spoken(joint["name"])),
+        cell(percent(margin), f"± {percent(NORMAL90 * sd)}"),
+        cell(f"{number(joint['power_W'])} W"),
+        cell(f"{number(joint['friction_power_W'])} W"),
+        cell(_share(joint["rre_percent"])),
+        cell(_share(joint["commissioned_rre_percent"])),
+    ]
+
+
+def _share(value: float | None) -> str:
+    return MISSING if value is None else percent(value / 100.0)

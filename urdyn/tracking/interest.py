@@ -1,0 +1,144 @@
+"""Quantities of interest: what a belief means to those who run the robot.
+
+The step phi_QoI of the network [Kapteyn2021]_: margins, energy and predictive error follow from
+the belief and the motion; they are gathered as sums and extremes, so that they need no memory.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from urdyn.dbn.robot import RobotCurrents, RobotSlice
+from urdyn.tracking.tracker import Reading
+from urdyn.types import Array
+
+CARRIED = (
+    0.1  # [kg] less than this has no centre of mass to speak of: a payload is then at the flange
+)
+KNOWN = 0.3  # [kg] sd of a payload by which a margin is told
+LONGEST = 1.0  # [s] between two readings that one motion joins
+
+
+@dataclass(frozen=True, eq=False)
+class Interest:
+    """What a run has shown so far; J joints."""
+
+    t: float  # [s] of the newest reading
+    seconds: float  # [s] of motion that the sums are over
+    used: Array  # (J,) [-] largest share of the torque that a healthy drive can give
+    used_sd: Array  # (J,) [-] of the prediction then
+    spare: float  # [kg] least payload that could have been added
+    spare_sd: float  # [kg]
+    work: Array  # (J,) [J] mechanical energy that the drives gave
+    lost: Array  # (J,) [J] of it, to friction
+    samples: Array  # (J,) compared
+    squares: Array  # (3, J) [A²] sums of squares: residual, residual as commissioned, current
+
+
+def nothing_yet(joints: int) -> Interest:
+    """Before the first reading."""
+    z = np.zeros(joints)
+    return Interest(np.nan, 0.0, z, z, np.inf, 0.0, z, z, z, np.zeros((3, joints)))
+
+
+def gathered(
+    so_far: Interest, reading: Reading, currents: RobotCurrents, commissioned: Array
+) -> Interest:
+    """With one reading more; `commissioned` is the state's mean on the first day, (n,)."""
+    u, x = reading.inputs, reading.belief.mean
+    drive, limit = currents.reference.drive, currents.reference.arm.effort_limit
+    passed = reading.t - so_far.t
+    dt = passed if 0.0 < passed < LONGEST else 0.0
+    current, sd = currents.observe(x, u), _doubt(reading, currents)
+    torque = current * drive.gain * np.exp(x[currents.places["z"]])
+    share = np.abs(current) * drive.gain / limit
+    more = share > so_far.used
+    spare, spare_sd = _spare(x, u, torque, currents, sd)
+    known = reading.belief.sd[currents.places["payload"]][0] < KNOWN
+    before = np.inf if reading.widened else so_far.spare  # another payload, another margin
+    least = known and spare < before
+    on_the_first_day = reading.current - currents.observe(commissioned, u)
+    residual = np.stack([reading.innovation.residual, on_the_first_day])
+    told = np.isfinite(residual[0])
+    values = np.where(told, np.vstack([residual, reading.current]), 0.0)
+    friction = currents.friction(x, u)
+    return Interest(
+        reading.t,
+        so_far.seconds + dt,
+        np.where(more, share, so_far.used),
+        np.where(more, sd * drive.gain / limit, so_far.used_sd),
+        spare if least else before,
+        spare_sd if least else so_far.spare_sd,
+        so_far.work + np.maximum(torque * u.v, 0.0) * dt,
+        so_far.lost + np.maximum(friction * u.v, 0.0) * dt,
+        so_far.samples + told,
+        so_far.squares + values**2,
+    )
+
+
+def told(interest: Interest, joint_names: tuple[str, ...]) -> dict[str, Any]:
+    """The quantities in plain numbers, as `urdyn track` prints them."""
+    residual, before, current = interest.squares
+    n = np.maximum(interest.samples, 1)
+    seconds = max(interest.seconds, 1e-9)
+    rows = {
+        "torque_margin": 1.0 - interest.used,
+        "torque_margin_sd": interest.used_sd,
+        "power_W": interest.work / seconds,
+        "friction_power_W": interest.lost / seconds,
+        "rmse_A": np.sqrt(residual / n),
+        "rre_percent": _percent(residual, current),
+        "commissioned_rre_percent": _percent(before, current),
+    }
+    joints = [
+        {"name": name} | {key: _number(row[j]) for key, row in rows.items()}
+        for j, name in enumerate(joint_names)
+    ]
+    return {
+        "joints": joints,
+        "payload_margin_kg": {"value": _number(interest.spare), "sd": _number(interest.spare_sd)},
+        "energy_J": float(interest.work.sum()),
+        "friction_J": float(interest.lost.sum()),
+    }
+
+
+def _doubt(reading: Reading, currents: RobotCurrents) -> Array:
+    """Standard deviation of a current that the belief predicts here, (J,) [A]."""
+    H = currents.observe_jacobian(reading.belief.mean, reading.inputs)
+    P = reading.belief.cov[: H.shape[1], : H.shape[1]]  # the rates move no current
+    return np.asarray(np.sqrt(np.diag(H @ P @ H.T + currents.observe_cov(reading.inputs))))
+
+
+def _spare(
+    x: Array, u: RobotSlice, torque: Array, currents: RobotCurrents, sd: Array
+) -> tuple[float, float]:
+    """Payload that could be added here before a drive gives all it has [kg], and its sd.
+
+    tau = load + m d + beta |load + m d| s + rest = sign(d) z tau_max for the first joint that m
+    takes there, with d the torque of a kilogram where the payload is now.
+    """
+    at, drive = currents.places, currents.reference.drive
+    mass, *moment = x[at["payload"]][:4]
+    centre = np.array(moment) / mass if mass > CARRIED else np.zeros(3)
+    d = u.A[:, -10:-6] @ np.array([1.0, *centre])
+    load, beta = currents.load(x, u), np.exp(x[at["beta"]])
+    rest = torque - load - beta * np.abs(load) * u.s
+    limit = currents.reference.arm.effort_limit * np.minimum(np.exp(x[at["z"]]), 1.0)
+    bears = np.abs(d) > 1e-9
+    steep = np.where(bears, d * (1.0 + beta * np.sign(d) * u.s), np.nan)  # [N·m/kg] of the drive
+    room = (np.sign(d) * limit - rest) / steep - load / np.where(bears, d, np.nan)
+    if not bears.any():
+        return np.inf, 0.0
+    joint = int(np.nanargmin(room))
+    return max(0.0, float(room[joint])), float(sd[joint] * drive.gain[joint] / abs(steep[joint]))
+
+
+def _percent(part: Array, whole: Array) -> Array:
+    return np.asarray(100.0 * np.sqrt(part / np.where(whole > 0, whole, np.nan)))
+
+
+def _number(value: float) -> float | None:
+    return float(value) if np.isfinite(value) else None
