@@ -14,7 +14,10 @@ from urdyn.identify import PayloadPrior, Run, identify
 from urdyn.io import write
 from urdyn.model.arm import load_arm
 from urdyn.signal import condition
-from urdyn.simulate import Payload, simulate
+from urdyn.simulate import Fault, Payload, simulate
+from urdyn.simulate.mishaps import EncoderOffset
+from urdyn.simulate.wear import HealthDegradation
+from urdyn.tracking.model import HEALTH_SD, ZERO_SD
 from urdyn.twin import Twin
 from urdyn.types import Array
 
@@ -60,23 +63,34 @@ class Group:
 
 
 def virtual_run(folder: Path, duration: float, rate: float, seed: int = 1) -> VirtualArm:
-    """A UR10e of this seed, identified from its commissioning, then recorded for `duration` [s]."""
+    """A UR10e of this seed, identified from its commissioning, then recorded for `duration` [s].
+
+    In between zeros and health of its joints moved, by as much as a twin is told to expect.
+    """
     arm, rows = load_arm("ur10e"), round(COMMISSIONING * rate)
-    whole, truth = simulate(arm, COMMISSIONING + duration, rate, seed)
+    rng = np.random.default_rng(seed)
+    zero = ZERO_SD * rng.standard_normal(arm.joints)
+    lost = HEALTH_SD * np.abs(rng.standard_normal(arm.joints))
+    moved: list[Fault] = []
+    for j in range(arm.joints):
+        moved.append(EncoderOffset(j, offset=float(-zero[j]), onset=COMMISSIONING))
+        moved.append(HealthDegradation(j, float(lost[j]), COMMISSIONING, "step"))
+    whole, truth = simulate(arm, COMMISSIONING + duration, rate, seed, events=moved)
     loaded, _ = simulate(arm, COMMISSIONING, rate, seed, payload=PAYLOAD)
     lifted = Run(condition(loaded), PayloadPrior(PAYLOAD.mass))
     fit = identify(arm, condition(whole.slice(0, rows)), loaded=[lifted])
     twin, log = folder / "twin.toml", folder / "log.parquet"
     Twin(arm, fit).save(twin)
     write(whole.slice(rows), log)
-    return VirtualArm(twin, log, _values(truth), duration, rate)
+    now = {f"{name}.zero": float(x) for name, x in zip(arm.joint_names, zero, strict=True)}
+    now |= {f"{name}.health": 1.0 - float(x) for name, x in zip(arm.joint_names, lost, strict=True)}
+    return VirtualArm(twin, log, _values(truth) | now, duration, rate)
 
 
 def _values(truth: Mapping[str, Any]) -> dict[str, float]:
-    """The truth by the names that a history has; zeros of joints and health as on the first day."""
-    names = ("coulomb", "viscous", "structural", "health")
+    """The truth of the first day by the names that a history has."""
+    names = ("coulomb", "viscous", "structural")
     found = {f"{j['name']}.{name}": float(j[name]) for j in truth["joints"] for name in names}
-    found |= {f"{joint['name']}.zero": 0.0 for joint in truth["joints"]}
     return found | {f"{link['name']}.mass": float(link["mass"]) for link in truth["links"]}
 
 

@@ -9,6 +9,7 @@ import typer
 
 from urdyn.cli.bench import bench_identify
 from urdyn.cli.bench_simulate import bench_simulate
+from urdyn.cli.bench_track import bench_track
 from urdyn.cli.demo import demo
 from urdyn.cli.failure import DEBUG, guarded
 from urdyn.cli.identify import identify
@@ -56,3 +57,4 @@ for verb in (identify, validate, track, simulate, record, demo):
     app.command()(guarded(verb))
 bench.command("identify")(guarded(bench_identify))
 bench.command("simulate")(guarded(bench_simulate))
+bench.command("track")(guarded(bench_track))
