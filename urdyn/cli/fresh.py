@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import subprocess
 import sys
 import tempfile
@@ -12,6 +11,16 @@ from dataclasses import dataclass
 from urdyn.errors import UrdynError
 
 RSS_UNIT = 1 if sys.platform == "darwin" else 1024  # bytes in a unit of ru_maxrss
+
+# Linux counts the parent's memory as the peak of a child that it starts; so a small process, which
+# this one starts, starts the one that is measured, and tells its peak in a last line.
+SMALL = """
+import os, sys
+command = [sys.executable, "-m", "urdyn", *sys.argv[1:]]
+_, status, usage = os.wait4(os.posix_spawn(sys.executable, command, os.environ), 0)
+print(usage.ru_maxrss)
+sys.exit(os.waitstatus_to_exitcode(status) != 0)
+"""
 
 
 @dataclass(frozen=True)
@@ -26,16 +35,14 @@ class Took:
 def fresh(*arguments: str) -> Took:
     """Run a verb quietly; UrdynError with what it said if it fails."""
     with tempfile.TemporaryFile() as said, tempfile.TemporaryFile() as complained:
+        command = (sys.executable, "-S", "-c", SMALL, *arguments, "-q")
         begin = time.perf_counter()
-        child = subprocess.Popen(
-            (sys.executable, "-m", "urdyn", *arguments, "-q"), stdout=said, stderr=complained
-        )
-        _, status, usage = os.wait4(child.pid, 0)
+        failed = subprocess.run(command, stdout=said, stderr=complained, check=False).returncode
         wall = time.perf_counter() - begin
-        child.returncode = os.waitstatus_to_exitcode(status)
         said.seek(0)
         complained.seek(0)
-        if child.returncode:
-            words = complained.read() or said.read()
-            raise UrdynError(f"urdyn {arguments[0]}: {words.decode(errors='replace')}")
-        return Took(wall, usage.ru_maxrss * RSS_UNIT, said.read().decode())
+        if failed:
+            words = (complained.read() or said.read()).decode(errors="replace").strip()
+            raise UrdynError(f"urdyn {arguments[0]}: {words}")
+        words, _, peak = said.read().decode().rstrip().rpartition("\n")
+        return Took(wall, int(peak) * RSS_UNIT, words)
