@@ -22,7 +22,7 @@ from urdyn.version import __version__
 if TYPE_CHECKING:
     from urdyn.errors import UrdynError
     from urdyn.identify import Fit, PayloadPrior, Run, identify, validate
-    from urdyn.io import read, write
+    from urdyn.io import Effort, read, write
     from urdyn.model.arm import load_arm
     from urdyn.signal import condition
     from urdyn.simulate import simulate
@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from urdyn.types import Gaussian, Log, Motion, Parameters
 
 __all__ = [
+    "Effort",
     "Fit",
     "Gaussian",
     "Log",
@@ -52,7 +53,7 @@ __all__ = [
 _HOMES = {
     "urdyn.errors": ("UrdynError",),
     "urdyn.identify": ("Fit", "PayloadPrior", "Run", "validate"),
-    "urdyn.io": ("read", "write"),
+    "urdyn.io": ("Effort", "read", "write"),
     "urdyn.model.arm": ("load_arm",),
     "urdyn.signal": ("condition",),
     "urdyn.twin": ("Twin",),

@@ -165,7 +165,7 @@ def test_a_bank_is_near_the_bound_on_a_few_ramps(ratio: float) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("ratio", [0.01, 0.025, 0.05, 0.1, 0.25])
 def test_a_bank_is_near_the_bound_on_many_ramps(ratio: float) -> None:
-    assert against_the_bound(ratio, 100) < 1.3
+    assert against_the_bound(ratio, 60) < 1.3
 
 
 @pytest.mark.slow
@@ -175,7 +175,7 @@ def test_what_is_left_of_the_papers_bias_is_less_than_a_thousandth(ratio: float)
 
     Four standard deviations of the mean over runs are allowed for.
     """
-    error, _, onsets = errors(ratio, 80)
+    error, _, onsets = errors(ratio, 60)
     late = np.arange(1, STEPS + 1) > onsets[:, None] + 18
     of_run = np.array([e[m].mean() for e, m in zip(error, late, strict=True)]) * RATE / ratio
     assert abs(of_run.mean()) < 0.001 + 4.0 * of_run.std(ddof=1) / np.sqrt(len(of_run))

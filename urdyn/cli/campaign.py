@@ -4,7 +4,7 @@
     out = "out"                     # folder of the results
     columns = "timestamp,..."       # of all recordings that do not name their own
     drive_gain = [...]              # [N·m/A], where they are known
-    effort_unit = "A"               # "Nm": the currents are joint torques
+    effort_unit = "A"               # of a bag's efforts; "Nm": joint torques, divided by the gains
     [[log]]                         # path, columns, rows, rate
     [[payload]]                     # the same, and its mass [kg] where that is known
     [[validate]]                    # recordings that the result is scored on
@@ -52,15 +52,13 @@ class Campaign:
     payloads: tuple[Recording, ...] = ()
     validate: tuple[Recording, ...] = ()  # that the result is scored on
     drive_gain: tuple[float, ...] | None = None  # (J,) [N·m/A]
-    effort_unit: str = "A"
+    effort_unit: str | None = None  # "A" or "Nm"; None: nobody said
     out: Path = Path("out")
     simulate: Simulation | None = None  # instead of recordings
 
     def __post_init__(self) -> None:
-        if self.effort_unit not in ("A", "Nm"):
+        if self.effort_unit not in (None, "A", "Nm"):
             raise InputError(f"effort unit {self.effort_unit!r}: is to be A or Nm")
-        if self.effort_unit == "Nm" and self.drive_gain is not None:
-            raise InputError("drive gains are of currents in A; the effort unit says Nm")
 
 
 def read_campaign(path: Path) -> Campaign:
@@ -87,7 +85,7 @@ def _campaign(document: dict[str, Any], folder: Path) -> Campaign:
         logs=_recordings(document, "log", folder),
         payloads=_recordings(document, "payload", folder),
         validate=_recordings(document, "validate", folder),
-        effort_unit=document.get("effort_unit", "A"),
+        effort_unit=document.get("effort_unit"),
         out=folder / document.get("out", "out"),
         simulate=_simulation(document.get("simulate")),
     )

@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 import urdyn as ud
-from urdyn.cli.options import Columns, Json, Quiet, Rows
+from urdyn.cli.options import Columns, Json, Quiet, Rows, Unit
 from urdyn.cli.recording import slice_of
 from urdyn.cli.voice import Voice
+from urdyn.io.effort import Effort
 
 if TYPE_CHECKING:
     from urdyn.estimate import Filter
@@ -61,6 +62,7 @@ def track(
     columns: Columns = None,
     rows: Rows = None,
     rate: Rate = None,
+    effort_unit: Unit = None,
     duration: Duration = None,
     fresh: Fresh = False,
     json: Json = False,
@@ -83,7 +85,8 @@ def track(
     voice, chosen = Voice(json, quiet), _filter(filter)
     require_folder(out)
     fit, part = ud.Twin.load(twin).fit, slice_of(rows) if rows is not None else None
-    stream = open_source(source, columns, part, rate, duration)
+    effort = Effort(effort_unit, fit.dynamics.drive.gain)
+    stream = open_source(source, columns, part, rate, duration, effort)
     _end_in_good_order(stream)
     tracker: Tracker[Any] = Tracker(fit, chosen, stream.period)
     try:

@@ -5,6 +5,7 @@
 Level, onset and rate are unknown. Given the onset the others are Gaussian, and Kalman's filter is
 exact; the `Bank` weighs one such filter for every onset, with the rate's prior as a sum of
 Gaussians. So the estimate is the posterior mean: late by what nobody can know yet, and no more.
+After its onset the line is straight: one that may bend again wants a `Trend` with acceleration.
 
     found = follow_ramp(y, sigma)                       # a Track: found["f"], found["f.rate"]
     found = track(ramp_bank(sigma), ramp_model(sigma), [Tick()] * len(y), y[:, None])
