@@ -52,7 +52,7 @@ class Cells:
 
 
 def cells(
-    rates: Sequence[float] = (0.01, 0.03, 0.1, 0.3),
+    rates: Sequence[float] = (0.01, 0.03, 0.1, 0.3, 1.0),
     steps: Sequence[float] = (0.5, 1.0, 2.0),
     variances: Sequence[float] = (2.0, 4.0),
     changing: float = 0.1,

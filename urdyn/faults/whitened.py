@@ -20,10 +20,10 @@ from urdyn.types import Array, frozen
 
 S = TypeVar("S")
 
-ALLOWED = 1.3  # [-] healthy spread over the baseline's, at most
+ALLOWED = 1.35  # [-] healthy spread over the baseline's, at most
 MEMORY = 200.0  # [steps] over which the spread is averaged
 TRUST = 40.0  # [steps] that the baseline's spread counts for
-CHANCE = 1.03  # [-] of a spread above the baseline's: it is not known exactly
+CHANCE = 1.05  # [-] of a spread above the baseline's: it is not known exactly
 
 
 @dataclass(frozen=True, eq=False)
