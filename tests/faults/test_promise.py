@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from noises import NOISES, Noise
 
+from urdyn.cli.fault_noises import NOISES, Noise
 from urdyn.faults import ShiryaevRoberts, Whitened, cells, detect, learn_baseline
 from urdyn.types import Array
 

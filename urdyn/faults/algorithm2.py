@@ -62,6 +62,7 @@ class Algorithm2:
     reference_slope: Array | float  # ref_slope [unit/step]
     window: int = WINDOW  # [steps] k
     gain: float = 1.0  # [-] of an average taken first; 1: the parameters are a filter's already
+    side: float = 1.0  # +1 where parameters rise to the critical level, -1 where they fall
     kind: str = "friction_increase"
 
     def __post_init__(self) -> None:
@@ -71,11 +72,6 @@ class Algorithm2:
             raise UrdynError("warning and critical level are the same: severity has no scale")
         if self.window < 1 or not 0.0 < self.gain <= 1.0:
             raise UrdynError("Algorithm 2 takes a window of 1 step or more and a gain in (0, 1]")
-
-    @property
-    def _sign(self) -> Array:
-        """+1 where the parameter rises to the critical level, -1 where it falls."""
-        return np.asarray(np.sign(np.asarray(self.critical) - np.asarray(self.warning)))
 
     def init(self, streams: int) -> History:
         """No estimate yet."""
@@ -98,7 +94,7 @@ class Algorithm2:
 
     def status(self, state: History) -> tuple[Status, ...]:
         """Of every parameter, n."""
-        now, sign = state.theta[-1], self._sign
+        now, sign = state.theta[-1], self.side
         slope = sign * (now - state.theta[0]) / self.window
         over = sign * (now - np.asarray(self.warning))
         detected = (slope > np.asarray(self.slope)) & (over > 0.0)
@@ -135,7 +131,7 @@ def tuned_algorithm2(
     kept = (1.0 - gain) ** window
     slope = average * np.sqrt(2.0 * (1.0 - kept)) / window
     warning = fits[:, 0] + side * crossing_level(promise * series.shape[1], gain) * average
-    return Algorithm2(warning, critical, slope, 3.0 * slope, window, gain, kind)
+    return Algorithm2(warning, critical, slope, 3.0 * slope, window, gain, side, kind)
 
 
 def crossing_level(promise: float, gain: float) -> float:

@@ -26,7 +26,7 @@ CLIP = 2.5  # [sd] innovations count no further
 PHASES = 8  # cells that a ramp passes
 REACH = 2.2  # of the mean at which a ramp of that rate is usually found: its last cell
 PATIENCE = 10.0  # nats of evidence by which it is
-LOOSE = 1.15  # [-] by which healthy spread may exceed its bound before the variance is at fault
+LOOSE = 1.05  # [-] by which healthy spread may exceed its bound before the variance is at fault
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,10 +52,10 @@ class Cells:
 
 
 def cells(
-    rates: Sequence[float] = (0.01, 0.03, 0.1, 0.3, 1.0),
-    steps: Sequence[float] = (0.5, 1.0, 2.0),
+    rates: Sequence[float] = (0.01, 0.03, 0.1, 0.25, 0.6),
+    steps: Sequence[float] = (0.6, 1.8),
     variances: Sequence[float] = (2.0, 4.0),
-    changing: float = 0.1,
+    changing: float = 0.05,
 ) -> Cells:
     """Alternatives on a grid.
 
@@ -88,7 +88,7 @@ def _ramp(kind: int, side: float, rate: float, weight: float) -> Array:
     """Cells of a ramp, (phases, 8)."""
     top = min(REACH * (6.0 * PATIENCE * rate) ** (1.0 / 3.0), CLIP)
     width = max(top / PHASES, rate)
-    mean = (np.arange(round(top / width)) + 0.5) * width
+    mean = np.minimum((np.arange(np.ceil(top / width)) + 0.5) * width, CLIP)
     leave = rate / width
     last, first = np.arange(len(mean)) == len(mean) - 1, np.arange(len(mean)) == 0
     one = np.ones(len(mean))

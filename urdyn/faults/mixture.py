@@ -47,7 +47,8 @@ class Mixture:
         e, slack = np.nan_to_num(observed), np.asarray(self.tolerance)
         grown = np.empty((len(e), 4))
         grown[:, 0], grown[:, 1], grown[:, 3] = e - slack, -e - slack, 1.0
-        grown[:, 2] = np.maximum(np.abs(e) - slack, 0.0)
+        side = np.asarray(self.side)
+        grown[:, 2] = np.maximum(np.where(side == 0.0, np.abs(e), side * e) - slack, 0.0)
         np.clip(grown, -CLIP, CLIP, out=grown)
         grown[:, 2] **= 2
         exponent = grown @ self._gather
@@ -65,5 +66,6 @@ class Mixture:
         leading = int(evidence.argmax())
         if not evidence[leading] > 0.0:
             return "", np.nan
-        weight = np.where(cell.kind == cell.kind[leading], evidence, 0.0)
-        return cell.kinds[int(cell.kind[leading])], float(weight @ cell.age / weight.sum())
+        alike = cell.kind == cell.kind[leading]
+        age = float(evidence[alike] @ cell.age[alike] / evidence[alike].sum())
+        return cell.kinds[int(cell.kind[leading])], age

@@ -47,7 +47,7 @@ class Posterior:
     def crossed(self, rise: float, x: float) -> float:
         """P(the parameter has changed by `rise` [unit] within the next x steps | begun)."""
         since = self.age + x
-        steep = np.where(since > 0.0, rise / np.maximum(since, 1e-12), np.inf)
+        steep = rise / np.maximum(since, 1e-12)
         above = ndtr((self.mean - steep) / self.sd) / ndtr(self.mean / self.sd)
         return float(self.weight @ np.where(since > 0.0, np.minimum(above, 1.0), 0.0))
 
@@ -63,9 +63,10 @@ class Forecast:
 
     probability: float  # [-] that something has begun at all
     onset: Interval  # [steps] when, if so
-    rate: Interval  # [unit/step]
-    warning: Interval  # [steps] until the warning level
-    critical: Interval  # [steps] until the critical level
+    rate: Interval  # [unit/step] if so
+    change: Interval  # [unit] from the healthy level to where it is now, if anything has begun
+    warning: Interval  # [steps] until the warning level, if so
+    critical: Interval  # [steps] until the critical level, if so
     posterior: Posterior
     rise: float  # [unit] from the healthy to the critical level
 
@@ -136,6 +137,9 @@ def _foreseen(
         known.begun,
         _onset(known, tail),
         _signed(_quantiles(lambda rate: 1.0 - known.steeper(rate), tail, 0.0), sign),
+        _signed(
+            _quantiles(lambda rise: 1.0 - known.begun * known.crossed(rise, 0.0), tail, 0.0), sign
+        ),
         _quantiles(lambda x: known.crossed(near, x), tail, begin),
         _quantiles(lambda x: known.crossed(far, x), tail, begin),
         known,
@@ -193,6 +197,8 @@ def _quantiles(below: Callable[[float], float], tail: float, least: float) -> In
     """Median and limits of x >= least with the distribution function `below`."""
 
     def quantile(q: float) -> float:
+        if below(least) >= q:
+            return least
         step = 1.0
         while below(least + step) < q:
             step *= 2.0

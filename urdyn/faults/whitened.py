@@ -21,9 +21,9 @@ from urdyn.types import Array, frozen
 S = TypeVar("S")
 
 ALLOWED = 1.35  # [-] healthy spread over the baseline's, at most
-MEMORY = 200.0  # [steps] over which the spread is averaged
+MEMORY = 400.0  # [steps] over which the spread is averaged
 TRUST = 40.0  # [steps] that the baseline's spread counts for
-CHANCE = 1.05  # [-] of a spread above the baseline's: it is not known exactly
+CHANCE = 1.08  # [-] of a spread above the baseline's: it is not known exactly
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,7 +71,9 @@ class Whitened(Generic[S]):
 
     def _wider(self, square: Array) -> Array:
         """By how much innovations spread more than the baseline said, (n,) 1 .. allowed."""
-        return np.asarray(np.clip(CHANCE * np.sqrt(square), 1.0, self.allowed))
+        return np.asarray(
+            np.clip(CHANCE * np.sqrt(square) / self.baseline.inflation, 1.0, self.allowed)
+        )
 
 
 def _spread(state: WhitenedState[S], e: Array) -> tuple[Array, Array]:
