@@ -35,16 +35,16 @@ def bench_faults(
 
     Example: [bold]urdyn bench faults --lives 120 --out faults.html[/bold]
     """
+    if out is not None and not out.resolve().parent.is_dir():
+        raise InputError(f"{out}: cannot be written: its folder does not exist")
     from threadpoolctl import threadpool_limits
 
     from urdyn.cli import fault_trials
     from urdyn.io import write_text
     from urdyn.report.fault_bench import fault_page
-    from urdyn.simulate.paper import FRICTION_INCREASE, reconstruction
+    from urdyn.simulate.paper import FRICTION_INCREASE, JOINTS, reconstruction
 
-    if out is not None and not out.resolve().parent.is_dir():
-        raise InputError(f"{out}: cannot be written: its folder does not exist")
-    voice, trials = Voice(json, quiet), fault_trials.Trials(lives, seed)
+    voice, trials = Voice(json, quiet), fault_trials.Trials(lives - lives % JOINTS, seed)
     with voice.progress("finding faults") as told, threadpool_limits(1):
         rows = list(fault_trials.rated(trials))
         told("healthy data of all kinds", 0.5)

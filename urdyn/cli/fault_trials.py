@@ -43,12 +43,13 @@ FAULTS = {
     "health degradation": paper.HEALTH_DEGRADATION,
 }
 AS_PUBLISHED = "Algorithm 2, as in the paper"
+TOGETHER = "Shiryaev-Roberts, six joints"
 PREDICTED_AT = (25, 40)  # [steps] after the onset
 
 
 @dataclass(frozen=True)
 class Trials:
-    """So many lives of each kind."""
+    """So many lives of each kind, a multiple of the number of joints."""
 
     runs: int
     seed: int = 0
@@ -58,9 +59,8 @@ class Trials:
         """Baselines and healthy runs [sigma], (STEPS, runs) each."""
         rng = np.random.default_rng(self.seed)
         calm = replace(paper.HEALTHY, steps=2 * STEPS, motion="steady", sigma=1.0)
-        lives = -(-self.runs // paper.JOINTS)
-        joints = [_seen(paper.live(calm, rng), calm) for _ in range(lives)]
-        whole = np.hstack(joints)[:, : self.runs]
+        lives = range(self.runs // paper.JOINTS)
+        whole = np.hstack([_seen(paper.live(calm, rng), calm) for _ in lives])
         return whole[:STEPS], whole[STEPS:]
 
     @cached_property
@@ -68,20 +68,10 @@ class Trials:
         """What healthy looks like, learnt for each run."""
         return learn_baseline(self.healthy[0])
 
-    def lives(self, scenario: paper.Scenario) -> Array:
-        """The worn joint's parameter as seen [sigma], (N, runs); a rise whichever the fault."""
+    def arms(self, scenario: paper.Scenario, lives: int) -> Array:
+        """All joints' parameters as seen [sigma], (N, lives, J); a rise whichever the fault."""
         rng = np.random.default_rng(self.seed + 1)
-        wear = scenario.health_rate > 0.0
-        seen = []
-        for _ in range(self.runs):
-            life = paper.live(scenario, rng)
-            y = (
-                (scenario.health - life.indicator) / scenario.sigma
-                if wear
-                else _seen(life, scenario)
-            )
-            seen.append(y[:, paper.WORN])
-        return np.column_stack(seen)
+        return np.stack([_seen(paper.live(scenario, rng), scenario) for _ in range(lives)], axis=1)
 
     def detectors(self, ratio: float) -> dict[str, Detector[Any]]:
         """All that keep a promise or try to."""
@@ -97,17 +87,27 @@ class Trials:
 
 
 def _seen(life: paper.Life, scenario: paper.Scenario) -> Array:
-    """Friction by eq. 7 beside its healthy value [sigma], (N, J); velocity is 1 throughout."""
+    """What wears, beside its healthy value [sigma], (N, J): friction by eq. 7, or lost health.
+
+    Velocity is 1 throughout.
+    """
+    if scenario.health_rate:
+        return (scenario.health - life.indicator) / scenario.sigma
     return (life.current - scenario.friction - scenario.damping) / scenario.sigma
 
 
-def first_alarms(detector: Detector[Any], series: Array) -> Array:
-    """Row of each run's first alarm, (runs,); the series' length where there is none."""
-    steps, runs = series.shape
-    state, first = detector.init(runs), np.full(runs, steps)
+def first_alarms(detector: Detector[Any], series: Array, each: int = 1) -> Array:
+    """Row of each run's first alarm; the series' length where there is none.
+
+    Args:
+        series: (N, runs * each): so many streams beside each other are one run.
+    """
+    steps, streams = series.shape
+    state, first = detector.init(streams), np.full(streams // each, steps)
     for row, values in enumerate(series):
         state, verdict = detector.step(state, values)
-        first = np.where((verdict.streams >= 1.0) & (first == steps), row, first)
+        evidence = verdict.streams.reshape(-1, each).sum(axis=1)
+        first = np.where((evidence >= 1.0) & (first == steps), row, first)
     return first
 
 
@@ -118,6 +118,8 @@ def rated(trials: Trials, levels: tuple[float, ...] = paper.NOISE_LEVELS) -> Ite
         for name, detector in trials.detectors(1.0).items()
         if name != AS_PUBLISHED  # whose thresholds depend on the noise
     }
+    together = Whitened(trials.baseline, ShiryaevRoberts(PROMISE * paper.JOINTS / trials.runs))
+    quiet[TOGETHER] = first_alarms(together, trials.healthy[1], paper.JOINTS)
     for fault, scenario in FAULTS.items():
         for sigma in levels:
             now = replace(scenario, sigma=sigma, motion="steady", steps=paper.ONSET + 200)
@@ -129,8 +131,8 @@ def _rows(
 ) -> Iterator[Row]:
     """One fault at one level of noise; the oracle first."""
     ratio = max(scenario.friction_rate, scenario.health_rate) / scenario.sigma
-    series = trials.lives(scenario)
-    calm = trials.healthy[1]
+    arms = trials.arms(scenario, trials.runs)
+    series, calm = arms[:, :, paper.WORN], trials.healthy[1]
     known = oracle_cusum(calm, ratio)
     over = oracle_cusum(series, ratio) >= calibrated(known, PROMISE)
     best = np.where(over.any(axis=0), over.argmax(axis=0), len(series))
@@ -143,6 +145,13 @@ def _rows(
         yield Row(
             fault, scenario.sigma, ratio, name, found, delay, delay / oracle.delay, _rate(false)
         )
+    count = trials.runs // paper.JOINTS
+    whole = arms[:, :count].reshape(len(arms), -1)
+    together = Whitened(trials.baseline, ShiryaevRoberts(PROMISE / count))
+    found, delay = _outcome(first_alarms(together, whole, paper.JOINTS), whole)
+    row = Row(fault, scenario.sigma, ratio, TOGETHER, found, delay, delay / oracle.delay,
+              _rate(quiet[TOGETHER]))  # fmt: skip
+    yield row
 
 
 def _outcome(first: Array, series: Array) -> tuple[float, float]:
@@ -177,7 +186,8 @@ def predicted(trials: Trials, sigmas: tuple[float, ...] = (0.01, 0.05)) -> Itera
     """Forecasts of the critical crossing against what comes."""
     for sigma in sigmas:
         scenario = replace(paper.FRICTION_INCREASE, sigma=sigma, motion="steady")
-        series, state = trials.lives(scenario), kinks(trials.baseline)
+        series = trials.arms(scenario, trials.runs)[:, :, paper.WORN]
+        state = kinks(trials.baseline)
         end = trials.baseline.typical + (scenario.critical - scenario.friction) / sigma
         for step, values in enumerate(series, 1):
             state = follow(trials.baseline, state, values)

@@ -23,7 +23,7 @@ from urdyn.errors import UrdynError
 from urdyn.faults.detector import Verdict
 from urdyn.faults.robust import level_and_spread
 from urdyn.faults.sequential import require_promise
-from urdyn.types import Array, frozen
+from urdyn.types import Array, Mask, frozen
 
 WINDOW = 10  # [steps] k
 GAIN = 0.1  # [-] of the average that stands for the paper's filter where parameters are raw
@@ -83,7 +83,7 @@ class Algorithm2:
         moved = np.where(np.isfinite(before), before + self.gain * (observed - before), observed)
         theta = np.vstack([state.theta[1:], np.where(np.isfinite(observed), moved, before)])
         after = History(theta)
-        streams = np.array([float(s.detected) for s in self.status(after)])
+        streams = self._detected(*self._slope_and_level(after)).astype(np.float64)
         kind = self.kind if streams.any() else ""
         return after, Verdict(float(streams.max()), streams, kind, np.nan)
 
@@ -92,15 +92,21 @@ class Algorithm2:
         return replace(state, theta=np.vstack([np.full_like(state.theta[1:], np.nan),
                                                state.theta[-1:]]))  # fmt: skip
 
+    def _slope_and_level(self, state: History) -> tuple[Array, Array]:
+        """Slopes and what is above the warning level, (n,) each, signed as the fault is."""
+        slope = self.side * (state.theta[-1] - state.theta[0]) / self.window
+        return slope, self.side * (state.theta[-1] - np.asarray(self.warning))
+
+    def _detected(self, slope: Array, over: Array) -> Mask:
+        return np.asarray((slope > np.asarray(self.slope)) & (over > 0.0))
+
     def status(self, state: History) -> tuple[Status, ...]:
         """Of every parameter, n."""
-        now, sign = state.theta[-1], self.side
-        slope = sign * (now - state.theta[0]) / self.window
-        over = sign * (now - np.asarray(self.warning))
-        detected = (slope > np.asarray(self.slope)) & (over > 0.0)
+        slope, over = self._slope_and_level(state)
+        detected = self._detected(slope, over)
         severity = over / np.abs(np.asarray(self.critical) - np.asarray(self.warning))
         confidence = np.clip(slope / np.asarray(self.reference_slope), 0.5, 0.9)
-        left = sign * (np.asarray(self.critical) - now)
+        left = self.side * (np.asarray(self.critical) - state.theta[-1])
         time = np.where(slope > 0.0, left / np.where(slope > 0.0, slope, 1.0), np.inf)
         return tuple(
             Status(bool(detected[i]), i, self.kind, *map(float, numbers))

@@ -26,7 +26,7 @@ CLIP = 2.5  # [sd] innovations count no further
 PHASES = 8  # cells that a ramp passes
 REACH = 2.2  # of the mean at which a ramp of that rate is usually found: its last cell
 PATIENCE = 10.0  # nats of evidence by which it is
-LOOSE = 1.05  # [-] by which healthy spread may exceed its bound before the variance is at fault
+LOOSE = 1.25  # [-] by which healthy spread may exceed its bound before the variance is at fault
 
 
 @dataclass(frozen=True, eq=False)

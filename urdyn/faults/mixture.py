@@ -36,6 +36,10 @@ class Mixture:
         return np.asarray(entry / entry.sum(axis=1, keepdims=True))
 
     @cached_property
+    def _sides(self) -> tuple[Array, Array]:
+        return np.asarray(self.side), np.asarray(self.tolerance)
+
+    @cached_property
     def _gather(self) -> Array:
         """(4, H) tilts in the row of what they tilt: rise, fall, square; and -psi."""
         cell = self.alternatives
@@ -44,14 +48,16 @@ class Mixture:
 
     def likelihood(self, observed: Array) -> Array:
         """Of innovations (n,) [sd] under each cell, over that of healthy ones, (n, H)."""
-        e, slack = np.nan_to_num(observed), np.asarray(self.tolerance)
-        grown = np.empty((len(e), 4))
-        grown[:, 0], grown[:, 1], grown[:, 3] = e - slack, -e - slack, 1.0
-        side = np.asarray(self.side)
-        grown[:, 2] = np.maximum(np.where(side == 0.0, np.abs(e), side * e) - slack, 0.0)
-        np.clip(grown, -CLIP, CLIP, out=grown)
-        grown[:, 2] **= 2
-        exponent = grown @ self._gather
+        e = np.where(np.isfinite(observed), observed, 0.0)
+        side, slack = self._sides
+        grown = np.empty((4, len(e)))
+        np.subtract(e, slack, out=grown[0])
+        np.subtract(-e, slack, out=grown[1])
+        np.maximum(np.where(side == 0.0, np.abs(e), side * e) - slack, 0.0, out=grown[2])
+        np.clip(grown[:3], -CLIP, CLIP, out=grown[:3])
+        grown[2] *= grown[2]
+        grown[3] = 1.0
+        exponent = grown.T @ self._gather
         return np.asarray(np.exp(exponent, out=exponent))
 
     @staticmethod

@@ -22,8 +22,8 @@ S = TypeVar("S")
 
 ALLOWED = 1.35  # [-] healthy spread over the baseline's, at most
 MEMORY = 400.0  # [steps] over which the spread is averaged
-TRUST = 40.0  # [steps] that the baseline's spread counts for
-CHANCE = 1.08  # [-] of a spread above the baseline's: it is not known exactly
+TRUST = 25.0  # [steps] that the baseline's spread counts for
+CHANCE = 1.11  # [-] of a spread above the baseline's: it is not known exactly
 
 
 @dataclass(frozen=True, eq=False)
