@@ -10,6 +10,7 @@ import typer
 from urdyn.cli.bench import bench_identify
 from urdyn.cli.bench_faults import bench_faults
 from urdyn.cli.bench_simulate import bench_simulate
+from urdyn.cli.bench_track import bench_track
 from urdyn.cli.convert import convert
 from urdyn.cli.demo import demo
 from urdyn.cli.failure import DEBUG, guarded
@@ -59,3 +60,4 @@ for verb in (identify, validate, track, simulate, record, convert, demo):
 bench.command("identify")(guarded(bench_identify))
 bench.command("faults")(guarded(bench_faults))
 bench.command("simulate")(guarded(bench_simulate))
+bench.command("track")(guarded(bench_track))

@@ -31,6 +31,13 @@ FILTERS = {
 # from straight; so they lie some sqrt(3).
 SPREAD = 0.17
 
+# What a particle would keep for itself is a covariance of a hundred states; a thousand of those are
+# not updated at any robot's pace.
+SETTINGS: dict[str, dict[str, Any]] = {
+    "ukf": {"alpha": SPREAD},
+    "particle": {"marginalise": False},
+}
+
 TwinFile = Annotated[Path, typer.Argument(metavar="TWIN", show_default=False)]
 From = Annotated[str, typer.Argument(metavar="SOURCE", show_default=False)]
 Out = Annotated[Path, typer.Option(metavar="DIR", help="Where the history is written.")]
@@ -98,8 +105,7 @@ def _filter(name: str) -> Filter[Any]:
         raise typer.BadParameter(f"no filter {name!r}; choose one of {', '.join(FILTERS)}")
     from urdyn import estimate
 
-    settings = {"alpha": SPREAD} if name == "ukf" else {}
-    made: Filter[Any] = getattr(estimate, FILTERS[name])(**settings)
+    made: Filter[Any] = getattr(estimate, FILTERS[name])(**SETTINGS.get(name, {}))
     return made
 
 

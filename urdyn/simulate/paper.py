@@ -23,6 +23,8 @@ JOINTS = 6
 WORN = 2  # the paper's joint 3
 ONSET, WARNING_STEP, CRITICAL_STEP = 20, 60, 80  # Figure 4 and its text
 FRICTION_RATE, HEALTH_RATE = 0.0025, 0.005  # [1/step] eq. 5 and 6
+# [1/step] no ramp is steeper: known of wear before any data, and all that is known of its rate
+STEEPEST_FRICTION, STEEPEST_HEALTH = 4.0 * FRICTION_RATE, 4.0 * HEALTH_RATE
 NOISE_LEVELS = (0.01, 0.025, 0.05, 0.1, 0.25)  # r_f / sigma from 0.25 down to 0.01
 # A random walk's filter of gain K is r (1 - K) / K late on a ramp: 0.03, as the paper found.
 PAPER_GAIN = FRICTION_RATE / (FRICTION_RATE + 0.03)
@@ -128,6 +130,8 @@ def reconstruction(scenario: Scenario) -> dict[str, str]:
         f"{', '.join(f'{sigma:g}' for sigma in NOISE_LEVELS)}. With the gain below, 0.25 gives the "
         "paper's RMSE of 0.058",
         "sensor of z": "read as it is, with the same noise: eq. 7 does not contain it",
+        "known before": f"a step adds at most {STEEPEST_FRICTION:g} to friction, takes at most "
+        f"{STEEPEST_HEALTH:g} from health, and neither changes by more than half of sigma",
         "the paper's filter": f"random walks, steady gain {PAPER_GAIN:.3f}: what is 0.03 low on "
         "eq. 5's ramp",
     }
