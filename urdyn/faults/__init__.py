@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from urdyn.faults.algorithm2 import Algorithm2, Status, tuned_algorithm2
     from urdyn.faults.alternatives import Cells, cells
     from urdyn.faults.cusum import Cusum
+    from urdyn.faults.decision import Costs, Decision, decide, outlook
     from urdyn.faults.detector import Detection, Detector, Verdict, run
     from urdyn.faults.glr import GLR
     from urdyn.faults.onset import Kinks, follow, kinks
@@ -33,7 +34,9 @@ __all__ = [
     "Algorithm2",
     "Baseline",
     "Cells",
+    "Costs",
     "Cusum",
+    "Decision",
     "Detection",
     "Detector",
     "Forecast",
@@ -45,6 +48,7 @@ __all__ = [
     "Whitened",
     "calibrated",
     "cells",
+    "decide",
     "detect",
     "follow",
     "forecast",
@@ -53,6 +57,7 @@ __all__ = [
     "kinks",
     "learn_baseline",
     "oracle_cusum",
+    "outlook",
     "promised_steps",
     "run",
     "stated_baseline",
@@ -76,6 +81,7 @@ __getattr__ = lookup(
         ),
         "urdyn.faults.series": ("detect",),
         "urdyn.faults.cusum": ("Cusum",),
+        "urdyn.faults.decision": ("Costs", "Decision", "decide", "outlook"),
         "urdyn.faults.detector": ("Detection", "Detector", "Verdict", "run"),
         "urdyn.faults.sequential": ("ShiryaevRoberts", "promised_steps"),
         "urdyn.faults.whiten": ("Baseline", "learn_baseline", "stated_baseline"),
