@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from urdyn.cli.bench import bench_identify
+from urdyn.cli.bench_faults import bench_faults
 from urdyn.cli.bench_simulate import bench_simulate
 from urdyn.cli.bench_track import bench_track
 from urdyn.cli.convert import convert
@@ -57,5 +58,6 @@ def root(
 for verb in (identify, validate, track, simulate, record, convert, demo):
     app.command()(guarded(verb))
 bench.command("identify")(guarded(bench_identify))
+bench.command("faults")(guarded(bench_faults))
 bench.command("simulate")(guarded(bench_simulate))
 bench.command("track")(guarded(bench_track))
