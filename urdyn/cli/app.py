@@ -11,6 +11,7 @@ from urdyn.cli.bench import bench_identify
 from urdyn.cli.bench_simulate import bench_simulate
 from urdyn.cli.demo import demo
 from urdyn.cli.failure import DEBUG, guarded
+from urdyn.cli.fleet import fleet
 from urdyn.cli.identify import identify
 from urdyn.cli.record import record
 from urdyn.cli.simulate import simulate
@@ -52,7 +53,7 @@ def root(
         os.environ[DEBUG] = "1"  # processes that a verb starts are told as well
 
 
-for verb in (identify, validate, track, simulate, record, demo):
+for verb in (identify, validate, track, fleet, simulate, record, demo):
     app.command()(guarded(verb))
 bench.command("identify")(guarded(bench_identify))
 bench.command("simulate")(guarded(bench_simulate))
