@@ -17,6 +17,7 @@ from urdyn.cli.record import record
 from urdyn.cli.simulate import simulate
 from urdyn.cli.track import track
 from urdyn.cli.validate import validate
+from urdyn.cli.view import view
 from urdyn.version import __version__
 
 app = typer.Typer(
@@ -53,7 +54,7 @@ def root(
         os.environ[DEBUG] = "1"  # processes that a verb starts are told as well
 
 
-for verb in (identify, validate, track, fleet, simulate, record, demo):
+for verb in (identify, validate, track, fleet, view, simulate, record, demo):
     app.command()(guarded(verb))
 bench.command("identify")(guarded(bench_identify))
 bench.command("simulate")(guarded(bench_simulate))

@@ -63,10 +63,15 @@ class Run:
         return float(nis[told].sum() / measured[told].sum()) if told.any() else np.nan
 
     @cached_property
-    def source(self) -> str:
-        """What was tracked, as its user named it; "" where the run has not said so yet."""
+    def provenance(self) -> dict[str, str]:
+        """What it was made of; nothing where the run has not said so yet."""
         told = (self._schema.metadata or {}).get(f"{PREFIX}provenance".encode(), b"{}")
-        return str(json.loads(told).get("source", ""))
+        return {str(key): str(value) for key, value in json.loads(told).items()}
+
+    @property
+    def source(self) -> str:
+        """What was tracked, as its user named it; "" where nobody has said so yet."""
+        return self.provenance.get("source", "")
 
     def column(self, name: str) -> Array:
         """A column, (N,)."""
