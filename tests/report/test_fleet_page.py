@@ -90,6 +90,16 @@ def test_a_fault_of_no_joint_is_told_without_one(tmp_path):
     assert "Friction increase since" in page
 
 
+def test_what_somebody_knows_already_is_less_urgent(tmp_path):
+    known = finding("critical", DAY) | {"acknowledged": True}
+    first = robot(tmp_path / "known", findings=[known])
+    both = robot(tmp_path / "both", findings=[known, finding("notice")])
+    second = robot(tmp_path / "warned", findings=[finding("warning")])
+    found = gather([first, both, second], NOW, DAY).robots
+    assert [r.name for r in found] == ["warned", "both", "known"]
+    assert "critical, acknowledged" in shown([first])
+
+
 def test_every_joint_has_a_line_for_friction_and_one_for_health(folders):
     page = shown(folders)
     assert page.count("<svg") == 2 * len(JOINTS) * len(folders)

@@ -31,18 +31,22 @@ class Finding:
     severity: str
     confidence: float  # [-] in [0, 1]
     left: tuple[float, float, float] | None  # [s] median, 5 % and 95 % of the time to failure
+    acknowledged: bool = False  # somebody knows already
 
     @property
     def rank(self) -> tuple[float, float, float]:
         """The more urgent, the greater: severity, then time left, then confidence."""
         median = self.left[0] if self.left else np.inf
-        return RANKS.get(self.severity, 0.0), -median, self.confidence
+        severity = 0.0 if self.acknowledged else RANKS.get(self.severity, 0.0)
+        return severity, -median, self.confidence
 
     def sentence(self, joints: Sequence[str], start: float, time: Clock) -> str:
         """The finding as people say it; `start` is the log's first stamp [s]."""
         where = f"{spoken(joints[self.joint])} " if self.joint is not None else ""
         since = time(self.onset - start)
-        return f"{where}{self.kind.replace('_', ' ')} since {since}, {self.severity}{self._left()}"
+        known = ", acknowledged" if self.acknowledged else ""
+        what = self.kind.replace("_", " ")
+        return f"{where}{what} since {since}, {self.severity}{known}{self._left()}"
 
     def _left(self) -> str:
         if self.left is None:
@@ -85,6 +89,7 @@ def _finding(entry: Mapping[str, Any], joints: int) -> Finding:
         left=None
         if left is None
         else (float(left["median"]), float(left["lo"]), float(left["hi"])),
+        acknowledged=bool(entry.get("acknowledged", False)),
     )
 
 
@@ -97,5 +102,6 @@ def told(finding: Finding) -> dict[str, Any]:
         "onset_s": finding.onset,
         "severity": finding.severity,
         "confidence": finding.confidence,
+        "acknowledged": finding.acknowledged,
         "time_to_failure_s": left and dict(zip(LEFT, left, strict=True)),
     }

@@ -59,8 +59,9 @@ class Robot:
     def state(self) -> str:
         """One of STATES."""
         if self.findings:
-            severity = self.findings[0].severity
-            return severity if severity in STATES[:2] else "found"
+            worst = self.findings[0]
+            grave = worst.severity in STATES[:2] and not worst.acknowledged
+            return worst.severity if grave else "found"
         if self.moved:
             return "changed"
         return "surprised" if self.run.surprise > MISSES else "steady"
