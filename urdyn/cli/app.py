@@ -14,11 +14,13 @@ from urdyn.cli.bench_track import bench_track
 from urdyn.cli.convert import convert
 from urdyn.cli.demo import demo
 from urdyn.cli.failure import DEBUG, guarded
+from urdyn.cli.fleet import fleet
 from urdyn.cli.identify import identify
 from urdyn.cli.record import record
 from urdyn.cli.simulate import simulate
 from urdyn.cli.track import track
 from urdyn.cli.validate import validate
+from urdyn.cli.view import view
 from urdyn.version import __version__
 
 app = typer.Typer(
@@ -55,7 +57,7 @@ def root(
         os.environ[DEBUG] = "1"  # processes that a verb starts are told as well
 
 
-for verb in (identify, validate, track, simulate, record, convert, demo):
+for verb in (identify, validate, simulate, record, track, fleet, view, convert, demo):
     app.command()(guarded(verb))
 bench.command("identify")(guarded(bench_identify))
 bench.command("faults")(guarded(bench_faults))

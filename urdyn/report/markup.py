@@ -13,6 +13,8 @@ from plotly.offline import get_plotlyjs
 
 Html = NewType("Html", str)  # text that is safe to put on a page
 
+CANVAS = '<div class="plot"'  # what a page needs Plotly for
+
 
 def text(value: object) -> Html:
     """`value` as it reads, whatever it holds."""
@@ -61,7 +63,7 @@ def plot(
     caption = tag("figcaption", tag("b", text(title)), tag("span", text(note)))
     legend = key(colours) if colours else Html("")
     data = Html(f'<script type="application/json">{spec}</script>')
-    canvas = Html(f'<div class="plot" style="height:{figure.layout.height}px"></div>')
+    canvas = Html(f'{CANVAS} style="height:{figure.layout.height}px"></div>')
     return tag("figure", caption, legend, canvas, data)
 
 
@@ -80,15 +82,20 @@ def cell(value: str, small: str = "", kind: str = "") -> Html:
 
 
 def document(title: str, *parts: Html) -> str:
-    """The whole page, with all that it needs inside."""
+    """The whole page, with all that it needs inside, and no more."""
+    body = join(parts)
     return (
         '<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
         f"<title>{text(title)}</title>\n<style>\n{_file('page.css')}</style>\n"
-        f"</head>\n<body>\n<main>\n{join(parts)}\n</main>\n"
-        f"<script>{get_plotlyjs()}</script>\n<script>\n{_file('page.js')}</script>\n"
-        "</body>\n</html>\n"
+        f"</head>\n<body>\n<main>\n{body}\n</main>\n"
+        f"{_drawing() if CANVAS in body else ''}</body>\n</html>\n"
     )
+
+
+def _drawing() -> Html:
+    """What draws plots."""
+    return Html(f"<script>{get_plotlyjs()}</script>\n<script>\n{_file('page.js')}</script>\n")
 
 
 @cache

@@ -68,6 +68,11 @@ class Clock:
         return f"time [{self.unit}]"
 
 
+def clock(span: float) -> Clock:
+    """The unit for times up to `span` [s]."""
+    return next((Clock(s, unit) for end, s, unit in SPANS if span < end), Clock(86400.0, "d"))
+
+
 @dataclass(frozen=True)
 class History:
     """A run's Parquet file."""
@@ -100,8 +105,7 @@ class History:
     @cached_property
     def clock(self) -> Clock:
         """How to tell its time."""
-        span = float(self.t[-1])
-        return next((Clock(s, unit) for end, s, unit in SPANS if span < end), Clock(86400.0, "d"))
+        return clock(float(self.t[-1]))
 
     @cached_property
     def joints(self) -> tuple[str, ...]:

@@ -1,0 +1,38 @@
+"""urdyn fleet, on folders that `urdyn track` wrote."""
+
+import json
+
+import pytest
+from typer.testing import CliRunner
+
+from urdyn.cli.app import app
+
+
+def run(*arguments):
+    return CliRunner().invoke(app, [*map(str, arguments)])
+
+
+@pytest.fixture(scope="module")
+def tracked(story, tmp_path_factory):
+    out = tmp_path_factory.mktemp("fleet") / "cell"
+    command = ("track", story.out / "twin.toml", story.held_out, "--rows", "0:400", "--out", out)
+    assert run(*command, "--filter", "ekf", "-q").exit_code == 0
+    return out
+
+
+def test_a_tracked_folder_is_on_the_page_and_in_the_json(tracked, tmp_path):
+    page = tmp_path / "new" / "fleet.html"
+    told = run("fleet", tracked, tmp_path / "absent", "--out", page, "--json")
+    assert told.exit_code == 0, told.stderr
+    document = json.loads(told.stdout)
+    assert [r["name"] for r in document["robots"]] == ["cell"]
+    assert document["unread"] == [{"folder": str(tmp_path / "absent"), "reason": "does not exist"}]
+    assert "not read" in told.stderr
+    assert page.read_text().count("<svg") == 12
+
+
+def test_nothing_to_show_is_one_line_and_no_page(tmp_path):
+    told = run("fleet", tmp_path, "--out", tmp_path / "fleet.html", "-q")
+    assert told.exit_code == 1
+    assert told.stderr.count("\n") == 1 and "urdyn track" in told.stderr
+    assert not (tmp_path / "fleet.html").exists()

@@ -1,0 +1,72 @@
+"""urdyn view says in one line what it lacks; what it shows is tested where it is drawn."""
+
+import importlib.util
+import shutil
+
+import pytest
+from typer.testing import CliRunner
+
+from urdyn.cli.app import app
+
+
+def view(*arguments):
+    return CliRunner().invoke(app, ["view", *map(str, arguments)])
+
+
+def refused(told) -> str:
+    assert told.exit_code == 1, told.stdout
+    assert told.stderr.startswith("urdyn: ") and told.stderr.count("\n") == 1
+    return told.stderr
+
+
+@pytest.fixture(scope="module")
+def tracked(story, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("view")
+    log, out = folder / "moved.parquet", folder / "monday"
+    shutil.copy(story.held_out, log)
+    command = ("track", story.out / "twin.toml", log, "--out", out, "--filter", "ekf", "-q")
+    assert CliRunner().invoke(app, [*map(str, (*command, "--rows", "0:300"))]).exit_code == 0
+    return log, out
+
+
+@pytest.fixture(autouse=True)
+def _extra(monkeypatch):
+    """The extra need not be installed to be told what else is missing."""
+    monkeypatch.setattr("urdyn.view.stage.require", lambda: None)
+
+
+def test_without_the_extra_the_way_to_it_is_told(tracked, monkeypatch):
+    monkeypatch.undo()
+    real = importlib.util.find_spec
+    without = lambda name, *rest: None if name == "viser" else real(name, *rest)  # noqa: E731
+    monkeypatch.setattr("urdyn.view.stage.find_spec", without)
+    assert "pip install 'urdyn[viewer]'" in refused(view(tracked[1], "--robot", "ur10e"))
+
+
+def test_which_arm_it_is_has_to_be_said(tracked, story):
+    for source in (tracked[1], story.held_out, "rtde://127.0.0.1:1"):
+        assert "--twin" in refused(view(source))
+
+
+def test_the_log_is_asked_for_where_it_is_gone_or_another(tracked, story):
+    log, out = tracked
+    twin = ("--twin", story.out / "twin.toml")
+    aside = log.rename(log.with_suffix(".aside"))
+    assert "--log LOG" in refused(view(out, *twin))
+    assert "is not the log" in refused(view(out, *twin, "--log", story.log))
+    aside.rename(log)
+
+
+def test_another_twin_is_refused(tracked, story, tmp_path):
+    other = tmp_path / "twin.toml"
+    other.write_text((story.out / "twin.toml").read_text() + "\n")
+    assert "is not the twin" in refused(view(tracked[1], "--twin", other))
+
+
+@pytest.mark.parametrize("source", ["absent.csv", "rtde://127.0.0.1:1", "rtde://127.0.0.1:nowhere"])
+def test_a_source_that_is_not_there_is_told(source):
+    refused(view(source, "--robot", "ur10e"))
+
+
+def test_a_folder_without_a_history_is_told(tmp_path):
+    assert str(tmp_path) in refused(view(tmp_path, "--robot", "ur5e"))

@@ -1,0 +1,88 @@
+"""The docs build without a warning, and what they tell people to type is there."""
+
+from __future__ import annotations
+
+import os
+import re
+import shlex
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+import typer
+
+from urdyn.cli.app import app
+
+ROOT = Path(__file__).parents[2]
+PAGES = sorted((ROOT / "docs").rglob("*.md"))
+BLOCK = re.compile(r"^```(sh|python)\n(.*?)^```", re.S | re.M)
+INLINE = re.compile(r"`(urdyn [a-z][^`]*)`")
+RUN = ("tutorials/integrator.md", "howto/faults.md")  # the others take minutes
+
+
+def blocks(page: Path) -> list[tuple[str, str]]:
+    return BLOCK.findall(page.read_text(encoding="utf-8"))
+
+
+def commands(page: Path) -> list[list[str]]:
+    """Every call of ours on a page, as words."""
+    lines = [line for kind, body in blocks(page) if kind == "sh" for line in body.splitlines()]
+    lines += INLINE.findall(page.read_text(encoding="utf-8"))
+    words = [shlex.split(line.partition(">")[0].removesuffix("&")) for line in lines]
+    return [w[w.index("urdyn") + 1 :] for w in words if "urdyn" in w]
+
+
+def test_the_docs_build_without_a_warning(tmp_path):
+    pytest.importorskip("mkdocs")
+    done = subprocess.run(
+        (sys.executable, "-m", "mkdocs", "build", "--strict", "-d", tmp_path),
+        cwd=ROOT, capture_output=True, text=True, check=False,
+        env=os.environ | {"NO_MKDOCS_2_WARNING": "1"},
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    assert "WARNING" not in done.stderr
+    # What the browser asks for is in the folder.
+    front = (tmp_path / "index.html").read_text(encoding="utf-8")
+    assert not re.search(r'<(script|link)[^>]+(src|href)="https?://', front)
+    model = (tmp_path / "reference" / "model" / "index.html").read_text(encoding="utf-8")
+    assert "joint torque per motor ampere of a new drive" in model  # a field has its comment
+    cited = (tmp_path / "mathematics" / "index.html").read_text(encoding="utf-8")
+    sources = (tmp_path / "sources" / "index.html").read_text(encoding="utf-8")
+    keys = re.findall(r'href="\.\./sources/#(\w+)"', cited)
+    assert len(keys) > 10 and all(f'id="{key}"' in sources for key in keys)
+
+
+def test_every_page_is_in_the_navigation():
+    told = (ROOT / "mkdocs.yml").read_text(encoding="utf-8")
+    for page in PAGES:
+        assert page.relative_to(ROOT / "docs").as_posix() in told
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda p: p.relative_to(ROOT / "docs").as_posix())
+def test_every_command_has_the_verb_and_the_options_it_is_shown_with(page):
+    group = typer.main.get_command(app)
+    for words in commands(page):
+        verb = group
+        while verb.__dict__.get("commands"):
+            verb, words = verb.commands[words[0]], words[1:]
+        known = {option for p in verb.params for option in p.opts} | {"--help"}
+        assert {word for word in words if word.startswith("--")} <= known
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("page", RUN)
+def test_what_a_page_says_runs_in_an_empty_folder(page, tmp_path):
+    tools = tmp_path / ".bin"
+    tools.mkdir()
+    ours = tools / "urdyn"
+    ours.write_text(f'#!/bin/sh\nPYTHONPATH={ROOT} exec {sys.executable} -m urdyn "$@"\n')
+    ours.chmod(0o755)
+    path = {"PATH": f"{tools}:{os.environ['PATH']}", "PYTHONPATH": str(ROOT)}
+    for kind, body in blocks(ROOT / "docs" / page):
+        shell = ("bash", "-e", "-m", "-c") if kind == "sh" else (sys.executable, "-c")
+        done = subprocess.run(
+            (*shell, body), cwd=tmp_path, env=os.environ | path, capture_output=True, text=True,
+            check=False,
+        )  # fmt: skip
+        assert done.returncode == 0, f"{body}\n{done.stdout}\n{done.stderr}"

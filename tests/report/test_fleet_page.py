@@ -1,0 +1,220 @@
+"""A fleet's page ranks by urgency, names what it cannot read, and stays whole and safe."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+import pytest
+
+from urdyn.report.fleet import gather, names, told
+from urdyn.report.fleet_page import fleet_page, headline
+
+HOSTILE = "<img src=x onerror=alert(1)>"
+JOINTS = ("shoulder_joint", "elbow_joint")
+ROWS = 2000
+T = 500.0 + 0.1 * np.arange(ROWS)  # [s] as a controller stamps it
+NOW = 1e9  # [s]
+DAY = 86400.0
+
+
+def table(friction: float = 1.0, health: float = 1.0, surprise: float = 1.0) -> pa.Table:
+    """A run in which the elbow's friction and health end at these shares of what they were."""
+    columns = {"t": T}
+    for joint in JOINTS:
+        ends = (friction, health) if joint == "elbow_joint" else (1.0, 1.0)
+        for name, start, end in zip(("coulomb", "health"), (5.0, 1.0), ends, strict=True):
+            columns[f"{joint}.{name}"] = start * np.linspace(1.0, end, ROWS)
+            columns[f"{joint}.{name}.sd"] = np.full(ROWS, 0.002 * start)
+    measured = np.full(ROWS, len(JOINTS))
+    return pa.table(columns | {"nis": surprise * measured, "measured": measured})
+
+
+def robot(folder: Path, written: float = NOW, findings: object = None, **run: float) -> Path:
+    folder.mkdir(parents=True)
+    pq.write_table(table(**run), folder / "history.parquet")
+    os.utime(folder / "history.parquet", (written, written))
+    (folder / "report.html").write_text("a report")
+    if findings is not None:
+        (folder / "findings.json").write_text(json.dumps({"findings": findings}))
+    return folder
+
+
+def finding(severity: str, left: float | None = None, joint: int | None = 1) -> dict[str, object]:
+    times = left and {"median": left, "lo": 0.5 * left, "hi": 2.0 * left}
+    return {
+        "kind": "friction_increase", "joint": joint, "onset_s": 510.0, "alarm_s": 512.0,
+        "severity": severity, "confidence": 0.9, "time_to_failure_s": times, "evidence": "",
+    }  # fmt: skip
+
+
+@pytest.fixture
+def folders(tmp_path: Path) -> list[Path]:
+    """The same fleet, in the order of its urgency."""
+    return [
+        robot(tmp_path / "soon", findings=[finding("critical", DAY)]),
+        robot(tmp_path / "later", findings=[finding("notice"), finding("critical", 9 * DAY)]),
+        robot(tmp_path / "warned", findings=[finding("warning", 60.0)]),
+        robot(tmp_path / "weak", health=0.7),
+        robot(tmp_path / "stiff", friction=1.5),
+        robot(tmp_path / "strange", surprise=5.0),
+        robot(tmp_path / "calm", findings=[]),
+    ]
+
+
+def shown(folders: list[Path], stale: float = DAY) -> str:
+    return fleet_page(gather(folders, NOW, stale), folders[0].parent / "fleet.html")
+
+
+def test_the_most_urgent_comes_first_whatever_the_order_of_the_folders(folders):
+    for order in (folders, folders[::-1]):
+        found = gather(order, NOW, DAY).robots
+        assert [r.name for r in found] == [folder.name for folder in folders]
+    states = ["critical", "critical", "warning", "changed", "changed", "surprised", "steady"]
+    assert [r.state for r in found] == states
+
+
+def test_a_row_says_which_joint_since_when_and_how_long_is_left(folders):
+    row = shown(folders[:1]).replace("\u00a0", " ")
+    assert "Elbow friction increase since 10.0 s, critical; 24 h left (12 to 48)." in row
+
+
+def test_a_fault_of_no_joint_is_told_without_one(tmp_path):
+    page = shown([robot(tmp_path / "a", findings=[finding("warning", joint=None)])])
+    assert "Friction increase since" in page
+
+
+def test_what_somebody_knows_already_is_less_urgent(tmp_path):
+    known = finding("critical", DAY) | {"acknowledged": True}
+    first = robot(tmp_path / "known", findings=[known])
+    both = robot(tmp_path / "both", findings=[known, finding("notice")])
+    second = robot(tmp_path / "warned", findings=[finding("warning")])
+    found = gather([first, both, second], NOW, DAY).robots
+    assert [r.name for r in found] == ["warned", "both", "known"]
+    assert "critical, acknowledged" in shown([first])
+
+
+def test_every_joint_has_a_line_for_friction_and_one_for_health(folders):
+    page = shown(folders)
+    assert page.count("<svg") == 2 * len(JOINTS) * len(folders)
+    assert page.count('class="spark moved"') == 2  # stiff and weak
+    assert 'aria-label="elbow friction +50 %"' in page and 'aria-label="elbow health −30 %"' in page
+
+
+def test_equal_changes_are_drawn_alike_and_greater_ones_higher(tmp_path):
+    runs = {"a": 1.2, "b": 1.2, "c": 1.4}
+    page = shown([robot(tmp_path / name, friction=f) for name, f in runs.items()])
+    ends = [
+        float(y) for y in re.findall(r'friction \+[24]0 %".*?class="end" d="M\S+?,(\S+?)h0', page)
+    ]
+    c, a, b = ends  # most changed first
+    assert a == b > c
+
+
+def test_links_lead_to_the_reports_from_wherever_the_page_lies(folders, tmp_path):
+    page = tmp_path / "else where" / "fleet.html"
+    shown_there = fleet_page(gather(folders, NOW, DAY), page)
+    links = re.findall(r'href="(.*?)"', shown_there)
+    assert links == [f"../{folder.name}/report.html" for folder in folders]
+    (folders[0] / "report.html").unlink()
+    assert "no report.html" in shown(folders)
+
+
+def test_what_cannot_be_read_is_named_with_the_reason(folders, tmp_path):
+    broken, empty, absent = (tmp_path / name for name in ("broken", "empty", "absent"))
+    robot(broken)
+    (broken / "history.parquet").write_bytes(b"PAR1 torn")
+    empty.mkdir()
+    damaged = robot(tmp_path / "damaged", findings=[{"kind": "?"}])
+    wrong = robot(tmp_path / "wrong", findings=[finding("critical", joint=7)])
+    above = tmp_path
+    asked = [*folders, broken, empty, absent, damaged, wrong, above]
+    fleet = gather(asked, NOW, DAY)
+    reasons = {u.folder: u.reason for u in fleet.unread}
+    assert len(fleet.robots) == len(folders) and set(reasons) == set(asked[len(folders) :])
+    for folder, word in {
+        broken: "cannot be read", empty: "urdyn track", absent: "does not exist",
+        damaged: "diagnose it again", wrong: "joint 7 of 2", above: "name those",
+    }.items():  # fmt: skip
+        assert word in reasons[folder] and "\n" not in reasons[folder]
+        assert folder.name in shown(asked)
+    assert "6 folders could not be read" in headline(fleet)
+
+
+def test_a_history_nobody_writes_to_is_stale(tmp_path):
+    folders = [robot(tmp_path / "old", NOW - 2 * DAY), robot(tmp_path / "new", NOW - 0.5 * DAY)]
+    fleet = gather(folders, NOW, DAY)
+    assert {r.name: r.stale for r in fleet.robots} == {"old": True, "new": False}
+    assert "Of old nothing was heard lately" in headline(fleet)
+
+
+def test_a_run_that_is_not_over_is_read_from_its_parts(tmp_path):
+    folder = robot(tmp_path / "a", NOW - DAY)
+    parts = folder / "history.parts"
+    parts.mkdir()
+    whole = table(friction=2.0)
+    for k, rows in enumerate((whole[:700], whole[700:1500])):
+        pq.write_table(rows, parts / f"part-{k:06d}.parquet")
+        os.utime(parts / f"part-{k:06d}.parquet", (NOW, NOW))
+    (found,) = gather([folder], NOW, DAY).robots
+    assert not found.run.finished and len(found.run.t) == 1500
+    assert "unfinished" in shown([folder])
+    os.utime(folder / "history.parquet", (NOW + 1.0, NOW + 1.0))
+    (found,) = gather([folder], NOW, DAY).robots
+    assert found.run.finished and len(found.run.t) == ROWS
+
+
+def test_the_page_is_one_small_file_that_needs_nothing(folders):
+    page = shown(folders)
+    assert "<script" not in page and "<link" not in page
+    assert not re.search(r"(src|@import|url\()\s*=?\s*[\"']?(https?:)?//", page)
+    assert len(page.encode()) < 60e3 * len(folders)
+
+
+def test_hostile_names_and_findings_are_text(tmp_path):
+    folder = robot(tmp_path / HOSTILE, findings=[finding(HOSTILE) | {"kind": HOSTILE}])
+    page = shown([folder])
+    assert HOSTILE not in page and "&lt;img" in page
+
+
+def test_folders_of_the_same_name_are_told_apart(tmp_path):
+    paths = [tmp_path / robot / "monday" for robot in ("a", "b")]
+    assert names(paths) == ["a/monday", "b/monday"]
+    assert names(paths[:1] * 2) == ["monday", "monday"]
+
+
+def test_the_json_says_what_the_page_says(folders):
+    document = told(gather(folders, NOW, DAY))
+    assert json.loads(json.dumps(document, allow_nan=False)) == document
+    first, weak = document["robots"][0], document["robots"][3]
+    assert first["findings"][0]["time_to_failure_s"] == {
+        "median": DAY,
+        "lo": DAY / 2,
+        "hi": 2 * DAY,
+    }
+    assert weak["joints"][1]["health"] == pytest.approx(0.7)
+    assert not weak["joints"][1]["health_steady"] and weak["joints"][0]["health_steady"]
+
+
+@pytest.mark.skipif(shutil.which("chromium") is None, reason="chromium is not installed")
+def test_a_browser_shows_it_without_a_sideways_scroll(folders, tmp_path):
+    import subprocess
+
+    script = "<script>document.title = document.documentElement.scrollWidth</script></body>"
+    page = tmp_path / "fleet.html"
+    page.write_text(shown(folders).replace("</body>", script), encoding="utf-8")
+    for width in (1280, 500):  # no narrower window can be had; the layout is that of 420
+        done = subprocess.run(
+            ["chromium", "--headless=new", "--no-sandbox", "--disable-gpu", "--dump-dom",
+             "--disable-dev-shm-usage", f"--user-data-dir={tmp_path / 'profile'}",
+             f"--window-size={width},900", "--enable-logging=stderr", page.as_uri()],
+            capture_output=True, text=True, timeout=60, check=True,
+        )  # fmt: skip
+        assert "CONSOLE" not in done.stderr
+        assert int(re.search(r"<title>(\d+)", done.stdout).group(1)) <= width

@@ -1,0 +1,156 @@
+"""What a browser is told, and what it shows."""
+
+from __future__ import annotations
+
+import shutil
+import socket
+import subprocess
+from dataclasses import replace
+from threading import Thread
+
+import numpy as np
+import pytest
+
+pytest.importorskip("viser")
+
+from urdyn.view.film import Film
+from urdyn.view.paint import MORE, PAINTS, UNKNOWN
+from urdyn.view.panel import lines, numbers
+from urdyn.view.scene import Scene, quaternion
+from urdyn.view.shapes import shapes
+from urdyn.view.show import play, watch
+from urdyn.view.stage import open_stage
+
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
+POSE = np.array([0.3, -1.4, 1.2, -0.8, -1.2, 0.4])
+
+
+@pytest.fixture(scope="module")
+def scene(ur5e) -> Scene:
+    return Scene(ur5e, ur5e, shapes(ur5e))
+
+
+@pytest.fixture(scope="module")
+def shown() -> Film:
+    """An arm that stands: its elbow has half as much friction again, of its wrist none is known."""
+    t = np.linspace(0.0, 60.0, 300)
+    still = np.zeros((300, 6))
+    friction, torque = still.copy(), still.copy()
+    friction[:, 2], friction[:, 5], torque[:, 0] = 50.0, np.nan, 4.0
+    return Film(t, still + POSE, still, friction, still, torque)
+
+
+@pytest.fixture
+def stage(scene, shown):
+    found = open_stage(scene, "an <arm>", shown, "127.0.0.1", 18080)
+    yield found
+    found.close()
+
+
+def test_a_browser_is_told_where_every_link_is(stage, scene, shown):
+    stage.show(shown.moment(0))
+    for handle, shape in zip(stage.links, scene.shapes, strict=True):
+        pose = scene.arm.pose(POSE, shape.link)
+        np.testing.assert_allclose(handle.position, pose[:3, 3], atol=1e-12)
+        np.testing.assert_allclose(handle.wxyz, quaternion(pose), atol=1e-12)
+
+
+def test_links_have_the_colour_of_the_joint_that_moves_them(stage, scene, shown):
+    stage.show(shown.moment(0))
+    told = {shape.joint: tuple(h.color) for h, shape in zip(stage.links, scene.shapes, strict=True)}
+    assert told[2] == tuple(MORE.astype(int)) and told[5] == UNKNOWN
+    assert told[1] == PAINTS["friction"].colour(0.0)
+    stage.panel.controls["paint"].value = "health"
+    assert stage.colours(shown.moment(0), stage.panel.asked().paint)[3] == told[1]
+
+
+def test_only_torques_that_are_there_have_an_arrow(stage, shown):
+    stage.show(shown.moment(0))
+    assert stage.arrows.visible and stage.arrows.points.shape == (1, 2, 3)
+    stage.panel.controls["arrows"].value = False
+    stage.show(shown.moment(0))
+    assert not stage.arrows.visible
+
+
+def test_a_ghost_comes_when_it_is_asked_for(stage, shown):
+    stage.show(shown.moment(0))
+    assert not any(ghost.visible for ghost in stage.ghosts)
+    stage.panel.controls["ghost"].value = True
+    stage.show(shown.moment(0))
+    assert all(ghost.visible for ghost in stage.ghosts)
+    for ghost, link in zip(stage.ghosts, stage.links, strict=True):  # it is as it should be
+        np.testing.assert_allclose(ghost.position, link.position, atol=1e-12)
+
+
+def test_numbers_stand_beside_and_what_is_unknown_is_a_dash(scene, shown):
+    table = numbers(scene.arm.joint_names, shown.moment(0))
+    assert "+50.0 %" in table and "+4.0 N·m" in table and "–" in table
+
+
+def test_a_line_is_held_where_nothing_is_known(shown):
+    torque = shown.torque.copy()
+    torque[:3, 1], torque[3:, 1], torque[10:20, 1], torque[0, 2] = np.nan, 1.0, np.nan, np.nan
+    t, *drawn = lines(replace(shown, torque=torque), "torque")
+    assert np.isfinite(drawn).all() and len(t) == 300
+    np.testing.assert_array_equal(drawn[1], np.where(np.arange(300) < 3, 0.0, 1.0))
+
+
+def test_a_film_goes_on_by_itself_and_from_where_its_slider_is_put(stage, shown):
+    times, time = [], stage.panel.controls["time"]
+
+    def going() -> bool:
+        times.append(time.value)
+        if len(times) == 5:
+            time.value = 30.0
+        if len(times) == 10:
+            stage.panel.controls["play"].value = False
+        return len(times) < 15
+
+    play(stage, shown, going)
+    assert 0.0 < times[4] < 10.0
+    assert 30.0 <= times[6] < 40.0
+    assert len(set(times[11:])) == 1
+
+
+def test_a_robot_is_watched_to_its_end(stage, shown):
+    moments = [shown.moment(k) for k in range(8)]
+    watch(stage, moments)
+    assert len(stage.panel.plots["torque"].data[0]) > 1
+
+
+def test_nobody_else_on_the_network_is_listened_to(stage):
+    port = stage.server.get_port()
+    assert stage.address == f"http://127.0.0.1:{port}"
+    with socket.socket() as other, pytest.raises(OSError):
+        other.settimeout(1.0)
+        other.connect((socket.gethostbyname(socket.gethostname()), port))
+        if other.getpeername()[0].startswith("127."):
+            raise OSError  # this computer knows itself by loopback only
+
+
+@pytest.mark.skipif(CHROMIUM is None, reason="chromium is not installed")
+def test_a_browser_shows_the_arm_in_its_colours(stage, shown, tmp_path):
+    picture, going = tmp_path / "arm.png", [True]
+    still = replace(shown, t=np.linspace(0.0, 600.0, 300))
+    loop = Thread(target=play, args=(stage, still, lambda: going[0]))
+    loop.start()
+    try:
+        done = subprocess.run(
+            [CHROMIUM, "--headless=new", "--no-sandbox", "--disable-gpu", "--use-angle=swiftshader",
+             "--enable-unsafe-swiftshader", "--disable-dev-shm-usage", "--window-size=900,600",
+             f"--user-data-dir={tmp_path / 'profile'}", "--virtual-time-budget=6000",
+             "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1",
+             "--enable-logging=stderr", f"--screenshot={picture}", stage.address],
+            capture_output=True, text=True, timeout=120, check=True,
+        )  # fmt: skip
+    finally:
+        going[0] = False
+        loop.join()
+    assert "ERROR:CONSOLE" not in done.stderr
+    imageio = pytest.importorskip("imageio.v3")
+    view = imageio.imread(picture)[:, :500, :3].astype(int)
+    red, green, blue = view[..., 0], view[..., 1], view[..., 2]
+    vermilion = (red > green + 40) & (green > blue)
+    grey = (np.ptp(view, axis=2) < 20) & (red < 225)
+    assert vermilion.sum() > 800  # the forearm
+    assert grey.sum() > 1500  # the other links, the base, the floor's lines

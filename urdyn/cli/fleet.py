@@ -1,0 +1,71 @@
+"""urdyn fleet: many robots' track folders on one page."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from urdyn.cli.options import Json, Quiet
+from urdyn.cli.voice import Voice
+from urdyn.errors import InputError
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+    from urdyn.report.fleet import Fleet
+
+Folders = Annotated[list[Path], typer.Argument(metavar="DIR...", show_default=False)]
+Out = Annotated[Path, typer.Option(metavar="FILE", help="Where the page is written.")]
+Stale = Annotated[
+    float, typer.Option(metavar="H", min=0.0, help="Hours without a word that make a run stale.")
+]
+
+
+def fleet(
+    folders: Folders,
+    out: Out = Path("fleet.html"),
+    stale: Stale = 24.0,
+    json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Put many robots side by side, most urgent first.
+
+    DIR is a folder that `urdyn track` writes; it may still be at it. The page links to each
+    folder's report.html, so keep it where it can see them.
+
+    Example: [bold]urdyn fleet robots/* --out fleet.html[/bold]
+    """
+    from urdyn.cli.results import require_folder
+    from urdyn.io import write_text
+    from urdyn.report.fleet import gather, told
+    from urdyn.report.fleet_page import fleet_page, headline
+
+    voice = Voice(json, quiet)
+    require_folder(out.parent)
+    found = gather(folders, time.time(), 3600.0 * stale)
+    for each in found.unread:
+        voice.note(f"not read: {each.folder}: {each.reason}")
+    if not found.robots:
+        first = found.unread[0]
+        raise InputError(f"no folder can be shown; {first.folder}: {first.reason}")
+    page = fleet_page(found, out)
+    out.parent.mkdir(parents=True, exist_ok=True)
+    write_text(out, page)
+    voice.show(_table(found), headline(found))
+    voice.note(f"written: {out}")
+    voice.result(told(found))
+
+
+def _table(found: Fleet) -> Table:
+    """A row a robot."""
+    from rich.table import Table
+
+    from urdyn.report.fleet_page import sentence
+
+    grid = Table("robot", "state", "what")
+    for robot in found.robots:
+        grid.add_row(robot.name, robot.state + (", stale" * robot.stale), sentence(robot))
+    return grid

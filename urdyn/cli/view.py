@@ -1,0 +1,99 @@
+"""urdyn view: the arm in three dimensions, in a browser."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from urdyn.cli.options import Columns, Quiet, Robot, Rows
+from urdyn.cli.recording import slice_of
+from urdyn.cli.voice import Voice
+
+if TYPE_CHECKING:
+    from urdyn.cli.viewing import Found
+    from urdyn.view.stage import Stage
+
+LOOPBACK = "127.0.0.1"
+
+What = Annotated[str, typer.Argument(metavar="SOURCE", show_default=False)]
+TwinFile = Annotated[
+    Path | None, typer.Option("--twin", metavar="TWIN", help="The twin that it is of.")
+]
+LogFile = Annotated[
+    Path | None,
+    typer.Option("--log", metavar="LOG", help="That was tracked, where it is no longer there."),
+]
+Calibrated = Annotated[
+    Path | None,
+    typer.Option(metavar="URDF", help="Of `urdyn calibrate`; the nominal arm becomes a ghost."),
+]
+Host = Annotated[str, typer.Option(help="Where to listen; others than this let others look on.")]
+Port = Annotated[int, typer.Option(min=1, max=65535, help="Or the next one that is free.")]
+Open = Annotated[bool, typer.Option("--open", help="Open it in a browser.")]
+
+
+def view(
+    source: What,
+    twin: TwinFile = None,
+    robot: Robot = None,
+    log: LogFile = None,
+    calibrated: Calibrated = None,
+    columns: Columns = None,
+    rows: Rows = None,
+    host: Host = LOOPBACK,
+    port: Port = 8080,
+    show: Open = False,
+    quiet: Quiet = False,
+) -> None:
+    """Show an arm in a browser, coloured by what has changed: replayed, or live.
+
+    SOURCE is a folder of `urdyn track`, finished or still growing; or rtde://HOST[:PORT] of a
+    robot at work, which is only listened to; or a log, to see how the arm moved.
+
+    Example: [bold]urdyn view monday --twin model/twin.toml[/bold]
+    """
+    from urdyn.cli.viewing import Asked, find
+    from urdyn.view.stage import require
+
+    require()
+    voice, part = Voice(quiet=quiet), slice_of(rows) if rows is not None else None
+    found = find(Asked(source, twin, robot, log, columns, part))
+    try:
+        stage = _stage(found, source, calibrated, host, port)
+        voice.show(f"{stage.address} shows {source}; Ctrl-C ends it.")
+        if host != LOOPBACK:
+            voice.note(f"{host}: whoever reaches this computer can look on and turn the controls")
+        if show:
+            typer.launch(stage.address)
+        _run(stage, found)
+    finally:
+        found.close()
+
+
+def _stage(found: Found, source: str, calibrated: Path | None, host: str, port: int) -> Stage:
+    """The arm, before its first moment."""
+    from urdyn.model.arm import load_arm
+    from urdyn.view.scene import Scene
+    from urdyn.view.shapes import shapes
+    from urdyn.view.stage import open_stage
+
+    arm = load_arm(calibrated) if calibrated else found.arm
+    scene = Scene(arm, found.arm, shapes(found.arm))
+    return open_stage(scene, f"{found.arm.name} · {source}", found.film, host, port)
+
+
+def _run(stage: Stage, found: Found) -> None:
+    """Until it ends, or Ctrl-C."""
+    from urdyn.view.show import play, watch
+
+    try:
+        if found.film is not None:
+            play(stage, found.film)
+        elif found.moments is not None:
+            watch(stage, found.moments)
+    except KeyboardInterrupt:
+        return
+    finally:
+        stage.close()

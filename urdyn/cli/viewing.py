@@ -1,0 +1,121 @@
+"""What a user wants to see, found: an arm, and a film of it or moments as they come."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import urdyn as ud
+from urdyn.errors import InputError, LogError, TwinError
+from urdyn.identify.fit import Fit
+from urdyn.io import sha256
+from urdyn.model.arm import Arm, load_arm
+from urdyn.report.fleet_run import Run, find_run
+from urdyn.tracking import Tracker, open_source
+from urdyn.view.live import address, followed, tracked, watched
+from urdyn.view.replay import motion, replay
+
+if TYPE_CHECKING:
+    from urdyn.types import Log
+    from urdyn.view.film import Film, Moment
+
+ROBOT = "rtde://"
+WHICH = "which arm it is has to be said: --twin TWIN of `urdyn identify`, or --robot TYPE"
+
+
+@dataclass(frozen=True)
+class Asked:
+    """As it was asked for."""
+
+    source: str
+    twin: Path | None
+    robot: str | None
+    log: Path | None
+    columns: str | None
+    rows: tuple[int | None, int | None] | None
+
+    def read(self, path: Path) -> Log:
+        """A log's joint angles."""
+        return ud.read(path, columns=self.columns, rows=self.rows, channels=("actual_q",))
+
+
+@dataclass(frozen=True)
+class Found:
+    """An arm, and one of a film and moments."""
+
+    arm: Arm
+    film: Film | None = None
+    moments: Iterator[Moment] | None = None
+    close: Callable[[], None] = lambda: None
+
+
+def find(asked: Asked) -> Found:
+    """What there is to see."""
+    found = _found(asked)
+    if found.film is not None and not found.film.end > 0.0:
+        raise InputError(f"{asked.source}: one moment only; a film needs more")
+    return found
+
+
+def _found(asked: Asked) -> Found:
+    if asked.source.startswith(ROBOT):
+        return _robot(asked)
+    folder = Path(asked.source)
+    if folder.is_dir():
+        try:
+            return _folder(folder, find_run(folder), asked)
+        except LogError as error:
+            raise error if error.path else InputError(f"{folder}: {error}") from error
+    arm, _ = _arm(asked)
+    return Found(arm, film=motion(asked.read(folder)))
+
+
+def _robot(asked: Asked) -> Found:
+    """A robot at work; a twin is tracked along, from now on."""
+    arm, fit = _arm(asked)
+    source = open_source(asked.source)
+    if fit is None:
+        return Found(arm, moments=watched(source), close=source.close)
+    from urdyn.estimate import EKF
+
+    tracker: Tracker[Any] = Tracker(fit, EKF(), source.period)
+    return Found(arm, moments=tracked(tracker, source), close=source.close)
+
+
+def _folder(folder: Path, run: Run, asked: Asked) -> Found:
+    """A run that is over, or one that goes on beside."""
+    made_of = run.provenance
+    arm, fit = _arm(asked, made_of.get("robot"))
+    if fit and asked.twin and made_of.get("twin.sha256") not in (None, "", sha256(asked.twin)):
+        raise TwinError(f"{asked.twin}: is not the twin that {folder} was tracked with")
+    if len(run.joints) != arm.joints:
+        raise InputError(f"{folder}: has {len(run.joints)} joints, {arm.name} has {arm.joints}")
+    gain = fit.dynamics.drive.gain if fit else None
+    if not run.finished and (robot := address(folder)):
+        source = open_source(ROBOT + robot)
+        return Found(arm, moments=followed(folder, source, gain), close=source.close)
+    path = _log(folder, run, asked)
+    return Found(arm, film=replay(run, asked.read(path), gain))
+
+
+def _log(folder: Path, run: Run, asked: Asked) -> Path:
+    """The log that was tracked: its history holds no joint angles."""
+    path = asked.log or Path(run.source or "?")
+    if not path.is_file():
+        told = f"is of {run.source}" if run.source else "does not say of which log it is"
+        raise InputError(f"{folder}: {told}; its joint angles are needed: name it by --log LOG")
+    if run.provenance.get("source.sha256") not in (None, "", sha256(path)):
+        raise InputError(f"{path}: is not the log that {folder} is of; name that by --log LOG")
+    return path
+
+
+def _arm(asked: Asked, known: str | None = None) -> tuple[Arm, Fit | None]:
+    """The arm, and its fit where a twin is named."""
+    if asked.twin:
+        fit = ud.Twin.load(asked.twin).fit
+        return fit.dynamics.arm, fit
+    if named := asked.robot or known:
+        return load_arm(named), None
+    raise InputError(f"{asked.source}: {WHICH}")

@@ -1,0 +1,107 @@
+"""What a diagnosis found, as `findings.json` tells it."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from urdyn.errors import InputError
+from urdyn.report.digits import number
+from urdyn.report.names import spoken
+from urdyn.report.track_history import Clock, clock
+
+FILE = "findings.json"
+RANKS = {"critical": 3.0, "warning": 2.0, "notice": 1.0}  # of a severity; any other word is lower
+LEFT = ("median", "lo", "hi")
+DAMAGE = (LookupError, TypeError, ValueError, AttributeError)
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One fault that grows, or has come."""
+
+    kind: str  # "friction_increase", ...
+    joint: int | None  # from 0; None: no joint's fault
+    onset: float  # [s] stamp of the log
+    severity: str
+    confidence: float  # [-] in [0, 1]
+    left: tuple[float, float, float] | None  # [s] median, 5 % and 95 % of the time to failure
+    acknowledged: bool = False  # somebody knows already
+
+    @property
+    def rank(self) -> tuple[float, float, float]:
+        """The more urgent, the greater: severity, then time left, then confidence."""
+        median = self.left[0] if self.left else np.inf
+        severity = 0.0 if self.acknowledged else RANKS.get(self.severity, 0.0)
+        return severity, -median, self.confidence
+
+    def sentence(self, joints: Sequence[str], start: float, time: Clock) -> str:
+        """The finding as people say it; `start` is the log's first stamp [s]."""
+        where = f"{spoken(joints[self.joint])} " if self.joint is not None else ""
+        since = time(self.onset - start)
+        known = ", acknowledged" if self.acknowledged else ""
+        what = self.kind.replace("_", " ")
+        return f"{where}{what} since {since}, {self.severity}{known}{self._left()}"
+
+    def _left(self) -> str:
+        if self.left is None:
+            return ""
+        unit = clock(self.left[0])
+        median, low, high = (number(t / unit.seconds) for t in self.left)
+        return f"; {median} {unit.unit} left ({low} to {high})"
+
+
+def read_findings(folder: Path, joints: int) -> tuple[Finding, ...] | None:
+    """The findings in a track folder, most urgent first; None: nobody has diagnosed it.
+
+    Raises:
+        InputError: the file is damaged; the reason, without the folder's name.
+    """
+    path = folder / FILE
+    if not path.exists():
+        return None
+    try:
+        told = json.loads(path.read_text(encoding="utf-8"))
+        entries = told["findings"] if isinstance(told, dict) else told
+        found = [_finding(entry, joints) for entry in entries]
+    except OSError as error:
+        raise InputError(f"its {FILE} cannot be read: {error.strerror}") from error
+    except DAMAGE as error:
+        raise InputError(f"its {FILE} is damaged ({error}); diagnose it again") from error
+    return tuple(sorted(found, key=lambda finding: finding.rank, reverse=True))
+
+
+def _finding(entry: Mapping[str, Any], joints: int) -> Finding:
+    joint, left = entry["joint"], entry["time_to_failure_s"]
+    if joint is not None and not 0 <= int(joint) < joints:
+        raise ValueError(f"joint {joint} of {joints}")
+    return Finding(
+        kind=str(entry["kind"]),
+        joint=None if joint is None else int(joint),
+        onset=float(entry["onset_s"]),
+        severity=str(entry["severity"]),
+        confidence=float(entry["confidence"]),
+        left=None
+        if left is None
+        else (float(left["median"]), float(left["lo"]), float(left["hi"])),
+        acknowledged=bool(entry.get("acknowledged", False)),
+    )
+
+
+def told(finding: Finding) -> dict[str, Any]:
+    """A finding in plain numbers, under the names of the file."""
+    left = finding.left
+    return {
+        "kind": finding.kind,
+        "joint": finding.joint,
+        "onset_s": finding.onset,
+        "severity": finding.severity,
+        "confidence": finding.confidence,
+        "acknowledged": finding.acknowledged,
+        "time_to_failure_s": left and dict(zip(LEFT, left, strict=True)),
+    }

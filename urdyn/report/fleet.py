@@ -1,0 +1,171 @@
+"""Many robots side by side: what each one's history and diagnosis say, most urgent first."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from urdyn.errors import UrdynError
+from urdyn.report.findings import Finding, read_findings
+from urdyn.report.findings import told as as_told
+from urdyn.report.fleet_run import Run, find_run
+from urdyn.report.track_change import Change, compare_track
+from urdyn.report.track_history import Series
+from urdyn.report.track_surprise import MISSES
+
+SHOWN = ("coulomb", "health")  # of every joint
+STATES = ("critical", "warning", "found", "changed", "surprised", "steady")  # most urgent first
+PAGE = "report.html"
+
+
+@dataclass(frozen=True)
+class Robot:
+    """One track folder that can be read."""
+
+    name: str
+    folder: Path
+    run: Run
+    findings: tuple[Finding, ...] | None  # None: nobody has diagnosed it
+    age: float  # [s] since something was written
+    stale: bool
+
+    @cached_property
+    def series(self) -> dict[str, list[Series]]:
+        """Friction and health of every joint."""
+        return {what: [self.run.series(j, what) for j in self.run.joints] for what in SHOWN}
+
+    @cached_property
+    def changes(self) -> dict[str, list[Change]]:
+        """The same, now beside commissioned."""
+        return {what: list(map(compare_track, told)) for what, told in self.series.items()}
+
+    @property
+    def moved(self) -> list[Change]:
+        """What changed, most first."""
+        told = [c for changes in self.changes.values() for c in changes if not c.steady]
+        return sorted(told, key=lambda c: -abs(c.z))
+
+    @property
+    def health(self) -> float:
+        """Of the joint that has lost most, as a share of what it was."""
+        return min(c.now / c.then for c in self.changes["health"])
+
+    @property
+    def state(self) -> str:
+        """One of STATES."""
+        if self.findings:
+            worst = self.findings[0]
+            grave = worst.severity in STATES[:2] and not worst.acknowledged
+            return worst.severity if grave else "found"
+        if self.moved:
+            return "changed"
+        return "surprised" if self.run.surprise > MISSES else "steady"
+
+    @property
+    def urgency(self) -> tuple[float, ...]:
+        """The more urgent, the greater: state, findings, health lost, change, surprise."""
+        found = self.findings[0].rank if self.findings else (0.0, -np.inf, 0.0)
+        most = abs(self.moved[0].z) if self.moved else 0.0
+        state = -float(STATES.index(self.state))
+        return state, *found, -self.health, most, float(np.nan_to_num(self.run.surprise))
+
+    @property
+    def page(self) -> Path | None:
+        """Its report."""
+        path = self.folder / PAGE
+        return path if path.is_file() else None
+
+
+@dataclass(frozen=True)
+class Unread:
+    """One track folder that says nothing, and why."""
+
+    name: str
+    folder: Path
+    reason: str
+
+
+@dataclass(frozen=True)
+class Fleet:
+    """Robots, most urgent first, and the folders that could not be read."""
+
+    robots: tuple[Robot, ...]
+    unread: tuple[Unread, ...]
+
+
+def gather(folders: Sequence[Path], now: float, stale: float) -> Fleet:
+    """Read track folders.
+
+    Args:
+        now: [s] since 1970.
+        stale: [s] without a word, after which a history says nothing of today.
+    """
+    read: list[Robot] = []
+    unread: list[Unread] = []
+    for folder, name in zip(folders, names(folders), strict=True):
+        try:
+            read.append(_robot(folder, name, now, stale))
+        except UrdynError as error:
+            unread.append(Unread(name, folder, str(error)))
+    return Fleet(tuple(sorted(read, key=lambda r: r.urgency, reverse=True)), tuple(unread))
+
+
+def names(folders: Sequence[Path]) -> list[str]:
+    """As much of every folder's path as tells it from the others."""
+    paths = [folder.resolve() for folder in folders]
+    most = max((len(path.parts) for path in paths), default=1)
+    for depth in range(1, most + 1):
+        told = ["/".join(path.parts[-depth:]) for path in paths]
+        if len(set(told)) == len(set(paths)):
+            return told
+    return [str(path) for path in paths]
+
+
+def _robot(folder: Path, name: str, now: float, stale: float) -> Robot:
+    run = find_run(folder)
+    age = max(0.0, now - run.written)
+    findings = read_findings(folder, len(run.joints))
+    robot = Robot(name, folder, run, findings, age, age > stale)
+    assert robot.urgency  # all that is shown can be read
+    return robot
+
+
+def told(fleet: Fleet) -> dict[str, Any]:
+    """A fleet in plain numbers, as `urdyn fleet --json` prints it."""
+    return {
+        "robots": [_told(robot) for robot in fleet.robots],
+        "unread": [{"folder": str(u.folder), "reason": u.reason} for u in fleet.unread],
+    }
+
+
+def _told(robot: Robot) -> dict[str, Any]:
+    surprise = robot.run.surprise
+    friction, health = robot.changes["coulomb"], robot.changes["health"]
+    return {
+        "name": robot.name,
+        "folder": str(robot.folder),
+        "report": str(robot.page) if robot.page else None,
+        "source": robot.run.source or None,
+        "state": robot.state,
+        "finished": robot.run.finished,
+        "stale": robot.stale,
+        "age_s": robot.age,
+        "data_s": float(robot.run.t[-1]),
+        "surprise": surprise if np.isfinite(surprise) else None,
+        "findings": None if robot.findings is None else [as_told(f) for f in robot.findings],
+        "joints": [
+            {
+                "name": f.owner,
+                "friction_change": f.now / f.then - 1.0 if f.then else None,
+                "friction_steady": f.steady,
+                "health": h.now / h.then if h.then else None,
+                "health_steady": h.steady,
+            }
+            for f, h in zip(friction, health, strict=True)
+        ],
+    }

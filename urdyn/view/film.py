@@ -1,0 +1,66 @@
+"""What is shown, moment by moment: a recording of it, or one moment of a robot at work."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+
+import numpy as np
+
+from urdyn.types import Array, frozen
+
+
+@dataclass(frozen=True, eq=False)
+class Moment:
+    """One moment; NaN is what nobody knows."""
+
+    t: float  # [s] since the beginning
+    q: Array  # (J,) [rad] as the encoders tell
+    zero: Array  # (J,) [rad] that the joints are beside that
+    friction: Array  # (J,) [%] change of Coulomb friction since commissioning
+    health: Array  # (J,) [%] change of drive health
+    torque: Array  # (J,) [N·m] measured less predicted
+
+
+@dataclass(frozen=True, eq=False)
+class Film:
+    """Moments in a row."""
+
+    t: Array  # (N,) [s], not falling
+    q: Array  # (N, J)
+    zero: Array  # (N, J)
+    friction: Array  # (N, J)
+    health: Array  # (N, J)
+    torque: Array  # (N, J)
+
+    def __post_init__(self) -> None:
+        for field in fields(self):
+            object.__setattr__(self, field.name, frozen(getattr(self, field.name)))
+            if field.name != "t":
+                assert getattr(self, field.name).shape == self.q.shape, field.name
+
+    def __len__(self) -> int:
+        return len(self.t)
+
+    @property
+    def end(self) -> float:
+        """Of the last moment [s]."""
+        return float(self.t[-1])
+
+    def at(self, t: float) -> Moment:
+        """The last moment that is not after `t` [s]."""
+        return self.moment(max(0, int(np.searchsorted(self.t, t, side="right")) - 1))
+
+    def moment(self, row: int) -> Moment:
+        """One row."""
+        rest = (getattr(self, field.name)[row] for field in fields(self)[1:])
+        return Moment(float(self.t[row]), *rest)
+
+    def slice(self, start: int, stop: int, step: int = 1) -> Film:
+        """Rows as a film of its own."""
+        return Film(*(getattr(self, field.name)[start:stop:step] for field in fields(self)))
+
+
+def film(moments: Sequence[Moment]) -> Film:
+    """Moments joined."""
+    return Film(*(np.array([getattr(m, f.name) for m in moments]) for f in fields(Film)))

@@ -1,0 +1,101 @@
+"""A robot at work: moments as they come. Nothing is sent to it but the wish to listen."""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import TypeVar
+
+import numpy as np
+
+from urdyn.errors import UrdynError
+from urdyn.report.fleet_run import find_run
+from urdyn.tracking import Source, Tracker, quantities
+from urdyn.tracking.source import now
+from urdyn.types import Array, Gaussian
+from urdyn.view.film import Moment
+from urdyn.view.replay import beliefs, share
+
+RATE = 25.0  # [Hz] of moments, at most
+LATE = 0.2  # [s] after a sample came: drawing takes too long here
+BEHIND = 0.5  # [s] between two moments then, so that the tracker catches up
+PAUSE = 2.0  # [s] between two looks for more history
+
+S = TypeVar("S")
+
+
+def watched(source: Source) -> Iterator[Moment]:
+    """How a robot moves; nothing is known of what it is."""
+    last, began = -np.inf, np.nan
+    for arrival in source.start(0):
+        t, q = arrival.sample.t, arrival.sample.q
+        if np.isfinite(q).all() and t - last >= 1.0 / RATE:
+            last, began = t, t if np.isnan(began) else began
+            nothing = np.full(len(q), np.nan)
+            yield Moment(t - began, q, np.zeros(len(q)), nothing, nothing, nothing)
+
+
+def tracked(tracker: Tracker[S], source: Source) -> Iterator[Moment]:
+    """How a robot moves, and what a tracker that begins now makes of it."""
+    state, told = tracker.init(), _told(tracker)
+    first = told(tracker.filter.belief(state.belief))
+    gain = tracker.fit.dynamics.drive.gain
+    last, began = -np.inf, np.nan
+    for arrival in source.start(0):
+        state, reading = tracker.step(state, arrival.sample)
+        t, q = arrival.sample.t, arrival.sample.q
+        began = t if np.isnan(began) else began
+        pause = BEHIND if now() - arrival.received > LATE else 1.0 / RATE
+        if reading is None or t - last < pause or not np.isfinite(q).all():
+            continue
+        last = t
+        friction, health, zero = told(reading.belief)
+        torque = (reading.current - reading.predicted) * gain * health
+        yield Moment(t - began, q, zero, share(friction, first[0]), share(health, first[1]), torque)
+
+
+def followed(folder: Path, source: Source, gain: Array | None) -> Iterator[Moment]:
+    """How a robot moves, and what `urdyn track` beside it has written of it so far."""
+    looked, newest = -np.inf, None
+    for moment in watched(source):
+        if time.monotonic() - looked > PAUSE:
+            looked, newest = time.monotonic(), _newest(folder, gain) or newest
+        yield replace(newest, t=moment.t, q=moment.q) if newest else moment
+
+
+def address(folder: Path) -> str:
+    """Of the robot that an unfinished run tracks, host:port; "" where it tracks a log, or none."""
+    try:
+        with np.load(folder / "checkpoint.npz", allow_pickle=False) as archive:
+            source = str(json.loads(str(archive["identity"]))["source"])
+    except (OSError, LookupError, ValueError):
+        return ""
+    return "" if " " in source else source
+
+
+def _told(tracker: Tracker[S]) -> Callable[[Gaussian], tuple[Array, Array, Array]]:
+    """What says Coulomb friction, health and zero of every joint, (J,) each, of a belief."""
+    of = quantities(tracker.fit, tracker.currents)
+    joints = tracker.fit.dynamics.arm.joint_names
+    friction, health, zero = (
+        [of.names.index(f"{joint}.{name}") for joint in joints]
+        for name in ("coulomb", "health", "zero")
+    )
+
+    def told(belief: Gaussian) -> tuple[Array, Array, Array]:
+        mean = of.of(belief)[0]
+        return mean[friction], mean[health], mean[zero]
+
+    return told
+
+
+def _newest(folder: Path, gain: Array | None) -> Moment | None:
+    """The last row that has been written; None while there is none that can be read."""
+    try:
+        film = beliefs(find_run(folder), gain)
+    except UrdynError:
+        return None
+    return film.moment(len(film) - 1)

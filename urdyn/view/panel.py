@@ -1,0 +1,148 @@
+"""What stands beside the arm: the time, what the colours mean, numbers and plots."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from html import escape
+from typing import Any
+
+import numpy as np
+
+from urdyn.report.canvas import JOINTS
+from urdyn.report.digits import MISSING
+from urdyn.report.names import spoken
+from urdyn.view.film import Film, Moment
+from urdyn.view.paint import PAINTS
+
+SPEEDS = ("0.25", "1", "4", "16", "64")
+POINTS = 400  # a line of a plot
+PLOTS = {"friction": "friction since commissioning [%]", "torque": "residual torque [N·m]"}
+TIMES = 20.0  # [-] a ghost's distance at first: what a calibration mends is hardly seen
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What its user wants to see."""
+
+    paint: str  # one of PAINTS
+    ghost: bool
+    times: float  # [-] by which the ghost stands further off
+    arrows: bool
+    arrow: float  # [m] of arrow a newton metre
+
+
+@dataclass(frozen=True, eq=False)
+class Panel:
+    """Handles of a browser's controls."""
+
+    joints: tuple[str, ...]
+    controls: Mapping[str, Any]  # time, play, speed; paint, ghost, times, arrows, arrow
+    legend: Any
+    apart: Any
+    table: Any
+    plots: Mapping[str, Any]
+
+    def asked(self) -> Asked:
+        """The controls as they stand."""
+        told = {name: self.controls[name].value for name in Asked.__annotations__}
+        return Asked(**told)
+
+    def tell(self, moment: Moment, past: Film, apart: tuple[float, float]) -> None:
+        """The numbers of a moment, and what led there."""
+        legend = PAINTS[self.asked().paint].legend()
+        if self.legend.content != legend:
+            self.legend.content = legend
+        self.table.content = numbers(self.joints, moment)
+        metres, radians = apart
+        self.apart.content = f"Tool: {1e3 * metres:.2f} mm, {1e3 * radians:.2f} mrad apart"
+        for name, plot in self.plots.items():
+            plot.data = lines(past, name)
+
+
+def make_panel(
+    gui: Any, joints: Sequence[str], title: str, end: float, arrow: float, ghost: bool
+) -> Panel:
+    """The controls, in a browser's side bar.
+
+    Args:
+        end: of the film [s]; 0: it is live, and nobody can turn back.
+        ghost: whether the nominal arm is shown at first.
+    """
+    gui.add_markdown(f"**{escape(title)}**")
+    controls: dict[str, Any] = {}
+    if end:
+        controls["time"] = gui.add_slider("time [s]", 0.0, end, min(0.01, end), 0.0)
+        controls["play"] = gui.add_checkbox("play", True)
+        controls["speed"] = gui.add_dropdown("speed", SPEEDS, initial_value="1")
+    controls["paint"] = gui.add_dropdown("colour by", tuple(PAINTS), initial_value="friction")
+    legend = gui.add_html("")
+    table = gui.add_html("")
+    with gui.add_folder("Residual torque"):
+        controls["arrows"] = gui.add_checkbox("arrows", True)
+        controls["arrow"] = gui.add_number("m per N·m", arrow, min=0.0, step=arrow / 10.0)
+    with gui.add_folder("Ghost of the nominal arm", expand_by_default=ghost):
+        controls["ghost"] = gui.add_checkbox("show", ghost)
+        controls["times"] = gui.add_slider("times as far", 1.0, 200.0, 1.0, TIMES)
+        apart = gui.add_markdown("")
+    nothing = tuple(np.zeros(1) for _ in range(len(joints) + 1))
+    plots = {name: _plot(gui, label, joints, nothing) for name, label in PLOTS.items()}
+    return Panel(tuple(joints), controls, legend, apart, table, plots)
+
+
+def lines(past: Film, name: str) -> tuple[Any, ...]:
+    """Time and one line a joint of a quantity, thinned; where it is not known the line is held.
+
+    uPlot draws nothing at all of an axis on which a number is missing.
+    """
+    thin = past.slice(0, len(past), max(1, len(past) // POINTS))
+    rows = np.arange(len(thin))[:, None]
+    y = getattr(thin, name)
+    last = np.maximum.accumulate(np.where(np.isfinite(y), rows, 0), axis=0)
+    held = np.nan_to_num(np.take_along_axis(y, last, axis=0))
+    return (np.array(thin.t), *held.T.copy())
+
+
+def numbers(joints: Sequence[str], moment: Moment) -> str:
+    """HTML of every joint's numbers, so that no colour has to be read off."""
+    head = "".join(f"<th>{word}</th>" for word in ("", "friction", "health", "residual"))
+    rows = zip(joints, moment.friction, moment.health, moment.torque, strict=True)
+    body = "".join(
+        f'<tr><td style="text-align:left">{_dot(j)} {escape(spoken(name))}</td>'
+        f"<td>{_said(f, '%')}</td><td>{_said(h, '%')}</td><td>{_said(tau, 'N·m')}</td></tr>"
+        for j, (name, f, h, tau) in enumerate(rows)
+    )
+    style = "width:100%;font-size:12px;text-align:right;font-variant-numeric:tabular-nums"
+    return f'<div style="padding:0 12px"><table style="{style}"><tr>{head}</tr>{body}</table></div>'
+
+
+def _dot(joint: int) -> str:
+    colour = JOINTS[joint % len(JOINTS)]
+    return (
+        f'<i style="display:inline-block;width:9px;height:9px;border-radius:5px;'
+        f'background:{colour}"></i>'
+    )
+
+
+def _said(value: float, unit: str) -> str:
+    if not np.isfinite(value):
+        return MISSING
+    rounded = round(value, 1) + 0.0
+    return f"{rounded:+.1f} {unit}".replace("-", "−") if rounded else f"0 {unit}"
+
+
+def _plot(gui: Any, label: str, joints: Sequence[str], data: tuple[Any, ...]) -> Any:
+    """An empty plot, one line a joint."""
+    series = tuple(
+        {"label": spoken(name), "stroke": JOINTS[j % len(JOINTS)], "width": 1.5}
+        for j, name in enumerate(joints)
+    )
+    return gui.add_uplot(
+        data,
+        ({"label": "t [s]"}, *series),
+        title=label,
+        scales={"x": {"time": False, "auto": True}, "y": {"auto": True}},
+        legend={"show": False},
+        aspect=2.2,
+        padding=(14, 14, 0, 0),
+    )

@@ -1,0 +1,157 @@
+"""The browser's side: a scene, its colours and its arrows, by viser."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from contextlib import redirect_stdout
+from dataclasses import dataclass
+from importlib.util import find_spec
+from io import StringIO
+from typing import Any
+
+import numpy as np
+
+from urdyn.errors import InputError, MissingExtraError
+from urdyn.types import Array
+from urdyn.view.film import Film, Moment
+from urdyn.view.paint import BASE, PAINTS
+from urdyn.view.panel import Panel, make_panel
+from urdyn.view.scene import Scene, quaternion
+
+GHOST, ARROW = (60, 72, 88), (204, 121, 167)
+HAZE = 0.4  # [-] opacity of a ghost
+GREAT = 0.25  # [m] of an arrow that few are longer than
+USUAL = 0.05  # [m/(N·m)] where nobody knows yet
+HEAD = 0.04  # [m] of an arrow
+LOOK = np.array([0.85, 1.0, 0.75])  # where the camera is, in reaches of the arm
+
+
+@dataclass(frozen=True, eq=False)
+class Stage:
+    """A server, and what it has been told to draw; drawn anew by `show`."""
+
+    scene: Scene
+    server: Any
+    links: tuple[Any, ...]
+    ghosts: tuple[Any, ...]
+    arrows: Any
+    panel: Panel
+
+    @property
+    def address(self) -> str:
+        """Where a browser finds it."""
+        return f"http://{self.server.get_host()}:{self.server.get_port()}"
+
+    def show(self, moment: Moment) -> None:
+        """Put everything where it is at a moment."""
+        asked = self.panel.asked()
+        places = self.scene.places(moment.q, moment.zero)
+        colours = self.colours(moment, asked.paint)
+        with self.server.atomic():
+            for link, pose, colour in zip(self.links, places, colours, strict=True):
+                link.wxyz, link.position = quaternion(pose), tuple(pose[:3, 3])
+                if link.color != colour:
+                    link.color = colour
+            self._haunt(moment, asked.ghost, asked.times)
+            self._point(moment, asked.arrow if asked.arrows else 0.0)
+
+    def tell(self, moment: Moment, past: Film) -> None:
+        """Put numbers and plots beside it."""
+        self.panel.tell(moment, past, self.scene.apart(moment.q, moment.zero))
+
+    def colours(self, moment: Moment, paint: str) -> list[tuple[int, int, int]]:
+        """One a shape."""
+        values: Mapping[str, Array] = {"friction": moment.friction, "health": moment.health}
+        paints = [PAINTS[paint].colour(float(value)) for value in values[paint]]
+        return [paints[s.joint] if s.joint >= 0 else BASE for s in self.scene.shapes]
+
+    def close(self) -> None:
+        """No more."""
+        with redirect_stdout(StringIO()):
+            self.server.stop()
+
+    def _point(self, moment: Moment, length: float) -> None:
+        """Arrows of `length` [m] a newton metre, where they are longer than their heads."""
+        points = self.scene.arrows(moment.q, moment.zero, moment.torque, length)
+        long = points[np.linalg.norm(points[:, 1] - points[:, 0], axis=1) > HEAD]
+        self.arrows.visible = bool(len(long))
+        if len(long):
+            self.arrows.points = long.astype(np.float32)
+
+    def _haunt(self, moment: Moment, shown: bool, times: float) -> None:
+        """The nominal arm, where it is asked for."""
+        if shown:
+            places = self.scene.ghosts(moment.q, moment.zero, times)
+            for ghost, pose in zip(self.ghosts, places, strict=True):
+                ghost.wxyz, ghost.position = quaternion(pose), tuple(pose[:3, 3])
+        for ghost in self.ghosts:
+            if ghost.visible != shown:
+                ghost.visible = shown
+
+
+def require() -> None:
+    """MissingExtraError where the extra is not installed."""
+    if find_spec("viser") is None:
+        raise MissingExtraError("viewer", "viser")
+
+
+def open_stage(scene: Scene, title: str, film: Film | None, host: str, port: int) -> Stage:
+    """A server at host:port, or at the next port that is free; without a film it is live."""
+    import viser
+
+    try:
+        with redirect_stdout(StringIO()):  # its banner; the verb says where it is
+            server = viser.ViserServer(host=host, port=port, verbose=False)
+    except OSError as error:
+        raise InputError(f"{host}:{port}: cannot be listened at: {error.strerror}") from error
+    _light(server, scene)
+    links = tuple(_mesh(server, f"/arm/{s.link}", s, BASE, None) for s in scene.shapes)
+    ghosts = tuple(_mesh(server, f"/ghost/{s.link}", s, GHOST, HAZE) for s in scene.shapes)
+    empty = np.zeros((scene.arm.joints, 2, 3), np.float32)
+    arrows = server.scene.add_arrows(
+        "/torque", empty, ARROW, shaft_radius=HEAD / 5, head_radius=HEAD / 2, head_length=HEAD
+    )
+    end = film.end if film else 0.0
+    arrow = _arrow(film)
+    panel = make_panel(server.gui, scene.arm.joint_names, title, end, arrow, scene.calibrated)
+    return Stage(scene, server, links, ghosts, arrows, panel)
+
+
+def _arrow(film: Film | None) -> float:
+    """Length of an arrow [m] a newton metre, at first: the great ones fit beside the arm."""
+    told = np.abs(film.torque[np.isfinite(film.torque)]) if film else np.zeros(0)
+    great = float(np.quantile(told, 0.99)) if len(told) else 0.0
+    return float(f"{GREAT / great:.1g}") if great > 0.0 else USUAL
+
+
+def _mesh(server: Any, name: str, shape: Any, colour: Any, opacity: float | None) -> Any:
+    return server.scene.add_mesh_simple(
+        name,
+        shape.vertices.astype(np.float32),
+        shape.faces.astype(np.uint32),
+        color=colour,
+        opacity=opacity,
+        # Of a ghost the far side alone is drawn: where it stands in the arm, the arm hides it.
+        side="front" if opacity is None else "back",
+        visible=opacity is None,
+        cast_shadow=opacity is None,
+    )
+
+
+def _light(server: Any, scene: Scene) -> None:
+    """A floor, a light and a camera that sees the whole arm; nothing from other hosts."""
+    reach = sum(float(np.linalg.norm(step)) for step in np.diff(_corners(scene), axis=0))
+    server.gui.configure_theme(control_width="large", show_logo=False, show_share_button=False)
+    server.gui.main_panel.dock_right()
+    server.scene.set_up_direction("+z")
+    server.scene.configure_environment_map(None)
+    server.scene.add_light_hemisphere("/sky", intensity=1.0)
+    server.scene.add_grid("/floor", width=2.4 * reach, height=2.4 * reach)
+    server.initial_camera.position = tuple(LOOK * reach)
+    server.initial_camera.look_at = (0.0, 0.0, 0.28 * reach)
+
+
+def _corners(scene: Scene) -> Array:
+    """Origins of the links at zero, (J, 3) [m]."""
+    rest = np.zeros(scene.nominal.joints)
+    return np.stack([scene.nominal.pose(rest, link)[:3, 3] for link in scene.nominal.link_names])
