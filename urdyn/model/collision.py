@@ -50,15 +50,23 @@ class Collider:
         Two solids part along the line of their nearest points. Zero where there is more than
         `within` [m] between them.
         """
-        near, slope = np.empty((len(q), len(self.pairs))), np.zeros((len(q), *self.reach.shape))
-        model, data = self.arm._model, self.arm._data
+        near, twists = np.empty((len(q), len(self.pairs))), np.empty((len(q), 6, self.arm.joints))
+        places, normals, points = [], [], []
         for row, pose in enumerate(np.ascontiguousarray(q, dtype=np.float64)):
             near[row] = self._measure(pose)
-            twist = pin.computeJointJacobians(model, data, pose)  # about the root's origin
-            for k in np.flatnonzero(near[row] < within):
-                found = self._data.distanceResults[int(k)]
-                moved = twist[:3] + np.cross(twist[3:].T, found.getNearestPoint2()).T
-                slope[row, k] = self._between[k] * (found.normal @ moved)
+            twists[row] = pin.computeJointJacobians(self.arm._model, self.arm._data, pose)
+            for k in np.flatnonzero(near[row] < within).tolist():
+                found = self._data.distanceResults[k]
+                places.append((row, k))
+                normals.append(found.normal.copy())  # coal writes the next one there
+                points.append(found.getNearestPoint2().copy())
+        slope = np.zeros((len(q), *self.reach.shape))
+        if places:
+            rows, ks = np.array(places).T
+            n, p = np.array(normals), np.array(points)
+            # A point moves by linear + angular x p, as the root's origin sees it.
+            along = np.concatenate([n, np.cross(p, n)], axis=1)
+            slope[rows, ks] = self._between[ks] * np.einsum("ic,icj->ij", along, twists[rows])
         return near, slope
 
     def _measure(self, pose: Array) -> list[float]:

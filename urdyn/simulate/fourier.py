@@ -84,10 +84,17 @@ def draw(joints: int, period: float, rng: np.random.Generator, harmonics: int) -
     k = np.arange(1.0, harmonics + 1.0)[:, None]
     # Amplitudes fall as 1/k: every harmonic has the same share of the velocity.
     sine, cosine = rng.standard_normal((2, harmonics, joints)) / k
-    # v(0) = w sum k A_k and a(0) = -w² sum k² B_k: the closest coefficients that make them zero.
-    sine -= k * (k * sine).sum(axis=0) / (k**2).sum()
-    cosine -= k**2 * (k**2 * cosine).sum(axis=0) / (k**4).sum()
-    return Series(np.zeros(joints), sine, cosine, period)
+    return Series(np.zeros(joints), *at_rest(sine, cosine), period)
+
+
+def at_rest(sine: Array, cosine: Array) -> tuple[Array, Array]:
+    """The closest coefficients, (H, ...) each, whose velocity and acceleration begin at zero."""
+    k = np.arange(1.0, len(sine) + 1.0).reshape(-1, *[1] * (sine.ndim - 1))
+    # v(0) = w sum k A_k and a(0) = -w² sum k² B_k.
+    return (
+        sine - k * (k * sine).sum(axis=0) / (k**2).sum(),
+        cosine - k**2 * (k**2 * cosine).sum(axis=0) / (k**4).sum(),
+    )
 
 
 def series_within(arm: Arm, shape: Series, limits: Limits | None = None) -> Series:
