@@ -45,6 +45,16 @@ class Series:
             -(s * w**2) @ self.sine - (c * w**2) @ self.cosine,
         )
 
+    @property
+    def lasting(self) -> float:
+        """Time after which it begins again [s]."""
+        return self.period
+
+    def peaks(self) -> tuple[Array, Array, Array]:
+        """What |v|, |a| and |jerk| never exceed, (J,) each: [Ehlich1964]_, and Bernstein's law."""
+        _, v, a = (np.abs(x).max(axis=0) / BETWEEN for x in self.one_period())
+        return v, a, 2.0 * np.pi / self.period * len(self.sine) * a
+
     def one_period(self) -> tuple[Array, Array, Array]:
         """q, v, a over a period, finely enough that little is hidden between the rows."""
         rows = OVERSAMPLING * len(self.sine)
