@@ -6,7 +6,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -21,11 +20,10 @@ from urdyn.identify.excite.question import Question
 from urdyn.simulate.fourier import Series
 from urdyn.types import Array
 
-MOMENTS = 10  # of a period of the highest harmonic, at which information is summed
+MOMENTS = 8  # of a period of the highest harmonic, at which information is summed
 FINE = 32  # and at which angles, velocities and accelerations are held
-STIFF, STIFFER = 20.0, 2.0  # rho of the first round, and times that of the round before
-STIFFEST = 3000.0
-STEPS, MEMORY = 40, 20  # of L-BFGS in a round, and those that it remembers
+STIFF, STIFFER = 10.0, 1.5  # rho of the first round, and times that of the round before
+STEPS, MEMORY = 35, 20  # of L-BFGS in a round, and those that it remembers
 POSES = 512  # at random, that tell how far apart things can be
 
 Multipliers = tuple[Array, Array, Array]
@@ -69,11 +67,15 @@ class Climb:
         strained, to_load = torques(safe.limits, found)
         near, to_angles = clearances(safe.collider, motion[0], self.apart)
         pushed = push(mu, (held, strained, near), rho)
-        cost = sum(float(p.ravel() @ p.ravel() - m.ravel() @ m.ravel()) for p, m in zip(pushed, mu, strict=True))
+        cost = sum(_square(p) for p in pushed) - sum(_square(m) for m in mu)
         dq, dv, da = found.slopes(-asked.slope(found, self.rows, S), to_load(pushed[1]))
         gradient = self.coarse.gradient(dq + to_angles(pushed[2]), dv, da)
         gradient += self.fine.gradient(*to_motion(pushed[0]))
         return -value + cost / (2.0 * rho), gradient
+
+
+def _square(x: Array) -> float:
+    return float(x.ravel() @ x.ravel())
 
 
 def push(mu: Multipliers, bounds: Multipliers, rho: float) -> Multipliers:
@@ -109,24 +111,30 @@ def with_slack(climb: Climb, slack: float) -> Climb:
     return replace(climb, apart=safe.margin + np.minimum(slack, np.maximum(most, 0.0) / 2.0))
 
 
-def rounds(climb: Climb, x: Array, count: int) -> Iterator[Array]:
-    """x after each round of the method of multipliers."""
-    mu, rho = push_nothing(climb, x), STIFF
-    for _ in range(count):
-        found = minimize(
-            climb.lagrangian,
-            x,
-            args=(mu, rho),
-            jac=True,
-            method="L-BFGS-B",
-            options={"maxiter": STEPS, "maxcor": MEMORY, "maxfun": STEPS + STEPS // 3},
-        )
-        x = np.asarray(found.x)
-        yield x
-        mu, rho = push(mu, climb.bounds(x), rho), min(rho * STIFFER, STIFFEST)
+@dataclass(frozen=True)
+class State:
+    """Where a climb stands."""
+
+    x: Array
+    mu: Multipliers
+    rho: float = STIFF
 
 
-def push_nothing(climb: Climb, x: Array) -> Multipliers:
-    """Multipliers of bounds that have not been met yet."""
+def begin(climb: Climb, x: Array) -> State:
+    """At x, and no bound has been met yet."""
     held, strained, near = (np.zeros_like(b) for b in climb.bounds(x))
-    return held, strained, near
+    return State(x, (held, strained, near))
+
+
+def step(climb: Climb, state: State) -> State:
+    """One round of the method of multipliers."""
+    found = minimize(
+        climb.lagrangian,
+        state.x,
+        args=(state.mu, state.rho),
+        jac=True,
+        method="L-BFGS-B",
+        options={"maxiter": STEPS, "maxcor": MEMORY, "maxfun": STEPS + STEPS // 3},
+    )
+    x = np.asarray(found.x)
+    return State(x, push(state.mu, climb.bounds(x), state.rho), STIFFER * state.rho)

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from urdyn.identify.excite.climb import Climb, climb_from, push_nothing, rounds, with_slack
+from urdyn.identify.excite.climb import Climb, State, begin, climb_from, step, with_slack
 from urdyn.identify.excite.proof import Proof, Safe, UnsafeMotionError, prove
 from urdyn.identify.excite.question import Question
 from urdyn.model.arm import Arm, with_inertials
@@ -19,10 +19,9 @@ from urdyn.types import Array
 
 DRAWS = 24  # beginnings of which the best is taken
 FIRM = 100.0  # rho by which beginnings are judged that break a bound
-ROUNDS, MORE = 8, 2  # of the method of multipliers, and those that mend what a proof finds
-SLACKS = (0.005, 0.015, 0.03, 0.05)  # [m] beside the margin, for what lies between two moments
+ROUNDS, MORE = 10, 2  # of the method of multipliers, and those that mend what a proof finds
+SLACKS = (0.01, 0.02, 0.04, 0.08)  # [m] beside the margin, for what lies between two moments
 KEPT = 0.999  # [-] of a limit that is used, so that a proof ends
-LIGHTER = 0.97  # [-] of the excursion, where torque is too high
 
 Told = Callable[[float, float], None]  # share of the restart that is behind, the value reached
 
@@ -58,17 +57,26 @@ def restart(task: Task, told: Told) -> Found | UnsafeMotionError:
     climb = climb_from(
         task.question, safe, task.criterion, task.rows, task.harmonics, task.period
     )
-    x, error = _beginning(with_slack(climb, SLACKS[0]), task), UnsafeMotionError("nothing", "", 0.0)
-    behind, total = 0, ROUNDS
-    for attempt, slack in enumerate(SLACKS):
-        for x in rounds(with_slack(climb, slack), x, MORE if attempt else ROUNDS):
-            behind += 1
-            told(min(behind / total, 1.0), climb.value(climb.coarse.series(x)))
+    climb = with_slack(climb, SLACKS[0])
+    state = begin(climb, _beginning(climb, task))
+    for behind in range(ROUNDS):
+        state = step(climb, state)
+        told((behind + 1) / ROUNDS, climb.value(climb.coarse.series(state.x)))
+    return _proven(climb, state, arm, safe)
+
+
+def _proven(climb: Climb, state: State, arm: Arm, safe: Safe) -> Found | UnsafeMotionError:
+    """Where the climb stands, mended with more slack until it is proven safe."""
+    error = UnsafeMotionError("nothing", "", 0.0)
+    for slack in SLACKS[1:]:
+        series = fitted(climb.coarse.series(state.x), safe.limits)
         try:
-            series = fitted(climb.coarse.series(x), task.limits)
             return Found(series, climb.value(series), prove(arm, series, safe))
         except UnsafeMotionError as short:
             error = short
+        climb = with_slack(climb, slack)
+        for _ in range(MORE):
+            state = step(climb, state)
     return error
 
 
@@ -79,8 +87,8 @@ def loaded(question: Question) -> Arm:
 
 def fitted(series: Series, limits: Limits) -> Series:
     """The same with every joint's excursion as small as its limits want it."""
-    _, v, a = (np.abs(x).max(axis=0) for x in series.one_period())
-    top, low = (f(series.one_period()[0], axis=0) for f in (np.max, np.min))
+    q = series.one_period()[0]
+    top, low = q.max(axis=0), q.min(axis=0)
     v, a, _ = series.peaks()
     room = np.minimum(
         (KEPT * limits.room + limits.middle - series.middle) / (top - series.middle),
@@ -102,7 +110,7 @@ def _beginning(climb: Climb, task: Task) -> Array:
         middle = task.limits.middle + 0.3 * task.limits.room * rng.uniform(-1.0, 1.0, joints)
         series = fitted(replace(shape, middle=middle).scaled(10.0), task.limits)
         y = climb.coarse.vector(series)
-        cost = climb.lagrangian(y, push_nothing(climb, y), FIRM)[0]
+        cost = climb.lagrangian(y, begin(climb, y).mu, FIRM)[0]
         if cost < best:
             best, x = cost, y
     return x
