@@ -9,7 +9,6 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from urdyn.errors import InputError
 from urdyn.types import Array
 
 URSCRIPT_JOINTS = 6  # of the arms that URScript is for
@@ -78,8 +77,7 @@ def motion_csv(t: Array, q: Array, v: Array, a: Array) -> Iterator[str]:
 
 def urscript(t: Array, q: Array, v: Array, title: str) -> str:
     """A program that follows the rows, which are `t[1]` apart, by servoj."""
-    if q.shape[1] != URSCRIPT_JOINTS:
-        raise InputError(f"URScript is for six joints, this arm has {q.shape[1]}")
+    assert q.shape[1] == URSCRIPT_JOINTS, "URScript is of six joints"
     knots = zip(q[1:], v[1:], strict=True)
     calls = "\n".join(f"  to({_list(angles)}, {_list(speeds)})" for angles, speeds in knots)
     return SCRIPT.format(

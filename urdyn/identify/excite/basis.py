@@ -67,8 +67,8 @@ def basis(joints: int, harmonics: int, period: float, rows: int) -> Basis:
     sine, cosine = (np.diag(1.0 / k) for _ in range(2))
     still = at_rest(sine, cosine)
     none = np.zeros((harmonics, harmonics))
-    free = np.block([[still[0], none], [none, still[1]]])
-    times = np.arange(rows) * (period / rows)
+    free: Array = np.block([[still[0], none], [none, still[1]]])
+    times = np.linspace(0.0, period, rows, endpoint=False)
     w = 2.0 * np.pi / period * k
     s, c = np.sin(np.outer(times, w)), np.cos(np.outer(times, w))
     one, zero = np.ones((rows, 1)), np.zeros((rows, 1))

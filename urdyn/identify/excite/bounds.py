@@ -36,7 +36,9 @@ def kinematic(limits: Limits, motion: Motion) -> tuple[Array, Callable[[Array], 
 def torques(limits: Limits, columns: Columns) -> tuple[Array, Callable[[Array], Array]]:
     """Torque from either side, (2, N, J); slope in the load, (N, J)."""
     share = columns.load / limits.torque
-    return np.array([share, -share]) - 1.0, lambda weights: (weights[0] - weights[1]) / limits.torque
+    return np.array(
+        [share, -share]
+    ) - 1.0, lambda weights: (weights[0] - weights[1]) / limits.torque
 
 
 def clearances(

@@ -1,7 +1,7 @@
 """One climb: from a random Fourier series to the most telling one that keeps its bounds.
 
-    max criterion(M(x))  subject to  b(x) <= 0,    by the augmented Lagrangian [Nocedal2006]_:
-    min -criterion + sum (max(0, mu + rho b)² - mu²) / (2 rho),    mu <- max(0, mu + rho b)
+max criterion(M(x))  subject to  b(x) <= 0,    by the augmented Lagrangian [Nocedal2006]_:
+min -criterion + sum (max(0, mu + rho b)² - mu²) / (2 rho),    mu <- max(0, mu + rho b)
 """
 
 from __future__ import annotations

@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from urdyn.errors import InputError
 from urdyn.identify.excite.criterion import CRITERIA, judge
 from urdyn.identify.excite.expected import Expected, expected
-from urdyn.identify.excite.lots import PROCESSES, Told, search
+from urdyn.identify.excite.lots import Told, search
 from urdyn.identify.excite.poses import poses
 from urdyn.identify.excite.probe import probe
-from urdyn.identify.excite.proof import Path, Proof, Safe, prove
+from urdyn.identify.excite.proof import Proof, Safe, prove
 from urdyn.identify.excite.question import Question, question
 from urdyn.identify.excite.restart import Found, Task, loaded
 from urdyn.identify.fit import Fit
@@ -26,13 +25,12 @@ from urdyn.simulate.fourier import HARMONICS, PERIOD, Series
 from urdyn.simulate.limits import Limits, comfortable
 from urdyn.simulate.moves import Moves
 from urdyn.simulate.trajectory import Trajectory, grid
-from urdyn.types import Array
 
 KINDS = ("fourier", "probe", "poses")
-RESTARTS = 6
+RESTARTS = 4
 SHORTEST = 2.0  # [s] of a run
 
-HARMONICS_TRIED = (HARMONICS, HARMONICS - 2, HARMONICS + 3)  # by one restart after the other
+HARMONICS_TRIED = (HARMONICS + 3, HARMONICS, HARMONICS + 6)  # by one restart after the other
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,6 +61,8 @@ class Ask:
             raise InputError(f"{self.duration:g} s are too short; ask for {SHORTEST:g} s or more")
         if not 0.0 <= self.margin < 1.0:
             raise InputError(f"a margin of {self.margin:g} m; give one between 0 and 1")
+        if not (np.isfinite(self.rate) and 10.0 <= self.rate <= 1000.0):
+            raise InputError(f"a rate of {self.rate:g} Hz; controllers have 125 or 500")
         if self.restarts < 1 or (self.harmonics is not None and self.harmonics < 2):
             raise InputError("one restart or more, and two harmonics or more")
 
@@ -73,11 +73,11 @@ class Excitation:
 
     ask: Ask  # with the limits that were kept, and the cell with the payload in it
     question: Question
-    path: Path
+    path: Series | Moves
     trajectory: Trajectory  # at the controller's rate
     proof: Proof
     expected: Expected
-    values: tuple[float | None, ...] = field(default=())  # of the restarts; None: not safe
+    values: tuple[float | None, ...]  # of the restarts; None: not safe
 
     @property
     def arm(self) -> Arm:
@@ -109,31 +109,30 @@ def excite(
     """
     ask = ask or Ask()
     asked = question(arm, ask.payload, twin, ask.interest)
-    ask = replace(ask, limits=ask.limits or bearable(asked.point), cell=_with_payload(ask, arm))
+    ask = replace(ask, limits=bearable(asked.point, ask.limits), cell=_with_payload(ask, arm))
     assert ask.limits is not None
     if ask.kind == "fourier":
-        path, proof, values = _fourier(asked, ask, told, processes)
-    else:
-        path, proof = _slow(asked, ask)
-        values = ()
-    return completed(asked, ask, path, proof, values)
+        return completed(asked, ask, *_fourier(asked, ask, told, processes))
+    return completed(asked, ask, *_slow(asked, ask), ())
 
 
-def repeated(
-    arm: Arm, ask: Ask, path: Path, twin: Fit | None = None
-) -> Excitation:
+def repeated(arm: Arm, ask: Ask, path: Series | Moves, twin: Fit | None = None) -> Excitation:
     """A motion that was found before, proven again.
 
     Raises:
         UnsafeMotionError: it cannot be proven safe here.
     """
     asked = question(arm, ask.payload, twin, ask.interest)
-    ask = replace(ask, limits=ask.limits or bearable(asked.point), cell=_with_payload(ask, arm))
+    ask = replace(ask, limits=bearable(asked.point, ask.limits), cell=_with_payload(ask, arm))
     return completed(asked, ask, path, prove(loaded(asked), path, _safe(asked, ask)), ())
 
 
 def completed(
-    asked: Question, ask: Ask, path: Path, proof: Proof, values: tuple[float | None, ...]
+    asked: Question,
+    ask: Ask,
+    path: Series | Moves,
+    proof: Proof,
+    values: tuple[float | None, ...],
 ) -> Excitation:
     """With its rows, and what they will tell."""
     t = grid(ask.duration, ask.rate)
@@ -141,9 +140,9 @@ def completed(
     return Excitation(ask, asked, path, trajectory, proof, expected(asked, trajectory), values)
 
 
-def bearable(point: Dynamics) -> Limits:
-    """Comfortable limits, with the torque that the friction and the rotors of an arm leave."""
-    limits, drive = comfortable(point.arm), point.drive
+def bearable(point: Dynamics, wished: Limits | None) -> Limits:
+    """The limits that are wished, with the torque that an arm's friction and rotors leave."""
+    limits, drive = wished or comfortable(point.arm), point.drive
     lost = (
         drive.coulomb + drive.viscous * limits.velocity + drive.rotor_inertia * limits.acceleration
     )

@@ -84,7 +84,7 @@ def prove(arm: Arm, path: Path, safe: Safe) -> Proof:
     """
     count = int(np.ceil(path.lasting / FIRST))
     width = path.lasting / count
-    middles = (np.arange(count) + 0.5) * width
+    middles = np.linspace(0.5 * width, path.lasting - 0.5 * width, count)
     proofs, looked = [], 0
     while len(middles):
         if width < FINEST:
@@ -110,7 +110,7 @@ def _look(
     rooms = _rooms(arm, safe, (q, v, a), path.peaks(), width)
     for kind, room in rooms.items():
         if (room.left < 0.0).any():
-            row, k = np.unravel_index(room.left.argmin(), room.left.shape)
+            row, k = map(int, np.unravel_index(room.left.argmin(), room.left.shape))
             raise UnsafeMotionError(_told(arm, safe, kind, room, row, k), kind, float(t[row]))
     sure = np.all([(r.left >= r.lost).all(axis=1) for r in rooms.values()], axis=0)
     least = {kind: (r.left - r.lost)[sure].min(axis=0, initial=np.inf) for kind, r in rooms.items()}
@@ -123,7 +123,10 @@ def _rooms(arm: Arm, safe: Safe, motion: Motion, peaks: Motion, width: float) ->
     V = np.minimum(np.abs(v) + half * peaks[1], peaks[0])
     A = np.minimum(np.abs(a) + half * peaks[2], peaks[1])
     jerk = np.broadcast_to(peaks[2], v.shape)
-    torque, rate = np.abs(arm.torque(q, v, a)), torque_rate(arm, V, A, jerk)
+    # Run slower by s, the torque is that of holding still and s² of the rest: between the two.
+    still = np.zeros_like(q)
+    torque = np.maximum(np.abs(arm.torque(q, v, a)), np.abs(arm.torque(q, still, still)))
+    rate = torque_rate(arm, V, A, jerk)
     near = safe.collider.distances(q) - safe.margin
     return {
         "angle": _Room(limits.room - np.abs(q - limits.middle), half * V, limits.room),
@@ -139,6 +142,8 @@ def _told(arm: Arm, safe: Safe, kind: str, room: _Room, row: int, k: int) -> str
     if kind == "distance":
         one, other = safe.collider.pairs[k]
         there = 1e3 * (room.left[row, k] + safe.margin)
+        if there < 0.0:
+            return f"{other} and {one} run into each other"
         return f"{other} comes within {there:.0f} mm of {one}, margin {1e3 * safe.margin:.0f} mm,"
     share = 1.0 - room.left[row, k] / room.limit[k]
     return f"{arm.joint_names[k]} is at {100.0 * share:.1f} % of its {kind} limit"

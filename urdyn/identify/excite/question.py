@@ -21,7 +21,6 @@ from urdyn.identify.map_estimate import coefficients
 from urdyn.identify.noise import GAUSSIAN, Noise
 from urdyn.identify.unknowns import PayloadPrior, Unknowns
 from urdyn.model.arm import Arm
-from urdyn.model.consistency import log_cholesky
 from urdyn.model.drive import LINEAR
 from urdyn.model.dynamics import Dynamics
 from urdyn.model.population import population

@@ -54,9 +54,7 @@ def restart(task: Task, told: Told) -> Found | UnsafeMotionError:
     """The best that is found from one beginning; the error where it cannot be proven safe."""
     arm = loaded(task.question)
     safe = Safe(task.limits, collider(arm, task.cell, task.margin), task.margin)
-    climb = climb_from(
-        task.question, safe, task.criterion, task.rows, task.harmonics, task.period
-    )
+    climb = climb_from(task.question, safe, task.criterion, task.rows, task.harmonics, task.period)
     climb = with_slack(climb, SLACKS[0])
     state = begin(climb, _beginning(climb, task))
     for behind in range(ROUNDS):
