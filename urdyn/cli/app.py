@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from urdyn.cli.bench import bench_identify
+from urdyn.cli.bench_excite import bench_excite
 from urdyn.cli.bench_simulate import bench_simulate
 from urdyn.cli.demo import demo
 from urdyn.cli.excite import excite
@@ -56,4 +57,5 @@ def root(
 for verb in (identify, validate, excite, track, simulate, record, demo):
     app.command()(guarded(verb))
 bench.command("identify")(guarded(bench_identify))
+bench.command("excite")(guarded(bench_excite))
 bench.command("simulate")(guarded(bench_simulate))

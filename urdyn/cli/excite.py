@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from dataclasses import replace
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -16,7 +16,7 @@ from urdyn.cli.voice import Voice
 from urdyn.errors import InputError
 
 if TYPE_CHECKING:
-    from urdyn.identify.excite import Excitation
+    from urdyn.identify.excite import Ask, Excitation
     from urdyn.model.arm import Arm
     from urdyn.model.cell import Cell
     from urdyn.simulate.limits import Limits
@@ -26,6 +26,7 @@ def excite(
     again: ask_for.Again = None,
     robot: Robot = None,
     out: ask_for.Out = None,
+    every: ask_for.All = None,
     duration: ask_for.Duration = 20.0,
     kind: ask_for.Kind = "fourier",
     joint: ask_for.Joint = None,
@@ -41,7 +42,7 @@ def excite(
     acceleration: ask_for.Acceleration = None,
     rate: ask_for.Rate = None,
     harmonics: ask_for.Harmonics = None,
-    restarts: ask_for.Restarts = None,
+    restarts: ask_for.Restarts = 4,
     processes: ask_for.Processes = 2,
     seed: ask_for.Seed = 0,
     json: Json = False,
@@ -55,38 +56,63 @@ def excite(
     """
     from urdyn.cli.results import require_folder
     from urdyn.cli.virtual import payload_of
-    from urdyn.identify.excite import Ask
-    from urdyn.identify.excite import excite as search
+    from urdyn.identify import excite as room
 
     voice, begin = Voice(json, quiet), time.perf_counter()
-    if out is None:
+    folder = every or out
+    if folder is None:
         raise typer.BadParameter("missing: --out")
-    require_folder(out)
+    require_folder(folder)
     if again is not None:
-        found = _again(again)
-        _tell(found, out, time.perf_counter() - begin, voice)
+        _tell(_again(again), folder, time.perf_counter() - begin, voice)
         return
     fit = ud.Twin.load(twin).fit if twin else None
+
+    def wanted(arm: Arm) -> Ask:
+        return room.Ask(
+            kind=kind,
+            duration=duration,
+            rate=rate or _controller_rate(arm),
+            criterion=criterion,
+            interest=_phrases(interest),
+            joint=_joint(arm, joint, kind),
+            payload=payload_of(payload_mass, payload_com),
+            cell=_cell(cell),
+            margin=margin,
+            limits=_limits(arm, excursion, velocity, acceleration),
+            harmonics=harmonics,
+            restarts=restarts,
+            seed=seed,
+        )
+
+    if every is not None:
+        _every(every, wanted, processes, voice)
+        return
     arm = _arm(robot, fit)
-    wanted = Ask(
-        kind=kind,
-        duration=duration,
-        rate=rate or _controller_rate(arm),
-        criterion=criterion,
-        interest=_phrases(interest),
-        joint=_joint(arm, joint, kind),
-        payload=payload_of(payload_mass, payload_com),
-        cell=_cell(cell),
-        margin=margin,
-        limits=_limits(arm, excursion, velocity, acceleration),
-        harmonics=harmonics,
-        seed=seed,
-    )
-    if restarts is not None:
-        wanted = replace(wanted, restarts=restarts)
     with voice.progress("looking for a motion") as told:
-        found = search(arm, wanted, fit, told, processes)
-    _tell(found, out, time.perf_counter() - begin, voice)
+        found = room.excite(arm, wanted(arm), fit, told, processes)
+    _tell(found, folder, time.perf_counter() - begin, voice)
+
+
+def _every(folder: Path, wanted: Callable[[Arm], Ask], processes: int, voice: Voice) -> None:
+    """excitation.toml of every arm of the library."""
+    from urdyn.cli.excitation_file import excitation_document
+    from urdyn.identify.excite import excite as search
+    from urdyn.io import dump_toml, write_text
+    from urdyn.model.library import names
+    from urdyn.report.excite_summary import safety
+
+    values = {}
+    for name in names():
+        arm = ud.load_arm(name)
+        with voice.progress(f"looking for a motion of {name}") as told:
+            found = search(arm, wanted(arm), None, told, processes)
+        (folder / name).mkdir(parents=True, exist_ok=True)
+        path = folder / name / "excitation.toml"
+        write_text(path, dump_toml(excitation_document(found)))
+        voice.show(f"{path}: {safety(found)}")
+        values[name] = found.value
+    voice.result({"urdyn": ud.__version__, "values": values})
 
 
 def _arm(robot: str | None, fit: ud.Fit | None) -> Arm:

@@ -9,7 +9,13 @@ import typer
 
 Again = Annotated[
     Path | None,
-    typer.Argument(metavar="[FILE]", show_default=False),
+    typer.Argument(metavar="FILE", show_default=False),
+]
+All = Annotated[
+    Path | None,
+    typer.Option(
+        "--all", metavar="DIR", help="DIR/ARM/excitation.toml of every arm of the library instead."
+    ),
 ]
 Out = Annotated[
     Path | None, typer.Option(metavar="DIR", help="Folder of the results; made if need be.")
@@ -69,6 +75,6 @@ Rate = Annotated[
 Harmonics = Annotated[
     int | None, typer.Option(metavar="N", help="Of the Fourier series; several are tried.")
 ]
-Restarts = Annotated[int | None, typer.Option(metavar="N", help="Random beginnings; 4.")]
+Restarts = Annotated[int, typer.Option(metavar="N", help="Random beginnings.")]
 Processes = Annotated[int, typer.Option(min=1, help="Of them at a time; the result is the same.")]
 Seed = Annotated[int, typer.Option(min=0, help="The same seed gives the same motion.")]

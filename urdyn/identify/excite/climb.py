@@ -22,7 +22,7 @@ from urdyn.types import Array
 
 MOMENTS = 8  # of a period of the highest harmonic, at which information is summed
 FINE = 32  # and at which angles, velocities and accelerations are held
-STIFF, STIFFER = 10.0, 1.5  # rho of the first round, and times that of the round before
+STIFF, STIFFER = 10.0, 2.0  # rho of the first round, and times that of the round before
 STEPS, MEMORY = 35, 20  # of L-BFGS in a round, and those that it remembers
 POSES = 512  # at random, that tell how far apart things can be
 

@@ -7,6 +7,7 @@ quantity itself is too small.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -17,7 +18,7 @@ from urdyn.model.arm import Arm
 from urdyn.model.collision import Collider
 from urdyn.model.torque_rate import torque_rate
 from urdyn.simulate.limits import Limits
-from urdyn.types import Array, Mask
+from urdyn.types import Array
 
 FIRST = 0.02  # [s] of an interval to begin with
 FINEST = 1e-6  # [s] below which nothing is proven any more
@@ -82,59 +83,101 @@ def prove(arm: Arm, path: Path, safe: Safe) -> Proof:
     Raises:
         UnsafeMotionError: it does not, or it cannot be told.
     """
-    count = int(np.ceil(path.lasting / FIRST))
-    width = path.lasting / count
-    middles = np.linspace(0.5 * width, path.lasting - 0.5 * width, count)
-    proofs, looked = [], 0
+    peaks = path.peaks()
+
+    def drives(t: Array, width: float) -> dict[str, _Room]:
+        return _strain(arm, safe.limits, path.at(t), peaks, width)
+
+    def around(t: Array, width: float) -> dict[str, _Room]:
+        return _air(safe, path.at(t), peaks, width)
+
+    # Each on its own: torque needs finer steps than distance, and costs less.
+    strain, cheap = _covered(arm, safe, path.lasting, drives)
+    air, dear = _covered(arm, safe, path.lasting, around)
+    limits = safe.limits
+    whole = {
+        "angle": limits.room,
+        "velocity": limits.velocity,
+        "acceleration": limits.acceleration,
+        "torque": limits.torque,
+    }
+    shares = {kind: float((1.0 - strain[kind] / most).max()) for kind, most in whole.items()}
+    k = int(air["distance"].argmin())
+    clearance = float(air["distance"][k] + safe.margin)
+    return Proof(clearance, safe.collider.pairs[k], shares, cheap + dear)
+
+
+def _covered(
+    arm: Arm, safe: Safe, lasting: float, look: Callable[[Array, float], dict[str, _Room]]
+) -> tuple[dict[str, Array], int]:
+    """Least room of every quantity (K,) in all of a motion, and how many moments that took."""
+    count = int(np.ceil(lasting / FIRST))
+    width = lasting / count
+    middles = np.linspace(0.5 * width, lasting - 0.5 * width, count)
+    least: dict[str, Array] = {}
+    looked = 0
     while len(middles):
         if width < FINEST:
             raise UnsafeMotionError("what lies between two moments", "time", float(middles[0]))
-        left = []
-        for rows in range(0, len(middles), BLOCK):
-            t = middles[rows : rows + BLOCK]
-            found, open_ = _look(arm, path, safe, t, width)
-            proofs.append(found)
-            left.append(t[open_])
+        halves = []
+        for first in range(0, len(middles), BLOCK):
+            t = middles[first : first + BLOCK]
+            rooms = look(t, width)
+            _refuse(arm, safe, rooms, t)
+            sure = np.all([(r.left >= r.lost).all(axis=1) for r in rooms.values()], axis=0)
+            halves.append(t[~sure])
+            for kind, room in rooms.items():
+                here = (room.left - room.lost)[sure].min(axis=0, initial=np.inf)
+                least[kind] = np.minimum(here, least.get(kind, np.inf))
         looked += len(middles)
-        halves = np.concatenate(left)
-        middles = np.sort(np.concatenate([halves - width / 4.0, halves + width / 4.0]))
+        open_ = np.concatenate(halves)
+        middles = np.sort(np.concatenate([open_ - width / 4.0, open_ + width / 4.0]))
         width /= 2.0
-    return _together(proofs, safe, looked)
+    return least, looked
 
 
-def _look(
-    arm: Arm, path: Path, safe: Safe, t: Array, width: float
-) -> tuple[dict[str, Array], Mask]:
-    """Least room, by quantity (K,), of the intervals that are proven, and which are not."""
-    q, v, a = path.at(t)
-    rooms = _rooms(arm, safe, (q, v, a), path.peaks(), width)
+def _refuse(arm: Arm, safe: Safe, rooms: dict[str, _Room], t: Array) -> None:
+    """UnsafeMotionError where a quantity is beyond its limit at one of the moments."""
     for kind, room in rooms.items():
         if (room.left < 0.0).any():
             row, k = map(int, np.unravel_index(room.left.argmin(), room.left.shape))
             raise UnsafeMotionError(_told(arm, safe, kind, room, row, k), kind, float(t[row]))
-    sure = np.all([(r.left >= r.lost).all(axis=1) for r in rooms.values()], axis=0)
-    least = {kind: (r.left - r.lost)[sure].min(axis=0, initial=np.inf) for kind, r in rooms.items()}
-    return least, ~sure
 
 
-def _rooms(arm: Arm, safe: Safe, motion: Motion, peaks: Motion, width: float) -> dict[str, _Room]:
-    """How far every quantity is from its limit, and by how much it may come nearer."""
-    (q, v, a), half, limits = motion, 0.5 * width, safe.limits
-    V = np.minimum(np.abs(v) + half * peaks[1], peaks[0])
-    A = np.minimum(np.abs(a) + half * peaks[2], peaks[1])
+def _strain(
+    arm: Arm, limits: Limits, motion: Motion, peaks: Motion, width: float
+) -> dict[str, _Room]:
+    """Room of angles, velocities, accelerations and torques in intervals of a width [s]."""
+    (q, v, a), half = motion, 0.5 * width
+    V, A = _faster(v, a, peaks, half)
     jerk = np.broadcast_to(peaks[2], v.shape)
     # Run slower by s, the torque is that of holding still and s² of the rest: between the two.
     still = np.zeros_like(q)
     torque = np.maximum(np.abs(arm.torque(q, v, a)), np.abs(arm.torque(q, still, still)))
     rate = torque_rate(arm, V, A, jerk)
-    near = safe.collider.distances(q) - safe.margin
     return {
         "angle": _Room(limits.room - np.abs(q - limits.middle), half * V, limits.room),
         "velocity": _Room(limits.velocity - np.abs(v), half * A, limits.velocity),
         "acceleration": _Room(limits.acceleration - np.abs(a), half * jerk, limits.acceleration),
         "torque": _Room(limits.torque - torque, half * rate, limits.torque),
-        "distance": _Room(near, half * (V @ safe.collider.reach.T), np.zeros(near.shape[1])),
     }
+
+
+def _air(safe: Safe, motion: Motion, peaks: Motion, width: float) -> dict[str, _Room]:
+    """Room of distances."""
+    q, v, a = motion
+    near = safe.collider.distances(q) - safe.margin
+    V, _ = _faster(v, a, peaks, 0.5 * width)
+    lost = 0.5 * width * (V @ safe.collider.reach.T)
+    return {"distance": _Room(near, lost, np.zeros(near.shape[1]))}
+
+
+def _faster(v: Array, a: Array, peaks: Motion, half: float) -> tuple[Array, Array]:
+    """What |v| and |a| are at most, up to `half` [s] earlier and later, (N, J) each."""
+    return (
+        np.minimum(np.abs(v) + half * peaks[1], peaks[0]),
+        np.minimum(np.abs(a) + half * peaks[2], peaks[1]),
+    )
 
 
 def _told(arm: Arm, safe: Safe, kind: str, room: _Room, row: int, k: int) -> str:
@@ -147,17 +190,3 @@ def _told(arm: Arm, safe: Safe, kind: str, room: _Room, row: int, k: int) -> str
         return f"{other} comes within {there:.0f} mm of {one}, margin {1e3 * safe.margin:.0f} mm,"
     share = 1.0 - room.left[row, k] / room.limit[k]
     return f"{arm.joint_names[k]} is at {100.0 * share:.1f} % of its {kind} limit"
-
-
-def _together(proofs: list[dict[str, Array]], safe: Safe, looked: int) -> Proof:
-    least = {kind: np.min([one[kind] for one in proofs], axis=0) for kind in proofs[0]}
-    limits = {
-        "angle": safe.limits.room,
-        "velocity": safe.limits.velocity,
-        "acceleration": safe.limits.acceleration,
-        "torque": safe.limits.torque,
-    }
-    near = least["distance"]
-    k = int(near.argmin())
-    shares = {kind: float((1.0 - least[kind] / whole).max()) for kind, whole in limits.items()}
-    return Proof(float(near[k] + safe.margin), safe.collider.pairs[k], shares, looked)

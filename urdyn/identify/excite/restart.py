@@ -19,7 +19,7 @@ from urdyn.types import Array
 
 DRAWS = 24  # beginnings of which the best is taken
 FIRM = 100.0  # rho by which beginnings are judged that break a bound
-ROUNDS, MORE = 10, 2  # of the method of multipliers, and those that mend what a proof finds
+ROUNDS, MORE = 6, 2  # of the method of multipliers, and those that mend what a proof finds
 SLACKS = (0.01, 0.02, 0.04, 0.08)  # [m] beside the margin, for what lies between two moments
 KEPT = 0.999  # [-] of a limit that is used, so that a proof ends
 
