@@ -8,7 +8,8 @@
     [[log]]                         # path, columns, rows, rate
     [[payload]]                     # the same, and its mass [kg] where that is known
     [[validate]]                    # recordings that the result is scored on
-    [simulate]                      # instead of recordings: duration, rate, seed, payload_mass
+    [simulate]                      # instead of recordings: duration, rate, seed, payload_mass,
+                                    # trajectory: a file that `urdyn excite` wrote
 
 Paths start at the campaign's folder; ${NAME} in them is an environment variable.
 """
@@ -28,7 +29,13 @@ from urdyn.errors import CampaignError, InputError
 
 NUMBER = (int, float)
 RECORDING = {"path": str, "columns": str, "rows": str, "rate": NUMBER}
-SIMULATE = {"duration": NUMBER, "rate": NUMBER, "seed": int, "payload_mass": NUMBER}
+SIMULATE = {
+    "duration": NUMBER,
+    "rate": NUMBER,
+    "seed": int,
+    "payload_mass": NUMBER,
+    "trajectory": str,
+}
 CAMPAIGN = {
     "robot": str,
     "out": str,
@@ -87,7 +94,7 @@ def _campaign(document: dict[str, Any], folder: Path) -> Campaign:
         validate=_recordings(document, "validate", folder),
         effort_unit=document.get("effort_unit"),
         out=folder / document.get("out", "out"),
-        simulate=_simulation(document.get("simulate")),
+        simulate=_simulation(document.get("simulate"), folder),
     )
 
 
@@ -121,12 +128,14 @@ def _file(name: str, folder: Path) -> Path:
     return path
 
 
-def _simulation(table: dict[str, Any] | None) -> Simulation | None:
+def _simulation(table: dict[str, Any] | None, folder: Path) -> Simulation | None:
     if table is None:
         return None
     _check(table, SIMULATE, "[simulate] ")
     if table.get("seed", 0) < 0:
         raise CampaignError("[simulate] seed: is to be 0 or more")
+    if "trajectory" in table:
+        table = table | {"trajectory": _file(table["trajectory"], folder)}
     return Simulation(**table)
 
 

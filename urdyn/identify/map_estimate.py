@@ -118,7 +118,13 @@ def solve(problem: Problem, start: Array) -> Array:
 
 def posterior(problem: Problem, z: Array) -> Gaussian:
     """Laplace's approximation at the maximum, in scores: information is data plus prior."""
+    whole = data_information(problem, z) + np.eye(len(z))
+    return Gaussian(z, np.asarray(np.linalg.inv(whole), dtype=np.float64))
+
+
+def data_information(problem: Problem, z: Array) -> Array:
+    """What the data alone say of the scores at `z`, (P, P)."""
     symbol = ca.MX.sym("z", len(z))
     slope = ca.Function("slope", [symbol], [ca.jacobian(problem.residual(symbol), symbol)])
     J: Array = np.asarray(slope(z), dtype=np.float64)
-    return Gaussian(z, np.asarray(np.linalg.inv(J.T @ J + np.eye(len(z))), dtype=np.float64))
+    return np.asarray(J.T @ J)
