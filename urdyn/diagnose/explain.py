@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import log_ndtr, logsumexp
 
-from urdyn.dbn.robot import RobotCurrents
+from urdyn.diagnose.space import Space
 from urdyn.diagnose.bank import SHAPES, Bank
 from urdyn.diagnose.rules import PAYLOAD_STATES, SlowKind, unit
 from urdyn.types import Array, Index
@@ -64,24 +64,24 @@ class Explanation:
     rate_sd: float
 
 
-def suspects(currents: RobotCurrents, kinds: tuple[SlowKind, ...]) -> Suspects:
+def suspects(space: Space, kinds: tuple[SlowKind, ...]) -> Suspects:
     """All kinds on all joints; what the tool carries is nobody's joint."""
-    J = currents.reference.arm.joints
+    J = space.joints
     each, states = [], list[int]()
     for kind in kinds:
         for j in [NOBODY] if kind.of_tool else range(J):
-            of = [_place(currents, state, j) for state in kind.change]
-            units = [np.broadcast_to(unit(currents, state), J)[j] for state in kind.change]
+            of = [_place(space, state, j) for state in kind.change]
+            units = [np.broadcast_to(unit(space, state), J)[j] for state in kind.change]
             states += [k for k in of if k not in states]
             sd = np.array(list(kind.change.values())) * units
             each.append(Suspect(kind, j, np.array([states.index(k) for k in of]), sd))
     return Suspects(np.array(states), tuple(each))
 
 
-def _place(currents: RobotCurrents, state: str, joint: int) -> int:
+def _place(space: Space, state: str, joint: int) -> int:
     if state in PAYLOAD_STATES:
-        return currents.places["payload"].start + PAYLOAD_STATES.index(state)
-    return currents.places[state].start + joint
+        return space.places["payload"].start + PAYLOAD_STATES.index(state)
+    return space.places[state].start + joint
 
 
 def evidence(bank: Bank, suspect: Suspect) -> Array:

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from urdyn.dbn.robot import RobotCurrents
+from urdyn.diagnose.space import Space
 from urdyn.diagnose.moment import Pool
 from urdyn.types import Array
 
@@ -45,12 +45,12 @@ def first(power: Array) -> Loudness:
 
 
 def heard(
-    loudness: Loudness, pools: Sequence[Pool], currents: RobotCurrents, noise: Array
+    loudness: Loudness, pools: Sequence[Pool], space: Space, noise: Array
 ) -> Loudness:
     """With the moments of a block; `noise` is the residual's sd on the first day, (J,) [A]."""
     total, freedom = loudness.total.copy(), loudness.freedom.copy()
     for j in range(len(noise)):
-        columns = [currents.places[g].start + j for g in DIRECTIONS]
+        columns = [space.places[g].start + j for g in DIRECTIONS]
         scale = np.sqrt([pool.count[j] for pool in pools]) / noise[j]
         told = scale > 0.0
         y = (scale * [pool.residual[j] for pool in pools])[told]

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from urdyn.diagnose.rows import STANDING, Rows
+from urdyn.diagnose.rows import STANDING, Rows, derivatives
 from urdyn.types import Array
 
 AVERAGED = 50.0  # [Hz] rows that are left at most
@@ -42,21 +42,22 @@ def pooled(rows: Rows, period: float, noise: Array) -> Pool:
         noise: sd of white noise as loud at low frequencies as the residual is, (J,) [A].
     """
     told = rows.settled & (np.abs(rows.v) > STANDING) & np.isfinite(rows.residual)
-    weight = told / (noise**2 + rows.doubt**2)
     r = np.where(told, rows.residual, 0.0)
-    n = rows.H.shape[2]
     width = max(1, int(1.0 / (AVERAGED * period) + 0.01))
     at = np.arange(0, len(rows), width)
-    total, H, mean = _means(weight, rows.H, r, at)
-    scaled = (np.sqrt(total)[..., None] * H).reshape(-1, n)
-    y = (np.sqrt(total) * mean).ravel()
-    _, whole, residual = _means(told.astype(np.float64), rows.H, r, np.zeros(1, dtype=np.intp))
+    weight = told / (noise**2 + rows.doubt**2)
+    total, H, mean = _means(weight, rows, r, at)
+    root = np.sqrt(total)
+    scaled = (root[..., None] * H).reshape(-1, H.shape[2])
+    y = (root * mean).ravel()
+    _, whole, residual = _means(told.astype(np.float64), rows, r, at[:1])
     return Pool(scaled.T @ scaled, scaled.T @ y, told.sum(axis=0), residual[0], whole[0])
 
 
-def _means(weight: Array, H: Array, r: Array, at: Array) -> tuple[Array, Array, Array]:
+def _means(weight: Array, rows: Rows, r: Array, at: Array) -> tuple[Array, Array, Array]:
     """Weights, and weighted means of H and r, of the groups that begin at the rows `at`."""
     total = np.add.reduceat(weight, at, axis=0)
-    safe = np.where(total > 0.0, total, 1.0)
-    mean_h = np.add.reduceat(weight[..., None] * H, at, axis=0) / safe[..., None]
-    return total, mean_h, np.add.reduceat(weight * r, at, axis=0) / safe
+    share = weight / np.where(total > 0.0, total, 1.0)[np.searchsorted(at, np.arange(len(r)), side="right") - 1]
+    rigid = np.add.reduceat(share[..., None] * rows.rigid, at, axis=0)
+    drive = np.add.reduceat(share[:, None] * rows.drive, at, axis=0)
+    return total, derivatives(rigid, drive), np.add.reduceat(share * r, at, axis=0)

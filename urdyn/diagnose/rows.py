@@ -2,26 +2,25 @@
 
     r = i - i_commissioned(q, v, a, T)  =  H x + noise        x: how far the arm strayed
 
-H are the derivatives of the observation model at the commissioned arm, so that a joint's friction,
-health, sensor and zero, the links' inertials and the payload are directions of one space. The model
-is held: nothing here learns.
+H are the derivatives of the observation model at the commissioned arm. The model is held: nothing
+here learns.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 
-from urdyn.dbn.robot import CREEP, CREEPING_DOUBT, DOUBT, RobotCurrents, RobotSlice
-from urdyn.model.arm import with_inertials
-from urdyn.model.friction import features, travel
+from urdyn.diagnose.space import Space
+from urdyn.model.friction import features
 from urdyn.types import Array, Mask, Motion
 
 STANDING = 0.02  # [rad/s] slower than this, friction is whatever holds the joint
+DOUBT = 0.03  # [-] sd of the presliding state of a joint that slides
+CREEPING_DOUBT = 0.5  # [-] added where it stands
+CREEP = 0.02  # [rad/s] over which that fades
 SETTLED = 50.0  # presliding distances of travel after which the bristles are known
-BLOCK = 4096  # rows that are held at once
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,7 +33,8 @@ class Rows:
     load: Array  # (N, J) [N·m] rigid-body torque of the commissioned arm
     current: Array  # (N, J) [A] as measured
     predicted: Array  # (N, J) [A] of the commissioned arm
-    H: Array  # (N, J, n) [A] per unit of each state
+    rigid: Array  # (N, J, c) [A] per unit of k, m, payload
+    drive: Array  # (N, 6, J) [A] per unit of the own joint's f, alpha, beta, z, o, rotor
     doubt: Array  # (N, J) [A] sd of what nobody knows of the bristles
     settled: Mask  # (N, J) slides on bristles that are known
 
@@ -46,80 +46,55 @@ class Rows:
         """Measured minus predicted, (N, J) [A]."""
         return self.current - self.predicted
 
-
-@dataclass(frozen=True, eq=False)
-class Stretch:
-    """Inputs of many slices, time first."""
-
-    t: Array  # (N,)
-    q: Array  # (N, J)
-    current: Array  # (N, J) [A]
-    settled: Mask  # (N, J)
-    A: Array  # (N, J, c)
-    load: Array  # (N, J)
-    rest: Array  # (N, J)
-    s: Array  # (N, J)
-    v: Array  # (N, J)
-    a: Array  # (N, J)
+    def part(self, start: int, stop: int) -> Rows:
+        """Rows start:stop; views, nothing is copied."""
+        return Rows(**{f.name: getattr(self, f.name)[start:stop] for f in fields(self)})
 
 
-def stacked(
-    t: Sequence[float],
-    q: Sequence[Array],
-    current: Sequence[Array],
-    settled: Sequence[Mask],
-    slices: Sequence[RobotSlice],
-) -> Stretch:
-    """Moments that came one by one, as a stretch."""
-    fields = ("A", "load", "rest", "s", "v", "a")
-    inputs = {name: np.array([getattr(u, name) for u in slices]) for name in fields}
-    return Stretch(np.array(t), np.array(q), np.array(current), np.array(settled), **inputs)
+def rows(space: Space, motion: Motion, s: Array, travelled: Array) -> Rows:
+    """What a motion says against the commissioned arm.
 
-
-def stretch(currents: RobotCurrents, motion: Motion, s: Array) -> Stretch:
-    """The same of a motion at once, with its presliding state s (N, J)."""
-    reference, drive = currents.reference, currents.reference.drive
-    arm = with_inertials(reference.arm, reference.loaded())
-    Y = arm.regressor(motion.q, motion.v, motion.a)
-    G = arm.torque_derivatives(motion.q, motion.v, motion.a)[0]
+    Args:
+        s: presliding state, (N, J) [-].
+        travelled: way of each joint since its bristles were unknown, (N, J) [rad].
+    """
+    drive, arm = space.reference.drive, space.arm
+    q, v, a = motion.q, motion.v, motion.a
+    Y = arm.regressor(q, v, a)
     load = Y @ arm.inertials.ravel()
     terms = features(motion, load, s, drive)
     faded = ("stribeck", "ripple_cos", "ripple_sin", "thermal")
     rest = sum(getattr(drive, name) * terms[name] for name in faded)
-    A = np.concatenate([G, Y @ currents.shown, Y[..., -10:]], axis=2)
-    way = np.cumsum(np.abs(travel(motion)), axis=0)
-    settled = way > SETTLED * drive.presliding_distance
-    return Stretch(
-        motion.t, motion.q, motion.current, settled, A, load, np.asarray(rest), s, motion.v, motion.a
+    per = 1.0 / drive.gain
+    lost = (drive.coulomb * s, drive.viscous * v, drive.structural * np.abs(load) * s)
+    predicted = per * (load + drive.rotor_inertia * a + rest + sum(lost) + drive.offset)
+    through = per * (1.0 + drive.structural * np.sign(load) * s)
+    A = np.concatenate([arm.torque_derivatives(q, v, a)[0], Y @ space.shown, Y[..., -10:]], axis=2)
+    one = np.broadcast_to(per, load.shape)
+    own = [*(per * x for x in lost), -predicted, one, per * drive.rotor_inertia * a]
+    grip = drive.coulomb + drive.structural * np.abs(load)
+    doubt = (DOUBT + CREEPING_DOUBT * np.exp(-np.abs(v) / CREEP)) * grip * per
+    settled = travelled > SETTLED * drive.presliding_distance
+    return Rows(
+        motion.t, q, v, load, motion.current, predicted,
+        through[..., None] * A, np.stack(own, axis=1), doubt, settled,
+    )  # fmt: skip
+
+
+def joined(parts: tuple[Rows, ...]) -> Rows:
+    """Rows one after the other."""
+    if len(parts) == 1:
+        return parts[0]
+    return Rows(
+        **{f.name: np.concatenate([getattr(p, f.name) for p in parts]) for f in fields(Rows)}
     )
 
 
-def rows(currents: RobotCurrents, of: Stretch) -> Rows:
-    """What a stretch says against the commissioned arm."""
-    at, drive = currents.places, currents.reference.drive
-    J, N = of.q.shape[1], len(of.t)
-    grip = drive.coulomb + drive.structural * np.abs(of.load)
-    torque = of.load + drive.rotor_inertia * of.a + of.rest
-    torque = torque + grip * of.s + drive.viscous * of.v + drive.offset
-    predicted = torque / drive.gain
-    H = np.zeros((N, J, len(currents.names)))
-    through = (1.0 + drive.structural * np.sign(of.load) * of.s) / drive.gain
-    rigid = [place for group in ("k", "m", "payload") for place in range(*_ends(at[group]))]
-    H[:, :, rigid] = through[..., None] * of.A
-    columns = {
-        "f": drive.coulomb * of.s / drive.gain,
-        "alpha": drive.viscous * of.v / drive.gain,
-        "beta": drive.structural * np.abs(of.load) * of.s / drive.gain,
-        "z": -predicted,
-        "o": np.broadcast_to(1.0 / drive.gain, (N, J)),
-        "rotor": drive.rotor_inertia * of.a / drive.gain,
-    }
-    for group, values in columns.items():
-        H[:, range(J), range(*_ends(at[group]))] = values
-    doubt = DOUBT + CREEPING_DOUBT * np.exp(-np.abs(of.v) / CREEP)
-    doubt = doubt * grip / drive.gain
-    return Rows(of.t, of.q, of.v, of.load, of.current, predicted, H, doubt, of.settled)
-
-
-def _ends(place: slice) -> tuple[int, int]:
-    return place.start, place.stop
+def derivatives(rigid: Array, drive: Array) -> Array:
+    """H, (N, J, n), of what `Rows` keeps of it."""
+    N, J, c = rigid.shape
+    H = np.zeros((N, J, c + 6 * J))
+    H[..., :c] = rigid
+    for k in range(6):
+        H[:, range(J), range(c + k * J, c + (k + 1) * J)] = drive[:, k]
+    return H

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from urdyn.dbn.robot import RobotCurrents
+from urdyn.diagnose.space import Space
 from urdyn.diagnose.bank import SHAPES, Straying
 from urdyn.errors import InputError
 from urdyn.io.document import load_toml
@@ -62,21 +62,21 @@ class Rules:
     slow: tuple[SlowKind, ...]
     fast: Mapping[str, Mapping[str, Any]]  # kind -> thresholds
 
-    def stray(self, currents: RobotCurrents, what: str) -> Array:
+    def stray(self, space: Space, what: str) -> Array:
         """How far each state of an arm strays: by day, by hour or by window, (n,)."""
-        spread = np.zeros(len(currents.names))
+        spread = np.zeros(space.size)
         for state, of in self.healthy.items():
-            spread[currents.places[state]] = of.get(what, 0.0) * unit(currents, state)
+            spread[space.places[state]] = of.get(what, 0.0) * unit(space, state)
         return spread
 
-    def straying(self, currents: RobotCurrents) -> Straying:
+    def straying(self, space: Space) -> Straying:
         """The walk and the windows, of all states."""
-        return Straying(self.stray(currents, "hour") / 60.0, self.stray(currents, "window"))
+        return Straying(self.stray(space, "hour") / 60.0, self.stray(space, "window"))
 
 
-def unit(currents: RobotCurrents, state: str) -> Array | float:
+def unit(space: Space, state: str) -> Array | float:
     """What one of a state is in the filter's: offsets count in Coulomb frictions."""
-    return currents.reference.drive.coulomb if state == "o" else 1.0
+    return space.reference.drive.coulomb if state == "o" else 1.0
 
 
 def read_rules(path: str | Path | None = None) -> Rules:

@@ -12,7 +12,7 @@ from functools import cached_property
 import numpy as np
 from scipy.special import logsumexp
 
-from urdyn.dbn.robot import RobotCurrents
+from urdyn.diagnose.space import Space
 from urdyn.diagnose import bank as onsets
 from urdyn.diagnose import carried, loudness
 from urdyn.diagnose.bank import Bank, Block, Straying
@@ -29,7 +29,7 @@ from urdyn.diagnose.loudness import Loudness
 from urdyn.diagnose.rules import PAYLOAD_STATES, Rules, SlowKind
 from urdyn.diagnose.moment import Pool, empty, pooled
 from urdyn.diagnose.rows import Rows
-from urdyn.types import Array, Gaussian, Index
+from urdyn.types import Array, Index
 
 MOMENT = 0.5  # [s]
 BLOCK = 5.0  # [s]
@@ -104,37 +104,35 @@ class SlowState:
 class Slow:
     """Settings; the state is passed along."""
 
-    currents: RobotCurrents
-    prior: Gaussian
-    noise: Array  # (J,) [A] sd of the residual on the first day
+    space: Space
     period: float  # [s] between rows
     rules: Rules
 
     @cached_property
     def payload(self) -> Index:
         """Places of what the tool carries."""
-        at = self.currents.places["payload"]
+        at = self.space.places["payload"]
         return np.arange(at.start, at.stop)
 
     @cached_property
     def rest(self) -> Index:
         """Places of all others."""
-        return np.setdiff1d(np.arange(len(self.currents.names)), self.payload)
+        return np.setdiff1d(np.arange(self.space.size), self.payload)
 
     @cached_property
     def straying(self) -> Straying:
         """How far the healthy arm strays."""
-        return self.rules.straying(self.currents)
+        return self.rules.straying(self.space)
 
     @cached_property
     def of(self) -> Suspects:
         """Everything that is looked for."""
-        return suspects(self.currents, self.rules.slow)
+        return suspects(self.space, self.rules.slow)
 
     @cached_property
     def E(self) -> Array:
         """Directions of all that, (n, p)."""
-        return self.of.directions(len(self.currents.names))
+        return self.of.directions(self.space.size)
 
     @cached_property
     def threshold(self) -> float:
@@ -148,19 +146,18 @@ class Slow:
 
     def init(self) -> SlowState:
         """Before the first moment."""
-        n, p = len(self.currents.names), len(self.of.states)
-        P = self.prior.cov[:n, :n] + np.diag(self.rules.stray(self.currents, "day") ** 2)
+        n, p = self.space.size, len(self.of.states)
+        P = self.space.cov + np.diag(self.rules.stray(self.space, "day") ** 2)
         P[self.payload] = P[:, self.payload] = 0.0
         P[self.payload, self.payload] = carried.NOTHING**2
-        drive = self.currents.reference.drive
         lasting = self.rules.noise.share * 2.0 * self.rules.noise.lasting / self.period
-        loud = (self.currents.noise / self.noise) ** 2 + lasting
+        loud = (self.space.slow / self.space.noise) ** 2 + lasting
         return SlowState(
             bank=onsets.first(np.zeros(n), P, p),
             A=np.zeros((n, n)),
             b=np.zeros(n),
             begin=np.nan,
-            pool=empty(len(drive.gain), n),
+            pool=empty(self.space.joints, n),
             pools=(),
             loudness=loudness.first(loud),
             carrying=Carrying((carried.commissioned(),)),
@@ -170,14 +167,14 @@ class Slow:
     def moment(self, state: SlowState, rows: Rows) -> SlowState:
         """One moment on; `found` are the changes that it settles."""
         state = replace(state, found=())
-        noise = self.noise * np.sqrt(state.loudness.power)
+        noise = self.space.noise * np.sqrt(state.loudness.power)
         pool, begin, end = pooled(rows, self.period, noise), float(rows.t[0]), float(rows.t[-1])
         if pool.count.sum() < ENOUGH:
             return state
         before = state.carrying
         state = replace(state, carrying=self._carried(state, pool, end))
         if state.carrying.now != before.now:  # it changed in this moment or in the one before
-            state = replace(state, pool=empty(len(self.noise), len(pool.b)))
+            state = replace(state, pool=empty(len(self.space.noise), len(pool.b)))
         else:
             waiting, state = state.pool, replace(state, pool=pool)
             if waiting.count.any():
@@ -195,7 +192,7 @@ class Slow:
         A, b = onsets.strayed(state.A, state.b, self.straying.window)
         block = Block(state.begin, end, A, b)
         straying = self._loosened(state.known)
-        heard = loudness.heard(state.loudness, state.pools, self.currents, self.noise)
+        heard = loudness.heard(state.loudness, state.pools, self.space, self.space.noise)
         anchor, blocks = state.anchor, (*state.blocks, block)
         if len(blocks) > KEPT:
             anchor = Anchor(*onsets.followed(anchor.t, anchor.x, anchor.P, blocks[0], straying))
