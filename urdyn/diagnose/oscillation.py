@@ -29,7 +29,7 @@ COHERENT = 0.8  # [-] of its amplitude that is left over the whole: it keeps its
 GROWING = 0.5  # [1/s]
 SWING = 0.003  # [rad/s] that a joint which rings does at least
 NEAR = 2.5  # [Hz] that the same line may differ by
-AGAIN = 1.0  # [s] of silence, after which the same line is another event
+AGAIN = 5.0  # [s] of silence, after which the same line is another event
 BAND = 0.06  # [-] about the gear's lines that does not count
 STEADY = 0.2  # [-] of its speed by which a joint that makes a line may vary it
 ORDERS = (1.0, 2.0, 4.0)  # of motor turns
@@ -180,10 +180,10 @@ def _lasts(sizes: Array, whole: float) -> bool:
 
 
 def _amplitude(x: Array, t: Array, frequency: float) -> float:
-    """Of a swing of this frequency, beside a parabola."""
+    """Of a swing of this frequency, beside a slow motion."""
     u = np.linspace(-1.0, 1.0, len(t))
     w = 2.0 * np.pi * frequency * (t - t[0])
-    basis = np.stack([np.cos(w), np.sin(w), np.ones(len(t)), u, u**2], axis=1)
+    basis = np.stack([np.cos(w), np.sin(w), *(u**k for k in range(5))], axis=1)
     found = np.linalg.lstsq(basis, x, rcond=None)[0]
     return float(np.hypot(found[0], found[1]))
 
