@@ -104,18 +104,18 @@ class Collision:
         state = replace(state, asked=aimed)
         var = np.maximum(noise, 2.0 * state.spread) + doubt**2
         # What a joint that begins to move was held by is unknown, up to its friction.
-        grip = self.space.reference.drive.coulomb
+        grip, plain = self.space.reference.drive.coulomb, np.where(ill, np.inf, var)
         var = np.where(changed, (2.0 * grip) ** 2 + var if going else np.inf, var)
         var = np.where(ill, np.inf, var)
         felt = rho - state.base
-        size = float(np.sum(felt**2 / var))
+        size, least = (float(np.sum(felt**2 / x)) for x in (var, plain))
         moment = (float(rows.t[0]), felt, np.sqrt(var), rows.q[0], tool)
-        return self._judge(state, size, moment, aimed, carried, ill)
+        return self._judge(state, (size, least), moment, aimed, carried, ill)
 
     def _judge(
         self,
         state: Quiet,
-        size: float,
+        size: tuple[float, float],
         moment: tuple[float, Array, Array, Array, Array],
         aimed: Array,
         carried: Array,
@@ -123,12 +123,12 @@ class Collision:
     ) -> tuple[Quiet, Event | None]:
         t, felt, sd, q, tool = moment
         going = np.isfinite(state.begin)
-        if not going and size < LOUD:
+        if not going and size[0] < LOUD:
             return self._learn(state, felt, sd, aimed), None
         state = replace(
             state,
             begin=state.begin if going else t,
-            calm=state.calm + 1 if size < QUIET else 0,
+            calm=state.calm + 1 if size[1] < QUIET else 0,
             t=(*state.t, t), felt=(*state.felt, felt), sd=(*state.sd, sd), q=(*state.q, q),
             tool=(*state.tool, tool),
         )  # fmt: skip

@@ -118,8 +118,10 @@ class Oscillation:
         same = now - last < AGAIN and abs(frequency - before) < NEAR
         since, told = (since, told) if same else (float(state.t[0]), 0.0)
         friction = self.space.reference.drive.coulomb[joint]
-        gear = frequency > self.rule["gear"] and sizes[-1] < self.rule["strong"] * friction
-        tell = not told and (not gear or now - since > self.rule["patience"])
+        gear = frequency > self.rule["gear"]
+        strong = sizes[-1] > self.rule["strong" if gear else "weak"] * friction
+        wait = self.rule["patience" if gear else "longer"]
+        tell = not told and (strong or now - since > wait)
         state = replace(state, rings=np.array([now, frequency, since, float(told or tell)]))
         return state, [self._event(state, joint, frequency, ratio, sizes)] if tell else []
 

@@ -27,12 +27,13 @@ from urdyn.diagnose.explain import (
 )
 from urdyn.diagnose.loudness import Loudness
 from urdyn.diagnose.rules import PAYLOAD_STATES, Rules, SlowKind
-from urdyn.diagnose.moment import Pool, empty, pooled
+from urdyn.diagnose.moment import Pool, pooled
 from urdyn.diagnose.rows import Rows
 from urdyn.types import Array, Index
 
 MOMENT = 0.5  # [s]
 BLOCK = 5.0  # [s]
+DELAY = 2  # moments that one waits
 ENOUGH = 10  # values of current in a moment that says anything
 KEPT = 48  # blocks that are remembered, to look at them again once a fault is known
 CONFIDENT = 0.95  # [-] share of the evidence at which a finding is told at once
@@ -41,6 +42,19 @@ GROWTH = 600.0  # [s] in which a known fault may change by as much as it was exp
 LASTING = 0.2  # [-] of the time away that a load must have been carried to be there to stay
 CERTAIN = 0.99  # [-] that what was carried for so long is another load
 MARGIN = 3.0  # [nats] by which a payload has to explain a moment better than any fault of a joint
+
+
+@dataclass(frozen=True)
+class Push:
+    """Whether something pushes the arm now, and when something last did."""
+
+    going: bool = False
+    begin: float = np.inf  # [s]
+    end: float = -np.inf  # [s]
+
+    def within(self, begin: float, end: float) -> bool:
+        """Whether it was in this time."""
+        return self.begin <= end and begin <= self.end
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,6 +96,17 @@ class Carrying:
 
 
 @dataclass(frozen=True, eq=False)
+class Waiting:
+    """A moment that waits until it is known whose load it was, and that nobody pushed."""
+
+    pool: Pool
+    mode: Mode
+    usual: bool  # carried is what is carried as a rule
+    begin: float  # [s]
+    end: float  # [s]
+
+
+@dataclass(frozen=True, eq=False)
 class SlowState:
     """All that is remembered from moment to moment."""
 
@@ -89,7 +114,7 @@ class SlowState:
     A: Array  # (n, n) of the block that is being gathered
     b: Array  # (n,)
     begin: float  # [s] of that block; NaN: none
-    pool: Pool  # of the moment before, that waits until it is known whose load it was
+    waiting: tuple[Waiting, ...]
     pools: tuple[Pool, ...]  # of the block that is being gathered
     loudness: Loudness
     carrying: Carrying
@@ -157,36 +182,39 @@ class Slow:
             A=np.zeros((n, n)),
             b=np.zeros(n),
             begin=np.nan,
-            pool=empty(self.space.joints, n),
+            waiting=(),
             pools=(),
             loudness=loudness.first(loud),
             carrying=Carrying((carried.commissioned(),)),
             anchor=Anchor(np.nan, np.zeros(n), P),
         )
 
-    def moment(self, state: SlowState, rows: Rows) -> SlowState:
+    def moment(self, state: SlowState, rows: Rows, push: Push) -> SlowState:
         """One moment on; `found` are the changes that it settles."""
         state = replace(state, found=())
         noise = self.space.noise * np.sqrt(state.loudness.power)
         pool, begin, end = pooled(rows, self.period, noise), float(rows.t[0]), float(rows.t[-1])
         if pool.count.sum() < ENOUGH:
             return state
-        before = state.carrying
-        state = replace(state, carrying=self._carried(state, pool, end))
-        if state.carrying.now != before.now:  # it changed in this moment or in the one before
-            state = replace(state, pool=empty(len(self.space.noise), len(pool.b)))
-        else:
-            waiting, state = state.pool, replace(state, pool=pool)
-            if waiting.count.any():
-                state = self._gather(state, waiting, begin)
+        before, carrying = state.carrying, self._carried(state, pool, end)
+        waiting = tuple(w for w in state.waiting if not push.within(w.begin, w.end))
+        if carrying.now != before.now:  # it changed in this moment or in the one before
+            waiting = waiting[:-1]
+        elif not push.within(begin, end):
+            mode = carrying.modes[carrying.now]
+            waiting = (*waiting, Waiting(pool, mode, carrying.now == 0, begin, end))
+        state = replace(state, carrying=carrying, waiting=waiting)
+        while len(state.waiting) > DELAY and not push.going:
+            ripe, *left = state.waiting
+            state = self._gather(replace(state, waiting=tuple(left)), ripe)
         return self._settled(state, end)
 
-    def _gather(self, state: SlowState, pool: Pool, end: float) -> SlowState:
-        A, b = self._unladen(state.carrying, pool)
-        began = end - MOMENT if np.isnan(state.begin) else state.begin
-        pools = state.pools if state.carrying.now else (*state.pools, pool)
-        state = replace(state, A=state.A + A, b=state.b + b, begin=began, pools=pools)
-        return self._block(state, end) if end - began >= BLOCK - 0.5 * MOMENT else state
+    def _gather(self, state: SlowState, ripe: Waiting) -> SlowState:
+        pool = self._unladen(ripe)
+        began = ripe.begin if np.isnan(state.begin) else state.begin
+        pools = (*state.pools, pool) if ripe.usual else state.pools
+        state = replace(state, A=state.A + pool.A, b=state.b + pool.b, begin=began, pools=pools)
+        return self._block(state, ripe.end) if ripe.end - began > BLOCK - MOMENT else state
 
     def _block(self, state: SlowState, end: float) -> SlowState:
         A, b = onsets.strayed(state.A, state.b, self.straying.window)
@@ -270,30 +298,35 @@ class Slow:
         t = state.bank.t
         return replace(state, bank=replace(bank, t=t), anchor=Anchor(t, x, P), blocks=())
 
-    def _again(self, state: SlowState) -> SlowState:
-        """The blocks that are remembered once more, with what is known free to have changed."""
+    def _opened(self, state: SlowState) -> Array:
+        """What was known before the blocks that are remembered, nothing of what is found."""
         P = state.anchor.P.copy()
         for k in state.known:
             at = self.of.states[self.of.each[k].places]
             P[at, at] += (3.0 * self.of.each[k].sd) ** 2
-        bank = onsets.first(state.anchor.x, P, len(self.of.states))
+        return P
+
+    def _again(self, state: SlowState) -> SlowState:
+        """The blocks that are remembered once more, with what is known free to have changed."""
+        bank = onsets.first(state.anchor.x, self._opened(state), len(self.of.states))
         bank = replace(bank, t=state.anchor.t)
         straying = self._loosened(state.known)
         for block in state.blocks:
             bank = onsets.step(bank, block, straying, self.E)
         return self._judged(replace(state, bank=bank))
 
-    def _unladen(self, carrying: Carrying, pool: Pool) -> tuple[Array, Array]:
-        """Information about all states; of the payload none while another one is carried."""
-        mode, at = carried.spread(carrying.modes[carrying.now]), self.payload
-        if not carrying.now:
-            return pool.A, pool.b - pool.A[:, at] @ mode.mean
+    def _unladen(self, ripe: Waiting) -> Pool:
+        """What a moment says of all states; of the payload nothing while another one is carried."""
+        pool, mode, at = ripe.pool, carried.spread(ripe.mode), self.payload
+        residual = pool.residual - pool.H[:, at] @ mode.mean
+        if ripe.usual:
+            return replace(pool, b=pool.b - pool.A[:, at] @ mode.mean, residual=residual)
         cross, App = pool.A[:, at], pool.A[np.ix_(at, at)]
         inner = np.linalg.solve(np.eye(len(at)) + mode.cov @ App, mode.cov)
         A = pool.A - cross @ inner @ cross.T
         b = pool.b - cross @ (mode.mean + inner @ (pool.b[at] - App @ mode.mean))
         A[at] = A[:, at] = b[at] = 0.0
-        return 0.5 * (A + A.T), b
+        return replace(pool, A=0.5 * (A + A.T), b=b, residual=residual)
 
     def _carried(self, state: SlowState, pool: Pool, t: float) -> Carrying:
         """Whose load the moment was."""
@@ -361,3 +394,39 @@ class Slow:
         carrying = Carrying(modes, now)
         state = replace(state, carrying=carrying, found=(*state.found, change))
         return self._afresh(state)
+
+    def levels(self, state: SlowState) -> list[tuple[int, float, float]]:
+        """Suspects that are found, and how far their change has gone by now."""
+        told = []
+        for k in state.known:
+            at = int(self.of.states[self.of.each[k].places[0]])
+            told.append((k, float(state.bank.x[at]), float(np.sqrt(state.bank.P[at, at]))))
+        return told
+
+    def trace(self, state: SlowState, k: int) -> list[tuple[float, float, float]]:
+        """How a found change went in the blocks that are remembered: time, size, sd."""
+        at = int(self.of.states[self.of.each[k].places[0]])
+        t, x, P = state.anchor.t, state.anchor.x, self._opened(state)
+        straying, told = self._loosened(state.known), []
+        for block in state.blocks:
+            t, x, P = onsets.followed(t, x, P, block, straying)
+            told.append((t, float(x[at]), float(np.sqrt(P[at, at]))))
+        return told
+
+    def levels(self, state: SlowState) -> list[tuple[int, float, float]]:
+        """Suspects that are found, and how far their change has gone by now: size, sd."""
+        told = []
+        for k in state.known:
+            at = int(self.of.states[self.of.each[k].places[0]])
+            told.append((k, float(state.bank.x[at]), float(np.sqrt(state.bank.P[at, at]))))
+        return told
+
+    def trace(self, state: SlowState, k: int) -> list[tuple[float, float, float]]:
+        """How a found change went in the blocks that are remembered: time, size, sd."""
+        at = int(self.of.states[self.of.each[k].places[0]])
+        t, x, P = state.anchor.t, state.anchor.x, self._opened(state)
+        straying, told = self._loosened(state.known), []
+        for block in state.blocks:
+            t, x, P = onsets.followed(t, x, P, block, straying)
+            told.append((t, float(x[at]), float(np.sqrt(P[at, at]))))
+        return told
