@@ -49,6 +49,7 @@ class Quiet:
     sd: tuple[Array, ...] = ()
     q: tuple[Array, ...] = ()
     tool: tuple[Array, ...] = ()  # (J, 10) [N·m] per unit of payload
+    carried: tuple[Array, ...] = ()  # (10,) what was taken to be carried
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,7 +131,7 @@ class Collision:
             begin=state.begin if going else t,
             calm=state.calm + 1 if size[1] < QUIET else 0,
             t=(*state.t, t), felt=(*state.felt, felt), sd=(*state.sd, sd), q=(*state.q, q),
-            tool=(*state.tool, tool),
+            tool=(*state.tool, tool), carried=(*state.carried, carried[0]),
         )  # fmt: skip
         if state.calm >= CALM:
             event = self._event(state, carried, ill) if state.seen > CALM else None
@@ -152,7 +153,7 @@ class Collision:
 
     def _over(self, state: Quiet, base: Array) -> Quiet:
         return replace(
-            state, base=base, calm=0, begin=np.nan, t=(), felt=(), sd=(), q=(), tool=()
+            state, base=base, calm=0, begin=np.nan, t=(), felt=(), sd=(), q=(), tool=(), carried=()
         )  # fmt: skip
 
     def _event(self, state: Quiet, carried: Array, ill: Mask) -> Event | None:
@@ -162,8 +163,9 @@ class Collision:
         sizes = np.sum((felt / sd) ** 2, axis=1)
         if sizes.max() < LOUD:
             return None  # it was the sensor
-        for other in carried[1:]:
-            left = felt - np.einsum("bjk,k->bj", np.array(state.tool), other - carried[0])
+        for other in carried:
+            more = other - np.array(state.carried)
+            left = felt - np.einsum("bjk,bk->bj", np.array(state.tool), more)
             if np.sum(np.minimum(sizes, np.sum((left / sd) ** 2, axis=1))) < 0.5 * sizes.sum():
                 return None  # a piece was taken or put down
         peak = int(np.argmax(sizes))
