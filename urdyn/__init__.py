@@ -20,6 +20,7 @@ from urdyn.lazy import lookup
 from urdyn.version import __version__
 
 if TYPE_CHECKING:
+    from urdyn.diagnose import Finding, diagnose
     from urdyn.errors import UrdynError
     from urdyn.identify import Fit, PayloadPrior, Run, identify, validate
     from urdyn.io import read, write
@@ -30,6 +31,7 @@ if TYPE_CHECKING:
     from urdyn.types import Gaussian, Log, Motion, Parameters
 
 __all__ = [
+    "Finding",
     "Fit",
     "Gaussian",
     "Log",
@@ -41,6 +43,7 @@ __all__ = [
     "UrdynError",
     "__version__",
     "condition",
+    "diagnose",
     "identify",
     "load_arm",
     "read",
@@ -50,6 +53,7 @@ __all__ = [
 ]
 
 _HOMES = {
+    "urdyn.diagnose": ("Finding",),
     "urdyn.errors": ("UrdynError",),
     "urdyn.identify": ("Fit", "PayloadPrior", "Run", "validate"),
     "urdyn.io": ("read", "write"),
@@ -59,7 +63,7 @@ _HOMES = {
     "urdyn.types": ("Gaussian", "Log", "Motion", "Parameters"),
 }
 _find = lookup(__name__, _HOMES)
-_VERBS = ("identify", "simulate")  # rooms that are named like the function in them
+_VERBS = ("diagnose", "identify", "simulate")  # rooms that are named like the function in them
 
 
 def __getattr__(name: str) -> Any:

@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from urdyn.cli.acknowledge import acknowledge
 from urdyn.cli.bench import bench_identify
 from urdyn.cli.bench_simulate import bench_simulate
 from urdyn.cli.demo import demo
@@ -52,7 +53,7 @@ def root(
         os.environ[DEBUG] = "1"  # processes that a verb starts are told as well
 
 
-for verb in (identify, validate, track, simulate, record, demo):
+for verb in (identify, validate, track, acknowledge, simulate, record, demo):
     app.command()(guarded(verb))
 bench.command("identify")(guarded(bench_identify))
 bench.command("simulate")(guarded(bench_simulate))

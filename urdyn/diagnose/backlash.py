@@ -188,7 +188,8 @@ class Backlash:
     def _probe(self, state: Reversals, j: int) -> dict[str, Any]:
         """A motion in which this joint's load turns over."""
         arm, J = self.space.reference.arm, self.space.joints
-        middle = np.where(np.isfinite(state.lo), 0.5 * (state.lo + state.hi), 0.0)
+        met = np.isfinite(state.lo)
+        middle = 0.5 * (np.where(met, state.lo, 0.0) + np.where(met, state.hi, 0.0))
         q = np.tile(middle, (POSES, 1))
         q[:, j] = np.linspace(max(arm.lower[j], -np.pi), min(arm.upper[j], np.pi), POSES)
         still = np.zeros((POSES, J))

@@ -55,7 +55,7 @@ class Explanation:
     t: float  # [s] now
     evidence: float  # log of the sum over onsets and shapes
     shape: str  # the likeliest
-    onset: float  # [s] likeliest
+    onset: float  # [s] median
     onset_lo: float  # [s] 5 %
     onset_hi: float  # [s] 95 %
     size: float  # of the first state now
@@ -129,9 +129,9 @@ def explanation(bank: Bank, suspect: Suspect) -> Explanation:
     onset = float(bank.onset[m])
     age = bank.t - onset if SHAPES[s] == "ramp" else 1.0
     ramp = s == 1
-    lo, hi = (_quantile(bank.onset, by_onset, share) for share in (0.05, 0.95))
+    lo, middle, hi = (_quantile(bank.onset, by_onset, share) for share in (0.05, 0.5, 0.95))
     return Explanation(
-        suspect, bank.t, total, SHAPES[s], onset, lo, hi, delta * age, spread * age,
+        suspect, bank.t, total, SHAPES[s], middle, lo, hi, delta * age, spread * age,
         delta if ramp else 0.0, spread if ramp else 0.0,
     )  # fmt: skip
 
