@@ -20,6 +20,7 @@ from urdyn.lazy import lookup
 from urdyn.version import __version__
 
 if TYPE_CHECKING:
+    from urdyn.diagnose import Finding, diagnose
     from urdyn.errors import UrdynError
     from urdyn.identify import Fit, PayloadPrior, Run, identify, validate
     from urdyn.io import Effort, read, write
@@ -31,6 +32,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "Effort",
+    "Finding",
     "Fit",
     "Gaussian",
     "Log",
@@ -42,6 +44,7 @@ __all__ = [
     "UrdynError",
     "__version__",
     "condition",
+    "diagnose",
     "identify",
     "load_arm",
     "read",
@@ -51,6 +54,7 @@ __all__ = [
 ]
 
 _HOMES = {
+    "urdyn.diagnose": ("Finding",),
     "urdyn.errors": ("UrdynError",),
     "urdyn.identify": ("Fit", "PayloadPrior", "Run", "validate"),
     "urdyn.io": ("Effort", "read", "write"),
@@ -60,7 +64,7 @@ _HOMES = {
     "urdyn.types": ("Gaussian", "Log", "Motion", "Parameters"),
 }
 _find = lookup(__name__, _HOMES)
-_VERBS = ("identify", "simulate")  # rooms that are named like the function in them
+_VERBS = ("diagnose", "identify", "simulate")  # rooms that are named like the function in them
 
 
 def __getattr__(name: str) -> Any:

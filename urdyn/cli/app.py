@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from urdyn.cli.acknowledge import acknowledge
 from urdyn.cli.bench import bench_identify
 from urdyn.cli.bench_excite import bench_excite
 from urdyn.cli.bench_faults import bench_faults
@@ -59,7 +60,19 @@ def root(
         os.environ[DEBUG] = "1"  # processes that a verb starts are told as well
 
 
-for verb in (identify, validate, excite, simulate, record, track, fleet, view, convert, demo):
+for verb in (
+    identify,
+    validate,
+    excite,
+    simulate,
+    record,
+    track,
+    acknowledge,
+    fleet,
+    view,
+    convert,
+    demo,
+):
     app.command()(guarded(verb))
 bench.command("identify")(guarded(bench_identify))
 bench.command("excite")(guarded(bench_excite))

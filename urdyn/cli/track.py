@@ -10,6 +10,15 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 import urdyn as ud
+from urdyn.cli.diagnosing import (
+    FAILED,
+    FailOnFinding,
+    Hours,
+    NoDiagnosis,
+    RulesFile,
+    onlooker,
+    summed,
+)
 from urdyn.cli.options import Columns, Json, Quiet, Rows, Unit
 from urdyn.cli.recording import slice_of
 from urdyn.cli.voice import Voice
@@ -65,12 +74,17 @@ def track(
     effort_unit: Unit = None,
     duration: Duration = None,
     fresh: Fresh = False,
+    no_diagnosis: NoDiagnosis = False,
+    rules: RulesFile = None,
+    false_alarm_hours: Hours = None,
+    fail_on_finding: FailOnFinding = False,
     json: Json = False,
     quiet: Quiet = False,
 ) -> None:
     """Follow friction, health and payload of an arm, from a log or while it works.
 
     TWIN is a twin.toml of `urdyn identify`, SOURCE a log, or rtde://HOST[:PORT] of a robot at work.
+    Faults are told as they are found, and written to DIR/findings.json.
     A run that was killed goes on where it was; Ctrl-C ends a live one in good order.
 
     Example: [bold]urdyn track twin/twin.toml rtde://192.168.0.10 --out monday[/bold]
@@ -89,15 +103,19 @@ def track(
     stream = open_source(source, columns, part, rate, duration, effort)
     _end_in_good_order(stream)
     tracker: Tracker[Any] = Tracker(fit, chosen, stream.period)
+    looking = None if no_diagnosis else onlooker(fit, stream, rules, false_alarm_hours, voice)
     try:
         with watching(fit.dynamics.arm.joint_names, quiet) as watch:
-            summary = run(tracker, stream, out, sha256(twin), fresh, watch)
+            summary = run(tracker, stream, out, sha256(twin), fresh, watch, looking)
     finally:
         stream.close()
     summary["filter"] = filter
     _report(out, summary, voice)
     voice.show(verdict(summary))
+    voice.show(summed(summary))
     voice.result(summary)
+    if fail_on_finding and any(not f["acknowledged"] for f in summary.get("findings", ())):
+        raise typer.Exit(FAILED)
 
 
 def _filter(name: str) -> Filter[Any]:

@@ -3,7 +3,7 @@
 from urdyn.tracking.checkpoint import Checkpoint
 from urdyn.tracking.model import Drift, tracking_model
 from urdyn.tracking.physical import Quantities, quantities
-from urdyn.tracking.run import Glance, run
+from urdyn.tracking.run import Glance, Observer, run
 from urdyn.tracking.source import Arrival, Source, open_source
 from urdyn.tracking.tracker import Reading, Tracker, TrackerState
 
@@ -12,6 +12,7 @@ __all__ = [
     "Checkpoint",
     "Drift",
     "Glance",
+    "Observer",
     "Quantities",
     "Reading",
     "Source",

@@ -55,6 +55,9 @@ class Reading:
     predicted: Array  # (J,) [A] by the belief before; NaN where nothing was compared
     innovation: Innovation
     widened: bool  # the payload was taken to have changed here
+    instant: Instant
+    s: Array  # (J,) presliding state [-]
+    travelled: Array  # (J,) [rad] since the bristles were unknown
 
 
 @dataclass(frozen=True, eq=False)
@@ -127,7 +130,8 @@ class Tracker(Generic[S]):
         )
         predicted = y - innovation.residual
         learnt = self.filter.belief(belief)
-        return after, Reading(now.t, u, learnt, now.current, predicted, innovation, widen)
+        told = now.t, u, learnt, now.current, predicted, innovation, widen
+        return after, Reading(*told, now, s, travelled)
 
     def _moved(self, state: TrackerState[S], now: Instant, dt: float) -> tuple[Array, Array]:
         """Bristles and travel after the way since the last instant."""
