@@ -8,7 +8,7 @@ import pytest
 from urdyn.errors import ArmError
 from urdyn.model.arm import load_arm, read_arm
 from urdyn.model.cell import STANDING, Cell, Solid, Wall, floor
-from urdyn.model.collision import MARGIN, collider, free
+from urdyn.model.collision import collider, free
 
 ARMS = ("ur3", "ur5", "ur10", "ur3e", "ur5e", "ur10e", "ur16e", "ur20", "ur30")
 UPRIGHT = np.array([0.0, -np.pi / 2, 0.0, -np.pi / 2, 0.0, 0.0])

@@ -9,6 +9,7 @@ import typer
 
 from urdyn.cli.bench import bench_identify
 from urdyn.cli.bench_simulate import bench_simulate
+from urdyn.cli.calibrate import calibrate
 from urdyn.cli.demo import demo
 from urdyn.cli.failure import DEBUG, guarded
 from urdyn.cli.identify import identify
@@ -52,7 +53,7 @@ def root(
         os.environ[DEBUG] = "1"  # processes that a verb starts are told as well
 
 
-for verb in (identify, validate, track, simulate, record, demo):
+for verb in (identify, validate, calibrate, track, simulate, record, demo):
     app.command()(guarded(verb))
 bench.command("identify")(guarded(bench_identify))
 bench.command("simulate")(guarded(bench_simulate))
