@@ -83,7 +83,7 @@ def calibrate(
     bare = _bare(geometric, poses, start, rng) if poses.own else None
     geometric = bare or geometric
     choice = choose(geometric, poses, arm, told)
-    found = choice.found
+    found, geometric = choice.found, choice.geometric
     told("judging the workspace", 0.9)
     nominal = refitted(start, poses, rng)
     return _judged(arm, drawing, poses, found, geometric, nominal, choice, bare is not None, rng)

@@ -9,7 +9,7 @@ import numpy as np
 
 from urdyn.identify.kinematics.moments import Moments, total
 from urdyn.identify.kinematics.posterior import Posterior, learned, posterior
-from urdyn.types import Array, Index
+from urdyn.types import Array, Index, Mask
 
 SURE = 3.0  # gain of log likelihood that another kind of effect must bring
 DOUBT = 3.0  # standard deviations by which claims must fail before intervals are widened
@@ -22,6 +22,7 @@ class Model:
     name: str
     columns: Index  # of all unknowns
     precision: Array  # of the prior, one each
+    guessed: Mask  # those whose prior is as wide as held-out regions want it, beside the noise
 
 
 @dataclass(frozen=True)
@@ -29,34 +30,53 @@ class Trial:
     """A model fitted to all poses, and to all but one region, region by region."""
 
     model: Model
-    posterior: Posterior  # of the model's columns, by all poses; as wide as `excess` demands
+    posterior: Posterior  # of the model's columns, by all poses, with noise as `excess` demands
     losses: Array  # (K,) minus log likelihood of each region, held out
     rms: Array  # (K,) of place in the region that was held out [m]
+    stripped: Array  # (K,) the same of its geometry alone, base and tool fitted there [m]
     excess: float  # variance of predictions there over what the posterior claims; 1: as claimed
 
 
-def held_out(parts: Sequence[Moments], model: Model, offset: Array, noise: Array) -> Trial:
+def held_out(
+    parts: Sequence[Moments], model: Model, frames: Index, offset: Array, noise: Array
+) -> Trial:
     """The model's trial on regions whose moments are `parts`.
 
     Args:
+        frames: where base and tool stand among all unknowns; what follows them are effects.
         offset: from where the moments were taken to the prior's mean, all unknowns.
         noise: to begin with, of place [m] and turn [rad].
     """
     whole, at = total(parts), offset[model.columns]
     found = learned(whole.only(model.columns), model.precision, at, noise)
-    losses, rms, squares, claimed = [], [], 0.0, 0.0
+    losses, rms, stripped, squares, claimed = [], [], [], 0.0, 0.0
     for part in parts:
         seen, unseen = (whole - part).only(model.columns), part.only(model.columns)
         without = posterior(seen, model.precision, at, found.noise)
         left = unseen.squares(without.mean)
         losses.append(_loss(left, part.count, found.noise))
         rms.append(float(np.sqrt(3.0 * left[0] / part.count[0])))
+        stripped.append(_stripped(part, model.columns, without.mean, frames, found.noise))
         squares += float((left / found.noise**2)[part.count > 0.0].sum())
         claimed += float((np.tensordot(found.noise**-2.0, unseen.H, axes=1) * without.cov).sum())
     excess = _excess(squares, claimed, float(whole.count.sum()))
-    wide = found.noise * np.sqrt(excess)  # data count for so much less, the prior for what it is
-    cov = posterior(whole.only(model.columns), model.precision, at, wide).cov
-    return Trial(model, replace(found, cov=cov), np.array(losses), np.array(rms), excess)
+    # Errors that neighbours share make data count for less; what the prior was weighed against
+    # them for grows with them.
+    precision = np.where(model.guessed, model.precision / excess, model.precision)
+    wide = posterior(whole.only(model.columns), precision, at, found.noise * np.sqrt(excess))
+    kept = replace(wide, noise=found.noise)
+    return Trial(model, kept, np.array(losses), np.array(rms), np.array(stripped), excess)
+
+
+def _stripped(part: Moments, columns: Index, mean: Array, frames: Index, noise: Array) -> float:
+    """RMS of place [m] in a region by a mean's geometry alone, base and tool refitted."""
+    x = np.zeros(part.b.shape[1])
+    geometry = columns[columns < frames[0]]
+    x[geometry] = mean[: len(geometry)]
+    sought = np.intersect1d(frames, columns)
+    H, b = (np.tensordot(noise**-2.0, m, axes=1) for m in (part.H, part.b))
+    x[sought] = np.linalg.lstsq(H[np.ix_(sought, sought)], (b - H @ x)[sought], rcond=None)[0]
+    return float(np.sqrt(3.0 * part.squares(x)[0] / part.count[0]))
 
 
 def _excess(squares: float, claimed: float, count: float) -> float:

@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from urdyn.identify.kinematics.gross import weights
 from urdyn.identify.kinematics.held_out import Model, Trial, best, held_out
 from urdyn.identify.kinematics.moments import Moments, moments, total
-from urdyn.identify.kinematics.placement import Placement, residuals
+from urdyn.identify.kinematics.placement import Placement, groups, residuals
 from urdyn.identify.kinematics.posterior import restricted
 from urdyn.identify.kinematics.regions import regions
-from urdyn.identify.kinematics.robust import Found, Sought, where
+from urdyn.identify.kinematics.robust import Found, Sought, settle, where
 from urdyn.identify.kinematics.spread import UNEVEN, effects_spread
 from urdyn.io.poses import Poses
 from urdyn.model.arm import Arm
@@ -32,6 +32,7 @@ class Choice:
     """The model that held-out regions chose, and all that were tried."""
 
     found: Found  # by the chosen model
+    geometric: Found  # by geometry alone: its own best, or the chosen model's, as regions prefer
     chosen: Trial
     trials: tuple[Trial, ...]  # one a kind of model, poorest first
     region: Index  # (N,) of every pose
@@ -53,7 +54,18 @@ def choose(found: Found, poses: Poses, arm: Arm, told: Told) -> Choice:
         ]
         chosen, trials = _tried(parts, rich, found, told)
         richer = _moved(found, rich, chosen, poses)
-    return Choice(richer, chosen, trials, region)
+    alone = min((trials[0], chosen), key=lambda trial: float((trial.stripped**2).sum()))
+    return Choice(richer, _stripped(found, rich, alone, poses), chosen, trials, region)
+
+
+def _stripped(found: Found, rich: Placement, trial: Trial, poses: Poses) -> Found:
+    """The geometry of a trial's fit, with base and tool as they are best without its effects."""
+    moved = _moved(found, rich, trial, poses)
+    bare = moved.placement.with_effects(no_effects(rich.effects.arm))
+    frames = found.sought.columns[len(bare.deviations) :]
+    only = Sought(frames, found.sought.spread[len(bare.deviations) :], np.zeros(bare.size))
+    refitted = settle(bare, poses, only, found.posterior.noise)
+    return replace(refitted, sought=found.sought)
 
 
 def _reweighed(
@@ -86,11 +98,12 @@ def _tried(
     parts: Sequence[Moments], rich: Placement, found: Found, told: Told
 ) -> tuple[Trial, tuple[Trial, ...]]:
     """The best trial, and the best of each kind."""
-    offset, noise = -where(rich), found.posterior.noise
+    offset, noise, group = -where(rich), found.posterior.noise, groups(rich)
+    frames = np.concatenate([group["base"], group["tool"]])
     kinds: list[Trial] = []
     for models in _models(rich.effects, found.sought, rich.size):
         told("trying regions that were held out", 0.5)
-        of_a_kind = [held_out(parts, model, offset, noise) for model in models]
+        of_a_kind = [held_out(parts, model, frames, offset, noise) for model in models]
         kinds.append(min(of_a_kind, key=lambda trial: float(trial.losses.sum())))
     return best(kinds), tuple(kinds)
 
@@ -100,7 +113,7 @@ def _models(effects: Effects, sought: Sought, size: int) -> list[list[Model]]:
     first = size - len(effects.owners)
     soft, all_of = len(effects.compliant), len(effects.owners)
     known = sought.spread**-2.0
-    kinds = [[Model(GEOMETRY, sought.columns, known)]]
+    kinds = [[Model(GEOMETRY, sought.columns, known, np.zeros(len(known), dtype=np.bool_))]]
     if soft:
         kinds.append([_model(COMPLIANCE, sought, effects, first, soft, UNEVEN[0])])
     if effects.harmonics:
@@ -113,7 +126,8 @@ def _model(
 ) -> Model:
     spread = effects_spread(effects.orders[:count], uneven)
     columns = np.concatenate([sought.columns, first + np.arange(count)])
-    return Model(name, columns, np.concatenate([sought.spread, spread]) ** -2.0)
+    guessed = np.concatenate([np.zeros(len(sought.columns)), effects.orders[:count]]) > 0.0
+    return Model(name, columns, np.concatenate([sought.spread, spread]) ** -2.0, guessed)
 
 
 def _moved(found: Found, rich: Placement, trial: Trial, poses: Poses) -> Found:

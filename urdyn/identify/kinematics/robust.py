@@ -84,6 +84,13 @@ def solve(start: Placement, poses: Poses, sought: Sought, rng: np.random.Generat
     return settled(placement, poses, sought, noise)
 
 
+def settle(placement: Placement, poses: Poses, sought: Sought, noise: Array) -> Found:
+    """A few steps from a placement that is nearly there."""
+    if len(sought.columns):
+        placement, noise = _steps(placement, poses, sought, LAST, noise)
+    return settled(placement, poses, sought, noise)
+
+
 def settled(placement: Placement, poses: Poses, sought: Sought, noise: Array) -> Found:
     """The posterior about a placement that is its mean."""
     e = residuals(placement, poses.q, poses.place, poses.turn)
