@@ -22,7 +22,9 @@ from urdyn.version import __version__
 if TYPE_CHECKING:
     from urdyn.errors import UrdynError
     from urdyn.identify import Fit, PayloadPrior, Run, identify, validate
+    from urdyn.identify.kinematics import calibrate
     from urdyn.io import read, write
+    from urdyn.io.poses import read_poses
     from urdyn.model.arm import load_arm
     from urdyn.signal import condition
     from urdyn.simulate import simulate
@@ -40,10 +42,12 @@ __all__ = [
     "Twin",
     "UrdynError",
     "__version__",
+    "calibrate",
     "condition",
     "identify",
     "load_arm",
     "read",
+    "read_poses",
     "simulate",
     "validate",
     "write",
@@ -51,6 +55,8 @@ __all__ = [
 
 _HOMES = {
     "urdyn.errors": ("UrdynError",),
+    "urdyn.identify.kinematics": ("calibrate",),
+    "urdyn.io.poses": ("read_poses",),
     "urdyn.identify": ("Fit", "PayloadPrior", "Run", "validate"),
     "urdyn.io": ("read", "write"),
     "urdyn.model.arm": ("load_arm",),

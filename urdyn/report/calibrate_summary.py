@@ -24,6 +24,7 @@ def calibrated(c: Calibration, wall: float) -> dict[str, Any]:
         "wall_s": round(wall, 3),
         "model": c.choice.chosen.model.name,
         "geometry_alone_rms_mm": 1e3 * _rms(c.geometric.residuals[c.sound, :3]),
+        "geometry_alone_held_out": _held_out(c.choice.stripped),
         "held_out": {t.model.name: _held_out(t.rms) for t in c.choice.trials},
         "trusted_elsewhere": c.verdict.trusted,
         "reasons": list(c.verdict.reasons),

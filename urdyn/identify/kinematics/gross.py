@@ -43,5 +43,5 @@ def _worst(e: Array, noise: Array) -> Array:
     worst = np.zeros(len(e))
     for k, block in enumerate((slice(0, 3), slice(3, 6))):
         if np.isfinite(e[:, block]).any():
-            worst = np.maximum(worst, (e[:, block] ** 2).sum(axis=1) / noise[k] ** 2)
+            worst = np.fmax(worst, (e[:, block] ** 2).sum(axis=1) / noise[k] ** 2)
     return worst

@@ -33,6 +33,7 @@ class Choice:
 
     found: Found  # by the chosen model
     geometric: Found  # by geometry alone: its own best, or the chosen model's, as regions prefer
+    stripped: Array  # (K,) its RMS of place by region held out, base and tool fitted there [m]
     chosen: Trial
     trials: tuple[Trial, ...]  # one a kind of model, poorest first
     region: Index  # (N,) of every pose
@@ -55,7 +56,8 @@ def choose(found: Found, poses: Poses, arm: Arm, told: Told) -> Choice:
         chosen, trials = _tried(parts, rich, found, told)
         richer = _moved(found, rich, chosen, poses)
     alone = min((trials[0], chosen), key=lambda trial: float((trial.stripped**2).sum()))
-    return Choice(richer, _stripped(found, rich, alone, poses), chosen, trials, region)
+    geometric = _stripped(found, rich, alone, poses)
+    return Choice(richer, geometric, alone.stripped, chosen, trials, region)
 
 
 def _stripped(found: Found, rich: Placement, trial: Trial, poses: Poses) -> Found:
