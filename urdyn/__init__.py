@@ -24,6 +24,9 @@ if TYPE_CHECKING:
     from urdyn.errors import UrdynError
     from urdyn.identify import Fit, PayloadPrior, Run, identify, validate
     from urdyn.io import Effort, read, write
+    from urdyn.identify.kinematics import calibrate
+    from urdyn.io import read, write
+    from urdyn.io.poses import read_poses
     from urdyn.model.arm import load_arm
     from urdyn.signal import condition
     from urdyn.simulate import simulate
@@ -43,11 +46,13 @@ __all__ = [
     "Twin",
     "UrdynError",
     "__version__",
+    "calibrate",
     "condition",
     "diagnose",
     "identify",
     "load_arm",
     "read",
+    "read_poses",
     "simulate",
     "validate",
     "write",
@@ -56,6 +61,8 @@ __all__ = [
 _HOMES = {
     "urdyn.diagnose": ("Finding",),
     "urdyn.errors": ("UrdynError",),
+    "urdyn.identify.kinematics": ("calibrate",),
+    "urdyn.io.poses": ("read_poses",),
     "urdyn.identify": ("Fit", "PayloadPrior", "Run", "validate"),
     "urdyn.io": ("Effort", "read", "write"),
     "urdyn.model.arm": ("load_arm",),

@@ -13,6 +13,7 @@ from urdyn.cli.bench_excite import bench_excite
 from urdyn.cli.bench_faults import bench_faults
 from urdyn.cli.bench_simulate import bench_simulate
 from urdyn.cli.bench_track import bench_track
+from urdyn.cli.calibrate import calibrate
 from urdyn.cli.convert import convert
 from urdyn.cli.demo import demo
 from urdyn.cli.excite import excite
@@ -63,6 +64,7 @@ def root(
 for verb in (
     identify,
     validate,
+    calibrate,
     excite,
     simulate,
     record,
