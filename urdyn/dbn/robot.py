@@ -21,15 +21,15 @@ from urdyn.dbn.robot_slice import SMEAR, RobotSlice
 from urdyn.model.arm import Arm, with_inertials
 from urdyn.model.consistency import log_cholesky_jacobian
 from urdyn.model.dynamics import Dynamics
-from urdyn.model.friction import features
+from urdyn.model.friction import RIPPLE_ORDER
 from urdyn.model.population import Population
-from urdyn.types import Array, Index, Mask, Motion, frozen
+from urdyn.signal.sample import Instant
+from urdyn.types import Array, Index, Mask, frozen
 
 BODIES = ("k", "m", "payload")  # what moves the rigid-body torque
-GROUPS = ("k", "m", "f", "alpha", "beta", "z", "o", "rotor", "payload")
-GROUPS += ("kappa", "kappa_f", "lubricant", "slow")
+WARMTH = ("kappa", "kappa_f", "lubricant")
+GROUPS = ("k", "m", "f", "alpha", "beta", "z", "o", "rotor", "payload", *WARMTH, "slow")
 POSITIVE = ("f", "alpha", "beta", "rotor", "z")
-REST = ("stribeck", "ripple_cos", "ripple_sin", "thermal")
 SHOWN = 1e-6  # of the largest singular value: what a direction must do to torque to be tracked
 
 
@@ -93,42 +93,54 @@ class RobotCurrents:
 
     @cached_property
     def _positive(self) -> Index:
-        """States of POSITIVE, (groups, J)."""
-        return np.array([np.r_[self.places[group]] for group in POSITIVE])
+        """States of POSITIVE, group by group, (5 J,)."""
+        return np.concatenate([np.r_[self.places[group]] for group in POSITIVE])
 
     def slice(
-        self, motion: Motion, s: Array, dt: float, widen: bool = False, x: Array | None = None
+        self, now: Instant, s: Array, dt: float, widen: bool = False, x: Array | None = None
     ) -> RobotSlice:
-        """Inputs at one row of a motion, with the presliding state s (1, J) there.
+        """Inputs at one instant of a motion, with the presliding state s (J,) there.
 
         Args:
             x: states that tell which way each gear is loaded; the reference where not given.
         """
-        drive = self.reference.drive
-        q, v, a, jerk = motion.q[0], motion.v[0], motion.a[0], motion.jerk[0]
+        q, v, a = now.q, now.v, now.a
         Y = self._arm.regressor(q, v, a)
         G, _, M = self._arm.torque_derivatives(q, v, a)
-        load = Y @ self._arm.inertials.ravel()
+        load = Y @ self._pi
         A = np.concatenate([G, Y @ self.shown, Y[:, -10:]], axis=1)
-        side = s[0] * np.sign(load if x is None else load + A @ x[self.rigid])
-        terms = features(motion, load[None], s, drive)
-        rest = sum(getattr(drive, name) * terms[name][0] for name in REST)
+        side = s * np.sign(load if x is None else load + A @ x[self.rigid])
         return RobotSlice(
-            dt,
-            widen,
-            A,
-            side * load,
-            side[:, None] * A,
-            load,
-            np.asarray(rest),
-            s[0],
-            v,
-            a,
-            np.ones_like(v),
-            SMEAR * np.abs(M @ jerk + drive.rotor_inertia * jerk),
-            self.noise,
-            np.zeros_like(v),
+            dt=dt,
+            widen=widen,
+            A=A,
+            A_hold=side[:, None] * A,
+            hold=side * load,
+            load=load,
+            rest=self._rest(now, s),
+            s=s,
+            v=v,
+            a=a,
+            one=np.ones(len(v)),
+            smeared=SMEAR * np.abs(M @ now.jerk + self.reference.drive.rotor_inertia * now.jerk),
+            noise=self.noise,
+            warm=np.zeros(len(v)),
         )
+
+    @cached_property
+    def _pi(self) -> Array:
+        return self._arm.inertials.ravel()
+
+    def _rest(self, now: Instant, s: Array) -> Array:
+        """Terms of friction that are no states: those that the reference has, (J,) [N·m]."""
+        drive = self.reference.drive
+        warmer = now.temperature - drive.temperature
+        rest = drive.stribeck * np.exp(-np.abs(now.v) / drive.stribeck_velocity) * s
+        rest += drive.thermal * np.where(np.isnan(warmer), 0.0, warmer) * now.v
+        if drive.ripple_cos.any() or drive.ripple_sin.any():
+            turn = RIPPLE_ORDER * now.q
+            rest += drive.ripple_cos * np.cos(turn) + drive.ripple_sin * np.sin(turn)
+        return np.asarray(rest)
 
     def observe(self, x: Array, u: RobotSlice) -> Array:
         """Currents, (..., n) -> (..., J) [A]."""
@@ -140,7 +152,8 @@ class RobotCurrents:
         at, drive = self.places, self.reference.drive
         together = x[..., self.rigid] @ np.concatenate([u.A, u.A_hold]).T
         J = len(u.s)
-        f, alpha, beta, rotor, z = np.moveaxis(np.exp(x[..., self._positive]), -2, 0)
+        positive = np.exp(x[..., self._positive])
+        f, alpha, beta, rotor, z = (positive[..., k * J : (k + 1) * J] for k in range(5))
         warm = u.warm + x[..., at["lubricant"]]
         return _Parts(
             torque=u.load + u.rest + together[..., :J] + x[..., at["o"]] * u.one,
@@ -177,13 +190,13 @@ class RobotCurrents:
         return H
 
     def observe_cov(self, u: RobotSlice) -> Array:
-        """Noise of the currents, and doubt about presliding and acceleration, (J, J)."""
-        return np.diag(u.noise**2 + self.doubt(u) ** 2)
+        """Noise of the currents, and what nobody knows of the motion, (J, J)."""
+        return np.diag(u.noise**2 + self.unknown(u))
 
-    def doubt(self, u: RobotSlice) -> Array:
-        """What is not noise and nobody knows, (J,) [A] sd."""
+    def unknown(self, u: RobotSlice) -> Array:
+        """Variance by doubt about presliding and accelerations, (J,) [A²]."""
         drive = self.reference.drive
-        return np.asarray(np.hypot(u.doubt * drive.coulomb, u.smeared) / drive.gain)
+        return np.asarray(((u.doubt * drive.coulomb) ** 2 + u.smeared**2) / drive.gain**2)
 
 
 def shown_directions(

@@ -27,6 +27,8 @@ LEARN = 60.0  # [s] over which noise is averaged
 CLIP = 3.0  # [sd] beyond which a residual counts as that large: no noise, something happened
 PAUSE = 25  # samples between two looks at the colour
 CHANCE = 2.5  # [sd] by which residuals that are far apart are alike by chance
+TINY = 1e-4  # [A] no sensor of a current is better
+SLOWEST = 0.01  # [-] of the noise's sd that is slow in any case: no state is known exactly
 LEAST = 0.05  # [-] of a residual's variance that nothing predicts
 
 
@@ -61,7 +63,7 @@ def first(noise: Noise, width: int, period: float) -> Colour:
         TRUST,
         ar,
         np.sqrt(power),
-        np.zeros(J),
+        SLOWEST * np.sqrt(power),
     )
 
 
@@ -99,21 +101,26 @@ def interrupted(colour: Colour) -> Colour:
     return replace(colour, past=past, current=current, left=left)
 
 
-def learnt(colour: Colour, residual: Array, slow: Array, sure: Mask, period: float) -> Colour:
+def learnt(
+    colour: Colour, residual: Array, slow: Array, unknown: Array, sure: Mask, period: float
+) -> Colour:
     """The colour after one more white residual, (J,) [A], NaN where there is none.
 
     Args:
         slow: the model's slow part, (J,) [A], as the filter was given it.
+        unknown: variance of the residual that is no noise, (J,) [A²].
         sure: whether the model is surer of the current than the sensor, (J,).
     """
     p = colour.ar.shape[1]
-    before = np.nan_to_num(colour.left[:p])
+    before = np.where(np.isnan(colour.left[:p]), 0.0, colour.left[:p])
     e = residual + slow * (1.0 - colour.ar.sum(axis=1)) + np.einsum("jk,kj->j", colour.ar, before)
     limit = CLIP * np.sqrt(colour.alike[0])
     e = np.clip(e, -limit, limit)
     left = np.concatenate([e[None], colour.left[:-1]])
     gain = np.where(sure, 1.0 / min(colour.count + 1.0, LEARN / period), 0.0)
-    alike = _averaged(colour.alike, e * left[: p + 1], gain)
+    product = e * left[: p + 1]
+    product[0] -= unknown
+    alike = _averaged(colour.alike, product, gain)
     far = _averaged(colour.far, e * left[-1], gain)
     colour = replace(colour, left=left, alike=alike, far=far, count=colour.count + 1.0)
     return _looked_at(colour, period) if colour.count % PAUSE < 1.0 else colour
@@ -125,7 +132,7 @@ def _averaged(mean: Array, value: Array, gain: Array) -> Array:
 
 def _looked_at(colour: Colour, period: float) -> Colour:
     """The filter and the slow noise that the averages tell of."""
-    p, power = colour.ar.shape[1], colour.alike[0]
+    p, power = colour.ar.shape[1], np.maximum(colour.alike[0], TINY**2)
     count = min(colour.count, LEARN / period)
     chance = CHANCE * power / np.sqrt(count)
     told = np.where(colour.far > chance, colour.far * np.exp(FAR / MEMORY), 0.0)
@@ -136,6 +143,5 @@ def _looked_at(colour: Colour, period: float) -> Colour:
     T = fast[apart].transpose(2, 0, 1) + 1e-3 * fast[0][:, None, None] * np.eye(p)
     ar = np.linalg.solve(T, fast[1:].T[..., None])[..., 0]
     left = fast[0] - np.einsum("jk,kj->j", ar, fast[1:])
-    return replace(
-        colour, ar=ar, scale=np.sqrt(np.maximum(left, LEAST * power)), slow=np.sqrt(slow)
-    )
+    scale = np.sqrt(np.maximum(left, LEAST * power))
+    return replace(colour, ar=ar, scale=scale, slow=np.fmax(np.sqrt(slow), SLOWEST * scale))

@@ -15,7 +15,7 @@ from urdyn.dbn.wear import Wear
 from urdyn.dbn.widening import Widening
 from urdyn.identify.fit import Fit
 from urdyn.model.population import Population, population
-from urdyn.tracking.colour import MEMORY
+from urdyn.tracking.colour import MEMORY, SLOWEST
 from urdyn.types import Array, Gaussian, Index
 
 TRACKED = {
@@ -99,6 +99,7 @@ def _prior(fit: Fit, arms: Population, V: Array, currents: RobotCurrents) -> Gau
         "kappa": KAPPA_SD,
         "kappa_f": KAPPA_F_SD,
         "lubricant": UNLIKE,
+        "slow": SLOWEST * currents.noise,
     }
     for group, sd in spread.items():
         at = _at(currents, group)

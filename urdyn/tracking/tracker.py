@@ -23,7 +23,7 @@ from urdyn.tracking.colour import Colour
 from urdyn.tracking.model import Drift, tracking_model
 from urdyn.tracking.temper import tempered, untempered
 from urdyn.tracking.warmth import warmed
-from urdyn.types import Array, Gaussian, Motion
+from urdyn.types import Array, Gaussian
 
 S = TypeVar("S")
 
@@ -144,14 +144,16 @@ class Tracker(Generic[S]):
         u = self._inputs(state, now, passed, widen, mean)
         y = np.where(self._told(now, travelled), now.current, np.nan)
         white, seen = noise.whitened(state.colour, u, y)
-        R = np.diag(self.model.observe_cov(white))
+        unknown = self.currents.unknown(white)
+        R = white.noise**2 + unknown
         residual = seen - self.model.observe(mean, white)
         given = white if widen else tempered(white, residual, R, state.unsure)
         belief, told = self.filter.step(self.model, state.belief, given, seen)
         told = untempered(told, given.noise**2 - white.noise**2, seen)
         slow = mean[self.currents.places["slow"]]
         unsure = np.fmax(np.diag(told.cov) / R, np.isnan(told.residual) * state.unsure)
-        colour = noise.learnt(state.colour, told.residual, slow, unsure < SURE, self.period)
+        sure = unsure < SURE
+        colour = noise.learnt(state.colour, told.residual, slow, unknown, sure, self.period)
         after = replace(
             state,
             belief=belief,
@@ -178,9 +180,10 @@ class Tracker(Generic[S]):
         """What the motion makes of the parameters now."""
         drive, bristles = self.fit.dynamics.drive, state.bristles
         s = bristles[0] + drive.presliding_tail * (bristles[1] - bristles[0])
-        u = self.currents.slice(_row(now), s[None], dt, widen, mean)
+        u = self.currents.slice(now, s, dt, widen, mean)
         warm = state.lubricant - drive.temperature
-        return replace(u, warm=np.nan_to_num(warm), blind=bool(np.isnan(warm).any()))
+        unknown = np.isnan(warm)
+        return replace(u, warm=np.where(unknown, 0.0, warm), blind=bool(unknown.any()))
 
     def _moved(self, state: TrackerState[S], now: Instant, dt: float) -> tuple[Array, Array]:
         """Bristles and travel after the way since the last instant."""
@@ -207,16 +210,3 @@ def _surprise(before: float, innovation: Innovation, dt: float) -> float:
         return before
     size = min(innovation.nis / innovation.measured, WILDEST**2)  # one wild sample is not a payload
     return float(before - np.expm1(-dt / MEMORY) * (size - before))
-
-
-def _row(now: Instant) -> Motion:
-    """An instant as a motion of one row."""
-    return Motion(
-        np.array([now.t]),
-        now.q[None],
-        now.v[None],
-        now.a[None],
-        now.jerk[None],
-        now.current[None],
-        now.temperature[None],
-    )
