@@ -194,9 +194,13 @@ class RobotCurrents:
         return np.diag(u.noise**2 + self.unknown(u))
 
     def unknown(self, u: RobotSlice) -> Array:
-        """Variance by doubt about presliding and accelerations, (J,) [A²]."""
+        """Variance by doubt about presliding and accelerations, (J,) [A²].
+
+        How far accelerations usually are off is in the noise already.
+        """
         drive = self.reference.drive
-        return np.asarray(((u.doubt * drive.coulomb) ** 2 + u.smeared**2) / drive.gain**2)
+        unusual = np.maximum((u.smeared / drive.gain) ** 2 - u.noise**2, 0.0)
+        return np.asarray((u.doubt * drive.coulomb / drive.gain) ** 2 + unusual)
 
 
 def shown_directions(

@@ -11,7 +11,7 @@ from urdyn.types import Array
 DOUBT = 0.03  # [-] sd of the presliding state of a joint that slides
 CREEPING_DOUBT = 0.5  # [-] added where it stands
 CREEP = 0.02  # [rad/s] over which that fades
-SMEAR = 0.005  # [s] of its jerk, by which an acceleration that was differentiated may be off
+SMEAR = 0.01  # [s] of its jerk, by which an acceleration that was differentiated may be off
 
 ROWS = ("load", "hold", "rest", "s", "v", "a", "one")
 

@@ -29,7 +29,8 @@ PAUSE = 25  # samples between two looks at the colour
 CHANCE = 2.5  # [sd] by which residuals that are far apart are alike by chance
 TINY = 1e-4  # [A] no sensor of a current is better
 SLOWEST = 0.01  # [-] of the noise's sd that is slow in any case: no state is known exactly
-LEAST = 0.05  # [-] of a residual's variance that nothing predicts
+WHITE = 0.02  # [-] of a residual's variance that is white at least
+LEAST = 0.05  # [-] of it that nothing predicts
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,27 +102,31 @@ def interrupted(colour: Colour) -> Colour:
     return replace(colour, past=past, current=current, left=left)
 
 
-def learnt(
-    colour: Colour, residual: Array, slow: Array, unknown: Array, sure: Mask, period: float
-) -> Colour:
-    """The colour after one more white residual, (J,) [A], NaN where there is none.
+def foreseen(colour: Colour, slow: Array) -> Array:
+    """What the noise's past says of the residual to come, slow part and all, (J,) [A]."""
+    before = colour.left[:ORDER]
+    known = np.where(np.isnan(before), 0.0, before)
+    return np.asarray(
+        np.einsum("jk,kj->j", colour.ar, known) + slow * (1.0 - colour.ar.sum(axis=1))
+    )
+
+
+def learnt(colour: Colour, left: Array, unknown: Array, sure: Mask, period: float) -> Colour:
+    """The colour after one more residual, (J,) [A], NaN where there is none.
 
     Args:
-        slow: the model's slow part, (J,) [A], as the filter was given it.
-        unknown: variance of the residual that is no noise, (J,) [A²].
+        left: what the model leaves without its slow part.
+        unknown: variance of that which is no noise, (J,) [A²].
         sure: whether the model is surer of the current than the sensor, (J,).
     """
-    p = colour.ar.shape[1]
-    before = np.where(np.isnan(colour.left[:p]), 0.0, colour.left[:p])
-    e = residual + slow * (1.0 - colour.ar.sum(axis=1)) + np.einsum("jk,kj->j", colour.ar, before)
     limit = CLIP * np.sqrt(colour.alike[0])
-    e = np.clip(e, -limit, limit)
-    left = np.concatenate([e[None], colour.left[:-1]])
+    left = np.concatenate([np.clip(left, -limit, limit)[None], colour.left[:-1]])
     gain = np.where(sure, 1.0 / min(colour.count + 1.0, LEARN / period), 0.0)
-    product = e * left[: p + 1]
+    product = left[0] * left[: ORDER + 1]
     product[0] -= unknown
     alike = _averaged(colour.alike, product, gain)
-    far = _averaged(colour.far, e * left[-1], gain)
+    alike[0] = np.maximum(alike[0], TINY**2)
+    far = _averaged(colour.far, left[0] * left[-1], gain)
     colour = replace(colour, left=left, alike=alike, far=far, count=colour.count + 1.0)
     return _looked_at(colour, period) if colour.count % PAUSE < 1.0 else colour
 
@@ -132,7 +137,7 @@ def _averaged(mean: Array, value: Array, gain: Array) -> Array:
 
 def _looked_at(colour: Colour, period: float) -> Colour:
     """The filter and the slow noise that the averages tell of."""
-    p, power = colour.ar.shape[1], np.maximum(colour.alike[0], TINY**2)
+    p, power = ORDER, colour.alike[0]
     count = min(colour.count, LEARN / period)
     chance = CHANCE * power / np.sqrt(count)
     told = np.where(colour.far > chance, colour.far * np.exp(FAR / MEMORY), 0.0)
@@ -140,7 +145,7 @@ def _looked_at(colour: Colour, period: float) -> Colour:
     lags = np.arange(p + 1)[:, None] * period
     fast = colour.alike - slow * np.exp(-lags / MEMORY)
     apart = np.abs(np.subtract.outer(np.arange(p), np.arange(p)))
-    T = fast[apart].transpose(2, 0, 1) + 1e-3 * fast[0][:, None, None] * np.eye(p)
+    T = fast[apart].transpose(2, 0, 1) + WHITE * power[:, None, None] * np.eye(p)
     ar = np.linalg.solve(T, fast[1:].T[..., None])[..., 0]
     left = fast[0] - np.einsum("jk,kj->j", ar, fast[1:])
     scale = np.sqrt(np.maximum(left, LEAST * power))

@@ -33,7 +33,7 @@ PAYLOAD_SD = np.array([3.0, 0.3, 0.3, 0.3, *[0.05] * 6])  # kg, kg m, kg m²: an
 # Viscous friction of UR arms falls by 15 to 25 % over the 12 to 20 K of a warm-up.
 KAPPA, KAPPA_SD, KAPPA_F_SD = 0.014, 0.004, 0.002  # [1/K]
 LAG = 300.0  # [s] in which the lubricant's warmth is that of the joint
-UNLIKE = 0.5  # [K] by which it is not
+UNLIKE = 0.4  # [K] by which it is not
 
 
 @dataclass(frozen=True)

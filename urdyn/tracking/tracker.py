@@ -31,12 +31,13 @@ STANDING = 0.02  # [rad/s] slower than this, friction is whatever holds the join
 SETTLED = 50.0  # presliding distances of travel after which the bristles are known
 INTERRUPTED = 0.5  # [s] without a sample: the joints may have moved
 LONGEST = 60.0  # [s] of drift that one gap may add: a night does not make an arm unknown
-MEMORY = 0.3  # [s] over which surprise is averaged
-SURPRISED = 3.0  # [-] of that average, where 1 is expected: something else is carried
+MEMORY = 0.5  # [s] over which surprise is averaged
+SURPRISED = 2.8  # [-] of that average, where 1 is expected: something else is carried
+WILDEST = 4.0  # [-] that one sample counts for at most: a knock of less than MEMORY is no payload
+HINDSIGHT = 1.0  # [s] before something else is noticed that is carried, it may have been
 PATIENCE = 2.0  # [s] after such a moment before the next
 GAP = 5.0  # periods without a sample, after which noise has no past
 SURE = 2.0  # [-] variance of an innovation over its noise's: less, and it tells of the noise
-WILDEST = 8.0  # [sd] that one sample may surprise by
 OVERLOAD = 3.0  # [-] of the rated torque's current: more, and the sensor is wrong
 
 
@@ -55,6 +56,9 @@ class TrackerState(Generic[S]):
     colour: Colour  # of the noise
     unsure: Array  # (J,) [-] variance of the last innovation over that of its noise
     lubricant: Array  # (J,) [°C]; NaN while nobody measures the joint's temperature
+    earlier: S  # the belief at `marked`
+    earliest: S  # and HINDSIGHT or more before: what was not yet surprised
+    marked: float  # [s]
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,6 +123,9 @@ class Tracker(Generic[S]):
             noise.first(self.fit.noise, width, self.period),
             np.ones(J),
             np.full(J, np.nan),
+            belief,
+            belief,
+            -np.inf,
         )
 
     def step(
@@ -139,23 +146,25 @@ class Tracker(Generic[S]):
         bristles, travelled = self._moved(state, now, dt)
         lubricant = warmed(state.lubricant, now.temperature, passed)
         state = replace(state, bristles=bristles, travelled=travelled, lubricant=lubricant)
-        mean = self._mean(state.belief)
         widen = state.surprise > SURPRISED and now.t - state.widened > PATIENCE
+        before = state.earliest if widen else state.belief
+        mean = self._mean(before)
         u = self._inputs(state, now, passed, widen, mean)
         y = np.where(self._told(now, travelled), now.current, np.nan)
         white, seen = noise.whitened(state.colour, u, y)
         unknown = self.currents.unknown(white)
         R = white.noise**2 + unknown
-        residual = seen - self.model.observe(mean, white)
-        given = white if widen else tempered(white, residual, R, state.unsure)
-        belief, told = self.filter.step(self.model, state.belief, given, seen)
-        told = untempered(told, given.noise**2 - white.noise**2, seen)
         slow = mean[self.currents.places["slow"]]
+        left = y - self.model.observe(mean, u) + slow
+        wild = left - noise.foreseen(state.colour, slow)
+        given = white if widen else tempered(white, wild, R, state.unsure)
+        belief, told = self.filter.step(self.model, before, given, seen)
+        told = untempered(told, given.noise**2 - white.noise**2, seen)
         unsure = np.fmax(np.diag(told.cov) / R, np.isnan(told.residual) * state.unsure)
-        sure = unsure < SURE
-        colour = noise.learnt(state.colour, told.residual, slow, unknown, sure, self.period)
+        sure = (unsure < SURE) & (unknown < 0.25 * white.noise**2)
+        colour = noise.learnt(state.colour, left, unknown, sure, self.period)
         after = replace(
-            state,
+            _marked(state, now.t, belief if widen else None),
             belief=belief,
             t=now.t,
             v=now.v,
@@ -201,6 +210,15 @@ class Tracker(Generic[S]):
         return np.asarray(settled & possible & (np.abs(now.v) > STANDING))
 
 
+def _marked(state: TrackerState[S], t: float, anew: S | None) -> TrackerState[S]:
+    """What is remembered of earlier beliefs; nothing but `anew`, where it has just begun."""
+    if anew is not None:
+        return replace(state, earlier=anew, earliest=anew, marked=t)
+    if t - state.marked < HINDSIGHT:
+        return state
+    return replace(state, earlier=state.belief, earliest=state.earlier, marked=t)
+
+
 def _surprise(before: float, innovation: Innovation, dt: float) -> float:
     """Average of the squared innovations in units of their expected size.
 
@@ -208,5 +226,5 @@ def _surprise(before: float, innovation: Innovation, dt: float) -> float:
     """
     if 2 * innovation.measured < len(innovation.residual):
         return before
-    size = min(innovation.nis / innovation.measured, WILDEST**2)  # one wild sample is not a payload
+    size = min(innovation.nis / innovation.measured, WILDEST)
     return float(before - np.expm1(-dt / MEMORY) * (size - before))
