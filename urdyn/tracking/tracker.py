@@ -19,6 +19,7 @@ from urdyn.identify.fit import Fit
 from urdyn.model.friction import follow
 from urdyn.signal import Causal, CausalState, Instant, Sample
 from urdyn.tracking import colour as noise
+from urdyn.tracking.blocks import BlockBelief
 from urdyn.tracking.colour import Colour
 from urdyn.tracking.model import Drift, tracking_model
 from urdyn.tracking.temper import tempered, untempered
@@ -179,7 +180,7 @@ class Tracker(Generic[S]):
 
     def _mean(self, belief: S) -> Array:
         """Of the states; a square root need not be squared for it."""
-        if isinstance(belief, Gaussian | SquareRoot):
+        if isinstance(belief, Gaussian | SquareRoot | BlockBelief):
             return belief.mean
         return self.filter.belief(belief).mean
 
