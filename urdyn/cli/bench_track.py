@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 SIGMAS = (0.05, 0.25)  # of the scenario: where the paper is 0.03 low, and its own noise
 PACE = 100.0  # [Hz] of the arm's recording
 ON_ARM = {"EKF": "ekf", "UKF": "ukf", "PF (1k particles)": "particle", "VI": "variational"}
-OTHER_MODES: tuple[str, ...] = ()  # of Table IV, beside the full one, that `urdyn track` has
+OTHER_MODES = ("simplified", "realtime")  # of Table IV, beside the full one, that `urdyn track` has
 
 Quick = Annotated[bool, typer.Option("--quick", help="Fewer lives, and a shorter recording.")]
 Out = Annotated[

@@ -50,7 +50,17 @@ SETTINGS: dict[str, dict[str, Any]] = {
 TwinFile = Annotated[Path, typer.Argument(metavar="TWIN", show_default=False)]
 From = Annotated[str, typer.Argument(metavar="SOURCE", show_default=False)]
 Out = Annotated[Path, typer.Option(metavar="DIR", help="Where the history is written.")]
-Named = Annotated[str, typer.Option("--filter", metavar="NAME", help=f"{', '.join(FILTERS)}.")]
+Named = Annotated[
+    str | None, typer.Option("--filter", metavar="NAME", help=f"{', '.join(FILTERS)}; else ukf.")
+]
+InMode = Annotated[
+    str,
+    typer.Option(
+        metavar="NAME",
+        help="full, or quicker and linearised: simplified (bodies and each joint's drive "
+        "independent), realtime (what hardly changes is updated less often).",
+    ),
+]
 Rate = Annotated[
     float | None,
     typer.Option(
@@ -67,7 +77,8 @@ def track(
     twin: TwinFile,
     source: From,
     out: Out,
-    filter: Named = "ukf",  # noqa: A002 - the domain's word
+    filter: Named = None,  # noqa: A002 - the domain's word
+    mode: InMode = "full",
     columns: Columns = None,
     rows: Rows = None,
     rate: Rate = None,
@@ -96,7 +107,7 @@ def track(
     from urdyn.io import sha256
     from urdyn.tracking import Tracker, open_source, run
 
-    voice, chosen = Voice(json, quiet), _filter(filter)
+    voice, chosen = Voice(json, quiet), _filter(filter, mode)
     require_folder(out)
     fit, part = ud.Twin.load(twin).fit, slice_of(rows) if rows is not None else None
     effort = Effort(effort_unit, fit.dynamics.drive.gain)
@@ -109,7 +120,7 @@ def track(
             summary = run(tracker, stream, out, sha256(twin), fresh, watch, looking)
     finally:
         stream.close()
-    summary["filter"] = filter
+    summary["filter"] = filter or ("ukf" if mode == "full" else "ekf")
     _report(out, summary, voice)
     voice.show(verdict(summary))
     voice.show(summed(summary))
@@ -118,11 +129,19 @@ def track(
         raise typer.Exit(FAILED)
 
 
-def _filter(name: str) -> Filter[Any]:
+def _filter(name: str | None, mode: str) -> Filter[Any]:
+    from urdyn import estimate
+    from urdyn.tracking import MODES, QUICKER
+
+    if mode not in MODES:
+        raise typer.BadParameter(f"no mode {mode!r}; choose one of {', '.join(MODES)}")
+    if mode != "full":
+        if name not in (None, "ekf"):
+            raise typer.BadParameter(f"mode {mode} linearises; leave --filter {name} out")
+        return QUICKER[mode]
+    name = name or "ukf"
     if name not in FILTERS:
         raise typer.BadParameter(f"no filter {name!r}; choose one of {', '.join(FILTERS)}")
-    from urdyn import estimate
-
     made: Filter[Any] = getattr(estimate, FILTERS[name])(**SETTINGS.get(name, {}))
     return made
 

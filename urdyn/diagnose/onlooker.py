@@ -50,7 +50,7 @@ class Onlooker:
 
     def take(self, reading: Reading) -> None:
         """One instant on."""
-        now = Now(reading.instant, reading.s, reading.travelled)
+        now = Now(reading.instant, reading.inputs.s, reading.travelled)
         self.state, found = self.diagnosis.step(self.state, now)
         self._tell(found)
 

@@ -19,6 +19,7 @@ from urdyn.tracking.checkpoint import Checkpoint
 from urdyn.tracking.history import FILE, History, changes
 from urdyn.tracking.interest import gathered, nothing_yet, told
 from urdyn.tracking.latency import Latency
+from urdyn.tracking.modes import mode_of
 from urdyn.tracking.physical import Quantities, quantities
 from urdyn.tracking.source import Arrival, Source, now
 from urdyn.tracking.tracker import Reading, Tracker
@@ -140,7 +141,7 @@ class _Run(Generic[S]):
             "latency_ms": pace.summary(),
             "rss_mb": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * RSS_UNIT / 1e6,
             "filter": type(self.tracker.filter).__name__,
-            "mode": "full",
+            "mode": mode_of(self.tracker.filter),
             "final": _final(self.history.quantities, self._belief(at)),
             "quantities": told(at.interest, self.tracker.fit.dynamics.arm.joint_names),
             "payload_changes": changes(path),
