@@ -22,7 +22,7 @@ from urdyn.types import Array, frozen
 
 ENOUGH = 1000  # steps from which a baseline is known well
 LEAST = 100  # measured steps without which none is learnt
-INFLATION = 1.05  # [-] kappa of a baseline of ENOUGH steps
+INFLATION = 1.04  # [-] kappa of a baseline of ENOUGH steps
 
 
 @dataclass(frozen=True, eq=False)
@@ -149,7 +149,10 @@ def _stream(y: Array, stream: int, inflation: float) -> _Stream:
         raise UrdynError(f"stream {stream} of the baseline does not move: it cannot be judged")
     white = np.clip((e - level) / spread, -CLIP, CLIP)
     short = np.sqrt(max(1.0, ENOUGH / measured))
-    kappa = (1.0 + (inflation - 1.0) * short) * np.sqrt(long_run_excess(white))
     steps = np.diff(e)
     _, stride = level_and_spread(steps[np.isfinite(steps)] / (np.sqrt(2.0) * spread))
+    # A difference of long-tailed innovations is less long-tailed than they: stride is above 1, and
+    # innovations at the clip follow each other more often than a normal's would.
+    tails = max(1.0, stride)
+    kappa = (1.0 + (inflation - 1.0) * short) * np.sqrt(long_run_excess(white) * tails)
     return _Stream(a, level, spread, float(kappa), typical, stride)

@@ -23,7 +23,7 @@ S = TypeVar("S")
 ALLOWED = 1.4  # [-] healthy spread over the baseline's, at most
 MEMORY = 400.0  # [steps] over which the spread is averaged
 TRUST = 25.0  # [steps] that the baseline's spread counts for
-CHANCE = 0.08  # [-] by which a spread may be wider than it is known to be
+CHANCE = 0.03  # [-] by which a spread may be wider than it is known to be
 MISTRUST = 1.6  # [-] of an excess over the baseline's: what has changed goes on changing
 
 
@@ -74,7 +74,7 @@ class Whitened(Generic[S]):
     def _wider(self, square: Array) -> Array:
         """By how much innovations spread more than the baseline said, (n,) 1 .. allowed."""
         spread = 1.0 + CHANCE + MISTRUST * (np.sqrt(square) - 1.0)
-        return np.asarray(np.clip(spread / self.baseline.inflation, 1.0, self.allowed))
+        return np.asarray(np.clip(spread, 1.0, self.allowed))
 
 
 def _spread(state: WhitenedState[S], e: Array, stride: Array) -> tuple[Array, Array]:
