@@ -15,7 +15,10 @@ import urdyn as ud
 from urdyn.cli import failure
 from urdyn.cli.app import app
 
-VERBS = ["identify", "validate", "fleet", "view", "simulate", "demo", "bench identify"]
+VERBS = (
+    *("identify", "validate", "calibrate", "excite", "simulate", "record", "track", "acknowledge"),
+    *("fleet", "view", "convert", "demo", "bench identify", "bench faults"),
+)
 HEAVY = ("numpy", "casadi", "plotly", "matplotlib", "pinocchio", "scipy", "pyarrow")
 
 

@@ -78,9 +78,9 @@ class Trials:
         each = PROMISE / self.runs
         warning, critical = (ratio * (x - paper.ONSET) for x in (60, 80))
         return {
-            "Shiryaev-Roberts": Whitened(self.baseline, ShiryaevRoberts(each)),
-            "CUSUM": Whitened(self.baseline, Cusum(each)),
-            "GLR": Whitened(self.baseline, GLR(each)),
+            "Shiryaev-Roberts": Whitened(self.baseline, ShiryaevRoberts(each, side=1.0)),
+            "CUSUM": Whitened(self.baseline, Cusum(each, side=1.0)),
+            "GLR": Whitened(self.baseline, GLR(each, side=1.0)),
             "Algorithm 2, tuned": tuned_algorithm2(self.healthy[0], critical, each),
             AS_PUBLISHED: Algorithm2(warning, critical, 0.5 * ratio, ratio, gain=paper.PAPER_GAIN),
         }
@@ -118,7 +118,9 @@ def rated(trials: Trials, levels: tuple[float, ...] = paper.NOISE_LEVELS) -> Ite
         for name, detector in trials.detectors(1.0).items()
         if name != AS_PUBLISHED  # whose thresholds depend on the noise
     }
-    together = Whitened(trials.baseline, ShiryaevRoberts(PROMISE * paper.JOINTS / trials.runs))
+    together = Whitened(
+        trials.baseline, ShiryaevRoberts(PROMISE * paper.JOINTS / trials.runs, side=1.0)
+    )
     quiet[TOGETHER] = first_alarms(together, trials.healthy[1], paper.JOINTS)
     for fault, scenario in FAULTS.items():
         for sigma in levels:
@@ -147,7 +149,7 @@ def _rows(
         )
     count = trials.runs // paper.JOINTS
     whole = arms[:, :count].reshape(len(arms), -1)
-    together = Whitened(trials.baseline, ShiryaevRoberts(PROMISE / count))
+    together = Whitened(trials.baseline, ShiryaevRoberts(PROMISE / count, side=1.0))
     found, delay = _outcome(first_alarms(together, whole, paper.JOINTS), whole)
     row = Row(fault, scenario.sigma, ratio, TOGETHER, found, delay, delay / oracle.delay,
               _rate(quiet[TOGETHER]))  # fmt: skip

@@ -98,7 +98,8 @@ def fault_page(
         section(
             "How soon",
             "Delay over that of an oracle, a CUSUM that is told the ramp and only has to find its "
-            "onset; and the share found in time. Promise of all: one false alarm in 10,000 steps.",
+            "onset; and the share found in time. All promise one false alarm in 10,000 steps, and "
+            "all are told which way a parameter goes that wears, as the paper tells.",
             grid(_delays(rows), _shares(rows), kind="two"),
             _all(rows),
         ),
