@@ -12,7 +12,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from urdyn.errors import LogError
-from urdyn.report.track_history import PREFIX, SD, Clock, Series, clock
+from urdyn.report.track_history import PREFIX, SD, Series
 from urdyn.types import Array
 
 FILE, PARTS = "history.parquet", "history.parts"
@@ -35,9 +35,9 @@ class Run:
         return np.asarray(t - t[0])
 
     @property
-    def clock(self) -> Clock:
-        """How to tell its time."""
-        return clock(float(self.t[-1]))
+    def start(self) -> float:
+        """The first stamp [s]."""
+        return float(self.column("t")[0])
 
     @cached_property
     def joints(self) -> tuple[str, ...]:
