@@ -91,7 +91,7 @@ def test_what_a_page_says_runs_in_an_empty_folder(page, tmp_path):
             )  # fmt: skip
             if BESIDE in title:
                 beside.append(process)
-                assert "serves" in process.stdout.readline()
+                assert "Ctrl-C ends it" in process.stdout.readline()
             else:
                 told, _ = process.communicate()
                 assert process.returncode == 0, f"{body}\n{told}"
