@@ -147,6 +147,27 @@ def test_what_cannot_be_read_is_named_with_the_reason(folders, tmp_path):
     assert "6 folders could not be read" in headline(fleet)
 
 
+@pytest.mark.parametrize("columns", [{"t": T}, {"t": T[:0]}, {"x": T}])
+def test_a_history_of_nothing_is_no_reason_to_fail(tmp_path, columns):
+    folder = robot(tmp_path / "a")
+    pq.write_table(pa.table(columns), folder / "history.parquet")
+    assert gather([folder], NOW, DAY).unread[0].reason
+
+
+def test_broken_metadata_is_told(tmp_path):
+    folder = robot(tmp_path / "a")
+    odd = table().replace_schema_metadata({"urdyn.provenance": "[1]"})
+    pq.write_table(odd, folder / "history.parquet")
+    assert "cannot be read" in gather([folder], NOW, DAY).unread[0].reason
+
+
+def test_times_without_end_are_not_numbers(tmp_path):
+    folder = robot(tmp_path / "a", findings=[finding("warning", np.inf)])
+    document = told(gather([folder], NOW, DAY))
+    assert json.dumps(document, allow_nan=False)
+    assert document["robots"][0]["findings"][0]["time_to_failure_s"]["hi"] is None
+
+
 def test_a_history_nobody_writes_to_is_stale(tmp_path):
     folders = [robot(tmp_path / "old", NOW - 2 * DAY), robot(tmp_path / "new", NOW - 0.5 * DAY)]
     fleet = gather(folders, NOW, DAY)

@@ -44,7 +44,10 @@ class Run:
         """Base first."""
         end = ".coulomb"
         names = (name for name in self._schema.names if f"{name}{SD}" in self._schema.names)
-        return tuple(name.removesuffix(end) for name in names if name.endswith(end))
+        joints = tuple(name.removesuffix(end) for name in names if name.endswith(end))
+        if not joints:
+            raise LogError("its history knows of no joint; track with this version")
+        return joints
 
     def series(self, joint: str, quantity: str) -> Series:
         """A quantity of a joint on the rows where it is known."""
@@ -66,7 +69,10 @@ class Run:
     def provenance(self) -> dict[str, str]:
         """What it was made of; nothing where the run has not said so yet."""
         told = (self._schema.metadata or {}).get(f"{PREFIX}provenance".encode(), b"{}")
-        return {str(key): str(value) for key, value in json.loads(told).items()}
+        try:
+            return {str(key): str(value) for key, value in json.loads(told).items()}
+        except (ValueError, AttributeError) as error:
+            raise _broken(error) from error
 
     @property
     def source(self) -> str:
