@@ -20,9 +20,13 @@ from urdyn.lazy import lookup
 from urdyn.version import __version__
 
 if TYPE_CHECKING:
+    from urdyn.diagnose import Finding, diagnose
     from urdyn.errors import UrdynError
     from urdyn.identify import Fit, PayloadPrior, Run, identify, validate
+    from urdyn.io import Effort, read, write
+    from urdyn.identify.kinematics import calibrate
     from urdyn.io import read, write
+    from urdyn.io.poses import read_poses
     from urdyn.model.arm import load_arm
     from urdyn.signal import condition
     from urdyn.simulate import simulate
@@ -30,6 +34,8 @@ if TYPE_CHECKING:
     from urdyn.types import Gaussian, Log, Motion, Parameters
 
 __all__ = [
+    "Effort",
+    "Finding",
     "Fit",
     "Gaussian",
     "Log",
@@ -40,26 +46,32 @@ __all__ = [
     "Twin",
     "UrdynError",
     "__version__",
+    "calibrate",
     "condition",
+    "diagnose",
     "identify",
     "load_arm",
     "read",
+    "read_poses",
     "simulate",
     "validate",
     "write",
 ]
 
 _HOMES = {
+    "urdyn.diagnose": ("Finding",),
     "urdyn.errors": ("UrdynError",),
+    "urdyn.identify.kinematics": ("calibrate",),
+    "urdyn.io.poses": ("read_poses",),
     "urdyn.identify": ("Fit", "PayloadPrior", "Run", "validate"),
-    "urdyn.io": ("read", "write"),
+    "urdyn.io": ("Effort", "read", "write"),
     "urdyn.model.arm": ("load_arm",),
     "urdyn.signal": ("condition",),
     "urdyn.twin": ("Twin",),
     "urdyn.types": ("Gaussian", "Log", "Motion", "Parameters"),
 }
 _find = lookup(__name__, _HOMES)
-_VERBS = ("identify", "simulate")  # rooms that are named like the function in them
+_VERBS = ("diagnose", "identify", "simulate")  # rooms that are named like the function in them
 
 
 def __getattr__(name: str) -> Any:

@@ -87,10 +87,6 @@ BROKEN: dict[str, tuple[str, Text | None]] = {
     "gain not finite": (f"identify {{log}} {TO} --drive-gain 14,13,11,10,nan,11", None),
     "gain text": (f"identify {{log}} {TO} --drive-gain 14,13,eleven,10,11,11", None),
     "effort unit unknown": (f"identify {{log}} {TO} --effort-unit V", None),
-    "effort in N·m and gains": (
-        f"identify {{log}} {TO} --effort-unit Nm --drive-gain 14,13,11,10,11,11",
-        None,
-    ),
     "payload weightless": (
         f"identify {{log}} {TO} --payload-log {{held_out}} --payload-mass 0",
         None,

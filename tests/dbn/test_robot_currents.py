@@ -6,6 +6,7 @@ import pytest
 from urdyn.dbn.robot import RobotCurrents, shown_directions
 from urdyn.model.arm import load_arm
 from urdyn.model.population import population
+from urdyn.signal import Instant
 from urdyn.simulate import fourier
 
 
@@ -46,8 +47,9 @@ def state(currents) -> np.ndarray:
 
 
 def at(currents, motion, row):
-    s = currents.reference.presliding(motion)[row : row + 1]
-    return currents.slice(motion.slice(row, row + 1), s, 0.01)
+    s = currents.reference.presliding(motion)[row]
+    fields = (motion.q, motion.v, motion.a, motion.jerk, motion.current, motion.temperature)
+    return currents.slice(Instant(motion.t[row], *(x[row] for x in fields)), s, 0.01)
 
 
 def test_at_the_reference_the_current_is_the_equations(currents, dynamics, motion):

@@ -98,6 +98,15 @@ def test_the_maximum_is_found_from_afar(problem: Problem, truth: Array) -> None:
     assert np.abs((far - near) / sd).max() < 1e-3
 
 
+def test_friction_at_rest_is_never_below_zero(problem: Problem, unknowns: Unknowns) -> None:
+    z = ca.MX.sym("z", len(unknowns.mean))
+    name = f"{unknowns.prior.arm.joint_names[1]}.stribeck"
+    pull = 1e3 * (z[unknowns.names.index(name)] + 50.0)  # data that ask for fifty sd below
+    pulled = Problem(unknowns, ca.Function("residual", [z], [pull]), problem.at_rest)
+    found = np.array(problem.at_rest(solve(pulled, np.zeros(len(unknowns.mean))))).ravel()
+    assert found.min() > -1e-6 and found.argmin() == 1
+
+
 def test_information_is_that_of_the_data_and_of_the_prior(problem: Problem, truth: Array) -> None:
     J = slope(problem, truth)
     wanted = np.linalg.inv(J.T @ J + np.eye(len(truth)))
@@ -109,6 +118,12 @@ def test_information_is_that_of_the_data_and_of_the_prior(problem: Problem, trut
     np.testing.assert_allclose(
         belief.cov / np.outer(sd, sd), wanted / np.outer(sd, sd), rtol=0, atol=10.0 * relative
     )
+
+
+def unbound(count: int) -> Any:
+    """No friction that has to stay above zero."""
+    z = ca.MX.sym("z", count)
+    return ca.Function("at_rest", [z], [ca.DM(0, count) @ z])
 
 
 def affine(seed: int) -> tuple[Array, Array, Any]:
@@ -124,7 +139,7 @@ def test_on_an_affine_problem_the_posterior_is_the_dense_gaussian(
     seed: int, unknowns: Unknowns
 ) -> None:
     A, b, function = affine(seed)
-    problem = Problem(unknowns, function)
+    problem = Problem(unknowns, function, unbound(12))
     cov = np.linalg.inv(A.T @ A + np.eye(12))
     belief = posterior(problem, solve(problem, np.ones(12)))
     np.testing.assert_allclose(belief.cov, cov, rtol=0, atol=1e-13)
@@ -133,7 +148,7 @@ def test_on_an_affine_problem_the_posterior_is_the_dense_gaussian(
 
 def test_no_data_leave_the_prior(unknowns: Unknowns) -> None:
     z = ca.MX.sym("z", 12)
-    empty = Problem(unknowns, ca.Function("residual", [z], [ca.DM(0, 12) @ z]))
+    empty = Problem(unknowns, ca.Function("residual", [z], [ca.DM(0, 12) @ z]), unbound(12))
     belief = posterior(empty, solve(empty, np.ones(12)))
     np.testing.assert_allclose(belief.mean, 0.0, atol=1e-9)
     np.testing.assert_allclose(belief.cov, np.eye(12), atol=1e-15)
@@ -141,6 +156,6 @@ def test_no_data_leave_the_prior(unknowns: Unknowns) -> None:
 
 def test_a_problem_without_a_solution_is_told(unknowns: Unknowns) -> None:
     z = ca.MX.sym("z", 2)
-    hopeless = Problem(unknowns, ca.Function("residual", [z], [ca.log(-1.0 - z**2)]))
+    hopeless = Problem(unknowns, ca.Function("residual", [z], [ca.log(-1.0 - z**2)]), unbound(2))
     with pytest.raises(IdentifiabilityError, match="did not converge"):
         solve(hopeless, np.ones(2))

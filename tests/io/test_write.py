@@ -15,7 +15,7 @@ from urdyn.errors import InputError
 from urdyn.io import read, sha256, write, write_text, writing
 from urdyn.types import Log, Source
 
-SUFFIXES = [".csv", ".parquet", ".csv.gz", ".csv.bz2", ".csv.xz", ".csv.zst"]
+SUFFIXES = [".csv", ".parquet", ".csv.gz", ".csv.bz2", ".csv.xz", ".csv.zst", ".mcap", ".db3"]
 numbers = st.floats(-1e3, 1e3) | st.sampled_from([np.nan, -0.0, 5e-324, 0.1 + 0.2])
 
 
@@ -71,7 +71,7 @@ def test_parquet_carries_its_origin(log: Log, tmp_path: Path) -> None:
     assert metadata[b"urdyn.version"]
 
 
-@pytest.mark.parametrize("suffix", SUFFIXES)
+@pytest.mark.parametrize("suffix", [s for s in SUFFIXES if s != ".db3"])  # a bag holds its own name
 def test_equal_logs_are_equal_files(suffix: str, log: Log, tmp_path: Path) -> None:
     first, second = tmp_path / f"a{suffix}", tmp_path / f"b{suffix}"
     write(log, first)
@@ -79,7 +79,7 @@ def test_equal_logs_are_equal_files(suffix: str, log: Log, tmp_path: Path) -> No
     assert sha256(first) == sha256(second)
 
 
-@pytest.mark.parametrize("name", ["log", "log.txt", "log.gz", "log.parquet.gz", ".csv.7z"])
+@pytest.mark.parametrize("name", ["log.txt", "log.gz", "log.parquet.gz", ".csv.7z"])
 def test_a_suffix_that_says_nothing_is_refused(name: str, log: Log, tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"\.csv or \.parquet"):
         write(log, tmp_path / name)

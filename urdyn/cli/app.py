@@ -7,9 +7,16 @@ from typing import Annotated
 
 import typer
 
+from urdyn.cli.acknowledge import acknowledge
 from urdyn.cli.bench import bench_identify
+from urdyn.cli.bench_excite import bench_excite
+from urdyn.cli.bench_faults import bench_faults
 from urdyn.cli.bench_simulate import bench_simulate
+from urdyn.cli.bench_track import bench_track
+from urdyn.cli.calibrate import calibrate
+from urdyn.cli.convert import convert
 from urdyn.cli.demo import demo
+from urdyn.cli.excite import excite
 from urdyn.cli.failure import DEBUG, guarded
 from urdyn.cli.fleet import fleet
 from urdyn.cli.identify import identify
@@ -54,7 +61,23 @@ def root(
         os.environ[DEBUG] = "1"  # processes that a verb starts are told as well
 
 
-for verb in (identify, validate, track, fleet, view, simulate, record, demo):
+for verb in (
+    identify,
+    validate,
+    calibrate,
+    excite,
+    simulate,
+    record,
+    track,
+    acknowledge,
+    fleet,
+    view,
+    convert,
+    demo,
+):
     app.command()(guarded(verb))
 bench.command("identify")(guarded(bench_identify))
+bench.command("excite")(guarded(bench_excite))
 bench.command("simulate")(guarded(bench_simulate))
+bench.command("track")(guarded(bench_track))
+bench.command("faults")(guarded(bench_faults))

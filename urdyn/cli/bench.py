@@ -2,11 +2,7 @@
 
 from __future__ import annotations
 
-import os
-import subprocess
-import sys
 import tempfile
-import time
 from dataclasses import dataclass
 from typing import Annotated, Any
 
@@ -14,13 +10,12 @@ import typer
 from rich.table import Table
 from rich.text import Text
 
+from urdyn.cli.fresh import fresh
 from urdyn.cli.options import Json, Quiet
 from urdyn.cli.voice import Voice
-from urdyn.errors import UrdynError
 from urdyn.version import __version__
 
 GIGABYTE = 1e9
-RSS_UNIT = 1 if sys.platform == "darwin" else 1024  # bytes in a unit of ru_maxrss
 
 Quick = Annotated[bool, typer.Option("--quick", help="A tenth of the long log.")]
 
@@ -77,25 +72,9 @@ def _measure(case: Case) -> Figure:
     with tempfile.TemporaryDirectory(prefix="urdyn-bench-") as folder:
         log, out = f"{folder}/log.parquet", f"{folder}/twin"
         how = ("--duration", str(case.duration), "--rate", str(case.rate), "--seed", "1")
-        _run("simulate", "--robot", "ur10e", *how, "--out", log)
-        wall, rss = _run("identify", log, "--robot", "ur10e", "--out", out)
-    return Figure(case, wall, rss)
-
-
-def _run(*arguments: str) -> tuple[float, float]:
-    """Wall time [s] and peak memory [GB] of `urdyn` in a process of its own."""
-    with tempfile.TemporaryFile() as said:
-        begin = time.perf_counter()
-        child = subprocess.Popen(
-            (sys.executable, "-m", "urdyn", *arguments, "-q"), stdout=said, stderr=said
-        )
-        _, status, usage = os.wait4(child.pid, 0)
-        wall = time.perf_counter() - begin
-        child.returncode = os.waitstatus_to_exitcode(status)
-        if child.returncode:
-            said.seek(0)
-            raise UrdynError(f"urdyn {arguments[0]}: {said.read().decode(errors='replace')}")
-    return wall, usage.ru_maxrss * RSS_UNIT / GIGABYTE
+        fresh("simulate", "--robot", "ur10e", *how, "--out", log)
+        took = fresh("identify", log, "--robot", "ur10e", "--out", out)
+    return Figure(case, took.wall, took.rss / GIGABYTE)
 
 
 def _table(figures: list[Figure]) -> Table:

@@ -4,11 +4,12 @@
     out = "out"                     # folder of the results
     columns = "timestamp,..."       # of all recordings that do not name their own
     drive_gain = [...]              # [N·m/A], where they are known
-    effort_unit = "A"               # "Nm": the currents are joint torques
+    effort_unit = "A"               # of a bag's efforts; "Nm": joint torques, divided by the gains
     [[log]]                         # path, columns, rows, rate
     [[payload]]                     # the same, and its mass [kg] where that is known
     [[validate]]                    # recordings that the result is scored on
-    [simulate]                      # instead of recordings: duration, rate, seed, payload_mass
+    [simulate]                      # instead of recordings: duration, rate, seed, payload_mass,
+                                    # trajectory: a file that `urdyn excite` wrote
 
 Paths start at the campaign's folder; ${NAME} in them is an environment variable.
 """
@@ -28,7 +29,13 @@ from urdyn.errors import CampaignError, InputError
 
 NUMBER = (int, float)
 RECORDING = {"path": str, "columns": str, "rows": str, "rate": NUMBER}
-SIMULATE = {"duration": NUMBER, "rate": NUMBER, "seed": int, "payload_mass": NUMBER}
+SIMULATE = {
+    "duration": NUMBER,
+    "rate": NUMBER,
+    "seed": int,
+    "payload_mass": NUMBER,
+    "trajectory": str,
+}
 CAMPAIGN = {
     "robot": str,
     "out": str,
@@ -52,15 +59,13 @@ class Campaign:
     payloads: tuple[Recording, ...] = ()
     validate: tuple[Recording, ...] = ()  # that the result is scored on
     drive_gain: tuple[float, ...] | None = None  # (J,) [N·m/A]
-    effort_unit: str = "A"
+    effort_unit: str | None = None  # "A" or "Nm"; None: nobody said
     out: Path = Path("out")
     simulate: Simulation | None = None  # instead of recordings
 
     def __post_init__(self) -> None:
-        if self.effort_unit not in ("A", "Nm"):
+        if self.effort_unit not in (None, "A", "Nm"):
             raise InputError(f"effort unit {self.effort_unit!r}: is to be A or Nm")
-        if self.effort_unit == "Nm" and self.drive_gain is not None:
-            raise InputError("drive gains are of currents in A; the effort unit says Nm")
 
 
 def read_campaign(path: Path) -> Campaign:
@@ -87,9 +92,9 @@ def _campaign(document: dict[str, Any], folder: Path) -> Campaign:
         logs=_recordings(document, "log", folder),
         payloads=_recordings(document, "payload", folder),
         validate=_recordings(document, "validate", folder),
-        effort_unit=document.get("effort_unit", "A"),
+        effort_unit=document.get("effort_unit"),
         out=folder / document.get("out", "out"),
-        simulate=_simulation(document.get("simulate")),
+        simulate=_simulation(document.get("simulate"), folder),
     )
 
 
@@ -123,12 +128,14 @@ def _file(name: str, folder: Path) -> Path:
     return path
 
 
-def _simulation(table: dict[str, Any] | None) -> Simulation | None:
+def _simulation(table: dict[str, Any] | None, folder: Path) -> Simulation | None:
     if table is None:
         return None
     _check(table, SIMULATE, "[simulate] ")
     if table.get("seed", 0) < 0:
         raise CampaignError("[simulate] seed: is to be 0 or more")
+    if "trajectory" in table:
+        table = table | {"trajectory": _file(table["trajectory"], folder)}
     return Simulation(**table)
 
 

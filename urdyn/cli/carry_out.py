@@ -14,6 +14,8 @@ from urdyn.cli.recording import Recording, refuse_twice
 from urdyn.cli.virtual import record
 from urdyn.cli.voice import Told
 from urdyn.errors import InputError
+from urdyn.io.effort import Effort
+from urdyn.model.population import population
 
 if TYPE_CHECKING:
     from urdyn.identify import Score
@@ -38,7 +40,7 @@ def carry_out(campaign: Campaign, told: Told) -> Outcome:
     """Record where the arm is virtual, identify, score."""
     arm = ud.load_arm(campaign.robot)
     gain = gains(campaign, arm)
-    campaign, truth = _recorded(campaign, arm)
+    campaign, truth = _recorded(_in_amperes(campaign, arm), arm)
     begin = time.perf_counter()
     logs = [_conditioned(one) for one in (*campaign.logs, *campaign.payloads)]
     motions = [motion for motion, _ in logs]
@@ -76,14 +78,34 @@ def _beginning(recording: Recording, motion: ud.Motion) -> Recording:
 
 def gains(campaign: Campaign, arm: Arm) -> Array | None:
     """Drive gains that are known, (J,) [N·m/A]; None: they are sought."""
-    if campaign.effort_unit == "Nm":
-        return np.ones(arm.joints)
     if campaign.drive_gain is None:
-        return None
+        # Torque in N·m has a gain already, of whoever made it: the one it is divided by.
+        return typical_gain(arm) if campaign.effort_unit == "Nm" else None
     gain = np.array(campaign.drive_gain)
     if len(gain) != arm.joints or not (np.isfinite(gain).all() and (gain > 0.0).all()):
         raise InputError(f"drive gains: {arm.name} takes {arm.joints} positive numbers, N·m/A each")
     return gain
+
+
+def typical_gain(arm: Arm) -> Array:
+    """Drive gains that such joints have, (J,) [N·m/A]."""
+    return population(arm).drive["gain"].typical
+
+
+def _in_amperes(campaign: Campaign, arm: Arm) -> Campaign:
+    """The campaign whose recordings know what a bag's efforts are."""
+    gain = gains(campaign, arm) if campaign.effort_unit == "Nm" else None
+    effort = Effort(campaign.effort_unit, gain)
+
+    def told(recordings: tuple[Recording, ...]) -> tuple[Recording, ...]:
+        return tuple(replace(one, effort=effort) for one in recordings)
+
+    return replace(
+        campaign,
+        logs=told(campaign.logs),
+        payloads=told(campaign.payloads),
+        validate=told(campaign.validate),
+    )
 
 
 def _recorded(campaign: Campaign, arm: Arm) -> tuple[Campaign, dict[str, Any] | None]:

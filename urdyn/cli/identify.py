@@ -10,7 +10,7 @@ import typer
 
 from urdyn.cli.asked import asked, gains_of, loaded, overridden, read_as
 from urdyn.cli.campaign import Campaign
-from urdyn.cli.options import Columns, Json, Logs, Quiet, Rate, Robot, Rows
+from urdyn.cli.options import Columns, Gains, Json, Logs, Quiet, Rate, Robot, Rows, Unit
 from urdyn.cli.voice import Voice
 
 Out = Annotated[
@@ -28,14 +28,6 @@ Masses = Annotated[
         help="Mass of the payload in that log, in the same order; a known mass tells the drive "
         "gains, and where none is given it is estimated.",
     ),
-]
-Gains = Annotated[
-    str | None,
-    typer.Option(metavar="K0,K1,...", help="Drive gains [N·m/A] that are known, base first."),
-]
-Unit = Annotated[
-    str | None,
-    typer.Option(metavar="A|Nm", help="Nm: the logs' currents are joint torques [N·m]."),
 ]
 
 INFORMED = (
@@ -61,8 +53,8 @@ def identify(
 ) -> None:
     """Find out what an arm is: masses, friction, damping, drive gains.
 
-    LOG is a recording of the moving arm (CSV or Parquet with RTDE names), or a campaign.toml that
-    names recordings and options.
+    LOG is a recording of the moving arm (CSV or Parquet with RTDE names, MCAP, a ROS bag), or a
+    campaign.toml that names recordings and options.
 
     Example: [bold]urdyn identify run.csv --robot ur10e --out twin/[/bold]
     """
@@ -101,7 +93,10 @@ def _run(campaign: Campaign, voice: Voice) -> None:
 def _remarks(campaign: Campaign) -> list[str]:
     """What the estimates rest on."""
     if campaign.effort_unit == "Nm":
-        return ["currents were taken as joint torques in N·m: the drive gain is 1 and not sought"]
+        whose = "given" if campaign.drive_gain else "typical of such joints"
+        return [
+            f"joint torques in N·m were divided by the drive gains {whose}, which are not sought"
+        ]
     virtual = campaign.simulate and campaign.simulate.payload_mass
     if campaign.drive_gain or virtual or any(payload.mass for payload in campaign.payloads):
         return []

@@ -26,6 +26,23 @@ Rows = Annotated[
 Rate = Annotated[
     float | None, typer.Option(metavar="HZ", help="Sample rate of a log without time stamps.")
 ]
+Unit = Annotated[
+    str | None,
+    typer.Option(
+        "--effort-unit",
+        metavar="A|Nm",
+        help="What the efforts of a bag are: A, motor currents, as UR's driver publishes them; or "
+        "Nm, joint torques, which become currents by the drive gains in use.",
+    ),
+]
+Gains = Annotated[
+    str | None,
+    typer.Option(
+        "--drive-gain",
+        metavar="K0,K1,...",
+        help="Drive gains [N·m/A] that are known, base first; efforts in Nm are divided by them.",
+    ),
+]
 Json = Annotated[
     bool, typer.Option("--json", help="Print one JSON object on standard output, nothing else.")
 ]

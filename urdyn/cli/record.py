@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 Host = Annotated[str, typer.Argument(metavar="HOST", show_default=False)]
 Out = Annotated[
-    Path, typer.Option(metavar="LOG", help="Where to write it: .parquet, .csv or .csv.zst.")
+    Path, typer.Option(metavar="LOG", help="Where to write it: .parquet, .mcap, .csv or .csv.zst.")
 ]
 Frequency = Annotated[
     float | None, typer.Option(metavar="HZ", help="Samples a second; all of them unless told.")

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 import urdyn as ud
 from urdyn.errors import InputError
+from urdyn.io.effort import UNTOLD, Effort
 
 if TYPE_CHECKING:
     from urdyn.types import Source
@@ -31,6 +32,7 @@ class Recording:
     rows: Rows | None = None  # half-open slice of its data rows
     rate: float | None = None  # [Hz] of a file without time stamps
     mass: float | None = None  # [kg] of the payload in it, where it is known
+    effort: Effort = UNTOLD  # what a bag's efforts are
 
     def __post_init__(self) -> None:
         if self.mass is not None and not 0.0 < self.mass < math.inf:
@@ -39,7 +41,12 @@ class Recording:
     def read(self) -> ud.Log:
         """The log."""
         return ud.read(
-            self.path, columns=self.columns, rows=self.rows, rate=self.rate, channels=CHANNELS
+            self.path,
+            columns=self.columns,
+            rows=self.rows,
+            rate=self.rate,
+            channels=CHANNELS,
+            effort=self.effort,
         )
 
 

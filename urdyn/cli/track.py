@@ -10,9 +10,19 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 import urdyn as ud
-from urdyn.cli.options import Columns, Json, Quiet, Rows
+from urdyn.cli.diagnosing import (
+    FAILED,
+    FailOnFinding,
+    Hours,
+    NoDiagnosis,
+    RulesFile,
+    onlooker,
+    summed,
+)
+from urdyn.cli.options import Columns, Json, Quiet, Rows, Unit
 from urdyn.cli.recording import slice_of
 from urdyn.cli.voice import Voice
+from urdyn.io.effort import Effort
 
 if TYPE_CHECKING:
     from urdyn.estimate import Filter
@@ -30,10 +40,27 @@ FILTERS = {
 # from straight; so they lie some sqrt(3).
 SPREAD = 0.17
 
+# What a particle would keep for itself is a covariance of a hundred states; a thousand of those are
+# not updated at any robot's pace.
+SETTINGS: dict[str, dict[str, Any]] = {
+    "ukf": {"alpha": SPREAD},
+    "particle": {"marginalise": False},
+}
+
 TwinFile = Annotated[Path, typer.Argument(metavar="TWIN", show_default=False)]
 From = Annotated[str, typer.Argument(metavar="SOURCE", show_default=False)]
 Out = Annotated[Path, typer.Option(metavar="DIR", help="Where the history is written.")]
-Named = Annotated[str, typer.Option("--filter", metavar="NAME", help=f"{', '.join(FILTERS)}.")]
+Named = Annotated[
+    str | None, typer.Option("--filter", metavar="NAME", help=f"{', '.join(FILTERS)}; else ukf.")
+]
+InMode = Annotated[
+    str,
+    typer.Option(
+        metavar="NAME",
+        help="full, or quicker and linearised: simplified (bodies and each joint's drive "
+        "independent), realtime (what hardly changes is updated less often).",
+    ),
+]
 Rate = Annotated[
     float | None,
     typer.Option(
@@ -50,18 +77,25 @@ def track(
     twin: TwinFile,
     source: From,
     out: Out,
-    filter: Named = "ukf",  # noqa: A002 - the domain's word
+    filter: Named = None,  # noqa: A002 - the domain's word
+    mode: InMode = "full",
     columns: Columns = None,
     rows: Rows = None,
     rate: Rate = None,
+    effort_unit: Unit = None,
     duration: Duration = None,
     fresh: Fresh = False,
+    no_diagnosis: NoDiagnosis = False,
+    rules: RulesFile = None,
+    false_alarm_hours: Hours = None,
+    fail_on_finding: FailOnFinding = False,
     json: Json = False,
     quiet: Quiet = False,
 ) -> None:
     """Follow friction, health and payload of an arm, from a log or while it works.
 
     TWIN is a twin.toml of `urdyn identify`, SOURCE a log, or rtde://HOST[:PORT] of a robot at work.
+    Faults are told as they are found, and written to DIR/findings.json.
     A run that was killed goes on where it was; Ctrl-C ends a live one in good order.
 
     Example: [bold]urdyn track twin/twin.toml rtde://192.168.0.10 --out monday[/bold]
@@ -73,30 +107,42 @@ def track(
     from urdyn.io import sha256
     from urdyn.tracking import Tracker, open_source, run
 
-    voice, chosen = Voice(json, quiet), _filter(filter)
+    voice, chosen = Voice(json, quiet), _filter(filter, mode)
     require_folder(out)
     fit, part = ud.Twin.load(twin).fit, slice_of(rows) if rows is not None else None
-    stream = open_source(source, columns, part, rate, duration)
+    effort = Effort(effort_unit, fit.dynamics.drive.gain)
+    stream = open_source(source, columns, part, rate, duration, effort)
     _end_in_good_order(stream)
     tracker: Tracker[Any] = Tracker(fit, chosen, stream.period)
+    looking = None if no_diagnosis else onlooker(fit, stream, rules, false_alarm_hours, voice)
     try:
         with watching(fit.dynamics.arm.joint_names, quiet) as watch:
-            summary = run(tracker, stream, out, sha256(twin), fresh, watch)
+            summary = run(tracker, stream, out, sha256(twin), fresh, watch, looking)
     finally:
         stream.close()
-    summary["filter"] = filter
+    summary["filter"] = filter or ("ukf" if mode == "full" else "ekf")
     _report(out, summary, voice)
     voice.show(verdict(summary))
+    voice.show(summed(summary))
     voice.result(summary)
+    if fail_on_finding and any(not f["acknowledged"] for f in summary.get("findings", ())):
+        raise typer.Exit(FAILED)
 
 
-def _filter(name: str) -> Filter[Any]:
+def _filter(name: str | None, mode: str) -> Filter[Any]:
+    from urdyn import estimate
+    from urdyn.tracking import MODES, QUICKER
+
+    if mode not in MODES:
+        raise typer.BadParameter(f"no mode {mode!r}; choose one of {', '.join(MODES)}")
+    if mode != "full":
+        if name not in (None, "ekf"):
+            raise typer.BadParameter(f"mode {mode} linearises; leave --filter {name} out")
+        return QUICKER[mode]
+    name = name or "ukf"
     if name not in FILTERS:
         raise typer.BadParameter(f"no filter {name!r}; choose one of {', '.join(FILTERS)}")
-    from urdyn import estimate
-
-    settings = {"alpha": SPREAD} if name == "ukf" else {}
-    made: Filter[Any] = getattr(estimate, FILTERS[name])(**settings)
+    made: Filter[Any] = getattr(estimate, FILTERS[name])(**SETTINGS.get(name, {}))
     return made
 
 

@@ -9,9 +9,10 @@ import typer
 
 import urdyn as ud
 from urdyn.cli.asked import read_as
-from urdyn.cli.options import Columns, Json, Logs, Quiet, Rate, Rows
+from urdyn.cli.options import Columns, Json, Logs, Quiet, Rate, Rows, Unit
 from urdyn.cli.recording import Recording
 from urdyn.cli.voice import Voice
+from urdyn.io.effort import Effort
 
 TwinFile = Annotated[Path, typer.Argument(metavar="TWIN", show_default=False)]
 Out = Annotated[Path | None, typer.Option(metavar="DIR", help="Write DIR/report.html.")]
@@ -23,6 +24,7 @@ def validate(
     columns: Columns = None,
     rows: Rows = None,
     rate: Rate = None,
+    effort_unit: Unit = None,
     out: Out = None,
     json: Json = False,
     quiet: Quiet = False,
@@ -42,7 +44,9 @@ def validate(
     from urdyn.report.tables import validate_table
 
     voice, fit = Voice(json, quiet), ud.Twin.load(twin).fit
-    recordings = read_as(tuple(map(Recording, logs)), columns, rows, rate)
+    effort = Effort(effort_unit, fit.dynamics.drive.gain)
+    asked = tuple(Recording(path, effort=effort) for path in logs)
+    recordings = read_as(asked, columns, rows, rate)
     if out is not None:
         require_folder(out)
     with voice.progress("scoring"):

@@ -30,6 +30,7 @@ class Simulation:
     rate: float = 125.0  # [Hz]
     seed: int = 0
     payload_mass: float | None = None  # [kg] in a second run, which tells the drive gains
+    trajectory: Path | None = None  # of both these runs; None: at random, for `duration`
 
 
 @dataclass(frozen=True)
@@ -51,11 +52,11 @@ def record(arm: Arm, ask: Simulation, out: Path) -> Virtual:
     bare, loaded = virtual_arm(arm, ask.seed), virtual_arm(arm, ask.seed, payload)
     told = truth(loaded, sensors, ask.seed)
     logs = {
-        "excitation": at_work(bare, sensors, ask, 0),
+        "excitation": at_work(bare, sensors, ask, 0, ask.trajectory),
         "held_out": at_work(bare, sensors, ask, 1),
     }
     if payload is not None:
-        logs["loaded"] = at_work(loaded, sensors, ask, 2)
+        logs["loaded"] = at_work(loaded, sensors, ask, 2, ask.trajectory)
     out.mkdir(parents=True, exist_ok=True)
     for name, log in logs.items():
         ud.write(log, out / f"{name}.parquet")

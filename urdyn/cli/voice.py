@@ -38,6 +38,11 @@ class Voice:
         if self.json:
             sys.stdout.write(json.dumps(document, indent=2, allow_nan=False) + "\n")
 
+    def data(self, text: str) -> None:
+        """A file for a pipe: on standard output, where nothing else is then said."""
+        if not self.json:
+            sys.stdout.write(text)
+
     @contextmanager
     def progress(self, doing: str) -> Iterator[Told]:
         """A bar on a terminal, nothing elsewhere."""

@@ -12,6 +12,8 @@ from rich.console import Console
 from rich.live import Live
 from rich.table import Table
 
+from urdyn.report.digits import interval90
+from urdyn.report.names import spoken
 from urdyn.tracking import Glance
 from urdyn.tracking.run import Watch
 
@@ -43,11 +45,14 @@ def table(glance: Glance, joints: Sequence[str]) -> Table:
     told = dict(zip(glance.names, rows, strict=True))
     done = f", {100 * glance.share:.0f} %" if glance.share else ""
     mass, sd, unit = told["payload.mass"]
-    caption = f"payload {mass:.2f} ± {sd:.2f} {unit}; {glance.t:.1f} s{done}; {glance.rate:.0f} Hz"
-    grid = Table("joint", *JOINT, caption=caption)
+    carried = f"payload {interval90(mass, sd)} {unit}"
+    caption = f"{carried}; {glance.t:.1f} s{done}; {glance.rate:.0f} Hz; ± holds 90 %"
+    grid = Table("joint", caption=caption)
+    for name in JOINT:
+        grid.add_column(f"{name} [{told[f'{joints[0]}.{name}'][2]}]", justify="right")
     for joint in joints:
-        cells = (told[f"{joint}.{name}"] for name in JOINT)
-        grid.add_row(joint, *(f"{mean:.3g} ± {sd:.2g} {unit}" for mean, sd, unit in cells))
+        cells = (told[f"{joint}.{name}"][:2] for name in JOINT)
+        grid.add_row(spoken(joint), *(interval90(mean, sd) for mean, sd in cells))
     return grid
 
 

@@ -1,4 +1,6 @@
-"""Hypotheses about sudden change: at some slice, and only there, the state jumps by a known step.
+"""Hypotheses about sudden change: at some slice, and only there, the state jumps.
+
+Each alternative is a Gaussian, a step and a spread around it; without a spread it is a known step.
 
 A jump of a rate (`Trend` has rates) is the beginning of the paper's ramp, eq. 5 and 6: a fault that
 grows. A jump of a mass is a payload that is picked up.
@@ -7,7 +9,7 @@ grows. A jump of a mass is a payload that is picked up.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -20,18 +22,24 @@ class Jumps:
 
     step: Array  # (D, n) added to the state
     weight: Array  # (D,) prior weights, given that there is a jump; sum 1
+    spread: Array = field(default_factory=lambda: np.zeros(()))  # (n,) sd around every step
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "step", frozen(self.step))
         object.__setattr__(self, "weight", frozen(self.weight))
+        spread = np.broadcast_to(self.spread, self.step.shape[1:])
+        object.__setattr__(self, "spread", frozen(spread))
         assert self.step.ndim == 2 and self.weight.shape == self.step.shape[:1]
         assert np.isclose(self.weight.sum(), 1.0), "prior weights sum to one"
 
 
-def jumps(names: tuple[str, ...], states: Sequence[str], sizes: Array) -> Jumps:
-    """Each of `states` alone by each of `sizes` (r,), equally likely."""
+def jumps(
+    names: tuple[str, ...], states: Sequence[str], sizes: Array, spread: float = 0.0
+) -> Jumps:
+    """Each of `states` alone by each of `sizes` (r,) give or take `spread`, equally likely."""
     step = np.zeros((len(states), len(sizes), len(names)))
     for row, state in zip(step, states, strict=True):
         row[:, names.index(state)] = sizes
     count = len(states) * len(sizes)
-    return Jumps(step.reshape(count, len(names)), np.full(count, 1.0 / count))
+    sd: Array = spread * np.isin(names, states).astype(float)
+    return Jumps(step.reshape(count, len(names)), np.full(count, 1.0 / count), sd)

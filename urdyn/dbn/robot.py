@@ -1,11 +1,13 @@
 """What the sensors see of an arm: the network's observation model, motor currents by Pinocchio.
 
     tau_load = Y(q, v, a) pi_0 + G k + Y S m + Y_last pi_payload
-    i        = (tau_load + rotor a + (f + beta |tau_load| + g(v)) s + alpha v + o) / (K z)
+    i        = (tau_load + rotor a + (f' + beta |tau_load| + g(v)) s + alpha' v + o) / (K z) + slow
+    alpha'   = alpha exp(-kappa (w + lubricant)),    f' = f exp(-kappa_f (w + lubricant))
 
 G = d tau / d q; S spans the inertial directions that motion can show, in standard scores of the
 population, so that what no motion shows stays with the prior and cannot grow overconfident.
-Friction, health and rotors are logarithms: always positive.
+Friction, health and rotors are logarithms: always positive. w is how much warmer than on the first
+day the lubricant is, as far as the joints' temperatures tell, and `lubricant` what they do not.
 """
 
 from __future__ import annotations
@@ -15,38 +17,34 @@ from functools import cached_property
 
 import numpy as np
 
+from urdyn.dbn.robot_slice import SMEAR, RobotSlice
 from urdyn.model.arm import Arm, with_inertials
 from urdyn.model.consistency import log_cholesky_jacobian
 from urdyn.model.dynamics import Dynamics
-from urdyn.model.friction import features
+from urdyn.model.friction import RIPPLE_ORDER
 from urdyn.model.population import Population
-from urdyn.types import Array, Index, Mask, Motion, frozen
+from urdyn.signal.sample import Instant
+from urdyn.types import Array, Index, Mask, frozen
 
-GROUPS = ("k", "m", "f", "alpha", "beta", "z", "o", "rotor", "payload")
+BODIES = ("k", "m", "payload")  # what moves the rigid-body torque
+WARMTH = ("kappa", "kappa_f", "lubricant")
+GROUPS = ("k", "m", "f", "alpha", "beta", "z", "o", "rotor", "payload", *WARMTH, "slow")
+POSITIVE = ("f", "alpha", "beta", "rotor", "z")
 SHOWN = 1e-6  # of the largest singular value: what a direction must do to torque to be tracked
-
-DOUBT = 0.03  # [-] sd of the presliding state of a joint that slides
-CREEPING_DOUBT = 0.5  # [-] added where it stands
-CREEP = 0.02  # [rad/s] over which that fades
 
 
 @dataclass(frozen=True, eq=False)
-class RobotSlice:
-    """Inputs of one slice: what the motion makes of the parameters."""
+class _Parts:
+    """What a drive's torque is made of, (..., J) each [N·m] but where said."""
 
-    dt: float  # [s] since the slice before
-    widen: bool  # something else may be carried from here on
-    A: Array  # (J, c) torque per unit of k, m, payload
-    load: Array  # (J,) [N·m] rigid-body torque of the reference
-    rest: Array  # (J,) [N·m] of ripple, warmth and friction that fades with speed
-    s: Array  # (J,) presliding state [-]
-    v: Array  # (J,) [rad/s]
-    a: Array  # (J,) [rad/s²]
-
-    @property
-    def doubt(self) -> Array:
-        """Standard deviation of s, (J,) [-]: a joint that creeps is held by what nobody knows."""
-        return np.asarray(DOUBT + CREEPING_DOUBT * np.exp(-np.abs(self.v) / CREEP))
+    torque: Array  # of rigid bodies, and what is constant
+    held: Array  # that structural damping rides on
+    warm: Array  # [K]
+    f: Array
+    alpha: Array
+    beta: Array  # [-]
+    rotor: Array
+    per: Array  # [A/(N·m)]
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,7 +63,8 @@ class RobotCurrents:
     def places(self) -> dict[str, slice]:
         """Where each group stands in the state."""
         J = self.reference.arm.joints
-        sizes = dict.fromkeys(GROUPS, J) | {"m": self.shown.shape[1], "payload": 10}
+        sizes = dict.fromkeys(GROUPS, J)
+        sizes |= {"m": self.shown.shape[1], "payload": 10, "kappa_f": 1}
         ends = np.cumsum([0, *(sizes[name] for name in GROUPS)]).tolist()
         return {n: slice(a, b) for n, a, b in zip(GROUPS, ends[:-1], ends[1:], strict=True)}
 
@@ -80,79 +79,137 @@ class RobotCurrents:
     def linear(self) -> Mask:
         """Offsets add to the current; everything else multiplies something, (n,)."""
         mask = np.zeros(len(self.names), dtype=bool)
-        mask[self.places["o"]] = True
+        mask[self.places["o"]] = mask[self.places["slow"]] = True
         return mask
 
     @cached_property
     def _arm(self) -> Arm:
         return with_inertials(self.reference.arm, self.reference.loaded())
 
-    def slice(self, motion: Motion, s: Array, dt: float, widen: bool = False) -> RobotSlice:
-        """Inputs at one row of a motion, with the presliding state s (1, J) there."""
-        drive = self.reference.drive
-        Y = self._arm.regressor(motion.q, motion.v, motion.a)[0]
-        G = self._arm.torque_derivatives(motion.q, motion.v, motion.a)[0][0]
-        load = Y @ self._arm.inertials.ravel()
-        terms = features(motion, load[None], s, drive)
-        rest = sum(
-            getattr(drive, name) * terms[name][0]
-            for name in ("stribeck", "ripple_cos", "ripple_sin", "thermal")
-        )
-        A = np.hstack([G, Y @ self.shown, Y[:, -10:]])
-        return RobotSlice(dt, widen, A, load, np.asarray(rest), s[0], motion.v[0], motion.a[0])
+    @cached_property
+    def rigid(self) -> Index:
+        """States of BODIES, (c,)."""
+        return np.concatenate([np.r_[self.places[group]] for group in BODIES])
 
     @cached_property
-    def _rigid(self) -> Index:
-        at = self.places
-        return np.concatenate([np.arange(at[g].start, at[g].stop) for g in ("k", "m", "payload")])
+    def _positive(self) -> Index:
+        """States of POSITIVE, group by group, (5 J,)."""
+        return np.concatenate([np.r_[self.places[group]] for group in POSITIVE])
+
+    def slice(
+        self, now: Instant, s: Array, dt: float, widen: bool = False, x: Array | None = None
+    ) -> RobotSlice:
+        """Inputs at one instant of a motion, with the presliding state s (J,) there.
+
+        Args:
+            x: states that tell which way each gear is loaded; the reference where not given.
+        """
+        q, v, a = now.q, now.v, now.a
+        Y = self._arm.regressor(q, v, a)
+        G, _, M = self._arm.torque_derivatives(q, v, a)
+        load = Y @ self._pi
+        A = np.concatenate([G, Y @ self.shown, Y[:, -10:]], axis=1)
+        side = s * np.sign(load if x is None else load + A @ x[self.rigid])
+        return RobotSlice(
+            dt=dt,
+            widen=widen,
+            A=A,
+            A_hold=side[:, None] * A,
+            hold=side * load,
+            load=load,
+            rest=self._rest(now, s),
+            s=s,
+            v=v,
+            a=a,
+            one=np.ones(len(v)),
+            smeared=SMEAR * np.abs(M @ now.jerk + self.reference.drive.rotor_inertia * now.jerk),
+            noise=self.noise,
+            warm=np.zeros(len(v)),
+        )
+
+    @cached_property
+    def _pi(self) -> Array:
+        return self._arm.inertials.ravel()
+
+    def _rest(self, now: Instant, s: Array) -> Array:
+        """Terms of friction that are no states: those that the reference has, (J,) [N·m]."""
+        drive = self.reference.drive
+        warmer = now.temperature - drive.temperature
+        rest = drive.stribeck * np.exp(-np.abs(now.v) / drive.stribeck_velocity) * s
+        rest += drive.thermal * np.where(np.isnan(warmer), 0.0, warmer) * now.v
+        if drive.ripple_cos.any() or drive.ripple_sin.any():
+            turn = RIPPLE_ORDER * now.q
+            rest += drive.ripple_cos * np.cos(turn) + drive.ripple_sin * np.sin(turn)
+        return np.asarray(rest)
 
     def observe(self, x: Array, u: RobotSlice) -> Array:
         """Currents, (..., n) -> (..., J) [A]."""
-        return np.asarray(self._terms(x, u)[0])
+        part = self._parts(x, u)
+        driven = part.torque + part.f + part.alpha + part.beta * part.held + part.rotor
+        return np.asarray(driven * part.per + x[..., self.places["slow"]] * u.one)
 
-    def _terms(self, x: Array, u: RobotSlice) -> tuple[Array, ...]:
-        """Current, load, f, alpha, beta, rotor, and amperes per newton metre, (..., J) each."""
+    def _parts(self, x: Array, u: RobotSlice) -> _Parts:
         at, drive = self.places, self.reference.drive
-        load = self.load(x, u)
-        positive = ("f", "alpha", "beta", "rotor", "z")
-        f, alpha, beta, rotor, z = (np.exp(x[..., at[name]]) for name in positive)
-        per = 1.0 / (drive.gain * z)
-        friction = (f + beta * np.abs(load)) * u.s + alpha * u.v + x[..., at["o"]]
-        return (load + rotor * u.a + u.rest + friction) * per, load, f, alpha, beta, rotor, per
+        together = x[..., self.rigid] @ np.concatenate([u.A, u.A_hold]).T
+        J = len(u.s)
+        positive = np.exp(x[..., self._positive])
+        f, alpha, beta, rotor, z = (positive[..., k * J : (k + 1) * J] for k in range(5))
+        warm = u.warm + x[..., at["lubricant"]]
+        return _Parts(
+            torque=u.load + u.rest + together[..., :J] + x[..., at["o"]] * u.one,
+            held=u.hold + together[..., J:],
+            warm=warm,
+            f=f * np.exp(-x[..., at["kappa_f"]] * warm) * u.s,
+            alpha=alpha * np.exp(-x[..., at["kappa"]] * warm) * u.v,
+            beta=beta,
+            rotor=rotor * u.a,
+            per=1.0 / (drive.gain * z),
+        )
 
     def load(self, x: Array, u: RobotSlice) -> Array:
         """Rigid-body torque that the gears transmit, (..., n) -> (..., J) [N·m]."""
-        return np.asarray(u.load + x[..., self._rigid] @ u.A.T)
+        return np.asarray(u.load + x[..., self.rigid] @ u.A.T)
 
     def friction(self, x: Array, u: RobotSlice) -> Array:
         """Torque that friction takes, (n,) -> (J,) [N·m]."""
-        _, load, f, alpha, beta, *_ = self._terms(x, u)
-        return np.asarray((f + beta * np.abs(load)) * u.s + alpha * u.v + u.rest)
+        part = self._parts(x, u)
+        return np.asarray(part.f + part.alpha + part.beta * part.held + u.rest)
 
     def observe_jacobian(self, x: Array, u: RobotSlice) -> Array:
         """Analytic derivative, (..., n) -> (..., J, n)."""
-        at, J = self.places, self.reference.arm.joints
-        current, load, f, alpha, beta, rotor, per = self._terms(x, u)
-        H = np.zeros((*current.shape, len(self.names)))
-        through = (1.0 + beta * np.sign(load) * u.s) * per
-        H[..., self._rigid] = through[..., None] * u.A
-        diagonal = range(J)
+        at, J, part = self.places, self.reference.arm.joints, self._parts(x, u)
+        friction = part.f + part.alpha + part.beta * part.held
+        H = np.zeros((*part.per.shape, len(self.names)))
+        H[..., self.rigid] = part.per[..., None] * (u.A + part.beta[..., None] * u.A_hold)
+        H[..., at["kappa_f"].start] = -part.warm * part.f * part.per
+        softer = x[..., at["kappa"]] * part.alpha + x[..., at["kappa_f"]] * part.f
         columns = {
-            "f": f * u.s * per,
-            "alpha": alpha * u.v * per,
-            "beta": beta * np.abs(load) * u.s * per,
-            "z": -current,
-            "rotor": rotor * u.a * per,
-            "o": per,
+            "f": part.f,
+            "alpha": part.alpha,
+            "beta": part.beta * part.held,
+            "z": -(part.torque + friction + part.rotor),
+            "rotor": part.rotor,
+            "o": u.one,
+            "kappa": -part.warm * part.alpha,
+            "lubricant": -softer,
+            "slow": u.one / part.per,
         }
         for name, values in columns.items():
-            H[..., diagonal, range(at[name].start, at[name].stop)] = values
+            H[..., range(J), range(at[name].start, at[name].stop)] = values * part.per
         return H
 
     def observe_cov(self, u: RobotSlice) -> Array:
-        """White noise of the currents, and doubt about presliding, (J, J)."""
+        """Noise of the currents, and what nobody knows of the motion, (J, J)."""
+        return np.diag(u.noise**2 + self.unknown(u))
+
+    def unknown(self, u: RobotSlice) -> Array:
+        """Variance by doubt about presliding and accelerations, (J,) [A²].
+
+        How far accelerations usually are off is in the noise already.
+        """
         drive = self.reference.drive
-        return np.diag(self.noise**2 + (u.doubt * drive.coulomb / drive.gain) ** 2)
+        unusual = np.maximum((u.smeared / drive.gain) ** 2 - u.noise**2, 0.0)
+        return np.asarray((u.doubt * drive.coulomb / drive.gain) ** 2 + unusual)
 
 
 def shown_directions(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Generic, Protocol, TypeVar
 
 import numpy as np
 
@@ -19,14 +19,17 @@ class Doubtful(Slice, Protocol):
         """Whether it may."""
 
 
+D = TypeVar("D", bound=Doubtful, contravariant=True)
+
+
 @dataclass(frozen=True, eq=False)
-class Widening:
+class Widening(Generic[D]):
     """`process`, and at slices with `widen` what is `jumping` is known no better than `sd` again.
 
     A payload that is picked up is such a jump: nothing drifts there.
     """
 
-    process: Process[Slice]
+    process: Process[D]
     jumping: Index  # (j,) states
     sd: Array  # (j,) of a jump
 
@@ -49,15 +52,15 @@ class Widening:
         """Of the process, (n,)."""
         return self.process.linear
 
-    def transition(self, x: Array, u: Doubtful) -> Array:
+    def transition(self, x: Array, u: D) -> Array:
         """Of the process, (..., n)."""
         return self.process.transition(x, u)
 
-    def transition_jacobian(self, x: Array, u: Doubtful) -> Array:
+    def transition_jacobian(self, x: Array, u: D) -> Array:
         """Of the process, (n, n)."""
         return self.process.transition_jacobian(x, u)
 
-    def transition_cov(self, u: Doubtful) -> Array:
+    def transition_cov(self, u: D) -> Array:
         """Of the process, and the jump's, (n, n)."""
         Q = self.process.transition_cov(u)
         if u.widen:

@@ -1,6 +1,7 @@
 """Filters behind one protocol, and the loop that runs them over a history."""
 
 from urdyn.estimate.bank import Bank
+from urdyn.estimate.bound import Bound, posterior_bound
 from urdyn.estimate.consider import Consider
 from urdyn.estimate.ekf import EKF
 from urdyn.estimate.information import InformationFilter
@@ -9,6 +10,7 @@ from urdyn.estimate.kalman import Kalman
 from urdyn.estimate.learn import Learnt, expectation_maximisation, maximise_evidence
 from urdyn.estimate.particle import ParticleFilter
 from urdyn.estimate.protocol import Filter, Track, track
+from urdyn.estimate.ramps import follow_ramp, ramp_bank, ramp_bound, ramp_model
 from urdyn.estimate.smoother import FixedLag, smooth
 from urdyn.estimate.ukf import UKF
 from urdyn.estimate.variational import Variational
@@ -17,6 +19,7 @@ __all__ = [
     "EKF",
     "UKF",
     "Bank",
+    "Bound",
     "Consider",
     "Filter",
     "FixedLag",
@@ -28,7 +31,12 @@ __all__ = [
     "Track",
     "Variational",
     "expectation_maximisation",
+    "follow_ramp",
     "maximise_evidence",
+    "posterior_bound",
+    "ramp_bank",
+    "ramp_bound",
+    "ramp_model",
     "smooth",
     "track",
 ]

@@ -1,9 +1,12 @@
 """A bank of hypotheses, onset x jump (of a rate: onset x rate), weighed by likelihood.
 
-Every hypothesis is Kalman's filter with one known jump. When and how far it jumped does not change
-the covariance; so the whole bank shares one, runs in parallel, and costs little more than one
-filter. Every `spacing` slices are a candidate onset, and the last `onsets` candidates are kept;
-older ones are merged, because what began long ago is told apart by where it is now.
+Every hypothesis is Kalman's filter with one jump, whose size is Gaussian around its own step. How
+far it jumped does not change the covariance, and without a spread neither does when; so hypotheses
+share covariances, one an onset, run in parallel, and cost little more than one filter. What a grid
+of rates leaves between its points the spread fills: sizes are marginalised, not enumerated, and a
+ramp may go on for as long as it likes. Every `spacing` slices are a candidate onset, and the last
+`onsets` candidates are kept; older ones are merged, because what began long ago is told apart by
+where it is now.
 """
 
 from __future__ import annotations
@@ -14,7 +17,7 @@ import numpy as np
 
 from urdyn.dbn.jumps import Jumps
 from urdyn.dbn.two_slice import TwoSlice, U
-from urdyn.estimate.innovation import Innovation, measured_rows, whitening
+from urdyn.estimate.innovation import Innovation, measured_rows
 from urdyn.estimate.linearised import carried, joseph, linear_rows
 from urdyn.estimate.mixture import log_density, moments, normalised, surprise
 from urdyn.types import Array, Gaussian, frozen
@@ -25,7 +28,7 @@ class Hypotheses:
     """Beliefs under "nothing has jumped" (row 0) and under A onsets x D jumps (the others)."""
 
     means: Array  # (1 + A D, n)
-    cov: Array  # (n, n) shared
+    cov: Array  # (1 + A, n, n) shared by the jumps of an onset, or (1, n, n) shared by all
     log_weight: Array  # (1 + A D,) normalised
     slices: int = 0  # passed since the start
 
@@ -38,10 +41,30 @@ class Hypotheses:
         """Posterior probabilities, (1 + A D,); the first is that of no jump."""
         return np.exp(self.log_weight)
 
+    @property
+    def gaussian(self) -> Gaussian:
+        """Moments of the mixture."""
+        return moments(self.weight, self.means, self.average(self.cov))
+
+    def average(self, values: Array) -> Array:
+        """Of what each covariance has one of, (1 or 1 + A, ...), weighed by its hypotheses."""
+        if len(values) == 1:
+            return np.asarray(values[0])
+        weight = self.weight
+        onset = weight[1:].reshape(len(values) - 1, -1).sum(axis=1)
+        return np.tensordot(np.r_[weight[0], onset], values, axes=1)
+
+    def each(self, values: Array) -> Array:
+        """What each covariance has one of, for every hypothesis: (1 or 1 + A D, ...)."""
+        if len(values) == 1:
+            return values
+        jumps = (len(self.means) - 1) // (len(values) - 1)
+        return np.concatenate([values[:1], np.repeat(values[1:], jumps, axis=0)])
+
 
 @dataclass(frozen=True, eq=False)
 class Bank:
-    """Exact up to the grid where the model is affine; linearised at the mixture's mean elsewhere.
+    """Exact up to merging where the model is affine; elsewhere linearised at the mixture's mean.
 
     Two jumps are outside its hypotheses: after the first, only process noise follows a second.
     """
@@ -56,7 +79,8 @@ class Bank:
         count = 1 + self.onsets * len(self.jumps.step)
         log_weight = np.full(count, -np.inf)
         log_weight[0] = 0.0
-        return Hypotheses(np.tile(model.prior.mean, (count, 1)), model.prior.cov, log_weight)
+        cov = np.tile(model.prior.cov, (1 + self.onsets if self.jumps.spread.any() else 1, 1, 1))
+        return Hypotheses(np.tile(model.prior.mean, (count, 1)), cov, log_weight)
 
     def step(
         self, model: TwoSlice[U], state: Hypotheses, u: U, y: Array
@@ -64,58 +88,76 @@ class Bank:
         """Predict over u.dt, branch, then weigh by the finite rows of y, (m,)."""
         if state.slices % self.spacing == 0:
             state = self._branch(state)
-        F = model.transition_jacobian(self.belief(state).mean, u)
+        F = model.transition_jacobian(state.gaussian.mean, u)
         means = model.transition(state.means, u)
-        cov = carried(F, state.cov) + model.transition_cov(u)
-        moved = Hypotheses(means, cov, state.log_weight, state.slices + 1)
+        cov = F @ state.cov @ F.T if len(state.cov) > 1 else carried(F, state.cov[0])[None]
+        moved = Hypotheses(means, cov + model.transition_cov(u), state.log_weight, state.slices + 1)
         return _weigh(model, moved, u, y)
 
     def belief(self, state: Hypotheses) -> Gaussian:
         """Moments of the mixture."""
-        return moments(state.weight, state.means, state.cov)
+        return state.gaussian
 
     def _branch(self, state: Hypotheses) -> Hypotheses:
         """Jumps from "nothing has jumped" up to now, in the place of the oldest onset."""
         D = len(self.jumps.step)
-        means, log_weight = state.means.copy(), state.log_weight.copy()
         at = state.slices // self.spacing
-        oldest, next_oldest = (1 + D * (i % self.onsets) for i in (at, at + 1))
-        old, kept = slice(oldest, oldest + D), slice(next_oldest, next_oldest + D)
+        oldest, next_oldest = (i % self.onsets for i in (at, at + 1))
         if self.onsets > 1:
-            _merge(means, log_weight, old, kept)
+            state = _merged(state, oldest, next_oldest, D)
+        means, cov, log_weight = (x.copy() for x in (state.means, state.cov, state.log_weight))
+        rows = _rows(oldest, D)
         prior = 1.0 - (1.0 - self.hazard) ** self.spacing
-        means[old] = means[0] + self.jumps.step
-        log_weight[old] = log_weight[0] + np.log(prior * self.jumps.weight)
+        means[rows] = means[0] + self.jumps.step
+        if len(cov) > 1:
+            cov[1 + oldest] = cov[0] + np.diag(self.jumps.spread**2)
+        log_weight[rows] = log_weight[0] + np.log(prior * self.jumps.weight)
         log_weight[0] += np.log1p(-prior)
-        return replace(state, means=means, log_weight=normalised(log_weight)[0])
+        return replace(state, means=means, cov=cov, log_weight=normalised(log_weight)[0])
 
 
-def _merge(means: Array, log_weight: Array, old: slice, kept: slice) -> None:
-    """Hand the oldest onsets' weight to the next oldest, jump by jump, with a mean between."""
+def _rows(onset: int, jumps: int) -> slice:
+    return slice(1 + jumps * onset, 1 + jumps * (onset + 1))
+
+
+def _merged(state: Hypotheses, oldest: int, next_oldest: int, jumps: int) -> Hypotheses:
+    """The oldest onset's weight handed to the next oldest, jump by jump, with its moments."""
+    old, kept = _rows(oldest, jumps), _rows(next_oldest, jumps)
+    log_weight, means, cov = state.log_weight.copy(), state.means.copy(), state.cov
     total = np.logaddexp(log_weight[old], log_weight[kept])
-    share = np.exp(log_weight[old] - np.where(np.isinf(total), 0.0, total))[:, None]
-    means[kept] += share * (means[old] - means[kept])
+    share = np.exp(log_weight[old] - np.where(np.isinf(total), 0.0, total))
+    apart = means[old] - means[kept]
+    if len(cov) > 1 and np.isfinite(total).any():
+        cov = cov.copy()
+        weight = np.exp(total - total.max())
+        weight /= weight.sum()
+        handed = float(weight @ share)
+        between = (weight * share * (1.0 - share))[:, None] * apart
+        cov[1 + next_oldest] += handed * (cov[1 + oldest] - cov[1 + next_oldest])
+        cov[1 + next_oldest] += between.T @ apart
+    means[kept] += share[:, None] * apart
     log_weight[kept] = total
+    return replace(state, means=means, cov=cov, log_weight=log_weight)
 
 
 def _weigh(
     model: TwoSlice[U], predicted: Hypotheses, u: U, y: Array
 ) -> tuple[Hypotheses, Innovation]:
-    """Likelihoods, weights, and one Kalman gain for all."""
+    """Likelihoods, weights, and Kalman's gain, one a covariance."""
     rows = measured_rows(y)
-    prior = moments(predicted.weight, predicted.means, predicted.cov)
     expected = model.observe(predicted.means, u)[:, rows]
-    H, R = linear_rows(model, prior.mean, u, rows)
+    H, R = linear_rows(model, predicted.gaussian.mean, u, rows)
     HP = H @ predicted.cov
     S = HP @ H.T + R
-    W, _ = whitening(S)
-    K = HP.T @ (W.T @ W)
+    K = np.swapaxes(np.linalg.solve(S, HP), -1, -2)
     residual = y[rows] - expected
-    log_weight, total = normalised(predicted.log_weight + log_density(residual, S))
-    seen = moments(predicted.weight, expected, S)
+    density = log_density(residual, predicted.each(S))
+    log_weight, total = normalised(predicted.log_weight + density)
+    seen = moments(predicted.weight, expected, predicted.average(S))
+    learnt = (predicted.each(K) @ residual[..., None])[..., 0]
     posterior = replace(
         predicted,
-        means=predicted.means + residual @ K.T,
+        means=predicted.means + learnt,
         cov=joseph(predicted.cov, K, H, HP, R),
         log_weight=log_weight,
     )

@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from urdyn.dbn.two_slice import TwoSlice, U
-from urdyn.estimate.innovation import Innovation, measured_rows
+from urdyn.estimate.innovation import Innovation, Rows, measured_rows
 from urdyn.estimate.linearised import joseph
 from urdyn.estimate.mixture import log_density, moments, normalised, surprise
 from urdyn.estimate.square_root import lower_root, pseudo_inverse
@@ -55,8 +55,10 @@ class ParticleFilter:
     ) -> tuple[Particles, Innovation]:
         """Predict over u.dt, then learn from the finite rows of y, (m,)."""
         rng = self._rng(state.draws)
-        F = model.transition_jacobian(state.x, u)
-        cov = F @ state.cov @ np.swapaxes(F, -1, -2) + model.transition_cov(u)
+        cov = model.transition_cov(u)[None]
+        if state.cov.any():
+            F = model.transition_jacobian(state.x, u)
+            cov = F @ state.cov @ np.swapaxes(F, -1, -2) + cov
         x, cov = _draw(model.transition(state.x, u), cov, self._sampled(model), rng)
         predicted = replace(state, x=x, cov=cov, draws=state.draws + 1)
         posterior, seen = _weigh(model, predicted, u, y)
@@ -81,6 +83,9 @@ def _draw(mean: Array, cov: Array, sampled: Mask, rng: np.random.Generator) -> t
     at = np.flatnonzero(sampled)
     if not len(at):
         return mean, cov
+    if sampled.all() and len(cov) == 1:
+        unit = rng.standard_normal(mean.shape)
+        return mean + unit @ lower_root(cov[0]).T, np.zeros_like(cov)
     across = cov[:, :, at]
     marginal = across[:, at]
     root = np.array([lower_root(P) for P in marginal])
@@ -98,8 +103,10 @@ def _weigh(
     """Weights by likelihood, and Kalman's correction of what is not sampled."""
     rows, x = measured_rows(y), predicted.x
     expected = model.observe(x, u)[:, rows]
-    H = model.observe_jacobian(x, u)[..., rows, :]
     R = model.observe_cov(u)[rows][:, rows]
+    if not predicted.cov.any():
+        return _weigh_points(predicted, expected, R, y, rows)
+    H = model.observe_jacobian(x, u)[..., rows, :]
     HP = H @ predicted.cov
     S = HP @ np.swapaxes(H, -1, -2) + R
     gain = np.swapaxes(np.linalg.solve(S, HP), -1, -2)
@@ -110,6 +117,16 @@ def _weigh(
     cov = joseph(predicted.cov, gain, H, HP, R)
     posterior = replace(predicted, x=moved, cov=cov, log_weight=weight)
     return posterior, surprise(y, rows, seen, total)
+
+
+def _weigh_points(
+    predicted: Particles, expected: Array, R: Array, y: Array, rows: Rows
+) -> tuple[Particles, Innovation]:
+    """Weights by likelihood where every state is sampled: there is nothing to correct."""
+    density = log_density(y[rows] - expected, R[None])
+    weight, total = normalised(predicted.log_weight + density)
+    seen = moments(np.exp(predicted.log_weight), expected, R)
+    return replace(predicted, log_weight=weight), surprise(y, rows, seen, total)
 
 
 def _resampled(cloud: Particles, rng: np.random.Generator) -> Particles:

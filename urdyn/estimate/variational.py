@@ -35,7 +35,7 @@ class Variational:
 
     iterations: int = 5  # at most
     step_size: float = 1.0  # of the natural gradient; 1 is Newton's
-    tolerance: float = 1e-6  # stop when the mean moves by less, in standard deviations
+    tolerance: float = 1e-3  # stop when the mean moves by less, in standard deviations
     rule: Rule = "merwe"  # with no weight negative
 
     def init(self, model: TwoSlice[U]) -> SquareRoot:

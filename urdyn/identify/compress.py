@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from urdyn.identify.band import EVERYTHING, Band
 from urdyn.identify.design import Design, blocks, coefficients_at, design, runs
 from urdyn.identify.map_estimate import Compressed
 from urdyn.identify.noise import Noise, whiten
@@ -12,7 +13,11 @@ from urdyn.types import Array, Motion
 
 
 def compress(
-    point: Dynamics, motion: Motion, noise: Noise, payload: int | None = None
+    point: Dynamics,
+    motion: Motion,
+    noise: Noise,
+    payload: int | None = None,
+    band: Band = EVERYTHING,
 ) -> list[Compressed]:
     """One small problem a joint, as large as it has columns, however long the motion was.
 
@@ -20,30 +25,34 @@ def compress(
         point: where the columns are taken; its prediction tells outliers from data.
         noise: colour, scale and tails of the current.
         payload: index of the payload that `point` carries; None: none.
+        band: in which the motion's current speaks.
     """
     coefficients = coefficients_at(point)
     R = [np.zeros((0, len(w) + 1)) for w in coefficients]
     for block in blocks(point, motion):
         problem = design(point, block)
         for j, w in enumerate(coefficients):
-            rows = np.vstack([R[j], *_weighted(problem, j, noise, w)])
+            rows = np.vstack([R[j], *_weighted(problem, j, noise, w, band)])
             R[j] = np.asarray(np.linalg.qr(rows, mode="r"))
     return [Compressed(j, payload, triangle) for j, triangle in enumerate(R)]
 
 
-def _weighted(problem: Design, joint: int, noise: Noise, coefficients: Array) -> list[Array]:
+def _weighted(
+    problem: Design, joint: int, noise: Noise, coefficients: Array, band: Band
+) -> list[Array]:
     """Rows [Phi | i] of unit, white, Gaussian-equivalent noise, run by run."""
     ar, rows = noise.ar[joint], []
     data = np.column_stack([problem.columns(joint), problem.current[:, joint]])
     for run in runs(problem.known[:, joint]):
-        if run.stop - run.start > len(ar):
-            white = whiten(data[run], ar)
+        kept = band(data[run])
+        if len(kept) > len(ar):
+            white = whiten(kept, ar)
             innovation = white[:, -1] - white[:, :-1] @ coefficients
             rows.append(white * noise.weights(innovation, joint)[:, None])
     return rows
 
 
-def residuals(point: Dynamics, motion: Motion) -> list[list[Array]]:
+def residuals(point: Dynamics, motion: Motion, band: Band = EVERYTHING) -> list[list[Array]]:
     """Current that the point leaves unexplained, joint by joint, run by run [A]."""
     drive = point.drive
     left: list[list[Array]] = [[] for _ in drive.gain]
@@ -51,5 +60,5 @@ def residuals(point: Dynamics, motion: Motion) -> list[list[Array]]:
         s = block.bristles.together(drive.presliding_tail)
         error = block.motion.current - point.torque(block.motion, s) / drive.gain
         for j, mine in enumerate(left):
-            mine += [error[run, j] for run in runs(block.known[:, j])]
+            mine += [band(error[run, j]) for run in runs(block.known[:, j])]
     return left

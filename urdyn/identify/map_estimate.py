@@ -4,7 +4,8 @@
 
 [R r]_b is the whitened, weighted, QR-compressed data of one joint under one payload; w_b(z) are the
 physical unknowns that its columns multiply, over the drive's gain. Log-Cholesky inertias and
-logarithms need no constraint: the problem is smooth and free.
+logarithms need no constraint; friction that builds up with speed does, f + g >= 0, for at no speed
+does friction drive a joint.
 """
 
 from __future__ import annotations
@@ -47,6 +48,7 @@ class Problem:
 
     unknowns: Unknowns
     residual: Any  # CasADi function z -> whitened residuals of all blocks
+    at_rest: Any  # CasADi function z -> Coulomb and Stribeck friction at rest, (J,) [N·m], >= 0
 
 
 def build_problem(unknowns: Unknowns, blocks: Sequence[Compressed], point: Dynamics) -> Problem:
@@ -57,7 +59,14 @@ def build_problem(unknowns: Unknowns, blocks: Sequence[Compressed], point: Dynam
         ca.DM(block.R[:, :-1]) @ w - ca.DM(block.R[:, -1])
         for block, w in zip(blocks, ca.vertsplit(ws, _edges(blocks)), strict=True)
     ]
-    return Problem(unknowns, ca.Function("residual", [z], [ca.vertcat(*rows)]))
+    residual = ca.Function("residual", [z], [ca.vertcat(*rows)])
+    return Problem(unknowns, residual, _at_rest(unknowns))
+
+
+def _at_rest(unknowns: Unknowns) -> Any:
+    z = ca.SX.sym("z", len(unknowns.mean))
+    drive = quantities(unknowns, z).drive
+    return ca.Function("at_rest", [z], [drive["coulomb"] + drive["stribeck"]])
 
 
 def _edges(blocks: Sequence[Compressed]) -> list[int]:
@@ -96,8 +105,9 @@ def solve(problem: Problem, start: Array) -> Array:
     """
     z: Any = ca.MX.sym("z", len(start))
     cost: Any = 0.5 * ca.sumsqr(problem.residual(z)) + 0.5 * ca.sumsqr(z)
-    solver = ca.nlpsol("maximum", "ipopt", {"x": z, "f": cost}, IPOPT)
-    found = solver(x0=start)
+    problems = {"x": z, "f": cost, "g": problem.at_rest(z)}
+    solver = ca.nlpsol("maximum", "ipopt", problems, IPOPT)
+    found = solver(x0=start, lbg=0.0)
     if not solver.stats()["success"]:
         raise IdentifiabilityError(
             f"the identification did not converge ({solver.stats()['return_status']}); "
@@ -108,7 +118,13 @@ def solve(problem: Problem, start: Array) -> Array:
 
 def posterior(problem: Problem, z: Array) -> Gaussian:
     """Laplace's approximation at the maximum, in scores: information is data plus prior."""
+    whole = data_information(problem, z) + np.eye(len(z))
+    return Gaussian(z, np.asarray(np.linalg.inv(whole), dtype=np.float64))
+
+
+def data_information(problem: Problem, z: Array) -> Array:
+    """What the data alone say of the scores at `z`, (P, P)."""
     symbol = ca.MX.sym("z", len(z))
     slope = ca.Function("slope", [symbol], [ca.jacobian(problem.residual(symbol), symbol)])
     J: Array = np.asarray(slope(z), dtype=np.float64)
-    return Gaussian(z, np.asarray(np.linalg.inv(J.T @ J + np.eye(len(z))), dtype=np.float64))
+    return np.asarray(J.T @ J)

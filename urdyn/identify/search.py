@@ -12,6 +12,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from urdyn.identify.band import EVERYTHING, Band, common_band
 from urdyn.identify.compress import compress, residuals
 from urdyn.identify.excerpt import excerpt, folds
 from urdyn.identify.expressions import dynamics, physical
@@ -28,6 +29,7 @@ from urdyn.types import Array, Gaussian, Motion
 
 EXCERPT = 24_000  # rows, at most, on which the shape of friction is sought
 SHAPING = 8  # rounds of plain least squares, while the shape of friction moves
+SETTLING = 2  # rounds of plain least squares where friction lost its fading
 ROUNDS = 3  # rounds of the whole likelihood on the excerpt
 DAMPING = 0.5  # share of a shaping step that is taken: presliding and Stribeck trade off
 FOLDS = 6
@@ -52,6 +54,7 @@ class State:
     unknowns: Unknowns
     z: Array  # (P,) standard scores
     noise: Noise
+    band: Band = EVERYTHING
     time_offset: float = 0.0  # [s] by which current leads the recorded motion
     point: Dynamics = field(init=False)  # the bare arm at z
     payloads: tuple[Array, ...] = field(init=False)  # inertials (10,) each
@@ -83,6 +86,8 @@ def search(arm: Arm, runs: Sequence[Run], gain: Array | None, progress: Progress
         state = _align(state, brief)
     progress("terms of the model", 0.5)
     state = _select(_with_noise(state, brief), brief)
+    for _ in range(SETTLING):
+        state = _settle(state, brief)
     for k in range(ROUNDS):
         progress("colour of the noise", 0.6 + 0.2 * k / ROUNDS)
         state = _step(_with_noise(state, brief), brief, 1.0)
@@ -96,7 +101,8 @@ def _start(arm: Arm, runs: Sequence[Run], gain: Array | None) -> State:
     unknowns = Unknowns(population(arm), everything, gain, payloads)
     one = np.ones(arm.joints)
     unit = Noise(one, one, GAUSSIAN * one, np.zeros((arm.joints, 0)))
-    return State(unknowns, np.zeros(len(unknowns.mean)), unit)
+    band = common_band([run.motion for run in runs])
+    return State(unknowns, np.zeros(len(unknowns.mean)), unit, band)
 
 
 def _measurable(runs: Sequence[Run]) -> frozenset[str]:
@@ -109,7 +115,7 @@ def _with_noise(state: State, runs: Sequence[Run], plain: bool = False) -> State
     """The same point with the noise that it leaves; plain: white and Gaussian."""
     left: list[list[Array]] = [[] for _ in range(state.point.arm.joints)]
     for motion, point, _ in state.loaded(runs):
-        for joint, stretches in enumerate(residuals(point, motion)):
+        for joint, stretches in enumerate(residuals(point, motion, state.band)):
             left[joint] += stretches
     noise = fit_noise(left)
     return replace(state, noise=noise.plain() if plain else noise)
@@ -119,7 +125,7 @@ def _blocks(state: State, runs: Sequence[Run]) -> list[Compressed]:
     return [
         block
         for motion, point, payload in state.loaded(runs)
-        for block in compress(point, motion, state.noise, payload)
+        for block in compress(point, motion, state.noise, payload, state.band)
     ]
 
 
@@ -146,7 +152,7 @@ def _misfit(state: State, runs: Sequence[Run]) -> float:
     """Squared residuals of all joints, each in units of its noise."""
     total = 0.0
     for motion, point, _ in state.loaded(runs):
-        for joint, stretches in enumerate(residuals(point, motion)):
+        for joint, stretches in enumerate(residuals(point, motion, state.band)):
             total += sum(float(r @ r) for r in stretches) / state.noise.sd[joint] ** 2
     return total
 
@@ -158,6 +164,20 @@ def _select(state: State, runs: Sequence[Run]) -> State:
     terms = select_terms(state.unknowns, data, state.point, state.z)
     unknowns = replace(state.unknowns, terms=terms)
     return replace(state, unknowns=unknowns, z=unknowns.score(state.point, state.payloads))
+
+
+def _settle(state: State, runs: Sequence[Run]) -> State:
+    """The same arm where joints whose friction no longer fades with speed found a level for it.
+
+    What the fading had explained would otherwise pass for noise, of a colour that hides it.
+    """
+    unknowns = state.unknowns
+    lost = {j for j, terms in enumerate(unknowns.terms) if "stribeck" not in terms}
+    first = unknowns.prior.link_mean.size
+    moved = [first + k for k, (_, joint) in enumerate(unknowns.drive) if joint in lost]
+    z = state.z.copy()
+    z[moved] = _step(_with_noise(state, runs, plain=True), runs, 1.0).z[moved]
+    return replace(state, z=z)
 
 
 def _finish(state: State, runs: Sequence[Run]) -> Fit:
@@ -181,7 +201,7 @@ def _finish(state: State, runs: Sequence[Run]) -> Fit:
             unknowns.sd[:, None] * belief.cov * unknowns.sd,
         ),
         terms=unknowns.terms,
-        noise=state.noise,
+        noise=_with_noise(replace(state, band=EVERYTHING), runs).noise,
         sources=tuple(run.motion.source for run in runs),
         n_samples=sum(len(run.motion) for run in runs),
         rank=rank,

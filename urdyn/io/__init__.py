@@ -1,11 +1,13 @@
 """Files <-> types; units are converted here and nowhere else."""
 
 from urdyn.io.document import dump_toml, load_toml
+from urdyn.io.effort import Effort
 from urdyn.io.files import sha256, write_text, writing
 from urdyn.io.reader import read, read_table
 from urdyn.io.writer import write
 
 __all__ = [
+    "Effort",
     "dump_toml",
     "load_toml",
     "read",

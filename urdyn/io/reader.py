@@ -12,9 +12,11 @@ import pyarrow.parquet as pq
 
 from urdyn.errors import LogError
 from urdyn.io import parquet
+from urdyn.io.bags import fingerprint, is_bag, read_bag
 from urdyn.io.blocks import blocks
 from urdyn.io.compression import TORN, HashedFile, decompressed
 from urdyn.io.dialect import Dialect, sniff
+from urdyn.io.effort import UNTOLD, Effort
 from urdyn.io.mend import mend
 from urdyn.io.names import layout, listed
 from urdyn.io.parse import parse
@@ -32,13 +34,15 @@ def read(
     rows: Rows | None = None,  # half-open slice of the file's data rows, lost ones counted
     rate: float | None = None,  # [Hz] of a file without time stamps
     channels: Collection[str] | None = None,  # the only ones to keep; None: all
+    effort: Effort = UNTOLD,  # what a bag's efforts are, and how torques become currents
 ) -> Log:
     """The recording in `path`: RTDE names, SI units, and whatever was amiss in `defects`.
 
-    CSV as RTDE clients write it, `;` with decimal commas, Parquet; plain, gzip, bzip2, xz, zstd.
-    LogError where the file is no log, with its line.
+    CSV as RTDE clients write it, `;` with decimal commas, Parquet; plain, gzip, bzip2, xz, zstd;
+    bags of ROS 1 and ROS 2, MCAP. LogError where the file is no log, with its line.
     """
     table, source = read_table(path, columns=columns, rows=rows, channels=channels)
+    table = replace(table, channels=effort.amperes(table.channels, source.path))
     return mend(_timed(table, rate, source), source)
 
 
@@ -52,6 +56,8 @@ def read_table(
     """The numbers in `path` before anybody judged them: for poses, which no clock orders."""
     bounds = _bounds(rows, str(path))
     try:
+        if is_bag(Path(path)):
+            return _bag(Path(path), columns, rows, channels)
         with Path(path).open("rb") as stream:
             is_parquet = stream.read(len(parquet.MAGIC)) == parquet.MAGIC
             stream.seek(0)
@@ -69,6 +75,24 @@ def read_table(
         raise LogError("has no data", path)
     table = join(pieces)
     return table, source if rows is None else replace(source, rows=_cut(rows, table.rows, path))
+
+
+def _bag(
+    path: Path, columns: str | None, rows: Rows | None, channels: Collection[str] | None
+) -> tuple[Table, Source]:
+    """The wanted rows of a bag, whose data rows are the arm's joint states."""
+    if columns is not None:
+        raise LogError("is a bag, which names its own columns; leave out --columns", path)
+    table, source = read_bag(path, channels), Source(str(path), fingerprint(path))
+    if not len(table):
+        raise LogError("has no data", path)
+    if not table.channels.keys() - {"timestamp"}:
+        raise LogError(f"has no {', '.join(channels or ('channel',))}", path)
+    if rows is None:
+        return table, source
+    cut = _cut(rows, table.rows, path)
+    wanted = (table.row >= cut[0]) & (table.row < cut[1])
+    return table.take(wanted), replace(source, rows=cut)
 
 
 def _cut(rows: Rows, count: int, path: str | Path) -> tuple[int, int]:

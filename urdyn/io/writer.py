@@ -1,44 +1,78 @@
-"""write(): Log -> CSV as ur_rtde's recorder writes it, or Parquet."""
+"""write(): Log -> CSV as ur_rtde's recorder writes it, Parquet, MCAP, or a ROS 2 bag."""
 
 from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import BinaryIO
+from typing import Any, BinaryIO
 
 import pyarrow as pa
 import pyarrow.parquet as pq
 from pyarrow import csv as arrow_csv
 
 from urdyn.errors import InputError
+from urdyn.io.bags.outgoing import told
+from urdyn.io.bags.write import write_db3, write_mcap
 from urdyn.io.compression import WRITERS
 from urdyn.io.files import writing
 from urdyn.types import Array, Log
 from urdyn.version import __version__
 
 BATCH = 1 << 16  # rows that memory holds twice
+FORMS = (".csv", ".parquet", ".mcap", ".db3", "")
 
 
 def write(log: Log, path: str | Path) -> None:
     """Write a log so that reading it gives the same numbers; the suffix of `path` says how.
 
-    .csv (.csv.gz .csv.bz2 .csv.xz .csv.zst) or .parquet, which also carries where the log is from.
+    .csv (.csv.gz .csv.bz2 .csv.xz .csv.zst), .parquet and .mcap, which also carry where the log is
+    from, .db3; a name without a suffix is the folder of a ROS 2 bag.
     """
-    suffixes = [suffix.lower() for suffix in Path(path).suffixes]
-    packed = WRITERS.get(suffixes[-1]) if suffixes else None
-    form = suffixes[-1 - bool(packed)] if len(suffixes) > bool(packed) else ""
-    if form not in (".csv", ".parquet") or (packed and form == ".parquet"):
-        raise InputError(f"{path}: is to end in .csv or .parquet, or .csv.gz, .csv.zst, ...")
+    form, packed = _form(Path(path))
+    if form in (".db3", ""):
+        write_db3(told(_stretches(log)), Path(path))
+        return
     with writing(path) as stream:
         if form == ".parquet":
             _write_parquet(log, stream)
+        elif form == ".mcap":
+            write_mcap(told(_stretches(log)), stream, origin(log))
         elif packed:
             with packed(stream) as archive:
                 _write_csv(log, archive)
         else:
             _write_csv(log, stream)
+
+
+def _form(path: Path) -> tuple[str, Callable[[BinaryIO], Any] | None]:
+    """Suffix of the form, and what packs it; InputError where nobody writes such files."""
+    suffixes = [suffix.lower() for suffix in path.suffixes]
+    packed = WRITERS.get(suffixes[-1]) if suffixes else None
+    form = suffixes[-1 - bool(packed)] if len(suffixes) > bool(packed) else ""
+    if form not in FORMS or (packed and form != ".csv"):
+        raise InputError(
+            f"{path}: is to end in .csv or .parquet, .mcap, .db3, or .csv.gz, .csv.zst, ...; "
+            "without any ending it is the folder of a ROS 2 bag"
+        )
+    return form, packed
+
+
+def _stretches(log: Log) -> Iterator[dict[str, Array]]:
+    """The log as channels with their stamps, a stretch of rows at a time."""
+    for start in range(0, len(log), BATCH):
+        part = log.slice(start, start + BATCH)
+        yield {"timestamp": part.t} | dict(part.channels)
+
+
+def origin(log: Log) -> dict[str, str]:
+    """The version that wrote it, and the file that the numbers are from."""
+    return {
+        "urdyn.version": __version__,
+        "urdyn.source.path": log.source.path,
+        "urdyn.source.sha256": log.source.sha256,
+    }
 
 
 def _write_csv(log: Log, stream: BinaryIO) -> None:
@@ -53,13 +87,8 @@ def _write_csv(log: Log, stream: BinaryIO) -> None:
 
 
 def _write_parquet(log: Log, stream: BinaryIO) -> None:
-    """With the version that wrote it, and the file that the numbers are from."""
-    origin = {
-        "urdyn.version": __version__,
-        "urdyn.source.path": log.source.path,
-        "urdyn.source.sha256": log.source.sha256,
-    }
-    schema = _schema(log).with_metadata(origin)
+    """With its origin as metadata."""
+    schema = _schema(log).with_metadata(origin(log))
     with pq.ParquetWriter(stream, schema, compression="zstd") as writer:
         for batch in _batches(log, schema):
             writer.write_batch(batch)

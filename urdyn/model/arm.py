@@ -120,6 +120,8 @@ class Arm:
 
     def _each(self, call: Callable[..., Any], shape: tuple[int, ...], *motion: Array) -> Array:
         """`call` at every sample of the motion, (..., *shape)."""
+        if all(x.shape == (self.joints,) and x.flags.c_contiguous for x in motion):
+            return np.array(call(self._model, self._data, *motion))  # a live stream's one sample
         lead, rows = self._rows(*motion)
         out = np.empty((len(rows[0]), *shape))
         model, data = self._model, self._data

@@ -57,6 +57,10 @@ def title(source: Source) -> str:
 
 
 def robot(fit: Fit) -> str:
-    """The arm's type as its maker writes it: "ur10e" is "UR10e"."""
-    name = fit.dynamics.arm.name
+    """The arm's type as its maker writes it."""
+    return maker(fit.dynamics.arm.name)
+
+
+def maker(name: str) -> str:
+    """An arm's type as its maker writes it: "ur10e" is "UR10e"."""
     return name.replace("ur", "UR", 1) if name.startswith("ur") else name

@@ -8,6 +8,7 @@ from typing import Any
 
 from urdyn.report.markup import document
 from urdyn.report.track_change import changes
+from urdyn.report.track_findings import findings
 from urdyn.report.track_headline import arm, track_headline
 from urdyn.report.track_history import PAYLOAD, History
 from urdyn.report.track_interest import interest
@@ -30,6 +31,7 @@ def track_page(history: Path, summary: Mapping[str, Any]) -> str:
     return document(
         f"{arm(summary)} tracked",
         track_headline(run, summary, found, changed, surprised),
+        *([findings(run, summary)] if "findings" in summary else []),
         *([payload(run, changed)] if run.holds(PAYLOAD, "mass") else []),
         *([interest(summary["quantities"])] if "quantities" in summary else []),
         trends(run, found),

@@ -45,6 +45,16 @@ class Series:
             -(s * w**2) @ self.sine - (c * w**2) @ self.cosine,
         )
 
+    @property
+    def lasting(self) -> float:
+        """Time after which it begins again [s]."""
+        return self.period
+
+    def peaks(self) -> tuple[Array, Array, Array]:
+        """What |v|, |a| and |jerk| never exceed, (J,) each: [Ehlich1964]_, and Bernstein's law."""
+        _, v, a = (np.abs(x).max(axis=0) / BETWEEN for x in self.one_period())
+        return v, a, 2.0 * np.pi / self.period * len(self.sine) * a
+
     def one_period(self) -> tuple[Array, Array, Array]:
         """q, v, a over a period, finely enough that little is hidden between the rows."""
         rows = OVERSAMPLING * len(self.sine)
@@ -84,10 +94,17 @@ def draw(joints: int, period: float, rng: np.random.Generator, harmonics: int) -
     k = np.arange(1.0, harmonics + 1.0)[:, None]
     # Amplitudes fall as 1/k: every harmonic has the same share of the velocity.
     sine, cosine = rng.standard_normal((2, harmonics, joints)) / k
-    # v(0) = w sum k A_k and a(0) = -w² sum k² B_k: the closest coefficients that make them zero.
-    sine -= k * (k * sine).sum(axis=0) / (k**2).sum()
-    cosine -= k**2 * (k**2 * cosine).sum(axis=0) / (k**4).sum()
-    return Series(np.zeros(joints), sine, cosine, period)
+    return Series(np.zeros(joints), *at_rest(sine, cosine), period)
+
+
+def at_rest(sine: Array, cosine: Array) -> tuple[Array, Array]:
+    """The closest coefficients, (H, ...) each, whose velocity and acceleration begin at zero."""
+    k = np.arange(1.0, len(sine) + 1.0).reshape(-1, *[1] * (sine.ndim - 1))
+    # v(0) = w sum k A_k and a(0) = -w² sum k² B_k.
+    return (
+        sine - k * (k * sine).sum(axis=0) / (k**2).sum(),
+        cosine - k**2 * (k**2 * cosine).sum(axis=0) / (k**4).sum(),
+    )
 
 
 def series_within(arm: Arm, shape: Series, limits: Limits | None = None) -> Series:

@@ -70,19 +70,30 @@ def rated(arm: Arm) -> Limits:
     return Limits(arm.lower, arm.upper, arm.velocity_limit, acceleration, arm.effort_limit)
 
 
-def comfortable(arm: Arm) -> Limits:
-    """What an excitation asks for: around the upright pose, well below what the maker allows."""
+def comfortable(
+    arm: Arm,
+    excursion: float = EXCURSION,
+    velocity: float = SHARE_OF_VELOCITY,
+    acceleration: float = GENTLE_ACCELERATION,
+) -> Limits:
+    """What an excitation asks for: around the upright pose, well below what the maker allows.
+
+    Args:
+        excursion: to either side of the middle [rad], where there is room.
+        velocity: share of the largest velocity [-].
+        acceleration: of every joint [rad/s²].
+    """
     middle = 0.5 * (arm.lower + arm.upper)
     middle = np.array(
         [UPRIGHT.get(name, m) for name, m in zip(arm.joint_names, middle, strict=True)]
     )
     room = SHARE_OF_RANGE * np.minimum(middle - arm.lower, arm.upper - middle)
-    reach = np.minimum(EXCURSION, room)
+    reach = np.minimum(excursion, room)
     return Limits(
         lower=middle - reach,
         upper=middle + reach,
-        velocity=SHARE_OF_VELOCITY * arm.velocity_limit,
-        acceleration=np.full(arm.joints, GENTLE_ACCELERATION),
+        velocity=velocity * arm.velocity_limit,
+        acceleration=np.full(arm.joints, acceleration),
         torque=SHARE_OF_EFFORT * arm.effort_limit,
     )
 

@@ -16,9 +16,13 @@ from urdyn.types import Array
 RAMP = 1.0 / 3.0  # [-] share of a move's time that each of its two ramps takes
 PEAK_VELOCITY = 1.0 / (1.0 - RAMP)  # [-] of the unit move
 PEAK_ACCELERATION = 1.5 * PEAK_VELOCITY / RAMP  # [-] of the unit move
+PEAK_JERK = 6.0 * PEAK_VELOCITY / RAMP**2  # [-] of the unit move
 PACES = (1.0, 1.25, 1.6, 2.0, 3.0)  # [-] times that a move is given more of until its torque holds
 TRIES = 100  # goals that are drawn before giving up
 FINE = np.linspace(0.0, 1.0, 61)[:, None]  # [-] where a move's limits are verified
+
+
+ENDS = ("start", "goal")
 
 
 @dataclass(frozen=True)
@@ -47,15 +51,36 @@ def point_to_point(
     return one_after_the_other(moves, t)
 
 
+@dataclass(frozen=True)
+class Moves:
+    """One move after the other, standing still between them."""
+
+    moves: tuple[Move, ...]
+    lasting: float  # [s]
+
+    def at(self, t: Array) -> tuple[Array, Array, Array]:
+        """q, v, a at times (N,) [s], each (N, J)."""
+        begin, lasting = np.array([(m.begin, m.duration) for m in self.moves]).T[:, :, None]
+        start, goal = (np.array([getattr(m, name) for m in self.moves]) for name in ENDS)
+        i = np.maximum(np.searchsorted(begin[:, 0], t, side="right") - 1, 0)
+        u = np.clip((t[:, None] - begin[i]) / lasting[i], 0.0, 1.0)
+        q, v, a = along(u, lasting[i], start[i], goal[i])
+        return q, v, a
+
+    def peaks(self) -> tuple[Array, Array, Array]:
+        """What |v|, |a| and |jerk| never exceed, (J,) each."""
+        way = np.array([np.abs(m.goal - m.start) for m in self.moves])
+        lasting = np.array([[m.duration] for m in self.moves])
+        unit = (PEAK_VELOCITY, PEAK_ACCELERATION, PEAK_JERK)
+        v, a, jerk = ((peak * way / lasting**n).max(axis=0) for n, peak in enumerate(unit, 1))
+        return v, a, jerk
+
+
 def one_after_the_other(moves: Sequence[Move], t: Array) -> Trajectory:
     """Moves as a trajectory on the grid t (N,) [s], standing still between them."""
-    begin, lasting = np.array([(m.begin, m.duration) for m in moves]).T[:, :, None]
-    start, goal = (np.array([getattr(m, name) for m in moves]) for name in ("start", "goal"))
-    motion = np.empty((3, len(t), start.shape[1]))
+    path, motion = Moves(tuple(moves), float(t[-1])), np.empty((3, len(t), len(moves[0].start)))
     for rows in blocks(len(t)):
-        i = np.maximum(np.searchsorted(begin[:, 0], t[rows], side="right") - 1, 0)
-        u = np.clip((t[rows, None] - begin[i]) / lasting[i], 0.0, 1.0)
-        motion[:, rows] = along(u, lasting[i], start[i], goal[i])
+        motion[:, rows] = path.at(t[rows])
     return Trajectory(t, *motion)
 
 

@@ -26,8 +26,12 @@ class Payload:
             raise InputError(f"a payload of {self.mass:g} kg at {self.com} cannot be carried")
         assert self.com.shape == (3,), "a point in space"
 
+    @property
+    def radius(self) -> float:
+        """Of the ball [m]."""
+        return float((3.0 * self.mass / (4.0 * np.pi * DENSITY)) ** (1.0 / 3.0))
+
     def inertials(self) -> Array:
         """Mass, first moment, inertia about the last joint's frame, (10,), Pinocchio's order."""
-        radius = (3.0 * self.mass / (4.0 * np.pi * DENSITY)) ** (1.0 / 3.0)
-        own = 0.4 * self.mass * radius**2 * np.eye(3)
+        own = 0.4 * self.mass * self.radius**2 * np.eye(3)
         return about_frame(self.mass, self.com, own)

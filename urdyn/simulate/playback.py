@@ -13,17 +13,23 @@ from urdyn.errors import LogError
 from urdyn.model.arm import Arm
 from urdyn.simulate.limits import rated, require
 from urdyn.simulate.trajectory import Trajectory, blocks
+from urdyn.simulate.written import read_motion, rows_of
 from urdyn.types import Array
 
 
 def from_file(path: str | Path, arm: Arm, rate: float) -> Trajectory:
     """The trajectory in a CSV of t [s], q0 ... [rad] (a header is optional) at `rate` [Hz].
 
-    A quintic spline through all points that starts and ends at rest; InputError where the file
-    cannot be used or the arm cannot follow.
+    A quintic spline through all points that starts and ends at rest; velocities and accelerations
+    that follow the angles are not needed. Or the motion in an excitation.toml. InputError where the
+    file cannot be used or the arm cannot follow.
     """
-    points = read_points(path, arm.joints)
-    trajectory = through(points[:, 0] - points[0, 0], points[:, 1:], rate)
+    if Path(path).suffix.lower() == ".toml":
+        motion, duration, told = read_motion(path, arm.joints)
+        trajectory = rows_of(motion, duration - 1.0 / told, rate)
+    else:
+        points = read_points(path, arm.joints)
+        trajectory = through(points[:, 0] - points[0, 0], points[:, 1:], rate)
     require(arm, rated(arm), trajectory, str(path))
     return trajectory
 
@@ -43,24 +49,24 @@ def through(t: Array, q: Array, rate: float) -> Trajectory:
 
 def read_points(path: str | Path, joints: int) -> Array:
     """Rows of time and angles, (N, 1 + J); two or more, finite, time increasing."""
-    rows = list(_rows(path, 1 + joints))
+    rows = list(_rows(path, joints))
     if len(rows) < 2:
         raise LogError("a trajectory has two points or more", path)
-    points = np.array([numbers for _, numbers in rows])
+    points = np.array([numbers[: 1 + joints] for _, numbers in rows])
     back = np.flatnonzero(np.diff(points[:, 0]) <= 0.0)
     if len(back):
         raise LogError("time does not increase", path, rows[back[0] + 1][0], "t")
     return points
 
 
-def _rows(path: str | Path, width: int) -> Iterator[tuple[int, list[float]]]:
+def _rows(path: str | Path, joints: int) -> Iterator[tuple[int, list[float]]]:
     """Line number and numbers of every line that is neither empty nor the header."""
     try:
         with Path(path).open(newline="", encoding="utf-8-sig") as stream:
             reader = csv.reader(stream)
             for cells in reader:
                 if cells and not (reader.line_num == 1 and _is_header(cells)):
-                    yield reader.line_num, _numbers(cells, width, path, reader.line_num)
+                    yield reader.line_num, _numbers(cells, joints, path, reader.line_num)
     except OSError as error:
         raise LogError(f"cannot be read: {error.strerror}", path) from None
     except (UnicodeDecodeError, csv.Error) as error:
@@ -76,11 +82,12 @@ def _is_header(cells: list[str]) -> bool:
     return False
 
 
-def _numbers(cells: list[str], width: int, path: str | Path, line: int) -> list[float]:
+def _numbers(cells: list[str], joints: int, path: str | Path, line: int) -> list[float]:
     """The numbers of one line."""
-    if len(cells) != width:
+    width = 1 + joints
+    if len(cells) not in (width, 1 + 3 * joints):
         raise LogError(
-            f"{len(cells)} columns; the arm needs {width}: t and {width - 1} angles", path, line
+            f"{len(cells)} columns; the arm needs {width}: t and {joints} angles", path, line
         )
     try:
         numbers = [float(cell) for cell in cells]

@@ -11,7 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from urdyn.dbn.robot import RobotCurrents, RobotSlice
+from urdyn.dbn.robot import RobotCurrents
+from urdyn.dbn.robot_slice import RobotSlice
 from urdyn.tracking.tracker import Reading
 from urdyn.types import Array
 

@@ -6,12 +6,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from urdyn.dbn.figure2 import figure2
+from urdyn.dbn.graph import Network
 from urdyn.dbn.joined import Joined
-from urdyn.dbn.robot import RobotCurrents, RobotSlice, shown_directions
-from urdyn.dbn.trend import Trend
+from urdyn.dbn.robot import RobotCurrents, shown_directions
+from urdyn.dbn.robot_slice import RobotSlice
+from urdyn.dbn.wear import Wear
 from urdyn.dbn.widening import Widening
 from urdyn.identify.fit import Fit
 from urdyn.model.population import Population, population
+from urdyn.tracking.colour import MEMORY, SLOWEST
 from urdyn.types import Array, Gaussian, Index
 
 TRACKED = {
@@ -21,47 +25,52 @@ TRACKED = {
     "o": "offset",
     "rotor": "rotor_inertia",
 }
-DRIFTING = ("f", "alpha", "z")  # groups with a rate: what wears
+STRAYING = ("k", "f", "alpha", "beta", "z", "o")
+DRIFTING = ("f", "z")  # groups with a rate: what wears; alpha follows f
 ZERO_SD = 3e-4  # [rad] of a joint's zero on the first day
 HEALTH_SD = 0.01  # [-] of health on the first day: gains are the commissioned ones
 PAYLOAD_SD = np.array([3.0, 0.3, 0.3, 0.3, *[0.05] * 6])  # kg, kg m, kg m²: anything or nothing
+# Viscous friction of UR arms falls by 15 to 25 % over the 12 to 20 K of a warm-up.
+KAPPA, KAPPA_SD, KAPPA_F_SD = 0.014, 0.004, 0.002  # [1/K]
+LAG = 300.0  # [s] in which the lubricant's warmth is that of the joint
+UNLIKE = 0.4  # [K] by which it is not
 
 
 @dataclass(frozen=True)
 class Drift:
     """How fast parameters of a healthy arm stray; per √s, relative where logarithms are kept."""
 
-    friction: float = 2e-3  # [1/√s] of f and alpha: temperature, load and grease
-    structural: float = 1e-3  # [1/√s]
-    health: float = 1e-4  # [1/√s]
-    offset: float = 1e-3  # [1/√s], of the Coulomb friction
+    friction: float = 2e-4  # [1/√s] of f and alpha: load and grease
+    warmth: float = 1e-3  # [1/√s] of alpha besides, where nobody measures temperatures
+    structural: float = 2e-4  # [1/√s]
+    health: float = 3e-5  # [1/√s]
+    offset: float = 2e-4  # [1/√s], of the Coulomb friction
     zero: float = 1e-6  # [rad/√s]
-    rate_sd: float = 1e-5  # [1/s] of the rates on the first day
-    acceleration: float = 1e-7  # [1/s/√s] of the rates
+    rate_sd: float = 3e-6  # [1/s] of the rates on the first day
+    acceleration: float = 1e-8  # [1/s/√s] of the rates
 
 
-def tracking_model(fit: Fit, drift: Drift | None = None) -> Joined[RobotSlice]:
+def tracking_model(
+    fit: Fit, drift: Drift | None = None, network: Network | None = None
+) -> Joined[RobotSlice]:
     """Observation and process of the arm that was commissioned by `fit`.
 
-    States: k, m, f, alpha, beta, z, o, rotor, payload, and the rates of f, alpha and z. Drive gains
-    stay as commissioned and the prior is conditional on them: health is relative to them.
+    States: k, m, f, alpha, beta, z, o, rotor, payload, what warmth does, slow noise, and the rates
+    of f and z. Drive gains stay as commissioned and the prior is conditional on them: health is
+    relative to them. The edges of `network`, figure2() where none is given, lead what strays.
     """
     arms = population(fit.dynamics.arm)
     V, shown = shown_directions(arms, fit.dynamics, np.random.default_rng(0))
-    currents = RobotCurrents(fit.dynamics, shown, _slow_noise(fit))
+    currents = RobotCurrents(fit.dynamics, shown, _noise(fit))
     prior = _prior(fit, arms, V, currents)
-    process = _process(fit, currents, prior, drift or Drift())
+    process = _process(fit, currents, prior, drift or Drift(), network or figure2())
     return Joined(Widening(process, _at(currents, "payload"), PAYLOAD_SD), currents)
 
 
-def _slow_noise(fit: Fit) -> Array:
-    """White noise that says as much of a parameter as the coloured noise of the log, (J,) [A].
-
-    Its power is the spectral density at frequency zero, where parameters live.
-    """
+def _noise(fit: Fit) -> Array:
+    """Noise of the currents whatever its colour, (J,) [A] sd."""
     noise = fit.noise
-    power = noise.scale**2 * noise.dof / (noise.dof - 2.0)
-    return np.asarray(np.sqrt(power) / np.abs(1.0 - noise.ar.sum(axis=1)))
+    return np.asarray(noise.scale * np.sqrt(noise.dof / (noise.dof - 2.0)))
 
 
 def _prior(fit: Fit, arms: Population, V: Array, currents: RobotCurrents) -> Gaussian:
@@ -80,7 +89,19 @@ def _prior(fit: Fit, arms: Population, V: Array, currents: RobotCurrents) -> Gau
     mean = T[:, links:] @ fit.belief.mean[tracked]
     mean[currents.places["m"]] = 0.0
     whole = T @ cov @ T.T
-    for group, sd in (("k", ZERO_SD), ("z", HEALTH_SD), ("payload", PAYLOAD_SD)):
+    # What a log showed of warmth is in the model as `thermal` already.
+    unknown = fit.dynamics.drive.thermal == 0.0
+    mean[currents.places["kappa"]] = np.where(unknown, KAPPA, 0.0)
+    spread: dict[str, float | Array] = {
+        "k": ZERO_SD,
+        "z": HEALTH_SD,
+        "payload": PAYLOAD_SD,
+        "kappa": KAPPA_SD,
+        "kappa_f": KAPPA_F_SD,
+        "lubricant": UNLIKE,
+        "slow": SLOWEST * currents.noise,
+    }
+    for group, sd in spread.items():
         at = _at(currents, group)
         whole[at, at] = np.broadcast_to(sd, at.shape) ** 2
     return Gaussian(mean, whole)
@@ -98,9 +119,41 @@ def _at(currents: RobotCurrents, group: str) -> Index:
     return np.arange(place.start, place.stop)
 
 
-def _process(fit: Fit, currents: RobotCurrents, prior: Gaussian, drift: Drift) -> Trend:
-    diffusion = np.zeros(len(currents.names))
-    spread: dict[str, float | Array] = {
+def _process(
+    fit: Fit, currents: RobotCurrents, prior: Gaussian, drift: Drift, network: Network
+) -> Wear:
+    p, at = len(currents.names), currents.places
+    drifting = np.concatenate([_at(currents, group) for group in DRIFTING])
+    one = np.ones(len(drifting))
+    correlation, lead = _edges(network, currents)
+    within = correlation[np.ix_(drifting, drifting)]
+    sd = np.zeros(p)
+    for group, values in _straying(fit, drift).items():
+        sd[at[group]] = values
+    warmth = np.zeros(p)
+    warmth[at["alpha"]] = drift.warmth
+    rates = np.zeros((p + len(one), p + len(one)))
+    rates[:p, :p] = prior.cov
+    rates[p:, p:] = drift.rate_sd**2 * within
+    return Wear(
+        parameters=currents.names,
+        prior=Gaussian(np.r_[prior.mean, 0.0 * one], rates),
+        own=correlation * np.outer(sd, sd),
+        drifting=drifting,
+        push=drift.acceleration**2 * within,
+        lead=lead,
+        warmth=warmth,
+        lubricant=at["lubricant"],
+        lag=LAG,
+        unlike=UNLIKE,
+        slow=at["slow"],
+        memory=MEMORY,
+    )
+
+
+def _straying(fit: Fit, drift: Drift) -> dict[str, float | Array]:
+    """How fast each group's own part strays."""
+    return {
         "k": drift.zero,
         "f": drift.friction,
         "alpha": drift.friction,
@@ -108,9 +161,21 @@ def _process(fit: Fit, currents: RobotCurrents, prior: Gaussian, drift: Drift) -
         "z": drift.health,
         "o": drift.offset * fit.dynamics.drive.coulomb,
     }
-    for group, values in spread.items():
-        diffusion[currents.places[group]] = values
-    drifting = np.concatenate([_at(currents, group) for group in DRIFTING])
-    one = np.ones(len(drifting))
-    rates, acceleration = drift.rate_sd * one, drift.acceleration * one
-    return Trend(currents.names, prior, diffusion, drifting, rates, acceleration)
+
+
+def _edges(network: Network, currents: RobotCurrents) -> tuple[Array, Array]:
+    """Correlation of own parts and coefficients B of what leads what, (p, p) each.
+
+    Edges between groups of one entry a joint: joint by joint.
+    """
+    p = len(currents.names)
+    correlation, lead = np.eye(p), np.zeros((p, p))
+    for edge in network.edges:
+        if not {*edge.ends} <= set(STRAYING):
+            continue
+        parent, child = (_at(currents, name) for name in edge.ends)
+        if edge.shared:
+            correlation[parent, child] = correlation[child, parent] = edge.coefficient
+        else:
+            lead[child, parent] = edge.coefficient
+    return correlation, lead

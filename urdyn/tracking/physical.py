@@ -9,6 +9,8 @@ import numpy as np
 
 from urdyn.dbn.robot import RobotCurrents
 from urdyn.identify.fit import Fit
+from urdyn.model.consistency import is_consistent
+from urdyn.model.possible import possible_body
 from urdyn.types import Array, Gaussian
 
 JOINT = {
@@ -21,6 +23,8 @@ JOINT = {
 }
 LOGARITHMIC = ("f", "alpha", "beta", "z")
 PAYLOAD = ("mass", "mx", "my", "mz")
+PAYLOAD_REACH = 0.5  # [m] of the flange, within which what is carried is
+LINK_REACH = 1.5  # [m] of its joint, within which a link is
 
 
 @dataclass(frozen=True)
@@ -48,7 +52,7 @@ class Quantities:
         return (*joints, *["kg"] * J, "kg", *["kg·m"] * 3)
 
     def of(self, belief: Gaussian) -> tuple[Array, Array]:
-        """Means and standard deviations of all quantities; health is at most 1."""
+        """Means, which are possible throughout, and standard deviations of all quantities."""
         at, x, sd = self.currents.places, belief.mean, belief.sd
         mean, spread = [], []
         for group in JOINT:
@@ -60,10 +64,25 @@ class Quantities:
             spread.append(error)
         m, M = at["m"], self.mass_shown
         told = np.einsum("jr,rs,js->j", M, belief.cov[m, m], M)
-        payload = slice(at["payload"].start, at["payload"].start + len(PAYLOAD))
-        mean += [self.link_mass + M @ x[m], x[payload]]
-        spread += [np.sqrt(told + self.mass_hidden**2), sd[payload]]
+        few = slice(at["payload"].start, at["payload"].start + len(PAYLOAD))
+        mean += [self.links(belief)[:, 0], self.payload(belief)[: len(PAYLOAD)]]
+        spread += [np.sqrt(told + self.mass_hidden**2), sd[few]]
         return np.concatenate(mean), np.concatenate(spread)
+
+    def payload(self, belief: Gaussian) -> Array:
+        """Inertials (10,) of the likeliest body, or of nothing, that is carried."""
+        at = self.currents.places["payload"]
+        return possible_body(Gaussian(belief.mean[at], belief.cov[at, at]), PAYLOAD_REACH)
+
+    def links(self, belief: Gaussian) -> Array:
+        """Inertials (J, 10) of the likeliest bodies that the links can be."""
+        at, S = self.currents.places["m"], self.currents.shown.reshape(len(self.link_mass), 10, -1)
+        moved = self.currents.reference.inertials + S @ belief.mean[at]
+        if is_consistent(moved).all():
+            return moved
+        # By all that arms of the type differ in: no motion shows all ten of a link.
+        beliefs = (Gaussian(body, way @ way.T) for body, way in zip(moved, S, strict=True))
+        return np.array([possible_body(link, LINK_REACH) for link in beliefs])
 
 
 def quantities(fit: Fit, currents: RobotCurrents) -> Quantities:

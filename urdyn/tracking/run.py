@@ -5,10 +5,10 @@ from __future__ import annotations
 import resource
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Generic, TypeVar
+from typing import Any, Generic, Protocol, TypeVar
 
 import numpy as np
 from threadpoolctl import threadpool_limits
@@ -19,6 +19,7 @@ from urdyn.tracking.checkpoint import Checkpoint
 from urdyn.tracking.history import FILE, History, changes
 from urdyn.tracking.interest import gathered, nothing_yet, told
 from urdyn.tracking.latency import Latency
+from urdyn.tracking.modes import mode_of
 from urdyn.tracking.physical import Quantities, quantities
 from urdyn.tracking.source import Arrival, Source, now
 from urdyn.tracking.tracker import Reading, Tracker
@@ -48,6 +49,25 @@ class Glance:
 Watch = Callable[[Glance], None]
 
 
+class Observer(Protocol):
+    """One who looks on, and remembers where a run that is killed goes on."""
+
+    def begin(self, folder: Path, index: int, identity: Mapping[str, str]) -> None:
+        """The run begins, or goes on, at this sample."""
+
+    def take(self, reading: Reading) -> None:
+        """One instant on."""
+
+    def keep(self, index: int) -> None:
+        """The run is about to be kept as of this sample."""
+
+    def finish(self) -> Mapping[str, Any]:
+        """The stream has ended: what there is to say, for the run's summary."""
+
+    def forget(self) -> None:
+        """The run will not go on."""
+
+
 def run(
     tracker: Tracker[S],
     source: Source,
@@ -55,6 +75,7 @@ def run(
     twin: str = "",
     fresh: bool = False,
     watch: Watch | None = None,
+    observer: Observer | None = None,
 ) -> dict[str, Any]:
     """Track `source` to its end and write DIR/history.parquet; what was found, in plain numbers.
 
@@ -77,9 +98,11 @@ def run(
     begun = keep.load(start, identity, out)
     history = History(out, quantities(tracker.fit, tracker.currents), begun.parts)
     history.open()
+    if observer:
+        observer.begin(out, begun.index, identity)
     # The matrices are small: threads of the linear algebra would wait for one another.
     with threadpool_limits(1):
-        return _Run(tracker, source, history, identity, watch).to_the_end(begun)
+        return _Run(tracker, source, history, identity, watch, observer).to_the_end(begun)
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,6 +112,7 @@ class _Run(Generic[S]):
     history: History
     identity: dict[str, str]
     watch: Watch | None
+    observer: Observer | None
 
     def to_the_end(self, at: Checkpoint[S]) -> dict[str, Any]:
         """Every sample that is left, then the files."""
@@ -105,6 +129,7 @@ class _Run(Generic[S]):
             at = self._note(at, reading, work)
             if at.index % part == 0:
                 at = self._kept(at)
+        found = self.observer.finish() if self.observer else {}
         path = self._finish(at)
         return {
             "robot": self.tracker.fit.dynamics.arm.name,
@@ -116,15 +141,18 @@ class _Run(Generic[S]):
             "latency_ms": pace.summary(),
             "rss_mb": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * RSS_UNIT / 1e6,
             "filter": type(self.tracker.filter).__name__,
-            "mode": "full",
+            "mode": mode_of(self.tracker.filter),
             "final": _final(self.history.quantities, self._belief(at)),
             "quantities": told(at.interest, self.tracker.fit.dynamics.arm.joint_names),
             "payload_changes": changes(path),
+            **found,
         }
 
     def _step(self, at: Checkpoint[S], arrival: Arrival) -> tuple[Checkpoint[S], Reading | None]:
         t = arrival.sample.t
         state, reading = self.tracker.step(at.state, arrival.sample)
+        if self.observer and reading:
+            self.observer.take(reading)
         began = at.began if np.isfinite(at.began) else t
         return replace(at, state=state, index=at.index + 1, began=began, last=t), reading
 
@@ -151,6 +179,8 @@ class _Run(Generic[S]):
     def _kept(self, at: Checkpoint[S]) -> Checkpoint[S]:
         """The run as it is now, on disk."""
         self.history.write()
+        if self.observer:
+            self.observer.keep(at.index)
         at = replace(at, parts=self.history.parts)
         keep.save(at, self.identity, self.history.folder)
         return at
@@ -172,6 +202,8 @@ class _Run(Generic[S]):
         if not self.source.live:
             keep.remove(path.parent)
             self.history.discard()
+            if self.observer:
+                self.observer.forget()
         return path
 
     def _belief(self, at: Checkpoint[S]) -> Gaussian:

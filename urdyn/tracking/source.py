@@ -15,6 +15,7 @@ import numpy as np
 
 from urdyn.errors import InputError, RtdeError, UrdynError
 from urdyn.io import read
+from urdyn.io.effort import UNTOLD, Effort
 from urdyn.io.rtde import Client, connect, parse_address
 from urdyn.signal import Sample, samples
 from urdyn.types import Log
@@ -57,11 +58,12 @@ def open_source(
     rows: Rows | None = None,
     rate: float | None = None,
     duration: float | None = None,
+    effort: Effort = UNTOLD,
 ) -> Source:
     """The source that `text` names: a log, or rtde://HOST[:PORT].
 
     `rate` [Hz] is that of a log without time stamps, or what a controller is asked for; `duration`
-    [s] ends the stream.
+    [s] ends the stream; `effort` tells what a bag's efforts are.
     """
     if not (duration or 1.0) > 0 or not (rate or 1.0) > 0:
         raise InputError("duration and rate are to be above 0")
@@ -69,7 +71,7 @@ def open_source(
         return _robot(text, rate, duration)
     if "://" in text:
         raise InputError(f"{text}: no such source; name a log, or {SCHEME}HOST[:PORT]")
-    log = read(Path(text), columns=columns, rows=rows, rate=rate, channels=CHANNELS)
+    log = read(Path(text), columns=columns, rows=rows, rate=rate, channels=CHANNELS, effort=effort)
     return _recording(text, log, duration)
 
 

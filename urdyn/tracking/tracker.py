@@ -2,20 +2,29 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from functools import cached_property
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from functools import cached_property, partial
 from typing import Generic, TypeVar
 
 import numpy as np
 
+from urdyn.dbn.graph import Network
 from urdyn.dbn.joined import Joined
-from urdyn.dbn.robot import RobotCurrents, RobotSlice
+from urdyn.dbn.robot import RobotCurrents
+from urdyn.dbn.robot_slice import RobotSlice
 from urdyn.estimate import Filter, Innovation
+from urdyn.estimate.square_root import SquareRoot
 from urdyn.identify.fit import Fit
 from urdyn.model.friction import follow
 from urdyn.signal import Causal, CausalState, Instant, Sample
+from urdyn.tracking import colour as noise
+from urdyn.tracking.blocks import BlockBelief
+from urdyn.tracking.colour import Colour
 from urdyn.tracking.model import Drift, tracking_model
-from urdyn.types import Array, Gaussian, Motion
+from urdyn.tracking.temper import tempered, untempered
+from urdyn.tracking.warmth import warmed
+from urdyn.types import Array, Gaussian
 
 S = TypeVar("S")
 
@@ -23,10 +32,13 @@ STANDING = 0.02  # [rad/s] slower than this, friction is whatever holds the join
 SETTLED = 50.0  # presliding distances of travel after which the bristles are known
 INTERRUPTED = 0.5  # [s] without a sample: the joints may have moved
 LONGEST = 60.0  # [s] of drift that one gap may add: a night does not make an arm unknown
-MEMORY = 0.3  # [s] over which surprise is averaged
-SURPRISED = 3.0  # [-] of that average, where 1 is expected: something else is carried
+MEMORY = 0.5  # [s] over which surprise is averaged
+SURPRISED = 2.8  # [-] of that average, where 1 is expected: something else is carried
+WILDEST = 4.0  # [-] that one sample counts for at most: a knock of less than MEMORY is no payload
+HINDSIGHT = 1.0  # [s] before something else is noticed that is carried, it may have been
 PATIENCE = 2.0  # [s] after such a moment before the next
-GATE = 8.0  # [sd] of an innovation, beyond which a sample surprises but does not teach
+GAP = 5.0  # periods without a sample, after which noise has no past
+SURE = 2.0  # [-] variance of an innovation over its noise's: less, and it tells of the noise
 OVERLOAD = 3.0  # [-] of the rated torque's current: more, and the sensor is wrong
 
 
@@ -42,19 +54,32 @@ class TrackerState(Generic[S]):
     travelled: Array  # (J,) [rad] since they were unknown
     surprise: float  # [-] average of the innovations' size, 1 expected
     widened: float  # [s] when something else was last taken up
+    colour: Colour  # of the noise
+    unsure: Array  # (J,) [-] variance of the last innovation over that of its noise
+    lubricant: Array  # (J,) [°C]; NaN while nobody measures the joint's temperature
+    earlier: S  # the belief at `marked`
+    earliest: S  # and HINDSIGHT or more before: what was not yet surprised
+    marked: float  # [s]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Reading:
     """What one instant told."""
 
     t: float  # [s]
-    inputs: RobotSlice  # the motion, as the model sees it
-    belief: Gaussian
     current: Array  # (J,) [A] as measured
-    predicted: Array  # (J,) [A] by the belief before; NaN where nothing was compared
-    innovation: Innovation
+    predicted: Array  # (J,) [A] by the belief before and the noise; NaN where nothing was compared
+    innovation: Innovation  # white
     widened: bool  # the payload was taken to have changed here
+    instant: Instant
+    travelled: Array  # (J,) [rad] since the bristles were unknown
+    inputs: RobotSlice  # what the motion made of the parameters
+    believed: Callable[[], Gaussian] = field(repr=False)
+
+    @cached_property
+    def belief(self) -> Gaussian:
+        """Over the model's states, this instant learnt."""
+        return self.believed()
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,11 +90,12 @@ class Tracker(Generic[S]):
     filter: Filter[S]
     period: float  # [s] between samples, as a rule
     drift: Drift | None = None
+    network: Network | None = None  # None: the paper's
 
     @cached_property
     def model(self) -> Joined[RobotSlice]:
         """The two slices."""
-        return tracking_model(self.fit, self.drift)
+        return tracking_model(self.fit, self.drift, self.network)
 
     @cached_property
     def currents(self) -> RobotCurrents:
@@ -87,8 +113,22 @@ class Tracker(Generic[S]):
         J = self.fit.dynamics.arm.joints
         belief, nothing = self.filter.init(self.model), np.zeros(J)
         causal = self._causal.init(J)
+        width = 2 * len(self.currents.rigid) + 7
         return TrackerState(
-            causal, belief, -np.inf, nothing, np.zeros((2, J)), nothing, 1.0, -np.inf
+            causal,
+            belief,
+            -np.inf,
+            nothing,
+            np.zeros((2, J)),
+            nothing,
+            1.0,
+            -np.inf,
+            noise.first(self.fit.noise, width, self.period),
+            np.ones(J),
+            np.full(J, np.nan),
+            belief,
+            belief,
+            -np.inf,
         )
 
     def step(
@@ -103,31 +143,60 @@ class Tracker(Generic[S]):
 
     def _assimilate(self, state: TrackerState[S], now: Instant) -> tuple[TrackerState[S], Reading]:
         dt = now.t - state.t
-        bristles, travelled = self._moved(state, now, dt)
-        drive = self.fit.dynamics.drive
-        s = bristles[0] + drive.presliding_tail * (bristles[1] - bristles[0])
-        widen = state.surprise > SURPRISED and now.t - state.widened > PATIENCE
+        if dt > GAP * self.period:
+            state = replace(state, colour=noise.interrupted(state.colour))
         passed = float(np.clip(dt, 0.0, LONGEST)) if np.isfinite(dt) else 0.0
-        u = self.currents.slice(_row(now), s[None], passed, widen)
+        bristles, travelled = self._moved(state, now, dt)
+        lubricant = warmed(state.lubricant, now.temperature, passed)
+        state = replace(state, bristles=bristles, travelled=travelled, lubricant=lubricant)
+        widen = state.surprise > SURPRISED and now.t - state.widened > PATIENCE
+        before = state.earliest if widen else state.belief
+        mean = self._mean(before)
+        u = self._inputs(state, now, passed, widen, mean)
         y = np.where(self._told(now, travelled), now.current, np.nan)
-        belief, innovation = self.filter.step(self.model, state.belief, u, y)
-        wild = np.abs(innovation.residual) > GATE * np.sqrt(np.diag(innovation.cov))
-        if wild.any():
-            believed = np.where(wild, np.nan, y)
-            belief, _ = self.filter.step(self.model, state.belief, u, believed)
+        white, seen = noise.whitened(state.colour, u, y)
+        unknown = self.currents.unknown(white)
+        R = white.noise**2 + unknown
+        slow = mean[self.currents.places["slow"]]
+        left = y - self.model.observe(mean, u) + slow
+        wild = left - noise.foreseen(state.colour, slow)
+        given = white if widen else tempered(white, wild, R, state.unsure)
+        belief, told = self.filter.step(self.model, before, given, seen)
+        told = untempered(told, given.noise**2 - white.noise**2, seen)
+        unsure = np.fmax(np.diag(told.cov) / R, np.isnan(told.residual) * state.unsure)
+        sure = (unsure < SURE) & (unknown < 0.25 * white.noise**2)
+        colour = noise.learnt(state.colour, left, unknown, sure, self.period)
         after = replace(
-            state,
+            _marked(state, now.t, belief if widen else None),
             belief=belief,
             t=now.t,
             v=now.v,
-            bristles=bristles,
-            travelled=travelled,
-            surprise=1.0 if widen else _surprise(state.surprise, innovation, passed),
+            surprise=1.0 if widen else _surprise(state.surprise, told, passed),
             widened=now.t if widen else state.widened,
+            colour=noise.kept(colour, u, y),
+            unsure=unsure,
         )
-        predicted = y - innovation.residual
-        learnt = self.filter.belief(belief)
-        return after, Reading(now.t, u, learnt, now.current, predicted, innovation, widen)
+        believed = partial(self.filter.belief, belief)
+        predicted = y - told.residual
+        heard = now.t, now.current, predicted, told, widen
+        return after, Reading(*heard, now, travelled, u, believed)
+
+    def _mean(self, belief: S) -> Array:
+        """Of the states; a square root need not be squared for it."""
+        if isinstance(belief, Gaussian | SquareRoot | BlockBelief):
+            return belief.mean
+        return self.filter.belief(belief).mean
+
+    def _inputs(
+        self, state: TrackerState[S], now: Instant, dt: float, widen: bool, mean: Array
+    ) -> RobotSlice:
+        """What the motion makes of the parameters now."""
+        drive, bristles = self.fit.dynamics.drive, state.bristles
+        s = bristles[0] + drive.presliding_tail * (bristles[1] - bristles[0])
+        u = self.currents.slice(now, s, dt, widen, mean)
+        warm = state.lubricant - drive.temperature
+        unknown = np.isnan(warm)
+        return replace(u, warm=np.where(unknown, 0.0, warm), blind=bool(unknown.any()))
 
     def _moved(self, state: TrackerState[S], now: Instant, dt: float) -> tuple[Array, Array]:
         """Bristles and travel after the way since the last instant."""
@@ -145,6 +214,15 @@ class Tracker(Generic[S]):
         return np.asarray(settled & possible & (np.abs(now.v) > STANDING))
 
 
+def _marked(state: TrackerState[S], t: float, anew: S | None) -> TrackerState[S]:
+    """What is remembered of earlier beliefs; nothing but `anew`, where it has just begun."""
+    if anew is not None:
+        return replace(state, earlier=anew, earliest=anew, marked=t)
+    if t - state.marked < HINDSIGHT:
+        return state
+    return replace(state, earlier=state.belief, earliest=state.earlier, marked=t)
+
+
 def _surprise(before: float, innovation: Innovation, dt: float) -> float:
     """Average of the squared innovations in units of their expected size.
 
@@ -152,18 +230,5 @@ def _surprise(before: float, innovation: Innovation, dt: float) -> float:
     """
     if 2 * innovation.measured < len(innovation.residual):
         return before
-    size = min(innovation.nis / innovation.measured, GATE**2)  # one wild sample is not a payload
+    size = min(innovation.nis / innovation.measured, WILDEST)
     return float(before - np.expm1(-dt / MEMORY) * (size - before))
-
-
-def _row(now: Instant) -> Motion:
-    """An instant as a motion of one row."""
-    return Motion(
-        np.array([now.t]),
-        now.q[None],
-        now.v[None],
-        now.a[None],
-        now.jerk[None],
-        now.current[None],
-        now.temperature[None],
-    )

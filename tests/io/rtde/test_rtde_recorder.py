@@ -66,7 +66,7 @@ def test_a_minute_at_500_hz_loses_nothing_and_is_fresh(start: Start, tmp_path: P
     assert summary.age_p99 < 1e-3
 
 
-@pytest.mark.parametrize("suffix", [".csv", ".csv.zst", ".parquet"])
+@pytest.mark.parametrize("suffix", [".csv", ".csv.zst", ".parquet", ".mcap"])
 def test_every_form_holds_every_bit(start: Start, tmp_path: Path, suffix: str) -> None:
     path = tmp_path / f"a{suffix}"
     summary = record(start().host, path, recipe=NAMES, duration=1.0)
@@ -115,7 +115,7 @@ def test_a_drop_is_taken_up_again_and_told(start: Start, tmp_path: Path) -> None
     assert set(connection) == {0, 1}
 
 
-@pytest.mark.parametrize("suffix", [".csv", ".csv.zst", ".parquet"])
+@pytest.mark.parametrize("suffix", [".csv", ".csv.zst", ".parquet", ".mcap"])
 def test_a_killed_recorder_leaves_a_readable_file(
     start: Start, tmp_path: Path, suffix: str
 ) -> None:

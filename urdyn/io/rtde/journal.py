@@ -1,15 +1,16 @@
 """What a recorder writes, so that the file can be read whenever the process is killed.
 
 .csv and .csv.zst grow by whole rows, flushed; of the latter every flush is a zstd frame of its own.
-.parquet has no meaning without its last bytes: until `finish` the file holds .csv.zst, which
-`read` tells by its content, whatever the suffix; then it is rewritten as Parquet, all or nothing.
+.parquet has no meaning without its last bytes, and .mcap no index: until `finish` the file holds
+.csv.zst, which `read` tells by its content, whatever the suffix; then it is rewritten in its form,
+all or nothing.
 What the kernel had not yet put on the disk is lost when the power fails.
 """
 
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -20,10 +21,16 @@ from numpy.typing import NDArray
 from pyarrow import csv
 
 from urdyn.errors import InputError
+from urdyn.io.bags.forms import require
+from urdyn.io.bags.outgoing import told
+from urdyn.io.bags.write import write_mcap
 from urdyn.io.files import writing
+from urdyn.io.names import layout
 from urdyn.io.rtde.recipe import Rows
+from urdyn.types import Array
 
-SUFFIXES = (".parquet", ".csv.zst", ".csv")
+SUFFIXES = (".parquet", ".mcap", ".csv.zst", ".csv")
+REWRITTEN = (".parquet", ".mcap")
 GROUP = 1 << 24  # [bytes] of CSV that become one row group, about
 Column = NDArray[Any]
 
@@ -53,6 +60,8 @@ class Journal:
             raise InputError(f"{path}: a recording is to end in {', '.join(SUFFIXES)}")
         if not self.path.parent.is_dir() or self.path.is_dir():
             raise InputError(f"{path}: cannot be written: there is no such place for a file")
+        if self._form == ".mcap":  # now, not when an hour has been recorded
+            require("mcap", "rosbags")
         self._schema: pa.Schema | None = None
         self._stream: BinaryIO | None = None
 
@@ -69,13 +78,13 @@ class Journal:
             raise InputError(f"{self.path}: cannot be written: {error.strerror}") from error
 
     def finish(self, metadata: Mapping[str, str]) -> None:
-        """No more rows. Parquet carries `metadata`; CSV has no place for it."""
+        """No more rows. Parquet and MCAP carry `metadata`; CSV has no place for it."""
         if self._stream is None:
             return
         os.fsync(self._stream.fileno())
         self._stream.close()
-        if self._form == ".parquet":
-            self._convert(metadata)
+        if self._form in REWRITTEN:
+            self._rewrite(metadata)
 
     def _append(self, text: bytes) -> None:
         assert self._stream is not None, "the stream is open"
@@ -83,14 +92,31 @@ class Journal:
         self._stream.write(packed)
         self._stream.flush()
 
-    def _convert(self, metadata: Mapping[str, str]) -> None:
-        """The journal as Parquet, in its place."""
+    def _rewrite(self, metadata: Mapping[str, str]) -> None:
+        """The journal as what it is to be, in its place."""
         assert self._schema is not None, "rows were written"
-        schema = self._schema.with_metadata(dict(metadata))
         options = csv.ConvertOptions(column_types=self._schema, null_values=[])  # NaN is a number
         with self.path.open("rb") as stream, writing(self.path) as target:
             text = pa.CompressedInputStream(pa.PythonFile(stream), "zstd")
             reader = csv.open_csv(text, csv.ReadOptions(block_size=GROUP), convert_options=options)
-            with pq.ParquetWriter(target, schema, compression="zstd") as writer:
-                for rows in reader:
-                    writer.write_batch(rows)
+            if self._form == ".mcap":
+                write_mcap(told(map(_channels, reader)), target, metadata)
+            else:
+                _write_parquet(reader, target, self._schema.with_metadata(dict(metadata)))
+
+
+def _write_parquet(reader: Iterable[pa.RecordBatch], target: BinaryIO, schema: pa.Schema) -> None:
+    with pq.ParquetWriter(target, schema, compression="zstd") as writer:
+        for rows in reader:
+            writer.write_batch(rows)
+
+
+def _channels(rows: pa.RecordBatch) -> dict[str, Array]:
+    """Rows of a journal as channels of a log."""
+    columns = [np.asarray(column, dtype=np.float64) for column in rows.columns]
+    return {
+        name: columns[places]
+        if isinstance(places, int)
+        else np.stack([columns[place] for place in places], axis=1)
+        for name, places in layout(rows.schema.names).items()
+    }

@@ -1,0 +1,78 @@
+"""Service now, later, or never."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from urdyn.errors import InputError
+from urdyn.faults import Costs, decide, outlook
+
+COSTS = Costs()
+
+
+def chosen(median: float, spread: float = 2.0, confidence: float = 1.0, costs: Costs = COSTS):
+    return decide(*outlook(costs, confidence, median, median / spread, median * spread), costs)
+
+
+def test_what_grows_nowhere_is_left_alone():
+    decision = decide(*outlook(COSTS), COSTS)
+    assert decision.advice == "never"
+    assert decision.never == 0.0
+
+
+def test_what_fails_before_a_planned_service_is_serviced_now():
+    assert chosen(COSTS.notice).advice == "now"
+
+
+def test_what_fails_weeks_later_waits_for_a_planned_service():
+    decision = chosen(500.0)
+    assert decision.advice == "later"
+    assert COSTS.notice <= decision.later_at < 500.0
+
+
+def test_what_fails_far_beyond_the_horizon_is_left_alone():
+    assert chosen(100.0 * COSTS.horizon).advice == "never"
+
+
+def test_a_known_hour_of_failure_is_met_just_before():
+    # With no doubt the best moment is the last of the grid before the failure.
+    t, _ = outlook(COSTS)
+    decision = decide(t, (t > 700.0).astype(float), COSTS)
+    assert decision.later_at == t[t <= 700.0][-1]
+    unused = COSTS.horizon - decision.later_at
+    assert decision.later == pytest.approx(COSTS.service * (1.0 + unused / COSTS.life))
+
+
+@given(median=st.floats(1.0, 1e5), spread=st.floats(1.01, 10.0), sure=st.floats(0.0, 1.0))
+def test_costs_are_those_of_a_simulated_fleet(median, spread, sure):
+    """Oracle: the expectation over failure times drawn from the same distribution."""
+    t, failed = outlook(COSTS, sure, median, median / spread, median * spread)
+    decision = decide(t, failed, COSTS)
+    u = (np.arange(20_000) + 0.5) / 20_000
+    tau = np.interp(u, failed, t, right=np.inf)
+
+    def cost(at: float, price: float) -> float:
+        lived = np.minimum(tau, at)
+        paid = np.where(tau <= at, COSTS.failure, price)
+        return float(np.mean(paid + COSTS.service * (COSTS.horizon - lived) / COSTS.life))
+
+    # Quantiles and the trapezoid rule are one part in 20,000 and in 800 off; costs are at most 10.
+    assert decision.now == pytest.approx(cost(0.0, COSTS.stop), abs=0.02)
+    assert decision.later == pytest.approx(cost(decision.later_at, COSTS.service), abs=0.02)
+    never = np.where(tau <= COSTS.horizon, COSTS.failure, 0.0)
+    renewed = COSTS.service * np.maximum(COSTS.horizon - tau, 0.0) / COSTS.life
+    assert decision.never == pytest.approx(float(np.mean(never + renewed)), abs=0.02)
+
+
+@given(median=st.floats(1.0, 1e5), more=st.floats(1.0, 100.0))
+def test_dearer_failures_are_never_left_alone_more_readily(median, more):
+    dear = Costs(failure=COSTS.failure * more)
+    if chosen(median).advice != "never":
+        assert chosen(median, costs=dear).advice != "never"
+
+
+@pytest.mark.parametrize("wrong", [{"service": 0.0}, {"life": np.nan}, {"notice": 3000.0}])
+def test_costs_that_make_no_sense_are_refused(wrong):
+    with pytest.raises(InputError):
+        Costs(**wrong)

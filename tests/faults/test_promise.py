@@ -1,0 +1,80 @@
+"""What is promised about false alarms is kept, on noise that nobody tuned for."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from urdyn.cli.fault_noises import NOISES, Noise
+from urdyn.faults import ShiryaevRoberts, Whitened, cells, detect, learn_baseline
+from urdyn.types import Array
+
+PROMISE, STEPS = 10_000.0, 1000
+
+
+def alarmed(detector: Whitened, series: Array) -> Array:
+    """Of streams that are runs of their own: which raised an alarm, (runs,)."""
+    runs = series.shape[1]
+    state, most = detector.init(runs), np.zeros(runs)
+    for row in series:
+        state, verdict = detector.step(state, row)
+        most = np.maximum(most, runs * verdict.streams)
+    return most >= 1.0
+
+
+def test_the_likelihood_ratio_of_healthy_noise_averages_one_or_less() -> None:
+    """Monte Carlo, to four standard errors; the psi of a variance grants LOOSE more than that."""
+    rng = np.random.default_rng(1)
+    cell = cells()
+    c = np.clip(rng.standard_normal(200_000), -2.5, 2.5)
+    for side, tilt, psi in zip(cell.side, cell.tilt, cell.psi, strict=True):
+        L = np.exp(tilt * (c**2 if side == 0.0 else side * c) - psi)
+        assert L.mean() <= 1.0 + 4.0 * L.std() / np.sqrt(len(c))
+        assert side == 0.0 or L.mean() >= 1.0 - 4.0 * L.std() / np.sqrt(len(c))
+
+
+def test_evidence_less_steps_passed_averages_zero_at_most() -> None:
+    """M_t - t is a martingale on exactly standard noise: no threshold needs a simulation."""
+    rng = np.random.default_rng(2)
+    detector = ShiryaevRoberts(PROMISE, cells(rates=(0.1,), steps=(0.5,), variances=()))
+    state, runs = detector.init(4000), 4000
+    for _ in range(10):
+        state, verdict = detector.step(state, rng.standard_normal(runs))
+    M = verdict.streams * runs * PROMISE
+    assert abs(M.mean() - 10.0) < 4.0 * M.std() / np.sqrt(runs)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", NOISES)
+def test_one_alarm_in_ten_thousand_steps_means_so(name: str) -> None:
+    """At most 1 - exp(-.1) of runs of 1000 steps, to two standard errors."""
+    share, runs = false_alarms(NOISES[name], 300, 3)
+    allowed = 1.0 - np.exp(-STEPS / PROMISE)
+    assert share <= allowed + 2.0 * np.sqrt(allowed * (1.0 - allowed) / runs)
+
+
+def false_alarms(noise: Noise, runs: int, seed: int) -> tuple[float, int]:
+    rng = np.random.default_rng(seed)
+    baseline = learn_baseline(noise.draw(rng, STEPS, runs))
+    detector = Whitened(baseline, ShiryaevRoberts(PROMISE))
+    found = alarmed(detector, noise.draw(rng, STEPS, runs, noise.scale))
+    return float(found.mean()), runs
+
+
+def test_a_stream_that_is_missing_says_nothing() -> None:
+    rng = np.random.default_rng(4)
+    healthy, series = rng.standard_normal((1000, 2)), rng.standard_normal((300, 2))
+    series[:, 1] = np.nan
+    found = detect(series, healthy)
+    assert not found.detected
+    assert found.verdicts[-1].streams[1] == 0.0
+
+
+def test_a_ramp_is_found_on_its_stream() -> None:
+    rng = np.random.default_rng(5)
+    series = rng.standard_normal((300, 6))
+    series[:, 2] += 0.05 * np.maximum(np.arange(300) - 200.0, 0.0)
+    found = detect(series, rng.standard_normal((1000, 6)))
+    assert found.alarm is not None and 200 < found.alarm < 245
+    assert found.stream == 2
+    assert found.verdicts[found.alarm].kind == "ramp up"

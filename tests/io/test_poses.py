@@ -1,0 +1,136 @@
+"""Sessions of poses as trackers and controllers write them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from urdyn.errors import LogError
+from urdyn.io.poses import Poses, read_poses
+from urdyn.types import Array
+
+JOINTS = (
+    "shoulder_pan_joint",
+    "shoulder_lift_joint",
+    "elbow_joint",
+    "wrist_1_joint",
+    "wrist_2_joint",
+    "wrist_3_joint",
+)
+GOAL = ("Goal x", "Goal y", "Goal z", "Goal roll")
+
+
+def numbers(count: int = 20) -> tuple[Array, Array, Array]:
+    rng = np.random.default_rng(1)
+    q, place = rng.uniform(-3.0, 3.0, (count, 6)), rng.uniform(-2.5, 2.5, (count, 3))
+    return q, place, rng.uniform(-3.0, 3.0, (count, 3))
+
+
+def written(path: Path, heads: tuple[str, ...], *columns: Array, decimal: str = ".") -> Path:
+    rows = (";".join(repr(float(x)) for x in row) for row in np.hstack(columns))
+    path.write_text(
+        "\n".join([";".join(heads), *(row.replace(".", decimal) for row in rows)]) + "\n"
+    )
+    return path
+
+
+@pytest.mark.parametrize("decimal", [".", ","])
+@pytest.mark.parametrize(
+    ("place", "turn"),
+    [
+        (("measurement_x", "measurement_y", "measurement_z"),
+         ("measurement_rx", "measurement_ry", "measurement_rz")),
+        (("meas_x_mm", "meas_y_mm", "meas_z_mm"), ("meas_rx_deg", "meas_ry_deg", "meas_rz_deg")),
+        (("X", "Y", "Z"), ("roll", "pitch", "yaw")),
+        (("tracker.pos_x", "tracker.pos_y", "tracker.pos_z"),
+         ("tracker.rot_rx", "tracker.rot_ry", "tracker.rot_rz")),
+    ],
+)  # fmt: skip
+def test_spellings_of_one_style_are_one_session(
+    tmp_path: Path, place: tuple[str, ...], turn: tuple[str, ...], decimal: str
+) -> None:
+    q, p, r = numbers()
+    heads = ("Timestamp", *GOAL, *JOINTS, "measurement_temperature", *place, *turn)
+    other = np.ones((20, 1))
+    path = written(
+        tmp_path / "session.csv", heads, 1e6 * other, np.zeros((20, 4)), q, 23.0 * other,
+        1e3 * p, np.degrees(r), decimal=decimal,
+    )  # fmt: skip
+    poses = read_poses(path, JOINTS)
+    np.testing.assert_allclose(poses.q, q, atol=1e-12)
+    np.testing.assert_allclose(poses.place, p, atol=1e-12)
+    assert poses.angles is not None
+    np.testing.assert_allclose(poses.angles, r, atol=1e-12)
+    assert not poses.own and poses.reading == ""
+
+
+@pytest.mark.parametrize(
+    "joints",
+    [
+        [f"q{k}" for k in range(1, 7)],
+        [f"actual_q_{k}" for k in range(6)],
+        [name.removesuffix("_joint") for name in JOINTS],
+        [f"Joint {k} [rad]" for k in range(1, 7)],
+    ],
+)
+def test_joints_have_several_names(tmp_path: Path, joints: list[str]) -> None:
+    q, p, _ = numbers()
+    heads = (*joints, "measurement_x", "measurement_y", "measurement_z")
+    poses = read_poses(written(tmp_path / "session.csv", heads, q, p), JOINTS)
+    np.testing.assert_allclose(poses.q, q, atol=1e-12)
+    assert poses.angles is None
+    assert np.isnan(poses.turn).all()
+
+
+def test_a_controllers_own_poses_need_no_clock(tmp_path: Path) -> None:
+    q, p, r = numbers()
+    heads = [f"actual_q_{k}" for k in range(6)] + [f"actual_TCP_pose_{k}" for k in range(6)]
+    poses = read_poses(written(tmp_path / "log.csv", tuple(heads), q, p, r), JOINTS)
+    assert poses.own
+    np.testing.assert_allclose(poses.turn, Rotation.from_rotvec(r).as_matrix(), atol=1e-12)
+
+
+def test_rows_without_all_numbers_are_left_out_and_counted(tmp_path: Path) -> None:
+    q, p, _ = numbers()
+    path = written(
+        tmp_path / "s.csv", (*JOINTS, "measurement_x", "measurement_y", "measurement_z"), q, p
+    )
+    lines = path.read_text().splitlines()
+    lines[4] = lines[4].rsplit(";", 1)[0] + ";"
+    path.write_text("\n".join(lines))
+    poses = read_poses(path, JOINTS)
+    assert len(poses) == 19
+    assert poses.defects
+
+
+@pytest.mark.parametrize(
+    ("heads", "reason"),
+    [
+        ((*JOINTS, "Goal x", "Goal y", "Goal z"), "no measured x, y, z"),
+        (
+            (*JOINTS[:5], "other", "measurement_x", "measurement_y", "measurement_z"),
+            "wrist_3_joint",
+        ),
+    ],
+)
+def test_what_is_missing_is_named(tmp_path: Path, heads: tuple[str, ...], reason: str) -> None:
+    q, p, _ = numbers()
+    with pytest.raises(LogError, match=reason):
+        read_poses(written(tmp_path / "s.csv", heads, q, p), JOINTS)
+
+
+def test_a_dozen_poses_are_too_few_for_less(tmp_path: Path) -> None:
+    q, p, _ = numbers(8)
+    heads = (*JOINTS, "measurement_x", "measurement_y", "measurement_z")
+    with pytest.raises(LogError, match="8 whole poses"):
+        read_poses(written(tmp_path / "s.csv", heads, q, p), JOINTS)
+
+
+def test_some_poses_keep_their_angles() -> None:
+    q, p, r = numbers()
+    some = Poses(q, p, r, "XYZ").take(np.array([1, 5]))
+    np.testing.assert_array_equal(some.place, p[[1, 5]])
+    np.testing.assert_allclose(some.turn, Rotation.from_euler("XYZ", r[[1, 5]]).as_matrix())

@@ -1,0 +1,64 @@
+"""What the paper reports in its Tables I, II and IV. It gives no units for its errors."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class PaperGroup:
+    """A row of Table I, and what its number can be set beside."""
+
+    symbol: str
+    name: str
+    rmse: float
+    steps: int  # until convergence
+    comparable: str  # why its number can, or cannot, be compared with one in SI
+
+
+@dataclass(frozen=True)
+class PaperAlgorithm:
+    """A row of Table II."""
+
+    name: str
+    rmse: float
+    ms: float  # an update
+    mb: float
+
+
+@dataclass(frozen=True)
+class PaperConfiguration:
+    """A row of Table IV."""
+
+    name: str
+    mode: str  # what `urdyn track` calls it
+    hz: float
+    mb: float
+
+
+GROUPS = (
+    PaperGroup("k", "kinematic", 0.032, 45, "rad, if the paper's are joint angles"),
+    PaperGroup(
+        "m",
+        "mass",
+        0.187,
+        62,
+        "no: in kg or as a share of what is unknown; and on a fixed base no single mass shows",
+    ),
+    PaperGroup("f", "friction", 0.058, 38, "on the scenario only: there eq. 7 gives the unit"),
+    PaperGroup("alpha", "damping", 0.074, 72, "on the scenario only: there eq. 7 gives the unit"),
+    PaperGroup("beta", "damping", 0.083, 68, "yes, if it is a ratio there as here"),
+    PaperGroup("z", "health", 0.125, 55, "yes: a ratio, 1 when new"),
+)
+ALGORITHMS = (
+    PaperAlgorithm("EKF", 0.087, 8.4, 84.0),
+    PaperAlgorithm("UKF", 0.058, 24.7, 92.0),
+    PaperAlgorithm("PF (1k particles)", 0.042, 125.3, 247.0),
+    PaperAlgorithm("VI", 0.069, 67.8, 112.0),
+)
+CONFIGURATIONS = (
+    PaperConfiguration("Full Model", "full", 21.3, 148.0),
+    PaperConfiguration("Simplified Model", "simplified", 35.6, 92.0),
+    PaperConfiguration("Real-time Mode", "realtime", 48.2, 115.0),
+)
+BIAS, LATE = -0.03, 18  # its Figure 4: how low the estimate stays, and how many steps late it is

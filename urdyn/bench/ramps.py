@@ -1,0 +1,85 @@
+"""Ramps of eq. 5 seen through noise: the ready-made filter, the paper's, and the bounds."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from urdyn.bench.paper import LATE
+from urdyn.estimate import follow_ramp, ramp_bound
+from urdyn.simulate.paper import FRICTION_RATE, PAPER_GAIN, STEEPEST_FRICTION, WORN, Scenario, live
+from urdyn.types import Array, Gaussian
+
+ONSETS = (10, 60)  # drawn evenly between: nobody knows when
+
+
+@dataclass(frozen=True)
+class Ramps:
+    """Errors over many lives; friction in A·s/rad."""
+
+    sigma: float  # of a reading
+    rmse: float
+    paper_rmse: float  # of the paper's filter, as reconstructed
+    bound: float  # of a filter that is told the onset
+    bound_onset: float  # of one that has to find it
+    bias: float  # mean error from the onset on
+    bias_error: float  # its standard error over lives
+    late_bias: float  # mean error from `LATE` steps after the onset on
+    paper_bias: float  # of the paper's filter, then
+
+    @property
+    def ratio(self) -> float:
+        """Error in units of the stricter bound."""
+        return self.rmse / self.bound
+
+
+def ramps(sigma: float, lives: int, seed: int = 0) -> Ramps:
+    """So many lives of a joint at constant speed, its level known to `sigma` before them.
+
+    Bounds give the rate the variance of the filter's prior. Every second life mirrors the noise of
+    the one before, so that what is left of the mean error is bias.
+    """
+    rng, steepest = np.random.default_rng(seed), min(STEEPEST_FRICTION, 0.5 * sigma)
+    found, theirs, bounds, wide, since = [], [], [], [], []
+    for _ in range(lives // 2):
+        onset, offset = int(rng.integers(*ONSETS)), sigma * rng.standard_normal()
+        life = live(Scenario(sigma=sigma, onset=onset, motion="steady"), rng)
+        truth = life.friction[:, WORN]
+        noise = life.current[:, WORN] - truth - life.damping[:, WORN]
+        for sign in (1.0, -1.0):
+            y, believed = truth + sign * noise, truth[0] + sign * offset
+            level = Gaussian(np.array([believed]), sigma**2 * np.eye(1))
+            found.append(follow_ramp(y, sigma, level=level, steepest=steepest)["f"] - truth)
+            theirs.append(_smoothed(y, believed) - truth)
+            since.append(life.t - onset)
+        known = (sigma, onset, len(truth), sigma, steepest / np.sqrt(12.0))
+        bounds.append(ramp_bound(*known))
+        wide.append(ramp_bound(*known, FRICTION_RATE, np.ptp(ONSETS) / np.sqrt(12.0)))
+    error, paper, after = np.array(found), np.array(theirs), np.array(since)
+    of_life = np.array([e[s > 0].mean() for e, s in zip(error, after, strict=True)])
+    of_pair = of_life.reshape(-1, 2).mean(axis=1)
+    return Ramps(
+        sigma,
+        _rms(error),
+        _rms(paper),
+        _rms(np.array(bounds)),
+        _rms(np.array(wide)),
+        float(of_pair.mean()),
+        float(of_pair.std(ddof=1) / np.sqrt(len(of_pair))),
+        float(error[after > LATE].mean()),
+        float(paper[after > LATE].mean()),
+    )
+
+
+def _smoothed(y: Array, start: float) -> Array:
+    """A random walk's filter in its steady state: what the paper's comes to, (N,)."""
+    estimate, found = start, []
+    for reading in y:
+        estimate += PAPER_GAIN * (reading - estimate)
+        found.append(estimate)
+    return np.array(found)
+
+
+def _rms(x: Array) -> float:
+    return float(np.sqrt(np.mean(x**2)))

@@ -1,0 +1,27 @@
+"""urdyn acknowledge: a finding that somebody has seen stays quiet until it gets worse."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from urdyn.cli.options import Json, Quiet
+from urdyn.cli.voice import Voice
+
+Folder = Annotated[Path, typer.Argument(metavar="DIR", show_default=False)]
+Name = Annotated[str, typer.Argument(metavar="ID", show_default=False)]
+
+
+def acknowledge(folder: Folder, name: Name, json: Json = False, quiet: Quiet = False) -> None:
+    """Mark a finding of a tracked run as seen, by its id in DIR/findings.json.
+
+    Example: [bold]urdyn acknowledge monday friction_increase.elbow_joint[/bold]
+    """
+    from urdyn.diagnose.acknowledge import acknowledge as mark
+
+    voice = Voice(json, quiet)
+    finding = dict(mark(folder, name))
+    voice.show(f"{name}: acknowledged at {finding['severity']}")
+    voice.result(finding)

@@ -1,0 +1,149 @@
+"""What `urdyn bench track` measured, as tables and notes for a terminal."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from rich.box import SIMPLE_HEAD
+from rich.table import Table
+from rich.text import Text
+
+from urdyn.report.digits import MISSING, number
+
+Document = dict[str, Any]
+
+
+def tables(document: Document) -> list[Table]:
+    """Ramps, then Tables I, II and IV."""
+    return [
+        _ramps(document["ramps"]),
+        _table_1(document["table_1"]),
+        _table_2(document["table_2"]),
+        _table_4(document["table_4"]),
+    ]
+
+
+def notes(document: Document) -> list[Table | str]:
+    """What the figures rest on."""
+    arm, told = document["arm"], _table("Reconstructed, for the paper does not say", ("what", "as"))
+    for what, value in document["reconstruction"].items():
+        told.add_row(what, value)
+    units = _table("Can Table I be compared?", ("group", "arm's unit", "with the paper's number"))
+    for row in document["table_1"]:
+        units.add_row(f"{row['name']} ({row['symbol']})", row["arm"]["unit"], row["comparable"])
+    return [
+        told,
+        units,
+        "Bound: the posterior Cramér-Rao bound; on ramps and on the scenario that of a filter that "
+        "is told the onset, on the arm Tichavsky's recursion along the estimate. One life may be "
+        "below it by luck.",
+        "On the scenario f and alpha are linear: EKF, UKF and variational inference are the same "
+        "filter there; only the process model makes a difference.",
+        f"Arm: a virtual {arm['robot']}, {arm['duration_s']:g} s at {arm['rate_hz']:g} Hz, "
+        "commissioned on other motion; errors over its second half. No single mass shows on a "
+        "fixed base: their error is the prior's.",
+        "Before the recording its zeros and health moved by draws of what a twin expects. Time and "
+        "memory are those of `urdyn track` in a process of its own.",
+    ]
+
+
+def _ramps(rows: Sequence[Document]) -> Table:
+    heads = (
+        "sigma", "rate /\nsigma", "RMSE", "bound", "ratio", "bound, no\nonset", "ratio",
+        "bias from\nonset", "±", "after\n18 steps", "paper:\nRMSE", "bias", "verdict",
+    )  # fmt: skip
+    table = _table("Friction ramps of 0.0025 a step: ratio to be 1.3 at most; bias in 0.001", heads)
+    for row in rows:
+        table.add_row(
+            f"{row['sigma']:g}",
+            f"{0.0025 / row['sigma']:g}",
+            number(row["rmse"]),
+            number(row["bound"]),
+            f"{row['ratio']:.2f}",
+            number(row["bound_onset"]),
+            f"{row['rmse'] / row['bound_onset']:.2f}",
+            f"{1e3 * row['bias']:+.2f}",
+            f"{1e3 * row['bias_error']:.2f}",
+            f"{1e3 * row['late_bias']:+.2f}",
+            number(row["paper_rmse"]),
+            f"{1e3 * row['paper_bias']:+.0f}",
+            "pass" if row["pass"] else "fail",
+        )
+    return table
+
+
+def _table_1(rows: Sequence[Document]) -> Table:
+    sigmas = [f"{s['sigma']:g}" for s in next(r["scenario"] for r in rows if r["scenario"])]
+    heads = ["Table\nI", "paper\nRMSE", "steps"]
+    for sigma in sigmas:
+        heads += [f"scenario\n{sigma}", "bound", "steps"]
+    table = _table("Parameters", (*heads, "arm\nRMSE", "unit", "bound", "s"))
+    for row in rows:
+        cells = [row["symbol"], f"{row['rmse']:g}", f"{row['steps']}"]
+        for ours in row["scenario"] or [None] * len(sigmas):
+            cells += _scenario(ours)
+        arm = row["arm"]
+        cells += [number(arm["rmse"]), arm["unit"], number(arm["bound"]), _or(arm["converged"])]
+        table.add_row(*cells)
+    return table
+
+
+def _scenario(ours: Document | None) -> list[str]:
+    if ours is None:
+        return [MISSING] * 3
+    return [number(ours["rmse"]), number(ours["bound"]), _or(ours["converged"])]
+
+
+def _table_2(rows: Sequence[Document]) -> Table:
+    heads = (
+        "Table II", "process", "paper\nRMSE", "ms", "MB", "scenario\nRMSE", "bound", "ratio",
+        "arm: f\n[N·m]", "bound", "ms", "p99", "MB",
+    )  # fmt: skip
+    table = _table("Algorithms: friction, and what an update of the whole arm takes", heads)
+    for row in rows:
+        ours, arm = row["scenario"], row["arm"]
+        paper = [f"{row[f'paper_{k}']:g}" if row.get(f"paper_{k}") else MISSING for k in _PAPER]
+        on_arm = (
+            [
+                number(arm["rmse"]),
+                number(arm["bound"]),
+                number(1e3 / arm["hz"]),
+                number(arm["p99_ms"]),
+                f"{arm['mb']:.0f}",
+            ]
+            if arm
+            else [MISSING] * 5
+        )
+        told = [number(ours["rmse"]), number(ours["bound"]), f"{ours['ratio']:.2f}"]
+        table.add_row(row["name"], row["process"], *paper, *told, *on_arm)
+    return table
+
+
+_PAPER = ("rmse", "ms", "mb")
+
+
+def _table_4(rows: Sequence[Document]) -> Table:
+    heads = (
+        "Table IV", "paper\nHz", "MB", "ours\nHz", "p50\n[ms]", "p99\n[ms]", "MB", "friction\n[N·m]"
+    )  # fmt: skip
+    table = _table("Configurations, on the arm", heads)
+    for row in rows:
+        ours, accuracy = row["ours"], row["accuracy"]
+        cells = ["not there yet", *[MISSING] * 4]
+        if ours:
+            pace = [f"{ours['hz']:.0f}", number(ours["p50_ms"]), number(ours["p99_ms"])]
+            cells = [*pace, f"{ours['mb']:.0f}", number(accuracy["rmse"])]
+        table.add_row(row["name"], f"{row['hz']:g}", f"{row['mb']:g}", *cells)
+    return table
+
+
+def _or(value: float | None) -> str:
+    return MISSING if value is None else f"{value:.3g}"
+
+
+def _table(title: str, heads: Sequence[str]) -> Table:
+    table = Table(title=title, title_justify="left", header_style="bold", box=SIMPLE_HEAD)
+    for k, head in enumerate(heads):
+        table.add_column(Text(head), justify="right" if k and len(heads) > 3 else "left")
+    return table

@@ -1,0 +1,160 @@
+"""urdyn bench track: the paper's Tables I, II and IV beside ours, and the best possible."""
+
+from __future__ import annotations
+
+import json as encode
+import tempfile
+from collections.abc import Callable
+from dataclasses import asdict, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+import urdyn as ud
+from urdyn.cli.fresh import fresh
+from urdyn.cli.options import Json, Quiet
+from urdyn.cli.voice import Voice
+
+if TYPE_CHECKING:
+    from urdyn.bench import Followed, VirtualArm
+
+SIGMAS = (0.05, 0.25)  # of the scenario: where the paper is 0.03 low, and its own noise
+PACE = 100.0  # [Hz] of the arm's recording
+ON_ARM = {"EKF": "ekf", "UKF": "ukf", "PF (1k particles)": "particle", "VI": "variational"}
+OTHER_MODES = ("simplified", "realtime")  # of Table IV, beside the full one, that `urdyn track` has
+
+Quick = Annotated[bool, typer.Option("--quick", help="Fewer lives, and a shorter recording.")]
+Out = Annotated[
+    Path | None, typer.Option(metavar="FILE", help="Write a page of the figures, as HTML.")
+]
+Document = dict[str, Any]
+Told = Callable[[str, float], None]
+
+
+def bench_track(
+    quick: Quick = False, out: Out = None, json: Json = False, quiet: Quiet = False
+) -> None:
+    """Track ramps, the paper's scenario and a virtual arm; its Tables I, II and IV beside ours.
+
+    Every error stands beside the posterior Cramer-Rao bound, which no filter can better.
+
+    Example: [bold]urdyn bench track --quick --out bench.html[/bold]
+    """
+    from urdyn.cli.bench_tables import notes, tables
+
+    voice = Voice(json, quiet)
+    with voice.progress("ramps") as told, tempfile.TemporaryDirectory(prefix="urdyn-") as folder:
+        document = measure(Path(folder), 10 if quick else 40, 10.0 if quick else 30.0, told)
+    voice.show(*tables(document), *notes(document))
+    if out:
+        from urdyn.io import write_text
+        from urdyn.report.bench_page import bench_page
+
+        write_text(out, bench_page(document))
+        voice.note(f"written: {out}")
+    voice.result(document)
+
+
+def measure(folder: Path, lives: int, duration: float, told: Told) -> Document:
+    """All figures: so many lives of the scenario, and an arm's recording of `duration` [s]."""
+    from threadpoolctl import threadpool_limits
+
+    from urdyn import bench
+    from urdyn.simulate.paper import FRICTION_INCREASE, NOISE_LEVELS, reconstruction
+
+    with threadpool_limits(1):
+        ramps = []
+        for k, sigma in enumerate(NOISE_LEVELS):
+            told(f"ramps, sigma {sigma:g}", 0.05 * k)
+            ramps.append(bench.ramps(sigma, 2 * lives))
+        told("the paper's scenario", 0.3)
+        scenario = {sigma: _scenario(sigma, lives) for sigma in SIGMAS}
+        told("a virtual arm", 0.4)
+        arm = bench.virtual_run(folder, duration, PACE)
+    runs = {}
+    for k, (name, option) in enumerate(ON_ARM.items()):
+        told(f"a virtual arm, {name}", 0.5 + 0.1 * k)
+        runs[name] = _tracked(arm, folder / option, "--filter", option)
+    modes = {"full": runs["UKF"]} | {
+        mode: _tracked(arm, folder / mode, "--mode", mode) for mode in OTHER_MODES
+    }
+    groups = {name: _groups(arm, folder / option) for name, option in ON_ARM.items()}
+    return {
+        "urdyn": ud.__version__,
+        "reconstruction": reconstruction(replace(FRICTION_INCREASE, sigma=SIGMAS[0])),
+        "arm": {"robot": "ur10e", "duration_s": duration, "rate_hz": PACE},
+        "ramps": [asdict(r) | {"ratio": r.ratio, "pass": r.ratio <= 1.3} for r in ramps],
+        "table_1": _table_1(scenario, groups["UKF"]),
+        "table_2": _table_2(scenario[SIGMAS[-1]], groups, runs),
+        "table_4": [
+            asdict(c) | {"ours": modes.get(c.mode), "accuracy": _accuracy(arm, folder, c.mode)}
+            for c in bench.CONFIGURATIONS
+        ],
+    }
+
+
+def _scenario(sigma: float, lives: int) -> list[Followed]:
+    """Both of the paper's faults at one noise level."""
+    from urdyn.bench import follow_friction, follow_health
+    from urdyn.simulate.paper import FRICTION_INCREASE, HEALTH_DEGRADATION
+
+    return [
+        *follow_friction(replace(FRICTION_INCREASE, sigma=sigma), lives),
+        *follow_health(replace(HEALTH_DEGRADATION, sigma=sigma), lives),
+    ]
+
+
+def _tracked(arm: VirtualArm, out: Path, *how: str) -> Document:
+    """Pace and memory of `urdyn track` in a process of its own."""
+    took = fresh("track", str(arm.twin), str(arm.log), "--out", str(out), *how, "--json")
+    said = encode.loads(took.said)
+    latency = {f"{name}_ms": said["latency_ms"][name] for name in ("p50", "p99")}
+    return {"hz": said["rate_hz"], **latency, "mb": said["rss_mb"]}
+
+
+def _groups(arm: VirtualArm, out: Path) -> dict[str, Document]:
+    """Errors of a tracked history by group."""
+    from urdyn.bench import groups
+
+    best = out.parent / ON_ARM["EKF"]
+    found = groups(out / "history.parquet", best / "history.parquet", arm.truth)
+    return {group.symbol: asdict(group) | {"ratio": group.ratio} for group in found}
+
+
+def _accuracy(arm: VirtualArm, folder: Path, mode: str) -> Document | None:
+    """Friction's error in a mode of Table IV; None where there is no such mode."""
+    if mode not in ("full", *OTHER_MODES):
+        return None
+    return _groups(arm, folder / (ON_ARM["UKF"] if mode == "full" else mode))["f"]
+
+
+def _table_1(scenario: dict[float, list[Followed]], arm: dict[str, Document]) -> list[Document]:
+    from urdyn.bench import GROUPS
+
+    rows = []
+    for group in GROUPS:
+        ours = [
+            asdict(f) | {"sigma": sigma, "ratio": f.ratio}
+            for sigma, followed in scenario.items()
+            for f in followed
+            if f.symbol == group.symbol and f.filter == "bank"
+        ]
+        rows.append(asdict(group) | {"scenario": ours, "arm": arm[group.symbol]})
+    return rows
+
+
+def _table_2(
+    scenario: list[Followed], arm: dict[str, dict[str, Document]], runs: dict[str, Document]
+) -> list[Document]:
+    """The paper's four, then the bank, which the paper does not have."""
+    from urdyn.bench import ALGORITHMS
+
+    theirs = {a.name: {f"paper_{k}": v for k, v in asdict(a).items()} for a in ALGORITHMS}
+    return [
+        theirs.get(f.filter, {})
+        | {"name": f.filter, "process": f.process, "scenario": asdict(f) | {"ratio": f.ratio}}
+        | {"arm": arm[f.filter]["f"] | runs[f.filter] if f.filter in runs else None}
+        for f in scenario
+        if f.symbol == "f"
+    ]

@@ -1,0 +1,80 @@
+"""urdyn convert: a recording, or what tracking wrote, in another form."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+import urdyn as ud
+from urdyn.cli.asked import gains_of
+from urdyn.cli.options import Columns, Gains, Json, Quiet, Rate, Robot, Rows, Unit
+from urdyn.cli.voice import Voice
+from urdyn.errors import InputError
+from urdyn.io.effort import Effort
+
+In = Annotated[Path, typer.Argument(metavar="IN", show_default=False)]
+Out = Annotated[Path, typer.Argument(metavar="OUT", show_default=False)]
+
+
+def convert(
+    log: In,
+    out: Out,
+    columns: Columns = None,
+    rows: Rows = None,
+    rate: Rate = None,
+    effort_unit: Unit = None,
+    drive_gain: Gains = None,
+    robot: Robot = None,
+    json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Write a recording in another form; what was written reads back equal.
+
+    IN is a log (CSV, Parquet, MCAP, a ROS 1 or ROS 2 bag), a history.parquet or findings.json of
+    `urdyn track`, or the folder with both. OUT ends in .csv, .csv.zst, .parquet, .mcap or .db3;
+    without an ending it is the folder of a ROS 2 bag. MCAP opens in Foxglove and PlotJuggler.
+
+    Example: [bold]urdyn convert monday.parquet monday.mcap[/bold]
+    """
+    from urdyn.cli.recording import slice_of
+    from urdyn.io import read, write
+    from urdyn.io.tracked import is_tracked, write_tracked
+
+    voice = Voice(json, quiet)
+    if is_tracked(log):
+        count, kinds = write_tracked(log, out)
+        voice.show(f"{out}: {count} messages of {' and '.join(kinds)}")
+        voice.result({"path": str(out), "messages": count, "of": kinds})
+        return
+    effort = _effort(effort_unit, drive_gain, robot)
+    part = slice_of(rows) if rows is not None else None
+    with voice.progress("converting"):
+        found = read(log, columns=columns, rows=part, rate=rate, effort=effort)
+        write(found, out)
+    voice.note(*(f"{log}: {defect}" for defect in found.defects))
+    voice.show(f"{out}: {len(found)} samples, {len(found.channels)} channels")
+    voice.result(
+        {
+            "path": str(out),
+            "samples": len(found),
+            "duration_s": float(found.t[-1] - found.t[0]),
+            "channels": list(found.channels),
+            "defects": list(map(str, found.defects)),
+        }
+    )
+
+
+def _effort(unit: str | None, drive_gain: str | None, robot: str | None) -> Effort:
+    """What the efforts of the recording are; gains are those given, else typical of the robot."""
+    if unit != "Nm":
+        return Effort(unit)
+    if drive_gain is None and robot is None:
+        raise InputError(
+            "efforts in Nm become currents by drive gains: give --drive-gain or --robot"
+        )
+    from urdyn.cli.carry_out import typical_gain
+
+    known = gains_of(drive_gain)
+    return Effort(unit, known if known is not None else typical_gain(ud.load_arm(str(robot))))

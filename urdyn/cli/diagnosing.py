@@ -1,0 +1,76 @@
+"""Diagnosis while a twin is tracked: its options, and what a terminal shows of it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from urdyn.cli.voice import Voice
+
+if TYPE_CHECKING:
+    from urdyn.diagnose import Finding
+    from urdyn.diagnose.onlooker import Onlooker
+    from urdyn.identify import Fit
+    from urdyn.tracking import Source
+
+FAILED = 3  # exit status where a finding is to fail the run
+
+NoDiagnosis = Annotated[bool, typer.Option("--no-diagnosis", help="Follow only, look for nothing.")]
+RulesFile = Annotated[
+    Path | None,
+    typer.Option(
+        "--rules", metavar="FILE", help="TOML of what is healthy and what is called a fault."
+    ),
+]
+Hours = Annotated[
+    float | None,
+    typer.Option(
+        "--false-alarm-hours",
+        metavar="N",
+        help="One false alarm of slow kinds in N hours of this robot at most, on the average.",
+    ),
+]
+FailOnFinding = Annotated[
+    bool,
+    typer.Option("--fail-on-finding", help="Exit with status 3 where a fault is found."),
+]
+
+
+def onlooker(
+    fit: Fit, source: Source, rules: Path | None, hours: float | None, voice: Voice
+) -> Onlooker:
+    """A diagnosis that looks on, and tells what it finds."""
+    from dataclasses import replace
+
+    from urdyn.diagnose.diagnosis import Diagnosis
+    from urdyn.diagnose.onlooker import Onlooker
+    from urdyn.diagnose.rules import read_rules
+    from urdyn.errors import InputError
+
+    known = read_rules(rules)
+    if hours is not None:
+        if not 0.0 < hours < float("inf"):
+            raise InputError(f"--false-alarm-hours {hours:g}: is to be above 0")
+        known = replace(known, hours=hours)
+
+    def tell(finding: Finding) -> None:
+        voice.note(f"{finding.severity}: {finding.kind}: {finding.text}")
+
+    origin = {"source": source.name, "source.sha256": source.sha256}
+    return Onlooker(Diagnosis(fit, source.period, known), origin, tell)
+
+
+def summed(summary: dict[str, Any]) -> str:
+    """What was found, in lines."""
+    found = summary.get("findings")
+    if found is None:
+        return "not diagnosed"
+    if not found:
+        return "nothing found"
+    return "\n".join(
+        f"{f['severity']}: {f['kind']}: {f['text']} (sure {100 * f['confidence']:.0f} %)"
+        + (", acknowledged" if f["acknowledged"] else "")
+        for f in found
+    )

@@ -1,0 +1,115 @@
+"""How the parameters of a robot move: own parts that stray, the network's edges, what fades.
+
+What strays by itself are the own parts of the network's nodes (see `graph`): f strays, alpha
+follows f by the coefficient of f -> alpha beside what is its own, and a shared disturbance makes f
+and z stray together. f and z have rates: what wears. `lubricant` and `slow` fade away.
+
+    f' = f + h rate_f + w_f,    cov(w_f, w_z) = rho q_f q_z
+    alpha' = alpha + b (f' - f) + w_alpha
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from urdyn.dbn.robot_slice import RobotSlice
+from urdyn.types import Array, Gaussian, Index, Mask, frozen
+
+
+@dataclass(frozen=True, eq=False)
+class Wear:
+    """Process of a robot's parameters, p of them, and the rates of r, behind them."""
+
+    parameters: tuple[str, ...]  # p
+    prior: Gaussian  # (p + r,)
+    own: Array  # (p, p) [1/s] covariance that own parts gather in a second
+    drifting: Index  # (r,) parameters that have a rate
+    push: Array  # (r, r) [1/s³] the same of the rates
+    lead: Array  # (p, p) B, what follows what within a slice: child by parent
+    warmth: Array  # (p,) [1/√s] beside `own`, where nobody measures how warm joints are
+    lubricant: slice
+    lag: float  # [s] in which the lubricant's warmth is that of the joint
+    unlike: float  # [K] sd of how unlike the model it stays
+    slow: slice
+    memory: float  # [s] of slow noise
+
+    def __post_init__(self) -> None:
+        for name in ("own", "push", "lead", "warmth"):
+            object.__setattr__(self, name, frozen(getattr(self, name)))
+
+    @cached_property
+    def names(self) -> tuple[str, ...]:
+        """The parameters', then one rate for each that drifts."""
+        return (*self.parameters, *(f"{self.parameters[i]}.rate" for i in self.drifting))
+
+    @cached_property
+    def linear(self) -> Mask:
+        """All of it, (p + r,)."""
+        return np.ones(len(self.names), dtype=bool)
+
+    @cached_property
+    def _spread(self) -> Array:
+        """M = (1 - B)^-1: what a change of each own part does to every parameter, (p, p)."""
+        return np.asarray(np.linalg.inv(np.eye(len(self.parameters)) - self.lead))
+
+    @cached_property
+    def _follow(self) -> tuple[Index, Index, Array]:
+        """Parameters that a rate moves, by which rate, and how far."""
+        moved = self._spread[:, self.drifting]
+        child, rate = np.nonzero(moved)
+        assert len(set(child)) == len(child), "one rate moves a parameter"
+        return child, rate, moved[child, rate]
+
+    @cached_property
+    def _noise(self) -> tuple[Index, Array]:
+        """Where Q has entries, (e,), and those by dt, dt² / 2, dt³ / 3, (3, e)."""
+        p, n = len(self.parameters), len(self.names)
+        M, moved = self._spread, self._spread[:, self.drifting]
+        parts = np.zeros((3, n, n))
+        parts[0, :p, :p] = M @ self.own @ M.T
+        parts[0, p:, p:] = self.push
+        parts[1, :p, p:] = moved @ self.push
+        parts[1, p:, :p] = parts[1, :p, p:].T
+        parts[2, :p, :p] = moved @ self.push @ moved.T
+        at = np.flatnonzero(parts.any(axis=0))
+        return at, parts.reshape(3, -1)[:, at]
+
+    def _kept(self, u: RobotSlice) -> Array:
+        """What is left of lubricant and slow noise after the slice."""
+        return np.exp([-u.dt / self.lag, -u.dt / self.memory])
+
+    def transition(self, x: Array, u: RobotSlice) -> Array:
+        """Every parameter moves by the rates that lead it, (..., p + r)."""
+        moved, p = x.copy(), len(self.parameters)
+        child, rate, by = self._follow
+        moved[..., child] += u.dt * by * x[..., p + rate]
+        moved[..., self.lubricant] *= self._kept(u)[0]
+        moved[..., self.slow] *= self._kept(u)[1]
+        return moved
+
+    def transition_jacobian(self, x: Array, u: RobotSlice) -> Array:
+        """(n, n)."""
+        F, p = np.eye(len(self.names)), len(self.parameters)
+        child, rate, by = self._follow
+        F[child, p + rate] = u.dt * by
+        own = F.diagonal().copy()
+        own[self.lubricant], own[self.slow] = self._kept(u)
+        np.fill_diagonal(F, own)
+        return F
+
+    def transition_cov(self, u: RobotSlice) -> Array:
+        """Noise of own parts and rates, spread along the edges and gathered over the slice."""
+        n, dt = len(self.names), u.dt
+        Q, (at, parts) = np.zeros((n, n)), self._noise
+        Q.flat[at] = dt * (parts[0] + dt * (parts[1] / 2.0 + dt * parts[2] / 3.0))
+        diagonal, kept = np.zeros(n), self._kept(u)
+        if u.blind:
+            diagonal[: len(self.parameters)] = self.warmth**2 * dt
+        diagonal[self.lubricant] = self.unlike**2 * (1.0 - kept[0] ** 2)
+        if u.stray is not None:
+            diagonal[self.slow] = u.stray**2 * (1.0 - kept[1] ** 2)
+        Q.flat[:: n + 1] += diagonal
+        return Q

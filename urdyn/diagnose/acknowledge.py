@@ -1,0 +1,78 @@
+"""Findings that somebody has seen: they stay quiet until they get worse."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from urdyn.diagnose.finding import SEVERITIES, Finding
+from urdyn.errors import InputError
+from urdyn.io import write_text
+
+FILE = "acknowledged.json"
+WORSE = 1.5  # [-] times its size when it was seen
+
+
+@dataclass(frozen=True)
+class Acknowledged:
+    """What was seen: by the finding's name, how bad it was then."""
+
+    seen: Mapping[str, Mapping[str, Any]]
+
+    def quiets(self, finding: Finding) -> bool:
+        """Whether a finding is known and no worse than it was."""
+        then = self.seen.get(finding.id)
+        if then is None:
+            return False
+        worse = SEVERITIES.index(finding.severity) > SEVERITIES.index(then["severity"])
+        return not worse and abs(finding.size) <= WORSE * abs(float(then["size"]))
+
+
+def acknowledged(folder: Path) -> Acknowledged:
+    """What was acknowledged in a folder."""
+    path = folder / FILE
+    return Acknowledged(_table(path) if path.exists() else {})
+
+
+def acknowledge(folder: Path, name: str) -> Mapping[str, Any]:
+    """Mark a finding of DIR/findings.json as seen; returns it.
+
+    Raises:
+        InputError: there is no such finding, or no findings at all.
+    """
+    document = _read(folder / "findings.json")
+    found = document.get("findings") if isinstance(document, dict) else None
+    findings = {f["id"]: f for f in found or () if isinstance(f, dict) and "id" in f}
+    if name not in findings:
+        there = ", ".join(findings) or "none"
+        raise InputError(f"{folder}: has no finding {name!r}; there is {there}")
+    finding = findings[name]
+    seen = dict(acknowledged(folder).seen)
+    seen[name] = {"severity": finding["severity"], "size": finding["size"]}
+    write_text(folder / FILE, json.dumps(seen, indent=2) + "\n")
+    finding["acknowledged"] = True
+    write_text(folder / "findings.json", json.dumps(document, indent=2) + "\n")
+    return finding
+
+
+def _table(path: Path) -> dict[str, Any]:
+    table = _read(path)
+    right = isinstance(table, dict) and all(
+        isinstance(row, dict) and row.get("severity") in SEVERITIES and "size" in row
+        for row in table.values()
+    )
+    if not right:
+        raise InputError(f"{path}: does not say what was acknowledged; remove it")
+    return dict(table)
+
+
+def _read(path: Path) -> Any:
+    try:
+        return json.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read: {error.strerror}") from error
+    except ValueError as error:
+        raise InputError(f"{path}: is no JSON ({error}); run `urdyn track` again") from error

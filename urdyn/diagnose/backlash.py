@@ -1,0 +1,209 @@
+"""A gap in a gear: the load is gone for a moment whenever it turns over.
+
+Where the load turns over at t0 the motor leaves one flank and needs
+
+    T = sqrt(4 b I_r / f)
+
+to cross the whole gap 2 b under the friction it no longer overcomes; meanwhile the current lacks
+what the load takes. Every reversal weighs each gap by that template, beside a level and a slope of
+its own; Shiryaev-Roberts' sum over reversals alarms. While gravity keeps the gear on one flank
+nothing of this is to be seen, whatever the gap: that is said, with a motion that would show it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from scipy.special import logsumexp
+
+from urdyn.diagnose.event import Event
+from urdyn.diagnose.rows import STANDING, Rows, joined
+from urdyn.diagnose.space import Space
+from urdyn.types import Array, Mask
+
+GAPS = np.array([5e-5, 1e-4, 2e-4, 4e-4, 8e-4, 1.6e-3])  # [rad] half, that are looked for
+BEFORE, LONGEST = 0.04, 0.06  # [s] before and after a reversal
+WILD = 4.0  # [sd] that one row counts at most
+SHARES = (1.0, 0.5)  # [-] of the template: the load is not quite gone, or not all of it known
+POSES = 181  # that a probe is looked for among
+
+
+@dataclass(frozen=True, eq=False)
+class Reversals:
+    """What reversals have told."""
+
+    tail: Rows | None  # the rows that a reversal may still need
+    R: Array  # (J, gaps) log of Shiryaev-Roberts' sums; -inf: nothing yet
+    llr: Array  # (J, gaps) log likelihood since the sum began to grow
+    count: Array  # (J,) reversals that were judged
+    since: Array  # (J,) [s] when the evidence began; NaN: none
+    number: Array  # (J,) reversals since then
+    told: Mask  # (J,)
+    slid: Array  # (J,) [s] in motion
+    lo: Array  # (J,) [rad] least angle met
+    hi: Array  # (J,) [rad] largest
+
+
+@dataclass(frozen=True, eq=False)
+class Backlash:
+    """Settings."""
+
+    space: Space
+    period: float  # [s] between rows
+    rule: Mapping[str, float]  # promise, enough, warning, critical
+
+    @cached_property
+    def crossing(self) -> Array:
+        """Time over each gap, (gaps, J) [s]."""
+        drive = self.space.reference.drive
+        return np.sqrt(4.0 * GAPS[:, None] * drive.rotor_inertia / drive.coulomb)
+
+    def init(self) -> Reversals:
+        """Nothing seen yet."""
+        J = self.space.joints
+        nothing, never = np.zeros(J), np.full((J, len(GAPS)), -np.inf)
+        nan = np.full(J, np.nan)
+        return Reversals(
+            None, never, np.zeros_like(never), nothing, nan, nothing,
+            np.zeros(J, dtype=bool), nothing, np.full(J, np.inf), np.full(J, -np.inf),
+        )  # fmt: skip
+
+    def step(
+        self, state: Reversals, rows: Rows, tool: Array, ill: Mask
+    ) -> tuple[Reversals, list[Event]]:
+        """A beat on.
+
+        Args:
+            tool: inertials that are carried, (10,).
+            ill: joints whose sensor is not to be believed, (J,).
+        """
+        whole = rows
+        if state.tail is not None and rows.t[0] - state.tail.t[-1] < 5.0 * self.period:
+            whole = joined((state.tail, rows))
+        state = self._moved(state, rows)
+        K = self.space.reference.drive.gain
+        own = np.einsum("njk,k->nj", whole.rigid[..., -10:], tool)
+        load = whole.load + K * own
+        left = whole.residual - own
+        ready = whole.t <= whole.t[-1] - LONGEST
+        new = whole.t > (whole.t[0] + BEFORE)
+        turned = np.zeros(load.shape, dtype=bool)
+        turned[1:] = load[1:] * load[:-1] < 0.0
+        found: list[Event] = []
+        done = whole.t[ready][-1] if ready.any() else -np.inf
+        for row, j in np.argwhere(turned & (ready & new)[:, None] & ~ill):
+            state = self._reversal(state, whole, load[:, j], left[:, j], int(row), int(j))
+            event = self._event(state, int(j), float(whole.t[-1]))
+            if event:
+                told = state.told.copy()
+                told[j] = True
+                state, found = replace(state, told=told), [*found, event]
+        keep = int(np.searchsorted(whole.t, done - BEFORE - self.period / 2.0))
+        return replace(state, tail=whole.part(keep, len(whole))), found
+
+    def _moved(self, state: Reversals, rows: Rows) -> Reversals:
+        moving = (np.abs(rows.v) > STANDING).sum(axis=0) * self.period
+        q = np.where(np.isfinite(rows.q), rows.q, 0.0)
+        return replace(
+            state,
+            slid=state.slid + moving,
+            lo=np.minimum(state.lo, q.min(axis=0)),
+            hi=np.maximum(state.hi, q.max(axis=0)),
+        )
+
+    def _reversal(
+        self, state: Reversals, rows: Rows, load: Array, left: Array, row: int, j: int
+    ) -> Reversals:
+        """Weigh every gap by one reversal."""
+        # the moment within the step in which the load was zero
+        share = load[row - 1] / (load[row - 1] - load[row])
+        t0 = rows.t[row - 1] + share * (rows.t[row] - rows.t[row - 1])
+        after = rows.t - t0
+        at = (after > -BEFORE) & (after < LONGEST)
+        if np.abs(rows.v[at, j]).min() < STANDING:  # a joint that stands is held by friction
+            return state
+        if at.sum() < 8 or not np.isfinite(left[at]).all() or not self._whole(load, after, at):
+            return state
+        K, noise = self.space.reference.drive.gain[j], self.space.noise[j]
+        x = -(load[at] / K) * ((after[at] > 0.0) & (after[at] < self.crossing[:, j, None]))
+        scale = 1.0 / np.hypot(noise, rows.doubt[at, j])
+        nuisance = scale[:, None] * np.stack([np.ones(at.sum()), after[at]], axis=1)
+        q = np.linalg.qr(nuisance)[0]
+        r, x = scale * left[at], scale * x
+        r, x = r - q @ (q.T @ r), x - (x @ q) @ q.T
+        r = np.clip(r, -WILD, WILD)
+        louder = max(1.0, float(r @ r) / (len(r) - 2.0))  # what the model leaves just here
+        llr = logsumexp(
+            [(c * (x @ r) - 0.5 * c**2 * np.sum(x**2, axis=1)) / louder for c in SHARES], axis=0
+        ) - np.log(len(SHARES))
+        return self._weighed(state, j, llr, float(t0))
+
+    def _whole(self, load: Array, after: Array, at: Mask) -> bool:
+        """The load turns over once, and for good: noise about zero is no reversal."""
+        side = np.sign(load[at])
+        before = after[at] < 0.0
+        return bool(before.any() and (side[before] == side[0]).all()
+                    and (side[~before] == -side[0]).all())  # fmt: skip
+
+    def _weighed(self, state: Reversals, j: int, llr: Array, t: float) -> Reversals:
+        R, total = state.R.copy(), state.llr.copy()
+        count, number, since = state.count.copy(), state.number.copy(), state.since.copy()
+        R[j] = np.logaddexp(R[j], 0.0) + llr
+        fresh = total[j].max() + llr.max() <= 0.0
+        total[j] = 0.0 if fresh else total[j] + llr
+        number[j] = 0.0 if fresh else number[j] + 1.0
+        since[j] = np.nan if fresh else (t if np.isnan(since[j]) else since[j])
+        count[j] += 1.0
+        return replace(state, R=R, llr=total, count=count, number=number, since=since)
+
+    def _event(self, state: Reversals, j: int, now: float) -> Event | None:
+        evidence = float(logsumexp(state.R[j])) - np.log(self.space.joints * len(GAPS))
+        if state.told[j] or evidence < np.log(self.rule["promise"]):
+            return None
+        if state.number[j] < self.rule["enough"]:
+            return None
+        share = np.exp(state.R[j] - logsumexp(state.R[j]))
+        gap = float(np.exp(share @ np.log(GAPS)))
+        since = float(state.since[j]) if np.isfinite(state.since[j]) else now
+        told: dict[str, Any] = {
+            "half_gap_rad": gap,
+            "reversals": int(state.number[j]),
+            "statistic": evidence,
+            "threshold": float(np.log(self.rule["promise"])),
+        }
+        return Event("joint_backlash", j, since, now, 0.99, gap, told)
+
+    def observable(self, state: Reversals) -> list[dict[str, Any]]:
+        """Joint by joint, whether this motion could show a gap, and what would."""
+        arm, told = self.space.reference.arm, []
+        for j, name in enumerate(arm.joint_names):
+            count = int(state.count[j])
+            seen = count >= self.rule["enough"]
+            row: dict[str, Any] = {"joint": j, "name": name, "reversals": count, "observable": seen}
+            told.append(row if seen else row | self._probe(state, j))
+        return told
+
+    def _probe(self, state: Reversals, j: int) -> dict[str, Any]:
+        """A motion in which this joint's load turns over."""
+        arm, J = self.space.reference.arm, self.space.joints
+        met = np.isfinite(state.lo)
+        middle = 0.5 * (np.where(met, state.lo, 0.0) + np.where(met, state.hi, 0.0))
+        q = np.tile(middle, (POSES, 1))
+        q[:, j] = np.linspace(max(arm.lower[j], -np.pi), min(arm.upper[j], np.pi), POSES)
+        still = np.zeros((POSES, J))
+        load = self.space.arm.torque(q, still, still)[:, j]
+        turns = np.flatnonzero(load[1:] * load[:-1] < 0.0)
+        why = "not observable in this motion"
+        if state.slid[j] > 1.0:
+            why += ": the load keeps the gear on one flank"
+        if np.ptp(load) < 0.05 * self.space.reference.drive.coulomb[j] or not len(turns):
+            how = f"turn {arm.joint_names[j]} back and forth by 0.3 rad, as fast as allowed"
+            return {"why": why, "probe": how}
+        best = turns[np.argmin(np.abs(q[turns, j] - middle[j]))]
+        pose = float(q[best, j])
+        how = f"turn {arm.joint_names[j]} slowly to and fro by 0.2 rad about {pose:.2f} rad"
+        return {"why": why, "probe": how + ", where gravity turns over"}

@@ -1,0 +1,144 @@
+"""Every onset at once: what changed, when, and how, against an arm that only strays as arms do.
+
+A filter follows the healthy arm: where it was on its first day, and how far it strays by the day,
+by the hour and by the window. A fault that begins at tau moves the filter's innovations by a known
+signature; following that signature for every tau makes the likelihood of any change quadratic
+[Willsky1976]_:
+
+    log L(delta) = d' delta - delta' C delta / 2
+
+whatever directions delta has. Steps and ramps are followed side by side.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from urdyn.types import Array
+
+RECENT = 8  # onsets that are all kept; older ones stand ever further apart
+SHAPES = ("step", "ramp")
+
+
+@dataclass(frozen=True, eq=False)
+class Straying:
+    """How far a healthy arm strays, per state."""
+
+    walk: Array  # (n,) [1/√s]
+    window: (
+        Array  # (n,) sd from window to window: programs that differ, models that are not perfect
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class Bank:
+    """The healthy arm, and every onset."""
+
+    t: float  # [s] of the last block; NaN before the first
+    x: Array  # (n,)
+    P: Array  # (n, n)
+    onset: Array  # (m,) [s]
+    weight: Array  # (m,) onsets that this one stands for
+    X: Array  # (n, 2, m, p) what a unit of each change has moved the filter by
+    C: Array  # (2, m, p, p)
+    d: Array  # (2, m, p)
+
+
+@dataclass(frozen=True, eq=False)
+class Block:
+    """Information about the states in some seconds, with the window's own straying in it."""
+
+    begin: float  # [s]
+    end: float  # [s]
+    A: Array  # (n, n)
+    b: Array  # (n,)
+
+
+def first(x: Array, P: Array, p: int) -> Bank:
+    """Before the first block."""
+    n = len(x)
+    return Bank(
+        np.nan, x, P, np.zeros(0), np.zeros(0),
+        np.zeros((n, 2, 0, p)), np.zeros((2, 0, p, p)), np.zeros((2, 0, p)),
+    )  # fmt: skip
+
+
+def strayed(A: Array, b: Array, window: Array) -> tuple[Array, Array]:
+    """Information about the states, of a window in which they were `window` off for its own reason.
+
+    (A^-1 + W)^-1 and its vector, where A may be singular.
+    """
+    spread = np.linalg.inv(np.eye(len(b)) + A * window**2)
+    return spread @ A, spread @ b
+
+
+def step(bank: Bank, block: Block, straying: Straying, E: Array) -> Bank:
+    """One block on.
+
+    Args:
+        E: directions that faults have, (n, p).
+    """
+    passed = 0.0 if np.isnan(bank.t) else block.end - bank.t
+    P = bank.P + np.diag(straying.walk**2 * passed)
+    bank = _with_onset(bank, block.begin, E.shape[1])
+    keep = np.linalg.inv(np.eye(len(P)) + block.A @ P)  # (I + A P)^-1
+    seen = keep @ block.A  # (A^-1 + P)^-1
+    after = P @ keep
+    g = block.b - block.A @ bank.x
+    grown = np.stack([np.ones(len(bank.onset)), 0.5 * (block.begin + block.end) - bank.onset])
+    missed = E[:, None, None, :] * grown[:, :, None] - bank.X  # (n, 2, m, p)
+    flat = missed.reshape(len(P), -1)
+    weighed = (seen @ flat).reshape(missed.shape)
+    C = bank.C + np.einsum("nsmp,nsmq->smpq", missed, weighed, optimize=True)
+    d = bank.d + ((keep @ g) @ flat).reshape(bank.d.shape)
+    X = bank.X + ((after @ block.A) @ flat).reshape(missed.shape)
+    x = bank.x + after @ g
+    return _thinned(replace(bank, t=block.end, x=x, P=0.5 * (after + after.T), X=X, C=C, d=d))
+
+
+def followed(
+    t: float, x: Array, P: Array, block: Block, straying: Straying
+) -> tuple[float, Array, Array]:
+    """The healthy arm alone, one block on."""
+    P = P + np.diag(straying.walk**2 * (0.0 if np.isnan(t) else block.end - t))
+    after = P @ np.linalg.inv(np.eye(len(P)) + block.A @ P)
+    return block.end, x + after @ (block.b - block.A @ x), 0.5 * (after + after.T)
+
+
+def _with_onset(bank: Bank, t: float, p: int) -> Bank:
+    n = len(bank.x)
+    return replace(
+        bank,
+        onset=np.append(bank.onset, t),
+        weight=np.append(bank.weight, 1.0),
+        X=np.concatenate([bank.X, np.zeros((n, 2, 1, p))], axis=2),
+        C=np.concatenate([bank.C, np.zeros((2, 1, p, p))], axis=1),
+        d=np.concatenate([bank.d, np.zeros((2, 1, p))], axis=1),
+    )
+
+
+def _thinned(bank: Bank) -> Bank:
+    """Without an old onset whose neighbours stand close by; the older one speaks for it."""
+    m = len(bank.onset)
+    if m <= RECENT + 2:
+        return bank
+    age = bank.t - bank.onset
+    # how close two neighbours are, for their age: the closest pair becomes one
+    gap = (age[:-2] - age[2:]) / age[1:-1]
+    gap[m - RECENT :] = np.inf
+    k = int(np.argmin(gap[: m - RECENT])) + 1
+    if gap[k - 1] > 0.5:
+        return bank
+    weight = bank.weight.copy()
+    weight[k - 1] += weight[k]
+    keep = np.arange(m) != k
+    return replace(
+        bank,
+        onset=bank.onset[keep],
+        weight=weight[keep],
+        X=bank.X[:, :, keep],
+        C=bank.C[:, keep],
+        d=bank.d[:, keep],
+    )

@@ -1,0 +1,94 @@
+"""What the tool carries, second by second: pieces that come and go are work, not a fault.
+
+The payload's ten inertials are followed as modes: the commissioned one, and each other that was
+met. A second is given to the mode that explains it best; a new one is made where none does and a
+payload explains better than any fault of a joint would.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from urdyn.diagnose.moment import Pool
+from urdyn.types import Array, Index
+
+ANYTHING = np.array([3.0, 0.3, 0.3, 0.3, *[0.05] * 6])  # kg, kg m, kg m²: sd of a new one
+NOTHING = np.array([0.02, 0.004, 0.004, 0.004, *[5e-4] * 6])  # what a cable makes of a known one
+SURE = 12.0  # [nats] by which another mode has to be better than the one that is carried
+MODES = 4  # that are remembered
+
+
+@dataclass(frozen=True, eq=False)
+class Mode:
+    """Something that is carried."""
+
+    mean: Array  # (10,) inertials beside the commissioned payload
+    cov: Array  # (10, 10)
+    seen: float  # [s] of its last second
+
+
+@dataclass(frozen=True, eq=False)
+class Shown:
+    """What a second says of the payload, all other states marginalised."""
+
+    C: Array  # (10, 10)
+    d: Array  # (10,)
+
+
+def shown(pool: Pool, at: Index, rest: Index, x: Array, P: Array) -> Shown:
+    """The payload's information, given the belief N(x, P) in the rest.
+
+    Args:
+        at: the payload's states.
+        rest: the others.
+    """
+    A, cross = pool.A[np.ix_(rest, rest)], pool.A[np.ix_(rest, at)]
+    keep = np.linalg.solve(
+        np.eye(len(rest)) + A @ P, np.column_stack([cross, pool.b[rest] - A @ x])
+    )
+    C = pool.A[np.ix_(at, at)] - cross.T @ P @ keep[:, :-1]
+    d = pool.b[at] - cross.T @ (x + P @ keep[:, -1])
+    return Shown(0.5 * (C + C.T), d)
+
+
+def fit(told: Shown, mode: Mode) -> float:
+    """Log of the likelihood of a second under a mode, but for what all modes share."""
+    g = told.d - told.C @ mode.mean
+    inner = np.eye(10) + told.C @ mode.cov
+    base = told.d @ mode.mean - 0.5 * mode.mean @ told.C @ mode.mean
+    gain = 0.5 * g @ mode.cov @ np.linalg.solve(inner, g)
+    return float(base + gain - 0.5 * np.linalg.slogdet(inner)[1])
+
+
+def learnt(told: Shown, mode: Mode, t: float) -> Mode:
+    """The mode after a second of it."""
+    inner = np.eye(10) + mode.cov @ told.C
+    cov = np.linalg.solve(inner, mode.cov)
+    mean = mode.mean + cov @ (told.d - told.C @ mode.mean)
+    return Mode(mean, 0.5 * (cov + cov.T), t)
+
+
+def commissioned(t: float = -np.inf) -> Mode:
+    """What was carried on the first day."""
+    return Mode(np.zeros(10), np.diag(NOTHING**2), t)
+
+
+def anything(t: float) -> Mode:
+    """A new one, of which nothing is known."""
+    return Mode(np.zeros(10), np.diag(ANYTHING**2), t)
+
+
+def spread(mode: Mode) -> Mode:
+    """The same, no better known than it can be."""
+    floor = np.diag(np.maximum(np.diag(mode.cov), NOTHING**2) - np.diag(mode.cov))
+    return replace(mode, cov=mode.cov + floor)
+
+
+def remembered(modes: list[Mode], new: Mode) -> tuple[list[Mode], int]:
+    """The modes with a new one, in place of the one that was longest not seen; and which it is."""
+    if len(modes) < MODES:
+        return [*modes, new], len(modes)
+    oldest = min(range(1, len(modes)), key=lambda k: modes[k].seen)
+    return [new if k == oldest else mode for k, mode in enumerate(modes)], oldest

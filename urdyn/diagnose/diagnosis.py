@@ -1,0 +1,198 @@
+"""From moments of work to findings: fast kinds every beat, slow kinds every moment.
+
+    diagnosis = Diagnosis(fit, period)
+    state = diagnosis.init()
+    state, findings = diagnosis.step(state, now)     # findings that are new or changed
+
+The commissioned model is held: what is judged never bends to what it is judged by.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from urdyn.diagnose.event import Event
+from urdyn.diagnose.fast import Fast, FastState
+from urdyn.diagnose.finding import Finding
+from urdyn.diagnose.rows import Rows, joined, rows
+from urdyn.diagnose.rules import Rules, read_rules
+from urdyn.diagnose.slow import MOMENT, Push, Slow, SlowState
+from urdyn.diagnose.space import Space, space
+from urdyn.diagnose.verdict import of_change, of_event, risen
+from urdyn.identify.fit import Fit
+from urdyn.signal import Instant
+from urdyn.types import Array, Motion
+
+CHUNK = 10  # rows that are compared with the model at once
+BEAT = 0.25  # [s]
+BROKEN = 5.0  # periods without a row after which a beat ends early
+
+
+@dataclass(frozen=True, eq=False)
+class Now:
+    """One instant as a tracker has it."""
+
+    instant: Instant
+    s: Array  # (J,) presliding state [-]
+    travelled: Array  # (J,) [rad] since the bristles were unknown
+
+
+@dataclass(frozen=True, eq=False)
+class State:
+    """All that is remembered from instant to instant."""
+
+    fast: FastState
+    slow: SlowState
+    chunk: tuple[Now, ...] = ()
+    beat: tuple[Rows, ...] = ()
+    moment: tuple[Rows, ...] = ()
+    findings: tuple[Finding, ...] = ()
+    series: tuple[tuple[int, tuple[tuple[float, float, float], ...]], ...] = ()  # of slow ones
+    blocks: float = np.nan  # [s] end of the last block that was looked at
+
+
+@dataclass(frozen=True, eq=False)
+class Diagnosis:
+    """Settings; the state is passed along."""
+
+    fit: Fit
+    period: float  # [s] between rows
+    rules: Rules = field(default_factory=read_rules)
+
+    @cached_property
+    def space(self) -> Space:
+        """Where everything that can change has a direction."""
+        return space(self.fit)
+
+    @cached_property
+    def fast(self) -> Fast:
+        """Tests of fast kinds."""
+        return Fast(self.space, self.period, self.rules)
+
+    @cached_property
+    def slow(self) -> Slow:
+        """Tests of slow kinds."""
+        return Slow(self.space, self.period, self.rules)
+
+    def init(self) -> State:
+        """Before the first instant."""
+        return State(self.fast.init(), self.slow.init())
+
+    def step(self, state: State, now: Now) -> tuple[State, list[Finding]]:
+        """One instant on; findings that are new, or worse than they were."""
+        state = replace(state, chunk=(*state.chunk, now))
+        if len(state.chunk) < min(CHUNK, max(1, round(BEAT / self.period))):
+            return state, []
+        part, state = _rows(self.space, state.chunk), replace(state, chunk=())
+        return self.take(state, part)
+
+    def take(self, state: State, part: Rows) -> tuple[State, list[Finding]]:
+        """Some rows on, no longer than a beat."""
+        found: list[Finding] = []
+        if state.beat and part.t[0] - state.beat[-1].t[-1] > BROKEN * self.period:
+            state, found = self._beat(state)
+        state = replace(state, beat=(*state.beat, part))
+        if part.t[-1] - state.beat[0].t[0] + self.period >= BEAT - 1e-9:
+            state, more = self._beat(state)
+            found += more
+        return state, found
+
+    def finish(self, state: State) -> tuple[State, list[Finding]]:
+        """What waits, at the end of a recording."""
+        found: list[Finding] = []
+        if state.chunk:
+            part, state = _rows(self.space, state.chunk), replace(state, chunk=())
+            state, found = self.take(state, part)
+        if state.beat:
+            state, more = self._beat(state)
+            found += more
+        return state, found
+
+    def _beat(self, state: State) -> tuple[State, list[Finding]]:
+        beat = joined(state.beat)
+        carrying = state.slow.carrying
+        order = [carrying.now, *(k for k in range(len(carrying.modes)) if k != carrying.now)]
+        carried = np.array([carrying.modes[k].mean for k in order])
+        fast, events, ill = self.fast.step(state.fast, beat, carried)
+        believed = replace(beat, settled=beat.settled & ~ill)
+        state = replace(state, fast=fast, beat=(), moment=(*state.moment, believed))
+        state, found = self._told(state, events)
+        first, last = state.moment[0].t[0], state.moment[-1].t[-1]
+        if last - first + self.period < MOMENT - 1e-9:
+            return state, found
+        push = Push(np.isfinite(fast.quiet.begin), *_last_push(events))
+        slow = self.slow.moment(state.slow, joined(state.moment), push)
+        state, more = self._changes(replace(state, slow=slow, moment=()))
+        return state, found + more
+
+    def _told(self, state: State, events: Iterable[Event]) -> tuple[State, list[Finding]]:
+        new = [of_event(event, self.space, self.rules) for event in events]
+        return _with(state, new)
+
+    def _changes(self, state: State) -> tuple[State, list[Finding]]:
+        """New changes, and how those that are known went on."""
+        slow, series, new = state.slow, dict(state.series), []
+        for change in slow.found:
+            suspect = self.slow.of.each[change.suspect]
+            trace = [] if suspect.kind.of_tool else self.slow.trace(slow, change.suspect)
+            series[change.suspect] = tuple(trace)
+            new.append(of_change(change, self.slow.of, self.space, trace))
+        state, found = _with(replace(state, series=tuple(series.items())), new)
+        if slow.bank.t == state.blocks or np.isnan(slow.bank.t):
+            return state, found
+        for k, size, sd in self.slow.levels(slow):
+            series[k] = (*series.get(k, ()), (slow.bank.t, size, sd))[-SERIES:]
+        state = replace(state, series=tuple(series.items()), blocks=slow.bank.t)
+        kinds = {k: self.slow.of.each[k] for k in slow.known}
+        worse = risen(state.findings, kinds, dict(state.series), self.space)
+        state, more = _with(state, worse)
+        return state, found + more
+
+    def observable(self, state: State) -> list[dict[str, Any]]:
+        """Joint by joint, whether this motion could show backlash; if not, one that would."""
+        return self.fast.observable(state.fast)
+
+    def over(self, motion: Motion, s: Array, travelled: Array) -> tuple[State, list[Finding]]:
+        """A whole motion at once: the same beats as instant by instant, but for their seams."""
+        state, n = self.init(), max(1, round(BEAT / self.period))
+        for start in range(0, len(motion), BATCH):
+            stop = min(start + BATCH, len(motion))
+            part = rows(self.space, motion.slice(start, stop), s[start:stop], travelled[start:stop])
+            for k in range(0, len(part), n):
+                state, _ = self.take(state, part.part(k, k + n))
+        state, _ = self.finish(state)
+        return state, list(state.findings)
+
+
+BATCH = 2000  # rows of a motion that are held at once
+SERIES = 400  # blocks of a found change that are remembered
+
+
+def _rows(space: Space, chunk: tuple[Now, ...]) -> Rows:
+    """A chunk of instants beside the commissioned model."""
+    one = [now.instant for now in chunk]
+    named = ("t", "q", "v", "a", "jerk", "current", "temperature")
+    motion = Motion(*(np.array([getattr(i, name) for i in one]) for name in named))
+    s, travelled = np.array([n.s for n in chunk]), np.array([n.travelled for n in chunk])
+    return rows(space, motion, s, travelled)
+
+
+def _last_push(events: Iterable[Event]) -> tuple[float, float]:
+    pushes = [(e.onset - BEAT, e.alarm) for e in events if e.kind == "collision"]
+    return pushes[-1] if pushes else (np.inf, -np.inf)
+
+
+def _with(state: State, new: list[Finding]) -> tuple[State, list[Finding]]:
+    """The findings with new ones; one that is known by its name is replaced, and keeps its alarm."""
+    findings = {finding.id: finding for finding in state.findings}
+    for finding in new:
+        if finding.id in findings:
+            old = findings[finding.id]
+            finding = replace(finding, alarm_s=old.alarm_s, acknowledged=old.acknowledged)
+        findings[finding.id] = finding
+    return replace(state, findings=tuple(findings.values())), new

@@ -1,0 +1,43 @@
+"""Findings as a document: findings.json, and what --json prints."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from urdyn.diagnose.finding import Finding
+from urdyn.version import __version__
+
+
+def findings_document(
+    findings: Sequence[Finding],
+    observability: Sequence[Mapping[str, Any]],
+    identity: Mapping[str, str],
+    source: Mapping[str, str],
+) -> dict[str, Any]:
+    """All findings, with the version and the hashes of what they were made of."""
+    origin = {"twin.sha256": identity.get("twin", ""), "rules": identity.get("rules", "")}
+    return {
+        "urdyn": __version__,
+        "provenance": origin | dict(source),
+        "findings": [_finite(finding.plain()) for finding in findings],
+        "observability": {"joint_backlash": [_finite(row) for row in observability]},
+    }
+
+
+def _finite(value: Any) -> Any:
+    """The same in JSON's own types; what is no number is null."""
+    match value:
+        case Mapping():
+            return {str(key): _finite(inner) for key, inner in value.items()}
+        case list() | tuple():
+            return [_finite(inner) for inner in value]
+        case np.ndarray():
+            return _finite(value.tolist())
+        case np.generic():
+            return _finite(value.item())
+        case float() if not np.isfinite(value):
+            return None
+    return value

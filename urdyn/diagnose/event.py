@@ -1,0 +1,20 @@
+"""What a fast test has seen, before it is called a finding."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+
+@dataclass(frozen=True, eq=False)
+class Event:
+    """A fault that shows at once."""
+
+    kind: str
+    joint: int  # of a collision: the link
+    onset: float  # [s]
+    alarm: float  # [s]
+    confidence: float  # [-]
+    size: float  # what the kind's levels are in
+    evidence: Mapping[str, Any] = field(default_factory=dict)

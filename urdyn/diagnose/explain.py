@@ -1,0 +1,151 @@
+"""Which change explains what the bank has seen: the evidence of every kind and joint.
+
+A change of kind h has a size delta ~ N(0, D_h), of one sign where the kind has one. Its evidence
+against the healthy arm is the likelihood ratio averaged over that size, over step and ramp, and
+over onsets; summed over onsets it is Shiryaev-Roberts' statistic, whose mean over all kinds grows
+by one a block while the arm is healthy: the threshold is the promise itself [Shin2024]_.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.special import log_ndtr, logsumexp
+
+from urdyn.diagnose.bank import SHAPES, Bank
+from urdyn.diagnose.rules import PAYLOAD_STATES, SlowKind, unit
+from urdyn.diagnose.space import Space
+from urdyn.types import Array, Index
+
+RATES = (60.0, 600.0, 3600.0)  # [s] in which a ramp makes a change of the expected size
+NOBODY = -1
+SIZES = (1.0, 0.2)  # of the expected size, that a step may have
+
+
+@dataclass(frozen=True, eq=False)
+class Suspect:
+    """A kind on a joint."""
+
+    kind: SlowKind
+    joint: int
+    places: Index  # (r,) among the directions
+    sd: Array  # (r,) of a change, in units of the states
+
+
+@dataclass(frozen=True, eq=False)
+class Suspects:
+    """Everything that is looked for, and the directions that this takes."""
+
+    states: Index  # (p,) which state each direction is
+    each: tuple[Suspect, ...]
+
+    def directions(self, n: int) -> Array:
+        """E, (n, p)."""
+        E = np.zeros((n, len(self.states)))
+        E[self.states, np.arange(len(self.states))] = 1.0
+        return E
+
+
+@dataclass(frozen=True, eq=False)
+class Explanation:
+    """A change, and how well it explains what was seen."""
+
+    suspect: Suspect
+    t: float  # [s] now
+    evidence: float  # log of the sum over onsets and shapes
+    shape: str  # the likeliest
+    onset: float  # [s] median
+    onset_lo: float  # [s] 5 %
+    onset_hi: float  # [s] 95 %
+    size: float  # of the first state now
+    size_sd: float
+    rate: float  # [1/s]; 0 of a step
+    rate_sd: float
+
+
+def suspects(space: Space, kinds: tuple[SlowKind, ...]) -> Suspects:
+    """All kinds on all joints; what the tool carries is nobody's joint."""
+    J = space.joints
+    each, states = [], list[int]()
+    for kind in kinds:
+        for j in [NOBODY] if kind.of_tool else range(J):
+            of = [_place(space, state, j) for state in kind.change]
+            units = [np.broadcast_to(unit(space, state), J)[j] for state in kind.change]
+            states += [k for k in of if k not in states]
+            sd = np.array(list(kind.change.values())) * units
+            each.append(Suspect(kind, j, np.array([states.index(k) for k in of]), sd))
+    return Suspects(np.array(states), tuple(each))
+
+
+def _place(space: Space, state: str, joint: int) -> int:
+    if state in PAYLOAD_STATES:
+        return space.places["payload"].start + PAYLOAD_STATES.index(state)
+    return space.places[state].start + joint
+
+
+def evidence(bank: Bank, suspect: Suspect) -> Array:
+    """Log of the likelihood ratio, (shapes 2, scales 3, onsets m); -inf where there is none."""
+    told = np.full((2, len(RATES), len(bank.onset)), -np.inf)
+    at = suspect.places
+    C, d = bank.C[..., at[:, None], at], bank.d[..., at]
+    for s, shape in enumerate(SHAPES):
+        if shape in suspect.kind.shapes:
+            scales = SIZES if s == 0 else tuple(1.0 / tau for tau in RATES)
+            for k, scale in enumerate(scales):
+                told[s, k] = _log_ratio(C[s], d[s], scale * suspect.sd, suspect.kind.sign)
+            told[s] -= np.log(len(scales) * len(suspect.kind.shapes))
+    return told
+
+
+def _log_ratio(C: Array, d: Array, sd: Array, sign: int) -> Array:
+    """ln of the mean over delta ~ N(0, sd²) of exp(d' delta - delta' C delta / 2), (m,)."""
+    precision = C + np.diag(sd**-2.0)
+    mean = np.linalg.solve(precision, d[..., None])[..., 0]
+    _, logdet = np.linalg.slogdet(precision)
+    ratio = 0.5 * np.sum(d * mean, axis=-1) - 0.5 * logdet - np.sum(np.log(sd))
+    if sign:
+        spread = np.sqrt(np.linalg.inv(precision)[:, 0, 0])
+        ratio = ratio + np.log(2.0) + log_ndtr(sign * mean[:, 0] / spread)
+    return np.asarray(ratio)
+
+
+def gathered(bank: Bank, of: Suspects) -> Array:
+    """Evidence of every suspect over all onsets, (h,): log of Shiryaev-Roberts' sums."""
+    weight = np.log(bank.weight)
+    return np.array([logsumexp(evidence(bank, each) + weight) for each in of.each])
+
+
+def explanation(bank: Bank, suspect: Suspect) -> Explanation:
+    """What a suspect's change would be like."""
+    told = evidence(bank, suspect) + np.log(bank.weight)
+    total = float(logsumexp(told))
+    by_onset = np.exp(logsumexp(told, axis=(0, 1)) - total)
+    s, scale, m = np.unravel_index(int(np.argmax(told)), told.shape)
+    at = suspect.places
+    sd = suspect.sd * (SIZES[scale] if s == 0 else 1.0 / RATES[scale])
+    cov = np.linalg.inv(bank.C[s, m][at[:, None], at] + np.diag(sd**-2.0))
+    delta, spread = float((cov @ bank.d[s, m][at])[0]), float(np.sqrt(cov[0, 0]))
+    onset = float(bank.onset[m])
+    age = bank.t - onset if SHAPES[s] == "ramp" else 1.0
+    ramp = s == 1
+    lo, middle, hi = (_quantile(bank.onset, by_onset, share) for share in (0.05, 0.5, 0.95))
+    return Explanation(
+        suspect, bank.t, total, SHAPES[s], middle, lo, hi, delta * age, spread * age,
+        delta if ramp else 0.0, spread if ramp else 0.0,
+    )  # fmt: skip
+
+
+def _quantile(values: Array, share: Array, level: float) -> float:
+    return float(values[min(int(np.searchsorted(np.cumsum(share), level)), len(values) - 1)])
+
+
+def instant_evidence(C: Array, d: Array, of: Suspects) -> float:
+    """How well the best suspect of a joint explains one moment, beside nothing [nats]."""
+    best = 0.0
+    for each in of.each:
+        if each.joint != NOBODY:
+            at = each.places
+            here = C[None, at[:, None], at], d[None, at]
+            best = max(best, float(_log_ratio(*here, each.sd, each.kind.sign)[0]))
+    return best

@@ -1,0 +1,90 @@
+"""Fast kinds: a quarter of a second in, events out."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from urdyn.diagnose.backlash import Backlash, Reversals
+from urdyn.diagnose.collision import Collision, Quiet
+from urdyn.diagnose.event import Event
+from urdyn.diagnose.oscillation import Heard, Oscillation
+from urdyn.diagnose.rows import Rows
+from urdyn.diagnose.rules import Rules
+from urdyn.diagnose.sensor import Felt, SensorHealth
+from urdyn.diagnose.space import Space
+from urdyn.types import Array, Mask
+
+DOUBTED = 2.0  # [-] times the usual noise, from which on a sensor tells of no push
+
+
+@dataclass(frozen=True, eq=False)
+class FastState:
+    """All that is remembered from beat to beat."""
+
+    sensors: Felt
+    quiet: Quiet
+    heard: Heard
+    reversals: Reversals
+
+
+@dataclass(frozen=True, eq=False)
+class Fast:
+    """Settings; the state is passed along."""
+
+    space: Space
+    period: float  # [s] between rows
+    rules: Rules
+
+    @cached_property
+    def sensors(self) -> SensorHealth:
+        """Sick sensors."""
+        return SensorHealth(self.space, self.period, self.rules.fast["sensor_silent"])
+
+    @cached_property
+    def collision(self) -> Collision:
+        """Pushes."""
+        return Collision(self.space, self.rules.fast["collision"])
+
+    @cached_property
+    def oscillation(self) -> Oscillation:
+        """Loops that ring."""
+        return Oscillation(self.space, self.period, self.rules.fast["controller_instability"])
+
+    @cached_property
+    def backlash(self) -> Backlash:
+        """Gears with a gap."""
+        return Backlash(self.space, self.period, self.rules.fast["joint_backlash"])
+
+    def init(self) -> FastState:
+        """Before the first beat."""
+        return FastState(
+            self.sensors.init(),
+            self.collision.init(),
+            self.oscillation.init(),
+            self.backlash.init(),
+        )
+
+    def step(
+        self, state: FastState, rows: Rows, carried: Array
+    ) -> tuple[FastState, list[Event], Mask]:
+        """A beat on; also the joints whose sensor is not to be believed, (J,).
+
+        Args:
+            carried: inertials that may be at the tool, the likeliest first, (k, 10).
+        """
+        sensors, sick, ill = self.sensors.step(state.sensors, rows)
+        doubted = ill | (np.nan_to_num(sensors.rough) > DOUBTED * self.space.noise)
+        quiet, pushes = self.collision.step(state.quiet, rows, carried, doubted)
+        heard, rings = self.oscillation.step(state.heard, rows)
+        reversals, gaps = self.backlash.step(state.reversals, rows, carried[0], doubted)
+        ringing = [] if ill.any() else rings
+        events = [*sick, *pushes, *ringing, *gaps]
+        return FastState(sensors, quiet, heard, reversals), events, ill
+
+    def observable(self, state: FastState) -> list[dict[str, Any]]:
+        """Joint by joint, whether a gap could have been seen."""
+        return self.backlash.observable(state.reversals)

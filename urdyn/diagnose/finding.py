@@ -1,0 +1,42 @@
+"""What was found: one fault, one finding."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
+from typing import Any
+
+SEVERITIES = ("notice", "warning", "critical")
+
+
+@dataclass(frozen=True)
+class Finding:
+    """A fault: what, which joint, since when, how bad, how sure, and when it will matter."""
+
+    id: str
+    kind: str
+    joint: int | None  # from 0; of a collision the link it moves; None: the tool
+    name: str  # of the joint, of the link, or "tool"
+    onset_s: float  # [s] likeliest, on the stream's clock
+    onset_interval_s: tuple[float, float]  # [s] 90 %
+    alarm_s: float  # [s] when it was told first
+    severity: str  # of SEVERITIES
+    confidence: float  # [-] probability that kind and joint are these
+    time_to_failure_s: Mapping[str, float] | None  # median, lo, hi: 90 %; None: it does not grow
+    size: float  # in `unit`
+    size_sd: float
+    quantity: str
+    unit: str
+    text: str  # in a sentence
+    advice: str
+    evidence: Mapping[str, Any] = field(default_factory=dict)
+    acknowledged: bool = False
+
+    def plain(self) -> dict[str, Any]:
+        """As numbers and words, for JSON."""
+        return asdict(self)
+
+
+def severity(size: float, warning: float, critical: float) -> str:
+    """By the levels of the kind."""
+    return SEVERITIES[int(abs(size) >= warning) + int(abs(size) >= critical)]

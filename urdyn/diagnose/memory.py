@@ -1,0 +1,99 @@
+"""What a diagnosis remembers, as a file: its values as a tree, its arrays beside it.
+
+Only the dataclasses of this room are made from it: a file cannot ask for anything else.
+"""
+
+from __future__ import annotations
+
+import json
+import zipfile
+from collections.abc import Mapping
+from dataclasses import fields, is_dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from urdyn.diagnose.backlash import Reversals
+from urdyn.diagnose.bank import Bank, Block
+from urdyn.diagnose.carried import Mode
+from urdyn.diagnose.collision import Quiet
+from urdyn.diagnose.diagnosis import Now, State
+from urdyn.diagnose.fast import FastState
+from urdyn.diagnose.finding import Finding
+from urdyn.diagnose.loudness import Loudness
+from urdyn.diagnose.moment import Pool
+from urdyn.diagnose.oscillation import Heard
+from urdyn.diagnose.rows import Rows
+from urdyn.diagnose.sensor import Felt
+from urdyn.diagnose.slow import Anchor, Carrying, Change, SlowState, Waiting
+from urdyn.errors import InputError
+from urdyn.io import writing
+from urdyn.signal import Instant
+
+KNOWN = (
+    Anchor, Bank, Block, Carrying, Change, FastState, Felt, Finding, Heard, Instant, Loudness,
+    Mode, Now, Pool, Quiet, Reversals, Rows, SlowState, State, Waiting,
+)  # fmt: skip
+CLASSES = {kind.__name__: kind for kind in KNOWN}
+DAMAGE = (zipfile.BadZipFile, OSError, EOFError, LookupError, ValueError, TypeError)
+
+
+def save(state: State, identity: Mapping[str, str], path: Path) -> None:
+    """Write a state, all of it or nothing."""
+    arrays: dict[str, Any] = {}
+    tree = json.dumps([dict(identity), _tree(state, arrays)])
+    with writing(path) as stream:
+        np.savez(stream, tree=tree, **arrays)
+
+
+def load(identity: Mapping[str, str], path: Path) -> State:
+    """The state in a file that `save` wrote.
+
+    Raises:
+        InputError: it is damaged, or of another run.
+    """
+    try:
+        with path.open("rb") as stream, np.load(stream, allow_pickle=False) as archive:
+            arrays = dict(archive)
+        whose, tree = json.loads(str(arrays["tree"]))
+        state = _value(tree, arrays)
+    except DAMAGE as error:
+        raise InputError(f"{path}: is damaged ({error}); start anew with --fresh") from error
+    if whose != dict(identity) or not isinstance(state, State):
+        raise InputError(f"{path}: is of another run; start anew with --fresh")
+    return state
+
+
+def _tree(value: Any, arrays: dict[str, Any]) -> Any:
+    """A value in JSON's types; what JSON has no word for is a list that begins with a name."""
+    if is_dataclass(value):
+        inner = {f.name: _tree(getattr(value, f.name), arrays) for f in fields(value)}
+        return ["class", type(value).__name__, inner]
+    match value:
+        case np.ndarray():
+            name = f"a{len(arrays)}"
+            arrays[name] = value
+            return ["array", name]
+        case tuple() | list():
+            return [type(value).__name__, [_tree(inner, arrays) for inner in value]]
+        case Mapping():
+            return ["dict", {str(key): _tree(inner, arrays) for key, inner in value.items()}]
+        case np.generic():
+            return value.item()
+    return value
+
+
+def _value(tree: Any, arrays: Mapping[str, Any]) -> Any:
+    match tree:
+        case ["class", str(name), dict(inner)]:
+            return CLASSES[name](**{key: _value(x, arrays) for key, x in inner.items()})
+        case ["array", str(name)]:
+            return arrays[name]
+        case ["tuple", list(inner)]:
+            return tuple(_value(x, arrays) for x in inner)
+        case ["list", list(inner)]:
+            return [_value(x, arrays) for x in inner]
+        case ["dict", dict(inner)]:
+            return {key: _value(x, arrays) for key, x in inner.items()}
+    return tree

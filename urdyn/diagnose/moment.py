@@ -1,0 +1,68 @@
+"""A moment of work, half a second, as the information in it: all that slow kinds need.
+
+    A = sum H' R^-1 H        b = sum H' R^-1 r
+
+Rows are averaged first, down to AVERAGED a second: what is slow is not lost, what is noise is.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from urdyn.diagnose.rows import STANDING, Rows, derivatives
+from urdyn.types import Array
+
+AVERAGED = 50.0  # [Hz] rows that are left at most
+
+
+@dataclass(frozen=True, eq=False)
+class Pool:
+    """What some rows say about the n states."""
+
+    A: Array  # (n, n)
+    b: Array  # (n,)
+    count: Array  # (J,) values of current
+    residual: Array  # (J,) [A] mean
+    H: Array  # (J, n) [A] mean derivatives
+
+
+def empty(joints: int, n: int) -> Pool:
+    """Nothing."""
+    nothing = np.zeros(joints)
+    return Pool(np.zeros((n, n)), np.zeros(n), nothing, nothing, np.zeros((joints, n)))
+
+
+def pooled(rows: Rows, period: float, noise: Array) -> Pool:
+    """The information of joints that slide on known bristles.
+
+    Args:
+        period: [s] between rows.
+        noise: sd of white noise as loud at low frequencies as the residual is, (J,) [A].
+    """
+    told = rows.settled & (np.abs(rows.v) > STANDING) & np.isfinite(rows.residual)
+    r = np.where(told, rows.residual, 0.0)
+    width = max(1, int(1.0 / (AVERAGED * period) + 0.01))
+    at = np.arange(0, len(rows), width)
+    weight = told / (noise**2 + rows.doubt**2)
+    total, H, mean = _means(weight, rows, r, at)
+    root = np.sqrt(total)
+    scaled = (root[..., None] * H).reshape(-1, H.shape[2])
+    y = (root * mean).ravel()
+    _, whole, residual = _means(told.astype(np.float64), rows, r, at[:1])
+    return Pool(scaled.T @ scaled, scaled.T @ y, told.sum(axis=0), residual[0], whole[0])
+
+
+def _means(weight: Array, rows: Rows, r: Array, at: Array) -> tuple[Array, Array, Array]:
+    """Weights, and weighted means of H and r, of the groups that begin at the rows `at`."""
+    total = np.add.reduceat(weight, at, axis=0)
+    share = (
+        weight
+        / np.where(total > 0.0, total, 1.0)[
+            np.searchsorted(at, np.arange(len(r)), side="right") - 1
+        ]
+    )
+    rigid = np.add.reduceat(share[..., None] * rows.rigid, at, axis=0)
+    drive = np.add.reduceat(share[:, None] * rows.drive, at, axis=0)
+    return total, derivatives(rigid, drive), np.add.reduceat(share * r, at, axis=0)

@@ -1,0 +1,93 @@
+"""A diagnosis that looks on while a twin is tracked, and keeps DIR/findings.json up to date."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from urdyn.diagnose import memory
+from urdyn.diagnose.acknowledge import acknowledged
+from urdyn.diagnose.diagnosis import Diagnosis, Now, State
+from urdyn.diagnose.document import findings_document
+from urdyn.diagnose.finding import Finding
+from urdyn.errors import InputError
+from urdyn.io import write_text
+from urdyn.tracking import Reading
+
+FILE = "findings.json"
+KEPT = "diagnosis-{index}.npz"
+
+Tell = Callable[[Finding], None]
+
+
+class Onlooker:
+    """An `Observer` of tracking; `tell` hears of every finding that is new or has changed."""
+
+    def __init__(
+        self, diagnosis: Diagnosis, source: Mapping[str, str], tell: Tell | None = None
+    ) -> None:
+        self.diagnosis, self.source, self.tell = diagnosis, source, tell
+        self.state: State = diagnosis.init()
+        self._identity: dict[str, str] = {}
+        self._folder = Path()
+
+    def begin(self, folder: Path, index: int, identity: Mapping[str, str]) -> None:
+        """Where the run is kept, and from which sample it goes on."""
+        rules = hashlib.sha256(repr(self.diagnosis.rules).encode()).hexdigest()
+        self._folder, self._identity = folder, dict(identity) | {"rules": rules}
+        path = folder / KEPT.format(index=index)
+        if not index:
+            self.forget()
+        elif not path.exists():
+            raise InputError(f"{path}: is missing, and the run cannot go on; begin with --fresh")
+        else:
+            self.state = memory.load(self._identity, path)
+        self._write()
+
+    def take(self, reading: Reading) -> None:
+        """One instant on."""
+        now = Now(reading.instant, reading.inputs.s, reading.travelled)
+        self.state, found = self.diagnosis.step(self.state, now)
+        self._tell(found)
+
+    def keep(self, index: int) -> None:
+        """Remember this sample, and the one before until the run has been kept as well."""
+        path = self._folder / KEPT.format(index=index)
+        older = sorted(self._folder.glob(KEPT.format(index="*")), key=lambda p: p.stat().st_mtime)
+        memory.save(self.state, self._identity, path)
+        for stray in older[:-1]:
+            if stray != path:
+                stray.unlink()
+
+    def finish(self) -> Mapping[str, Any]:
+        """The last rows, and what was found."""
+        self.state, found = self.diagnosis.finish(self.state)
+        self._tell(found)
+        document = self._write()
+        return {name: document[name] for name in ("findings", "observability")}
+
+    def forget(self) -> None:
+        """Remove what was remembered: the run is over for good."""
+        for path in self._folder.glob(KEPT.format(index="*")):
+            path.unlink()
+
+    def _tell(self, found: list[Finding]) -> None:
+        if not found:
+            return
+        self._write()
+        known = acknowledged(self._folder)
+        for finding in found:
+            if self.tell and not known.quiets(finding):
+                self.tell(finding)
+
+    def _write(self) -> dict[str, Any]:
+        known = acknowledged(self._folder)
+        findings = [replace(f, acknowledged=known.quiets(f)) for f in self.state.findings]
+        observability = self.diagnosis.observable(self.state)
+        document = findings_document(findings, observability, self._identity, self.source)
+        write_text(self._folder / FILE, json.dumps(document, indent=2) + "\n")
+        return document

@@ -1,0 +1,100 @@
+"""What a stretch of work says against the commissioned model, row by row.
+
+    r = i - i_commissioned(q, v, a, T)  =  H x + noise        x: how far the arm strayed
+
+H are the derivatives of the observation model at the commissioned arm. The model is held: nothing
+here learns.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+
+import numpy as np
+
+from urdyn.diagnose.space import Space
+from urdyn.model.friction import features
+from urdyn.types import Array, Mask, Motion
+
+STANDING = 0.02  # [rad/s] slower than this, friction is whatever holds the joint
+DOUBT = 0.03  # [-] sd of the presliding state of a joint that slides
+CREEPING_DOUBT = 0.5  # [-] added where it stands
+CREEP = 0.02  # [rad/s] over which that fades
+SETTLED = 50.0  # presliding distances of travel after which the bristles are known
+
+
+@dataclass(frozen=True, eq=False)
+class Rows:
+    """Moments of work, beside what the commissioned arm would have taken."""
+
+    t: Array  # (N,) [s]
+    q: Array  # (N, J) [rad]
+    v: Array  # (N, J) [rad/s]
+    load: Array  # (N, J) [N·m] rigid-body torque of the commissioned arm
+    current: Array  # (N, J) [A] as measured
+    predicted: Array  # (N, J) [A] of the commissioned arm
+    rigid: Array  # (N, J, c) [A] per unit of k, m, payload
+    drive: Array  # (N, 6, J) [A] per unit of the own joint's f, alpha, beta, z, o, rotor
+    doubt: Array  # (N, J) [A] sd of what nobody knows of the bristles
+    settled: Mask  # (N, J) slides on bristles that are known
+
+    def __len__(self) -> int:
+        return len(self.t)
+
+    @property
+    def residual(self) -> Array:
+        """Measured minus predicted, (N, J) [A]."""
+        return self.current - self.predicted
+
+    def part(self, start: int, stop: int) -> Rows:
+        """Rows start:stop; views, nothing is copied."""
+        return Rows(**{f.name: getattr(self, f.name)[start:stop] for f in fields(self)})
+
+
+def rows(space: Space, motion: Motion, s: Array, travelled: Array) -> Rows:
+    """What a motion says against the commissioned arm.
+
+    Args:
+        s: presliding state, (N, J) [-].
+        travelled: way of each joint since its bristles were unknown, (N, J) [rad].
+    """
+    drive, arm = space.reference.drive, space.arm
+    q, v, a = motion.q, motion.v, motion.a
+    Y = arm.regressor(q, v, a)
+    load = Y @ arm.inertials.ravel()
+    terms = features(motion, load, s, drive)
+    faded = ("stribeck", "ripple_cos", "ripple_sin", "thermal")
+    rest = sum(getattr(drive, name) * terms[name] for name in faded)
+    per = 1.0 / drive.gain
+    lost = (drive.coulomb * s, drive.viscous * v, drive.structural * np.abs(load) * s)
+    predicted = per * (load + drive.rotor_inertia * a + rest + sum(lost) + drive.offset)
+    through = per * (1.0 + drive.structural * np.sign(load) * s)
+    A = np.concatenate([arm.torque_derivatives(q, v, a)[0], Y @ space.shown, Y[..., -10:]], axis=2)
+    one = np.broadcast_to(per, load.shape)
+    own = [*(per * x for x in lost), -predicted, one, per * drive.rotor_inertia * a]
+    grip = drive.coulomb + drive.structural * np.abs(load)
+    doubt = (DOUBT + CREEPING_DOUBT * np.exp(-np.abs(v) / CREEP)) * grip * per
+    settled = travelled > SETTLED * drive.presliding_distance
+    return Rows(
+        motion.t, q, v, load, motion.current, predicted,
+        through[..., None] * A, np.stack(own, axis=1), doubt, settled,
+    )  # fmt: skip
+
+
+def joined(parts: tuple[Rows, ...]) -> Rows:
+    """Rows one after the other."""
+    if len(parts) == 1:
+        return parts[0]
+    return Rows(
+        **{f.name: np.concatenate([getattr(p, f.name) for p in parts]) for f in fields(Rows)}
+    )
+
+
+def derivatives(rigid: Array, drive: Array) -> Array:
+    """H, (N, J, n), of what `Rows` keeps of it."""
+    N, J, c = rigid.shape
+    H = np.zeros((N, J, c + 6 * J))
+    H[..., :c] = rigid
+    for k in range(6):
+        H[:, range(J), range(c + k * J, c + (k + 1) * J)] = drive[:, k]
+    return H

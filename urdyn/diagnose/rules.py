@@ -1,0 +1,129 @@
+"""Rules as data: what is healthy, and which evidence is called what."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from urdyn.diagnose.bank import SHAPES, Straying
+from urdyn.diagnose.space import Space
+from urdyn.errors import InputError
+from urdyn.io.document import load_toml
+from urdyn.types import Array
+
+STRAYS = ("day", "hour", "window")
+JOINT_STATES = ("f", "alpha", "beta", "z", "k", "o", "rotor")
+PAYLOAD_STATES = ("mass", "mx", "my", "mz")  # [kg], [kg·m]
+HEALTHY_STATES = (*JOINT_STATES, "m", "payload")
+
+
+@dataclass(frozen=True)
+class SlowKind:
+    """A direction of change that is followed over windows."""
+
+    name: str
+    change: Mapping[str, float]  # state -> sd of a change; the first one measures it
+    least: float  # size of that one's change from which on it is told
+    warning: float
+    critical: float
+    sign: int = 0  # which way it goes; 0: either
+    shapes: tuple[str, ...] = SHAPES
+    quantity: str = ""
+    unit: str = ""
+    advice: str = ""
+    hold: float = 0.0  # [s] of motion, after which a payload that is carried is there to stay
+    hold_lighter: float = 0.0  # [s] the same where it is lighter than nothing
+
+    @property
+    def of_tool(self) -> bool:
+        """A change of what the tool carries is nobody's joint."""
+        return next(iter(self.change)) in PAYLOAD_STATES
+
+
+@dataclass(frozen=True)
+class Noise:
+    """The part of a residual's colour that outlasts a log's own noise model."""
+
+    share: float  # [-] of the variance
+    lasting: float  # [s]
+
+
+@dataclass(frozen=True)
+class Rules:
+    """A library of them."""
+
+    hours: float  # [h] to a false alarm, at least, on the average
+    healthy: Mapping[str, Mapping[str, float]]  # state -> day, hour, window
+    noise: Noise
+    slow: tuple[SlowKind, ...]
+    fast: Mapping[str, Mapping[str, Any]]  # kind -> thresholds
+
+    def stray(self, space: Space, what: str) -> Array:
+        """How far each state of an arm strays: by day, by hour or by window, (n,)."""
+        spread = np.zeros(space.size)
+        for state, of in self.healthy.items():
+            spread[space.places[state]] = of.get(what, 0.0) * unit(space, state)
+        return spread
+
+    def straying(self, space: Space) -> Straying:
+        """The walk and the windows, of all states."""
+        return Straying(self.stray(space, "hour") / 60.0, self.stray(space, "window"))
+
+
+def unit(space: Space, state: str) -> Array | float:
+    """What one of a state is in the filter's: offsets count in Coulomb frictions."""
+    return space.reference.drive.coulomb if state == "o" else 1.0
+
+
+def read_rules(path: str | Path | None = None) -> Rules:
+    """The rules in a file; those of the house where none is named.
+
+    Raises:
+        InputError: it is no such file; says where and why.
+    """
+    house = load_toml(Path(__file__).with_name("rules.toml"))
+    if path is None:
+        return _rules(house, "rules.toml")
+    own = load_toml(path)
+    merged = {
+        "promise": house["promise"] | own.get("promise", {}),
+        "healthy": house["healthy"] | own.get("healthy", {}),
+        "noise": house["noise"] | own.get("noise", {}),
+        "kind": house["kind"] | own.get("kind", {}),
+    }
+    if unknown := set(own) - set(merged):
+        raise InputError(f"{path}: no rules have a [{min(unknown)}]; there are {', '.join(merged)}")
+    return _rules(merged, str(path))
+
+
+def _rules(document: Mapping[str, Any], path: str) -> Rules:
+    for state, of in document["healthy"].items():
+        if state not in HEALTHY_STATES or set(of) - set(STRAYS):
+            raise InputError(f"{path}: [healthy] {state}: states are {', '.join(HEALTHY_STATES)}")
+    kinds = document["kind"].items()
+    slow = tuple(_slow(name, dict(of), path) for name, of in kinds if "change" in of)
+    fast = {name: of for name, of in kinds if "change" not in of}
+    hours = document["promise"].get("hours")
+    if not isinstance(hours, int | float) or not hours > 0.0:
+        raise InputError(f"{path}: [promise] hours is a number above 0")
+    return Rules(float(hours), document["healthy"], Noise(**document["noise"]), slow, fast)
+
+
+def _slow(name: str, of: dict[str, Any], path: str) -> SlowKind:
+    known = PAYLOAD_STATES if set(of["change"]) & set(PAYLOAD_STATES) else JOINT_STATES
+    if strange := set(of["change"]) - set(known):
+        there = ", ".join(known)
+        raise InputError(f"{path}: [kind.{name}] changes {min(strange)}; there is {there}")
+    of["shapes"] = tuple(of.get("shapes", SHAPES))
+    if set(of["shapes"]) - set(SHAPES):
+        raise InputError(f"{path}: [kind.{name}] shapes are {' and '.join(SHAPES)}")
+    try:
+        return SlowKind(name, **of)
+    except TypeError as error:
+        raise InputError(
+            f"{path}: [kind.{name}]: {str(error).partition('__init__() ')[2]}"
+        ) from None

@@ -1,0 +1,126 @@
+"""A current sensor that tells something else than the current: stuck, silent, or noisy.
+
+(One that is biased shows over time, among the slow kinds.)
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from urdyn.diagnose.event import Event
+from urdyn.diagnose.rows import STANDING, Rows
+from urdyn.diagnose.space import Space
+from urdyn.types import Array, Mask
+
+MODES = ("stuck", "dropped", "noisy")
+WELL = 2.0  # [s] without a sign of illness, after which a sensor is believed again
+SECOND = np.sqrt(6.0)  # sd of second differences of white noise, over its own
+ROBUST = 0.6745  # median of |x| over the sd, of a Gaussian
+
+
+@dataclass(frozen=True, eq=False)
+class Felt:
+    """What sensors did of late."""
+
+    last: Array  # (J,) [A]
+    same: Array  # (J,) rows that the value was the same while the joint slid
+    began: Array  # (J,) [s] of that
+    silent: Array  # (J,) rows without a value
+    went: Array  # (J,) [s] of that
+    rough: Array  # (J,) [A] noise of the last beat
+    loud: Array  # (J,) [s] for which that was too much
+    ill: Array  # (3, J) [s] when each mode was last seen; -inf: never
+    told: Mask  # (3, J) whether that was told
+
+
+@dataclass(frozen=True, eq=False)
+class SensorHealth:
+    """Settings."""
+
+    space: Space
+    period: float  # [s] between rows
+    rule: Mapping[str, float]  # held [s], silent [s], noisy [-], lasting [s]
+
+    def init(self) -> Felt:
+        """Nothing seen yet."""
+        J = self.space.joints
+        nan, zero = np.full(J, np.nan), np.zeros(J)
+        never = np.full((3, J), -np.inf)
+        return Felt(nan, zero, zero, zero, zero, nan, zero, never, np.zeros((3, J), dtype=bool))
+
+    def step(self, state: Felt, rows: Rows) -> tuple[Felt, list[Event], Mask]:
+        """A beat on; also which joints are ill now, (J,)."""
+        state, signs = self._signs(state, rows)
+        rough = self._rough(state, rows)
+        over = rough > self.rule["noisy"] * self.space.noise
+        loud = np.where(over, state.loud + len(rows) * self.period, 0.0)
+        state = replace(state, rough=rough, loud=loud)
+        noisy = loud >= self.rule["lasting"]
+        now = float(rows.t[-1])
+        ill = np.where(np.vstack([signs, noisy]), now, state.ill)
+        sick = now - ill < WELL
+        found = []
+        for m, mode in enumerate(MODES):
+            for j in np.flatnonzero(sick[m] & ~state.told[m]):
+                # a noisy or stuck sensor is one fault
+                if not (sick[:, j] & state.told[:, j]).any():
+                    found.append(self._event(state, mode, int(j), now))
+        return replace(state, ill=ill, told=sick), found, np.asarray(sick.any(axis=0))
+
+    def _signs(self, state: Felt, rows: Rows) -> tuple[Felt, Array]:
+        """Rows one by one: how long nothing changed, and how long nothing was told."""
+        current = rows.current
+        there = np.isfinite(current)
+        before = np.vstack([state.last, current[:-1]])
+        repeated = (current == before) & (np.abs(rows.v) > STANDING)
+        missing = ~there & there.any(axis=1, keepdims=True)  # a gap of the log is nobody's fault
+        same, began, most = _runs(repeated, rows.t, state.same, state.began)
+        silent, went, longest = _runs(missing, rows.t, state.silent, state.went)
+        stuck = most >= max(8.0, self.rule["held"] / self.period)
+        dropped = longest >= max(3.0, self.rule["silent"] / self.period)
+        after = replace(
+            state, last=current[-1], same=same, began=began, silent=silent, went=went
+        )  # fmt: skip
+        return after, np.stack([stuck, dropped])
+
+    def _rough(self, state: Felt, rows: Rows) -> Array:
+        """Noise between neighbours [A], from which no motion and no single jump is seen."""
+        if len(rows) < 8:
+            return state.rough
+        bent = np.abs(np.diff(rows.residual, n=2, axis=0))
+        told = np.isfinite(bent).sum(axis=0) >= 6
+        middle = np.full(bent.shape[1], np.nan)
+        if told.any():
+            middle[told] = np.nanmedian(bent[:, told], axis=0)
+        return np.where(np.isnan(middle), state.rough, middle / ROBUST / SECOND)
+
+    def _event(self, state: Felt, mode: str, j: int, now: float) -> Event:
+        noise = float(self.space.noise[j])
+        match mode:
+            case "stuck":
+                evidence = {"mode": mode, "value_A": float(state.last[j])}
+                return Event("sensor_fault", j, float(state.began[j]), now, 0.99, 10.0, evidence)
+            case "dropped":
+                return Event(
+                    "sensor_fault", j, float(state.went[j]), now, 0.99, 10.0, {"mode": mode}
+                )
+        size = float(np.sqrt(max(state.rough[j] ** 2 - noise**2, 0.0)))
+        evidence = {"mode": mode, "noise_A": float(state.rough[j]), "usual_A": noise}
+        drive = self.space.reference.drive
+        relative = size * float(drive.gain[j] / drive.coulomb[j])
+        return Event("sensor_fault", j, now - float(state.loud[j]), now, 0.99, relative, evidence)
+
+
+def _runs(sign: Mask, t: Array, before: Array, began: Array) -> tuple[Array, Array, Array]:
+    """Rows for which a sign has lasted at the end, when it began, and the longest it did, (J,)."""
+    at = np.arange(1, len(t) + 1)[:, None]
+    broken = np.maximum.accumulate(np.where(sign, 0, at), axis=0)
+    length = at - broken + np.where(broken == 0, before, 0.0)
+    end = broken[-1]
+    started = np.where(
+        end == 0, np.where(before > 0.0, began, t[0]), t[np.minimum(end, len(t) - 1)]
+    )
+    return length[-1], started, length.max(axis=0)

@@ -1,0 +1,107 @@
+"""The space in which an arm strays and faults have directions: states around the commissioned arm.
+
+k zeros [rad]; m inertials that motion can show, in standard scores; f, alpha, beta, rotor and z
+logarithms; o torque offsets [N·m]; payload ten inertials. All are zero on the first day.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from urdyn.dbn.robot import shown_directions
+from urdyn.identify.fit import Fit
+from urdyn.model.arm import Arm, with_inertials
+from urdyn.model.dynamics import Dynamics
+from urdyn.model.population import population
+from urdyn.types import Array, frozen
+
+GROUPS = ("k", "m", "payload", "f", "alpha", "beta", "z", "o", "rotor")
+FITTED = {
+    "f": "coulomb",
+    "alpha": "viscous",
+    "beta": "structural",
+    "o": "offset",
+    "rotor": "rotor_inertia",
+}
+
+
+@dataclass(frozen=True, eq=False)
+class Space:
+    """States of a commissioned arm, and what its fit knows of them."""
+
+    reference: Dynamics
+    shown: Array  # (10 J, r) inertials per unit of m
+    cov: Array  # (n, n) of the fit
+    noise: Array  # (J,) [A] sd of the residual
+    slow: Array  # (J,) [A] sd of white noise as loud as the residual is at the lowest frequencies
+
+    def __post_init__(self) -> None:
+        for name in ("shown", "cov", "noise", "slow"):
+            object.__setattr__(self, name, frozen(getattr(self, name)))
+
+    @property
+    def joints(self) -> int:
+        """Number of joints."""
+        return self.reference.arm.joints
+
+    @property
+    def size(self) -> int:
+        """Number of states n."""
+        return len(self.cov)
+
+    @cached_property
+    def places(self) -> dict[str, slice]:
+        """Where each group stands."""
+        return _places(self.joints, self.shown.shape[1])
+
+    @cached_property
+    def arm(self) -> Arm:
+        """With the links' commissioned inertials and what was carried then."""
+        return with_inertials(self.reference.arm, self.reference.loaded())
+
+
+def space(fit: Fit) -> Space:
+    """The space of a fit; drive gains are as commissioned: health is relative to them."""
+    arms, dynamics, noise = population(fit.dynamics.arm), fit.dynamics, fit.noise
+    V, shown = shown_directions(arms, dynamics, np.random.default_rng(0))
+    power = noise.scale**2 * noise.dof / (noise.dof - 2.0)
+    slow = np.sqrt(power) / np.abs(1.0 - noise.ar.sum(axis=1))
+    cov = _cov(fit, V / arms.link_sd.ravel()[:, None])
+    return Space(dynamics, shown, cov, noise.sd, np.maximum(slow, noise.sd))
+
+
+def _places(joints: int, r: int) -> dict[str, slice]:
+    sizes = dict.fromkeys(GROUPS, joints) | {"m": r, "payload": 10}
+    ends = np.cumsum([0, *(sizes[name] for name in GROUPS)]).tolist()
+    return {n: slice(a, b) for n, a, b in zip(GROUPS, ends[:-1], ends[1:], strict=True)}
+
+
+def _cov(fit: Fit, scores: Array) -> Array:
+    """The fit's covariance in the states, given the drive gains; none of what it has no word on.
+
+    Args:
+        scores: (10 J, r) of m per unit of the fit's coordinates of links.
+    """
+    names, joints = list(fit.names), fit.dynamics.arm.joint_names
+    links = 10 * len(joints)
+    told = [names.index(f"{j}.{field}") for field in FITTED.values() for j in joints]
+    free = [*range(links), *told]
+    gains = [k for k, name in enumerate(names) if name.endswith(".gain")]
+    at = _places(len(joints), scores.shape[1])
+    T = np.zeros((at["rotor"].stop, len(free)))
+    T[at["m"], :links] = scores.T
+    for k, group in enumerate(FITTED):
+        columns = links + k * len(joints) + np.arange(len(joints))
+        T[np.r_[at[group]], columns] = 1.0
+    whole = T @ _given(fit.belief.cov, free, gains) @ T.T
+    return np.asarray(0.5 * (whole + whole.T))
+
+
+def _given(cov: Array, free: list[int], fixed: list[int]) -> Array:
+    """Covariance of `free` where `fixed`, which may be nothing, is known."""
+    cross = cov[np.ix_(free, fixed)]
+    told = np.linalg.solve(cov[np.ix_(fixed, fixed)], cross.T)
+    return np.asarray(cov[np.ix_(free, free)] - cross @ told)

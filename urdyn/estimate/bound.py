@@ -1,0 +1,99 @@
+"""The posterior Cramer-Rao bound: what no filter of a model can do better than [Tichavsky1998]_.
+
+    P⁻ = F P Fᵀ + Q,    P⁻¹ = (P⁻)⁻¹ + E[Hᵀ R⁻¹ H]
+
+P bounds the mean square error of any estimate of x_t from all readings up to t, for a transition
+with one F for all x, as every process here has. The expectation is over the lives of the model,
+drawn or given; where H is one for all x, it is exact, and P is Kalman's covariance.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from urdyn.dbn.two_slice import TwoSlice, U
+from urdyn.errors import UrdynError
+from urdyn.estimate.innovation import Rows, measured_rows
+from urdyn.estimate.linearised import carried
+from urdyn.estimate.square_root import lower_root
+from urdyn.types import Array, Gaussian, frozen
+
+LIVES = 100  # drawn where none are given and the model bends
+
+
+@dataclass(frozen=True, eq=False)
+class Bound:
+    """The least root mean square error of every state after every slice."""
+
+    names: tuple[str, ...]  # n
+    sd: Array  # (N, n)
+    cov: Array  # (n, n) after the last slice
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "sd", frozen(self.sd))
+        object.__setattr__(self, "cov", frozen(self.cov))
+
+    def __getitem__(self, name: str) -> Array:
+        """History of one state's bound, (N,)."""
+        return np.asarray(self.sd[:, self.names.index(name)])
+
+
+def posterior_bound(
+    model: TwoSlice[U],
+    inputs: Sequence[U],
+    observations: Array | None = None,
+    lives: Array | None = None,
+    rng: np.random.Generator | None = None,
+) -> Bound:
+    """Bound of a model over its slices.
+
+    Args:
+        model: whose prior, process and noise are the truth's.
+        inputs: N slices.
+        observations: (N, m), of which only NaN counts: what was not measured tells nothing.
+        lives: true states to average over, (N, K, n); the bound along one history is K = 1. Drawn
+            from the model by `rng` if None.
+    """
+    count = LIVES if lives is None and not model.linear.all() else 1
+    rng = rng or np.random.default_rng(0)
+    x = _drawn(model.prior, count, rng)
+    cov, found = model.prior.cov, []
+    for t, u in enumerate(inputs):
+        F = model.transition_jacobian(x, u)
+        if F.ndim > 2:
+            raise UrdynError("the bound needs a process whose Jacobian is one for all states")
+        Q = model.transition_cov(u)
+        moved = model.transition(x, u)
+        x = _drawn(Gaussian(np.zeros(len(Q)), Q), count, rng) + moved if lives is None else lives[t]
+        rows = slice(None) if observations is None else measured_rows(observations[t])
+        cov = _informed(carried(F, cov) + Q, _roots(model, x, u, rows))
+        found.append(np.sqrt(cov.diagonal()))
+    return Bound(model.names, np.reshape(found, (-1, len(model.names))), cov)
+
+
+def _drawn(belief: Gaussian, count: int, rng: np.random.Generator) -> Array:
+    unit = rng.standard_normal((count, len(belief.mean)))
+    return np.asarray(belief.mean + unit @ lower_root(belief.cov).T)
+
+
+def _roots(model: TwoSlice[U], x: Array, u: U, rows: Rows) -> Array:
+    """G with GᵀG = E[Hᵀ R⁻¹ H] over the lives x (K, n): (r or K r, n)."""
+    H = model.observe_jacobian(x, u)[..., rows, :]
+    R = model.observe_cov(u)[rows][:, rows]
+    white = np.linalg.solve(np.linalg.cholesky(R), H)
+    lives = len(H) if H.ndim > 2 else 1
+    return np.asarray(white.reshape(-1, H.shape[-1]) / np.sqrt(lives))
+
+
+def _informed(P: Array, G: Array) -> Array:
+    """(P⁻¹ + GᵀG)⁻¹ without an inverse of P, by the smaller of two systems."""
+    r, n = G.shape
+    if r < n:
+        GP = G @ P
+        after = P - GP.T @ np.linalg.solve(GP @ G.T + np.eye(r), GP)
+    else:
+        after = np.asarray(np.linalg.solve(np.eye(n) + P @ (G.T @ G), P))
+    return 0.5 * (after + after.T)

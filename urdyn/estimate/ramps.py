@@ -1,0 +1,113 @@
+"""Ready to use: a parameter that may begin to ramp (the paper's eq. 5 and 6), nobody knows when.
+
+    f(t) = level + rate max(t - onset, 0),    y = f + e
+
+Level, onset and rate are unknown. Given the onset the others are Gaussian, and Kalman's filter is
+exact; the `Bank` weighs one such filter for every onset, with the rate's prior as a sum of
+Gaussians. So the estimate is the posterior mean: late by what nobody can know yet, and no more.
+After its onset the line is straight: one that may bend again wants a `Trend` with acceleration.
+
+    found = follow_ramp(y, sigma)                       # a Track: found["f"], found["f.rate"]
+    found = track(ramp_bank(sigma), ramp_model(sigma), [Tick()] * len(y), y[:, None])
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from urdyn.dbn import AffineObservation, Joined, Tick, Trend, jumps
+from urdyn.estimate.bank import Bank
+from urdyn.estimate.protocol import Track, track
+from urdyn.types import Array, Gaussian
+
+VAGUE = 1e3  # [sigma] sd of a level of which nothing is known
+STEEPEST = 0.5  # [sigma/step] beyond it two readings show a ramp, and any filter will do
+RATES = 10  # Gaussians that make up the prior of the rate, which is even up to the steepest
+EXPECTED = 40.0  # [steps] until an onset, in the prior
+
+
+def ramp_model(sigma: float, level: Gaussian | None = None, dt: float = 1.0) -> Joined[Tick]:
+    """States "f" and "f.rate", f read every `dt` with white noise `sigma`; nothing else drifts.
+
+    `level` is what is known of f before the first reading, (1,); by default nothing.
+    """
+    known = level or Gaussian(np.zeros(1), np.array([[(VAGUE * sigma) ** 2]]))
+    still = np.zeros(1)
+    process = Trend(("f",), known, still, np.array([0]), still, still)
+    reading = AffineObservation[Tick](1, lambda _: np.eye(1), np.array([[sigma**2]]))
+    return Joined(process, reading)
+
+
+def ramp_bank(
+    sigma: float,
+    direction: int = 1,
+    dt: float = 1.0,
+    steepest: float | None = None,
+    expected: float = EXPECTED,
+    onsets: int = 64,
+    names: tuple[str, ...] = ("f", "f.rate"),
+    rate: str = "f.rate",
+) -> Bank:
+    """The filter of `ramp_model`, or of another model with a rate among the `names` of its states.
+
+    Args:
+        sigma: noise of a reading [unit].
+        direction: 1 where the parameter can only rise (friction), -1 where it can only fall
+            (health), 0 where it may do either.
+        dt: between readings [s], or 1 where time counts in steps.
+        steepest: rate up to which any is as likely as any other [unit/s]; sigma / (2 dt) if None.
+        expected: readings until an onset, in the prior; the hazard is constant.
+        onsets: candidates that are kept apart; older ones are merged.
+        rate: the state that jumps at an onset.
+    """
+    assert direction in (-1, 0, 1), "a ramp rises, falls, or may do either"
+    most = STEEPEST * sigma / dt if steepest is None else steepest
+    width = most / RATES
+    rates = width * (np.arange(RATES) + 0.5)
+    signs = np.array([1.0, -1.0] if direction == 0 else [direction])
+    signed: Array = np.ravel(signs[:, None] * rates)
+    # Gaussians half a spacing wide: their sum is even between the first and the last.
+    sizes = jumps(names, [rate], signed, spread=0.5 * width)
+    return Bank(sizes, onsets=onsets, hazard=1.0 / expected)
+
+
+def follow_ramp(
+    y: Array,
+    sigma: float,
+    direction: int = 1,
+    level: Gaussian | None = None,
+    dt: float = 1.0,
+    steepest: float | None = None,
+) -> Track:
+    """A parameter that may ramp, from its noisy readings y, (N,), NaN where there is none.
+
+    The arguments are those of `ramp_model` and `ramp_bank`. What is known of the level and of how
+    steep a ramp can be is worth saying where ramps are slow beside the noise.
+    """
+    readings = np.asarray(y, dtype=float)[:, None]
+    bank, model = ramp_bank(sigma, direction, dt, steepest), ramp_model(sigma, level, dt)
+    return track(bank, model, [Tick(dt)] * len(readings), readings)
+
+
+def ramp_bound(
+    sigma: float,
+    onset: float,
+    steps: int,
+    level_sd: float,
+    rate_sd: float,
+    rate: float = 0.0,
+    onset_sd: float = 0.0,
+) -> Array:
+    """Posterior Cramer-Rao bound on f after readings 1 ... `steps`, as its sd, (steps,).
+
+    For a filter that is told the onset, or, with its rate, that knows the onset to `onset_sd` only.
+    Priors count by their variance, as Gaussian ones. [VanTrees2013]_
+    """
+    variance = np.array([level_sd**2, rate_sd**2, onset_sd**2])
+    unknown = variance > 0.0
+    t = np.arange(1.0, steps + 1.0)
+    slope = [np.ones(steps), np.maximum(t - onset, 0.0), -rate * (t > onset)]
+    G = np.stack(slope, axis=1)[:, unknown]
+    told = np.cumsum(G[:, :, None] * G[:, None, :], axis=0) / sigma**2
+    cov = np.linalg.inv(told + np.diag(1.0 / variance[unknown]))
+    return np.asarray(np.sqrt(np.einsum("ti,tij,tj->t", G, cov, G)))

@@ -1,0 +1,125 @@
+"""What a healthy stream might turn into, as Markov chains of cells that a mixture runs over.
+
+A stream's innovations are standard normal or less while it is healthy. Under an alternative their
+mean is that of the cell in which the chain is: a step has one cell; a ramp has a row of cells of
+rising mean, which it passes in as many steps as its rate takes on the average. So every onset is
+summed over without being remembered, and between two rates of the grid the data choose the pace.
+A cell's likelihood ratio is the exponential tilt of a clipped innovation,
+
+    L = exp(lambda g - psi),   psi = ln E exp(lambda g),
+
+with g the innovation clipped (a mean) or its square (a variance), and the expectation over healthy
+noise: E L <= 1, whatever the tails do beyond the clip.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+
+import numpy as np
+from scipy.special import ndtr
+
+from urdyn.types import Array, frozen
+
+CLIP = 2.5  # [sd] innovations count no further
+PHASES = 8  # cells that a ramp passes
+REACH = 2.2  # of the mean at which a ramp of that rate is usually found: its last cell
+PATIENCE = 10.0  # nats of evidence by which it is
+LOOSE = 1.25  # [-] by which healthy spread may exceed its bound before the variance is at fault
+
+
+@dataclass(frozen=True, eq=False)
+class Cells:
+    """H cells of all alternatives, of one stream."""
+
+    kinds: tuple[str, ...]  # of the alternatives
+    kind: Array  # (H,) which alternative a cell is of
+    side: Array  # (H,) +1 the mean rises, -1 it falls, 0 the variance grows
+    tilt: Array  # (H,) lambda [1/sd], [1/sd²] of a variance
+    psi: Array  # (H,)
+    stay: Array  # (H,) probability of the next step being in the same cell
+    move: Array  # (H,) of the cell before moving here
+    entry: Array  # (H,) prior weights, that a change begins here; they sum to 1 over all sides
+    age: Array  # (H,) [steps] since the change began, on the average while in the cell
+
+    def __post_init__(self) -> None:
+        for name in (f.name for f in fields(self) if f.name != "kinds"):
+            object.__setattr__(self, name, frozen(getattr(self, name)))
+
+    def __len__(self) -> int:
+        return len(self.tilt)
+
+
+def cells(
+    rates: Sequence[float] = (0.01, 0.03, 0.1, 0.25, 0.6),
+    steps: Sequence[float] = (0.6, 1.8),
+    variances: Sequence[float] = (2.0, 4.0),
+    changing: float = 0.05,
+) -> Cells:
+    """Alternatives on a grid.
+
+    Args:
+        rates: of ramps [sd/step].
+        steps: sizes of steps [sd].
+        variances: ratios of the variance to the healthy one.
+        changing: prior weight of the variances beside ramps and steps.
+    """
+    rows: list[Array] = []
+    kinds: list[str] = []
+    moved = max(2 * (len(rates) + len(steps)), 1)
+    share = (1.0 - changing * bool(variances)) / moved
+    for side, way in ((1.0, "up"), (-1.0, "down")):
+        for rate in rates:
+            rows.append(_ramp(len(kinds), side, rate, share))
+            kinds.append(f"ramp {way}")
+        for size in steps:
+            rows.append(_lasting(len(kinds), side, size, float(mean_psi(size)), share))
+            kinds.append(f"step {way}")
+    for ratio in variances:
+        tilt = 0.5 * (1.0 - 1.0 / ratio) / LOOSE**2
+        share = changing / len(variances)
+        rows.append(_lasting(len(kinds), 0.0, tilt, square_psi(tilt), share))
+        kinds.append("variance")
+    return Cells(tuple(kinds), *np.vstack(rows).T)
+
+
+def _ramp(kind: int, side: float, rate: float, weight: float) -> Array:
+    """Cells of a ramp, (phases, 8)."""
+    top = min(REACH * (6.0 * PATIENCE * rate) ** (1.0 / 3.0), CLIP)
+    width = max(top / PHASES, rate)
+    mean = np.minimum((np.arange(np.ceil(top / width)) + 0.5) * width, CLIP)
+    leave = rate / width
+    last, first = np.arange(len(mean)) == len(mean) - 1, np.arange(len(mean)) == 0
+    one = np.ones(len(mean))
+    return np.column_stack(
+        [
+            kind * one,
+            side * one,
+            mean,
+            mean_psi(mean),
+            np.where(last, 1.0, 1.0 - leave),
+            np.where(first, 0.0, leave),
+            np.where(first, weight, 0.0),
+            mean / rate,
+        ]
+    )
+
+
+def _lasting(kind: int, side: float, tilt: float, psi: float, weight: float) -> Array:
+    """The one cell of a change that stays as it is, (1, 8)."""
+    return np.array([[kind, side, tilt, psi, 1.0, 0.0, weight, np.nan]])
+
+
+def mean_psi(tilt: Array | float) -> Array:
+    """ln E exp(tilt c) of c, a standard normal clipped."""
+    tilt = np.asarray(tilt)
+    inside = np.exp(0.5 * tilt**2) * (ndtr(CLIP - tilt) - ndtr(-CLIP - tilt))
+    return np.asarray(np.log(inside + 2.0 * np.cosh(CLIP * tilt) * ndtr(-CLIP)))
+
+
+def square_psi(tilt: float) -> float:
+    """ln E exp(tilt c²) of c, a normal of sd LOOSE clipped; 2 tilt LOOSE² < 1."""
+    narrow = np.sqrt(1.0 - 2.0 * tilt * LOOSE**2)
+    inside = (2.0 * ndtr(CLIP / LOOSE * narrow) - 1.0) / narrow
+    return float(np.log(inside + 2.0 * np.exp(tilt * CLIP**2) * ndtr(-CLIP / LOOSE)))

@@ -1,0 +1,107 @@
+"""Evaluation: what it is expected to cost to service a joint now, later, or not at all.
+
+The step phi_evaluation of the network [Kapteyn2021]_, by age replacement [Barlow1965]_ over a
+horizon H: with tau the time at which a fault that grows ends the work, serviced at T,
+
+    C(T) = c(T) P(tau > T) + c_f P(tau <= T) + (c_s / L) E[H - min(tau, T)],
+
+where c(T) is that of stopping the work while T is within the notice that a plant needs, and c_s of
+a planned service afterwards; every hour that the new part runs before H uses up an L-th of the next
+service. Not to service costs c_f P(tau <= H) + (c_s / L) E[(H - tau)+]. What fails without a sign
+does so whatever is decided, and is left out.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from urdyn.errors import InputError
+from urdyn.types import Array
+
+STEPS = 400  # in which a later service may fall, and as many before
+SOON = 1e-9  # [h]
+TAIL = 1.6449  # standard deviations from the middle of a Gaussian to the ends of its 90 %
+
+
+@dataclass(frozen=True)
+class Costs:
+    """What an owner has to weigh; costs in one unit of their own."""
+
+    service: float = 1.0  # planned, with all that it takes
+    stop: float = 2.0  # the same at once, in the middle of the work
+    failure: float = 10.0  # unplanned, with what stands still meanwhile
+    notice: float = 24.0  # [h] after which a service is a planned one
+    life: float = 20_000.0  # [h] of a serviced joint
+    horizon: float = 2_000.0  # [h] over which the three are compared
+
+    def __post_init__(self) -> None:
+        values = (self.service, self.stop, self.failure, self.notice, self.life, self.horizon)
+        if not all(np.isfinite(values)) or min(values) <= 0.0:
+            raise InputError("costs, notice, life and horizon are to be above 0")
+        if self.notice >= self.horizon:
+            raise InputError("the horizon is to be longer than the notice")
+
+
+@dataclass(frozen=True)
+class Decision:
+    """Expected costs, and the cheapest of the three."""
+
+    now: float
+    later: float  # at the best moment
+    later_at: float  # [h] from now
+    never: float
+
+    @property
+    def advice(self) -> str:
+        """ "now", "later" or "never"."""
+        least = min(self.never, self.later, self.now)
+        if self.never == least:
+            return "never"
+        return "now" if self.now == least else "later"
+
+
+def decide(t: Array, failed: Array, costs: Costs | None = None) -> Decision:
+    """The three choices for a joint.
+
+    Args:
+        t: times from now, ascending from 0, (N,) [h]; the last is the horizon.
+        failed: probability of a failure by then, (N,), not falling.
+    """
+    costs = costs or Costs()
+    survived = 1.0 - failed
+    lived = np.concatenate([[0.0], np.cumsum(np.diff(t) * 0.5 * (survived[1:] + survived[:-1]))])
+    renewed = costs.service / costs.life * (t[-1] - lived)  # by T: E min(tau, T) is lived
+    serviced = np.where(t < costs.notice, costs.stop, costs.service)
+    at = serviced * survived + costs.failure * failed + renewed
+    never = costs.failure * failed[-1] + renewed[-1]
+    planned = int(np.searchsorted(t, costs.notice))
+    best = planned + int(np.argmin(at[planned:]))
+    return Decision(float(at[0]), float(at[best]), float(t[best]), float(never))
+
+
+def outlook(
+    costs: Costs, confidence: float = 0.0, median: float = np.inf, lo: float = 0.0, hi: float = 0.0
+) -> tuple[Array, Array]:
+    """Times over the horizon [h], and the probability of a failure by then, (N,) each.
+
+    With this confidence a fault grows, and is forecast to end the work at `median` [h], 90 %
+    between `lo` and `hi`, log-normal to either side.
+    """
+    early = np.linspace(0.0, costs.notice, STEPS, endpoint=False)
+    t = np.concatenate([early, np.linspace(costs.notice, costs.horizon, STEPS + 1)])
+    if not np.isfinite(median):
+        return t, np.zeros(len(t))
+    return t, confidence * _by(t, max(median, SOON), lo, hi)
+
+
+def _by(t: Array, median: float, lo: float, hi: float) -> Array:
+    """Distribution of two half log-normals that meet at the median, (N,)."""
+    from scipy.special import ndtr
+
+    early = max(np.log(median / max(lo, SOON * median)) / TAIL, 1e-6)
+    late = max(np.log(max(hi, median) / median) / TAIL, 1e-6)
+    with np.errstate(divide="ignore"):
+        z = np.log(t / median)
+    return np.asarray(ndtr(z / np.where(z < 0.0, early, late)))

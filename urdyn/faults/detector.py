@@ -1,0 +1,106 @@
+"""One protocol for every detector, and the loop that makes an online step an offline verdict."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol, TypeVar
+
+import numpy as np
+
+from urdyn.types import Array, frozen
+
+S = TypeVar("S")
+
+
+@dataclass(frozen=True, eq=False)
+class Verdict:
+    """What a detector says after one step."""
+
+    evidence: float  # [-] of what an alarm takes, over all streams: 1 or more is an alarm
+    streams: Array  # (n,) [-] the same, of every stream by itself
+    kind: str = ""  # what explains the leading stream best: "ramp up", "step down", "variance", ...
+    age: float = np.nan  # [steps] since that seems to have begun
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "streams", frozen(self.streams))
+
+    @property
+    def alarm(self) -> bool:
+        """The promised evidence is there."""
+        return self.evidence >= 1.0
+
+    @property
+    def stream(self) -> int:
+        """The stream that says most."""
+        return int(self.streams.argmax())
+
+
+class Detector(Protocol[S]):
+    """Settings; all state is in the value S that goes from step to step.
+
+    S is made of arrays and numbers, so that a checkpoint can hold it.
+    """
+
+    def init(self, streams: int) -> S:
+        """State before the first step of so many streams."""
+
+    def step(self, state: S, observed: Array) -> tuple[S, Verdict]:
+        """One step on: what was observed, (n,), NaN where nothing was.
+
+        An alarm lasts until `acknowledged`; the promise is kept from there to the next.
+        """
+
+    def acknowledged(self, state: S) -> S:
+        """The alarm is known: evidence is gathered anew, what healthy looks like is kept."""
+
+
+@dataclass(frozen=True, eq=False)
+class Detection:
+    """What a detector said of a series."""
+
+    alarms: tuple[int, ...]  # rows of the series with an alarm, each acknowledged at once
+    verdicts: tuple[Verdict, ...]  # N
+
+    def __post_init__(self) -> None:
+        assert all(self.verdicts[row].alarm for row in self.alarms)
+
+    @property
+    def detected(self) -> bool:
+        """At least one alarm."""
+        return bool(self.alarms)
+
+    @property
+    def alarm(self) -> int | None:
+        """Row of the first alarm, None where there is none."""
+        return self.alarms[0] if self.alarms else None
+
+    @property
+    def stream(self) -> int | None:
+        """The stream that said most at the first alarm."""
+        return self.verdicts[self.alarms[0]].stream if self.alarms else None
+
+    @property
+    def onset(self) -> int | None:
+        """Row from which the change seemed to be there, at the first alarm."""
+        if not self.alarms:
+            return None
+        age = self.verdicts[self.alarms[0]].age
+        return max(0, round(self.alarms[0] + 1 - age)) if np.isfinite(age) else None
+
+    @property
+    def evidence(self) -> Array:
+        """History of the evidence in units of what an alarm takes, (N,)."""
+        return np.array([verdict.evidence for verdict in self.verdicts])
+
+
+def run(detector: Detector[S], observed: Array) -> Detection:
+    """Run `detector` over a series (N, n), one `step` a row, each alarm acknowledged at once."""
+    state = detector.init(observed.shape[1])
+    alarms, verdicts = [], []
+    for row, values in enumerate(observed):
+        state, verdict = detector.step(state, values)
+        verdicts.append(verdict)
+        if verdict.alarm:
+            alarms.append(row)
+            state = detector.acknowledged(state)
+    return Detection(tuple(alarms), tuple(verdicts))

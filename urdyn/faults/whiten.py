@@ -1,0 +1,150 @@
+"""What healthy looks like, learnt: level, colour and spread of each stream, whatever its outliers.
+
+    e_t = (y_t - sum_k a_k y_{t-k} - c) / (kappa s)
+
+with a the autoregression, c the level that it leaves, s the spread of what it leaves and kappa the
+inflation: healthy innovations are white, and a little narrower than a standard normal once they
+are clipped. Nothing is filtered: a filter colours the noise that a likelihood needs white.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from urdyn.errors import UrdynError
+from urdyn.faults.alternatives import CLIP
+from urdyn.faults.autoregression import autoregression, lagged
+from urdyn.faults.robust import level_and_spread, long_run_excess
+from urdyn.types import Array, frozen
+
+ENOUGH = 1000  # steps from which a baseline is known well
+LEAST = 100  # measured steps without which none is learnt
+INFLATION = 1.06  # [-] kappa of a baseline of ENOUGH steps
+
+
+@dataclass(frozen=True, eq=False)
+class Baseline:
+    """Healthy streams."""
+
+    coefficients: Array  # (n, p) a, the newest lag first
+    level: Array  # (n,) c [unit]
+    spread: Array  # (n,) s [unit]
+    inflation: Array  # (n,) kappa [-]
+    typical: Array  # (n,) [unit] level of the stream itself
+    steps: int = ENOUGH  # that it was learnt from
+
+    def __post_init__(self) -> None:
+        for name in ("coefficients", "level", "spread", "inflation", "typical"):
+            object.__setattr__(self, name, frozen(getattr(self, name)))
+        assert self.coefficients.shape[:1] == self.level.shape == self.spread.shape
+
+    @property
+    def streams(self) -> int:
+        """Number of streams."""
+        return len(self.level)
+
+    @property
+    def order(self) -> int:
+        """Lags."""
+        return int(self.coefficients.shape[1])
+
+    def whitened(self, change: Array | float) -> Array:
+        """Lasting change of each stream [unit] -> of its innovations' mean [sd], (n,)."""
+        passed = 1.0 - self.coefficients.sum(axis=1)
+        return np.asarray(np.abs(change * passed) / (self.inflation * self.spread))
+
+    def innovation(self, past: Array, y: Array) -> Array:
+        """Innovations of y, (n,), given the last p steps, (p, n) oldest first; NaN: not told."""
+        if not self.order:
+            return np.asarray((y - self.level) / (self.inflation * self.spread))
+        foreseen = np.einsum("np,pn->n", self.coefficients, np.where(self._needed, past[::-1], 0.0))
+        return np.asarray((y - foreseen - self.level) / (self.inflation * self.spread))
+
+    @property
+    def _needed(self) -> Array:
+        return np.asarray(self.coefficients.T != 0.0)
+
+    def innovations(self, series: Array) -> Array:
+        """Innovations of a series (N, n) that begins anew: NaN in the first p steps."""
+        past = lagged(series, self.order)  # (N, p, n)
+        foreseen = np.einsum("np,Npn->Nn", self.coefficients, np.where(self._needed, past, 0.0))
+        return np.asarray((series - foreseen - self.level) / (self.inflation * self.spread))
+
+
+def learn_baseline(healthy: Array, inflation: float = INFLATION) -> Baseline:
+    """What healthy looks like, from a series (N, n) or (N,) of ENOUGH steps or more.
+
+    The order of each autoregression is what the data ask for. What colour is left, and what a
+    shorter baseline does not know, widens the inflation.
+
+    Raises:
+        UrdynError: too few steps are measured, or a stream does not move at all.
+    """
+    series = _streams(healthy)
+    learnt = [_stream(series[:, i], i, inflation) for i in range(series.shape[1])]
+    order = max(len(one.coefficients) for one in learnt)
+    coefficients = np.zeros((len(learnt), order))
+    for row, one in zip(coefficients, learnt, strict=True):
+        row[: len(one.coefficients)] = one.coefficients
+    return Baseline(
+        coefficients,
+        np.array([one.level for one in learnt]),
+        np.array([one.spread for one in learnt]),
+        np.array([one.inflation for one in learnt]),
+        np.array([one.typical for one in learnt]),
+        len(series),
+    )
+
+
+def stated_baseline(
+    level: Array | float, sd: Array | float, inflation: float = INFLATION
+) -> Baseline:
+    """Healthy streams that are white with a level and a spread known beforehand, (n,) [unit]."""
+    centre, spread = np.broadcast_arrays(np.atleast_1d(level), np.atleast_1d(sd))
+    if not (np.isfinite(spread).all() and (spread > 0.0).all() and np.isfinite(centre).all()):
+        raise UrdynError("a stated baseline takes a finite level and a positive spread a stream")
+    n = len(centre)
+    return Baseline(np.zeros((n, 0)), centre, spread, np.full(n, inflation), centre)
+
+
+def _streams(healthy: Array) -> Array:
+    series = np.asarray(healthy, dtype=np.float64)
+    if series.ndim == 1:
+        series = series[:, None]
+    if series.ndim != 2 or not series.shape[1]:
+        raise UrdynError(f"a baseline is steps x streams, and this has the shape {series.shape}")
+    return series
+
+
+class _Stream(NamedTuple):
+    """A stream's share of a baseline."""
+
+    coefficients: Array
+    level: float
+    spread: float
+    inflation: float
+    typical: float
+
+
+def _stream(y: Array, stream: int, inflation: float) -> _Stream:
+    """Of one stream, (N,)."""
+    measured = int(np.isfinite(y).sum())
+    if measured < LEAST:
+        raise UrdynError(
+            f"stream {stream} of the baseline has {measured} measured steps, {LEAST} are needed "
+            f"and {ENOUGH} are good; record longer"
+        )
+    typical, _ = level_and_spread(y[np.isfinite(y)])
+    a = autoregression(y - typical)
+    e = y - np.einsum("p,Np->N", a, lagged(y[:, None], len(a))[:, :, 0])
+    told = np.isfinite(e)
+    level, spread = level_and_spread(e[told])
+    if not spread > 0.0:
+        raise UrdynError(f"stream {stream} of the baseline does not move: it cannot be judged")
+    white = np.clip((e - level) / spread, -CLIP, CLIP)
+    short = np.sqrt(max(1.0, ENOUGH / measured))
+    kappa = (1.0 + (inflation - 1.0) * short) * np.sqrt(long_run_excess(white))
+    return _Stream(a, level, spread, float(kappa), typical)

@@ -1,0 +1,84 @@
+"""A detector of standardised innovations, put behind the baseline that makes them.
+
+The spread that was learnt may be somewhat wrong: another day, another program. So it follows the
+data, up to ALLOWED times the baseline's and no further, since more is a fault of its own. It is
+judged by differences of successive innovations, which a growing fault hardly moves.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Generic, TypeVar
+
+import numpy as np
+
+from urdyn.faults.alternatives import CLIP
+from urdyn.faults.detector import Detector, Verdict
+from urdyn.faults.robust import SQUARE
+from urdyn.faults.whiten import Baseline
+from urdyn.types import Array, frozen
+
+S = TypeVar("S")
+
+ALLOWED = 1.35  # [-] healthy spread over the baseline's, at most
+MEMORY = 400.0  # [steps] over which the spread is averaged
+TRUST = 25.0  # [steps] that the baseline's spread counts for
+CHANCE = 1.11  # [-] of a spread above the baseline's: it is not known exactly
+
+
+@dataclass(frozen=True, eq=False)
+class WhitenedState(Generic[S]):
+    """The last steps, how wide they spread, and what the detector remembers."""
+
+    past: Array  # (p, n) [unit] oldest first; NaN where nothing was measured
+    last: Array  # (n,) [s] innovation before
+    square: Array  # (n,) [-] average square over the baseline's
+    weight: Array  # (n,) [steps] that it is worth
+    inner: S
+
+    def __post_init__(self) -> None:
+        for name in ("past", "last", "square", "weight"):
+            object.__setattr__(self, name, frozen(getattr(self, name)))
+
+
+@dataclass(frozen=True, eq=False)
+class Whitened(Generic[S]):
+    """`detector` over raw streams (n,) [unit] whose healthy behaviour is `baseline`."""
+
+    baseline: Baseline
+    detector: Detector[S]
+    allowed: float = ALLOWED
+
+    def init(self, streams: int) -> WhitenedState[S]:
+        """Nothing seen yet."""
+        n = self.baseline.streams
+        assert streams == n, f"the baseline is of {n} streams, not {streams}"
+        none = np.full((self.baseline.order, n), np.nan)
+        inner = self.detector.init(n)
+        return WhitenedState(none, np.full(n, np.nan), np.ones(n), np.full(n, TRUST), inner)
+
+    def step(self, state: WhitenedState[S], observed: Array) -> tuple[WhitenedState[S], Verdict]:
+        """Whiten what was observed, (n,) [unit], and judge it; NaN where nothing was."""
+        e = self.baseline.innovation(state.past, observed)
+        inner, verdict = self.detector.step(state.inner, e / self._wider(state.square))
+        square, weight = _spread(state, e * self.baseline.inflation)
+        past = np.vstack([state.past, observed])[1:] if self.baseline.order else state.past
+        return WhitenedState(past, e * self.baseline.inflation, square, weight, inner), verdict
+
+    def acknowledged(self, state: WhitenedState[S]) -> WhitenedState[S]:
+        """Evidence is gathered anew."""
+        return replace(state, inner=self.detector.acknowledged(state.inner))
+
+    def _wider(self, square: Array) -> Array:
+        """By how much innovations spread more than the baseline said, (n,) 1 .. allowed."""
+        return np.asarray(
+            np.clip(CHANCE * np.sqrt(square) / self.baseline.inflation, 1.0, self.allowed)
+        )
+
+
+def _spread(state: WhitenedState[S], e: Array) -> tuple[Array, Array]:
+    """Average square with the difference of one more pair of innovations [s], and its weight."""
+    half = np.clip((e - state.last) / np.sqrt(2.0), -CLIP, CLIP) ** 2 / SQUARE
+    told = np.isfinite(half)
+    weight = np.where(told, np.minimum(state.weight + 1.0, MEMORY), state.weight)
+    return np.where(told, state.square + (half - state.square) / weight, state.square), weight

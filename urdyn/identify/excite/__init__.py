@@ -1,0 +1,23 @@
+"""Question -> the motion that answers it best, proven safe."""
+
+from urdyn.identify.excite.excitation import KINDS, Ask, Excitation, excite, repeated
+from urdyn.identify.excite.expected import Expected, expected
+from urdyn.identify.excite.proof import Path, Proof, Safe, UnsafeMotionError, prove
+from urdyn.identify.excite.question import Question, question
+
+__all__ = [
+    "KINDS",
+    "Ask",
+    "Excitation",
+    "Expected",
+    "Path",
+    "Proof",
+    "Question",
+    "Safe",
+    "UnsafeMotionError",
+    "excite",
+    "expected",
+    "prove",
+    "question",
+    "repeated",
+]

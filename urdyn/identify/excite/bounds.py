@@ -1,0 +1,49 @@
+"""What a motion must keep to: numbers that must not be above zero, and what pushes them down.
+
+Every bound is without unit: 0 at the limit, -1 where nothing is asked of the arm. With the values
+comes a function from weights of the same shape to the slope of their weighted sum.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from urdyn.identify.excite.columns import Columns
+from urdyn.model.collision import Collider
+from urdyn.simulate.limits import Limits
+from urdyn.types import Array
+
+SCALE = 0.1  # [m] that a distance is short of, where its bound is 1
+
+Motion = tuple[Array, Array, Array]
+
+
+def kinematic(limits: Limits, motion: Motion) -> tuple[Array, Callable[[Array], Motion]]:
+    """Angles, velocities and accelerations from either side, (6, N, J); slopes in each, (N, J)."""
+    q, v, a = motion
+    scales = np.array([limits.room, limits.velocity, limits.acceleration])[:, None]
+    shares = np.array([q - limits.middle, v, a]) / scales
+
+    def slopes(weights: Array) -> Motion:
+        dq, dv, da = (weights[:3] - weights[3:]) / scales
+        return dq, dv, da
+
+    return np.concatenate([shares, -shares]) - 1.0, slopes
+
+
+def torques(limits: Limits, columns: Columns) -> tuple[Array, Callable[[Array], Array]]:
+    """Torque from either side, (2, N, J); slope in the load, (N, J)."""
+    share = columns.load / limits.torque
+    return np.array(
+        [share, -share]
+    ) - 1.0, lambda weights: (weights[0] - weights[1]) / limits.torque
+
+
+def clearances(
+    collider: Collider, q: Array, apart: Array
+) -> tuple[Array, Callable[[Array], Array]]:
+    """What every pair lacks of being `apart` (P,) [m], (N, P); slope in angles, (N, J)."""
+    near, slope = collider.slopes(q, float(apart.max(initial=0.0)) + SCALE)
+    return (apart - near) / SCALE, lambda w: -np.einsum("np,npj->nj", w, slope) / SCALE

@@ -1,0 +1,81 @@
+"""What every unknown adds to every joint's torque, and which way it goes as the motion changes.
+
+    tau_j(t) = phi_j(q, v, a) w_j,    phi_j = [Y_j(q, v, a), drive terms]
+
+Presliding is smoothed, s = tanh(v / SLIDING): a design is of seconds, and its slope is needed.
+What shapes presliding, ripple and temperature are left out: they hold no design together.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from urdyn.model.dynamics import Dynamics
+from urdyn.types import Array
+
+TERMS = ("rotor_inertia", "coulomb", "viscous", "structural", "offset", "stribeck")
+SLIDING = 0.1  # [rad/s] over which friction turns round: joints move ten times as fast
+NUDGE = 1e-6  # [rad, rad/s] of the regressor's differences; it is linear in acceleration
+
+Slopes = Callable[[Array, Array], tuple[Array, Array, Array]]
+
+
+@dataclass(frozen=True, eq=False)
+class Columns:
+    """The columns of N moments of a motion."""
+
+    phi: Array  # (N, J, 10 J + len(TERMS))
+    load: Array  # (N, J) [N·m] rigid-body torque
+    point: Dynamics
+    q: Array  # (N, J) [rad]
+    v: Array  # (N, J) [rad/s]
+    a: Array  # (N, J) [rad/s²]
+
+    def slopes(self, of_phi: Array, of_load: Array) -> tuple[Array, Array, Array]:
+        """d/dq, d/dv, d/da (N, J) each, of sum of_phi · phi + sum of_load · load."""
+        rigid = of_phi.shape[2] - len(TERMS)
+        rotor, coulomb, viscous, structural, _, stribeck = np.moveaxis(of_phi[:, :, rigid:], 2, 0)
+        s, slope, fading = _sliding(self.point, self.v)
+        # Through the load, structural damping is a regressor too.
+        on_load = of_load + structural * s * np.sign(self.load)
+        pi = self.point.loaded().ravel()
+        dq, dv, da = self._rigid(of_phi[:, :, :rigid] + on_load[:, :, None] * pi)
+        dv += (coulomb + structural * np.abs(self.load) + stribeck * fading) * slope
+        dv += viscous - stribeck * fading * s * np.sign(self.v) / self._fading_speed
+        return dq, dv, da + rotor
+
+    @property
+    def _fading_speed(self) -> Array:
+        return self.point.drive.stribeck_velocity
+
+    def _rigid(self, weights: Array) -> tuple[Array, Array, Array]:
+        """Slopes of sum weights · Y, weights (N, J, 10 J), by one-sided differences."""
+        arm, joints = self.point.arm, self.q.shape[1]
+        now = self.phi[:, :, : 10 * joints]
+        out = np.empty((3, len(self.q), joints))
+        for order, step in enumerate((NUDGE, NUDGE, 1.0)):
+            for j in range(joints):
+                moved = [self.q, self.v, self.a]
+                moved[order] = moved[order] + step * np.eye(joints)[j]
+                change = (arm.regressor(*moved) - now) / step
+                out[order, :, j] = np.einsum("njc,njc->n", change, weights)
+        return out[0], out[1], out[2]
+
+
+def columns(point: Dynamics, q: Array, v: Array, a: Array) -> Columns:
+    """Columns at N moments (N, J) of a motion of an arm like `point`, with what it carries."""
+    rigid = point.arm.regressor(q, v, a)
+    load = rigid @ point.loaded().ravel()
+    s, _, fading = _sliding(point, v)
+    terms = np.stack([a, s, v, np.abs(load) * s, np.ones_like(s), fading * s], axis=2)
+    return Columns(np.concatenate([rigid, terms], axis=2), load, point, q, v, a)
+
+
+def _sliding(point: Dynamics, v: Array) -> tuple[Array, Array, Array]:
+    """Presliding state, its slope in velocity, and what is left of Stribeck's friction."""
+    s = np.tanh(v / SLIDING)
+    fading = np.exp(-np.abs(v) / point.drive.stribeck_velocity)
+    return s, (1.0 - s * s) / SLIDING, fading

@@ -1,0 +1,203 @@
+"""Asking for an excitation, and what comes of it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from urdyn.errors import InputError
+from urdyn.identify.excite.criterion import CRITERIA, judge
+from urdyn.identify.excite.expected import Expected, expected
+from urdyn.identify.excite.lots import Told, search
+from urdyn.identify.excite.poses import poses
+from urdyn.identify.excite.probe import probe
+from urdyn.identify.excite.proof import Proof, Safe, prove
+from urdyn.identify.excite.question import Question, question
+from urdyn.identify.excite.restart import Found, Task, loaded
+from urdyn.identify.fit import Fit
+from urdyn.model.arm import Arm
+from urdyn.model.cell import STANDING, Cell, Solid
+from urdyn.model.collision import MARGIN, collider
+from urdyn.model.dynamics import Dynamics
+from urdyn.simulate import Payload
+from urdyn.simulate.fourier import HARMONICS, PERIOD, Series
+from urdyn.simulate.limits import Limits, comfortable
+from urdyn.simulate.moves import Moves
+from urdyn.simulate.trajectory import Trajectory, grid
+
+KINDS = ("fourier", "probe", "poses")
+RESTARTS = 4
+SHORTEST = 2.0  # [s] of a run
+
+HARMONICS_TRIED = (HARMONICS + 3, HARMONICS, HARMONICS + 6)  # by one restart after the other
+
+
+@dataclass(frozen=True, eq=False)
+class Ask:
+    """What kind of motion, for what, and where."""
+
+    kind: str = "fourier"
+    duration: float = 20.0  # [s]
+    rate: float = 500.0  # [Hz] of the controller, and of the log that is to come
+    criterion: str = "D"
+    interest: tuple[str, ...] = ()  # by name; none: all that motion tells
+    joint: int = 0  # of a probe
+    payload: Payload | None = None
+    cell: Cell = STANDING
+    margin: float = MARGIN  # [m]
+    limits: Limits | None = None  # None: the usual ones
+    harmonics: int | None = None  # None: several are tried
+    restarts: int = RESTARTS
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        if self.kind not in KINDS:
+            raise InputError(f"no kind {self.kind!r} of excitation; name one of {', '.join(KINDS)}")
+        if self.criterion not in CRITERIA:
+            known = ", ".join(CRITERIA)
+            raise InputError(f"no criterion {self.criterion!r}; name one of {known}")
+        if not (np.isfinite(self.duration) and self.duration >= SHORTEST):
+            raise InputError(f"{self.duration:g} s are too short; ask for {SHORTEST:g} s or more")
+        if not 0.0 <= self.margin < 1.0:
+            raise InputError(f"a margin of {self.margin:g} m; give one between 0 and 1")
+        if not (np.isfinite(self.rate) and 10.0 <= self.rate <= 1000.0):
+            raise InputError(f"a rate of {self.rate:g} Hz; controllers have 125 or 500")
+        if self.restarts < 1 or (self.harmonics is not None and self.harmonics < 2):
+            raise InputError("one restart or more, and two harmonics or more")
+
+
+@dataclass(frozen=True, eq=False)
+class Excitation:
+    """A motion that is proven safe, and what it will tell."""
+
+    ask: Ask  # with the limits that were kept, and the cell with the payload in it
+    question: Question
+    path: Series | Moves
+    trajectory: Trajectory  # at the controller's rate
+    proof: Proof
+    expected: Expected
+    values: tuple[float | None, ...]  # of the restarts; None: not safe
+
+    @property
+    def arm(self) -> Arm:
+        """The arm that it is for."""
+        return self.question.point.arm
+
+    @property
+    def value(self) -> float:
+        """The criterion, of all that identification will see."""
+        return judge(self.ask.criterion, self.expected.information, self.question.asked)[0]
+
+
+def excite(
+    arm: Arm,
+    ask: Ask | None = None,
+    twin: Fit | None = None,
+    told: Told = lambda doing, share: None,
+    processes: int = 1,
+) -> Excitation:
+    """The most telling motion that is found and can be proven safe.
+
+    Args:
+        twin: what is known already; the motion adds to it.
+        told: what is being done, and the share that is behind.
+        processes: that search side by side; the result does not depend on it.
+
+    Raises:
+        UnsafeMotionError: none of the motions that were tried can be proven safe.
+    """
+    ask = ask or Ask()
+    asked = question(arm, ask.payload, twin, ask.interest)
+    ask = replace(ask, limits=bearable(asked.point, ask.limits), cell=_with_payload(ask, arm))
+    assert ask.limits is not None
+    if ask.kind == "fourier":
+        return completed(asked, ask, *_fourier(asked, ask, told, processes))
+    return completed(asked, ask, *_slow(asked, ask), ())
+
+
+def repeated(arm: Arm, ask: Ask, path: Series | Moves, twin: Fit | None = None) -> Excitation:
+    """A motion that was found before, proven again.
+
+    Raises:
+        UnsafeMotionError: it cannot be proven safe here.
+    """
+    asked = question(arm, ask.payload, twin, ask.interest)
+    ask = replace(ask, limits=bearable(asked.point, ask.limits), cell=_with_payload(ask, arm))
+    return completed(asked, ask, path, prove(loaded(asked), path, _safe(asked, ask)), ())
+
+
+def completed(
+    asked: Question,
+    ask: Ask,
+    path: Series | Moves,
+    proof: Proof,
+    values: tuple[float | None, ...],
+) -> Excitation:
+    """With its rows, and what they will tell."""
+    t = grid(ask.duration, ask.rate)
+    trajectory = Trajectory(t, *path.at(t))
+    return Excitation(ask, asked, path, trajectory, proof, expected(asked, trajectory), values)
+
+
+def bearable(point: Dynamics, wished: Limits | None) -> Limits:
+    """The limits that are wished, with the torque that an arm's friction and rotors leave."""
+    limits, drive = wished or comfortable(point.arm), point.drive
+    lost = (
+        drive.coulomb + drive.viscous * limits.velocity + drive.rotor_inertia * limits.acceleration
+    )
+    left = (point.arm.effort_limit - lost) / (1.0 + drive.structural)
+    if not (left > 0.0).all():
+        weak = point.arm.joint_names[int(left.argmin())]
+        raise InputError(f"{weak} is too weak for its own friction; is its effort limit right?")
+    return replace(limits, torque=np.minimum(limits.torque, left))
+
+
+def _fourier(
+    asked: Question, ask: Ask, told: Told, processes: int
+) -> tuple[Series, Proof, tuple[float | None, ...]]:
+    """The best of several restarts."""
+    t_end = float(grid(ask.duration, ask.rate)[-1])
+    period = t_end / max(1, round(t_end / PERIOD))
+    assert ask.limits is not None
+    tasks = [
+        Task(
+            question=asked,
+            cell=ask.cell,
+            limits=ask.limits,
+            margin=ask.margin,
+            criterion=ask.criterion,
+            rows=ask.duration * ask.rate,
+            harmonics=ask.harmonics or HARMONICS_TRIED[k % len(HARMONICS_TRIED)],
+            period=period,
+            seed=(ask.seed, k),
+        )
+        for k in range(ask.restarts)
+    ]
+    outcomes = search(tasks, told, processes)
+    safe = [one for one in outcomes if isinstance(one, Found)]
+    if not safe:
+        raise next(one for one in outcomes if not isinstance(one, Found))
+    best = max(safe, key=lambda one: one.value)
+    values = tuple(one.value if isinstance(one, Found) else None for one in outcomes)
+    return best.series, best.proof, values
+
+
+def _slow(asked: Question, ask: Ask) -> tuple[Moves, Proof]:
+    rng, arm, safe = np.random.default_rng(ask.seed), loaded(asked), _safe(asked, ask)
+    if ask.kind == "probe":
+        return probe(arm, safe, ask.joint, ask.duration, rng)
+    return poses(arm, asked, safe, ask.criterion, ask.duration, ask.rate, rng)
+
+
+def _safe(asked: Question, ask: Ask) -> Safe:
+    assert ask.limits is not None
+    return Safe(ask.limits, collider(loaded(asked), ask.cell, ask.margin), ask.margin)
+
+
+def _with_payload(ask: Ask, arm: Arm) -> Cell:
+    """The cell with the payload as a ball at the tool, where nobody says what it looks like."""
+    if ask.payload is None or ask.cell.tool:
+        return ask.cell
+    ball = Solid("payload", "ball", np.array([ask.payload.radius]), xyz=ask.payload.com)
+    return replace(ask.cell, tool=(ball,))

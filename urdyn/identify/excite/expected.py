@@ -1,0 +1,61 @@
+"""What a run will tell, before it is made: standard deviations before and after.
+
+The information is that which identification would compute of the same run, rows, colour of noise,
+presliding and all; of the optimiser's own, quicker sum it has nothing.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from urdyn.identify.compress import compress
+from urdyn.identify.excite.question import Question
+from urdyn.identify.expressions import physical
+from urdyn.identify.map_estimate import build_problem, data_information
+from urdyn.identify.noise import Noise
+from urdyn.simulate.trajectory import Trajectory
+from urdyn.types import Array, Parameters, frozen
+
+
+@dataclass(frozen=True)
+class Expected:
+    """Physical parameters, and how well they are known before and after a run."""
+
+    parameters: Parameters  # (Q,) at the point
+    before: Array  # (Q,) sd
+    after: Array  # (Q,) sd
+    information: Array  # (P, P) in scores, after
+
+    def __post_init__(self) -> None:
+        for name in ("before", "after", "information"):
+            object.__setattr__(self, name, frozen(getattr(self, name)))
+
+    def gained(self) -> Array:
+        """Share of the variance that the run takes away, (Q,) [-]."""
+        known = np.where(self.before > 0.0, self.before, 1.0)
+        return np.asarray(np.where(self.before > 0.0, 1.0 - (self.after / known) ** 2, 0.0))
+
+
+def expected(question: Question, trajectory: Trajectory) -> Expected:
+    """What a log of `trajectory`, row by row, would tell."""
+    point, unknowns, z = question.point, question.unknowns, question.scores
+    motion = trajectory.at(trajectory.t)
+    motion = replace(motion, current=point.current(motion))
+    payload = 0 if unknowns.payloads else None
+    blocks = compress(point, motion, _counted(question.noise), payload)
+    M = question.known + data_information(build_problem(unknowns, blocks, point), z)
+    parameters, jacobian = physical(unknowns, z)
+    return Expected(parameters, _sd(jacobian, question.known), _sd(jacobian, M), M)
+
+
+def _counted(noise: Noise) -> Noise:
+    """Gaussian noise of the same colour that tells as much as this one does. [Lange1989]_"""
+    scale = noise.scale * np.sqrt((noise.dof + 3.0) / (noise.dof + 1.0))
+    return Noise(noise.sd, scale, np.full_like(noise.dof, 1e9), noise.ar)
+
+
+def _sd(jacobian: Array, information: Array) -> Array:
+    cov = np.linalg.inv(information)
+    return np.asarray(np.sqrt(np.einsum("ij,jk,ik->i", jacobian, cov, jacobian)))

@@ -1,0 +1,60 @@
+"""Parameters of interest by name: "payload", "elbow friction", "gains", "forearm mass"."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from difflib import get_close_matches
+
+from urdyn.errors import InputError
+from urdyn.identify.unknowns import COORDINATES
+
+FRICTION = ("coulomb", "viscous", "structural", "stribeck")
+QUANTITIES = {
+    "friction": FRICTION,
+    "damping": ("viscous",),
+    "gain": ("gain",),
+    "gains": ("gain",),
+    "offset": ("offset",),
+    "rotor": ("rotor_inertia",),
+    "mass": ("alpha",),
+    "centre": ("t1", "t2", "t3"),
+    "body": COORDINATES,
+}
+
+
+def interesting(names: Sequence[str], phrases: Sequence[str]) -> list[int]:
+    """Places of the unknowns, among `names`, that phrases ask for; InputError where one does not.
+
+    A phrase is a joint, a link or the payload, a quantity, or one of each: "elbow friction".
+    """
+    places = {k for phrase in phrases for k in _meant(names, phrase)}
+    return sorted(places)
+
+
+def _meant(names: Sequence[str], phrase: str) -> Iterator[int]:
+    words = phrase.lower().replace("_", " ").split()
+    quantity = {field for word in words for field in QUANTITIES.get(word, ())}
+    owner = " ".join(word for word in words if word not in QUANTITIES)
+    if not words or (owner and owner not in _owners(names)):
+        known = sorted({*_owners(names), *QUANTITIES})
+        close = get_close_matches(owner, known, 1)
+        hint = f"did you mean {close[0]!r}?" if close else f"known are {', '.join(known)}"
+        raise InputError(f"of interest: {phrase!r} is nothing that is unknown; {hint}")
+    found = [
+        k
+        for k, (body, field) in enumerate(name.rsplit(".", 1) for name in names)
+        if (not owner or _spoken(body) == owner) and (not quantity or field in quantity)
+    ]
+    if not found:
+        raise InputError(f"of interest: {phrase!r}: {owner} has no {' or '.join(sorted(quantity))}")
+    yield from found
+
+
+def _owners(names: Sequence[str]) -> set[str]:
+    return {_spoken(name.rsplit(".", 1)[0]) for name in names}
+
+
+def _spoken(body: str) -> str:
+    """ "elbow_joint" is "elbow", "forearm_link" is "forearm", "payload_0" is "payload"."""
+    plain = body.removesuffix("_joint").removesuffix("_link").removesuffix("_0")
+    return plain.replace("_", " ")

@@ -1,0 +1,192 @@
+"""A proof that a motion is safe at every moment, not only at those that are looked at.
+
+A quantity that is c at the middle of an interval h and changes at most at the rate L stays above
+c - L h / 2 in all of it. Intervals where that is not enough are halved until it is, or until the
+quantity itself is too small.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from urdyn.errors import InputError
+from urdyn.model.arm import Arm
+from urdyn.model.collision import Collider
+from urdyn.model.torque_rate import torque_rate
+from urdyn.simulate.limits import Limits
+from urdyn.types import Array
+
+FIRST = 0.02  # [s] of an interval to begin with
+FINEST = 1e-6  # [s] below which nothing is proven any more
+BLOCK = 4096  # intervals at a time
+
+Motion = tuple[Array, Array, Array]
+
+
+class UnsafeMotionError(InputError):
+    """A motion cannot be proven safe: carries what is short, when, and how much of it there is."""
+
+    def __init__(self, what: str, kind: str, when: float) -> None:
+        super().__init__(f"not proven safe: {what} at {when:.3f} s")
+        self.what, self.kind, self.when = what, kind, when
+
+
+class Path(Protocol):
+    """A motion that is known at every moment."""
+
+    @property
+    def lasting(self) -> float:
+        """[s] after which it ends, or begins again."""
+
+    def at(self, t: Array) -> Motion:
+        """q, v, a at times (N,) [s], each (N, J)."""
+
+    def peaks(self) -> Motion:
+        """What |v|, |a| and |jerk| never exceed, (J,) each."""
+
+
+@dataclass(frozen=True)
+class Safe:
+    """What is asked of a motion."""
+
+    limits: Limits
+    collider: Collider
+    margin: float  # [m]
+
+
+@dataclass(frozen=True)
+class Proof:
+    """What was proven, of every moment of a motion."""
+
+    clearance: float  # [m] at least, between any two things that could touch
+    closest: tuple[str, str]  # which those were
+    shares: dict[str, float]  # [-] of the limits of angle, velocity, acceleration, torque, at most
+    looked: int  # moments that were looked at for it
+
+
+@dataclass(frozen=True)
+class _Room:
+    """How far a quantity is from its limit in the middle of intervals, and may come nearer."""
+
+    left: Array  # (N, K)
+    lost: Array  # (N, K)
+    limit: Array  # (K,) or a number: what `left` is where nothing is asked
+
+
+def prove(arm: Arm, path: Path, safe: Safe) -> Proof:
+    """That `arm`, with what it carries, keeps its limits and its distance all along the path.
+
+    Raises:
+        UnsafeMotionError: it does not, or it cannot be told.
+    """
+    peaks = path.peaks()
+
+    def drives(t: Array, width: float) -> dict[str, _Room]:
+        return _strain(arm, safe.limits, path.at(t), peaks, width)
+
+    def around(t: Array, width: float) -> dict[str, _Room]:
+        return _air(safe, path.at(t), peaks, width)
+
+    # Each on its own: torque needs finer steps than distance, and costs less.
+    strain, cheap = _covered(arm, safe, path.lasting, drives)
+    air, dear = _covered(arm, safe, path.lasting, around)
+    limits = safe.limits
+    whole = {
+        "angle": limits.room,
+        "velocity": limits.velocity,
+        "acceleration": limits.acceleration,
+        "torque": limits.torque,
+    }
+    shares = {kind: float((1.0 - strain[kind] / most).max()) for kind, most in whole.items()}
+    k = int(air["distance"].argmin())
+    clearance = float(air["distance"][k] + safe.margin)
+    return Proof(clearance, safe.collider.pairs[k], shares, cheap + dear)
+
+
+def _covered(
+    arm: Arm, safe: Safe, lasting: float, look: Callable[[Array, float], dict[str, _Room]]
+) -> tuple[dict[str, Array], int]:
+    """Least room of every quantity (K,) in all of a motion, and how many moments that took."""
+    count = int(np.ceil(lasting / FIRST))
+    width = lasting / count
+    middles = np.linspace(0.5 * width, lasting - 0.5 * width, count)
+    least: dict[str, Array] = {}
+    looked = 0
+    while len(middles):
+        if width < FINEST:
+            raise UnsafeMotionError("what lies between two moments", "time", float(middles[0]))
+        halves = []
+        for first in range(0, len(middles), BLOCK):
+            t = middles[first : first + BLOCK]
+            rooms = look(t, width)
+            _refuse(arm, safe, rooms, t)
+            sure = np.all([(r.left >= r.lost).all(axis=1) for r in rooms.values()], axis=0)
+            halves.append(t[~sure])
+            for kind, room in rooms.items():
+                here = (room.left - room.lost)[sure].min(axis=0, initial=np.inf)
+                least[kind] = np.minimum(here, least.get(kind, np.inf))
+        looked += len(middles)
+        open_ = np.concatenate(halves)
+        middles = np.sort(np.concatenate([open_ - width / 4.0, open_ + width / 4.0]))
+        width /= 2.0
+    return least, looked
+
+
+def _refuse(arm: Arm, safe: Safe, rooms: dict[str, _Room], t: Array) -> None:
+    """UnsafeMotionError where a quantity is beyond its limit at one of the moments."""
+    for kind, room in rooms.items():
+        if (room.left < 0.0).any():
+            row, k = map(int, np.unravel_index(room.left.argmin(), room.left.shape))
+            raise UnsafeMotionError(_told(arm, safe, kind, room, row, k), kind, float(t[row]))
+
+
+def _strain(
+    arm: Arm, limits: Limits, motion: Motion, peaks: Motion, width: float
+) -> dict[str, _Room]:
+    """Room of angles, velocities, accelerations and torques in intervals of a width [s]."""
+    (q, v, a), half = motion, 0.5 * width
+    V, A = _faster(v, a, peaks, half)
+    jerk = np.broadcast_to(peaks[2], v.shape)
+    # Run slower by s, the torque is that of holding still and s² of the rest: between the two.
+    still = np.zeros_like(q)
+    torque = np.maximum(np.abs(arm.torque(q, v, a)), np.abs(arm.torque(q, still, still)))
+    rate = torque_rate(arm, V, A, jerk)
+    return {
+        "angle": _Room(limits.room - np.abs(q - limits.middle), half * V, limits.room),
+        "velocity": _Room(limits.velocity - np.abs(v), half * A, limits.velocity),
+        "acceleration": _Room(limits.acceleration - np.abs(a), half * jerk, limits.acceleration),
+        "torque": _Room(limits.torque - torque, half * rate, limits.torque),
+    }
+
+
+def _air(safe: Safe, motion: Motion, peaks: Motion, width: float) -> dict[str, _Room]:
+    """Room of distances."""
+    q, v, a = motion
+    near = safe.collider.distances(q) - safe.margin
+    V, _ = _faster(v, a, peaks, 0.5 * width)
+    lost = 0.5 * width * (V @ safe.collider.reach.T)
+    return {"distance": _Room(near, lost, np.zeros(near.shape[1]))}
+
+
+def _faster(v: Array, a: Array, peaks: Motion, half: float) -> tuple[Array, Array]:
+    """What |v| and |a| are at most, up to `half` [s] earlier and later, (N, J) each."""
+    return (
+        np.minimum(np.abs(v) + half * peaks[1], peaks[0]),
+        np.minimum(np.abs(a) + half * peaks[2], peaks[1]),
+    )
+
+
+def _told(arm: Arm, safe: Safe, kind: str, room: _Room, row: int, k: int) -> str:
+    """What is short, in words."""
+    if kind == "distance":
+        one, other = safe.collider.pairs[k]
+        there = 1e3 * (room.left[row, k] + safe.margin)
+        if there < 0.0:
+            return f"{other} and {one} run into each other"
+        return f"{other} comes within {there:.0f} mm of {one}, margin {1e3 * safe.margin:.0f} mm,"
+    share = 1.0 - room.left[row, k] / room.limit[k]
+    return f"{arm.joint_names[k]} is at {100.0 * share:.1f} % of its {kind} limit"

@@ -1,0 +1,168 @@
+"""What is to be learned, and what is known already: a Gaussian problem in standard scores.
+
+    M = Lambda + sum_j rows W_jᵀ mean(phi_jᵀ phi_j) W_j / sigma_j²        [Swevers1997]_
+
+Lambda is what is known (the population, or a twin's belief), W_j = d w_j / d z what a score does to
+the coefficients of a joint's current, sigma_j the noise of that current.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import casadi as ca
+import numpy as np
+
+from urdyn.identify.excite.columns import TERMS, Columns, columns
+from urdyn.identify.excite.interest import interesting
+from urdyn.identify.fit import Fit
+from urdyn.identify.map_estimate import coefficients
+from urdyn.identify.noise import GAUSSIAN, Noise
+from urdyn.identify.unknowns import PayloadPrior, Unknowns
+from urdyn.model.arm import Arm
+from urdyn.model.drive import LINEAR
+from urdyn.model.dynamics import Dynamics
+from urdyn.model.population import population
+from urdyn.simulate import Payload, typical_sensors
+from urdyn.types import Array, frozen
+
+GENERIC = 400  # random moments that show what any motion can tell
+TOLD = 1e-8  # [-] of the largest eigenvalue of information: what is below it is rounding
+
+
+@dataclass(frozen=True, eq=False)
+class Question:
+    """The unknowns of an arm, what is known of them, and what a row of data says."""
+
+    point: Dynamics  # about which the problem is linear, with what it carries
+    unknowns: Unknowns
+    scores: Array  # (P,) where the point is
+    known: Array  # (P, P) information in standard scores before the run
+    noise: Noise
+    weights: Array  # (J, C, P) d w_j / d z over sigma_j: rows of unit noise
+    asked: Array  # (P, r) orthonormal directions of the scores that are of interest
+
+    def __post_init__(self) -> None:
+        for name in ("scores", "known", "weights", "asked"):
+            object.__setattr__(self, name, frozen(getattr(self, name)))
+
+    def information(self, columns: Columns, rows: float) -> Array:
+        """M (P, P) after `rows` rows of a motion that N moments stand for."""
+        return np.asarray(self.known + rows * _told(self.weights, columns))
+
+    def slope(self, columns: Columns, rows: float, S: Array) -> Array:
+        """d tr(S M) / d phi, (N, J, C), of a symmetric S (P, P)."""
+        W = self.weights
+        A = (2.0 * rows / len(columns.q)) * np.einsum("jcp,jdp->jcd", W @ S, W, optimize=True)
+        return np.stack([columns.phi[:, j] @ A_j for j, A_j in enumerate(A)], axis=1)
+
+
+def question(
+    arm: Arm,
+    payload: Payload | None = None,
+    twin: Fit | None = None,
+    interest: Sequence[str] = (),
+) -> Question:
+    """What a run of `arm`, carrying `payload`, can be asked.
+
+    Args:
+        payload: whose mass is known; one that is of interest is unknown altogether.
+        twin: what is known already, and at which noise; None: what is known of such arms.
+        interest: names of what is to be learned; none: all that motion tells.
+    """
+    sought = any("payload" in phrase for phrase in interest)
+    loads = (PayloadPrior(None if sought else payload.mass),) if payload else ()
+    if sought and not payload:
+        loads = (PayloadPrior(),)
+    unknowns = _unknowns(arm, twin, loads)
+    bare = population(arm).typical() if twin is None else twin.dynamics
+    carried = _carried(payload, loads)
+    point = replace(bare, payload=sum(carried, np.zeros(10)))
+    noise = _typical_noise(arm) if twin is None else twin.noise
+    scores = unknowns.score(point, tuple(carried))
+    W = _weights(unknowns, point, scores, 0 if loads else None, level(noise))
+    asked = _asked(unknowns, point, W, interest)
+    return Question(point, unknowns, scores, _known(unknowns, twin), noise, W, asked)
+
+
+def level(noise: Noise) -> Array:
+    """White noise that tells as little of slow motion as this noise does, (J,) [A].
+
+    An autoregression lets slow disturbances pass; of heavy tails [Lange1989]_ has the weight.
+    """
+    told = np.sqrt((noise.dof + 1.0) / (noise.dof + 3.0))
+    slow = np.abs(1.0 - noise.ar.sum(axis=1))
+    return np.asarray(noise.scale / np.where(noise.dof < GAUSSIAN, told, 1.0) / slow)
+
+
+def _typical_noise(arm: Arm) -> Noise:
+    sd, one = typical_sensors(arm).current_noise, np.ones(arm.joints)
+    return Noise(sd, sd, GAUSSIAN * one, np.zeros((arm.joints, 0)))
+
+
+def _unknowns(arm: Arm, twin: Fit | None, loads: tuple[PayloadPrior, ...]) -> Unknowns:
+    """As identification seeks them: those of the twin, or those that every joint has."""
+    if twin is None:
+        return Unknowns(population(arm), (frozenset[str](),) * arm.joints, None, loads)
+    sought = any(name.endswith(".gain") for name in twin.names)
+    gain = None if sought else twin.dynamics.drive.gain
+    return Unknowns(population(arm), twin.terms, gain, loads)
+
+
+def _carried(payload: Payload | None, loads: tuple[PayloadPrior, ...]) -> list[Array]:
+    from urdyn.model.consistency import inertials
+
+    if payload:
+        return [payload.inertials()]
+    return [inertials(load.mean()) for load in loads]
+
+
+def _known(unknowns: Unknowns, twin: Fit | None) -> Array:
+    """Information in scores before the run: unit, or a twin's; of a new payload always unit."""
+    P = len(unknowns.mean)
+    known = np.eye(P)
+    if twin is not None:
+        n = P - 10 * len(unknowns.payloads)
+        sd = unknowns.sd[:n]
+        cov = twin.belief.cov[:n, :n] / np.outer(sd, sd)
+        known[:n, :n] = np.linalg.inv(cov)
+    return known
+
+
+def _weights(
+    unknowns: Unknowns, point: Dynamics, z: Array, payload: int | None, sigma: Array
+) -> Array:
+    """W_j / sigma_j of every joint in the columns of `Columns`, (J, C, P)."""
+    joints, P = len(sigma), len(unknowns.mean)
+    out = np.zeros((joints, 10 * joints + len(TERMS), P))
+    symbol = ca.SX.sym("z", P)
+    w = coefficients(unknowns, [(j, payload) for j in range(joints)], point)(symbol)
+    jacobian = np.array(ca.Function("slope", [symbol], [ca.jacobian(w, symbol)])(z))
+    begin = 0
+    for j in range(joints):
+        rigid = 10 * (joints - j)
+        out[j, 10 * j : 10 * joints] = jacobian[begin : begin + rigid]
+        linear = jacobian[begin + rigid :][: len(LINEAR)]
+        out[j, 10 * joints :] = linear[[LINEAR.index(name) for name in TERMS]]
+        begin += rigid + len(LINEAR) + 3
+    return out / sigma[:, None, None]
+
+
+def _told(weights: Array, columns: Columns) -> Array:
+    """Information of one row, (P, P)."""
+    phi, W = columns.phi, weights
+    parts = [W[j].T @ (phi[:, j].T @ phi[:, j]) @ W[j] for j in range(len(W))]
+    return np.asarray(sum(parts) / len(phi))
+
+
+def _asked(unknowns: Unknowns, point: Dynamics, W: Array, interest: Sequence[str]) -> Array:
+    """Directions of interest: those that are named, or all that a motion tells anything of."""
+    P = len(unknowns.mean)
+    if interest:
+        return np.eye(P)[:, interesting(unknowns.names, interest)]
+    rng, arm = np.random.default_rng(0), point.arm
+    q = rng.uniform(arm.lower, arm.upper, (GENERIC, arm.joints))
+    v, a = rng.standard_normal((2, GENERIC, arm.joints))
+    values, vectors = np.linalg.eigh(_told(W, columns(point, q, v, a)))
+    return np.asarray(vectors[:, values > TOLD * values[-1]])

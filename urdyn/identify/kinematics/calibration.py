@@ -1,0 +1,216 @@
+"""calibrate(): poses -> what the arm's geometry is, how sure that is, and where it holds."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from urdyn.identify.kinematics.choose_poses import most_informative
+from urdyn.identify.kinematics.doubts import Verdict, Weakness, rank_of, verdict, weaknesses
+from urdyn.identify.kinematics.gross import moderate
+from urdyn.identify.kinematics.moments import moments
+from urdyn.identify.kinematics.placement import Placement, groups
+from urdyn.identify.kinematics.richer import WORTH, Choice, Told, choose
+from urdyn.identify.kinematics.robust import Found, Sought, begin, flat, solve
+from urdyn.identify.kinematics.spread import geometry_spread
+from urdyn.identify.kinematics.workspace import SAMPLES, Workspace, expected, roam
+from urdyn.io.poses import Poses
+from urdyn.model.arm import Arm
+from urdyn.model.geometry.drawing import Drawing, drawing_of
+from urdyn.model.geometry.transmission import no_effects
+from urdyn.types import Array, Mask
+
+MOST = 20_000  # poses; of a longer log so many are taken, evenly
+OWN = 2_000  # poses of a controller's log, which repeats itself
+BARE = 30.0  # loss of log likelihood at which poses still speak for a tool without offset
+FINE = np.array([1e-7, 1e-7])  # [m, rad] finer differences are rounding
+NEXT = 6  # poses that are proposed
+KNOWN = 1e18  # precision of what is not sought [1/m², 1/rad²]
+FRAMES = ("x", "y", "z", "rx", "ry", "rz")
+
+
+@dataclass(frozen=True, eq=False)
+class Calibration:
+    """What poses tell of an arm."""
+
+    arm: Arm
+    drawing: Drawing
+    poses: Poses  # that it was made from, their angles understood
+    found: Found  # geometry, and what held-out regions prefer with it
+    geometric: Found  # the best that geometry alone can do: what other tools can be told
+    nominal: Found  # the drawing, base and tool fitted
+    choice: Choice = field(repr=False)
+    rank: int
+    sought: int  # unknowns: geometry, base, tool
+    space: Workspace  # what is to be expected all over
+    verdict: Verdict
+    weak: tuple[Weakness, ...]
+    proposed: Array  # (NEXT, J) [rad] poses that would tell most of what is open
+    bare: bool  # the tool was taken to have no offset: the poses are the flange's
+
+    @property
+    def sound(self) -> Mask:
+        """(N,) poses that are no gross errors."""
+        return sound(self.found)
+
+    @property
+    def spread(self) -> Array:
+        """(P,) prior standard deviations of the geometry's coordinates."""
+        return geometry_spread(self.drawing.form)
+
+    @property
+    def sd(self) -> Array:
+        """(size,) posterior standard deviations of all unknowns."""
+        return np.sqrt(np.diag(self.found.posterior.cov))
+
+
+def calibrate(
+    arm: Arm, poses: Poses, told: Told = lambda doing, share: None, seed: int = 0
+) -> Calibration:
+    """What static poses, or a controller's own, tell of an arm's geometry.
+
+    Robust Bayesian least squares from the drawing, with the spread of real arms as the prior;
+    where the pose is a tracker's, base and tool are unknown and found with the rest.
+    """
+    rng, poses = np.random.default_rng(seed), thinned(poses)
+    drawing = drawing_of(arm)
+    told("finding base and tool", 0.0)
+    start, poses = begin(drawn(arm, drawing), poses, rng)
+    sought = everything(start, poses)
+    told("fitting the geometry", 0.2)
+    geometric = solve(start, poses, sought, rng)
+    bare = _bare(geometric, poses, start, rng) if poses.own else None
+    geometric = bare or geometric
+    choice = choose(geometric, poses, arm, told)
+    found, geometric = choice.found, choice.geometric
+    told("judging the workspace", 0.9)
+    nominal = refitted(start, poses, rng)
+    return _judged(arm, drawing, poses, found, geometric, nominal, choice, bare is not None, rng)
+
+
+def thinned(poses: Poses) -> Poses:
+    """The poses, or of very many as many as are worth their time, evenly."""
+    most = OWN if poses.own else MOST
+    if len(poses) <= most:
+        return poses
+    rows = np.linspace(0, len(poses) - 1, most).round().astype(np.intp)
+    return poses.take(rows)
+
+
+def everything(start: Placement, poses: Poses, tool: bool = True) -> Sought:
+    """Geometry, and what of base and tool the poses can tell."""
+    group = groups(start)
+    seen = group["tool"] if poses.angles is not None else group["tool"][:3]
+    frames = [] if poses.own else [group["base"]]
+    frames += [seen] if tool else []
+    columns = np.concatenate([group["geometry"], *frames])
+    open_ = flat(sum(map(len, frames)))
+    spread = np.concatenate([geometry_spread(start.form), open_])
+    return Sought(columns, spread, np.zeros(start.size))
+
+
+def refitted(placement: Placement, poses: Poses, rng: np.random.Generator) -> Found:
+    """The same arm with base and tool fitted to other poses, and nothing else."""
+    geometry = len(geometry_spread(placement.form))
+    whole = everything(placement, poses)
+    columns = whole.columns[geometry:]
+    return solve(placement, poses, Sought(columns, flat(len(columns)), whole.expected), rng)
+
+
+def drawn(arm: Arm, drawing: Drawing) -> Placement:
+    """The arm as drawn, nowhere in particular."""
+    still = np.eye(4)
+    return Placement(drawing.form, drawing.form.nominal, no_effects(arm), np.zeros(0), still, still)
+
+
+def _bare(found: Found, poses: Poses, start: Placement, rng: np.random.Generator) -> Found | None:
+    """The fit with the tool at the flange, if the poses speak for it.
+
+    A controller whose user typed no offset tells the flange's pose. Only then can the last link's
+    length, and its joint's zero, be told from the tool's.
+    """
+    sought = everything(start, poses, tool=False)
+    bare = solve(replace(start, tool=np.eye(4)), poses, sought, rng)
+    noise = np.maximum(found.posterior.noise, FINE)
+    rows = (found.weight > WORTH) & (bare.weight > WORTH)
+    if 2 * rows.sum() < len(rows):
+        return None
+    chi = [((f.residuals[rows] / np.repeat(noise, 3)) ** 2).sum() for f in (bare, found)]
+    off = [
+        ((f.placement.deviations / geometry_spread(start.form)) ** 2).sum() for f in (bare, found)
+    ]
+    return bare if 0.5 * (chi[0] - chi[1] + off[0] - off[1]) < BARE else None
+
+
+def _judged(
+    arm: Arm,
+    drawing: Drawing,
+    poses: Poses,
+    found: Found,
+    geometric: Found,
+    nominal: Found,
+    choice: Choice,
+    bare: bool,
+    rng: np.random.Generator,
+) -> Calibration:
+    """The calibration with what is to be doubted about it."""
+    fine = sound(found)
+    spread = geometry_spread(drawing.form)
+    noise = 0.0 if poses.own else float(found.posterior.noise[0])
+    space = expected(
+        found.placement, found.posterior.cov, spread**2, noise, roam(arm, SAMPLES, rng)
+    )
+    rank, information = rank_at(geometric, geometric.sought, poses)
+    weak = _weak(geometric, found, drawing)
+    last = most_informative(arm, geometric.placement, NEXT, rng, information)
+    doubts = verdict(
+        poses.q[fine],
+        arm.joint_names,
+        rms(found, fine),
+        rms(nominal, fine),
+        choice.chosen.rms,
+        space,
+    )
+    return Calibration(
+        arm, drawing, poses, found, geometric, nominal, choice, rank, len(geometric.sought.columns),
+        space, doubts, weak, last, bare,
+    )  # fmt: skip
+
+
+def rank_at(found: Found, sought: Sought, poses: Poses) -> tuple[int, Array]:
+    """Rank of what poses tell of what is `sought`, and their information with the prior's.
+
+    The information is of geometry, base and tool, (P, P); what is not sought is taken as known.
+    """
+    placement, noise = found.placement, found.posterior.noise
+    bare = placement.with_effects(no_effects(placement.effects.arm))
+    told = moments(bare, poses.q, poses.place, poses.turn, found.weight)
+    data = np.tensordot(noise**-2.0, told.H, axes=1)
+    lengths = np.ones(bare.size)
+    lengths[: len(bare.deviations)] = geometry_spread(bare.form)
+    columns = sought.columns
+    rank = rank_of(data[np.ix_(columns, columns)], lengths[columns])
+    known = np.setdiff1d(np.arange(bare.size), columns)
+    prior = np.zeros(bare.size)
+    prior[columns], prior[known] = sought.spread**-2.0, KNOWN
+    data[known], data[:, known] = 0.0, 0.0
+    return rank, data + np.diag(prior)
+
+
+def _weak(geometric: Found, found: Found, drawing: Drawing) -> tuple[Weakness, ...]:
+    """What trades off with what."""
+    frames = [f"{what}.{axis}" for what in ("base", "tool") for axis in FRAMES]
+    names, columns = np.array([*drawing.form.names, *frames]), geometric.sought.columns
+    cov = found.posterior.cov[np.ix_(columns, columns)]
+    return weaknesses(cov, geometry_spread(drawing.form), tuple(map(str, names[columns])))
+
+
+def sound(found: Found) -> Mask:
+    """(N,) poses that are no gross errors."""
+    return moderate(found.residuals, found.posterior.noise)
+
+
+def rms(found: Found, rows: Mask) -> float:
+    """Root mean square of the distance from measured to predicted places [m]."""
+    return float(np.sqrt((found.residuals[rows, :3] ** 2).sum(axis=1).mean()))

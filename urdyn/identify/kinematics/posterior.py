@@ -1,0 +1,64 @@
+"""Gaussian posterior of all unknowns from their moments, with the noise and spreads it implies."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from urdyn.identify.kinematics.moments import Moments
+from urdyn.types import Array, Index
+
+QUIET = np.array([1e-8, 1e-8])  # [m, rad] no instrument is quieter
+
+
+@dataclass(frozen=True)
+class Posterior:
+    """x ~ N(mean, cov), and what was learned on the way."""
+
+    mean: Array  # (P,) of a step from where the moments were taken
+    cov: Array  # (P, P)
+    noise: Array  # (2,) standard deviation of a coordinate of place [m] and of turn [rad]
+
+
+def posterior(moments: Moments, precision: Array, offset: Array, noise: Array) -> Posterior:
+    """The posterior where noise is known.
+
+    Args:
+        precision: of the prior, (P,); zero where nothing is known.
+        offset: from where the moments were taken to the prior's mean, (P,).
+        noise: standard deviations of place [m] and turn [rad].
+    """
+    H = np.tensordot(noise**-2.0, moments.H, axes=1) + np.diag(precision)
+    b = noise**-2.0 @ moments.b + precision * offset
+    scale = 1.0 / np.sqrt(np.diag(H))
+    cov = np.linalg.inv(scale[:, None] * H * scale) * scale[:, None] * scale
+    cov = 0.5 * (cov + cov.T)
+    return Posterior(cov @ b, cov, noise)
+
+
+def renoised(moments: Moments, found: Posterior) -> Array:
+    """Noise that the residuals show, what the unknowns take of them given back (EM), (2,)."""
+    taken = np.einsum("kij,ij->k", moments.H, found.cov)
+    squares = moments.squares(found.mean) + taken
+    with np.errstate(divide="ignore", invalid="ignore"):
+        noise = np.sqrt(squares / moments.count)
+    return np.asarray(np.maximum(np.where(moments.count > 0.0, noise, 1.0), QUIET))
+
+
+def learned(
+    moments: Moments, precision: Array, offset: Array, noise: Array, rounds: int = 4
+) -> Posterior:
+    """The posterior with the noise that maximises its likelihood."""
+    found = posterior(moments, precision, offset, noise)
+    for _ in range(rounds):
+        found = posterior(moments, precision, offset, renoised(moments, found))
+    return found
+
+
+def restricted(found: Posterior, columns: Index, size: int) -> Posterior:
+    """`found` of some columns as one of all `size`, the others zero and known."""
+    mean, cov = np.zeros(size), np.zeros((size, size))
+    mean[columns] = found.mean
+    cov[np.ix_(columns, columns)] = found.cov
+    return Posterior(mean, cov, found.noise)

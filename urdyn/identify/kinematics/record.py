@@ -1,0 +1,123 @@
+"""A calibration as a document: what it is made of, and what is needed to score it elsewhere."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from urdyn.errors import InputError
+from urdyn.identify.kinematics.calibration import Calibration, drawn, rms
+from urdyn.identify.kinematics.placement import Placement
+from urdyn.io import load_toml
+from urdyn.io.calibration_file import read_calibration
+from urdyn.model.arm import Arm
+from urdyn.model.geometry.drawing import drawing_of, placed
+from urdyn.model.geometry.hayati import KINDS
+from urdyn.model.geometry.transmission import HARMONICS, Effects, no_effects
+from urdyn.types import Array
+from urdyn.version import __version__
+
+FORMAT = 1
+NAME, YAML = "calibration.toml", "kinematics.yaml"
+
+
+@dataclass(frozen=True)
+class Recorded:
+    """What an earlier calibration says of an arm: base and tool are of its day."""
+
+    geometric: Placement  # geometry alone
+    full: Placement | None  # with what joints do, where that was preferred
+    sha256: str = ""  # of the poses that it was made from
+
+
+def document(calibration: Calibration) -> dict[str, Any]:
+    """The calibration as nested tables, for TOML."""
+    found, source = calibration.found, calibration.poses.source
+    return {
+        "format": FORMAT,
+        "urdyn": __version__,
+        "robot": calibration.arm.name,
+        "source": {"path": source.path, "sha256": source.sha256, "poses": len(calibration.poses)},
+        "model": calibration.choice.chosen.model.name,
+        "rms_m": rms(found, calibration.sound),
+        "trusted_elsewhere": calibration.verdict.trusted,
+        "geometry_alone": _geometry(calibration.geometric.placement),
+        "geometry": _geometry(found.placement) | {"sd": calibration.sd[: len(calibration.spread)]},
+        "effects": _effects(found.placement),
+        "frames": {"base": found.placement.base, "tool": found.placement.tool},
+    }
+
+
+def _geometry(placement: Placement) -> dict[str, Any]:
+    """Rows of a, alpha, beta, d, theta [m, rad]."""
+    return {"columns": list(KINDS), "table": placement.table}
+
+
+def _effects(placement: Placement) -> dict[str, Any]:
+    """Coefficients of what joints do [rad, rad/(N m)]."""
+    effects = placement.effects
+    return {
+        "compliant": list(effects.compliant),
+        "harmonics": effects.harmonics,
+        "coefficients": placement.coefficients,
+    }
+
+
+def load_calibration(path: str | Path, arm: Arm) -> Recorded:
+    """The calibration in a folder of `urdyn calibrate`, or a kinematics.yaml of anybody's.
+
+    Raises:
+        InputError: there is none, it is damaged, or it is another type of arm's.
+    """
+    path = Path(path)
+    whole, plain = path / NAME, path / YAML if path.is_dir() else path
+    start = drawn(arm, drawing_of(arm))
+    if path.is_dir() and whole.is_file():
+        return _read(load_toml(whole), whole, arm, start)
+    if not plain.is_file():
+        raise InputError(f"{path}: holds no calibration: neither {NAME} nor {YAML}")
+    try:
+        table = placed(start.form, read_calibration(plain), arm.name)
+    except InputError as error:
+        raise InputError(
+            f"{plain}: {error}" if str(plain) not in str(error) else str(error)
+        ) from None
+    return Recorded(_placed(start, table, no_effects(arm), np.zeros(0)), None)
+
+
+def _read(told: Mapping[str, Any], path: Path, arm: Arm, start: Placement) -> Recorded:
+    """A calibration.toml, checked."""
+    try:
+        if told["format"] != FORMAT:
+            raise InputError(f"{path}: is of format {told['format']}, this urdyn reads {FORMAT}")
+        if told["robot"] != arm.name:
+            raise InputError(f"{path}: is the calibration of a {told['robot']}, not of {arm.name}")
+        alone = _numbers(told["geometry_alone"]["table"], start.table.shape)
+        geometric = _placed(start, alone, no_effects(arm), np.zeros(0))
+        compliant = tuple(int(j) for j in told["effects"]["compliant"])
+        harmonics = int(told["effects"]["harmonics"])
+        if not (set(compliant) <= set(range(arm.joints)) and 0 <= harmonics <= HARMONICS):
+            raise ValueError("effects of joints that it does not have")
+        effects = Effects(arm, compliant, harmonics)
+        values = _numbers(told["effects"]["coefficients"], (len(effects.owners),))
+        table = _numbers(told["geometry"]["table"], start.table.shape)
+        full = _placed(start, table, effects, values) if len(values) else None
+        return Recorded(geometric, full, str(told["source"]["sha256"]))
+    except (KeyError, TypeError, ValueError) as error:
+        raise InputError(f"{path}: is no calibration of this urdyn: {error!r}") from None
+
+
+def _numbers(told: Any, shape: tuple[int, ...]) -> Array:
+    values = np.array(told, dtype=np.float64)
+    if values.shape != shape or not all(map(math.isfinite, values.ravel())):
+        raise ValueError(f"expected {shape} finite numbers, found {values.shape}")
+    return values
+
+
+def _placed(start: Placement, table: Array, effects: Effects, values: Array) -> Placement:
+    return Placement(start.form, table, effects, values, start.base, start.tool)

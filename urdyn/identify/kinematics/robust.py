@@ -1,0 +1,138 @@
+"""Geometry, base and tool by robust Bayesian least squares, to convergence."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from urdyn.errors import IdentifiabilityError
+from urdyn.identify.kinematics.first_guess import guess, tool_of
+from urdyn.identify.kinematics.gross import robust_noise, weights
+from urdyn.identify.kinematics.moments import Moments, moments
+from urdyn.identify.kinematics.placement import BASE, TOOL, Placement, residuals
+from urdyn.identify.kinematics.posterior import Posterior, learned, restricted
+from urdyn.identify.kinematics.spread import ANYWHERE
+from urdyn.io.poses import READINGS, Poses
+from urdyn.model.geometry.turns import turn_z
+from urdyn.types import Array, Index, frozen
+
+FEW = 1500  # poses that the first steps are made with
+STEPS, LAST = 40, 4  # at most, with few poses and with all
+STILL = 1e-9  # [m, rad] a step that changes nothing
+
+
+@dataclass(frozen=True)
+class Sought:
+    """Which unknowns are sought, and what is known of them beforehand."""
+
+    columns: Index  # of all unknowns of a placement
+    spread: Array  # prior standard deviation of each of these
+    expected: Array  # (P,) all unknowns' prior mean: zero but for where fits begin
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "spread", frozen(self.spread))
+
+
+@dataclass(frozen=True)
+class Found:
+    """A placement at the posterior's mean."""
+
+    sought: Sought
+    placement: Placement
+    posterior: Posterior  # its mean is a step of nothing; cov of all unknowns
+    weight: Array  # (N,) probability of each pose to be no gross error
+    residuals: Array  # (N, 6) [m, rad] in the base's axes
+
+
+def begin(start: Placement, poses: Poses, rng: np.random.Generator) -> tuple[Placement, Poses]:
+    """The placement with base and tool guessed, and the poses with their angles understood."""
+    flanges = start.flanges(poses.q)
+    if poses.own:
+        return _in_own_base(start, poses), poses
+    best: tuple[float, Placement, Poses] | None = None
+    for reading in [poses.reading] if poses.reading or poses.angles is None else READINGS:
+        read = replace(poses, reading=reading or "rotvec")
+        base, tool = guess(flanges, read.place, read.turn, rng)
+        placed = replace(start, base=base, tool=tool)
+        noise = robust_noise(residuals(placed, read.q, read.place, read.turn))
+        if best is None or float(noise[1]) < best[0]:
+            best = float(noise[1]), placed, read
+    assert best is not None, "at least one way to read angles"
+    return best[1], best[2]
+
+
+def _in_own_base(start: Placement, poses: Poses) -> Placement:
+    """The placement in the controller's base, or turned by half as in ROS's base_link."""
+    placed = []
+    for base in (np.eye(4), turn_z(np.pi)):
+        flanges = base @ start.flanges(poses.q)
+        tool = tool_of(flanges, poses.place, poses.turn)
+        placed.append(replace(start, base=base, tool=tool))
+    off = [robust_noise(residuals(p, poses.q, poses.place, poses.turn))[0] for p in placed]
+    return placed[int(np.argmin(off))]
+
+
+def solve(start: Placement, poses: Poses, sought: Sought, rng: np.random.Generator) -> Found:
+    """The posterior's maximum from `start` on."""
+    few = poses
+    if len(poses) > FEW:
+        few = poses.take(np.sort(rng.permutation(len(poses))[:FEW]))
+    placement, noise = _steps(start, few, sought, STEPS, None)
+    if few is not poses:
+        placement, noise = _steps(placement, poses, sought, LAST, noise)
+    return settled(placement, poses, sought, noise)
+
+
+def settle(placement: Placement, poses: Poses, sought: Sought, noise: Array) -> Found:
+    """A few steps from a placement that is nearly there."""
+    if len(sought.columns):
+        placement, noise = _steps(placement, poses, sought, LAST, noise)
+    return settled(placement, poses, sought, noise)
+
+
+def settled(placement: Placement, poses: Poses, sought: Sought, noise: Array) -> Found:
+    """The posterior about a placement that is its mean."""
+    e = residuals(placement, poses.q, poses.place, poses.turn)
+    weight = weights(e, noise)
+    told = moments(placement, poses.q, poses.place, poses.turn, weight)
+    found = _solved(told, placement, sought, noise)
+    return Found(sought, placement, found, weight, e)
+
+
+def _steps(
+    placement: Placement, poses: Poses, sought: Sought, count: int, noise: Array | None
+) -> tuple[Placement, Array]:
+    """Gauss-Newton steps; weights and noise follow the residuals."""
+    for _ in range(count):
+        e = residuals(placement, poses.q, poses.place, poses.turn)
+        # Half the poses count in any case: a step that overshot must not condemn them all.
+        noise = robust_noise(e) if noise is None else np.maximum(noise, robust_noise(e))
+        told = moments(placement, poses.q, poses.place, poses.turn, weights(e, noise))
+        step = _solved(told, placement, sought, noise)
+        placement, noise = placement.moved(step.mean), step.noise
+        if not np.isfinite(step.mean).all():
+            raise IdentifiabilityError("the fit diverged; are these joints those of this arm?")
+        if np.abs(step.mean).max() < STILL:
+            break
+    assert noise is not None, "at least one step"
+    return placement, noise
+
+
+def _solved(told: Moments, placement: Placement, sought: Sought, noise: Array) -> Posterior:
+    """The posterior of a step from `placement`."""
+    offset = sought.expected - where(placement)
+    only, precision = told.only(sought.columns), sought.spread**-2.0
+    found = learned(only, precision, offset[sought.columns], noise, rounds=3)
+    return restricted(found, sought.columns, placement.size)
+
+
+def where(placement: Placement) -> Array:
+    """All unknowns of a placement, those of base and tool as zero: their prior is flat."""
+    nowhere = np.zeros(BASE + TOOL)
+    return np.concatenate([placement.deviations, nowhere, placement.coefficients])
+
+
+def flat(count: int) -> Array:
+    """Prior standard deviations of base or tool."""
+    return np.full(count, ANYWHERE)

@@ -1,0 +1,9 @@
+"""ROS bags and MCAP <-> tables: sqlite3 and MCAP bags of ROS 2, bags of ROS 1, and our own.
+
+`rosbags` and `mcap` are an extra; they are imported when the first bag is met.
+"""
+
+from urdyn.io.bags.forms import fingerprint, is_bag
+from urdyn.io.bags.table import read_bag
+
+__all__ = ["fingerprint", "is_bag", "read_bag"]

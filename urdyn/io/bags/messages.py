@@ -1,0 +1,76 @@
+"""A bag's messages, decoded; every way in which a foreign file can be broken is a LogError."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from urdyn.errors import LogError, UrdynError
+from urdyn.io.bags.forms import check, require
+
+
+@dataclass(frozen=True)
+class Topic:
+    """What a bag holds under one name."""
+
+    name: str
+    type: str  # "sensor_msgs/msg/JointState"
+    count: int  # messages
+    definition: str  # text of the type's definition; "" where the bag has none
+
+    def __str__(self) -> str:
+        return f"{self.name} ({self.type}, {self.count})"
+
+
+@dataclass(frozen=True)
+class Bag:
+    """A bag that is open."""
+
+    path: Path
+    topics: tuple[Topic, ...]
+    raw: Callable[[Topic], Iterator[tuple[int, bytes]]]  # [ns] when it was recorded, and the bytes
+    decode: Callable[[Topic, bytes], Any]
+
+    def messages(self, topic: Topic) -> Iterator[tuple[int, Any]]:
+        """When a message was recorded [ns], and the message."""
+        return ((stamp, self.decode(topic, data)) for stamp, data in self.raw(topic))
+
+
+@contextmanager
+def opened(path: Path) -> Iterator[Bag]:
+    """The bag in `path`; MissingExtraError where nothing here reads bags."""
+    require("rosbags")
+    check(path)
+    from rosbags.highlevel import AnyReader
+    from rosbags.typesys import Stores, get_typestore
+
+    try:
+        # Bags of older releases carry no definitions; the common types have not changed since.
+        with AnyReader([path], default_typestore=get_typestore(Stores.ROS2_HUMBLE)) as reader:
+            yield _bag(path, reader)
+    except UrdynError:
+        raise
+    except Exception as error:  # a broken file breaks the reader anywhere, in any way
+        told = " ".join(str(error).split()) or type(error).__name__
+        raise LogError(f"cannot be read as a bag: {told}", path) from error
+
+
+def _bag(path: Path, reader: Any) -> Bag:
+    topics = tuple(
+        Topic(c.topic, c.msgtype, c.msgcount, c.msgdef.data or "") for c in reader.connections
+    )
+
+    def raw(topic: Topic) -> Iterator[tuple[int, bytes]]:
+        wanted = [c for c in reader.connections if (c.topic, c.msgtype) == (topic.name, topic.type)]
+        return ((stamp, data) for _, stamp, data in reader.messages(wanted))
+
+    return Bag(path, topics, raw, lambda topic, data: reader.deserialize(data, topic.type))
+
+
+def header_stamp(message: Any) -> int:
+    """[ns] of a message's header; 0: it says nothing."""
+    stamp = message.header.stamp
+    return int(stamp.sec) * 1_000_000_000 + int(stamp.nanosec)

@@ -1,0 +1,72 @@
+"""Outgoing topics -> an MCAP file, or a ROS 2 bag in sqlite3."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Mapping
+from pathlib import Path
+from tempfile import mkdtemp
+from typing import Any, BinaryIO
+
+from urdyn.errors import InputError
+from urdyn.io.bags.forms import METADATA, require
+from urdyn.io.bags.outgoing import Told
+from urdyn.version import __version__
+
+
+def write_mcap(told: Told, stream: BinaryIO, metadata: Mapping[str, str]) -> None:
+    """One MCAP file; chunks are compressed with zstd, and an index stands at the end."""
+    require("mcap", "rosbags")
+    from mcap.writer import Writer
+
+    writer: Any = Writer(stream)
+    writer.start(profile="ros2", library=f"urdyn {__version__}")
+    channels = []
+    for one in told.topics:
+        schema = writer.register_schema(one.type, "ros2msg", one.definition.encode())
+        about = {"offered_qos_profiles": "", "topic_type_hash": one.digest}
+        channels.append(writer.register_channel(one.topic, "cdr", schema, about))
+    for sequence, (topic, stamp, data) in enumerate(told.messages):
+        writer.add_message(channels[topic], stamp, data, stamp, sequence)
+    writer.add_metadata("urdyn", dict(metadata))
+    writer.finish()
+
+
+def write_db3(told: Told, path: Path) -> None:
+    """A ROS 2 bag: a folder with metadata.yaml, or where `path` ends in .db3 that file alone."""
+    require("rosbags")
+    alone = path.suffix == ".db3"
+    if path.exists() and not _replaceable(path, alone):
+        raise InputError(f"{path}: cannot be written: something else is there")
+    if not path.resolve().parent.is_dir():
+        raise InputError(f"{path}: cannot be written: there is no such folder")
+    beside = Path(mkdtemp(prefix=f".{path.stem}.", dir=path.resolve().parent))
+    try:
+        bag = beside / path.stem
+        _write_bag(told, bag)
+        if alone:
+            (bag / f"{bag.name}.db3").replace(path)
+        else:
+            shutil.rmtree(path, ignore_errors=True)
+            bag.replace(path)
+    except OSError as error:
+        raise InputError(f"{path}: cannot be written: {error.strerror or error}") from error
+    finally:
+        shutil.rmtree(beside, ignore_errors=True)
+
+
+def _replaceable(path: Path, alone: bool) -> bool:
+    """A file may take a file's place, and a bag a bag's."""
+    return path.is_file() if alone else (path / METADATA).is_file()
+
+
+def _write_bag(told: Told, folder: Path) -> None:
+    from rosbags.rosbag2 import StoragePlugin, Writer
+
+    with Writer(folder, version=8, storage_plugin=StoragePlugin.SQLITE3) as writer:
+        topics = [
+            writer.add_connection(one.topic, one.type, msgdef=one.definition, rihs01=one.digest)
+            for one in told.topics
+        ]
+        for topic, stamp, data in told.messages:
+            writer.write(topics[topic], stamp, data)

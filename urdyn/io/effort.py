@@ -1,0 +1,60 @@
+"""Effort -> motor current: a bag does not say whether a joint's effort is A or N·m, a user does."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from urdyn.errors import InputError, LogError
+from urdyn.types import Array, frozen
+
+EFFORT = "effort"  # channel of a table whose unit nobody has told yet
+UNITS = ("A", "Nm")
+
+
+@dataclass(frozen=True)
+class Effort:
+    """What the efforts of a recording are.
+
+    Torques [N·m] that a driver or a recorder made of current are current times a drive gain
+    [N·m/A]; divided by the gains in use they are current again, i = tau / K, and those gains are
+    then known by definition: whatever the true ones are, torque is what was published.
+    """
+
+    unit: str | None = None  # "A" or "Nm"; None: nobody said
+    gain: ArrayLike | None = None  # (J,) [N·m/A], where the unit is Nm
+
+    def __post_init__(self) -> None:
+        if self.unit not in (None, *UNITS):
+            raise InputError(f"effort unit {self.unit!r}: is to be A or Nm")
+        if self.unit == "Nm" and self.gain is None:
+            raise InputError("efforts in Nm become currents by drive gains; give them, N·m/A each")
+        if self.gain is not None:
+            object.__setattr__(self, "gain", frozen(self.gain))
+
+    def amperes(self, channels: dict[str, Array], path: str) -> dict[str, Array]:
+        """Channels with `actual_current` [A]; LogError where nobody told what effort is."""
+        told = dict(channels)
+        if EFFORT in told:
+            if self.unit is None:
+                raise LogError(
+                    "does not say what its efforts are: give --effort-unit A (motor current, as "
+                    "UR's driver publishes it) or --effort-unit Nm (joint torque)",
+                    path,
+                )
+            told["actual_current"] = told.pop(EFFORT)
+        if self.unit == "Nm" and "actual_current" in told:
+            told["actual_current"] = self._divided(told["actual_current"], path)
+        return told
+
+    def _divided(self, torque: Array, path: str) -> Array:
+        gain = np.asarray(self.gain)
+        if gain.shape != torque.shape[1:] or not (np.isfinite(gain).all() and (gain > 0.0).all()):
+            joints = torque.shape[1] if torque.ndim > 1 else 1
+            raise LogError(f"has {joints} joints; give as many drive gains above 0, N·m/A", path)
+        return np.asarray(torque / gain)
+
+
+UNTOLD = Effort()  # nobody said; a recording that has to be told refuses to be guessed at

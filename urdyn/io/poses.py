@@ -1,0 +1,128 @@
+"""Poses and the joint angles that they were met at: from a tracker, or the controller's own."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from urdyn.errors import LogError
+from urdyn.io.pose_columns import Columns, pose_columns
+from urdyn.io.reader import Rows, read_table
+from urdyn.types import Array, Defect, Index, Mask, Source, frozen
+
+FAR = 20.0  # [m] no target is so far from its tracker or robot: larger numbers are millimetres
+LEAST = 12  # poses: as many unknowns belong to base and tool alone
+# What three angles can mean, in scipy's words: rotation vector, turning axes, fixed axes.
+READINGS = ("rotvec", "XYZ", "xyz")
+
+
+@dataclass(frozen=True)
+class Poses:
+    """Static poses of something that is fixed to the flange."""
+
+    q: Array  # (N, J) [rad]
+    place: Array  # (N, 3) [m]
+    angles: Array | None = None  # (N, 3) [rad] as `reading` has it; None: only positions
+    reading: str = "rotvec"  # one of READINGS; "" where the file does not say
+    own: bool = False  # the controller's: seen from the arm's own base
+    source: Source = field(default_factory=Source)
+    defects: tuple[Defect, ...] = ()
+
+    def __post_init__(self) -> None:
+        for name in ("q", "place"):
+            object.__setattr__(self, name, frozen(getattr(self, name)))
+        if self.angles is not None:
+            object.__setattr__(self, "angles", frozen(self.angles))
+        assert len(self.q) == len(self.place), "an angle of every joint for every pose"
+
+    def __len__(self) -> int:
+        return len(self.q)
+
+    @property
+    def turn(self) -> Array:
+        """Rotations (N, 3, 3); NaN where only positions were measured."""
+        if self.angles is None:
+            return np.full((len(self), 3, 3), np.nan)
+        angles = np.array(self.angles)  # SciPy takes no read-only ones
+        if self.reading == "rotvec":
+            return np.asarray(Rotation.from_rotvec(angles).as_matrix())
+        return np.asarray(Rotation.from_euler(self.reading, angles).as_matrix())
+
+    def take(self, rows: Mask | Index) -> Poses:
+        """Some of the poses."""
+        angles = None if self.angles is None else self.angles[rows]
+        return replace(self, q=self.q[rows], place=self.place[rows], angles=angles)
+
+
+def read_poses(
+    path: str | Path,
+    joint_names: tuple[str, ...],
+    *,
+    columns: str | None = None,
+    rows: Rows | None = None,
+) -> Poses:
+    """The poses in `path`: a tracker's session, or an RTDE log with actual_TCP_pose."""
+    table, source = read_table(path, columns=columns, rows=rows)
+    names = [n for name, data in table.channels.items() for n in _spread(name, data)]
+    flat = {n: x for name, data in table.channels.items() for n, x in _columns(name, data)}
+    if {"actual_q_0", "actual_TCP_pose_5"} <= flat.keys():
+        poses = _own(flat, len(joint_names), source)
+    else:
+        poses = _tracked(flat, pose_columns(names, joint_names, str(path)), source)
+    return _whole(replace(poses, defects=table.defects), str(path))
+
+
+def _own(flat: dict[str, Array], joints: int, source: Source) -> Poses:
+    """What the controller says."""
+    q = np.stack([flat[f"actual_q_{j}"] for j in range(joints)], axis=1)
+    pose = np.stack([flat[f"actual_TCP_pose_{k}"] for k in range(6)], axis=1)
+    return Poses(q, pose[:, :3], pose[:, 3:], "rotvec", True, source)
+
+
+def _tracked(flat: dict[str, Array], columns: Columns, source: Source) -> Poses:
+    """What a tracker measured; units by the titles, else by the size of the numbers."""
+    q = np.stack([flat[name] for name in columns.joints], axis=1)
+    place = np.stack([flat[name] for name in columns.place], axis=1)
+    angles = np.stack([flat[n] for n in columns.turn], axis=1) if columns.turn else None
+    if columns.place_unit == "mm" or (not columns.place_unit and _size(place) > FAR):
+        place = 1e-3 * place
+    if angles is not None and _in_degrees(angles, columns.turn_unit, np.pi):
+        angles = np.radians(angles)
+    if _in_degrees(q, "", 2.0 * np.pi):
+        q = np.radians(q)
+    return Poses(q, place, angles, "", False, source)
+
+
+def _in_degrees(angles: Array, unit: str, most: float) -> bool:
+    return unit in ("deg", "degree", "degrees", "°") or (not unit and _size(angles) > 1.05 * most)
+
+
+def _size(values: Array) -> float:
+    """A number that few values exceed; gross errors do not move it."""
+    finite = np.abs(values[np.isfinite(values)])
+    return float(np.quantile(finite, 0.95)) if len(finite) else 0.0
+
+
+def _whole(poses: Poses, path: str) -> Poses:
+    """The poses that have every number."""
+    whole = np.asarray(np.isfinite(poses.q).all(axis=1) & np.isfinite(poses.place).all(axis=1))
+    if poses.angles is not None:
+        whole &= np.isfinite(poses.angles).all(axis=1)
+    if whole.sum() < LEAST:
+        raise LogError(f"has {whole.sum()} whole poses, calibrate needs {LEAST} and more", path)
+    if whole.all():
+        return poses
+    lost = Defect("row without all its numbers", int((~whole).sum()), 0, "left out")
+    return replace(poses.take(whole), defects=(*poses.defects, lost))
+
+
+def _columns(name: str, data: Array) -> list[tuple[str, Array]]:
+    return [(n, data if data.ndim == 1 else data[:, k]) for k, n in enumerate(_spread(name, data))]
+
+
+def _spread(name: str, data: Array) -> list[str]:
+    """Columns of a channel as they are called in the file."""
+    return [name] if data.ndim == 1 else [f"{name}_{k}" for k in range(data.shape[1])]

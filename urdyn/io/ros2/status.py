@@ -1,0 +1,63 @@
+"""What is to be said of an arm's health, as /diagnostics says it."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import IntEnum
+from typing import Any
+
+from urdyn.io.bags.joints import JOINTS
+
+
+class Level(IntEnum):
+    """Of diagnostic_msgs/DiagnosticStatus."""
+
+    OK = 0
+    WARN = 1
+    ERROR = 2
+    STALE = 3
+
+
+GRAVE = ("error", "critical", "failure")  # severities in words that are more than a warning
+
+
+@dataclass(frozen=True)
+class Status:
+    """One line of a diagnostics table: of a joint, or of the arm."""
+
+    level: Level
+    name: str  # "urdyn: elbow_joint"
+    message: str  # for people
+    values: tuple[tuple[str, str], ...] = ()  # for programs, and for those who look closer
+    hardware_id: str = ""  # serial number of the arm
+
+
+def of_finding(finding: Mapping[str, Any], hardware_id: str = "") -> Status:
+    """A finding of `urdyn track` as a line: ERROR where it is grave or its time is over."""
+    joint = finding.get("joint")
+    whose = JOINTS[joint] if isinstance(joint, int) and 0 <= joint < len(JOINTS) else joint
+    kind = str(finding.get("kind", "finding")).replace("_", " ")
+    left = _left(finding)
+    message = kind if left is None else f"{kind}, {left:.0f} s left"
+    values = tuple((key, _said(value)) for key, value in finding.items())
+    level = Level.ERROR if _grave(finding.get("severity")) or left == 0.0 else Level.WARN
+    return Status(level, f"urdyn: {whose or 'arm'}", message, values, hardware_id)
+
+
+def _left(finding: Mapping[str, Any]) -> float | None:
+    """Median time to failure [s], 0 where it has passed; None: nobody can tell."""
+    told = finding.get("time_to_failure_s")
+    median = told.get("median") if isinstance(told, Mapping) else None
+    return max(float(median), 0.0) if isinstance(median, int | float) else None
+
+
+def _grave(severity: Any) -> bool:
+    if isinstance(severity, str):
+        return severity.lower() in GRAVE
+    return isinstance(severity, int | float) and severity >= 1.0
+
+
+def _said(value: Any) -> str:
+    return value if isinstance(value, str) else json.dumps(value)

@@ -1,0 +1,53 @@
+"""UR's own numbers: Denavit-Hartenberg deltas, as the controller's calibration has them.
+
+    T = Rz(theta) Tz(d) Tx(a) Rx(alpha)    of each joint [Denavit1955]_
+
+Axes that are meant to be parallel have their common normal anywhere: its d is metres and more, and
+only the sum along the run means something.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from urdyn.model.geometry.canonical import coordinates
+from urdyn.model.geometry.hayati import Form
+from urdyn.model.geometry.turns import places_of
+from urdyn.types import Array, frozen
+
+
+@dataclass(frozen=True)
+class Deltas:
+    """What a controller adds to the drawing, base first."""
+
+    theta: Array  # (J,) [rad]
+    d: Array  # (J,) [m]
+    a: Array  # (J,) [m]
+    alpha: Array  # (J,) [rad]
+
+    def __post_init__(self) -> None:
+        for name in ("theta", "d", "a", "alpha"):
+            object.__setattr__(self, name, frozen(getattr(self, name)))
+
+
+def deltas_of(form: Form, table: Array) -> Deltas:
+    """The deltas of an arm with a ... theta `table` (J, 5)."""
+    crossed = np.array(form.free)
+    crossed[:, 2] = False
+    rows = coordinates(replace(form, free=crossed), places_of(table))
+    off = rows - form.nominal
+    # What UR counts to a joint are the a and alpha behind it; behind the last is the tool.
+    behind = np.vstack([off[1:, :2], np.zeros(2)])
+    return Deltas(off[:, 4], off[:, 3], behind[:, 0], behind[:, 1])
+
+
+def table_of(form: Form, deltas: Deltas) -> Array:
+    """a ... theta (J, 5) of an arm with UR's `deltas`; those behind the last joint must be zero."""
+    rows = np.array(form.nominal)
+    rows[1:, 0] += deltas.a[:-1]
+    rows[1:, 1] += deltas.alpha[:-1]
+    rows[:, 3] += deltas.d
+    rows[:, 4] += deltas.theta
+    return coordinates(form, places_of(rows))

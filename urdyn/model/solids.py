@@ -1,0 +1,102 @@
+"""The shapes of an arm and its cell as Pinocchio and coal take them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import coal
+import numpy as np
+import pinocchio as pin
+
+from urdyn.errors import ArmError
+from urdyn.model.arm import Arm
+from urdyn.model.cell import Cell, Solid, Wall
+
+SAME = 1e-4  # [m] within which a ball sits on the end of a cylinder: files have so many digits
+
+
+def geometry(arm: Arm, cell: Cell) -> Any:
+    """Pinocchio's geometry model of the arm's collision shapes, its tool and its cell.
+
+    Raises:
+        ArmError: a link that moves has no shape, or one that cannot be read.
+    """
+    try:
+        drawn = pin.buildGeomFromUrdfString(arm._model, arm.urdf, pin.GeometryType.COLLISION)
+    except (ValueError, RuntimeError) as error:
+        raise ArmError(f"{arm.name}: its collision shapes cannot be read: {error}") from None
+    whole = pin.GeometryModel()
+    for thing in _rounded(list(drawn.geometryObjects)):
+        whole.addGeometryObject(thing)
+    bare = set(range(1, arm.joints + 1)) - {thing.parentJoint for thing in whole.geometryObjects}
+    if bare:
+        raise ArmError(
+            f"{arm.name}: link {arm.link_names[min(bare) - 1]!r} has no collision shape; "
+            "without one nobody can tell what it hits"
+        )
+    for solid in cell.tool:
+        whole.addGeometryObject(_object(solid.name, arm.joints, *_solid(solid)))
+    for solid in cell.solids:
+        whole.addGeometryObject(_object(solid.name, 0, *_solid(solid)))
+    for wall in cell.walls:
+        whole.addGeometryObject(_object(wall.name, 0, *_wall(wall)))
+    for thing in whole.geometryObjects:
+        thing.geometry.computeLocalAABB()
+    return whole
+
+
+def _object(name: str, joint: int, shape: Any, placement: Any) -> Any:
+    return pin.GeometryObject(name, joint, placement, shape)
+
+
+def _wall(wall: Wall) -> tuple[Any, Any]:
+    normal = wall.normal / np.linalg.norm(wall.normal)
+    return coal.Halfspace(normal, float(normal @ wall.point)), pin.SE3.Identity()
+
+
+def _solid(solid: Solid) -> tuple[Any, Any]:
+    match solid.shape:
+        case "box":
+            shape = coal.Box(*solid.size)
+        case "ball":
+            shape = coal.Sphere(*solid.size)
+        case "cylinder":
+            shape = coal.Cylinder(*solid.size)
+    return shape, pin.SE3(pin.rpy.rpyToMatrix(*solid.rpy), solid.xyz)
+
+
+def _rounded(things: list[Any]) -> list[Any]:
+    """The same shapes, a cylinder with a ball on either end as the one capsule that they are.
+
+    Of capsules distances are known in closed form, and there are fewer of them.
+    """
+    capped = [(thing, _caps(thing, things)) for thing in things]
+    whole = [(thing, balls) for thing, balls in capped if len(balls) == 2]
+    inside = [id(ball) for _, balls in whole for ball in balls]
+    kept = [thing for thing, balls in capped if len(balls) < 2 and id(thing) not in inside]
+    return [*kept, *(_capsule(thing) for thing, _ in whole)]
+
+
+def _caps(thing: Any, things: list[Any]) -> list[Any]:
+    """The balls on the ends of `thing`, one an end; none where it is no cylinder."""
+    if not isinstance(thing.geometry, coal.Cylinder):
+        return []
+    half = np.array([0.0, 0.0, thing.geometry.halfLength])
+    found = []
+    for end in (thing.placement.act(half), thing.placement.act(-half)):
+        found += [
+            ball
+            for ball in things
+            if isinstance(ball.geometry, coal.Sphere)
+            and ball.parentJoint == thing.parentJoint
+            and abs(ball.geometry.radius - thing.geometry.radius) < SAME
+            and np.linalg.norm(ball.placement.translation - end) < SAME
+        ][:1]
+    return found
+
+
+def _capsule(thing: Any) -> Any:
+    # A file's digits end somewhere: the capsule covers balls that sit a little off.
+    radius, length = thing.geometry.radius, 2.0 * thing.geometry.halfLength
+    shape = coal.Capsule(radius + SAME, length)
+    return _object(thing.name, thing.parentJoint, shape, thing.placement)

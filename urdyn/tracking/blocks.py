@@ -1,0 +1,205 @@
+"""The modes that are quicker than the full covariance, and what they assume for it.
+
+*Simplified*: what is believed of the rigid bodies (k, m, payload) and of each joint's drive are
+independent of one another, in every slice. Each block learns from the currents as if the others'
+doubt were noise. One block of 53 states and J of 11 replace one of 119.
+
+*Realtime*: besides, a block that hardly changes waits. While an innovation would move it by little,
+samples are added up, and it learns from their sum: less often the surer it is, at once where the
+currents surprise. What varies within the wait is lost.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import lru_cache
+
+import numpy as np
+
+from urdyn.dbn.robot import BODIES
+from urdyn.dbn.robot_slice import RobotSlice
+from urdyn.dbn.two_slice import TwoSlice
+from urdyn.estimate import Innovation
+from urdyn.estimate.innovation import LOG_2PI
+from urdyn.types import Array, Gaussian, Index, Mask
+
+LITTLE, MUCH = 0.02, 0.1  # [-] variance of the expected current that a block adds to its noise's
+CALM = 1.5  # [-] of the innovations' average size, where 1 is expected
+WILDEST = 10.0  # [-] that one sample counts for at most
+MEMORY = 50.0  # samples over which that is averaged
+SHARED = -1
+
+
+@dataclass(frozen=True, eq=False)
+class Waiting:
+    """Samples that a block has not learnt from yet, as their sum; row j is joint j's current."""
+
+    H: Array  # (J, n) [A] per unit of each state
+    residual: Array  # (J,) [A]
+    R: Array  # (J,) [A²]; 0 where there is nothing
+    dt: float  # [s] that they span
+    count: int
+    interval: int  # samples to wait for
+
+    def added(self, H: Array, residual: Array, R: Array, dt: float) -> Waiting:
+        """One more."""
+        if not self.count:
+            return Waiting(H, residual, R, dt, 1, self.interval)
+        more = (self.H + H, self.residual + residual, self.R + R, self.dt + dt)
+        return Waiting(*more, self.count + 1, self.interval)
+
+    def done(self, own: Array, calm: bool, longest: int) -> Waiting:
+        """Nothing waits; the next sum is longer or shorter by how much this one moved the block.
+
+        Args:
+            own: variance of the sum by the block's own doubt, (J,) [A²].
+        """
+        share = float((own / np.where(self.R > 0.0, self.R, np.inf)).max())
+        slower = self.interval * 2 if share < LITTLE else self.interval
+        interval = self.interval // 2 if share > MUCH else slower
+        interval = min(max(interval, 1), longest) if calm else 1
+        return Waiting(self.H, self.residual, self.R, 0.0, 0, interval)
+
+
+@dataclass(frozen=True, eq=False)
+class BlockBelief:
+    """Mean of all states, and the covariances of blocks."""
+
+    mean: Array  # (n,)
+    bodies: Array  # (b, b)
+    drives: Array  # (J, d, d)
+    at_bodies: Index  # (b,) states of the bodies
+    at_drives: Index  # (J, d) states of each joint's drive
+    for_bodies: Waiting
+    for_drives: Waiting
+    unsure: Array  # (J,) [-] variance by the blocks over the noise's, when last learnt
+    surprise: float  # [-]
+
+
+@dataclass(frozen=True)
+class Blocks:
+    """Filter of independent blocks, linearised; `longest` 1: simplified, more: realtime."""
+
+    longest: int = 1  # samples that a block may wait for
+
+    def init(self, model: TwoSlice[RobotSlice]) -> BlockBelief:
+        """The model's prior without what is across blocks."""
+        bodies, drives = places(model.names)
+        P, (J, n) = model.prior.cov, (len(drives), len(model.names))
+        covs = P[np.ix_(bodies, bodies)], P[drives[:, :, None], drives[:, None, :]]
+        wait = Waiting(np.zeros((J, n)), np.zeros(J), np.zeros(J), 0.0, 0, 1)
+        return BlockBelief(model.prior.mean, *covs, bodies, drives, wait, wait, np.zeros(J), 1.0)
+
+    def step(
+        self, model: TwoSlice[RobotSlice], state: BlockBelief, u: RobotSlice, y: Array
+    ) -> tuple[BlockBelief, Innovation]:
+        """Add the sample up, and learn where enough have gathered."""
+        x, known = model.transition(state.mean, u), np.isfinite(y)
+        H = model.observe_jacobian(x, u) * known[:, None]
+        R = model.observe_cov(u).diagonal() * known
+        residual = np.where(known, y - model.observe(x, u), 0.0)
+        told = _innovation(residual, R * (1.0 + state.unsure), known)
+        size = min(told.nis / max(told.measured, 1), WILDEST)
+        surprise = state.surprise + (size - state.surprise) * (told.measured > 0) / MEMORY
+        state = replace(
+            state,
+            mean=x,
+            surprise=surprise,
+            for_bodies=state.for_bodies.added(H, residual, R, u.dt),
+            for_drives=state.for_drives.added(H, residual, R, u.dt),
+        )
+        return self._learnt(model, state, u, surprise < CALM and not u.widen), told
+
+    def _learnt(
+        self, model: TwoSlice[RobotSlice], state: BlockBelief, u: RobotSlice, calm: bool
+    ) -> BlockBelief:
+        """Each block, if it has waited long enough."""
+        wait = state.for_bodies
+        if wait.count >= wait.interval or not calm:
+            state = _bodies_learnt(model, state, u, calm, self.longest)
+        wait = state.for_drives
+        if wait.count >= wait.interval or not calm:
+            state = _drives_learnt(model, state, u, calm, self.longest)
+        return state
+
+    def belief(self, state: BlockBelief) -> Gaussian:
+        """With nothing across blocks."""
+        bodies, drives = state.at_bodies, state.at_drives
+        P = np.zeros((len(state.mean),) * 2)
+        P[np.ix_(bodies, bodies)] = state.bodies
+        P[drives[:, :, None], drives[:, None, :]] = state.drives
+        return Gaussian(state.mean, P)
+
+
+@lru_cache(maxsize=8)
+def places(names: tuple[str, ...]) -> tuple[Index, Index]:
+    """States of the bodies (b,), and of each joint's drive (J, d), by their names."""
+    of: dict[int, list[int]] = {}
+    for k, name in enumerate(names):
+        group, _, number = name.removesuffix(".rate").rpartition("_")
+        joint = SHARED if group in (*BODIES, "kappa_f") else int(number)
+        of.setdefault(joint, []).append(k)
+    return np.array(of.pop(SHARED)), np.array([of[j] for j in sorted(of)])
+
+
+def _bodies_learnt(
+    model: TwoSlice[RobotSlice], state: BlockBelief, u: RobotSlice, calm: bool, longest: int
+) -> BlockBelief:
+    """Kalman's correction of the bodies by all that waits for them."""
+    wait, at = state.for_bodies, state.at_bodies
+    P = state.bodies + model.transition_cov(_after(u, wait))[at[:, None], at]
+    Hb, other = wait.H[:, at], _by_drives(state, wait)
+    HP = Hb @ P
+    own = HP @ Hb.T
+    K = HP.T @ np.linalg.inv(own + np.diag(other + _noise(wait)))
+    mean = state.mean.copy()
+    mean[at] += K @ wait.residual
+    P = P - K @ HP
+    unsure = (own.diagonal() + other) / _noise(wait)
+    done = wait.done(own.diagonal(), calm, longest)
+    return replace(state, mean=mean, bodies=0.5 * (P + P.T), for_bodies=done, unsure=unsure)
+
+
+def _drives_learnt(
+    model: TwoSlice[RobotSlice], state: BlockBelief, u: RobotSlice, calm: bool, longest: int
+) -> BlockBelief:
+    """The same of every joint's drive."""
+    wait, at = state.for_drives, state.at_drives
+    passed, rows, columns = _after(u, wait), at[:, :, None], at[:, None, :]
+    F = model.transition_jacobian(state.mean, passed)[rows, columns]
+    P = F @ state.drives @ F.swapaxes(1, 2) + model.transition_cov(passed)[rows, columns]
+    Hb, Hd = wait.H[:, state.at_bodies], wait.H[np.arange(len(at))[:, None], at]
+    gain = (P @ Hd[:, :, None])[:, :, 0]
+    own = (gain * Hd).sum(axis=1)
+    W = np.linalg.inv(Hb @ state.bodies @ Hb.T + np.diag(own + _noise(wait)))
+    mean = state.mean.copy()
+    mean[at] += gain * (W @ wait.residual)[:, None]
+    P = P - (W.diagonal()[:, None] * gain)[:, :, None] * gain[:, None, :]
+    return replace(state, mean=mean, drives=P, for_drives=wait.done(own, calm, longest))
+
+
+def _by_drives(state: BlockBelief, wait: Waiting) -> Array:
+    """Variance of each row by its own drive's doubt, (J,) [A²]."""
+    Hd = wait.H[np.arange(len(state.drives))[:, None], state.at_drives]
+    return np.asarray((Hd * (state.drives @ Hd[:, :, None])[:, :, 0]).sum(axis=1))
+
+
+def _after(u: RobotSlice, wait: Waiting) -> RobotSlice:
+    """The slice as one of all the time that was waited."""
+    return u if wait.count == 1 else replace(u, dt=wait.dt)
+
+
+def _noise(wait: Waiting) -> Array:
+    """Variance of the sums, (J,) [A²]; 1 where there is none, so that it can be inverted."""
+    return np.where(wait.R > 0.0, wait.R, 1.0)
+
+
+def _innovation(residual: Array, variance: Array, known: Mask) -> Innovation:
+    """As each joint's current alone expects it: what they have in common is left out."""
+    few = variance[known]
+    nis = float((residual[known] ** 2 / few).sum())
+    count = len(few)
+    log_likelihood = -0.5 * (nis + float(np.log(few).sum()) + count * LOG_2PI)
+    S = np.full((len(residual),) * 2, np.nan)
+    S[np.ix_(known, known)] = np.diag(few)
+    return Innovation(np.where(known, residual, np.nan), S, log_likelihood, nis, count)

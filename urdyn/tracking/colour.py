@@ -1,0 +1,152 @@
+"""The colour of the currents' noise, learnt while the arm works.
+
+What a model leaves of a current is no white noise: drives filter, gears ripple, and what nobody
+modelled passes slowly. With e the residual,
+
+    e = slow + n,    n_t = sum_k ar_k n_{t-k} + w_t,    slow: forgets itself in MEMORY
+
+A filter that took e for white would be sure too soon. It is given the currents and their regressors
+after the filter 1 - sum_k ar_k z^-k, whose noise is w, and `slow` as a state.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from urdyn.dbn.robot_slice import RobotSlice
+from urdyn.identify.noise import Noise
+from urdyn.types import Array, Mask
+
+ORDER = 8
+MEMORY = 1.2  # [s] of what passes slowly
+FAR = 0.25  # [s] apart: only what is slow is still alike
+TRUST = 500.0  # samples that the commissioned noise counts for
+LEARN = 60.0  # [s] over which noise is averaged
+CLIP = 3.0  # [sd] beyond which a residual counts as that large: no noise, something happened
+PAUSE = 25  # samples between two looks at the colour
+CHANCE = 2.5  # [sd] by which residuals that are far apart are alike by chance
+TINY = 1e-4  # [A] no sensor of a current is better
+SLOWEST = 0.01  # [-] of the noise's sd that is slow in any case: no state is known exactly
+WHITE = 0.02  # [-] of a residual's variance that is white at least
+LEAST = 0.05  # [-] of it that nothing predicts
+
+
+@dataclass(frozen=True, eq=False)
+class Colour:
+    """What is known of the noise, and the samples that it is told from."""
+
+    past: Array  # (p, J, w) packed inputs, newest first; NaN where a joint said nothing
+    current: Array  # (p, J) [A]
+    left: Array  # (L, J) [A] residuals without the model's slow part, newest first
+    alike: Array  # (p + 1, J) [A²] mean product of residuals so many samples apart
+    far: Array  # (J,) [A²] the same FAR apart
+    count: float  # samples behind that
+    ar: Array  # (J, p)
+    scale: Array  # (J,) [A] sd of w
+    slow: Array  # (J,) [A] sd
+
+
+def first(noise: Noise, width: int, period: float) -> Colour:
+    """The commissioned noise; `width` of the packed inputs."""
+    J, length = len(noise.sd), max(ORDER, round(FAR / period)) + 1
+    ar = np.zeros((J, ORDER))
+    known = min(noise.ar.shape[1], ORDER)
+    ar[:, :known] = noise.ar[:, :known]
+    power = noise.scale**2 * noise.dof / (noise.dof - 2.0)
+    return Colour(
+        np.full((ORDER, J, width), np.nan),
+        np.full((ORDER, J), np.nan),
+        np.full((length, J), np.nan),
+        _alike(ar, power),
+        np.zeros(J),
+        TRUST,
+        ar,
+        np.sqrt(power),
+        SLOWEST * np.sqrt(power),
+    )
+
+
+def _alike(ar: Array, power: Array) -> Array:
+    """Autocovariance of AR noise up to its order, (p + 1, J): of its impulse response."""
+    response = np.zeros((400, len(ar)))
+    response[0] = 1.0
+    for t in range(1, len(response)):
+        past = response[max(0, t - ORDER) : t][::-1]
+        response[t] = np.einsum("jk,kj->j", ar[:, : len(past)], past)
+    lags = [np.sum(response[k:] * response[: len(response) - k], axis=0) for k in range(ORDER + 1)]
+    return np.array(lags) * power
+
+
+def whitened(colour: Colour, u: RobotSlice, y: Array) -> tuple[RobotSlice, Array]:
+    """The slice and its currents (J,) after the filter that makes their noise white."""
+    packed = u.packed - np.einsum("jk,kjw->jw", colour.ar, colour.past)
+    seen = y - np.einsum("jk,kj->j", colour.ar, colour.current)
+    known = np.isfinite(seen)
+    clean = u.filtered(np.where(known[:, None], packed, 0.0))
+    return replace(clean, noise=colour.scale, stray=colour.slow), np.where(known, seen, np.nan)
+
+
+def kept(colour: Colour, u: RobotSlice, y: Array) -> Colour:
+    """One sample on: it is a predecessor now."""
+    packed = np.where(np.isfinite(y)[:, None], u.packed, np.nan)
+    past = np.concatenate([packed[None], colour.past[:-1]])
+    return replace(colour, past=past, current=np.concatenate([y[None], colour.current[:-1]]))
+
+
+def interrupted(colour: Colour) -> Colour:
+    """After a gap nothing stands beside what was before."""
+    nothing = (np.full_like(old, np.nan) for old in (colour.past, colour.current, colour.left))
+    past, current, left = nothing
+    return replace(colour, past=past, current=current, left=left)
+
+
+def foreseen(colour: Colour, slow: Array) -> Array:
+    """What the noise's past says of the residual to come, slow part and all, (J,) [A]."""
+    before = colour.left[:ORDER]
+    known = np.where(np.isnan(before), 0.0, before)
+    return np.asarray(
+        np.einsum("jk,kj->j", colour.ar, known) + slow * (1.0 - colour.ar.sum(axis=1))
+    )
+
+
+def learnt(colour: Colour, left: Array, unknown: Array, sure: Mask, period: float) -> Colour:
+    """The colour after one more residual, (J,) [A], NaN where there is none.
+
+    Args:
+        left: what the model leaves without its slow part.
+        unknown: variance of that which is no noise, (J,) [A²].
+        sure: whether the model is surer of the current than the sensor, (J,).
+    """
+    limit = CLIP * np.sqrt(colour.alike[0])
+    left = np.concatenate([np.clip(left, -limit, limit)[None], colour.left[:-1]])
+    gain = np.where(sure, 1.0 / min(colour.count + 1.0, LEARN / period), 0.0)
+    product = left[0] * left[: ORDER + 1]
+    product[0] -= unknown
+    alike = _averaged(colour.alike, product, gain)
+    alike[0] = np.maximum(alike[0], TINY**2)
+    far = _averaged(colour.far, left[0] * left[-1], gain)
+    colour = replace(colour, left=left, alike=alike, far=far, count=colour.count + 1.0)
+    return _looked_at(colour, period) if colour.count % PAUSE < 1.0 else colour
+
+
+def _averaged(mean: Array, value: Array, gain: Array) -> Array:
+    return np.asarray(mean + np.where(np.isfinite(value), gain * (value - mean), 0.0))
+
+
+def _looked_at(colour: Colour, period: float) -> Colour:
+    """The filter and the slow noise that the averages tell of."""
+    p, power = ORDER, colour.alike[0]
+    count = min(colour.count, LEARN / period)
+    chance = CHANCE * power / np.sqrt(count)
+    told = np.where(colour.far > chance, colour.far * np.exp(FAR / MEMORY), 0.0)
+    slow = np.minimum(told, 0.5 * power)
+    lags = np.arange(p + 1)[:, None] * period
+    fast = colour.alike - slow * np.exp(-lags / MEMORY)
+    apart = np.abs(np.subtract.outer(np.arange(p), np.arange(p)))
+    T = fast[apart].transpose(2, 0, 1) + WHITE * power[:, None, None] * np.eye(p)
+    ar = np.linalg.solve(T, fast[1:].T[..., None])[..., 0]
+    left = fast[0] - np.einsum("jk,kj->j", ar, fast[1:])
+    scale = np.sqrt(np.maximum(left, LEAST * power))
+    return replace(colour, ar=ar, scale=scale, slow=np.fmax(np.sqrt(slow), SLOWEST * scale))

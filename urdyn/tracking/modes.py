@@ -1,0 +1,100 @@
+"""The three modes of the paper's Table IV, side by side."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, cast
+
+import numpy as np
+
+from urdyn.estimate import Filter
+from urdyn.identify.fit import Fit
+from urdyn.signal import Sample
+from urdyn.tracking.blocks import Blocks
+from urdyn.tracking.physical import quantities
+from urdyn.tracking.tracker import Tracker
+from urdyn.types import Array
+
+LONGEST = 16  # samples that a block waits for in realtime mode
+# Filters of a robot's slices, and of no others.
+QUICKER = {
+    "simplified": cast(Filter[Any], Blocks()),
+    "realtime": cast(Filter[Any], Blocks(LONGEST)),
+}
+MODES = {
+    "full": "joint covariance of all states, every sample",
+    "simplified": "bodies and each joint's drive independent of one another, every sample",
+    "realtime": f"the same, and blocks that hardly change wait for up to {LONGEST} samples",
+}
+INSIDE = 1.645  # [sd] to either side of nine tenths of a Gaussian
+
+
+@dataclass(frozen=True)
+class Mode:
+    """What a mode cost and found."""
+
+    mean: Mapping[str, float]
+    sd: Mapping[str, float]
+    rate_hz: float
+    p99_ms: float
+
+
+@dataclass(frozen=True)
+class Loss:
+    """A mode against full."""
+
+    faster: float  # [-] updates a second, over full's
+    rmse: float  # [-] error over full's; NaN where the truth is not known
+    apart: float  # [-] root mean square of the distance from full, in full's sd
+    coverage: float  # [-] share of 90 % intervals that hold the truth; NaN where it is not known
+
+
+def mode_of(filter: Filter[Any]) -> str:  # noqa: A002 - the domain's word
+    """Name of the mode that a filter is."""
+    return next((name for name, quick in QUICKER.items() if quick == filter), "full")
+
+
+def side_by_side(fit: Fit, full: Filter[Any], samples: Sequence[Sample]) -> dict[str, Mode]:
+    """All modes on one log; `full` is the filter of the first."""
+    period = float(np.median(np.diff([sample.t for sample in samples])))
+    filters: dict[str, Filter[Any]] = {"full": full, **QUICKER}
+    return {name: _run(Tracker(fit, each, period), samples) for name, each in filters.items()}
+
+
+def losses(
+    modes: Mapping[str, Mode], names: Sequence[str], truth: Mapping[str, float]
+) -> dict[str, Loss]:
+    """Every mode against full, over the quantities `names`, whose truth may not be known."""
+    full = modes["full"]
+    actual = np.array([truth.get(name, np.nan) for name in names])
+    size = np.where(actual == 0.0, 1.0, np.abs(actual))
+    best = (_of(full.mean, names) - actual) / size
+    found = {}
+    for name, mode in modes.items():
+        mean, sd = _of(mode.mean, names), _of(mode.sd, names)
+        error = (mean - actual) / size
+        found[name] = Loss(
+            mode.rate_hz / full.rate_hz,
+            float(np.sqrt(np.sum(error**2) / np.sum(best**2))),
+            float(np.sqrt(np.mean(((mean - _of(full.mean, names)) / _of(full.sd, names)) ** 2))),
+            float(np.mean(np.abs(error * size) < INSIDE * sd)) if truth else np.nan,
+        )
+    return found
+
+
+def _of(values: Mapping[str, float], names: Sequence[str]) -> Array:
+    return np.array([values[name] for name in names])
+
+
+def _run(tracker: Tracker[Any], samples: Sequence[Sample]) -> Mode:
+    """One mode, from the commissioned arm to the log's end."""
+    of, state, took = quantities(tracker.fit, tracker.currents), tracker.init(), []
+    for sample in samples:
+        begin = time.perf_counter()
+        state, _ = tracker.step(state, sample)
+        took.append(time.perf_counter() - begin)
+    mean, sd = of.of(tracker.filter.belief(state.belief))
+    means, sds = (dict(zip(of.names, x.tolist(), strict=True)) for x in (mean, sd))
+    return Mode(means, sds, len(took) / sum(took), 1e3 * float(np.quantile(took, 0.99)))

@@ -1,0 +1,43 @@
+"""Wild samples: the wilder, the less they teach.
+
+A residual r of sd sigma beyond GATE sigma is given the variance (r / GATE)²: it pulls as sigma² / r
+does, so that a torn sample moves nothing, and a payload that nobody has told of little, until it is
+known for one.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from urdyn.dbn.robot_slice import RobotSlice
+from urdyn.estimate import Innovation
+from urdyn.estimate.innovation import innovation, measured_rows, whitening
+from urdyn.types import Array
+
+GATE = 3.0  # [sd]
+
+
+def tempered(u: RobotSlice, residual: Array, variance: Array, unsure: Array) -> RobotSlice:
+    """The slice with more noise where a joint's current is wild.
+
+    Args:
+        residual: (J,) [A]; NaN where there is none.
+        variance: of its noise, (J,) [A²].
+        unsure: variance that is expected over that of the noise, (J,).
+    """
+    wild = np.fmax(residual**2 / (GATE**2 * variance * unsure), 1.0)
+    if (wild == 1.0).all():
+        return u
+    return replace(u, noise=np.sqrt(u.noise**2 + (wild - 1.0) * variance * unsure))
+
+
+def untempered(told: Innovation, added: Array, y: Array) -> Innovation:
+    """The innovation without the variance (J,) [A²] that was added for the sample's wildness."""
+    if not added.any() or not told.measured:
+        return told
+    rows = measured_rows(y)
+    residual, S = told.residual[rows], (told.cov - np.diag(added))[rows][:, rows]
+    W, log_det = whitening(S)
+    return innovation(y, rows, residual, S, W, log_det)
