@@ -16,18 +16,20 @@ from urdyn.cli.app import app
 
 ROOT = Path(__file__).parents[2]
 PAGES = sorted((ROOT / "docs").rglob("*.md"))
-BLOCK = re.compile(r"^```(sh|python)\n(.*?)^```", re.S | re.M)
+BLOCK = re.compile(r"^```(sh|python)(.*?)\n(.*?)^```", re.S | re.M)
+BESIDE = "in another terminal"
 INLINE = re.compile(r"`(urdyn [a-z][^`]*)`")
 RUN = ("tutorials/integrator.md", "howto/faults.md")  # the others take minutes
 
 
-def blocks(page: Path) -> list[tuple[str, str]]:
+def blocks(page: Path) -> list[tuple[str, str, str]]:
+    """Language, title and text of every block that can be run."""
     return BLOCK.findall(page.read_text(encoding="utf-8"))
 
 
 def commands(page: Path) -> list[list[str]]:
     """Every call of ours on a page, as words."""
-    lines = [line for kind, body in blocks(page) if kind == "sh" for line in body.splitlines()]
+    lines = [line for kind, _, body in blocks(page) if kind == "sh" for line in body.splitlines()]
     lines += INLINE.findall(page.read_text(encoding="utf-8"))
     words = [shlex.split(line.partition(">")[0].removesuffix("&")) for line in lines]
     return [w[w.index("urdyn") + 1 :] for w in words if "urdyn" in w]
@@ -79,10 +81,21 @@ def test_what_a_page_says_runs_in_an_empty_folder(page, tmp_path):
     ours.write_text(f'#!/bin/sh\nPYTHONPATH={ROOT} exec {sys.executable} -m urdyn "$@"\n')
     ours.chmod(0o755)
     path = {"PATH": f"{tools}:{os.environ['PATH']}", "PYTHONPATH": str(ROOT)}
-    for kind, body in blocks(ROOT / "docs" / page):
-        shell = ("bash", "-e", "-m", "-c") if kind == "sh" else (sys.executable, "-c")
-        done = subprocess.run(
-            (*shell, body), cwd=tmp_path, env=os.environ | path, capture_output=True, text=True,
-            check=False,
-        )  # fmt: skip
-        assert done.returncode == 0, f"{body}\n{done.stdout}\n{done.stderr}"
+    beside: list[subprocess.Popen[str]] = []
+    try:
+        for kind, title, body in blocks(ROOT / "docs" / page):
+            shell = ("bash", "-e", "-c") if kind == "sh" else (sys.executable, "-c")
+            process = subprocess.Popen(
+                (*shell, f"exec {body}" if BESIDE in title else body), cwd=tmp_path, text=True,
+                env=os.environ | path, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+            )  # fmt: skip
+            if BESIDE in title:
+                beside.append(process)
+                assert "Ctrl-C ends it" in process.stdout.readline()
+            else:
+                told, _ = process.communicate()
+                assert process.returncode == 0, f"{body}\n{told}"
+    finally:
+        for process in beside:
+            process.terminate()
+            process.communicate()

@@ -147,6 +147,27 @@ def test_what_cannot_be_read_is_named_with_the_reason(folders, tmp_path):
     assert "6 folders could not be read" in headline(fleet)
 
 
+@pytest.mark.parametrize("columns", [{"t": T}, {"t": T[:0]}, {"x": T}])
+def test_a_history_of_nothing_is_no_reason_to_fail(tmp_path, columns):
+    folder = robot(tmp_path / "a")
+    pq.write_table(pa.table(columns), folder / "history.parquet")
+    assert gather([folder], NOW, DAY).unread[0].reason
+
+
+def test_broken_metadata_is_told(tmp_path):
+    folder = robot(tmp_path / "a")
+    odd = table().replace_schema_metadata({"urdyn.provenance": "[1]"})
+    pq.write_table(odd, folder / "history.parquet")
+    assert "cannot be read" in gather([folder], NOW, DAY).unread[0].reason
+
+
+def test_times_without_end_are_not_numbers(tmp_path):
+    folder = robot(tmp_path / "a", findings=[finding("warning", np.inf)])
+    document = told(gather([folder], NOW, DAY))
+    assert json.dumps(document, allow_nan=False)
+    assert document["robots"][0]["findings"][0]["time_to_failure_s"]["hi"] is None
+
+
 def test_a_history_nobody_writes_to_is_stale(tmp_path):
     folders = [robot(tmp_path / "old", NOW - 2 * DAY), robot(tmp_path / "new", NOW - 0.5 * DAY)]
     fleet = gather(folders, NOW, DAY)
@@ -163,11 +184,11 @@ def test_a_run_that_is_not_over_is_read_from_its_parts(tmp_path):
         pq.write_table(rows, parts / f"part-{k:06d}.parquet")
         os.utime(parts / f"part-{k:06d}.parquet", (NOW, NOW))
     (found,) = gather([folder], NOW, DAY).robots
-    assert not found.run.finished and len(found.run.t) == 1500
+    assert not found.finished and found.span == pytest.approx(0.1 * 1499)
     assert "unfinished" in shown([folder])
     os.utime(folder / "history.parquet", (NOW + 1.0, NOW + 1.0))
     (found,) = gather([folder], NOW, DAY).robots
-    assert found.run.finished and len(found.run.t) == ROWS
+    assert found.finished and found.span == pytest.approx(0.1 * (ROWS - 1))
 
 
 def test_the_page_is_one_small_file_that_needs_nothing(folders):
@@ -175,6 +196,20 @@ def test_the_page_is_one_small_file_that_needs_nothing(folders):
     assert "<script" not in page and "<link" not in page
     assert not re.search(r"(src|@import|url\()\s*=?\s*[\"']?(https?:)?//", page)
     assert len(page.encode()) < 60e3 * len(folders)
+
+
+def test_a_peak_outlives_thinning(tmp_path):
+    whole = table()
+    y = whole["elbow_joint.health"].to_numpy().copy()
+    y[777] = 0.5
+    at = whole.schema.get_field_index("elbow_joint.health")
+    folder = robot(tmp_path / "a")
+    pq.write_table(
+        whole.set_column(at, "elbow_joint.health", pa.array(y)), folder / "history.parquet"
+    )
+    (found,) = gather([folder], NOW, DAY).robots
+    thin = found.series["health"][1]
+    assert len(thin.mean) <= 162 and thin.mean.min() == 0.5
 
 
 def test_hostile_names_and_findings_are_text(tmp_path):

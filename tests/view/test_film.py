@@ -6,6 +6,7 @@ import json
 from dataclasses import replace
 
 import numpy as np
+import pyarrow.parquet as pq
 import pytest
 
 from urdyn.errors import LogError
@@ -113,12 +114,22 @@ def test_a_live_robot_is_watched_and_moves_as_it_was_recorded(tracked_run, contr
     assert near.max() < 1e-6
 
 
-def test_a_run_beside_gives_the_colours_of_what_it_has_written(tracked_run, controller, shown):
+def test_a_run_beside_gives_the_colours_of_what_it_has_written(
+    tracked_run, controller, shown, tmp_path
+):
+    """Of its parts: the first says what was commissioned, the last what is now."""
+    parts = tmp_path / "history.parts"
+    parts.mkdir()
+    whole = pq.read_table(tracked_run.out / "history.parquet")
+    thirds = (whole[:50], whole[50:100], whole[100:])
+    for k, rows in enumerate(thirds):
+        pq.write_table(rows, parts / f"part-{k:06d}.parquet")
     source = open_source(controller, duration=0.5)
-    moments = list(followed(tracked_run.out, source, None))
+    moments = list(followed(tmp_path, source))
     source.close()
     for moment in moments:
-        np.testing.assert_array_equal(moment.friction, shown.friction[-1])
+        np.testing.assert_allclose(moment.friction, shown.friction[-1])
+        assert np.isnan(moment.torque).all()  # it is of another moment
     assert not np.array_equal(moments[0].q, moments[-1].q)
 
 

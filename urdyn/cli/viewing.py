@@ -92,11 +92,11 @@ def _folder(folder: Path, run: Run, asked: Asked) -> Found:
         raise TwinError(f"{asked.twin}: is not the twin that {folder} was tracked with")
     if len(run.joints) != arm.joints:
         raise InputError(f"{folder}: has {len(run.joints)} joints, {arm.name} has {arm.joints}")
-    gain = fit.dynamics.drive.gain if fit else None
     if not run.finished and (robot := address(folder)):
         source = open_source(ROBOT + robot)
-        return Found(arm, moments=followed(folder, source, gain), close=source.close)
+        return Found(arm, moments=followed(folder, source), close=source.close)
     path = _log(folder, run, asked)
+    gain = fit.dynamics.drive.gain if fit else None
     return Found(arm, film=replay(run, asked.read(path), gain))
 
 

@@ -96,12 +96,18 @@ def _finding(entry: Mapping[str, Any], joints: int) -> Finding:
 def told(finding: Finding) -> dict[str, Any]:
     """A finding in plain numbers, under the names of the file."""
     left = finding.left
+    times = left and dict(zip(LEFT, map(_plain, left), strict=True))
     return {
         "kind": finding.kind,
         "joint": finding.joint,
-        "onset_s": finding.onset,
+        "onset_s": _plain(finding.onset),
         "severity": finding.severity,
-        "confidence": finding.confidence,
+        "confidence": _plain(finding.confidence),
         "acknowledged": finding.acknowledged,
-        "time_to_failure_s": left and dict(zip(LEFT, left, strict=True)),
+        "time_to_failure_s": times,
     }
+
+
+def _plain(value: float) -> float | None:
+    """A number that JSON has."""
+    return value if np.isfinite(value) else None

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
-from functools import cached_property
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -14,35 +13,39 @@ from urdyn.errors import UrdynError
 from urdyn.report.findings import Finding, read_findings
 from urdyn.report.findings import told as as_told
 from urdyn.report.fleet_run import Run, find_run
+from urdyn.report.traces import downsample
 from urdyn.report.track_change import Change, compare_track
-from urdyn.report.track_history import Series
+from urdyn.report.track_history import Clock, Series, clock
 from urdyn.report.track_surprise import MISSES
 
 SHOWN = ("coulomb", "health")  # of every joint
 STATES = ("critical", "warning", "found", "changed", "surprised", "steady")  # most urgent first
 PAGE = "report.html"
+POINTS = 160  # of a line that is as long as a word
 
 
 @dataclass(frozen=True)
 class Robot:
-    """One track folder that can be read."""
+    """What one track folder says."""
 
     name: str
     folder: Path
-    run: Run
+    joints: tuple[str, ...]  # base first
+    start: float  # [s] first stamp
+    span: float  # [s] of data
+    surprise: float  # [-] squared innovation a current, 1 expected; NaN: none was compared
+    source: str  # that was tracked; "" where nobody has said so yet
+    finished: bool
     findings: tuple[Finding, ...] | None  # None: nobody has diagnosed it
     age: float  # [s] since something was written
     stale: bool
+    series: Mapping[str, tuple[Series, ...]]  # of SHOWN, thinned: a fleet's days fill a memory
+    changes: Mapping[str, tuple[Change, ...]]  # now beside commissioned
 
-    @cached_property
-    def series(self) -> dict[str, list[Series]]:
-        """Friction and health of every joint."""
-        return {what: [self.run.series(j, what) for j in self.run.joints] for what in SHOWN}
-
-    @cached_property
-    def changes(self) -> dict[str, list[Change]]:
-        """The same, now beside commissioned."""
-        return {what: list(map(compare_track, told)) for what, told in self.series.items()}
+    @property
+    def clock(self) -> Clock:
+        """How to tell its time."""
+        return clock(self.span)
 
     @property
     def moved(self) -> list[Change]:
@@ -64,7 +67,7 @@ class Robot:
             return worst.severity if grave else "found"
         if self.moved:
             return "changed"
-        return "surprised" if self.run.surprise > MISSES else "steady"
+        return "surprised" if self.surprise > MISSES else "steady"
 
     @property
     def urgency(self) -> tuple[float, ...]:
@@ -72,7 +75,7 @@ class Robot:
         found = self.findings[0].rank if self.findings else (0.0, -np.inf, 0.0)
         most = abs(self.moved[0].z) if self.moved else 0.0
         state = -float(STATES.index(self.state))
-        return state, *found, -self.health, most, float(np.nan_to_num(self.run.surprise))
+        return state, *found, -self.health, most, float(np.nan_to_num(self.surprise))
 
     @property
     def page(self) -> Path | None:
@@ -129,10 +132,30 @@ def names(folders: Sequence[Path]) -> list[str]:
 def _robot(folder: Path, name: str, now: float, stale: float) -> Robot:
     run = find_run(folder)
     age = max(0.0, now - run.written)
-    findings = read_findings(folder, len(run.joints))
-    robot = Robot(name, folder, run, findings, age, age > stale)
-    assert robot.urgency  # all that is shown can be read
-    return robot
+    pairs = {what: [_judged(run, joint, what) for joint in run.joints] for what in SHOWN}
+    return Robot(
+        name,
+        folder,
+        run.joints,
+        run.start,
+        float(run.t[-1]),
+        run.surprise,
+        run.source,
+        run.finished,
+        read_findings(folder, len(run.joints)),
+        age,
+        age > stale,
+        {what: tuple(series for series, _ in told) for what, told in pairs.items()},
+        {what: tuple(change for _, change in told) for what, told in pairs.items()},
+    )
+
+
+def _judged(run: Run, joint: str, quantity: str) -> tuple[Series, Change]:
+    """A quantity of a joint, thinned, and what the whole of it says."""
+    whole = run.series(joint, quantity)
+    at = np.union1d(downsample(whole.mean, POINTS), [0, len(whole.mean) - 1])
+    thin = replace(whole, t=whole.t[at], mean=whole.mean[at], sd=whole.sd[at])
+    return thin, compare_track(whole)
 
 
 def told(fleet: Fleet) -> dict[str, Any]:
@@ -144,18 +167,18 @@ def told(fleet: Fleet) -> dict[str, Any]:
 
 
 def _told(robot: Robot) -> dict[str, Any]:
-    surprise = robot.run.surprise
+    surprise = robot.surprise
     friction, health = robot.changes["coulomb"], robot.changes["health"]
     return {
         "name": robot.name,
         "folder": str(robot.folder),
         "report": str(robot.page) if robot.page else None,
-        "source": robot.run.source or None,
+        "source": robot.source or None,
         "state": robot.state,
-        "finished": robot.run.finished,
+        "finished": robot.finished,
         "stale": robot.stale,
         "age_s": robot.age,
-        "data_s": float(robot.run.t[-1]),
+        "data_s": robot.span,
         "surprise": surprise if np.isfinite(surprise) else None,
         "findings": None if robot.findings is None else [as_told(f) for f in robot.findings],
         "joints": [

@@ -79,7 +79,7 @@ def _lead(scales: dict[str, Scale]) -> str:
 
 def _row(robot: Robot, scales: dict[str, Scale], out: Path) -> Html:
     head = tag("h2", _link(robot, out), *(_badge(state) for state in _states(robot)))
-    joints = zip(robot.run.joints, *(robot.series[what] for what in SHOWN), strict=True)
+    joints = zip(robot.joints, *(robot.series[what] for what in SHOWN), strict=True)
     grid = tag(
         "div",
         *(
@@ -94,30 +94,27 @@ def _row(robot: Robot, scales: dict[str, Scale], out: Path) -> Html:
 
 def sentence(robot: Robot) -> str:
     """What is found on a robot, or that nothing is."""
-    run = robot.run
-    start = float(run.column("t")[0])
     if robot.findings:
-        told = [f.sentence(run.joints, start, run.clock) for f in robot.findings[:MOST]]
+        told = [f.sentence(robot.joints, robot.start, robot.clock) for f in robot.findings[:MOST]]
         rest = len(robot.findings) - MOST
         more = f"; and {rest} more" if rest > 0 else ""
         said = ". ".join(s[0].upper() + s[1:] for s in told)
         return f"{said}{more}."
     if not robot.moved:
         return "Friction and health of every joint are as commissioned."
-    return verdict(robot.moved, run.clock)
+    return verdict(robot.moved, robot.clock)
 
 
 def _facts(robot: Robot) -> Html:
-    run = robot.run
-    surprise = number(run.surprise) if np.isfinite(run.surprise) else "not compared"
+    surprise = number(robot.surprise) if np.isfinite(robot.surprise) else "not compared"
     age = clock(robot.age)
     facts = [
-        f"{run.clock(float(run.t[-1]))} of data",
+        f"{robot.clock(robot.span)} of data",
         f"surprise {surprise}",
         f"written {age(robot.age)} ago",
-        *([] if run.finished else ["unfinished: it runs, or was killed"]),
+        *([] if robot.finished else ["unfinished: it runs, or was killed"]),
         *([] if robot.findings is not None else ["not diagnosed"]),
-        *([run.source] if run.source else []),
+        *([robot.source] if robot.source else []),
     ]
     return paragraph(tied(" · ".join(facts)), "note")
 

@@ -12,7 +12,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from urdyn.errors import LogError
-from urdyn.report.track_history import PREFIX, SD, Clock, Series, clock
+from urdyn.report.track_history import PREFIX, SD, Series
 from urdyn.types import Array
 
 FILE, PARTS = "history.parquet", "history.parts"
@@ -35,16 +35,19 @@ class Run:
         return np.asarray(t - t[0])
 
     @property
-    def clock(self) -> Clock:
-        """How to tell its time."""
-        return clock(float(self.t[-1]))
+    def start(self) -> float:
+        """The first stamp [s]."""
+        return float(self.column("t")[0])
 
     @cached_property
     def joints(self) -> tuple[str, ...]:
         """Base first."""
         end = ".coulomb"
         names = (name for name in self._schema.names if f"{name}{SD}" in self._schema.names)
-        return tuple(name.removesuffix(end) for name in names if name.endswith(end))
+        joints = tuple(name.removesuffix(end) for name in names if name.endswith(end))
+        if not joints:
+            raise LogError("its history knows of no joint; track with this version")
+        return joints
 
     def series(self, joint: str, quantity: str) -> Series:
         """A quantity of a joint on the rows where it is known."""
@@ -66,7 +69,10 @@ class Run:
     def provenance(self) -> dict[str, str]:
         """What it was made of; nothing where the run has not said so yet."""
         told = (self._schema.metadata or {}).get(f"{PREFIX}provenance".encode(), b"{}")
-        return {str(key): str(value) for key, value in json.loads(told).items()}
+        try:
+            return {str(key): str(value) for key, value in json.loads(told).items()}
+        except (ValueError, AttributeError) as error:
+            raise _broken(error) from error
 
     @property
     def source(self) -> str:

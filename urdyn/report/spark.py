@@ -7,11 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from urdyn.report.markup import Html, text
-from urdyn.report.traces import downsample
 from urdyn.types import Array
 
 WIDTH, HEIGHT = 100.0, 30.0  # of the drawing's own coordinates
-POINTS = 160  # a line
 
 
 @dataclass(frozen=True)
@@ -27,13 +25,11 @@ class Spark:
 
     def draw(self, words: str, moved: bool) -> Html:
         """As SVG; `words` say to those who do not see it what it shows."""
-        at = downsample(self.y, POINTS)
-        x = WIDTH * self.t[at] / max(float(self.t[-1]), 1e-9)
-        edges = (self._up(self.y[at] + sign * self.half[at]) for sign in (1.0, -1.0))
-        upper, lower = edges
+        x = WIDTH * self.t / max(float(self.t[-1]), 1e-9)
+        upper, lower = (self._up(self.y + sign * self.half) for sign in (1.0, -1.0))
         band = _points(np.append(x, x[::-1]), np.append(upper, lower[::-1]))
         base = float(self._up(np.array([self.base]))[0])
-        line, end = _points(x, self._up(self.y[at])), _points(x[-1:], self._up(self.y[-1:]))
+        line, end = _points(x, self._up(self.y)), _points(x[-1:], self._up(self.y[-1:]))
         return Html(
             f'<svg class="spark{" moved" if moved else ""}" role="img" aria-label="{text(words)}" '
             f'viewBox="0 0 {WIDTH:g} {HEIGHT:g}" preserveAspectRatio="none">'

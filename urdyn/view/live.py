@@ -57,12 +57,15 @@ def tracked(tracker: Tracker[S], source: Source) -> Iterator[Moment]:
         yield Moment(t - began, q, zero, share(friction, first[0]), share(health, first[1]), torque)
 
 
-def followed(folder: Path, source: Source, gain: Array | None) -> Iterator[Moment]:
-    """How a robot moves, and what `urdyn track` beside it has written of it so far."""
+def followed(folder: Path, source: Source) -> Iterator[Moment]:
+    """How a robot moves, and what `urdyn track` beside it has written of it so far.
+
+    Residual torque is not known: what is written is seconds old.
+    """
     looked, newest = -np.inf, None
     for moment in watched(source):
         if time.monotonic() - looked > PAUSE:
-            looked, newest = time.monotonic(), _newest(folder, gain) or newest
+            looked, newest = time.monotonic(), _newest(folder) or newest
         yield replace(newest, t=moment.t, q=moment.q) if newest else moment
 
 
@@ -92,10 +95,12 @@ def _told(tracker: Tracker[S]) -> Callable[[Gaussian], tuple[Array, Array, Array
     return told
 
 
-def _newest(folder: Path, gain: Array | None) -> Moment | None:
+def _newest(folder: Path) -> Moment | None:
     """The last row that has been written; None while there is none that can be read."""
     try:
-        film = beliefs(find_run(folder), gain)
+        run = find_run(folder)
+        ends = tuple(dict.fromkeys((run.files[0], run.files[-1])))  # a day has thousands between
+        film = beliefs(replace(run, files=ends), None)
     except UrdynError:
         return None
     return film.moment(len(film) - 1)

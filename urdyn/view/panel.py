@@ -69,7 +69,7 @@ def make_panel(
         end: of the film [s]; 0: it is live, and nobody can turn back.
         ghost: whether the nominal arm is shown at first.
     """
-    gui.add_markdown(f"**{escape(title)}**")
+    gui.add_html(f'<div style="padding:0 12px"><b>{escape(title)}</b></div>')
     controls: dict[str, Any] = {}
     if end:
         controls["time"] = gui.add_slider("time [s]", 0.0, end, min(0.01, end), 0.0)
