@@ -31,8 +31,11 @@ class UnsafeMotionError(InputError):
     """A motion cannot be proven safe: carries what is short, when, and how much of it there is."""
 
     def __init__(self, what: str, kind: str, when: float) -> None:
-        super().__init__(f"not proven safe: {what} at {when:.3f} s")
+        super().__init__(what, kind, when)  # as they are: it comes from other processes, too
         self.what, self.kind, self.when = what, kind, when
+
+    def __str__(self) -> str:
+        return f"not proven safe: {self.what} at {self.when:.3f} s"
 
 
 class Path(Protocol):
