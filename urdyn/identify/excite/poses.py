@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from urdyn.errors import InputError
+from urdyn.errors import InputError, UnsafeMotionError
 from urdyn.identify.excite.columns import columns
 from urdyn.identify.excite.criterion import judge
-from urdyn.identify.excite.proof import Proof, Safe, UnsafeMotionError, prove
+from urdyn.identify.excite.proof import Proof, Safe, prove
 from urdyn.identify.excite.question import Question
 from urdyn.model.arm import Arm
 from urdyn.simulate.limits import Limits

@@ -7,8 +7,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from urdyn.errors import UnsafeMotionError
 from urdyn.identify.excite.climb import Climb, State, begin, climb_from, step, with_slack
-from urdyn.identify.excite.proof import Proof, Safe, UnsafeMotionError, prove
+from urdyn.identify.excite.proof import Proof, Safe, prove
 from urdyn.identify.excite.question import Question
 from urdyn.model.arm import Arm, with_inertials
 from urdyn.model.cell import Cell
