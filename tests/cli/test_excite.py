@@ -13,6 +13,7 @@ import urdyn as ud
 from urdyn.cli.app import app
 from urdyn.cli.cell import cell_of, document_of
 from urdyn.errors import InputError
+from urdyn.io import dump_toml
 
 FILES = {
     "excitation.csv",
@@ -166,7 +167,7 @@ def test_options_that_make_no_sense_are_told(tmp_path, monkeypatch, options, sta
     quick = ("--harmonics", 2, "--restarts", 1, "--processes", 1, "--rate", 50)
     told = run("excite", *quick, *options)
     assert told.exit_code == status, told.output
-    assert any(word in told.output for word in words.split("|"))
+    assert words in told.output
     assert not (tmp_path / "o").exists()
 
 
@@ -206,7 +207,7 @@ def test_a_probe_moves_its_joint_and_no_other(tmp_path):
 
 def test_a_cell_is_what_its_document_says():
     cell = cell_of(tomllib.loads(CELL))
-    again = cell_of(document_of(cell))
+    again = cell_of(tomllib.loads(dump_toml(document_of(cell))))
     assert [w.name for w in again.walls] == ["floor", "back wall"]
     np.testing.assert_array_equal(again.solids[0].xyz, cell.solids[0].xyz)
     with pytest.raises(InputError, match=r"\[\[box\]\]"):
