@@ -5,7 +5,8 @@ UrdynError                  everything that is the caller's to mend; the command
 │   ├── LogError            a recording: carries path, line, column
 │   ├── ArmError            a robot description
 │   ├── TwinError           a twin.toml
-│   └── CampaignError       a campaign.toml
+│   ├── CampaignError       a campaign.toml
+│   └── UnsafeMotionError   a motion that cannot be proven safe: carries what, kind, when
 ├── IdentifiabilityError    the data do not determine what was asked: carries rank, needed, joint
 ├── RtdeError               no sense can be made of a controller, or of a client: carries address
 └── MissingExtraError       an optional dependency is not installed: carries extra
@@ -48,6 +49,17 @@ class TwinError(InputError):
 
 class CampaignError(InputError):
     """A campaign.toml cannot be used."""
+
+
+class UnsafeMotionError(InputError):
+    """A motion cannot be proven safe: carries what is short, when, and how much of it there is."""
+
+    def __init__(self, what: str, kind: str, when: float) -> None:
+        super().__init__(what, kind, when)  # as they are: it comes from other processes, too
+        self.what, self.kind, self.when = what, kind, when
+
+    def __str__(self) -> str:
+        return f"not proven safe: {self.what} at {self.when:.3f} s"
 
 
 class IdentifiabilityError(UrdynError):

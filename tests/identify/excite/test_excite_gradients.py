@@ -23,7 +23,8 @@ H = 1e-5  # of differences from both sides: they err by the third derivative tim
 @pytest.fixture(scope="module")
 def climb(ur10e):
     safe = Safe(comfortable(ur10e), collider(ur10e), 0.02)
-    return with_slack(climb_from(question(ur10e), safe, "D", 1e3, 4, 6.0), 0.02)
+    torque = 0.2 * safe.limits.torque
+    return with_slack(climb_from(question(ur10e), safe, "D", 1e3, 4, 6.0), 0.02, torque)
 
 
 @pytest.fixture(scope="module")
@@ -69,7 +70,7 @@ def test_the_lagrangians_gradient_is_its_derivative(climb, series, seed):
     x = climb.coarse.vector(low)
     mu = tuple(0.1 + m for m in begin(climb, x).mu)
     broken = [b.max() > 0.0 for b in climb.bounds(x)]
-    assert broken[0] and broken[2]
+    assert all(broken)
     d = np.random.default_rng(seed).standard_normal(x.shape)
     up, down = (climb.lagrangian(x + sign * H * d, mu, 7.0)[0] for sign in (1.0, -1.0))
     slope = climb.lagrangian(x, mu, 7.0)[1] @ d

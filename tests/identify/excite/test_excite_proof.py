@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from witness import RATE, watch
 
-from urdyn.errors import InputError
-from urdyn.identify.excite import Safe, UnsafeMotionError, prove
+from urdyn.errors import InputError, UnsafeMotionError
+from urdyn.identify.excite import Safe, prove
 from urdyn.identify.excite.restart import fitted
 from urdyn.model.arm import load_arm
 from urdyn.model.cell import Cell, Solid, floor

@@ -2,7 +2,7 @@
 
 from urdyn.identify.excite.excitation import KINDS, Ask, Excitation, excite, repeated
 from urdyn.identify.excite.expected import Expected, expected
-from urdyn.identify.excite.proof import Path, Proof, Safe, UnsafeMotionError, prove
+from urdyn.identify.excite.proof import Path, Proof, Safe, prove
 from urdyn.identify.excite.question import Question, question
 
 __all__ = [
@@ -14,7 +14,6 @@ __all__ = [
     "Proof",
     "Question",
     "Safe",
-    "UnsafeMotionError",
     "excite",
     "expected",
     "prove",

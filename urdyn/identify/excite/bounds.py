@@ -11,6 +11,7 @@ from collections.abc import Callable
 import numpy as np
 
 from urdyn.identify.excite.columns import Columns
+from urdyn.model.arm import Arm
 from urdyn.model.collision import Collider
 from urdyn.simulate.limits import Limits
 from urdyn.types import Array
@@ -39,6 +40,18 @@ def torques(limits: Limits, columns: Columns) -> tuple[Array, Callable[[Array], 
     return np.array(
         [share, -share]
     ) - 1.0, lambda weights: (weights[0] - weights[1]) / limits.torque
+
+
+def holding(arm: Arm, limits: Limits, q: Array) -> tuple[Array, Callable[[Array], Array]]:
+    """Torque of holding still from either side, (2, N, J); slope in angles, (N, J)."""
+    still = np.zeros_like(q)
+    share = arm.torque(q, still, still) / limits.torque
+    slope = arm.torque_derivatives(q, still, still)[0] / limits.torque[:, None]
+
+    def slopes(weights: Array) -> Array:
+        return np.asarray(np.einsum("nk,nkj->nj", weights[0] - weights[1], slope))
+
+    return np.array([share, -share]) - 1.0, slopes
 
 
 def clearances(

@@ -12,7 +12,7 @@ import numpy as np
 from scipy.optimize import minimize
 
 from urdyn.identify.excite.basis import Basis, basis
-from urdyn.identify.excite.bounds import clearances, kinematic, torques
+from urdyn.identify.excite.bounds import clearances, holding, kinematic, torques
 from urdyn.identify.excite.columns import columns
 from urdyn.identify.excite.criterion import judge
 from urdyn.identify.excite.proof import Safe
@@ -26,7 +26,7 @@ STIFF, STIFFER = 10.0, 2.0  # rho of the first round, and times that of the roun
 STEPS, MEMORY = 35, 20  # of L-BFGS in a round, and those that it remembers
 POSES = 512  # at random, that tell how far apart things can be
 
-Multipliers = tuple[Array, Array, Array]
+Multipliers = tuple[Array, Array, Array, Array]
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,12 +49,13 @@ class Climb:
         )[0]
 
     def bounds(self, x: Array) -> Multipliers:
-        """Values of all bounds: kinematics, torque, distance."""
+        """Values of all bounds: kinematics, torque, torque of holding still, distance."""
         motion = self.coarse.motion(x)
         found, safe = columns(self.question.point, *motion), self.safe
         return (
             kinematic(safe.limits, self.fine.motion(x))[0],
             torques(safe.limits, found)[0],
+            holding(safe.collider.arm, safe.limits, motion[0])[0],
             clearances(safe.collider, motion[0], self.apart)[0],
         )
 
@@ -65,11 +66,12 @@ class Climb:
         value, S = judge(self.criterion, asked.information(found, self.rows), asked.asked)
         held, to_motion = kinematic(safe.limits, self.fine.motion(x))
         strained, to_load = torques(safe.limits, found)
+        hung, to_pose = holding(safe.collider.arm, safe.limits, motion[0])
         near, to_angles = clearances(safe.collider, motion[0], self.apart)
-        pushed = push(mu, (held, strained, near), rho)
+        pushed = push(mu, (held, strained, hung, near), rho)
         cost = sum(_square(p) for p in pushed) - sum(_square(m) for m in mu)
         dq, dv, da = found.slopes(-asked.slope(found, self.rows, S), to_load(pushed[1]))
-        gradient = self.coarse.gradient(dq + to_angles(pushed[2]), dv, da)
+        gradient = self.coarse.gradient(dq + to_pose(pushed[2]) + to_angles(pushed[3]), dv, da)
         gradient += self.fine.gradient(*to_motion(pushed[0]))
         return -value + cost / (2.0 * rho), gradient
 
@@ -80,8 +82,10 @@ def _square(x: Array) -> float:
 
 def push(mu: Multipliers, bounds: Multipliers, rho: float) -> Multipliers:
     """max(0, mu + rho b)."""
-    held, strained, near = (np.maximum(0.0, m + rho * b) for m, b in zip(mu, bounds, strict=True))
-    return held, strained, near
+    held, strained, hung, near = (
+        np.maximum(0.0, m + rho * b) for m, b in zip(mu, bounds, strict=True)
+    )
+    return held, strained, hung, near
 
 
 def climb_from(
@@ -103,9 +107,14 @@ def climb_from(
     return Climb(question, replace(safe, limits=tighter), criterion, rows, coarse, fine, apart)
 
 
-def with_slack(climb: Climb, slack: float) -> Climb:
-    """The same with `slack` [m] to the margin, but no more than half of what each pair has."""
+def with_slack(climb: Climb, slack: float, torque: Array) -> Climb:
+    """The same with `slack` [m] to the margin, but no more than half of what each pair has.
+
+    Args:
+        torque: that is allowed at the moments that are looked at, (J,) [N·m].
+    """
     safe, arm = climb.safe, climb.question.point.arm
+    climb = replace(climb, safe=replace(safe, limits=replace(safe.limits, torque=torque)))
     q = np.random.default_rng(0).uniform(safe.limits.lower, safe.limits.upper, (POSES, arm.joints))
     most = safe.collider.distances(q).max(axis=0) - safe.margin
     return replace(climb, apart=safe.margin + np.minimum(slack, np.maximum(most, 0.0) / 2.0))
@@ -122,8 +131,8 @@ class State:
 
 def begin(climb: Climb, x: Array) -> State:
     """At x, and no bound has been met yet."""
-    held, strained, near = (np.zeros_like(b) for b in climb.bounds(x))
-    return State(x, (held, strained, near))
+    held, strained, hung, near = (np.zeros_like(b) for b in climb.bounds(x))
+    return State(x, (held, strained, hung, near))
 
 
 def step(climb: Climb, state: State) -> State:

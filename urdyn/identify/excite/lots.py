@@ -12,7 +12,7 @@ from typing import Any
 
 from threadpoolctl import threadpool_limits
 
-from urdyn.identify.excite.proof import UnsafeMotionError
+from urdyn.errors import UnsafeMotionError
 from urdyn.identify.excite.restart import Found, Task, restart
 
 PROCESSES = 2

@@ -2,22 +2,43 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from dataclasses import dataclass
+
 import numpy as np
 
-from urdyn.errors import InputError
+from urdyn.errors import InputError, UnsafeMotionError
 from urdyn.identify.excite.columns import columns
 from urdyn.identify.excite.criterion import judge
-from urdyn.identify.excite.proof import Proof, Safe, UnsafeMotionError, prove
+from urdyn.identify.excite.proof import Proof, Safe, prove
 from urdyn.identify.excite.question import Question
 from urdyn.model.arm import Arm
 from urdyn.simulate.limits import Limits
 from urdyn.simulate.moves import PEAK_ACCELERATION, PEAK_VELOCITY, Move, Moves
 from urdyn.types import Array
 
-CANDIDATES = 200  # poses at random
+CANDIDATES = 100  # poses at random
 PACE = 0.3  # [-] of the limits of velocity and acceleration, at which the arm moves between poses
 STILL = 1.0  # [s] before each move, and after the last
 NEAR = 0.2  # [-] of the velocity limit at which a pose is passed: standing still, friction hides
+
+
+@dataclass(frozen=True, eq=False)
+class Choice:
+    """Poses to choose from, and what each would tell."""
+
+    arm: Arm  # with what it carries
+    question: Question
+    safe: Safe
+    criterion: str
+    poses: Array  # (N, J) [rad], free
+    told: tuple[Array, ...]  # N of (P, P): information of a pose
+
+    def best(self, known: Array) -> list[int]:
+        """The poses, first those that add most to what is known."""
+        asked = self.question.asked
+        gain = [judge(self.criterion, known + one, asked)[0] for one in self.told]
+        return [int(k) for k in np.argsort(gain)[::-1]]
 
 
 def poses(
@@ -37,21 +58,29 @@ def poses(
     limits = safe.limits
     some = limits.middle + limits.room * rng.uniform(-0.99, 0.99, (CANDIDATES, arm.joints))
     some = some[(safe.collider.distances(some) >= safe.margin).all(axis=1)]
-    told = [_told(question, pose, limits, rate) for pose in some]
-    M, here, at, moves = question.known, -1, STILL, list[Move]()
-    while True:
-        found = _next(arm, question, safe, criterion, M, some, told, here, at, duration)
-        if found is None:
-            break
-        here, move = found
-        M = M + told[here]
-        if move is not None:
-            moves.append(move)
-            at = move.end + STILL
+    told = tuple(_told(question, pose, limits, rate) for pose in some)
+    choice = Choice(arm, question, safe, criterion, some, told)
+    moves = tuple(_tour(choice, duration)) if told else ()
     if not moves:
         raise InputError(f"no way between two poses in {duration:g} s; ask for more")
-    path = Moves(tuple(moves), duration)
+    path = Moves(moves, duration)
     return path, prove(arm, path, safe)
+
+
+def _tour(choice: Choice, duration: float) -> Iterator[Move]:
+    """Moves to the pose that adds most, and from there to the next, until time is up."""
+    known, at = choice.question.known, STILL
+    here = choice.best(known)[0]
+    while True:
+        known = known + choice.told[here]
+        for there in choice.best(known):
+            move = _slowly(choice.safe.limits, at, choice.poses[here], choice.poses[there])
+            if there != here and move.end + STILL <= duration and _is_safe(choice, move):
+                break
+        else:
+            return
+        yield move
+        here, at = there, move.end + STILL
 
 
 def _told(question: Question, pose: Array, limits: Limits, rate: float) -> Array:
@@ -59,31 +88,6 @@ def _told(question: Question, pose: Array, limits: Limits, rate: float) -> Array
     v = NEAR * limits.velocity * np.array([[1.0], [-1.0]])
     found = columns(question.point, np.array([pose, pose]), v, 0.0 * v)
     return question.information(found, STILL * rate) - question.known
-
-
-def _next(
-    arm: Arm,
-    question: Question,
-    safe: Safe,
-    criterion: str,
-    M: Array,
-    some: Array,
-    told: list[Array],
-    here: int,
-    at: float,
-    duration: float,
-) -> tuple[int, Move | None] | None:
-    """The pose that adds most, and the move to it; None where time is up."""
-    gain = [judge(criterion, M + one, question.asked)[0] for one in told]
-    for k in np.argsort(gain)[::-1].tolist():
-        if here < 0:
-            return k, None
-        if k == here:
-            continue
-        move = _slowly(safe.limits, at, some[here], some[k])
-        if move.end + STILL <= duration and _is_safe(arm, safe, move):
-            return k, move
-    return None
 
 
 def _slowly(limits: Limits, at: float, start: Array, goal: Array) -> Move:
@@ -95,9 +99,10 @@ def _slowly(limits: Limits, at: float, start: Array, goal: Array) -> Move:
     return Move(at, lasting, start, goal)
 
 
-def _is_safe(arm: Arm, safe: Safe, move: Move) -> bool:
+def _is_safe(choice: Choice, move: Move) -> bool:
+    alone = Moves((Move(0.0, move.duration, move.start, move.goal),), move.duration)
     try:
-        prove(arm, Moves((Move(0.0, move.duration, move.start, move.goal),), move.duration), safe)
+        prove(choice.arm, alone, choice.safe)
     except UnsafeMotionError:
         return False
     return True

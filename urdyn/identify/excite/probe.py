@@ -12,8 +12,8 @@ from itertools import cycle
 
 import numpy as np
 
-from urdyn.errors import InputError
-from urdyn.identify.excite.proof import Proof, Safe, UnsafeMotionError, prove
+from urdyn.errors import InputError, UnsafeMotionError
+from urdyn.identify.excite.proof import Proof, Safe, prove
 from urdyn.model.arm import Arm
 from urdyn.simulate.limits import Limits
 from urdyn.simulate.moves import PEAK_ACCELERATION, PEAK_VELOCITY, Move, Moves

@@ -13,7 +13,7 @@ from typing import Protocol
 
 import numpy as np
 
-from urdyn.errors import InputError
+from urdyn.errors import UnsafeMotionError
 from urdyn.model.arm import Arm
 from urdyn.model.collision import Collider
 from urdyn.model.torque_rate import torque_rate
@@ -25,14 +25,6 @@ FINEST = 1e-6  # [s] below which nothing is proven any more
 BLOCK = 4096  # intervals at a time
 
 Motion = tuple[Array, Array, Array]
-
-
-class UnsafeMotionError(InputError):
-    """A motion cannot be proven safe: carries what is short, when, and how much of it there is."""
-
-    def __init__(self, what: str, kind: str, when: float) -> None:
-        super().__init__(f"not proven safe: {what} at {when:.3f} s")
-        self.what, self.kind, self.when = what, kind, when
 
 
 class Path(Protocol):

@@ -21,6 +21,7 @@ from urdyn.identify.map_estimate import coefficients
 from urdyn.identify.noise import GAUSSIAN, Noise
 from urdyn.identify.unknowns import PayloadPrior, Unknowns
 from urdyn.model.arm import Arm
+from urdyn.model.consistency import inertials
 from urdyn.model.drive import LINEAR
 from urdyn.model.dynamics import Dynamics
 from urdyn.model.population import population
@@ -63,6 +64,7 @@ def question(
     payload: Payload | None = None,
     twin: Fit | None = None,
     interest: Sequence[str] = (),
+    about: Dynamics | None = None,
 ) -> Question:
     """What a run of `arm`, carrying `payload`, can be asked.
 
@@ -70,13 +72,14 @@ def question(
         payload: whose mass is known; one that is of interest is unknown altogether.
         twin: what is known already, and at which noise; None: what is known of such arms.
         interest: names of what is to be learned; none: all that motion tells.
+        about: what the arm is taken to be; None: as the twin says, or typical of its type.
     """
     sought = any("payload" in phrase for phrase in interest)
     loads = (PayloadPrior(None if sought else payload.mass),) if payload else ()
     if sought and not payload:
         loads = (PayloadPrior(),)
     unknowns = _unknowns(arm, twin, loads)
-    bare = population(arm).typical() if twin is None else twin.dynamics
+    bare = about or (population(arm).typical() if twin is None else twin.dynamics)
     carried = _carried(payload, loads)
     point = replace(bare, payload=sum(carried, np.zeros(10)))
     noise = _typical_noise(arm) if twin is None else twin.noise
@@ -111,8 +114,6 @@ def _unknowns(arm: Arm, twin: Fit | None, loads: tuple[PayloadPrior, ...]) -> Un
 
 
 def _carried(payload: Payload | None, loads: tuple[PayloadPrior, ...]) -> list[Array]:
-    from urdyn.model.consistency import inertials
-
     if payload:
         return [payload.inertials()]
     return [inertials(load.mean()) for load in loads]

@@ -7,8 +7,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from urdyn.errors import UnsafeMotionError
 from urdyn.identify.excite.climb import Climb, State, begin, climb_from, step, with_slack
-from urdyn.identify.excite.proof import Proof, Safe, UnsafeMotionError, prove
+from urdyn.identify.excite.proof import Proof, Safe, prove
 from urdyn.identify.excite.question import Question
 from urdyn.model.arm import Arm, with_inertials
 from urdyn.model.cell import Cell
@@ -20,7 +21,8 @@ from urdyn.types import Array
 DRAWS = 24  # beginnings of which the best is taken
 FIRM = 100.0  # rho by which beginnings are judged that break a bound
 ROUNDS, MORE = 6, 2  # of the method of multipliers, and those that mend what a proof finds
-SLACKS = (0.01, 0.02, 0.04, 0.08)  # [m] beside the margin, for what lies between two moments
+# For what lies between two moments: [m] beside the margin, and share of the torque.
+SLACKS = ((0.01, 0.98), (0.02, 0.95), (0.04, 0.9), (0.08, 0.8))
 KEPT = 0.999  # [-] of a limit that is used, so that a proof ends
 
 Told = Callable[[float, float], None]  # share of the restart that is behind, the value reached
@@ -55,7 +57,7 @@ def restart(task: Task, told: Told) -> Found | UnsafeMotionError:
     arm = loaded(task.question)
     safe = Safe(task.limits, collider(arm, task.cell, task.margin), task.margin)
     climb = climb_from(task.question, safe, task.criterion, task.rows, task.harmonics, task.period)
-    climb = with_slack(climb, SLACKS[0])
+    climb = _slack(climb, safe, *SLACKS[0])
     state = begin(climb, _beginning(climb, task))
     for behind in range(ROUNDS):
         state = step(climb, state)
@@ -66,16 +68,20 @@ def restart(task: Task, told: Told) -> Found | UnsafeMotionError:
 def _proven(climb: Climb, state: State, arm: Arm, safe: Safe) -> Found | UnsafeMotionError:
     """Where the climb stands, mended with more slack until it is proven safe."""
     error = UnsafeMotionError("nothing", "", 0.0)
-    for slack in SLACKS[1:]:
+    for slack in (*SLACKS[1:], SLACKS[-1]):
         series = fitted(climb.coarse.series(state.x), safe.limits)
         try:
             return Found(series, climb.value(series), prove(arm, series, safe))
         except UnsafeMotionError as short:
             error = short
-        climb = with_slack(climb, slack)
+        climb = _slack(climb, safe, *slack)
         for _ in range(MORE):
             state = step(climb, state)
     return error
+
+
+def _slack(climb: Climb, safe: Safe, distance: float, torque: float) -> Climb:
+    return with_slack(climb, distance, torque * safe.limits.torque)
 
 
 def loaded(question: Question) -> Arm:
