@@ -103,4 +103,8 @@ def test_bad_input_is_one_line_and_no_file(
         assert reason in run.stderr
         assert run.stderr.count("\n") == 1
         assert not out.exists()
+    wrong = urdyn("calibrate", first, "--robot", "ur5", "--out", out)
+    assert wrong.returncode == 1
+    assert "no ur5 was there" in wrong.stderr
+    assert not out.exists()
     assert urdyn("calibrate", first, "--robot", "ur10").returncode == 2

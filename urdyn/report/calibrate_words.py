@@ -26,7 +26,7 @@ def millimetres(value: float) -> str:
 
 
 def difference(value: float, sd: float) -> str:
-    """A coordinate and its 90 % interval [mm, mrad]; what is finer than a controller is not told."""
+    """A coordinate and its 90 % interval [mm, mrad]; nothing finer than anybody can use."""
     if NORMAL90 * sd < 1e-3 * FINEST:
         return f"{round(1e3 * value, 4) + 0.0:.4f}".replace("-", "−")
     return interval90(1e3 * value, 1e3 * sd)
