@@ -42,7 +42,10 @@ def _inverse(H: Array) -> Array:
     """Of a positive definite matrix: by Cholesky, in half the time."""
     root, failed = lapack.dpotrf(H)
     if failed:
-        raise IdentifiabilityError("the poses contradict each other; is this the right arm?")
+        raise IdentifiabilityError(
+            "the poses do not tell base, tool and geometry apart: they are too few or too much "
+            "alike; `urdyn calibrate --suggest 30` names some that do"
+        )
     upper = np.triu(lapack.dpotri(root)[0])
     return np.asarray(upper + np.triu(upper, 1).T)
 
