@@ -36,7 +36,6 @@ class Choice:
     stripped: Array  # (K,) its RMS of place by region held out, base and tool fitted there [m]
     chosen: Trial
     trials: tuple[Trial, ...]  # one a kind of model, poorest first
-    region: Index  # (N,) of every pose
 
 
 def choose(found: Found, poses: Poses, arm: Arm, told: Told) -> Choice:
@@ -59,7 +58,7 @@ def choose(found: Found, poses: Poses, arm: Arm, told: Told) -> Choice:
         richer = _moved(found, rich, chosen, poses)
     alone = min((trials[0], chosen), key=lambda trial: float((trial.stripped**2).sum()))
     geometric = _stripped(found, rich, alone, poses)
-    return Choice(richer, geometric, alone.stripped, chosen, trials, region)
+    return Choice(richer, geometric, alone.stripped, chosen, trials)
 
 
 def _stripped(found: Found, rich: Placement, trial: Trial, poses: Poses) -> Found:
