@@ -13,7 +13,7 @@ from urdyn.report.calibrate_parameters import label
 from urdyn.report.calibrate_space import COLOURS, models_key
 from urdyn.report.canvas import figure
 from urdyn.report.digits import number, percent
-from urdyn.report.markup import Html, grid, paragraph, plot, section, table, tag, text
+from urdyn.report.markup import Html, paragraph, plot, section, table, tag, text
 from urdyn.report.names import spoken
 
 FRAMES = ("base", "tool")
@@ -27,11 +27,9 @@ def doubts(c: Calibration, summary: Mapping[str, Any]) -> Html:
         "The poses were parted into regions by their joint angles; each was predicted by fits "
         "that had not seen it. A fit that is much worse there than at home does not know the arm, "
         "it knows the poses.",
-        grid(
-            plot(_regions(c), "Error in each region, held out", "", models_key(errors)),
-            tag("div", tag("h3", text("What the poses leave open")), _open(c)),
-            kind="two",
-        ),
+        plot(_regions(c), "Error in each region, held out", "", models_key(errors)),
+        tag("h3", text("What the poses leave open")),
+        _open(c),
         tag("h3", text("Poses that would tell most of what is open [deg]")),
         _proposed(c),
     )
