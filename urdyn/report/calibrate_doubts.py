@@ -17,6 +17,7 @@ from urdyn.report.markup import Html, paragraph, plot, section, table, tag, text
 from urdyn.report.names import spoken
 
 FRAMES = ("base", "tool")
+SAME = 0.9  # correlation from which on two unknowns do one and the same
 
 
 def doubts(c: Calibration, summary: Mapping[str, Any]) -> Html:
@@ -56,7 +57,7 @@ def _open(c: Calibration) -> Html:
             text(label(w.name)),
             text(percent(w.left)),
             text("; ".join(f"{name} ({number(r)})" for name, r in w.partners) or "nothing alone"),
-            text(_remedy([name for name, _ in w.partners])),
+            text(_remedy(w.partners)),
         ]
         for w in c.weak
     ]
@@ -65,9 +66,10 @@ def _open(c: Calibration) -> Html:
     )
 
 
-def _remedy(partners: list[str]) -> str:
+def _remedy(partners: tuple[tuple[str, float], ...]) -> str:
     """What would part a coordinate from its partners."""
-    frames = sorted({name.split(".")[0] for name in partners if name.split(".")[0] in FRAMES})
+    same = {name.split(".")[0] for name, r in partners if abs(r) > SAME}
+    frames = sorted(same.intersection(FRAMES))
     if frames:
         return f"no pose: know the {' and the '.join(frames)} by other means"
     return "poses as proposed below"

@@ -28,7 +28,8 @@ def calibrate_page(c: Calibration, summary: Mapping[str, Any]) -> str:
             [
                 tag("h1", text(f"{name} · calibrated geometry")),
                 paragraph(answer(summary), "headline"),
-                paragraph(f"{trust(summary)} {tool(summary)}", "lead"),
+                paragraph(trust(summary), "lead" if c.verdict.trusted else "lead outside"),
+                paragraph(tool(summary), "lead"),
                 space_section(c, summary),
                 _facts(_about(summary)),
             ]
