@@ -13,6 +13,7 @@ from story import urdyn
 from urdyn.io.calibration_file import calibration_text, read_calibration
 from urdyn.model.arm import load_arm
 from urdyn.model.geometry.chain_pose import flange
+from urdyn.model.geometry.dh import Deltas, table_of
 from urdyn.model.geometry.drawing import drawing_of
 from urdyn.model.geometry.turns import exponential, places_of
 from urdyn.types import Array
@@ -74,6 +75,25 @@ def test_other_poses_score_it(made: tuple[Path, Path, dict[str, object]], what: 
     assert told["nominal_rms_mm"] > 10.0 * told["rms_mm"]
 
 
+def test_a_factory_calibration_is_told_in_other_forms(
+    made: tuple[Path, Path, dict[str, object]], tmp_path: Path
+) -> None:
+    _, out, _ = made
+    source = out / "kinematics.yaml"
+    run = urdyn("calibrate", source, "--robot", "ur10", "--out", tmp_path / "x", "--json")
+    assert run.returncode == 0, run.stderr
+    told = json.loads(run.stdout)
+    form = drawing_of(load_arm("ur10")).form
+    table = table_of(form, Deltas(**{k: np.array(v) for k, v in told["dh_deltas"].items()}))
+    frames = read_calibration(source)
+    np.testing.assert_allclose(places_of(table), frames, atol=1e-12)
+    np.testing.assert_allclose(
+        read_calibration(tmp_path / "x" / "kinematics.yaml"), frames, atol=1e-12
+    )
+    drawn = drawing_of(load_arm(tmp_path / "x" / "calibrated.urdf")).form.nominal
+    np.testing.assert_allclose(places_of(drawn), frames, atol=1e-12)
+
+
 def test_poses_are_proposed_as_a_file_for_a_pipe() -> None:
     run = urdyn("calibrate", "--suggest", 5, "--robot", "ur3e")
     assert run.returncode == 0, run.stderr
@@ -103,4 +123,8 @@ def test_bad_input_is_one_line_and_no_file(
         assert reason in run.stderr
         assert run.stderr.count("\n") == 1
         assert not out.exists()
+    wrong = urdyn("calibrate", first, "--robot", "ur5", "--out", out)
+    assert wrong.returncode == 1
+    assert "no ur5 was there" in wrong.stderr
+    assert not out.exists()
     assert urdyn("calibrate", first, "--robot", "ur10").returncode == 2

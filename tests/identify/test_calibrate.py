@@ -244,9 +244,9 @@ def test_a_hand_guided_robots_own_poses_are_explained(recordings: Path, name: st
 def test_days_that_were_not_seen_are_predicted(recordings: Path) -> None:
     arm = load_arm("ur10")
     poses = read_poses(recordings / "ur10_laser_tracker" / "series_a.csv", arm.joint_names)
-    stamp = read_table(recordings / "ur10_laser_tracker" / "series_a.csv", channels=["timestamp"])[
-        0
-    ].channels["timestamp"]
+    stamp = read_table(
+        recordings / "ur10_laser_tracker" / "series_a.csv", channels=["elbow_joint"]
+    )[0].channels["timestamp"]
     late = stamp > 2.0200716e13
     found = calibrate(arm, poses.take(np.flatnonzero(~late)))
     score = evaluate(

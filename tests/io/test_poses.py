@@ -74,6 +74,7 @@ def test_spellings_of_one_style_are_one_session(
         [f"actual_q_{k}" for k in range(6)],
         [name.removesuffix("_joint") for name in JOINTS],
         [f"Joint {k} [rad]" for k in range(1, 7)],
+        [f"actual {name} (rad)" for name in JOINTS],
     ],
 )
 def test_joints_have_several_names(tmp_path: Path, joints: list[str]) -> None:

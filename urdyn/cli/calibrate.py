@@ -58,7 +58,8 @@ def calibrate(
     """Find out how an arm's geometry differs from its drawing, and how sure that is.
 
     POSES are static poses that a tracker measured beside the joint angles (CSV; positions alone
-    will do), or an RTDE log with actual_q and actual_TCP_pose.
+    will do), or an RTDE log with actual_q and actual_TCP_pose. A kinematics.yaml of UR's ROS driver
+    is checked, and told as URDF and as the controller's DH deltas.
 
     Example: [bold]urdyn calibrate tracker.csv --robot ur10 --out geometry/[/bold]
     """
@@ -68,6 +69,8 @@ def calibrate(
         if suggest is None or evaluate is not None:
             raise typer.BadParameter("missing: POSES, or --suggest N to learn which to measure")
         return _suggest(arm, suggest, out, voice)
+    if poses.suffix.lower() in (".yaml", ".yml"):
+        return _exchange(arm, poses, out, voice)
     read = _read(poses, arm, columns, rows)
     if evaluate is not None:
         return _evaluate(arm, read, evaluate, out, voice)
@@ -135,6 +138,20 @@ def _evaluate(arm: Arm, poses: Poses, folder: Path, out: Path | None, voice: Voi
         write_text(out / "report.html", evaluate_page(found, summary, folder))
         voice.note(f"written to {out}: report.html")
     voice.result(summary)
+
+
+def _exchange(arm: Arm, path: Path, out: Path | None, voice: Voice) -> None:
+    """A factory calibration in other forms."""
+    from urdyn.cli.calibrate_results import exchange
+    from urdyn.cli.results import require_folder
+    from urdyn.identify.kinematics.record import factory
+
+    if out is None:
+        raise typer.BadParameter("missing: --out DIR")
+    require_folder(out)
+    told = exchange(arm, factory(path, arm), path, out)
+    voice.note(f"written to {out}: kinematics.yaml, calibrated.urdf")
+    voice.result(told)
 
 
 def _suggest(arm: Arm, count: int, out: Path | None, voice: Voice) -> None:

@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 import urdyn as ud
 from urdyn.identify.kinematics import Calibration, document, most_informative
 from urdyn.identify.kinematics.calibration import rank_at
-from urdyn.io import dump_toml, write_text
+from urdyn.io import dump_toml, sha256, write_text
 from urdyn.io.calibration_file import calibration_text
 from urdyn.model.arm import Arm
 from urdyn.model.describe import describe
-from urdyn.model.geometry.drawing import redrawn
+from urdyn.model.geometry.dh import deltas_of
+from urdyn.model.geometry.drawing import drawing_of, redrawn
 from urdyn.model.geometry.turns import places_of
 from urdyn.types import Array
 
@@ -34,6 +36,27 @@ def save(calibration: Calibration, page: str, out: Path) -> None:
     out.mkdir(parents=True, exist_ok=True)
     for name, text in zip(FILES, texts, strict=True):
         write_text(out / name, text)
+
+
+def exchange(arm: Arm, table: Array, path: Path, out: Path) -> dict[str, Any]:
+    """Write a geometry a ... theta `table` (J, 5) in the forms of other tools; it in numbers."""
+    heading = f"urdyn {ud.__version__}: from {path} (sha256 {sha256(path)[:12]})"
+    form, built = drawing_of(arm).form, redrawn(arm, table)
+    urdf = describe(built, built.inertials, heading)
+    out.mkdir(parents=True, exist_ok=True)
+    write_text(out / "kinematics.yaml", calibration_text(places_of(table), heading))
+    write_text(out / "calibrated.urdf", urdf)
+    off, deltas = (table - form.nominal)[form.free].tolist(), deltas_of(form, table)
+    return {
+        "robot": arm.name,
+        "parameters": {
+            name: {"value": value, "unit": unit}
+            for name, value, unit in zip(form.names, off, form.units, strict=True)
+        },
+        "dh_deltas": {
+            name: getattr(deltas, name).tolist() for name in ("theta", "d", "a", "alpha")
+        },
+    }
 
 
 def suggested(calibration: Calibration, count: int) -> Array:

@@ -65,6 +65,9 @@ def _joints(names: Collection[str], joint_names: Sequence[str], path: str) -> tu
     for spelling in spellings:
         if all(word in known for word in spelling):
             return tuple(known[word] for word in spelling)
+    longer = [[n for plain, n in known.items() if word in plain] for word in wanted]
+    if all(len(found) == 1 for found in longer):  # "actual_shoulder_pan_joint"
+        return tuple(found[0] for found in longer)
     missing = [name for name, word in zip(joint_names, wanted, strict=True) if word not in known]
     raise LogError(
         f"has no column of {missing[0]}; name the joints as in the URDF, or q1 ...", path

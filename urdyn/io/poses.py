@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -41,7 +42,7 @@ class Poses:
     def __len__(self) -> int:
         return len(self.q)
 
-    @property
+    @cached_property
     def turn(self) -> Array:
         """Rotations (N, 3, 3); NaN where only positions were measured."""
         if self.angles is None:

@@ -13,10 +13,11 @@ from urdyn.report.calibrate_parameters import label
 from urdyn.report.calibrate_space import COLOURS, models_key
 from urdyn.report.canvas import figure
 from urdyn.report.digits import number, percent
-from urdyn.report.markup import Html, grid, paragraph, plot, section, table, tag, text
+from urdyn.report.markup import Html, paragraph, plot, section, table, tag, text
 from urdyn.report.names import spoken
 
 FRAMES = ("base", "tool")
+SAME = 0.9  # correlation from which on two unknowns do one and the same
 
 
 def doubts(c: Calibration, summary: Mapping[str, Any]) -> Html:
@@ -27,11 +28,9 @@ def doubts(c: Calibration, summary: Mapping[str, Any]) -> Html:
         "The poses were parted into regions by their joint angles; each was predicted by fits "
         "that had not seen it. A fit that is much worse there than at home does not know the arm, "
         "it knows the poses.",
-        grid(
-            plot(_regions(c), "Error in each region, held out", "", models_key(errors)),
-            tag("div", tag("h3", text("What the poses leave open")), _open(c)),
-            kind="two",
-        ),
+        plot(_regions(c), "Error in each region, held out", "", models_key(errors)),
+        tag("h3", text("What the poses leave open")),
+        _open(c),
         tag("h3", text("Poses that would tell most of what is open [deg]")),
         _proposed(c),
     )
@@ -58,7 +57,7 @@ def _open(c: Calibration) -> Html:
             text(label(w.name)),
             text(percent(w.left)),
             text("; ".join(f"{name} ({number(r)})" for name, r in w.partners) or "nothing alone"),
-            text(_remedy([name for name, _ in w.partners])),
+            text(_remedy(w.partners)),
         ]
         for w in c.weak
     ]
@@ -67,9 +66,10 @@ def _open(c: Calibration) -> Html:
     )
 
 
-def _remedy(partners: list[str]) -> str:
+def _remedy(partners: tuple[tuple[str, float], ...]) -> str:
     """What would part a coordinate from its partners."""
-    frames = sorted({name.split(".")[0] for name in partners if name.split(".")[0] in FRAMES})
+    same = {name.split(".")[0] for name, r in partners if abs(r) > SAME}
+    frames = sorted(same.intersection(FRAMES))
     if frames:
         return f"no pose: know the {' and the '.join(frames)} by other means"
     return "poses as proposed below"

@@ -12,7 +12,7 @@ from urdyn.report.calibrate_joints import joints_section
 from urdyn.report.calibrate_parameters import parameters_section
 from urdyn.report.calibrate_residuals import residuals_section
 from urdyn.report.calibrate_space import bars, models_key, space_section
-from urdyn.report.calibrate_words import answer, evaluated_answer, trust
+from urdyn.report.calibrate_words import answer, evaluated_answer, tool, trust
 from urdyn.report.digits import number
 from urdyn.report.markup import Html, document, join, paragraph, plot, section, table, tag, text
 from urdyn.report.names import maker
@@ -28,7 +28,8 @@ def calibrate_page(c: Calibration, summary: Mapping[str, Any]) -> str:
             [
                 tag("h1", text(f"{name} · calibrated geometry")),
                 paragraph(answer(summary), "headline"),
-                paragraph(trust(summary), "lead"),
+                paragraph(trust(summary), "lead" if c.verdict.trusted else "lead outside"),
+                paragraph(tool(summary), "lead"),
                 space_section(c, summary),
                 _facts(_about(summary)),
             ]

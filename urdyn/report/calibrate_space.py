@@ -92,7 +92,8 @@ def _map(c: Calibration) -> go.Figure:
         line={"color": "#ffffff", "width": 1.5}, marker={"color": "#ffffff", "size": 7},
     )  # fmt: skip
     drawing = figure([marks, body, spine], "distance from the first axis [m]", "height [m]", 420)
-    return drawing.update_yaxes(scaleanchor="x")
+    drawing.update_xaxes(constrain="domain", rangemode="tozero")
+    return drawing.update_yaxes(scaleanchor="x", constrain="domain")
 
 
 def skeleton(c: Calibration) -> Array:

@@ -9,8 +9,8 @@ from rich.box import SIMPLE_HEAD
 from rich.table import Table
 
 from urdyn.identify.kinematics import Calibration, Evaluation
-from urdyn.report.calibrate_words import answer, evaluated_answer, trust
-from urdyn.report.digits import interval90, percent
+from urdyn.report.calibrate_words import answer, difference, evaluated_answer, tool, trust
+from urdyn.report.digits import percent
 from urdyn.report.names import maker, spoken
 
 KINDS = ("a", "alpha", "beta", "d", "theta")
@@ -38,13 +38,13 @@ def _cell(told: tuple[float, float, float] | None) -> str:
     if told is None:
         return ""
     value, sd, prior = told
-    text = interval90(1e3 * value, 1e3 * sd)
+    text = difference(value, sd)
     return f"({text})" if sd > 0.9 * prior else text
 
 
 def calibrate_words(c: Calibration, summary: Mapping[str, Any]) -> list[str]:
     """The answer in sentences."""
-    words = [answer(summary), trust(summary)]
+    words = [answer(summary), trust(summary), tool(summary)]
     words += [
         f"{spoken(w.name.split('.')[0])} {w.name.split('.')[1]} is open ({percent(w.left)} of what "
         f"it was before){_partners(w.partners)}"

@@ -7,7 +7,7 @@ from typing import Any
 
 from urdyn.identify.kinematics import Evaluation
 from urdyn.report.calibrate_summary import scores
-from urdyn.report.digits import number
+from urdyn.report.digits import NORMAL90, interval90, number
 
 MODELS = {
     "geometry": "geometry alone",
@@ -17,11 +17,27 @@ MODELS = {
     "geometry and joints": "geometry and what the joints do",
 }
 FINE = 1e-3  # [mm] below which a length is nothing
+FINEST = 1e-4  # [mm, mrad] half width below which an interval is exact for anybody
 
 
 def millimetres(value: float) -> str:
     """A length [mm] as people read it."""
     return "less than 0.001 mm" if value < FINE else f"{number(value)} mm"
+
+
+def difference(value: float, sd: float) -> str:
+    """A coordinate and its 90 % interval [mm, mrad]; nothing finer than anybody can use."""
+    if NORMAL90 * sd < 1e-3 * FINEST:
+        return f"{round(1e3 * value, 4) + 0.0:.4f}".replace("-", "−")
+    return interval90(1e3 * value, 1e3 * sd)
+
+
+def tool(summary: Mapping[str, Any]) -> str:
+    """Where the tool, or the tracker's target, is on the flange."""
+    if summary["tool_at_flange"]:
+        return "The poses are the flange’s own: no tool offset is set."
+    x, y, z = (f"{round(1e3 * v, 2) + 0.0:.2f}".replace("-", "−") for v in summary["tool"]["xyz_m"])
+    return f"What was measured sits at x {x}, y {y}, z {z} mm on the flange."
 
 
 def answer(summary: Mapping[str, Any]) -> str:

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from urdyn.errors import InputError
 from urdyn.identify.kinematics.choose_poses import most_informative
 from urdyn.identify.kinematics.doubts import Verdict, Weakness, rank_of, verdict, weaknesses
 from urdyn.identify.kinematics.gross import moderate
@@ -25,6 +26,7 @@ MOST = 20_000  # poses; of a longer log so many are taken, evenly
 OWN = 2_000  # poses of a controller's log, which repeats itself
 BARE = 30.0  # loss of log likelihood at which poses still speak for a tool without offset
 FINE = np.array([1e-7, 1e-7])  # [m, rad] finer differences are rounding
+STRANGER = 0.015  # [m] that no arm of the right type is off its drawing
 NEXT = 6  # poses that are proposed
 KNOWN = 1e18  # precision of what is not sought [1/m², 1/rad²]
 FRAMES = ("x", "y", "z", "rx", "ry", "rz")
@@ -77,6 +79,8 @@ def calibrate(
     drawing = drawing_of(arm)
     told("finding base and tool", 0.0)
     start, poses = begin(drawn(arm, drawing), poses, rng)
+    nominal = refitted(start, poses, rng)
+    require_this_arm(nominal, arm, poses)
     sought = everything(start, poses)
     told("fitting the geometry", 0.2)
     geometric = solve(start, poses, sought, rng)
@@ -85,7 +89,6 @@ def calibrate(
     choice = choose(geometric, poses, arm, told)
     found, geometric = choice.found, choice.geometric
     told("judging the workspace", 0.9)
-    nominal = refitted(start, poses, rng)
     return _judged(arm, drawing, poses, found, geometric, nominal, choice, bare is not None, rng)
 
 
@@ -116,6 +119,16 @@ def refitted(placement: Placement, poses: Poses, rng: np.random.Generator) -> Fo
     whole = everything(placement, poses)
     columns = whole.columns[geometry:]
     return solve(placement, poses, Sought(columns, flat(len(columns)), whole.expected), rng)
+
+
+def require_this_arm(nominal: Found, arm: Arm, poses: Poses) -> None:
+    """InputError where the poses are so far from the drawing that they are of another arm."""
+    off = float(nominal.posterior.noise[0])
+    if off > STRANGER:
+        raise InputError(
+            f"{poses.source.path}: no {arm.name} was there: as drawn it is {1e3 * off:.0f} mm off; "
+            "look at --robot, at the order and units of the joints, and at what was measured"
+        )
 
 
 def drawn(arm: Arm, drawing: Drawing) -> Placement:

@@ -11,6 +11,7 @@ from urdyn.identify.kinematics.calibration import (
     everything,
     rank_at,
     refitted,
+    require_this_arm,
     rms,
     sound,
     thinned,
@@ -60,6 +61,7 @@ def evaluate(arm: Arm, poses: Poses, recorded: Recorded, seed: int = 0) -> Evalu
         rng = np.random.default_rng(seed)
         begun, _ = begin(placement, poses, rng)
         fits[name] = refitted(begun, poses, rng)
+    require_this_arm(fits[NOMINAL], arm, poses)
     sought = everything(start, poses)
     rank = rank_at(fits[ALONE], sought, poses)[0]
     return Evaluation(arm, drawing, poses, fits, rank, len(sought.columns))

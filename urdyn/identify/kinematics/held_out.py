@@ -30,7 +30,7 @@ class Trial:
     """A model fitted to all poses, and to all but one region, region by region."""
 
     model: Model
-    posterior: Posterior  # of the model's columns, by all poses, with noise as `excess` demands
+    posterior: Posterior  # of the model's columns, by all poses, as wide as `excess` demands
     losses: Array  # (K,) minus log likelihood of each region, held out
     rms: Array  # (K,) of place in the region that was held out [m]
     stripped: Array  # (K,) the same of its geometry alone, base and tool fitted there [m]
@@ -64,7 +64,7 @@ def held_out(
     # them for grows with them.
     precision = np.where(model.guessed, model.precision / excess, model.precision)
     wide = posterior(whole.only(model.columns), precision, at, found.noise * np.sqrt(excess))
-    kept = replace(wide, noise=found.noise)
+    kept = replace(found, cov=wide.cov)
     return Trial(model, kept, np.array(losses), np.array(rms), np.array(stripped), excess)
 
 

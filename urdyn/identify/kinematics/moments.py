@@ -5,7 +5,7 @@ sum w |e_i - A_i x|^2 = x' H x - 2 b' x + c      of place, and of turn, by thems
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -56,7 +56,6 @@ def moments(
     place: Array,
     turn: Array,
     weight: Array,
-    told: Callable[[float], None] = lambda share: None,
 ) -> Moments:
     """Of poses about `placement`; `weight` (N,) is a pose's probability to be no gross error."""
     size = placement.size
@@ -75,5 +74,4 @@ def moments(
             b[k] += left.T @ right
             c[k] += right @ right
             count[k] += 3.0 * float((root**2).sum())
-        told(min(1.0, (start + CHUNK) / len(q)))
     return Moments(H, b, c, count)

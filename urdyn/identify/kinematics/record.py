@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from urdyn.errors import InputError
+from urdyn.errors import ArmError, InputError
 from urdyn.identify.kinematics.calibration import Calibration, drawn, rms
 from urdyn.identify.kinematics.placement import Placement
 from urdyn.io import load_toml
@@ -81,13 +81,16 @@ def load_calibration(path: str | Path, arm: Arm) -> Recorded:
         return _read(load_toml(whole), whole, arm, start)
     if not plain.is_file():
         raise InputError(f"{path}: holds no calibration: neither {NAME} nor {YAML}")
+    return Recorded(_placed(start, factory(plain, arm), no_effects(arm), np.zeros(0)), None)
+
+
+def factory(path: str | Path, arm: Arm) -> Array:
+    """(J, 5) a ... theta in a kinematics.yaml; InputError where it is damaged or absurd."""
+    origins, form = read_calibration(path), drawing_of(arm).form
     try:
-        table = placed(start.form, read_calibration(plain), arm.name)
-    except InputError as error:
-        raise InputError(
-            f"{plain}: {error}" if str(plain) not in str(error) else str(error)
-        ) from None
-    return Recorded(_placed(start, table, no_effects(arm), np.zeros(0)), None)
+        return placed(form, origins, arm.name)
+    except ArmError as error:
+        raise InputError(f"{path}: {error}") from None
 
 
 def _read(told: Mapping[str, Any], path: Path, arm: Arm, start: Placement) -> Recorded:

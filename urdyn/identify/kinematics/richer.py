@@ -36,7 +36,6 @@ class Choice:
     stripped: Array  # (K,) its RMS of place by region held out, base and tool fitted there [m]
     chosen: Trial
     trials: tuple[Trial, ...]  # one a kind of model, poorest first
-    region: Index  # (N,) of every pose
 
 
 def choose(found: Found, poses: Poses, arm: Arm, told: Told) -> Choice:
@@ -45,7 +44,8 @@ def choose(found: Found, poses: Poses, arm: Arm, told: Told) -> Choice:
     effects = no_effects(arm) if poses.own else transmission(compliance(arm, poses.q))
     rich = found.placement.with_effects(effects)
     parts = _parts(rich, poses, found.weight, region, told)
-    chosen, trials = _tried(parts, rich, found, told)
+    kinds = _models(rich.effects, found.sought, rich.size)
+    chosen, trials = _tried(parts, kinds, rich, found, told)
     richer = _moved(found, rich, chosen, poses)
     changed: Mask = np.abs(richer.weight - found.weight) > CHANGED
     if changed.any() and not poses.own:
@@ -53,11 +53,12 @@ def choose(found: Found, poses: Poses, arm: Arm, told: Told) -> Choice:
             _reweighed(part, rich, poses, (region == k) & changed, found.weight, richer.weight)
             for k, part in zip(np.unique(region), parts, strict=True)
         ]
-        chosen, trials = _tried(parts, rich, found, told)
+        kinds = [[trial.model] for trial in trials]
+        chosen, trials = _tried(parts, kinds, rich, found, told)
         richer = _moved(found, rich, chosen, poses)
     alone = min((trials[0], chosen), key=lambda trial: float((trial.stripped**2).sum()))
     geometric = _stripped(found, rich, alone, poses)
-    return Choice(richer, geometric, alone.stripped, chosen, trials, region)
+    return Choice(richer, geometric, alone.stripped, chosen, trials)
 
 
 def _stripped(found: Found, rich: Placement, trial: Trial, poses: Poses) -> Found:
@@ -97,15 +98,19 @@ def _parts(
 
 
 def _tried(
-    parts: Sequence[Moments], rich: Placement, found: Found, told: Told
+    parts: Sequence[Moments],
+    models: Sequence[Sequence[Model]],
+    rich: Placement,
+    found: Found,
+    told: Told,
 ) -> tuple[Trial, tuple[Trial, ...]]:
     """The best trial, and the best of each kind."""
     offset, noise, group = -where(rich), found.posterior.noise, groups(rich)
     frames = np.concatenate([group["base"], group["tool"]])
     kinds: list[Trial] = []
-    for models in _models(rich.effects, found.sought, rich.size):
+    for kind in models:
         told("trying regions that were held out", 0.5)
-        of_a_kind = [held_out(parts, model, frames, offset, noise) for model in models]
+        of_a_kind = [held_out(parts, model, frames, offset, noise) for model in kind]
         kinds.append(min(of_a_kind, key=lambda trial: float(trial.losses.sum())))
     return best(kinds), tuple(kinds)
 

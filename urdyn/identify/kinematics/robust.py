@@ -19,7 +19,7 @@ from urdyn.types import Array, Index, frozen
 
 FEW = 1500  # poses that the first steps are made with
 STEPS, LAST = 40, 4  # at most, with few poses and with all
-STILL = 1e-9  # [m, rad] a step that changes nothing
+STILL = 0.01  # of a posterior standard deviation: a step that changes nothing
 
 
 @dataclass(frozen=True)
@@ -113,7 +113,7 @@ def _steps(
         placement, noise = placement.moved(step.mean), step.noise
         if not np.isfinite(step.mean).all():
             raise IdentifiabilityError("the fit diverged; are these joints those of this arm?")
-        if np.abs(step.mean).max() < STILL:
+        if (np.abs(step.mean) <= STILL * np.sqrt(np.diag(step.cov))).all():
             break
     assert noise is not None, "at least one step"
     return placement, noise
