@@ -5,8 +5,9 @@ from __future__ import annotations
 import resource
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 from typing import Any, Generic, TypeVar
 
@@ -36,12 +37,37 @@ class Glance:
     """Where a run is, for those who watch."""
 
     t: float  # [s] since the first sample
+    last: float  # [s] stamp of the newest sample
+    samples: int
     share: float  # [-] that is behind; 0 where nobody knows
-    names: tuple[str, ...]
-    units: tuple[str, ...]
-    mean: Array
-    sd: Array
     rate: float  # [Hz] updates a second of computing
+    reading: Reading
+    quantities: Quantities
+    findings: tuple[Mapping[str, Any], ...] = ()  # as in findings.json, so far
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Of the quantities."""
+        return self.quantities.names
+
+    @property
+    def units(self) -> tuple[str, ...]:
+        """Of the quantities."""
+        return self.quantities.units
+
+    @property
+    def mean(self) -> Array:
+        """Means of the quantities; made when somebody looks."""
+        return self._told[0]
+
+    @property
+    def sd(self) -> Array:
+        """Their standard deviations."""
+        return self._told[1]
+
+    @cached_property
+    def _told(self) -> tuple[Array, Array]:
+        return self.quantities.of(self.reading.belief)
 
 
 Watch = Callable[[Glance], None]
@@ -121,7 +147,8 @@ class _Run(Generic[S]):
 
     def _step(self, at: Checkpoint[S], arrival: Arrival) -> tuple[Checkpoint[S], Reading | None]:
         t = arrival.sample.t
-        state, reading = self.tracker.step(at.state, arrival.sample)
+        before = self.tracker.init() if arrival.reset else at.state
+        state, reading = self.tracker.step(before, arrival.sample)
         began = at.began if np.isfinite(at.began) else t
         return replace(at, state=state, index=at.index + 1, began=began, last=t), reading
 
@@ -132,16 +159,16 @@ class _Run(Generic[S]):
 
     def _note(self, at: Checkpoint[S], reading: Reading | None, work: Latency) -> None:
         """A row of history: of every k-th sample, and wherever something else was taken up."""
-        every = max(1, int(np.ceil(1.0 / (ROWS * self.source.period) - 0.01)))
-        if reading is None or (at.index % every and not reading.widened):
+        if reading is None:
             return
-        of = self.history.quantities
-        mean, sd = of.of(reading.belief)
-        self.history.take(reading, mean, sd)
+        share = at.index / self.source.length if self.source.length else 0.0
+        rate, of = work.count / work.total, self.history.quantities
+        glance = Glance(at.last - at.began, at.last, at.index, share, rate, reading, of)
         if self.watch:
-            share = at.index / self.source.length if self.source.length else 0.0
-            rate = work.count / work.total
-            self.watch(Glance(at.last - at.began, share, of.names, of.units, mean, sd, rate))
+            self.watch(glance)
+        every = max(1, int(np.ceil(1.0 / (ROWS * self.source.period) - 0.01)))
+        if at.index % every == 0 or reading.widened:
+            self.history.take(reading, glance.mean, glance.sd)
 
     def _kept(self, at: Checkpoint[S]) -> Checkpoint[S]:
         """The run as it is now, on disk."""

@@ -1,0 +1,72 @@
+"""Retained JSON on an MQTT broker, at least once: urdyn/ROBOT/joint/NAME, .../payload, .../status.
+
+A broker that goes away is taken up again; whoever asks later gets the newest state at once. When
+we go, the broker tells urdyn/ROBOT/online: false.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable
+from importlib.util import find_spec
+from typing import Any
+
+from urdyn.errors import InputError, MissingExtraError
+from urdyn.io.plants.address import parse
+from urdyn.io.snapshot import Snapshot
+
+PORT = 1883
+AT_LEAST_ONCE = 1
+WAIT = 2.0  # [s] for the last words to arrive
+
+Tell = Callable[[Snapshot], None]
+
+
+def connect(text: str, robot: str) -> tuple[Tell, Callable[[], None]]:
+    """Connect to HOST[:PORT]: what takes the newest snapshot, and what ends it."""
+    if find_spec("paho") is None:
+        raise MissingExtraError("plants", "paho-mqtt")
+    from paho.mqtt.client import Client
+    from paho.mqtt.enums import CallbackAPIVersion
+
+    host, port = parse(text, PORT, "MQTT broker")
+    client = Client(CallbackAPIVersion.VERSION2)
+    client.will_set(f"urdyn/{robot}/online", "false", AT_LEAST_ONCE, retain=True)
+    client.on_connect = lambda *_: _publish(client, f"urdyn/{robot}/online", True)
+    try:
+        client.connect(host, port)
+    except OSError as error:
+        raise InputError(f"MQTT broker {host}:{port}: {error.strerror or error}") from error
+    client.loop_start()
+
+    def tell(now: Snapshot) -> None:
+        for part in (*now.joints, "payload"):
+            where = "payload" if part == "payload" else f"joint/{part}"
+            _publish(client, f"urdyn/{robot}/{where}", _part(now, part))
+        lines = {s.name.removeprefix("urdyn: "): [s.level.name, s.message] for s in now.statuses}
+        _publish(client, f"urdyn/{robot}/status", {"stamp_s": now.stamp / 1e9, "parts": lines})
+
+    def close() -> None:
+        _publish(client, f"urdyn/{robot}/online", False).wait_for_publish(WAIT)
+        client.disconnect()
+        client.loop_stop()
+
+    return tell, close
+
+
+def _part(now: Snapshot, part: str) -> dict[str, Any]:
+    """Quantity -> mean and sd; null where a number is none."""
+    told: dict[str, Any] = {
+        name: {"mean": _finite(value), "sd": _finite(now.sd[part][name])}
+        for name, value in now.mean[part].items()
+    }
+    return {"stamp_s": now.stamp / 1e9, **told}
+
+
+def _finite(value: float) -> float | None:
+    return value if math.isfinite(value) else None
+
+
+def _publish(client: Any, topic: str, document: Any) -> Any:
+    return client.publish(topic, json.dumps(document), AT_LEAST_ONCE, retain=True)
