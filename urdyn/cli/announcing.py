@@ -108,7 +108,7 @@ def _ros(publish: Collection[str]) -> tuple[Voice, Callable[[], Iterator[str]]]:
 
 
 def _urdf(fit: ud.Fit, final: dict[str, float]) -> str:
-    """The arm with its links' masses, and what it carries as part of the last of them."""
+    """The bare arm with its links' masses; what it carries is told by `payload`."""
     from urdyn.model.describe import describe
 
     arm = fit.dynamics.arm

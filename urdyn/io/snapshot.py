@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from urdyn.io.ros2.status import Status
 from urdyn.types import Array
 
 
@@ -19,8 +18,8 @@ class Snapshot:
     joints: tuple[str, ...]
     mean: Mapping[str, Mapping[str, float]]  # "elbow_joint" -> "coulomb" -> value
     sd: Mapping[str, Mapping[str, float]]
+    units: Mapping[str, str]  # quantity -> unit
     predicted: Array  # (J,) [N·m] joint torque by the belief before the sample; NaN: not told
     residual: Array  # (J,) [N·m] measured less predicted
     com: Array  # (3,) [m] of the payload, at the flange; NaN: it weighs nothing
     scales: Array  # (2, J) [-] viscous and Coulomb friction over those when commissioned
-    statuses: tuple[Status, ...]  # of the joints, then of the arm

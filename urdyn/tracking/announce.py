@@ -20,7 +20,7 @@ from urdyn.types import Array
 STEADY = 0.04  # [s] between two tellings of what has been learnt
 PULSE = 1.0  # [s] between two diagnoses
 
-Tell = Callable[[Snapshot], None]
+Tell = Callable[[Snapshot, Sequence[Status]], None]
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,28 +37,25 @@ class Announcer:
 
     def __init__(self, fit: Fit, audience: Audience, serial: str = "") -> None:
         self._fit, self._audience, self._serial = fit, audience, serial
-        self._newest: tuple[float, Snapshot] | None = None  # [s] monotonic, when it was made
+        self._newest: tuple[float, Glance, Snapshot] | None = None  # [s] monotonic, when it came
         self._told = -np.inf  # [s] monotonic, when what is learnt was told
+        self._torque = fit.dynamics.drive.gain  # (J,) [N·m/A] of drives as healthy as believed
         self._known: frozenset[str] = frozenset()  # acknowledged
         self._ended = Event()
         self._pulse = Thread(target=self._beat, daemon=True)
         self._pulse.start()
 
     def watch(self, glance: Glance) -> None:
-        """Tell what is new."""
-        now = time.monotonic()
-        steady = now - self._told > STEADY
-        voice = self._audience.voice
-        if not steady and not (voice and voice.feed_forward):
+        """Tell what is new: torque with every sample, where it was asked for; the rest steadily."""
+        now, voice = time.monotonic(), self._audience.voice
+        if voice:
+            voice.quickly(self._torque * glance.reading.predicted)
+        if now - self._told < STEADY:
             return
         snapshot = self._snapshot(glance)
-        self._newest = now, snapshot
+        self._told, self._newest = now, (now, glance, snapshot)
         if voice:
-            voice.quickly(snapshot)
-            if steady:
-                voice.steadily(snapshot)
-        if steady:
-            self._told = now
+            voice.steadily(snapshot)
 
     def close(self) -> None:
         """No more."""
@@ -66,50 +63,46 @@ class Announcer:
         self._pulse.join(timeout=5 * PULSE)
 
     def _snapshot(self, glance: Glance) -> Snapshot:
-        fit = self._fit
-        mean, sd, units = by_part(glance, fit.dynamics.arm.joint_names)
-        joints = fit.dynamics.arm.joint_names
-        health = np.array([mean[joint]["health"] for joint in joints])
-        torque = fit.dynamics.drive.gain * health  # [N·m/A]
-        predicted = torque * glance.reading.predicted
-        drive = fit.dynamics.drive
-        lines = statuses(mean, sd, units, drive.coulomb, glance.findings, self._serial)
+        arm, drive = self._fit.dynamics.arm, self._fit.dynamics.drive
+        joints = arm.joint_names
+        mean, sd, units = by_part(glance, joints)
+        self._torque = drive.gain * _of(mean, joints, "health")
+        predicted = self._torque * glance.reading.predicted
+        commissioned = {"viscous": drive.viscous, "coulomb": drive.coulomb}
         return Snapshot(
-            robot=self._serial or fit.dynamics.arm.name,
+            robot=self._serial or arm.name,
             stamp=round(glance.last * 1e9),
             samples=glance.samples,
             joints=joints,
             mean=mean,
             sd=sd,
+            units=units,
             predicted=predicted,
-            residual=torque * glance.reading.current - predicted,
+            residual=self._torque * glance.reading.current - predicted,
             com=_centre(mean["payload"]),
-            scales=np.array(
-                [
-                    [mean[joint][name] for joint in joints] / commissioned
-                    for name, commissioned in (
-                        ("viscous", drive.viscous),
-                        ("coulomb", drive.coulomb),
-                    )
-                ]
-            ),
-            statuses=lines,
+            scales=np.array([_of(mean, joints, name) / c for name, c in commissioned.items()]),
         )
 
     def _beat(self) -> None:
         while not self._ended.wait(PULSE):
             if self._newest is None:
                 continue
-            made, snapshot = self._newest
-            lines = self._lines(snapshot.statuses, time.monotonic() - made)
+            came, glance, snapshot = self._newest
+            lines = self._lines(glance, snapshot, time.monotonic() - came)
             if self._audience.voice:
                 self._audience.voice.diagnose(time.time_ns(), lines)
             for tell in self._audience.plants:
-                tell(snapshot)
+                tell(snapshot, lines)
 
-    def _lines(self, lines: tuple[Status, ...], age: float) -> tuple[Status, ...]:
+    def _lines(self, glance: Glance, now: Snapshot, age: float) -> tuple[Status, ...]:
         self._known |= frozenset(self._audience.acknowledgements())
+        coulomb = self._fit.dynamics.drive.coulomb
+        lines = statuses(now, coulomb, glance.findings, self._serial)
         return stale(lines, age) if age > STALE else acknowledged(lines, self._known)
+
+
+def _of(mean: Mapping[str, Mapping[str, float]], joints: Sequence[str], name: str) -> Array:
+    return np.array([mean[joint][name] for joint in joints])
 
 
 def by_part(

@@ -8,19 +8,22 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from importlib.util import find_spec
+from threading import Event
 from typing import Any
 
 from urdyn.errors import InputError, MissingExtraError
 from urdyn.io.plants.address import parse
+from urdyn.io.ros2.status import Status
 from urdyn.io.snapshot import Snapshot
 
 PORT = 1883
 AT_LEAST_ONCE = 1
+PATIENCE = 10.0  # [s] for a broker's first word
 WAIT = 2.0  # [s] for the last words to arrive
 
-Tell = Callable[[Snapshot], None]
+Tell = Callable[[Snapshot, Sequence[Status]], None]
 
 
 def connect(text: str, robot: str) -> tuple[Tell, Callable[[], None]]:
@@ -33,18 +36,28 @@ def connect(text: str, robot: str) -> tuple[Tell, Callable[[], None]]:
     host, port = parse(text, PORT, "MQTT broker")
     client = Client(CallbackAPIVersion.VERSION2)
     client.will_set(f"urdyn/{robot}/online", "false", AT_LEAST_ONCE, retain=True)
-    client.on_connect = lambda *_: _publish(client, f"urdyn/{robot}/online", True)
+    answered = Event()
+
+    def online(*_: Any) -> None:
+        """Said again after every reconnect."""
+        _publish(client, f"urdyn/{robot}/online", True)
+        answered.set()
+
+    client.on_connect = online
     try:
         client.connect(host, port)
     except OSError as error:
         raise InputError(f"MQTT broker {host}:{port}: {error.strerror or error}") from error
     client.loop_start()
+    if not answered.wait(PATIENCE):
+        client.loop_stop()
+        raise InputError(f"MQTT broker {host}:{port}: does not answer as a broker does")
 
-    def tell(now: Snapshot) -> None:
+    def tell(now: Snapshot, statuses: Sequence[Status]) -> None:
         for part in (*now.joints, "payload"):
             where = "payload" if part == "payload" else f"joint/{part}"
             _publish(client, f"urdyn/{robot}/{where}", _part(now, part))
-        lines = {s.name.removeprefix("urdyn: "): [s.level.name, s.message] for s in now.statuses}
+        lines = {s.name.removeprefix("urdyn: "): [s.level.name, s.message] for s in statuses}
         _publish(client, f"urdyn/{robot}/status", {"stamp_s": now.stamp / 1e9, "parts": lines})
 
     def close() -> None:

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from importlib.util import find_spec
 
 from urdyn.errors import InputError, MissingExtraError
 from urdyn.io.plants.address import parse
+from urdyn.io.ros2.status import Status
 from urdyn.io.snapshot import Snapshot
 
 PORT = 9464
@@ -20,7 +21,7 @@ JOINT = {
     "zero": ("zero_offset_radians", "deviation of the joint's zero"),
 }
 
-Tell = Callable[[Snapshot], None]
+Tell = Callable[[Snapshot, Sequence[Status]], None]
 
 
 def serve(text: str) -> tuple[Tell, Callable[[], None]]:
@@ -52,13 +53,13 @@ def serve(text: str) -> tuple[Tell, Callable[[], None]]:
     except OSError as error:
         raise InputError(f"Prometheus at {host}:{port}: {error.strerror or error}") from error
 
-    def tell(now: Snapshot) -> None:
+    def tell(now: Snapshot, statuses: Sequence[Status]) -> None:
         for joint, torque in zip(now.joints, now.residual.tolist(), strict=True):
             for quantity, (value, spread) in joints.items():
                 value.labels(now.robot, joint).set(now.mean[joint][quantity])
                 spread.labels(now.robot, joint).set(now.sd[joint][quantity])
             residual.labels(now.robot, joint).set(torque)
-        for line in now.statuses:
+        for line in statuses:
             status.labels(now.robot, line.name.removeprefix("urdyn: ")).set(int(line.level))
         mass.labels(now.robot).set(now.mean["payload"]["mass"])
         mass_sd.labels(now.robot).set(now.sd["payload"]["mass"])

@@ -12,6 +12,7 @@ from urdyn.io.ros2.compose import Types
 from urdyn.io.ros2.domain import reader, ros_name, writer
 from urdyn.io.ros2.status import Level, Status
 from urdyn.io.snapshot import Snapshot
+from urdyn.types import Array
 
 DIAGNOSTICS = "/diagnostics"
 ACKNOWLEDGE = "/urdyn/acknowledge"  # std_msgs/String: the name of a status, or "" for all
@@ -39,10 +40,10 @@ class Voice:
     feed_forward: bool = False  # on request only: a controller may act on it
     friction_scales: bool = False  # likewise
 
-    def quickly(self, now: Snapshot) -> None:
-        """What follows the motion: torque that a controller may add to its own [N·m]."""
-        if self.feed_forward and np.isfinite(now.predicted).all():
-            self.publish("/urdyn/feed_forward", self.types.numbers(now.predicted))
+    def quickly(self, torque: Array) -> None:
+        """What follows the motion: torque (J,) [N·m] that a controller may add to its own."""
+        if self.feed_forward and np.isfinite(torque).all():
+            self.publish("/urdyn/feed_forward", self.types.numbers(torque))
 
     def steadily(self, now: Snapshot) -> None:
         """What has been learnt."""
