@@ -32,6 +32,18 @@ def graph(
     ended, inbox = Event(), Inbox()
     at = participant()
     Thread(target=_pump, args=(at, topic or "joint_states", ended, inbox), daemon=True).start()
+    return hearing(name, inbox, ended, effort, rate, duration)
+
+
+def hearing(
+    name: str,
+    inbox: Inbox,
+    ended: Event,
+    effort: Effort,
+    rate: float | None = None,
+    duration: float | None = None,
+) -> Source:
+    """The source of what somebody puts into `inbox`, until `ended` is set."""
     try:
         first = _first(inbox, name, FIRST if rate is None else 1)
         period = 1.0 / rate if rate else _period(first, name)

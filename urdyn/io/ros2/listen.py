@@ -43,7 +43,7 @@ def joint_states(at: Any, topic: str, ended: Event) -> Iterator[Heard]:
     anything = SampleState.Any | ViewState.Any | InstanceState.Any
     waiting = WaitSet(at)
     waiting.attach(ReadCondition(states, anything))
-    known: dict[tuple[str, ...], Places] = {}
+    understand = Understanding(topic)
     while not ended.is_set():
         if not waiting.wait(duration(milliseconds=LOOK)):
             continue
@@ -51,12 +51,25 @@ def joint_states(at: Any, topic: str, ended: Event) -> Iterator[Heard]:
         received = time.monotonic()
         reset = any(isinstance(m, idl.Empty) for m in resets.take(N=BATCH))
         for message in came:  # what is no message tells that a publisher came or went
-            names: tuple[str, ...] = tuple(message.name)
-            if names not in known:
-                known[names] = _places(names, topic)
-            if known[names]:
-                yield _heard(message, known[names], received, reset)
+            if heard := understand(message, received, reset):
+                yield heard
                 reset = False
+
+
+class Understanding:
+    """Joint states, whoever decoded them, as the arm's; where its joints stand is remembered."""
+
+    def __init__(self, topic: str) -> None:
+        self._topic = topic
+        self._known: dict[tuple[str, ...], Places] = {}
+
+    def __call__(self, message: Any, received: float, reset: bool) -> Heard | None:
+        """What a message that came at `received` [s] tells of the arm; None: it is of others."""
+        names: tuple[str, ...] = tuple(message.name)
+        if names not in self._known:
+            self._known[names] = _places(names, self._topic)
+        places = self._known[names]
+        return _heard(message, places, received, reset) if places else None
 
 
 def _places(names: tuple[str, ...], topic: str) -> Places:
