@@ -70,6 +70,38 @@ Rate = Annotated[
 Duration = Annotated[
     float | None, typer.Option(metavar="S", help="Stop after so much of the source's time.")
 ]
+Serial = Annotated[
+    str, typer.Option(metavar="NUMBER", help="Serial number of the arm, for those who are told.")
+]
+Scrape = Annotated[
+    str | None,
+    typer.Option(
+        "--prometheus",
+        metavar="[HOST:]PORT",
+        help="Serve metrics; on this computer's loopback unless a host is named.",
+    ),
+]
+Broker = Annotated[
+    str | None, typer.Option("--mqtt", metavar="HOST[:PORT]", help="Tell an MQTT broker.")
+]
+Publish = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--publish",
+        metavar="WHAT",
+        help="What a controller may act on, with ros2://: feed_forward (torques), "
+        "friction_scales; repeatable.",
+    ),
+]
+Hand = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--hand-over",
+        metavar="WHAT",
+        help="Write at the end, into DIR, for a controller: urdf, payload (a URScript line); "
+        "repeatable.",
+    ),
+]
 Fresh = Annotated[bool, typer.Option("--fresh", help="Begin anew, whatever DIR holds.")]
 
 
@@ -89,6 +121,11 @@ def track(
     rules: RulesFile = None,
     false_alarm_hours: Hours = None,
     fail_on_finding: FailOnFinding = False,
+    serial: Serial = "",
+    prometheus: Scrape = None,
+    mqtt: Broker = None,
+    publish: Publish = None,
+    hand_over: Hand = None,
     json: Json = False,
     quiet: Quiet = False,
 ) -> None:
@@ -96,18 +133,24 @@ def track(
 
     TWIN is a twin.toml of `urdyn identify`, SOURCE a log, or rtde://HOST[:PORT] of a robot at work.
     Faults are told as they are found, and written to DIR/findings.json.
+    TWIN is a twin.toml of `urdyn identify`, SOURCE a log, or of a robot at work rtde://HOST[:PORT]
+    or ros2://TOPIC, which also publishes /diagnostics and what is learnt under /urdyn.
     A run that was killed goes on where it was; Ctrl-C ends a live one in good order.
 
     Example: [bold]urdyn track twin/twin.toml rtde://192.168.0.10 --out monday[/bold]
     """
     # Arrow's own pools keep what they once had; a twin beside its robot is to stay small.
     os.environ.setdefault("ARROW_DEFAULT_MEMORY_POOL", "system")
+    from urdyn.cli.announcing import HANDED, PUBLISHED, announcing, both, hand, known
     from urdyn.cli.results import require_folder
     from urdyn.cli.watching import verdict, watching
     from urdyn.io import sha256
     from urdyn.tracking import Tracker, open_source, run
 
     voice, chosen = Voice(json, quiet), _filter(filter, mode)
+    voice, chosen = Voice(json, quiet), _filter(filter)
+    known(publish, PUBLISHED, "--publish")
+    known(hand_over, HANDED, "--hand-over")
     require_folder(out)
     fit, part = ud.Twin.load(twin).fit, slice_of(rows) if rows is not None else None
     effort = Effort(effort_unit, fit.dynamics.drive.gain)
@@ -118,10 +161,17 @@ def track(
     try:
         with watching(fit.dynamics.arm.joint_names, quiet) as watch:
             summary = run(tracker, stream, out, sha256(twin), fresh, watch, looking)
+        with (
+            watching(fit.dynamics.arm.joint_names, quiet) as shown,
+            announcing(fit, source, serial, prometheus, mqtt, publish or ()) as told,
+        ):
+            summary = run(tracker, stream, out, sha256(twin), fresh, both(shown, told))
     finally:
         stream.close()
     summary["filter"] = filter or ("ukf" if mode == "full" else "ekf")
     _report(out, summary, voice)
+    for path in hand(fit, summary, hand_over or (), out):
+        voice.note(f"written: {path}")
     voice.show(verdict(summary))
     voice.show(summed(summary))
     voice.result(summary)

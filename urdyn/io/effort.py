@@ -34,16 +34,24 @@ class Effort:
         if self.gain is not None:
             object.__setattr__(self, "gain", frozen(self.gain))
 
+    def current(self, effort: Array) -> Array:
+        """Motor current (J,) [A] of efforts in the unit that was told."""
+        return np.asarray(effort / np.asarray(self.gain)) if self.unit == "Nm" else effort
+
+    def told(self, path: str) -> None:
+        """LogError where nobody told what effort is."""
+        if self.unit is None:
+            raise LogError(
+                "does not say what its efforts are: give --effort-unit A (motor current, as "
+                "UR's driver publishes it) or --effort-unit Nm (joint torque)",
+                path,
+            )
+
     def amperes(self, channels: dict[str, Array], path: str) -> dict[str, Array]:
         """Channels with `actual_current` [A]; LogError where nobody told what effort is."""
         told = dict(channels)
         if EFFORT in told:
-            if self.unit is None:
-                raise LogError(
-                    "does not say what its efforts are: give --effort-unit A (motor current, as "
-                    "UR's driver publishes it) or --effort-unit Nm (joint torque)",
-                    path,
-                )
+            self.told(path)
             told["actual_current"] = told.pop(EFFORT)
         if self.unit == "Nm" and "actual_current" in told:
             told["actual_current"] = self._divided(told["actual_current"], path)

@@ -17,6 +17,7 @@ from urdyn.io.bags.outgoing import Message, Outgoing, Told, nanoseconds, told, t
 from urdyn.io.bags.write import write_mcap
 from urdyn.io.files import sha256, writing
 from urdyn.io.reader import read
+from urdyn.io.ros2.compose import Types
 from urdyn.io.ros2.status import Status, of_finding
 from urdyn.version import __version__
 
@@ -48,17 +49,7 @@ def write_tracked(path: Path, out: Path) -> tuple[int, list[str]]:
 def diagnostics(statuses: tuple[Status, ...], stamp: int) -> bytes:
     """A DiagnosticArray as CDR, at `stamp` [ns]."""
     store = typestore()
-    types = store.types
-    time = types["builtin_interfaces/msg/Time"](stamp // 1_000_000_000, stamp % 1_000_000_000)
-    pair, line = (
-        types["diagnostic_msgs/msg/KeyValue"],
-        types["diagnostic_msgs/msg/DiagnosticStatus"],
-    )
-    lines = [
-        line(int(s.level), s.name, s.message, s.hardware_id, [pair(k, v) for k, v in s.values])
-        for s in statuses
-    ]
-    message = types[ARRAY](types["std_msgs/msg/Header"](time, ""), lines)
+    message = Types(store.types.__getitem__, int).diagnostics(stamp, statuses)
     return bytes(store.serialize_cdr(message, ARRAY))
 
 

@@ -7,6 +7,7 @@ import sys
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 from typing import Any, Generic, Protocol, TypeVar
 
@@ -38,12 +39,37 @@ class Glance:
     """Where a run is, for those who watch."""
 
     t: float  # [s] since the first sample
+    last: float  # [s] stamp of the newest sample
+    samples: int
     share: float  # [-] that is behind; 0 where nobody knows
-    names: tuple[str, ...]
-    units: tuple[str, ...]
-    mean: Array
-    sd: Array
     rate: float  # [Hz] updates a second of computing
+    reading: Reading
+    quantities: Quantities
+    findings: tuple[Mapping[str, Any], ...] = ()  # as in findings.json, so far
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Of the quantities."""
+        return self.quantities.names
+
+    @property
+    def units(self) -> tuple[str, ...]:
+        """Of the quantities."""
+        return self.quantities.units
+
+    @property
+    def mean(self) -> Array:
+        """Means of the quantities; made when somebody looks."""
+        return self._told[0]
+
+    @property
+    def sd(self) -> Array:
+        """Their standard deviations."""
+        return self._told[1]
+
+    @cached_property
+    def _told(self) -> tuple[Array, Array]:
+        return self.quantities.of(self.reading.belief)
 
 
 Watch = Callable[[Glance], None]
@@ -153,6 +179,8 @@ class _Run(Generic[S]):
         state, reading = self.tracker.step(at.state, arrival.sample)
         if self.observer and reading:
             self.observer.take(reading)
+        before = self.tracker.init() if arrival.reset else at.state
+        state, reading = self.tracker.step(before, arrival.sample)
         began = at.began if np.isfinite(at.began) else t
         return replace(at, state=state, index=at.index + 1, began=began, last=t), reading
 
@@ -175,6 +203,16 @@ class _Run(Generic[S]):
             self.watch(Glance(at.last - at.began, share, of.names, of.units, mean, sd, rate))
         currents, commissioned = self.tracker.currents, self.tracker.model.prior.mean
         return replace(at, interest=gathered(at.interest, reading, currents, commissioned))
+        if reading is None:
+            return
+        share = at.index / self.source.length if self.source.length else 0.0
+        rate, of = work.count / work.total, self.history.quantities
+        glance = Glance(at.last - at.began, at.last, at.index, share, rate, reading, of)
+        if self.watch:
+            self.watch(glance)
+        every = max(1, int(np.ceil(1.0 / (ROWS * self.source.period) - 0.01)))
+        if at.index % every == 0 or reading.widened:
+            self.history.take(reading, glance.mean, glance.sd)
 
     def _kept(self, at: Checkpoint[S]) -> Checkpoint[S]:
         """The run as it is now, on disk."""

@@ -20,7 +20,7 @@ from urdyn.io.rtde import Client, connect, parse_address
 from urdyn.signal import Sample, samples
 from urdyn.types import Log
 
-SCHEME = "rtde://"
+SCHEME, ROS2 = "rtde://", "ros2://"
 CHANNELS = ("actual_q", "actual_qd", "actual_current", "joint_temperatures")
 NEEDED = ("actual_q", "actual_current")
 LOOK = 0.1  # [s] between looks for the end, while nothing comes
@@ -35,6 +35,7 @@ class Arrival:
 
     sample: Sample
     received: float  # [s] on this computer's monotonic clock; NaN: it was there all along
+    reset: bool = False  # somebody asked to begin anew before it
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,7 +61,7 @@ def open_source(
     duration: float | None = None,
     effort: Effort = UNTOLD,
 ) -> Source:
-    """The source that `text` names: a log, or rtde://HOST[:PORT].
+    """The source that `text` names: a log, rtde://HOST[:PORT] or ros2://TOPIC.
 
     `rate` [Hz] is that of a log without time stamps, or what a controller is asked for; `duration`
     [s] ends the stream; `effort` tells what a bag's efforts are.
@@ -69,8 +70,13 @@ def open_source(
         raise InputError("duration and rate are to be above 0")
     if text.startswith(SCHEME):
         return _robot(text, rate, duration)
+    if text.startswith(ROS2):
+        from urdyn.tracking.ros2_source import graph
+
+        return graph(text, text.removeprefix(ROS2), rate, duration, effort)
     if "://" in text:
-        raise InputError(f"{text}: no such source; name a log, or {SCHEME}HOST[:PORT]")
+        told = f"name a log, {SCHEME}HOST[:PORT] or {ROS2}TOPIC"
+        raise InputError(f"{text}: no such source; {told}")
     log = read(Path(text), columns=columns, rows=rows, rate=rate, channels=CHANNELS, effort=effort)
     return _recording(text, log, duration)
 

@@ -152,6 +152,19 @@ def test_a_bag_without_an_arm_is_refused_with_what_it_has(tmp_path):
         read(bag(tmp_path / "two", both), effort=AMPERES)
 
 
+def test_an_mcap_whose_writer_was_killed_is_read_up_to_there(tmp_path):
+    file = mcap(tmp_path / "bag", joint_states(9000)) / "bag.mcap"
+    whole = read(file, effort=AMPERES)
+    data = file.read_bytes()
+    file.write_bytes(data[: int(0.7 * len(data))])
+    torn = read(file, effort=AMPERES)
+    assert 0.3 * len(whole) < len(torn) < len(whole)
+    np.testing.assert_array_equal(
+        torn.channels["actual_q"], whole.channels["actual_q"][: len(torn)]
+    )
+    assert [d.kind for d in torn.defects] == ["file without an end"]
+
+
 @pytest.mark.parametrize("kind", MAKERS)
 @pytest.mark.parametrize("share", [0.02, 0.5, 0.9])
 def test_a_torn_bag_is_one_line(kind, share, tmp_path):

@@ -10,6 +10,8 @@ from typing import Any
 
 from urdyn.errors import LogError, UrdynError
 from urdyn.io.bags.forms import check, require
+from urdyn.io.bags.torn import Salvage, is_torn
+from urdyn.types import Defect
 
 
 @dataclass(frozen=True)
@@ -33,6 +35,7 @@ class Bag:
     topics: tuple[Topic, ...]
     raw: Callable[[Topic], Iterator[tuple[int, bytes]]]  # [ns] when it was recorded, and the bytes
     decode: Callable[[Topic, bytes], Any]
+    defects: tuple[Defect, ...] = ()
 
     def messages(self, topic: Topic) -> Iterator[tuple[int, Any]]:
         """When a message was recorded [ns], and the message."""
@@ -48,6 +51,9 @@ def opened(path: Path) -> Iterator[Bag]:
     from rosbags.typesys import Stores, get_typestore
 
     try:
+        if is_torn(path):
+            yield _salvaged(Salvage(path))
+            return
         # Bags of older releases carry no definitions; the common types have not changed since.
         with AnyReader([path], default_typestore=get_typestore(Stores.ROS2_HUMBLE)) as reader:
             yield _bag(path, reader)
@@ -68,6 +74,22 @@ def _bag(path: Path, reader: Any) -> Bag:
         return ((stamp, data) for _, stamp, data in reader.messages(wanted))
 
     return Bag(path, topics, raw, lambda topic, data: reader.deserialize(data, topic.type))
+
+
+def _salvaged(torn: Salvage) -> Bag:
+    ids = {}
+    for number, channel in torn.channels.items():
+        if schema := torn.schemas.get(channel.schema_id):
+            text = schema.data.decode()
+            topic = Topic(channel.topic, schema.name, torn.counts.get(number, 0), text)
+            ids[topic] = number
+    return Bag(
+        torn.path,
+        tuple(ids),
+        lambda topic: torn.messages(ids[topic]),
+        lambda topic, data: torn.decode(topic.type, data),
+        (Defect("file without an end", 1, 0, "read up to where it breaks off"),),
+    )
 
 
 def header_stamp(message: Any) -> int:

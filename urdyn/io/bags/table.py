@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -26,6 +27,7 @@ def read_bag(path: Path, channels: Collection[str] | None) -> Table:
     with opened(path) as bag:
         own = [topic for topic in bag.topics if topic.type == sample.TYPE]
         table = _own(bag, own) if own else _robots(bag)
+        table = replace(table, defects=merge((*bag.defects, *table.defects)))
     if channels is None:
         return table
     keep = {*channels, "timestamp"} | ({EFFORT} if "actual_current" in channels else set())

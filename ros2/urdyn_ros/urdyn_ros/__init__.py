@@ -1,0 +1,1 @@
+"""urdyn beside a robot driver, where ROS 2 is sourced."""

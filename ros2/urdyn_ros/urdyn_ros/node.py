@@ -1,0 +1,169 @@
+"""The node: rclpy carries the messages, urdyn does everything else."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from queue import Empty, SimpleQueue
+from threading import Event, Thread
+from typing import Any
+
+import rclpy
+from rclpy.executors import ExternalShutdownException
+from rclpy.node import Node
+from rclpy.qos import qos_profile_sensor_data
+from rosidl_runtime_py.utilities import get_message
+from sensor_msgs.msg import JointState
+from std_srvs.srv import Trigger
+
+import urdyn as ud
+from urdyn.estimate import UKF
+from urdyn.io import sha256
+from urdyn.io.ros2.compose import Types
+from urdyn.io.ros2.listen import Understanding
+from urdyn.io.ros2.talk import TOPICS, Voice
+from urdyn.tracking import Tracker, run
+from urdyn.tracking.announce import Announcer, Audience
+from urdyn.tracking.ros2_source import hearing
+
+PARAMETERS: dict[str, Any] = {
+    "twin": "twin.toml",
+    "out": "urdyn",
+    "topic": "joint_states",
+    "effort_unit": "",
+    "rate": 0.0,
+    "serial": "",
+    "feed_forward": False,
+    "friction_scales": False,
+    "set_payload": False,
+}
+SPREAD = 0.17  # of the sigma points, as `urdyn track` has it
+SET_PAYLOAD = "/io_and_status_controller/set_payload"
+
+
+class TwinNode(Node):
+    """Joint states in; diagnostics, estimates and torques out."""
+
+    def __init__(self) -> None:
+        super().__init__("urdyn")
+        self.declare_parameters("", list(PARAMETERS.items()))
+        self.ended, self.inbox, self.told = Event(), SimpleQueue(), SimpleQueue()
+        self._reset = False
+        self._understand = Understanding(self.asked("topic"))
+        self._payload: Any = None  # newest InertiaStamped
+        publishers = {
+            topic: self.create_publisher(get_message(name), topic, 10)
+            for topic, name in TOPICS.items()
+        }
+
+        def publish(topic: str, message: Any) -> None:
+            if topic == "/urdyn/payload":
+                self._payload = message
+            publishers[topic].publish(message)
+
+        types = Types(get_message, lambda level: bytes([level]))
+        wanted = {name: self.asked(name) for name in ("feed_forward", "friction_scales")}
+        self.voice = Voice(types, publish, **wanted)
+        self.create_subscription(
+            JointState, self.asked("topic"), self._hear, qos_profile_sensor_data
+        )
+        self.create_service(Trigger, "~/acknowledge", self._acknowledge)
+        self.create_service(Trigger, "~/reset", self._begin_anew)
+        if self.asked("set_payload"):
+            self._offer_payload()
+
+    def asked(self, name: str) -> Any:
+        """A parameter's value."""
+        return self.get_parameter(name).value
+
+    def acknowledgements(self) -> Iterator[str]:
+        """What has been acknowledged since the last look."""
+        while True:
+            try:
+                yield self.told.get_nowait()
+            except Empty:
+                return
+
+    def _hear(self, message: JointState) -> None:
+        heard = self._understand(message, time.monotonic(), self._reset)
+        if heard is not None:
+            self._reset = False
+            self.inbox.put(heard)
+
+    def _acknowledge(self, _: Trigger.Request, answer: Trigger.Response) -> Trigger.Response:
+        self.told.put("")
+        answer.success, answer.message = True, "all that is warned of is acknowledged"
+        return answer
+
+    def _begin_anew(self, _: Trigger.Request, answer: Trigger.Response) -> Trigger.Response:
+        self._reset = True
+        answer.success, answer.message = True, "begun anew with the commissioned arm"
+        return answer
+
+    def _offer_payload(self) -> None:
+        from ur_msgs.srv import SetPayload
+
+        client = self.create_client(SetPayload, SET_PAYLOAD)
+
+        def tell(_: Trigger.Request, answer: Trigger.Response) -> Trigger.Response:
+            if self._payload is None or not client.service_is_ready():
+                answer.success, answer.message = False, f"no estimate, or no {SET_PAYLOAD}"
+                return answer
+            inertia = self._payload.inertia
+            client.call_async(SetPayload.Request(mass=inertia.m, center_of_gravity=inertia.com))
+            answer.success, answer.message = True, f"{inertia.m:.3f} kg asked for"
+            return answer
+
+        self.create_service(Trigger, "~/set_payload", tell)
+
+
+def follow(node: TwinNode) -> None:
+    """Track until the node ends."""
+    twin = Path(node.asked("twin"))
+    fit = ud.Twin.load(twin).fit
+    effort = ud.Effort(node.asked("effort_unit") or None, fit.dynamics.drive.gain)
+    effort.told(node.asked("topic"))
+    announcer = Announcer(
+        fit, Audience(node.voice, (), node.acknowledgements), node.asked("serial")
+    )
+    try:
+        source = hearing(
+            f"ros2://{node.asked('topic')}",
+            node.inbox,
+            node.ended,
+            effort,
+            node.asked("rate") or None,
+        )
+        tracker = Tracker(fit, UKF(alpha=SPREAD), source.period)
+        run(tracker, source, Path(node.asked("out")), sha256(twin), watch=announcer.watch)
+    finally:
+        announcer.close()
+
+
+def main() -> None:
+    """ros2 run urdyn_ros twin --ros-args -p twin:=twin.toml -p effort_unit:=A"""
+    rclpy.init()
+    node = TwinNode()
+    failure: list[BaseException] = []
+
+    def work() -> None:
+        try:
+            follow(node)
+        except BaseException as error:
+            failure.append(error)
+            rclpy.try_shutdown()
+
+    worker = Thread(target=work)
+    worker.start()
+    try:
+        rclpy.spin(node)
+    except (KeyboardInterrupt, ExternalShutdownException):
+        pass
+    finally:
+        node.ended.set()
+        worker.join()
+        node.destroy_node()
+        rclpy.try_shutdown()
+    if failure:
+        raise SystemExit(f"urdyn: {failure[0]}")

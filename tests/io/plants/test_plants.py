@@ -1,0 +1,141 @@
+"""What plants are told: base units for Prometheus, retained JSON on a real broker."""
+
+from __future__ import annotations
+
+import json
+import socket
+import subprocess
+import sys
+import time
+import urllib.request
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from urdyn.errors import InputError
+from urdyn.io.plants.address import parse
+from urdyn.io.ros2.status import Level, Status
+from urdyn.io.snapshot import Snapshot
+
+JOINTS = ("shoulder_pan_joint", "elbow_joint")
+QUANTITIES = ("coulomb", "viscous", "structural", "health", "offset", "zero")
+STATUSES = (Status(Level.WARN, "urdyn: elbow_joint", "rust"), Status(Level.OK, "urdyn: arm", "ok"))
+
+
+def snapshot(coulomb: float = 3.0) -> Snapshot:
+    mean = {joint: dict.fromkeys(QUANTITIES, coulomb + k) for k, joint in enumerate(JOINTS)}
+    sd = {joint: dict.fromkeys(QUANTITIES, 0.5) for joint in JOINTS}
+    payload = {"mass": 1.25, "mx": 0.0, "my": 0.0, "mz": 0.1}
+    return Snapshot(
+        "20235",
+        1_500_000_000,
+        77,
+        JOINTS,
+        mean | {"payload": payload},
+        sd | {"payload": dict.fromkeys(payload, 0.02)},
+        {},
+        np.array([1.0, 2.0]),
+        np.array([0.1, np.nan]),
+        np.array([0, 0, 0.08]),
+        np.ones((2, 2)),
+    )
+
+
+def test_an_address_is_on_loopback_unless_told():
+    assert parse("9100", 1, "x") == ("127.0.0.1", 9100)
+    assert parse("broker", 1883, "x") == ("broker", 1883)
+    assert parse("0.0.0.0:9100", 1, "x") == ("0.0.0.0", 9100)
+    assert parse("[::1]:9100", 1, "x") == ("::1", 9100)
+    assert parse(":9100", 1, "x") == ("127.0.0.1", 9100)
+    for bad in ("host:port", "1.2.3.4:99999"):
+        with pytest.raises(InputError, match="write PORT"):
+            parse(bad, 1, "x")
+
+
+def test_prometheus_scrapes_base_units(free_port):
+    pytest.importorskip("prometheus_client", reason="the extra plants is not installed")
+    from urdyn.io.plants.prometheus import serve
+
+    tell, close = serve(str(free_port))
+    try:
+        tell(snapshot(), STATUSES)
+        tell(snapshot(5.0), STATUSES)
+        with pytest.raises(InputError, match=str(free_port)):
+            serve(str(free_port))
+        with urllib.request.urlopen(f"http://127.0.0.1:{free_port}/metrics", timeout=5) as page:
+            lines = page.read().decode().splitlines()
+    finally:
+        close()
+    joint = 'joint="elbow_joint",robot="20235"'
+    assert f"urdyn_joint_friction_newton_metres{{{joint}}} 6.0" in lines
+    assert f"urdyn_joint_friction_newton_metres_sd{{{joint}}} 0.5" in lines
+    assert f"urdyn_joint_health_ratio{{{joint}}} 6.0" in lines
+    assert 'urdyn_payload_mass_kilograms{robot="20235"} 1.25' in lines
+    assert 'urdyn_status{part="elbow_joint",robot="20235"} 1.0' in lines
+
+
+@pytest.fixture
+def free_port() -> int:
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return int(probe.getsockname()[1])
+
+
+@pytest.fixture
+def broker(free_port: int) -> Iterator[int]:
+    """A real MQTT broker on the loopback."""
+    pytest.importorskip("amqtt", reason="no broker is installed")
+    script = Path(__file__).with_name("mqtt_broker.py")
+    quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+    process = subprocess.Popen([sys.executable, str(script), str(free_port)], **quiet)
+    deadline = time.monotonic() + 20
+    while time.monotonic() < deadline:
+        with socket.socket() as probe:
+            if probe.connect_ex(("127.0.0.1", free_port)) == 0:
+                break
+        time.sleep(0.1)
+    yield free_port
+    process.kill()
+    process.wait()
+
+
+def test_a_broker_keeps_the_newest_state_for_those_who_come_later(broker):
+    pytest.importorskip("paho", reason="the extra plants is not installed")
+    from paho.mqtt.client import Client
+    from paho.mqtt.enums import CallbackAPIVersion
+
+    from urdyn.io.plants.mqtt import connect
+
+    tell, close = connect(f"127.0.0.1:{broker}", "20235")
+    tell(snapshot(), STATUSES)
+    tell(snapshot(5.0), STATUSES)
+    close()
+    told: dict[str, tuple[dict, bool, int]] = {}
+    late = Client(CallbackAPIVersion.VERSION2)
+    late.on_message = lambda _c, _u, m: told.update(
+        {m.topic: (json.loads(m.payload), m.retain, m.qos)}
+    )
+    late.connect("127.0.0.1", broker)
+    late.subscribe("urdyn/#", qos=1)
+    late.loop_start()
+    deadline = time.monotonic() + 10
+    while len(told) < 5 and time.monotonic() < deadline:
+        time.sleep(0.05)
+    late.disconnect()
+    late.loop_stop()
+    elbow, retained, qos = told["urdyn/20235/joint/elbow_joint"]
+    assert elbow["coulomb"] == {"mean": 6.0, "sd": 0.5} and elbow["stamp_s"] == 1.5
+    assert retained and qos == 1
+    assert told["urdyn/20235/payload"][0]["mass"]["mean"] == 1.25
+    assert told["urdyn/20235/status"][0]["parts"]["elbow_joint"] == ["WARN", "rust"]
+    assert told["urdyn/20235/online"][0] is False
+
+
+def test_a_broker_that_is_not_there_is_one_line(free_port):
+    pytest.importorskip("paho", reason="the extra plants is not installed")
+    from urdyn.io.plants.mqtt import connect
+
+    with pytest.raises(InputError, match=f"MQTT broker 127.0.0.1:{free_port}"):
+        connect(f"127.0.0.1:{free_port}", "x")

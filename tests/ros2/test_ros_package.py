@@ -1,0 +1,71 @@
+"""The ROS 2 package: its files agree with one another; with ROS 2 sourced, the node works."""
+
+from __future__ import annotations
+
+import ast
+import xml.etree.ElementTree as ET
+from pathlib import Path
+
+import pytest
+import yaml
+
+from urdyn.io.bags.joints import JOINTS
+from urdyn.io.ros2.talk import TOPICS
+
+HERE = Path(__file__).parents[2] / "ros2" / "urdyn_ros"
+
+
+def constant(file: str, name: str) -> object:
+    """Value of a constant of a module that cannot be imported where ROS is not sourced."""
+    for node in ast.parse((HERE / file).read_text()).body:
+        targets = node.targets if isinstance(node, ast.Assign) else [getattr(node, "target", None)]
+        if any(isinstance(t, ast.Name) and t.id == name for t in targets):
+            return ast.literal_eval(node.value)
+    raise KeyError(name)
+
+
+def test_the_parameter_file_is_what_the_node_declares():
+    file = yaml.safe_load((HERE / "config" / "urdyn.yaml").read_text())
+    assert file["urdyn"]["ros__parameters"] == constant("urdyn_ros/node.py", "PARAMETERS")
+    launched = constant("launch/urdyn.launch.py", "ARGUMENTS")
+    assert launched.items() <= constant("urdyn_ros/node.py", "PARAMETERS").items()
+
+
+def test_every_message_package_is_a_dependency():
+    tree = ET.parse(HERE / "package.xml").getroot()
+    wanted = {name.partition("/")[0] for name in TOPICS.values()} | {"std_srvs", "rclpy", "ur_msgs"}
+    assert wanted <= {node.text for node in tree.findall("exec_depend")}
+    assert tree.findtext("export/build_type") == "ament_python"
+    assert (HERE / "resource" / tree.findtext("name")).is_file()
+
+
+def test_what_a_controller_may_act_on_is_off_unless_asked_for():
+    parameters = constant("urdyn_ros/node.py", "PARAMETERS")
+    assert not any(parameters[name] for name in ("feed_forward", "friction_scales", "set_payload"))
+
+
+def test_the_node_hears_and_tells(tmp_path):
+    rclpy = pytest.importorskip("rclpy", reason="ROS 2 is not sourced")
+    import sys
+
+    sys.path.insert(0, str(HERE))
+    from sensor_msgs.msg import JointState
+    from urdyn_ros.node import TwinNode
+
+    rclpy.init(args=["--ros-args", "-p", "effort_unit:=A", "-p", f"out:={tmp_path}"])
+    node = TwinNode()
+    other = rclpy.create_node("driver")
+    out = other.create_publisher(JointState, "joint_states", 10)
+    try:
+        for k in range(100):
+            message = JointState(
+                name=list(JOINTS), position=[0.1] * 6, velocity=[0.0] * 6, effort=[1.0] * 6
+            )
+            message.header.stamp.nanosec = k * 2_000_000
+            out.publish(message)
+            rclpy.spin_once(node, timeout_sec=0.05)
+        assert node.inbox.qsize() > 50
+    finally:
+        node.destroy_node()
+        other.destroy_node()
+        rclpy.shutdown()

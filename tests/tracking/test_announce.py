@@ -1,0 +1,136 @@
+"""Who listens to a run hears what it believes, how sure that is, and when nothing comes."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from urdyn.io.bags import joints
+from urdyn.io.ros2.compose import Types
+from urdyn.io.ros2.status import Level, of_finding
+from urdyn.io.ros2.talk import Voice, acknowledged
+from urdyn.io.snapshot import Snapshot
+from urdyn.tracking import announce, open_source
+from urdyn.tracking.announce import Announcer, Audience, by_part
+from urdyn.tracking.health import FRICTION, HEALTH, stale, statuses
+
+JOINTS = ("shoulder_pan_joint", "elbow_joint")
+FINDING = {
+    "kind": "friction_increase",
+    "joint": 2,
+    "alarm_s": 3.0,
+    "severity": 0.2,
+    "time_to_failure_s": {"median": 600.0, "lo": 300.0, "hi": 900.0},
+}
+
+
+def snapshot(coulomb: float = 3.0, health: float = 1.0, sd: float = 1e-3) -> Snapshot:
+    mean = {joint: {"coulomb": 3.0, "health": 1.0} for joint in JOINTS}
+    mean["elbow_joint"] = {"coulomb": coulomb, "health": health}
+    spread = {joint: {"coulomb": sd, "health": sd} for joint in JOINTS}
+    units = {"coulomb": "N·m", "health": "-", "mass": "kg"}
+    nothing = np.zeros(2)
+    return Snapshot(
+        "ur5e",
+        0,
+        1,
+        JOINTS,
+        mean | {"payload": {"mass": 1.0}},
+        spread | {"payload": {"mass": 0.1}},
+        units,
+        nothing,
+        nothing,
+        np.zeros(3),
+        np.ones((2, 2)),
+    )
+
+
+JOINT_NAMES = joints.JOINTS
+THREE = np.array([3.0, 3.0])
+
+
+@pytest.mark.parametrize("grade", [Level.WARN, Level.ERROR])
+def test_a_limit_counts_once_it_is_surely_crossed(grade):
+    surely = [snapshot(3.0 * FRICTION[grade] + 0.1), snapshot(health=HEALTH[grade] - 0.01)]
+    for one in surely:
+        pan, elbow, arm = statuses(one, THREE)
+        assert (pan.level, elbow.level, arm.level) == (Level.OK, grade, grade)
+        assert "elbow_joint" in arm.message
+        unsure = replace(one, sd={part: dict.fromkeys(v, 9.0) for part, v in one.sd.items()})
+        assert statuses(unsure, THREE)[1].level == Level.OK
+
+
+def test_findings_are_lines_of_their_joints():
+    _, elbow, arm = statuses(snapshot(), THREE, [FINDING], "20235")
+    assert elbow.level == arm.level == Level.WARN
+    assert elbow.message == "friction increase, 600 s left" and elbow.hardware_id == "20235"
+    assert ("kind", "friction_increase") in elbow.values
+    over = FINDING | {"time_to_failure_s": {"median": -1.0}}
+    assert of_finding(over).level == of_finding(FINDING | {"severity": 1.0}).level == Level.ERROR
+    assert of_finding({"kind": "collision", "joint": None}).name == "urdyn: arm"
+
+
+def test_what_is_acknowledged_is_told_and_no_longer_warned_of():
+    lines = statuses(snapshot(), THREE, [FINDING])
+    some = acknowledged(lines, frozenset({"urdyn: elbow_joint"}))
+    assert [s.level for s in some] == [Level.OK, Level.OK, Level.WARN]
+    assert "friction increase" in some[1].message
+    assert {s.level for s in acknowledged(lines, frozenset({""}))} == {Level.OK}
+    assert {s.level for s in stale(lines, 3.0)} == {Level.STALE}
+
+
+class Message:
+    """Any message: what it was made of."""
+
+    def __init__(self, **fields):
+        self.__dict__.update(fields)
+
+
+def test_a_run_tells_what_it_writes(workshop, tmp_path, monkeypatch):
+    monkeypatch.setattr(announce, "STEADY", 0.0)
+    monkeypatch.setattr(announce, "PULSE", 0.05)
+    monkeypatch.setattr(announce, "STALE", 0.3)
+    sent, scraped, glances = [], [], []
+    voice = Voice(Types(lambda name: Message, int), lambda *one: sent.append(one), True, True)
+    plants = [lambda now, lines: scraped.append((now, lines))]
+    announcer = Announcer(workshop.fit, Audience(voice, plants), "20235")
+
+    def watch(glance):
+        glances.append(glance)
+        announcer.watch(glance)
+
+    try:
+        part = open_source(str(workshop.recording), rows=(0, 500))
+        summary = workshop.track(tmp_path, part, watch=watch)
+        deadline = time.monotonic() + 20
+        while scraped[-1][1][0].level != Level.STALE and time.monotonic() < deadline:
+            time.sleep(0.05)
+    finally:
+        announcer.close()
+    by_topic = {topic: [m for t, m in sent if t == topic] for topic in {t for t, _ in sent}}
+    assert len(by_topic["/urdyn/estimates"]) == len(glances) > 450
+    last = by_topic["/urdyn/estimates"][-1]
+    elbow = last.interface_values[last.joint_names.index("elbow_joint")]
+    told = dict(zip(elbow.interface_names, elbow.values, strict=True))
+    final = summary["final"]["elbow_joint.coulomb"]
+    assert told["coulomb"] == final["mean"] and told["coulomb.sd"] == final["sd"]
+    predicted = np.array([m.effort for m in by_topic["/urdyn/predicted_torque"]])
+    residual = np.array([m.effort for m in by_topic["/urdyn/residual_torque"]])
+    measured = np.array([g.reading.current for g in glances]) * workshop.fit.dynamics.drive.gain
+    sure = np.isfinite(predicted)
+    healthy = np.array(
+        [[by_part(g, JOINT_NAMES)[0][j]["health"] for j in JOINT_NAMES] for g in glances]
+    )
+    assert sure.mean() > 0.5
+    np.testing.assert_allclose((predicted + residual)[sure], (measured * healthy)[sure])
+    assert by_topic["/urdyn/payload"][-1].inertia.m == summary["final"]["payload.mass"]["mean"]
+    scales = np.array(by_topic["/urdyn/friction_scales"][-1].data)
+    np.testing.assert_allclose(scales, 1.0, atol=0.5)
+    assert 0 < len(by_topic["/urdyn/feed_forward"]) <= len(glances)
+    diagnoses = by_topic["/diagnostics"]
+    assert [s.name for s in diagnoses[0].status][-1] == "urdyn: arm"
+    assert {s.hardware_id for s in diagnoses[0].status} == {"20235"}
+    assert diagnoses[-1].status[0].level == Level.STALE

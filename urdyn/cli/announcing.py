@@ -1,0 +1,125 @@
+"""Whom a run tells, as its options say; and what it hands over to a controller at the end."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Iterator, Sequence
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import typer
+
+if TYPE_CHECKING:
+    import urdyn as ud
+    from urdyn.io.ros2.talk import Voice
+    from urdyn.tracking.announce import Tell
+    from urdyn.tracking.run import Glance, Watch
+
+PUBLISHED = ("feed_forward", "friction_scales")
+HANDED = ("urdf", "payload")
+
+
+def known(asked: Collection[str] | None, words: Collection[str], option: str) -> None:
+    """BadParameter at a word that is none of these."""
+    for word in asked or ():
+        if word not in words:
+            raise typer.BadParameter(f"{option} {word!r}: choose from {', '.join(words)}")
+
+
+@contextmanager
+def announcing(
+    fit: ud.Fit,
+    source: str,
+    serial: str,
+    prometheus: str | None,
+    mqtt: str | None,
+    publish: Sequence[str],
+) -> Iterator[Watch | None]:
+    """What tells everybody who asked; None where nobody did."""
+    live = source.startswith("ros2://")
+    if publish and not live:
+        raise typer.BadParameter(f"--publish {publish[0]}: there is no ROS in {source}")
+    if not (live or prometheus or mqtt):
+        yield None
+        return
+    from urdyn.tracking.announce import Announcer, Audience
+
+    with ExitStack() as ends:
+        plants = _plants(fit, serial, prometheus, mqtt, ends)
+        voice, acknowledgements = _ros(publish) if live else (None, lambda: iter(()))
+        announcer = Announcer(fit, Audience(voice, plants, acknowledgements), serial)
+        ends.callback(announcer.close)
+        yield announcer.watch
+
+
+def both(one: Watch | None, other: Watch | None) -> Watch | None:
+    """A watcher that is both, or the one that there is."""
+    if one is None or other is None:
+        return one or other
+
+    def watch(glance: Glance) -> None:
+        one(glance)
+        other(glance)
+
+    return watch
+
+
+def hand(fit: ud.Fit, summary: dict[str, Any], asked: Collection[str], out: Path) -> list[Path]:
+    """Write what a controller was promised: the model as it is now; the files written."""
+    from urdyn.io import write_text
+
+    final = {name: value["mean"] for name, value in summary["final"].items()}
+    makers = {"urdf": ("current.urdf", _urdf), "payload": ("payload.script", _payload)}
+    written = []
+    for word in asked:
+        name, make = makers[word]
+        write_text(out / name, make(fit, final))
+        written.append(out / name)
+    return written
+
+
+def _plants(
+    fit: ud.Fit, serial: str, prometheus: str | None, mqtt: str | None, ends: ExitStack
+) -> list[Tell]:
+    tells: list[Tell] = []
+    if prometheus is not None:
+        from urdyn.io.plants.prometheus import serve
+
+        tell, close = serve(prometheus)
+        ends.callback(close)
+        tells.append(tell)
+    if mqtt is not None:
+        from urdyn.io.plants.mqtt import connect
+
+        tell, close = connect(mqtt, serial or fit.dynamics.arm.name)
+        ends.callback(close)
+        tells.append(tell)
+    return tells
+
+
+def _ros(publish: Collection[str]) -> tuple[Voice, Callable[[], Iterator[str]]]:
+    from urdyn.io.ros2.domain import participant
+    from urdyn.io.ros2.talk import Voice, dds_acknowledgements, dds_publish, dds_types
+
+    at = participant()
+    wanted = {word: word in publish for word in PUBLISHED}
+    return Voice(dds_types(), dds_publish(at), **wanted), dds_acknowledgements(at)
+
+
+def _urdf(fit: ud.Fit, final: dict[str, float]) -> str:
+    """The bare arm with its links' masses; what it carries is told by `payload`."""
+    from urdyn.model.describe import describe
+
+    arm = fit.dynamics.arm
+    inertials = np.array(fit.dynamics.inertials)
+    scale = [final[f"{link}.mass"] for link in arm.link_names] / inertials[:, 0]
+    # A link that turned out heavier is taken to be so throughout: its shape was not seen to change.
+    return describe(arm, inertials * scale[:, None], "urdyn: as tracked")
+
+
+def _payload(_: ud.Fit, final: dict[str, float]) -> str:
+    """`set_payload` of URScript: mass [kg], centre of mass at the flange [m]."""
+    mass = max(final["payload.mass"], 0.0)
+    centre = [final[f"payload.{m}"] / mass if mass > 0.05 else 0.0 for m in ("mx", "my", "mz")]
+    return f"set_payload({mass:.4f}, [{', '.join(f'{x:.5f}' for x in centre)}])\n"

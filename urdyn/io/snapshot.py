@@ -1,0 +1,25 @@
+"""An arm as it is believed to be at one moment: what goes out to whoever listens."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from urdyn.types import Array
+
+
+@dataclass(frozen=True)
+class Snapshot:
+    """Estimates with their sd by part and quantity, in SI units."""
+
+    robot: str
+    stamp: int  # [ns] of the newest sample in it, by the robot's clock
+    samples: int  # that are in it
+    joints: tuple[str, ...]
+    mean: Mapping[str, Mapping[str, float]]  # "elbow_joint" -> "coulomb" -> value
+    sd: Mapping[str, Mapping[str, float]]
+    units: Mapping[str, str]  # quantity -> unit
+    predicted: Array  # (J,) [N·m] joint torque by the belief before the sample; NaN: not told
+    residual: Array  # (J,) [N·m] measured less predicted
+    com: Array  # (3,) [m] of the payload, at the flange; NaN: it weighs nothing
+    scales: Array  # (2, J) [-] viscous and Coulomb friction over those when commissioned

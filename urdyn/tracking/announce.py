@@ -1,0 +1,126 @@
+"""A run's newest state, told to whoever asked: ROS 2 topics, Prometheus, MQTT."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from threading import Event, Thread
+
+import numpy as np
+
+from urdyn.identify.fit import Fit
+from urdyn.io.ros2.status import Status
+from urdyn.io.ros2.talk import Voice, acknowledged
+from urdyn.io.snapshot import Snapshot
+from urdyn.tracking.health import STALE, stale, statuses
+from urdyn.tracking.run import Glance
+from urdyn.types import Array
+
+STEADY = 0.04  # [s] between two tellings of what has been learnt
+PULSE = 1.0  # [s] between two diagnoses
+
+Tell = Callable[[Snapshot, Sequence[Status]], None]
+
+
+@dataclass(frozen=True, eq=False)
+class Audience:
+    """Who listens."""
+
+    voice: Voice | None = None  # ROS 2
+    plants: Sequence[Tell] = ()
+    acknowledgements: Callable[[], Iterator[str]] = lambda: iter(())
+
+
+class Announcer:
+    """A watcher of a run; a thread of its own tells once a second, also when nothing comes."""
+
+    def __init__(self, fit: Fit, audience: Audience, serial: str = "") -> None:
+        self._fit, self._audience, self._serial = fit, audience, serial
+        self._newest: tuple[float, Glance, Snapshot] | None = None  # [s] monotonic, when it came
+        self._told = -np.inf  # [s] monotonic, when what is learnt was told
+        self._torque = fit.dynamics.drive.gain  # (J,) [N·m/A] of drives as healthy as believed
+        self._known: frozenset[str] = frozenset()  # acknowledged
+        self._ended = Event()
+        self._pulse = Thread(target=self._beat, daemon=True)
+        self._pulse.start()
+
+    def watch(self, glance: Glance) -> None:
+        """Tell what is new: torque with every sample, where it was asked for; the rest steadily."""
+        now, voice = time.monotonic(), self._audience.voice
+        if voice:
+            voice.quickly(self._torque * glance.reading.predicted)
+        if now - self._told < STEADY:
+            return
+        snapshot = self._snapshot(glance)
+        self._told, self._newest = now, (now, glance, snapshot)
+        if voice:
+            voice.steadily(snapshot)
+
+    def close(self) -> None:
+        """No more."""
+        self._ended.set()
+        self._pulse.join(timeout=5 * PULSE)
+
+    def _snapshot(self, glance: Glance) -> Snapshot:
+        arm, drive = self._fit.dynamics.arm, self._fit.dynamics.drive
+        joints = arm.joint_names
+        mean, sd, units = by_part(glance, joints)
+        self._torque = drive.gain * _of(mean, joints, "health")
+        predicted = self._torque * glance.reading.predicted
+        commissioned = {"viscous": drive.viscous, "coulomb": drive.coulomb}
+        return Snapshot(
+            robot=self._serial or arm.name,
+            stamp=round(glance.last * 1e9),
+            samples=glance.samples,
+            joints=joints,
+            mean=mean,
+            sd=sd,
+            units=units,
+            predicted=predicted,
+            residual=self._torque * glance.reading.current - predicted,
+            com=_centre(mean["payload"]),
+            scales=np.array([_of(mean, joints, name) / c for name, c in commissioned.items()]),
+        )
+
+    def _beat(self) -> None:
+        while not self._ended.wait(PULSE):
+            if self._newest is None:
+                continue
+            came, glance, snapshot = self._newest
+            lines = self._lines(glance, snapshot, time.monotonic() - came)
+            if self._audience.voice:
+                self._audience.voice.diagnose(time.time_ns(), lines)
+            for tell in self._audience.plants:
+                tell(snapshot, lines)
+
+    def _lines(self, glance: Glance, now: Snapshot, age: float) -> tuple[Status, ...]:
+        self._known |= frozenset(self._audience.acknowledgements())
+        coulomb = self._fit.dynamics.drive.coulomb
+        lines = statuses(now, coulomb, glance.findings, self._serial)
+        return stale(lines, age) if age > STALE else acknowledged(lines, self._known)
+
+
+def _of(mean: Mapping[str, Mapping[str, float]], joints: Sequence[str], name: str) -> Array:
+    return np.array([mean[joint][name] for joint in joints])
+
+
+def by_part(
+    glance: Glance, joints: Sequence[str]
+) -> tuple[dict[str, dict[str, float]], dict[str, dict[str, float]], Mapping[str, str]]:
+    """Means and sd, part -> quantity -> value, of the joints and the payload; quantity -> unit."""
+    mean: dict[str, dict[str, float]] = {part: {} for part in (*joints, "payload")}
+    sd: dict[str, dict[str, float]] = {part: {} for part in mean}
+    units = {}
+    rows = zip(glance.names, glance.units, glance.mean.tolist(), glance.sd.tolist(), strict=True)
+    for name, unit, value, spread in rows:
+        part, _, quantity = name.partition(".")
+        if part in mean:
+            mean[part][quantity], sd[part][quantity], units[quantity] = value, spread, unit
+    return mean, sd, units
+
+
+def _centre(payload: Mapping[str, float]) -> Array:
+    """Centre of mass (3,) [m] of mass and first moments; NaN where there is no mass to speak of."""
+    moments = np.array([payload[name] for name in ("mx", "my", "mz")])
+    return moments / payload["mass"] if payload["mass"] > 0.05 else np.full(3, np.nan)

@@ -1,0 +1,83 @@
+"""An arm's state in the words of /diagnostics: one line a joint, one for the arm."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from urdyn.io.ros2.status import Level, Status, of_finding
+from urdyn.io.snapshot import Snapshot
+from urdyn.types import Array
+
+SURE = 1.645  # [sd] beyond which a limit counts as crossed: 95 of 100
+HEALTH = {Level.WARN: 0.9, Level.ERROR: 0.75}  # [-] drive health below
+FRICTION = {Level.WARN: 1.5, Level.ERROR: 2.0}  # [-] over that when commissioned; warmth moves 0.2
+STALE = 1.0  # [s] without a sample
+
+WELL = "as commissioned"
+
+
+def statuses(
+    now: Snapshot,
+    commissioned: Array,
+    findings: Sequence[Mapping[str, Any]] = (),
+    serial: str = "",
+) -> tuple[Status, ...]:
+    """Lines of the joints, then of the arm, which is as well as the worst of all.
+
+    Args:
+        now: the arm as it is believed to be.
+        commissioned: Coulomb friction of the commissioned arm, (J,) [N·m].
+        findings: as in findings.json.
+        serial: number of the arm.
+    """
+    told = [of_finding(finding, serial) for finding in findings]
+    joints = tuple(
+        _worst(_joint(now, joint, float(f), serial), [s for s in told if s.name == _name(joint)])
+        for joint, f in zip(now.joints, commissioned, strict=True)
+    )
+    arm = [status for status in told if status.name == _name("arm")]
+    worst = max([*joints, *arm], key=lambda status: status.level)
+    message = WELL if worst.level == Level.OK else f"{worst.name}: {worst.message}"
+    found = tuple(pair for status in arm for pair in status.values)
+    whole = Status(worst.level, _name("arm"), message, (*_values(now, "payload"), *found), serial)
+    return (*joints, whole)
+
+
+def stale(lines: Sequence[Status], age: float) -> tuple[Status, ...]:
+    """The lines when nothing has come for `age` [s]."""
+    told = f"no sample for {age:.1f} s"
+    return tuple(Status(Level.STALE, s.name, told, s.values, s.hardware_id) for s in lines)
+
+
+def _joint(now: Snapshot, joint: str, commissioned: float, serial: str) -> Status:
+    mean, sd = now.mean[joint], now.sd[joint]
+    at_most = mean["health"] + SURE * sd["health"]
+    at_least = (mean["coulomb"] - SURE * sd["coulomb"]) / commissioned
+    level, message = Level.OK, WELL
+    for grade in (Level.WARN, Level.ERROR):
+        if at_least > FRICTION[grade]:
+            level = grade
+            message = f"friction {mean['coulomb'] / commissioned:.1f} times that when commissioned"
+        if at_most < HEALTH[grade]:
+            level, message = grade, f"drive health {mean['health']:.2f}"
+    return Status(level, _name(joint), message, _values(now, joint), serial)
+
+
+def _name(part: str) -> str:
+    return f"urdyn: {part}"
+
+
+def _worst(own: Status, findings: Sequence[Status]) -> Status:
+    """The line of a joint, with what was found of it."""
+    worst = max([own, *findings], key=lambda status: status.level)
+    found = [pair for finding in findings for pair in finding.values]
+    values = (*own.values, *found)
+    return Status(worst.level, own.name, worst.message, values, own.hardware_id)
+
+
+def _values(now: Snapshot, part: str) -> tuple[tuple[str, str], ...]:
+    return tuple(
+        (name, f"{value:.4g} ± {now.sd[part][name]:.2g} {now.units[name]}")
+        for name, value in now.mean[part].items()
+    )

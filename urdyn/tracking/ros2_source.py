@@ -1,0 +1,109 @@
+"""A robot at work, heard on a ROS 2 graph."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import chain, islice
+from queue import Empty, SimpleQueue
+from threading import Event, Thread
+from typing import Any
+
+import numpy as np
+
+from urdyn.errors import InputError, UrdynError
+from urdyn.io.bags.joints import JOINTS
+from urdyn.io.effort import Effort
+from urdyn.io.ros2.domain import participant
+from urdyn.io.ros2.listen import Heard, joint_states
+from urdyn.signal import Sample
+from urdyn.tracking.source import LOOK, Arrival, Source
+
+PATIENCE = 10.0  # [s] for the first joint states
+FIRST = 50  # samples that tell the rate
+
+Inbox = SimpleQueue[Heard | UrdynError]
+
+
+def graph(
+    name: str, topic: str, rate: float | None, duration: float | None, effort: Effort
+) -> Source:
+    """The joint states of a topic; the first samples tell the `rate` [Hz] where nobody does."""
+    effort.told(name)
+    ended, inbox = Event(), Inbox()
+    at = participant()
+    Thread(target=_pump, args=(at, topic or "joint_states", ended, inbox), daemon=True).start()
+    return hearing(name, inbox, ended, effort, rate, duration)
+
+
+def hearing(
+    name: str,
+    inbox: Inbox,
+    ended: Event,
+    effort: Effort,
+    rate: float | None = None,
+    duration: float | None = None,
+) -> Source:
+    """The source of what somebody puts into `inbox`, until `ended` is set."""
+    try:
+        first = _first(inbox, name, FIRST if rate is None else 1)
+        period = 1.0 / rate if rate else _period(first, name)
+    except BaseException:
+        ended.set()
+        raise
+    count = None if duration is None else max(1, round(duration / period))
+
+    def start(_: int) -> Iterator[Arrival]:
+        heard = chain(first, _heard(inbox, ended))
+        return islice((_arrival(one, effort) for one in heard), count)
+
+    return Source(name, name, "", period, len(JOINTS), True, count or 0, start, ended.set)
+
+
+def _pump(at: Any, topic: str, ended: Event, inbox: Inbox) -> None:
+    """All that comes, into the inbox; last, why it ended."""
+    try:
+        for heard in joint_states(at, topic, ended):
+            inbox.put(heard)
+    except UrdynError as error:
+        inbox.put(error)
+        ended.set()
+
+
+def _first(inbox: Inbox, name: str, count: int) -> list[Heard]:
+    came: list[Heard] = []
+    while len(came) < count:
+        try:
+            one = inbox.get(timeout=PATIENCE)
+        except Empty:
+            raise InputError(
+                f"{name}: no joint states of an arm in {PATIENCE:.0f} s; does the driver run, and "
+                "is ROS_DOMAIN_ID the same?"
+            ) from None
+        if isinstance(one, UrdynError):
+            raise one
+        came.append(one)
+    return came
+
+
+def _period(first: list[Heard], name: str) -> float:
+    period = float(np.median(np.diff([heard.stamp for heard in first])))
+    if not period > 0.0:
+        raise InputError(f"{name}: its stamps do not run forward; is another node publishing too?")
+    return period
+
+
+def _heard(inbox: Inbox, ended: Event) -> Iterator[Heard]:
+    while not (ended.is_set() and inbox.empty()):
+        try:
+            one = inbox.get(timeout=LOOK)
+        except Empty:
+            continue
+        if isinstance(one, UrdynError):
+            raise one
+        yield one
+
+
+def _arrival(heard: Heard, effort: Effort) -> Arrival:
+    nothing = np.full(len(JOINTS), np.nan)  # temperatures are on no topic of the driver's
+    sample = Sample(heard.stamp, heard.q, heard.v, effort.current(heard.effort), nothing)
+    return Arrival(sample, heard.received, heard.reset)
