@@ -9,7 +9,15 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 import urdyn as ud
-from urdyn.cli.diagnosing import FAILED, FailOnFinding, Hours, NoDiagnosis, RulesFile, onlooker, summed
+from urdyn.cli.diagnosing import (
+    FAILED,
+    FailOnFinding,
+    Hours,
+    NoDiagnosis,
+    RulesFile,
+    onlooker,
+    summed,
+)
 from urdyn.cli.options import Columns, Json, Quiet, Rows
 from urdyn.cli.recording import slice_of
 from urdyn.cli.voice import Voice

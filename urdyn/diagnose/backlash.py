@@ -72,7 +72,9 @@ class Backlash:
             np.zeros(J, dtype=bool), nothing, np.full(J, np.inf), np.full(J, -np.inf),
         )  # fmt: skip
 
-    def step(self, state: Reversals, rows: Rows, tool: Array, ill: Mask) -> tuple[Reversals, list[Event]]:
+    def step(
+        self, state: Reversals, rows: Rows, tool: Array, ill: Mask
+    ) -> tuple[Reversals, list[Event]]:
         """A beat on.
 
         Args:

@@ -27,7 +27,9 @@ class Straying:
     """How far a healthy arm strays, per state."""
 
     walk: Array  # (n,) [1/√s]
-    window: Array  # (n,) sd from window to window: programs that differ, models that are not perfect
+    window: (
+        Array  # (n,) sd from window to window: programs that differ, models that are not perfect
+    )
 
 
 @dataclass(frozen=True, eq=False)

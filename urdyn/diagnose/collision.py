@@ -75,7 +75,7 @@ class Collision:
             ill: joints whose sensor is not to be believed, (J,).
         """
         found: list[Event] = []
-        edges = np.flatnonzero(np.diff(np.floor(rows.t / BIN), prepend=-np.inf))
+        edges = np.flatnonzero(np.diff(np.floor(rows.t / BIN), prepend=-np.inf)).tolist()
         for start, stop in zip(edges, [*edges[1:], len(rows)], strict=True):
             state, event = self._bin(state, rows.part(start, stop), carried, ill)
             found += [event] if event else []
@@ -100,7 +100,9 @@ class Collision:
                 aimed=np.where(changed, aimed, state.aimed),
             )
         noise = (K * self.space.noise) ** 2 * (1.0 / len(rows) + CORRELATED)
-        doubt = np.where(held, 0.0, K * rows.doubt.max(axis=0)) + MODEL * np.abs(aimed - state.aimed)
+        doubt = np.where(held, 0.0, K * rows.doubt.max(axis=0)) + MODEL * np.abs(
+            aimed - state.aimed
+        )
         doubt = doubt + LATE * np.abs(aimed - state.asked)
         state = replace(state, asked=aimed)
         var = np.maximum(noise, 2.0 * state.spread) + doubt**2
@@ -189,9 +191,7 @@ class Collision:
         }
         return Event("collision", link, state.begin, state.t[-1] + BIN, share, strength, evidence)
 
-    def _place(
-        self, q: Array, felt: Array, sd: Array, told: Mask
-    ) -> tuple[int, float, Array]:
+    def _place(self, q: Array, felt: Array, sd: Array, told: Mask) -> tuple[int, float, Array]:
         """The link that explains the torques best, its share of the evidence, and the force [N]."""
         arm, weights, forces = self.space.reference.arm, [], []
         frames = [(k, name) for k, name in enumerate(arm.link_names) if k]
@@ -203,7 +203,9 @@ class Collision:
             # The drives hold against the push: what they give more is -J' F.
             S = V + FORCE**2 * J.T @ J
             gain = -(FORCE**2) * J @ np.linalg.inv(S)
-            weights.append(-0.5 * np.linalg.slogdet(S)[1] - 0.5 * felt[told] @ np.linalg.solve(S, felt[told]))
+            weights.append(
+                -0.5 * np.linalg.slogdet(S)[1] - 0.5 * felt[told] @ np.linalg.solve(S, felt[told])
+            )
             forces.append(gain @ felt[told])
         share = np.exp(np.array(weights) - max(weights))
         share /= share.sum()

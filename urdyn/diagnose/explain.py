@@ -13,9 +13,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import log_ndtr, logsumexp
 
-from urdyn.diagnose.space import Space
 from urdyn.diagnose.bank import SHAPES, Bank
 from urdyn.diagnose.rules import PAYLOAD_STATES, SlowKind, unit
+from urdyn.diagnose.space import Space
 from urdyn.types import Array, Index
 
 RATES = (60.0, 600.0, 3600.0)  # [s] in which a ramp makes a change of the expected size
@@ -80,8 +80,8 @@ def suspects(space: Space, kinds: tuple[SlowKind, ...]) -> Suspects:
 
 def _place(space: Space, state: str, joint: int) -> int:
     if state in PAYLOAD_STATES:
-        return space.places["payload"].start + PAYLOAD_STATES.index(state)
-    return space.places[state].start + joint
+        return int(space.places["payload"].start) + PAYLOAD_STATES.index(state)
+    return int(space.places[state].start) + joint
 
 
 def evidence(bank: Bank, suspect: Suspect) -> Array:

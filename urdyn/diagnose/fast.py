@@ -62,7 +62,10 @@ class Fast:
     def init(self) -> FastState:
         """Before the first beat."""
         return FastState(
-            self.sensors.init(), self.collision.init(), self.oscillation.init(), self.backlash.init()
+            self.sensors.init(),
+            self.collision.init(),
+            self.oscillation.init(),
+            self.backlash.init(),
         )
 
     def step(

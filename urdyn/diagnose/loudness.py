@@ -13,8 +13,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from urdyn.diagnose.space import Space
 from urdyn.diagnose.moment import Pool
+from urdyn.diagnose.space import Space
 from urdyn.types import Array
 
 BELIEVED = 5.0  # moments that the loudness of the first day is worth
@@ -44,9 +44,7 @@ def first(power: Array) -> Loudness:
     return Loudness(BELIEVED * measured, np.full(len(power), BELIEVED))
 
 
-def heard(
-    loudness: Loudness, pools: Sequence[Pool], space: Space, noise: Array
-) -> Loudness:
+def heard(loudness: Loudness, pools: Sequence[Pool], space: Space, noise: Array) -> Loudness:
     """With the moments of a block; `noise` is the residual's sd on the first day, (J,) [A]."""
     total, freedom = loudness.total.copy(), loudness.freedom.copy()
     for j in range(len(noise)):

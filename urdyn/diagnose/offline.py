@@ -39,8 +39,8 @@ class Report:
 def diagnose(fit: Fit, log: Log, rules: Rules | None = None) -> Report:
     """The faults in a log of the arm that was commissioned by `fit`.
 
-        report = urdyn.diagnose(twin.fit, urdyn.read("monday.parquet"))
-        print(report)
+    report = urdyn.diagnose(twin.fit, urdyn.read("monday.parquet"))
+    print(report)
     """
     motion = condition(log, offset=fit.dynamics.drive.time_offset)
     diagnosis = Diagnosis(fit, float(np.median(np.diff(log.t))), rules or read_rules())

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -16,7 +17,7 @@ from urdyn.diagnose.event import Event
 from urdyn.diagnose.rows import Rows
 from urdyn.diagnose.space import Space
 from urdyn.model.friction import GEAR_RATIO
-from urdyn.types import Array
+from urdyn.types import Array, Mask
 
 WINDOW = 0.9  # [s]
 HIGHEST = 60.0  # [Hz] no loop of a joint rings faster
@@ -67,7 +68,14 @@ class Oscillation:
         """Nothing heard yet."""
         J = self.space.joints
         nothing = np.zeros((0, J))
-        return Heard(np.zeros(0), nothing, nothing, nothing, np.zeros((2, 0, J)), np.array([-np.inf, 0.0, 0.0, 0.0]))
+        return Heard(
+            np.zeros(0),
+            nothing,
+            nothing,
+            nothing,
+            np.zeros((2, 0, J)),
+            np.array([-np.inf, 0.0, 0.0, 0.0]),
+        )
 
     def step(self, state: Heard, rows: Rows) -> tuple[Heard, list[Event]]:
         """A beat on; an event when a joint begins to ring."""
@@ -86,7 +94,7 @@ class Oscillation:
         return self._judge(state)
 
     def _judge(self, state: Heard) -> tuple[Heard, list[Event]]:
-        f = np.fft.rfftfreq(self.samples, self.period)
+        f: Array = np.asarray(np.fft.rfftfreq(self.samples, self.period), dtype=np.float64)
         f = f[f <= HIGHEST]
         signals = np.stack([state.left, state.torque])
         whole = _spectrum(signals, len(f))
@@ -100,7 +108,9 @@ class Oscillation:
         for j in range(self.space.joints):
             if np.isfinite(signals[..., j]).all():
                 of = ratio[..., j], allowed[:, j], f, [h[..., j] for h in halves]
-                lines += [(j, *line) for line in [self._line(signals[..., j], state.t, *of)] if line]
+                lines += [
+                    (j, *line) for line in [self._line(signals[..., j], state.t, *of)] if line
+                ]
         loud = np.isin(np.arange(self.space.joints), [line[0] for line in lines])
         learnt = usual + LEARNT * (np.minimum(whole, 4.0 * usual) - usual)
         state = replace(state, usual=np.where(loud, usual, learnt))
@@ -125,7 +135,7 @@ class Oscillation:
         state = replace(state, rings=np.array([now, frequency, since, float(told or tell)]))
         return state, [self._event(state, joint, frequency, ratio, sizes)] if tell else []
 
-    def _allowed(self, f: Array, v: Array) -> Array:
+    def _allowed(self, f: Array, v: Array) -> Mask:
         """Frequencies that neither the motion nor the gear makes, (F, J)."""
         nyquist = 0.5 / self.period
         allowed = np.repeat((f >= self.rule["lowest"])[:, None], v.shape[1], axis=1)
@@ -140,14 +150,16 @@ class Oscillation:
         return allowed
 
     def _line(
-        self, x: Array, t: Array, ratio: Array, allowed: Array, f: Array, halves: list[Array]
+        self, x: Array, t: Array, ratio: Array, allowed: Mask, f: Array, halves: list[Array]
     ) -> tuple[float, float, Array] | None:
         """Frequency, ratio and amplitudes by quarter of a line that lasts; None where none does."""
         for k in range(2):
             masked = np.where(allowed, ratio[k], 0.0)
             at = int(np.argmax(masked))
             near = slice(max(at // 2 - 1, 0), at // 2 + 3)
-            if masked[at] < self.rule["threshold"] or any(h[k, near].max() < HALVES for h in halves):
+            if masked[at] < self.rule["threshold"] or any(
+                h[k, near].max() < HALVES for h in halves
+            ):
                 continue
             frequency = _refined(x[k], t, f[at], f[1])
             sizes = np.array([_amplitude(x[k, p], t[p], frequency) for p in _parts(len(t), 4)])
@@ -157,9 +169,7 @@ class Oscillation:
                 return frequency, float(masked[at]), sizes
         return None
 
-    def _event(
-        self, state: Heard, j: int, frequency: float, ratio: float, sizes: Array
-    ) -> Event:
+    def _event(self, state: Heard, j: int, frequency: float, ratio: float, sizes: Array) -> Event:
         growth = float(np.polyfit(np.arange(4) * WINDOW / 4, np.log(sizes), 1)[0])
         size = float(sizes[-2:].mean())
         evidence = {
@@ -178,7 +188,9 @@ def _lasts(sizes: Array, whole: float) -> bool:
     """A line that neither fades nor was only passing, and keeps its phase."""
     there = sizes.min() > STAYS * sizes.max() or bool((np.diff(sizes) > 0.0).all())
     fades = sizes[2:].mean() < 0.85 * sizes[:2].mean()
-    return bool(there and not fades and sizes[0] > RISES * sizes[-1] and whole > COHERENT * sizes.mean())
+    return bool(
+        there and not fades and sizes[0] > RISES * sizes[-1] and whole > COHERENT * sizes.mean()
+    )
 
 
 def _amplitude(x: Array, t: Array, frequency: float) -> float:
@@ -198,7 +210,7 @@ def _refined(x: Array, t: Array, frequency: float, width: float) -> float:
 
 def _parts(n: int, count: int) -> list[slice]:
     ends = np.linspace(0, n, count + 1).astype(int)
-    return [slice(a, b) for a, b in zip(ends[:-1], ends[1:], strict=True)]
+    return [slice(a, b) for a, b in pairwise(ends.tolist())]
 
 
 def _spectrum(x: Array, count: int) -> Array:

@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from urdyn.diagnose.space import Space
 from urdyn.diagnose.bank import SHAPES, Straying
+from urdyn.diagnose.space import Space
 from urdyn.errors import InputError
 from urdyn.io.document import load_toml
 from urdyn.types import Array
@@ -124,4 +124,6 @@ def _slow(name: str, of: dict[str, Any], path: str) -> SlowKind:
     try:
         return SlowKind(name, **of)
     except TypeError as error:
-        raise InputError(f"{path}: [kind.{name}]: {str(error).partition('__init__() ')[2]}") from None
+        raise InputError(
+            f"{path}: [kind.{name}]: {str(error).partition('__init__() ')[2]}"
+        ) from None

@@ -65,9 +65,8 @@ class SensorHealth:
         found = []
         for m, mode in enumerate(MODES):
             for j in np.flatnonzero(sick[m] & ~state.told[m]):
-                # a noisy or stuck sensor is one fault
-                if not (sick[:, j] & state.told[:, j]).any():
-                    found.append(self._event(state, mode, int(j), now))
+                if not (sick[:, j] & state.told[:, j]).any():  # a sensor that is ill is one fault
+                    found += [self._event(state, mode, int(j), now)]
         return replace(state, ill=ill, told=sick), found, np.asarray(sick.any(axis=0))
 
     def _signs(self, state: Felt, rows: Rows) -> tuple[Felt, Array]:
@@ -104,7 +103,9 @@ class SensorHealth:
                 evidence = {"mode": mode, "value_A": float(state.last[j])}
                 return Event("sensor_fault", j, float(state.began[j]), now, 0.99, 10.0, evidence)
             case "dropped":
-                return Event("sensor_fault", j, float(state.went[j]), now, 0.99, 10.0, {"mode": mode})
+                return Event(
+                    "sensor_fault", j, float(state.went[j]), now, 0.99, 10.0, {"mode": mode}
+                )
         size = float(np.sqrt(max(state.rough[j] ** 2 - noise**2, 0.0)))
         evidence = {"mode": mode, "noise_A": float(state.rough[j]), "usual_A": noise}
         drive = self.space.reference.drive
@@ -118,5 +119,7 @@ def _runs(sign: Mask, t: Array, before: Array, began: Array) -> tuple[Array, Arr
     broken = np.maximum.accumulate(np.where(sign, 0, at), axis=0)
     length = at - broken + np.where(broken == 0, before, 0.0)
     end = broken[-1]
-    started = np.where(end == 0, np.where(before > 0.0, began, t[0]), t[np.minimum(end, len(t) - 1)])
+    started = np.where(
+        end == 0, np.where(before > 0.0, began, t[0]), t[np.minimum(end, len(t) - 1)]
+    )
     return length[-1], started, length.max(axis=0)

@@ -12,7 +12,6 @@ from functools import cached_property
 import numpy as np
 from scipy.special import logsumexp
 
-from urdyn.diagnose.space import Space
 from urdyn.diagnose import bank as onsets
 from urdyn.diagnose import carried, loudness
 from urdyn.diagnose.bank import Bank, Block, Straying
@@ -26,9 +25,10 @@ from urdyn.diagnose.explain import (
     suspects,
 )
 from urdyn.diagnose.loudness import Loudness
-from urdyn.diagnose.rules import PAYLOAD_STATES, Rules, SlowKind
 from urdyn.diagnose.moment import Pool, pooled
 from urdyn.diagnose.rows import Rows
+from urdyn.diagnose.rules import PAYLOAD_STATES, Rules, SlowKind
+from urdyn.diagnose.space import Space
 from urdyn.types import Array, Index
 
 MOMENT = 0.5  # [s]
@@ -272,10 +272,13 @@ class Slow:
         rivals: tuple[tuple[int, float], ...],
     ) -> SlowState:
         of_tool = told.suspect.kind.of_tool
-        detail = state.carrying.modes[0].mean[: len(PAYLOAD_STATES)] + state.bank.x[self.payload][:4]
+        detail = (
+            state.carrying.modes[0].mean[: len(PAYLOAD_STATES)] + state.bank.x[self.payload][:4]
+        )
         change = Change(
             k, told.onset, told.onset_lo, told.onset_hi, told.t, share, told.evidence,
-            told.size, told.size_sd, told.rate, told.rate_sd, tuple(detail.tolist()) if of_tool else (), rivals,
+            told.size, told.size_sd, told.rate, told.rate_sd,
+            tuple(detail.tolist()) if of_tool else (), rivals,
         )  # fmt: skip
         state = replace(state, found=(*state.found, change), waited=0)
         if of_tool:
@@ -394,24 +397,6 @@ class Slow:
         carrying = Carrying(modes, now)
         state = replace(state, carrying=carrying, found=(*state.found, change))
         return self._afresh(state)
-
-    def levels(self, state: SlowState) -> list[tuple[int, float, float]]:
-        """Suspects that are found, and how far their change has gone by now."""
-        told = []
-        for k in state.known:
-            at = int(self.of.states[self.of.each[k].places[0]])
-            told.append((k, float(state.bank.x[at]), float(np.sqrt(state.bank.P[at, at]))))
-        return told
-
-    def trace(self, state: SlowState, k: int) -> list[tuple[float, float, float]]:
-        """How a found change went in the blocks that are remembered: time, size, sd."""
-        at = int(self.of.states[self.of.each[k].places[0]])
-        t, x, P = state.anchor.t, state.anchor.x, self._opened(state)
-        straying, told = self._loosened(state.known), []
-        for block in state.blocks:
-            t, x, P = onsets.followed(t, x, P, block, straying)
-            told.append((t, float(x[at]), float(np.sqrt(P[at, at]))))
-        return told
 
     def levels(self, state: SlowState) -> list[tuple[int, float, float]]:
         """Suspects that are found, and how far their change has gone by now: size, sd."""
