@@ -324,6 +324,7 @@ class Slow:
         residual = pool.residual - pool.H[:, at] @ mode.mean
         if ripe.usual:
             return replace(pool, b=pool.b - pool.A[:, at] @ mode.mean, residual=residual)
+        mode = carried.alike(mode)
         cross, App = pool.A[:, at], pool.A[np.ix_(at, at)]
         inner = np.linalg.solve(np.eye(len(at)) + mode.cov @ App, mode.cov)
         A = pool.A - cross @ inner @ cross.T
