@@ -20,6 +20,7 @@ from urdyn.cli.diagnosing import (
     summed,
 )
 from urdyn.cli.options import Columns, Json, Quiet, Rows, Unit
+from urdyn.cli.options import Columns, Json, Quiet, Rows
 from urdyn.cli.recording import slice_of
 from urdyn.cli.voice import Voice
 from urdyn.io.effort import Effort

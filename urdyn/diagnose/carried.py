@@ -16,6 +16,7 @@ from urdyn.types import Array, Index
 
 ANYTHING = np.array([3.0, 0.3, 0.3, 0.3, *[0.05] * 6])  # kg, kg m, kg m²: sd of a new one
 NOTHING = np.array([0.02, 0.004, 0.004, 0.004, *[5e-4] * 6])  # what a cable makes of a known one
+ALIKE = np.array([0.15, 0.03, 0.03, 0.03, *[0.01] * 6])  # -, m, m²: sd per kilogram of another
 SURE = 12.0  # [nats] by which another mode has to be better than the one that is carried
 MODES = 4  # that are remembered
 
@@ -84,6 +85,11 @@ def spread(mode: Mode) -> Mode:
     """The same, no better known than it can be."""
     floor = np.diag(np.maximum(np.diag(mode.cov), NOTHING**2) - np.diag(mode.cov))
     return replace(mode, cov=mode.cov + floor)
+
+
+def alike(mode: Mode) -> Mode:
+    """A piece like this one: the next program's may be as heavy, and is another."""
+    return replace(mode, cov=mode.cov + np.diag((ALIKE * mode.mean[0]) ** 2))
 
 
 def remembered(modes: list[Mode], new: Mode) -> tuple[list[Mode], int]:

@@ -75,7 +75,7 @@ class Collision:
             ill: joints whose sensor is not to be believed, (J,).
         """
         found: list[Event] = []
-        edges = np.flatnonzero(np.diff(np.floor(rows.t / BIN), prepend=-np.inf))
+        edges = np.flatnonzero(np.diff(np.floor(rows.t / BIN), prepend=-np.inf)).tolist()
         for start, stop in zip(edges, [*edges[1:], len(rows)], strict=True):
             state, event = self._bin(state, rows.part(start, stop), carried, ill)
             found += [event] if event else []

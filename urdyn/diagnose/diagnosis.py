@@ -176,8 +176,15 @@ SERIES = 400  # blocks of a found change that are remembered
 def _rows(space: Space, chunk: tuple[Now, ...]) -> Rows:
     """A chunk of instants beside the commissioned model."""
     one = [now.instant for now in chunk]
-    named = ("t", "q", "v", "a", "jerk", "current", "temperature")
-    motion = Motion(*(np.array([getattr(i, name) for i in one]) for name in named))
+    motion = Motion(
+        t=np.array([i.t for i in one]),
+        q=np.array([i.q for i in one]),
+        v=np.array([i.v for i in one]),
+        a=np.array([i.a for i in one]),
+        jerk=np.array([i.jerk for i in one]),
+        current=np.array([i.current for i in one]),
+        temperature=np.array([i.temperature for i in one]),
+    )
     s, travelled = np.array([n.s for n in chunk]), np.array([n.travelled for n in chunk])
     return rows(space, motion, s, travelled)
 
@@ -188,7 +195,7 @@ def _last_push(events: Iterable[Event]) -> tuple[float, float]:
 
 
 def _with(state: State, new: list[Finding]) -> tuple[State, list[Finding]]:
-    """The findings with new ones; one that is known by its name is replaced, and keeps its alarm."""
+    """The findings with new ones; one of a known name is replaced, and keeps its alarm."""
     findings = {finding.id: finding for finding in state.findings}
     for finding in new:
         if finding.id in findings:

@@ -80,8 +80,8 @@ def suspects(space: Space, kinds: tuple[SlowKind, ...]) -> Suspects:
 
 def _place(space: Space, state: str, joint: int) -> int:
     if state in PAYLOAD_STATES:
-        return space.places["payload"].start + PAYLOAD_STATES.index(state)
-    return space.places[state].start + joint
+        return int(space.places["payload"].start) + PAYLOAD_STATES.index(state)
+    return int(space.places[state].start) + joint
 
 
 def evidence(bank: Bank, suspect: Suspect) -> Array:

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from urdyn.diagnose.rows import STANDING, Rows, derivatives
-from urdyn.types import Array
+from urdyn.types import Array, Index
 
 AVERAGED = 50.0  # [Hz] rows that are left at most
 
@@ -44,7 +44,7 @@ def pooled(rows: Rows, period: float, noise: Array) -> Pool:
     told = rows.settled & (np.abs(rows.v) > STANDING) & np.isfinite(rows.residual)
     r = np.where(told, rows.residual, 0.0)
     width = max(1, int(1.0 / (AVERAGED * period) + 0.01))
-    at = np.arange(0, len(rows), width)
+    at: Index = np.arange(0, len(rows), width)
     weight = told / (noise**2 + rows.doubt**2)
     total, H, mean = _means(weight, rows, r, at)
     root = np.sqrt(total)
@@ -54,7 +54,7 @@ def pooled(rows: Rows, period: float, noise: Array) -> Pool:
     return Pool(scaled.T @ scaled, scaled.T @ y, told.sum(axis=0), residual[0], whole[0])
 
 
-def _means(weight: Array, rows: Rows, r: Array, at: Array) -> tuple[Array, Array, Array]:
+def _means(weight: Array, rows: Rows, r: Array, at: Index) -> tuple[Array, Array, Array]:
     """Weights, and weighted means of H and r, of the groups that begin at the rows `at`."""
     total = np.add.reduceat(weight, at, axis=0)
     share = (
@@ -63,6 +63,8 @@ def _means(weight: Array, rows: Rows, r: Array, at: Array) -> tuple[Array, Array
             np.searchsorted(at, np.arange(len(r)), side="right") - 1
         ]
     )
+    group = np.searchsorted(at, np.arange(len(r)), side="right") - 1
+    share = weight / np.where(total > 0.0, total, 1.0)[group]
     rigid = np.add.reduceat(share[..., None] * rows.rigid, at, axis=0)
     drive = np.add.reduceat(share[:, None] * rows.drive, at, axis=0)
     return total, derivatives(rigid, drive), np.add.reduceat(share * r, at, axis=0)

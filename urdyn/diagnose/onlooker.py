@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import hashlib
 import json
+import sys
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
+from queue import Queue
+from threading import Thread
 from typing import Any
 
 from urdyn.diagnose import memory
@@ -19,13 +22,18 @@ from urdyn.io import write_text
 from urdyn.tracking import Reading
 
 FILE = "findings.json"
+WAITING = 5000  # instants that wait to be diagnosed, at most
+SWITCH = 5e-4  # [s] after which the thread that tracks may go on
 KEPT = "diagnosis-{index}.npz"
 
 Tell = Callable[[Finding], None]
 
 
 class Onlooker:
-    """An `Observer` of tracking; `tell` hears of every finding that is new or has changed."""
+    """An `Observer` of tracking; `tell` hears of every finding that is new or has changed.
+
+    It works in a thread of its own, so that a sample never waits for a diagnosis.
+    """
 
     def __init__(
         self, diagnosis: Diagnosis, source: Mapping[str, str], tell: Tell | None = None
@@ -34,6 +42,8 @@ class Onlooker:
         self.state: State = diagnosis.init()
         self._identity: dict[str, str] = {}
         self._folder = Path()
+        self._inbox: Queue[Now | None] = Queue(WAITING)
+        self._failed: Exception | None = None
 
     def begin(self, folder: Path, index: int, identity: Mapping[str, str]) -> None:
         """Where the run is kept, and from which sample it goes on."""
@@ -47,15 +57,19 @@ class Onlooker:
         else:
             self.state = memory.load(self._identity, path)
         self._write()
+        sys.setswitchinterval(SWITCH)
+        Thread(target=self._work, daemon=True).start()
 
     def take(self, reading: Reading) -> None:
         """One instant on."""
         now = Now(reading.instant, reading.inputs.s, reading.travelled)
         self.state, found = self.diagnosis.step(self.state, now)
         self._tell(found)
+        self._inbox.put(Now(reading.instant, reading.s, reading.travelled))
 
     def keep(self, index: int) -> None:
         """Remember this sample, and the one before until the run has been kept as well."""
+        self._wait()
         path = self._folder / KEPT.format(index=index)
         older = sorted(self._folder.glob(KEPT.format(index="*")), key=lambda p: p.stat().st_mtime)
         memory.save(self.state, self._identity, path)
@@ -65,6 +79,8 @@ class Onlooker:
 
     def finish(self) -> Mapping[str, Any]:
         """The last rows, and what was found."""
+        self._wait()
+        self._inbox.put(None)
         self.state, found = self.diagnosis.finish(self.state)
         self._tell(found)
         document = self._write()
@@ -74,6 +90,24 @@ class Onlooker:
         """Remove what was remembered: the run is over for good."""
         for path in self._folder.glob(KEPT.format(index="*")):
             path.unlink()
+
+    def _work(self) -> None:
+        """Instant after instant, until there is none."""
+        while (now := self._inbox.get()) is not None:
+            try:
+                if not self._failed:
+                    self.state, found = self.diagnosis.step(self.state, now)
+                    self._tell(found)
+            except Exception as error:  # it is raised where the run can be ended in good order
+                self._failed = error
+            self._inbox.task_done()
+        self._inbox.task_done()
+
+    def _wait(self) -> None:
+        """Until all that was taken is diagnosed."""
+        self._inbox.join()
+        if self._failed:
+            raise self._failed
 
     def _tell(self, found: list[Finding]) -> None:
         if not found:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -16,7 +17,7 @@ from urdyn.diagnose.event import Event
 from urdyn.diagnose.rows import Rows
 from urdyn.diagnose.space import Space
 from urdyn.model.friction import GEAR_RATIO
-from urdyn.types import Array
+from urdyn.types import Array, Mask
 
 WINDOW = 0.9  # [s]
 HIGHEST = 60.0  # [Hz] no loop of a joint rings faster
@@ -93,7 +94,7 @@ class Oscillation:
         return self._judge(state)
 
     def _judge(self, state: Heard) -> tuple[Heard, list[Event]]:
-        f = np.fft.rfftfreq(self.samples, self.period)
+        f: Array = np.asarray(np.fft.rfftfreq(self.samples, self.period), dtype=np.float64)
         f = f[f <= HIGHEST]
         signals = np.stack([state.left, state.torque])
         whole = _spectrum(signals, len(f))
@@ -134,7 +135,7 @@ class Oscillation:
         state = replace(state, rings=np.array([now, frequency, since, float(told or tell)]))
         return state, [self._event(state, joint, frequency, ratio, sizes)] if tell else []
 
-    def _allowed(self, f: Array, v: Array) -> Array:
+    def _allowed(self, f: Array, v: Array) -> Mask:
         """Frequencies that neither the motion nor the gear makes, (F, J)."""
         nyquist = 0.5 / self.period
         allowed = np.repeat((f >= self.rule["lowest"])[:, None], v.shape[1], axis=1)
@@ -149,7 +150,7 @@ class Oscillation:
         return allowed
 
     def _line(
-        self, x: Array, t: Array, ratio: Array, allowed: Array, f: Array, halves: list[Array]
+        self, x: Array, t: Array, ratio: Array, allowed: Mask, f: Array, halves: list[Array]
     ) -> tuple[float, float, Array] | None:
         """Frequency, ratio and amplitudes by quarter of a line that lasts; None where none does."""
         for k in range(2):
@@ -209,7 +210,7 @@ def _refined(x: Array, t: Array, frequency: float, width: float) -> float:
 
 def _parts(n: int, count: int) -> list[slice]:
     ends = np.linspace(0, n, count + 1).astype(int)
-    return [slice(a, b) for a, b in zip(ends[:-1], ends[1:], strict=True)]
+    return [slice(a, b) for a, b in pairwise(ends.tolist())]
 
 
 def _spectrum(x: Array, count: int) -> Array:

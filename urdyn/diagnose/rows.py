@@ -20,6 +20,7 @@ STANDING = 0.02  # [rad/s] slower than this, friction is whatever holds the join
 DOUBT = 0.03  # [-] sd of the presliding state of a joint that slides
 CREEPING_DOUBT = 0.5  # [-] added where it stands
 CREEP = 0.02  # [rad/s] over which that fades
+SMEARED = 0.15  # [-] of a row, by which kinematics that are estimated may be off
 SETTLED = 50.0  # presliding distances of travel after which the bristles are known
 
 
@@ -74,6 +75,8 @@ def rows(space: Space, motion: Motion, s: Array, travelled: Array) -> Rows:
     own = [*(per * x for x in lost), -predicted, one, per * drive.rotor_inertia * a]
     grip = drive.coulomb + drive.structural * np.abs(load)
     doubt = (DOUBT + CREEPING_DOUBT * np.exp(-np.abs(v) / CREEP)) * grip * per
+    if len(motion) > 1:
+        doubt = doubt + SMEARED * np.abs(np.gradient(predicted, axis=0))
     settled = travelled > SETTLED * drive.presliding_distance
     return Rows(
         motion.t, q, v, load, motion.current, predicted,

@@ -65,9 +65,8 @@ class SensorHealth:
         found = []
         for m, mode in enumerate(MODES):
             for j in np.flatnonzero(sick[m] & ~state.told[m]):
-                # a noisy or stuck sensor is one fault
-                if not (sick[:, j] & state.told[:, j]).any():
-                    found.append(self._event(state, mode, int(j), now))
+                if not (sick[:, j] & state.told[:, j]).any():  # a sensor that is ill is one fault
+                    found += [self._event(state, mode, int(j), now)]
         return replace(state, ill=ill, told=sick), found, np.asarray(sick.any(axis=0))
 
     def _signs(self, state: Felt, rows: Rows) -> tuple[Felt, Array]:

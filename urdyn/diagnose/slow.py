@@ -277,7 +277,8 @@ class Slow:
         )
         change = Change(
             k, told.onset, told.onset_lo, told.onset_hi, told.t, share, told.evidence,
-            told.size, told.size_sd, told.rate, told.rate_sd, tuple(detail.tolist()) if of_tool else (), rivals,
+            told.size, told.size_sd, told.rate, told.rate_sd,
+            tuple(detail.tolist()) if of_tool else (), rivals,
         )  # fmt: skip
         state = replace(state, found=(*state.found, change), waited=0)
         if of_tool:
@@ -323,6 +324,7 @@ class Slow:
         residual = pool.residual - pool.H[:, at] @ mode.mean
         if ripe.usual:
             return replace(pool, b=pool.b - pool.A[:, at] @ mode.mean, residual=residual)
+        mode = carried.alike(mode)
         cross, App = pool.A[:, at], pool.A[np.ix_(at, at)]
         inner = np.linalg.solve(np.eye(len(at)) + mode.cov @ App, mode.cov)
         A = pool.A - cross @ inner @ cross.T
@@ -396,24 +398,6 @@ class Slow:
         carrying = Carrying(modes, now)
         state = replace(state, carrying=carrying, found=(*state.found, change))
         return self._afresh(state)
-
-    def levels(self, state: SlowState) -> list[tuple[int, float, float]]:
-        """Suspects that are found, and how far their change has gone by now."""
-        told = []
-        for k in state.known:
-            at = int(self.of.states[self.of.each[k].places[0]])
-            told.append((k, float(state.bank.x[at]), float(np.sqrt(state.bank.P[at, at]))))
-        return told
-
-    def trace(self, state: SlowState, k: int) -> list[tuple[float, float, float]]:
-        """How a found change went in the blocks that are remembered: time, size, sd."""
-        at = int(self.of.states[self.of.each[k].places[0]])
-        t, x, P = state.anchor.t, state.anchor.x, self._opened(state)
-        straying, told = self._loosened(state.known), []
-        for block in state.blocks:
-            t, x, P = onsets.followed(t, x, P, block, straying)
-            told.append((t, float(x[at]), float(np.sqrt(P[at, at]))))
-        return told
 
     def levels(self, state: SlowState) -> list[tuple[int, float, float]]:
         """Suspects that are found, and how far their change has gone by now: size, sd."""

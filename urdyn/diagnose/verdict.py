@@ -170,10 +170,10 @@ def _shown(event: Event, name: str) -> str:
     told = event.evidence
     match event.kind:
         case "collision":
-            x, y, z = told["force_N"]
+            along = ", ".join(f"{x:.0f}" for x in told["force_N"])
             return (
-                f"{name}: pushed with {told['strength_N']:.0f} N along ({x:.0f}, {y:.0f}, {z:.0f}) N "
-                f"for {told['duration_s']:.2f} s at {event.onset:.2f} s"
+                f"{name}: pushed with {told['strength_N']:.0f} N, ({along}) N along x, y, z of the "
+                f"base, for {told['duration_s']:.2f} s at {event.onset:.2f} s"
             )
         case "controller_instability":
             how = "growing" if told["growing"] else "steady"
@@ -184,4 +184,6 @@ def _shown(event: Event, name: str) -> str:
             return (
                 f"{name}: a gap of ± {gap:.2g} mrad, seen in {told['reversals']} reversals of load"
             )
+            seen = f"seen in {told['reversals']} reversals of load"
+            return f"{name}: a gap of ± {gap:.2g} mrad, {seen}"
     return f"{name}: current sensor is {told['mode']} since {event.onset:.1f} s"
