@@ -47,8 +47,8 @@ class Drift:
     health: float = 3e-5  # [1/√s]
     offset: float = 2e-4  # [1/√s], of the Coulomb friction
     zero: float = 0.01  # [rad] in the long run: an encoder that slipped, or a knock
-    rate_sd: float = 3e-6  # [1/s] of the rates on the first day
-    acceleration: float = 1e-8  # [1/s/√s] of the rates
+    rate_sd: float = 1e-5  # [1/s] of the rates on the first day
+    acceleration: float = 1e-7  # [1/s/√s] of the rates
 
 
 def tracking_model(
