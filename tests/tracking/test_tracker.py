@@ -1,34 +1,13 @@
 """A twin at work on virtual arms: honest where nothing changes, quick where something does."""
 
-from functools import lru_cache
-
 import numpy as np
 import pytest
+from workshop import RATE, at_work, commissioned
 
 from urdyn.estimate import EKF, UKF
-from urdyn.identify import identify
-from urdyn.model.arm import load_arm
-from urdyn.signal import condition, samples
-from urdyn.simulate import fourier, observe, parse_fault, typical_sensors, virtual_arm
-from urdyn.tracking import Drift, Tracker, quantities
-
-RATE = 100.0
-
-
-@lru_cache
-def commissioned(seed):
-    """A virtual arm, what it asks of a run, and what identification made of a first run."""
-    arm = load_arm("ur10e")
-    dynamics = virtual_arm(arm, seed)
-    log = run(dynamics, seed, 0, 25.0)
-    return dynamics, identify(arm, condition(log), gain=dynamics.drive.gain)
-
-
-def run(dynamics, seed, number, duration, *faults):
-    streams = [np.random.default_rng([seed, number, k]) for k in range(2)]
-    asked = fourier(dynamics.arm, duration, RATE, streams[0])
-    events = [parse_fault(fault, 6) for fault in faults]
-    return observe(dynamics, asked, typical_sensors(dynamics.arm), streams[1], events)
+from urdyn.model.consistency import is_consistent
+from urdyn.signal import Sample, samples
+from urdyn.tracking import QUICKER, Drift, Tracker, quantities
 
 
 def tracked(fit, log, filter_, drift=None):
@@ -45,7 +24,7 @@ def tracked(fit, log, filter_, drift=None):
 @pytest.mark.parametrize("filter_", [EKF(), UKF(alpha=0.17)], ids=["ekf", "ukf"])
 def test_a_healthy_arm_stays_what_it_is(filter_):
     dynamics, fit = commissioned(0)
-    readings, physical = tracked(fit, run(dynamics, 0, 1, 20.0), filter_)
+    readings, physical = tracked(fit, at_work(dynamics, 0, 1, 20.0), filter_)
     assert not any(reading.widened for reading in readings)
     mean, sd = physical.of(readings[-1].belief)
     for field in ("coulomb", "viscous"):
@@ -54,17 +33,18 @@ def test_a_healthy_arm_stays_what_it_is(filter_):
         assert np.sum(z**2) < 22.5  # chi-square of six, once in a thousand
     told = [r.innovation for r in readings[200:] if r.innovation.measured]
     nis = np.array([innovation.nis / innovation.measured for innovation in told])
-    # Six joints and some 1800 readings: the mean of chi-square over its degrees is known to 1 %;
-    # doubt about presliding makes the filter expect a little more than there is.
-    assert 0.75 < nis.mean() < 1.1
+    # Six joints and some 1800 readings: the mean of chi-square over its degrees is known to 1.4 %,
+    # and the noise's variance, as it is learnt, no better.
+    assert abs(nis.mean() - 1.0) < 0.08
     assert (np.linalg.eigvalsh(readings[-1].belief.cov) > 0.0).all()
 
 
 def test_friction_that_grows_is_followed_and_others_stay():
     dynamics, fit = commissioned(1)
-    log = run(dynamics, 1, 1, 40.0, "friction_increase:joint=2,onset=10,rate=0.01")
-    # A third in half a minute is far more than an arm's wear, so rates are told to be large.
-    readings, physical = tracked(fit, log, EKF(), Drift(rate_sd=1e-3, acceleration=1e-3))
+    log = at_work(dynamics, 1, 1, 40.0, "friction_increase:joint=2,onset=10,rate=0.01")
+    # A third in half a minute is far more than an arm's wear, so it is told to be large.
+    quick = Drift(friction=2e-3, rate_sd=5e-3, acceleration=1e-3)
+    readings, physical = tracked(fit, log, EKF(), quick)
     mean, sd = physical.of(readings[-1].belief)
     at = [physical.names.index(f"{j}.coulomb") for j in dynamics.arm.joint_names]
     grown = dynamics.drive.coulomb * np.where(np.arange(6) == 2, 1.3, 1.0)
@@ -76,7 +56,7 @@ def test_friction_that_grows_is_followed_and_others_stay():
 
 def test_a_payload_that_is_picked_up_is_weighed():
     dynamics, fit = commissioned(0)
-    log = run(dynamics, 0, 2, 24.0, "payload_change:mass=2.5,com=0/0/0.08,onset=10")
+    log = at_work(dynamics, 0, 2, 24.0, "payload_change:mass=2.5,com=0/0/0.08,onset=10")
     readings, physical = tracked(fit, log, EKF())
     changes = [reading.t for reading in readings if reading.widened]
     assert changes and 10.0 < changes[0] < 11.5
@@ -87,39 +67,64 @@ def test_a_payload_that_is_picked_up_is_weighed():
         assert abs(mean[at] - 2.5) < max(0.03 * 2.5, 3.0 * sd[at])
 
 
-def test_gaps_and_nonsense_do_not_derail_it():
-    from dataclasses import replace
+def broken(log):
+    """What may befall a stream: bursts of NaN, wild values, a gap, and a controller that restarts.
 
+    Its clock begins at zero again; the arm is the same.
+    """
+    names = ("actual_q", "actual_qd", "actual_current", "joint_temperatures")
+    values = {name: log.joint(name).copy() for name in names}
+    values["actual_current"][300:340] = np.nan
+    values["actual_current"][500] = 1e6
+    values["actual_current"][520, 3] = -np.inf
+    values["actual_q"][560] = 400.0
+    values["actual_qd"][600, 2] = np.nan
+    values["joint_temperatures"][640:700] = np.nan
+    t = np.where(np.arange(len(log)) < 950, log.t, log.t - log.t[950])
+    for k in (*range(700), *range(900, len(log))):
+        yield Sample(float(t[k]), *(values[name][k] for name in names))
+
+
+@pytest.mark.parametrize("filter_", [EKF(), QUICKER["realtime"]], ids=["full", "realtime"])
+def test_gaps_and_nonsense_do_not_derail_it(filter_):
     dynamics, fit = commissioned(0)
-    log = run(dynamics, 0, 3, 12.0)
-    current = log.joint("actual_current").copy()
-    current[300:340] = np.nan
-    current[500] = 1e6
-    broken = replace(log, channels={**log.channels, "actual_current": current})
-    kept = np.r_[0:700, 900:1200]
-    broken = replace(
-        broken, t=log.t[kept], channels={k: v[kept] for k, v in broken.channels.items()}
-    )
-    readings, physical = tracked(fit, broken, EKF())
-    mean, sd = physical.of(readings[-1].belief)
+    tracker = Tracker(fit, filter_, 1.0 / RATE)
+    state, physical = tracker.init(), quantities(fit, tracker.currents)
+    for k, sample in enumerate(broken(at_work(dynamics, 0, 3, 16.0))):
+        state, reading = tracker.step(state, sample)
+        if reading is not None and k % 20 == 0:
+            assert np.linalg.eigvalsh(reading.belief.cov)[0] > 0.0
+            assert is_consistent(physical.links(reading.belief)).all()
+            assert physical.payload(reading.belief)[0] >= 0.0
+    mean, sd = physical.of(reading.belief)
     assert np.isfinite(mean).all() and (sd > 0.0).all()
-    at = [physical.names.index(f"{j}.viscous") for j in dynamics.arm.joint_names]
-    assert (np.abs(mean[at] / dynamics.drive.viscous - 1.0) < 0.2).all()
+    assert state.widened == -np.inf
+    for field in ("coulomb", "viscous"):
+        at = [physical.names.index(f"{j}.{field}") for j in dynamics.arm.joint_names]
+        z = (mean[at] - getattr(dynamics.drive, field)) / sd[at]
+        assert np.sum(z**2) < 25.0
 
 
 @pytest.mark.slow
 def test_intervals_hold_after_a_minute():
-    z, masses = [], []
-    for seed in range(8):
+    """Nine in ten; so few arms tell it to three standard deviations of a binomial."""
+    z = {name: [] for name in ("coulomb", "viscous", "structural", "mass")}
+    nis = []
+    for seed in range(4):
         dynamics, fit = commissioned(seed)
-        readings, physical = tracked(fit, run(dynamics, seed, 1, 60.0), EKF())
+        readings, physical = tracked(fit, at_work(dynamics, seed, 1, 60.0), EKF())
         mean, sd = physical.of(readings[-1].belief)
-        for field in ("coulomb", "viscous"):
-            at = [physical.names.index(f"{j}.{field}") for j in dynamics.arm.joint_names]
-            z.append((mean[at] - getattr(dynamics.drive, field)) / sd[at])
-        at = [physical.names.index(f"{link}.mass") for link in dynamics.arm.link_names]
-        masses.append((mean[at] - dynamics.inertials[:, 0]) / sd[at])
-    for scores in (z, masses):
-        inside = np.abs(np.concatenate(scores)) < 1.645
-        # Binomial, three standard deviations around nine in ten.
-        assert abs(inside.mean() - 0.9) < 3.0 * np.sqrt(0.09 / inside.size) + 0.03
+        truth = {f: getattr(dynamics.drive, f) for f in ("coulomb", "viscous", "structural")}
+        truth["mass"] = dynamics.inertials[:, 0]
+        for name, actual in truth.items():
+            owners = dynamics.arm.link_names if name == "mass" else dynamics.arm.joint_names
+            at = [physical.names.index(f"{owner}.{name}") for owner in owners]
+            z[name] += ((mean[at] - actual) / sd[at]).tolist()
+        told = [r.innovation for r in readings[500:]]
+        nis.append(sum(i.nis for i in told) / sum(i.measured for i in told))
+    for name, scores in z.items():
+        inside = np.abs(scores) < 1.645
+        print(name, "covered", inside.mean())
+        assert inside.mean() > 0.9 - 3.0 * np.sqrt(0.09 / inside.size), name
+    # The noise's variance is learnt to a percent or two, in so many samples.
+    assert np.abs(np.array(nis) - 1.0).max() < 0.08, nis

@@ -4,13 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
 import pyarrow.parquet as pq
 
 from urdyn.estimate import EKF
-from urdyn.identify import Fit
+from urdyn.identify import Fit, identify
+from urdyn.model.arm import load_arm
+from urdyn.signal import condition
+from urdyn.simulate import fourier, observe, parse_fault, typical_sensors, virtual_arm
 from urdyn.tracking import Arrival, Source, Tracker, open_source, run
 from urdyn.types import Log
 
@@ -29,6 +33,26 @@ class Workshop:
         source = source or open_source(str(self.recording))
         tracker = Tracker(self.fit, options.pop("filter", EKF()), source.period)
         return run(tracker, source, out, **options)
+
+
+RATE = 100.0  # [Hz]
+
+
+@lru_cache
+def commissioned(seed):
+    """A virtual arm, and what identification made of a first run."""
+    arm = load_arm("ur10e")
+    dynamics = virtual_arm(arm, seed)
+    log = at_work(dynamics, seed, 0, 25.0)
+    return dynamics, identify(arm, condition(log), gain=dynamics.drive.gain)
+
+
+def at_work(dynamics, seed, number, duration, *faults):
+    """The log of an arm's `number`-th run."""
+    streams = [np.random.default_rng([seed, number, k]) for k in range(2)]
+    asked = fourier(dynamics.arm, duration, RATE, streams[0])
+    events = [parse_fault(fault, 6) for fault in faults]
+    return observe(dynamics, asked, typical_sensors(dynamics.arm), streams[1], events)
 
 
 class KilledError(Exception):

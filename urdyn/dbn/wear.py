@@ -2,7 +2,7 @@
 
 What strays by itself are the own parts of the network's nodes (see `graph`): f strays, alpha
 follows f by the coefficient of f -> alpha beside what is its own, and a shared disturbance makes f
-and z stray together. f and z have rates: what wears. `lubricant` and `slow` fade away.
+and z stray together. f and z have rates: what wears. What fades returns to zero.
 
     f' = f + h rate_f + w_f,    cov(w_f, w_z) = rho q_f q_z
     alpha' = alpha + b (f' - f) + w_alpha
@@ -19,6 +19,19 @@ from urdyn.dbn.robot_slice import RobotSlice
 from urdyn.types import Array, Gaussian, Index, Mask, frozen
 
 
+@dataclass(frozen=True)
+class Fading:
+    """Parameters that stray around zero and forget how far."""
+
+    at: slice
+    memory: float  # [s]
+    sd: float  # of straying, in the long run
+
+    def kept(self, dt: float) -> float:
+        """What is left after `dt` [s]."""
+        return float(np.exp(-dt / self.memory))
+
+
 @dataclass(frozen=True, eq=False)
 class Wear:
     """Process of a robot's parameters, p of them, and the rates of r, behind them."""
@@ -30,9 +43,7 @@ class Wear:
     push: Array  # (r, r) [1/s³] the same of the rates
     lead: Array  # (p, p) B, what follows what within a slice: child by parent
     warmth: Array  # (p,) [1/√s] beside `own`, where nobody measures how warm joints are
-    lubricant: slice
-    lag: float  # [s] in which the lubricant's warmth is that of the joint
-    unlike: float  # [K] sd of how unlike the model it stays
+    fading: tuple[Fading, ...]
     slow: slice
     memory: float  # [s] of slow noise
 
@@ -77,17 +88,18 @@ class Wear:
         at = np.flatnonzero(parts.any(axis=0))
         return at, parts.reshape(3, -1)[:, at]
 
-    def _kept(self, u: RobotSlice) -> Array:
-        """What is left of lubricant and slow noise after the slice."""
-        return np.exp([-u.dt / self.lag, -u.dt / self.memory])
+    def _forget(self, u: RobotSlice, values: Array) -> None:
+        """Shrink what fades, of `values` (..., n), in place."""
+        for fading in self.fading:
+            values[..., fading.at] *= fading.kept(u.dt)
+        values[..., self.slow] *= np.exp(-u.dt / self.memory)
 
     def transition(self, x: Array, u: RobotSlice) -> Array:
         """Every parameter moves by the rates that lead it, (..., p + r)."""
         moved, p = x.copy(), len(self.parameters)
         child, rate, by = self._follow
         moved[..., child] += u.dt * by * x[..., p + rate]
-        moved[..., self.lubricant] *= self._kept(u)[0]
-        moved[..., self.slow] *= self._kept(u)[1]
+        self._forget(u, moved)
         return moved
 
     def transition_jacobian(self, x: Array, u: RobotSlice) -> Array:
@@ -95,8 +107,8 @@ class Wear:
         F, p = np.eye(len(self.names)), len(self.parameters)
         child, rate, by = self._follow
         F[child, p + rate] = u.dt * by
-        own = F.diagonal().copy()
-        own[self.lubricant], own[self.slow] = self._kept(u)
+        own = np.ones(len(F))
+        self._forget(u, own)
         np.fill_diagonal(F, own)
         return F
 
@@ -105,11 +117,12 @@ class Wear:
         n, dt = len(self.names), u.dt
         Q, (at, parts) = np.zeros((n, n)), self._noise
         Q.flat[at] = dt * (parts[0] + dt * (parts[1] / 2.0 + dt * parts[2] / 3.0))
-        diagonal, kept = np.zeros(n), self._kept(u)
+        diagonal = np.zeros(n)
         if u.blind:
             diagonal[: len(self.parameters)] = self.warmth**2 * dt
-        diagonal[self.lubricant] = self.unlike**2 * (1.0 - kept[0] ** 2)
+        for fading in self.fading:
+            diagonal[fading.at] = fading.sd**2 * (1.0 - fading.kept(dt) ** 2)
         if u.stray is not None:
-            diagonal[self.slow] = u.stray**2 * (1.0 - kept[1] ** 2)
+            diagonal[self.slow] = u.stray**2 * -np.expm1(-2.0 * dt / self.memory)
         Q.flat[:: n + 1] += diagonal
         return Q

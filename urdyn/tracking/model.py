@@ -11,7 +11,7 @@ from urdyn.dbn.graph import Network
 from urdyn.dbn.joined import Joined
 from urdyn.dbn.robot import RobotCurrents, shown_directions
 from urdyn.dbn.robot_slice import RobotSlice
-from urdyn.dbn.wear import Wear
+from urdyn.dbn.wear import Fading, Wear
 from urdyn.dbn.widening import Widening
 from urdyn.identify.fit import Fit
 from urdyn.model.population import Population, population
@@ -25,9 +25,10 @@ TRACKED = {
     "o": "offset",
     "rotor": "rotor_inertia",
 }
-STRAYING = ("k", "f", "alpha", "beta", "z", "o")
+STRAYING = ("f", "alpha", "beta", "z", "o")
 DRIFTING = ("f", "z")  # groups with a rate: what wears; alpha follows f
 ZERO_SD = 3e-4  # [rad] of a joint's zero on the first day
+ZERO_MEMORY = 600.0  # [s] in which a zero that nothing shows is taken to be as drawn again
 HEALTH_SD = 0.01  # [-] of health on the first day: gains are the commissioned ones
 PAYLOAD_SD = np.array([3.0, 0.3, 0.3, 0.3, *[0.05] * 6])  # kg, kg m, kg m²: anything or nothing
 # Viscous friction of UR arms falls by 15 to 25 % over the 12 to 20 K of a warm-up.
@@ -45,9 +46,9 @@ class Drift:
     structural: float = 2e-4  # [1/√s]
     health: float = 3e-5  # [1/√s]
     offset: float = 2e-4  # [1/√s], of the Coulomb friction
-    zero: float = 1e-6  # [rad/√s]
-    rate_sd: float = 3e-6  # [1/s] of the rates on the first day
-    acceleration: float = 1e-8  # [1/s/√s] of the rates
+    zero: float = 0.01  # [rad] in the long run: an encoder that slipped, or a knock
+    rate_sd: float = 1e-5  # [1/s] of the rates on the first day
+    acceleration: float = 1e-7  # [1/s/√s] of the rates
 
 
 def tracking_model(
@@ -143,9 +144,10 @@ def _process(
         push=drift.acceleration**2 * within,
         lead=lead,
         warmth=warmth,
-        lubricant=at["lubricant"],
-        lag=LAG,
-        unlike=UNLIKE,
+        fading=(
+            Fading(at["lubricant"], LAG, UNLIKE),
+            Fading(at["k"], ZERO_MEMORY, drift.zero),
+        ),
         slow=at["slow"],
         memory=MEMORY,
     )
@@ -154,7 +156,6 @@ def _process(
 def _straying(fit: Fit, drift: Drift) -> dict[str, float | Array]:
     """How fast each group's own part strays."""
     return {
-        "k": drift.zero,
         "f": drift.friction,
         "alpha": drift.friction,
         "beta": drift.structural,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -11,6 +12,7 @@ from urdyn.dbn.robot import RobotCurrents
 from urdyn.identify.fit import Fit
 from urdyn.model.consistency import is_consistent
 from urdyn.model.possible import possible_body
+from urdyn.tracking.model import TRACKED
 from urdyn.types import Array, Gaussian
 
 JOINT = {
@@ -35,6 +37,7 @@ class Quantities:
     link_mass: Array  # (J,) [kg] commissioned
     mass_shown: Array  # (J, r) [kg] per unit of m
     mass_hidden: Array  # (J,) [kg] sd that no motion removes
+    by_gain: Mapping[str, Array]  # sd as the drive gains are not known: of a group's coordinates
 
     @cached_property
     def names(self) -> tuple[str, ...]:
@@ -56,7 +59,7 @@ class Quantities:
         at, x, sd = self.currents.places, belief.mean, belief.sd
         mean, spread = [], []
         for group in JOINT:
-            value, error = x[at[group]], sd[at[group]]
+            value, error = x[at[group]], np.hypot(sd[at[group]], self.by_gain.get(group, 0.0))
             if group in LOGARITHMIC:
                 value = np.exp(value)
                 error = value * error
@@ -65,8 +68,10 @@ class Quantities:
         m, M = at["m"], self.mass_shown
         told = np.einsum("jr,rs,js->j", M, belief.cov[m, m], M)
         few = slice(at["payload"].start, at["payload"].start + len(PAYLOAD))
-        mean += [self.links(belief)[:, 0], self.payload(belief)[: len(PAYLOAD)]]
-        spread += [np.sqrt(told + self.mass_hidden**2), sd[few]]
+        masses, payload = self.links(belief)[:, 0], self.payload(belief)[: len(PAYLOAD)]
+        hidden = self.mass_hidden**2 + (self.by_gain["m"] * masses) ** 2
+        mean += [masses, payload]
+        spread += [np.sqrt(told + hidden), np.hypot(sd[few], self.by_gain["payload"] * payload)]
         return np.concatenate(mean), np.concatenate(spread)
 
     def payload(self, belief: Gaussian) -> Array:
@@ -91,4 +96,26 @@ def quantities(fit: Fit, currents: RobotCurrents) -> Quantities:
     names, links = fit.parameters.names, fit.dynamics.arm.link_names
     whole = np.array([fit.prior_sd[names.index(f"{link}.mass")] for link in links])
     hidden = np.sqrt(np.maximum(whole**2 - np.sum(shown**2, axis=1), 0.0))
-    return Quantities(currents, fit.dynamics.inertials[:, 0], shown, hidden)
+    return Quantities(currents, fit.dynamics.inertials[:, 0], shown, hidden, _by_gain(fit))
+
+
+def _by_gain(fit: Fit) -> dict[str, Array]:
+    """What doubt about the drive gains adds to the doubt about quantities; relative, but of o.
+
+    A filter compares with the commissioned arm and takes its gains as they are. In newton metres
+    and kilograms what it finds is no better known than they are.
+    """
+    joints, links = fit.dynamics.arm.joint_names, fit.dynamics.arm.link_names
+    gains = [k for k, name in enumerate(fit.names) if name.endswith(".gain")]
+    if not gains:
+        return dict.fromkeys((*TRACKED, "m", "payload"), np.zeros(1))
+    known = fit.belief.cov[np.ix_(gains, gains)]
+
+    def share(names: list[str]) -> Array:
+        cross = fit.belief.cov[np.ix_([fit.names.index(name) for name in names], gains)]
+        return np.asarray(np.sqrt(np.sum(cross.T * np.linalg.solve(known, cross.T), axis=0)))
+
+    strongest = int(np.argmax(fit.dynamics.drive.gain))  # it holds a payload against gravity
+    found = {group: share([f"{j}.{field}" for j in joints]) for group, field in TRACKED.items()}
+    mass = 2.0 * share([f"{link}.alpha" for link in links])  # a mass is exp(2 alpha)
+    return found | {"m": mass, "payload": np.sqrt(known[strongest, strongest])}

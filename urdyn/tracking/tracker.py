@@ -143,9 +143,11 @@ class Tracker(Generic[S]):
 
     def _assimilate(self, state: TrackerState[S], now: Instant) -> tuple[TrackerState[S], Reading]:
         dt = now.t - state.t
+        if dt <= 0.0:  # a clock that was set, or a controller that began anew: who knows how long
+            state, dt = replace(state, widened=-np.inf, marked=-np.inf), LONGEST
         if dt > GAP * self.period:
             state = replace(state, colour=noise.interrupted(state.colour))
-        passed = float(np.clip(dt, 0.0, LONGEST)) if np.isfinite(dt) else 0.0
+        passed = min(dt, LONGEST) if np.isfinite(dt) else 0.0
         bristles, travelled = self._moved(state, now, dt)
         lubricant = warmed(state.lubricant, now.temperature, passed)
         state = replace(state, bristles=bristles, travelled=travelled, lubricant=lubricant)

@@ -1,0 +1,60 @@
+"""The nearest body: a body for every belief, and what is one stays what it is."""
+
+import numpy as np
+import pytest
+
+from urdyn.model.arm import load_arm
+from urdyn.model.body import about_frame
+from urdyn.model.consistency import pseudo_inertia
+from urdyn.model.possible import possible_body
+from urdyn.types import Gaussian
+
+REACH = 0.5
+SD = np.array([3.0, 0.3, 0.3, 0.3, *[0.05] * 6])
+
+
+def excess(inertials):
+    """How far inertials are from those of a body within REACH; 0 or less: they are."""
+    J = pseudo_inertia(inertials)
+    return max(-np.linalg.eigvalsh(J)[0], np.trace(J[:3, :3]) / REACH**2 - J[3, 3])
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_whatever_is_believed_the_body_is_possible(seed):
+    rng = np.random.default_rng(seed)
+    root = rng.standard_normal((10, 10)) * SD[:, None] * rng.choice([1.0, 0.1, 0.01])
+    mean = SD * rng.standard_normal(10) * rng.choice([0.1, 1.0, 5.0])
+    body = possible_body(Gaussian(mean, root @ root.T), REACH)
+    assert excess(body) < 1e-9 * max(1.0, body[0])
+    assert body[0] >= 0.0
+
+
+def test_a_body_stays_what_it_is():
+    body = about_frame(2.0, np.array([0.02, -0.1, 0.12]), 0.01 * np.eye(3))
+    found = possible_body(Gaussian(body, np.diag(SD**2)), REACH)
+    np.testing.assert_allclose(found, body, rtol=0, atol=1e-12)
+
+
+def test_nothing_is_a_body_too():
+    found = possible_body(Gaussian(np.zeros(10), np.diag(SD**2)), REACH)
+    np.testing.assert_allclose(found, 0.0, atol=1e-15)
+
+
+def test_a_negative_mass_is_nothing():
+    mean = np.r_[-14.0, np.zeros(9)]
+    np.testing.assert_allclose(possible_body(Gaussian(mean, np.diag(SD**2)), REACH), 0.0, atol=1e-6)
+
+
+def test_what_is_surer_gives_way_less():
+    """A first moment that is known asks for the mass, not the other way round."""
+    mean = np.r_[0.1, 0.0, 0.0, 0.4, np.zeros(6)]
+    sure = SD * np.r_[1.0, [1e-3] * 3, np.ones(6)]
+    body = possible_body(Gaussian(mean, np.diag(sure**2)), REACH)
+    assert body[3] == pytest.approx(0.4, rel=0.05)
+    assert body[0] >= 0.4 / REACH * 0.95
+
+
+def test_links_of_the_library_are_possible():
+    for inertials in load_arm("ur10e").inertials:
+        found = possible_body(Gaussian(inertials, np.diag((0.1 * inertials + 0.01) ** 2)), 1.5)
+        np.testing.assert_allclose(found, inertials, rtol=1e-6, atol=1e-9)

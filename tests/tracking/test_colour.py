@@ -1,0 +1,71 @@
+"""The colour of noise, learnt: white stays white, what is coloured is whitened."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.signal import lfilter
+
+from urdyn.identify.noise import Noise
+from urdyn.tracking import colour as noise
+
+J, PERIOD = 6, 0.01
+NOTHING = np.zeros(J)
+SURE = np.ones(J, dtype=bool)
+COMMISSIONED = Noise(np.ones(J), np.ones(J), np.full(J, 100.0), np.zeros((J, 0)))
+
+
+def heard(residuals, commissioned=COMMISSIONED):
+    """The colour after residuals (N, J)."""
+    colour = noise.first(commissioned, 4, PERIOD)
+    for row in residuals:
+        colour = noise.learnt(colour, row, NOTHING, SURE, PERIOD)
+    return colour
+
+
+def test_white_noise_stays_white_and_its_size_is_found():
+    rng = np.random.default_rng(0)
+    colour = heard(1.1 * rng.standard_normal((6000, J)))
+    # Of 6000 samples a standard deviation is known to 1 %; what was commissioned counts for 500.
+    np.testing.assert_allclose(colour.scale, 1.1, rtol=0.04)
+    assert np.abs(colour.ar).max() < 4.0 / np.sqrt(6000.0)
+    assert (colour.slow < 0.25 * colour.scale).all()
+
+
+def test_what_is_coloured_is_whitened():
+    rng = np.random.default_rng(1)
+    left = lfilter([1.0], [1.0, -0.6], rng.standard_normal((9000, J)), axis=0)
+    colour = heard(left)
+    np.testing.assert_allclose(colour.ar[:, 0], 0.6, atol=0.06)
+    white = [
+        left[k] - np.einsum("jk,kj->j", colour.ar, left[k - 8 : k][::-1]) for k in range(8, 9000)
+    ]
+    white = np.array(white)
+    alike = np.mean(white[1:] * white[:-1], axis=0) / np.mean(white**2, axis=0)
+    assert np.abs(alike).max() < 0.05
+    np.testing.assert_allclose(colour.scale, np.std(white, axis=0), rtol=0.05)
+
+
+def test_what_passes_slowly_is_told_from_what_is_quick():
+    rng = np.random.default_rng(2)
+    keep = np.exp(-PERIOD / noise.MEMORY)
+    slow = lfilter([np.sqrt(1.0 - keep**2)], [1.0, -keep], rng.standard_normal((6000, J)), axis=0)
+    colour = heard(slow + rng.standard_normal((6000, J)))
+    assert np.median(colour.slow) == pytest.approx(1.0, rel=0.35)
+
+
+def test_a_commissioned_colour_is_where_it_begins():
+    ar = np.tile([0.5, 0.2], (J, 1))
+    known = replace(COMMISSIONED, ar=ar)
+    colour = noise.first(known, 4, PERIOD)
+    np.testing.assert_allclose(colour.ar[:, :2], ar)
+    # Yule and Walker's equations of that noise.
+    r = colour.alike[:, 0]
+    np.testing.assert_allclose(r[1:3], [0.5 * r[0] + 0.2 * r[1], 0.5 * r[1] + 0.2 * r[0]])
+
+
+def test_silence_teaches_nothing():
+    before = noise.first(COMMISSIONED, 4, PERIOD)
+    after = heard(np.full((200, J), np.nan))
+    np.testing.assert_array_equal(before.alike, after.alike)
+    assert np.isfinite(after.scale).all()

@@ -1,0 +1,121 @@
+"""The model that a commissioned arm is tracked by: its process, and the network's edges in it."""
+
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+import pytest
+
+from urdyn.dbn import figure2
+from urdyn.estimate import EKF
+from urdyn.signal import Instant
+from urdyn.tracking import Drift, tracking_model
+
+JOINT = 2
+
+
+@pytest.fixture(scope="module")
+def model(workshop):
+    return tracking_model(workshop.fit)
+
+
+@pytest.fixture(scope="module")
+def slices(workshop, model):
+    """Inputs of the model at some moments of a motion."""
+    J = workshop.fit.dynamics.arm.joints
+    rng = np.random.default_rng(4)
+
+    def at(dt, widen=False):
+        q, v, a, jerk = rng.uniform(-1.5, 1.5, (4, J))
+        now = Instant(0.0, q, v, a, jerk, np.zeros(J), np.full(J, np.nan))
+        return model.observation.slice(now, np.sign(v), dt, widen)
+
+    return at
+
+
+def state(model, name):
+    return model.names.index(name)
+
+
+@pytest.mark.parametrize("first, second", [(0.3, 1.1), (1e-3, 2e-3), (20.0, 500.0)])
+def test_two_steps_of_wear_are_one(model, slices, first, second):
+    u = slices(first)
+    one, two, both = u, replace(u, dt=second), replace(u, dt=first + second)
+    x = model.prior.mean + 0.1
+    F = model.transition_jacobian(x, two)
+    np.testing.assert_allclose(
+        model.transition(model.transition(x, one), two), model.transition(x, both)
+    )
+    np.testing.assert_allclose(
+        F @ model.transition_cov(one) @ F.T + model.transition_cov(two),
+        model.transition_cov(both),
+        rtol=1e-9,
+        atol=1e-18,
+    )
+
+
+def test_wear_is_linear_and_its_noise_a_covariance(model, slices):
+    u, rng = slices(0.4), np.random.default_rng(0)
+    points = rng.standard_normal((2, 3, len(model.names)))
+    moved = model.transition(points, u)
+    F = model.transition_jacobian(points[0, 0], u)
+    np.testing.assert_allclose(moved, points @ F.T, rtol=0, atol=1e-12)
+    assert np.linalg.eigvalsh(model.transition_cov(u))[0] > -1e-18
+    assert np.linalg.eigvalsh(model.prior.cov)[0] > 0.0
+
+
+def test_only_a_payload_is_taken_up_at_once(model, slices):
+    u = slices(0.1)
+    more = model.transition_cov(replace(u, widen=True)) - model.transition_cov(u)
+    changed = {model.names[k].rpartition("_")[0] for k in np.flatnonzero(more.any(axis=0))}
+    assert changed == {"payload"}
+
+
+def test_damping_strays_more_where_nobody_measures_temperatures(model, slices):
+    u = slices(0.1)
+    more = model.transition_cov(replace(u, blind=True)) - model.transition_cov(
+        replace(u, blind=False)
+    )
+    changed = {model.names[k].rpartition("_")[0] for k in np.flatnonzero(more.any(axis=0))}
+    assert changed == {"alpha"}
+
+
+def inferred(fit, slices, network):
+    """How far each state is moved by the news that one joint's friction has risen."""
+    worn = Drift(friction=0.05, health=0.05)
+    model = tracking_model(fit, worn, network)
+    u = replace(slices(10.0), blind=False)
+    predicted = model.transition_cov(u)
+    f = state(model, f"f_{JOINT}")
+    return partial(lambda name: predicted[state(model, name), f] / predicted[f, f])
+
+
+@pytest.mark.parametrize(
+    "edge, state_, moved", [(("f", "alpha"), "alpha", 0.5), (("f", "z"), "z", -0.3)]
+)
+def test_an_edge_that_is_removed_changes_what_is_inferred(workshop, slices, edge, state_, moved):
+    """One joint's friction moves its damping and its drive's health, as the edges say."""
+    with_edge = inferred(workshop.fit, slices, figure2())
+    without = inferred(workshop.fit, slices, figure2().without(*edge))
+    assert with_edge(f"{state_}_{JOINT}") == pytest.approx(moved, rel=0.05)
+    assert without(f"{state_}_{JOINT}") == 0.0
+    assert with_edge(f"{state_}_{JOINT + 1}") == 0.0
+
+
+def test_friction_that_is_seen_to_rise_moves_what_follows_it(workshop, slices):
+    """The same through a filter: slow strokes tell of Coulomb friction, and damping follows."""
+    fit, found = workshop.fit, {}
+    for name, network in (("edge", figure2()), ("none", figure2().without("f", "alpha"))):
+        model = tracking_model(fit, Drift(friction=0.05), network)
+        filter_, rng = EKF(), np.random.default_rng(8)
+        belief = filter_.init(model)
+        grown = model.prior.mean.copy()
+        grown[state(model, f"f_{JOINT}")] += 0.3
+        for _ in range(60):
+            u = replace(slices(0.5), blind=False)
+            u = replace(u, v=0.05 * u.v, s=np.sign(u.v) * np.ones_like(u.v))
+            y = model.observe(grown, u) + 0.01 * rng.standard_normal(6)
+            belief, _ = filter_.step(model, belief, u, y)
+        alpha = state(model, f"alpha_{JOINT}")
+        found[name] = belief.mean[alpha] - model.prior.mean[alpha]
+    assert found["edge"] > found["none"] + 0.05

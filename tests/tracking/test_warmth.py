@@ -1,0 +1,78 @@
+"""Warm joints: a warm-up is no wear, with the joints' temperatures told."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from workshop import commissioned
+
+from urdyn.estimate import EKF
+from urdyn.signal import samples
+from urdyn.simulate import fourier, observe, typical_heat, typical_sensors, warm_up
+from urdyn.tracking import Tracker, quantities
+from urdyn.tracking.model import LAG
+from urdyn.tracking.warmth import warmed
+
+RATE = 20.0
+
+
+def test_a_lubricant_follows_its_joint():
+    joint, lubricant = np.array([30.0, 40.0]), np.array([20.0, 40.0])
+    once = warmed(lubricant, joint, LAG)
+    np.testing.assert_allclose(once, [30.0 - 10.0 * np.exp(-1.0), 40.0])
+    np.testing.assert_allclose(warmed(warmed(lubricant, joint, 100.0), joint, LAG - 100.0), once)
+
+
+def test_nobody_knows_a_lubricant_before_its_joint():
+    unknown, joint = np.full(2, np.nan), np.array([np.nan, 31.0])
+    np.testing.assert_array_equal(warmed(unknown, joint, 1.0), joint)
+    known = np.array([25.0, 25.0])
+    np.testing.assert_array_equal(warmed(known, np.full(2, np.nan), 1.0), known)
+
+
+def shift(duration):
+    """A cold arm at work, and its commissioned model."""
+    dynamics, fit = commissioned(0)
+    motion, noise = (np.random.default_rng([5, k]) for k in range(2))
+    work = fourier(dynamics.arm, duration, RATE, motion)
+    heat = warm_up(dynamics, work, typical_heat(dynamics))
+    return dynamics, fit, observe(dynamics, work, typical_sensors(dynamics.arm), noise, (heat,))
+
+
+def followed(fit, log):
+    """Beliefs along a log, five of them."""
+    tracker = Tracker(fit, EKF(), 1.0 / RATE)
+    state, beliefs = tracker.init(), []
+    for k, sample in enumerate(samples(log)):
+        state, reading = tracker.step(state, sample)
+        if reading is not None and k % (len(log) // 5) == len(log) // 5 - 10:
+            beliefs.append(reading.belief)
+    return quantities(fit, tracker.currents), beliefs
+
+
+@pytest.mark.slow
+def test_a_warm_up_is_not_read_as_wear():
+    dynamics, fit, log = shift(600.0)
+    told = log.joint("joint_temperatures")
+    assert np.ptp(told, axis=0).max() > 6.0  # soft enough for friction to fall by a tenth
+    of, beliefs = followed(fit, log)
+    for field in ("coulomb", "viscous"):
+        at = [of.names.index(f"{joint}.{field}") for joint in dynamics.arm.joint_names]
+        truth = getattr(dynamics.drive, field)
+        for belief in beliefs:
+            assert np.linalg.eigvalsh(belief.cov)[0] > 0.0
+            mean, sd = of.of(belief)
+            assert np.sum(((mean[at] - truth) / sd[at]) ** 2) < 22.5  # once in a thousand
+            np.testing.assert_allclose(mean[at], truth, rtol=0.03)
+
+
+def test_without_temperatures_nothing_is_claimed_of_them():
+    _, fit, log = shift(40.0)
+    silent = {k: v for k, v in log.channels.items() if k != "joint_temperatures"}
+    tracker = Tracker(fit, EKF(), 1.0 / RATE)
+    state = tracker.init()
+    for sample in samples(replace(log, channels=silent)):
+        state, reading = tracker.step(state, sample)
+    assert np.isnan(state.lubricant).all() and reading.inputs.blind
+    at = tracker.currents.places["kappa"]
+    np.testing.assert_allclose(reading.belief.sd[at], tracker.model.prior.sd[at], rtol=0.05)
