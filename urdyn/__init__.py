@@ -23,9 +23,8 @@ if TYPE_CHECKING:
     from urdyn.diagnose import Finding, diagnose
     from urdyn.errors import UrdynError
     from urdyn.identify import Fit, PayloadPrior, Run, identify, validate
-    from urdyn.io import Effort, read, write
     from urdyn.identify.kinematics import calibrate
-    from urdyn.io import read, write
+    from urdyn.io import Effort, read, write
     from urdyn.io.poses import read_poses
     from urdyn.model.arm import load_arm
     from urdyn.signal import condition

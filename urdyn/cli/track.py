@@ -20,7 +20,6 @@ from urdyn.cli.diagnosing import (
     summed,
 )
 from urdyn.cli.options import Columns, Json, Quiet, Rows, Unit
-from urdyn.cli.options import Columns, Json, Quiet, Rows
 from urdyn.cli.recording import slice_of
 from urdyn.cli.voice import Voice
 from urdyn.io.effort import Effort
@@ -132,10 +131,9 @@ def track(
 ) -> None:
     """Follow friction, health and payload of an arm, from a log or while it works.
 
-    TWIN is a twin.toml of `urdyn identify`, SOURCE a log, or rtde://HOST[:PORT] of a robot at work.
-    Faults are told as they are found, and written to DIR/findings.json.
     TWIN is a twin.toml of `urdyn identify`, SOURCE a log, or of a robot at work rtde://HOST[:PORT]
     or ros2://TOPIC, which also publishes /diagnostics and what is learnt under /urdyn.
+    Faults are told as they are found, and written to DIR/findings.json.
     A run that was killed goes on where it was; Ctrl-C ends a live one in good order.
 
     Example: [bold]urdyn track twin/twin.toml rtde://192.168.0.10 --out monday[/bold]
@@ -149,7 +147,6 @@ def track(
     from urdyn.tracking import Tracker, open_source, run
 
     voice, chosen = Voice(json, quiet), _filter(filter, mode)
-    voice, chosen = Voice(json, quiet), _filter(filter)
     known(publish, PUBLISHED, "--publish")
     known(hand_over, HANDED, "--hand-over")
     require_folder(out)
@@ -160,13 +157,11 @@ def track(
     tracker: Tracker[Any] = Tracker(fit, chosen, stream.period)
     looking = None if no_diagnosis else onlooker(fit, stream, rules, false_alarm_hours, voice)
     try:
-        with watching(fit.dynamics.arm.joint_names, quiet) as watch:
-            summary = run(tracker, stream, out, sha256(twin), fresh, watch, looking)
         with (
             watching(fit.dynamics.arm.joint_names, quiet) as shown,
             announcing(fit, source, serial, prometheus, mqtt, publish or ()) as told,
         ):
-            summary = run(tracker, stream, out, sha256(twin), fresh, both(shown, told))
+            summary = run(tracker, stream, out, sha256(twin), fresh, both(shown, told), looking)
     finally:
         stream.close()
     summary["filter"] = filter or ("ukf" if mode == "full" else "ekf")

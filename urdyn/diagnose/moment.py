@@ -57,12 +57,6 @@ def pooled(rows: Rows, period: float, noise: Array) -> Pool:
 def _means(weight: Array, rows: Rows, r: Array, at: Index) -> tuple[Array, Array, Array]:
     """Weights, and weighted means of H and r, of the groups that begin at the rows `at`."""
     total = np.add.reduceat(weight, at, axis=0)
-    share = (
-        weight
-        / np.where(total > 0.0, total, 1.0)[
-            np.searchsorted(at, np.arange(len(r)), side="right") - 1
-        ]
-    )
     group = np.searchsorted(at, np.arange(len(r)), side="right") - 1
     share = weight / np.where(total > 0.0, total, 1.0)[group]
     rigid = np.add.reduceat(share[..., None] * rows.rigid, at, axis=0)

@@ -40,6 +40,7 @@ class Onlooker:
     ) -> None:
         self.diagnosis, self.source, self.tell = diagnosis, source, tell
         self.state: State = diagnosis.init()
+        self.findings: tuple[Mapping[str, Any], ...] = ()
         self._identity: dict[str, str] = {}
         self._folder = Path()
         self._inbox: Queue[Now | None] = Queue(WAITING)
@@ -62,10 +63,7 @@ class Onlooker:
 
     def take(self, reading: Reading) -> None:
         """One instant on."""
-        now = Now(reading.instant, reading.inputs.s, reading.travelled)
-        self.state, found = self.diagnosis.step(self.state, now)
-        self._tell(found)
-        self._inbox.put(Now(reading.instant, reading.s, reading.travelled))
+        self._inbox.put(Now(reading.instant, reading.inputs.s, reading.travelled))
 
     def keep(self, index: int) -> None:
         """Remember this sample, and the one before until the run has been kept as well."""
@@ -123,5 +121,6 @@ class Onlooker:
         findings = [replace(f, acknowledged=known.quiets(f)) for f in self.state.findings]
         observability = self.diagnosis.observable(self.state)
         document = findings_document(findings, observability, self._identity, self.source)
+        self.findings = tuple(document["findings"])
         write_text(self._folder / FILE, json.dumps(document, indent=2) + "\n")
         return document

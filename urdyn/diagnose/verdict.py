@@ -181,9 +181,6 @@ def _shown(event: Event, name: str) -> str:
             return f"{name}: swings at {rings}, since {event.onset:.1f} s"
         case "joint_backlash":
             gap = 1e3 * told["half_gap_rad"]
-            return (
-                f"{name}: a gap of ± {gap:.2g} mrad, seen in {told['reversals']} reversals of load"
-            )
             seen = f"seen in {told['reversals']} reversals of load"
             return f"{name}: a gap of ± {gap:.2g} mrad, {seen}"
     return f"{name}: current sensor is {told['mode']} since {event.onset:.1f} s"

@@ -93,6 +93,10 @@ class Observer(Protocol):
     def forget(self) -> None:
         """The run will not go on."""
 
+    @property
+    def findings(self) -> tuple[Mapping[str, Any], ...]:
+        """What was found so far, as in findings.json."""
+
 
 def run(
     tracker: Tracker[S],
@@ -191,28 +195,20 @@ class _Run(Generic[S]):
 
     def _note(self, at: Checkpoint[S], reading: Reading | None, work: Latency) -> Checkpoint[S]:
         """A row of history: of every k-th sample, and wherever something else was taken up."""
-        every = max(1, int(np.ceil(1.0 / (ROWS * self.source.period) - 0.01)))
-        if reading is None or (at.index % every and not reading.widened):
-            return at
-        of = self.history.quantities
-        mean, sd = of.of(reading.belief)
-        self.history.take(reading, mean, sd)
-        if self.watch:
-            share = at.index / self.source.length if self.source.length else 0.0
-            rate = work.count / work.total
-            self.watch(Glance(at.last - at.began, share, of.names, of.units, mean, sd, rate))
-        currents, commissioned = self.tracker.currents, self.tracker.model.prior.mean
-        return replace(at, interest=gathered(at.interest, reading, currents, commissioned))
         if reading is None:
-            return
+            return at
         share = at.index / self.source.length if self.source.length else 0.0
         rate, of = work.count / work.total, self.history.quantities
-        glance = Glance(at.last - at.began, at.last, at.index, share, rate, reading, of)
+        found = self.observer.findings if self.observer else ()
+        glance = Glance(at.last - at.began, at.last, at.index, share, rate, reading, of, found)
         if self.watch:
             self.watch(glance)
         every = max(1, int(np.ceil(1.0 / (ROWS * self.source.period) - 0.01)))
-        if at.index % every == 0 or reading.widened:
-            self.history.take(reading, glance.mean, glance.sd)
+        if at.index % every and not reading.widened:
+            return at
+        self.history.take(reading, glance.mean, glance.sd)
+        currents, commissioned = self.tracker.currents, self.tracker.model.prior.mean
+        return replace(at, interest=gathered(at.interest, reading, currents, commissioned))
 
     def _kept(self, at: Checkpoint[S]) -> Checkpoint[S]:
         """The run as it is now, on disk."""
