@@ -69,8 +69,9 @@ def summed(summary: dict[str, Any]) -> str:
         return "not diagnosed"
     if not found:
         return "nothing found"
-    return "\n".join(
+    lines = [
         f"{f['severity']}: {f['kind']}: {f['text']} (sure {100 * f['confidence']:.0f} %)"
         + (", acknowledged" if f["acknowledged"] else "")
         for f in found
-    )
+    ]
+    return "\n".join([*lines, f"recommended: {summary['recommendation']['text']}"])

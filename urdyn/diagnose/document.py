@@ -8,6 +8,8 @@ from typing import Any
 import numpy as np
 
 from urdyn.diagnose.finding import Finding
+from urdyn.diagnose.recommend import recommendation
+from urdyn.faults.decision import Costs
 from urdyn.version import __version__
 
 
@@ -16,13 +18,15 @@ def findings_document(
     observability: Sequence[Mapping[str, Any]],
     identity: Mapping[str, str],
     source: Mapping[str, str],
+    costs: Costs,
 ) -> dict[str, Any]:
-    """All findings, with the version and the hashes of what they were made of."""
+    """All findings and what to do, with the version and the hashes of what they were made of."""
     origin = {"twin.sha256": identity.get("twin", ""), "rules": identity.get("rules", "")}
     return {
         "urdyn": __version__,
         "provenance": origin | dict(source),
         "findings": [_finite(finding.plain()) for finding in findings],
+        "recommendation": _finite(recommendation(findings, costs)),
         "observability": {"joint_backlash": [_finite(row) for row in observability]},
     }
 

@@ -24,6 +24,7 @@ from urdyn.tracking import Reading
 FILE = "findings.json"
 WAITING = 5000  # instants that wait to be diagnosed, at most
 SWITCH = 5e-4  # [s] after which the thread that tracks may go on
+TOLD = ("findings", "recommendation", "observability")  # in a run's summary, too
 KEPT = "diagnosis-{index}.npz"
 
 Tell = Callable[[Finding], None]
@@ -82,7 +83,7 @@ class Onlooker:
         self.state, found = self.diagnosis.finish(self.state)
         self._tell(found)
         document = self._write()
-        return {name: document[name] for name in ("findings", "observability")}
+        return {name: document[name] for name in TOLD}
 
     def forget(self) -> None:
         """Remove what was remembered: the run is over for good."""
@@ -120,7 +121,8 @@ class Onlooker:
         known = acknowledged(self._folder)
         findings = [replace(f, acknowledged=known.quiets(f)) for f in self.state.findings]
         observability = self.diagnosis.observable(self.state)
-        document = findings_document(findings, observability, self._identity, self.source)
+        of, costs = self._identity, self.diagnosis.rules.costs
+        document = findings_document(findings, observability, of, self.source, costs)
         self.findings = tuple(document["findings"])
         write_text(self._folder / FILE, json.dumps(document, indent=2) + "\n")
         return document

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +12,7 @@ import numpy as np
 from urdyn.diagnose.bank import SHAPES, Straying
 from urdyn.diagnose.space import Space
 from urdyn.errors import InputError
+from urdyn.faults.decision import Costs
 from urdyn.io.document import load_toml
 from urdyn.types import Array
 
@@ -61,6 +62,7 @@ class Rules:
     noise: Noise
     slow: tuple[SlowKind, ...]
     fast: Mapping[str, Mapping[str, Any]]  # kind -> thresholds
+    costs: Costs  # by which a service is recommended
 
     def stray(self, space: Space, what: str) -> Array:
         """How far each state of an arm strays: by day, by hour or by window, (n,)."""
@@ -93,6 +95,7 @@ def read_rules(path: str | Path | None = None) -> Rules:
         "promise": house["promise"] | own.get("promise", {}),
         "healthy": house["healthy"] | own.get("healthy", {}),
         "noise": house["noise"] | own.get("noise", {}),
+        "costs": house["costs"] | own.get("costs", {}),
         "kind": house["kind"] | own.get("kind", {}),
     }
     if unknown := set(own) - set(merged):
@@ -110,7 +113,17 @@ def _rules(document: Mapping[str, Any], path: str) -> Rules:
     hours = document["promise"].get("hours")
     if not isinstance(hours, int | float) or not hours > 0.0:
         raise InputError(f"{path}: [promise] hours is a number above 0")
-    return Rules(float(hours), document["healthy"], Noise(**document["noise"]), slow, fast)
+    noise, costs = Noise(**document["noise"]), _costs(document["costs"], path)
+    return Rules(float(hours), document["healthy"], noise, slow, fast, costs)
+
+
+def _costs(of: Mapping[str, Any], path: str) -> Costs:
+    known = [field.name for field in fields(Costs)]
+    if strange := set(of) - set(known):
+        raise InputError(f"{path}: [costs] has {min(strange)}; there is {', '.join(known)}")
+    if not all(isinstance(value, int | float) for value in of.values()):
+        raise InputError(f"{path}: [costs] are numbers")
+    return Costs(**of)
 
 
 def _slow(name: str, of: dict[str, Any], path: str) -> SlowKind:

@@ -40,10 +40,22 @@ def findings(history: History, summary: Mapping[str, Any]) -> Html:
     else:
         heads = ["what", "where", "since", "size", "severity", "sure", "time left", "what to do"]
         rows = [_row(finding, clock, start) for finding in found]
-        told = [table(heads, rows)]
+        told = [table(heads, rows), *_recommended(summary.get("recommendation"))]
     drawn = [_drawn(finding, history) for finding in found if _has_series(finding)]
     blind = _blind(summary.get("observability", {}).get("joint_backlash", ()))
     return section("Findings", LEAD, *told, *([grid(*drawn)] if drawn else []), paragraph(blind))
+
+
+def _recommended(of: Mapping[str, Any] | None) -> list[Html]:
+    """What to do about it, and what each choice is expected to cost."""
+    if of is None:
+        return []
+    cost = of["expected_cost"]
+    words = f"Recommended: {of['text']}."
+    if cost is None:
+        return [paragraph(words)]
+    told = ", ".join(f"{choice} {number(cost[choice])}" for choice in ("now", "later", "never"))
+    return [paragraph(f"{words} Expected cost, in planned services: {told}.")]
 
 
 def _row(finding: Mapping[str, Any], clock: Clock, start: float) -> list[Html]:

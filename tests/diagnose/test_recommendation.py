@@ -1,0 +1,63 @@
+"""What a twin ends in."""
+
+from dataclasses import replace
+
+import pytest
+
+from urdyn.diagnose import Finding
+from urdyn.diagnose.recommend import recommendation
+from urdyn.faults import Costs
+
+HOUR = 3600.0
+GROWING = Finding(
+    id="friction_increase-2",
+    kind="friction_increase",
+    joint=2,
+    name="elbow_joint",
+    onset_s=0.0,
+    onset_interval_s=(0.0, 1.0),
+    alarm_s=2.0,
+    severity="warning",
+    confidence=0.97,
+    time_to_failure_s={"median": 300 * HOUR, "lo": 200 * HOUR, "hi": 450 * HOUR},
+    size=0.3,
+    size_sd=0.01,
+    quantity="Coulomb friction",
+    unit="-",
+    text="elbow_joint: Coulomb friction +30 %",
+    advice="check lubrication and the gear of this joint",
+)
+STEADY = replace(GROWING, id="steady", time_to_failure_s=None)
+
+
+def advice(*findings):
+    return recommendation(findings, Costs())
+
+
+def test_nothing_found_is_left_at_work():
+    assert advice()["advice"] == "never"
+    assert advice(STEADY)["advice"] == "never"
+
+
+def test_what_grows_is_serviced_before_it_fails():
+    of = advice(STEADY, GROWING)
+    assert of["advice"] == "later"
+    assert of["finding"] == GROWING.id
+    assert Costs().notice <= of["service_in_h"] < 200.0
+    assert "elbow_joint" in of["text"]
+
+
+def test_the_dearest_to_leave_alone_comes_first():
+    times = {"median": 2 * HOUR, "lo": HOUR, "hi": 4 * HOUR}
+    urgent = replace(GROWING, id="urgent", time_to_failure_s=times)
+    of = advice(GROWING, urgent)
+    assert (of["advice"], of["finding"]) == ("now", "urgent")
+
+
+def test_what_was_acknowledged_is_not_recommended_again():
+    assert advice(replace(GROWING, acknowledged=True))["advice"] == "never"
+
+
+@pytest.mark.parametrize(("kind", "told"), [("health_degradation", "now"), ("collision", "never")])
+def test_what_is_critical_already_is_serviced_now_if_that_helps(kind, told):
+    assert advice(replace(STEADY, kind=kind, severity="critical"))["advice"] == told

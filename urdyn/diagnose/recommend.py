@@ -1,0 +1,52 @@
+"""What a twin ends in: service now, later, or not at all, by what each is expected to cost."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from urdyn.diagnose.finding import Finding
+from urdyn.faults.decision import Costs, Decision, decide, outlook
+
+SOON = 1e-3  # [h] in which what is past its critical level is taken to end the work
+HOUR = 3600.0  # [s]
+PASSING = ("collision", "payload_change")  # kinds that nobody services
+
+
+def recommendation(findings: Sequence[Finding], costs: Costs) -> dict[str, Any]:
+    """The choice for the finding that is dearest to leave alone, in numbers and a sentence."""
+    choices = [(_decision(f, costs), f) for f in findings if not f.acknowledged]
+    grave = [(d, f) for d, f in choices if d.advice != "never"]
+    if not grave:
+        told = "leave it at work: nothing that was found is expected to cost more than a service"
+        return {"advice": "never", "finding": None, "text": told, "expected_cost": None}
+    decision, finding = max(grave, key=lambda pair: pair[0].never - _least(pair[0]))
+    return {
+        "advice": decision.advice,
+        "finding": finding.id,
+        "text": f"{_when(decision)}: {finding.name}, {finding.advice}",
+        "service_in_h": 0.0 if decision.advice == "now" else decision.later_at,
+        "expected_cost": {"now": decision.now, "later": decision.later, "never": decision.never},
+    }
+
+
+def _decision(finding: Finding, costs: Costs) -> Decision:
+    left = finding.time_to_failure_s
+    if left is not None:
+        told = (left["median"] / HOUR, left["lo"] / HOUR, left["hi"] / HOUR)
+        t, failed = outlook(costs, finding.confidence, *told)
+    elif finding.severity == "critical" and finding.kind not in PASSING:
+        t, failed = outlook(costs, finding.confidence, SOON, SOON, SOON)
+    else:
+        t, failed = outlook(costs)
+    return decide(t, failed, costs)
+
+
+def _least(decision: Decision) -> float:
+    return min(decision.now, decision.later)
+
+
+def _when(decision: Decision) -> str:
+    if decision.advice == "now":
+        return "service now"
+    return f"service within {decision.later_at:.0f} h"
