@@ -47,7 +47,7 @@ def test_what_grows_is_serviced_before_it_fails():
     assert "elbow_joint" in of["text"]
 
 
-def test_the_dearest_to_leave_alone_comes_first():
+def test_what_has_to_be_serviced_first_comes_first():
     times = {"median": 2 * HOUR, "lo": HOUR, "hi": 4 * HOUR}
     urgent = replace(GROWING, id="urgent", time_to_failure_s=times)
     of = advice(GROWING, urgent)

@@ -14,18 +14,18 @@ PASSING = ("collision", "payload_change")  # kinds that nobody services
 
 
 def recommendation(findings: Sequence[Finding], costs: Costs) -> dict[str, Any]:
-    """The choice for the finding that is dearest to leave alone, in numbers and a sentence."""
+    """The choice for the finding that has to be serviced first, in numbers and a sentence."""
     choices = [(_decision(f, costs), f) for f in findings if not f.acknowledged]
     grave = [(d, f) for d, f in choices if d.advice != "never"]
     if not grave:
         told = "leave it at work: nothing that was found is expected to cost more than a service"
         return {"advice": "never", "finding": None, "text": told, "expected_cost": None}
-    decision, finding = max(grave, key=lambda pair: pair[0].never - _least(pair[0]))
+    decision, finding = min(grave, key=lambda pair: _due(pair[0]))
     return {
         "advice": decision.advice,
         "finding": finding.id,
         "text": f"{_when(decision)}: {finding.name}, {finding.advice}",
-        "service_in_h": 0.0 if decision.advice == "now" else decision.later_at,
+        "service_in_h": _due(decision),
         "expected_cost": {"now": decision.now, "later": decision.later, "never": decision.never},
     }
 
@@ -42,8 +42,9 @@ def _decision(finding: Finding, costs: Costs) -> Decision:
     return decide(t, failed, costs)
 
 
-def _least(decision: Decision) -> float:
-    return min(decision.now, decision.later)
+def _due(decision: Decision) -> float:
+    """[h] from now."""
+    return 0.0 if decision.advice == "now" else decision.later_at
 
 
 def _when(decision: Decision) -> str:
