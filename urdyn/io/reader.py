@@ -11,8 +11,7 @@ import numpy as np
 import pyarrow.parquet as pq
 
 from urdyn.errors import LogError
-from urdyn.io import parquet
-from urdyn.io.bags import fingerprint, is_bag, read_bag
+from urdyn.io import bags, parquet
 from urdyn.io.blocks import blocks
 from urdyn.io.compression import TORN, HashedFile, decompressed
 from urdyn.io.dialect import Dialect, sniff
@@ -56,7 +55,7 @@ def read_table(
     """The numbers in `path` before anybody judged them: for poses, which no clock orders."""
     bounds = _bounds(rows, str(path))
     try:
-        if is_bag(Path(path)):
+        if bags.is_bag(Path(path)):
             return _bag(Path(path), columns, rows, channels)
         with Path(path).open("rb") as stream:
             is_parquet = stream.read(len(parquet.MAGIC)) == parquet.MAGIC
@@ -83,7 +82,7 @@ def _bag(
     """The wanted rows of a bag, whose data rows are the arm's joint states."""
     if columns is not None:
         raise LogError("is a bag, which names its own columns; leave out --columns", path)
-    table, source = read_bag(path, channels), Source(str(path), fingerprint(path))
+    table, source = bags.read_bag(path, channels), Source(str(path), bags.fingerprint(path))
     if not len(table):
         raise LogError("has no data", path)
     if not table.channels.keys() - {"timestamp"}:
