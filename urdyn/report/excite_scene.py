@@ -47,7 +47,7 @@ def _drawing(found: Excitation) -> go.Figure:
     ]
     slider = {"steps": steps, "currentvalue": {"prefix": "time [s] "}, "pad": {"t": 10}}
     drawing = figure(
-        [*fixed, *poses], "", "", 520, sliders=[slider], margin=dict.fromkeys("ltr", 0)
+        [*fixed, *poses], "", "", 520, sliders=[slider], margin={"l": 0, "t": 0, "r": 0, "b": 60}
     )
     return drawing.update_layout(scene=_axes(found, np.concatenate([track, *skeletons])))
 

@@ -14,6 +14,7 @@ from urdyn.identify.excite.poses import poses
 from urdyn.identify.excite.probe import probe
 from urdyn.identify.excite.proof import Proof, Safe, prove
 from urdyn.identify.excite.question import Question, question
+from urdyn.identify.excite.rating import scale
 from urdyn.identify.excite.restart import Found, Task, loaded
 from urdyn.identify.fit import Fit
 from urdyn.model.arm import Arm
@@ -28,6 +29,8 @@ from urdyn.simulate.trajectory import Trajectory, grid
 
 KINDS = ("fourier", "probe", "poses")
 RESTARTS = 4
+ALIKE = 2.5  # [-] of log volume, about 2 % of every sd, by which motions tell as much
+RATED = 200  # moments of a period by which its condition is told
 SHORTEST = 2.0  # [s] of a run
 
 HARMONICS_TRIED = (HARMONICS + 3, HARMONICS, HARMONICS + 6)  # by one restart after the other
@@ -162,7 +165,7 @@ def _fourier(
     assert ask.limits is not None
     tasks = [
         Task(
-            question=asked,
+            question=asked.doubted() if ask.criterion == "D" and not ask.interest else asked,
             cell=ask.cell,
             limits=ask.limits,
             margin=ask.margin,
@@ -178,9 +181,23 @@ def _fourier(
     safe = [one for one in outcomes if isinstance(one, Found)]
     if not safe:
         raise next(one for one in outcomes if not isinstance(one, Found))
-    best = max(safe, key=lambda one: one.value)
+    best = _chosen(asked, ask, safe)
     values = tuple(one.value if isinstance(one, Found) else None for one in outcomes)
     return best.series, best.proof, values
+
+
+def _chosen(asked: Question, ask: Ask, safe: list[Found]) -> Found:
+    """The best by the criterion; of volumes that hardly differ, the best conditioned."""
+    most = max(one.value for one in safe)
+    if ask.criterion != "D" or ask.interest:
+        return next(one for one in safe if one.value == most)
+    ruler, rows = scale(asked), ask.duration * ask.rate
+
+    def condition(one: Found) -> float:
+        t = np.linspace(0.0, one.series.lasting, RATED, endpoint=False)
+        return ruler.rate(*one.series.at(t), rows).condition
+
+    return min((one for one in safe if one.value > most - ALIKE), key=condition)
 
 
 def _slow(asked: Question, ask: Ask) -> tuple[Moves, Proof]:

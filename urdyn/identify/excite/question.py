@@ -29,6 +29,7 @@ from urdyn.simulate import Payload, typical_sensors
 from urdyn.types import Array, frozen
 
 GENERIC = 400  # random moments that show what any motion can tell
+DOUBT = 1e-3  # [-] weight that is left to the population where it is doubted
 TOLD = 1e-8  # [-] of the largest eigenvalue of information: what is below it is rounding
 
 
@@ -51,6 +52,15 @@ class Question:
     def information(self, columns: Columns, rows: float) -> Array:
         """M (P, P) after `rows` rows of a motion that N moments stand for."""
         return np.asarray(self.known + rows * _told(self.weights, columns))
+
+    def doubted(self) -> Question:
+        """The same, where what is known of all such arms weighs next to nothing.
+
+        A volume shrinks by the same share in every direction: one that the population pins down
+        more tightly than data can would else not be moved in, and stay untold for ever.
+        """
+        P = len(self.known)
+        return replace(self, known=self.known - (1.0 - DOUBT) * np.eye(P))
 
     def slope(self, columns: Columns, rows: float, S: Array) -> Array:
         """d tr(S M) / d phi, (N, J, C), of a symmetric S (P, P)."""
