@@ -85,6 +85,18 @@ def test_a_row_says_which_joint_since_when_and_how_long_is_left(folders):
     assert "Elbow friction increase since 10.0 s, critical; 24 h left (12 to 48)." in row
 
 
+def test_a_time_without_end_is_a_dash(tmp_path):
+    endless = finding("critical", DAY)
+    endless["time_to_failure_s"]["hi"] = None  # as JSON has infinity
+    page = shown([robot(tmp_path / "a", findings=[endless])]).replace("\u00a0", " ")
+    assert "24 h left (12 to –)" in page
+
+
+def test_a_fault_of_the_tool_is_told_by_its_name(tmp_path):
+    told = finding("warning", joint=None) | {"name": "tool", "kind": "payload_change"}
+    assert "Tool payload change since" in shown([robot(tmp_path / "a", findings=[told])])
+
+
 def test_a_fault_of_no_joint_is_told_without_one(tmp_path):
     page = shown([robot(tmp_path / "a", findings=[finding("warning", joint=None)])])
     assert "Friction increase since" in page

@@ -27,6 +27,7 @@ class Finding:
 
     kind: str  # "friction_increase", ...
     joint: int | None  # from 0; None: no joint's fault
+    name: str  # of the joint, of the link, or of what else has it
     onset: float  # [s] stamp of the log
     severity: str
     confidence: float  # [-] in [0, 1]
@@ -40,9 +41,9 @@ class Finding:
         severity = 0.0 if self.acknowledged else RANKS.get(self.severity, 0.0)
         return severity, -median, self.confidence
 
-    def sentence(self, joints: Sequence[str], start: float, time: Clock) -> str:
+    def sentence(self, start: float, time: Clock) -> str:
         """The finding as people say it; `start` is the log's first stamp [s]."""
-        where = f"{spoken(joints[self.joint])} " if self.joint is not None else ""
+        where = f"{spoken(self.name)} " if self.name else ""
         since = time(self.onset - start)
         known = ", acknowledged" if self.acknowledged else ""
         what = self.kind.replace("_", " ")
@@ -56,7 +57,7 @@ class Finding:
         return f"; {median} {unit.unit} left ({low} to {high})"
 
 
-def read_findings(folder: Path, joints: int) -> tuple[Finding, ...] | None:
+def read_findings(folder: Path, joints: Sequence[str]) -> tuple[Finding, ...] | None:
     """The findings in a track folder, most urgent first; None: nobody has diagnosed it.
 
     Raises:
@@ -76,19 +77,19 @@ def read_findings(folder: Path, joints: int) -> tuple[Finding, ...] | None:
     return tuple(sorted(found, key=lambda finding: finding.rank, reverse=True))
 
 
-def _finding(entry: Mapping[str, Any], joints: int) -> Finding:
+def _finding(entry: Mapping[str, Any], joints: Sequence[str]) -> Finding:
     joint, left = entry["joint"], entry["time_to_failure_s"]
-    if joint is not None and not 0 <= int(joint) < joints:
-        raise ValueError(f"joint {joint} of {joints}")
+    if joint is not None and not 0 <= int(joint) < len(joints):
+        raise ValueError(f"joint {joint} of {len(joints)}")
+    name = "" if joint is None else joints[int(joint)]
     return Finding(
         kind=str(entry["kind"]),
         joint=None if joint is None else int(joint),
+        name=str(entry.get("name", name)),
         onset=float(entry["onset_s"]),
         severity=str(entry["severity"]),
         confidence=float(entry["confidence"]),
-        left=None
-        if left is None
-        else (float(left["median"]), float(left["lo"]), float(left["hi"])),
+        left=left and (_time(left["median"]), _time(left["lo"]), _time(left["hi"])),
         acknowledged=bool(entry.get("acknowledged", False)),
     )
 
@@ -100,12 +101,18 @@ def told(finding: Finding) -> dict[str, Any]:
     return {
         "kind": finding.kind,
         "joint": finding.joint,
+        "name": finding.name,
         "onset_s": _plain(finding.onset),
         "severity": finding.severity,
         "confidence": _plain(finding.confidence),
         "acknowledged": finding.acknowledged,
         "time_to_failure_s": times,
     }
+
+
+def _time(value: float | None) -> float:
+    """A time to failure [s]; none is one that never comes."""
+    return np.inf if value is None else float(value)
 
 
 def _plain(value: float) -> float | None:

@@ -142,7 +142,7 @@ def _robot(folder: Path, name: str, now: float, stale: float) -> Robot:
         run.surprise,
         run.source,
         run.finished,
-        read_findings(folder, len(run.joints)),
+        read_findings(folder, run.joints),
         age,
         age > stale,
         {what: tuple(series for series, _ in told) for what, told in pairs.items()},

@@ -95,7 +95,7 @@ def _row(robot: Robot, scales: dict[str, Scale], out: Path) -> Html:
 def sentence(robot: Robot) -> str:
     """What is found on a robot, or that nothing is."""
     if robot.findings:
-        told = [f.sentence(robot.joints, robot.start, robot.clock) for f in robot.findings[:MOST]]
+        told = [f.sentence(robot.start, robot.clock) for f in robot.findings[:MOST]]
         rest = len(robot.findings) - MOST
         more = f"; and {rest} more" if rest > 0 else ""
         said = ". ".join(s[0].upper() + s[1:] for s in told)
