@@ -43,7 +43,7 @@ def test_friction_that_grows_is_followed_and_others_stay():
     dynamics, fit = commissioned(1)
     log = at_work(dynamics, 1, 1, 40.0, "friction_increase:joint=2,onset=10,rate=0.01")
     # A third in half a minute is far more than an arm's wear, so it is told to be large.
-    quick = Drift(friction=2e-3, rate_sd=5e-3, acceleration=1e-3)
+    quick = Drift(friction=5e-3, rate_sd=1e-2, acceleration=1e-3)
     readings, physical = tracked(fit, log, EKF(), quick)
     mean, sd = physical.of(readings[-1].belief)
     at = [physical.names.index(f"{j}.coulomb") for j in dynamics.arm.joint_names]

@@ -58,6 +58,6 @@ def _normal(W: Array) -> Array:
 def _mended(inertials: Array, reach: float) -> Array:
     """The body beside inertials that are one but for what projections left over."""
     value, vector = np.linalg.eigh(pseudo_inertia(inertials))
-    J = (vector * np.maximum(value, 0.0)) @ vector.T
+    J = (vector * np.maximum(value, SLACK * max(value[-1], 0.0))) @ vector.T
     J[3, 3] = max(J[3, 3], np.trace(J[:3, :3]) / reach**2)
     return from_pseudo_inertia(J)
