@@ -15,7 +15,7 @@ import urdyn as ud
 from urdyn.cli import failure
 from urdyn.cli.app import app
 
-VERBS = ["identify", "validate", "simulate", "demo", "bench identify"]
+VERBS = ["identify", "validate", "simulate", "demo", "bench identify", "bench faults"]
 HEAVY = ("numpy", "casadi", "plotly", "matplotlib", "pinocchio", "scipy", "pyarrow")
 
 

@@ -4,22 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from noises import NOISES, Noise
 
-from urdyn.faults import ShiryaevRoberts, Whitened, cells, detect, learn_baseline
-from urdyn.types import Array
+from urdyn.cli.fault_noises import NOISES
+from urdyn.cli.fault_trials import alarmed
+from urdyn.faults import ShiryaevRoberts, cells, detect
 
-PROMISE, STEPS = 10_000.0, 1000
-
-
-def alarmed(detector: Whitened, series: Array) -> Array:
-    """Of streams that are runs of their own: which raised an alarm, (runs,)."""
-    runs = series.shape[1]
-    state, most = detector.init(runs), np.zeros(runs)
-    for row in series:
-        state, verdict = detector.step(state, row)
-        most = np.maximum(most, runs * verdict.streams)
-    return most >= 1.0
+PROMISE = 10_000.0
 
 
 def test_the_likelihood_ratio_of_healthy_noise_averages_one_or_less() -> None:
@@ -48,17 +38,9 @@ def test_evidence_less_steps_passed_averages_zero_at_most() -> None:
 @pytest.mark.parametrize("name", NOISES)
 def test_one_alarm_in_ten_thousand_steps_means_so(name: str) -> None:
     """At most 1 - exp(-.1) of runs of 1000 steps, to two standard errors."""
-    share, runs = false_alarms(NOISES[name], 300, 3)
-    allowed = 1.0 - np.exp(-STEPS / PROMISE)
+    runs, allowed = 240, 1.0 - np.exp(-0.1)
+    share = alarmed(NOISES[name], runs, np.random.default_rng(3))
     assert share <= allowed + 2.0 * np.sqrt(allowed * (1.0 - allowed) / runs)
-
-
-def false_alarms(noise: Noise, runs: int, seed: int) -> tuple[float, int]:
-    rng = np.random.default_rng(seed)
-    baseline = learn_baseline(noise.draw(rng, STEPS, runs))
-    detector = Whitened(baseline, ShiryaevRoberts(PROMISE))
-    found = alarmed(detector, noise.draw(rng, STEPS, runs, noise.scale))
-    return float(found.mean()), runs
 
 
 def test_a_stream_that_is_missing_says_nothing() -> None:

@@ -15,34 +15,67 @@ from typing import TYPE_CHECKING
 from urdyn.lazy import lookup
 
 if TYPE_CHECKING:
+    from urdyn.faults.algorithm2 import Algorithm2, Status, tuned_algorithm2
     from urdyn.faults.alternatives import Cells, cells
+    from urdyn.faults.cusum import Cusum
     from urdyn.faults.detector import Detection, Detector, Verdict, run
+    from urdyn.faults.glr import GLR
+    from urdyn.faults.onset import Kinks, follow, kinks
+    from urdyn.faults.oracle import calibrated, oracle_cusum
+    from urdyn.faults.prognosis import Forecast, Interval, forecast, foresee, health_index
     from urdyn.faults.sequential import ShiryaevRoberts, promised_steps
     from urdyn.faults.series import detect
     from urdyn.faults.whiten import Baseline, learn_baseline, stated_baseline
     from urdyn.faults.whitened import Whitened
 
 __all__ = [
+    "GLR",
+    "Algorithm2",
     "Baseline",
     "Cells",
+    "Cusum",
     "Detection",
     "Detector",
+    "Forecast",
+    "Interval",
+    "Kinks",
     "ShiryaevRoberts",
+    "Status",
     "Verdict",
     "Whitened",
+    "calibrated",
     "cells",
     "detect",
+    "follow",
+    "forecast",
+    "foresee",
+    "health_index",
+    "kinks",
     "learn_baseline",
+    "oracle_cusum",
     "promised_steps",
     "run",
     "stated_baseline",
+    "tuned_algorithm2",
 ]
 
 __getattr__ = lookup(
     __name__,
     {
+        "urdyn.faults.algorithm2": ("Algorithm2", "Status", "tuned_algorithm2"),
         "urdyn.faults.alternatives": ("Cells", "cells"),
+        "urdyn.faults.glr": ("GLR",),
+        "urdyn.faults.onset": ("Kinks", "follow", "kinks"),
+        "urdyn.faults.oracle": ("calibrated", "oracle_cusum"),
+        "urdyn.faults.prognosis": (
+            "Forecast",
+            "Interval",
+            "forecast",
+            "foresee",
+            "health_index",
+        ),
         "urdyn.faults.series": ("detect",),
+        "urdyn.faults.cusum": ("Cusum",),
         "urdyn.faults.detector": ("Detection", "Detector", "Verdict", "run"),
         "urdyn.faults.sequential": ("ShiryaevRoberts", "promised_steps"),
         "urdyn.faults.whiten": ("Baseline", "learn_baseline", "stated_baseline"),

@@ -26,7 +26,9 @@ CLIP = 2.5  # [sd] innovations count no further
 PHASES = 8  # cells that a ramp passes
 REACH = 2.2  # of the mean at which a ramp of that rate is usually found: its last cell
 PATIENCE = 10.0  # nats of evidence by which it is
-LOOSE = 1.15  # [-] by which healthy spread may exceed its bound before the variance is at fault
+JUMP = 0.25  # prior weight of a step beside that of a ramp of 1 sd/step: wear grows
+HURRY = 1.0 / 3.0  # power of the rate in a ramp's prior weight: a steep one leaves little time
+LOOSE = 1.25  # [-] by which healthy spread may exceed its bound before the variance is at fault
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,7 +42,7 @@ class Cells:
     psi: Array  # (H,)
     stay: Array  # (H,) probability of the next step being in the same cell
     move: Array  # (H,) of the cell before moving here
-    entry: Array  # (H,) prior weights, that a change begins here; they sum to 1 over all sides
+    entry: Array  # (H,) prior weights, relative, that a change begins here
     age: Array  # (H,) [steps] since the change began, on the average while in the cell
 
     def __post_init__(self) -> None:
@@ -52,10 +54,10 @@ class Cells:
 
 
 def cells(
-    rates: Sequence[float] = (0.01, 0.03, 0.1, 0.3),
-    steps: Sequence[float] = (0.5, 1.0, 2.0),
+    rates: Sequence[float] = (0.004, 0.015, 0.05, 0.2, 0.8),
+    steps: Sequence[float] = (0.6, 1.8),
     variances: Sequence[float] = (2.0, 4.0),
-    changing: float = 0.1,
+    changing: float = 0.05,
 ) -> Cells:
     """Alternatives on a grid.
 
@@ -67,13 +69,13 @@ def cells(
     """
     rows: list[Array] = []
     kinds: list[str] = []
-    moved = max(2 * (len(rates) + len(steps)), 1)
-    share = (1.0 - changing * bool(variances)) / moved
+    grows = np.array([*(rate**HURRY for rate in rates), *(JUMP for _ in steps)])
+    grows *= 0.5 * (1.0 - changing * bool(variances)) / max(grows.sum(), JUMP)
     for side, way in ((1.0, "up"), (-1.0, "down")):
-        for rate in rates:
+        for rate, share in zip(rates, grows, strict=False):
             rows.append(_ramp(len(kinds), side, rate, share))
             kinds.append(f"ramp {way}")
-        for size in steps:
+        for size, share in zip(steps, grows[len(rates) :], strict=True):
             rows.append(_lasting(len(kinds), side, size, float(mean_psi(size)), share))
             kinds.append(f"step {way}")
     for ratio in variances:
@@ -88,7 +90,7 @@ def _ramp(kind: int, side: float, rate: float, weight: float) -> Array:
     """Cells of a ramp, (phases, 8)."""
     top = min(REACH * (6.0 * PATIENCE * rate) ** (1.0 / 3.0), CLIP)
     width = max(top / PHASES, rate)
-    mean = (np.arange(round(top / width)) + 0.5) * width
+    mean = np.minimum((np.arange(np.ceil(top / width)) + 0.5) * width, CLIP)
     leave = rate / width
     last, first = np.arange(len(mean)) == len(mean) - 1, np.arange(len(mean)) == 0
     one = np.ones(len(mean))

@@ -15,6 +15,7 @@ from urdyn.types import Array
 ORDERS = (0, 1, 2, 3, 4, 6, 8, 12, 16, 24)  # candidates
 BOUND = 2.5  # [sd] of a value or a residual, beyond which a row counts less
 ROUNDS = 15
+SETTLED = 1e-3  # [-] change of a coefficient in a round; a tenth of what 1000 steps can tell
 COMPLETE = 0.8  # of the measured steps need a complete past, or the order is too high
 RIDGE = 1e-9  # of the normal matrix: values that repeat
 
@@ -71,7 +72,9 @@ def _fit(X: Array, z: Array, size: float) -> Array:
     for _ in range(ROUNDS):
         XW = X.T * weight
         normal = XW @ X
-        a = np.linalg.solve(normal + RIDGE * np.trace(normal) / p * np.eye(p), XW @ z)
+        before, a = a, np.linalg.solve(normal + RIDGE * np.trace(normal) / p * np.eye(p), XW @ z)
+        if np.abs(a - before).max() < SETTLED:
+            break
         weight = leverage * _bounded(z - X @ a)
     return a
 

@@ -22,7 +22,7 @@ from urdyn.types import Array, frozen
 
 ENOUGH = 1000  # steps from which a baseline is known well
 LEAST = 100  # measured steps without which none is learnt
-INFLATION = 1.06  # [-] kappa of a baseline of ENOUGH steps
+INFLATION = 1.04  # [-] kappa of a baseline of ENOUGH steps
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,10 +34,11 @@ class Baseline:
     spread: Array  # (n,) s [unit]
     inflation: Array  # (n,) kappa [-]
     typical: Array  # (n,) [unit] level of the stream itself
+    stride: Array  # (n,) [s] spread of differences of successive innovations, over sqrt(2)
     steps: int = ENOUGH  # that it was learnt from
 
     def __post_init__(self) -> None:
-        for name in ("coefficients", "level", "spread", "inflation", "typical"):
+        for name in ("coefficients", "level", "spread", "inflation", "typical", "stride"):
             object.__setattr__(self, name, frozen(getattr(self, name)))
         assert self.coefficients.shape[:1] == self.level.shape == self.spread.shape
 
@@ -95,6 +96,7 @@ def learn_baseline(healthy: Array, inflation: float = INFLATION) -> Baseline:
         np.array([one.spread for one in learnt]),
         np.array([one.inflation for one in learnt]),
         np.array([one.typical for one in learnt]),
+        np.array([one.stride for one in learnt]),
         len(series),
     )
 
@@ -107,7 +109,7 @@ def stated_baseline(
     if not (np.isfinite(spread).all() and (spread > 0.0).all() and np.isfinite(centre).all()):
         raise UrdynError("a stated baseline takes a finite level and a positive spread a stream")
     n = len(centre)
-    return Baseline(np.zeros((n, 0)), centre, spread, np.full(n, inflation), centre)
+    return Baseline(np.zeros((n, 0)), centre, spread, np.full(n, inflation), centre, np.ones(n))
 
 
 def _streams(healthy: Array) -> Array:
@@ -127,6 +129,7 @@ class _Stream(NamedTuple):
     spread: float
     inflation: float
     typical: float
+    stride: float
 
 
 def _stream(y: Array, stream: int, inflation: float) -> _Stream:
@@ -146,5 +149,10 @@ def _stream(y: Array, stream: int, inflation: float) -> _Stream:
         raise UrdynError(f"stream {stream} of the baseline does not move: it cannot be judged")
     white = np.clip((e - level) / spread, -CLIP, CLIP)
     short = np.sqrt(max(1.0, ENOUGH / measured))
-    kappa = (1.0 + (inflation - 1.0) * short) * np.sqrt(long_run_excess(white))
-    return _Stream(a, level, spread, float(kappa), typical)
+    steps = np.diff(e)
+    _, stride = level_and_spread(steps[np.isfinite(steps)] / (np.sqrt(2.0) * spread))
+    # A difference of long-tailed innovations is less long-tailed than they: stride is above 1, and
+    # innovations at the clip follow each other more often than a normal's would.
+    tails = max(1.0, stride)
+    kappa = (1.0 + (inflation - 1.0) * short) * np.sqrt(long_run_excess(white) * tails)
+    return _Stream(a, level, spread, float(kappa), typical, stride)

@@ -20,10 +20,11 @@ from urdyn.types import Array, frozen
 
 S = TypeVar("S")
 
-ALLOWED = 1.3  # [-] healthy spread over the baseline's, at most
-MEMORY = 200.0  # [steps] over which the spread is averaged
-TRUST = 40.0  # [steps] that the baseline's spread counts for
-CHANCE = 1.03  # [-] of a spread above the baseline's: it is not known exactly
+ALLOWED = 1.4  # [-] healthy spread over the baseline's, at most
+MEMORY = 400.0  # [steps] over which the spread is averaged
+TRUST = 25.0  # [steps] that the baseline's spread counts for
+CHANCE = 0.03  # [-] by which a spread may be wider than it is known to be
+MISTRUST = 1.6  # [-] of an excess over the baseline's: what has changed goes on changing
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,9 +62,10 @@ class Whitened(Generic[S]):
         """Whiten what was observed, (n,) [unit], and judge it; NaN where nothing was."""
         e = self.baseline.innovation(state.past, observed)
         inner, verdict = self.detector.step(state.inner, e / self._wider(state.square))
-        square, weight = _spread(state, e * self.baseline.inflation)
+        plain = e * self.baseline.inflation
+        square, weight = _spread(state, plain, self.baseline.stride)
         past = np.vstack([state.past, observed])[1:] if self.baseline.order else state.past
-        return WhitenedState(past, e * self.baseline.inflation, square, weight, inner), verdict
+        return WhitenedState(past, plain, square, weight, inner), verdict
 
     def acknowledged(self, state: WhitenedState[S]) -> WhitenedState[S]:
         """Evidence is gathered anew."""
@@ -71,12 +73,17 @@ class Whitened(Generic[S]):
 
     def _wider(self, square: Array) -> Array:
         """By how much innovations spread more than the baseline said, (n,) 1 .. allowed."""
-        return np.asarray(np.clip(CHANCE * np.sqrt(square), 1.0, self.allowed))
+        spread = 1.0 + CHANCE + MISTRUST * (np.sqrt(square) - 1.0)
+        return np.asarray(np.clip(spread, 1.0, self.allowed))
 
 
-def _spread(state: WhitenedState[S], e: Array) -> tuple[Array, Array]:
-    """Average square with the difference of one more pair of innovations [s], and its weight."""
-    half = np.clip((e - state.last) / np.sqrt(2.0), -CLIP, CLIP) ** 2 / SQUARE
+def _spread(state: WhitenedState[S], e: Array, stride: Array) -> tuple[Array, Array]:
+    """Average square with the difference of one more pair of innovations [s], and its weight.
+
+    Clipped at the spread as it is known, which makes it Huber's proposal 2 step by step.
+    """
+    half = ((e - state.last) / (np.sqrt(2.0) * stride)) ** 2
+    half = np.minimum(half, CLIP**2 * state.square) / SQUARE
     told = np.isfinite(half)
     weight = np.where(told, np.minimum(state.weight + 1.0, MEMORY), state.weight)
     return np.where(told, state.square + (half - state.square) / weight, state.square), weight

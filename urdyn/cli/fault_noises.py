@@ -1,4 +1,4 @@
-"""Healthy streams, kind and nasty."""
+"""Healthy streams, kind and nasty: what a promise about false alarms is tried on."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class Noise:
             w[t] += self.colour * w[t - 1]
         y = w[lead:]
         hit = rng.random(y.shape) < self.outliers
-        return scale * (y + 6.0 * hit * rng.choice([-1.0, 1.0], y.shape))
+        return np.asarray(scale * (y + 6.0 * hit * rng.choice([-1.0, 1.0], y.shape)))
 
 
 NOISES = {

@@ -1,0 +1,190 @@
+"""Every detector through one protocol, and each against what it is said to be."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from urdyn.errors import UrdynError
+from urdyn.faults import (
+    GLR,
+    Algorithm2,
+    Cusum,
+    ShiryaevRoberts,
+    Whitened,
+    cells,
+    detect,
+    oracle_cusum,
+    promised_steps,
+    run,
+    stated_baseline,
+    tuned_algorithm2,
+)
+from urdyn.tracking.checkpoint import _cells, _filled
+from urdyn.types import Array
+
+DETECTORS: list[Any] = [
+    ShiryaevRoberts(1000.0),
+    Cusum(1000.0),
+    GLR(1000.0),
+    Algorithm2(3.0, 6.0, 0.05, 0.1, gain=0.2),
+    Whitened(stated_baseline(np.zeros(3), np.ones(3)), ShiryaevRoberts(1000.0)),
+]
+
+
+def ramps(steps: int = 160, onset: int = 60, rate: float = 0.1, seed: int = 1) -> Array:
+    """Three streams of unit noise; the second one grows."""
+    y = np.random.default_rng(seed).standard_normal((steps, 3))
+    y[:, 1] += rate * np.maximum(np.arange(steps) - onset, 0.0)
+    return y
+
+
+@pytest.mark.parametrize("detector", DETECTORS)
+def test_a_ramp_is_found_where_it_is(detector: Any) -> None:
+    found = run(detector, ramps())
+    assert found.alarm is not None and found.alarm > 60
+    assert found.stream == 1
+
+
+@pytest.mark.parametrize("detector", DETECTORS)
+def test_a_detector_goes_on_from_its_written_state(detector: Any) -> None:
+    y = ramps()
+    state = detector.init(3)
+    for row in y[:80]:
+        state, _ = detector.step(state, row)
+    again = _filled(detector.init(3), dict(_cells(state, "at")), "at")
+    _, one = detector.step(state, y[80])
+    _, other = detector.step(again, y[80])
+    assert one.evidence == other.evidence
+    np.testing.assert_array_equal(one.streams, other.streams)
+
+
+@pytest.mark.parametrize("detector", DETECTORS)
+def test_an_alarm_lasts_until_it_is_acknowledged(detector: Any) -> None:
+    state, y = detector.init(3), ramps()
+    for row in y:
+        state, verdict = detector.step(state, row)
+    assert verdict.alarm
+    _, verdict = detector.step(detector.acknowledged(state), y[0])
+    assert not verdict.alarm
+
+
+def test_shiryaev_roberts_sums_over_all_onsets() -> None:
+    """Against the sum written out, of a step, whose cell is one."""
+    grid = cells(rates=(), steps=(0.7,), variances=())
+    detector = ShiryaevRoberts(100.0, grid, side=1.0)
+    e = np.random.default_rng(2).standard_normal(30)
+    L = np.exp(0.7 * np.clip(e, -2.5, 2.5) - grid.psi[0])
+    M = sum(np.prod(L[onset:]) for onset in range(30))
+    found = run(replace(detector, promise=1e9), e[:, None])
+    assert found.evidence[-1] == pytest.approx(M / 1e9, rel=1e-12)
+
+
+def test_the_likeliest_onset_never_says_more_than_all() -> None:
+    y = ramps(rate=0.05)
+    for rows in (y, -y, y[::-1]):
+        one, all_ = run(Cusum(1e130), rows), run(ShiryaevRoberts(1e130), rows)
+        assert (one.evidence <= all_.evidence * (1.0 + 1e-12)).all()
+
+
+def test_generalised_likelihood_finds_the_onset() -> None:
+    found = run(GLR(1000.0), ramps(rate=0.3))
+    assert found.onset is not None and abs(found.onset - 60) <= 5  # ages are a grid
+
+
+def test_the_oracle_is_the_best_onset_of_the_known_ramp() -> None:
+    e, rate = np.random.default_rng(3).standard_normal((25, 1)), 0.2
+    found = oracle_cusum(e, rate)[-1, 0]
+    said = []
+    for onset in range(25):
+        m = rate * np.arange(1, 26 - onset)
+        said.append(float((m * e[onset:, 0] - 0.5 * m**2).sum()))
+    assert found == pytest.approx(max(said), rel=1e-12)
+
+
+def test_algorithm_2_is_as_the_paper_writes_it() -> None:
+    detector = Algorithm2(warning=0.2, critical=0.25, slope=0.001, reference_slope=0.004, window=10)
+    theta = 0.1 + 0.0025 * np.maximum(np.arange(100) - 20.0, 0.0)
+    state, first = detector.init(1), None
+    for t, value in enumerate(theta):
+        state, verdict = detector.step(state, np.array([value]))
+        if verdict.alarm and first is None:
+            first = t
+            status = detector.status(state)[0]
+    assert first == 61  # the first above .2
+    assert status.kind == "friction_increase"
+    assert status.severity == pytest.approx(0.0025 / 0.05)
+    assert status.confidence == pytest.approx(0.0025 / 0.004)
+    assert status.time_to_failure == pytest.approx((0.25 - 0.2025) / 0.0025)
+
+
+def test_algorithm_2_turns_its_signs_for_what_falls() -> None:
+    detector = Algorithm2(0.8, 0.7, 0.001, 0.005, side=-1.0, kind="health_degradation")
+    z = 1.0 - 0.005 * np.maximum(np.arange(80) - 20.0, 0.0)
+    found = run(detector, z[:, None])
+    assert found.alarm == 61
+    assert found.verdicts[61].kind == "health_degradation"
+
+
+def test_a_tuned_algorithm_2_keeps_its_promise_on_white_noise() -> None:
+    """As many alarms as promised, to three standard errors: 600 runs, .095 of them at most."""
+    rng, runs = np.random.default_rng(4), 600
+    detector = tuned_algorithm2(rng.standard_normal((1000, runs)), 9.0, 10_000.0 / runs)
+    state, alarmed = detector.init(runs), np.zeros(runs, dtype=bool)
+    for row in rng.standard_normal((1000, runs)):
+        state, verdict = detector.step(state, row)
+        alarmed |= verdict.streams >= 1.0
+    allowed = 1.0 - np.exp(-0.1)
+    assert alarmed.mean() < allowed + 3.0 * np.sqrt(allowed * (1.0 - allowed) / runs)
+
+
+def test_a_change_within_the_tolerance_is_none() -> None:
+    rng = np.random.default_rng(5)
+    healthy = 10.0 + 0.1 * rng.standard_normal((1000, 1))
+    moved = 10.15 + 0.1 * rng.standard_normal((2000, 1))  # 1.5 %
+    assert detect(moved, healthy).detected
+    assert not detect(moved, healthy, tolerance=0.2).detected
+    assert detect(moved + 0.15, healthy, tolerance=0.2).detected
+
+
+def test_a_side_that_does_not_matter_raises_nothing() -> None:
+    rng = np.random.default_rng(6)
+    healthy, fallen = rng.standard_normal((1000, 1)), rng.standard_normal((300, 1)) - 2.0
+    assert detect(fallen, healthy, side=-1).detected
+    assert not detect(fallen, healthy, side=+1).detected
+
+
+def test_a_growing_variance_is_found() -> None:
+    rng = np.random.default_rng(7)
+    series = rng.standard_normal((400, 1))
+    series[200:] *= 3.0
+    found = detect(series, rng.standard_normal((1000, 1)))
+    assert found.alarm is not None and 200 < found.alarm < 240
+    only = ShiryaevRoberts(10_000.0, cells(rates=(), steps=()))
+    found = run(only, series / 1.1)
+    assert found.alarm is not None and 200 < found.alarm < 240
+    assert found.verdicts[found.alarm].kind == "variance"
+
+
+@pytest.mark.parametrize(
+    "asked, said",
+    [
+        (lambda: detect(np.zeros((5, 2)), np.random.default_rng(8).normal(size=(200, 3))), "3 str"),
+        (lambda: detect(np.zeros(5), np.zeros(1000)), "does not move"),
+        (lambda: detect(np.zeros(5), np.ones(50)), "50 measured steps"),
+        (lambda: ShiryaevRoberts(0.0), "promise"),
+        (lambda: run(ShiryaevRoberts(tolerance=-1.0), np.zeros((2, 1))), "tolerance"),
+        (lambda: Algorithm2(1.0, 1.0, 0.1, 0.1), "severity"),
+        (lambda: stated_baseline(0.0, -1.0), "positive"),
+    ],
+)
+def test_what_cannot_be_done_is_said_in_a_sentence(asked: Any, said: str) -> None:
+    with pytest.raises(UrdynError, match=said):
+        asked()
+
+
+def test_a_promise_may_be_stated_in_hours() -> None:
+    assert promised_steps(8.0, 0.1) == pytest.approx(2880.0)  # windows of ten seconds

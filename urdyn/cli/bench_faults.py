@@ -1,0 +1,112 @@
+"""urdyn bench faults: the paper's Table III and Figure 4 beside what urdyn finds."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import asdict, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+from rich.table import Table
+
+from urdyn.cli.options import Json, Quiet
+from urdyn.cli.voice import Voice
+from urdyn.errors import InputError
+from urdyn.version import __version__
+
+if TYPE_CHECKING:
+    from urdyn.report.fault_bench import Kept, Predicted, Row
+
+# Detection rate, false positives and latency [steps] of the paper's Table III.
+TABLE3 = {"friction increase": (0.82, 0.12, 38.0), "health degradation": (0.76, 0.15, 45.0)}
+FEWEST = 12  # lives, from which the oracle's threshold is told
+
+Out = Annotated[Path | None, typer.Option(metavar="FILE", help="Draw it to an HTML page.")]
+Lives = Annotated[int, typer.Option(min=FEWEST, help="Of each fault at each level of noise.")]
+Seed = Annotated[int, typer.Option(help="Of the random lives.")]
+
+
+def bench_faults(
+    out: Out = None, lives: Lives = 600, seed: Seed = 0, json: Json = False, quiet: Quiet = False
+) -> None:
+    """Find the paper's faults in many simulated lives: rates, delays, false alarms, forecasts.
+
+    Example: [bold]urdyn bench faults --lives 120 --out faults.html[/bold]
+    """
+    if out is not None and not out.resolve().parent.is_dir():
+        raise InputError(f"{out}: cannot be written: its folder does not exist")
+    from threadpoolctl import threadpool_limits
+
+    from urdyn.cli import fault_trials
+    from urdyn.io import write_text
+    from urdyn.report.fault_bench import fault_page
+    from urdyn.simulate.paper import FRICTION_INCREASE, JOINTS, reconstruction
+
+    voice, trials = Voice(json, quiet), fault_trials.Trials(lives - lives % JOINTS, seed)
+    with voice.progress("finding faults") as told, threadpool_limits(1):
+        rows = list(fault_trials.rated(trials))
+        told("healthy data of all kinds", 0.5)
+        kept = list(fault_trials.kept(trials.runs, seed))
+        told("forecasts", 0.8)
+        predicted = list(fault_trials.predicted(trials))
+        drawn = fault_trials.figure4(seed)
+    voice.show(_rates(rows), _promises(kept), _forecasts(predicted))
+    if out is not None:
+        taken = reconstruction(replace(FRICTION_INCREASE, motion="steady"))
+        write_text(out, fault_page(rows, kept, drawn, predicted, TABLE3, taken))
+        voice.note(f"written: {out}")
+    voice.result(
+        {
+            "urdyn": __version__,
+            "lives": trials.runs,
+            "promise_steps": fault_trials.PROMISE,
+            "faults": [_numbers(row) for row in rows],
+            "promise": [_numbers(one) for one in kept],
+            "forecasts": [_numbers(one) for one in predicted],
+        }
+    )
+
+
+def _numbers(row: Any) -> dict[str, Any]:
+    """Fields of a row; what has no value is null."""
+    return {
+        name: None if isinstance(value, float) and not math.isfinite(value) else value
+        for name, value in asdict(row).items()
+    }
+
+
+def _rates(rows: Sequence[Row]) -> Table:
+    table = Table(title="before the warning level, at a promise of 1 false alarm in 10,000 steps")
+    for head in ("fault", "growth/sigma", "detector", "found", "delay", "x oracle", "false/1000"):
+        table.add_column(head, no_wrap=True)
+    for fault, (found, positive, latency) in TABLE3.items():
+        rate = f"{positive:.0%} FP"
+        table.add_row(fault, "not told", "the paper", f"{found:.0%}", f"{latency:g}", "-", rate)
+    for row in rows:
+        delay = "-" if math.isnan(row.delay) else f"{row.delay:.1f}"
+        ratio = "-" if math.isnan(row.against_oracle) else f"{row.against_oracle:.2f}"
+        false = f"{row.false_per_1000:.3g}"
+        growth = f"{row.ratio:g}"
+        table.add_row(row.fault, growth, row.detector, f"{row.found:.1%}", delay, ratio, false)
+    return table
+
+
+def _promises(kept: Sequence[Kept]) -> Table:
+    table = Table(title="healthy runs of 1000 steps with an alarm")
+    for head in ("noise", "runs with an alarm", "promised at most"):
+        table.add_column(head, no_wrap=True)
+    for one in kept:
+        table.add_row(one.noise, f"{one.share:.1%}", f"{one.promised:.1%}")
+    return table
+
+
+def _forecasts(predicted: Sequence[Predicted]) -> Table:
+    table = Table(title="time to the critical level")
+    for head in ("sigma", "after onset", "left", "median error", "90 % intervals cover"):
+        table.add_column(head, no_wrap=True)
+    for one in predicted:
+        cells = (f"{one.sigma:g}", str(one.age), f"{one.left:g}")
+        table.add_row(*cells, f"{one.error:.1%}", f"{one.coverage:.1%}")
+    return table

@@ -1,0 +1,236 @@
+"""Many lives of the paper's eq. 5 to 7, and what every detector makes of them.
+
+Runs are streams side by side: a promise of one alarm in N steps over R of them is one in N R over
+each. What counts is growth over noise, so lives are judged in units of their sigma, and one
+baseline serves all levels of noise.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from urdyn.cli.fault_noises import NOISES, Noise
+from urdyn.faults import (
+    GLR,
+    Algorithm2,
+    Baseline,
+    Cusum,
+    Detector,
+    Interval,
+    ShiryaevRoberts,
+    Whitened,
+    calibrated,
+    foresee,
+    learn_baseline,
+    oracle_cusum,
+    run,
+    tuned_algorithm2,
+)
+from urdyn.faults.onset import follow, kinks
+from urdyn.report.fault_bench import Foreseen, Kept, Predicted, Row
+from urdyn.simulate import paper
+from urdyn.types import Array
+
+PROMISE = 10_000.0  # [steps]
+STEPS = 1000  # of a baseline, and of a healthy run
+FAULTS = {
+    "friction increase": paper.FRICTION_INCREASE,
+    "health degradation": paper.HEALTH_DEGRADATION,
+}
+AS_PUBLISHED = "Algorithm 2, as in the paper"
+TOGETHER = "Shiryaev-Roberts, six joints"
+PREDICTED_AT = (25, 40)  # [steps] after the onset
+
+
+@dataclass(frozen=True)
+class Trials:
+    """So many lives of each kind, a multiple of the number of joints."""
+
+    runs: int
+    seed: int = 0
+
+    @cached_property
+    def healthy(self) -> tuple[Array, Array]:
+        """Baselines and healthy runs [sigma], (STEPS, runs) each."""
+        rng = np.random.default_rng(self.seed)
+        calm = replace(paper.HEALTHY, steps=2 * STEPS, motion="steady", sigma=1.0)
+        lives = range(self.runs // paper.JOINTS)
+        whole = np.hstack([_seen(paper.live(calm, rng), calm) for _ in lives])
+        return whole[:STEPS], whole[STEPS:]
+
+    @cached_property
+    def baseline(self) -> Baseline:
+        """What healthy looks like, learnt for each run."""
+        return learn_baseline(self.healthy[0])
+
+    def arms(self, scenario: paper.Scenario, lives: int) -> Array:
+        """All joints' parameters as seen [sigma], (N, lives, J); a rise whichever the fault."""
+        rng = np.random.default_rng(self.seed + 1)
+        return np.stack([_seen(paper.live(scenario, rng), scenario) for _ in range(lives)], axis=1)
+
+    def detectors(self, ratio: float) -> dict[str, Detector[Any]]:
+        """All that keep a promise or try to."""
+        each = PROMISE / self.runs
+        warning, critical = (ratio * (x - paper.ONSET) for x in (60, 80))
+        return {
+            "Shiryaev-Roberts": Whitened(self.baseline, ShiryaevRoberts(each, side=1.0)),
+            "CUSUM": Whitened(self.baseline, Cusum(each, side=1.0)),
+            "GLR": Whitened(self.baseline, GLR(each, side=1.0)),
+            "Algorithm 2, tuned": tuned_algorithm2(self.healthy[0], critical, each),
+            AS_PUBLISHED: Algorithm2(warning, critical, 0.5 * ratio, ratio, gain=paper.PAPER_GAIN),
+        }
+
+
+def _seen(life: paper.Life, scenario: paper.Scenario) -> Array:
+    """What wears, beside its healthy value [sigma], (N, J): friction by eq. 7, or lost health.
+
+    Velocity is 1 throughout.
+    """
+    if scenario.health_rate:
+        return (scenario.health - life.indicator) / scenario.sigma
+    return (life.current - scenario.friction - scenario.damping) / scenario.sigma
+
+
+def first_alarms(detector: Detector[Any], series: Array, each: int = 1) -> Array:
+    """Row of each run's first alarm; the series' length where there is none.
+
+    Args:
+        series: (N, runs * each): so many streams beside each other are one run.
+    """
+    steps, streams = series.shape
+    state, first = detector.init(streams), np.full(streams // each, steps)
+    for row, values in enumerate(series):
+        state, verdict = detector.step(state, values)
+        evidence = verdict.streams.reshape(-1, each).sum(axis=1)
+        first = np.where((evidence >= 1.0) & (first == steps), row, first)
+    return first
+
+
+def rated(trials: Trials, levels: tuple[float, ...] = paper.NOISE_LEVELS) -> Iterator[Row]:
+    """Every detector on every fault at every level of noise."""
+    quiet = {
+        name: first_alarms(detector, trials.healthy[1])
+        for name, detector in trials.detectors(1.0).items()
+        if name != AS_PUBLISHED  # whose thresholds depend on the noise
+    }
+    together = Whitened(
+        trials.baseline, ShiryaevRoberts(PROMISE * paper.JOINTS / trials.runs, side=1.0)
+    )
+    quiet[TOGETHER] = first_alarms(together, trials.healthy[1], paper.JOINTS)
+    for fault, scenario in FAULTS.items():
+        for sigma in levels:
+            now = replace(scenario, sigma=sigma, motion="steady", steps=paper.ONSET + 200)
+            yield from _rows(trials, fault, now, quiet)
+
+
+def _rows(
+    trials: Trials, fault: str, scenario: paper.Scenario, quiet: dict[str, Array]
+) -> Iterator[Row]:
+    """One fault at one level of noise; the oracle first."""
+    ratio = max(scenario.friction_rate, scenario.health_rate) / scenario.sigma
+    arms = trials.arms(scenario, trials.runs)
+    series, calm = arms[:, :, paper.WORN], trials.healthy[1]
+    known = oracle_cusum(calm, ratio)
+    over = oracle_cusum(series, ratio) >= calibrated(known, PROMISE)
+    best = np.where(over.any(axis=0), over.argmax(axis=0), len(series))
+    oracle = Row(fault, scenario.sigma, ratio, "oracle CUSUM", *_outcome(best, series), 1.0,
+                 1000.0 / PROMISE)  # fmt: skip
+    yield oracle
+    for name, detector in trials.detectors(ratio).items():
+        found, delay = _outcome(first_alarms(detector, series), series)
+        false = quiet[name] if name in quiet else first_alarms(detector, calm)
+        yield Row(
+            fault, scenario.sigma, ratio, name, found, delay, delay / oracle.delay, _rate(false)
+        )
+    count = trials.runs // paper.JOINTS
+    whole = arms[:, :count].reshape(len(arms), -1)
+    together = Whitened(trials.baseline, ShiryaevRoberts(PROMISE / count, side=1.0))
+    found, delay = _outcome(first_alarms(together, whole, paper.JOINTS), whole)
+    row = Row(fault, scenario.sigma, ratio, TOGETHER, found, delay, delay / oracle.delay,
+              _rate(quiet[TOGETHER]))  # fmt: skip
+    yield row
+
+
+def _outcome(first: Array, series: Array) -> tuple[float, float]:
+    """Share found in time, and mean delay [steps], of lives without an alarm before the onset."""
+    told = first[first >= paper.ONSET] + 1 - paper.ONSET
+    in_time = float((told <= paper.WARNING_STEP - paper.ONSET).mean())
+    ever = told <= len(series) - paper.ONSET
+    return in_time, float(told[ever].mean()) if ever.mean() > 0.99 else float("nan")
+
+
+def _rate(first: Array) -> float:
+    """Alarms in 1000 healthy steps: those that came, over the steps waited for them."""
+    return 1000.0 * float((first < STEPS).sum()) / float(np.minimum(first + 1, STEPS).sum())
+
+
+def kept(runs: int, seed: int) -> Iterator[Kept]:
+    """The promise on every kind of noise."""
+    for name, noise in NOISES.items():
+        rng = np.random.default_rng(seed)
+        yield Kept(name, alarmed(noise, runs, rng), 1.0 - float(np.exp(-STEPS / PROMISE)))
+
+
+def alarmed(noise: Noise, runs: int, rng: np.random.Generator) -> float:
+    """Share of healthy runs with an alarm, each after a baseline of its own."""
+    baseline = learn_baseline(noise.draw(rng, STEPS, runs))
+    detector = Whitened(baseline, ShiryaevRoberts(PROMISE / runs))
+    first = first_alarms(detector, noise.draw(rng, STEPS, runs, noise.scale))
+    return float((first < STEPS).mean())
+
+
+def predicted(trials: Trials, sigmas: tuple[float, ...] = (0.01, 0.05)) -> Iterator[Predicted]:
+    """Forecasts of the critical crossing against what comes."""
+    for sigma in sigmas:
+        scenario = replace(paper.FRICTION_INCREASE, sigma=sigma, motion="steady")
+        series = trials.arms(scenario, trials.runs)[:, :, paper.WORN]
+        state = kinks(trials.baseline)
+        end = trials.baseline.typical + (scenario.critical - scenario.friction) / sigma
+        for step, values in enumerate(series, 1):
+            state = follow(trials.baseline, state, values)
+            if step - paper.ONSET in PREDICTED_AT:
+                left = float(paper.CRITICAL_STEP - step)
+                made = [one.critical for one in foresee(trials.baseline, state, end, end)]
+                error = np.median([abs(one.median - left) / left for one in made])
+                inside = np.mean([one.low <= left <= one.high for one in made])
+                yield Predicted(sigma, step - paper.ONSET, left, float(error), float(inside))
+
+
+def figure4(seed: int, sigma: float = 0.025) -> Foreseen:
+    """One life: truth, the paper's filter, ours, and when the end was expected."""
+    scenario = replace(paper.FRICTION_INCREASE, sigma=sigma, motion="steady")
+    rng = np.random.default_rng(seed)
+    calm = replace(paper.HEALTHY, sigma=sigma, motion="steady", steps=STEPS)
+    baseline = learn_baseline(_friction(paper.live(calm, rng)))
+    life = paper.live(scenario, rng)
+    y, end = _friction(life), scenario.critical
+    state, filtered = kinks(baseline), scenario.friction
+    rows: list[tuple[float, ...]] = []
+    for step, value in enumerate(y, 1):
+        state = follow(baseline, state, value)
+        made = foresee(baseline, state, np.array([scenario.warning]), np.array([end]))[0]
+        filtered += paper.PAPER_GAIN * (float(value[0]) - filtered)
+        now = baseline.typical[0] + _told(made.change)
+        rows.append((filtered, *now, *(step + _told(made.critical))))
+    columns = np.array(rows).T
+    alarm = run(Whitened(baseline, ShiryaevRoberts(PROMISE)), y).alarm
+    return Foreseen(
+        life.t, life.friction[:, paper.WORN], columns[0], columns[1:4].T, columns[4:].T,
+        scenario.warning, end, paper.ONSET, None if alarm is None else alarm + 1, sigma,
+    )  # fmt: skip
+
+
+def _friction(life: paper.Life) -> Array:
+    """Of the worn joint as eq. 7 shows it with known damping, (N, 1) [A s/rad]."""
+    j = paper.WORN
+    return ((life.current - life.damping) / life.velocity)[:, j : j + 1]
+
+
+def _told(interval: Interval) -> Array:
+    """Median and limits, (3,)."""
+    return np.array([interval.median, interval.low, interval.high])

@@ -1,0 +1,150 @@
+"""The paper's Algorithm 2 as written: a slope and a level, both beyond their thresholds.
+
+    slope = (theta_t - theta_{t-k}) / k
+    detected where slope > threshold_slope and theta_t > tau_w
+    severity = (theta_t - tau_w) / (tau_c - tau_w)
+    confidence = min(0.9, max(0.5, slope / ref_slope))
+    time to failure = (tau_c - theta_t) / slope
+
+It reads parameters as a filter estimates them; of a parameter that falls, such as health, all signs
+are turned. As written it says nothing on how its thresholds are found: `tuned_algorithm2` takes
+them from the commissioned baseline.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.optimize import brentq
+from scipy.stats import norm
+
+from urdyn.errors import UrdynError
+from urdyn.faults.detector import Verdict
+from urdyn.faults.robust import level_and_spread
+from urdyn.faults.sequential import require_promise
+from urdyn.types import Array, Mask, frozen
+
+WINDOW = 10  # [steps] k
+GAIN = 0.1  # [-] of the average that stands for the paper's filter where parameters are raw
+OVERSHOOT = 0.583  # of a random walk over a boundary [Siegmund1985]_
+
+
+@dataclass(frozen=True, eq=False)
+class History:
+    """The last k + 1 estimates."""
+
+    theta: Array  # (k + 1, n) oldest first; NaN before the first
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "theta", frozen(self.theta))
+
+
+@dataclass(frozen=True)
+class Status:
+    """Fault status of one parameter, in the paper's words."""
+
+    detected: bool
+    stream: int
+    kind: str  # "friction_increase" and the like
+    severity: float  # [-] 0 at the warning level, 1 at the critical one
+    confidence: float  # [-] .5 to .9
+    time_to_failure: float  # [steps] to the critical level; inf where nothing grows
+
+
+@dataclass(frozen=True, eq=False)
+class Algorithm2:
+    """Thresholds of n parameters; arrays (n,), or one for all."""
+
+    warning: Array | float  # tau_w [unit]
+    critical: Array | float  # tau_c [unit]
+    slope: Array | float  # threshold_slope [unit/step]
+    reference_slope: Array | float  # ref_slope [unit/step]
+    window: int = WINDOW  # [steps] k
+    gain: float = 1.0  # [-] of an average taken first; 1: the parameters are a filter's already
+    side: float = 1.0  # +1 where parameters rise to the critical level, -1 where they fall
+    kind: str = "friction_increase"
+
+    def __post_init__(self) -> None:
+        for name in ("warning", "critical", "slope", "reference_slope"):
+            object.__setattr__(self, name, frozen(np.atleast_1d(getattr(self, name))))
+        if (np.asarray(self.warning) == np.asarray(self.critical)).any():
+            raise UrdynError("warning and critical level are the same: severity has no scale")
+        if self.window < 1 or not 0.0 < self.gain <= 1.0:
+            raise UrdynError("Algorithm 2 takes a window of 1 step or more and a gain in (0, 1]")
+
+    def init(self, streams: int) -> History:
+        """No estimate yet."""
+        return History(np.full((self.window + 1, streams), np.nan))
+
+    def step(self, state: History, observed: Array) -> tuple[History, Verdict]:
+        """Judge estimates (n,) [unit]; where one is NaN the one before stands."""
+        before = state.theta[-1]
+        moved = np.where(np.isfinite(before), before + self.gain * (observed - before), observed)
+        theta = np.vstack([state.theta[1:], np.where(np.isfinite(observed), moved, before)])
+        after = History(theta)
+        streams = self._detected(*self._slope_and_level(after)).astype(np.float64)
+        kind = self.kind if streams.any() else ""
+        return after, Verdict(float(streams.max()), streams, kind, np.nan)
+
+    def acknowledged(self, state: History) -> History:
+        """A slope of its own is needed for the next alarm."""
+        return replace(state, theta=np.vstack([np.full_like(state.theta[1:], np.nan),
+                                               state.theta[-1:]]))  # fmt: skip
+
+    def _slope_and_level(self, state: History) -> tuple[Array, Array]:
+        """Slopes and what is above the warning level, (n,) each, signed as the fault is."""
+        slope = self.side * (state.theta[-1] - state.theta[0]) / self.window
+        return slope, self.side * (state.theta[-1] - np.asarray(self.warning))
+
+    def _detected(self, slope: Array, over: Array) -> Mask:
+        return np.asarray((slope > np.asarray(self.slope)) & (over > 0.0))
+
+    def status(self, state: History) -> tuple[Status, ...]:
+        """Of every parameter, n."""
+        slope, over = self._slope_and_level(state)
+        detected = self._detected(slope, over)
+        severity = over / np.abs(np.asarray(self.critical) - np.asarray(self.warning))
+        confidence = np.clip(slope / np.asarray(self.reference_slope), 0.5, 0.9)
+        left = self.side * (np.asarray(self.critical) - state.theta[-1])
+        time = np.where(slope > 0.0, left / np.where(slope > 0.0, slope, 1.0), np.inf)
+        return tuple(
+            Status(bool(detected[i]), i, self.kind, *map(float, numbers))
+            for i, numbers in enumerate(zip(severity, confidence, time, strict=True))
+        )
+
+
+def tuned_algorithm2(
+    healthy: Array,
+    critical: Array | float,
+    promise: float = 10_000.0,
+    window: int = WINDOW,
+    gain: float = GAIN,
+    side: float = 1.0,
+    kind: str = "friction_increase",
+) -> Algorithm2:
+    """Algorithm 2 with thresholds from healthy parameters as measured, (N, n) white around a level.
+
+    The warning level is one that their average, an autoregression of 1 - gain, passes once in
+    `promise` steps over all streams [Siegmund1985]_; the slope's threshold is one sd of the slope.
+    """
+    require_promise(promise)
+    if not 0.0 < gain < 1.0:
+        raise UrdynError(f"gain {gain}: an average takes one between 0 and 1")
+    series = healthy[:, None] if healthy.ndim == 1 else healthy
+    fits = np.array([level_and_spread(x[np.isfinite(x)]) for x in series.T])
+    average = fits[:, 1] * np.sqrt(gain / (2.0 - gain))
+    kept = (1.0 - gain) ** window
+    slope = average * np.sqrt(2.0 * (1.0 - kept)) / window
+    warning = fits[:, 0] + side * crossing_level(promise * series.shape[1], gain) * average
+    return Algorithm2(warning, critical, slope, 3.0 * slope, window, gain, side, kind)
+
+
+def crossing_level(promise: float, gain: float) -> float:
+    """Level [sd] that an exponential average of white noise passes once in `promise` steps."""
+
+    def excess(z: float) -> float:
+        rate = gain * z * norm.pdf(z) * np.exp(-OVERSHOOT * z * np.sqrt(2.0 * gain))
+        return float(np.log(rate * promise))
+
+    return float(brentq(excess, 1.0, 12.0)) if excess(1.0) > 0.0 else 1.0

@@ -1,0 +1,209 @@
+"""How long it will be until a level is crossed, with an interval that means what it says.
+
+Of a ramp y = level + r (t - t0) the crossing of a level c comes at T = t0 + (c - level) / r. Given
+the onset t0, r is a Gaussian that is cut off at zero, so that P(T < x) is known in closed form; the
+posterior of T mixes these over all onsets. Nothing is extrapolated that is not uncertain.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.optimize import brentq
+from scipy.special import log_ndtr, ndtr
+
+from urdyn.errors import UrdynError
+from urdyn.faults.onset import Kinks, followed
+from urdyn.faults.whiten import Baseline, learn_baseline
+from urdyn.types import Array
+
+HAZARD = 1e-4  # prior probability of an onset, per step
+COVERAGE = 0.9  # of an interval
+FARTHEST = 1e9  # [steps] from which a crossing never comes
+
+
+@dataclass(frozen=True)
+class Interval:
+    """Median and limits of something uncertain."""
+
+    median: float
+    low: float
+    high: float
+
+
+@dataclass(frozen=True, eq=False)
+class Posterior:
+    """Of one stream: every onset with its weight and its rate."""
+
+    weight: Array  # (A,) [-] of the onsets, given that there is one; sums to 1
+    age: Array  # (A,) [steps] since the onset
+    mean: Array  # (A,) [unit/step] of the rate before it is cut off at zero, sign of the fault
+    sd: Array  # (A,) [unit/step]
+    begun: float  # [-] probability that there is an onset
+
+    def crossed(self, rise: float, x: float) -> float:
+        """P(the parameter has changed by `rise` [unit] within the next x steps | begun)."""
+        since = self.age + x
+        steep = rise / np.maximum(since, 1e-12)
+        above = ndtr((self.mean - steep) / self.sd) / ndtr(self.mean / self.sd)
+        return float(self.weight @ np.where(since > 0.0, np.minimum(above, 1.0), 0.0))
+
+    def steeper(self, rate: float) -> float:
+        """P(the rate is above `rate` >= 0 [unit/step] | begun)."""
+        above = ndtr((self.mean - rate) / self.sd) / ndtr(self.mean / self.sd)
+        return float(self.weight @ above)
+
+
+@dataclass(frozen=True, eq=False)
+class Forecast:
+    """What one parameter is going to do. Times in steps from the newest; below zero: behind us."""
+
+    probability: float  # [-] that something has begun at all
+    onset: Interval  # [steps] when, if so
+    rate: Interval  # [unit/step] if so
+    change: Interval  # [unit] from the healthy level to where it is now, if anything has begun
+    warning: Interval  # [steps] until the warning level, if so
+    critical: Interval  # [steps] until the critical level, if so
+    posterior: Posterior
+    rise: float  # [unit] from the healthy to the critical level
+
+    def health(self, horizon: float) -> float:
+        """Probability that the critical level is not crossed within so many steps."""
+        return 1.0 - self.probability * self.posterior.crossed(self.rise, horizon)
+
+
+def posterior(
+    state: Kinks, stream: int, sign: float, rise: float, hazard: float = HAZARD
+) -> Posterior:
+    """Of the onset and rate of one stream.
+
+    Args:
+        sign: +1 where the fault lets the parameter rise, -1 where it falls.
+        rise: [unit] up to the critical level, above 0: rates are taken for likely in its scale.
+    """
+    known = np.isfinite(state.onset) & (state.S2[:, stream] > 0.0)
+    if not known.any():
+        raise UrdynError("a forecast needs at least one measured step after the baseline")
+    S2, S1 = state.S2[known, stream], sign * state.S1[known, stream]
+    age = state.t - state.onset[known]
+    mean, sd = S1 / S2, 1.0 / np.sqrt(S2)
+    # Flat in the rate up to one that crosses in two steps, at a density that makes it proper.
+    evidence = 0.5 * (S1 * mean - np.log(S2)) + log_ndtr(mean / sd) + np.log(2.0 * np.pi) / 2.0
+    evidence += np.log(hazard * state.mass[known] * 2.0 / rise)
+    total = float(np.logaddexp.reduce(evidence))
+    begun = float(np.exp(total - np.logaddexp(total, np.log1p(-hazard) * state.t)))
+    return Posterior(np.exp(evidence - total), age, mean, sd, begun)
+
+
+def foresee(
+    baseline: Baseline,
+    state: Kinks,
+    warning: Array,
+    critical: Array,
+    coverage: float = COVERAGE,
+    hazard: float = HAZARD,
+) -> tuple[Forecast, ...]:
+    """Forecasts of n streams from what was followed; levels (n,) [unit]."""
+    return tuple(
+        _foreseen(baseline, state, stream, float(warn), float(fail), coverage, hazard)
+        for stream, (warn, fail) in enumerate(zip(warning, critical, strict=True))
+    )
+
+
+def _foreseen(
+    baseline: Baseline,
+    state: Kinks,
+    stream: int,
+    warning: float,
+    critical: float,
+    coverage: float,
+    hazard: float,
+) -> Forecast:
+    """Of one stream."""
+    typical, tail = float(baseline.typical[stream]), 0.5 * (1.0 - coverage)
+    sign = float(np.sign(critical - typical))
+    near, far = sign * (warning - typical), sign * (critical - typical)
+    if not (near > 0.0 and far > 0.0):
+        raise UrdynError(
+            f"stream {stream} is {typical:.4g} when healthy: warning level {warning:.4g} and "
+            f"critical level {critical:.4g} have to lie on one side of that"
+        )
+    known = posterior(state, stream, sign, far, hazard)
+    begin = -float(state.t)
+    return Forecast(
+        known.begun,
+        _onset(known, tail),
+        _signed(_quantiles(lambda rate: 1.0 - known.steeper(rate), tail, 0.0), sign),
+        _signed(
+            _quantiles(lambda rise: 1.0 - known.begun * known.crossed(rise, 0.0), tail, 0.0), sign
+        ),
+        _quantiles(lambda x: known.crossed(near, x), tail, begin),
+        _quantiles(lambda x: known.crossed(far, x), tail, begin),
+        known,
+        far,
+    )
+
+
+def forecast(
+    series: ArrayLike,
+    baseline: Baseline | ArrayLike,
+    warning: ArrayLike,
+    critical: ArrayLike,
+    coverage: float = COVERAGE,
+) -> tuple[Forecast, ...]:
+    """When each stream will cross its levels, n forecasts.
+
+    Args:
+        series: (N,) or (N, n), what was measured since the baseline.
+        baseline: the same streams while healthy, 1000 steps or more; or what was learnt from them.
+        warning: level of each stream [unit].
+        critical: level of each stream [unit], beyond the warning level.
+
+    Example: `forecast(friction, friction_when_new, 0.2, 0.25)[0].critical.median` is in steps.
+    """
+    healthy = baseline if isinstance(baseline, Baseline) else learn_baseline(np.asarray(baseline))
+    state = followed(healthy, series)
+    each = (healthy.streams,)
+    warn, fail = (np.broadcast_to(np.asarray(x, float), each) for x in (warning, critical))
+    return foresee(healthy, state, warn, fail, coverage)
+
+
+def health_index(forecasts: Sequence[Forecast], horizon: float) -> float:
+    """Probability that none of the forecast parameters crosses its critical level so soon.
+
+    Of one joint or of the whole arm, as the forecasts given are; parameters wear independently.
+    """
+    return float(np.prod([one.health(horizon) for one in forecasts]))
+
+
+def _onset(known: Posterior, tail: float) -> Interval:
+    """Steps from now, below zero."""
+    order = np.argsort(-known.age)
+    below = np.cumsum(known.weight[order])
+    at = [-float(known.age[order][np.searchsorted(below, q * below[-1])])
+          for q in (0.5, tail, 1.0 - tail)]  # fmt: skip
+    return Interval(*at)
+
+
+def _signed(rate: Interval, sign: float) -> Interval:
+    """Of a parameter that falls, limits change places."""
+    return rate if sign > 0.0 else Interval(-rate.median, -rate.high, -rate.low)
+
+
+def _quantiles(below: Callable[[float], float], tail: float, least: float) -> Interval:
+    """Median and limits of x >= least with the distribution function `below`."""
+
+    def quantile(q: float) -> float:
+        if below(least) >= q:
+            return least
+        step = 1.0
+        while below(least + step) < q:
+            step *= 2.0
+            if step > FARTHEST:
+                return float("inf")
+        return float(brentq(lambda x: below(x) - q, least, least + step, xtol=1e-6 * step))
+
+    return Interval(quantile(0.5), quantile(tail), quantile(1.0 - tail))
