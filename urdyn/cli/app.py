@@ -9,6 +9,7 @@ import typer
 
 from urdyn.cli.acknowledge import acknowledge
 from urdyn.cli.bench import bench_identify
+from urdyn.cli.bench_diagnose import bench_diagnose
 from urdyn.cli.bench_faults import bench_faults
 from urdyn.cli.bench_simulate import bench_simulate
 from urdyn.cli.demo import demo
@@ -59,3 +60,4 @@ for verb in (identify, validate, track, acknowledge, simulate, record, demo):
 bench.command("identify")(guarded(bench_identify))
 bench.command("faults")(guarded(bench_faults))
 bench.command("simulate")(guarded(bench_simulate))
+bench.command("diagnose")(guarded(bench_diagnose))
