@@ -9,6 +9,7 @@ import typer
 
 from urdyn.cli.acknowledge import acknowledge
 from urdyn.cli.bench import bench_identify
+from urdyn.cli.bench_diagnose import bench_diagnose
 from urdyn.cli.bench_excite import bench_excite
 from urdyn.cli.bench_faults import bench_faults
 from urdyn.cli.bench_simulate import bench_simulate
@@ -81,3 +82,4 @@ bench.command("excite")(guarded(bench_excite))
 bench.command("simulate")(guarded(bench_simulate))
 bench.command("track")(guarded(bench_track))
 bench.command("faults")(guarded(bench_faults))
+bench.command("diagnose")(guarded(bench_diagnose))

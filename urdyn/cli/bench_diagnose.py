@@ -1,0 +1,103 @@
+"""urdyn bench diagnose: which kinds of fault are taken for which others, on a virtual arm."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import numpy as np
+import typer
+from rich.table import Table
+
+from urdyn.cli.options import Json, Quiet
+from urdyn.cli.voice import Voice
+from urdyn.errors import InputError
+from urdyn.version import __version__
+
+if TYPE_CHECKING:
+    from urdyn.cli.diagnosis_trials import Trial
+
+Out = Annotated[Path | None, typer.Option(metavar="FILE", help="Draw it to an HTML page.")]
+Runs = Annotated[int, typer.Option(min=1, help="Of each kind, and of each pair of kinds.")]
+Seed = Annotated[int, typer.Option(min=0, help="Of the arm and of all runs.")]
+RobotName = Annotated[str, typer.Option("--robot", help="Arm type.")]
+
+
+def bench_diagnose(
+    out: Out = None,
+    runs: Runs = 6,
+    robot: RobotName = "ur10e",
+    seed: Seed = 0,
+    json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Commission a virtual arm, break it in every way, and count what is told.
+
+    Example: [bold]urdyn bench diagnose --runs 4 --out kinds.html[/bold]
+    """
+    if out is not None and not out.resolve().parent.is_dir():
+        raise InputError(f"{out}: cannot be written: its folder does not exist")
+    from threadpoolctl import threadpool_limits
+
+    from urdyn.cli.diagnosis_trials import FAULTS, PAIRS, commissioned, counted, trials
+
+    voice = Voice(json, quiet)
+    done: list[Trial] = []
+    total = runs * (1 + len(FAULTS) + len(PAIRS))
+    with voice.progress("commissioning") as told, threadpool_limits(1):
+        dynamics, fit = commissioned(robot, seed)
+        for trial in trials(dynamics, fit, runs, seed):
+            done.append(trial)
+            told("breaking the arm", len(done) / total)
+    counts, truth, told_as = counted(done)
+    findings = int(counts[:, :-1].sum())
+    right = int(np.trace(counts[: len(FAULTS), : len(FAULTS)]))
+    voice.show(_table(counts, truth, told_as))
+    voice.show(f"kind and joint right in {right} of {findings} findings; {_missed(done)}")
+    if out is not None:
+        _draw(out, counts, truth, told_as)
+        voice.note(f"written: {out}")
+    delays = [t.delay for t in done if len(t.truth) == 1 and t.right]
+    voice.result(
+        {
+            "urdyn": __version__,
+            "robot": robot,
+            "runs": len(done),
+            "truth": truth,
+            "told": told_as,
+            "counts": counts.tolist(),
+            "findings": findings,
+            "right": right,
+            "median_delay_s": float(np.median(delays)) if delays else None,
+            "trials": [{"truth": t.truth, "told": t.told, "delay_s": t.delay} for t in done],
+        }
+    )
+
+
+def _missed(done: list[Trial]) -> str:
+    broken = sum(len(t.truth) for t in done)
+    found = sum(len(set(t.truth) & set(t.told)) for t in done)
+    healthy = [t for t in done if not t.truth]
+    cried = sum(bool(t.told) for t in healthy)
+    return f"{found} of {broken} faults found; {cried} of {len(healthy)} healthy runs alarm"
+
+
+def _table(counts: np.ndarray, truth: list[str], told: list[str]) -> Table:
+    table = Table("truth")
+    for name in told:
+        table.add_column(name.replace("_", " "), justify="right")
+    for name, row in zip(truth, counts, strict=True):
+        table.add_row(name.replace("_", " "), *(str(n) if n else "" for n in row))
+    return table
+
+
+def _draw(out: Path, counts: np.ndarray, truth: list[str], told: list[str]) -> None:
+    from urdyn.io import write_text
+    from urdyn.report.confusion import confusion
+    from urdyn.report.markup import document, plot, section
+
+    names = [[name.replace("_", " ") for name in row] for row in (truth, told)]
+    drawing = confusion(counts, *names)
+    lead = "Rows are what was wrong with a virtual arm, columns what was told of it."
+    page = document("Kinds of fault", section("Kinds of fault", lead, plot(drawing, "told", "")))
+    write_text(out, page)

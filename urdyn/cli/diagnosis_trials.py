@@ -1,0 +1,125 @@
+"""Faults of every kind on a virtual arm at work, and what is told of them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from urdyn.diagnose import diagnose
+from urdyn.identify import Fit, identify
+from urdyn.model.arm import load_arm
+from urdyn.signal import condition
+from urdyn.simulate import happening, observe, parse_fault, plan, typical_sensors, virtual_arm
+
+if TYPE_CHECKING:
+    from urdyn.model.dynamics import Dynamics
+
+DURATION, ONSET, RATE = 90.0, 30.0, 100.0  # [s], [s], [Hz]
+# One fault of each kind, large enough to be found in a minute: which, where and when follow.
+FAULTS = {
+    "friction_increase": "friction_increase:joint={j},onset={t},rate=0.4,shape=step",
+    "health_degradation": "health_degradation:joint={j},onset={t},rate=0.15,shape=step",
+    "joint_backlash": "joint_backlash:joint={j},onset={t},rate=0.002,shape=step",
+    "controller_instability": "controller_instability:joint={j},onset={t},rate=1.5,shape=step",
+    "payload_change": "payload_change:onset={t},mass={m}",
+    "collision": "collision:link={l},force={f},onset={t}",
+    "encoder_offset": "encoder_offset:joint={g},offset=0.03,onset={t}",
+    "sensor_fault": "sensor_fault:joint={j},mode={mode},size=2,onset={t}",
+}
+PAIRS = (
+    ("friction_increase", "health_degradation"),
+    ("friction_increase", "payload_change"),
+    ("health_degradation", "sensor_fault"),
+    ("collision", "friction_increase"),
+)
+NOTHING = "nothing"
+
+
+@dataclass(frozen=True)
+class Trial:
+    """What was wrong in a run, and what was told: kinds with their joints."""
+
+    truth: tuple[tuple[str, int | None], ...]
+    told: tuple[tuple[str, int | None], ...]
+    delay: float  # [s] of the first alarm; NaN: none
+
+    @property
+    def right(self) -> bool:
+        """Every fault was found, on its joint, and nothing else."""
+        return sorted(map(str, self.truth)) == sorted(map(str, self.told))
+
+
+def commissioned(robot: str, seed: int) -> tuple[Dynamics, Fit]:
+    """A virtual arm, and the twin that forty seconds make of it."""
+    arm = load_arm(robot)
+    dynamics = virtual_arm(arm, seed)
+    rng = np.random.default_rng([seed, 0])
+    work = plan("fourier", dynamics.arm, 40.0, RATE, rng)
+    log = observe(dynamics, work.trajectory, typical_sensors(arm), rng)
+    return dynamics, identify(arm, condition(log))
+
+
+def trials(dynamics: Dynamics, fit: Fit, runs: int, seed: int) -> Iterator[Trial]:
+    """As many runs of each kind, of pairs, and of nothing."""
+    sets = [(), *((kind,) for kind in FAULTS), *PAIRS]
+    for k in range(runs * len(sets)):
+        rng = np.random.default_rng([seed, k])
+        yield _trial(dynamics, fit, sets[k % len(sets)], rng)
+
+
+def _trial(dynamics: Dynamics, fit: Fit, kinds: tuple[str, ...], rng: np.random.Generator) -> Trial:
+    joints = rng.permutation(dynamics.arm.joints)
+    texts, truth = [], []
+    for kind, joint in zip(kinds, joints, strict=False):
+        text, where = _fault(kind, int(joint), rng)
+        texts.append(text)
+        truth.append((kind, where))
+    faults = tuple(parse_fault(text, dynamics.arm.joints) for text in texts)
+    work = plan("fourier", dynamics.arm, DURATION, RATE, rng)
+    events = happening(dynamics, work, faults, False)
+    log = observe(dynamics, work.trajectory, typical_sensors(dynamics.arm), rng, events)
+    found = diagnose(fit, log).findings
+    told = tuple(dict.fromkeys((f.kind, f.joint) for f in found))
+    first = min((f.alarm_s for f in found), default=np.nan)
+    return Trial(tuple(truth), told, first - ONSET)
+
+
+def _fault(kind: str, joint: int, rng: np.random.Generator) -> tuple[str, int | None]:
+    """A fault as `urdyn simulate` has it, and the joint that is to be told."""
+    force = rng.standard_normal(3)
+    force *= rng.uniform(80.0, 200.0) / np.linalg.norm(force)
+    link, gravity = int(rng.integers(3, 6)), int(rng.integers(1, 3))
+    text = FAULTS[kind].format(
+        j=joint, l=link, g=gravity, t=ONSET,
+        m=f"{rng.uniform(0.5, 3.0):.2f}",
+        f="/".join(f"{x:.1f}" for x in force),
+        mode=rng.choice(["stuck", "biased", "noisy", "dropped"]),
+    )  # fmt: skip
+    where = {"payload_change": None, "collision": link, "encoder_offset": gravity}
+    return text, where.get(kind, joint)
+
+
+def counted(done: list[Trial]) -> tuple[np.ndarray, list[str], list[str]]:
+    """How often each true kind was told as which, on the right joint or on another."""
+    truth = [*FAULTS, NOTHING]
+    told = [*FAULTS, "another joint", NOTHING]
+    counts = np.zeros((len(truth), len(told)), dtype=np.int64)
+    for trial in done:
+        left = list(trial.told)
+        missed = []
+        for kind, joint in trial.truth:
+            if (kind, joint) in left:
+                left.remove((kind, joint))
+                counts[truth.index(kind), told.index(kind)] += 1
+            else:
+                missed.append(kind)
+        for kind in missed:
+            as_what = left.pop(0)[0] if left else NOTHING
+            as_what = "another joint" if as_what == kind else as_what
+            counts[truth.index(kind), told.index(as_what)] += 1
+        for kind, _ in left or ([] if trial.truth else [(NOTHING, None)]):
+            counts[truth.index(NOTHING), told.index(kind)] += 1
+    return counts, truth, told
