@@ -1,5 +1,7 @@
 """The network's view of an arm: its currents are the equation's, its slopes their derivatives."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -61,7 +63,7 @@ def test_at_the_reference_the_current_is_the_equations(currents, dynamics, motio
 
 def test_slopes_are_derivatives(currents, motion):
     rng, h = np.random.default_rng(3), 1e-6
-    u = at(currents, motion, 123)
+    u = replace(at(currents, motion, 123), warm=np.full(6, 5.0), felt=np.ones(6))
     x = state(currents) + 1e-3 * rng.standard_normal(len(currents.names))
     step = h * np.eye(len(x))
     slope = (currents.observe(x + step, u) - currents.observe(x - step, u)) / (2.0 * h)
@@ -85,8 +87,6 @@ def test_no_motion_shows_more_than_the_base_parameters(arm, dynamics, currents):
 
 
 def test_a_payload_is_felt_as_by_the_equation(currents, dynamics, motion):
-    from dataclasses import replace
-
     row, load = 200, np.array([2.0, 0.02, -0.04, 0.16, *[0.01, 0.0, 0.01, 0.0, 0.0, 0.005]])
     s = dynamics.presliding(motion)
     x = state(currents)
@@ -104,8 +104,6 @@ def test_a_tired_drive_takes_more_current(currents, motion):
 
 
 def test_a_creeping_joint_is_doubted(currents, motion):
-    from dataclasses import replace
-
     u = at(currents, motion, 90)
     still = replace(u, v=np.zeros(6))
     noise = [np.diag(currents.observe_cov(v)) for v in (u, still)]

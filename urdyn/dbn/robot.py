@@ -125,6 +125,7 @@ class RobotCurrents:
             smeared=SMEAR * np.abs(M @ now.jerk + self.reference.drive.rotor_inertia * now.jerk),
             noise=self.noise,
             warm=np.zeros(len(v)),
+            felt=np.zeros(len(v)),
         )
 
     @cached_property
@@ -154,7 +155,7 @@ class RobotCurrents:
         J = len(u.s)
         positive = np.exp(x[..., self._positive])
         f, alpha, beta, rotor, z = (positive[..., k * J : (k + 1) * J] for k in range(5))
-        warm = u.warm + x[..., at["lubricant"]]
+        warm = u.felt * (u.warm + x[..., at["lubricant"]])
         return _Parts(
             torque=u.load + u.rest + together[..., :J] + x[..., at["o"]] * u.one,
             held=u.hold + together[..., J:],
@@ -191,7 +192,7 @@ class RobotCurrents:
             "rotor": part.rotor,
             "o": u.one,
             "kappa": -part.warm * part.alpha,
-            "lubricant": -softer,
+            "lubricant": -u.felt * softer,
             "slow": u.one / part.per,
         }
         for name, values in columns.items():

@@ -38,7 +38,8 @@ class RobotSlice:
     smeared: Array  # (J,) [N·m] sd of the torque, for the acceleration was differentiated
     noise: Array  # (J,) [A] sd
     warm: Array  # (J,) [K] of the lubricant over that of the first day, by the model; 0 unknown
-    blind: bool = True  # nobody measures how warm the joints are
+    felt: Array  # (J,) [-] 1 where the joint's temperature is measured, else 0: nothing is claimed
+    blind: bool = True  # nobody measures how warm some joint is
     stray: Array | None = None  # (J,) [A] sd of slow noise; None: there is none
 
     @property

@@ -198,7 +198,8 @@ class Tracker(Generic[S]):
         u = self.currents.slice(now, s, dt, widen, mean)
         warm = state.lubricant - drive.temperature
         unknown = np.isnan(warm)
-        return replace(u, warm=np.where(unknown, 0.0, warm), blind=bool(unknown.any()))
+        warm = np.where(unknown, 0.0, warm)
+        return replace(u, warm=warm, felt=1.0 - unknown, blind=bool(unknown.any()))
 
     def _moved(self, state: TrackerState[S], now: Instant, dt: float) -> tuple[Array, Array]:
         """Bristles and travel after the way since the last instant."""
