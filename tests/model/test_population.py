@@ -11,7 +11,15 @@ from scipy.stats import chi2
 from urdyn.model.arm import Arm, load_arm, read_arm
 from urdyn.model.consistency import is_consistent, log_cholesky
 from urdyn.model.library import names
-from urdyn.model.population import MAX_TAIL, OPTIONAL, Population, population
+from urdyn.model.population import (
+    IDENTIFIED_GAIN,
+    MAX_TAIL,
+    OPTIONAL,
+    RATED_TORQUE,
+    TYPICAL,
+    Population,
+    population,
+)
 from urdyn.types import Array
 
 DRAWS = 400
@@ -96,3 +104,11 @@ def test_bigger_joints_have_more_inertia_and_friction(ur10e: Arm) -> None:
     order = np.argsort(ur10e.effort_limit, kind="stable")
     for name in ("rotor_inertia", "coulomb", "viscous"):
         assert (np.diff(population(ur10e).drive[name].typical[order]) >= 0.0).all()
+
+
+def test_gains_of_a_type_that_was_identified_are_those() -> None:
+    gain = population(load_arm("ur10")).drive["gain"]
+    np.testing.assert_allclose(gain.typical, IDENTIFIED_GAIN["ur10"])
+    # What joints of that size have elsewhere is within the spread that is taken for them all.
+    by_size = np.interp([330.0, 150.0, 54.0], RATED_TORQUE, TYPICAL["gain"])
+    assert (np.abs(np.log(gain.typical[[0, 2, 3]] / by_size)) < 2 * gain.sd[[0, 2, 3]]).all()

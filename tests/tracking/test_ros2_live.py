@@ -73,8 +73,8 @@ def test_a_driver_s_joint_states_become_estimates_and_diagnoses(
     workshop, ur5e, tmp_path, environment
 ):
     options = ("--serial", "20235", "--publish", "feed_forward", "--hand-over", "payload")
-    summary, told, _ = beside_a_driver(workshop, ur5e, tmp_path, environment, 1500, *options)
-    assert summary["samples"] == 1500 and summary["lost"] == 0
+    summary, told, _ = beside_a_driver(workshop, ur5e, tmp_path, environment, 1000, *options)
+    assert summary["samples"] == 1000 and summary["lost"] == 0
     assert (tmp_path / "out" / "payload.script").read_text().startswith("set_payload(")
     assert len(told["/urdyn/feed_forward"]) > 100 and not told["/urdyn/friction_scales"]
     estimate = told["/urdyn/estimates"][-1]

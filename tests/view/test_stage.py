@@ -95,6 +95,11 @@ def test_a_line_is_held_where_nothing_is_known(shown):
     np.testing.assert_array_equal(drawn[1], np.where(np.arange(300) < 3, 0.0, 1.0))
 
 
+def test_nothing_is_drawn_where_nothing_is_known(shown):
+    _, *drawn = lines(replace(shown, torque=np.full_like(shown.torque, np.nan)), "torque")
+    assert len(drawn) == 6 and np.isnan(drawn).all()
+
+
 def test_a_film_goes_on_by_itself_and_from_where_its_slider_is_put(stage, shown):
     times, time = [], stage.panel.controls["time"]
 

@@ -29,6 +29,8 @@ TYPICAL = {
     "coulomb": (0.75, 1.6, 3.1, 6.3, 17.0),
     "viscous": (0.55, 1.6, 3.3, 10.5, 21.0),
 }
+# Gains that were identified on an arm of the very type, base first [Petrone2025]_.
+IDENTIFIED_GAIN = {"ur10": (13.5841, 14.2959, 11.3716, 11.2408, 11.7681, 11.7682)}
 STRUCTURAL = 0.06
 PRESLIDING_DISTANCE = 2e-4  # [rad]
 MAX_TAIL = 0.8  # [-] of presliding friction in the soft bristles
@@ -114,7 +116,7 @@ def population(arm: Arm) -> Population:
     one = np.ones_like(log_torque)
     friction = np.exp(typical["coulomb"])
     drive = {
-        "gain": Spread(typical["gain"], np.where(known, 0.10, 0.30), True),
+        "gain": Spread(_log_gain(arm, typical["gain"]), np.where(known, 0.10, 0.30), True),
         "rotor_inertia": Spread(typical["rotor_inertia"], 0.7 * one, True),
         "coulomb": Spread(typical["coulomb"], 0.5 * one, True),
         "viscous": Spread(typical["viscous"], 0.5 * one, True),
@@ -138,6 +140,12 @@ def _power_law(log_torque: Array, values: tuple[float, ...]) -> Array:
     slope = np.polyfit(x, y, 1)[0]
     beyond = np.minimum(log_torque - x[0], 0.0) + np.maximum(log_torque - x[-1], 0.0)
     return np.asarray(np.interp(log_torque, x, y) + slope * beyond)
+
+
+def _log_gain(arm: Arm, by_size: Array) -> Array:
+    """Logarithm of the drive gains, (J,): of arms of this type, else of joints of this size."""
+    identified = IDENTIFIED_GAIN.get(arm.name, ())
+    return np.log(identified) if len(identified) == len(by_size) else by_size
 
 
 def _link_sd(mean: Array) -> Array:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from itertools import chain, islice
+from collections.abc import Iterable, Iterator
+from itertools import chain
 from queue import Empty, SimpleQueue
 from threading import Event, Thread
 from typing import Any
@@ -20,6 +20,7 @@ from urdyn.tracking.source import LOOK, Arrival, Source
 
 PATIENCE = 10.0  # [s] for the first joint states
 FIRST = 50  # samples that tell the rate
+SHORT = 1.25  # periods before its end, a stretch of so many seconds has its last sample
 
 Inbox = SimpleQueue[Heard | UrdynError]
 
@@ -50,13 +51,14 @@ def hearing(
     except BaseException:
         ended.set()
         raise
-    count = None if duration is None else max(1, round(duration / period))
+    count = 0 if duration is None else max(1, round(duration / period))
+    last = np.inf if duration is None else first[0].stamp + duration - SHORT * period
 
     def start(_: int) -> Iterator[Arrival]:
-        heard = chain(first, _heard(inbox, ended))
-        return islice((_arrival(one, effort) for one in heard), count)
+        heard = _until(last, chain(first, _heard(inbox, ended)))
+        return (_arrival(one, effort) for one in heard)
 
-    return Source(name, name, "", period, len(JOINTS), True, count or 0, start, ended.set)
+    return Source(name, name, "", period, len(JOINTS), True, count, start, ended.set)
 
 
 def _pump(at: Any, topic: str, ended: Event, inbox: Inbox) -> None:
@@ -90,6 +92,14 @@ def _period(first: list[Heard], name: str) -> float:
     if not period > 0.0:
         raise InputError(f"{name}: its stamps do not run forward; is another node publishing too?")
     return period
+
+
+def _until(last: float, heard: Iterable[Heard]) -> Iterator[Heard]:
+    """Samples up to the first that is stamped `last` [s] or later."""
+    for one in heard:
+        yield one
+        if one.stamp >= last:
+            return
 
 
 def _heard(inbox: Inbox, ended: Event) -> Iterator[Heard]:

@@ -18,7 +18,7 @@ from urdyn.view.paint import PAINTS
 SPEEDS = ("0.25", "1", "4", "16", "64")
 POINTS = 400  # a line of a plot
 PLOTS = {"friction": "friction since commissioning [%]", "torque": "residual torque [N·m]"}
-TIMES = 20.0  # [-] a ghost's distance at first: what a calibration mends is hardly seen
+TIMES = 50.0  # [-] a ghost's distance at first: what a calibration mends is hardly seen
 
 
 @dataclass(frozen=True)
@@ -93,11 +93,14 @@ def make_panel(
 def lines(past: Film, name: str) -> tuple[Any, ...]:
     """Time and one line a joint of a quantity, thinned; where it is not known the line is held.
 
-    uPlot draws nothing at all of an axis on which a number is missing.
+    uPlot draws nothing at all of an axis on which a number is missing; which is right where nothing
+    is known of any joint.
     """
     thin = past.slice(0, len(past), max(1, len(past) // POINTS))
     rows = np.arange(len(thin))[:, None]
     y = getattr(thin, name)
+    if np.isnan(y).all():
+        return (np.array(thin.t), *np.array(y).T.copy())
     last = np.maximum.accumulate(np.where(np.isfinite(y), rows, 0), axis=0)
     held = np.nan_to_num(np.take_along_axis(y, last, axis=0))
     return (np.array(thin.t), *held.T.copy())
