@@ -99,6 +99,7 @@ def test_a_search_for_one_thing_tells_more_of_it_than_a_search_for_all(ur10e, fo
     assert spread[0] > spread[1]
 
 
+@pytest.mark.slow
 def test_the_same_seed_gives_the_same_motion_whatever_the_processes(ur10e, found):
     again = excite(ur10e, replace(found.ask, restarts=2), processes=2)
     alone = excite(ur10e, replace(found.ask, restarts=2))
