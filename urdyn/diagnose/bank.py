@@ -18,6 +18,8 @@ import numpy as np
 
 from urdyn.types import Array
 
+PAUSE = 10.0  # [s] without work, after which it may be another program
+PROGRAM = 2.0  # [-] windows' straying, by which the model may be off for as long as that runs
 RECENT = 8  # onsets that are all kept; older ones stand ever further apart
 SHAPES = ("step", "ramp")
 
@@ -80,8 +82,7 @@ def step(bank: Bank, block: Block, straying: Straying, E: Array) -> Bank:
     Args:
         E: directions that faults have, (n, p).
     """
-    passed = 0.0 if np.isnan(bank.t) else block.end - bank.t
-    P = bank.P + np.diag(straying.walk**2 * passed)
+    P = bank.P + np.diag(_strayed(bank.t, block, straying))
     bank = _with_onset(bank, block.begin, E.shape[1])
     keep = np.linalg.inv(np.eye(len(P)) + block.A @ P)  # (I + A P)^-1
     seen = keep @ block.A  # (A^-1 + P)^-1
@@ -102,9 +103,17 @@ def followed(
     t: float, x: Array, P: Array, block: Block, straying: Straying
 ) -> tuple[float, Array, Array]:
     """The healthy arm alone, one block on."""
-    P = P + np.diag(straying.walk**2 * (0.0 if np.isnan(t) else block.end - t))
+    P = P + np.diag(_strayed(t, block, straying))
     after = P @ np.linalg.inv(np.eye(len(P)) + block.A @ P)
     return block.end, x + after @ (block.b - block.A @ x), 0.5 * (after + after.T)
+
+
+def _strayed(t: float, block: Block, straying: Straying) -> Array:
+    """Variance that comes up between the block that ended at `t` and this one, (n,)."""
+    if np.isnan(t):
+        return np.zeros_like(straying.walk)
+    another = PROGRAM * straying.window * (block.begin - t > PAUSE)
+    return np.asarray(straying.walk**2 * (block.end - t) + another**2)
 
 
 def _with_onset(bank: Bank, t: float, p: int) -> Bank:

@@ -53,6 +53,7 @@ class State:
     moment: tuple[Rows, ...] = ()
     findings: tuple[Finding, ...] = ()
     series: tuple[tuple[int, tuple[tuple[float, float, float], ...]], ...] = ()  # of slow ones
+    push: tuple[float, float] = (np.inf, -np.inf)  # [s] begin and end of the last one
     blocks: float = np.nan  # [s] end of the last block that was looked at
 
 
@@ -121,11 +122,11 @@ class Diagnosis:
         fast, events, ill = self.fast.step(state.fast, beat, carried)
         believed = replace(beat, settled=beat.settled & ~ill)
         state = replace(state, fast=fast, beat=(), moment=(*state.moment, believed))
-        state, found = self._told(state, events)
+        state, found = self._told(replace(state, push=_last(events, state.push)), events)
         first, last = state.moment[0].t[0], state.moment[-1].t[-1]
         if last - first + self.period < MOMENT - 1e-9:
             return state, found
-        push = Push(np.isfinite(fast.quiet.begin), *_last_push(events))
+        push = Push(np.isfinite(fast.quiet.begin), *state.push)
         slow = self.slow.moment(state.slow, joined(state.moment), push)
         state, more = self._changes(replace(state, slow=slow, moment=()))
         return state, found + more
@@ -189,9 +190,10 @@ def _rows(space: Space, chunk: tuple[Now, ...]) -> Rows:
     return rows(space, motion, s, travelled)
 
 
-def _last_push(events: Iterable[Event]) -> tuple[float, float]:
+def _last(events: Iterable[Event], before: tuple[float, float]) -> tuple[float, float]:
+    """When the last push was; what is smoothed feels it a little earlier."""
     pushes = [(e.onset - BEAT, e.alarm) for e in events if e.kind == "collision"]
-    return pushes[-1] if pushes else (np.inf, -np.inf)
+    return pushes[-1] if pushes else before
 
 
 def _with(state: State, new: list[Finding]) -> tuple[State, list[Finding]]:

@@ -1,0 +1,49 @@
+"""A virtual arm whose twin is known, broken in one way or another."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from urdyn.diagnose import Diagnosis, Report, diagnose
+from urdyn.identify import Fit
+from urdyn.model.dynamics import Dynamics
+from urdyn.model.friction import travel
+from urdyn.signal import condition
+from urdyn.simulate import happening, observe, parse_fault, plan, typical_sensors
+from urdyn.types import Log
+
+
+@dataclass(frozen=True)
+class Shop:
+    """An arm and its twin."""
+
+    dynamics: Dynamics
+    fit: Fit
+
+    def log(
+        self, *faults: str, seconds: float = 40.0, rate: float = 100.0, seed: int = 5, **how: str
+    ) -> Log:
+        """A run in which all these faults befall the arm."""
+        motion, noise = np.random.default_rng(seed).spawn(2)
+        work = plan(how.get("motion", "fourier"), self.dynamics.arm, seconds, rate, motion)
+        events = tuple(parse_fault(fault, self.dynamics.arm.joints) for fault in faults)
+        lived = happening(self.dynamics, work, events, False)
+        return observe(
+            self.dynamics, work.trajectory, typical_sensors(self.dynamics.arm), noise, lived
+        )
+
+    def report(self, *faults: str, **how) -> Report:
+        """What is told of it."""
+        return diagnose(self.fit, self.log(*faults, **how))
+
+    def diagnosis(self, log: Log) -> Diagnosis:
+        """Its settings for a log."""
+        return Diagnosis(self.fit, float(np.median(np.diff(log.t))))
+
+    def motion(self, log: Log):
+        """Motion, presliding state and travel, as a diagnosis takes them."""
+        motion = condition(log, offset=self.fit.dynamics.drive.time_offset)
+        moved = np.cumsum(np.abs(travel(motion)), axis=0)
+        return motion, self.fit.dynamics.presliding(motion), moved

@@ -1,0 +1,130 @@
+"""Live is offline, a memory forgets nothing, and rules are data."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from shop import Shop
+
+from urdyn.diagnose import memory
+from urdyn.diagnose.acknowledge import acknowledge, acknowledged
+from urdyn.diagnose.diagnosis import Now
+from urdyn.diagnose.document import findings_document
+from urdyn.diagnose.offline import diagnose
+from urdyn.diagnose.onlooker import Onlooker
+from urdyn.diagnose.prognosis import time_left
+from urdyn.diagnose.rules import read_rules
+from urdyn.errors import InputError
+from urdyn.signal import Instant
+
+PUSH = "collision:link=4,force=90/0/60,onset=6"
+NAMES = ("t", "q", "v", "a", "jerk", "current", "temperature")
+
+
+def instants(shop: Shop, log):
+    motion, s, moved = shop.motion(log)
+    for k in range(len(motion)):
+        yield Now(Instant(*(getattr(motion, name)[k] for name in NAMES)), s[k], moved[k])
+
+
+def test_instant_by_instant_finds_what_the_whole_recording_shows(shop: Shop) -> None:
+    log = shop.log(PUSH, seconds=10.0)
+    diagnosis = shop.diagnosis(log)
+    state = diagnosis.init()
+    for now in instants(shop, log):
+        state, _ = diagnosis.step(state, now)
+    state, _ = diagnosis.finish(state)
+    (live,), (whole,) = state.findings, diagnose(shop.fit, log).findings
+    assert live.id == whole.id
+    np.testing.assert_allclose(live.size, whole.size, rtol=0.1)
+    np.testing.assert_allclose(live.alarm_s, whole.alarm_s, atol=0.25)
+
+
+def test_a_diagnosis_goes_on_where_its_memory_ends(shop: Shop, tmp_path: Path) -> None:
+    log = shop.log(PUSH, seconds=9.0)
+    diagnosis, whole = shop.diagnosis(log), None
+    state = diagnosis.init()
+    for k, now in enumerate(instants(shop, log)):
+        if k == 655:  # amid a beat, a moment and a block, just after the push
+            memory.save(state, {"run": "this"}, tmp_path / "kept.npz")
+            again = memory.load({"run": "this"}, tmp_path / "kept.npz")
+            whole = state
+        if whole is not None:
+            again, _ = diagnosis.step(again, now)
+        state, _ = diagnosis.step(state, now)
+    one, other = (findings_document(s.findings, (), {}, {}) for s in (again, state))
+    assert one == other
+    assert len(state.findings) == 1
+    np.testing.assert_array_equal(again.slow.bank.P, state.slow.bank.P)
+
+
+def test_another_runs_memory_and_a_damaged_one_are_refused(shop: Shop, tmp_path: Path) -> None:
+    state, path = shop.diagnosis(shop.log(seconds=2.0)).init(), tmp_path / "kept.npz"
+    memory.save(state, {"run": "this"}, path)
+    with pytest.raises(InputError, match="another run"):
+        memory.load({"run": "that"}, path)
+    path.write_bytes(path.read_bytes()[:1000])
+    with pytest.raises(InputError, match="damaged"):
+        memory.load({"run": "this"}, path)
+
+
+def test_an_expert_adds_a_kind_without_touching_the_code(shop: Shop, tmp_path: Path) -> None:
+    path = tmp_path / "plant.toml"
+    path.write_text(
+        "[kind.dry_gear]\nchange = { beta = 0.5 }\nleast = 0.1\nwarning = 0.2\ncritical = 1.0\n"
+        "sign = 1\n[promise]\nhours = 100.0\n"
+    )
+    rules = read_rules(path)
+    assert "dry_gear" in [kind.name for kind in rules.slow]
+    assert rules.hours == 100.0
+    report = diagnose(shop.fit, shop.log(seconds=3.0), rules)
+    assert len(report) == 0
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "[kind.odd]\nchange = { colour = 1.0 }\nleast = 0\nwarning = 0\ncritical = 0\n",
+        "[kind.odd]\nchange = { f = 1.0 }\n",
+        "[promise]\nhours = 0\n",
+        "[healthy]\nq = { day = 1.0 }\n",
+        "[sorts]\na = 1\n",
+        "[kind.odd\n",
+    ],
+)
+def test_rules_that_cannot_be_are_refused_in_one_line(text: str, tmp_path: Path) -> None:
+    path = tmp_path / "plant.toml"
+    path.write_text(text)
+    with pytest.raises(InputError) as caught:
+        read_rules(path)
+    assert str(path) in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_finding_that_was_seen_is_quiet_until_it_gets_worse(shop: Shop, tmp_path: Path) -> None:
+    log = shop.log("sensor_fault:joint=3,mode=stuck,onset=3", seconds=5.0)
+    looking = Onlooker(shop.diagnosis(log), {})
+    looking.begin(tmp_path, 0, {"twin": "a"})
+    for now in instants(shop, log):
+        looking._inbox.put(now)
+    (finding,) = looking.finish()["findings"]
+    assert not finding["acknowledged"]
+    acknowledge(tmp_path, finding["id"])
+    known, (kept,) = acknowledged(tmp_path), looking.state.findings
+    assert known.quiets(kept)
+    assert not known.quiets(replace(kept, size=2.0 * kept.size))
+    with pytest.raises(InputError, match="no finding"):
+        acknowledge(tmp_path, "collision.nothing")
+
+
+def test_the_time_left_holds_the_truth_as_often_as_it_says() -> None:
+    rng, inside, runs = np.random.default_rng(3), 0, 400
+    for _ in range(runs):
+        rate, size = 1e-3 + 1e-4 * rng.standard_normal(), 0.2 + 0.01 * rng.standard_normal()
+        left = time_left(size, 0.01, rate, 1e-4, 0.5)
+        assert left is not None
+        inside += left["lo"] <= 0.3 / 1e-3 <= left["hi"]
+    assert abs(inside / runs - 0.9) < 4.0 * np.sqrt(0.09 / runs)

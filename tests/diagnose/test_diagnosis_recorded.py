@@ -1,0 +1,47 @@
+"""On recordings of a real arm: pushes by hand are collisions, healthy days raise nothing."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from urdyn.diagnose import diagnose
+from urdyn.identify import Fit, identify
+from urdyn.io import read
+from urdyn.model.arm import Arm
+from urdyn.signal import condition
+
+COLUMNS = "timestamp,actual_q*6,actual_qd*6,actual_current*6,target_current*6,target_moment*6"
+HEALTHY = ("ur-20_02_12-40sec_12harm", "ur-20_01_22-joint_2", "ur-20_01_17-p1")
+
+
+@pytest.fixture(scope="module")
+def fit(ur10e: Arm, recordings: Path) -> Fit:
+    path = recordings / "ur10e_dynamics" / "ur-20_02_10-30sec_12harm.csv"
+    return identify(ur10e, condition(read(path, columns=COLUMNS, rows=(635, 3510))))
+
+
+def report(fit: Fit, recordings: Path, name: str):
+    return diagnose(fit, read(recordings / "ur10e_dynamics" / f"{name}.csv", columns=COLUMNS))
+
+
+@pytest.mark.slow
+def test_pushes_by_hand_are_collisions_and_nothing_else(fit: Fit, recordings: Path) -> None:
+    found = report(fit, recordings, "ur-20_01_22-push_pose_1")
+    assert {f.kind for f in found} == {"collision"}
+    assert len(found) >= 3
+
+
+@pytest.mark.slow
+def test_a_loaded_run_is_a_payload_with_its_mass(fit: Fit, recordings: Path) -> None:
+    (found,) = report(fit, recordings, "ur-20_02_19_15harm50secLoad")
+    assert found.kind == "payload_change"
+    # Without a known payload the gains keep their prior of 10 %, and masses inherit it.
+    assert abs(found.size / 2.805 - 1.0) < 0.2
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", HEALTHY)
+def test_healthy_days_raise_nothing(fit: Fit, recordings: Path, name: str) -> None:
+    assert len(report(fit, recordings, name)) == 0

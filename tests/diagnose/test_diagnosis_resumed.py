@@ -1,0 +1,60 @@
+"""A diagnosis that is killed goes on at what it kept, and says the same."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from shop import Shop
+
+from urdyn.diagnose.onlooker import Onlooker
+from urdyn.errors import InputError
+from urdyn.estimate import Innovation
+from urdyn.tracking import Reading
+from urdyn.types import Gaussian
+
+NOWHERE = Gaussian(np.zeros(1), np.eye(1))
+UNSURPRISED = Innovation(np.zeros(6), np.eye(6), 0.0, 0.0, 6)
+
+
+def readings(shop: Shop, log):
+    from test_diagnosis_laws import instants
+
+    for now in instants(shop, log):
+        i = now.instant
+        told = i.t, NOWHERE, i.current, i.current, UNSURPRISED, False
+        yield Reading(*told, i, now.s, now.travelled)
+
+
+def test_a_killed_diagnosis_goes_on_and_finds_the_same(shop: Shop, tmp_path: Path) -> None:
+    log, identity = shop.log("collision:link=4,force=90/0/60,onset=4", seconds=7.0), {"twin": "a"}
+    whole, killed = Onlooker(shop.diagnosis(log), {}), Onlooker(shop.diagnosis(log), {})
+    (tmp_path / "whole").mkdir()
+    whole.begin(tmp_path / "whole", 0, identity)
+    (tmp_path / "killed").mkdir()
+    killed.begin(tmp_path / "killed", 0, identity)
+    for k, reading in enumerate(readings(shop, log)):
+        whole.take(reading)
+        if k < 413:
+            killed.take(reading)
+        if k == 400:
+            killed.keep(401)
+    whole.finish()
+    again = Onlooker(shop.diagnosis(log), {})
+    again.begin(tmp_path / "killed", 401, identity)
+    for reading in list(readings(shop, log))[401:]:
+        again.take(reading)
+    again.finish()
+    one, other = (
+        json.loads((tmp_path / name / "findings.json").read_text()) for name in ("whole", "killed")
+    )
+    assert one == other
+    assert len(one["findings"]) == 1
+
+
+def test_a_run_without_its_memory_says_how_to_begin_anew(shop: Shop, tmp_path: Path) -> None:
+    looking = Onlooker(shop.diagnosis(shop.log(seconds=2.0)), {})
+    with pytest.raises(InputError, match="--fresh"):
+        looking.begin(tmp_path, 300, {"twin": "a"})

@@ -1,0 +1,70 @@
+"""One story a kind: a fault goes in, one finding comes out, with the right name and joint."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from shop import Shop
+
+STORIES = {
+    "collision": ("collision:link=4,force=90/0/60,onset=12", 20.0, 4, 1.0),
+    "stuck": ("sensor_fault:joint=3,mode=stuck,onset=10", 15.0, 3, 0.5),
+    "noisy": ("sensor_fault:joint=1,mode=noisy,size=3,onset=10", 15.0, 1, 2.0),
+    "payload_change": ("payload_change:onset=12,mass=1.5", 40.0, None, 25.0),
+    "friction_increase": ("friction_increase:joint=2,onset=25,rate=0.6,shape=step", 60.0, 2, 30.0),
+    "health": ("health_degradation:joint=1,onset=25,rate=0.2,shape=step", 60.0, 1, 30.0),
+}
+
+
+@pytest.mark.parametrize("story", STORIES)
+def test_one_fault_is_one_finding_of_its_kind_and_joint(shop: Shop, story: str) -> None:
+    fault, seconds, joint, patience = STORIES[story]
+    kind, onset = fault.partition(":")[0], float(fault.partition("onset=")[2].partition(",")[0])
+    found = shop.report(fault, seconds=seconds)
+    assert [(f.kind, f.joint) for f in found] == [(kind, joint)]
+    (finding,) = found
+    lo, hi = finding.onset_interval_s
+    assert lo - 5.0 <= onset <= hi + 5.0
+    assert finding.alarm_s < onset + patience
+    assert finding.confidence > 0.5
+
+
+def test_a_payload_is_told_with_its_mass(shop: Shop) -> None:
+    (finding,) = shop.report("payload_change:onset=12,mass=1.5", seconds=40.0)
+    assert abs(finding.evidence["mass_kg"] - 1.5) < 0.15
+
+
+def test_a_push_is_told_with_its_force(shop: Shop) -> None:
+    (finding,) = shop.report("collision:link=4,force=90/0/60,onset=12", seconds=20.0)
+    assert abs(np.linalg.norm(finding.evidence["force_N"]) - np.hypot(90.0, 60.0)) < 45.0
+
+
+@pytest.mark.parametrize("motion", ["fourier", "pick_and_place"])
+def test_a_healthy_arm_raises_nothing(shop: Shop, motion: str) -> None:
+    assert len(shop.report(seconds=40.0, motion=motion)) == 0
+
+
+def test_a_ringing_joint_is_told_with_its_frequency(shop: Shop) -> None:
+    fault = "controller_instability:joint=1,onset=4,rate=1.6,shape=step"
+    found = shop.report(fault, seconds=8.0, rate=500.0)
+    assert [(f.kind, f.joint) for f in found] == [("controller_instability", 1)]
+    assert abs(found.findings[0].evidence["frequency_Hz"] - 8.0) < 0.5
+    assert found.findings[0].alarm_s < 4.0 + 1.25
+
+
+@pytest.mark.slow
+def test_two_faults_at_once_are_two_findings(shop: Shop) -> None:
+    faults = (
+        "friction_increase:joint=3,onset=25,rate=0.8,shape=step",
+        "health_degradation:joint=1,onset=25,rate=0.2,shape=step",
+    )
+    told = {(f.kind, f.joint) for f in shop.report(*faults, seconds=100.0)}
+    assert told == {("friction_increase", 3), ("health_degradation", 1)}
+
+
+def test_backlash_under_gravity_is_said_to_be_out_of_sight(shop: Shop) -> None:
+    report = shop.report(seconds=8.0)
+    rows = report.document["observability"]["joint_backlash"]
+    assert len(rows) == 6
+    for row in rows:
+        assert row["observable"] or "not observable" in row["why"]

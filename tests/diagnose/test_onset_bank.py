@@ -1,0 +1,85 @@
+"""The bank of onsets is the dense Gaussian likelihood, and its evidence keeps its promise."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from urdyn.diagnose.bank import Block, Straying, first, step, strayed
+from urdyn.diagnose.explain import _log_ratio
+
+N, BLOCKS, SECONDS = 3, 7, 5.0
+WALK, WINDOW = np.array([0.02, 0.01, 0.0]), np.array([0.1, 0.0, 0.05])
+E = np.eye(N)[:, :2]
+
+
+def blocks(rng: np.random.Generator, change: np.ndarray | None = None, onset: int = 0):
+    """Information of blocks of a healthy arm that strays; with a step from block `onset`."""
+    P = np.diag([0.3, 0.2, 0.1]) ** 2
+    x = rng.multivariate_normal(np.zeros(N), P)
+    made, H = [], rng.standard_normal((BLOCKS, 4, N))
+    for k in range(BLOCKS):
+        x = x + (k > 0) * WALK * np.sqrt(SECONDS) * rng.standard_normal(N)
+        truth = x + WINDOW * rng.standard_normal(N)
+        if change is not None and k >= onset:
+            truth = truth + E @ change
+        y = H[k] @ truth + rng.standard_normal(4)
+        A, b = strayed(H[k].T @ H[k], H[k].T @ y, WINDOW)
+        made.append((Block(k * SECONDS, (k + 1) * SECONDS, A, b), H[k], y))
+    return P, made
+
+
+def banked(P, made):
+    bank = first(np.zeros(N), P, E.shape[1])
+    for block, _, _ in made:
+        bank = step(bank, block, Straying(WALK, WINDOW), E)
+    return bank
+
+
+def dense(P, made, onset: int, ramp: bool):
+    """C and d of a change, out of the joint Gaussian of all measurements."""
+    K = len(made)
+    cov = np.kron(np.ones((K, K)), P)
+    for k in range(K):
+        for m in range(K):
+            cov[k * N : k * N + N, m * N : m * N + N] += np.diag(WALK**2) * SECONDS * min(k, m)
+    cov += np.kron(np.eye(K), np.diag(WINDOW**2))
+    H = np.zeros((4 * K, N * K))
+    for k, (_, here, _) in enumerate(made):
+        H[4 * k : 4 * k + 4, N * k : N * k + N] = here
+    S = H @ cov @ H.T + np.eye(4 * K)
+    y = np.concatenate([row[2] for row in made])
+    grown = [(k - onset + 0.5) * SECONDS if ramp else 1.0 for k in range(K)]
+    G = H @ np.vstack([E * grown[k] * (k >= onset) for k in range(K)])
+    return G.T @ np.linalg.solve(S, G), G.T @ np.linalg.solve(S, y)
+
+
+@pytest.mark.parametrize("ramp", [False, True])
+def test_every_onset_is_judged_as_the_joint_gaussian_judges_it(ramp: bool) -> None:
+    P, made = blocks(np.random.default_rng(0))
+    bank = banked(P, made)
+    for m, onset in enumerate(bank.onset):
+        C, d = dense(P, made, round(onset / SECONDS), ramp)
+        np.testing.assert_allclose(bank.C[int(ramp), m], C, rtol=1e-8, atol=1e-10)
+        np.testing.assert_allclose(bank.d[int(ramp), m], d, rtol=1e-8, atol=1e-8)
+
+
+def test_evidence_against_a_healthy_arm_is_one_on_the_average() -> None:
+    rng, sd = np.random.default_rng(1), np.array([0.2, 0.1])
+    ratios = []
+    for _ in range(400):
+        bank = banked(*blocks(rng))
+        ratios.append(np.exp(_log_ratio(bank.C[0], bank.d[0], sd, 1)).mean())
+    error = np.std(ratios) / np.sqrt(len(ratios))
+    assert abs(np.mean(ratios) - 1.0) < 4.0 * error
+
+
+def test_old_onsets_thin_out_and_none_is_forgotten() -> None:
+    P, made = blocks(np.random.default_rng(2))
+    bank = first(np.zeros(N), P, E.shape[1])
+    for k in range(200):
+        block = Block(k * SECONDS, (k + 1) * SECONDS, made[k % BLOCKS][0].A, made[k % BLOCKS][0].b)
+        bank = step(bank, block, Straying(WALK, WINDOW), E)
+    assert len(bank.onset) < 40
+    assert bank.weight.sum() == 200
+    assert bank.onset[0] == 0.0
