@@ -20,6 +20,7 @@ from urdyn.types import Array, Gaussian
 
 PROJECTIONS = 40  # at most
 SLACK = 1e-6  # [-] of the largest entry, that counts as rounding
+_BASIS = pseudo_inertia(np.eye(10))  # (10, 4, 4) of a unit of each inertial
 
 
 def possible_body(belief: Gaussian, reach: float) -> Array:
@@ -52,7 +53,7 @@ def _broken(inertials: Array, reach: float) -> Array | None:
 
 def _normal(W: Array) -> Array:
     """n with n · inertials = tr(W J), (10,)."""
-    return np.array([np.sum(W * J) for J in pseudo_inertia(np.eye(10))])
+    return np.asarray(np.tensordot(_BASIS, W, axes=2))
 
 
 def _mended(inertials: Array, reach: float) -> Array:

@@ -180,11 +180,10 @@ class _Run(Generic[S]):
 
     def _step(self, at: Checkpoint[S], arrival: Arrival) -> tuple[Checkpoint[S], Reading | None]:
         t = arrival.sample.t
-        state, reading = self.tracker.step(at.state, arrival.sample)
-        if self.observer and reading:
-            self.observer.take(reading)
         before = self.tracker.init() if arrival.reset else at.state
         state, reading = self.tracker.step(before, arrival.sample)
+        if self.observer and reading:
+            self.observer.take(reading)
         began = at.began if np.isfinite(at.began) else t
         return replace(at, state=state, index=at.index + 1, began=began, last=t), reading
 
@@ -225,6 +224,7 @@ class _Run(Generic[S]):
         if not self.history.parts:
             raise InputError(f"{self.source.name}: too short, or too full of gaps, to be tracked")
         origin = {
+            "robot": self.tracker.fit.dynamics.arm.name,
             "twin.sha256": self.identity["twin"],
             "source": self.source.name,
             "source.sha256": self.source.sha256,
