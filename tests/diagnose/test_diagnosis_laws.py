@@ -18,6 +18,7 @@ from urdyn.diagnose.onlooker import Onlooker
 from urdyn.diagnose.prognosis import time_left
 from urdyn.diagnose.rules import read_rules
 from urdyn.errors import InputError
+from urdyn.faults import Costs
 from urdyn.signal import Instant
 
 PUSH = "collision:link=4,force=90/0/60,onset=6"
@@ -55,7 +56,7 @@ def test_a_diagnosis_goes_on_where_its_memory_ends(shop: Shop, tmp_path: Path) -
         if whole is not None:
             again, _ = diagnosis.step(again, now)
         state, _ = diagnosis.step(state, now)
-    one, other = (findings_document(s.findings, (), {}, {}) for s in (again, state))
+    one, other = (findings_document(s.findings, (), {}, {}, Costs()) for s in (again, state))
     assert one == other
     assert len(state.findings) == 1
     np.testing.assert_array_equal(again.slow.bank.P, state.slow.bank.P)

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -24,8 +26,9 @@ def readings(shop: Shop, log):
 
     for now in instants(shop, log):
         i = now.instant
-        told = i.t, NOWHERE, i.current, i.current, UNSURPRISED, False
-        yield Reading(*told, i, now.s, now.travelled)
+        told = i.t, i.current, i.current, UNSURPRISED, False
+        inputs: Any = SimpleNamespace(s=now.s)
+        yield Reading(*told, i, now.travelled, inputs, lambda: NOWHERE)
 
 
 def test_a_killed_diagnosis_goes_on_and_finds_the_same(shop: Shop, tmp_path: Path) -> None:

@@ -179,9 +179,11 @@ def test_what_is_no_log_is_refused_in_one_line(what: str, text: list[str], tmp_p
     assert "\n" not in str(caught.value)
 
 
-@pytest.mark.parametrize("name", ["nowhere.csv", "."])
-def test_what_cannot_be_opened_is_refused(name: str, tmp_path: Path) -> None:
-    with pytest.raises(LogError, match="cannot be read"):
+@pytest.mark.parametrize(
+    ("name", "told"), [("nowhere.csv", "cannot be read"), (".", "is a folder without")]
+)
+def test_what_cannot_be_opened_is_refused(name: str, told: str, tmp_path: Path) -> None:
+    with pytest.raises(LogError, match=told):
         read(tmp_path / name)
 
 
