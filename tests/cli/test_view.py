@@ -1,12 +1,15 @@
 """urdyn view says in one line what it lacks; what it shows is tested where it is drawn."""
 
 import importlib.util
+import json
 import shutil
 
+import pyarrow.parquet as pq
 import pytest
 from typer.testing import CliRunner
 
 from urdyn.cli.app import app
+from urdyn.cli.viewing import Asked, find
 
 
 def view(*arguments):
@@ -43,9 +46,28 @@ def test_without_the_extra_the_way_to_it_is_told(tracked, monkeypatch):
     assert "pip install 'urdyn[viewer]'" in refused(view(tracked[1], "--robot", "ur10e"))
 
 
-def test_which_arm_it_is_has_to_be_said(tracked, story):
-    for source in (tracked[1], story.held_out, "rtde://127.0.0.1:1"):
+def renamed(history, folder, robot: str | None):
+    """The history in a folder of its own, of another robot or of nobody knows which."""
+    table = pq.read_table(history)
+    key = b"urdyn.provenance"
+    origin = json.loads(table.schema.metadata[key])
+    del origin["robot"]
+    told = origin if robot is None else origin | {"robot": robot}
+    metadata = table.schema.metadata | {key: json.dumps(told).encode()}
+    pq.write_table(table.replace_schema_metadata(metadata), folder / history.name)
+    return folder
+
+
+@pytest.mark.parametrize("robot", [None, "my own arm"])
+def test_which_arm_it_is_has_to_be_said(tracked, story, tmp_path, robot):
+    unknown = renamed(tracked[1] / "history.parquet", tmp_path, robot)
+    for source in (unknown, story.held_out, "rtde://127.0.0.1:1"):
         assert "--twin" in refused(view(source))
+
+
+def test_a_history_says_which_arm_it_is_of(tracked):
+    found = find(Asked(str(tracked[1]), None, None, None, None, None))
+    assert found.arm.name == "ur10e"
 
 
 def test_the_log_is_asked_for_where_it_is_gone_or_another(tracked, story):

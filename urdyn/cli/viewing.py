@@ -12,6 +12,7 @@ from urdyn.errors import InputError, LogError, TwinError
 from urdyn.identify.fit import Fit
 from urdyn.io import sha256
 from urdyn.model.arm import Arm, load_arm
+from urdyn.model.library import names
 from urdyn.report.fleet_run import Run, find_run
 from urdyn.tracking import Tracker, open_source
 from urdyn.view.live import address, followed, tracked, watched
@@ -116,6 +117,6 @@ def _arm(asked: Asked, known: str | None = None) -> tuple[Arm, Fit | None]:
     if asked.twin:
         fit = ud.Twin.load(asked.twin).fit
         return fit.dynamics.arm, fit
-    if named := asked.robot or known:
+    if named := asked.robot or (known if known in names() else None):
         return load_arm(named), None
     raise InputError(f"{asked.source}: {WHICH}")
