@@ -26,7 +26,7 @@ def readings(shop: Shop, log):
 
     for now in instants(shop, log):
         i = now.instant
-        told = i.t, i.current, i.current, UNSURPRISED, False
+        told = i.t, i.current, i.current, i.current, UNSURPRISED, False
         inputs: Any = SimpleNamespace(s=now.s)
         yield Reading(*told, i, now.travelled, inputs, lambda: NOWHERE)
 

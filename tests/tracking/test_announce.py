@@ -129,7 +129,10 @@ def test_a_run_tells_what_it_writes(workshop, tmp_path, monkeypatch):
     assert by_topic["/urdyn/payload"][-1].inertia.m == summary["final"]["payload.mass"]["mean"]
     scales = np.array(by_topic["/urdyn/friction_scales"][-1].data)
     np.testing.assert_allclose(scales, 1.0, atol=0.5)
-    assert 0 < len(by_topic["/urdyn/feed_forward"]) <= len(glances)
+    forward = np.array([m.data for m in by_topic["/urdyn/feed_forward"]])
+    modelled = np.array([g.reading.modelled for g in glances]) * workshop.fit.dynamics.drive.gain
+    assert forward.shape == modelled.shape  # of every sample, of an arm at rest too
+    np.testing.assert_allclose(forward[1:], modelled[1:] * healthy[:-1])
     diagnoses = by_topic["/diagnostics"]
     assert [s.name for s in diagnoses[0].status][-1] == "urdyn: arm"
     assert {s.hardware_id for s in diagnoses[0].status} == {"20235"}

@@ -46,10 +46,10 @@ class Announcer:
         self._pulse.start()
 
     def watch(self, glance: Glance) -> None:
-        """Tell what is new: torque with every sample, where it was asked for; the rest steadily."""
+        """Tell what is new: torque with every sample, if asked for; the rest steadily."""
         now, voice = time.monotonic(), self._audience.voice
         if voice:
-            voice.quickly(self._torque * glance.reading.predicted)
+            voice.quickly(self._torque * glance.reading.modelled)
         if now - self._told < STEADY:
             return
         snapshot = self._snapshot(glance)

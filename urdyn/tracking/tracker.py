@@ -69,6 +69,7 @@ class Reading:
     t: float  # [s]
     current: Array  # (J,) [A] as measured
     predicted: Array  # (J,) [A] by the belief before and the noise; NaN where nothing was compared
+    modelled: Array  # (J,) [A] by the belief before alone, whatever the noise does
     innovation: Innovation  # white
     widened: bool  # the payload was taken to have changed here
     instant: Instant
@@ -160,7 +161,8 @@ class Tracker(Generic[S]):
         unknown = self.currents.unknown(white)
         R = white.noise**2 + unknown
         slow = mean[self.currents.places["slow"]]
-        left = y - self.model.observe(mean, u) + slow
+        modelled = self.model.observe(mean, u) - slow
+        left = y - modelled
         wild = left - noise.foreseen(state.colour, slow)
         given = white if widen else tempered(white, wild, R, state.unsure)
         belief, told = self.filter.step(self.model, before, given, seen)
@@ -180,7 +182,7 @@ class Tracker(Generic[S]):
         )
         believed = partial(self.filter.belief, belief)
         predicted = y - told.residual
-        heard = now.t, now.current, predicted, told, widen
+        heard = now.t, now.current, predicted, modelled, told, widen
         return after, Reading(*heard, now, travelled, u, believed)
 
     def _mean(self, belief: S) -> Array:

@@ -6,8 +6,6 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from typing import Any
 
-import numpy as np
-
 from urdyn.io.ros2.compose import Types
 from urdyn.io.ros2.domain import reader, ros_name, writer
 from urdyn.io.ros2.status import Level, Status
@@ -42,7 +40,7 @@ class Voice:
 
     def quickly(self, torque: Array) -> None:
         """What follows the motion: torque (J,) [N·m] that a controller may add to its own."""
-        if self.feed_forward and np.isfinite(torque).all():
+        if self.feed_forward:
             self.publish("/urdyn/feed_forward", self.types.numbers(torque))
 
     def steadily(self, now: Snapshot) -> None:
