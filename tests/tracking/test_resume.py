@@ -14,6 +14,7 @@ from workshop import KilledError, assert_same, killed_at
 
 from urdyn.errors import InputError
 from urdyn.estimate import UKF, InformationFilter
+from urdyn.io import alone
 from urdyn.tracking import open_source
 from urdyn.tracking.checkpoint import FILE
 
@@ -113,6 +114,13 @@ def test_a_checkpoint_of_another_run_is_refused(workshop, dead):
         workshop.track(dead, open_source(str(workshop.recording), rows=(5, None)))
     with pytest.raises(InputError, match="another settings;"):
         workshop.track(dead, filter=UKF())
+
+
+def test_a_folder_that_another_run_writes_to_is_left_to_it(workshop, dead):
+    before = {path: path.read_bytes() for path in dead.rglob("*") if path.is_file()}
+    with alone(dead), pytest.raises(InputError, match="another urdyn is writing there"):
+        workshop.track(dead, fresh=True)
+    assert {path: path.read_bytes() for path in dead.rglob("*") if path.is_file()} == before
 
 
 def test_a_run_can_begin_anew(workshop, undisturbed, dead):

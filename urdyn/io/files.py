@@ -40,6 +40,30 @@ def writing(path: str | Path) -> Iterator[BinaryIO]:
         part.unlink(missing_ok=True)
 
 
+@contextmanager
+def alone(folder: str | Path) -> Iterator[None]:
+    """Hold `folder` for the block; however this process ends, it is let go.
+
+    Raises:
+        InputError: another process holds it.
+    """
+    try:
+        import fcntl
+    except ImportError:  # no such lock here: nothing is held
+        yield
+        return
+    holder = os.open(folder, os.O_RDONLY)
+    try:
+        try:
+            fcntl.flock(holder, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError as error:
+            told = f"{folder}: another urdyn is writing there; take another folder"
+            raise InputError(told) from error
+        yield
+    finally:
+        os.close(holder)
+
+
 def write_text(path: str | Path, text: str) -> None:
     """Write `text` as UTF-8, atomically."""
     with writing(path) as stream:

@@ -15,6 +15,7 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from urdyn.errors import InputError
+from urdyn.io import alone
 from urdyn.tracking import checkpoint as keep
 from urdyn.tracking.checkpoint import Checkpoint
 from urdyn.tracking.history import FILE, History, changes
@@ -122,16 +123,16 @@ def run(
         "source": source.identity,
         "settings": f"{tracker.filter} {tracker.drift} {tracker.period}",
     }
-    if fresh:
-        keep.remove(out)
-    start = Checkpoint(tracker.init(), nothing_yet(joints))
-    begun = keep.load(start, identity, out)
-    history = History(out, quantities(tracker.fit, tracker.currents), begun.parts)
-    history.open()
-    if observer:
-        observer.begin(out, begun.index, identity)
     # The matrices are small: threads of the linear algebra would wait for one another.
-    with threadpool_limits(1):
+    with alone(out), threadpool_limits(1):
+        if fresh:
+            keep.remove(out)
+        start = Checkpoint(tracker.init(), nothing_yet(joints))
+        begun = keep.load(start, identity, out)
+        history = History(out, quantities(tracker.fit, tracker.currents), begun.parts)
+        history.open()
+        if observer:
+            observer.begin(out, begun.index, identity)
         return _Run(tracker, source, history, identity, watch, observer).to_the_end(begun)
 
 
