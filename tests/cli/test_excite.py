@@ -13,7 +13,7 @@ import urdyn as ud
 from urdyn.cli.app import app
 from urdyn.cli.cell import cell_of, document_of
 from urdyn.errors import InputError
-from urdyn.io import dump_toml
+from urdyn.io import dump_toml, sha256
 
 FILES = {
     "excitation.csv",
@@ -203,6 +203,14 @@ def test_a_probe_moves_its_joint_and_no_other(tmp_path):
     moved = [np.ptp(rows[f"q{j}"]) for j in range(6)]
     assert [x > 0.0 for x in moved] == [j == 3 for j in range(6)]
     assert "of the limits at most" in told.output
+
+
+def test_what_adds_to_a_twin_says_to_which(story, tmp_path):
+    twin = story.out / "twin.toml"
+    probe = ("--kind", "probe", "--joint", "wrist 1", "--restarts", 1)
+    assert run("excite", "--twin", twin, *probe, "--out", tmp_path).exit_code == 0
+    document = tomllib.loads((tmp_path / "excitation.toml").read_text())
+    assert document["asked"]["twin"] == sha256(twin)
 
 
 def test_a_cell_is_what_its_document_says():

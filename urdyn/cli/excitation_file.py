@@ -59,6 +59,7 @@ def excitation_document(found: Excitation) -> dict[str, Any]:
             "joint": ask.joint,
             "margin": ask.margin,
             "seed": ask.seed,
+            "twin": ask.twin,
         },
     }
     if ask.payload is not None:
@@ -87,6 +88,7 @@ def read_excitation(file: Path) -> tuple[Arm, Ask, Series | Moves]:
             joint=int(asked["joint"]),
             margin=float(asked["margin"]),
             seed=int(asked["seed"]),
+            twin=str(asked.get("twin", "")),
             payload=Payload(float(payload["mass"]), np.array(payload["com"])) if payload else None,
             limits=_limits(document["limits"], arm),
             cell=cell_of(document["cell"]),

@@ -57,6 +57,7 @@ def excite(
     from urdyn.cli.results import require_folder
     from urdyn.cli.virtual import payload_of
     from urdyn.identify import excite as room
+    from urdyn.io import sha256
 
     voice, begin = Voice(json, quiet), time.perf_counter()
     folder = every or out
@@ -83,6 +84,7 @@ def excite(
             harmonics=harmonics,
             restarts=restarts,
             seed=seed,
+            twin=sha256(twin) if twin else "",
         )
 
     if every is not None:

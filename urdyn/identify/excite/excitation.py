@@ -53,6 +53,7 @@ class Ask:
     harmonics: int | None = None  # None: several are tried
     restarts: int = RESTARTS
     seed: int = 0
+    twin: str = ""  # SHA-256 of the file of the twin that it adds to
 
     def __post_init__(self) -> None:
         if self.kind not in KINDS:
