@@ -170,7 +170,26 @@ def test_a_missing_joint_is_nan(text: list[str], tmp_path: Path) -> None:
     log = read(path)
     assert log.channels["actual_q"].shape == (50, 6)
     assert np.isnan(log.channels["actual_q"][:, 3]).all()
-    assert {(d.kind, d.count) for d in log.defects} == {("missing column", 4)}
+    assert {(d.kind, d.count) for d in log.defects} == {("missing column", 8)}  # 4 of currents too
+
+
+@pytest.mark.parametrize("lacking", ["actual_q_2", "actual_qd_2", "actual_current_1"])
+def test_every_joint_has_its_column_in_every_channel(lacking: str, tmp_path: Path) -> None:
+    """Whether the first joint's column lacks or the last one's: there is a place for it."""
+    names = [f"{c}_{j}" for c in ("actual_q", "actual_qd", "actual_current") for j in range(3)]
+    kept = [name for name in names if name != lacking]
+    rows = [[0.01 * k, *(np.sin(0.1 * k + j) for j in range(len(kept)))] for k in range(50)]
+    path = tmp_path / "log.csv"
+    text = [",".join(["timestamp", *kept]), *(",".join(map(str, row)) for row in rows)]
+    path.write_text("\n".join(text))
+    log = read(path)
+    channel, _, joint = lacking.rpartition("_")
+    for name in ("actual_q", "actual_qd", "actual_current"):
+        unknown = np.isnan(log.channels[name]).all(axis=0)
+        width = 6 if joint == "1" else 3
+        assert unknown.tolist() == [
+            (name == channel and j == int(joint)) or j >= 3 for j in range(width)
+        ]
 
 
 def test_registers_keep_their_numbers(tmp_path: Path) -> None:
@@ -190,7 +209,7 @@ def test_instants_and_flags_of_a_cobotops_log_are_numbers(tmp_path: Path) -> Non
     assert log.t[1] - log.t[0] == pytest.approx(1.0, abs=1e-6)
     np.testing.assert_array_equal(log.channels["actual_current"], [[0.5, -2.1e-3], [0.5, -2.0]])
     np.testing.assert_array_equal(log.channels["joint_temperatures"], [[27.875, 29.0]] * 2)
-    np.testing.assert_array_equal(log.channels["actual_qd"], [[0.25]] * 2)
+    np.testing.assert_array_equal(log.channels["actual_qd"], [[0.25, np.nan]] * 2)
     np.testing.assert_array_equal(log.channels["grip_lost"], [0, 1])
 
 

@@ -33,6 +33,7 @@ def mend(table: Table, source: Source) -> Log:
     for step in (_without_strange_stamps, _without_strays, _without_repeats, _possible):
         table = step(table, source)
         _check_enough(table, source)
+    table = _of_every_joint(table)
     late = clock.gaps(table.channels["timestamp"])
     table = _noted(table, late, "gap", "kept")
     return Log(table.channels.pop("timestamp"), table.channels, source, table.defects)
@@ -87,6 +88,18 @@ def _possible(table: Table, source: Source) -> Table:
         if name != "timestamp":
             silent &= ~_any(~np.isnan(values))
     return _noted(table, silent, "row without values", AS_NAN)
+
+
+def _of_every_joint(table: Table) -> Table:
+    """Channels as wide as the widest that has a column a joint; the columns that lack are NaN."""
+    wide = {name: x for name, x in table.channels.items() if name in LIMITS and x.ndim == 2}
+    joints = max((x.shape[1] for x in wide.values()), default=0)
+    lacking = {name: joints - x.shape[1] for name, x in wide.items() if x.shape[1] < joints}
+    for name, count in lacking.items():
+        padding = ((0, 0), (0, count))
+        table.channels[name] = np.pad(wide[name], padding, constant_values=np.nan)
+    defect = Defect("missing column", sum(lacking.values()), 0, AS_NAN)
+    return replace(table, defects=merge((*table.defects, defect)))
 
 
 def _check_enough(table: Table, source: Source) -> None:

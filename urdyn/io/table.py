@@ -57,7 +57,7 @@ def merge(defects: Iterable[Defect]) -> tuple[Defect, ...]:
     for defect in defects:
         known = merged.get((defect.kind, defect.remedy))
         if known:
-            line = min(known.line, defect.line)
+            line = min(known.line or defect.line, defect.line or known.line)
             defect = replace(defect, count=known.count + defect.count, line=line)
         if defect.count:
             merged[defect.kind, defect.remedy] = defect

@@ -89,6 +89,9 @@ def _settle(log: Log, offset: ArrayLike, half: int | None, degree: int) -> _Sett
             what = "no finite value" if name in log else "no channel"
             message = f"{what} {name}; there is {there}: name the columns or record it"
             raise LogError(message, log.source.path, column=name)
+    for j in np.flatnonzero(~np.isfinite(log.joint("actual_q")).any(axis=0)):
+        message = f"no finite value of joint {j} in actual_q: name its column or record it"
+        raise LogError(message, log.source.path, column=f"actual_q_{j}")
     step = median_step(log.t)
     if not step > 0:
         raise LogError("one row only; a motion needs at least two", log.source.path)
