@@ -17,6 +17,8 @@ from urdyn.diagnose.offline import diagnose
 from urdyn.diagnose.onlooker import Onlooker
 from urdyn.diagnose.prognosis import FAN, Course, trend
 from urdyn.diagnose.rules import read_rules
+from urdyn.diagnose.slow import Change
+from urdyn.diagnose.verdict import of_change, up_to_date
 from urdyn.errors import InputError
 from urdyn.faults import Costs
 from urdyn.signal import Instant
@@ -148,6 +150,24 @@ def test_a_fan_crosses_a_level_when_the_time_left_says(way: float) -> None:
 @pytest.mark.parametrize("rate", [0.0, 1.9e-4, -1e-3])
 def test_nothing_is_forecast_of_what_may_not_grow(rate: float) -> None:
     assert Course(0.0, 0.2, 0.01, rate, 1e-4).forecast(0.3, 0.5) is None
+
+
+@pytest.mark.parametrize(
+    ("size", "sd", "now"),
+    [(0.21, 0.03, "warning"), (0.19, 0.03, "warning"), (0.13, 0.03, "notice")],
+)
+def test_a_severity_does_not_flicker_at_its_level(
+    shop: Shop, size: float, sd: float, now: str
+) -> None:
+    log = shop.log(seconds=2.0)
+    diagnosis = shop.diagnosis(log)
+    k = next(k for k, s in enumerate(diagnosis.slow.of.each) if s.kind.warning == 0.2)
+    suspect = diagnosis.slow.of.each[k]
+    change = Change(k, 0.0, -1.0, 1.0, 5.0, 0.99, 9.0, 0.25, 0.01, 0.0, 0.0)
+    warned = of_change(change, diagnosis.slow.of, diagnosis.space, [])
+    series = {k: [(10.0, size, sd)]}
+    (told,) = up_to_date([warned], {k: suspect}, series, diagnosis.space)
+    assert (warned.severity, told.severity, told.size) == ("warning", now, size)
 
 
 def test_a_straight_series_goes_on_straight_and_a_short_one_is_none() -> None:

@@ -10,14 +10,15 @@ import numpy as np
 
 from urdyn.diagnose.event import Event
 from urdyn.diagnose.explain import NOBODY, Suspect, Suspects
-from urdyn.diagnose.finding import Finding, severity
+from urdyn.diagnose.finding import SEVERITIES, Finding, severity
 from urdyn.diagnose.prognosis import Course, trend
-from urdyn.diagnose.rules import Rules, unit
+from urdyn.diagnose.rules import Rules, SlowKind, unit
 from urdyn.diagnose.slow import Change
 from urdyn.diagnose.space import Space
 
 Series = Sequence[tuple[float, float, float]]
 WORSE = 0.25  # [-] of its size by which a finding has to change to be told again
+SURELY_BELOW = 2.0  # [sd] by which a change has to be below a level that it had reached
 SURELY = 0.999  # [-] more confidence than this no test has earned
 
 
@@ -140,7 +141,7 @@ def _grown(old: Finding, suspect: Suspect, series: Series, space: Space) -> Find
         old,
         size=size,
         size_sd=sd,
-        severity=severity(size, kind.warning, kind.critical),
+        severity=_held(old.severity, size, sd, kind),
         text=_said(kind.quantity, kind.unit, old.name, size, sd, old.onset_s),
         evidence=dict(old.evidence) | {"series": _series(series, scale)},
     )
@@ -148,6 +149,14 @@ def _grown(old: Finding, suspect: Suspect, series: Series, space: Space) -> Find
         return new
     forecast = course.forecast(kind.warning, kind.critical)
     return replace(new, time_to_failure_s=_left(forecast), forecast=forecast)
+
+
+def _held(before: str, size: float, sd: float, kind: SlowKind) -> str:
+    """The severity now; it falls where the change is surely below a level, and not at its edge."""
+    now, most = (
+        severity(x, kind.warning, kind.critical) for x in (size, abs(size) + SURELY_BELOW * sd)
+    )
+    return max(now, min(before, most, key=SEVERITIES.index), key=SEVERITIES.index)
 
 
 def _left(forecast: Mapping[str, Any] | None) -> Mapping[str, float] | None:
