@@ -224,25 +224,6 @@ def test_units_and_provenance_come_from_the_file(tmp_path):
     assert "cd" * 32 in shown
 
 
-def test_columns_may_be_called_after_their_joints_and_carry_units(tmp_path, page):
-    table = columns()
-    for j, joint in enumerate(JOINTS):
-        for what in ("current", "predicted"):
-            table[f"{joint}.{what}"] = table.pop(f"{what}_{j}")
-    whole = pa.table(table)
-    name = "elbow_joint.coulomb"
-    at = whole.schema.get_field_index(name)
-    field = whole.schema.field(name).with_metadata({"unit": "furlong"})
-    whole = whole.set_column(at, field, whole[name])
-    whole = whole.replace_schema_metadata({"urdyn.twin.sha256": "ab" * 32})
-    pq.write_table(whole, tmp_path / "run.parquet")
-    shown = track_page(tmp_path / "run.parquet", summary())
-    assert headline(shown) == headline(page)
-    assert "friction [furlong]" in shown
-    assert "twin.sha256" in shown
-    assert shown.count('class="plot"') == page.count('class="plot"')
-
-
 def test_hostile_names_are_text(tmp_path, page):
     table = columns((HOSTILE, "elbow_joint"))
     table[f"{HOSTILE}.coulomb"] *= ramp(2.0)

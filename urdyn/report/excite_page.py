@@ -24,7 +24,7 @@ from urdyn.report.markup import (
     tag,
     text,
 )  # fmt: skip
-from urdyn.report.names import QUANTITIES, spoken
+from urdyn.report.names import QUANTITIES, maker, spoken
 from urdyn.report.traces import downsample
 from urdyn.types import Array
 
@@ -39,7 +39,7 @@ FIRST = (
 
 def excite_page(found: Excitation, wall: float) -> str:
     """HTML of an excitation; `wall` is the time that it took to find [s]."""
-    name = found.arm.name.replace("ur", "UR", 1)
+    name = maker(found.arm.name)
     return document(
         f"{name} excitation",
         _headline(found, name, wall),

@@ -19,18 +19,6 @@ from urdyn.types import Array
 SD = ".sd"  # after the name of a quantity: the column of its standard deviation
 PAYLOAD = "payload"
 PREFIX = "urdyn."  # before the keys of metadata
-UNITS = {
-    "coulomb": "N·m",
-    "viscous": "N·m·s/rad",
-    "structural": "-",
-    "health": "-",
-    "offset": "N·m",
-    "zero": "rad",
-    "mass": "kg",
-    "mx": "kg·m",
-    "my": "kg·m",
-    "mz": "kg·m",
-}
 SPANS = ((600.0, 1.0, "s"), (3 * 3600.0, 60.0, "min"), (72 * 3600.0, 3600.0, "h"))
 
 
@@ -60,7 +48,7 @@ class Clock:
 
     def __call__(self, t: float) -> str:
         """A moment, as words."""
-        return f"{number(t / self.seconds, 3)} {self.unit}"
+        return f"{number(round(t / self.seconds, 2), 3)} {self.unit}"
 
     @property
     def axis(self) -> str:
@@ -127,7 +115,9 @@ class History:
         name = f"{owner}.{quantity}"
         mean, sd = self.column(name), self.column(name + SD)
         told = np.isfinite(mean) & np.isfinite(sd)
-        return Series(owner, quantity, self._unit(name), self.t[told], mean[told], sd[told])
+        return Series(
+            owner, quantity, self._units.get(name, "-"), self.t[told], mean[told], sd[told]
+        )
 
     def holds(self, owner: str, quantity: str) -> bool:
         """Whether a quantity was tracked."""
@@ -135,33 +125,23 @@ class History:
 
     def currents(self, joint: str) -> tuple[Array, Array]:
         """Measured and predicted current of a joint, (N,) each [A]; NaN where not compared."""
-        if f"{joint}.current" in self.columns:
-            return self.column(f"{joint}.current"), self.column(f"{joint}.predicted")
         j = self.joints.index(joint)
         return self.column(f"current_{j}"), self.column(f"predicted_{j}")
 
     @cached_property
     def provenance(self) -> Mapping[str, Any]:
         """What the run was made of, as its writer told."""
-        plain = {k: v for k, v in self._told.items() if k not in ("units", "provenance")}
-        return {**plain, **json.loads(self._told.get("provenance", "{}"))}
-
-    def _unit(self, name: str) -> str:
-        """Its field's, else the file's, else what such a quantity has."""
-        field = self.schema.field(name).metadata or {}
-        known = UNITS.get(name.rpartition(".")[2], "-")
-        return str(field.get(b"unit", b"").decode() or self._units.get(name, known))
+        return dict(self._told("provenance"))
 
     @cached_property
     def _units(self) -> Mapping[str, str]:
-        units = json.loads(self._told.get("units", "{}"))
-        return {str(name): str(unit) for name, unit in units.items()}
+        return {str(name): str(unit) for name, unit in self._told("units").items()}
 
-    @cached_property
-    def _told(self) -> Mapping[str, str]:
+    def _told(self, key: str) -> Mapping[str, Any]:
         """The project's own metadata."""
-        metadata = {k.decode(): v.decode() for k, v in (self.schema.metadata or {}).items()}
-        return {k.removeprefix(PREFIX): v for k, v in metadata.items() if k.startswith(PREFIX)}
+        metadata = self.schema.metadata or {}
+        told: Mapping[str, Any] = json.loads(metadata.get(f"{PREFIX}{key}".encode(), b"{}"))
+        return told
 
     def _owners(self, wanted: Callable[[str, str], bool]) -> tuple[str, ...]:
         names = (name.rpartition(".") for name in self.columns if name + SD in self.columns)

@@ -7,9 +7,11 @@ from pathlib import Path
 from typing import Any
 
 from urdyn.report.markup import document
+from urdyn.report.names import maker
 from urdyn.report.track_change import changes
 from urdyn.report.track_findings import findings
-from urdyn.report.track_headline import arm, track_headline
+from urdyn.report.track_forecast import forecasts
+from urdyn.report.track_headline import track_headline
 from urdyn.report.track_history import PAYLOAD, History
 from urdyn.report.track_interest import interest
 from urdyn.report.track_origin import track_origin
@@ -29,9 +31,9 @@ def track_page(history: Path, summary: Mapping[str, Any]) -> str:
     found, surprised = changes(run), surprise(run)
     changed = [float(t) - run.start for t in summary["payload_changes"]]
     return document(
-        f"{arm(summary)} tracked",
+        f"{maker(str(summary['robot']))} tracked",
         track_headline(run, summary, found, changed, surprised),
-        *([findings(run, summary)] if "findings" in summary else []),
+        *([findings(run, summary), forecasts(run, summary)] if "findings" in summary else []),
         *([payload(run, changed)] if run.holds(PAYLOAD, "mass") else []),
         *([interest(summary["quantities"])] if "quantities" in summary else []),
         trends(run, found),
