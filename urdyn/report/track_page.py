@@ -14,8 +14,10 @@ from urdyn.report.track_forecast import forecasts
 from urdyn.report.track_headline import track_headline
 from urdyn.report.track_history import PAYLOAD, History
 from urdyn.report.track_interest import interest
+from urdyn.report.track_network import network
 from urdyn.report.track_origin import track_origin
 from urdyn.report.track_payload import payload
+from urdyn.report.track_quality import quality
 from urdyn.report.track_surprise import surprise, surprises
 from urdyn.report.track_trends import link_masses, trends
 
@@ -39,5 +41,7 @@ def track_page(history: Path, summary: Mapping[str, Any]) -> str:
         trends(run, found),
         surprises(run, surprised),
         link_masses(run),
+        network(),
+        *([quality(run, summary)] if "quality" in summary else []),
         track_origin(run, summary),
     )
