@@ -21,9 +21,11 @@ FLAGS = (
     "--hide-scrollbars", "--no-first-run", "--remote-debugging-pipe",
 )  # fmt: skip
 DEADLINE = 60.0  # [s] for one answer
+DRAWN = """document.querySelector(".plot") === null
+  || document.documentElement.dataset.drawn === "all" """
 COMPLAINTS = ("Runtime.exceptionThrown", "Log.entryAdded", "Runtime.consoleAPICalled")
 
-# What a reader would miss: plots without a drawing or without a mark, and parts wider than the page.
+# What a reader would miss: plots without a drawing or a mark in it, and parts beyond the page.
 LOOK = """(() => {
   const wide = document.documentElement.clientWidth;
   const inside = (e) => e.closest(".scroll, svg, .js-plotly-plot");
@@ -35,8 +37,9 @@ LOOK = """(() => {
     plots: plots.length,
     empty: plots.filter((p) => !drawn(p)).map((p) => p.parentNode.innerText.slice(0, 80)),
     overflow: document.documentElement.scrollWidth - wide,
-    wide: [...document.querySelectorAll("main *")].filter((e) => !inside(e) && box(e).right > wide + 1)
-      .map((e) => e.tagName + " " + e.className + " " + e.textContent.slice(0, 40)),
+    wide: [...document.querySelectorAll("main *")]
+      .filter((e) => !inside(e) && box(e).right > wide + 1)
+      .map((e) => `${e.tagName} ${e.className} ${e.textContent.slice(0, 40)}`),
     sections: [...document.querySelectorAll("h2")].map((e) => e.textContent),
     ink: getComputedStyle(document.body).color,
     paper: getComputedStyle(document.body).backgroundColor,
@@ -50,6 +53,7 @@ class Browser:
     def __init__(self, inbox: int, outbox: int) -> None:
         self._inbox, self._outbox, self._buffer, self._count = inbox, outbox, b"", 0
         self.complaints: list[str] = []
+        self.drawn = 0.0  # [s] until the last plot of the open page was drawn
         self._session = ""
         target = self.ask("Target.createTarget", url="about:blank")["targetId"]
         attached = self.ask("Target.attachToTarget", targetId=target, flatten=True)
@@ -58,7 +62,7 @@ class Browser:
             self.ask(f"{domain}.enable")
 
     def open(self, path: Path, width: int = 1280, scheme: str = "light") -> float:
-        """Load a page until it is drawn; how long that took [s]."""
+        """Load a page and wait until all of it is drawn; after how long it could be read [s]."""
         size = {"width": width, "height": 900, "deviceScaleFactor": 1, "mobile": False}
         self.ask("Emulation.setDeviceMetricsOverride", **size)
         features = [{"name": "prefers-color-scheme", "value": scheme}]
@@ -67,7 +71,12 @@ class Browser:
         started = time.perf_counter()
         self.ask("Page.navigate", url=path.as_uri())
         self._until("Page.loadEventFired")
-        return time.perf_counter() - started
+        took = time.perf_counter() - started
+        while self.evaluate(DRAWN) is False:
+            assert time.perf_counter() - started < DEADLINE, "it is never drawn"
+            time.sleep(0.05)
+        self.drawn = time.perf_counter() - started
+        return took
 
     def look(self) -> dict[str, Any]:
         """What `LOOK` sees of the open page."""

@@ -68,9 +68,14 @@ class History:
     path: Path
 
     @cached_property
+    def _file(self) -> pq.ParquetFile:
+        """Open, since what a day's file says of its groups of rows takes long to read."""
+        return pq.ParquetFile(self.path)
+
+    @property
     def schema(self) -> Any:
         """Columns and metadata, as Arrow knows them."""
-        return pq.read_schema(self.path)
+        return self._file.schema_arrow
 
     @property
     def columns(self) -> tuple[str, ...]:
@@ -107,7 +112,7 @@ class History:
 
     def column(self, name: str) -> Array:
         """A column, (N,)."""
-        table = pq.ParquetFile(self.path).read(columns=[name])
+        table = self._file.read(columns=[name], use_threads=False)
         return np.asarray(table.column(name).to_numpy(), dtype=float)
 
     def series(self, owner: str, quantity: str) -> Series:
