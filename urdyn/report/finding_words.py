@@ -50,15 +50,23 @@ def size(finding: Mapping[str, Any]) -> str:
 
 
 def span(seconds: float | None) -> str:
-    """A time, in the largest unit of which it has two; without end a dash."""
+    """A time, in the largest unit of which it has two."""
+    length, name = _unit_of(seconds)
+    return f"{_in(seconds, length)} {name}".strip()
+
+
+def span_of(left: Mapping[str, float | None]) -> str:
+    """A time to a level, with its 90 % interval in the same unit."""
+    length, _ = _unit_of(left["median"])
+    lo, hi = (_in(left[end], length) for end in ("lo", "hi"))
+    return f"{span(left['median'])} ({lo} to {hi})"
+
+
+def _unit_of(seconds: float | None) -> tuple[float, str]:
     if seconds is None or seconds >= NEVER:
-        return "no end"
-    for size, unit in SPANS:
-        if seconds >= 2.0 * size:
-            return f"{number(seconds / size)} {unit}"
-    return f"{number(seconds)} s"
+        return 1.0, ""
+    return next((unit for unit in SPANS if seconds >= 2.0 * unit[0]), (1.0, "s"))
 
 
-def span_of(left: Mapping[str, float]) -> str:
-    """A time to a level, with its 90 % interval."""
-    return f"{span(left['median'])} ({span(left['lo'])} to {span(left['hi'])})"
+def _in(seconds: float | None, length: float) -> str:
+    return "no end" if seconds is None or seconds >= NEVER else number(seconds / length)

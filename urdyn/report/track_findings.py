@@ -10,7 +10,7 @@ import plotly.graph_objects as go
 
 from urdyn.report.canvas import BAND, LEFT, OURS, band, figure, line, rule, shade
 from urdyn.report.digits import NORMAL90, number, percent
-from urdyn.report.finding_words import factor, kind, size, span, unit
+from urdyn.report.finding_words import factor, kind, size, span_of, unit
 from urdyn.report.markup import Html, cell, grid, paragraph, plot, section, table, tag, text
 from urdyn.report.names import spoken
 from urdyn.report.track_history import Clock, History
@@ -61,9 +61,7 @@ def _row(finding: Mapping[str, Any], clock: Clock, start: float) -> list[Html]:
         cell(size(finding), finding["quantity"]),
         cell(finding["severity"] + seen, f"told at {clock(finding['alarm_s'] - start)}", bad),
         text(percent(finding["confidence"])),
-        cell(span(left["median"]), f"{span(left['lo'])} to {span(left['hi'])}")
-        if left
-        else text("–"),
+        cell(*span_of(left).rstrip(")").split(" (", 1)) if left else text("–"),
         text(finding["advice"]),
     ]
 

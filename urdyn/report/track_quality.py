@@ -64,6 +64,10 @@ def _missing(share: float) -> Html:
     return cell(f"{number(100.0 * share)} %", kind="outside" if share else "")
 
 
+def _rows(count: int) -> str:
+    return f"{count:,} row{'' if count == 1 else 's'}"
+
+
 def _used(history: History, joint: str) -> list[Html]:
     current, predicted = history.currents(joint)
     left = current - predicted
@@ -75,6 +79,6 @@ def _used(history: History, joint: str) -> list[Html]:
     wild = np.abs(told - middle) > WILD * sd
     return [
         cell(percent(len(told) / len(left))),
-        cell(f"{number(100.0 * float(wild.mean()))} %", f"{int(wild.sum()):,} rows"),
+        cell(f"{number(100.0 * float(wild.mean()))} %", _rows(int(wild.sum()))),
         cell(f"{number(sd)} A"),
     ]
