@@ -9,7 +9,7 @@ from typing import Any
 from urdyn.report.digits import interval90, number, percent
 from urdyn.report.finding_words import kind, size, span_of
 from urdyn.report.findings import ranked
-from urdyn.report.markup import Html, cell, grid, join, paragraph, table, tag, text
+from urdyn.report.markup import Html, cell, facts, grid, join, paragraph, table, tag, text
 from urdyn.report.names import QUANTITIES, maker, spoken
 from urdyn.report.track_change import SDS, SHARE, TOLD, Change, verdict
 from urdyn.report.track_history import PAYLOAD, Clock, History
@@ -45,7 +45,7 @@ def track_headline(
             paragraph(tied(moved), "said" if diagnosed else "headline"),
             paragraph(tied(f"{trust_track(surprised)} {STEADY}"), "lead"),
             grid(*(_table(found, quantity) for quantity in TABLED)),
-            tag("dl", *(_fact(k, v) for k, v in _facts(summary).items()), kind="facts"),
+            facts(_facts(summary)),
         ]
     )
 
@@ -113,7 +113,3 @@ def _facts(summary: Mapping[str, Any]) -> dict[str, str]:
         "rate": f"{number(summary['rate_hz'], 3)} Hz",
         "latency": f"{number(summary['latency_ms']['p99'])} ms (99 %)",
     }
-
-
-def _fact(name: str, value: str) -> Html:
-    return tag("div", tag("dt", text(name)), tag("dd", text(value)))
