@@ -25,5 +25,5 @@ def tracked_network(network: Network | None = None) -> Network:
     nodes = {node.name: node for node in (*paper.parameters, *BESIDE)}
     kept = [edge for edge in paper.edges if {*edge.ends} <= set(STRAYING)]
     seen = [Edge(name, SEEN) for name in nodes]
-    ordered = sorted(nodes.values(), key=lambda node: ORDER.index(node.name))
+    ordered = sorted(nodes.values(), key=lambda node: (*ORDER, node.name).index(node.name))
     return Network((*ordered, paper[SEEN]), (*kept, *seen))
