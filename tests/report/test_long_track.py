@@ -54,7 +54,7 @@ def test_memory_grows_by_a_few_columns_and_the_page_hardly(tmp_path, hours):
 
 @pytest.mark.parametrize("hours", [1, pytest.param(8, marks=pytest.mark.slow)])
 def test_no_extreme_of_a_long_run_is_lost(tmp_path, hours):
-    history = History(long_run(tmp_path, hours * HOUR))
+    history = History((long_run(tmp_path, hours * HOUR),))
     series = history.series(JOINTS[1], "coulomb")
     at = kept(series)
     assert len(at) <= POINTS

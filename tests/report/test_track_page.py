@@ -147,13 +147,13 @@ def values(drawn) -> np.ndarray:
 def test_a_trend_keeps_its_highest_and_lowest_mean(quiet):
     rng = np.random.default_rng(1)
     series = Series("a", "coulomb", "N·m", T, rng.standard_normal(ROWS), np.full(ROWS, 0.1))
-    drawn = trend(series, History(quiet).clock).data[-1].y
+    drawn = trend(series, History((quiet,)).clock).data[-1].y
     assert len(drawn) <= POINTS
     assert (drawn.min(), drawn.max()) == pytest.approx((series.mean.min(), series.mean.max()))
 
 
 def test_white_innovations_lie_in_their_band_as_often_as_it_says(quiet):
-    found = surprise(History(quiet))
+    found = surprise(History((quiet,)))
     for inside, count in (
         (found.inside, ROWS - 500),
         (np.mean((found.mean > found.low) & (found.mean < found.high)), len(found.mean)),

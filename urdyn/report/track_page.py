@@ -29,7 +29,7 @@ def track_page(history: Path, summary: Mapping[str, Any]) -> str:
         history: Parquet; mean and `.sd` of every quantity, currents, and surprise over time.
         summary: robot, samples, times, latency, and when the payload was taken to have changed.
     """
-    run = History(history)
+    run = History((history,))
     found, surprised = changes(run), surprise(run)
     changed = [float(t) - run.start for t in summary["payload_changes"]]
     return document(
