@@ -49,6 +49,7 @@ def test_the_first_words_are_what_is_wrong_since_when_and_what_to_do(history):
 def test_nothing_found_is_said_first(history):
     html = page(history)
     assert said(html, "headline") == "Nothing wrong was found in 60.0 s."
+    assert said(html, "advice") == "Leave it at work."
     assert "No trend is established in the friction or drive health of any joint." in html
 
 

@@ -27,7 +27,7 @@ def findings(history: History, summary: Mapping[str, Any]) -> Html:
     found: Sequence[Mapping[str, Any]] = summary["findings"]
     clock, start = history.clock, history.start
     if not found:
-        told: list[Html] = [paragraph("Nothing was found.", "headline")]
+        told: list[Html] = [paragraph("Nothing was found.")]
     else:
         heads = ["what", "where", "since", "size", "severity", "sure", "time left", "what to do"]
         rows = [_row(finding, clock, start) for finding in found]

@@ -34,7 +34,8 @@ def forecasts(history: History, summary: Mapping[str, Any]) -> Html:
     growing = [finding for finding in found if finding["forecast"]]
     drawn = [key(KEY), grid(*(_fan(f, history) for f in growing), kind="two")] if growing else []
     words = [paragraph(_others(found, history.joints))]
-    return section("Forecast", LEAD, *drawn, *words, _health(summary["joints"], found))
+    joints = [_health(summary["joints"], found)] if found else []
+    return section("Forecast", LEAD, *drawn, *words, *joints)
 
 
 def _others(found: Sequence[Mapping[str, Any]], joints: Sequence[str]) -> str:

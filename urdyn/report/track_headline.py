@@ -55,9 +55,8 @@ def _diagnosed(history: History, summary: Mapping[str, Any]) -> list[Html]:
     found, advice = ranked(summary["findings"], history.joints), summary["recommendation"]
     time = history.clock
     if not found:
-        return [
-            paragraph(tied(f"Nothing wrong was found in {time(summary['data_s'])}."), "headline")
-        ]
+        told = f"Nothing wrong was found in {time(summary['data_s'])}."
+        return [paragraph(tied(told), "headline"), paragraph("Leave it at work.", "advice")]
     told = " ".join(_sentence(f, time, history.start) for f in found[:TOLD])
     rest = f" And {len(found) - TOLD} more, below." if len(found) > TOLD else ""
     said = advice["text"]
