@@ -17,7 +17,7 @@ from urdyn.report.track_history import Clock, History, clock
 from urdyn.report.track_trace import PALE
 
 NARROW, WIDE = ("0.25", "0.75"), ("0.05", "0.95")  # the quantiles of a fan
-CORE = "rgba(86,180,233,0.42)"
+CORE = "rgba(86,180,233,0.3)"
 KEY = {"seen": OURS, "forecast, half of all cases": BAND, "90 %": PALE, "level reached, 90 %": LEFT}
 LEAD = (
     "Of what grows: its change so far with its 90 % band, and where it goes if it keeps its pace, "

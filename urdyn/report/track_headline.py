@@ -16,7 +16,9 @@ from urdyn.report.track_history import PAYLOAD, Clock, History
 from urdyn.report.track_payload import carried
 from urdyn.report.track_surprise import Surprise, trust_track
 
-UNIT = re.compile(r"(?<=\d) (?=±|%|kg\b|s\b|min\b|h\b|d\b|mrad\b)|(?<=±) ")
+UNIT = re.compile(
+    r"(?<=\d) (?=±|%|kg\b|s\b|min\b|h\b|d\b|mrad\b)|(?<=±) |(?<=\d) (?=to \d)|(?<=to) (?=\d)"
+)
 TABLED = ("coulomb", "viscous", "health")
 STEADY = (
     f"Steady is what differs from commissioning by less than {SDS:.0f} combined standard "
