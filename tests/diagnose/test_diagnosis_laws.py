@@ -15,8 +15,10 @@ from urdyn.diagnose.diagnosis import Now
 from urdyn.diagnose.document import findings_document
 from urdyn.diagnose.offline import diagnose
 from urdyn.diagnose.onlooker import Onlooker
-from urdyn.diagnose.prognosis import time_left
+from urdyn.diagnose.prognosis import FAN, Course, trend
 from urdyn.diagnose.rules import read_rules
+from urdyn.diagnose.slow import Change
+from urdyn.diagnose.verdict import of_change, up_to_date
 from urdyn.errors import InputError
 from urdyn.faults import Costs
 from urdyn.signal import Instant
@@ -56,7 +58,7 @@ def test_a_diagnosis_goes_on_where_its_memory_ends(shop: Shop, tmp_path: Path) -
         if whole is not None:
             again, _ = diagnosis.step(again, now)
         state, _ = diagnosis.step(state, now)
-    one, other = (findings_document(s.findings, (), {}, {}, Costs()) for s in (again, state))
+    one, other = (findings_document(s.findings, (), (), {}, {}, Costs()) for s in (again, state))
     assert one == other
     assert len(state.findings) == 1
     np.testing.assert_array_equal(again.slow.bank.P, state.slow.bank.P)
@@ -125,7 +127,52 @@ def test_the_time_left_holds_the_truth_as_often_as_it_says() -> None:
     rng, inside, runs = np.random.default_rng(3), 0, 400
     for _ in range(runs):
         rate, size = 1e-3 + 1e-4 * rng.standard_normal(), 0.2 + 0.01 * rng.standard_normal()
-        left = time_left(size, 0.01, rate, 1e-4, 0.5)
-        assert left is not None
+        left = Course(0.0, size, 0.01, rate, 1e-4).until(0.5)
         inside += left["lo"] <= 0.3 / 1e-3 <= left["hi"]
     assert abs(inside / runs - 0.9) < 4.0 * np.sqrt(0.09 / runs)
+
+
+@pytest.mark.parametrize("way", [1.0, -1.0])
+def test_a_fan_crosses_a_level_when_the_time_left_says(way: float) -> None:
+    told = Course(60.0, way * 0.2, 0.01, way * 1e-3, 1e-4).forecast(0.3, 0.5)
+    assert told is not None
+    ahead = np.array(told["ahead_s"])
+    fan = way * np.array([told["quantiles"][f"{q:g}"] for q in FAN])
+    assert np.all(np.diff(fan, axis=0) > 0.0)  # never across one another
+    for level in ("warning", "critical"):
+        left, at = told[f"to_{level}_s"], way * told[level]
+        for q, name in ((0.05, "hi"), (0.5, "median"), (0.95, "lo")):
+            # of the same draws: of two quantiles of 2000, interpolated between moments
+            crossed = np.interp(at, fan[FAN.index(q)], ahead)
+            assert crossed == pytest.approx(left[name], rel=0.01)
+
+
+@pytest.mark.parametrize("rate", [0.0, 1.9e-4, -1e-3])
+def test_nothing_is_forecast_of_what_may_not_grow(rate: float) -> None:
+    assert Course(0.0, 0.2, 0.01, rate, 1e-4).forecast(0.3, 0.5) is None
+
+
+@pytest.mark.parametrize(
+    ("size", "sd", "now"),
+    [(0.21, 0.03, "warning"), (0.19, 0.03, "warning"), (0.13, 0.03, "notice")],
+)
+def test_a_severity_does_not_flicker_at_its_level(
+    shop: Shop, size: float, sd: float, now: str
+) -> None:
+    log = shop.log(seconds=2.0)
+    diagnosis = shop.diagnosis(log)
+    k = next(k for k, s in enumerate(diagnosis.slow.of.each) if s.kind.warning == 0.2)
+    suspect = diagnosis.slow.of.each[k]
+    change = Change(k, 0.0, -1.0, 1.0, 5.0, 0.99, 9.0, 0.25, 0.01, 0.0, 0.0)
+    warned = of_change(change, diagnosis.slow.of, diagnosis.space, [])
+    series = {k: [(10.0, size, sd)]}
+    (told,) = up_to_date([warned], {k: suspect}, series, diagnosis.space)
+    assert (warned.severity, told.severity, told.size) == ("warning", now, size)
+
+
+def test_a_straight_series_goes_on_straight_and_a_short_one_is_none() -> None:
+    series = [(5.0 * k, 1e-3 * 5.0 * k, 1e-3) for k in range(40)]
+    course = trend(series, onset=0.0)
+    assert course is not None
+    assert (course.t, course.size, course.rate) == pytest.approx((195.0, 0.195, 1e-3))
+    assert trend(series, onset=180.0) is None

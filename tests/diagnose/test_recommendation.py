@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 
 from urdyn.diagnose import Finding
-from urdyn.diagnose.recommend import recommendation
+from urdyn.diagnose.recommend import health, recommendation
 from urdyn.faults import Costs
 
 HOUR = 3600.0
@@ -61,3 +61,18 @@ def test_what_was_acknowledged_is_not_recommended_again():
 @pytest.mark.parametrize(("kind", "told"), [("health_degradation", "now"), ("collision", "never")])
 def test_what_is_critical_already_is_serviced_now_if_that_helps(kind, told):
     assert advice(replace(STEADY, kind=kind, severity="critical"))["advice"] == told
+
+
+def test_a_joint_lasts_as_surely_as_its_faults_do():
+    notice = Costs().notice * HOUR
+    times = {"median": notice, "lo": 0.5 * notice, "hi": 2.0 * notice}
+    even = replace(GROWING, confidence=1.0, time_to_failure_s=times)
+    far = replace(GROWING, id="far", joint=0)
+    pushed = replace(GROWING, id="pushed", kind="collision", joint=1, severity="critical")
+    rows = health([even, far, pushed], ("a", "b", "c", "d"), Costs())
+    index = [row["health_index"] for row in rows]
+    assert index[0] == pytest.approx(1.0, abs=1e-6)  # 200 h at the soonest
+    assert index[1] is None and index[3] is None  # nothing that wears; nothing at all
+    assert index[2] == pytest.approx(0.5, abs=0.02)  # by its median, to a step of the outlook
+    both = health([even, replace(even, id="too")], ("a", "b", "c"), Costs())
+    assert both[2]["health_index"] == pytest.approx(index[2] ** 2)

@@ -1,12 +1,13 @@
-"""One identified arm for all pages: simulated, so that the truth is known."""
+"""One identified arm for all pages: simulated, so that the truth is known. One browser."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
 import pytest
+from browser import CHROMIUM, Browser, browser
 
 from urdyn.identify import Fit, Score, identify, validate
 from urdyn.model.arm import load_arm
@@ -35,3 +36,11 @@ def case() -> Case:
     train, test = log.slice(0, 1500), log.slice(1500)
     fit = identify(arm, condition(train))
     return Case(fit, validate(fit, train), validate(fit, test), truth)
+
+
+@pytest.fixture(scope="session")
+def chromium(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
+    if CHROMIUM is None:
+        pytest.skip("chromium is not installed")
+    with browser(tmp_path_factory.mktemp("chromium") / "profile") as one:
+        yield one

@@ -1,32 +1,99 @@
-"""A real browser draws the page."""
+"""A real browser draws the pages whole: wide and narrow, light and dark, and on paper."""
 
 from __future__ import annotations
 
 import re
-import shutil
-import subprocess
+from pathlib import Path
 
 import pytest
+from browser import Browser
+from tracked import JOINTS, START, columns, diagnosed, growing, summary, write
 
 from urdyn.report.page import identify_page
+from urdyn.report.track_page import track_page
 
-CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
+LOOKS = [(1280, "light"), (1280, "dark"), (420, "light"), (420, "dark")]
+OF_A_RUN = [
+    "Findings", "Forecast", "Payload", "Margins, power, prediction", "Trends", "Surprise",
+    "Link masses", "Network", "Data quality", "Speed and provenance",
+]  # fmt: skip
+QUANTITIES = {
+    "joints": [
+        {
+            "name": name, "torque_margin": 0.4, "torque_margin_sd": 0.01, "power_W": 20.0,
+            "friction_power_W": 8.0, "rmse_A": 0.1, "rre_percent": 5.0,
+            "commissioned_rre_percent": 9.0,
+        }
+        for name in JOINTS
+    ],
+    "payload_margin_kg": {"value": 3.0, "sd": 0.1}, "energy_J": 900.0, "friction_J": 300.0,
+}  # fmt: skip
 
 
-@pytest.mark.skipif(CHROMIUM is None, reason="chromium is not installed")
-def test_a_browser_draws_every_plot_without_complaint(case, tmp_path):
-    page = tmp_path / "report.html"
+@pytest.fixture(scope="module")
+def tracked(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("tracked")
+    history = write(folder / "history.parquet", columns(), provenance={"source": "a" * 300})
+    told = diagnosed(growing(), growing(rate=0.0, joint=0, name="shoulder_joint"))
+    whole = summary(quantities=QUANTITIES, payload_changes=[START + 20.0], **told)
+    page = folder / "report.html"
+    page.write_text(track_page(history, whole), encoding="utf-8")
+    return page
+
+
+@pytest.fixture(scope="module")
+def identified_page(case, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    page = tmp_path_factory.mktemp("identified") / "report.html"
     page.write_text(identify_page(case.fit, case.scores, 2.5, case.truth), encoding="utf-8")
-    done = subprocess.run(
-        [
-            CHROMIUM, "--headless=new", "--no-sandbox", "--disable-gpu", "--use-angle=swiftshader",
-            "--enable-unsafe-swiftshader", "--disable-background-networking",
-            "--disable-dev-shm-usage", f"--user-data-dir={tmp_path / 'profile'}",
-            "--virtual-time-budget=20000", "--enable-logging=stderr", "--dump-dom", page.as_uri(),
-        ],
-        capture_output=True, text=True, timeout=60, check=True,
-    )  # fmt: skip
-    assert "CONSOLE" not in done.stderr
-    canvases = re.findall(r'<div class="plot js-plotly-plot".*?</figure>', done.stdout, re.S)
-    assert len(canvases) == page.read_text(encoding="utf-8").count('class="plot"') > 20
-    assert all("main-svg" in canvas for canvas in canvases)
+    return page
+
+
+def whole(chromium: Browser, page: Path, width: int, scheme: str) -> dict:
+    """The page as it looks, once it is known to be whole."""
+    chromium.open(page, width, scheme)
+    seen = chromium.look()
+    assert chromium.complaints == []
+    assert seen["plots"] == page.read_text(encoding="utf-8").count('class="plot"') > 0
+    assert seen["empty"] == [] and seen["wide"] == [] and seen["overflow"] <= 0
+    dark = [sum(map(int, re.findall(r"\d+", seen[of])[:3])) for of in ("ink", "paper")]
+    assert (dark[0] > dark[1]) == (scheme == "dark")
+    return seen
+
+
+@pytest.mark.parametrize(("width", "scheme"), LOOKS)
+def test_every_part_of_a_tracked_page_is_drawn(chromium, tracked, width, scheme):
+    assert whole(chromium, tracked, width, scheme)["sections"] == OF_A_RUN
+
+
+@pytest.mark.parametrize(("width", "scheme"), [LOOKS[0], LOOKS[3]])
+def test_every_part_of_an_identified_page_is_drawn(chromium, identified_page, width, scheme):
+    assert whole(chromium, identified_page, width, scheme)["plots"] > 20
+
+
+def test_the_network_is_drawn_in_the_colours_of_the_page(chromium, tracked):
+    colours = {}
+    for scheme in ("light", "dark"):
+        chromium.open(tracked, 1280, scheme)
+        fill = "getComputedStyle(document.querySelector('.network {}')).fill"
+        colours[scheme] = [chromium.evaluate(fill.format(part)) for part in (".page", ".title")]
+        circles = "document.querySelectorAll('.network circle').length"
+        assert chromium.evaluate(circles) == 2 * 10  # parameters in two slices
+    assert colours["light"] != colours["dark"]
+    assert all(len(set(pair)) == 2 for pair in colours.values())  # ink is not paper
+
+
+def test_the_levels_of_a_forecast_are_named_in_the_plot(chromium, tracked):
+    chromium.open(tracked)
+    words = chromium.evaluate(
+        "[...document.querySelectorAll('.plot .shape-label, .plot .shape-group text')]"
+        ".map((e) => e.textContent).join('|')"
+    )
+    for level in ("warning +20 %", "critical +50 %", "now", "alarm"):
+        assert level in words
+
+
+def test_a_page_is_printed_with_all_its_plots(chromium, tracked):
+    chromium.open(tracked, 1280, "dark")
+    assert chromium.printed().startswith(b"%PDF")
+    seen = chromium.look()
+    assert seen["empty"] == [] and chromium.complaints == []

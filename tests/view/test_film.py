@@ -12,7 +12,7 @@ import pytest
 from urdyn.errors import LogError
 from urdyn.io.rtde import play as play_back
 from urdyn.io.rtde import serve
-from urdyn.report.fleet_run import find_run
+from urdyn.report.track_history import find_history
 from urdyn.tracking import open_source
 from urdyn.view.film import Film, film
 from urdyn.view.live import RATE, address, followed, tracked, watched
@@ -24,12 +24,12 @@ from urdyn.view.show import BACK, before
 @pytest.fixture(scope="module")
 def shown(tracked_run) -> Film:
     gain = tracked_run.fit.dynamics.drive.gain
-    return replay(find_run(tracked_run.out), tracked_run.log, gain)
+    return replay(find_history(tracked_run.out), tracked_run.log, gain)
 
 
 def test_a_replayed_arm_stands_where_it_stood(tracked_run, shown):
     """The history's moments are those of the log's rows, so that nothing is interpolated."""
-    stamps = find_run(tracked_run.out).column("t")
+    stamps = find_history(tracked_run.out).column("t")
     log = tracked_run.log
     rows = np.searchsorted(log.t, stamps - 1e-6)
     np.testing.assert_allclose(log.t[rows], stamps, atol=1e-9)
@@ -37,7 +37,7 @@ def test_a_replayed_arm_stands_where_it_stood(tracked_run, shown):
 
 
 def test_what_is_shown_is_what_was_believed(tracked_run, shown):
-    run, gain = find_run(tracked_run.out), tracked_run.fit.dynamics.drive.gain
+    run, gain = find_history(tracked_run.out), tracked_run.fit.dynamics.drive.gain
     friction, health = run.column("elbow_joint.coulomb"), run.column("elbow_joint.health")
     left = run.column("current_2") - run.column("predicted_2")
     np.testing.assert_allclose(shown.friction[:, 2], 100 * (friction / friction[0] - 1), atol=1e-9)
@@ -46,13 +46,13 @@ def test_what_is_shown_is_what_was_believed(tracked_run, shown):
 
 
 def test_without_a_twin_torque_is_unknown_and_nothing_else(tracked_run, shown):
-    bare = replay(find_run(tracked_run.out), tracked_run.log, None)
+    bare = replay(find_history(tracked_run.out), tracked_run.log, None)
     assert np.isnan(bare.torque).all()
     np.testing.assert_array_equal(bare.friction, shown.friction)
 
 
 def test_another_log_is_refused(tracked_run):
-    log, stamps = tracked_run.log, find_run(tracked_run.out).column("t")
+    log, stamps = tracked_run.log, find_history(tracked_run.out).column("t")
     with pytest.raises(LogError, match="does not span"):
         angles(log.slice(0, 300), stamps, 6)
     with pytest.raises(LogError, match="angles of 7 joints"):

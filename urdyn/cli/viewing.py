@@ -13,7 +13,7 @@ from urdyn.identify.fit import Fit
 from urdyn.io import sha256
 from urdyn.model.arm import Arm, load_arm
 from urdyn.model.library import names
-from urdyn.report.fleet_run import Run, find_run
+from urdyn.report.track_history import History, find_history
 from urdyn.tracking import Tracker, open_source
 from urdyn.view.live import address, followed, tracked, watched
 from urdyn.view.replay import motion, replay
@@ -66,7 +66,7 @@ def _found(asked: Asked) -> Found:
     folder = Path(asked.source)
     if folder.is_dir():
         try:
-            return _folder(folder, find_run(folder), asked)
+            return _folder(folder, find_history(folder), asked)
         except LogError as error:
             raise error if error.path else InputError(f"{folder}: {error}") from error
     arm, _ = _arm(asked)
@@ -85,7 +85,7 @@ def _robot(asked: Asked) -> Found:
     return Found(arm, moments=tracked(tracker, source), close=source.close)
 
 
-def _folder(folder: Path, run: Run, asked: Asked) -> Found:
+def _folder(folder: Path, run: History, asked: Asked) -> Found:
     """A run that is over, or one that goes on beside."""
     made_of = run.provenance
     arm, fit = _arm(asked, made_of.get("robot"))
@@ -101,7 +101,7 @@ def _folder(folder: Path, run: Run, asked: Asked) -> Found:
     return Found(arm, film=replay(run, asked.read(path), gain))
 
 
-def _log(folder: Path, run: Run, asked: Asked) -> Path:
+def _log(folder: Path, run: History, asked: Asked) -> Path:
     """The log that was tracked: its history holds no joint angles."""
     path = asked.log or Path(run.source or "?")
     if not path.is_file():

@@ -1,5 +1,7 @@
 """A network as a picture: two slices side by side, self-contained SVG, for light and dark pages.
 
+Its style is its own: inside a page it leaves the other drawings alone.
+
 Kinds of edge differ in dash as well as in colour (the palette of [Okabe2008]_).
 """
 
@@ -18,18 +20,21 @@ KINDS = {
     "across": "persists into the next slice",
 }
 STYLE = """
-svg{--ink:#1b1b1b;--quiet:#5c5c5c;--page:#ffffff;--node:#f4f4f4;--panel:#d9d9d9;
+.network{--ink:#1b1b1b;--quiet:#5c5c5c;--page:#ffffff;--node:#f4f4f4;--panel:#d9d9d9;
 --within:#0072b2;--shared:#d55e00;--seen:#8a8a8a;--across:#009e73}
-@media(prefers-color-scheme:dark){svg{--ink:#eeeeee;--quiet:#b5b5b5;--page:#16181c;--node:#24272d;
---panel:#3a3e46;--within:#56b4e9;--shared:#f0803c;--seen:#8f959e;--across:#2fc79b}}
-text{font-family:system-ui,sans-serif;fill:var(--ink);text-anchor:middle;dominant-baseline:central}
-.page{fill:var(--page)} .panel{fill:none;stroke:var(--panel)}
-.node{fill:var(--node);stroke:var(--ink);stroke-width:1.5}
-.symbol{font-size:18px;font-style:italic} .title{font-size:17px}
-.note{font-size:12px;fill:var(--quiet)} .left{text-anchor:start}
-path{fill:none;stroke-width:1.8} .within{stroke:var(--within);stroke-width:2.4}
-.shared{stroke:var(--shared);stroke-dasharray:6 4;stroke-width:2.4}
-.seen{stroke:var(--seen);stroke-width:1.2} .across{stroke:var(--across);stroke-dasharray:11 3}
+@media screen and (prefers-color-scheme:dark){.network{--ink:#eeeeee;--quiet:#b5b5b5;--page:#16181c;
+--node:#24272d;--panel:#3a3e46;--within:#56b4e9;--shared:#f0803c;--seen:#8f959e;--across:#2fc79b}}
+.network text{font-family:system-ui,sans-serif;fill:var(--ink);text-anchor:middle;
+dominant-baseline:central}
+.network .page{fill:var(--page)} .network .panel{fill:none;stroke:var(--panel)}
+.network .node{fill:var(--node);stroke:var(--ink);stroke-width:1.5}
+.network .symbol{font-size:18px;font-style:italic} .network .title{font-size:17px}
+.network .note{font-size:12px;fill:var(--quiet)} .network .left{text-anchor:start}
+.network path{fill:none;stroke-width:1.8}
+.network .within{stroke:var(--within);stroke-width:2.4}
+.network .shared{stroke:var(--shared);stroke-dasharray:6 4;stroke-width:2.4}
+.network .seen{stroke:var(--seen);stroke-width:1.2}
+.network .across{stroke:var(--across);stroke-dasharray:11 3}
 """.strip()
 MARKER = (
     '<marker id="{0}" viewBox="0 0 10 10" refX="9" refY="5" markerWidth="9" markerHeight="9" '
@@ -54,8 +59,8 @@ def svg(network: Network) -> str:
     ]
     label = escape(f"Dynamic Bayesian network of {', '.join(n.name for n in network.nodes)}")
     return (
-        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {height}" role="img" '
-        f'aria-label="{label}"><style>{STYLE}</style>'
+        f'<svg xmlns="http://www.w3.org/2000/svg" class="network" role="img" '
+        f'viewBox="0 0 {WIDTH} {height}" aria-label="{label}"><style>{STYLE}</style>'
         f"<defs>{''.join(map(MARKER.format, KINDS))}</defs>\n" + "\n".join(parts) + "\n</svg>\n"
     )
 

@@ -17,13 +17,14 @@ from typing import Any
 import numpy as np
 
 from urdyn.diagnose.event import Event
+from urdyn.diagnose.explain import Suspect
 from urdyn.diagnose.fast import Fast, FastState
 from urdyn.diagnose.finding import Finding
 from urdyn.diagnose.rows import Rows, joined, rows
 from urdyn.diagnose.rules import Rules, read_rules
 from urdyn.diagnose.slow import MOMENT, Push, Slow, SlowState
 from urdyn.diagnose.space import Space, space
-from urdyn.diagnose.verdict import of_change, of_event, risen
+from urdyn.diagnose.verdict import of_change, of_event, risen, up_to_date
 from urdyn.identify.fit import Fit
 from urdyn.signal import Instant
 from urdyn.types import Array, Motion
@@ -149,10 +150,17 @@ class Diagnosis:
         for k, size, sd in self.slow.levels(slow):
             series[k] = (*series.get(k, ()), (slow.bank.t, size, sd))[-SERIES:]
         state = replace(state, series=tuple(series.items()), blocks=slow.bank.t)
-        kinds = {k: self.slow.of.each[k] for k in slow.known}
-        worse = risen(state.findings, kinds, dict(state.series), self.space)
+        worse = risen(state.findings, self._known(state), dict(state.series), self.space)
         state, more = _with(state, worse)
         return state, found + more
+
+    def _known(self, state: State) -> dict[int, Suspect]:
+        """Slow suspects that are found."""
+        return {k: self.slow.of.each[k] for k in state.slow.known}
+
+    def findings(self, state: State) -> list[Finding]:
+        """All that was found, as it is now; `state.findings` is as it was last told."""
+        return up_to_date(state.findings, self._known(state), dict(state.series), self.space)
 
     def observable(self, state: State) -> list[dict[str, Any]]:
         """Joint by joint, whether this motion could show backlash; if not, one that would."""
@@ -167,7 +175,7 @@ class Diagnosis:
             for k in range(0, len(part), n):
                 state, _ = self.take(state, part.part(k, k + n))
         state, _ = self.finish(state)
-        return state, list(state.findings)
+        return state, self.findings(state)
 
 
 BATCH = 2000  # rows of a motion that are held at once

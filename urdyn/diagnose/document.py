@@ -8,13 +8,14 @@ from typing import Any
 import numpy as np
 
 from urdyn.diagnose.finding import Finding
-from urdyn.diagnose.recommend import recommendation
+from urdyn.diagnose.recommend import health, recommendation
 from urdyn.faults.decision import Costs
 from urdyn.version import __version__
 
 
 def findings_document(
     findings: Sequence[Finding],
+    joints: Sequence[str],
     observability: Sequence[Mapping[str, Any]],
     identity: Mapping[str, str],
     source: Mapping[str, str],
@@ -26,6 +27,7 @@ def findings_document(
         "urdyn": __version__,
         "provenance": origin | dict(source),
         "findings": [_finite(finding.plain()) for finding in findings],
+        "joints": [_finite(row) for row in health(findings, joints, costs)],
         "recommendation": _finite(recommendation(findings, costs)),
         "observability": {"joint_backlash": [_finite(row) for row in observability]},
     }

@@ -31,6 +31,7 @@ class Finding:
     advice: str
     evidence: Mapping[str, Any] = field(default_factory=dict)
     acknowledged: bool = False
+    forecast: Mapping[str, Any] | None = None  # `Course.forecast`; None: no trend is established
 
     def plain(self) -> dict[str, Any]:
         """As numbers and words, for JSON."""

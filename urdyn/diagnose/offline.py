@@ -47,7 +47,7 @@ def diagnose(fit: Fit, log: Log, rules: Rules | None = None) -> Report:
     moved = np.cumsum(np.abs(travel(motion)), axis=0)
     state, found = diagnosis.over(motion, fit.dynamics.presliding(motion), moved)
     source = {"source": log.source.path, "source.sha256": log.source.sha256}
-    document = findings_document(
-        found, diagnosis.observable(state), {}, source, diagnosis.rules.costs
-    )
+    observable, costs = diagnosis.observable(state), diagnosis.rules.costs
+    joints = fit.dynamics.arm.joint_names
+    document = findings_document(found, joints, observable, {}, source, costs)
     return Report(tuple(found), document)

@@ -24,7 +24,7 @@ from urdyn.tracking import Reading
 FILE = "findings.json"
 WAITING = 5000  # instants that wait to be diagnosed, at most
 SWITCH = 5e-4  # [s] after which the thread that tracks may go on
-TOLD = ("findings", "recommendation", "observability")  # in a run's summary, too
+TOLD = ("findings", "joints", "recommendation", "observability")  # in a run's summary, too
 KEPT = "diagnosis-{index}.npz"
 
 Tell = Callable[[Finding], None]
@@ -69,6 +69,7 @@ class Onlooker:
     def keep(self, index: int) -> None:
         """Remember this sample, and the one before until the run has been kept as well."""
         self._wait()
+        self._write()
         path = self._folder / KEPT.format(index=index)
         older = sorted(self._folder.glob(KEPT.format(index="*")), key=lambda p: p.stat().st_mtime)
         memory.save(self.state, self._identity, path)
@@ -119,10 +120,12 @@ class Onlooker:
 
     def _write(self) -> dict[str, Any]:
         known = acknowledged(self._folder)
-        findings = [replace(f, acknowledged=known.quiets(f)) for f in self.state.findings]
+        now = self.diagnosis.findings(self.state)
+        findings = [replace(f, acknowledged=known.quiets(f)) for f in now]
         observability = self.diagnosis.observable(self.state)
         of, costs = self._identity, self.diagnosis.rules.costs
-        document = findings_document(findings, observability, of, self.source, costs)
+        joints = self.diagnosis.fit.dynamics.arm.joint_names
+        document = findings_document(findings, joints, observability, of, self.source, costs)
         self.findings = tuple(document["findings"])
         write_text(self._folder / FILE, json.dumps(document, indent=2) + "\n")
         return document

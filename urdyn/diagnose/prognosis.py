@@ -1,8 +1,11 @@
-"""When a change that grows will reach the level that it must not."""
+"""When a change that grows will reach the levels that it must not, and how it goes until then."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -11,38 +14,80 @@ from urdyn.types import Array
 DRAWS = 2000
 NEVER = 1e9  # [s] a rate that may as well be nothing
 SURE = 2.0  # [sd] of a rate, below which nothing is said
+FAN = (0.05, 0.25, 0.5, 0.75, 0.95)  # quantiles of a forecast
+STEPS = 41  # moments at which a forecast is told
+BEYOND = 1.15  # [-] of the time to the critical level, that a forecast looks ahead
+FARTHEST = 2.5  # [-] the same of its median, where its upper end may be never
+FEWEST = 4  # blocks that make a trend
 
 
-def time_left(
-    size: float, size_sd: float, rate: float, rate_sd: float, critical: float
-) -> dict[str, float] | None:
-    """Median and 90 % interval of the time until |size| reaches `critical` [s].
+@dataclass(frozen=True)
+class Course:
+    """A change as it is now and how fast it goes; both are uncertain, and Gaussian."""
 
-    None where it may as well not grow. A level that is passed has 0 left.
-    """
-    way = np.sign(size) or 1.0
-    rate, size = way * rate, way * size
-    if rate <= SURE * rate_sd or rate <= 0.0:
-        return None
-    rng = np.random.default_rng(0)
-    z = rng.standard_normal((2, DRAWS))
-    rates = rate + rate_sd * z[0]
-    left = (critical - (size + size_sd * z[1])) / np.where(rates > 0.0, rates, np.nan)
-    left = np.where(np.isnan(left), NEVER, np.clip(left, 0.0, NEVER))
-    lo, median, hi = (float(x) for x in np.quantile(left, [0.05, 0.5, 0.95]))
-    return {"median": median, "lo": lo, "hi": hi}
+    t: float  # [s] when
+    size: float
+    size_sd: float
+    rate: float  # [1/s]
+    rate_sd: float
+
+    @property
+    def grows(self) -> bool:
+        """Whether it surely goes on the way that it went; nothing is forecast of what may not."""
+        way = self._way * self.rate
+        return way > SURE * self.rate_sd and way > 0.0
+
+    def until(self, level: float) -> dict[str, float]:
+        """Median and 90 % interval of the time until |size| reaches `level` [s]; 0 if passed."""
+        sizes, rates = self._draws
+        left = (level - sizes) / np.where(rates > 0.0, rates, np.nan)
+        left = np.where(np.isnan(left), NEVER, np.clip(left, 0.0, NEVER))
+        lo, median, hi = (float(x) for x in np.quantile(left, [0.05, 0.5, 0.95]))
+        return {"median": median, "lo": lo, "hi": hi}
+
+    def forecast(self, warning: float, critical: float) -> dict[str, Any] | None:
+        """The course as findings.json tells it; None where it may as well not grow."""
+        if not self.grows:
+            return None
+        left = self.until(critical)
+        reach = min(BEYOND * left["hi"], FARTHEST * left["median"]) or self._past(critical)
+        ahead = np.linspace(0.0, reach, STEPS)
+        sizes, rates = self._draws
+        fan = self._way * np.quantile(sizes + np.outer(ahead, rates), FAN, axis=1)
+        return {
+            "at_s": self.t,
+            "ahead_s": ahead.tolist(),
+            "quantiles": {f"{q:g}": row.tolist() for q, row in zip(FAN, fan, strict=True)},
+            "warning": self._way * warning,
+            "critical": self._way * critical,
+            "to_warning_s": self.until(warning),
+            "to_critical_s": left,
+        }
+
+    @property
+    def _way(self) -> float:
+        return float(np.sign(self.size) or 1.0)
+
+    @cached_property
+    def _draws(self) -> tuple[Array, Array]:
+        """Sizes and rates (DRAWS,), the way that it goes counted as up."""
+        z = np.random.default_rng(0).standard_normal((2, DRAWS))
+        rates = self._way * self.rate + self.rate_sd * z[0]
+        return self._way * self.size + self.size_sd * z[1], rates
+
+    def _past(self, critical: float) -> float:
+        """[s] as far ahead as the level is behind, where it has been passed already."""
+        return max(abs(self.size) - critical, 0.1 * critical) / abs(self.rate)
 
 
-def trend(
-    series: Sequence[tuple[float, float, float]], onset: float
-) -> tuple[float, float, float, float]:
-    """Level and slope at the end of a series of (t, size, sd) since its onset, with their sds.
+def trend(series: Sequence[tuple[float, float, float]], onset: float) -> Course | None:
+    """Where a series of (t, size, sd) is, and its slope since its onset; None: it is too short.
 
     Neighbours of a filter's belief err alike, so the slope's sd is that of two ends.
     """
     rows: Array = np.array([row for row in series if row[0] > onset])
-    if len(rows) < 4:
-        return (series[-1][1], series[-1][2], 0.0, np.inf) if series else (0.0, 0.0, 0.0, np.inf)
+    if len(rows) < FEWEST:
+        return None
     t, y, sd = rows.T
     u = t - t[-1]
     w = 1.0 / sd**2
@@ -51,4 +96,5 @@ def trend(
     level, slope = np.linalg.solve(M, X.T @ (w * y))
     scatter = float(np.sqrt(np.mean((y - X @ [level, slope]) ** 2)))
     end = float(np.hypot(sd[-1], scatter))
-    return float(level), end, float(slope), float(np.sqrt(2.0) * end / (t[-1] - t[0]))
+    rate_sd = float(np.sqrt(2.0) * end / (t[-1] - t[0]))
+    return Course(float(t[-1]), float(level), end, float(slope), rate_sd)

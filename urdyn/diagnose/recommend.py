@@ -5,8 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+import numpy as np
+
 from urdyn.diagnose.finding import Finding
 from urdyn.faults.decision import Costs, Decision, decide, outlook
+from urdyn.types import Array
 
 SOON = 1e-3  # [h] in which what is past its critical level is taken to end the work
 HOUR = 3600.0  # [s]
@@ -30,16 +33,35 @@ def recommendation(findings: Sequence[Finding], costs: Costs) -> dict[str, Any]:
     }
 
 
+def health(
+    findings: Sequence[Finding], joints: Sequence[str], costs: Costs
+) -> list[dict[str, Any]]:
+    """Joint by joint, the probability that nothing found in it ends the work within the notice.
+
+    That is the time in which a service can be planned. Faults go on independently.
+    """
+    rows = []
+    for j, name in enumerate(joints):
+        of = [f for f in findings if f.joint == j and f.kind not in PASSING]
+        lasts = [1.0 - np.interp(costs.notice, *_outlook(f, costs)) for f in of]
+        index = float(np.prod(lasts)) if of else None
+        rows.append({"joint": j, "name": name, "health_index": index, "horizon_h": costs.notice})
+    return rows
+
+
 def _decision(finding: Finding, costs: Costs) -> Decision:
+    return decide(*_outlook(finding, costs), costs)
+
+
+def _outlook(finding: Finding, costs: Costs) -> tuple[Array, Array]:
+    """Times from now [h], and the probability that it has ended the work by then."""
     left = finding.time_to_failure_s
     if left is not None:
         told = (left["median"] / HOUR, left["lo"] / HOUR, left["hi"] / HOUR)
-        t, failed = outlook(costs, finding.confidence, *told)
-    elif finding.severity == "critical" and finding.kind not in PASSING:
-        t, failed = outlook(costs, finding.confidence, SOON, SOON, SOON)
-    else:
-        t, failed = outlook(costs)
-    return decide(t, failed, costs)
+        return outlook(costs, finding.confidence, *told)
+    if finding.severity == "critical" and finding.kind not in PASSING:
+        return outlook(costs, finding.confidence, SOON, SOON, SOON)
+    return outlook(costs)
 
 
 def _due(decision: Decision) -> float:

@@ -10,25 +10,25 @@ import numpy as np
 
 from urdyn.diagnose.event import Event
 from urdyn.diagnose.explain import NOBODY, Suspect, Suspects
-from urdyn.diagnose.finding import Finding, severity
-from urdyn.diagnose.prognosis import time_left, trend
-from urdyn.diagnose.rules import Rules, unit
+from urdyn.diagnose.finding import SEVERITIES, Finding, severity
+from urdyn.diagnose.prognosis import Course, trend
+from urdyn.diagnose.rules import Rules, SlowKind, unit
 from urdyn.diagnose.slow import Change
 from urdyn.diagnose.space import Space
 
 Series = Sequence[tuple[float, float, float]]
 WORSE = 0.25  # [-] of its size by which a finding has to change to be told again
+SURELY_BELOW = 2.0  # [sd] by which a change has to be below a level that it had reached
 SURELY = 0.999  # [-] more confidence than this no test has earned
 
 
 def of_change(change: Change, of: Suspects, space: Space, trace: Series) -> Finding:
     """A slow change."""
     suspect = of.each[change.suspect]
-    kind, j = suspect.kind, suspect.joint
+    kind = suspect.kind
     scale = _scale(suspect, space)
     size, sd = change.size / scale, change.size_sd / scale
     rate, rate_sd = change.rate / scale, change.rate_sd / scale
-    left = time_left(size, sd, rate, rate_sd, kind.critical) if change.rate else None
     evidence: dict[str, Any] = {
         "statistic": "log-likelihood ratio beside the healthy arm, over onsets and shapes",
         "nats": None if np.isnan(change.evidence) else change.evidence,
@@ -42,9 +42,10 @@ def of_change(change: Change, of: Suspects, space: Space, trace: Series) -> Find
     }
     if change.detail:
         evidence |= _payload(change.detail)
-    name = "tool" if j == NOBODY else space.reference.arm.joint_names[j]
-    onset = change.onset
+    name, onset = _name(suspect, space), change.onset
     text = _said(kind.quantity, kind.unit, name, size, sd, onset)
+    course = Course(change.alarm, size, sd, rate, rate_sd)
+    forecast = course.forecast(kind.warning, kind.critical)
     return Finding(
         id=f"{kind.name}.{name}" + (f"@{onset:.1f}" if kind.of_tool else ""),
         kind=kind.name,
@@ -55,7 +56,7 @@ def of_change(change: Change, of: Suspects, space: Space, trace: Series) -> Find
         alarm_s=change.alarm,
         severity=severity(size, kind.warning, kind.critical),
         confidence=min(change.confidence, SURELY),
-        time_to_failure_s=left,
+        time_to_failure_s=_left(forecast),
         size=size,
         size_sd=sd,
         quantity=kind.quantity,
@@ -63,6 +64,7 @@ def of_change(change: Change, of: Suspects, space: Space, trace: Series) -> Find
         text=text,
         advice=kind.advice,
         evidence=evidence,
+        forecast=forecast,
     )
 
 
@@ -104,32 +106,65 @@ def risen(
     space: Space,
 ) -> list[Finding]:
     """Slow findings that have changed enough to be told again."""
-    told = []
-    for k, suspect in known.items():
-        kind = suspect.kind
-        name = space.reference.arm.joint_names[suspect.joint]
-        old = next((f for f in findings if f.id == f"{kind.name}.{name}"), None)
-        if old is None or not series.get(k):
-            continue
-        scale = _scale(suspect, space)
-        _, size, sd = (x / scale for x in series[k][-1])
-        level = severity(size, kind.warning, kind.critical)
-        if level == old.severity and abs(size - old.size) < WORSE * abs(old.size) + 2.0 * sd:
-            continue
-        end, end_sd, rate, rate_sd = (x / scale for x in trend(series[k], old.onset_s))
-        told.append(
-            replace(
-                old,
-                size=size,
-                size_sd=sd,
-                severity=level,
-                time_to_failure_s=time_left(end, end_sd, rate, rate_sd, kind.critical),
-                text=_said(kind.quantity, kind.unit, name, size, sd, old.onset_s),
-                evidence=dict(old.evidence) | {"series": _series(series[k], scale)},
-                acknowledged=False,
-            )
-        )
-    return told
+    now = up_to_date(findings, known, series, space)
+    pairs = zip(findings, now, strict=True)
+    return [replace(new, acknowledged=False) for old, new in pairs if _worse(old, new)]
+
+
+def up_to_date(
+    findings: Sequence[Finding],
+    known: Mapping[int, Suspect],
+    series: Mapping[int, Series],
+    space: Space,
+) -> list[Finding]:
+    """All findings, the slow ones as their last block has them."""
+    slow = {f"{s.kind.name}.{_name(s, space)}": k for k, s in known.items()}
+    return [
+        _grown(f, known[k], series[k], space)
+        if (k := slow.get(f.id)) is not None and series.get(k)
+        else f
+        for f in findings
+    ]
+
+
+def _worse(old: Finding, new: Finding) -> bool:
+    more = abs(new.size - old.size) >= WORSE * abs(old.size) + 2.0 * new.size_sd
+    return new is not old and (more or new.severity != old.severity)
+
+
+def _grown(old: Finding, suspect: Suspect, series: Series, space: Space) -> Finding:
+    """A slow finding as its series has it now, and where that goes."""
+    kind, scale = suspect.kind, _scale(suspect, space)
+    _, size, sd = (x / scale for x in series[-1])
+    course = trend([(t, x / scale, s / scale) for t, x, s in series], old.onset_s)
+    new = replace(
+        old,
+        size=size,
+        size_sd=sd,
+        severity=_held(old.severity, size, sd, kind),
+        text=_said(kind.quantity, kind.unit, old.name, size, sd, old.onset_s),
+        evidence=dict(old.evidence) | {"series": _series(series, scale)},
+    )
+    if course is None:
+        return new
+    forecast = course.forecast(kind.warning, kind.critical)
+    return replace(new, time_to_failure_s=_left(forecast), forecast=forecast)
+
+
+def _held(before: str, size: float, sd: float, kind: SlowKind) -> str:
+    """The severity now; it falls where the change is surely below a level, and not at its edge."""
+    now, most = (
+        severity(x, kind.warning, kind.critical) for x in (size, abs(size) + SURELY_BELOW * sd)
+    )
+    return max(now, min(before, most, key=SEVERITIES.index), key=SEVERITIES.index)
+
+
+def _left(forecast: Mapping[str, Any] | None) -> Mapping[str, float] | None:
+    return forecast["to_critical_s"] if forecast else None
+
+
+def _name(suspect: Suspect, space: Space) -> str:
+    return "tool" if suspect.joint == NOBODY else space.reference.arm.joint_names[suspect.joint]
 
 
 def _scale(suspect: Suspect, space: Space) -> float:

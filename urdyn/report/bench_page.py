@@ -53,7 +53,7 @@ def _headline(found: Document) -> Html:
 
 def _ramps(rows: Sequence[Document]) -> Html:
     sigma = [row["sigma"] for row in rows]
-    axis = {"type": "log", "title": {"text": "noise of a reading, sigma"}}
+    axis = {"type": "log"}
     errors = figure(
         [
             line(sigma, [r["bound"] for r in rows], "bound", MEASURED, dash="dash"),
@@ -62,7 +62,7 @@ def _ramps(rows: Sequence[Document]) -> Html:
         ],
         "noise of a reading, sigma",
         "RMSE of friction",
-        yaxis={"type": "log", "title": {"text": "RMSE of friction"}},
+        yaxis={"type": "log"},
         xaxis=axis,
     )
     bias = figure(
@@ -79,15 +79,14 @@ def _ramps(rows: Sequence[Document]) -> Html:
         "Eq. 5 with 0.0025 a step from an onset that nobody knows. The bound is that of a filter "
         "that is told the onset. The paper's filter is a random walk's, as reconstructed below."
     )
-    return section(
-        "Ramps",
-        lead,
-        grid(
-            plot(errors, "Error", "over lives and steps", COLOURS),
-            plot(bias, "Bias", "from 18 steps after the onset", COLOURS),
-            kind="two",
-        ),
-    )
+    plots = {"Error": (errors, "over lives and steps"), "Bias": (bias, "18 steps on and later")}
+    return section("Ramps", lead, _beside(plots))
+
+
+def _beside(plots: Mapping[str, tuple[go.Figure, str]]) -> Html:
+    """Figures under their titles, each with a note, in the colours of this page."""
+    drawn = (plot(drawing, name, note, COLOURS) for name, (drawing, note) in plots.items())
+    return grid(*drawn, kind="two")
 
 
 def _parameters(rows: Sequence[Document]) -> Html:
@@ -132,7 +131,7 @@ def _algorithms(rows: Sequence[Document]) -> Html:
         ],
         "",
         "RMSE of friction",
-        yaxis={"rangemode": "tozero", "title": {"text": "RMSE of friction"}},
+        yaxis={"rangemode": "tozero"},
     )
     on_arm = [row for row in rows if row["arm"]]
     arms = [row["name"] for row in on_arm]
@@ -143,21 +142,17 @@ def _algorithms(rows: Sequence[Document]) -> Html:
         ],
         "",
         "time of an update [ms]",
-        yaxis={"type": "log", "title": {"text": "time of an update [ms]"}},
+        yaxis={"type": "log"},
     )
     lead = (
         "The paper's four on its own process, a random walk, at the noise that gives its figures; "
         "and the bank over onsets and rates. Time is that of all parameters of a whole arm."
     )
-    return section(
-        "Table II: algorithms",
-        lead,
-        grid(
-            plot(errors, "Error on the scenario", "sigma 0.25", COLOURS),
-            plot(pace, "Time of an update on the arm", "one core", COLOURS),
-            kind="two",
-        ),
-    )
+    plots = {
+        "Error on the scenario": (errors, "sigma 0.25"),
+        "Time of an update on the arm": (pace, "one core"),
+    }
+    return section("Table II: algorithms", lead, _beside(plots))
 
 
 def _marks(x: Sequence[str], y: Sequence[float | None], name: str, colour: str) -> go.Scatter:

@@ -14,7 +14,18 @@ from urdyn.report.calibrate_residuals import residuals_section
 from urdyn.report.calibrate_space import bars, models_key, space_section
 from urdyn.report.calibrate_words import answer, evaluated_answer, tool, trust
 from urdyn.report.digits import number
-from urdyn.report.markup import Html, document, join, paragraph, plot, section, table, tag, text
+from urdyn.report.markup import (
+    Html,
+    document,
+    facts,
+    join,
+    paragraph,
+    plot,
+    section,
+    table,
+    tag,
+    text,
+)
 from urdyn.report.names import maker
 from urdyn.version import __version__
 
@@ -31,7 +42,7 @@ def calibrate_page(c: Calibration, summary: Mapping[str, Any]) -> str:
                 paragraph(trust(summary), "lead" if c.verdict.trusted else "lead outside"),
                 paragraph(tool(summary), "lead"),
                 space_section(c, summary),
-                _facts(_about(summary)),
+                facts(_about(summary)),
             ]
         ),
         parameters_section(c),
@@ -53,7 +64,7 @@ def evaluate_page(e: Evaluation, summary: Mapping[str, Any], folder: Path) -> st
                 tag("h1", text(f"{name} · calibration of {folder.name} scored")),
                 paragraph(evaluated_answer(e), "headline"),
                 plot(bars(errors), "Error by model", "RMS of place", models_key(errors)),
-                _facts(_about(summary)),
+                facts(_about(summary)),
             ]
         ),
         residuals_section(found.residuals, e.sound, e.poses.q, e.arm.joint_names),
@@ -71,11 +82,6 @@ def _about(summary: Mapping[str, Any]) -> dict[str, str]:
         "rank": f"{summary['rank']} of {summary['n_parameters']}",
         "fitted in": f"{number(summary['wall_s'])} s",
     }
-
-
-def _facts(facts: Mapping[str, str]) -> Html:
-    pairs = (tag("div", tag("dt", text(k)), tag("dd", text(v))) for k, v in facts.items())
-    return tag("dl", *pairs, kind="facts")
 
 
 def _provenance(summary: Mapping[str, Any], command: str) -> Html:

@@ -74,18 +74,23 @@ def band(x: Any, low: Any, high: Any, name: str, **more: Any) -> list[go.Scatter
 
 def shade(x0: float, x1: float, label: str = "") -> dict[str, Any]:
     """A vertical strip behind the traces."""
-    words = {"text": label, "textposition": "top left", "font": {"size": 10}} if label else {}
+    words = {"text": label, "textposition": "bottom left", "font": {"size": 10}} if label else {}
     return {
         "type": "rect", "layer": "below", "xref": "x", "yref": "y domain", "x0": x0, "x1": x1,
         "y0": 0, "y1": 1, "line": {"width": 0}, "fillcolor": SHADE, "label": words,
     }  # fmt: skip
 
 
-def rule(x: float | None = None, y: float | None = None) -> dict[str, Any]:
-    """A dashed line across the plot, at `x` or at `y`."""
+def rule(x: float | None = None, y: float | None = None, label: str = "") -> dict[str, Any]:
+    """A dashed line across the plot, at `x` or at `y`, with its name at its beginning."""
     along = (
         {"xref": "x", "yref": "y domain", "x0": x, "x1": x, "y0": 0, "y1": 1}
         if x is not None
         else {"xref": "x domain", "yref": "y", "x0": 0, "x1": 1, "y0": y, "y1": y}
     )
-    return {"type": "line", "line": {"color": MEASURED, "width": 1.2, "dash": "dash"}} | along
+    words = {
+        "text": label, "textposition": "start", "textangle": 0, "xanchor": "left",
+        "yanchor": "bottom", "font": {"size": 10},
+    }  # fmt: skip
+    style = {"color": MEASURED, "width": 1.2, "dash": "dash"}
+    return {"type": "line", "line": style, "label": words if label else {}} | along

@@ -9,11 +9,12 @@ from urdyn.identify.excite import Excitation
 from urdyn.report.canvas import figure, joint_colours, line, rule
 from urdyn.report.digits import number, percent
 from urdyn.report.excite_scene import scene
-from urdyn.report.excite_summary import rating, safety
+from urdyn.report.excite_summary import FRICTION, rating, safety
 from urdyn.report.markup import (
     Html,
     cell,
     document,
+    facts,
     grid,
     join,
     key,
@@ -24,12 +25,11 @@ from urdyn.report.markup import (
     tag,
     text,
 )  # fmt: skip
-from urdyn.report.names import QUANTITIES, spoken
+from urdyn.report.names import QUANTITIES, maker, spoken
 from urdyn.report.traces import downsample
 from urdyn.types import Array
 
 DRAWN = 600  # points of a line
-FRICTION = ("coulomb", "viscous", "structural", "offset", "rotor_inertia", "gain")
 FIRST = (
     "Bring the arm to the first pose by hand or slowly: that way is yours to watch. Run the script "
     "at 10 % first, as it is written, with a hand on the stop button; then raise `speed` in it. At "
@@ -39,7 +39,7 @@ FIRST = (
 
 def excite_page(found: Excitation, wall: float) -> str:
     """HTML of an excitation; `wall` is the time that it took to find [s]."""
-    name = found.arm.name.replace("ur", "UR", 1)
+    name = maker(found.arm.name)
     return document(
         f"{name} excitation",
         _headline(found, name, wall),
@@ -52,7 +52,7 @@ def excite_page(found: Excitation, wall: float) -> str:
 
 def _headline(found: Excitation, name: str, wall: float) -> Html:
     rated, ask = rating(found), found.ask
-    facts = {
+    told = {
         "kind": ask.kind,
         "length": f"{number(ask.duration, 3)} s at {ask.rate:g} Hz",
         f"{ask.criterion} criterion": number(found.value, 4),
@@ -61,7 +61,6 @@ def _headline(found: Excitation, name: str, wall: float) -> Html:
         "found in": f"{number(wall)} s",
         "seed": str(ask.seed),
     }
-    pairs = (tag("div", tag("dt", text(k)), tag("dd", text(v))) for k, v in facts.items())
     gained = found.expected.gained()
     halved = int((gained > 0.75).sum())
     words = (
@@ -73,7 +72,7 @@ def _headline(found: Excitation, name: str, wall: float) -> Html:
             tag("h1", text(f"{name} · excitation")),
             paragraph(words, "headline"),
             paragraph(_interest(found), "lead"),
-            tag("dl", *pairs, kind="facts"),
+            facts(told),
         ]
     )
 

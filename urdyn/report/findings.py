@@ -77,6 +77,11 @@ def read_findings(folder: Path, joints: Sequence[str]) -> tuple[Finding, ...] | 
     return tuple(sorted(found, key=lambda finding: finding.rank, reverse=True))
 
 
+def ranked(entries: Sequence[Mapping[str, Any]], joints: Sequence[str]) -> list[Mapping[str, Any]]:
+    """Findings as a run's summary has them, most urgent first."""
+    return sorted(entries, key=lambda entry: _finding(entry, joints).rank, reverse=True)
+
+
 def _finding(entry: Mapping[str, Any], joints: Sequence[str]) -> Finding:
     joint, left = entry["joint"], entry["time_to_failure_s"]
     if joint is not None and not 0 <= int(joint) < len(joints):

@@ -12,10 +12,9 @@ import numpy as np
 from urdyn.errors import UrdynError
 from urdyn.report.findings import Finding, read_findings
 from urdyn.report.findings import told as as_told
-from urdyn.report.fleet_run import Run, find_run
 from urdyn.report.traces import downsample
 from urdyn.report.track_change import Change, compare_track
-from urdyn.report.track_history import Clock, Series, clock
+from urdyn.report.track_history import Clock, History, Series, clock, find_history
 from urdyn.report.track_surprise import MISSES
 
 SHOWN = ("coulomb", "health")  # of every joint
@@ -130,7 +129,7 @@ def names(folders: Sequence[Path]) -> list[str]:
 
 
 def _robot(folder: Path, name: str, now: float, stale: float) -> Robot:
-    run = find_run(folder)
+    run = find_history(folder)
     age = max(0.0, now - run.written)
     pairs = {what: [_judged(run, joint, what) for joint in run.joints] for what in SHOWN}
     return Robot(
@@ -150,7 +149,7 @@ def _robot(folder: Path, name: str, now: float, stale: float) -> Robot:
     )
 
 
-def _judged(run: Run, joint: str, quantity: str) -> tuple[Series, Change]:
+def _judged(run: History, joint: str, quantity: str) -> tuple[Series, Change]:
     """A quantity of a joint, thinned, and what the whole of it says."""
     whole = run.series(joint, quantity)
     at = np.union1d(downsample(whole.mean, POINTS), [0, len(whole.mean) - 1])

@@ -11,16 +11,16 @@ from urdyn.identify import Fit, Score
 from urdyn.report.canvas import CONTROLLER, MEASURED, OURS, dots, figure, rule
 from urdyn.report.digits import number, percent
 from urdyn.report.evidence import Pooled, pool, telling
-from urdyn.report.markup import Html, cell, grid, join, paragraph, plot, table, tag, text
+from urdyn.report.markup import Html, cell, facts, grid, join, paragraph, plot, table, tag, text
 from urdyn.report.names import joints, robot
 from urdyn.types import Array
 
 
-def headline(fit: Fit, scores: Sequence[Score], deed: str, facts: dict[str, str]) -> Html:
+def headline(fit: Fit, scores: Sequence[Score], deed: str, known: dict[str, str]) -> Html:
     """Title, the answer in one sentence, the bars that show it, and a few facts."""
     title = tag("h1", text(f"{robot(fit)} · {deed}"))
     if not scores:
-        return join([title, paragraph("No log was scored.", "headline"), _facts(facts)])
+        return join([title, paragraph("No log was scored.", "headline"), facts(known)])
     found = pool(fit, telling(fit, scores))
     names = joints(fit)
     colours = {name: colour for name, _, colour in _bars(found)}
@@ -35,7 +35,7 @@ def headline(fit: Fit, scores: Sequence[Score], deed: str, facts: dict[str, str]
                 kind="wide-first",
             ),
             tag("details", tag("summary", text("The same in numbers")), _numbers(found, names)),
-            _facts(facts),
+            facts(known),
         ]
     )
 
@@ -140,8 +140,3 @@ def _numbers(found: Pooled, names: Sequence[str]) -> Html:
         [text("coverage of the 90 % interval"), *(cell(percent(x)) for x in found.coverage)]
     )
     return table(["", *names], rows)
-
-
-def _facts(facts: dict[str, str]) -> Html:
-    pairs = (tag("div", tag("dt", text(k)), tag("dd", text(v))) for k, v in facts.items())
-    return tag("dl", *pairs, kind="facts")

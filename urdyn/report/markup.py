@@ -47,6 +47,12 @@ def grid(*parts: Html, kind: str = "three") -> Html:
     return tag("div", *parts, kind=f"grid {kind}")
 
 
+def facts(told: Mapping[str, str]) -> Html:
+    """A few numbers, each under its name, in a line."""
+    pairs = (tag("div", tag("dt", text(name)), tag("dd", text(x))) for name, x in told.items())
+    return tag("dl", *pairs, kind="facts")
+
+
 def key(colours: Mapping[str, str]) -> Html:
     """What the colours of the plots below mean."""
     swatch = '<i style="background:{}"></i>'

@@ -11,11 +11,14 @@ import numpy as np
 from urdyn.identify import Fit, Noise, Score
 from urdyn.identify.noise import GAUSSIAN
 from urdyn.report.digits import number, percent
-from urdyn.report.evidence import seen
+from urdyn.report.evidence import residual, seen
 from urdyn.report.markup import Html, cell, section, table, tag, text
 from urdyn.report.names import joints, title
-from urdyn.types import Source
+from urdyn.signal.stretches import breaks
+from urdyn.types import Log, Source
 from urdyn.version import __version__
+
+WILD = 4.0  # [-] standard deviations of a residual, beyond which it is counted
 
 
 def data_quality(fit: Fit, scores: Sequence[Score]) -> Html:
@@ -26,7 +29,17 @@ def data_quality(fit: Fit, scores: Sequence[Score]) -> Html:
         "listed. Noise is autoregressive: the next sample’s error is partly told by the last ones, "
         "so parameters are less sure than white noise would make them.",
         table(
-            ["log", "", "rows", "duration", "rate", "without current", "defects"],
+            [
+                "log",
+                "",
+                "rows",
+                "duration",
+                "rate",
+                "gaps",
+                "without current",
+                "beyond 4 sd",
+                "defects",
+            ],
             [_log(fit, s) for s in scores],
             "words",
         ),
@@ -43,9 +56,28 @@ def _log(fit: Fit, score: Score) -> list[Html]:
         text(f"{len(log):,}"),
         text(f"{number(score.duration, 3)} s"),
         text(f"{number(1.0 / float(np.median(np.diff(log.t))), 3)} Hz"),
+        text(_gaps(log)),
         text("none" if missing == 0.0 else percent(missing)),
+        text(_wild(fit, score)),
         text("; ".join(map(str, log.defects)) or "none"),
     ]
+
+
+def _gaps(log: Log) -> str:
+    """Times without a row, longer than a few usual ones."""
+    count = len(breaks(log.t))
+    return f"{count}, the longest {number(float(np.diff(log.t).max()))} s" if count else "none"
+
+
+def _wild(fit: Fit, score: Score) -> str:
+    """Currents that are far off; their Student t lets them count for less."""
+    left = np.abs(residual(score)) / fit.noise.sd
+    return _counted(int((left > WILD).sum()), int(np.isfinite(left).sum()))
+
+
+def _counted(count: int, whole: int) -> str:
+    """A count, and its share where it is not nothing."""
+    return f"{count:,} ({number(100.0 * count / whole)} %)" if count else "none"
 
 
 def _noise(fit: Fit) -> list[list[Html]]:

@@ -1,13 +1,25 @@
 "use strict";
 // Draws every plot from the JSON beside it; colours of ink and grid come from page.css.
+// One after the other, so that the page can be read meanwhile; all at once where it is printed.
 const plots = [...document.querySelectorAll(".plot")];
+const waiting = [...plots];
 const options = { responsive: true, displayModeBar: false };
 
-for (const plot of plots) {
+const draw = (plot) => {
   const { data, layout } = JSON.parse(plot.nextElementSibling.textContent);
   Plotly.newPlot(plot, data, layout, options);
-}
+};
 
-const fit = () => plots.forEach((plot) => Plotly.Plots.resize(plot));
-addEventListener("beforeprint", fit);
-addEventListener("afterprint", fit);
+const next = () => {
+  if (waiting.length) {
+    draw(waiting.shift());
+    setTimeout(next);
+  } else document.documentElement.dataset.drawn = "all";
+};
+
+addEventListener("beforeprint", () => {
+  waiting.splice(0).forEach(draw);
+  plots.forEach((plot) => Plotly.Plots.resize(plot));
+});
+addEventListener("afterprint", () => plots.forEach((plot) => Plotly.Plots.resize(plot)));
+next();

@@ -52,7 +52,9 @@ class Change:
         """How much, signed: in per cent, but a joint's zero has no size to compare with."""
         if self.quantity == "zero":
             return f"{signed(1e3 * (self.now - self.then))} mrad"
-        return f"{signed(100.0 * (self.now / self.then - 1.0))} %" if self.then else "–"
+        if not self.then:
+            return "–"
+        return f"{signed(round(100.0 * (self.now / self.then - 1.0), 1))} %"
 
 
 def compare_track(series: Series) -> Change:

@@ -7,14 +7,18 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from urdyn.report.digits import interval90, number, percent
-from urdyn.report.markup import Html, cell, grid, join, paragraph, table, tag, text
-from urdyn.report.names import QUANTITIES, spoken
-from urdyn.report.track_change import SDS, SHARE, Change, verdict
-from urdyn.report.track_history import PAYLOAD, History
+from urdyn.report.finding_words import kind, size, span_of
+from urdyn.report.findings import ranked
+from urdyn.report.markup import Html, cell, facts, grid, join, paragraph, table, tag, text
+from urdyn.report.names import QUANTITIES, maker, spoken
+from urdyn.report.track_change import SDS, SHARE, TOLD, Change, verdict
+from urdyn.report.track_history import PAYLOAD, Clock, History
 from urdyn.report.track_payload import carried
 from urdyn.report.track_surprise import Surprise, trust_track
 
-UNIT = re.compile(r"(?<=\d) (?=±|%|kg\b|s\b|min\b|h\b|d\b|mrad\b)|(?<=±) ")
+UNIT = re.compile(
+    r"(?<=\d) (?=±|%|kg\b|s\b|min\b|h\b|d\b|mrad\b)|(?<=±) |(?<=\d) (?=to \d)|(?<=to) (?=\d)"
+)
 TABLED = ("coulomb", "viscous", "health")
 STEADY = (
     f"Steady is what differs from commissioning by less than {SDS:.0f} combined standard "
@@ -31,21 +35,46 @@ def track_headline(
 ) -> Html:
     """Title, verdict, payload, every joint then and now, and a few facts."""
     load = carried(history, changed) if history.holds(PAYLOAD, "mass") else ""
+    diagnosed = "findings" in summary
+    said = verdict(found, history.clock)
+    if diagnosed:
+        said = said.replace("Changed: ", "In the belief that follows the arm: ", 1)
+    moved = f"{said} {load}".strip()
     return join(
         [
-            tag("h1", text(f"{arm(summary)} · tracked dynamics")),
-            paragraph(tied(f"{verdict(found, history.clock)} {load}".strip()), "headline"),
+            tag("h1", text(f"{maker(str(summary['robot']))} · tracked dynamics")),
+            *(_diagnosed(history, summary) if diagnosed else []),
+            paragraph(tied(moved), "said" if diagnosed else "headline"),
             paragraph(tied(f"{trust_track(surprised)} {STEADY}"), "lead"),
             grid(*(_table(found, quantity) for quantity in TABLED)),
-            tag("dl", *(_fact(k, v) for k, v in _facts(summary).items()), kind="facts"),
+            facts(_facts(summary)),
         ]
     )
 
 
-def arm(summary: Mapping[str, Any]) -> str:
-    """The arm's type as its maker writes it."""
-    name = str(summary["robot"])
-    return name.replace("ur", "UR", 1) if name.startswith("ur") else name
+def _diagnosed(history: History, summary: Mapping[str, Any]) -> list[Html]:
+    """Is anything wrong, since when, and what to do."""
+    found, advice = ranked(summary["findings"], history.joints), summary["recommendation"]
+    time = history.clock
+    if not found:
+        told = f"Nothing wrong was found in {time(summary['data_s'])}."
+        return [paragraph(tied(told), "headline"), paragraph("Leave it at work.", "advice")]
+    told = " ".join(_sentence(f, time, history.start) for f in found[:TOLD])
+    rest = f" And {len(found) - TOLD} more, below." if len(found) > TOLD else ""
+    said = advice["text"]
+    for f in found:
+        said = said.replace(f["name"], spoken(f["name"]))
+    do = paragraph(tied(f"{said[0].upper()}{said[1:]}."), "advice")
+    return [paragraph(tied(f"{told}{rest}"), "headline"), do]
+
+
+def _sentence(f: Mapping[str, Any], time: Clock, start: float) -> str:
+    """One finding: what, where, since when, how bad, how long."""
+    name, left = spoken(f["name"]), f["forecast"] and f["time_to_failure_s"]
+    soon = f", critical in {span_of(left)}" if left and left["median"] > 0.0 else ""
+    known = ", acknowledged" if f["acknowledged"] else ""
+    told = f"{name[0].upper()}{name[1:]}: {kind(f)}, {size(f)}, since {time(f['onset_s'] - start)}"
+    return f"{told}; {f['severity']}{soon}{known}."
 
 
 def tied(words: str) -> str:
@@ -85,7 +114,3 @@ def _facts(summary: Mapping[str, Any]) -> dict[str, str]:
         "rate": f"{number(summary['rate_hz'], 3)} Hz",
         "latency": f"{number(summary['latency_ms']['p99'])} ms (99 %)",
     }
-
-
-def _fact(name: str, value: str) -> Html:
-    return tag("div", tag("dt", text(name)), tag("dd", text(value)))

@@ -1,4 +1,4 @@
-"""The history of a tracked run, read a column at a time: an hour holds millions of rows."""
+"""The history of a tracked run, finished or not, read a column at a time: days are long."""
 
 from __future__ import annotations
 
@@ -6,31 +6,22 @@ import json
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pyarrow as pa
 import pyarrow.parquet as pq
 
 from urdyn.errors import LogError
 from urdyn.report.digits import NORMAL90, number
 from urdyn.types import Array
 
+FILE, PARTS = "history.parquet", "history.parts"
 SD = ".sd"  # after the name of a quantity: the column of its standard deviation
 PAYLOAD = "payload"
 PREFIX = "urdyn."  # before the keys of metadata
-UNITS = {
-    "coulomb": "N·m",
-    "viscous": "N·m·s/rad",
-    "structural": "-",
-    "health": "-",
-    "offset": "N·m",
-    "zero": "rad",
-    "mass": "kg",
-    "mx": "kg·m",
-    "my": "kg·m",
-    "mz": "kg·m",
-}
 SPANS = ((600.0, 1.0, "s"), (3 * 3600.0, 60.0, "min"), (72 * 3600.0, 3600.0, "h"))
 
 
@@ -60,7 +51,7 @@ class Clock:
 
     def __call__(self, t: float) -> str:
         """A moment, as words."""
-        return f"{number(t / self.seconds, 3)} {self.unit}"
+        return f"{number(round(t / self.seconds, 2), 3)} {self.unit}"
 
     @property
     def axis(self) -> str:
@@ -75,26 +66,18 @@ def clock(span: float) -> Clock:
 
 @dataclass(frozen=True)
 class History:
-    """A run's Parquet file."""
+    """The history of one robot, in one file or in the parts of a run that has not ended."""
 
-    path: Path
-
-    @cached_property
-    def schema(self) -> Any:
-        """Columns and metadata, as Arrow knows them."""
-        return pq.read_schema(self.path)
-
-    @property
-    def columns(self) -> tuple[str, ...]:
-        """Their names."""
-        return tuple(self.schema.names)
+    files: tuple[Path, ...]
+    finished: bool = True
+    written: float = np.nan  # [s] since 1970, when the newest of them was
 
     @cached_property
     def start(self) -> float:
         """The first stamp [s]."""
         t = self.column("t")
         if not len(t):
-            raise LogError("the run holds no reading; track a longer log", self.path)
+            raise LogError("holds no reading yet; track a longer log")
         return float(t[0])
 
     @cached_property
@@ -110,7 +93,10 @@ class History:
     @cached_property
     def joints(self) -> tuple[str, ...]:
         """Base first."""
-        return self._owners(lambda owner, quantity: quantity == "coulomb")
+        joints = self._owners(lambda owner, quantity: quantity == "coulomb")
+        if not joints:
+            raise LogError("its history knows of no joint; track with this version")
+        return joints
 
     @cached_property
     def links(self) -> tuple[str, ...]:
@@ -119,50 +105,106 @@ class History:
 
     def column(self, name: str) -> Array:
         """A column, (N,)."""
-        table = pq.ParquetFile(self.path).read(columns=[name])
-        return np.asarray(table.column(name).to_numpy(), dtype=float)
+        if name not in self._names:
+            raise LogError(f"its history has no column {name!r}; track with this version")
+        try:
+            files = chain([self._first], map(pq.ParquetFile, self.files[1:]))
+            tables = [file.read([name], use_threads=False) for file in files]
+        except (pa.ArrowException, OSError) as error:
+            raise _broken(error) from error
+        whole = [np.asarray(table.column(name).to_numpy(), dtype=float) for table in tables]
+        return np.concatenate(whole)
 
     def series(self, owner: str, quantity: str) -> Series:
         """A quantity on the rows where it is known."""
         name = f"{owner}.{quantity}"
         mean, sd = self.column(name), self.column(name + SD)
-        told = np.isfinite(mean) & np.isfinite(sd)
-        return Series(owner, quantity, self._unit(name), self.t[told], mean[told], sd[told])
+        known = np.isfinite(mean) & np.isfinite(sd)
+        if not known.any():
+            raise LogError(f"knows nothing of {name}; track a longer log")
+        unit = self._told("units").get(name, "-")
+        return Series(owner, quantity, str(unit), self.t[known], mean[known], sd[known])
 
     def holds(self, owner: str, quantity: str) -> bool:
         """Whether a quantity was tracked."""
-        return f"{owner}.{quantity}" in self.columns
+        return f"{owner}.{quantity}" in self._names
 
     def currents(self, joint: str) -> tuple[Array, Array]:
         """Measured and predicted current of a joint, (N,) each [A]; NaN where not compared."""
-        if f"{joint}.current" in self.columns:
-            return self.column(f"{joint}.current"), self.column(f"{joint}.predicted")
         j = self.joints.index(joint)
         return self.column(f"current_{j}"), self.column(f"predicted_{j}")
 
     @cached_property
+    def surprise(self) -> float:
+        """Normalised innovation squared a measured current, 1 expected; NaN: none was compared."""
+        measured, nis = self.column("measured"), self.column("nis")
+        told = measured > 0
+        return float(nis[told].sum() / measured[told].sum()) if told.any() else np.nan
+
+    @cached_property
     def provenance(self) -> Mapping[str, Any]:
-        """What the run was made of, as its writer told."""
-        plain = {k: v for k, v in self._told.items() if k not in ("units", "provenance")}
-        return {**plain, **json.loads(self._told.get("provenance", "{}"))}
+        """What the run was made of; nothing where it has not said so yet."""
+        return dict(self._told("provenance"))
 
-    def _unit(self, name: str) -> str:
-        """Its field's, else the file's, else what such a quantity has."""
-        field = self.schema.field(name).metadata or {}
-        known = UNITS.get(name.rpartition(".")[2], "-")
-        return str(field.get(b"unit", b"").decode() or self._units.get(name, known))
+    @property
+    def source(self) -> str:
+        """What was tracked, as its user named it; "" where nobody has said so yet."""
+        return str(self.provenance.get("source", ""))
 
     @cached_property
-    def _units(self) -> Mapping[str, str]:
-        units = json.loads(self._told.get("units", "{}"))
-        return {str(name): str(unit) for name, unit in units.items()}
+    def _first(self) -> pq.ParquetFile:
+        """Stays open, since what a day's file says of its groups of rows takes long to read.
+
+        The parts of a run that goes on are many and small: each is opened when it is read.
+        """
+        try:
+            return pq.ParquetFile(self.files[0])
+        except (pa.ArrowException, OSError) as error:
+            raise _broken(error) from error
 
     @cached_property
-    def _told(self) -> Mapping[str, str]:
+    def _names(self) -> frozenset[str]:
+        return frozenset(self._schema.names)
+
+    @property
+    def _schema(self) -> Any:
+        """Columns and metadata, as Arrow knows them."""
+        return self._first.schema_arrow
+
+    def _told(self, key: str) -> Mapping[str, Any]:
         """The project's own metadata."""
-        metadata = {k.decode(): v.decode() for k, v in (self.schema.metadata or {}).items()}
-        return {k.removeprefix(PREFIX): v for k, v in metadata.items() if k.startswith(PREFIX)}
+        metadata = self._schema.metadata or {}
+        try:
+            return dict(json.loads(metadata.get(f"{PREFIX}{key}".encode(), b"{}")))
+        except (ValueError, TypeError) as error:
+            raise _broken(error) from error
 
     def _owners(self, wanted: Callable[[str, str], bool]) -> tuple[str, ...]:
-        names = (name.rpartition(".") for name in self.columns if name + SD in self.columns)
+        names = (name.rpartition(".") for name in self._schema.names if name + SD in self._names)
         return tuple(owner for owner, _, quantity in names if wanted(owner, quantity))
+
+
+def find_history(folder: Path) -> History:
+    """The newest history in a track folder.
+
+    Raises:
+        LogError: there is none; the reason, without the folder's name.
+    """
+    if not folder.is_dir():
+        raise LogError("is no folder" if folder.exists() else "does not exist")
+    whole, parts = folder / FILE, sorted((folder / PARTS).glob("part-*.parquet"))
+    since = whole.stat().st_mtime if whole.is_file() else -np.inf
+    until = parts[-1].stat().st_mtime if parts else -np.inf
+    if until > since:  # a live robot was taken up again, or has never been left
+        return History(tuple(parts), False, until)
+    if whole.is_file():
+        return History((whole,), True, since)
+    if (folder / PARTS).is_dir() or any(folder.glob("checkpoint.npz")):
+        raise LogError("its run has not written anything yet; wait, or track on")
+    if any(folder.glob(f"*/{FILE}")):
+        raise LogError(f"holds no {FILE}, but folders that do: name those")
+    raise LogError(f"holds no {FILE}; `urdyn track` writes one")
+
+
+def _broken(error: Exception) -> LogError:
+    return LogError(f"its history cannot be read ({str(error).splitlines()[0]}); track again")

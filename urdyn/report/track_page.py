@@ -7,13 +7,17 @@ from pathlib import Path
 from typing import Any
 
 from urdyn.report.markup import document
+from urdyn.report.names import maker
 from urdyn.report.track_change import changes
 from urdyn.report.track_findings import findings
-from urdyn.report.track_headline import arm, track_headline
+from urdyn.report.track_forecast import forecasts
+from urdyn.report.track_headline import track_headline
 from urdyn.report.track_history import PAYLOAD, History
 from urdyn.report.track_interest import interest
+from urdyn.report.track_network import network
 from urdyn.report.track_origin import track_origin
 from urdyn.report.track_payload import payload
+from urdyn.report.track_quality import quality
 from urdyn.report.track_surprise import surprise, surprises
 from urdyn.report.track_trends import link_masses, trends
 
@@ -25,17 +29,19 @@ def track_page(history: Path, summary: Mapping[str, Any]) -> str:
         history: Parquet; mean and `.sd` of every quantity, currents, and surprise over time.
         summary: robot, samples, times, latency, and when the payload was taken to have changed.
     """
-    run = History(history)
+    run = History((history,))
     found, surprised = changes(run), surprise(run)
     changed = [float(t) - run.start for t in summary["payload_changes"]]
     return document(
-        f"{arm(summary)} tracked",
+        f"{maker(str(summary['robot']))} tracked",
         track_headline(run, summary, found, changed, surprised),
-        *([findings(run, summary)] if "findings" in summary else []),
+        *([findings(run, summary), forecasts(run, summary)] if "findings" in summary else []),
         *([payload(run, changed)] if run.holds(PAYLOAD, "mass") else []),
         *([interest(summary["quantities"])] if "quantities" in summary else []),
         trends(run, found),
         surprises(run, surprised),
         link_masses(run),
+        network(),
+        *([quality(run, summary)] if "quality" in summary else []),
         track_origin(run, summary),
     )

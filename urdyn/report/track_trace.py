@@ -9,6 +9,7 @@ from urdyn.report.canvas import OURS, band, figure, line, rule
 from urdyn.report.names import shown
 from urdyn.report.traces import downsample
 from urdyn.report.track_history import Clock, Series
+from urdyn.types import Index
 
 POINTS = 1000  # a trace
 PALE = "rgba(86,180,233,0.24)"  # a band that leaves its line visible on a dark page
@@ -18,7 +19,7 @@ WORDS = {"coulomb": "friction", "viscous": "damping"}
 
 def trend(series: Series, clock: Clock, height: int = 190) -> go.Figure:
     """Mean and band over time, dashed where it began."""
-    at = downsample(series.mean, POINTS)
+    at = kept(series)
     factor, unit = reads_as(series.quantity, series.unit)
     t, mean, half = series.t[at] / clock.seconds, factor * series.mean[at], factor * series.half[at]
     low, high = band(t, mean - half, mean + half, "90 % interval")
@@ -31,6 +32,13 @@ def trend(series: Series, clock: Clock, height: int = 190) -> go.Figure:
     began = rule(y=factor * float(series.mean[0]))
     drawing = figure(traces, clock.axis, title, height, shapes=[began])
     return drawing.update_yaxes(range=extent(series), nticks=5)
+
+
+def kept(series: Series) -> Index:
+    """Rows to draw, at most POINTS: the highest and lowest of mean and band, stretch by stretch."""
+    drawn = (series.mean, series.mean - series.half, series.mean + series.half)
+    rows = [downsample(x, POINTS // len(drawn)) for x in drawn]
+    return np.union1d(np.union1d(*rows[:2]), rows[2])
 
 
 def extent(series: Series) -> tuple[float, float]:

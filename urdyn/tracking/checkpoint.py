@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from urdyn.errors import InputError
 from urdyn.io import writing
 from urdyn.tracking.interest import Interest
+from urdyn.tracking.losses import Losses
 from urdyn.tracking.tracker import TrackerState
 
 FILE = "checkpoint.npz"
@@ -37,6 +38,7 @@ class Checkpoint(Generic[S]):
 
     state: TrackerState[S]
     interest: Interest
+    losses: Losses
     index: int = 0  # of the next sample
     parts: int = 0  # of the history, that are written
     began: float = np.nan  # [s] stamp of the first sample

@@ -21,6 +21,8 @@ from urdyn.tracking.checkpoint import Checkpoint
 from urdyn.tracking.history import FILE, History, changes
 from urdyn.tracking.interest import gathered, nothing_yet, told
 from urdyn.tracking.latency import Latency
+from urdyn.tracking.losses import counted, no_losses
+from urdyn.tracking.losses import told as told_losses
 from urdyn.tracking.modes import mode_of
 from urdyn.tracking.physical import Quantities, quantities
 from urdyn.tracking.source import Arrival, Source, now
@@ -127,7 +129,7 @@ def run(
     with alone(out), threadpool_limits(1):
         if fresh:
             keep.remove(out)
-        start = Checkpoint(tracker.init(), nothing_yet(joints))
+        start = Checkpoint(tracker.init(), nothing_yet(joints), no_losses(joints))
         begun = keep.load(start, identity, out)
         history = History(out, quantities(tracker.fit, tracker.currents), begun.parts)
         history.open()
@@ -175,6 +177,7 @@ class _Run(Generic[S]):
             "mode": mode_of(self.tracker.filter),
             "final": _final(self.history.quantities, self._belief(at)),
             "quantities": told(at.interest, self.tracker.fit.dynamics.arm.joint_names),
+            "quality": self._quality(at),
             "payload_changes": changes(path),
             **found,
         }
@@ -186,7 +189,9 @@ class _Run(Generic[S]):
         if self.observer and reading:
             self.observer.take(reading)
         began = at.began if np.isfinite(at.began) else t
-        return replace(at, state=state, index=at.index + 1, began=began, last=t), reading
+        losses = counted(at.losses, arrival.sample, at.last, self.source.period)
+        at = replace(at, state=state, losses=losses, index=at.index + 1, began=began, last=t)
+        return at, reading
 
     def _missing(self, at: Checkpoint[S], arrival: Arrival) -> int:
         """Samples that did not come before this one, by their stamps."""
@@ -240,6 +245,11 @@ class _Run(Generic[S]):
             if self.observer:
                 self.observer.forget()
         return path
+
+    def _quality(self, at: Checkpoint[S]) -> dict[str, Any]:
+        """What the stream lacked."""
+        refused = at.state.causal.refused
+        return told_losses(at.losses, refused, self.source.defects, at.index)
 
     def _belief(self, at: Checkpoint[S]) -> Gaussian:
         return self.tracker.filter.belief(at.state.belief)

@@ -51,6 +51,7 @@ class Source:
     length: int  # samples; 0: nobody knows
     start: Callable[[int], Iterator[Arrival]]  # from this sample on; a live one begins now
     close: Callable[[], None]  # end a live stream in good order, from any thread
+    defects: tuple[str, ...] = ()  # damage that was met while it was read
 
 
 def open_source(
@@ -94,8 +95,9 @@ def _recording(name: str, log: Log, duration: float | None) -> Source:
         return (Arrival(sample, np.nan) for sample in samples(log.slice(first)))
 
     period = float(np.median(np.diff(log.t)))
-    sha256 = log.source.sha256
-    return Source(name, identity, sha256, period, log.joints, False, len(log), start, lambda: None)
+    sha256, defects = log.source.sha256, tuple(map(str, log.defects))
+    kind = identity, sha256, period, log.joints, False, len(log)
+    return Source(name, *kind, start, lambda: None, defects)
 
 
 def _robot(name: str, rate: float | None, duration: float | None) -> Source:

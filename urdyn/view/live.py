@@ -12,7 +12,7 @@ from typing import TypeVar
 import numpy as np
 
 from urdyn.errors import UrdynError
-from urdyn.report.fleet_run import find_run
+from urdyn.report.track_history import find_history
 from urdyn.tracking import Source, Tracker, quantities
 from urdyn.tracking.source import now
 from urdyn.types import Array, Gaussian
@@ -98,7 +98,7 @@ def _told(tracker: Tracker[S]) -> Callable[[Gaussian], tuple[Array, Array, Array
 def _newest(folder: Path) -> Moment | None:
     """The last row that has been written; None while there is none that can be read."""
     try:
-        run = find_run(folder)
+        run = find_history(folder)
         ends = tuple(dict.fromkeys((run.files[0], run.files[-1])))  # a day has thousands between
         film = beliefs(replace(run, files=ends), None)
     except UrdynError:

@@ -7,14 +7,14 @@ from dataclasses import replace
 import numpy as np
 
 from urdyn.errors import LogError
-from urdyn.report.fleet_run import Run
+from urdyn.report.track_history import History
 from urdyn.types import Array, Log
 from urdyn.view.film import Film
 
 RATE = 25.0  # [Hz] of a film, at most
 
 
-def replay(run: Run, log: Log, gain: Array | None) -> Film:
+def replay(run: History, log: Log, gain: Array | None) -> Film:
     """A tracked run.
 
     Args:
@@ -24,7 +24,7 @@ def replay(run: Run, log: Log, gain: Array | None) -> Film:
     return replace(beliefs(run, gain), q=angles(log, run.column("t"), len(run.joints)))
 
 
-def beliefs(run: Run, gain: Array | None) -> Film:
+def beliefs(run: History, gain: Array | None) -> Film:
     """A tracked run, whose joint angles are not known."""
     joints = range(len(run.joints))
     friction, health, zero = (_each(run, name) for name in ("coulomb", "health", "zero"))
@@ -70,6 +70,6 @@ def share(now: Array, then: Array) -> Array:
     return np.asarray(100.0 * (now / then - 1.0))
 
 
-def _each(run: Run, quantity: str) -> Array:
+def _each(run: History, quantity: str) -> Array:
     """A quantity of every joint, (N, J)."""
     return np.stack([run.column(f"{joint}.{quantity}") for joint in run.joints], axis=1)

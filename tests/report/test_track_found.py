@@ -1,0 +1,134 @@
+"""The page of a diagnosed run: what is wrong, since when, what to do, and what will be."""
+
+from __future__ import annotations
+
+import json
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from tracked import CRITICAL, START, columns, diagnosed, growing, summary, write
+
+from urdyn.report.finding_words import size, span
+from urdyn.report.track_page import track_page
+
+SCRIPT = re.compile(r"<script.*?</script>", re.S)
+
+
+@pytest.fixture(scope="module")
+def history(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return write(tmp_path_factory.mktemp("run") / "history.parquet", columns())
+
+
+def page(history: Path, *findings) -> str:
+    return track_page(history, summary(**diagnosed(*findings)))
+
+
+def said(html: str, kind: str) -> str:
+    found = re.search(rf'<p class="{kind}">(.*?)</p>', html)
+    assert found
+    return found.group(1).replace("\u00a0", " ")
+
+
+def part(html: str, title: str) -> str:
+    """A section."""
+    whole = SCRIPT.sub("", html)
+    return next(s for s in whole.split("<section>") if s.startswith(f"<h2>{title}</h2>"))
+
+
+def test_the_first_words_are_what_is_wrong_since_when_and_what_to_do(history):
+    html = page(history, growing())
+    first = said(html, "headline")
+    assert first.startswith("Elbow: friction increase, 10.0 ± 1.6 %, since 30.0 s; notice, ")
+    assert re.search(r"critical in 100 s \(8\d to 12\d\)", first)
+    assert said(html, "advice").startswith("Service now: elbow, check lubrication")
+
+
+def test_nothing_found_is_said_first(history):
+    html = page(history)
+    assert said(html, "headline") == "Nothing wrong was found in 60.0 s."
+    assert said(html, "advice") == "Leave it at work."
+    assert "No trend is established in the friction or drive health of any joint." in html
+
+
+def test_the_graver_finding_comes_first(history):
+    mild, grave = growing(), growing(joint=0, name="shoulder_joint")
+    first = said(page(history, mild, replace(grave, severity="critical")), "headline")
+    assert first.index("Shoulder") < first.index("Elbow")
+
+
+def test_a_change_that_does_not_surely_grow_has_no_fan_and_says_so(history):
+    html = page(history, growing(rate=1e-3, rate_sd=1e-3))
+    told = part(html, "Forecast")
+    assert 'class="plot"' not in told
+    assert "No trend is established of elbow, friction increase: found, but not surely" in told
+    assert 'class="plot"' in part(html, "Findings")  # its course is drawn there
+
+
+def test_a_fan_is_drawn_from_the_numbers_of_the_finding(history):
+    finding = growing()
+    whole = page(history, finding)
+    drawn = next(
+        json.loads(text)
+        for text in re.findall(r'<script type="application/json">(.*?)</script>', whole, re.S)
+        if "forecast" in text
+    )
+    traces = {trace.get("name"): trace for trace in drawn["data"]}
+    reached = next(t for name, t in traces.items() if name and name.startswith("critical in"))
+    left = finding.forecast["to_critical_s"]
+    (x,), (y,) = ([*map(float, values(reached[axis]))] for axis in "xy")
+    assert x == pytest.approx(finding.forecast["at_s"] - START + left["median"], rel=1e-5)
+    assert y == pytest.approx(100.0 * CRITICAL)
+    bar = reached["error_x"]
+    assert (bar["array"][0], bar["arrayminus"][0]) == pytest.approx(
+        (left["hi"] - left["median"], left["median"] - left["lo"])
+    )
+    labels = {shape.get("label", {}).get("text") for shape in drawn["layout"]["shapes"]}
+    assert labels >= {"warning +20 %", "critical +50 %", "now", "alarm"}
+
+
+def values(drawn) -> np.ndarray:
+    import base64
+
+    if isinstance(drawn, dict):
+        return np.frombuffer(base64.b64decode(drawn["bdata"]), drawn["dtype"])
+    return np.array(drawn, float)
+
+
+def test_each_joint_is_told_how_long_it_lasts(history):
+    told = part(page(history, growing()), "Forecast")
+    row = next(r for r in told.split("<tr>") if "<th>elbow</th>" in r)
+    assert "health index" in row and "outside" in row  # critical in two minutes
+    row = next(r for r in told.split("<tr>") if "<th>shoulder</th>" in r)
+    assert "health index" not in row and row.count("nothing found") == 2
+
+
+def test_losses_of_the_stream_are_shown(history):
+    told = part(page(history), "Data quality")
+    for words in ("3 x torn row (left out)", "longest step 130 ms", ">12\n<", "0.10 %"):
+        assert words in told
+    # 1 of 5500 compared rows is far off, and a Gaussian has as good as none
+    assert "1 row<" in told
+
+
+def test_a_hostile_finding_is_text(history):
+    hostile = "</script><img src=x onerror=alert(1)>"
+    finding = replace(growing(), advice=hostile, quantity=hostile, kind=hostile)
+    shown = page(history, finding)
+    assert "<img" not in SCRIPT.sub("", shown)
+    assert shown.count("<script") == page(history, growing()).count("<script")
+
+
+@pytest.mark.parametrize(
+    ("seconds", "words"),
+    [(None, "no end"), (1e9, "no end"), (90.0, "90 s"), (7500.0, "2.1 h"), (9 * 86400.0, "9.0 d")],
+)
+def test_times_are_told_in_their_largest_unit(seconds, words):
+    assert span(seconds) == words
+
+
+def test_a_size_has_the_digits_of_its_interval():
+    assert size({"unit": "kg", "size": 2.00712, "size_sd": 0.018}) == "2.007 ± 0.030 kg"
+    assert size({"unit": "N", "size": 90.2, "size_sd": None}) == "90 N"

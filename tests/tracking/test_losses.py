@@ -1,0 +1,57 @@
+"""What a stream lacked is counted, once."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from urdyn.io import write
+from urdyn.signal import Sample
+from urdyn.tracking import open_source
+from urdyn.tracking.losses import counted, no_losses, told
+from urdyn.tracking.network import tracked_network
+
+PERIOD = 0.01
+
+
+def sample(t: float, current: float = 1.0) -> Sample:
+    one = np.ones(2)
+    return Sample(t, one, one, np.array([1.0, current]), one)
+
+
+def test_what_is_lost_repeated_and_set_back_is_told_apart():
+    stamps = [0.0, 0.01, 0.03, 0.13, 0.13, 0.05, 0.06]  # 0.03: jitter, no gap
+    losses, last = no_losses(2), np.nan
+    for t in stamps:
+        losses = counted(losses, sample(t, np.nan if t == 0.03 else 1.0), last, PERIOD)
+        last = t
+    found = told(losses, 0, ("a",), len(stamps))
+    assert found == {
+        "gaps": 1, "missing": 9, "longest_step_s": pytest.approx(0.1), "repeated": 1,
+        "clock_set_back": 1, "refused": 0, "without_current": [0.0, pytest.approx(1 / 7)],
+        "defects": ["a"],
+    }  # fmt: skip
+
+
+def test_a_run_tells_what_its_recording_lacked(workshop, tmp_path):
+    keep = np.ones(600, bool)
+    keep[200:260] = False  # 0.6 s of 100 Hz
+    rows = np.flatnonzero(keep)
+    channels = {name: x[rows].copy() for name, x in workshop.log.channels.items()}
+    channels["actual_current"][100:130, 3] = np.nan
+    channels["actual_q"][400, 2] += 1.0  # torn
+    write(replace(workshop.log, t=workshop.log.t[rows], channels=channels), tmp_path / "a.parquet")
+    source = open_source(str(tmp_path / "a.parquet"))
+    quality = workshop.track(tmp_path / "out", source)["quality"]
+    assert (quality["gaps"], quality["missing"]) == (1, 60)
+    assert quality["longest_step_s"] == pytest.approx(0.61)
+    assert quality["without_current"][3] == pytest.approx(30 / len(rows))
+    assert quality["refused"] > 0
+
+
+def test_the_tracked_network_has_the_edges_that_the_filter_uses():
+    network = tracked_network()
+    assert network.slice.parents("curr") == frozenset(n.name for n in network.parameters)
+    assert ("f", "alpha") in network.across
+    assert ("m", "alpha") not in network.across  # inertials do not stray: nothing follows them
+    assert network.d_separated("o", "f")
