@@ -111,7 +111,7 @@ def test_a_change_that_went_away_again_is_steady():
 
 
 def test_the_payload_is_told_with_its_interval(page):
-    assert "The payload is now 2.00 ± 0.16 kg, with no change noticed" in headline(page)
+    assert "The payload is now 2.00 ± 0.16 kg." in headline(page)
 
 
 def test_a_payload_taken_up_is_told_with_its_moment(quiet):

@@ -59,9 +59,9 @@ def table(glance: Glance, joints: Sequence[str]) -> Table:
 def verdict(summary: dict[str, Any]) -> str:
     """A run in a sentence."""
     mass, latency = summary["final"]["payload.mass"], summary["latency_ms"]
-    changed = ", ".join(f"{t:.1f} s" for t in summary["payload_changes"]) or "never"
+    changed = ", ".join(f"{t:.1f} s" for t in summary["payload_changes"])
     return (
         f"{summary['samples']} samples, {summary['data_s']:.1f} s, at {summary['rate_hz']:.0f} Hz; "
-        f"99 % within {latency['p99']:.2f} ms; payload {mass['mean']:.2f} ± {mass['sd']:.2f} kg, "
-        f"changed: {changed}"
+        f"99 % within {latency['p99']:.2f} ms; payload {interval90(mass['mean'], mass['sd'])} kg"
+        + (f", changed at {changed}" if changed else "")
     )

@@ -26,14 +26,14 @@ def carried(history: History, changed: Sequence[float]) -> str:
         what = f"The payload cannot be told from none: {now}"
     else:
         what = f"The payload is now {now}"
-    return f"{what}, {_since(changed, history.clock)}."
+    return f"{what}{_since(changed, history.clock)}."
 
 
 def _since(changed: Sequence[float], clock: Clock) -> str:
     if not changed:
-        return "with no change noticed during the run"
+        return ""  # what was found tells of one that was there from the beginning
     times = f", the last of {len(changed)} changes" if len(changed) > 1 else ""
-    return f"since {clock(changed[-1])}{times}"
+    return f", since {clock(changed[-1])}{times}"
 
 
 def payload(history: History, changed: Sequence[float]) -> Html:
