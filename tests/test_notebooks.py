@@ -47,11 +47,20 @@ def test_notebook_is_saved_as_it_ran_with_pictures(path):
 
 @EVERY
 def test_notebook_shows_neither_a_path_of_a_machine_nor_a_warning(path):
-    for cell in cells(path, "code"):
-        for output in cell["outputs"]:
-            text = "".join(output.get("text", "")) + json.dumps(output.get("data", {}).get("text"))
-            assert not MACHINE.search(text), text
-            assert not TROUBLE.search(text), text
+    for text in words(path):
+        assert not MACHINE.search(text), text
+        assert not TROUBLE.search(text), text
+
+
+def words(path):
+    """All that a reader can read of a notebook."""
+    for cell in cells(path, "markdown") + cells(path, "code"):
+        yield "".join(cell["source"])
+        for output in cell.get("outputs", ()):
+            yield "".join(output.get("text", ""))
+            for kind, data in output.get("data", {}).items():
+                if kind.startswith("text/"):
+                    yield "".join(data)
 
 
 @EVERY
