@@ -2,20 +2,43 @@
 
 from urdyn.bench.arm import Group, VirtualArm, groups, virtual_run
 from urdyn.bench.joint import Followed, follow_friction, follow_health
-from urdyn.bench.paper import ALGORITHMS, CONFIGURATIONS, GROUPS
+from urdyn.bench.paper import ALGORITHMS, CONFIGURATIONS, FAULTS, GROUPS
 from urdyn.bench.ramps import Ramps, ramps
+from urdyn.simulate.paper import (
+    FRICTION_INCREASE,
+    HEALTH_DEGRADATION,
+    HEALTHY,
+    NOISE_LEVELS,
+    PAPER_GAIN,
+    WORN,
+    Life,
+    Scenario,
+    live,
+    reconstruction,
+)
 
 __all__ = [
     "ALGORITHMS",
     "CONFIGURATIONS",
+    "FAULTS",
+    "FRICTION_INCREASE",
     "GROUPS",
+    "HEALTHY",
+    "HEALTH_DEGRADATION",
+    "NOISE_LEVELS",
+    "PAPER_GAIN",
+    "WORN",
     "Followed",
     "Group",
+    "Life",
     "Ramps",
+    "Scenario",
     "VirtualArm",
     "follow_friction",
     "follow_health",
     "groups",
+    "live",
     "ramps",
+    "reconstruction",
     "virtual_run",
 ]
