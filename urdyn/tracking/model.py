@@ -47,6 +47,8 @@ class Drift:
     health: float = 3e-5  # [1/√s]
     offset: float = 2e-4  # [1/√s], of the Coulomb friction
     zero: float = 0.01  # [rad] in the long run: an encoder that slipped, or a knock
+    zero_memory: float = ZERO_MEMORY  # [s]
+    zero_walk: float = 0.0  # [rad/√s] of zeros besides
     rate_sd: float = 1e-5  # [1/s] of the rates on the first day
     acceleration: float = 1e-7  # [1/s/√s] of the rates
 
@@ -146,7 +148,7 @@ def _process(
         warmth=warmth,
         fading=(
             Fading(at["lubricant"], LAG, UNLIKE),
-            Fading(at["k"], ZERO_MEMORY, drift.zero),
+            Fading(at["k"], drift.zero_memory, drift.zero),
         ),
         slow=at["slow"],
         memory=MEMORY,
@@ -161,6 +163,7 @@ def _straying(fit: Fit, drift: Drift) -> dict[str, float | Array]:
         "beta": drift.structural,
         "z": drift.health,
         "o": drift.offset * fit.dynamics.drive.coulomb,
+        "k": drift.zero_walk,
     }
 
 

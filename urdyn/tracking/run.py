@@ -24,7 +24,7 @@ from urdyn.tracking.modes import mode_of
 from urdyn.tracking.physical import Quantities, quantities
 from urdyn.tracking.source import Arrival, Source, now
 from urdyn.tracking.tracker import Reading, Tracker
-from urdyn.types import Array, Gaussian
+from urdyn.types import Array
 from urdyn.version import __version__
 
 ROWS = 25.0  # [Hz] of the history, at most
@@ -69,7 +69,7 @@ class Glance:
 
     @cached_property
     def _told(self) -> tuple[Array, Array]:
-        return self.quantities.of(self.reading.belief)
+        return self.quantities.of(self.reading.belief, self.reading.beside)
 
 
 Watch = Callable[[Glance], None]
@@ -120,13 +120,14 @@ def run(
         "version of urdyn": __version__,
         "twin": twin,
         "source": source.identity,
-        "settings": f"{tracker.filter} {tracker.drift} {tracker.period}",
+        "settings": f"{tracker.filter} {tracker.drift} {tracker.period} {tracker.beside}",
     }
     if fresh:
         keep.remove(out)
     start = Checkpoint(tracker.init(), nothing_yet(joints))
     begun = keep.load(start, identity, out)
-    history = History(out, quantities(tracker.fit, tracker.currents), begun.parts)
+    of = quantities(tracker.fit, tracker.currents, tracker.beside)
+    history = History(out, of, begun.parts)
     history.open()
     if observer:
         observer.begin(out, begun.index, identity)
@@ -172,7 +173,7 @@ class _Run(Generic[S]):
             "rss_mb": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * RSS_UNIT / 1e6,
             "filter": type(self.tracker.filter).__name__,
             "mode": mode_of(self.tracker.filter),
-            "final": _final(self.history.quantities, self._belief(at)),
+            "final": self._final(at),
             "quantities": told(at.interest, self.tracker.fit.dynamics.arm.joint_names),
             "payload_changes": changes(path),
             **found,
@@ -240,10 +241,13 @@ class _Run(Generic[S]):
                 self.observer.forget()
         return path
 
-    def _belief(self, at: Checkpoint[S]) -> Gaussian:
-        return self.tracker.filter.belief(at.state.belief)
+    def _final(self, at: Checkpoint[S]) -> dict[str, Any]:
+        of, belief = self.history.quantities, self.tracker.filter.belief(at.state.belief)
+        mean, sd = of.of(belief, self.tracker.told_beside(at.state))
+        rows = zip(of.names, _plain(mean), _plain(sd), of.units, strict=True)
+        return {name: {"mean": m, "sd": sd, "unit": unit} for name, m, sd, unit in rows}
 
 
-def _final(of: Quantities, belief: Gaussian) -> dict[str, Any]:
-    rows = zip(of.names, *map(np.ndarray.tolist, of.of(belief)), of.units, strict=True)
-    return {name: {"mean": m, "sd": sd, "unit": unit} for name, m, sd, unit in rows}
+def _plain(values: Array) -> list[float | None]:
+    """Numbers as JSON has them; None where there is none yet."""
+    return [x if np.isfinite(x) else None for x in values.tolist()]
