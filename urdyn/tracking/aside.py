@@ -27,6 +27,8 @@ import numpy as np
 
 from urdyn.types import Array, Gaussian, frozen
 
+CLIP = 3.0  # [sd] beyond which a residual counts as that large
+
 
 @dataclass(frozen=True, eq=False)
 class Aside:
@@ -102,6 +104,26 @@ def told(aside: Aside, look: Look, jump: Array) -> Told:
     """The observation, with s given z averaged out."""
     A, N = _seen(aside, look)
     return Told(look.e + A @ aside.about, A, N, jump)
+
+
+def renoised(squares: Array, aside: Aside, look: Look, gain: float) -> Array:
+    """Variances of noise, (k,) one for three rows each, after one more observation: EM, online.
+
+    Each moves by `gain` toward what the residual is expected to hold of it, given all of it.
+    """
+    W, white = whitened(aside, look)
+    own = np.repeat(squares, 3)[: len(white)]
+    held = (own - own**2 * np.diag(W) + (own * white) ** 2).reshape(-1, 3).mean(axis=1)
+    after = np.array(squares)
+    after[: len(held)] += gain * (held - after[: len(held)])
+    return after
+
+
+def whitened(aside: Aside, look: Look) -> tuple[Array, Array]:
+    """Precision W of a residual, (m, m), and W e, of an e of CLIP standard deviations at most."""
+    W = np.asarray(np.linalg.inv(look.expected(aside)), dtype=np.float64)
+    length = float(np.sqrt(look.e @ W @ look.e / len(look.e)))
+    return W, np.asarray(W @ look.e * (CLIP / max(length, CLIP)))
 
 
 def _seen(aside: Aside, look: Look) -> tuple[Array, Array]:

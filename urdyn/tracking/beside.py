@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -19,10 +20,29 @@ from urdyn.tracking.model import Drift
 from urdyn.tracking.pose_stream import STRAY, PoseStream
 from urdyn.tracking.sights import Build
 from urdyn.tracking.source import Arrival, Source
+from urdyn.tracking.streams import Stream
+from urdyn.tracking.wrench_stream import WrenchStream
 from urdyn.types import Array, Gaussian
 
 # While a tracker looks on, a joint's zero stays where it is, until poses say that it slipped.
 WATCHED = Drift(zero=0.0, zero_memory=float("inf"), zero_walk=STRAY)
+
+
+# What a source may bring along, the best first: a raw wrench has no unknown compensation.
+WRENCHES = ("raw_wrench", "wrench")
+
+
+def beside(
+    arm: Arm, source: Source, *, tracked: bool = False, known: Recorded | None = None
+) -> tuple[Stream[Any], ...]:
+    """The streams that a source has, of an arm that may be calibrated.
+
+    Args:
+        tracked: its poses are those of a tracker, not the controller's own.
+    """
+    poses = [pose_stream(arm, not tracked, known)] if "pose" in source.beside else []
+    felt = [WrenchStream(arm, w == "raw_wrench") for w in WRENCHES if w in source.beside]
+    return (*poses, *felt[:1])
 
 
 def pose_stream(arm: Arm, own: bool, known: Recorded | None = None) -> PoseStream:
@@ -35,9 +55,7 @@ def pose_stream(arm: Arm, own: bool, known: Recorded | None = None) -> PoseStrea
     cov = np.diag(geometry_spread(drawing.form) ** 2)
     if known is not None:
         at = known.full or known.geometric
-        start = replace(
-            start, table=at.table, effects=at.effects, coefficients=at.coefficients
-        )
+        start = replace(start, table=at.table, effects=at.effects, coefficients=at.coefficients)
         cov = cov if known.cov is None else np.array(known.cov)
     return PoseStream(Build(start, Gaussian(start.deviations, cov), own))
 

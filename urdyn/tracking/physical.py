@@ -62,9 +62,7 @@ class Quantities:
         carried = ["kg", *["kg·m"] * 3]
         return (*joints, *["kg"] * J, *carried, *(unit for _, unit in self.beside))
 
-    def of(
-        self, belief: Gaussian, beside: tuple[Array, Array] = NOTHING
-    ) -> tuple[Array, Array]:
+    def of(self, belief: Gaussian, beside: tuple[Array, Array] = NOTHING) -> tuple[Array, Array]:
         """Means, which are possible throughout, and standard deviations of all quantities.
 
         Args:

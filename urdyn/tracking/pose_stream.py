@@ -20,7 +20,7 @@ from urdyn.identify.kinematics.placement import residuals, slopes
 from urdyn.identify.kinematics.spread import ANYWHERE
 from urdyn.io.poses import READINGS, Poses
 from urdyn.signal import Instant
-from urdyn.tracking.aside import Aside, Look, Told, learnt, told
+from urdyn.tracking.aside import Aside, Look, Told, learnt, renoised, told, whitened
 from urdyn.tracking.sights import FINEST, Build, Sights, begun, nothing_seen
 from urdyn.types import Array, Gaussian, Mask
 
@@ -33,7 +33,6 @@ SURPRISED = 25.0  # [-] where 1 is expected: five standard deviations in every r
 SLIPPED = 0.02  # [rad] sd of what an encoder that slips is off by
 STRAY = 5e-6  # [rad/√s] of a joint's zero while a tracker looks on
 MEMORY = 300.0  # poses that noise is averaged over
-CLIP = 3.0  # [sd] beyond which a residual counts as that large
 TOOL = 6  # coordinates of a pose, and the last of a placement's
 
 
@@ -98,9 +97,7 @@ class PoseStream:
             return sights
         return begun(self.build, sights, z) or sights
 
-    def _look(
-        self, sights: Sights, now: Instant, row: Array, z: Gaussian
-    ) -> tuple[Look, Array]:
+    def _look(self, sights: Sights, now: Instant, row: Array, z: Gaussian) -> tuple[Look, Array]:
         """The pose, linearised, and the twist (m,) at which it passes [m/s, rad/s]."""
         at, q = self.build.placement(sights), now.q[None]
         acting = q + z.mean if len(z.mean) else q
@@ -179,24 +176,16 @@ class PoseStream:
 
 
 def _heard(sights: Sights, look: Look, passing: Array) -> Sights:
-    """The poses' noise, and how far off their stamps are, after one more pose.
-
-    Both are averages of what this pose's residual is expected to hold of them, given all of it: EM,
-    online. Gross errors count as CLIP standard deviations.
-    """
-    W = np.linalg.inv(look.expected(sights.aside))
-    size = float(np.sqrt(max(look.e @ W @ look.e / len(look.e), CLIP**2))) / CLIP
-    white, gain = W @ look.e / size, 1.0 / min(sights.count + 1.0, MEMORY)
-    own = np.repeat(sights.noise**2, 3)[: len(white)]
-    squares, late = np.array(sights.noise**2), sights.late**2
-    told = own - own**2 * np.diag(W) + (own * white) ** 2
-    kinds = len(told) // 3
-    squares[:kinds] += gain * (told.reshape(-1, 3).mean(axis=1) - squares[:kinds])
-    of_stamp = late - late**2 * (passing @ W @ passing) + (late * (passing @ white)) ** 2
+    """The poses' noise, and how far off their stamps are, after one more pose."""
+    W, white = whitened(sights.aside, look)
+    gain, late = 1.0 / min(sights.count + 1.0, MEMORY), sights.late**2
+    steady, seen = float(passing @ W @ passing), float(passing @ white)
+    held = late - late**2 * steady + (late * seen) ** 2
+    squares = renoised(sights.noise**2, sights.aside, look, gain)
     return replace(
         sights,
         noise=np.sqrt(np.maximum(squares, FINEST**2)),
-        late=float(np.sqrt(max(late + gain * (of_stamp - late), SOONEST**2))),
+        late=float(np.sqrt(max(late + gain * (held - late), SOONEST**2))),
     )
 
 
@@ -206,4 +195,3 @@ def _another_tool(aside: Aside) -> Aside:
     cov[-TOOL:], cov[:, -TOOL:] = 0.0, 0.0
     cov[-TOOL:, -TOOL:] = ANYWHERE**2 * np.eye(TOOL)
     return replace(aside, cov=cov)
-

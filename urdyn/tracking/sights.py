@@ -89,10 +89,9 @@ def nothing_seen(joints: int) -> Sights:
     """Before the first pose."""
     empty = Aside(np.zeros((0, 0)), np.zeros((0, 0)), np.zeros(0), np.zeros((0, 0)))
     nowhere, still = np.full(joints, np.nan), np.eye(4)
-    return Sights(
-        np.zeros((0, joints + 6)), np.zeros((joints, 5)), still, still, empty, np.ones(2), STAMPED, 0.0, 0,
-        nowhere, False, -np.inf, 0,
-    )  # fmt: skip
+    gathered, table = np.zeros((0, joints + 6)), np.zeros((joints, 5))
+    unknown = (np.ones(2), STAMPED, 0.0, 0)
+    return Sights(gathered, table, still, still, empty, *unknown, nowhere, False, -np.inf, 0)
 
 
 def begun(build: Build, sights: Sights, z: Gaussian) -> Sights | None:

@@ -61,7 +61,7 @@ def open_source(
     rate: float | None = None,
     duration: float | None = None,
     effort: Effort = UNTOLD,
-    beside: Collection[str] = ("pose",),
+    beside: Collection[str] = (),
 ) -> Source:
     """The source that `text` names: a log, rtde://HOST[:PORT] or ros2://TOPIC.
 
@@ -154,7 +154,8 @@ def _pump(client: Client, inbox: SimpleQueue[Any]) -> None:
 def _sample(values: dict[str, Any]) -> Sample:
     nothing = np.full(RTDE_JOINTS, np.nan)
     t = float(values["timestamp"])
-    beside = {s: np.concatenate([[t], values[name]])[None] for s, name in BESIDE.items() if name in values}
+    told = ((stream, values.get(name)) for stream, name in BESIDE.items())
+    beside = {s: np.concatenate([[t], six])[None] for s, six in told if six is not None}
     q, v, current, temperature = (values.get(name, nothing) for name in CHANNELS)
     return Sample(t, q, v, current, temperature, beside)
 
