@@ -20,9 +20,8 @@ MISSING = {
 
 
 def wanted(poses: str | None, wrench: bool) -> tuple[str, ...]:
-    """The streams of a source's own that were asked for."""
-    own = ("pose",) if poses == OWN else ()
-    return (*own, *(("raw_wrench", "wrench") if wrench else ()))
+    """The streams that were asked for; a tracker's poses take the place of the source's own."""
+    return (*(("pose",) if poses else ()), *(("raw_wrench", "wrench") if wrench else ()))
 
 
 def listening(

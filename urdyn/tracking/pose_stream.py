@@ -24,7 +24,8 @@ from urdyn.tracking.aside import Aside, Look, Told, learnt, renoised, told, whit
 from urdyn.tracking.sights import FINEST, Build, Sights, begun, nothing_seen
 from urdyn.types import Array, Gaussian, Mask
 
-ENOUGH, MOST = 25, 200  # poses that base and tool are sought from, and kept for that
+ENOUGH, OWN = 25, 8  # poses that base and tool are sought from; the controller's base is known
+MOST = 200  # that are kept for that
 APART = 0.05  # [rad] a joint has moved: the arm's small errors are others there
 PACE = 0.25  # [s] between two of the controller's own, which has one with every sample
 STANDING = 1e-3  # [rad/s]
@@ -44,19 +45,27 @@ class PoseStream:
     name: str = "pose"
 
     @property
+    def width(self) -> int:
+        """Stamp and pose; and of the controller's own, the angles that it is of."""
+        return 7 + len(self.build.start.table) * self.build.own
+
+    @property
     def shared(self) -> str:
         """The joints' zeros; nothing where the poses are the controller's."""
         return "" if self.build.own else "k"
 
     def init(self) -> Sights:
-        """Nothing seen."""
-        return nothing_seen(len(self.build.start.table))
+        """Nothing seen; a controller's pose and angles are of one moment."""
+        nothing = nothing_seen(len(self.build.start.table))
+        return replace(nothing, late=0.0) if self.build.own else nothing
 
     def take(
         self, sights: Sights, now: Instant, row: Array, z: Gaussian, widened: float
     ) -> tuple[Sights, Told | None]:
-        """One pose on, `row` (7,); what it is to those who believe in the zeros z."""
-        if not np.isfinite(row[1:4]).all() or not self._elsewhere(sights, now):
+        """One pose on, `row` (width,); what it is to those who believe in the zeros z."""
+        now = replace(now, q=row[7:]) if self.build.own else now
+        known = np.isfinite(row[1:4]).all() and np.isfinite(now.q).all()
+        if not known or not self._elsewhere(sights, now):
             return sights, None
         dt = now.t - sights.t
         still = bool(np.abs(now.v).max() < STANDING)
@@ -91,9 +100,9 @@ class PoseStream:
 
     def _gathered(self, sights: Sights, now: Instant, row: Array, z: Gaussian) -> Sights:
         """One more of those that base and tool are sought from."""
-        seen = np.concatenate([now.q, row[1:]])
+        seen = np.concatenate([now.q, row[1:7]])
         sights = replace(sights, gathered=np.vstack([sights.gathered, seen])[-MOST:])
-        if len(sights.gathered) % ENOUGH:
+        if len(sights.gathered) % (OWN if self.build.own else ENOUGH):
             return sights
         return begun(self.build, sights, z) or sights
 
@@ -112,7 +121,7 @@ class PoseStream:
         return Look(e[known], Hs[known], Hz[known], R[np.ix_(known, known)]), passing[known]
 
     def _pose(self, sights: Sights, q: Array, row: Array) -> Poses:
-        angles = row[None, 4:] if np.isfinite(row[4:]).all() else None
+        angles = row[None, 4:7] if np.isfinite(row[4:7]).all() else None
         return Poses(q, row[None, 1:4], angles, READINGS[sights.reading], self.build.own)
 
     def _learnt(self, sights: Sights, look: Look, jump: Array) -> tuple[Sights, Told | None]:
@@ -185,7 +194,7 @@ def _heard(sights: Sights, look: Look, passing: Array) -> Sights:
     return replace(
         sights,
         noise=np.sqrt(np.maximum(squares, FINEST**2)),
-        late=float(np.sqrt(max(late + gain * (held - late), SOONEST**2))),
+        late=float(np.sqrt(max(late + gain * (held - late), SOONEST**2))) if late else 0.0,
     )
 
 

@@ -17,7 +17,7 @@ from urdyn.io.poses import READINGS, Poses
 from urdyn.tracking.aside import Aside
 from urdyn.types import Array, Gaussian, Index, frozen
 
-FINEST = np.array([5e-6, 5e-6])  # [m, rad] angles of a log are no finer
+FINEST = np.array([1e-6, 1e-6])  # [m, rad] numbers of a log are no finer
 STAMPED = 1e-3  # [s] by which stamps of pose and angles may be apart, before data tell
 
 

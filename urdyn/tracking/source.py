@@ -17,7 +17,7 @@ from urdyn.errors import InputError, RtdeError, UrdynError
 from urdyn.io import read
 from urdyn.io.effort import UNTOLD, Effort
 from urdyn.io.rtde import Client, connect, parse_address
-from urdyn.signal import BESIDE, Sample, samples
+from urdyn.signal import BESIDE, POSE, Sample, samples
 from urdyn.types import Log
 
 SCHEME, ROS2 = "rtde://", "ros2://"
@@ -82,11 +82,13 @@ def open_source(
         raise InputError(f"{text}: no such source; {told}")
     wanted = (*CHANNELS, *(BESIDE[stream] for stream in beside))
     log = read(Path(text), columns=columns, rows=rows, rate=rate, channels=wanted, effort=effort)
-    return _recording(text, log, duration)
+    return _recording(text, log, duration, ("actual_q",) if "pose" in beside else NEEDED)
 
 
-def _recording(name: str, log: Log, duration: float | None) -> Source:
-    if missing := [channel for channel in NEEDED if channel not in log]:
+def _recording(
+    name: str, log: Log, duration: float | None, needed: Collection[str] = NEEDED
+) -> Source:
+    if missing := [channel for channel in needed if channel not in log]:
         raise InputError(f"{name}: has no {' and no '.join(missing)}; tracking needs both")
     if len(log) < 2:
         raise InputError(f"{name}: has {len(log)} samples; nothing can be tracked")
@@ -154,9 +156,13 @@ def _pump(client: Client, inbox: SimpleQueue[Any]) -> None:
 def _sample(values: dict[str, Any]) -> Sample:
     nothing = np.full(RTDE_JOINTS, np.nan)
     t = float(values["timestamp"])
-    told = ((stream, values.get(name)) for stream, name in BESIDE.items())
-    beside = {s: np.concatenate([[t], six])[None] for s, six in told if six is not None}
     q, v, current, temperature = (values.get(name, nothing) for name in CHANNELS)
+    told = ((stream, values.get(name)) for stream, name in BESIDE.items())
+    beside = {
+        stream: np.concatenate([[t], six, *([q] if stream == POSE else [])])[None]
+        for stream, six in told
+        if six is not None
+    }
     return Sample(t, q, v, current, temperature, beside)
 
 

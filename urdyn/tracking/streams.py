@@ -21,7 +21,6 @@ from urdyn.tracking.aside import Told
 from urdyn.tracking.blocks import BlockBelief
 from urdyn.types import Array, Gaussian, Index
 
-WIDTH = 7  # of a row: its stamp [s] and six numbers
 MOST = 500  # rows that wait: more, and no motion is coming
 NEAR = 1.5  # periods from an instant, within which its motion tells the angles at a stamp
 
@@ -33,7 +32,7 @@ S = TypeVar("S")
 class Heard(Generic[A]):
     """A stream so far."""
 
-    waiting: Array  # (n, 7) rows that the motion has not reached
+    waiting: Array  # (n, width) rows that the motion has not reached
     state: A
 
     def with_more(self, rows: Array | None) -> Heard[A]:
@@ -49,6 +48,10 @@ class Stream(Protocol[A]):
     @property
     def name(self) -> str:
         """Which of a sample's streams it is."""
+
+    @property
+    def width(self) -> int:
+        """Of a row: its stamp [s], six numbers, and what is behind them."""
 
     @property
     def shared(self) -> str:
@@ -96,7 +99,7 @@ class Moment:
 
 def first(stream: Stream[A]) -> Heard[A]:
     """Before the first row."""
-    return Heard(np.zeros((0, WIDTH)), stream.init())
+    return Heard(np.zeros((0, stream.width)), stream.init())
 
 
 def assimilated(

@@ -56,6 +56,7 @@ class WrenchStream:
     arm: Arm
     raw: bool  # in the flange's axes with all that it carries; else compensated, in the base's
     shared: str = "payload"
+    width: int = 7
 
     @property
     def name(self) -> str:
