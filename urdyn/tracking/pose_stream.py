@@ -33,6 +33,7 @@ SOONEST = 1e-5  # [s] stamps are no finer
 SURPRISED = 25.0  # [-] where 1 is expected: five standard deviations in every row
 SLIPPED = 0.02  # [rad] sd of what an encoder that slips is off by
 STRAY = 5e-6  # [rad/√s] of a joint's zero while a tracker looks on
+STEPS = 3  # by which a slip is approached: a pose bends within it
 MEMORY = 300.0  # poses that noise is averaged over
 TOOL = 6  # coordinates of a pose, and the last of a placement's
 
@@ -80,7 +81,7 @@ class PoseStream:
             return self._learnt(sights, look, np.zeros(len(z.mean)))
         if not sights.doubted:
             return replace(sights, doubted=1), None
-        return self._moved_on(replace(sights, doubted=0), now, row, z, look)
+        return self._moved_on(replace(sights, doubted=0), now, row, z)
 
     def settled(self, sights: Sights, z: Gaussian) -> Sights:
         """After the joints' zeros have been told of by whomever."""
@@ -132,13 +133,13 @@ class PoseStream:
         return self.build.moved(sights, step), tale
 
     def _moved_on(
-        self, sights: Sights, now: Instant, row: Array, z: Gaussian, look: Look
+        self, sights: Sights, now: Instant, row: Array, z: Gaussian
     ) -> tuple[Sights, Told | None]:
         """Two poses in a row agree that something has moved."""
         if self.shared:
             jump = np.full(len(z.mean), SLIPPED)
-            aside = sights.aside.strayed(np.diag(jump**2))
-            return self._learnt(replace(sights, aside=aside), look, jump)
+            sights = replace(sights, aside=sights.aside.strayed(np.diag(jump**2)))
+            return self._learnt(sights, self._bent(sights, now, row, z), jump)
         pose = self._pose(sights, now.q[None], row)
         if pose.angles is None:
             return sights, None
@@ -147,6 +148,17 @@ class PoseStream:
         there[:3, :3], there[:3, 3] = pose.turn[0], pose.place[0]
         tool = np.linalg.solve(sights.base @ flange, there)
         return replace(sights, tool=tool, aside=_another_tool(sights.aside)), None
+
+    def _bent(self, sights: Sights, now: Instant, row: Array, z: Gaussian) -> Look:
+        """The pose, linearised where it says that the zeros are: they are far from z."""
+        at, P = z.mean, sights.aside.spread
+        for _ in range(STEPS):
+            look, _ = self._look(sights, now, row, replace(z, mean=at))
+            look = replace(look, e=look.e + look.Hz @ (at - z.mean))
+            A = look.Hs @ sights.aside.L + look.Hz
+            gain = np.linalg.solve(look.expected(sights.aside), A @ P).T
+            at = z.mean + gain @ look.e
+        return look
 
     @cached_property
     def names(self) -> tuple[str, ...]:
