@@ -7,7 +7,7 @@ from functools import lru_cache
 
 import numpy as np
 import pytest
-from workshop import RATE, at_work, commissioned
+from workshop import RATE, commissioned
 
 from urdyn.estimate import EKF
 from urdyn.identify.kinematics.spread import geometry_spread
@@ -40,7 +40,7 @@ def life():
 
 
 def listened(tracker, log, beside=None, every=None):
-    """State after a log; `beside` says what comes with a sample, by its stamp and the one before."""
+    """State after a log; `beside` says what comes with a sample since the stamp before it."""
     state, before, readings = tracker.init(), -np.inf, []
     for sample in samples(log):
         if beside:
@@ -166,7 +166,7 @@ def felt_alone(stream, count, bias, payload, rng, arm):
         q, v, a = rng.uniform(-1.5, 1.5, (3, 6))
         now = Instant(float(k), q, v, a, np.zeros(6), np.zeros(6), np.zeros(6))
         w = bias - arm.wrench_regressor(q, v, a) @ payload + rng.standard_normal(6) * NOISE
-        felt, told = stream.take(felt, now, np.r_[now.t, w], known, -np.inf)
+        felt, _ = stream.take(felt, now, np.r_[now.t, w], known, -np.inf)
     return felt
 
 

@@ -40,6 +40,7 @@ HINDSIGHT = 1.0  # [s] before something else is noticed that is carried, it may 
 PATIENCE = 2.0  # [s] after such a moment before the next
 GAP = 5.0  # periods without a sample, after which noise has no past
 SURE = 2.0  # [-] variance of an innovation over its noise's: less, and it tells of the noise
+NOTHING = (np.zeros(0), np.zeros(0))  # of other streams
 OVERLOAD = 3.0  # [-] of the rated torque's current: more, and the sensor is wrong
 
 
@@ -77,7 +78,9 @@ class Reading:
     travelled: Array  # (J,) [rad] since the bristles were unknown
     inputs: RobotSlice  # what the motion made of the parameters
     believed: Callable[[], Gaussian] = field(repr=False)
-    told: Callable[[], tuple[Array, Array]] = field(repr=False)
+    told: Callable[[], tuple[Array, Array]] = field(default=lambda: NOTHING, repr=False)
+    # Inputs and currents as they were learnt from, after the filter that makes noise white.
+    learnt: tuple[RobotSlice, Array] | None = field(default=None, repr=False)
 
     @cached_property
     def belief(self) -> Gaussian:
@@ -208,7 +211,7 @@ class Tracker(Generic[S]):
         believed, told_of = partial(self.filter.belief, belief), partial(self.told_beside, after)
         predicted = y - told.residual
         heard = now.t, now.current, predicted, told, widen
-        return after, Reading(*heard, now, travelled, u, believed, told_of)
+        return after, Reading(*heard, now, travelled, u, believed, told_of, (given, seen))
 
     def _listened(
         self, state: TrackerState[S], reading: Reading
