@@ -8,10 +8,11 @@ from dataclasses import replace
 import numpy as np
 import pyarrow.parquet as pq
 import pytest
+from typer.testing import CliRunner
 from workshop import KilledError, assert_same, killed_at
 
 import urdyn as ud
-from urdyn.cli import main
+from urdyn.cli.app import app
 from urdyn.errors import InputError, LogError
 from urdyn.identify.kinematics import calibrate
 from urdyn.io import write
@@ -78,17 +79,15 @@ def test_poses_from_a_file_go_with_a_log(workshop, poses):
 
 
 def command(*words):
-    with pytest.raises(SystemExit) as ended:
-        main([str(word) for word in words])
-    return ended.value.code
+    return CliRunner().invoke(app, [str(word) for word in words])
 
 
-def test_from_the_command_line(workshop, poses, tmp_path, capsys):
+def test_from_the_command_line(workshop, poses, tmp_path):
     out = tmp_path / "run"
     words = ("track", workshop.twin, workshop.recording, "--out", out, "--mode", "realtime")
-    code = command(*words, "--poses", poses, "--no-diagnosis", "--json", "-q")
-    assert code in (0, None)
-    final = json.loads(capsys.readouterr().out)["final"]
+    done = command(*words, "--poses", poses, "--no-diagnosis", "--json", "-q")
+    assert done.exit_code == 0, done.stderr
+    final = json.loads(done.stdout)["final"]
     for joint in workshop.fit.dynamics.arm.joint_names:
         told = final[f"{joint}.zero"]
         assert abs(told["mean"]) < 3.0 * told["sd"] and told["sd"] < 5e-4
@@ -105,11 +104,11 @@ def test_from_the_command_line(workshop, poses, tmp_path, capsys):
         (("--wrench",), "actual_TCP_force"),
     ],
 )
-def test_what_cannot_be_had_is_said_in_a_line(workshop, tmp_path, capsys, asked, said):
+def test_what_cannot_be_had_is_said_in_a_line(workshop, tmp_path, asked, said):
     out = tmp_path / "run"
-    assert command("track", workshop.twin, workshop.recording, "--out", out, *asked) == 1
-    told = capsys.readouterr().err.strip()
-    assert said in told and len(told.splitlines()) == 1
+    done = command("track", workshop.twin, workshop.recording, "--out", out, *asked)
+    assert done.exit_code == 1
+    assert said in done.stderr and len(done.stderr.strip().splitlines()) == 1
     assert not (out / "history.parquet").exists()
 
 
