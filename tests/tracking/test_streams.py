@@ -56,7 +56,10 @@ def by_tracker(poses):
     return lambda before, now: {"pose": poses[(poses[:, 0] > before) & (poses[:, 0] <= now.t)]}
 
 
-@pytest.mark.parametrize("filter_", [EKF(), QUICKER["realtime"]], ids=["full", "realtime"])
+@pytest.mark.parametrize(
+    "filter_",
+    [pytest.param(EKF(), marks=pytest.mark.slow, id="full"), QUICKER["realtime"]],
+)
 def test_a_tracker_sees_geometry_and_the_slip_of_an_encoder(filter_):
     fit, off, log, poses = life()
     stream = pose_stream(fit.dynamics.arm, False)
