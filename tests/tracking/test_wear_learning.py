@@ -16,6 +16,7 @@ from urdyn.dbn import (
     figure2,
     learn_network,
 )
+from urdyn.errors import InputError
 from urdyn.estimate import EKF, Kalman, track
 from urdyn.signal import Instant, samples
 from urdyn.tracking import Drift, Tracker, drift_of, learn_edges, learn_wear, tracking_model
@@ -130,6 +131,12 @@ def test_masses_that_lead_damping_are_found_in_a_history_that_is_known(workshop)
     sd = DRIFT.damping / (carried * np.sqrt(steps))
     assert abs(coefficients(found)["m", "alpha"] - 1.5) < 4.0 * sd
     assert sd < 0.1
+
+
+def test_a_history_that_is_too_short_is_refused(workshop):
+    tracker = Tracker(workshop.fit, EKF(), 0.01)
+    with pytest.raises(InputError, match="stretches"):
+        learn_wear(tracker, lambda: samples(workshop.log.slice(0, 100)))
 
 
 def test_a_tracked_log_teaches_its_tracker(workshop):

@@ -25,6 +25,7 @@ from urdyn.dbn.learn import learn_network
 from urdyn.dbn.robot import RobotCurrents
 from urdyn.dbn.robot_slice import RobotSlice
 from urdyn.dbn.smoothed import Smoothed
+from urdyn.errors import InputError
 from urdyn.estimate.learn import Learnt, expectation_maximisation
 from urdyn.identify.fit import Fit
 from urdyn.signal import Sample
@@ -34,6 +35,7 @@ from urdyn.tracking.tracker import Reading, Tracker
 from urdyn.types import Array, Gaussian, Index, frozen
 
 STRETCH = 5.0  # [s]
+FEW = 3  # stretches, of which two moved
 UNKNOWN = 1.0  # sd of the first level: of a logarithm, of N m, of a standard score
 LEAST = 1e-9  # of the most that a stretch tells of anything: less is rounding
 
@@ -73,6 +75,9 @@ def learn_wear(
     known[currents.places["slow"]] = 0.0
     moments = (_moment(reading, known, at) for reading in _tracked(tracker, history()))
     stretches = summed_up(moments, currents, known, at, length)
+    if len(stretches) < FEW:
+        told = f"{len(stretches)} stretches of {length:g} s; edges are learnt from {FEW} and more"
+        raise InputError(f"the history has {told}")
     return learn_edges(network, currents, stretches, iterations)
 
 

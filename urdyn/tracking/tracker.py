@@ -123,6 +123,11 @@ class Tracker(Generic[S]):
         return tuple(pair for of in pairs for pair in of)
 
     @cached_property
+    def _told_of_zeros(self) -> bool:
+        """What poses told of zeros in the last seconds is not to be forgotten for a payload."""
+        return any(stream.shared == "k" for stream in self.streams)
+
+    @cached_property
     def _shared(self) -> dict[str, Index]:
         """States by the group that a stream shares."""
         nothing = {"": np.zeros(0, dtype=np.intp)}
@@ -182,7 +187,7 @@ class Tracker(Generic[S]):
         lubricant = warmed(state.lubricant, now.temperature, passed)
         state = replace(state, bristles=bristles, travelled=travelled, lubricant=lubricant)
         widen = state.surprise > SURPRISED and now.t - state.widened > PATIENCE
-        before = state.earliest if widen else state.belief
+        before = state.earliest if widen and not self._told_of_zeros else state.belief
         mean = self._mean(before)
         u = self._inputs(state, now, passed, widen, mean)
         y = np.where(self._told(now, travelled), now.current, np.nan)
