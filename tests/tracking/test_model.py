@@ -102,6 +102,26 @@ def test_an_edge_that_is_removed_changes_what_is_inferred(workshop, slices, edge
     assert with_edge(f"{state_}_{JOINT + 1}") == 0.0
 
 
+def test_a_link_that_grows_heavier_damps_the_joints_below_it(workshop, slices):
+    """m -> alpha: by the mass that a joint carries; without the edge, by nothing."""
+    fit, u = workshop.fit, replace(slices(10.0), blind=False)
+    found = []
+    for network in (figure2(), figure2().without("m", "alpha")):
+        model = tracking_model(fit, Drift(bodies=0.1), network)
+        Q = model.transition_cov(u)
+        at = model.observation.places
+        found.append(Q[at["alpha"], at["m"]] / (0.1**2 * 10.0))
+    with_edge, without = found
+    inertials = model.observation.reference.inertials
+    carried = np.cumsum(inertials[::-1, 0])[::-1]
+    np.testing.assert_allclose(
+        with_edge[0], 0.1 * model.observation.shown[::10].sum(0) / carried[0]
+    )
+    last = model.observation.shown[50] / inertials[5, 0]
+    np.testing.assert_allclose(with_edge[5], 0.1 * last)
+    assert not without.any()
+
+
 def test_friction_that_is_seen_to_rise_moves_what_follows_it(workshop, slices):
     """The same through a filter: slow strokes tell of Coulomb friction, and damping follows."""
     fit, found = workshop.fit, {}

@@ -42,6 +42,8 @@ def simulate(
     recorder: ask.RecorderKind = "exact",
     fidelity: ask.FidelityName = "inverse",
     truth: ask.Truth = None,
+    poses: ask.Watched = None,
+    pose_rate: ask.PoseRate = 10.0,
     serve: ask.Serve = False,
     host: ask.Host = "127.0.0.1",
     port: ask.Port = 30004,
@@ -56,6 +58,7 @@ def simulate(
     """
     from urdyn.simulate import happening, observe, parse_fault, streams, write_truth
     from urdyn.simulate import truth as truth_of
+    from urdyn.simulate.watched import watched
 
     if out is None and not serve:
         raise typer.BadParameter("say where to write by --out, or --serve")
@@ -77,6 +80,11 @@ def simulate(
         log = observe(dynamics, work.trajectory, sensors, noisy, events, lived)
         if out is not None:
             ud.write(written.record(log, np.random.default_rng((seed, run, 1))), out)
+    if poses is not None:
+        if not 0.0 < pose_rate <= rate:
+            raise InputError(f"--pose-rate {pose_rate:g}: is to be above 0, and {rate:g} at most")
+        seen = watched(dynamics, log, events, pose_rate, np.random.default_rng((seed, run, 2)))
+        ud.write(seen, poses)
     document = truth_of(dynamics, sensors, seed, events, float(log.t[-1]))
     if truth is not None:
         write_truth(truth, document)

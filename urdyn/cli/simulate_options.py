@@ -62,6 +62,13 @@ Truth = Annotated[
         help="Write what the arm truly is, and becomes: .json, .toml, or .parquet with a .json.",
     ),
 ]
+Watched = Annotated[
+    Path | None,
+    typer.Option(
+        "--poses", metavar="FILE", help="Write what a laser tracker sees meanwhile, as CSV."
+    ),
+]
+PoseRate = Annotated[float, typer.Option(metavar="HZ", help="Poses a second that it measures.")]
 FidelityName = Annotated[
     str,
     typer.Option(

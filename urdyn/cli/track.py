@@ -19,6 +19,7 @@ from urdyn.cli.diagnosing import (
     onlooker,
     summed,
 )
+from urdyn.cli.listening import listening, wanted
 from urdyn.cli.options import Columns, Json, Quiet, Rows, Unit
 from urdyn.cli.recording import slice_of
 from urdyn.cli.voice import Voice
@@ -102,6 +103,28 @@ Hand = Annotated[
         "repeatable.",
     ),
 ]
+Seen = Annotated[
+    str | None,
+    typer.Option(
+        metavar="FILE|own",
+        help="Poses to learn geometry and joints' zeros from: a tracker's, measured meanwhile "
+        "(timestamp [s] by the log's clock, x, y, z, and rx, ry, rz if it has them, at any rate); "
+        "own: the controller's actual_TCP_pose, which tells its calibration.",
+    ),
+]
+Calibrated = Annotated[
+    Path | None,
+    typer.Option(
+        metavar="DIR",
+        help="What the arm's geometry was: of `urdyn calibrate`, or a kinematics.yaml.",
+    ),
+]
+Felt = Annotated[
+    bool,
+    typer.Option(
+        "--wrench", help="Weigh the payload by the force sensor too, where the source has one."
+    ),
+]
 Fresh = Annotated[bool, typer.Option("--fresh", help="Begin anew, whatever DIR holds.")]
 
 
@@ -116,6 +139,9 @@ def track(
     rate: Rate = None,
     effort_unit: Unit = None,
     duration: Duration = None,
+    poses: Seen = None,
+    calibration: Calibrated = None,
+    wrench: Felt = False,
     fresh: Fresh = False,
     no_diagnosis: NoDiagnosis = False,
     rules: RulesFile = None,
@@ -152,13 +178,15 @@ def track(
     require_folder(out)
     fit, part = ud.Twin.load(twin).fit, slice_of(rows) if rows is not None else None
     effort = Effort(effort_unit, fit.dynamics.drive.gain)
-    stream = open_source(source, columns, part, rate, duration, effort)
+    stream = open_source(source, columns, part, rate, duration, effort, wanted(poses, wrench))
     _end_in_good_order(stream)
-    tracker: Tracker[Any] = Tracker(fit, chosen, stream.period)
+    arm = fit.dynamics.arm
+    stream, streams, drift = listening(stream, arm, poses, wrench, calibration)
+    tracker: Tracker[Any] = Tracker(fit, chosen, stream.period, drift, streams=streams)
     looking = None if no_diagnosis else onlooker(fit, stream, rules, false_alarm_hours, voice)
     try:
         with (
-            watching(fit.dynamics.arm.joint_names, quiet) as shown,
+            watching(arm.joint_names, quiet) as shown,
             announcing(fit, source, serial, prometheus, mqtt, publish or ()) as told,
         ):
             summary = run(tracker, stream, out, sha256(twin), fresh, both(shown, told), looking)

@@ -1,4 +1,11 @@
-"""The network of the paper's Figure 2, with the observations that each parameter moves here."""
+"""The network of the paper's Figure 2, with the observations that each parameter moves here.
+
+`pos`, `curr` and `force` are streams of their own, each used when it arrives. `vel` is not: joints'
+velocities go into the motion that currents are explained by, beside the angles, and what departs
+from these is refused there; of any parameter they say nothing, for they are the encoders' angles
+over time. A tool's velocity moves with k as its pose does, times the joints' speed: at 1 rad/s and
+noise of 2e-3 rad/s it tells of k, in variance, some 2500 times less than a pose good to 20 um.
+"""
 
 from __future__ import annotations
 

@@ -32,8 +32,11 @@ class Columns:
 
 
 def pose_columns(names: Collection[str], joint_names: Sequence[str], path: str) -> Columns:
-    """The columns of a session among `names`; LogError where they are not to be found."""
-    joints = _joints(names, joint_names, path)
+    """The columns of a session among `names`; LogError where they are not to be found.
+
+    With no `joint_names`, the joints' angles are told elsewhere.
+    """
+    joints = _joints(names, joint_names, path) if joint_names else ()
     rest = [name for name in names if name not in joints and not PLANNED.search(name)]
     places = _triples(rest, AXIS, "xyz")
     if not places:

@@ -76,6 +76,26 @@ def read_poses(
     return _whole(replace(poses, defects=table.defects), str(path))
 
 
+def read_pose_stream(path: str | Path) -> tuple[Array, str]:
+    """What a tracker measured while the arm worked, and the hash of its file.
+
+    Returns:
+        Rows (N, 7) by time: stamp [s], place [m], three angles [rad], NaN where not measured.
+    """
+    table, source = read_table(path)
+    names = [n for name, data in table.channels.items() for n in _spread(name, data)]
+    flat = {n: x for name, data in table.channels.items() for n, x in _columns(name, data)}
+    if "timestamp" not in flat:
+        raise LogError("has no timestamp; poses of an arm at work need the log's clock", path)
+    tracked = _tracked(flat, pose_columns(names, (), str(path)), source)
+    angles = np.full_like(tracked.place, np.nan) if tracked.angles is None else tracked.angles
+    rows = np.column_stack([flat["timestamp"], tracked.place, angles])
+    rows = rows[np.isfinite(rows[:, 0])]
+    if not np.isfinite(rows[:, 1:4]).all(axis=1).any():
+        raise LogError("has no whole pose", path)
+    return rows[np.argsort(rows[:, 0], kind="stable")], source.sha256
+
+
 def _own(flat: dict[str, Array], joints: int, source: Source) -> Poses:
     """What the controller says."""
     q = np.stack([flat[f"actual_q_{j}"] for j in range(joints)], axis=1)
@@ -85,8 +105,8 @@ def _own(flat: dict[str, Array], joints: int, source: Source) -> Poses:
 
 def _tracked(flat: dict[str, Array], columns: Columns, source: Source) -> Poses:
     """What a tracker measured; units by the titles, else by the size of the numbers."""
-    q = np.stack([flat[name] for name in columns.joints], axis=1)
     place = np.stack([flat[name] for name in columns.place], axis=1)
+    q = np.array([flat[name] for name in columns.joints]).reshape(-1, len(place)).T
     angles = np.stack([flat[n] for n in columns.turn], axis=1) if columns.turn else None
     if columns.place_unit == "mm" or (not columns.place_unit and _size(place) > FAR):
         place = 1e-3 * place

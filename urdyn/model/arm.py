@@ -79,6 +79,19 @@ class Arm:
         dq, dv, M = np.moveaxis(all_three, -3, 0)
         return dq, dv, M
 
+    def wrench_regressor(self, q: Array, v: Array, a: Array) -> Array:
+        """Y, (..., 6, 10): Y @ pi is the wrench that moves a body of inertials pi on the last link.
+
+        Force and moment [N, N m] about the last joint's frame, in its axes; gravity is in it.
+        """
+        last = self.joints
+
+        def derive(model: Any, data: Any, q: Array, v: Array, a: Array) -> Any:
+            pin.rnea(model, data, q, v, a)
+            return pin.jointBodyRegressor(model, data, last)
+
+        return self._each(derive, (6, 10), q, v, a)
+
     def accelerate(self, q: Array, v: Array, tau: Array, inertials: Array | None = None) -> Array:
         """Acceleration (..., J) [rad/s²] under torque tau (..., J) [N m]: forward dynamics."""
         return self._having(inertials)._each(pin.aba, (self.joints,), q, v, tau)
@@ -189,6 +202,14 @@ def with_inertials(arm: Arm, inertials: Array) -> Arm:
     for i, parameters in enumerate(np.asarray(inertials, dtype=np.float64), start=1):
         model.inertias[i] = pin.Inertia.FromDynamicParameters(parameters)
     return replace(arm, inertials=inertials, _model=model, _data=model.createData())
+
+
+def controller_base(arm: Arm) -> Array:
+    """transform_base_to_root (4, 4): UR's `base`, or the root where none is described."""
+    try:
+        return arm.pose(np.zeros(arm.joints), "base")
+    except ArmError:
+        return np.eye(4)
 
 
 def _build(root: ET.Element, chain: Chain) -> Any:

@@ -103,9 +103,14 @@ class History:
         """Base first."""
         return self._owners(lambda owner, quantity: quantity == "mass" and owner != PAYLOAD)
 
+    @cached_property
+    def names(self) -> tuple[str, ...]:
+        """Of the columns."""
+        return tuple(self._schema.names)
+
     def column(self, name: str) -> Array:
         """A column, (N,)."""
-        if name not in self._names:
+        if name not in self.names:
             raise LogError(f"its history has no column {name!r}; track with this version")
         try:
             files = chain([self._first], map(pq.ParquetFile, self.files[1:]))
@@ -127,7 +132,7 @@ class History:
 
     def holds(self, owner: str, quantity: str) -> bool:
         """Whether a quantity was tracked."""
-        return f"{owner}.{quantity}" in self._names
+        return f"{owner}.{quantity}" in self.names
 
     def currents(self, joint: str) -> tuple[Array, Array]:
         """Measured and predicted current of a joint, (N,) each [A]; NaN where not compared."""
@@ -162,10 +167,6 @@ class History:
         except (pa.ArrowException, OSError) as error:
             raise _broken(error) from error
 
-    @cached_property
-    def _names(self) -> frozenset[str]:
-        return frozenset(self._schema.names)
-
     @property
     def _schema(self) -> Any:
         """Columns and metadata, as Arrow knows them."""
@@ -180,7 +181,7 @@ class History:
             raise _broken(error) from error
 
     def _owners(self, wanted: Callable[[str, str], bool]) -> tuple[str, ...]:
-        names = (name.rpartition(".") for name in self._schema.names if name + SD in self._names)
+        names = (name.rpartition(".") for name in self.names if name + SD in self.names)
         return tuple(owner for owner, _, quantity in names if wanted(owner, quantity))
 
 

@@ -14,6 +14,7 @@ from urdyn.report.track_forecast import forecasts
 from urdyn.report.track_headline import track_headline
 from urdyn.report.track_history import PAYLOAD, History
 from urdyn.report.track_interest import interest
+from urdyn.report.track_kinematics import holds_kinematics, kinematics
 from urdyn.report.track_network import network
 from urdyn.report.track_origin import track_origin
 from urdyn.report.track_payload import payload
@@ -39,6 +40,7 @@ def track_page(history: Path, summary: Mapping[str, Any]) -> str:
         *([payload(run, changed)] if run.holds(PAYLOAD, "mass") else []),
         *([interest(summary["quantities"])] if "quantities" in summary else []),
         trends(run, found),
+        *([kinematics(run)] if holds_kinematics(run) else []),
         surprises(run, surprised),
         link_masses(run),
         network(),

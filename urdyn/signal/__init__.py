@@ -9,13 +9,15 @@ from urdyn.signal.normalise import Scaling, normalise
 from urdyn.signal.outliers import hampel, reject_outliers
 from urdyn.signal.pipeline import DEFAULT, PAPER, Pipeline, Run, Stage
 from urdyn.signal.polynomial import LocalPolynomial, half_window, weights
-from urdyn.signal.sample import Instant, Sample, samples
+from urdyn.signal.sample import BESIDE, POSE, Instant, Sample, samples
 from urdyn.signal.smooth import smooth
 from urdyn.signal.synchronise import synchronise
 
 __all__ = [
+    "BESIDE",
     "DEFAULT",
     "PAPER",
+    "POSE",
     "Causal",
     "CausalState",
     "Features",

@@ -2,10 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
 
 from urdyn.types import Array, Log
+
+# What a log may hold beside the joints: the stream that it is, and the channel.
+POSE = "pose"
+BESIDE = {POSE: "actual_TCP_pose", "wrench": "actual_TCP_force", "raw_wrench": "ft_raw_wrench"}
 
 
 @dataclass(frozen=True)
@@ -17,6 +23,9 @@ class Sample:
     v: Array  # (J,) [rad/s]
     current: Array  # (J,) [A]
     temperature: Array  # (J,) [°C]
+    # By stream what came since the sample before, (n, 7): stamp [s] and six numbers; behind a pose
+    # of the controller's, (n, 7 + J), the angles that it is of.
+    beside: Mapping[str, Array] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -36,4 +45,16 @@ def samples(log: Log) -> Iterator[Sample]:
     """The rows of a log as they came, to replay it."""
     names = ("actual_q", "actual_qd", "actual_current", "joint_temperatures")
     rows = zip(*(log.joint(name) for name in names), strict=True)
-    return (Sample(float(t), *row) for t, row in zip(log.t, rows, strict=True))
+    streams = {
+        stream: np.column_stack([log.t, log.channels[channel], *_behind(log, stream)])
+        for stream, channel in BESIDE.items()
+        if channel in log and log.channels[channel].shape[1:] == (6,)
+    }
+    return (
+        Sample(float(t), q, v, amperes, warm, {s: told[k : k + 1] for s, told in streams.items()})
+        for k, (t, (q, v, amperes, warm)) in enumerate(zip(log.t, rows, strict=True))
+    )
+
+
+def _behind(log: Log, stream: str) -> list[Array]:
+    return [log.joint("actual_q")] if stream == POSE else []

@@ -12,10 +12,9 @@ import re
 
 import numpy as np
 
-from urdyn.model.arm import Arm
+from urdyn.model.arm import Arm, controller_base
 from urdyn.model.dynamics import Dynamics
 from urdyn.simulate.schedule import Course
-from urdyn.simulate.tool import base
 from urdyn.types import Array, Motion
 
 GRAVITY = np.array([0.0, 0.0, -9.81])  # [m/s²] in the root's axes
@@ -42,7 +41,7 @@ def wrenches(dynamics: Dynamics, course: Course, motion: Motion) -> dict[str, Ar
     w, alpha = into(turn, twist)[:, 3:], into(turn, acceleration)[:, 3:]
     a = np.einsum("nji,nj->ni", turn, acceleration[:, :3] - GRAVITY)
     unknown = push - carrying(course.payload - dynamics.payload, a, w, alpha)
-    root_to_base = base(arm)[:3, :3].T
+    root_to_base = controller_base(arm)[:3, :3].T
     return {
         "ft_raw_wrench": push - carrying(course.payload, a, w, alpha),
         "actual_TCP_force": into(np.swapaxes(root_to_base @ turn, 1, 2), unknown),

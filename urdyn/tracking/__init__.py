@@ -1,6 +1,7 @@
 """A twin at work: sample in, belief and surprise out."""
 
 from urdyn.tracking.checkpoint import Checkpoint
+from urdyn.tracking.learning import drift_of, learn_edges, learn_wear
 from urdyn.tracking.model import Drift, tracking_model
 from urdyn.tracking.modes import MODES, QUICKER, Loss, Mode, losses, side_by_side
 from urdyn.tracking.physical import Quantities, quantities
@@ -23,6 +24,9 @@ __all__ = [
     "Source",
     "Tracker",
     "TrackerState",
+    "drift_of",
+    "learn_edges",
+    "learn_wear",
     "losses",
     "open_source",
     "quantities",

@@ -16,11 +16,12 @@ from functools import lru_cache
 
 import numpy as np
 
+from urdyn.dbn.news import News
 from urdyn.dbn.robot import BODIES
 from urdyn.dbn.robot_slice import RobotSlice
 from urdyn.dbn.two_slice import TwoSlice
 from urdyn.estimate import Innovation
-from urdyn.estimate.innovation import LOG_2PI
+from urdyn.estimate.innovation import LOG_2PI, innovation, whitening
 from urdyn.types import Array, Gaussian, Index, Mask
 
 LITTLE, MUCH = 0.02, 0.1  # [-] variance of the expected current that a block adds to its noise's
@@ -47,6 +48,10 @@ class Waiting:
             return Waiting(H, residual, R, dt, 1, self.interval)
         more = (self.H + H, self.residual + residual, self.R + R, self.dt + dt)
         return Waiting(*more, self.count + 1, self.interval)
+
+    def nearer(self, step: Array) -> Waiting:
+        """What waits, seen from a mean that has moved, (n,)."""
+        return replace(self, residual=self.residual - self.H @ step)
 
     def done(self, own: Array, calm: bool, longest: int) -> Waiting:
         """Nothing waits; the next sum is longer or shorter by how much this one moved the block.
@@ -91,9 +96,11 @@ class Blocks:
         return BlockBelief(model.prior.mean, *covs, bodies, drives, wait, wait, np.zeros(J), 1.0)
 
     def step(
-        self, model: TwoSlice[RobotSlice], state: BlockBelief, u: RobotSlice, y: Array
+        self, model: TwoSlice[RobotSlice], state: BlockBelief, u: RobotSlice | News, y: Array
     ) -> tuple[BlockBelief, Innovation]:
-        """Add the sample up, and learn where enough have gathered."""
+        """Add the sample up, and learn where enough have gathered; news of bodies, at once."""
+        if isinstance(u, News):
+            return _heard(state, u, y)
         x, known = model.transition(state.mean, u), np.isfinite(y)
         H = model.observe_jacobian(x, u) * known[:, None]
         R = model.observe_cov(u).diagonal() * known
@@ -158,6 +165,27 @@ def _bodies_learnt(
     unsure = (own.diagonal() + other) / _noise(wait)
     done = wait.done(own.diagonal(), calm, longest)
     return replace(state, mean=mean, bodies=0.5 * (P + P.T), for_bodies=done, unsure=unsure)
+
+
+def _heard(state: BlockBelief, u: News, y: Array) -> tuple[BlockBelief, Innovation]:
+    """Kalman's correction of the bodies by what somebody else tells of them."""
+    P, at = state.bodies.copy(), np.searchsorted(state.at_bodies, u.at)
+    P[at, at] += u.jump**2
+    HP = u.H @ P[at]
+    S = HP[:, at] @ u.H.T + u.R
+    W, log_det = whitening(S)
+    K, residual = HP.T @ (W.T @ W), y - u.H @ state.mean[u.at]
+    step = np.zeros_like(state.mean)
+    step[state.at_bodies] = K @ residual
+    P = P - K @ HP
+    after = replace(
+        state,
+        mean=state.mean + step,
+        bodies=0.5 * (P + P.T),
+        for_bodies=state.for_bodies.nearer(step),
+        for_drives=state.for_drives.nearer(step),
+    )
+    return after, innovation(y, slice(None), residual, S, W, log_det)
 
 
 def _drives_learnt(

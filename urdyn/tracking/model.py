@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from urdyn.dbn.compile import Patterns, pattern
 from urdyn.dbn.figure2 import figure2
 from urdyn.dbn.graph import Network
 from urdyn.dbn.joined import Joined
@@ -25,7 +26,7 @@ TRACKED = {
     "o": "offset",
     "rotor": "rotor_inertia",
 }
-STRAYING = ("f", "alpha", "beta", "z", "o")
+STRAYING = ("m", "f", "alpha", "beta", "z", "o")
 DRIFTING = ("f", "z")  # groups with a rate: what wears; alpha follows f
 ZERO_SD = 3e-4  # [rad] of a joint's zero on the first day
 ZERO_MEMORY = 600.0  # [s] in which a zero that nothing shows is taken to be as drawn again
@@ -41,12 +42,16 @@ UNLIKE = 0.4  # [K] by which it is not
 class Drift:
     """How fast parameters of a healthy arm stray; per √s, relative where logarithms are kept."""
 
-    friction: float = 2e-4  # [1/√s] of f and alpha: load and grease
+    friction: float = 2e-4  # [1/√s] of f, and of alpha beside what follows f: load and grease
+    damping: float | None = None  # [1/√s] of alpha; None: as f
+    bodies: float = 0.0  # [1/√s] of the links' standard scores: metal stays what it is
     warmth: float = 1e-3  # [1/√s] of alpha besides, where nobody measures temperatures
     structural: float = 2e-4  # [1/√s]
     health: float = 3e-5  # [1/√s]
     offset: float = 2e-4  # [1/√s], of the Coulomb friction
     zero: float = 0.01  # [rad] in the long run: an encoder that slipped, or a knock
+    zero_memory: float = ZERO_MEMORY  # [s]
+    zero_walk: float = 0.0  # [rad/√s] of zeros besides
     rate_sd: float = 1e-5  # [1/s] of the rates on the first day
     acceleration: float = 1e-7  # [1/s/√s] of the rates
 
@@ -126,10 +131,10 @@ def _process(
     p, at = len(currents.names), currents.places
     drifting = np.concatenate([_at(currents, group) for group in DRIFTING])
     one = np.ones(len(drifting))
-    correlation, lead = _edges(network, currents)
+    correlation, lead = _edges(network, currents, patterns_of(currents))
     within = correlation[np.ix_(drifting, drifting)]
     sd = np.zeros(p)
-    for group, values in _straying(fit, drift).items():
+    for group, values in straying(fit, drift).items():
         sd[at[group]] = values
     warmth = np.zeros(p)
     warmth[at["alpha"]] = drift.warmth
@@ -146,37 +151,48 @@ def _process(
         warmth=warmth,
         fading=(
             Fading(at["lubricant"], LAG, UNLIKE),
-            Fading(at["k"], ZERO_MEMORY, drift.zero),
+            Fading(at["k"], drift.zero_memory, drift.zero),
         ),
         slow=at["slow"],
         memory=MEMORY,
     )
 
 
-def _straying(fit: Fit, drift: Drift) -> dict[str, float | Array]:
+def straying(fit: Fit, drift: Drift) -> dict[str, float | Array]:
     """How fast each group's own part strays."""
     return {
+        "m": drift.bodies,
         "f": drift.friction,
-        "alpha": drift.friction,
+        "alpha": drift.friction if drift.damping is None else drift.damping,
         "beta": drift.structural,
         "z": drift.health,
         "o": drift.offset * fit.dynamics.drive.coulomb,
+        "k": drift.zero_walk,
     }
 
 
-def _edges(network: Network, currents: RobotCurrents) -> tuple[Array, Array]:
-    """Correlation of own parts and coefficients B of what leads what, (p, p) each.
+def patterns_of(currents: RobotCurrents) -> Patterns:
+    """What of a parent leads what of a child, where they are not joint by joint.
 
-    Edges between groups of one entry a joint: joint by joint.
+    m -> alpha: damping of a joint follows the mass that it carries, relative to what it was.
     """
-    p = len(currents.names)
+    J = currents.reference.arm.joints
+    carried = np.cumsum(currents.reference.inertials[::-1, 0])[::-1]
+    masses = np.cumsum(currents.shown[::10][::-1], axis=0)[::-1]
+    return {("m", "alpha"): masses[:J] / carried[:, None]}
+
+
+def _edges(network: Network, currents: RobotCurrents, patterns: Patterns) -> tuple[Array, Array]:
+    """Correlation of own parts and coefficients B of what leads what, (p, p) each."""
+    p, at = len(currents.names), currents.places
     correlation, lead = np.eye(p), np.zeros((p, p))
     for edge in network.edges:
         if not {*edge.ends} <= set(STRAYING):
             continue
-        parent, child = (_at(currents, name) for name in edge.ends)
+        parent, child = at[edge.parent], at[edge.child]
+        block = edge.coefficient * pattern(edge.ends, at, patterns)
         if edge.shared:
-            correlation[parent, child] = correlation[child, parent] = edge.coefficient
+            correlation[child, parent], correlation[parent, child] = block, block.T
         else:
-            lead[child, parent] = edge.coefficient
+            lead[child, parent] = block
     return correlation, lead

@@ -27,6 +27,7 @@ LOGARITHMIC = ("f", "alpha", "beta", "z")
 PAYLOAD = ("mass", "mx", "my", "mz")
 PAYLOAD_REACH = 0.5  # [m] of the flange, within which what is carried is
 LINK_REACH = 1.5  # [m] of its joint, within which a link is
+NOTHING = (np.zeros(0), np.zeros(0))
 
 
 @dataclass(frozen=True)
@@ -38,10 +39,16 @@ class Quantities:
     mass_shown: Array  # (J, r) [kg] per unit of m
     mass_hidden: Array  # (J,) [kg] sd that no motion removes
     by_gain: Mapping[str, Array]  # sd as the drive gains are not known: of a group's coordinates
+    beside: tuple[tuple[str, str], ...] = ()  # names and units of what other streams tell of
 
     @cached_property
     def names(self) -> tuple[str, ...]:
         """ "elbow_joint.coulomb", "forearm_link.mass", "payload.mass", ..."""
+        return (*self.known, *(name for name, _ in self.beside))
+
+    @cached_property
+    def known(self) -> tuple[str, ...]:
+        """Names of those that the currents' states stand for."""
         arm = self.currents.reference.arm
         joints = [f"{j}.{name}" for name, _ in JOINT.values() for j in arm.joint_names]
         links = [f"{link}.mass" for link in arm.link_names]
@@ -52,10 +59,15 @@ class Quantities:
         """One unit a name."""
         J = self.currents.reference.arm.joints
         joints = [unit for _, unit in JOINT.values() for _ in range(J)]
-        return (*joints, *["kg"] * J, "kg", *["kg·m"] * 3)
+        carried = ["kg", *["kg·m"] * 3]
+        return (*joints, *["kg"] * J, *carried, *(unit for _, unit in self.beside))
 
-    def of(self, belief: Gaussian) -> tuple[Array, Array]:
-        """Means, which are possible throughout, and standard deviations of all quantities."""
+    def of(self, belief: Gaussian, beside: tuple[Array, Array] = NOTHING) -> tuple[Array, Array]:
+        """Means, which are possible throughout, and standard deviations of all quantities.
+
+        Args:
+            beside: those of what other streams tell of.
+        """
         at, x, sd = self.currents.places, belief.mean, belief.sd
         mean, spread = [], []
         for group in JOINT:
@@ -70,8 +82,9 @@ class Quantities:
         few = slice(at["payload"].start, at["payload"].start + len(PAYLOAD))
         masses, payload = self.links(belief)[:, 0], self.payload(belief)[: len(PAYLOAD)]
         hidden = self.mass_hidden**2 + (self.by_gain["m"] * masses) ** 2
-        mean += [masses, payload]
-        spread += [np.sqrt(told + hidden), np.hypot(sd[few], self.by_gain["payload"] * payload)]
+        mean += [masses, payload, beside[0]]
+        carried = np.hypot(sd[few], self.by_gain["payload"] * payload)
+        spread += [np.sqrt(told + hidden), carried, beside[1]]
         return np.concatenate(mean), np.concatenate(spread)
 
     def payload(self, belief: Gaussian) -> Array:
@@ -90,13 +103,20 @@ class Quantities:
         return np.array([possible_body(link, LINK_REACH) for link in beliefs])
 
 
-def quantities(fit: Fit, currents: RobotCurrents) -> Quantities:
-    """The quantities of a commissioned arm; what no motion shows keeps its prior."""
+def quantities(
+    fit: Fit, currents: RobotCurrents, beside: tuple[tuple[str, str], ...] = ()
+) -> Quantities:
+    """The quantities of a commissioned arm; what no motion shows keeps its prior.
+
+    Args:
+        beside: names and units of what other streams tell of.
+    """
     shown = currents.shown[::10]  # a link's mass is the first of its ten inertials
     names, links = fit.parameters.names, fit.dynamics.arm.link_names
     whole = np.array([fit.prior_sd[names.index(f"{link}.mass")] for link in links])
     hidden = np.sqrt(np.maximum(whole**2 - np.sum(shown**2, axis=1), 0.0))
-    return Quantities(currents, fit.dynamics.inertials[:, 0], shown, hidden, _by_gain(fit))
+    masses = fit.dynamics.inertials[:, 0]
+    return Quantities(currents, masses, shown, hidden, _by_gain(fit), beside)
 
 
 def _by_gain(fit: Fit) -> dict[str, Array]:

@@ -27,7 +27,7 @@ from urdyn.tracking.modes import mode_of
 from urdyn.tracking.physical import Quantities, quantities
 from urdyn.tracking.source import Arrival, Source, now
 from urdyn.tracking.tracker import Reading, Tracker
-from urdyn.types import Array, Gaussian
+from urdyn.types import Array
 from urdyn.version import __version__
 
 ROWS = 25.0  # [Hz] of the history, at most
@@ -72,7 +72,7 @@ class Glance:
 
     @cached_property
     def _told(self) -> tuple[Array, Array]:
-        return self.quantities.of(self.reading.belief)
+        return self.quantities.of(self.reading.belief, self.reading.beside)
 
 
 Watch = Callable[[Glance], None]
@@ -123,7 +123,7 @@ def run(
         "version of urdyn": __version__,
         "twin": twin,
         "source": source.identity,
-        "settings": f"{tracker.filter} {tracker.drift} {tracker.period}",
+        "settings": f"{tracker.filter} {tracker.drift} {tracker.period} {tracker.beside}",
     }
     # The matrices are small: threads of the linear algebra would wait for one another.
     with alone(out), threadpool_limits(1):
@@ -131,7 +131,8 @@ def run(
             keep.remove(out)
         start = Checkpoint(tracker.init(), nothing_yet(joints), no_losses(joints))
         begun = keep.load(start, identity, out)
-        history = History(out, quantities(tracker.fit, tracker.currents), begun.parts)
+        of = quantities(tracker.fit, tracker.currents, tracker.beside)
+        history = History(out, of, begun.parts)
         history.open()
         if observer:
             observer.begin(out, begun.index, identity)
@@ -175,7 +176,7 @@ class _Run(Generic[S]):
             "rss_mb": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * RSS_UNIT / 1e6,
             "filter": type(self.tracker.filter).__name__,
             "mode": mode_of(self.tracker.filter),
-            "final": _final(self.history.quantities, self._belief(at)),
+            "final": self._final(at),
             "quantities": told(at.interest, self.tracker.fit.dynamics.arm.joint_names),
             "quality": self._quality(at),
             "payload_changes": changes(path),
@@ -251,10 +252,13 @@ class _Run(Generic[S]):
         refused = at.state.causal.refused
         return told_losses(at.losses, refused, self.source.defects, at.index)
 
-    def _belief(self, at: Checkpoint[S]) -> Gaussian:
-        return self.tracker.filter.belief(at.state.belief)
+    def _final(self, at: Checkpoint[S]) -> dict[str, Any]:
+        of, belief = self.history.quantities, self.tracker.filter.belief(at.state.belief)
+        mean, sd = of.of(belief, self.tracker.told_beside(at.state))
+        rows = zip(of.names, _plain(mean), _plain(sd), of.units, strict=True)
+        return {name: {"mean": m, "sd": sd, "unit": unit} for name, m, sd, unit in rows}
 
 
-def _final(of: Quantities, belief: Gaussian) -> dict[str, Any]:
-    rows = zip(of.names, *map(np.ndarray.tolist, of.of(belief)), of.units, strict=True)
-    return {name: {"mean": m, "sd": sd, "unit": unit} for name, m, sd, unit in rows}
+def _plain(values: Array) -> list[float | None]:
+    """Numbers as JSON has them; None where there is none yet."""
+    return [x if np.isfinite(x) else None for x in values.tolist()]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterator
 from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
@@ -17,7 +17,7 @@ from urdyn.errors import InputError, RtdeError, UrdynError
 from urdyn.io import read
 from urdyn.io.effort import UNTOLD, Effort
 from urdyn.io.rtde import Client, connect, parse_address
-from urdyn.signal import Sample, samples
+from urdyn.signal import BESIDE, POSE, Sample, samples
 from urdyn.types import Log
 
 SCHEME, ROS2 = "rtde://", "ros2://"
@@ -52,6 +52,7 @@ class Source:
     start: Callable[[int], Iterator[Arrival]]  # from this sample on; a live one begins now
     close: Callable[[], None]  # end a live stream in good order, from any thread
     defects: tuple[str, ...] = ()  # damage that was met while it was read
+    beside: frozenset[str] = frozenset()  # streams that its samples may bring along
 
 
 def open_source(
@@ -61,16 +62,18 @@ def open_source(
     rate: float | None = None,
     duration: float | None = None,
     effort: Effort = UNTOLD,
+    beside: Collection[str] = (),
 ) -> Source:
     """The source that `text` names: a log, rtde://HOST[:PORT] or ros2://TOPIC.
 
     `rate` [Hz] is that of a log without time stamps, or what a controller is asked for; `duration`
-    [s] ends the stream; `effort` tells what a bag's efforts are.
+    [s] ends the stream; `effort` tells what a bag's efforts are; `beside` names the streams of
+    `BESIDE` that are wanted, where there are any.
     """
     if not (duration or 1.0) > 0 or not (rate or 1.0) > 0:
         raise InputError("duration and rate are to be above 0")
     if text.startswith(SCHEME):
-        return _robot(text, rate, duration)
+        return _robot(text, rate, duration, beside)
     if text.startswith(ROS2):
         from urdyn.tracking.ros2_source import graph
 
@@ -78,12 +81,15 @@ def open_source(
     if "://" in text:
         told = f"name a log, {SCHEME}HOST[:PORT] or {ROS2}TOPIC"
         raise InputError(f"{text}: no such source; {told}")
-    log = read(Path(text), columns=columns, rows=rows, rate=rate, channels=CHANNELS, effort=effort)
-    return _recording(text, log, duration)
+    wanted = (*CHANNELS, *(BESIDE[stream] for stream in beside))
+    log = read(Path(text), columns=columns, rows=rows, rate=rate, channels=wanted, effort=effort)
+    return _recording(text, log, duration, ("actual_q",) if "pose" in beside else NEEDED)
 
 
-def _recording(name: str, log: Log, duration: float | None) -> Source:
-    if missing := [channel for channel in NEEDED if channel not in log]:
+def _recording(
+    name: str, log: Log, duration: float | None, needed: Collection[str] = NEEDED
+) -> Source:
+    if missing := [channel for channel in needed if channel not in log]:
         raise InputError(f"{name}: has no {' and no '.join(missing)}; tracking needs both")
     if len(log) < 2:
         raise InputError(f"{name}: has {len(log)} samples; nothing can be tracked")
@@ -95,14 +101,18 @@ def _recording(name: str, log: Log, duration: float | None) -> Source:
         return (Arrival(sample, np.nan) for sample in samples(log.slice(first)))
 
     period = float(np.median(np.diff(log.t)))
-    sha256, defects = log.source.sha256, tuple(map(str, log.defects))
-    kind = identity, sha256, period, log.joints, False, len(log)
-    return Source(name, *kind, start, lambda: None, defects)
+    beside = frozenset(stream for stream, channel in BESIDE.items() if channel in log)
+    of = (name, identity, log.source.sha256, period, log.joints, False, len(log))
+    return Source(*of, start, lambda: None, tuple(map(str, log.defects)), beside)
 
 
-def _robot(name: str, rate: float | None, duration: float | None) -> Source:
+def _robot(
+    name: str, rate: float | None, duration: float | None, beside: Collection[str]
+) -> Source:
     host, port = parse_address(name)
-    client = connect(host, port, ("timestamp", *CHANNELS), rate, optional=CHANNELS[1:2])
+    asked = [BESIDE[stream] for stream in beside]
+    names, optional = ("timestamp", *CHANNELS, *asked), (CHANNELS[1], *asked)
+    client = connect(host, port, names, rate, optional=optional)
     period, ended = client.agreement.period, Event()
     count = None if duration is None else max(1, round(duration / period))
 
@@ -113,7 +123,9 @@ def _robot(name: str, rate: float | None, duration: float | None) -> Source:
         ended.set()
         client.close()
 
-    return Source(name, f"{host}:{port}", "", period, RTDE_JOINTS, True, count or 0, start, close)
+    sent = frozenset(s for s in beside if BESIDE[s] not in client.agreement.left_out)
+    of = (name, f"{host}:{port}", "", period, RTDE_JOINTS, True, count or 0)
+    return Source(*of, start, close, beside=sent)
 
 
 def _heard(client: Client, ended: Event) -> Iterator[Arrival]:
@@ -144,7 +156,15 @@ def _pump(client: Client, inbox: SimpleQueue[Any]) -> None:
 
 def _sample(values: dict[str, Any]) -> Sample:
     nothing = np.full(RTDE_JOINTS, np.nan)
-    return Sample(float(values["timestamp"]), *(values.get(name, nothing) for name in CHANNELS))
+    t = float(values["timestamp"])
+    q, v, current, temperature = (values.get(name, nothing) for name in CHANNELS)
+    told = ((stream, values.get(name)) for stream, name in BESIDE.items())
+    beside = {
+        stream: np.concatenate([[t], six, *([q] if stream == POSE else [])])[None]
+        for stream, six in told
+        if six is not None
+    }
+    return Sample(t, q, v, current, temperature, beside)
 
 
 def now() -> float:

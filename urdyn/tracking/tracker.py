@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
-from typing import Generic, TypeVar
+from typing import Any, Generic, TypeVar
 
 import numpy as np
 
@@ -22,9 +22,10 @@ from urdyn.tracking import colour as noise
 from urdyn.tracking.blocks import BlockBelief
 from urdyn.tracking.colour import Colour
 from urdyn.tracking.model import Drift, tracking_model
+from urdyn.tracking.streams import Heard, Moment, Stream, assimilated, first
 from urdyn.tracking.temper import tempered, untempered
 from urdyn.tracking.warmth import warmed
-from urdyn.types import Array, Gaussian
+from urdyn.types import Array, Gaussian, Index
 
 S = TypeVar("S")
 
@@ -39,6 +40,7 @@ HINDSIGHT = 1.0  # [s] before something else is noticed that is carried, it may 
 PATIENCE = 2.0  # [s] after such a moment before the next
 GAP = 5.0  # periods without a sample, after which noise has no past
 SURE = 2.0  # [-] variance of an innovation over its noise's: less, and it tells of the noise
+NOTHING = (np.zeros(0), np.zeros(0))  # of other streams
 OVERLOAD = 3.0  # [-] of the rated torque's current: more, and the sensor is wrong
 
 
@@ -60,6 +62,7 @@ class TrackerState(Generic[S]):
     earlier: S  # the belief at `marked`
     earliest: S  # and HINDSIGHT or more before: what was not yet surprised
     marked: float  # [s]
+    heard: tuple[Heard[Any], ...]  # of each stream beside the joints' sensors
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,11 +79,19 @@ class Reading:
     travelled: Array  # (J,) [rad] since the bristles were unknown
     inputs: RobotSlice  # what the motion made of the parameters
     believed: Callable[[], Gaussian] = field(repr=False)
+    told: Callable[[], tuple[Array, Array]] = field(default=lambda: NOTHING, repr=False)
+    # Inputs and currents as they were learnt from, after the filter that makes noise white.
+    learnt: tuple[RobotSlice, Array] | None = field(default=None, repr=False)
 
     @cached_property
     def belief(self) -> Gaussian:
         """Over the model's states, this instant learnt."""
         return self.believed()
+
+    @cached_property
+    def beside(self) -> tuple[Array, Array]:
+        """Means and standard deviations of what other streams tell of by themselves."""
+        return self.told()
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,6 +103,7 @@ class Tracker(Generic[S]):
     period: float  # [s] between samples, as a rule
     drift: Drift | None = None
     network: Network | None = None  # None: the paper's
+    streams: tuple[Stream[Any], ...] = ()  # beside the joints' own sensors
 
     @cached_property
     def model(self) -> Joined[RobotSlice]:
@@ -104,6 +116,23 @@ class Tracker(Generic[S]):
         observation = self.model.observation
         assert isinstance(observation, RobotCurrents)
         return observation
+
+    @cached_property
+    def beside(self) -> tuple[tuple[str, str], ...]:
+        """Names and units of what the other streams alone tell of."""
+        pairs = (zip(s.names, s.units, strict=True) for s in self.streams)
+        return tuple(pair for of in pairs for pair in of)
+
+    @cached_property
+    def _told_of_zeros(self) -> bool:
+        """What poses told of zeros in the last seconds is not to be forgotten for a payload."""
+        return any(stream.shared == "k" for stream in self.streams)
+
+    @cached_property
+    def _shared(self) -> dict[str, Index]:
+        """States by the group that a stream shares."""
+        nothing = {"": np.zeros(0, dtype=np.intp)}
+        return nothing | {g: np.r_[at] for g, at in self.currents.places.items()}
 
     @cached_property
     def _causal(self) -> Causal:
@@ -130,6 +159,7 @@ class Tracker(Generic[S]):
             belief,
             belief,
             -np.inf,
+            tuple(first(stream) for stream in self.streams),
         )
 
     def step(
@@ -137,10 +167,15 @@ class Tracker(Generic[S]):
     ) -> tuple[TrackerState[S], Reading | None]:
         """One sample on; a reading once the causal window is full."""
         causal, instant = self._causal.step(state.causal, sample)
-        state = replace(state, causal=causal)
+        heard = tuple(
+            h.with_more(sample.beside.get(s.name))
+            for s, h in zip(self.streams, state.heard, strict=True)
+        )
+        state = replace(state, causal=causal, heard=heard)
         if instant is None or not np.isfinite([instant.q, instant.v, instant.a]).all():
             return state, None
-        return self._assimilate(state, instant)
+        state, reading = self._assimilate(state, instant)
+        return self._listened(state, reading) if self.streams else (state, reading)
 
     def _assimilate(self, state: TrackerState[S], now: Instant) -> tuple[TrackerState[S], Reading]:
         dt = now.t - state.t
@@ -153,7 +188,7 @@ class Tracker(Generic[S]):
         lubricant = warmed(state.lubricant, now.temperature, passed)
         state = replace(state, bristles=bristles, travelled=travelled, lubricant=lubricant)
         widen = state.surprise > SURPRISED and now.t - state.widened > PATIENCE
-        before = state.earliest if widen else state.belief
+        before = state.earliest if widen and not self._told_of_zeros else state.belief
         mean = self._mean(before)
         u = self._inputs(state, now, passed, widen, mean)
         y = np.where(self._told(now, travelled), now.current, np.nan)
@@ -180,10 +215,31 @@ class Tracker(Generic[S]):
             colour=noise.kept(colour, u, y),
             unsure=unsure,
         )
-        believed = partial(self.filter.belief, belief)
+        believed, told_of = partial(self.filter.belief, belief), partial(self.told_beside, after)
         predicted = y - told.residual
         heard = now.t, now.current, predicted, modelled, told, widen
-        return after, Reading(*heard, now, travelled, u, believed)
+        return after, Reading(*heard, now, travelled, u, believed, told_of, (given, seen))
+
+    def _listened(
+        self, state: TrackerState[S], reading: Reading
+    ) -> tuple[TrackerState[S], Reading]:
+        """What the other streams have told up to this instant."""
+        lead = self.fit.dynamics.drive.time_offset
+        now = replace(reading.instant, t=reading.t + lead)  # where its angles are
+        belief, heard = state.belief, []
+        for stream, h in zip(self.streams, state.heard, strict=True):
+            moment = Moment(now, self.period, state.widened, self._shared[stream.shared])
+            belief, h = assimilated(stream, h, moment, self.filter, self.model, belief)
+            heard.append(h)
+        state = replace(state, belief=belief, heard=tuple(heard))
+        believed, told = partial(self.filter.belief, belief), partial(self.told_beside, state)
+        return state, replace(reading, believed=believed, told=told)
+
+    def told_beside(self, state: TrackerState[S]) -> tuple[Array, Array]:
+        """Means and standard deviations of what the other streams tell of by themselves."""
+        told = [s.told(h.state) for s, h in zip(self.streams, state.heard, strict=True)]
+        means, sds = zip(*told, strict=True) if told else ((), ())
+        return np.concatenate([*means, []]), np.concatenate([*sds, []])
 
     def _mean(self, belief: S) -> Array:
         """Of the states; a square root need not be squared for it."""

@@ -33,6 +33,7 @@ class Recorded:
     geometric: Placement  # geometry alone
     full: Placement | None  # with what joints do, where that was preferred
     sha256: str = ""  # of the poses that it was made from
+    cov: Array | None = None  # (P, P) of the geometry that is believed in; None: nobody says
 
 
 def document(calibration: Calibration) -> dict[str, Any]:
@@ -47,7 +48,7 @@ def document(calibration: Calibration) -> dict[str, Any]:
         "rms_m": rms(found, calibration.sound),
         "trusted_elsewhere": calibration.verdict.trusted,
         "geometry_alone": _geometry(calibration.geometric.placement),
-        "geometry": _geometry(found.placement) | {"sd": calibration.sd[: len(calibration.spread)]},
+        "geometry": _geometry(found.placement) | _belief(calibration),
         "effects": _effects(found.placement),
         "frames": {"base": found.placement.base, "tool": found.placement.tool},
     }
@@ -56,6 +57,12 @@ def document(calibration: Calibration) -> dict[str, Any]:
 def _geometry(placement: Placement) -> dict[str, Any]:
     """Rows of a, alpha, beta, d, theta [m, rad]."""
     return {"columns": list(KINDS), "table": placement.table}
+
+
+def _belief(calibration: Calibration) -> dict[str, Any]:
+    """How sure the geometry's coordinates are: deviations and covariance."""
+    few = len(calibration.spread)
+    return {"sd": calibration.sd[:few], "covariance": calibration.found.posterior.cov[:few, :few]}
 
 
 def _effects(placement: Placement) -> dict[str, Any]:
@@ -110,9 +117,19 @@ def _read(told: Mapping[str, Any], path: Path, arm: Arm, start: Placement) -> Re
         values = _numbers(told["effects"]["coefficients"], (len(effects.owners),))
         table = _numbers(told["geometry"]["table"], start.table.shape)
         full = _placed(start, table, effects, values) if len(values) else None
-        return Recorded(geometric, full, str(told["source"]["sha256"]))
+        return Recorded(geometric, full, str(told["source"]["sha256"]), _covariance(told, start))
     except (KeyError, TypeError, ValueError) as error:
         raise InputError(f"{path}: is no calibration of this urdyn: {error!r}") from None
+
+
+def _covariance(told: Mapping[str, Any], start: Placement) -> Array | None:
+    """How sure the geometry is; None in a file that was written before this was told."""
+    if "covariance" not in told["geometry"]:
+        return None
+    cov = _numbers(told["geometry"]["covariance"], (len(start.deviations),) * 2)
+    if np.abs(cov - cov.T).max() > 1e-9 * np.abs(cov).max() or np.linalg.eigvalsh(cov)[0] <= 0.0:
+        raise ValueError("its covariance is none")
+    return cov
 
 
 def _numbers(told: Any, shape: tuple[int, ...]) -> Array:

@@ -1,0 +1,46 @@
+"""What `urdyn track` listens to beside the joints' own sensors, as it was asked."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from urdyn.errors import InputError
+
+if TYPE_CHECKING:
+    from urdyn.model.arm import Arm
+    from urdyn.tracking import Drift, Source
+    from urdyn.tracking.streams import Stream
+
+OWN = "own"  # poses: the controller's
+MISSING = {
+    "pose": "actual_TCP_pose; name the file of a tracker's poses by --poses",
+    "wrench": "actual_TCP_force or ft_raw_wrench; leave --wrench out",
+}
+
+
+def wanted(poses: str | None, wrench: bool) -> tuple[str, ...]:
+    """The streams that were asked for; a tracker's poses take the place of the source's own."""
+    return (*(("pose",) if poses else ()), *(("raw_wrench", "wrench") if wrench else ()))
+
+
+def listening(
+    source: Source, arm: Arm, poses: str | None, wrench: bool, calibration: Path | None
+) -> tuple[Source, tuple[Stream[Any], ...], Drift | None]:
+    """The source with what was asked for, its streams, and how zeros stray then."""
+    if calibration and not poses:
+        raise InputError("--calibration is of use with --poses; without, no pose is looked at")
+    if not poses and not wrench:
+        return source, (), None
+    # What poses need of calibration, a twin without them does not carry in its memory.
+    from urdyn.identify.kinematics import load_calibration
+    from urdyn.tracking.beside import WATCHED, beside, with_poses
+
+    tracked = poses not in (None, OWN)
+    if tracked:
+        source = with_poses(source, Path(str(poses)))
+    for asked, what in ((poses, "pose"), (wrench, "wrench")):
+        if asked and not any(what in stream for stream in source.beside):
+            raise InputError(f"{source.name}: has no {MISSING[what]}")
+    known = load_calibration(calibration, arm) if calibration else None
+    return source, beside(arm, source, tracked=tracked, known=known), WATCHED if tracked else None

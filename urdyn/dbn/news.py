@@ -1,0 +1,75 @@
+"""News of a few states, from outside the joints' own sensors: seen in an instant, linearly."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import ClassVar
+
+import numpy as np
+
+from urdyn.types import Array, Gaussian, Index, Mask, frozen
+
+
+@dataclass(frozen=True, eq=False)
+class News:
+    """A slice in which no time passes: y = H x[at] + e, e ~ N(0, R).
+
+    Before it, what is told of may have jumped by `jump`.
+    """
+
+    dt: ClassVar[float] = 0.0  # [s]
+    at: Index  # (a,) states
+    H: Array  # (m, a)
+    R: Array  # (m, m)
+    jump: Array  # (a,) sd; 0: it did not
+
+    def __post_init__(self) -> None:
+        for name in ("H", "R", "jump"):
+            object.__setattr__(self, name, frozen(getattr(self, name)))
+        assert self.H.shape == (len(self.R), len(self.at)), "a row an observation"
+
+
+@dataclass(frozen=True, eq=False)
+class Standing:
+    """States of any model while they stand still and news of them come; a `TwoSlice`."""
+
+    names: tuple[str, ...]  # n
+    prior: Gaussian  # (n,)
+
+    @cached_property
+    def linear(self) -> Mask:
+        """All of it, (n,)."""
+        return np.ones(len(self.names), dtype=bool)
+
+    @cached_property
+    def _still(self) -> Array:
+        return frozen(np.eye(len(self.names)))
+
+    def transition(self, x: Array, u: News) -> Array:
+        """x itself, (..., n)."""
+        return x
+
+    def transition_jacobian(self, x: Array, u: News) -> Array:
+        """Identity, (n, n)."""
+        return self._still
+
+    def transition_cov(self, u: News) -> Array:
+        """What may have jumped, (n, n)."""
+        Q = np.zeros((len(self.names),) * 2)
+        Q[u.at, u.at] = u.jump**2
+        return Q
+
+    def observe(self, x: Array, u: News) -> Array:
+        """H x[at], (..., n) -> (..., m)."""
+        return np.asarray(x[..., u.at] @ u.H.T)
+
+    def observe_jacobian(self, x: Array, u: News) -> Array:
+        """H among zeros, (m, n)."""
+        H = np.zeros((len(u.H), len(self.names)))
+        H[:, u.at] = u.H
+        return H
+
+    def observe_cov(self, u: News) -> Array:
+        """R, (m, m)."""
+        return u.R

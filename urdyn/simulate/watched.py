@@ -1,0 +1,45 @@
+"""What a laser tracker beside a virtual arm sees of it while it works."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from urdyn.model.dynamics import Dynamics
+from urdyn.simulate.schedule import Event, course
+from urdyn.types import Array, Log
+
+PLACE_NOISE, TURN_NOISE = 2e-5, 5e-5  # [m], [rad] sd of each coordinate
+FAR = 3.0  # [m] from the arm, at which the tracker stands
+TARGET = 0.1  # [m] from the flange
+
+
+def watched(
+    dynamics: Dynamics, log: Log, events: Sequence[Event], rate: float, rng: np.random.Generator
+) -> Log:
+    """Poses of a target on the flange, in the tracker's frame, at `rate` [Hz] and the log's clock.
+
+    The tracker sees where the joints truly are, not what their encoders say.
+    """
+    every = max(1, round(1.0 / (rate * float(np.median(np.diff(log.t))))))
+    rows = np.arange(0, len(log), every)
+    t = log.t[rows]
+    true = log.channels["actual_q"][rows] - course(dynamics, events, t).encoder_offset
+    arm = dynamics.arm
+    seen = _frame(rng, FAR) @ arm.pose(true, arm.link_names[-1]) @ _frame(rng, TARGET)
+    place = seen[:, :3, 3] + PLACE_NOISE * rng.standard_normal((len(t), 3))
+    jitter = Rotation.from_rotvec(TURN_NOISE * rng.standard_normal((len(t), 3)))
+    angles = (jitter * Rotation.from_matrix(seen[:, :3, :3])).as_rotvec()
+    values = np.hstack([place, angles]).T
+    return Log(t, dict(zip(("x", "y", "z", "rx", "ry", "rz"), values, strict=True)))
+
+
+def _frame(rng: np.random.Generator, far: float) -> Array:
+    """A frame some `far` [m] away, turned anyhow."""
+    frame = np.eye(4)
+    frame[:3, :3] = Rotation.from_rotvec(rng.uniform(-1.5, 1.5, 3)).as_matrix()
+    way = rng.standard_normal(3)
+    frame[:3, 3] = far * way / np.linalg.norm(way)
+    return frame

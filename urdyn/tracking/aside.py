@@ -1,0 +1,133 @@
+"""A stream that shares a few states with the currents, and has others for itself.
+
+The poses of a tracker share the joints' zeros with the currents; where the tracker stands, what
+target it looks at and how the arm is built, no current shows. Given what is shared, the rest of
+either side is independent of the other's (d-separation in the network), so that the joint belief is
+
+    p(x, s) = p(x) p(s | z),    s - point | z ~ N(L (z - about), cov),    z = x[shared]
+
+and neither filter grows by the other's states. An observation e = y - h of both,
+
+    e = Hs (s - point) + Hz (z - about) + noise R,
+
+is news of z alone to the currents' filter, with A = Hs L + Hz and N = Hs cov Hsᵀ + R, and
+
+    K = cov Hsᵀ N⁻¹,    point += K e,    L -= K A,    cov -= K Hs cov.
+
+That is the joint Kalman update, exactly. While z strays by itself, z' = kept z + w, w ~ N(0, Q),
+p(s | z') follows from p(s | z) and the belief in z; only what the other side's states remember of
+the z before is left out. With nothing shared it is an ordinary filter.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from urdyn.types import Array, Gaussian, frozen
+
+CLIP = 3.0  # [sd] beyond which a residual counts as that large
+
+
+@dataclass(frozen=True, eq=False)
+class Aside:
+    """Belief in s given z, but for the point, which whoever has it moves."""
+
+    L: Array  # (p, z)
+    cov: Array  # (p, p) given z
+    about: Array  # (z,) where z was believed to be when s was last told of
+    spread: Array  # (z, z) covariance of z then
+
+    def __post_init__(self) -> None:
+        for name in ("L", "cov", "about", "spread"):
+            object.__setattr__(self, name, frozen(getattr(self, name)))
+
+    @property
+    def whole(self) -> Array:
+        """Covariance of s, whatever z is, (p, p)."""
+        return np.asarray(self.cov + self.L @ self.spread @ self.L.T)
+
+    def strayed(self, Q: Array) -> Aside:
+        """After z has strayed by N(0, Q), (z, z), since."""
+        if not Q.any():
+            return self
+        spread = self.spread + Q
+        L = np.asarray(np.linalg.solve(spread, self.spread @ self.L.T).T)
+        cov = self.cov + self.L @ self.spread @ self.L.T - L @ spread @ L.T
+        return Aside(L, frozen(0.5 * (cov + cov.T)), self.about, frozen(spread))
+
+    def settled(self, z: Gaussian) -> tuple[Array, Aside]:
+        """How far s is moved by what is believed of z now, (p,), and the belief about that."""
+        step = self.L @ (z.mean - self.about)
+        return step, replace(self, about=z.mean, spread=z.cov)
+
+
+@dataclass(frozen=True, eq=False)
+class Look:
+    """One observation, linearised where s and z are believed to be."""
+
+    e: Array  # (m,) measured less expected
+    Hs: Array  # (m, p)
+    Hz: Array  # (m, z)
+    R: Array  # (m, m)
+
+    def expected(self, aside: Aside) -> Array:
+        """Covariance of e, (m, m)."""
+        A = self.Hs @ aside.L + self.Hz
+        return np.asarray(self.Hs @ aside.cov @ self.Hs.T + A @ aside.spread @ A.T + self.R)
+
+    def surprise(self, aside: Aside) -> float:
+        """Square of e in units of its expected size, by its rows: 1 is expected."""
+        return float(self.e @ np.linalg.solve(self.expected(aside), self.e)) / len(self.e)
+
+
+def learnt(aside: Aside, look: Look) -> tuple[Array, Aside]:
+    """How far the point moves, (p,), and the belief about it."""
+    A, N = _seen(aside, look)
+    K = np.linalg.solve(N, look.Hs @ aside.cov).T
+    cov = aside.cov - K @ look.Hs @ aside.cov
+    return K @ look.e, replace(aside, L=aside.L - K @ A, cov=0.5 * (cov + cov.T))
+
+
+@dataclass(frozen=True, eq=False)
+class Told:
+    """What an observation is to the filter that has z among its states: y = H z + noise R."""
+
+    y: Array  # (m,)
+    H: Array  # (m, z)
+    R: Array  # (m, m)
+    jump: Array  # (z,) sd of what befell z just before
+
+
+def told(aside: Aside, look: Look, jump: Array) -> Told:
+    """The observation, with s given z averaged out."""
+    A, N = _seen(aside, look)
+    return Told(look.e + A @ aside.about, A, N, jump)
+
+
+def renoised(squares: Array, aside: Aside, look: Look, gain: float) -> Array:
+    """Variances of noise, (k,) one for three rows each, after one more observation: EM, online.
+
+    Each moves by `gain` toward what the residual is expected to hold of it, given all of it.
+    """
+    W, white = whitened(aside, look)
+    own = np.repeat(squares, 3)[: len(white)]
+    held = (own - own**2 * np.diag(W) + (own * white) ** 2).reshape(-1, 3).mean(axis=1)
+    after = np.array(squares)
+    after[: len(held)] += gain * (held - after[: len(held)])
+    return after
+
+
+def whitened(aside: Aside, look: Look) -> tuple[Array, Array]:
+    """Precision W of a residual, (m, m), and W e, of an e of CLIP standard deviations at most."""
+    W = np.asarray(np.linalg.inv(look.expected(aside)), dtype=np.float64)
+    length = float(np.sqrt(look.e @ W @ look.e / len(look.e)))
+    return W, np.asarray(W @ look.e * (CLIP / max(length, CLIP)))
+
+
+def _seen(aside: Aside, look: Look) -> tuple[Array, Array]:
+    """How e moves with z, (m, z), and its covariance where z is known, (m, m)."""
+    A = look.Hs @ aside.L + look.Hz
+    N = look.Hs @ aside.cov @ look.Hs.T + look.R
+    return A, 0.5 * (N + N.T)

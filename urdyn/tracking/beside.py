@@ -1,0 +1,87 @@
+"""From what is at hand, the streams that a twin listens to beside its joints' sensors."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from urdyn.errors import InputError
+from urdyn.identify.kinematics.calibration import drawn
+from urdyn.identify.kinematics.record import Recorded
+from urdyn.identify.kinematics.spread import geometry_spread
+from urdyn.io.poses import read_pose_stream
+from urdyn.model.arm import Arm
+from urdyn.model.geometry.drawing import drawing_of
+from urdyn.tracking.model import Drift
+from urdyn.tracking.pose_stream import STRAY, PoseStream
+from urdyn.tracking.sights import Build
+from urdyn.tracking.source import Arrival, Source
+from urdyn.tracking.streams import Stream
+from urdyn.tracking.wrench_stream import WrenchStream
+from urdyn.types import Array, Gaussian
+
+# While a tracker looks on, a joint's zero stays where it is, until poses say that it slipped.
+WATCHED = Drift(zero=0.0, zero_memory=float("inf"), zero_walk=STRAY)
+
+
+# What a source may bring along, the best first: a raw wrench has no unknown compensation.
+WRENCHES = ("raw_wrench", "wrench")
+
+
+def beside(
+    arm: Arm, source: Source, *, tracked: bool = False, known: Recorded | None = None
+) -> tuple[Stream[Any], ...]:
+    """The streams that a source has, of an arm that may be calibrated.
+
+    Args:
+        tracked: its poses are those of a tracker, not the controller's own.
+    """
+    poses = [pose_stream(arm, not tracked, known)] if "pose" in source.beside else []
+    felt = [WrenchStream(arm, w == "raw_wrench") for w in WRENCHES if w in source.beside]
+    return (*poses, *felt[:1])
+
+
+def pose_stream(arm: Arm, own: bool, known: Recorded | None = None) -> PoseStream:
+    """The stream of the controller's poses, or of a tracker's, for an arm that may be calibrated.
+
+    Without a calibration, the arm is as far from its drawing as real arms are.
+    """
+    drawing = drawing_of(arm)
+    start = drawn(arm, drawing)
+    cov = np.diag(geometry_spread(drawing.form) ** 2)
+    if known is not None:
+        at = known.full or known.geometric
+        start = replace(start, table=at.table, effects=at.effects, coefficients=at.coefficients)
+        cov = cov if known.cov is None else np.array(known.cov)
+    return PoseStream(Build(start, Gaussian(start.deviations, cov), own))
+
+
+def with_poses(source: Source, path: str | Path) -> Source:
+    """A recording, with the poses that a tracker measured meanwhile, by the same clock.
+
+    Each comes with the first sample that is stamped later.
+    """
+    if source.live:
+        raise InputError(f"{path}: poses from a file go with a log, not with a live robot")
+    rows, sha256 = read_pose_stream(path)
+
+    def start(first: int) -> Iterator[Arrival]:
+        came = 0
+        for index, arrival in enumerate(source.start(max(first - 1, 0)), max(first - 1, 0)):
+            until = int(np.searchsorted(rows[:, 0], arrival.sample.t, side="right"))
+            if index >= first:
+                yield _beside(arrival, rows[came:until])
+            came = until
+
+    identity = f"{source.identity} {sha256}"
+    return replace(source, identity=identity, start=start, beside=source.beside | {"pose"})
+
+
+def _beside(arrival: Arrival, rows: Array) -> Arrival:
+    """The arrival with a tracker's poses in the place of the controller's."""
+    sample = arrival.sample
+    return replace(arrival, sample=replace(sample, beside={**sample.beside, "pose": rows}))

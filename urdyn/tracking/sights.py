@@ -1,0 +1,157 @@
+"""What poses have told of an arm so far, and how a first handful of them begins that."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from urdyn.errors import IdentifiabilityError
+from urdyn.identify.kinematics.calibration import STRANGER, everything
+from urdyn.identify.kinematics.gross import weights
+from urdyn.identify.kinematics.moments import moments
+from urdyn.identify.kinematics.placement import Placement, residuals
+from urdyn.identify.kinematics.robust import begin, solve
+from urdyn.identify.kinematics.spread import ANYWHERE
+from urdyn.io.poses import READINGS, Poses
+from urdyn.tracking.aside import Aside
+from urdyn.types import Array, Gaussian, Index, frozen
+
+FINEST = np.array([1e-6, 1e-6])  # [m, rad] numbers of a log are no finer
+STAMPED = 1e-3  # [s] by which stamps of pose and angles may be apart, before data tell
+
+
+@dataclass(frozen=True, eq=False)
+class Sights:
+    """All that is remembered of a stream of poses."""
+
+    gathered: Array  # (n, J + 6) angles and pose of those that nothing was learnt from yet
+    table: Array  # (J, 5) a, alpha, beta, d, theta [m, rad] as believed
+    base: Array  # (4, 4) transform_base_to_world
+    tool: Array  # (4, 4) transform_tool_to_flange
+    aside: Aside  # of geometry, base, tool; empty before they are known
+    noise: Array  # (2,) sd of place [m] and turn [rad]
+    late: float  # [s] sd by which a pose's stamp is off
+    count: float  # poses behind it; 0 before base and tool are known
+    reading: int  # of three angles: one of READINGS
+    q: Array  # (J,) [rad] where the arm was seen last; NaN: nowhere
+    still: bool  # whether it stood there
+    t: float  # [s] then
+    doubted: int  # poses in a row that surprised
+
+    def __post_init__(self) -> None:
+        for name in ("table", "base", "tool", "noise"):
+            object.__setattr__(self, name, frozen(getattr(self, name)))
+
+
+@dataclass(frozen=True, eq=False)
+class Build:
+    """What is known of an arm's geometry before the first pose."""
+
+    start: Placement  # as calibrated, or as drawn; base and tool anywhere
+    prior: Gaussian  # (P,) deviations from the drawing [m, rad]
+    own: bool  # the poses are the controller's: of its own calibration, in its own base
+
+    @property
+    def columns(self) -> Index:
+        """Which of a placement's unknowns are believed in: geometry, base, tool."""
+        first = len(self.prior.mean)
+        base = np.arange(0 if self.own else 6) + first
+        return np.concatenate([np.arange(first), base, np.arange(6) + first + 6])
+
+    @property
+    def zeros(self) -> Index:
+        """Columns of the joints' zeros theta, base first."""
+        kinds = np.argwhere(self.start.form.free)[:, 1]
+        return np.flatnonzero(kinds == 4)
+
+    @property
+    def precision(self) -> Array:
+        """Of the prior of all columns."""
+        Lambda = np.eye(len(self.columns)) / ANYWHERE**2
+        first = len(self.prior.mean)
+        Lambda[:first, :first] = np.linalg.inv(self.prior.cov)
+        return Lambda
+
+    def placement(self, sights: Sights) -> Placement:
+        """The arm as believed."""
+        return replace(self.start, table=sights.table, base=sights.base, tool=sights.tool)
+
+    def moved(self, sights: Sights, step: Array) -> Sights:
+        """After a step of what is believed in, (p,)."""
+        whole = np.zeros(self.start.size)
+        whole[self.columns] = step
+        at = self.placement(sights).moved(whole)
+        return replace(sights, table=at.table, base=at.base, tool=at.tool)
+
+
+def nothing_seen(joints: int) -> Sights:
+    """Before the first pose."""
+    empty = Aside(np.zeros((0, 0)), np.zeros((0, 0)), np.zeros(0), np.zeros((0, 0)))
+    nowhere, still = np.full(joints, np.nan), np.eye(4)
+    gathered, table = np.zeros((0, joints + 6)), np.zeros((joints, 5))
+    unknown = (np.ones(2), STAMPED, 0.0, 0)
+    return Sights(gathered, table, still, still, empty, *unknown, nowhere, False, -np.inf, 0)
+
+
+def begun(build: Build, sights: Sights, z: Gaussian) -> Sights | None:
+    """The belief that the gathered poses begin; None where they do not tell base and tool yet.
+
+    By the same fit as `urdyn calibrate`, given the joints' zeros that the currents believe in.
+
+    Args:
+        z: joints' zeros, (J,); of no joint where the poses know nothing of them.
+    """
+    joints = build.start.table.shape[0]
+    q, place, angles = np.split(sights.gathered, [joints, joints + 3], axis=1)
+    acting = q + z.mean if len(z.mean) else q
+    turned = bool(np.isfinite(angles).all())
+    reading = READINGS[0] if build.own else ""
+    poses = Poses(acting, place, angles if turned else None, reading, build.own)
+    rng = np.random.default_rng(0)
+    try:
+        start, poses = begin(build.start, poses, rng)
+        sought = everything(start, poses)
+        expected = np.zeros(start.size)
+        expected[: len(build.prior.mean)] = build.prior.mean
+        found = solve(start, poses, replace(sought, expected=expected), rng)
+    except IdentifiabilityError:
+        return None
+    if found.posterior.noise[0] > STRANGER:
+        return None
+    noise = np.maximum(found.posterior.noise, FINEST)
+    step, cov = _exact(build, found.placement, poses, noise)
+    at = replace(
+        sights,
+        gathered=sights.gathered[:0],
+        table=found.placement.table,
+        base=found.placement.base,
+        tool=found.placement.tool,
+        aside=_aside(build, cov, z),
+        noise=noise,
+        count=float(len(poses)),
+        reading=READINGS.index(poses.reading),
+    )
+    return build.moved(at, step)
+
+
+def _exact(build: Build, at: Placement, poses: Poses, noise: Array) -> tuple[Array, Array]:
+    """The last step of the fit, with a prior whose entries may belong together, and covariance."""
+    e = residuals(at, poses.q, poses.place, poses.turn)
+    told = moments(at, poses.q, poses.place, poses.turn, weights(e, noise)).only(build.columns)
+    offset = np.zeros(len(build.columns))
+    offset[: len(build.prior.mean)] = build.prior.mean - at.deviations
+    Lambda = build.precision
+    H = np.tensordot(noise**-2.0, told.H, axes=1) + Lambda
+    scale = 1.0 / np.sqrt(np.diag(H))
+    cov = np.linalg.inv(scale[:, None] * H * scale) * scale[:, None] * scale
+    cov = 0.5 * (cov + cov.T)
+    return cov @ (noise**-2.0 @ told.b + Lambda @ offset), cov
+
+
+def _aside(build: Build, cov: Array, z: Gaussian) -> Aside:
+    """The belief given z: poses tell theta + z, so that theta gives way as far as they hold it."""
+    zeros = np.zeros((len(cov), len(z.mean)))
+    if len(z.mean):
+        zeros[build.zeros, range(len(z.mean))] = 1.0
+    return Aside(cov @ build.precision @ zeros - zeros, cov, z.mean, z.cov)

@@ -1,0 +1,151 @@
+"""Streams beside the joints' own sensors, each at a rate of its own and used when it arrives.
+
+What comes waits until the motion has been estimated up to its stamp, which takes half a window of
+samples. A row that holds NaN, or none at all, leaves everything else as it is.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any, Generic, Protocol, TypeVar
+
+import numpy as np
+
+from urdyn.dbn.joined import Joined
+from urdyn.dbn.news import News, Standing
+from urdyn.dbn.robot_slice import RobotSlice
+from urdyn.estimate import Filter
+from urdyn.estimate.square_root import SquareRoot
+from urdyn.signal import Instant
+from urdyn.tracking.aside import Told
+from urdyn.tracking.blocks import BlockBelief
+from urdyn.types import Array, Gaussian, Index
+
+MOST = 500  # rows that wait: more, and no motion is coming
+NEAR = 1.5  # periods from an instant, within which its motion tells the angles at a stamp
+
+A = TypeVar("A")
+S = TypeVar("S")
+
+
+@dataclass(frozen=True, eq=False)
+class Heard(Generic[A]):
+    """A stream so far."""
+
+    waiting: Array  # (n, width) rows that the motion has not reached
+    state: A
+
+    def with_more(self, rows: Array | None) -> Heard[A]:
+        """With what a sample brought."""
+        if rows is None or not len(rows):
+            return self
+        return replace(self, waiting=np.concatenate([self.waiting, rows])[-MOST:])
+
+
+class Stream(Protocol[A]):
+    """Settings of one stream; its state is a value that goes from row to row."""
+
+    @property
+    def name(self) -> str:
+        """Which of a sample's streams it is."""
+
+    @property
+    def width(self) -> int:
+        """Of a row: its stamp [s], six numbers, and what is behind them."""
+
+    @property
+    def shared(self) -> str:
+        """Group of the currents' states that it tells of too; "": none."""
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Of the quantities that it alone tells of."""
+
+    @property
+    def units(self) -> tuple[str, ...]:
+        """One a name."""
+
+    def init(self) -> A:
+        """Nothing heard yet."""
+
+    def take(
+        self, state: A, now: Instant, row: Array, z: Gaussian, widened: float
+    ) -> tuple[A, Told | None]:
+        """One row on, with the motion at its stamp and the belief in what is shared.
+
+        Args:
+            widened: when another payload was last taken up [s].
+
+        Returns:
+            What the row is to the currents' filter; None where it says nothing to it.
+        """
+
+    def settled(self, state: A, z: Gaussian) -> A:
+        """After the currents' filter has taken that up."""
+
+    def told(self, state: A) -> tuple[Array, Array]:
+        """Means and standard deviations of the quantities; NaN while there are none."""
+
+
+@dataclass(frozen=True)
+class Moment:
+    """An instant, as the streams look at it."""
+
+    now: Instant  # stamped where its angles are
+    period: float  # [s]
+    widened: float  # [s] when another payload was last taken up
+    at: Index  # (z,) states that are shared
+
+
+def first(stream: Stream[A]) -> Heard[A]:
+    """Before the first row."""
+    return Heard(np.zeros((0, stream.width)), stream.init())
+
+
+def assimilated(
+    stream: Stream[A],
+    heard: Heard[A],
+    at: Moment,
+    filter_: Filter[S],
+    model: Joined[RobotSlice],
+    belief: S,
+) -> tuple[S, Heard[A]]:
+    """The currents' belief and the stream's, after all rows up to half a period past the moment."""
+    stamps = heard.waiting[:, 0]
+    due = stamps <= at.now.t + 0.5 * at.period
+    if not due.any():
+        return belief, heard
+    state = heard.state
+    for row in heard.waiting[due]:
+        if abs(row[0] - at.now.t) > NEAR * at.period:
+            continue
+        z = marginal(filter_, belief, at.at)
+        state, told = stream.take(state, _at(at.now, float(row[0])), row, z, at.widened)
+        if told is not None:
+            standing: Any = Standing(model.names, model.prior)
+            belief, _ = filter_.step(
+                standing, belief, News(at.at, told.H, told.R, told.jump), told.y
+            )
+            state = stream.settled(state, marginal(filter_, belief, at.at))
+    return belief, replace(heard, waiting=heard.waiting[~due], state=state)
+
+
+def _at(now: Instant, t: float) -> Instant:
+    """The motion a moment before or after the instant."""
+    dt = t - now.t
+    q = now.q + dt * (now.v + 0.5 * dt * now.a)
+    return replace(now, t=t, q=q, v=now.v + dt * now.a)
+
+
+def marginal(filter_: Filter[S], belief: S, at: Index) -> Gaussian:
+    """Belief in a few states; a square root need not be squared for it."""
+    if not len(at):
+        return Gaussian(np.zeros(0), np.zeros((0, 0)))
+    if isinstance(belief, SquareRoot):
+        rows = belief.root[at]
+        return Gaussian(belief.mean[at], rows @ rows.T)
+    if isinstance(belief, BlockBelief):
+        few = np.searchsorted(belief.at_bodies, at)
+        return Gaussian(belief.mean[at], belief.bodies[np.ix_(few, few)])
+    whole = belief if isinstance(belief, Gaussian) else filter_.belief(belief)
+    return Gaussian(whole.mean[at], whole.cov[np.ix_(at, at)])
