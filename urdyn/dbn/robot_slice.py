@@ -41,6 +41,7 @@ class RobotSlice:
     felt: Array  # (J,) [-] 1 where the joint's temperature is measured, else 0: nothing is claimed
     blind: bool = True  # nobody measures how warm some joint is
     stray: Array | None = None  # (J,) [A] sd of slow noise; None: there is none
+    jolted: Array | None = None  # (J,) [-] 1 where something befell a joint's drive; None: nowhere
 
     @property
     def doubt(self) -> Array:

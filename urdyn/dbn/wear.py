@@ -32,6 +32,14 @@ class Fading:
         return float(np.exp(-dt / self.memory))
 
 
+@dataclass(frozen=True)
+class Jolt:
+    """Parameters, one a joint, that something which befalls its drive may change at once."""
+
+    at: slice
+    sd: float  # of such a change
+
+
 @dataclass(frozen=True, eq=False)
 class Wear:
     """Process of a robot's parameters, p of them, and the rates of r, behind them."""
@@ -44,6 +52,7 @@ class Wear:
     lead: Array  # (p, p) B, what follows what within a slice: child by parent
     warmth: Array  # (p,) [1/√s] beside `own`, where nobody measures how warm joints are
     fading: tuple[Fading, ...]
+    jolts: tuple[Jolt, ...]
     slow: slice
     memory: float  # [s] of slow noise
 
@@ -122,6 +131,9 @@ class Wear:
             diagonal[: len(self.parameters)] = self.warmth**2 * dt
         for fading in self.fading:
             diagonal[fading.at] = fading.sd**2 * (1.0 - fading.kept(dt) ** 2)
+        if u.jolted is not None:
+            for jolt in self.jolts:
+                diagonal[jolt.at] += jolt.sd**2 * u.jolted
         if u.stray is not None:
             diagonal[self.slow] = u.stray**2 * -np.expm1(-2.0 * dt / self.memory)
         Q.flat[:: n + 1] += diagonal

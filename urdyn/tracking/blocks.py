@@ -115,7 +115,8 @@ class Blocks:
             for_bodies=state.for_bodies.added(H, residual, R, u.dt),
             for_drives=state.for_drives.added(H, residual, R, u.dt),
         )
-        return self._learnt(model, state, u, surprise < CALM and not u.widen), told
+        changed = u.widen or u.jolted is not None
+        return self._learnt(model, state, u, surprise < CALM and not changed), told
 
     def _learnt(
         self, model: TwoSlice[RobotSlice], state: BlockBelief, u: RobotSlice, calm: bool

@@ -12,7 +12,7 @@ from urdyn.dbn.graph import Network
 from urdyn.dbn.joined import Joined
 from urdyn.dbn.robot import RobotCurrents, shown_directions
 from urdyn.dbn.robot_slice import RobotSlice
-from urdyn.dbn.wear import Fading, Wear
+from urdyn.dbn.wear import Fading, Jolt, Wear
 from urdyn.dbn.widening import Widening
 from urdyn.identify.fit import Fit
 from urdyn.model.population import Population, population
@@ -31,6 +31,8 @@ DRIFTING = ("f", "z")  # groups with a rate: what wears; alpha follows f
 ZERO_SD = 3e-4  # [rad] of a joint's zero on the first day
 ZERO_MEMORY = 600.0  # [s] in which a zero that nothing shows is taken to be as drawn again
 HEALTH_SD = 0.01  # [-] of health on the first day: gains are the commissioned ones
+# What breaks at once: friction by a half, a drive by a tenth; logarithms.
+JOLTS = {"f": 0.4, "alpha": 0.4, "z": 0.1}
 PAYLOAD_SD = np.array([3.0, 0.3, 0.3, 0.3, *[0.05] * 6])  # kg, kg m, kg m²: anything or nothing
 # Viscous friction of UR arms falls by 15 to 25 % over the 12 to 20 K of a warm-up.
 KAPPA, KAPPA_SD, KAPPA_F_SD = 0.014, 0.004, 0.002  # [1/K]
@@ -153,6 +155,7 @@ def _process(
             Fading(at["lubricant"], LAG, UNLIKE),
             Fading(at["k"], drift.zero_memory, drift.zero),
         ),
+        jolts=tuple(Jolt(at[group], sd) for group, sd in JOLTS.items()),
         slow=at["slow"],
         memory=MEMORY,
     )

@@ -1,0 +1,92 @@
+"""What befalls a joint's drive at once is followed there, and taken for nothing else."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+from workshop import RATE, at_work, commissioned
+
+from urdyn.estimate import EKF
+from urdyn.signal import samples
+from urdyn.tracking import Tracker
+from urdyn.tracking.blocks import Blocks
+from urdyn.tracking.physical import quantities
+
+ONSET, DURATION = 8.0, 20.0  # [s]
+
+
+@dataclass(frozen=True)
+class Followed:
+    """What a run ended in, against the day of commissioning, and what it took to happen."""
+
+    change: dict  # "elbow_joint.coulomb" -> ratio, or difference of what may be 0
+    sd: dict
+    jolted: list  # (time [s], joint)
+    widened: list  # [s]
+
+
+def followed(filter_, *faults, seed=0):
+    dynamics, fit = commissioned(seed)
+    tracker = Tracker(fit, filter_, 1.0 / RATE)
+    physical = quantities(fit, tracker.currents)
+    state, jolted, widened = tracker.init(), [], []
+    for sample in samples(at_work(dynamics, seed, 2, DURATION, *faults)):
+        state, reading = tracker.step(state, sample)
+        if reading is None:
+            continue
+        widened += [reading.t] * reading.widened
+        if reading.inputs.jolted is not None:
+            jolted += [(reading.t, int(j)) for j in np.flatnonzero(reading.inputs.jolted)]
+    first, _ = physical.of(tracker.model.prior)
+    mean, sd = physical.of(reading.belief)
+    scale = np.where(first > 0.05, first, 1.0)
+    change = np.where(first > 0.05, mean / scale, mean - first)
+    named = (dict(zip(physical.names, x, strict=True)) for x in (change, sd / scale))
+    return Followed(*named, jolted, widened)
+
+
+FILTERS = [EKF(), Blocks(), Blocks(8)]
+
+
+@pytest.mark.parametrize("filter_", FILTERS, ids=["full", "simplified", "realtime"])
+def test_friction_that_grows_by_half_at_once_is_followed(filter_):
+    fault = f"friction_increase:joint=2,onset={ONSET},rate=0.5,viscous=0.5,shape=step"
+    found = followed(filter_, fault)
+    assert {joint for _, joint in found.jolted} == {2} and not found.widened
+    assert found.jolted[0][0] - ONSET < 1.5
+    for name in ("coulomb", "viscous"):
+        assert found.change[f"elbow_joint.{name}"] == pytest.approx(1.5, abs=0.1)
+        assert found.change[f"wrist_1_joint.{name}"] == pytest.approx(1.0, abs=0.06)
+    assert abs(found.change["payload.mass"]) < 4.0 * found.sd["payload.mass"]
+
+
+def test_a_drive_that_loses_a_sixth_at_once_is_followed():
+    found = followed(EKF(), f"health_degradation:joint=1,onset={ONSET},rate=0.15,shape=step")
+    assert {joint for _, joint in found.jolted} == {1} and not found.widened
+    assert found.change["shoulder_lift_joint.health"] == pytest.approx(0.85, abs=0.02)
+    assert found.change["shoulder_lift_joint.coulomb"] == pytest.approx(1.0, abs=0.1)
+
+
+def test_two_drives_at_once_are_followed():
+    faults = [
+        f"friction_increase:joint={j},onset={ONSET},rate=0.8,viscous=0.8,shape=step" for j in (0, 4)
+    ]
+    found = followed(EKF(), *faults)
+    for joint in ("shoulder_pan_joint", "wrist_2_joint"):
+        assert found.change[f"{joint}.coulomb"] == pytest.approx(1.8, abs=0.15)
+    assert found.change["elbow_joint.coulomb"] == pytest.approx(1.0, abs=0.06)
+
+
+@pytest.mark.parametrize("mass", [0.5, 2.5])
+def test_a_payload_is_no_joint_s_fault(mass):
+    found = followed(EKF(), f"payload_change:mass={mass},com=0/0/0.08,onset={ONSET}")
+    assert found.change["payload.mass"] == pytest.approx(mass, rel=0.1)
+    for name, ratio in found.change.items():
+        if name.endswith(".coulomb"):
+            assert ratio == pytest.approx(1.0, abs=0.08), name
+
+
+@pytest.mark.parametrize("seed", [0, 1])
+def test_nothing_befalls_a_healthy_arm(seed):
+    found = followed(EKF(), seed=seed)
+    assert not found.jolted and not found.widened
