@@ -40,11 +40,10 @@ def tracked(workshop, source, out):
 
 
 def test_a_run_with_poses_that_is_killed_goes_on(workshop, poses, tmp_path):
-    source = with_poses(open_source(str(workshop.recording), duration=13.0), poses)
+    source = with_poses(open_source(str(workshop.recording), duration=11.0), poses)
     whole = tracked(workshop, source, tmp_path / "whole")
-    for sample in (1100, 1250):
-        with pytest.raises(KilledError):
-            tracked(workshop, killed_at(source, sample), tmp_path / "parts")
+    with pytest.raises(KilledError):
+        tracked(workshop, killed_at(source, 1050), tmp_path / "parts")
     again = tracked(workshop, source, tmp_path / "parts")
     assert_same(tmp_path / "parts", tmp_path / "whole")
     assert again["final"] == whole["final"]
@@ -84,8 +83,8 @@ def command(*words):
 
 def test_from_the_command_line(workshop, poses, tmp_path):
     out = tmp_path / "run"
-    words = ("track", workshop.twin, workshop.recording, "--out", out, "--mode", "realtime")
-    done = command(*words, "--poses", poses, "--no-diagnosis", "--json", "-q")
+    words = ("track", workshop.twin, workshop.recording, "--out", out, "--rows", "0:1000")
+    done = command(*words, "--poses", poses, "--mode", "realtime", "--no-diagnosis", "--json", "-q")
     assert done.exit_code == 0, done.stderr
     final = json.loads(done.stdout)["final"]
     for joint in workshop.fit.dynamics.arm.joint_names:

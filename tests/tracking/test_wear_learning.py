@@ -141,7 +141,7 @@ def test_a_history_that_is_too_short_is_refused(workshop):
 
 def test_a_tracked_log_teaches_its_tracker(workshop):
     tracker = Tracker(workshop.fit, EKF(), 0.01)
-    log = workshop.log.slice(0, 800)
+    log = workshop.log.slice(0, 500)
     found = learn_wear(tracker, lambda: samples(log), 3, 1.0)
     assert (np.diff(found.log_likelihood) > -1e-3).all()  # of some hundreds; rounding
     drift = drift_of(found.setting, workshop.fit)

@@ -108,7 +108,7 @@ Seen = Annotated[
     typer.Option(
         metavar="FILE|own",
         help="Poses to learn geometry and joints' zeros from: a tracker's, measured meanwhile "
-        "(timestamp [s] by the log's clock, x, y, z, and rx, ry, rz if it has them, at any rate); "
+        "(timestamp in s by the log's clock, x, y, z, and rx, ry, rz if it has them, at any rate); "
         "own: the controller's actual_TCP_pose, which tells its calibration.",
     ),
 ]
