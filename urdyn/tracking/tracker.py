@@ -19,13 +19,14 @@ from urdyn.identify.fit import Fit
 from urdyn.model.friction import follow
 from urdyn.signal import Causal, CausalState, Instant, Sample
 from urdyn.tracking import colour as noise
+from urdyn.tracking.befallen import Evidence, befallen, gathered, none_yet
 from urdyn.tracking.blocks import BlockBelief
 from urdyn.tracking.colour import Colour
 from urdyn.tracking.model import Drift, tracking_model
 from urdyn.tracking.streams import Heard, Moment, Stream, assimilated, first
 from urdyn.tracking.temper import tempered, untempered
 from urdyn.tracking.warmth import warmed
-from urdyn.types import Array, Gaussian, Index, Mask
+from urdyn.types import Array, Gaussian, Index
 
 S = TypeVar("S")
 
@@ -33,12 +34,8 @@ STANDING = 0.02  # [rad/s] slower than this, friction is whatever holds the join
 SETTLED = 50.0  # presliding distances of travel after which the bristles are known
 INTERRUPTED = 0.5  # [s] without a sample: the joints may have moved
 LONGEST = 60.0  # [s] of drift that one gap may add: a night does not make an arm unknown
-MEMORY = 0.5  # [s] over which surprise is averaged
-SURPRISED = 2.8  # [-] of that average, where 1 is expected: something else is carried
-WILDEST = 4.0  # [-] that one sample counts for at most: a knock of less than MEMORY is no payload
 HINDSIGHT = 1.0  # [s] before something else is noticed that is carried, it may have been
 PATIENCE = 2.0  # [s] after such a moment before the next
-TRIED = 6.0  # [s] within which surprise that lasts shows that it was something else
 GAP = 5.0  # periods without a sample, after which noise has no past
 SURE = 2.0  # [-] variance of an innovation over its noise's: less, and it tells of the noise
 NOTHING = (np.zeros(0), np.zeros(0))  # of other streams
@@ -55,10 +52,8 @@ class TrackerState(Generic[S]):
     v: Array  # (J,) [rad/s] then
     bristles: Array  # (2, J) [-]
     travelled: Array  # (J,) [rad] since they were unknown
-    surprise: float  # [-] average of the innovations' size, 1 expected
-    strain: Array  # (J,) [-] the same of each joint's
-    widened: float  # [s] when something else was last taken up
-    jolted: Array  # (J,) [s] when something was last taken to have befallen a joint's drive
+    evidence: Evidence  # of what may have befallen the arm in the last seconds
+    widened: float  # [s] when something was last taken to have befallen it
     colour: Colour  # of the noise
     unsure: Array  # (J,) [-] variance of the last innovation over that of its noise
     lubricant: Array  # (J,) [°C]; NaN while nobody measures the joint's temperature
@@ -154,10 +149,8 @@ class Tracker(Generic[S]):
             nothing,
             np.zeros((2, J)),
             nothing,
-            1.0,
-            np.ones(J),
+            none_yet(J),
             -np.inf,
-            np.full(J, -np.inf),
             noise.first(self.fit.noise, width, self.period),
             np.ones(J),
             np.full(J, np.nan),
@@ -185,20 +178,20 @@ class Tracker(Generic[S]):
     def _assimilate(self, state: TrackerState[S], now: Instant) -> tuple[TrackerState[S], Reading]:
         dt = now.t - state.t
         if dt <= 0.0:  # a clock that was set, or a controller that began anew: who knows how long
-            never = np.full_like(state.jolted, -np.inf)
-            state, dt = replace(state, widened=-np.inf, jolted=never, marked=-np.inf), LONGEST
+            state, dt = replace(state, widened=-np.inf, marked=-np.inf), LONGEST
         if dt > GAP * self.period:
             state = replace(state, colour=noise.interrupted(state.colour))
         passed = min(dt, LONGEST) if np.isfinite(dt) else 0.0
         bristles, travelled = self._moved(state, now, dt)
         lubricant = warmed(state.lubricant, now.temperature, passed)
         state = replace(state, bristles=bristles, travelled=travelled, lubricant=lubricant)
-        widen, jolted = _befallen(state, now.t)
-        anew = widen or bool(jolted.any())
+        drive, J = self.fit.dynamics.drive, len(now.q)
+        changed = befallen(state.evidence, drive) & (now.t - state.widened > PATIENCE)
+        widen, anew = bool(changed[0]), bool(changed.any())
         before = state.earliest if anew and not self._told_of_zeros else state.belief
         mean = self._mean(before)
         u = self._inputs(state, now, passed, widen, mean)
-        u = replace(u, jolted=jolted.astype(float)) if jolted.any() else u
+        u = replace(u, jolted=changed[1:].astype(float)) if changed[1:].any() else u
         y = np.where(self._told(now, travelled), now.current, np.nan)
         white, seen = noise.whitened(state.colour, u, y)
         unknown = self.currents.unknown(white)
@@ -218,10 +211,8 @@ class Tracker(Generic[S]):
             belief=belief,
             t=now.t,
             v=now.v,
-            surprise=1.0 if anew else _surprise(state.surprise, told, passed),
-            strain=np.ones_like(state.strain) if anew else _strain(state.strain, told, passed),
-            widened=now.t if widen else state.widened,
-            jolted=np.where(jolted, now.t, state.jolted),
+            evidence=none_yet(J) if anew else gathered(state.evidence, white, drive, told, passed),
+            widened=now.t if anew else state.widened,
             colour=noise.kept(colour, u, y),
             unsure=unsure,
         )
@@ -292,36 +283,3 @@ def _marked(state: TrackerState[S], t: float, anew: S | None) -> TrackerState[S]
     if t - state.marked < HINDSIGHT:
         return state
     return replace(state, earlier=state.belief, earliest=state.earlier, marked=t)
-
-
-def _befallen(state: TrackerState[S], t: float) -> tuple[bool, Mask]:
-    """Whether something else is carried, and which joints' drives, (J,), something befell.
-
-    One joint that surprises alone is its drive's; several are a payload's. Where surprise outlasts
-    the one, it was the other.
-    """
-    strained = state.strain > SURPRISED
-    lately = t - state.jolted < TRIED
-    lone = strained.sum() == 1 and not (strained & lately).any()
-    if t - max(state.widened, state.jolted.max()) <= PATIENCE:
-        return False, np.zeros_like(strained)
-    if lone or t - state.widened < TRIED:
-        return False, strained
-    return state.surprise > SURPRISED, np.zeros_like(strained)
-
-
-def _strain(before: Array, innovation: Innovation, dt: float) -> Array:
-    """Average of each joint's squared innovations, (J,), in units of their expected size."""
-    size = np.minimum(innovation.residual**2 / np.diag(innovation.cov), WILDEST)
-    return np.where(np.isnan(size), before, before - np.expm1(-dt / MEMORY) * (size - before))
-
-
-def _surprise(before: float, innovation: Innovation, dt: float) -> float:
-    """Average of the squared innovations in units of their expected size.
-
-    Moments in which few joints slide are left out: friction, not a payload, surprises there.
-    """
-    if 2 * innovation.measured < len(innovation.residual):
-        return before
-    size = min(innovation.nis / innovation.measured, WILDEST)
-    return float(before - np.expm1(-dt / MEMORY) * (size - before))
