@@ -57,14 +57,16 @@ def test_friction_that_grows_by_half_at_once_is_followed(filter_):
     for name in ("coulomb", "viscous"):
         assert found.change[f"elbow_joint.{name}"] == pytest.approx(1.5, abs=0.1)
         assert found.change[f"wrist_1_joint.{name}"] == pytest.approx(1.0, abs=0.06)
-    assert abs(found.change["payload.mass"]) < 4.0 * found.sd["payload.mass"]
+    assert abs(found.change["payload.mass"]) < 0.1
 
 
-def test_a_drive_that_loses_a_sixth_at_once_is_followed():
-    found = followed(EKF(), f"health_degradation:joint=1,onset={ONSET},rate=0.15,shape=step")
-    assert {joint for _, joint in found.jolted} == {1} and not found.widened
-    assert found.change["shoulder_lift_joint.health"] == pytest.approx(0.85, abs=0.02)
-    assert found.change["shoulder_lift_joint.coulomb"] == pytest.approx(1.0, abs=0.1)
+@pytest.mark.parametrize(("joint", "name"), [(0, "shoulder_pan"), (3, "wrist_1")])
+def test_a_drive_that_loses_a_sixth_at_once_is_followed(joint, name):
+    fault = f"health_degradation:joint={joint},onset={ONSET},rate=0.15,shape=step"
+    found = followed(EKF(), fault)
+    assert {joint for _, joint in found.jolted} == {joint} and not found.widened
+    assert found.change[f"{name}_joint.health"] == pytest.approx(0.85, abs=0.02)
+    assert found.change[f"{name}_joint.coulomb"] == pytest.approx(1.0, abs=0.1)
 
 
 def test_two_drives_at_once_are_followed():
