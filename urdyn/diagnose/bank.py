@@ -56,6 +56,7 @@ class Block:
     end: float  # [s]
     A: Array  # (n, n)
     b: Array  # (n,)
+    walk: Array | float = 0.0  # (n,) [1/√s] beside that of every block
 
 
 def first(x: Array, P: Array, p: int) -> Bank:
@@ -113,7 +114,8 @@ def _strayed(t: float, block: Block, straying: Straying) -> Array:
     if np.isnan(t):
         return np.zeros_like(straying.walk)
     another = PROGRAM * straying.window * (block.begin - t > PAUSE)
-    return np.asarray(straying.walk**2 * (block.end - t) + another**2)
+    walk = straying.walk**2 + block.walk**2
+    return np.asarray(walk * (block.end - t) + another**2)
 
 
 def _with_onset(bank: Bank, t: float, p: int) -> Bank:

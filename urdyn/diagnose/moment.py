@@ -26,12 +26,7 @@ class Pool:
     count: Array  # (J,) values of current
     residual: Array  # (J,) [A] mean
     H: Array  # (J, n) [A] mean derivatives
-
-
-def empty(joints: int, n: int) -> Pool:
-    """Nothing."""
-    nothing = np.zeros(joints)
-    return Pool(np.zeros((n, n)), np.zeros(n), nothing, nothing, np.zeros((joints, n)))
+    warm: Array  # (3, J) mean of the rows'
 
 
 def pooled(rows: Rows, period: float, noise: Array) -> Pool:
@@ -51,7 +46,8 @@ def pooled(rows: Rows, period: float, noise: Array) -> Pool:
     scaled = (root[..., None] * H).reshape(-1, H.shape[2])
     y = (root * mean).ravel()
     _, whole, residual = _means(told.astype(np.float64), rows, r, at[:1])
-    return Pool(scaled.T @ scaled, scaled.T @ y, told.sum(axis=0), residual[0], whole[0])
+    warm = rows.warm.mean(axis=0)
+    return Pool(scaled.T @ scaled, scaled.T @ y, told.sum(axis=0), residual[0], whole[0], warm)
 
 
 def _means(weight: Array, rows: Rows, r: Array, at: Index) -> tuple[Array, Array, Array]:

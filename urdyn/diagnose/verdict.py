@@ -8,12 +8,12 @@ from typing import Any
 
 import numpy as np
 
+from urdyn.diagnose.change import Change
 from urdyn.diagnose.event import Event
 from urdyn.diagnose.explain import NOBODY, Suspect, Suspects
 from urdyn.diagnose.finding import Finding, severity
 from urdyn.diagnose.prognosis import time_left, trend
-from urdyn.diagnose.rules import Rules, unit
-from urdyn.diagnose.slow import Change
+from urdyn.diagnose.rules import Rules
 from urdyn.diagnose.space import Space
 
 Series = Sequence[tuple[float, float, float]]
@@ -25,7 +25,7 @@ def of_change(change: Change, of: Suspects, space: Space, trace: Series) -> Find
     """A slow change."""
     suspect = of.each[change.suspect]
     kind, j = suspect.kind, suspect.joint
-    scale = _scale(suspect, space)
+    scale = suspect.unit
     size, sd = change.size / scale, change.size_sd / scale
     rate, rate_sd = change.rate / scale, change.rate_sd / scale
     left = time_left(size, sd, rate, rate_sd, kind.critical) if change.rate else None
@@ -111,7 +111,7 @@ def risen(
         old = next((f for f in findings if f.id == f"{kind.name}.{name}"), None)
         if old is None or not series.get(k):
             continue
-        scale = _scale(suspect, space)
+        scale = suspect.unit
         _, size, sd = (x / scale for x in series[k][-1])
         level = severity(size, kind.warning, kind.critical)
         if level == old.severity and abs(size - old.size) < WORSE * abs(old.size) + 2.0 * sd:
@@ -130,14 +130,6 @@ def risen(
             )
         )
     return told
-
-
-def _scale(suspect: Suspect, space: Space) -> float:
-    """The filter's states per unit that people read."""
-    if suspect.joint == NOBODY:
-        return 1.0
-    first = next(iter(suspect.kind.change))
-    return float(np.broadcast_to(unit(space, first), space.joints)[suspect.joint])
 
 
 def _joint(suspect: Suspect) -> int | None:
