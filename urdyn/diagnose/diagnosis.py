@@ -77,7 +77,7 @@ class Diagnosis:
     @cached_property
     def fast(self) -> Fast:
         """Tests of fast kinds."""
-        return Fast(self.space, self.period, self.rules)
+        return Fast(self.space, self.period, self.rules.fast)
 
     @cached_property
     def slow(self) -> Slow:
