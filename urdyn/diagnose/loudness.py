@@ -3,7 +3,10 @@
 A log's own noise model knows some eighty milliseconds; what friction and structure leave lasts a
 second and more, and decides how soon a change can be told from nothing. It is measured where no
 change of a joint reaches: in what is left of the means of a block's moments once every direction
-that a joint can change in is fitted to them.
+that a joint can change in is fitted to them. What lasts for a time tau is louder in the mean of a
+block than there, by
+
+    T_block g(T_block / tau) / (T_moment g(T_moment / tau)),    g(x) = 2 (x - 1 + e^-x) / x²
 """
 
 from __future__ import annotations
@@ -29,19 +32,30 @@ class Loudness:
 
     total: Array  # (J,) [-]
     freedom: Array  # (J,) moments that this is the sum of
+    grows: float  # [-] what lasts, over a block beside over a moment
 
     @property
     def power(self) -> Array:
         """Spectral density at low frequencies over that of white noise, (J,) [-]."""
         measured = self.total / self.freedom
         lasting = np.maximum(measured - 1.0, 0.0)
-        return np.asarray(np.maximum(measured, LEAST) + (1.0 / LEFT - 1.0) * lasting)
+        return np.asarray(np.maximum(measured, LEAST) + (self.grows / LEFT - 1.0) * lasting)
 
 
-def first(power: Array) -> Loudness:
+def growth(lasting: float, moment: float, block: float) -> float:
+    """How much louder noise that lasts for a time is over a block than over a moment, all in [s]."""
+
+    def gathered(T: float) -> float:
+        x = T / lasting
+        return float(T * 2.0 * (x - 1.0 + np.exp(-x)) / x**2)
+
+    return gathered(block) / gathered(moment)
+
+
+def first(power: Array, grows: float) -> Loudness:
     """What is believed before anything was seen."""
-    measured = 1.0 + LEFT * (power - 1.0)
-    return Loudness(BELIEVED * measured, np.full(len(power), BELIEVED))
+    measured = 1.0 + LEFT / grows * (power - 1.0)
+    return Loudness(BELIEVED * measured, np.full(len(power), BELIEVED), grows)
 
 
 def heard(loudness: Loudness, pools: Sequence[Pool], space: Space, noise: Array) -> Loudness:
@@ -58,4 +72,4 @@ def heard(loudness: Loudness, pools: Sequence[Pool], space: Space, noise: Array)
             fitted = X @ np.linalg.lstsq(X, y, rcond=None)[0]
             total[j] += np.sum((y - fitted) ** 2)
             freedom[j] += left
-    return Loudness(total, freedom)
+    return Loudness(total, freedom, loudness.grows)

@@ -16,7 +16,7 @@ import numpy as np
 
 from urdyn.diagnose.backlash import Reversals
 from urdyn.diagnose.bank import Bank, Block
-from urdyn.diagnose.carried import Mode
+from urdyn.diagnose.carried import Mode, Shown
 from urdyn.diagnose.change import Change
 from urdyn.diagnose.collision import Quiet
 from urdyn.diagnose.diagnosis import Now, State
@@ -38,7 +38,7 @@ from urdyn.signal import Instant
 
 KNOWN = (
     Bank, Block, Carrying, Change, FastState, Felt, Finding, Heard, Instant, Loudness, Mode, Now,
-    Pool, Quiet, Recall, Reversals, Rows, SlowState, State, Steadiness, Waiting, Warmth,
+    Pool, Quiet, Recall, Reversals, Rows, Shown, SlowState, State, Steadiness, Waiting, Warmth,
 )  # fmt: skip
 CLASSES = {kind.__name__: kind for kind in KNOWN}
 DAMAGE = (zipfile.BadZipFile, OSError, EOFError, LookupError, ValueError, TypeError)

@@ -7,6 +7,7 @@ Rows are averaged first, down to AVERAGED a second: what is slow is not lost, wh
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -48,6 +49,20 @@ def pooled(rows: Rows, period: float, noise: Array) -> Pool:
     _, whole, residual = _means(told.astype(np.float64), rows, r, at[:1])
     warm = rows.warm.mean(axis=0)
     return Pool(scaled.T @ scaled, scaled.T @ y, told.sum(axis=0), residual[0], whole[0], warm)
+
+
+def together(pools: Sequence[Pool]) -> Pool:
+    """Moments as one; means are of what was told."""
+    count = np.array([pool.count for pool in pools])
+    share = count / np.maximum(count.sum(axis=0), 1.0)
+    return Pool(
+        A=np.sum([pool.A for pool in pools], axis=0),
+        b=np.sum([pool.b for pool in pools], axis=0),
+        count=count.sum(axis=0),
+        residual=np.sum([w * pool.residual for w, pool in zip(share, pools, strict=True)], axis=0),
+        H=np.sum([w[:, None] * pool.H for w, pool in zip(share, pools, strict=True)], axis=0),
+        warm=np.mean([pool.warm for pool in pools], axis=0),
+    )
 
 
 def _means(weight: Array, rows: Rows, r: Array, at: Index) -> tuple[Array, Array, Array]:

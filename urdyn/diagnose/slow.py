@@ -29,7 +29,7 @@ from urdyn.diagnose.steadiness import Steadiness
 from urdyn.types import Array
 
 BLOCK = 5.0  # [s]
-DELAY = 2  # moments that one waits
+DELAY = 4  # moments that one waits
 ENOUGH = 10  # values of current in a moment that says anything
 CONFIDENT = 0.95  # [-] share of the evidence at which a finding is told at once
 PATIENCE = 12  # blocks that an alarm waits for that
@@ -93,8 +93,10 @@ class Slow:
     def init(self) -> SlowState:
         """Before the first moment."""
         n, J, (x, P) = self.space.size, self.space.joints, self.healthy.first
-        lasting = self.rules.noise.share * 2.0 * self.rules.noise.lasting / self.period
-        loud = (self.space.slow / self.space.noise) ** 2 + lasting
+        noise = self.rules.noise
+        loud = (self.space.slow / self.space.noise) ** 2
+        loud = loud + noise.share * 2.0 * noise.lasting / self.period
+        grows = loudness.growth(noise.lasting, MOMENT, BLOCK)
         return SlowState(
             bank=onsets.first(x, P, self.E.shape[1]),
             A=np.zeros((n, n)),
@@ -104,7 +106,7 @@ class Slow:
             begin=np.nan,
             waiting=(),
             pools=(),
-            loudness=loudness.first(loud),
+            loudness=loudness.first(loud, grows),
             steadiness=steadiness.by_the_rules(J),
             carrying=Carrying((carried.commissioned(),)),
             recall=Recall(np.nan, x, P),
@@ -119,25 +121,29 @@ class Slow:
             return state
         x, P = self.healthy.now(state.bank, pool.warm)
         belief = x, P + np.diag(self.healthy.window(state.steadiness.share) ** 2)
-        before, carrying = state.carrying, self.loads.carried(state.carrying, belief, pool, end)
-        waiting = tuple(w for w in state.waiting if not push.within(w.begin, w.end))
-        if carrying.now != before.now:  # it changed in this moment or in the one before
-            waiting = waiting[:-1]
-        elif not push.within(begin, end):
-            mode = carrying.modes[carrying.now]
-            waiting = (*waiting, Waiting(pool, mode, carrying.now == 0, begin, end))
-        state = replace(state, carrying=carrying, waiting=waiting)
+        waiting, path = list(state.waiting), list(state.carrying.path)
+        for k in reversed(range(len(waiting))):
+            if push.within(waiting[k].begin, waiting[k].end):
+                del waiting[k], path[k]
+        state = replace(state, carrying=replace(state.carrying, path=tuple(path)))
+        if not push.within(begin, end):
+            waiting.append(self.loads.waiting(pool, belief, begin, end))
+            state = replace(state, carrying=self.loads.carried(state.carrying, belief, waiting))
+        state = replace(state, waiting=tuple(waiting))
         while len(state.waiting) > DELAY and not push.going:
-            ripe, *left = state.waiting
-            state = self._gather(replace(state, waiting=tuple(left)), ripe)
+            state = self._gather(state)
         if settled := self.loads.settled(state.carrying, end):
             carrying, change = settled
             state = replace(state, carrying=carrying, found=(*state.found, change))
             return self._afresh(state)
         return state
 
-    def _gather(self, state: SlowState, ripe: Waiting) -> SlowState:
-        pool = self.loads.unladen(ripe)
+    def _gather(self, state: SlowState) -> SlowState:
+        ripe, *waiting = state.waiting
+        carrying, pool = self.loads.ripened(state.carrying, ripe)
+        state = replace(state, carrying=carrying, waiting=tuple(waiting))
+        if pool is None:
+            return state
         began = ripe.begin if np.isnan(state.begin) else state.begin
         state = replace(
             state,
@@ -146,7 +152,7 @@ class Slow:
             warm=state.warm + pool.warm,
             moments=state.moments + 1,
             begin=began,
-            pools=(*state.pools, pool) if ripe.usual else state.pools,
+            pools=state.pools if carrying.was else (*state.pools, pool),
         )
         return self._block(state, ripe.end) if ripe.end - began > BLOCK - MOMENT else state
 

@@ -35,7 +35,7 @@ def half_window(step: float, degree: int = 4) -> int:
     encoder's count in the angle, 30 to 40 ms is about the best for the acceleration at 100, 125
     and 500 Hz alike: .13, .10 and .08 rad/s² RMS. It is never so short that the fit interpolates.
     """
-    return max(degree // 2 + 1, round(REACH / step))
+    return max(1, round(REACH / step))
 
 
 @dataclass(frozen=True)
