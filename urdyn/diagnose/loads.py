@@ -74,16 +74,15 @@ class Loads:
             usual: the mode is what is carried as a rule.
         """
         mode, at = carried.spread(mode), self.payload
-        residual = pool.residual - pool.H[:, at] @ mode.mean
         if usual:
-            return replace(pool, b=pool.b - pool.A[:, at] @ mode.mean, residual=residual)
+            return replace(pool, b=pool.b - pool.A[:, at] @ mode.mean)
         mode = carried.alike(mode)
         cross, App = pool.A[:, at], pool.A[np.ix_(at, at)]
         inner = np.linalg.solve(np.eye(len(at)) + mode.cov @ App, mode.cov)
         A = pool.A - cross @ inner @ cross.T
         b = pool.b - cross @ (mode.mean + inner @ (pool.b[at] - App @ mode.mean))
         A[at] = A[:, at] = b[at] = 0.0
-        return replace(pool, A=0.5 * (A + A.T), b=b, residual=residual)
+        return replace(pool, A=0.5 * (A + A.T), b=b)
 
     def waiting(self, pool: Pool, belief: Belief, begin: float, end: float) -> Waiting:
         """A moment that is over."""

@@ -25,8 +25,6 @@ class Pool:
     A: Array  # (n, n)
     b: Array  # (n,)
     count: Array  # (J,) values of current
-    residual: Array  # (J,) [A] mean
-    H: Array  # (J, n) [A] mean derivatives
     warm: Array  # (3, J) mean of the rows'
 
 
@@ -46,23 +44,17 @@ def pooled(rows: Rows, period: float, noise: Array) -> Pool:
     root = np.sqrt(total)
     scaled = (root[..., None] * H).reshape(-1, H.shape[2])
     y = (root * mean).ravel()
-    _, whole, residual = _means(told.astype(np.float64), rows, r, at[:1])
     warm = rows.warm.mean(axis=0)
-    return Pool(scaled.T @ scaled, scaled.T @ y, told.sum(axis=0), residual[0], whole[0], warm)
+    return Pool(scaled.T @ scaled, scaled.T @ y, told.sum(axis=0), warm)
 
 
 def together(pools: Sequence[Pool]) -> Pool:
-    """Moments as one; means are of what was told."""
-    count = np.array([pool.count for pool in pools])
-    share = count / np.maximum(count.sum(axis=0), 1.0)
-    return Pool(
-        A=np.sum([pool.A for pool in pools], axis=0),
-        b=np.sum([pool.b for pool in pools], axis=0),
-        count=count.sum(axis=0),
-        residual=np.sum([w * pool.residual for w, pool in zip(share, pools, strict=True)], axis=0),
-        H=np.sum([w[:, None] * pool.H for w, pool in zip(share, pools, strict=True)], axis=0),
-        warm=np.mean([pool.warm for pool in pools], axis=0),
+    """Moments as one."""
+    names = ("A", "b", "count")
+    A, b, count = (np.sum([getattr(pool, name) for pool in pools], axis=0) for name in names)
+        np.sum([getattr(p, name) for p in pools], axis=0) for name in ("A", "b", "count")
     )
+    return Pool(A, b, count, np.mean([p.warm for p in pools], axis=0))
 
 
 def _means(weight: Array, rows: Rows, r: Array, at: Index) -> tuple[Array, Array, Array]:

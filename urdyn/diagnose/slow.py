@@ -20,7 +20,7 @@ from urdyn.diagnose.explain import Explanation, Suspects, explanation, gathered,
 from urdyn.diagnose.healthy import Healthy
 from urdyn.diagnose.loads import MOMENT, Carrying, Loads, Waiting
 from urdyn.diagnose.loudness import Loudness
-from urdyn.diagnose.moment import Pool, pooled
+from urdyn.diagnose.moment import pooled
 from urdyn.diagnose.recall import Recall, Series
 from urdyn.diagnose.rows import Rows
 from urdyn.diagnose.rules import PAYLOAD_STATES, Rules
@@ -46,7 +46,6 @@ class SlowState:
     moments: int  # in it
     begin: float  # [s] of that block; NaN: none
     waiting: tuple[Waiting, ...]
-    pools: tuple[Pool, ...]  # of it, while what is carried is what is carried as a rule
     loudness: Loudness
     steadiness: Steadiness
     carrying: Carrying
@@ -96,7 +95,6 @@ class Slow:
         noise = self.rules.noise
         loud = (self.space.slow / self.space.noise) ** 2
         loud = loud + noise.share * 2.0 * noise.lasting / self.period
-        grows = loudness.growth(noise.lasting, MOMENT, BLOCK)
         return SlowState(
             bank=onsets.first(x, P, self.E.shape[1]),
             A=np.zeros((n, n)),
@@ -105,8 +103,7 @@ class Slow:
             moments=0,
             begin=np.nan,
             waiting=(),
-            pools=(),
-            loudness=loudness.first(loud, grows),
+            loudness=loudness.first(loud),
             steadiness=steadiness.by_the_rules(J),
             carrying=Carrying((carried.commissioned(),)),
             recall=Recall(np.nan, x, P),
@@ -152,7 +149,6 @@ class Slow:
             warm=state.warm + pool.warm,
             moments=state.moments + 1,
             begin=began,
-            pools=state.pools if carrying.was else (*state.pools, pool),
         )
         return self._block(state, ripe.end) if ripe.end - began > BLOCK - MOMENT else state
 
@@ -162,7 +158,7 @@ class Slow:
         A, b = onsets.strayed(state.A, state.b, window)
         A, b = warmth.widened(A, b, warmth.unknowns(self.space, warm))
         block = Block(state.begin, end, A, b, self.healthy.blind(warm))
-        straying = self.healthy.loosened(state.known)
+        straying, told = self.healthy.loosened(state.known), self._told(state, warm)
         state = replace(
             state,
             bank=onsets.step(state.bank, block, straying, self.E),
@@ -171,24 +167,32 @@ class Slow:
             warm=np.zeros_like(state.warm),
             moments=0,
             begin=np.nan,
-            pools=(),
-            loudness=loudness.heard(state.loudness, state.pools, self.space, self.space.noise),
-            steadiness=self._steadier(state, warm),
+            loudness=self._louder(state, *told),
+            steadiness=self._steadier(state, *told),
             recall=state.recall.after(block, straying),
         )
         return self._judged(state)
 
-    def _steadier(self, state: SlowState, warm: Array) -> Steadiness:
-        """What a block says of how steady the joints' friction is."""
+    def _told(self, state: SlowState, warm: Array) -> tuple[Array, Array]:
+        """What a block says of a shift of each state alone: how far, and its variance, (n,)."""
         x, P = self.healthy.now(state.bank, warm)
         keep = np.linalg.inv(np.eye(len(P)) + state.A @ P)
-        f = np.r_[self.space.places["f"]]
-        C, d = np.diag((keep @ state.A)[np.ix_(f, f)]), (keep @ (state.b - state.A @ x))[f]
-        told = C > 0.0
-        C = np.where(told, C, 1.0)
-        off = np.where(told, d / C, np.nan)
+        C, d = np.diag(keep @ state.A), keep @ (state.b - state.A @ x)
+        C = np.where(C > 0.0, C, np.nan)
+        return d / C, 1.0 / C
+
+    def _steadier(self, state: SlowState, off: Array, var: Array) -> Steadiness:
+        """What that is, of how steady the joints' friction is."""
+        f = self.space.places["f"]
         window = self.healthy.straying.window[f]
-        return steadiness.learnt(state.steadiness, off, 1.0 / np.sqrt(C), window)
+        return steadiness.learnt(state.steadiness, off[f], np.sqrt(var[f]), window)
+
+    def _louder(self, state: SlowState, off: Array, var: Array) -> Loudness:
+        """And of how loud the residual is."""
+        o = self.space.places["o"]
+        noise = 1.0 / np.where(np.isnan(off[o]), np.nan, np.diag(state.A)[o])
+        rest = var[o] - noise + self.healthy.straying.window[o] ** 2
+        return loudness.heard(state.loudness, off[o], noise / state.loudness.power, rest)
 
     def _judged(self, state: SlowState) -> SlowState:
         """After a block: is there an alarm, and is it clear of what?"""
