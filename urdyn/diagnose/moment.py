@@ -52,8 +52,6 @@ def together(pools: Sequence[Pool]) -> Pool:
     """Moments as one."""
     names = ("A", "b", "count")
     A, b, count = (np.sum([getattr(pool, name) for pool in pools], axis=0) for name in names)
-        np.sum([getattr(p, name) for p in pools], axis=0) for name in ("A", "b", "count")
-    )
     return Pool(A, b, count, np.mean([p.warm for p in pools], axis=0))
 
 
