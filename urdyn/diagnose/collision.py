@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from urdyn.diagnose.event import Event
-from urdyn.diagnose.rows import STANDING, Rows
+from urdyn.diagnose.rows import Rows
 from urdyn.diagnose.space import Space
 from urdyn.types import Array, Mask
 
@@ -40,7 +40,6 @@ class Quiet:
     held: Mask  # (J,) joints that stood
     aimed: Array  # (J,) [N·m] predicted when the baseline was made
     asked: Array  # (J,) [N·m] predicted in the last bin
-    gripped: Array  # (J,) [N·m] predicted friction when the baseline was made
     spread: Array  # (J,) [(N·m)²] of quiet bins about it
     seen: int = 0  # quiet bins
     calm: int = 0  # quiet bins since the last loud one
@@ -64,8 +63,7 @@ class Collision:
         """Nothing seen yet."""
         J = self.space.joints
         nothing = np.zeros(J)
-        still = np.zeros(J, dtype=bool)
-        return Quiet(np.full(J, np.nan), still, nothing, nothing, nothing, nothing)
+        return Quiet(np.full(J, np.nan), np.zeros(J, dtype=bool), nothing, nothing, nothing)
 
     def step(
         self, state: Quiet, rows: Rows, carried: Array, ill: Mask
@@ -92,8 +90,7 @@ class Collision:
         K = self.space.reference.drive.gain
         tool = K[:, None] * rows.rigid[..., -10:].mean(axis=0)
         rho = K * np.where(ill, 0.0, _mean(rows.residual)) - tool @ carried[0]
-        aimed, speed = K * rows.predicted.mean(axis=0), np.abs(rows.v).max(axis=0)
-        held, grip = speed < HELD, K * (rows.drive[:, 0] + rows.drive[:, 2]).mean(axis=0)
+        aimed, held = K * rows.predicted.mean(axis=0), np.abs(rows.v).max(axis=0) < HELD
         going, changed = np.isfinite(state.begin), np.isnan(state.base) | (held != state.held)
         if not going:
             state = replace(
@@ -101,39 +98,36 @@ class Collision:
                 base=np.where(changed, rho, state.base),
                 held=held,
                 aimed=np.where(changed, aimed, state.aimed),
-                gripped=np.where(changed, grip, state.gripped),
             )
         noise = (K * self.space.noise) ** 2 * (1.0 / len(rows) + CORRELATED)
         doubt = np.where(held, 0.0, K * rows.doubt.max(axis=0)) + MODEL * np.abs(
             aimed - state.aimed
         )
         doubt = doubt + LATE * np.abs(aimed - state.asked)
-        # Which way friction holds a joint that creeps is a guess.
-        doubt = doubt + np.where(speed < STANDING, np.abs(grip - state.gripped), 0.0)
         state = replace(state, asked=aimed)
         var = np.maximum(noise, 2.0 * state.spread) + doubt**2
         # What a joint that begins to move was held by is unknown, up to its friction.
-        whole, plain = self.space.reference.drive.coulomb, np.where(ill, np.inf, var)
-        var = np.where(changed, (2.0 * whole) ** 2 + var if going else np.inf, var)
+        grip, plain = self.space.reference.drive.coulomb, np.where(ill, np.inf, var)
+        var = np.where(changed, (2.0 * grip) ** 2 + var if going else np.inf, var)
         var = np.where(ill, np.inf, var)
         felt = rho - state.base
         size, least = (float(np.sum(felt**2 / x)) for x in (var, plain))
         moment = (float(rows.t[0]), felt, np.sqrt(var), rows.q[0], tool)
-        return self._judge(state, (size, least), moment, (aimed, grip), carried, ill)
+        return self._judge(state, (size, least), moment, aimed, carried, ill)
 
     def _judge(
         self,
         state: Quiet,
         size: tuple[float, float],
         moment: tuple[float, Array, Array, Array, Array],
-        predicted: tuple[Array, Array],
+        aimed: Array,
         carried: Array,
         ill: Mask,
     ) -> tuple[Quiet, Event | None]:
         t, felt, sd, q, tool = moment
         going = np.isfinite(state.begin)
         if not going and size[0] < LOUD:
-            return self._learn(state, felt, sd, predicted), None
+            return self._learn(state, felt, sd, aimed), None
         state = replace(
             state,
             begin=state.begin if going else t,
@@ -148,7 +142,7 @@ class Collision:
             return self._over(state, state.base + felt), None
         return state, None
 
-    def _learn(self, state: Quiet, felt: Array, sd: Array, predicted: tuple[Array, Array]) -> Quiet:
+    def _learn(self, state: Quiet, felt: Array, sd: Array, aimed: Array) -> Quiet:
         clipped = np.minimum(felt**2, 9.0 * sd**2)
         fresh = np.isinf(sd)
         forget = np.where(state.held, RELAX, FORGET)
@@ -156,12 +150,8 @@ class Collision:
         learn = fresh | (np.nansum((felt / sd) ** 2) > NOTHING)
         spread = np.where(learn, state.spread, state.spread + 0.02 * (clipped - state.spread))
         base = np.where(fresh, state.base, state.base + rate * felt)
-        aimed, grip = (
-            old + rate * (new - old)
-            for old, new in zip((state.aimed, state.gripped), predicted, strict=True)
-        )
-        seen = state.seen + 1
-        return replace(state, base=base, aimed=aimed, gripped=grip, spread=spread, seen=seen)
+        at = state.aimed + rate * (aimed - state.aimed)
+        return replace(state, base=base, aimed=at, spread=spread, seen=state.seen + 1)
 
     def _over(self, state: Quiet, base: Array) -> Quiet:
         return replace(
