@@ -64,6 +64,11 @@ class Explanation:
     rate: float  # [1/s]; 0 of a step
     rate_sd: float
 
+    @property
+    def large(self) -> bool:
+        """Large enough to be told."""
+        return abs(self.size) > self.suspect.kind.least * self.suspect.unit
+
 
 def suspects(space: Space, kinds: tuple[SlowKind, ...]) -> Suspects:
     """All kinds on all joints; what the tool carries is nobody's joint."""

@@ -6,7 +6,7 @@ Its states are those of the space, and behind them what nobody knows of warmth.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -67,15 +67,18 @@ class Healthy:
         window[:n] = self.rules.stray(self.space, "window")
         return Straying(walk, window)
 
-    def window(self, share: Array) -> Array:
+    def window(self, share: Array, level: Array) -> Array:
         """How far windows stray of an arm whose joints are steadier than the rules, (n,).
 
         Args:
             share: of the rules' windows of friction, (J,) [-].
+            level: sd that noise which lasts puts into offsets, (J,) [N·m].
         """
         window = self.straying.window[: self.space.size].copy()
         for state in UNSTEADY:
             window[self.space.places[state]] *= share
+        o = self.space.places["o"]
+        window[o] = np.hypot(window[o], level)
         return window
 
     def blind(self, warm: Array) -> Array:
@@ -88,13 +91,19 @@ class Healthy:
         walk[self.space.places["alpha"]] = np.isnan(warm[0]) * self.rules.warmth["blind"] / 60.0
         return walk
 
-    def loosened(self, known: Sequence[int]) -> Straying:
-        """How far it strays when some faults are known: those go where they want to."""
+    def loosened(self, known: Sequence[int], share: Array) -> Straying:
+        """How far it strays when some faults are known: those go where they want to.
+
+        Args:
+            share: of the rules' windows of friction, (J,) [-].
+        """
         walk = self.straying.walk.copy()
         for k in known:
             suspect = self.of.each[k]
             walk[self.of.states[suspect.places]] += suspect.sd / np.sqrt(GROWTH)
-        return replace(self.straying, walk=walk)
+        window = self.straying.window.copy()
+        window[: self.space.size] = self.window(share, np.zeros(self.space.joints))
+        return Straying(walk, window)
 
     def opened(self, P: Array, known: Sequence[int]) -> Array:
         """A covariance with nothing known of the sizes of known faults."""

@@ -1,8 +1,9 @@
 """How loud a residual is at low frequencies, learnt while working.
 
 A log's own noise model knows some eighty milliseconds; what friction and structure leave lasts a
-second and more, and decides how soon a change can be told from nothing. It shows where a block puts
-the level of a joint's current beside where the filter expects it: as far off as that noise is loud.
+second and more, and decides how soon a change can be told from nothing. It shows where a block
+puts a state of a joint beside where the filter expects it: as far off as that noise is loud. The
+level of a current takes it whole, friction, which turns over with every move, only some of it.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ import numpy as np
 
 from urdyn.types import Array
 
-POWERS = 2.0 ** np.arange(-1.0, 8.5, 0.5)  # [-] weighed; no residual is quieter than its sensor
+POWERS = 2.0 ** np.arange(0.0, 8.5, 0.5)  # [-] weighed; no residual is quieter than its sensor
 DOUBT = 0.9  # sd of the logarithm of what is believed before anything was seen
 WILD = 3.0  # [sd] that one block counts at most
 
@@ -40,8 +41,8 @@ def heard(loudness: Loudness, off: Array, noise: Array, rest: Array) -> Loudness
     """After a block.
 
     Args:
-        off: how far each joint's level was from what was expected, (J,) [N·m]; NaN: not told.
-        noise: variance that white noise as loud as the residual would put into that, (J,).
+        off: how far a state of each joint was from what was expected, (J,); NaN: not told.
+        noise: variance that white noise with the residual's variance would put into that, (J,).
         rest: variance for all other reasons, (J,).
     """
     var = POWERS[:, None] * noise + rest

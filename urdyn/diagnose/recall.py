@@ -33,18 +33,20 @@ class Recall:
         t, x, P = onsets.followed(self.t, self.x, self.P, blocks[0], straying)
         return Recall(t, x, P, blocks[1:])
 
-    def again(self, healthy: Healthy, known: tuple[int, ...], E: Array) -> Bank:
+    def again(self, healthy: Healthy, known: tuple[int, ...], straying: Straying, E: Array) -> Bank:
         """The bank of these blocks, with what is known free to have changed."""
         bank = onsets.first(self.x, healthy.opened(self.P, known), E.shape[1])
-        bank, straying = replace(bank, t=self.t), healthy.loosened(known)
+        bank = replace(bank, t=self.t)
         for block in self.blocks:
             bank = onsets.step(bank, block, straying, E)
         return bank
 
-    def trace(self, healthy: Healthy, known: tuple[int, ...], at: int) -> Series:
+    def trace(
+        self, healthy: Healthy, known: tuple[int, ...], straying: Straying, at: int
+    ) -> Series:
         """How a state went: time, mean, sd."""
         t, x, P = self.t, self.x, healthy.opened(self.P, known)
-        straying, told = healthy.loosened(known), []
+        told = []
         for block in self.blocks:
             t, x, P = onsets.followed(t, x, P, block, straying)
             told.append((t, float(x[at]), float(np.sqrt(P[at, at]))))

@@ -97,7 +97,7 @@ class SensorHealth:
         return np.where(np.isnan(middle), state.rough, middle / ROBUST / SECOND)
 
     def _alone(self, ratio: Array) -> Array:
-        """How much noisier each joint is than the noisiest other: arms that shake are no sensors."""
+        """How much noisier each joint is than any other: an arm that shakes is no sensor."""
         ratio = np.nan_to_num(ratio)
         order = np.argsort(ratio)
         others = np.full_like(ratio, ratio[order[-1]])

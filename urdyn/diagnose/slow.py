@@ -14,7 +14,7 @@ from scipy.special import logsumexp
 
 from urdyn.diagnose import bank as onsets
 from urdyn.diagnose import carried, loudness, steadiness, warmth
-from urdyn.diagnose.bank import Bank, Block
+from urdyn.diagnose.bank import Bank, Block, Straying
 from urdyn.diagnose.change import Change, Push
 from urdyn.diagnose.explain import Explanation, Suspects, explanation, gathered, suspects
 from urdyn.diagnose.healthy import Healthy
@@ -31,6 +31,8 @@ from urdyn.types import Array
 BLOCK = 5.0  # [s]
 DELAY = 4  # moments that one waits
 ENOUGH = 10  # values of current in a moment that says anything
+QUICK = 0.25  # [-] of noise that lasts, that what turns over with the motion is believed to take
+NEAR = 10.0  # [nats] below an alarm, from which on a suspect is another's rival
 CONFIDENT = 0.95  # [-] share of the evidence at which a finding is told at once
 PATIENCE = 12  # blocks that an alarm waits for that
 
@@ -46,7 +48,8 @@ class SlowState:
     moments: int  # in it
     begin: float  # [s] of that block; NaN: none
     waiting: tuple[Waiting, ...]
-    loudness: Loudness
+    loudness: Loudness  # of what turns over with the motion
+    level: Loudness  # of what does not
     steadiness: Steadiness
     carrying: Carrying
     recall: Recall
@@ -103,7 +106,8 @@ class Slow:
             moments=0,
             begin=np.nan,
             waiting=(),
-            loudness=loudness.first(loud),
+            loudness=loudness.first(1.0 + QUICK * (loud - 1.0)),
+            level=loudness.first(loud),
             steadiness=steadiness.by_the_rules(J),
             carrying=Carrying((carried.commissioned(),)),
             recall=Recall(np.nan, x, P),
@@ -117,7 +121,7 @@ class Slow:
         if pool.count.sum() < ENOUGH:
             return state
         x, P = self.healthy.now(state.bank, pool.warm)
-        belief = x, P + np.diag(self.healthy.window(state.steadiness.share) ** 2)
+        belief = x, P + np.diag(self._window(state, pool.A) ** 2)
         waiting, path = list(state.waiting), list(state.carrying.path)
         for k in reversed(range(len(waiting))):
             if push.within(waiting[k].begin, waiting[k].end):
@@ -154,11 +158,10 @@ class Slow:
 
     def _block(self, state: SlowState, end: float) -> SlowState:
         warm = state.warm / state.moments
-        window = self.healthy.window(state.steadiness.share)
-        A, b = onsets.strayed(state.A, state.b, window)
+        A, b = onsets.strayed(state.A, state.b, self._window(state, state.A))
         A, b = warmth.widened(A, b, warmth.unknowns(self.space, warm))
         block = Block(state.begin, end, A, b, self.healthy.blind(warm))
-        straying, told = self.healthy.loosened(state.known), self._told(state, warm)
+        straying, told = self._straying(state), self._told(state, warm)
         state = replace(
             state,
             bank=onsets.step(state.bank, block, straying, self.E),
@@ -167,11 +170,15 @@ class Slow:
             warm=np.zeros_like(state.warm),
             moments=0,
             begin=np.nan,
-            loudness=self._louder(state, *told),
+            loudness=self._heard(state.loudness, "f", state, *told),
+            level=self._heard(state.level, "o", state, *told),
             steadiness=self._steadier(state, *told),
             recall=state.recall.after(block, straying),
         )
         return self._judged(state)
+
+    def _straying(self, state: SlowState) -> Straying:
+        return self.healthy.loosened(state.known, state.steadiness.share)
 
     def _told(self, state: SlowState, warm: Array) -> tuple[Array, Array]:
         """What a block says of a shift of each state alone: how far, and its variance, (n,)."""
@@ -187,31 +194,47 @@ class Slow:
         window = self.healthy.straying.window[f]
         return steadiness.learnt(state.steadiness, off[f], np.sqrt(var[f]), window)
 
-    def _louder(self, state: SlowState, off: Array, var: Array) -> Loudness:
-        """And of how loud the residual is."""
-        o = self.space.places["o"]
-        noise = 1.0 / np.where(np.isnan(off[o]), np.nan, np.diag(state.A)[o])
-        rest = var[o] - noise + self.healthy.straying.window[o] ** 2
-        return loudness.heard(state.loudness, off[o], noise / state.loudness.power, rest)
+    def _heard(
+        self, heard: Loudness, group: str, state: SlowState, off: Array, var: Array
+    ) -> Loudness:
+        """And of how loud the residual is, by a state of each joint."""
+        at = self.space.places[group]
+        noise = 1.0 / np.where(np.isnan(off[at]), np.nan, np.diag(state.A)[at])
+        rest = var[at] - noise + self._straying(state).window[at] ** 2
+        return loudness.heard(heard, off[at], noise / state.loudness.power, rest)
+
+    def _window(self, state: SlowState, A: Array) -> Array:
+        """How far some rows stray for reasons of their own, (n,).
+
+        Args:
+            A: what they say, (n, n).
+        """
+        told, quick = np.diag(A)[self.space.places["o"]], state.loudness.power
+        white = np.where(told > 0.0, 1.0 / np.where(told > 0.0, told, 1.0), 0.0) / quick
+        level = np.sqrt(np.maximum(state.level.power - quick, 0.0) * white)
+        return self.healthy.window(state.steadiness.share, level)
 
     def _judged(self, state: SlowState) -> SlowState:
         """After a block: is there an alarm, and is it clear of what?"""
+        evidence = gathered(state.bank, self.of)
         of = [k for k in range(len(self.of.each)) if k not in state.known]
-        weight = gathered(state.bank, self.of)[of]
-        whole = float(logsumexp(weight))
-        if whole - np.log(len(of)) < self.threshold:
+        over = self.threshold + np.log(len(of))
+        if logsumexp(evidence[of]) < over:
+            return replace(state, waited=0)
+        told = {
+            k: explanation(state.bank, self.of.each[k]) for k in of if evidence[k] > over - NEAR
+        }
+        of = [k for k, each in told.items() if each.large]
+        if not of or logsumexp(evidence[of]) < over:
             return replace(state, waited=0)
         state = replace(state, waited=state.waited + 1)
-        share = np.exp(weight - whole)
+        share = np.exp(evidence[of] - logsumexp(evidence[of]))
         top = int(np.argmax(share))
-        suspect = self.of.each[of[top]]
-        told = explanation(state.bank, suspect)
-        large = abs(told.size) > suspect.kind.least * suspect.unit
-        if not large or (share[top] < CONFIDENT and state.waited < PATIENCE):
+        if share[top] < CONFIDENT and state.waited < PATIENCE:
             return state
         order = np.argsort(-share)[1:3]
         rivals = tuple((of[k], float(share[k])) for k in order)
-        return self._accepted(state, of[top], told, float(share[top]), rivals)
+        return self._accepted(state, of[top], told[of[top]], float(share[top]), rivals)
 
     def _accepted(
         self,
@@ -232,8 +255,9 @@ class Slow:
         if of_tool:
             return self._settled_on(state, more)
         known = (*state.known, k)
-        bank = state.recall.again(self.healthy, known, self.E)
-        return self._judged(replace(state, known=known, bank=bank))
+        state = replace(state, known=known)
+        bank = state.recall.again(self.healthy, known, self._straying(state), self.E)
+        return self._judged(replace(state, bank=bank))
 
     def _settled_on(self, state: SlowState, more: Array) -> SlowState:
         """Take what is carried as what is carried as a rule; all else is known as it was."""
@@ -257,7 +281,8 @@ class Slow:
 
     def trace(self, state: SlowState, k: int) -> Series:
         """How a found change went in the blocks that are remembered: time, size, sd."""
-        return state.recall.trace(self.healthy, state.known, self._measured(k))
+        straying, at = self._straying(state), self._measured(k)
+        return state.recall.trace(self.healthy, state.known, straying, at)
 
     def _measured(self, k: int) -> int:
         """Place of the state that measures a suspect's change."""

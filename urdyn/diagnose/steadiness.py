@@ -15,7 +15,7 @@ import numpy as np
 from urdyn.types import Array
 
 SHARES = 2.0 ** -np.arange(7.0)  # [-] of the rules' window that are weighed against each other
-BELIEVED = 8.0  # blocks that the rules are worth
+BELIEVED = 2.0  # [nats] that the rules are worth against each halving
 WILD = 3.0  # [sd] that one block counts at most
 
 
@@ -34,9 +34,8 @@ class Steadiness:
 
 
 def by_the_rules(joints: int) -> Steadiness:
-    """Before any block: as if so many had been as unsteady as the rules say."""
-    prior = BELIEVED * (-np.log(SHARES) - 0.5 / SHARES**2)
-    return Steadiness(np.repeat((prior - prior.max())[:, None], joints, axis=1))
+    """Before any block."""
+    return Steadiness(np.repeat(BELIEVED * np.log2(SHARES)[:, None], joints, axis=1))
 
 
 def learnt(steadiness: Steadiness, off: Array, noise: Array, window: Array) -> Steadiness:
