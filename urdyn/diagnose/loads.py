@@ -20,6 +20,7 @@ from urdyn.types import Array, Index
 
 MOMENT = 0.5  # [s]
 LASTING = 0.2  # [-] of the time away that a load must have been carried to be there to stay
+CLEAR = 5.0  # [sd] by which its mass differs then
 CERTAIN = 0.99  # [-] that what was carried for so long is another load
 MARGIN = 3.0  # [nats] by which a payload has to explain a moment better than any fault of a joint
 
@@ -146,10 +147,10 @@ class Loads:
         mode, first = carrying.modes[stays], carrying.modes[0]
         more = mode.mean - first.mean
         hold = self.kind.hold_lighter if more[0] < 0.0 else self.kind.hold
-        if away.sum() < hold or abs(more[0]) < self.kind.least:
+        sd = float(np.sqrt(mode.cov[0, 0]))
+        if away.sum() < hold or abs(more[0]) < max(self.kind.least, CLEAR * sd):
             return None
         k = next(k for k, each in enumerate(self.of.each) if each.kind is self.kind)
-        sd = float(np.sqrt(mode.cov[0, 0]))
         change = Change(
             k, carrying.since, carrying.since - 2.0 * MOMENT, carrying.since, t, CERTAIN, np.nan,
             float(more[0]), sd, 0.0, 0.0, tuple(mode.mean[:4].tolist()),

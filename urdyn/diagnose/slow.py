@@ -121,7 +121,9 @@ class Slow:
         if pool.count.sum() < ENOUGH:
             return state
         x, P = self.healthy.now(state.bank, pool.warm)
-        belief = x, P + np.diag(self._window(state, pool.A) ** 2)
+        straying = self._straying(state).window[: self.space.size]
+        another = onsets.reprogrammed(state.bank.t, begin, straying)
+        belief = x, P + np.diag(self._window(state, pool.A) ** 2 + another**2)
         waiting, path = list(state.waiting), list(state.carrying.path)
         for k in reversed(range(len(waiting))):
             if push.within(waiting[k].begin, waiting[k].end):
