@@ -141,7 +141,7 @@ class Loads:
         """Whether what is carried is there to stay: what is carried then, and the change."""
         if self.kind is None or not carrying.away:
             return None
-        away = np.array(carrying.away)
+        away = _padded(carrying)
         stays = int(np.argmin([m.mean[0] if s > LASTING * away.sum() else np.inf
                                for m, s in zip(carrying.modes, away, strict=True)]))  # fmt: skip
         mode, first = carrying.modes[stays], carrying.modes[0]
@@ -187,8 +187,14 @@ def _away(carrying: Carrying, ripe: Waiting) -> Carrying:
     mode = carrying.was
     if not mode:
         return replace(carrying, away=(), since=np.nan)
-    away = np.zeros(len(carrying.modes))
-    away[: len(carrying.away)] = carrying.away
+    away = _padded(carrying)
     away[mode] += MOMENT
     since = ripe.begin if np.isnan(carrying.since) else carrying.since
     return replace(carrying, away=tuple(away.tolist()), since=since)
+
+
+def _padded(carrying: Carrying) -> Array:
+    """Time away in every mode, also in those that are new, (K,) [s]."""
+    away = np.zeros(len(carrying.modes))
+    away[: len(carrying.away)] = carrying.away
+    return away
