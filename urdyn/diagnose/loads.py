@@ -22,7 +22,7 @@ MOMENT = 0.5  # [s]
 LASTING = 0.2  # [-] of the time away that a load must have been carried to be there to stay
 CLEAR = 5.0  # [sd] by which its mass differs then
 CERTAIN = 0.99  # [-] that what was carried for so long is another load
-MARGIN = 3.0  # [nats] by which a payload has to explain a moment better than any fault of a joint
+MARGIN = 10.0  # [nats] by which a payload has to explain moments better than any fault of a joint
 
 Belief = tuple[Array, Array]  # mean (n,) and covariance (n, n) of the states of the space
 
