@@ -39,7 +39,14 @@ def bench_diagnose(
         raise InputError(f"{out}: cannot be written: its folder does not exist")
     from threadpoolctl import threadpool_limits
 
-    from urdyn.cli.diagnosis_trials import FAULTS, PAIRS, commissioned, counted, trials
+    from urdyn.cli.diagnosis_trials import (
+        FAULTS,
+        PAIRS,
+        commissioned,
+        counted,
+        reliability,
+        trials,
+    )
 
     voice = Voice(json, quiet)
     done: list[Trial] = []
@@ -54,10 +61,12 @@ def bench_diagnose(
     right = int(np.trace(counts[: len(FAULTS), : len(FAULTS)]))
     voice.show(_table(counts, truth, told_as))
     voice.show(f"kind and joint right in {right} of {findings} findings; {_missed(done)}")
+    for confidence, share, n in reliability(done):
+        voice.show(f"of {n} findings told with {confidence:.0%} confidence {share:.0%} are right")
     if out is not None:
         _draw(out, counts, truth, told_as)
         voice.note(f"written: {out}")
-    delays = [t.delay for t in done if len(t.truth) == 1 and t.right]
+    delays = [t.delay for t in done if len(t.truth) == 1 and t.right and t.delay is not None]
     voice.result(
         {
             "urdyn": __version__,
@@ -69,6 +78,10 @@ def bench_diagnose(
             "findings": findings,
             "right": right,
             "median_delay_s": float(np.median(delays)) if delays else None,
+            "reliability": [
+                {"confidence": confidence, "right": share, "findings": n}
+                for confidence, share, n in reliability(done)
+            ],
             "trials": [{"truth": t.truth, "told": t.told, "delay_s": t.delay} for t in done],
         }
     )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -36,6 +37,7 @@ PAIRS = (
     ("collision", "friction_increase"),
 )
 NOTHING = "nothing"
+BINS = (0.0, 0.5, 0.8, 0.95, 0.985, 1.01)  # [-] of confidence
 
 
 @dataclass(frozen=True)
@@ -44,7 +46,8 @@ class Trial:
 
     truth: tuple[tuple[str, int | None], ...]
     told: tuple[tuple[str, int | None], ...]
-    delay: float  # [s] of the first alarm; NaN: none
+    confidence: tuple[float, ...]  # [-] of each that was told
+    delay: float | None  # [s] of the first alarm; None: none
 
     @property
     def right(self) -> bool:
@@ -82,9 +85,9 @@ def _trial(dynamics: Dynamics, fit: Fit, kinds: tuple[str, ...], rng: np.random.
     events = happening(dynamics, work, faults, False)
     log = observe(dynamics, work.trajectory, typical_sensors(dynamics.arm), rng, events)
     found = diagnose(fit, log).findings
-    told = tuple(dict.fromkeys((f.kind, f.joint) for f in found))
-    first = min((f.alarm_s for f in found), default=np.nan)
-    return Trial(tuple(truth), told, first - ONSET)
+    told = {(f.kind, f.joint): float(f.confidence) for f in found}
+    delay = min(float(f.alarm_s) for f in found) - ONSET if found else None
+    return Trial(tuple(truth), tuple(told), tuple(told.values()), delay)
 
 
 def _fault(kind: str, joint: int, rng: np.random.Generator) -> tuple[str, int | None]:
@@ -123,3 +126,19 @@ def counted(done: list[Trial]) -> tuple[np.ndarray, list[str], list[str]]:
         for kind, _ in left or ([] if trial.truth else [(NOTHING, None)]):
             counts[truth.index(NOTHING), told.index(kind)] += 1
     return counts, truth, told
+
+
+def reliability(done: list[Trial]) -> list[tuple[float, float, int]]:
+    """How confident findings were, which share of them was right, and how many, by BINS."""
+    each = [
+        (confidence, told in trial.truth)
+        for trial in done
+        for told, confidence in zip(trial.told, trial.confidence, strict=True)
+    ]
+    bins = []
+    for lo, hi in pairwise(BINS):
+        inside = [row for row in each if lo <= row[0] < hi]
+        if inside:
+            confidence, right = np.mean(np.array(inside, dtype=np.float64), axis=0)
+            bins.append((float(confidence), float(right), len(inside)))
+    return bins

@@ -56,6 +56,7 @@ class Block:
     end: float  # [s]
     A: Array  # (n, n)
     b: Array  # (n,)
+    walk: Array | float = 0.0  # (n,) [1/√s] beside that of every block
 
 
 def first(x: Array, P: Array, p: int) -> Bank:
@@ -112,8 +113,17 @@ def _strayed(t: float, block: Block, straying: Straying) -> Array:
     """Variance that comes up between the block that ended at `t` and this one, (n,)."""
     if np.isnan(t):
         return np.zeros_like(straying.walk)
-    another = PROGRAM * straying.window * (block.begin - t > PAUSE)
-    return np.asarray(straying.walk**2 * (block.end - t) + another**2)
+    walk = straying.walk**2 + block.walk**2
+    return np.asarray(walk * (block.end - t) + reprogrammed(t, block.begin, straying.window) ** 2)
+
+
+def reprogrammed(t: float, begin: float, window: Array) -> Array:
+    """How far the model may be off from `begin` on, if it may be another program than at `t` [s].
+
+    Args:
+        window: how far windows stray, (n,).
+    """
+    return PROGRAM * window * (begin - t > PAUSE)
 
 
 def _with_onset(bank: Bank, t: float, p: int) -> Bank:

@@ -7,6 +7,7 @@ payload explains better than any fault of a joint would.
 
 from __future__ import annotations
 
+from collections.abc import Sequence, Set
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -92,9 +93,20 @@ def alike(mode: Mode) -> Mode:
     return replace(mode, cov=mode.cov + np.diag((ALIKE * mode.mean[0]) ** 2))
 
 
-def remembered(modes: list[Mode], new: Mode) -> tuple[list[Mode], int]:
-    """The modes with a new one, in place of the one that was longest not seen; and which it is."""
-    if len(modes) < MODES:
-        return [*modes, new], len(modes)
-    oldest = min(range(1, len(modes)), key=lambda k: modes[k].seen)
-    return [new if k == oldest else mode for k, mode in enumerate(modes)], oldest
+def together(told: Sequence[Shown]) -> Shown:
+    """What some moments say of one payload."""
+    C, d = (np.sum([getattr(each, name) for each in told], axis=0) for name in ("C", "d"))
+    return Shown(C, d)
+
+
+def remembered(modes: Sequence[Mode], new: Mode, needed: Set[int]) -> tuple[tuple[Mode, ...], int]:
+    """The modes with a new one, and which it is; where they are too many in place of an old one.
+
+    Args:
+        needed: modes that may be carried still.
+    """
+    spare = [k for k in range(1, len(modes)) if k not in needed]
+    if len(modes) < MODES or not spare:
+        return (*modes, new), len(modes)
+    oldest = min(spare, key=lambda k: modes[k].seen)
+    return tuple(new if k == oldest else mode for k, mode in enumerate(modes)), oldest

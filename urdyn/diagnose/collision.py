@@ -128,10 +128,11 @@ class Collision:
         going = np.isfinite(state.begin)
         if not going and size[0] < LOUD:
             return self._learn(state, felt, sd, aimed), None
+        over = going and size[1] < QUIET and _gone(state, felt, sd)
         state = replace(
             state,
             begin=state.begin if going else t,
-            calm=state.calm + 1 if size[1] < QUIET else 0,
+            calm=state.calm + 1 if over else 0,
             t=(*state.t, t), felt=(*state.felt, felt), sd=(*state.sd, sd), q=(*state.q, q),
             tool=(*state.tool, tool), carried=(*state.carried, carried[0]),
         )  # fmt: skip
@@ -218,3 +219,13 @@ def _mean(values: Array) -> Array:
     """Mean of what is finite, column by column; 0 where nothing is."""
     there = np.isfinite(values)
     return np.asarray(np.where(there, values, 0.0).sum(axis=0) / np.maximum(there.sum(axis=0), 1))
+
+
+def _gone(state: Quiet, felt: Array, sd: Array) -> bool:
+    """Whether a bin looks more like nothing than like what was felt most.
+
+    A joint that has just begun to move tells little; a load that is still there is no end of one.
+    """
+    sizes = [float(np.sum((f / s) ** 2)) for f, s in zip(state.felt, state.sd, strict=True)]
+    still = felt - state.felt[int(np.argmax(sizes))]
+    return bool(np.sum((felt / sd) ** 2) < np.sum((still / sd) ** 2))

@@ -16,15 +16,18 @@ from typing import Any
 
 import numpy as np
 
+from urdyn.diagnose.change import Push
 from urdyn.diagnose.event import Event
 from urdyn.diagnose.explain import Suspect
 from urdyn.diagnose.fast import Fast, FastState
 from urdyn.diagnose.finding import Finding
+from urdyn.diagnose.loads import MOMENT
 from urdyn.diagnose.rows import Rows, joined, rows
 from urdyn.diagnose.rules import Rules, read_rules
-from urdyn.diagnose.slow import MOMENT, Push, Slow, SlowState
+from urdyn.diagnose.slow import Slow, SlowState
 from urdyn.diagnose.space import Space, space
 from urdyn.diagnose.verdict import of_change, of_event, risen, up_to_date
+from urdyn.diagnose.warmth import Warmth, felt, unfelt
 from urdyn.identify.fit import Fit
 from urdyn.signal import Instant
 from urdyn.types import Array, Motion
@@ -49,6 +52,7 @@ class State:
 
     fast: FastState
     slow: SlowState
+    warmth: Warmth
     chunk: tuple[Now, ...] = ()
     beat: tuple[Rows, ...] = ()
     moment: tuple[Rows, ...] = ()
@@ -74,7 +78,7 @@ class Diagnosis:
     @cached_property
     def fast(self) -> Fast:
         """Tests of fast kinds."""
-        return Fast(self.space, self.period, self.rules)
+        return Fast(self.space, self.period, self.rules.fast)
 
     @cached_property
     def slow(self) -> Slow:
@@ -83,15 +87,21 @@ class Diagnosis:
 
     def init(self) -> State:
         """Before the first instant."""
-        return State(self.fast.init(), self.slow.init())
+        return State(self.fast.init(), self.slow.init(), unfelt(self.space.joints))
 
     def step(self, state: State, now: Now) -> tuple[State, list[Finding]]:
         """One instant on; findings that are new, or worse than they were."""
         state = replace(state, chunk=(*state.chunk, now))
         if len(state.chunk) < min(CHUNK, max(1, round(BEAT / self.period))):
             return state, []
-        part, state = _rows(self.space, state.chunk), replace(state, chunk=())
-        return self.take(state, part)
+        return self._chunk(state)
+
+    def _chunk(self, state: State) -> tuple[State, list[Finding]]:
+        """The instants that were kept, beside the commissioned model."""
+        motion, s, travelled = _motion(state.chunk)
+        warmth = felt(state.warmth, motion.t, motion.temperature)
+        state = replace(state, warmth=warmth, chunk=())
+        return self.take(state, rows(self.space, motion, s, travelled, warmth))
 
     def take(self, state: State, part: Rows) -> tuple[State, list[Finding]]:
         """Some rows on, no longer than a beat."""
@@ -108,8 +118,7 @@ class Diagnosis:
         """What waits, at the end of a recording."""
         found: list[Finding] = []
         if state.chunk:
-            part, state = _rows(self.space, state.chunk), replace(state, chunk=())
-            state, found = self.take(state, part)
+            state, found = self._chunk(state)
         if state.beat:
             state, more = self._beat(state)
             found += more
@@ -169,21 +178,21 @@ class Diagnosis:
     def over(self, motion: Motion, s: Array, travelled: Array) -> tuple[State, list[Finding]]:
         """A whole motion at once: the same beats as instant by instant, but for their seams."""
         state, n = self.init(), max(1, round(BEAT / self.period))
-        for start in range(0, len(motion), BATCH):
-            stop = min(start + BATCH, len(motion))
-            part = rows(self.space, motion.slice(start, stop), s[start:stop], travelled[start:stop])
-            for k in range(0, len(part), n):
-                state, _ = self.take(state, part.part(k, k + n))
+        for start in range(0, len(motion), n):
+            part = slice(start, start + n)
+            here = motion.slice(start, min(start + n, len(motion)))
+            warmth = felt(state.warmth, here.t, here.temperature)
+            state = replace(state, warmth=warmth)
+            state, _ = self.take(state, rows(self.space, here, s[part], travelled[part], warmth))
         state, _ = self.finish(state)
         return state, self.findings(state)
 
 
-BATCH = 2000  # rows of a motion that are held at once
 SERIES = 400  # blocks of a found change that are remembered
 
 
-def _rows(space: Space, chunk: tuple[Now, ...]) -> Rows:
-    """A chunk of instants beside the commissioned model."""
+def _motion(chunk: tuple[Now, ...]) -> tuple[Motion, Array, Array]:
+    """Instants as a motion, with presliding states and ways."""
     one = [now.instant for now in chunk]
     motion = Motion(
         t=np.array([i.t for i in one]),
@@ -194,8 +203,7 @@ def _rows(space: Space, chunk: tuple[Now, ...]) -> Rows:
         current=np.array([i.current for i in one]),
         temperature=np.array([i.temperature for i in one]),
     )
-    s, travelled = np.array([n.s for n in chunk]), np.array([n.travelled for n in chunk])
-    return rows(space, motion, s, travelled)
+    return motion, np.array([n.s for n in chunk]), np.array([n.travelled for n in chunk])
 
 
 def _last(events: Iterable[Event], before: tuple[float, float]) -> tuple[float, float]:

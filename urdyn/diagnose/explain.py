@@ -18,7 +18,7 @@ from urdyn.diagnose.rules import PAYLOAD_STATES, SlowKind, unit
 from urdyn.diagnose.space import Space
 from urdyn.types import Array, Index
 
-RATES = (60.0, 600.0, 3600.0)  # [s] in which a ramp makes a change of the expected size
+RATES = (60.0, 600.0, 3600.0, 18000.0)  # [s] in which a ramp makes a change of the expected size
 NOBODY = -1
 SIZES = (1.0, 0.2)  # of the expected size, that a step may have
 
@@ -31,6 +31,7 @@ class Suspect:
     joint: int
     places: Index  # (r,) among the directions
     sd: Array  # (r,) of a change, in units of the states
+    unit: float  # of the first state, per unit that people read
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,6 +64,11 @@ class Explanation:
     rate: float  # [1/s]; 0 of a step
     rate_sd: float
 
+    @property
+    def large(self) -> bool:
+        """Large enough to be told."""
+        return abs(self.size) > self.suspect.kind.least * self.suspect.unit
+
 
 def suspects(space: Space, kinds: tuple[SlowKind, ...]) -> Suspects:
     """All kinds on all joints; what the tool carries is nobody's joint."""
@@ -74,7 +80,8 @@ def suspects(space: Space, kinds: tuple[SlowKind, ...]) -> Suspects:
             units = [np.broadcast_to(unit(space, state), J)[j] for state in kind.change]
             states += [k for k in of if k not in states]
             sd = np.array(list(kind.change.values())) * units
-            each.append(Suspect(kind, j, np.array([states.index(k) for k in of]), sd))
+            places = np.array([states.index(k) for k in of])
+            each.append(Suspect(kind, j, places, sd, float(units[0])))
     return Suspects(np.array(states), tuple(each))
 
 
@@ -84,41 +91,60 @@ def _place(space: Space, state: str, joint: int) -> int:
     return int(space.places[state].start) + joint
 
 
-def evidence(bank: Bank, suspect: Suspect) -> Array:
-    """Log of the likelihood ratio, (shapes 2, scales 3, onsets m); -inf where there is none."""
-    told = np.full((2, len(RATES), len(bank.onset)), -np.inf)
-    at = suspect.places
-    C, d = bank.C[..., at[:, None], at], bank.d[..., at]
+def evidence(bank: Bank, kind: SlowKind, places: Index, sd: Array) -> Array:
+    """Log of the likelihood ratio of a kind's suspects; -inf where there is none.
+
+    Args:
+        places: of g suspects, (g, r).
+        sd: of their changes, (g, r).
+
+    Returns:
+        (g, shapes 2, scales, onsets m).
+    """
+    told = np.full((len(places), 2, len(RATES), len(bank.onset)), -np.inf)
+    C = np.moveaxis(bank.C[..., places[:, :, None], places[:, None, :]], 2, 1)  # (2, g, m, r, r)
+    d = np.moveaxis(bank.d[..., places], 2, 1)
     for s, shape in enumerate(SHAPES):
-        if shape in suspect.kind.shapes:
+        if shape in kind.shapes:
             scales = SIZES if s == 0 else tuple(1.0 / tau for tau in RATES)
             for k, scale in enumerate(scales):
-                told[s, k] = _log_ratio(C[s], d[s], scale * suspect.sd, suspect.kind.sign)
-            told[s] -= np.log(len(scales) * len(suspect.kind.shapes))
+                told[:, s, k] = _log_ratio(C[s], d[s], scale * sd[:, None], kind.sign)
+            told[:, s] -= np.log(len(scales) * len(kind.shapes))
     return told
 
 
 def _log_ratio(C: Array, d: Array, sd: Array, sign: int) -> Array:
-    """ln of the mean over delta ~ N(0, sd²) of exp(d' delta - delta' C delta / 2), (m,)."""
-    precision = C + np.diag(sd**-2.0)
-    mean = np.linalg.solve(precision, d[..., None])[..., 0]
+    """ln of the mean over delta ~ N(0, sd²) of exp(d' delta - delta' C delta / 2), (..., m)."""
+    r = d.shape[-1]
+    precision = C + np.zeros_like(C)
+    precision[..., range(r), range(r)] += sd**-2.0
+    cov = np.linalg.inv(precision)
+    mean = np.einsum("...ij,...j->...i", cov, d)
     _, logdet = np.linalg.slogdet(precision)
-    ratio = 0.5 * np.sum(d * mean, axis=-1) - 0.5 * logdet - np.sum(np.log(sd))
+    ratio = 0.5 * np.sum(d * mean, axis=-1) - 0.5 * logdet - np.sum(np.log(sd), axis=-1)
     if sign:
-        spread = np.sqrt(np.linalg.inv(precision)[:, 0, 0])
-        ratio = ratio + np.log(2.0) + log_ndtr(sign * mean[:, 0] / spread)
+        spread = np.sqrt(cov[..., 0, 0])
+        ratio = ratio + np.log(2.0) + log_ndtr(sign * mean[..., 0] / spread)
     return np.asarray(ratio)
 
 
 def gathered(bank: Bank, of: Suspects) -> Array:
     """Evidence of every suspect over all onsets, (h,): log of Shiryaev-Roberts' sums."""
-    weight = np.log(bank.weight)
-    return np.array([logsumexp(evidence(bank, each) + weight) for each in of.each])
+    weight, told = np.log(bank.weight), np.empty(len(of.each))
+    for name in dict.fromkeys(each.kind.name for each in of.each):
+        at = [k for k, each in enumerate(of.each) if each.kind.name == name]
+        places = np.array([of.each[k].places for k in at])
+        sd = np.array([of.each[k].sd for k in at])
+        told[at] = logsumexp(
+            evidence(bank, of.each[at[0]].kind, places, sd) + weight, axis=(1, 2, 3)
+        )
+    return told
 
 
 def explanation(bank: Bank, suspect: Suspect) -> Explanation:
     """What a suspect's change would be like."""
-    told = evidence(bank, suspect) + np.log(bank.weight)
+    (told,) = evidence(bank, suspect.kind, suspect.places[None], suspect.sd[None])
+    told = told + np.log(bank.weight)
     total = float(logsumexp(told))
     by_onset = np.exp(logsumexp(told, axis=(0, 1)) - total)
     s, scale, m = np.unravel_index(int(np.argmax(told)), told.shape)

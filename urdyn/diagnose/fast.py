@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -13,7 +14,6 @@ from urdyn.diagnose.collision import Collision, Quiet
 from urdyn.diagnose.event import Event
 from urdyn.diagnose.oscillation import Heard, Oscillation
 from urdyn.diagnose.rows import Rows
-from urdyn.diagnose.rules import Rules
 from urdyn.diagnose.sensor import Felt, SensorHealth
 from urdyn.diagnose.space import Space
 from urdyn.types import Array, Mask
@@ -33,31 +33,31 @@ class FastState:
 
 @dataclass(frozen=True, eq=False)
 class Fast:
-    """Settings; the state is passed along."""
+    """Their tests together; the state is passed along."""
 
     space: Space
     period: float  # [s] between rows
-    rules: Rules
+    levels: Mapping[str, Mapping[str, Any]]  # of each fast kind
 
     @cached_property
     def sensors(self) -> SensorHealth:
         """Sick sensors."""
-        return SensorHealth(self.space, self.period, self.rules.fast["sensor_silent"])
+        return SensorHealth(self.space, self.period, self.levels["sensor_silent"])
 
     @cached_property
     def collision(self) -> Collision:
         """Pushes."""
-        return Collision(self.space, self.rules.fast["collision"])
+        return Collision(self.space, self.levels["collision"])
 
     @cached_property
     def oscillation(self) -> Oscillation:
         """Loops that ring."""
-        return Oscillation(self.space, self.period, self.rules.fast["controller_instability"])
+        return Oscillation(self.space, self.period, self.levels["controller_instability"])
 
     @cached_property
     def backlash(self) -> Backlash:
         """Gears with a gap."""
-        return Backlash(self.space, self.period, self.rules.fast["joint_backlash"])
+        return Backlash(self.space, self.period, self.levels["joint_backlash"])
 
     def init(self) -> FastState:
         """Before the first beat."""

@@ -1,61 +1,52 @@
 """How loud a residual is at low frequencies, learnt while working.
 
 A log's own noise model knows some eighty milliseconds; what friction and structure leave lasts a
-second and more, and decides how soon a change can be told from nothing. It is measured where no
-change of a joint reaches: in what is left of the means of a block's moments once every direction
-that a joint can change in is fitted to them.
+second and more, and decides how soon a change can be told from nothing. It shows where a block
+puts a state of a joint beside where the filter expects it: as far off as that noise is loud. The
+level of a current takes it whole, friction, which turns over with every move, only some of it.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from urdyn.diagnose.moment import Pool
-from urdyn.diagnose.space import Space
 from urdyn.types import Array
 
-BELIEVED = 5.0  # moments that the loudness of the first day is worth
-DIRECTIONS = ("f", "alpha", "z", "o")
-LEFT = 0.4  # [-] of what lasts a second that fitting the directions leaves of it in five
-LEAST = 0.5  # [-] of the noise of the first day, squared: no residual is quieter than its sensor
+POWERS = 2.0 ** np.arange(0.0, 8.5, 0.5)  # [-] weighed; no residual is quieter than its sensor
+DOUBT = 0.9  # sd of the logarithm of what is believed before anything was seen
+WILD = 3.0  # [sd] that one block counts at most
 
 
 @dataclass(frozen=True, eq=False)
 class Loudness:
-    """Squared size of what is left, in units of white noise with the residual's variance."""
+    """Log of the likelihood of each power, (S, J)."""
 
-    total: Array  # (J,) [-]
-    freedom: Array  # (J,) moments that this is the sum of
+    told: Array
 
     @property
     def power(self) -> Array:
         """Spectral density at low frequencies over that of white noise, (J,) [-]."""
-        measured = self.total / self.freedom
-        lasting = np.maximum(measured - 1.0, 0.0)
-        return np.asarray(np.maximum(measured, LEAST) + (1.0 / LEFT - 1.0) * lasting)
+        weight = np.exp(self.told - self.told.max(axis=0))
+        return np.asarray((weight * POWERS[:, None]).sum(axis=0) / weight.sum(axis=0))
 
 
 def first(power: Array) -> Loudness:
     """What is believed before anything was seen."""
-    measured = 1.0 + LEFT * (power - 1.0)
-    return Loudness(BELIEVED * measured, np.full(len(power), BELIEVED))
+    return Loudness(-0.5 * (np.log(POWERS[:, None] / power) / DOUBT) ** 2)
 
 
-def heard(loudness: Loudness, pools: Sequence[Pool], space: Space, noise: Array) -> Loudness:
-    """With the moments of a block; `noise` is the residual's sd on the first day, (J,) [A]."""
-    total, freedom = loudness.total.copy(), loudness.freedom.copy()
-    for j in range(len(noise)):
-        columns = [space.places[g].start + j for g in DIRECTIONS]
-        scale = np.sqrt([pool.count[j] for pool in pools]) / noise[j]
-        told = scale > 0.0
-        y = (scale * [pool.residual[j] for pool in pools])[told]
-        X = (scale[:, None] * np.array([pool.H[j, columns] for pool in pools]))[told]
-        left = len(y) - len(columns)
-        if left > 0:
-            fitted = X @ np.linalg.lstsq(X, y, rcond=None)[0]
-            total[j] += np.sum((y - fitted) ** 2)
-            freedom[j] += left
-    return Loudness(total, freedom)
+def heard(loudness: Loudness, off: Array, noise: Array, rest: Array) -> Loudness:
+    """After a block.
+
+    Args:
+        off: how far a state of each joint was from what was expected, (J,); NaN: not told.
+        noise: variance that white noise with the residual's variance would put into that, (J,).
+        rest: variance for all other reasons, (J,).
+    """
+    var = POWERS[:, None] * noise + rest
+    usual = loudness.power * noise + rest
+    square = np.minimum(off**2, WILD**2 * usual)
+    more = -0.5 * np.log(var) - 0.5 * square / var
+    return Loudness(loudness.told + np.where(np.isnan(off), 0.0, more - more[0]))

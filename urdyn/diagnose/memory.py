@@ -16,24 +16,29 @@ import numpy as np
 
 from urdyn.diagnose.backlash import Reversals
 from urdyn.diagnose.bank import Bank, Block
-from urdyn.diagnose.carried import Mode
+from urdyn.diagnose.carried import Mode, Shown
+from urdyn.diagnose.change import Change
 from urdyn.diagnose.collision import Quiet
 from urdyn.diagnose.diagnosis import Now, State
 from urdyn.diagnose.fast import FastState
 from urdyn.diagnose.finding import Finding
+from urdyn.diagnose.loads import Carrying, Waiting
 from urdyn.diagnose.loudness import Loudness
 from urdyn.diagnose.moment import Pool
 from urdyn.diagnose.oscillation import Heard
+from urdyn.diagnose.recall import Recall
 from urdyn.diagnose.rows import Rows
 from urdyn.diagnose.sensor import Felt
-from urdyn.diagnose.slow import Anchor, Carrying, Change, SlowState, Waiting
+from urdyn.diagnose.slow import SlowState
+from urdyn.diagnose.steadiness import Steadiness
+from urdyn.diagnose.warmth import Warmth
 from urdyn.errors import InputError
 from urdyn.io import writing
 from urdyn.signal import Instant
 
 KNOWN = (
-    Anchor, Bank, Block, Carrying, Change, FastState, Felt, Finding, Heard, Instant, Loudness,
-    Mode, Now, Pool, Quiet, Reversals, Rows, SlowState, State, Waiting,
+    Bank, Block, Carrying, Change, FastState, Felt, Finding, Heard, Instant, Loudness, Mode, Now,
+    Pool, Quiet, Recall, Reversals, Rows, Shown, SlowState, State, Steadiness, Waiting, Warmth,
 )  # fmt: skip
 CLASSES = {kind.__name__: kind for kind in KNOWN}
 DAMAGE = (zipfile.BadZipFile, OSError, EOFError, LookupError, ValueError, TypeError)

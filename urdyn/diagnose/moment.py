@@ -7,6 +7,7 @@ Rows are averaged first, down to AVERAGED a second: what is slow is not lost, wh
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,14 +25,7 @@ class Pool:
     A: Array  # (n, n)
     b: Array  # (n,)
     count: Array  # (J,) values of current
-    residual: Array  # (J,) [A] mean
-    H: Array  # (J, n) [A] mean derivatives
-
-
-def empty(joints: int, n: int) -> Pool:
-    """Nothing."""
-    nothing = np.zeros(joints)
-    return Pool(np.zeros((n, n)), np.zeros(n), nothing, nothing, np.zeros((joints, n)))
+    warm: Array  # (3, J) mean of the rows'
 
 
 def pooled(rows: Rows, period: float, noise: Array) -> Pool:
@@ -50,8 +44,15 @@ def pooled(rows: Rows, period: float, noise: Array) -> Pool:
     root = np.sqrt(total)
     scaled = (root[..., None] * H).reshape(-1, H.shape[2])
     y = (root * mean).ravel()
-    _, whole, residual = _means(told.astype(np.float64), rows, r, at[:1])
-    return Pool(scaled.T @ scaled, scaled.T @ y, told.sum(axis=0), residual[0], whole[0])
+    warm = rows.warm.mean(axis=0)
+    return Pool(scaled.T @ scaled, scaled.T @ y, told.sum(axis=0), warm)
+
+
+def together(pools: Sequence[Pool]) -> Pool:
+    """Moments as one."""
+    names = ("A", "b", "count")
+    A, b, count = (np.sum([getattr(pool, name) for pool in pools], axis=0) for name in names)
+    return Pool(A, b, count, np.mean([p.warm for p in pools], axis=0))
 
 
 def _means(weight: Array, rows: Rows, r: Array, at: Index) -> tuple[Array, Array, Array]:

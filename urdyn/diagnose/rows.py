@@ -8,11 +8,12 @@ here learns.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
 from urdyn.diagnose.space import Space
+from urdyn.diagnose.warmth import Warmth, usual
 from urdyn.model.friction import features
 from urdyn.types import Array, Mask, Motion
 
@@ -38,6 +39,7 @@ class Rows:
     drive: Array  # (N, 6, J) [A] per unit of the own joint's f, alpha, beta, z, o, rotor
     doubt: Array  # (N, J) [A] sd of what nobody knows of the bristles
     settled: Mask  # (N, J) slides on bristles that are known
+    warm: Array  # (N, 3, J) as `warmth.unknowns` has it
 
     def __len__(self) -> int:
         return len(self.t)
@@ -52,14 +54,18 @@ class Rows:
         return Rows(**{f.name: getattr(self, f.name)[start:stop] for f in fields(self)})
 
 
-def rows(space: Space, motion: Motion, s: Array, travelled: Array) -> Rows:
+def rows(space: Space, motion: Motion, s: Array, travelled: Array, warmth: Warmth) -> Rows:
     """What a motion says against the commissioned arm.
 
     Args:
         s: presliding state, (N, J) [-].
         travelled: way of each joint since its bristles were unknown, (N, J) [rad].
+        warmth: of the joints after the last row.
     """
     drive, arm = space.reference.drive, space.arm
+    warm = np.stack([warmth.lubricant - drive.temperature, warmth.slope, warmth.left])
+    soft = np.exp(-usual(space) * np.nan_to_num(warm[0]))
+    motion = replace(motion, temperature=np.broadcast_to(warmth.lubricant, motion.q.shape))
     q, v, a = motion.q, motion.v, motion.a
     Y = arm.regressor(q, v, a)
     load = Y @ arm.inertials.ravel()
@@ -67,7 +73,7 @@ def rows(space: Space, motion: Motion, s: Array, travelled: Array) -> Rows:
     faded = ("stribeck", "ripple_cos", "ripple_sin", "thermal")
     rest = sum(getattr(drive, name) * terms[name] for name in faded)
     per = 1.0 / drive.gain
-    lost = (drive.coulomb * s, drive.viscous * v, drive.structural * np.abs(load) * s)
+    lost = (drive.coulomb * s, drive.viscous * soft * v, drive.structural * np.abs(load) * s)
     predicted = per * (load + drive.rotor_inertia * a + rest + sum(lost) + drive.offset)
     through = per * (1.0 + drive.structural * np.sign(load) * s)
     A = np.concatenate([arm.torque_derivatives(q, v, a)[0], Y @ space.shown, Y[..., -10:]], axis=2)
@@ -81,6 +87,7 @@ def rows(space: Space, motion: Motion, s: Array, travelled: Array) -> Rows:
     return Rows(
         motion.t, q, v, load, motion.current, predicted,
         through[..., None] * A, np.stack(own, axis=1), doubt, settled,
+        np.broadcast_to(warm, (len(motion), *warm.shape)),
     )  # fmt: skip
 
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from urdyn.diagnose.bank import SHAPES, Straying
+from urdyn.diagnose.bank import SHAPES
 from urdyn.diagnose.space import Space
 from urdyn.errors import InputError
 from urdyn.faults.decision import Costs
@@ -59,6 +59,7 @@ class Rules:
 
     hours: float  # [h] to a false alarm, at least, on the average
     healthy: Mapping[str, Mapping[str, float]]  # state -> day, hour, window
+    warmth: Mapping[str, float]  # sd of what nobody knows of it
     noise: Noise
     slow: tuple[SlowKind, ...]
     fast: Mapping[str, Mapping[str, Any]]  # kind -> thresholds
@@ -70,10 +71,6 @@ class Rules:
         for state, of in self.healthy.items():
             spread[space.places[state]] = of.get(what, 0.0) * unit(space, state)
         return spread
-
-    def straying(self, space: Space) -> Straying:
-        """The walk and the windows, of all states."""
-        return Straying(self.stray(space, "hour") / 60.0, self.stray(space, "window"))
 
 
 def unit(space: Space, state: str) -> Array | float:
@@ -94,6 +91,7 @@ def read_rules(path: str | Path | None = None) -> Rules:
     merged = {
         "promise": house["promise"] | own.get("promise", {}),
         "healthy": house["healthy"] | own.get("healthy", {}),
+        "warmth": house["warmth"] | own.get("warmth", {}),
         "noise": house["noise"] | own.get("noise", {}),
         "costs": house["costs"] | own.get("costs", {}),
         "kind": house["kind"] | own.get("kind", {}),
@@ -114,7 +112,8 @@ def _rules(document: Mapping[str, Any], path: str) -> Rules:
     if not isinstance(hours, int | float) or not hours > 0.0:
         raise InputError(f"{path}: [promise] hours is a number above 0")
     noise, costs = Noise(**document["noise"]), _costs(document["costs"], path)
-    return Rules(float(hours), document["healthy"], noise, slow, fast, costs)
+    warmth = document["warmth"]
+    return Rules(float(hours), document["healthy"], warmth, noise, slow, fast, costs)
 
 
 def _costs(of: Mapping[str, Any], path: str) -> Costs:

@@ -55,7 +55,7 @@ class SensorHealth:
         """A beat on; also which joints are ill now, (J,)."""
         state, signs = self._signs(state, rows)
         rough = self._rough(state, rows)
-        over = rough > self.rule["noisy"] * self.space.noise
+        over = self._alone(rough / self.space.noise) > self.rule["noisy"]
         loud = np.where(over, state.loud + len(rows) * self.period, 0.0)
         state = replace(state, rough=rough, loud=loud)
         noisy = loud >= self.rule["lasting"]
@@ -95,6 +95,14 @@ class SensorHealth:
         if told.any():
             middle[told] = np.nanmedian(bent[:, told], axis=0)
         return np.where(np.isnan(middle), state.rough, middle / ROBUST / SECOND)
+
+    def _alone(self, ratio: Array) -> Array:
+        """How much noisier each joint is than any other: an arm that shakes is no sensor."""
+        ratio = np.nan_to_num(ratio)
+        order = np.argsort(ratio)
+        others = np.full_like(ratio, ratio[order[-1]])
+        others[order[-1]] = ratio[order[-2]] if len(order) > 1 else 0.0
+        return np.asarray(ratio / np.maximum(others, 1.0))
 
     def _event(self, state: Felt, mode: str, j: int, now: float) -> Event:
         noise = float(self.space.noise[j])

@@ -13,97 +13,28 @@ import numpy as np
 from scipy.special import logsumexp
 
 from urdyn.diagnose import bank as onsets
-from urdyn.diagnose import carried, loudness
+from urdyn.diagnose import carried, loudness, steadiness, warmth
 from urdyn.diagnose.bank import Bank, Block, Straying
-from urdyn.diagnose.carried import Mode
-from urdyn.diagnose.explain import (
-    Explanation,
-    Suspects,
-    explanation,
-    gathered,
-    instant_evidence,
-    suspects,
-)
+from urdyn.diagnose.change import Change, Push
+from urdyn.diagnose.explain import Explanation, Suspects, explanation, gathered, suspects
+from urdyn.diagnose.healthy import Healthy
+from urdyn.diagnose.loads import MOMENT, Carrying, Loads, Waiting
 from urdyn.diagnose.loudness import Loudness
-from urdyn.diagnose.moment import Pool, pooled
+from urdyn.diagnose.moment import pooled
+from urdyn.diagnose.recall import Recall, Series
 from urdyn.diagnose.rows import Rows
-from urdyn.diagnose.rules import PAYLOAD_STATES, Rules, SlowKind
+from urdyn.diagnose.rules import PAYLOAD_STATES, Rules
 from urdyn.diagnose.space import Space
-from urdyn.types import Array, Index
+from urdyn.diagnose.steadiness import Steadiness
+from urdyn.types import Array
 
-MOMENT = 0.5  # [s]
 BLOCK = 5.0  # [s]
-DELAY = 2  # moments that one waits
+DELAY = 4  # moments that one waits
 ENOUGH = 10  # values of current in a moment that says anything
-KEPT = 48  # blocks that are remembered, to look at them again once a fault is known
+QUICK = 0.25  # [-] of noise that lasts, that what turns over with the motion is believed to take
+NEAR = 10.0  # [nats] below an alarm, from which on a suspect is another's rival
 CONFIDENT = 0.95  # [-] share of the evidence at which a finding is told at once
 PATIENCE = 12  # blocks that an alarm waits for that
-GROWTH = 600.0  # [s] in which a known fault may change by as much as it was expected to
-LASTING = 0.2  # [-] of the time away that a load must have been carried to be there to stay
-CERTAIN = 0.99  # [-] that what was carried for so long is another load
-MARGIN = 3.0  # [nats] by which a payload has to explain a moment better than any fault of a joint
-
-
-@dataclass(frozen=True)
-class Push:
-    """Whether something pushes the arm now, and when something last did."""
-
-    going: bool = False
-    begin: float = np.inf  # [s]
-    end: float = -np.inf  # [s]
-
-    def within(self, begin: float, end: float) -> bool:
-        """Whether it was in this time."""
-        return self.begin <= end and begin <= self.end
-
-
-@dataclass(frozen=True, eq=False)
-class Change:
-    """A change that is there to stay."""
-
-    suspect: int  # among all that is looked for
-    onset: float  # [s] likeliest
-    onset_lo: float  # [s] 5 %
-    onset_hi: float  # [s] 95 %
-    alarm: float  # [s]
-    confidence: float  # [-]
-    evidence: float  # [nats] beyond the healthy arm
-    size: float  # of the change, in the unit of the state that measures it
-    size_sd: float
-    rate: float  # [1/s]; 0 of a step
-    rate_sd: float
-    detail: tuple[float, ...] = ()  # of a payload: mass, mx, my, mz
-    rivals: tuple[tuple[int, float], ...] = ()  # other suspects and their shares
-
-
-@dataclass(frozen=True, eq=False)
-class Anchor:
-    """The healthy arm before the first of the blocks that are remembered."""
-
-    t: float  # [s]; NaN: no block was ever forgotten
-    x: Array
-    P: Array
-
-
-@dataclass(frozen=True, eq=False)
-class Carrying:
-    """What is at the tool."""
-
-    modes: tuple[Mode, ...]  # the first is what is carried as a rule
-    now: int = 0
-    away: tuple[float, ...] = ()  # [s] of motion in each mode since the first was last carried
-    since: float = np.nan  # [s] when that began
-
-
-@dataclass(frozen=True, eq=False)
-class Waiting:
-    """A moment that waits until it is known whose load it was, and that nobody pushed."""
-
-    pool: Pool
-    mode: Mode
-    usual: bool  # carried is what is carried as a rule
-    begin: float  # [s]
-    end: float  # [s]
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,13 +44,15 @@ class SlowState:
     bank: Bank
     A: Array  # (n, n) of the block that is being gathered
     b: Array  # (n,)
+    warm: Array  # (3, J) sum over its moments
+    moments: int  # in it
     begin: float  # [s] of that block; NaN: none
     waiting: tuple[Waiting, ...]
-    pools: tuple[Pool, ...]  # of the block that is being gathered
-    loudness: Loudness
+    loudness: Loudness  # of what turns over with the motion
+    level: Loudness  # of what does not
+    steadiness: Steadiness
     carrying: Carrying
-    anchor: Anchor
-    blocks: tuple[Block, ...] = ()
+    recall: Recall
     waited: int = 0  # blocks since the alarm; 0: none
     known: tuple[int, ...] = ()  # suspects that are found
     found: tuple[Change, ...] = ()  # in this step
@@ -134,59 +67,50 @@ class Slow:
     rules: Rules
 
     @cached_property
-    def payload(self) -> Index:
-        """Places of what the tool carries."""
-        at = self.space.places["payload"]
-        return np.arange(at.start, at.stop)
-
-    @cached_property
-    def rest(self) -> Index:
-        """Places of all others."""
-        return np.setdiff1d(np.arange(self.space.size), self.payload)
-
-    @cached_property
-    def straying(self) -> Straying:
-        """How far the healthy arm strays."""
-        return self.rules.straying(self.space)
-
-    @cached_property
     def of(self) -> Suspects:
         """Everything that is looked for."""
         return suspects(self.space, self.rules.slow)
 
     @cached_property
+    def healthy(self) -> Healthy:
+        """The arm that nothing is wrong with."""
+        return Healthy(self.space, self.rules, self.of)
+
+    @cached_property
+    def loads(self) -> Loads:
+        """What the tool carries."""
+        kind = next((kind for kind in self.rules.slow if kind.of_tool), None)
+        return Loads(self.space, self.of, kind)
+
+    @cached_property
     def E(self) -> Array:
-        """Directions of all that, (n, p)."""
-        return self.of.directions(self.space.size)
+        """Directions of everything that is looked for, (N, p)."""
+        return self.of.directions(self.healthy.size)
 
     @cached_property
     def threshold(self) -> float:
         """Log of the blocks to a false alarm."""
         return float(np.log(self.rules.hours * 3600.0 / BLOCK))
 
-    @cached_property
-    def tool(self) -> SlowKind | None:
-        """The kind that is a change of payload, if any."""
-        return next((kind for kind in self.rules.slow if kind.of_tool), None)
-
     def init(self) -> SlowState:
         """Before the first moment."""
-        n, p = self.space.size, len(self.of.states)
-        P = self.space.cov + np.diag(self.rules.stray(self.space, "day") ** 2)
-        P[self.payload] = P[:, self.payload] = 0.0
-        P[self.payload, self.payload] = carried.NOTHING**2
-        lasting = self.rules.noise.share * 2.0 * self.rules.noise.lasting / self.period
-        loud = (self.space.slow / self.space.noise) ** 2 + lasting
+        n, J, (x, P) = self.space.size, self.space.joints, self.healthy.first
+        noise = self.rules.noise
+        loud = (self.space.slow / self.space.noise) ** 2
+        loud = loud + noise.share * 2.0 * noise.lasting / self.period
         return SlowState(
-            bank=onsets.first(np.zeros(n), P, p),
+            bank=onsets.first(x, P, self.E.shape[1]),
             A=np.zeros((n, n)),
             b=np.zeros(n),
+            warm=np.zeros((3, J)),
+            moments=0,
             begin=np.nan,
             waiting=(),
-            pools=(),
-            loudness=loudness.first(loud),
+            loudness=loudness.first(1.0 + QUICK * (loud - 1.0)),
+            level=loudness.first(loud),
+            steadiness=steadiness.by_the_rules(J),
             carrying=Carrying((carried.commissioned(),)),
-            anchor=Anchor(np.nan, np.zeros(n), P),
+            recall=Recall(np.nan, x, P),
         )
 
     def moment(self, state: SlowState, rows: Rows, push: Push) -> SlowState:
@@ -196,72 +120,123 @@ class Slow:
         pool, begin, end = pooled(rows, self.period, noise), float(rows.t[0]), float(rows.t[-1])
         if pool.count.sum() < ENOUGH:
             return state
-        before, carrying = state.carrying, self._carried(state, pool, end)
-        waiting = tuple(w for w in state.waiting if not push.within(w.begin, w.end))
-        if carrying.now != before.now:  # it changed in this moment or in the one before
-            waiting = waiting[:-1]
-        elif not push.within(begin, end):
-            mode = carrying.modes[carrying.now]
-            waiting = (*waiting, Waiting(pool, mode, carrying.now == 0, begin, end))
-        state = replace(state, carrying=carrying, waiting=waiting)
+        x, P = self.healthy.now(state.bank, pool.warm)
+        straying = self._straying(state).window[: self.space.size]
+        another = onsets.reprogrammed(state.bank.t, begin, straying)
+        belief = x, P + np.diag(self._window(state, pool.A) ** 2 + another**2)
+        waiting, path = list(state.waiting), list(state.carrying.path)
+        for k in reversed(range(len(waiting))):
+            if push.within(waiting[k].begin, waiting[k].end):
+                del waiting[k], path[k]
+        state = replace(state, carrying=replace(state.carrying, path=tuple(path)))
+        if not push.within(begin, end):
+            waiting.append(self.loads.waiting(pool, belief, begin, end))
+            state = replace(state, carrying=self.loads.carried(state.carrying, belief, waiting))
+        state = replace(state, waiting=tuple(waiting))
         while len(state.waiting) > DELAY and not push.going:
-            ripe, *left = state.waiting
-            state = self._gather(replace(state, waiting=tuple(left)), ripe)
-        return self._settled(state, end)
+            state = self._gather(state)
+        if settled := self.loads.settled(state.carrying, end):
+            carrying, change = settled
+            state = replace(state, carrying=carrying, found=(*state.found, change))
+            return self._afresh(state)
+        return state
 
-    def _gather(self, state: SlowState, ripe: Waiting) -> SlowState:
-        pool = self._unladen(ripe)
+    def _gather(self, state: SlowState) -> SlowState:
+        ripe, *waiting = state.waiting
+        carrying, pool = self.loads.ripened(state.carrying, ripe)
+        state = replace(state, carrying=carrying, waiting=tuple(waiting))
+        if pool is None:
+            return state
         began = ripe.begin if np.isnan(state.begin) else state.begin
-        pools = (*state.pools, pool) if ripe.usual else state.pools
-        state = replace(state, A=state.A + pool.A, b=state.b + pool.b, begin=began, pools=pools)
+        state = replace(
+            state,
+            A=state.A + pool.A,
+            b=state.b + pool.b,
+            warm=state.warm + pool.warm,
+            moments=state.moments + 1,
+            begin=began,
+        )
         return self._block(state, ripe.end) if ripe.end - began > BLOCK - MOMENT else state
 
     def _block(self, state: SlowState, end: float) -> SlowState:
-        A, b = onsets.strayed(state.A, state.b, self.straying.window)
-        block = Block(state.begin, end, A, b)
-        straying = self._loosened(state.known)
-        heard = loudness.heard(state.loudness, state.pools, self.space, self.space.noise)
-        anchor, blocks = state.anchor, (*state.blocks, block)
-        if len(blocks) > KEPT:
-            anchor = Anchor(*onsets.followed(anchor.t, anchor.x, anchor.P, blocks[0], straying))
+        warm = state.warm / state.moments
+        A, b = onsets.strayed(state.A, state.b, self._window(state, state.A))
+        A, b = warmth.widened(A, b, warmth.unknowns(self.space, warm))
+        block = Block(state.begin, end, A, b, self.healthy.blind(warm))
+        straying, told = self._straying(state), self._told(state, warm)
         state = replace(
             state,
             bank=onsets.step(state.bank, block, straying, self.E),
-            A=np.zeros_like(A),
-            b=np.zeros_like(b),
+            A=np.zeros_like(state.A),
+            b=np.zeros_like(state.b),
+            warm=np.zeros_like(state.warm),
+            moments=0,
             begin=np.nan,
-            pools=(),
-            loudness=heard,
-            anchor=anchor,
-            blocks=blocks[-KEPT:],
+            loudness=self._heard(state.loudness, "f", state, *told),
+            level=self._heard(state.level, "o", state, *told),
+            steadiness=self._steadier(state, *told),
+            recall=state.recall.after(block, straying),
         )
         return self._judged(state)
 
-    def _loosened(self, known: tuple[int, ...]) -> Straying:
-        """How far an arm strays some of whose faults are known: those go where they want to."""
-        walk = self.straying.walk.copy()
-        for k in known:
-            suspect = self.of.each[k]
-            walk[self.of.states[suspect.places]] += suspect.sd / np.sqrt(GROWTH)
-        return replace(self.straying, walk=walk)
+    def _straying(self, state: SlowState) -> Straying:
+        return self.healthy.loosened(state.known, state.steadiness.share)
+
+    def _told(self, state: SlowState, warm: Array) -> tuple[Array, Array]:
+        """What a block says of a shift of each state alone: how far, and its variance, (n,)."""
+        x, P = self.healthy.now(state.bank, warm)
+        keep = np.linalg.inv(np.eye(len(P)) + state.A @ P)
+        C, d = np.diag(keep @ state.A), keep @ (state.b - state.A @ x)
+        C = np.where(C > 0.0, C, np.nan)
+        return d / C, 1.0 / C
+
+    def _steadier(self, state: SlowState, off: Array, var: Array) -> Steadiness:
+        """What that is, of how steady the joints' friction is."""
+        f = self.space.places["f"]
+        window = self.healthy.straying.window[f]
+        return steadiness.learnt(state.steadiness, off[f], np.sqrt(var[f]), window)
+
+    def _heard(
+        self, heard: Loudness, group: str, state: SlowState, off: Array, var: Array
+    ) -> Loudness:
+        """And of how loud the residual is, by a state of each joint."""
+        at = self.space.places[group]
+        noise = 1.0 / np.where(np.isnan(off[at]), np.nan, np.diag(state.A)[at])
+        rest = var[at] - noise + self._straying(state).window[at] ** 2
+        return loudness.heard(heard, off[at], noise / state.loudness.power, rest)
+
+    def _window(self, state: SlowState, A: Array) -> Array:
+        """How far some rows stray for reasons of their own, (n,).
+
+        Args:
+            A: what they say, (n, n).
+        """
+        told, quick = np.diag(A)[self.space.places["o"]], state.loudness.power
+        white = np.where(told > 0.0, 1.0 / np.where(told > 0.0, told, 1.0), 0.0) / quick
+        level = np.sqrt(np.maximum(state.level.power - quick, 0.0) * white)
+        return self.healthy.window(state.steadiness.share, level)
 
     def _judged(self, state: SlowState) -> SlowState:
         """After a block: is there an alarm, and is it clear of what?"""
+        evidence = gathered(state.bank, self.of)
         of = [k for k in range(len(self.of.each)) if k not in state.known]
-        weight = gathered(state.bank, self.of)[of]
-        whole = float(logsumexp(weight))
-        if whole - np.log(len(of)) < self.threshold:
+        over = self.threshold + np.log(len(of))
+        if logsumexp(evidence[of]) < over:
+            return replace(state, waited=0)
+        told = {
+            k: explanation(state.bank, self.of.each[k]) for k in of if evidence[k] > over - NEAR
+        }
+        of = [k for k, each in told.items() if each.large]
+        if not of or logsumexp(evidence[of]) < over:
             return replace(state, waited=0)
         state = replace(state, waited=state.waited + 1)
-        share = np.exp(weight - whole)
+        share = np.exp(evidence[of] - logsumexp(evidence[of]))
         top = int(np.argmax(share))
-        told = explanation(state.bank, self.of.each[of[top]])
-        large = abs(told.size) > self.of.each[of[top]].kind.least
-        if not large or (share[top] < CONFIDENT and state.waited < PATIENCE):
+        if share[top] < CONFIDENT and state.waited < PATIENCE:
             return state
         order = np.argsort(-share)[1:3]
         rivals = tuple((of[k], float(share[k])) for k in order)
-        return self._accepted(state, of[top], told, float(share[top]), rivals)
+        return self._accepted(state, of[top], told[of[top]], float(share[top]), rivals)
 
     def _accepted(
         self,
@@ -271,10 +246,8 @@ class Slow:
         share: float,
         rivals: tuple[tuple[int, float], ...],
     ) -> SlowState:
-        of_tool = told.suspect.kind.of_tool
-        detail = (
-            state.carrying.modes[0].mean[: len(PAYLOAD_STATES)] + state.bank.x[self.payload][:4]
-        )
+        more, of_tool = state.bank.x[self.healthy.payload], told.suspect.kind.of_tool
+        detail = (state.carrying.modes[0].mean + more)[: len(PAYLOAD_STATES)]
         change = Change(
             k, told.onset, told.onset_lo, told.onset_hi, told.t, share, told.evidence,
             told.size, told.size_sd, told.rate, told.rate_sd,
@@ -282,8 +255,11 @@ class Slow:
         )  # fmt: skip
         state = replace(state, found=(*state.found, change), waited=0)
         if of_tool:
-            return self._settled_on(state, state.bank.x[self.payload])
-        return self._again(replace(state, known=(*state.known, k)))
+            return self._settled_on(state, more)
+        known = (*state.known, k)
+        state = replace(state, known=known)
+        bank = state.recall.again(self.healthy, known, self._straying(state), self.E)
+        return self._judged(replace(state, bank=bank))
 
     def _settled_on(self, state: SlowState, more: Array) -> SlowState:
         """Take what is carried as what is carried as a rule; all else is known as it was."""
@@ -293,126 +269,23 @@ class Slow:
 
     def _afresh(self, state: SlowState) -> SlowState:
         """Look for changes from here on, of an arm that carries what it carries now."""
-        x, P = state.bank.x.copy(), state.bank.P.copy()
-        x[self.payload] = 0.0
-        P[self.payload] = P[:, self.payload] = 0.0
-        P[self.payload, self.payload] = carried.NOTHING**2
-        bank = onsets.first(x, P, len(self.of.states))
-        t = state.bank.t
-        return replace(state, bank=replace(bank, t=t), anchor=Anchor(t, x, P), blocks=())
-
-    def _opened(self, state: SlowState) -> Array:
-        """What was known before the blocks that are remembered, nothing of what is found."""
-        P = state.anchor.P.copy()
-        for k in state.known:
-            at = self.of.states[self.of.each[k].places]
-            P[at, at] += (3.0 * self.of.each[k].sd) ** 2
-        return P
-
-    def _again(self, state: SlowState) -> SlowState:
-        """The blocks that are remembered once more, with what is known free to have changed."""
-        bank = onsets.first(state.anchor.x, self._opened(state), len(self.of.states))
-        bank = replace(bank, t=state.anchor.t)
-        straying = self._loosened(state.known)
-        for block in state.blocks:
-            bank = onsets.step(bank, block, straying, self.E)
-        return self._judged(replace(state, bank=bank))
-
-    def _unladen(self, ripe: Waiting) -> Pool:
-        """What a moment says of all states; of the payload nothing while another one is carried."""
-        pool, mode, at = ripe.pool, carried.spread(ripe.mode), self.payload
-        residual = pool.residual - pool.H[:, at] @ mode.mean
-        if ripe.usual:
-            return replace(pool, b=pool.b - pool.A[:, at] @ mode.mean, residual=residual)
-        mode = carried.alike(mode)
-        cross, App = pool.A[:, at], pool.A[np.ix_(at, at)]
-        inner = np.linalg.solve(np.eye(len(at)) + mode.cov @ App, mode.cov)
-        A = pool.A - cross @ inner @ cross.T
-        b = pool.b - cross @ (mode.mean + inner @ (pool.b[at] - App @ mode.mean))
-        A[at] = A[:, at] = b[at] = 0.0
-        return replace(pool, A=0.5 * (A + A.T), b=b, residual=residual)
-
-    def _carried(self, state: SlowState, pool: Pool, t: float) -> Carrying:
-        """Whose load the moment was."""
-        carrying, rest, at = state.carrying, self.rest, self.payload
-        P = (state.bank.P + np.diag(self.straying.window**2))[np.ix_(rest, rest)]
-        told = carried.shown(pool, at, rest, state.bank.x[rest], P)
-        modes, now = list(carrying.modes), carrying.now
-        fits = [carried.fit(told, carried.spread(mode)) for mode in modes]
-        best, new = int(np.argmax(fits)), carried.anything(t)
-        gain = carried.fit(told, new) - fits[best]
-        if gain > carried.SURE and gain > self._of_joints(state, pool, modes[best]) + MARGIN:
-            modes, now = carried.remembered(modes, carried.learnt(told, new, t))
-        elif fits[best] > fits[now] + carried.SURE:
-            now = best
-        if now:
-            modes[now] = carried.learnt(told, carried.spread(modes[now]), t)
-        return self._away(carrying, tuple(modes), now, t)
-
-    def _of_joints(self, state: SlowState, pool: Pool, mode: Mode) -> float:
-        """How well the best fault of a joint explains a moment, beside the healthy arm [nats]."""
-        P = state.bank.P + np.diag(self.straying.window**2)
-        at = self.payload
-        P[at] = P[:, at] = 0.0
-        P[np.ix_(at, at)] = carried.spread(mode).cov
-        x = state.bank.x.copy()
-        x[at] = mode.mean
-        keep = np.linalg.inv(np.eye(len(P)) + pool.A @ P)
-        C = self.E.T @ keep @ pool.A @ self.E
-        d = self.E.T @ keep @ (pool.b - pool.A @ x)
-        return instant_evidence(C, d, self.of)
-
-    def _away(self, before: Carrying, modes: tuple[Mode, ...], now: int, t: float) -> Carrying:
-        """How long the arm has not carried what it carries as a rule."""
-        if not now:
-            return Carrying(modes, 0)
-        away = np.zeros(len(modes))
-        if len(before.away) == len(modes):
-            away[:] = before.away
-        away[now] += MOMENT
-        since = t - MOMENT if np.isnan(before.since) else before.since
-        return Carrying(modes, now, tuple(away.tolist()), since)
-
-    def _settled(self, state: SlowState, t: float) -> SlowState:
-        """Whether what is carried now is there to stay."""
-        carrying, tool = state.carrying, self.tool
-        if tool is None or not carrying.away:
-            return state
-        away = np.array(carrying.away)
-        stays = int(np.argmin([m.mean[0] if s > LASTING * away.sum() else np.inf
-                               for m, s in zip(carrying.modes, away, strict=True)]))  # fmt: skip
-        mode, first = carrying.modes[stays], carrying.modes[0]
-        more = mode.mean - first.mean
-        hold = tool.hold_lighter if more[0] < 0.0 else tool.hold
-        if away.sum() < hold or abs(more[0]) < tool.least:
-            return state
-        k = next(k for k, each in enumerate(self.of.each) if each.kind is tool)
-        sd = float(np.sqrt(mode.cov[0, 0]))
-        change = Change(
-            k, carrying.since, carrying.since - 2.0 * MOMENT, carrying.since, t, CERTAIN, np.nan,
-            float(more[0]), sd, 0.0, 0.0, tuple(mode.mean[:4].tolist()),
-        )  # fmt: skip
-        others = [m for j, m in enumerate(carrying.modes) if j not in (0, stays)]
-        modes = (mode, first, *others)
-        now = 0 if carrying.now == stays else 2 + others.index(carrying.modes[carrying.now])
-        carrying = Carrying(modes, now)
-        state = replace(state, carrying=carrying, found=(*state.found, change))
-        return self._afresh(state)
+        t, (x, P) = state.bank.t, self.healthy.emptied(state.bank.x, state.bank.P)
+        bank = replace(onsets.first(x, P, self.E.shape[1]), t=t)
+        return replace(state, bank=bank, recall=Recall(t, x, P))
 
     def levels(self, state: SlowState) -> list[tuple[int, float, float]]:
         """Suspects that are found, and how far their change has gone by now: size, sd."""
         told = []
         for k in state.known:
-            at = int(self.of.states[self.of.each[k].places[0]])
+            at = self._measured(k)
             told.append((k, float(state.bank.x[at]), float(np.sqrt(state.bank.P[at, at]))))
         return told
 
-    def trace(self, state: SlowState, k: int) -> list[tuple[float, float, float]]:
+    def trace(self, state: SlowState, k: int) -> Series:
         """How a found change went in the blocks that are remembered: time, size, sd."""
-        at = int(self.of.states[self.of.each[k].places[0]])
-        t, x, P = state.anchor.t, state.anchor.x, self._opened(state)
-        straying, told = self._loosened(state.known), []
-        for block in state.blocks:
-            t, x, P = onsets.followed(t, x, P, block, straying)
-            told.append((t, float(x[at]), float(np.sqrt(P[at, at]))))
-        return told
+        straying, at = self._straying(state), self._measured(k)
+        return state.recall.trace(self.healthy, state.known, straying, at)
+
+    def _measured(self, k: int) -> int:
+        """Place of the state that measures a suspect's change."""
+        return int(self.of.states[self.of.each[k].places[0]])

@@ -8,12 +8,12 @@ from typing import Any
 
 import numpy as np
 
+from urdyn.diagnose.change import Change
 from urdyn.diagnose.event import Event
 from urdyn.diagnose.explain import NOBODY, Suspect, Suspects
 from urdyn.diagnose.finding import SEVERITIES, Finding, severity
 from urdyn.diagnose.prognosis import Course, trend
-from urdyn.diagnose.rules import Rules, SlowKind, unit
-from urdyn.diagnose.slow import Change
+from urdyn.diagnose.rules import Rules, SlowKind
 from urdyn.diagnose.space import Space
 
 Series = Sequence[tuple[float, float, float]]
@@ -25,8 +25,7 @@ SURELY = 0.999  # [-] more confidence than this no test has earned
 def of_change(change: Change, of: Suspects, space: Space, trace: Series) -> Finding:
     """A slow change."""
     suspect = of.each[change.suspect]
-    kind = suspect.kind
-    scale = _scale(suspect, space)
+    kind, scale = suspect.kind, suspect.unit
     size, sd = change.size / scale, change.size_sd / scale
     rate, rate_sd = change.rate / scale, change.rate_sd / scale
     evidence: dict[str, Any] = {
@@ -120,7 +119,7 @@ def up_to_date(
     """All findings, the slow ones as their last block has them."""
     slow = {f"{s.kind.name}.{_name(s, space)}": k for k, s in known.items()}
     return [
-        _grown(f, known[k], series[k], space)
+        _grown(f, known[k], series[k])
         if (k := slow.get(f.id)) is not None and series.get(k)
         else f
         for f in findings
@@ -132,9 +131,9 @@ def _worse(old: Finding, new: Finding) -> bool:
     return new is not old and (more or new.severity != old.severity)
 
 
-def _grown(old: Finding, suspect: Suspect, series: Series, space: Space) -> Finding:
+def _grown(old: Finding, suspect: Suspect, series: Series) -> Finding:
     """A slow finding as its series has it now, and where that goes."""
-    kind, scale = suspect.kind, _scale(suspect, space)
+    kind, scale = suspect.kind, suspect.unit
     _, size, sd = (x / scale for x in series[-1])
     course = trend([(t, x / scale, s / scale) for t, x, s in series], old.onset_s)
     new = replace(
@@ -165,14 +164,6 @@ def _left(forecast: Mapping[str, Any] | None) -> Mapping[str, float] | None:
 
 def _name(suspect: Suspect, space: Space) -> str:
     return "tool" if suspect.joint == NOBODY else space.reference.arm.joint_names[suspect.joint]
-
-
-def _scale(suspect: Suspect, space: Space) -> float:
-    """The filter's states per unit that people read."""
-    if suspect.joint == NOBODY:
-        return 1.0
-    first = next(iter(suspect.kind.change))
-    return float(np.broadcast_to(unit(space, first), space.joints)[suspect.joint])
 
 
 def _joint(suspect: Suspect) -> int | None:

@@ -20,11 +20,12 @@ if TYPE_CHECKING:
     from urdyn.faults.cusum import Cusum
     from urdyn.faults.decision import Costs, Decision, decide, outlook
     from urdyn.faults.detector import Detection, Detector, Verdict, run
+    from urdyn.faults.gathering import promised_steps
     from urdyn.faults.glr import GLR
     from urdyn.faults.onset import Kinks, follow, kinks
     from urdyn.faults.oracle import calibrated, oracle_cusum
     from urdyn.faults.prognosis import Forecast, Interval, forecast, foresee, health_index
-    from urdyn.faults.sequential import ShiryaevRoberts, promised_steps
+    from urdyn.faults.sequential import ShiryaevRoberts
     from urdyn.faults.series import detect
     from urdyn.faults.whiten import Baseline, learn_baseline, stated_baseline
     from urdyn.faults.whitened import Whitened
@@ -83,7 +84,8 @@ __getattr__ = lookup(
         "urdyn.faults.cusum": ("Cusum",),
         "urdyn.faults.decision": ("Costs", "Decision", "decide", "outlook"),
         "urdyn.faults.detector": ("Detection", "Detector", "Verdict", "run"),
-        "urdyn.faults.sequential": ("ShiryaevRoberts", "promised_steps"),
+        "urdyn.faults.gathering": ("promised_steps",),
+        "urdyn.faults.sequential": ("ShiryaevRoberts",),
         "urdyn.faults.whiten": ("Baseline", "learn_baseline", "stated_baseline"),
         "urdyn.faults.whitened": ("Whitened",),
     },

@@ -21,8 +21,8 @@ from scipy.stats import norm
 
 from urdyn.errors import UrdynError
 from urdyn.faults.detector import Verdict
+from urdyn.faults.gathering import require_promise
 from urdyn.faults.robust import level_and_spread
-from urdyn.faults.sequential import require_promise
 from urdyn.types import Array, Mask, frozen
 
 WINDOW = 10  # [steps] k

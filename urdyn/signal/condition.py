@@ -95,4 +95,6 @@ def _settle(log: Log, offset: ArrayLike, half: int | None, degree: int) -> _Sett
     step = median_step(log.t)
     if not step > 0:
         raise LogError("one row only; a motion needs at least two", log.source.path)
-    return _Settled(step, half_window(step, degree) if half is None else half, degree, offset)
+    velocities = bool(np.isfinite(log.joint("actual_qd")).any())
+    half = half_window(step, degree, velocities) if half is None else half
+    return _Settled(step, half, degree, offset)

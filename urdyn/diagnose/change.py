@@ -1,0 +1,39 @@
+"""What slow kinds are about: a change that is there to stay, and the pushes that are none."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class Push:
+    """Whether something pushes the arm now, and when something last did."""
+
+    going: bool = False
+    begin: float = np.inf  # [s]
+    end: float = -np.inf  # [s]
+
+    def within(self, begin: float, end: float) -> bool:
+        """Whether it was in this time."""
+        return self.begin <= end and begin <= self.end
+
+
+@dataclass(frozen=True, eq=False)
+class Change:
+    """A change that is there to stay."""
+
+    suspect: int  # among all that is looked for
+    onset: float  # [s] likeliest
+    onset_lo: float  # [s] 5 %
+    onset_hi: float  # [s] 95 %
+    alarm: float  # [s]
+    confidence: float  # [-]
+    evidence: float  # [nats] beyond the healthy arm
+    size: float  # of the change, in the unit of the state that measures it
+    size_sd: float
+    rate: float  # [1/s]; 0 of a step
+    rate_sd: float
+    detail: tuple[float, ...] = ()  # of a payload: mass, mx, my, mz
+    rivals: tuple[tuple[int, float], ...] = ()  # other suspects and their shares

@@ -1,0 +1,118 @@
+"""The healthy arm of a bank: what is believed of it on its first day, and how far it strays.
+
+Its states are those of the space, and behind them what nobody knows of warmth.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from urdyn.diagnose import carried, warmth
+from urdyn.diagnose.bank import Bank, Straying
+from urdyn.diagnose.explain import Suspects
+from urdyn.diagnose.rules import Rules
+from urdyn.diagnose.space import Space
+from urdyn.types import Array, Index
+
+GROWTH = 600.0  # [s] in which a known fault may change by as much as it was expected to
+UNSTEADY = ("f", "alpha", "beta")  # whose windows are steadier where friction is
+
+
+@dataclass(frozen=True, eq=False)
+class Healthy:
+    """Settings."""
+
+    space: Space
+    rules: Rules
+    of: Suspects
+
+    @cached_property
+    def size(self) -> int:
+        """Number of states N."""
+        return self.space.size + len(warmth.UNKNOWN) * self.space.joints
+
+    @cached_property
+    def payload(self) -> Index:
+        """Places of what the tool carries."""
+        at = self.space.places["payload"]
+        return np.arange(at.start, at.stop)
+
+    @cached_property
+    def first(self) -> tuple[Array, Array]:
+        """Mean (N,) and covariance (N, N) on the first day."""
+        n, P = self.space.size, np.zeros((self.size, self.size))
+        P[:n, :n] = self.space.cov + np.diag(self.rules.stray(self.space, "day") ** 2)
+        sd = [self.rules.warmth[name] for name in warmth.UNKNOWN]
+        P[range(n, self.size), range(n, self.size)] = np.repeat(sd, self.space.joints) ** 2
+        return self.emptied(np.zeros(self.size), P)
+
+    def emptied(self, x: Array, P: Array) -> tuple[Array, Array]:
+        """Carrying what it carries as a rule."""
+        x, P, at = x.copy(), P.copy(), self.payload
+        x[at] = 0.0
+        P[at] = P[:, at] = 0.0
+        P[at, at] = carried.NOTHING**2
+        return x, P
+
+    @cached_property
+    def straying(self) -> Straying:
+        """How far it strays."""
+        walk, n = np.zeros(self.size), self.space.size
+        walk[:n] = self.rules.stray(self.space, "hour") / 60.0
+        window = np.zeros(self.size)
+        window[:n] = self.rules.stray(self.space, "window")
+        return Straying(walk, window)
+
+    def window(self, share: Array, level: Array) -> Array:
+        """How far windows stray of an arm whose joints are steadier than the rules, (n,).
+
+        Args:
+            share: of the rules' windows of friction, (J,) [-].
+            level: sd that noise which lasts puts into offsets, (J,) [N·m].
+        """
+        window = self.straying.window[: self.space.size].copy()
+        for state in UNSTEADY:
+            window[self.space.places[state]] *= share
+        o = self.space.places["o"]
+        window[o] = np.hypot(window[o], level)
+        return window
+
+    def blind(self, warm: Array) -> Array:
+        """How friction strays besides where nobody measures how warm joints are, (N,) [1/√s].
+
+        Args:
+            warm: as `warmth.unknowns` has it, (3, J).
+        """
+        walk = np.zeros(self.size)
+        walk[self.space.places["alpha"]] = np.isnan(warm[0]) * self.rules.warmth["blind"] / 60.0
+        return walk
+
+    def loosened(self, known: Sequence[int], share: Array) -> Straying:
+        """How far it strays when some faults are known: those go where they want to.
+
+        Args:
+            share: of the rules' windows of friction, (J,) [-].
+        """
+        walk = self.straying.walk.copy()
+        for k in known:
+            suspect = self.of.each[k]
+            walk[self.of.states[suspect.places]] += suspect.sd / np.sqrt(GROWTH)
+        window = self.straying.window.copy()
+        window[: self.space.size] = self.window(share, np.zeros(self.space.joints))
+        return Straying(walk, window)
+
+    def opened(self, P: Array, known: Sequence[int]) -> Array:
+        """A covariance with nothing known of the sizes of known faults."""
+        P = P.copy()
+        for k in known:
+            at = self.of.states[self.of.each[k].places]
+            P[at, at] += (3.0 * self.of.each[k].sd) ** 2
+        return P
+
+    def now(self, bank: Bank, warm: Array) -> tuple[Array, Array]:
+        """What is believed of the states of the space while joints are so warm (3, J)."""
+        return warmth.narrowed(bank.x, bank.P, warmth.unknowns(self.space, warm))

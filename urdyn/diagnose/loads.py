@@ -1,0 +1,200 @@
+"""Whose load a moment was, and which loads are there to stay."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from urdyn.diagnose import carried
+from urdyn.diagnose.carried import Mode, Shown
+from urdyn.diagnose.change import Change
+from urdyn.diagnose.explain import Suspects, instant_evidence
+from urdyn.diagnose.moment import Pool
+from urdyn.diagnose.moment import together as pooled_together
+from urdyn.diagnose.rules import SlowKind
+from urdyn.diagnose.space import Space
+from urdyn.types import Array, Index
+
+MOMENT = 0.5  # [s]
+LASTING = 0.2  # [-] of the time away that a load must have been carried to be there to stay
+CLEAR = 5.0  # [sd] by which its mass differs then
+CERTAIN = 0.99  # [-] that what was carried for so long is another load
+MARGIN = 10.0  # [nats] by which a payload has to explain moments better than any fault of a joint
+
+Belief = tuple[Array, Array]  # mean (n,) and covariance (n, n) of the states of the space
+
+
+@dataclass(frozen=True, eq=False)
+class Waiting:
+    """A moment that waits until it is known whose load it was, and that nobody pushed."""
+
+    pool: Pool
+    told: Shown
+    begin: float  # [s]
+    end: float  # [s]
+
+
+@dataclass(frozen=True, eq=False)
+class Carrying:
+    """What is at the tool."""
+
+    modes: tuple[Mode, ...]  # the first is what is carried as a rule
+    now: int = 0
+    was: int = 0  # before the first of the moments that wait
+    path: tuple[int, ...] = ()  # mode of each of those
+    away: tuple[float, ...] = ()  # [s] of motion in each mode since the first was last carried
+    since: float = np.nan  # [s] when that began
+
+
+@dataclass(frozen=True, eq=False)
+class Loads:
+    """Settings."""
+
+    space: Space
+    of: Suspects
+    kind: SlowKind | None  # that is a change of payload, if any
+
+    @cached_property
+    def payload(self) -> Index:
+        """Places of what the tool carries."""
+        at = self.space.places["payload"]
+        return np.arange(at.start, at.stop)
+
+    @cached_property
+    def rest(self) -> Index:
+        """Places of all others."""
+        return np.setdiff1d(np.arange(self.space.size), self.payload)
+
+    def unladen(self, pool: Pool, mode: Mode, usual: bool) -> Pool:
+        """What a moment says of all states; of the payload nothing while another one is carried.
+
+        Args:
+            usual: the mode is what is carried as a rule.
+        """
+        mode, at = carried.spread(mode), self.payload
+        if usual:
+            return replace(pool, b=pool.b - pool.A[:, at] @ mode.mean)
+        mode = carried.alike(mode)
+        cross, App = pool.A[:, at], pool.A[np.ix_(at, at)]
+        inner = np.linalg.solve(np.eye(len(at)) + mode.cov @ App, mode.cov)
+        A = pool.A - cross @ inner @ cross.T
+        b = pool.b - cross @ (mode.mean + inner @ (pool.b[at] - App @ mode.mean))
+        A[at] = A[:, at] = b[at] = 0.0
+        return replace(pool, A=0.5 * (A + A.T), b=b)
+
+    def waiting(self, pool: Pool, belief: Belief, begin: float, end: float) -> Waiting:
+        """A moment that is over."""
+        x, P = belief
+        rest = self.rest
+        told = carried.shown(pool, self.payload, rest, x[rest], P[np.ix_(rest, rest)])
+        return Waiting(pool, told, begin, end)
+
+    def carried(self, carrying: Carrying, belief: Belief, moments: Sequence[Waiting]) -> Carrying:
+        """Whose loads these moments were: the likeliest path through modes, or a new one."""
+        modes = carrying.modes
+        fits = np.array([[carried.fit(w.told, carried.spread(m)) for m in modes] for w in moments])
+        score, path = likeliest(fits, carrying.was)
+        t = moments[-1].end
+        for k in range(len(moments)):
+            told = carried.together([w.told for w in moments[k:]])
+            before = likeliest(fits[:k], carrying.was)[0] if k else 0.0
+            gain = before + carried.fit(told, carried.anything(t)) - score
+            if gain <= carried.SURE:
+                continue
+            pool = pooled_together([w.pool for w in moments[k:]])
+            if gain > self._of_joints(belief, pool, modes[path[k]]) + MARGIN:
+                new = carried.learnt(told, carried.anything(t), t)
+                more, now = carried.remembered(modes, new, {carrying.was, *path[:k]})
+                path = (*path[:k], *[now] * (len(moments) - k))
+                return replace(carrying, modes=more, now=now, path=path)
+        return replace(carrying, now=path[-1], path=path)
+
+    def ripened(self, carrying: Carrying, ripe: Waiting) -> tuple[Carrying, Pool | None]:
+        """The first moment that waits is told for good, and what it says of the arm.
+
+        Nothing where a piece may have been taken or put down meanwhile.
+        """
+        mode, *path = carrying.path
+        modes, whole = list(carrying.modes), {carrying.was, mode, *path[:1]} == {mode}
+        if mode:
+            modes[mode] = carried.learnt(ripe.told, carried.spread(modes[mode]), ripe.end)
+        pool = self.unladen(ripe.pool, modes[mode], not mode) if whole else None
+        carrying = replace(carrying, modes=tuple(modes), was=mode, path=tuple(path))
+        return _away(carrying, ripe), pool
+
+    def _of_joints(self, belief: Belief, pool: Pool, mode: Mode) -> float:
+        """How well the best fault of a joint explains moments, beside the healthy arm [nats]."""
+        x, P, at = belief[0].copy(), belief[1].copy(), self.payload
+        P[at] = P[:, at] = 0.0
+        P[np.ix_(at, at)] = carried.spread(mode).cov
+        x[at] = mode.mean
+        keep = np.linalg.inv(np.eye(len(P)) + pool.A @ P)
+        E = self.of.directions(len(x))
+        C = E.T @ keep @ pool.A @ E
+        d = E.T @ keep @ (pool.b - pool.A @ x)
+        return instant_evidence(C, d, self.of)
+
+    def settled(self, carrying: Carrying, t: float) -> tuple[Carrying, Change] | None:
+        """Whether what is carried is there to stay: what is carried then, and the change."""
+        if self.kind is None or not carrying.away:
+            return None
+        away = _padded(carrying)
+        stays = int(np.argmin([m.mean[0] if s > LASTING * away.sum() else np.inf
+                               for m, s in zip(carrying.modes, away, strict=True)]))  # fmt: skip
+        mode, first = carrying.modes[stays], carrying.modes[0]
+        more = mode.mean - first.mean
+        hold = self.kind.hold_lighter if more[0] < 0.0 else self.kind.hold
+        sd = float(np.sqrt(mode.cov[0, 0]))
+        if away.sum() < hold or abs(more[0]) < max(self.kind.least, CLEAR * sd):
+            return None
+        k = next(k for k, each in enumerate(self.of.each) if each.kind is self.kind)
+        change = Change(
+            k, carrying.since, carrying.since - 2.0 * MOMENT, carrying.since, t, CERTAIN, np.nan,
+            float(more[0]), sd, 0.0, 0.0, tuple(mode.mean[:4].tolist()),
+        )  # fmt: skip
+        order = [stays, 0, *(j for j in range(len(carrying.modes)) if j not in (0, stays))]
+        modes = tuple(carrying.modes[j] for j in order)
+        path = tuple(order.index(j) for j in carrying.path)
+        now, was = order.index(carrying.now), order.index(carrying.was)
+        return Carrying(modes, now, was, path), change
+
+
+def likeliest(fits: Array, was: int) -> tuple[float, tuple[int, ...]]:
+    """The likeliest path through modes [Viterbi1967]_, and its log-likelihood.
+
+    Args:
+        fits: of moments under modes, (N, K) [nats].
+        was: mode before the first.
+    """
+    other = np.where(np.arange(fits.shape[1]) == was, 0.0, -carried.SURE)
+    score, back = other + fits[0], []
+    for row in fits[1:]:
+        best = int(np.argmax(score))
+        moved = score < score[best] - carried.SURE
+        back.append(np.where(moved, best, np.arange(len(row))))
+        score = np.maximum(score, score[best] - carried.SURE) + row
+    path = [int(np.argmax(score))]
+    for step in reversed(back):
+        path.append(int(step[path[-1]]))
+    return float(score.max()), tuple(reversed(path))
+
+
+def _away(carrying: Carrying, ripe: Waiting) -> Carrying:
+    """How long the arm has not carried what it carries as a rule."""
+    mode = carrying.was
+    if not mode:
+        return replace(carrying, away=(), since=np.nan)
+    away = _padded(carrying)
+    away[mode] += MOMENT
+    since = ripe.begin if np.isnan(carrying.since) else carrying.since
+    return replace(carrying, away=tuple(away.tolist()), since=since)
+
+
+def _padded(carrying: Carrying) -> Array:
+    """Time away in every mode, also in those that are new, (K,) [s]."""
+    away = np.zeros(len(carrying.modes))
+    away[: len(carrying.away)] = carrying.away
+    return away

@@ -1,0 +1,53 @@
+"""Blocks that are remembered, to look at them again once a fault is known."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from urdyn.diagnose import bank as onsets
+from urdyn.diagnose.bank import Bank, Block, Straying
+from urdyn.diagnose.healthy import Healthy
+from urdyn.types import Array
+
+KEPT = 48  # blocks
+
+Series = list[tuple[float, float, float]]
+
+
+@dataclass(frozen=True, eq=False)
+class Recall:
+    """The healthy arm before the first of them, and what they said."""
+
+    t: float  # [s]; NaN: no block was ever forgotten
+    x: Array  # (N,)
+    P: Array  # (N, N)
+    blocks: tuple[Block, ...] = ()
+
+    def after(self, block: Block, straying: Straying) -> Recall:
+        """With one block more, without the oldest where they are too many."""
+        blocks = (*self.blocks, block)
+        if len(blocks) <= KEPT:
+            return replace(self, blocks=blocks)
+        t, x, P = onsets.followed(self.t, self.x, self.P, blocks[0], straying)
+        return Recall(t, x, P, blocks[1:])
+
+    def again(self, healthy: Healthy, known: tuple[int, ...], straying: Straying, E: Array) -> Bank:
+        """The bank of these blocks, with what is known free to have changed."""
+        bank = onsets.first(self.x, healthy.opened(self.P, known), E.shape[1])
+        bank = replace(bank, t=self.t)
+        for block in self.blocks:
+            bank = onsets.step(bank, block, straying, E)
+        return bank
+
+    def trace(
+        self, healthy: Healthy, known: tuple[int, ...], straying: Straying, at: int
+    ) -> Series:
+        """How a state went: time, mean, sd."""
+        t, x, P = self.t, self.x, healthy.opened(self.P, known)
+        told = []
+        for block in self.blocks:
+            t, x, P = onsets.followed(t, x, P, block, straying)
+            told.append((t, float(x[at]), float(np.sqrt(P[at, at]))))
+        return told

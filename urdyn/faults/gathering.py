@@ -1,0 +1,88 @@
+"""What tests that gather evidence over onsets share: the settings, and what an innovation weighs.
+
+Of every stream and cell the state holds R, the evidence that a change began at some time and is in
+this cell now. Tests differ in how it is carried on, and in how it comes to a verdict.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+
+from urdyn.errors import UrdynError
+from urdyn.faults.alternatives import Cells, cells
+from urdyn.faults.detector import Verdict
+from urdyn.faults.mixture import Mixture
+from urdyn.types import Array, frozen
+
+MOST = 1e150  # evidence counts no further: an alarm that nobody acknowledges stays finite
+
+
+@dataclass(frozen=True, eq=False)
+class Onsets:
+    """Evidence gathered so far."""
+
+    R: Array  # (n, H) [steps]
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "R", frozen(self.R))
+
+
+@dataclass(frozen=True, eq=False)
+class Gathering(ABC):
+    """At most one false alarm in `promise` steps over all streams, for standardised innovations.
+
+    Healthy innovations have a conditional mean of at most `tolerance` and a spread of at most one;
+    `Whitened` makes such of raw ones.
+    """
+
+    promise: float = 10_000.0  # [steps] to a false alarm, at least, on the average
+    alternatives: Cells = field(default_factory=cells)
+    side: Array | float = 0.0  # (n,) or one for all: +1 only a rise matters, -1 a fall, 0 both
+    tolerance: Array | float = 0.0  # (n,) or one [sd]: a change of the mean that is none
+
+    def __post_init__(self) -> None:
+        require_promise(self.promise)
+
+    @cached_property
+    def mixture(self) -> Mixture:
+        """What is looked for."""
+        return Mixture(self.alternatives, self.side, self.tolerance)
+
+    @abstractmethod
+    def carried(self, R: Array) -> Array:
+        """Evidence (n, H) a step later, before anything is seen."""
+
+    @abstractmethod
+    def verdict(self, R: Array) -> tuple[float, Array, Array]:
+        """Evidence over the threshold: of all, of each stream (n,); and that which leads (H,)."""
+
+    def init(self, streams: int) -> Onsets:
+        """Nothing seen yet."""
+        return Onsets(np.zeros((streams, len(self.alternatives))))
+
+    def step(self, state: Onsets, observed: Array) -> tuple[Onsets, Verdict]:
+        """Weigh every cell by the innovations, (n,) [sd], NaN where there is none."""
+        R = self.carried(state.R) * self.mixture.likelihood(observed)
+        R = self.mixture.unless_missing(np.minimum(R, MOST), state.R, observed)
+        whole, streams, leading = self.verdict(R)
+        kind, age = self.mixture.explanation(leading)
+        return Onsets(R), Verdict(whole, streams, kind, age)
+
+    def acknowledged(self, state: Onsets) -> Onsets:
+        """Nothing seen yet."""
+        return replace(state, R=np.zeros_like(state.R))
+
+
+def require_promise(promise: float) -> None:
+    """UrdynError where `promise` is no number of steps."""
+    if not promise >= 1.0 or not np.isfinite(promise):
+        raise UrdynError(f"promise {promise}: state the steps to a false alarm, 1 or more")
+
+
+def promised_steps(hours: float, rate: float) -> float:
+    """Promise in steps of "one false alarm in so many hours" at `rate` steps a second [Hz]."""
+    return hours * 3600.0 * rate
