@@ -119,9 +119,7 @@ def up_to_date(
     """All findings, the slow ones as their last block has them."""
     slow = {f"{s.kind.name}.{_name(s, space)}": k for k, s in known.items()}
     return [
-        _grown(f, known[k], series[k])
-        if (k := slow.get(f.id)) is not None and series.get(k)
-        else f
+        _grown(f, known[k], series[k]) if (k := slow.get(f.id)) is not None and series.get(k) else f
         for f in findings
     ]
 
