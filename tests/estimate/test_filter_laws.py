@@ -96,7 +96,7 @@ STIFF = np.geomspace(1e-9, 1e6, 4)  # prior variances
         (InformationFilter(), STEPS // 20),
         (Consider(frozenset({"a", "c"})), STEPS // 20),
     ],
-    ids=repr,
+    ids=lambda f: type(f).__name__,
 )
 def test_covariance_stays_positive_definite_under_a_stiff_prior(filter_: Any, steps: int) -> None:
     """Mostly one direction is seen, at times another, and at times nothing."""
