@@ -11,13 +11,13 @@ from shop import Shop
 
 from urdyn.diagnose import memory
 from urdyn.diagnose.acknowledge import acknowledge, acknowledged
+from urdyn.diagnose.change import Change
 from urdyn.diagnose.diagnosis import Now
 from urdyn.diagnose.document import findings_document
 from urdyn.diagnose.offline import diagnose
 from urdyn.diagnose.onlooker import Onlooker
 from urdyn.diagnose.prognosis import FAN, Course, trend
 from urdyn.diagnose.rules import read_rules
-from urdyn.diagnose.slow import Change
 from urdyn.diagnose.verdict import of_change, up_to_date
 from urdyn.errors import InputError
 from urdyn.faults import Costs

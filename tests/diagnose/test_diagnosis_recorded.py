@@ -6,13 +6,17 @@ from pathlib import Path
 
 import pytest
 
-from urdyn.diagnose import diagnose
+from urdyn.diagnose import Diagnosis, diagnose
+from urdyn.diagnose.diagnosis import Now
 from urdyn.identify import Fit, identify
 from urdyn.io import read
 from urdyn.model.arm import Arm
-from urdyn.signal import condition
+from urdyn.signal import condition, samples
+from urdyn.tracking import Tracker
+from urdyn.tracking.blocks import Blocks
 
 COLUMNS = "timestamp,actual_q*6,actual_qd*6,actual_current*6,target_current*6,target_moment*6"
+LIVE = ("ur-20_02_06-20sec_10harm", "ur-20_02_05-20sec_12harm")
 HEALTHY = ("ur-20_02_12-40sec_12harm", "ur-20_01_22-joint_2", "ur-20_01_17-p1")
 
 
@@ -45,3 +49,19 @@ def test_a_loaded_run_is_a_payload_with_its_mass(fit: Fit, recordings: Path) -> 
 @pytest.mark.parametrize("name", HEALTHY)
 def test_healthy_days_raise_nothing(fit: Fit, recordings: Path, name: str) -> None:
     assert len(report(fit, recordings, name)) == 0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", LIVE)
+def test_healthy_days_raise_nothing_sample_by_sample(fit: Fit, recordings: Path, name: str) -> None:
+    """A live twin knows no future: its accelerations are noisier, above all where an arm brakes."""
+    log = read(recordings / "ur10e_dynamics" / f"{name}.csv", columns=COLUMNS)
+    tracker, diagnosis = Tracker(fit, Blocks(8), 0.01), Diagnosis(fit, 0.01)
+    state, belief = diagnosis.init(), tracker.init()
+    for sample in samples(log):
+        belief, reading = tracker.step(belief, sample)
+        if reading is not None:
+            now = Now(reading.instant, reading.inputs.s, reading.travelled)
+            state, _ = diagnosis.step(state, now)
+    state, _ = diagnosis.finish(state)
+    assert not state.findings
