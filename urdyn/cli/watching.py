@@ -19,6 +19,8 @@ from urdyn.tracking.run import Watch
 
 JOINT = ("coulomb", "viscous", "health")
 PAUSE = 0.25  # [s] between two looks
+BEHIND = 1000.0  # [ms] after its coming, a sample is told of too late
+SLOW = "it fell behind the robot: --mode realtime is quicker, and --rate asks for fewer samples"
 
 
 @contextmanager
@@ -64,4 +66,5 @@ def verdict(summary: dict[str, Any]) -> str:
         f"{summary['samples']} samples, {summary['data_s']:.1f} s, at {summary['rate_hz']:.0f} Hz; "
         f"99 % within {latency['p99']:.2f} ms; payload {interval90(mass['mean'], mass['sd'])} kg"
         + (f", changed at {changed}" if changed else "")
+        + ("\n" + SLOW if latency["p99"] > BEHIND else "")
     )

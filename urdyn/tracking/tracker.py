@@ -36,6 +36,7 @@ INTERRUPTED = 0.5  # [s] without a sample: the joints may have moved
 LONGEST = 60.0  # [s] of drift that one gap may add: a night does not make an arm unknown
 HINDSIGHT = 1.0  # [s] before something else is noticed that is carried, it may have been
 PATIENCE = 2.0  # [s] after such a moment before the next
+LOOK = 5.0  # samples between two looks for one
 GAP = 5.0  # periods without a sample, after which noise has no past
 SURE = 2.0  # [-] variance of an innovation over its noise's: less, and it tells of the noise
 NOTHING = (np.zeros(0), np.zeros(0))  # of other streams
@@ -186,7 +187,8 @@ class Tracker(Generic[S]):
         lubricant = warmed(state.lubricant, now.temperature, passed)
         state = replace(state, bristles=bristles, travelled=travelled, lubricant=lubricant)
         drive, J = self.fit.dynamics.drive, len(now.q)
-        changed = befallen(state.evidence, drive) & (now.t - state.widened > PATIENCE)
+        due = now.t - state.widened > PATIENCE and state.colour.count % LOOK < 1.0
+        changed = befallen(state.evidence, drive) if due else np.zeros(1 + J, dtype=bool)
         widen, anew = bool(changed[0]), bool(changed.any())
         before = state.earliest if anew and not self._told_of_zeros else state.belief
         mean = self._mean(before)
