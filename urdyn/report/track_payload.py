@@ -43,8 +43,8 @@ def payload(history: History, changed: Sequence[float]) -> Html:
         colours["taken to have changed"] = LEFT
     return section(
         "Payload",
-        "Where the currents show the signature of another payload, it is taken to be anything again, "
-        "and is learnt anew. Moments are about the tool flange, in its frame.",
+        "Where the currents show the signature of another payload, it is taken to be anything "
+        "again, and is learnt anew. Moments are about the tool flange, in its frame.",
         grid(
             plot(_mass(history, changed), "Payload mass", OUTSIDE, colours),
             table(["", "now"], _moments(history)),
