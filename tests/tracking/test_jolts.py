@@ -45,17 +45,19 @@ def followed(filter_, *faults, seed=0):
     return Followed(*named, jolted, widened)
 
 
-FILTERS = [EKF(), Blocks(), Blocks(8)]
+# The quicker modes leave out what is across blocks, or varies within a wait, and are off by more.
+MODES = {"full": (EKF(), 0.1), "simplified": (Blocks(), 0.2), "realtime": (Blocks(8), 0.2)}
 
 
-@pytest.mark.parametrize("filter_", FILTERS, ids=["full", "simplified", "realtime"])
-def test_friction_that_grows_by_half_at_once_is_followed(filter_):
+@pytest.mark.parametrize("mode", MODES)
+def test_friction_that_grows_by_half_at_once_is_followed(mode):
+    filter_, loss = MODES[mode]
     fault = f"friction_increase:joint=2,onset={ONSET},rate=0.5,viscous=0.5,shape=step"
     found = followed(filter_, fault)
     assert {joint for _, joint in found.jolted} == {2} and not found.widened
     assert found.jolted[0][0] - ONSET < 1.5
     for name in ("coulomb", "viscous"):
-        assert found.change[f"elbow_joint.{name}"] == pytest.approx(1.5, abs=0.1)
+        assert found.change[f"elbow_joint.{name}"] == pytest.approx(1.5, abs=loss)
         assert found.change[f"wrist_1_joint.{name}"] == pytest.approx(1.0, abs=0.06)
     assert abs(found.change["payload.mass"]) < 0.1
 
