@@ -28,7 +28,7 @@ def test_notebook_runs(path, tmp_path):
     nbclient = pytest.importorskip("nbclient")
     notebook = nbformat.read(path, as_version=4)
     where = {"metadata": {"path": str(tmp_path)}}
-    nbclient.NotebookClient(notebook, timeout=90, resources=where).execute()
+    nbclient.NotebookClient(notebook, timeout=240, resources=where).execute()
 
 
 def test_notebooks_are_numbered_from_one():

@@ -11,6 +11,7 @@ import pytest
 
 import urdyn as ud
 
+pytestmark = pytest.mark.flaky(reruns=2)  # in real time: a busy machine may miss a sample once
 URDYN = (sys.executable, "-m", "urdyn")
 
 
@@ -22,7 +23,7 @@ def controller():
     told = process.stderr.readline()
     yield process, int(re.search(r"127\.0\.0\.1:(\d+)", told)[1])
     process.send_signal(signal.SIGINT)
-    assert process.wait(10) == 0
+    assert process.wait(60) == 0
     process.stderr.close()
 
 
@@ -39,7 +40,7 @@ def test_a_served_arm_can_be_recorded_and_identified(controller, tmp_path):
         "4",
         "--json",
     )
-    told = subprocess.run(command, capture_output=True, text=True, timeout=30, check=True)
+    told = subprocess.run(command, capture_output=True, text=True, timeout=120, check=True)
     document = json.loads(told.stdout)
     assert document["lost"] == document["torn"] == 0
     log = ud.read(out)
@@ -51,7 +52,11 @@ def test_a_served_arm_can_be_recorded_and_identified(controller, tmp_path):
 def test_serving_an_address_that_is_not_ours_is_one_line(tmp_path):
     command = (*URDYN, "simulate", "--robot", "ur5e", "--serve", "--duration", "1")
     told = subprocess.run(
-        (*command, "--host", "203.0.113.7"), capture_output=True, text=True, timeout=30, check=False
+        (*command, "--host", "203.0.113.7"),
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=False,
     )
     assert told.returncode == 1
     assert told.stderr.startswith("urdyn: ") and told.stderr.count("\n") == 1
@@ -59,5 +64,5 @@ def test_serving_an_address_that_is_not_ours_is_one_line(tmp_path):
 
 def test_one_of_out_and_serve_is_needed():
     command = (*URDYN, "simulate", "--robot", "ur5e")
-    told = subprocess.run(command, capture_output=True, text=True, timeout=30, check=False)
+    told = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
     assert told.returncode == 2 and "--serve" in told.stderr

@@ -105,7 +105,7 @@ def test_a_run_tells_what_it_writes(workshop, tmp_path, monkeypatch):
     try:
         part = open_source(str(workshop.recording), rows=(0, 500))
         summary = workshop.track(tmp_path, part, watch=watch)
-        deadline = time.monotonic() + 20
+        deadline = time.monotonic() + 60
         while scraped[-1][1][0].level != Level.STALE and time.monotonic() < deadline:
             time.sleep(0.05)
     finally:

@@ -21,6 +21,7 @@ from urdyn.io.ros2.talk import TOPICS, dds_types
 from urdyn.simulate import simulate
 from urdyn.tracking import open_source, ros2_source
 
+pytestmark = pytest.mark.flaky(reruns=2)  # in real time: a busy machine may miss a sample once
 ROOT = Path(__file__).parents[2]
 PUBLISHER = ROOT / "tests" / "io" / "ros2" / "ros_publisher.py"
 
@@ -60,7 +61,7 @@ def beside_a_driver(workshop, ur5e, tmp_path, environment, count: int, *options:
                     stamps = [m.header.stamp.sec + 1e-9 * m.header.stamp.nanosec for m in came]
                     ages += [now - stamp for stamp in stamps]
             time.sleep(0.0005)
-        out, err = tracking.communicate(timeout=10)
+        out, err = tracking.communicate(timeout=60)
     finally:
         for process in (driver, tracking):
             process.kill()

@@ -17,6 +17,7 @@ from urdyn.io.ros2.domain import participant, reader, ros_name, type_hash, write
 from urdyn.io.ros2.listen import RESET, joint_states
 from urdyn.io.ros2.talk import TOPICS, dds_publish, dds_types
 
+pytestmark = pytest.mark.flaky(reruns=2)  # in real time: a busy machine may miss a sample once
 GRID = 0.002  # [s]
 
 
@@ -35,7 +36,7 @@ def heard(topic: str, seconds: float, wanted: int) -> list:
 
 def test_every_joint_state_is_heard_in_order_base_first(publish, domain):
     publish(1000, "-")
-    came = heard("joint_states", 25.0, 1000)
+    came = heard("joint_states", 60.0, 1000)
     stamps = np.array([one.stamp for one in came])
     assert len(came) == 1000
     # Seconds since 1970 are told to 2.4e-7.

@@ -24,11 +24,11 @@ class Arm:
 
     def stop(self) -> str:
         """Let it end in good order; what it says of its pacing, [s] p50 and p99."""
-        return self.process.communicate(timeout=5)[0]
+        return self.process.communicate(timeout=60)[0]
 
     def kill(self) -> None:
         self.process.kill()
-        self.process.communicate(timeout=5)
+        self.process.communicate(timeout=60)
 
 
 Start = Callable[..., Arm]

@@ -24,6 +24,7 @@ from urdyn.io.rtde.clients import Clients
 from urdyn.io.rtde.controller import Controller
 from urdyn.types import Log
 
+pytestmark = pytest.mark.flaky(reruns=2)  # in real time: a busy machine may miss a sample once
 NAMES = ("actual_q", "target_q", "actual_current", "joint_temperatures", "output_int_register_12")
 
 
@@ -130,7 +131,7 @@ def test_a_killed_recorder_leaves_a_readable_file(
         time.sleep(0.05)
     time.sleep(1.2)
     process.kill()
-    process.wait(timeout=5)
+    process.wait(timeout=60)
     log = read(path)
     assert len(log) > 50 and not torn(log)  # of the 600 of an idle machine
 
