@@ -46,7 +46,7 @@ class Twin:
         Raises:
             TwinError: the file is not a twin, or says something impossible.
         """
-        fit = _fit(load_toml(path, TwinError), path)
+        fit = fit_of(load_toml(path, TwinError), path)
         return cls(fit.dynamics.arm, fit)
 
 
@@ -79,8 +79,8 @@ def _log(source: Source) -> dict[str, Any]:
     return {"path": source.path, "sha256": source.sha256} | rows
 
 
-def _fit(tables: dict[str, Any], path: str | Path) -> Fit:
-    """The fit in a document; every way in which it can be wrong ends in one line."""
+def fit_of(tables: dict[str, Any], path: str | Path) -> Fit:
+    """The fit in a `document`; every way in which it can be wrong ends in one line."""
     header = tables.get("urdyn")
     written = header.get("format") if isinstance(header, dict) else None
     if written != FORMAT:

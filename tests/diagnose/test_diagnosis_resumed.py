@@ -21,6 +21,11 @@ NOWHERE = Gaussian(np.zeros(1), np.eye(1))
 UNSURPRISED = Innovation(np.zeros(6), np.eye(6), 0.0, 0.0, 6)
 
 
+def looking_on(shop: Shop, log) -> Onlooker:
+    of = shop.diagnosis(log)
+    return Onlooker(of.fit, of.period, of.rules, {})
+
+
 def readings(shop: Shop, log):
     from test_diagnosis_laws import instants
 
@@ -33,7 +38,7 @@ def readings(shop: Shop, log):
 
 def test_a_killed_diagnosis_goes_on_and_finds_the_same(shop: Shop, tmp_path: Path) -> None:
     log, identity = shop.log("collision:link=4,force=90/0/60,onset=4", seconds=7.0), {"twin": "a"}
-    whole, killed = Onlooker(shop.diagnosis(log), {}), Onlooker(shop.diagnosis(log), {})
+    whole, killed = looking_on(shop, log), looking_on(shop, log)
     (tmp_path / "whole").mkdir()
     whole.begin(tmp_path / "whole", 0, identity)
     (tmp_path / "killed").mkdir()
@@ -44,8 +49,9 @@ def test_a_killed_diagnosis_goes_on_and_finds_the_same(shop: Shop, tmp_path: Pat
             killed.take(reading)
         if k == 400:
             killed.keep(401)
+            assert killed.kept(wait=True)
     whole.finish()
-    again = Onlooker(shop.diagnosis(log), {})
+    again = looking_on(shop, log)
     again.begin(tmp_path / "killed", 401, identity)
     for reading in list(readings(shop, log))[401:]:
         again.take(reading)
@@ -58,6 +64,6 @@ def test_a_killed_diagnosis_goes_on_and_finds_the_same(shop: Shop, tmp_path: Pat
 
 
 def test_a_run_without_its_memory_says_how_to_begin_anew(shop: Shop, tmp_path: Path) -> None:
-    looking = Onlooker(shop.diagnosis(shop.log(seconds=2.0)), {})
+    looking = looking_on(shop, shop.log(seconds=2.0))
     with pytest.raises(InputError, match="--fresh"):
         looking.begin(tmp_path, 300, {"twin": "a"})

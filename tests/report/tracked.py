@@ -10,8 +10,8 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from urdyn.diagnose import Finding
+from urdyn.diagnose.apart import TOLD
 from urdyn.diagnose.document import findings_document
-from urdyn.diagnose.onlooker import TOLD
 from urdyn.diagnose.prognosis import Course
 from urdyn.faults import Costs
 

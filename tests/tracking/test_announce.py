@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from dataclasses import replace
+from importlib import import_module
 
 import numpy as np
 import pytest
@@ -90,9 +91,9 @@ class Message:
 
 
 def test_a_run_tells_what_it_writes(workshop, tmp_path, monkeypatch):
-    monkeypatch.setattr(announce, "STEADY", 0.0)
     monkeypatch.setattr(announce, "PULSE", 0.05)
     monkeypatch.setattr(announce, "STALE", 0.3)
+    monkeypatch.setattr(import_module("urdyn.tracking.run"), "ROWS", 1e3)  # [Hz] all of them
     sent, scraped, glances = [], [], []
     voice = Voice(Types(lambda name: Message, int), lambda *one: sent.append(one), True, True)
     plants = [lambda now, lines: scraped.append((now, lines))]

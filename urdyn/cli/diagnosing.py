@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -10,7 +11,6 @@ import typer
 from urdyn.cli.voice import Voice
 
 if TYPE_CHECKING:
-    from urdyn.diagnose import Finding
     from urdyn.diagnose.onlooker import Onlooker
     from urdyn.identify import Fit
     from urdyn.tracking import Source
@@ -44,7 +44,6 @@ def onlooker(
     """A diagnosis that looks on, and tells what it finds."""
     from dataclasses import replace
 
-    from urdyn.diagnose.diagnosis import Diagnosis
     from urdyn.diagnose.onlooker import Onlooker
     from urdyn.diagnose.rules import read_rules
     from urdyn.errors import InputError
@@ -55,11 +54,11 @@ def onlooker(
             raise InputError(f"--false-alarm-hours {hours:g}: is to be above 0")
         known = replace(known, hours=hours)
 
-    def tell(finding: Finding) -> None:
-        voice.note(f"{finding.severity}: {finding.kind}: {finding.text}")
+    def tell(finding: Mapping[str, Any]) -> None:
+        voice.note(f"{finding['severity']}: {finding['kind']}: {finding['text']}")
 
     origin = {"source": source.name, "source.sha256": source.sha256}
-    return Onlooker(Diagnosis(fit, source.period, known), origin, tell)
+    return Onlooker(fit, source.period, known, origin, tell)
 
 
 def summed(summary: dict[str, Any]) -> str:

@@ -3,129 +3,141 @@
 from __future__ import annotations
 
 import hashlib
-import json
-import sys
 from collections.abc import Callable, Mapping
-from dataclasses import replace
 from pathlib import Path
-from queue import Queue
-from threading import Thread
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from urdyn.diagnose import memory
-from urdyn.diagnose.acknowledge import acknowledged
-from urdyn.diagnose.diagnosis import Diagnosis, Now, State
-from urdyn.diagnose.document import findings_document
-from urdyn.diagnose.finding import Finding
-from urdyn.errors import InputError
-from urdyn.io import write_text
-from urdyn.tracking import Reading
+from urdyn.diagnose.helper import Helper
+from urdyn.diagnose.rules import Rules
+from urdyn.diagnose.task import KEPT, Task
+from urdyn.diagnose.wire import Words, row, rows_frame, words_frame
+from urdyn.errors import InputError, UrdynError
+from urdyn.identify.fit import Fit
+from urdyn.types import Array
 
-FILE = "findings.json"
-WAITING = 5000  # instants that wait to be diagnosed, at most
-SWITCH = 5e-4  # [s] after which the thread that tracks may go on
-TOLD = ("findings", "joints", "recommendation", "observability")  # in a run's summary, too
-KEPT = "diagnosis-{index}.npz"
+if TYPE_CHECKING:
+    from urdyn.tracking import Reading
 
-Tell = Callable[[Finding], None]
+BATCH = 0.05  # [s] of instants that go at once
+WAITING = 1 << 21  # [bytes] that wait to be diagnosed, at most: ten seconds of 500 Hz
+
+Tell = Callable[[Mapping[str, Any]], None]
 
 
 class Onlooker:
     """An `Observer` of tracking; `tell` hears of every finding that is new or has changed.
 
-    It works in a thread of its own, so that a sample never waits for a diagnosis.
+    It works in a process of its own, so that a sample shares nothing with it but the machine.
     """
 
     def __init__(
-        self, diagnosis: Diagnosis, source: Mapping[str, str], tell: Tell | None = None
+        self,
+        fit: Fit,
+        period: float,
+        rules: Rules,
+        source: Mapping[str, str],
+        tell: Tell | None = None,
     ) -> None:
-        self.diagnosis, self.source, self.tell = diagnosis, source, tell
-        self.state: State = diagnosis.init()
+        self.fit, self.period, self.rules, self.source, self.tell = fit, period, rules, source, tell
         self.findings: tuple[Mapping[str, Any], ...] = ()
-        self._identity: dict[str, str] = {}
-        self._folder = Path()
-        self._inbox: Queue[Now | None] = Queue(WAITING)
+        self._folder, self._rows = Path(), list[Array]()
+        self._batch = max(1, round(BATCH / period))
+        self._helper: Helper | None = None
         self._failed: Exception | None = None
+        self._begun, self._finished = False, None
+        self._keeping = self._kept = -1  # samples
 
     def begin(self, folder: Path, index: int, identity: Mapping[str, str]) -> None:
         """Where the run is kept, and from which sample it goes on."""
-        rules = hashlib.sha256(repr(self.diagnosis.rules).encode()).hexdigest()
-        self._folder, self._identity = folder, dict(identity) | {"rules": rules}
+        rules = hashlib.sha256(repr(self.rules).encode()).hexdigest()
+        self._folder = folder
         path = folder / KEPT.format(index=index)
         if not index:
             self.forget()
         elif not path.exists():
             raise InputError(f"{path}: is missing, and the run cannot go on; begin with --fresh")
-        else:
-            self.state = memory.load(self._identity, path)
-        self._write()
-        sys.setswitchinterval(SWITCH)
-        Thread(target=self._work, daemon=True).start()
+        whose = dict(identity) | {"rules": rules}
+        task = Task(self.fit, self.period, self.rules, folder, index, whose, self.source)
+        self._helper = Helper("urdyn.diagnose.apart")
+        self._helper.send(words_frame(task.plain()))
+        while index and not self._begun:  # can what was kept be gone on from?
+            self._listen()
 
     def take(self, reading: Reading) -> None:
         """One instant on."""
-        self._inbox.put(Now(reading.instant, reading.inputs.s, reading.travelled))
+        self._rows.append(row(reading))
+        if len(self._rows) >= self._batch:
+            self._pass_on()
 
     def keep(self, index: int) -> None:
         """Remember this sample, and the one before until the run has been kept as well."""
-        self._wait()
-        self._write()
-        path = self._folder / KEPT.format(index=index)
-        older = sorted(self._folder.glob(KEPT.format(index="*")), key=lambda p: p.stat().st_mtime)
-        memory.save(self.state, self._identity, path)
-        for stray in older[:-1]:
-            if stray != path:
-                stray.unlink()
+        self._pass_on()
+        self._keeping = index
+        self._there.send(words_frame({"keep": index}))
+
+    def kept(self, wait: bool) -> bool:
+        """Whether what it was last asked to remember is on disk."""
+        while wait and self._kept != self._keeping:
+            self._listen()
+        return self._kept == self._keeping
 
     def finish(self) -> Mapping[str, Any]:
         """The last rows, and what was found."""
-        self._wait()
-        self._inbox.put(None)
-        self.state, found = self.diagnosis.finish(self.state)
-        self._tell(found)
-        document = self._write()
-        return {name: document[name] for name in TOLD}
+        self._pass_on()
+        self._there.send(words_frame({"finish": True}))
+        while self._finished is None:
+            self._listen()
+        return self._finished
 
     def forget(self) -> None:
         """Remove what was remembered: the run is over for good."""
         for path in self._folder.glob(KEPT.format(index="*")):
             path.unlink()
 
-    def _work(self) -> None:
-        """Instant after instant, until there is none."""
-        while (now := self._inbox.get()) is not None:
-            try:
-                if not self._failed:
-                    self.state, found = self.diagnosis.step(self.state, now)
-                    self._tell(found)
-            except Exception as error:  # it is raised where the run can be ended in good order
-                self._failed = error
-            self._inbox.task_done()
-        self._inbox.task_done()
+    def close(self) -> None:
+        """No more, however the run has ended."""
+        if self._helper:
+            self._helper.end()
 
-    def _wait(self) -> None:
-        """Until all that was taken is diagnosed."""
-        self._inbox.join()
+    @property
+    def _there(self) -> Helper:
+        assert self._helper is not None, "begin first"
+        return self._helper
+
+    def _pass_on(self) -> None:
+        """The rows that wait; no waiting, unless the diagnosis is far behind."""
+        there = self._there
+        if self._rows:
+            there.send(rows_frame(self._rows))
+            self._rows = []
+        self._hear(there.exchange(0.0))
+        while there.waiting > WAITING and not self._failed:
+            self._hear(there.exchange(None))
+
+    def _listen(self) -> None:
+        """Wait for something to be said; raised where nothing will be any more."""
         if self._failed:
             raise self._failed
+        self._hear(self._there.exchange(None))
 
-    def _tell(self, found: list[Finding]) -> None:
-        if not found:
-            return
-        self._write()
-        known = acknowledged(self._folder)
-        for finding in found:
-            if self.tell and not known.quiets(finding):
+    def _hear(self, heard: list[Words]) -> None:
+        """Take note; a failure is raised where the run can be ended in good order."""
+        for words in heard:
+            if "failed" in words:
+                self._failed = InputError(words["failed"])
+            elif "broken" in words:
+                self._failed = RuntimeError(words["broken"])
+            else:
+                self._note(words)
+        if self._there.gone and not self._failed:
+            how = self._there.end()
+            self._failed = UrdynError(f"the diagnosis {how}; run again, or with --no-diagnosis")
+
+    def _note(self, words: Words) -> None:
+        self.findings = tuple(words["findings"])
+        self._begun = True
+        self._kept = words.get("kept", self._kept)
+        self._finished = words.get("finished")
+        if self.tell:
+            for finding in words.get("told", ()):
                 self.tell(finding)
-
-    def _write(self) -> dict[str, Any]:
-        known = acknowledged(self._folder)
-        now = self.diagnosis.findings(self.state)
-        findings = [replace(f, acknowledged=known.quiets(f)) for f in now]
-        observability = self.diagnosis.observable(self.state)
-        of, costs = self._identity, self.diagnosis.rules.costs
-        joints = self.diagnosis.fit.dynamics.arm.joint_names
-        document = findings_document(findings, joints, observability, of, self.source, costs)
-        self.findings = tuple(document["findings"])
-        write_text(self._folder / FILE, json.dumps(document, indent=2) + "\n")
-        return document

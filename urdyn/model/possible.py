@@ -13,6 +13,8 @@ Gaussian that is cut would be too sure, above all that something is carried at a
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 
 from urdyn.model.consistency import from_pseudo_inertia, pseudo_inertia
@@ -20,14 +22,13 @@ from urdyn.types import Array, Gaussian
 
 PROJECTIONS = 40  # at most
 SLACK = 1e-6  # [-] of the largest entry, that counts as rounding
-_BASIS = pseudo_inertia(np.eye(10))  # (10, 4, 4) of a unit of each inertial
 
 
 def possible_body(belief: Gaussian, reach: float) -> Array:
     """Inertials (10,), in Pinocchio's order, of a body within `reach` [m] of its frame."""
-    body = belief.mean
+    body, (forms, within) = belief.mean, _half_spaces(reach)
     for _ in range(PROJECTIONS):
-        normal = _broken(body, reach)
+        normal = _broken(body, forms, within)
         if normal is None:
             break
         toward = belief.cov @ normal
@@ -35,25 +36,27 @@ def possible_body(belief: Gaussian, reach: float) -> Array:
     return _mended(body, reach)
 
 
-def _broken(inertials: Array, reach: float) -> Array | None:
-    """The half-space, as its normal (10,), that inertials break most; None: they are possible."""
-    J = pseudo_inertia(inertials)
-    # In units in which a body of this reach has entries of one size.
+@lru_cache
+def _half_spaces(reach: float) -> tuple[Array, Array]:
+    """J of a unit of each inertial, (10, 16), in units in which a body of this reach has entries
+    of one size; and the normal (10,) of the half-space of what is within reach.
+    """
     unit = np.diag([1.0 / reach] * 3 + [1.0])
-    value, vector = np.linalg.eigh(unit @ J @ unit)
-    beyond = float(np.trace(J[:3, :3]) / reach**2 - J[3, 3])
-    slack = SLACK * float(np.abs(value).max())
-    if value[0] >= -slack and beyond <= slack:
+    J = unit @ pseudo_inertia(np.eye(10)) @ unit
+    return J.reshape(10, 16), 2.0 * J[:, 3, 3] - np.trace(J, axis1=1, axis2=2)
+
+
+def _broken(inertials: Array, forms: Array, within: Array) -> Array | None:
+    """The half-space, as its normal (10,), that inertials break most; None: they are possible."""
+    value, vector = np.linalg.eigh((inertials @ forms).reshape(4, 4))
+    least, most, beyond = float(value[0]), float(value[3]), -float(within @ inertials)
+    slack = SLACK * max(-least, most)
+    if least >= -slack and beyond <= slack:
         return None
-    if -value[0] >= beyond:
-        w = unit @ vector[:, 0]
-        return _normal(np.outer(w, w))
-    return _normal(np.diag([-1.0 / reach**2] * 3 + [1.0]))
-
-
-def _normal(W: Array) -> Array:
-    """n with n · inertials = tr(W J), (10,)."""
-    return np.asarray(np.tensordot(_BASIS, W, axes=2))
+    if -least < beyond:
+        return within
+    w = vector[:, 0]
+    return np.asarray(forms @ (w[:, None] * w).ravel())
 
 
 def _mended(inertials: Array, reach: float) -> Array:

@@ -1,13 +1,19 @@
 """A twin at work: sample in, belief and surprise out."""
 
-from urdyn.tracking.checkpoint import Checkpoint
-from urdyn.tracking.learning import drift_of, learn_edges, learn_wear
-from urdyn.tracking.model import Drift, tracking_model
-from urdyn.tracking.modes import MODES, QUICKER, Loss, Mode, losses, side_by_side
-from urdyn.tracking.physical import Quantities, quantities
-from urdyn.tracking.run import Glance, Observer, run
-from urdyn.tracking.source import Arrival, Source, open_source
-from urdyn.tracking.tracker import Reading, Tracker, TrackerState
+from typing import TYPE_CHECKING
+
+from urdyn.lazy import lookup
+
+if TYPE_CHECKING:
+    from urdyn.tracking.checkpoint import Checkpoint
+    from urdyn.tracking.learning import drift_of, learn_edges, learn_wear
+    from urdyn.tracking.model import Drift, tracking_model
+    from urdyn.tracking.modes import MODES, QUICKER, Loss, Mode, losses, side_by_side
+    from urdyn.tracking.observer import Observer
+    from urdyn.tracking.physical import Quantities, quantities
+    from urdyn.tracking.run import Glance, run
+    from urdyn.tracking.source import Arrival, Source, open_source
+    from urdyn.tracking.tracker import Reading, Tracker, TrackerState
 
 __all__ = [
     "MODES",
@@ -34,3 +40,19 @@ __all__ = [
     "side_by_side",
     "tracking_model",
 ]
+
+# A diagnosis needs none of the filters, and following a robot none of what learns from histories.
+__getattr__ = lookup(
+    __name__,
+    {
+        "urdyn.tracking.checkpoint": ("Checkpoint",),
+        "urdyn.tracking.learning": ("drift_of", "learn_edges", "learn_wear"),
+        "urdyn.tracking.model": ("Drift", "tracking_model"),
+        "urdyn.tracking.modes": ("MODES", "QUICKER", "Loss", "Mode", "losses", "side_by_side"),
+        "urdyn.tracking.observer": ("Observer",),
+        "urdyn.tracking.physical": ("Quantities", "quantities"),
+        "urdyn.tracking.run": ("Glance", "run"),
+        "urdyn.tracking.source": ("Arrival", "Source", "open_source"),
+        "urdyn.tracking.tracker": ("Reading", "Tracker", "TrackerState"),
+    },
+)

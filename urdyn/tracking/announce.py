@@ -17,7 +17,6 @@ from urdyn.tracking.health import STALE, stale, statuses
 from urdyn.tracking.run import Glance
 from urdyn.types import Array
 
-STEADY = 0.04  # [s] between two tellings of what has been learnt
 PULSE = 1.0  # [s] between two diagnoses
 
 Tell = Callable[[Snapshot, Sequence[Status]], None]
@@ -38,7 +37,6 @@ class Announcer:
     def __init__(self, fit: Fit, audience: Audience, serial: str = "") -> None:
         self._fit, self._audience, self._serial = fit, audience, serial
         self._newest: tuple[float, Glance, Snapshot] | None = None  # [s] monotonic, when it came
-        self._told = -np.inf  # [s] monotonic, when what is learnt was told
         self._torque = fit.dynamics.drive.gain  # (J,) [N·m/A] of drives as healthy as believed
         self._known: frozenset[str] = frozenset()  # acknowledged
         self._ended = Event()
@@ -46,14 +44,14 @@ class Announcer:
         self._pulse.start()
 
     def watch(self, glance: Glance) -> None:
-        """Tell what is new: torque with every sample, if asked for; the rest steadily."""
-        now, voice = time.monotonic(), self._audience.voice
+        """Tell what is new: torque with every sample, if asked for; the rest with the history."""
+        voice = self._audience.voice
         if voice:
             voice.quickly(self._torque * glance.reading.modelled)
-        if now - self._told < STEADY:
+        if not glance.row:
             return
         snapshot = self._snapshot(glance)
-        self._told, self._newest = now, (now, glance, snapshot)
+        self._newest = time.monotonic(), glance, snapshot
         if voice:
             voice.steadily(snapshot)
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import shutil
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -32,14 +33,22 @@ def schema(quantities: Quantities) -> pa.Schema:
     return pa.schema([*columns, ("measured", pa.int64()), ("widened", pa.bool_())])
 
 
+@dataclass(frozen=True, eq=False)
+class Part:
+    """Rows that are written together."""
+
+    number: int
+    rows: list[Array]
+
+
 class History:
     """Rows of one run: those of whole parts are in files, the newest wait in memory."""
 
     def __init__(self, folder: Path, quantities: Quantities, parts: int = 0) -> None:
         self.folder, self.quantities = folder, quantities
-        self.parts = parts  # files that are written
+        self.parts = parts  # that are cut
         self._schema = schema(quantities)
-        self._rows: list[list[float]] = []
+        self._rows: list[Array] = []
 
     def open(self) -> None:
         """A folder of the parts that count; what a killed run left beyond them is dropped."""
@@ -57,20 +66,25 @@ class History:
         told = np.stack([mean, sd], axis=1).ravel()
         surprise = reading.innovation
         end = [surprise.nis, surprise.measured, reading.widened]
-        self._rows.append([reading.t, *told, *reading.current, *reading.predicted, *end])
+        row = np.array([reading.t]), told, reading.current, reading.predicted, np.array(end)
+        self._rows.append(np.concatenate(row))
 
-    def write(self) -> None:
-        """The rows that wait, as the next part; none, no part."""
+    def cut(self) -> Part | None:
+        """The rows that wait, as the next part, to be written; None where there are none."""
         if not self._rows:
-            return
-        columns = list(zip(*self._rows, strict=True))
-        cells = [
-            pa.array(np.asarray(column).astype(field.type.to_pandas_dtype()))
-            for column, field in zip(columns, self._schema, strict=True)
-        ]
-        with writing(self.folder / PARTS / _name(self.parts)) as stream:
-            pq.write_table(pa.table(cells, schema=self._schema), stream, compression="zstd")
+            return None
+        part = Part(self.parts, self._rows)
         self.parts, self._rows = self.parts + 1, []
+        return part
+
+    def write(self, part: Part) -> None:
+        """A part as its file; whoever follows the run reads it there."""
+        cells = [
+            pa.array(column.astype(field.type.to_pandas_dtype()))
+            for column, field in zip(np.array(part.rows).T, self._schema, strict=True)
+        ]
+        with writing(self.folder / PARTS / _name(part.number)) as stream:
+            pq.write_table(pa.table(cells, schema=self._schema), stream, compression="zstd")
 
     def join(self, origin: Mapping[str, str]) -> Path:
         """All parts as one file, DIR/history.parquet, that says what it was made of."""

@@ -2,28 +2,30 @@
 
 from __future__ import annotations
 
-import resource
-import sys
 import time
 from collections.abc import Callable, Mapping
+from contextlib import ExitStack, closing
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any, Generic, Protocol, TypeVar
+from typing import Any, Generic, TypeVar
 
 import numpy as np
 from threadpoolctl import threadpool_limits
 
 from urdyn.errors import InputError
 from urdyn.io import alone
+from urdyn.io.rss import peak_rss
 from urdyn.tracking import checkpoint as keep
 from urdyn.tracking.checkpoint import Checkpoint
 from urdyn.tracking.history import FILE, History, changes
 from urdyn.tracking.interest import gathered, nothing_yet, told
+from urdyn.tracking.keeper import Keeper
 from urdyn.tracking.latency import Latency
 from urdyn.tracking.losses import counted, no_losses
 from urdyn.tracking.losses import told as told_losses
 from urdyn.tracking.modes import mode_of
+from urdyn.tracking.observer import Observer
 from urdyn.tracking.physical import Quantities, quantities
 from urdyn.tracking.source import Arrival, Source, now
 from urdyn.tracking.tracker import Reading, Tracker
@@ -32,7 +34,6 @@ from urdyn.version import __version__
 
 ROWS = 25.0  # [Hz] of the history, at most
 PART = 10.0  # [s] of data between checkpoints: what is done again after a kill
-RSS_UNIT = 1 if sys.platform == "darwin" else 1024  # bytes in a unit of ru_maxrss
 
 S = TypeVar("S")
 
@@ -49,6 +50,7 @@ class Glance:
     reading: Reading
     quantities: Quantities
     findings: tuple[Mapping[str, Any], ...] = ()  # as in findings.json, so far
+    row: bool = True  # it is one of the history, for which all quantities are made
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -76,29 +78,6 @@ class Glance:
 
 
 Watch = Callable[[Glance], None]
-
-
-class Observer(Protocol):
-    """One who looks on, and remembers where a run that is killed goes on."""
-
-    def begin(self, folder: Path, index: int, identity: Mapping[str, str]) -> None:
-        """The run begins, or goes on, at this sample."""
-
-    def take(self, reading: Reading) -> None:
-        """One instant on."""
-
-    def keep(self, index: int) -> None:
-        """The run is about to be kept as of this sample."""
-
-    def finish(self) -> Mapping[str, Any]:
-        """The stream has ended: what there is to say, for the run's summary."""
-
-    def forget(self) -> None:
-        """The run will not go on."""
-
-    @property
-    def findings(self) -> tuple[Mapping[str, Any], ...]:
-        """What was found so far, as in findings.json."""
 
 
 def run(
@@ -134,9 +113,13 @@ def run(
         of = quantities(tracker.fit, tracker.currents, tracker.beside)
         history = History(out, of, begun.parts)
         history.open()
-        if observer:
-            observer.begin(out, begun.index, identity)
-        return _Run(tracker, source, history, identity, watch, observer).to_the_end(begun)
+        with ExitStack() as ends:
+            if observer:
+                ends.enter_context(closing(observer))
+                observer.begin(out, begun.index, identity)
+            keeper: Keeper[S] = ends.enter_context(closing(Keeper(history, identity, observer)))
+            this = _Run(tracker, source, history, keeper, identity, watch, observer)
+            return this.to_the_end(begun)
 
 
 @dataclass(frozen=True, eq=False)
@@ -144,6 +127,7 @@ class _Run(Generic[S]):
     tracker: Tracker[S]
     source: Source
     history: History
+    keeper: Keeper[S]
     identity: dict[str, str]
     watch: Watch | None
     observer: Observer | None
@@ -161,8 +145,8 @@ class _Run(Generic[S]):
             work.take(done)
             pace.take(now() - arrival.received if self.source.live else done)
             at = self._note(at, reading, work)
-            if at.index % part == 0:
-                at = self._kept(at)
+            at = self.keeper.keep(at) if at.index % part == 0 else at
+            self.keeper.go_on()
         found = self.observer.finish() if self.observer else {}
         path = self._finish(at)
         return {
@@ -173,7 +157,7 @@ class _Run(Generic[S]):
             "wall_s": time.perf_counter() - begin,
             "rate_hz": work.count / work.total if work.count else 0.0,
             "latency_ms": pace.summary(),
-            "rss_mb": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * RSS_UNIT / 1e6,
+            "rss_mb": peak_rss() / 1e6,
             "filter": type(self.tracker.filter).__name__,
             "mode": mode_of(self.tracker.filter),
             "final": self._final(at),
@@ -206,28 +190,21 @@ class _Run(Generic[S]):
         share = at.index / self.source.length if self.source.length else 0.0
         rate, of = work.count / work.total, self.history.quantities
         found = self.observer.findings if self.observer else ()
-        glance = Glance(at.last - at.began, at.last, at.index, share, rate, reading, of, found)
+        every = max(1, int(np.ceil(1.0 / (ROWS * self.source.period) - 0.01)))
+        row, t = at.index % every == 0 or reading.widened, at.last - at.began
+        glance = Glance(t, at.last, at.index, share, rate, reading, of, found, row)
         if self.watch:
             self.watch(glance)
-        every = max(1, int(np.ceil(1.0 / (ROWS * self.source.period) - 0.01)))
-        if at.index % every and not reading.widened:
+        if not row:
             return at
         self.history.take(reading, glance.mean, glance.sd)
         currents, commissioned = self.tracker.currents, self.tracker.model.prior.mean
         return replace(at, interest=gathered(at.interest, reading, currents, commissioned))
 
-    def _kept(self, at: Checkpoint[S]) -> Checkpoint[S]:
-        """The run as it is now, on disk."""
-        self.history.write()
-        if self.observer:
-            self.observer.keep(at.index)
-        at = replace(at, parts=self.history.parts)
-        keep.save(at, self.identity, self.history.folder)
-        return at
-
     def _finish(self, at: Checkpoint[S]) -> Path:
         """The whole history; a recording is done with, a live robot may be taken up again."""
-        self._kept(at)
+        self.keeper.keep(at)
+        self.keeper.settle()
         if not self.history.parts:
             raise InputError(f"{self.source.name}: too short, or too full of gaps, to be tracked")
         origin = {

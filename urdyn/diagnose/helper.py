@@ -1,0 +1,101 @@
+"""A process that works for this one, at the other end of two pipes, and ends with it."""
+
+from __future__ import annotations
+
+import os
+import select
+import signal
+import subprocess
+import sys
+import weakref
+from pathlib import Path
+from typing import Any
+
+import urdyn
+from urdyn.diagnose.wire import Frames, Words
+
+CHUNK = 1 << 16  # [bytes] read at once
+GRACE = 2.0  # [s] for a process whose pipes are closed to end by itself
+
+
+class Helper:
+    """A module of ours as a process; nothing is handed over by shared memory or as code."""
+
+    def __init__(self, module: str) -> None:
+        # In a process group of its own, Ctrl-C does not reach it: that ends the run in good order.
+        self._process = subprocess.Popen(
+            [sys.executable, "-m", module],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            bufsize=0,
+            env=_environment(),
+            process_group=0,
+        )
+        assert self._process.stdin and self._process.stdout, "both are piped"
+        self._in, self._out = self._process.stdin.fileno(), self._process.stdout.fileno()
+        os.set_blocking(self._in, False)
+        os.set_blocking(self._out, False)
+        self._outbox, self._frames = bytearray(), Frames()
+        self.gone = False
+        self.end = weakref.finalize(self, _end, self._process)
+
+    @property
+    def waiting(self) -> int:
+        """Bytes that it has not taken yet."""
+        return len(self._outbox)
+
+    def send(self, frame: bytes) -> None:
+        """Hand over what it has room for; the rest waits for `exchange`."""
+        self._outbox += frame
+        self._write()
+
+    def exchange(self, patience: float | None) -> list[Words]:
+        """Write and read what can be; what was said, waiting up to `patience` [s] for something."""
+        watched = select.poll()
+        watched.register(self._out, select.POLLIN)
+        if self._outbox:
+            watched.register(self._in, select.POLLOUT)
+        if not watched.poll(None if patience is None else 1e3 * patience):
+            return []
+        self._write()
+        return self._read()
+
+    def _write(self) -> None:
+        try:
+            while self._outbox:
+                del self._outbox[: os.write(self._in, self._outbox)]
+        except BlockingIOError:
+            return
+        except BrokenPipeError:  # why, it may have said; `_read` meets the end behind that
+            self._outbox.clear()
+
+    def _read(self) -> list[Words]:
+        heard: list[Words] = []
+        try:
+            while data := os.read(self._out, CHUNK):
+                heard += [words for words in self._frames.take(data) if isinstance(words, dict)]
+            self.gone = True
+        except BlockingIOError:
+            pass
+        return heard
+
+
+def _environment() -> dict[str, str]:
+    """Ours, and where this very urdyn is."""
+    home, known = str(Path(urdyn.__file__).parents[1]), os.environ.get("PYTHONPATH")
+    return os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, (home, known)))}
+
+
+def _end(process: subprocess.Popen[Any]) -> str:
+    """Let go of it; how it ended, in words."""
+    for pipe in (process.stdin, process.stdout):
+        if pipe:
+            pipe.close()
+    try:
+        status = process.wait(GRACE)
+    except subprocess.TimeoutExpired:
+        process.kill()
+        status = process.wait()
+    if status < 0:
+        return f"was ended by {signal.Signals(-status).name}"
+    return f"ended with status {status}"

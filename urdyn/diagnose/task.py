@@ -1,0 +1,49 @@
+"""What is to be diagnosed, and where; as words, too, for a process of its own."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from urdyn.diagnose.rules import Noise, Rules, SlowKind
+from urdyn.faults.decision import Costs
+from urdyn.identify.fit import Fit
+from urdyn.twin import document, fit_of
+
+KEPT = "diagnosis-{index}.npz"
+
+
+@dataclass(frozen=True)
+class Task:
+    """A run that somebody looks on at."""
+
+    fit: Fit
+    period: float  # [s] between rows
+    rules: Rules
+    folder: Path
+    index: int  # of the first sample; above 0, what was kept there is gone on from
+    identity: Mapping[str, str]
+    source: Mapping[str, str]
+
+    def plain(self) -> dict[str, Any]:
+        """In numbers and words; `task_of` reads it."""
+        return {
+            "fit": document(self.fit),
+            "period": self.period,
+            "rules": asdict(self.rules),
+            "folder": str(self.folder.absolute()),
+            "index": self.index,
+            "identity": dict(self.identity),
+            "source": dict(self.source),
+        }
+
+
+def task_of(plain: Mapping[str, Any]) -> Task:
+    """The task that `Task.plain` tells of."""
+    told = plain["rules"]
+    slow = tuple(SlowKind(**of | {"shapes": tuple(of["shapes"])}) for of in told["slow"])
+    parts = {"noise": Noise(**told["noise"]), "slow": slow, "costs": Costs(**told["costs"])}
+    fit, rules, folder = fit_of(plain["fit"], "twin"), Rules(**told | parts), Path(plain["folder"])
+    return Task(**{**plain, "fit": fit, "rules": rules, "folder": folder})
