@@ -11,6 +11,7 @@ import typer
 from urdyn.cli.voice import Voice
 
 if TYPE_CHECKING:
+    from urdyn.diagnose import Rules
     from urdyn.diagnose.onlooker import Onlooker
     from urdyn.identify import Fit
     from urdyn.tracking import Source
@@ -38,27 +39,30 @@ FailOnFinding = Annotated[
 ]
 
 
-def onlooker(
-    fit: Fit, source: Source, rules: Path | None, hours: float | None, voice: Voice
-) -> Onlooker:
-    """A diagnosis that looks on, and tells what it finds."""
+def known_rules(path: Path | None, hours: float | None) -> Rules:
+    """What is healthy and what is not, as the options say."""
     from dataclasses import replace
 
-    from urdyn.diagnose.onlooker import Onlooker
     from urdyn.diagnose.rules import read_rules
     from urdyn.errors import InputError
 
-    known = read_rules(rules)
-    if hours is not None:
-        if not 0.0 < hours < float("inf"):
-            raise InputError(f"--false-alarm-hours {hours:g}: is to be above 0")
-        known = replace(known, hours=hours)
+    known = read_rules(path)
+    if hours is None:
+        return known
+    if not 0.0 < hours < float("inf"):
+        raise InputError(f"--false-alarm-hours {hours:g}: is to be above 0")
+    return replace(known, hours=hours)
+
+
+def onlooker(fit: Fit, source: Source, rules: Rules, voice: Voice) -> Onlooker:
+    """A diagnosis that looks on, and tells what it finds."""
+    from urdyn.diagnose.onlooker import Onlooker
 
     def tell(finding: Mapping[str, Any]) -> None:
         voice.note(f"{finding['severity']}: {finding['kind']}: {finding['text']}")
 
     origin = {"source": source.name, "source.sha256": source.sha256}
-    return Onlooker(fit, source.period, known, origin, tell)
+    return Onlooker(fit, source.period, rules, origin, tell)
 
 
 def summed(summary: dict[str, Any]) -> str:

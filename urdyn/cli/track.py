@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import signal
+from contextlib import closing
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -16,6 +17,7 @@ from urdyn.cli.diagnosing import (
     Hours,
     NoDiagnosis,
     RulesFile,
+    known_rules,
     onlooker,
     summed,
 )
@@ -178,20 +180,20 @@ def track(
     require_folder(out)
     fit, part = ud.Twin.load(twin).fit, slice_of(rows) if rows is not None else None
     effort = Effort(effort_unit, fit.dynamics.drive.gain)
-    stream = open_source(source, columns, part, rate, duration, effort, wanted(poses, wrench))
-    _end_in_good_order(stream)
+    beside = wanted(poses, wrench)
+    healthy = None if no_diagnosis else known_rules(rules, false_alarm_hours)
     arm = fit.dynamics.arm
-    stream, streams, drift = listening(stream, arm, poses, wrench, calibration)
-    tracker: Tracker[Any] = Tracker(fit, chosen, stream.period, drift, streams=streams)
-    looking = None if no_diagnosis else onlooker(fit, stream, rules, false_alarm_hours, voice)
-    try:
-        with (
-            watching(arm.joint_names, quiet) as shown,
-            announcing(fit, source, serial, prometheus, mqtt, publish or ()) as told,
-        ):
+    # All that takes its time comes before the stream: a robot that talks does not wait.
+    with (
+        announcing(fit, source, serial, prometheus, mqtt, publish or ()) as told,
+        closing(open_source(source, columns, part, rate, duration, effort, beside)) as stream,
+    ):
+        _end_in_good_order(stream)
+        stream, streams, drift = listening(stream, arm, poses, wrench, calibration)
+        tracker: Tracker[Any] = Tracker(fit, chosen, stream.period, drift, streams=streams)
+        looking = onlooker(fit, stream, healthy, voice) if healthy else None
+        with watching(arm.joint_names, quiet) as shown:
             summary = run(tracker, stream, out, sha256(twin), fresh, both(shown, told), looking)
-    finally:
-        stream.close()
     summary["filter"] = filter or ("ukf" if mode == "full" else "ekf")
     _report(out, summary, voice)
     for path in hand(fit, summary, hand_over or (), out):

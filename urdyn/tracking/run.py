@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import sys
 import time
-from collections.abc import Callable, Mapping
-from contextlib import ExitStack, closing
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import ExitStack, closing, contextmanager
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -33,6 +34,7 @@ from urdyn.types import Array
 from urdyn.version import __version__
 
 ROWS = 25.0  # [Hz] of the history, at most
+SWITCH = 5e-4  # [s] after which one thread lets another in
 PART = 10.0  # [s] of data between checkpoints: what is done again after a kill
 
 S = TypeVar("S")
@@ -114,12 +116,25 @@ def run(
         history = History(out, of, begun.parts)
         history.open()
         with ExitStack() as ends:
+            if source.live:
+                ends.enter_context(_letting_in())
             if observer:
                 ends.enter_context(closing(observer))
                 observer.begin(out, begun.index, identity)
             keeper: Keeper[S] = ends.enter_context(closing(Keeper(history, identity, observer)))
             this = _Run(tracker, source, history, keeper, identity, watch, observer)
             return this.to_the_end(begun)
+
+
+@contextmanager
+def _letting_in() -> Iterator[None]:
+    """Who reads and stamps samples is let in soon."""
+    before = sys.getswitchinterval()
+    sys.setswitchinterval(SWITCH)
+    try:
+        yield
+    finally:
+        sys.setswitchinterval(before)
 
 
 @dataclass(frozen=True, eq=False)
