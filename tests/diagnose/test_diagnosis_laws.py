@@ -12,12 +12,14 @@ from shop import Shop
 from urdyn.diagnose import memory
 from urdyn.diagnose.acknowledge import acknowledge, acknowledged
 from urdyn.diagnose.change import Change
+from urdyn.diagnose.desk import Desk
 from urdyn.diagnose.diagnosis import Now
 from urdyn.diagnose.document import findings_document
+from urdyn.diagnose.finding import Finding
 from urdyn.diagnose.offline import diagnose
-from urdyn.diagnose.onlooker import Onlooker
 from urdyn.diagnose.prognosis import FAN, Course, trend
 from urdyn.diagnose.rules import read_rules
+from urdyn.diagnose.task import Task
 from urdyn.diagnose.verdict import of_change, up_to_date
 from urdyn.errors import InputError
 from urdyn.faults import Costs
@@ -109,14 +111,16 @@ def test_rules_that_cannot_be_are_refused_in_one_line(text: str, tmp_path: Path)
 
 def test_a_finding_that_was_seen_is_quiet_until_it_gets_worse(shop: Shop, tmp_path: Path) -> None:
     log = shop.log("sensor_fault:joint=3,mode=stuck,onset=3", seconds=5.0)
-    looking = Onlooker(shop.diagnosis(log), {})
-    looking.begin(tmp_path, 0, {"twin": "a"})
+    of = shop.diagnosis(log)
+    desk = Desk(Task(of.fit, of.period, of.rules, tmp_path, 0, {"twin": "a"}, {}))
     for now in instants(shop, log):
-        looking._inbox.put(now)
-    (finding,) = looking.finish()["findings"]
+        series = [getattr(now.instant, name) for name in NAMES[1:]]
+        desk.take(np.concatenate([[now.instant.t], *series, now.s, now.travelled]))
+    desk.finish()
+    (finding,) = desk.write()["findings"]
     assert not finding["acknowledged"]
     acknowledge(tmp_path, finding["id"])
-    known, (kept,) = acknowledged(tmp_path), looking.state.findings
+    known, kept = acknowledged(tmp_path), Finding(**finding)
     assert known.quiets(kept)
     assert not known.quiets(replace(kept, size=2.0 * kept.size))
     with pytest.raises(InputError, match="no finding"):

@@ -15,6 +15,7 @@ import urdyn
 from urdyn.diagnose.wire import Frames, Words
 
 CHUNK = 1 << 16  # [bytes] read at once
+ROOM = 1 << 20  # [bytes] in a pipe, where the system has it: what a task takes, and more
 GRACE = 2.0  # [s] for a process whose pipes are closed to end by itself
 
 
@@ -28,6 +29,7 @@ class Helper:
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             bufsize=0,
+            pipesize=ROOM,
             env=_environment(),
             process_group=0,
         )

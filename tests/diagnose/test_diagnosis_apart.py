@@ -1,0 +1,155 @@
+"""A diagnosis in a process of its own says what it would say in ours, and ends with us."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from shop import Shop
+from test_diagnosis_resumed import looking_on, readings
+
+from urdyn.diagnose.desk import FILE, Desk
+from urdyn.diagnose.rules import read_rules
+from urdyn.diagnose.task import Task, task_of
+from urdyn.diagnose.wire import Frames, row, rows_frame, words_frame
+from urdyn.errors import InputError, UrdynError
+from urdyn.twin import Twin, document
+
+STUCK = "sensor_fault:joint=3,mode=stuck,onset=1"
+TIMEOUT = 60.0  # [s]
+
+
+def child_of(looking) -> int:
+    return looking._helper._process.pid
+
+
+def gone(pid: int) -> bool:
+    """Whether a process has ended; one that nobody has waited for is a zombie."""
+    stat = Path(f"/proc/{pid}/stat")
+    try:
+        return stat.read_text().rpartition(")")[2].split()[0] == "Z"
+    except (FileNotFoundError, ProcessLookupError):
+        return True
+
+
+def until(true) -> None:
+    deadline = time.monotonic() + TIMEOUT
+    while not true():
+        assert time.monotonic() < deadline
+        time.sleep(0.02)
+
+
+@pytest.fixture
+def begun(shop: Shop, tmp_path: Path):
+    looking = looking_on(shop, shop.log(seconds=2.0))
+    looking.begin(tmp_path, 0, {"twin": "a"})
+    yield looking
+    looking.close()
+
+
+def test_frames_are_whole_however_they_come() -> None:
+    rows = np.random.default_rng(0).standard_normal((3, 49))
+    sent = words_frame({"keep": 1, "list": np.arange(3)}) + rows_frame(rows) + words_frame({})
+    for piece in (1, 7, len(sent)):
+        frames = Frames()
+        pieces = [sent[k : k + piece] for k in range(0, len(sent), piece)]
+        words, numbers, empty = (frame for data in pieces for frame in frames.take(data))
+        assert words == {"keep": 1, "list": [0, 1, 2]} and empty == {}
+        np.testing.assert_array_equal(numbers, rows.ravel())
+
+
+def test_a_task_is_the_same_once_it_was_words(shop: Shop) -> None:
+    task = Task(shop.fit, 0.01, read_rules(), Path("/here"), 7, {"twin": "a"}, {"source": "b"})
+    (told,) = Frames().take(words_frame(task.plain()))
+    again = task_of(told)
+    assert again.rules == task.rules
+    assert json.dumps(told) == json.dumps(next(Frames().take(words_frame(again.plain()))))
+    assert (again.folder, again.index, again.period) == (task.folder, 7, 0.01)
+    assert document(again.fit).keys() == document(shop.fit).keys()
+
+
+def test_another_process_says_what_this_one_would(shop: Shop, tmp_path: Path) -> None:
+    log, told = shop.log(STUCK, seconds=3.0), []
+    apart, here = looking_on(shop, log), tmp_path / "here"
+    apart.tell = told.append
+    here.mkdir()
+    apart.begin(tmp_path, 0, {"twin": "a"})
+    task = Task(apart.fit, apart.period, apart.rules, here, 0, {"twin": "a"}, {})
+    desk = Desk(task_of(next(Frames().take(words_frame(task.plain())))))
+    for reading in readings(shop, log):
+        apart.take(reading)
+        desk.take(row(reading))
+    summary = apart.finish()
+    apart.close()
+    desk.finish()
+    ours = desk.write()
+    written = json.loads((tmp_path / FILE).read_text())
+    assert written["findings"] == ours["findings"] == summary["findings"]
+    assert [finding["id"] for finding in told] == ["sensor_fault.wrist_1_joint"]
+    assert list(apart.findings) == ours["findings"]
+    assert 20.0 < summary["diagnosis_rss_mb"] < 1000.0
+
+
+def test_who_interrupts_a_run_does_not_interrupt_its_diagnosis(begun, tmp_path: Path) -> None:
+    until((tmp_path / FILE).exists)  # it is at work
+    for number in (signal.SIGINT, signal.SIGTERM):
+        os.kill(child_of(begun), number)
+    begun.keep(5)
+    assert begun.kept(wait=True)
+    assert begun.finish()["findings"] == []
+    assert os.getpgid(child_of(begun)) != os.getpgid(0)
+
+
+def test_a_diagnosis_that_is_killed_is_told_of_where_the_run_is_kept(begun) -> None:
+    os.kill(child_of(begun), signal.SIGKILL)
+    begun.keep(5)
+    with pytest.raises(UrdynError, match=r"SIGKILL.*--no-diagnosis"):
+        begun.kept(wait=True)
+
+
+def test_what_cannot_be_read_there_is_one_line_here(begun, tmp_path: Path) -> None:
+    until((tmp_path / FILE).exists)
+    (tmp_path / "acknowledged.json").write_text("{")
+    begun.keep(5)
+    with pytest.raises(InputError, match="is no JSON"):
+        begun.kept(wait=True)
+
+
+def test_a_memory_of_another_run_is_refused_at_once(shop: Shop, begun, tmp_path: Path) -> None:
+    begun.keep(5)
+    assert begun.kept(wait=True)
+    again = looking_on(shop, shop.log(seconds=2.0))
+    with pytest.raises(InputError, match="another run"):
+        again.begin(tmp_path, 5, {"twin": "b"})
+    again.close()
+
+
+ORPHAN = """
+import os, sys, time
+from pathlib import Path
+from urdyn.diagnose.onlooker import Onlooker
+from urdyn.diagnose.rules import read_rules
+from urdyn.twin import Twin
+looking = Onlooker(Twin.load(sys.argv[1]).fit, 0.01, read_rules(), {})
+looking.begin(Path(sys.argv[2]), 0, {})
+print(looking._helper._process.pid, flush=True)
+time.sleep(60)
+"""
+
+
+def test_a_diagnosis_ends_with_its_run_even_one_that_is_killed(shop: Shop, tmp_path: Path) -> None:
+    Twin(shop.dynamics.arm, shop.fit).save(tmp_path / "twin.toml")
+    command = [sys.executable, "-c", ORPHAN, str(tmp_path / "twin.toml"), str(tmp_path)]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as run:
+        child = int(run.stdout.readline())
+        until((tmp_path / FILE).exists)
+        assert not gone(child)
+        run.kill()
+    until(lambda: gone(child))
