@@ -95,7 +95,7 @@ class History:
         with writing(path) as stream, pq.ParquetWriter(stream, table, compression="zstd") as writer:
             waiting: list[pa.Table] = []
             for part in self._files():
-                waiting.append(_rows(part).cast(table))
+                waiting.append(_rows(part).replace_schema_metadata(table.metadata))
                 if sum(map(len, waiting)) >= GROUP:
                     _flush(writer, waiting)
             _flush(writer, waiting)
@@ -111,8 +111,9 @@ class History:
 
 def changes(path: Path) -> list[float]:
     """Times at which the payload was taken to have changed [s], of a history."""
-    table = _rows(path, ["t", "widened"])
-    return [float(t) for t in table["t"].filter(table["widened"]).to_pylist()]
+    table = _rows(path, ["t", "widened"])  # by NumPy: Arrow would load its kernels for it
+    t, widened = (table[name].to_numpy() for name in ("t", "widened"))
+    return [float(moment) for moment in t[widened]]
 
 
 def _rows(path: Path, columns: list[str] | None = None) -> pa.Table:

@@ -14,9 +14,8 @@ from typing import Any
 import numpy as np
 
 from urdyn.errors import InputError, RtdeError, UrdynError
-from urdyn.io import read
 from urdyn.io.effort import UNTOLD, Effort
-from urdyn.io.rtde import Client, connect, parse_address
+from urdyn.io.rtde.client import Client, connect, parse_address
 from urdyn.signal import BESIDE, POSE, Sample, samples
 from urdyn.types import Log
 
@@ -81,6 +80,8 @@ def open_source(
     if "://" in text:
         told = f"name a log, {SCHEME}HOST[:PORT] or {ROS2}TOPIC"
         raise InputError(f"{text}: no such source; {told}")
+    from urdyn.io import read  # who only listens to a robot needs none of it
+
     wanted = (*CHANNELS, *(BESIDE[stream] for stream in beside))
     log = read(Path(text), columns=columns, rows=rows, rate=rate, channels=wanted, effort=effort)
     return _recording(text, log, duration, ("actual_q",) if "pose" in beside else NEEDED)
