@@ -25,7 +25,7 @@ class Helper:
     def __init__(self, module: str) -> None:
         # In a process group of its own, Ctrl-C does not reach it: that ends the run in good order.
         self._process = subprocess.Popen(
-            [sys.executable, "-m", module],
+            [sys.executable, "-P", "-m", module],  # whatever lies in the folder we are in
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             bufsize=0,
@@ -47,12 +47,15 @@ class Helper:
         return len(self._outbox)
 
     def send(self, frame: bytes) -> None:
-        """Hand over what it has room for; the rest waits for `exchange`."""
-        self._outbox += frame
-        self._write()
+        """Hand over what it has room for; the rest waits for `exchange`, if it is there at all."""
+        if self.end.alive:
+            self._outbox += frame
+            self._write()
 
     def exchange(self, patience: float | None) -> list[Words]:
         """Write and read what can be; what was said, waiting up to `patience` [s] for something."""
+        if not self.end.alive:  # its pipes' numbers may be others' by now
+            return []
         watched = select.poll()
         watched.register(self._out, select.POLLIN)
         if self._outbox:
