@@ -4,17 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from itertools import chain
-from queue import Empty, SimpleQueue
-from threading import Event, Thread
-from typing import Any
+from queue import Empty
+from threading import Event
+from typing import Protocol
 
 import numpy as np
 
-from urdyn.errors import InputError, UrdynError
+from urdyn.errors import InputError
 from urdyn.io.bags.joints import JOINTS
 from urdyn.io.effort import Effort
 from urdyn.io.ros2.domain import participant
-from urdyn.io.ros2.listen import Heard, joint_states
+from urdyn.io.ros2.listen import Heard, Listener
 from urdyn.signal import Sample
 from urdyn.tracking.source import LOOK, Arrival, Source
 
@@ -22,7 +22,15 @@ PATIENCE = 10.0  # [s] for the first joint states
 FIRST = 50  # samples that tell the rate
 SHORT = 1.25  # periods before its end, a stretch of so many seconds has its last sample
 
-Inbox = SimpleQueue[Heard | UrdynError]
+
+class Inbox(Protocol):
+    """Where messages are when they have come: a queue, or DDS itself."""
+
+    def get(self, *, timeout: float) -> Heard:
+        """The next one; queue.Empty if there is none in time [s]."""
+
+    def empty(self) -> bool:
+        """Whether there is none now."""
 
 
 def graph(
@@ -30,10 +38,8 @@ def graph(
 ) -> Source:
     """The joint states of a topic; the first samples tell the `rate` [Hz] where nobody does."""
     effort.told(name)
-    ended, inbox = Event(), Inbox()
-    at = participant()
-    Thread(target=_pump, args=(at, topic or "joint_states", ended, inbox), daemon=True).start()
-    return hearing(name, inbox, ended, effort, rate, duration)
+    listener = Listener(participant(), topic or "joint_states")
+    return hearing(name, listener, Event(), effort, rate, duration)
 
 
 def hearing(
@@ -61,29 +67,16 @@ def hearing(
     return Source(name, name, "", period, len(JOINTS), True, count, start, ended.set)
 
 
-def _pump(at: Any, topic: str, ended: Event, inbox: Inbox) -> None:
-    """All that comes, into the inbox; last, why it ended."""
-    try:
-        for heard in joint_states(at, topic, ended):
-            inbox.put(heard)
-    except UrdynError as error:
-        inbox.put(error)
-        ended.set()
-
-
 def _first(inbox: Inbox, name: str, count: int) -> list[Heard]:
     came: list[Heard] = []
     while len(came) < count:
         try:
-            one = inbox.get(timeout=PATIENCE)
+            came.append(inbox.get(timeout=PATIENCE))
         except Empty:
             raise InputError(
                 f"{name}: no joint states of an arm in {PATIENCE:.0f} s; does the driver run, and "
                 "is ROS_DOMAIN_ID the same?"
             ) from None
-        if isinstance(one, UrdynError):
-            raise one
-        came.append(one)
     return came
 
 
@@ -105,12 +98,9 @@ def _until(last: float, heard: Iterable[Heard]) -> Iterator[Heard]:
 def _heard(inbox: Inbox, ended: Event) -> Iterator[Heard]:
     while not (ended.is_set() and inbox.empty()):
         try:
-            one = inbox.get(timeout=LOOK)
+            yield inbox.get(timeout=LOOK)
         except Empty:
             continue
-        if isinstance(one, UrdynError):
-            raise one
-        yield one
 
 
 def _arrival(heard: Heard, effort: Effort) -> Arrival:

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import time
+from collections import deque
 from collections.abc import Iterator
 from dataclasses import dataclass
+from queue import Empty
 from threading import Event
 from typing import Any
 
@@ -12,11 +14,11 @@ import numpy as np
 
 from urdyn.errors import InputError
 from urdyn.io.bags.joints import JOINTS, Places, arms, listed
-from urdyn.io.ros2.domain import reader
+from urdyn.io.ros2.domain import DEEP, reader
 from urdyn.types import Array
 
-LOOK = 100  # [ms] between looks for the end, while nothing comes
-BATCH = 200  # samples that are taken at once
+LOOK = 0.1  # [s] between looks for the end, while nothing comes
+BATCH = 200  # samples after which DDS is asked for more
 RESET = "/urdyn/reset"  # std_msgs/Empty: begin anew with the commissioned arm
 
 
@@ -32,28 +34,67 @@ class Heard:
     reset: bool = False  # somebody asked to begin anew before it
 
 
+class Listener:
+    """Joint states that have come, as a queue has them; DDS keeps them while nobody asks.
+
+    There is no thread that would take the interpreter from whoever works on the one before.
+    """
+
+    def __init__(self, at: Any, topic: str) -> None:
+        from cyclonedds.core import InstanceState, ReadCondition, SampleState, ViewState, WaitSet
+
+        from urdyn.io.ros2 import idl
+
+        self._states, self._resets = reader(at, topic, idl.JointState), reader(at, RESET, idl.Empty)
+        self._message, self._reset = idl.JointState, idl.Empty
+        self._waiting = WaitSet(at)
+        anything = SampleState.Any | ViewState.Any | InstanceState.Any
+        self._waiting.attach(ReadCondition(self._states, anything))
+        self._understand = Understanding(topic)
+        self._came: deque[Heard] = deque()
+        self._anew = False  # somebody has asked for it, and no sample came since
+        self._given = 0  # since DDS was asked
+        self._asked = time.monotonic()  # [s] when it was
+
+    def get(self, timeout: float) -> Heard:
+        """The next message with the arm's joints in it; queue.Empty if none comes in time [s]."""
+        from cyclonedds.util import duration
+
+        if not self._came or self._given >= BATCH:
+            self._ask(self._asked)  # what is there came since then: it is no younger than told
+        end = time.monotonic() + timeout
+        while not self._came:
+            left = end - time.monotonic()
+            if left <= 0.0:
+                raise Empty
+            if self._waiting.wait(duration(nanoseconds=int(1e9 * left))):
+                self._ask(time.monotonic())
+        self._given += 1
+        return self._came.popleft()
+
+    def empty(self) -> bool:
+        """Whether all that is known to have come was given away."""
+        return not self._came
+
+    def _ask(self, received: float) -> None:
+        """All that waits, which came at `received` [s]."""
+        self._given, self._asked = 0, time.monotonic()
+        states = [m for m in self._states.take(N=DEEP) if isinstance(m, self._message)]
+        self._anew |= any(isinstance(m, self._reset) for m in self._resets.take(N=BATCH))
+        for message in states:  # what is no message tells that a publisher came or went
+            if heard := self._understand(message, received, self._anew):
+                self._came.append(heard)
+                self._anew = False
+
+
 def joint_states(at: Any, topic: str, ended: Event) -> Iterator[Heard]:
     """Every message with the arm's joints in it, until `ended` is set."""
-    from cyclonedds.core import InstanceState, ReadCondition, SampleState, ViewState, WaitSet
-    from cyclonedds.util import duration
-
-    from urdyn.io.ros2 import idl
-
-    states, resets = reader(at, topic, idl.JointState), reader(at, RESET, idl.Empty)
-    anything = SampleState.Any | ViewState.Any | InstanceState.Any
-    waiting = WaitSet(at)
-    waiting.attach(ReadCondition(states, anything))
-    understand = Understanding(topic)
+    listener = Listener(at, topic)
     while not ended.is_set():
-        if not waiting.wait(duration(milliseconds=LOOK)):
+        try:
+            yield listener.get(LOOK)
+        except Empty:
             continue
-        came: list[Any] = [m for m in states.take(N=BATCH) if isinstance(m, idl.JointState)]
-        received = time.monotonic()
-        reset = any(isinstance(m, idl.Empty) for m in resets.take(N=BATCH))
-        for message in came:  # what is no message tells that a publisher came or went
-            if heard := understand(message, received, reset):
-                yield heard
-                reset = False
 
 
 class Understanding:
