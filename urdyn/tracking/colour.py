@@ -17,10 +17,10 @@ import numpy as np
 
 from urdyn.dbn.robot_slice import RobotSlice
 from urdyn.identify.noise import Noise
+from urdyn.identify.slow import MEMORY
 from urdyn.types import Array, Mask
 
 ORDER = 8
-MEMORY = 1.2  # [s] of what passes slowly
 FAR = 0.25  # [s] apart: only what is slow is still alike
 TRUST = 500.0  # samples that the commissioned noise counts for
 LEARN = 60.0  # [s] over which noise is averaged
@@ -54,17 +54,18 @@ def first(noise: Noise, width: int, period: float) -> Colour:
     ar = np.zeros((J, ORDER))
     known = min(noise.ar.shape[1], ORDER)
     ar[:, :known] = noise.ar[:, :known]
-    power = noise.scale**2 * noise.dof / (noise.dof - 2.0)
+    sd, slow = np.sqrt(noise.power), noise.slow**2
+    lags = np.arange(ORDER + 1)[:, None] * period
     return Colour(
         np.full((ORDER, J, width), np.nan),
         np.full((ORDER, J), np.nan),
         np.full((length, J), np.nan),
-        _alike(ar, power),
-        np.zeros(J),
+        _alike(ar, noise.power) + slow * np.exp(-lags / MEMORY),
+        slow * np.exp(-FAR / MEMORY),
         TRUST,
         ar,
-        np.sqrt(power),
-        SLOWEST * np.sqrt(power),
+        sd,
+        np.fmax(noise.slow, SLOWEST * sd),
     )
 
 
