@@ -29,6 +29,8 @@ class Product:
     def linear(self) -> Mask:
         return np.array([False, True])
 
+    affine_transition = True
+
     def transition(self, x: Array, u: Slice) -> Array:
         return x
 

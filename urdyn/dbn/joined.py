@@ -41,6 +41,11 @@ class Joined(Generic[U_contra]):
         return mask
 
     @cached_property
+    def affine_transition(self) -> bool:
+        """As the process says."""
+        return bool(self.process.linear.all())
+
+    @cached_property
     def _width(self) -> int:
         return len(self.observation.linear)
 

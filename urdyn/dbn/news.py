@@ -42,6 +42,11 @@ class Standing:
         """All of it, (n,)."""
         return np.ones(len(self.names), dtype=bool)
 
+    @property
+    def affine_transition(self) -> bool:
+        """Nothing moves."""
+        return True
+
     @cached_property
     def _still(self) -> Array:
         return frozen(np.eye(len(self.names)))

@@ -17,19 +17,19 @@ from functools import cached_property
 
 import numpy as np
 
-from urdyn.dbn.robot_slice import SMEAR, RobotSlice
+from urdyn.dbn.robot_slice import SMEAR, RobotSlice, packed
 from urdyn.model.arm import Arm, with_inertials
 from urdyn.model.consistency import log_cholesky, log_cholesky_jacobian
 from urdyn.model.dynamics import Dynamics
 from urdyn.model.friction import RIPPLE_ORDER
 from urdyn.model.population import Population
 from urdyn.signal.sample import Instant
-from urdyn.types import Array, Index, Mask, frozen
+from urdyn.types import Array, Mask, frozen
 
 BODIES = ("k", "m", "payload")  # what moves the rigid-body torque
-WARMTH = ("kappa", "kappa_f", "lubricant")
-GROUPS = ("k", "m", "f", "alpha", "beta", "z", "o", "rotor", "payload", *WARMTH, "slow")
 POSITIVE = ("f", "alpha", "beta", "rotor", "z")
+WARMTH = ("kappa", "kappa_f", "lubricant")
+GROUPS = (*BODIES, *POSITIVE, "o", *WARMTH, "slow")
 SHOWN = 1e-6  # of the largest singular value: what a direction must do to torque to be tracked
 
 
@@ -87,14 +87,14 @@ class RobotCurrents:
         return with_inertials(self.reference.arm, self.reference.loaded())
 
     @cached_property
-    def rigid(self) -> Index:
-        """States of BODIES, (c,)."""
-        return np.concatenate([np.r_[self.places[group]] for group in BODIES])
+    def rigid(self) -> slice:
+        """States of BODIES."""
+        return slice(0, self.places[BODIES[-1]].stop)
 
     @cached_property
-    def _positive(self) -> Index:
-        """States of POSITIVE, group by group, (5 J,)."""
-        return np.concatenate([np.r_[self.places[group]] for group in POSITIVE])
+    def _positive(self) -> slice:
+        """States of POSITIVE, group by group."""
+        return slice(self.places[POSITIVE[0]].start, self.places[POSITIVE[-1]].stop)
 
     def slice(
         self, now: Instant, s: Array, dt: float, widen: bool = False, x: Array | None = None
@@ -113,15 +113,7 @@ class RobotCurrents:
         return RobotSlice(
             dt=dt,
             widen=widen,
-            A=A,
-            A_hold=side[:, None] * A,
-            hold=side * load,
-            load=load,
-            rest=self._rest(now, s),
-            s=s,
-            v=v,
-            a=a,
-            one=np.ones(len(v)),
+            packed=packed(A, side, load, self._rest(now, s), s, v, a),
             smeared=SMEAR * np.abs(M @ now.jerk + self.reference.drive.rotor_inertia * now.jerk),
             noise=self.noise,
             warm=np.zeros(len(v)),
@@ -150,9 +142,8 @@ class RobotCurrents:
         return np.asarray(driven * part.per + x[..., self.places["slow"]] * u.one)
 
     def _parts(self, x: Array, u: RobotSlice) -> _Parts:
-        at, drive = self.places, self.reference.drive
+        at, drive, J = self.places, self.reference.drive, len(u.noise)
         together = x[..., self.rigid] @ np.concatenate([u.A, u.A_hold]).T
-        J = len(u.s)
         positive = np.exp(x[..., self._positive])
         f, alpha, beta, rotor, z = (positive[..., k * J : (k + 1) * J] for k in range(5))
         warm = u.felt * (u.warm + x[..., at["lubricant"]])

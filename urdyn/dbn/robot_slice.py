@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -20,21 +21,14 @@ ROWS = ("load", "hold", "rest", "s", "v", "a", "one")
 class RobotSlice:
     """What multiplies each parameter, joint by joint.
 
-    The current is linear in it, so that a filter in time of currents is the same filter of this:
-    see `packed`.
+    The current is linear in `packed`, so that a filter in time of currents is the same filter of
+    it: of A (J, c), torque per unit of k, m and payload, of A_hold (J, c), the same of what
+    structural damping rides on, and of ROWS, (J,) each.
     """
 
     dt: float  # [s] since the slice before
     widen: bool  # something else may be carried from here on
-    A: Array  # (J, c) torque per unit of k, m, payload
-    hold: Array  # (J,) [N·m] |load| s of the reference
-    A_hold: Array  # (J, c) the same per unit of k, m, payload
-    load: Array  # (J,) [N·m] rigid-body torque of the reference
-    rest: Array  # (J,) [N·m] of ripple, warmth and friction that fades with speed
-    s: Array  # (J,) presliding state [-]
-    v: Array  # (J,) [rad/s]
-    a: Array  # (J,) [rad/s²]
-    one: Array  # (J,) [-] what multiplies what does not move
+    packed: Array  # (J, 2 c + 7)
     smeared: Array  # (J,) [N·m] sd of the torque, for the acceleration was differentiated
     noise: Array  # (J,) [A] sd
     warm: Array  # (J,) [K] of the lubricant over that of the first day, by the model; 0 unknown
@@ -43,19 +37,70 @@ class RobotSlice:
     stray: Array | None = None  # (J,) [A] sd of slow noise; None: there is none
     jolted: Array | None = None  # (J,) [-] 1 where something befell a joint's drive; None: nowhere
 
-    @property
+    @cached_property
+    def A(self) -> Array:
+        """Torque per unit of k, m, payload, (J, c)."""
+        return self.packed[:, : self._width]
+
+    @cached_property
+    def A_hold(self) -> Array:
+        """The same of `hold`, (J, c)."""
+        return self.packed[:, self._width : 2 * self._width]
+
+    @cached_property
+    def load(self) -> Array:
+        """Rigid-body torque of the reference, (J,) [N·m]."""
+        return self._row("load")
+
+    @cached_property
+    def hold(self) -> Array:
+        """|load| s of the reference, (J,) [N·m]."""
+        return self._row("hold")
+
+    @cached_property
+    def rest(self) -> Array:
+        """Of ripple, warmth and friction that fades with speed, (J,) [N·m]."""
+        return self._row("rest")
+
+    @cached_property
+    def s(self) -> Array:
+        """Presliding state, (J,) [-]."""
+        return self._row("s")
+
+    @cached_property
+    def v(self) -> Array:
+        """Speed, (J,) [rad/s]."""
+        return self._row("v")
+
+    @cached_property
+    def a(self) -> Array:
+        """Acceleration, (J,) [rad/s²]."""
+        return self._row("a")
+
+    @cached_property
+    def one(self) -> Array:
+        """What multiplies what does not move, (J,) [-]."""
+        return self._row("one")
+
+    @cached_property
     def doubt(self) -> Array:
         """Standard deviation of s, (J,) [-]: a joint that creeps is held by what nobody knows."""
         return np.asarray(DOUBT + CREEPING_DOUBT * np.exp(-np.abs(self.v) / CREEP))
 
-    @property
-    def packed(self) -> Array:
-        """All that the current is linear in, (J, 2 c + 7)."""
-        rows = np.stack([getattr(self, name) for name in ROWS], axis=1)
-        return np.concatenate([self.A, self.A_hold, rows], axis=1)
+    @cached_property
+    def _width(self) -> int:
+        return int(self.packed.shape[1] - len(ROWS)) // 2
 
-    def filtered(self, packed: Array) -> RobotSlice:
-        """The same slice after a filter in time of `packed`; speeds stay, for `doubt`'s sake."""
-        c = self.A.shape[1]
-        rows = dict(zip(ROWS, packed[:, 2 * c :].T, strict=True))
-        return replace(self, A=packed[:, :c], A_hold=packed[:, c : 2 * c], **rows)
+    def _row(self, name: str) -> Array:
+        return self.packed[:, ROWS.index(name) - len(ROWS)]
+
+
+def packed(A: Array, side: Array, load: Array, rest: Array, s: Array, v: Array, a: Array) -> Array:
+    """What a slice is linear in, of gears that are loaded along s or against it, `side` (J,)."""
+    J, c = A.shape
+    out = np.empty((J, 2 * c + len(ROWS)))
+    out[:, :c] = A
+    np.multiply(side[:, None], A, out=out[:, c : 2 * c])
+    for k, row in enumerate((load, side * load, rest, s, v, a, 1.0)):
+        out[:, 2 * c + k] = row
+    return out

@@ -85,3 +85,7 @@ class TwoSlice(Process[U_contra], Observation[U_contra], Protocol[U_contra]):
     @property
     def linear(self) -> Mask:
         """States in which both halves are affine: what a particle filter need not sample, (n,)."""
+
+    @property
+    def affine_transition(self) -> bool:
+        """Whether the transition is affine in all states."""

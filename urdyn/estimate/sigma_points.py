@@ -53,12 +53,22 @@ class SigmaPoints:
         same = cross.shape == self.unit.shape and np.allclose(cross, self.unit, rtol=1e-12, atol=0)
         return c if same else 0.0
 
+    @cached_property
+    def _design(self) -> Array:
+        """Scaled points, (k, n): a regression's design, whose columns are orthonormal."""
+        return frozen(self.scale[:, None] * self.unit)
+
     def around(self, mean: Array, root: Array) -> Array:
         """The points of a Gaussian with P = root rootᵀ, (k, n)."""
         if not self._reach:
             return np.asarray(mean + self.unit @ root.T)
+        n = len(mean)
+        points = np.empty((2 * n + 1, n))
         arms = self._reach * root.T  # a product with multiples of the identity, spared
-        return np.concatenate([mean[None], mean + arms, mean - arms])
+        points[0] = mean
+        np.add(mean, arms, out=points[1 : n + 1])
+        np.subtract(mean, arms, out=points[n + 1 :])
+        return points
 
     def moments(self, values: Array) -> tuple[Array, Array]:
         """Mean (m,) and scaled deviations D (k, m) of a function's values, with cov = DᵀD."""
@@ -70,6 +80,24 @@ class SigmaPoints:
         deviation[0] = shift
         deviation *= self.scale[:, None]
         return values[0] + shift, deviation
+
+    def linearised(self, values: Array) -> tuple[Array, Array, Array]:
+        """A function's mean (m,), its slope G (m, n) in the points, and what that leaves (m, m).
+
+        G is the regression of the values on the points; what is left is the covariance of its
+        residuals, by the function's curvature.
+        """
+        mean, D = self.moments(values)
+        if not self._reach:
+            G = D.T @ self._design
+            left = D - self._design @ G.T
+            return mean, G, left.T @ left
+        # Of pairs about a centre, half the difference is straight and half the sum is bent.
+        n = self.unit.shape[1]
+        plus, minus = D[1 : n + 1], D[n + 1 :]
+        G = float(self._design[1, 0]) * (plus - minus).T
+        bent = np.concatenate([D[:1], np.sqrt(0.5) * (plus + minus)])
+        return mean, G, bent.T @ bent
 
 
 @lru_cache(maxsize=32)

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from urdyn.dbn.two_slice import TwoSlice, U
 from urdyn.estimate.innovation import Innovation, measured_rows
 from urdyn.estimate.sigma_points import Rule, SigmaPoints, sigma_points
@@ -33,7 +35,11 @@ class UKF:
     ) -> tuple[SquareRoot, Innovation]:
         """Predict over u.dt, then learn from the finite rows of y, (m,)."""
         points = self._points(len(state.mean))
-        mean, D = points.moments(model.transition(points.around(state.mean, state.root), u))
+        if model.affine_transition:  # the moments of any points are exact: arms alone will do
+            moved = model.transition(np.vstack([state.mean, state.mean + state.root.T]), u)
+            mean, D = moved[0], moved[1:] - moved[0]
+        else:
+            mean, D = points.moments(model.transition(points.around(state.mean, state.root), u))
         predicted = SquareRoot.of(mean, D.T @ D + model.transition_cov(u))
         return assimilate(model, points, predicted, u, y)
 
@@ -50,15 +56,11 @@ def assimilate(
 ) -> tuple[SquareRoot, Innovation]:
     """The belief after the slice is measured, by statistical linearisation.
 
-    y = ȳ + G xi + e: G is the regression of the observation on the standard scores xi, and what
-    the regression leaves, the model's curvature, is noise: N = cov(e) = R + (left over)².
+    y = ȳ + G xi + e with the standard scores xi: what the regression leaves, the model's curvature,
+    is noise, N = cov(e) = R + (left over)².
     """
     rows = measured_rows(y)
-    mean, D = points.moments(
-        model.observe(points.around(predicted.mean, predicted.root), u)[:, rows]
-    )
-    design = points.scale[:, None] * points.unit
-    G = D.T @ design
-    left = D - design @ G.T
-    N = left.T @ left + model.observe_cov(u)[rows][:, rows]
+    seen = model.observe(points.around(predicted.mean, predicted.root), u)[:, rows]
+    mean, G, left = points.linearised(seen)
+    N = left + model.observe_cov(u)[rows][:, rows]
     return condition(predicted, G, N, y[rows] - mean, y, rows)

@@ -74,13 +74,14 @@ class LocalPolynomial:
 
     def _equations(self, x: Array, q: Array, r: Array) -> tuple[Array, Array, NDArray[np.bool_]]:
         """Design (n, 2m, P), right-hand sides (n, 2m, J), and which windows determine P terms."""
+        angles, rates = self._orders(x, 2)
+        A, y = np.concatenate([angles, rates], 1), np.concatenate([q, r], 1)
+        known = np.isfinite(y)
+        if known.all():
+            return A, y, np.ones(len(x), dtype=bool)
         has_q, has_r = np.isfinite(q[..., 0]), np.isfinite(r[..., 0])
-        P = legendre.legvander(x, self.degree)
-        A = np.concatenate(
-            [P * has_q[..., None], P @ derivatives(self.degree)[1] * has_r[..., None]], 1
-        )
-        y = np.concatenate([q, r], 1)
-        return A, np.where(np.isfinite(y), y, 0.0), self._determined(has_q, has_r)
+        A *= np.concatenate([has_q, has_r], 1)[..., None]
+        return A, np.where(known, y, 0.0), self._determined(has_q, has_r)
 
     def _determined(self, has_q: NDArray[np.bool_], has_r: NDArray[np.bool_]) -> NDArray[np.bool_]:
         """Windows in which enough is measured, (n,).
@@ -95,15 +96,24 @@ class LocalPolynomial:
 
     def _evaluate(self, c: Array, x: Array) -> Array:
         """Σ c_k P_k(x) and its first derivatives by x, (4, n, J); c (n, P, J), x (n, J)."""
-        orders = legendre.legvander(x, self.degree) @ derivatives(self.degree)[:, None]
-        return np.asarray(np.einsum("knjp,npj->knj", orders, c), dtype=np.float64)
+        return np.asarray(np.einsum("knjp,npj->knj", self._orders(x, ORDERS), c))
+
+    def _orders(self, x: Array, count: int) -> Array:
+        """P_k and its first derivatives at x (n, m), (count, n, m, P)."""
+        powers = np.empty((*x.shape, self.degree + 1))
+        powers[..., 0] = 1.0
+        for k in range(self.degree):
+            np.multiply(powers[..., k], x, out=powers[..., k + 1])
+        return np.asarray(powers @ derivatives(self.degree)[:count, None])
 
 
 @lru_cache(maxsize=16)
 def derivatives(degree: int) -> Array:
-    """Legendre coefficients of the k-th derivative of P_i in column i, (4, P, P)."""
-    once = np.vstack([legendre.legder(np.eye(degree + 1)), np.zeros(degree + 1)])
-    return frozen([np.linalg.matrix_power(once, k) for k in range(ORDERS)])
+    """Coefficients of x^j in the k-th derivative of P_i, (4, P, P) by k, j, i."""
+    each = [legendre.leg2poly([0] * i + [1]) for i in range(degree + 1)]
+    P = np.array([np.pad(c, (0, degree + 1 - len(c))) for c in each]).T
+    once = np.diag(np.arange(1.0, degree + 1), 1)
+    return frozen([np.linalg.matrix_power(once, k) @ P for k in range(ORDERS)])
 
 
 @lru_cache(maxsize=64)

@@ -82,11 +82,12 @@ def _alike(ar: Array, power: Array) -> Array:
 
 def whitened(colour: Colour, u: RobotSlice, y: Array) -> tuple[RobotSlice, Array]:
     """The slice and its currents (J,) after the filter that makes their noise white."""
-    packed = u.packed - np.einsum("jk,kjw->jw", colour.ar, colour.past)
     seen = y - np.einsum("jk,kj->j", colour.ar, colour.current)
     known = np.isfinite(seen)
-    clean = u.filtered(np.where(known[:, None], packed, 0.0))
-    return replace(clean, noise=colour.scale, stray=colour.slow), np.where(known, seen, np.nan)
+    packed = u.packed - np.einsum("jk,kjw->jw", colour.ar, colour.past)
+    if not known.all():
+        packed[~known] = 0.0
+    return replace(u, packed=packed, noise=colour.scale, stray=colour.slow), seen
 
 
 def kept(colour: Colour, u: RobotSlice, y: Array) -> Colour:

@@ -12,7 +12,7 @@ import numpy as np
 from urdyn.dbn.graph import Network
 from urdyn.dbn.joined import Joined
 from urdyn.dbn.robot import RobotCurrents
-from urdyn.dbn.robot_slice import RobotSlice
+from urdyn.dbn.robot_slice import ROWS, RobotSlice
 from urdyn.estimate import Filter, Innovation
 from urdyn.estimate.square_root import SquareRoot
 from urdyn.identify.fit import Fit
@@ -142,7 +142,7 @@ class Tracker(Generic[S]):
         J = self.fit.dynamics.arm.joints
         belief, nothing = self.filter.init(self.model), np.zeros(J)
         causal = self._causal.init(J)
-        width = 2 * len(self.currents.rigid) + 7
+        width = 2 * self.currents.rigid.stop + len(ROWS)
         return TrackerState(
             causal,
             belief,
