@@ -155,7 +155,8 @@ def _read(tables: dict[str, Any]) -> Fit:
 
 def _noise(table: dict[str, Any]) -> Noise:
     """Twins written before slow noise was told apart do not say it."""
-    told = {key: np.array(table[key]) for key in ("sd", "scale", "dof", "ar", "slow") if key in table}
+    known = ("sd", "scale", "dof", "ar", "slow")
+    told = {key: np.array(table[key]) for key in known if key in table}
     return Noise(**told, keep=float(table.get("keep", 0.0)))
 
 

@@ -76,7 +76,7 @@ class Coloured:
     @cached_property
     def linear(self) -> Mask:
         """The model's; noise adds."""
-        return np.r_[self.model.linear, np.ones(len(self._noise[1]), dtype=bool)]
+        return np.concatenate([self.model.linear, np.ones(len(self._noise[1]), dtype=bool)])
 
     @property
     def affine_transition(self) -> bool:

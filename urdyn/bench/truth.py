@@ -33,6 +33,9 @@ COMMISSIONING = 25.0  # [s]
 MOMENTS = 5  # of the run, at which beliefs are set beside the truth
 SENSORS = {"white": typical_sensors, "real": real_sensors}
 STATES = ("k", "f", "alpha", "beta", "z", "o")  # beside m, of which few directions show
+INSIDE = 1.645  # [sd] to either side of nine tenths of a Gaussian
+COVERS = 0.03  # [-] by which coverage may be off
+NEAR = 1.06  # [-] of the bound: as near it as friction is to be
 TOLD = 0.25  # [-] of the population's variance: less, and a direction of m has been shown
 
 
@@ -150,8 +153,8 @@ def _groups(
             nees.append(_nees(belief, truths[k], few))
         error = np.array([b.mean for b in beliefs]) - truths
         sd = np.array([b.sd for b in beliefs])
-        parts = (x[:, at[group]] for x in (error, sd, bound))
-        yield group, Trial(*parts, np.array(nees))
+        here = at[group]
+        yield group, Trial(error[:, here], sd[:, here], bound[:, here], np.array(nees))
     together = [
         _nees(b, x, np.concatenate(few)) for b, x, few in zip(beliefs, truths, every, strict=True)
     ]
@@ -186,8 +189,16 @@ class Truth:
     nees: float  # [-] a direction
     nees_sd: float
 
+    @property
+    def honest(self) -> bool | None:
+        """Intervals cover as they say and friction is as near as can be; None: not told by one arm.
 
-INSIDE = 1.645  # [sd] to either side of nine tenths of a Gaussian
+        By two of the figures' own standard deviations.
+        """
+        if not np.isfinite(self.coverage_sd):
+            return None
+        covers = abs(self.coverage - 0.9) < COVERS + 2.0 * self.coverage_sd
+        return bool(covers and (self.symbol != "f" or self.ratio < NEAR + 2.0 * self.ratio_sd))
 
 
 def truths(runs: Sequence[Trials]) -> list[Truth]:
@@ -195,7 +206,7 @@ def truths(runs: Sequence[Trials]) -> list[Truth]:
     found = []
     for symbol in runs[0].groups:
         parts = [run.groups[symbol] for run in runs]
-        covered = [_mean(np.abs(p.error) < INSIDE * p.sd) for p in parts]
+        covered = [_mean(np.where(np.abs(p.error) < INSIDE * p.sd, 1.0, 0.0)) for p in parts]
         size = [_mean((p.error / p.bound) ** 2) for p in parts]
         nees = [float(p.nees[:, 0].sum() / p.nees[:, 1].sum()) for p in parts]
         ratio = float(np.sqrt(np.mean(size)))
@@ -211,6 +222,12 @@ def truths(runs: Sequence[Trials]) -> list[Truth]:
             )
         )
     return found
+
+
+def surprise(runs: Sequence[Trials]) -> tuple[float, float]:
+    """Normalised innovation squared a current, and its spread over arms; 1 where noise is known."""
+    each = [total / count for total, count in (run.nis for run in runs)]
+    return float(np.mean(each)), _scatter(each)
 
 
 def _mean(x: Array) -> float:

@@ -78,20 +78,23 @@ def white_noise(residuals: list[list[Array]]) -> Noise:
     return Noise(sd, sd, np.full_like(sd, GAUSSIAN), np.zeros((len(sd), 0)))
 
 
-def fit_noise(residuals: list[list[Array]], step: float) -> Noise:
+def fit_noise(residuals: list[list[Array]], step: float, absorbed: float = 0.0) -> Noise:
     """Noise of every joint from its residuals, joint by joint, stretch by stretch [A].
 
     Args:
         step: time from row to row [s].
+        absorbed: unknowns a joint that the fit has found, which took some of the noise with them.
     """
     keep = forgotten(step)
-    fits = [_fit_joint(stretches, keep) for stretches in residuals]
+    fits = [_fit_joint(stretches, keep, absorbed) for stretches in residuals]
     width = max(noise.ar.shape[1] for noise in fits)
     return Noise(
-        *(np.concatenate([getattr(n, name) for n in fits]) for name in ("sd", "scale", "dof")),
-        np.concatenate([np.pad(n.ar, ((0, 0), (0, width - n.ar.shape[1]))) for n in fits]),
-        np.concatenate([n.slow for n in fits]),
-        keep,
+        sd=np.concatenate([n.sd for n in fits]),
+        scale=np.concatenate([n.scale for n in fits]),
+        dof=np.concatenate([n.dof for n in fits]),
+        ar=np.concatenate([np.pad(n.ar, ((0, 0), (0, width - n.ar.shape[1]))) for n in fits]),
+        slow=np.concatenate([n.slow for n in fits]),
+        keep=keep,
     )
 
 
@@ -111,7 +114,7 @@ def _sd(stretches: list[Array]) -> float:
     return float(np.std(together)) if len(together) >= 10 * MAX_ORDER else 1.0
 
 
-def _fit_joint(stretches: list[Array], keep: float) -> Noise:
+def _fit_joint(stretches: list[Array], keep: float, absorbed: float) -> Noise:
     """Noise of one joint."""
     count = sum(len(r) for r in stretches)
     if count < 10 * MAX_ORDER:
@@ -126,7 +129,7 @@ def _fit_joint(stretches: list[Array], keep: float) -> Noise:
         """Regression of what is left of the noise, and the variance of what that leaves."""
         return _autoregression(acf - share * acf[0] * keep ** np.arange(MAX_ORDER + 1), count)
 
-    share = share_of(stretches, with_slow, keep)
+    share = share_of(stretches, with_slow, keep, absorbed)
     ar, left = with_slow(share)
     slow = np.sqrt(share * acf[0]) * one
     noise = Noise(sd, np.sqrt(left) * one, gaussian, ar[None], slow, keep)

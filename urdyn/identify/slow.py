@@ -34,7 +34,7 @@ def without_slow(y: Array, h: float, keep: float) -> Array:
     """Innovations of the rows y (N, ...), in units in which w keeps its variance."""
     if h == 0.0 or not len(y):
         return y
-    from scipy.signal import lfilter, lfiltic  # heavy
+    from scipy.signal import lfilter  # heavy
 
     white, s, P = np.empty_like(y), np.zeros(y.shape[1:]), 1.0
     for t in range(len(y)):
@@ -55,25 +55,37 @@ def without_slow(y: Array, h: float, keep: float) -> Array:
     return white
 
 
-def share_of(stretches: list[Array], quick: Quick, keep: float) -> float:
+def share_of(stretches: list[Array], quick: Quick, keep: float, absorbed: float) -> float:
     """Share of the variance that is slow, by the likelihood of the spectrum. [Whittle1953]_
 
     The mean of what is likely, each of SHARES being as likely before: a log has few independent
-    values of what passes slowly, and the likeliest share is more often too small than too large.
+    values of what passes slowly, and the likeliest share is more often too small than too large. Of
+    those in which the slow part prevails, a fit has explained away as many as it found unknowns.
+
+    Args:
+        absorbed: unknowns that residuals were left by.
     """
     w, seen, count = _spectrum(stretches)
     power = float(seen @ count / count.sum())
     slow = (1.0 - keep**2) / np.abs(1.0 - keep * np.exp(-1j * w)) ** 2
 
-    def misfit(share: float) -> float:
+    def density(share: float) -> Array:
         ar, left = quick(share)
         turn = np.exp(-1j * np.outer(w, np.arange(1, len(ar) + 1)))
-        density = left / np.abs(1.0 - turn @ ar) ** 2 + share * power * slow
-        return float(count @ (np.log(density) + seen / density))
+        return np.asarray(left / np.abs(1.0 - turn @ ar) ** 2)
+
+    def misfit(share: float) -> float:
+        whole = density(share) + share * power * slow
+        return float(count @ (np.log(whole) + seen / whole))
 
     misfits = np.array([misfit(share) for share in SHARES])
     weights = np.exp(misfits.min() - misfits)
-    return float(weights @ np.array(SHARES) / weights.sum())
+    share = float(weights @ np.array(SHARES) / weights.sum())
+    prevails = share * power * slow > density(share)
+    values = 2.0 * float(count[prevails].sum())
+    return (
+        min(share * values / max(values - absorbed, 0.5 * values), SHARES[-1]) if values else share
+    )
 
 
 def _spectrum(stretches: list[Array]) -> tuple[Array, Array, Array]:

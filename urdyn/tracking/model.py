@@ -15,8 +15,8 @@ from urdyn.dbn.robot_slice import RobotSlice
 from urdyn.dbn.wear import Fading, Jolt, Wear
 from urdyn.dbn.widening import Widening
 from urdyn.identify.fit import Fit
-from urdyn.model.population import Population, population
 from urdyn.identify.slow import MEMORY
+from urdyn.model.population import Population, population
 from urdyn.tracking.colour import SLOWEST
 from urdyn.types import Array, Gaussian, Index
 

@@ -14,7 +14,6 @@ from urdyn.identify.compress import compress
 from urdyn.identify.excite.question import Question
 from urdyn.identify.expressions import physical
 from urdyn.identify.map_estimate import build_problem, data_information
-from urdyn.identify.noise import Noise
 from urdyn.simulate.trajectory import Trajectory
 from urdyn.types import Array, Parameters, frozen
 
