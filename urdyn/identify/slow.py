@@ -83,9 +83,8 @@ def share_of(stretches: list[Array], quick: Quick, keep: float, absorbed: float)
     share = float(weights @ np.array(SHARES) / weights.sum())
     prevails = share * power * slow > density(share)
     values = 2.0 * float(count[prevails].sum())
-    return (
-        min(share * values / max(values - absorbed, 0.5 * values), SHARES[-1]) if values else share
-    )
+    left = max(values - absorbed, 0.5 * values)  # of half of them nothing would be left to tell
+    return min(share * values / left, SHARES[-1]) if values else share
 
 
 def _spectrum(stretches: list[Array]) -> tuple[Array, Array, Array]:
