@@ -48,9 +48,9 @@ def state(currents) -> np.ndarray:
     return x
 
 
-def at(currents, motion, row):
+def at(currents, motion, row, speed=1.0):
     s = currents.reference.presliding(motion)[row]
-    fields = (motion.q, motion.v, motion.a, motion.jerk, motion.current, motion.temperature)
+    fields = (motion.q, speed * motion.v, motion.a, motion.jerk, motion.current, motion.temperature)
     return currents.slice(Instant(motion.t[row], *(x[row] for x in fields)), s, 0.01)
 
 
@@ -104,7 +104,6 @@ def test_a_tired_drive_takes_more_current(currents, motion):
 
 
 def test_a_creeping_joint_is_doubted(currents, motion):
-    u = at(currents, motion, 90)
-    still = replace(u, v=np.zeros(6))
+    u, still = at(currents, motion, 90), at(currents, motion, 90, speed=0.0)
     noise = [np.diag(currents.observe_cov(v)) for v in (u, still)]
     assert (noise[1] > noise[0]).all() and (noise[0] > 0.1**2).all()

@@ -5,7 +5,7 @@ import pytest
 
 from urdyn.model.arm import load_arm
 from urdyn.model.body import about_frame
-from urdyn.model.consistency import pseudo_inertia
+from urdyn.model.consistency import from_pseudo_inertia, pseudo_inertia
 from urdyn.model.possible import possible_body
 from urdyn.types import Gaussian
 
@@ -27,6 +27,22 @@ def test_whatever_is_believed_the_body_is_possible(seed):
     body = possible_body(Gaussian(mean, root @ root.T), REACH)
     assert excess(body) < 1e-9 * max(1.0, body[0])
     assert body[0] >= 0.0
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_no_other_body_is_likelier(seed):
+    """Bodies are sums of points within reach: a little of no point, nor of itself, is nearer."""
+    rng = np.random.default_rng(seed)
+    root = SD[:, None] * (np.eye(10) + 0.15 * rng.standard_normal((10, 10)))
+    mean = SD * rng.standard_normal(10)
+    body = possible_body(Gaussian(mean, root @ root.T), REACH)
+    left, whiten = np.linalg.solve(root, mean - body), np.linalg.inv(root)
+    at = REACH * rng.uniform(-1.0, 1.0, (2000, 3)) / np.sqrt(3.0)
+    points = [from_pseudo_inertia(np.outer(r, r)) for r in np.c_[at, np.ones(2000)]]
+    for one in [body, -body, *points]:
+        toward = whiten @ one
+        # Cuts are broken by .01 sd; what mends it does so in inertials, not in standard deviations.
+        assert left @ toward <= 0.2 * np.linalg.norm(toward) + 1e-6
 
 
 def test_a_body_stays_what_it_is():

@@ -25,8 +25,9 @@ def slices(workshop, model):
     J = workshop.fit.dynamics.arm.joints
     rng = np.random.default_rng(4)
 
-    def at(dt, widen=False):
+    def at(dt, widen=False, speed=1.0):
         q, v, a, jerk = rng.uniform(-1.5, 1.5, (4, J))
+        v = speed * v
         now = Instant(0.0, q, v, a, jerk, np.zeros(J), np.full(J, np.nan))
         return model.observation.slice(now, np.sign(v), dt, widen)
 
@@ -132,8 +133,7 @@ def test_friction_that_is_seen_to_rise_moves_what_follows_it(workshop, slices):
         grown = model.prior.mean.copy()
         grown[state(model, f"f_{JOINT}")] += 0.3
         for _ in range(60):
-            u = replace(slices(0.5), blind=False)
-            u = replace(u, v=0.05 * u.v, s=np.sign(u.v) * np.ones_like(u.v))
+            u = replace(slices(0.5, speed=0.05), blind=False)
             y = model.observe(grown, u) + 0.01 * rng.standard_normal(6)
             belief, _ = filter_.step(model, belief, u, y)
         alpha = state(model, f"alpha_{JOINT}")

@@ -110,3 +110,16 @@ def test_nothing_of_another_arm_is_needed_to_open_a_source(tmp_path):
     log = simulate(load_arm("ur10e"), 2.0, 100.0, seed=2)[0]
     write(log, tmp_path / "log.csv")
     assert open_source(str(tmp_path / "log.csv")).period == pytest.approx(0.01)
+
+
+def test_a_history_is_as_fine_as_it_is_known(workshop, tmp_path):
+    glances = {}
+    part = open_source(str(workshop.recording), rows=(0, 300))
+    workshop.track(tmp_path, part, watch=lambda one: glances.update({one.reading.t: one}))
+    table = rows(tmp_path)
+    assert len(table) > 50
+    for t, *kept in zip(*(table[name].to_pylist() for name in table.column_names), strict=True):
+        told, count = glances[t], 2 * len(glances[t].mean)
+        kept = np.array(kept[:count])
+        assert (abs(kept[::2] - told.mean) <= told.sd / 256).all()
+        assert (abs(kept[1::2] - told.sd) <= told.sd / 256).all()

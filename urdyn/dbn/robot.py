@@ -97,14 +97,23 @@ class RobotCurrents:
         return slice(self.places[POSITIVE[0]].start, self.places[POSITIVE[-1]].stop)
 
     def slice(
-        self, now: Instant, s: Array, dt: float, widen: bool = False, x: Array | None = None
+        self,
+        now: Instant,
+        s: Array,
+        dt: float,
+        widen: bool = False,
+        x: Array | None = None,
+        lubricant: Array | None = None,
     ) -> RobotSlice:
         """Inputs at one instant of a motion, with the presliding state s (J,) there.
 
         Args:
             x: states that tell which way each gear is loaded; the reference where not given.
+            lubricant: how warm it is, (J,) [°C]; NaN where nobody measures, and so by default.
         """
         q, v, a = now.q, now.v, now.a
+        warm = np.full(len(v), np.nan) if lubricant is None else lubricant
+        unknown = np.isnan(warm)
         Y = self._arm.regressor(q, v, a)
         G, _, M = self._arm.torque_derivatives(q, v, a)
         load = Y @ self._pi
@@ -116,8 +125,9 @@ class RobotCurrents:
             packed=packed(A, side, load, self._rest(now, s), s, v, a),
             smeared=SMEAR * np.abs(M @ now.jerk + self.reference.drive.rotor_inertia * now.jerk),
             noise=self.noise,
-            warm=np.zeros(len(v)),
-            felt=np.zeros(len(v)),
+            warm=np.where(unknown, 0.0, warm - self.reference.drive.temperature),
+            felt=1.0 - unknown,
+            blind=bool(unknown.any()),
         )
 
     @cached_property

@@ -27,10 +27,6 @@ class Fading:
     memory: float  # [s]
     sd: float  # of straying, in the long run
 
-    def kept(self, dt: float) -> float:
-        """What is left after `dt` [s]."""
-        return float(np.exp(-dt / self.memory))
-
 
 @dataclass(frozen=True)
 class Jolt:
@@ -97,18 +93,29 @@ class Wear:
         at = np.flatnonzero(parts.any(axis=0))
         return at, parts.reshape(3, -1)[:, at]
 
-    def _forget(self, u: RobotSlice, values: Array) -> None:
-        """Shrink what fades, of `values` (..., n), in place."""
+    @cached_property
+    def _forgetting(self) -> Array:
+        """How fast each state returns to zero, (n,) [1/s]; zero where it stays."""
+        rates = np.zeros(len(self.names))
         for fading in self.fading:
-            values[..., fading.at] *= fading.kept(u.dt)
-        values[..., self.slow] *= np.exp(-u.dt / self.memory)
+            rates[fading.at] = 1.0 / fading.memory
+        rates[self.slow] = 1.0 / self.memory
+        return rates
+
+    @cached_property
+    def _faded(self) -> Array:
+        """Variance in the long run of what fades and is known how far it strays, (n,)."""
+        variance = np.zeros(len(self.names))
+        for fading in self.fading:
+            variance[fading.at] = fading.sd**2
+        return variance
 
     def transition(self, x: Array, u: RobotSlice) -> Array:
         """Every parameter moves by the rates that lead it, (..., p + r)."""
-        moved, p = x.copy(), len(self.parameters)
+        moved, p = np.array(x), len(self.parameters)
         child, rate, by = self._follow
         moved[..., child] += u.dt * by * x[..., p + rate]
-        self._forget(u, moved)
+        moved *= np.exp(-u.dt * self._forgetting)
         return moved
 
     def transition_jacobian(self, x: Array, u: RobotSlice) -> Array:
@@ -116,9 +123,7 @@ class Wear:
         F, p = np.eye(len(self.names)), len(self.parameters)
         child, rate, by = self._follow
         F[child, p + rate] = u.dt * by
-        own = np.ones(len(F))
-        self._forget(u, own)
-        np.fill_diagonal(F, own)
+        np.fill_diagonal(F, np.exp(-u.dt * self._forgetting))
         return F
 
     def transition_cov(self, u: RobotSlice) -> Array:
@@ -126,15 +131,14 @@ class Wear:
         n, dt = len(self.names), u.dt
         Q, (at, parts) = np.zeros((n, n)), self._noise
         Q.flat[at] = dt * (parts[0] + dt * (parts[1] / 2.0 + dt * parts[2] / 3.0))
-        diagonal = np.zeros(n)
+        forgotten = -np.expm1(-2.0 * dt * self._forgetting)
+        diagonal = self._faded * forgotten
         if u.blind:
-            diagonal[: len(self.parameters)] = self.warmth**2 * dt
-        for fading in self.fading:
-            diagonal[fading.at] = fading.sd**2 * (1.0 - fading.kept(dt) ** 2)
+            diagonal[: len(self.parameters)] += self.warmth**2 * dt
         if u.jolted is not None:
             for jolt in self.jolts:
                 diagonal[jolt.at] += jolt.sd**2 * u.jolted
         if u.stray is not None:
-            diagonal[self.slow] = u.stray**2 * -np.expm1(-2.0 * dt / self.memory)
+            diagonal[self.slow] = u.stray**2 * forgotten[self.slow]
         Q.flat[:: n + 1] += diagonal
         return Q

@@ -63,7 +63,8 @@ class SigmaPoints:
         if not self._reach:
             return np.asarray(mean + self.unit @ root.T)
         n = len(mean)
-        points = np.empty((2 * n + 1, n))
+        # A state of all points side by side in memory: that is how a model computes with them.
+        points = np.empty((n, 2 * n + 1)).T
         arms = self._reach * root.T  # a product with multiples of the identity, spared
         points[0] = mean
         np.add(mean, arms, out=points[1 : n + 1])

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-
 from urdyn.dbn.two_slice import TwoSlice, U
 from urdyn.estimate.innovation import Innovation, measured_rows
 from urdyn.estimate.sigma_points import Rule, SigmaPoints, sigma_points
@@ -36,8 +34,8 @@ class UKF:
         """Predict over u.dt, then learn from the finite rows of y, (m,)."""
         points = self._points(len(state.mean))
         if model.affine_transition:  # the moments of any points are exact: arms alone will do
-            moved = model.transition(np.vstack([state.mean, state.mean + state.root.T]), u)
-            mean, D = moved[0], moved[1:] - moved[0]
+            mean = model.transition(state.mean, u)
+            D = model.transition(state.mean + state.root.T, u) - mean
         else:
             mean, D = points.moments(model.transition(points.around(state.mean, state.root), u))
         predicted = SquareRoot.of(mean, D.T @ D + model.transition_cov(u))

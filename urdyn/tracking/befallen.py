@@ -55,11 +55,11 @@ def gathered(
     sd = np.sqrt(np.where(known, np.diag(told.cov), 1.0))
     e = np.clip(np.where(known, told.residual, 0.0) / sd, -CLIP, CLIP)
     per = (known / (drive.gain * sd))[:, None]
-    carried = white.A[:, CARRIED] * per
-    own = np.stack([white.s, white.v, white.load], axis=1) * per
-    kept = np.exp(-dt / MEMORY)
-    payload = np.column_stack([carried.T @ carried, carried.T @ e])
-    drives = own[:, :, None] * np.column_stack([own, e])[:, None, :]
+    kept, e = np.exp(-dt / MEMORY), e[:, None]
+    carried = np.concatenate([white.A[:, CARRIED] * per, e], axis=1)
+    own = np.concatenate([np.array([white.s, white.v, white.load]).T * per, e], axis=1)
+    payload = carried[:, :-1].T @ carried
+    drives = own[:, :-1, None] * own[:, None, :]
     return Evidence(kept * evidence.payload + payload, kept * evidence.drives + drives)
 
 

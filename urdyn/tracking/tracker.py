@@ -166,17 +166,20 @@ class Tracker(Generic[S]):
     ) -> tuple[TrackerState[S], Reading | None]:
         """One sample on; a reading once the causal window is full."""
         causal, instant = self._causal.step(state.causal, sample)
-        heard = tuple(
-            h.with_more(sample.beside.get(s.name))
-            for s, h in zip(self.streams, state.heard, strict=True)
-        )
-        state = replace(state, causal=causal, heard=heard)
+        if self.streams:
+            state = replace(state, heard=self._with_more(state.heard, sample))
         if instant is None or not np.isfinite([instant.q, instant.v, instant.a]).all():
-            return state, None
-        state, reading = self._assimilate(state, instant)
+            return replace(state, causal=causal), None
+        state, reading = self._assimilate(state, causal, instant)
         return self._listened(state, reading) if self.streams else (state, reading)
 
-    def _assimilate(self, state: TrackerState[S], now: Instant) -> tuple[TrackerState[S], Reading]:
+    def _with_more(self, heard: tuple[Heard[Any], ...], sample: Sample) -> tuple[Heard[Any], ...]:
+        pairs = zip(self.streams, heard, strict=True)
+        return tuple(h.with_more(sample.beside.get(stream.name)) for stream, h in pairs)
+
+    def _assimilate(
+        self, state: TrackerState[S], causal: CausalState, now: Instant
+    ) -> tuple[TrackerState[S], Reading]:
         dt = now.t - state.t
         if dt <= 0.0:  # a clock that was set, or a controller that began anew: who knows how long
             state, dt = replace(state, widened=-np.inf, marked=-np.inf), LONGEST
@@ -185,14 +188,14 @@ class Tracker(Generic[S]):
         passed = min(dt, LONGEST) if np.isfinite(dt) else 0.0
         bristles, travelled = self._moved(state, now, dt)
         lubricant = warmed(state.lubricant, now.temperature, passed)
-        state = replace(state, bristles=bristles, travelled=travelled, lubricant=lubricant)
         drive, J = self.fit.dynamics.drive, len(now.q)
         due = now.t - state.widened > PATIENCE and state.colour.count % LOOK < 1.0
         changed = befallen(state.evidence, drive) if due else np.zeros(1 + J, dtype=bool)
         widen, anew = bool(changed[0]), bool(changed.any())
         before = state.earliest if anew and not self._told_of_zeros else state.belief
         mean = self._mean(before)
-        u = self._inputs(state, now, passed, widen, mean)
+        s = bristles[0] + drive.presliding_tail * (bristles[1] - bristles[0])
+        u = self.currents.slice(now, s, passed, widen, mean, lubricant)
         u = replace(u, jolted=changed[1:].astype(float)) if changed[1:].any() else u
         y = np.where(self._told(now, travelled), now.current, np.nan)
         white, seen = noise.whitened(state.colour, u, y)
@@ -210,9 +213,13 @@ class Tracker(Generic[S]):
         colour = noise.learnt(state.colour, left, unknown, sure, self.period)
         after = replace(
             _marked(state, now.t, belief if anew else None),
+            causal=causal,
             belief=belief,
             t=now.t,
             v=now.v,
+            bristles=bristles,
+            travelled=travelled,
+            lubricant=lubricant,
             evidence=none_yet(J) if anew else gathered(state.evidence, white, drive, told, passed),
             widened=now.t if anew else state.widened,
             colour=noise.kept(colour, u, y),
@@ -249,18 +256,6 @@ class Tracker(Generic[S]):
         if isinstance(belief, Gaussian | SquareRoot | BlockBelief):
             return belief.mean
         return self.filter.belief(belief).mean
-
-    def _inputs(
-        self, state: TrackerState[S], now: Instant, dt: float, widen: bool, mean: Array
-    ) -> RobotSlice:
-        """What the motion makes of the parameters now."""
-        drive, bristles = self.fit.dynamics.drive, state.bristles
-        s = bristles[0] + drive.presliding_tail * (bristles[1] - bristles[0])
-        u = self.currents.slice(now, s, dt, widen, mean)
-        warm = state.lubricant - drive.temperature
-        unknown = np.isnan(warm)
-        warm = np.where(unknown, 0.0, warm)
-        return replace(u, warm=warm, felt=1.0 - unknown, blind=bool(unknown.any()))
 
     def _moved(self, state: TrackerState[S], now: Instant, dt: float) -> tuple[Array, Array]:
         """Bristles and travel after the way since the last instant."""
