@@ -17,6 +17,7 @@ from urdyn.types import Array
 
 MEMORY = 1.2  # [s] of what passes slowly, as on recordings of real arms
 SHARES = (0.0, *np.geomspace(0.005, 0.64, 22).tolist())  # of the variance that may be slow
+NONE = 0.5  # [-] how likely it is, before any data, that nothing is slow
 SEGMENT = 8192  # samples of a periodogram at most
 BINS = 120  # of its frequencies, by their logarithm
 SETTLED = 1e-9  # relative change of the gain from sample to sample
@@ -58,9 +59,10 @@ def without_slow(y: Array, h: float, keep: float) -> Array:
 def share_of(stretches: list[Array], quick: Quick, keep: float, absorbed: float) -> float:
     """Share of the variance that is slow, by the likelihood of the spectrum. [Whittle1953]_
 
-    The mean of what is likely, each of SHARES being as likely before: a log has few independent
-    values of what passes slowly, and the likeliest share is more often too small than too large. Of
-    those in which the slow part prevails, a fit has explained away as many as it found unknowns.
+    The mean of what is likely, as each of SHARES but the first was as likely before: a log has few
+    independent values of what passes slowly, and the likeliest share is more often too small than
+    too large. Of those in which the slow part prevails, a fit has explained away as many as it
+    found unknowns.
 
     Args:
         absorbed: unknowns that residuals were left by.
@@ -79,7 +81,8 @@ def share_of(stretches: list[Array], quick: Quick, keep: float, absorbed: float)
         return float(count @ (np.log(whole) + seen / whole))
 
     misfits = np.array([misfit(share) for share in SHARES])
-    weights = np.exp(misfits.min() - misfits)
+    before = np.r_[NONE, np.full(len(SHARES) - 1, (1.0 - NONE) / (len(SHARES) - 1))]
+    weights = before * np.exp(misfits.min() - misfits)
     share = float(weights @ np.array(SHARES) / weights.sum())
     prevails = share * power * slow > density(share)
     values = 2.0 * float(count[prevails].sum())

@@ -22,9 +22,9 @@ from urdyn.types import Array, Mask
 
 ORDER = 8
 FAR = 0.25  # [s] apart: only what is slow is still alike
-SPAN = 0.5  # [s] of residuals that are averaged, FAR before: what is quick averages out
 TRUST = 500.0  # samples that the commissioned noise counts for
-SLOW_TRUST = 20.0  # [s] that what passed slowly on the first day counts for
+SLOW_TRUST = 20.0  # [s] that what passed slowly on the first day counts for besides
+TOLD = 0.02  # [-] of the variance: a smaller share that was slow on the first day is taken for none
 LEARN = 60.0  # [s] over which noise is averaged
 CLIP = 3.0  # [sd] beyond which a residual counts as that large: no noise, something happened
 PAUSE = 25  # samples between two looks at the colour
@@ -33,7 +33,6 @@ TINY = 1e-4  # [A] no sensor of a current is better
 SLOWEST = 0.01  # [-] of the noise's sd that is slow in any case: no state is known exactly
 WHITE = 0.02  # [-] of a residual's variance that is white at least
 LEAST = 0.05  # [-] of it that nothing predicts
-LIKE = np.exp(-FAR / MEMORY) / (1.0 + SPAN / MEMORY)  # [-] of slow noise's variance that `far` is
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,10 +43,9 @@ class Colour:
     current: Array  # (p, J) [A]
     left: Array  # (L, J) [A] residuals without the model's slow part, newest first
     alike: Array  # (p + 1, J) [A²] mean product of residuals so many samples apart
-    lately: Array  # (J,) [A] mean of residuals that are FAR and more behind
-    far: Array  # (J,) [A²] mean product of residuals and of that
-    count: float  # samples behind those means
-    known: float  # samples that count for `far` besides
+    far: Array  # (J,) [A²] the same FAR apart
+    count: float  # samples behind that
+    known: Array  # (J,) samples that count for `far` besides
     ar: Array  # (J, p)
     scale: Array  # (J,) [A] sd of w
     slow: Array  # (J,) [A] sd
@@ -59,20 +57,20 @@ def first(noise: Noise, width: int, period: float) -> Colour:
     ar = np.zeros((J, ORDER))
     known = min(noise.ar.shape[1], ORDER)
     ar[:, :known] = noise.ar[:, :known]
-    sd, slow = np.sqrt(noise.power), noise.slow**2
+    sd, told = np.sqrt(noise.power), noise.slow**2 > TOLD * noise.sd**2
+    slow = np.where(told, noise.slow, 0.0) ** 2
     lags = np.arange(ORDER + 1)[:, None] * period
     return Colour(
         np.full((ORDER, J, width), np.nan),
         np.full((ORDER, J), np.nan),
         np.full((length, J), np.nan),
         _alike(ar, noise.power) + slow * np.exp(-lags / MEMORY),
-        np.zeros(J),
-        slow * LIKE,
+        slow * np.exp(-FAR / MEMORY),
         TRUST,
-        SLOW_TRUST / period if slow.any() else 0.0,
+        np.where(told, SLOW_TRUST / period, 0.0),
         ar,
         sd,
-        np.fmax(noise.slow, SLOWEST * sd),
+        np.fmax(np.sqrt(slow), SLOWEST * sd),
     )
 
 
@@ -108,7 +106,7 @@ def interrupted(colour: Colour) -> Colour:
     """After a gap nothing stands beside what was before."""
     nothing = (np.full_like(old, np.nan) for old in (colour.past, colour.current, colour.left))
     past, current, left = nothing
-    return replace(colour, past=past, current=current, left=left, lately=0.0 * colour.lately)
+    return replace(colour, past=past, current=current, left=left)
 
 
 def foreseen(colour: Colour, slow: Array) -> Array:
@@ -130,18 +128,15 @@ def learnt(colour: Colour, left: Array, unknown: Array, sure: Mask, period: floa
     """
     limit = CLIP * np.sqrt(colour.alike[0])
     left = np.concatenate([np.clip(left, -limit, limit)[None], colour.left[:-1]])
-    most = LEARN / period
-    gain = sure / min(colour.count + 1.0, most)
+    longest = LEARN / period
+    gain = sure / min(colour.count + 1.0, longest)
     product = left[0] * left[: ORDER + 1]
     product[0] -= unknown
     alike = _averaged(colour.alike, product, gain)
     alike[0] = np.maximum(alike[0], TINY**2)
-    steady = sure / min(colour.count + colour.known + 1.0, most)
-    far = _averaged(colour.far, left[0] * colour.lately, steady)
-    lately = _averaged(colour.lately, left[-1], np.full_like(gain, period / SPAN))
-    colour = replace(
-        colour, left=left, alike=alike, lately=lately, far=far, count=colour.count + 1.0
-    )
+    steady = sure / np.minimum(colour.count + colour.known + 1.0, longest)
+    far = _averaged(colour.far, left[0] * left[-1], steady)
+    colour = replace(colour, left=left, alike=alike, far=far, count=colour.count + 1.0)
     return _looked_at(colour, period) if colour.count % PAUSE < 1.0 else colour
 
 
@@ -152,9 +147,9 @@ def _averaged(mean: Array, value: Array, gain: Array) -> Array:
 def _looked_at(colour: Colour, period: float) -> Colour:
     """The filter and the slow noise that the averages tell of."""
     p, power = ORDER, colour.alike[0]
-    count = min(colour.count, LEARN / period)
-    chance = CHANCE * power * np.sqrt(period / (2.0 * SPAN * count))
-    told = np.where(colour.far > chance, colour.far / LIKE, 0.0)
+    count = np.minimum(colour.count + colour.known, LEARN / period)
+    chance = CHANCE * power / np.sqrt(count)
+    told = np.where(colour.far > chance, colour.far * np.exp(FAR / MEMORY), 0.0)
     slow = np.minimum(told, 0.5 * power)
     lags = np.arange(p + 1)[:, None] * period
     fast = colour.alike - slow * np.exp(-lags / MEMORY)
