@@ -78,15 +78,14 @@ def white_noise(residuals: list[list[Array]]) -> Noise:
     return Noise(sd, sd, np.full_like(sd, GAUSSIAN), np.zeros((len(sd), 0)))
 
 
-def fit_noise(residuals: list[list[Array]], step: float, absorbed: float = 0.0) -> Noise:
+def fit_noise(residuals: list[list[Array]], step: float) -> Noise:
     """Noise of every joint from its residuals, joint by joint, stretch by stretch [A].
 
     Args:
         step: time from row to row [s].
-        absorbed: unknowns a joint that the fit has found, which took some of the noise with them.
     """
     keep = forgotten(step)
-    fits = [_fit_joint(stretches, keep, absorbed) for stretches in residuals]
+    fits = [_fit_joint(stretches, keep) for stretches in residuals]
     width = max(noise.ar.shape[1] for noise in fits)
     return Noise(
         sd=np.concatenate([n.sd for n in fits]),
@@ -114,7 +113,7 @@ def _sd(stretches: list[Array]) -> float:
     return float(np.std(together)) if len(together) >= 10 * MAX_ORDER else 1.0
 
 
-def _fit_joint(stretches: list[Array], keep: float, absorbed: float) -> Noise:
+def _fit_joint(stretches: list[Array], keep: float) -> Noise:
     """Noise of one joint."""
     count = sum(len(r) for r in stretches)
     if count < 10 * MAX_ORDER:
@@ -129,7 +128,7 @@ def _fit_joint(stretches: list[Array], keep: float, absorbed: float) -> Noise:
         """Regression of what is left of the noise, and the variance of what that leaves."""
         return _autoregression(acf - share * acf[0] * keep ** np.arange(MAX_ORDER + 1), count)
 
-    share = share_of(stretches, with_slow, keep, absorbed)
+    share = share_of(stretches, with_slow, keep)
     ar, left = with_slow(share)
     slow = np.sqrt(share * acf[0]) * one
     noise = Noise(sd, np.sqrt(left) * one, gaussian, ar[None], slow, keep)

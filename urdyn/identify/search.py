@@ -57,7 +57,6 @@ class State:
     noise: Noise
     band: Band = EVERYTHING
     time_offset: float = 0.0  # [s] by which current leads the recorded motion
-    found: float = 0.0  # unknowns a joint that the data have told, by the last step
     point: Dynamics = field(init=False)  # the bare arm at z
     payloads: tuple[Array, ...] = field(init=False)  # inertials (10,) each
 
@@ -122,7 +121,7 @@ def _with_noise(state: State, runs: Sequence[Run], plain: bool = False) -> State
     if plain:
         return replace(state, noise=white_noise(left))
     step = float(np.mean([median_step(run.motion.t) for run in runs])) * state.band.every
-    return replace(state, noise=fit_noise(left, step, state.found))
+    return replace(state, noise=fit_noise(left, step))
 
 
 def _blocks(state: State, runs: Sequence[Run]) -> list[Compressed]:
@@ -135,10 +134,7 @@ def _blocks(state: State, runs: Sequence[Run]) -> list[Compressed]:
 
 def _step(state: State, runs: Sequence[Run], damping: float) -> State:
     problem = build_problem(state.unknowns, _blocks(state, runs), state.point)
-    solved = solve(problem, state.z)
-    told = 1.0 - np.diag(posterior(problem, solved).cov)  # of each unknown's variance before
-    z = state.z + damping * (solved - state.z)
-    return replace(state, z=z, found=float(told.sum()) / state.point.arm.joints)
+    return replace(state, z=state.z + damping * (solve(problem, state.z) - state.z))
 
 
 def _align(state: State, runs: Sequence[Run]) -> State:

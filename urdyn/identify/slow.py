@@ -56,38 +56,27 @@ def without_slow(y: Array, h: float, keep: float) -> Array:
     return white
 
 
-def share_of(stretches: list[Array], quick: Quick, keep: float, absorbed: float) -> float:
+def share_of(stretches: list[Array], quick: Quick, keep: float) -> float:
     """Share of the variance that is slow, by the likelihood of the spectrum. [Whittle1953]_
 
     The mean of what is likely, as each of SHARES but the first was as likely before: a log has few
     independent values of what passes slowly, and the likeliest share is more often too small than
-    too large. Of those in which the slow part prevails, a fit has explained away as many as it
-    found unknowns.
-
-    Args:
-        absorbed: unknowns that residuals were left by.
+    too large.
     """
     w, seen, count = _spectrum(stretches)
     power = float(seen @ count / count.sum())
     slow = (1.0 - keep**2) / np.abs(1.0 - keep * np.exp(-1j * w)) ** 2
 
-    def density(share: float) -> Array:
+    def misfit(share: float) -> float:
         ar, left = quick(share)
         turn = np.exp(-1j * np.outer(w, np.arange(1, len(ar) + 1)))
-        return np.asarray(left / np.abs(1.0 - turn @ ar) ** 2)
-
-    def misfit(share: float) -> float:
-        whole = density(share) + share * power * slow
-        return float(count @ (np.log(whole) + seen / whole))
+        density = left / np.abs(1.0 - turn @ ar) ** 2 + share * power * slow
+        return float(count @ (np.log(density) + seen / density))
 
     misfits = np.array([misfit(share) for share in SHARES])
     before = np.r_[NONE, np.full(len(SHARES) - 1, (1.0 - NONE) / (len(SHARES) - 1))]
     weights = before * np.exp(misfits.min() - misfits)
-    share = float(weights @ np.array(SHARES) / weights.sum())
-    prevails = share * power * slow > density(share)
-    values = 2.0 * float(count[prevails].sum())
-    left = max(values - absorbed, 0.5 * values)  # of half of them nothing would be left to tell
-    return min(share * values / left, SHARES[-1]) if values else share
+    return float(weights @ np.array(SHARES) / weights.sum())
 
 
 def _spectrum(stretches: list[Array]) -> tuple[Array, Array, Array]:

@@ -101,7 +101,9 @@ def question(
 
 def level(noise: Noise) -> Array:
     """White noise that tells as little of slow motion as this noise does, (J,) [A]."""
-    return np.sqrt(noise.counted.gentle)
+    counted = noise.counted
+    scale = np.where(noise.dof < GAUSSIAN, counted.scale, noise.scale)
+    return np.sqrt(replace(counted, scale=scale).gentle)
 
 
 def _typical_noise(arm: Arm) -> Noise:
