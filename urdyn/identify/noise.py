@@ -12,6 +12,7 @@ from urdyn.types import Array, frozen
 MAX_ORDER = 8
 GAUSSIAN = 100.0  # degrees of freedom beyond which Student's t is called Gaussian
 MIN_DOF = 4.0
+CERTAIN = 1e18  # degrees of freedom of what is Gaussian to the last digit
 TINY = 1e-6  # of a variance: no noise is foreseen better
 
 
@@ -53,7 +54,7 @@ class Noise:
     def counted(self) -> Noise:
         """Gaussian noise of the same colour that tells as much as this one does. [Lange1989]_"""
         scale = self.scale * np.sqrt((self.dof + 3.0) / (self.dof + 1.0))
-        return replace(self, scale=scale, dof=np.full_like(self.dof, 1e9))
+        return replace(self, scale=scale, dof=np.full_like(self.dof, CERTAIN))
 
     def whiten(self, x: Array, joint: int) -> Array:
         """Rows (N - p, ...) of noise w out of the rows (N, ...) of a run."""
