@@ -58,7 +58,7 @@ def test_a_twin_reads_back_as_it_was(fit: Fit, tmp_path: Path) -> None:
     back = Twin.load(path).fit
     for name in ("sd", "prior", "prior_sd", "payloads"):
         np.testing.assert_array_equal(getattr(back, name), getattr(fit, name))
-    for name in ("sd", "scale", "dof", "ar"):
+    for name in ("sd", "scale", "dof", "ar", "slow", "keep"):
         np.testing.assert_array_equal(getattr(back.noise, name), getattr(fit.noise, name))
     np.testing.assert_array_equal(back.belief.mean, fit.belief.mean)
     np.testing.assert_array_equal(back.belief.cov, fit.belief.cov)

@@ -68,7 +68,8 @@ def document(fit: Fit) -> dict[str, Any]:
             "temperature": fit.dynamics.drive.temperature,
             "terms": [sorted(terms) for terms in fit.terms],
         },
-        "noise": {"sd": noise.sd, "scale": noise.scale, "dof": noise.dof, "ar": noise.ar},
+        "noise": {"sd": noise.sd, "scale": noise.scale, "dof": noise.dof, "ar": noise.ar}
+        | {"slow": noise.slow, "keep": noise.keep},
         "payloads": {"inertials": [list(payload) for payload in fit.payloads]},
         "belief": {"names": fit.names, "mean": fit.belief.mean, "covariance": fit.belief.cov},
     }
@@ -106,12 +107,16 @@ def _faults(fit: Fit) -> Iterator[str]:
     arm, noise, belief, drive = fit.dynamics.arm, fit.noise, fit.belief, fit.dynamics.drive
     table = (fit.parameters.values, fit.sd, fit.prior, fit.prior_sd)
     scatter = (noise.sd, noise.scale, noise.dof)
+    slow = (noise.slow, noise.keep)
     numbers = (*table, *scatter, noise.ar, belief.mean, belief.cov, drive.temperature)
-    if not all(np.isfinite(x).all() for x in (*numbers, drive.time_offset)):
+    if not all(np.isfinite(x).all() for x in (*numbers, *slow, drive.time_offset)):
         yield "a number in it is not finite"
     elif len({x.shape for x in table}) > 1 or len(fit.names) != len(belief.mean):
         yield "names and numbers in it are not as many"
-    elif {(len(x), x.ndim) for x in (*scatter, noise.ar)} != {(arm.joints, 1), (arm.joints, 2)}:
+    elif {(len(x), x.ndim) for x in (*scatter, noise.slow, noise.ar)} != {
+        (arm.joints, 1),
+        (arm.joints, 2),
+    } or not 0.0 <= noise.keep < 1.0:
         yield f"its noise is not that of {arm.joints} joints"
     elif len(fit.terms) != arm.joints or not all(terms <= OPTIONAL for terms in fit.terms):
         yield f"its terms are not those of {arm.joints} joints"
@@ -137,7 +142,7 @@ def _read(tables: dict[str, Any]) -> Fit:
         names=tuple(belief["names"]),
         belief=Gaussian(np.array(belief["mean"]), np.array(belief["covariance"])),
         terms=tuple(frozenset(terms) for terms in tables["model"]["terms"]),
-        noise=Noise(**{key: np.array(noise[key]) for key in ("sd", "scale", "dof", "ar")}),
+        noise=_noise(noise),
         sources=tuple(
             Source(log["path"], log["sha256"], tuple(log["rows"]) if "rows" in log else None)
             for log in tables.get("log", [])
@@ -146,6 +151,13 @@ def _read(tables: dict[str, Any]) -> Fit:
         rank=int(data["rank"]),
         n_parameters=int(data["columns"]),
     )
+
+
+def _noise(table: dict[str, Any]) -> Noise:
+    """Twins written before slow noise was told apart do not say it."""
+    known = ("sd", "scale", "dof", "ar", "slow")
+    told = {key: np.array(table[key]) for key in known if key in table}
+    return Noise(**told, keep=float(table.get("keep", 0.0)))
 
 
 def _dynamics(arm: Arm, parameters: Parameters, model: dict[str, Any]) -> Dynamics:

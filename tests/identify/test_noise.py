@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from scipy.integrate import quad
@@ -13,12 +11,13 @@ from scipy.stats import binom, chi2
 from scipy.stats import t as student
 
 from urdyn.identify import Noise
-from urdyn.identify.noise import GAUSSIAN, MAX_ORDER, fit_noise, whiten
+from urdyn.identify.noise import GAUSSIAN, MAX_ORDER, fit_noise, white_noise, whiten
 from urdyn.types import Array
 
 AR = np.array([0.6, -0.3])
 SCALE = 0.04  # [A]
 ROWS = 20_000
+STEP = 0.01  # [s]
 FOUR_SIGMA = 4.0  # of any estimate: one sound test of 16,000 fails
 CHANCE = 1e-3
 
@@ -37,7 +36,7 @@ def covariance(order: int) -> Array:
 
 
 def alone(stretch: Array) -> Noise:
-    return fit_noise([[stretch]])
+    return fit_noise([[stretch]], STEP)
 
 
 def test_whitening_undoes_the_colour() -> None:
@@ -128,14 +127,16 @@ def test_an_outlier_counts_less_the_wilder_it_is() -> None:
     assert (np.diff(weights**2 * wild)[1:] < 0.0).all()  # and pulls less
 
 
-def test_plain_noise_is_white_gaussian_and_as_strong(noise: Noise) -> None:
-    plain = replace(noise, sd=np.linspace(0.1, 0.6, 6)).plain()
-    np.testing.assert_array_equal(plain.scale, np.linspace(0.1, 0.6, 6))
-    assert plain.ar.shape == (6, 0) and (plain.dof == GAUSSIAN).all()
+def test_white_noise_is_gaussian_and_as_strong_as_what_is_left() -> None:
+    e, w = coloured(np.random.default_rng(2))
+    plain = white_noise([[e], [w], []])
+    np.testing.assert_allclose(plain.scale, [np.std(e), np.std(w), 1.0])
+    np.testing.assert_array_equal(plain.sd, plain.scale)
+    assert plain.ar.shape == (3, 0) and (plain.dof == GAUSSIAN).all()
 
 
 def test_joints_may_differ_in_order_and_a_silent_one_is_no_error() -> None:
     e, w = coloured(np.random.default_rng(5))
-    noise = fit_noise([[e[:9000], e[9000:]], [w], []])
+    noise = fit_noise([[e[:9000], e[9000:]], [w], []], STEP)
     assert noise.ar.shape[0] == 3 and noise.ar.shape[1] >= 2
     assert (noise.ar[2] == 0.0).all() and noise.scale[2] == 1.0

@@ -4,6 +4,7 @@ from urdyn.bench.arm import Group, VirtualArm, groups, virtual_run
 from urdyn.bench.joint import Followed, follow_friction, follow_health
 from urdyn.bench.paper import ALGORITHMS, CONFIGURATIONS, FAULTS, GROUPS
 from urdyn.bench.ramps import Ramps, ramps
+from urdyn.bench.truth import Trials, Truth, surprise, trials, truths
 from urdyn.simulate.paper import (
     FRICTION_INCREASE,
     HEALTH_DEGRADATION,
@@ -33,6 +34,8 @@ __all__ = [
     "Life",
     "Ramps",
     "Scenario",
+    "Trials",
+    "Truth",
     "VirtualArm",
     "follow_friction",
     "follow_health",
@@ -40,5 +43,8 @@ __all__ = [
     "live",
     "ramps",
     "reconstruction",
+    "surprise",
+    "trials",
+    "truths",
     "virtual_run",
 ]

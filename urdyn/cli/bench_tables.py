@@ -15,12 +15,13 @@ Document = dict[str, Any]
 
 
 def tables(document: Document) -> list[Table]:
-    """Ramps, then Tables I, II and IV."""
+    """Ramps, then Tables I, II and IV, then how true intervals are."""
     return [
         _ramps(document["ramps"]),
         _table_1(document["table_1"]),
         _table_2(document["table_2"]),
         _table_4(document["table_4"]),
+        *(_truth(arms) for arms in document["truth"]),
     ]
 
 
@@ -43,6 +44,10 @@ def notes(document: Document) -> list[Table | str]:
         f"Arm: a virtual {arm['robot']}, {arm['duration_s']:g} s at {arm['rate_hz']:g} Hz, "
         "commissioned on other motion; errors over its second half. No single mass shows on a "
         "fixed base: their error is the prior's.",
+        "Intervals: arms drawn from the population, commissioned for 25 s with gains known, and "
+        "tracked while they stray as the twin's process says, so that there is something to cover. "
+        "± is one standard deviation over arms. NEES: error squared over variance, a direction; of "
+        "m in those directions that currents have shown.",
         "Before the recording its zeros and health moved by draws of what a twin expects. Time and "
         "memory are those of `urdyn track` in a process of its own.",
     ]
@@ -136,6 +141,26 @@ def _table_4(rows: Sequence[Document]) -> Table:
             cells = [*pace, f"{ours['mb']:.0f}", number(accuracy["rmse"])]
         table.add_row(row["name"], f"{row['hz']:g}", f"{row['mb']:g}", *cells)
     return table
+
+
+def _truth(arms: Document) -> Table:
+    title = (
+        f"Intervals of {arms['arms']} {arms['robot']}, {arms['noise']} noise, "
+        f"{arms['duration_s']:g} s: nine tenths to be covered"
+    )
+    heads = ("", "covered", "±", "RMSE /\nbound", "±", "NEES", "±", "verdict")
+    table = _table(title, heads)
+    for row in arms["groups"]:
+        keys = ("coverage", "coverage_sd", "ratio", "ratio_sd", "nees", "nees_sd")
+        verdict = {None: MISSING, True: "pass", False: "fail"}[row["pass"]]
+        table.add_row(row["symbol"], *(_hundredths(row[key]) for key in keys), verdict)
+    nis = (_hundredths(arms["nis"]), _hundredths(arms["sd"]))
+    table.add_row("NIS", *[MISSING] * 4, *nis, MISSING)
+    return table
+
+
+def _hundredths(value: float | None) -> str:
+    return MISSING if value is None else f"{value:.2f}"
 
 
 def _or(value: float | None) -> str:

@@ -6,6 +6,7 @@ import json as encode
 import tempfile
 from collections.abc import Callable
 from dataclasses import asdict, replace
+from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -22,9 +23,14 @@ if TYPE_CHECKING:
 SIGMAS = (0.05, 0.25)  # of the scenario: where the paper is 0.03 low, and its own noise
 PACE = 100.0  # [Hz] of the arm's recording
 ON_ARM = {"EKF": "ekf", "UKF": "ukf", "PF (1k particles)": "particle", "VI": "variational"}
+ARMS = {False: ("ur10e", "ur5e"), True: ("ur10e",)}  # whose intervals are tried; quickly, fewer
+NOISES = ("white", "real")
 OTHER_MODES = ("simplified", "realtime")  # of Table IV, beside the full one, that `urdyn track` has
 
 Quick = Annotated[bool, typer.Option("--quick", help="Fewer lives, and a shorter recording.")]
+Count = Annotated[
+    int, typer.Option(min=1, help="Arms of each kind whose intervals are set beside the truth.")
+]
 Out = Annotated[
     Path | None, typer.Option(metavar="FILE", help="Write a page of the figures, as HTML.")
 ]
@@ -33,11 +39,12 @@ Told = Callable[[str, float], None]
 
 
 def bench_track(
-    quick: Quick = False, out: Out = None, json: Json = False, quiet: Quiet = False
+    quick: Quick = False, arms: Count = 4, out: Out = None, json: Json = False, quiet: Quiet = False
 ) -> None:
     """Track ramps, the paper's scenario and a virtual arm; its Tables I, II and IV beside ours.
 
-    Every error stands beside the posterior Cramer-Rao bound, which no filter can better.
+    Every error stands beside the posterior Cramer-Rao bound, which no filter can better; and what a
+    twin says of its own errors beside those that virtual arms show.
 
     Example: [bold]urdyn bench track --quick --out bench.html[/bold]
     """
@@ -46,6 +53,9 @@ def bench_track(
     voice = Voice(json, quiet)
     with voice.progress("ramps") as told, tempfile.TemporaryDirectory(prefix="urdyn-") as folder:
         document = measure(Path(folder), 10 if quick else 40, 10.0 if quick else 30.0, told)
+        kinds = [(robot, noise) for robot in ARMS[quick] for noise in NOISES]
+        count, duration = (2, 10.0) if quick else (arms, 60.0)
+        document["truth"] = tried(kinds, count, duration, told)
     voice.show(*tables(document), *notes(document))
     if out:
         from urdyn.io import write_text
@@ -92,6 +102,34 @@ def measure(folder: Path, lives: int, duration: float, told: Told) -> Document:
             for c in bench.CONFIGURATIONS
         ],
     }
+
+
+def tried(kinds: list[tuple[str, str]], count: int, duration: float, told: Told) -> list[Document]:
+    """How true intervals are, by type of arm and noise: so many of each, for `duration` [s]."""
+    from threadpoolctl import threadpool_limits
+
+    from urdyn import bench
+    from urdyn.estimate import UKF
+
+    found = []
+    for k, (robot, noise) in enumerate(kinds):
+        runs = []
+        for seed in range(1, count + 1):
+            told(f"{robot}, {noise} noise, arm {seed}", (k + (seed - 1) / count) / len(kinds))
+            with threadpool_limits(1):
+                runs.append(bench.trials(robot, noise, seed, duration, PACE, UKF()))
+        nis, spread = bench.surprise(runs)
+        rows = [asdict(truth) | {"pass": truth.honest} for truth in bench.truths(runs)]
+        arms = {"robot": robot, "noise": noise, "arms": count, "duration_s": duration}
+        found.append(
+            arms | {"groups": [_finite(row) for row in rows]} | _finite({"nis": nis, "sd": spread})
+        )
+    return found
+
+
+def _finite(row: Document) -> Document:
+    """What is not a number is null."""
+    return {k: None if isinstance(v, float) and not isfinite(v) else v for k, v in row.items()}
 
 
 def _scenario(sigma: float, lives: int) -> list[Followed]:

@@ -19,7 +19,7 @@ import numpy as np
 
 from urdyn.dbn.robot_slice import SMEAR, RobotSlice, packed
 from urdyn.model.arm import Arm, with_inertials
-from urdyn.model.consistency import log_cholesky_jacobian
+from urdyn.model.consistency import log_cholesky, log_cholesky_jacobian
 from urdyn.model.dynamics import Dynamics
 from urdyn.model.friction import RIPPLE_ORDER
 from urdyn.model.population import Population
@@ -226,7 +226,7 @@ def shown_directions(
     arm = reference.arm
     q = rng.uniform(arm.lower, arm.upper, (samples, arm.joints))
     v, a = rng.standard_normal((2, samples, arm.joints))
-    J = log_cholesky_jacobian(population.link_mean)
+    J = log_cholesky_jacobian(log_cholesky(reference.inertials))  # where the fit's belief is
     S = np.zeros((10 * arm.joints, 10 * arm.joints))
     for j in range(arm.joints):
         rows = slice(10 * j, 10 * j + 10)

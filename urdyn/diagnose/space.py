@@ -67,10 +67,8 @@ def space(fit: Fit) -> Space:
     """The space of a fit; drive gains are as commissioned: health is relative to them."""
     arms, dynamics, noise = population(fit.dynamics.arm), fit.dynamics, fit.noise
     V, shown = shown_directions(arms, dynamics, np.random.default_rng(0))
-    power = noise.scale**2 * noise.dof / (noise.dof - 2.0)
-    slow = np.sqrt(power) / np.abs(1.0 - noise.ar.sum(axis=1))
     cov = _cov(fit, V / arms.link_sd.ravel()[:, None])
-    return Space(dynamics, shown, cov, noise.sd, np.maximum(slow, noise.sd))
+    return Space(dynamics, shown, cov, noise.sd, np.maximum(np.sqrt(noise.gentle), noise.sd))
 
 
 def _places(joints: int, r: int) -> dict[str, slice]:

@@ -7,7 +7,7 @@ import numpy as np
 from urdyn.identify.band import EVERYTHING, Band
 from urdyn.identify.design import Design, blocks, coefficients_at, design, runs
 from urdyn.identify.map_estimate import Compressed
-from urdyn.identify.noise import Noise, whiten
+from urdyn.identify.noise import Noise
 from urdyn.model.dynamics import Dynamics
 from urdyn.types import Array, Motion
 
@@ -41,12 +41,12 @@ def _weighted(
     problem: Design, joint: int, noise: Noise, coefficients: Array, band: Band
 ) -> list[Array]:
     """Rows [Phi | i] of unit, white, Gaussian-equivalent noise, run by run."""
-    ar, rows = noise.ar[joint], []
+    rows = []
     data = np.column_stack([problem.columns(joint), problem.current[:, joint]])
     for run in runs(problem.known[:, joint]):
         kept = band(data[run])
-        if len(kept) > len(ar):
-            white = whiten(kept, ar)
+        if len(kept) > noise.ar.shape[1]:
+            white = noise.whiten(kept, joint)
             innovation = white[:, -1] - white[:, :-1] @ coefficients
             rows.append(white * noise.weights(innovation, joint)[:, None])
     return rows

@@ -116,4 +116,6 @@ def physical(unknowns: Unknowns, z: Array) -> tuple[Parameters, Array]:
     names += [f"{joint}.{field}" for field in FIELDS for joint in arm.joint_names]
     units = [unit for _ in bodies for unit in BODY_UNITS]
     units += [UNITS[field] for field in FIELDS for _ in arm.joint_names]
+    tails = [k for k, name in enumerate(names) if name.endswith(".presliding_tail")]
+    values[tails] = np.clip(values[tails], 0.0, MAX_TAIL)  # as the arm has it
     return Parameters(values.ravel(), tuple(names), tuple(units)), jacobian

@@ -2,36 +2,65 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from urdyn.identify.slow import forgotten, share_of, without_slow
 from urdyn.types import Array, frozen
 
 MAX_ORDER = 8
 GAUSSIAN = 100.0  # degrees of freedom beyond which Student's t is called Gaussian
 MIN_DOF = 4.0
+CERTAIN = 1e18  # degrees of freedom of what is Gaussian to the last digit
+TINY = 1e-6  # of a variance: no noise is foreseen better
 
 
 @dataclass(frozen=True)
 class Noise:
-    """Autoregressive noise with Student-t innovations.
+    """Autoregressive noise with Student-t innovations, and beside it what passes slowly.
 
-    e_t = sum_k ar[k-1] e_{t-k} + w_t,    w_t ~ scale t(dof)
+    e = slow + n,    n_t = sum_k ar[k-1] n_{t-k} + w_t,    w_t ~ scale t(dof)
+
+    The slow part forgets itself within a second or so. It is a small share of the variance and most
+    of what disturbs slow motion, which no regression over a few samples can say.
     """
 
     sd: Array  # (J,) [A] of e, the whole disturbance
     scale: Array  # (J,) [A] of w
     dof: Array  # (J,) [-]
     ar: Array  # (J, p) [-]
+    slow: Array = field(default_factory=lambda: np.zeros(0))  # (J,) [A] sd; by default nothing
+    keep: float = 0.0  # [-] of the slow part that is left a sample on
 
     def __post_init__(self) -> None:
-        for name in ("sd", "scale", "dof", "ar"):
+        if not self.slow.size:
+            object.__setattr__(self, "slow", np.zeros_like(self.sd))
+        for name in ("sd", "scale", "dof", "ar", "slow"):
             object.__setattr__(self, name, frozen(getattr(self, name)))
 
-    def plain(self) -> Noise:
-        """White Gaussian noise of the same power."""
-        return Noise(self.sd, self.sd, np.full_like(self.dof, GAUSSIAN), self.ar[:, :0])
+    @property
+    def power(self) -> Array:
+        """Variance of w, (J,) [A²]."""
+        return np.asarray(self.scale**2 * self.dof / (self.dof - 2.0))
+
+    @property
+    def gentle(self) -> Array:
+        """Density of the noise beside motion as slow as its slow part, (J,) [A²] a sample."""
+        lasting = 0.5 * self.slow**2 * (1.0 + self.keep) / (1.0 - self.keep)
+        return np.asarray(self.power / (1.0 - self.ar.sum(axis=1)) ** 2 + lasting)
+
+    @property
+    def counted(self) -> Noise:
+        """Gaussian noise of the same colour that tells as much as this one does. [Lange1989]_"""
+        scale = self.scale * np.sqrt((self.dof + 3.0) / (self.dof + 1.0))
+        return replace(self, scale=scale, dof=np.full_like(self.dof, CERTAIN))
+
+    def whiten(self, x: Array, joint: int) -> Array:
+        """Rows (N - p, ...) of noise w out of the rows (N, ...) of a run."""
+        ar, scale = self.ar[joint], np.sqrt(self.power[joint])
+        seen = self.slow[joint] * (1.0 - ar.sum()) / scale
+        return without_slow(whiten(x, ar), seen, self.keep)
 
     def weights(self, innovation: Array, joint: int) -> Array:
         """Square roots of the weights that make least squares the t likelihood's, (N,).
@@ -44,15 +73,28 @@ class Noise:
         return np.asarray(np.sqrt(weight * (dof + 1.0) / (dof + 3.0)) / scale)
 
 
-def fit_noise(residuals: list[list[Array]]) -> Noise:
-    """Noise of every joint from its residuals, joint by joint, stretch by stretch [A]."""
-    fits = [_fit_joint(stretches) for stretches in residuals]
-    width = max(len(ar) for _, _, _, ar in fits)
+def white_noise(residuals: list[list[Array]]) -> Noise:
+    """White Gaussian noise of the residuals' power, joint by joint."""
+    sd = np.array([_sd(stretches) for stretches in residuals])
+    return Noise(sd, sd, np.full_like(sd, GAUSSIAN), np.zeros((len(sd), 0)))
+
+
+def fit_noise(residuals: list[list[Array]], step: float) -> Noise:
+    """Noise of every joint from its residuals, joint by joint, stretch by stretch [A].
+
+    Args:
+        step: time from row to row [s].
+    """
+    keep = forgotten(step)
+    fits = [_fit_joint(stretches, keep) for stretches in residuals]
+    width = max(noise.ar.shape[1] for noise in fits)
     return Noise(
-        np.array([sd for sd, _, _, _ in fits]),
-        np.array([scale for _, scale, _, _ in fits]),
-        np.array([dof for _, _, dof, _ in fits]),
-        np.array([np.pad(ar, (0, width - len(ar))) for _, _, _, ar in fits]),
+        sd=np.concatenate([n.sd for n in fits]),
+        scale=np.concatenate([n.scale for n in fits]),
+        dof=np.concatenate([n.dof for n in fits]),
+        ar=np.concatenate([np.pad(n.ar, ((0, 0), (0, width - n.ar.shape[1]))) for n in fits]),
+        slow=np.concatenate([n.slow for n in fits]),
+        keep=keep,
     )
 
 
@@ -66,31 +108,49 @@ def whiten(x: Array, ar: Array) -> Array:
     return white
 
 
-def _fit_joint(stretches: list[Array]) -> tuple[float, float, float, Array]:
-    together = np.concatenate(stretches) if stretches else np.zeros(0)
-    if len(together) < 10 * MAX_ORDER:
-        return 1.0, 1.0, GAUSSIAN, np.zeros(0)
-    ar = _autoregression(stretches, len(together))
-    innovation = np.concatenate([whiten(r, ar) for r in stretches if len(r) > len(ar)])
+def _sd(stretches: list[Array]) -> float:
+    """Of all residuals; 1 where there are too few."""
+    together = np.concatenate([*stretches, np.zeros(0)])
+    return float(np.std(together)) if len(together) >= 10 * MAX_ORDER else 1.0
+
+
+def _fit_joint(stretches: list[Array], keep: float) -> Noise:
+    """Noise of one joint."""
+    count = sum(len(r) for r in stretches)
+    if count < 10 * MAX_ORDER:
+        return white_noise([stretches])
+    acf = np.array(
+        [sum(r[k:] @ r[: len(r) - k] for r in stretches) / count for k in range(MAX_ORDER + 1)]
+    )
+    one, gaussian = np.ones(1), np.full(1, GAUSSIAN)
+    sd = _sd(stretches) * one
+
+    def with_slow(share: float) -> tuple[Array, float]:
+        """Regression of what is left of the noise, and the variance of what that leaves."""
+        return _autoregression(acf - share * acf[0] * keep ** np.arange(MAX_ORDER + 1), count)
+
+    share = share_of(stretches, with_slow, keep)
+    ar, left = with_slow(share)
+    slow = np.sqrt(share * acf[0]) * one
+    noise = Noise(sd, np.sqrt(left) * one, gaussian, ar[None], slow, keep)
+    innovation = np.concatenate([noise.whiten(r, 0) for r in stretches if len(r) > len(ar)])
     dof = _degrees_of_freedom(innovation)
-    rms = float(np.sqrt(np.mean(innovation**2)))
-    return float(np.std(together)), rms * np.sqrt((dof - 2.0) / dof), dof, ar
+    scale = float(np.sqrt(np.mean(innovation**2))) * np.sqrt((dof - 2.0) / dof)
+    return replace(noise, scale=scale * one, dof=dof * one)
 
 
-def _autoregression(stretches: list[Array], n: int) -> Array:
-    """Yule-Walker coefficients, the order by Akaike's criterion."""
+def _autoregression(acf: Array, n: int) -> tuple[Array, float]:
+    """Yule-Walker coefficients, the order by Akaike's criterion; and the variance of w."""
     from scipy.linalg import solve_toeplitz  # heavy, and only needed where noise is learned
 
-    acf = np.array(
-        [sum(r[lag:] @ r[: len(r) - lag] for r in stretches) / n for lag in range(MAX_ORDER + 1)]
-    )
-    best, fewest = np.zeros(0), n * np.log(acf[0])
+    best, left, fewest = np.zeros(0), float(acf[0]), n * np.log(acf[0])
     for order in range(1, MAX_ORDER + 1):
         ar = solve_toeplitz(acf[:order], acf[1 : order + 1])
-        criterion = n * np.log(acf[0] - ar @ acf[1 : order + 1]) + 2 * order
+        unexplained = float(acf[0] - ar @ acf[1 : order + 1])
+        criterion = n * np.log(max(unexplained, TINY * acf[0])) + 2 * order
         if criterion < fewest:
-            best, fewest = ar, criterion
-    return best
+            best, left, fewest = ar, unexplained, criterion
+    return best, max(left, TINY * float(acf[0]))
 
 
 def _degrees_of_freedom(innovation: Array) -> float:

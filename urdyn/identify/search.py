@@ -18,13 +18,14 @@ from urdyn.identify.excerpt import excerpt, folds
 from urdyn.identify.expressions import dynamics, physical
 from urdyn.identify.fit import Fit
 from urdyn.identify.map_estimate import Compressed, build_problem, posterior, solve
-from urdyn.identify.noise import GAUSSIAN, Noise, fit_noise
+from urdyn.identify.noise import GAUSSIAN, Noise, fit_noise, white_noise
 from urdyn.identify.rank import data_rank
 from urdyn.identify.select import select_terms
 from urdyn.identify.unknowns import PayloadPrior, Unknowns
 from urdyn.model.arm import Arm
 from urdyn.model.dynamics import Dynamics
 from urdyn.model.population import OPTIONAL, population
+from urdyn.signal.stretches import median_step
 from urdyn.types import Array, Gaussian, Motion
 
 EXCERPT = 24_000  # rows, at most, on which the shape of friction is sought
@@ -117,8 +118,10 @@ def _with_noise(state: State, runs: Sequence[Run], plain: bool = False) -> State
     for motion, point, _ in state.loaded(runs):
         for joint, stretches in enumerate(residuals(point, motion, state.band)):
             left[joint] += stretches
-    noise = fit_noise(left)
-    return replace(state, noise=noise.plain() if plain else noise)
+    if plain:
+        return replace(state, noise=white_noise(left))
+    step = float(np.mean([median_step(run.motion.t) for run in runs])) * state.band.every
+    return replace(state, noise=fit_noise(left, step))
 
 
 def _blocks(state: State, runs: Sequence[Run]) -> list[Compressed]:

@@ -36,6 +36,7 @@ def bench_page(found: Document) -> str:
         _parameters(found["table_1"]),
         _algorithms(found["table_2"]),
         _configurations(found["table_4"]),
+        _intervals(found["truth"]),
         _grounds(found),
     )
 
@@ -177,6 +178,28 @@ def _configurations(rows: Sequence[Document]) -> Html:
         body.append([cell(row["name"]), paper, *mine])
     lead = "The whole arm by sigma points, each mode in a process of its own, on this machine."
     return section("Table IV: configurations", lead, table(head, body))
+
+
+def _intervals(kinds: Sequence[Document]) -> Html:
+    """Every group's coverage, by type of arm and noise."""
+    symbols = [row["symbol"] for row in kinds[0]["groups"]]
+    head = ["arms", *symbols]
+    body = [
+        [
+            cell(f"{arms['arms']} {arms['robot']}", f"{arms['noise']} noise"),
+            *(cell(_told(row["coverage"]), f"NEES {_told(row['nees'])}") for row in arms["groups"]),
+        ]
+        for arms in kinds
+    ]
+    lead = (
+        "Share of the true values that are inside 90 % intervals, and normalised error squared a "
+        "direction, of virtual arms that stray as the twin's process says."
+    )
+    return section("Intervals beside the truth", lead, table(head, body))
+
+
+def _told(value: float | None) -> str:
+    return MISSING if value is None else f"{value:.2f}"
 
 
 def _grounds(found: Document) -> Html:

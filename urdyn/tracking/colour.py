@@ -17,12 +17,14 @@ import numpy as np
 
 from urdyn.dbn.robot_slice import RobotSlice
 from urdyn.identify.noise import Noise
+from urdyn.identify.slow import MEMORY
 from urdyn.types import Array, Mask
 
 ORDER = 8
-MEMORY = 1.2  # [s] of what passes slowly
 FAR = 0.25  # [s] apart: only what is slow is still alike
 TRUST = 500.0  # samples that the commissioned noise counts for
+SLOW_TRUST = 20.0  # [s] that what passed slowly on the first day counts for besides
+TOLD = 0.02  # [-] of the variance: a smaller share that was slow on the first day is taken for none
 LEARN = 60.0  # [s] over which noise is averaged
 CLIP = 3.0  # [sd] beyond which a residual counts as that large: no noise, something happened
 PAUSE = 25  # samples between two looks at the colour
@@ -43,6 +45,7 @@ class Colour:
     alike: Array  # (p + 1, J) [A²] mean product of residuals so many samples apart
     far: Array  # (J,) [A²] the same FAR apart
     count: float  # samples behind that
+    known: Array  # (J,) samples that count for `far` besides
     ar: Array  # (J, p)
     scale: Array  # (J,) [A] sd of w
     slow: Array  # (J,) [A] sd
@@ -54,17 +57,20 @@ def first(noise: Noise, width: int, period: float) -> Colour:
     ar = np.zeros((J, ORDER))
     known = min(noise.ar.shape[1], ORDER)
     ar[:, :known] = noise.ar[:, :known]
-    power = noise.scale**2 * noise.dof / (noise.dof - 2.0)
+    sd, told = np.sqrt(noise.power), noise.slow**2 > TOLD * noise.sd**2
+    slow = np.where(told, noise.slow, 0.0) ** 2
+    lags = np.arange(ORDER + 1)[:, None] * period
     return Colour(
         np.full((ORDER, J, width), np.nan),
         np.full((ORDER, J), np.nan),
         np.full((length, J), np.nan),
-        _alike(ar, power),
-        np.zeros(J),
+        _alike(ar, noise.power) + slow * np.exp(-lags / MEMORY),
+        slow * np.exp(-FAR / MEMORY),
         TRUST,
+        np.where(told, SLOW_TRUST / period, 0.0),
         ar,
-        np.sqrt(power),
-        SLOWEST * np.sqrt(power),
+        sd,
+        np.fmax(np.sqrt(slow), SLOWEST * sd),
     )
 
 
@@ -122,12 +128,14 @@ def learnt(colour: Colour, left: Array, unknown: Array, sure: Mask, period: floa
     """
     limit = CLIP * np.sqrt(colour.alike[0])
     left = np.concatenate([np.clip(left, -limit, limit)[None], colour.left[:-1]])
-    gain = np.where(sure, 1.0 / min(colour.count + 1.0, LEARN / period), 0.0)
+    longest = LEARN / period
+    gain = sure / min(colour.count + 1.0, longest)
     product = left[0] * left[: ORDER + 1]
     product[0] -= unknown
     alike = _averaged(colour.alike, product, gain)
     alike[0] = np.maximum(alike[0], TINY**2)
-    far = _averaged(colour.far, left[0] * left[-1], gain)
+    steady = sure / np.minimum(colour.count + colour.known + 1.0, longest)
+    far = _averaged(colour.far, left[0] * left[-1], steady)
     colour = replace(colour, left=left, alike=alike, far=far, count=colour.count + 1.0)
     return _looked_at(colour, period) if colour.count % PAUSE < 1.0 else colour
 
@@ -139,7 +147,7 @@ def _averaged(mean: Array, value: Array, gain: Array) -> Array:
 def _looked_at(colour: Colour, period: float) -> Colour:
     """The filter and the slow noise that the averages tell of."""
     p, power = ORDER, colour.alike[0]
-    count = min(colour.count, LEARN / period)
+    count = np.minimum(colour.count + colour.known, LEARN / period)
     chance = CHANCE * power / np.sqrt(count)
     told = np.where(colour.far > chance, colour.far * np.exp(FAR / MEMORY), 0.0)
     slow = np.minimum(told, 0.5 * power)

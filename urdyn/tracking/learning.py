@@ -28,8 +28,8 @@ from urdyn.dbn.smoothed import Smoothed
 from urdyn.errors import InputError
 from urdyn.estimate.learn import Learnt, expectation_maximisation
 from urdyn.identify.fit import Fit
+from urdyn.identify.slow import MEMORY
 from urdyn.signal import Sample
-from urdyn.tracking.colour import MEMORY
 from urdyn.tracking.model import Drift, patterns_of, straying
 from urdyn.tracking.tracker import Reading, Tracker
 from urdyn.types import Array, Gaussian, Index, frozen

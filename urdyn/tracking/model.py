@@ -15,8 +15,9 @@ from urdyn.dbn.robot_slice import RobotSlice
 from urdyn.dbn.wear import Fading, Jolt, Wear
 from urdyn.dbn.widening import Widening
 from urdyn.identify.fit import Fit
+from urdyn.identify.slow import MEMORY
 from urdyn.model.population import Population, population
-from urdyn.tracking.colour import MEMORY, SLOWEST
+from urdyn.tracking.colour import SLOWEST
 from urdyn.types import Array, Gaussian, Index
 
 TRACKED = {
@@ -77,8 +78,7 @@ def tracking_model(
 
 def _noise(fit: Fit) -> Array:
     """Noise of the currents whatever its colour, (J,) [A] sd."""
-    noise = fit.noise
-    return np.asarray(noise.scale * np.sqrt(noise.dof / (noise.dof - 2.0)))
+    return np.sqrt(fit.noise.power)
 
 
 def _prior(fit: Fit, arms: Population, V: Array, currents: RobotCurrents) -> Gaussian:
@@ -107,7 +107,7 @@ def _prior(fit: Fit, arms: Population, V: Array, currents: RobotCurrents) -> Gau
         "kappa": KAPPA_SD,
         "kappa_f": KAPPA_F_SD,
         "lubricant": UNLIKE,
-        "slow": SLOWEST * currents.noise,
+        "slow": np.fmax(fit.noise.slow, SLOWEST * currents.noise),
     }
     for group, sd in spread.items():
         at = _at(currents, group)

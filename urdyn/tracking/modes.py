@@ -25,7 +25,7 @@ QUICKER = {
 }
 MODES = {
     "full": "joint covariance of all states, every sample",
-    "simplified": "bodies and each joint's drive independent of one another, every sample",
+    "simplified": "bodies with health, and each joint's friction, independent, every sample",
     "realtime": f"the same, and blocks that hardly change wait for up to {LONGEST} samples",
 }
 INSIDE = 1.645  # [sd] to either side of nine tenths of a Gaussian

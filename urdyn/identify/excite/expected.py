@@ -14,7 +14,6 @@ from urdyn.identify.compress import compress
 from urdyn.identify.excite.question import Question
 from urdyn.identify.expressions import physical
 from urdyn.identify.map_estimate import build_problem, data_information
-from urdyn.identify.noise import Noise
 from urdyn.simulate.trajectory import Trajectory
 from urdyn.types import Array, Parameters, frozen
 
@@ -44,16 +43,10 @@ def expected(question: Question, trajectory: Trajectory) -> Expected:
     motion = trajectory.at(trajectory.t)
     motion = replace(motion, current=point.current(motion))
     payload = 0 if unknowns.payloads else None
-    blocks = compress(point, motion, _counted(question.noise), payload)
+    blocks = compress(point, motion, question.noise.counted, payload)
     M = question.known + data_information(build_problem(unknowns, blocks, point), z)
     parameters, jacobian = physical(unknowns, z)
     return Expected(parameters, _sd(jacobian, question.known), _sd(jacobian, M), M)
-
-
-def _counted(noise: Noise) -> Noise:
-    """Gaussian noise of the same colour that tells as much as this one does. [Lange1989]_"""
-    scale = noise.scale * np.sqrt((noise.dof + 3.0) / (noise.dof + 1.0))
-    return Noise(noise.sd, scale, np.full_like(noise.dof, 1e9), noise.ar)
 
 
 def _sd(jacobian: Array, information: Array) -> Array:

@@ -100,13 +100,10 @@ def question(
 
 
 def level(noise: Noise) -> Array:
-    """White noise that tells as little of slow motion as this noise does, (J,) [A].
-
-    An autoregression lets slow disturbances pass; of heavy tails [Lange1989]_ has the weight.
-    """
-    told = np.sqrt((noise.dof + 1.0) / (noise.dof + 3.0))
-    slow = np.abs(1.0 - noise.ar.sum(axis=1))
-    return np.asarray(noise.scale / np.where(noise.dof < GAUSSIAN, told, 1.0) / slow)
+    """White noise that tells as little of slow motion as this noise does, (J,) [A]."""
+    counted = noise.counted
+    scale = np.where(noise.dof < GAUSSIAN, counted.scale, noise.scale)
+    return np.sqrt(replace(counted, scale=scale).gentle)
 
 
 def _typical_noise(arm: Arm) -> Noise:

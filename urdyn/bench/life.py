@@ -1,0 +1,84 @@
+"""How a true arm strays while it works: as the twin's own process says, for only so does a 90 %
+interval have something to cover nine times in ten.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from urdyn.dbn.joined import Joined
+from urdyn.dbn.robot import RobotCurrents
+from urdyn.dbn.robot_slice import RobotSlice
+from urdyn.signal import Instant
+from urdyn.simulate.schedule import Course
+from urdyn.types import Array
+
+STEP = 0.5  # [s] from one drawn state to the next; straight lines between
+MOVED = ("k", "z", "kappa", "lubricant")  # groups that have left their mean when the log begins
+
+
+@dataclass(frozen=True, eq=False)
+class Life:
+    """An event: how far every state is from where the arm was commissioned."""
+
+    begin: float  # [s]
+    t: Array  # (M,) [s] since
+    x: Array  # (M, n) f, alpha, beta, o and rotors from the commissioned arm's; the others whole
+    currents: RobotCurrents
+
+    @property
+    def onset(self) -> float:
+        """Before which nothing has strayed [s]."""
+        return self.begin
+
+    def at(self, t: Array | float) -> Array:
+        """All states at times [s] since it began, (..., n)."""
+        rows = [np.interp(t, self.t, column) for column in self.x.T]
+        return np.stack(rows, axis=-1)
+
+    def befall(self, course: Course) -> Course:
+        """Friction, damping, health and zeros; a lubricant's own warmth softens what it wets."""
+        at, x = self.currents.places, self.at(course.t - self.begin)
+        x = np.where((course.t >= self.begin)[:, None], x, 0.0)
+        softer = x[:, at["kappa"]] * x[:, at["lubricant"]]
+        return replace(
+            course,
+            coulomb=course.coulomb * np.exp(x[:, at["f"]]),
+            viscous=course.viscous * np.exp(x[:, at["alpha"]] - softer),
+            health=course.health * np.exp(x[:, at["z"]]),
+            encoder_offset=course.encoder_offset - x[:, at["k"]],
+        )
+
+
+def drawn(
+    model: Joined[RobotSlice], begin: float, duration: float, rng: np.random.Generator
+) -> Life:
+    """One life of the model's process from `begin` [s] on."""
+    currents = model.observation
+    assert isinstance(currents, RobotCurrents)
+    u, at, sd = _passing(currents), currents.places, model.prior.sd
+    x = np.zeros(len(model.names))
+    for group in MOVED:
+        x[at[group]] = model.prior.mean[at[group]] + sd[at[group]] * rng.standard_normal(
+            at[group].stop - at[group].start
+        )
+    rates = slice(len(currents.names), None)
+    x[rates] = rng.multivariate_normal(0.0 * x[rates], model.prior.cov[rates, rates])
+    # Of an exact square root, for Q has states in it that never move.
+    variance, ways = np.linalg.eigh(model.transition_cov(u))
+    root = ways * np.sqrt(np.maximum(variance, 0.0))
+    t = np.arange(0.0, duration + 2.0 * STEP, STEP)
+    path = [x]
+    for _ in t[1:]:
+        path.append(model.transition(path[-1], u) + root @ rng.standard_normal(len(x)))
+    return Life(begin, t, np.array(path), currents)
+
+
+def _passing(currents: RobotCurrents) -> RobotSlice:
+    """STEP of time at rest, beside sensors of temperature."""
+    J = currents.reference.arm.joints
+    nothing = np.zeros(J)
+    still = Instant(0.0, nothing, nothing, nothing, nothing, nothing, np.full(J, np.nan))
+    return replace(currents.slice(still, nothing, STEP), blind=False)

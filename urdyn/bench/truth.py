@@ -1,0 +1,239 @@
+"""Whether what a twin says of its own errors is true: virtual arms, identified and then tracked.
+
+The arm is drawn from the population that identification believes in, commissioned with its drive
+gains known, and strays while it is tracked as the twin's own process says. So the truth is drawn
+from what the filter takes for its prior, up to what identification made of the commissioning log.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from urdyn.bench.coloured import Coloured
+from urdyn.bench.life import Life, drawn
+from urdyn.dbn.robot import RobotCurrents
+from urdyn.estimate import Filter
+from urdyn.estimate.bound import posterior_bound
+from urdyn.identify import identify
+from urdyn.identify.fit import Fit
+from urdyn.model.arm import load_arm
+from urdyn.model.dynamics import Dynamics
+from urdyn.signal import condition, samples
+from urdyn.simulate import fourier, observe, typical_sensors, virtual_arm
+from urdyn.simulate.sensors import Sensors, real_sensors
+from urdyn.tracking.physical import quantities
+from urdyn.tracking.tracker import Reading, Tracker
+from urdyn.types import Array, Gaussian
+
+COMMISSIONING = 25.0  # [s]
+MOMENTS = 5  # of the run, at which beliefs are set beside the truth
+SENSORS = {"white": typical_sensors, "real": real_sensors}
+STATES = ("k", "f", "alpha", "beta", "z", "o")  # beside m, of which few directions show
+INSIDE = 1.645  # [sd] to either side of nine tenths of a Gaussian
+COVERS = 0.03  # [-] by which coverage may be off
+NEAR = 1.06  # [-] of the bound: as near it as friction is to be
+TOLD = 0.25  # [-] of the population's variance: less, and a direction of m has been shown
+
+
+@dataclass(frozen=True)
+class Trial:
+    """Errors of one group at MOMENTS of one run, in the filter's coordinates."""
+
+    error: Array  # (M, d)
+    sd: Array  # (M, d)
+    bound: Array  # (M, d)
+    nees: Array  # (M, 2) normalised error squared, and how many directions it is of
+
+
+@dataclass(frozen=True)
+class Trials:
+    """One arm's run."""
+
+    groups: dict[str, Trial]  # by symbol; "mass" [kg] is that of links, "all" what is shown at all
+    nis: tuple[float, int]  # sum, and how many currents
+
+
+def trials(
+    robot: str, noise: str, seed: int, duration: float, rate: float, how: Filter[Any]
+) -> Trials:
+    """One virtual arm, of this seed, tracked by `how` for `duration` [s]."""
+    dynamics = virtual_arm(load_arm(robot), seed)
+    sensors = SENSORS[noise](dynamics.arm)
+    fit = _commissioned(dynamics, sensors, seed, rate)
+    tracker = Tracker(fit, how, 1.0 / rate)
+    life = drawn(tracker.model, 0.0, duration, np.random.default_rng([seed, 2]))
+    log = observe(dynamics, *_asked(dynamics, sensors, seed, 1, duration, rate), (life,))
+    state, readings, beliefs = tracker.init(), [], []
+    due = (log.t[0] + duration * (np.arange(MOMENTS) + 1.0) / MOMENTS - 0.5).tolist()
+    at: list[int] = []
+    for sample in samples(log):
+        state, reading = tracker.step(state, sample)
+        if reading is None:
+            continue
+        readings.append(reading)
+        if due and reading.t >= due[0]:
+            due.pop(0)
+            beliefs.append(reading.belief)
+            at.append(len(readings) - 1)
+    start = _start(dynamics, fit, tracker.currents)
+    bound = _bound(tracker, sensors, life, start, readings)
+    truths = start + life.at(np.array([readings[k].t - life.begin for k in at]))
+    told = [r.innovation for r in readings if r.innovation.measured]
+    nis = (sum(i.nis for i in told), sum(i.measured for i in told))
+    masses = _masses(tracker, beliefs, dynamics)
+    groups = dict(_groups(tracker.currents, beliefs, truths, bound[at]))
+    return Trials(groups | {"mass": masses}, nis)
+
+
+def _asked(
+    dynamics: Dynamics, sensors: Sensors, seed: int, run: int, duration: float, rate: float
+) -> tuple[Any, Sensors, np.random.Generator]:
+    """The arm's `run`-th motion and its noise."""
+    motion, noise = (np.random.default_rng([seed, run, k]) for k in range(2))
+    return fourier(dynamics.arm, duration, rate, motion), sensors, noise
+
+
+def _commissioned(dynamics: Dynamics, sensors: Sensors, seed: int, rate: float) -> Fit:
+    log = observe(dynamics, *_asked(dynamics, sensors, seed, 0, COMMISSIONING, rate))
+    return identify(dynamics.arm, condition(log), gain=dynamics.drive.gain)
+
+
+def _start(dynamics: Dynamics, fit: Fit, currents: RobotCurrents) -> Array:
+    """States of the arm as it was commissioned, and of rates (n,), seen from the fit."""
+    drive, at = dynamics.drive, currents.places
+    x = np.zeros(len(currents.names) + 2 * dynamics.arm.joints)
+    for group, value in (
+        ("f", drive.coulomb),
+        ("alpha", drive.viscous),
+        ("beta", drive.structural),
+        ("rotor", drive.rotor_inertia),
+    ):
+        x[at[group]] = np.log(value)
+    x[at["o"]] = drive.offset
+    # Of bodies only what torque tells, whatever other bodies would do the same.
+    arm, rng = fit.dynamics.arm, np.random.default_rng(0)
+    q, (v, a) = rng.uniform(-np.pi, np.pi, (300, 6)), rng.standard_normal((2, 300, 6))
+    Y = arm.regressor(q, v, a).reshape(-1, 10 * arm.joints)
+    other = (dynamics.inertials - fit.dynamics.inertials).ravel()
+    x[at["m"]] = np.linalg.lstsq(Y @ currents.shown, Y @ other, rcond=None)[0]
+    return x
+
+
+def _bound(
+    tracker: Tracker[Any], sensors: Sensors, life: Life, start: Array, readings: list[Reading]
+) -> Array:
+    """The posterior Cramer-Rao bound along the true life, (N, n)."""
+    true = Coloured(tracker.model, tracker.currents.places["slow"], sensors, tracker.period)
+    x = start + life.at(np.array([r.t - life.begin for r in readings]))
+    lives = np.zeros((len(x), 1, len(true.names)))
+    lives[:, 0, : x.shape[1]] = x
+    seen = np.array([r.innovation.residual for r in readings])
+    found = posterior_bound(true, [r.inputs for r in readings], seen, lives)
+    return found.sd[:, : x.shape[1]]
+
+
+def _groups(
+    currents: RobotCurrents, beliefs: list[Gaussian], truths: Array, bound: Array
+) -> Iterator[tuple[str, Trial]]:
+    """Every group's errors, and those of all directions together that currents have shown."""
+    at, n = currents.places, truths.shape[1]
+    every: list[list[Array]] = [[] for _ in beliefs]
+    for group in (*STATES, "m"):
+        rows, nees = np.eye(n)[at[group]], []
+        for k, belief in enumerate(beliefs):
+            few = rows
+            if group == "m":
+                variance, ways = np.linalg.eigh(belief.cov[at["m"], at["m"]])
+                few = ways[:, variance < TOLD].T @ rows
+            every[k].append(few)
+            nees.append(_nees(belief, truths[k], few))
+        error = np.array([b.mean for b in beliefs]) - truths
+        sd = np.array([b.sd for b in beliefs])
+        here = at[group]
+        yield group, Trial(error[:, here], sd[:, here], bound[:, here], np.array(nees))
+    together = [
+        _nees(b, x, np.concatenate(few)) for b, x, few in zip(beliefs, truths, every, strict=True)
+    ]
+    nothing = np.zeros((len(beliefs), 0))
+    yield "all", Trial(nothing, nothing, nothing, np.array(together))
+
+
+def _nees(belief: Gaussian, truth: Array, rows: Array) -> tuple[float, int]:
+    error = rows @ (belief.mean - truth)
+    return float(error @ np.linalg.solve(rows @ belief.cov @ rows.T, error)), len(error)
+
+
+def _masses(tracker: Tracker[Any], beliefs: list[Gaussian], dynamics: Dynamics) -> Trial:
+    """Of links [kg]; what no motion shows of them is the prior's."""
+    of = quantities(tracker.fit, tracker.currents)
+    at = [of.names.index(f"{link}.mass") for link in dynamics.arm.link_names]
+    told = np.array([np.stack(of.of(belief))[:, at] for belief in beliefs])
+    error = told[:, 0] - dynamics.inertials[:, 0]
+    unknown = np.full_like(error, np.nan)
+    return Trial(error, told[:, 1], unknown, np.full((len(beliefs), 2), np.nan))
+
+
+@dataclass(frozen=True)
+class Truth:
+    """A group's figures over arms and moments."""
+
+    symbol: str
+    coverage: float  # [-] of 90 % intervals
+    coverage_sd: float  # [-] by which it scatters from one set of so many arms to another
+    ratio: float  # [-] root mean square error over bound
+    ratio_sd: float
+    nees: float  # [-] a direction
+    nees_sd: float
+
+    @property
+    def honest(self) -> bool | None:
+        """Intervals cover as they say and friction is as near as can be; None: not told by one arm.
+
+        By two of the figures' own standard deviations.
+        """
+        if not np.isfinite(self.coverage_sd):
+            return None
+        covers = abs(self.coverage - 0.9) < COVERS + 2.0 * self.coverage_sd
+        return bool(covers and (self.symbol != "f" or self.ratio < NEAR + 2.0 * self.ratio_sd))
+
+
+def truths(runs: Sequence[Trials]) -> list[Truth]:
+    """Figures of every group; spreads are those of arms, which are independent of one another."""
+    found = []
+    for symbol in runs[0].groups:
+        parts = [run.groups[symbol] for run in runs]
+        covered = [_mean(np.where(np.abs(p.error) < INSIDE * p.sd, 1.0, 0.0)) for p in parts]
+        size = [_mean((p.error / p.bound) ** 2) for p in parts]
+        nees = [float(p.nees[:, 0].sum() / p.nees[:, 1].sum()) for p in parts]
+        ratio = float(np.sqrt(np.mean(size)))
+        found.append(
+            Truth(
+                symbol,
+                float(np.mean(covered)),
+                _scatter(covered),
+                ratio,
+                _scatter(size) / (2.0 * ratio) if ratio else np.nan,
+                float(np.mean(nees)),
+                _scatter(nees),
+            )
+        )
+    return found
+
+
+def surprise(runs: Sequence[Trials]) -> tuple[float, float]:
+    """Normalised innovation squared a current, and its spread over arms; 1 where noise is known."""
+    each = [total / count for total, count in (run.nis for run in runs)]
+    return float(np.mean(each)), _scatter(each)
+
+
+def _mean(x: Array) -> float:
+    return float(np.mean(x)) if x.size else np.nan
+
+
+def _scatter(values: list[float]) -> float:
+    """Of their mean; not known of one arm."""
+    return float(np.std(values, ddof=1) / np.sqrt(len(values))) if len(values) > 1 else np.nan
