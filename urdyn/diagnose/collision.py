@@ -23,6 +23,7 @@ HELD = 0.005  # [rad/s] slower than this a joint is held by friction that does n
 QUIET = 30.0  # [-] sum of squares below which nothing happens
 LOUD = 90.0  # [-] above which something does
 CALM = 3  # quiet bins after which it is over
+CLEAR = 8.0  # [-] of squares by which each of them says so: 12 nats together, as of any other load
 FORGET = 0.08  # [-] of the baseline of a joint that moves, a bin
 RELAX = 0.015  # [-] of one that stands: what holds it changes slowly, a hand may press as slowly
 NOTHING = 8.0  # [-] sum of squares below which bins tell how far the baseline is to be believed
@@ -103,8 +104,9 @@ class Collision:
         doubt = np.where(held, 0.0, K * rows.doubt.max(axis=0)) + MODEL * np.abs(
             aimed - state.aimed
         )
-        doubt = doubt + LATE * np.abs(aimed - state.asked)
-        state = replace(state, asked=aimed)
+        late = LATE * np.abs(aimed - state.asked)
+        doubt = doubt + late
+        state = replace(_doubted(state, late), asked=aimed)
         var = np.maximum(noise, 2.0 * state.spread) + doubt**2
         # What a joint that begins to move was held by is unknown, up to its friction.
         grip, plain = self.space.reference.drive.coulomb, np.where(ill, np.inf, var)
@@ -228,4 +230,11 @@ def _gone(state: Quiet, felt: Array, sd: Array) -> bool:
     """
     sizes = [float(np.sum((f / s) ** 2)) for f, s in zip(state.felt, state.sd, strict=True)]
     still = felt - state.felt[int(np.argmax(sizes))]
-    return bool(np.sum((felt / sd) ** 2) < np.sum((still / sd) ** 2))
+    return bool(np.sum((felt / sd) ** 2) + CLEAR < np.sum((still / sd) ** 2))
+
+
+def _doubted(state: Quiet, late: Array) -> Quiet:
+    """What was just felt may be a change that was predicted a little later, (J,) [N·m]."""
+    if not state.sd:
+        return state
+    return replace(state, sd=(*state.sd[:-1], np.hypot(state.sd[-1], late)))

@@ -18,7 +18,7 @@ from urdyn.diagnose.bank import Bank, Block, Straying
 from urdyn.diagnose.change import Change, Push
 from urdyn.diagnose.explain import Explanation, Suspects, explanation, gathered, suspects
 from urdyn.diagnose.healthy import Healthy
-from urdyn.diagnose.loads import MOMENT, Carrying, Loads, Waiting
+from urdyn.diagnose.loads import DELAY, MOMENT, Carrying, Loads, Waiting
 from urdyn.diagnose.loudness import Loudness
 from urdyn.diagnose.moment import pooled
 from urdyn.diagnose.recall import Recall, Series
@@ -29,7 +29,6 @@ from urdyn.diagnose.steadiness import Steadiness
 from urdyn.types import Array
 
 BLOCK = 5.0  # [s]
-DELAY = 4  # moments that one waits
 ENOUGH = 10  # values of current in a moment that says anything
 QUICK = 0.25  # [-] of noise that lasts, that what turns over with the motion is believed to take
 NEAR = 10.0  # [nats] below an alarm, from which on a suspect is another's rival
@@ -53,6 +52,7 @@ class SlowState:
     steadiness: Steadiness
     carrying: Carrying
     recall: Recall
+    before: tuple[Bank, Recall]  # as they were when this program began
     waited: int = 0  # blocks since the alarm; 0: none
     known: tuple[int, ...] = ()  # suspects that are found
     found: tuple[Change, ...] = ()  # in this step
@@ -111,6 +111,7 @@ class Slow:
             steadiness=steadiness.by_the_rules(J),
             carrying=Carrying((carried.commissioned(),)),
             recall=Recall(np.nan, x, P),
+            before=(onsets.first(x, P, self.E.shape[1]), Recall(np.nan, x, P)),
         )
 
     def moment(self, state: SlowState, rows: Rows, push: Push) -> SlowState:
@@ -122,7 +123,7 @@ class Slow:
             return state
         x, P = self.healthy.now(state.bank, pool.warm)
         straying = self._straying(state).window[: self.space.size]
-        another = onsets.reprogrammed(state.bank.t, begin, straying)
+        another = onsets.PROGRAM * straying * onsets.another(state.bank.t, begin)
         belief = x, P + np.diag(self._window(state, pool.A) ** 2 + another**2)
         waiting, path = list(state.waiting), list(state.carrying.path)
         for k in reversed(range(len(waiting))):
@@ -148,6 +149,9 @@ class Slow:
         if pool is None:
             return state
         began = ripe.begin if np.isnan(state.begin) else state.begin
+        if onsets.another(state.bank.t, began):
+            fresh = replace(state.carrying, unclaimed=())
+            state = replace(state, before=(state.bank, state.recall), carrying=fresh)
         state = replace(
             state,
             A=state.A + pool.A,
@@ -160,9 +164,12 @@ class Slow:
 
     def _block(self, state: SlowState, end: float) -> SlowState:
         warm = state.warm / state.moments
-        A, b = onsets.strayed(state.A, state.b, self._window(state, state.A))
+        hidden = self._hidden(state, warm)
+        window = np.hypot(self._window(state, state.A), hidden)
+        A, b = onsets.strayed(state.A, state.b, window)
         A, b = warmth.widened(A, b, warmth.unknowns(self.space, warm))
-        block = Block(state.begin, end, A, b, self.healthy.blind(warm))
+        unseen = np.append(hidden, np.zeros(len(b) - len(hidden)))
+        block = Block(state.begin, end, A, b, self.healthy.blind(warm), unseen)
         straying, told = self._straying(state), self._told(state, warm)
         state = replace(
             state,
@@ -177,7 +184,19 @@ class Slow:
             steadiness=self._steadier(state, *told),
             recall=state.recall.after(block, straying),
         )
-        return self._judged(state)
+        return self._noticed(state) or self._judged(state)
+
+    def _noticed(self, state: SlowState) -> SlowState | None:
+        """With a light piece that is noticed by now: what this program taught is forgotten."""
+        joints = [k for k, each in enumerate(self.of.each) if not each.kind.of_tool]
+        rival = float(gathered(state.bank, self.of)[joints].max())
+        carrying = self.loads.noticed(state.carrying, state.bank.t, rival)
+        if carrying is None:
+            return None
+        bank, recall = state.before
+        if state.known:
+            bank = recall.again(self.healthy, state.known, self._straying(state), self.E)
+        return replace(state, carrying=carrying, bank=bank, recall=recall)
 
     def _straying(self, state: SlowState) -> Straying:
         return self.healthy.loosened(state.known, state.steadiness.share)
@@ -189,6 +208,11 @@ class Slow:
         C, d = np.diag(keep @ state.A), keep @ (state.b - state.A @ x)
         C = np.where(C > 0.0, C, np.nan)
         return d / C, 1.0 / C
+
+    def _hidden(self, state: SlowState, warm: Array) -> Array:
+        """How far the payload strays by pieces that no moment can tell, (n,)."""
+        belief = self.healthy.now(state.bank, warm)
+        return self.loads.hidden(state.A / state.moments, belief)
 
     def _steadier(self, state: SlowState, off: Array, var: Array) -> Steadiness:
         """What that is, of how steady the joints' friction is."""
@@ -271,7 +295,8 @@ class Slow:
         """Look for changes from here on, of an arm that carries what it carries now."""
         t, (x, P) = state.bank.t, self.healthy.emptied(state.bank.x, state.bank.P)
         bank = replace(onsets.first(x, P, self.E.shape[1]), t=t)
-        return replace(state, bank=bank, recall=Recall(t, x, P))
+        recall = Recall(t, x, P)
+        return replace(state, bank=bank, recall=recall, before=(bank, recall))
 
     def levels(self, state: SlowState) -> list[tuple[int, float, float]]:
         """Suspects that are found, and how far their change has gone by now: size, sd."""
