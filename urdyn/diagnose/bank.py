@@ -114,13 +114,13 @@ def followed(
 def _strayed(
     t: float, x: Array, P: Array, block: Block, straying: Straying
 ) -> tuple[Array, Array, Array]:
-    """Belief in a block after one that ended at `t`, and which states it takes over, (n,) 0 or 1."""
+    """Belief in a block after one that ended at `t`, and which states it takes over, (n,)."""
     walk = straying.walk**2 + block.walk**2
     more = walk * (0.0 if np.isnan(t) else block.end - t)
     stays = np.ones_like(x)
     if another(t, block.begin):
         more = more + (PROGRAM * np.hypot(straying.window, block.hidden)) ** 2
-        stays = stays * (np.asarray(block.hidden) == 0.0)
+        stays = stays * (np.asarray(block.hidden) == 0.0)  # 0 or 1
     return stays * x, stays[:, None] * P * stays + np.diag(more), stays
 
 

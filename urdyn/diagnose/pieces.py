@@ -47,7 +47,7 @@ def unseen(told: Sequence[Shown], t: float) -> tuple[Mode, float]:
 def _piece(held: Array, C: Array, d: Array) -> tuple[Array, Array]:
     """Mean (10,) and covariance of a piece that is held with these probabilities, (N,)."""
     cov = np.linalg.inv(np.tensordot(held, C, 1) + PRIOR)
-    return cov @ (held @ d), cov
+    return cov @ (held @ d), np.asarray(cov)
 
 
 def _always(C: Array, d: Array) -> float:
