@@ -20,8 +20,8 @@ from urdyn.types import Array, Index
 
 MOMENT = 0.5  # [s]
 DELAY = 4  # moments that one waits
-FEW = 40  # moments that may show a piece which comes and goes
-WATCHED = 240  # moments that are searched for a light piece
+FEW = 40  # moments after which a light piece is searched for again
+WATCHED = 240  # moments that are searched at most
 LASTING = 0.2  # [-] of the time away that a load must have been carried to be there to stay
 CLEAR = 5.0  # [sd] by which its mass differs then
 CERTAIN = 0.99  # [-] that what was carried for so long is another load
@@ -51,6 +51,11 @@ class Carrying:
     away: tuple[float, ...] = ()  # [s] of motion in each mode since the first was last carried
     since: float = np.nan  # [s] when that began
     unclaimed: tuple[Shown, ...] = ()  # of moments with the first, since the program began
+
+    @property
+    def due(self) -> bool:
+        """Whether it is time to search these for a light piece."""
+        return not self.was and bool(self.unclaimed) and len(self.unclaimed) % FEW == 0
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,7 +131,8 @@ class Loads:
         if mode:
             modes[mode] = carried.learnt(ripe.told, carried.spread(modes[mode]), ripe.end)
         pool = self.unladen(ripe.pool, modes[mode], not mode) if whole else None
-        unclaimed = carrying.unclaimed if mode else (*carrying.unclaimed, ripe.told)[-WATCHED:]
+        unclaimed = carrying.unclaimed if len(carrying.unclaimed) < WATCHED else ()
+        unclaimed = unclaimed if mode else (*unclaimed, ripe.told)
         carrying = replace(
             carrying, modes=tuple(modes), was=mode, path=tuple(path), unclaimed=unclaimed
         )
@@ -139,8 +145,6 @@ class Loads:
             rival: evidence of the best fault of a joint [nats].
         """
         first, told = carrying.modes[0], carrying.unclaimed
-        if len(told) < FEW:
-            return None
         beside = [replace(each, d=each.d - each.C @ first.mean) for each in told]
         piece, gain = pieces.unseen(beside, t)
         if gain < carried.SURE + max(rival, 0.0):

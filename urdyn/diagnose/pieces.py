@@ -27,7 +27,7 @@ def unseen(told: Sequence[Shown], t: float) -> tuple[Mode, float]:
     """The piece that comes and goes, and how much better that is than what does not [nats].
 
     Args:
-        told: moments one after the other, beside what is carried as a rule.
+        told: at least RUN moments one after the other, beside what is carried as a rule.
         t: [s] of the last.
     """
     C, d = np.array([each.C for each in told]), np.array([each.d for each in told])
@@ -36,12 +36,10 @@ def unseen(told: Sequence[Shown], t: float) -> tuple[Mode, float]:
         m, cov = _piece(held, C, d)
         fits = d @ m - 0.5 * np.einsum("i,nij,j->n", m, C, m)
         held, evidence = _chain(fits)
-    gain = (
-        evidence
-        - 0.5 * m @ PRIOR @ m
-        - 0.5 * np.linalg.slogdet(np.diag(ANYTHING**2) @ np.linalg.inv(cov))[1]
-    )
-    return Mode(m, cov + np.diag(NOTHING**2), t), gain - max(_always(C, d), 0.0)
+    narrowed = 2.0 * np.sum(np.log(ANYTHING)) - np.linalg.slogdet(cov)[1]
+    gain = evidence - 0.5 * (m @ PRIOR @ m + narrowed)
+    always = _any_load(C.sum(axis=0), d.sum(axis=0))
+    return Mode(m, cov + np.diag(NOTHING**2), t), gain - max(always, 0.0)
 
 
 def _piece(held: Array, C: Array, d: Array) -> tuple[Array, Array]:
@@ -50,24 +48,18 @@ def _piece(held: Array, C: Array, d: Array) -> tuple[Array, Array]:
     return cov @ (held @ d), np.asarray(cov)
 
 
-def _always(C: Array, d: Array) -> float:
-    """Log of the likelihood of a load that stays, beside none."""
-    return _laplace(C.sum(axis=0), d.sum(axis=0))
-
-
-def _laplace(C: Array, d: Array) -> float:
+def _any_load(C: Array, d: Array) -> float:
+    """Log of the likelihood of a load that is there all the time, beside none."""
     gain = 0.5 * d @ np.linalg.solve(C + PRIOR, d)
     return float(gain - 0.5 * np.linalg.slogdet(np.eye(len(d)) + np.diag(ANYTHING**2) @ C)[1])
 
 
 def _guess(C: Array, d: Array) -> Array:
     """The RUN of moments that a load explains best, (N,) 0 or 1."""
-    starts = range(max(len(C) - RUN + 1, 1))
-    best = max(
-        starts, key=lambda k: _laplace(C[k : k + RUN].sum(axis=0), d[k : k + RUN].sum(axis=0))
-    )
+    runs = [slice(k, k + RUN) for k in range(len(C) - RUN + 1)]
+    best = max(runs, key=lambda run: _any_load(C[run].sum(axis=0), d[run].sum(axis=0)))
     held = np.zeros(len(C))
-    held[best : best + RUN] = 1.0
+    held[best] = 1.0
     return held
 
 

@@ -146,6 +146,8 @@ class Slow:
         ripe, *waiting = state.waiting
         carrying, pool = self.loads.ripened(state.carrying, ripe)
         state = replace(state, carrying=carrying, waiting=tuple(waiting))
+        if noticed := self._noticed(state):
+            return noticed
         if pool is None:
             return state
         began = ripe.begin if np.isnan(state.begin) else state.begin
@@ -174,20 +176,17 @@ class Slow:
         state = replace(
             state,
             bank=onsets.step(state.bank, block, straying, self.E),
-            A=np.zeros_like(state.A),
-            b=np.zeros_like(state.b),
-            warm=np.zeros_like(state.warm),
-            moments=0,
-            begin=np.nan,
             loudness=self._heard(state.loudness, "f", state, *told),
             level=self._heard(state.level, "o", state, *told),
             steadiness=self._steadier(state, *told),
             recall=state.recall.after(block, straying),
         )
-        return self._noticed(state) or self._judged(state)
+        return self._judged(self._between(state))
 
     def _noticed(self, state: SlowState) -> SlowState | None:
         """With a light piece that is noticed by now: what this program taught is forgotten."""
+        if not state.carrying.due:
+            return None
         joints = [k for k, each in enumerate(self.of.each) if not each.kind.of_tool]
         rival = float(gathered(state.bank, self.of)[joints].max())
         carrying = self.loads.noticed(state.carrying, state.bank.t, rival)
@@ -196,7 +195,13 @@ class Slow:
         bank, recall = state.before
         if state.known:
             bank = recall.again(self.healthy, state.known, self._straying(state), self.E)
-        return replace(state, carrying=carrying, bank=bank, recall=recall)
+        return self._between(replace(state, carrying=carrying, bank=bank, recall=recall))
+
+    def _between(self, state: SlowState) -> SlowState:
+        """With no block begun."""
+        n, J = self.space.size, self.space.joints
+        A, b, warm = np.zeros((n, n)), np.zeros(n), np.zeros((3, J))
+        return replace(state, A=A, b=b, warm=warm, moments=0, begin=np.nan)
 
     def _straying(self, state: SlowState) -> Straying:
         return self.healthy.loosened(state.known, state.steadiness.share)
