@@ -83,6 +83,16 @@ def anything(t: float) -> Mode:
     return Mode(np.zeros(10), np.diag(ANYTHING**2), t)
 
 
+def possible(mode: Mode, payload: Array) -> bool:
+    """Whether it may be there: nothing weighs less than no tool at all.
+
+    Args:
+        payload: inertials of what was carried on the first day, (10,).
+    """
+    lightest = -2.0 * np.sqrt(mode.cov[0, 0] + NOTHING[0] ** 2)
+    return bool(payload[0] + mode.mean[0] > lightest)
+
+
 def spread(mode: Mode) -> Mode:
     """The same, no better known than it can be."""
     floor = np.diag(np.maximum(np.diag(mode.cov), NOTHING**2) - np.diag(mode.cov))

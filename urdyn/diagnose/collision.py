@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from urdyn.diagnose.carried import ANYTHING
 from urdyn.diagnose.event import Event
 from urdyn.diagnose.rows import Rows
 from urdyn.diagnose.space import Space
@@ -173,6 +174,8 @@ class Collision:
             left = felt - np.einsum("bjk,bk->bj", np.array(state.tool), more)
             if np.sum(np.minimum(sizes, np.sum((left / sd) ** 2, axis=1))) < 0.5 * sizes.sum():
                 return None  # a piece was taken or put down
+        if _of_a_piece(felt, sd, np.array(state.tool)) < 0.5 * sizes.sum():
+            return None  # a piece that was not known
         peak = int(np.argmax(sizes))
         strong = sizes > 0.5 * sizes[peak]
         mean, doubt = felt[strong].mean(axis=0), sd[peak] / np.sqrt(strong.sum())
@@ -231,6 +234,22 @@ def _gone(state: Quiet, felt: Array, sd: Array) -> bool:
     sizes = [float(np.sum((f / s) ** 2)) for f, s in zip(state.felt, state.sd, strict=True)]
     still = felt - state.felt[int(np.argmax(sizes))]
     return bool(np.sum((felt / sd) ** 2) + CLEAR < np.sum((still / sd) ** 2))
+
+
+def _of_a_piece(felt: Array, sd: Array, tool: Array) -> float:
+    """Sum of squares that is left if a piece was taken or put down in one of the bins, for good.
+
+    Args:
+        felt, sd: (B, J) [N·m]; tool: (B, J, 10) per unit of payload.
+    """
+    H, y = tool / sd[..., None], felt / sd
+    left = [float(np.sum(y**2))]
+    for k in range(len(y)):
+        G, z = H[k:].reshape(-1, H.shape[2]), y[k:].ravel()
+        piece = np.linalg.solve(G.T @ G + np.diag(ANYTHING**-2.0), G.T @ z)
+        unlike = float(np.sum((piece / ANYTHING) ** 2))
+        left.append(float(np.sum(y[:k] ** 2) + np.sum((z - G @ piece) ** 2)) + unlike)
+    return min(left)
 
 
 def _doubted(state: Quiet, late: Array) -> Quiet:

@@ -26,6 +26,7 @@ from urdyn.diagnose.rows import Rows, joined, rows
 from urdyn.diagnose.rules import Rules, read_rules
 from urdyn.diagnose.slow import Slow, SlowState
 from urdyn.diagnose.space import Space, space
+from urdyn.diagnose.trust import in_company
 from urdyn.diagnose.verdict import of_change, of_event, risen, up_to_date
 from urdyn.diagnose.warmth import Warmth, felt, unfelt
 from urdyn.identify.fit import Fit
@@ -132,6 +133,9 @@ class Diagnosis:
         fast, events, ill = self.fast.step(state.fast, beat, carried)
         believed = replace(beat, settled=beat.settled & ~ill)
         state = replace(state, fast=fast, beat=(), moment=(*state.moment, believed))
+        if sick := [event.onset for event in events if event.kind == "sensor_fault"]:
+            slow = self.slow.unsaid(state.slow, min(sick))
+            state = replace(state, slow=slow, moment=(believed,))
         state, found = self._told(replace(state, push=_last(events, state.push)), events)
         first, last = state.moment[0].t[0], state.moment[-1].t[-1]
         if last - first + self.period < MOMENT - 1e-9:
@@ -152,7 +156,7 @@ class Diagnosis:
             suspect = self.slow.of.each[change.suspect]
             trace = [] if suspect.kind.of_tool else self.slow.trace(slow, change.suspect)
             series[change.suspect] = tuple(trace)
-            new.append(of_change(change, self.slow.of, self.space, trace))
+            new.append(of_change(change, self.slow.of, self.space, self.rules, trace))
         state, found = _with(replace(state, series=tuple(series.items())), new)
         if slow.bank.t == state.blocks or np.isnan(slow.bank.t):
             return state, found
@@ -214,10 +218,14 @@ def _last(events: Iterable[Event], before: tuple[float, float]) -> tuple[float, 
 
 def _with(state: State, new: list[Finding]) -> tuple[State, list[Finding]]:
     """The findings with new ones; one of a known name is replaced, and keeps its alarm."""
+    if not new:
+        return state, []
     findings = {finding.id: finding for finding in state.findings}
     for finding in new:
         if finding.id in findings:
             old = findings[finding.id]
             finding = replace(finding, alarm_s=old.alarm_s, acknowledged=old.acknowledged)
         findings[finding.id] = finding
-    return replace(state, findings=tuple(findings.values())), new
+    told = tuple(in_company(tuple(findings.values())))
+    ids = {finding.id for finding in new}
+    return replace(state, findings=told), [f for f in told if f.id in ids]

@@ -116,6 +116,8 @@ class Loads:
             pool = pooled_together([w.pool for w in moments[k:]])
             if gain > self._of_joints(belief, pool, modes[path[k]]) + MARGIN:
                 new = carried.learnt(told, carried.anything(t), t)
+                if not carried.possible(new, self.space.reference.payload):
+                    continue
                 more, now = carried.remembered(modes, new, {carrying.was, *path[:k]})
                 path = (*path[:k], *[now] * (len(moments) - k))
                 return replace(carrying, modes=more, now=now, path=path)
@@ -150,6 +152,8 @@ class Loads:
         if gain < carried.SURE + max(rival, 0.0):
             return None
         new = replace(piece, mean=piece.mean + first.mean)
+        if not carried.possible(new, self.space.reference.payload):
+            return None
         more, _ = carried.remembered(carrying.modes, new, {carrying.was, *carrying.path})
         return replace(carrying, modes=more, unclaimed=())
 
@@ -195,6 +199,8 @@ class Loads:
         hold = self.kind.hold_lighter if more[0] < 0.0 else self.kind.hold
         sd = float(np.sqrt(mode.cov[0, 0]))
         if away.sum() < hold or abs(more[0]) < max(self.kind.least, CLEAR * sd):
+            return None
+        if not carried.possible(mode, self.space.reference.payload):
             return None
         k = next(k for k, each in enumerate(self.of.each) if each.kind is self.kind)
         change = Change(

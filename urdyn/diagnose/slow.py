@@ -142,6 +142,13 @@ class Slow:
             return self._afresh(state)
         return state
 
+    def unsaid(self, state: SlowState, t: float) -> SlowState:
+        """Without the moments since `t` [s] that are in no block yet: a sick sensor told them."""
+        kept = sum(w.end <= t for w in state.waiting)
+        carrying = replace(state.carrying, path=state.carrying.path[:kept])
+        state = replace(state, waiting=state.waiting[:kept], carrying=carrying)
+        return self._between(state)
+
     def _gather(self, state: SlowState) -> SlowState:
         ripe, *waiting = state.waiting
         carrying, pool = self.loads.ripened(state.carrying, ripe)
