@@ -13,7 +13,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from urdyn.diagnose.carried import ANYTHING
 from urdyn.diagnose.event import Event
 from urdyn.diagnose.rows import Rows
 from urdyn.diagnose.space import Space
@@ -47,6 +46,7 @@ class Quiet:
     calm: int = 0  # quiet bins since the last loud one
     begin: float = np.nan  # [s] of what happens; NaN: nothing
     t: tuple[float, ...] = ()  # of its bins
+    stood: tuple[bool, ...] = ()  # whether the arm did
     felt: tuple[Array, ...] = ()  # (J,) [N·m] of each
     sd: tuple[Array, ...] = ()
     q: tuple[Array, ...] = ()
@@ -115,19 +115,19 @@ class Collision:
         var = np.where(ill, np.inf, var)
         felt = rho - state.base
         size, least = (float(np.sum(felt**2 / x)) for x in (var, plain))
-        moment = (float(rows.t[0]), felt, np.sqrt(var), rows.q[0], tool)
+        moment = (float(rows.t[0]), bool(held.all()), felt, np.sqrt(var), rows.q[0], tool)
         return self._judge(state, (size, least), moment, aimed, carried, ill)
 
     def _judge(
         self,
         state: Quiet,
         size: tuple[float, float],
-        moment: tuple[float, Array, Array, Array, Array],
+        moment: tuple[float, bool, Array, Array, Array, Array],
         aimed: Array,
         carried: Array,
         ill: Mask,
     ) -> tuple[Quiet, Event | None]:
-        t, felt, sd, q, tool = moment
+        t, stood, felt, sd, q, tool = moment
         going = np.isfinite(state.begin)
         if not going and size[0] < LOUD:
             return self._learn(state, felt, sd, aimed), None
@@ -136,7 +136,8 @@ class Collision:
             state,
             begin=state.begin if going else t,
             calm=state.calm + 1 if over else 0,
-            t=(*state.t, t), felt=(*state.felt, felt), sd=(*state.sd, sd), q=(*state.q, q),
+            t=(*state.t, t), stood=(*state.stood, stood),
+            felt=(*state.felt, felt), sd=(*state.sd, sd), q=(*state.q, q),
             tool=(*state.tool, tool), carried=(*state.carried, carried[0]),
         )  # fmt: skip
         if state.calm >= CALM:
@@ -159,7 +160,8 @@ class Collision:
 
     def _over(self, state: Quiet, base: Array) -> Quiet:
         return replace(
-            state, base=base, calm=0, begin=np.nan, t=(), felt=(), sd=(), q=(), tool=(), carried=()
+            state, base=base, calm=0, begin=np.nan, t=(), stood=(), felt=(), sd=(), q=(), tool=(),
+            carried=(),
         )  # fmt: skip
 
     def _event(self, state: Quiet, carried: Array, ill: Mask) -> Event | None:
@@ -174,8 +176,8 @@ class Collision:
             left = felt - np.einsum("bjk,bk->bj", np.array(state.tool), more)
             if np.sum(np.minimum(sizes, np.sum((left / sd) ** 2, axis=1))) < 0.5 * sizes.sum():
                 return None  # a piece was taken or put down
-        if _of_a_piece(felt, sd, np.array(state.tool)) < 0.5 * sizes.sum():
-            return None  # a piece that was not known
+        if _left_with_it(np.array(state.stood), felt, sd):
+            return None
         peak = int(np.argmax(sizes))
         strong = sizes > 0.5 * sizes[peak]
         mean, doubt = felt[strong].mean(axis=0), sd[peak] / np.sqrt(strong.sum())
@@ -227,29 +229,31 @@ def _mean(values: Array) -> Array:
 
 
 def _gone(state: Quiet, felt: Array, sd: Array) -> bool:
-    """Whether a bin looks more like nothing than like what was felt most.
+    """Whether a bin looks more like nothing than like any that was loud.
 
     A joint that has just begun to move tells little; a load that is still there is no end of one.
     """
-    sizes = [float(np.sum((f / s) ** 2)) for f, s in zip(state.felt, state.sd, strict=True)]
-    still = felt - state.felt[int(np.argmax(sizes))]
-    return bool(np.sum((felt / sd) ** 2) + CLEAR < np.sum((still / sd) ** 2))
+    then, doubt = np.array(state.felt), np.array(state.sd)
+    sizes = np.sum((then / doubt) ** 2, axis=1)
+    loud = then[sizes >= min(LOUD, sizes.max())]
+    still = np.sum(((felt - loud) / sd) ** 2, axis=1).min()
+    return bool(np.sum((felt / sd) ** 2) + CLEAR < still)
 
 
-def _of_a_piece(felt: Array, sd: Array, tool: Array) -> float:
-    """Sum of squares that is left if a piece was taken or put down in one of the bins, for good.
+def _left_with_it(stood: Mask, felt: Array, sd: Array) -> bool:
+    """Whether an arm that stood went away with what it felt: a piece, as far as anybody can tell.
+
+    What a joint felt that began to move is doubtful; if it were not, half of the force would be
+    there still.
 
     Args:
-        felt, sd: (B, J) [N·m]; tool: (B, J, 10) per unit of payload.
+        stood: in each bin, (B,).
+        felt, sd: (B, J) [N·m].
     """
-    H, y = tool / sd[..., None], felt / sd
-    left = [float(np.sum(y**2))]
-    for k in range(len(y)):
-        G, z = H[k:].reshape(-1, H.shape[2]), y[k:].ravel()
-        piece = np.linalg.solve(G.T @ G + np.diag(ANYTHING**-2.0), G.T @ z)
-        unlike = float(np.sum((piece / ANYTHING) ** 2))
-        left.append(float(np.sum(y[:k] ** 2) + np.sum((z - G @ piece) ** 2)) + unlike)
-    return min(left)
+    sizes = np.sum((felt / sd.min(axis=0)) ** 2, axis=1)
+    return bool(
+        stood.any() and not stood.all() and sizes[-CALM:].mean() > 0.25 * sizes[stood].max()
+    )
 
 
 def _doubted(state: Quiet, late: Array) -> Quiet:

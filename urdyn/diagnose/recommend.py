@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 
 from urdyn.diagnose.finding import Finding
+from urdyn.diagnose.trust import PASSING
 from urdyn.faults.decision import Costs, Decision, decide, outlook
 from urdyn.types import Array
 
 SOON = 1e-3  # [h] in which what is past its critical level is taken to end the work
 HOUR = 3600.0  # [s]
-PASSING = ("collision", "payload_change")  # kinds that nobody services
 
 
 def recommendation(findings: Sequence[Finding], costs: Costs) -> dict[str, Any]:

@@ -8,7 +8,8 @@ all kinds have in common as the prior [Laplace1774]_,
     p(right) = (r + m p_0) / (n + m)        p_0 = (sum r + 1) / (sum n + 2)
 
 That is of findings that come alone or in pairs. Many at once are one cause that the model has no
-word for, or one fault and its shadows: an arm seldom has more than two, whichever they are.
+word for, or one fault and its shadows: an arm seldom has more than two, whichever they are. Pushes
+and loads pass, and may follow each other.
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ from urdyn.diagnose.finding import Finding
 
 AT_ONCE = 60.0  # [s] from alarm to alarm
 ALONE = "confidence_alone"
+PASSING = ("collision", "payload_change")  # kinds that nobody services
 PAIR = 2  # faults that an arm may have at once
 ALIKE = 5.0  # findings m that what all kinds have in common is worth
 
@@ -44,7 +46,8 @@ def in_company(findings: Sequence[Finding]) -> list[Finding]:
     told = []
     for finding in findings:
         alone = finding.evidence.get(ALONE, finding.confidence)
-        many = sum(abs(other.alarm_s - finding.alarm_s) < AT_ONCE for other in findings)
+        near = [f for f in findings if abs(f.alarm_s - finding.alarm_s) < AT_ONCE]
+        many = max(1, sum(f.kind not in PASSING for f in near))
         evidence = dict(finding.evidence) | {ALONE: alone}
         told.append(replace(finding, confidence=alone * min(1.0, PAIR / many), evidence=evidence))
     return told
