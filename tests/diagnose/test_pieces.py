@@ -7,6 +7,7 @@ from itertools import pairwise, product
 import numpy as np
 
 from urdyn.diagnose.carried import CHANGED, Shown
+from urdyn.diagnose.collision import _left_with_it
 from urdyn.diagnose.pieces import _chain, unseen
 
 MOMENTS, RUN = 120, 8
@@ -43,3 +44,14 @@ def test_a_light_piece_is_told_and_what_stays_or_is_not_there_is_none() -> None:
     assert abs(mode.mean[0] - 0.5) < 4.0 * np.sqrt(mode.cov[0, 0])
     for held in (np.zeros(MOMENTS), np.ones(MOMENTS)):
         assert unseen(moments(rng, piece, held), 60.0)[1] < 0.0
+
+
+def test_a_load_that_an_arm_goes_away_with_is_no_push() -> None:
+    sd = np.full((12, 6), 2.0)
+    sd[6:] = 20.0  # what held the joints that begin to move is unknown
+    stood, load = np.arange(12) < 6, np.array([0.0, 28.0, 10.0, 1.0, 0.0, 0.0])
+    stays = np.tile(load, (12, 1))
+    goes = stays * (np.arange(12) < 5)[:, None]
+    assert _left_with_it(stood, stays, sd)
+    assert not _left_with_it(stood, goes, sd)
+    assert not _left_with_it(np.ones(12, dtype=bool), stays, sd)
