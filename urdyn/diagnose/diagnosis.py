@@ -27,7 +27,7 @@ from urdyn.diagnose.rules import Rules, read_rules
 from urdyn.diagnose.slow import Slow, SlowState
 from urdyn.diagnose.space import Space, space
 from urdyn.diagnose.trust import in_company
-from urdyn.diagnose.verdict import of_change, of_event, risen, up_to_date
+from urdyn.diagnose.verdict import identity, of_change, of_event, risen, up_to_date
 from urdyn.diagnose.warmth import Warmth, felt, unfelt
 from urdyn.identify.fit import Fit
 from urdyn.signal import Instant
@@ -151,9 +151,12 @@ class Diagnosis:
 
     def _changes(self, state: State) -> tuple[State, list[Finding]]:
         """New changes, and how those that are known went on."""
+        state = self._withdrawn(state)
         slow, series, new = state.slow, dict(state.series), []
         for change in slow.found:
             suspect = self.slow.of.each[change.suspect]
+            if not suspect.kind.of_tool and change.suspect not in slow.known:
+                continue
             trace = [] if suspect.kind.of_tool else self.slow.trace(slow, change.suspect)
             series[change.suspect] = tuple(trace)
             new.append(of_change(change, self.slow.of, self.space, self.rules, trace))
@@ -166,6 +169,17 @@ class Diagnosis:
         worse = risen(state.findings, self._known(state), dict(state.series), self.space)
         state, more = _with(state, worse)
         return state, found + more
+
+    def _withdrawn(self, state: State) -> State:
+        """Without findings of which nothing is left since another one explains them."""
+        of = self.slow.of.each
+        gone = {k for k, _ in state.series if not of[k].kind.of_tool and k not in state.slow.known}
+        if not gone:
+            return state
+        ids = {identity(of[k], self.space) for k in gone}
+        series = tuple(pair for pair in state.series if pair[0] not in gone)
+        kept = tuple(f for f in state.findings if f.id not in ids)
+        return replace(state, series=series, findings=kept)
 
     def _known(self, state: State) -> dict[int, Suspect]:
         """Slow suspects that are found."""

@@ -31,6 +31,7 @@ BLOCK = 5.0  # [s]
 ENOUGH = 10  # values of current in a moment that says anything
 NEAR = 10.0  # [nats] below an alarm, from which on a suspect is another's rival
 CONFIDENT = 0.95  # [-] share of the evidence at which a finding is told at once
+UNSURE = 2.0  # [sd] below which another finding leaves nothing of a change
 PATIENCE = 12  # blocks that an alarm waits for that
 
 
@@ -182,7 +183,7 @@ class Slow:
             learnt=self.learning.after(state.learnt, state.A, state.b, belief, straying.window),
             recall=state.recall.after(block, straying),
         )
-        return self._judged(self._between(state))
+        return self._judged(self._explained(self._between(state)))
 
     def _noticed(self, state: SlowState) -> SlowState | None:
         """With a light piece that is noticed by now: what this program taught is forgotten."""
@@ -247,10 +248,23 @@ class Slow:
         state = replace(state, found=(*state.found, change), waited=0)
         if of_tool:
             return self._settled_on(state, more)
-        known = (*state.known, k)
+        return self._judged(self._knowing(state, (*state.known, k)))
+
+    def _knowing(self, state: SlowState, known: tuple[int, ...]) -> SlowState:
+        """With these suspects found, and the bank as it is in their light."""
         state = replace(state, known=known)
         bank = state.recall.again(self.healthy, known, self._straying(state), self.E)
-        return self._judged(replace(state, bank=bank))
+        return replace(state, bank=bank)
+
+    def _explained(self, state: SlowState) -> SlowState:
+        """Without what was found of which others have left nothing: it was their shadow."""
+        left = tuple(k for k in state.known if not self._nothing(state.bank, k))
+        return state if left in ((), state.known) else self._knowing(state, left)
+
+    def _nothing(self, bank: Bank, k: int) -> bool:
+        """Whether a change that was found may as well be none by now."""
+        at = self._measured(k)
+        return bool(abs(bank.x[at]) < UNSURE * np.sqrt(bank.P[at, at]))
 
     def _settled_on(self, state: SlowState, more: Array) -> SlowState:
         """Take what is carried as what is carried as a rule; all else is known as it was."""

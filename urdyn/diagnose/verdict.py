@@ -46,7 +46,7 @@ def of_change(change: Change, of: Suspects, space: Space, rules: Rules, trace: S
     course = Course(change.alarm, size, sd, rate, rate_sd)
     forecast = course.forecast(kind.warning, kind.critical)
     return Finding(
-        id=f"{kind.name}.{name}" + (f"@{onset:.1f}" if kind.of_tool else ""),
+        id=identity(suspect, space) + (f"@{onset:.1f}" if kind.of_tool else ""),
         kind=kind.name,
         joint=_joint(suspect),
         name=name,
@@ -117,11 +117,16 @@ def up_to_date(
     space: Space,
 ) -> list[Finding]:
     """All findings, the slow ones as their last block has them."""
-    slow = {f"{s.kind.name}.{_name(s, space)}": k for k, s in known.items()}
+    slow = {identity(s, space): k for k, s in known.items()}
     return [
         _grown(f, known[k], series[k]) if (k := slow.get(f.id)) is not None and series.get(k) else f
         for f in findings
     ]
+
+
+def identity(suspect: Suspect, space: Space) -> str:
+    """The name by which a change of a joint is known from run to run."""
+    return f"{suspect.kind.name}.{_name(suspect, space)}"
 
 
 def _worse(old: Finding, new: Finding) -> bool:
