@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from urdyn.diagnose.bank import Block, Straying, first, step, strayed
+from urdyn.diagnose.bank import PROGRAM, Block, Straying, first, step, strayed
 from urdyn.diagnose.explain import _log_ratio
 
 N, BLOCKS, SECONDS = 3, 7, 5.0
@@ -16,7 +16,7 @@ E = np.eye(N)[:, :2]
 def blocks(rng: np.random.Generator, change: np.ndarray | None = None, onset: int = 0):
     """Information of blocks of a healthy arm that strays; with a step from block `onset`."""
     P = np.diag([0.3, 0.2, 0.1]) ** 2
-    x = rng.multivariate_normal(np.zeros(N), P)
+    x = rng.multivariate_normal(np.zeros(N), P + np.diag((PROGRAM * WINDOW) ** 2))
     made, H = [], rng.standard_normal((BLOCKS, 4, N))
     for k in range(BLOCKS):
         x = x + (k > 0) * WALK * np.sqrt(SECONDS) * rng.standard_normal(N)
@@ -39,7 +39,7 @@ def banked(P, made):
 def dense(P, made, onset: int, ramp: bool):
     """C and d of a change, out of the joint Gaussian of all measurements."""
     K = len(made)
-    cov = np.kron(np.ones((K, K)), P)
+    cov = np.kron(np.ones((K, K)), P + np.diag((PROGRAM * WINDOW) ** 2))
     for k in range(K):
         for m in range(K):
             cov[k * N : k * N + N, m * N : m * N + N] += np.diag(WALK**2) * SECONDS * min(k, m)

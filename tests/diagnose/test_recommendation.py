@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from urdyn.diagnose import Finding
@@ -71,8 +72,10 @@ def test_a_joint_lasts_as_surely_as_its_faults_do():
     pushed = replace(GROWING, id="pushed", kind="collision", joint=1, severity="critical")
     rows = health([even, far, pushed], ("a", "b", "c", "d"), Costs())
     index = [row["health_index"] for row in rows]
-    assert index[0] == pytest.approx(1.0, abs=1e-6)  # 200 h at the soonest
-    assert index[1] is None and index[3] is None  # nothing that wears; nothing at all
+    unseen = np.exp(-Costs().notice / Costs().life)
+    assert index[0] == pytest.approx(unseen, abs=1e-6)  # 200 h at the soonest
+    assert index[1] == index[3] == pytest.approx(unseen)  # nothing that wears; nothing at all
+    assert 0.99 < unseen < 1.0
     assert index[2] == pytest.approx(0.5, abs=0.02)  # by its median, to a step of the outlook
     both = health([even, replace(even, id="too")], ("a", "b", "c"), Costs())
-    assert both[2]["health_index"] == pytest.approx(index[2] ** 2)
+    assert both[2]["health_index"] == pytest.approx(index[2] ** 2 / unseen)

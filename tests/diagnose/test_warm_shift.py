@@ -90,7 +90,7 @@ def test_the_path_through_modes_is_the_best_of_all_paths() -> None:
         fits, was = 12.0 * rng.standard_normal((4, 3)), int(rng.integers(3))
         scores = {
             path: sum(fits[n, k] for n, k in enumerate(path))
-            - carried.SURE * sum(a != b for a, b in zip((was, *path[:-1]), path, strict=True))
+            - carried.CHANGED * sum(a != b for a, b in zip((was, *path[:-1]), path, strict=True))
             for path in product(range(3), repeat=4)
         }
         score, path = likeliest(fits, was)

@@ -44,6 +44,7 @@ def bench_diagnose(
         PAIRS,
         commissioned,
         counted,
+        named,
         reliability,
         trials,
     )
@@ -77,6 +78,7 @@ def bench_diagnose(
             "counts": counts.tolist(),
             "findings": findings,
             "right": right,
+            "named": named(done),
             "median_delay_s": float(np.median(delays)) if delays else None,
             "reliability": [
                 {"confidence": confidence, "right": share, "findings": n}

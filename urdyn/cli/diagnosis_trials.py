@@ -128,6 +128,16 @@ def counted(done: list[Trial]) -> tuple[np.ndarray, list[str], list[str]]:
     return counts, truth, told
 
 
+def named(done: list[Trial]) -> dict[str, list[int]]:
+    """By kind, findings that had the right kind and joint, and all."""
+    counts = {kind: [0, 0] for kind in FAULTS}
+    for trial in done:
+        for kind, joint in trial.told:
+            counts[kind][0] += (kind, joint) in trial.truth
+            counts[kind][1] += 1
+    return counts
+
+
 def reliability(done: list[Trial]) -> list[tuple[float, float, int]]:
     """How confident findings were, which share of them was right, and how many, by BINS."""
     each = [

@@ -57,6 +57,7 @@ class Block:
     A: Array  # (n, n)
     b: Array  # (n,)
     walk: Array | float = 0.0  # (n,) [1/√s] beside that of every block
+    hidden: Array | float = 0.0  # (n,) sd of what hides in a program, and ends with it
 
 
 def first(x: Array, P: Array, p: int) -> Bank:
@@ -83,8 +84,9 @@ def step(bank: Bank, block: Block, straying: Straying, E: Array) -> Bank:
     Args:
         E: directions that faults have, (n, p).
     """
-    P = bank.P + np.diag(_strayed(bank.t, block, straying))
-    bank = _with_onset(bank, block.begin, E.shape[1])
+    x, P, stays = _strayed(bank.t, bank.x, bank.P, block, straying)
+    X = stays[:, None, None, None] * bank.X
+    bank = _with_onset(replace(bank, x=x, X=X), block.begin, E.shape[1])
     keep = np.linalg.inv(np.eye(len(P)) + block.A @ P)  # (I + A P)^-1
     seen = keep @ block.A  # (A^-1 + P)^-1
     after = P @ keep
@@ -104,26 +106,27 @@ def followed(
     t: float, x: Array, P: Array, block: Block, straying: Straying
 ) -> tuple[float, Array, Array]:
     """The healthy arm alone, one block on."""
-    P = P + np.diag(_strayed(t, block, straying))
+    x, P, _ = _strayed(t, x, P, block, straying)
     after = P @ np.linalg.inv(np.eye(len(P)) + block.A @ P)
     return block.end, x + after @ (block.b - block.A @ x), 0.5 * (after + after.T)
 
 
-def _strayed(t: float, block: Block, straying: Straying) -> Array:
-    """Variance that comes up between the block that ended at `t` and this one, (n,)."""
-    if np.isnan(t):
-        return np.zeros_like(straying.walk)
+def _strayed(
+    t: float, x: Array, P: Array, block: Block, straying: Straying
+) -> tuple[Array, Array, Array]:
+    """Belief in a block after one that ended at `t`, and which states it takes over, (n,)."""
     walk = straying.walk**2 + block.walk**2
-    return np.asarray(walk * (block.end - t) + reprogrammed(t, block.begin, straying.window) ** 2)
+    more = walk * (0.0 if np.isnan(t) else block.end - t)
+    stays = np.ones_like(x)
+    if another(t, block.begin):
+        more = more + (PROGRAM * np.hypot(straying.window, block.hidden)) ** 2
+        stays = stays * (np.asarray(block.hidden) == 0.0)  # 0 or 1
+    return stays * x, stays[:, None] * P * stays + np.diag(more), stays
 
 
-def reprogrammed(t: float, begin: float, window: Array) -> Array:
-    """How far the model may be off from `begin` on, if it may be another program than at `t` [s].
-
-    Args:
-        window: how far windows stray, (n,).
-    """
-    return PROGRAM * window * (begin - t > PAUSE)
+def another(t: float, begin: float) -> bool:
+    """Whether it may be another program at `begin` than at `t` [s]; the first one is new, too."""
+    return not begin - t <= PAUSE
 
 
 def _with_onset(bank: Bank, t: float, p: int) -> Bank:

@@ -18,7 +18,8 @@ from urdyn.types import Array, Index
 ANYTHING = np.array([3.0, 0.3, 0.3, 0.3, *[0.05] * 6])  # kg, kg m, kg m²: sd of a new one
 NOTHING = np.array([0.02, 0.004, 0.004, 0.004, *[5e-4] * 6])  # what a cable makes of a known one
 ALIKE = np.array([0.15, 0.03, 0.03, 0.03, *[0.01] * 6])  # -, m, m²: sd per kilogram of another
-SURE = 12.0  # [nats] by which another mode has to be better than the one that is carried
+SURE = 12.0  # [nats] by which a new mode has to be better than those that are known
+CHANGED = 3.0  # [nats] log of the moments that a piece is held, or not, before that changes
 MODES = 4  # that are remembered
 
 
@@ -80,6 +81,16 @@ def commissioned(t: float = -np.inf) -> Mode:
 def anything(t: float) -> Mode:
     """A new one, of which nothing is known."""
     return Mode(np.zeros(10), np.diag(ANYTHING**2), t)
+
+
+def possible(mode: Mode, payload: Array) -> bool:
+    """Whether it may be there: nothing weighs less than no tool at all.
+
+    Args:
+        payload: inertials of what was carried on the first day, (10,).
+    """
+    lightest = -2.0 * np.sqrt(mode.cov[0, 0] + NOTHING[0] ** 2)
+    return bool(payload[0] + mode.mean[0] > lightest)
 
 
 def spread(mode: Mode) -> Mode:

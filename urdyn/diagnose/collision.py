@@ -23,6 +23,7 @@ HELD = 0.005  # [rad/s] slower than this a joint is held by friction that does n
 QUIET = 30.0  # [-] sum of squares below which nothing happens
 LOUD = 90.0  # [-] above which something does
 CALM = 3  # quiet bins after which it is over
+CLEAR = 8.0  # [-] of squares by which each of them says so: 12 nats together, as of any other load
 FORGET = 0.08  # [-] of the baseline of a joint that moves, a bin
 RELAX = 0.015  # [-] of one that stands: what holds it changes slowly, a hand may press as slowly
 NOTHING = 8.0  # [-] sum of squares below which bins tell how far the baseline is to be believed
@@ -45,6 +46,7 @@ class Quiet:
     calm: int = 0  # quiet bins since the last loud one
     begin: float = np.nan  # [s] of what happens; NaN: nothing
     t: tuple[float, ...] = ()  # of its bins
+    stood: tuple[bool, ...] = ()  # whether the arm did
     felt: tuple[Array, ...] = ()  # (J,) [N·m] of each
     sd: tuple[Array, ...] = ()
     q: tuple[Array, ...] = ()
@@ -103,8 +105,9 @@ class Collision:
         doubt = np.where(held, 0.0, K * rows.doubt.max(axis=0)) + MODEL * np.abs(
             aimed - state.aimed
         )
-        doubt = doubt + LATE * np.abs(aimed - state.asked)
-        state = replace(state, asked=aimed)
+        late = LATE * np.abs(aimed - state.asked)
+        doubt = doubt + late
+        state = replace(_doubted(state, late), asked=aimed)
         var = np.maximum(noise, 2.0 * state.spread) + doubt**2
         # What a joint that begins to move was held by is unknown, up to its friction.
         grip, plain = self.space.reference.drive.coulomb, np.where(ill, np.inf, var)
@@ -112,19 +115,19 @@ class Collision:
         var = np.where(ill, np.inf, var)
         felt = rho - state.base
         size, least = (float(np.sum(felt**2 / x)) for x in (var, plain))
-        moment = (float(rows.t[0]), felt, np.sqrt(var), rows.q[0], tool)
+        moment = (float(rows.t[0]), bool(held.all()), felt, np.sqrt(var), rows.q[0], tool)
         return self._judge(state, (size, least), moment, aimed, carried, ill)
 
     def _judge(
         self,
         state: Quiet,
         size: tuple[float, float],
-        moment: tuple[float, Array, Array, Array, Array],
+        moment: tuple[float, bool, Array, Array, Array, Array],
         aimed: Array,
         carried: Array,
         ill: Mask,
     ) -> tuple[Quiet, Event | None]:
-        t, felt, sd, q, tool = moment
+        t, stood, felt, sd, q, tool = moment
         going = np.isfinite(state.begin)
         if not going and size[0] < LOUD:
             return self._learn(state, felt, sd, aimed), None
@@ -133,7 +136,8 @@ class Collision:
             state,
             begin=state.begin if going else t,
             calm=state.calm + 1 if over else 0,
-            t=(*state.t, t), felt=(*state.felt, felt), sd=(*state.sd, sd), q=(*state.q, q),
+            t=(*state.t, t), stood=(*state.stood, stood),
+            felt=(*state.felt, felt), sd=(*state.sd, sd), q=(*state.q, q),
             tool=(*state.tool, tool), carried=(*state.carried, carried[0]),
         )  # fmt: skip
         if state.calm >= CALM:
@@ -156,7 +160,8 @@ class Collision:
 
     def _over(self, state: Quiet, base: Array) -> Quiet:
         return replace(
-            state, base=base, calm=0, begin=np.nan, t=(), felt=(), sd=(), q=(), tool=(), carried=()
+            state, base=base, calm=0, begin=np.nan, t=(), stood=(), felt=(), sd=(), q=(), tool=(),
+            carried=(),
         )  # fmt: skip
 
     def _event(self, state: Quiet, carried: Array, ill: Mask) -> Event | None:
@@ -171,6 +176,8 @@ class Collision:
             left = felt - np.einsum("bjk,bk->bj", np.array(state.tool), more)
             if np.sum(np.minimum(sizes, np.sum((left / sd) ** 2, axis=1))) < 0.5 * sizes.sum():
                 return None  # a piece was taken or put down
+        if _left_with_it(np.array(state.stood), felt, sd):
+            return None
         peak = int(np.argmax(sizes))
         strong = sizes > 0.5 * sizes[peak]
         mean, doubt = felt[strong].mean(axis=0), sd[peak] / np.sqrt(strong.sum())
@@ -222,10 +229,35 @@ def _mean(values: Array) -> Array:
 
 
 def _gone(state: Quiet, felt: Array, sd: Array) -> bool:
-    """Whether a bin looks more like nothing than like what was felt most.
+    """Whether a bin looks more like nothing than like any that was loud.
 
     A joint that has just begun to move tells little; a load that is still there is no end of one.
     """
-    sizes = [float(np.sum((f / s) ** 2)) for f, s in zip(state.felt, state.sd, strict=True)]
-    still = felt - state.felt[int(np.argmax(sizes))]
-    return bool(np.sum((felt / sd) ** 2) < np.sum((still / sd) ** 2))
+    then, doubt = np.array(state.felt), np.array(state.sd)
+    sizes = np.sum((then / doubt) ** 2, axis=1)
+    loud = then[sizes >= min(LOUD, sizes.max())]
+    still = np.sum(((felt - loud) / sd) ** 2, axis=1).min()
+    return bool(np.sum((felt / sd) ** 2) + CLEAR < still)
+
+
+def _left_with_it(stood: Mask, felt: Array, sd: Array) -> bool:
+    """Whether an arm that stood went away with what it felt: a piece, as far as anybody can tell.
+
+    What a joint felt that began to move is doubtful; if it were not, half of the force would be
+    there still.
+
+    Args:
+        stood: in each bin, (B,).
+        felt, sd: (B, J) [N·m].
+    """
+    sizes = np.sum((felt / sd.min(axis=0)) ** 2, axis=1)
+    return bool(
+        stood.any() and not stood.all() and sizes[-CALM:].mean() > 0.25 * sizes[stood].max()
+    )
+
+
+def _doubted(state: Quiet, late: Array) -> Quiet:
+    """What was just felt may be a change that was predicted a little later, (J,) [N·m]."""
+    if not state.sd:
+        return state
+    return replace(state, sd=(*state.sd[:-1], np.hypot(state.sd[-1], late)))

@@ -26,7 +26,8 @@ from urdyn.diagnose.rows import Rows, joined, rows
 from urdyn.diagnose.rules import Rules, read_rules
 from urdyn.diagnose.slow import Slow, SlowState
 from urdyn.diagnose.space import Space, space
-from urdyn.diagnose.verdict import of_change, of_event, risen, up_to_date
+from urdyn.diagnose.trust import in_company
+from urdyn.diagnose.verdict import identity, of_change, of_event, risen, up_to_date
 from urdyn.diagnose.warmth import Warmth, felt, unfelt
 from urdyn.identify.fit import Fit
 from urdyn.signal import Instant
@@ -132,6 +133,9 @@ class Diagnosis:
         fast, events, ill = self.fast.step(state.fast, beat, carried)
         believed = replace(beat, settled=beat.settled & ~ill)
         state = replace(state, fast=fast, beat=(), moment=(*state.moment, believed))
+        if sick := [event.onset for event in events if event.kind == "sensor_fault"]:
+            slow = self.slow.unsaid(state.slow, min(sick))
+            state = replace(state, slow=slow, moment=(believed,))
         state, found = self._told(replace(state, push=_last(events, state.push)), events)
         first, last = state.moment[0].t[0], state.moment[-1].t[-1]
         if last - first + self.period < MOMENT - 1e-9:
@@ -147,12 +151,15 @@ class Diagnosis:
 
     def _changes(self, state: State) -> tuple[State, list[Finding]]:
         """New changes, and how those that are known went on."""
+        state = self._withdrawn(state)
         slow, series, new = state.slow, dict(state.series), []
         for change in slow.found:
             suspect = self.slow.of.each[change.suspect]
+            if not suspect.kind.of_tool and change.suspect not in slow.known:
+                continue
             trace = [] if suspect.kind.of_tool else self.slow.trace(slow, change.suspect)
             series[change.suspect] = tuple(trace)
-            new.append(of_change(change, self.slow.of, self.space, trace))
+            new.append(of_change(change, self.slow.of, self.space, self.rules, trace))
         state, found = _with(replace(state, series=tuple(series.items())), new)
         if slow.bank.t == state.blocks or np.isnan(slow.bank.t):
             return state, found
@@ -162,6 +169,17 @@ class Diagnosis:
         worse = risen(state.findings, self._known(state), dict(state.series), self.space)
         state, more = _with(state, worse)
         return state, found + more
+
+    def _withdrawn(self, state: State) -> State:
+        """Without findings of which nothing is left since another one explains them."""
+        of = self.slow.of.each
+        gone = {k for k, _ in state.series if not of[k].kind.of_tool and k not in state.slow.known}
+        if not gone:
+            return state
+        ids = {identity(of[k], self.space) for k in gone}
+        series = tuple(pair for pair in state.series if pair[0] not in gone)
+        kept = tuple(f for f in state.findings if f.id not in ids)
+        return replace(state, series=series, findings=kept)
 
     def _known(self, state: State) -> dict[int, Suspect]:
         """Slow suspects that are found."""
@@ -214,10 +232,14 @@ def _last(events: Iterable[Event], before: tuple[float, float]) -> tuple[float, 
 
 def _with(state: State, new: list[Finding]) -> tuple[State, list[Finding]]:
     """The findings with new ones; one of a known name is replaced, and keeps its alarm."""
+    if not new:
+        return state, []
     findings = {finding.id: finding for finding in state.findings}
     for finding in new:
         if finding.id in findings:
             old = findings[finding.id]
             finding = replace(finding, alarm_s=old.alarm_s, acknowledged=old.acknowledged)
         findings[finding.id] = finding
-    return replace(state, findings=tuple(findings.values())), new
+    told = tuple(in_company(tuple(findings.values())))
+    ids = {finding.id for finding in new}
+    return replace(state, findings=told), [f for f in told if f.id in ids]

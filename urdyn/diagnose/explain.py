@@ -130,7 +130,9 @@ def _log_ratio(C: Array, d: Array, sd: Array, sign: int) -> Array:
 
 def gathered(bank: Bank, of: Suspects) -> Array:
     """Evidence of every suspect over all onsets, (h,): log of Shiryaev-Roberts' sums."""
-    weight, told = np.log(bank.weight), np.empty(len(of.each))
+    weight, told = np.log(bank.weight), np.full(len(of.each), -np.inf)
+    if not len(weight):
+        return told
     for name in dict.fromkeys(each.kind.name for each in of.each):
         at = [k for k, each in enumerate(of.each) if each.kind.name == name]
         places = np.array([of.each[k].places for k in at])

@@ -8,7 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
-from urdyn.diagnose import carried
+from urdyn.diagnose import carried, pieces
 from urdyn.diagnose.carried import Mode, Shown
 from urdyn.diagnose.change import Change
 from urdyn.diagnose.explain import Suspects, instant_evidence
@@ -19,6 +19,9 @@ from urdyn.diagnose.space import Space
 from urdyn.types import Array, Index
 
 MOMENT = 0.5  # [s]
+DELAY = 4  # moments that one waits
+FEW = 40  # moments after which a light piece is searched for again
+WATCHED = 240  # moments that are searched at most
 LASTING = 0.2  # [-] of the time away that a load must have been carried to be there to stay
 CLEAR = 5.0  # [sd] by which its mass differs then
 CERTAIN = 0.99  # [-] that what was carried for so long is another load
@@ -47,6 +50,12 @@ class Carrying:
     path: tuple[int, ...] = ()  # mode of each of those
     away: tuple[float, ...] = ()  # [s] of motion in each mode since the first was last carried
     since: float = np.nan  # [s] when that began
+    unclaimed: tuple[Shown, ...] = ()  # of moments with the first, since the program began
+
+    @property
+    def due(self) -> bool:
+        """Whether it is time to search these for a light piece."""
+        return not self.was and bool(self.unclaimed) and len(self.unclaimed) % FEW == 0
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,6 +116,8 @@ class Loads:
             pool = pooled_together([w.pool for w in moments[k:]])
             if gain > self._of_joints(belief, pool, modes[path[k]]) + MARGIN:
                 new = carried.learnt(told, carried.anything(t), t)
+                if not carried.possible(new, self.space.reference.payload):
+                    continue
                 more, now = carried.remembered(modes, new, {carrying.was, *path[:k]})
                 path = (*path[:k], *[now] * (len(moments) - k))
                 return replace(carrying, modes=more, now=now, path=path)
@@ -122,8 +133,29 @@ class Loads:
         if mode:
             modes[mode] = carried.learnt(ripe.told, carried.spread(modes[mode]), ripe.end)
         pool = self.unladen(ripe.pool, modes[mode], not mode) if whole else None
-        carrying = replace(carrying, modes=tuple(modes), was=mode, path=tuple(path))
+        unclaimed = carrying.unclaimed if len(carrying.unclaimed) < WATCHED else ()
+        unclaimed = unclaimed if mode else (*unclaimed, ripe.told)
+        carrying = replace(
+            carrying, modes=tuple(modes), was=mode, path=tuple(path), unclaimed=unclaimed
+        )
         return _away(carrying, ripe), pool
+
+    def noticed(self, carrying: Carrying, t: float, rival: float) -> Carrying | None:
+        """With a piece that no moment told, but many do; None where there is none.
+
+        Args:
+            rival: evidence of the best fault of a joint [nats].
+        """
+        first, told = carrying.modes[0], carrying.unclaimed
+        beside = [replace(each, d=each.d - each.C @ first.mean) for each in told]
+        piece, gain = pieces.unseen(beside, t)
+        if gain < carried.SURE + max(rival, 0.0):
+            return None
+        new = replace(piece, mean=piece.mean + first.mean)
+        if not carried.possible(new, self.space.reference.payload):
+            return None
+        more, _ = carried.remembered(carrying.modes, new, {carrying.was, *carrying.path})
+        return replace(carrying, modes=more, unclaimed=())
 
     def _of_joints(self, belief: Belief, pool: Pool, mode: Mode) -> float:
         """How well the best fault of a joint explains moments, beside the healthy arm [nats]."""
@@ -137,6 +169,24 @@ class Loads:
         d = E.T @ keep @ (pool.b - pool.A @ x)
         return instant_evidence(C, d, self.of)
 
+    def hidden(self, A: Array, belief: Belief) -> Array:
+        """How far what is carried strays by pieces that come and go unseen, sd (n,).
+
+        A piece is seen where the moments that wait tell it by SURE + MARGIN; a lighter one is in
+        the gripper half of the time, which puts half of it on every program and block.
+
+        Args:
+            A: information in a moment, (n, n).
+        """
+        x, P, at, rest = *belief, self.payload, self.rest
+        pool = Pool(A, np.zeros(len(A)), np.zeros(self.space.joints), np.zeros(0))
+        told = carried.shown(pool, at, rest, x[rest], P[np.ix_(rest, rest)]).C
+        unsure = np.diag(np.linalg.inv((DELAY + 1) * told + np.diag(carried.ANYTHING**-2.0)))
+        sd = np.zeros(len(A))
+        most = np.sqrt(2.0 * (carried.SURE + MARGIN) * unsure)
+        sd[at] = 0.5 * np.minimum(most, carried.ANYTHING)
+        return sd
+
     def settled(self, carrying: Carrying, t: float) -> tuple[Carrying, Change] | None:
         """Whether what is carried is there to stay: what is carried then, and the change."""
         if self.kind is None or not carrying.away:
@@ -149,6 +199,8 @@ class Loads:
         hold = self.kind.hold_lighter if more[0] < 0.0 else self.kind.hold
         sd = float(np.sqrt(mode.cov[0, 0]))
         if away.sum() < hold or abs(more[0]) < max(self.kind.least, CLEAR * sd):
+            return None
+        if not carried.possible(mode, self.space.reference.payload):
             return None
         k = next(k for k, each in enumerate(self.of.each) if each.kind is self.kind)
         change = Change(
@@ -169,13 +221,13 @@ def likeliest(fits: Array, was: int) -> tuple[float, tuple[int, ...]]:
         fits: of moments under modes, (N, K) [nats].
         was: mode before the first.
     """
-    other = np.where(np.arange(fits.shape[1]) == was, 0.0, -carried.SURE)
+    other = np.where(np.arange(fits.shape[1]) == was, 0.0, -carried.CHANGED)
     score, back = other + fits[0], []
     for row in fits[1:]:
         best = int(np.argmax(score))
-        moved = score < score[best] - carried.SURE
+        moved = score < score[best] - carried.CHANGED
         back.append(np.where(moved, best, np.arange(len(row))))
-        score = np.maximum(score, score[best] - carried.SURE) + row
+        score = np.maximum(score, score[best] - carried.CHANGED) + row
     path = [int(np.argmax(score))]
     for step in reversed(back):
         path.append(int(step[path[-1]]))

@@ -22,6 +22,7 @@ from urdyn.diagnose.collision import Quiet
 from urdyn.diagnose.diagnosis import Now, State
 from urdyn.diagnose.fast import FastState
 from urdyn.diagnose.finding import Finding
+from urdyn.diagnose.learning import Learnt
 from urdyn.diagnose.loads import Carrying, Waiting
 from urdyn.diagnose.loudness import Loudness
 from urdyn.diagnose.moment import Pool
@@ -37,8 +38,8 @@ from urdyn.io import writing
 from urdyn.signal import Instant
 
 KNOWN = (
-    Bank, Block, Carrying, Change, FastState, Felt, Finding, Heard, Instant, Loudness, Mode, Now,
-    Pool, Quiet, Recall, Reversals, Rows, Shown, SlowState, State, Steadiness, Waiting, Warmth,
+    Bank, Block, Carrying, Change, FastState, Felt, Finding, Heard, Instant, Learnt, Loudness, Mode,
+    Now, Pool, Quiet, Recall, Reversals, Rows, Shown, SlowState, State, Steadiness, Waiting, Warmth,
 )  # fmt: skip
 CLASSES = {kind.__name__: kind for kind in KNOWN}
 DAMAGE = (zipfile.BadZipFile, OSError, EOFError, LookupError, ValueError, TypeError)

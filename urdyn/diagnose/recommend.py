@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 
 from urdyn.diagnose.finding import Finding
+from urdyn.diagnose.trust import PASSING
 from urdyn.faults.decision import Costs, Decision, decide, outlook
 from urdyn.types import Array
 
 SOON = 1e-3  # [h] in which what is past its critical level is taken to end the work
 HOUR = 3600.0  # [s]
-PASSING = ("collision", "payload_change")  # kinds that nobody services
 
 
 def recommendation(findings: Sequence[Finding], costs: Costs) -> dict[str, Any]:
@@ -36,15 +36,17 @@ def recommendation(findings: Sequence[Finding], costs: Costs) -> dict[str, Any]:
 def health(
     findings: Sequence[Finding], joints: Sequence[str], costs: Costs
 ) -> list[dict[str, Any]]:
-    """Joint by joint, the probability that nothing found in it ends the work within the notice.
+    """Joint by joint, the probability that it does not end the work within the notice.
 
-    That is the time in which a service can be planned. Faults go on independently.
+    That is the time in which a service can be planned. What was found goes on independently, and
+    what was not may come up: a joint that wears out once in its life does so at any time.
     """
+    unseen = float(np.exp(-costs.notice / costs.life))
     rows = []
     for j, name in enumerate(joints):
         of = [f for f in findings if f.joint == j and f.kind not in PASSING]
         lasts = [1.0 - np.interp(costs.notice, *_outlook(f, costs)) for f in of]
-        index = float(np.prod(lasts)) if of else None
+        index = unseen * float(np.prod(lasts))
         rows.append({"joint": j, "name": name, "health_index": index, "horizon_h": costs.notice})
     return rows
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
@@ -64,6 +64,7 @@ class Rules:
     slow: tuple[SlowKind, ...]
     fast: Mapping[str, Mapping[str, Any]]  # kind -> thresholds
     costs: Costs  # by which a service is recommended
+    named: Mapping[str, Sequence[int]]  # by kind, findings of campaigns that were right, and all
 
     def stray(self, space: Space, what: str) -> Array:
         """How far each state of an arm strays: by day, by hour or by window, (n,)."""
@@ -94,6 +95,7 @@ def read_rules(path: str | Path | None = None) -> Rules:
         "warmth": house["warmth"] | own.get("warmth", {}),
         "noise": house["noise"] | own.get("noise", {}),
         "costs": house["costs"] | own.get("costs", {}),
+        "named": house["named"] | own.get("named", {}),
         "kind": house["kind"] | own.get("kind", {}),
     }
     if unknown := set(own) - set(merged):
@@ -112,8 +114,16 @@ def _rules(document: Mapping[str, Any], path: str) -> Rules:
     if not isinstance(hours, int | float) or not hours > 0.0:
         raise InputError(f"{path}: [promise] hours is a number above 0")
     noise, costs = Noise(**document["noise"]), _costs(document["costs"], path)
-    warmth = document["warmth"]
-    return Rules(float(hours), document["healthy"], warmth, noise, slow, fast, costs)
+    warmth, named = document["warmth"], document["named"]
+    for name, of in named.items():
+        _check_counts(name, of, path)
+    return Rules(float(hours), document["healthy"], warmth, noise, slow, fast, costs, named)
+
+
+def _check_counts(name: str, of: Any, path: str) -> None:
+    whole = isinstance(of, list) and len(of) == 2 and all(type(x) is int for x in of)
+    if not whole or not 0 <= of[0] <= of[1]:
+        raise InputError(f"{path}: [named] {name} is [right, told]: whole numbers, right the fewer")
 
 
 def _costs(of: Mapping[str, Any], path: str) -> Costs:

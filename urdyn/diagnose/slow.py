@@ -13,27 +13,25 @@ import numpy as np
 from scipy.special import logsumexp
 
 from urdyn.diagnose import bank as onsets
-from urdyn.diagnose import carried, loudness, steadiness, warmth
+from urdyn.diagnose import carried, warmth
 from urdyn.diagnose.bank import Bank, Block, Straying
 from urdyn.diagnose.change import Change, Push
 from urdyn.diagnose.explain import Explanation, Suspects, explanation, gathered, suspects
 from urdyn.diagnose.healthy import Healthy
-from urdyn.diagnose.loads import MOMENT, Carrying, Loads, Waiting
-from urdyn.diagnose.loudness import Loudness
+from urdyn.diagnose.learning import Learning, Learnt
+from urdyn.diagnose.loads import DELAY, MOMENT, Carrying, Loads, Waiting
 from urdyn.diagnose.moment import pooled
 from urdyn.diagnose.recall import Recall, Series
 from urdyn.diagnose.rows import Rows
 from urdyn.diagnose.rules import PAYLOAD_STATES, Rules
 from urdyn.diagnose.space import Space
-from urdyn.diagnose.steadiness import Steadiness
 from urdyn.types import Array
 
 BLOCK = 5.0  # [s]
-DELAY = 4  # moments that one waits
 ENOUGH = 10  # values of current in a moment that says anything
-QUICK = 0.25  # [-] of noise that lasts, that what turns over with the motion is believed to take
 NEAR = 10.0  # [nats] below an alarm, from which on a suspect is another's rival
 CONFIDENT = 0.95  # [-] share of the evidence at which a finding is told at once
+UNSURE = 2.0  # [sd] below which another finding leaves nothing of a change
 PATIENCE = 12  # blocks that an alarm waits for that
 
 
@@ -48,11 +46,10 @@ class SlowState:
     moments: int  # in it
     begin: float  # [s] of that block; NaN: none
     waiting: tuple[Waiting, ...]
-    loudness: Loudness  # of what turns over with the motion
-    level: Loudness  # of what does not
-    steadiness: Steadiness
+    learnt: Learnt
     carrying: Carrying
     recall: Recall
+    before: tuple[Bank, Recall]  # as they were when this program began
     waited: int = 0  # blocks since the alarm; 0: none
     known: tuple[int, ...] = ()  # suspects that are found
     found: tuple[Change, ...] = ()  # in this step
@@ -77,6 +74,11 @@ class Slow:
         return Healthy(self.space, self.rules, self.of)
 
     @cached_property
+    def learning(self) -> Learning:
+        """What is learnt of it."""
+        return Learning(self.space, self.healthy)
+
+    @cached_property
     def loads(self) -> Loads:
         """What the tool carries."""
         kind = next((kind for kind in self.rules.slow if kind.of_tool), None)
@@ -95,9 +97,6 @@ class Slow:
     def init(self) -> SlowState:
         """Before the first moment."""
         n, J, (x, P) = self.space.size, self.space.joints, self.healthy.first
-        noise = self.rules.noise
-        loud = (self.space.slow / self.space.noise) ** 2
-        loud = loud + noise.share * 2.0 * noise.lasting / self.period
         return SlowState(
             bank=onsets.first(x, P, self.E.shape[1]),
             A=np.zeros((n, n)),
@@ -106,24 +105,23 @@ class Slow:
             moments=0,
             begin=np.nan,
             waiting=(),
-            loudness=loudness.first(1.0 + QUICK * (loud - 1.0)),
-            level=loudness.first(loud),
-            steadiness=steadiness.by_the_rules(J),
+            learnt=self.learning.first(self.rules.noise, self.period),
             carrying=Carrying((carried.commissioned(),)),
             recall=Recall(np.nan, x, P),
+            before=(onsets.first(x, P, self.E.shape[1]), Recall(np.nan, x, P)),
         )
 
     def moment(self, state: SlowState, rows: Rows, push: Push) -> SlowState:
         """One moment on; `found` are the changes that it settles."""
         state = replace(state, found=())
-        noise = self.space.noise * np.sqrt(state.loudness.power)
+        noise = self.space.noise * np.sqrt(state.learnt.loudness.power)
         pool, begin, end = pooled(rows, self.period, noise), float(rows.t[0]), float(rows.t[-1])
         if pool.count.sum() < ENOUGH:
             return state
         x, P = self.healthy.now(state.bank, pool.warm)
         straying = self._straying(state).window[: self.space.size]
-        another = onsets.reprogrammed(state.bank.t, begin, straying)
-        belief = x, P + np.diag(self._window(state, pool.A) ** 2 + another**2)
+        another = onsets.PROGRAM * straying * onsets.another(state.bank.t, begin)
+        belief = x, P + np.diag(self.learning.window(state.learnt, pool.A) ** 2 + another**2)
         waiting, path = list(state.waiting), list(state.carrying.path)
         for k in reversed(range(len(waiting))):
             if push.within(waiting[k].begin, waiting[k].end):
@@ -141,13 +139,25 @@ class Slow:
             return self._afresh(state)
         return state
 
+    def unsaid(self, state: SlowState, t: float) -> SlowState:
+        """Without the moments since `t` [s] that are in no block yet: a sick sensor told them."""
+        kept = sum(w.end <= t for w in state.waiting)
+        carrying = replace(state.carrying, path=state.carrying.path[:kept])
+        state = replace(state, waiting=state.waiting[:kept], carrying=carrying)
+        return self._between(state)
+
     def _gather(self, state: SlowState) -> SlowState:
         ripe, *waiting = state.waiting
         carrying, pool = self.loads.ripened(state.carrying, ripe)
         state = replace(state, carrying=carrying, waiting=tuple(waiting))
+        if noticed := self._noticed(state):
+            return noticed
         if pool is None:
             return state
         began = ripe.begin if np.isnan(state.begin) else state.begin
+        if onsets.another(state.bank.t, began):
+            fresh = replace(state.carrying, unclaimed=())
+            state = replace(state, before=(state.bank, state.recall), carrying=fresh)
         state = replace(
             state,
             A=state.A + pool.A,
@@ -159,62 +169,44 @@ class Slow:
         return self._block(state, ripe.end) if ripe.end - began > BLOCK - MOMENT else state
 
     def _block(self, state: SlowState, end: float) -> SlowState:
-        warm = state.warm / state.moments
-        A, b = onsets.strayed(state.A, state.b, self._window(state, state.A))
+        warm, straying = state.warm / state.moments, self._straying(state)
+        belief = self.healthy.now(state.bank, warm)
+        hidden = self.loads.hidden(state.A / state.moments, belief)
+        window = np.hypot(self.learning.window(state.learnt, state.A), hidden)
+        A, b = onsets.strayed(state.A, state.b, window)
         A, b = warmth.widened(A, b, warmth.unknowns(self.space, warm))
-        block = Block(state.begin, end, A, b, self.healthy.blind(warm))
-        straying, told = self._straying(state), self._told(state, warm)
+        unseen = np.append(hidden, np.zeros(len(b) - len(hidden)))
+        block = Block(state.begin, end, A, b, self.healthy.blind(warm), unseen)
         state = replace(
             state,
             bank=onsets.step(state.bank, block, straying, self.E),
-            A=np.zeros_like(state.A),
-            b=np.zeros_like(state.b),
-            warm=np.zeros_like(state.warm),
-            moments=0,
-            begin=np.nan,
-            loudness=self._heard(state.loudness, "f", state, *told),
-            level=self._heard(state.level, "o", state, *told),
-            steadiness=self._steadier(state, *told),
+            learnt=self.learning.after(state.learnt, state.A, state.b, belief, straying.window),
             recall=state.recall.after(block, straying),
         )
-        return self._judged(state)
+        return self._judged(self._explained(self._between(state)))
+
+    def _noticed(self, state: SlowState) -> SlowState | None:
+        """With a light piece that is noticed by now: what this program taught is forgotten."""
+        if not state.carrying.due:
+            return None
+        joints = [k for k, each in enumerate(self.of.each) if not each.kind.of_tool]
+        rival = float(gathered(state.bank, self.of)[joints].max())
+        carrying = self.loads.noticed(state.carrying, state.bank.t, rival)
+        if carrying is None:
+            return None
+        bank, recall = state.before
+        if state.known:
+            bank = recall.again(self.healthy, state.known, self._straying(state), self.E)
+        return self._between(replace(state, carrying=carrying, bank=bank, recall=recall))
+
+    def _between(self, state: SlowState) -> SlowState:
+        """With no block begun."""
+        n, J = self.space.size, self.space.joints
+        A, b, warm = np.zeros((n, n)), np.zeros(n), np.zeros((3, J))
+        return replace(state, A=A, b=b, warm=warm, moments=0, begin=np.nan)
 
     def _straying(self, state: SlowState) -> Straying:
-        return self.healthy.loosened(state.known, state.steadiness.share)
-
-    def _told(self, state: SlowState, warm: Array) -> tuple[Array, Array]:
-        """What a block says of a shift of each state alone: how far, and its variance, (n,)."""
-        x, P = self.healthy.now(state.bank, warm)
-        keep = np.linalg.inv(np.eye(len(P)) + state.A @ P)
-        C, d = np.diag(keep @ state.A), keep @ (state.b - state.A @ x)
-        C = np.where(C > 0.0, C, np.nan)
-        return d / C, 1.0 / C
-
-    def _steadier(self, state: SlowState, off: Array, var: Array) -> Steadiness:
-        """What that is, of how steady the joints' friction is."""
-        f = self.space.places["f"]
-        window = self.healthy.straying.window[f]
-        return steadiness.learnt(state.steadiness, off[f], np.sqrt(var[f]), window)
-
-    def _heard(
-        self, heard: Loudness, group: str, state: SlowState, off: Array, var: Array
-    ) -> Loudness:
-        """And of how loud the residual is, by a state of each joint."""
-        at = self.space.places[group]
-        noise = 1.0 / np.where(np.isnan(off[at]), np.nan, np.diag(state.A)[at])
-        rest = var[at] - noise + self._straying(state).window[at] ** 2
-        return loudness.heard(heard, off[at], noise / state.loudness.power, rest)
-
-    def _window(self, state: SlowState, A: Array) -> Array:
-        """How far some rows stray for reasons of their own, (n,).
-
-        Args:
-            A: what they say, (n, n).
-        """
-        told, quick = np.diag(A)[self.space.places["o"]], state.loudness.power
-        white = np.where(told > 0.0, 1.0 / np.where(told > 0.0, told, 1.0), 0.0) / quick
-        level = np.sqrt(np.maximum(state.level.power - quick, 0.0) * white)
-        return self.healthy.window(state.steadiness.share, level)
+        return self.healthy.loosened(state.known, state.learnt.steadiness.share)
 
     def _judged(self, state: SlowState) -> SlowState:
         """After a block: is there an alarm, and is it clear of what?"""
@@ -256,10 +248,23 @@ class Slow:
         state = replace(state, found=(*state.found, change), waited=0)
         if of_tool:
             return self._settled_on(state, more)
-        known = (*state.known, k)
+        return self._judged(self._knowing(state, (*state.known, k)))
+
+    def _knowing(self, state: SlowState, known: tuple[int, ...]) -> SlowState:
+        """With these suspects found, and the bank as it is in their light."""
         state = replace(state, known=known)
         bank = state.recall.again(self.healthy, known, self._straying(state), self.E)
-        return self._judged(replace(state, bank=bank))
+        return replace(state, bank=bank)
+
+    def _explained(self, state: SlowState) -> SlowState:
+        """Without what was found of which others have left nothing: it was their shadow."""
+        left = tuple(k for k in state.known if not self._nothing(state.bank, k))
+        return state if left in ((), state.known) else self._knowing(state, left)
+
+    def _nothing(self, bank: Bank, k: int) -> bool:
+        """Whether a change that was found may as well be none by now."""
+        at = self._measured(k)
+        return bool(abs(bank.x[at]) < UNSURE * np.sqrt(bank.P[at, at]))
 
     def _settled_on(self, state: SlowState, more: Array) -> SlowState:
         """Take what is carried as what is carried as a rule; all else is known as it was."""
@@ -271,7 +276,8 @@ class Slow:
         """Look for changes from here on, of an arm that carries what it carries now."""
         t, (x, P) = state.bank.t, self.healthy.emptied(state.bank.x, state.bank.P)
         bank = replace(onsets.first(x, P, self.E.shape[1]), t=t)
-        return replace(state, bank=bank, recall=Recall(t, x, P))
+        recall = Recall(t, x, P)
+        return replace(state, bank=bank, recall=recall, before=(bank, recall))
 
     def levels(self, state: SlowState) -> list[tuple[int, float, float]]:
         """Suspects that are found, and how far their change has gone by now: size, sd."""

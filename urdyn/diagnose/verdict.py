@@ -15,14 +15,14 @@ from urdyn.diagnose.finding import SEVERITIES, Finding, severity
 from urdyn.diagnose.prognosis import Course, trend
 from urdyn.diagnose.rules import Rules, SlowKind
 from urdyn.diagnose.space import Space
+from urdyn.diagnose.trust import trust
 
 Series = Sequence[tuple[float, float, float]]
 WORSE = 0.25  # [-] of its size by which a finding has to change to be told again
 SURELY_BELOW = 2.0  # [sd] by which a change has to be below a level that it had reached
-SURELY = 0.999  # [-] more confidence than this no test has earned
 
 
-def of_change(change: Change, of: Suspects, space: Space, trace: Series) -> Finding:
+def of_change(change: Change, of: Suspects, space: Space, rules: Rules, trace: Series) -> Finding:
     """A slow change."""
     suspect = of.each[change.suspect]
     kind, scale = suspect.kind, suspect.unit
@@ -46,7 +46,7 @@ def of_change(change: Change, of: Suspects, space: Space, trace: Series) -> Find
     course = Course(change.alarm, size, sd, rate, rate_sd)
     forecast = course.forecast(kind.warning, kind.critical)
     return Finding(
-        id=f"{kind.name}.{name}" + (f"@{onset:.1f}" if kind.of_tool else ""),
+        id=identity(suspect, space) + (f"@{onset:.1f}" if kind.of_tool else ""),
         kind=kind.name,
         joint=_joint(suspect),
         name=name,
@@ -54,7 +54,7 @@ def of_change(change: Change, of: Suspects, space: Space, trace: Series) -> Find
         onset_interval_s=(change.onset_lo, change.onset_hi),
         alarm_s=change.alarm,
         severity=severity(size, kind.warning, kind.critical),
-        confidence=min(change.confidence, SURELY),
+        confidence=change.confidence * trust(kind.name, rules.named),
         time_to_failure_s=_left(forecast),
         size=size,
         size_sd=sd,
@@ -86,7 +86,7 @@ def of_event(event: Event, space: Space, rules: Rules) -> Finding:
         onset_interval_s=(event.onset - 0.1, event.onset + 0.1),
         alarm_s=event.alarm,
         severity=severity(event.size, levels["warning"], levels["critical"]),
-        confidence=min(event.confidence, SURELY),
+        confidence=event.confidence * trust(event.kind, rules.named),
         time_to_failure_s=None,
         size=event.size,
         size_sd=float("nan"),
@@ -117,11 +117,16 @@ def up_to_date(
     space: Space,
 ) -> list[Finding]:
     """All findings, the slow ones as their last block has them."""
-    slow = {f"{s.kind.name}.{_name(s, space)}": k for k, s in known.items()}
+    slow = {identity(s, space): k for k, s in known.items()}
     return [
         _grown(f, known[k], series[k]) if (k := slow.get(f.id)) is not None and series.get(k) else f
         for f in findings
     ]
+
+
+def identity(suspect: Suspect, space: Space) -> str:
+    """The name by which a change of a joint is known from run to run."""
+    return f"{suspect.kind.name}.{_name(suspect, space)}"
 
 
 def _worse(old: Finding, new: Finding) -> bool:

@@ -143,12 +143,11 @@ def _health(joints: Sequence[Mapping[str, Any]], found: Sequence[Mapping[str, An
 def _joint(row: Mapping[str, Any], found: Sequence[Mapping[str, Any]]) -> list[Html]:
     own = [f for f in found if f["name"] == row["name"]]
     index = row["health_index"]
-    lasts = "–" if index is None else percent(index)
-    bad = "outside" if index is not None and index < 0.5 else ""
+    bad = "outside" if index < 0.5 else ""
     others = ", ".join(kind(f) for f in own if f["kind"] not in STEADY)
     return [
         text(spoken(row["name"])),
-        cell(lasts, "health index" if index is not None else "", bad),
+        cell(percent(index), "health index", bad),
         *(_of_kind(own, name) for name in STEADY),
         text(others or "none"),
     ]

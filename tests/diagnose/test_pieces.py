@@ -1,0 +1,57 @@
+"""A piece too light for a moment to tell is told by its coming and going."""
+
+from __future__ import annotations
+
+from itertools import pairwise, product
+
+import numpy as np
+
+from urdyn.diagnose.carried import CHANGED, Shown
+from urdyn.diagnose.collision import _left_with_it
+from urdyn.diagnose.pieces import _chain, unseen
+
+MOMENTS, RUN = 120, 8
+
+
+def moments(rng: np.random.Generator, piece: np.ndarray, held: np.ndarray) -> list[Shown]:
+    """What moments say of a load, each about as much of it as there is."""
+    told = []
+    for now in held:
+        H = rng.standard_normal((6, 10)) * np.array([3.0, 20.0, 20.0, 20.0, *[50.0] * 6])
+        y = H @ (piece * now) + rng.standard_normal(6)
+        told.append(Shown(H.T @ H, H.T @ y))
+    return told
+
+
+def test_the_chain_is_the_sum_over_all_paths() -> None:
+    fits, p = 3.0 * np.random.default_rng(0).standard_normal(6), np.exp(-CHANGED)
+    total, held = 0.0, np.zeros(6)
+    for path in product((0, 1), repeat=6):
+        moved = [p if a != b else 1.0 - p for a, b in pairwise(path)]
+        weight = 0.5 * np.prod(moved) * np.exp(np.dot(path, fits))
+        total, held = total + weight, held + weight * np.array(path)
+    told, evidence = _chain(fits)
+    np.testing.assert_allclose(evidence, np.log(total))
+    np.testing.assert_allclose(told, held / total)
+
+
+def test_a_light_piece_is_told_and_what_stays_or_is_not_there_is_none() -> None:
+    rng = np.random.default_rng(1)
+    piece = np.array([0.5, 0.0, 0.0, 0.04, *[0.0] * 6])
+    comes_and_goes = (np.arange(MOMENTS) // RUN) % 2
+    mode, gain = unseen(moments(rng, piece, comes_and_goes), 60.0)
+    assert gain > 20.0
+    assert abs(mode.mean[0] - 0.5) < 4.0 * np.sqrt(mode.cov[0, 0])
+    for held in (np.zeros(MOMENTS), np.ones(MOMENTS)):
+        assert unseen(moments(rng, piece, held), 60.0)[1] < 0.0
+
+
+def test_a_load_that_an_arm_goes_away_with_is_no_push() -> None:
+    sd = np.full((12, 6), 2.0)
+    sd[6:] = 20.0  # what held the joints that begin to move is unknown
+    stood, load = np.arange(12) < 6, np.array([0.0, 28.0, 10.0, 1.0, 0.0, 0.0])
+    stays = np.tile(load, (12, 1))
+    goes = stays * (np.arange(12) < 5)[:, None]
+    assert _left_with_it(stood, stays, sd)
+    assert not _left_with_it(stood, goes, sd)
+    assert not _left_with_it(np.ones(12, dtype=bool), stays, sd)

@@ -1,0 +1,95 @@
+"""What is learnt of a healthy arm at work: how loud its residual is, and how steady it is."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from urdyn.diagnose import loudness, steadiness
+from urdyn.diagnose.healthy import Healthy
+from urdyn.diagnose.loudness import Loudness
+from urdyn.diagnose.rules import Noise
+from urdyn.diagnose.space import Space
+from urdyn.diagnose.steadiness import Steadiness
+from urdyn.types import Array
+
+QUICK = 0.25  # [-] of noise that lasts, that what turns over with the motion is believed to take
+
+
+@dataclass(frozen=True, eq=False)
+class Learnt:
+    """So far."""
+
+    loudness: Loudness  # of what turns over with the motion
+    level: Loudness  # of what does not
+    steadiness: Steadiness
+
+
+@dataclass(frozen=True, eq=False)
+class Learning:
+    """Settings; the state is passed along."""
+
+    space: Space
+    healthy: Healthy
+
+    def first(self, noise: Noise, period: float) -> Learnt:
+        """Before any block."""
+        loud = (self.space.slow / self.space.noise) ** 2
+        loud = loud + noise.share * 2.0 * noise.lasting / period
+        quick = loudness.first(1.0 + QUICK * (loud - 1.0))
+        return Learnt(quick, loudness.first(loud), steadiness.by_the_rules(self.space.joints))
+
+    def after(
+        self, learnt: Learnt, A: Array, b: Array, belief: tuple[Array, Array], window: Array
+    ) -> Learnt:
+        """After a block.
+
+        Args:
+            A, b: what it says, (n, n) and (n,).
+            belief: mean (n,) and covariance (n, n) of the states before it.
+            window: how far they stray from window to window, (n,).
+        """
+        off, var = _told(A, b, *belief)
+        f = self.space.places["f"]
+        usual = self.healthy.straying.window[f]
+        return Learnt(
+            self._heard(learnt.loudness, "f", learnt, A, off, var, window),
+            self._heard(learnt.level, "o", learnt, A, off, var, window),
+            steadiness.learnt(learnt.steadiness, off[f], np.sqrt(var[f]), usual),
+        )
+
+    def window(self, learnt: Learnt, A: Array) -> Array:
+        """How far some rows stray for reasons of their own, (n,).
+
+        Args:
+            A: what they say, (n, n).
+        """
+        told, quick = np.diag(A)[self.space.places["o"]], learnt.loudness.power
+        white = np.where(told > 0.0, 1.0 / np.where(told > 0.0, told, 1.0), 0.0) / quick
+        level = np.sqrt(np.maximum(learnt.level.power - quick, 0.0) * white)
+        return self.healthy.window(learnt.steadiness.share, level)
+
+    def _heard(
+        self,
+        heard: Loudness,
+        group: str,
+        learnt: Learnt,
+        A: Array,
+        off: Array,
+        var: Array,
+        window: Array,
+    ) -> Loudness:
+        """How loud the residual is, by a state of each joint."""
+        at = self.space.places[group]
+        noise = 1.0 / np.where(np.isnan(off[at]), np.nan, np.diag(A)[at])
+        rest = var[at] - noise + window[at] ** 2
+        return loudness.heard(heard, off[at], noise / learnt.loudness.power, rest)
+
+
+def _told(A: Array, b: Array, x: Array, P: Array) -> tuple[Array, Array]:
+    """What a block says of a shift of each state alone: how far, and its variance, (n,)."""
+    keep = np.linalg.inv(np.eye(len(P)) + A @ P)
+    C, d = np.diag(keep @ A), keep @ (b - A @ x)
+    C = np.where(C > 0.0, C, np.nan)
+    return d / C, 1.0 / C

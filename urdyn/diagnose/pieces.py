@@ -1,0 +1,86 @@
+"""Pieces too light for a moment to tell: many moments tell them, by their coming and going.
+
+A piece m is in the gripper or is not, moment by moment, a Markov chain; the chain's likelihood is
+followed forward and backward and m is what the moments with it say [Rabiner1989]_:
+
+    L(m) = sum over paths of  p(path) prod exp(s_n (d_n' m - m' C_n m / 2)),      s_n in {0, 1}
+
+What is there all the time is no piece: its likelihood is taken off.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from scipy.special import expit
+
+from urdyn.diagnose.carried import ANYTHING, CHANGED, NOTHING, Mode, Shown
+from urdyn.types import Array
+
+RUN = 4  # moments in a row that a guess is made of
+ROUNDS = 12  # of the chain and of m, each in the light of the other
+PRIOR = np.diag(ANYTHING**-2.0)
+
+
+def unseen(told: Sequence[Shown], t: float) -> tuple[Mode, float]:
+    """The piece that comes and goes, and how much better that is than what does not [nats].
+
+    Args:
+        told: at least RUN moments one after the other, beside what is carried as a rule.
+        t: [s] of the last.
+    """
+    C, d = np.array([each.C for each in told]), np.array([each.d for each in told])
+    held = _guess(C, d)
+    for _ in range(ROUNDS):
+        m, cov = _piece(held, C, d)
+        fits = d @ m - 0.5 * np.einsum("i,nij,j->n", m, C, m)
+        held, evidence = _chain(fits)
+    narrowed = 2.0 * np.sum(np.log(ANYTHING)) - np.linalg.slogdet(cov)[1]
+    gain = evidence - 0.5 * (m @ PRIOR @ m + narrowed)
+    always = _any_load(C.sum(axis=0), d.sum(axis=0))
+    return Mode(m, cov + np.diag(NOTHING**2), t), gain - max(always, 0.0)
+
+
+def _piece(held: Array, C: Array, d: Array) -> tuple[Array, Array]:
+    """Mean (10,) and covariance of a piece that is held with these probabilities, (N,)."""
+    cov = np.linalg.inv(np.tensordot(held, C, 1) + PRIOR)
+    return cov @ (held @ d), np.asarray(cov)
+
+
+def _any_load(C: Array, d: Array) -> float:
+    """Log of the likelihood of a load that is there all the time, beside none."""
+    gain = 0.5 * d @ np.linalg.solve(C + PRIOR, d)
+    return float(gain - 0.5 * np.linalg.slogdet(np.eye(len(d)) + np.diag(ANYTHING**2) @ C)[1])
+
+
+def _guess(C: Array, d: Array) -> Array:
+    """The RUN of moments that a load explains best, (N,) 0 or 1."""
+    runs = [slice(k, k + RUN) for k in range(len(C) - RUN + 1)]
+    best = max(runs, key=lambda run: _any_load(C[run].sum(axis=0), d[run].sum(axis=0)))
+    held = np.zeros(len(C))
+    held[best] = 1.0
+    return held
+
+
+def _chain(fits: Array) -> tuple[Array, float]:
+    """Probability that the piece is held in each moment, (N,), and log of the chain's likelihood.
+
+    Args:
+        fits: of each moment with it beside without it, (N,) [nats].
+    """
+    ahead, back = np.zeros(len(fits)), np.zeros(len(fits))  # log odds that it is held
+    scale = 0.0  # log of the chain's likelihood up to here
+    for n, fit in enumerate(fits):
+        ahead[n] = (_switched(ahead[n - 1]) if n else 0.0) + fit
+        before = _switched(ahead[n - 1]) if n else 0.0
+        scale += np.logaddexp(0.0, before + fit) - np.logaddexp(0.0, before)
+    for n in range(len(fits) - 1, 0, -1):
+        back[n - 1] = _switched(back[n] + fits[n])
+    return expit(ahead + back), float(scale)
+
+
+def _switched(odds: float) -> float:
+    """Log odds a moment later, or earlier."""
+    stays = np.log(np.expm1(CHANGED))
+    return float(np.logaddexp(odds + stays, 0.0) - np.logaddexp(odds, stays))
