@@ -39,9 +39,9 @@ def test_history_ends_where_the_filter_does(workshop, tracked):
     assert summary["data_s"] == pytest.approx(np.ptp(workshop.log.t))
 
 
-def test_history_has_at_most_twenty_five_rows_a_second(tracked):
+def test_history_has_at_most_ten_rows_a_second(tracked):
     steps = np.diff(rows(tracked[0])["t"].to_numpy())
-    assert np.median(steps) == pytest.approx(0.04)
+    assert np.median(steps) == pytest.approx(0.1)
 
 
 def test_a_history_says_where_it_is_from(workshop, tracked):
@@ -117,7 +117,7 @@ def test_a_history_is_as_fine_as_it_is_known(workshop, tmp_path):
     part = open_source(str(workshop.recording), rows=(0, 300))
     workshop.track(tmp_path, part, watch=lambda one: glances.update({one.reading.t: one}))
     table = rows(tmp_path)
-    assert len(table) > 50
+    assert len(table) > 25
     for t, *kept in zip(*(table[name].to_pylist() for name in table.column_names), strict=True):
         told, count = glances[t], 2 * len(glances[t].mean)
         kept = np.array(kept[:count])

@@ -28,7 +28,7 @@ FINEST = 2.0**-12  # [A] of a current
 def schema(quantities: Quantities) -> pa.Schema:
     """t; every quantity's mean and sd; currents of every joint; surprise.
 
-    Numbers are kept as finely as they are known, see `_rounded`: a day at 20 Hz is some 140 MB.
+    Numbers are kept as finely as they are known, see `_rounded`: a day is some 70 MB.
     """
     joints = range(quantities.currents.reference.arm.joints)
     units = dict(zip(quantities.names, quantities.units, strict=True))

@@ -33,7 +33,7 @@ from urdyn.tracking.tracker import Reading, Tracker
 from urdyn.types import Array
 from urdyn.version import __version__
 
-ROWS = 25.0  # [Hz] of the history, at most
+ROWS = 10.0  # [Hz] of the history, at most
 SWITCH = 5e-4  # [s] after which one thread lets another in
 PART = 10.0  # [s] of data between checkpoints: what is done again after a kill
 

@@ -7,13 +7,11 @@ from collections.abc import Callable, Collection, Iterator
 from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
-from queue import Empty, SimpleQueue
-from threading import Event, Thread
 from typing import Any
 
 import numpy as np
 
-from urdyn.errors import InputError, RtdeError, UrdynError
+from urdyn.errors import InputError
 from urdyn.io.effort import UNTOLD, Effort
 from urdyn.io.rtde.client import Client, connect, parse_address
 from urdyn.signal import BESIDE, POSE, Sample, samples
@@ -22,7 +20,8 @@ from urdyn.types import Log
 SCHEME, ROS2 = "rtde://", "ros2://"
 CHANNELS = ("actual_q", "actual_qd", "actual_current", "joint_temperatures")
 NEEDED = ("actual_q", "actual_current")
-LOOK = 0.1  # [s] between looks for the end, while nothing comes
+LOOK = 0.1  # [s] between looks for the end, while nothing comes; a longer gap is a new beginning
+DRIFT = 1e-4  # [-] by which two clocks may differ in pace
 RTDE_JOINTS = 6
 
 Rows = tuple[int | None, int | None]
@@ -114,45 +113,30 @@ def _robot(
     asked = [BESIDE[stream] for stream in beside]
     names, optional = ("timestamp", *CHANNELS, *asked), (CHANNELS[1], *asked)
     client = connect(host, port, names, rate, optional=optional)
-    period, ended = client.agreement.period, Event()
+    period = client.agreement.period
     count = None if duration is None else max(1, round(duration / period))
 
     def start(_: int) -> Iterator[Arrival]:
-        return islice(_heard(client, ended), count)
-
-    def close() -> None:
-        ended.set()
-        client.close()
+        return islice(_heard(client), count)
 
     sent = frozenset(s for s in beside if BESIDE[s] not in client.agreement.left_out)
     of = (name, f"{host}:{port}", "", period, RTDE_JOINTS, True, count or 0)
-    return Source(*of, start, close, beside=sent)
+    return Source(*of, start, client.close, beside=sent)
 
 
-def _heard(client: Client, ended: Event) -> Iterator[Arrival]:
-    """What a controller sends; a thread does nothing but read and stamp it."""
-    inbox: SimpleQueue[tuple[float, dict[str, Any]] | UrdynError | None] = SimpleQueue()
-    Thread(target=_pump, args=(client, inbox), daemon=True).start()
-    while not ended.is_set():
-        try:
-            came = inbox.get(timeout=LOOK)
-        except Empty:
-            continue
-        if isinstance(came, UrdynError):
-            raise came
-        if came is None:
-            return
-        yield Arrival(_sample(came[1]), came[0])
+def _heard(client: Client) -> Iterator[Arrival]:
+    """What a controller sends, read between samples: a thread would only take turns with them.
 
-
-def _pump(client: Client, inbox: SimpleQueue[Any]) -> None:
-    """All that comes, into the inbox; last, why it ended."""
-    try:
-        for package in client:
-            inbox.put(package)
-        inbox.put(None)
-    except RtdeError as error:
-        inbox.put(error)
+    When a package came is told by the controller's clock, beside the quickest package of late:
+    that counts how long it waited to be read.
+    """
+    behind, before = np.inf, np.nan  # [s] of the controller's clock, and its last stamp
+    for read, values in client:
+        sample = _sample(values)
+        passed = sample.t - before
+        known = behind + DRIFT * passed if 0.0 < passed < LOOK else np.inf
+        behind, before = min(known, read - sample.t), sample.t
+        yield Arrival(sample, sample.t + behind)
 
 
 def _sample(values: dict[str, Any]) -> Sample:
