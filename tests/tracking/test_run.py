@@ -8,7 +8,7 @@ import pyarrow.parquet as pq
 import pytest
 from workshop import rows
 
-from urdyn.errors import InputError
+from urdyn.errors import InputError, LogError
 from urdyn.estimate import EKF, UKF
 from urdyn.io import sha256, write
 from urdyn.model.arm import load_arm
@@ -123,3 +123,13 @@ def test_a_history_is_as_fine_as_it_is_known(workshop, tmp_path):
         kept = np.array(kept[:count])
         assert (abs(kept[::2] - told.mean) <= told.sd / 256).all()
         assert (abs(kept[1::2] - told.sd) <= told.sd / 256).all()
+
+
+def test_a_joint_without_angles_is_named_and_nothing_is_written(workshop, tmp_path):
+    log = workshop.log.slice(0, 100)
+    q = log.channels["actual_q"].copy()
+    q[:, 2] = np.nan
+    path = tmp_path / "half.parquet"
+    write(replace(log, channels={**log.channels, "actual_q": q}), path)
+    with pytest.raises(LogError, match="no finite value of joint 2 in actual_q"):
+        open_source(str(path))

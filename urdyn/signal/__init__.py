@@ -1,7 +1,7 @@
 """Log -> Motion."""
 
 from urdyn.signal.causal import Causal, CausalState
-from urdyn.signal.condition import condition, stream
+from urdyn.signal.condition import condition, require_measured, stream
 from urdyn.signal.features import Features, add_features, features
 from urdyn.signal.gate import Gate
 from urdyn.signal.kinematics import Kinematics, kinematics
@@ -38,6 +38,7 @@ __all__ = [
     "kinematics",
     "normalise",
     "reject_outliers",
+    "require_measured",
     "samples",
     "smooth",
     "stream",

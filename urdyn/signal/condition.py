@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -81,9 +81,9 @@ def _measured(log: Log, name: str) -> Array:
     return np.where(np.isfinite(values), values, np.nan)
 
 
-def _settle(log: Log, offset: ArrayLike, half: int | None, degree: int) -> _Settled:
-    """Refuse a log that no motion can be made of, and fix what depends on all of its rows."""
-    for name in ("actual_q", "actual_current"):
+def require_measured(log: Log, names: Collection[str] = ("actual_q", "actual_current")) -> None:
+    """LogError unless these channels were measured at all, and every joint's angle."""
+    for name in names:
         if not np.isfinite(log.joint(name)).any():
             there = ", ".join(sorted(log.channels)) or "no channel at all"
             what = "no finite value" if name in log else "no channel"
@@ -92,6 +92,11 @@ def _settle(log: Log, offset: ArrayLike, half: int | None, degree: int) -> _Sett
     for j in np.flatnonzero(~np.isfinite(log.joint("actual_q")).any(axis=0)):
         message = f"no finite value of joint {j} in actual_q: name its column or record it"
         raise LogError(message, log.source.path, column=f"actual_q_{j}")
+
+
+def _settle(log: Log, offset: ArrayLike, half: int | None, degree: int) -> _Settled:
+    """Refuse a log that no motion can be made of, and fix what depends on all of its rows."""
+    require_measured(log)
     step = median_step(log.t)
     if not step > 0:
         raise LogError("one row only; a motion needs at least two", log.source.path)

@@ -14,7 +14,7 @@ import numpy as np
 from urdyn.errors import InputError
 from urdyn.io.effort import UNTOLD, Effort
 from urdyn.io.rtde.client import Client, connect, parse_address
-from urdyn.signal import BESIDE, POSE, Sample, samples
+from urdyn.signal import BESIDE, POSE, Sample, require_measured, samples
 from urdyn.types import Log
 
 SCHEME, ROS2 = "rtde://", "ros2://"
@@ -89,8 +89,7 @@ def open_source(
 def _recording(
     name: str, log: Log, duration: float | None, needed: Collection[str] = NEEDED
 ) -> Source:
-    if missing := [channel for channel in needed if channel not in log]:
-        raise InputError(f"{name}: has no {' and no '.join(missing)}; tracking needs both")
+    require_measured(log, needed)
     if len(log) < 2:
         raise InputError(f"{name}: has {len(log)} samples; nothing can be tracked")
     identity = f"{log.source.sha256} {log.source.rows}"
