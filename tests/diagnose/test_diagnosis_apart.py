@@ -10,7 +10,6 @@ import sys
 import time
 from pathlib import Path
 
-import numpy as np
 import pytest
 from shop import Shop
 from test_diagnosis_resumed import looking_on, readings
@@ -18,8 +17,9 @@ from test_diagnosis_resumed import looking_on, readings
 from urdyn.diagnose.desk import FILE, Desk
 from urdyn.diagnose.rules import read_rules
 from urdyn.diagnose.task import Task, task_of
-from urdyn.diagnose.wire import Frames, row, rows_frame, words_frame
+from urdyn.diagnose.wire import row
 from urdyn.errors import InputError, UrdynError
+from urdyn.io.frames import Frames, words_frame
 from urdyn.twin import Twin, document
 
 STUCK = "sensor_fault:joint=3,mode=stuck,onset=1"
@@ -52,17 +52,6 @@ def begun(shop: Shop, tmp_path: Path):
     looking.begin(tmp_path, 0, {"twin": "a"})
     yield looking
     looking.close()
-
-
-def test_frames_are_whole_however_they_come() -> None:
-    rows = np.random.default_rng(0).standard_normal((3, 49))
-    sent = words_frame({"keep": 1, "list": np.arange(3)}) + rows_frame(rows) + words_frame({})
-    for piece in (1, 7, len(sent)):
-        frames = Frames()
-        pieces = [sent[k : k + piece] for k in range(0, len(sent), piece)]
-        words, numbers, empty = (frame for data in pieces for frame in frames.take(data))
-        assert words == {"keep": 1, "list": [0, 1, 2]} and empty == {}
-        np.testing.assert_array_equal(numbers, rows.ravel())
 
 
 def test_a_task_is_the_same_once_it_was_words(shop: Shop) -> None:

@@ -1,5 +1,6 @@
 """A run that is killed goes on, and the history is that of a run that never was."""
 
+import json
 import os
 import signal
 import subprocess
@@ -101,8 +102,8 @@ def test_a_checkpoint_that_lacks_a_part_is_refused(workshop, dead):
 
 def test_a_checkpoint_with_nothing_in_it_is_refused(workshop, dead):
     with np.load(dead / FILE) as archive:
-        identity = str(archive["identity"])
-    np.savez(dead / FILE, identity=identity)
+        about = json.loads(str(archive["about"]))
+    np.savez(dead / FILE, about=json.dumps(about | {"layout": {}}), numbers=np.zeros(0))
     with pytest.raises(InputError, match="lacks"):
         workshop.track(dead)
 

@@ -231,8 +231,7 @@ def _end_in_good_order(source: Source) -> None:
 
 def _report(out: Path, summary: dict[str, Any], voice: Voice) -> None:
     """Write DIR/report.html."""
-    from urdyn.io import write_text
-    from urdyn.report.track_page import track_page
+    from urdyn.report.apart import draw
 
-    write_text(out / "report.html", track_page(out / "history.parquet", summary))
+    draw(out / "history.parquet", summary, out / "report.html")
     voice.note(f"written: {out / 'history.parquet'}, {out / 'report.html'}")

@@ -7,12 +7,15 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from urdyn.diagnose.helper import Helper
+import numpy as np
+
 from urdyn.diagnose.rules import Rules
 from urdyn.diagnose.task import KEPT, Task
-from urdyn.diagnose.wire import Words, row, rows_frame, words_frame
-from urdyn.errors import InputError, UrdynError
+from urdyn.diagnose.wire import row
+from urdyn.errors import InputError
 from urdyn.identify.fit import Fit
+from urdyn.io.frames import Words, numbers_frame, words_frame
+from urdyn.io.helper import Helper
 from urdyn.types import Array
 
 if TYPE_CHECKING:
@@ -43,7 +46,6 @@ class Onlooker:
         self._folder, self._rows = Path(), list[Array]()
         self._batch = max(1, round(BATCH / period))
         self._helper: Helper | None = None
-        self._failed: Exception | None = None
         self._begun, self._finished = False, None
         self._keeping = self._kept = -1  # samples
 
@@ -58,7 +60,8 @@ class Onlooker:
             raise InputError(f"{path}: is missing, and the run cannot go on; begin with --fresh")
         whose = dict(identity) | {"rules": rules}
         task = Task(self.fit, self.period, self.rules, folder, index, whose, self.source)
-        self._helper = Helper("urdyn.diagnose.apart")
+        advice = "run again, or with --no-diagnosis"
+        self._helper = Helper("urdyn.diagnose.apart", "the diagnosis", advice)
         self._helper.send(words_frame(task.plain()))
         while index and not self._begun:  # can what was kept be gone on from?
             self._listen()
@@ -97,7 +100,7 @@ class Onlooker:
     def close(self) -> None:
         """No more, however the run has ended."""
         if self._helper:
-            self._helper.end()
+            self._helper.close()
 
     @property
     def _there(self) -> Helper:
@@ -108,36 +111,21 @@ class Onlooker:
         """The rows that wait; no waiting, unless the diagnosis is far behind."""
         there = self._there
         if self._rows:
-            there.send(rows_frame(self._rows))
+            there.send(numbers_frame(np.array(self._rows)))
             self._rows = []
-        self._hear(there.exchange(0.0))
-        while there.waiting > WAITING and not self._failed:
+        self._hear(there.exchange())
+        while there.waiting > WAITING and not there.failed:
             self._hear(there.exchange(None))
 
     def _listen(self) -> None:
-        """Wait for something to be said; raised where nothing will be any more."""
-        if self._failed:
-            raise self._failed
-        self._hear(self._there.exchange(None))
+        self._hear(self._there.listen())
 
     def _hear(self, heard: list[Words]) -> None:
-        """Take note; a failure is raised where the run can be ended in good order."""
         for words in heard:
-            if "failed" in words:
-                self._failed = InputError(words["failed"])
-            elif "broken" in words:
-                self._failed = RuntimeError(words["broken"])
-            else:
-                self._note(words)
-        if self._there.gone and not self._failed:
-            how = self._there.end()
-            self._failed = UrdynError(f"the diagnosis {how}; run again, or with --no-diagnosis")
-
-    def _note(self, words: Words) -> None:
-        self.findings = tuple(words["findings"])
-        self._begun = True
-        self._kept = words.get("kept", self._kept)
-        self._finished = words.get("finished")
-        if self.tell:
-            for finding in words.get("told", ()):
-                self.tell(finding)
+            self.findings = tuple(words["findings"])
+            self._begun = True
+            self._kept = words.get("kept", self._kept)
+            self._finished = words.get("finished")
+            if self.tell:
+                for finding in words.get("told", ()):
+                    self.tell(finding)

@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import hashlib
 import os
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import BinaryIO
+from typing import Any, BinaryIO
 
 from urdyn.errors import InputError
+
+PATIENCE = 1.0  # [s] for what a process that was killed still has to write
+LOOK = 0.01  # [s] between two looks
 
 
 def sha256(path: str | Path) -> str:
@@ -41,27 +45,39 @@ def writing(path: str | Path) -> Iterator[BinaryIO]:
 
 
 @contextmanager
-def alone(folder: str | Path) -> Iterator[None]:
+def alone(folder: str | Path) -> Iterator[int | None]:
     """Hold `folder` for the block; however this process ends, it is let go.
 
+    A process that is given the descriptor holds it too, until both have ended; None where there is
+    no such lock, and nothing is held.
+
     Raises:
-        InputError: another process holds it.
+        InputError: another process holds it, and does not let it go in PATIENCE.
     """
     try:
         import fcntl
-    except ImportError:  # no such lock here: nothing is held
-        yield
+    except ImportError:
+        yield None
         return
     holder = os.open(folder, os.O_RDONLY)
     try:
-        try:
-            fcntl.flock(holder, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError as error:
-            told = f"{folder}: another urdyn is writing there; take another folder"
-            raise InputError(told) from error
-        yield
+        deadline = time.monotonic() + PATIENCE
+        while not _locked(fcntl, holder):
+            if time.monotonic() > deadline:
+                told = f"{folder}: another urdyn is writing there; take another folder"
+                raise InputError(told)
+            time.sleep(LOOK)
+        yield holder
     finally:
         os.close(holder)
+
+
+def _locked(fcntl: Any, holder: int) -> bool:
+    try:
+        fcntl.flock(holder, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return False
+    return True
 
 
 def write_text(path: str | Path, text: str) -> None:

@@ -8,8 +8,9 @@ is counted once.
 from __future__ import annotations
 
 import json
+import math
 import zipfile
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, is_dataclass, replace
 from pathlib import Path
 from typing import Any, Generic, TypeVar, cast
@@ -22,6 +23,7 @@ from urdyn.io import writing
 from urdyn.tracking.interest import Interest
 from urdyn.tracking.losses import Losses
 from urdyn.tracking.tracker import TrackerState
+from urdyn.types import Array
 
 FILE = "checkpoint.npz"
 DAMAGE = (zipfile.BadZipFile, OSError, EOFError, LookupError, ValueError, TypeError)
@@ -30,6 +32,7 @@ ANEW = "name another --out, or start anew with --fresh"
 S = TypeVar("S")
 T = TypeVar("T")
 Cells = Mapping[str, NDArray[Any]]
+Layout = Mapping[str, Sequence[int]]  # shapes by their place
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,11 +48,18 @@ class Checkpoint(Generic[S]):
     last: float = np.nan  # [s] stamp of the newest
 
 
-def save(checkpoint: Checkpoint[S], identity: Mapping[str, str], folder: Path) -> None:
+def told(checkpoint: Checkpoint[S]) -> tuple[Layout, Array]:
+    """Its numbers, end to end, and which of them stand where in what shape."""
+    cells = dict(_cells(checkpoint, "at"))
+    layout = {place: list(cell.shape) for place, cell in cells.items()}
+    return layout, np.concatenate([cell.ravel() for cell in cells.values()], dtype=np.float64)
+
+
+def write(layout: Layout, numbers: Array, identity: Mapping[str, str], folder: Path) -> None:
     """Write DIR/checkpoint.npz; `identity` says whose it is."""
     with writing(folder / FILE) as stream:
-        cells: dict[str, Any] = dict(_cells(checkpoint, "at"))
-        np.savez(stream, identity=json.dumps(dict(identity)), **cells)
+        about = json.dumps({"identity": dict(identity), "layout": dict(layout)})
+        np.savez(stream, about=about, numbers=numbers)
 
 
 def load(start: Checkpoint[S], identity: Mapping[str, str], folder: Path) -> Checkpoint[S]:
@@ -63,15 +73,18 @@ def load(start: Checkpoint[S], identity: Mapping[str, str], folder: Path) -> Che
         return start
     try:
         with path.open("rb") as stream, np.load(stream, allow_pickle=False) as archive:
-            cells = dict(archive)
-        written = dict(json.loads(str(cells["identity"])))
+            about, numbers = json.loads(str(archive["about"])), archive["numbers"]
+        written, layout = dict(about["identity"]), dict(about["layout"])
     except DAMAGE as error:
         raise InputError(f"{path}: is damaged ({error}); {ANEW}") from error
     wanted = dict(identity)
     if other := [name for name in wanted if written.get(name) != wanted[name]]:
         raise InputError(f"{path}: is of a run with another {' and '.join(other)}; {ANEW}")
     try:
-        return _filled(start, cells, "at")
+        ends = np.cumsum([math.prod(shape) for shape in layout.values()])
+        cells = np.split(numbers, ends)  # the last is what is left: nothing
+        places = zip(layout.items(), cells, strict=False)
+        return _filled(start, {at: cell.reshape(shape) for (at, shape), cell in places}, "at")
     except DAMAGE as error:
         raise InputError(f"{path}: lacks what this run remembers ({error}); {ANEW}") from error
 
@@ -107,5 +120,5 @@ def _filled(form: T, cells: Cells, place: str) -> T:
         filled = tuple(inner.values())
     else:
         cell = cells[place]
-        filled = cell if isinstance(form, np.ndarray) else kind(cell.item())
+        filled = cell.astype(form.dtype) if isinstance(form, np.ndarray) else kind(cell.item())
     return cast(T, filled)

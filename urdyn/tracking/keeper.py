@@ -3,65 +3,91 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from concurrent.futures import Future, ThreadPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from pathlib import Path
 from typing import Generic, TypeVar
 
+from urdyn.io.frames import Words, numbers_frame, words_frame
+from urdyn.io.helper import Helper
 from urdyn.tracking import checkpoint
 from urdyn.tracking.checkpoint import Checkpoint
-from urdyn.tracking.history import History, Part
 from urdyn.tracking.observer import Observer
+from urdyn.tracking.physical import Quantities
+from urdyn.types import Array
 
 S = TypeVar("S")
 
 
-@dataclass(frozen=True, eq=False)
-class _Asked(Generic[S]):
-    """What is to be on disk soon: values that nobody changes any more."""
-
-    at: Checkpoint[S]
-    part: Part | None
-
-
 class Keeper(Generic[S]):
-    """Writes in the order that a killed run needs: rows and onlooker first, the checkpoint last."""
+    """Has things written in the order that a killed run needs: rows, onlooker, checkpoint.
+
+    It works in a process of its own; who tracks needs no Arrow.
+    """
 
     def __init__(
-        self, history: History, identity: Mapping[str, str], observer: Observer | None
+        self,
+        folder: Path,
+        of: Quantities,
+        identity: Mapping[str, str],
+        observer: Observer | None,
+        held: int | None,
     ) -> None:
-        self._history, self._identity, self._observer = history, identity, observer
-        self._asked: _Asked[S] | None = None
-        self._written: Future[None] | None = None
-        self._hand = ThreadPoolExecutor(1)
+        self._observer = observer
+        self._asked: Checkpoint[S] | None = None  # waits for the onlooker
+        self._fresh = False  # there are rows that are in no part
+        self._keeping = self._kept = -1  # samples
+        self._changes: list[float] | None = None
+        self._scribe = Helper("urdyn.tracking.scribe", "the history's scribe", "run again", held)
+        form = {"names": of.names, "units": of.units, "joints": of.currents.reference.arm.joints}
+        told = {"folder": str(folder.absolute()), "identity": dict(identity), **form}
+        self._scribe.send(words_frame(told))
+
+    def take(self, row: Array) -> None:
+        """One row of the history on."""
+        self._scribe.send(numbers_frame(row))
+        self._fresh = True
 
     def keep(self, at: Checkpoint[S]) -> Checkpoint[S]:
         """The run as it is now; it will be on disk a little later."""
         self.settle()
-        part = self._history.cut()
-        at = replace(at, parts=self._history.parts)
+        if self._fresh:
+            self._scribe.send(words_frame({"cut": at.parts}))
+            at, self._fresh = replace(at, parts=at.parts + 1), False
         if self._observer:
             self._observer.keep(at.index)
-        self._asked = _Asked(at, part)
+        self._asked = at
         self.go_on()
         return at
 
     def go_on(self, wait: bool = False) -> None:
-        """Write what was asked for, once the observer has kept its own."""
+        """Have written what was asked for, once the observer has kept its own."""
         if self._asked and (not self._observer or self._observer.kept(wait)):
-            self._written = self._hand.submit(self._write, self._asked)
+            layout, numbers = checkpoint.told(self._asked)
+            self._keeping = self._asked.index
+            words = {"keep": self._keeping, "layout": layout}
+            self._scribe.send(words_frame(words), numbers_frame(numbers))
             self._asked = None
+        elif self._kept != self._keeping or self._scribe.waiting:
+            self._hear(self._scribe.exchange())
 
     def settle(self) -> None:
         """All that was asked for is on disk; raises where it cannot be."""
         self.go_on(wait=True)
-        if self._written:
-            self._written.result()
+        while self._kept != self._keeping:
+            self._hear(self._scribe.listen())
+
+    def join(self, parts: int, origin: Mapping[str, str]) -> list[float]:
+        """The parts as one file; when the payload was taken to have changed [s]."""
+        self._scribe.send(words_frame({"join": dict(origin), "parts": parts}))
+        while self._changes is None:
+            self._hear(self._scribe.listen())
+        return self._changes
 
     def close(self) -> None:
-        """No more, however the run has ended; what is being written is written."""
-        self._hand.shutdown()
+        """No more, however the run has ended; what was handed over is written."""
+        self._scribe.close()
 
-    def _write(self, asked: _Asked[S]) -> None:
-        if asked.part:
-            self._history.write(asked.part)
-        checkpoint.save(asked.at, self._identity, self._history.folder)
+    def _hear(self, heard: list[Words]) -> None:
+        for words in heard:
+            self._kept = words.get("kept", self._kept)
+            self._changes = words.get("changes")

@@ -19,7 +19,6 @@ from urdyn.io import alone
 from urdyn.io.rss import peak_rss
 from urdyn.tracking import checkpoint as keep
 from urdyn.tracking.checkpoint import Checkpoint
-from urdyn.tracking.history import FILE, History, changes
 from urdyn.tracking.interest import gathered, nothing_yet, told
 from urdyn.tracking.keeper import Keeper
 from urdyn.tracking.latency import Latency
@@ -27,7 +26,9 @@ from urdyn.tracking.losses import counted, no_losses
 from urdyn.tracking.losses import told as told_losses
 from urdyn.tracking.modes import mode_of
 from urdyn.tracking.observer import Observer
+from urdyn.tracking.parts import FILE, discard_parts, open_parts
 from urdyn.tracking.physical import Quantities, quantities
+from urdyn.tracking.row import row
 from urdyn.tracking.source import Arrival, Source, now
 from urdyn.tracking.tracker import Reading, Tracker
 from urdyn.types import Array
@@ -107,22 +108,22 @@ def run(
         "settings": f"{tracker.filter} {tracker.drift} {tracker.period} {tracker.beside}",
     }
     # The matrices are small: threads of the linear algebra would wait for one another.
-    with alone(out), threadpool_limits(1):
+    with alone(out) as held, threadpool_limits(1):
         if fresh:
             keep.remove(out)
         start = Checkpoint(tracker.init(), nothing_yet(joints), no_losses(joints))
         begun = keep.load(start, identity, out)
         of = quantities(tracker.fit, tracker.currents, tracker.beside)
-        history = History(out, of, begun.parts)
-        history.open()
+        open_parts(out, begun.parts)
         with ExitStack() as ends:
             if source.live:
                 ends.enter_context(_letting_in())
             if observer:
                 ends.enter_context(closing(observer))
                 observer.begin(out, begun.index, identity)
-            keeper: Keeper[S] = ends.enter_context(closing(Keeper(history, identity, observer)))
-            this = _Run(tracker, source, history, keeper, identity, watch, observer)
+            keeper: Keeper[S] = Keeper(out, of, identity, observer, held)
+            ends.enter_context(closing(keeper))
+            this = _Run(tracker, source, out, of, keeper, identity, watch, observer)
             return this.to_the_end(begun)
 
 
@@ -141,7 +142,8 @@ def _letting_in() -> Iterator[None]:
 class _Run(Generic[S]):
     tracker: Tracker[S]
     source: Source
-    history: History
+    out: Path
+    quantities: Quantities
     keeper: Keeper[S]
     identity: dict[str, str]
     watch: Watch | None
@@ -163,7 +165,7 @@ class _Run(Generic[S]):
             at = self.keeper.keep(at) if at.index % part == 0 else at
             self.keeper.go_on()
         found = self.observer.finish() if self.observer else {}
-        path = self._finish(at)
+        changes = self._finish(at)
         return {
             "robot": self.tracker.fit.dynamics.arm.name,
             "samples": at.index,
@@ -178,7 +180,7 @@ class _Run(Generic[S]):
             "final": self._final(at),
             "quantities": told(at.interest, self.tracker.fit.dynamics.arm.joint_names),
             "quality": self._quality(at),
-            "payload_changes": changes(path),
+            "payload_changes": changes,
             **found,
         }
 
@@ -203,24 +205,27 @@ class _Run(Generic[S]):
         if reading is None:
             return at
         share = at.index / self.source.length if self.source.length else 0.0
-        rate, of = work.count / work.total, self.history.quantities
+        rate, of = work.count / work.total, self.quantities
         found = self.observer.findings if self.observer else ()
         every = max(1, int(np.ceil(1.0 / (ROWS * self.source.period) - 0.01)))
-        row, t = at.index % every == 0 or reading.widened, at.last - at.began
-        glance = Glance(t, at.last, at.index, share, rate, reading, of, found, row)
+        due, t = at.index % every == 0 or reading.widened, at.last - at.began
+        glance = Glance(t, at.last, at.index, share, rate, reading, of, found, due)
         if self.watch:
             self.watch(glance)
-        if not row:
+        if not due:
             return at
-        self.history.take(reading, glance.mean, glance.sd)
+        self.keeper.take(row(reading, glance.mean, glance.sd))
         currents, commissioned = self.tracker.currents, self.tracker.model.prior.mean
         return replace(at, interest=gathered(at.interest, reading, currents, commissioned))
 
-    def _finish(self, at: Checkpoint[S]) -> Path:
-        """The whole history; a recording is done with, a live robot may be taken up again."""
-        self.keeper.keep(at)
+    def _finish(self, at: Checkpoint[S]) -> list[float]:
+        """The whole history, and when the payload was taken to have changed [s].
+
+        A recording is done with, a live robot may be taken up again.
+        """
+        at = self.keeper.keep(at)
         self.keeper.settle()
-        if not self.history.parts:
+        if not at.parts:
             raise InputError(f"{self.source.name}: too short, or too full of gaps, to be tracked")
         origin = {
             "robot": self.tracker.fit.dynamics.arm.name,
@@ -229,15 +234,15 @@ class _Run(Generic[S]):
             "source.sha256": self.source.sha256,
             "settings": self.identity["settings"],
         }
-        path = self.history.join({"urdyn": __version__} | origin)
-        for stray in path.parent.glob(f".{FILE}.*.part"):
+        changes = self.keeper.join(at.parts, {"urdyn": __version__} | origin)
+        for stray in self.out.glob(f".{FILE}.*.part"):
             stray.unlink()
         if not self.source.live:
-            keep.remove(path.parent)
-            self.history.discard()
+            keep.remove(self.out)
+            discard_parts(self.out)
             if self.observer:
                 self.observer.forget()
-        return path
+        return changes
 
     def _quality(self, at: Checkpoint[S]) -> dict[str, Any]:
         """What the stream lacked."""
@@ -245,7 +250,7 @@ class _Run(Generic[S]):
         return told_losses(at.losses, refused, self.source.defects, at.index)
 
     def _final(self, at: Checkpoint[S]) -> dict[str, Any]:
-        of, belief = self.history.quantities, self.tracker.filter.belief(at.state.belief)
+        of, belief = self.quantities, self.tracker.filter.belief(at.state.belief)
         mean, sd = of.of(belief, self.tracker.told_beside(at.state))
         rows = zip(of.names, _plain(mean), _plain(sd), of.units, strict=True)
         return {name: {"mean": m, "sd": sd, "unit": unit} for name, m, sd, unit in rows}

@@ -11,8 +11,8 @@ import weakref
 from pathlib import Path
 from typing import Any
 
-import urdyn
-from urdyn.diagnose.wire import Frames, Words
+from urdyn.errors import InputError, UrdynError
+from urdyn.io.frames import Frames, Words
 
 CHUNK = 1 << 16  # [bytes] read at once
 ROOM = 1 << 20  # [bytes] in a pipe, where the system has it: what a task takes, and more
@@ -20,9 +20,19 @@ GRACE = 2.0  # [s] for a process whose pipes are closed to end by itself
 
 
 class Helper:
-    """A module of ours as a process; nothing is handed over by shared memory or as code."""
+    """A module of ours as a process; nothing is handed over by shared memory or as code.
 
-    def __init__(self, module: str) -> None:
+    What it fails at is raised by `listen`: whoever calls chooses a moment where it can be borne.
+    """
+
+    def __init__(self, module: str, name: str, advice: str, held: int | None = None) -> None:
+        """Begin `python -m module`, which calls `helping`.
+
+        Args:
+            name: of what it does, for the user.
+            advice: to the user, where it ends before its time.
+            held: lock of a folder, see `alone`, that is not let go before it has ended.
+        """
         # In a process group of its own, Ctrl-C does not reach it: that ends the run in good order.
         self._process = subprocess.Popen(
             [sys.executable, "-P", "-m", module],  # whatever lies in the folder we are in
@@ -30,6 +40,7 @@ class Helper:
             stdout=subprocess.PIPE,
             bufsize=0,
             pipesize=ROOM,
+            pass_fds=() if held is None else (held,),
             env=_environment(),
             process_group=0,
         )
@@ -38,23 +49,35 @@ class Helper:
         os.set_blocking(self._in, False)
         os.set_blocking(self._out, False)
         self._outbox, self._frames = bytearray(), Frames()
-        self.gone = False
-        self.end = weakref.finalize(self, _end, self._process)
+        self._name, self._advice = name, advice
+        self.failed: Exception | None = None
+        self._end = weakref.finalize(self, _end, self._process)
 
     @property
     def waiting(self) -> int:
         """Bytes that it has not taken yet."""
         return len(self._outbox)
 
-    def send(self, frame: bytes) -> None:
+    def send(self, *frames: bytes) -> None:
         """Hand over what it has room for; the rest waits for `exchange`, if it is there at all."""
-        if self.end.alive:
-            self._outbox += frame
+        if self._end.alive:
+            for frame in frames:
+                self._outbox += frame
             self._write()
 
-    def exchange(self, patience: float | None) -> list[Words]:
+    def close(self) -> None:
+        """Let it end; what was handed over is done."""
+        self._end()
+
+    def listen(self) -> list[Words]:
+        """Wait for something to be said; raises where nothing will be any more."""
+        if self.failed:
+            raise self.failed
+        return self.exchange(None)
+
+    def exchange(self, patience: float | None = 0.0) -> list[Words]:
         """Write and read what can be; what was said, waiting up to `patience` [s] for something."""
-        if not self.end.alive:  # its pipes' numbers may be others' by now
+        if not self._end.alive:  # its pipes' numbers may be others' by now
             return []
         watched = select.poll()
         watched.register(self._out, select.POLLIN)
@@ -79,15 +102,24 @@ class Helper:
         try:
             while data := os.read(self._out, CHUNK):
                 heard += [words for words in self._frames.take(data) if isinstance(words, dict)]
-            self.gone = True
         except BlockingIOError:
-            pass
+            return [words for words in heard if self._told(words)]
+        heard = [words for words in heard if self._told(words)]
+        self.failed = self.failed or UrdynError(f"{self._name} {self._end()}; {self._advice}")
         return heard
+
+    def _told(self, words: Words) -> bool:
+        """Whether they tell something else than why nothing will be told any more."""
+        if "failed" in words:
+            self.failed = InputError(words["failed"])
+        elif "broken" in words:
+            self.failed = RuntimeError(words["broken"])
+        return self.failed is None
 
 
 def _environment() -> dict[str, str]:
     """Ours, and where this very urdyn is."""
-    home, known = str(Path(urdyn.__file__).parents[1]), os.environ.get("PYTHONPATH")
+    home, known = str(Path(__file__).parents[2]), os.environ.get("PYTHONPATH")
     return os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, (home, known)))}
 
 

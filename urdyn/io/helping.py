@@ -1,0 +1,54 @@
+"""The other end of a `Helper`: what its process does."""
+
+from __future__ import annotations
+
+import os
+import signal
+import traceback
+from collections.abc import Callable, Iterator
+
+from urdyn.errors import UrdynError
+from urdyn.io.frames import Frames, Words, words_frame
+from urdyn.io.helper import CHUNK
+from urdyn.types import Array
+
+Heard = Iterator[Words | Array]
+
+
+def helping(answers: Callable[[Heard], Iterator[Words]]) -> None:
+    """Say what `answers` makes of what comes in, until there is no more.
+
+    The process ends with the one that began it, however that ends; how a run is interrupted is
+    that one's business alone.
+    """
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, signal.SIG_IGN)
+    out = os.dup(1)
+    os.dup2(2, 1)  # what a library prints is no frame
+    from threadpoolctl import threadpool_limits
+
+    def say(words: Words) -> None:
+        frame = memoryview(words_frame(words))
+        while frame:
+            frame = frame[os.write(out, frame) :]
+
+    try:
+        with threadpool_limits(1):
+            for words in answers(_heard()):
+                say(words)
+    except BrokenPipeError:  # nobody is there any more
+        return
+    except UrdynError as error:
+        say({"failed": str(error)})
+    except Exception:
+        say({"broken": traceback.format_exc()})
+
+
+def _heard() -> Heard:
+    """What comes in; what a process that is gone left behind, another run will do again."""
+    frames, parent = Frames(), os.getppid()
+    while data := os.read(0, CHUNK):
+        for frame in frames.take(data):
+            if os.getppid() != parent:
+                return
+            yield frame

@@ -1,0 +1,39 @@
+"""A row of a run's history: what the parameters were believed to be at one instant.
+
+t; every quantity's mean and sd; currents of every joint, measured and predicted; surprise.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from urdyn.tracking.tracker import Reading
+from urdyn.types import Array
+
+FINE = 128.0  # steps in a standard deviation, and in an sd itself: what is finer is not known
+FINEST = 2.0**-12  # [A] of a current
+
+
+def columns(names: Sequence[str], units: Sequence[str], joints: int) -> list[tuple[str, str, type]]:
+    """Name, unit and type of each; `names` are those of the quantities."""
+    pairs = zip(names, units, strict=True)
+    told = [(f"{name}{what}", unit) for name, unit in pairs for what in ("", ".sd")]
+    currents = [(f"{what}_{j}", "A") for what in ("current", "predicted") for j in range(joints)]
+    numbers = [(*of, float) for of in [("t", "s"), *told, *currents, ("nis", "-")]]
+    return [*numbers, ("measured", "", int), ("widened", "", bool)]
+
+
+def row(reading: Reading, mean: Array, sd: Array) -> Array:
+    """One row, numbers no finer than they are known: a day is some 70 MB."""
+    told = np.stack([_rounded(mean, sd / FINE), _rounded(sd, sd / FINE)], axis=1).ravel()
+    currents = _rounded(np.concatenate([reading.current, reading.predicted]), FINEST)
+    end = reading.innovation.nis, reading.innovation.measured, reading.widened
+    return np.concatenate([[reading.t], told, currents, end])
+
+
+def _rounded(values: Array, step: Array | float) -> Array:
+    """To multiples of the power of two below `step`: a tenth of the bytes, once compressed."""
+    grid = np.exp2(np.floor(np.log2(np.where(step > 0.0, step, 1.0))))
+    return np.where(step > 0.0, np.round(values / grid) * grid, values)

@@ -1,0 +1,54 @@
+"""Who puts a run on disk, in a process of its own: python -m urdyn.tracking.scribe.
+
+`Keeper` begins it. First comes what the history is; then rows, one a frame, and words:
+
+    cut     the rows so far, as the part of this number
+    keep    a checkpoint, whose numbers come next
+    join    all parts as one file
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+
+from urdyn.io.frames import Words
+from urdyn.io.helping import Heard, helping
+from urdyn.tracking.checkpoint import write
+from urdyn.tracking.history import History
+from urdyn.types import Array
+
+
+def _answers(heard: Heard) -> Iterator[Words]:
+    """What has been written."""
+    task = _words(next(heard))
+    folder = Path(task["folder"])
+    history = History(folder, tuple(task["names"]), tuple(task["units"]), task["joints"])
+    rows: list[Array] = []
+    for frame in heard:
+        match frame:
+            case {"cut": number}:
+                history.write(number, rows)
+                rows = []
+            case {"keep": index, "layout": layout}:
+                write(layout, _numbers(next(heard)), task["identity"], folder)
+                yield {"kept": index}
+            case {"join": origin, "parts": parts}:
+                history.join(parts, origin)
+                yield {"changes": history.changes()}
+            case _:
+                rows.append(_numbers(frame))
+
+
+def _words(frame: Words | Array) -> Words:
+    assert isinstance(frame, Mapping), "first comes the history's form"
+    return frame
+
+
+def _numbers(frame: Words | Array) -> Array:
+    assert not isinstance(frame, Mapping), "rows and checkpoints are numbers"
+    return frame
+
+
+if __name__ == "__main__":
+    helping(_answers)
