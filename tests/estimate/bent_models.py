@@ -30,6 +30,7 @@ class Product:
         return np.array([False, True])
 
     affine_transition = True
+    still = False
 
     def transition(self, x: Array, u: Slice) -> Array:
         return x

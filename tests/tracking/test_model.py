@@ -41,7 +41,7 @@ def state(model, name):
 @pytest.mark.parametrize("first, second", [(0.3, 1.1), (1e-3, 2e-3), (20.0, 500.0)])
 def test_two_steps_of_wear_are_one(model, slices, first, second):
     u = slices(first)
-    one, two, both = u, replace(u, dt=second), replace(u, dt=first + second)
+    one, two, both = u, replace(u, span=second), replace(u, span=first + second)
     x = model.prior.mean + 0.1
     F = model.transition_jacobian(x, two)
     np.testing.assert_allclose(

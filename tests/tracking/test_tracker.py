@@ -128,3 +128,20 @@ def test_intervals_hold_after_a_minute():
         assert inside.mean() > 0.9 - 3.0 * np.sqrt(0.09 / inside.size), name
     # The noise's variance is learnt to a percent or two, in so many samples.
     assert np.abs(np.array(nis) - 1.0).max() < 0.08, nis
+
+
+def test_parameters_may_move_every_few_samples_only(monkeypatch):
+    dynamics, fit = commissioned(0)
+    log, found = at_work(dynamics, 0, 1, 10.0), []
+    for stride in (0.0, 0.045):  # [s] every sample, every fifth
+        monkeypatch.setattr("urdyn.tracking.tracker.STRIDE", stride)
+        readings, physical = tracked(fit, log, EKF())
+        spans = [reading.inputs.span for reading in readings]
+        assert sum(spans) == pytest.approx(readings[-1].t - readings[0].t, abs=0.05)
+        assert np.mean(np.array(spans) > 0.0) == pytest.approx(0.2 if stride else 1.0, abs=0.01)
+        found.append(physical.of(readings[-1].belief))
+    (mean, sd), (other, other_sd) = found
+    known = sd > 0.0
+    # What is held back is the noise of less than a stride: of the whole run's, 4 in a thousand.
+    np.testing.assert_allclose(other_sd[known], sd[known], rtol=4e-3)
+    assert np.abs((other - mean)[known] / sd[known]).max() < 0.05

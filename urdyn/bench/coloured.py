@@ -83,6 +83,11 @@ class Coloured:
         """As the model's."""
         return self.model.affine_transition
 
+    @property
+    def still(self) -> bool:
+        """Noise never stands still."""
+        return False
+
     def _parts(self, x: Array) -> tuple[Array, Array]:
         n = len(self.model.names)
         return x[..., :n], x[..., n:]

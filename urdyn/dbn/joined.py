@@ -8,6 +8,7 @@ from typing import Generic
 
 import numpy as np
 
+from urdyn.dbn.process import RandomWalk
 from urdyn.dbn.two_slice import Observation, Process, U_contra
 from urdyn.types import Array, Gaussian, Mask
 
@@ -44,6 +45,11 @@ class Joined(Generic[U_contra]):
     def affine_transition(self) -> bool:
         """As the process says."""
         return bool(self.process.linear.all())
+
+    @cached_property
+    def still(self) -> bool:
+        """A walk that goes nowhere."""
+        return isinstance(self.process, RandomWalk) and not self.process.diffusion.any()
 
     @cached_property
     def _width(self) -> int:

@@ -47,6 +47,11 @@ class Standing:
         """Nothing moves."""
         return True
 
+    @property
+    def still(self) -> bool:
+        """Something may have jumped."""
+        return False
+
     @cached_property
     def _still(self) -> Array:
         return frozen(np.eye(len(self.names)))

@@ -104,12 +104,14 @@ class RobotCurrents:
         widen: bool = False,
         x: Array | None = None,
         lubricant: Array | None = None,
+        span: float | None = None,
     ) -> RobotSlice:
         """Inputs at one instant of a motion, with the presliding state s (J,) there.
 
         Args:
             x: states that tell which way each gear is loaded; the reference where not given.
             lubricant: how warm it is, (J,) [°C]; NaN where nobody measures, and so by default.
+            span: over which parameters move [s]; dt where not given.
         """
         q, v, a = now.q, now.v, now.a
         warm = np.full(len(v), np.nan) if lubricant is None else lubricant
@@ -121,6 +123,7 @@ class RobotCurrents:
         side = s * np.sign(load if x is None else load + A @ x[self.rigid])
         return RobotSlice(
             dt=dt,
+            span=dt if span is None else span,
             widen=widen,
             packed=packed(A, side, load, self._rest(now, s), s, v, a),
             smeared=SMEAR * np.abs(M @ now.jerk + self.reference.drive.rotor_inertia * now.jerk),

@@ -27,6 +27,7 @@ class RobotSlice:
     """
 
     dt: float  # [s] since the slice before
+    span: float  # [s] since parameters moved last; 0: they stand still over this slice
     widen: bool  # something else may be carried from here on
     packed: Array  # (J, 2 c + 7)
     smeared: Array  # (J,) [N·m] sd of the torque, for the acceleration was differentiated

@@ -89,3 +89,7 @@ class TwoSlice(Process[U_contra], Observation[U_contra], Protocol[U_contra]):
     @property
     def affine_transition(self) -> bool:
         """Whether the transition is affine in all states."""
+
+    @property
+    def still(self) -> bool:
+        """Whether nothing moves: the transition is the identity, without noise."""

@@ -114,21 +114,21 @@ class Wear:
         """Every parameter moves by the rates that lead it, (..., p + r)."""
         moved, p = np.array(x), len(self.parameters)
         child, rate, by = self._follow
-        moved[..., child] += u.dt * by * x[..., p + rate]
-        moved *= np.exp(-u.dt * self._forgetting)
+        moved[..., child] += u.span * by * x[..., p + rate]
+        moved *= np.exp(-u.span * self._forgetting)
         return moved
 
     def transition_jacobian(self, x: Array, u: RobotSlice) -> Array:
         """(n, n)."""
         F, p = np.eye(len(self.names)), len(self.parameters)
         child, rate, by = self._follow
-        F[child, p + rate] = u.dt * by
-        np.fill_diagonal(F, np.exp(-u.dt * self._forgetting))
+        F[child, p + rate] = u.span * by
+        np.fill_diagonal(F, np.exp(-u.span * self._forgetting))
         return F
 
     def transition_cov(self, u: RobotSlice) -> Array:
         """Noise of own parts and rates, spread along the edges and gathered over the slice."""
-        n, dt = len(self.names), u.dt
+        n, dt = len(self.names), u.span
         Q, (at, parts) = np.zeros((n, n)), self._noise
         Q.flat[at] = dt * (parts[0] + dt * (parts[1] / 2.0 + dt * parts[2] / 3.0))
         forgotten = -np.expm1(-2.0 * dt * self._forgetting)

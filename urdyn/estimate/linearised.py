@@ -18,6 +18,8 @@ from urdyn.types import Array, Gaussian, Mask
 
 def predict(model: TwoSlice[U], state: Gaussian, u: U) -> Gaussian:
     """The belief about the next slice before it is measured."""
+    if model.still:
+        return state
     F = model.transition_jacobian(state.mean, u)
     cov = carried(F, state.cov) + model.transition_cov(u)
     return Gaussian(model.transition(state.mean, u), cov)

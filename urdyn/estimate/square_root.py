@@ -88,10 +88,10 @@ def condition(
 ) -> tuple[SquareRoot, Innovation]:
     """Belief after measuring `rows` of y: G (r, n) whitened, N (r, r) noise, `residual` (r,)."""
     S = G @ G.T + N
-    V, W = np.linalg.cholesky(S), np.linalg.cholesky(N)
-    white = np.linalg.inv(V)
+    V, W = np.linalg.cholesky(np.stack([S, N]))
+    white, both = np.linalg.inv(np.stack([V, V + W]))
     gain = predicted.root @ (white @ G).T  # (n, r) root Gᵀ V⁻ᵀ
     mean = predicted.mean + gain @ (white @ residual)
-    root = predicted.root - gain @ (np.linalg.inv(V + W) @ G)
+    root = predicted.root - gain @ (both @ G)
     log_det = 2.0 * float(np.log(V.diagonal()).sum())
     return SquareRoot(mean, root), innovation(y, rows, residual, S, white, log_det)

@@ -33,6 +33,8 @@ class UKF:
     ) -> tuple[SquareRoot, Innovation]:
         """Predict over u.dt, then learn from the finite rows of y, (m,)."""
         points = self._points(len(state.mean))
+        if model.still:
+            return assimilate(model, points, state, u, y)
         if model.affine_transition:  # the moments of any points are exact: arms alone will do
             mean = model.transition(state.mean, u)
             D = model.transition(state.mean + state.root.T, u) - mean

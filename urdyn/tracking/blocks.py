@@ -241,7 +241,7 @@ def _lasting(wait: Waiting) -> float:
 
 def _after(u: RobotSlice, wait: Waiting) -> RobotSlice:
     """The slice as one of all the time that was waited."""
-    return u if wait.count == 1 else replace(u, dt=wait.dt)
+    return u if wait.count == 1 else replace(u, dt=wait.dt, span=wait.dt)
 
 
 def _noise(wait: Waiting) -> Array:

@@ -11,6 +11,7 @@ import numpy as np
 
 from urdyn.dbn.graph import Network
 from urdyn.dbn.joined import Joined
+from urdyn.dbn.process import RandomWalk
 from urdyn.dbn.robot import RobotCurrents
 from urdyn.dbn.robot_slice import ROWS, RobotSlice
 from urdyn.estimate import Filter, Innovation
@@ -20,7 +21,7 @@ from urdyn.model.friction import follow
 from urdyn.signal import Causal, CausalState, Instant, Sample
 from urdyn.tracking import colour as noise
 from urdyn.tracking.befallen import Evidence, befallen, gathered, none_yet
-from urdyn.tracking.blocks import BlockBelief
+from urdyn.tracking.blocks import BlockBelief, Blocks
 from urdyn.tracking.colour import Colour
 from urdyn.tracking.model import Drift, tracking_model
 from urdyn.tracking.streams import Heard, Moment, Stream, assimilated, first
@@ -33,6 +34,7 @@ S = TypeVar("S")
 STANDING = 0.02  # [rad/s] slower than this, friction is whatever holds the joint
 SETTLED = 50.0  # presliding distances of travel after which the bristles are known
 INTERRUPTED = 0.5  # [s] without a sample: the joints may have moved
+STRIDE = 0.0075  # [s] in which no parameter moves enough to be worth a covariance's prediction
 LONGEST = 60.0  # [s] of drift that one gap may add: a night does not make an arm unknown
 HINDSIGHT = 2.0  # [s] before something else is noticed that is carried, it may have been
 PATIENCE = 2.0  # [s] after such a moment before the next
@@ -50,6 +52,7 @@ class TrackerState(Generic[S]):
     causal: CausalState
     belief: S
     t: float  # [s] of the last instant; -inf before the first
+    waited: float  # [s] for which parameters have not moved by then
     v: Array  # (J,) [rad/s] then
     bristles: Array  # (2, J) [-]
     travelled: Array  # (J,) [rad] since they were unknown
@@ -110,6 +113,17 @@ class Tracker(Generic[S]):
         return tracking_model(self.fit, self.drift, self.network)
 
     @cached_property
+    def _still(self) -> Joined[RobotSlice]:
+        """The same slice while nothing moves."""
+        names, prior = self.model.names, self.model.prior
+        return Joined(RandomWalk(names, prior, np.zeros(len(names))), self.currents)
+
+    @property
+    def _stride(self) -> float:
+        """[s] between two moves of the parameters; blocks that wait see to that themselves."""
+        return 0.0 if isinstance(self.filter, Blocks) else STRIDE
+
+    @cached_property
     def currents(self) -> RobotCurrents:
         """Its observation."""
         observation = self.model.observation
@@ -147,6 +161,7 @@ class Tracker(Generic[S]):
             causal,
             belief,
             -np.inf,
+            0.0,
             nothing,
             np.zeros((2, J)),
             nothing,
@@ -195,7 +210,10 @@ class Tracker(Generic[S]):
         before = state.earliest if anew and not self._told_of_zeros else state.belief
         mean = self._mean(before)
         s = bristles[0] + drive.presliding_tail * (bristles[1] - bristles[0])
-        u = self.currents.slice(now, s, passed, widen, mean, lubricant)
+        waited = state.waited + passed
+        moves = anew or waited >= self._stride
+        span = waited if moves else 0.0
+        u = self.currents.slice(now, s, passed, widen, mean, lubricant, span)
         u = replace(u, jolted=changed[1:].astype(float)) if changed[1:].any() else u
         y = np.where(self._told(now, travelled), now.current, np.nan)
         white, seen = noise.whitened(state.colour, u, y)
@@ -206,7 +224,7 @@ class Tracker(Generic[S]):
         left = y - modelled
         wild = left - noise.foreseen(state.colour, slow)
         given = white if anew else tempered(white, wild, R, state.unsure)
-        belief, told = self.filter.step(self.model, before, given, seen)
+        belief, told = self.filter.step(self.model if moves else self._still, before, given, seen)
         told = untempered(told, given.noise**2 - white.noise**2, seen)
         unsure = np.fmax(np.diag(told.cov) / R, np.isnan(told.residual) * state.unsure)
         sure = (unsure < SURE) & (unknown < 0.25 * white.noise**2)
@@ -216,6 +234,7 @@ class Tracker(Generic[S]):
             causal=causal,
             belief=belief,
             t=now.t,
+            waited=waited - span,
             v=now.v,
             bristles=bristles,
             travelled=travelled,
