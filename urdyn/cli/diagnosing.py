@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from urdyn.diagnose import Rules
     from urdyn.diagnose.onlooker import Onlooker
     from urdyn.identify import Fit
+    from urdyn.io.helper import Helper
     from urdyn.tracking import Source
 
 FAILED = 3  # exit status where a finding is to fail the run
@@ -54,15 +55,17 @@ def known_rules(path: Path | None, hours: float | None) -> Rules:
     return replace(known, hours=hours)
 
 
-def onlooker(fit: Fit, source: Source, rules: Rules, voice: Voice) -> Onlooker:
-    """A diagnosis that looks on, and tells what it finds."""
+def onlooker(
+    fit: Fit, source: Source, rules: Rules, voice: Voice, helper: Helper | None = None
+) -> Onlooker:
+    """A diagnosis that looks on, by `helper` if there is one, and tells what it finds."""
     from urdyn.diagnose.onlooker import Onlooker
 
     def tell(finding: Mapping[str, Any]) -> None:
         voice.note(f"{finding['severity']}: {finding['kind']}: {finding['text']}")
 
     origin = {"source": source.name, "source.sha256": source.sha256}
-    return Onlooker(fit, source.period, rules, origin, tell)
+    return Onlooker(fit, source.period, rules, origin, tell, helper)
 
 
 def summed(summary: dict[str, Any]) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import signal
-from contextlib import closing
+from contextlib import closing, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -171,8 +171,9 @@ def track(
     from urdyn.cli.announcing import HANDED, PUBLISHED, announcing, both, hand, known
     from urdyn.cli.results import require_folder
     from urdyn.cli.watching import verdict, watching
+    from urdyn.diagnose.onlooker import diagnostician
     from urdyn.io import sha256
-    from urdyn.tracking import Tracker, open_source, run
+    from urdyn.tracking import Tracker, open_source, rehearse, run, scribe
 
     voice, chosen = Voice(json, quiet), _filter(filter, mode)
     known(publish, PUBLISHED, "--publish")
@@ -185,15 +186,21 @@ def track(
     arm = fit.dynamics.arm
     # All that takes its time comes before the stream: a robot that talks does not wait.
     with (
-        announcing(fit, source, serial, prometheus, mqtt, publish or ()) as told,
-        closing(open_source(source, columns, part, rate, duration, effort, beside)) as stream,
+        closing(scribe()) as writer,
+        closing(diagnostician()) if healthy else nullcontext() as helper,
     ):
-        _end_in_good_order(stream)
-        stream, streams, drift = listening(stream, arm, poses, wrench, calibration)
-        tracker: Tracker[Any] = Tracker(fit, chosen, stream.period, drift, streams=streams)
-        looking = onlooker(fit, stream, healthy, voice) if healthy else None
-        with watching(arm.joint_names, quiet) as shown:
-            summary = run(tracker, stream, out, sha256(twin), fresh, both(shown, told), looking)
+        rehearse(fit, chosen)
+        with (
+            announcing(fit, source, serial, prometheus, mqtt, publish or ()) as told,
+            closing(open_source(source, columns, part, rate, duration, effort, beside)) as stream,
+            watching(arm.joint_names, quiet) as shown,
+        ):
+            _end_in_good_order(stream)
+            stream, streams, drift = listening(stream, arm, poses, wrench, calibration)
+            tracker: Tracker[Any] = Tracker(fit, chosen, stream.period, drift, streams=streams)
+            looking = onlooker(fit, stream, healthy, voice, helper) if healthy else None
+            watch, origin = both(shown, told), sha256(twin)
+            summary = run(tracker, stream, out, origin, fresh, watch, looking, writer)
     summary["filter"] = filter or ("ukf" if mode == "full" else "ekf")
     _report(out, summary, voice)
     for path in hand(fit, summary, hand_over or (), out):

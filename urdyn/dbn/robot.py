@@ -137,13 +137,18 @@ class RobotCurrents:
     def _pi(self) -> Array:
         return self._arm.inertials.ravel()
 
+    @cached_property
+    def _ripples(self) -> bool:
+        drive = self.reference.drive
+        return bool(drive.ripple_cos.any() or drive.ripple_sin.any())
+
     def _rest(self, now: Instant, s: Array) -> Array:
         """Terms of friction that are no states: those that the reference has, (J,) [N·m]."""
         drive = self.reference.drive
         warmer = now.temperature - drive.temperature
         rest = drive.stribeck * np.exp(-np.abs(now.v) / drive.stribeck_velocity) * s
         rest += drive.thermal * np.where(np.isnan(warmer), 0.0, warmer) * now.v
-        if drive.ripple_cos.any() or drive.ripple_sin.any():
+        if self._ripples:
             turn = RIPPLE_ORDER * now.q
             rest += drive.ripple_cos * np.cos(turn) + drive.ripple_sin * np.sin(turn)
         return np.asarray(rest)

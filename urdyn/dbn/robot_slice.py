@@ -102,6 +102,5 @@ def packed(A: Array, side: Array, load: Array, rest: Array, s: Array, v: Array, 
     out = np.empty((J, 2 * c + len(ROWS)))
     out[:, :c] = A
     np.multiply(side[:, None], A, out=out[:, c : 2 * c])
-    for k, row in enumerate((load, side * load, rest, s, v, a, 1.0)):
-        out[:, 2 * c + k] = row
+    out[:, 2 * c :] = np.array([load, side * load, rest, s, v, a, np.ones(J)]).T
     return out

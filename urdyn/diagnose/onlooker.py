@@ -27,6 +27,12 @@ WAITING = 1 << 21  # [bytes] that wait to be diagnosed, at most: ten seconds of 
 Tell = Callable[[Mapping[str, Any]], None]
 
 
+def diagnostician() -> Helper:
+    """The process that diagnoses; one that was begun ahead is there when a stream is."""
+    advice = "run again, or with --no-diagnosis"
+    return Helper("urdyn.diagnose.apart", "the diagnosis", advice)
+
+
 class Onlooker:
     """An `Observer` of tracking; `tell` hears of every finding that is new or has changed.
 
@@ -40,12 +46,14 @@ class Onlooker:
         rules: Rules,
         source: Mapping[str, str],
         tell: Tell | None = None,
+        helper: Helper | None = None,
     ) -> None:
+        """`helper` is a `diagnostician` that was begun ahead."""
         self.fit, self.period, self.rules, self.source, self.tell = fit, period, rules, source, tell
         self.findings: tuple[Mapping[str, Any], ...] = ()
         self._folder, self._rows = Path(), list[Array]()
         self._batch = max(1, round(BATCH / period))
-        self._helper: Helper | None = None
+        self._helper = helper
         self._begun, self._finished = False, None
         self._keeping = self._kept = -1  # samples
 
@@ -60,8 +68,7 @@ class Onlooker:
             raise InputError(f"{path}: is missing, and the run cannot go on; begin with --fresh")
         whose = dict(identity) | {"rules": rules}
         task = Task(self.fit, self.period, self.rules, folder, index, whose, self.source)
-        advice = "run again, or with --no-diagnosis"
-        self._helper = Helper("urdyn.diagnose.apart", "the diagnosis", advice)
+        self._helper = self._helper or diagnostician()
         self._helper.send(words_frame(task.plain()))
         while index and not self._begun:  # can what was kept be gone on from?
             self._listen()

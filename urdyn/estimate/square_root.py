@@ -88,8 +88,8 @@ def condition(
 ) -> tuple[SquareRoot, Innovation]:
     """Belief after measuring `rows` of y: G (r, n) whitened, N (r, r) noise, `residual` (r,)."""
     S = G @ G.T + N
-    V, W = np.linalg.cholesky(np.stack([S, N]))
-    white, both = np.linalg.inv(np.stack([V, V + W]))
+    V, W = np.linalg.cholesky(np.array([S, N]))
+    white, both = np.linalg.inv(np.array([V, V + W]))
     gain = predicted.root @ (white @ G).T  # (n, r) root Gᵀ V⁻ᵀ
     mean = predicted.mean + gain @ (white @ residual)
     root = predicted.root - gain @ (both @ G)

@@ -12,8 +12,7 @@ from typing import Any, BinaryIO
 
 from urdyn.errors import InputError
 
-PATIENCE = 1.0  # [s] for what a process that was killed still has to write
-LOOK = 0.01  # [s] between two looks
+LOOK = 0.01  # [s] between two looks whether a folder is free
 
 
 def sha256(path: str | Path) -> str:
@@ -45,29 +44,26 @@ def writing(path: str | Path) -> Iterator[BinaryIO]:
 
 
 @contextmanager
-def alone(folder: str | Path) -> Iterator[int | None]:
+def alone(folder: str | Path, patience: float = 0.0) -> Iterator[None]:
     """Hold `folder` for the block; however this process ends, it is let go.
 
-    A process that is given the descriptor holds it too, until both have ended; None where there is
-    no such lock, and nothing is held.
-
     Raises:
-        InputError: another process holds it, and does not let it go in PATIENCE.
+        InputError: another process holds it, and does not let it go in `patience` [s].
     """
     try:
         import fcntl
-    except ImportError:
-        yield None
+    except ImportError:  # no such lock here: nothing is held
+        yield
         return
     holder = os.open(folder, os.O_RDONLY)
     try:
-        deadline = time.monotonic() + PATIENCE
+        deadline = time.monotonic() + patience
         while not _locked(fcntl, holder):
             if time.monotonic() > deadline:
                 told = f"{folder}: another urdyn is writing there; take another folder"
                 raise InputError(told)
             time.sleep(LOOK)
-        yield holder
+        yield
     finally:
         os.close(holder)
 

@@ -25,13 +25,12 @@ class Helper:
     What it fails at is raised by `listen`: whoever calls chooses a moment where it can be borne.
     """
 
-    def __init__(self, module: str, name: str, advice: str, held: int | None = None) -> None:
+    def __init__(self, module: str, name: str, advice: str) -> None:
         """Begin `python -m module`, which calls `helping`.
 
         Args:
             name: of what it does, for the user.
             advice: to the user, where it ends before its time.
-            held: lock of a folder, see `alone`, that is not let go before it has ended.
         """
         # In a process group of its own, Ctrl-C does not reach it: that ends the run in good order.
         self._process = subprocess.Popen(
@@ -40,7 +39,6 @@ class Helper:
             stdout=subprocess.PIPE,
             bufsize=0,
             pipesize=ROOM,
-            pass_fds=() if held is None else (held,),
             env=_environment(),
             process_group=0,
         )

@@ -10,7 +10,6 @@ import numpy as np
 from urdyn.signal.gate import Gate
 from urdyn.signal.polynomial import (
     ORDERS,
-    UNIFORM,
     LocalPolynomial,
     half_window,
     joint_by_joint,
@@ -19,6 +18,9 @@ from urdyn.signal.polynomial import (
 from urdyn.signal.sample import Instant, Sample
 from urdyn.signal.stretches import GAP
 from urdyn.types import Array
+
+# Of a period. Seconds since 1970 are known to .2 µs; in two an encoder sees no joint move.
+EVEN = 1e-3
 
 
 @dataclass(frozen=True)
@@ -63,7 +65,7 @@ class Causal:
         dt = sample.t - state.t[-1] if len(state.t) else np.inf
         if dt == 0:
             return replace(state, repeats=state.repeats + 1), None
-        row = np.stack([sample.q, sample.v, sample.current, sample.temperature])
+        row = np.array([sample.q, sample.v, sample.current, sample.temperature])
         row = np.where(np.isfinite(row), row, np.nan)
         if 0 < dt <= GAP * self.period:
             state = self._admit(state, sample.t, row, dt)
@@ -93,11 +95,12 @@ class Causal:
         lag = fit.half if self.lag is None else self.lag
         row = fit.samples - 1 - lag
         q, v = state.rows[:, 0], state.rows[:, 1]
-        even = np.abs(state.t[1:] - state.t[:-1] - self.period).max() <= UNIFORM * self.period
+        even = np.abs(state.t[1:] - state.t[:-1] - self.period).max() <= EVEN * self.period
         whole = np.isfinite(state.rows[:, :2]).all()
         if even and whole:
-            of_q, of_v = _operator(fit, (fit.half - lag) * self.period, self.offset)
-            orders = (of_q * q.T).sum(2) + (of_v * v.T).sum(2)
+            operator = _operator(fit, (fit.half - lag) * self.period, self.offset)
+            of_each = state.rows[:, :2].transpose(2, 1, 0).reshape(-1, operator.shape[2], 1)
+            orders = np.ascontiguousarray((operator @ of_each)[..., 0].T)
         else:
             at = np.broadcast_to(np.asarray(self.offset, dtype=np.float64), q.shape[1:])[None]
             window = (state.t - state.t[row])[None], q[None], v[None], at
@@ -107,13 +110,13 @@ class Causal:
 
 
 @lru_cache(maxsize=16)
-def _operator(
-    fit: LocalPolynomial, ahead: float, offset: float | tuple[float, ...]
-) -> tuple[Array, Array]:
-    """Weights of a full uniform window `ahead` + offset of its centre, (4, 1 or J, m) each."""
+def _operator(fit: LocalPolynomial, ahead: float, offset: float | tuple[float, ...]) -> Array:
+    """What angles and, behind them, velocities of a full uniform window weigh, (1 or J, 4, 2 m).
+
+    The motion is that at `ahead` + offset [s] of the window's centre.
+    """
     offsets = offset if isinstance(offset, tuple) else (offset,)
-    of_q, of_v = zip(*(weights(fit, ahead + lead) for lead in offsets), strict=True)
-    return np.stack(of_q, axis=1), np.stack(of_v, axis=1)
+    return np.array([np.concatenate(weights(fit, ahead + lead), axis=1) for lead in offsets])
 
 
 def _restart(state: CausalState, t: float, row: Array) -> CausalState:

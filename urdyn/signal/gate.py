@@ -28,9 +28,9 @@ class Gate:
 
     def departure(self, before: Array, row: Array, dt: float) -> Array:
         """Of q and v from their prediction, (2, J) [rad, rad/s]; before, row (2, J)."""
-        q, v = before
-        expected = np.stack([q + dt * np.where(np.isnan(v), row[1], v), v])
-        return np.asarray(np.abs(row - expected))
+        apart = row - before
+        apart[0] -= dt * np.where(np.isnan(before[1]), row[1], before[1])
+        return np.asarray(np.abs(apart))
 
     def refuses(self, departure: Array, history: Array, dt: float) -> Flags:
         """Which of q and v, (2, J), to mark as not measured; history (n, 2, J) of departures."""

@@ -6,11 +6,13 @@ from urdyn.lazy import lookup
 
 if TYPE_CHECKING:
     from urdyn.tracking.checkpoint import Checkpoint
+    from urdyn.tracking.keeper import scribe
     from urdyn.tracking.learning import drift_of, learn_edges, learn_wear
     from urdyn.tracking.model import Drift, tracking_model
     from urdyn.tracking.modes import MODES, QUICKER, Loss, Mode, losses, side_by_side
     from urdyn.tracking.observer import Observer
     from urdyn.tracking.physical import Quantities, quantities
+    from urdyn.tracking.rehearsal import rehearse
     from urdyn.tracking.run import Glance, run
     from urdyn.tracking.source import Arrival, Source, open_source
     from urdyn.tracking.tracker import Reading, Tracker, TrackerState
@@ -36,7 +38,9 @@ __all__ = [
     "losses",
     "open_source",
     "quantities",
+    "rehearse",
     "run",
+    "scribe",
     "side_by_side",
     "tracking_model",
 ]
@@ -46,11 +50,13 @@ __getattr__ = lookup(
     __name__,
     {
         "urdyn.tracking.checkpoint": ("Checkpoint",),
+        "urdyn.tracking.keeper": ("scribe",),
         "urdyn.tracking.learning": ("drift_of", "learn_edges", "learn_wear"),
         "urdyn.tracking.model": ("Drift", "tracking_model"),
         "urdyn.tracking.modes": ("MODES", "QUICKER", "Loss", "Mode", "losses", "side_by_side"),
         "urdyn.tracking.observer": ("Observer",),
         "urdyn.tracking.physical": ("Quantities", "quantities"),
+        "urdyn.tracking.rehearsal": ("rehearse",),
         "urdyn.tracking.run": ("Glance", "run"),
         "urdyn.tracking.source": ("Arrival", "Source", "open_source"),
         "urdyn.tracking.tracker": ("Reading", "Tracker", "TrackerState"),

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from urdyn.dbn.robot_slice import RobotSlice
+from urdyn.dbn.robot_slice import ROWS, RobotSlice
 from urdyn.estimate import Innovation
 from urdyn.model.drive import Drive
 from urdyn.tracking.model import JOLTS, PAYLOAD_SD
@@ -27,24 +27,33 @@ MEMORY = 2.0  # [s] over which evidence is gathered
 CLIP = 3.0  # [sd] that an innovation counts for at most
 SURE = 30.0  # [-] log odds; what nobody models in a healthy arm has been seen to reach 22
 LIKELY = 10.0  # [-] of what may have befallen it besides, or in its place
-CARRIED = slice(-10, -6)  # columns of a slice: mass and first moments of the payload
+CARRIED = slice(-10, -6)  # columns of a slice's A: mass and first moments of the payload
+OWN = [ROWS.index(name) - len(ROWS) for name in ("s", "v", "load")]  # and of all that is packed
 
 
 @dataclass(frozen=True, eq=False)
 class Evidence:
-    """Sums of the last seconds; of the payload first, then of each joint's drive."""
+    """Sums of the last seconds: products of each joint's signatures with one another and with e."""
 
-    payload: Array  # (4, 5) M and s
-    drives: Array  # (J, 3, 4)
+    sums: Array  # (J, 8, 8) four of the payload, three of the drive, and e
 
     def __post_init__(self) -> None:
-        for name in ("payload", "drives"):
-            object.__setattr__(self, name, frozen(getattr(self, name)))
+        object.__setattr__(self, "sums", frozen(self.sums))
+
+    @property
+    def payload(self) -> Array:
+        """M and s, (4, 5)."""
+        return np.asarray(self.sums[:, :4, [0, 1, 2, 3, 7]].sum(axis=0))
+
+    @property
+    def drives(self) -> Array:
+        """Of each joint's, (J, 3, 4)."""
+        return self.sums[:, 4:7, 4:]
 
 
 def none_yet(joints: int) -> Evidence:
     """Nothing has been gathered."""
-    return Evidence(np.zeros((4, 5)), np.zeros((joints, 3, 4)))
+    return Evidence(np.zeros((joints, 8, 8)))
 
 
 def gathered(
@@ -53,14 +62,11 @@ def gathered(
     """One innovation on; `white` is the slice after the filter that made its noise white."""
     known = np.isfinite(told.residual)
     sd = np.sqrt(np.where(known, np.diag(told.cov), 1.0))
-    e = np.clip(np.where(known, told.residual, 0.0) / sd, -CLIP, CLIP)
-    per = (known / (drive.gain * sd))[:, None]
-    kept, e = np.exp(-dt / MEMORY), e[:, None]
-    carried = np.concatenate([white.A[:, CARRIED] * per, e], axis=1)
-    own = np.concatenate([np.array([white.s, white.v, white.load]).T * per, e], axis=1)
-    payload = carried[:, :-1].T @ carried
-    drives = own[:, :-1, None] * own[:, None, :]
-    return Evidence(kept * evidence.payload + payload, kept * evidence.drives + drives)
+    e = np.minimum(np.maximum(np.where(known, told.residual, 0.0) / sd, -CLIP), CLIP)
+    signatures = np.concatenate([white.A[:, CARRIED], white.packed[:, OWN]], axis=1)
+    signatures *= (known / (drive.gain * sd))[:, None]
+    row = np.concatenate([signatures, e[:, None]], axis=1)
+    return Evidence(np.exp(-dt / MEMORY) * evidence.sums + row[:, :, None] * row[:, None, :])
 
 
 def befallen(evidence: Evidence, drive: Drive) -> Mask:

@@ -21,6 +21,7 @@ from urdyn.identify.slow import MEMORY
 from urdyn.types import Array, Mask
 
 ORDER = 8
+APART = [*range(ORDER + 1), -1]  # rows of what is left, beside the newest
 FAR = 0.25  # [s] apart: only what is slow is still alike
 TRUST = 500.0  # samples that the commissioned noise counts for
 SLOW_TRUST = 20.0  # [s] that what passed slowly on the first day counts for besides
@@ -42,10 +43,9 @@ class Colour:
     past: Array  # (p, J, w) packed inputs, newest first; NaN where a joint said nothing
     current: Array  # (p, J) [A]
     left: Array  # (L, J) [A] residuals without the model's slow part, newest first
-    alike: Array  # (p + 1, J) [A²] mean product of residuals so many samples apart
-    far: Array  # (J,) [A²] the same FAR apart
+    alike: Array  # (p + 2, J) [A²] mean product of residuals 0 .. p samples and, last, FAR apart
     count: float  # samples behind that
-    known: Array  # (J,) samples that count for `far` besides
+    known: Array  # (p + 2, J) samples that count besides
     ar: Array  # (J, p)
     scale: Array  # (J,) [A] sd of w
     slow: Array  # (J,) [A] sd
@@ -59,15 +59,14 @@ def first(noise: Noise, width: int, period: float) -> Colour:
     ar[:, :known] = noise.ar[:, :known]
     sd, told = np.sqrt(noise.power), noise.slow**2 > TOLD * noise.sd**2
     slow = np.where(told, noise.slow, 0.0) ** 2
-    lags = np.arange(ORDER + 1)[:, None] * period
+    passing = np.exp(-np.append(np.arange(ORDER + 1) * period, FAR) / MEMORY)[:, None]
     return Colour(
         np.full((ORDER, J, width), np.nan),
         np.full((ORDER, J), np.nan),
         np.full((length, J), np.nan),
-        _alike(ar, noise.power) + slow * np.exp(-lags / MEMORY),
-        slow * np.exp(-FAR / MEMORY),
+        np.concatenate([_alike(ar, noise.power), np.zeros((1, J))]) + slow * passing,
         TRUST,
-        np.where(told, SLOW_TRUST / period, 0.0),
+        np.concatenate([np.zeros((ORDER + 1, J)), [np.where(told, SLOW_TRUST / period, 0.0)]]),
         ar,
         sd,
         np.fmax(np.sqrt(slow), SLOWEST * sd),
@@ -127,32 +126,27 @@ def learnt(colour: Colour, left: Array, unknown: Array, sure: Mask, period: floa
         sure: whether the model is surer of the current than the sensor, (J,).
     """
     limit = CLIP * np.sqrt(colour.alike[0])
-    left = np.concatenate([np.clip(left, -limit, limit)[None], colour.left[:-1]])
-    longest = LEARN / period
-    gain = sure / min(colour.count + 1.0, longest)
-    product = left[0] * left[: ORDER + 1]
+    held = np.minimum(np.maximum(left, -limit), limit)
+    left = np.concatenate([held[None], colour.left[:-1]])
+    product = held * left[APART]
     product[0] -= unknown
-    alike = _averaged(colour.alike, product, gain)
+    gain = sure / np.minimum(colour.count + colour.known + 1.0, LEARN / period)
+    step = gain * (product - colour.alike)
+    alike = colour.alike + np.where(np.isfinite(step), step, 0.0)
     alike[0] = np.maximum(alike[0], TINY**2)
-    steady = sure / np.minimum(colour.count + colour.known + 1.0, longest)
-    far = _averaged(colour.far, left[0] * left[-1], steady)
-    colour = replace(colour, left=left, alike=alike, far=far, count=colour.count + 1.0)
+    colour = replace(colour, left=left, alike=alike, count=colour.count + 1.0)
     return _looked_at(colour, period) if colour.count % PAUSE < 1.0 else colour
-
-
-def _averaged(mean: Array, value: Array, gain: Array) -> Array:
-    return np.asarray(mean + np.where(np.isfinite(value), gain * (value - mean), 0.0))
 
 
 def _looked_at(colour: Colour, period: float) -> Colour:
     """The filter and the slow noise that the averages tell of."""
     p, power = ORDER, colour.alike[0]
-    count = np.minimum(colour.count + colour.known, LEARN / period)
+    count, far = np.minimum(colour.count + colour.known[-1], LEARN / period), colour.alike[-1]
     chance = CHANCE * power / np.sqrt(count)
-    told = np.where(colour.far > chance, colour.far * np.exp(FAR / MEMORY), 0.0)
+    told = np.where(far > chance, far * np.exp(FAR / MEMORY), 0.0)
     slow = np.minimum(told, 0.5 * power)
     lags = np.arange(p + 1)[:, None] * period
-    fast = colour.alike - slow * np.exp(-lags / MEMORY)
+    fast = colour.alike[:-1] - slow * np.exp(-lags / MEMORY)
     apart = np.abs(np.subtract.outer(np.arange(p), np.arange(p)))
     T = fast[apart].transpose(2, 0, 1) + WHITE * power[:, None, None] * np.eye(p)
     ar = np.linalg.solve(T, fast[1:].T[..., None])[..., 0]

@@ -18,6 +18,11 @@ from urdyn.types import Array
 S = TypeVar("S")
 
 
+def scribe() -> Helper:
+    """The process that writes; one that was begun ahead is there when a stream is."""
+    return Helper("urdyn.tracking.scribe", "the history's scribe", "run again")
+
+
 class Keeper(Generic[S]):
     """Has things written in the order that a killed run needs: rows, onlooker, checkpoint.
 
@@ -30,14 +35,15 @@ class Keeper(Generic[S]):
         of: Quantities,
         identity: Mapping[str, str],
         observer: Observer | None,
-        held: int | None,
+        scribe: Helper,
     ) -> None:
+        """`scribe` is ended with `close`."""
         self._observer = observer
         self._asked: Checkpoint[S] | None = None  # waits for the onlooker
         self._fresh = False  # there are rows that are in no part
         self._keeping = self._kept = -1  # samples
         self._changes: list[float] | None = None
-        self._scribe = Helper("urdyn.tracking.scribe", "the history's scribe", "run again", held)
+        self._scribe = scribe
         form = {"names": of.names, "units": of.units, "joints": of.currents.reference.arm.joints}
         told = {"folder": str(folder.absolute()), "identity": dict(identity), **form}
         self._scribe.send(words_frame(told))

@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 from urdyn.errors import InputError
+from urdyn.io import alone
 
 FILE, PARTS = "history.parquet", "history.parts"
+PATIENCE = 2.0  # [s]
 
 
 def part_file(folder: Path, number: int) -> Path:
@@ -15,14 +19,22 @@ def part_file(folder: Path, number: int) -> Path:
     return folder / PARTS / f"part-{number:06d}.parquet"
 
 
-def open_parts(folder: Path, count: int) -> None:
-    """A folder of the parts that count; what a killed run left beyond them is dropped.
+@contextmanager
+def writing_parts(folder: Path) -> Iterator[None]:
+    """Nobody else writes a history in `folder` meanwhile; the scribe of a run that was killed may
+    for a moment, and is waited for."""
+    (folder / PARTS).mkdir(parents=True, exist_ok=True)
+    with alone(folder / PARTS, PATIENCE):
+        yield
+
+
+def drop_others(folder: Path, count: int) -> None:
+    """Only the parts that count; what a killed run left beyond them is dropped.
 
     Raises:
         InputError: one that counts is missing.
     """
     counted = [part_file(folder, number) for number in range(count)]
-    (folder / PARTS).mkdir(parents=True, exist_ok=True)
     for path in {*(folder / PARTS).iterdir()} - {*counted}:
         path.unlink()
     for path in counted:

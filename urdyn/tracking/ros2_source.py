@@ -19,7 +19,7 @@ from urdyn.signal import Sample
 from urdyn.tracking.source import LOOK, Arrival, Source
 
 PATIENCE = 10.0  # [s] for the first joint states
-FIRST = 50  # samples that tell the rate
+FIRST = 10  # samples that tell the rate: a robot that talks does not wait
 SHORT = 1.25  # periods before its end, a stretch of so many seconds has its last sample
 
 
@@ -81,10 +81,15 @@ def _first(inbox: Inbox, name: str, count: int) -> list[Heard]:
 
 
 def _period(first: list[Heard], name: str) -> float:
-    period = float(np.median(np.diff([heard.stamp for heard in first])))
-    if not period > 0.0:
+    """By the line through the stamps, each as many steps on as it looks: some may be missing."""
+    stamps = np.array([heard.stamp for heard in first])
+    steps = np.diff(stamps)
+    usual = float(np.median(steps))
+    if not usual > 0.0:
         raise InputError(f"{name}: its stamps do not run forward; is another node publishing too?")
-    return period
+    count = np.concatenate([[0.0], np.round(steps / usual).cumsum()])
+    count -= count.mean()
+    return float(count @ (stamps - stamps[0]) / (count @ count))
 
 
 def _until(last: float, heard: Iterable[Heard]) -> Iterator[Heard]:

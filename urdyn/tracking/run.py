@@ -16,17 +16,18 @@ from threadpoolctl import threadpool_limits
 
 from urdyn.errors import InputError
 from urdyn.io import alone
+from urdyn.io.helper import Helper
 from urdyn.io.rss import peak_rss
 from urdyn.tracking import checkpoint as keep
 from urdyn.tracking.checkpoint import Checkpoint
 from urdyn.tracking.interest import gathered, nothing_yet, told
-from urdyn.tracking.keeper import Keeper
+from urdyn.tracking.keeper import Keeper, scribe
 from urdyn.tracking.latency import Latency
 from urdyn.tracking.losses import counted, no_losses
 from urdyn.tracking.losses import told as told_losses
 from urdyn.tracking.modes import mode_of
 from urdyn.tracking.observer import Observer
-from urdyn.tracking.parts import FILE, discard_parts, open_parts
+from urdyn.tracking.parts import FILE, discard_parts, drop_others, writing_parts
 from urdyn.tracking.physical import Quantities, quantities
 from urdyn.tracking.row import row
 from urdyn.tracking.source import Arrival, Source, now
@@ -91,11 +92,12 @@ def run(
     fresh: bool = False,
     watch: Watch | None = None,
     observer: Observer | None = None,
+    writer: Helper | None = None,
 ) -> dict[str, Any]:
     """Track `source` to its end and write DIR/history.parquet; what was found, in plain numbers.
 
     `twin` is the hash of the twin's file. A run that was killed goes on at its checkpoint, and a
-    live one where it was ended; `fresh` begins anew.
+    live one where it was ended; `fresh` begins anew. `writer` is a `scribe` that was begun ahead.
     """
     joints = tracker.fit.dynamics.arm.joints
     if source.joints != joints:
@@ -108,20 +110,21 @@ def run(
         "settings": f"{tracker.filter} {tracker.drift} {tracker.period} {tracker.beside}",
     }
     # The matrices are small: threads of the linear algebra would wait for one another.
-    with alone(out) as held, threadpool_limits(1):
+    with alone(out), threadpool_limits(1):
         if fresh:
             keep.remove(out)
         start = Checkpoint(tracker.init(), nothing_yet(joints), no_losses(joints))
-        begun = keep.load(start, identity, out)
+        with writing_parts(out):
+            begun = keep.load(start, identity, out)
+            drop_others(out, begun.parts)
         of = quantities(tracker.fit, tracker.currents, tracker.beside)
-        open_parts(out, begun.parts)
         with ExitStack() as ends:
             if source.live:
                 ends.enter_context(_letting_in())
             if observer:
                 ends.enter_context(closing(observer))
                 observer.begin(out, begun.index, identity)
-            keeper: Keeper[S] = Keeper(out, of, identity, observer, held)
+            keeper: Keeper[S] = Keeper(out, of, identity, observer, writer or scribe())
             ends.enter_context(closing(keeper))
             this = _Run(tracker, source, out, of, keeper, identity, watch, observer)
             return this.to_the_end(begun)

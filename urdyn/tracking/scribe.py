@@ -16,6 +16,7 @@ from urdyn.io.frames import Words
 from urdyn.io.helping import Heard, helping
 from urdyn.tracking.checkpoint import write
 from urdyn.tracking.history import History
+from urdyn.tracking.parts import writing_parts
 from urdyn.types import Array
 
 
@@ -25,19 +26,20 @@ def _answers(heard: Heard) -> Iterator[Words]:
     folder = Path(task["folder"])
     history = History(folder, tuple(task["names"]), tuple(task["units"]), task["joints"])
     rows: list[Array] = []
-    for frame in heard:
-        match frame:
-            case {"cut": number}:
-                history.write(number, rows)
-                rows = []
-            case {"keep": index, "layout": layout}:
-                write(layout, _numbers(next(heard)), task["identity"], folder)
-                yield {"kept": index}
-            case {"join": origin, "parts": parts}:
-                history.join(parts, origin)
-                yield {"changes": history.changes()}
-            case _:
-                rows.append(_numbers(frame))
+    with writing_parts(folder):
+        for frame in heard:
+            match frame:
+                case {"cut": number}:
+                    history.write(number, rows)
+                    rows = []
+                case {"keep": index, "layout": layout}:
+                    write(layout, _numbers(next(heard)), task["identity"], folder)
+                    yield {"kept": index}
+                case {"join": origin, "parts": parts}:
+                    history.join(parts, origin)
+                    yield {"changes": history.changes()}
+                case _:
+                    rows.append(_numbers(frame))
 
 
 def _words(frame: Words | Array) -> Words:

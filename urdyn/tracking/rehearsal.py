@@ -1,0 +1,31 @@
+"""A run before its first sample: a robot that talks does not wait for tables and caches."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from urdyn.estimate import Filter
+from urdyn.identify.fit import Fit
+from urdyn.signal import Sample
+from urdyn.tracking.physical import quantities
+from urdyn.tracking.row import row
+from urdyn.tracking.tracker import Tracker
+
+PERIOD = 0.002  # [s]
+SAMPLES = 40  # more than any window of the signal takes
+
+
+def rehearse(fit: Fit, filter_: Filter[Any]) -> None:
+    """Do once what is slow the first time: modules are loaded, tables filled."""
+    J = fit.dynamics.arm.joints
+    tracker: Tracker[Any] = Tracker(fit, filter_, PERIOD)
+    of = quantities(fit, tracker.currents)
+    state, nothing = tracker.init(), np.full(J, np.nan)
+    for k in range(SAMPLES):
+        t = k * PERIOD
+        now = Sample(t, np.full(J, np.sin(t)), np.full(J, np.cos(t)), np.zeros(J), nothing)
+        state, reading = tracker.step(state, now)
+        if reading is not None:
+            row(reading, *of.of(reading.belief, reading.beside))
