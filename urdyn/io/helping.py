@@ -12,6 +12,8 @@ from urdyn.io.frames import Frames, Words, words_frame
 from urdyn.io.helper import CHUNK
 from urdyn.types import Array
 
+STAND_BACK = 10  # of 19: whoever is helped goes first
+
 Heard = Iterator[Words | Array]
 
 
@@ -23,6 +25,7 @@ def helping(answers: Callable[[Heard], Iterator[Words]]) -> None:
     """
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, signal.SIG_IGN)
+    os.nice(STAND_BACK)
     out = os.dup(1)
     os.dup2(2, 1)  # what a library prints is no frame
     from threadpoolctl import threadpool_limits

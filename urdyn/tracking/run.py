@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import sys
 import time
 from collections.abc import Callable, Iterator, Mapping
@@ -120,7 +121,7 @@ def run(
         of = quantities(tracker.fit, tracker.currents, tracker.beside)
         with ExitStack() as ends:
             if source.live:
-                ends.enter_context(_letting_in())
+                ends.enter_context(_at_pace())
             if observer:
                 ends.enter_context(closing(observer))
                 observer.begin(out, begun.index, identity)
@@ -131,13 +132,16 @@ def run(
 
 
 @contextmanager
-def _letting_in() -> Iterator[None]:
-    """Who reads and stamps samples is let in soon."""
+def _at_pace() -> Iterator[None]:
+    """No sample waits for long: who tells the world lets it in, and garbage is sought in what is
+    new, not in all that was loaded."""
     before = sys.getswitchinterval()
     sys.setswitchinterval(SWITCH)
+    gc.freeze()
     try:
         yield
     finally:
+        gc.unfreeze()
         sys.setswitchinterval(before)
 
 
