@@ -187,7 +187,7 @@ def track(
     # All that takes its time comes before the stream: a robot that talks does not wait.
     with (
         closing(scribe()) as writer,
-        closing(diagnostician()) if healthy else nullcontext() as helper,
+        closing(diagnostician(fit)) if healthy else nullcontext() as helper,
     ):
         rehearse(fit, chosen)
         with (

@@ -1,6 +1,6 @@
 """A diagnosis in a process of its own: python -m urdyn.diagnose.apart, which `Onlooker` begins.
 
-Frames come in, the task first, and go out.
+First comes the twin, then the task, then what is seen.
 """
 
 from __future__ import annotations
@@ -10,9 +10,10 @@ from typing import Any
 
 from urdyn.diagnose.desk import Desk
 from urdyn.diagnose.task import task_of
-from urdyn.io.frames import Words
+from urdyn.io.frames import Words, words_of
 from urdyn.io.helping import Heard, helping
 from urdyn.io.rss import peak_rss
+from urdyn.twin import fit_of
 from urdyn.types import Array
 
 TOLD = ("findings", "joints", "recommendation", "observability")  # in a run's summary, too
@@ -20,14 +21,13 @@ TOLD = ("findings", "joints", "recommendation", "observability")  # in a run's s
 
 def _answers(heard: Heard) -> Iterator[Words]:
     """What there is to say to what comes in."""
-    desk = None
-    for frame in heard:
-        if desk is None:
-            assert isinstance(frame, Mapping), "first comes the task"
-            desk = Desk(task_of(frame))
-            yield {"findings": desk.write()["findings"]}
-        elif answer := _answer(desk, frame):
-            yield answer
+    fit = fit_of(words_of(next(heard)), "twin")
+    for task in heard:  # it may never come
+        desk = Desk(task_of(fit, words_of(task)))
+        yield {"findings": desk.write()["findings"]}
+        for frame in heard:
+            if answer := _answer(desk, frame):
+                yield answer
 
 
 def _answer(desk: Desk, frame: Words | Array) -> dict[str, Any]:

@@ -10,7 +10,6 @@ from typing import Any
 from urdyn.diagnose.rules import Noise, Rules, SlowKind
 from urdyn.faults.decision import Costs
 from urdyn.identify.fit import Fit
-from urdyn.twin import document, fit_of
 
 KEPT = "diagnosis-{index}.npz"
 
@@ -28,9 +27,8 @@ class Task:
     source: Mapping[str, str]
 
     def plain(self) -> dict[str, Any]:
-        """In numbers and words; `task_of` reads it."""
+        """In numbers and words, but for the fit; `task_of` reads it."""
         return {
-            "fit": document(self.fit),
             "period": self.period,
             "rules": asdict(self.rules),
             "folder": str(self.folder.absolute()),
@@ -40,10 +38,10 @@ class Task:
         }
 
 
-def task_of(plain: Mapping[str, Any]) -> Task:
+def task_of(fit: Fit, plain: Mapping[str, Any]) -> Task:
     """The task that `Task.plain` tells of."""
     told = plain["rules"]
     slow = tuple(SlowKind(**of | {"shapes": tuple(of["shapes"])}) for of in told["slow"])
     parts = {"noise": Noise(**told["noise"]), "slow": slow, "costs": Costs(**told["costs"])}
-    fit, rules, folder = fit_of(plain["fit"], "twin"), Rules(**told | parts), Path(plain["folder"])
+    rules, folder = Rules(**told | parts), Path(plain["folder"])
     return Task(**{**plain, "fit": fit, "rules": rules, "folder": folder})

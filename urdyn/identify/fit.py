@@ -11,7 +11,7 @@ from urdyn.model.dynamics import Dynamics
 from urdyn.types import Array, Gaussian, Parameters, Source, frozen
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Fit:
     """A model with honest intervals."""
 

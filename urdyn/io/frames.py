@@ -33,6 +33,18 @@ def words_frame(words: Words) -> bytes:
     return _frame(WORDS, json.dumps(words, default=_plain).encode())
 
 
+def words_of(frame: Words | Array) -> dict[str, Any]:
+    """A frame of which both sides know that it is words."""
+    assert isinstance(frame, Mapping), "numbers came where words were due"
+    return dict(frame)
+
+
+def numbers_of(frame: Words | Array) -> Array:
+    """A frame of which both sides know that it is numbers."""
+    assert not isinstance(frame, Mapping), "words came where numbers were due"
+    return frame
+
+
 class Frames:
     """Bytes as they come, in any pieces -> frames."""
 

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from urdyn.io import write_text
-from urdyn.io.frames import Words, words_frame
+from urdyn.io.frames import Words, words_frame, words_of
 from urdyn.io.helper import Helper
 from urdyn.io.helping import Heard, helping
 
@@ -30,8 +30,7 @@ def _answers(heard: Heard) -> Iterator[Words]:
     """That the page is written."""
     from urdyn.report.track_page import track_page
 
-    for words in heard:
-        assert isinstance(words, Mapping), "numbers are in the history"
+    for words in map(words_of, heard):
         write_text(words["page"], track_page(Path(words["history"]), words["summary"]))
         yield {"written": words["page"]}
 

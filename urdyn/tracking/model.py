@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -68,12 +69,18 @@ def tracking_model(
     of f and z. Drive gains stay as commissioned and the prior is conditional on them: health is
     relative to them. The edges of `network`, figure2() where none is given, lead what strays.
     """
-    arms = population(fit.dynamics.arm)
-    V, shown = shown_directions(arms, fit.dynamics, np.random.default_rng(0))
+    arms, V, shown = _shown(fit)
     currents = RobotCurrents(fit.dynamics, shown, _noise(fit))
     prior = _prior(fit, arms, V, currents)
     process = _process(fit, currents, prior, drift or Drift(), network or figure2())
     return Joined(Widening(process, _at(currents, "payload"), PAYLOAD_SD), currents)
+
+
+@lru_cache(maxsize=1)  # for who rehearses needs it again
+def _shown(fit: Fit) -> tuple[Population, Array, Array]:
+    """What is known of arms of the type, and what motion shows of it, see `shown_directions`."""
+    arms = population(fit.dynamics.arm)
+    return arms, *shown_directions(arms, fit.dynamics, np.random.default_rng(0))
 
 
 def _noise(fit: Fit) -> Array:

@@ -9,10 +9,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from pathlib import Path
 
-from urdyn.io.frames import Words
+from urdyn.io.frames import Words, numbers_of, words_of
 from urdyn.io.helping import Heard, helping
 from urdyn.tracking.checkpoint import write
 from urdyn.tracking.history import History
@@ -22,7 +22,7 @@ from urdyn.types import Array
 
 def _answers(heard: Heard) -> Iterator[Words]:
     """What has been written."""
-    task = _words(next(heard))
+    task = words_of(next(heard))
     folder = Path(task["folder"])
     history = History(folder, tuple(task["names"]), tuple(task["units"]), task["joints"])
     rows: list[Array] = []
@@ -33,23 +33,13 @@ def _answers(heard: Heard) -> Iterator[Words]:
                     history.write(number, rows)
                     rows = []
                 case {"keep": index, "layout": layout}:
-                    write(layout, _numbers(next(heard)), task["identity"], folder)
+                    write(layout, numbers_of(next(heard)), task["identity"], folder)
                     yield {"kept": index}
                 case {"join": origin, "parts": parts}:
                     history.join(parts, origin)
                     yield {"changes": history.changes()}
                 case _:
-                    rows.append(_numbers(frame))
-
-
-def _words(frame: Words | Array) -> Words:
-    assert isinstance(frame, Mapping), "first comes the history's form"
-    return frame
-
-
-def _numbers(frame: Words | Array) -> Array:
-    assert not isinstance(frame, Mapping), "rows and checkpoints are numbers"
-    return frame
+                    rows.append(numbers_of(frame))
 
 
 if __name__ == "__main__":
