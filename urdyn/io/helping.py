@@ -32,15 +32,16 @@ def helping(answers: Callable[[Heard], Iterator[Words]]) -> None:
 
     def say(words: Words) -> None:
         frame = memoryview(words_frame(words))
-        while frame:
-            frame = frame[os.write(out, frame) :]
+        try:
+            while frame:
+                frame = frame[os.write(out, frame) :]
+        except BrokenPipeError:  # nobody is there any more
+            raise SystemExit from None
 
     try:
         with threadpool_limits(1):
             for words in answers(_heard()):
                 say(words)
-    except BrokenPipeError:  # nobody is there any more
-        return
     except UrdynError as error:
         say({"failed": str(error)})
     except Exception:
