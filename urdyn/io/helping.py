@@ -12,7 +12,7 @@ from urdyn.io.frames import Frames, Words, words_frame
 from urdyn.io.helper import CHUNK
 from urdyn.types import Array
 
-STAND_BACK = 10  # of 19: whoever is helped goes first
+STAND_BACK = 10  # of 19
 
 Heard = Iterator[Words | Array]
 
@@ -25,7 +25,7 @@ def helping(answers: Callable[[Heard], Iterator[Words]]) -> None:
     """
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, signal.SIG_IGN)
-    os.nice(STAND_BACK)
+    _stand_back()
     out = os.dup(1)
     os.dup2(2, 1)  # what a library prints is no frame
     from threadpoolctl import threadpool_limits
@@ -46,6 +46,13 @@ def helping(answers: Callable[[Heard], Iterator[Words]]) -> None:
         say({"failed": str(error)})
     except Exception:
         say({"broken": traceback.format_exc()})
+
+
+def _stand_back() -> None:
+    """Whoever is helped goes first; where the system can, it is not interrupted by what it says."""
+    os.nice(STAND_BACK)
+    if hasattr(os, "SCHED_BATCH"):
+        os.sched_setscheduler(0, os.SCHED_BATCH, os.sched_param(0))
 
 
 def _heard() -> Heard:
