@@ -171,9 +171,9 @@ def track(
     from urdyn.cli.announcing import HANDED, PUBLISHED, announcing, both, hand, known
     from urdyn.cli.results import require_folder
     from urdyn.cli.watching import verdict, watching
-    from urdyn.diagnose.onlooker import diagnostician
+    from urdyn.diagnose.onlooker import begin_diagnosis
     from urdyn.io import sha256
-    from urdyn.tracking import Tracker, open_source, rehearse, run, scribe
+    from urdyn.tracking import Tracker, begin_scribe, open_source, rehearse, run
 
     voice, chosen = Voice(json, quiet), _filter(filter, mode)
     known(publish, PUBLISHED, "--publish")
@@ -186,8 +186,8 @@ def track(
     arm = fit.dynamics.arm
     # All that takes its time comes before the stream: a robot that talks does not wait.
     with (
-        closing(scribe()) as writer,
-        closing(diagnostician(fit)) if healthy else nullcontext() as helper,
+        closing(begin_scribe()) as writer,
+        closing(begin_diagnosis(fit)) if healthy else nullcontext() as helper,
     ):
         rehearse(fit, chosen)
         with (

@@ -28,7 +28,7 @@ WAITING = 1 << 21  # [bytes] that wait to be diagnosed, at most: ten seconds of 
 Tell = Callable[[Mapping[str, Any]], None]
 
 
-def diagnostician(fit: Fit) -> Helper:
+def begin_diagnosis(fit: Fit) -> Helper:
     """The process that diagnoses an arm; one that was begun ahead is there when a stream is."""
     advice = "run again, or with --no-diagnosis"
     helper = Helper("urdyn.diagnose.apart", "the diagnosis", advice)
@@ -51,7 +51,7 @@ class Onlooker:
         tell: Tell | None = None,
         helper: Helper | None = None,
     ) -> None:
-        """`helper` is a `diagnostician` of this fit that was begun ahead."""
+        """`helper` is what `begin_diagnosis` of this fit began ahead."""
         self.fit, self.period, self.rules, self.source, self.tell = fit, period, rules, source, tell
         self.findings: tuple[Mapping[str, Any], ...] = ()
         self._folder, self._rows = Path(), list[Array]()
@@ -71,7 +71,7 @@ class Onlooker:
             raise InputError(f"{path}: is missing, and the run cannot go on; begin with --fresh")
         whose = dict(identity) | {"rules": rules}
         task = Task(self.fit, self.period, self.rules, folder, index, whose, self.source)
-        self._helper = self._helper or diagnostician(self.fit)
+        self._helper = self._helper or begin_diagnosis(self.fit)
         self._helper.send(words_frame(task.plain()))
         while index and not self._begun:  # can what was kept be gone on from?
             self._listen()

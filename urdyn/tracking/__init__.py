@@ -6,7 +6,7 @@ from urdyn.lazy import lookup
 
 if TYPE_CHECKING:
     from urdyn.tracking.checkpoint import Checkpoint
-    from urdyn.tracking.keeper import scribe
+    from urdyn.tracking.keeper import begin_scribe
     from urdyn.tracking.learning import drift_of, learn_edges, learn_wear
     from urdyn.tracking.model import Drift, tracking_model
     from urdyn.tracking.modes import MODES, QUICKER, Loss, Mode, losses, side_by_side
@@ -32,6 +32,7 @@ __all__ = [
     "Source",
     "Tracker",
     "TrackerState",
+    "begin_scribe",
     "drift_of",
     "learn_edges",
     "learn_wear",
@@ -40,7 +41,6 @@ __all__ = [
     "quantities",
     "rehearse",
     "run",
-    "scribe",
     "side_by_side",
     "tracking_model",
 ]
@@ -50,7 +50,7 @@ __getattr__ = lookup(
     __name__,
     {
         "urdyn.tracking.checkpoint": ("Checkpoint",),
-        "urdyn.tracking.keeper": ("scribe",),
+        "urdyn.tracking.keeper": ("begin_scribe",),
         "urdyn.tracking.learning": ("drift_of", "learn_edges", "learn_wear"),
         "urdyn.tracking.model": ("Drift", "tracking_model"),
         "urdyn.tracking.modes": ("MODES", "QUICKER", "Loss", "Mode", "losses", "side_by_side"),

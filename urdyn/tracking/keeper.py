@@ -18,7 +18,7 @@ from urdyn.types import Array
 S = TypeVar("S")
 
 
-def scribe() -> Helper:
+def begin_scribe() -> Helper:
     """The process that writes; one that was begun ahead is there when a stream is."""
     return Helper("urdyn.tracking.scribe", "the history's scribe", "run again")
 

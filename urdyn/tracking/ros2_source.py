@@ -16,10 +16,11 @@ from urdyn.io.effort import Effort
 from urdyn.io.ros2.domain import participant
 from urdyn.io.ros2.listen import Heard, Listener
 from urdyn.signal import Sample
-from urdyn.tracking.source import LOOK, Arrival, Source
+from urdyn.tracking.source import Arrival, Source
 
 PATIENCE = 10.0  # [s] for the first joint states
 FIRST = 10  # samples that tell the rate: a robot that talks does not wait
+LOOK = 0.1  # [s] between looks for the end, while nothing comes
 SHORT = 1.25  # periods before its end, a stretch of so many seconds has its last sample
 
 

@@ -22,7 +22,7 @@ from urdyn.io.rss import peak_rss
 from urdyn.tracking import checkpoint as keep
 from urdyn.tracking.checkpoint import Checkpoint
 from urdyn.tracking.interest import gathered, nothing_yet, told
-from urdyn.tracking.keeper import Keeper, scribe
+from urdyn.tracking.keeper import Keeper, begin_scribe
 from urdyn.tracking.latency import Latency
 from urdyn.tracking.losses import counted, no_losses
 from urdyn.tracking.losses import told as told_losses
@@ -98,7 +98,7 @@ def run(
     """Track `source` to its end and write DIR/history.parquet; what was found, in plain numbers.
 
     `twin` is the hash of the twin's file. A run that was killed goes on at its checkpoint, and a
-    live one where it was ended; `fresh` begins anew. `writer` is a `scribe` that was begun ahead.
+    live one where it was ended; `fresh` begins anew. `writer` is what `begin_scribe` began ahead.
     """
     joints = tracker.fit.dynamics.arm.joints
     if source.joints != joints:
@@ -125,7 +125,7 @@ def run(
             if observer:
                 ends.enter_context(closing(observer))
                 observer.begin(out, begun.index, identity)
-            keeper: Keeper[S] = Keeper(out, of, identity, observer, writer or scribe())
+            keeper: Keeper[S] = Keeper(out, of, identity, observer, writer or begin_scribe())
             ends.enter_context(closing(keeper))
             this = _Run(tracker, source, out, of, keeper, identity, watch, observer)
             return this.to_the_end(begun)

@@ -20,7 +20,7 @@ from urdyn.types import Log
 SCHEME, ROS2 = "rtde://", "ros2://"
 CHANNELS = ("actual_q", "actual_qd", "actual_current", "joint_temperatures")
 NEEDED = ("actual_q", "actual_current")
-LOOK = 0.1  # [s] between looks for the end, while nothing comes; a longer gap is a new beginning
+PAUSE = 0.1  # [s] longer without a package, and how long they take is learnt anew
 DRIFT = 1e-4  # [-] by which two clocks may differ in pace
 RTDE_JOINTS = 6
 
@@ -133,7 +133,7 @@ def _heard(client: Client) -> Iterator[Arrival]:
     for read, values in client:
         sample = _sample(values)
         passed = sample.t - before
-        known = behind + DRIFT * passed if 0.0 < passed < LOOK else np.inf
+        known = behind + DRIFT * passed if 0.0 < passed < PAUSE else np.inf
         behind, before = min(known, read - sample.t), sample.t
         yield Arrival(sample, sample.t + behind)
 

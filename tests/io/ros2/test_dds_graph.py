@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import time
-from threading import Event, Timer
+from contextlib import suppress
+from queue import Empty
 
 import numpy as np
 import pytest
@@ -14,7 +15,7 @@ from urdyn.errors import InputError, MissingExtraError
 from urdyn.io.bags import forms
 from urdyn.io.ros2 import idl
 from urdyn.io.ros2.domain import participant, reader, ros_name, type_hash, writer
-from urdyn.io.ros2.listen import RESET, joint_states
+from urdyn.io.ros2.listen import RESET, Listener
 from urdyn.io.ros2.talk import TOPICS, dds_publish, dds_types
 
 pytestmark = pytest.mark.flaky(reruns=2)  # in real time: a busy machine may miss a sample once
@@ -23,14 +24,11 @@ GRID = 0.002  # [s]
 
 def heard(topic: str, seconds: float, wanted: int) -> list:
     """What comes within so long, or so much of it."""
-    ended, came = Event(), []
-    stop = Timer(seconds, ended.set)
-    stop.start()
-    for one in joint_states(participant(), topic, ended):
-        came.append(one)
-        if len(came) == wanted:
-            break
-    stop.cancel()
+    listener, came = Listener(participant(), topic), []
+    end = time.monotonic() + seconds
+    while len(came) < wanted and (left := end - time.monotonic()) > 0.0:
+        with suppress(Empty):
+            came.append(listener.get(left))
     return came
 
 
@@ -109,17 +107,12 @@ def test_a_diagnosis_is_the_same_bytes_as_any_other_library_s():
 
 def test_a_reset_is_heard_with_the_next_sample(publish, domain):
     publish(3000, "-")
-    at, ended, came = participant(), Event(), []
-    out = writer(at, RESET, idl.Empty)
-    stop = Timer(25.0, ended.set)
-    stop.start()
-    for one in joint_states(at, "joint_states", ended):
-        came.append(one.reset)
+    at, came = participant(), [False]
+    listener, out = Listener(at, "joint_states"), writer(at, RESET, idl.Empty)
+    while not came[-1] and len(came) < 3000:
+        came.append(listener.get(25.0).reset)
         if len(came) == 100:
             out.write(idl.Empty(0))
-        if one.reset or len(came) == 3000:
-            break
-    stop.cancel()
     assert came[-1] and not any(came[:-1]) and len(came) < 3000
 
 

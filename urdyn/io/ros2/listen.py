@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import time
 from collections import deque
-from collections.abc import Iterator
 from dataclasses import dataclass
 from queue import Empty
-from threading import Event
 from typing import Any
 
 import numpy as np
@@ -17,7 +15,6 @@ from urdyn.io.bags.joints import JOINTS, Places, arms, listed
 from urdyn.io.ros2.domain import DEEP, reader
 from urdyn.types import Array
 
-LOOK = 0.1  # [s] between looks for the end, while nothing comes
 BATCH = 200  # samples after which DDS is asked for more
 RESET = "/urdyn/reset"  # std_msgs/Empty: begin anew with the commissioned arm
 
@@ -85,16 +82,6 @@ class Listener:
             if heard := self._understand(message, received, self._anew):
                 self._came.append(heard)
                 self._anew = False
-
-
-def joint_states(at: Any, topic: str, ended: Event) -> Iterator[Heard]:
-    """Every message with the arm's joints in it, until `ended` is set."""
-    listener = Listener(at, topic)
-    while not ended.is_set():
-        try:
-            yield listener.get(LOOK)
-        except Empty:
-            continue
 
 
 class Understanding:
