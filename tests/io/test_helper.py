@@ -49,7 +49,7 @@ def test_it_hears_in_order_and_stands_back(echo: Helper) -> None:
     said: list = []
     while not said:
         said = echo.listen()
-    assert said == [{"sum": 6.0, "first": {"a": 1}, "nice": min(19, os.nice(0) + 10)}]
+    assert said == [{"sum": 6.0, "first": {"a": 1}, "nice": min(19, os.nice(0) + 5)}]
 
 
 def test_more_than_a_pipe_holds_waits_until_it_is_taken(echo: Helper) -> None:

@@ -12,7 +12,7 @@ from urdyn.io.frames import Frames, Words, words_frame
 from urdyn.io.helper import CHUNK
 from urdyn.types import Array
 
-STAND_BACK = 10  # of 19
+STAND_BACK = 5  # of 19: a third of the share of whoever is helped, which it needs
 
 Heard = Iterator[Words | Array]
 
