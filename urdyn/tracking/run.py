@@ -39,6 +39,7 @@ from urdyn.version import __version__
 ROWS = 10.0  # [Hz] of the history, at most
 SWITCH = 5e-4  # [s] after which one thread lets another in
 PART = 10.0  # [s] of data between checkpoints: what is done again after a kill
+AGAIN = 1000  # samples of a recording between them, at least: a second or so of work
 
 S = TypeVar("S")
 
@@ -160,7 +161,7 @@ class _Run(Generic[S]):
         """Every sample that is left, then the files."""
         begin, pace, work = time.perf_counter(), Latency(), Latency()
         lost = 0
-        part = max(1, round(PART / self.source.period))
+        part = max(1 if self.source.live else AGAIN, round(PART / self.source.period))
         for arrival in self.source.start(at.index):
             started = time.perf_counter()
             lost += self._missing(at, arrival) if work.count else 0
