@@ -141,7 +141,10 @@ def killed_after(workshop, out, seconds):
         return run.wait()
 
 
-@pytest.mark.parametrize("kills", [5, pytest.param(50, marks=pytest.mark.slow)])
+MANY = pytest.param(50, marks=[pytest.mark.slow, pytest.mark.timeout(1200)])
+
+
+@pytest.mark.parametrize("kills", [5, MANY])
 def test_a_run_that_is_killed_at_any_moment_loses_nothing(workshop, kills, tmp_path):
     begin = time.monotonic()
     assert killed_after(workshop, tmp_path / "timed", 60.0) == 0
