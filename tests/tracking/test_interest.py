@@ -8,7 +8,7 @@ import pytest
 from urdyn.estimate import EKF
 from urdyn.signal import samples
 from urdyn.tracking import Tracker
-from urdyn.tracking.interest import KNOWN, gathered, nothing_yet, told
+from urdyn.tracking.interest import KNOWN, gathered, nothing_yet, strained, told
 
 
 @pytest.fixture(scope="module")
@@ -25,6 +25,7 @@ def followed(workshop):
 def gather(tracker, readings):
     of = nothing_yet(6)
     for reading in readings:
+        of = strained(of, reading, tracker.currents)
         of = gathered(of, reading, tracker.currents, tracker.model.prior.mean)
     return of
 

@@ -6,7 +6,7 @@ the belief and the motion; they are gathered as sums and extremes, so that they 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -16,9 +16,8 @@ from urdyn.dbn.robot_slice import RobotSlice
 from urdyn.tracking.tracker import Reading
 from urdyn.types import Array
 
-CARRIED = (
-    0.1  # [kg] less than this has no centre of mass to speak of: a payload is then at the flange
-)
+# [kg] less than this has no centre of mass to speak of: a payload is then at the flange
+CARRIED = 0.1
 KNOWN = 0.3  # [kg] sd of a payload by which a margin is told
 LONGEST = 1.0  # [s] between two readings that one motion joins
 
@@ -45,18 +44,27 @@ def nothing_yet(joints: int) -> Interest:
     return Interest(np.nan, 0.0, z, z, np.inf, 0.0, z, z, z, np.zeros((3, joints)))
 
 
+def strained(so_far: Interest, reading: Reading, currents: RobotCurrents) -> Interest:
+    """With what one reading took of the drives' torque: of every one, for peaks are short."""
+    per = currents.reference.drive.gain / currents.reference.arm.effort_limit
+    share = np.abs(reading.modelled) * per
+    more = share > so_far.used
+    if not more.any():
+        return so_far
+    sd = np.where(more, _doubt(reading, currents) * per, so_far.used_sd)
+    return replace(so_far, used=np.where(more, share, so_far.used), used_sd=sd)
+
+
 def gathered(
     so_far: Interest, reading: Reading, currents: RobotCurrents, commissioned: Array
 ) -> Interest:
     """With one reading more; `commissioned` is the state's mean on the first day, (n,)."""
     u, x = reading.inputs, reading.belief.mean
-    drive, limit = currents.reference.drive, currents.reference.arm.effort_limit
+    drive = currents.reference.drive
     passed = reading.t - so_far.t
     dt = passed if 0.0 < passed < LONGEST else 0.0
     current, sd = currents.observe(x, u), _doubt(reading, currents)
     torque = current * drive.gain * np.exp(x[currents.places["z"]])
-    share = np.abs(current) * drive.gain / limit
-    more = share > so_far.used
     spare, spare_sd = _spare(x, u, torque, currents, sd)
     known = reading.belief.sd[currents.places["payload"]][0] < KNOWN
     before = np.inf if reading.widened else so_far.spare  # another payload, another margin
@@ -66,17 +74,16 @@ def gathered(
     told = np.isfinite(residual[0])
     values = np.where(told, np.vstack([residual, reading.current]), 0.0)
     friction = currents.friction(x, u)
-    return Interest(
-        reading.t,
-        so_far.seconds + dt,
-        np.where(more, share, so_far.used),
-        np.where(more, sd * drive.gain / limit, so_far.used_sd),
-        spare if least else before,
-        spare_sd if least else so_far.spare_sd,
-        so_far.work + np.maximum(torque * u.v, 0.0) * dt,
-        so_far.lost + np.maximum(friction * u.v, 0.0) * dt,
-        so_far.samples + told,
-        so_far.squares + values**2,
+    return replace(
+        so_far,
+        t=reading.t,
+        seconds=so_far.seconds + dt,
+        spare=spare if least else before,
+        spare_sd=spare_sd if least else so_far.spare_sd,
+        work=so_far.work + np.maximum(torque * u.v, 0.0) * dt,
+        lost=so_far.lost + np.maximum(friction * u.v, 0.0) * dt,
+        samples=so_far.samples + told,
+        squares=so_far.squares + values**2,
     )
 
 

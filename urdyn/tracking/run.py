@@ -21,7 +21,7 @@ from urdyn.io.helper import Helper
 from urdyn.io.rss import peak_rss
 from urdyn.tracking import checkpoint as keep
 from urdyn.tracking.checkpoint import Checkpoint
-from urdyn.tracking.interest import gathered, nothing_yet, told
+from urdyn.tracking.interest import gathered, nothing_yet, strained, told
 from urdyn.tracking.keeper import Keeper, begin_scribe
 from urdyn.tracking.latency import Latency
 from urdyn.tracking.losses import counted, no_losses
@@ -220,11 +220,12 @@ class _Run(Generic[S]):
         glance = Glance(t, at.last, at.index, share, rate, reading, of, found, due)
         if self.watch:
             self.watch(glance)
+        interest = strained(at.interest, reading, self.tracker.currents)
         if not due:
-            return at
+            return at if interest is at.interest else replace(at, interest=interest)
         self.keeper.take(row(reading, glance.mean, glance.sd))
         currents, commissioned = self.tracker.currents, self.tracker.model.prior.mean
-        return replace(at, interest=gathered(at.interest, reading, currents, commissioned))
+        return replace(at, interest=gathered(interest, reading, currents, commissioned))
 
     def _finish(self, at: Checkpoint[S]) -> list[float]:
         """The whole history, and when the payload was taken to have changed [s].
