@@ -96,11 +96,10 @@ class Quantities:
         """Inertials (J, 10) of the likeliest bodies that the links can be."""
         at, S = self.currents.places["m"], self.currents.shown.reshape(len(self.link_mass), 10, -1)
         moved = self.currents.reference.inertials + S @ belief.mean[at]
-        if is_consistent(moved).all():
-            return moved
-        # By all that arms of the type differ in: no motion shows all ten of a link.
-        beliefs = (Gaussian(body, way @ way.T) for body, way in zip(moved, S, strict=True))
-        return np.array([possible_body(link, LINK_REACH) for link in beliefs])
+        for j in np.flatnonzero(~is_consistent(moved)):
+            # By all that arms of the type differ in: no motion shows all ten of a link.
+            moved[j] = possible_body(Gaussian(moved[j], S[j] @ S[j].T), LINK_REACH)
+        return np.asarray(moved)
 
 
 def quantities(
