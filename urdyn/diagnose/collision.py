@@ -41,6 +41,7 @@ class Quiet:
     held: Mask  # (J,) joints that stood
     aimed: Array  # (J,) [N·m] predicted when the baseline was made
     asked: Array  # (J,) [N·m] predicted in the last bin
+    gripped: Array  # (J,) [N·m] of friction, predicted when the baseline was made
     spread: Array  # (J,) [(N·m)²] of quiet bins about it
     seen: int = 0  # quiet bins
     calm: int = 0  # quiet bins since the last loud one
@@ -65,7 +66,7 @@ class Collision:
         """Nothing seen yet."""
         J = self.space.joints
         nothing = np.zeros(J)
-        return Quiet(np.full(J, np.nan), np.zeros(J, dtype=bool), nothing, nothing, nothing)
+        return Quiet(np.full(J, np.nan), np.zeros(J, dtype=bool), *4 * (nothing,))
 
     def step(
         self, state: Quiet, rows: Rows, carried: Array, ill: Mask
@@ -93,6 +94,7 @@ class Collision:
         tool = K[:, None] * rows.rigid[..., -10:].mean(axis=0)
         rho = K * np.where(ill, 0.0, _mean(rows.residual)) - tool @ carried[0]
         aimed, held = K * rows.predicted.mean(axis=0), np.abs(rows.v).max(axis=0) < HELD
+        grip = K * (rows.drive[:, 0] + rows.drive[:, 2]).mean(axis=0)
         going, changed = np.isfinite(state.begin), np.isnan(state.base) | (held != state.held)
         if not going:
             state = replace(
@@ -100,37 +102,38 @@ class Collision:
                 base=np.where(changed, rho, state.base),
                 held=held,
                 aimed=np.where(changed, aimed, state.aimed),
+                gripped=np.where(changed, grip, state.gripped),
             )
         noise = (K * self.space.noise) ** 2 * (1.0 / len(rows) + CORRELATED)
-        doubt = np.where(held, 0.0, K * rows.doubt.max(axis=0)) + MODEL * np.abs(
-            aimed - state.aimed
-        )
+        # Integrated, a velocity that is not quite zero lets a joint creep that stands.
+        crept, slid = np.abs(grip - state.gripped), K * rows.doubt.max(axis=0)
+        doubt = np.where(held, crept, slid) + MODEL * np.abs(aimed - state.aimed)
         late = LATE * np.abs(aimed - state.asked)
         doubt = doubt + late
         state = replace(_doubted(state, late), asked=aimed)
         var = np.maximum(noise, 2.0 * state.spread) + doubt**2
         # What a joint that begins to move was held by is unknown, up to its friction.
-        grip, plain = self.space.reference.drive.coulomb, np.where(ill, np.inf, var)
-        var = np.where(changed, (2.0 * grip) ** 2 + var if going else np.inf, var)
+        most, plain = 2.0 * self.space.reference.drive.coulomb, np.where(ill, np.inf, var)
+        var = np.where(changed, most**2 + var if going else np.inf, var)
         var = np.where(ill, np.inf, var)
         felt = rho - state.base
         size, least = (float(np.sum(felt**2 / x)) for x in (var, plain))
         moment = (float(rows.t[0]), bool(held.all()), felt, np.sqrt(var), rows.q[0], tool)
-        return self._judge(state, (size, least), moment, aimed, carried, ill)
+        return self._judge(state, (size, least), moment, (aimed, grip), carried, ill)
 
     def _judge(
         self,
         state: Quiet,
         size: tuple[float, float],
         moment: tuple[float, bool, Array, Array, Array, Array],
-        aimed: Array,
+        predicted: tuple[Array, Array],
         carried: Array,
         ill: Mask,
     ) -> tuple[Quiet, Event | None]:
         t, stood, felt, sd, q, tool = moment
         going = np.isfinite(state.begin)
         if not going and size[0] < LOUD:
-            return self._learn(state, felt, sd, aimed), None
+            return self._learn(state, felt, sd, *predicted), None
         over = going and size[1] < QUIET and _gone(state, felt, sd)
         state = replace(
             state,
@@ -147,7 +150,7 @@ class Collision:
             return self._over(state, state.base + felt), None
         return state, None
 
-    def _learn(self, state: Quiet, felt: Array, sd: Array, aimed: Array) -> Quiet:
+    def _learn(self, state: Quiet, felt: Array, sd: Array, aimed: Array, grip: Array) -> Quiet:
         clipped = np.minimum(felt**2, 9.0 * sd**2)
         fresh = np.isinf(sd)
         forget = np.where(state.held, RELAX, FORGET)
@@ -156,7 +159,10 @@ class Collision:
         spread = np.where(learn, state.spread, state.spread + 0.02 * (clipped - state.spread))
         base = np.where(fresh, state.base, state.base + rate * felt)
         at = state.aimed + rate * (aimed - state.aimed)
-        return replace(state, base=base, aimed=at, spread=spread, seen=state.seen + 1)
+        gripped = state.gripped + rate * (grip - state.gripped)
+        return replace(
+            state, base=base, aimed=at, gripped=gripped, spread=spread, seen=state.seen + 1
+        )
 
     def _over(self, state: Quiet, base: Array) -> Quiet:
         return replace(

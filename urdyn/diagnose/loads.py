@@ -12,7 +12,7 @@ from urdyn.diagnose import carried, pieces
 from urdyn.diagnose.carried import Mode, Shown
 from urdyn.diagnose.change import Change
 from urdyn.diagnose.explain import Suspects, instant_evidence
-from urdyn.diagnose.moment import Pool
+from urdyn.diagnose.moment import Means, Pool, laden, pooled
 from urdyn.diagnose.moment import together as pooled_together
 from urdyn.diagnose.rules import SlowKind
 from urdyn.diagnose.space import Space
@@ -34,7 +34,8 @@ Belief = tuple[Array, Array]  # mean (n,) and covariance (n, n) of the states of
 class Waiting:
     """A moment that waits until it is known whose load it was, and that nobody pushed."""
 
-    pool: Pool
+    means: Means
+    pool: Pool  # of those
     told: Shown
     begin: float  # [s]
     end: float  # [s]
@@ -77,29 +78,33 @@ class Loads:
         """Places of all others."""
         return np.setdiff1d(np.arange(self.space.size), self.payload)
 
-    def unladen(self, pool: Pool, mode: Mode, usual: bool) -> Pool:
+    def unladen(self, moment: Waiting, mode: Mode, usual: bool) -> Pool:
         """What a moment says of all states; of the payload nothing while another one is carried.
 
         Args:
             usual: the mode is what is carried as a rule.
         """
-        mode, at = carried.spread(mode), self.payload
+        at, pool = self.payload, moment.pool
+        if mode.mean.any():
+            pool = pooled(laden(moment.means, self.space.reference.drive, mode.mean))
         if usual:
-            return replace(pool, b=pool.b - pool.A[:, at] @ mode.mean)
-        mode = carried.alike(mode)
-        cross, App = pool.A[:, at], pool.A[np.ix_(at, at)]
-        inner = np.linalg.solve(np.eye(len(at)) + mode.cov @ App, mode.cov)
+            return pool
+        cov = carried.alike(carried.spread(mode)).cov
+        cross = pool.A[:, at]
+        inner = np.linalg.solve(np.eye(len(at)) + cov @ pool.A[np.ix_(at, at)], cov)
         A = pool.A - cross @ inner @ cross.T
-        b = pool.b - cross @ (mode.mean + inner @ (pool.b[at] - App @ mode.mean))
+        b = pool.b - cross @ inner @ pool.b[at]
         A[at] = A[:, at] = b[at] = 0.0
         return replace(pool, A=0.5 * (A + A.T), b=b)
 
-    def waiting(self, pool: Pool, belief: Belief, begin: float, end: float) -> Waiting:
+    def waiting(
+        self, means: Means, pool: Pool, belief: Belief, begin: float, end: float
+    ) -> Waiting:
         """A moment that is over."""
         x, P = belief
         rest = self.rest
         told = carried.shown(pool, self.payload, rest, x[rest], P[np.ix_(rest, rest)])
-        return Waiting(pool, told, begin, end)
+        return Waiting(means, pool, told, begin, end)
 
     def carried(self, carrying: Carrying, belief: Belief, moments: Sequence[Waiting]) -> Carrying:
         """Whose loads these moments were: the likeliest path through modes, or a new one."""
@@ -132,7 +137,7 @@ class Loads:
         modes, whole = list(carrying.modes), {carrying.was, mode, *path[:1]} == {mode}
         if mode:
             modes[mode] = carried.learnt(ripe.told, carried.spread(modes[mode]), ripe.end)
-        pool = self.unladen(ripe.pool, modes[mode], not mode) if whole else None
+        pool = self.unladen(ripe, modes[mode], not mode) if whole else None
         unclaimed = carrying.unclaimed if len(carrying.unclaimed) < WATCHED else ()
         unclaimed = unclaimed if mode else (*unclaimed, ripe.told)
         carrying = replace(
@@ -179,7 +184,7 @@ class Loads:
             A: information in a moment, (n, n).
         """
         x, P, at, rest = *belief, self.payload, self.rest
-        pool = Pool(A, np.zeros(len(A)), np.zeros(self.space.joints), np.zeros(0))
+        pool = Pool(A, np.zeros(len(A)), np.zeros(0))
         told = carried.shown(pool, at, rest, x[rest], P[np.ix_(rest, rest)]).C
         unsure = np.diag(np.linalg.inv((DELAY + 1) * told + np.diag(carried.ANYTHING**-2.0)))
         sd = np.zeros(len(A))

@@ -25,7 +25,7 @@ from urdyn.diagnose.finding import Finding
 from urdyn.diagnose.learning import Learnt
 from urdyn.diagnose.loads import Carrying, Waiting
 from urdyn.diagnose.loudness import Loudness
-from urdyn.diagnose.moment import Pool
+from urdyn.diagnose.moment import Means, Pool
 from urdyn.diagnose.oscillation import Heard
 from urdyn.diagnose.recall import Recall
 from urdyn.diagnose.rows import Rows
@@ -38,8 +38,8 @@ from urdyn.io import writing
 from urdyn.signal import Instant
 
 KNOWN = (
-    Bank, Block, Carrying, Change, FastState, Felt, Finding, Heard, Instant, Learnt, Loudness, Mode,
-    Now, Pool, Quiet, Recall, Reversals, Rows, Shown, SlowState, State, Steadiness, Waiting, Warmth,
+    Bank, Block, Carrying, Change, FastState, Felt, Finding, Heard, Instant, Learnt, Loudness, Means,
+    Mode, Now, Pool, Quiet, Recall, Reversals, Rows, Shown, SlowState, State, Steadiness, Waiting, Warmth,
 )  # fmt: skip
 CLASSES = {kind.__name__: kind for kind in KNOWN}
 DAMAGE = (zipfile.BadZipFile, OSError, EOFError, LookupError, ValueError, TypeError)

@@ -20,7 +20,7 @@ from urdyn.diagnose.explain import Explanation, Suspects, explanation, gathered,
 from urdyn.diagnose.healthy import Healthy
 from urdyn.diagnose.learning import Learning, Learnt
 from urdyn.diagnose.loads import DELAY, MOMENT, Carrying, Loads, Waiting
-from urdyn.diagnose.moment import pooled
+from urdyn.diagnose.moment import averaged, pooled
 from urdyn.diagnose.recall import Recall, Series
 from urdyn.diagnose.rows import Rows
 from urdyn.diagnose.rules import PAYLOAD_STATES, Rules
@@ -115,9 +115,10 @@ class Slow:
         """One moment on; `found` are the changes that it settles."""
         state = replace(state, found=())
         noise = self.space.noise * np.sqrt(state.learnt.loudness.power)
-        pool, begin, end = pooled(rows, self.period, noise), float(rows.t[0]), float(rows.t[-1])
-        if pool.count.sum() < ENOUGH:
+        means, begin, end = averaged(rows, self.period, noise), float(rows.t[0]), float(rows.t[-1])
+        if means.count.sum() < ENOUGH:
             return state
+        pool = pooled(means)
         x, P = self.healthy.now(state.bank, pool.warm)
         straying = self._straying(state).window[: self.space.size]
         another = onsets.PROGRAM * straying * onsets.another(state.bank.t, begin)
@@ -128,7 +129,7 @@ class Slow:
                 del waiting[k], path[k]
         state = replace(state, carrying=replace(state.carrying, path=tuple(path)))
         if not push.within(begin, end):
-            waiting.append(self.loads.waiting(pool, belief, begin, end))
+            waiting.append(self.loads.waiting(means, pool, belief, begin, end))
             state = replace(state, carrying=self.loads.carried(state.carrying, belief, waiting))
         state = replace(state, waiting=tuple(waiting))
         while len(state.waiting) > DELAY and not push.going:
