@@ -1,4 +1,4 @@
-"""Whose load a moment was, and which loads are there to stay."""
+"""Whose load a moment was, and what it says of the arm beside that load."""
 
 from __future__ import annotations
 
@@ -9,54 +9,18 @@ from functools import cached_property
 import numpy as np
 
 from urdyn.diagnose import carried, pieces
-from urdyn.diagnose.carried import Mode, Shown
-from urdyn.diagnose.change import Change
+from urdyn.diagnose.carried import Mode
+from urdyn.diagnose.carrying import Carrying, Waiting
 from urdyn.diagnose.explain import Suspects, instant_evidence
 from urdyn.diagnose.moment import Means, Pool, laden, pooled
 from urdyn.diagnose.moment import together as pooled_together
-from urdyn.diagnose.rules import SlowKind
 from urdyn.diagnose.space import Space
 from urdyn.types import Array, Index
 
-MOMENT = 0.5  # [s]
 DELAY = 4  # moments that one waits
-FEW = 40  # moments after which a light piece is searched for again
-WATCHED = 240  # moments that are searched at most
-LASTING = 0.2  # [-] of the time away that a load must have been carried to be there to stay
-CLEAR = 5.0  # [sd] by which its mass differs then
-CERTAIN = 0.99  # [-] that what was carried for so long is another load
 MARGIN = 10.0  # [nats] by which a payload has to explain moments better than any fault of a joint
 
 Belief = tuple[Array, Array]  # mean (n,) and covariance (n, n) of the states of the space
-
-
-@dataclass(frozen=True, eq=False)
-class Waiting:
-    """A moment that waits until it is known whose load it was, and that nobody pushed."""
-
-    means: Means
-    pool: Pool  # of those
-    told: Shown
-    begin: float  # [s]
-    end: float  # [s]
-
-
-@dataclass(frozen=True, eq=False)
-class Carrying:
-    """What is at the tool."""
-
-    modes: tuple[Mode, ...]  # the first is what is carried as a rule
-    now: int = 0
-    was: int = 0  # before the first of the moments that wait
-    path: tuple[int, ...] = ()  # mode of each of those
-    away: tuple[float, ...] = ()  # [s] of motion in each mode since the first was last carried
-    since: float = np.nan  # [s] when that began
-    unclaimed: tuple[Shown, ...] = ()  # of moments with the first, since the program began
-
-    @property
-    def due(self) -> bool:
-        """Whether it is time to search these for a light piece."""
-        return not self.was and bool(self.unclaimed) and len(self.unclaimed) % FEW == 0
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,7 +29,6 @@ class Loads:
 
     space: Space
     of: Suspects
-    kind: SlowKind | None  # that is a change of payload, if any
 
     @cached_property
     def payload(self) -> Index:
@@ -138,12 +101,8 @@ class Loads:
         if mode:
             modes[mode] = carried.learnt(ripe.told, carried.spread(modes[mode]), ripe.end)
         pool = self.unladen(ripe, modes[mode], not mode) if whole else None
-        unclaimed = carrying.unclaimed if len(carrying.unclaimed) < WATCHED else ()
-        unclaimed = unclaimed if mode else (*unclaimed, ripe.told)
-        carrying = replace(
-            carrying, modes=tuple(modes), was=mode, path=tuple(path), unclaimed=unclaimed
-        )
-        return _away(carrying, ripe), pool
+        carrying = replace(carrying, modes=tuple(modes), was=mode, path=tuple(path))
+        return carrying.on(ripe), pool
 
     def noticed(self, carrying: Carrying, t: float, rival: float) -> Carrying | None:
         """With a piece that no moment told, but many do; None where there is none.
@@ -151,12 +110,9 @@ class Loads:
         Args:
             rival: evidence of the best fault of a joint [nats].
         """
-        first, told = carrying.modes[0], carrying.unclaimed
-        beside = [replace(each, d=each.d - each.C @ first.mean) for each in told]
-        piece, gain = pieces.unseen(beside, t)
+        new, gain = pieces.unseen(carrying.unclaimed, carrying.modes[0], t)
         if gain < carried.SURE + max(rival, 0.0):
             return None
-        new = replace(piece, mean=piece.mean + first.mean)
         if not carried.possible(new, self.space.reference.payload):
             return None
         more, _ = carried.remembered(carrying.modes, new, {carrying.was, *carrying.path})
@@ -192,32 +148,6 @@ class Loads:
         sd[at] = 0.5 * np.minimum(most, carried.ANYTHING)
         return sd
 
-    def settled(self, carrying: Carrying, t: float) -> tuple[Carrying, Change] | None:
-        """Whether what is carried is there to stay: what is carried then, and the change."""
-        if self.kind is None or not carrying.away:
-            return None
-        away = _padded(carrying)
-        stays = int(np.argmin([m.mean[0] if s > LASTING * away.sum() else np.inf
-                               for m, s in zip(carrying.modes, away, strict=True)]))  # fmt: skip
-        mode, first = carrying.modes[stays], carrying.modes[0]
-        more = mode.mean - first.mean
-        hold = self.kind.hold_lighter if more[0] < 0.0 else self.kind.hold
-        sd = float(np.sqrt(mode.cov[0, 0]))
-        if away.sum() < hold or abs(more[0]) < max(self.kind.least, CLEAR * sd):
-            return None
-        if not carried.possible(mode, self.space.reference.payload):
-            return None
-        k = next(k for k, each in enumerate(self.of.each) if each.kind is self.kind)
-        change = Change(
-            k, carrying.since, carrying.since - 2.0 * MOMENT, carrying.since, t, CERTAIN, np.nan,
-            float(more[0]), sd, 0.0, 0.0, tuple(mode.mean[:4].tolist()),
-        )  # fmt: skip
-        order = [stays, 0, *(j for j in range(len(carrying.modes)) if j not in (0, stays))]
-        modes = tuple(carrying.modes[j] for j in order)
-        path = tuple(order.index(j) for j in carrying.path)
-        now, was = order.index(carrying.now), order.index(carrying.was)
-        return Carrying(modes, now, was, path), change
-
 
 def likeliest(fits: Array, was: int) -> tuple[float, tuple[int, ...]]:
     """The likeliest path through modes [Viterbi1967]_, and its log-likelihood.
@@ -237,21 +167,3 @@ def likeliest(fits: Array, was: int) -> tuple[float, tuple[int, ...]]:
     for step in reversed(back):
         path.append(int(step[path[-1]]))
     return float(score.max()), tuple(reversed(path))
-
-
-def _away(carrying: Carrying, ripe: Waiting) -> Carrying:
-    """How long the arm has not carried what it carries as a rule."""
-    mode = carrying.was
-    if not mode:
-        return replace(carrying, away=(), since=np.nan)
-    away = _padded(carrying)
-    away[mode] += MOMENT
-    since = ripe.begin if np.isnan(carrying.since) else carrying.since
-    return replace(carrying, away=tuple(away.tolist()), since=since)
-
-
-def _padded(carrying: Carrying) -> Array:
-    """Time away in every mode, also in those that are new, (K,) [s]."""
-    away = np.zeros(len(carrying.modes))
-    away[: len(carrying.away)] = carrying.away
-    return away

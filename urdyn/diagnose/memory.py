@@ -17,13 +17,13 @@ import numpy as np
 from urdyn.diagnose.backlash import Reversals
 from urdyn.diagnose.bank import Bank, Block
 from urdyn.diagnose.carried import Mode, Shown
+from urdyn.diagnose.carrying import Carrying, Waiting
 from urdyn.diagnose.change import Change
 from urdyn.diagnose.collision import Quiet
 from urdyn.diagnose.diagnosis import Now, State
 from urdyn.diagnose.fast import FastState
 from urdyn.diagnose.finding import Finding
 from urdyn.diagnose.learning import Learnt
-from urdyn.diagnose.loads import Carrying, Waiting
 from urdyn.diagnose.loudness import Loudness
 from urdyn.diagnose.moment import Means, Pool
 from urdyn.diagnose.oscillation import Heard
@@ -38,8 +38,9 @@ from urdyn.io import writing
 from urdyn.signal import Instant
 
 KNOWN = (
-    Bank, Block, Carrying, Change, FastState, Felt, Finding, Heard, Instant, Learnt, Loudness, Means,
-    Mode, Now, Pool, Quiet, Recall, Reversals, Rows, Shown, SlowState, State, Steadiness, Waiting, Warmth,
+    Bank, Block, Carrying, Change, FastState, Felt, Finding, Heard, Instant, Learnt, Loudness,
+    Means, Mode, Now, Pool, Quiet, Recall, Reversals, Rows, Shown, SlowState, State, Steadiness,
+    Waiting, Warmth,
 )  # fmt: skip
 CLASSES = {kind.__name__: kind for kind in KNOWN}
 DAMAGE = (zipfile.BadZipFile, OSError, EOFError, LookupError, ValueError, TypeError)

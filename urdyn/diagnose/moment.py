@@ -72,7 +72,7 @@ def averaged(rows: Rows, period: float, noise: Array) -> Means:
 
 
 def laden(means: Means, drive: Drive, m: Array) -> Means:
-    """The same beside an arm that carries m besides, inertials (10,): no derivative, it may be much.
+    """The same beside an arm that carries m besides, inertials (10,); exact, it may be much.
 
     A piece may turn a joint's load over, and with it what the gear's friction makes of that.
     """

@@ -15,16 +15,18 @@ from scipy.special import logsumexp
 from urdyn.diagnose import bank as onsets
 from urdyn.diagnose import carried, warmth
 from urdyn.diagnose.bank import Bank, Block, Straying
+from urdyn.diagnose.carrying import MOMENT, Carrying, Waiting
 from urdyn.diagnose.change import Change, Push
 from urdyn.diagnose.explain import Explanation, Suspects, explanation, gathered, suspects
 from urdyn.diagnose.healthy import Healthy
 from urdyn.diagnose.learning import Learning, Learnt
-from urdyn.diagnose.loads import DELAY, MOMENT, Carrying, Loads, Waiting
+from urdyn.diagnose.loads import DELAY, Loads
 from urdyn.diagnose.moment import averaged, pooled
 from urdyn.diagnose.recall import Recall, Series
 from urdyn.diagnose.rows import Rows
 from urdyn.diagnose.rules import PAYLOAD_STATES, Rules
 from urdyn.diagnose.space import Space
+from urdyn.diagnose.stay import Stay
 from urdyn.types import Array
 
 BLOCK = 5.0  # [s]
@@ -81,8 +83,13 @@ class Slow:
     @cached_property
     def loads(self) -> Loads:
         """What the tool carries."""
+        return Loads(self.space, self.of)
+
+    @cached_property
+    def stay(self) -> Stay | None:
+        """Which of that is there to stay, if anybody asks."""
         kind = next((kind for kind in self.rules.slow if kind.of_tool), None)
-        return Loads(self.space, self.of, kind)
+        return Stay(self.space, self.of, kind) if kind else None
 
     @cached_property
     def E(self) -> Array:
@@ -134,11 +141,11 @@ class Slow:
         state = replace(state, waiting=tuple(waiting))
         while len(state.waiting) > DELAY and not push.going:
             state = self._gather(state)
-        if settled := self.loads.settled(state.carrying, end):
-            carrying, change = settled
-            state = replace(state, carrying=carrying, found=(*state.found, change))
-            return self._afresh(state)
-        return state
+        if self.stay is None:
+            return state
+        carrying, change = self.stay.settled(state.carrying, end)
+        state = replace(state, carrying=carrying)
+        return self._afresh(replace(state, found=(*state.found, change))) if change else state
 
     def unsaid(self, state: SlowState, t: float) -> SlowState:
         """Without the moments since `t` [s] that are in no block yet: a sick sensor told them."""
