@@ -36,8 +36,10 @@ class Carrying:
     path: tuple[int, ...] = ()  # mode of each of those
     away: tuple[float, ...] = ()  # [s] of motion in each mode since the first was last carried
     since: float = np.nan  # [s] when that began
-    gone: tuple[Shown, ...] = ()  # of moments since then
-    unclaimed: tuple[Shown, ...] = ()  # of moments with the first, since the program began
+    # Of moments since then, and of those with the first since the program began, as they look to
+    # who knows of the arm what was known before: an unseen piece bends what the program teaches.
+    gone: tuple[Shown, ...] = ()
+    unclaimed: tuple[Shown, ...] = ()
 
     @property
     def due(self) -> bool:
@@ -51,15 +53,19 @@ class Carrying:
         away[: len(self.away)] = self.away
         return away
 
-    def on(self, ripe: Waiting) -> Carrying:
-        """A moment on, in the mode that it `was` told."""
+    def on(self, ripe: Waiting, anew: Shown) -> Carrying:
+        """A moment on, in the mode that it `was` told.
+
+        Args:
+            anew: what it says to who knew the arm before the program.
+        """
         if not self.was:
             unclaimed = self.unclaimed if len(self.unclaimed) < WATCHED else ()
-            return replace(self.here, unclaimed=(*unclaimed, ripe.told))
+            return replace(self.here, unclaimed=(*unclaimed, anew))
         away = self.absent
         away[self.was] += MOMENT
         since = ripe.begin if np.isnan(self.since) else self.since
-        gone = (*self.gone[1 - WATCHED :], ripe.told)
+        gone = (*self.gone[1 - WATCHED :], anew)
         return replace(self, away=tuple(away.tolist()), since=since, gone=gone)
 
     @property

@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from urdyn.diagnose import carried, pieces
-from urdyn.diagnose.carried import Mode
+from urdyn.diagnose.carried import Mode, Shown
 from urdyn.diagnose.carrying import Carrying, Waiting
 from urdyn.diagnose.explain import Suspects, instant_evidence
 from urdyn.diagnose.moment import Means, Pool, laden, pooled
@@ -41,6 +41,10 @@ class Loads:
         """Places of all others."""
         return np.setdiff1d(np.arange(self.space.size), self.payload)
 
+    @cached_property
+    def _rests(self) -> tuple[Index, Index]:
+        return self.rest[:, None], self.rest[None]
+
     def unladen(self, moment: Waiting, mode: Mode, usual: bool) -> Pool:
         """What a moment says of all states; of the payload nothing while another one is carried.
 
@@ -64,10 +68,12 @@ class Loads:
         self, means: Means, pool: Pool, belief: Belief, begin: float, end: float
     ) -> Waiting:
         """A moment that is over."""
+        return Waiting(means, pool, self.shown(pool, belief), begin, end)
+
+    def shown(self, pool: Pool, belief: Belief) -> Shown:
+        """What a moment says of the load."""
         x, P = belief
-        rest = self.rest
-        told = carried.shown(pool, self.payload, rest, x[rest], P[np.ix_(rest, rest)])
-        return Waiting(means, pool, told, begin, end)
+        return carried.shown(pool, self.payload, self.rest, x[self.rest], P[self._rests])
 
     def carried(self, carrying: Carrying, belief: Belief, moments: Sequence[Waiting]) -> Carrying:
         """Whose loads these moments were: the likeliest path through modes, or a new one."""
@@ -91,10 +97,15 @@ class Loads:
                 return replace(carrying, modes=more, now=now, path=path)
         return replace(carrying, now=path[-1], path=path)
 
-    def ripened(self, carrying: Carrying, ripe: Waiting) -> tuple[Carrying, Pool | None]:
+    def ripened(
+        self, carrying: Carrying, ripe: Waiting, before: Belief
+    ) -> tuple[Carrying, Pool | None]:
         """The first moment that waits is told for good, and what it says of the arm.
 
         Nothing where a piece may have been taken or put down meanwhile.
+
+        Args:
+            before: belief before this program.
         """
         mode, *path = carrying.path
         modes, whole = list(carrying.modes), {carrying.was, mode, *path[:1]} == {mode}
@@ -102,7 +113,7 @@ class Loads:
             modes[mode] = carried.learnt(ripe.told, carried.spread(modes[mode]), ripe.end)
         pool = self.unladen(ripe, modes[mode], not mode) if whole else None
         carrying = replace(carrying, modes=tuple(modes), was=mode, path=tuple(path))
-        return carrying.on(ripe), pool
+        return carrying.on(ripe, self.shown(ripe.pool, before)), pool
 
     def noticed(self, carrying: Carrying, t: float, rival: float) -> Carrying | None:
         """With a piece that no moment told, but many do; None where there is none.
@@ -139,9 +150,7 @@ class Loads:
         Args:
             A: information in a moment, (n, n).
         """
-        x, P, at, rest = *belief, self.payload, self.rest
-        pool = Pool(A, np.zeros(len(A)), np.zeros(0))
-        told = carried.shown(pool, at, rest, x[rest], P[np.ix_(rest, rest)]).C
+        at, told = self.payload, self.shown(Pool(A, np.zeros(len(A)), np.zeros(0)), belief).C
         unsure = np.diag(np.linalg.inv((DELAY + 1) * told + np.diag(carried.ANYTHING**-2.0)))
         sd = np.zeros(len(A))
         most = np.sqrt(2.0 * (carried.SURE + MARGIN) * unsure)

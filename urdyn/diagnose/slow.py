@@ -20,8 +20,8 @@ from urdyn.diagnose.change import Change, Push
 from urdyn.diagnose.explain import Explanation, Suspects, explanation, gathered, suspects
 from urdyn.diagnose.healthy import Healthy
 from urdyn.diagnose.learning import Learning, Learnt
-from urdyn.diagnose.loads import DELAY, Loads
-from urdyn.diagnose.moment import averaged, pooled
+from urdyn.diagnose.loads import DELAY, Belief, Loads
+from urdyn.diagnose.moment import Pool, averaged, pooled
 from urdyn.diagnose.recall import Recall, Series
 from urdyn.diagnose.rows import Rows
 from urdyn.diagnose.rules import PAYLOAD_STATES, Rules
@@ -126,10 +126,8 @@ class Slow:
         if means.count.sum() < ENOUGH:
             return state
         pool = pooled(means)
-        x, P = self.healthy.now(state.bank, pool.warm)
-        straying = self._straying(state).window[: self.space.size]
-        another = onsets.PROGRAM * straying * onsets.another(state.bank.t, begin)
-        belief = x, P + np.diag(self.learning.window(state.learnt, pool.A) ** 2 + another**2)
+        other = onsets.another(state.bank.t, begin)
+        belief = self._belief(state, state.bank, pool, other)
         waiting, path = list(state.waiting), list(state.carrying.path)
         for k in reversed(range(len(waiting))):
             if push.within(waiting[k].begin, waiting[k].end):
@@ -147,6 +145,18 @@ class Slow:
         state = replace(state, carrying=carrying)
         return self._afresh(replace(state, found=(*state.found, change))) if change else state
 
+    def _belief(self, state: SlowState, bank: Bank, pool: Pool, other: bool) -> Belief:
+        """What is believed of the states of the space in a moment.
+
+        Args:
+            bank: of which this is the healthy arm.
+            other: it may be another program.
+        """
+        x, P = self.healthy.now(bank, pool.warm)
+        straying = self._straying(state).window[: self.space.size]
+        var = self.learning.window(state.learnt, pool.A) ** 2
+        return x, P + np.diag(var + other * onsets.between_programs(straying) ** 2)
+
     def unsaid(self, state: SlowState, t: float) -> SlowState:
         """Without the moments since `t` [s] that are in no block yet: a sick sensor told them."""
         kept = sum(w.end <= t for w in state.waiting)
@@ -156,7 +166,8 @@ class Slow:
 
     def _gather(self, state: SlowState) -> SlowState:
         ripe, *waiting = state.waiting
-        carrying, pool = self.loads.ripened(state.carrying, ripe)
+        before = self._belief(state, state.before[0], ripe.pool, True)
+        carrying, pool = self.loads.ripened(state.carrying, ripe, before)
         state = replace(state, carrying=carrying, waiting=tuple(waiting))
         if noticed := self._noticed(state):
             return noticed

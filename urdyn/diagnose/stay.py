@@ -2,7 +2,8 @@
 
 A load that moments tell clearly has to be carried for as long as the rules say. The less they tell
 of it, the longer; and it has to explain them better than a piece that comes and goes meanwhile,
-whose mean over both it may be.
+whose mean over both it may be. What the arm was believed to be before the program began says how
+clear a load is: a piece that was there unseen has bent what was learnt since.
 """
 
 from __future__ import annotations
@@ -18,7 +19,6 @@ from urdyn.diagnose.explain import Suspects
 from urdyn.diagnose.loads import DELAY, MARGIN
 from urdyn.diagnose.rules import PAYLOAD_STATES, SlowKind
 from urdyn.diagnose.space import Space
-from urdyn.types import Array
 
 LASTING = 0.2  # [-] of the time away that a load must have been carried to be there to stay
 CLEAR = 5.0  # [sd] by which its mass differs then
@@ -42,9 +42,12 @@ class Stay:
         stays = int(np.argmin(np.where(away > LASTING * away.sum(), masses, np.inf)))
         mode, first = carrying.modes[stays], carrying.modes[0]
         more, sd = mode.mean - first.mean, float(np.sqrt(mode.cov[0, 0]))
-        if abs(more[0]) < max(self.kind.least, CLEAR * sd) or away.sum() < self._hold(
-            carrying, more
-        ):
+        hold = self.kind.hold_lighter if more[0] < 0.0 else self.kind.hold
+        if abs(more[0]) < max(self.kind.least, CLEAR * sd) or away.sum() < hold:
+            return carrying, None
+        told = np.mean([told.C for told in carrying.gone], axis=0)
+        clear = 0.5 * (DELAY + 1) * float(more @ told @ more)  # nats in the moments that wait
+        if away.sum() * clear < hold * (carried.SURE + MARGIN):
             return carrying, None
         if not carried.possible(mode, self.space.reference.payload):
             return carrying, None
@@ -59,17 +62,6 @@ class Stay:
             float(more[0]), sd, 0.0, 0.0, tuple(mode.mean[: len(PAYLOAD_STATES)].tolist()),
         )  # fmt: skip
         return _first(carrying, stays), change
-
-    def _hold(self, carrying: Carrying, more: Array) -> float:
-        """How long a load must have been there [s].
-
-        Args:
-            more: than the usual load, (10,).
-        """
-        hold = self.kind.hold_lighter if more[0] < 0.0 else self.kind.hold
-        C = np.mean([told.C for told in carrying.gone], axis=0)
-        clear = 0.5 * (DELAY + 1) * float(more @ C @ more)  # nats in the moments that wait
-        return hold * max(1.0, (carried.SURE + MARGIN) / max(clear, 1e-9))
 
 
 def _first(carrying: Carrying, stays: int) -> Carrying:
