@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from urdyn.diagnose import carried, pieces
+from urdyn.diagnose.carried import Mode
 from urdyn.diagnose.carrying import MOMENT, Carrying
 from urdyn.diagnose.change import Change
 from urdyn.diagnose.explain import Suspects
@@ -41,15 +42,7 @@ class Stay:
         masses = np.array([mode.mean[0] for mode in carrying.modes])
         stays = int(np.argmin(np.where(away > LASTING * away.sum(), masses, np.inf)))
         mode, first = carrying.modes[stays], carrying.modes[0]
-        more, sd = mode.mean - first.mean, float(np.sqrt(mode.cov[0, 0]))
-        hold = self.kind.hold_lighter if more[0] < 0.0 else self.kind.hold
-        if abs(more[0]) < max(self.kind.least, CLEAR * sd) or away.sum() < hold:
-            return carrying, None
-        told = np.mean([told.C for told in carrying.gone], axis=0)
-        clear = 0.5 * (DELAY + 1) * float(more @ told @ more)  # nats in the moments that wait
-        if away.sum() * clear < hold * (carried.SURE + MARGIN):
-            return carrying, None
-        if not carried.possible(mode, self.space.reference.payload):
+        if not self._long_enough(carrying, mode):
             return carrying, None
         if len(carrying.gone) >= pieces.RUN:
             piece, gain = pieces.unseen(carrying.gone, first, t)
@@ -57,11 +50,23 @@ class Stay:
                 modes = (*carrying.modes[:stays], piece, *carrying.modes[stays + 1 :])
                 return replace(carrying.here, modes=modes), None
         k = next(k for k, each in enumerate(self.of.each) if each.kind is self.kind)
+        more, sd = float(mode.mean[0] - first.mean[0]), float(np.sqrt(mode.cov[0, 0]))
         change = Change(
             k, carrying.since, carrying.since - 2.0 * MOMENT, carrying.since, t, CERTAIN, np.nan,
-            float(more[0]), sd, 0.0, 0.0, tuple(mode.mean[: len(PAYLOAD_STATES)].tolist()),
+            more, sd, 0.0, 0.0, tuple(mode.mean[: len(PAYLOAD_STATES)].tolist()),
         )  # fmt: skip
         return _first(carrying, stays), change
+
+    def _long_enough(self, carrying: Carrying, mode: Mode) -> bool:
+        """Whether it is another load, and away for long enough for that."""
+        away, more = carrying.absent.sum(), mode.mean - carrying.modes[0].mean
+        hold = self.kind.hold_lighter if more[0] < 0.0 else self.kind.hold
+        if abs(more[0]) < max(self.kind.least, CLEAR * np.sqrt(mode.cov[0, 0])) or away < hold:
+            return False
+        told = np.mean([told.C for told in carrying.gone], axis=0)
+        clear = 0.5 * (DELAY + 1) * more @ told @ more  # nats in the moments that wait
+        known = away * clear >= hold * (carried.SURE + MARGIN)
+        return bool(known) and carried.possible(mode, self.space.reference.payload)
 
 
 def _first(carrying: Carrying, stays: int) -> Carrying:
