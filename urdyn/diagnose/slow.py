@@ -47,6 +47,7 @@ class SlowState:
     warm: Array  # (3, J) sum over its moments
     moments: int  # in it
     begin: float  # [s] of that block; NaN: none
+    end: float  # [s] of its last moment
     waiting: tuple[Waiting, ...]
     learnt: Learnt
     carrying: Carrying
@@ -111,6 +112,7 @@ class Slow:
             warm=np.zeros((3, J)),
             moments=0,
             begin=np.nan,
+            end=np.nan,
             waiting=(),
             learnt=self.learning.first(self.rules.noise, self.period),
             carrying=Carrying((carried.commissioned(),)),
@@ -165,6 +167,8 @@ class Slow:
         return self._between(state)
 
     def _gather(self, state: SlowState) -> SlowState:
+        if not np.isnan(state.begin) and onsets.another(state.end, state.waiting[0].begin):
+            state = self._block(state)
         ripe, *waiting = state.waiting
         before = self._belief(state, state.before[0], ripe.pool, True)
         carrying, pool = self.loads.ripened(state.carrying, ripe, before)
@@ -184,10 +188,11 @@ class Slow:
             warm=state.warm + pool.warm,
             moments=state.moments + 1,
             begin=began,
+            end=ripe.end,
         )
-        return self._block(state, ripe.end) if ripe.end - began > BLOCK - MOMENT else state
+        return self._block(state) if ripe.end - began > BLOCK - MOMENT else state
 
-    def _block(self, state: SlowState, end: float) -> SlowState:
+    def _block(self, state: SlowState) -> SlowState:
         warm, straying = state.warm / state.moments, self._straying(state)
         belief = self.healthy.now(state.bank, warm)
         hidden = self.loads.hidden(state.A / state.moments, belief)
@@ -195,7 +200,7 @@ class Slow:
         A, b = onsets.strayed(state.A, state.b, window)
         A, b = warmth.widened(A, b, warmth.unknowns(self.space, warm))
         unseen = np.append(hidden, np.zeros(len(b) - len(hidden)))
-        block = Block(state.begin, end, A, b, self.healthy.blind(warm), unseen)
+        block = Block(state.begin, state.end, A, b, self.healthy.blind(warm), unseen)
         state = replace(
             state,
             bank=onsets.step(state.bank, block, straying, self.E),
@@ -222,7 +227,7 @@ class Slow:
         """With no block begun."""
         n, J = self.space.size, self.space.joints
         A, b, warm = np.zeros((n, n)), np.zeros(n), np.zeros((3, J))
-        return replace(state, A=A, b=b, warm=warm, moments=0, begin=np.nan)
+        return replace(state, A=A, b=b, warm=warm, moments=0, begin=np.nan, end=np.nan)
 
     def _straying(self, state: SlowState) -> Straying:
         return self.healthy.loosened(state.known, state.learnt.steadiness.share)
