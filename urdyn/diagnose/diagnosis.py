@@ -24,7 +24,8 @@ from urdyn.diagnose.fast import Fast, FastState
 from urdyn.diagnose.finding import Finding
 from urdyn.diagnose.rows import Rows, joined, rows
 from urdyn.diagnose.rules import Rules, read_rules
-from urdyn.diagnose.slow import Slow, SlowState
+from urdyn.diagnose.slow import Slow
+from urdyn.diagnose.slow_state import SlowState
 from urdyn.diagnose.space import Space, space
 from urdyn.diagnose.trust import in_company
 from urdyn.diagnose.verdict import identity, of_change, of_event, risen, up_to_date
@@ -157,13 +158,13 @@ class Diagnosis:
             suspect = self.slow.of.each[change.suspect]
             if not suspect.kind.of_tool and change.suspect not in slow.known:
                 continue
-            trace = [] if suspect.kind.of_tool else self.slow.trace(slow, change.suspect)
+            trace = [] if suspect.kind.of_tool else self.slow.judge.trace(slow, change.suspect)
             series[change.suspect] = tuple(trace)
             new.append(of_change(change, self.slow.of, self.space, self.rules, trace))
         state, found = _with(replace(state, series=tuple(series.items())), new)
         if slow.bank.t == state.blocks or np.isnan(slow.bank.t):
             return state, found
-        for k, size, sd in self.slow.levels(slow):
+        for k, size, sd in self.slow.judge.levels(slow):
             series[k] = (*series.get(k, ()), (slow.bank.t, size, sd))[-SERIES:]
         state = replace(state, series=tuple(series.items()), blocks=slow.bank.t)
         worse = risen(state.findings, self._known(state), dict(state.series), self.space)

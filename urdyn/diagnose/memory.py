@@ -6,7 +6,6 @@ Only the dataclasses of this room are made from it: a file cannot ask for anythi
 from __future__ import annotations
 
 import json
-import zipfile
 from collections.abc import Mapping
 from dataclasses import fields, is_dataclass
 from pathlib import Path
@@ -30,12 +29,13 @@ from urdyn.diagnose.oscillation import Heard
 from urdyn.diagnose.recall import Recall
 from urdyn.diagnose.rows import Rows
 from urdyn.diagnose.sensor import Felt
-from urdyn.diagnose.slow import SlowState
+from urdyn.diagnose.slow_state import SlowState
 from urdyn.diagnose.steadiness import Steadiness
 from urdyn.diagnose.warmth import Warmth
 from urdyn.errors import InputError
 from urdyn.io import writing
 from urdyn.signal import Instant
+from urdyn.tracking.checkpoint import DAMAGE
 
 KNOWN = (
     Bank, Block, Carrying, Change, FastState, Felt, Finding, Heard, Instant, Learnt, Loudness,
@@ -43,7 +43,6 @@ KNOWN = (
     Waiting, Warmth,
 )  # fmt: skip
 CLASSES = {kind.__name__: kind for kind in KNOWN}
-DAMAGE = (zipfile.BadZipFile, OSError, EOFError, LookupError, ValueError, TypeError)
 
 
 def save(state: State, identity: Mapping[str, str], path: Path) -> None:
