@@ -7,8 +7,8 @@ from itertools import pairwise, product
 import numpy as np
 
 from urdyn.diagnose.carried import CHANGED, Shown, commissioned
-from urdyn.diagnose.collision import _left_with_it
 from urdyn.diagnose.pieces import _chain, unseen
+from urdyn.diagnose.pushed import _left_with_it
 
 MOMENTS, RUN = 120, 8
 

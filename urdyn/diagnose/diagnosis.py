@@ -141,7 +141,7 @@ class Diagnosis:
         first, last = state.moment[0].t[0], state.moment[-1].t[-1]
         if last - first + self.period < MOMENT - 1e-9:
             return state, found
-        push = Push(np.isfinite(fast.quiet.begin), *state.push)
+        push = Push(fast.quiet.going, *state.push)
         slow = self.slow.moment(state.slow, joined(state.moment), push)
         state, more = self._changes(replace(state, slow=slow, moment=()))
         return state, found + more

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -55,7 +56,7 @@ class Judge:
         told = {
             k: explanation(state.bank, self.of.each[k]) for k in of if evidence[k] > over - NEAR
         }
-        of = [k for k, each in told.items() if each.large]
+        of = [k for k, each in told.items() if each.large and not _shadow(each, told.values())]
         if not of or logsumexp(evidence[of]) < over:
             return replace(state, waited=0)
         state = replace(state, waited=state.waited + 1)
@@ -132,3 +133,12 @@ class Judge:
     def _measured(self, k: int) -> int:
         """Place of the state that measures a suspect's change."""
         return int(self.of.states[self.of.each[k].places[0]])
+
+
+def _shadow(one: Explanation, told: Iterable[Explanation]) -> bool:
+    """Whether a change of the same joint that is too small to be told explains more than this."""
+    return any(
+        other.evidence > one.evidence and not other.large
+        for other in told
+        if other.suspect.joint == one.suspect.joint
+    )

@@ -26,6 +26,7 @@ from urdyn.diagnose.learning import Learnt
 from urdyn.diagnose.loudness import Loudness
 from urdyn.diagnose.moment import Means, Pool
 from urdyn.diagnose.oscillation import Heard
+from urdyn.diagnose.pushed import Bin
 from urdyn.diagnose.recall import Recall
 from urdyn.diagnose.rows import Rows
 from urdyn.diagnose.sensor import Felt
@@ -38,9 +39,9 @@ from urdyn.signal import Instant
 from urdyn.tracking.checkpoint import DAMAGE
 
 KNOWN = (
-    Bank, Block, Carrying, Change, FastState, Felt, Finding, Heard, Instant, Learnt, Loudness,
-    Means, Mode, Now, Pool, Quiet, Recall, Reversals, Rows, Shown, SlowState, State, Steadiness,
-    Waiting, Warmth,
+    Bank, Bin, Block, Carrying, Change, FastState, Felt, Finding, Heard, Instant, Learnt, Loudness,
+    Means, Mode, Now, Pool, Quiet, Recall, Reversals, Rows, Shown, SlowState, State,
+    Steadiness, Waiting, Warmth,
 )  # fmt: skip
 CLASSES = {kind.__name__: kind for kind in KNOWN}
 
