@@ -16,6 +16,7 @@ from urdyn.diagnose.explain import suspects
 from urdyn.diagnose.moment import averaged, laden, pooled
 from urdyn.diagnose.rows import Rows, rows
 from urdyn.diagnose.rules import read_rules
+from urdyn.diagnose.slow import BLOCK
 from urdyn.diagnose.space import Space, space
 from urdyn.diagnose.stay import Stay
 from urdyn.diagnose.warmth import felt, unfelt
@@ -139,3 +140,19 @@ def test_what_holds_a_standing_joint_is_not_predicted(shop: Shop) -> None:
 
     assert told(replace(crept, current=held.predicted)) == []
     assert told(replace(held, current=2.0 * held.predicted - crept.predicted)) == ["collision"]
+
+
+def test_a_pause_ends_a_block_for_the_next_program_may_be_another(shop: Shop) -> None:
+    log = shop.log(seconds=14.0, rate=1.0 / PERIOD)
+    motion, s, moved = shop.motion(log)
+    diagnosis, half, pause = shop.diagnosis(log), 7.0, 60.0
+    state = diagnosis.init()
+    for k in range(0, len(motion), 5):
+        here = motion.slice(k, min(k + 5, len(motion)))
+        later = replace(here, t=here.t + pause * (here.t[0] > half))
+        beat = rows(diagnosis.space, later, s[k : k + 5], moved[k : k + 5], unfelt(6))
+        state, _ = diagnosis.take(state, beat)
+    blocks = state.slow.recall.blocks
+    assert len(blocks) >= 2
+    assert max(block.end - block.begin for block in blocks) < BLOCK + 1.0
+    assert 0.0 < state.slow.before[0].t < half + 1.0

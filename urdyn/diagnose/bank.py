@@ -19,7 +19,7 @@ import numpy as np
 from urdyn.types import Array
 
 PAUSE = 10.0  # [s] without work, after which it may be another program
-PROGRAM = 2.0  # [-] windows' straying, by which the model may be off for as long as that runs
+PROGRAM = 1.0  # [-] windows' straying, by which the model may be off for as long as that runs
 RECENT = 8  # onsets that are all kept; older ones stand ever further apart
 SHAPES = ("step", "ramp")
 

@@ -36,7 +36,7 @@ from urdyn.types import Array, Motion
 
 CHUNK = 10  # rows that are compared with the model at once
 BEAT = 0.25  # [s]
-BROKEN = 5.0  # periods without a row after which a beat ends early
+BROKEN = 5.0  # periods without a row after which a beat and a moment end early
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,13 +108,22 @@ class Diagnosis:
     def take(self, state: State, part: Rows) -> tuple[State, list[Finding]]:
         """Some rows on, no longer than a beat."""
         found: list[Finding] = []
-        if state.beat and part.t[0] - state.beat[-1].t[-1] > BROKEN * self.period:
-            state, found = self._beat(state)
+        before = (*state.moment, *state.beat)
+        if before and part.t[0] - before[-1].t[-1] > BROKEN * self.period:
+            state, found = self._broken(state)
         state = replace(state, beat=(*state.beat, part))
         if part.t[-1] - state.beat[0].t[0] + self.period >= BEAT - 1e-9:
             state, more = self._beat(state)
             found += more
         return state, found
+
+    def _broken(self, state: State) -> tuple[State, list[Finding]]:
+        """A beat and a moment that a gap has ended."""
+        state, found = self._beat(state) if state.beat else (state, [])
+        if not state.moment:
+            return state, found
+        state, more = self._moment(state)
+        return state, found + more
 
     def finish(self, state: State) -> tuple[State, list[Finding]]:
         """What waits, at the end of a recording."""
@@ -141,10 +150,14 @@ class Diagnosis:
         first, last = state.moment[0].t[0], state.moment[-1].t[-1]
         if last - first + self.period < MOMENT - 1e-9:
             return state, found
-        push = Push(fast.quiet.going, *state.push)
-        slow = self.slow.moment(state.slow, joined(state.moment), push)
-        state, more = self._changes(replace(state, slow=slow, moment=()))
+        state, more = self._moment(state)
         return state, found + more
+
+    def _moment(self, state: State) -> tuple[State, list[Finding]]:
+        """A moment that is over."""
+        push = Push(state.fast.quiet.going, *state.push)
+        slow = self.slow.moment(state.slow, joined(state.moment), push)
+        return self._changes(replace(state, slow=slow, moment=()))
 
     def _told(self, state: State, events: Iterable[Event]) -> tuple[State, list[Finding]]:
         new = [of_event(event, self.space, self.rules) for event in events]
