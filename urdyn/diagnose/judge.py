@@ -76,7 +76,7 @@ class Judge:
         share: float,
         rivals: tuple[tuple[int, float], ...],
     ) -> SlowState:
-        more, of_tool = state.bank.x[self.healthy.payload], told.suspect.kind.of_tool
+        more, of_tool = state.bank.x[self.healthy.space.payload], told.suspect.kind.of_tool
         detail = (state.carrying.modes[0].mean + more)[: len(PAYLOAD_STATES)]
         change = Change(
             k, told.onset, told.onset_lo, told.onset_hi, told.t, share, told.evidence,

@@ -31,15 +31,9 @@ class Loads:
     of: Suspects
 
     @cached_property
-    def payload(self) -> Index:
-        """Places of what the tool carries."""
-        at = self.space.places["payload"]
-        return np.arange(at.start, at.stop)
-
-    @cached_property
     def rest(self) -> Index:
         """Places of all others."""
-        return np.setdiff1d(np.arange(self.space.size), self.payload)
+        return np.setdiff1d(np.arange(self.space.size), self.space.payload)
 
     @cached_property
     def _rests(self) -> tuple[Index, Index]:
@@ -51,7 +45,7 @@ class Loads:
         Args:
             usual: the mode is what is carried as a rule.
         """
-        at, pool = self.payload, moment.pool
+        at, pool = self.space.payload, moment.pool
         if mode.mean.any():
             pool = pooled(laden(moment.means, self.space.reference.drive, mode.mean))
         if usual:
@@ -73,29 +67,40 @@ class Loads:
     def shown(self, pool: Pool, belief: Belief) -> Shown:
         """What a moment says of the load."""
         x, P = belief
-        return carried.shown(pool, self.payload, self.rest, x[self.rest], P[self._rests])
+        return carried.shown(pool, self.space.payload, self.rest, x[self.rest], P[self._rests])
 
     def carried(self, carrying: Carrying, belief: Belief, moments: Sequence[Waiting]) -> Carrying:
         """Whose loads these moments were: the likeliest path through modes, or a new one."""
         modes = carrying.modes
         fits = np.array([[carried.fit(w.told, carried.spread(m)) for m in modes] for w in moments])
         score, path = likeliest(fits, carrying.was)
-        t = moments[-1].end
         for k in range(len(moments)):
-            told = carried.together([w.told for w in moments[k:]])
             before = likeliest(fits[:k], carrying.was)[0] if k else 0.0
-            gain = before + carried.fit(told, carried.anything(t)) - score
-            if gain <= carried.SURE:
-                continue
-            pool = pooled_together([w.pool for w in moments[k:]])
-            if gain > self._of_joints(belief, pool, modes[path[k]]) + MARGIN:
-                new = carried.learnt(told, carried.anything(t), t)
-                if not carried.possible(new, self.space.reference.payload):
-                    continue
+            new = self._new(moments[k:], score - before, belief, modes[path[k]])
+            if new is not None:
                 more, now = carried.remembered(modes, new, {carrying.was, *path[:k]})
                 path = (*path[:k], *[now] * (len(moments) - k))
                 return replace(carrying, modes=more, now=now, path=path)
         return replace(carrying, now=path[-1], path=path)
+
+    def _new(
+        self, moments: Sequence[Waiting], known: float, belief: Belief, mode: Mode
+    ) -> Mode | None:
+        """The load that explains moments better than what is known and any fault of a joint.
+
+        Args:
+            known: how well modes explain them [nats].
+            mode: the one that does at first.
+        """
+        t, told = moments[-1].end, carried.together([w.told for w in moments])
+        gain = carried.fit(told, carried.anything(t)) - known
+        if gain <= carried.SURE:
+            return None
+        pool = pooled_together([w.pool for w in moments])
+        if gain <= self._of_joints(belief, pool, mode) + MARGIN:
+            return None
+        new = carried.learnt(told, carried.anything(t), t)
+        return new if carried.possible(new, self.space.reference.payload) else None
 
     def ripened(
         self, carrying: Carrying, ripe: Waiting, before: Belief
@@ -131,7 +136,7 @@ class Loads:
 
     def _of_joints(self, belief: Belief, pool: Pool, mode: Mode) -> float:
         """How well the best fault of a joint explains moments, beside the healthy arm [nats]."""
-        x, P, at = belief[0].copy(), belief[1].copy(), self.payload
+        x, P, at = belief[0].copy(), belief[1].copy(), self.space.payload
         P[at] = P[:, at] = 0.0
         P[np.ix_(at, at)] = carried.spread(mode).cov
         x[at] = mode.mean
@@ -150,7 +155,7 @@ class Loads:
         Args:
             A: information in a moment, (n, n).
         """
-        at, told = self.payload, self.shown(Pool(A, np.zeros(len(A)), np.zeros(0)), belief).C
+        at, told = self.space.payload, self.shown(Pool(A, np.zeros(len(A)), np.zeros(0)), belief).C
         unsure = np.diag(np.linalg.inv((DELAY + 1) * told + np.diag(carried.ANYTHING**-2.0)))
         sd = np.zeros(len(A))
         most = np.sqrt(2.0 * (carried.SURE + MARGIN) * unsure)

@@ -18,7 +18,7 @@ from urdyn.identify.fit import Fit
 from urdyn.model.arm import Arm, with_inertials
 from urdyn.model.dynamics import Dynamics
 from urdyn.model.population import population
-from urdyn.types import Array, frozen
+from urdyn.types import Array, Index, frozen
 
 GROUPS = ("k", "m", "payload", "f", "alpha", "beta", "z", "o", "rotor", "gain")
 FITTED = {
@@ -58,6 +58,12 @@ class Space:
     def places(self) -> dict[str, slice]:
         """Where each group stands."""
         return _places(self.joints, self.shown.shape[1])
+
+    @cached_property
+    def payload(self) -> Index:
+        """Places of what the tool carries."""
+        at = self.places["payload"]
+        return np.arange(at.start, at.stop)
 
     @cached_property
     def arm(self) -> Arm:
