@@ -156,3 +156,21 @@ def test_a_pause_ends_a_block_for_the_next_program_may_be_another(shop: Shop) ->
     assert len(blocks) >= 2
     assert max(block.end - block.begin for block in blocks) < BLOCK + 1.0
     assert 0.0 < state.slow.before[0].t < half + 1.0
+
+
+def test_whoever_learns_what_is_carried_has_not_felt_a_push(shop: Shop) -> None:
+    of, n = space(shop.fit), 100
+    still = work(shop, of).part(100, 101)
+    fields = {
+        name: np.repeat(getattr(still, name), n, axis=0) for name in still.__dataclass_fields__
+    }
+    t = PERIOD * np.arange(n)
+    stood = replace(
+        Rows(**fields), t=t, v=np.zeros((n, 6)), current=np.repeat(still.predicted, n, 0)
+    )
+    test, well = Collision(of, read_rules().fast["collision"]), np.zeros(6, dtype=bool)
+    state = test.init()
+    for k in range(0, n, 5):
+        thought = PIECE * (40 <= k < 50)
+        state, pushes = test.step(state, stood.part(k, k + 5), thought[None], well)
+        assert pushes == [] and not state.going

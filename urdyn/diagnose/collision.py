@@ -43,6 +43,7 @@ class Quiet:
     s: Array  # (2, J) [-] presliding states; those of joints that stand are by their encoders
     q: Array  # (J,) [rad] to which these belong
     spread: Array  # (J,) [(N·m)²] of quiet bins about it
+    carried: Array  # (10,) what was taken to be at the tool
     seen: int = 0  # quiet bins
     calm: int = 0  # quiet bins since the last loud one
     bins: tuple[Bin, ...] = ()  # of what happens
@@ -69,7 +70,10 @@ class Collision:
         """Nothing seen yet."""
         J = self.space.joints
         nothing, nan = np.zeros(J), np.full(J, np.nan)
-        return Quiet(nan, np.zeros(J, dtype=bool), nothing, nothing, np.zeros((2, J)), nan, nothing)
+        return Quiet(
+            nan, np.zeros(J, dtype=bool), nothing, nothing, np.zeros((2, J)), nan, nothing,
+            np.zeros(10),
+        )  # fmt: skip
 
     def step(
         self, state: Quiet, rows: Rows, carried: Array, ill: Mask
@@ -100,10 +104,10 @@ class Collision:
         state, crept = self._crept(state, rows, held)
         changed = np.isnan(state.base) | (held != state.held)
         if not state.going:
-            base = np.where(changed, rho, state.base)
-            state = replace(
-                state, base=base, held=held, aimed=np.where(changed, aimed, state.aimed)
-            )
+            # Whoever changes their mind about what is carried has not felt anything.
+            base = state.base + tool @ (state.carried - carried[0])
+            base, at = np.where(changed, rho, base), np.where(changed, aimed, state.aimed)
+            state = replace(state, base=base, held=held, aimed=at, carried=carried[0])
         late = LATE * np.abs(aimed - state.asked)
         usual = self._usual(state, rows, held, aimed, late)
         var = usual + crept**2
