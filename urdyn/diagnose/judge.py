@@ -23,6 +23,7 @@ NEAR = 10.0  # [nats] below an alarm, from which on a suspect is another's rival
 CONFIDENT = 0.95  # [-] share of the evidence at which a finding is told at once
 UNSURE = 2.0  # [sd] below which another finding leaves nothing of a change
 PATIENCE = 12  # blocks that an alarm waits for that
+TWICE = 2  # blocks at least: the next one bears out what one says, or takes it back
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,7 +63,7 @@ class Judge:
         state = replace(state, waited=state.waited + 1)
         share = np.exp(evidence[of] - logsumexp(evidence[of]))
         top = int(np.argmax(share))
-        if share[top] < CONFIDENT and state.waited < PATIENCE:
+        if state.waited < (TWICE if share[top] >= CONFIDENT else PATIENCE):
             return state
         order = np.argsort(-share)[1:3]
         rivals = tuple((of[k], float(share[k])) for k in order)
