@@ -6,9 +6,9 @@ from itertools import pairwise, product
 
 import numpy as np
 
-from urdyn.diagnose.carried import CHANGED, Shown
-from urdyn.diagnose.collision import _left_with_it
+from urdyn.diagnose.carried import CHANGED, Shown, commissioned
 from urdyn.diagnose.pieces import _chain, unseen
+from urdyn.diagnose.pushed import _left_with_it
 
 MOMENTS, RUN = 120, 8
 
@@ -39,11 +39,11 @@ def test_a_light_piece_is_told_and_what_stays_or_is_not_there_is_none() -> None:
     rng = np.random.default_rng(1)
     piece = np.array([0.5, 0.0, 0.0, 0.04, *[0.0] * 6])
     comes_and_goes = (np.arange(MOMENTS) // RUN) % 2
-    mode, gain = unseen(moments(rng, piece, comes_and_goes), 60.0)
+    mode, gain = unseen(moments(rng, piece, comes_and_goes), commissioned(), 60.0)
     assert gain > 20.0
     assert abs(mode.mean[0] - 0.5) < 4.0 * np.sqrt(mode.cov[0, 0])
     for held in (np.zeros(MOMENTS), np.ones(MOMENTS)):
-        assert unseen(moments(rng, piece, held), 60.0)[1] < 0.0
+        assert unseen(moments(rng, piece, held), commissioned(), 60.0)[1] < 0.0
 
 
 def test_a_load_that_an_arm_goes_away_with_is_no_push() -> None:

@@ -18,6 +18,7 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
+from numpy.polynomial import Polynomial
 from scipy.special import logsumexp
 
 from urdyn.diagnose.event import Event
@@ -28,6 +29,7 @@ from urdyn.types import Array, Mask
 GAPS = np.array([5e-5, 1e-4, 2e-4, 4e-4, 8e-4, 1.6e-3])  # [rad] half, that are looked for
 BEFORE, LONGEST = 0.04, 0.06  # [s] before and after a reversal
 WILD = 4.0  # [sd] that one row counts at most
+CLEAR = 4.0  # [sd] of a load about its line, that it has to swing through
 SHARES = (1.0, 0.5)  # [-] of the template: the load is not quite gone, or not all of it known
 POSES = 181  # that a probe is looked for among
 
@@ -126,10 +128,13 @@ class Backlash:
         at = (after > -BEFORE) & (after < LONGEST)
         if np.abs(rows.v[at, j]).min() < STANDING:  # a joint that stands is held by friction
             return state
-        if at.sum() < 8 or not np.isfinite(left[at]).all() or not self._whole(load, after, at):
+        if at.sum() < 8 or not np.isfinite(left[at]).all():
+            return state
+        line = Polynomial.fit(after[at], load[at], 1)(after[at])
+        if not self._whole(load[at], after[at], line):
             return state
         K, noise = self.space.reference.drive.gain[j], self.space.noise[j]
-        x = -(load[at] / K) * ((after[at] > 0.0) & (after[at] < self.crossing[:, j, None]))
+        x = -(line / K) * ((after[at] > 0.0) & (after[at] < self.crossing[:, j, None]))
         scale = 1.0 / np.hypot(noise, rows.doubt[at, j])
         nuisance = scale[:, None] * np.stack([np.ones(at.sum()), after[at]], axis=1)
         q = np.linalg.qr(nuisance)[0]
@@ -142,10 +147,15 @@ class Backlash:
         ) - np.log(len(SHARES))
         return self._weighed(state, j, llr, float(t0))
 
-    def _whole(self, load: Array, after: Array, at: Mask) -> bool:
-        """The load turns over once, and for good: noise about zero is no reversal."""
-        side = np.sign(load[at])
-        before = after[at] < 0.0
+    def _whole(self, load: Array, after: Array, line: Array) -> bool:
+        """The load turns over once, and for good: noise about zero is no reversal.
+
+        What is wrong with accelerations is in the load, and reversed in the residual: a load that
+        only they turn over would look like a gap.
+        """
+        if np.ptp(line) < CLEAR * np.std(load - line):
+            return False
+        side, before = np.sign(load), after < 0.0
         return bool(before.any() and (side[before] == side[0]).all()
                     and (side[~before] == -side[0]).all())  # fmt: skip
 

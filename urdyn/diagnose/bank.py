@@ -19,7 +19,7 @@ import numpy as np
 from urdyn.types import Array
 
 PAUSE = 10.0  # [s] without work, after which it may be another program
-PROGRAM = 2.0  # [-] windows' straying, by which the model may be off for as long as that runs
+PROGRAM = 1.0  # [-] windows' straying, by which the model may be off for as long as that runs
 RECENT = 8  # onsets that are all kept; older ones stand ever further apart
 SHAPES = ("step", "ramp")
 
@@ -119,7 +119,7 @@ def _strayed(
     more = walk * (0.0 if np.isnan(t) else block.end - t)
     stays = np.ones_like(x)
     if another(t, block.begin):
-        more = more + (PROGRAM * np.hypot(straying.window, block.hidden)) ** 2
+        more = more + between_programs(straying.window, block.hidden) ** 2
         stays = stays * (np.asarray(block.hidden) == 0.0)  # 0 or 1
     return stays * x, stays[:, None] * P * stays + np.diag(more), stays
 
@@ -127,6 +127,16 @@ def _strayed(
 def another(t: float, begin: float) -> bool:
     """Whether it may be another program at `begin` than at `t` [s]; the first one is new, too."""
     return not begin - t <= PAUSE
+
+
+def between_programs(window: Array, hidden: Array | float = 0.0) -> Array:
+    """How far the states may be elsewhere for as long as another program runs, sd (n,).
+
+    Args:
+        window: straying from window to window.
+        hidden: of what hides in a program.
+    """
+    return PROGRAM * np.hypot(window, hidden)
 
 
 def _with_onset(bank: Bank, t: float, p: int) -> Bank:

@@ -16,15 +16,16 @@ from typing import Any
 
 import numpy as np
 
+from urdyn.diagnose.carrying import MOMENT
 from urdyn.diagnose.change import Push
 from urdyn.diagnose.event import Event
 from urdyn.diagnose.explain import Suspect
 from urdyn.diagnose.fast import Fast, FastState
 from urdyn.diagnose.finding import Finding
-from urdyn.diagnose.loads import MOMENT
 from urdyn.diagnose.rows import Rows, joined, rows
 from urdyn.diagnose.rules import Rules, read_rules
-from urdyn.diagnose.slow import Slow, SlowState
+from urdyn.diagnose.slow import Slow
+from urdyn.diagnose.slow_state import SlowState
 from urdyn.diagnose.space import Space, space
 from urdyn.diagnose.trust import in_company
 from urdyn.diagnose.verdict import identity, of_change, of_event, risen, up_to_date
@@ -35,7 +36,7 @@ from urdyn.types import Array, Motion
 
 CHUNK = 10  # rows that are compared with the model at once
 BEAT = 0.25  # [s]
-BROKEN = 5.0  # periods without a row after which a beat ends early
+BROKEN = 5.0  # periods without a row after which a beat and a moment end early
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,13 +108,22 @@ class Diagnosis:
     def take(self, state: State, part: Rows) -> tuple[State, list[Finding]]:
         """Some rows on, no longer than a beat."""
         found: list[Finding] = []
-        if state.beat and part.t[0] - state.beat[-1].t[-1] > BROKEN * self.period:
-            state, found = self._beat(state)
+        before = (*state.moment, *state.beat)
+        if before and part.t[0] - before[-1].t[-1] > BROKEN * self.period:
+            state, found = self._broken(state)
         state = replace(state, beat=(*state.beat, part))
         if part.t[-1] - state.beat[0].t[0] + self.period >= BEAT - 1e-9:
             state, more = self._beat(state)
             found += more
         return state, found
+
+    def _broken(self, state: State) -> tuple[State, list[Finding]]:
+        """A beat and a moment that a gap has ended."""
+        state, found = self._beat(state) if state.beat else (state, [])
+        if not state.moment:
+            return state, found
+        state, more = self._moment(state)
+        return state, found + more
 
     def finish(self, state: State) -> tuple[State, list[Finding]]:
         """What waits, at the end of a recording."""
@@ -140,10 +150,14 @@ class Diagnosis:
         first, last = state.moment[0].t[0], state.moment[-1].t[-1]
         if last - first + self.period < MOMENT - 1e-9:
             return state, found
-        push = Push(np.isfinite(fast.quiet.begin), *state.push)
-        slow = self.slow.moment(state.slow, joined(state.moment), push)
-        state, more = self._changes(replace(state, slow=slow, moment=()))
+        state, more = self._moment(state)
         return state, found + more
+
+    def _moment(self, state: State) -> tuple[State, list[Finding]]:
+        """A moment that is over."""
+        push = Push(state.fast.quiet.going, *state.push)
+        slow = self.slow.moment(state.slow, joined(state.moment), push)
+        return self._changes(replace(state, slow=slow, moment=()))
 
     def _told(self, state: State, events: Iterable[Event]) -> tuple[State, list[Finding]]:
         new = [of_event(event, self.space, self.rules) for event in events]
@@ -157,13 +171,13 @@ class Diagnosis:
             suspect = self.slow.of.each[change.suspect]
             if not suspect.kind.of_tool and change.suspect not in slow.known:
                 continue
-            trace = [] if suspect.kind.of_tool else self.slow.trace(slow, change.suspect)
+            trace = [] if suspect.kind.of_tool else self.slow.judge.trace(slow, change.suspect)
             series[change.suspect] = tuple(trace)
             new.append(of_change(change, self.slow.of, self.space, self.rules, trace))
         state, found = _with(replace(state, series=tuple(series.items())), new)
         if slow.bank.t == state.blocks or np.isnan(slow.bank.t):
             return state, found
-        for k, size, sd in self.slow.levels(slow):
+        for k, size, sd in self.slow.judge.levels(slow):
             series[k] = (*series.get(k, ()), (slow.bank.t, size, sd))[-SERIES:]
         state = replace(state, series=tuple(series.items()), blocks=slow.bank.t)
         worse = risen(state.findings, self._known(state), dict(state.series), self.space)

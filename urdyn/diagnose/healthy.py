@@ -16,7 +16,7 @@ from urdyn.diagnose.bank import Bank, Straying
 from urdyn.diagnose.explain import Suspects
 from urdyn.diagnose.rules import Rules
 from urdyn.diagnose.space import Space
-from urdyn.types import Array, Index
+from urdyn.types import Array
 
 GROWTH = 600.0  # [s] in which a known fault may change by as much as it was expected to
 UNSTEADY = ("f", "alpha", "beta")  # whose windows are steadier where friction is
@@ -36,12 +36,6 @@ class Healthy:
         return self.space.size + len(warmth.UNKNOWN) * self.space.joints
 
     @cached_property
-    def payload(self) -> Index:
-        """Places of what the tool carries."""
-        at = self.space.places["payload"]
-        return np.arange(at.start, at.stop)
-
-    @cached_property
     def first(self) -> tuple[Array, Array]:
         """Mean (N,) and covariance (N, N) on the first day."""
         n, P = self.space.size, np.zeros((self.size, self.size))
@@ -52,7 +46,7 @@ class Healthy:
 
     def emptied(self, x: Array, P: Array) -> tuple[Array, Array]:
         """Carrying what it carries as a rule."""
-        x, P, at = x.copy(), P.copy(), self.payload
+        x, P, at = x.copy(), P.copy(), self.space.payload
         x[at] = 0.0
         P[at] = P[:, at] = 0.0
         P[at, at] = carried.NOTHING**2

@@ -1,4 +1,4 @@
-"""Whose load a moment was, and which loads are there to stay."""
+"""Whose load a moment was, and what it says of the arm beside that load."""
 
 from __future__ import annotations
 
@@ -10,52 +10,17 @@ import numpy as np
 
 from urdyn.diagnose import carried, pieces
 from urdyn.diagnose.carried import Mode, Shown
-from urdyn.diagnose.change import Change
+from urdyn.diagnose.carrying import Carrying, Waiting
 from urdyn.diagnose.explain import Suspects, instant_evidence
-from urdyn.diagnose.moment import Pool
+from urdyn.diagnose.moment import Means, Pool, laden, pooled
 from urdyn.diagnose.moment import together as pooled_together
-from urdyn.diagnose.rules import SlowKind
 from urdyn.diagnose.space import Space
 from urdyn.types import Array, Index
 
-MOMENT = 0.5  # [s]
 DELAY = 4  # moments that one waits
-FEW = 40  # moments after which a light piece is searched for again
-WATCHED = 240  # moments that are searched at most
-LASTING = 0.2  # [-] of the time away that a load must have been carried to be there to stay
-CLEAR = 5.0  # [sd] by which its mass differs then
-CERTAIN = 0.99  # [-] that what was carried for so long is another load
 MARGIN = 10.0  # [nats] by which a payload has to explain moments better than any fault of a joint
 
 Belief = tuple[Array, Array]  # mean (n,) and covariance (n, n) of the states of the space
-
-
-@dataclass(frozen=True, eq=False)
-class Waiting:
-    """A moment that waits until it is known whose load it was, and that nobody pushed."""
-
-    pool: Pool
-    told: Shown
-    begin: float  # [s]
-    end: float  # [s]
-
-
-@dataclass(frozen=True, eq=False)
-class Carrying:
-    """What is at the tool."""
-
-    modes: tuple[Mode, ...]  # the first is what is carried as a rule
-    now: int = 0
-    was: int = 0  # before the first of the moments that wait
-    path: tuple[int, ...] = ()  # mode of each of those
-    away: tuple[float, ...] = ()  # [s] of motion in each mode since the first was last carried
-    since: float = np.nan  # [s] when that began
-    unclaimed: tuple[Shown, ...] = ()  # of moments with the first, since the program began
-
-    @property
-    def due(self) -> bool:
-        """Whether it is time to search these for a light piece."""
-        return not self.was and bool(self.unclaimed) and len(self.unclaimed) % FEW == 0
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,81 +29,96 @@ class Loads:
 
     space: Space
     of: Suspects
-    kind: SlowKind | None  # that is a change of payload, if any
-
-    @cached_property
-    def payload(self) -> Index:
-        """Places of what the tool carries."""
-        at = self.space.places["payload"]
-        return np.arange(at.start, at.stop)
 
     @cached_property
     def rest(self) -> Index:
         """Places of all others."""
-        return np.setdiff1d(np.arange(self.space.size), self.payload)
+        return np.setdiff1d(np.arange(self.space.size), self.space.payload)
 
-    def unladen(self, pool: Pool, mode: Mode, usual: bool) -> Pool:
+    @cached_property
+    def _rests(self) -> tuple[Index, Index]:
+        return self.rest[:, None], self.rest[None]
+
+    def unladen(self, moment: Waiting, mode: Mode, usual: bool) -> Pool:
         """What a moment says of all states; of the payload nothing while another one is carried.
 
         Args:
             usual: the mode is what is carried as a rule.
         """
-        mode, at = carried.spread(mode), self.payload
+        at, pool = self.space.payload, moment.pool
+        if mode.mean.any():
+            pool = pooled(laden(moment.means, self.space.reference.drive, mode.mean))
         if usual:
-            return replace(pool, b=pool.b - pool.A[:, at] @ mode.mean)
-        mode = carried.alike(mode)
-        cross, App = pool.A[:, at], pool.A[np.ix_(at, at)]
-        inner = np.linalg.solve(np.eye(len(at)) + mode.cov @ App, mode.cov)
+            return pool
+        cov = carried.alike(carried.spread(mode)).cov
+        cross = pool.A[:, at]
+        inner = np.linalg.solve(np.eye(len(at)) + cov @ pool.A[np.ix_(at, at)], cov)
         A = pool.A - cross @ inner @ cross.T
-        b = pool.b - cross @ (mode.mean + inner @ (pool.b[at] - App @ mode.mean))
+        b = pool.b - cross @ inner @ pool.b[at]
         A[at] = A[:, at] = b[at] = 0.0
         return replace(pool, A=0.5 * (A + A.T), b=b)
 
-    def waiting(self, pool: Pool, belief: Belief, begin: float, end: float) -> Waiting:
+    def waiting(
+        self, means: Means, pool: Pool, belief: Belief, begin: float, end: float
+    ) -> Waiting:
         """A moment that is over."""
+        return Waiting(means, pool, self.shown(pool, belief), begin, end)
+
+    def shown(self, pool: Pool, belief: Belief) -> Shown:
+        """What a moment says of the load."""
         x, P = belief
-        rest = self.rest
-        told = carried.shown(pool, self.payload, rest, x[rest], P[np.ix_(rest, rest)])
-        return Waiting(pool, told, begin, end)
+        return carried.shown(pool, self.space.payload, self.rest, x[self.rest], P[self._rests])
 
     def carried(self, carrying: Carrying, belief: Belief, moments: Sequence[Waiting]) -> Carrying:
         """Whose loads these moments were: the likeliest path through modes, or a new one."""
         modes = carrying.modes
         fits = np.array([[carried.fit(w.told, carried.spread(m)) for m in modes] for w in moments])
         score, path = likeliest(fits, carrying.was)
-        t = moments[-1].end
         for k in range(len(moments)):
-            told = carried.together([w.told for w in moments[k:]])
             before = likeliest(fits[:k], carrying.was)[0] if k else 0.0
-            gain = before + carried.fit(told, carried.anything(t)) - score
-            if gain <= carried.SURE:
-                continue
-            pool = pooled_together([w.pool for w in moments[k:]])
-            if gain > self._of_joints(belief, pool, modes[path[k]]) + MARGIN:
-                new = carried.learnt(told, carried.anything(t), t)
-                if not carried.possible(new, self.space.reference.payload):
-                    continue
+            new = self._new(moments[k:], score - before, belief, modes[path[k]])
+            if new is not None:
                 more, now = carried.remembered(modes, new, {carrying.was, *path[:k]})
                 path = (*path[:k], *[now] * (len(moments) - k))
                 return replace(carrying, modes=more, now=now, path=path)
         return replace(carrying, now=path[-1], path=path)
 
-    def ripened(self, carrying: Carrying, ripe: Waiting) -> tuple[Carrying, Pool | None]:
+    def _new(
+        self, moments: Sequence[Waiting], known: float, belief: Belief, mode: Mode
+    ) -> Mode | None:
+        """The load that explains moments better than what is known and any fault of a joint.
+
+        Args:
+            known: how well modes explain them [nats].
+            mode: the one that does at first.
+        """
+        t, told = moments[-1].end, carried.together([w.told for w in moments])
+        gain = carried.fit(told, carried.anything(t)) - known
+        if gain <= carried.SURE:
+            return None
+        pool = pooled_together([w.pool for w in moments])
+        if gain <= self._of_joints(belief, pool, mode) + MARGIN:
+            return None
+        new = carried.learnt(told, carried.anything(t), t)
+        return new if carried.possible(new, self.space.reference.payload) else None
+
+    def ripened(
+        self, carrying: Carrying, ripe: Waiting, before: Belief
+    ) -> tuple[Carrying, Pool | None]:
         """The first moment that waits is told for good, and what it says of the arm.
 
         Nothing where a piece may have been taken or put down meanwhile.
+
+        Args:
+            before: belief before this program.
         """
         mode, *path = carrying.path
         modes, whole = list(carrying.modes), {carrying.was, mode, *path[:1]} == {mode}
         if mode:
             modes[mode] = carried.learnt(ripe.told, carried.spread(modes[mode]), ripe.end)
-        pool = self.unladen(ripe.pool, modes[mode], not mode) if whole else None
-        unclaimed = carrying.unclaimed if len(carrying.unclaimed) < WATCHED else ()
-        unclaimed = unclaimed if mode else (*unclaimed, ripe.told)
-        carrying = replace(
-            carrying, modes=tuple(modes), was=mode, path=tuple(path), unclaimed=unclaimed
-        )
-        return _away(carrying, ripe), pool
+        pool = self.unladen(ripe, modes[mode], not mode) if whole else None
+        carrying = replace(carrying, modes=tuple(modes), was=mode, path=tuple(path))
+        return carrying.on(ripe, self.shown(ripe.pool, before)), pool
 
     def noticed(self, carrying: Carrying, t: float, rival: float) -> Carrying | None:
         """With a piece that no moment told, but many do; None where there is none.
@@ -146,12 +126,9 @@ class Loads:
         Args:
             rival: evidence of the best fault of a joint [nats].
         """
-        first, told = carrying.modes[0], carrying.unclaimed
-        beside = [replace(each, d=each.d - each.C @ first.mean) for each in told]
-        piece, gain = pieces.unseen(beside, t)
+        new, gain = pieces.unseen(carrying.unclaimed, carrying.modes[0], t)
         if gain < carried.SURE + max(rival, 0.0):
             return None
-        new = replace(piece, mean=piece.mean + first.mean)
         if not carried.possible(new, self.space.reference.payload):
             return None
         more, _ = carried.remembered(carrying.modes, new, {carrying.was, *carrying.path})
@@ -159,7 +136,7 @@ class Loads:
 
     def _of_joints(self, belief: Belief, pool: Pool, mode: Mode) -> float:
         """How well the best fault of a joint explains moments, beside the healthy arm [nats]."""
-        x, P, at = belief[0].copy(), belief[1].copy(), self.payload
+        x, P, at = belief[0].copy(), belief[1].copy(), self.space.payload
         P[at] = P[:, at] = 0.0
         P[np.ix_(at, at)] = carried.spread(mode).cov
         x[at] = mode.mean
@@ -178,40 +155,12 @@ class Loads:
         Args:
             A: information in a moment, (n, n).
         """
-        x, P, at, rest = *belief, self.payload, self.rest
-        pool = Pool(A, np.zeros(len(A)), np.zeros(self.space.joints), np.zeros(0))
-        told = carried.shown(pool, at, rest, x[rest], P[np.ix_(rest, rest)]).C
+        at, told = self.space.payload, self.shown(Pool(A, np.zeros(len(A)), np.zeros(0)), belief).C
         unsure = np.diag(np.linalg.inv((DELAY + 1) * told + np.diag(carried.ANYTHING**-2.0)))
         sd = np.zeros(len(A))
         most = np.sqrt(2.0 * (carried.SURE + MARGIN) * unsure)
         sd[at] = 0.5 * np.minimum(most, carried.ANYTHING)
         return sd
-
-    def settled(self, carrying: Carrying, t: float) -> tuple[Carrying, Change] | None:
-        """Whether what is carried is there to stay: what is carried then, and the change."""
-        if self.kind is None or not carrying.away:
-            return None
-        away = _padded(carrying)
-        stays = int(np.argmin([m.mean[0] if s > LASTING * away.sum() else np.inf
-                               for m, s in zip(carrying.modes, away, strict=True)]))  # fmt: skip
-        mode, first = carrying.modes[stays], carrying.modes[0]
-        more = mode.mean - first.mean
-        hold = self.kind.hold_lighter if more[0] < 0.0 else self.kind.hold
-        sd = float(np.sqrt(mode.cov[0, 0]))
-        if away.sum() < hold or abs(more[0]) < max(self.kind.least, CLEAR * sd):
-            return None
-        if not carried.possible(mode, self.space.reference.payload):
-            return None
-        k = next(k for k, each in enumerate(self.of.each) if each.kind is self.kind)
-        change = Change(
-            k, carrying.since, carrying.since - 2.0 * MOMENT, carrying.since, t, CERTAIN, np.nan,
-            float(more[0]), sd, 0.0, 0.0, tuple(mode.mean[:4].tolist()),
-        )  # fmt: skip
-        order = [stays, 0, *(j for j in range(len(carrying.modes)) if j not in (0, stays))]
-        modes = tuple(carrying.modes[j] for j in order)
-        path = tuple(order.index(j) for j in carrying.path)
-        now, was = order.index(carrying.now), order.index(carrying.was)
-        return Carrying(modes, now, was, path), change
 
 
 def likeliest(fits: Array, was: int) -> tuple[float, tuple[int, ...]]:
@@ -232,21 +181,3 @@ def likeliest(fits: Array, was: int) -> tuple[float, tuple[int, ...]]:
     for step in reversed(back):
         path.append(int(step[path[-1]]))
     return float(score.max()), tuple(reversed(path))
-
-
-def _away(carrying: Carrying, ripe: Waiting) -> Carrying:
-    """How long the arm has not carried what it carries as a rule."""
-    mode = carrying.was
-    if not mode:
-        return replace(carrying, away=(), since=np.nan)
-    away = _padded(carrying)
-    away[mode] += MOMENT
-    since = ripe.begin if np.isnan(carrying.since) else carrying.since
-    return replace(carrying, away=tuple(away.tolist()), since=since)
-
-
-def _padded(carrying: Carrying) -> Array:
-    """Time away in every mode, also in those that are new, (K,) [s]."""
-    away = np.zeros(len(carrying.modes))
-    away[: len(carrying.away)] = carrying.away
-    return away

@@ -6,7 +6,6 @@ Only the dataclasses of this room are made from it: a file cannot ask for anythi
 from __future__ import annotations
 
 import json
-import zipfile
 from collections.abc import Mapping
 from dataclasses import fields, is_dataclass
 from pathlib import Path
@@ -17,32 +16,34 @@ import numpy as np
 from urdyn.diagnose.backlash import Reversals
 from urdyn.diagnose.bank import Bank, Block
 from urdyn.diagnose.carried import Mode, Shown
+from urdyn.diagnose.carrying import Carrying, Waiting
 from urdyn.diagnose.change import Change
 from urdyn.diagnose.collision import Quiet
 from urdyn.diagnose.diagnosis import Now, State
 from urdyn.diagnose.fast import FastState
 from urdyn.diagnose.finding import Finding
 from urdyn.diagnose.learning import Learnt
-from urdyn.diagnose.loads import Carrying, Waiting
 from urdyn.diagnose.loudness import Loudness
-from urdyn.diagnose.moment import Pool
+from urdyn.diagnose.moment import Means, Pool
 from urdyn.diagnose.oscillation import Heard
+from urdyn.diagnose.pushed import Bin
 from urdyn.diagnose.recall import Recall
 from urdyn.diagnose.rows import Rows
 from urdyn.diagnose.sensor import Felt
-from urdyn.diagnose.slow import SlowState
+from urdyn.diagnose.slow_state import SlowState
 from urdyn.diagnose.steadiness import Steadiness
 from urdyn.diagnose.warmth import Warmth
 from urdyn.errors import InputError
 from urdyn.io import writing
 from urdyn.signal import Instant
+from urdyn.tracking.checkpoint import DAMAGE
 
 KNOWN = (
-    Bank, Block, Carrying, Change, FastState, Felt, Finding, Heard, Instant, Learnt, Loudness, Mode,
-    Now, Pool, Quiet, Recall, Reversals, Rows, Shown, SlowState, State, Steadiness, Waiting, Warmth,
+    Bank, Bin, Block, Carrying, Change, FastState, Felt, Finding, Heard, Instant, Learnt, Loudness,
+    Means, Mode, Now, Pool, Quiet, Recall, Reversals, Rows, Shown, SlowState, State,
+    Steadiness, Waiting, Warmth,
 )  # fmt: skip
 CLASSES = {kind.__name__: kind for kind in KNOWN}
-DAMAGE = (zipfile.BadZipFile, OSError, EOFError, LookupError, ValueError, TypeError)
 
 
 def save(state: State, identity: Mapping[str, str], path: Path) -> None:

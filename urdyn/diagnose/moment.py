@@ -8,14 +8,29 @@ Rows are averaged first, down to AVERAGED a second: what is slow is not lost, wh
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from urdyn.diagnose.rows import STANDING, Rows, derivatives
+from urdyn.model.drive import Drive
 from urdyn.types import Array, Index
 
 AVERAGED = 50.0  # [Hz] rows that are left at most
+
+
+@dataclass(frozen=True, eq=False)
+class Means:
+    """Rows of joints that slide on known bristles, averaged, beside an arm with some load."""
+
+    weight: Array  # (M, J) [1/A²]
+    residual: Array  # (M, J) [A]
+    rigid: Array  # (M, J, c) as rows have it
+    drive: Array  # (M, 6, J) as rows have it
+    load: Array  # (M, J) [N·m] rigid-body torque
+    more: Array  # (M, J) [A] for what is carried besides what was on the first day
+    count: Array  # (J,) values of current
+    warm: Array  # (3, J) mean of the rows'
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,12 +39,11 @@ class Pool:
 
     A: Array  # (n, n)
     b: Array  # (n,)
-    count: Array  # (J,) values of current
     warm: Array  # (3, J) mean of the rows'
 
 
-def pooled(rows: Rows, period: float, noise: Array) -> Pool:
-    """The information of joints that slide on known bristles.
+def averaged(rows: Rows, period: float, noise: Array) -> Means:
+    """Rows, averaged, beside the arm as it was commissioned.
 
     Args:
         period: [s] between rows.
@@ -40,26 +54,56 @@ def pooled(rows: Rows, period: float, noise: Array) -> Pool:
     width = max(1, int(1.0 / (AVERAGED * period) + 0.01))
     at: Index = np.arange(0, len(rows), width)
     weight = told / (noise**2 + rows.doubt**2)
-    total, H, mean = _means(weight, rows, r, at)
-    root = np.sqrt(total)
+    total = np.add.reduceat(weight, at, axis=0)
+    group = np.searchsorted(at, np.arange(len(r)), side="right") - 1
+    share = weight / np.where(total > 0.0, total, 1.0)[group]
+    mean = (np.add.reduceat(x, at, axis=0) for x in (share * r, share * rows.load))
+    residual, load = mean
+    return Means(
+        total,
+        residual,
+        np.add.reduceat(share[..., None] * rows.rigid, at, axis=0),
+        np.add.reduceat(share[:, None] * rows.drive, at, axis=0),
+        load,
+        np.zeros_like(load),
+        told.sum(axis=0),
+        rows.warm.mean(axis=0),
+    )
+
+
+def laden(means: Means, drive: Drive, m: Array) -> Means:
+    """The same beside an arm that carries m besides, inertials (10,); exact, it may be much.
+
+    A piece may turn a joint's load over, and with it what the gear's friction makes of that.
+    """
+    grip = drive.structural * means.drive[:, 0] * drive.gain / drive.coulomb  # beta s
+    through = 1.0 + grip * np.sign(means.load)
+    tau = drive.gain * (means.rigid[..., -10:] @ m) / through
+    load = means.load + tau
+    more = (tau + grip * (np.abs(load) - np.abs(means.load))) / drive.gain
+    own = means.drive.copy()
+    own[:, 2] = grip * np.abs(load) / drive.gain
+    own[:, 3] -= more
+    turned = (1.0 + grip * np.sign(load)) / through
+    return replace(
+        means,
+        residual=means.residual - np.where(means.weight > 0.0, more, 0.0),
+        rigid=turned[..., None] * means.rigid,
+        drive=own,
+        load=load,
+        more=means.more + more,
+    )
+
+
+def pooled(means: Means) -> Pool:
+    """The information in them."""
+    H = derivatives(means.rigid, np.concatenate([means.drive, means.more[:, None]], axis=1))
+    root = np.sqrt(means.weight)
     scaled = (root[..., None] * H).reshape(-1, H.shape[2])
-    y = (root * mean).ravel()
-    warm = rows.warm.mean(axis=0)
-    return Pool(scaled.T @ scaled, scaled.T @ y, told.sum(axis=0), warm)
+    return Pool(scaled.T @ scaled, scaled.T @ (root * means.residual).ravel(), means.warm)
 
 
 def together(pools: Sequence[Pool]) -> Pool:
     """Moments as one."""
-    names = ("A", "b", "count")
-    A, b, count = (np.sum([getattr(pool, name) for pool in pools], axis=0) for name in names)
-    return Pool(A, b, count, np.mean([p.warm for p in pools], axis=0))
-
-
-def _means(weight: Array, rows: Rows, r: Array, at: Index) -> tuple[Array, Array, Array]:
-    """Weights, and weighted means of H and r, of the groups that begin at the rows `at`."""
-    total = np.add.reduceat(weight, at, axis=0)
-    group = np.searchsorted(at, np.arange(len(r)), side="right") - 1
-    share = weight / np.where(total > 0.0, total, 1.0)[group]
-    rigid = np.add.reduceat(share[..., None] * rows.rigid, at, axis=0)
-    drive = np.add.reduceat(share[:, None] * rows.drive, at, axis=0)
-    return total, derivatives(rigid, drive), np.add.reduceat(share * r, at, axis=0)
+    A, b = (np.sum([getattr(pool, name) for pool in pools], axis=0) for name in ("A", "b"))
+    return Pool(A, b, np.mean([p.warm for p in pools], axis=0))

@@ -23,14 +23,16 @@ ROUNDS = 12  # of the chain and of m, each in the light of the other
 PRIOR = np.diag(ANYTHING**-2.0)
 
 
-def unseen(told: Sequence[Shown], t: float) -> tuple[Mode, float]:
+def unseen(told: Sequence[Shown], first: Mode, t: float) -> tuple[Mode, float]:
     """The piece that comes and goes, and how much better that is than what does not [nats].
 
     Args:
-        told: at least RUN moments one after the other, beside what is carried as a rule.
+        told: at least RUN moments one after the other.
+        first: what is carried as a rule.
         t: [s] of the last.
     """
-    C, d = np.array([each.C for each in told]), np.array([each.d for each in told])
+    C = np.array([each.C for each in told])
+    d = np.array([each.d for each in told]) - C @ first.mean
     held = _guess(C, d)
     for _ in range(ROUNDS):
         m, cov = _piece(held, C, d)
@@ -39,7 +41,7 @@ def unseen(told: Sequence[Shown], t: float) -> tuple[Mode, float]:
     narrowed = 2.0 * np.sum(np.log(ANYTHING)) - np.linalg.slogdet(cov)[1]
     gain = evidence - 0.5 * (m @ PRIOR @ m + narrowed)
     always = _any_load(C.sum(axis=0), d.sum(axis=0))
-    return Mode(m, cov + np.diag(NOTHING**2), t), gain - max(always, 0.0)
+    return Mode(first.mean + m, cov + np.diag(NOTHING**2), t), gain - max(always, 0.0)
 
 
 def _piece(held: Array, C: Array, d: Array) -> tuple[Array, Array]:

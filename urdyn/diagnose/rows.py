@@ -101,10 +101,11 @@ def joined(parts: tuple[Rows, ...]) -> Rows:
 
 
 def derivatives(rigid: Array, drive: Array) -> Array:
-    """H, (N, J, n), of what `Rows` keeps of it."""
+    """H, (N, J, n), of its columns that joints share (N, J, c) and of their own (N, K, J)."""
     N, J, c = rigid.shape
-    H = np.zeros((N, J, c + 6 * J))
+    K = drive.shape[1]
+    H = np.zeros((N, J, c + K * J))
     H[..., :c] = rigid
-    for k in range(6):
+    for k in range(K):
         H[:, range(J), range(c + k * J, c + (k + 1) * J)] = drive[:, k]
     return H

@@ -1,7 +1,9 @@
 """The space in which an arm strays and faults have directions: states around the commissioned arm.
 
 k zeros [rad]; m inertials that motion can show, in standard scores; f, alpha, beta, rotor and z
-logarithms; o torque offsets [N·m]; payload ten inertials. All are zero on the first day.
+logarithms; o torque offsets [N·m]; payload ten inertials; gain logarithms of what commissioning
+got wrong about the drives' gains, which shows in what is carried besides. All are zero on the first
+day.
 """
 
 from __future__ import annotations
@@ -16,9 +18,9 @@ from urdyn.identify.fit import Fit
 from urdyn.model.arm import Arm, with_inertials
 from urdyn.model.dynamics import Dynamics
 from urdyn.model.population import population
-from urdyn.types import Array, frozen
+from urdyn.types import Array, Index, frozen
 
-GROUPS = ("k", "m", "payload", "f", "alpha", "beta", "z", "o", "rotor")
+GROUPS = ("k", "m", "payload", "f", "alpha", "beta", "z", "o", "rotor", "gain")
 FITTED = {
     "f": "coulomb",
     "alpha": "viscous",
@@ -58,6 +60,12 @@ class Space:
         return _places(self.joints, self.shown.shape[1])
 
     @cached_property
+    def payload(self) -> Index:
+        """Places of what the tool carries."""
+        at = self.places["payload"]
+        return np.arange(at.start, at.stop)
+
+    @cached_property
     def arm(self) -> Arm:
         """With the links' commissioned inertials and what was carried then."""
         return with_inertials(self.reference.arm, self.reference.loaded())
@@ -89,12 +97,14 @@ def _cov(fit: Fit, scores: Array) -> Array:
     free = [*range(links), *told]
     gains = [k for k, name in enumerate(names) if name.endswith(".gain")]
     at = _places(len(joints), scores.shape[1])
-    T = np.zeros((at["rotor"].stop, len(free)))
+    T = np.zeros((at["gain"].stop, len(free)))
     T[at["m"], :links] = scores.T
     for k, group in enumerate(FITTED):
         columns = links + k * len(joints) + np.arange(len(joints))
         T[np.r_[at[group]], columns] = 1.0
     whole = T @ _given(fit.belief.cov, free, gains) @ T.T
+    if gains:
+        whole[at["gain"], at["gain"]] = fit.belief.cov[np.ix_(gains, gains)]
     return np.asarray(0.5 * (whole + whole.T))
 
 

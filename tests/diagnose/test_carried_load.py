@@ -1,0 +1,176 @@
+"""What is carried is no fault of a joint, and what comes and goes is there to stay for nobody."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from shop import Shop
+
+from urdyn.diagnose import carried
+from urdyn.diagnose.carried import Mode, Shown
+from urdyn.diagnose.carrying import MOMENT, Carrying
+from urdyn.diagnose.collision import Collision
+from urdyn.diagnose.explain import suspects
+from urdyn.diagnose.moment import averaged, laden, pooled
+from urdyn.diagnose.rows import Rows, rows
+from urdyn.diagnose.rules import read_rules
+from urdyn.diagnose.slow import BLOCK
+from urdyn.diagnose.space import Space, space
+from urdyn.diagnose.stay import Stay
+from urdyn.diagnose.warmth import felt, unfelt
+
+PERIOD = 0.05  # [s]
+PIECE = np.array([3.0, 0.0, 0.0, 0.24, 0.03, 0.0, 0.03, 0.0, 0.0, 0.01])
+
+
+def work(shop: Shop, of: Space) -> Rows:
+    """Some seconds of it beside the arm of a space."""
+    motion, s, moved = shop.motion(shop.log(seconds=12.0, rate=1.0 / PERIOD))
+    warmth = felt(unfelt(6), motion.t, motion.temperature)
+    return rows(of, motion, s, moved, warmth)
+
+
+def test_a_moment_with_a_piece_is_that_of_an_arm_which_was_commissioned_with_it(shop: Shop) -> None:
+    of = space(shop.fit)
+    mine = of.reference
+    its = replace(of, reference=replace(mine, payload=mine.payload + PIECE))
+    one = laden(averaged(work(shop, of), PERIOD, of.noise), mine.drive, PIECE)
+    other = averaged(work(shop, its), PERIOD, of.noise)
+    there = one.weight > 0.0
+    assert (np.sign(one.load) != np.sign(one.load - one.more * mine.drive.gain))[there].any()
+    for name in ("residual", "load"):
+        np.testing.assert_allclose(getattr(one, name)[there], getattr(other, name)[there])
+    # but for the zeros of encoders, whose derivatives stay those of the arm without
+    np.testing.assert_allclose(one.rigid[there][:, 6:], other.rigid[there][:, 6:], atol=1e-12)
+    np.testing.assert_allclose(
+        one.drive.swapaxes(1, 2)[there], other.drive.swapaxes(1, 2)[there], atol=1e-12
+    )
+
+
+def test_a_gain_that_is_off_shows_in_a_piece_and_not_as_a_fault(shop: Shop) -> None:
+    of, joint, off = space(shop.fit), 1, 0.06
+    at, o, payload = of.places["gain"], of.places["o"], of.places["payload"]
+    names = [f"{name}.gain" for name in of.arm.joint_names]
+    np.testing.assert_allclose(
+        np.sqrt(np.diag(of.cov)[at]),
+        [shop.fit.spread(n) / shop.fit.value(n) for n in names],
+        rtol=0.1,
+    )
+    held = laden(averaged(work(shop, of), PERIOD, of.noise), of.reference.drive, PIECE)
+    told = held.residual.copy()
+    told[:, joint] += off * held.more[:, joint]
+    prior = of.cov + np.diag(read_rules().stray(of, "day") ** 2) + 1e-9 * np.eye(of.size)
+    prior[at, at] = off**2 * np.eye(6)
+    prior[payload, payload] = np.diag(carried.NOTHING**2)
+    was, now = pooled(held), pooled(replace(held, residual=told))
+    cov = np.linalg.inv(was.A + np.linalg.inv(prior))
+    moved, sd = cov @ (now.b - was.b), np.sqrt(np.diag(cov))
+    assert moved[at][joint] > 0.5 * off  # the prior pulls
+    assert np.abs(moved[o] / sd[o]).max() < 1.0
+
+
+def moments(rng: np.random.Generator, load: np.ndarray, sd: float) -> tuple[Shown, ...]:
+    """What moments say of these masses, (N,)."""
+    C = np.diag(np.array([1.0, *[0.01] * 9]) * sd**-2)
+    noise = C[0, 0] ** 0.5 * rng.standard_normal(len(load))
+    return tuple(
+        Shown(C, np.eye(10)[0] * (C[0, 0] * m + n)) for m, n in zip(load, noise, strict=True)
+    )
+
+
+def away(told: tuple[Shown, ...], mass: float) -> Carrying:
+    """Moments that all went to a mode of this mass."""
+    mode = Mode(np.eye(10)[0] * mass, 1e-4 * np.eye(10), 0.0)
+    time = MOMENT * len(told)
+    return Carrying((carried.commissioned(), mode), 1, 1, (1,), (0.0, time), 0.0, told)
+
+
+@pytest.fixture(scope="module")
+def stay(shop: Shop) -> Stay:
+    of, rules = space(shop.fit), read_rules()
+    kind = next(kind for kind in rules.slow if kind.of_tool)
+    return Stay(of, suspects(of, rules.slow), kind)
+
+
+def test_a_load_is_there_to_stay_and_a_piece_that_comes_and_goes_is_not(stay: Stay) -> None:
+    rng, n = np.random.default_rng(0), 60
+    after, change = stay.settled(away(moments(rng, np.full(n, 0.5), 0.1), 0.5), 30.0)
+    assert change is not None and change.size == 0.5
+    assert after.modes[0].mean[0] == 0.5 and after.now == 0
+    held = 1.0 * ((np.arange(n) // 8) % 2)
+    after, change = stay.settled(away(moments(rng, held, 0.1), 0.5), 30.0)
+    assert change is None
+    assert abs(after.modes[1].mean[0] - 1.0) < 0.1
+    assert not after.away
+
+
+def test_a_load_that_moments_hardly_tell_has_to_stay_longer(stay: Stay) -> None:
+    rng, least = np.random.default_rng(1), stay.kind.hold
+    clear = 0.5 * 5 * 0.5**2 / 0.3**2  # nats in five moments of a load of .5 kg with sd .3 kg
+    needed = least * (carried.SURE + 10.0) / clear
+    assert needed > 2.0 * least
+    for time, told in ((least + 1.0, False), (0.9 * needed, False), (1.1 * needed, True)):
+        some = moments(rng, np.full(round(time / MOMENT), 0.5), 0.3)
+        assert (stay.settled(away(some, 0.5), time)[1] is not None) is told
+
+
+def test_what_holds_a_standing_joint_is_not_predicted(shop: Shop) -> None:
+    """Velocities that are not quite zero let it creep, where they are integrated."""
+    of, n = space(shop.fit), 100
+    drive, still = of.reference.drive, work(shop, of).part(100, 101)
+    fields = {
+        name: np.repeat(getattr(still, name), n, axis=0) for name in still.__dataclass_fields__
+    }
+    stood = replace(Rows(**fields), t=PERIOD * np.arange(n), v=np.zeros((n, 6)))
+    grip = np.stack([drive.coulomb, drive.structural * np.abs(still.load[0])]) / drive.gain
+    s = np.where((np.arange(n) >= 40) & (np.arange(n) < 50), 1.0, -1.0)[:, None]
+    own = stood.drive.copy()
+    own[:, 0], own[:, 2] = s * grip[0], s * grip[1]
+    crept = replace(stood, drive=own, predicted=stood.predicted + s * grip.sum(axis=0))
+    own = own.copy()
+    own[:, 0], own[:, 2] = -grip[0], -grip[1]
+    held = replace(stood, drive=own, predicted=stood.predicted - grip.sum(axis=0))
+    test = Collision(of, read_rules().fast["collision"])
+
+    def told(beside: Rows) -> list[str]:
+        nobody, well = np.zeros((1, 10)), np.zeros(6, dtype=bool)
+        return [push.kind for push in test.step(test.init(), beside, nobody, well)[1]]
+
+    assert told(replace(crept, current=held.predicted)) == []
+    assert told(replace(held, current=2.0 * held.predicted - crept.predicted)) == ["collision"]
+
+
+def test_a_pause_ends_a_block_for_the_next_program_may_be_another(shop: Shop) -> None:
+    log = shop.log(seconds=14.0, rate=1.0 / PERIOD)
+    motion, s, moved = shop.motion(log)
+    diagnosis, half, pause = shop.diagnosis(log), 7.0, 60.0
+    state = diagnosis.init()
+    for k in range(0, len(motion), 5):
+        here = motion.slice(k, min(k + 5, len(motion)))
+        later = replace(here, t=here.t + pause * (here.t[0] > half))
+        beat = rows(diagnosis.space, later, s[k : k + 5], moved[k : k + 5], unfelt(6))
+        state, _ = diagnosis.take(state, beat)
+    blocks = state.slow.recall.blocks
+    assert len(blocks) >= 2
+    assert max(block.end - block.begin for block in blocks) < BLOCK + 1.0
+    assert 0.0 < state.slow.before[0].t < half + 1.0
+
+
+def test_whoever_learns_what_is_carried_has_not_felt_a_push(shop: Shop) -> None:
+    of, n = space(shop.fit), 100
+    still = work(shop, of).part(100, 101)
+    fields = {
+        name: np.repeat(getattr(still, name), n, axis=0) for name in still.__dataclass_fields__
+    }
+    t = PERIOD * np.arange(n)
+    stood = replace(
+        Rows(**fields), t=t, v=np.zeros((n, 6)), current=np.repeat(still.predicted, n, 0)
+    )
+    test, well = Collision(of, read_rules().fast["collision"]), np.zeros(6, dtype=bool)
+    state = test.init()
+    for k in range(0, n, 5):
+        thought = PIECE * (40 <= k < 50)
+        state, pushes = test.step(state, stood.part(k, k + 5), thought[None], well)
+        assert pushes == [] and not state.going

@@ -1,0 +1,34 @@
+"""An alarm is told of what explains it, or not yet."""
+
+from __future__ import annotations
+
+import numpy as np
+from shop import Shop
+
+from urdyn.diagnose.explain import Explanation, Suspect, suspects
+from urdyn.diagnose.judge import _shadow
+from urdyn.diagnose.rules import read_rules
+from urdyn.diagnose.space import space
+
+
+def test_a_change_that_is_too_small_to_be_told_is_not_told_by_another_name(shop: Shop) -> None:
+    of = suspects(space(shop.fit), read_rules().slow)
+
+    def one(kind: str, joint: int) -> Suspect:
+        return next(s for s in of.each if s.kind.name == kind and s.joint == joint)
+
+    def told(suspect: Suspect, evidence: float, share: float) -> Explanation:
+        size = share * suspect.kind.least * suspect.unit
+        return Explanation(
+            suspect, 9.0, evidence, "ramp", 1.0, 0.0, 2.0, size, 0.1 * size, 0.0, 0.0
+        )
+
+    friction = told(one("friction_increase", 5), 20.0, 0.97)
+    health = told(one("health_degradation", 5), 18.8, 1.2)
+    elsewhere = told(one("health_degradation", 4), 18.8, 1.2)
+    assert not friction.large and health.large
+    assert _shadow(health, (friction, health))
+    assert not _shadow(elsewhere, (friction, elsewhere))
+    grown = told(one("friction_increase", 5), 20.0, 1.1)
+    assert not _shadow(health, (grown, health)) and not _shadow(grown, (grown, health))
+    assert np.isclose(grown.size, 1.1 * 0.03)

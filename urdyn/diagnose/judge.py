@@ -1,0 +1,145 @@
+"""Whether the bank has seen a change, which, and what is known once it is found."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from scipy.special import logsumexp
+
+from urdyn.diagnose import bank as onsets
+from urdyn.diagnose.bank import Bank, Straying
+from urdyn.diagnose.change import Change
+from urdyn.diagnose.explain import Explanation, Suspects, explanation, gathered
+from urdyn.diagnose.healthy import Healthy
+from urdyn.diagnose.recall import Recall, Series
+from urdyn.diagnose.rules import PAYLOAD_STATES
+from urdyn.diagnose.slow_state import SlowState
+from urdyn.types import Array
+
+NEAR = 10.0  # [nats] below an alarm, from which on a suspect is another's rival
+CONFIDENT = 0.95  # [-] share of the evidence at which a finding is told at once
+UNSURE = 2.0  # [sd] below which another finding leaves nothing of a change
+PATIENCE = 12  # blocks that an alarm waits for that
+TWICE = 2  # blocks at least: the next one bears out what one says, or takes it back
+
+
+@dataclass(frozen=True, eq=False)
+class Judge:
+    """Settings."""
+
+    healthy: Healthy
+    of: Suspects
+    threshold: float  # [-] log of the blocks to a false alarm
+
+    @cached_property
+    def E(self) -> Array:
+        """Directions of everything that is looked for, (N, p)."""
+        return self.of.directions(self.healthy.size)
+
+    def straying(self, state: SlowState) -> Straying:
+        """How far the arm strays that is known by now."""
+        return self.healthy.loosened(state.known, state.learnt.steadiness.share)
+
+    def judged(self, state: SlowState) -> SlowState:
+        """After a block; `found` are the changes that it settles."""
+        return self._alarmed(self._explained(state))
+
+    def _alarmed(self, state: SlowState) -> SlowState:
+        """Is there an alarm, and is it clear of what?"""
+        evidence = gathered(state.bank, self.of)
+        of = [k for k in range(len(self.of.each)) if k not in state.known]
+        over = self.threshold + np.log(len(of))
+        if logsumexp(evidence[of]) < over:
+            return replace(state, waited=0)
+        told = {
+            k: explanation(state.bank, self.of.each[k]) for k in of if evidence[k] > over - NEAR
+        }
+        of = [k for k, each in told.items() if each.large and not _shadow(each, told.values())]
+        if not of or logsumexp(evidence[of]) < over:
+            return replace(state, waited=0)
+        state = replace(state, waited=state.waited + 1)
+        share = np.exp(evidence[of] - logsumexp(evidence[of]))
+        top = int(np.argmax(share))
+        if state.waited < (TWICE if share[top] >= CONFIDENT else PATIENCE):
+            return state
+        order = np.argsort(-share)[1:3]
+        rivals = tuple((of[k], float(share[k])) for k in order)
+        return self._accepted(state, of[top], told[of[top]], float(share[top]), rivals)
+
+    def _accepted(
+        self,
+        state: SlowState,
+        k: int,
+        told: Explanation,
+        share: float,
+        rivals: tuple[tuple[int, float], ...],
+    ) -> SlowState:
+        more, of_tool = state.bank.x[self.healthy.space.payload], told.suspect.kind.of_tool
+        detail = (state.carrying.modes[0].mean + more)[: len(PAYLOAD_STATES)]
+        change = Change(
+            k, told.onset, told.onset_lo, told.onset_hi, told.t, share, told.evidence,
+            told.size, told.size_sd, told.rate, told.rate_sd,
+            tuple(detail.tolist()) if of_tool else (), rivals,
+        )  # fmt: skip
+        state = replace(state, found=(*state.found, change), waited=0)
+        if of_tool:
+            return self._settled_on(state, more)
+        return self._alarmed(self._knowing(state, (*state.known, k)))
+
+    def _knowing(self, state: SlowState, known: tuple[int, ...]) -> SlowState:
+        """With these suspects found, and the bank as it is in their light."""
+        state = replace(state, known=known)
+        bank = state.recall.again(self.healthy, known, self.straying(state), self.E)
+        return replace(state, bank=bank)
+
+    def _explained(self, state: SlowState) -> SlowState:
+        """Without what was found of which others have left nothing: it was their shadow."""
+        left = tuple(k for k in state.known if not self._nothing(state.bank, k))
+        return state if left in ((), state.known) else self._knowing(state, left)
+
+    def _nothing(self, bank: Bank, k: int) -> bool:
+        """Whether a change that was found may as well be none by now."""
+        at = self._measured(k)
+        return bool(abs(bank.x[at]) < UNSURE * np.sqrt(bank.P[at, at]))
+
+    def _settled_on(self, state: SlowState, more: Array) -> SlowState:
+        """Take what is carried as what is carried as a rule; all else is known as it was."""
+        first, *others = state.carrying.modes
+        modes = (replace(first, mean=first.mean + more), *others)
+        return self.afresh(replace(state, carrying=replace(state.carrying, modes=modes)))
+
+    def afresh(self, state: SlowState) -> SlowState:
+        """Look for changes from here on, of an arm that carries what it carries now."""
+        t, (x, P) = state.bank.t, self.healthy.emptied(state.bank.x, state.bank.P)
+        bank = replace(onsets.first(x, P, self.E.shape[1]), t=t)
+        recall = Recall(t, x, P)
+        return replace(state, bank=bank, recall=recall, before=(bank, recall))
+
+    def levels(self, state: SlowState) -> list[tuple[int, float, float]]:
+        """Suspects that are found, and how far their change has gone by now: size, sd."""
+        told = []
+        for k in state.known:
+            at = self._measured(k)
+            told.append((k, float(state.bank.x[at]), float(np.sqrt(state.bank.P[at, at]))))
+        return told
+
+    def trace(self, state: SlowState, k: int) -> Series:
+        """How a found change went in the blocks that are remembered: time, size, sd."""
+        straying, at = self.straying(state), self._measured(k)
+        return state.recall.trace(self.healthy, state.known, straying, at)
+
+    def _measured(self, k: int) -> int:
+        """Place of the state that measures a suspect's change."""
+        return int(self.of.states[self.of.each[k].places[0]])
+
+
+def _shadow(one: Explanation, told: Iterable[Explanation]) -> bool:
+    """Whether a change of the same joint that is too small to be told explains more than this."""
+    return any(
+        other.evidence > one.evidence and not other.large
+        for other in told
+        if other.suspect.joint == one.suspect.joint
+    )

@@ -1,0 +1,33 @@
+"""All that the tests of slow kinds remember from moment to moment."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from urdyn.diagnose.bank import Bank
+from urdyn.diagnose.carrying import Carrying, Waiting
+from urdyn.diagnose.change import Change
+from urdyn.diagnose.learning import Learnt
+from urdyn.diagnose.recall import Recall
+from urdyn.types import Array
+
+
+@dataclass(frozen=True, eq=False)
+class SlowState:
+    """The bank, and what is on its way into it."""
+
+    bank: Bank
+    A: Array  # (n, n) of the block that is being gathered
+    b: Array  # (n,)
+    warm: Array  # (3, J) sum over its moments
+    moments: int  # in it
+    begin: float  # [s] of that block; NaN: none
+    end: float  # [s] of its last moment
+    waiting: tuple[Waiting, ...]
+    learnt: Learnt
+    carrying: Carrying
+    recall: Recall
+    before: tuple[Bank, Recall]  # as they were when this program began
+    waited: int = 0  # blocks since the alarm; 0: none
+    known: tuple[int, ...] = ()  # suspects that are found
+    found: tuple[Change, ...] = ()  # in this step

@@ -1,0 +1,77 @@
+"""Which loads are there to stay: another tool, or one that is lost; pieces come and go.
+
+A load that moments tell clearly has to be carried for as long as the rules say. The less they tell
+of it, the longer; and it has to explain them better than a piece that comes and goes meanwhile,
+whose mean over both it may be. What the arm was believed to be before the program began says how
+clear a load is: a piece that was there unseen has bent what was learnt since.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from urdyn.diagnose import carried, pieces
+from urdyn.diagnose.carried import Mode
+from urdyn.diagnose.carrying import MOMENT, Carrying
+from urdyn.diagnose.change import Change
+from urdyn.diagnose.explain import Suspects
+from urdyn.diagnose.loads import DELAY, MARGIN
+from urdyn.diagnose.rules import PAYLOAD_STATES, SlowKind
+from urdyn.diagnose.space import Space
+
+LASTING = 0.2  # [-] of the time away that a load must have been carried to be there to stay
+CLEAR = 5.0  # [sd] by which its mass differs then
+CERTAIN = 0.99  # [-] that what was carried for so long is another load
+
+
+@dataclass(frozen=True, eq=False)
+class Stay:
+    """Settings."""
+
+    space: Space
+    of: Suspects
+    kind: SlowKind  # that is a change of payload
+
+    def settled(self, carrying: Carrying, t: float) -> tuple[Carrying, Change | None]:
+        """What is at the tool, and what has changed about it if that is there to stay."""
+        if not carrying.away:
+            return carrying, None
+        away = carrying.absent
+        masses = np.array([mode.mean[0] for mode in carrying.modes])
+        stays = int(np.argmin(np.where(away > LASTING * away.sum(), masses, np.inf)))
+        mode, first = carrying.modes[stays], carrying.modes[0]
+        if not self._long_enough(carrying, mode):
+            return carrying, None
+        if len(carrying.gone) >= pieces.RUN:
+            piece, gain = pieces.unseen(carrying.gone, first, t)
+            if gain > 0.0:
+                modes = (*carrying.modes[:stays], piece, *carrying.modes[stays + 1 :])
+                return replace(carrying.here, modes=modes), None
+        k = next(k for k, each in enumerate(self.of.each) if each.kind is self.kind)
+        more, sd = float(mode.mean[0] - first.mean[0]), float(np.sqrt(mode.cov[0, 0]))
+        change = Change(
+            k, carrying.since, carrying.since - 2.0 * MOMENT, carrying.since, t, CERTAIN, np.nan,
+            more, sd, 0.0, 0.0, tuple(mode.mean[: len(PAYLOAD_STATES)].tolist()),
+        )  # fmt: skip
+        return _first(carrying, stays), change
+
+    def _long_enough(self, carrying: Carrying, mode: Mode) -> bool:
+        """Whether it is another load, and away for long enough for that."""
+        away, more = carrying.absent.sum(), mode.mean - carrying.modes[0].mean
+        hold = self.kind.hold_lighter if more[0] < 0.0 else self.kind.hold
+        if abs(more[0]) < max(self.kind.least, CLEAR * np.sqrt(mode.cov[0, 0])) or away < hold:
+            return False
+        told = np.mean([told.C for told in carrying.gone], axis=0)
+        clear = 0.5 * (DELAY + 1) * more @ told @ more  # nats in the moments that wait
+        known = away * clear >= hold * (carried.SURE + MARGIN)
+        return bool(known) and carried.possible(mode, self.space.reference.payload)
+
+
+def _first(carrying: Carrying, stays: int) -> Carrying:
+    """With this mode as what is carried as a rule."""
+    order = [stays, 0, *(j for j in range(1, len(carrying.modes)) if j != stays)]
+    modes = tuple(carrying.modes[j] for j in order)
+    path = tuple(order.index(j) for j in carrying.path)
+    return Carrying(modes, order.index(carrying.now), order.index(carrying.was), path)
