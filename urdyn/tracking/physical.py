@@ -78,7 +78,7 @@ class Quantities:
             mean.append(np.minimum(value, 1.0) if group == "z" else value)
             spread.append(error)
         m, M = at["m"], self.mass_shown
-        told = np.einsum("jr,rs,js->j", M, belief.cov[m, m], M)
+        told = ((M @ belief.cov[m, m]) * M).sum(axis=1)
         few = slice(at["payload"].start, at["payload"].start + len(PAYLOAD))
         masses, payload = self.links(belief)[:, 0], self.payload(belief)[: len(PAYLOAD)]
         hidden = self.mass_hidden**2 + (self.by_gain["m"] * masses) ** 2

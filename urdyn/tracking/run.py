@@ -220,12 +220,14 @@ class _Run(Generic[S]):
         glance = Glance(t, at.last, at.index, share, rate, reading, of, found, due)
         if self.watch:
             self.watch(glance)
+        if due:
+            self.keeper.take(row(reading, glance.mean, glance.sd))
         interest = strained(at.interest, reading, self.tracker.currents)
-        if not due:
-            return at if interest is at.interest else replace(at, interest=interest)
-        self.keeper.take(row(reading, glance.mean, glance.sd))
-        currents, commissioned = self.tracker.currents, self.tracker.model.prior.mean
-        return replace(at, interest=gathered(interest, reading, currents, commissioned))
+        # Between two rows, for no sample is to wait for both.
+        if at.index % every == every // 2 or reading.widened:
+            currents, commissioned = self.tracker.currents, self.tracker.model.prior.mean
+            interest = gathered(interest, reading, currents, commissioned)
+        return at if interest is at.interest else replace(at, interest=interest)
 
     def _finish(self, at: Checkpoint[S]) -> list[float]:
         """The whole history, and when the payload was taken to have changed [s].
