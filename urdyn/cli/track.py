@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import os
 import signal
-from contextlib import closing, nullcontext
+from collections.abc import Iterator
+from contextlib import ExitStack, closing, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -29,6 +30,7 @@ from urdyn.io.effort import Effort
 
 if TYPE_CHECKING:
     from urdyn.estimate import Filter
+    from urdyn.io.helper import Helper
     from urdyn.tracking import Source
 
 FILTERS = {
@@ -171,9 +173,8 @@ def track(
     from urdyn.cli.announcing import HANDED, PUBLISHED, announcing, both, hand, known
     from urdyn.cli.results import require_folder
     from urdyn.cli.watching import verdict, watching
-    from urdyn.diagnose.onlooker import begin_diagnosis
     from urdyn.io import sha256
-    from urdyn.tracking import Tracker, begin_scribe, open_source, rehearse, run
+    from urdyn.tracking import Tracker, open_source, run
 
     voice, chosen = Voice(json, quiet), _filter(filter, mode)
     known(publish, PUBLISHED, "--publish")
@@ -184,23 +185,18 @@ def track(
     beside = wanted(poses, wrench)
     healthy = None if no_diagnosis else known_rules(rules, false_alarm_hours)
     arm = fit.dynamics.arm
-    # All that takes its time comes before the stream: a robot that talks does not wait.
     with (
-        closing(begin_scribe()) as writer,
-        closing(begin_diagnosis(fit)) if healthy else nullcontext() as helper,
+        _ahead("://" in source, fit, chosen, bool(healthy)) as (writer, helper),
+        announcing(fit, source, serial, prometheus, mqtt, publish or ()) as told,
+        closing(open_source(source, columns, part, rate, duration, effort, beside)) as stream,
+        watching(arm.joint_names, quiet) as shown,
     ):
-        rehearse(fit, chosen)
-        with (
-            announcing(fit, source, serial, prometheus, mqtt, publish or ()) as told,
-            closing(open_source(source, columns, part, rate, duration, effort, beside)) as stream,
-            watching(arm.joint_names, quiet) as shown,
-        ):
-            _end_in_good_order(stream)
-            stream, streams, drift = listening(stream, arm, poses, wrench, calibration)
-            tracker: Tracker[Any] = Tracker(fit, chosen, stream.period, drift, streams=streams)
-            looking = onlooker(fit, stream, healthy, voice, helper) if healthy else None
-            watch, origin = both(shown, told), sha256(twin)
-            summary = run(tracker, stream, out, origin, fresh, watch, looking, writer)
+        _end_in_good_order(stream)
+        stream, streams, drift = listening(stream, arm, poses, wrench, calibration)
+        tracker: Tracker[Any] = Tracker(fit, chosen, stream.period, drift, streams=streams)
+        looking = onlooker(fit, stream, healthy, voice, helper) if healthy else None
+        watch, origin = both(shown, told), sha256(twin)
+        summary = run(tracker, stream, out, origin, fresh, watch, looking, writer)
     summary["filter"] = filter or ("ukf" if mode == "full" else "ekf")
     _report(out, summary, voice)
     for path in hand(fit, summary, hand_over or (), out):
@@ -210,6 +206,24 @@ def track(
     voice.result(summary)
     if fail_on_finding and any(not f["acknowledged"] for f in summary.get("findings", ())):
         raise typer.Exit(FAILED)
+
+
+@contextmanager
+def _ahead(
+    live: bool, fit: ud.Fit, chosen: Filter[Any], diagnosed: bool
+) -> Iterator[tuple[Helper | None, Helper | None]]:
+    """Who writes and who diagnoses, begun before a stream that is live: it does not wait."""
+    if not live:
+        yield None, None
+        return
+    from urdyn.diagnose.onlooker import begin_diagnosis
+    from urdyn.tracking import begin_scribe, rehearse
+
+    with ExitStack() as ends:
+        writer = ends.enter_context(closing(begin_scribe()))
+        helper = ends.enter_context(closing(begin_diagnosis(fit))) if diagnosed else None
+        rehearse(fit, chosen)
+        yield writer, helper
 
 
 def _filter(name: str | None, mode: str) -> Filter[Any]:

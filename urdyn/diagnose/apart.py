@@ -22,12 +22,11 @@ TOLD = ("findings", "joints", "recommendation", "observability")  # in a run's s
 def _answers(heard: Heard) -> Iterator[Words]:
     """What there is to say to what comes in."""
     fit = fit_of(words_of(next(heard)), "twin")
-    for task in heard:  # it may never come
-        desk = Desk(task_of(fit, words_of(task)))
-        yield {"findings": desk.write()["findings"]}
-        for frame in heard:
-            if answer := _answer(desk, frame):
-                yield answer
+    desk = Desk(task_of(fit, words_of(next(heard))))
+    yield {"findings": desk.write()["findings"]}
+    for frame in heard:
+        if answer := _answer(desk, frame):
+            yield answer
 
 
 def _answer(desk: Desk, frame: Words | Array) -> dict[str, Any]:

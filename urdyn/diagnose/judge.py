@@ -20,7 +20,7 @@ from urdyn.diagnose.slow_state import SlowState
 from urdyn.types import Array
 
 NEAR = 10.0  # [nats] below an alarm, from which on a suspect is another's rival
-CONFIDENT = 0.95  # [-] share of the evidence at which a finding is told at once
+CONFIDENT = 0.95  # [-] share of the evidence at which a finding need not wait for a clearer name
 UNSURE = 2.0  # [sd] below which another finding leaves nothing of a change
 PATIENCE = 12  # blocks that an alarm waits for that
 TWICE = 2  # blocks at least: the next one bears out what one says, or takes it back

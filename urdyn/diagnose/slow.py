@@ -75,8 +75,9 @@ class Slow:
     def init(self) -> SlowState:
         """Before the first moment."""
         n, J, (x, P) = self.space.size, self.space.joints, self.healthy.first
+        bank, recall = onsets.first(x, P, self.judge.E.shape[1]), Recall(np.nan, x, P)
         return SlowState(
-            bank=onsets.first(x, P, self.judge.E.shape[1]),
+            bank=bank,
             A=np.zeros((n, n)),
             b=np.zeros(n),
             warm=np.zeros((3, J)),
@@ -86,8 +87,8 @@ class Slow:
             waiting=(),
             learnt=self.learning.first(self.rules.noise, self.period),
             carrying=Carrying((carried.commissioned(),)),
-            recall=Recall(np.nan, x, P),
-            before=(onsets.first(x, P, self.judge.E.shape[1]), Recall(np.nan, x, P)),
+            recall=recall,
+            before=(bank, recall),
         )
 
     def moment(self, state: SlowState, rows: Rows, push: Push) -> SlowState:

@@ -6,6 +6,7 @@ import os
 import signal
 import traceback
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 
 from urdyn.errors import UrdynError
 from urdyn.io.frames import Frames, Words, words_frame
@@ -52,14 +53,19 @@ def _stand_back() -> None:
     """Whoever is helped goes first; where the system can, it is not interrupted by what it says."""
     os.nice(STAND_BACK)
     if hasattr(os, "SCHED_BATCH"):
-        os.sched_setscheduler(0, os.SCHED_BATCH, os.sched_param(0))
+        with suppress(OSError):  # a sandbox may not let us
+            os.sched_setscheduler(0, os.SCHED_BATCH, os.sched_param(0))
 
 
 def _heard() -> Heard:
-    """What comes in; what a process that is gone left behind, another run will do again."""
+    """What comes in; after it, this process ends.
+
+    What a process that is gone left behind, another run will do again.
+    """
     frames, parent = Frames(), os.getppid()
     while data := os.read(0, CHUNK):
         for frame in frames.take(data):
             if os.getppid() != parent:
-                return
+                raise SystemExit
             yield frame
+    raise SystemExit

@@ -16,9 +16,9 @@ import pyarrow.parquet as pq
 
 from urdyn.errors import LogError
 from urdyn.report.digits import NORMAL90, number
+from urdyn.tracking.parts import FILE, PARTS
 from urdyn.types import Array
 
-FILE, PARTS = "history.parquet", "history.parts"
 SD = ".sd"  # after the name of a quantity: the column of its standard deviation
 PAYLOAD = "payload"
 PREFIX = "urdyn."  # before the keys of metadata

@@ -94,14 +94,15 @@ class Causal:
         """The motion at the stamp `lag` samples back, + offset."""
         lag = fit.half if self.lag is None else self.lag
         row = fit.samples - 1 - lag
-        q, v = state.rows[:, 0], state.rows[:, 1]
+        measured = state.rows[:, :2]
         even = np.abs(state.t[1:] - state.t[:-1] - self.period).max() <= EVEN * self.period
-        whole = np.isfinite(state.rows[:, :2]).all()
+        whole = np.isfinite(measured).all()
         if even and whole:
             operator = _operator(fit, (fit.half - lag) * self.period, self.offset)
-            of_each = state.rows[:, :2].transpose(2, 1, 0).reshape(-1, operator.shape[2], 1)
+            of_each = measured.transpose(2, 1, 0).reshape(-1, operator.shape[2], 1)
             orders = np.ascontiguousarray((operator @ of_each)[..., 0].T)
         else:
+            q, v = measured[:, 0], measured[:, 1]
             at = np.broadcast_to(np.asarray(self.offset, dtype=np.float64), q.shape[1:])[None]
             window = (state.t - state.t[row])[None], q[None], v[None], at
             orders = fit.estimate(*(window if whole else joint_by_joint(*window)))

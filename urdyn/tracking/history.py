@@ -9,6 +9,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
@@ -32,8 +33,8 @@ class History:
     def write(self, number: int, rows: Sequence[Array]) -> None:
         """Some rows as a part's file; whoever follows the run reads it there."""
         cells = [
-            pa.array([row[k] for row in rows], pa.float64()).cast(field.type)
-            for k, field in enumerate(self._schema)
+            pa.array(column.astype(field.type.to_pandas_dtype()))
+            for column, field in zip(np.array(rows).T, self._schema, strict=True)
         ]
         with writing(part_file(self.folder, number)) as stream:
             pq.write_table(pa.table(cells, schema=self._schema), stream, **self._compact)

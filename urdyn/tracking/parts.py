@@ -21,8 +21,10 @@ def part_file(folder: Path, number: int) -> Path:
 
 @contextmanager
 def writing_parts(folder: Path) -> Iterator[None]:
-    """Nobody else writes a history in `folder` meanwhile; the scribe of a run that was killed may
-    for a moment, and is waited for."""
+    """Nobody else writes a history in `folder` meanwhile.
+
+    The scribe of a run that was killed may, for a moment, and is waited for.
+    """
     (folder / PARTS).mkdir(parents=True, exist_ok=True)
     with alone(folder / PARTS, PATIENCE):
         yield

@@ -99,7 +99,7 @@ class Quantities:
         for j in np.flatnonzero(~is_consistent(moved)):
             # By all that arms of the type differ in: no motion shows all ten of a link.
             moved[j] = possible_body(Gaussian(moved[j], S[j] @ S[j].T), LINK_REACH)
-        return np.asarray(moved)
+        return moved
 
 
 def quantities(

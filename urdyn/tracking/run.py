@@ -134,8 +134,10 @@ def run(
 
 @contextmanager
 def _at_pace() -> Iterator[None]:
-    """No sample waits for long: who tells the world lets it in, and garbage is sought in what is
-    new, not in all that was loaded."""
+    """No sample waits for long.
+
+    Who tells the world lets it in; garbage is sought in what is new, not in all that was loaded.
+    """
     before = sys.getswitchinterval()
     sys.setswitchinterval(SWITCH)
     gc.freeze()
