@@ -72,6 +72,19 @@ def test_only_a_payload_is_taken_up_at_once(model, slices):
     assert changed == {"payload"}
 
 
+def test_another_payload_has_nothing_of_the_one_before(model, slices):
+    u = replace(slices(0.1), widen=True)
+    rng, n = np.random.default_rng(1), len(model.names)
+    of_payload = np.array(["payload" in name for name in model.names])
+    x = rng.standard_normal((2, n))
+    moved, F = model.transition(x, u), model.transition_jacobian(x[0], u)
+    np.testing.assert_allclose(moved, x @ F.T, rtol=0, atol=1e-12)
+    np.testing.assert_array_equal(moved[:, of_payload], 0.0)
+    np.testing.assert_array_equal(
+        model.transition_cov(u)[of_payload], np.diag(model.prior.cov.diagonal())[of_payload]
+    )
+
+
 def test_damping_strays_more_where_nobody_measures_temperatures(model, slices):
     u = slices(0.1)
     more = model.transition_cov(replace(u, blind=True)) - model.transition_cov(

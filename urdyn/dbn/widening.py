@@ -24,9 +24,10 @@ D = TypeVar("D", bound=Doubtful, contravariant=True)
 
 @dataclass(frozen=True, eq=False)
 class Widening(Generic[D]):
-    """`process`, and at slices with `widen` what is `jumping` is known no better than `sd` again.
+    """`process`, and at slices with `widen` what is `jumping` is something else from then on.
 
-    A payload that is picked up is such a jump: nothing drifts there.
+    Of that no more is known than the prior's mean and `sd`, and what was known of the one before
+    does not help. A payload that is picked up is such a jump: nothing drifts there.
     """
 
     process: Process[D]
@@ -54,16 +55,25 @@ class Widening(Generic[D]):
 
     def transition(self, x: Array, u: D) -> Array:
         """Of the process, (..., n)."""
-        return self.process.transition(x, u)
+        moved = self.process.transition(x, u)
+        if u.widen:
+            moved = np.array(moved)
+            moved[..., self.jumping] = self.prior.mean[self.jumping]
+        return moved
 
     def transition_jacobian(self, x: Array, u: D) -> Array:
-        """Of the process, (n, n)."""
-        return self.process.transition_jacobian(x, u)
+        """Of the process, (n, n) or (..., n, n)."""
+        F = self.process.transition_jacobian(x, u)
+        if u.widen:
+            F = np.array(F)
+            F[..., self.jumping, :] = 0.0
+        return F
 
     def transition_cov(self, u: D) -> Array:
-        """Of the process, and the jump's, (n, n)."""
+        """Of the process, but for what jumps, and the jump's, (n, n)."""
         Q = self.process.transition_cov(u)
         if u.widen:
-            Q = Q.copy()
-            Q[self.jumping, self.jumping] += self.sd**2
-        return np.asarray(Q)
+            Q = np.array(Q)
+            Q[self.jumping, :] = Q[:, self.jumping] = 0.0
+            Q[self.jumping, self.jumping] = self.sd**2
+        return Q

@@ -8,7 +8,9 @@ under it than under noise by
     log B = s' (Lambda + M)^-1 s / 2 - log |I + P M| / 2,    s = sum phi e,  M = sum phi' phi,
 
 Lambda = P^-1: the likelihood ratio of [Willsky1976]_, averaged over what is possible rather than
-maximised, so that signatures of more parameters are not preferred.
+maximised, so that signatures of more parameters are not preferred. A row whose e is beyond CLIP is
+given as much noise, signature and all: what is large everywhere keeps its shape, and a torn sample
+says little.
 """
 
 from __future__ import annotations
@@ -26,34 +28,31 @@ from urdyn.types import Array, Mask, frozen
 MEMORY = 2.0  # [s] over which evidence is gathered
 CLIP = 3.0  # [sd] that an innovation counts for at most
 SURE = 30.0  # [-] log odds; what nobody models in a healthy arm has been seen to reach 22
-LIKELY = 10.0  # [-] of what may have befallen it besides, or in its place
+LIKELY = 5.0  # [-] below the likeliest, that may have befallen it besides, or in its place
+RARE = 10.0  # [-] by which something in a drive is less likely than another payload
+BOTH = 30.0  # [-] by which both at once are: a large payload moves more than its signature says
 CARRIED = slice(-10, -6)  # columns of a slice's A: mass and first moments of the payload
 OWN = [ROWS.index(name) - len(ROWS) for name in ("s", "v", "load")]  # and of all that is packed
+PAYLOAD, OF_PAYLOAD = slice(4), [0, 1, 2, 3, 7]  # rows of the sums, and columns
 
 
 @dataclass(frozen=True, eq=False)
 class Evidence:
-    """Sums of the last seconds: products of each joint's signatures with one another and with e."""
+    """Sums of the last seconds: products of each joint's signatures with one another and with e.
 
-    sums: Array  # (J, 8, 8) four of the payload, three of the drive, and e
+    What is large shows at once, and what went before it would speak against it; so there are sums
+    of the last seconds, and sums of what came since noise was likelier than all else [Page1954]_.
+    """
+
+    sums: Array  # (2, J, 8, 8) four of the payload, three of the drive, and e
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "sums", frozen(self.sums))
 
-    @property
-    def payload(self) -> Array:
-        """M and s, (4, 5)."""
-        return np.asarray(self.sums[:, :4, [0, 1, 2, 3, 7]].sum(axis=0))
-
-    @property
-    def drives(self) -> Array:
-        """Of each joint's, (J, 3, 4)."""
-        return self.sums[:, 4:7, 4:]
-
 
 def none_yet(joints: int) -> Evidence:
     """Nothing has been gathered."""
-    return Evidence(np.zeros((joints, 8, 8)))
+    return Evidence(np.zeros((2, joints, 8, 8)))
 
 
 def gathered(
@@ -62,35 +61,51 @@ def gathered(
     """One innovation on; `white` is the slice after the filter that made its noise white."""
     known = np.isfinite(told.residual)
     sd = np.sqrt(np.where(known, np.diag(told.cov), 1.0))
-    e = np.minimum(np.maximum(np.where(known, told.residual, 0.0) / sd, -CLIP), CLIP)
+    e = np.where(known, told.residual, 0.0) / sd
     signatures = np.concatenate([white.A[:, CARRIED], white.packed[:, OWN]], axis=1)
     signatures *= (known / (drive.gain * sd))[:, None]
     row = np.concatenate([signatures, e[:, None]], axis=1)
+    row *= (CLIP / np.maximum(np.abs(e), CLIP))[:, None]
     return Evidence(np.exp(-dt / MEMORY) * evidence.sums + row[:, :, None] * row[:, None, :])
 
 
-def befallen(evidence: Evidence, drive: Drive) -> Mask:
+def befallen(evidence: Evidence, drive: Drive) -> tuple[Mask, Evidence]:
     """What is to be taken for known no longer, (1 + J,): the payload, and each joint's drive.
 
-    Nothing, until something is sure; then all that is likely, for the next seconds tell which.
+    Nothing, until something is sure; then all that is likely, for the next seconds tell which. And
+    the evidence without what speaks for noise.
     """
-    odds = log_odds(evidence, drive)
-    return np.asarray((odds > LIKELY) & (odds.max() > SURE))
+    odds, J = log_odds(evidence, drive), len(drive.gain)
+    if odds[1].max() <= 0.0:
+        evidence = Evidence(np.stack([evidence.sums[0], np.zeros_like(evidence.sums[1])]))
+    surest = odds[odds.max(axis=1).argmax()]
+    likely = (surest > surest.max() - LIKELY) & (surest.max() > SURE)
+    payload, drives, both = likely[0], likely[1 : 1 + J], likely[1 + J :]
+    return np.r_[payload | both.any(), drives | both], evidence
 
 
 def log_odds(evidence: Evidence, drive: Drive) -> Array:
-    """How much likelier than noise each is, (1 + J,): the payload, then the joints' drives."""
+    """How much likelier than noise each is, by each sum: (2, 1 + 2 J), payload, drives, and both.
+
+    A payload moves every joint's current, and each drive could be blamed for its own; that both
+    befall an arm within seconds is rare, and takes evidence that neither explains.
+    """
     size = {"f": drive.coulomb, "alpha": drive.viscous, "z": np.ones_like(drive.gain)}
     own = np.stack([sd * size[group] for group, sd in JOLTS.items()], axis=1)
-    carried = _log_odds(evidence.payload[None], PAYLOAD_SD[None, :4])
-    return np.concatenate([carried, _log_odds(evidence.drives, own)])
+    sums, J = np.array(evidence.sums), len(own)
+    sums[:, :, PAYLOAD, OF_PAYLOAD] = sums[:, :, PAYLOAD, OF_PAYLOAD].sum(axis=1, keepdims=True)
+    sd = np.hstack([np.tile(PAYLOAD_SD[:4], (J, 1)), own])
+    of_payload = np.arange(7) < 4
+    alone = _log_odds(sums[:, :1], sd[:1] * of_payload)
+    drives = _log_odds(sums, sd * ~of_payload) - RARE
+    return np.concatenate([alone, drives, _log_odds(sums, sd) - BOTH], axis=1)
 
 
 def _log_odds(sums: Array, sd: Array) -> Array:
-    """Of signatures (k, n, n + 1) whose parameters have these standard deviations, (k, n)."""
+    """Of signatures (..., k, n, n + 1) whose parameters have these standard deviations, (k, n)."""
     n = sd.shape[1]
-    M = sums[:, :, :n] * sd[:, :, None] * sd[:, None, :]
-    s = sums[:, :, n] * sd
+    M = sums[..., :n, :n] * sd[:, :, None] * sd[:, None, :]
+    s = sums[..., :n, n] * sd
     A = M + np.eye(n)
-    fit = np.einsum("kn,kn->k", s, np.linalg.solve(A, s[..., None])[..., 0])
+    fit = np.einsum("...kn,...kn->...k", s, np.linalg.solve(A, s[..., None])[..., 0])
     return np.asarray(0.5 * (fit - np.linalg.slogdet(A)[1]))

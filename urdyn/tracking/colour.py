@@ -108,6 +108,12 @@ def interrupted(colour: Colour) -> Colour:
     return replace(colour, past=past, current=current, left=left)
 
 
+def unlearnt(colour: Colour, before: Colour) -> Colour:
+    """Known no better than it was before; what was left since was no noise."""
+    nothing = np.full_like(colour.left, np.nan)
+    return replace(before, past=colour.past, current=colour.current, left=nothing)
+
+
 def foreseen(colour: Colour, slow: Array) -> Array:
     """What the noise's past says of the residual to come, slow part and all, (J,) [A]."""
     before = colour.left[:ORDER]

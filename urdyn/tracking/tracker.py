@@ -46,6 +46,14 @@ OVERLOAD = 3.0  # [-] of the rated torque's current: more, and the sensor is wro
 
 
 @dataclass(frozen=True)
+class Learnt(Generic[S]):
+    """What was learnt up to some moment."""
+
+    belief: S
+    colour: Colour  # of the noise
+
+
+@dataclass(frozen=True)
 class TrackerState(Generic[S]):
     """All that is remembered from sample to sample."""
 
@@ -61,8 +69,8 @@ class TrackerState(Generic[S]):
     colour: Colour  # of the noise
     unsure: Array  # (J,) [-] variance of the last innovation over that of its noise
     lubricant: Array  # (J,) [°C]; NaN while nobody measures the joint's temperature
-    earlier: S  # the belief at `marked`
-    earliest: S  # and HINDSIGHT or more before: what was not yet surprised
+    earlier: Learnt[S]  # at `marked`
+    earliest: Learnt[S]  # and HINDSIGHT or more before: what was not yet surprised
     marked: float  # [s]
     heard: tuple[Heard[Any], ...]  # of each stream beside the joints' sensors
 
@@ -157,6 +165,7 @@ class Tracker(Generic[S]):
         belief, nothing = self.filter.init(self.model), np.zeros(J)
         causal = self._causal.init(J)
         width = 2 * self.currents.rigid.stop + len(ROWS)
+        colour = noise.first(self.fit.noise, width, self.period)
         return TrackerState(
             causal,
             belief,
@@ -167,11 +176,11 @@ class Tracker(Generic[S]):
             nothing,
             none_yet(J),
             -np.inf,
-            noise.first(self.fit.noise, width, self.period),
+            colour,
             np.ones(J),
             np.full(J, np.nan),
-            belief,
-            belief,
+            Learnt(belief, colour),
+            Learnt(belief, colour),
             -np.inf,
             tuple(first(stream) for stream in self.streams),
         )
@@ -204,10 +213,14 @@ class Tracker(Generic[S]):
         bristles, travelled = self._moved(state, now, dt)
         lubricant = warmed(state.lubricant, now.temperature, passed)
         drive, J = self.fit.dynamics.drive, len(now.q)
-        due = now.t - state.widened > PATIENCE and state.colour.count % LOOK < 1.0
-        changed = befallen(state.evidence, drive) if due else np.zeros(1 + J, dtype=bool)
+        changed, evidence = np.zeros(1 + J, dtype=bool), state.evidence
+        if state.colour.count % LOOK < 1.0:
+            seen_now, evidence = befallen(evidence, drive)
+            changed = seen_now & (now.t - state.widened > PATIENCE)
         widen, anew = bool(changed[0]), bool(changed.any())
-        before = state.earliest if anew and not self._told_of_zeros else state.belief
+        if anew:
+            state = self._in_hindsight(state)
+        before = state.belief
         mean = self._mean(before)
         s = bristles[0] + drive.presliding_tail * (bristles[1] - bristles[0])
         waited = state.waited + passed
@@ -229,8 +242,9 @@ class Tracker(Generic[S]):
         unsure = np.fmax(np.diag(told.cov) / R, np.isnan(told.residual) * state.unsure)
         sure = (unsure < SURE) & (unknown < 0.25 * white.noise**2)
         colour = noise.learnt(state.colour, left, unknown, sure, self.period)
+        colour = noise.kept(colour, u, y)
         after = replace(
-            _marked(state, now.t, belief if anew else None),
+            _marked(state, now.t, Learnt(belief, colour) if anew else None),
             causal=causal,
             belief=belief,
             t=now.t,
@@ -239,15 +253,22 @@ class Tracker(Generic[S]):
             bristles=bristles,
             travelled=travelled,
             lubricant=lubricant,
-            evidence=none_yet(J) if anew else gathered(state.evidence, white, drive, told, passed),
+            evidence=none_yet(J) if anew else gathered(evidence, white, drive, told, passed),
             widened=now.t if anew else state.widened,
-            colour=noise.kept(colour, u, y),
+            colour=colour,
             unsure=unsure,
         )
         believed, told_of = partial(self.filter.belief, belief), partial(self.told_beside, after)
         predicted = y - told.residual
         heard = now.t, now.current, predicted, modelled, told, widen
         return after, Reading(*heard, now, travelled, u, believed, told_of, (given, seen))
+
+    def _in_hindsight(self, state: TrackerState[S]) -> TrackerState[S]:
+        """Without what was learnt since before the surprise, but for what poses told of zeros."""
+        belief = state.belief if self._told_of_zeros else state.earliest.belief
+        return replace(
+            state, belief=belief, colour=noise.unlearnt(state.colour, state.earliest.colour)
+        )
 
     def _listened(
         self, state: TrackerState[S], reading: Reading
@@ -292,10 +313,11 @@ class Tracker(Generic[S]):
         return np.asarray(settled & possible & (np.abs(now.v) > STANDING))
 
 
-def _marked(state: TrackerState[S], t: float, anew: S | None) -> TrackerState[S]:
+def _marked(state: TrackerState[S], t: float, anew: Learnt[S] | None) -> TrackerState[S]:
     """What is remembered of earlier beliefs; nothing but `anew`, where it has just begun."""
     if anew is not None:
         return replace(state, earlier=anew, earliest=anew, marked=t)
     if t - state.marked < HINDSIGHT:
         return state
-    return replace(state, earlier=state.belief, earliest=state.earlier, marked=t)
+    now = Learnt(state.belief, state.colour)
+    return replace(state, earlier=now, earliest=state.earlier, marked=t)

@@ -1,0 +1,121 @@
+"""What an arm's innovations are taken to tell: another payload, a drive's trouble, or noise."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+from workshop import RATE, commissioned
+
+from urdyn.estimate import EKF
+from urdyn.signal import samples
+from urdyn.simulate import observe, typical_sensors
+from urdyn.simulate.work import pick_and_place
+from urdyn.tracking import Tracker
+from urdyn.tracking.befallen import Evidence, befallen, none_yet
+
+J = 6
+LASTING = 40  # samples
+
+
+@dataclass(frozen=True)
+class Signatures:
+    """Of a few seconds at work, in units of the noise."""
+
+    payload: np.ndarray  # (N, J, 4) a kilogram, a kilogram metre
+    drives: np.ndarray  # (N, J, 3) Coulomb friction, viscous friction, health; as they are each
+
+
+def signatures(seed, drive):
+    """Some that no motion would have, but of the sizes of an arm's."""
+    rng = np.random.default_rng(seed)
+    turning = np.cumsum(0.1 * rng.standard_normal((LASTING, J, 4)), axis=0)
+    payload = (rng.standard_normal((J, 4)) + turning) * [10.0, 10.0, 10.0, 10.0]
+    v, load = rng.standard_normal((2, LASTING, J))
+    own = np.stack([np.sign(v), v, load], axis=-1) * np.array([3.0, 6.0, 100.0])
+    scale = np.stack([drive.coulomb, drive.viscous, np.ones(J)], axis=-1)
+    return Signatures(payload, own / scale)
+
+
+def told(shapes, e):
+    """Evidence of innovations (N, J), with nothing forgotten."""
+    row = np.concatenate([shapes.payload, shapes.drives, e[..., None]], axis=-1)
+    row *= (3.0 / np.maximum(np.abs(e), 3.0))[..., None]
+    sums = np.einsum("njk,njl->jkl", row, row)
+    return Evidence(np.stack([sums, sums]))
+
+
+@pytest.fixture(scope="module")
+def arm():
+    return commissioned(0)[1].dynamics
+
+
+@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize("mass", [0.5, 2.0, 8.0])
+def test_a_payload_is_blamed_on_no_drive(arm, seed, mass):
+    """Though what it weighs on the joints is a tenth off, as friction under load makes it."""
+    rng, shapes = np.random.default_rng([seed, 1]), signatures(seed, arm.drive)
+    weight = shapes.payload @ [mass, 0.0, 0.0, 0.08 * mass]
+    e = weight * (1.0 + 0.1 * rng.standard_normal(J)) + rng.standard_normal((LASTING, J))
+    changed, _ = befallen(told(shapes, e), arm.drive)
+    assert changed.tolist() == [True] + [False] * J
+
+
+@pytest.mark.parametrize("joint", range(J))
+@pytest.mark.parametrize("size", [(0.4, 0.0, 0.0), (0.0, 0.4, 0.0), (0.0, 0.0, 0.1)])
+def test_a_drive_is_blamed_alone(arm, joint, size):
+    rng, shapes = np.random.default_rng([joint, 2]), signatures(joint, arm.drive)
+    scale = np.stack([arm.drive.coulomb, arm.drive.viscous, np.ones(J)], axis=-1)[joint]
+    e = rng.standard_normal((LASTING, J))
+    e[:, joint] += 3.0 * shapes.drives[:, joint] @ (size * scale)
+    changed, _ = befallen(told(shapes, e), arm.drive)
+    assert np.flatnonzero(changed).tolist() == [1 + joint]
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_noise_is_nothing_and_is_forgotten(arm, seed):
+    shapes = signatures(seed, arm.drive)
+    e = np.random.default_rng([seed, 3]).standard_normal((LASTING, J))
+    evidence = told(shapes, e)
+    changed, left = befallen(evidence, arm.drive)
+    assert not changed.any()
+    np.testing.assert_array_equal(left.sums[0], evidence.sums[0])
+    assert not left.sums[1].any()
+
+
+def test_no_evidence_is_none(arm):
+    changed, _ = befallen(none_yet(J), arm.drive)
+    assert not changed.any()
+
+
+@pytest.mark.parametrize("rate", [20.0, RATE])
+def test_pieces_come_and_go_and_nothing_else_changes(rate):
+    """A story: a program that moves a piece for two minutes, at a rate that robots log, and that
+    others do."""
+    dynamics, fit = commissioned(0)
+    streams = [np.random.default_rng([7, k]) for k in range(2)]
+    work = pick_and_place(dynamics.arm, 120.0, rate, streams[0])
+    sensors = typical_sensors(dynamics.arm)
+    log = observe(dynamics, work.trajectory, sensors, streams[1], work.handling)
+    [handling] = work.handling
+    tracker = Tracker(fit, EKF(), 1.0 / rate)
+    state, at, found = tracker.init(), tracker.currents.places, []
+    for sample in samples(log):
+        state, reading = tracker.step(state, sample)
+        if reading is not None:
+            assert reading.inputs.jolted is None
+            found.append((reading.t, reading.widened, reading.belief.mean[at["payload"]][0]))
+    t, widened, mass = np.array(found).T
+    grips = handling.begin[handling.begin < t[-1] - 4.0]
+    assert len(grips) > 20
+    # It is noticed when the arm moves on, and again within the moves of this piece at the latest.
+    noticed = np.array([t[widened > 0][t[widened > 0] > grip][0] - grip for grip in grips])
+    assert np.median(noticed) < 2.0
+    assert (noticed < 4.0).mean() > 0.95
+    last = np.array([mass[t < grip][-1] for grip in grips[1:]])  # before the next
+    true = handling.carried[: len(grips) - 1, 0]
+    # What a gain is not known by, 2 % of the load, and a tenth of a kilogram.
+    assert (np.abs(last - true) < 0.1 + 0.02 * true.max()).mean() > 0.9
+    belief = tracker.filter.belief(state.belief)
+    for group, truth in {"f": np.log(dynamics.drive.coulomb), "z": np.zeros(J)}.items():
+        off = belief.mean[at[group]] - truth
+        assert (np.abs(off) < 4.0 * belief.sd[at[group]] + 0.02).all(), group
