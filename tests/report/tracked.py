@@ -65,7 +65,8 @@ def summary(**changed: object) -> dict[str, object]:
     """Of a run that nobody diagnosed."""
     quality = {
         "gaps": 1, "missing": 12, "longest_step_s": 0.13, "repeated": 0, "clock_set_back": 0,
-        "refused": 2, "without_current": [0.0, 0.001], "defects": ["3 x torn row (left out)"],
+        "restarts": 0, "refused": 2, "without_current": [0.0, 0.001],
+        "defects": ["3 x torn row (left out)"],
     }  # fmt: skip
     return {
         "robot": "ur5e", "samples": ROWS, "data_s": 60.0, "wall_s": 6.0, "rate_hz": 1000.0,

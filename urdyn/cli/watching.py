@@ -20,6 +20,10 @@ from urdyn.tracking.run import Watch
 JOINT = ("coulomb", "viscous", "health")
 PAUSE = 0.25  # [s] between two looks
 BEHIND = 1000.0  # [ms] after its coming, a sample is told of too late
+ASTRAY = (
+    "begun anew {} times, for no arm's drives are as these currents say: is it this arm's twin, "
+    "and are the currents in amperes?"
+)
 SLOW = "it fell behind the robot: --mode realtime is quicker, and --rate asks for fewer samples"
 
 
@@ -62,9 +66,11 @@ def verdict(summary: dict[str, Any]) -> str:
     """A run in a sentence."""
     mass, latency = summary["final"]["payload.mass"], summary["latency_ms"]
     changed = ", ".join(f"{t:.1f} s" for t in summary["payload_changes"])
+    astray = summary["quality"]["restarts"]
     return (
         f"{summary['samples']} samples, {summary['data_s']:.1f} s, at {summary['rate_hz']:.0f} Hz; "
         f"99 % within {latency['p99']:.2f} ms; payload {interval90(mass['mean'], mass['sd'])} kg"
         + (f", changed at {changed}" if changed else "")
         + ("\n" + SLOW if latency["p99"] > BEHIND else "")
+        + ("\n" + ASTRAY.format(astray) if astray else "")
     )

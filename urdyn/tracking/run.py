@@ -258,9 +258,10 @@ class _Run(Generic[S]):
         return changes
 
     def _quality(self, at: Checkpoint[S]) -> dict[str, Any]:
-        """What the stream lacked."""
+        """What the stream lacked, and how often it was no stream of this arm."""
         refused = at.state.causal.refused
-        return told_losses(at.losses, refused, self.source.defects, at.index)
+        lacked = told_losses(at.losses, refused, self.source.defects, at.index)
+        return lacked | {"restarts": int(at.state.restarts)}
 
     def _final(self, at: Checkpoint[S]) -> dict[str, Any]:
         of, belief = self.quantities, self.tracker.filter.belief(at.state.belief)

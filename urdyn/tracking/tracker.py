@@ -42,6 +42,8 @@ LOOK = 5.0  # samples between two looks for one
 GAP = 5.0  # periods without a sample, after which noise has no past
 SURE = 2.0  # [-] variance of an innovation over its noise's: less, and it tells of the noise
 NOTHING = (np.zeros(0), np.zeros(0))  # of other streams
+# Times what they were at commissioning: no arm's drive is beyond that, whatever befell it.
+CREDIBLE = {"f": (0.15, 50.0), "alpha": (0.05, 50.0), "z": (0.3, 1.5)}
 OVERLOAD = 3.0  # [-] of the rated torque's current: more, and the sensor is wrong
 
 
@@ -73,6 +75,7 @@ class TrackerState(Generic[S]):
     earliest: Learnt[S]  # and HINDSIGHT or more before: what was not yet surprised
     marked: float  # [s]
     heard: tuple[Heard[Any], ...]  # of each stream beside the joints' sensors
+    restarts: int = 0  # with the commissioned arm, where no arm was believed in any more
 
 
 @dataclass(frozen=True, eq=False)
@@ -258,6 +261,9 @@ class Tracker(Generic[S]):
             colour=colour,
             unsure=unsure,
         )
+        if not self._credible(belief):
+            after, widen = self._begun_anew(after), True
+        belief = after.belief
         believed, told_of = partial(self.filter.belief, belief), partial(self.told_beside, after)
         predicted = y - told.residual
         heard = now.t, now.current, predicted, modelled, told, widen
@@ -268,6 +274,38 @@ class Tracker(Generic[S]):
         belief = state.belief if self._told_of_zeros else state.earliest.belief
         return replace(
             state, belief=belief, colour=noise.unlearnt(state.colour, state.earliest.colour)
+        )
+
+    def _credible(self, belief: S) -> bool:
+        """Whether its drives can be an arm's; data of another arm, or of none, lead astray."""
+        low, high = self._limits
+        mean = self._mean(belief)
+        return bool(((low < mean) & (mean < high)).all())
+
+    @cached_property
+    def _limits(self) -> tuple[Array, Array]:
+        """What every state is more, and less than, (n,) each."""
+        low = np.full(len(self.model.names), -np.inf)
+        high = -low
+        for group, (least, most) in CREDIBLE.items():
+            at = self.currents.places[group]
+            low[at], high[at] = self.model.prior.mean[at] + np.log([[least], [most]])
+        return low, high
+
+    def _begun_anew(self, state: TrackerState[S]) -> TrackerState[S]:
+        """With the commissioned arm, and whatever it carries."""
+        first = self.init()
+        return replace(
+            state,
+            belief=first.belief,
+            evidence=first.evidence,
+            widened=state.t,
+            colour=noise.unlearnt(state.colour, first.colour),
+            unsure=first.unsure,
+            earlier=first.earlier,
+            earliest=first.earliest,
+            marked=state.t,
+            restarts=state.restarts + 1,
         )
 
     def _listened(

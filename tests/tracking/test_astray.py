@@ -1,0 +1,78 @@
+"""Currents that no arm has: the belief stays one in an arm, and comes back with the data."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from workshop import RATE, at_work, commissioned
+
+from urdyn.cli.watching import verdict
+from urdyn.estimate import EKF
+from urdyn.signal import samples
+from urdyn.tracking import Tracker, open_source
+from urdyn.tracking.blocks import Blocks
+
+WRONG = slice(800, 1600)  # samples
+LENGTH = 30.0  # [s]
+
+WRONGS = {
+    "the other sign": lambda current: -current,
+    "five times as much": lambda current: 5.0 * current,
+    "nothing": lambda current: 0.0 * current,
+}
+
+
+def other(wrong, k, sample):
+    """Sample k, as somebody who has mistaken a column sends it."""
+    if not WRONG.start <= k < WRONG.stop:
+        return sample
+    return replace(sample, current=WRONGS[wrong](sample.current))
+
+
+def passed_through(wrong, filter_):
+    """Tracker, and state and belief after data that were no arm's for a while."""
+    dynamics, fit = commissioned(0)
+    tracker = Tracker(fit, filter_, 1.0 / RATE)
+    state, at = tracker.init(), tracker.currents.places
+    for k, sample in enumerate(samples(at_work(dynamics, 0, 5, LENGTH))):
+        state, reading = tracker.step(state, other(wrong, k, sample))
+        if reading is not None:
+            belief = reading.belief
+            assert np.isfinite(belief.mean).all() and (belief.cov.diagonal() > 0.0).all()
+    return at, state, belief
+
+
+@pytest.mark.parametrize("wrong", WRONGS)
+def test_a_belief_gone_astray_is_begun_anew(wrong):
+    at, state, belief = passed_through(wrong, EKF())
+    assert state.restarts > 0
+    drive = commissioned(0)[0].drive
+    for group, truth in {"f": np.log(drive.coulomb), "z": np.zeros(6)}.items():
+        off, sd = belief.mean[at[group]] - truth, belief.sd[at[group]]
+        assert (np.abs(off) < 4.0 * sd + 0.05).all(), group
+    assert abs(belief.mean[at["payload"]][0]) < 0.15
+
+
+@pytest.mark.parametrize("wrong", WRONGS)
+def test_a_quicker_mode_stays_a_belief_too(wrong):
+    passed_through(wrong, Blocks(8))
+
+
+def test_a_run_tells_of_it(workshop, tmp_path):
+    """A log whose currents have the other sign."""
+    source = open_source(str(workshop.recording))
+
+    def start(first):
+        for arrival in source.start(first):
+            sample = replace(arrival.sample, current=-arrival.sample.current)
+            yield replace(arrival, sample=sample)
+
+    summary = workshop.track(tmp_path / "out", replace(source, start=start))
+    assert summary["quality"]["restarts"] > 0
+    assert "this arm's twin" in verdict(summary)
+
+
+def test_a_sound_run_has_nothing_of_it(workshop, tmp_path):
+    summary = workshop.track(tmp_path / "out")
+    assert summary["quality"]["restarts"] == 0
+    assert "twin" not in verdict(summary)
