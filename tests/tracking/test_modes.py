@@ -1,5 +1,7 @@
 """Quicker modes: what they assume, and what that costs."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -7,6 +9,7 @@ from urdyn.estimate import EKF
 from urdyn.signal import samples
 from urdyn.tracking import MODES, QUICKER, Tracker, losses, side_by_side
 from urdyn.tracking.blocks import Blocks, places
+from urdyn.tracking.model import PAYLOAD_SD
 
 
 @pytest.fixture(scope="module")
@@ -65,3 +68,20 @@ def test_a_block_that_hardly_changes_waits(workshop):
         state, _ = tracker.step(state, sample)
     assert state.belief.for_bodies.interval > 1
     assert np.linalg.eigvalsh(tracker.filter.belief(state.belief).cov)[0] > 0.0
+
+
+def test_what_waits_is_not_taken_for_the_next_payload(workshop):
+    """A payload that nothing was seen of yet is as unknown as the first."""
+    tracker = Tracker(workshop.fit, Blocks(16), 0.01)
+    state = tracker.init()
+    for sample in samples(workshop.log.slice(0, 1500)):
+        state, reading = tracker.step(state, sample)
+        if state.belief.for_bodies.count > 4 and state.belief.for_bodies.R.all():
+            break
+    else:
+        pytest.fail("no block waited")
+    at, nothing = tracker.currents.places["payload"], np.full(6, np.nan)
+    u = replace(reading.inputs, widen=True)
+    belief = tracker.filter.belief(tracker.filter.step(tracker.model, state.belief, u, nothing)[0])
+    np.testing.assert_array_equal(belief.mean[at], 0.0)
+    np.testing.assert_allclose(belief.sd[at], PAYLOAD_SD, rtol=1e-12)

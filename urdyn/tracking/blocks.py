@@ -106,6 +106,9 @@ class Blocks:
         """Add the sample up, and learn where enough have gathered; news of bodies, at once."""
         if isinstance(u, News):
             return _heard(state, u, y)
+        if u.widen:  # what waits is of the payload before
+            bodies, drives = replace(state.for_bodies, count=0), replace(state.for_drives, count=0)
+            state = replace(state, for_bodies=bodies, for_drives=drives)
         x, known = model.transition(state.mean, u), np.isfinite(y)
         H = model.observe_jacobian(x, u) * known[:, None]
         R = model.observe_cov(u).diagonal() * known
