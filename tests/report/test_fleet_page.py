@@ -33,7 +33,8 @@ def table(friction: float = 1.0, health: float = 1.0, surprise: float = 1.0) -> 
             columns[f"{joint}.{name}"] = start * np.linspace(1.0, end, ROWS)
             columns[f"{joint}.{name}.sd"] = np.full(ROWS, 0.002 * start)
     measured = np.full(ROWS, len(JOINTS))
-    return pa.table(columns | {"nis": surprise * measured, "measured": measured})
+    told = {"nis": surprise * measured, "measured": measured, "widened": np.zeros(ROWS, bool)}
+    return pa.table(columns | told)
 
 
 def robot(folder: Path, written: float = NOW, findings: object = None, **run: float) -> Path:

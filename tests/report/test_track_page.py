@@ -161,6 +161,18 @@ def test_white_innovations_lie_in_their_band_as_often_as_it_says(quiet):
         assert abs(inside - 0.9) < 4.0 * np.sqrt(0.09 / count)
 
 
+def test_what_a_change_explains_is_no_surprise(quiet, tmp_path):
+    """A large one for a second, after which another payload is told."""
+    table, change = columns(), 1000
+    before = (T[change] - 1.0 < T) & (T[change] >= T)
+    table["nis"] = table["nis"] + 500.0 * before
+    table["widened"] = np.arange(ROWS) == change
+    explained = surprise(History((write(tmp_path / "told.parquet", table),))).overall
+    assert explained == pytest.approx(surprise(History((quiet,))).overall, rel=0.1)
+    table["widened"] = np.zeros(ROWS, bool)
+    assert surprise(History((write(tmp_path / "not.parquet", table),))).overall > 1.5 * explained
+
+
 def test_a_run_in_which_nothing_was_compared_has_a_page(tmp_path):
     table = columns() | {"measured": np.zeros(ROWS, int)}
     assert "No current was compared." in track_page(

@@ -76,3 +76,11 @@ def test_a_sound_run_has_nothing_of_it(workshop, tmp_path):
     summary = workshop.track(tmp_path / "out")
     assert summary["quality"]["restarts"] == 0
     assert "twin" not in verdict(summary)
+
+
+@pytest.mark.parametrize(("count", "words"), [(1, "at 0.5 s"), (3, "2.5 s"), (190, "190 times")])
+def test_a_sentence_has_room_for_a_few_changes(workshop, tmp_path, count, words):
+    summary = workshop.track(tmp_path / "out")
+    changes = [0.5 + k for k in range(count)]
+    said = verdict(summary | {"payload_changes": changes})
+    assert f"{changes[-1]:.1f} s" in said and words in said and len(said) < 200

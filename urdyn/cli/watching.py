@@ -19,6 +19,7 @@ from urdyn.tracking.run import Watch
 
 JOINT = ("coulomb", "viscous", "health")
 PAUSE = 0.25  # [s] between two looks
+LISTED = 6  # changes of the payload that a sentence has room for
 BEHIND = 1000.0  # [ms] after its coming, a sample is told of too late
 ASTRAY = (
     "begun anew {} times, for no arm's drives are as these currents say: is it this arm's twin, "
@@ -65,12 +66,19 @@ def table(glance: Glance, joints: Sequence[str]) -> Table:
 def verdict(summary: dict[str, Any]) -> str:
     """A run in a sentence."""
     mass, latency = summary["final"]["payload.mass"], summary["latency_ms"]
-    changed = ", ".join(f"{t:.1f} s" for t in summary["payload_changes"])
+    changed = _changes(summary["payload_changes"])
     astray = summary["quality"]["restarts"]
     return (
         f"{summary['samples']} samples, {summary['data_s']:.1f} s, at {summary['rate_hz']:.0f} Hz; "
         f"99 % within {latency['p99']:.2f} ms; payload {interval90(mass['mean'], mass['sd'])} kg"
-        + (f", changed at {changed}" if changed else "")
+        + changed
         + ("\n" + SLOW if latency["p99"] > BEHIND else "")
         + ("\n" + ASTRAY.format(astray) if astray else "")
     )
+
+
+def _changes(times: Sequence[float]) -> str:
+    """When the payload was taken to have changed [s]; an arm that handles pieces has many."""
+    if len(times) > LISTED:
+        return f", changed {len(times)} times, last at {times[-1]:.1f} s"
+    return f", changed at {', '.join(f'{t:.1f} s' for t in times)}" if times else ""

@@ -17,9 +17,10 @@ import pyarrow.parquet as pq
 from urdyn.errors import LogError
 from urdyn.report.digits import NORMAL90, number
 from urdyn.tracking.parts import FILE, PARTS
-from urdyn.types import Array
+from urdyn.types import Array, Mask
 
 SD = ".sd"  # after the name of a quantity: the column of its standard deviation
+EXPLAINED = 2.0  # [s] before a change is told, in which it may have happened
 PAYLOAD = "payload"
 PREFIX = "urdyn."  # before the keys of metadata
 SPANS = ((600.0, 1.0, "s"), (3 * 3600.0, 60.0, "min"), (72 * 3600.0, 3600.0, "h"))
@@ -143,8 +144,18 @@ class History:
     def surprise(self) -> float:
         """Normalised innovation squared a measured current, 1 expected; NaN: none was compared."""
         measured, nis = self.column("measured"), self.column("nis")
-        told = measured > 0
+        told = (measured > 0) & self.unexplained
         return float(nis[told].sum() / measured[told].sum()) if told.any() else np.nan
+
+    @cached_property
+    def unexplained(self) -> Mask:
+        """Rows whose surprise nothing has explained, (N,).
+
+        One in the seconds before another payload was told was that payload, and has taught nothing.
+        """
+        changes = self.t[self.column("widened") > 0]
+        next_one = np.append(changes, np.inf)[np.searchsorted(changes, self.t)]
+        return np.asarray(next_one - self.t > EXPLAINED)
 
     @cached_property
     def provenance(self) -> Mapping[str, Any]:
