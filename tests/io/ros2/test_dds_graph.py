@@ -14,6 +14,7 @@ pytest.importorskip("cyclonedds", reason="the extra ros2 is not installed")
 from urdyn.errors import InputError, MissingExtraError
 from urdyn.io.bags import forms
 from urdyn.io.ros2 import idl
+from urdyn.io.ros2.discovery import configurations
 from urdyn.io.ros2.domain import participant, reader, ros_name, type_hash, writer
 from urdyn.io.ros2.listen import RESET, Listener
 from urdyn.io.ros2.talk import TOPICS, dds_publish, dds_types
@@ -42,6 +43,51 @@ def test_every_joint_state_is_heard_in_order_base_first(publish, domain):
     for one in came[:: len(came) // 5]:
         np.testing.assert_array_equal(one.q, np.arange(6.0) / 7)
         np.testing.assert_array_equal(one.effort, np.arange(6.0) / 7)
+
+
+# What nodes tell Cyclone themselves when they are to stay on this computer.
+COUNTED = (
+    "<Discovery><ParticipantIndex>auto</ParticipantIndex><MaxAutoParticipantIndex>32"
+    '</MaxAutoParticipantIndex><Peers><Peer address="localhost"/></Peers></Discovery>'
+)
+SILENT = "<AllowMulticast>false</AllowMulticast>"
+ON_LOOPBACK = '<Interfaces><NetworkInterface address="127.0.0.1"/></Interfaces>'
+NODES = {"Humble": ON_LOOPBACK, "Iron and later": SILENT}
+STAYING = {"ROS_LOCALHOST_ONLY": "1", "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
+
+
+@pytest.mark.parametrize("node", NODES)
+@pytest.mark.parametrize("variable", STAYING)
+def test_nodes_that_stay_on_this_computer_are_heard(publish, domain, monkeypatch, node, variable):
+    """Though they were there before us, and call nobody again for half a minute."""
+    monkeypatch.setenv("ROS_LOCALHOST_ONLY", "")
+    general = f"<General>{NODES[node]}</General>"
+    monkeypatch.setenv(
+        "CYCLONEDDS_URI", f"<CycloneDDS><Domain>{general}{COUNTED}</Domain></CycloneDDS>"
+    )
+    publish(2000, "-", 60)
+    monkeypatch.setenv("CYCLONEDDS_URI", "")
+    monkeypatch.setenv(variable, STAYING[variable])
+    time.sleep(3.0)  # until it has called
+    assert len(heard("joint_states", 15.0, 100)) == 100
+
+
+def test_a_range_that_ros_does_not_know_is_told(domain, monkeypatch):
+    monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "NEAR")
+    with pytest.raises(InputError, match="SUBNET, LOCALHOST, OFF"):
+        participant()
+
+
+def test_how_far_to_look_is_what_the_variables_say():
+    [anywhere] = configurations({})
+    assert anywhere == ""
+    assert configurations({"ROS_AUTOMATIC_DISCOVERY_RANGE": "SYSTEM_DEFAULT"}) == ("",)
+    [called] = configurations({"ROS_STATIC_PEERS": '10.0.0.7;cell"3'})
+    assert '<Peer Address="10.0.0.7"/><Peer Address=\'cell"3\'/>' in called
+    [off] = configurations({"ROS_AUTOMATIC_DISCOVERY_RANGE": "OFF", "ROS_STATIC_PEERS": "10.0.0.7"})
+    assert "Peer" not in off and "ros_discovery_off_" in off
+    for here in configurations({"ROS_LOCALHOST_ONLY": "1", "ROS_STATIC_PEERS": "10.0.0.7"}):
+        assert "10.0.0.7" not in here and "localhost" in here
 
 
 def test_endpoints_carry_ros_names_types_and_hashes(domain):

@@ -1,8 +1,8 @@
 """A place in a ROS 2 graph without a ROS installation: its names, types and qualities of service.
 
 A topic `/joint_states` is `rt/joint_states` in DDS, its type `sensor_msgs::msg::dds_::JointState_`,
-and endpoints carry the hash of the type in their user data. ROS_DOMAIN_ID, ROS_LOCALHOST_ONLY and
-CYCLONEDDS_URI mean what they mean to ROS.
+and endpoints carry the hash of the type in their user data. ROS_DOMAIN_ID, CYCLONEDDS_URI and what
+`discovery` reads mean what they mean to ROS.
 """
 
 from __future__ import annotations
@@ -14,18 +14,12 @@ from typing import Any
 
 from urdyn.errors import InputError
 from urdyn.io.bags.forms import require
+from urdyn.io.ros2.discovery import configurations
 
+URI = "CYCLONEDDS_URI"
 DEEP = 4000  # samples that wait for us, at most: eight seconds of 500 Hz
 KEPT = 10  # samples that wait for those who listen to us, as ROS has it unless told otherwise
 PATIENCE = 100  # [ms] that a writer waits for a listener whose queue is full
-LOOPBACK = (
-    '<CycloneDDS><Domain Id="any"><General><Interfaces><NetworkInterface name="lo"/></Interfaces>'
-    "<AllowMulticast>false</AllowMulticast></General><Discovery>"
-    "<ParticipantIndex>auto</ParticipantIndex>"
-    "<MaxAutoParticipantIndex>32</MaxAutoParticipantIndex>"
-    '<Peers><Peer Address="localhost"/></Peers></Discovery></Domain></CycloneDDS>'
-)
-
 # Not among the types that rosbags knows.
 DEFINITIONS = {
     "control_msgs/msg/InterfaceValue": "string[] interface_names\nfloat64[] values\n",
@@ -39,16 +33,21 @@ DEFINITIONS = {
 def participant(environ: Mapping[str, str] = os.environ) -> Any:
     """Our entry into the graph."""
     require("cyclonedds", "rosbags")
-    number = _number(environ.get("ROS_DOMAIN_ID") or "0")
-    if environ.get("ROS_LOCALHOST_ONLY") == "1" and not environ.get("CYCLONEDDS_URI"):
-        os.environ["CYCLONEDDS_URI"] = LOOPBACK  # Cyclone reads it when the domain is made
+    number, asked = _number(environ.get("ROS_DOMAIN_ID") or "0"), environ.get(URI, "")
     from cyclonedds.core import DDSException
     from cyclonedds.domain import DomainParticipant
 
-    try:
-        return DomainParticipant(number)
-    except DDSException as error:
-        raise InputError(f"ROS_DOMAIN_ID {number}: no place in this network: {error}") from error
+    failed = Exception()
+    for configuration in configurations(environ):
+        # Cyclone reads it when the domain is made; the last word is the user's.
+        os.environ[URI] = ",".join(filter(None, (configuration, asked)))
+        try:
+            return DomainParticipant(number)
+        except DDSException as error:
+            failed = error
+        finally:
+            os.environ[URI] = asked
+    raise InputError(f"ROS_DOMAIN_ID {number}: no place in this network: {failed}") from failed
 
 
 def _number(text: str) -> int:
