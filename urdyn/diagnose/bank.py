@@ -58,6 +58,7 @@ class Block:
     b: Array  # (n,)
     walk: Array | float = 0.0  # (n,) [1/√s] beside that of every block
     hidden: Array | float = 0.0  # (n,) sd of what hides in a program, and ends with it
+    leap: Array | float = 0.0  # (n,) sd of what may have happened at its begin
 
 
 def first(x: Array, P: Array, p: int) -> Bank:
@@ -116,7 +117,7 @@ def _strayed(
 ) -> tuple[Array, Array, Array]:
     """Belief in a block after one that ended at `t`, and which states it takes over, (n,)."""
     walk = straying.walk**2 + block.walk**2
-    more = walk * (0.0 if np.isnan(t) else block.end - t)
+    more = walk * (0.0 if np.isnan(t) else block.end - t) + np.square(block.leap)
     stays = np.ones_like(x)
     if another(t, block.begin):
         more = more + between_programs(straying.window, block.hidden) ** 2

@@ -169,7 +169,7 @@ class Diagnosis:
         slow, series, new = state.slow, dict(state.series), []
         for change in slow.found:
             suspect = self.slow.of.each[change.suspect]
-            if not suspect.kind.of_tool and change.suspect not in slow.known:
+            if not suspect.kind.of_tool and change.suspect not in slow.suspects:
                 continue
             trace = [] if suspect.kind.of_tool else self.slow.judge.trace(slow, change.suspect)
             series[change.suspect] = tuple(trace)
@@ -187,7 +187,9 @@ class Diagnosis:
     def _withdrawn(self, state: State) -> State:
         """Without findings of which nothing is left since another one explains them."""
         of = self.slow.of.each
-        gone = {k for k, _ in state.series if not of[k].kind.of_tool and k not in state.slow.known}
+        gone = {
+            k for k, _ in state.series if not of[k].kind.of_tool and k not in state.slow.suspects
+        }
         if not gone:
             return state
         ids = {identity(of[k], self.space) for k in gone}
@@ -197,7 +199,7 @@ class Diagnosis:
 
     def _known(self, state: State) -> dict[int, Suspect]:
         """Slow suspects that are found."""
-        return {k: self.slow.of.each[k] for k in state.slow.known}
+        return {k: self.slow.of.each[k] for k in state.slow.suspects}
 
     def findings(self, state: State) -> list[Finding]:
         """All that was found, as it is now; `state.findings` is as it was last told."""

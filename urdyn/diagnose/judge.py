@@ -13,6 +13,7 @@ from urdyn.diagnose import bank as onsets
 from urdyn.diagnose.bank import Bank, Straying
 from urdyn.diagnose.change import Change
 from urdyn.diagnose.explain import Explanation, Suspects, explanation, gathered
+from urdyn.diagnose.fault import Fault, known_by
 from urdyn.diagnose.healthy import Healthy
 from urdyn.diagnose.recall import Recall, Series
 from urdyn.diagnose.rules import PAYLOAD_STATES
@@ -50,7 +51,7 @@ class Judge:
     def _alarmed(self, state: SlowState) -> SlowState:
         """Is there an alarm, and is it clear of what?"""
         evidence = gathered(state.bank, self.of)
-        of = [k for k in range(len(self.of.each)) if k not in state.known]
+        of = [k for k in range(len(self.of.each)) if k not in state.suspects]
         over = self.threshold + np.log(len(of))
         if logsumexp(evidence[of]) < over:
             return replace(state, waited=0)
@@ -87,9 +88,9 @@ class Judge:
         state = replace(state, found=(*state.found, change), waited=0)
         if of_tool:
             return self._settled_on(state, more)
-        return self._alarmed(self._knowing(state, (*state.known, k)))
+        return self._alarmed(self._knowing(state, (*state.known, known_by(change))))
 
-    def _knowing(self, state: SlowState, known: tuple[int, ...]) -> SlowState:
+    def _knowing(self, state: SlowState, known: tuple[Fault, ...]) -> SlowState:
         """With these suspects found, and the bank as it is in their light."""
         state = replace(state, known=known)
         bank = state.recall.again(self.healthy, known, self.straying(state), self.E)
@@ -97,7 +98,7 @@ class Judge:
 
     def _explained(self, state: SlowState) -> SlowState:
         """Without what was found of which others have left nothing: it was their shadow."""
-        left = tuple(k for k in state.known if not self._nothing(state.bank, k))
+        left = tuple(f for f in state.known if not self._nothing(state.bank, f.suspect))
         return state if left in ((), state.known) else self._knowing(state, left)
 
     def _nothing(self, bank: Bank, k: int) -> bool:
@@ -121,7 +122,7 @@ class Judge:
     def levels(self, state: SlowState) -> list[tuple[int, float, float]]:
         """Suspects that are found, and how far their change has gone by now: size, sd."""
         told = []
-        for k in state.known:
+        for k in state.suspects:
             at = self._measured(k)
             told.append((k, float(state.bank.x[at]), float(np.sqrt(state.bank.P[at, at]))))
         return told

@@ -13,7 +13,6 @@ from urdyn.diagnose.carried import Mode, Shown
 from urdyn.diagnose.carrying import Carrying, Waiting
 from urdyn.diagnose.explain import Suspects, instant_evidence
 from urdyn.diagnose.moment import Means, Pool, laden, pooled
-from urdyn.diagnose.moment import together as pooled_together
 from urdyn.diagnose.space import Space
 from urdyn.types import Array, Index
 
@@ -96,8 +95,7 @@ class Loads:
         gain = carried.fit(told, carried.anything(t)) - known
         if gain <= carried.SURE:
             return None
-        pool = pooled_together([w.pool for w in moments])
-        if gain <= self._of_joints(belief, pool, mode) + MARGIN:
+        if gain <= self._of_joints(belief, [w.pool for w in moments], mode) + MARGIN:
             return None
         new = carried.learnt(told, carried.anything(t), t)
         return new if carried.possible(new, self.space.reference.payload) else None
@@ -134,16 +132,20 @@ class Loads:
         more, _ = carried.remembered(carrying.modes, new, {carrying.was, *carrying.path})
         return replace(carrying, modes=more, unclaimed=())
 
-    def _of_joints(self, belief: Belief, pool: Pool, mode: Mode) -> float:
-        """How well the best fault of a joint explains moments, beside the healthy arm [nats]."""
+    def _of_joints(self, belief: Belief, pools: Sequence[Pool], mode: Mode) -> float:
+        """How well the best fault of a joint explains moments, beside the healthy arm [nats].
+
+        As those of a load, each stands for itself: the arm may stray anew in every moment.
+        """
         x, P, at = belief[0].copy(), belief[1].copy(), self.space.payload
         P[at] = P[:, at] = 0.0
         P[np.ix_(at, at)] = carried.spread(mode).cov
         x[at] = mode.mean
-        keep = np.linalg.inv(np.eye(len(P)) + pool.A @ P)
         E = self.of.directions(len(x))
-        C = E.T @ keep @ pool.A @ E
-        d = E.T @ keep @ (pool.b - pool.A @ x)
+        C, d = np.zeros((E.shape[1], E.shape[1])), np.zeros(E.shape[1])
+        for pool in pools:
+            of = np.linalg.solve(np.eye(len(P)) + P @ pool.A, E)  # (I + P A)^-1 E
+            C, d = C + E.T @ pool.A @ of, d + of.T @ (pool.b - pool.A @ x)
         return instant_evidence(C, d, self.of)
 
     def hidden(self, A: Array, belief: Belief) -> Array:

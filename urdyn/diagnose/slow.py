@@ -148,7 +148,8 @@ class Slow:
         if not np.isnan(state.begin) and onsets.another(state.end, state.waiting[0].begin):
             state = self._block(state)
         ripe, *waiting = state.waiting
-        before = self._belief(state, state.before[0], ripe.pool, True)
+        before = self.healthy.informed(state.before[0], state.bank, state.known)
+        before = self._belief(state, before, ripe.pool, True)
         carrying, pool = self.loads.ripened(state.carrying, ripe, before)
         state = replace(state, carrying=carrying, waiting=tuple(waiting))
         if noticed := self._noticed(state):
@@ -179,13 +180,29 @@ class Slow:
         A, b = warmth.widened(A, b, warmth.unknowns(self.space, warm))
         unseen = np.append(hidden, np.zeros(len(b) - len(hidden)))
         block = Block(state.begin, state.end, A, b, self.healthy.blind(warm), unseen)
+        block = self.healthy.leaping(block, state.known)
         state = replace(
             state,
             bank=onsets.step(state.bank, block, straying, self.judge.E),
             learnt=self.learning.after(state.learnt, state.A, state.b, belief, straying.window),
-            recall=state.recall.after(block, straying),
+            recall=state.recall.after(block, self.healthy, state.known, straying),
         )
-        return self.judge.judged(self._between(state))
+        judged = self.judge.judged(self._between(state))
+        return judged if judged.known == state.known else self._retold(judged)
+
+    def _retold(self, state: SlowState) -> SlowState:
+        """With the moments that wait in the light of what is known by now.
+
+        Those that were searched for a light piece are not kept to be told again.
+        """
+        waiting = tuple(
+            replace(
+                w, told=self.loads.shown(w.pool, self._belief(state, state.bank, w.pool, False))
+            )
+            for w in state.waiting
+        )
+        carrying = replace(state.carrying, unclaimed=())
+        return replace(state, waiting=waiting, carrying=carrying)
 
     def _noticed(self, state: SlowState) -> SlowState | None:
         """With a light piece that is noticed by now: what this program taught is forgotten."""
@@ -197,6 +214,7 @@ class Slow:
         if carrying is None:
             return None
         bank, recall = state.before
+        state = replace(state, known=tuple(fault.by(state.bank.t) for fault in state.known))
         if state.known:
             bank = recall.again(self.healthy, state.known, self.judge.straying(state), self.judge.E)
         return self._between(replace(state, carrying=carrying, bank=bank, recall=recall))
