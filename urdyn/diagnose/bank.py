@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from urdyn.types import Array
+from urdyn.types import Array, Index
 
 PAUSE = 10.0  # [s] without work, after which it may be another program
 PROGRAM = 1.0  # [-] windows' straying, by which the model may be off for as long as that runs
@@ -101,6 +101,18 @@ def step(bank: Bank, block: Block, straying: Straying, E: Array) -> Bank:
     X = bank.X + ((after @ block.A) @ flat).reshape(missed.shape)
     x = bank.x + after @ g
     return _thinned(replace(bank, t=block.end, x=x, P=0.5 * (after + after.T), X=X, C=C, d=d))
+
+
+def relieved(bank: Bank, states: Index, directions: Index) -> Bank:
+    """Without what was seen of some states so far: they are about something else from here on.
+
+    Args:
+        directions: of changes, that are changes of those.
+    """
+    X, C, d = bank.X.copy(), bank.C.copy(), bank.d.copy()
+    X[states] = X[..., directions] = 0.0
+    C[..., directions] = C[..., directions, :] = d[..., directions] = 0.0
+    return replace(bank, X=X, C=C, d=d)
 
 
 def followed(

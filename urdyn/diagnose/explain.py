@@ -8,7 +8,7 @@ by one a block while the arm is healthy: the threshold is the promise itself [Sh
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.special import log_ndtr, logsumexp
@@ -145,14 +145,11 @@ def gathered(bank: Bank, of: Suspects) -> Array:
 
 def explanation(bank: Bank, suspect: Suspect) -> Explanation:
     """What a suspect's change would be like."""
-    (told,) = evidence(bank, suspect.kind, suspect.places[None], suspect.sd[None])
-    told = told + np.log(bank.weight)
+    told = _by_onset(bank, suspect)
     total = float(logsumexp(told))
     by_onset = np.exp(logsumexp(told, axis=(0, 1)) - total)
     s, scale, m = np.unravel_index(int(np.argmax(told)), told.shape)
-    at = suspect.places
-    sd = suspect.sd * (SIZES[scale] if s == 0 else 1.0 / RATES[scale])
-    cov = np.linalg.inv(bank.C[s, m][at[:, None], at] + np.diag(sd**-2.0))
+    at, cov = suspect.places, _cov(bank, suspect, int(s), int(scale), int(m))
     delta, spread = float((cov @ bank.d[s, m][at])[0]), float(np.sqrt(cov[0, 0]))
     onset = float(bank.onset[m])
     age = bank.t - onset if SHAPES[s] == "ramp" else 1.0
@@ -162,6 +159,33 @@ def explanation(bank: Bank, suspect: Suspect) -> Explanation:
         suspect, bank.t, total, SHAPES[s], middle, lo, hi, delta * age, spread * age,
         delta if ramp else 0.0, spread if ramp else 0.0,
     )  # fmt: skip
+
+
+def supposed(bank: Bank, suspect: Suspect, E: Array) -> Bank:
+    """The bank with its arm as it is if this suspect's likeliest change is there.
+
+    Args:
+        E: all directions that faults have, (N, p).
+    """
+    told, at = _by_onset(bank, suspect), suspect.places
+    s, scale, m = np.unravel_index(int(np.argmax(told)), told.shape)
+    cov = _cov(bank, suspect, int(s), int(scale), int(m))
+    age = bank.t - bank.onset[m] if SHAPES[s] == "ramp" else 1.0
+    missed = age * E[:, at] - bank.X[:, s, m, at]  # of a unit of change, by the filter
+    x = bank.x + missed @ (cov @ bank.d[s, m][at])
+    return replace(bank, x=x, P=bank.P + missed @ cov @ missed.T)
+
+
+def _by_onset(bank: Bank, suspect: Suspect) -> Array:
+    """Evidence of a suspect by shape, scale and onset, (2, scales, m)."""
+    (told,) = evidence(bank, suspect.kind, suspect.places[None], suspect.sd[None])
+    return np.asarray(told + np.log(bank.weight))
+
+
+def _cov(bank: Bank, suspect: Suspect, s: int, scale: int, m: int) -> Array:
+    """Of a change of this shape and scale since this onset, (r, r)."""
+    sd, at = suspect.sd * (SIZES[scale] if s == 0 else 1.0 / RATES[scale]), suspect.places
+    return np.asarray(np.linalg.inv(bank.C[s, m][at[:, None], at] + np.diag(sd**-2.0)))
 
 
 def _quantile(values: Array, share: Array, level: float) -> float:

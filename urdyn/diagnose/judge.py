@@ -12,7 +12,7 @@ from scipy.special import logsumexp
 from urdyn.diagnose import bank as onsets
 from urdyn.diagnose.bank import Bank, Straying
 from urdyn.diagnose.change import Change
-from urdyn.diagnose.explain import Explanation, Suspects, explanation, gathered
+from urdyn.diagnose.explain import Explanation, Suspects, explanation, gathered, supposed
 from urdyn.diagnose.fault import Fault, known_by
 from urdyn.diagnose.healthy import Healthy
 from urdyn.diagnose.recall import Recall, Series
@@ -24,6 +24,7 @@ NEAR = 10.0  # [nats] below an alarm, from which on a suspect is another's rival
 CONFIDENT = 0.95  # [-] share of the evidence at which a finding need not wait for a clearer name
 UNSURE = 2.0  # [sd] below which another finding leaves nothing of a change
 PATIENCE = 12  # blocks that an alarm waits for that
+LIKELY = 6.0  # [nats] from which on a change is taken for what noise and loads are not
 TWICE = 2  # blocks at least: the next one bears out what one says, or takes it back
 
 
@@ -51,6 +52,8 @@ class Judge:
     def _alarmed(self, state: SlowState) -> SlowState:
         """Is there an alarm, and is it clear of what?"""
         evidence = gathered(state.bank, self.of)
+        best = int(np.argmax(evidence))
+        state = replace(state, likely=best if evidence[best] > LIKELY else None)
         of = [k for k in range(len(self.of.each)) if k not in state.suspects]
         over = self.threshold + np.log(len(of))
         if logsumexp(evidence[of]) < over:
@@ -118,6 +121,20 @@ class Judge:
         bank = replace(onsets.first(x, P, self.E.shape[1]), t=t)
         recall = Recall(t, x, P)
         return replace(state, bank=bank, recall=recall, before=(bank, recall))
+
+    def relieved(self, state: SlowState) -> SlowState:
+        """Look for changes of a load that is another from here on; of joints as before."""
+        payload = self.healthy.space.payload
+        x, P = self.healthy.emptied(state.bank.x, state.bank.P)
+        of_load = np.flatnonzero(np.isin(self.of.states, payload))
+        bank = onsets.relieved(replace(state.bank, x=x, P=P), payload, of_load)
+        return replace(state, bank=bank, before=(bank, state.recall))
+
+    def supposed(self, state: SlowState) -> Bank:
+        """The bank with its arm as it is if what explains it best is there."""
+        if state.likely is None or not len(state.bank.onset):
+            return state.bank
+        return supposed(state.bank, self.of.each[state.likely], self.E)
 
     def levels(self, state: SlowState) -> list[tuple[int, float, float]]:
         """Suspects that are found, and how far their change has gone by now: size, sd."""

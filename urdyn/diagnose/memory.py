@@ -40,8 +40,8 @@ from urdyn.signal import Instant
 from urdyn.tracking.checkpoint import DAMAGE
 
 KNOWN = (
-    Bank, Bin, Block, Carrying, Change, Fault, FastState, Felt, Finding, Heard, Instant, Learnt, Loudness,
-    Means, Mode, Now, Pool, Quiet, Recall, Reversals, Rows, Shown, SlowState, State,
+    Bank, Bin, Block, Carrying, Change, Fault, FastState, Felt, Finding, Heard, Instant, Learnt,
+    Loudness, Means, Mode, Now, Pool, Quiet, Recall, Reversals, Rows, Shown, SlowState, State,
     Steadiness, Waiting, Warmth,
 )  # fmt: skip
 CLASSES = {kind.__name__: kind for kind in KNOWN}

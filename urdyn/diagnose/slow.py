@@ -107,7 +107,9 @@ class Slow:
             return state
         carrying, change = self.stay.settled(state.carrying, end)
         state = replace(state, carrying=carrying)
-        return self.judge.afresh(replace(state, found=(*state.found, change))) if change else state
+        return (
+            self.judge.relieved(replace(state, found=(*state.found, change))) if change else state
+        )
 
     def _unpushed(self, state: SlowState, push: Push) -> SlowState:
         """Without the moments that wait in which something pushed the arm."""
@@ -120,7 +122,7 @@ class Slow:
         """With a moment more that waits."""
         pool = pooled(means)
         other = onsets.another(state.bank.t, begin)
-        belief = self._belief(state, state.bank, pool, other)
+        belief = self._belief(state, self.judge.supposed(state), pool, other)
         waiting = (*state.waiting, self.loads.waiting(means, pool, belief, begin, end))
         carrying = self.loads.carried(state.carrying, belief, waiting)
         return replace(state, waiting=waiting, carrying=carrying)
@@ -174,6 +176,7 @@ class Slow:
     def _block(self, state: SlowState) -> SlowState:
         warm, straying = state.warm / state.moments, self.judge.straying(state)
         belief = self.healthy.now(state.bank, warm)
+        supposed = self.healthy.now(self.judge.supposed(state), warm)
         hidden = self.loads.hidden(state.A / state.moments, belief)
         window = np.hypot(self.learning.window(state.learnt, state.A), hidden)
         A, b = onsets.strayed(state.A, state.b, window)
@@ -184,7 +187,7 @@ class Slow:
         state = replace(
             state,
             bank=onsets.step(state.bank, block, straying, self.judge.E),
-            learnt=self.learning.after(state.learnt, state.A, state.b, belief, straying.window),
+            learnt=self.learning.after(state.learnt, state.A, state.b, supposed, straying.window),
             recall=state.recall.after(block, self.healthy, state.known, straying),
         )
         judged = self.judge.judged(self._between(state))
