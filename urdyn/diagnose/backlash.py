@@ -41,6 +41,7 @@ class Reversals:
     tail: Rows | None  # the rows that a reversal may still need
     R: Array  # (J, gaps) log of Shiryaev-Roberts' sums; -inf: nothing yet
     llr: Array  # (J, gaps) log likelihood since the sum began to grow
+    shown: Array  # (J, gaps) [nats] that each gap would have shown, had it been there
     count: Array  # (J,) reversals that were judged
     since: Array  # (J,) [s] when the evidence began; NaN: none
     number: Array  # (J,) reversals since then
@@ -70,7 +71,7 @@ class Backlash:
         nothing, never = np.zeros(J), np.full((J, len(GAPS)), -np.inf)
         nan = np.full(J, np.nan)
         return Reversals(
-            None, never, np.zeros_like(never), nothing, nan, nothing,
+            None, never, np.zeros_like(never), np.zeros_like(never), nothing, nan, nothing,
             np.zeros(J, dtype=bool), nothing, np.full(J, np.inf), np.full(J, -np.inf),
         )  # fmt: skip
 
@@ -142,10 +143,11 @@ class Backlash:
         r, x = r - q @ (q.T @ r), x - (x @ q) @ q.T
         r = np.clip(r, -WILD, WILD)
         louder = max(1.0, float(r @ r) / (len(r) - 2.0))  # what the model leaves just here
+        power = np.sum(x**2, axis=1)
         llr = logsumexp(
-            [(c * (x @ r) - 0.5 * c**2 * np.sum(x**2, axis=1)) / louder for c in SHARES], axis=0
+            [(c * (x @ r) - 0.5 * c**2 * power) / louder for c in SHARES], axis=0
         ) - np.log(len(SHARES))
-        return self._weighed(state, j, llr, float(t0))
+        return self._weighed(state, j, llr, 0.5 * power / louder, float(t0))
 
     def _whole(self, load: Array, after: Array, line: Array) -> bool:
         """The load turns over once, and for good: noise about zero is no reversal.
@@ -159,8 +161,10 @@ class Backlash:
         return bool(before.any() and (side[before] == side[0]).all()
                     and (side[~before] == -side[0]).all())  # fmt: skip
 
-    def _weighed(self, state: Reversals, j: int, llr: Array, t: float) -> Reversals:
-        R, total = state.R.copy(), state.llr.copy()
+    def _weighed(self, state: Reversals, j: int, llr: Array, shown: Array, t: float) -> Reversals:
+        """Args: shown: what llr would be on the average, were there such a gap, (gaps,) [nats]."""
+        R, total, told = state.R.copy(), state.llr.copy(), state.shown.copy()
+        told[j] += shown
         count, number, since = state.count.copy(), state.number.copy(), state.since.copy()
         R[j] = np.logaddexp(R[j], 0.0) + llr
         fresh = total[j].max() + llr.max() <= 0.0
@@ -168,11 +172,11 @@ class Backlash:
         number[j] = 0.0 if fresh else number[j] + 1.0
         since[j] = np.nan if fresh else (t if np.isnan(since[j]) else since[j])
         count[j] += 1.0
-        return replace(state, R=R, llr=total, count=count, number=number, since=since)
+        return replace(state, R=R, llr=total, shown=told, count=count, number=number, since=since)
 
     def _event(self, state: Reversals, j: int, now: float) -> Event | None:
         evidence = float(logsumexp(state.R[j])) - np.log(self.space.joints * len(GAPS))
-        if state.told[j] or evidence < np.log(self.rule["promise"]):
+        if state.told[j] or evidence < self._needed:
             return None
         if state.number[j] < self.rule["enough"]:
             return None
@@ -183,17 +187,25 @@ class Backlash:
             "half_gap_rad": gap,
             "reversals": int(state.number[j]),
             "statistic": evidence,
-            "threshold": float(np.log(self.rule["promise"])),
+            "threshold": self._needed,
         }
         return Event("joint_backlash", j, since, now, 0.99, gap, told)
 
+    @property
+    def _needed(self) -> float:
+        """Evidence at which a gap is told [nats]."""
+        return float(np.log(self.rule["promise"]))
+
     def observable(self, state: Reversals) -> list[dict[str, Any]]:
-        """Joint by joint, whether this motion could show a gap, and what would."""
+        """Joint by joint, from which gap on this motion could show it, and what would."""
         arm, told = self.space.reference.arm, []
+        needed = self._needed + np.log(self.space.joints * len(GAPS))
         for j, name in enumerate(arm.joint_names):
             count = int(state.count[j])
-            seen = count >= self.rule["enough"]
+            plain = GAPS[state.shown[j] >= needed] if count >= self.rule["enough"] else GAPS[:0]
+            seen = bool(len(plain) and plain[0] <= self.rule["critical"])
             row: dict[str, Any] = {"joint": j, "name": name, "reversals": count, "observable": seen}
+            row |= {"half_gap_rad": float(plain[0]) if len(plain) else None}
             told.append(row if seen else row | self._probe(state, j))
         return told
 
@@ -208,12 +220,14 @@ class Backlash:
         load = self.space.arm.torque(q, still, still)[:, j]
         turns = np.flatnonzero(load[1:] * load[:-1] < 0.0)
         why = "not observable in this motion"
-        if state.slid[j] > 1.0:
+        if state.count[j] >= self.rule["enough"]:
+            why += ": the load turns over too slowly"
+        elif state.slid[j] > 1.0:
             why += ": the load keeps the gear on one flank"
         if np.ptp(load) < 0.05 * self.space.reference.drive.coulomb[j] or not len(turns):
             how = f"turn {arm.joint_names[j]} back and forth by 0.3 rad, as fast as allowed"
             return {"why": why, "probe": how}
         best = turns[np.argmin(np.abs(q[turns, j] - middle[j]))]
         pose = float(q[best, j])
-        how = f"turn {arm.joint_names[j]} slowly to and fro by 0.2 rad about {pose:.2f} rad"
-        return {"why": why, "probe": how + ", where gravity turns over"}
+        how = f"turn {arm.joint_names[j]} to and fro by 0.2 rad about {pose:.2f} rad"
+        return {"why": why, "probe": how + ", where gravity turns over, as fast as allowed"}

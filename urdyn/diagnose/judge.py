@@ -24,7 +24,7 @@ NEAR = 10.0  # [nats] below an alarm, from which on a suspect is another's rival
 CONFIDENT = 0.95  # [-] share of the evidence at which a finding need not wait for a clearer name
 UNSURE = 2.0  # [sd] below which another finding leaves nothing of a change
 PATIENCE = 12  # blocks that an alarm waits for that
-LIKELY = 6.0  # [nats] from which on a change is taken for what noise and loads are not
+LIKELY = 7.0  # [nats] beyond a healthy arm's, from which on a change is no noise and no load
 TWICE = 2  # blocks at least: the next one bears out what one says, or takes it back
 
 
@@ -53,7 +53,9 @@ class Judge:
         """Is there an alarm, and is it clear of what?"""
         evidence = gathered(state.bank, self.of)
         best = int(np.argmax(evidence))
-        state = replace(state, likely=best if evidence[best] > LIKELY else None)
+        # Of an arm that nothing is wrong with it is about as much as there are onsets.
+        beyond = evidence[best] - np.log(state.bank.weight.sum())
+        state = replace(state, likely=best if beyond > LIKELY else None)
         of = [k for k in range(len(self.of.each)) if k not in state.suspects]
         over = self.threshold + np.log(len(of))
         if logsumexp(evidence[of]) < over:
