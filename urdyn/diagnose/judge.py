@@ -25,6 +25,7 @@ CONFIDENT = 0.95  # [-] share of the evidence at which a finding need not wait f
 UNSURE = 2.0  # [sd] below which another finding leaves nothing of a change
 PATIENCE = 12  # blocks that an alarm waits for that
 LIKELY = 7.0  # [nats] beyond a healthy arm's, from which on a change is no noise and no load
+FRESH = 60.0  # [s] since its onset
 TWICE = 2  # blocks at least: the next one bears out what one says, or takes it back
 
 
@@ -52,10 +53,7 @@ class Judge:
     def _alarmed(self, state: SlowState) -> SlowState:
         """Is there an alarm, and is it clear of what?"""
         evidence = gathered(state.bank, self.of)
-        best = int(np.argmax(evidence))
-        # Of an arm that nothing is wrong with it is about as much as there are onsets.
-        beyond = evidence[best] - np.log(state.bank.weight.sum())
-        state = replace(state, likely=best if beyond > LIKELY else None)
+        state = replace(state, likely=self._likely(state.bank, evidence))
         of = [k for k in range(len(self.of.each)) if k not in state.suspects]
         over = self.threshold + np.log(len(of))
         if logsumexp(evidence[of]) < over:
@@ -74,6 +72,18 @@ class Judge:
         order = np.argsort(-share)[1:3]
         rivals = tuple((of[k], float(share[k])) for k in order)
         return self._accepted(state, of[top], told[of[top]], float(share[top]), rivals)
+
+    def _likely(self, bank: Bank, evidence: Array) -> int | None:
+        """The change that most likely has just happened; None where none did.
+
+        What is wrong since long ago, by little, may as well be the model.
+        """
+        best = int(np.argmax(evidence))
+        # The evidence of an arm that nothing is wrong with is about as much as there are onsets.
+        if evidence[best] - np.log(bank.weight.sum()) < LIKELY:
+            return None
+        fresh = bank.t - explanation(bank, self.of.each[best]).onset < FRESH
+        return best if fresh else None
 
     def _accepted(
         self,
