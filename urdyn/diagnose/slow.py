@@ -150,8 +150,8 @@ class Slow:
         if not np.isnan(state.begin) and onsets.another(state.end, state.waiting[0].begin):
             state = self._block(state)
         ripe, *waiting = state.waiting
-        before = self.healthy.informed(state.before[0], state.bank, state.known)
-        before = self._belief(state, before, ripe.pool, True)
+        bank = self.healthy.informed(state.before[0], state.bank, state.known)
+        before = self._belief(state, bank, ripe.pool, True)
         carrying, pool = self.loads.ripened(state.carrying, ripe, before)
         state = replace(state, carrying=carrying, waiting=tuple(waiting))
         if noticed := self._noticed(state):
