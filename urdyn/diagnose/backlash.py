@@ -28,6 +28,7 @@ from urdyn.types import Array, Mask
 
 GAPS = np.array([5e-5, 1e-4, 2e-4, 4e-4, 8e-4, 1.6e-3])  # [rad] half, that are looked for
 BEFORE, LONGEST = 0.04, 0.06  # [s] before and after a reversal
+WIDER = 1.5  # [-] times the time that the widest gap takes, for which one that is known may be open
 WILD = 4.0  # [sd] that one row counts at most
 CLEAR = 4.0  # [sd] of a load about its line, that it has to swing through
 SHARES = (1.0, 0.5)  # [-] of the template: the load is not quite gone, or not all of it known
@@ -65,6 +66,11 @@ class Backlash:
         drive = self.space.reference.drive
         return np.sqrt(4.0 * GAPS[:, None] * drive.rotor_inertia / drive.coulomb)
 
+    @cached_property
+    def widest(self) -> Array:
+        """Time over a gap wider than any that is looked for, (J,) [s]."""
+        return np.asarray(np.maximum(LONGEST, WIDER * self.crossing[-1]))
+
     def init(self) -> Reversals:
         """Nothing seen yet."""
         J = self.space.joints
@@ -77,27 +83,26 @@ class Backlash:
 
     def step(
         self, state: Reversals, rows: Rows, tool: Array, ill: Mask
-    ) -> tuple[Reversals, list[Event]]:
-        """A beat on.
+    ) -> tuple[Reversals, list[Event], Mask]:
+        """A beat on; also rows in which a gap that is known may be open, (N, J).
 
         Args:
             tool: inertials that are carried, (10,).
             ill: joints whose sensor is not to be believed, (J,).
         """
-        whole = rows
+        whole, done = rows, rows.t[0] + BEFORE
         if state.tail is not None and rows.t[0] - state.tail.t[-1] < 5.0 * self.period:
-            whole = joined((state.tail, rows))
+            whole, done = joined((state.tail, rows)), state.tail.t[-1] - LONGEST
         state = self._moved(state, rows)
         K = self.space.reference.drive.gain
         own = np.einsum("njk,k->nj", whole.rigid[..., -10:], tool)
         load = whole.load + K * own
         left = whole.residual - own
         ready = whole.t <= whole.t[-1] - LONGEST
-        new = whole.t > (whole.t[0] + BEFORE)
+        new = whole.t > done
         turned = np.zeros(load.shape, dtype=bool)
         turned[1:] = load[1:] * load[:-1] < 0.0
         found: list[Event] = []
-        done = whole.t[ready][-1] if ready.any() else -np.inf
         for row, j in np.argwhere(turned & (ready & new)[:, None] & ~ill):
             state = self._reversal(state, whole, load[:, j], left[:, j], int(row), int(j))
             event = self._event(state, int(j), float(whole.t[-1]))
@@ -105,8 +110,10 @@ class Backlash:
                 told = state.told.copy()
                 told[j] = True
                 state, found = replace(state, told=told), [*found, event]
-        keep = int(np.searchsorted(whole.t, done - BEFORE - self.period / 2.0))
-        return replace(state, tail=whole.part(keep, len(whole))), found
+        back = max(BEFORE + LONGEST, self.widest.max()) + self.period
+        keep = int(np.searchsorted(whole.t, whole.t[-1] - back))
+        open_now = state.told & _lately(turned, whole.t, self.widest)[len(whole) - len(rows) :]
+        return replace(state, tail=whole.part(keep, len(whole))), found, open_now
 
     def _moved(self, state: Reversals, rows: Rows) -> Reversals:
         moving = (np.abs(rows.v) > STANDING).sum(axis=0) * self.period
@@ -231,3 +238,9 @@ class Backlash:
         pose = float(q[best, j])
         how = f"turn {arm.joint_names[j]} to and fro by 0.2 rad about {pose:.2f} rad"
         return {"why": why, "probe": how + ", where gravity turns over, as fast as allowed"}
+
+
+def _lately(turned: Mask, t: Array, lasting: Array) -> Mask:
+    """Rows in which the load has turned over no longer ago than this (J,) [s], (N, J)."""
+    at = np.where(turned, t[:, None], -np.inf)
+    return np.asarray(t[:, None] - np.maximum.accumulate(at, axis=0) < lasting)

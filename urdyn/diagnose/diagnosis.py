@@ -36,6 +36,7 @@ from urdyn.types import Array, Motion
 
 CHUNK = 10  # rows that are compared with the model at once
 BEAT = 0.25  # [s]
+BENDS = ("sensor_fault", "joint_backlash")  # fast kinds that bend what slow ones are judged by
 BROKEN = 5.0  # periods without a row after which a beat and a moment end early
 
 
@@ -140,10 +141,10 @@ class Diagnosis:
         carrying = state.slow.carrying
         order = [carrying.now, *(k for k in range(len(carrying.modes)) if k != carrying.now)]
         carried = np.array([carrying.modes[k].mean for k in order])
-        fast, events, ill = self.fast.step(state.fast, beat, carried)
-        believed = replace(beat, settled=beat.settled & ~ill)
+        fast, events, untrue = self.fast.step(state.fast, beat, carried)
+        believed = replace(beat, settled=beat.settled & ~untrue)
         state = replace(state, fast=fast, beat=(), moment=(*state.moment, believed))
-        if sick := [event.onset for event in events if event.kind == "sensor_fault"]:
+        if sick := [event.onset for event in events if event.kind in BENDS]:
             slow = self.slow.unsaid(state.slow, min(sick))
             state = replace(state, slow=slow, moment=(believed,))
         state, found = self._told(replace(state, push=_last(events, state.push)), events)

@@ -117,9 +117,10 @@ class Judge:
         return state if left in ((), state.known) else self._knowing(state, left)
 
     def _nothing(self, bank: Bank, k: int) -> bool:
-        """Whether a change that was found may as well be none by now."""
-        at = self._measured(k)
-        return bool(abs(bank.x[at]) < UNSURE * np.sqrt(bank.P[at, at]))
+        """Whether a change that was found may as well be none, or of another kind, by now."""
+        at, sign = self._measured(k), self.of.each[k].kind.sign
+        size = sign * bank.x[at] if sign else abs(bank.x[at])
+        return bool(size < UNSURE * np.sqrt(bank.P[at, at]))
 
     def _settled_on(self, state: SlowState, more: Array) -> SlowState:
         """Take what is carried as what is carried as a rule; all else is known as it was."""

@@ -37,6 +37,11 @@ class Recall:
         first = healthy.leaping(first, known)
         return Recall(*onsets.followed(self.t, self.x, self.P, first, straying), tuple(others))
 
+    def until(self, t: float) -> Recall:
+        """Without the blocks that go on after `t` [s]."""
+        kept = tuple(block for block in self.blocks if block.end <= t)
+        return self if len(kept) == len(self.blocks) else replace(self, blocks=kept)
+
     def again(self, healthy: Healthy, known: Sequence[Fault], straying: Straying, E: Array) -> Bank:
         """The bank of these blocks, with what is known free to have changed."""
         bank = onsets.first(self.x, healthy.opened(self.P, known, self.t), E.shape[1])

@@ -140,11 +140,21 @@ class Slow:
         return x, P + np.diag(var + other * onsets.between_programs(straying) ** 2)
 
     def unsaid(self, state: SlowState, t: float) -> SlowState:
-        """Without the moments since `t` [s] that are in no block yet: a sick sensor told them."""
+        """Without what was told since `t` [s]: by a sick sensor, or a gear with a gap."""
         kept = sum(w.end <= t for w in state.waiting)
         carrying = replace(state.carrying, path=state.carrying.path[:kept])
         state = replace(state, waiting=state.waiting[:kept], carrying=carrying)
+        recall = state.recall.until(t)
+        if recall is not state.recall:
+            state = self._recalled(state, recall)
         return self._between(state)
+
+    def _recalled(self, state: SlowState, recall: Recall) -> SlowState:
+        """With these blocks alone; faults that began since are as large as they want to be."""
+        state = replace(state, known=tuple(fault.by(state.bank.t) for fault in state.known))
+        straying, E = self.judge.straying(state), self.judge.E
+        bank = recall.again(self.healthy, state.known, straying, E)
+        return replace(state, bank=bank, recall=recall)
 
     def _gather(self, state: SlowState) -> SlowState:
         if not np.isnan(state.begin) and onsets.another(state.end, state.waiting[0].begin):
@@ -217,10 +227,10 @@ class Slow:
         if carrying is None:
             return None
         bank, recall = state.before
-        state = replace(state, known=tuple(fault.by(state.bank.t) for fault in state.known))
+        state = replace(state, carrying=carrying)
         if state.known:
-            bank = recall.again(self.healthy, state.known, self.judge.straying(state), self.judge.E)
-        return self._between(replace(state, carrying=carrying, bank=bank, recall=recall))
+            return self._between(self._recalled(state, recall))
+        return self._between(replace(state, bank=bank, recall=recall))
 
     def _between(self, state: SlowState) -> SlowState:
         """With no block begun."""
