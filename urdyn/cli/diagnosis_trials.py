@@ -34,7 +34,7 @@ DURATION, ONSET, RATE = 90.0, 30.0, 100.0  # [s], [s], [Hz]
 FAULTS = {
     "friction_increase": "friction_increase:joint={j},onset={t},rate=0.4,shape=step",
     "health_degradation": "health_degradation:joint={j},onset={t},rate=0.15,shape=step",
-    "joint_backlash": "joint_backlash:joint={j},onset={t},rate=0.002,shape=step",
+    "joint_backlash": "joint_backlash:joint={j},onset={t},rate=0.001,shape=step",
     "controller_instability": "controller_instability:joint={j},onset={t},rate=1.5,shape=step",
     "payload_change": "payload_change:onset={t},mass={m}",
     "collision": "collision:link={l},force={f},onset={t}",
