@@ -20,6 +20,7 @@ from urdyn.types import Array, Index
 
 RATES = (60.0, 600.0, 3600.0, 18000.0)  # [s] in which a ramp makes a change of the expected size
 NOBODY = -1
+ANY = (1.0, 5.0, 25.0)  # of the expected size, that what has just happened may have
 SIZES = (1.0, 0.2)  # of the expected size, that a step may have
 
 
@@ -193,11 +194,12 @@ def _quantile(values: Array, share: Array, level: float) -> float:
 
 
 def instant_evidence(C: Array, d: Array, of: Suspects) -> float:
-    """How well the best suspect of a joint explains one moment, beside nothing [nats]."""
+    """How well the best suspect of a joint, of any size, explains moments [nats]."""
     best = 0.0
     for each in of.each:
         if each.joint != NOBODY:
             at = each.places
             here = C[None, at[:, None], at], d[None, at]
-            best = max(best, float(_log_ratio(*here, each.sd, each.kind.sign)[0]))
+            ratios = [_log_ratio(*here, size * each.sd, each.kind.sign)[0] for size in ANY]
+            best = max(best, *map(float, ratios))
     return best
