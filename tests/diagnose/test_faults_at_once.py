@@ -8,6 +8,7 @@ from shop import Shop
 
 from urdyn.diagnose import bank as onsets
 from urdyn.diagnose.bank import Block, Straying
+from urdyn.diagnose.explain import suspects
 from urdyn.diagnose.fault import Fault
 from urdyn.diagnose.healthy import Healthy
 from urdyn.diagnose.recall import Recall
@@ -49,8 +50,6 @@ def _told(healthy: Healthy, truth: np.ndarray, k: int, begin: float) -> Block:
 def test_a_fault_that_is_known_began_at_its_onset_and_nowhere_else(shop: Shop) -> None:
     rules = read_rules()
     where = space(shop.fit)
-    from urdyn.diagnose.explain import suspects
-
     of = suspects(where, rules.slow)
     healthy = Healthy(where, rules, of)
     k = next(i for i, s in enumerate(of.each) if (s.kind.name, s.joint) == ("sensor_fault", 2))

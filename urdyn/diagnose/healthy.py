@@ -107,7 +107,7 @@ class Healthy:
     def leaping(self, block: Block, known: Sequence[Fault]) -> Block:
         """A block at whose begin known faults may have begun."""
         var = self._free(fault for fault in known if fault.began_in(block))
-        return replace(block, leap=np.sqrt(var)) if var.any() else block
+        return replace(block, leap=np.sqrt(var))
 
     def _free(self, faults: Iterable[Fault]) -> Array:
         """Variance of what these may have done, (N,)."""

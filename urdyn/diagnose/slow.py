@@ -151,7 +151,9 @@ class Slow:
 
     def _recalled(self, state: SlowState, recall: Recall) -> SlowState:
         """With these blocks alone; faults that began since are as large as they want to be."""
-        state = replace(state, known=tuple(fault.by(state.bank.t) for fault in state.known))
+        last, now = recall.blocks[-1].end if recall.blocks else recall.t, state.bank.t
+        known = tuple(f if f.onset_hi < last else f.by(now) for f in state.known)
+        state = replace(state, known=known)
         straying, E = self.judge.straying(state), self.judge.E
         bank = recall.again(self.healthy, state.known, straying, E)
         return replace(state, bank=bank, recall=recall)
