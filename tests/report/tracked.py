@@ -95,6 +95,6 @@ def growing(rate=4e-3, rate_sd=4e-4, joint=1, name="elbow_joint") -> Finding:
 
 def diagnosed(*findings: Finding, joints=JOINTS) -> dict[str, object]:
     """What a diagnosis adds to a summary."""
-    probes = [{"name": j, "observable": False, "probe": f"turn {j} slowly"} for j in joints]
+    probes = [{"name": j, "observable": False, "probe": f"turn {j} quickly"} for j in joints]
     document = findings_document(findings, joints, probes, {}, {}, Costs())
     return {name: document[name] for name in TOLD}

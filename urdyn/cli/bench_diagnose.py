@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 import typer
@@ -20,6 +20,9 @@ if TYPE_CHECKING:
 Out = Annotated[Path | None, typer.Option(metavar="FILE", help="Draw it to an HTML page.")]
 Runs = Annotated[int, typer.Option(min=1, help="Of each kind, and of each pair of kinds.")]
 Seed = Annotated[int, typer.Option(min=0, help="Of the arm and of all runs.")]
+Noise = Annotated[
+    str, typer.Option(metavar="KIND", help="Of the current: white, or real, as recordings show it.")
+]
 RobotName = Annotated[str, typer.Option("--robot", help="Arm type.")]
 
 
@@ -28,6 +31,7 @@ def bench_diagnose(
     runs: Runs = 6,
     robot: RobotName = "ur10e",
     seed: Seed = 0,
+    noise: Noise = "white",
     json: Json = False,
     quiet: Quiet = False,
 ) -> None:
@@ -37,56 +41,77 @@ def bench_diagnose(
     """
     if out is not None and not out.resolve().parent.is_dir():
         raise InputError(f"{out}: cannot be written: its folder does not exist")
-    from threadpoolctl import threadpool_limits
-
-    from urdyn.cli.diagnosis_trials import (
-        FAULTS,
-        PAIRS,
-        commissioned,
-        counted,
-        named,
-        reliability,
-        trials,
-    )
+    from urdyn.cli.diagnosis_trials import counted
 
     voice = Voice(json, quiet)
+    done = _broken(robot, seed, runs, noise, voice)
+    counts, truth, told = counted(done)
+    _show(voice, done, counts, truth, told)
+    if out is not None:
+        _draw(out, counts, truth, told)
+        voice.note(f"written: {out}")
+    about = {"urdyn": __version__, "robot": robot, "noise": noise, "runs": len(done)}
+    table = {"truth": truth, "told": told, "counts": counts.tolist()}
+    voice.result(about | table | _figures(done, counts))
+
+
+def _broken(robot: str, seed: int, runs: int, noise: str, voice: Voice) -> list[Trial]:
+    """A virtual arm that was broken in every way, so often."""
+    from threadpoolctl import threadpool_limits
+
+    from urdyn.cli.diagnosis_trials import FAULTS, NOISES, PAIRS, commissioned, trials
+    from urdyn.model.arm import load_arm
+
+    if noise not in NOISES:
+        raise InputError(f"--noise {noise!r}: is one of {', '.join(NOISES)}")
+    sensors = NOISES[noise](load_arm(robot))
     done: list[Trial] = []
     total = runs * (1 + len(FAULTS) + len(PAIRS))
     with voice.progress("commissioning") as told, threadpool_limits(1):
-        dynamics, fit = commissioned(robot, seed)
-        for trial in trials(dynamics, fit, runs, seed):
+        dynamics, fit = commissioned(robot, seed, sensors)
+        for trial in trials(dynamics, fit, sensors, runs, seed):
             done.append(trial)
             told("breaking the arm", len(done) / total)
-    counts, truth, told_as = counted(done)
-    findings = int(counts[:, :-1].sum())
-    right = int(np.trace(counts[: len(FAULTS), : len(FAULTS)]))
-    voice.show(_table(counts, truth, told_as))
+    return done
+
+
+def _show(
+    voice: Voice, done: list[Trial], counts: np.ndarray, truth: list[str], told: list[str]
+) -> None:
+    from urdyn.cli.diagnosis_trials import reliability
+
+    voice.show(_table(counts, truth, told))
+    right, findings = _right(counts)
     voice.show(f"kind and joint right in {right} of {findings} findings; {_missed(done)}")
     for confidence, share, n in reliability(done):
         voice.show(f"of {n} findings told with {confidence:.0%} confidence {share:.0%} are right")
-    if out is not None:
-        _draw(out, counts, truth, told_as)
-        voice.note(f"written: {out}")
+
+
+def _right(counts: np.ndarray) -> tuple[int, int]:
+    """Findings that had the right kind and joint, and all."""
+    kinds = len(counts) - 1
+    return int(np.trace(counts[:kinds, :kinds])), int(counts[:, :-1].sum())
+
+
+def _figures(done: list[Trial], counts: np.ndarray) -> dict[str, Any]:
+    """What the trials come to, for JSON."""
+    from urdyn.cli.diagnosis_trials import named, reliability
+
+    right, findings = _right(counts)
     delays = [t.delay for t in done if len(t.truth) == 1 and t.right and t.delay is not None]
-    voice.result(
-        {
-            "urdyn": __version__,
-            "robot": robot,
-            "runs": len(done),
-            "truth": truth,
-            "told": told_as,
-            "counts": counts.tolist(),
-            "findings": findings,
-            "right": right,
-            "named": named(done),
-            "median_delay_s": float(np.median(delays)) if delays else None,
-            "reliability": [
-                {"confidence": confidence, "right": share, "findings": n}
-                for confidence, share, n in reliability(done)
-            ],
-            "trials": [{"truth": t.truth, "told": t.told, "delay_s": t.delay} for t in done],
-        }
-    )
+    return {
+        "findings": findings,
+        "right": right,
+        "named": named(done),
+        "median_delay_s": float(np.median(delays)) if delays else None,
+        "reliability": [
+            {"confidence": confidence, "right": share, "findings": n}
+            for confidence, share, n in reliability(done)
+        ],
+        "trials": [
+            {"truth": t.truth, "told": t.told, "delay_s": t.delay, "hidden": t.hidden} for t in done
+        ],
+    }
 
 
 def _missed(done: list[Trial]) -> str:
@@ -94,7 +119,9 @@ def _missed(done: list[Trial]) -> str:
     found = sum(len(set(t.truth) & set(t.told)) for t in done)
     healthy = [t for t in done if not t.truth]
     cried = sum(bool(t.told) for t in healthy)
-    return f"{found} of {broken} faults found; {cried} of {len(healthy)} healthy runs alarm"
+    hidden = sum(len(set(t.hidden) - set(t.told)) for t in done)
+    unseen = f" ({hidden} of the others do not show in their motion)" if hidden else ""
+    return f"{found} of {broken} faults found{unseen}; {cried} of {len(healthy)} healthy runs alarm"
 
 
 def _table(counts: np.ndarray, truth: list[str], told: list[str]) -> Table:

@@ -13,17 +13,28 @@ from urdyn.diagnose import diagnose
 from urdyn.identify import Fit, identify
 from urdyn.model.arm import load_arm
 from urdyn.signal import condition
-from urdyn.simulate import happening, observe, parse_fault, plan, typical_sensors, virtual_arm
+from urdyn.simulate import (
+    Work,
+    happening,
+    observe,
+    parse_fault,
+    plan,
+    real_sensors,
+    to_and_fro,
+    typical_sensors,
+    virtual_arm,
+)
 
 if TYPE_CHECKING:
     from urdyn.model.dynamics import Dynamics
+    from urdyn.simulate import Sensors
 
 DURATION, ONSET, RATE = 90.0, 30.0, 100.0  # [s], [s], [Hz]
 # One fault of each kind, large enough to be found in a minute: which, where and when follow.
 FAULTS = {
     "friction_increase": "friction_increase:joint={j},onset={t},rate=0.4,shape=step",
     "health_degradation": "health_degradation:joint={j},onset={t},rate=0.15,shape=step",
-    "joint_backlash": "joint_backlash:joint={j},onset={t},rate=0.002,shape=step",
+    "joint_backlash": "joint_backlash:joint={j},onset={t},rate=0.001,shape=step",
     "controller_instability": "controller_instability:joint={j},onset={t},rate=1.5,shape=step",
     "payload_change": "payload_change:onset={t},mass={m}",
     "collision": "collision:link={l},force={f},onset={t}",
@@ -36,7 +47,9 @@ PAIRS = (
     ("health_degradation", "sensor_fault"),
     ("collision", "friction_increase"),
 )
+PROBED = "joint_backlash"  # shows where the load turns over quickly: its joint goes to and fro
 NOTHING = "nothing"
+NOISES = {"white": typical_sensors, "real": real_sensors}
 BINS = (0.0, 0.5, 0.8, 0.95, 0.985, 1.01)  # [-] of confidence
 
 
@@ -48,6 +61,7 @@ class Trial:
     told: tuple[tuple[str, int | None], ...]
     confidence: tuple[float, ...]  # [-] of each that was told
     delay: float | None  # [s] of the first alarm; None: none
+    hidden: tuple[tuple[str, int | None], ...] = ()  # of the truth, what its motion cannot show
 
     @property
     def right(self) -> bool:
@@ -55,25 +69,27 @@ class Trial:
         return sorted(map(str, self.truth)) == sorted(map(str, self.told))
 
 
-def commissioned(robot: str, seed: int) -> tuple[Dynamics, Fit]:
+def commissioned(robot: str, seed: int, sensors: Sensors) -> tuple[Dynamics, Fit]:
     """A virtual arm, and the twin that forty seconds make of it."""
     arm = load_arm(robot)
     dynamics = virtual_arm(arm, seed)
     rng = np.random.default_rng([seed, 0])
     work = plan("fourier", dynamics.arm, 40.0, RATE, rng)
-    log = observe(dynamics, work.trajectory, typical_sensors(arm), rng)
+    log = observe(dynamics, work.trajectory, sensors, rng)
     return dynamics, identify(arm, condition(log))
 
 
-def trials(dynamics: Dynamics, fit: Fit, runs: int, seed: int) -> Iterator[Trial]:
+def trials(dynamics: Dynamics, fit: Fit, sensors: Sensors, runs: int, seed: int) -> Iterator[Trial]:
     """As many runs of each kind, of pairs, and of nothing."""
     sets = [(), *((kind,) for kind in FAULTS), *PAIRS]
     for k in range(runs * len(sets)):
         rng = np.random.default_rng([seed, k])
-        yield _trial(dynamics, fit, sets[k % len(sets)], rng)
+        yield _trial(dynamics, fit, sensors, sets[k % len(sets)], rng)
 
 
-def _trial(dynamics: Dynamics, fit: Fit, kinds: tuple[str, ...], rng: np.random.Generator) -> Trial:
+def _trial(
+    dynamics: Dynamics, fit: Fit, sensors: Sensors, kinds: tuple[str, ...], rng: np.random.Generator
+) -> Trial:
     joints = rng.permutation(dynamics.arm.joints)
     texts, truth = [], []
     for kind, joint in zip(kinds, joints, strict=False):
@@ -82,12 +98,16 @@ def _trial(dynamics: Dynamics, fit: Fit, kinds: tuple[str, ...], rng: np.random.
         truth.append((kind, where))
     faults = tuple(parse_fault(text, dynamics.arm.joints) for text in texts)
     work = plan("fourier", dynamics.arm, DURATION, RATE, rng)
+    if kinds == (PROBED,):
+        work = Work(to_and_fro(dynamics.arm, int(joints[0]), DURATION, RATE))
     events = happening(dynamics, work, faults, False)
-    log = observe(dynamics, work.trajectory, typical_sensors(dynamics.arm), rng, events)
-    found = diagnose(fit, log).findings
-    told = {(f.kind, f.joint): float(f.confidence) for f in found}
-    delay = min(float(f.alarm_s) for f in found) - ONSET if found else None
-    return Trial(tuple(truth), tuple(told), tuple(told.values()), delay)
+    report = diagnose(fit, observe(dynamics, work.trajectory, sensors, rng, events))
+    told = {(f.kind, f.joint): float(f.confidence) for f in report.findings}
+    delay = min(float(f.alarm_s) for f in report.findings) - ONSET if told else None
+    gears = report.document["observability"][PROBED]
+    blind = [(PROBED, row["joint"]) for row in gears if not row["observable"]]
+    hidden = tuple(fault for fault in truth if fault in blind)
+    return Trial(tuple(truth), tuple(told), tuple(told.values()), delay, hidden)
 
 
 def _fault(kind: str, joint: int, rng: np.random.Generator) -> tuple[str, int | None]:

@@ -28,6 +28,7 @@ from urdyn.types import Array, Mask
 
 GAPS = np.array([5e-5, 1e-4, 2e-4, 4e-4, 8e-4, 1.6e-3])  # [rad] half, that are looked for
 BEFORE, LONGEST = 0.04, 0.06  # [s] before and after a reversal
+WIDER = 1.5  # [-] times the time that the widest gap takes, for which one that is known may be open
 WILD = 4.0  # [sd] that one row counts at most
 CLEAR = 4.0  # [sd] of a load about its line, that it has to swing through
 SHARES = (1.0, 0.5)  # [-] of the template: the load is not quite gone, or not all of it known
@@ -41,6 +42,7 @@ class Reversals:
     tail: Rows | None  # the rows that a reversal may still need
     R: Array  # (J, gaps) log of Shiryaev-Roberts' sums; -inf: nothing yet
     llr: Array  # (J, gaps) log likelihood since the sum began to grow
+    shown: Array  # (J, gaps) [nats] that each gap would have shown, had it been there
     count: Array  # (J,) reversals that were judged
     since: Array  # (J,) [s] when the evidence began; NaN: none
     number: Array  # (J,) reversals since then
@@ -64,39 +66,43 @@ class Backlash:
         drive = self.space.reference.drive
         return np.sqrt(4.0 * GAPS[:, None] * drive.rotor_inertia / drive.coulomb)
 
+    @cached_property
+    def widest(self) -> Array:
+        """Time over a gap wider than any that is looked for, (J,) [s]."""
+        return np.asarray(np.maximum(LONGEST, WIDER * self.crossing[-1]))
+
     def init(self) -> Reversals:
         """Nothing seen yet."""
         J = self.space.joints
         nothing, never = np.zeros(J), np.full((J, len(GAPS)), -np.inf)
         nan = np.full(J, np.nan)
         return Reversals(
-            None, never, np.zeros_like(never), nothing, nan, nothing,
+            None, never, np.zeros_like(never), np.zeros_like(never), nothing, nan, nothing,
             np.zeros(J, dtype=bool), nothing, np.full(J, np.inf), np.full(J, -np.inf),
         )  # fmt: skip
 
     def step(
         self, state: Reversals, rows: Rows, tool: Array, ill: Mask
-    ) -> tuple[Reversals, list[Event]]:
-        """A beat on.
+    ) -> tuple[Reversals, list[Event], Mask]:
+        """A beat on; also rows in which a gap that is known may be open, (N, J).
 
         Args:
             tool: inertials that are carried, (10,).
             ill: joints whose sensor is not to be believed, (J,).
         """
-        whole = rows
+        whole, done = rows, rows.t[0] + BEFORE
         if state.tail is not None and rows.t[0] - state.tail.t[-1] < 5.0 * self.period:
-            whole = joined((state.tail, rows))
+            whole, done = joined((state.tail, rows)), state.tail.t[-1] - LONGEST
         state = self._moved(state, rows)
         K = self.space.reference.drive.gain
         own = np.einsum("njk,k->nj", whole.rigid[..., -10:], tool)
         load = whole.load + K * own
         left = whole.residual - own
         ready = whole.t <= whole.t[-1] - LONGEST
-        new = whole.t > (whole.t[0] + BEFORE)
+        new = whole.t > done
         turned = np.zeros(load.shape, dtype=bool)
         turned[1:] = load[1:] * load[:-1] < 0.0
         found: list[Event] = []
-        done = whole.t[ready][-1] if ready.any() else -np.inf
         for row, j in np.argwhere(turned & (ready & new)[:, None] & ~ill):
             state = self._reversal(state, whole, load[:, j], left[:, j], int(row), int(j))
             event = self._event(state, int(j), float(whole.t[-1]))
@@ -104,8 +110,10 @@ class Backlash:
                 told = state.told.copy()
                 told[j] = True
                 state, found = replace(state, told=told), [*found, event]
-        keep = int(np.searchsorted(whole.t, done - BEFORE - self.period / 2.0))
-        return replace(state, tail=whole.part(keep, len(whole))), found
+        back = max(BEFORE + LONGEST, self.widest.max()) + self.period
+        keep = int(np.searchsorted(whole.t, whole.t[-1] - back))
+        open_now = state.told & _lately(turned, whole.t, self.widest)[len(whole) - len(rows) :]
+        return replace(state, tail=whole.part(keep, len(whole))), found, open_now
 
     def _moved(self, state: Reversals, rows: Rows) -> Reversals:
         moving = (np.abs(rows.v) > STANDING).sum(axis=0) * self.period
@@ -142,10 +150,11 @@ class Backlash:
         r, x = r - q @ (q.T @ r), x - (x @ q) @ q.T
         r = np.clip(r, -WILD, WILD)
         louder = max(1.0, float(r @ r) / (len(r) - 2.0))  # what the model leaves just here
+        power = np.sum(x**2, axis=1)
         llr = logsumexp(
-            [(c * (x @ r) - 0.5 * c**2 * np.sum(x**2, axis=1)) / louder for c in SHARES], axis=0
+            [(c * (x @ r) - 0.5 * c**2 * power) / louder for c in SHARES], axis=0
         ) - np.log(len(SHARES))
-        return self._weighed(state, j, llr, float(t0))
+        return self._weighed(state, j, llr, 0.5 * power / louder, float(t0))
 
     def _whole(self, load: Array, after: Array, line: Array) -> bool:
         """The load turns over once, and for good: noise about zero is no reversal.
@@ -159,8 +168,10 @@ class Backlash:
         return bool(before.any() and (side[before] == side[0]).all()
                     and (side[~before] == -side[0]).all())  # fmt: skip
 
-    def _weighed(self, state: Reversals, j: int, llr: Array, t: float) -> Reversals:
-        R, total = state.R.copy(), state.llr.copy()
+    def _weighed(self, state: Reversals, j: int, llr: Array, shown: Array, t: float) -> Reversals:
+        """Args: shown: what llr would be on the average, were there such a gap, (gaps,) [nats]."""
+        R, total, told = state.R.copy(), state.llr.copy(), state.shown.copy()
+        told[j] += shown
         count, number, since = state.count.copy(), state.number.copy(), state.since.copy()
         R[j] = np.logaddexp(R[j], 0.0) + llr
         fresh = total[j].max() + llr.max() <= 0.0
@@ -168,11 +179,11 @@ class Backlash:
         number[j] = 0.0 if fresh else number[j] + 1.0
         since[j] = np.nan if fresh else (t if np.isnan(since[j]) else since[j])
         count[j] += 1.0
-        return replace(state, R=R, llr=total, count=count, number=number, since=since)
+        return replace(state, R=R, llr=total, shown=told, count=count, number=number, since=since)
 
     def _event(self, state: Reversals, j: int, now: float) -> Event | None:
         evidence = float(logsumexp(state.R[j])) - np.log(self.space.joints * len(GAPS))
-        if state.told[j] or evidence < np.log(self.rule["promise"]):
+        if state.told[j] or evidence < self._needed:
             return None
         if state.number[j] < self.rule["enough"]:
             return None
@@ -183,17 +194,25 @@ class Backlash:
             "half_gap_rad": gap,
             "reversals": int(state.number[j]),
             "statistic": evidence,
-            "threshold": float(np.log(self.rule["promise"])),
+            "threshold": self._needed,
         }
         return Event("joint_backlash", j, since, now, 0.99, gap, told)
 
+    @property
+    def _needed(self) -> float:
+        """Evidence at which a gap is told [nats]."""
+        return float(np.log(self.rule["promise"]))
+
     def observable(self, state: Reversals) -> list[dict[str, Any]]:
-        """Joint by joint, whether this motion could show a gap, and what would."""
+        """Joint by joint, from which gap on this motion could show it, and what would."""
         arm, told = self.space.reference.arm, []
+        needed = self._needed + np.log(self.space.joints * len(GAPS))
         for j, name in enumerate(arm.joint_names):
             count = int(state.count[j])
-            seen = count >= self.rule["enough"]
+            plain = GAPS[state.shown[j] >= needed] if count >= self.rule["enough"] else GAPS[:0]
+            seen = bool(len(plain) and plain[0] <= self.rule["critical"])
             row: dict[str, Any] = {"joint": j, "name": name, "reversals": count, "observable": seen}
+            row |= {"half_gap_rad": float(plain[0]) if len(plain) else None}
             told.append(row if seen else row | self._probe(state, j))
         return told
 
@@ -208,12 +227,20 @@ class Backlash:
         load = self.space.arm.torque(q, still, still)[:, j]
         turns = np.flatnonzero(load[1:] * load[:-1] < 0.0)
         why = "not observable in this motion"
-        if state.slid[j] > 1.0:
+        if state.count[j] >= self.rule["enough"]:
+            why += ": the load turns over too slowly"
+        elif state.slid[j] > 1.0:
             why += ": the load keeps the gear on one flank"
         if np.ptp(load) < 0.05 * self.space.reference.drive.coulomb[j] or not len(turns):
             how = f"turn {arm.joint_names[j]} back and forth by 0.3 rad, as fast as allowed"
             return {"why": why, "probe": how}
         best = turns[np.argmin(np.abs(q[turns, j] - middle[j]))]
         pose = float(q[best, j])
-        how = f"turn {arm.joint_names[j]} slowly to and fro by 0.2 rad about {pose:.2f} rad"
-        return {"why": why, "probe": how + ", where gravity turns over"}
+        how = f"turn {arm.joint_names[j]} to and fro by 0.2 rad about {pose:.2f} rad"
+        return {"why": why, "probe": how + ", where gravity turns over, as fast as allowed"}
+
+
+def _lately(turned: Mask, t: Array, lasting: Array) -> Mask:
+    """Rows in which the load has turned over no longer ago than this (J,) [s], (N, J)."""
+    at = np.where(turned, t[:, None], -np.inf)
+    return np.asarray(t[:, None] - np.maximum.accumulate(at, axis=0) < lasting)

@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from urdyn.types import Array
+from urdyn.types import Array, Index
 
 PAUSE = 10.0  # [s] without work, after which it may be another program
 PROGRAM = 1.0  # [-] windows' straying, by which the model may be off for as long as that runs
@@ -58,6 +58,7 @@ class Block:
     b: Array  # (n,)
     walk: Array | float = 0.0  # (n,) [1/√s] beside that of every block
     hidden: Array | float = 0.0  # (n,) sd of what hides in a program, and ends with it
+    leap: Array | float = 0.0  # (n,) sd of what may have happened at its begin
 
 
 def first(x: Array, P: Array, p: int) -> Bank:
@@ -102,6 +103,18 @@ def step(bank: Bank, block: Block, straying: Straying, E: Array) -> Bank:
     return _thinned(replace(bank, t=block.end, x=x, P=0.5 * (after + after.T), X=X, C=C, d=d))
 
 
+def relieved(bank: Bank, states: Index, directions: Index) -> Bank:
+    """Without what was seen of some states so far: they are about something else from here on.
+
+    Args:
+        directions: of changes, that are changes of those.
+    """
+    X, C, d = bank.X.copy(), bank.C.copy(), bank.d.copy()
+    X[states] = X[..., directions] = 0.0
+    C[..., directions] = C[..., directions, :] = d[..., directions] = 0.0
+    return replace(bank, X=X, C=C, d=d)
+
+
 def followed(
     t: float, x: Array, P: Array, block: Block, straying: Straying
 ) -> tuple[float, Array, Array]:
@@ -116,7 +129,7 @@ def _strayed(
 ) -> tuple[Array, Array, Array]:
     """Belief in a block after one that ended at `t`, and which states it takes over, (n,)."""
     walk = straying.walk**2 + block.walk**2
-    more = walk * (0.0 if np.isnan(t) else block.end - t)
+    more = walk * (0.0 if np.isnan(t) else block.end - t) + np.square(block.leap)
     stays = np.ones_like(x)
     if another(t, block.begin):
         more = more + between_programs(straying.window, block.hidden) ** 2

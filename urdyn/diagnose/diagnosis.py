@@ -36,6 +36,7 @@ from urdyn.types import Array, Motion
 
 CHUNK = 10  # rows that are compared with the model at once
 BEAT = 0.25  # [s]
+BENDS = ("sensor_fault", "joint_backlash")  # fast kinds that bend what slow ones are judged by
 BROKEN = 5.0  # periods without a row after which a beat and a moment end early
 
 
@@ -140,10 +141,10 @@ class Diagnosis:
         carrying = state.slow.carrying
         order = [carrying.now, *(k for k in range(len(carrying.modes)) if k != carrying.now)]
         carried = np.array([carrying.modes[k].mean for k in order])
-        fast, events, ill = self.fast.step(state.fast, beat, carried)
-        believed = replace(beat, settled=beat.settled & ~ill)
+        fast, events, untrue = self.fast.step(state.fast, beat, carried)
+        believed = replace(beat, settled=beat.settled & ~untrue)
         state = replace(state, fast=fast, beat=(), moment=(*state.moment, believed))
-        if sick := [event.onset for event in events if event.kind == "sensor_fault"]:
+        if sick := [event.onset for event in events if event.kind in BENDS]:
             slow = self.slow.unsaid(state.slow, min(sick))
             state = replace(state, slow=slow, moment=(believed,))
         state, found = self._told(replace(state, push=_last(events, state.push)), events)
@@ -169,7 +170,7 @@ class Diagnosis:
         slow, series, new = state.slow, dict(state.series), []
         for change in slow.found:
             suspect = self.slow.of.each[change.suspect]
-            if not suspect.kind.of_tool and change.suspect not in slow.known:
+            if not suspect.kind.of_tool and change.suspect not in slow.suspects:
                 continue
             trace = [] if suspect.kind.of_tool else self.slow.judge.trace(slow, change.suspect)
             series[change.suspect] = tuple(trace)
@@ -187,7 +188,9 @@ class Diagnosis:
     def _withdrawn(self, state: State) -> State:
         """Without findings of which nothing is left since another one explains them."""
         of = self.slow.of.each
-        gone = {k for k, _ in state.series if not of[k].kind.of_tool and k not in state.slow.known}
+        gone = {
+            k for k, _ in state.series if not of[k].kind.of_tool and k not in state.slow.suspects
+        }
         if not gone:
             return state
         ids = {identity(of[k], self.space) for k in gone}
@@ -197,7 +200,7 @@ class Diagnosis:
 
     def _known(self, state: State) -> dict[int, Suspect]:
         """Slow suspects that are found."""
-        return {k: self.slow.of.each[k] for k in state.slow.known}
+        return {k: self.slow.of.each[k] for k in state.slow.suspects}
 
     def findings(self, state: State) -> list[Finding]:
         """All that was found, as it is now; `state.findings` is as it was last told."""

@@ -8,7 +8,7 @@ by one a block while the arm is healthy: the threshold is the promise itself [Sh
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.special import log_ndtr, logsumexp
@@ -20,6 +20,7 @@ from urdyn.types import Array, Index
 
 RATES = (60.0, 600.0, 3600.0, 18000.0)  # [s] in which a ramp makes a change of the expected size
 NOBODY = -1
+ANY = (1.0, 5.0, 25.0)  # of the expected size, that what has just happened may have
 SIZES = (1.0, 0.2)  # of the expected size, that a step may have
 
 
@@ -145,14 +146,11 @@ def gathered(bank: Bank, of: Suspects) -> Array:
 
 def explanation(bank: Bank, suspect: Suspect) -> Explanation:
     """What a suspect's change would be like."""
-    (told,) = evidence(bank, suspect.kind, suspect.places[None], suspect.sd[None])
-    told = told + np.log(bank.weight)
+    told = _by_onset(bank, suspect)
     total = float(logsumexp(told))
     by_onset = np.exp(logsumexp(told, axis=(0, 1)) - total)
     s, scale, m = np.unravel_index(int(np.argmax(told)), told.shape)
-    at = suspect.places
-    sd = suspect.sd * (SIZES[scale] if s == 0 else 1.0 / RATES[scale])
-    cov = np.linalg.inv(bank.C[s, m][at[:, None], at] + np.diag(sd**-2.0))
+    at, cov = suspect.places, _cov(bank, suspect, int(s), int(scale), int(m))
     delta, spread = float((cov @ bank.d[s, m][at])[0]), float(np.sqrt(cov[0, 0]))
     onset = float(bank.onset[m])
     age = bank.t - onset if SHAPES[s] == "ramp" else 1.0
@@ -164,16 +162,44 @@ def explanation(bank: Bank, suspect: Suspect) -> Explanation:
     )  # fmt: skip
 
 
+def supposed(bank: Bank, suspect: Suspect, E: Array) -> Bank:
+    """The bank with its arm as it is if this suspect's likeliest change is there.
+
+    Args:
+        E: all directions that faults have, (N, p).
+    """
+    told, at = _by_onset(bank, suspect), suspect.places
+    s, scale, m = np.unravel_index(int(np.argmax(told)), told.shape)
+    cov = _cov(bank, suspect, int(s), int(scale), int(m))
+    age = bank.t - bank.onset[m] if SHAPES[s] == "ramp" else 1.0
+    missed = age * E[:, at] - bank.X[:, s, m, at]  # of a unit of change, by the filter
+    x = bank.x + missed @ (cov @ bank.d[s, m][at])
+    return replace(bank, x=x, P=bank.P + missed @ cov @ missed.T)
+
+
+def _by_onset(bank: Bank, suspect: Suspect) -> Array:
+    """Evidence of a suspect by shape, scale and onset, (2, scales, m)."""
+    (told,) = evidence(bank, suspect.kind, suspect.places[None], suspect.sd[None])
+    return np.asarray(told + np.log(bank.weight))
+
+
+def _cov(bank: Bank, suspect: Suspect, s: int, scale: int, m: int) -> Array:
+    """Of a change of this shape and scale since this onset, (r, r)."""
+    sd, at = suspect.sd * (SIZES[scale] if s == 0 else 1.0 / RATES[scale]), suspect.places
+    return np.asarray(np.linalg.inv(bank.C[s, m][at[:, None], at] + np.diag(sd**-2.0)))
+
+
 def _quantile(values: Array, share: Array, level: float) -> float:
     return float(values[min(int(np.searchsorted(np.cumsum(share), level)), len(values) - 1)])
 
 
 def instant_evidence(C: Array, d: Array, of: Suspects) -> float:
-    """How well the best suspect of a joint explains one moment, beside nothing [nats]."""
+    """How well the best suspect of a joint, of any size, explains moments [nats]."""
     best = 0.0
     for each in of.each:
         if each.joint != NOBODY:
             at = each.places
             here = C[None, at[:, None], at], d[None, at]
-            best = max(best, float(_log_ratio(*here, each.sd, each.kind.sign)[0]))
+            ratios = [_log_ratio(*here, size * each.sd, each.kind.sign)[0] for size in ANY]
+            best = max(best, *map(float, ratios))
     return best

@@ -71,7 +71,7 @@ class Fast:
     def step(
         self, state: FastState, rows: Rows, carried: Array
     ) -> tuple[FastState, list[Event], Mask]:
-        """A beat on; also the joints whose sensor is not to be believed, (J,).
+        """A beat on; also which currents are not to be believed, (N, J).
 
         Args:
             carried: inertials that may be at the tool, the likeliest first, (k, 10).
@@ -80,10 +80,10 @@ class Fast:
         doubted = ill | (np.nan_to_num(sensors.rough) > DOUBTED * self.space.noise)
         quiet, pushes = self.collision.step(state.quiet, rows, carried, doubted)
         heard, rings = self.oscillation.step(state.heard, rows)
-        reversals, gaps = self.backlash.step(state.reversals, rows, carried[0], doubted)
+        reversals, gaps, open_now = self.backlash.step(state.reversals, rows, carried[0], doubted)
         ringing = [] if ill.any() else rings
         events = [*sick, *pushes, *ringing, *gaps]
-        return FastState(sensors, quiet, heard, reversals), events, ill
+        return FastState(sensors, quiet, heard, reversals), events, ill | open_now
 
     def observable(self, state: FastState) -> list[dict[str, Any]]:
         """Joint by joint, whether a gap could have been seen."""

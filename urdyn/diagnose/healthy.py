@@ -5,15 +5,16 @@ Its states are those of the space, and behind them what nobody knows of warmth.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
 from urdyn.diagnose import carried, warmth
-from urdyn.diagnose.bank import Bank, Straying
+from urdyn.diagnose.bank import Bank, Block, Straying
 from urdyn.diagnose.explain import Suspects
+from urdyn.diagnose.fault import Fault
 from urdyn.diagnose.rules import Rules
 from urdyn.diagnose.space import Space
 from urdyn.types import Array
@@ -85,27 +86,48 @@ class Healthy:
         walk[self.space.places["alpha"]] = np.isnan(warm[0]) * self.rules.warmth["blind"] / 60.0
         return walk
 
-    def loosened(self, known: Sequence[int], share: Array) -> Straying:
+    def loosened(self, known: Sequence[Fault], share: Array) -> Straying:
         """How far it strays when some faults are known: those go where they want to.
 
         Args:
             share: of the rules' windows of friction, (J,) [-].
         """
         walk = self.straying.walk.copy()
-        for k in known:
-            suspect = self.of.each[k]
+        for fault in known:
+            suspect = self.of.each[fault.suspect]
             walk[self.of.states[suspect.places]] += suspect.sd / np.sqrt(GROWTH)
         window = self.straying.window.copy()
         window[: self.space.size] = self.window(share, np.zeros(self.space.joints))
         return Straying(walk, window)
 
-    def opened(self, P: Array, known: Sequence[int]) -> Array:
-        """A covariance with nothing known of the sizes of known faults."""
-        P = P.copy()
-        for k in known:
-            at = self.of.states[self.of.each[k].places]
-            P[at, at] += (3.0 * self.of.each[k].sd) ** 2
-        return P
+    def opened(self, P: Array, known: Sequence[Fault], t: float) -> Array:
+        """A covariance at `t` [s] with nothing known of the sizes of faults that began before."""
+        return np.asarray(P + np.diag(self._free(f for f in known if f.onset_lo < t)))
+
+    def leaping(self, block: Block, known: Sequence[Fault]) -> Block:
+        """A block at whose begin known faults may have begun."""
+        var = self._free(fault for fault in known if fault.began_in(block))
+        return replace(block, leap=np.sqrt(var))
+
+    def _free(self, faults: Iterable[Fault]) -> Array:
+        """Variance of what these may have done, (N,)."""
+        var = np.zeros(self.size)
+        for fault in faults:
+            suspect = self.of.each[fault.suspect]
+            var[self.of.states[suspect.places]] += fault.spread(suspect) ** 2
+        return var
+
+    def informed(self, bank: Bank, later: Bank, known: Sequence[Fault]) -> Bank:
+        """A bank with what is known later of the states that faults have changed since."""
+        if not known:
+            return bank
+        each = [self.of.states[self.of.each[fault.suspect].places] for fault in known]
+        at = np.unique(np.concatenate(each))
+        x, P = bank.x.copy(), bank.P.copy()
+        x[at] = later.x[at]
+        P[at] = P[:, at] = 0.0
+        P[np.ix_(at, at)] = later.P[np.ix_(at, at)]
+        return replace(bank, x=x, P=P)
 
     def now(self, bank: Bank, warm: Array) -> tuple[Array, Array]:
         """What is believed of the states of the space while joints are so warm (3, J)."""

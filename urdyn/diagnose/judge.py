@@ -12,7 +12,8 @@ from scipy.special import logsumexp
 from urdyn.diagnose import bank as onsets
 from urdyn.diagnose.bank import Bank, Straying
 from urdyn.diagnose.change import Change
-from urdyn.diagnose.explain import Explanation, Suspects, explanation, gathered
+from urdyn.diagnose.explain import Explanation, Suspects, explanation, gathered, supposed
+from urdyn.diagnose.fault import Fault, known_by
 from urdyn.diagnose.healthy import Healthy
 from urdyn.diagnose.recall import Recall, Series
 from urdyn.diagnose.rules import PAYLOAD_STATES
@@ -23,6 +24,8 @@ NEAR = 10.0  # [nats] below an alarm, from which on a suspect is another's rival
 CONFIDENT = 0.95  # [-] share of the evidence at which a finding need not wait for a clearer name
 UNSURE = 2.0  # [sd] below which another finding leaves nothing of a change
 PATIENCE = 12  # blocks that an alarm waits for that
+LIKELY = 7.0  # [nats] beyond a healthy arm's, from which on a change is no noise and no load
+FRESH = 60.0  # [s] since its onset
 TWICE = 2  # blocks at least: the next one bears out what one says, or takes it back
 
 
@@ -50,7 +53,8 @@ class Judge:
     def _alarmed(self, state: SlowState) -> SlowState:
         """Is there an alarm, and is it clear of what?"""
         evidence = gathered(state.bank, self.of)
-        of = [k for k in range(len(self.of.each)) if k not in state.known]
+        state = replace(state, likely=self._likely(state.bank, evidence))
+        of = [k for k in range(len(self.of.each)) if k not in state.suspects]
         over = self.threshold + np.log(len(of))
         if logsumexp(evidence[of]) < over:
             return replace(state, waited=0)
@@ -68,6 +72,18 @@ class Judge:
         order = np.argsort(-share)[1:3]
         rivals = tuple((of[k], float(share[k])) for k in order)
         return self._accepted(state, of[top], told[of[top]], float(share[top]), rivals)
+
+    def _likely(self, bank: Bank, evidence: Array) -> int | None:
+        """The change that most likely has just happened; None where none did.
+
+        What is wrong since long ago, by little, may as well be the model.
+        """
+        best = int(np.argmax(evidence))
+        # The evidence of an arm that nothing is wrong with is about as much as there are onsets.
+        if evidence[best] - np.log(bank.weight.sum()) < LIKELY:
+            return None
+        fresh = bank.t - explanation(bank, self.of.each[best]).onset < FRESH
+        return best if fresh else None
 
     def _accepted(
         self,
@@ -87,9 +103,9 @@ class Judge:
         state = replace(state, found=(*state.found, change), waited=0)
         if of_tool:
             return self._settled_on(state, more)
-        return self._alarmed(self._knowing(state, (*state.known, k)))
+        return self._alarmed(self._knowing(state, (*state.known, known_by(change))))
 
-    def _knowing(self, state: SlowState, known: tuple[int, ...]) -> SlowState:
+    def _knowing(self, state: SlowState, known: tuple[Fault, ...]) -> SlowState:
         """With these suspects found, and the bank as it is in their light."""
         state = replace(state, known=known)
         bank = state.recall.again(self.healthy, known, self.straying(state), self.E)
@@ -97,13 +113,14 @@ class Judge:
 
     def _explained(self, state: SlowState) -> SlowState:
         """Without what was found of which others have left nothing: it was their shadow."""
-        left = tuple(k for k in state.known if not self._nothing(state.bank, k))
+        left = tuple(f for f in state.known if not self._nothing(state.bank, f.suspect))
         return state if left in ((), state.known) else self._knowing(state, left)
 
     def _nothing(self, bank: Bank, k: int) -> bool:
-        """Whether a change that was found may as well be none by now."""
-        at = self._measured(k)
-        return bool(abs(bank.x[at]) < UNSURE * np.sqrt(bank.P[at, at]))
+        """Whether a change that was found may as well be none, or of another kind, by now."""
+        at, sign = self._measured(k), self.of.each[k].kind.sign
+        size = sign * bank.x[at] if sign else abs(bank.x[at])
+        return bool(size < UNSURE * np.sqrt(bank.P[at, at]))
 
     def _settled_on(self, state: SlowState, more: Array) -> SlowState:
         """Take what is carried as what is carried as a rule; all else is known as it was."""
@@ -118,10 +135,24 @@ class Judge:
         recall = Recall(t, x, P)
         return replace(state, bank=bank, recall=recall, before=(bank, recall))
 
+    def relieved(self, state: SlowState) -> SlowState:
+        """Look for changes of a load that is another from here on; of joints as before."""
+        payload = self.healthy.space.payload
+        x, P = self.healthy.emptied(state.bank.x, state.bank.P)
+        of_load = np.flatnonzero(np.isin(self.of.states, payload))
+        bank = onsets.relieved(replace(state.bank, x=x, P=P), payload, of_load)
+        return replace(state, bank=bank, before=(bank, state.recall))
+
+    def supposed(self, state: SlowState) -> Bank:
+        """The bank with its arm as it is if what explains it best is there."""
+        if state.likely is None or not len(state.bank.onset):
+            return state.bank
+        return supposed(state.bank, self.of.each[state.likely], self.E)
+
     def levels(self, state: SlowState) -> list[tuple[int, float, float]]:
         """Suspects that are found, and how far their change has gone by now: size, sd."""
         told = []
-        for k in state.known:
+        for k in state.suspects:
             at = self._measured(k)
             told.append((k, float(state.bank.x[at]), float(np.sqrt(state.bank.P[at, at]))))
         return told

@@ -13,7 +13,6 @@ from urdyn.diagnose.carried import Mode, Shown
 from urdyn.diagnose.carrying import Carrying, Waiting
 from urdyn.diagnose.explain import Suspects, instant_evidence
 from urdyn.diagnose.moment import Means, Pool, laden, pooled
-from urdyn.diagnose.moment import together as pooled_together
 from urdyn.diagnose.space import Space
 from urdyn.types import Array, Index
 
@@ -74,33 +73,38 @@ class Loads:
         modes = carrying.modes
         fits = np.array([[carried.fit(w.told, carried.spread(m)) for m in modes] for w in moments])
         score, path = likeliest(fits, carrying.was)
-        for k in range(len(moments)):
-            before = likeliest(fits[:k], carrying.was)[0] if k else 0.0
-            new = self._new(moments[k:], score - before, belief, modes[path[k]])
-            if new is not None:
-                more, now = carried.remembered(modes, new, {carrying.was, *path[:k]})
-                path = (*path[:k], *[now] * (len(moments) - k))
-                return replace(carrying, modes=more, now=now, path=path)
-        return replace(carrying, now=path[-1], path=path)
+        befores = [likeliest(fits[:k], carrying.was)[0] if k else 0.0 for k in range(len(moments))]
+        new = self._new(moments, score - np.array(befores), belief, [modes[k] for k in path])
+        if new is None:
+            return replace(carrying, now=path[-1], path=path)
+        k, mode = new
+        more, now = carried.remembered(modes, mode, {carrying.was, *path[:k]})
+        path = (*path[:k], *[now] * (len(moments) - k))
+        return replace(carrying, modes=more, now=now, path=path)
 
     def _new(
-        self, moments: Sequence[Waiting], known: float, belief: Belief, mode: Mode
-    ) -> Mode | None:
+        self, moments: Sequence[Waiting], known: Array, belief: Belief, modes: Sequence[Mode]
+    ) -> tuple[int, Mode] | None:
         """The load that explains moments better than what is known and any fault of a joint.
 
         Args:
-            known: how well modes explain them [nats].
-            mode: the one that does at first.
+            known: how well modes explain the moments from each one on, (N,) [nats].
+            modes: those that do, moment by moment.
+
+        Returns:
+            The first of its moments, and the load; None where there is none.
         """
-        t, told = moments[-1].end, carried.together([w.told for w in moments])
-        gain = carried.fit(told, carried.anything(t)) - known
-        if gain <= carried.SURE:
+        t = moments[-1].end
+        tolds = [carried.together([w.told for w in moments[k:]]) for k in range(len(moments))]
+        gain = np.array([carried.fit(told, carried.anything(t)) for told in tolds]) - known
+        if gain.max() <= carried.SURE:
             return None
-        pool = pooled_together([w.pool for w in moments])
-        if gain <= self._of_joints(belief, pool, mode) + MARGIN:
-            return None
-        new = carried.learnt(told, carried.anything(t), t)
-        return new if carried.possible(new, self.space.reference.payload) else None
+        joints = self._of_joints(belief, [w.pool for w in moments], modes)
+        for k in np.flatnonzero(gain > np.maximum(carried.SURE, joints + MARGIN)).tolist():
+            new = carried.learnt(tolds[k], carried.anything(t), t)
+            if carried.possible(new, self.space.reference.payload):
+                return k, new
+        return None
 
     def ripened(
         self, carrying: Carrying, ripe: Waiting, before: Belief
@@ -134,17 +138,24 @@ class Loads:
         more, _ = carried.remembered(carrying.modes, new, {carrying.was, *carrying.path})
         return replace(carrying, modes=more, unclaimed=())
 
-    def _of_joints(self, belief: Belief, pool: Pool, mode: Mode) -> float:
-        """How well the best fault of a joint explains moments, beside the healthy arm [nats]."""
-        x, P, at = belief[0].copy(), belief[1].copy(), self.space.payload
-        P[at] = P[:, at] = 0.0
-        P[np.ix_(at, at)] = carried.spread(mode).cov
-        x[at] = mode.mean
-        keep = np.linalg.inv(np.eye(len(P)) + pool.A @ P)
-        E = self.of.directions(len(x))
-        C = E.T @ keep @ pool.A @ E
-        d = E.T @ keep @ (pool.b - pool.A @ x)
-        return instant_evidence(C, d, self.of)
+    def _of_joints(self, belief: Belief, pools: Sequence[Pool], modes: Sequence[Mode]) -> Array:
+        """How well a fault of a joint explains moments, beside the healthy arm, (N,) [nats].
+
+        The best fault that began with each moment or later. As those of a load, each moment stands
+        for itself: the arm may stray anew in every one.
+        """
+        at, E = self.space.payload, self.of.directions(len(belief[0]))
+        C, d = np.zeros((E.shape[1], E.shape[1])), np.zeros(E.shape[1])
+        best = []
+        for pool, mode in zip(reversed(pools), reversed(modes), strict=True):
+            x, P = belief[0].copy(), belief[1].copy()
+            P[at] = P[:, at] = 0.0
+            P[np.ix_(at, at)] = carried.spread(mode).cov
+            x[at] = mode.mean
+            of = np.linalg.solve(np.eye(len(P)) + P @ pool.A, E)  # (I + P A)^-1 E
+            C, d = C + E.T @ pool.A @ of, d + of.T @ (pool.b - pool.A @ x)
+            best.append(instant_evidence(C, d, self.of))
+        return np.asarray(np.maximum.accumulate(best)[::-1])
 
     def hidden(self, A: Array, belief: Belief) -> Array:
         """How far what is carried strays by pieces that come and go unseen, sd (n,).

@@ -21,6 +21,7 @@ from urdyn.diagnose.change import Change
 from urdyn.diagnose.collision import Quiet
 from urdyn.diagnose.diagnosis import Now, State
 from urdyn.diagnose.fast import FastState
+from urdyn.diagnose.fault import Fault
 from urdyn.diagnose.finding import Finding
 from urdyn.diagnose.learning import Learnt
 from urdyn.diagnose.loudness import Loudness
@@ -39,8 +40,8 @@ from urdyn.signal import Instant
 from urdyn.tracking.checkpoint import DAMAGE
 
 KNOWN = (
-    Bank, Bin, Block, Carrying, Change, FastState, Felt, Finding, Heard, Instant, Learnt, Loudness,
-    Means, Mode, Now, Pool, Quiet, Recall, Reversals, Rows, Shown, SlowState, State,
+    Bank, Bin, Block, Carrying, Change, Fault, FastState, Felt, Finding, Heard, Instant, Learnt,
+    Loudness, Means, Mode, Now, Pool, Quiet, Recall, Reversals, Rows, Shown, SlowState, State,
     Steadiness, Waiting, Warmth,
 )  # fmt: skip
 CLASSES = {kind.__name__: kind for kind in KNOWN}

@@ -9,23 +9,23 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from itertools import pairwise
 
 import numpy as np
 
 from urdyn.diagnose.event import Event
 from urdyn.diagnose.rows import Rows
 from urdyn.diagnose.space import Space
+from urdyn.diagnose.swings import amplitude, course, lines, neighbourhood, parts, refined, spectrum
 from urdyn.model.friction import GEAR_RATIO
 from urdyn.types import Array, Mask
 
 WINDOW = 0.9  # [s]
 HIGHEST = 60.0  # [Hz] no loop of a joint rings faster
-NEIGHBOURS = 6  # bins to each side that make a line's neighbourhood
 LEARNT = 0.05  # [-] of the usual spectrum, a beat
 HALVES = 5.0  # [-] times its neighbours that the line stands out in each half
 STAYS = 0.5  # [-] of its largest amplitude that a line has at least in each quarter
 RISES = 0.2  # [-] of its last amplitude that one that grows has at first
+FADED, STEADILY = 0.85, 0.95  # [-] of its amplitude that a line has to keep; to be told at once
 COHERENT = 0.8  # [-] of its amplitude that is left over the whole: it keeps its phase
 GROWING = 0.5  # [1/s]
 SWING = 0.003  # [rad/s] that a joint which rings does at least
@@ -47,7 +47,7 @@ class Heard:
     torque: Array  # (n, J) [N·m] as measured
     left: Array  # (n, J) [N·m] what the model leaves
     v: Array  # (n, J) [rad/s]
-    usual: Array  # (2, F, J) of a second; of no size before one was heard
+    usual: Array  # (3, F, J) of a second; of no size before one was heard
     rings: Array  # (4,) when something rang last [s], its frequency, since when, whether told
 
 
@@ -73,7 +73,7 @@ class Oscillation:
             nothing,
             nothing,
             nothing,
-            np.zeros((2, 0, J)),
+            np.zeros((3, 0, J)),
             np.array([-np.inf, 0.0, 0.0, 0.0]),
         )
 
@@ -96,32 +96,30 @@ class Oscillation:
     def _judge(self, state: Heard) -> tuple[Heard, list[Event]]:
         f: Array = np.asarray(np.fft.rfftfreq(self.samples, self.period), dtype=np.float64)
         f = f[f <= HIGHEST]
-        signals = np.stack([state.left, state.torque])
-        whole = _spectrum(signals, len(f))
+        signals = np.stack([state.left, state.torque, state.v])
+        whole = spectrum(signals, len(f))
         fresh = state.usual.shape[1] == 0
         usual = whole if fresh else state.usual
-        floor = np.maximum(_neighbourhood(whole), usual)
+        floor = np.maximum(neighbourhood(whole), usual)
         ratio = whole / np.where(floor > 0.0, floor, np.inf)
         allowed = self._allowed(f, state.v)
-        halves = [_lines(signals[:, part], len(f) // 2 + 1) for part in _parts(self.samples, 2)]
-        lines = []
+        halves = [lines(signals[:, part], len(f) // 2 + 1) for part in parts(self.samples, 2)]
+        seen = []
         for j in range(self.space.joints):
             if np.isfinite(signals[..., j]).all():
                 of = ratio[..., j], allowed[:, j], f, [h[..., j] for h in halves]
-                lines += [
-                    (j, *line) for line in [self._line(signals[..., j], state.t, *of)] if line
-                ]
-        loud = np.isin(np.arange(self.space.joints), [line[0] for line in lines])
+                line = self._line(signals[..., j], state.t, *of)
+                seen += [(j, *line)] if line else []
+        loud = np.isin(np.arange(self.space.joints), [line[0] for line in seen])
         learnt = usual + LEARNT * (np.minimum(whole, 4.0 * usual) - usual)
         state = replace(state, usual=np.where(loud, usual, learnt))
-        return self._told(state, lines) if lines else (state, [])
+        return self._told(state, seen) if seen else (state, [])
 
-    def _told(self, state: Heard, lines: list[Line]) -> tuple[Heard, list[Event]]:
+    def _told(self, state: Heard, seen: list[Line]) -> tuple[Heard, list[Event]]:
         """One event for all joints that ring together: that of the joint that swings most."""
         now = float(state.t[-1])
-        _, frequency, ratio, sizes = max(lines, key=lambda line: line[2])
-        joint = max(lines, key=lambda line: line[2])[0]
-        swings = [_amplitude(v, state.t, frequency) for v in state.v.T]
+        joint, frequency, ratio, sizes = max(seen, key=lambda line: line[2])
+        swings = [amplitude(v, state.t, frequency) for v in state.v.T]
         if max(swings) > SWING:
             joint = int(np.argmax(swings))
         last, before, since, told = state.rings
@@ -130,8 +128,9 @@ class Oscillation:
         friction = self.space.reference.drive.coulomb[joint]
         gear = frequency > self.rule["gear"]
         strong = sizes[-1] > self.rule["strong" if gear else "weak"] * friction
-        wait = self.rule["patience" if gear else "longer"]
-        tell = not told and (strong or now - since > wait)
+        wait = self.rule["patience" if gear or strong else "longer"]
+        at_once = strong and _gain(sizes) > STEADILY
+        tell = not told and (at_once or now - since > wait)
         state = replace(state, rings=np.array([now, frequency, since, float(told or tell)]))
         return state, [self._event(state, joint, frequency, ratio, sizes)] if tell else []
 
@@ -153,7 +152,8 @@ class Oscillation:
         self, x: Array, t: Array, ratio: Array, allowed: Mask, f: Array, halves: list[Array]
     ) -> tuple[float, float, Array] | None:
         """Frequency, ratio and amplitudes by quarter of a line that lasts; None where none does."""
-        for k in range(2):
+        least = (self.rule["least"], self.rule["least"], self.rule["swing"])
+        for k in range(len(x)):
             masked = np.where(allowed, ratio[k], 0.0)
             at = int(np.argmax(masked))
             near = slice(max(at // 2 - 1, 0), at // 2 + 3)
@@ -161,12 +161,13 @@ class Oscillation:
                 h[k, near].max() < HALVES for h in halves
             ):
                 continue
-            frequency = _refined(x[k], t, f[at], f[1])
-            sizes = np.array([_amplitude(x[k, p], t[p], frequency) for p in _parts(len(t), 4)])
-            if not _lasts(sizes, _amplitude(x[k], t, frequency)):
+            frequency = refined(x[k], t, f[at], f[1])
+            sizes = course(x[k], t, frequency)
+            if not _lasts(sizes, amplitude(x[k], t, frequency)):
                 continue
-            if sizes[-2:].mean() > self.rule["least"]:
-                return frequency, float(masked[at]), sizes
+            if sizes[-2:].mean() > least[k]:
+                torque = sizes if k < 2 else course(x[1], t, frequency)
+                return frequency, float(masked[at]), torque
         return None
 
     def _event(self, state: Heard, j: int, frequency: float, ratio: float, sizes: Array) -> Event:
@@ -187,53 +188,14 @@ class Oscillation:
 def _lasts(sizes: Array, whole: float) -> bool:
     """A line that neither fades nor was only passing, and keeps its phase."""
     there = sizes.min() > STAYS * sizes.max() or bool((np.diff(sizes) > 0.0).all())
-    fades = sizes[2:].mean() < 0.85 * sizes[:2].mean()
     return bool(
-        there and not fades and sizes[0] > RISES * sizes[-1] and whole > COHERENT * sizes.mean()
+        there
+        and _gain(sizes) > FADED
+        and sizes[0] > RISES * sizes[-1]
+        and whole > COHERENT * sizes.mean()
     )
 
 
-def _amplitude(x: Array, t: Array, frequency: float) -> float:
-    """Of a swing of this frequency, beside a slow motion."""
-    u = np.linspace(-1.0, 1.0, len(t))
-    w = 2.0 * np.pi * frequency * (t - t[0])
-    basis = np.stack([np.cos(w), np.sin(w), *(u**k for k in range(5))], axis=1)
-    found = np.linalg.lstsq(basis, x, rcond=None)[0]
-    return float(np.hypot(found[0], found[1]))
-
-
-def _refined(x: Array, t: Array, frequency: float, width: float) -> float:
-    """Frequency at which the swing is largest, within a bin."""
-    tried = frequency + width * np.linspace(-0.8, 0.8, 9)
-    return float(tried[int(np.argmax([_amplitude(x, t, f) for f in tried]))])
-
-
-def _parts(n: int, count: int) -> list[slice]:
-    ends = np.linspace(0, n, count + 1).astype(int)
-    return [slice(a, b) for a, b in pairwise(ends.tolist())]
-
-
-def _spectrum(x: Array, count: int) -> Array:
-    """Power of tapered stretches (..., n, J) at the lowest frequencies, (..., count, J)."""
-    n = x.shape[-2]
-    u = np.linspace(-1.0, 1.0, n)
-    basis = np.linalg.qr(np.stack([np.ones(n), u, u**2], axis=1))[0]
-    left = np.nan_to_num(x) - basis @ (basis.T @ np.nan_to_num(x))
-    lines = np.fft.rfft(left * np.hanning(n)[:, None], axis=-2)
-    return np.asarray(np.abs(lines[..., :count, :]) ** 2)
-
-
-def _neighbourhood(power: Array) -> Array:
-    """Mean that the neighbours of each bin suggest, were they noise: by their median."""
-    reach = NEIGHBOURS + 2
-    width = [(0, 0)] * (power.ndim - 2) + [(reach, reach), (0, 0)]
-    padded = np.pad(power, width, mode="reflect")
-    around = np.lib.stride_tricks.sliding_window_view(padded, 2 * reach + 1, axis=-2)
-    beside = np.delete(around, range(NEIGHBOURS, NEIGHBOURS + 5), axis=-1)
-    return np.asarray(np.median(beside, axis=-1) / np.log(2.0))
-
-
-def _lines(x: Array, count: int) -> Array:
-    """How far each bin of a half stands out, (2, F, J)."""
-    power = _spectrum(x, count)
-    return np.asarray(power / np.maximum(_neighbourhood(power), 1e-30))
+def _gain(sizes: Array) -> float:
+    """Of amplitudes by quarter, from the first half to the last [-]."""
+    return float(sizes[2:].mean() / sizes[:2].mean())

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from urdyn.diagnose.carried import ANYTHING
 from urdyn.diagnose.event import Event
 from urdyn.diagnose.space import Space
 from urdyn.types import Array, Mask
@@ -59,11 +60,16 @@ class Pushed:
         size = np.sum((felt / sd) ** 2, axis=1)
         if size.max() < LOUD:  # it was the sensor
             return None
-        if _handled(bins, sd, size, carried) or _left_with_it(stood, felt, sd):
+        if _handled(bins, sd, size, carried) or _held(bins, sd, size, calm):
+            return None
+        if _left_with_it(stood, felt, sd):
             return None
         peak = int(np.argmax(size))
         strong = size > STRONG * size[peak]
-        mean, doubt = felt[strong].mean(axis=0), sd[peak] / np.sqrt(strong.sum())
+        # What is there still has come meanwhile, nobody knows when, and is no part of the push.
+        stayed = felt[-calm:].mean(axis=0)
+        mean = felt[strong].mean(axis=0) - 0.5 * stayed
+        doubt = np.hypot(sd[peak] / np.sqrt(strong.sum()), stayed / np.sqrt(12.0))
         link, share, force = self._place(bins[peak].q, mean, doubt, np.isfinite(doubt))
         strength = float(np.linalg.norm(force))
         if strength < self.least:
@@ -112,6 +118,16 @@ def _handled(bins: tuple[Bin, ...], sd: Array, size: Array, carried: Array) -> b
         if np.minimum(size, np.sum((left / sd) ** 2, axis=1)).sum() < 0.5 * size.sum():
             return True
     return False
+
+
+def _held(bins: tuple[Bin, ...], sd: Array, size: Array, calm: int) -> bool:
+    """Whether one piece that nobody knows says most of it, and is there when it seems over."""
+    felt, tool = (np.array([getattr(each, name) for each in bins]) for name in ("felt", "tool"))
+    scaled = (tool / sd[..., None]).reshape(-1, tool.shape[-1])
+    precision = scaled.T @ scaled + np.diag(ANYTHING**-2.0)
+    piece = np.linalg.solve(precision, scaled.T @ (felt / sd).ravel())
+    left = np.sum(((felt - tool @ piece) / sd) ** 2, axis=1)
+    return bool(left.sum() < 0.5 * size.sum() and left[-calm:].sum() < size[-calm:].sum())
 
 
 def _left_with_it(stood: Mask, felt: Array, sd: Array) -> bool:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from urdyn.diagnose import bank as onsets
 from urdyn.diagnose.bank import Bank, Block, Straying
+from urdyn.diagnose.fault import Fault
 from urdyn.diagnose.healthy import Healthy
 from urdyn.types import Array
 
@@ -25,29 +27,36 @@ class Recall:
     P: Array  # (N, N)
     blocks: tuple[Block, ...] = ()
 
-    def after(self, block: Block, straying: Straying) -> Recall:
+    def after(
+        self, block: Block, healthy: Healthy, known: Sequence[Fault], straying: Straying
+    ) -> Recall:
         """With one block more, without the oldest where they are too many."""
-        blocks = (*self.blocks, block)
-        if len(blocks) <= KEPT:
-            return replace(self, blocks=blocks)
-        t, x, P = onsets.followed(self.t, self.x, self.P, blocks[0], straying)
-        return Recall(t, x, P, blocks[1:])
+        first, *others = (*self.blocks, block)
+        if len(others) < KEPT:
+            return replace(self, blocks=(first, *others))
+        first = healthy.leaping(first, known)
+        return Recall(*onsets.followed(self.t, self.x, self.P, first, straying), tuple(others))
 
-    def again(self, healthy: Healthy, known: tuple[int, ...], straying: Straying, E: Array) -> Bank:
+    def until(self, t: float) -> Recall:
+        """Without the blocks that go on after `t` [s]."""
+        kept = tuple(block for block in self.blocks if block.end <= t)
+        return self if len(kept) == len(self.blocks) else replace(self, blocks=kept)
+
+    def again(self, healthy: Healthy, known: Sequence[Fault], straying: Straying, E: Array) -> Bank:
         """The bank of these blocks, with what is known free to have changed."""
-        bank = onsets.first(self.x, healthy.opened(self.P, known), E.shape[1])
+        bank = onsets.first(self.x, healthy.opened(self.P, known, self.t), E.shape[1])
         bank = replace(bank, t=self.t)
         for block in self.blocks:
-            bank = onsets.step(bank, block, straying, E)
+            bank = onsets.step(bank, healthy.leaping(block, known), straying, E)
         return bank
 
     def trace(
-        self, healthy: Healthy, known: tuple[int, ...], straying: Straying, at: int
+        self, healthy: Healthy, known: Sequence[Fault], straying: Straying, at: int
     ) -> Series:
         """How a state went: time, mean, sd."""
-        t, x, P = self.t, self.x, healthy.opened(self.P, known)
+        t, x, P = self.t, self.x, healthy.opened(self.P, known, self.t)
         told = []
         for block in self.blocks:
-            t, x, P = onsets.followed(t, x, P, block, straying)
+            t, x, P = onsets.followed(t, x, P, healthy.leaping(block, known), straying)
             told.append((t, float(x[at]), float(np.sqrt(P[at, at]))))
         return told

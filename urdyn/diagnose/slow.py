@@ -107,7 +107,9 @@ class Slow:
             return state
         carrying, change = self.stay.settled(state.carrying, end)
         state = replace(state, carrying=carrying)
-        return self.judge.afresh(replace(state, found=(*state.found, change))) if change else state
+        return (
+            self.judge.relieved(replace(state, found=(*state.found, change))) if change else state
+        )
 
     def _unpushed(self, state: SlowState, push: Push) -> SlowState:
         """Without the moments that wait in which something pushed the arm."""
@@ -120,7 +122,7 @@ class Slow:
         """With a moment more that waits."""
         pool = pooled(means)
         other = onsets.another(state.bank.t, begin)
-        belief = self._belief(state, state.bank, pool, other)
+        belief = self._belief(state, self.judge.supposed(state), pool, other)
         waiting = (*state.waiting, self.loads.waiting(means, pool, belief, begin, end))
         carrying = self.loads.carried(state.carrying, belief, waiting)
         return replace(state, waiting=waiting, carrying=carrying)
@@ -138,17 +140,30 @@ class Slow:
         return x, P + np.diag(var + other * onsets.between_programs(straying) ** 2)
 
     def unsaid(self, state: SlowState, t: float) -> SlowState:
-        """Without the moments since `t` [s] that are in no block yet: a sick sensor told them."""
+        """Without what was told since `t` [s]: by a sick sensor, or a gear with a gap."""
         kept = sum(w.end <= t for w in state.waiting)
         carrying = replace(state.carrying, path=state.carrying.path[:kept])
         state = replace(state, waiting=state.waiting[:kept], carrying=carrying)
+        recall = state.recall.until(t)
+        if recall is not state.recall:
+            state = self._recalled(state, recall)
         return self._between(state)
+
+    def _recalled(self, state: SlowState, recall: Recall) -> SlowState:
+        """With these blocks alone; faults that began since are as large as they want to be."""
+        last, now = recall.blocks[-1].end if recall.blocks else recall.t, state.bank.t
+        known = tuple(f if f.onset_hi < last else f.by(now) for f in state.known)
+        state = replace(state, known=known)
+        straying, E = self.judge.straying(state), self.judge.E
+        bank = recall.again(self.healthy, state.known, straying, E)
+        return replace(state, bank=bank, recall=recall)
 
     def _gather(self, state: SlowState) -> SlowState:
         if not np.isnan(state.begin) and onsets.another(state.end, state.waiting[0].begin):
             state = self._block(state)
         ripe, *waiting = state.waiting
-        before = self._belief(state, state.before[0], ripe.pool, True)
+        bank = self.healthy.informed(state.before[0], state.bank, state.known)
+        before = self._belief(state, bank, ripe.pool, True)
         carrying, pool = self.loads.ripened(state.carrying, ripe, before)
         state = replace(state, carrying=carrying, waiting=tuple(waiting))
         if noticed := self._noticed(state):
@@ -173,19 +188,36 @@ class Slow:
     def _block(self, state: SlowState) -> SlowState:
         warm, straying = state.warm / state.moments, self.judge.straying(state)
         belief = self.healthy.now(state.bank, warm)
+        supposed = self.healthy.now(self.judge.supposed(state), warm)
         hidden = self.loads.hidden(state.A / state.moments, belief)
         window = np.hypot(self.learning.window(state.learnt, state.A), hidden)
         A, b = onsets.strayed(state.A, state.b, window)
         A, b = warmth.widened(A, b, warmth.unknowns(self.space, warm))
         unseen = np.append(hidden, np.zeros(len(b) - len(hidden)))
         block = Block(state.begin, state.end, A, b, self.healthy.blind(warm), unseen)
+        block = self.healthy.leaping(block, state.known)
         state = replace(
             state,
             bank=onsets.step(state.bank, block, straying, self.judge.E),
-            learnt=self.learning.after(state.learnt, state.A, state.b, belief, straying.window),
-            recall=state.recall.after(block, straying),
+            learnt=self.learning.after(state.learnt, state.A, state.b, supposed, straying.window),
+            recall=state.recall.after(block, self.healthy, state.known, straying),
         )
-        return self.judge.judged(self._between(state))
+        judged = self.judge.judged(self._between(state))
+        return judged if judged.known == state.known else self._retold(judged)
+
+    def _retold(self, state: SlowState) -> SlowState:
+        """With the moments that wait in the light of what is known by now.
+
+        Those that were searched for a light piece are not kept to be told again.
+        """
+        waiting = tuple(
+            replace(
+                w, told=self.loads.shown(w.pool, self._belief(state, state.bank, w.pool, False))
+            )
+            for w in state.waiting
+        )
+        carrying = replace(state.carrying, unclaimed=())
+        return replace(state, waiting=waiting, carrying=carrying)
 
     def _noticed(self, state: SlowState) -> SlowState | None:
         """With a light piece that is noticed by now: what this program taught is forgotten."""
@@ -197,9 +229,10 @@ class Slow:
         if carrying is None:
             return None
         bank, recall = state.before
+        state = replace(state, carrying=carrying)
         if state.known:
-            bank = recall.again(self.healthy, state.known, self.judge.straying(state), self.judge.E)
-        return self._between(replace(state, carrying=carrying, bank=bank, recall=recall))
+            return self._between(self._recalled(state, recall))
+        return self._between(replace(state, bank=bank, recall=recall))
 
     def _between(self, state: SlowState) -> SlowState:
         """With no block begun."""

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from urdyn.diagnose.bank import Bank
 from urdyn.diagnose.carrying import Carrying, Waiting
 from urdyn.diagnose.change import Change
+from urdyn.diagnose.fault import Fault
 from urdyn.diagnose.learning import Learnt
 from urdyn.diagnose.recall import Recall
 from urdyn.types import Array
@@ -29,5 +30,11 @@ class SlowState:
     recall: Recall
     before: tuple[Bank, Recall]  # as they were when this program began
     waited: int = 0  # blocks since the alarm; 0: none
-    known: tuple[int, ...] = ()  # suspects that are found
+    known: tuple[Fault, ...] = ()
+    likely: int | None = None  # suspect that explains the arm best, where there is one
     found: tuple[Change, ...] = ()  # in this step
+
+    @property
+    def suspects(self) -> tuple[int, ...]:
+        """Those that are found."""
+        return tuple(fault.suspect for fault in self.known)

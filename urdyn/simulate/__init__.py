@@ -14,6 +14,7 @@ from urdyn.simulate.playback import from_file
 from urdyn.simulate.recorder import POLLING, RECORDERS, SEVERAL_RATES, Recorder
 from urdyn.simulate.schedule import Course, Event, course
 from urdyn.simulate.sensors import Sensors, perfect_sensors, real_sensors, typical_sensors
+from urdyn.simulate.to_and_fro import to_and_fro
 from urdyn.simulate.trajectory import Trajectory
 from urdyn.simulate.truth import truth, write_truth
 from urdyn.simulate.unfolding import unfolding
@@ -55,6 +56,7 @@ __all__ = [
     "shift",
     "simulate",
     "streams",
+    "to_and_fro",
     "truth",
     "typical_gears",
     "typical_heat",

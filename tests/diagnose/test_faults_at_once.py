@@ -1,0 +1,82 @@
+"""What is known of one fault leaves the others, and the load, as they are."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from shop import Shop
+
+from urdyn.diagnose import bank as onsets
+from urdyn.diagnose.bank import Block, Straying
+from urdyn.diagnose.explain import suspects
+from urdyn.diagnose.fault import Fault
+from urdyn.diagnose.healthy import Healthy
+from urdyn.diagnose.recall import Recall
+from urdyn.diagnose.rules import read_rules
+from urdyn.diagnose.space import space
+
+LENGTH = 5.0  # [s] of a block
+
+
+def _found(shop: Shop, *faults: str, seconds: float = 70.0) -> list[tuple[str, int | None]]:
+    return sorted(((f.kind, f.joint) for f in shop.report(*faults, seconds=seconds)), key=str)
+
+
+def test_a_bias_of_many_frictions_is_one_finding_and_no_load(shop: Shop) -> None:
+    assert _found(shop, "sensor_fault:joint=4,mode=biased,size=2,onset=25") == [("sensor_fault", 4)]
+
+
+@pytest.mark.slow
+def test_friction_that_rises_with_another_load_is_found_beside_it(shop: Shop) -> None:
+    faults = ("friction_increase:joint=3,onset=25,rate=0.6,shape=step",)
+    both = _found(shop, *faults, "payload_change:onset=25,mass=1.5", seconds=90.0)
+    assert both == [("friction_increase", 3), ("payload_change", None)]
+
+
+@pytest.mark.slow
+def test_a_bias_hides_no_other_fault(shop: Shop) -> None:
+    faults = ("health_degradation:joint=1,onset=25,rate=0.2,shape=step",)
+    both = _found(shop, *faults, "sensor_fault:joint=4,mode=biased,size=2,onset=25", seconds=90.0)
+    assert both == [("health_degradation", 1), ("sensor_fault", 4)]
+
+
+def _told(healthy: Healthy, truth: np.ndarray, k: int, begin: float) -> Block:
+    """A block that tells every state as well as the first day does, and state k ten times so."""
+    A = np.diag(1.0 / np.diag(healthy.first[1] + 1e-12 * np.eye(healthy.size)))
+    A[k, k] *= 100.0
+    return Block(begin, begin + LENGTH, A, A @ truth)
+
+
+def test_a_fault_that_is_known_began_at_its_onset_and_nowhere_else(shop: Shop) -> None:
+    rules = read_rules()
+    where = space(shop.fit)
+    of = suspects(where, rules.slow)
+    healthy = Healthy(where, rules, of)
+    k = next(i for i, s in enumerate(of.each) if (s.kind.name, s.joint) == ("sensor_fault", 2))
+    suspect = of.each[k]
+    at, change = int(of.states[suspect.places[0]]), 9.0 * float(suspect.sd[0])
+    recall = Recall(np.nan, *healthy.first)
+    for n in range(8):
+        truth = np.zeros(healthy.size)
+        truth[at] = change * (n >= 4)
+        block = _told(healthy, truth, at, LENGTH * n)
+        recall = recall.after(block, healthy, (), healthy.straying)
+    known = (Fault(k, 4 * LENGTH, 4 * LENGTH, change),)
+    straying = healthy.loosened(known, np.ones(where.joints))
+    course = recall.trace(healthy, known, straying, at)
+    for n, (_, size, sd) in enumerate(course):
+        assert abs(size - change * (n >= 4)) < 3.0 * sd
+    bank = recall.again(healthy, known, straying, of.directions(healthy.size))
+    others = np.delete(bank.x, at)
+    assert np.abs(others / np.sqrt(np.delete(np.diag(bank.P), at) + 1e-12)).max() < 1.0
+
+
+def test_what_may_have_leapt_is_believed_as_a_wider_prior_says() -> None:
+    rng = np.random.default_rng(3)
+    root = rng.standard_normal((3, 3))
+    A, b, P = root @ root.T, rng.standard_normal(3), np.diag([0.5, 1.0, 2.0])
+    leap = np.array([0.0, 3.0, 0.0])
+    still = Straying(np.zeros(3), np.zeros(3))
+    _, x, cov = onsets.followed(0.0, np.zeros(3), P, Block(1.0, 2.0, A, b, leap=leap), still)
+    expected = np.linalg.inv(A + np.linalg.inv(P + np.diag(leap**2)))
+    assert np.allclose(cov, expected) and np.allclose(x, expected @ b)

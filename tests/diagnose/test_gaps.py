@@ -1,0 +1,61 @@
+"""A gap shows where a load turns over quickly, and it is said where it does not."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from shop import Shop
+
+from urdyn.diagnose import Report, diagnose
+from urdyn.simulate import Work, happening, observe, parse_fault, to_and_fro, typical_sensors
+
+RATE = 500.0
+
+
+def _swung(
+    shop: Shop, joint: int, *faults: str, rate: float = RATE, seconds: float = 5.0
+) -> Report:
+    """What is told of a joint that goes to and fro."""
+    arm = shop.dynamics.arm
+    work = Work(to_and_fro(arm, joint, seconds, rate))
+    events = happening(
+        shop.dynamics, work, tuple(parse_fault(f, arm.joints) for f in faults), False
+    )
+    rng = np.random.default_rng(joint)
+    return diagnose(
+        shop.fit, observe(shop.dynamics, work.trajectory, typical_sensors(arm), rng, events)
+    )
+
+
+def _seen(report: Report, joint: int) -> dict:
+    return report.document["observability"]["joint_backlash"][joint]
+
+
+def test_a_gap_of_a_tenth_of_a_milliradian_is_found_within_six_reversals(shop: Shop) -> None:
+    report = _swung(shop, 1, "joint_backlash:joint=1,onset=0,rate=1e-4,shape=step")
+    (finding,) = report.findings
+    assert (finding.kind, finding.joint) == ("joint_backlash", 1)
+    assert finding.evidence["reversals"] <= 6
+    assert 0.5e-4 < finding.size < 2e-4
+    row = _seen(report, 1)
+    assert row["observable"] and row["half_gap_rad"] <= 1e-4
+
+
+def test_a_sound_gear_has_no_gap_however_it_turns(shop: Shop) -> None:
+    report = _swung(shop, 1)
+    assert not report.findings and _seen(report, 1)["observable"]
+
+
+def test_a_load_that_turns_over_slowly_is_said_to_show_no_gap(shop: Shop) -> None:
+    """A hand that weighs next to nothing leaves its motor alone, gap or no gap."""
+    report = _swung(shop, 5, "joint_backlash:joint=5,onset=0,rate=1e-3,shape=step")
+    row = _seen(report, 5)
+    assert not report.findings
+    assert not row["observable"] and "not observable" in row["why"] and "wrist_3" in row["probe"]
+
+
+@pytest.mark.slow
+def test_a_wide_gap_is_no_other_fault(shop: Shop) -> None:
+    fault = "joint_backlash:joint=2,onset=12,rate=1e-3,shape=step"
+    report = _swung(shop, 2, fault, rate=100.0, seconds=60.0)
+    assert [(f.kind, f.joint) for f in report.findings] == [("joint_backlash", 2)]

@@ -1,0 +1,67 @@
+"""What comes and goes is a push; what is there still is none, and no part of one."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from shop import Shop
+
+from urdyn.diagnose.pushed import BIN, Bin, Pushed
+from urdyn.diagnose.space import Space, space
+from urdyn.simulate import Payload
+
+CALM = 3
+Q = np.array([0.3, -1.2, 1.0, -0.6, 0.7, 0.2])  # [rad]
+FORCE = np.array([60.0, -70.0, 40.0])  # [N]
+NOTHING = np.zeros((1, 10))
+
+
+@pytest.fixture(scope="module")
+def where(shop: Shop) -> Space:
+    return space(shop.fit)
+
+
+def _bins(where: Space, felt: np.ndarray) -> tuple[Bin, ...]:
+    """Bins of an arm that moves by Q, felt (B, J) [N·m] beside noise of 1 N·m."""
+    still = np.zeros(6)
+    tool = where.arm.regressor(Q, still, still)[..., -10:]
+    noise = np.random.default_rng(2).standard_normal(felt.shape)
+    return tuple(
+        Bin(k * BIN, False, row, np.ones(6), Q, tool, np.zeros(10))
+        for k, row in enumerate(felt + 0.2 * noise)
+    )
+
+
+def _pushed(where: Space, link: int) -> np.ndarray:
+    """What a push of FORCE on a link makes drives do, (8, J) [N·m]: half a sine, then nothing."""
+    J = where.reference.arm.jacobian(Q, where.reference.arm.link_names[link])[:3]
+    J = np.where(np.arange(6) <= link, J, 0.0)
+    course = np.append(np.sin(np.pi * np.linspace(0.1, 0.9, 5)), np.zeros(CALM))
+    return np.outer(course, -J.T @ FORCE)
+
+
+def _event(where: Space, felt: np.ndarray):
+    return Pushed(where, 15.0).event(_bins(where, felt), CALM, NOTHING, np.zeros(6, dtype=bool))
+
+
+def test_a_push_is_told_with_its_link_and_force(where: Space) -> None:
+    event = _event(where, _pushed(where, 3))
+    assert event.joint == 3
+    # The mean over the strong part of half a sine is .87 of its peak.
+    assert np.allclose(event.evidence["force_N"], 0.87 * FORCE, atol=0.15 * np.linalg.norm(FORCE))
+
+
+def test_a_piece_that_is_there_when_it_seems_over_was_no_push(where: Space) -> None:
+    still = np.zeros(6)
+    tool = where.arm.regressor(Q, still, still)[..., -10:]
+    torque = tool @ Payload(2.5, np.array([0.0, 0.0, 0.06])).inertials()
+    held = np.outer(np.linspace(1.0, 0.6, 8), torque)
+    assert _event(where, held) is None
+    gone = held * (np.arange(8) < 8 - CALM)[:, None]
+    assert _event(where, gone) is not None
+
+
+def test_friction_that_rises_with_a_push_moves_no_link(where: Space) -> None:
+    more = np.zeros((8, 6))
+    more[:, 4] = 4.0  # of which a push on the link before knows nothing
+    assert _event(where, _pushed(where, 3) + more).joint == 3

@@ -1,0 +1,41 @@
+"""A swing's amplitude, beside a slow motion and noise."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from shop import Shop
+
+from urdyn.diagnose.swings import amplitude, course, refined
+
+T = np.arange(90) / 100.0  # [s]
+
+
+@pytest.mark.parametrize("frequency", [5.5, 8.0, 20.0])
+def test_a_steady_swing_beside_a_slow_motion_has_one_amplitude(frequency: float) -> None:
+    motion = 3.0 - 4.0 * T + 5.0 * T**3
+    x = motion + 0.7 * np.sin(2.0 * np.pi * frequency * T + 0.4)
+    assert np.allclose(course(x, T, frequency), 0.7, atol=1e-6)
+    assert np.isclose(amplitude(x, T, frequency), 0.7)
+
+
+@pytest.mark.parametrize("frequency", [5.5, 8.0, 20.0])
+def test_noise_is_in_a_quarters_amplitude_what_its_rows_leave_of_it(frequency: float) -> None:
+    """sd sqrt(2 / rows) of each of two components; a slow motion that is unknown adds little."""
+    rng = np.random.default_rng(11)
+    found = np.array([course(rng.standard_normal(len(T)), T, frequency) for _ in range(400)])
+    expected = 2.0 * 2.0 / (len(T) / 4.0)  # E of the squared amplitude
+    assert np.all(np.mean(found**2, axis=0) < 1.35 * expected)
+    assert np.all(np.mean(found**2, axis=0) > 0.8 * expected)
+
+
+def test_a_frequency_is_found_between_bins() -> None:
+    x = np.cos(2.0 * np.pi * 7.3 * T)
+    assert abs(refined(x, T, 1.0 / 0.9 * 7, 1.0 / 0.9) - 7.3) < 0.25
+
+
+def test_a_wrist_that_swings_rings_whatever_torque_that_takes(shop: Shop) -> None:
+    fault = "controller_instability:joint=4,onset=4,rate=1.6,shape=step"
+    found = shop.report(fault, seconds=8.0)
+    assert [(f.kind, f.joint) for f in found] == [("controller_instability", 4)]
+    assert found.findings[0].size < 0.7  # [N·m], that a torque would have to have

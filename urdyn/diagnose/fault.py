@@ -1,0 +1,42 @@
+"""A slow fault that is known by now."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from urdyn.diagnose.bank import Block
+from urdyn.diagnose.change import Change
+from urdyn.diagnose.explain import Suspect
+from urdyn.types import Array
+
+FREE = 3.0  # [-] times the expected change, that a fault may have done at its onset
+
+
+@dataclass(frozen=True)
+class Fault:
+    """Which, since when, and how large it looked."""
+
+    suspect: int  # among all that is looked for
+    onset_lo: float  # [s]
+    onset_hi: float  # [s]
+    size: float  # in the unit of the state that measures it
+
+    def spread(self, suspect: Suspect) -> Array:
+        """sd of what it may have done to the states of its suspect at its onset, (r,)."""
+        return np.asarray(max(FREE, abs(self.size) / float(suspect.sd[0])) * suspect.sd)
+
+    def by(self, t: float) -> Fault:
+        """The same where blocks up to `t` [s] that might have shown its onset are forgotten."""
+        return replace(self, onset_hi=max(self.onset_hi, t))
+
+    def began_in(self, block: Block) -> bool:
+        """Whether it may have; what began within a block shows whole in the next one."""
+        lasting = block.end - block.begin
+        return block.end > self.onset_lo and block.begin <= self.onset_hi + 1.5 * lasting
+
+
+def known_by(change: Change) -> Fault:
+    """What is known of a change that was found."""
+    return Fault(change.suspect, change.onset_lo, change.onset_hi, change.size)

@@ -1,0 +1,73 @@
+"""Swings in a stretch of rows: how large, at which frequency, and how far a line stands out."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+
+from urdyn.types import Array
+
+NEIGHBOURS = 6  # bins to each side that make a line's neighbourhood
+
+
+def amplitude(x: Array, t: Array, frequency: float) -> float:
+    """Of a swing of this frequency, beside a slow motion."""
+    w = 2.0 * np.pi * frequency * (t - t[0])
+    basis = np.column_stack([np.cos(w), np.sin(w), _slow(len(t))])
+    found = np.linalg.lstsq(basis, x, rcond=None)[0]
+    return float(np.hypot(found[0], found[1]))
+
+
+def course(x: Array, t: Array, frequency: float) -> Array:
+    """Amplitudes of a swing of this frequency by quarter, beside one slow motion, (4,)."""
+    w = 2.0 * np.pi * frequency * (t - t[0])
+    swings = np.zeros((len(t), 8))
+    for k, part in enumerate(parts(len(t), 4)):
+        swings[part, 2 * k] = np.cos(w[part])
+        swings[part, 2 * k + 1] = np.sin(w[part])
+    found = np.linalg.lstsq(np.hstack([swings, _slow(len(t))]), x, rcond=None)[0]
+    return np.asarray(np.hypot(found[0:8:2], found[1:8:2]))
+
+
+def _slow(n: int) -> Array:
+    """What a motion looks like in so many rows, (n, 5)."""
+    return np.asarray(np.polynomial.polynomial.polyvander(np.linspace(-1.0, 1.0, n), 4))
+
+
+def refined(x: Array, t: Array, frequency: float, width: float) -> float:
+    """Frequency at which the swing is largest, within a bin."""
+    tried = frequency + width * np.linspace(-0.8, 0.8, 9)
+    return float(tried[int(np.argmax([amplitude(x, t, f) for f in tried]))])
+
+
+def parts(n: int, count: int) -> list[slice]:
+    """So many stretches of n rows, as even as can be."""
+    ends = np.linspace(0, n, count + 1).astype(int)
+    return [slice(a, b) for a, b in pairwise(ends.tolist())]
+
+
+def spectrum(x: Array, count: int) -> Array:
+    """Power of tapered stretches (..., n, J) at the lowest frequencies, (..., count, J)."""
+    n = x.shape[-2]
+    u = np.linspace(-1.0, 1.0, n)
+    basis = np.linalg.qr(np.stack([np.ones(n), u, u**2], axis=1))[0]
+    left = np.nan_to_num(x) - basis @ (basis.T @ np.nan_to_num(x))
+    lines = np.fft.rfft(left * np.hanning(n)[:, None], axis=-2)
+    return np.asarray(np.abs(lines[..., :count, :]) ** 2)
+
+
+def neighbourhood(power: Array) -> Array:
+    """Mean that the neighbours of each bin suggest, were they noise: by their median."""
+    reach = NEIGHBOURS + 2
+    width = [(0, 0)] * (power.ndim - 2) + [(reach, reach), (0, 0)]
+    padded = np.pad(power, width, mode="reflect")
+    around = np.lib.stride_tricks.sliding_window_view(padded, 2 * reach + 1, axis=-2)
+    beside = np.delete(around, range(NEIGHBOURS, NEIGHBOURS + 5), axis=-1)
+    return np.asarray(np.median(beside, axis=-1) / np.log(2.0))
+
+
+def lines(x: Array, count: int) -> Array:
+    """How far each bin of a half stands out, (2, F, J)."""
+    power = spectrum(x, count)
+    return np.asarray(power / np.maximum(neighbourhood(power), 1e-30))
