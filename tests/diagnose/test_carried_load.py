@@ -10,11 +10,12 @@ from shop import Shop
 
 from urdyn.diagnose import carried
 from urdyn.diagnose.carried import Mode, Shown
-from urdyn.diagnose.carrying import MOMENT, Carrying
+from urdyn.diagnose.carrying import MOMENT, Carrying, Waiting
 from urdyn.diagnose.collision import Collision
 from urdyn.diagnose.explain import suspects
+from urdyn.diagnose.loads import DELAY, Loads
 from urdyn.diagnose.moment import averaged, laden, pooled
-from urdyn.diagnose.rows import Rows, rows
+from urdyn.diagnose.rows import Rows, derivatives, rows
 from urdyn.diagnose.rules import read_rules
 from urdyn.diagnose.slow import BLOCK
 from urdyn.diagnose.space import Space, space
@@ -69,6 +70,51 @@ def test_a_gain_that_is_off_shows_in_a_piece_and_not_as_a_fault(shop: Shop) -> N
     moved, sd = cov @ (now.b - was.b), np.sqrt(np.diag(cov))
     assert moved[at][joint] > 0.5 * off  # the prior pulls
     assert np.abs(moved[o] / sd[o]).max() < 1.0
+
+
+def test_a_piece_that_turns_a_load_over_is_weighed_as_it_is(shop: Shop) -> None:
+    of, rules, at = space(shop.fit), read_rules(), slice(0, 4)
+    drive = replace(of.reference.drive, structural=np.full(6, 0.2))
+    of = replace(of, reference=replace(of.reference, drive=drive))
+    loads, rows_of = Loads(of, suspects(of, rules.slow)), work(shop, of)
+    x, P = np.zeros(of.size), of.cov + np.diag(rules.stray(of, "window") ** 2)
+    P[of.payload] = P[:, of.payload] = 0.0
+    P[of.payload, of.payload] = carried.NOTHING**2
+    usual, moments, turned = carried.commissioned(), [], False
+    for k in range(DELAY + 1):
+        means = averaged(rows_of.part(10 * k, 10 * k + 10), PERIOD, of.noise)
+        held = laden(replace(means, residual=np.zeros_like(means.residual)), drive, -PIECE)
+        turned |= ((np.sign(held.load) != np.sign(means.load)) & (means.weight > 0.0)).any()
+        moment = Waiting(held, pooled(held), (), k * MOMENT, (k + 1) * MOMENT)
+        moments.append(loads.told(moment, (x, P), [usual]))
+    now, _ = loads.carried(Carrying((usual,)), (x, P), tuple(moments))
+    new = now.modes[now.now]
+    bent = carried.learnt(
+        carried.together([w.told[0] for w in moments]), carried.anything(0.0), 0.0
+    )
+    sd = np.sqrt(np.diag(new.cov))
+    assert turned
+    assert (np.abs(new.mean - PIECE) < 0.1 * sd)[at].all()
+    assert (np.abs(bent.mean - PIECE) > sd)[at].any()
+
+
+def test_what_a_moment_says_of_a_load_is_its_likelihood(shop: Shop) -> None:
+    of = space(shop.fit)
+    means = averaged(work(shop, of).part(0, 10), PERIOD, of.noise)
+    rest = np.setdiff1d(np.arange(of.size), of.payload)
+    P = (of.cov + np.diag(read_rules().stray(of, "day") ** 2))[np.ix_(rest, rest)]
+    x = 0.5 * np.sqrt(np.diag(P))
+    held = laden(means, of.reference.drive, PIECE)
+    told = carried.shown(pooled(held), of.payload, rest, x, P, PIECE)
+    root = np.sqrt(held.weight).ravel()
+    own = np.concatenate([held.drive, held.more[:, None]], axis=1)
+    H = root[:, None] * derivatives(held.rigid, own).reshape(len(root), -1)
+    cov = np.eye(len(root)) + H[:, rest] @ P @ H[:, rest].T
+    for m in (PIECE, 0.5 * PIECE):
+        off = root * held.residual.ravel() - H[:, rest] @ x - H[:, of.payload] @ (m - PIECE)
+        direct = -0.5 * (off @ np.linalg.solve(cov, off) + np.linalg.slogdet(cov)[1])
+        known = Mode(m, np.zeros((10, 10)), 0.0)
+        np.testing.assert_allclose(carried.fit(told, known), direct, rtol=1e-6)
 
 
 def moments(rng: np.random.Generator, load: np.ndarray, sd: float) -> tuple[Shown, ...]:

@@ -45,9 +45,7 @@ class Loads:
         Args:
             usual: the mode is what is carried as a rule.
         """
-        at, pool = self.space.payload, moment.pool
-        if mode.mean.any():
-            pool = pooled(laden(moment.means, self.space.reference.drive, mode.mean))
+        at, pool = self.space.payload, self._laden(moment.means, moment.pool, mode.mean)
         if usual:
             return pool
         cov = carried.alike(carried.spread(mode)).cov
@@ -58,49 +56,63 @@ class Loads:
         A[at] = A[:, at] = b[at] = 0.0
         return replace(pool, A=0.5 * (A + A.T), b=b)
 
-    def waiting(
-        self, means: Means, pool: Pool, belief: Belief, begin: float, end: float
-    ) -> Waiting:
-        """A moment that is over."""
-        return Waiting(means, pool, self.shown(pool, belief), begin, end)
+    def told(self, moment: Waiting, belief: Belief, modes: Sequence[Mode]) -> Waiting:
+        """A moment that is over, and what it says of the load."""
+        return replace(moment, told=tuple(self.shown(moment, belief, m.mean) for m in modes))
 
-    def shown(self, pool: Pool, belief: Belief) -> Shown:
-        """What a moment says of the load."""
-        x, P = belief
-        return carried.shown(pool, self.space.payload, self.rest, x[self.rest], P[self._rests])
+    def shown(self, moment: Waiting, belief: Belief, beside: Array) -> Shown:
+        """What a moment says of the load, exact at the one `beside`, (10,)."""
+        pool = self._laden(moment.means, moment.pool, beside)
+        return self._shown(pool, belief, beside)
 
-    def carried(self, carrying: Carrying, belief: Belief, moments: Sequence[Waiting]) -> Carrying:
+    def _shown(self, pool: Pool, belief: Belief, beside: Array) -> Shown:
+        x, P = belief[0][self.rest], belief[1][self._rests]
+        return carried.shown(pool, self.space.payload, self.rest, x, P, beside)
+
+    def _laden(self, means: Means, pool: Pool, m: Array) -> Pool:
+        return pooled(laden(means, self.space.reference.drive, m)) if m.any() else pool
+
+    def carried(
+        self, carrying: Carrying, belief: Belief, moments: tuple[Waiting, ...]
+    ) -> tuple[Carrying, tuple[Waiting, ...]]:
         """Whose loads these moments were: the likeliest path through modes, or a new one."""
         modes = carrying.modes
-        fits = np.array([[carried.fit(w.told, carried.spread(m)) for m in modes] for w in moments])
+        fits = np.array([[_fit(w, m) for m in modes] for w in moments])
         score, path = likeliest(fits, carrying.was)
         for k in range(len(moments)):
             before = likeliest(fits[:k], carrying.was)[0] if k else 0.0
             new = self._new(moments[k:], score - before, belief, modes[path[k]])
             if new is not None:
-                more, now = carried.remembered(modes, new, {carrying.was, *path[:k]})
-                path = (*path[:k], *[now] * (len(moments) - k))
-                return replace(carrying, modes=more, now=now, path=path)
-        return replace(carrying, now=path[-1], path=path)
+                mode, later = new
+                more, now = carried.remembered(modes, mode, {carrying.was, *path[:k]})
+                path = (*path[:k], *[now] * len(later))
+                carrying = replace(carrying, modes=more, now=now, path=path)
+                return carrying, (*moments[:k], *later)
+        return replace(carrying, now=path[-1], path=path), moments
 
     def _new(
-        self, moments: Sequence[Waiting], known: float, belief: Belief, mode: Mode
-    ) -> Mode | None:
+        self, moments: tuple[Waiting, ...], known: float, belief: Belief, mode: Mode
+    ) -> tuple[Mode, tuple[Waiting, ...]] | None:
         """The load that explains moments better than what is known and any fault of a joint.
+
+        And what they say beside it.
 
         Args:
             known: how well modes explain them [nats].
             mode: the one that does at first.
         """
-        t, told = moments[-1].end, carried.together([w.told for w in moments])
-        gain = carried.fit(told, carried.anything(t)) - known
-        if gain <= carried.SURE:
+        anything = carried.anything(moments[-1].end)
+        told = carried.together([carried.nearest(w.told, mode.mean) for w in moments])
+        if carried.fit(told, anything) - known <= carried.SURE:
             return None
-        pool = pooled_together([w.pool for w in moments])
-        if gain <= self._of_joints(belief, pool, mode) + MARGIN:
+        guess = carried.learnt(told, anything, anything.seen).mean
+        moments = tuple(replace(w, told=(*w.told, self.shown(w, belief, guess))) for w in moments)
+        told = carried.together([w.told[-1] for w in moments])
+        gain = carried.fit(told, anything) - known
+        if gain <= max(carried.SURE, self._of_joints(belief, moments, mode) + MARGIN):
             return None
-        new = carried.learnt(told, carried.anything(t), t)
-        return new if carried.possible(new, self.space.reference.payload) else None
+        new = carried.learnt(told, anything, anything.seen)
+        return (new, moments) if carried.possible(new, self.space.reference.payload) else None
 
     def ripened(
         self, carrying: Carrying, ripe: Waiting, before: Belief
@@ -115,10 +127,11 @@ class Loads:
         mode, *path = carrying.path
         modes, whole = list(carrying.modes), {carrying.was, mode, *path[:1]} == {mode}
         if mode:
-            modes[mode] = carried.learnt(ripe.told, carried.spread(modes[mode]), ripe.end)
+            told = carried.nearest(ripe.told, modes[mode].mean)
+            modes[mode] = carried.learnt(told, carried.spread(modes[mode]), ripe.end)
         pool = self.unladen(ripe, modes[mode], not mode) if whole else None
         carrying = replace(carrying, modes=tuple(modes), was=mode, path=tuple(path))
-        return carrying.on(ripe, self.shown(ripe.pool, before)), pool
+        return carrying.on(ripe, self.shown(ripe, before, modes[mode].mean)), pool
 
     def noticed(self, carrying: Carrying, t: float, rival: float) -> Carrying | None:
         """With a piece that no moment told, but many do; None where there is none.
@@ -134,12 +147,13 @@ class Loads:
         more, _ = carried.remembered(carrying.modes, new, {carrying.was, *carrying.path})
         return replace(carrying, modes=more, unclaimed=())
 
-    def _of_joints(self, belief: Belief, pool: Pool, mode: Mode) -> float:
+    def _of_joints(self, belief: Belief, moments: Sequence[Waiting], mode: Mode) -> float:
         """How well the best fault of a joint explains moments, beside the healthy arm [nats]."""
         x, P, at = belief[0].copy(), belief[1].copy(), self.space.payload
+        pool = pooled_together([self._laden(w.means, w.pool, mode.mean) for w in moments])
         P[at] = P[:, at] = 0.0
         P[np.ix_(at, at)] = carried.spread(mode).cov
-        x[at] = mode.mean
+        x[at] = 0.0
         keep = np.linalg.inv(np.eye(len(P)) + pool.A @ P)
         E = self.of.directions(len(x))
         C = E.T @ keep @ pool.A @ E
@@ -155,12 +169,18 @@ class Loads:
         Args:
             A: information in a moment, (n, n).
         """
-        at, told = self.space.payload, self.shown(Pool(A, np.zeros(len(A)), np.zeros(0)), belief).C
+        at, nobodys = self.space.payload, Pool(A, np.zeros(len(A)), 0.0, np.zeros(0))
+        told = self._shown(nobodys, belief, np.zeros(len(at))).C
         unsure = np.diag(np.linalg.inv((DELAY + 1) * told + np.diag(carried.ANYTHING**-2.0)))
         sd = np.zeros(len(A))
         most = np.sqrt(2.0 * (carried.SURE + MARGIN) * unsure)
         sd[at] = 0.5 * np.minimum(most, carried.ANYTHING)
         return sd
+
+
+def _fit(moment: Waiting, mode: Mode) -> float:
+    """Log of the likelihood of a moment under a mode, but for what all modes share."""
+    return carried.fit(carried.nearest(moment.told, mode.mean), carried.spread(mode))
 
 
 def likeliest(fits: Array, was: int) -> tuple[float, tuple[int, ...]]:

@@ -14,7 +14,7 @@ import numpy as np
 from urdyn.diagnose import bank as onsets
 from urdyn.diagnose import carried, warmth
 from urdyn.diagnose.bank import Bank, Block
-from urdyn.diagnose.carrying import MOMENT, Carrying
+from urdyn.diagnose.carrying import MOMENT, Carrying, Waiting
 from urdyn.diagnose.change import Push
 from urdyn.diagnose.explain import Suspects, gathered, suspects
 from urdyn.diagnose.healthy import Healthy
@@ -118,11 +118,11 @@ class Slow:
 
     def _waiting(self, state: SlowState, means: Means, begin: float, end: float) -> SlowState:
         """With a moment more that waits."""
-        pool = pooled(means)
-        other = onsets.another(state.bank.t, begin)
-        belief = self._belief(state, state.bank, pool, other)
-        waiting = (*state.waiting, self.loads.waiting(means, pool, belief, begin, end))
-        carrying = self.loads.carried(state.carrying, belief, waiting)
+        other, modes = onsets.another(state.bank.t, begin), state.carrying.modes
+        moment = Waiting(means, pooled(means), (), begin, end)
+        belief = self._belief(state, state.bank, moment.pool, other)
+        moment = self.loads.told(moment, belief, modes)
+        carrying, waiting = self.loads.carried(state.carrying, belief, (*state.waiting, moment))
         return replace(state, waiting=waiting, carrying=carrying)
 
     def _belief(self, state: SlowState, bank: Bank, pool: Pool, other: bool) -> Belief:
