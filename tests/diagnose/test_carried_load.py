@@ -86,7 +86,7 @@ def test_a_piece_that_turns_a_load_over_is_weighed_as_it_is(shop: Shop) -> None:
         held = laden(replace(means, residual=np.zeros_like(means.residual)), drive, -PIECE)
         turned |= ((np.sign(held.load) != np.sign(means.load)) & (means.weight > 0.0)).any()
         moment = Waiting(held, pooled(held), (), k * MOMENT, (k + 1) * MOMENT)
-        moments.append(loads.told(moment, (x, P), [usual]))
+        moments.append(loads.beside.told(moment, (x, P), [usual]))
     now, _ = loads.carried(Carrying((usual,)), (x, P), tuple(moments))
     new = now.modes[now.now]
     bent = carried.learnt(

@@ -1,4 +1,4 @@
-"""Whose load a moment was, and what it says of the arm beside that load."""
+"""Whose load a moment was: that of a mode that is known, or of a new one."""
 
 from __future__ import annotations
 
@@ -9,18 +9,16 @@ from functools import cached_property
 import numpy as np
 
 from urdyn.diagnose import carried, pieces
-from urdyn.diagnose.carried import Mode, Shown
+from urdyn.diagnose.beside import Belief, Beside
+from urdyn.diagnose.carried import Mode
 from urdyn.diagnose.carrying import Carrying, Waiting
 from urdyn.diagnose.explain import Suspects, instant_evidence
-from urdyn.diagnose.moment import Means, Pool, laden, pooled
-from urdyn.diagnose.moment import together as pooled_together
+from urdyn.diagnose.moment import Pool, together
 from urdyn.diagnose.space import Space
-from urdyn.types import Array, Index
+from urdyn.types import Array
 
 DELAY = 4  # moments that one waits
 MARGIN = 10.0  # [nats] by which a payload has to explain moments better than any fault of a joint
-
-Belief = tuple[Array, Array]  # mean (n,) and covariance (n, n) of the states of the space
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,46 +29,9 @@ class Loads:
     of: Suspects
 
     @cached_property
-    def rest(self) -> Index:
-        """Places of all others."""
-        return np.setdiff1d(np.arange(self.space.size), self.space.payload)
-
-    @cached_property
-    def _rests(self) -> tuple[Index, Index]:
-        return self.rest[:, None], self.rest[None]
-
-    def unladen(self, moment: Waiting, mode: Mode, usual: bool) -> Pool:
-        """What a moment says of all states; of the payload nothing while another one is carried.
-
-        Args:
-            usual: the mode is what is carried as a rule.
-        """
-        at, pool = self.space.payload, self._laden(moment.means, moment.pool, mode.mean)
-        if usual:
-            return pool
-        cov = carried.alike(carried.spread(mode)).cov
-        cross = pool.A[:, at]
-        inner = np.linalg.solve(np.eye(len(at)) + cov @ pool.A[np.ix_(at, at)], cov)
-        A = pool.A - cross @ inner @ cross.T
-        b = pool.b - cross @ inner @ pool.b[at]
-        A[at] = A[:, at] = b[at] = 0.0
-        return replace(pool, A=0.5 * (A + A.T), b=b)
-
-    def told(self, moment: Waiting, belief: Belief, modes: Sequence[Mode]) -> Waiting:
-        """A moment that is over, and what it says of the load."""
-        return replace(moment, told=tuple(self.shown(moment, belief, m.mean) for m in modes))
-
-    def shown(self, moment: Waiting, belief: Belief, beside: Array) -> Shown:
-        """What a moment says of the load, exact at the one `beside`, (10,)."""
-        pool = self._laden(moment.means, moment.pool, beside)
-        return self._shown(pool, belief, beside)
-
-    def _shown(self, pool: Pool, belief: Belief, beside: Array) -> Shown:
-        x, P = belief[0][self.rest], belief[1][self._rests]
-        return carried.shown(pool, self.space.payload, self.rest, x, P, beside)
-
-    def _laden(self, means: Means, pool: Pool, m: Array) -> Pool:
-        return pooled(laden(means, self.space.reference.drive, m)) if m.any() else pool
+    def beside(self) -> Beside:
+        """What moments say."""
+        return Beside(self.space)
 
     def carried(
         self, carrying: Carrying, belief: Belief, moments: tuple[Waiting, ...]
@@ -106,13 +67,16 @@ class Loads:
         if carried.fit(told, anything) - known <= carried.SURE:
             return None
         guess = carried.learnt(told, anything, anything.seen).mean
-        moments = tuple(replace(w, told=(*w.told, self.shown(w, belief, guess))) for w in moments)
-        told = carried.together([w.told[-1] for w in moments])
+        near = [self.beside.shown(w, belief, guess) for w in moments]
+        told = carried.together(near)
         gain = carried.fit(told, anything) - known
         if gain <= max(carried.SURE, self._of_joints(belief, moments, mode) + MARGIN):
             return None
         new = carried.learnt(told, anything, anything.seen)
-        return (new, moments) if carried.possible(new, self.space.reference.payload) else None
+        if not carried.possible(new, self.space.reference.payload):
+            return None
+        both = zip(moments, near, strict=True)
+        return new, tuple(replace(w, told=(*w.told, each)) for w, each in both)
 
     def ripened(
         self, carrying: Carrying, ripe: Waiting, before: Belief
@@ -129,9 +93,9 @@ class Loads:
         if mode:
             told = carried.nearest(ripe.told, modes[mode].mean)
             modes[mode] = carried.learnt(told, carried.spread(modes[mode]), ripe.end)
-        pool = self.unladen(ripe, modes[mode], not mode) if whole else None
+        pool = self.beside.unladen(ripe, modes[mode], not mode) if whole else None
         carrying = replace(carrying, modes=tuple(modes), was=mode, path=tuple(path))
-        return carrying.on(ripe, self.shown(ripe, before, modes[mode].mean)), pool
+        return carrying.on(ripe, self.beside.shown(ripe, before, modes[mode].mean)), pool
 
     def noticed(self, carrying: Carrying, t: float, rival: float) -> Carrying | None:
         """With a piece that no moment told, but many do; None where there is none.
@@ -150,7 +114,7 @@ class Loads:
     def _of_joints(self, belief: Belief, moments: Sequence[Waiting], mode: Mode) -> float:
         """How well the best fault of a joint explains moments, beside the healthy arm [nats]."""
         x, P, at = belief[0].copy(), belief[1].copy(), self.space.payload
-        pool = pooled_together([self._laden(w.means, w.pool, mode.mean) for w in moments])
+        pool = together([self.beside.pool(w, mode.mean) for w in moments])
         P[at] = P[:, at] = 0.0
         P[np.ix_(at, at)] = carried.spread(mode).cov
         x[at] = 0.0
@@ -169,12 +133,10 @@ class Loads:
         Args:
             A: information in a moment, (n, n).
         """
-        at, nobodys = self.space.payload, Pool(A, np.zeros(len(A)), 0.0, np.zeros(0))
-        told = self._shown(nobodys, belief, np.zeros(len(at))).C
-        unsure = np.diag(np.linalg.inv((DELAY + 1) * told + np.diag(carried.ANYTHING**-2.0)))
+        unsure = self.beside.unsure(A, belief, DELAY + 1)
         sd = np.zeros(len(A))
         most = np.sqrt(2.0 * (carried.SURE + MARGIN) * unsure)
-        sd[at] = 0.5 * np.minimum(most, carried.ANYTHING)
+        sd[self.space.payload] = 0.5 * np.minimum(most, carried.ANYTHING)
         return sd
 
 

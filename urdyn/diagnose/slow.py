@@ -14,13 +14,14 @@ import numpy as np
 from urdyn.diagnose import bank as onsets
 from urdyn.diagnose import carried, warmth
 from urdyn.diagnose.bank import Bank, Block
+from urdyn.diagnose.beside import Belief
 from urdyn.diagnose.carrying import MOMENT, Carrying, Waiting
 from urdyn.diagnose.change import Push
 from urdyn.diagnose.explain import Suspects, gathered, suspects
 from urdyn.diagnose.healthy import Healthy
 from urdyn.diagnose.judge import Judge
 from urdyn.diagnose.learning import Learning
-from urdyn.diagnose.loads import DELAY, Belief, Loads
+from urdyn.diagnose.loads import DELAY, Loads
 from urdyn.diagnose.moment import Means, Pool, averaged, pooled
 from urdyn.diagnose.recall import Recall
 from urdyn.diagnose.rows import Rows
@@ -121,7 +122,7 @@ class Slow:
         other, modes = onsets.another(state.bank.t, begin), state.carrying.modes
         moment = Waiting(means, pooled(means), (), begin, end)
         belief = self._belief(state, state.bank, moment.pool, other)
-        moment = self.loads.told(moment, belief, modes)
+        moment = self.loads.beside.told(moment, belief, modes)
         carrying, waiting = self.loads.carried(state.carrying, belief, (*state.waiting, moment))
         return replace(state, waiting=waiting, carrying=carrying)
 
