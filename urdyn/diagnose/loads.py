@@ -40,43 +40,37 @@ class Loads:
         modes = carrying.modes
         fits = np.array([[_fit(w, m) for m in modes] for w in moments])
         score, path = likeliest(fits, carrying.was)
-        for k in range(len(moments)):
-            before = likeliest(fits[:k], carrying.was)[0] if k else 0.0
-            new = self._new(moments[k:], score - before, belief, modes[path[k]])
-            if new is not None:
-                mode, later = new
-                more, now = carried.remembered(modes, mode, {carrying.was, *path[:k]})
-                path = (*path[:k], *[now] * len(later))
-                carrying = replace(carrying, modes=more, now=now, path=path)
-                return carrying, (*moments[:k], *later)
-        return replace(carrying, now=path[-1], path=path), moments
+        starts = range(len(moments))
+        known = [score - (likeliest(fits[:k], carrying.was)[0] if k else 0.0) for k in starts]
+        gains = [_anything(moments[k:], modes[path[k]])[0] - known[k] for k in starts]
+        k = int(np.argmax(gains))  # where another load, if there is one, begins
+        new = gains[k] > carried.SURE and self._new(moments[k:], known[k], belief, modes[path[k]])
+        if not new:
+            return replace(carrying, now=path[-1], path=path), moments
+        mode, later = new
+        more, now = carried.remembered(modes, mode, {carrying.was, *path[:k]})
+        path = (*path[:k], *[now] * len(later))
+        return replace(carrying, modes=more, now=now, path=path), (*moments[:k], *later)
 
     def _new(
         self, moments: tuple[Waiting, ...], known: float, belief: Belief, mode: Mode
     ) -> tuple[Mode, tuple[Waiting, ...]] | None:
         """The load that explains moments better than what is known and any fault of a joint.
 
-        And what they say beside it.
+        And what they say near it.
 
         Args:
             known: how well modes explain them [nats].
             mode: the one that does at first.
         """
-        anything = carried.anything(moments[-1].end)
-        told = carried.together([carried.nearest(w.told, mode.mean) for w in moments])
-        if carried.fit(told, anything) - known <= carried.SURE:
-            return None
-        guess = carried.learnt(told, anything, anything.seen).mean
+        guess = _anything(moments, mode)[1].mean
         near = [self.beside.shown(w, belief, guess) for w in moments]
-        told = carried.together(near)
-        gain = carried.fit(told, anything) - known
-        if gain <= max(carried.SURE, self._of_joints(belief, moments, mode) + MARGIN):
-            return None
-        new = carried.learnt(told, anything, anything.seen)
-        if not carried.possible(new, self.space.reference.payload):
-            return None
         both = zip(moments, near, strict=True)
-        return new, tuple(replace(w, told=(*w.told, each)) for w, each in both)
+        moments = tuple(replace(w, told=(*w.told, each)) for w, each in both)
+        score, new = _anything(moments, replace(mode, mean=guess))
+        if score - known <= max(carried.SURE, self._of_joints(belief, moments, mode) + MARGIN):
+            return None
+        return (new, moments) if carried.possible(new, self.space.reference.payload) else None
 
     def ripened(
         self, carrying: Carrying, ripe: Waiting, before: Belief
@@ -143,6 +137,17 @@ class Loads:
 def _fit(moment: Waiting, mode: Mode) -> float:
     """Log of the likelihood of a moment under a mode, but for what all modes share."""
     return carried.fit(carried.nearest(moment.told, mode.mean), carried.spread(mode))
+
+
+def _anything(moments: Sequence[Waiting], mode: Mode) -> tuple[float, Mode]:
+    """How well a load of which nothing is known explains moments [nats], and what it is then.
+
+    Args:
+        mode: near which they are taken.
+    """
+    anything = carried.anything(moments[-1].end)
+    told = carried.together([carried.nearest(w.told, mode.mean) for w in moments])
+    return carried.fit(told, anything), carried.learnt(told, anything, anything.seen)
 
 
 def likeliest(fits: Array, was: int) -> tuple[float, tuple[int, ...]]:
