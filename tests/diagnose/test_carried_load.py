@@ -9,6 +9,7 @@ import pytest
 from shop import Shop
 
 from urdyn.diagnose import carried
+from urdyn.diagnose.beside import Belief
 from urdyn.diagnose.carried import Mode, Shown
 from urdyn.diagnose.carrying import MOMENT, Carrying, Waiting
 from urdyn.diagnose.collision import Collision
@@ -72,30 +73,54 @@ def test_a_gain_that_is_off_shows_in_a_piece_and_not_as_a_fault(shop: Shop) -> N
     assert np.abs(moved[o] / sd[o]).max() < 1.0
 
 
+def believed(of: Space) -> Belief:
+    """In an arm that is as it was, but for its windows."""
+    x, P = np.zeros(of.size), of.cov + np.diag(read_rules().stray(of, "window") ** 2)
+    P[of.payload] = P[:, of.payload] = 0.0
+    P[of.payload, of.payload] = carried.NOTHING**2
+    return x, P
+
+
+def with_pieces(loads: Loads, work: Rows, pieces: list[np.ndarray]) -> tuple[Waiting, ...]:
+    """Moments of an arm that is as it was, and carries these."""
+    told, of = [], loads.space
+    for k, piece in enumerate(pieces):
+        means = averaged(work.part(10 * k, 10 * k + 10), PERIOD, of.noise)
+        means = replace(means, residual=np.zeros_like(means.residual))
+        means = laden(means, of.reference.drive, -piece)
+        moment = Waiting(means, pooled(means), (), k * MOMENT, (k + 1) * MOMENT)
+        told.append(loads.beside.told(moment, believed(of), [carried.commissioned()]))
+    return tuple(told)
+
+
 def test_a_piece_that_turns_a_load_over_is_weighed_as_it_is(shop: Shop) -> None:
     of, rules, at = space(shop.fit), read_rules(), slice(0, 4)
     drive = replace(of.reference.drive, structural=np.full(6, 0.2))
     of = replace(of, reference=replace(of.reference, drive=drive))
-    loads, rows_of = Loads(of, suspects(of, rules.slow)), work(shop, of)
-    x, P = np.zeros(of.size), of.cov + np.diag(rules.stray(of, "window") ** 2)
-    P[of.payload] = P[:, of.payload] = 0.0
-    P[of.payload, of.payload] = carried.NOTHING**2
-    usual, moments, turned = carried.commissioned(), [], False
-    for k in range(DELAY + 1):
-        means = averaged(rows_of.part(10 * k, 10 * k + 10), PERIOD, of.noise)
-        held = laden(replace(means, residual=np.zeros_like(means.residual)), drive, -PIECE)
-        turned |= ((np.sign(held.load) != np.sign(means.load)) & (means.weight > 0.0)).any()
-        moment = Waiting(held, pooled(held), (), k * MOMENT, (k + 1) * MOMENT)
-        moments.append(loads.beside.told(moment, (x, P), [usual]))
-    now, _ = loads.carried(Carrying((usual,)), (x, P), tuple(moments))
+    loads, usual = Loads(of, suspects(of, rules.slow)), Carrying((carried.commissioned(),))
+    moments = with_pieces(loads, work(shop, of), [PIECE] * (DELAY + 1))
+    turned = [np.sign(laden(w.means, drive, PIECE).load) != np.sign(w.means.load) for w in moments]
+    assert np.any(turned)
+    now, _ = loads.carried(usual, believed(of), moments)
     new = now.modes[now.now]
-    bent = carried.learnt(
-        carried.together([w.told[0] for w in moments]), carried.anything(0.0), 0.0
-    )
+    anything = carried.anything(0.0)
+    bent = carried.learnt(carried.together([w.told[0] for w in moments]), anything, 0.0)
     sd = np.sqrt(np.diag(new.cov))
-    assert turned
     assert (np.abs(new.mean - PIECE) < 0.1 * sd)[at].all()
     assert (np.abs(bent.mean - PIECE) > sd)[at].any()
+
+
+def test_a_piece_is_known_from_when_it_was_taken(shop: Shop) -> None:
+    of, rules, taken = space(shop.fit), read_rules(), 2
+    loads, usual = Loads(of, suspects(of, rules.slow)), Carrying((carried.commissioned(),))
+    pieces = [np.zeros(10)] * taken + [PIECE] * (DELAY + 1 - taken)
+    moments = with_pieces(loads, work(shop, of), pieces)
+    now, after = loads.carried(usual, believed(of), moments)
+    assert now.path == (0,) * taken + (1,) * (DELAY + 1 - taken)
+    assert abs(now.modes[1].mean[0] - PIECE[0]) < np.sqrt(now.modes[1].cov[0, 0])
+    assert [len(w.told) for w in after] == [1] * taken + [2] * (DELAY + 1 - taken)
+    again, _ = loads.carried(replace(usual, modes=now.modes), believed(of), after)
+    assert again.path == now.path and len(again.modes) == 2
 
 
 def test_what_a_moment_says_of_a_load_is_its_likelihood(shop: Shop) -> None:
