@@ -9,12 +9,14 @@ import pytest
 from shop import Shop
 
 from urdyn.diagnose import carried
+from urdyn.diagnose.beside import Belief
 from urdyn.diagnose.carried import Mode, Shown
-from urdyn.diagnose.carrying import MOMENT, Carrying
+from urdyn.diagnose.carrying import MOMENT, Carrying, Waiting
 from urdyn.diagnose.collision import Collision
 from urdyn.diagnose.explain import suspects
+from urdyn.diagnose.loads import DELAY, Loads
 from urdyn.diagnose.moment import averaged, laden, pooled
-from urdyn.diagnose.rows import Rows, rows
+from urdyn.diagnose.rows import Rows, derivatives, rows
 from urdyn.diagnose.rules import read_rules
 from urdyn.diagnose.slow import BLOCK
 from urdyn.diagnose.space import Space, space
@@ -69,6 +71,75 @@ def test_a_gain_that_is_off_shows_in_a_piece_and_not_as_a_fault(shop: Shop) -> N
     moved, sd = cov @ (now.b - was.b), np.sqrt(np.diag(cov))
     assert moved[at][joint] > 0.5 * off  # the prior pulls
     assert np.abs(moved[o] / sd[o]).max() < 1.0
+
+
+def believed(of: Space) -> Belief:
+    """In an arm that is as it was, but for its windows."""
+    x, P = np.zeros(of.size), of.cov + np.diag(read_rules().stray(of, "window") ** 2)
+    P[of.payload] = P[:, of.payload] = 0.0
+    P[of.payload, of.payload] = carried.NOTHING**2
+    return x, P
+
+
+def with_pieces(loads: Loads, work: Rows, pieces: list[np.ndarray]) -> tuple[Waiting, ...]:
+    """Moments of an arm that is as it was, and carries these."""
+    told, of = [], loads.space
+    for k, piece in enumerate(pieces):
+        means = averaged(work.part(10 * k, 10 * k + 10), PERIOD, of.noise)
+        means = replace(means, residual=np.zeros_like(means.residual))
+        means = laden(means, of.reference.drive, -piece)
+        moment = Waiting(means, pooled(means), (), k * MOMENT, (k + 1) * MOMENT)
+        told.append(loads.beside.told(moment, believed(of), [carried.commissioned()]))
+    return tuple(told)
+
+
+def test_a_piece_that_turns_a_load_over_is_weighed_as_it_is(shop: Shop) -> None:
+    of, rules, at = space(shop.fit), read_rules(), slice(0, 4)
+    drive = replace(of.reference.drive, structural=np.full(6, 0.2))
+    of = replace(of, reference=replace(of.reference, drive=drive))
+    loads, usual = Loads(of, suspects(of, rules.slow)), Carrying((carried.commissioned(),))
+    moments = with_pieces(loads, work(shop, of), [PIECE] * (DELAY + 1))
+    turned = [np.sign(laden(w.means, drive, PIECE).load) != np.sign(w.means.load) for w in moments]
+    assert np.any(turned)
+    now, _ = loads.carried(usual, believed(of), moments)
+    new = now.modes[now.now]
+    anything = carried.anything(0.0)
+    bent = carried.learnt(carried.together([w.told[0] for w in moments]), anything, 0.0)
+    sd = np.sqrt(np.diag(new.cov))
+    assert (np.abs(new.mean - PIECE) < 0.1 * sd)[at].all()
+    assert (np.abs(bent.mean - PIECE) > sd)[at].any()
+
+
+def test_a_piece_is_known_from_when_it_was_taken(shop: Shop) -> None:
+    of, rules, taken = space(shop.fit), read_rules(), 2
+    loads, usual = Loads(of, suspects(of, rules.slow)), Carrying((carried.commissioned(),))
+    pieces = [np.zeros(10)] * taken + [PIECE] * (DELAY + 1 - taken)
+    moments = with_pieces(loads, work(shop, of), pieces)
+    now, after = loads.carried(usual, believed(of), moments)
+    assert now.path == (0,) * taken + (1,) * (DELAY + 1 - taken)
+    assert abs(now.modes[1].mean[0] - PIECE[0]) < np.sqrt(now.modes[1].cov[0, 0])
+    assert [len(w.told) for w in after] == [1] * taken + [2] * (DELAY + 1 - taken)
+    again, _ = loads.carried(replace(usual, modes=now.modes), believed(of), after)
+    assert again.path == now.path and len(again.modes) == 2
+
+
+def test_what_a_moment_says_of_a_load_is_its_likelihood(shop: Shop) -> None:
+    of = space(shop.fit)
+    means = averaged(work(shop, of).part(0, 10), PERIOD, of.noise)
+    rest = np.setdiff1d(np.arange(of.size), of.payload)
+    P = (of.cov + np.diag(read_rules().stray(of, "day") ** 2))[np.ix_(rest, rest)]
+    x = 0.5 * np.sqrt(np.diag(P))
+    held = laden(means, of.reference.drive, PIECE)
+    told = carried.shown(pooled(held), of.payload, rest, x, P, PIECE)
+    root = np.sqrt(held.weight).ravel()
+    own = np.concatenate([held.drive, held.more[:, None]], axis=1)
+    H = root[:, None] * derivatives(held.rigid, own).reshape(len(root), -1)
+    cov = np.eye(len(root)) + H[:, rest] @ P @ H[:, rest].T
+    for m in (PIECE, 0.5 * PIECE):
+        off = root * held.residual.ravel() - H[:, rest] @ x - H[:, of.payload] @ (m - PIECE)
+        direct = -0.5 * (off @ np.linalg.solve(cov, off) + np.linalg.slogdet(cov)[1])
+        known = Mode(m, np.zeros((10, 10)), 0.0)
+        np.testing.assert_allclose(carried.fit(told, known), direct, rtol=1e-6)
 
 
 def moments(rng: np.random.Generator, load: np.ndarray, sd: float) -> tuple[Shown, ...]:

@@ -8,9 +8,11 @@ payload explains better than any fault of a joint would.
 from __future__ import annotations
 
 from collections.abc import Sequence, Set
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
+from scipy.linalg import lu_factor, lu_solve
 
 from urdyn.diagnose.moment import Pool
 from urdyn.types import Array, Index
@@ -34,33 +36,41 @@ class Mode:
 
 @dataclass(frozen=True, eq=False)
 class Shown:
-    """What a second says of the payload, all other states marginalised."""
+    """What a second says of the payload, all other states marginalised.
+
+    log L(m) = c + d' m - m' C m / 2, exact at one load: what friction makes of it is bent.
+    """
 
     C: Array  # (10, 10)
     d: Array  # (10,)
+    c: float = 0.0
+    beside: Array = field(default_factory=partial(np.zeros, 10))  # that load
 
 
-def shown(pool: Pool, at: Index, rest: Index, x: Array, P: Array) -> Shown:
+def shown(pool: Pool, at: Index, rest: Index, x: Array, P: Array, beside: Array) -> Shown:
     """The payload's information, given the belief N(x, P) in the rest.
 
     Args:
+        pool: of moments of an arm that carries `beside`, (10,).
         at: the payload's states.
         rest: the others.
     """
     A, cross = pool.A[np.ix_(rest, rest)], pool.A[np.ix_(rest, at)]
-    keep = np.linalg.solve(
-        np.eye(len(rest)) + A @ P, np.column_stack([cross, pool.b[rest] - A @ x])
-    )
+    g, inner = pool.b[rest] - A @ x, lu_factor(np.eye(len(rest)) + A @ P)
+    keep = lu_solve(inner, np.column_stack([cross, g]))
     C = pool.A[np.ix_(at, at)] - cross.T @ P @ keep[:, :-1]
+    C = 0.5 * (C + C.T)
     d = pool.b[at] - cross.T @ (x + P @ keep[:, -1])
-    return Shown(0.5 * (C + C.T), d)
+    square = pool.square - (pool.b[rest] + g) @ x - g @ P @ keep[:, -1]
+    c = -0.5 * (square + np.sum(np.log(np.abs(np.diag(inner[0])))))
+    return Shown(C, d + C @ beside, c - d @ beside - 0.5 * beside @ C @ beside, beside)
 
 
 def fit(told: Shown, mode: Mode) -> float:
     """Log of the likelihood of a second under a mode, but for what all modes share."""
     g = told.d - told.C @ mode.mean
     inner = np.eye(10) + told.C @ mode.cov
-    base = told.d @ mode.mean - 0.5 * mode.mean @ told.C @ mode.mean
+    base = told.c + told.d @ mode.mean - 0.5 * mode.mean @ told.C @ mode.mean
     gain = 0.5 * g @ mode.cov @ np.linalg.solve(inner, g)
     return float(base + gain - 0.5 * np.linalg.slogdet(inner)[1])
 
@@ -107,7 +117,12 @@ def alike(mode: Mode) -> Mode:
 def together(told: Sequence[Shown]) -> Shown:
     """What some moments say of one payload."""
     C, d = (np.sum([getattr(each, name) for each in told], axis=0) for name in ("C", "d"))
-    return Shown(C, d)
+    return Shown(C, d, sum(each.c for each in told))
+
+
+def nearest(told: Sequence[Shown], m: Array) -> Shown:
+    """What a moment says, as it is near a load m, (10,)."""
+    return min(told, key=lambda each: float(np.abs((each.beside - m) / ANYTHING).max()))
 
 
 def remembered(modes: Sequence[Mode], new: Mode, needed: Set[int]) -> tuple[tuple[Mode, ...], int]:

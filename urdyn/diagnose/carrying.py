@@ -21,7 +21,7 @@ class Waiting:
 
     means: Means
     pool: Pool  # of those
-    told: Shown
+    told: tuple[Shown, ...]  # near the loads that were known
     begin: float  # [s]
     end: float  # [s]
 

@@ -1,4 +1,4 @@
-"""Whose load a moment was, and what it says of the arm beside that load."""
+"""Whose load a moment was: that of a mode that is known, or of a new one."""
 
 from __future__ import annotations
 
@@ -9,17 +9,16 @@ from functools import cached_property
 import numpy as np
 
 from urdyn.diagnose import carried, pieces
-from urdyn.diagnose.carried import Mode, Shown
+from urdyn.diagnose.beside import Belief, Beside
+from urdyn.diagnose.carried import Mode
 from urdyn.diagnose.carrying import Carrying, Waiting
 from urdyn.diagnose.explain import Suspects, instant_evidence
-from urdyn.diagnose.moment import Means, Pool, laden, pooled
+from urdyn.diagnose.moment import Pool
 from urdyn.diagnose.space import Space
-from urdyn.types import Array, Index
+from urdyn.types import Array
 
 DELAY = 4  # moments that one waits
 MARGIN = 10.0  # [nats] by which a payload has to explain moments better than any fault of a joint
-
-Belief = tuple[Array, Array]  # mean (n,) and covariance (n, n) of the states of the space
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,81 +29,56 @@ class Loads:
     of: Suspects
 
     @cached_property
-    def rest(self) -> Index:
-        """Places of all others."""
-        return np.setdiff1d(np.arange(self.space.size), self.space.payload)
+    def beside(self) -> Beside:
+        """What moments say."""
+        return Beside(self.space)
 
-    @cached_property
-    def _rests(self) -> tuple[Index, Index]:
-        return self.rest[:, None], self.rest[None]
-
-    def unladen(self, moment: Waiting, mode: Mode, usual: bool) -> Pool:
-        """What a moment says of all states; of the payload nothing while another one is carried.
-
-        Args:
-            usual: the mode is what is carried as a rule.
-        """
-        at, pool = self.space.payload, moment.pool
-        if mode.mean.any():
-            pool = pooled(laden(moment.means, self.space.reference.drive, mode.mean))
-        if usual:
-            return pool
-        cov = carried.alike(carried.spread(mode)).cov
-        cross = pool.A[:, at]
-        inner = np.linalg.solve(np.eye(len(at)) + cov @ pool.A[np.ix_(at, at)], cov)
-        A = pool.A - cross @ inner @ cross.T
-        b = pool.b - cross @ inner @ pool.b[at]
-        A[at] = A[:, at] = b[at] = 0.0
-        return replace(pool, A=0.5 * (A + A.T), b=b)
-
-    def waiting(
-        self, means: Means, pool: Pool, belief: Belief, begin: float, end: float
-    ) -> Waiting:
-        """A moment that is over."""
-        return Waiting(means, pool, self.shown(pool, belief), begin, end)
-
-    def shown(self, pool: Pool, belief: Belief) -> Shown:
-        """What a moment says of the load."""
-        x, P = belief
-        return carried.shown(pool, self.space.payload, self.rest, x[self.rest], P[self._rests])
-
-    def carried(self, carrying: Carrying, belief: Belief, moments: Sequence[Waiting]) -> Carrying:
+    def carried(
+        self, carrying: Carrying, belief: Belief, moments: tuple[Waiting, ...]
+    ) -> tuple[Carrying, tuple[Waiting, ...]]:
         """Whose loads these moments were: the likeliest path through modes, or a new one."""
         modes = carrying.modes
-        fits = np.array([[carried.fit(w.told, carried.spread(m)) for m in modes] for w in moments])
+        fits = np.array([[_fit(w, m) for m in modes] for w in moments])
         score, path = likeliest(fits, carrying.was)
-        befores = [likeliest(fits[:k], carrying.was)[0] if k else 0.0 for k in range(len(moments))]
-        new = self._new(moments, score - np.array(befores), belief, [modes[k] for k in path])
+        starts = range(len(moments))
+        known = [score - (likeliest(fits[:k], carrying.was)[0] if k else 0.0) for k in starts]
+        new = self._new(moments, np.array(known), belief, [modes[k] for k in path])
         if new is None:
-            return replace(carrying, now=path[-1], path=path)
-        k, mode = new
+            return replace(carrying, now=path[-1], path=path), moments
+        k, mode, later = new
         more, now = carried.remembered(modes, mode, {carrying.was, *path[:k]})
-        path = (*path[:k], *[now] * (len(moments) - k))
-        return replace(carrying, modes=more, now=now, path=path)
+        path = (*path[:k], *[now] * len(later))
+        return replace(carrying, modes=more, now=now, path=path), (*moments[:k], *later)
 
     def _new(
-        self, moments: Sequence[Waiting], known: Array, belief: Belief, modes: Sequence[Mode]
-    ) -> tuple[int, Mode] | None:
+        self, moments: tuple[Waiting, ...], known: Array, belief: Belief, modes: Sequence[Mode]
+    ) -> tuple[int, Mode, tuple[Waiting, ...]] | None:
         """The load that explains moments better than what is known and any fault of a joint.
+
+        It begins where it explains most.
 
         Args:
             known: how well modes explain the moments from each one on, (N,) [nats].
             modes: those that do, moment by moment.
 
         Returns:
-            The first of its moments, and the load; None where there is none.
+            The first of its moments, the load, and the moments from there on with what they say
+            near it; None where there is none.
         """
-        t = moments[-1].end
-        tolds = [carried.together([w.told for w in moments[k:]]) for k in range(len(moments))]
-        gain = np.array([carried.fit(told, carried.anything(t)) for told in tolds]) - known
-        if gain.max() <= carried.SURE:
+        starts = range(len(moments))
+        gains = np.array([_anything(moments[k:], modes[k])[0] for k in starts]) - known
+        if gains.max() <= carried.SURE:
             return None
-        joints = self._of_joints(belief, [w.pool for w in moments], modes)
-        for k in np.flatnonzero(gain > np.maximum(carried.SURE, joints + MARGIN)).tolist():
-            new = carried.learnt(tolds[k], carried.anything(t), t)
-            if carried.possible(new, self.space.reference.payload):
-                return k, new
-        return None
+        needed = np.maximum(carried.SURE, self._of_joints(belief, moments, modes) + MARGIN)
+        k = int(np.argmax(np.where(gains > needed, gains, -np.inf)))
+        guess = _anything(moments[k:], modes[k])[1].mean
+        near = [self.beside.shown(w, belief, guess) for w in moments[k:]]
+        both = zip(moments[k:], near, strict=True)
+        later = tuple(replace(w, told=(*w.told, each)) for w, each in both)
+        score, new = _anything(later, replace(modes[k], mean=guess))
+        if score - known[k] <= needed[k]:
+            return None
+        return (k, new, later) if carried.possible(new, self.space.reference.payload) else None
 
     def ripened(
         self, carrying: Carrying, ripe: Waiting, before: Belief
@@ -119,10 +93,11 @@ class Loads:
         mode, *path = carrying.path
         modes, whole = list(carrying.modes), {carrying.was, mode, *path[:1]} == {mode}
         if mode:
-            modes[mode] = carried.learnt(ripe.told, carried.spread(modes[mode]), ripe.end)
-        pool = self.unladen(ripe, modes[mode], not mode) if whole else None
+            told = carried.nearest(ripe.told, modes[mode].mean)
+            modes[mode] = carried.learnt(told, carried.spread(modes[mode]), ripe.end)
+        pool = self.beside.unladen(ripe, modes[mode], not mode) if whole else None
         carrying = replace(carrying, modes=tuple(modes), was=mode, path=tuple(path))
-        return carrying.on(ripe, self.shown(ripe.pool, before)), pool
+        return carrying.on(ripe, self.beside.shown(ripe, before, modes[mode].mean)), pool
 
     def noticed(self, carrying: Carrying, t: float, rival: float) -> Carrying | None:
         """With a piece that no moment told, but many do; None where there is none.
@@ -138,7 +113,9 @@ class Loads:
         more, _ = carried.remembered(carrying.modes, new, {carrying.was, *carrying.path})
         return replace(carrying, modes=more, unclaimed=())
 
-    def _of_joints(self, belief: Belief, pools: Sequence[Pool], modes: Sequence[Mode]) -> Array:
+    def _of_joints(
+        self, belief: Belief, moments: Sequence[Waiting], modes: Sequence[Mode]
+    ) -> Array:
         """How well a fault of a joint explains moments, beside the healthy arm, (N,) [nats].
 
         The best fault that began with each moment or later. As those of a load, each moment stands
@@ -147,11 +124,12 @@ class Loads:
         at, E = self.space.payload, self.of.directions(len(belief[0]))
         C, d = np.zeros((E.shape[1], E.shape[1])), np.zeros(E.shape[1])
         best = []
-        for pool, mode in zip(reversed(pools), reversed(modes), strict=True):
+        for moment, mode in zip(reversed(moments), reversed(modes), strict=True):
+            pool = self.beside.pool(moment, mode.mean)
             x, P = belief[0].copy(), belief[1].copy()
             P[at] = P[:, at] = 0.0
             P[np.ix_(at, at)] = carried.spread(mode).cov
-            x[at] = mode.mean
+            x[at] = 0.0
             of = np.linalg.solve(np.eye(len(P)) + P @ pool.A, E)  # (I + P A)^-1 E
             C, d = C + E.T @ pool.A @ of, d + of.T @ (pool.b - pool.A @ x)
             best.append(instant_evidence(C, d, self.of))
@@ -166,12 +144,27 @@ class Loads:
         Args:
             A: information in a moment, (n, n).
         """
-        at, told = self.space.payload, self.shown(Pool(A, np.zeros(len(A)), np.zeros(0)), belief).C
-        unsure = np.diag(np.linalg.inv((DELAY + 1) * told + np.diag(carried.ANYTHING**-2.0)))
+        unsure = self.beside.unsure(A, belief, DELAY + 1)
         sd = np.zeros(len(A))
         most = np.sqrt(2.0 * (carried.SURE + MARGIN) * unsure)
-        sd[at] = 0.5 * np.minimum(most, carried.ANYTHING)
+        sd[self.space.payload] = 0.5 * np.minimum(most, carried.ANYTHING)
         return sd
+
+
+def _fit(moment: Waiting, mode: Mode) -> float:
+    """Log of the likelihood of a moment under a mode, but for what all modes share."""
+    return carried.fit(carried.nearest(moment.told, mode.mean), carried.spread(mode))
+
+
+def _anything(moments: Sequence[Waiting], mode: Mode) -> tuple[float, Mode]:
+    """How well a load of which nothing is known explains moments [nats], and what it is then.
+
+    Args:
+        mode: near which they are taken.
+    """
+    anything = carried.anything(moments[-1].end)
+    told = carried.together([carried.nearest(w.told, mode.mean) for w in moments])
+    return carried.fit(told, anything), carried.learnt(told, anything, anything.seen)
 
 
 def likeliest(fits: Array, was: int) -> tuple[float, tuple[int, ...]]:

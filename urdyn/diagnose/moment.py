@@ -1,6 +1,6 @@
 """A moment of work, half a second, as the information in it: all that slow kinds need.
 
-    A = sum H' R^-1 H        b = sum H' R^-1 r
+    A = sum H' R^-1 H        b = sum H' R^-1 r        square = sum r' R^-1 r
 
 Rows are averaged first, down to AVERAGED a second: what is slow is not lost, what is noise is.
 """
@@ -39,6 +39,7 @@ class Pool:
 
     A: Array  # (n, n)
     b: Array  # (n,)
+    square: float  # r' R^-1 r [-]
     warm: Array  # (3, J) mean of the rows'
 
 
@@ -100,10 +101,11 @@ def pooled(means: Means) -> Pool:
     H = derivatives(means.rigid, np.concatenate([means.drive, means.more[:, None]], axis=1))
     root = np.sqrt(means.weight)
     scaled = (root[..., None] * H).reshape(-1, H.shape[2])
-    return Pool(scaled.T @ scaled, scaled.T @ (root * means.residual).ravel(), means.warm)
+    r = (root * means.residual).ravel()
+    return Pool(scaled.T @ scaled, scaled.T @ r, float(r @ r), means.warm)
 
 
 def together(pools: Sequence[Pool]) -> Pool:
     """Moments as one."""
     A, b = (np.sum([getattr(pool, name) for pool in pools], axis=0) for name in ("A", "b"))
-    return Pool(A, b, np.mean([p.warm for p in pools], axis=0))
+    return Pool(A, b, sum(p.square for p in pools), np.mean([p.warm for p in pools], axis=0))

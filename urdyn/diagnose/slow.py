@@ -14,13 +14,14 @@ import numpy as np
 from urdyn.diagnose import bank as onsets
 from urdyn.diagnose import carried, warmth
 from urdyn.diagnose.bank import Bank, Block
-from urdyn.diagnose.carrying import MOMENT, Carrying
+from urdyn.diagnose.beside import Belief
+from urdyn.diagnose.carrying import MOMENT, Carrying, Waiting
 from urdyn.diagnose.change import Push
 from urdyn.diagnose.explain import Suspects, gathered, suspects
 from urdyn.diagnose.healthy import Healthy
 from urdyn.diagnose.judge import Judge
 from urdyn.diagnose.learning import Learning
-from urdyn.diagnose.loads import DELAY, Belief, Loads
+from urdyn.diagnose.loads import DELAY, Loads
 from urdyn.diagnose.moment import Means, Pool, averaged, pooled
 from urdyn.diagnose.recall import Recall
 from urdyn.diagnose.rows import Rows
@@ -120,11 +121,11 @@ class Slow:
 
     def _waiting(self, state: SlowState, means: Means, begin: float, end: float) -> SlowState:
         """With a moment more that waits."""
-        pool = pooled(means)
-        other = onsets.another(state.bank.t, begin)
-        belief = self._belief(state, self.judge.supposed(state), pool, other)
-        waiting = (*state.waiting, self.loads.waiting(means, pool, belief, begin, end))
-        carrying = self.loads.carried(state.carrying, belief, waiting)
+        other, modes = onsets.another(state.bank.t, begin), state.carrying.modes
+        moment = Waiting(means, pooled(means), (), begin, end)
+        belief = self._belief(state, self.judge.supposed(state), moment.pool, other)
+        moment = self.loads.beside.told(moment, belief, modes)
+        carrying, waiting = self.loads.carried(state.carrying, belief, (*state.waiting, moment))
         return replace(state, waiting=waiting, carrying=carrying)
 
     def _belief(self, state: SlowState, bank: Bank, pool: Pool, other: bool) -> Belief:
@@ -210,10 +211,9 @@ class Slow:
 
         Those that were searched for a light piece are not kept to be told again.
         """
+        modes = state.carrying.modes
         waiting = tuple(
-            replace(
-                w, told=self.loads.shown(w.pool, self._belief(state, state.bank, w.pool, False))
-            )
+            self.loads.beside.told(w, self._belief(state, state.bank, w.pool, False), modes)
             for w in state.waiting
         )
         carrying = replace(state.carrying, unclaimed=())
