@@ -26,7 +26,8 @@ from urdyn.signal import condition, samples
 from urdyn.simulate import fourier, observe, typical_sensors, virtual_arm
 from urdyn.simulate.sensors import Sensors, real_sensors
 from urdyn.tracking.physical import quantities
-from urdyn.tracking.tracker import Reading, Tracker
+from urdyn.tracking.reading import Reading
+from urdyn.tracking.tracker import Tracker
 from urdyn.types import Array, Gaussian
 
 COMMISSIONING = 25.0  # [s]

@@ -12,10 +12,12 @@ if TYPE_CHECKING:
     from urdyn.tracking.modes import MODES, QUICKER, Loss, Mode, losses, side_by_side
     from urdyn.tracking.observer import Observer
     from urdyn.tracking.physical import Quantities, quantities
+    from urdyn.tracking.reading import Reading
     from urdyn.tracking.rehearsal import rehearse
     from urdyn.tracking.run import Glance, run
     from urdyn.tracking.source import Arrival, Source, open_source
-    from urdyn.tracking.tracker import Reading, Tracker, TrackerState
+    from urdyn.tracking.state import TrackerState
+    from urdyn.tracking.tracker import Tracker
 
 __all__ = [
     "MODES",
@@ -56,9 +58,11 @@ __getattr__ = lookup(
         "urdyn.tracking.modes": ("MODES", "QUICKER", "Loss", "Mode", "losses", "side_by_side"),
         "urdyn.tracking.observer": ("Observer",),
         "urdyn.tracking.physical": ("Quantities", "quantities"),
+        "urdyn.tracking.reading": ("Reading",),
         "urdyn.tracking.rehearsal": ("rehearse",),
         "urdyn.tracking.run": ("Glance", "run"),
         "urdyn.tracking.source": ("Arrival", "Source", "open_source"),
-        "urdyn.tracking.tracker": ("Reading", "Tracker", "TrackerState"),
+        "urdyn.tracking.state": ("TrackerState",),
+        "urdyn.tracking.tracker": ("Tracker",),
     },
 )

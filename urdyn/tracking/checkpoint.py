@@ -22,7 +22,7 @@ from urdyn.errors import InputError
 from urdyn.io import writing
 from urdyn.tracking.interest import Interest
 from urdyn.tracking.losses import Losses
-from urdyn.tracking.tracker import TrackerState
+from urdyn.tracking.state import TrackerState
 from urdyn.types import Array
 
 FILE = "checkpoint.npz"

@@ -13,7 +13,7 @@ import numpy as np
 
 from urdyn.dbn.robot import RobotCurrents
 from urdyn.dbn.robot_slice import RobotSlice
-from urdyn.tracking.tracker import Reading
+from urdyn.tracking.reading import Reading
 from urdyn.types import Array
 
 # [kg] less than this has no centre of mass to speak of: a payload is then at the flange

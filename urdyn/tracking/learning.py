@@ -31,7 +31,8 @@ from urdyn.identify.fit import Fit
 from urdyn.identify.slow import MEMORY
 from urdyn.signal import Sample
 from urdyn.tracking.model import Drift, patterns_of, straying
-from urdyn.tracking.tracker import Reading, Tracker
+from urdyn.tracking.reading import Reading
+from urdyn.tracking.tracker import Tracker
 from urdyn.types import Array, Gaussian, Index, frozen
 
 STRETCH = 5.0  # [s]

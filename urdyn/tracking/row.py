@@ -9,7 +9,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from urdyn.tracking.tracker import Reading
+from urdyn.tracking.reading import Reading
 from urdyn.types import Array
 
 FINE = 128.0  # steps in a standard deviation, and in an sd itself: what is finer is not known

@@ -30,9 +30,10 @@ from urdyn.tracking.modes import mode_of
 from urdyn.tracking.observer import Observer
 from urdyn.tracking.parts import FILE, discard_parts, drop_others, writing_parts
 from urdyn.tracking.physical import Quantities, quantities
+from urdyn.tracking.reading import Reading
 from urdyn.tracking.row import row
 from urdyn.tracking.source import Arrival, Source, now
-from urdyn.tracking.tracker import Reading, Tracker
+from urdyn.tracking.tracker import Tracker
 from urdyn.types import Array
 from urdyn.version import __version__
 

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from typing import Any, Generic, TypeVar
 
@@ -14,16 +13,17 @@ from urdyn.dbn.joined import Joined
 from urdyn.dbn.process import RandomWalk
 from urdyn.dbn.robot import RobotCurrents
 from urdyn.dbn.robot_slice import ROWS, RobotSlice
-from urdyn.estimate import Filter, Innovation
+from urdyn.estimate import Filter
 from urdyn.estimate.square_root import SquareRoot
 from urdyn.identify.fit import Fit
 from urdyn.model.friction import follow
 from urdyn.signal import Causal, CausalState, Instant, Sample
 from urdyn.tracking import colour as noise
-from urdyn.tracking.befallen import Evidence, befallen, gathered, none_yet
+from urdyn.tracking.befallen import befallen, gathered, none_yet
 from urdyn.tracking.blocks import BlockBelief, Blocks
-from urdyn.tracking.colour import Colour
 from urdyn.tracking.model import Drift, tracking_model
+from urdyn.tracking.reading import Reading
+from urdyn.tracking.state import Learnt, TrackerState, begun_anew, in_hindsight, marked
 from urdyn.tracking.streams import Heard, Moment, Stream, assimilated, first
 from urdyn.tracking.temper import tempered, untempered
 from urdyn.tracking.warmth import warmed
@@ -36,75 +36,13 @@ SETTLED = 50.0  # presliding distances of travel after which the bristles are kn
 INTERRUPTED = 0.5  # [s] without a sample: the joints may have moved
 STRIDE = 0.0195  # [s] in which nothing moves far: the quickest, slow noise, fades in 1.2 s
 LONGEST = 60.0  # [s] of drift that one gap may add: a night does not make an arm unknown
-HINDSIGHT = 2.0  # [s] before something else is noticed that is carried, it may have been
 PATIENCE = 2.0  # [s] after such a moment before the next
 LOOK = 5.0  # samples between two looks for one
 GAP = 5.0  # periods without a sample, after which noise has no past
 SURE = 2.0  # [-] variance of an innovation over its noise's: less, and it tells of the noise
-NOTHING = (np.zeros(0), np.zeros(0))  # of other streams
 # Times what they were at commissioning: no arm's drive is beyond that, whatever befell it.
 CREDIBLE = {"f": (0.15, 50.0), "alpha": (0.05, 50.0), "z": (0.3, 1.5)}
 OVERLOAD = 3.0  # [-] of the rated torque's current: more, and the sensor is wrong
-
-
-@dataclass(frozen=True)
-class Learnt(Generic[S]):
-    """What was learnt up to some moment."""
-
-    belief: S
-    colour: Colour  # of the noise
-
-
-@dataclass(frozen=True)
-class TrackerState(Generic[S]):
-    """All that is remembered from sample to sample."""
-
-    causal: CausalState
-    belief: S
-    t: float  # [s] of the last instant; -inf before the first
-    waited: float  # [s] for which parameters have not moved by then
-    v: Array  # (J,) [rad/s] then
-    bristles: Array  # (2, J) [-]
-    travelled: Array  # (J,) [rad] since they were unknown
-    evidence: Evidence  # of what may have befallen the arm in the last seconds
-    widened: float  # [s] when something was last taken to have befallen it
-    colour: Colour  # of the noise
-    unsure: Array  # (J,) [-] variance of the last innovation over that of its noise
-    lubricant: Array  # (J,) [°C]; NaN while nobody measures the joint's temperature
-    earlier: Learnt[S]  # at `marked`
-    earliest: Learnt[S]  # and HINDSIGHT or more before: what was not yet surprised
-    marked: float  # [s]
-    heard: tuple[Heard[Any], ...]  # of each stream beside the joints' sensors
-    restarts: int = 0  # with the commissioned arm, where no arm was believed in any more
-
-
-@dataclass(frozen=True, eq=False)
-class Reading:
-    """What one instant told."""
-
-    t: float  # [s]
-    current: Array  # (J,) [A] as measured
-    predicted: Array  # (J,) [A] by the belief before and the noise; NaN where nothing was compared
-    modelled: Array  # (J,) [A] by the belief before alone, whatever the noise does
-    innovation: Innovation  # white
-    widened: bool  # the payload was taken to have changed here
-    instant: Instant
-    travelled: Array  # (J,) [rad] since the bristles were unknown
-    inputs: RobotSlice  # what the motion made of the parameters
-    believed: Callable[[], Gaussian] = field(repr=False)
-    told: Callable[[], tuple[Array, Array]] = field(default=lambda: NOTHING, repr=False)
-    # Inputs and currents as they were learnt from, after the filter that makes noise white.
-    learnt: tuple[RobotSlice, Array] | None = field(default=None, repr=False)
-
-    @cached_property
-    def belief(self) -> Gaussian:
-        """Over the model's states, this instant learnt."""
-        return self.believed()
-
-    @cached_property
-    def beside(self) -> tuple[Array, Array]:
-        """Means and standard deviations of what other streams tell of by themselves."""
-        return self.told()
 
 
 @dataclass(frozen=True, eq=False)
@@ -221,9 +159,8 @@ class Tracker(Generic[S]):
             seen_now, evidence = befallen(evidence, drive)
             changed = seen_now & (now.t - state.widened > PATIENCE)
         widen, anew = bool(changed[0]), bool(changed.any())
-        if anew:
-            state = self._in_hindsight(state)
-        before = state.belief
+        was = in_hindsight(state) if anew else state
+        before = state.belief if self._told_of_zeros else was.belief
         mean = self._mean(before)
         s = bristles[0] + drive.presliding_tail * (bristles[1] - bristles[0])
         waited = state.waited + passed
@@ -232,22 +169,22 @@ class Tracker(Generic[S]):
         u = self.currents.slice(now, s, passed, widen, mean, lubricant, span)
         u = replace(u, jolted=changed[1:].astype(float)) if changed[1:].any() else u
         y = np.where(self._told(now, travelled), now.current, np.nan)
-        white, seen = noise.whitened(state.colour, u, y)
+        white, seen = noise.whitened(was.colour, u, y)
         unknown = self.currents.unknown(white)
         R = white.noise**2 + unknown
         slow = mean[self.currents.places["slow"]]
         modelled = self.model.observe(mean, u) - slow
         left = y - modelled
-        wild = left - noise.foreseen(state.colour, slow)
+        wild = left - noise.foreseen(was.colour, slow)
         given = white if anew else tempered(white, wild, R, state.unsure)
         belief, told = self.filter.step(self.model if moves else self._still, before, given, seen)
         told = untempered(told, given.noise**2 - white.noise**2, seen)
         unsure = np.fmax(np.diag(told.cov) / R, np.isnan(told.residual) * state.unsure)
         sure = (unsure < SURE) & (unknown < 0.25 * white.noise**2)
-        colour = noise.learnt(state.colour, left, unknown, sure, self.period)
+        colour = noise.learnt(was.colour, left, unknown, sure, self.period)
         colour = noise.kept(colour, u, y)
         after = replace(
-            _marked(state, now.t, Learnt(belief, colour) if anew else None),
+            marked(state, now.t, Learnt(belief, colour) if anew else None),
             causal=causal,
             belief=belief,
             t=now.t,
@@ -262,19 +199,12 @@ class Tracker(Generic[S]):
             unsure=unsure,
         )
         if not self._credible(belief):
-            after, widen = self._begun_anew(after), True
+            after, widen = begun_anew(after, self.init()), True
         belief = after.belief
         believed, told_of = partial(self.filter.belief, belief), partial(self.told_beside, after)
         predicted = y - told.residual
         heard = now.t, now.current, predicted, modelled, told, widen
         return after, Reading(*heard, now, travelled, u, believed, told_of, (given, seen))
-
-    def _in_hindsight(self, state: TrackerState[S]) -> TrackerState[S]:
-        """Without what was learnt since before the surprise, but for what poses told of zeros."""
-        belief = state.belief if self._told_of_zeros else state.earliest.belief
-        return replace(
-            state, belief=belief, colour=noise.unlearnt(state.colour, state.earliest.colour)
-        )
 
     def _credible(self, belief: S) -> bool:
         """Whether its drives can be an arm's; data of another arm, or of none, lead astray."""
@@ -291,22 +221,6 @@ class Tracker(Generic[S]):
             at = self.currents.places[group]
             low[at], high[at] = self.model.prior.mean[at] + np.log([[least], [most]])
         return low, high
-
-    def _begun_anew(self, state: TrackerState[S]) -> TrackerState[S]:
-        """With the commissioned arm, and whatever it carries."""
-        first = self.init()
-        return replace(
-            state,
-            belief=first.belief,
-            evidence=first.evidence,
-            widened=state.t,
-            colour=noise.unlearnt(state.colour, first.colour),
-            unsure=first.unsure,
-            earlier=first.earlier,
-            earliest=first.earliest,
-            marked=state.t,
-            restarts=state.restarts + 1,
-        )
 
     def _listened(
         self, state: TrackerState[S], reading: Reading
@@ -349,13 +263,3 @@ class Tracker(Generic[S]):
         settled = travelled > SETTLED * drive.presliding_distance
         possible = np.abs(now.current) < OVERLOAD * limit / drive.gain
         return np.asarray(settled & possible & (np.abs(now.v) > STANDING))
-
-
-def _marked(state: TrackerState[S], t: float, anew: Learnt[S] | None) -> TrackerState[S]:
-    """What is remembered of earlier beliefs; nothing but `anew`, where it has just begun."""
-    if anew is not None:
-        return replace(state, earlier=anew, earliest=anew, marked=t)
-    if t - state.marked < HINDSIGHT:
-        return state
-    now = Learnt(state.belief, state.colour)
-    return replace(state, earlier=now, earliest=state.earlier, marked=t)

@@ -1,0 +1,79 @@
+"""What a tracker remembers from sample to sample, and how it forgets."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any, Generic, TypeVar
+
+from urdyn.signal import CausalState
+from urdyn.tracking.befallen import Evidence
+from urdyn.tracking.colour import Colour, unlearnt
+from urdyn.tracking.streams import Heard
+from urdyn.types import Array
+
+S = TypeVar("S")
+
+HINDSIGHT = 2.0  # [s] before something else is noticed that is carried, it may have been
+
+
+@dataclass(frozen=True)
+class Learnt(Generic[S]):
+    """What was learnt up to some moment."""
+
+    belief: S
+    colour: Colour  # of the noise
+
+
+@dataclass(frozen=True)
+class TrackerState(Generic[S]):
+    """All that is remembered from sample to sample."""
+
+    causal: CausalState
+    belief: S
+    t: float  # [s] of the last instant; -inf before the first
+    waited: float  # [s] for which parameters have not moved by then
+    v: Array  # (J,) [rad/s] then
+    bristles: Array  # (2, J) [-]
+    travelled: Array  # (J,) [rad] since they were unknown
+    evidence: Evidence  # of what may have befallen the arm in the last seconds
+    widened: float  # [s] when something was last taken to have befallen it
+    colour: Colour  # of the noise
+    unsure: Array  # (J,) [-] variance of the last innovation over that of its noise
+    lubricant: Array  # (J,) [°C]; NaN while nobody measures the joint's temperature
+    earlier: Learnt[S]  # at `marked`
+    earliest: Learnt[S]  # and HINDSIGHT or more before: what was not yet surprised
+    marked: float  # [s]
+    heard: tuple[Heard[Any], ...]  # of each stream beside the joints' sensors
+    restarts: int = 0  # with the commissioned arm, where no arm was believed in any more
+
+
+def marked(state: TrackerState[S], t: float, anew: Learnt[S] | None) -> TrackerState[S]:
+    """With what is remembered of earlier beliefs; nothing but `anew`, where it has just begun."""
+    if anew is not None:
+        return replace(state, earlier=anew, earliest=anew, marked=t)
+    if t - state.marked < HINDSIGHT:
+        return state
+    now = Learnt(state.belief, state.colour)
+    return replace(state, earlier=now, earliest=state.earlier, marked=t)
+
+
+def in_hindsight(state: TrackerState[S]) -> TrackerState[S]:
+    """Without what was learnt since before the surprise."""
+    before = state.earliest
+    return replace(state, belief=before.belief, colour=unlearnt(state.colour, before.colour))
+
+
+def begun_anew(state: TrackerState[S], first: TrackerState[S]) -> TrackerState[S]:
+    """With the arm as it is believed in at `first`, and whatever it carries."""
+    return replace(
+        state,
+        belief=first.belief,
+        evidence=first.evidence,
+        widened=state.t,
+        colour=unlearnt(state.colour, first.colour),
+        unsure=first.unsure,
+        earlier=first.earlier,
+        earliest=first.earliest,
+        marked=state.t,
+        restarts=state.restarts + 1,
+    )
