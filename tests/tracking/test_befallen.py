@@ -87,13 +87,12 @@ def test_no_evidence_is_none(arm):
     assert not changed.any()
 
 
-@pytest.mark.parametrize("rate", [20.0, RATE])
-def test_pieces_come_and_go_and_nothing_else_changes(rate):
-    """A story: a program that moves a piece for two minutes, at a rate that robots log, and that
-    others do."""
+@pytest.mark.parametrize(("rate", "duration"), [(20.0, 120.0), (RATE, 60.0)])
+def test_pieces_come_and_go_and_nothing_else_changes(rate, duration):
+    """A story: a program that moves a piece, told at a robot's slow rate and at a quick one."""
     dynamics, fit = commissioned(0)
     streams = [np.random.default_rng([7, k]) for k in range(2)]
-    work = pick_and_place(dynamics.arm, 120.0, rate, streams[0])
+    work = pick_and_place(dynamics.arm, duration, rate, streams[0])
     sensors = typical_sensors(dynamics.arm)
     log = observe(dynamics, work.trajectory, sensors, streams[1], work.handling)
     [handling] = work.handling
@@ -106,7 +105,7 @@ def test_pieces_come_and_go_and_nothing_else_changes(rate):
             found.append((reading.t, reading.widened, reading.belief.mean[at["payload"]][0]))
     t, widened, mass = np.array(found).T
     grips = handling.begin[handling.begin < t[-1] - 4.0]
-    assert len(grips) > 20
+    assert len(grips) > 10
     # It is noticed when the arm moves on, and again within the moves of this piece at the latest.
     noticed = np.array([t[widened > 0][t[widened > 0] > grip][0] - grip for grip in grips])
     assert np.median(noticed) < 2.0
