@@ -93,19 +93,26 @@ def log_odds(evidence: Evidence, drive: Drive) -> Array:
     size = {"f": drive.coulomb, "alpha": drive.viscous, "z": np.ones_like(drive.gain)}
     own = np.stack([sd * size[group] for group, sd in JOLTS.items()], axis=1)
     sums, J = np.array(evidence.sums), len(own)
-    sums[:, :, PAYLOAD, OF_PAYLOAD] = sums[:, :, PAYLOAD, OF_PAYLOAD].sum(axis=1, keepdims=True)
-    sd = np.hstack([np.tile(PAYLOAD_SD[:4], (J, 1)), own])
-    of_payload = np.arange(7) < 4
-    alone = _log_odds(sums[:, :1], sd[:1] * of_payload)
-    drives = _log_odds(sums, sd * ~of_payload) - RARE
-    return np.concatenate([alone, drives, _log_odds(sums, sd) - BOTH], axis=1)
+    whole = sums.sum(axis=1, keepdims=True)  # a payload's, and e, are of all joints
+    sums[:, :, PAYLOAD, OF_PAYLOAD] = whole[:, :, PAYLOAD, OF_PAYLOAD]
+    sums[:, :, OF_PAYLOAD, PAYLOAD] = whole[:, :, OF_PAYLOAD, PAYLOAD]
+    sums[:, :, -1, -1] = whole[:, :, -1, -1]
+    sd = np.hstack([np.tile(PAYLOAD_SD[:4], (J, 1)), own, np.ones((J, 1))])
+    payload, driven = np.arange(8) < 4, np.arange(8) >= 4
+    of = np.concatenate([sd[:1] * (payload | (np.arange(8) == 7)), sd * driven, sd])
+    odds = _log_odds(np.concatenate([sums[:, :1], sums, sums], axis=1), of)
+    return np.asarray(odds - np.repeat([0.0, RARE, BOTH], [1, J, J]))
 
 
 def _log_odds(sums: Array, sd: Array) -> Array:
-    """Of signatures (..., k, n, n + 1) whose parameters have these standard deviations, (k, n)."""
-    n = sd.shape[1]
-    M = sums[..., :n, :n] * sd[:, :, None] * sd[:, None, :]
-    s = sums[..., :n, n] * sd
-    A = M + np.eye(n)
-    fit = np.einsum("...kn,...kn->...k", s, np.linalg.solve(A, s[..., None])[..., 0])
-    return np.asarray(0.5 * (fit - np.linalg.slogdet(A)[1]))
+    """Of signatures and e, (..., k, n + 1, n + 1), whose parameters have these sd, (k, n + 1).
+
+    With S the signatures' part and s the products with e, a Cholesky factor L of
+
+        [[I + P S, P s], [.., 1 + e' e]]
+
+    in units of P's roots has all of it: its last row is what e says of the parameters.
+    """
+    L = np.linalg.cholesky(sums * sd[:, :, None] * sd[:, None, :] + np.eye(sd.shape[1]))
+    lost = np.log(np.diagonal(L, axis1=-2, axis2=-1)[..., :-1]).sum(axis=-1)
+    return np.asarray(0.5 * (L[..., -1, :-1] ** 2).sum(axis=-1) - lost)
