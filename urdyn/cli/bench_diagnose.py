@@ -59,12 +59,13 @@ def _broken(robot: str, seed: int, runs: int, noise: str, voice: Voice) -> list[
     """A virtual arm that was broken in every way, so often."""
     from threadpoolctl import threadpool_limits
 
-    from urdyn.cli.diagnosis_trials import FAULTS, NOISES, PAIRS, commissioned, trials
+    from urdyn.bench.truth import SENSORS
+    from urdyn.cli.diagnosis_trials import FAULTS, PAIRS, commissioned, trials
     from urdyn.model.arm import load_arm
 
-    if noise not in NOISES:
-        raise InputError(f"--noise {noise!r}: is one of {', '.join(NOISES)}")
-    sensors = NOISES[noise](load_arm(robot))
+    if noise not in SENSORS:
+        raise InputError(f"--noise {noise!r}: is one of {', '.join(SENSORS)}")
+    sensors = SENSORS[noise](load_arm(robot))
     done: list[Trial] = []
     total = runs * (1 + len(FAULTS) + len(PAIRS))
     with voice.progress("commissioning") as told, threadpool_limits(1):

@@ -19,9 +19,7 @@ from urdyn.simulate import (
     observe,
     parse_fault,
     plan,
-    real_sensors,
     to_and_fro,
-    typical_sensors,
     virtual_arm,
 )
 
@@ -49,7 +47,6 @@ PAIRS = (
 )
 PROBED = "joint_backlash"  # shows where the load turns over quickly: its joint goes to and fro
 NOTHING = "nothing"
-NOISES = {"white": typical_sensors, "real": real_sensors}
 BINS = (0.0, 0.5, 0.8, 0.95, 0.985, 1.01)  # [-] of confidence
 
 

@@ -38,7 +38,6 @@ def surprise(history: History) -> Surprise:
     measured = history.column("measured")
     nis, told = history.column("nis"), measured > 0
     t, nis, measured = history.t[told], nis[told], measured[told]
-    kept = history.unexplained[told]
     if not told.any():
         return Surprise(t, nis, nis, nis, np.nan, np.nan)
     begin = np.unique(np.linspace(0, len(nis), POINTS, endpoint=False).astype(int))
@@ -47,8 +46,7 @@ def surprise(history: History) -> Surprise:
     counts, which = np.unique(measured, return_inverse=True)  # few: a quantile is dear
     least, most = chi2.ppf(ENDS, counts)[:, which]
     inside = float(((nis > least) & (nis < most)).mean())
-    overall = float(nis[kept].sum() / measured[kept].sum()) if kept.any() else np.nan
-    return Surprise(t[begin], total / dof, low, high, inside, overall)
+    return Surprise(t[begin], total / dof, low, high, inside, history.surprise)
 
 
 def trust_track(found: Surprise) -> str:

@@ -13,6 +13,7 @@ from urdyn.identify.fit import Fit
 from urdyn.model.consistency import is_consistent
 from urdyn.model.possible import possible_body
 from urdyn.tracking.model import TRACKED
+from urdyn.tracking.reading import NOTHING
 from urdyn.types import Array, Gaussian
 
 JOINT = {
@@ -27,7 +28,6 @@ LOGARITHMIC = ("f", "alpha", "beta", "z")
 PAYLOAD = ("mass", "mx", "my", "mz")
 PAYLOAD_REACH = 0.5  # [m] of the flange, within which what is carried is
 LINK_REACH = 1.5  # [m] of its joint, within which a link is
-NOTHING = (np.zeros(0), np.zeros(0))
 
 
 @dataclass(frozen=True)
