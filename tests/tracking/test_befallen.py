@@ -37,11 +37,11 @@ def signatures(seed, drive):
 
 
 def told(shapes, e):
-    """Evidence of innovations (N, J), with nothing forgotten."""
+    """Evidence of innovations (N, J), with nothing forgotten, that was sure at the look before."""
     row = np.concatenate([shapes.payload, shapes.drives, e[..., None]], axis=-1)
     row *= (3.0 / np.maximum(np.abs(e), 3.0))[..., None]
     sums = np.einsum("njk,njl->jkl", row, row)
-    return Evidence(np.stack([sums, sums]))
+    return Evidence(np.stack([sums, sums]), 1.0)
 
 
 @pytest.fixture(scope="module")

@@ -31,6 +31,7 @@ SURE = 30.0  # [-] log odds; what nobody models in a healthy arm has been seen t
 LIKELY = 5.0  # [-] below the likeliest, that may have befallen it besides, or in its place
 RARE = 10.0  # [-] by which something in a drive is less likely than another payload
 BOTH = 30.0  # [-] by which both at once are: a large payload moves more than its signature says
+TWICE = 2.0  # looks in a row: the next samples do not bear out a torn one
 CARRIED = slice(-10, -6)  # columns of a slice's A: mass and first moments of the payload
 OWN = [ROWS.index(name) - len(ROWS) for name in ("s", "v", "load")]  # and of all that is packed
 PAYLOAD, OF_PAYLOAD = slice(4), [0, 1, 2, 3, 7]  # rows of the sums, and columns
@@ -45,6 +46,7 @@ class Evidence:
     """
 
     sums: Array  # (2, J, 8, 8) four of the payload, three of the drive, and e
+    sure: float = 0.0  # looks in a row at which something was
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "sums", frozen(self.sums))
@@ -66,7 +68,8 @@ def gathered(
     signatures *= (known / (drive.gain * sd))[:, None]
     row = np.concatenate([signatures, e[:, None]], axis=1)
     row *= (CLIP / np.maximum(np.abs(e), CLIP))[:, None]
-    return Evidence(np.exp(-dt / MEMORY) * evidence.sums + row[:, :, None] * row[:, None, :])
+    sums = np.exp(-dt / MEMORY) * evidence.sums + row[:, :, None] * row[:, None, :]
+    return Evidence(sums, evidence.sure)
 
 
 def befallen(evidence: Evidence, drive: Drive) -> tuple[Mask, Evidence]:
@@ -76,10 +79,11 @@ def befallen(evidence: Evidence, drive: Drive) -> tuple[Mask, Evidence]:
     the evidence without what speaks for noise.
     """
     odds, J = log_odds(evidence, drive), len(drive.gain)
-    if odds[1].max() <= 0.0:
-        evidence = Evidence(np.stack([evidence.sums[0], np.zeros_like(evidence.sums[1])]))
     surest = odds[odds.max(axis=1).argmax()]
-    likely = (surest > surest.max() - LIKELY) & (surest.max() > SURE)
+    sure = (evidence.sure + 1.0) * (surest.max() > SURE)
+    kept = np.array([1.0, float(odds[1].max() > 0.0)])
+    evidence = Evidence(evidence.sums * kept[:, None, None, None], sure)
+    likely = (surest > surest.max() - LIKELY) & (sure >= TWICE)
     payload, drives, both = likely[0], likely[1 : 1 + J], likely[1 + J :]
     return np.r_[payload | both.any(), drives | both], evidence
 
