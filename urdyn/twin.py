@@ -108,8 +108,8 @@ def _faults(fit: Fit) -> Iterator[str]:
     table = (fit.parameters.values, fit.sd, fit.prior, fit.prior_sd)
     scatter = (noise.sd, noise.scale, noise.dof)
     slow = (noise.slow, noise.keep)
-    numbers = (*table, *scatter, noise.ar, belief.mean, belief.cov, drive.temperature)
-    if not all(np.isfinite(x).all() for x in (*numbers, *slow, drive.time_offset)):
+    numbers = (*table, *scatter, noise.ar, belief.mean, belief.cov, *slow, drive.time_offset)
+    if not all(np.isfinite(x).all() for x in numbers) or np.isinf(drive.temperature).any():
         yield "a number in it is not finite"
     elif len({x.shape for x in table}) > 1 or len(fit.names) != len(belief.mean):
         yield "names and numbers in it are not as many"

@@ -15,6 +15,7 @@ from urdyn.model.drive import LINEAR
 from urdyn.model.population import MAX_TAIL
 from urdyn.types import Array
 
+WARM = np.full(6, 22.0)  # [°C]
 STEP = 1e-5  # of a finite difference in a score
 
 
@@ -27,7 +28,7 @@ def z(request: pytest.FixtureRequest, unknowns: Unknowns) -> Array:
 
 
 def test_casadi_and_numpy_make_the_same_bodies(unknowns: Unknowns, z: Array) -> None:
-    found, (payload,) = dynamics(unknowns, z, 0.0)
+    found, (payload,) = dynamics(unknowns, z, 0.0, WARM)
     x = unknowns.mean + unknowns.sd * z
     links = inertials(x[:60].reshape(6, 10))
     np.testing.assert_allclose(found.inertials, links, rtol=1e-12, atol=1e-15)
@@ -35,7 +36,7 @@ def test_casadi_and_numpy_make_the_same_bodies(unknowns: Unknowns, z: Array) -> 
 
 
 def test_scores_lead_to_an_arm_and_the_arm_back_to_them(unknowns: Unknowns, z: Array) -> None:
-    back = unknowns.score(*dynamics(unknowns, z, 0.0))
+    back = unknowns.score(*dynamics(unknowns, z, 0.0, WARM))
     # Rounding of a pseudo-inertia is magnified by how thin a body is: some 1e4.
     np.testing.assert_allclose(back, z, rtol=0, atol=1e-9)
 
@@ -43,7 +44,7 @@ def test_scores_lead_to_an_arm_and_the_arm_back_to_them(unknowns: Unknowns, z: A
 def test_whatever_the_scores_the_arm_is_possible(unknowns: Unknowns) -> None:
     rng = np.random.default_rng(7)
     for _ in range(100):
-        arm, payloads = dynamics(unknowns, rng.standard_normal(len(unknowns.mean)), 0.0)
+        arm, payloads = dynamics(unknowns, rng.standard_normal(len(unknowns.mean)), 0.0, WARM)
         assert is_consistent(arm.inertials).all() and is_consistent(payloads[0])
         drive = arm.drive
         assert all((getattr(drive, name) > 0.0).all() for name in ("gain", "coulomb", "viscous"))
@@ -51,7 +52,7 @@ def test_whatever_the_scores_the_arm_is_possible(unknowns: Unknowns) -> None:
 
 
 def test_physical_parameters_are_those_of_the_arm(unknowns: Unknowns, z: Array) -> None:
-    arm, (payload,) = dynamics(unknowns, z, 0.0)
+    arm, (payload,) = dynamics(unknowns, z, 0.0, WARM)
     told, _ = physical(unknowns, z)
     bodies = [*zip(unknowns.prior.arm.link_names, arm.inertials, strict=True)]
     for name, body in [*bodies, ("payload_0", payload)]:

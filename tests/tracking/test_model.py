@@ -25,11 +25,11 @@ def slices(workshop, model):
     J = workshop.fit.dynamics.arm.joints
     rng = np.random.default_rng(4)
 
-    def at(dt, widen=False, speed=1.0):
+    def at(dt, speed=1.0):
         q, v, a, jerk = rng.uniform(-1.5, 1.5, (4, J))
         v = speed * v
         now = Instant(0.0, q, v, a, jerk, np.zeros(J), np.full(J, np.nan))
-        return model.observation.slice(now, np.sign(v), dt, widen)
+        return model.observation.slice(now, np.sign(v), dt)
 
     return at
 
@@ -80,6 +80,9 @@ def test_another_payload_has_nothing_of_the_one_before(model, slices):
     moved, F = model.transition(x, u), model.transition_jacobian(x[0], u)
     np.testing.assert_allclose(moved, x @ F.T, rtol=0, atol=1e-12)
     np.testing.assert_array_equal(moved[:, of_payload], 0.0)
+    about = rng.standard_normal(10)
+    moved = model.transition(x, replace(u, about=about))
+    np.testing.assert_array_equal(moved[:, of_payload], [about, about])
     np.testing.assert_array_equal(
         model.transition_cov(u)[of_payload], np.diag(model.prior.cov.diagonal())[of_payload]
     )

@@ -55,6 +55,7 @@ class Moment:
     velocity: float  # [rad/s]
     widen: bool  # the bound is told that a ramp begins after this step
     dt: float = 1.0  # [step]
+    about: None = None
 
 
 @dataclass(frozen=True)

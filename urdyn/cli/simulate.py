@@ -154,6 +154,7 @@ def _dynamics(
     robot: str | None, twin: Path | None, seed: int, payload: Payload | None, deviations: bool
 ) -> Dynamics:
     """The arm of a seed, or that of a twin, with what it carries."""
+    from urdyn.model.population import TEMPERATURE
     from urdyn.simulate import virtual_arm, with_deviations
 
     if (robot is None) == (twin is None):
@@ -162,6 +163,8 @@ def _dynamics(
         return virtual_arm(ud.load_arm(robot), seed, payload, deviations=deviations)
     assert twin is not None, "one of the two"
     found = ud.Twin.load(twin).fit.dynamics
+    quoted = np.nan_to_num(found.drive.temperature, nan=TEMPERATURE)  # where its log told of none
+    found = replace(found, drive=replace(found.drive, temperature=quoted))
     found = with_deviations(found, seed) if deviations else found
     return replace(found, payload=payload.inertials()) if payload else found
 

@@ -101,7 +101,6 @@ class RobotCurrents:
         now: Instant,
         s: Array,
         dt: float,
-        widen: bool = False,
         x: Array | None = None,
         lubricant: Array | None = None,
         span: float | None = None,
@@ -115,6 +114,7 @@ class RobotCurrents:
         """
         q, v, a = now.q, now.v, now.a
         warm = np.full(len(v), np.nan) if lubricant is None else lubricant
+        warm = warm - self.reference.drive.temperature
         unknown = np.isnan(warm)
         Y = self._arm.regressor(q, v, a)
         G, _, M = self._arm.torque_derivatives(q, v, a)
@@ -124,11 +124,10 @@ class RobotCurrents:
         return RobotSlice(
             dt=dt,
             span=dt if span is None else span,
-            widen=widen,
             packed=packed(A, side, load, self._rest(now, s), s, v, a),
             smeared=SMEAR * np.abs(M @ now.jerk + self.reference.drive.rotor_inertia * now.jerk),
             noise=self.noise,
-            warm=np.where(unknown, 0.0, warm - self.reference.drive.temperature),
+            warm=np.where(unknown, 0.0, warm),
             felt=1.0 - unknown,
             blind=bool(unknown.any()),
         )

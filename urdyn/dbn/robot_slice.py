@@ -28,7 +28,6 @@ class RobotSlice:
 
     dt: float  # [s] since the slice before
     span: float  # [s] since parameters moved last; 0: they stand still over this slice
-    widen: bool  # something else may be carried from here on
     packed: Array  # (J, 2 c + 7)
     smeared: Array  # (J,) [N·m] sd of the torque, for the acceleration was differentiated
     noise: Array  # (J,) [A] sd
@@ -37,6 +36,8 @@ class RobotSlice:
     blind: bool = True  # nobody measures how warm some joint is
     stray: Array | None = None  # (J,) [A] sd of slow noise; None: there is none
     jolted: Array | None = None  # (J,) [-] 1 where something befell a joint's drive; None: nowhere
+    widen: bool = False  # something else may be carried from here on
+    about: Array | None = None  # (10,) what else is carried, roughly; None: nobody knows
 
     @cached_property
     def A(self) -> Array:

@@ -18,6 +18,10 @@ class Doubtful(Slice, Protocol):
     def widen(self) -> bool:
         """Whether it may."""
 
+    @property
+    def about(self) -> Array | None:
+        """(j,) where to, as far as others have found out; None: nobody did."""
+
 
 D = TypeVar("D", bound=Doubtful, contravariant=True)
 
@@ -27,7 +31,8 @@ class Widening(Generic[D]):
     """`process`, and at slices with `widen` what is `jumping` is something else from then on.
 
     Of that no more is known than the prior's mean and `sd`, and what was known of the one before
-    does not help. A payload that is picked up is such a jump: nothing drifts there.
+    does not help. A payload that is picked up is such a jump: nothing drifts there. The spread is
+    around `about` where that is given: far from it a linearisation would be taken at the wrong arm.
     """
 
     process: Process[D]
@@ -58,7 +63,8 @@ class Widening(Generic[D]):
         moved = self.process.transition(x, u)
         if u.widen:
             moved = np.array(moved)
-            moved[..., self.jumping] = self.prior.mean[self.jumping]
+            mean = self.prior.mean[self.jumping]
+            moved[..., self.jumping] = mean if u.about is None else u.about
         return moved
 
     def transition_jacobian(self, x: Array, u: D) -> Array:

@@ -64,6 +64,7 @@ def rows(space: Space, motion: Motion, s: Array, travelled: Array, warmth: Warmt
     """
     drive, arm = space.reference.drive, space.arm
     warm = np.stack([warmth.lubricant - drive.temperature, warmth.slope, warmth.left])
+    warm[:, np.isnan(warm[0])] = np.nan
     soft = np.exp(-usual(space) * np.nan_to_num(warm[0]))
     motion = replace(motion, temperature=np.broadcast_to(warmth.lubricant, motion.q.shape))
     q, v, a = motion.q, motion.v, motion.a

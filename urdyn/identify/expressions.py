@@ -14,7 +14,7 @@ from urdyn.identify.unknowns import Unknowns
 from urdyn.model.body import BODY, BODY_UNITS
 from urdyn.model.drive import LINEAR, SHAPE, UNITS, Drive
 from urdyn.model.dynamics import Dynamics
-from urdyn.model.population import MAX_TAIL, TEMPERATURE
+from urdyn.model.population import MAX_TAIL
 from urdyn.types import Array, Parameters
 
 FIELDS = ("gain", *LINEAR, *SHAPE)
@@ -95,14 +95,14 @@ def _compiled(unknowns: Unknowns) -> tuple[Any, Any]:
 
 
 def dynamics(
-    unknowns: Unknowns, z: Array, time_offset: float
+    unknowns: Unknowns, z: Array, time_offset: float, temperature: Array
 ) -> tuple[Dynamics, tuple[Array, ...]]:
     """The arm at scores `z`, without payload, and the payloads' inertials, (10,) each."""
     inertials, payloads, drive = (np.array(x) for x in _compiled(unknowns)[0](z))
     values = dict(zip(FIELDS, drive.T, strict=True))
     values["presliding_tail"] = np.clip(values["presliding_tail"], 0.0, MAX_TAIL)
     one = np.ones(unknowns.prior.arm.joints)
-    found = Drive(**values, temperature=TEMPERATURE * one, health=one, time_offset=time_offset)
+    found = Drive(**values, temperature=temperature, health=one, time_offset=time_offset)
     arm = Dynamics(unknowns.prior.arm, inertials.T, found)
     return arm, tuple(payloads.T[: len(unknowns.payloads)])
 

@@ -55,13 +55,14 @@ class State:
     unknowns: Unknowns
     z: Array  # (P,) standard scores
     noise: Noise
+    temperature: Array  # (J,) [°C] that the runs have in the middle; NaN: nobody measured
     band: Band = EVERYTHING
     time_offset: float = 0.0  # [s] by which current leads the recorded motion
     point: Dynamics = field(init=False)  # the bare arm at z
     payloads: tuple[Array, ...] = field(init=False)  # inertials (10,) each
 
     def __post_init__(self) -> None:
-        point, payloads = dynamics(self.unknowns, self.z, self.time_offset)
+        point, payloads = dynamics(self.unknowns, self.z, self.time_offset, self.temperature)
         object.__setattr__(self, "point", point)
         object.__setattr__(self, "payloads", payloads)
 
@@ -98,18 +99,21 @@ def search(arm: Arm, runs: Sequence[Run], gain: Array | None, progress: Progress
 
 def _start(arm: Arm, runs: Sequence[Run], gain: Array | None) -> State:
     payloads = tuple(run.payload for run in runs if run.payload)
-    everything = (_measurable(runs),) * arm.joints
+    temperature = _temperature(runs)
+    everything = (OPTIONAL - ({"thermal"} if np.isnan(temperature).all() else set()),) * arm.joints
     unknowns = Unknowns(population(arm), everything, gain, payloads)
     one = np.ones(arm.joints)
     unit = Noise(one, one, GAUSSIAN * one, np.zeros((arm.joints, 0)))
     band = common_band([run.motion for run in runs])
-    return State(unknowns, np.zeros(len(unknowns.mean)), unit, band)
+    return State(unknowns, np.zeros(len(unknowns.mean)), unit, temperature, band)
 
 
-def _measurable(runs: Sequence[Run]) -> frozenset[str]:
-    """Optional terms that the logs could tell of: no thermal term without temperatures."""
-    warm = any(np.isfinite(run.motion.temperature).any() for run in runs)
-    return OPTIONAL if warm else OPTIONAL - {"thermal"}
+def _temperature(runs: Sequence[Run]) -> Array:
+    """Mean of what was measured, (J,) [°C]: viscous friction is found as it is there."""
+    measured = np.concatenate([run.motion.temperature for run in runs])
+    told = np.isfinite(measured)
+    count = np.where(told.any(axis=0), told.sum(axis=0), np.nan)
+    return np.asarray(np.where(told, measured, 0.0).sum(axis=0) / count)
 
 
 def _with_noise(state: State, runs: Sequence[Run], plain: bool = False) -> State:
@@ -187,7 +191,7 @@ def _finish(state: State, runs: Sequence[Run]) -> Fit:
     blocks, unknowns = _blocks(state, runs), state.unknowns
     problem = build_problem(unknowns, blocks, state.point)
     belief = posterior(problem, solve(problem, state.z))
-    found, payloads = dynamics(unknowns, belief.mean, state.time_offset)
+    found, payloads = dynamics(unknowns, belief.mean, state.time_offset, state.temperature)
     parameters, jacobian = physical(unknowns, belief.mean)
     prior, prior_jacobian = physical(unknowns, np.zeros_like(belief.mean))
     rank, columns = data_rank(blocks, found.arm.joints)

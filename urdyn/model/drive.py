@@ -60,7 +60,7 @@ class Drive:
     presliding_distance: Array  # (J,) [rad]
     presliding_tail: Array  # (J,) [-], share of the soft bristles
     stribeck_velocity: Array  # (J,) [rad/s]
-    temperature: Array  # (J,) [°C] at which viscous friction is quoted
+    temperature: Array  # (J,) [°C] at which viscous friction is quoted; NaN: nobody knows
     health: Array  # (J,) [-], z: 1 when new
     time_offset: float = 0.0  # [s] by which current leads the recorded motion
 

@@ -31,7 +31,7 @@ SURE = 30.0  # [-] log odds; what nobody models in a healthy arm has been seen t
 LIKELY = 5.0  # [-] below the likeliest, that may have befallen it besides, or in its place
 RARE = 10.0  # [-] by which something in a drive is less likely than another payload
 BOTH = 30.0  # [-] by which both at once are: a large payload moves more than its signature says
-TWICE = 2.0  # looks in a row: the next samples do not bear out a torn one
+LASTS = 0.24  # [s] that what comes bears it out: a knock and its rebound have passed by then
 CARRIED = slice(-10, -6)  # columns of a slice's A: mass and first moments of the payload
 OWN = [ROWS.index(name) - len(ROWS) for name in ("s", "v", "load")]  # and of all that is packed
 PAYLOAD, OF_PAYLOAD = slice(4), [0, 1, 2, 3, 7]  # rows of the sums, and columns
@@ -46,7 +46,8 @@ class Evidence:
     """
 
     sums: Array  # (2, J, 8, 8) four of the payload, three of the drive, and e
-    sure: float = 0.0  # looks in a row at which something was
+    highest: float = 0.0  # log odds of what befell the arm, if it lasts; 0: nothing is sure
+    lasted: float = 0.0  # [s] for which what came since has borne it out
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "sums", frozen(self.sums))
@@ -69,23 +70,42 @@ def gathered(
     row = np.concatenate([signatures, e[:, None]], axis=1)
     row *= (CLIP / np.maximum(np.abs(e), CLIP))[:, None]
     sums = np.exp(-dt / MEMORY) * evidence.sums + row[:, :, None] * row[:, None, :]
-    return Evidence(sums, evidence.sure)
+    return Evidence(sums, evidence.highest, (evidence.lasted + dt) * (evidence.highest > 0.0))
 
 
-def befallen(evidence: Evidence, drive: Drive) -> tuple[Mask, Evidence]:
-    """What is to be taken for known no longer, (1 + J,): the payload, and each joint's drive.
+@dataclass(frozen=True, eq=False)
+class Befallen:
+    """What is to be taken for known no longer."""
 
-    Nothing, until something is sure; then all that is likely, for the next seconds tell which. And
-    the evidence without what speaks for noise.
+    payload: bool
+    drives: Mask  # (J,)
+    more: Array  # (4,) about how much more is carried: mass [kg] and first moments [kg m]
+
+    @property
+    def anything(self) -> bool:
+        """Whether something did."""
+        return self.payload or bool(self.drives.any())
+
+
+def befallen(evidence: Evidence, drive: Drive) -> tuple[Befallen, Evidence]:
+    """What befell the arm, and the evidence without what speaks for noise.
+
+    Nothing, until something was sure and half of its odds have lasted; then all that is likely, for
+    the next seconds tell which.
     """
-    odds, J = log_odds(evidence, drive), len(drive.gain)
-    surest = odds[odds.max(axis=1).argmax()]
-    sure = (evidence.sure + 1.0) * (surest.max() > SURE)
-    kept = np.array([1.0, float(odds[1].max() > 0.0)])
-    evidence = Evidence(evidence.sums * kept[:, None, None, None], sure)
-    likely = (surest > surest.max() - LIKELY) & (sure >= TWICE)
+    odds, means = _weighed(evidence, drive)
+    of, J = odds.max(axis=1).argmax(), len(drive.gain)
+    surest = odds[of]
+    top, kept = float(surest.max()), np.array([1.0, float(odds[1].max() > 0.0)])
+    borne_out = top > 0.5 * evidence.highest > 0.0
+    highest = max(top, evidence.highest * borne_out)
+    likely = (surest > top - LIKELY) & (borne_out and evidence.lasted > LASTS)
+    sums = evidence.sums * kept[:, None, None, None]
+    evidence = Evidence(sums, highest * (highest > SURE), evidence.lasted * borne_out)
     payload, drives, both = likely[0], likely[1 : 1 + J], likely[1 + J :]
-    return np.r_[payload | both.any(), drives | both], evidence
+    carried = 0 if payload else 1 + J + surest[1 + J :].argmax()
+    what = Befallen(bool(payload | both.any()), drives | both, means[of, carried, PAYLOAD])
+    return what, evidence
 
 
 def log_odds(evidence: Evidence, drive: Drive) -> Array:
@@ -94,6 +114,11 @@ def log_odds(evidence: Evidence, drive: Drive) -> Array:
     A payload moves every joint's current, and each drive could be blamed for its own; that both
     befall an arm within seconds is rare, and takes evidence that neither explains.
     """
+    return _weighed(evidence, drive)[0]
+
+
+def _weighed(evidence: Evidence, drive: Drive) -> tuple[Array, Array]:
+    """Log odds of each, and what each takes the signatures' parameters for, (2, 1 + 2 J, 7)."""
     size = {"f": drive.coulomb, "alpha": drive.viscous, "z": np.ones_like(drive.gain)}
     own = np.stack([sd * size[group] for group, sd in JOLTS.items()], axis=1)
     sums, J = np.array(evidence.sums), len(own)
@@ -104,12 +129,15 @@ def log_odds(evidence: Evidence, drive: Drive) -> Array:
     sd = np.hstack([np.tile(PAYLOAD_SD[:4], (J, 1)), own, np.ones((J, 1))])
     payload, driven = np.arange(8) < 4, np.arange(8) >= 4
     of = np.concatenate([sd[:1] * (payload | (np.arange(8) == 7)), sd * driven, sd])
-    odds = _log_odds(np.concatenate([sums[:, :1], sums, sums], axis=1), of)
-    return np.asarray(odds - np.repeat([0.0, RARE, BOTH], [1, J, J]))
+    odds, means = _of_gaussians(np.concatenate([sums[:, :1], sums, sums], axis=1), of)
+    return odds - np.repeat([0.0, RARE, BOTH], [1, J, J]), means
 
 
-def _log_odds(sums: Array, sd: Array) -> Array:
-    """Of signatures and e, (..., k, n + 1, n + 1), whose parameters have these sd, (k, n + 1).
+def _of_gaussians(sums: Array, sd: Array) -> tuple[Array, Array]:
+    """Log odds and posterior means of parameters with these sd, (k, n + 1), and of e.
+
+    Args:
+        sums: of their signatures and e, (..., k, n + 1, n + 1).
 
     With S the signatures' part and s the products with e, a Cholesky factor L of
 
@@ -119,4 +147,6 @@ def _log_odds(sums: Array, sd: Array) -> Array:
     """
     L = np.linalg.cholesky(sums * sd[:, :, None] * sd[:, None, :] + np.eye(sd.shape[1]))
     lost = np.log(np.diagonal(L, axis1=-2, axis2=-1)[..., :-1]).sum(axis=-1)
-    return np.asarray(0.5 * (L[..., -1, :-1] ** 2).sum(axis=-1) - lost)
+    told = L[..., -1, :-1]
+    means = np.linalg.solve(L[..., :-1, :-1].mT, told[..., None])[..., 0] * sd[:, :-1]
+    return 0.5 * (told**2).sum(axis=-1) - lost, means

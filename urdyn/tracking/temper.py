@@ -27,7 +27,7 @@ def tempered(u: RobotSlice, residual: Array, variance: Array, unsure: Array) -> 
         variance: of its noise, (J,) [A²].
         unsure: variance that is expected over that of the noise, (J,).
     """
-    wild = np.fmax(residual**2 / (GATE**2 * variance * unsure), 1.0)
+    wild = np.fmax(residual**2 / (GATE**2 * variance * unsure), 1.0) ** 2
     if (wild == 1.0).all():
         return u
     return replace(u, noise=np.sqrt(u.noise**2 + (wild - 1.0) * variance * unsure))

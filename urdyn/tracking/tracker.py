@@ -19,7 +19,7 @@ from urdyn.identify.fit import Fit
 from urdyn.model.friction import follow
 from urdyn.signal import Causal, CausalState, Instant, Sample
 from urdyn.tracking import colour as noise
-from urdyn.tracking.befallen import befallen, gathered, none_yet
+from urdyn.tracking.befallen import Befallen, befallen, gathered, none_yet
 from urdyn.tracking.blocks import BlockBelief, Blocks
 from urdyn.tracking.model import Drift, tracking_model
 from urdyn.tracking.reading import Reading
@@ -154,11 +154,11 @@ class Tracker(Generic[S]):
         bristles, travelled = self._moved(state, now, dt)
         lubricant = warmed(state.lubricant, now.temperature, passed)
         drive, J = self.fit.dynamics.drive, len(now.q)
-        changed, evidence = np.zeros(1 + J, dtype=bool), state.evidence
+        what, evidence = None, state.evidence
         if state.colour.count % LOOK < 1.0:
-            seen_now, evidence = befallen(evidence, drive)
-            changed = seen_now & (now.t - state.widened > PATIENCE)
-        widen, anew = bool(changed[0]), bool(changed.any())
+            what, evidence = befallen(evidence, drive)
+            what = what if what.anything and now.t - state.widened > PATIENCE else None
+        anew, widen = what is not None, what is not None and what.payload
         was = in_hindsight(state) if anew else state
         before = state.belief if self._told_of_zeros else was.belief
         mean = self._mean(before)
@@ -166,8 +166,8 @@ class Tracker(Generic[S]):
         waited = state.waited + passed
         moves = anew or waited >= self._stride
         span = waited if moves else 0.0
-        u = self.currents.slice(now, s, passed, widen, mean, lubricant, span)
-        u = replace(u, jolted=changed[1:].astype(float)) if changed[1:].any() else u
+        u = self.currents.slice(now, s, passed, mean, lubricant, span)
+        u = u if what is None else self._jumping(u, what, mean)
         y = np.where(self._told(now, travelled), now.current, np.nan)
         white, seen = noise.whitened(was.colour, u, y)
         unknown = self.currents.unknown(white)
@@ -205,6 +205,13 @@ class Tracker(Generic[S]):
         predicted = y - told.residual
         heard = now.t, now.current, predicted, modelled, told, widen
         return after, Reading(*heard, now, travelled, u, believed, told_of, (given, seen))
+
+    def _jumping(self, u: RobotSlice, what: Befallen, mean: Array) -> RobotSlice:
+        """The slice at which something befell the arm."""
+        carried = mean[self.currents.places["payload"]][:4] + what.more
+        jolted = what.drives.astype(float) if what.drives.any() else None
+        about = np.r_[carried, np.zeros(6)]
+        return replace(u, widen=what.payload, about=about, jolted=jolted)
 
     def _credible(self, belief: S) -> bool:
         """Whether its drives can be an arm's; data of another arm, or of none, lead astray."""
