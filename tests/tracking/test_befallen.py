@@ -56,10 +56,10 @@ def test_a_payload_is_blamed_on_no_drive(arm, seed, mass):
     rng, shapes = np.random.default_rng([seed, 1]), signatures(seed, arm.drive)
     weight = shapes.payload @ [mass, 0.0, 0.0, 0.08 * mass]
     e = weight * (1.0 + 0.1 * rng.standard_normal(J)) + rng.standard_normal((LASTING, J))
-    what, _ = befallen(told(shapes, e), arm.drive)
+    what, _ = befallen(told(shapes, e), arm.drive, np.zeros(10))
     assert what.payload and not what.drives.any()
     # A tenth off in every joint's weight; centred, so that the mass is no further off than that.
-    assert abs(what.more[0] - mass) < 0.1 * mass + 0.3
+    assert abs(what.about[0] - mass) < 0.1 * mass + 0.3
 
 
 @pytest.mark.parametrize("joint", range(J))
@@ -69,7 +69,7 @@ def test_a_drive_is_blamed_alone(arm, joint, size):
     scale = np.stack([arm.drive.coulomb, arm.drive.viscous, np.ones(J)], axis=-1)[joint]
     e = rng.standard_normal((LASTING, J))
     e[:, joint] += 3.0 * shapes.drives[:, joint] @ (size * scale)
-    what, _ = befallen(told(shapes, e), arm.drive)
+    what, _ = befallen(told(shapes, e), arm.drive, np.zeros(10))
     assert not what.payload and np.flatnonzero(what.drives).tolist() == [joint]
 
 
@@ -78,14 +78,14 @@ def test_noise_is_nothing_and_is_forgotten(arm, seed):
     shapes = signatures(seed, arm.drive)
     e = np.random.default_rng([seed, 3]).standard_normal((LASTING, J))
     evidence = told(shapes, e)
-    what, left = befallen(evidence, arm.drive)
+    what, left = befallen(evidence, arm.drive, np.zeros(10))
     assert not what.anything
     np.testing.assert_array_equal(left.sums[0], evidence.sums[0])
     assert not left.sums[1].any()
 
 
 def test_no_evidence_is_none(arm):
-    what, _ = befallen(none_yet(J), arm.drive)
+    what, _ = befallen(none_yet(J), arm.drive, np.zeros(10))
     assert not what.anything
 
 

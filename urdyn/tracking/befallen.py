@@ -47,7 +47,7 @@ class Evidence:
 
     sums: Array  # (2, J, 8, 8) four of the payload, three of the drive, and e
     highest: float = 0.0  # log odds of what befell the arm, if it lasts; 0: nothing is sure
-    lasted: float = 0.0  # [s] for which what came since has borne it out
+    lasted: float = 0.0  # [s] for which what was measured since has borne it out
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "sums", frozen(self.sums))
@@ -65,12 +65,13 @@ def gathered(
     known = np.isfinite(told.residual)
     sd = np.sqrt(np.where(known, np.diag(told.cov), 1.0))
     e = np.where(known, told.residual, 0.0) / sd
-    signatures = np.concatenate([white.A[:, CARRIED], white.packed[:, OWN]], axis=1)
+    borne = white.A[:, CARRIED] + drive.structural[:, None] * white.A_hold[:, CARRIED]
+    signatures = np.concatenate([borne, white.packed[:, OWN]], axis=1)
     signatures *= (known / (drive.gain * sd))[:, None]
     row = np.concatenate([signatures, e[:, None]], axis=1)
     row *= (CLIP / np.maximum(np.abs(e), CLIP))[:, None]
     sums = np.exp(-dt / MEMORY) * evidence.sums + row[:, :, None] * row[:, None, :]
-    return Evidence(sums, evidence.highest, (evidence.lasted + dt) * (evidence.highest > 0.0))
+    return Evidence(sums, evidence.highest, evidence.lasted + dt * known.any())
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,7 +80,7 @@ class Befallen:
 
     payload: bool
     drives: Mask  # (J,)
-    more: Array  # (4,) about how much more is carried: mass [kg] and first moments [kg m]
+    about: Array  # (10,) what is carried from here on, roughly: of its inertia nothing is known
 
     @property
     def anything(self) -> bool:
@@ -87,25 +88,31 @@ class Befallen:
         return self.payload or bool(self.drives.any())
 
 
-def befallen(evidence: Evidence, drive: Drive) -> tuple[Befallen, Evidence]:
-    """What befell the arm, and the evidence without what speaks for noise.
+def befallen(evidence: Evidence, drive: Drive, before: Array) -> tuple[Befallen, Evidence]:
+    """What befell the arm that carried a payload (10,) `before`; and the evidence of it.
 
     Nothing, until something was sure and half of its odds have lasted; then all that is likely, for
-    the next seconds tell which.
+    the next seconds tell which. What speaks for noise is not kept.
     """
-    odds, means = _weighed(evidence, drive)
-    of, J = odds.max(axis=1).argmax(), len(drive.gain)
-    surest = odds[of]
-    top, kept = float(surest.max()), np.array([1.0, float(odds[1].max() > 0.0)])
+    odds, J = log_odds(evidence, drive), len(drive.gain)
+    of = odds.max(axis=1).argmax()
+    surest, top = odds[of], float(odds[of].max())
     borne_out = top > 0.5 * evidence.highest > 0.0
     highest = max(top, evidence.highest * borne_out)
     likely = (surest > top - LIKELY) & (borne_out and evidence.lasted > LASTS)
-    sums = evidence.sums * kept[:, None, None, None]
-    evidence = Evidence(sums, highest * (highest > SURE), evidence.lasted * borne_out)
     payload, drives, both = likely[0], likely[1 : 1 + J], likely[1 + J :]
-    carried = 0 if payload else 1 + J + surest[1 + J :].argmax()
-    what = Befallen(bool(payload | both.any()), drives | both, means[of, carried, PAYLOAD])
-    return what, evidence
+    payload = bool(payload | both.any())
+    about = _carried(evidence.sums[of].sum(axis=0), before[PAYLOAD]) if payload else before
+    kept = evidence.sums * np.array([1.0, float(odds[1].max() > 0.0)])[:, None, None, None]
+    evidence = Evidence(kept, highest * (highest > SURE), evidence.lasted * borne_out)
+    return Befallen(payload, drives | both, about), evidence
+
+
+def _carried(sums: Array, before: Array) -> Array:
+    """Mean of what is carried now, (10,), where mass and first moments (4,) were `before`."""
+    M, s = sums[PAYLOAD, PAYLOAD], sums[PAYLOAD, -1]
+    now = np.linalg.solve(M + np.diag(PAYLOAD_SD[PAYLOAD] ** -2), s + M @ before)
+    return np.asarray(np.r_[now, np.zeros(6)])
 
 
 def log_odds(evidence: Evidence, drive: Drive) -> Array:
@@ -114,11 +121,6 @@ def log_odds(evidence: Evidence, drive: Drive) -> Array:
     A payload moves every joint's current, and each drive could be blamed for its own; that both
     befall an arm within seconds is rare, and takes evidence that neither explains.
     """
-    return _weighed(evidence, drive)[0]
-
-
-def _weighed(evidence: Evidence, drive: Drive) -> tuple[Array, Array]:
-    """Log odds of each, and what each takes the signatures' parameters for, (2, 1 + 2 J, 7)."""
     size = {"f": drive.coulomb, "alpha": drive.viscous, "z": np.ones_like(drive.gain)}
     own = np.stack([sd * size[group] for group, sd in JOLTS.items()], axis=1)
     sums, J = np.array(evidence.sums), len(own)
@@ -129,15 +131,12 @@ def _weighed(evidence: Evidence, drive: Drive) -> tuple[Array, Array]:
     sd = np.hstack([np.tile(PAYLOAD_SD[:4], (J, 1)), own, np.ones((J, 1))])
     payload, driven = np.arange(8) < 4, np.arange(8) >= 4
     of = np.concatenate([sd[:1] * (payload | (np.arange(8) == 7)), sd * driven, sd])
-    odds, means = _of_gaussians(np.concatenate([sums[:, :1], sums, sums], axis=1), of)
-    return odds - np.repeat([0.0, RARE, BOTH], [1, J, J]), means
+    odds = _log_odds(np.concatenate([sums[:, :1], sums, sums], axis=1), of)
+    return np.asarray(odds - np.repeat([0.0, RARE, BOTH], [1, J, J]))
 
 
-def _of_gaussians(sums: Array, sd: Array) -> tuple[Array, Array]:
-    """Log odds and posterior means of parameters with these sd, (k, n + 1), and of e.
-
-    Args:
-        sums: of their signatures and e, (..., k, n + 1, n + 1).
+def _log_odds(sums: Array, sd: Array) -> Array:
+    """Of signatures and e, (..., k, n + 1, n + 1), whose parameters have these sd, (k, n + 1).
 
     With S the signatures' part and s the products with e, a Cholesky factor L of
 
@@ -147,6 +146,4 @@ def _of_gaussians(sums: Array, sd: Array) -> tuple[Array, Array]:
     """
     L = np.linalg.cholesky(sums * sd[:, :, None] * sd[:, None, :] + np.eye(sd.shape[1]))
     lost = np.log(np.diagonal(L, axis1=-2, axis2=-1)[..., :-1]).sum(axis=-1)
-    told = L[..., -1, :-1]
-    means = np.linalg.solve(L[..., :-1, :-1].mT, told[..., None])[..., 0] * sd[:, :-1]
-    return 0.5 * (told**2).sum(axis=-1) - lost, means
+    return np.asarray(0.5 * (L[..., -1, :-1] ** 2).sum(axis=-1) - lost)

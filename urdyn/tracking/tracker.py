@@ -156,18 +156,19 @@ class Tracker(Generic[S]):
         drive, J = self.fit.dynamics.drive, len(now.q)
         what, evidence = None, state.evidence
         if state.colour.count % LOOK < 1.0:
-            what, evidence = befallen(evidence, drive)
+            carried = self._mean(state.belief)[self.currents.places["payload"]]
+            what, evidence = befallen(evidence, drive, carried)
             what = what if what.anything and now.t - state.widened > PATIENCE else None
         anew, widen = what is not None, what is not None and what.payload
         was = in_hindsight(state) if anew else state
         before = state.belief if self._told_of_zeros else was.belief
-        mean = self._mean(before)
+        mean = self._mean(before) if what is None else self._jumped(self._mean(before), what)
         s = bristles[0] + drive.presliding_tail * (bristles[1] - bristles[0])
         waited = state.waited + passed
         moves = anew or waited >= self._stride
         span = waited if moves else 0.0
         u = self.currents.slice(now, s, passed, mean, lubricant, span)
-        u = u if what is None else self._jumping(u, what, mean)
+        u = u if what is None else _jumping(u, what)
         y = np.where(self._told(now, travelled), now.current, np.nan)
         white, seen = noise.whitened(was.colour, u, y)
         unknown = self.currents.unknown(white)
@@ -206,12 +207,12 @@ class Tracker(Generic[S]):
         heard = now.t, now.current, predicted, modelled, told, widen
         return after, Reading(*heard, now, travelled, u, believed, told_of, (given, seen))
 
-    def _jumping(self, u: RobotSlice, what: Befallen, mean: Array) -> RobotSlice:
-        """The slice at which something befell the arm."""
-        carried = mean[self.currents.places["payload"]][:4] + what.more
-        jolted = what.drives.astype(float) if what.drives.any() else None
-        about = np.r_[carried, np.zeros(6)]
-        return replace(u, widen=what.payload, about=about, jolted=jolted)
+    def _jumped(self, mean: Array, what: Befallen) -> Array:
+        """The states with what is carried now."""
+        mean = np.array(mean)
+        if what.payload:
+            mean[self.currents.places["payload"]] = what.about
+        return mean
 
     def _credible(self, belief: S) -> bool:
         """Whether its drives can be an arm's; data of another arm, or of none, lead astray."""
@@ -270,3 +271,9 @@ class Tracker(Generic[S]):
         settled = travelled > SETTLED * drive.presliding_distance
         possible = np.abs(now.current) < OVERLOAD * limit / drive.gain
         return np.asarray(settled & possible & (np.abs(now.v) > STANDING))
+
+
+def _jumping(u: RobotSlice, what: Befallen) -> RobotSlice:
+    """The slice at which something befell the arm."""
+    jolted = what.drives.astype(float) if what.drives.any() else None
+    return replace(u, widen=what.payload, about=what.about, jolted=jolted)
