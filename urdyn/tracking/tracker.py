@@ -13,7 +13,7 @@ from urdyn.dbn.joined import Joined
 from urdyn.dbn.process import RandomWalk
 from urdyn.dbn.robot import RobotCurrents
 from urdyn.dbn.robot_slice import ROWS, RobotSlice
-from urdyn.estimate import Filter
+from urdyn.estimate import Filter, Innovation
 from urdyn.estimate.square_root import SquareRoot
 from urdyn.identify.fit import Fit
 from urdyn.model.friction import follow
@@ -36,6 +36,7 @@ SETTLED = 50.0  # presliding distances of travel after which the bristles are kn
 INTERRUPTED = 0.5  # [s] without a sample: the joints may have moved
 STRIDE = 0.0195  # [s] in which nothing moves far: the quickest, slow noise, fades in 1.2 s
 LONGEST = 60.0  # [s] of drift that one gap may add: a night does not make an arm unknown
+ROUNDS = 2  # of linearising anew where something else is carried
 PATIENCE = 2.0  # [s] after such a moment before the next
 LOOK = 5.0  # samples between two looks for one
 GAP = 5.0  # periods without a sample, after which noise has no past
@@ -178,7 +179,7 @@ class Tracker(Generic[S]):
         left = y - modelled
         wild = left - noise.foreseen(was.colour, slow)
         given = white if anew else tempered(white, wild, R, state.unsure)
-        belief, told = self.filter.step(self.model if moves else self._still, before, given, seen)
+        belief, told = self._learnt(before, given, seen, moves)
         told = untempered(told, given.noise**2 - white.noise**2, seen)
         unsure = np.fmax(np.diag(told.cov) / R, np.isnan(told.residual) * state.unsure)
         sure = (unsure < SURE) & (unknown < 0.25 * white.noise**2)
@@ -206,6 +207,18 @@ class Tracker(Generic[S]):
         predicted = y - told.residual
         heard = now.t, now.current, predicted, modelled, told, widen
         return after, Reading(*heard, now, travelled, u, believed, told_of, (given, seen))
+
+    def _learnt(self, before: S, u: RobotSlice, y: Array, moves: bool) -> tuple[S, Innovation]:
+        """The filter's step; what else is carried is linearised at what the sample has it for.
+
+        What a payload does to a current depends on health and friction. Far from the payload that
+        is linearised at, each grip would shift both a little, and always the same way.
+        """
+        belief, told = self.filter.step(self.model if moves else self._still, before, u, y)
+        for _ in range(ROUNDS * u.widen):
+            u = replace(u, about=self._mean(belief)[self.currents.places["payload"]])
+            belief, told = self.filter.step(self.model, before, u, y)
+        return belief, told
 
     def _jumped(self, mean: Array, what: Befallen) -> Array:
         """The states with what is carried now."""
