@@ -9,6 +9,7 @@ from workshop import RATE, commissioned
 from urdyn.estimate import EKF
 from urdyn.signal import samples
 from urdyn.simulate import observe, typical_sensors
+from urdyn.simulate.payload import Payload
 from urdyn.simulate.work import pick_and_place
 from urdyn.tracking import Tracker
 from urdyn.tracking.befallen import Evidence, befallen, none_yet
@@ -84,6 +85,21 @@ def test_noise_is_nothing_and_is_forgotten(arm, seed):
     assert not left.sums[1].any()
 
 
+@pytest.mark.parametrize("seed", range(5))
+def test_what_is_put_down_leaves_nothing(arm, seed):
+    """Whatever was carried: with the weight gone, the evidence has it at what is there now."""
+    rng, shapes = np.random.default_rng([seed, 4]), signatures(seed, arm.drive)
+    before = np.r_[8.0, 0.1, -0.1, 0.6, np.zeros(6)]
+    e = rng.standard_normal((LASTING, J)) - shapes.payload @ before[:4]
+    evidence = told(shapes, e)
+    what, _ = befallen(evidence, arm.drive, before)
+    assert what.payload and not what.drives.any()
+    information = evidence.sums[0].sum(axis=0)[:4, :4]
+    off = what.about[:4]
+    assert off @ information @ off < 18.5  # chi-square of 4, once in a thousand
+    assert not what.about[4:].any()
+
+
 def test_no_evidence_is_none(arm):
     what, _ = befallen(none_yet(J), arm.drive, np.zeros(10))
     assert not what.anything
@@ -120,3 +136,21 @@ def test_pieces_come_and_go_and_nothing_else_changes(rate, duration):
     for group, truth in {"f": np.log(dynamics.drive.coulomb), "z": np.zeros(J)}.items():
         off = belief.mean[at[group]] - truth
         assert (np.abs(off) < 4.0 * belief.sd[at[group]] + 0.02).all(), group
+
+
+def test_heavy_pieces_teach_nothing_wrong_of_gears():
+    """A story: many grips of the same heavy piece, each of which could shift friction a little."""
+    dynamics, fit = commissioned(0)
+    motion, noise = (np.random.default_rng([8, k]) for k in range(2))
+    piece = Payload(9.0, np.array([0.0, 0.0, 0.08]))
+    work = pick_and_place(dynamics.arm, 250.0, 20.0, motion, piece)
+    log = observe(dynamics, work.trajectory, typical_sensors(dynamics.arm), noise, work.handling)
+    tracker = Tracker(fit, EKF(), 0.05)
+    state, at = tracker.init(), tracker.currents.places
+    for sample in samples(log):
+        state, _ = tracker.step(state, sample)
+    belief = tracker.filter.belief(state.belief)
+    drive = dynamics.drive
+    for group, truth in {"f": drive.coulomb, "alpha": drive.viscous, "z": drive.health}.items():
+        off = (belief.mean[at[group]] - np.log(truth)) / belief.sd[at[group]]
+        assert np.sum(off**2) < 22.5, group  # once in a thousand

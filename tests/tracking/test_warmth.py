@@ -7,8 +7,17 @@ import pytest
 from workshop import commissioned
 
 from urdyn.estimate import EKF
-from urdyn.signal import samples
-from urdyn.simulate import fourier, observe, typical_heat, typical_sensors, warm_up
+from urdyn.identify import identify
+from urdyn.model.arm import load_arm
+from urdyn.signal import condition, samples
+from urdyn.simulate import (
+    fourier,
+    observe,
+    typical_heat,
+    typical_sensors,
+    virtual_arm,
+    warm_up,
+)
 from urdyn.tracking import Tracker, quantities
 from urdyn.tracking.model import LAG
 from urdyn.tracking.warmth import warmed
@@ -37,6 +46,32 @@ def shift(duration):
     work = fourier(dynamics.arm, duration, RATE, motion)
     heat = warm_up(dynamics, work, typical_heat(dynamics))
     return dynamics, fit, observe(dynamics, work, typical_sensors(dynamics.arm), noise, (heat,))
+
+
+def test_friction_is_quoted_at_the_temperature_it_was_found_at():
+    """Commissioned in a cold hall: the same arm an hour later, as cold, is no other.
+
+    Where nobody measured the temperature on the first day, later ones say nothing of friction.
+    """
+    dynamics, cold, rate = virtual_arm(load_arm("ur10e"), 0), 21.0, 50.0
+    sensors = replace(typical_sensors(dynamics.arm), temperature=cold)
+    first, later = (
+        observe(dynamics, fourier(dynamics.arm, 20.0, rate, rng), sensors, rng)
+        for rng in (np.random.default_rng([6, k]) for k in range(2))
+    )
+    felt = np.where(np.arange(6) < 4, first.joint("joint_temperatures"), np.nan)
+    first = replace(first, channels=dict(first.channels) | {"joint_temperatures": felt})
+    fit = identify(dynamics.arm, condition(first), gain=dynamics.drive.gain)
+    np.testing.assert_allclose(fit.dynamics.drive.temperature, felt[0], rtol=1e-12)
+    tracker = Tracker(fit, EKF(), 1.0 / rate)
+    state = tracker.init()
+    for sample in samples(later):
+        state, reading = tracker.step(state, sample)
+    np.testing.assert_array_equal(reading.inputs.felt, np.arange(6) < 4)
+    at, prior = tracker.currents.places, tracker.model.prior
+    for group in ("alpha", "kappa"):
+        moved = (reading.belief.mean - prior.mean)[at[group]] / prior.sd[at[group]]
+        assert np.abs(moved).max() < 3.5, group  # the 14 K to a typical 35 °C would be 50
 
 
 def followed(fit, log):
