@@ -100,8 +100,8 @@ def search(arm: Arm, runs: Sequence[Run], gain: Array | None, progress: Progress
 def _start(arm: Arm, runs: Sequence[Run], gain: Array | None) -> State:
     payloads = tuple(run.payload for run in runs if run.payload)
     temperature = _temperature(runs)
-    everything = (OPTIONAL - ({"thermal"} if np.isnan(temperature).all() else set()),) * arm.joints
-    unknowns = Unknowns(population(arm), everything, gain, payloads)
+    measurable = OPTIONAL if np.isfinite(temperature).any() else OPTIONAL - {"thermal"}
+    unknowns = Unknowns(population(arm), (measurable,) * arm.joints, gain, payloads)
     one = np.ones(arm.joints)
     unit = Noise(one, one, GAUSSIAN * one, np.zeros((arm.joints, 0)))
     band = common_band([run.motion for run in runs])

@@ -1,8 +1,8 @@
 """Wild samples: the wilder, the less they teach.
 
-A residual r of sd sigma beyond GATE sigma is given the variance (r / GATE)²: it pulls as sigma² / r
-does, so that a torn sample moves nothing, and a payload that nobody has told of little, until it is
-known for one.
+A residual r of sd sigma beyond GATE sigma is given the variance sigma² (r / GATE sigma)⁴: it pulls
+as 1 / r³ does, so that neither a torn sample moves anything, nor a payload that nobody has told of,
+until it is known for one.
 """
 
 from __future__ import annotations
