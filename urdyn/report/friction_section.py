@@ -41,6 +41,7 @@ def friction_section(fit: Fit, scores: Sequence[Score], truth: Truth | None) -> 
         grid(*plots),
         _coefficients(fit),
         paragraph(_why(), "note"),
+        paragraph(_warmth(fit), "note"),
     )
 
 
@@ -56,6 +57,19 @@ def _why() -> str:
         f"raise the likelihood of data held out of the fit by more than {MIN_GAIN:.0f} nats (odds "
         f"of {odds:.0f} to one) and by more than its scatter from fold to fold."
     )
+
+
+def _warmth(fit: Fit) -> str:
+    """How warm the joints were that this friction is of."""
+    known = fit.dynamics.drive.temperature[np.isfinite(fit.dynamics.drive.temperature)]
+    if not len(known):
+        return (
+            "The logs told no joint temperatures. Viscous friction falls while joints warm up: "
+            "with temperatures in the logs, tracking would tell that from wear."
+        )
+    low, high = (f"{x:.0f}" for x in (known.min(), known.max()))
+    span = low if low == high else f"{low} to {high}"
+    return f"Viscous friction is that of joints at {span} °C, the mean of the logs."
 
 
 def _visited(scores: Sequence[Score], j: int) -> tuple[float, float]:

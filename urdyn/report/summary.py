@@ -42,9 +42,9 @@ def _joint(fit: Fit, joint: int) -> dict[str, Any]:
     name = fit.dynamics.arm.joint_names[joint]
     optional = sorted(fit.terms[joint])
     quantities = (*FRICTION, "presliding_distance", *optional)
-    return {"name": name, "terms": optional} | {
-        quantity: quantity_of(fit, f"{name}.{quantity}") for quantity in quantities
-    }
+    warm = float(fit.dynamics.drive.temperature[joint])  # as viscous friction is quoted
+    said = {"name": name, "terms": optional, "temperature_c": None if math.isnan(warm) else warm}
+    return said | {quantity: quantity_of(fit, f"{name}.{quantity}") for quantity in quantities}
 
 
 def quantity_of(fit: Fit, name: str) -> dict[str, Any]:
