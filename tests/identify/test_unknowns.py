@@ -94,7 +94,7 @@ def test_what_is_not_sought_has_no_unknown(unknowns: Unknowns) -> None:
     assert "shoulder_pan_joint.stribeck_velocity" in names
     assert "elbow_joint.stribeck_velocity" not in names
     assert not any(name.endswith((".gain", ".thermal")) for name in names)
-    arm, _ = dynamics(plain, np.zeros(len(names)), 0.003)
+    arm, _ = dynamics(plain, np.zeros(len(names)), 0.003, WARM)
     assert (arm.drive.gain == 11.0).all() and (arm.drive.stribeck[1:] == 0.0).all()
     assert arm.drive.time_offset == 0.003
 
