@@ -20,6 +20,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from urdyn.diagnose.space import Space
+from urdyn.signal.channels import mean_measured
 from urdyn.tracking.model import KAPPA, LAG
 from urdyn.tracking.warmth import warmed
 from urdyn.types import Array
@@ -50,9 +51,7 @@ def felt(warmth: Warmth, t: Array, temperature: Array) -> Warmth:
         t: (N,) [s].
         temperature: of the joints, (N, J) [°C]; NaN where it is not measured.
     """
-    told = np.isfinite(temperature)
-    count = np.where(told.any(axis=0), told.sum(axis=0), np.nan)
-    joint = np.where(told, temperature, 0.0).sum(axis=0) / count
+    joint = mean_measured(temperature)
     dt = 0.0 if np.isnan(warmth.t) else max(float(t[-1]) - warmth.t, 0.0)
     keep = np.exp(-dt / LAG)
     lubricant = warmed(warmth.lubricant, joint, dt)

@@ -25,6 +25,7 @@ from urdyn.identify.unknowns import PayloadPrior, Unknowns
 from urdyn.model.arm import Arm
 from urdyn.model.dynamics import Dynamics
 from urdyn.model.population import OPTIONAL, population
+from urdyn.signal.channels import mean_measured
 from urdyn.signal.stretches import median_step
 from urdyn.types import Array, Gaussian, Motion
 
@@ -55,7 +56,7 @@ class State:
     unknowns: Unknowns
     z: Array  # (P,) standard scores
     noise: Noise
-    temperature: Array  # (J,) [°C] that the runs have in the middle; NaN: nobody measured
+    temperature: Array  # (J,) [°C] of the runs, that friction is found at; NaN: nobody measured
     band: Band = EVERYTHING
     time_offset: float = 0.0  # [s] by which current leads the recorded motion
     point: Dynamics = field(init=False)  # the bare arm at z
@@ -99,21 +100,13 @@ def search(arm: Arm, runs: Sequence[Run], gain: Array | None, progress: Progress
 
 def _start(arm: Arm, runs: Sequence[Run], gain: Array | None) -> State:
     payloads = tuple(run.payload for run in runs if run.payload)
-    temperature = _temperature(runs)
+    temperature = mean_measured(np.concatenate([run.motion.temperature for run in runs]))
     measurable = OPTIONAL if np.isfinite(temperature).any() else OPTIONAL - {"thermal"}
     unknowns = Unknowns(population(arm), (measurable,) * arm.joints, gain, payloads)
     one = np.ones(arm.joints)
     unit = Noise(one, one, GAUSSIAN * one, np.zeros((arm.joints, 0)))
     band = common_band([run.motion for run in runs])
     return State(unknowns, np.zeros(len(unknowns.mean)), unit, temperature, band)
-
-
-def _temperature(runs: Sequence[Run]) -> Array:
-    """Mean of what was measured, (J,) [°C]: viscous friction is found as it is there."""
-    measured = np.concatenate([run.motion.temperature for run in runs])
-    told = np.isfinite(measured)
-    count = np.where(told.any(axis=0), told.sum(axis=0), np.nan)
-    return np.asarray(np.where(told, measured, 0.0).sum(axis=0) / count)
 
 
 def _with_noise(state: State, runs: Sequence[Run], plain: bool = False) -> State:

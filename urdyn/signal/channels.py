@@ -35,6 +35,13 @@ def by_column(values: Array, change: Callable[[Array], Array]) -> Array:
     return np.stack(changed, axis=1) if values.ndim > 1 else changed[0]
 
 
+def mean_measured(values: Array) -> Array:
+    """Mean of every column of `values` (N, width) over what was measured, NaN where nothing was."""
+    told = np.isfinite(values)
+    count = np.where(told.any(axis=0), told.sum(axis=0), np.nan)
+    return np.asarray(np.where(told, values, 0.0).sum(axis=0) / count)
+
+
 def noted(log: Log, kind: str, count: int, remedy: str) -> tuple[Defect, ...]:
     """The log's defects and one more, if there is anything to count."""
     return (*log.defects, Defect(kind, count, 0, remedy)) if count else log.defects

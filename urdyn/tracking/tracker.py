@@ -155,15 +155,14 @@ class Tracker(Generic[S]):
         bristles, travelled = self._moved(state, now, dt)
         lubricant = warmed(state.lubricant, now.temperature, passed)
         drive, J = self.fit.dynamics.drive, len(now.q)
-        what, evidence = None, state.evidence
+        what, evidence, mean = None, state.evidence, self._mean(state.belief)
         if state.colour.count % LOOK < 1.0:
-            carried = self._mean(state.belief)[self.currents.places["payload"]]
-            what, evidence = befallen(evidence, drive, carried)
+            what, evidence = befallen(evidence, drive, mean[self.currents.places["payload"]])
             what = what if what.anything and now.t - state.widened > PATIENCE else None
-        anew, widen = what is not None, what is not None and what.payload
+        anew = what is not None
         was = in_hindsight(state) if anew else state
         before = state.belief if self._told_of_zeros else was.belief
-        mean = self._mean(before) if what is None else self._jumped(self._mean(before), what)
+        mean = mean if what is None else self._jumped(self._mean(before), what)
         s = bristles[0] + drive.presliding_tail * (bristles[1] - bristles[0])
         waited = state.waited + passed
         moves = anew or waited >= self._stride
@@ -200,6 +199,7 @@ class Tracker(Generic[S]):
             colour=colour,
             unsure=unsure,
         )
+        widen = u.widen
         if not self._credible(belief):
             after, widen = begun_anew(after, self.init()), True
         belief = after.belief
