@@ -15,6 +15,7 @@ CREEP = 0.02  # [rad/s] over which that fades
 SMEAR = 0.01  # [s] of its jerk, by which an acceleration that was differentiated may be off
 
 ROWS = ("load", "hold", "rest", "s", "v", "a", "one")
+COLUMN = {name: k - len(ROWS) for k, name in enumerate(ROWS)}  # of what is packed
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,62 +40,59 @@ class RobotSlice:
     widen: bool = False  # something else may be carried from here on
     about: Array | None = None  # (10,) what else is carried, roughly; None: nobody knows
 
-    @cached_property
+    @property
     def A(self) -> Array:
         """Torque per unit of k, m, payload, (J, c)."""
         return self.packed[:, : self._width]
 
-    @cached_property
+    @property
     def A_hold(self) -> Array:
         """The same of `hold`, (J, c)."""
         return self.packed[:, self._width : 2 * self._width]
 
-    @cached_property
+    @property
     def load(self) -> Array:
         """Rigid-body torque of the reference, (J,) [N·m]."""
-        return self._row("load")
+        return self.packed[:, COLUMN["load"]]
 
-    @cached_property
+    @property
     def hold(self) -> Array:
         """|load| s of the reference, (J,) [N·m]."""
-        return self._row("hold")
+        return self.packed[:, COLUMN["hold"]]
 
-    @cached_property
+    @property
     def rest(self) -> Array:
         """Of ripple, warmth and friction that fades with speed, (J,) [N·m]."""
-        return self._row("rest")
+        return self.packed[:, COLUMN["rest"]]
 
-    @cached_property
+    @property
     def s(self) -> Array:
         """Presliding state, (J,) [-]."""
-        return self._row("s")
+        return self.packed[:, COLUMN["s"]]
 
-    @cached_property
+    @property
     def v(self) -> Array:
         """Speed, (J,) [rad/s]."""
-        return self._row("v")
+        return self.packed[:, COLUMN["v"]]
 
-    @cached_property
+    @property
     def a(self) -> Array:
         """Acceleration, (J,) [rad/s²]."""
-        return self._row("a")
+        return self.packed[:, COLUMN["a"]]
 
-    @cached_property
+    @property
     def one(self) -> Array:
         """What multiplies what does not move, (J,) [-]."""
-        return self._row("one")
+        return self.packed[:, COLUMN["one"]]
 
     @cached_property
     def doubt(self) -> Array:
         """Standard deviation of s, (J,) [-]: a joint that creeps is held by what nobody knows."""
         return np.asarray(DOUBT + CREEPING_DOUBT * np.exp(-np.abs(self.v) / CREEP))
 
-    @cached_property
+    @property
     def _width(self) -> int:
         return int(self.packed.shape[1] - len(ROWS)) // 2
-
-    def _row(self, name: str) -> Array:
-        return self.packed[:, ROWS.index(name) - len(ROWS)]
 
 
 def packed(A: Array, side: Array, load: Array, rest: Array, s: Array, v: Array, a: Array) -> Array:

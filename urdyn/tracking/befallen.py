@@ -19,7 +19,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from urdyn.dbn.robot_slice import ROWS, RobotSlice
+from urdyn.dbn.robot_slice import COLUMN, RobotSlice
 from urdyn.estimate import Innovation
 from urdyn.model.drive import Drive
 from urdyn.tracking.model import JOLTS, PAYLOAD_SD
@@ -33,7 +33,7 @@ RARE = 10.0  # [-] by which something in a drive is less likely than another pay
 BOTH = 30.0  # [-] by which both at once are: a large payload moves more than its signature says
 LASTS = 0.24  # [s] that what comes bears it out: a knock and its rebound have passed by then
 CARRIED = slice(-10, -6)  # columns of a slice's A: mass and first moments of the payload
-OWN = [ROWS.index(name) - len(ROWS) for name in ("s", "v", "load")]  # and of all that is packed
+OWN = [COLUMN[name] for name in ("s", "v", "load")]  # and of all that is packed
 PAYLOAD, OF_PAYLOAD = slice(4), [0, 1, 2, 3, 7]  # rows of the sums, and columns
 
 

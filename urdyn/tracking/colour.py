@@ -21,7 +21,7 @@ from urdyn.identify.slow import MEMORY
 from urdyn.types import Array, Mask
 
 ORDER = 8
-APART = [*range(ORDER + 1), -1]  # rows of what is left, beside the newest
+APART = np.array([*range(ORDER + 1), -1])  # rows of what is left, beside the newest
 FAR = 0.25  # [s] apart: only what is slow is still alike
 TRUST = 500.0  # samples that the commissioned noise counts for
 SLOW_TRUST = 20.0  # [s] that what passed slowly on the first day counts for besides

@@ -156,7 +156,8 @@ class Tracker(Generic[S]):
         lubricant = warmed(state.lubricant, now.temperature, passed)
         drive, J = self.fit.dynamics.drive, len(now.q)
         what, evidence, mean = None, state.evidence, self._mean(state.belief)
-        if state.colour.count % LOOK < 1.0:
+        looks = state.colour.count % LOOK < 1.0
+        if looks:
             what, evidence = befallen(evidence, drive, mean[self.currents.places["payload"]])
             what = what if what.anything and now.t - state.widened > PATIENCE else None
         anew = what is not None
@@ -165,7 +166,8 @@ class Tracker(Generic[S]):
         mean = mean if what is None else self._jumped(self._mean(before), what)
         s = bristles[0] + drive.presliding_tail * (bristles[1] - bristles[0])
         waited = state.waited + passed
-        moves = anew or waited >= self._stride
+        # Where samples are many, no one of them both looks and moves: each takes its time.
+        moves = anew or waited >= self._stride * (1 + looks)
         span = waited if moves else 0.0
         u = self.currents.slice(now, s, passed, mean, lubricant, span)
         u = u if what is None else _jumping(u, what)
