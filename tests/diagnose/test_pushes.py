@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from shop import Shop
 
-from urdyn.diagnose.pushed import BIN, Bin, Pushed
+from urdyn.diagnose.pushed import BIN, Bin, Pushed, _handled, sizes
 from urdyn.diagnose.space import Space, space
 from urdyn.simulate import Payload
 
@@ -65,3 +67,21 @@ def test_friction_that_rises_with_a_push_moves_no_link(where: Space) -> None:
     more = np.zeros((8, 6))
     more[:, 4] = 4.0  # of which a push on the link before knows nothing
     assert _event(where, _pushed(where, 3) + more).joint == 3
+
+
+def test_a_piece_that_the_baseline_had_a_part_of_was_no_push(where: Space) -> None:
+    """It is known for one in the middle of what seems to happen; for a push it is no excuse."""
+    piece = Payload(4.0, np.array([0.0, 0.0, 0.08])).inertials()
+    torque = where.arm.regressor(Q, np.zeros(6), np.zeros(6))[..., -10:] @ piece
+    had, known = 0.4 * torque, np.arange(16) >= 3
+    carried, sd = np.array([piece, np.zeros(10)]), np.ones((16, 6))
+
+    def handled(felt: np.ndarray) -> bool:
+        bins = zip(_bins(where, felt), known, strict=True)
+        seen = tuple(replace(each, carried=piece * now) for each, now in bins)
+        return _handled(seen, sd, sizes(seen), carried)
+
+    assert handled(np.where(known[:, None], -had, torque - had))
+    assert not handled(np.where(known[:, None], -had, had - torque))
+    pushed = np.concatenate([_pushed(where, 3), np.zeros((8, 6))])
+    assert not handled(pushed - np.outer(known, had))

@@ -112,9 +112,14 @@ class Pushed:
 
 
 def _handled(bins: tuple[Bin, ...], sd: Array, size: Array, carried: Array) -> bool:
-    """Whether a piece that was taken or put down says most of it."""
+    """Whether a piece that was taken or put down says most of it.
+
+    Where others changed their mind about it meanwhile, the baseline may have had some of it before.
+    """
+    had = -bins[0].tool @ (bins[-1].carried - bins[0].carried)
     for other in carried:
         left = np.array([each.felt - each.tool @ (other - each.carried) for each in bins])
+        left -= np.clip(left.mean(axis=0), np.minimum(had, 0.0), np.maximum(had, 0.0))
         if np.minimum(size, np.sum((left / sd) ** 2, axis=1)).sum() < 0.5 * size.sum():
             return True
     return False
