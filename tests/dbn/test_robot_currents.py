@@ -96,6 +96,28 @@ def test_a_payload_is_felt_as_by_the_equation(currents, dynamics, motion):
     np.testing.assert_allclose(seen, said, rtol=0, atol=1e-10)
 
 
+def test_a_stronger_drive_feels_less_of_what_is_carried(currents, motion):
+    """And the same of the arm, of which commissioning got as much wrong."""
+    u, x = at(currents, motion, 200), state(currents)
+    gain = np.array([1.1, 0.9, 1.02, 0.95, 1.3, 1.0])
+    laden = x.copy()
+    laden[currents.places["payload"]] = [
+        2.0,
+        0.02,
+        -0.04,
+        0.16,
+        *[0.01, 0.0, 0.01, 0.0, 0.0, 0.005],
+    ]
+    felt = currents.observe(laden, u) - currents.observe(x, u)
+    weighed = currents.load(laden, u) - currents.load(x, u)
+    for each in (x, laden):
+        each[currents.places["gain"]] = np.log(gain)
+    there = currents.observe(laden, u) - currents.observe(x, u)
+    np.testing.assert_allclose(there, felt / gain, rtol=0, atol=1e-12)
+    told = currents.load(laden, u) - currents.load(x, u)
+    np.testing.assert_allclose(told, weighed / gain, rtol=0, atol=1e-12)
+
+
 def test_a_tired_drive_takes_more_current(currents, motion):
     u, x = at(currents, motion, 90), state(currents)
     tired = x.copy()

@@ -60,7 +60,7 @@ def test_a_payload_is_blamed_on_no_drive(arm, seed, mass):
     what, _ = befallen(told(shapes, e), arm.drive, np.zeros(10))
     assert what.payload and not what.drives.any()
     # A tenth off in every joint's weight; centred, so that the mass is no further off than that.
-    assert abs(what.about[0] - mass) < 0.1 * mass + 0.3
+    assert abs(what.payload.mean[0] - mass) < 0.1 * mass + 0.3
 
 
 @pytest.mark.parametrize("joint", range(J))
@@ -95,9 +95,9 @@ def test_what_is_put_down_leaves_nothing(arm, seed):
     what, _ = befallen(evidence, arm.drive, before)
     assert what.payload and not what.drives.any()
     information = evidence.sums[0].sum(axis=0)[:4, :4]
-    off = what.about[:4]
+    off = what.payload.mean[:4]
     assert off @ information @ off < 18.5  # chi-square of 4, once in a thousand
-    assert not what.about[4:].any()
+    assert not what.payload.mean[4:].any()
 
 
 def test_no_evidence_is_none(arm):

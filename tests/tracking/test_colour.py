@@ -46,6 +46,18 @@ def test_what_is_coloured_is_whitened():
     np.testing.assert_allclose(colour.scale, np.std(white, axis=0), rtol=0.05)
 
 
+def test_what_learning_took_from_the_noise_is_not_taken_for_quiet():
+    """Whoever follows noise leaves little of it at low frequencies, and is no surer for that."""
+    rng = np.random.default_rng(3)
+    heard_of = rng.standard_normal((9000, J))
+    followed = lfilter([0.1], [1.0, -0.9], heard_of, axis=0)
+    colour = heard(heard_of[1:] - followed[:-1])
+    assert (colour.ar.sum(axis=1) > -1e-9).all()
+    # White noise of sd 1 stays that, at low frequencies and of one sample.
+    assert (colour.scale / (1.0 - colour.ar.sum(axis=1)) > 0.95).all()
+    np.testing.assert_allclose(colour.scale, 1.0, atol=0.06)
+
+
 def test_what_passes_slowly_is_told_from_what_is_quick():
     rng = np.random.default_rng(2)
     keep = np.exp(-PERIOD / noise.MEMORY)

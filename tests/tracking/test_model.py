@@ -10,6 +10,7 @@ from urdyn.dbn import figure2
 from urdyn.estimate import EKF
 from urdyn.signal import Instant
 from urdyn.tracking import Drift, tracking_model
+from urdyn.types import Gaussian
 
 JOINT = 2
 
@@ -80,9 +81,13 @@ def test_another_payload_has_nothing_of_the_one_before(model, slices):
     moved, F = model.transition(x, u), model.transition_jacobian(x[0], u)
     np.testing.assert_allclose(moved, x @ F.T, rtol=0, atol=1e-12)
     np.testing.assert_array_equal(moved[:, of_payload], 0.0)
-    about = rng.standard_normal(10)
-    moved = model.transition(x, replace(u, about=about))
-    np.testing.assert_array_equal(moved[:, of_payload], [about, about])
+    about = Gaussian(rng.standard_normal(10), np.diag(rng.uniform(0.1, 1.0, 10)))
+    roughly = replace(u, about=about)
+    moved = model.transition(x, roughly)
+    np.testing.assert_array_equal(moved[:, of_payload], [about.mean, about.mean])
+    known = model.transition_cov(roughly)[of_payload]
+    np.testing.assert_array_equal(known[:, of_payload], about.cov)
+    assert not known[:, ~of_payload].any()
     np.testing.assert_array_equal(
         model.transition_cov(u)[of_payload], np.diag(model.prior.cov.diagonal())[of_payload]
     )

@@ -1,13 +1,15 @@
 """What the sensors see of an arm: the network's observation model, motor currents by Pinocchio.
 
-    tau_load = Y(q, v, a) pi_0 + G k + Y S m + Y_last pi_payload
+    tau_load = Y(q, v, a) pi_0 + G k + Y S m + Y_last pi_payload / gain
     i        = (tau_load + rotor a + (f' + beta |tau_load| + g(v)) s + alpha' v + o) / (K z) + slow
     alpha'   = alpha exp(-kappa (w + lubricant)),    f' = f exp(-kappa_f (w + lubricant))
 
 G = d tau / d q; S spans the inertial directions that motion can show, in standard scores of the
 population, so that what no motion shows stays with the prior and cannot grow overconfident.
-Friction, health and rotors are logarithms: always positive. w is how much warmer than on the first
-day the lubricant is, as far as the joints' temperatures tell, and `lubricant` what they do not.
+Friction, health, rotors and gains are logarithms: always positive. `gain` is a drive's true gain
+over K, the commissioned one: what is wrong there is in pi_0 and friction too, so that it shows in
+what is carried besides alone. w is how much warmer than on the first day the lubricant is, as far
+as the joints' temperatures tell, and `lubricant` what they do not.
 """
 
 from __future__ import annotations
@@ -27,7 +29,7 @@ from urdyn.signal.sample import Instant
 from urdyn.types import Array, Mask, frozen
 
 BODIES = ("k", "m", "payload")  # what moves the rigid-body torque
-POSITIVE = ("f", "alpha", "beta", "rotor", "z")
+POSITIVE = ("f", "alpha", "beta", "rotor", "z", "gain")
 WARMTH = ("kappa", "kappa_f", "lubricant")
 GROUPS = (*BODIES, *POSITIVE, "o", *WARMTH, "slow")
 SHOWN = 1e-6  # of the largest singular value: what a direction must do to torque to be tracked
@@ -39,6 +41,9 @@ class _Parts:
 
     torque: Array  # of rigid bodies, and what is constant
     held: Array  # that structural damping rides on
+    carried: Array  # of `torque`, the payload's
+    carried_held: Array  # of `held`, the payload's
+    gain: Array  # [-]
     warm: Array  # [K]
     f: Array
     alpha: Array
@@ -88,8 +93,8 @@ class RobotCurrents:
 
     @cached_property
     def rigid(self) -> slice:
-        """States of BODIES."""
-        return slice(0, self.places[BODIES[-1]].stop)
+        """States of BODIES, the payload's last."""
+        return slice(0, self.places["payload"].stop)
 
     @cached_property
     def _positive(self) -> slice:
@@ -160,13 +165,18 @@ class RobotCurrents:
 
     def _parts(self, x: Array, u: RobotSlice) -> _Parts:
         at, drive, J = self.places, self.reference.drive, len(u.noise)
-        together = x[..., self.rigid] @ np.concatenate([u.A, u.A_hold]).T
+        both, arm = np.concatenate([u.A, u.A_hold]).T, at["payload"].start
+        own, carried = x[..., :arm] @ both[:arm], x[..., at["payload"]] @ both[arm:]
         positive = np.exp(x[..., self._positive])
-        f, alpha, beta, rotor, z = (positive[..., k * J : (k + 1) * J] for k in range(5))
+        f, alpha, beta, rotor, z, gain = (positive[..., k * J : (k + 1) * J] for k in range(6))
         warm = u.felt * (u.warm + x[..., at["lubricant"]])
+        torque, held = carried[..., :J] / gain, carried[..., J:] / gain
         return _Parts(
-            torque=u.load + u.rest + together[..., :J] + x[..., at["o"]] * u.one,
-            held=u.hold + together[..., J:],
+            torque=u.load + u.rest + own[..., :J] + torque + x[..., at["o"]] * u.one,
+            held=u.hold + own[..., J:] + held,
+            carried=torque,
+            carried_held=held,
+            gain=gain,
             warm=warm,
             f=f * np.exp(-x[..., at["kappa_f"]] * warm) * u.s,
             alpha=alpha * np.exp(-x[..., at["kappa"]] * warm) * u.v,
@@ -177,7 +187,9 @@ class RobotCurrents:
 
     def load(self, x: Array, u: RobotSlice) -> Array:
         """Rigid-body torque that the gears transmit, (..., n) -> (..., J) [N·m]."""
-        return np.asarray(u.load + x[..., self.rigid] @ u.A.T)
+        arm, at = self.places["payload"].start, self.places
+        carried = x[..., at["payload"]] @ u.A[:, arm:].T * np.exp(-x[..., at["gain"]])
+        return np.asarray(u.load + x[..., :arm] @ u.A[:, :arm].T + carried)
 
     def friction(self, x: Array, u: RobotSlice) -> Array:
         """Torque that friction takes, (n,) -> (J,) [N·m]."""
@@ -190,6 +202,7 @@ class RobotCurrents:
         friction = part.f + part.alpha + part.beta * part.held
         H = np.zeros((*part.per.shape, len(self.names)))
         H[..., self.rigid] = part.per[..., None] * (u.A + part.beta[..., None] * u.A_hold)
+        H[..., at["payload"]] /= part.gain[..., None]
         H[..., at["kappa_f"].start] = -part.warm * part.f * part.per
         softer = x[..., at["kappa"]] * part.alpha + x[..., at["kappa_f"]] * part.f
         columns = {
@@ -198,6 +211,7 @@ class RobotCurrents:
             "beta": part.beta * part.held,
             "z": -(part.torque + friction + part.rotor),
             "rotor": part.rotor,
+            "gain": -(part.carried + part.beta * part.carried_held),
             "o": u.one,
             "kappa": -part.warm * part.alpha,
             "lubricant": -u.felt * softer,

@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from urdyn.types import Array
+from urdyn.types import Array, Gaussian
 
 DOUBT = 0.03  # [-] sd of the presliding state of a joint that slides
 CREEPING_DOUBT = 0.5  # [-] added where it stands
@@ -38,7 +38,7 @@ class RobotSlice:
     stray: Array | None = None  # (J,) [A] sd of slow noise; None: there is none
     jolted: Array | None = None  # (J,) [-] 1 where something befell a joint's drive; None: nowhere
     widen: bool = False  # something else may be carried from here on
-    about: Array | None = None  # (10,) what else is carried, roughly; None: nobody knows
+    about: Gaussian | None = None  # (10,) what else is carried, roughly; None: nobody knows
 
     @property
     def A(self) -> Array:

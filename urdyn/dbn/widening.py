@@ -19,8 +19,8 @@ class Doubtful(Slice, Protocol):
         """Whether it may."""
 
     @property
-    def about(self) -> Array | None:
-        """(j,) where to, as far as others have found out; None: nobody did."""
+    def about(self) -> Gaussian | None:
+        """Where to, (j,), as far as others have found out; None: nobody did."""
 
 
 D = TypeVar("D", bound=Doubtful, contravariant=True)
@@ -31,8 +31,8 @@ class Widening(Generic[D]):
     """`process`, and at slices with `widen` what is `jumping` is something else from then on.
 
     Of that no more is known than the prior's mean and `sd`, and what was known of the one before
-    does not help. A payload that is picked up is such a jump: nothing drifts there. The spread is
-    around `about` where that is given: far from it a linearisation would be taken at the wrong arm.
+    does not help. A payload that is picked up is such a jump: nothing drifts there. Where `about`
+    is given, that is what is known: far from it the wrong arm would be linearised.
     """
 
     process: Process[D]
@@ -64,7 +64,7 @@ class Widening(Generic[D]):
         if u.widen:
             moved = np.array(moved)
             mean = self.prior.mean[self.jumping]
-            moved[..., self.jumping] = mean if u.about is None else u.about
+            moved[..., self.jumping] = mean if u.about is None else u.about.mean
         return moved
 
     def transition_jacobian(self, x: Array, u: D) -> Array:
@@ -81,5 +81,6 @@ class Widening(Generic[D]):
         if u.widen:
             Q = np.array(Q)
             Q[self.jumping, :] = Q[:, self.jumping] = 0.0
-            Q[self.jumping, self.jumping] = self.sd**2
+            known = np.diag(self.sd**2) if u.about is None else u.about.cov
+            Q[np.ix_(self.jumping, self.jumping)] = known
         return Q

@@ -23,7 +23,7 @@ from urdyn.dbn.robot_slice import COLUMN, RobotSlice
 from urdyn.estimate import Innovation
 from urdyn.model.drive import Drive
 from urdyn.tracking.model import JOLTS, PAYLOAD_SD
-from urdyn.types import Array, Mask, frozen
+from urdyn.types import Array, Gaussian, Mask, frozen
 
 MEMORY = 2.0  # [s] over which evidence is gathered
 CLIP = 3.0  # [sd] that an innovation counts for at most
@@ -31,6 +31,7 @@ SURE = 30.0  # [-] log odds; what nobody models in a healthy arm has been seen t
 LIKELY = 5.0  # [-] below the likeliest, that may have befallen it besides, or in its place
 RARE = 10.0  # [-] by which something in a drive is less likely than another payload
 BOTH = 30.0  # [-] by which both at once are: a large payload moves more than its signature says
+ROUGHLY = 2.0  # [-] times as unsure of what is carried alone as its evidence is
 LASTS = 0.24  # [s] that what comes bears it out: a knock and its rebound have passed by then
 CARRIED = slice(-10, -6)  # columns of a slice's A: mass and first moments of the payload
 OWN = [COLUMN[name] for name in ("s", "v", "load")]  # and of all that is packed
@@ -78,14 +79,13 @@ def gathered(
 class Befallen:
     """What is to be taken for known no longer."""
 
-    payload: bool
+    payload: Gaussian | None  # (10,) what is carried from here on, roughly; None: what was before
     drives: Mask  # (J,)
-    about: Array  # (10,) what is carried from here on, roughly: of its inertia nothing is known
 
     @property
     def anything(self) -> bool:
         """Whether something did."""
-        return self.payload or bool(self.drives.any())
+        return self.payload is not None or bool(self.drives.any())
 
 
 def befallen(evidence: Evidence, drive: Drive, before: Array) -> tuple[Befallen, Evidence]:
@@ -101,18 +101,28 @@ def befallen(evidence: Evidence, drive: Drive, before: Array) -> tuple[Befallen,
     highest = max(top, evidence.highest * borne_out)
     likely = (surest > top - LIKELY) & (borne_out and evidence.lasted > LASTS)
     payload, drives, both = likely[0], likely[1 : 1 + J], likely[1 + J :]
-    payload = bool(payload | both.any())
-    about = _carried(evidence.sums[of].sum(axis=0), before[PAYLOAD]) if payload else before
+    drives, another = drives | both, bool(payload | both.any())
+    rough = np.inf if drives.any() else ROUGHLY
+    sums = evidence.sums[of].sum(axis=0)
+    carried = _carried(sums, before[PAYLOAD], rough) if another else None
     kept = evidence.sums * np.array([1.0, float(odds[1].max() > 0.0)])[:, None, None, None]
     evidence = Evidence(kept, highest * (highest > SURE), evidence.lasted * borne_out)
-    return Befallen(payload, drives | both, about), evidence
+    return Befallen(carried, drives), evidence
 
 
-def _carried(sums: Array, before: Array) -> Array:
-    """Mean of what is carried now, (10,), where mass and first moments (4,) were `before`."""
+def _carried(sums: Array, before: Array, rough: float) -> Gaussian:
+    """What is carried now, (10,), where mass and first moments (4,) were `before`.
+
+    The signatures are those near what was carried before, and of an arm that is known: it is
+    `rough` times as unsure as they say, and where a drive changed besides, they say hardly more
+    than about what it is. Of inertia they say nothing.
+    """
+    anything = np.diag(PAYLOAD_SD[PAYLOAD] ** -2)
     M, s = sums[PAYLOAD, PAYLOAD], sums[PAYLOAD, -1]
-    now = np.linalg.solve(M + np.diag(PAYLOAD_SD[PAYLOAD] ** -2), s + M @ before)
-    return np.asarray(np.r_[now, np.zeros(6)])
+    mean, cov = np.zeros(len(PAYLOAD_SD)), np.diag(PAYLOAD_SD**2)
+    mean[PAYLOAD] = np.linalg.solve(M + anything, s + M @ before)
+    cov[PAYLOAD, PAYLOAD] = np.linalg.inv(M / rough**2 + anything)
+    return Gaussian(mean, cov)
 
 
 def log_odds(evidence: Evidence, drive: Drive) -> Array:

@@ -155,7 +155,23 @@ def _looked_at(colour: Colour, period: float) -> Colour:
     fast = colour.alike[:-1] - slow * np.exp(-lags / MEMORY)
     apart = np.abs(np.subtract.outer(np.arange(p), np.arange(p)))
     T = fast[apart].transpose(2, 0, 1) + WHITE * power[:, None, None] * np.eye(p)
-    ar = np.linalg.solve(T, fast[1:].T[..., None])[..., 0]
-    left = fast[0] - np.einsum("jk,kj->j", ar, fast[1:])
+    ar = _predictor(T, fast[1:].T, WHITE * power)
+    left = fast[0] + np.einsum("jk,jk->j", ar, (T @ ar[..., None])[..., 0] - 2.0 * fast[1:].T)
     scale = np.sqrt(np.maximum(left, LEAST * power))
     return replace(colour, ar=ar, scale=scale, slow=np.fmax(np.sqrt(slow), SLOWEST * scale))
+
+
+def _predictor(T: Array, r: Array, white: Array) -> Array:
+    """Coefficients (J, p) that predict noise of these autocovariances (J, p, p), (J, p) best.
+
+    Of those that sum to 0 or more: noise that seems to be less at low frequencies than white noise
+    is, is what the model's own learning took from it, and would make the model too sure of itself.
+
+    Args:
+        white: variance that is white at least, (J,).
+    """
+    value, vector = np.linalg.eigh(T)
+    inverse = vector / np.maximum(value, white[:, None])[:, None] @ vector.swapaxes(1, 2)
+    ar, more = (inverse @ r[..., None])[..., 0], inverse.sum(axis=2)
+    short = np.maximum(-ar.sum(axis=1), 0.0) / more.sum(axis=1)
+    return np.asarray(ar + short[:, None] * more)

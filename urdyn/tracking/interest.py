@@ -131,7 +131,7 @@ def _spare(
     at, drive = currents.places, currents.reference.drive
     mass, *moment = x[at["payload"]][:4]
     centre = np.array(moment) / mass if mass > CARRIED else np.zeros(3)
-    d = u.A[:, -10:-6] @ np.array([1.0, *centre])
+    d = u.A[:, -10:-6] @ np.array([1.0, *centre]) * np.exp(-x[at["gain"]])
     load, beta = currents.load(x, u), np.exp(x[at["beta"]])
     rest = torque - load - beta * np.abs(load) * u.s
     limit = currents.reference.arm.effort_limit * np.minimum(np.exp(x[at["z"]]), 1.0)

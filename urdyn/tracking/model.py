@@ -33,6 +33,7 @@ DRIFTING = ("f", "z")  # groups with a rate: what wears; alpha follows f
 ZERO_SD = 3e-4  # [rad] of a joint's zero on the first day
 ZERO_MEMORY = 600.0  # [s] in which a zero that nothing shows is taken to be as drawn again
 HEALTH_SD = 0.01  # [-] of health on the first day: gains are the commissioned ones
+GAIN_SD = 1e-3  # [-] of gains that are known
 # What breaks at once: friction by a half, a drive by a tenth; logarithms.
 JOLTS = {"f": 0.4, "alpha": 0.4, "z": 0.1}
 PAYLOAD_SD = np.array([3.0, 0.3, 0.3, 0.3, *[0.05] * 6])  # kg, kg m, kg m²: anything or nothing
@@ -65,9 +66,11 @@ def tracking_model(
 ) -> Joined[RobotSlice]:
     """Observation and process of the arm that was commissioned by `fit`.
 
-    States: k, m, f, alpha, beta, z, o, rotor, payload, what warmth does, slow noise, and the rates
-    of f and z. Drive gains stay as commissioned and the prior is conditional on them: health is
-    relative to them. The edges of `network`, figure2() where none is given, lead what strays.
+    States: k, m, payload, f, alpha, beta, rotor, z, gain, o, what warmth does, slow noise, and the
+    rates of f and z. What is known of the arm is conditional on the commissioned gains, and health
+    is relative to them. How wrong they are shows in what is carried besides: of all but the
+    strongest joint's, for a piece that nobody has weighed tells only how they compare. The edges of
+    `network`, figure2() where none is given, lead what strays.
     """
     arms, V, shown = _shown(fit)
     currents = RobotCurrents(fit.dynamics, shown, _noise(fit))
@@ -119,6 +122,11 @@ def _prior(fit: Fit, arms: Population, V: Array, currents: RobotCurrents) -> Gau
     for group, sd in spread.items():
         at = _at(currents, group)
         whole[at, at] = np.broadcast_to(sd, at.shape) ** 2
+    at = _at(currents, "gain")
+    whole[at, at] = GAIN_SD**2
+    if gains:
+        strongest = gains[int(np.argmax(fit.dynamics.drive.gain))]
+        whole[np.ix_(at, at)] += _given(fit.belief.cov, gains, [strongest])
     return Gaussian(mean, whole)
 
 

@@ -217,16 +217,19 @@ class Tracker(Generic[S]):
         is linearised at, each grip would shift both a little, and always the same way.
         """
         belief, told = self.filter.step(self.model if moves else self._still, before, u, y)
-        for _ in range(ROUNDS * u.widen):
-            u = replace(u, about=self._mean(belief)[self.currents.places["payload"]])
-            belief, told = self.filter.step(self.model, before, u, y)
+        if u.about is None:
+            return belief, told
+        for _ in range(ROUNDS):
+            now = self._mean(belief)[self.currents.places["payload"]]
+            near = replace(u, about=replace(u.about, mean=now))
+            belief, told = self.filter.step(self.model, before, near, y)
         return belief, told
 
     def _jumped(self, mean: Array, what: Befallen) -> Array:
         """The states with what is carried now."""
         mean = np.array(mean)
         if what.payload:
-            mean[self.currents.places["payload"]] = what.about
+            mean[self.currents.places["payload"]] = what.payload.mean
         return mean
 
     def _credible(self, belief: S) -> bool:
@@ -291,4 +294,4 @@ class Tracker(Generic[S]):
 def _jumping(u: RobotSlice, what: Befallen) -> RobotSlice:
     """The slice at which something befell the arm."""
     jolted = what.drives.astype(float) if what.drives.any() else None
-    return replace(u, widen=what.payload, about=what.about, jolted=jolted)
+    return replace(u, widen=what.payload is not None, about=what.payload, jolted=jolted)
