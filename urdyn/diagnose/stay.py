@@ -50,7 +50,9 @@ class Stay:
                 modes = (*carrying.modes[:stays], piece, *carrying.modes[stays + 1 :])
                 return replace(carrying.here, modes=modes), None
         k = next(k for k, each in enumerate(self.of.each) if each.kind is self.kind)
-        more, sd = float(mode.mean[0] - first.mean[0]), float(np.sqrt(mode.cov[0, 0]))
+        more = float(mode.mean[0] - first.mean[0])
+        # Moment by moment a piece seems to be weighed anew; on the same drives it never is.
+        sd = float(np.hypot(np.sqrt(mode.cov[0, 0]), self.space.weighing * more))
         change = Change(
             k, carrying.since, carrying.since - 2.0 * MOMENT, carrying.since, t, CERTAIN, np.nan,
             more, sd, 0.0, 0.0, tuple(mode.mean[: len(PAYLOAD_STATES)].tolist()),
