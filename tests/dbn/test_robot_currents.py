@@ -11,6 +11,8 @@ from urdyn.model.population import population
 from urdyn.signal import Instant
 from urdyn.simulate import fourier
 
+LOAD = np.array([2.0, 0.02, -0.04, 0.16, *[0.01, 0.0, 0.01, 0.0, 0.0, 0.005]])
+
 
 @pytest.fixture(scope="module")
 def arm():
@@ -87,11 +89,11 @@ def test_no_motion_shows_more_than_the_base_parameters(arm, dynamics, currents):
 
 
 def test_a_payload_is_felt_as_by_the_equation(currents, dynamics, motion):
-    row, load = 200, np.array([2.0, 0.02, -0.04, 0.16, *[0.01, 0.0, 0.01, 0.0, 0.0, 0.005]])
+    row = 200
     s = dynamics.presliding(motion)
     x = state(currents)
-    x[currents.places["payload"]] = load
-    said = replace(dynamics, payload=load).torque(motion, s)[row] / dynamics.drive.gain
+    x[currents.places["payload"]] = LOAD
+    said = replace(dynamics, payload=LOAD).torque(motion, s)[row] / dynamics.drive.gain
     seen = currents.observe(x, at(currents, motion, row))
     np.testing.assert_allclose(seen, said, rtol=0, atol=1e-10)
 
@@ -101,13 +103,7 @@ def test_a_stronger_drive_feels_less_of_what_is_carried(currents, motion):
     u, x = at(currents, motion, 200), state(currents)
     gain = np.array([1.1, 0.9, 1.02, 0.95, 1.3, 1.0])
     laden = x.copy()
-    laden[currents.places["payload"]] = [
-        2.0,
-        0.02,
-        -0.04,
-        0.16,
-        *[0.01, 0.0, 0.01, 0.0, 0.0, 0.005],
-    ]
+    laden[currents.places["payload"]] = LOAD
     felt = currents.observe(laden, u) - currents.observe(x, u)
     weighed = currents.load(laden, u) - currents.load(x, u)
     for each in (x, laden):

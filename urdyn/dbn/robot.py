@@ -41,8 +41,6 @@ class _Parts:
 
     torque: Array  # of rigid bodies, and what is constant
     held: Array  # that structural damping rides on
-    carried: Array  # of `torque`, the payload's
-    carried_held: Array  # of `held`, the payload's
     gain: Array  # [-]
     warm: Array  # [K]
     f: Array
@@ -165,17 +163,12 @@ class RobotCurrents:
 
     def _parts(self, x: Array, u: RobotSlice) -> _Parts:
         at, drive, J = self.places, self.reference.drive, len(u.noise)
-        both, arm = np.concatenate([u.A, u.A_hold]).T, at["payload"].start
-        own, carried = x[..., :arm] @ both[:arm], x[..., at["payload"]] @ both[arm:]
         positive = np.exp(x[..., self._positive])
         f, alpha, beta, rotor, z, gain = (positive[..., k * J : (k + 1) * J] for k in range(6))
         warm = u.felt * (u.warm + x[..., at["lubricant"]])
-        torque, held = carried[..., :J] / gain, carried[..., J:] / gain
         return _Parts(
-            torque=u.load + u.rest + own[..., :J] + torque + x[..., at["o"]] * u.one,
-            held=u.hold + own[..., J:] + held,
-            carried=torque,
-            carried_held=held,
+            torque=u.load + u.rest + self._borne(x, u.A, gain) + x[..., at["o"]] * u.one,
+            held=u.hold + self._borne(x, u.A_hold, gain),
             gain=gain,
             warm=warm,
             f=f * np.exp(-x[..., at["kappa_f"]] * warm) * u.s,
@@ -185,11 +178,15 @@ class RobotCurrents:
             per=1.0 / (drive.gain * z),
         )
 
+    def _borne(self, x: Array, A: Array, gain: Array) -> Array:
+        """What k, m and payload add through A (J, c), by drives of these gains (..., J)."""
+        payload = self.places["payload"]
+        own, carried = slice(0, payload.start), slice(payload.start, payload.stop)
+        return np.asarray(x[..., own] @ A[:, own].T + x[..., carried] @ A[:, carried].T / gain)
+
     def load(self, x: Array, u: RobotSlice) -> Array:
         """Rigid-body torque that the gears transmit, (..., n) -> (..., J) [N·m]."""
-        arm, at = self.places["payload"].start, self.places
-        carried = x[..., at["payload"]] @ u.A[:, arm:].T * np.exp(-x[..., at["gain"]])
-        return np.asarray(u.load + x[..., :arm] @ u.A[:, :arm].T + carried)
+        return np.asarray(u.load + self._borne(x, u.A, np.exp(x[..., self.places["gain"]])))
 
     def friction(self, x: Array, u: RobotSlice) -> Array:
         """Torque that friction takes, (n,) -> (J,) [N·m]."""
@@ -203,6 +200,7 @@ class RobotCurrents:
         H = np.zeros((*part.per.shape, len(self.names)))
         H[..., self.rigid] = part.per[..., None] * (u.A + part.beta[..., None] * u.A_hold)
         H[..., at["payload"]] /= part.gain[..., None]
+        carried = (H[..., at["payload"]] @ x[..., at["payload"], None])[..., 0]  # [A]
         H[..., at["kappa_f"].start] = -part.warm * part.f * part.per
         softer = x[..., at["kappa"]] * part.alpha + x[..., at["kappa_f"]] * part.f
         columns = {
@@ -211,7 +209,7 @@ class RobotCurrents:
             "beta": part.beta * part.held,
             "z": -(part.torque + friction + part.rotor),
             "rotor": part.rotor,
-            "gain": -(part.carried + part.beta * part.carried_held),
+            "gain": -carried / part.per,
             "o": u.one,
             "kappa": -part.warm * part.alpha,
             "lubricant": -u.felt * softer,

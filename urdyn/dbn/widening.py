@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Generic, Protocol, TypeVar
 
 import numpy as np
@@ -58,13 +59,19 @@ class Widening(Generic[D]):
         """Of the process, (n,)."""
         return self.process.linear
 
+    @cached_property
+    def _anything(self) -> Gaussian:
+        return Gaussian(self.prior.mean[self.jumping], np.diag(self.sd**2))
+
+    def _to(self, u: D) -> Gaussian:
+        return self._anything if u.about is None else u.about
+
     def transition(self, x: Array, u: D) -> Array:
         """Of the process, (..., n)."""
         moved = self.process.transition(x, u)
         if u.widen:
             moved = np.array(moved)
-            mean = self.prior.mean[self.jumping]
-            moved[..., self.jumping] = mean if u.about is None else u.about.mean
+            moved[..., self.jumping] = self._to(u).mean
         return moved
 
     def transition_jacobian(self, x: Array, u: D) -> Array:
@@ -81,6 +88,5 @@ class Widening(Generic[D]):
         if u.widen:
             Q = np.array(Q)
             Q[self.jumping, :] = Q[:, self.jumping] = 0.0
-            known = np.diag(self.sd**2) if u.about is None else u.about.cov
-            Q[np.ix_(self.jumping, self.jumping)] = known
+            Q[np.ix_(self.jumping, self.jumping)] = self._to(u).cov
         return Q

@@ -17,6 +17,7 @@ from urdyn.diagnose.pushed import BIN, LOUD, MODEL, Bin, Pushed, sizes
 from urdyn.diagnose.rows import Rows
 from urdyn.diagnose.space import Space
 from urdyn.model.friction import follow
+from urdyn.signal.channels import mean_measured
 from urdyn.types import Array, Mask
 
 HELD = 0.005  # [rad/s] slower than this a joint is held by friction that does not change
@@ -99,7 +100,7 @@ class Collision:
             return state, None
         K = self.space.reference.drive.gain
         tool = K[:, None] * rows.rigid[..., -10:].mean(axis=0)
-        rho = K * np.where(ill, 0.0, _mean(rows.residual)) - tool @ carried[0]
+        rho = K * np.where(ill, 0.0, mean_measured(rows.residual)) - tool @ carried[0]
         aimed, held = K * rows.predicted.mean(axis=0), np.abs(rows.v).max(axis=0) < HELD
         state, crept = self._crept(state, rows, held)
         changed = np.isnan(state.base) | (held != state.held)
@@ -176,12 +177,6 @@ class Collision:
         base = state.base + np.where(fresh, 0.0, rate * seen.felt)
         at = state.aimed + rate * (aimed - state.aimed)
         return replace(state, base=base, aimed=at, spread=spread, seen=state.seen + 1)
-
-
-def _mean(values: Array) -> Array:
-    """Mean of what is finite, column by column; 0 where nothing is."""
-    there = np.isfinite(values)
-    return np.asarray(np.where(there, values, 0.0).sum(axis=0) / np.maximum(there.sum(axis=0), 1))
 
 
 def _gone(then: tuple[Bin, ...], seen: Bin) -> bool:

@@ -18,6 +18,7 @@ from urdyn.identify.fit import Fit
 from urdyn.model.arm import Arm, with_inertials
 from urdyn.model.dynamics import Dynamics
 from urdyn.model.population import population
+from urdyn.tracking.model import given
 from urdyn.types import Array, Index, frozen
 
 GROUPS = ("k", "m", "payload", "f", "alpha", "beta", "z", "o", "rotor", "gain")
@@ -68,7 +69,7 @@ class Space:
     @cached_property
     def weighing(self) -> float:
         """Doubt that all weights have in common, relative: the strongest drive's gain, sd [-]."""
-        at = self.places["gain"].start + int(np.argmax(self.reference.drive.gain))
+        at = self.places["gain"].start + self.reference.drive.strongest
         return float(np.sqrt(self.cov[at, at]))
 
     @cached_property
@@ -108,14 +109,7 @@ def _cov(fit: Fit, scores: Array) -> Array:
     for k, group in enumerate(FITTED):
         columns = links + k * len(joints) + np.arange(len(joints))
         T[np.r_[at[group]], columns] = 1.0
-    whole = T @ _given(fit.belief.cov, free, gains) @ T.T
+    whole = T @ given(fit.belief.cov, free, gains) @ T.T
     if gains:
         whole[at["gain"], at["gain"]] = fit.belief.cov[np.ix_(gains, gains)]
     return np.asarray(0.5 * (whole + whole.T))
-
-
-def _given(cov: Array, free: list[int], fixed: list[int]) -> Array:
-    """Covariance of `free` where `fixed`, which may be nothing, is known."""
-    cross = cov[np.ix_(free, fixed)]
-    told = np.linalg.solve(cov[np.ix_(fixed, fixed)], cross.T)
-    return np.asarray(cov[np.ix_(free, free)] - cross @ told)

@@ -70,6 +70,11 @@ class Drive:
                 object.__setattr__(self, field.name, frozen(getattr(self, field.name)))
                 assert getattr(self, field.name).shape == self.gain.shape, field.name
 
+    @property
+    def strongest(self) -> int:
+        """The joint whose drive holds what is carried against gravity: all weights are by it."""
+        return int(np.argmax(self.gain))
+
     def coefficients(self) -> Array:
         """Coefficients of the linear terms, (len(LINEAR), J)."""
         return np.array([getattr(self, name) for name in LINEAR])

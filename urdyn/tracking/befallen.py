@@ -103,22 +103,21 @@ def befallen(evidence: Evidence, drive: Drive, before: Array) -> tuple[Befallen,
     payload, drives, both = likely[0], likely[1 : 1 + J], likely[1 + J :]
     drives, another = drives | both, bool(payload | both.any())
     rough = np.inf if drives.any() else ROUGHLY
-    sums = evidence.sums[of].sum(axis=0)
-    carried = _carried(sums, before[PAYLOAD], rough) if another else None
+    carried = _carried(evidence.sums[of], before[PAYLOAD], rough) if another else None
     kept = evidence.sums * np.array([1.0, float(odds[1].max() > 0.0)])[:, None, None, None]
     evidence = Evidence(kept, highest * (highest > SURE), evidence.lasted * borne_out)
     return Befallen(carried, drives), evidence
 
 
 def _carried(sums: Array, before: Array, rough: float) -> Gaussian:
-    """What is carried now, (10,), where mass and first moments (4,) were `before`.
+    """What is carried now, (10,), by all joints' `sums`; mass and first moments (4,) were `before`.
 
     The signatures are those near what was carried before, and of an arm that is known: it is
     `rough` times as unsure as they say, and where a drive changed besides, they say hardly more
     than about what it is. Of inertia they say nothing.
     """
-    anything = np.diag(PAYLOAD_SD[PAYLOAD] ** -2)
-    M, s = sums[PAYLOAD, PAYLOAD], sums[PAYLOAD, -1]
+    anything, whole = np.diag(PAYLOAD_SD[PAYLOAD] ** -2), sums.sum(axis=0)
+    M, s = whole[PAYLOAD, PAYLOAD], whole[PAYLOAD, -1]
     mean, cov = np.zeros(len(PAYLOAD_SD)), np.diag(PAYLOAD_SD**2)
     mean[PAYLOAD] = np.linalg.solve(M + anything, s + M @ before)
     cov[PAYLOAD, PAYLOAD] = np.linalg.inv(M / rough**2 + anything)

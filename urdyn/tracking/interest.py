@@ -131,8 +131,10 @@ def _spare(
     at, drive = currents.places, currents.reference.drive
     mass, *moment = x[at["payload"]][:4]
     centre = np.array(moment) / mass if mass > CARRIED else np.zeros(3)
-    d = u.A[:, -10:-6] @ np.array([1.0, *centre]) * np.exp(-x[at["gain"]])
+    heavier = x.copy()
+    heavier[at["payload"]][:4] += [1.0, *centre]
     load, beta = currents.load(x, u), np.exp(x[at["beta"]])
+    d = currents.load(heavier, u) - load
     rest = torque - load - beta * np.abs(load) * u.s
     limit = currents.reference.arm.effort_limit * np.minimum(np.exp(x[at["z"]]), 1.0)
     bears = np.abs(d) > 1e-9

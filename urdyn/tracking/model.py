@@ -98,7 +98,7 @@ def _prior(fit: Fit, arms: Population, V: Array, currents: RobotCurrents) -> Gau
     tracked = [names.index(f"{j}.{field}") for field in TRACKED.values() for j in joints]
     free = [*range(links), *tracked]
     gains = [k for k, name in enumerate(names) if name.endswith(".gain")]
-    cov = _given(fit.belief.cov, free, gains)
+    cov = given(fit.belief.cov, free, gains)
     T = np.zeros((len(currents.names), len(free)))
     T[currents.places["m"], :links] = V.T / arms.link_sd.ravel()
     for k, group in enumerate(TRACKED):
@@ -113,6 +113,7 @@ def _prior(fit: Fit, arms: Population, V: Array, currents: RobotCurrents) -> Gau
     spread: dict[str, float | Array] = {
         "k": ZERO_SD,
         "z": HEALTH_SD,
+        "gain": GAIN_SD,
         "payload": PAYLOAD_SD,
         "kappa": KAPPA_SD,
         "kappa_f": KAPPA_F_SD,
@@ -122,15 +123,14 @@ def _prior(fit: Fit, arms: Population, V: Array, currents: RobotCurrents) -> Gau
     for group, sd in spread.items():
         at = _at(currents, group)
         whole[at, at] = np.broadcast_to(sd, at.shape) ** 2
-    at = _at(currents, "gain")
-    whole[at, at] = GAIN_SD**2
     if gains:
-        strongest = gains[int(np.argmax(fit.dynamics.drive.gain))]
-        whole[np.ix_(at, at)] += _given(fit.belief.cov, gains, [strongest])
+        at = _at(currents, "gain")
+        strongest = gains[fit.dynamics.drive.strongest]
+        whole[np.ix_(at, at)] += given(fit.belief.cov, gains, [strongest])
     return Gaussian(mean, whole)
 
 
-def _given(cov: Array, free: list[int], fixed: list[int]) -> Array:
+def given(cov: Array, free: list[int], fixed: list[int]) -> Array:
     """Covariance of `free` where `fixed`, which may be nothing, is known."""
     cross = cov[np.ix_(free, fixed)]
     told = np.linalg.solve(cov[np.ix_(fixed, fixed)], cross.T)

@@ -134,7 +134,7 @@ def _by_gain(fit: Fit) -> dict[str, Array]:
         cross = fit.belief.cov[np.ix_([fit.names.index(name) for name in names], gains)]
         return np.asarray(np.sqrt(np.sum(cross.T * np.linalg.solve(known, cross.T), axis=0)))
 
-    strongest = int(np.argmax(fit.dynamics.drive.gain))  # it holds a payload against gravity
+    strongest = fit.dynamics.drive.strongest
     found = {group: share([f"{j}.{field}" for j in joints]) for group, field in TRACKED.items()}
     mass = 2.0 * share([f"{link}.alpha" for link in links])  # a mass is exp(2 alpha)
     return found | {"m": mass, "payload": np.sqrt(known[strongest, strongest])}
