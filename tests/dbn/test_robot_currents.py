@@ -71,6 +71,9 @@ def test_slopes_are_derivatives(currents, motion):
     slope = (currents.observe(x + step, u) - currents.observe(x - step, u)) / (2.0 * h)
     # A central difference is good to h² and to rounding over h.
     np.testing.assert_allclose(currents.observe_jacobian(x, u), slope.T, rtol=0, atol=1e-7)
+    near = currents.near(u, x, LOAD)
+    slope = (currents.observe(x + step, near) - currents.observe(x - step, near)) / (2.0 * h)
+    np.testing.assert_allclose(currents.observe_jacobian(x, near), slope.T, rtol=0, atol=1e-7)
 
 
 def test_sigma_points_are_one_call(currents, motion):
@@ -112,6 +115,27 @@ def test_a_stronger_drive_feels_less_of_what_is_carried(currents, motion):
     np.testing.assert_allclose(there, felt / gain, rtol=0, atol=1e-12)
     told = currents.load(laden, u) - currents.load(x, u)
     np.testing.assert_allclose(told, weighed / gain, rtol=0, atol=1e-12)
+
+
+def test_near_a_payload_its_products_are_straight(currents, motion):
+    """There the currents are the equation's; away from it, by its slopes, whatever the drive is."""
+    rng, x, at_payload = np.random.default_rng(6), state(currents), currents.places["payload"]
+    x += 1e-2 * rng.standard_normal(len(x))
+    exact = at(currents, motion, 200)
+    u = currents.near(exact, x, LOAD)
+    x[at_payload] = LOAD + 0.1 * rng.standard_normal(10)
+    np.testing.assert_allclose(currents.observe(x, u), currents.observe(x, exact), rtol=1e-12)
+    loaded = x.copy()
+    loaded[at_payload] = LOAD
+    H, there = currents.observe_jacobian(x, u), currents.observe_jacobian(loaded, exact)
+    np.testing.assert_allclose(H, there, rtol=1e-9, atol=1e-12)
+    tired = x.copy()
+    tired[currents.places["z"]] -= 0.2
+    felt = [currents.observe(each, u) for each in (tired, x)]
+    for each in (tired, x):
+        each[at_payload] += LOAD
+    more = [currents.observe(each, u) for each in (tired, x)]
+    np.testing.assert_allclose(more[0] - felt[0], more[1] - felt[1], rtol=1e-9)
 
 
 def test_a_tired_drive_takes_more_current(currents, motion):

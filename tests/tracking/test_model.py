@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 
 from urdyn.dbn import figure2
-from urdyn.estimate import EKF
+from urdyn.estimate import EKF, UKF
 from urdyn.signal import Instant
 from urdyn.tracking import Drift, tracking_model
+from urdyn.tracking.model import ANYTHING, PAYLOAD_SD
 from urdyn.types import Gaussian
 
 JOINT = 2
@@ -81,16 +82,44 @@ def test_another_payload_has_nothing_of_the_one_before(model, slices):
     moved, F = model.transition(x, u), model.transition_jacobian(x[0], u)
     np.testing.assert_allclose(moved, x @ F.T, rtol=0, atol=1e-12)
     np.testing.assert_array_equal(moved[:, of_payload], 0.0)
-    about = Gaussian(rng.standard_normal(10), np.diag(rng.uniform(0.1, 1.0, 10)))
-    roughly = replace(u, about=about)
-    moved = model.transition(x, roughly)
-    np.testing.assert_array_equal(moved[:, of_payload], [about.mean, about.mean])
-    known = model.transition_cov(roughly)[of_payload]
-    np.testing.assert_array_equal(known[:, of_payload], about.cov)
-    assert not known[:, ~of_payload].any()
-    np.testing.assert_array_equal(
-        model.transition_cov(u)[of_payload], np.diag(model.prior.cov.diagonal())[of_payload]
-    )
+    roughly = rng.standard_normal(10)
+    found = model.observation.near(u, x[0, : len(model.observation.names)], roughly)
+    np.testing.assert_array_equal(model.transition(x, found)[:, of_payload], [roughly, roughly])
+    for told in (u, found):  # what was found out is where belief begins, and no evidence
+        np.testing.assert_allclose(
+            model.transition_cov(told)[of_payload],
+            ANYTHING**2 * np.diag(model.prior.cov.diagonal())[of_payload],
+            rtol=1e-12,
+        )
+
+
+@pytest.mark.parametrize("filter_", [EKF(), UKF(alpha=0.17)], ids=["ekf", "ukf"])
+def test_ever_new_payloads_do_not_tell_the_gain_that_they_are_felt_through(model, slices, filter_):
+    """One joint's current alone: all of them heavier, and the drive that much stronger, is as much.
+
+    Each of a hundred is begun a little wrong, as evidence of a noisy moment is, and then measured.
+    """
+    rng, currents, prior, joint = np.random.default_rng(5), model.observation, 0.05, 2
+    gain, payload = (currents.places[group].start for group in ("gain", "payload"))
+    truth, cov = np.array(model.prior.mean), np.array(model.prior.cov)
+    cov[gain + joint, gain + joint] = prior**2
+    wear = replace(model.process.process, prior=Gaussian(truth, cov))
+    model = replace(model, process=replace(model.process, process=wear))
+    state, information = filter_.init(model), prior**-2
+    for _ in range(100):
+        truth[payload] = rng.uniform(0.0, 8.0)
+        roughly = np.zeros(10)
+        roughly[0] = truth[payload] + 0.5 * rng.standard_normal()
+        # All that is known of it besides is that it is within so many kilograms of this.
+        information += (roughly[0] / (ANYTHING * PAYLOAD_SD[0])) ** 2
+        for k in range(20):
+            u = replace(slices(1e-6), widen=k == 0)
+            u = currents.near(u, filter_.belief(state).mean[: len(currents.names)], roughly)
+            y = np.full(len(u.noise), np.nan)
+            seen = currents.observe(truth[: len(currents.names)], replace(u, carried=None))
+            y[joint] = seen[joint] + u.noise[joint] * rng.standard_normal()
+            state, _ = filter_.step(model, state, u, y)
+    np.testing.assert_allclose(filter_.belief(state).sd[gain + joint], information**-0.5, rtol=0.05)
 
 
 def test_damping_strays_more_where_nobody_measures_temperatures(model, slices):

@@ -55,7 +55,7 @@ class Moment:
     velocity: float  # [rad/s]
     widen: bool  # the bound is told that a ramp begins after this step
     dt: float = 1.0  # [step]
-    about: None = None  # and nobody knows how steep
+    roughly: None = None  # and nobody knows how steep
 
 
 @dataclass(frozen=True)

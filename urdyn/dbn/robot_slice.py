@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from urdyn.types import Array, Gaussian
+from urdyn.types import Array
 
 DOUBT = 0.03  # [-] sd of the presliding state of a joint that slides
 CREEPING_DOUBT = 0.5  # [-] added where it stands
@@ -16,6 +16,14 @@ SMEAR = 0.01  # [s] of its jerk, by which an acceleration that was differentiate
 
 ROWS = ("load", "hold", "rest", "s", "v", "a", "one")
 COLUMN = {name: k - len(ROWS) for k, name in enumerate(ROWS)}  # of what is packed
+
+
+@dataclass(frozen=True, eq=False)
+class Carried:
+    """What is carried, roughly, and how the currents grow with it there."""
+
+    payload: Array  # (10,)
+    slope: Array  # (J, 10) [A] per unit of payload
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,7 +46,12 @@ class RobotSlice:
     stray: Array | None = None  # (J,) [A] sd of slow noise; None: there is none
     jolted: Array | None = None  # (J,) [-] 1 where something befell a joint's drive; None: nowhere
     widen: bool = False  # something else may be carried from here on
-    about: Gaussian | None = None  # (10,) what else is carried, roughly; None: nobody knows
+    carried: Carried | None = None  # None: what a payload does is exact
+
+    @property
+    def roughly(self) -> Array | None:
+        """What is carried, as far as it was found out, (10,); None: nobody did."""
+        return None if self.carried is None else self.carried.payload
 
     @property
     def A(self) -> Array:

@@ -20,7 +20,7 @@ class Doubtful(Slice, Protocol):
         """Whether it may."""
 
     @property
-    def about(self) -> Gaussian | None:
+    def roughly(self) -> Array | None:
         """Where to, (j,), as far as others have found out; None: nobody did."""
 
 
@@ -32,8 +32,8 @@ class Widening(Generic[D]):
     """`process`, and at slices with `widen` what is `jumping` is something else from then on.
 
     Of that no more is known than the prior's mean and `sd`, and what was known of the one before
-    does not help. A payload that is picked up is such a jump: nothing drifts there. Where `about`
-    is given, that is what is known: far from it the wrong arm would be linearised.
+    does not help. A payload that is picked up is such a jump: nothing drifts there. Where `roughly`
+    is given, belief begins there, and is as wide: who found it out had the same data.
     """
 
     process: Process[D]
@@ -60,18 +60,15 @@ class Widening(Generic[D]):
         return self.process.linear
 
     @cached_property
-    def _anything(self) -> Gaussian:
-        return Gaussian(self.prior.mean[self.jumping], np.diag(self.sd**2))
-
-    def _to(self, u: D) -> Gaussian:
-        return self._anything if u.about is None else u.about
+    def _first(self) -> Array:
+        return self.prior.mean[self.jumping]
 
     def transition(self, x: Array, u: D) -> Array:
         """Of the process, (..., n)."""
         moved = self.process.transition(x, u)
         if u.widen:
             moved = np.array(moved)
-            moved[..., self.jumping] = self._to(u).mean
+            moved[..., self.jumping] = self._first if u.roughly is None else u.roughly
         return moved
 
     def transition_jacobian(self, x: Array, u: D) -> Array:
@@ -88,5 +85,5 @@ class Widening(Generic[D]):
         if u.widen:
             Q = np.array(Q)
             Q[self.jumping, :] = Q[:, self.jumping] = 0.0
-            Q[np.ix_(self.jumping, self.jumping)] = self._to(u).cov
+            Q[self.jumping, self.jumping] = self.sd**2
         return Q

@@ -23,7 +23,7 @@ from urdyn.dbn.robot_slice import COLUMN, RobotSlice
 from urdyn.estimate import Innovation
 from urdyn.model.drive import Drive
 from urdyn.tracking.model import JOLTS, PAYLOAD_SD
-from urdyn.types import Array, Gaussian, Mask, frozen
+from urdyn.types import Array, Mask, frozen
 
 MEMORY = 2.0  # [s] over which evidence is gathered
 CLIP = 3.0  # [sd] that an innovation counts for at most
@@ -31,7 +31,7 @@ SURE = 30.0  # [-] log odds; what nobody models in a healthy arm has been seen t
 LIKELY = 5.0  # [-] below the likeliest, that may have befallen it besides, or in its place
 RARE = 10.0  # [-] by which something in a drive is less likely than another payload
 BOTH = 30.0  # [-] by which both at once are: a large payload moves more than its signature says
-ROUGHLY = 2.0  # [-] times as unsure of what is carried alone as its evidence is
+TOLD = 3.0  # [sd] from what it was thought to be: less, and it is taken for that
 LASTS = 0.24  # [s] that what comes bears it out: a knock and its rebound have passed by then
 CARRIED = slice(-10, -6)  # columns of a slice's A: mass and first moments of the payload
 OWN = [COLUMN[name] for name in ("s", "v", "load")]  # and of all that is packed
@@ -79,7 +79,7 @@ def gathered(
 class Befallen:
     """What is to be taken for known no longer."""
 
-    payload: Gaussian | None  # (10,) what is carried from here on, roughly; None: what was before
+    payload: Array | None  # (10,) what is carried from here on, roughly; None: what was before
     drives: Mask  # (J,)
 
     @property
@@ -102,26 +102,28 @@ def befallen(evidence: Evidence, drive: Drive, before: Array) -> tuple[Befallen,
     likely = (surest > top - LIKELY) & (borne_out and evidence.lasted > LASTS)
     payload, drives, both = likely[0], likely[1 : 1 + J], likely[1 + J :]
     drives, another = drives | both, bool(payload | both.any())
-    rough = np.inf if drives.any() else ROUGHLY
-    carried = _carried(evidence.sums[of], before[PAYLOAD], rough) if another else None
+    carried = _carried(evidence.sums[of], before[PAYLOAD]) if another else None
     kept = evidence.sums * np.array([1.0, float(odds[1].max() > 0.0)])[:, None, None, None]
     evidence = Evidence(kept, highest * (highest > SURE), evidence.lasted * borne_out)
     return Befallen(carried, drives), evidence
 
 
-def _carried(sums: Array, before: Array, rough: float) -> Gaussian:
+def _carried(sums: Array, before: Array) -> Array:
     """What is carried now, (10,), by all joints' `sums`; mass and first moments (4,) were `before`.
 
-    The signatures are those near what was carried before, and of an arm that is known: it is
-    `rough` times as unsure as they say, and where a drive changed besides, they say hardly more
-    than about what it is. Of inertia they say nothing.
+    The signatures are those near what was carried before, and of an arm that is known; of inertia
+    they say nothing.
     """
-    anything, whole = np.diag(PAYLOAD_SD[PAYLOAD] ** -2), sums.sum(axis=0)
+    whole, payload = sums.sum(axis=0), np.zeros(len(PAYLOAD_SD))
     M, s = whole[PAYLOAD, PAYLOAD], whole[PAYLOAD, -1]
-    mean, cov = np.zeros(len(PAYLOAD_SD)), np.diag(PAYLOAD_SD**2)
-    mean[PAYLOAD] = np.linalg.solve(M + anything, s + M @ before)
-    cov[PAYLOAD, PAYLOAD] = np.linalg.inv(M / rough**2 + anything)
-    return Gaussian(mean, cov)
+    cov = np.linalg.inv(M + np.diag(PAYLOAD_SD[PAYLOAD] ** -2))
+    payload[PAYLOAD] = told_from(np.zeros(4), cov @ (s + M @ before), np.sqrt(np.diag(cov)))
+    return payload
+
+
+def told_from(before: Array, now: Array, sd: Array) -> Array:
+    """What is carried, where it can be told from what was thought to be, `before`."""
+    return np.where(np.abs(now - before) > TOLD * sd, now, before)
 
 
 def log_odds(evidence: Evidence, drive: Drive) -> Array:

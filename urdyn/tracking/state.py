@@ -44,6 +44,7 @@ class TrackerState(Generic[S]):
     earliest: Learnt[S]  # and HINDSIGHT or more before: what was not yet surprised
     marked: float  # [s]
     heard: tuple[Heard[Any], ...]  # of each stream beside the joints' sensors
+    carried: Array  # (10,) what is carried, roughly
     restarts: int = 0  # with the commissioned arm, where no arm was believed in any more
 
 
@@ -72,6 +73,7 @@ def begun_anew(state: TrackerState[S], first: TrackerState[S]) -> TrackerState[S
         widened=state.t,
         colour=unlearnt(state.colour, first.colour),
         unsure=first.unsure,
+        carried=first.carried,
         earlier=first.earlier,
         earliest=first.earliest,
         marked=state.t,

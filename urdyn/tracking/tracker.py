@@ -13,17 +13,24 @@ from urdyn.dbn.joined import Joined
 from urdyn.dbn.process import RandomWalk
 from urdyn.dbn.robot import RobotCurrents
 from urdyn.dbn.robot_slice import ROWS, RobotSlice
-from urdyn.estimate import Filter, Innovation
+from urdyn.estimate import Filter
 from urdyn.estimate.square_root import SquareRoot
 from urdyn.identify.fit import Fit
 from urdyn.model.friction import follow
 from urdyn.signal import Causal, CausalState, Instant, Sample
 from urdyn.tracking import colour as noise
-from urdyn.tracking.befallen import Befallen, befallen, gathered, none_yet
+from urdyn.tracking.befallen import Befallen, befallen, gathered, none_yet, told_from
 from urdyn.tracking.blocks import BlockBelief, Blocks
-from urdyn.tracking.model import Drift, tracking_model
+from urdyn.tracking.model import PAYLOAD_SD, Drift, tracking_model
 from urdyn.tracking.reading import Reading
-from urdyn.tracking.state import Learnt, TrackerState, begun_anew, in_hindsight, marked
+from urdyn.tracking.state import (
+    HINDSIGHT,
+    Learnt,
+    TrackerState,
+    begun_anew,
+    in_hindsight,
+    marked,
+)
 from urdyn.tracking.streams import Heard, Moment, Stream, assimilated, first
 from urdyn.tracking.temper import tempered, untempered
 from urdyn.tracking.warmth import warmed
@@ -36,7 +43,6 @@ SETTLED = 50.0  # presliding distances of travel after which the bristles are kn
 INTERRUPTED = 0.5  # [s] without a sample: the joints may have moved
 STRIDE = 0.0195  # [s] in which nothing moves far: the quickest, slow noise, fades in 1.2 s
 LONGEST = 60.0  # [s] of drift that one gap may add: a night does not make an arm unknown
-ROUNDS = 2  # of linearising anew where something else is carried
 PATIENCE = 2.0  # [s] after such a moment before the next
 LOOK = 5.0  # samples between two looks for one
 GAP = 5.0  # periods without a sample, after which noise has no past
@@ -125,6 +131,7 @@ class Tracker(Generic[S]):
             Learnt(belief, colour),
             -np.inf,
             tuple(first(stream) for stream in self.streams),
+            np.zeros(len(PAYLOAD_SD)),
         )
 
     def step(
@@ -163,6 +170,7 @@ class Tracker(Generic[S]):
         anew = what is not None
         was = in_hindsight(state) if anew else state
         before = state.belief if self._told_of_zeros else was.belief
+        carried = state.carried if what is None or what.payload is None else what.payload
         mean = mean if what is None else self._jumped(self._mean(before), what)
         s = bristles[0] + drive.presliding_tail * (bristles[1] - bristles[0])
         waited = state.waited + passed
@@ -180,7 +188,8 @@ class Tracker(Generic[S]):
         left = y - modelled
         wild = left - noise.foreseen(was.colour, slow)
         given = white if anew else tempered(white, wild, R, state.unsure)
-        belief, told = self._learnt(before, given, seen, moves)
+        given = self.currents.near(given, mean, carried)
+        belief, told = self.filter.step(self.model if moves else self._still, before, given, seen)
         told = untempered(told, given.noise**2 - white.noise**2, seen)
         unsure = np.fmax(np.diag(told.cov) / R, np.isnan(told.residual) * state.unsure)
         sure = (unsure < SURE) & (unknown < 0.25 * white.noise**2)
@@ -200,6 +209,7 @@ class Tracker(Generic[S]):
             widened=now.t if anew else state.widened,
             colour=colour,
             unsure=unsure,
+            carried=carried if anew else self._renewed(carried, state, belief, now.t),
         )
         widen = u.widen
         if not self._credible(belief):
@@ -210,26 +220,21 @@ class Tracker(Generic[S]):
         heard = now.t, now.current, predicted, modelled, told, widen
         return after, Reading(*heard, now, travelled, u, believed, told_of, (given, seen))
 
-    def _learnt(self, before: S, u: RobotSlice, y: Array, moves: bool) -> tuple[S, Innovation]:
-        """The filter's step; what else is carried is linearised at what the sample has it for.
+    def _renewed(self, carried: Array, state: TrackerState[S], belief: S, t: float) -> Array:
+        """What is carried, (10,), as it is known now where it surely is something else.
 
-        What a payload does to a current depends on health and friction. Far from the payload that
-        is linearised at, each grip would shift both a little, and always the same way.
+        Seldom, for every time its errors are in the regressors of health and gain anew.
         """
-        belief, told = self.filter.step(self.model if moves else self._still, before, u, y)
-        if u.about is None:
-            return belief, told
-        for _ in range(ROUNDS):
-            now = self._mean(belief)[self.currents.places["payload"]]
-            near = replace(u, about=replace(u.about, mean=now))
-            belief, told = self.filter.step(self.model, before, near, y)
-        return belief, told
+        if t - state.marked < HINDSIGHT:
+            return carried
+        now, at = self.filter.belief(belief), self.currents.places["payload"]
+        return told_from(carried, now.mean[at], now.sd[at])
 
     def _jumped(self, mean: Array, what: Befallen) -> Array:
         """The states with what is carried now."""
         mean = np.array(mean)
-        if what.payload:
-            mean[self.currents.places["payload"]] = what.payload.mean
+        if what.payload is not None:
+            mean[self.currents.places["payload"]] = what.payload
         return mean
 
     def _credible(self, belief: S) -> bool:
@@ -294,4 +299,4 @@ class Tracker(Generic[S]):
 def _jumping(u: RobotSlice, what: Befallen) -> RobotSlice:
     """The slice at which something befell the arm."""
     jolted = what.drives.astype(float) if what.drives.any() else None
-    return replace(u, widen=what.payload is not None, about=what.payload, jolted=jolted)
+    return replace(u, widen=what.payload is not None, jolted=jolted)
