@@ -44,6 +44,11 @@ class SquareRoot:
         """Mean and covariance."""
         return Gaussian(self.mean, self.root @ self.root.T)
 
+    @property
+    def sd(self) -> Array:
+        """Standard deviations, (n,)."""
+        return np.asarray(np.sqrt(np.einsum("ij,ij->i", self.root, self.root)))
+
     def at(self, unit: Array) -> Array:
         """Points at standard scores `unit`, (k, n) -> (k, n)."""
         return np.asarray(self.mean + unit @ self.root.T)

@@ -209,7 +209,7 @@ class Tracker(Generic[S]):
             widened=now.t if anew else state.widened,
             colour=colour,
             unsure=unsure,
-            carried=carried if anew else self._renewed(carried, state, belief, now.t),
+            carried=carried if anew else self._renewed(state, belief, now.t, looks),
         )
         widen = u.widen
         if not self._credible(belief):
@@ -220,15 +220,18 @@ class Tracker(Generic[S]):
         heard = now.t, now.current, predicted, modelled, told, widen
         return after, Reading(*heard, now, travelled, u, believed, told_of, (given, seen))
 
-    def _renewed(self, carried: Array, state: TrackerState[S], belief: S, t: float) -> Array:
+    def _renewed(self, state: TrackerState[S], belief: S, t: float, looks: bool) -> Array:
         """What is carried, (10,), as it is known now where it surely is something else.
 
-        Seldom, for every time its errors are in the regressors of health and gain anew.
+        Pieces that come and go have evidence to begin with, and are renewed seldom: every time, the
+        errors of what is known are in the regressors of health and gain anew.
         """
-        if t - state.marked < HINDSIGHT:
-            return carried
-        now, at = self.filter.belief(belief), self.currents.places["payload"]
-        return told_from(carried, now.mean[at], now.sd[at])
+        due = t - state.marked >= HINDSIGHT if np.isfinite(state.widened) else looks
+        if not due:
+            return state.carried
+        now = belief if isinstance(belief, SquareRoot) else self.filter.belief(belief)
+        at = self.currents.places["payload"]
+        return told_from(state.carried, now.mean[at], now.sd[at])
 
     def _jumped(self, mean: Array, what: Befallen) -> Array:
         """The states with what is carried now."""
