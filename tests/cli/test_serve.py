@@ -27,6 +27,17 @@ def controller():
     process.stderr.close()
 
 
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_whoever_ends_it_ends_it_in_good_order(number):
+    """Though it was begun in the background by a script, which makes processes deaf to Ctrl-C."""
+    command = (*URDYN, "simulate", "--robot", "ur5e", "--serve", "--port", "0", "--duration", "1")
+    deaf = ("sh", "-c", "trap '' INT; exec \"$@\"", "sh", *command)
+    with subprocess.Popen(deaf, stderr=subprocess.PIPE, text=True) as process:
+        assert "serves RTDE" in process.stderr.readline()
+        process.send_signal(number)
+        assert process.wait(60) == 0
+
+
 def test_a_served_arm_can_be_recorded_and_identified(controller, tmp_path):
     _, port = controller
     out = tmp_path / "run.parquet"

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import signal
+import threading
 from typing import TYPE_CHECKING
 
 import urdyn as ud
@@ -21,20 +23,24 @@ def cycle(arm: Arm) -> float:
 
 
 def serve_log(log: ud.Log, arm: Arm, host: str, port: int, voice: Voice) -> None:
-    """Play a log over and over to whoever connects, until interrupted from the keyboard."""
+    """Play a log over and over to whoever connects, until Ctrl-C or a service manager ends it.
+
+    Both are asked for: a process that a script put into the background is deaf to Ctrl-C else.
+    """
     from urdyn.io.rtde import play, serve
 
     try:
         server = serve(play(log, loop=True), host, port, "cb3" if arm.name in CB3 else "e")
     except OSError as error:
         raise InputError(f"{host}:{port}: cannot be served: {error.strerror or error}") from error
+    ended = threading.Event()
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda *_: ended.set())
     with server:
         voice.note(
             f"a virtual {arm.name} serves RTDE on {host}:{server.port}, {1.0 / cycle(arm):g} Hz; "
             "Ctrl-C ends it"
         )
-        try:
-            while not server.join(LOOK):
-                pass
-        except KeyboardInterrupt:
-            voice.note("ended")
+        while not ended.is_set() and not server.join(LOOK):
+            pass
+        voice.note("ended")
