@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import signal
 import threading
 from typing import TYPE_CHECKING
 
 import urdyn as ud
+from urdyn.cli.ending import on_ending
 from urdyn.cli.voice import Voice
 from urdyn.errors import InputError
 
@@ -23,10 +23,7 @@ def cycle(arm: Arm) -> float:
 
 
 def serve_log(log: ud.Log, arm: Arm, host: str, port: int, voice: Voice) -> None:
-    """Play a log over and over to whoever connects, until Ctrl-C or a service manager ends it.
-
-    Both are asked for: a process that a script put into the background is deaf to Ctrl-C else.
-    """
+    """Play a log over and over to whoever connects, until Ctrl-C or a service manager ends it."""
     from urdyn.io.rtde import play, serve
 
     try:
@@ -34,8 +31,7 @@ def serve_log(log: ud.Log, arm: Arm, host: str, port: int, voice: Voice) -> None
     except OSError as error:
         raise InputError(f"{host}:{port}: cannot be served: {error.strerror or error}") from error
     ended = threading.Event()
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, lambda *_: ended.set())
+    on_ending(ended.set)
     with server:
         voice.note(
             f"a virtual {arm.name} serves RTDE on {host}:{server.port}, {1.0 / cycle(arm):g} Hz; "

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import signal
 from collections.abc import Iterator
 from contextlib import ExitStack, closing, contextmanager
 from pathlib import Path
@@ -22,6 +21,7 @@ from urdyn.cli.diagnosing import (
     onlooker,
     summed,
 )
+from urdyn.cli.ending import on_ending
 from urdyn.cli.listening import listening, wanted
 from urdyn.cli.options import Columns, Json, Quiet, Rows, Unit
 from urdyn.cli.recording import slice_of
@@ -31,7 +31,6 @@ from urdyn.io.effort import Effort
 if TYPE_CHECKING:
     from urdyn.estimate import Filter
     from urdyn.io.helper import Helper
-    from urdyn.tracking import Source
 
 FILTERS = {
     "ukf": "UKF",
@@ -191,7 +190,8 @@ def track(
         closing(open_source(source, columns, part, rate, duration, effort, beside)) as stream,
         watching(arm.joint_names, quiet) as shown,
     ):
-        _end_in_good_order(stream)
+        if stream.live:
+            on_ending(stream.close)
         stream, streams, drift = listening(stream, arm, poses, wrench, calibration)
         tracker: Tracker[Any] = Tracker(fit, chosen, stream.period, drift, streams=streams)
         looking = onlooker(fit, stream, healthy, voice, helper) if healthy else None
@@ -241,13 +241,6 @@ def _filter(name: str | None, mode: str) -> Filter[Any]:
         raise typer.BadParameter(f"no filter {name!r}; choose one of {', '.join(FILTERS)}")
     made: Filter[Any] = getattr(estimate, FILTERS[name])(**SETTINGS.get(name, {}))
     return made
-
-
-def _end_in_good_order(source: Source) -> None:
-    """Ctrl-C, and a service manager's way to end a process, close a live stream."""
-    if source.live:
-        for number in (signal.SIGINT, signal.SIGTERM):
-            signal.signal(number, lambda *_: source.close())
 
 
 def _report(out: Path, summary: dict[str, Any], voice: Voice) -> None:

@@ -174,10 +174,10 @@ class RobotCurrents:
         nobody measured: the inconsistency of [Huang2010]_, mended as there, by one point for all
         samples of a payload.
         """
-        part, at = self._parts(x, u), self.places["payload"]
-        per = (part.per / part.gain)[:, None]
-        slope = per * (u.A[:, at] + part.beta[:, None] * u.A_hold[:, at])
-        return replace(u, carried=Carried(payload, slope))
+        at, K = self.places, self.reference.drive.gain
+        beta, z, gain = (np.exp(x[at[name]]) for name in ("beta", "z", "gain"))
+        torque = u.A[:, at["payload"]] + beta[:, None] * u.A_hold[:, at["payload"]]
+        return replace(u, carried=Carried(payload, torque / (K * z * gain)[:, None]))
 
     def _parts(self, x: Array, u: RobotSlice) -> _Parts:
         at, drive, J = self.places, self.reference.drive, len(u.noise)

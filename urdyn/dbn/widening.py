@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Generic, Protocol, TypeVar
 
 import numpy as np
@@ -59,16 +58,13 @@ class Widening(Generic[D]):
         """Of the process, (n,)."""
         return self.process.linear
 
-    @cached_property
-    def _first(self) -> Array:
-        return self.prior.mean[self.jumping]
-
     def transition(self, x: Array, u: D) -> Array:
         """Of the process, (..., n)."""
         moved = self.process.transition(x, u)
         if u.widen:
             moved = np.array(moved)
-            moved[..., self.jumping] = self._first if u.roughly is None else u.roughly
+            first = self.prior.mean[self.jumping]
+            moved[..., self.jumping] = first if u.roughly is None else u.roughly
         return moved
 
     def transition_jacobian(self, x: Array, u: D) -> Array:

@@ -21,7 +21,7 @@ from urdyn.signal import Causal, CausalState, Instant, Sample
 from urdyn.tracking import colour as noise
 from urdyn.tracking.befallen import Befallen, befallen, gathered, none_yet, told_from
 from urdyn.tracking.blocks import BlockBelief, Blocks
-from urdyn.tracking.model import PAYLOAD_SD, Drift, tracking_model
+from urdyn.tracking.model import Drift, tracking_model
 from urdyn.tracking.reading import Reading
 from urdyn.tracking.state import (
     HINDSIGHT,
@@ -131,7 +131,7 @@ class Tracker(Generic[S]):
             Learnt(belief, colour),
             -np.inf,
             tuple(first(stream) for stream in self.streams),
-            np.zeros(len(PAYLOAD_SD)),
+            self.model.prior.mean[self.currents.places["payload"]],
         )
 
     def step(
