@@ -14,7 +14,7 @@ from urdyn.diagnose.task import KEPT, Task
 from urdyn.diagnose.wire import row
 from urdyn.errors import InputError
 from urdyn.identify.fit import Fit
-from urdyn.io.frames import Words, numbers_frame, words_frame
+from urdyn.io.frames import Words, numbers_frame, words_frame, words_of
 from urdyn.io.helper import Helper
 from urdyn.twin import document
 from urdyn.types import Array
@@ -130,8 +130,8 @@ class Onlooker:
     def _listen(self) -> None:
         self._hear(self._there.listen())
 
-    def _hear(self, heard: list[Words]) -> None:
-        for words in heard:
+    def _hear(self, heard: list[Words | Array]) -> None:
+        for words in map(words_of, heard):
             self.findings = tuple(words["findings"])
             self._begun = True
             self._kept = words.get("kept", self._kept)

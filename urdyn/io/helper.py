@@ -13,6 +13,7 @@ from typing import Any
 
 from urdyn.errors import InputError, UrdynError
 from urdyn.io.frames import Frames, Words
+from urdyn.types import Array
 
 CHUNK = 1 << 16  # [bytes] read at once
 ROOM = 1 << 20  # [bytes] in a pipe, where the system has it: what a task takes, and more
@@ -67,13 +68,15 @@ class Helper:
         """Let it end; what was handed over is done."""
         self._end()
 
-    def listen(self) -> list[Words]:
+    def listen(self) -> list[Words | Array]:
         """Wait for something to be said; raises where nothing will be any more."""
         if self.failed:
             raise self.failed
+        if not self._end.alive:
+            raise UrdynError(f"{self._name} was let go of; {self._advice}")
         return self.exchange(None)
 
-    def exchange(self, patience: float | None = 0.0) -> list[Words]:
+    def exchange(self, patience: float | None = 0.0) -> list[Words | Array]:
         """Write and read what can be; what was said, waiting up to `patience` [s] for something."""
         if not self._end.alive:  # its pipes' numbers may be others' by now
             return []
@@ -95,23 +98,24 @@ class Helper:
         except BrokenPipeError:  # why, it may have said; `_read` meets the end behind that
             self._outbox.clear()
 
-    def _read(self) -> list[Words]:
-        heard: list[Words] = []
+    def _read(self) -> list[Words | Array]:
+        heard: list[Words | Array] = []
         try:
             while data := os.read(self._out, CHUNK):
-                heard += [words for words in self._frames.take(data) if isinstance(words, dict)]
+                heard += self._frames.take(data)
         except BlockingIOError:
-            return [words for words in heard if self._told(words)]
-        heard = [words for words in heard if self._told(words)]
+            return [frame for frame in heard if self._told(frame)]
+        heard = [frame for frame in heard if self._told(frame)]
         self.failed = self.failed or UrdynError(f"{self._name} {self._end()}; {self._advice}")
         return heard
 
-    def _told(self, words: Words) -> bool:
-        """Whether they tell something else than why nothing will be told any more."""
-        if "failed" in words:
-            self.failed = InputError(words["failed"])
-        elif "broken" in words:
-            self.failed = RuntimeError(words["broken"])
+    def _told(self, frame: Words | Array) -> bool:
+        """Whether it tells something else than why nothing will be told any more."""
+        match frame:
+            case {"failed": reason}:
+                self.failed = InputError(reason)
+            case {"broken": trace}:
+                self.failed = RuntimeError(trace)
         return self.failed is None
 
 

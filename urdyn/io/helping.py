@@ -5,11 +5,11 @@ from __future__ import annotations
 import os
 import signal
 import traceback
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
 
 from urdyn.errors import UrdynError
-from urdyn.io.frames import Frames, Words, words_frame
+from urdyn.io.frames import Frames, Words, numbers_frame, words_frame
 from urdyn.io.helper import CHUNK
 from urdyn.types import Array
 
@@ -18,7 +18,7 @@ STAND_BACK = 5  # of 19: a third of the share of whoever is helped, which it nee
 Heard = Iterator[Words | Array]
 
 
-def helping(answers: Callable[[Heard], Iterator[Words]]) -> None:
+def helping(answers: Callable[[Heard], Iterator[Words | Array]]) -> None:
     """Say what `answers` makes of what comes in, until there is no more.
 
     The process ends with the one that began it, however that ends; how a run is interrupted is
@@ -31,8 +31,9 @@ def helping(answers: Callable[[Heard], Iterator[Words]]) -> None:
     os.dup2(2, 1)  # what a library prints is no frame
     from threadpoolctl import threadpool_limits
 
-    def say(words: Words) -> None:
-        frame = memoryview(words_frame(words))
+    def say(answer: Words | Array) -> None:
+        told = words_frame(answer) if isinstance(answer, Mapping) else numbers_frame(answer)
+        frame = memoryview(told)
         try:
             while frame:
                 frame = frame[os.write(out, frame) :]
@@ -41,8 +42,8 @@ def helping(answers: Callable[[Heard], Iterator[Words]]) -> None:
 
     try:
         with threadpool_limits(1):
-            for words in answers(_heard()):
-                say(words)
+            for answer in answers(_heard()):
+                say(answer)
     except UrdynError as error:
         say({"failed": str(error)})
     except Exception:

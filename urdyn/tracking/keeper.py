@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Generic, TypeVar
 
-from urdyn.io.frames import Words, numbers_frame, words_frame
+from urdyn.io.frames import Words, numbers_frame, words_frame, words_of
 from urdyn.io.helper import Helper
 from urdyn.tracking import checkpoint
 from urdyn.tracking.checkpoint import Checkpoint
@@ -93,7 +93,7 @@ class Keeper(Generic[S]):
         """No more, however the run has ended; what was handed over is written."""
         self._scribe.close()
 
-    def _hear(self, heard: list[Words]) -> None:
-        for words in heard:
+    def _hear(self, heard: list[Words | Array]) -> None:
+        for words in map(words_of, heard):
             self._kept = words.get("kept", self._kept)
             self._changes = words.get("changes")

@@ -6,7 +6,6 @@ import time
 from collections.abc import Callable, Collection, Iterator
 from dataclasses import dataclass
 from itertools import islice
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,12 +13,10 @@ import numpy as np
 from urdyn.errors import InputError
 from urdyn.io.effort import UNTOLD, Effort
 from urdyn.io.rtde.client import Client, connect, parse_address
-from urdyn.signal import BESIDE, POSE, Sample, require_measured, samples
-from urdyn.types import Log
+from urdyn.signal import BESIDE, POSE, Sample
 
 SCHEME, ROS2 = "rtde://", "ros2://"
 CHANNELS = ("actual_q", "actual_qd", "actual_current", "joint_temperatures")
-NEEDED = ("actual_q", "actual_current")
 PAUSE = 0.1  # [s] longer without a package, and how long they take is learnt anew
 DRIFT = 1e-4  # [-] by which two clocks may differ in pace
 RTDE_JOINTS = 6
@@ -79,30 +76,9 @@ def open_source(
     if "://" in text:
         told = f"name a log, {SCHEME}HOST[:PORT] or {ROS2}TOPIC"
         raise InputError(f"{text}: no such source; {told}")
-    from urdyn.io import read  # who only listens to a robot needs none of it
+    from urdyn.tracking.recording import recording
 
-    wanted = (*CHANNELS, *(BESIDE[stream] for stream in beside))
-    log = read(Path(text), columns=columns, rows=rows, rate=rate, channels=wanted, effort=effort)
-    return _recording(text, log, duration, ("actual_q",) if "pose" in beside else NEEDED)
-
-
-def _recording(
-    name: str, log: Log, duration: float | None, needed: Collection[str] = NEEDED
-) -> Source:
-    require_measured(log, needed)
-    if len(log) < 2:
-        raise InputError(f"{name}: has {len(log)} samples; nothing can be tracked")
-    identity = f"{log.source.sha256} {log.source.rows}"
-    if duration is not None:
-        log = log.slice(0, int(np.searchsorted(log.t, log.t[0] + duration)))
-
-    def start(first: int) -> Iterator[Arrival]:
-        return (Arrival(sample, np.nan) for sample in samples(log.slice(first)))
-
-    period = float(np.median(np.diff(log.t)))
-    beside = frozenset(stream for stream, channel in BESIDE.items() if channel in log)
-    of = (name, identity, log.source.sha256, period, log.joints, False, len(log))
-    return Source(*of, start, lambda: None, tuple(map(str, log.defects)), beside)
+    return recording(text, columns, rows, rate, duration, effort, beside)
 
 
 def _robot(

@@ -1,0 +1,121 @@
+"""A recording, read in a process of its own: python -m urdyn.tracking.recording.
+
+Who tracks holds neither what reads files nor the log, however long that is, but BLOCK samples.
+First comes what to read, and the answer is what that is; then, for every first row, a block from
+there on, its columns side by side.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Mapping
+from itertools import chain
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from urdyn.errors import InputError
+from urdyn.io.effort import Effort
+from urdyn.io.frames import Words, numbers_of, words_frame, words_of
+from urdyn.io.helper import Helper
+from urdyn.io.helping import Heard, helping
+from urdyn.signal import BESIDE, Sample, require_measured, samples
+from urdyn.tracking.source import CHANNELS, Arrival, Rows, Source
+from urdyn.types import Array, Log
+
+NEEDED = ("actual_q", "actual_current")
+BLOCK = 2048  # samples: a few milliseconds of handing over, a second or two of tracking
+
+
+def recording(
+    name: str,
+    columns: str | None,
+    rows: Rows | None,
+    rate: float | None,
+    duration: float | None,
+    effort: Effort,
+    beside: Collection[str],
+) -> Source:
+    """The source that is a log; arguments as those of `open_source`."""
+    reader = Helper("urdyn.tracking.recording", "the log's reader", "run again")
+    asked = {"path": name, "columns": columns, "rows": rows, "rate": rate, "duration": duration}
+    efforts = {"unit": effort.unit, "gain": effort.gain}
+    reader.send(words_frame(asked | {"effort": efforts, "beside": list(beside)}))
+    try:
+        log = words_of(_answer(reader))
+    except BaseException:
+        reader.close()
+        raise
+    widths = {key: int(width) for key, width in log["widths"].items()}
+
+    def block(first: int) -> Iterator[Sample]:
+        reader.send(words_frame({"from": first}))
+        return samples(_parted(numbers_of(_answer(reader)), widths))
+
+    def start(first: int) -> Iterator[Arrival]:
+        every = chain.from_iterable(map(block, range(first, log["length"], BLOCK)))
+        return (Arrival(sample, np.nan) for sample in every)
+
+    sent = frozenset(stream for stream, channel in BESIDE.items() if channel in widths)
+    of = (name, log["identity"], log["sha256"], log["period"], log["joints"], False, log["length"])
+    return Source(*of, start, reader.close, tuple(log["defects"]), sent)
+
+
+def _answer(reader: Helper) -> Words | Array:
+    while not (said := reader.listen()):
+        pass
+    return said[0]
+
+
+def _answers(heard: Heard) -> Iterator[Words | Array]:
+    """What the log is, and its blocks."""
+    log, told = _opened(**words_of(next(heard)))
+    yield told
+    for words in map(words_of, heard):
+        first = words["from"]
+        yield _together(log.slice(first, first + BLOCK))
+
+
+def _opened(
+    path: str,
+    duration: float | None,
+    effort: Mapping[str, Any],
+    beside: Collection[str],
+    **how: Any,
+) -> tuple[Log, dict[str, Any]]:
+    """The log, and what whoever tracks has to know of it."""
+    from urdyn.io import read
+
+    wanted = (*CHANNELS, *(BESIDE[stream] for stream in beside))
+    log = read(Path(path), channels=wanted, effort=Effort(**effort), **how)
+    require_measured(log, ("actual_q",) if "pose" in beside else NEEDED)
+    if len(log) < 2:
+        raise InputError(f"{path}: has {len(log)} samples; nothing can be tracked")
+    until = log.t[0] + (np.inf if duration is None else duration)
+    length = int(np.searchsorted(log.t, until))
+    told = {
+        "length": length,
+        "widths": {name: values[0].size for name, values in log.channels.items()},
+        "identity": f"{log.source.sha256} {log.source.rows}",
+        "sha256": log.source.sha256,
+        "period": float(np.median(np.diff(log.t))),
+        "joints": log.joints,
+        "defects": [str(defect) for defect in log.defects],
+    }
+    return log.slice(0, length), told
+
+
+def _together(log: Log) -> Array:
+    """Stamps and channels side by side, (N, 1 + widths)."""
+    return np.column_stack([log.t, *log.channels.values()])
+
+
+def _parted(numbers: Array, widths: Mapping[str, int]) -> Log:
+    """The log that `_together` made one array of."""
+    table = numbers.reshape(-1, 1 + sum(widths.values()))
+    parts = np.split(table[:, 1:], np.cumsum([*widths.values()])[:-1], axis=1)
+    return Log(table[:, 0], dict(zip(widths, parts, strict=True)))
+
+
+if __name__ == "__main__":
+    helping(_answers)
