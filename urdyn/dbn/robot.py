@@ -26,12 +26,13 @@ from urdyn.model.dynamics import Dynamics
 from urdyn.model.friction import RIPPLE_ORDER
 from urdyn.model.population import Population
 from urdyn.signal.sample import Instant
-from urdyn.types import Array, Mask, frozen
+from urdyn.types import Array, Index, Mask, frozen
 
 BODIES = ("k", "m", "payload")  # what moves the rigid-body torque
 POSITIVE = ("f", "alpha", "beta", "rotor", "z", "gain")
 WARMTH = ("kappa", "kappa_f", "lubricant")
 GROUPS = (*BODIES, *POSITIVE, "o", *WARMTH, "slow")
+OWN = (*POSITIVE, "o", "kappa", "lubricant", "slow")  # groups with one state a joint: its current's
 SHOWN = 1e-6  # of the largest singular value: what a direction must do to torque to be tracked
 
 
@@ -84,6 +85,13 @@ class RobotCurrents:
         mask = np.zeros(len(self.names), dtype=bool)
         mask[self.places["o"]] = mask[self.places["slow"]] = True
         return mask
+
+    @cached_property
+    def _own(self) -> tuple[Index, Index]:
+        """Each joint's current, and where OWN groups have that joint's state, (groups, J) each."""
+        J = self.reference.arm.joints
+        first = np.array([[self.places[name].start] for name in OWN])
+        return np.broadcast_to(np.arange(J), (len(OWN), J)), first + np.arange(J)
 
     @cached_property
     def _arm(self) -> Arm:
@@ -200,7 +208,9 @@ class RobotCurrents:
         """What k, m and payload add through A (J, c), by drives of these gains (..., J)."""
         at = self.places["payload"]
         payload, own = self._payload(x, u), slice(0, at.start)
-        return np.asarray(x[..., own] @ A[:, own].T + payload @ A[:, at].T / gain)
+        # In the order in memory of sigma points, like all that it meets.
+        by_own = np.matmul(x[..., own], A[:, own].T, order="F")
+        return np.asarray(by_own + payload @ A[:, at].T / gain)
 
     def _payload(self, x: Array, u: RobotSlice) -> Array:
         """What is carried, (..., 10), as far as it is multiplied by other states."""
@@ -217,7 +227,7 @@ class RobotCurrents:
 
     def observe_jacobian(self, x: Array, u: RobotSlice) -> Array:
         """Analytic derivative, (..., n) -> (..., J, n)."""
-        at, J, part = self.places, self.reference.arm.joints, self._parts(x, u)
+        at, part = self.places, self._parts(x, u)
         friction = part.f + part.alpha + part.beta * part.held
         H = np.zeros((*part.per.shape, len(self.names)))
         H[..., self.rigid] = part.per[..., None] * (u.A + part.beta[..., None] * u.A_hold)
@@ -229,16 +239,18 @@ class RobotCurrents:
             "f": part.f,
             "alpha": part.alpha,
             "beta": part.beta * part.held,
-            "z": -(part.torque + friction + part.rotor),
             "rotor": part.rotor,
+            "z": -(part.torque + friction + part.rotor),
             "gain": -carried / part.per,
             "o": u.one,
             "kappa": -part.warm * part.alpha,
             "lubricant": -u.felt * softer,
             "slow": u.one / part.per,
         }
-        for name, values in columns.items():
-            H[..., range(J), range(at[name].start, at[name].stop)] = values * part.per
+        own = np.empty((*H.shape[:-2], len(OWN), H.shape[-2]))
+        for k, name in enumerate(OWN):
+            own[..., k, :] = columns[name]
+        H[..., *self._own] = own * part.per[..., None, :]
         if u.carried is not None:
             H[..., at["payload"]] = u.carried.slope
         return H

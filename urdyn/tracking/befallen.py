@@ -35,7 +35,9 @@ TOLD = 3.0  # [sd] from what it was thought to be: less, and it is taken for tha
 LASTS = 0.24  # [s] that what comes bears it out: a knock and its rebound have passed by then
 CARRIED = slice(-10, -6)  # columns of a slice's A: mass and first moments of the payload
 OWN = [COLUMN[name] for name in ("s", "v", "load")]  # and of all that is packed
-PAYLOAD, OF_PAYLOAD = slice(4), [0, 1, 2, 3, 7]  # rows of the sums, and columns
+# Rows and columns of the sums: of a payload, of a drive, and behind them e, that both have.
+PAYLOAD, OF_PAYLOAD, OF_DRIVE = slice(4), np.arange(8) % 7 < 4, np.arange(8) >= 4
+COMMON = OF_PAYLOAD & OF_PAYLOAD[:, None]  # of all joints together
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,15 +135,13 @@ def log_odds(evidence: Evidence, drive: Drive) -> Array:
     befall an arm within seconds is rare, and takes evidence that neither explains.
     """
     size = {"f": drive.coulomb, "alpha": drive.viscous, "z": np.ones_like(drive.gain)}
-    own = np.stack([sd * size[group] for group, sd in JOLTS.items()], axis=1)
-    sums, J = np.array(evidence.sums), len(own)
-    whole = sums.sum(axis=1, keepdims=True)  # a payload's, and e, are of all joints
-    sums[:, :, PAYLOAD, OF_PAYLOAD] = whole[:, :, PAYLOAD, OF_PAYLOAD]
-    sums[:, :, OF_PAYLOAD, PAYLOAD] = whole[:, :, OF_PAYLOAD, PAYLOAD]
-    sums[:, :, -1, -1] = whole[:, :, -1, -1]
-    sd = np.hstack([np.tile(PAYLOAD_SD[:4], (J, 1)), own, np.ones((J, 1))])
-    payload, driven = np.arange(8) < 4, np.arange(8) >= 4
-    of = np.concatenate([sd[:1] * (payload | (np.arange(8) == 7)), sd * driven, sd])
+    sums, J = evidence.sums, len(drive.gain)
+    sums = np.where(COMMON, sums.sum(axis=1, keepdims=True), sums)
+    sd = np.ones((J, 8))
+    sd[:, PAYLOAD] = PAYLOAD_SD[PAYLOAD]
+    for k, (group, jolt) in enumerate(JOLTS.items(), start=4):
+        sd[:, k] = jolt * size[group]
+    of = np.concatenate([sd[:1] * OF_PAYLOAD, sd * OF_DRIVE, sd])
     odds = _log_odds(np.concatenate([sums[:, :1], sums, sums], axis=1), of)
     return np.asarray(odds - np.repeat([0.0, RARE, BOTH], [1, J, J]))
 

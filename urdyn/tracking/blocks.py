@@ -163,19 +163,23 @@ def _bodies_learnt(
 ) -> BlockBelief:
     """Kalman's correction of the bodies by all that waits for them."""
     wait, at = state.for_bodies, state.at_bodies
-    passed, block = _after(u, wait), (at[:, None], at)
-    F = model.transition_jacobian(state.mean, passed)[block]
-    P = _carried(F, state.bodies) + model.transition_cov(passed)[block]
-    Hb, other = wait.H[:, at], _by_drives(state, wait)
-    HP = Hb @ P
-    own = HP @ Hb.T
-    K = HP.T @ np.linalg.inv(own + np.diag(_lasting(wait) * other + _noise(wait)))
+    P = state.bodies
+    if not model.still:
+        passed, block = _after(u, wait), (at[:, None], at)
+        F = model.transition_jacobian(state.mean, passed)[block]
+        P = _carried(F, P) + model.transition_cov(passed)[block]
+    Hb, other = wait.H.take(at, axis=1), _by_drives(state, wait)
+    HP, noise = Hb @ P, _noise(wait)
+    S = HP @ Hb.T
+    own = S.diagonal().copy()
+    S.flat[:: len(S) + 1] += _lasting(wait) * other + noise
+    W = np.linalg.inv(np.linalg.cholesky(S))
+    gain = W @ HP
     mean = state.mean.copy()
-    mean[at] += K @ wait.residual
-    P = P - K @ HP
-    unsure = (own.diagonal() + other) / _noise(wait)
-    done = wait.done(own.diagonal(), calm, longest)
-    return replace(state, mean=mean, bodies=0.5 * (P + P.T), for_bodies=done, unsure=unsure)
+    mean[at] += gain.T @ (W @ wait.residual)
+    P, done = P - gain.T @ gain, wait.done(own, calm, longest)  # as symmetric as it was
+    unsure = (own + other) / noise
+    return replace(state, mean=mean, bodies=P, for_bodies=done, unsure=unsure)
 
 
 def _carried(F: Array, P: Array) -> Array:
@@ -188,7 +192,7 @@ def _carried(F: Array, P: Array) -> Array:
     FP[few] += other @ P
     moved = FP * own
     moved[:, few] += FP @ other.T
-    return np.asarray(moved)
+    return np.asarray(0.5 * (moved + moved.T))
 
 
 def _heard(state: BlockBelief, u: News, y: Array) -> tuple[BlockBelief, Innovation]:
@@ -217,10 +221,12 @@ def _drives_learnt(
 ) -> BlockBelief:
     """The same of every joint's drive."""
     wait, at = state.for_drives, state.at_drives
-    passed, rows, columns = _after(u, wait), at[:, :, None], at[:, None, :]
-    F = model.transition_jacobian(state.mean, passed)[rows, columns]
-    P = F @ state.drives @ F.swapaxes(1, 2) + model.transition_cov(passed)[rows, columns]
-    Hb, Hd = wait.H[:, state.at_bodies], wait.H[np.arange(len(at))[:, None], at]
+    P = state.drives
+    if not model.still:
+        passed, rows, columns = _after(u, wait), at[:, :, None], at[:, None, :]
+        F = model.transition_jacobian(state.mean, passed)[rows, columns]
+        P = F @ P @ F.swapaxes(1, 2) + model.transition_cov(passed)[rows, columns]
+    Hb, Hd = wait.H.take(state.at_bodies, axis=1), wait.H[np.arange(len(at))[:, None], at]
     gain = (P @ Hd[:, :, None])[:, :, 0]
     own = (gain * Hd).sum(axis=1)
     other = _lasting(wait) * (Hb @ state.bodies @ Hb.T)
@@ -254,10 +260,8 @@ def _noise(wait: Waiting) -> Array:
 
 def _innovation(residual: Array, variance: Array, known: Mask) -> Innovation:
     """As each joint's current alone expects it: what they have in common is left out."""
-    few = variance[known]
-    nis = float((residual[known] ** 2 / few).sum())
-    count = len(few)
+    S, few = np.diag(variance), variance[known]
+    S[~known] = S[:, ~known] = np.nan
+    nis, count = float((residual[known] ** 2 / few).sum()), len(few)
     log_likelihood = -0.5 * (nis + float(np.log(few).sum()) + count * LOG_2PI)
-    S = np.full((len(residual),) * 2, np.nan)
-    S[np.ix_(known, known)] = np.diag(few)
     return Innovation(np.where(known, residual, np.nan), S, log_likelihood, nis, count)

@@ -77,7 +77,7 @@ class Tracker(Generic[S]):
     @property
     def _stride(self) -> float:
         """[s] between two moves of the parameters; blocks that wait see to that themselves."""
-        return 0.0 if isinstance(self.filter, Blocks) else STRIDE
+        return 0.0 if isinstance(self.filter, Blocks) and self.filter.longest > 1 else STRIDE
 
     @cached_property
     def currents(self) -> RobotCurrents:
