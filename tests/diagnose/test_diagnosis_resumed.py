@@ -11,7 +11,9 @@ import numpy as np
 import pytest
 from shop import Shop
 
+from urdyn.diagnose.desk import Desk
 from urdyn.diagnose.onlooker import Onlooker
+from urdyn.diagnose.task import Task
 from urdyn.errors import InputError
 from urdyn.estimate import Innovation
 from urdyn.tracking import Reading
@@ -67,3 +69,19 @@ def test_a_run_without_its_memory_says_how_to_begin_anew(shop: Shop, tmp_path: P
     looking = looking_on(shop, shop.log(seconds=2.0))
     with pytest.raises(InputError, match="--fresh"):
         looking.begin(tmp_path, 300, {"twin": "a"})
+
+
+def test_what_a_run_goes_on_from_is_kept_until_the_run_is_kept_later(
+    shop: Shop, tmp_path: Path
+) -> None:
+    """Though one that was killed before had come as far as the next."""
+    of = shop.diagnosis(shop.log(seconds=2.0))
+    desk = Desk(Task(of.fit, of.period, of.rules, tmp_path, 0, {"twin": "a"}, {}))
+    for sample in (1000, 2000, 2000):
+        desk.keep(sample)
+    assert sorted(path.name for path in tmp_path.iterdir()) == [
+        "diagnosis-1000.npz",
+        "diagnosis-2000.npz",
+    ]
+    desk.keep(3000)
+    assert not (tmp_path / "diagnosis-1000.npz").exists()

@@ -47,11 +47,11 @@ class Desk:
         """Remember this sample, and the one before until the run has been kept as well."""
         folder = self.task.folder
         path = folder / KEPT.format(index=index)
-        older = sorted(folder.glob(KEPT.format(index="*")), key=lambda p: p.stat().st_mtime)
+        # A killed run may have left one of this very sample, and goes on at the one before.
+        others = set(folder.glob(KEPT.format(index="*"))) - {path}
         memory.save(self._state, self.task.identity, path)
-        for stray in older[:-1]:
-            if stray != path:
-                stray.unlink()
+        for stray in sorted(others, key=lambda p: p.stat().st_mtime)[:-1]:
+            stray.unlink()
 
     def write(self) -> dict[str, Any]:
         """Bring DIR/findings.json up to date; what it says."""
