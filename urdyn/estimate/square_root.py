@@ -13,6 +13,7 @@ is Andrews' square-root update [Andrews1968]_: exact, n² m, and with no subtrac
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -44,7 +45,7 @@ class SquareRoot:
         """Mean and covariance."""
         return Gaussian(self.mean, self.root @ self.root.T)
 
-    @property
+    @cached_property
     def sd(self) -> Array:
         """Standard deviations, (n,)."""
         return np.asarray(np.sqrt(np.einsum("ij,ij->i", self.root, self.root)))

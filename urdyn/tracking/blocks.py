@@ -85,6 +85,14 @@ class BlockBelief:
     unsure: Array  # (J,) [-] variance by the blocks over the noise's, when last learnt
     surprise: float  # [-]
 
+    @property
+    def sd(self) -> Array:
+        """Standard deviations, (n,)."""
+        variance = np.empty_like(self.mean)
+        variance[self.at_bodies] = self.bodies.diagonal()
+        variance[self.at_drives] = np.diagonal(self.drives, axis1=1, axis2=2)
+        return np.sqrt(variance)
+
 
 @dataclass(frozen=True)
 class Blocks:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any, Generic, TypeVar
 
 from urdyn.signal import CausalState
 from urdyn.tracking.befallen import Evidence
 from urdyn.tracking.colour import Colour, unlearnt
+from urdyn.tracking.handling import Rest
 from urdyn.tracking.streams import Heard
 from urdyn.types import Array
 
@@ -45,6 +46,7 @@ class TrackerState(Generic[S]):
     marked: float  # [s]
     heard: tuple[Heard[Any], ...]  # of each stream beside the joints' sensors
     carried: Array  # (10,) what is carried, roughly
+    rest: Rest = field(default_factory=Rest)
     restarts: int = 0  # with the commissioned arm, where no arm was believed in any more
 
 

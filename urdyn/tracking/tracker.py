@@ -21,6 +21,7 @@ from urdyn.signal import Causal, CausalState, Instant, Sample
 from urdyn.tracking import colour as noise
 from urdyn.tracking.befallen import Befallen, befallen, gathered, none_yet, told_from
 from urdyn.tracking.blocks import BlockBelief, Blocks
+from urdyn.tracking.handling import exchanged
 from urdyn.tracking.model import Drift, tracking_model
 from urdyn.tracking.reading import Reading
 from urdyn.tracking.state import (
@@ -37,6 +38,8 @@ from urdyn.tracking.warmth import warmed
 from urdyn.types import Array, Gaussian, Index
 
 S = TypeVar("S")
+
+QUICK = Gaussian | SquareRoot | BlockBelief  # beliefs that tell means and sd without more ado
 
 STANDING = 0.02  # [rad/s] slower than this, friction is whatever holds the joint
 SETTLED = 50.0  # presliding distances of travel after which the bristles are known
@@ -162,23 +165,33 @@ class Tracker(Generic[S]):
         bristles, travelled = self._moved(state, now, dt)
         lubricant = warmed(state.lubricant, now.temperature, passed)
         drive, J = self.fit.dynamics.drive, len(now.q)
-        what, evidence, mean = None, state.evidence, self._mean(state.belief)
-        looks = state.colour.count % LOOK < 1.0
+        evidence, mean = state.evidence, self._mean(state.belief)
+        looks, rest = state.colour.count % LOOK < 1.0, state.rest
+        moving = bool((np.abs(now.v) > STANDING).any())
+        doubtful = rest.ends(moving, now.t - state.widened)
+        what, told_another = None, False
         if looks:
             what, evidence = befallen(evidence, drive, mean[self.currents.places["payload"]])
-            what = what if what.anything and now.t - state.widened > PATIENCE else None
+            told_another = what.anything and now.t - state.widened > PATIENCE
+            what = what if told_another else None
+        if what is None and looks and state.widened < rest.left < now.t:
+            told_another = exchanged(*self._handled(state))
+        if what is None and rest.known(now.t) and not doubtful:
+            payload = told_from(state.carried, *self._handled(state)[1])
+            what = Befallen(payload, np.zeros(J, dtype=bool))
         anew = what is not None
-        was = in_hindsight(state) if anew else state
+        fresh = anew or doubtful
+        was = in_hindsight(state) if anew or (doubtful and np.isfinite(rest.left)) else state
         before = state.belief if self._told_of_zeros else was.belief
         carried = state.carried if what is None or what.payload is None else what.payload
         mean = mean if what is None else self._jumped(self._mean(before), what)
         s = bristles[0] + drive.presliding_tail * (bristles[1] - bristles[0])
         waited = state.waited + passed
         # Where samples are many, no one of them both looks and moves: each takes its time.
-        moves = anew or waited >= self._stride * (1 + looks)
+        moves = fresh or waited >= self._stride * (1 + looks)
         span = waited if moves else 0.0
         u = self.currents.slice(now, s, passed, mean, lubricant, span)
-        u = u if what is None else _jumping(u, what)
+        u = replace(u, widen=doubtful) if what is None else _jumping(u, what)
         y = np.where(self._told(now, travelled), now.current, np.nan)
         white, seen = noise.whitened(was.colour, u, y)
         unknown = self.currents.unknown(white)
@@ -195,8 +208,10 @@ class Tracker(Generic[S]):
         sure = (unsure < SURE) & (unknown < 0.25 * white.noise**2)
         colour = noise.learnt(was.colour, left, unknown, sure, self.period)
         colour = noise.kept(colour, u, y)
+        first = Learnt(belief, colour) if anew else Learnt(was.belief, was.colour)
+        set_off = now.t if doubtful else np.inf if anew else rest.left
         after = replace(
-            marked(state, now.t, Learnt(belief, colour) if anew else None),
+            marked(state, now.t, first if fresh else None),
             causal=causal,
             belief=belief,
             t=now.t,
@@ -205,13 +220,14 @@ class Tracker(Generic[S]):
             bristles=bristles,
             travelled=travelled,
             lubricant=lubricant,
-            evidence=none_yet(J) if anew else gathered(evidence, white, drive, told, passed),
-            widened=now.t if anew else state.widened,
+            evidence=none_yet(J) if fresh else gathered(evidence, white, drive, told, passed),
+            widened=now.t if told_another else state.widened,
             colour=colour,
             unsure=unsure,
             carried=carried if anew else self._renewed(state, belief, now.t, looks),
+            rest=rest.after(moving, passed, set_off),
         )
-        widen = u.widen
+        widen = told_another and (what is None or what.payload is not None)
         if not self._credible(belief):
             after, widen = begun_anew(after, self.init()), True
         belief = after.belief
@@ -227,11 +243,17 @@ class Tracker(Generic[S]):
         errors of what is known are in the regressors of health and gain anew.
         """
         due = t - state.marked >= HINDSIGHT if np.isfinite(state.widened) else looks
-        if not due:
-            return state.carried
-        now = belief if isinstance(belief, SquareRoot) else self.filter.belief(belief)
+        return told_from(state.carried, *self._payload(belief)) if due else state.carried
+
+    def _handled(self, state: TrackerState[S]) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
+        """What was carried before the last rest, and since; mean and standard deviation."""
+        return self._payload(state.earliest.belief), self._payload(state.belief)
+
+    def _payload(self, belief: S) -> tuple[Array, Array]:
+        """What is carried, mean and standard deviation, (10,) each."""
         at = self.currents.places["payload"]
-        return told_from(state.carried, now.mean[at], now.sd[at])
+        known = belief if isinstance(belief, QUICK) else self.filter.belief(belief)
+        return known.mean[at], known.sd[at]
 
     def _jumped(self, mean: Array, what: Befallen) -> Array:
         """The states with what is carried now."""
@@ -279,9 +301,7 @@ class Tracker(Generic[S]):
 
     def _mean(self, belief: S) -> Array:
         """Of the states; a square root need not be squared for it."""
-        if isinstance(belief, Gaussian | SquareRoot | BlockBelief):
-            return belief.mean
-        return self.filter.belief(belief).mean
+        return belief.mean if isinstance(belief, QUICK) else self.filter.belief(belief).mean
 
     def _moved(self, state: TrackerState[S], now: Instant, dt: float) -> tuple[Array, Array]:
         """Bristles and travel after the way since the last instant."""

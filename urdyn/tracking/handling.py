@@ -1,0 +1,46 @@
+"""Pieces that come and go: a gripper may have opened or closed whenever the arm stood.
+
+Where pieces are handled, what is carried is learnt anew when the arm sets off after a rest, whether
+or not anything tells of another piece: what is too light for evidence within a hold would be taken
+for something between the pieces, ever more surely, and friction and health would pay for that. Once
+it is known, everything else goes on from the rest with it, for nothing that multiplies a payload is
+told rightly around another.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from urdyn.types import Array
+
+REST = 0.3  # [s] that the arm stands where a gripper opens or closes, at least
+HANDLING = 300.0  # [s] after another payload was told, in which more of them may come
+LEARNT = 2.0  # [s] of motion after which what is carried is known as well as need be
+APART = 4.0  # [sd] between what is carried and what was: more, and it is something else
+
+
+@dataclass(frozen=True)
+class Rest:
+    """Of the arm's last rest, as far as a gripper may have used it."""
+
+    lasted: float = 0.0  # [s] since the last joint moved
+    left: float = np.inf  # [s] when the arm set off, carrying nobody knows what; inf: it is known
+
+    def ends(self, moving: bool, handled: float) -> bool:
+        """Whether the arm sets off now, `handled` [s] after another payload was told."""
+        return moving and self.lasted > REST and handled < HANDLING
+
+    def known(self, t: float) -> bool:
+        """Whether the arm has moved for long enough since to have shown what it carries."""
+        return t - self.left > LEARNT
+
+    def after(self, moving: bool, dt: float, left: float) -> Rest:
+        """One instant on, dt [s] after the one before."""
+        return Rest(0.0 if moving else self.lasted + dt, left)
+
+
+def exchanged(before: tuple[Array, Array], now: tuple[Array, Array]) -> bool:
+    """Whether what is carried now is none that it was; mean and standard deviation, (10,) each."""
+    return bool((np.abs(now[0] - before[0]) > APART * np.hypot(now[1], before[1])).any())
