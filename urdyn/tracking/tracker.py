@@ -19,7 +19,14 @@ from urdyn.identify.fit import Fit
 from urdyn.model.friction import follow
 from urdyn.signal import Causal, CausalState, Instant, Sample
 from urdyn.tracking import colour as noise
-from urdyn.tracking.befallen import Befallen, befallen, gathered, none_yet, told_from
+from urdyn.tracking.befallen import (
+    Befallen,
+    Evidence,
+    befallen,
+    gathered,
+    none_yet,
+    told_from,
+)
 from urdyn.tracking.blocks import BlockBelief, Blocks
 from urdyn.tracking.handling import exchanged
 from urdyn.tracking.model import Drift, tracking_model
@@ -165,20 +172,11 @@ class Tracker(Generic[S]):
         bristles, travelled = self._moved(state, now, dt)
         lubricant = warmed(state.lubricant, now.temperature, passed)
         drive, J = self.fit.dynamics.drive, len(now.q)
-        evidence, mean = state.evidence, self._mean(state.belief)
-        looks, rest = state.colour.count % LOOK < 1.0, state.rest
+        mean, rest = self._mean(state.belief), state.rest
+        looks = state.colour.count % LOOK < 1.0
         moving = bool((np.abs(now.v) > STANDING).any())
         doubtful = rest.ends(moving, now.t - state.widened)
-        what, told_another = None, False
-        if looks:
-            what, evidence = befallen(evidence, drive, mean[self.currents.places["payload"]])
-            told_another = what.anything and now.t - state.widened > PATIENCE
-            what = what if told_another else None
-        if what is None and looks and state.widened < rest.left < now.t:
-            told_another = exchanged(*self._handled(state))
-        if what is None and rest.known(now.t) and not doubtful:
-            payload = told_from(state.carried, *self._handled(state)[1])
-            what = Befallen(payload, np.zeros(J, dtype=bool))
+        what, evidence, told_another = self._found(state, now.t, mean, looks, doubtful)
         anew = what is not None
         fresh = anew or doubtful
         was = in_hindsight(state) if anew or (doubtful and np.isfinite(rest.left)) else state
@@ -235,6 +233,25 @@ class Tracker(Generic[S]):
         predicted = y - told.residual
         heard = now.t, now.current, predicted, modelled, told, widen
         return after, Reading(*heard, now, travelled, u, believed, told_of, (given, seen))
+
+    def _found(
+        self, state: TrackerState[S], t: float, mean: Array, looks: bool, doubtful: bool
+    ) -> tuple[Befallen | None, Evidence, bool]:
+        """What befell the arm, the evidence that is left, and whether it is told now."""
+        what, evidence, told = None, state.evidence, False
+        if looks:
+            drive, at = self.fit.dynamics.drive, self.currents.places["payload"]
+            what, evidence = befallen(evidence, drive, mean[at])
+            told = what.anything and t - state.widened > PATIENCE
+            what = what if told else None
+        if what is not None:
+            return what, evidence, told
+        if looks and state.widened < state.rest.left < t:
+            told = exchanged(*self._handled(state))
+        if state.rest.known(t) and not doubtful:
+            payload = told_from(state.carried, *self._handled(state)[1])
+            what = Befallen(payload, np.zeros(len(state.v), dtype=bool))
+        return what, evidence, told
 
     def _renewed(self, state: TrackerState[S], belief: S, t: float, looks: bool) -> Array:
         """What is carried, (10,), as it is known now where it surely is something else.
