@@ -12,7 +12,11 @@ from virtual_controller import JOINTS, WRAP
 
 from urdyn.io import read
 
-pytestmark = pytest.mark.flaky(reruns=2)  # in real time: a busy machine may miss a sample once
+pytestmark = [
+    pytest.mark.flaky(reruns=2),  # in real time: a busy machine may miss a sample once
+    # Where the library waits for ever, it is C++ that waits: no signal of Python's gets through.
+    pytest.mark.timeout(60, method="thread"),
+]
 receive = pytest.importorskip("rtde_receive", reason="pip install 'urdyn[rtde]'")
 
 
