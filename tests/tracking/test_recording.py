@@ -21,7 +21,7 @@ from urdyn.types import Log
 JOINTS = 3
 ALONE = """
 import sys
-from urdyn.tracking import open_source, recording
+from urdyn.tracking import open_source
 source = open_source(sys.argv[1])
 assert sum(1 for _ in source.start(0)) == source.length
 print(*(name for name in ("pyarrow", "urdyn.io.reader") if name in sys.modules))

@@ -8,7 +8,7 @@ import pyarrow.parquet as pq
 import pytest
 from workshop import rows
 
-from urdyn.errors import InputError
+from urdyn.errors import InputError, LogError
 from urdyn.estimate import EKF, UKF
 from urdyn.io import sha256, write
 from urdyn.model.arm import load_arm
@@ -131,5 +131,5 @@ def test_a_joint_without_angles_is_named_and_nothing_is_written(workshop, tmp_pa
     q[:, 2] = np.nan
     path = tmp_path / "half.parquet"
     write(replace(log, channels={**log.channels, "actual_q": q}), path)
-    with pytest.raises(InputError, match="no finite value of joint 2 in actual_q"):
+    with pytest.raises(LogError, match="no finite value of joint 2 in actual_q"):
         open_source(str(path))

@@ -76,6 +76,13 @@ class Helper:
             raise UrdynError(f"{self._name} was let go of; {self._advice}")
         return self.exchange(None)
 
+    def ask(self, *frames: bytes) -> Words | Array:
+        """Hand over, and wait for the answer; of one that says one thing to each that it hears."""
+        self.send(*frames)
+        while not (said := self.listen()):
+            pass
+        return said[0]
+
     def exchange(self, patience: float | None = 0.0) -> list[Words | Array]:
         """Write and read what can be; what was said, waiting up to `patience` [s] for something."""
         if not self._end.alive:  # its pipes' numbers may be others' by now

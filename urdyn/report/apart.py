@@ -21,9 +21,7 @@ def draw(history: Path, summary: Mapping[str, Any], page: Path) -> None:
     helper = Helper("urdyn.report.apart", "the drawing of the report", "run again")
     with closing(helper):
         told = {"history": str(history.absolute()), "page": str(page.absolute())}
-        helper.send(words_frame(told | {"summary": dict(summary)}))
-        while not helper.listen():
-            pass
+        helper.ask(words_frame(told | {"summary": dict(summary)}))
 
 
 def _answers(heard: Heard) -> Iterator[Words]:

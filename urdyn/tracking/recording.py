@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from urdyn.errors import InputError
+from urdyn.errors import InputError, LogError
 from urdyn.io.effort import Effort
 from urdyn.io.frames import Words, numbers_of, words_frame, words_of
 from urdyn.io.helper import Helper
@@ -36,21 +36,21 @@ def recording(
     effort: Effort,
     beside: Collection[str],
 ) -> Source:
-    """The source that is a log; arguments as those of `open_source`."""
+    """The source that is a log; arguments as those of `open_source`. LogError where it is none."""
     reader = Helper("urdyn.tracking.recording", "the log's reader", "run again")
     asked = {"path": name, "columns": columns, "rows": rows, "rate": rate, "duration": duration}
     efforts = {"unit": effort.unit, "gain": effort.gain}
-    reader.send(words_frame(asked | {"effort": efforts, "beside": list(beside)}))
     try:
-        log = words_of(_answer(reader))
-    except BaseException:
+        log = words_of(reader.ask(words_frame(asked | {"effort": efforts, "beside": list(beside)})))
+    except BaseException as error:
         reader.close()
+        if isinstance(error, InputError):  # it tells where, in words
+            raise LogError(str(error)) from None
         raise
     widths = {key: int(width) for key, width in log["widths"].items()}
 
     def block(first: int) -> Iterator[Sample]:
-        reader.send(words_frame({"from": first}))
-        return samples(_parted(numbers_of(_answer(reader)), widths))
+        return samples(_parted(numbers_of(reader.ask(words_frame({"from": first}))), widths))
 
     def start(first: int) -> Iterator[Arrival]:
         every = chain.from_iterable(map(block, range(first, log["length"], BLOCK)))
@@ -59,12 +59,6 @@ def recording(
     sent = frozenset(stream for stream, channel in BESIDE.items() if channel in widths)
     of = (name, log["identity"], log["sha256"], log["period"], log["joints"], False, log["length"])
     return Source(*of, start, reader.close, tuple(log["defects"]), sent)
-
-
-def _answer(reader: Helper) -> Words | Array:
-    while not (said := reader.listen()):
-        pass
-    return said[0]
 
 
 def _answers(heard: Heard) -> Iterator[Words | Array]:

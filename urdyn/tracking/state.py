@@ -46,7 +46,7 @@ class TrackerState(Generic[S]):
     marked: float  # [s]
     heard: tuple[Heard[Any], ...]  # of each stream beside the joints' sensors
     carried: Array  # (10,) what is carried, roughly
-    rest: Rest = field(default_factory=Rest)
+    rest: Rest = field(default_factory=Rest)  # the last one
     restarts: int = 0  # with the commissioned arm, where no arm was believed in any more
 
 

@@ -189,7 +189,7 @@ class Tracker(Generic[S]):
         moves = fresh or waited >= self._stride * (1 + looks)
         span = waited if moves else 0.0
         u = self.currents.slice(now, s, passed, mean, lubricant, span)
-        u = replace(u, widen=doubtful) if what is None else _jumping(u, what)
+        u = _jumping(u, what) if fresh else u
         y = np.where(self._told(now, travelled), now.current, np.nan)
         white, seen = noise.whitened(was.colour, u, y)
         unknown = self.currents.unknown(white)
@@ -206,10 +206,10 @@ class Tracker(Generic[S]):
         sure = (unsure < SURE) & (unknown < 0.25 * white.noise**2)
         colour = noise.learnt(was.colour, left, unknown, sure, self.period)
         colour = noise.kept(colour, u, y)
-        first = Learnt(belief, colour) if anew else Learnt(was.belief, was.colour)
+        known = Learnt(belief, colour) if anew else Learnt(was.belief, was.colour)
         set_off = now.t if doubtful else np.inf if anew else rest.left
         after = replace(
-            marked(state, now.t, first if fresh else None),
+            marked(state, now.t, known if fresh else None),
             causal=causal,
             belief=belief,
             t=now.t,
@@ -336,7 +336,9 @@ class Tracker(Generic[S]):
         return np.asarray(settled & possible & (np.abs(now.v) > STANDING))
 
 
-def _jumping(u: RobotSlice, what: Befallen) -> RobotSlice:
-    """The slice at which something befell the arm."""
+def _jumping(u: RobotSlice, what: Befallen | None) -> RobotSlice:
+    """The slice at which something befell the arm; None: something else may be carried."""
+    if what is None:
+        return replace(u, widen=True)
     jolted = what.drives.astype(float) if what.drives.any() else None
     return replace(u, widen=what.payload is not None, jolted=jolted)
