@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+import time
 from contextlib import closing
 from pathlib import Path
 
@@ -14,6 +15,7 @@ import pytest
 from urdyn.errors import InputError, UrdynError
 from urdyn.io.frames import numbers_frame, words_frame
 from urdyn.io.helper import Helper
+from urdyn.io.helping import BREATH
 
 ECHO = """
 import os
@@ -35,6 +37,29 @@ def answers(heard):
 helping(answers)
 """
 
+WORKER = """
+import os
+import time
+from urdyn.io.helping import helping
+
+given = 0
+
+def give() -> None:
+    global given
+    given += 1
+
+os.sched_yield = give
+
+def answers(heard):
+    for frame in heard:
+        before, end = given, time.perf_counter() + float(frame[0])
+        while time.perf_counter() < end:
+            pass
+        yield {"before": before, "given way": given}
+
+helping(answers)
+"""
+
 
 @pytest.fixture
 def echo(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
@@ -50,6 +75,17 @@ def test_it_hears_in_order_and_stands_back(echo: Helper) -> None:
     while not said:
         said = echo.listen()
     assert said == [{"sum": 6.0, "first": {"a": 1}, "nice": min(19, os.nice(0) + 5)}]
+
+
+def test_while_it_works_it_gives_way_and_while_it_waits_it_sleeps(tmp_path, monkeypatch) -> None:
+    (tmp_path / "worker_of_tests.py").write_text(WORKER)
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path))
+    with closing(Helper("worker_of_tests", "the worker", "rest")) as worker:
+        first = worker.ask(numbers_frame(np.array([0.05])))
+        time.sleep(0.2)
+        second = worker.ask(numbers_frame(np.array([0.05])))
+    assert 10 <= first["given way"] <= 0.05 / BREATH + 1  # a busy machine may be late with some
+    assert second["before"] - first["given way"] <= 2  # those of the answer itself
 
 
 def test_more_than_a_pipe_holds_waits_until_it_is_taken(echo: Helper) -> None:

@@ -14,6 +14,7 @@ from urdyn.io.helper import CHUNK
 from urdyn.types import Array
 
 STAND_BACK = 5  # of 19: a third of the share of whoever is helped, which it needs
+BREATH = 2e-4  # [s] of work after which whoever waits for the processor has it
 
 Heard = Iterator[Words | Array]
 
@@ -34,11 +35,13 @@ def helping(answers: Callable[[Heard], Iterator[Words | Array]]) -> None:
     def say(answer: Words | Array) -> None:
         told = words_frame(answer) if isinstance(answer, Mapping) else numbers_frame(answer)
         frame = memoryview(told)
+        _breathe(0.0)
         try:
             while frame:
                 frame = frame[os.write(out, frame) :]
         except BrokenPipeError:  # nobody is there any more
             raise SystemExit from None
+        _breathe(BREATH)
 
     try:
         with threadpool_limits(1):
@@ -56,6 +59,16 @@ def _stand_back() -> None:
     if hasattr(os, "SCHED_BATCH"):
         with suppress(OSError):  # a sandbox may not let us
             os.sched_setscheduler(0, os.SCHED_BATCH, os.sched_param(0))
+    signal.signal(signal.SIGALRM, lambda *_: os.sched_yield())
+
+
+def _breathe(every: float) -> None:
+    """While it works, it gives way again and again; 0: it waits, and need not.
+
+    Left to itself, a system may let it finish its slice of some milliseconds before it looks who
+    waits, and that is several samples.
+    """
+    signal.setitimer(signal.ITIMER_REAL, every, every)
 
 
 def _heard() -> Heard:
@@ -65,8 +78,10 @@ def _heard() -> Heard:
     """
     frames, parent = Frames(), os.getppid()
     while data := os.read(0, CHUNK):
+        _breathe(BREATH)
         for frame in frames.take(data):
             if os.getppid() != parent:
                 raise SystemExit
             yield frame
+        _breathe(0.0)
     raise SystemExit
