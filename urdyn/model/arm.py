@@ -76,8 +76,7 @@ class Arm:
         """d torque / dq, d torque / dv, and the mass matrix d torque / da, each (..., J, J)."""
         shape = (3, self.joints, self.joints)
         all_three = self._having(inertials)._each(pin.computeRNEADerivatives, shape, q, v, a)
-        dq, dv, M = np.moveaxis(all_three, -3, 0)
-        return dq, dv, M
+        return all_three[..., 0, :, :], all_three[..., 1, :, :], all_three[..., 2, :, :]
 
     def wrench_regressor(self, q: Array, v: Array, a: Array) -> Array:
         """Y, (..., 6, 10): Y @ pi is the wrench that moves a body of inertials pi on the last link.

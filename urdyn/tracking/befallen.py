@@ -66,7 +66,7 @@ def gathered(
 ) -> Evidence:
     """One innovation on; `white` is the slice after the filter that made its noise white."""
     known = np.isfinite(told.residual)
-    sd = np.sqrt(np.where(known, np.diag(told.cov), 1.0))
+    sd = np.sqrt(np.where(known, told.cov.diagonal(), 1.0))
     e = np.where(known, told.residual, 0.0) / sd
     borne = white.A[:, CARRIED] + drive.structural[:, None] * white.A_hold[:, CARRIED]
     signatures = np.concatenate([borne, white.packed[:, OWN]], axis=1)

@@ -64,10 +64,12 @@ class Waiting:
         Args:
             own: variance of the sum by the block's own doubt, (J,) [A²].
         """
+        if longest == 1 or not calm:
+            return Waiting(self.H, self.residual, self.R, 0.0, 0, 1)
         share = float((own / np.where(self.R > 0.0, self.R, np.inf)).max())
         slower = self.interval * 2 if share < LITTLE else self.interval
         interval = self.interval // 2 if share > MUCH else slower
-        interval = min(max(interval, 1), longest) if calm else 1
+        interval = min(max(interval, 1), longest)
         return Waiting(self.H, self.residual, self.R, 0.0, 0, interval)
 
 
@@ -181,13 +183,11 @@ def _bodies_learnt(
     S = HP @ Hb.T
     own = S.diagonal().copy()
     S.flat[:: len(S) + 1] += _lasting(wait) * other + noise
-    W = np.linalg.inv(np.linalg.cholesky(S))
-    gain = W @ HP
+    gain = HP.T @ np.linalg.inv(S)
     mean = state.mean.copy()
-    mean[at] += gain.T @ (W @ wait.residual)
-    P, done = P - gain.T @ gain, wait.done(own, calm, longest)  # as symmetric as it was
-    unsure = (own + other) / noise
-    return replace(state, mean=mean, bodies=P, for_bodies=done, unsure=unsure)
+    mean[at] += gain @ wait.residual
+    done, unsure = wait.done(own, calm, longest), (own + other) / noise
+    return replace(state, mean=mean, bodies=P - gain @ HP, for_bodies=done, unsure=unsure)
 
 
 def _carried(F: Array, P: Array) -> Array:

@@ -51,10 +51,10 @@ QUICK = Gaussian | SquareRoot | BlockBelief  # beliefs that tell means and sd wi
 STANDING = 0.02  # [rad/s] slower than this, friction is whatever holds the joint
 SETTLED = 50.0  # presliding distances of travel after which the bristles are known
 INTERRUPTED = 0.5  # [s] without a sample: the joints may have moved
-STRIDE = 0.0195  # [s] in which nothing moves far: the quickest, slow noise, fades in 1.2 s
+STRIDE = 0.0395  # [s] in which nothing moves far: the quickest, slow noise, fades in 1.2 s
 LONGEST = 60.0  # [s] of drift that one gap may add: a night does not make an arm unknown
 PATIENCE = 2.0  # [s] after such a moment before the next
-LOOK = 5.0  # samples between two looks for one
+LOOK, LOOK_TIME = 5.0, 0.04  # samples and, where they are many, [s] between two looks for one
 GAP = 5.0  # periods without a sample, after which noise has no past
 SURE = 2.0  # [-] variance of an innovation over its noise's: less, and it tells of the noise
 # Times what they were at commissioning: no arm's drive is beyond that, whatever befell it.
@@ -88,6 +88,11 @@ class Tracker(Generic[S]):
     def _stride(self) -> float:
         """[s] between two moves of the parameters; blocks that wait see to that themselves."""
         return 0.0 if isinstance(self.filter, Blocks) and self.filter.longest > 1 else STRIDE
+
+    @cached_property
+    def _look(self) -> float:
+        """Samples from one look for what befell the arm to the next."""
+        return max(LOOK, round(LOOK_TIME / self.period))
 
     @cached_property
     def currents(self) -> RobotCurrents:
@@ -173,7 +178,7 @@ class Tracker(Generic[S]):
         lubricant = warmed(state.lubricant, now.temperature, passed)
         drive, J = self.fit.dynamics.drive, len(now.q)
         mean, rest = self._mean(state.belief), state.rest
-        looks = state.colour.count % LOOK < 1.0
+        looks = state.colour.count % self._look < 1.0
         moving = bool((np.abs(now.v) > STANDING).any())
         doubtful = rest.ends(moving, now.t - state.widened)
         what, evidence, told_another = self._found(state, now.t, mean, looks, doubtful)
@@ -192,6 +197,7 @@ class Tracker(Generic[S]):
         u = _jumping(u, what) if fresh else u
         y = np.where(self._told(now, travelled), now.current, np.nan)
         white, seen = noise.whitened(was.colour, u, y)
+        white = self.currents.near(white, mean, carried)
         unknown = self.currents.unknown(white)
         R = white.noise**2 + unknown
         slow = mean[self.currents.places["slow"]]
@@ -199,10 +205,9 @@ class Tracker(Generic[S]):
         left = y - modelled
         wild = left - noise.foreseen(was.colour, slow)
         given = white if anew else tempered(white, wild, R, state.unsure)
-        given = self.currents.near(given, mean, carried)
         belief, told = self.filter.step(self.model if moves else self._still, before, given, seen)
         told = untempered(told, given.noise**2 - white.noise**2, seen)
-        unsure = np.fmax(np.diag(told.cov) / R, np.isnan(told.residual) * state.unsure)
+        unsure = np.fmax(told.cov.diagonal() / R, np.isnan(told.residual) * state.unsure)
         sure = (unsure < SURE) & (unknown < 0.25 * white.noise**2)
         colour = noise.learnt(was.colour, left, unknown, sure, self.period)
         colour = noise.kept(colour, u, y)
