@@ -1,6 +1,10 @@
 """urdyn record, against a controller of our own on loopback."""
 
 import json
+import signal
+import subprocess
+import sys
+import time
 
 import numpy as np
 import pytest
@@ -48,6 +52,24 @@ def test_a_recipe_file_says_what_is_recorded(log, tmp_path):
     assert told.stdout == ""
     header = out.read_text().splitlines()[0]
     assert "actual_q_0" in header and "target_q_0" not in header
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_whoever_ends_it_has_the_recording(log, tmp_path, number):
+    """Though a script began it in the background, which makes processes deaf to Ctrl-C."""
+    out = tmp_path / "run.csv"
+    with serve(play(log, loop=True), port=0) as controller:
+        command = (sys.executable, "-m", "urdyn", "record", f"127.0.0.1:{controller.port}")
+        deaf = ("sh", "-c", "trap '' INT; exec \"$@\"", "sh", *command, "--out", str(out), "--json")
+        with subprocess.Popen(deaf, stdout=-1, stderr=-1, text=True) as process:
+            deadline = time.monotonic() + 60.0
+            while not list(tmp_path.iterdir()) and time.monotonic() < deadline:
+                time.sleep(0.05)
+            time.sleep(0.5)
+            process.send_signal(number)
+            told, err = process.communicate(timeout=60)
+    assert process.returncode == 0, err
+    assert json.loads(told)["samples"] == len(ud.read(out)) > 0
 
 
 @pytest.mark.parametrize(

@@ -98,7 +98,7 @@ def test_gaps_and_nonsense_do_not_derail_it(filter_):
             assert physical.payload(reading.belief)[0] >= 0.0
     mean, sd = physical.of(reading.belief)
     assert np.isfinite(mean).all() and (sd > 0.0).all()
-    assert state.widened == -np.inf
+    assert state.widened == -np.inf and state.rest.left == np.inf
     for field in ("coulomb", "viscous"):
         at = [physical.names.index(f"{j}.{field}") for j in dynamics.arm.joint_names]
         z = (mean[at] - getattr(dynamics.drive, field)) / sd[at]

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import signal
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from urdyn.cli.ending import on_ending
 from urdyn.cli.options import Json, Quiet
 from urdyn.cli.voice import Told, Voice
 
@@ -47,8 +47,7 @@ def record(
     """
     from urdyn.io.rtde import record as record_rtde
 
-    # A service manager's way to end a process; the recording is ended as by Ctrl-C.
-    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    on_ending(_interrupted)
     voice = Voice(json, quiet)
     with voice.progress(f"recording {host}") as told:
         summary = record_rtde(host, out, frequency, recipe, duration, _telling(told, duration))
@@ -56,6 +55,10 @@ def record(
     if summary.left_out:
         voice.note(f"the controller does not know: {', '.join(summary.left_out)}")
     voice.result(_document(summary))
+
+
+def _interrupted() -> None:
+    raise KeyboardInterrupt
 
 
 def _telling(told: Told, duration: float | None) -> Any:

@@ -223,6 +223,8 @@ def _ahead(
         writer = ends.enter_context(closing(begin_scribe()))
         helper = ends.enter_context(closing(begin_diagnosis(fit))) if diagnosed else None
         rehearse(fit, chosen)
+        for one in filter(None, (writer, helper)):
+            one.await_ready()
         yield writer, helper
 
 

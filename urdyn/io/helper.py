@@ -50,12 +50,18 @@ class Helper:
         self._outbox, self._frames = bytearray(), Frames()
         self._name, self._advice = name, advice
         self.failed: Exception | None = None
+        self._there = False  # has loaded all that it needs
         self._end = weakref.finalize(self, _end, self._process)
 
     @property
     def waiting(self) -> int:
         """Bytes that it has not taken yet."""
         return len(self._outbox)
+
+    def await_ready(self) -> None:
+        """Wait until it hears: beginning takes a processor for a second, which others may need."""
+        while not self._there:
+            self.listen()
 
     def send(self, *frames: bytes) -> None:
         """Hand over what it has room for; the rest waits for `exchange`, if it is there at all."""
@@ -117,8 +123,11 @@ class Helper:
         return heard
 
     def _told(self, frame: Words | Array) -> bool:
-        """Whether it tells something else than why nothing will be told any more."""
+        """Whether it tells something else than that it is there, or why it will not be any more."""
         match frame:
+            case {"ready": _}:
+                self._there = True
+                return False
             case {"failed": reason}:
                 self.failed = InputError(reason)
             case {"broken": trace}:

@@ -28,6 +28,7 @@ def helping(answers: Callable[[Heard], Iterator[Words | Array]]) -> None:
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, signal.SIG_IGN)
     _stand_back()
+    breath = _Breath()
     out = os.dup(1)
     os.dup2(2, 1)  # what a library prints is no frame
     from threadpoolctl import threadpool_limits
@@ -35,17 +36,18 @@ def helping(answers: Callable[[Heard], Iterator[Words | Array]]) -> None:
     def say(answer: Words | Array) -> None:
         told = words_frame(answer) if isinstance(answer, Mapping) else numbers_frame(answer)
         frame = memoryview(told)
-        _breathe(0.0)
+        breath.waits()
         try:
             while frame:
                 frame = frame[os.write(out, frame) :]
         except BrokenPipeError:  # nobody is there any more
             raise SystemExit from None
-        _breathe(BREATH)
+        breath.works()
 
     try:
+        say({"ready": True})
         with threadpool_limits(1):
-            for answer in answers(_heard()):
+            for answer in answers(_heard(breath)):
                 say(answer)
     except UrdynError as error:
         say({"failed": str(error)})
@@ -59,29 +61,46 @@ def _stand_back() -> None:
     if hasattr(os, "SCHED_BATCH"):
         with suppress(OSError):  # a sandbox may not let us
             os.sched_setscheduler(0, os.SCHED_BATCH, os.sched_param(0))
-    signal.signal(signal.SIGALRM, lambda *_: os.sched_yield())
 
 
-def _breathe(every: float) -> None:
-    """While it works, it gives way again and again; 0: it waits, and need not.
+class _Breath:
+    """A helper that works gives way again and again; one that waits need not.
 
     Left to itself, a system may let it finish its slice of some milliseconds before it looks who
     waits, and that is several samples.
     """
-    signal.setitimer(signal.ITIMER_REAL, every, every)
+
+    def __init__(self) -> None:
+        self._every = 0.0  # [s]; 0: it waits
+        signal.signal(signal.SIGALRM, self._give_way)
+
+    def works(self) -> None:
+        """From here on."""
+        self._every = BREATH
+        signal.setitimer(signal.ITIMER_REAL, self._every)
+
+    def waits(self) -> None:
+        """From here on, for what it is to hear or for who hears it."""
+        self._every = 0.0
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+
+    def _give_way(self, *_: object) -> None:
+        """Once; the next time counts from when the processor is ours again, or it never ends."""
+        os.sched_yield()
+        signal.setitimer(signal.ITIMER_REAL, self._every)
 
 
-def _heard() -> Heard:
+def _heard(breath: _Breath) -> Heard:
     """What comes in; after it, this process ends.
 
     What a process that is gone left behind, another run will do again.
     """
     frames, parent = Frames(), os.getppid()
     while data := os.read(0, CHUNK):
-        _breathe(BREATH)
+        breath.works()
         for frame in frames.take(data):
             if os.getppid() != parent:
                 raise SystemExit
             yield frame
-        _breathe(0.0)
+        breath.waits()
     raise SystemExit

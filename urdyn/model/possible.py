@@ -33,9 +33,9 @@ def possible_body(belief: Gaussian, reach: float) -> Array:
     body, of_reach, cuts = belief.mean, _of_reach(reach), np.zeros((0, 10))
     for _ in range(CUTS):
         normal = _broken(body, of_reach)
-        if normal is None or -(normal @ body) < FINE * np.sqrt(normal @ belief.cov @ normal):
+        if normal is None or -(normal @ body) < FINE * float(normal @ belief.cov @ normal) ** 0.5:
             break
-        body, cuts = _within(belief, np.vstack([cuts, normal]))
+        body, cuts = _within(belief, np.concatenate([cuts, normal[None]]))
     return _mended(body, reach)
 
 
@@ -56,9 +56,10 @@ def _within(belief: Gaussian, cuts: Array) -> tuple[Array, Array]:
         G = toward @ cuts.T
         G.flat[:: len(G) + 1] *= 1.0 + ROUNDING
         push = np.linalg.solve(G, -(cuts @ belief.mean))
-        if push.min() >= 0.0:
+        least = push.argmin()
+        if push[least] >= 0.0:
             return belief.mean + push @ toward, cuts
-        cuts = np.delete(cuts, push.argmin(), axis=0)
+        cuts = cuts[np.arange(len(cuts)) != least]
     return belief.mean, cuts
 
 
@@ -67,11 +68,11 @@ def _broken(inertials: Array, of_reach: Array) -> Array | None:
     J = inertials @ of_reach
     value, vector = np.linalg.eigh(J.reshape(4, 4))
     beyond = -float(J @ WITHIN)
-    slack = SLACK * max(-float(value[0]), float(value[3]))
-    if value[0] >= -slack and beyond <= slack:
+    below, w = -float(value[0]), vector[:, 0]
+    slack = SLACK * max(below, float(value[3]))
+    if below <= slack and beyond <= slack:
         return None
-    w = vector[:, 0]
-    return np.asarray(of_reach @ (np.outer(w, w).ravel() if -value[0] >= beyond else WITHIN))
+    return np.asarray(of_reach @ ((w[:, None] * w).ravel() if below >= beyond else WITHIN))
 
 
 def _mended(inertials: Array, reach: float) -> Array:

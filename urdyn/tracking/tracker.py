@@ -28,7 +28,7 @@ from urdyn.tracking.befallen import (
     told_from,
 )
 from urdyn.tracking.blocks import BlockBelief, Blocks
-from urdyn.tracking.handling import exchanged
+from urdyn.tracking.handling import Rest, exchanged
 from urdyn.tracking.model import Drift, tracking_model
 from urdyn.tracking.reading import Reading
 from urdyn.tracking.state import (
@@ -170,7 +170,8 @@ class Tracker(Generic[S]):
     ) -> tuple[TrackerState[S], Reading]:
         dt = now.t - state.t
         if dt <= 0.0:  # a clock that was set, or a controller that began anew: who knows how long
-            state, dt = replace(state, widened=-np.inf, marked=-np.inf), LONGEST
+            state = replace(state, widened=-np.inf, marked=-np.inf, rest=Rest())
+            dt = LONGEST
         if dt > GAP * self.period:
             state = replace(state, colour=noise.interrupted(state.colour))
         passed = min(dt, LONGEST) if np.isfinite(dt) else 0.0
