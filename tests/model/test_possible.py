@@ -6,7 +6,7 @@ import pytest
 from urdyn.model.arm import load_arm
 from urdyn.model.body import about_frame
 from urdyn.model.consistency import from_pseudo_inertia, pseudo_inertia
-from urdyn.model.possible import possible_body
+from urdyn.model.possible import possible_body, possible_load
 from urdyn.types import Gaussian
 
 REACH = 0.5
@@ -74,3 +74,37 @@ def test_links_of_the_library_are_possible():
     for inertials in load_arm("ur10e").inertials:
         found = possible_body(Gaussian(inertials, np.diag((0.1 * inertials + 0.01) ** 2)), 1.5)
         np.testing.assert_allclose(found, inertials, rtol=1e-6, atol=1e-9)
+
+
+@pytest.mark.parametrize("seed", range(200))
+def test_no_other_load_is_likelier(seed):
+    """Of a projection upon a cone: nothing of the cone is nearer, and the way to it is square."""
+    rng = np.random.default_rng(seed)
+    sd = np.array([1.0, 0.1, 0.1, 0.1]) * 10.0 ** rng.uniform(-2.0, 1.0, 4)
+    root = sd[:, None] * (np.eye(4) + 0.4 * rng.standard_normal((4, 4)))
+    mean = root @ rng.standard_normal(4) * rng.choice([0.1, 1.0, 10.0])
+    if seed % 10 == 0:
+        mean[0] = 0.0
+    load = possible_load(Gaussian(mean, root @ root.T), REACH)
+    assert np.linalg.norm(load[1:]) <= (REACH + 1e-8) * load[0]
+    left = np.linalg.solve(root, mean - load)
+    pull = np.linalg.solve(root.T, left)  # the likelihood's gradient
+    size = np.linalg.norm(left) * np.linalg.norm(np.linalg.solve(root, load))
+    assert abs(pull @ load) <= 1e-6 * size
+    toward = pull[0] + REACH * np.linalg.norm(pull[1:])  # along the cone's likeliest ray
+    assert toward <= 1e-5 * (abs(pull[0]) + REACH * np.linalg.norm(pull[1:]))
+
+
+def test_a_load_stays_what_it_is_and_less_than_nothing_is_nothing():
+    load, cov = np.array([2.0, 0.04, -0.2, 0.24]), np.diag(SD[:4] ** 2)
+    np.testing.assert_array_equal(possible_load(Gaussian(load, cov), REACH), load)
+    np.testing.assert_array_equal(possible_load(Gaussian(0.0 * load, cov), REACH), 0.0 * load)
+    less = np.array([-14.0, 0.0, 0.0, 0.0])
+    np.testing.assert_array_equal(possible_load(Gaussian(less, cov), REACH), 0.0 * load)
+
+
+def test_a_moment_without_a_mass_asks_for_one():
+    """By symmetry, where both are known alike in units of the reach: halfway to the edge."""
+    cov = np.diag([1.0, *[REACH**2] * 3])
+    load = possible_load(Gaussian(np.array([0.0, 0.0, 0.0, 2.0 * REACH]), cov), REACH)
+    np.testing.assert_allclose(load, [1.0, 0.0, 0.0, REACH], atol=1e-9)

@@ -10,11 +10,15 @@ likeliest body within is found by cutting planes [Kelley1960]_: of all half-spac
 broken are gathered, and the belief is projected, in its own metric, upon what they leave. How sure
 the belief is stays as it was: at the edge of the cone a Gaussian that is cut would be too sure,
 above all that something is carried at all.
+
+Mass and first moments alone are those of some body if and only if |h| <= R m, a round cone, and
+the likeliest within has the form of a trust region's step [More1983]_: one equation of one unknown.
 """
 
 from __future__ import annotations
 
 from functools import lru_cache
+from math import hypot, sqrt
 
 import numpy as np
 
@@ -25,6 +29,9 @@ CUTS = 40  # at most
 SLACK = 1e-6  # [-] of the largest entry, that counts as rounding
 FINE = 1e-2  # [sd] of a cut, that nobody can tell from nothing
 ROUNDING = 1e-9  # [-] by which two cuts are apart at least
+EXACT = 1e-12  # [-] of one side of an equation, by which the other may be off
+STEPS = 60  # of Newton's to its solution, at most; it takes 5, but where hardly anything is carried
+CONE = frozen(np.array([1.0, -1.0, -1.0, -1.0]))
 WITHIN = frozen(np.diag([-1.0, -1.0, -1.0, 1.0]).ravel())  # @ J, in units of the reach
 
 
@@ -37,6 +44,53 @@ def possible_body(belief: Gaussian, reach: float) -> Array:
             break
         body, cuts = _within(belief, np.concatenate([cuts, normal[None]]))
     return _mended(body, reach)
+
+
+def possible_load(belief: Gaussian, reach: float) -> Array:
+    """Mass and first moments (4,) of a body within `reach` [m] of its frame.
+
+    Where lambda is what the cone's edge costs, and C = diag(1, -1, -1, -1) in units of the reach,
+    it is (P^-1 - lambda C)^-1 P^-1 mean, on the edge. In coordinates in which P is 1 and C is
+    diag(-d, d0), with the mean (o, o0), that is w = o / (1 + lambda d) and d0 w0² = d w².
+    """
+    unit = np.array([1.0, *[1.0 / reach] * 3])
+    variance, axes = np.linalg.eigh(belief.cov * unit[:, None] * unit)
+    sd = np.sqrt(np.maximum(variance, ROUNDING**2 * variance[-1]))
+    root = axes * sd
+    d, turned = np.linalg.eigh(root.T @ (CONE[:, None] * root))
+    back = (root @ turned) / unit[:, None]  # @ coordinates: mass and moments
+    *o, o0 = (turned.T @ ((axes.T @ (unit * belief.mean)) / sd)).tolist()
+    *d, d0 = np.abs(d).tolist()
+    up = 1.0 if back[0, -1] > 0.0 else -1.0
+    known, apart = up * o0 * sqrt(d0), [abs(x) * sqrt(y) for x, y in zip(o, d, strict=True)]
+    narrow = [x / d0 for x in d]
+    if known >= hypot(*apart):
+        return belief.mean
+    if -known >= hypot(*(x / y for x, y in zip(apart, narrow, strict=True))):
+        return np.zeros(4)
+    cost = 1.0 - _share(known, apart, narrow)  # lambda d0
+    w = [x / (1.0 + cost * y) for x, y in zip(o, narrow, strict=True)]
+    w0 = up * hypot(*(x * sqrt(y) for x, y in zip(w, narrow, strict=True)))
+    return np.asarray(back @ [*w, w0])
+
+
+def _share(known: float, apart: list[float], narrow: list[float]) -> float:
+    """s at which |apart / (1 + narrow (1 - s))| s = known: of sign and below 1.
+
+    As a function of 1 / s the left side is convex: Newton's steps go one way, and never too far.
+    """
+    if known == 0.0:
+        return 0.0
+    t, ahead = (1.0, 1.0) if known > 0.0 else (0.0, -1.0)
+    for _ in range(STEPS):
+        sides = [ahead * ((1.0 + k) * t - k) for k in narrow]
+        parts = [x / y for x, y in zip(apart, sides, strict=True)]
+        whole = hypot(*parts)
+        if whole <= (1.0 + EXACT) * abs(known):
+            break
+        fall = sum(p * p * (1.0 + k) / y for p, y, k in zip(parts, sides, narrow, strict=True))
+        t += ahead * (whole - abs(known)) * whole / fall
+    return 1.0 / t if t else -np.inf
 
 
 @lru_cache(maxsize=8)

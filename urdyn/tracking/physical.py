@@ -11,7 +11,7 @@ import numpy as np
 from urdyn.dbn.robot import RobotCurrents
 from urdyn.identify.fit import Fit
 from urdyn.model.consistency import is_consistent
-from urdyn.model.possible import possible_body
+from urdyn.model.possible import possible_body, possible_load
 from urdyn.tracking.model import TRACKED
 from urdyn.tracking.reading import NOTHING
 from urdyn.types import Array, Gaussian
@@ -80,7 +80,7 @@ class Quantities:
         m, M = at["m"], self.mass_shown
         told = ((M @ belief.cov[m, m]) * M).sum(axis=1)
         few = slice(at["payload"].start, at["payload"].start + len(PAYLOAD))
-        masses, payload = self.links(belief)[:, 0], self.payload(belief)[: len(PAYLOAD)]
+        masses, payload = self.links(belief)[:, 0], self.payload(belief)
         hidden = self.mass_hidden**2 + (self.by_gain["m"] * masses) ** 2
         mean += [masses, payload, beside[0]]
         carried = np.hypot(sd[few], self.by_gain["payload"] * payload)
@@ -88,9 +88,10 @@ class Quantities:
         return np.concatenate(mean), np.concatenate(spread)
 
     def payload(self, belief: Gaussian) -> Array:
-        """Inertials (10,) of the likeliest body, or of nothing, that is carried."""
-        at = self.currents.places["payload"]
-        return possible_body(Gaussian(belief.mean[at], belief.cov[at, at]), PAYLOAD_REACH)
+        """Mass and first moments (4,) of the likeliest body, or of nothing, that is carried."""
+        first = self.currents.places["payload"].start
+        at = slice(first, first + len(PAYLOAD))
+        return possible_load(Gaussian(belief.mean[at], belief.cov[at, at]), PAYLOAD_REACH)
 
     def links(self, belief: Gaussian) -> Array:
         """Inertials (J, 10) of the likeliest bodies that the links can be."""
