@@ -95,6 +95,15 @@ def test_no_other_load_is_likelier(seed):
     assert toward <= 1e-5 * (abs(pull[0]) + REACH * np.linalg.norm(pull[1:]))
 
 
+@pytest.mark.parametrize("seed", range(200))
+def test_a_load_is_possible_however_well_some_of_it_is_known(seed):
+    rng = np.random.default_rng(seed)
+    root = 10.0 ** rng.uniform(-12.0, 1.0, (4, 1)) * rng.standard_normal((4, 4))
+    mean = rng.standard_normal(4) * 10.0 ** rng.uniform(-12.0, 1.0, 4)
+    load = possible_load(Gaussian(mean, root @ root.T), REACH)
+    assert np.linalg.norm(load[1:]) <= REACH * load[0] + 1e-6 * np.abs(mean).max()
+
+
 def test_a_load_stays_what_it_is_and_less_than_nothing_is_nothing():
     load, cov = np.array([2.0, 0.04, -0.2, 0.24]), np.diag(SD[:4] ** 2)
     np.testing.assert_array_equal(possible_load(Gaussian(load, cov), REACH), load)

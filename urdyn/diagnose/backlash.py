@@ -27,8 +27,8 @@ from urdyn.diagnose.space import Space
 from urdyn.types import Array, Mask
 
 GAPS = np.array([5e-5, 1e-4, 2e-4, 4e-4, 8e-4, 1.6e-3])  # [rad] half, that are looked for
-BEFORE, LONGEST = 0.04, 0.06  # [s] before and after a reversal
-WIDER = 1.5  # [-] times the time that the widest gap takes, for which one that is known may be open
+BEFORE, LONGEST = 0.04, 0.06  # [s] before and after a reversal, or longer in this proportion
+WIDER = 1.5  # [-] times the time that a gap takes, after which what it lacked must be back
 WILD = 4.0  # [sd] that one row counts at most
 CLEAR = 4.0  # [sd] of a load about its line, that it has to swing through
 SHARES = (1.0, 0.5)  # [-] of the template: the load is not quite gone, or not all of it known
@@ -67,9 +67,9 @@ class Backlash:
         return np.sqrt(4.0 * GAPS[:, None] * drive.rotor_inertia / drive.coulomb)
 
     @cached_property
-    def widest(self) -> Array:
-        """Time over a gap wider than any that is looked for, (J,) [s]."""
-        return np.asarray(np.maximum(LONGEST, WIDER * self.crossing[-1]))
+    def longest(self) -> Array:
+        """After a reversal, time in which each gap is crossed and something is left, (gaps, J)."""
+        return np.asarray(np.maximum(LONGEST, WIDER * self.crossing))
 
     def init(self) -> Reversals:
         """Nothing seen yet."""
@@ -90,15 +90,17 @@ class Backlash:
             tool: inertials that are carried, (10,).
             ill: joints whose sensor is not to be believed, (J,).
         """
-        whole, done = rows, rows.t[0] + BEFORE
+        longest = self.longest.max()
+        earlier = longest * BEFORE / LONGEST
+        whole, done = rows, rows.t[0] + earlier
         if state.tail is not None and rows.t[0] - state.tail.t[-1] < 5.0 * self.period:
-            whole, done = joined((state.tail, rows)), state.tail.t[-1] - LONGEST
+            whole, done = joined((state.tail, rows)), state.tail.t[-1] - longest
         state = self._moved(state, rows)
         K = self.space.reference.drive.gain
         own = np.einsum("njk,k->nj", whole.rigid[..., -10:], tool)
         load = whole.load + K * own
         left = whole.residual - own
-        ready = whole.t <= whole.t[-1] - LONGEST
+        ready = whole.t <= whole.t[-1] - longest
         new = whole.t > done
         turned = np.zeros(load.shape, dtype=bool)
         turned[1:] = load[1:] * load[:-1] < 0.0
@@ -110,9 +112,8 @@ class Backlash:
                 told = state.told.copy()
                 told[j] = True
                 state, found = replace(state, told=told), [*found, event]
-        back = max(BEFORE + LONGEST, self.widest.max()) + self.period
-        keep = int(np.searchsorted(whole.t, whole.t[-1] - back))
-        open_now = state.told & _lately(turned, whole.t, self.widest)[len(whole) - len(rows) :]
+        keep = int(np.searchsorted(whole.t, whole.t[-1] - earlier - longest - self.period))
+        open_now = state.told & _lately(turned, whole.t, self.longest[-1])[len(whole) - len(rows) :]
         return replace(state, tail=whole.part(keep, len(whole))), found, open_now
 
     def _moved(self, state: Reversals, rows: Rows) -> Reversals:
@@ -132,17 +133,29 @@ class Backlash:
         # the moment within the step in which the load was zero
         share = load[row - 1] / (load[row - 1] - load[row])
         t0 = rows.t[row - 1] + share * (rows.t[row] - rows.t[row - 1])
-        after = rows.t - t0
-        at = (after > -BEFORE) & (after < LONGEST)
+        llr, shown = np.zeros((2, len(GAPS)))
+        for longest in np.unique(self.longest[:, j]):  # the shortest first
+            of = self.longest[:, j] == longest
+            told = self._weigh(rows, rows.t - t0, load, left, j, float(longest), of)
+            if told is None:
+                break
+            llr[of], shown[of] = told
+        return self._weighed(state, j, llr, shown, float(t0)) if shown.any() else state
+
+    def _weigh(
+        self, rows: Rows, after: Array, load: Array, left: Array, j: int, longest: float, gaps: Mask
+    ) -> tuple[Array, Array] | None:
+        """Log likelihood ratios of gaps that take as long, and what they would be [nats]."""
+        at = (after > -longest * BEFORE / LONGEST) & (after < longest)
         if np.abs(rows.v[at, j]).min() < STANDING:  # a joint that stands is held by friction
-            return state
+            return None
         if at.sum() < 8 or not np.isfinite(left[at]).all():
-            return state
+            return None
         line = Polynomial.fit(after[at], load[at], 1)(after[at])
         if not self._whole(load[at], after[at], line):
-            return state
+            return None
         K, noise = self.space.reference.drive.gain[j], self.space.noise[j]
-        x = -(line / K) * ((after[at] > 0.0) & (after[at] < self.crossing[:, j, None]))
+        x = -(line / K) * ((after[at] > 0.0) & (after[at] < self.crossing[gaps, j, None]))
         scale = 1.0 / np.hypot(noise, rows.doubt[at, j])
         nuisance = scale[:, None] * np.stack([np.ones(at.sum()), after[at]], axis=1)
         q = np.linalg.qr(nuisance)[0]
@@ -151,10 +164,8 @@ class Backlash:
         r = np.clip(r, -WILD, WILD)
         louder = max(1.0, float(r @ r) / (len(r) - 2.0))  # what the model leaves just here
         power = np.sum(x**2, axis=1)
-        llr = logsumexp(
-            [(c * (x @ r) - 0.5 * c**2 * power) / louder for c in SHARES], axis=0
-        ) - np.log(len(SHARES))
-        return self._weighed(state, j, llr, 0.5 * power / louder, float(t0))
+        of_each = [(c * (x @ r) - 0.5 * c**2 * power) / louder for c in SHARES]
+        return logsumexp(of_each, axis=0) - np.log(len(SHARES)), 0.5 * power / louder
 
     def _whole(self, load: Array, after: Array, line: Array) -> bool:
         """The load turns over once, and for good: noise about zero is no reversal.

@@ -29,6 +29,7 @@ CUTS = 40  # at most
 SLACK = 1e-6  # [-] of the largest entry, that counts as rounding
 FINE = 1e-2  # [sd] of a cut, that nobody can tell from nothing
 ROUNDING = 1e-9  # [-] by which two cuts are apart at least
+FLAT = 1e-12  # [-] of the largest variance of a load, less than which is taken for that
 EXACT = 1e-12  # [-] of one side of an equation, by which the other may be off
 STEPS = 60  # of Newton's to its solution, at most; it takes 5, but where hardly anything is carried
 CONE = frozen(np.array([1.0, -1.0, -1.0, -1.0]))
@@ -55,7 +56,7 @@ def possible_load(belief: Gaussian, reach: float) -> Array:
     """
     unit = np.array([1.0, *[1.0 / reach] * 3])
     variance, axes = np.linalg.eigh(belief.cov * unit[:, None] * unit)
-    sd = np.sqrt(np.maximum(variance, ROUNDING**2 * variance[-1]))
+    sd = np.sqrt(np.maximum(variance, FLAT * variance[-1]))
     root = axes * sd
     d, turned = np.linalg.eigh(root.T @ (CONE[:, None] * root))
     back = (root @ turned) / unit[:, None]  # @ coordinates: mass and moments
@@ -71,7 +72,9 @@ def possible_load(belief: Gaussian, reach: float) -> Array:
     cost = 1.0 - _share(known, apart, narrow)  # lambda d0
     w = [x / (1.0 + cost * y) for x, y in zip(o, narrow, strict=True)]
     w0 = up * hypot(*(x * sqrt(y) for x, y in zip(w, narrow, strict=True)))
-    return np.asarray(back @ [*w, w0])
+    load = back @ [*w, w0]
+    load[0] = max(load[0], float(np.linalg.norm(load[1:])) / reach)  # but for rounding, it is
+    return np.asarray(load)
 
 
 def _share(known: float, apart: list[float], narrow: list[float]) -> float:
@@ -83,7 +86,7 @@ def _share(known: float, apart: list[float], narrow: list[float]) -> float:
         return 0.0
     t, ahead = (1.0, 1.0) if known > 0.0 else (0.0, -1.0)
     for _ in range(STEPS):
-        sides = [ahead * ((1.0 + k) * t - k) for k in narrow]
+        sides = [ahead * (t + k * (t - 1.0)) for k in narrow]
         parts = [x / y for x, y in zip(apart, sides, strict=True)]
         whole = hypot(*parts)
         if whole <= (1.0 + EXACT) * abs(known):
