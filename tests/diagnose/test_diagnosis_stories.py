@@ -68,3 +68,14 @@ def test_backlash_under_gravity_is_said_to_be_out_of_sight(shop: Shop) -> None:
     assert len(rows) == 6
     for row in rows:
         assert row["observable"] or "not observable" in row["why"]
+
+
+def test_a_recording_that_ends_while_a_name_is_unclear_has_the_name_that_there_is(shop) -> None:
+    """A hand's drive that gives less, or whose friction rose: in half a minute nobody can tell."""
+    report = shop.report(
+        "health_degradation:joint=5,onset=25,rate=0.15,shape=step", seconds=50, seed=6
+    )
+    (finding,) = report.findings
+    assert (finding.kind, finding.joint) == ("health_degradation", 5)
+    assert finding.alarm_s > 40.0 and finding.confidence < 0.95
+    assert finding.evidence["rivals"][0]["kind"] == "friction_increase"

@@ -83,3 +83,14 @@ def test_old_onsets_thin_out_and_none_is_forgotten() -> None:
     assert len(bank.onset) < 40
     assert bank.weight.sum() == 200
     assert bank.onset[0] == 0.0
+
+
+def test_while_an_alarm_waits_no_onset_speaks_for_another() -> None:
+    P, made = blocks(np.random.default_rng(3))
+    bank = first(np.zeros(N), P, E.shape[1])
+    for k in range(30):
+        block = Block(k * SECONDS, (k + 1) * SECONDS, made[k % BLOCKS][0].A, made[k % BLOCKS][0].b)
+        bank = step(bank, block, Straying(WALK, WINDOW), E, whole=k < 29)
+        if k == 28:
+            np.testing.assert_array_equal(bank.onset, SECONDS * np.arange(29))
+    assert len(bank.onset) < 20 and bank.weight.sum() == 30

@@ -79,11 +79,13 @@ def strayed(A: Array, b: Array, window: Array) -> tuple[Array, Array]:
     return spread @ A, spread @ b
 
 
-def step(bank: Bank, block: Block, straying: Straying, E: Array) -> Bank:
+def step(bank: Bank, block: Block, straying: Straying, E: Array, whole: bool = False) -> Bank:
     """One block on.
 
     Args:
         E: directions that faults have, (n, p).
+        whole: keep every onset. After an alarm no promise is at stake, and the onset that explains
+            it is not to be spoken for by another.
     """
     x, P, stays = _strayed(bank.t, bank.x, bank.P, block, straying)
     X = stays[:, None, None, None] * bank.X
@@ -100,7 +102,8 @@ def step(bank: Bank, block: Block, straying: Straying, E: Array) -> Bank:
     d = bank.d + ((keep @ g) @ flat).reshape(bank.d.shape)
     X = bank.X + ((after @ block.A) @ flat).reshape(missed.shape)
     x = bank.x + after @ g
-    return _thinned(replace(bank, t=block.end, x=x, P=0.5 * (after + after.T), X=X, C=C, d=d))
+    bank = replace(bank, t=block.end, x=x, P=0.5 * (after + after.T), X=X, C=C, d=d)
+    return bank if whole else _thinned(bank)
 
 
 def relieved(bank: Bank, states: Index, directions: Index) -> Bank:
@@ -165,7 +168,7 @@ def _with_onset(bank: Bank, t: float, p: int) -> Bank:
 
 
 def _thinned(bank: Bank) -> Bank:
-    """Without an old onset whose neighbours stand close by; the older one speaks for it."""
+    """Without old onsets whose neighbours stand close by; the older one speaks for each."""
     m = len(bank.onset)
     if m <= RECENT + 2:
         return bank
@@ -179,7 +182,7 @@ def _thinned(bank: Bank) -> Bank:
     weight = bank.weight.copy()
     weight[k - 1] += weight[k]
     keep = np.arange(m) != k
-    return replace(
+    fewer = replace(
         bank,
         onset=bank.onset[keep],
         weight=weight[keep],
@@ -187,3 +190,4 @@ def _thinned(bank: Bank) -> Bank:
         C=bank.C[:, keep],
         d=bank.d[:, keep],
     )
+    return _thinned(fewer)

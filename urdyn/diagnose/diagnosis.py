@@ -134,7 +134,8 @@ class Diagnosis:
         if state.beat:
             state, more = self._beat(state)
             found += more
-        return state, found
+        state, more = self._changes(replace(state, slow=self.slow.judge.concluded(state.slow)))
+        return state, found + more
 
     def _beat(self, state: State) -> tuple[State, list[Finding]]:
         beat = joined(state.beat)

@@ -27,6 +27,7 @@ PATIENCE = 12  # blocks that an alarm waits for that
 LIKELY = 7.0  # [nats] beyond a healthy arm's, from which on a change is no noise and no load
 FRESH = 60.0  # [s] since its onset
 TWICE = 2  # blocks at least: the next one bears out what one says, or takes it back
+BORNE_OUT = 10.0  # [s] since its onset, of what is told at a recording's end
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,8 +51,13 @@ class Judge:
         """After a block; `found` are the changes that it settles."""
         return self._alarmed(self._explained(state))
 
-    def _alarmed(self, state: SlowState) -> SlowState:
-        """Is there an alarm, and is it clear of what?"""
+    def concluded(self, state: SlowState) -> SlowState:
+        """At the end of a recording: an alarm that waits for a clearer name has the one it has."""
+        state = replace(state, found=())
+        return self._alarmed(state, last=True) if state.waited else state
+
+    def _alarmed(self, state: SlowState, last: bool = False) -> SlowState:
+        """Is there an alarm, and is it clear of what, or never will be?"""
         evidence = gathered(state.bank, self.of)
         state = replace(state, likely=self._likely(state.bank, evidence))
         of = [k for k in range(len(self.of.each)) if k not in state.suspects]
@@ -67,11 +73,16 @@ class Judge:
         state = replace(state, waited=state.waited + 1)
         share = np.exp(evidence[of] - logsumexp(evidence[of]))
         top = int(np.argmax(share))
-        if state.waited < (TWICE if share[top] >= CONFIDENT else PATIENCE):
+        confident, lasted = share[top] >= CONFIDENT, state.bank.t - told[of[top]].onset
+        if last:
+            ripe = lasted > BORNE_OUT and (confident or state.waited > TWICE)
+        else:
+            ripe = state.waited >= (TWICE if confident else PATIENCE)
+        if not ripe:
             return state
         order = np.argsort(-share)[1:3]
         rivals = tuple((of[k], float(share[k])) for k in order)
-        return self._accepted(state, of[top], told[of[top]], float(share[top]), rivals)
+        return self._accepted(state, of[top], told[of[top]], float(share[top]), rivals, last)
 
     def _likely(self, bank: Bank, evidence: Array) -> int | None:
         """The change that most likely has just happened; None where none did.
@@ -92,6 +103,7 @@ class Judge:
         told: Explanation,
         share: float,
         rivals: tuple[tuple[int, float], ...],
+        last: bool,
     ) -> SlowState:
         more, of_tool = state.bank.x[self.healthy.space.payload], told.suspect.kind.of_tool
         detail = (state.carrying.modes[0].mean + more)[: len(PAYLOAD_STATES)]
@@ -103,7 +115,7 @@ class Judge:
         state = replace(state, found=(*state.found, change), waited=0)
         if of_tool:
             return self._settled_on(state, more)
-        return self._alarmed(self._knowing(state, (*state.known, known_by(change))))
+        return self._alarmed(self._knowing(state, (*state.known, known_by(change))), last)
 
     def _knowing(self, state: SlowState, known: tuple[Fault, ...]) -> SlowState:
         """With these suspects found, and the bank as it is in their light."""

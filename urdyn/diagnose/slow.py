@@ -199,7 +199,7 @@ class Slow:
         block = self.healthy.leaping(block, state.known)
         state = replace(
             state,
-            bank=onsets.step(state.bank, block, straying, self.judge.E),
+            bank=onsets.step(state.bank, block, straying, self.judge.E, state.waited > 0),
             learnt=self.learning.after(state.learnt, state.A, state.b, supposed, straying.window),
             recall=state.recall.after(block, self.healthy, state.known, straying),
         )
