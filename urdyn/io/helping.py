@@ -96,11 +96,12 @@ def _heard(breath: _Breath) -> Heard:
     What a process that is gone left behind, another run will do again.
     """
     frames, parent = Frames(), os.getppid()
-    while data := os.read(0, CHUNK):
+    while True:
+        breath.waits()
+        if not (data := os.read(0, CHUNK)):
+            raise SystemExit
         breath.works()
         for frame in frames.take(data):
             if os.getppid() != parent:
                 raise SystemExit
             yield frame
-        breath.waits()
-    raise SystemExit
