@@ -92,11 +92,11 @@ def test_while_it_works_it_gives_way_and_while_it_waits_it_sleeps(tmp_path, monk
     monkeypatch.setenv("PYTHONPATH", str(tmp_path))
     with closing(Helper("worker_of_tests", "the worker", "rest")) as worker:
         worker.await_ready()
-        time.sleep(0.2)
+        time.sleep(1.0)
         first = worker.ask(numbers_frame(np.array([0.05])))
         time.sleep(0.2)
         second = worker.ask(numbers_frame(np.array([0.05])))
-    assert first["before"] <= 30  # of 150 in the time: what it says, hears and loads is work, too
+    assert first["before"] <= 60  # of 800 in the time: what it says, hears and loads is work, too
     assert 10 <= first["given way"] - first["before"] <= 52  # a busy machine may be late with some
     assert second["before"] - first["given way"] <= 2
 
