@@ -12,17 +12,9 @@ from scipy.special import logsumexp
 from urdyn.diagnose import bank as onsets
 from urdyn.diagnose.bank import Bank, Straying
 from urdyn.diagnose.change import Change
-from urdyn.diagnose.explain import (
-    Explanation,
-    Suspect,
-    Suspects,
-    explanation,
-    gathered,
-    supposed,
-)
+from urdyn.diagnose.explain import Explanation, Suspects, explanation, gathered, supposed
 from urdyn.diagnose.fault import Fault, known_by
 from urdyn.diagnose.healthy import Healthy
-from urdyn.diagnose.moment import Pool
 from urdyn.diagnose.recall import Recall, Series
 from urdyn.diagnose.rules import PAYLOAD_STATES
 from urdyn.diagnose.slow_state import SlowState
@@ -35,10 +27,7 @@ PATIENCE = 12  # blocks that an alarm waits for that
 LIKELY = 7.0  # [nats] beyond a healthy arm's, from which on a change is no noise and no load
 FRESH = 60.0  # [s] since its onset
 TWICE = 2  # blocks at least: the next one bears out what one says, or takes it back
-AGAINST = 3.0  # [nats] that no moment since may speak against a change
 BORNE_OUT = 10.0  # [s] since its onset, of what is told at a recording's end
-
-Since = tuple[Pool, ...]  # what each of the moments after a block says
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,21 +47,17 @@ class Judge:
         """How far the arm strays that is known by now."""
         return self.healthy.loosened(state.known, state.learnt.steadiness.share)
 
-    def judged(self, state: SlowState, since: Since) -> SlowState:
-        """After a block; `found` are the changes that it settles.
-
-        Args:
-            since: what the moments after it say.
-        """
-        return self._alarmed(self._explained(state), since)
+    def judged(self, state: SlowState) -> SlowState:
+        """After a block; `found` are the changes that it settles."""
+        return self._alarmed(self._explained(state))
 
     def concluded(self, state: SlowState) -> SlowState:
         """At the end of a recording: an alarm that waits for a clearer name has the one it has."""
         state = replace(state, found=())
-        return self._alarmed(state, None) if state.waited else state
+        return self._alarmed(state, last=True) if state.waited else state
 
-    def _alarmed(self, state: SlowState, since: Since | None) -> SlowState:
-        """Is there an alarm, and is it clear of what? None came since: it never will be."""
+    def _alarmed(self, state: SlowState, last: bool = False) -> SlowState:
+        """Is there an alarm, and is it clear of what, or never will be?"""
         evidence = gathered(state.bank, self.of)
         state = replace(state, likely=self._likely(state.bank, evidence))
         of = [k for k in range(len(self.of.each)) if k not in state.suspects]
@@ -89,16 +74,15 @@ class Judge:
         share = np.exp(evidence[of] - logsumexp(evidence[of]))
         top = int(np.argmax(share))
         confident, lasted = share[top] >= CONFIDENT, state.bank.t - told[of[top]].onset
-        if since is None:
+        if last:
             ripe = lasted > BORNE_OUT and (confident or state.waited > TWICE)
         else:
             ripe = state.waited >= (TWICE if confident else PATIENCE)
-            ripe = ripe and self._goes_on(state.bank, self.of.each[of[top]], since)
         if not ripe:
             return state
         order = np.argsort(-share)[1:3]
         rivals = tuple((of[k], float(share[k])) for k in order)
-        return self._accepted(state, of[top], told[of[top]], float(share[top]), rivals, since)
+        return self._accepted(state, of[top], told[of[top]], float(share[top]), rivals, last)
 
     def _likely(self, bank: Bank, evidence: Array) -> int | None:
         """The change that most likely has just happened; None where none did.
@@ -119,7 +103,7 @@ class Judge:
         told: Explanation,
         share: float,
         rivals: tuple[tuple[int, float], ...],
-        since: Since | None,
+        last: bool,
     ) -> SlowState:
         more, of_tool = state.bank.x[self.healthy.space.payload], told.suspect.kind.of_tool
         detail = (state.carrying.modes[0].mean + more)[: len(PAYLOAD_STATES)]
@@ -131,20 +115,7 @@ class Judge:
         state = replace(state, found=(*state.found, change), waited=0)
         if of_tool:
             return self._settled_on(state, more)
-        return self._alarmed(self._knowing(state, (*state.known, known_by(change))), since)
-
-    def _goes_on(self, bank: Bank, suspect: Suspect, since: Since) -> bool:
-        """Whether what came since is nearer to a change of a joint than to none.
-
-        A piece that nobody knows looks like friction for as long as it is held.
-        """
-        if suspect.kind.of_tool:
-            return True
-        changed, told = supposed(bank, suspect, self.E), [0.0]
-        for pool in since:
-            x, y = (self.healthy.now(one, pool.warm)[0] for one in (bank, changed))
-            told.append(float((pool.b - pool.A @ (0.5 * (x + y))) @ (y - x)))
-        return sum(told) >= 0.0 and min(told) > -AGAINST
+        return self._alarmed(self._knowing(state, (*state.known, known_by(change))), last)
 
     def _knowing(self, state: SlowState, known: tuple[Fault, ...]) -> SlowState:
         """With these suspects found, and the bank as it is in their light."""

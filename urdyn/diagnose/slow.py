@@ -126,10 +126,7 @@ class Slow:
         belief = self._belief(state, self.judge.supposed(state), moment.pool, other)
         moment = self.loads.beside.told(moment, belief, modes)
         carrying, waiting = self.loads.carried(state.carrying, belief, (*state.waiting, moment))
-        found = carrying.modes is not modes
-        state = replace(state, waiting=waiting, carrying=carrying)
-        # What was taken for a fault may have been this very load, before it could be told.
-        return self._forgotten(state) if found and state.waited else state
+        return replace(state, waiting=waiting, carrying=carrying)
 
     def _belief(self, state: SlowState, bank: Bank, pool: Pool, other: bool) -> Belief:
         """What is believed of the states of the space in a moment.
@@ -206,14 +203,8 @@ class Slow:
             learnt=self.learning.after(state.learnt, state.A, state.b, supposed, straying.window),
             recall=state.recall.after(block, self.healthy, state.known, straying),
         )
-        judged = self.judge.judged(self._between(state), self._since(state))
+        judged = self.judge.judged(self._between(state))
         return judged if judged.known == state.known else self._retold(judged)
-
-    def _since(self, state: SlowState) -> tuple[Pool, ...]:
-        """What moments that wait say of the arm, each with the load that it seems to have."""
-        modes, path = state.carrying.modes, state.carrying.path
-        pairs = zip(state.waiting, path, strict=True)
-        return tuple(self.loads.beside.unladen(w, modes[k], not k) for w, k in pairs)
 
     def _retold(self, state: SlowState) -> SlowState:
         """With the moments that wait in the light of what is known by now.
@@ -237,11 +228,8 @@ class Slow:
         carrying = self.loads.noticed(state.carrying, state.bank.t, rival)
         if carrying is None:
             return None
-        return self._forgotten(replace(state, carrying=carrying))
-
-    def _forgotten(self, state: SlowState) -> SlowState:
-        """Without what this program has taught so far."""
-        (bank, recall), state = state.before, replace(state, waited=0)
+        bank, recall = state.before
+        state = replace(state, carrying=carrying)
         if state.known:
             return self._between(self._recalled(state, recall))
         return self._between(replace(state, bank=bank, recall=recall))
