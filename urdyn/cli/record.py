@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from urdyn.cli.ending import on_ending
+from urdyn.cli.ending import ended_by
 from urdyn.cli.options import Json, Quiet
 from urdyn.cli.voice import Told, Voice
 
@@ -47,9 +47,8 @@ def record(
     """
     from urdyn.io.rtde import record as record_rtde
 
-    on_ending(_interrupted)
     voice = Voice(json, quiet)
-    with voice.progress(f"recording {host}") as told:
+    with voice.progress(f"recording {host}") as told, ended_by(_interrupted):
         summary = record_rtde(host, out, frequency, recipe, duration, _telling(told, duration))
     voice.show(_sentence(summary))
     if summary.left_out:

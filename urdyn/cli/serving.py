@@ -6,7 +6,7 @@ import threading
 from typing import TYPE_CHECKING
 
 import urdyn as ud
-from urdyn.cli.ending import on_ending
+from urdyn.cli.ending import ended_by
 from urdyn.cli.voice import Voice
 from urdyn.errors import InputError
 
@@ -31,8 +31,7 @@ def serve_log(log: ud.Log, arm: Arm, host: str, port: int, voice: Voice) -> None
     except OSError as error:
         raise InputError(f"{host}:{port}: cannot be served: {error.strerror or error}") from error
     ended = threading.Event()
-    on_ending(ended.set)
-    with server:
+    with server, ended_by(ended.set):
         voice.note(
             f"a virtual {arm.name} serves RTDE on {host}:{server.port}, {1.0 / cycle(arm):g} Hz; "
             "Ctrl-C ends it"

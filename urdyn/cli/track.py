@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator
-from contextlib import ExitStack, closing, contextmanager
+from contextlib import ExitStack, closing, contextmanager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -21,7 +21,7 @@ from urdyn.cli.diagnosing import (
     onlooker,
     summed,
 )
-from urdyn.cli.ending import on_ending
+from urdyn.cli.ending import ended_by
 from urdyn.cli.listening import listening, wanted
 from urdyn.cli.options import Columns, Json, Quiet, Rows, Unit
 from urdyn.cli.recording import slice_of
@@ -189,9 +189,8 @@ def track(
         announcing(fit, source, serial, prometheus, mqtt, publish or ()) as told,
         closing(open_source(source, columns, part, rate, duration, effort, beside)) as stream,
         watching(arm.joint_names, quiet) as shown,
+        ended_by(stream.close) if stream.live else nullcontext(),
     ):
-        if stream.live:
-            on_ending(stream.close)
         stream, streams, drift = listening(stream, arm, poses, wrench, calibration)
         tracker: Tracker[Any] = Tracker(fit, chosen, stream.period, drift, streams=streams)
         looking = onlooker(fit, stream, healthy, voice, helper) if healthy else None
