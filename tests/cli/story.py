@@ -9,6 +9,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
+# Before a command: as a script begins it in the background, deaf to Ctrl-C.
+DEAF = ("sh", "-c", "trap '' INT; exec \"$@\"", "sh")
 
 
 def urdyn(*arguments: object, **environment: str) -> subprocess.CompletedProcess[str]:

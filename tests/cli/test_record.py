@@ -8,6 +8,7 @@ import time
 
 import numpy as np
 import pytest
+from story import DEAF
 from typer.testing import CliRunner
 
 import urdyn as ud
@@ -60,8 +61,8 @@ def test_whoever_ends_it_has_the_recording(log, tmp_path, number):
     out = tmp_path / "run.csv"
     with serve(play(log, loop=True), port=0) as controller:
         command = (sys.executable, "-m", "urdyn", "record", f"127.0.0.1:{controller.port}")
-        deaf = ("sh", "-c", "trap '' INT; exec \"$@\"", "sh", *command, "--out", str(out), "--json")
-        with subprocess.Popen(deaf, stdout=-1, stderr=-1, text=True) as process:
+        begun = (*DEAF, *command, "--out", str(out), "--json")
+        with subprocess.Popen(begun, stdout=-1, stderr=-1, text=True) as process:
             deadline = time.monotonic() + 60.0
             while not list(tmp_path.iterdir()) and time.monotonic() < deadline:
                 time.sleep(0.05)

@@ -8,6 +8,7 @@ import sys
 
 import numpy as np
 import pytest
+from story import DEAF
 
 import urdyn as ud
 
@@ -31,8 +32,7 @@ def controller():
 def test_whoever_ends_it_ends_it_in_good_order(number):
     """Though it was begun in the background by a script, which makes processes deaf to Ctrl-C."""
     command = (*URDYN, "simulate", "--robot", "ur5e", "--serve", "--port", "0", "--duration", "1")
-    deaf = ("sh", "-c", "trap '' INT; exec \"$@\"", "sh", *command)
-    with subprocess.Popen(deaf, stderr=subprocess.PIPE, text=True) as process:
+    with subprocess.Popen((*DEAF, *command), stderr=subprocess.PIPE, text=True) as process:
         assert "serves RTDE" in process.stderr.readline()
         process.send_signal(number)
         assert process.wait(60) == 0

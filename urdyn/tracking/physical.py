@@ -79,18 +79,22 @@ class Quantities:
             spread.append(error)
         m, M = at["m"], self.mass_shown
         told = ((M @ belief.cov[m, m]) * M).sum(axis=1)
-        few = slice(at["payload"].start, at["payload"].start + len(PAYLOAD))
         masses, payload = self.links(belief)[:, 0], self.payload(belief)
         hidden = self.mass_hidden**2 + (self.by_gain["m"] * masses) ** 2
         mean += [masses, payload, beside[0]]
-        carried = np.hypot(sd[few], self.by_gain["payload"] * payload)
+        carried = np.hypot(sd[self._load], self.by_gain["payload"] * payload)
         spread += [np.sqrt(told + hidden), carried, beside[1]]
         return np.concatenate(mean), np.concatenate(spread)
 
+    @cached_property
+    def _load(self) -> slice:
+        """States that are PAYLOAD."""
+        first = self.currents.places["payload"].start
+        return slice(first, first + len(PAYLOAD))
+
     def payload(self, belief: Gaussian) -> Array:
         """Mass and first moments (4,) of the likeliest body, or of nothing, that is carried."""
-        first = self.currents.places["payload"].start
-        at = slice(first, first + len(PAYLOAD))
+        at = self._load
         return possible_load(Gaussian(belief.mean[at], belief.cov[at, at]), PAYLOAD_REACH)
 
     def links(self, belief: Gaussian) -> Array:

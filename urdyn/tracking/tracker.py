@@ -19,14 +19,7 @@ from urdyn.identify.fit import Fit
 from urdyn.model.friction import follow
 from urdyn.signal import Causal, CausalState, Instant, Sample
 from urdyn.tracking import colour as noise
-from urdyn.tracking.befallen import (
-    Befallen,
-    Evidence,
-    befallen,
-    gathered,
-    none_yet,
-    told_from,
-)
+from urdyn.tracking.befallen import Befallen, Evidence, befallen, gathered, none_yet, told_from
 from urdyn.tracking.blocks import BlockBelief, Blocks
 from urdyn.tracking.handling import Rest, exchanged
 from urdyn.tracking.model import Drift, tracking_model
