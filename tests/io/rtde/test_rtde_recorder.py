@@ -9,6 +9,7 @@ import subprocess
 import sys
 import threading
 import time
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -136,6 +137,15 @@ def test_a_killed_recorder_leaves_a_readable_file(
     assert len(log) > 50 and not torn(log)  # of the 600 of an idle machine
 
 
+@pytest.fixture
+def interruptible() -> Iterator[None]:
+    """Ctrl-C interrupts, even where this process was begun in the background."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
+@pytest.mark.usefixtures("interruptible")
 def test_an_interrupt_ends_a_recording_in_good_order(start: Start, tmp_path: Path) -> None:
     threading.Timer(1.2, lambda: os.kill(os.getpid(), signal.SIGINT)).start()
     summary = record(start().host, tmp_path / "a.parquet", recipe=NAMES)
