@@ -82,7 +82,10 @@ def test_sigma_points_are_one_call(currents, motion):
     together = currents.observe(points, u)
     alone = np.array([[currents.observe(p, u) for p in row] for row in points])
     np.testing.assert_allclose(together, alone, rtol=0, atol=1e-12)
-    assert currents.observe_jacobian(points, u).shape == (2, 5, 6, len(x))
+    seen, H = currents.linearised(points, u)
+    assert H.shape == (2, 5, 6, len(x))
+    np.testing.assert_array_equal(seen, together)
+    np.testing.assert_array_equal(H, currents.observe_jacobian(points, u))
 
 
 def test_no_motion_shows_more_than_the_base_parameters(arm, dynamics, currents):

@@ -9,7 +9,7 @@ from typing import Generic
 import numpy as np
 
 from urdyn.dbn.process import RandomWalk
-from urdyn.dbn.two_slice import Observation, Process, U_contra
+from urdyn.dbn.two_slice import Observation, Process, U_contra, linearised
 from urdyn.types import Array, Gaussian, Mask
 
 
@@ -73,12 +73,19 @@ class Joined(Generic[U_contra]):
 
     def observe_jacobian(self, x: Array, u: U_contra) -> Array:
         """Of the leading states, zero for the others, (m, n) or (..., m, n)."""
-        seen = self.observation.observe_jacobian(x[..., : self._width], u)
+        return self._widened(self.observation.observe_jacobian(x[..., : self._width], u))
+
+    def linearised(self, x: Array, u: U_contra) -> tuple[Array, Array]:
+        """Both at once."""
+        seen, H = linearised(self.observation, x[..., : self._width], u)
+        return seen, self._widened(H)
+
+    def _widened(self, H: Array) -> Array:
         if self._width == len(self.process.names):
-            return seen
-        H = np.zeros((*seen.shape[:-1], len(self.process.names)))
-        H[..., : self._width] = seen
-        return H
+            return H
+        wide = np.zeros((*H.shape[:-1], len(self.process.names)))
+        wide[..., : self._width] = H
+        return wide
 
     def observe_cov(self, u: U_contra) -> Array:
         """Of the observation, (m, m)."""

@@ -19,7 +19,7 @@ from functools import cached_property
 
 import numpy as np
 
-from urdyn.dbn.robot_slice import SMEAR, Carried, RobotSlice, packed
+from urdyn.dbn.robot_slice import Carried, RobotSlice, packed
 from urdyn.model.arm import Arm, with_inertials
 from urdyn.model.consistency import log_cholesky, log_cholesky_jacobian
 from urdyn.model.dynamics import Dynamics
@@ -33,6 +33,7 @@ POSITIVE = ("f", "alpha", "beta", "rotor", "z", "gain")
 WARMTH = ("kappa", "kappa_f", "lubricant")
 GROUPS = (*BODIES, *POSITIVE, "o", *WARMTH, "slow")
 OWN = (*POSITIVE, "o", "kappa", "lubricant", "slow")  # groups with one state a joint: its current's
+SMEAR = 0.01  # [s] of its jerk, by which an acceleration that was differentiated may be off
 SHOWN = 1e-6  # of the largest singular value: what a direction must do to torque to be tracked
 
 
@@ -125,7 +126,8 @@ class RobotCurrents:
         """
         q, v, a = now.q, now.v, now.a
         warm = np.full(len(v), np.nan) if lubricant is None else lubricant
-        warm = warm - self.reference.drive.temperature
+        drive = self.reference.drive
+        warm = warm - drive.temperature
         unknown = np.isnan(warm)
         Y = self._arm.regressor(q, v, a)
         G, _, M = self._arm.torque_derivatives(q, v, a)
@@ -136,7 +138,8 @@ class RobotCurrents:
             dt=dt,
             span=dt if span is None else span,
             packed=packed(A, side, load, self._rest(now, s), s, v, a),
-            smeared=SMEAR * np.abs(M @ now.jerk + self.reference.drive.rotor_inertia * now.jerk),
+            gripped=self._gripped,
+            smeared=(SMEAR / drive.gain * (M @ now.jerk + drive.rotor_inertia * now.jerk)) ** 2,
             noise=self.noise,
             warm=np.where(unknown, 0.0, warm),
             felt=1.0 - unknown,
@@ -146,6 +149,10 @@ class RobotCurrents:
     @cached_property
     def _pi(self) -> Array:
         return self._arm.inertials.ravel()
+
+    @cached_property
+    def _gripped(self) -> Array:
+        return np.asarray(self.reference.drive.coulomb / self.reference.drive.gain)
 
     @cached_property
     def _ripples(self) -> bool:
@@ -165,7 +172,18 @@ class RobotCurrents:
 
     def observe(self, x: Array, u: RobotSlice) -> Array:
         """Currents, (..., n) -> (..., J) [A]."""
+        return self._currents(x, u, self._parts(x, u))
+
+    def observe_jacobian(self, x: Array, u: RobotSlice) -> Array:
+        """Analytic derivative, (..., n) -> (..., J, n)."""
+        return self._slopes(x, u, self._parts(x, u))
+
+    def linearised(self, x: Array, u: RobotSlice) -> tuple[Array, Array]:
+        """Currents and their derivative, which have most of their work in common."""
         part = self._parts(x, u)
+        return self._currents(x, u, part), self._slopes(x, u, part)
+
+    def _currents(self, x: Array, u: RobotSlice, part: _Parts) -> Array:
         driven = part.torque + part.f + part.alpha + part.beta * part.held + part.rotor
         current = driven * part.per + x[..., self.places["slow"]] * u.one
         if u.carried is not None:
@@ -225,9 +243,8 @@ class RobotCurrents:
         part = self._parts(x, u)
         return np.asarray(part.f + part.alpha + part.beta * part.held + u.rest)
 
-    def observe_jacobian(self, x: Array, u: RobotSlice) -> Array:
-        """Analytic derivative, (..., n) -> (..., J, n)."""
-        at, part = self.places, self._parts(x, u)
+    def _slopes(self, x: Array, u: RobotSlice, part: _Parts) -> Array:
+        at = self.places
         friction = part.f + part.alpha + part.beta * part.held
         H = np.zeros((*part.per.shape, len(self.names)))
         H[..., self.rigid] = part.per[..., None] * (u.A + part.beta[..., None] * u.A_hold)
@@ -257,16 +274,7 @@ class RobotCurrents:
 
     def observe_cov(self, u: RobotSlice) -> Array:
         """Noise of the currents, and what nobody knows of the motion, (J, J)."""
-        return np.diag(u.noise**2 + self.unknown(u))
-
-    def unknown(self, u: RobotSlice) -> Array:
-        """Variance by doubt about presliding and accelerations, (J,) [A²].
-
-        How far accelerations usually are off is in the noise already.
-        """
-        drive = self.reference.drive
-        unusual = np.maximum((u.smeared / drive.gain) ** 2 - u.noise**2, 0.0)
-        return np.asarray((u.doubt * drive.coulomb / drive.gain) ** 2 + unusual)
+        return np.diag(u.noise**2 + u.unknown)
 
 
 def shown_directions(

@@ -12,7 +12,6 @@ from urdyn.types import Array
 DOUBT = 0.03  # [-] sd of the presliding state of a joint that slides
 CREEPING_DOUBT = 0.5  # [-] added where it stands
 CREEP = 0.02  # [rad/s] over which that fades
-SMEAR = 0.01  # [s] of its jerk, by which an acceleration that was differentiated may be off
 
 ROWS = ("load", "hold", "rest", "s", "v", "a", "one")
 COLUMN = {name: k - len(ROWS) for k, name in enumerate(ROWS)}  # of what is packed
@@ -38,7 +37,8 @@ class RobotSlice:
     dt: float  # [s] since the slice before
     span: float  # [s] since parameters moved last; 0: they stand still over this slice
     packed: Array  # (J, 2 c + 7)
-    smeared: Array  # (J,) [N·m] sd of the torque, for the acceleration was differentiated
+    gripped: Array  # (J,) [A] per unit of the presliding state
+    smeared: Array  # (J,) [A²] variance, for the acceleration was differentiated
     noise: Array  # (J,) [A] sd
     warm: Array  # (J,) [K] of the lubricant over that of the first day, by the model; 0 unknown
     felt: Array  # (J,) [-] 1 where the joint's temperature is measured, else 0: nothing is claimed
@@ -47,6 +47,17 @@ class RobotSlice:
     jolted: Array | None = None  # (J,) [-] 1 where something befell a joint's drive; None: nowhere
     widen: bool = False  # something else may be carried from here on
     carried: Carried | None = None  # None: what a payload does is exact
+
+    @cached_property
+    def unknown(self) -> Array:
+        """Variance by doubt about presliding and accelerations, (J,) [A²].
+
+        A joint that creeps is held by what nobody knows; how far accelerations usually are off is
+        in the noise already.
+        """
+        doubt = DOUBT + CREEPING_DOUBT * np.exp(-np.abs(self.v) / CREEP)
+        unusual = np.maximum(self.smeared - self.noise**2, 0.0)
+        return np.asarray((doubt * self.gripped) ** 2 + unusual)
 
     @property
     def roughly(self) -> Array | None:
@@ -97,11 +108,6 @@ class RobotSlice:
     def one(self) -> Array:
         """What multiplies what does not move, (J,) [-]."""
         return self.packed[:, COLUMN["one"]]
-
-    @cached_property
-    def doubt(self) -> Array:
-        """Standard deviation of s, (J,) [-]: a joint that creeps is held by what nobody knows."""
-        return np.asarray(DOUBT + CREEPING_DOUBT * np.exp(-np.abs(self.v) / CREEP))
 
     @property
     def _width(self) -> int:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from urdyn.dbn.two_slice import TwoSlice, U
+from urdyn.dbn.two_slice import TwoSlice, U, linearised
 from urdyn.types import Array, frozen
 
 
@@ -55,8 +55,8 @@ def observation_residuals(
     """E[e eᵀ] of every slice's measurement noise, (N, m, m); NaN where not measured."""
     found = []
     for t, (u, y) in enumerate(zip(inputs, observations, strict=True), start=1):
-        H = model.observe_jacobian(history.mean[t], u)
-        e = y - model.observe(history.mean[t], u)
+        seen, H = linearised(model, history.mean[t], u)
+        e = y - seen
         found.append(np.outer(e, e) + H @ history.cov[t] @ H.T)
     return np.array(found)
 

@@ -93,3 +93,9 @@ class TwoSlice(Process[U_contra], Observation[U_contra], Protocol[U_contra]):
     @property
     def still(self) -> bool:
         """Whether nothing moves: the transition is the identity, without noise."""
+
+
+def linearised(model: Observation[U], x: Array, u: U) -> tuple[Array, Array]:
+    """`observe` and `observe_jacobian` at x; at once where a model has a shorter way to both."""
+    both = getattr(model, "linearised", None)
+    return both(x, u) if both else (model.observe(x, u), model.observe_jacobian(x, u))

@@ -146,7 +146,7 @@ def _weigh(
     """Likelihoods, weights, and Kalman's gain, one a covariance."""
     rows = measured_rows(y)
     expected = model.observe(predicted.means, u)[:, rows]
-    H, R = linear_rows(model, predicted.gaussian.mean, u, rows)
+    _, H, R = linear_rows(model, predicted.gaussian.mean, u, rows)
     HP = H @ predicted.cov
     S = HP @ H.T + R
     K = np.swapaxes(np.linalg.solve(S, HP), -1, -2)

@@ -57,8 +57,8 @@ class InformationFilter:
         """Predict over u.dt, then add the information of the finite rows of y, (m,)."""
         predicted, belief = _predict(model, state, u)
         rows, x = measured_rows(y), belief.mean
-        H, R = linear_rows(model, x, u, rows)
-        residual = (y - model.observe(x, u))[rows]
+        seen, H, R = linear_rows(model, x, u, rows)
+        residual = y[rows] - seen
         S = H @ belief.cov @ H.T + R
         HR = H.T @ inverse(R)
         posterior = Information(

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from urdyn.dbn.two_slice import TwoSlice, U
+from urdyn.dbn.two_slice import TwoSlice, U, linearised
 from urdyn.estimate.innovation import Innovation, Rows, innovation, measured_rows, whitening
 from urdyn.types import Array, Gaussian, Mask
 
@@ -48,8 +48,8 @@ def correct(
     """
     rows, x = measured_rows(y), predicted.mean
     at = x if at is None else at
-    H, R = linear_rows(model, at, u, rows)
-    residual = (y - model.observe(at, u))[rows] - (0.0 if at is x else H @ (x - at))
+    seen, H, R = linear_rows(model, at, u, rows)
+    residual = y[rows] - seen - (0.0 if at is x else H @ (x - at))
     HP = H @ predicted.cov
     S = HP @ H.T + R
     W, log_det = whitening(S)
@@ -60,9 +60,10 @@ def correct(
     return posterior, innovation(y, rows, residual, S, W, log_det)
 
 
-def linear_rows(model: TwoSlice[U], x: Array, u: U, rows: Rows) -> tuple[Array, Array]:
-    """H and R of the measured rows, (r, n), (r, r)."""
-    return model.observe_jacobian(x, u)[rows], model.observe_cov(u)[rows][:, rows]
+def linear_rows(model: TwoSlice[U], x: Array, u: U, rows: Rows) -> tuple[Array, Array, Array]:
+    """What is expected of the measured rows, and their H and R: (r,), (r, n), (r, r)."""
+    seen, H = linearised(model, x, u)
+    return seen[rows], H[rows], model.observe_cov(u)[rows][:, rows]
 
 
 def joseph(P: Array, K: Array, H: Array, HP: Array, R: Array) -> Array:

@@ -20,7 +20,7 @@ from typing import Generic
 
 import numpy as np
 
-from urdyn.dbn.two_slice import TwoSlice, U
+from urdyn.dbn.two_slice import TwoSlice, U, linearised
 from urdyn.estimate.innovation import Innovation, measured_rows
 from urdyn.estimate.linearised import predict
 from urdyn.estimate.sigma_points import Rule, SigmaPoints, sigma_points
@@ -93,8 +93,9 @@ class Likelihood(Generic[U]):
         rows, x, w = measured_rows(self.y), q.at(self.points.unit), self.points.mean_weight
         R = self.model.observe_cov(self.u)[rows][:, rows]
         white = np.linalg.inv(np.linalg.cholesky(R))
-        residual = (self.y - self.model.observe(x, self.u))[:, rows] @ white.T
-        H = white @ self.model.observe_jacobian(x, self.u)[..., rows, :] @ root
+        seen, H = linearised(self.model, x, self.u)
+        residual = (self.y - seen)[:, rows] @ white.T
+        H = white @ H[..., rows, :] @ root
         if H.ndim == 2:
             return H.T @ (w @ residual), H.T @ H
         gradient = np.einsum("k,kr,krn->n", w, residual, H)

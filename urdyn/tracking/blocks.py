@@ -21,7 +21,7 @@ import numpy as np
 from urdyn.dbn.news import News
 from urdyn.dbn.robot import BODIES
 from urdyn.dbn.robot_slice import RobotSlice
-from urdyn.dbn.two_slice import TwoSlice
+from urdyn.dbn.two_slice import TwoSlice, linearised
 from urdyn.estimate import Innovation
 from urdyn.estimate.innovation import LOG_2PI, innovation, whitening
 from urdyn.types import Array, Gaussian, Index, Mask
@@ -120,9 +120,10 @@ class Blocks:
             bodies, drives = replace(state.for_bodies, count=0), replace(state.for_drives, count=0)
             state = replace(state, for_bodies=bodies, for_drives=drives)
         x, known = model.transition(state.mean, u), np.isfinite(y)
-        H = model.observe_jacobian(x, u) * known[:, None]
+        expected, H = linearised(model, x, u)
+        H = H * known[:, None]
         R = model.observe_cov(u).diagonal() * known
-        residual = np.where(known, y - model.observe(x, u), 0.0)
+        residual = np.where(known, y - expected, 0.0)
         told = _innovation(residual, R * (1.0 + state.unsure), known)
         size = min(told.nis / max(told.measured, 1), WILDEST)
         surprise = state.surprise + (size - state.surprise) * (told.measured > 0) / MEMORY

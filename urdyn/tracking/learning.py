@@ -149,9 +149,10 @@ def summed_up(
             found.append(_stretch(information, weighted, passed))
             information, weighted, passed = np.zeros((n, n)), np.zeros(n), 0.0
         rows = np.isfinite(y)
-        H = currents.observe_jacobian(x, u)[rows][:, at]
-        seen = (y - currents.observe(x, u))[rows] + H @ (x - about)[at]
-        R = (u.noise**2 + currents.unknown(u) + _slow(u))[rows]
+        expected, H = currents.linearised(x, u)
+        H = H[rows][:, at]
+        seen = (y - expected)[rows] + H @ (x - about)[at]
+        R = (u.noise**2 + u.unknown + _slow(u))[rows]
         information += (H / R[:, None]).T @ H
         weighted += H.T @ (seen / R)
         passed += u.dt

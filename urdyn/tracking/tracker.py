@@ -192,7 +192,7 @@ class Tracker(Generic[S]):
         y = np.where(self._told(now, travelled), now.current, np.nan)
         white, seen = noise.whitened(was.colour, u, y)
         white = self.currents.near(white, mean, carried)
-        unknown = self.currents.unknown(white)
+        unknown = white.unknown
         R = white.noise**2 + unknown
         slow = mean[self.currents.places["slow"]]
         modelled = self.model.observe(mean, u) - slow
