@@ -133,15 +133,15 @@ def test_intervals_hold_after_a_minute():
 def test_parameters_may_move_every_few_samples_only(monkeypatch):
     dynamics, fit = commissioned(0)
     log, found = at_work(dynamics, 0, 1, 10.0), []
-    for stride in (0.0, 0.045):  # [s] every sample, every fifth
+    for stride in (0.0, 0.075):  # [s] every sample, every eighth
         monkeypatch.setattr("urdyn.tracking.tracker.STRIDE", stride)
         readings, physical = tracked(fit, log, EKF())
         spans = [reading.inputs.span for reading in readings]
-        assert sum(spans) == pytest.approx(readings[-1].t - readings[0].t, abs=0.05)
-        assert np.mean(np.array(spans) > 0.0) == pytest.approx(0.2 if stride else 1.0, abs=0.01)
+        assert sum(spans) == pytest.approx(readings[-1].t - readings[0].t, abs=0.08)
+        assert np.mean(np.array(spans) > 0.0) == pytest.approx(0.125 if stride else 1.0, abs=0.01)
         found.append(physical.of(readings[-1].belief))
     (mean, sd), (other, other_sd) = found
     known = sd > 0.0
-    # What is held back is the noise of less than a stride: of the whole run's, 4 in a thousand.
-    np.testing.assert_allclose(other_sd[known], sd[known], rtol=4e-3)
+    # What is held back is the noise of less than a stride: of the whole run's, 8 in a thousand.
+    np.testing.assert_allclose(other_sd[known], sd[known], rtol=8e-3)
     assert np.abs((other - mean)[known] / sd[known]).max() < 0.05

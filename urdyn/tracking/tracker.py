@@ -44,10 +44,10 @@ QUICK = Gaussian | SquareRoot | BlockBelief  # beliefs that tell means and sd wi
 STANDING = 0.02  # [rad/s] slower than this, friction is whatever holds the joint
 SETTLED = 50.0  # presliding distances of travel after which the bristles are known
 INTERRUPTED = 0.5  # [s] without a sample: the joints may have moved
-STRIDE = 0.0395  # [s] in which nothing moves far: the quickest, slow noise, fades in 1.2 s
+STRIDE = 0.0795  # [s] in which nothing moves far: the quickest, slow noise, fades in 1.2 s
 LONGEST = 60.0  # [s] of drift that one gap may add: a night does not make an arm unknown
 PATIENCE = 2.0  # [s] after such a moment before the next
-LOOK, LOOK_TIME = 5.0, 0.04  # samples and, where they are many, [s] between two looks for one
+LOOK, LOOK_TIME = 5.0, 0.08  # samples and, where they are many, [s] between two looks for one
 GAP = 5.0  # periods without a sample, after which noise has no past
 SURE = 2.0  # [-] variance of an innovation over its noise's: less, and it tells of the noise
 # Times what they were at commissioning: no arm's drive is beyond that, whatever befell it.
