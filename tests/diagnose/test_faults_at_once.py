@@ -61,7 +61,7 @@ def test_a_fault_that_is_known_began_at_its_onset_and_nowhere_else(shop: Shop) -
         truth[at] = change * (n >= 4)
         block = _told(healthy, truth, at, LENGTH * n)
         recall = recall.after(block, healthy, (), healthy.straying)
-    known = (Fault(k, 4 * LENGTH, 4 * LENGTH, change),)
+    known = (Fault(k, 4 * LENGTH, 4 * LENGTH, 5 * LENGTH, change),)
     straying = healthy.loosened(known, np.ones(where.joints))
     course = recall.trace(healthy, known, straying, at)
     for n, (_, size, sd) in enumerate(course):

@@ -21,6 +21,7 @@ class Fault:
     suspect: int  # among all that is looked for
     onset_lo: float  # [s]
     onset_hi: float  # [s]
+    alarm: float  # [s] end of the block that told it
     size: float  # in the unit of the state that measures it
 
     def spread(self, suspect: Suspect) -> Array:
@@ -39,4 +40,4 @@ class Fault:
 
 def known_by(change: Change) -> Fault:
     """What is known of a change that was found."""
-    return Fault(change.suspect, change.onset_lo, change.onset_hi, change.size)
+    return Fault(change.suspect, change.onset_lo, change.onset_hi, change.alarm, change.size)

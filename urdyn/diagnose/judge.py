@@ -23,6 +23,7 @@ from urdyn.types import Array
 NEAR = 10.0  # [nats] below an alarm, from which on a suspect is another's rival
 CONFIDENT = 0.95  # [-] share of the evidence at which a finding need not wait for a clearer name
 UNSURE = 2.0  # [sd] below which another finding leaves nothing of a change
+SURELY = 2.5  # [sd] below what it was told as, at which later blocks have taken it back
 PATIENCE = 12  # blocks that an alarm waits for that
 LIKELY = 7.0  # [nats] beyond a healthy arm's, from which on a change is no noise and no load
 FRESH = 60.0  # [s] since its onset
@@ -60,20 +61,21 @@ class Judge:
         """Is there an alarm, and is it clear of what, or never will be?"""
         evidence = gathered(state.bank, self.of)
         state = replace(state, likely=self._likely(state.bank, evidence))
-        of = [k for k in range(len(self.of.each)) if k not in state.suspects]
+        told = {fault.suspect for fault in (*state.known, *state.passed)}
+        of = [k for k in range(len(self.of.each)) if k not in told]
         over = self.threshold + np.log(len(of))
         if logsumexp(evidence[of]) < over:
             return replace(state, waited=0)
-        told = {
+        each = {
             k: explanation(state.bank, self.of.each[k]) for k in of if evidence[k] > over - NEAR
         }
-        of = [k for k, each in told.items() if each.large and not _shadow(each, told.values())]
+        of = [k for k, one in each.items() if one.large and not _shadow(one, each.values())]
         if not of or logsumexp(evidence[of]) < over:
             return replace(state, waited=0)
         state = replace(state, waited=state.waited + 1)
         share = np.exp(evidence[of] - logsumexp(evidence[of]))
         top = int(np.argmax(share))
-        confident, lasted = share[top] >= CONFIDENT, state.bank.t - told[of[top]].onset
+        confident, lasted = share[top] >= CONFIDENT, state.bank.t - each[of[top]].onset
         if last:
             ripe = lasted > BORNE_OUT and (confident or state.waited > TWICE)
         else:
@@ -82,7 +84,7 @@ class Judge:
             return state
         order = np.argsort(-share)[1:3]
         rivals = tuple((of[k], float(share[k])) for k in order)
-        return self._accepted(state, of[top], told[of[top]], float(share[top]), rivals, last)
+        return self._accepted(state, of[top], each[of[top]], float(share[top]), rivals, last)
 
     def _likely(self, bank: Bank, evidence: Array) -> int | None:
         """The change that most likely has just happened; None where none did.
@@ -124,15 +126,36 @@ class Judge:
         return replace(state, bank=bank)
 
     def _explained(self, state: SlowState) -> SlowState:
-        """Without what was found of which others have left nothing: it was their shadow."""
-        left = tuple(f for f in state.known if not self._nothing(state.bank, f.suspect))
-        return state if left in ((), state.known) else self._knowing(state, left)
+        """Without what was found and is no fault, as other findings or later blocks have it."""
+        bank, known = state.bank, state.known
+        # What others have left nothing of was their shadow; one of them is there all the same.
+        left = tuple(f for f in known if not self._nothing(bank, f)) or known
+        back = tuple(f for f in left if self._taken_back(bank, f))
+        left = tuple(f for f in left if f not in back)
+        passed = tuple(f for f in (*state.passed, *back) if bank.t - f.alarm < FRESH)
+        state = replace(state, passed=passed)
+        return state if left == known else self._knowing(state, left)
 
-    def _nothing(self, bank: Bank, k: int) -> bool:
+    def _nothing(self, bank: Bank, fault: Fault) -> bool:
         """Whether a change that was found may as well be none, or of another kind, by now."""
-        at, sign = self._measured(k), self.of.each[k].kind.sign
+        size, sd = self._now(bank, fault)
+        return size < UNSURE * sd
+
+    def _taken_back(self, bank: Bank, fault: Fault) -> bool:
+        """Whether so little is left of it so soon that it was none, and surely not what was told.
+
+        A piece in the tool that nobody knew of looks like friction for a block. What has lasted
+        was there, wherever it went.
+        """
+        size, sd = self._now(bank, fault)
+        soon = bank.t - fault.alarm < FRESH
+        return soon and self._nothing(bank, fault) and size + SURELY * sd < abs(fault.size)
+
+    def _now(self, bank: Bank, fault: Fault) -> tuple[float, float]:
+        """Size of a change the way that its kind goes, and its sd."""
+        at, sign = self._measured(fault.suspect), self.of.each[fault.suspect].kind.sign
         size = sign * bank.x[at] if sign else abs(bank.x[at])
-        return bool(size < UNSURE * np.sqrt(bank.P[at, at]))
+        return float(size), float(np.sqrt(bank.P[at, at]))
 
     def _settled_on(self, state: SlowState, more: Array) -> SlowState:
         """Take what is carried as what is carried as a rule; all else is known as it was."""

@@ -128,9 +128,8 @@ class Oscillation:
         friction = self.space.reference.drive.coulomb[joint]
         gear = frequency > self.rule["gear"]
         strong = sizes[-1] > self.rule["strong" if gear else "weak"] * friction
-        wait = self.rule["patience" if gear or strong else "longer"]
         at_once = strong and _gain(sizes) > STEADILY
-        tell = not told and (at_once or now - since > wait)
+        tell = not told and (at_once or now - since > self.rule["patience"])
         state = replace(state, rings=np.array([now, frequency, since, float(told or tell)]))
         return state, [self._event(state, joint, frequency, ratio, sizes)] if tell else []
 
