@@ -26,7 +26,7 @@ UNSURE = 2.0  # [sd] below which another finding leaves nothing of a change
 SURELY = 2.5  # [sd] below what it was told as, at which later blocks have taken it back
 PATIENCE = 12  # blocks that an alarm waits for that
 LIKELY = 7.0  # [nats] beyond a healthy arm's, from which on a change is no noise and no load
-FRESH = 60.0  # [s] since its onset
+FRESH = 60.0  # [s] since its onset; and since its alarm, while it may be taken back
 TWICE = 2  # blocks at least: the next one bears out what one says, or takes it back
 BORNE_OUT = 10.0  # [s] since its onset, of what is told at a recording's end
 

@@ -21,7 +21,7 @@ from urdyn.types import Array, Mask
 
 WINDOW = 0.9  # [s]
 HIGHEST = 60.0  # [Hz] no loop of a joint rings faster
-LEARNT = 0.05  # [-] of the usual spectrum, a beat
+LEARNT = 0.05  # [-] of the usual spectrum, a beat; of the first ones their share
 HALVES = 5.0  # [-] times its neighbours that the line stands out in each half
 STAYS = 0.5  # [-] of its largest amplitude that a line has at least in each quarter
 RISES = 0.2  # [-] of its last amplitude that one that grows has at first
@@ -48,6 +48,7 @@ class Heard:
     left: Array  # (n, J) [N·m] what the model leaves
     v: Array  # (n, J) [rad/s]
     usual: Array  # (3, F, J) of a second; of no size before one was heard
+    beats: float  # that it was learnt in
     rings: Array  # (4,) when something rang last [s], its frequency, since when, whether told
 
 
@@ -74,6 +75,7 @@ class Oscillation:
             nothing,
             nothing,
             np.zeros((3, 0, J)),
+            0.0,
             np.array([-np.inf, 0.0, 0.0, 0.0]),
         )
 
@@ -111,8 +113,10 @@ class Oscillation:
                 line = self._line(signals[..., j], state.t, *of)
                 seen += [(j, *line)] if line else []
         loud = np.isin(np.arange(self.space.joints), [line[0] for line in seen])
-        learnt = usual + LEARNT * (np.minimum(whole, 4.0 * usual) - usual)
-        state = replace(state, usual=np.where(loud, usual, learnt))
+        beats = state.beats + 1.0
+        gain = max(LEARNT, 1.0 / beats)
+        learnt = usual + gain * (np.minimum(whole, 4.0 * usual) - usual)
+        state = replace(state, usual=np.where(loud, usual, learnt), beats=beats)
         return self._told(state, seen) if seen else (state, [])
 
     def _told(self, state: Heard, seen: list[Line]) -> tuple[Heard, list[Event]]:
