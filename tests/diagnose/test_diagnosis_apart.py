@@ -15,6 +15,7 @@ from shop import Shop
 from test_diagnosis_resumed import looking_on, readings
 
 from urdyn.diagnose.desk import FILE, Desk
+from urdyn.diagnose.onlooker import Onlooker
 from urdyn.diagnose.rules import read_rules
 from urdyn.diagnose.task import Task, task_of
 from urdyn.diagnose.wire import row
@@ -52,6 +53,23 @@ def begun(shop: Shop, tmp_path: Path):
     looking.begin(tmp_path, 0, {"twin": "a"})
     yield looking
     looking.close()
+
+
+def test_what_is_taken_back_is_told_once(shop: Shop) -> None:
+    heard: list[str] = []
+    looking = Onlooker(
+        shop.fit,
+        0.01,
+        read_rules(),
+        {},
+        tell=lambda finding: heard.append(f"{finding['id']} told"),
+        retract=lambda finding: heard.append(f"{finding['id']} taken back"),
+    )
+    one, other = {"id": "one"}, {"id": "other"}
+    looking._hear([{"findings": [one], "told": [one]}])
+    looking._hear([{"findings": [other], "told": [other]}, {"findings": [other]}])
+    assert heard == ["one told", "other told", "one taken back"]
+    assert looking.findings == (other,)
 
 
 def test_a_task_is_the_same_once_it_was_words(shop: Shop) -> None:

@@ -64,8 +64,11 @@ def onlooker(
     def tell(finding: Mapping[str, Any]) -> None:
         voice.note(f"{finding['severity']}: {finding['kind']}: {finding['text']}")
 
+    def retract(finding: Mapping[str, Any]) -> None:
+        voice.note(f"taken back: {finding['kind']}: {finding['name']}: nothing of it is left")
+
     origin = {"source": source.name, "source.sha256": source.sha256}
-    return Onlooker(fit, source.period, rules, origin, tell, helper)
+    return Onlooker(fit, source.period, rules, origin, tell, helper, retract)
 
 
 def summed(summary: dict[str, Any]) -> str:

@@ -39,6 +39,8 @@ def begin_diagnosis(fit: Fit) -> Helper:
 class Onlooker:
     """An `Observer` of tracking; `tell` hears of every finding that is new or has changed.
 
+    `retract` hears of those that were taken back, as they were told.
+
     It works in a process of its own, so that a sample shares nothing with it but the machine.
     """
 
@@ -50,9 +52,11 @@ class Onlooker:
         source: Mapping[str, str],
         tell: Tell | None = None,
         helper: Helper | None = None,
+        retract: Tell | None = None,
     ) -> None:
         """`helper` is what `begin_diagnosis` of this fit began ahead."""
-        self.fit, self.period, self.rules, self.source, self.tell = fit, period, rules, source, tell
+        self.fit, self.period, self.rules, self.source = fit, period, rules, source
+        self.tell, self.retract = tell, retract
         self.findings: tuple[Mapping[str, Any], ...] = ()
         self._folder, self._rows = Path(), list[Array]()
         self._batch = max(1, round(BATCH / period))
@@ -132,10 +136,15 @@ class Onlooker:
 
     def _hear(self, heard: list[Words | Array]) -> None:
         for words in map(words_of, heard):
-            self.findings = tuple(words["findings"])
+            before, self.findings = self.findings, tuple(words["findings"])
             self._begun = True
             self._kept = words.get("kept", self._kept)
             self._finished = words.get("finished")
             if self.tell:
                 for finding in words.get("told", ()):
                     self.tell(finding)
+            if self.retract:
+                left = {finding["id"] for finding in self.findings}
+                for finding in before:
+                    if finding["id"] not in left:
+                        self.retract(finding)
