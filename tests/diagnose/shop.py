@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -33,6 +33,13 @@ class Shop:
         return observe(
             self.dynamics, work.trajectory, typical_sensors(self.dynamics.arm), noise, lived
         )
+
+    def disturbed(self, log: Log, joint: int, torque: np.ndarray) -> Report:
+        """What is told where a joint's current has this torque (N,) [N·m] in it besides."""
+        current = log.joint("actual_current").copy()
+        current[:, joint] += torque / self.dynamics.drive.gain[joint]
+        channels = {**log.channels, "actual_current": current}
+        return diagnose(self.fit, replace(log, channels=channels))
 
     def report(self, *faults: str, **how) -> Report:
         """What is told of it."""

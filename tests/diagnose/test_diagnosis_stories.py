@@ -2,13 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from shop import Shop
-
-from urdyn.diagnose import diagnose
 
 STORIES = {
     "collision": ("collision:link=4,force=90/0/60,onset=12", 20.0, 4, 1.0),
@@ -61,10 +57,9 @@ def test_a_newton_metre_that_rings_is_told_in_time(
     shop: Shop, joint: int, frequency: float
 ) -> None:
     log, onset = shop.log(seconds=12.0, rate=500.0), 8.1
-    since, current = log.t - log.t[0] - onset, log.joint("actual_current").copy()
-    swing = np.sin(2.0 * np.pi * frequency * since) / shop.dynamics.drive.gain[joint]
-    current[:, joint] += np.where(since > 0.0, swing, 0.0)
-    report = diagnose(shop.fit, replace(log, channels={**log.channels, "actual_current": current}))
+    since = log.t - log.t[0] - onset
+    swing = np.sin(2.0 * np.pi * frequency * since)
+    report = shop.disturbed(log, joint, np.where(since > 0.0, swing, 0.0))
     assert [(f.kind, f.joint) for f in report] == [("controller_instability", joint)]
     assert report.findings[0].alarm_s - log.t[0] < onset + 1.2
     assert abs(report.findings[0].evidence["amplitude_Nm"] - 1.0) < 0.3
@@ -75,12 +70,11 @@ def test_what_the_next_blocks_take_back_was_no_fault(
     shop: Shop, lasting: float, joints: list[int]
 ) -> None:
     """A joint rubs for two blocks, as a piece that nobody knew of makes it seem to; or for long."""
-    j, drive, onset, log = 1, shop.dynamics.drive, 35.0, shop.log(seconds=105.0)
-    since, current = log.t - log.t[0] - onset, log.joint("actual_current").copy()
+    j, onset, log = 1, 35.0, shop.log(seconds=105.0)
+    since = log.t - log.t[0] - onset
     rubs = (since > 0.0) & (since < lasting)
-    friction = 0.4 * drive.coulomb[j] / drive.gain[j]
-    current[:, j] += friction * rubs * np.sign(log.joint("actual_qd")[:, j])
-    report = diagnose(shop.fit, replace(log, channels={**log.channels, "actual_current": current}))
+    friction = 0.4 * shop.dynamics.drive.coulomb[j] * np.sign(log.joint("actual_qd")[:, j])
+    report = shop.disturbed(log, j, rubs * friction)
     assert [f.joint for f in report] == joints
     assert all(f.kind == "friction_increase" for f in report)
 

@@ -18,7 +18,7 @@ import numpy as np
 from urdyn.dbn.jumps import Jumps
 from urdyn.dbn.two_slice import TwoSlice, U
 from urdyn.estimate.innovation import Innovation, measured_rows
-from urdyn.estimate.linearised import carried, joseph, linear_rows
+from urdyn.estimate.linearised import carried, joseph
 from urdyn.estimate.mixture import log_density, moments, normalised, surprise
 from urdyn.types import Array, Gaussian, frozen
 
@@ -146,7 +146,8 @@ def _weigh(
     """Likelihoods, weights, and Kalman's gain, one a covariance."""
     rows = measured_rows(y)
     expected = model.observe(predicted.means, u)[:, rows]
-    _, H, R = linear_rows(model, predicted.gaussian.mean, u, rows)
+    H = model.observe_jacobian(predicted.gaussian.mean, u)[rows]
+    R = model.observe_cov(u)[rows][:, rows]
     HP = H @ predicted.cov
     S = HP @ H.T + R
     K = np.swapaxes(np.linalg.solve(S, HP), -1, -2)
