@@ -18,7 +18,7 @@ from urdyn.diagnose.document import findings_document
 from urdyn.diagnose.finding import Finding
 from urdyn.diagnose.offline import diagnose
 from urdyn.diagnose.prognosis import FAN, Course, trend
-from urdyn.diagnose.rules import read_rules
+from urdyn.diagnose.rules import Rules, read_rules
 from urdyn.diagnose.task import Task
 from urdyn.diagnose.verdict import of_change, up_to_date
 from urdyn.errors import InputError
@@ -90,13 +90,46 @@ def test_an_expert_adds_a_kind_without_touching_the_code(shop: Shop, tmp_path: P
 
 
 @pytest.mark.parametrize(
+    ("table", "said"),
+    [
+        ("kind.controller_instability", {"patience": 2.5}),
+        ("kind.joint_backlash", {"enough": 5}),
+        ("kind.friction_increase", {"warning": 0.3}),
+        ("healthy.f", {"day": 0.2}),
+    ],
+)
+def test_what_a_plant_does_not_say_the_house_says(
+    table: str, said: dict[str, float], tmp_path: Path
+) -> None:
+    def told(rules: Rules) -> dict[str, object]:
+        tables = {kind.name: vars(kind) for kind in rules.slow} | {**rules.fast, **rules.healthy}
+        return dict(tables[table.partition(".")[2]])
+
+    path, ((key, value),) = tmp_path / "plant.toml", said.items()
+    path.write_text(f"[{table}]\n{key} = {value}\n")
+    assert told(read_rules(path)) == told(read_rules()) | said
+
+
+@pytest.mark.parametrize(
     "text",
     [
         "[kind.odd]\nchange = { colour = 1.0 }\nleast = 0\nwarning = 0\ncritical = 0\n",
         "[kind.odd]\nchange = { f = 1.0 }\n",
         "[promise]\nhours = 0\n",
         "[healthy]\nq = { day = 1.0 }\n",
+        "[healthy]\nf = 3\n",
+        "[warmth]\nlag = 'a'\n",
+        "[noise]\nx = 3\n",
         "[sorts]\na = 1\n",
+        "promise = 3\n",
+        "[kind]\nodd = 1\n",
+        "[kind.odd]\nwarning = 1\n",
+        "[kind.odd]\nchange = 1\n",
+        "[kind.odd]\nchange = {}\nleast = 0\nwarning = 0\ncritical = 0\n",
+        "[kind.friction_increase]\nwarning = 'x'\n",
+        "[kind.friction_increase]\nshapes = 1\n",
+        "[kind.controller_instability]\npatience = 'x'\n",
+        "[kind.controller_instability]\nlonger = 1.5\n",
         "[kind.odd\n",
     ],
 )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -16,10 +16,15 @@ from urdyn.faults.decision import Costs
 from urdyn.io.document import load_toml
 from urdyn.types import Array
 
-STRAYS = ("day", "hour", "window")
 JOINT_STATES = ("f", "alpha", "beta", "z", "k", "o", "rotor")
 PAYLOAD_STATES = ("mass", "mx", "my", "mz")  # [kg], [kg·m]
-HEALTHY_STATES = (*JOINT_STATES, "m", "payload")
+
+
+# What a slow kind's table may say, and of which sort.
+SLOW = {
+    **{"change": {}, "shapes": [], "least": 0.0, "warning": 0.0, "critical": 0.0, "sign": 0},
+    **{"hold": 0.0, "hold_lighter": 0.0, "quantity": "", "unit": "", "advice": ""},
+}
 
 
 @dataclass(frozen=True)
@@ -89,31 +94,54 @@ def read_rules(path: str | Path | None = None) -> Rules:
     if path is None:
         return _rules(house, "rules.toml")
     own = load_toml(path)
-    merged = {
-        "promise": house["promise"] | own.get("promise", {}),
-        "healthy": house["healthy"] | own.get("healthy", {}),
-        "warmth": house["warmth"] | own.get("warmth", {}),
-        "noise": house["noise"] | own.get("noise", {}),
-        "costs": house["costs"] | own.get("costs", {}),
-        "named": house["named"] | own.get("named", {}),
-        "kind": house["kind"] | own.get("kind", {}),
-    }
-    if unknown := set(own) - set(merged):
-        raise InputError(f"{path}: no rules have a [{min(unknown)}]; there are {', '.join(merged)}")
+    _check_like(own, {section: {} for section in house}, f"{path}:")
+    for section in ("promise", "healthy", "warmth", "noise", "costs"):
+        _check_like(own.get(section, {}), house[section], f"{path}: [{section}]")
+    merged = {section: of | own.get(section, {}) for section, of in house.items()}
+    for state, of in own.get("healthy", {}).items():
+        merged["healthy"][state] = house["healthy"][state] | of
+    for name, of in own.get("kind", {}).items():
+        merged["kind"][name] = _kind(of, house["kind"].get(name, {}), f"{path}: [kind.{name}]")
     return _rules(merged, str(path))
 
 
+def _check_like(own: Mapping[str, Any], house: Mapping[str, Any], where: str) -> None:
+    """Names and sorts of values are as in the house's table."""
+    for name, value in own.items():
+        if name not in house:
+            raise InputError(f"{where} has {name}; there is {', '.join(house)}")
+        if (sort := _sort(house[name])) != _sort(value):
+            raise InputError(f"{where} {name} is a {sort}")
+        if sort == "table" and house[name]:
+            _check_like(value, house[name], f"{where} {name}")
+
+
+def _sort(value: Any) -> str:
+    if type(value) in (int, float):
+        return "number"
+    sorts: dict[type, str] = {str: "text", list: "list", dict: "table"}
+    return sorts.get(type(value), "value of another sort")
+
+
+def _kind(own: Any, house: Mapping[str, Any], where: str) -> Mapping[str, Any]:
+    """What a plant says of a kind, and the house of the rest of it."""
+    if not isinstance(own, dict):
+        raise InputError(f"{where} is a table")
+    merged = {**house, **own}
+    if "change" not in merged and not house:
+        raise InputError(f"{where} needs a change; tests of other kinds are in the code")
+    if "change" not in merged:
+        _check_like(own, house, where)
+    return merged
+
+
 def _rules(document: Mapping[str, Any], path: str) -> Rules:
-    for state, of in document["healthy"].items():
-        if state not in HEALTHY_STATES or set(of) - set(STRAYS):
-            raise InputError(f"{path}: [healthy] {state}: states are {', '.join(HEALTHY_STATES)}")
     kinds = document["kind"].items()
     slow = tuple(_slow(name, dict(of), path) for name, of in kinds if "change" in of)
     fast = {name: of for name, of in kinds if "change" not in of}
-    hours = document["promise"].get("hours")
-    if not isinstance(hours, int | float) or not hours > 0.0:
+    if not (hours := document["promise"]["hours"]) > 0.0:
         raise InputError(f"{path}: [promise] hours is a number above 0")
-    noise, costs = Noise(**document["noise"]), _costs(document["costs"], path)
+    noise, costs = Noise(**document["noise"]), Costs(**document["costs"])
     warmth, named = document["warmth"], document["named"]
     for name, of in named.items():
         _check_counts(name, of, path)
@@ -126,26 +154,17 @@ def _check_counts(name: str, of: Any, path: str) -> None:
         raise InputError(f"{path}: [named] {name} is [right, told]: whole numbers, right the fewer")
 
 
-def _costs(of: Mapping[str, Any], path: str) -> Costs:
-    known = [field.name for field in fields(Costs)]
-    if strange := set(of) - set(known):
-        raise InputError(f"{path}: [costs] has {min(strange)}; there is {', '.join(known)}")
-    if not all(isinstance(value, int | float) for value in of.values()):
-        raise InputError(f"{path}: [costs] are numbers")
-    return Costs(**of)
-
-
 def _slow(name: str, of: dict[str, Any], path: str) -> SlowKind:
+    where = f"{path}: [kind.{name}]"
+    _check_like(of, SLOW, where)
+    if not of["change"]:
+        raise InputError(f"{where} changes nothing")
     known = PAYLOAD_STATES if set(of["change"]) & set(PAYLOAD_STATES) else JOINT_STATES
-    if strange := set(of["change"]) - set(known):
-        there = ", ".join(known)
-        raise InputError(f"{path}: [kind.{name}] changes {min(strange)}; there is {there}")
+    _check_like(of["change"], dict.fromkeys(known, 0.0), f"{where} change")
     of["shapes"] = tuple(of.get("shapes", SHAPES))
     if set(of["shapes"]) - set(SHAPES):
-        raise InputError(f"{path}: [kind.{name}] shapes are {' and '.join(SHAPES)}")
+        raise InputError(f"{where} shapes are {' and '.join(SHAPES)}")
     try:
         return SlowKind(name, **of)
     except TypeError as error:
-        raise InputError(
-            f"{path}: [kind.{name}]: {str(error).partition('__init__() ')[2]}"
-        ) from None
+        raise InputError(f"{where}: {str(error).partition('__init__() ')[2]}") from None
