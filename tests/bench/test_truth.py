@@ -37,7 +37,7 @@ def slices(model):
     rng, inputs = np.random.default_rng(0), []
     for _ in range(30):
         q, v, a = rng.uniform(-1.5, 1.5, (3, 6))
-        now = Instant(0.0, q, v, a, np.zeros(6), np.zeros(6), np.full(6, np.nan))
+        now = Instant(0.0, q, v, a, np.zeros(6), np.zeros(6), np.full(6, np.nan), np.zeros(6))
         inputs.append(replace(model.observation.slice(now, np.sign(v), PERIOD), blind=False))
     return inputs
 
@@ -68,7 +68,7 @@ def test_lives_stray_as_the_process_says(model) -> None:
     cov = np.zeros_like(model.prior.cov)
     cov[moved, moved] = np.diag(model.prior.cov)[moved]
     cov[np.ix_(rates, rates)] = model.prior.cov[np.ix_(rates, rates)]
-    still = Instant(0.0, *np.zeros((5, 6)), np.full(6, np.nan))
+    still = Instant(0.0, *np.zeros((5, 6)), np.full(6, np.nan), np.zeros(6))
     u = replace(model.observation.slice(still, np.zeros(6), STEP), blind=False)
     F, Q = model.transition_jacobian(model.prior.mean, u), model.transition_cov(u)
     for _ in range(round(duration / STEP)):
@@ -87,7 +87,7 @@ def test_noise_in_the_model_is_that_of_the_sensors(model) -> None:
     n, (F, _, seen) = len(model.names), true._noise
     P = true.prior.cov[n:, n:]
     u = model.observation.slice(
-        Instant(0.0, *np.zeros((5, 6)), np.full(6, np.nan)), np.zeros(6), PERIOD
+        Instant(0.0, *np.zeros((5, 6)), np.full(6, np.nan), np.zeros(6)), np.zeros(6), PERIOD
     )
     np.testing.assert_allclose(F @ P @ F.T + true.transition_cov(u)[n:, n:], P, atol=1e-15)
     for lag in (0, 3, 40):

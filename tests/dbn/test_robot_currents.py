@@ -53,6 +53,7 @@ def state(currents) -> np.ndarray:
 def at(currents, motion, row, speed=1.0):
     s = currents.reference.presliding(motion)[row]
     fields = (motion.q, speed * motion.v, motion.a, motion.jerk, motion.current, motion.temperature)
+    fields = (*fields, np.zeros_like(motion.q))
     return currents.slice(Instant(motion.t[row], *(x[row] for x in fields)), s, 0.01)
 
 

@@ -6,6 +6,9 @@ import numpy as np
 import pytest
 from shop import Shop
 
+from urdyn.diagnose.diagnosis import Now
+from urdyn.signal import Causal, samples
+
 STORIES = {
     "collision": ("collision:link=4,force=90/0/60,onset=12", 20.0, 4, 1.0),
     "stuck": ("sensor_fault:joint=3,mode=stuck,onset=10", 15.0, 3, 0.5),
@@ -63,6 +66,32 @@ def test_a_newton_metre_that_rings_is_told_in_time(
     assert [(f.kind, f.joint) for f in report] == [("controller_instability", joint)]
     assert report.findings[0].alarm_s - log.t[0] < onset + 1.2
     assert abs(report.findings[0].evidence["amplitude_Nm"] - 1.0) < 0.3
+
+
+@pytest.mark.parametrize("joint", range(6))
+@pytest.mark.parametrize("motion", ["fourier", "pick_and_place"])
+def test_an_encoder_that_jumps_is_told_at_once(shop: Shop, joint: int, motion: str) -> None:
+    """Of joints that carry nothing, too, and before it moves what currents would tell."""
+    fault = f"encoder_offset:joint={joint},offset=0.02,onset=8"
+    (finding,) = shop.report(fault, seconds=16.0, motion=motion)
+    assert (finding.kind, finding.joint, finding.severity) == ("encoder_offset", joint, "critical")
+    assert abs(finding.size + 0.02) < 1e-3
+    assert abs(finding.onset_s - 8.0) < 0.02
+    assert finding.alarm_s < 8.0 + 0.3
+
+
+def test_live_an_encoder_that_jumps_is_told_at_once(shop: Shop) -> None:
+    log = shop.log("encoder_offset:joint=4,offset=0.02,onset=8", seconds=10.0)
+    diagnosis, causal = shop.diagnosis(log), Causal(0.01)
+    window, state, found = causal.init(6), diagnosis.init(), []
+    for sample in samples(log):
+        window, instant = causal.step(window, sample)
+        if instant is not None:
+            still = Now(instant, np.ones(6), np.zeros(6))
+            state, new = diagnosis.step(state, still)
+            found += new
+    assert [(f.kind, f.joint) for f in found] == [("encoder_offset", 4)]
+    assert found[0].alarm_s < 8.0 + 0.3
 
 
 @pytest.mark.parametrize(("lasting", "joints"), [(10.0, []), (60.0, [1])])

@@ -47,8 +47,7 @@ def built(arm: Arm, rng: np.random.Generator, own: bool = False) -> Built:
 
 
 def stands(q: Array, t: float) -> Instant:
-    still = np.zeros(6)
-    return Instant(t, q, still, still, still, still, still)
+    return Instant(t, q, *np.zeros((6, 6)))
 
 
 def seen(it: Built, q: Array, t: float, rng: np.random.Generator, own: bool = False) -> Array:

@@ -167,7 +167,7 @@ def felt_alone(stream, count, bias, payload, rng, arm):
     felt, known = stream.init(), Gaussian(payload, 1e-12 * np.eye(10))
     for k in range(count):
         q, v, a = rng.uniform(-1.5, 1.5, (3, 6))
-        now = Instant(float(k), q, v, a, np.zeros(6), np.zeros(6), np.zeros(6))
+        now = Instant(float(k), q, v, a, *np.zeros((4, 6)))
         w = bias - arm.wrench_regressor(q, v, a) @ payload + rng.standard_normal(6) * NOISE
         felt, _ = stream.take(felt, now, np.r_[now.t, w], known, -np.inf)
     return felt

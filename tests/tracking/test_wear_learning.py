@@ -46,7 +46,7 @@ def lived(model, at, rng):
     for _ in range(STEPS):
         for k in range(12):
             q, v, a = rng.uniform(-1.5, 1.5, (3, 6))
-            now = Instant(0.0, q, v, a, np.zeros(6), np.zeros(6), np.full(6, np.nan))
+            now = Instant(0.0, q, v, a, np.zeros(6), np.zeros(6), np.full(6, np.nan), np.zeros(6))
             u = replace(currents.slice(now, np.sign(v), float(k == 0)), blind=False)
             u = replace(u, noise=0.3 * u.noise)
             if k == 0:

@@ -1,30 +1,32 @@
 """An encoder that slips while the arm works: seen where gravity tells, silent elsewhere.
 
-By currents alone a slip is told from what else bends them over tens of seconds. Drift's own spread
-of zeros is that of arms whose encoders nobody doubts, and lags behind so large a step; told to
-expect one, its intervals hold the truth.
+A zero that jumps between two samples is known at once, by angles against velocities. One that slips
+more slowly is told by currents alone, from what else bends them over tens of seconds. Drift's own
+spread of zeros is that of arms whose encoders nobody doubts, and lags behind so large a step; told
+to expect one, its intervals hold the truth.
 """
 
 import numpy as np
 import pytest
 from workshop import at_work, commissioned
 
-from urdyn.estimate import EKF
+from urdyn.estimate import EKF, UKF
 from urdyn.signal import samples
-from urdyn.tracking import Drift, Tracker
+from urdyn.tracking import QUICKER, Drift, Tracker
 
 EXPECTED = Drift(zero=0.03)
 OFFSET = 0.02  # [rad]
+SLIP = (0.04, 8.0), (-0.04, 8.5)  # [rad/s] since [s]: OFFSET in half a second
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("joint, seen", [(1, True), (2, True), (5, False)])
 def test_an_encoder_offset_is_tracked_by_gravity_alone(joint, seen):
     dynamics, fit = commissioned(0)
-    fault = f"encoder_offset:joint={joint},offset={OFFSET},onset=8"
+    slips = [f"encoder_offset:joint={joint},rate={r},onset={at}" for r, at in SLIP]
     tracker = Tracker(fit, EKF(), 0.01, EXPECTED)
     state = tracker.init()
-    for sample in samples(at_work(dynamics, 0, 5, 25.0, fault)):
+    for sample in samples(at_work(dynamics, 0, 5, 25.0, *slips)):
         state, reading = tracker.step(state, sample)
     at = tracker.currents.places["k"]
     zero, sd = reading.belief.mean[at], reading.belief.sd[at]
@@ -33,3 +35,21 @@ def test_an_encoder_offset_is_tracked_by_gravity_alone(joint, seen):
         assert (np.abs(zero - truth) < 2.0 * sd).all() and sd[joint] < 0.3 * OFFSET
     else:
         assert (np.abs(zero) < 3.0 * sd).all() and np.abs(zero[joint]) < 0.1 * OFFSET
+
+
+@pytest.mark.parametrize("joint", range(6))
+@pytest.mark.parametrize("how", [UKF(), EKF(), QUICKER["realtime"]])
+def test_a_zero_that_jumps_is_followed_at_once_and_moves_nothing_else(joint, how):
+    dynamics, fit = commissioned(0)
+    fault = f"encoder_offset:joint={joint},offset={OFFSET},onset=8"
+    tracker, beliefs = Tracker(fit, how, 0.01), []
+    for log in (at_work(dynamics, 0, 5, 8.3), at_work(dynamics, 0, 5, 8.3, fault)):
+        state = tracker.init()
+        for sample in samples(log):
+            state, reading = tracker.step(state, sample)
+        beliefs.append(reading.belief)
+    sound, jumped = beliefs
+    apart = jumped.mean - sound.mean
+    apart[tracker.currents.places["k"]][joint] += OFFSET
+    assert (np.abs(apart) < 0.05 * sound.sd).all()
+    assert np.allclose(jumped.sd, sound.sd, rtol=0.02)

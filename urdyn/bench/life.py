@@ -80,5 +80,6 @@ def _passing(currents: RobotCurrents) -> RobotSlice:
     """STEP of time at rest, beside sensors of temperature."""
     J = currents.reference.arm.joints
     nothing = np.zeros(J)
-    still = Instant(0.0, nothing, nothing, nothing, nothing, nothing, np.full(J, np.nan))
+    unknown = np.full(J, np.nan)
+    still = Instant(0.0, nothing, nothing, nothing, nothing, nothing, unknown, nothing)
     return replace(currents.slice(still, nothing, STEP), blind=False)

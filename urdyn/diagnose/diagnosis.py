@@ -81,7 +81,8 @@ class Diagnosis:
     @cached_property
     def fast(self) -> Fast:
         """Tests of fast kinds."""
-        return Fast(self.space, self.period, self.rules.fast)
+        least = self.rules.levels("encoder_offset")["least"]
+        return Fast(self.space, self.period, self.rules.fast, least)
 
     @cached_property
     def slow(self) -> Slow:
@@ -101,10 +102,10 @@ class Diagnosis:
 
     def _chunk(self, state: State) -> tuple[State, list[Finding]]:
         """The instants that were kept, beside the commissioned model."""
-        motion, s, travelled = _motion(state.chunk)
+        motion, s, travelled, shift = _motion(state.chunk)
         warmth = felt(state.warmth, motion.t, motion.temperature)
         state = replace(state, warmth=warmth, chunk=())
-        return self.take(state, rows(self.space, motion, s, travelled, warmth))
+        return self.take(state, rows(self.space, motion, s, travelled, warmth, shift))
 
     def take(self, state: State, part: Rows) -> tuple[State, list[Finding]]:
         """Some rows on, no longer than a beat."""
@@ -211,7 +212,9 @@ class Diagnosis:
         """Joint by joint, whether this motion could show backlash; if not, one that would."""
         return self.fast.observable(state.fast)
 
-    def over(self, motion: Motion, s: Array, travelled: Array) -> tuple[State, list[Finding]]:
+    def over(
+        self, motion: Motion, s: Array, travelled: Array, shift: Array
+    ) -> tuple[State, list[Finding]]:
         """A whole motion at once: the same beats as instant by instant, but for their seams."""
         state, n = self.init(), max(1, round(BEAT / self.period))
         for start in range(0, len(motion), n):
@@ -219,7 +222,8 @@ class Diagnosis:
             here = motion.slice(start, min(start + n, len(motion)))
             warmth = felt(state.warmth, here.t, here.temperature)
             state = replace(state, warmth=warmth)
-            state, _ = self.take(state, rows(self.space, here, s[part], travelled[part], warmth))
+            each = s[part], travelled[part], warmth, shift[part]
+            state, _ = self.take(state, rows(self.space, here, *each))
         state, _ = self.finish(state)
         return state, self.findings(state)
 
@@ -227,8 +231,8 @@ class Diagnosis:
 SERIES = 400  # blocks of a found change that are remembered
 
 
-def _motion(chunk: tuple[Now, ...]) -> tuple[Motion, Array, Array]:
-    """Instants as a motion, with presliding states and ways."""
+def _motion(chunk: tuple[Now, ...]) -> tuple[Motion, Array, Array, Array]:
+    """Instants as a motion, with presliding states, ways and shifts of zeros."""
     one = [now.instant for now in chunk]
     motion = Motion(
         t=np.array([i.t for i in one]),
@@ -239,7 +243,8 @@ def _motion(chunk: tuple[Now, ...]) -> tuple[Motion, Array, Array]:
         current=np.array([i.current for i in one]),
         temperature=np.array([i.temperature for i in one]),
     )
-    return motion, np.array([n.s for n in chunk]), np.array([n.travelled for n in chunk])
+    s, travelled = np.array([n.s for n in chunk]), np.array([n.travelled for n in chunk])
+    return motion, s, travelled, np.array([i.shift for i in one])
 
 
 def _last(events: Iterable[Event], before: tuple[float, float]) -> tuple[float, float]:

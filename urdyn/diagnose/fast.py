@@ -16,6 +16,7 @@ from urdyn.diagnose.oscillation import Heard, Oscillation
 from urdyn.diagnose.rows import Rows
 from urdyn.diagnose.sensor import Felt, SensorHealth
 from urdyn.diagnose.space import Space
+from urdyn.diagnose.zero import shifted
 from urdyn.types import Array, Mask
 
 DOUBTED = 2.0  # [-] times the usual noise, from which on a sensor tells of no push
@@ -38,6 +39,7 @@ class Fast:
     space: Space
     period: float  # [s] between rows
     levels: Mapping[str, Mapping[str, Any]]  # of each fast kind
+    least: float  # [rad] shift of an encoder's zero that is told
 
     @cached_property
     def sensors(self) -> SensorHealth:
@@ -82,7 +84,7 @@ class Fast:
         heard, rings = self.oscillation.step(state.heard, rows)
         reversals, gaps, open_now = self.backlash.step(state.reversals, rows, carried[0], doubted)
         ringing = [] if ill.any() else rings
-        events = [*sick, *pushes, *ringing, *gaps]
+        events = [*sick, *pushes, *ringing, *gaps, *shifted(rows, self.least)]
         return FastState(sensors, quiet, heard, reversals), events, ill | open_now
 
     def observable(self, state: FastState) -> list[dict[str, Any]]:

@@ -40,6 +40,7 @@ class Rows:
     doubt: Array  # (N, J) [A] sd of what nobody knows of the bristles
     settled: Mask  # (N, J) slides on bristles that are known
     warm: Array  # (N, 3, J) as `warmth.unknowns` has it
+    shift: Array  # (N, J) [rad] by which the encoder's zero jumped
 
     def __len__(self) -> int:
         return len(self.t)
@@ -54,13 +55,21 @@ class Rows:
         return Rows(**{f.name: getattr(self, f.name)[start:stop] for f in fields(self)})
 
 
-def rows(space: Space, motion: Motion, s: Array, travelled: Array, warmth: Warmth) -> Rows:
+def rows(
+    space: Space,
+    motion: Motion,
+    s: Array,
+    travelled: Array,
+    warmth: Warmth,
+    shift: Array | None = None,
+) -> Rows:
     """What a motion says against the commissioned arm.
 
     Args:
         s: presliding state, (N, J) [-].
         travelled: way of each joint since its bristles were unknown, (N, J) [rad].
         warmth: of the joints after the last row.
+        shift: by which encoders' zeros jumped, (N, J) [rad]; none where not given.
     """
     drive, arm = space.reference.drive, space.arm
     warm = np.stack([warmth.lubricant - drive.temperature, warmth.slope, warmth.left])
@@ -89,6 +98,7 @@ def rows(space: Space, motion: Motion, s: Array, travelled: Array, warmth: Warmt
         motion.t, q, v, load, motion.current, predicted,
         through[..., None] * A, np.stack(own, axis=1), doubt, settled,
         np.broadcast_to(warm, (len(motion), *warm.shape)),
+        np.zeros_like(q) if shift is None else shift,
     )  # fmt: skip
 
 

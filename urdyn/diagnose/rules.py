@@ -71,6 +71,10 @@ class Rules:
     costs: Costs  # by which a service is recommended
     named: Mapping[str, Sequence[int]]  # by kind, findings of campaigns that were right, and all
 
+    def levels(self, kind: str) -> Mapping[str, Any]:
+        """What the rules say of a kind; nothing of one that has no table."""
+        return self.fast.get(kind) or next((vars(k) for k in self.slow if k.name == kind), {})
+
     def stray(self, space: Space, what: str) -> Array:
         """How far each state of an arm strays: by day, by hour or by window, (n,)."""
         spread = np.zeros(space.size)

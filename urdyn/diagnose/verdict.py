@@ -69,7 +69,7 @@ def of_change(change: Change, of: Suspects, space: Space, rules: Rules, trace: S
 
 def of_event(event: Event, space: Space, rules: Rules) -> Finding:
     """A fast kind."""
-    levels = rules.fast.get(event.kind) or {}
+    levels = rules.levels(event.kind)
     if event.kind == "sensor_fault":
         levels = {"warning": 0.0, "critical": 1.0, "quantity": "current sensor", "unit": "-"}
         levels |= {"advice": "check the current sensor of this joint"}
@@ -212,4 +212,7 @@ def _shown(event: Event, name: str) -> str:
             gap = 1e3 * told["half_gap_rad"]
             seen = f"seen in {told['reversals']} reversals of load"
             return f"{name}: a gap of ± {gap:.2g} mrad, {seen}"
+        case "encoder_offset":
+            jump = f"jumped by {event.size:+.3g} rad at {event.onset:.2f} s"
+            return f"{name}: zero of the encoder {jump}"
     return f"{name}: current sensor is {told['mode']} since {event.onset:.1f} s"

@@ -1,6 +1,6 @@
 """What a diagnosis is told of an instant, as numbers.
 
-t, q, v, a, jerk, current, temperature, s, travelled: (1 + 8 J,)
+t, q, v, a, jerk, current, temperature, shift, s, travelled: (1 + 9 J,)
 """
 
 from __future__ import annotations
@@ -14,11 +14,11 @@ from urdyn.types import Array
 if TYPE_CHECKING:
     from urdyn.tracking import Reading
 
-SERIES = 8  # of J numbers each, after the time
+SERIES = 9  # of J numbers each, after the time
 
 
 def row(reading: Reading) -> Array:
-    """An instant's, (1 + 8 J,)."""
+    """An instant's, (1 + 9 J,)."""
     i = reading.instant
-    seen = i.q, i.v, i.a, i.jerk, i.current, i.temperature
+    seen = i.q, i.v, i.a, i.jerk, i.current, i.temperature, i.shift
     return np.concatenate([[i.t], *seen, reading.inputs.s, reading.travelled])

@@ -16,6 +16,7 @@ from urdyn.signal.polynomial import (
     weights,
 )
 from urdyn.signal.sample import Instant, Sample
+from urdyn.signal.shifts import shifts, without_turns
 from urdyn.signal.stretches import GAP
 from urdyn.types import Array
 
@@ -94,6 +95,7 @@ class Causal:
         """The motion at the stamp `lag` samples back, + offset."""
         lag = fit.half if self.lag is None else self.lag
         row = fit.samples - 1 - lag
+        shift = np.zeros(state.rows.shape[2])
         measured = state.rows[:, :2]
         even = np.abs(state.t[1:] - state.t[:-1] - self.period).max() <= EVEN * self.period
         whole = np.isfinite(measured).all()
@@ -103,11 +105,16 @@ class Causal:
             orders = np.ascontiguousarray((operator @ of_each)[..., 0].T)
         else:
             q, v = measured[:, 0], measured[:, 1]
+            if not whole:  # the gate refuses the sample at which a zero jumps
+                each = shifts(state.t, q, v, fit.half)
+                since = np.cumsum(each, axis=0)
+                q, shift = q - (since - since[row]), without_turns(each[row])
             at = np.broadcast_to(np.asarray(self.offset, dtype=np.float64), q.shape[1:])[None]
             window = (state.t - state.t[row])[None], q[None], v[None], at
             orders = fit.estimate(*(window if whole else joint_by_joint(*window)))
             orders = orders.reshape(ORDERS, -1)
-        return Instant(float(state.t[row]), *orders, *state.rows[row, 2:])
+        (q, v, a, jerk), (current, temperature) = orders, state.rows[row, 2:]
+        return Instant(float(state.t[row]), q, v, a, jerk, current, temperature, shift)
 
 
 @lru_cache(maxsize=16)

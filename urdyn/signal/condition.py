@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from urdyn.errors import LogError
 from urdyn.signal.kinematics import kinematics
 from urdyn.signal.polynomial import half_window
+from urdyn.signal.shifts import shifts
 from urdyn.signal.stretches import breaks, median_step
 from urdyn.types import Array, Log, Motion
 
@@ -62,12 +63,20 @@ class _Settled:
     def motion(self, log: Log) -> Motion:
         """Motion of `log`, which is the whole or a part."""
         q, v = (_measured(log, name) for name in ("actual_q", "actual_qd"))
+        shifted = np.cumsum(shifts(log.t, q, v, self.half), axis=0)  # no joint moved that way
         moved = kinematics(
-            log.t, q, v, offset=self.offset, half=self.half, degree=self.degree, step=self.step
+            log.t,
+            q - shifted,
+            v,
+            offset=self.offset,
+            half=self.half,
+            degree=self.degree,
+            step=self.step,
         )
         return Motion(
             log.t,
-            *moved,
+            moved.q + shifted,
+            *moved[1:],
             current=log.joint("actual_current"),
             temperature=log.joint("joint_temperatures"),
             breaks=breaks(log.t, self.step),

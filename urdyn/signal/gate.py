@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 from urdyn.signal.outliers import MAD_TO_SD
 from urdyn.types import Array
 
+REACH = 100.0  # [rad/s²] more than a UR's joints accelerate in use
+
 Flags = NDArray[np.bool_]
 
 
@@ -24,7 +26,7 @@ class Gate:
     """
 
     sigma: float = 6.0  # [-] running MAD, in standard deviations
-    acceleration: float = 100.0  # [rad/s²] more than a UR's joints reach in use
+    acceleration: float = REACH
 
     def departure(self, before: Array, row: Array, dt: float) -> Array:
         """Of q and v from their prediction, (2, J) [rad, rad/s]; before, row (2, J)."""

@@ -39,6 +39,7 @@ class Instant:
     jerk: Array  # (J,) [rad/s³]
     current: Array  # (J,) [A] as measured
     temperature: Array  # (J,) [°C]
+    shift: Array  # (J,) [rad] by which the encoder's zero jumped since the row before; mostly 0
 
 
 def samples(log: Log) -> Iterator[Sample]:

@@ -5,14 +5,20 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 from typing import Any, Generic, TypeVar
 
+import numpy as np
+
+from urdyn.estimate.square_root import SquareRoot
 from urdyn.signal import CausalState
 from urdyn.tracking.befallen import Evidence
+from urdyn.tracking.blocks import BlockBelief
 from urdyn.tracking.colour import Colour, unlearnt
 from urdyn.tracking.handling import Rest
 from urdyn.tracking.streams import Heard
-from urdyn.types import Array
+from urdyn.types import Array, Gaussian
 
 S = TypeVar("S")
+
+QUICK = Gaussian | SquareRoot | BlockBelief  # beliefs that tell means and sd without more ado
 
 HINDSIGHT = 2.0  # [s] before something else is noticed that is carried, it may have been
 
@@ -64,6 +70,21 @@ def in_hindsight(state: TrackerState[S]) -> TrackerState[S]:
     """Without what was learnt since before the surprise."""
     before = state.earliest
     return replace(state, belief=before.belief, colour=unlearnt(state.colour, before.colour))
+
+
+def rezeroed(state: TrackerState[S], zeros: slice, shift: Array) -> TrackerState[S]:
+    """With encoders whose zeros jumped, (J,) [rad], by now and in hindsight."""
+
+    def moved(belief: Any) -> Any:
+        if not isinstance(belief, QUICK):  # particles find out
+            return belief
+        mean = np.array(belief.mean)
+        mean[zeros] -= shift
+        return replace(belief, mean=mean)
+
+    known = (replace(of, belief=moved(of.belief)) for of in (state.earlier, state.earliest))
+    earlier, earliest = known
+    return replace(state, belief=moved(state.belief), earlier=earlier, earliest=earliest)
 
 
 def begun_anew(state: TrackerState[S], first: TrackerState[S]) -> TrackerState[S]:

@@ -14,32 +14,31 @@ from urdyn.dbn.process import RandomWalk
 from urdyn.dbn.robot import RobotCurrents
 from urdyn.dbn.robot_slice import ROWS, RobotSlice
 from urdyn.estimate import Filter
-from urdyn.estimate.square_root import SquareRoot
 from urdyn.identify.fit import Fit
 from urdyn.model.friction import follow
 from urdyn.signal import Causal, CausalState, Instant, Sample
 from urdyn.tracking import colour as noise
 from urdyn.tracking.befallen import Befallen, Evidence, befallen, gathered, none_yet, told_from
-from urdyn.tracking.blocks import BlockBelief, Blocks
+from urdyn.tracking.blocks import Blocks
 from urdyn.tracking.handling import Rest, exchanged
 from urdyn.tracking.model import Drift, tracking_model
 from urdyn.tracking.reading import Reading
 from urdyn.tracking.state import (
     HINDSIGHT,
+    QUICK,
     Learnt,
     TrackerState,
     begun_anew,
     in_hindsight,
     marked,
+    rezeroed,
 )
 from urdyn.tracking.streams import Heard, Moment, Stream, assimilated, first
 from urdyn.tracking.temper import tempered, untempered
 from urdyn.tracking.warmth import warmed
-from urdyn.types import Array, Gaussian, Index
+from urdyn.types import Array, Index
 
 S = TypeVar("S")
-
-QUICK = Gaussian | SquareRoot | BlockBelief  # beliefs that tell means and sd without more ado
 
 STANDING = 0.02  # [rad/s] slower than this, friction is whatever holds the joint
 SETTLED = 50.0  # presliding distances of travel after which the bristles are known
@@ -151,6 +150,8 @@ class Tracker(Generic[S]):
             state = replace(state, heard=self._with_more(state.heard, sample))
         if instant is None or not np.isfinite([instant.q, instant.v, instant.a]).all():
             return replace(state, causal=causal), None
+        if instant.shift.any() and not self._told_of_zeros:  # poses tell of it before
+            state = rezeroed(state, self.currents.places["k"], instant.shift)
         state, reading = self._assimilate(state, causal, instant)
         return self._listened(state, reading) if self.streams else (state, reading)
 

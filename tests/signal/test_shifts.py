@@ -1,0 +1,134 @@
+"""An encoder's zero that jumps is told where it jumps, by how much, and nothing else is one."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from streams import log_of, play, stacked, swing
+
+from urdyn.signal import Causal, condition, half_window
+from urdyn.signal.gate import REACH
+from urdyn.signal.shifts import FINEST, shifts
+
+RATES = (100.0, 125.0, 250.0, 500.0)
+JUMP = 0.03  # [rad]
+
+
+def moving(rate: float, seconds: float = 2.0) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    t = np.arange(0.0, seconds, 1.0 / rate)
+    return t, *swing(t, omega=2.0)
+
+
+@pytest.mark.parametrize("rate", RATES)
+@pytest.mark.parametrize("joint", [0, 1, 2])
+@pytest.mark.parametrize("way", [JUMP, -JUMP])
+def test_a_jump_of_one_angle_is_told_as_large_as_it_is(rate: float, joint: int, way: float) -> None:
+    t, q, v = moving(rate)
+    at = len(t) // 2
+    q[at:, joint] += way
+    found = shifts(t, q, v, half_window(1.0 / rate))
+    assert np.argwhere(found).tolist() == [[at, joint]]
+    # A trapezoid is wrong by at most the third derivative's bound, 2³ here.
+    assert abs(found[at, joint] - way) < 8.0 / rate**3 / 12.0
+
+
+@pytest.mark.parametrize("rate", RATES)
+@pytest.mark.parametrize("seed", range(3))
+def test_no_motion_within_an_arms_reach_is_a_jump(rate: float, seed: int) -> None:
+    """Accelerations that switch at random between the most and its opposite, from row to row."""
+    rng, dt = np.random.default_rng(seed), 1.0 / rate
+    fine = 8
+    a = REACH * np.repeat(rng.choice([-1.0, 1.0], (500, 3)), 1, axis=0)
+    a = np.repeat(a, fine // 2, axis=0)
+    v = np.vstack([np.zeros(3), np.cumsum(a, axis=0) * dt / fine])
+    q = np.vstack([np.zeros(3), np.cumsum(0.5 * (v[1:] + v[:-1]), axis=0) * dt / fine])
+    q, v = q[::fine] + rng.uniform(-0.4, 0.4, q[::fine].shape) * FINEST, v[::fine]
+    t = dt * np.arange(len(q))
+    assert not shifts(t, q, v, half_window(dt)).any()
+
+
+def torn(t: np.ndarray, q: np.ndarray, v: np.ndarray, at: int) -> None:
+    q[at, 1] += JUMP
+
+
+def both(t: np.ndarray, q: np.ndarray, v: np.ndarray, at: int) -> None:
+    q[at:, :2] += JUMP
+
+
+def late(t: np.ndarray, q: np.ndarray, v: np.ndarray, at: int) -> None:
+    """The robot went on for 20 ms of which the stamps know nothing."""
+    q[at:], v[at:] = (x[at:] for x in swing(t + 0.02, omega=2.0))
+
+
+def late_alone(t: np.ndarray, q: np.ndarray, v: np.ndarray, at: int) -> None:
+    """The same of an arm of which one joint moves: it may as well be that."""
+    late(t, q, v, at)
+    q[:, 1:], v[:, 1:] = 0.0, 0.0
+
+
+def elsewhere(t: np.ndarray, q: np.ndarray, v: np.ndarray, at: int) -> None:
+    """After a pause of the recording an arm is anywhere."""
+    t[at:] += 1.0
+    q[at:] += 0.5
+
+
+@pytest.mark.parametrize("rate", [100.0, 500.0])
+@pytest.mark.parametrize("befalls", [torn, both, late, late_alone, elsewhere])
+def test_what_may_be_something_else_is_no_jump(rate: float, befalls) -> None:
+    t, q, v = moving(rate)
+    befalls(t, q, v, len(t) // 2)
+    assert not shifts(t, q, v, half_window(1.0 / rate)).any()
+
+
+def test_of_an_arm_at_rest_a_jump_is_told_whatever_the_stamps() -> None:
+    t = 0.01 * np.arange(100)
+    q, v = np.zeros((2, 100, 3))
+    q[40:, 2] += JUMP
+    assert np.argwhere(shifts(t, q, v, 4)).tolist() == [[40, 2]]
+
+
+@pytest.mark.parametrize("rate", [100.0, 500.0])
+def test_a_jump_moves_no_joint(rate: float) -> None:
+    """Velocity and acceleration around it are as if it were not there; the angle jumps."""
+    t, q, v = moving(rate)
+    at, smooth = len(t) // 2, condition(log_of(t, q, v))
+    q[at:, 1] += JUMP
+    jumped = condition(log_of(t, q, v))
+    shift = shifts(t, q, v, half_window(1.0 / rate))[at, 1]
+    # What the trapezoid is wrong by is left; of it derivatives make Markov's n²/s each.
+    wrong, width = abs(shift - JUMP), half_window(1.0 / rate) / rate
+    for order, name in enumerate(("q", "v", "a", "jerk")):
+        apart = getattr(jumped, name) - getattr(smooth, name)
+        if name == "q":
+            apart[at:, 1] -= JUMP
+        bound = 4.0 * wrong * (16.0 / width) ** order
+        assert np.abs(apart).max() <= bound + 1e-12 * (16.0 / width) ** order
+
+
+def test_an_angle_that_is_kept_within_a_turn_has_no_shift_and_goes_on() -> None:
+    t, q, v = moving(500.0)
+    smooth = condition(log_of(t, q, v))
+    kept = (q + np.pi) % (2.0 * np.pi) - np.pi + 2.0 * np.pi * (q > 0.5)
+    _, live = play(Causal(0.002), log_of(t, kept, v))
+    assert np.abs(stacked(live, "shift")).max() < 8.0 * 0.004**3 / 12.0
+    # A turn is known to a trapezoid's error, and derivatives make Markov's n²/s of it.
+    bound = 4.0 * 8.0 * 0.002**3 / 12.0 * 16.0 / 0.036
+    assert np.abs(condition(log_of(t, kept, v)).v - smooth.v).max() < bound
+
+
+@pytest.mark.parametrize("rate", [100.0, 500.0])
+def test_live_tells_the_same_jump_once(rate: float) -> None:
+    t, q, v = moving(rate)
+    at = len(t) // 2
+    q[at:, 1] += JUMP
+    _, live = play(Causal(1.0 / rate), log_of(t, q, v))
+    shift = stacked(live, "shift")
+    (found,) = np.argwhere(shift).tolist()
+    assert found[1] == 1
+    # The gate refuses the first sample, and a row of two steps is of four times the trapezoid's.
+    assert live[found[0]].t - t[at] == pytest.approx(1.0 / rate, abs=1e-9)
+    assert abs(shift[tuple(found)] - JUMP) < 8.0 * (2.0 / rate) ** 3 / 12.0
+    smooth = condition(log_of(*moving(rate)))
+    error = stacked(live, "v") - smooth.v[half_window(1.0 / rate) : -half_window(1.0 / rate)]
+    width = half_window(1.0 / rate) / rate
+    assert np.abs(error).max() < 4.0 * 8.0 * (2.0 / rate) ** 3 / 12.0 * 16.0 / width

@@ -1,0 +1,21 @@
+"""An encoder whose zero jumps between two samples. (One that creeps is among the slow kinds.)"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from urdyn.diagnose.event import Event
+from urdyn.diagnose.rows import Rows
+
+
+def shifted(rows: Rows, least: float) -> list[Event]:
+    """Shifts of `least` [rad] or more in a beat."""
+    found = np.argwhere(np.abs(rows.shift) >= least)
+    return [_event(rows, k, j) for k, j in found.tolist()]
+
+
+def _event(rows: Rows, k: int, j: int) -> Event:
+    """The joint is where it was: its angle says more, so its zero lies as much lower."""
+    jump = float(rows.shift[k, j])
+    evidence = {"statistic": "jump of an angle that no velocity explains", "jump_rad": jump}
+    return Event("encoder_offset", j, float(rows.t[k]), float(rows.t[-1]), 0.99, -jump, evidence)
