@@ -21,7 +21,7 @@ def tracked(fit, log, filter_, drift=None):
     return readings, quantities(fit, tracker.currents)
 
 
-@pytest.mark.parametrize("filter_", [EKF(), UKF(alpha=0.17)], ids=["ekf", "ukf"])
+@pytest.mark.parametrize("filter_", [EKF(), UKF()], ids=["ekf", "ukf"])
 def test_a_healthy_arm_stays_what_it_is(filter_):
     dynamics, fit = commissioned(0)
     readings, physical = tracked(fit, at_work(dynamics, 0, 1, 20.0), filter_)

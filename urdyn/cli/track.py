@@ -40,14 +40,9 @@ FILTERS = {
     "variational": "Variational",
 }
 
-# With a hundred states sigma points lie ten sd out unless told otherwise, where a logarithm is far
-# from straight; so they lie some sqrt(3).
-SPREAD = 0.17
-
 # What a particle would keep for itself is a covariance of a hundred states; a thousand of those are
 # not updated at any robot's pace.
 SETTINGS: dict[str, dict[str, Any]] = {
-    "ukf": {"alpha": SPREAD},
     "particle": {"marginalise": False},
 }
 

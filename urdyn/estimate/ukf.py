@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from urdyn.dbn.two_slice import TwoSlice, U
 from urdyn.estimate.innovation import Innovation, measured_rows
 from urdyn.estimate.sigma_points import Rule, SigmaPoints, sigma_points
@@ -20,7 +22,10 @@ class UKF:
     """
 
     rule: Rule = "merwe"
-    alpha: float = 1.0  # spread of the points, in units of sqrt(n + kappa) standard deviations
+    # Spread of the points, in units of sqrt(n + kappa) standard deviations. None: they lie sqrt(3)
+    # of these away, where a Gaussian's fourth moments are met; further out, at 1 and with many
+    # states, logarithms that are hardly known are bent beyond all that they will ever be.
+    alpha: float | None = None
     beta: float = 2.0  # 2 is right for a Gaussian
     kappa: float = 0.0
 
@@ -48,7 +53,8 @@ class UKF:
         return state.gaussian
 
     def _points(self, n: int) -> SigmaPoints:
-        return sigma_points(n, self.rule, self.alpha, self.beta, self.kappa)
+        alpha = min(1.0, np.sqrt(3.0 / (n + self.kappa))) if self.alpha is None else self.alpha
+        return sigma_points(n, self.rule, alpha, self.beta, self.kappa)
 
 
 def assimilate(
