@@ -51,3 +51,30 @@ class Product:
 
     def observe_cov(self, u: Slice) -> Array:
         return self.noise**2 * np.eye(2)
+
+
+@dataclass(frozen=True, eq=False)
+class Logarithm:
+    """y = exp(x0) + e, among states that nothing is seen of."""
+
+    states: int
+
+    affine_transition = True
+    still = True
+
+    @cached_property
+    def prior(self) -> Gaussian:
+        return Gaussian(np.zeros(self.states), 0.25 * np.eye(self.states))
+
+    @cached_property
+    def linear(self) -> Mask:
+        return np.arange(self.states) > 0
+
+    def transition(self, x: Array, u: Slice) -> Array:
+        return x
+
+    def observe(self, x: Array, u: Slice) -> Array:
+        return np.exp(x[..., :1])
+
+    def observe_cov(self, u: Slice) -> Array:
+        return 0.01 * np.eye(1)

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from bent_models import Product
+from bent_models import Logarithm, Product
 
 from urdyn.dbn import Tick
 from urdyn.estimate import EKF, UKF, ParticleFilter, Variational
@@ -81,6 +81,23 @@ def test_sigma_points_know_that_they_have_not_come_close(filter_: UKF) -> None:
     belief = filter_.belief(state)
     assert (np.abs(belief.mean - mean) < belief.sd).all()
     assert belief.sd[0] > sd[0]
+
+
+@pytest.mark.parametrize("idle", [1, 10, 120])
+def test_what_else_is_unknown_does_not_change_what_is_learnt_of_a_logarithm(idle: int) -> None:
+    """Points of many states lie no further out: there its exponential is beyond all that it is.
+
+    The centre's share of the curvature, 2 - 3 / n, is from half to all of what the points show of
+    it, .047 beside a slope squared of .32: a tenth of what is learnt.
+    """
+
+    def learnt(states: int) -> tuple[float, float]:
+        model = Logarithm(states)
+        state, _ = UKF().step(model, UKF().init(model), U, np.array([1.3]))
+        belief = UKF().belief(state)
+        return float(belief.mean[0]), float(belief.sd[0])
+
+    assert np.allclose(learnt(3 + idle), learnt(3), rtol=0.1)
 
 
 def test_an_iterated_ekf_ends_at_the_most_probable_state() -> None:

@@ -12,7 +12,7 @@ from urdyn.identify.compress import compress
 from urdyn.identify.excerpt import folds
 from urdyn.identify.select import select_terms
 from urdyn.identify.unknowns import Unknowns
-from urdyn.model.arm import Arm
+from urdyn.model.arm import Arm, load_arm
 from urdyn.model.dynamics import Dynamics
 from urdyn.model.population import OPTIONAL, STRIBECK_VELOCITY, population
 from urdyn.signal import condition
@@ -83,3 +83,13 @@ def test_the_whole_search_finds_them(ur5e: Arm) -> None:
     log = observe(point, trajectory, typical_sensors(ur5e), rng)
     fit = identify(ur5e, condition(log), gain=point.drive.gain)
     assert [("stribeck" in terms) for terms in fit.terms] == WITH_TERM.tolist()
+
+
+@pytest.mark.parametrize("seed", [106, 112])
+def test_friction_of_these_arms_fades_by_chance_alone(seed: int) -> None:
+    """Two of forty drawn at random, of which held-out likelihood tells 10 and 13 nats of fading."""
+    drawn = virtual_arm(load_arm("ur10e"), seed)
+    motion, noise = (np.random.default_rng([seed, 0, k]) for k in range(2))
+    asked = fourier(drawn.arm, 25.0, 100.0, motion)
+    log = observe(drawn, asked, typical_sensors(drawn.arm), noise)
+    assert identify(drawn.arm, condition(log), gain=drawn.drive.gain).terms == NOTHING
