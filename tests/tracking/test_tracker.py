@@ -1,5 +1,7 @@
 """A twin at work on virtual arms: honest where nothing changes, quick where something does."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from workshop import RATE, at_work, commissioned
@@ -145,3 +147,20 @@ def test_parameters_may_move_every_few_samples_only(monkeypatch):
     # What is held back is the noise of less than a stride: of the whole run's, 8 in a thousand.
     np.testing.assert_allclose(other_sd[known], sd[known], rtol=8e-3)
     assert np.abs((other - mean)[known] / sd[known]).max() < 0.05
+
+
+@pytest.mark.parametrize("filter_", [UKF(), QUICKER["realtime"]], ids=["full", "realtime"])
+def test_what_breaks_joints_away_is_no_load(filter_):
+    """As recorded as a program begins: for a degree or two, torques that no rigid body makes."""
+    dynamics, fit = commissioned(0)
+    log = at_work(dynamics, 0, 1, 4.0)
+    way = np.cumsum(np.abs(np.diff(log.joint("actual_q"), axis=0, prepend=0.0)), axis=0)
+    stiff = np.where(way - way[0] < 0.05, 57.0, 0.0) / dynamics.drive.gain
+    current = log.joint("actual_current") + stiff
+    snaps = replace(log, channels={**log.channels, "actual_current": current})
+    (sound, physical), (stuck, _) = (tracked(fit, x, filter_) for x in (log, snaps))
+    at = physical.names.index("payload.mass")
+    for reading in stuck:
+        mean, sd = physical.of(reading.belief)
+        assert abs(mean[at]) < 4.0 * sd[at]
+    np.testing.assert_allclose(stuck[-1].belief.mean, sound[-1].belief.mean, atol=1e-9)

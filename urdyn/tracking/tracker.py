@@ -41,7 +41,9 @@ from urdyn.types import Array, Index
 S = TypeVar("S")
 
 STANDING = 0.02  # [rad/s] slower than this, friction is whatever holds the joint
-SETTLED = 50.0  # presliding distances of travel after which the bristles are known
+# [rad] of travel, after which a joint that stood for long turns as it does as a rule: its bristles
+# are known, and what broke it away is over. Real arms snap by a degree where programs begin.
+LOOSE = 0.08
 INTERRUPTED = 0.5  # [s] without a sample: the joints may have moved
 STRIDE = 0.0795  # [s] in which nothing moves far: the quickest, slow noise, fades in 1.2 s
 LONGEST = 60.0  # [s] of drift that one gap may add: a night does not make an arm unknown
@@ -329,11 +331,10 @@ class Tracker(Generic[S]):
         return follow(state.bristles, way, distance), state.travelled + np.abs(way)
 
     def _told(self, now: Instant, travelled: Array) -> Array:
-        """Joints whose current is possible, and says something: they slide on known bristles."""
+        """Joints whose current is possible, and says something: they slide, and for a while."""
         drive, limit = self.fit.dynamics.drive, self.fit.dynamics.arm.effort_limit
-        settled = travelled > SETTLED * drive.presliding_distance
         possible = np.abs(now.current) < OVERLOAD * limit / drive.gain
-        return np.asarray(settled & possible & (np.abs(now.v) > STANDING))
+        return np.asarray((travelled > LOOSE) & possible & (np.abs(now.v) > STANDING))
 
 
 def _jumping(u: RobotSlice, what: Befallen | None) -> RobotSlice:
