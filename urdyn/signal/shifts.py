@@ -27,9 +27,10 @@ def shifts(t: Array, q: Array, v: Array, half: int) -> Array:
     found = np.zeros_like(q)
     way, reach = _unexplained(t, q, v)
     beyond = np.abs(way) > reach
-    for k, j in np.argwhere(beyond):
-        alone = np.count_nonzero(beyond[max(0, k - half) : k + half + 1]) == 1
-        if alone and not _late(way[k], reach[k], v[k], j):
+    count, rows = np.cumsum([0, *np.count_nonzero(beyond, axis=1)]), np.arange(len(t))
+    near = count[np.minimum(rows + half + 1, len(t))] - count[np.maximum(rows - half, 0)]
+    for k, j in np.argwhere(beyond & (near == 1)[:, None]):
+        if not _late(way[k], reach[k], v[k], j):
             found[k, j] = way[k, j]
     return found
 
@@ -54,9 +55,7 @@ def _unexplained(t: Array, q: Array, v: Array) -> tuple[Array, Array]:
 
 
 def _late(way: Array, reach: Array, v: Array, j: int) -> bool:
-    """Whether a stamp that is off by way / v may have made joint j's jump: no other joint's way
-    tells that it did not.
-    """
+    """Whether a wrong stamp may have made joint j's jump: no other joint tells that it did not."""
     if abs(v[j]) < STANDING:
         return False
     would = np.abs(np.delete(v * way[j] / v[j], j))  # of the others, which have shown nothing
