@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 Mask = NDArray[np.bool_]
+Which = slice | Index  # rows, by their range or one by one
 
 
 def frozen(values: ArrayLike) -> Array:
@@ -91,7 +92,7 @@ class Log:
         )
 
 
-_JOINT_SERIES = ("q", "v", "a", "jerk", "current", "temperature")
+_JOINT_SERIES = ("q", "v", "a", "jerk", "current", "temperature", "shift")
 
 
 @dataclass(frozen=True)
@@ -111,8 +112,12 @@ class Motion:
     temperature: Array  # (N, J) [°C]; NaN where not measured
     breaks: tuple[int, ...] = ()  # rows that begin a new stretch after a gap, 0 not among them
     source: Source = field(default_factory=Source)
+    # (N, J) [rad] by which the encoder's zero jumped since the row before; none where not given.
+    shift: Array = field(default_factory=lambda: np.zeros((0, 0)))
 
     def __post_init__(self) -> None:
+        if not self.shift.size:
+            object.__setattr__(self, "shift", np.zeros_like(self.q))
         for name in ("t", *_JOINT_SERIES):
             object.__setattr__(self, name, frozen(getattr(self, name)))
         for name in _JOINT_SERIES:
@@ -147,11 +152,13 @@ class Motion:
     def slice(self, start: int, stop: int | None = None) -> Motion:
         """Rows start:stop as a motion of its own; a view, nothing is copied."""
         first, last, _ = slice(start, stop).indices(len(self))
-        return replace(
-            self,
-            **{name: getattr(self, name)[first:last] for name in ("t", *_JOINT_SERIES)},
-            breaks=tuple(b - first for b in self.breaks if first < b < last),
-        )
+        breaks = tuple(b - first for b in self.breaks if first < b < last)
+        return self.rows(slice(first, last), breaks)
+
+    def rows(self, kept: Which, breaks: tuple[int, ...]) -> Motion:
+        """Some rows as a motion of its own, and which of them begin a new stretch there."""
+        series = {name: getattr(self, name)[kept] for name in ("t", *_JOINT_SERIES)}
+        return replace(self, **series, breaks=breaks)
 
 
 @dataclass(frozen=True)

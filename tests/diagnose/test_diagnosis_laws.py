@@ -26,14 +26,13 @@ from urdyn.faults import Costs
 from urdyn.signal import Instant
 
 PUSH = "collision:link=4,force=90/0/60,onset=6"
-NAMES = ("t", "q", "v", "a", "jerk", "current", "temperature")
+NAMES = ("t", "q", "v", "a", "jerk", "current", "temperature", "shift")
 
 
 def instants(shop: Shop, log):
     motion, s, moved = shop.motion(log)
     for k in range(len(motion)):
-        of = Instant(*(getattr(motion, name)[k] for name in NAMES), np.zeros(6))
-        yield Now(of, s[k], moved[k])
+        yield Now(Instant(*(getattr(motion, name)[k] for name in NAMES)), s[k], moved[k])
 
 
 def test_instant_by_instant_finds_what_the_whole_recording_shows(shop: Shop) -> None:
@@ -149,7 +148,6 @@ def test_a_finding_that_was_seen_is_quiet_until_it_gets_worse(shop: Shop, tmp_pa
     desk = Desk(Task(of.fit, of.period, of.rules, tmp_path, 0, {"twin": "a"}, {}))
     for now in instants(shop, log):
         series = [getattr(now.instant, name) for name in NAMES[1:]]
-        series.append(now.instant.shift)
         desk.take(np.concatenate([[now.instant.t], *series, now.s, now.travelled]))
     desk.finish()
     (finding,) = desk.write()["findings"]

@@ -38,8 +38,7 @@ def test_no_motion_within_an_arms_reach_is_a_jump(rate: float, seed: int) -> Non
     """Accelerations that switch at random between the most and its opposite, from row to row."""
     rng, dt = np.random.default_rng(seed), 1.0 / rate
     fine = 8
-    a = REACH * np.repeat(rng.choice([-1.0, 1.0], (500, 3)), 1, axis=0)
-    a = np.repeat(a, fine // 2, axis=0)
+    a = REACH * np.repeat(rng.choice([-1.0, 1.0], (500, 3)), fine // 2, axis=0)
     v = np.vstack([np.zeros(3), np.cumsum(a, axis=0) * dt / fine])
     q = np.vstack([np.zeros(3), np.cumsum(0.5 * (v[1:] + v[:-1]), axis=0) * dt / fine])
     q, v = q[::fine] + rng.uniform(-0.4, 0.4, q[::fine].shape) * FINEST, v[::fine]

@@ -37,6 +37,7 @@ from urdyn.types import Array, Motion
 CHUNK = 10  # rows that are compared with the model at once
 BEAT = 0.25  # [s]
 BENDS = ("sensor_fault", "joint_backlash")  # fast kinds that bend what slow ones are judged by
+JUMPS = "encoder_offset"  # a slow kind that is a fast one where it comes at once
 BROKEN = 5.0  # periods without a row after which a beat and a moment end early
 
 
@@ -81,8 +82,8 @@ class Diagnosis:
     @cached_property
     def fast(self) -> Fast:
         """Tests of fast kinds."""
-        least = self.rules.levels("encoder_offset")["least"]
-        return Fast(self.space, self.period, self.rules.fast, least)
+        levels = {**self.rules.fast, JUMPS: self.rules.levels(JUMPS)}
+        return Fast(self.space, self.period, levels)
 
     @cached_property
     def slow(self) -> Slow:
@@ -102,10 +103,10 @@ class Diagnosis:
 
     def _chunk(self, state: State) -> tuple[State, list[Finding]]:
         """The instants that were kept, beside the commissioned model."""
-        motion, s, travelled, shift = _motion(state.chunk)
+        motion, s, travelled = _motion(state.chunk)
         warmth = felt(state.warmth, motion.t, motion.temperature)
         state = replace(state, warmth=warmth, chunk=())
-        return self.take(state, rows(self.space, motion, s, travelled, warmth, shift))
+        return self.take(state, rows(self.space, motion, s, travelled, warmth))
 
     def take(self, state: State, part: Rows) -> tuple[State, list[Finding]]:
         """Some rows on, no longer than a beat."""
@@ -212,9 +213,7 @@ class Diagnosis:
         """Joint by joint, whether this motion could show backlash; if not, one that would."""
         return self.fast.observable(state.fast)
 
-    def over(
-        self, motion: Motion, s: Array, travelled: Array, shift: Array
-    ) -> tuple[State, list[Finding]]:
+    def over(self, motion: Motion, s: Array, travelled: Array) -> tuple[State, list[Finding]]:
         """A whole motion at once: the same beats as instant by instant, but for their seams."""
         state, n = self.init(), max(1, round(BEAT / self.period))
         for start in range(0, len(motion), n):
@@ -222,8 +221,7 @@ class Diagnosis:
             here = motion.slice(start, min(start + n, len(motion)))
             warmth = felt(state.warmth, here.t, here.temperature)
             state = replace(state, warmth=warmth)
-            each = s[part], travelled[part], warmth, shift[part]
-            state, _ = self.take(state, rows(self.space, here, *each))
+            state, _ = self.take(state, rows(self.space, here, s[part], travelled[part], warmth))
         state, _ = self.finish(state)
         return state, self.findings(state)
 
@@ -231,8 +229,8 @@ class Diagnosis:
 SERIES = 400  # blocks of a found change that are remembered
 
 
-def _motion(chunk: tuple[Now, ...]) -> tuple[Motion, Array, Array, Array]:
-    """Instants as a motion, with presliding states, ways and shifts of zeros."""
+def _motion(chunk: tuple[Now, ...]) -> tuple[Motion, Array, Array]:
+    """Instants as a motion, with presliding states and ways."""
     one = [now.instant for now in chunk]
     motion = Motion(
         t=np.array([i.t for i in one]),
@@ -242,9 +240,9 @@ def _motion(chunk: tuple[Now, ...]) -> tuple[Motion, Array, Array, Array]:
         jerk=np.array([i.jerk for i in one]),
         current=np.array([i.current for i in one]),
         temperature=np.array([i.temperature for i in one]),
+        shift=np.array([i.shift for i in one]),
     )
-    s, travelled = np.array([n.s for n in chunk]), np.array([n.travelled for n in chunk])
-    return motion, s, travelled, np.array([i.shift for i in one])
+    return motion, np.array([n.s for n in chunk]), np.array([n.travelled for n in chunk])
 
 
 def _last(events: Iterable[Event], before: tuple[float, float]) -> tuple[float, float]:

@@ -39,7 +39,6 @@ class Fast:
     space: Space
     period: float  # [s] between rows
     levels: Mapping[str, Mapping[str, Any]]  # of each fast kind
-    least: float  # [rad] shift of an encoder's zero that is told
 
     @cached_property
     def sensors(self) -> SensorHealth:
@@ -84,7 +83,7 @@ class Fast:
         heard, rings = self.oscillation.step(state.heard, rows)
         reversals, gaps, open_now = self.backlash.step(state.reversals, rows, carried[0], doubted)
         ringing = [] if ill.any() else rings
-        events = [*sick, *pushes, *ringing, *gaps, *shifted(rows, self.least)]
+        events = [*sick, *pushes, *ringing, *gaps, *shifted(rows, self.levels["encoder_offset"])]
         return FastState(sensors, quiet, heard, reversals), events, ill | open_now
 
     def observable(self, state: FastState) -> list[dict[str, Any]]:

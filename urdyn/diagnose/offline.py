@@ -14,8 +14,7 @@ from urdyn.diagnose.finding import Finding
 from urdyn.diagnose.rules import Rules, read_rules
 from urdyn.identify.fit import Fit
 from urdyn.model.friction import travel
-from urdyn.signal import condition, half_window
-from urdyn.signal.shifts import shifts, without_turns
+from urdyn.signal import condition
 from urdyn.types import Log
 
 
@@ -46,10 +45,7 @@ def diagnose(fit: Fit, log: Log, rules: Rules | None = None) -> Report:
     motion = condition(log, offset=fit.dynamics.drive.time_offset)
     diagnosis = Diagnosis(fit, float(np.median(np.diff(log.t))), rules or read_rules())
     moved = np.cumsum(np.abs(travel(motion)), axis=0)
-    raw = log.joint("actual_q"), log.joint("actual_qd")
-    shift = without_turns(shifts(log.t, *raw, half_window(diagnosis.period)))
-    shift[-1] = 0.0  # nothing bears that out
-    state, found = diagnosis.over(motion, fit.dynamics.presliding(motion), moved, shift)
+    state, found = diagnosis.over(motion, fit.dynamics.presliding(motion), moved)
     source = {"source": log.source.path, "source.sha256": log.source.sha256}
     observable, costs = diagnosis.observable(state), diagnosis.rules.costs
     joints = fit.dynamics.arm.joint_names

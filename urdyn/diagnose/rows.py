@@ -55,21 +55,13 @@ class Rows:
         return Rows(**{f.name: getattr(self, f.name)[start:stop] for f in fields(self)})
 
 
-def rows(
-    space: Space,
-    motion: Motion,
-    s: Array,
-    travelled: Array,
-    warmth: Warmth,
-    shift: Array | None = None,
-) -> Rows:
+def rows(space: Space, motion: Motion, s: Array, travelled: Array, warmth: Warmth) -> Rows:
     """What a motion says against the commissioned arm.
 
     Args:
         s: presliding state, (N, J) [-].
         travelled: way of each joint since its bristles were unknown, (N, J) [rad].
         warmth: of the joints after the last row.
-        shift: by which encoders' zeros jumped, (N, J) [rad]; none where not given.
     """
     drive, arm = space.reference.drive, space.arm
     warm = np.stack([warmth.lubricant - drive.temperature, warmth.slope, warmth.left])
@@ -97,8 +89,7 @@ def rows(
     return Rows(
         motion.t, q, v, load, motion.current, predicted,
         through[..., None] * A, np.stack(own, axis=1), doubt, settled,
-        np.broadcast_to(warm, (len(motion), *warm.shape)),
-        np.zeros_like(q) if shift is None else shift,
+        np.broadcast_to(warm, (len(motion), *warm.shape)), motion.shift,
     )  # fmt: skip
 
 

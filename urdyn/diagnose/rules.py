@@ -21,9 +21,18 @@ PAYLOAD_STATES = ("mass", "mx", "my", "mz")  # [kg], [kg·m]
 
 
 # What a slow kind's table may say, and of which sort.
-SLOW = {
-    **{"change": {}, "shapes": [], "least": 0.0, "warning": 0.0, "critical": 0.0, "sign": 0},
-    **{"hold": 0.0, "hold_lighter": 0.0, "quantity": "", "unit": "", "advice": ""},
+SLOW: Mapping[str, Any] = {
+    "change": {},
+    "least": 0.0,
+    "warning": 0.0,
+    "critical": 0.0,
+    "sign": 0,
+    "shapes": [],
+    "quantity": "",
+    "unit": "",
+    "advice": "",
+    "hold": 0.0,
+    "hold_lighter": 0.0,
 }
 
 

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from urdyn.diagnose.event import Event
 from urdyn.diagnose.rows import Rows
 
 
-def shifted(rows: Rows, least: float) -> list[Event]:
-    """Shifts of `least` [rad] or more in a beat."""
-    found = np.argwhere(np.abs(rows.shift) >= least)
+def shifted(rows: Rows, rule: Mapping[str, float]) -> list[Event]:
+    """Shifts of rule["least"] [rad] or more in a beat."""
+    found = np.argwhere(np.abs(rows.shift) >= rule["least"])
     return [_event(rows, k, j) for k, j in found.tolist()]
 
 

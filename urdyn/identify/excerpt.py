@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -21,10 +20,7 @@ def excerpt(motion: Motion, rows: int) -> Motion:
     kept = (starts[:, None] + np.arange(width)).ravel()
     inherited = np.flatnonzero(np.isin(kept, motion.breaks))
     breaks = sorted({*(np.arange(1, WINDOWS) * width).tolist(), *inherited.tolist()} - {0})
-    series = ("t", "q", "v", "a", "jerk", "current", "temperature")
-    return replace(
-        motion, **{name: getattr(motion, name)[kept] for name in series}, breaks=tuple(breaks)
-    )
+    return motion.rows(kept, tuple(breaks))
 
 
 def folds(motion: Motion, count: int) -> list[Motion]:

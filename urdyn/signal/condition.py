@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from urdyn.errors import LogError
 from urdyn.signal.kinematics import kinematics
 from urdyn.signal.polynomial import half_window
-from urdyn.signal.shifts import shifts
+from urdyn.signal.shifts import shifts, without_turns
 from urdyn.signal.stretches import breaks, median_step
 from urdyn.types import Array, Log, Motion
 
@@ -63,7 +63,9 @@ class _Settled:
     def motion(self, log: Log) -> Motion:
         """Motion of `log`, which is the whole or a part."""
         q, v = (_measured(log, name) for name in ("actual_q", "actual_qd"))
-        shifted = np.cumsum(shifts(log.t, q, v, self.half), axis=0)  # no joint moved that way
+        shift = shifts(log.t, q, v, self.half)
+        shifted = np.cumsum(shift, axis=0)  # no joint moved that way
+        shift[-1] = 0.0  # nothing bears that one out
         moved = kinematics(
             log.t,
             q - shifted,
@@ -81,6 +83,7 @@ class _Settled:
             temperature=log.joint("joint_temperatures"),
             breaks=breaks(log.t, self.step),
             source=log.source,
+            shift=without_turns(shift),
         )
 
 

@@ -16,7 +16,7 @@ from urdyn.simulate.follow import Followed
 from urdyn.simulate.plant import Gears
 from urdyn.simulate.schedule import Event, course
 from urdyn.simulate.trajectory import Trajectory, blocks
-from urdyn.types import Array
+from urdyn.types import Array, Motion
 
 SERVO = 0.002  # [s]; a CB3, which talks every 8 ms, leaves the loop to its joints in between
 STIFFNESS = 100.0  # [1/rad] of a gear, times its rated torque
@@ -58,8 +58,7 @@ def forward(
     for part in blocks(len(t)):
         at = np.rint(t[part] / SERVO).astype(np.intp)
         now = course(dynamics, events, t[part])
-        motion = replace(
-            asked,
+        motion = Motion(
             t=now.t,
             q=q[at],
             v=v[at],
