@@ -28,7 +28,7 @@ SLOW_TRUST = 20.0  # [s] that what passed slowly on the first day counts for bes
 TOLD = 0.02  # [-] of the variance: a smaller share that was slow on the first day is taken for none
 LEARN = 60.0  # [s] over which noise is averaged
 CLIP = 3.0  # [sd] beyond which a residual counts as that large: no noise, something happened
-PAUSE = 25  # samples between two looks at the colour
+PAUSE, PAUSE_TIME = 25.0, 0.25  # samples and, where they are many, [s] between two looks at it
 CHANCE = 2.5  # [sd] by which residuals that are far apart are alike by chance
 TINY = 1e-4  # [A] no sensor of a current is better
 SLOWEST = 0.01  # [-] of the noise's sd that is slow in any case: no state is known exactly
@@ -40,8 +40,7 @@ LEAST = 0.05  # [-] of it that nothing predicts
 class Colour:
     """What is known of the noise, and the samples that it is told from."""
 
-    past: Array  # (p, J, w) packed inputs, newest first; NaN where a joint said nothing
-    current: Array  # (p, J) [A]
+    past: Array  # (p, J, w + 1) packed inputs and current [A], newest first; NaN where it said none
     left: Array  # (L, J) [A] residuals without the model's slow part, newest first
     alike: Array  # (p + 2, J) [A²] mean product of residuals 0 .. p samples and, last, FAR apart
     count: float  # samples behind that
@@ -61,8 +60,7 @@ def first(noise: Noise, width: int, period: float) -> Colour:
     slow = np.where(told, noise.slow, 0.0) ** 2
     passing = np.exp(-np.append(np.arange(ORDER + 1) * period, FAR) / MEMORY)[:, None]
     return Colour(
-        np.full((ORDER, J, width), np.nan),
-        np.full((ORDER, J), np.nan),
+        np.full((ORDER, J, width + 1), np.nan),
         np.full((length, J), np.nan),
         np.concatenate([_alike(ar, noise.power), np.zeros((1, J))]) + slow * passing,
         TRUST,
@@ -86,9 +84,9 @@ def _alike(ar: Array, power: Array) -> Array:
 
 def whitened(colour: Colour, u: RobotSlice, y: Array) -> tuple[RobotSlice, Array]:
     """The slice and its currents (J,) after the filter that makes their noise white."""
-    seen = y - np.einsum("jk,kj->j", colour.ar, colour.current)
+    white = _beside(u, y) - np.einsum("jk,kjw->jw", colour.ar, colour.past)
+    packed, seen = white[:, :-1], white[:, -1]
     known = np.isfinite(seen)
-    packed = u.packed - np.einsum("jk,kjw->jw", colour.ar, colour.past)
     if not known.all():
         packed[~known] = 0.0
     return replace(u, packed=packed, noise=colour.scale, stray=colour.slow), seen
@@ -96,22 +94,26 @@ def whitened(colour: Colour, u: RobotSlice, y: Array) -> tuple[RobotSlice, Array
 
 def kept(colour: Colour, u: RobotSlice, y: Array) -> Colour:
     """One sample on: it is a predecessor now."""
-    packed = np.where(np.isfinite(y)[:, None], u.packed, np.nan)
-    past = np.concatenate([packed[None], colour.past[:-1]])
-    return replace(colour, past=past, current=np.concatenate([y[None], colour.current[:-1]]))
+    now = _beside(u, y)
+    now[np.isnan(y)] = np.nan
+    return replace(colour, past=np.concatenate([now[None], colour.past[:-1]]))
+
+
+def _beside(u: RobotSlice, y: Array) -> Array:
+    """Inputs and, behind them, currents, (J, w + 1)."""
+    return np.concatenate([u.packed, y[:, None]], axis=1)
 
 
 def interrupted(colour: Colour) -> Colour:
     """After a gap nothing stands beside what was before."""
-    nothing = (np.full_like(old, np.nan) for old in (colour.past, colour.current, colour.left))
-    past, current, left = nothing
-    return replace(colour, past=past, current=current, left=left)
+    past, left = (np.full_like(old, np.nan) for old in (colour.past, colour.left))
+    return replace(colour, past=past, left=left)
 
 
 def unlearnt(colour: Colour, before: Colour) -> Colour:
     """Known no better than it was before; what was left since was no noise."""
     nothing = np.full_like(colour.left, np.nan)
-    return replace(before, past=colour.past, current=colour.current, left=nothing)
+    return replace(before, past=colour.past, left=nothing)
 
 
 def foreseen(colour: Colour, slow: Array) -> Array:
@@ -141,7 +143,8 @@ def learnt(colour: Colour, left: Array, unknown: Array, sure: Mask, period: floa
     alike = colour.alike + np.where(np.isfinite(step), step, 0.0)
     alike[0] = np.maximum(alike[0], TINY**2)
     colour = replace(colour, left=left, alike=alike, count=colour.count + 1.0)
-    return _looked_at(colour, period) if colour.count % PAUSE < 1.0 else colour
+    pause = max(PAUSE, round(PAUSE_TIME / period))
+    return _looked_at(colour, period) if colour.count % pause < 1.0 else colour
 
 
 def _looked_at(colour: Colour, period: float) -> Colour:
