@@ -88,7 +88,7 @@ def test_another_payload_has_nothing_of_the_one_before(model, slices):
     for told in (u, found):  # what was found out is where belief begins, and no evidence
         np.testing.assert_allclose(
             model.transition_cov(told)[of_payload],
-            ANYTHING**2 * np.diag(model.prior.cov.diagonal())[of_payload],
+            ANYTHING[:, None] ** 2 * np.diag(model.prior.cov.diagonal())[of_payload],
             rtol=1e-12,
         )
 
@@ -111,7 +111,7 @@ def test_ever_new_payloads_do_not_tell_the_gain_that_they_are_felt_through(model
         roughly = np.zeros(10)
         roughly[0] = truth[payload] + 0.5 * rng.standard_normal()
         # All that is known of it besides is that it is within so many kilograms of this.
-        information += (roughly[0] / (ANYTHING * PAYLOAD_SD[0])) ** 2
+        information += (roughly[0] / (ANYTHING * PAYLOAD_SD)[0]) ** 2
         for k in range(20):
             u = replace(slices(1e-6), widen=k == 0)
             u = currents.near(u, filter_.belief(state).mean[: len(currents.names)], roughly)

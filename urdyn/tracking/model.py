@@ -38,8 +38,9 @@ GAIN_SD = 1e-3  # [-] of gains that are known
 JOLTS = {"f": 0.4, "alpha": 0.4, "z": 0.1}
 PAYLOAD_SD = np.array([3.0, 0.3, 0.3, 0.3, *[0.05] * 6])  # kg, kg m, kg m²: anything or nothing
 # [-] times as wide where another is taken up: belief begins where the evidence has it, which is not
-# told by that twice, or every payload would confirm the drives that it was weighed by.
-ANYTHING = 10.0
+# told by that twice, or every payload would confirm the drives that it was weighed by. Of inertia
+# evidence says nothing.
+ANYTHING = np.repeat([10.0, 1.0], [4, 6])
 # Viscous friction of UR arms falls by 15 to 25 % over the 12 to 20 K of a warm-up.
 KAPPA, KAPPA_SD, KAPPA_F_SD = 0.014, 0.004, 0.002  # [1/K]
 LAG = 300.0  # [s] in which the lubricant's warmth is that of the joint
