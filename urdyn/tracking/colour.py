@@ -28,7 +28,7 @@ SLOW_TRUST = 20.0  # [s] that what passed slowly on the first day counts for bes
 TOLD = 0.02  # [-] of the variance: a smaller share that was slow on the first day is taken for none
 LEARN = 60.0  # [s] over which noise is averaged
 CLIP = 3.0  # [sd] beyond which a residual counts as that large: no noise, something happened
-PAUSE, PAUSE_TIME = 25.0, 0.25  # samples and, where they are many, [s] between two looks at it
+PAUSE, PAUSE_TIME = 25.0, 0.25  # samples and, where they are many, [s] between looks at the colour
 CHANCE = 2.5  # [sd] by which residuals that are far apart are alike by chance
 TINY = 1e-4  # [A] no sensor of a current is better
 SLOWEST = 0.01  # [-] of the noise's sd that is slow in any case: no state is known exactly
@@ -40,7 +40,7 @@ LEAST = 0.05  # [-] of it that nothing predicts
 class Colour:
     """What is known of the noise, and the samples that it is told from."""
 
-    past: Array  # (p, J, w + 1) packed inputs and current [A], newest first; NaN where it said none
+    past: Array  # (p, J, w + 1) packed inputs and current [A], newest first; NaN where none is told
     left: Array  # (L, J) [A] residuals without the model's slow part, newest first
     alike: Array  # (p + 2, J) [A²] mean product of residuals 0 .. p samples and, last, FAR apart
     count: float  # samples behind that

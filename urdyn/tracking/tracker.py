@@ -184,13 +184,14 @@ class Tracker(Generic[S]):
         was = in_hindsight(state) if anew or (doubtful and np.isfinite(rest.left)) else state
         before = state.belief if self._told_of_zeros else was.belief
         carried = state.carried if what is None or what.payload is None else what.payload
-        mean = mean if what is None else self._carrying(self._mean(before), what.payload)
+        mean = mean if what is None else self._mean(before)
+        about = self._carrying(mean, carried)  # no estimate: its noise would load the gears
+        mean = mean if carried is state.carried else about
         s = bristles[0] + drive.presliding_tail * (bristles[1] - bristles[0])
         waited = state.waited + passed
         # Where samples are many, no one of them both looks and moves: each takes its time.
         moves = fresh or waited >= self._stride * (1 + looks)
         span = waited if moves else 0.0
-        about = self._carrying(mean, carried)  # no estimate: its noise would load the gears
         u = self.currents.slice(now, s, passed, about, lubricant, span)
         u = _jumping(u, what) if fresh else u
         y = np.where(self._told(now, travelled), now.current, np.nan)
@@ -275,11 +276,10 @@ class Tracker(Generic[S]):
         known = belief if isinstance(belief, QUICK) else self.filter.belief(belief)
         return known.mean[at], known.sd[at]
 
-    def _carrying(self, mean: Array, payload: Array | None) -> Array:
-        """The states (n,) with this payload, if any."""
+    def _carrying(self, mean: Array, payload: Array) -> Array:
+        """The states (n,) with this payload, (10,)."""
         mean = np.array(mean)
-        if payload is not None:
-            mean[self.currents.places["payload"]] = payload
+        mean[self.currents.places["payload"]] = payload
         return mean
 
     def _credible(self, belief: S) -> bool:
