@@ -29,6 +29,15 @@ def test_noise_is_in_a_quarters_amplitude_what_its_rows_leave_of_it(frequency: f
     assert np.all(np.mean(found**2, axis=0) > 0.8 * expected)
 
 
+def test_a_motion_of_seconds_is_no_swing() -> None:
+    """What is left of it is what quartics of a second do: terms of the fifth order."""
+    t = np.arange(1800) / 500.0
+    motion = 0.8 * np.sin(2.0 * np.pi * 0.4 * t) + 0.3 * np.cos(2.0 * np.pi * 0.9 * t)
+    assert amplitude(motion, t, 8.0) < 1e-3
+    assert course(motion, t, 8.0).max() < 3e-3
+    assert np.isclose(amplitude(motion + 0.01 * np.sin(50.0 * t), t, 25.0 / np.pi), 0.01, rtol=0.05)
+
+
 def test_a_frequency_is_found_between_bins() -> None:
     x = np.cos(2.0 * np.pi * 7.3 * T)
     assert abs(refined(x, T, 1.0 / 0.9 * 7, 1.0 / 0.9) - 7.3) < 0.25
@@ -39,3 +48,14 @@ def test_a_wrist_that_swings_rings_whatever_torque_that_takes(shop: Shop) -> Non
     found = shop.report(fault, seconds=8.0)
     assert [(f.kind, f.joint) for f in found] == [("controller_instability", 4)]
     assert found.findings[0].size < 0.7  # [N·m], that a torque would have to have
+
+
+def test_a_swing_that_a_second_hardly_shows_is_told_after_some(shop: Shop) -> None:
+    """.6 of its noise: quarters of a second tell little of what lasts, those of four enough."""
+    log = shop.log(seconds=14.0, rate=500.0)
+    noise = np.sqrt(shop.fit.noise.power[2]) * shop.dynamics.drive.gain[2]
+    swing = np.where(log.t > 6.0, 0.6 * noise * np.sin(60.0 * log.t), 0.0)
+    [found] = shop.disturbed(log, 2, swing)
+    assert (found.kind, found.joint) == ("controller_instability", 2)
+    assert found.alarm_s < 6.0 + 3.6 + 3 * 0.25 + 1e-6  # three looks more than its window
+    assert np.isclose(found.evidence["frequency_Hz"], 30.0 / np.pi, atol=0.1)

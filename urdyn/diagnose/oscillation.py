@@ -1,14 +1,15 @@
 """A loop that rings: one line in the spectrum of a joint's current that stays where it is.
 
-The last second is looked at every beat. A line has to stand out of its neighbours and of what this
-joint's spectrum is like as a rule, in both halves of that second at the same frequency; lines that
-the gear makes at this speed do not count.
+The last second is looked at every beat, and the last seconds, in which weaker ones show. A line
+has to stand out of its neighbours and of what this joint's spectrum is like as a rule, in both
+halves of that time at the same frequency; lines that the gear makes at this speed do not count.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from typing import TypeVar
 
 import numpy as np
 
@@ -19,9 +20,9 @@ from urdyn.diagnose.swings import amplitude, course, lines, neighbourhood, parts
 from urdyn.model.friction import GEAR_RATIO
 from urdyn.types import Array, Mask
 
-WINDOW = 0.9  # [s]
+WINDOWS = 0.9, 3.6  # [s]
 HIGHEST = 60.0  # [Hz] no loop of a joint rings faster
-LEARNT = 0.05  # [-] of the usual spectrum, a beat; of the first ones their share
+LEARNT = 0.056  # [1/s] of the usual spectrum a beat, over the window; of the first ones their share
 HALVES = 5.0  # [-] times its neighbours that the line stands out in each half
 STAYS = 0.5  # [-] of its largest amplitude that a line has at least in each quarter
 RISES = 0.2  # [-] of its last amplitude that one that grows has at first
@@ -35,20 +36,18 @@ BAND = 0.06  # [-] about the gear's lines that does not count
 STEADY = 0.2  # [-] of its speed by which a joint that makes a line may vary it
 ORDERS = (1.0, 2.0, 4.0)  # of motor turns
 
-
+T = TypeVar("T")
 Line = tuple[int, float, float, Array]  # joint, frequency, ratio, amplitudes by quarter
 
 
 @dataclass(frozen=True, eq=False)
 class Heard:
-    """The last second, and the usual spectrum."""
+    """The last seconds, and the usual spectra."""
 
     t: Array  # (n,)
-    torque: Array  # (n, J) [N·m] as measured
-    left: Array  # (n, J) [N·m] what the model leaves
-    v: Array  # (n, J) [rad/s]
-    usual: Array  # (3, F, J) of a second; of no size before one was heard
-    beats: float  # that it was learnt in
+    signals: Array  # (3, n, J) what the model leaves and torque as measured [N·m], speed [rad/s]
+    usual: tuple[Array, ...]  # (3, F, J) of each window; of no size before one was heard
+    beats: tuple[float, ...]  # that they were learnt in
     rings: Array  # (4,) when something rang last [s], its frequency, since when, whether told
 
 
@@ -60,82 +59,94 @@ class Oscillation:
     period: float  # [s] between rows
     rule: Mapping[str, float]  # least, warning, critical [N·m]; threshold [nats]; lowest [Hz]
 
-    @property
-    def samples(self) -> int:
-        """Rows of the window."""
-        return round(WINDOW / self.period)
-
     def init(self) -> Heard:
         """Nothing heard yet."""
-        J = self.space.joints
-        nothing = np.zeros((0, J))
-        return Heard(
-            np.zeros(0),
-            nothing,
-            nothing,
-            nothing,
-            np.zeros((3, 0, J)),
-            0.0,
-            np.array([-np.inf, 0.0, 0.0, 0.0]),
-        )
+        nothing = np.zeros((3, 0, self.space.joints))
+        usual, beats = (nothing,) * len(WINDOWS), (0.0,) * len(WINDOWS)
+        return Heard(np.zeros(0), nothing, usual, beats, np.array([-np.inf, 0.0, 0.0, 0.0]))
 
     def step(self, state: Heard, rows: Rows) -> tuple[Heard, list[Event]]:
         """A beat on; an event when a joint begins to ring."""
-        K, keep = self.space.reference.drive.gain, slice(-self.samples, None)
+        K, keep = self.space.reference.drive.gain, slice(-self._samples(max(WINDOWS)), None)
         gap = len(state.t) and rows.t[0] - state.t[-1] > 5.0 * self.period
         old = slice(0, 0) if gap else slice(None)
+        new = np.stack([K * rows.residual, K * rows.current, rows.v])
         state = replace(
             state,
             t=np.concatenate([state.t[old], rows.t])[keep],
-            torque=np.concatenate([state.torque[old], K * rows.current])[keep],
-            left=np.concatenate([state.left[old], K * rows.residual])[keep],
-            v=np.concatenate([state.v[old], rows.v])[keep],
+            signals=np.concatenate([state.signals[:, old], new], axis=1)[:, keep],
         )
-        if len(state.t) < self.samples or self.samples < 24:
-            return state, []
-        return self._judge(state)
+        events: list[Event] = []
+        for of, window in enumerate(WINDOWS):
+            if len(state.t) >= self._samples(window) >= 24:
+                state, more = self._judge(state, of)
+                events += more
+        return state, events
 
-    def _judge(self, state: Heard) -> tuple[Heard, list[Event]]:
-        f: Array = np.asarray(np.fft.rfftfreq(self.samples, self.period), dtype=np.float64)
+    def _samples(self, window: float) -> int:
+        """Rows of a window."""
+        return round(window / self.period)
+
+    def _judge(self, state: Heard, of: int) -> tuple[Heard, list[Event]]:
+        n = self._samples(WINDOWS[of])
+        t, signals = state.t[-n:], state.signals[:, -n:]
+        f: Array = np.asarray(np.fft.rfftfreq(n, self.period), dtype=np.float64)
         f = f[f <= HIGHEST]
-        signals = np.stack([state.left, state.torque, state.v])
         whole = spectrum(signals, len(f))
-        fresh = state.usual.shape[1] == 0
-        usual = whole if fresh else state.usual
+        usual = state.usual[of] if state.beats[of] else whole
         floor = np.maximum(neighbourhood(whole), usual)
         ratio = whole / np.where(floor > 0.0, floor, np.inf)
-        allowed = self._allowed(f, state.v)
-        halves = [lines(signals[:, part], len(f) // 2 + 1) for part in parts(self.samples, 2)]
+        allowed = self._allowed(f, signals[2])
+        halves = [lines(signals[:, part], len(f) // 2 + 1) for part in parts(n, 2)]
         seen = []
         for j in range(self.space.joints):
             if np.isfinite(signals[..., j]).all():
-                of = ratio[..., j], allowed[:, j], f, [h[..., j] for h in halves]
-                line = self._line(signals[..., j], state.t, *of)
+                about = ratio[..., j], allowed[:, j], f, [h[..., j] for h in halves]
+                line = self._line(signals[..., j], t, *about)
                 seen += [(j, *line)] if line else []
         loud = np.isin(np.arange(self.space.joints), [line[0] for line in seen])
-        beats = state.beats + 1.0
-        gain = max(LEARNT, 1.0 / beats)
+        beats = state.beats[of] + 1.0
+        gain = max(LEARNT / WINDOWS[of], 1.0 / beats)
         learnt = usual + gain * (np.minimum(whole, 4.0 * usual) - usual)
-        state = replace(state, usual=np.where(loud, usual, learnt), beats=beats)
-        return self._told(state, seen) if seen else (state, [])
+        state = replace(
+            state,
+            usual=_with(state.usual, of, np.where(loud, usual, learnt)),
+            beats=_with(state.beats, of, beats),
+        )
+        return self._told(state, seen, t, signals[2]) if seen else (state, [])
 
-    def _told(self, state: Heard, seen: list[Line]) -> tuple[Heard, list[Event]]:
+    def _told(
+        self, state: Heard, seen: list[Line], t: Array, v: Array
+    ) -> tuple[Heard, list[Event]]:
         """One event for all joints that ring together: that of the joint that swings most."""
-        now = float(state.t[-1])
+        now = float(t[-1])
         joint, frequency, ratio, sizes = max(seen, key=lambda line: line[2])
-        swings = [amplitude(v, state.t, frequency) for v in state.v.T]
+        swings = [amplitude(of, t, frequency) for of in v.T]
         if max(swings) > SWING:
             joint = int(np.argmax(swings))
         last, before, since, told = state.rings
         same = now - last < AGAIN and abs(frequency - before) < NEAR
-        since, told = (since, told) if same else (float(state.t[0]), 0.0)
+        since, told = (since, told) if same else (float(t[0]), 0.0)
         friction = self.space.reference.drive.coulomb[joint]
         gear = frequency > self.rule["gear"]
         strong = sizes[-1] > self.rule["strong" if gear else "weak"] * friction
         at_once = strong and _gain(sizes) > STEADILY
         tell = not told and (at_once or now - since > self.rule["patience"])
         state = replace(state, rings=np.array([now, frequency, since, float(told or tell)]))
-        return state, [self._event(state, joint, frequency, ratio, sizes)] if tell else []
+        if not tell:
+            return state, []
+        growth = float(np.polyfit([t[p].mean() for p in parts(len(t), 4)], np.log(sizes), 1)[0])
+        size = float(sizes[-2:].mean())
+        evidence = {
+            "frequency_Hz": frequency,
+            "amplitude_Nm": size,
+            "growing": growth > GROWING,
+            "growth_per_s": growth,
+            "statistic": ratio,
+            "threshold": float(self.rule["threshold"]),
+        }
+        begin = float(state.rings[2])
+        return state, [Event("controller_instability", joint, begin, now, 0.99, size, evidence)]
 
     def _allowed(self, f: Array, v: Array) -> Mask:
         """Frequencies that neither the motion nor the gear makes, (F, J)."""
@@ -173,20 +184,6 @@ class Oscillation:
                 return frequency, float(masked[at]), torque
         return None
 
-    def _event(self, state: Heard, j: int, frequency: float, ratio: float, sizes: Array) -> Event:
-        growth = float(np.polyfit(np.arange(4) * WINDOW / 4, np.log(sizes), 1)[0])
-        size = float(sizes[-2:].mean())
-        evidence = {
-            "frequency_Hz": frequency,
-            "amplitude_Nm": size,
-            "growing": growth > GROWING,
-            "growth_per_s": growth,
-            "statistic": ratio,
-            "threshold": float(self.rule["threshold"]),
-        }
-        begin, end = float(state.rings[2]), float(state.t[-1])
-        return Event("controller_instability", j, begin, end, 0.99, size, evidence)
-
 
 def _lasts(sizes: Array, whole: float) -> bool:
     """A line that neither fades nor was only passing, and keeps its phase."""
@@ -202,3 +199,8 @@ def _lasts(sizes: Array, whole: float) -> bool:
 def _gain(sizes: Array) -> float:
     """Of amplitudes by quarter, from the first half to the last [-]."""
     return float(sizes[2:].mean() / sizes[:2].mean())
+
+
+def _with(values: tuple[T, ...], at: int, value: T) -> tuple[T, ...]:
+    """The values with another one at this place."""
+    return (*values[:at], value, *values[at + 1 :])

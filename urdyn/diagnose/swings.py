@@ -14,25 +14,30 @@ NEIGHBOURS = 6  # bins to each side that make a line's neighbourhood
 def amplitude(x: Array, t: Array, frequency: float) -> float:
     """Of a swing of this frequency, beside a slow motion."""
     w = 2.0 * np.pi * frequency * (t - t[0])
-    basis = np.column_stack([np.cos(w), np.sin(w), _slow(len(t))])
+    basis = np.column_stack([np.cos(w), np.sin(w), _slow(t)])
     found = np.linalg.lstsq(basis, x, rcond=None)[0]
     return float(np.hypot(found[0], found[1]))
 
 
 def course(x: Array, t: Array, frequency: float) -> Array:
-    """Amplitudes of a swing of this frequency by quarter, beside one slow motion, (4,)."""
+    """Amplitudes of a swing of this frequency by quarter, beside a slow motion, (4,)."""
     w = 2.0 * np.pi * frequency * (t - t[0])
     swings = np.zeros((len(t), 8))
     for k, part in enumerate(parts(len(t), 4)):
         swings[part, 2 * k] = np.cos(w[part])
         swings[part, 2 * k + 1] = np.sin(w[part])
-    found = np.linalg.lstsq(np.hstack([swings, _slow(len(t))]), x, rcond=None)[0]
+    found = np.linalg.lstsq(np.hstack([swings, _slow(t)]), x, rcond=None)[0]
     return np.asarray(np.hypot(found[0:8:2], found[1:8:2]))
 
 
-def _slow(n: int) -> Array:
-    """What a motion looks like in so many rows, (n, 5)."""
-    return np.asarray(np.polynomial.polynomial.polyvander(np.linspace(-1.0, 1.0, n), 4))
+def _slow(t: Array) -> Array:
+    """What a motion looks like, (n, 5 m): a quartic in each of its m seconds."""
+    count = max(1, round(float(t[-1] - t[0])))
+    basis = np.zeros((len(t), 5 * count))
+    for k, part in enumerate(parts(len(t), count)):
+        u = np.linspace(-1.0, 1.0, part.stop - part.start)
+        basis[part, 5 * k : 5 * k + 5] = np.polynomial.polynomial.polyvander(u, 4)
+    return basis
 
 
 def refined(x: Array, t: Array, frequency: float, width: float) -> float:
