@@ -150,8 +150,8 @@ class Oscillation:
 
     def _allowed(self, f: Array, v: Array) -> Mask:
         """Frequencies that neither the motion nor the gear makes, (F, J)."""
-        nyquist = 0.5 / self.period
-        allowed = np.repeat((f >= self.rule["lowest"])[:, None], v.shape[1], axis=1)
+        nyquist, lowest = 0.5 / self.period, self.rule["lowest"] + f[1]  # a taper smears by a bin
+        allowed = np.repeat((f >= lowest)[:, None], v.shape[1], axis=1)
         lo, hi = np.abs(v).min(axis=0), np.abs(v).max(axis=0)
         for order in ORDERS:
             a, b = (order * GEAR_RATIO / (2.0 * np.pi) * x for x in (lo, hi))
