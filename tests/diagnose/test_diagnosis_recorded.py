@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from urdyn.diagnose import Diagnosis, diagnose
@@ -14,6 +16,7 @@ from urdyn.model.arm import Arm
 from urdyn.signal import condition, samples
 from urdyn.tracking import Tracker
 from urdyn.tracking.blocks import Blocks
+from urdyn.types import Log
 
 COLUMNS = "timestamp,actual_q*6,actual_qd*6,actual_current*6,target_current*6,target_moment*6"
 LIVE = ("ur-20_02_06-20sec_10harm", "ur-20_02_05-20sec_12harm")
@@ -69,3 +72,28 @@ def test_healthy_days_raise_nothing_sample_by_sample(fit: Fit, recordings: Path,
             state, _ = diagnosis.step(state, now)
     state, _ = diagnosis.finish(state)
     assert not state.findings
+
+
+def worn(log: Log, fit: Fit, joint: int, much: float, since: float) -> Log:
+    """The recording with so much more of a joint's friction in its current."""
+    drive, v = fit.dynamics.drive, log.joint("actual_qd")[:, joint]
+    lost = drive.coulomb[joint] * np.tanh(v / 0.01) + drive.viscous[joint] * v
+    current = log.joint("actual_current").copy()
+    current[:, joint] += (log.t >= since) * much * lost / drive.gain[joint]
+    return replace(log, channels={**log.channels, "actual_current": current})
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("joint", range(6))
+@pytest.mark.parametrize("begins", ["before", "within"])
+def test_friction_that_was_put_into_a_recording_is_found(
+    fit: Fit, recordings: Path, joint: int, begins: str
+) -> None:
+    """By a half, from the first row on: it wore since commissioning. Or while it is recorded."""
+    path = recordings / "ur10e_dynamics" / "ur-20_02_19_15harm50sec.csv"
+    log = read(path, columns=COLUMNS)
+    since = log.t[0] if begins == "before" else log.t[0] + 20.0
+    found = diagnose(fit, worn(log, fit, joint, 0.5, since)).findings
+    assert [(f.kind, f.joint) for f in found] == [("friction_increase", joint)]
+    assert found[0].older == ("before this run" in found[0].text) == (begins == "before")
+    assert abs(found[0].size - 0.5) < 0.2

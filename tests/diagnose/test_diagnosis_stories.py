@@ -32,6 +32,17 @@ def test_one_fault_is_one_finding_of_its_kind_and_joint(shop: Shop, story: str) 
     assert finding.confidence > 0.5
 
 
+def test_what_wore_before_the_run_is_found_and_said_to_be_older(shop: Shop) -> None:
+    """A half more than when it was commissioned: eight times what days do."""
+    (finding,) = shop.report("friction_increase:joint=2,onset=0,rate=0.5,shape=step", seconds=30.0)
+    assert (finding.kind, finding.joint, finding.older) == ("friction_increase", 2, True)
+    assert "before this run" in finding.text and abs(finding.size - np.log(1.5)) < 0.15
+
+
+def test_a_day_on_which_friction_is_a_tenth_higher_is_a_day(shop: Shop) -> None:
+    assert not shop.report("friction_increase:joint=2,onset=0,rate=0.1,shape=step", seconds=30.0)
+
+
 def test_a_payload_is_told_with_its_mass(shop: Shop) -> None:
     (finding,) = shop.report("payload_change:onset=12,mass=1.5", seconds=40.0)
     assert abs(finding.evidence["mass_kg"] - 1.5) < 0.15

@@ -20,7 +20,7 @@ def test_a_change_that_is_too_small_to_be_told_is_not_told_by_another_name(shop:
     def told(suspect: Suspect, evidence: float, share: float) -> Explanation:
         size = share * suspect.kind.least * suspect.unit
         return Explanation(
-            suspect, 9.0, evidence, "ramp", 1.0, 0.0, 2.0, size, 0.1 * size, 0.0, 0.0
+            suspect, 9.0, evidence, "ramp", 1.0, 0.0, 2.0, size, 0.1 * size, 0.0, 0.0, False
         )
 
     friction = told(one("friction_increase", 5), 20.0, 0.97)

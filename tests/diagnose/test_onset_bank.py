@@ -2,15 +2,26 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from urdyn.diagnose.bank import PROGRAM, Block, Straying, first, step, strayed
-from urdyn.diagnose.explain import _log_ratio
+from urdyn.diagnose.explain import Suspect, Suspects, _log_ratio, gathered
+from urdyn.diagnose.rules import SlowKind
 
 N, BLOCKS, SECONDS = 3, 7, 5.0
 WALK, WINDOW = np.array([0.02, 0.01, 0.0]), np.array([0.1, 0.0, 0.05])
 E = np.eye(N)[:, :2]
+LEVELS = {
+    "least": 0.0,
+    "warning": 1.0,
+    "critical": 2.0,
+    "quantity": "-",
+    "unit": "-",
+    "advice": "-",
+}
 
 
 def blocks(rng: np.random.Generator, change: np.ndarray | None = None, onset: int = 0):
@@ -72,6 +83,20 @@ def test_evidence_against_a_healthy_arm_is_one_on_the_average() -> None:
         ratios.append(np.exp(_log_ratio(bank.C[0], bank.d[0], sd, 1)).mean())
     error = np.std(ratios) / np.sqrt(len(ratios))
     assert abs(np.mean(ratios) - 1.0) < 4.0 * error
+
+
+def test_the_time_before_a_run_counts_for_as_many_blocks_as_are_promised_for_it() -> None:
+    P, made = blocks(np.random.default_rng(3), change=np.array([0.3, 0.0]))
+    kind = SlowKind("wear", {"f": 0.2}, least=0.0, warning=1.0, critical=2.0, sign=1)
+    of = Suspects(np.array([0]), (Suspect(kind, 0, np.array([0]), np.array([0.2]), 1.0),))
+    bank = banked(P, made)
+    first_alone = replace(
+        bank, onset=bank.onset[:1], weight=bank.weight[:1], C=bank.C[:, :1], d=bank.d[:, :1]
+    )
+    [since], [before] = gathered(bank, of), gathered(bank, of, 50.0)
+    [old] = gathered(first_alone, of)
+    assert np.isclose(np.exp(before), np.exp(since) + 50.0 * np.exp(old))
+    assert gathered(replace(bank, oldest=False), of, 50.0) == since
 
 
 def test_old_onsets_thin_out_and_none_is_forgotten() -> None:

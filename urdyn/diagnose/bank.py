@@ -42,6 +42,7 @@ class Bank:
     x: Array  # (n,)
     P: Array  # (n, n)
     onset: Array  # (m,) [s]
+    oldest: bool  # the first of them is the first block's: a change may be older than the run
     weight: Array  # (m,) onsets that this one stands for
     X: Array  # (n, 2, m, p) what a unit of each change has moved the filter by
     C: Array  # (2, m, p, p)
@@ -65,7 +66,7 @@ def first(x: Array, P: Array, p: int) -> Bank:
     """Before the first block."""
     n = len(x)
     return Bank(
-        np.nan, x, P, np.zeros(0), np.zeros(0),
+        np.nan, x, P, np.zeros(0), True, np.zeros(0),
         np.zeros((n, 2, 0, p)), np.zeros((2, 0, p, p)), np.zeros((2, 0, p)),
     )  # fmt: skip
 

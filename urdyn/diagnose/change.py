@@ -37,3 +37,4 @@ class Change:
     rate_sd: float
     detail: tuple[float, ...] = ()  # of a payload: mass, mx, my, mz
     rivals: tuple[tuple[int, float], ...] = ()  # other suspects and their shares
+    older: bool = False  # it may be older than the run

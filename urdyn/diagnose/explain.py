@@ -64,6 +64,7 @@ class Explanation:
     size_sd: float
     rate: float  # [1/s]; 0 of a step
     rate_sd: float
+    older: bool  # it may be older than the run
 
     @property
     def large(self) -> bool:
@@ -129,11 +130,18 @@ def _log_ratio(C: Array, d: Array, sd: Array, sign: int) -> Array:
     return np.asarray(ratio)
 
 
-def gathered(bank: Bank, of: Suspects) -> Array:
-    """Evidence of every suspect over all onsets, (h,): log of Shiryaev-Roberts' sums."""
-    weight, told = np.log(bank.weight), np.full(len(of.each), -np.inf)
-    if not len(weight):
+def gathered(bank: Bank, of: Suspects, older: float = 0.0) -> Array:
+    """Evidence of every suspect over all onsets, (h,): log of Shiryaev-Roberts' sums.
+
+    Args:
+        older: blocks that onsets before the first one count for.
+    """
+    told = np.full(len(of.each), -np.inf)
+    if not len(bank.onset):
         return told
+    counted = bank.weight.copy()
+    counted[0] += older * bank.oldest
+    weight = np.log(counted)
     for name in dict.fromkeys(each.kind.name for each in of.each):
         at = [k for k, each in enumerate(of.each) if each.kind.name == name]
         places = np.array([of.each[k].places for k in at])
@@ -158,7 +166,7 @@ def explanation(bank: Bank, suspect: Suspect) -> Explanation:
     lo, middle, hi = (_quantile(bank.onset, by_onset, share) for share in (0.05, 0.5, 0.95))
     return Explanation(
         suspect, bank.t, total, SHAPES[s], middle, lo, hi, delta * age, spread * age,
-        delta if ramp else 0.0, spread if ramp else 0.0,
+        delta if ramp else 0.0, spread if ramp else 0.0, bank.oldest and middle == bank.onset[0],
     )  # fmt: skip
 
 

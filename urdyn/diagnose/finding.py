@@ -32,6 +32,7 @@ class Finding:
     evidence: Mapping[str, Any] = field(default_factory=dict)
     acknowledged: bool = False
     forecast: Mapping[str, Any] | None = None  # `Course.forecast`; None: no trend is established
+    older: bool = False  # it may have begun before the run; then onset_s is the first look at it
 
     def plain(self) -> dict[str, Any]:
         """As numbers and words, for JSON."""

@@ -20,6 +20,7 @@ from urdyn.diagnose.rules import PAYLOAD_STATES
 from urdyn.diagnose.slow_state import SlowState
 from urdyn.types import Array
 
+OLDER = 1.0 / 3.0  # [-] of a shift's blocks, that the time before it counts for
 NEAR = 10.0  # [nats] below an alarm, from which on a suspect is another's rival
 CONFIDENT = 0.95  # [-] share of the evidence at which a finding need not wait for a clearer name
 UNSURE = 2.0  # [sd] below which another finding leaves nothing of a change
@@ -37,7 +38,8 @@ class Judge:
 
     healthy: Healthy
     of: Suspects
-    threshold: float  # [-] log of the blocks to a false alarm
+    promised: float  # blocks to a false alarm
+    shift: float  # blocks that a run counts for
 
     @cached_property
     def E(self) -> Array:
@@ -59,11 +61,12 @@ class Judge:
 
     def _alarmed(self, state: SlowState, last: bool = False) -> SlowState:
         """Is there an alarm, and is it clear of what, or never will be?"""
-        evidence = gathered(state.bank, self.of)
-        state = replace(state, likely=self._likely(state.bank, evidence))
+        state = replace(state, likely=self._likely(state.bank, gathered(state.bank, self.of)))
+        evidence = gathered(state.bank, self.of, OLDER * self.shift)
         told = {fault.suspect for fault in (*state.known, *state.passed)}
         of = [k for k in range(len(self.of.each)) if k not in told]
-        over = self.threshold + np.log(len(of))
+        # Under it, sums grow by a block's worth a block, from what came before the first.
+        over = np.log((1.0 + OLDER) * self.promised * len(of))
         if logsumexp(evidence[of]) < over:
             return replace(state, waited=0)
         each = {
@@ -112,7 +115,7 @@ class Judge:
         change = Change(
             k, told.onset, told.onset_lo, told.onset_hi, told.t, share, told.evidence,
             told.size, told.size_sd, told.rate, told.rate_sd,
-            tuple(detail.tolist()) if of_tool else (), rivals,
+            tuple(detail.tolist()) if of_tool else (), rivals, told.older,
         )  # fmt: skip
         state = replace(state, found=(*state.found, change), waited=0)
         if of_tool:

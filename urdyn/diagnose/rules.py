@@ -72,6 +72,7 @@ class Rules:
     """A library of them."""
 
     hours: float  # [h] to a false alarm, at least, on the average
+    shift: float  # [h] that a run counts for
     healthy: Mapping[str, Mapping[str, float]]  # state -> day, hour, window
     warmth: Mapping[str, float]  # sd of what nobody knows of it
     noise: Noise
@@ -152,13 +153,16 @@ def _rules(document: Mapping[str, Any], path: str) -> Rules:
     kinds = document["kind"].items()
     slow = tuple(_slow(name, dict(of), path) for name, of in kinds if "change" in of)
     fast = {name: of for name, of in kinds if "change" not in of}
-    if not (hours := document["promise"]["hours"]) > 0.0:
-        raise InputError(f"{path}: [promise] hours is a number above 0")
+    promise = document["promise"]
+    for name, value in promise.items():
+        if not value > 0.0:
+            raise InputError(f"{path}: [promise] {name} is a number above 0")
     noise, costs = Noise(**document["noise"]), Costs(**document["costs"])
     warmth, named = document["warmth"], document["named"]
     for name, of in named.items():
         _check_counts(name, of, path)
-    return Rules(float(hours), document["healthy"], warmth, noise, slow, fast, costs, named)
+    hours, shift = float(promise["hours"]), float(promise["shift"])
+    return Rules(hours, shift, document["healthy"], warmth, noise, slow, fast, costs, named)
 
 
 def _check_counts(name: str, of: Any, path: str) -> None:

@@ -71,7 +71,8 @@ class Slow:
     @cached_property
     def judge(self) -> Judge:
         """Who looks at the bank after a block."""
-        return Judge(self.healthy, self.of, float(np.log(self.rules.hours * 3600.0 / BLOCK)))
+        blocks = 3600.0 / BLOCK
+        return Judge(self.healthy, self.of, self.rules.hours * blocks, self.rules.shift * blocks)
 
     def init(self) -> SlowState:
         """Before the first moment."""

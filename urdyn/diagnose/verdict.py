@@ -42,7 +42,7 @@ def of_change(change: Change, of: Suspects, space: Space, rules: Rules, trace: S
     if change.detail:
         evidence |= _payload(change.detail)
     name, onset = _name(suspect, space), change.onset
-    text = _said(kind.quantity, kind.unit, name, size, sd, onset)
+    text = _said(kind, name, size, sd, _since(onset, change.older))
     course = Course(change.alarm, size, sd, rate, rate_sd)
     forecast = course.forecast(kind.warning, kind.critical)
     return Finding(
@@ -64,6 +64,7 @@ def of_change(change: Change, of: Suspects, space: Space, rules: Rules, trace: S
         advice=kind.advice,
         evidence=evidence,
         forecast=forecast,
+        older=change.older,
     )
 
 
@@ -144,7 +145,7 @@ def _grown(old: Finding, suspect: Suspect, series: Series) -> Finding:
         size=size,
         size_sd=sd,
         severity=_held(old.severity, size, sd, kind),
-        text=_said(kind.quantity, kind.unit, old.name, size, sd, old.onset_s),
+        text=_said(kind, old.name, size, sd, _since(old.onset_s, old.older)),
         evidence=dict(old.evidence) | {"series": _series(series, scale)},
     )
     if course is None:
@@ -187,12 +188,16 @@ def _series(trace: Series, scale: float) -> dict[str, list[float]]:
     }
 
 
-def _said(quantity: str, unit: str, name: str, size: float, sd: float, onset: float) -> str:
-    if unit == "-":
+def _said(kind: SlowKind, name: str, size: float, sd: float, since: str) -> str:
+    if kind.unit == "-":
         much, unsure = f"{100 * size:+.1f} %", f"{100 * sd:.1f} %"
     else:
-        much, unsure = f"{size:+.3g} {unit}", f"{sd:.2g}"
-    return f"{name}: {quantity} {much} ± {unsure} since {onset:.1f} s"
+        much, unsure = f"{size:+.3g} {kind.unit}", f"{sd:.2g}"
+    return f"{name}: {kind.quantity} {much} ± {unsure} since {since}"
+
+
+def _since(onset: float, older: bool) -> str:
+    return "before this run" if older else f"{onset:.1f} s"
 
 
 def _shown(event: Event, name: str) -> str:

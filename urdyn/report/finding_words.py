@@ -7,6 +7,7 @@ from typing import Any
 
 from urdyn.report.digits import interval90, number
 
+BEFORE = "before this run"
 NEVER = 1e9  # [s] that may as well be for ever
 SPANS = ((86400.0, "d"), (3600.0, "h"), (60.0, "min"))
 KINDS = {

@@ -10,7 +10,7 @@ import plotly.graph_objects as go
 
 from urdyn.report.canvas import BAND, LEFT, OURS, band, figure, line, rule, shade
 from urdyn.report.digits import NORMAL90, number, percent
-from urdyn.report.finding_words import factor, kind, size, span_of, unit
+from urdyn.report.finding_words import BEFORE, factor, kind, size, span_of, unit
 from urdyn.report.markup import Html, cell, grid, paragraph, plot, section, table, tag, text
 from urdyn.report.names import spoken
 from urdyn.report.track_history import Clock, History
@@ -51,13 +51,11 @@ def _row(finding: Mapping[str, Any], clock: Clock, start: float) -> list[Html]:
     left = finding["time_to_failure_s"]
     seen = ", acknowledged" if finding["acknowledged"] else ""
     bad = "outside" if finding["severity"] != "notice" and not seen else ""
+    began, within = finding["onset_s"] - start, (max(lo - start, 0.0), hi - start)
     return [
         text(kind(finding)),
         text(spoken(finding["name"])),
-        cell(
-            clock(finding["onset_s"] - start),
-            f"{clock(max(lo - start, 0.0))} to {clock(hi - start)}",
-        ),
+        text(BEFORE) if finding["older"] else cell(clock(began), " to ".join(map(clock, within))),
         cell(size(finding), finding["quantity"]),
         cell(finding["severity"] + seen, f"told at {clock(finding['alarm_s'] - start)}", bad),
         text(percent(finding["confidence"])),

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from urdyn.report.digits import interval90, number, percent
-from urdyn.report.finding_words import kind, size, span_of
+from urdyn.report.finding_words import BEFORE, kind, size, span_of
 from urdyn.report.findings import ranked
 from urdyn.report.markup import Html, cell, facts, grid, join, paragraph, table, tag, text
 from urdyn.report.names import QUANTITIES, maker, spoken
@@ -73,7 +73,8 @@ def _sentence(f: Mapping[str, Any], time: Clock, start: float) -> str:
     name, left = spoken(f["name"]), f["forecast"] and f["time_to_failure_s"]
     soon = f", critical in {span_of(left)}" if left and left["median"] > 0.0 else ""
     known = ", acknowledged" if f["acknowledged"] else ""
-    told = f"{name[0].upper()}{name[1:]}: {kind(f)}, {size(f)}, since {time(f['onset_s'] - start)}"
+    since = BEFORE if f["older"] else time(f["onset_s"] - start)
+    told = f"{name[0].upper()}{name[1:]}: {kind(f)}, {size(f)}, since {since}"
     return f"{told}; {f['severity']}{soon}{known}."
 
 
