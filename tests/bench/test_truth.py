@@ -9,7 +9,7 @@ import pytest
 from scipy.stats import binom, chi2
 
 from urdyn.bench.coloured import Coloured
-from urdyn.bench.life import MOVED, STEP, drawn
+from urdyn.bench.life import MOVED, STEP, WORN, drawn
 from urdyn.bench.truth import Trial, Trials, surprise, trials, truths
 from urdyn.estimate import EKF
 from urdyn.estimate.bound import posterior_bound
@@ -19,6 +19,7 @@ from urdyn.signal import Instant
 from urdyn.simulate.schedule import course
 from urdyn.simulate.sensors import real_sensors, typical_sensors
 from urdyn.tracking import tracking_model
+from urdyn.tracking.model import DAY
 
 CHANCE = 1e-3
 PERIOD = 0.01  # [s]
@@ -67,6 +68,8 @@ def test_lives_stray_as_the_process_says(model) -> None:
     rates = np.arange(len(model.observation.names), len(model.names))
     cov = np.zeros_like(model.prior.cov)
     cov[moved, moved] = np.diag(model.prior.cov)[moved]
+    for group in WORN:
+        cov[places[group], places[group]] = DAY[group] ** 2 * np.eye(6)
     cov[np.ix_(rates, rates)] = model.prior.cov[np.ix_(rates, rates)]
     still = Instant(0.0, *np.zeros((5, 6)), np.full(6, np.nan), np.zeros(6))
     u = replace(model.observation.slice(still, np.zeros(6), STEP), blind=False)

@@ -13,10 +13,12 @@ from urdyn.dbn.robot import RobotCurrents
 from urdyn.dbn.robot_slice import RobotSlice
 from urdyn.signal import Instant
 from urdyn.simulate.schedule import Course
+from urdyn.tracking.model import DAY
 from urdyn.types import Array
 
 STEP = 0.5  # [s] from one drawn state to the next; straight lines between
 MOVED = ("k", "z", "kappa", "lubricant")  # groups that have left their mean when the log begins
+WORN = ("f", "alpha")  # groups that have strayed since commissioning, as days do
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,6 +66,8 @@ def drawn(
         x[at[group]] = model.prior.mean[at[group]] + sd[at[group]] * rng.standard_normal(
             at[group].stop - at[group].start
         )
+    for group in WORN:
+        x[at[group]] = DAY[group] * rng.standard_normal(at[group].stop - at[group].start)
     rates = slice(len(currents.names), None)
     x[rates] = rng.multivariate_normal(0.0 * x[rates], model.prior.cov[rates, rates])
     # Of an exact square root, for Q has states in it that never move.

@@ -24,9 +24,10 @@ from urdyn.dbn.robot_slice import RobotSlice
 from urdyn.dbn.two_slice import TwoSlice, linearised
 from urdyn.estimate import Innovation
 from urdyn.estimate.innovation import LOG_2PI, innovation, whitening
+from urdyn.tracking.model import STRIDE
 from urdyn.types import Array, Gaussian, Index, Mask
 
-LITTLE, MUCH = 0.02, 0.1  # [-] variance of the expected current that a block adds to its noise's
+LITTLE, MUCH = 0.05, 0.2  # [-] variance of the expected current that a block adds to its noise's
 CALM = 1.5  # [-] of the innovations' average size, where 1 is expected
 WILDEST = 10.0  # [-] that one sample counts for at most
 LASTING = 2.0  # [s] in which what others are wrong by is the same, until the motion has changed
@@ -44,33 +45,36 @@ class Waiting:
     residual: Array  # (J,) [A]
     R: Array  # (J,) [A²]; 0 where there is nothing
     dt: float  # [s] that they span
+    still: float  # [s] since the block was last moved
     count: int
     interval: int  # samples to wait for
 
-    def added(self, H: Array, residual: Array, R: Array, dt: float) -> Waiting:
+    def added(self, H: Array, residual: Array, R: Array, u: RobotSlice) -> Waiting:
         """One more."""
+        still = self.still + u.span
         if not self.count:
-            return Waiting(H, residual, R, dt, 1, self.interval)
-        more = (self.H + H, self.residual + residual, self.R + R, self.dt + dt)
+            return Waiting(H, residual, R, u.dt, still, 1, self.interval)
+        more = (self.H + H, self.residual + residual, self.R + R, self.dt + u.dt, still)
         return Waiting(*more, self.count + 1, self.interval)
 
     def nearer(self, step: Array) -> Waiting:
         """What waits, seen from a mean that has moved, (n,)."""
         return replace(self, residual=self.residual - self.H @ step)
 
-    def done(self, own: Array, calm: bool, longest: int) -> Waiting:
+    def done(self, own: Array, calm: bool, longest: int, still: float) -> Waiting:
         """Nothing waits; the next sum is longer or shorter by how much this one moved the block.
 
         Args:
             own: variance of the sum by the block's own doubt, (J,) [A²].
+            still: since the block was last moved [s].
         """
         if longest == 1 or not calm:
-            return Waiting(self.H, self.residual, self.R, 0.0, 0, 1)
+            return Waiting(self.H, self.residual, self.R, 0.0, still, 0, 1)
         share = float((own / np.where(self.R > 0.0, self.R, np.inf)).max())
         slower = self.interval * 2 if share < LITTLE else self.interval
         interval = self.interval // 2 if share > MUCH else slower
         interval = min(max(interval, 1), longest)
-        return Waiting(self.H, self.residual, self.R, 0.0, 0, interval)
+        return Waiting(self.H, self.residual, self.R, 0.0, still, 0, interval)
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,7 +111,7 @@ class Blocks:
         bodies, drives = places(model.names)
         P, (J, n) = model.prior.cov, (len(drives), len(model.names))
         covs = P[np.ix_(bodies, bodies)], P[drives[:, :, None], drives[:, None, :]]
-        wait = Waiting(np.zeros((J, n)), np.zeros(J), np.zeros(J), 0.0, 0, 1)
+        wait = Waiting(np.zeros((J, n)), np.zeros(J), np.zeros(J), 0.0, 0.0, 0, 1)
         return BlockBelief(model.prior.mean, *covs, bodies, drives, wait, wait, np.zeros(J), 1.0)
 
     def step(
@@ -131,8 +135,8 @@ class Blocks:
             state,
             mean=x,
             surprise=surprise,
-            for_bodies=state.for_bodies.added(H, residual, R, u.dt),
-            for_drives=state.for_drives.added(H, residual, R, u.dt),
+            for_bodies=state.for_bodies.added(H, residual, R, u),
+            for_drives=state.for_drives.added(H, residual, R, u),
         )
         changed = u.widen or u.jolted is not None
         return self._learnt(model, state, u, surprise < CALM and not changed), told
@@ -174,9 +178,9 @@ def _bodies_learnt(
 ) -> BlockBelief:
     """Kalman's correction of the bodies by all that waits for them."""
     wait, at = state.for_bodies, state.at_bodies
-    P = state.bodies
-    if not model.still:
-        passed, block = _after(u, wait), (at[:, None], at)
+    P, still = state.bodies, wait.still
+    if _moves(u, wait):
+        passed, block, still = replace(u, span=still), (at[:, None], at), 0.0
         F = model.transition_jacobian(state.mean, passed)[block]
         P = _carried(F, P) + model.transition_cov(passed)[block]
     Hb, other = wait.H.take(at, axis=1), _by_drives(state, wait)
@@ -187,7 +191,7 @@ def _bodies_learnt(
     gain = HP.T @ np.linalg.inv(S)
     mean = state.mean.copy()
     mean[at] += gain @ wait.residual
-    done, unsure = wait.done(own, calm, longest), (own + other) / noise
+    done, unsure = wait.done(own, calm, longest, still), (own + other) / noise
     return replace(state, mean=mean, bodies=P - gain @ HP, for_bodies=done, unsure=unsure)
 
 
@@ -230,9 +234,10 @@ def _drives_learnt(
 ) -> BlockBelief:
     """The same of every joint's drive."""
     wait, at = state.for_drives, state.at_drives
-    P = state.drives
-    if not model.still:
-        passed, rows, columns = _after(u, wait), at[:, :, None], at[:, None, :]
+    P, still = state.drives, wait.still
+    if _moves(u, wait):
+        passed, still = replace(u, span=still), 0.0
+        rows, columns = at[:, :, None], at[:, None, :]
         F = model.transition_jacobian(state.mean, passed)[rows, columns]
         P = F @ P @ F.swapaxes(1, 2) + model.transition_cov(passed)[rows, columns]
     Hb, Hd = wait.H.take(state.at_bodies, axis=1), wait.H[np.arange(len(at))[:, None], at]
@@ -243,7 +248,7 @@ def _drives_learnt(
     mean = state.mean.copy()
     mean[at] += gain * (W @ wait.residual)[:, None]
     P = P - (W.diagonal()[:, None] * gain)[:, :, None] * gain[:, None, :]
-    return replace(state, mean=mean, drives=P, for_drives=wait.done(own, calm, longest))
+    return replace(state, mean=mean, drives=P, for_drives=wait.done(own, calm, longest, still))
 
 
 def _by_drives(state: BlockBelief, wait: Waiting) -> Array:
@@ -257,9 +262,9 @@ def _lasting(wait: Waiting) -> float:
     return max(1.0, LASTING / max(wait.dt, TINY))
 
 
-def _after(u: RobotSlice, wait: Waiting) -> RobotSlice:
-    """The slice as one of all the time that was waited."""
-    return u if wait.count == 1 else replace(u, dt=wait.dt, span=wait.dt)
+def _moves(u: RobotSlice, wait: Waiting) -> bool:
+    """Whether it is time that a block moved, or something befell it."""
+    return wait.still >= STRIDE or u.widen or u.jolted is not None
 
 
 def _noise(wait: Waiting) -> Array:

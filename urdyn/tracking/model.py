@@ -34,8 +34,12 @@ ZERO_SD = 3e-4  # [rad] of a joint's zero on the first day
 ZERO_MEMORY = 600.0  # [s] in which a zero that nothing shows is taken to be as drawn again
 HEALTH_SD = 0.01  # [-] of health on the first day: gains are the commissioned ones
 GAIN_SD = 1e-3  # [-] of gains that are known
+# What became of a healthy arm's friction since commissioning, sd: logarithms, offsets in Coulomb
+# frictions. Who took a run's first second for commissioning's last would see wear as noise.
+DAY = {"f": 0.03, "alpha": 0.075, "beta": 0.05, "o": 0.025}
 # What breaks at once: friction by a half, a drive by a tenth; logarithms.
 JOLTS = {"f": 0.4, "alpha": 0.4, "z": 0.1}
+STRIDE = 0.0795  # [s] in which nothing moves far: the quickest, slow noise, fades in 1.2 s
 PAYLOAD_SD = np.array([3.0, 0.3, 0.3, 0.3, *[0.05] * 6])  # kg, kg m, kg m²: anything or nothing
 # [-] times as wide where another is taken up: belief begins where the evidence has it, which is not
 # told by that twice, or every payload would confirm the drives that it was weighed by. Of inertia
@@ -96,7 +100,7 @@ def _noise(fit: Fit) -> Array:
 
 
 def _prior(fit: Fit, arms: Population, V: Array, currents: RobotCurrents) -> Gaussian:
-    """The fit's belief in the filter's states, (n,)."""
+    """The fit's belief in the filter's states, (n,), as it is on another day."""
     names, joints = list(fit.names), fit.dynamics.arm.joint_names
     links = 10 * len(joints)
     tracked = [names.index(f"{j}.{field}") for field in TRACKED.values() for j in joints]
@@ -127,6 +131,9 @@ def _prior(fit: Fit, arms: Population, V: Array, currents: RobotCurrents) -> Gau
     for group, sd in spread.items():
         at = _at(currents, group)
         whole[at, at] = np.broadcast_to(sd, at.shape) ** 2
+    for group, sd in DAY.items():
+        at, one = _at(currents, group), fit.dynamics.drive.coulomb if group == "o" else 1.0
+        whole[at, at] += (sd * one) ** 2
     if gains:
         at = _at(currents, "gain")
         strongest = gains[fit.dynamics.drive.strongest]

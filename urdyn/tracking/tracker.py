@@ -21,7 +21,7 @@ from urdyn.tracking import colour as noise
 from urdyn.tracking.befallen import Befallen, Evidence, befallen, gathered, none_yet, told_from
 from urdyn.tracking.blocks import Blocks
 from urdyn.tracking.handling import Rest, exchanged
-from urdyn.tracking.model import Drift, tracking_model
+from urdyn.tracking.model import STRIDE, Drift, tracking_model
 from urdyn.tracking.reading import Reading
 from urdyn.tracking.state import (
     HINDSIGHT,
@@ -45,7 +45,6 @@ STANDING = 0.02  # [rad/s] slower than this, friction is whatever holds the join
 # are known, and what broke it away is over. Real arms snap by a degree where programs begin.
 LOOSE = 0.08
 INTERRUPTED = 0.5  # [s] without a sample: the joints may have moved
-STRIDE = 0.0795  # [s] in which nothing moves far: the quickest, slow noise, fades in 1.2 s
 LONGEST = 60.0  # [s] of drift that one gap may add: a night does not make an arm unknown
 PATIENCE = 2.0  # [s] after such a moment before the next
 LOOK, LOOK_TIME = 5.0, 0.08  # samples and, where they are many, [s] between two looks for one
