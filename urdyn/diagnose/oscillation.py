@@ -21,6 +21,7 @@ from urdyn.model.friction import GEAR_RATIO
 from urdyn.types import Array, Mask
 
 WINDOWS = 0.9, 3.6  # [s]
+FEWEST = 24  # rows of the shortest: fewer, and no line is told from its neighbours
 HIGHEST = 60.0  # [Hz] no loop of a joint rings faster
 LEARNT = 0.056  # [1/s] of the usual spectrum a beat, over the window; of the first ones their share
 HALVES = 5.0  # [-] times its neighbours that the line stands out in each half
@@ -77,8 +78,10 @@ class Oscillation:
             signals=np.concatenate([state.signals[:, old], new], axis=1)[:, keep],
         )
         events: list[Event] = []
+        if self._samples(min(WINDOWS)) < FEWEST:
+            return state, events
         for of, window in enumerate(WINDOWS):
-            if len(state.t) >= self._samples(window) >= 24:
+            if len(state.t) >= self._samples(window):
                 state, more = self._judge(state, of)
                 events += more
         return state, events
