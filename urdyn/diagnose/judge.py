@@ -65,7 +65,7 @@ class Judge:
         evidence = gathered(state.bank, self.of, OLDER * self.shift)
         told = {fault.suspect for fault in (*state.known, *state.passed)}
         of = [k for k in range(len(self.of.each)) if k not in told]
-        # Under it, sums grow by a block's worth a block, from what came before the first.
+        # A healthy arm's sums begin at what came before counts for, and grow by one a block.
         over = np.log((1.0 + OLDER) * self.promised * len(of))
         if logsumexp(evidence[of]) < over:
             return replace(state, waited=0)
