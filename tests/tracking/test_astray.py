@@ -11,6 +11,7 @@ from urdyn.estimate import EKF
 from urdyn.signal import samples
 from urdyn.tracking import Tracker, open_source
 from urdyn.tracking.blocks import Blocks
+from urdyn.tracking.losses import no_losses, told
 
 WRONG = slice(800, 1600)  # samples
 LENGTH = 30.0  # [s]
@@ -84,7 +85,7 @@ def test_a_sentence_has_room_for_a_few_changes(count, words):
     said = verdict(
         {
             "samples": 1000, "data_s": 200.0, "rate_hz": 900.0, "payload_changes": changes,
-            "latency_ms": {"p99": 2.0}, "quality": {"restarts": 0},
+            "latency_ms": {"p99": 2.0}, "quality": told(no_losses(6), 0, (), 1) | {"restarts": 0},
             "final": {"payload.mass": {"mean": 1.0, "sd": 0.1}},
         }
     )  # fmt: skip

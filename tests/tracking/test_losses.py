@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from urdyn.cli.watching import verdict
 from urdyn.io import write
 from urdyn.signal import Sample
 from urdyn.tracking import open_source
@@ -42,11 +43,17 @@ def test_a_run_tells_what_its_recording_lacked(workshop, tmp_path):
     channels["actual_q"][400, 2] += 1.0  # torn
     write(replace(workshop.log, t=workshop.log.t[rows], channels=channels), tmp_path / "a.parquet")
     source = open_source(str(tmp_path / "a.parquet"))
-    quality = workshop.track(tmp_path / "out", source)["quality"]
+    summary = workshop.track(tmp_path / "out", source)
+    quality = summary["quality"]
     assert (quality["gaps"], quality["missing"]) == (1, 60)
     assert quality["longest_step_s"] == pytest.approx(0.61)
     assert quality["without_current"][3] == pytest.approx(30 / len(rows))
     assert quality["refused"] > 0
+    said = verdict(summary)
+    assert "not whole: impossible angles or speeds" in said and "gap (kept)" in said
+    assert "up to 5.6 % missing" in said
+    whole = verdict(workshop.track(tmp_path / "whole"))
+    assert "not whole" not in whole
 
 
 def test_the_tracked_network_has_the_edges_that_the_filter_uses():

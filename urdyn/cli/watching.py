@@ -25,6 +25,7 @@ ASTRAY = (
     "begun anew {} times, for no arm's drives are as these currents say: is it this arm's twin, "
     "and are the currents in amperes?"
 )
+SILENT = 1e-3  # [-] of a joint's samples without a current, which nobody minds
 SLOW = "it fell behind the robot: --mode realtime is quicker, and --rate asks for fewer samples"
 
 
@@ -72,9 +73,26 @@ def verdict(summary: dict[str, Any]) -> str:
         f"{summary['samples']} samples, {summary['data_s']:.1f} s, at {summary['rate_hz']:.0f} Hz; "
         f"99 % within {latency['p99']:.2f} ms; payload {interval90(mass['mean'], mass['sd'])} kg"
         + changed
+        + _lacked(summary["quality"])
         + ("\n" + SLOW if latency["p99"] > BEHIND else "")
         + ("\n" + ASTRAY.format(astray) if astray else "")
     )
+
+
+def _lacked(quality: dict[str, Any]) -> str:
+    """What the stream lacked, where it lacked anything; the page has the rest of it."""
+    counts = {
+        "gaps": f"gaps {quality['gaps']} ({quality['missing']} samples)",
+        "repeated": f"stamps that came twice {quality['repeated']}",
+        "clock_set_back": f"clock set back {quality['clock_set_back']}",
+        "refused": f"impossible angles or speeds {quality['refused']}",
+    }
+    if any(" gap " in defect for defect in quality["defects"]):  # its reader has told
+        del counts["gaps"]
+    told = [text for name, text in counts.items() if quality[name]] + quality["defects"]
+    if (share := max(quality["without_current"])) > SILENT:
+        told.append(f"of a joint's currents up to {100.0 * share:.2g} % missing")
+    return f"\nthe stream was not whole: {'; '.join(told)}" if told else ""
 
 
 def _changes(times: Sequence[float]) -> str:
