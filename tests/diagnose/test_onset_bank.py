@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from urdyn.diagnose.bank import PROGRAM, Block, Straying, first, step, strayed
-from urdyn.diagnose.explain import Suspect, Suspects, _log_ratio, gathered
+from urdyn.diagnose.explain import Suspect, Suspects, _log_ratio, gathered, ratios
 from urdyn.diagnose.rules import SlowKind
 
 N, BLOCKS, SECONDS = 3, 7, 5.0
@@ -93,10 +93,11 @@ def test_the_time_before_a_run_counts_for_as_many_blocks_as_are_promised_for_it(
     first_alone = replace(
         bank, onset=bank.onset[:1], weight=bank.weight[:1], C=bank.C[:, :1], d=bank.d[:, :1]
     )
-    [since], [before] = gathered(bank, of), gathered(bank, of, 50.0)
-    [old] = gathered(first_alone, of)
+    told = ratios(bank, of)
+    [since], [before] = gathered(bank, told), gathered(bank, told, 50.0)
+    [old] = gathered(first_alone, ratios(first_alone, of))
     assert np.isclose(np.exp(before), np.exp(since) + 50.0 * np.exp(old))
-    assert gathered(replace(bank, oldest=False), of, 50.0) == since
+    assert gathered(replace(bank, oldest=False), told, 50.0) == since
 
 
 def test_old_onsets_thin_out_and_none_is_forgotten() -> None:

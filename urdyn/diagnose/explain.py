@@ -130,26 +130,29 @@ def _log_ratio(C: Array, d: Array, sd: Array, sign: int) -> Array:
     return np.asarray(ratio)
 
 
-def gathered(bank: Bank, of: Suspects, older: float = 0.0) -> Array:
-    """Evidence of every suspect over all onsets, (h,): log of Shiryaev-Roberts' sums.
-
-    Args:
-        older: blocks that onsets before the first one count for.
-    """
-    told = np.full(len(of.each), -np.inf)
-    if not len(bank.onset):
-        return told
-    counted = bank.weight.copy()
-    counted[0] += older * bank.oldest
-    weight = np.log(counted)
+def ratios(bank: Bank, of: Suspects) -> Array:
+    """Log of every suspect's likelihood ratio by onset, over shapes and sizes, (h, m)."""
+    told = np.full((len(of.each), len(bank.onset)), -np.inf)
     for name in dict.fromkeys(each.kind.name for each in of.each):
         at = [k for k, each in enumerate(of.each) if each.kind.name == name]
         places = np.array([of.each[k].places for k in at])
         sd = np.array([of.each[k].sd for k in at])
-        told[at] = logsumexp(
-            evidence(bank, of.each[at[0]].kind, places, sd) + weight, axis=(1, 2, 3)
-        )
+        told[at] = logsumexp(evidence(bank, of.each[at[0]].kind, places, sd), axis=(1, 2))
     return told
+
+
+def gathered(bank: Bank, told: Array, older: float = 0.0) -> Array:
+    """Evidence of every suspect over all onsets, (h,): log of Shiryaev-Roberts' sums.
+
+    Args:
+        told: `ratios`, (h, m).
+        older: blocks that onsets before the first one count for.
+    """
+    if not len(bank.onset):
+        return np.full(len(told), -np.inf)
+    counted = bank.weight.copy()
+    counted[0] += older * bank.oldest
+    return np.asarray(logsumexp(told + np.log(counted), axis=1))
 
 
 def explanation(bank: Bank, suspect: Suspect) -> Explanation:

@@ -12,7 +12,7 @@ from scipy.special import logsumexp
 from urdyn.diagnose import bank as onsets
 from urdyn.diagnose.bank import Bank, Straying
 from urdyn.diagnose.change import Change
-from urdyn.diagnose.explain import Explanation, Suspects, explanation, gathered, supposed
+from urdyn.diagnose.explain import Explanation, Suspects, explanation, gathered, ratios, supposed
 from urdyn.diagnose.fault import Fault, known_by
 from urdyn.diagnose.healthy import Healthy
 from urdyn.diagnose.recall import Recall, Series
@@ -61,8 +61,9 @@ class Judge:
 
     def _alarmed(self, state: SlowState, last: bool = False) -> SlowState:
         """Is there an alarm, and is it clear of what, or never will be?"""
-        state = replace(state, likely=self._likely(state.bank, gathered(state.bank, self.of)))
-        evidence = gathered(state.bank, self.of, OLDER * self.shift)
+        ratio = ratios(state.bank, self.of)
+        state = replace(state, likely=self._likely(state.bank, gathered(state.bank, ratio)))
+        evidence = gathered(state.bank, ratio, OLDER * self.shift)
         told = {fault.suspect for fault in (*state.known, *state.passed)}
         of = [k for k in range(len(self.of.each)) if k not in told]
         # A healthy arm's sums begin at what came before counts for, and grow by one a block.

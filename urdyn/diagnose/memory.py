@@ -26,7 +26,7 @@ from urdyn.diagnose.finding import Finding
 from urdyn.diagnose.learning import Learnt
 from urdyn.diagnose.loudness import Loudness
 from urdyn.diagnose.moment import Means, Pool
-from urdyn.diagnose.oscillation import Heard
+from urdyn.diagnose.oscillation import Heard, Usual
 from urdyn.diagnose.pushed import Bin
 from urdyn.diagnose.recall import Recall
 from urdyn.diagnose.rows import Rows
@@ -42,7 +42,7 @@ from urdyn.tracking.checkpoint import DAMAGE
 KNOWN = (
     Bank, Bin, Block, Carrying, Change, Fault, FastState, Felt, Finding, Heard, Instant, Learnt,
     Loudness, Means, Mode, Now, Pool, Quiet, Recall, Reversals, Rows, Shown, SlowState, State,
-    Steadiness, Waiting, Warmth,
+    Steadiness, Usual, Waiting, Warmth,
 )  # fmt: skip
 CLASSES = {kind.__name__: kind for kind in KNOWN}
 

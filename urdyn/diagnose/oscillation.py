@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import TypeVar
 
 import numpy as np
 
@@ -23,7 +22,7 @@ from urdyn.types import Array, Mask
 WINDOWS = 0.9, 3.6  # [s]
 FEWEST = 24  # rows of the shortest: fewer, and no line is told from its neighbours
 HIGHEST = 60.0  # [Hz] no loop of a joint rings faster
-LEARNT = 0.056  # [1/s] of the usual spectrum a beat, over the window; of the first ones their share
+LEARNT = 0.045  # [s] over the window: share of the usual spectrum, a beat; of the first ones theirs
 HALVES = 5.0  # [-] times its neighbours that the line stands out in each half
 STAYS = 0.5  # [-] of its largest amplitude that a line has at least in each quarter
 RISES = 0.2  # [-] of its last amplitude that one that grows has at first
@@ -37,8 +36,15 @@ BAND = 0.06  # [-] about the gear's lines that does not count
 STEADY = 0.2  # [-] of its speed by which a joint that makes a line may vary it
 ORDERS = (1.0, 2.0, 4.0)  # of motor turns
 
-T = TypeVar("T")
 Line = tuple[int, float, float, Array]  # joint, frequency, ratio, amplitudes by quarter
+
+
+@dataclass(frozen=True, eq=False)
+class Usual:
+    """What a window's spectrum is like as a rule."""
+
+    power: Array  # (3, F, J); of no size before one was heard
+    beats: float  # that it was learnt in
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,8 +53,7 @@ class Heard:
 
     t: Array  # (n,)
     signals: Array  # (3, n, J) what the model leaves and torque as measured [N·m], speed [rad/s]
-    usual: tuple[Array, ...]  # (3, F, J) of each window; of no size before one was heard
-    beats: tuple[float, ...]  # that they were learnt in
+    usual: tuple[Usual, ...]  # of each window
     rings: Array  # (4,) when something rang last [s], its frequency, since when, whether told
 
 
@@ -63,8 +68,8 @@ class Oscillation:
     def init(self) -> Heard:
         """Nothing heard yet."""
         nothing = np.zeros((3, 0, self.space.joints))
-        usual, beats = (nothing,) * len(WINDOWS), (0.0,) * len(WINDOWS)
-        return Heard(np.zeros(0), nothing, usual, beats, np.array([-np.inf, 0.0, 0.0, 0.0]))
+        usual = (Usual(nothing, 0.0),) * len(WINDOWS)
+        return Heard(np.zeros(0), nothing, usual, np.array([-np.inf, 0.0, 0.0, 0.0]))
 
     def step(self, state: Heard, rows: Rows) -> tuple[Heard, list[Event]]:
         """A beat on; an event when a joint begins to ring."""
@@ -77,26 +82,31 @@ class Oscillation:
             t=np.concatenate([state.t[old], rows.t])[keep],
             signals=np.concatenate([state.signals[:, old], new], axis=1)[:, keep],
         )
-        events: list[Event] = []
-        if self._samples(min(WINDOWS)) < FEWEST:
-            return state, events
-        for of, window in enumerate(WINDOWS):
-            if len(state.t) >= self._samples(window):
-                state, more = self._judge(state, of)
+        usual, events = list(state.usual), list[Event]()
+        for k, window in enumerate(WINDOWS):
+            n = self._samples(window)
+            if len(state.t) < n or self._samples(min(WINDOWS)) < FEWEST:
+                continue
+            t, signals = state.t[-n:], state.signals[:, -n:]
+            usual[k], seen = self._judge(usual[k], window, t, signals)
+            if seen:
+                state, more = self._told(state, seen, t, signals[2])
                 events += more
-        return state, events
+        return replace(state, usual=tuple(usual)), events
 
     def _samples(self, window: float) -> int:
         """Rows of a window."""
         return round(window / self.period)
 
-    def _judge(self, state: Heard, of: int) -> tuple[Heard, list[Event]]:
-        n = self._samples(WINDOWS[of])
-        t, signals = state.t[-n:], state.signals[:, -n:]
+    def _judge(
+        self, before: Usual, window: float, t: Array, signals: Array
+    ) -> tuple[Usual, list[Line]]:
+        """Lines that last in a window, and its spectrum as a rule with this one in it."""
+        n = len(t)
         f: Array = np.asarray(np.fft.rfftfreq(n, self.period), dtype=np.float64)
         f = f[f <= HIGHEST]
         whole = spectrum(signals, len(f))
-        usual = state.usual[of] if state.beats[of] else whole
+        usual = before.power if before.beats else whole
         floor = np.maximum(neighbourhood(whole), usual)
         ratio = whole / np.where(floor > 0.0, floor, np.inf)
         allowed = self._allowed(f, signals[2])
@@ -108,15 +118,10 @@ class Oscillation:
                 line = self._line(signals[..., j], t, *about)
                 seen += [(j, *line)] if line else []
         loud = np.isin(np.arange(self.space.joints), [line[0] for line in seen])
-        beats = state.beats[of] + 1.0
-        gain = max(LEARNT / WINDOWS[of], 1.0 / beats)
+        beats = before.beats + 1.0
+        gain = max(LEARNT / window, 1.0 / beats)
         learnt = usual + gain * (np.minimum(whole, 4.0 * usual) - usual)
-        state = replace(
-            state,
-            usual=_with(state.usual, of, np.where(loud, usual, learnt)),
-            beats=_with(state.beats, of, beats),
-        )
-        return self._told(state, seen, t, signals[2]) if seen else (state, [])
+        return Usual(np.where(loud, usual, learnt), beats), seen
 
     def _told(
         self, state: Heard, seen: list[Line], t: Array, v: Array
@@ -202,8 +207,3 @@ def _lasts(sizes: Array, whole: float) -> bool:
 def _gain(sizes: Array) -> float:
     """Of amplitudes by quarter, from the first half to the last [-]."""
     return float(sizes[2:].mean() / sizes[:2].mean())
-
-
-def _with(values: tuple[T, ...], at: int, value: T) -> tuple[T, ...]:
-    """The values with another one at this place."""
-    return (*values[:at], value, *values[at + 1 :])

@@ -17,7 +17,7 @@ from urdyn.diagnose.bank import Bank, Block
 from urdyn.diagnose.beside import Belief
 from urdyn.diagnose.carrying import MOMENT, Carrying, Waiting
 from urdyn.diagnose.change import Push
-from urdyn.diagnose.explain import Suspects, gathered, suspects
+from urdyn.diagnose.explain import Suspects, gathered, ratios, suspects
 from urdyn.diagnose.healthy import Healthy
 from urdyn.diagnose.judge import Judge
 from urdyn.diagnose.learning import Learning
@@ -225,7 +225,7 @@ class Slow:
         if not state.carrying.due:
             return None
         joints = [k for k, each in enumerate(self.of.each) if not each.kind.of_tool]
-        rival = float(gathered(state.bank, self.of)[joints].max())
+        rival = float(gathered(state.bank, ratios(state.bank, self.of))[joints].max())
         carrying = self.loads.noticed(state.carrying, state.bank.t, rival)
         if carrying is None:
             return None

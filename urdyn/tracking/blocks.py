@@ -138,8 +138,7 @@ class Blocks:
             for_bodies=state.for_bodies.added(H, residual, R, u),
             for_drives=state.for_drives.added(H, residual, R, u),
         )
-        changed = u.widen or u.jolted is not None
-        return self._learnt(model, state, u, surprise < CALM and not changed), told
+        return self._learnt(model, state, u, surprise < CALM and not _befell(u)), told
 
     def _learnt(
         self, model: TwoSlice[RobotSlice], state: BlockBelief, u: RobotSlice, calm: bool
@@ -263,8 +262,13 @@ def _lasting(wait: Waiting) -> float:
 
 
 def _moves(u: RobotSlice, wait: Waiting) -> bool:
-    """Whether it is time that a block moved, or something befell it."""
-    return wait.still >= STRIDE or u.widen or u.jolted is not None
+    """Whether it is time that a block moved."""
+    return wait.still >= STRIDE or _befell(u)
+
+
+def _befell(u: RobotSlice) -> bool:
+    """Whether something befell the arm here."""
+    return u.widen or u.jolted is not None
 
 
 def _noise(wait: Waiting) -> Array:
