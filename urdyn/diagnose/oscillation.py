@@ -23,6 +23,7 @@ WINDOWS = 0.9, 3.6  # [s]
 FEWEST = 24  # rows of the shortest: fewer, and no line is told from its neighbours
 HIGHEST = 60.0  # [Hz] no loop of a joint rings faster
 LEARNT = 0.045  # [s] over the window: share of the usual spectrum, a beat; of the first ones theirs
+LOUD = 4.0  # [-] times what is usual: what is, may be the fault, and is learnt slowly as that much
 HALVES = 5.0  # [-] times its neighbours that the line stands out in each half
 STAYS = 0.5  # [-] of its largest amplitude that a line has at least in each quarter
 RISES = 0.2  # [-] of its last amplitude that one that grows has at first
@@ -119,8 +120,9 @@ class Oscillation:
                 seen += [(j, *line)] if line else []
         loud = np.isin(np.arange(self.space.joints), [line[0] for line in seen])
         beats = before.beats + 1.0
-        gain = max(LEARNT / window, 1.0 / beats)
-        learnt = usual + gain * (np.minimum(whole, 4.0 * usual) - usual)
+        least = LEARNT / window
+        gain = np.where(whole > LOUD * usual, least, max(least, 1.0 / beats))
+        learnt = usual + gain * (np.minimum(whole, LOUD * usual) - usual)
         return Usual(np.where(loud, usual, learnt), beats), seen
 
     def _told(
