@@ -128,8 +128,9 @@ def test_pieces_come_and_go_and_nothing_else_changes(rate, duration):
     assert (noticed < 4.0).mean() > 0.95
     last = np.array([mass[t < grip][-1] for grip in grips[1:]])  # before the next
     true = handling.carried[: len(grips) - 1, 0]
-    # What a gain is not known by, 2 % of the load, and a tenth of a kilogram.
-    assert (np.abs(last - true) < 0.1 + 0.02 * true.max()).mean() > 0.9
+    # What a gain is not known by, 2 % of the load, and a tenth of a kilogram: of eight such logs,
+    # .93 of grips are. That fewer than .8 of 26 are would be chance once in a hundred logs.
+    assert (np.abs(last - true) < 0.1 + 0.02 * true.max()).mean() > 0.8
     belief = tracker.filter.belief(state.belief)
     for group, truth in {"f": np.log(dynamics.drive.coulomb), "z": np.zeros(J)}.items():
         off = belief.mean[at[group]] - truth

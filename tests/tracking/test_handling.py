@@ -10,7 +10,7 @@ from urdyn.simulate import observe, real_sensors, typical_sensors
 from urdyn.simulate.payload import Payload
 from urdyn.simulate.work import pick_and_place
 from urdyn.tracking import Tracker
-from urdyn.tracking.handling import HANDLING, LEARNT, REST, Rest, exchanged
+from urdyn.tracking.handling import LEARNT, REST, Rest, exchanged
 
 RATE = 20.0  # [Hz] at which a hold tells little
 
@@ -18,10 +18,10 @@ RATE = 20.0  # [Hz] at which a hold tells little
 def test_a_rest_is_one_after_which_something_else_may_be_carried() -> None:
     rest = Rest()
     while rest.lasted < 0.8 * REST:
-        assert not rest.ends(True, 0.0)
+        assert not rest.ends(True)
         rest = rest.after(False, 0.05, rest.left)
     rest = rest.after(False, REST, rest.left)
-    assert rest.ends(True, 0.0) and not rest.ends(False, 0.0) and not rest.ends(True, HANDLING)
+    assert rest.ends(True) and not rest.ends(False)
     off = rest.after(True, 0.05, 7.0)
     assert not off.lasted
     assert not off.known(7.0 + 0.9 * LEARNT) and off.known(7.0 + 1.1 * LEARNT)
@@ -35,12 +35,13 @@ def test_what_is_known_worse_must_be_further_apart() -> None:
     assert not exchanged((nothing, sd), (one, 3.0 * sd))
 
 
-@pytest.mark.parametrize(("mass", "seed"), [(0.8, 5), (1.5, 4), (2.2, 4)])
+@pytest.mark.parametrize(("mass", "seed"), [(0.3, 5), (0.6, 4), (0.8, 5), (1.5, 4), (2.2, 4)])
 def test_light_pieces_are_weighed_and_spoil_no_drive(mass: float, seed: int) -> None:
     """A story: in one hold at 20 Hz, under real noise, they hardly tell more than they might not.
 
     When it was evidence alone that told of pieces, 1.5 kg were taken for something between that and
-    nothing, four holds of five were outside their 90 %, and health was twelve deviations off.
+    nothing, four holds of five were outside their 90 %, and health was twelve deviations off; of
+    .3 and .6 kg, which no evidence tells within a hold, every hold was.
     """
     dynamics, fit = commissioned(0)
     rng = np.random.default_rng(seed)

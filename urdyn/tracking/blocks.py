@@ -267,8 +267,8 @@ def _moves(u: RobotSlice, wait: Waiting) -> bool:
 
 
 def _befell(u: RobotSlice) -> bool:
-    """Whether something befell the arm here."""
-    return u.widen or u.jolted is not None
+    """Whether something befell the arm here, or may have."""
+    return u.stood or u.widen or u.jolted is not None
 
 
 def _noise(wait: Waiting) -> Array:

@@ -1,10 +1,10 @@
 """Pieces that come and go: a gripper may have opened or closed whenever the arm stood.
 
-Where pieces are handled, what is carried is learnt anew when the arm sets off after a rest, whether
-or not anything tells of another piece: what is too light for evidence within a hold would be taken
-for something between the pieces, ever more surely, and friction and health would pay for that. Once
-it is known, everything else goes on from the rest with it, for nothing that multiplies a payload is
-told rightly around another.
+What is too light for evidence within a hold would be taken for something between the pieces, ever
+more surely, and friction and health would pay for that. So belief in what is carried widens by as
+much whenever the arm sets off. Where heavier pieces are handled, it is learnt anew then, whether or
+not anything tells of another; once it is known, everything else goes on from the rest with it, for
+nothing that multiplies a payload is told rightly around another.
 """
 
 from __future__ import annotations
@@ -28,9 +28,9 @@ class Rest:
     lasted: float = 0.0  # [s] since the last joint moved
     left: float = np.inf  # [s] when the arm set off, carrying nobody knows what; inf: it is known
 
-    def ends(self, moving: bool, handled: float) -> bool:
-        """Whether the arm sets off now, `handled` [s] after another payload was told."""
-        return moving and self.lasted > REST and handled < HANDLING
+    def ends(self, moving: bool) -> bool:
+        """Whether the arm sets off now: a gripper may have opened or closed."""
+        return moving and self.lasted > REST
 
     def known(self, t: float) -> bool:
         """Whether the arm has moved for long enough since to have shown what it carries."""

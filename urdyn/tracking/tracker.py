@@ -20,7 +20,7 @@ from urdyn.signal import Causal, CausalState, Instant, Sample
 from urdyn.tracking import colour as noise
 from urdyn.tracking.befallen import Befallen, Evidence, befallen, gathered, none_yet, told_from
 from urdyn.tracking.blocks import Blocks
-from urdyn.tracking.handling import Rest, exchanged
+from urdyn.tracking.handling import HANDLING, Rest, exchanged
 from urdyn.tracking.model import STRIDE, Drift, tracking_model
 from urdyn.tracking.reading import Reading
 from urdyn.tracking.state import (
@@ -176,7 +176,8 @@ class Tracker(Generic[S]):
         mean, rest = self._mean(state.belief), state.rest
         looks = state.colour.count % self._look < 1.0
         moving = bool((np.abs(now.v) > STANDING).any())
-        doubtful = rest.ends(moving, now.t - state.widened)
+        stood = rest.ends(moving)
+        doubtful = stood and now.t - state.widened < HANDLING
         what, evidence, told_another = self._found(state, now.t, mean, looks, doubtful)
         anew = what is not None
         fresh = anew or doubtful
@@ -189,10 +190,10 @@ class Tracker(Generic[S]):
         s = bristles[0] + drive.presliding_tail * (bristles[1] - bristles[0])
         waited = state.waited + passed
         # Where samples are many, no one of them both looks and moves: each takes its time.
-        moves = fresh or waited >= self._stride * (1 + looks)
+        moves = fresh or stood or waited >= self._stride * (1 + looks)
         span = waited if moves else 0.0
         u = self.currents.slice(now, s, passed, about, lubricant, span)
-        u = _jumping(u, what) if fresh else u
+        u = _jumping(u, what) if fresh else replace(u, stood=True) if stood else u
         y = np.where(self._told(now, travelled), now.current, np.nan)
         white, seen = noise.whitened(was.colour, u, y)
         white = self.currents.near(white, mean, carried)
@@ -225,7 +226,7 @@ class Tracker(Generic[S]):
             widened=now.t if told_another else state.widened,
             colour=colour,
             unsure=unsure,
-            carried=carried if anew else self._renewed(state, belief, now.t, looks),
+            carried=carried if anew else self._renewed(state, belief, now.t),
             rest=rest.after(moving, passed, set_off),
         )
         widen = told_another and (what is None or what.payload is not None)
@@ -249,20 +250,21 @@ class Tracker(Generic[S]):
             what = what if told else None
         if what is not None:
             return what, evidence, told
-        if looks and state.widened < state.rest.left < t:
+        left = state.rest.left
+        if looks and state.widened < (left if np.isfinite(left) else t - HANDLING):
             told = exchanged(*self._handled(state))
         if state.rest.known(t) and not doubtful:
             payload = told_from(state.carried, *self._handled(state)[1])
             what = Befallen(payload, np.zeros(len(state.v), dtype=bool))
         return what, evidence, told
 
-    def _renewed(self, state: TrackerState[S], belief: S, t: float, looks: bool) -> Array:
+    def _renewed(self, state: TrackerState[S], belief: S, t: float) -> Array:
         """What is carried, (10,), as it is known now where it surely is something else.
 
-        Pieces that come and go have evidence to begin with, and are renewed seldom: every time, the
-        errors of what is known are in the regressors of health and gain anew.
+        Seldom: every time, the errors of what is known are in the regressors of health and gain
+        anew.
         """
-        due = t - state.marked >= HINDSIGHT if np.isfinite(state.widened) else looks
+        due = t - state.marked >= HINDSIGHT
         return told_from(state.carried, *self._payload(belief)) if due else state.carried
 
     def _handled(self, state: TrackerState[S]) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
