@@ -43,9 +43,11 @@ class TrackerState(Generic[S]):
     bristles: Array  # (2, J) [-]
     travelled: Array  # (J,) [rad] since they were unknown
     evidence: Evidence  # of what may have befallen the arm in the last seconds
-    widened: float  # [s] when something was last taken to have befallen it
+    befell: float  # [s] when something was last taken to have befallen it
+    widened: float  # [s] and when that was another payload
     colour: Colour  # of the noise
     unsure: Array  # (J,) [-] variance of the last innovation over that of its noise
+    asked: Array  # (J,) [s] of motion for which each drive is yet asked whether it wore before
     lubricant: Array  # (J,) [°C]; NaN while nobody measures the joint's temperature
     earlier: Learnt[S]  # at `marked`
     earliest: Learnt[S]  # and HINDSIGHT or more before: what was not yet surprised
@@ -93,9 +95,11 @@ def begun_anew(state: TrackerState[S], first: TrackerState[S]) -> TrackerState[S
         state,
         belief=first.belief,
         evidence=first.evidence,
+        befell=state.t,
         widened=state.t,
         colour=unlearnt(state.colour, first.colour),
         unsure=first.unsure,
+        asked=first.asked,
         carried=first.carried,
         earlier=first.earlier,
         earliest=first.earliest,

@@ -36,6 +36,7 @@ from urdyn.tracking.state import (
 from urdyn.tracking.streams import Heard, Moment, Stream, assimilated, first
 from urdyn.tracking.temper import tempered, untempered
 from urdyn.tracking.warmth import warmed
+from urdyn.tracking.worn import ASK, ASKED, Worn
 from urdyn.types import Array, Index
 
 S = TypeVar("S")
@@ -88,6 +89,16 @@ class Tracker(Generic[S]):
         return max(LOOK, round(LOOK_TIME / self.period))
 
     @cached_property
+    def _ask(self) -> float:
+        """Samples from one time that drives are asked whether they wore to the next."""
+        return max(1.0, round(ASK / self.period))
+
+    @cached_property
+    def _worn(self) -> Worn:
+        """What they are asked."""
+        return Worn.of(self.model.prior, self.currents.places)
+
+    @cached_property
     def currents(self) -> RobotCurrents:
         """Its observation."""
         observation = self.model.observation
@@ -132,8 +143,10 @@ class Tracker(Generic[S]):
             nothing,
             none_yet(J),
             -np.inf,
+            -np.inf,
             colour,
             np.ones(J),
+            np.full(J, ASKED),
             np.full(J, np.nan),
             Learnt(belief, colour),
             Learnt(belief, colour),
@@ -165,7 +178,7 @@ class Tracker(Generic[S]):
     ) -> tuple[TrackerState[S], Reading]:
         dt = now.t - state.t
         if dt <= 0.0:  # a clock that was set, or a controller that began anew: who knows how long
-            state = replace(state, widened=-np.inf, marked=-np.inf, rest=Rest())
+            state = replace(state, befell=-np.inf, widened=-np.inf, marked=-np.inf, rest=Rest())
             dt = LONGEST
         if dt > GAP * self.period:
             state = replace(state, colour=noise.interrupted(state.colour))
@@ -204,6 +217,7 @@ class Tracker(Generic[S]):
         left = y - modelled
         wild = left - noise.foreseen(was.colour, slow)
         given = white if anew else tempered(white, wild, R, state.unsure)
+        asked = state.asked - passed * np.isfinite(y)
         belief, told = self.filter.step(self.model if moves else self._still, before, given, seen)
         told = untempered(told, given.noise**2 - white.noise**2, seen)
         unsure = np.fmax(told.cov.diagonal() / R, np.isnan(told.residual) * state.unsure)
@@ -211,6 +225,7 @@ class Tracker(Generic[S]):
         colour = noise.learnt(was.colour, left, unknown, sure, self.period)
         colour = noise.kept(colour, u, y)
         known = Learnt(belief, colour) if anew else Learnt(was.belief, was.colour)
+        widen = told_another and (what is None or what.payload is not None)
         set_off = now.t if doubtful else np.inf if anew else rest.left
         after = replace(
             marked(state, now.t, known if fresh else None),
@@ -223,13 +238,14 @@ class Tracker(Generic[S]):
             travelled=travelled,
             lubricant=lubricant,
             evidence=none_yet(J) if fresh else gathered(evidence, white, drive, told, passed),
-            widened=now.t if told_another else state.widened,
+            befell=now.t if told_another else state.befell,
+            widened=now.t if widen else state.widened,
             colour=colour,
             unsure=unsure,
+            asked=asked if what is None else np.where(what.drives, 0.0, asked),
             carried=carried if anew else self._renewed(state, belief, now.t),
             rest=rest.after(moving, passed, set_off),
         )
-        widen = told_another and (what is None or what.payload is not None)
         if not self._credible(belief):
             after, widen = begun_anew(after, self.init()), True
         belief = after.belief
@@ -246,8 +262,11 @@ class Tracker(Generic[S]):
         if looks:
             drive, at = self.fit.dynamics.drive, self.currents.places["payload"]
             what, evidence = befallen(evidence, drive, mean[at])
-            told = what.anything and t - state.widened > PATIENCE
+            told = what.anything and t - state.befell > PATIENCE
             what = what if told else None
+        if what is None and not doubtful:
+            what = self._wore(state, t)
+            told = what is not None
         if what is not None:
             return what, evidence, told
         left = state.rest.left
@@ -257,6 +276,17 @@ class Tracker(Generic[S]):
             payload = told_from(state.carried, *self._handled(state)[1])
             what = Befallen(payload, np.zeros(len(state.v), dtype=bool))
         return what, evidence, told
+
+    def _wore(self, state: TrackerState[S], t: float) -> Befallen | None:
+        """A drive that wore before the run, told while nothing else is in question."""
+        unsettled = state.evidence.highest or t - state.befell < PATIENCE
+        if unsettled or np.isfinite(state.rest.left) or state.colour.count % self._ask >= 1.0:
+            return None
+        asked = state.asked > 0.0
+        if not asked.any():
+            return None
+        wore = self._worn.found(self.filter.belief(state.belief), asked)
+        return Befallen(None, wore) if wore.any() else None
 
     def _renewed(self, state: TrackerState[S], belief: S, t: float) -> Array:
         """What is carried, (10,), as it is known now where it surely is something else.
