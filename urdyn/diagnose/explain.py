@@ -21,6 +21,7 @@ from urdyn.types import Array, Index
 RATES = (60.0, 600.0, 3600.0, 18000.0)  # [s] in which a ramp makes a change of the expected size
 NOBODY = -1
 ANY = (1.0, 5.0, 25.0)  # of the expected size, that what has just happened may have
+LEAST = 0.1  # [-] of its current that a drive takes at least, however healthy it becomes
 SIZES = (1.0, 0.2)  # of the expected size, that a step may have
 
 
@@ -33,6 +34,18 @@ class Suspect:
     places: Index  # (r,) among the directions
     sd: Array  # (r,) of a change, in units of the states
     unit: float  # of the first state, per unit that people read
+
+    def read(self, size: float, sd: float) -> tuple[float, float]:
+        """A change of the first state, and its sd, as people read it.
+
+        A bank is linear in current: of a drive that takes x more for the same torque there is left
+        1 / (1 + x) of its health, and not 1 - x.
+        """
+        size, sd = size / self.unit, sd / self.unit
+        if not self.kind.of_health:
+            return size, sd
+        left = 1.0 / max(1.0 - size, LEAST)
+        return left - 1.0, left**2 * sd
 
 
 @dataclass(frozen=True, eq=False)

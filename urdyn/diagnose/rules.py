@@ -58,6 +58,11 @@ class SlowKind:
         """A change of what the tool carries is nobody's joint."""
         return next(iter(self.change)) in PAYLOAD_STATES
 
+    @property
+    def of_health(self) -> bool:
+        """Current goes as the inverse of what it measures."""
+        return next(iter(self.change)) == "z"
+
 
 @dataclass(frozen=True)
 class Noise:

@@ -25,9 +25,10 @@ SURELY_BELOW = 2.0  # [sd] by which a change has to be below a level that it had
 def of_change(change: Change, of: Suspects, space: Space, rules: Rules, trace: Series) -> Finding:
     """A slow change."""
     suspect = of.each[change.suspect]
-    kind, scale = suspect.kind, suspect.unit
-    size, sd = change.size / scale, change.size_sd / scale
-    rate, rate_sd = change.rate / scale, change.rate_sd / scale
+    kind = suspect.kind
+    size, sd = suspect.read(change.size, change.size_sd)
+    _, per = suspect.read(change.size, 1.0)
+    rate, rate_sd = change.rate * per, change.rate_sd * per
     evidence: dict[str, Any] = {
         "statistic": "log-likelihood ratio beside the healthy arm, over onsets and shapes",
         "nats": None if np.isnan(change.evidence) else change.evidence,
@@ -37,7 +38,7 @@ def of_change(change: Change, of: Suspects, space: Space, rules: Rules, trace: S
             {"kind": of.each[k].kind.name, "joint": _joint(of.each[k]), "share": share}
             for k, share in change.rivals
         ],
-        "series": _series(trace, scale),
+        "series": _series(_read(suspect, trace)),
     }
     if change.detail:
         evidence |= _payload(change.detail)
@@ -137,16 +138,16 @@ def _worse(old: Finding, new: Finding) -> bool:
 
 def _grown(old: Finding, suspect: Suspect, series: Series) -> Finding:
     """A slow finding as its series has it now, and where that goes."""
-    kind, scale = suspect.kind, suspect.unit
-    _, size, sd = (x / scale for x in series[-1])
-    course = trend([(t, x / scale, s / scale) for t, x, s in series], old.onset_s)
+    kind, series = suspect.kind, _read(suspect, series)
+    _, size, sd = series[-1]
+    course = trend(series, old.onset_s)
     new = replace(
         old,
         size=size,
         size_sd=sd,
         severity=_held(old.severity, size, sd, kind),
         text=_said(kind, old.name, size, sd, _since(old.onset_s, old.older)),
-        evidence=dict(old.evidence) | {"series": _series(series, scale)},
+        evidence=dict(old.evidence) | {"series": _series(series)},
     )
     if course is None:
         return new
@@ -180,12 +181,13 @@ def _payload(inertials: Sequence[float]) -> dict[str, Any]:
     return {"mass_kg": mass, "com_m": centre}
 
 
-def _series(trace: Series, scale: float) -> dict[str, list[float]]:
-    return {
-        "t": [row[0] for row in trace],
-        "size": [row[1] / scale for row in trace],
-        "sd": [row[2] / scale for row in trace],
-    }
+def _read(suspect: Suspect, trace: Series) -> Series:
+    return [(t, *suspect.read(size, sd)) for t, size, sd in trace]
+
+
+def _series(trace: Series) -> dict[str, list[float]]:
+    t, size, sd = (list(column) for column in zip(*trace, strict=True)) if trace else ([], [], [])
+    return {"t": t, "size": size, "sd": sd}
 
 
 def _said(kind: SlowKind, name: str, size: float, sd: float, since: str) -> str:
