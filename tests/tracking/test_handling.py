@@ -1,12 +1,15 @@
 """Pieces that are too light for evidence within one hold spoil nothing that an arm has learnt."""
 
+from functools import partial
+
 import numpy as np
 import pytest
 from workshop import commissioned
 
 from urdyn.estimate import EKF
 from urdyn.signal import samples
-from urdyn.simulate import observe, real_sensors, typical_sensors
+from urdyn.simulate import happening, observe, parse_fault, real_sensors, typical_sensors
+from urdyn.simulate.limits import comfortable
 from urdyn.simulate.payload import Payload
 from urdyn.simulate.work import pick_and_place
 from urdyn.tracking import Tracker
@@ -64,6 +67,32 @@ def test_light_pieces_are_weighed_and_spoil_no_drive(mass: float, seed: int) -> 
     assert (np.abs(off) < 4.0 * sd[ends]).all()
     z = at["z"]
     assert (np.abs(state.belief.mean[z]) < 3.5 * state.belief.sd[z]).all()
+
+
+def test_friction_that_jumps_is_followed_where_every_grip_leaves_half_a_second(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A story: a quick program, of which two seconds after every grip tell of what is carried.
+
+    When evidence of a drive's trouble began anew with every grip, nothing was told of it for as
+    long as the program ran, and friction was 17 deviations off.
+    """
+    quick = partial(comfortable, excursion=0.5, velocity=0.6, acceleration=6.0)
+    monkeypatch.setattr("urdyn.simulate.work.comfortable", quick)
+    dynamics, fit = commissioned(0)
+    rng, piece = np.random.default_rng(1), Payload(3.0, np.array([0.0, 0.0, 0.08]))
+    work = pick_and_place(dynamics.arm, 120.0, 100.0, rng, piece)
+    fault = parse_fault("friction_increase:joint=1,onset=60,rate=0.4,shape=step", 6)
+    lived = happening(dynamics, work, (fault,), False)
+    log = observe(dynamics, work.trajectory, typical_sensors(dynamics.arm), rng, lived)
+    tracker = Tracker(fit, EKF(), 0.01)
+    state, at = tracker.init(), tracker.currents.places["f"]
+    for sample in samples(log):
+        state, _ = tracker.step(state, sample)
+    off = state.belief.mean[at] - np.log(dynamics.drive.coulomb)
+    off[1] -= np.log(1.4)
+    sd = state.belief.sd[at]
+    assert (np.abs(off) < 4.0 * sd).all() and sd[1] < 0.1
 
 
 def test_gears_are_loaded_as_what_is_carried_says_and_not_as_its_noisy_estimate_does() -> None:

@@ -25,7 +25,7 @@ from urdyn.model.drive import Drive
 from urdyn.tracking.model import JOLTS, PAYLOAD_SD
 from urdyn.types import Array, Mask, frozen
 
-MEMORY = 2.0  # [s] over which evidence is gathered
+MEMORY = 5.0  # [s] over which evidence is gathered
 CLIP = 3.0  # [sd] that an innovation counts for at most
 SURE = 30.0  # [-] log odds; what nobody models in a healthy arm has been seen to reach 22
 LIKELY = 5.0  # [-] below the likeliest, that may have befallen it besides, or in its place
@@ -59,6 +59,13 @@ class Evidence:
 def none_yet(joints: int) -> Evidence:
     """Nothing has been gathered."""
     return Evidence(np.zeros((2, joints, 8, 8)))
+
+
+def of_drives(evidence: Evidence) -> Evidence:
+    """What speaks for something in a drive, whatever is carried from here on."""
+    kept = np.array(evidence.sums)
+    kept[..., PAYLOAD, :] = kept[..., :, PAYLOAD] = 0.0
+    return Evidence(kept)
 
 
 def gathered(

@@ -18,7 +18,15 @@ from urdyn.identify.fit import Fit
 from urdyn.model.friction import follow
 from urdyn.signal import Causal, CausalState, Instant, Sample
 from urdyn.tracking import colour as noise
-from urdyn.tracking.befallen import Befallen, Evidence, befallen, gathered, none_yet, told_from
+from urdyn.tracking.befallen import (
+    Befallen,
+    Evidence,
+    befallen,
+    gathered,
+    none_yet,
+    of_drives,
+    told_from,
+)
 from urdyn.tracking.blocks import Blocks
 from urdyn.tracking.handling import HANDLING, Rest, exchanged
 from urdyn.tracking.model import STRIDE, Drift, tracking_model
@@ -194,6 +202,8 @@ class Tracker(Generic[S]):
         what, evidence, told_another = self._found(state, now.t, mean, looks, doubtful)
         anew = what is not None
         fresh = anew or doubtful
+        if fresh:
+            evidence = none_yet(J) if told_another else of_drives(evidence)
         was = in_hindsight(state) if anew or (doubtful and np.isfinite(rest.left)) else state
         before = state.belief if self._told_of_zeros else was.belief
         carried = state.carried if what is None or what.payload is None else what.payload
@@ -237,8 +247,8 @@ class Tracker(Generic[S]):
             bristles=bristles,
             travelled=travelled,
             lubricant=lubricant,
-            evidence=none_yet(J) if fresh else gathered(evidence, white, drive, told, passed),
-            befell=now.t if told_another else state.befell,
+            evidence=gathered(evidence, white, drive, told, passed),
+            befell=now.t if told_another and anew else state.befell,
             widened=now.t if widen else state.widened,
             colour=colour,
             unsure=unsure,
