@@ -186,8 +186,7 @@ def _read(suspect: Suspect, trace: Series) -> Series:
 
 
 def _series(trace: Series) -> dict[str, list[float]]:
-    t, size, sd = (list(column) for column in zip(*trace, strict=True)) if trace else ([], [], [])
-    return {"t": t, "size": size, "sd": sd}
+    return {name: [row[k] for row in trace] for k, name in enumerate(("t", "size", "sd"))}
 
 
 def _said(kind: SlowKind, name: str, size: float, sd: float, since: str) -> str:

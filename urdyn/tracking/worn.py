@@ -53,10 +53,9 @@ class Worn:
         own = gained[np.arange(J), :, np.arange(J)] * np.outer(self.sd, self.sd)
         value, vector = np.linalg.eigh(np.eye(g) + 0.5 * (own + own.swapaxes(1, 2)))
         along = (vector.swapaxes(1, 2) @ u[..., None])[..., 0]
-        # What drifted since is known less well than at first: a direction that tells nothing.
-        terms = np.where(
-            value > 1.0, along**2 / np.maximum(value, 1.0) - np.log(value.clip(1.0)), 0.0
-        )
+        # Along what drifted since, and is known less well than at first, nothing was measured.
+        told = np.maximum(value, 1.0)
+        terms = (along**2 / told - np.log(told)) * (value > 1.0)
         return np.asarray(0.5 * terms.sum(axis=1))
 
     def found(self, belief: Gaussian, asked: Mask) -> Mask:
