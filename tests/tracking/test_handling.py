@@ -22,11 +22,12 @@ def test_a_rest_is_one_after_which_something_else_may_be_carried() -> None:
     rest = Rest()
     while rest.lasted < 0.8 * REST:
         assert not rest.ends(True)
-        rest = rest.after(False, 0.05, rest.left)
-    rest = rest.after(False, REST, rest.left)
-    assert rest.ends(True) and not rest.ends(False)
-    off = rest.after(True, 0.05, 7.0)
+        rest = rest.after(False, 0.05, rest.left, 6.0)
+    rest = rest.after(False, REST, rest.left, 6.9)
+    assert rest.ends(True) and not rest.ends(False) and not rest.just(7.0)
+    off = rest.after(True, 0.05, 7.0, 7.0)
     assert not off.lasted
+    assert off.just(7.0 + 0.9 * LEARNT) and not off.just(7.0 + 1.1 * LEARNT)
     assert not off.known(7.0 + 0.9 * LEARNT) and off.known(7.0 + 1.1 * LEARNT)
     assert not rest.known(1e9)
 

@@ -27,6 +27,7 @@ class Rest:
 
     lasted: float = 0.0  # [s] since the last joint moved
     left: float = np.inf  # [s] when the arm set off, carrying nobody knows what; inf: it is known
+    over: float = -np.inf  # [s] when the arm set off, whatever it carries
 
     def ends(self, moving: bool) -> bool:
         """Whether the arm sets off now: a gripper may have opened or closed."""
@@ -36,9 +37,14 @@ class Rest:
         """Whether the arm has moved for long enough since to have shown what it carries."""
         return t - self.left > LEARNT
 
-    def after(self, moving: bool, dt: float, left: float) -> Rest:
-        """One instant on, dt [s] after the one before."""
-        return Rest(0.0 if moving else self.lasted + dt, left)
+    def just(self, t: float) -> bool:
+        """Whether the arm stood until just now."""
+        return t - self.over < LEARNT
+
+    def after(self, moving: bool, dt: float, left: float, t: float) -> Rest:
+        """One instant on, at t [s], dt after the one before."""
+        over = t if self.ends(moving) else self.over
+        return Rest(0.0 if moving else self.lasted + dt, left, over)
 
 
 def exchanged(before: tuple[Array, Array], now: tuple[Array, Array]) -> bool:

@@ -254,7 +254,7 @@ class Tracker(Generic[S]):
             unsure=unsure,
             asked=asked if what is None else np.where(what.drives, 0.0, asked),
             carried=carried if anew else self._renewed(state, belief, now.t),
-            rest=rest.after(moving, passed, set_off),
+            rest=rest.after(moving, passed, set_off, now.t),
         )
         if not self._credible(belief):
             after, widen = begun_anew(after, self.init()), True
@@ -279,8 +279,8 @@ class Tracker(Generic[S]):
             told = what is not None
         if what is not None:
             return what, evidence, told
-        left = state.rest.left
-        if looks and state.widened < (left if np.isfinite(left) else t - HANDLING):
+        since = state.rest.left if np.isfinite(state.rest.left) else t - HANDLING
+        if looks and state.rest.just(t) and state.widened < since:
             told = exchanged(*self._handled(state))
         if state.rest.known(t) and not doubtful:
             payload = told_from(state.carried, *self._handled(state)[1])
