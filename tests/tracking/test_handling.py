@@ -81,7 +81,7 @@ def test_friction_that_jumps_is_followed_where_every_grip_leaves_half_a_second(
     quick = partial(comfortable, excursion=0.5, velocity=0.6, acceleration=6.0)
     monkeypatch.setattr("urdyn.simulate.work.comfortable", quick)
     dynamics, fit = commissioned(0)
-    rng, piece = np.random.default_rng(1), Payload(3.0, np.array([0.0, 0.0, 0.08]))
+    rng, piece = np.random.default_rng(1), Payload(0.5, np.array([0.0, 0.0, 0.08]))
     work = pick_and_place(dynamics.arm, 120.0, 100.0, rng, piece)
     fault = parse_fault("friction_increase:joint=1,onset=60,rate=0.4,shape=step", 6)
     lived = happening(dynamics, work, (fault,), False)

@@ -25,7 +25,7 @@ from urdyn.model.drive import Drive
 from urdyn.tracking.model import JOLTS, PAYLOAD_SD
 from urdyn.types import Array, Mask, frozen
 
-MEMORY = 5.0  # [s] over which evidence is gathered
+MEMORY = 2.0  # [s] over which evidence is gathered
 CLIP = 3.0  # [sd] that an innovation counts for at most
 SURE = 30.0  # [-] log odds; what nobody models in a healthy arm has been seen to reach 22
 LIKELY = 5.0  # [-] below the likeliest, that may have befallen it besides, or in its place
