@@ -75,8 +75,8 @@ def test_friction_that_jumps_is_followed_where_every_grip_leaves_half_a_second(
 ) -> None:
     """A story: a quick program, of which two seconds after every grip tell of what is carried.
 
-    When evidence of a drive's trouble began anew with every grip, nothing was told of it for as
-    long as the program ran, and friction was 17 deviations off.
+    When evidence of a drive's trouble began anew with every grip, nothing was told of it for
+    minutes, and friction was 23 deviations off.
     """
     quick = partial(comfortable, excursion=0.5, velocity=0.6, acceleration=6.0)
     monkeypatch.setattr("urdyn.simulate.work.comfortable", quick)
