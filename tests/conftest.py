@@ -7,11 +7,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from realarm import COLUMNS, Recorded
 
 from urdyn.identify import Fit, PayloadPrior, Run, identify
+from urdyn.io import read
 from urdyn.model.arm import Arm, load_arm
 from urdyn.signal import condition
 from urdyn.simulate import Payload, simulate
+from urdyn.types import Log
 
 
 @pytest.fixture(scope="session")
@@ -30,6 +33,23 @@ def recordings() -> Path:
     if "URDYN_RECORDINGS" not in os.environ:
         pytest.skip("URDYN_RECORDINGS does not name a folder of recordings")
     return Path(os.environ["URDYN_RECORDINGS"])
+
+
+@pytest.fixture(scope="session")
+def recorded(recordings: Path) -> Recorded:
+    """A run of the real UR10e by its name, or some rows of it."""
+
+    def load(name: str, *rows: int) -> Log:
+        path = recordings / "ur10e_dynamics" / f"{name}.csv"
+        return read(path, columns=COLUMNS, rows=rows or None)
+
+    return load
+
+
+@pytest.fixture(scope="session")
+def real(ur10e: Arm, recorded: Recorded) -> Fit:
+    """That arm as half a minute of excitation tells it, gains and all."""
+    return identify(ur10e, condition(recorded("ur-20_02_10-30sec_12harm", 635, 3510)))
 
 
 @pytest.fixture(scope="session")

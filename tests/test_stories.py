@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
+from realarm import Recorded
 
 from urdyn.identify import Fit, PayloadPrior, Run, Score, identify, validate
 from urdyn.io import read
 from urdyn.model.arm import Arm, load_arm
 from urdyn.model.consistency import is_consistent
 from urdyn.signal import condition
-from urdyn.types import Log
 
-COLUMNS = "timestamp,actual_q*6,actual_qd*6,actual_current*6,target_current*6,target_moment*6"
 GAIN = np.array([14.87, 13.26, 11.13, 10.62, 11.03, 11.47])  # [N·m/A], often copied for a UR10
 PAYLOAD = 2.805  # [kg], weighed
 
@@ -34,23 +32,10 @@ OTHER_RUNS = (
 # the model. The nominal .90 is no law here; outside this band the intervals would be of no use.
 SANE = (0.70, 0.97)
 
-Recorded = Callable[..., Log]
-
-
-@pytest.fixture(scope="session")
-def recorded(recordings: Path) -> Recorded:
-    """A run of the UR10e by its name."""
-
-    def load(name: str, *rows: int) -> Log:
-        path = recordings / "ur10e_dynamics" / f"{name}.csv"
-        return read(path, columns=COLUMNS, rows=rows or None)
-
-    return load
-
 
 @pytest.fixture(scope="session")
 def commissioned(ur10e: Arm, recorded: Recorded) -> Fit:
-    """The arm as half a minute of excitation tells it."""
+    """The arm as half a minute of excitation tells it, its gains known."""
     return identify(ur10e, condition(recorded("ur-20_02_10-30sec_12harm", 635, 3510)), gain=GAIN)
 
 

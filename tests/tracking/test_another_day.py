@@ -2,24 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from realarm import Recorded, with_current, worn
 
 from urdyn.diagnose import read_rules
 from urdyn.estimate import EKF
-from urdyn.identify import Fit, identify
-from urdyn.io import read
-from urdyn.model.arm import Arm
-from urdyn.signal import condition, samples
+from urdyn.identify import Fit
+from urdyn.signal import samples
 from urdyn.tracking import Tracker, TrackerState
 from urdyn.tracking.model import DAY
-from urdyn.types import Array, Log
+from urdyn.types import Log
 
-COLUMNS = "timestamp,actual_q*6,actual_qd*6,actual_current*6,target_current*6,target_moment*6"
 MORE = 0.5  # [-] of friction, since commissioning
 LOST = 0.2  # [-] of a drive's health
 # [-] What its friction differs by as it is, from that of the day that it was commissioned on, and
@@ -28,36 +24,26 @@ DIFFER = 0.08
 
 
 @pytest.fixture(scope="module")
-def fit(ur10e: Arm, recordings: Path) -> Fit:
-    path = recordings / "ur10e_dynamics" / "ur-20_02_10-30sec_12harm.csv"
-    return identify(ur10e, condition(read(path, columns=COLUMNS, rows=(635, 3510))))
-
-
-@pytest.fixture(scope="module")
-def run(recordings: Path) -> Log:
+def run(recorded: Recorded) -> Log:
     """Another day's, of the same arm."""
-    return read(recordings / "ur10e_dynamics" / "ur-20_02_19_15harm50sec.csv", columns=COLUMNS)
+    return recorded("ur-20_02_19_15harm50sec")
 
 
-def tracked(fit: Fit, run: Log, current: Array) -> tuple[Tracker[Any], TrackerState[Any]]:
-    """The run with these currents, (N, J), to its end."""
+def tracked(fit: Fit, run: Log) -> tuple[Tracker[Any], TrackerState[Any]]:
+    """A run to its end."""
     tracker = Tracker(fit, EKF(), 0.0105)
     state = tracker.init()
-    for sample in samples(replace(run, channels={**run.channels, "actual_current": current})):
+    for sample in samples(run):
         state, _ = tracker.step(state, sample)
     return tracker, state
 
 
 @pytest.mark.parametrize("joint", [1, 2])
-def test_what_wore_since_commissioning_is_no_noise(fit: Fit, run: Log, joint: int) -> None:
+def test_what_wore_since_commissioning_is_no_noise(real: Fit, run: Log, joint: int) -> None:
     """Put into a real arm's run, from its first row on; friction as a whole, at its usual speed."""
-    drive, v = fit.dynamics.drive, run.joint("actual_qd")[:, joint]
-    speed = np.sqrt(np.mean(v**2))
+    drive, speed = real.dynamics.drive, np.sqrt(np.mean(run.joint("actual_qd")[:, joint] ** 2))
     before = drive.coulomb[joint] + drive.viscous[joint] * speed
-    lost = drive.coulomb[joint] * np.tanh(v / 0.01) + drive.viscous[joint] * v
-    current = run.joint("actual_current").copy()
-    current[:, joint] += MORE * lost / drive.gain[joint]
-    tracker, state = tracked(fit, run, current)
+    tracker, state = tracked(real, worn(run, real.dynamics, joint, MORE))
     at = tracker.currents.places
     f, alpha = (float(np.exp(state.belief.mean[at[g]][joint])) for g in ("f", "alpha"))
     assert abs((f + alpha * speed) / before - 1.0 - MORE) < DIFFER
@@ -66,20 +52,20 @@ def test_what_wore_since_commissioning_is_no_noise(fit: Fit, run: Log, joint: in
 
 @pytest.mark.parametrize("joint", [1, 2])
 def test_a_drive_that_lost_health_since_commissioning_is_known_at_its_own(
-    fit: Fit, run: Log, joint: int
+    real: Fit, run: Log, joint: int
 ) -> None:
     """Where a load shows health; before, a fifth was tracked as half of that, +- 1 %."""
     current = run.joint("actual_current").copy()
     current[:, joint] /= 1.0 - LOST
-    tracker, state = tracked(fit, run, current)
+    tracker, state = tracked(real, with_current(run, current))
     z = np.exp(state.belief.mean[tracker.currents.places["z"]])
     assert abs(z[joint] - (1.0 - LOST)) < 0.2 * LOST
     others = np.delete(z, [0, joint])  # a base bears nothing that would tell its health
     assert (np.abs(others - 1.0) < 0.2 * LOST).all()
 
 
-def test_a_healthy_arm_wears_nothing_from_day_to_day(fit: Fit, run: Log) -> None:
-    _, state = tracked(fit, run, run.joint("actual_current"))
+def test_a_healthy_arm_wears_nothing_from_day_to_day(real: Fit, run: Log) -> None:
+    _, state = tracked(real, run)
     assert state.befell == -np.inf
 
 
