@@ -92,7 +92,7 @@ class Log:
         )
 
 
-_JOINT_SERIES = ("q", "v", "a", "jerk", "current", "temperature", "shift")
+_JOINT_SERIES = ("q", "v", "a", "jerk", "current", "temperature", "shift", "instrument")
 
 
 @dataclass(frozen=True)
@@ -114,10 +114,14 @@ class Motion:
     source: Source = field(default_factory=Source)
     # (N, J) [rad] by which the encoder's zero jumped since the row before; none where not given.
     shift: Array = field(default_factory=lambda: np.zeros((0, 0)))
+    # (N, J) [rad/s²] the acceleration, with noise that is not that of `a`; a where not given.
+    instrument: Array = field(default_factory=lambda: np.zeros((0, 0)))
 
     def __post_init__(self) -> None:
         if not self.shift.size:
             object.__setattr__(self, "shift", np.zeros_like(self.q))
+        if not self.instrument.size:
+            object.__setattr__(self, "instrument", self.a)
         for name in ("t", *_JOINT_SERIES):
             object.__setattr__(self, name, frozen(getattr(self, name)))
         for name in _JOINT_SERIES:

@@ -52,9 +52,13 @@ def state(currents) -> np.ndarray:
 
 def at(currents, motion, row, speed=1.0):
     s = currents.reference.presliding(motion)[row]
+    return currents.slice(moment(motion, row, speed), s, 0.01)
+
+
+def moment(motion, row, speed=1.0):
     fields = (motion.q, speed * motion.v, motion.a, motion.jerk, motion.current, motion.temperature)
     fields = (*fields, np.zeros_like(motion.q))
-    return currents.slice(Instant(motion.t[row], *(x[row] for x in fields)), s, 0.01)
+    return Instant(motion.t[row], *(x[row] for x in fields))
 
 
 def test_at_the_reference_the_current_is_the_equations(currents, dynamics, motion):
@@ -62,6 +66,28 @@ def test_at_the_reference_the_current_is_the_equations(currents, dynamics, motio
     for row in range(50, 400, 35):
         seen = currents.observe(state(currents), at(currents, motion, row))
         np.testing.assert_allclose(seen, said[row], rtol=0, atol=1e-11)
+
+
+def test_an_instrument_moves_the_slice_and_the_current_alike(currents, motion):
+    rng, row = np.random.default_rng(8), 150
+    x = state(currents) + 1e-2 * rng.standard_normal(len(currents.names))
+    x[currents.places["k"]], x[currents.places["payload"]] = 0.0, LOAD
+    s, instant = currents.reference.presliding(motion)[row], moment(motion, row)
+    other = instant.a + 0.1 * rng.standard_normal(6)
+    u, there = (currents.slice(now, s, 0.01, x) for now in (instant, replace(instant, a=other)))
+    through, more = currents.instrumental(u, replace(instant, instrument=other), x)
+    rigid = slice(currents.places["k"].stop, None)
+    for of in ("A", "A_hold"):
+        had, told = (getattr(slice_, of)[:, rigid] for slice_ in (through, there))
+        np.testing.assert_allclose(had, told, rtol=0, atol=1e-10)
+    for of in ("load", "hold", "rest", "s", "v", "a", "one"):
+        np.testing.assert_allclose(getattr(through, of), getattr(there, of), rtol=0, atol=1e-10)
+    np.testing.assert_allclose(
+        currents.observe(x, u) + more, currents.observe(x, there), rtol=0, atol=1e-10
+    )
+    assert np.abs(more).max() > 0.01
+    same, nothing = currents.instrumental(u, instant, x)
+    assert same is u and not nothing.any()
 
 
 def test_slopes_are_derivatives(currents, motion):

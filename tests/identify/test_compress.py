@@ -11,23 +11,23 @@ from scipy.signal import lfilter
 from urdyn.identify import Noise
 from urdyn.identify import design as room
 from urdyn.identify.compress import compress
-from urdyn.identify.design import blocks, coefficients_at, design, runs
+from urdyn.identify.design import Block, blocks, coefficients_at, design, runs
 from urdyn.model.dynamics import Dynamics
 from urdyn.types import Array, Motion
 
 
 @pytest.fixture(scope="module")
-def noisy(motion: Motion) -> Motion:
-    """The motion with noise and a few outliers in its current, and a hole."""
+def noisy(point: Dynamics, motion: Motion) -> Motion:
+    """The motion with noise and a few outliers in its current, and a hole; told by one window."""
     rng = np.random.default_rng(8)
     current = motion.current + 0.05 * rng.standard_t(5.0, motion.current.shape)
     current[500:520, 3] = np.nan
-    return replace(motion, current=current)
+    own = motion.ahead(point.drive.time_offset).a
+    return replace(motion, current=current, instrument=own)
 
 
-def weighted(point: Dynamics, motion: Motion, noise: Noise, joint: int) -> Array:
+def weighted(point: Dynamics, block: Block, noise: Noise, joint: int) -> Array:
     """Rows [Phi | i] through the whitening filter, over the t likelihood's scale, (N, n + 1)."""
-    (block,) = blocks(point, motion)
     problem = design(point, block)
     data = np.column_stack([problem.columns(joint), problem.current[:, joint]])
     ar = noise.ar[joint]
@@ -52,7 +52,8 @@ def scaled(gram: Array, like: Array) -> Array:
 def test_the_triangle_has_the_gram_matrix_of_the_rows(
     joint: int, point: Dynamics, noisy: Motion, noise: Noise
 ) -> None:
-    rows = weighted(point, noisy, noise, joint)
+    (block,) = blocks(point, noisy)
+    rows = weighted(point, block, noise, joint)
     R = compress(point, noisy, noise)[joint].R
     assert R.shape[0] == R.shape[1] == rows.shape[1]
     gram = rows.T @ rows
@@ -74,6 +75,24 @@ def test_many_blocks_compress_to_what_one_does(
         np.testing.assert_allclose(
             scaled(many.R.T @ many.R, gram), scaled(gram, gram), rtol=0, atol=rounding
         )
+
+
+def test_regressors_are_the_instruments_and_what_they_leave_is_the_motions(
+    point: Dynamics, noisy: Motion, noise: Noise
+) -> None:
+    """Least squares steps from the point by Phi_z⁺ e: Phi_z of the instrument, e of the motion."""
+    rng = np.random.default_rng(9)
+    off, gaussian = 0.5 * rng.standard_normal(noisy.a.shape), noise.counted
+    other = replace(noisy, instrument=noisy.instrument + off)
+    found, (block,) = compress(point, other, gaussian), blocks(point, other)
+    for joint, w in enumerate(coefficients_at(point)):
+        R, own = found[joint].R, weighted(point, block, gaussian, joint)
+        Z = weighted(point, block.instrumental, gaussian, joint)[:, :-1]
+        e = own[:, -1] - own[:, :-1] @ w
+        score = R[:, :-1].T @ (R[:, -1] - R[:, :-1] @ w)
+        size = np.linalg.norm(Z, axis=0) * np.linalg.norm(e)
+        assert (np.abs(score - Z.T @ e) <= 1e-9 * size).all()
+        assert np.abs(Z.T @ e - own[:, :-1].T @ e).max() > 1e-3 * size.max()
 
 
 def test_least_squares_on_the_triangle_finds_the_point(point: Dynamics, motion: Motion) -> None:

@@ -44,6 +44,9 @@ def test_half_a_window_late_it_is_the_batch(
     for order, name in enumerate(ORDERS):
         error = np.abs(stacked(live, name) - getattr(batch, name)[inner])
         assert error.max() < rounding(order)
+    for k, instant in enumerate(live, start=4):
+        told = batch.a[k] if instant.instrument is None else instant.instrument
+        assert np.abs(told - batch.instrument[k]).max() < rounding(2)
 
 
 @pytest.mark.parametrize("lag", [0, 2, 4])
@@ -63,6 +66,29 @@ def test_the_error_on_a_sinusoid_is_within_the_taylor_remainder(lag: int) -> Non
         rest += np.abs(of_v[order]) * omega * away**4 / math.factorial(4)
         error = np.abs(stacked(live, ORDERS[order]) - truth[order]).max()
         assert error <= rest.sum() + rounding(order)
+
+
+def test_the_instrument_knows_nothing_of_the_noise_of_velocities() -> None:
+    """At a slow rate too, where it takes more samples than the motion does."""
+    rng = np.random.default_rng(4)
+    for step in (0.05, 0.01, 0.002):
+        t = step * np.arange(100)
+        q, v = swing(t)
+        noise = 2e-3 * rng.standard_normal(v.shape)
+        (_, clean), (_, noisy) = (play(Causal(step), log_of(t, q, w)) for w in (v, v + noise))
+        pairs = [(a, b) for a, b in zip(clean, noisy, strict=True) if a.instrument is not None]
+        assert len(clean) - len(pairs) <= 2
+        for one, other in pairs:
+            np.testing.assert_array_equal(one.instrument, other.instrument)
+        assert np.abs([one.a - other.a for one, other in pairs]).max() > 0.01
+
+
+def test_the_instrument_of_scattered_stamps_is_none() -> None:
+    t = STEP * np.arange(60)
+    t[30] += 1e-4
+    _, live = play(Causal(STEP), log_of(t, *swing(t)))
+    without = [instant.instrument is None for instant in live]
+    assert without == [abs(k + 4 - 30) <= 4 for k in range(len(live))]
 
 
 def test_no_lag_is_paid_in_noise_as_the_weights_say() -> None:

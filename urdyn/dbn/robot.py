@@ -138,6 +138,7 @@ class RobotCurrents:
             dt=dt,
             span=dt if span is None else span,
             packed=packed(A, side, load, self._rest(now, s), s, v, a),
+            side=side,
             gripped=self._gripped,
             smeared=(SMEAR / drive.gain * (M @ now.jerk + drive.rotor_inertia * now.jerk)) ** 2,
             noise=self.noise,
@@ -145,6 +146,27 @@ class RobotCurrents:
             felt=1.0 - unknown,
             blind=bool(unknown.any()),
         )
+
+    def instrumental(self, u: RobotSlice, now: Instant, x: Array) -> tuple[RobotSlice, Array]:
+        """The slice with the instrument's accelerations, and what these add to the current.
+
+        Who multiplies what is left of a current by a regressor that has the same acceleration's
+        noise in it learns of that noise: inertia that is too small, above all where currents are
+        whitened. The regressor is taken where the noise is another one, and what is left stays
+        what it was: the method of instrumental variables [Soderstrom2002]_. What a joint's zero
+        does is left out.
+
+        Args:
+            x: states (n,) at which the current is moved.
+        """
+        if now.instrument is None:
+            return u, np.zeros_like(now.a)
+        more = now.instrument - now.a
+        Y = self._arm.inertia_regressor(now.q, more)
+        A = np.concatenate([np.zeros((len(Y),) * 2), Y @ self.shown, Y[:, -10:]], axis=1)
+        still = np.zeros_like(more)
+        by = packed(A, u.side, Y @ self._pi, still, still, still, more, still)
+        return replace(u, packed=u.packed + by), self.observe(x, replace(u, packed=by))
 
     @cached_property
     def _pi(self) -> Array:

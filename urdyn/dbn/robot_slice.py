@@ -37,6 +37,7 @@ class RobotSlice:
     dt: float  # [s] since the slice before
     span: float  # [s] since parameters moved last; 0: they stand still over this slice
     packed: Array  # (J, 2 c + 7)
+    side: Array  # (J,) [-] presliding state, as each gear is loaded along it or against it
     gripped: Array  # (J,) [A] per unit of the presliding state
     smeared: Array  # (J,) [A²] variance, for the acceleration was differentiated
     noise: Array  # (J,) [A] sd
@@ -115,11 +116,20 @@ class RobotSlice:
         return int(self.packed.shape[1] - len(ROWS)) // 2
 
 
-def packed(A: Array, side: Array, load: Array, rest: Array, s: Array, v: Array, a: Array) -> Array:
+def packed(
+    A: Array,
+    side: Array,
+    load: Array,
+    rest: Array,
+    s: Array,
+    v: Array,
+    a: Array,
+    one: Array | float = 1.0,
+) -> Array:
     """What a slice is linear in, of gears that are loaded along s or against it, `side` (J,)."""
     J, c = A.shape
     out = np.empty((J, 2 * c + len(ROWS)))
     out[:, :c] = A
     np.multiply(side[:, None], A, out=out[:, c : 2 * c])
-    out[:, 2 * c :] = np.array([load, side * load, rest, s, v, a, np.ones(J)]).T
+    out[:, 2 * c :] = np.array([load, side * load, rest, s, v, a, one * np.ones(J)]).T
     return out

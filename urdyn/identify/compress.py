@@ -30,25 +30,36 @@ def compress(
     coefficients = coefficients_at(point)
     R = [np.zeros((0, len(w) + 1)) for w in coefficients]
     for block in blocks(point, motion):
-        problem = design(point, block)
+        problem, instrument = design(point, block), design(point, block.instrumental)
         for j, w in enumerate(coefficients):
-            rows = np.vstack([R[j], *_weighted(problem, j, noise, w, band)])
+            rows = np.vstack([R[j], *_weighted(problem, instrument, j, noise, w, band)])
             R[j] = np.asarray(np.linalg.qr(rows, mode="r"))
     return [Compressed(j, payload, triangle) for j, triangle in enumerate(R)]
 
 
 def _weighted(
-    problem: Design, joint: int, noise: Noise, coefficients: Array, band: Band
+    problem: Design,
+    instrument: Design,
+    joint: int,
+    noise: Noise,
+    coefficients: Array,
+    band: Band,
 ) -> list[Array]:
-    """Rows [Phi | i] of unit, white, Gaussian-equivalent noise, run by run."""
+    """Rows [Phi | i] of unit, white, Gaussian-equivalent noise, run by run.
+
+    Phi is the instrument's, and leaves of i at the point what the problem's own does: noise of
+    accelerations is in one of the two alone, so that none of it is learnt from. [Soderstrom2002]_
+    """
     rows = []
     data = np.column_stack([problem.columns(joint), problem.current[:, joint]])
+    tool = instrument.columns(joint)
     for run in runs(problem.known[:, joint]):
         kept = band(data[run])
         if len(kept) > noise.ar.shape[1]:
-            white = noise.whiten(kept, joint)
+            white, phi = noise.whiten(kept, joint), noise.whiten(band(tool[run]), joint)
             innovation = white[:, -1] - white[:, :-1] @ coefficients
-            rows.append(white * noise.weights(innovation, joint)[:, None])
+            row = np.column_stack([phi, innovation + phi @ coefficients])
+            rows.append(row * noise.weights(innovation, joint)[:, None])
     return rows
 
 

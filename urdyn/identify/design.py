@@ -11,7 +11,7 @@ The load that structural damping rides on and the presliding state are taken at 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
@@ -33,6 +33,11 @@ class Block:
     motion: Motion  # kinematics at the time of the current
     bristles: Bristles
     known: Mask  # (N, J) measured, and the presliding state no longer hangs on where it began
+
+    @property
+    def instrumental(self) -> Block:
+        """The same with the instrument's accelerations."""
+        return replace(self, motion=replace(self.motion, a=self.motion.instrument))
 
 
 def blocks(point: Dynamics, motion: Motion) -> Iterator[Block]:

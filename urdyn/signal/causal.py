@@ -12,16 +12,14 @@ from urdyn.signal.polynomial import (
     ORDERS,
     LocalPolynomial,
     half_window,
+    instrument_half,
     joint_by_joint,
     weights,
 )
 from urdyn.signal.sample import Instant, Sample
 from urdyn.signal.shifts import shifts, without_turns
-from urdyn.signal.stretches import GAP
+from urdyn.signal.stretches import GAP, is_even
 from urdyn.types import Array
-
-# Of a period. Seconds since 1970 are known to .2 µs; in two an encoder sees no joint move.
-EVEN = 1e-3
 
 
 @dataclass(frozen=True)
@@ -57,6 +55,11 @@ class Causal:
         half = half_window(self.period, self.degree) if self.half is None else self.half
         return LocalPolynomial(half, self.degree, self.period)
 
+    @cached_property
+    def alone(self) -> LocalPolynomial:
+        """The same through the angles alone of all samples that are remembered."""
+        return replace(self.fit, half=instrument_half(self.fit.half, self.degree))
+
     def init(self, joints: int = 6) -> CausalState:
         """Nothing seen yet."""
         return CausalState(np.empty(0), np.empty((0, 4, joints)), np.empty((0, 2, joints)))
@@ -72,8 +75,7 @@ class Causal:
             state = self._admit(state, sample.t, row, dt)
         else:
             state = _restart(state, sample.t, row)
-        fit = self.fit
-        return state, self._estimate(fit, state) if len(state.t) == fit.samples else None
+        return state, self._estimate(state) if len(state.t) >= self.fit.samples else None
 
     def _admit(self, state: CausalState, t: float, row: Array, dt: float) -> CausalState:
         """The window one sample on, with what the gate refuses marked as not measured."""
@@ -82,7 +84,7 @@ class Causal:
             departure = self.gate.departure(state.rows[-1, :2], row[:2], dt)
             wrong = self.gate.refuses(departure, state.departures, dt)
             row[:2][wrong], refused = np.nan, int(np.count_nonzero(wrong))
-        keep = slice(1 - self.fit.samples, None)
+        keep = slice(1 - self.alone.samples, None)
         return replace(
             state,
             t=np.concatenate([state.t[keep], [t]]),
@@ -91,14 +93,17 @@ class Causal:
             refused=state.refused + refused,
         )
 
-    def _estimate(self, fit: LocalPolynomial, state: CausalState) -> Instant:
+    def _estimate(self, state: CausalState) -> Instant:
         """The motion at the stamp `lag` samples back, + offset."""
+        fit = self.fit
         lag = fit.half if self.lag is None else self.lag
         row = fit.samples - 1 - lag
         shift = np.zeros(state.rows.shape[2])
-        measured = state.rows[:, :2]
-        even = np.abs(state.t[1:] - state.t[:-1] - self.period).max() <= EVEN * self.period
-        whole = np.isfinite(measured).all()
+        t, rows = state.t[-fit.samples :], state.rows[-fit.samples :]
+        measured = rows[:, :2]
+        steady, told = is_even(state.t, self.period), np.isfinite(state.rows[:, :2])
+        even, whole = steady[1 - fit.samples :].all(), told[-fit.samples :].all()
+        full = len(state.t) == self.alone.samples and steady.all() and told.all()
         if even and whole:
             operator = _operator(fit, (fit.half - lag) * self.period, self.offset)
             of_each = measured.transpose(2, 1, 0).reshape(-1, operator.shape[2], 1)
@@ -106,25 +111,39 @@ class Causal:
         else:
             q, v = measured[:, 0], measured[:, 1]
             if not whole:  # the gate refuses the sample at which a zero jumps
-                each = shifts(state.t, q, v, fit.half)
+                each = shifts(t, q, v, fit.half)
                 since = np.cumsum(each, axis=0)
                 q, shift = q - (since - since[row]), without_turns(each[row])
             at = np.broadcast_to(np.asarray(self.offset, dtype=np.float64), q.shape[1:])[None]
-            window = (state.t - state.t[row])[None], q[None], v[None], at
+            window = (t - t[row])[None], q[None], v[None], at
             orders = fit.estimate(*(window if whole else joint_by_joint(*window)))
             orders = orders.reshape(ORDERS, -1)
-        (q, v, a, jerk), (current, temperature) = orders, state.rows[row, 2:]
-        return Instant(float(state.t[row]), q, v, a, jerk, current, temperature, shift)
+        (q, v, a, jerk), (current, temperature) = orders, rows[row, 2:]
+        instrument = self._instrument(state, lag) if full else None
+        return Instant(float(t[row]), q, v, a, jerk, current, temperature, shift, instrument)
+
+    def _instrument(self, state: CausalState, lag: int) -> Array:
+        """The acceleration there by angles alone, (J,) [rad/s²]; of even stamps.
+
+        Where stamps scatter, angles and currents do so together: theirs is no noise of its own.
+        """
+        ahead = (self.alone.half - lag) * self.period
+        operator = _operator(self.alone, ahead, self.offset, velocities=False)
+        of_q = operator[:, 2, : self.alone.samples]
+        return np.asarray((of_q * state.rows[:, 0].T).sum(axis=1))
 
 
 @lru_cache(maxsize=16)
-def _operator(fit: LocalPolynomial, ahead: float, offset: float | tuple[float, ...]) -> Array:
+def _operator(
+    fit: LocalPolynomial, ahead: float, offset: float | tuple[float, ...], velocities: bool = True
+) -> Array:
     """What angles and, behind them, velocities of a full uniform window weigh, (1 or J, 4, 2 m).
 
     The motion is that at `ahead` + offset [s] of the window's centre.
     """
-    offsets = offset if isinstance(offset, tuple) else (offset,)
-    return np.array([np.concatenate(weights(fit, ahead + lead), axis=1) for lead in offsets])
+    leads = offset if isinstance(offset, tuple) else (offset,)
+    each = (weights(fit, ahead + lead, velocities) for lead in leads)
+    return np.array([np.concatenate(of_both, axis=1) for of_both in each])
 
 
 def _restart(state: CausalState, t: float, row: Array) -> CausalState:

@@ -4,16 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from urdyn.errors import LogError
 from urdyn.signal.kinematics import kinematics
-from urdyn.signal.polynomial import half_window
+from urdyn.signal.polynomial import half_window, instrument_half
 from urdyn.signal.shifts import shifts, without_turns
-from urdyn.signal.stretches import breaks, median_step
-from urdyn.types import Array, Log, Motion
+from urdyn.signal.stretches import breaks, is_even, median_step
+from urdyn.types import Array, Log, Mask, Motion
 
 
 def condition(
@@ -43,7 +44,8 @@ def stream(
     does not name row 0.
     """
     settled = _settle(log, offset, half_window, degree)
-    halo = 2 * settled.half  # a shifted window ends this far from its row
+    # A shifted window ends this far from its row.
+    halo = 2 * instrument_half(settled.half, degree)
     for start in range(0, len(log), rows):
         stop = min(start + rows, len(log))
         lo = max(0, start - halo)
@@ -66,15 +68,12 @@ class _Settled:
         shift = shifts(log.t, q, v, self.half)
         shifted = np.cumsum(shift, axis=0)  # no joint moved that way
         shift[-1] = 0.0  # nothing bears that one out
-        moved = kinematics(
-            log.t,
-            q - shifted,
-            v,
-            offset=self.offset,
-            half=self.half,
-            degree=self.degree,
-            step=self.step,
-        )
+        how = partial(kinematics, offset=self.offset, degree=self.degree, step=self.step)
+        moved = how(log.t, q - shifted, v, half=self.half)
+        half = instrument_half(self.half, self.degree)
+        alone = how(log.t, q - shifted, half=half).a
+        known = np.asarray(np.isfinite(q + v).all(axis=1))
+        told = _whole_around(log.t, known, self.step, half)[:, None]
         return Motion(
             log.t,
             moved.q + shifted,
@@ -84,7 +83,19 @@ class _Settled:
             breaks=breaks(log.t, self.step),
             source=log.source,
             shift=without_turns(shift),
+            instrument=np.where(told, alone, moved.a),
         )
+
+
+def _whole_around(t: Array, known: Mask, step: float, half: int) -> Mask:
+    """Rows in the middle of a window that is known, and even: why, is at `Causal`; (N,)."""
+    uneven = np.concatenate([[0], np.cumsum(~is_even(t, step))])
+    missing = np.concatenate([[0], np.cumsum(~known)])
+    row = np.arange(half, max(len(t) - half, half))
+    whole = np.zeros(len(t), dtype=bool)
+    whole[row] = uneven[row + half] == uneven[row - half]
+    whole[row] &= missing[row + half + 1] == missing[row - half]
+    return whole
 
 
 def _measured(log: Log, name: str) -> Array:

@@ -41,6 +41,11 @@ def half_window(step: float, degree: int = 4, velocities: bool = True) -> int:
     return max(least, round(REACH / step))
 
 
+def instrument_half(half: int, degree: int) -> int:
+    """Samples to each side that tell the acceleration by angles alone, beside `half` of both."""
+    return max(half, (degree + 1) // 2)
+
+
 @dataclass(frozen=True)
 class LocalPolynomial:
     """How a window becomes an estimate: its half length, the degree, and the usual step."""

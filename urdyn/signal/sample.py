@@ -40,6 +40,8 @@ class Instant:
     current: Array  # (J,) [A] as measured
     temperature: Array  # (J,) [°C]
     shift: Array  # (J,) [rad] by which the encoder's zero jumped since the row before; mostly 0
+    # (J,) [rad/s²] the acceleration, with noise that is not that of `a`; None: nothing tells it.
+    instrument: Array | None = None
 
 
 def samples(log: Log) -> Iterator[Sample]:

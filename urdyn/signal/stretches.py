@@ -7,9 +7,11 @@ from itertools import pairwise
 
 import numpy as np
 
-from urdyn.types import Array, Index
+from urdyn.types import Array, Index, Mask
 
 GAP = 5.0  # [-] a step longer than this many median steps parts two stretches
+# Of a period. Seconds since 1970 are known to .2 µs; in two an encoder sees no joint move.
+EVEN = 1e-3
 
 
 def median_step(t: Array) -> float:
@@ -27,6 +29,11 @@ def stretches(t: Array) -> Iterator[slice]:
     """Rows between gaps, one slice a stretch."""
     bounds = (0, *breaks(t), len(t))
     return (slice(start, stop) for start, stop in pairwise(bounds))
+
+
+def is_even(t: Array, step: float) -> Mask:
+    """Whether each row follows the one before at the usual step, (N - 1,)."""
+    return np.asarray(np.abs(np.diff(t) - step) <= EVEN * step)
 
 
 def windows(rows: int, breaks: tuple[int, ...], half: int) -> tuple[Index, Index]:

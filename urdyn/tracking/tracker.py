@@ -218,13 +218,14 @@ class Tracker(Generic[S]):
         u = self.currents.slice(now, s, passed, about, lubricant, span)
         u = _jumping(u, what) if fresh else replace(u, stood=True) if stood else u
         y = np.where(self._told(now, travelled), now.current, np.nan)
-        white, seen = noise.whitened(was.colour, u, y)
-        white = self.currents.near(white, mean, carried)
-        unknown = white.unknown
-        R = white.noise**2 + unknown
         slow = mean[self.currents.places["slow"]]
         modelled = self.model.observe(mean, u) - slow
         left = y - modelled
+        through, more = self.currents.instrumental(u, now, mean)
+        white, seen = noise.whitened(was.colour, through, y + more)
+        white = self.currents.near(white, mean, carried)
+        unknown = white.unknown
+        R = white.noise**2 + unknown
         wild = left - noise.foreseen(was.colour, slow)
         given = white if anew else tempered(white, wild, R, state.unsure)
         asked = state.asked - passed * np.isfinite(y)
@@ -233,7 +234,7 @@ class Tracker(Generic[S]):
         unsure = np.fmax(told.cov.diagonal() / R, np.isnan(told.residual) * state.unsure)
         sure = (unsure < SURE) & (unknown < 0.25 * white.noise**2)
         colour = noise.learnt(was.colour, left, unknown, sure, self.period)
-        colour = noise.kept(colour, u, y)
+        colour = noise.kept(colour, through, y + more)
         known = Learnt(belief, colour) if anew else Learnt(was.belief, was.colour)
         widen = told_another and (what is None or what.payload is not None)
         set_off = now.t if doubtful else np.inf if anew else rest.left
