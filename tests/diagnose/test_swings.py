@@ -59,3 +59,17 @@ def test_a_swing_that_a_second_hardly_shows_is_told_after_some(shop: Shop) -> No
     assert (found.kind, found.joint) == ("controller_instability", 2)
     assert found.alarm_s < 6.0 + 3.6 + 3 * 0.25 + 1e-6  # three looks more than its window
     assert np.isclose(found.evidence["frequency_Hz"], 30.0 / np.pi, atol=0.1)
+
+
+def test_what_every_period_of_a_motion_makes_is_no_loop_that_rings(shop: Shop) -> None:
+    """Teeth that meet on every way to and fro have lines at its multiples; a loop has one."""
+    log = shop.log(seconds=14.0, rate=500.0)
+    since, line = log.t - log.t[0] - 8.0, 2.0 * np.pi * 1.5
+    noise = np.sqrt(shop.fit.noise.power[2]) * shop.dynamics.drive.gain[2]
+
+    def told(*multiples: int) -> list[str]:
+        swing = 0.6 * noise * sum(np.sin(line * k * since) for k in multiples)
+        return [f.kind for f in shop.disturbed(log, 2, np.where(since > 0.0, swing, 0.0))]
+
+    assert told(5, 8, 12, 15, 18, 22) == []
+    assert told(12) == told(6, 12) == ["controller_instability"]

@@ -2,7 +2,8 @@
 
 The last second is looked at every beat, and the last seconds, in which weaker ones show. A line
 has to stand out of its neighbours and of what this joint's spectrum is like as a rule, in both
-halves of that time at the same frequency; lines that the gear makes at this speed do not count.
+halves of that time at the same frequency; lines that the gear makes at this speed do not count, nor
+does one of several: what befalls a joint in every period of a motion has lines at its multiples.
 """
 
 from __future__ import annotations
@@ -25,6 +26,7 @@ HIGHEST = 60.0  # [Hz] no loop of a joint rings faster
 LEARNT = 0.045  # [s] over the window: share of the usual spectrum, a beat; of the first ones theirs
 LOUD = 4.0  # [-] times what is usual: what is, may be the fault, and is learnt slowly as that much
 HALVES = 5.0  # [-] times its neighbours that the line stands out in each half
+CROWD = 3, 7.0  # other lines, [-] times their neighbours: a motion repeats itself, no loop rings
 STAYS = 0.5  # [-] of its largest amplitude that a line has at least in each quarter
 RISES = 0.2  # [-] of its last amplitude that one that grows has at first
 FADED, STEADILY = 0.85, 0.95  # [-] of its amplitude that a line has to keep; to be told at once
@@ -108,16 +110,19 @@ class Oscillation:
         f = f[f <= HIGHEST]
         whole = spectrum(signals, len(f))
         usual = before.power if before.beats else whole
-        floor = np.maximum(neighbourhood(whole), usual)
+        beside = neighbourhood(whole)
+        floor = np.maximum(beside, usual)
         ratio = whole / np.where(floor > 0.0, floor, np.inf)
         allowed = self._allowed(f, signals[2])
+        left = np.where(allowed, whole[0] / np.maximum(beside[0], 1e-30), 0.0)
         halves = [lines(signals[:, part], len(f) // 2 + 1) for part in parts(n, 2)]
         seen = []
         for j in range(self.space.joints):
             if np.isfinite(signals[..., j]).all():
                 about = ratio[..., j], allowed[:, j], f, [h[..., j] for h in halves]
                 line = self._line(signals[..., j], t, *about)
-                seen += [(j, *line)] if line else []
+                alone = line and _others(left[:, j], line[0] / f[1]) < CROWD[0]
+                seen += [(j, *line)] if line and alone else []
         loud = np.isin(np.arange(self.space.joints), [line[0] for line in seen])
         beats = before.beats + 1.0
         least = LEARNT / window
@@ -193,6 +198,15 @@ class Oscillation:
                 torque = sizes if k < 2 else course(x[1], t, frequency)
                 return frequency, float(masked[at]), torque
         return None
+
+
+def _others(ratio: Array, at: float) -> int:
+    """Lines (F,) that stand out beside the one at this bin, and are none of its multiples."""
+    inner = ratio[1:-1]
+    peak = (inner > CROWD[1]) & (inner >= ratio[:-2]) & (inner > ratio[2:])
+    there = np.flatnonzero(peak) + 1
+    multiple = np.maximum(np.rint(there / at), 1.0)
+    return int(np.count_nonzero(np.abs(there - multiple * at) > multiple + 1.0))
 
 
 def _lasts(sizes: Array, whole: float) -> bool:
