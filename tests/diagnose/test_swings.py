@@ -61,6 +61,17 @@ def test_a_swing_that_a_second_hardly_shows_is_told_after_some(shop: Shop) -> No
     assert np.isclose(found.evidence["frequency_Hz"], 30.0 / np.pi, atol=0.1)
 
 
+@pytest.mark.parametrize("joint", [1, 2])
+def test_a_swing_in_a_runs_first_seconds_is_not_learnt_as_usual(shop: Shop, joint: int) -> None:
+    """It is in the first spectrum of a joint already that a second fills."""
+    log = shop.log(seconds=9.0, rate=500.0)
+    since = log.t - log.t[0] - 1.2
+    noise = np.sqrt(shop.fit.noise.power[joint]) * shop.dynamics.drive.gain[joint]
+    swing = np.where(since > 0.0, 0.8 * noise * np.sin(71.0 * since), 0.0)
+    [found] = shop.disturbed(log, joint, swing)
+    assert (found.kind, found.joint) == ("controller_instability", joint)
+
+
 def test_what_every_period_of_a_motion_makes_is_no_loop_that_rings(shop: Shop) -> None:
     """Teeth that meet on every way to and fro have lines at its multiples; a loop has one."""
     log = shop.log(seconds=14.0, rate=500.0)

@@ -33,7 +33,7 @@ def test_a_live_robot_is_tracked_at_its_own_pace(workshop, controller, tmp_path)
 
 def test_a_live_run_that_is_ended_can_be_taken_up_again(workshop, controller, tmp_path):
     first = open_source(controller)
-    threading.Thread(target=lambda: (time.sleep(1.0), first.close()), daemon=True).start()
+    threading.Thread(target=lambda: (time.sleep(2.0), first.close()), daemon=True).start()
     ended = workshop.track(tmp_path, first)
     source = open_source(controller, duration=0.5)
     again = workshop.track(tmp_path, source)

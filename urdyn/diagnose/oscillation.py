@@ -133,12 +133,12 @@ class Oscillation:
     def _told(
         self, state: Heard, seen: list[Line], t: Array, v: Array
     ) -> tuple[Heard, list[Event]]:
-        """One event for all joints that ring together: that of the joint that swings most."""
+        """One event for all joints that ring together: that of the one that swings most."""
         now = float(t[-1])
         joint, frequency, ratio, sizes = max(seen, key=lambda line: line[2])
-        swings = [amplitude(of, t, frequency) for of in v.T]
-        if max(swings) > SWING:
-            joint = int(np.argmax(swings))
+        swings = {line[0]: amplitude(v[:, line[0]], t, frequency) for line in seen}
+        most = max(swings, key=lambda at: swings[at])
+        joint = most if swings[most] > SWING else joint
         last, before, since, told = state.rings
         same = now - last < AGAIN and abs(frequency - before) < NEAR
         since, told = (since, told) if same else (float(t[0]), 0.0)
