@@ -163,10 +163,13 @@ class RobotCurrents:
             return u, np.zeros_like(now.a)
         more = now.instrument - now.a
         Y = self._arm.inertia_regressor(now.q, more)
+        load, still = Y @ self._pi, np.zeros_like(more)
         A = np.concatenate([np.zeros((len(Y),) * 2), Y @ self.shown, Y[:, -10:]], axis=1)
-        still = np.zeros_like(more)
-        by = packed(A, u.side, Y @ self._pi, still, still, still, more, still)
-        return replace(u, packed=u.packed + by), self.observe(x, replace(u, packed=by))
+        by = packed(A, u.side, load, still, still, still, more, still)
+        _, _, beta, rotor, z, gain = np.exp(x[self._positive]).reshape(len(POSITIVE), -1)
+        held = (1.0 + beta * u.side) * (load + self._borne(x, u, A, gain))
+        added = (held + rotor * more) / (self.reference.drive.gain * z)
+        return replace(u, packed=u.packed + by), added
 
     @cached_property
     def _pi(self) -> Array:

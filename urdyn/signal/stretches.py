@@ -33,7 +33,7 @@ def stretches(t: Array) -> Iterator[slice]:
 
 def is_even(t: Array, step: float) -> Mask:
     """Whether each row follows the one before at the usual step, (N - 1,)."""
-    return np.asarray(np.abs(np.diff(t) - step) <= EVEN * step)
+    return np.asarray(np.abs(t[1:] - t[:-1] - step) <= EVEN * step)
 
 
 def windows(rows: int, breaks: tuple[int, ...], half: int) -> tuple[Index, Index]:
