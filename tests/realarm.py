@@ -1,4 +1,4 @@
-"""Runs of the real UR10e, and what is put into them."""
+"""Runs of the real UR10e, and what is put into a run's currents."""
 
 from __future__ import annotations
 

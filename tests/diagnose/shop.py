@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
+from realarm import with_current
 
 from urdyn.diagnose import Diagnosis, Report, diagnose
 from urdyn.identify import Fit
@@ -38,8 +39,7 @@ class Shop:
         """What is told where a joint's current has this torque (N,) [N·m] in it besides."""
         current = log.joint("actual_current").copy()
         current[:, joint] += torque / self.dynamics.drive.gain[joint]
-        channels = {**log.channels, "actual_current": current}
-        return diagnose(self.fit, replace(log, channels=channels))
+        return diagnose(self.fit, with_current(log, current))
 
     def report(self, *faults: str, **how) -> Report:
         """What is told of it."""

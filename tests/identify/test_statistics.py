@@ -157,10 +157,8 @@ def test_noise_of_accelerations_is_not_taken_for_a_lack_of_inertia() -> None:
     scores = []
     for seed in range(6):
         dynamics, _, _, log = recorded("ur5e", seed, 25.0, sensors_of=real_sensors)
-        fit, drive = (
-            identify(dynamics.arm, condition(log), gain=dynamics.drive.gain),
-            dynamics.drive,
-        )
+        drive = dynamics.drive
+        fit = identify(dynamics.arm, condition(log), gain=drive.gain)
         for joint, truth in zip(dynamics.arm.joint_names[:3], drive.rotor_inertia, strict=False):
             name = f"{joint}.rotor_inertia"
             scores.append((fit.value(name) - truth) / fit.spread(name))

@@ -1,9 +1,8 @@
 """A twin at work on virtual arms: honest where nothing changes, quick where something does."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
+from realarm import with_current
 from workshop import RATE, at_work, commissioned
 
 from urdyn.estimate import EKF, UKF
@@ -156,8 +155,7 @@ def test_what_breaks_joints_away_is_no_load(filter_):
     log = at_work(dynamics, 0, 1, 4.0)
     way = np.cumsum(np.abs(np.diff(log.joint("actual_q"), axis=0, prepend=0.0)), axis=0)
     stiff = np.where(way - way[0] < 0.05, 57.0, 0.0) / dynamics.drive.gain
-    current = log.joint("actual_current") + stiff
-    snaps = replace(log, channels={**log.channels, "actual_current": current})
+    snaps = with_current(log, log.joint("actual_current") + stiff)
     (sound, physical), (stuck, _) = (tracked(fit, x, filter_) for x in (log, snaps))
     at = physical.names.index("payload.mass")
     for reading in stuck:
