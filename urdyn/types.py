@@ -145,12 +145,14 @@ class Motion:
 
     def ahead(self, offset: float) -> Motion:
         """The same currents beside the kinematics `offset` seconds later, by Taylor's series."""
-        h = offset
+        h, a = offset, self.a + offset * self.jerk
         return replace(
             self,
             q=self.q + h * (self.v + h / 2 * (self.a + h / 3 * self.jerk)),
             v=self.v + h * (self.a + h / 2 * self.jerk),
-            a=self.a + h * self.jerk,
+            a=a,
+            # An instrument stays where it is, for the jerk would bring it the noise of `a`.
+            instrument=np.where(self.instrument == self.a, a, self.instrument),
         )
 
     def slice(self, start: int, stop: int | None = None) -> Motion:

@@ -165,7 +165,8 @@ class RobotCurrents:
         Y = self._arm.inertia_regressor(now.q, more)
         load, still = Y @ self._pi, np.zeros_like(more)
         A = np.concatenate([np.zeros((len(Y),) * 2), Y @ self.shown, Y[:, -10:]], axis=1)
-        by = packed(A, u.side, load, still, still, still, more, still)
+        by = packed(A, u.side, load, still, still, still, more, one=0.0)
+        # What `observe` makes of that, in half its time: there is no friction in it, and no warmth.
         _, _, beta, rotor, z, gain = np.exp(x[self._positive]).reshape(len(POSITIVE), -1)
         held = (1.0 + beta * u.side) * (load + self._borne(x, u, A, gain))
         added = (held + rotor * more) / (self.reference.drive.gain * z)

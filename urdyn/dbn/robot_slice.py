@@ -124,12 +124,12 @@ def packed(
     s: Array,
     v: Array,
     a: Array,
-    one: Array | float = 1.0,
+    one: float = 1.0,
 ) -> Array:
     """What a slice is linear in, of gears that are loaded along s or against it, `side` (J,)."""
     J, c = A.shape
     out = np.empty((J, 2 * c + len(ROWS)))
     out[:, :c] = A
     np.multiply(side[:, None], A, out=out[:, c : 2 * c])
-    out[:, 2 * c :] = np.array([load, side * load, rest, s, v, a, one * np.ones(J)]).T
+    out[:, 2 * c :] = np.array([load, side * load, rest, s, v, a, np.full(J, one)]).T
     return out

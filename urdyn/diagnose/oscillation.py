@@ -121,8 +121,8 @@ class Oscillation:
             if np.isfinite(signals[..., j]).all():
                 about = ratio[..., j], allowed[:, j], f, [h[..., j] for h in halves]
                 line = self._line(signals[..., j], t, *about)
-                alone = line and _others(left[:, j], line[0] / f[1]) < CROWD[0]
-                seen += [(j, *line)] if line and alone else []
+                if line and _others(left[:, j], line[0] / f[1]) < CROWD[0]:
+                    seen.append((j, *line))
         loud = np.isin(np.arange(self.space.joints), [line[0] for line in seen])
         beats = before.beats + 1.0
         least = LEARNT / window

@@ -30,7 +30,8 @@ def compress(
     coefficients = coefficients_at(point)
     R = [np.zeros((0, len(w) + 1)) for w in coefficients]
     for block in blocks(point, motion):
-        problem, instrument = design(point, block), design(point, block.instrumental)
+        problem, other = design(point, block), block.instrumental
+        instrument = problem if other is block else design(point, other)
         for j, w in enumerate(coefficients):
             rows = np.vstack([R[j], *_weighted(problem, instrument, j, noise, w, band)])
             R[j] = np.asarray(np.linalg.qr(rows, mode="r"))

@@ -36,7 +36,9 @@ class Block:
 
     @property
     def instrumental(self) -> Block:
-        """The same with the instrument's accelerations."""
+        """The same with the instrument's accelerations; itself where there is no instrument."""
+        if np.array_equal(self.motion.instrument, self.motion.a, equal_nan=True):
+            return self
         return replace(self, motion=replace(self.motion, a=self.motion.instrument))
 
 

@@ -71,9 +71,9 @@ class _Settled:
         how = partial(kinematics, offset=self.offset, degree=self.degree, step=self.step)
         moved = how(log.t, q - shifted, v, half=self.half)
         half = instrument_half(self.half, self.degree)
-        alone = how(log.t, q - shifted, half=half).a
         known = np.asarray(np.isfinite(q + v).all(axis=1))
         told = _whole_around(log.t, known, self.step, half)[:, None]
+        alone = how(log.t, q - shifted, half=half).a if told.any() else moved.a
         return Motion(
             log.t,
             moved.q + shifted,

@@ -222,7 +222,8 @@ class Tracker(Generic[S]):
         modelled = self.model.observe(mean, u) - slow
         left = y - modelled
         through, more = self.currents.instrumental(u, now, mean)
-        white, seen = noise.whitened(was.colour, through, y + more)
+        there = y + more
+        white, seen = noise.whitened(was.colour, through, there)
         white = self.currents.near(white, mean, carried)
         unknown = white.unknown
         R = white.noise**2 + unknown
@@ -234,7 +235,7 @@ class Tracker(Generic[S]):
         unsure = np.fmax(told.cov.diagonal() / R, np.isnan(told.residual) * state.unsure)
         sure = (unsure < SURE) & (unknown < 0.25 * white.noise**2)
         colour = noise.learnt(was.colour, left, unknown, sure, self.period)
-        colour = noise.kept(colour, through, y + more)
+        colour = noise.kept(colour, through, there)
         known = Learnt(belief, colour) if anew else Learnt(was.belief, was.colour)
         widen = told_another and (what is None or what.payload is not None)
         set_off = now.t if doubtful else np.inf if anew else rest.left
