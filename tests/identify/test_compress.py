@@ -10,8 +10,10 @@ from scipy.signal import lfilter
 
 from urdyn.identify import Noise
 from urdyn.identify import design as room
-from urdyn.identify.compress import compress
+from urdyn.identify.compress import compress, residuals, taken
 from urdyn.identify.design import Block, blocks, coefficients_at, design, runs
+from urdyn.identify.slow import periodogram
+from urdyn.model.drive import LINEAR
 from urdyn.model.dynamics import Dynamics
 from urdyn.types import Array, Motion
 
@@ -102,3 +104,20 @@ def test_least_squares_on_the_triangle_finds_the_point(point: Dynamics, motion: 
     for block, w in zip(compress(point, motion, noise), coefficients_at(point), strict=True):
         left = block.R[:, :-1] @ w - block.R[:, -1]
         assert np.linalg.norm(left) < 1e-11 * np.linalg.norm(block.R[:, -1])
+
+
+def test_what_doubt_takes_from_a_residual_is_what_the_doubtful_would_change(
+    point: Dynamics, noisy: Motion
+) -> None:
+    """A joint's viscous friction, wrong by .1 A/(rad/s), is .1 v in the current."""
+    at, wrong = 10 * np.arange(point.arm.joints, 0, -1) + LINEAR.index("viscous"), 0.1
+    doubt = [np.zeros((len(w),) * 2) for w in coefficients_at(point)]
+    for cov, k in zip(doubt, at, strict=True):
+        cov[k, k] = wrong**2
+    drive = replace(point.drive, viscous=point.drive.viscous + wrong * point.drive.gain)
+    other = residuals(replace(point, drive=drive), noisy)
+    found = taken(point, noisy, doubt)
+    for joint, stretches in enumerate(residuals(point, noisy)):
+        changes = [a - b for a, b in zip(stretches, other[joint], strict=True)]
+        for power, change in zip(found[joint], changes, strict=True):
+            np.testing.assert_allclose(power, periodogram(change), rtol=1e-6, atol=1e-12)

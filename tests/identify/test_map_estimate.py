@@ -13,11 +13,19 @@ from urdyn.errors import IdentifiabilityError
 from urdyn.identify import Noise
 from urdyn.identify.compress import compress
 from urdyn.identify.expressions import dynamics
-from urdyn.identify.map_estimate import Compressed, Problem, build_problem, posterior, solve
+from urdyn.identify.map_estimate import (
+    Compressed,
+    Problem,
+    build_problem,
+    data_information,
+    doubts,
+    posterior,
+    solve,
+)
 from urdyn.identify.unknowns import Unknowns
 from urdyn.model.drive import LINEAR
 from urdyn.model.dynamics import Dynamics
-from urdyn.types import Array, Motion
+from urdyn.types import Array, Gaussian, Motion
 
 STEP = 1e-5  # of a finite difference in a score
 
@@ -159,3 +167,17 @@ def test_a_problem_without_a_solution_is_told(unknowns: Unknowns) -> None:
     hopeless = Problem(unknowns, ca.Function("residual", [z], [ca.log(-1.0 - z**2)]), unbound(2))
     with pytest.raises(IdentifiabilityError, match="did not converge"):
         solve(hopeless, np.ones(2))
+
+
+def test_doubt_in_scores_is_the_same_doubt_in_coefficients(
+    unknowns: Unknowns, problem: Problem, blocks: list[Compressed], point: Dynamics, truth: Array
+) -> None:
+    """tr(Rᵀ R cov(w)) over all blocks = tr(Jᵀ J cov(z)), with J the slope of R w."""
+    root = np.random.default_rng(8).standard_normal((len(truth),) * 2)
+    belief = Gaussian(truth, root @ root.T)
+    places = [(block.joint, block.payload) for block in blocks]
+    covs = doubts(unknowns, places, point, belief)
+    R = [block.R[:, :-1] for block in blocks]
+    each = [np.trace(r @ cov @ r.T) for r, cov in zip(R, covs, strict=True)]
+    whole = np.trace(data_information(problem, truth) @ belief.cov)
+    assert sum(each) == pytest.approx(whole, rel=1e-9)

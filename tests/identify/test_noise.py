@@ -12,6 +12,7 @@ from scipy.stats import t as student
 
 from urdyn.identify import Noise
 from urdyn.identify.noise import GAUSSIAN, MAX_ORDER, fit_noise, white_noise, whiten
+from urdyn.identify.slow import MEMORY, forgotten, periodogram
 from urdyn.types import Array
 
 AR = np.array([0.6, -0.3])
@@ -20,6 +21,7 @@ ROWS = 20_000
 STEP = 0.01  # [s]
 FOUR_SIGMA = 4.0  # of any estimate: one sound test of 16,000 fails
 CHANCE = 1e-3
+SLOW, ENDED = 0.3, 25.0  # [-] share of the noise, [s] of a log
 
 
 def coloured(rng: np.random.Generator, rows: int = ROWS) -> tuple[Array, Array]:
@@ -140,3 +142,38 @@ def test_joints_may_differ_in_order_and_a_silent_one_is_no_error() -> None:
     noise = fit_noise([[e[:9000], e[9000:]], [w], []], STEP)
     assert noise.ar.shape[0] == 3 and noise.ar.shape[1] >= 2
     assert (noise.ar[2] == 0.0).all() and noise.scale[2] == 1.0
+
+
+def smooth(rng: np.random.Generator, rows: int, columns: int) -> Array:
+    """Columns as a robot's motion makes them: a few harmonics of a slow period, (rows, columns)."""
+    t = np.arange(rows) * STEP
+    phase = 2.0 * np.pi * (0.1 * t[:, None] * np.arange(1, 7) + rng.random((columns, 1, 6)))
+    return np.asarray((np.cos(phase) * rng.standard_normal((columns, 1, 6))).sum(axis=2).T)
+
+
+def test_what_a_fit_took_from_the_noise_is_given_back() -> None:
+    """The density at low frequency is the true one, within what so few slow values can tell."""
+    rows, keep, runs = round(ENDED / STEP), forgotten(STEP), 40
+    cov = SLOW * toeplitz(keep ** np.arange(rows)) + (1.0 - SLOW) * np.eye(rows)
+    root, inverse = np.linalg.cholesky(cov), np.linalg.inv(cov)
+    found: dict[str, list[float]] = {"told": [], "not told": []}
+    for seed in range(runs):
+        rng = np.random.default_rng(seed)
+        X, e = smooth(rng, rows, 10), root @ rng.standard_normal(rows)
+        doubt = np.linalg.inv(X.T @ inverse @ X)  # of generalised least squares
+        left = e - X @ (doubt @ (X.T @ (inverse @ e)))
+        for told, taken in (("told", [[periodogram(X, doubt)]]), ("not told", None)):
+            found[told].append(float(fit_noise([[left]], STEP, taken).gentle[0]))
+    one = np.ones(1)
+    white = np.sqrt(1.0 - SLOW) * one
+    truth = Noise(one, white, 1e9 * one, np.zeros((1, 0)), np.sqrt(SLOW) * one, keep).gentle[0]
+    scatter = 4.0 * np.sqrt(2.0 * MEMORY / ENDED / runs)
+    assert np.mean(found["told"]) == pytest.approx(truth, rel=scatter)
+    assert np.mean(found["not told"]) < (1.0 - scatter) * truth
+
+
+def test_the_periodogram_of_a_sum_in_doubt_is_the_mean_of_those_of_what_it_may_be() -> None:
+    rng = np.random.default_rng(5)
+    X, root = rng.standard_normal((101, 4)), rng.standard_normal((4, 4))
+    each = sum(periodogram(column) for column in (X @ root).T)
+    np.testing.assert_allclose(periodogram(X, root @ root.T), each, rtol=1e-12)

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from urdyn.identify.band import EVERYTHING, Band
 from urdyn.identify.design import Design, blocks, coefficients_at, design, runs
 from urdyn.identify.map_estimate import Compressed
 from urdyn.identify.noise import Noise
+from urdyn.identify.slow import periodogram
 from urdyn.model.dynamics import Dynamics
 from urdyn.types import Array, Motion
 
@@ -74,3 +77,20 @@ def residuals(point: Dynamics, motion: Motion, band: Band = EVERYTHING) -> list[
         for j, mine in enumerate(left):
             mine += [band(error[run, j]) for run in runs(block.known[:, j])]
     return left
+
+
+def taken(
+    point: Dynamics, motion: Motion, doubt: Sequence[Array], band: Band = EVERYTHING
+) -> list[list[Array]]:
+    """Periodograms of what a fit in this doubt took from its `residuals`, stretch by stretch [A²].
+
+    Args:
+        doubt: covariance of each joint's coefficients, of those that `coefficients_at` tells.
+    """
+    hidden: list[list[Array]] = [[] for _ in doubt]
+    for block in blocks(point, motion):
+        problem = design(point, block)
+        for j, cov in enumerate(doubt):
+            columns = problem.columns(j)
+            hidden[j] += [periodogram(band(columns[run]), cov) for run in runs(block.known[:, j])]
+    return hidden

@@ -69,6 +69,16 @@ def _at_rest(unknowns: Unknowns) -> Any:
     return ca.Function("at_rest", [z], [drive["coulomb"] + drive["stribeck"]])
 
 
+def doubts(
+    unknowns: Unknowns, places: Sequence[tuple[int, int | None]], point: Dynamics, belief: Gaussian
+) -> list[Array]:
+    """Covariance of the coefficients of every (joint, payload), by a belief in scores."""
+    z = ca.MX.sym("z", len(belief.mean))
+    ws = [coefficients(unknowns, [place], point)(z) for place in places]
+    slopes = ca.Function("slopes", [z], [ca.jacobian(w, z) for w in ws])(belief.mean)
+    return [J @ belief.cov @ J.T for J in map(np.asarray, slopes)]
+
+
 def _edges(blocks: Sequence[Compressed]) -> list[int]:
     return [0, *np.cumsum([block.R.shape[1] - 1 for block in blocks]).tolist()]
 

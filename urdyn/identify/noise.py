@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from urdyn.identify.slow import forgotten, share_of, without_slow
+from urdyn.identify.slow import density, forgotten, periodogram, share_of, without_slow
 from urdyn.types import Array, frozen
 
 MAX_ORDER = 8
@@ -79,14 +79,24 @@ def white_noise(residuals: list[list[Array]]) -> Noise:
     return Noise(sd, sd, np.full_like(sd, GAUSSIAN), np.zeros((len(sd), 0)))
 
 
-def fit_noise(residuals: list[list[Array]], step: float) -> Noise:
+def fit_noise(
+    residuals: list[list[Array]], step: float, taken: list[list[Array]] | None = None
+) -> Noise:
     """Noise of every joint from its residuals, joint by joint, stretch by stretch [A].
+
+    A fit takes from the noise what its parameters can explain, most of all of what is slow. Its own
+    doubt tells how much: with that beside them residuals have the power that the noise had, as
+    restricted maximum likelihood would have it [Patterson1971]_.
 
     Args:
         step: time from row to row [s].
+        taken: periodogram of what a fit took, stretch by stretch [A²]; None: nothing.
     """
     keep = forgotten(step)
-    fits = [_fit_joint(stretches, keep) for stretches in residuals]
+    if taken is None:
+        taken = [[0.0 * periodogram(r) for r in stretches] for stretches in residuals]
+    pairs = zip(residuals, taken, strict=True)
+    fits = [_fit_joint(stretches, powers, keep) for stretches, powers in pairs]
     width = max(noise.ar.shape[1] for noise in fits)
     return Noise(
         sd=np.concatenate([n.sd for n in fits]),
@@ -114,29 +124,45 @@ def _sd(stretches: list[Array]) -> float:
     return float(np.std(together)) if len(together) >= 10 * MAX_ORDER else 1.0
 
 
-def _fit_joint(stretches: list[Array], keep: float) -> Noise:
+def _fit_joint(stretches: list[Array], taken: list[Array], keep: float) -> Noise:
     """Noise of one joint."""
     count = sum(len(r) for r in stretches)
     if count < 10 * MAX_ORDER:
         return white_noise([stretches])
-    acf = np.array(
-        [sum(r[k:] @ r[: len(r) - k] for r in stretches) / count for k in range(MAX_ORDER + 1)]
-    )
+    pairs = list(zip(stretches, taken, strict=True))
+    more = np.sum([_products(power, len(r)) for r, power in pairs], axis=0) / count
+    lags = range(MAX_ORDER + 1)
+    acf = more + [sum(r[k:] @ r[: len(r) - k] for r in stretches) / count for k in lags]
     one, gaussian = np.ones(1), np.full(1, GAUSSIAN)
-    sd = _sd(stretches) * one
+    sd = np.hypot(_sd(stretches), np.sqrt(more[0])) * one
 
     def with_slow(share: float) -> tuple[Array, float]:
         """Regression of what is left of the noise, and the variance of what that leaves."""
         return _autoregression(acf - share * acf[0] * keep ** np.arange(MAX_ORDER + 1), count)
 
-    share = share_of(stretches, with_slow, keep)
+    w, seen, hidden = map(np.concatenate, zip(*(_spectra(*pair) for pair in pairs), strict=True))
+    share = share_of(w, seen + hidden, with_slow, keep)
     ar, left = with_slow(share)
     slow = np.sqrt(share * acf[0]) * one
+    unseen = left * float(np.mean(hidden / density(w, ar, left, share * acf[0], keep)))
     noise = Noise(sd, np.sqrt(left) * one, gaussian, ar[None], slow, keep)
     innovation = np.concatenate([noise.whiten(r, 0) for r in stretches if len(r) > len(ar)])
     dof = _degrees_of_freedom(innovation)
-    scale = float(np.sqrt(np.mean(innovation**2))) * np.sqrt((dof - 2.0) / dof)
+    power = float(np.mean(innovation**2)) + unseen
+    scale = np.sqrt(power * (dof - 2.0) / dof)
     return replace(noise, scale=scale * one, dof=dof * one)
+
+
+def _spectra(stretch: Array, taken: Array) -> tuple[Array, Array, Array]:
+    """Frequencies but 0 [rad] a sample, and the power of both there."""
+    w = 2.0 * np.pi * np.asarray(np.fft.rfftfreq(len(stretch)), dtype=np.float64)
+    return w[1:], periodogram(stretch)[1:], taken[1:]
+
+
+def _products(power: Array, n: int) -> Array:
+    """Sums of products of neighbours, by lag, in a stretch of this periodogram and length."""
+    sums = n * np.fft.irfft(power, n)[: MAX_ORDER + 1]
+    return np.pad(sums, (0, MAX_ORDER + 1 - len(sums)))
 
 
 def _autoregression(acf: Array, n: int) -> tuple[Array, float]:

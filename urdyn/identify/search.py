@@ -7,17 +7,18 @@ all data at once. Every step compresses the data at a point, solves, and moves t
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import chain
 
 import numpy as np
 
 from urdyn.identify.band import EVERYTHING, Band, common_band
-from urdyn.identify.compress import compress, residuals
+from urdyn.identify.compress import compress, residuals, taken
 from urdyn.identify.excerpt import excerpt, folds
 from urdyn.identify.expressions import dynamics, physical
 from urdyn.identify.fit import Fit
-from urdyn.identify.map_estimate import Compressed, build_problem, posterior, solve
+from urdyn.identify.map_estimate import Compressed, build_problem, doubts, posterior, solve
 from urdyn.identify.noise import GAUSSIAN, Noise, fit_noise, white_noise
 from urdyn.identify.rank import data_rank
 from urdyn.identify.select import select_terms
@@ -59,6 +60,7 @@ class State:
     temperature: Array  # (J,) [°C] of the runs, that friction is found at; NaN: nobody measured
     band: Band = EVERYTHING
     time_offset: float = 0.0  # [s] by which current leads the recorded motion
+    doubt: Array | None = None  # (P, P) covariance of z; None: no step has told it
     point: Dynamics = field(init=False)  # the bare arm at z
     payloads: tuple[Array, ...] = field(init=False)  # inertials (10,) each
 
@@ -93,7 +95,7 @@ def search(arm: Arm, runs: Sequence[Run], gain: Array | None, progress: Progress
         state = _settle(state, brief)
     for k in range(ROUNDS):
         progress("colour of the noise", 0.6 + 0.2 * k / ROUNDS)
-        state = _step(_with_noise(state, brief), brief, 1.0)
+        state = _sure_step(_with_noise(state, brief), brief)
     progress("all data", 0.8)
     return _finish(_with_noise(state, brief), runs)
 
@@ -111,14 +113,31 @@ def _start(arm: Arm, runs: Sequence[Run], gain: Array | None) -> State:
 
 def _with_noise(state: State, runs: Sequence[Run], plain: bool = False) -> State:
     """The same point with the noise that it leaves; plain: white and Gaussian."""
-    left: list[list[Array]] = [[] for _ in range(state.point.arm.joints)]
-    for motion, point, _ in state.loaded(runs):
-        for joint, stretches in enumerate(residuals(point, motion, state.band)):
-            left[joint] += stretches
+    left = _joint_by_joint(
+        residuals(point, motion, state.band) for motion, point, _ in state.loaded(runs)
+    )
     if plain:
         return replace(state, noise=white_noise(left))
     step = float(np.mean([median_step(run.motion.t) for run in runs])) * state.band.every
-    return replace(state, noise=fit_noise(left, step))
+    return replace(state, noise=fit_noise(left, step, _taken(state, runs)))
+
+
+def _taken(state: State, runs: Sequence[Run]) -> list[list[Array]] | None:
+    """What the last step took from the noise, as far as its doubt tells; None: it told none."""
+    if state.doubt is None:
+        return None
+    belief, joints = Gaussian(state.z, state.doubt), range(state.point.arm.joints)
+
+    def of_run(motion: Motion, point: Dynamics, payload: int | None) -> list[list[Array]]:
+        covs = doubts(state.unknowns, [(j, payload) for j in joints], point, belief)
+        return taken(point, motion, covs, state.band)
+
+    return _joint_by_joint(of_run(*loaded) for loaded in state.loaded(runs))
+
+
+def _joint_by_joint(runs: Iterable[list[list[Array]]]) -> list[list[Array]]:
+    """Stretches of all runs, each joint's one after the other."""
+    return [list(chain.from_iterable(of)) for of in zip(*runs, strict=True)]
 
 
 def _blocks(state: State, runs: Sequence[Run]) -> list[Compressed]:
@@ -132,6 +151,13 @@ def _blocks(state: State, runs: Sequence[Run]) -> list[Compressed]:
 def _step(state: State, runs: Sequence[Run], damping: float) -> State:
     problem = build_problem(state.unknowns, _blocks(state, runs), state.point)
     return replace(state, z=state.z + damping * (solve(problem, state.z) - state.z))
+
+
+def _sure_step(state: State, runs: Sequence[Run]) -> State:
+    """A whole step, and how sure it is."""
+    problem = build_problem(state.unknowns, _blocks(state, runs), state.point)
+    belief = posterior(problem, solve(problem, state.z))
+    return replace(state, z=belief.mean, doubt=belief.cov)
 
 
 def _align(state: State, runs: Sequence[Run]) -> State:
@@ -184,13 +210,13 @@ def _finish(state: State, runs: Sequence[Run]) -> Fit:
     blocks, unknowns = _blocks(state, runs), state.unknowns
     problem = build_problem(unknowns, blocks, state.point)
     belief = posterior(problem, solve(problem, state.z))
-    found, payloads = dynamics(unknowns, belief.mean, state.time_offset, state.temperature)
+    last = replace(state, z=belief.mean, doubt=belief.cov, band=EVERYTHING)
     parameters, jacobian = physical(unknowns, belief.mean)
     prior, prior_jacobian = physical(unknowns, np.zeros_like(belief.mean))
-    rank, columns = data_rank(blocks, found.arm.joints)
+    rank, columns = data_rank(blocks, last.point.arm.joints)
     return Fit(
-        dynamics=found,
-        payloads=payloads,
+        dynamics=last.point,
+        payloads=last.payloads,
         parameters=parameters,
         sd=np.sqrt(np.einsum("ij,jk,ik->i", jacobian, belief.cov, jacobian)),
         prior=prior.values,
@@ -201,7 +227,7 @@ def _finish(state: State, runs: Sequence[Run]) -> Fit:
             unknowns.sd[:, None] * belief.cov * unknowns.sd,
         ),
         terms=unknowns.terms,
-        noise=_with_noise(replace(state, band=EVERYTHING), runs).noise,
+        noise=_with_noise(last, runs).noise,
         sources=tuple(run.motion.source for run in runs),
         n_samples=sum(len(run.motion) for run in runs),
         rank=rank,

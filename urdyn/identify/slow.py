@@ -18,7 +18,6 @@ from urdyn.types import Array
 MEMORY = 1.2  # [s] of what passes slowly, as on recordings of real arms
 SHARES = (0.0, *np.geomspace(0.005, 0.64, 22).tolist())  # of the variance that may be slow
 NONE = 0.5  # [-] how likely it is, before any data, that nothing is slow
-SEGMENT = 8192  # samples of a periodogram at most
 BINS = 120  # of its frequencies, by their logarithm
 SETTLED = 1e-9  # relative change of the gain from sample to sample
 
@@ -56,22 +55,47 @@ def without_slow(y: Array, h: float, keep: float) -> Array:
     return white
 
 
-def share_of(stretches: list[Array], quick: Quick, keep: float) -> float:
+def periodogram(x: Array, cov: Array | None = None) -> Array:
+    """Power of a stretch (n,) at the frequencies of `rfft`, (n // 2 + 1,).
+
+    Args:
+        cov: of what multiplies the columns of x, (n, c), (c, c): the power of their sum, as it is
+            on average.
+    """
+    X = np.fft.rfft(x, axis=0)
+    power = np.abs(X) ** 2 if cov is None else ((X @ cov) * X.conj()).sum(axis=1).real
+    return np.asarray(power / max(len(x), 1))
+
+
+def density(w: Array, ar: Array, left: float, slow: float, keep: float) -> Array:
+    """Spectrum of noise at frequencies w (K,) [rad] a sample, (K,) [A²].
+
+    Args:
+        left: variance of what drives its quick part.
+        slow: variance of its slow part.
+    """
+    turn = np.exp(-1j * np.outer(w, np.arange(1, len(ar) + 1)))
+    passing = (1.0 - keep**2) / np.abs(1.0 - keep * np.exp(-1j * w)) ** 2
+    return np.asarray(left / np.abs(1.0 - turn @ ar) ** 2 + slow * passing)
+
+
+def share_of(w: Array, seen: Array, quick: Quick, keep: float) -> float:
     """Share of the variance that is slow, by the likelihood of the spectrum. [Whittle1953]_
 
     The mean of what is likely, as each of SHARES but the first was as likely before: a log has few
     independent values of what passes slowly, and the likeliest share is more often too small than
     too large.
+
+    Args:
+        w: frequencies (K,) [rad] a sample.
+        seen: periodogram there, (K,) [A²].
     """
-    w, seen, count = _spectrum(stretches)
+    w, seen, count = _averaged(w, seen)
     power = float(seen @ count / count.sum())
-    slow = (1.0 - keep**2) / np.abs(1.0 - keep * np.exp(-1j * w)) ** 2
 
     def misfit(share: float) -> float:
-        ar, left = quick(share)
-        turn = np.exp(-1j * np.outer(w, np.arange(1, len(ar) + 1)))
-        density = left / np.abs(1.0 - turn @ ar) ** 2 + share * power * slow
-        return float(count @ (np.log(density) + seen / density))
+        foreseen = density(w, *quick(share), share * power, keep)
+        return float(count @ (np.log(foreseen) + seen / foreseen))
 
     misfits = np.array([misfit(share) for share in SHARES])
     before = np.r_[NONE, np.full(len(SHARES) - 1, (1.0 - NONE) / (len(SHARES) - 1))]
@@ -79,20 +103,10 @@ def share_of(stretches: list[Array], quick: Quick, keep: float) -> float:
     return float(weights @ np.array(SHARES) / weights.sum())
 
 
-def _spectrum(stretches: list[Array]) -> tuple[Array, Array, Array]:
-    """Frequencies [rad], mean power there and how many values that is of."""
-    parts = [
-        part
-        for r in stretches
-        for part in np.array_split(r, -(-len(r) // SEGMENT))
-        if len(part) > 1
-    ]
-    found = [np.abs(np.fft.rfft(part)[1:]) ** 2 / len(part) for part in parts]
-    power = np.concatenate(found)
-    w = np.concatenate([np.pi * np.arange(1, len(f) + 1) / len(f) for f in found])
-    edges = np.geomspace(w.min(), np.pi, BINS)
-    at = np.digitize(w, edges)
+def _averaged(w: Array, seen: Array) -> tuple[Array, Array, Array]:
+    """Frequencies and powers of BINS, and how many values each is of."""
+    at = np.digitize(w, np.geomspace(w.min(), np.pi, BINS))
     count = np.bincount(at).astype(float)
     some = count > 0.0
-    means = [np.bincount(at, weights=x)[some] / count[some] for x in (w, power)]
+    means = [np.bincount(at, weights=x)[some] / count[some] for x in (w, seen)]
     return means[0], means[1], count[some]

@@ -151,7 +151,7 @@ def _looked_at(colour: Colour, period: float) -> Colour:
     """The filter and the slow noise that the averages tell of."""
     p, power = ORDER, colour.alike[0]
     count, far = np.minimum(colour.count + colour.known[-1], LEARN / period), colour.alike[-1]
-    chance = CHANCE * power / np.sqrt(count)
+    chance = np.where(colour.known[-1], 0.0, CHANCE * power / np.sqrt(count))
     told = np.where(far > chance, far * np.exp(FAR / MEMORY), 0.0)
     slow = np.minimum(told, 0.5 * power)
     lags = np.arange(p + 1)[:, None] * period
