@@ -7,6 +7,7 @@ import pytest
 from scipy.signal import lfilter
 
 from urdyn.identify.noise import Noise
+from urdyn.identify.slow import forgotten
 from urdyn.tracking import colour as noise
 
 J, PERIOD = 6, 0.01
@@ -15,11 +16,11 @@ SURE = np.ones(J, dtype=bool)
 COMMISSIONED = Noise(np.ones(J), np.ones(J), np.full(J, 100.0), np.zeros((J, 0)))
 
 
-def heard(residuals, commissioned=COMMISSIONED):
+def heard(residuals, commissioned=COMMISSIONED, period=PERIOD):
     """The colour after residuals (N, J)."""
-    colour = noise.first(commissioned, 4, PERIOD)
+    colour = noise.first(commissioned, 4, period)
     for row in residuals:
-        colour = noise.learnt(colour, row, NOTHING, SURE, PERIOD)
+        colour = noise.learnt(colour, row, NOTHING, SURE, period)
     return colour
 
 
@@ -60,10 +61,40 @@ def test_what_learning_took_from_the_noise_is_not_taken_for_quiet():
 
 def test_what_passes_slowly_is_told_from_what_is_quick():
     rng = np.random.default_rng(2)
-    keep = np.exp(-PERIOD / noise.MEMORY)
-    slow = lfilter([np.sqrt(1.0 - keep**2)], [1.0, -keep], rng.standard_normal((6000, J)), axis=0)
-    colour = heard(slow + rng.standard_normal((6000, J)))
+    colour = heard(slowly(rng, 6000, PERIOD) + rng.standard_normal((6000, J)))
     assert np.median(colour.slow) == pytest.approx(1.0, rel=0.35)
+
+
+def slowly(rng, rows, period):
+    """Noise of unit variance that forgets itself as slow noise does, (rows, J)."""
+    keep = np.exp(-period / noise.MEMORY)
+    white = np.sqrt(1.0 - keep**2) * rng.standard_normal((rows, J))
+    return lfilter([1.0], [1.0, -keep], white, axis=0)
+
+
+def test_what_was_slow_on_the_first_day_is_not_forgotten_for_being_little():
+    """A share of .08 at 20 Hz: what stands out of chance there is twice as much."""
+    rng, period, share = np.random.default_rng(4), 0.05, 0.08
+    known = replace(COMMISSIONED, slow=np.full(J, np.sqrt(share)), keep=forgotten(period))
+    told = []
+    for _ in range(6):
+        e = np.sqrt(share) * slowly(rng, 1200, period)
+        e += np.sqrt(1.0 - share) * rng.standard_normal(e.shape)
+        told.append(heard(e, known, period).slow ** 2)
+    assert np.median(told) == pytest.approx(share, rel=0.4)
+    assert np.mean(np.array(told) > share / 4) > 0.9  # what stands out of chance alone is .6 of it
+
+
+@pytest.mark.parametrize("apart", [1, 5])
+def test_a_commissioned_colour_is_that_of_fewer_samples_too(apart):
+    """Of an AR(1), every fifth value is one with the fifth power of its coefficient."""
+    ar, step = 0.8, 0.01
+    known = replace(COMMISSIONED, ar=np.full((J, 1), ar), keep=forgotten(step))
+    colour = noise.first(known, 4, apart * step)
+    np.testing.assert_allclose(colour.ar[:, 0], ar**apart, rtol=1e-9)
+    np.testing.assert_allclose(colour.ar[:, 1:], 0.0, atol=1e-9)
+    power = known.power / (1.0 - ar**2)
+    np.testing.assert_allclose(colour.scale**2, power * (1.0 - ar ** (2 * apart)), rtol=1e-9)
 
 
 def test_a_commissioned_colour_is_where_it_begins():

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from urdyn.identify.slow import density, forgotten, periodogram, share_of, without_slow
+from urdyn.identify.slow import MEMORY, density, forgotten, periodogram, share_of, without_slow
 from urdyn.types import Array, frozen
 
 MAX_ORDER = 8
@@ -43,6 +43,11 @@ class Noise:
     def power(self) -> Array:
         """Variance of w, (J,) [A²]."""
         return np.asarray(self.scale**2 * self.dof / (self.dof - 2.0))
+
+    @property
+    def step(self) -> float:
+        """Time from row to row of what it was told from [s]; infinite where nobody says."""
+        return -MEMORY * float(np.log(self.keep)) if self.keep else np.inf
 
     @property
     def gentle(self) -> Array:

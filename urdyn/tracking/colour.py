@@ -29,7 +29,9 @@ TOLD = 0.02  # [-] of the variance: a smaller share that was slow on the first d
 LEARN = 60.0  # [s] over which noise is averaged
 CLIP = 3.0  # [sd] beyond which a residual counts as that large: no noise, something happened
 PAUSE, PAUSE_TIME = 25.0, 0.25  # samples and, where they are many, [s] between looks at the colour
-CHANCE = 2.5  # [sd] by which residuals that are far apart are alike by chance
+# [sd] by which residuals that are far apart are alike by chance, if nothing was slow on the first
+# day; where something was, it is no news that it is.
+CHANCE = 2.5
 TINY = 1e-4  # [A] no sensor of a current is better
 SLOWEST = 0.01  # [-] of the noise's sd that is slow in any case: no state is known exactly
 WHITE = 0.02  # [-] of a residual's variance that is white at least
@@ -51,18 +53,22 @@ class Colour:
 
 
 def first(noise: Noise, width: int, period: float) -> Colour:
-    """The commissioned noise; `width` of the packed inputs."""
-    J, length = len(noise.sd), max(ORDER, round(FAR / period)) + 1
-    ar = np.zeros((J, ORDER))
-    known = min(noise.ar.shape[1], ORDER)
-    ar[:, :known] = noise.ar[:, :known]
-    sd, told = np.sqrt(noise.power), noise.slow**2 > TOLD * noise.sd**2
+    """The commissioned noise, as samples that may be further apart show it.
+
+    Args:
+        width: of the packed inputs.
+    """
+    J, far = len(noise.sd), _far(period)
+    quick = _alike(noise, max(1, round(period / noise.step)))
+    told = noise.slow**2 > TOLD * noise.sd**2
     slow = np.where(told, noise.slow, 0.0) ** 2
-    passing = np.exp(-np.append(np.arange(ORDER + 1) * period, FAR) / MEMORY)[:, None]
+    passing = np.exp(-np.append(np.arange(ORDER + 1), far) * period / MEMORY)[:, None]
+    ar = np.asarray(np.linalg.solve(_neighbours(quick), quick[1:].T[..., None]))[..., 0]
+    sd = np.sqrt(quick[0] - np.einsum("jk,kj->j", ar, quick[1:]))
     return Colour(
         np.full((ORDER, J, width + 1), np.nan),
-        np.full((length, J), np.nan),
-        np.concatenate([_alike(ar, noise.power), np.zeros((1, J))]) + slow * passing,
+        np.full((far + 1, J), np.nan),
+        np.concatenate([quick, np.zeros((1, J))]) + slow * passing,
         TRUST,
         np.concatenate([np.zeros((ORDER + 1, J)), [np.where(told, SLOW_TRUST / period, 0.0)]]),
         ar,
@@ -71,15 +77,28 @@ def first(noise: Noise, width: int, period: float) -> Colour:
     )
 
 
-def _alike(ar: Array, power: Array) -> Array:
-    """Autocovariance of AR noise up to its order, (p + 1, J): of its impulse response."""
+def _far(period: float) -> int:
+    """Samples that are FAR apart; where they are few, more, none that the filter knows of."""
+    return max(ORDER, round(FAR / period))
+
+
+def _alike(noise: Noise, apart: int) -> Array:
+    """Autocovariance of its quick part at every `apart`-th of its steps, (p + 1, J) [A²]."""
+    ar = noise.ar
     response = np.zeros((400, len(ar)))
     response[0] = 1.0
     for t in range(1, len(response)):
-        past = response[max(0, t - ORDER) : t][::-1]
+        past = response[max(0, t - ar.shape[1]) : t][::-1]
         response[t] = np.einsum("jk,kj->j", ar[:, : len(past)], past)
-    lags = [np.sum(response[k:] * response[: len(response) - k], axis=0) for k in range(ORDER + 1)]
-    return np.array(lags) * power
+    steps = apart * np.arange(ORDER + 1)
+    lags = [np.sum(response[k:] * response[: len(response) - k], axis=0) for k in steps]
+    return np.array(lags) * noise.power
+
+
+def _neighbours(alike: Array) -> Array:
+    """Covariance of the p samples before one, (J, p, p), by autocovariances (p + 1, J)."""
+    apart = np.abs(np.subtract.outer(np.arange(ORDER), np.arange(ORDER)))
+    return np.asarray(alike[apart].transpose(2, 0, 1))
 
 
 def whitened(colour: Colour, u: RobotSlice, y: Array) -> tuple[RobotSlice, Array]:
@@ -151,13 +170,13 @@ def _looked_at(colour: Colour, period: float) -> Colour:
     """The filter and the slow noise that the averages tell of."""
     p, power = ORDER, colour.alike[0]
     count, far = np.minimum(colour.count + colour.known[-1], LEARN / period), colour.alike[-1]
-    chance = np.where(colour.known[-1], 0.0, CHANCE * power / np.sqrt(count))
-    told = np.where(far > chance, far * np.exp(FAR / MEMORY), 0.0)
+    chance = np.where(colour.known[-1] > 0.0, 0.0, CHANCE * power / np.sqrt(count))
+    since = _far(period) * period
+    told = np.where(far > chance, far * np.exp(since / MEMORY), 0.0)
     slow = np.minimum(told, 0.5 * power)
     lags = np.arange(p + 1)[:, None] * period
     fast = colour.alike[:-1] - slow * np.exp(-lags / MEMORY)
-    apart = np.abs(np.subtract.outer(np.arange(p), np.arange(p)))
-    T = fast[apart].transpose(2, 0, 1) + WHITE * power[:, None, None] * np.eye(p)
+    T = _neighbours(fast) + WHITE * power[:, None, None] * np.eye(p)
     ar = _predictor(T, fast[1:].T, WHITE * power)
     left = fast[0] + np.einsum("jk,jk->j", ar, (T @ ar[..., None])[..., 0] - 2.0 * fast[1:].T)
     scale = np.sqrt(np.maximum(left, LEAST * power))
