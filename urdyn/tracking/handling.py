@@ -3,8 +3,8 @@
 What is too light for evidence within a hold would be taken for something between the pieces, ever
 more surely, and friction and health would pay for that. So belief in what is carried widens by as
 much whenever the arm sets off. Where heavier pieces are handled, it is learnt anew then, whether or
-not anything tells of another; once it is known, everything else goes on from the rest with it, for
-nothing that multiplies a payload is told rightly around another.
+not anything tells of another, and again where something does; once it is known, everything else
+goes on from before with it, for nothing that multiplies a payload is told rightly around another.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ class Rest:
     """Of the arm's last rest, as far as a gripper may have used it."""
 
     lasted: float = 0.0  # [s] since the last joint moved
-    left: float = np.inf  # [s] when the arm set off, carrying nobody knows what; inf: it is known
+    left: float = np.inf  # [s] since when it has carried nobody knows what; inf: it is known
     over: float = -np.inf  # [s] when the arm set off, whatever it carries
 
     def ends(self, moving: bool) -> bool:

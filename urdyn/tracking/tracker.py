@@ -197,8 +197,8 @@ class Tracker(Generic[S]):
         mean, rest = self._mean(state.belief), state.rest
         looks = state.colour.count % self._look < 1.0
         moving = bool((np.abs(now.v) > STANDING).any())
-        stood = rest.ends(moving)
-        doubtful = stood and now.t - state.widened < HANDLING
+        stood, handles = rest.ends(moving), now.t - state.widened < HANDLING
+        doubtful = stood and handles
         what, evidence, told_another = self._found(state, now.t, mean, looks, doubtful)
         anew = what is not None
         fresh = anew or doubtful
@@ -238,7 +238,7 @@ class Tracker(Generic[S]):
         colour = noise.kept(colour, through, there)
         known = Learnt(belief, colour) if anew else Learnt(was.belief, was.colour)
         widen = told_another and (what is None or what.payload is not None)
-        set_off = now.t if doubtful else np.inf if anew else rest.left
+        unknown_since = now.t if handles and (stood or widen) else np.inf if anew else rest.left
         after = replace(
             marked(state, now.t, known if fresh else None),
             causal=causal,
@@ -256,7 +256,7 @@ class Tracker(Generic[S]):
             unsure=unsure,
             asked=asked if what is None else np.where(what.drives, 0.0, asked),
             carried=carried if anew else self._renewed(state, belief, now.t),
-            rest=rest.after(moving, passed, set_off, now.t),
+            rest=rest.after(moving, passed, unknown_since, now.t),
         )
         if not self._credible(belief):
             after, widen = begun_anew(after, self.init()), True
