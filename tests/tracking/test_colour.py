@@ -85,7 +85,7 @@ def test_what_was_slow_on_the_first_day_is_not_forgotten_for_being_little():
     assert np.mean(np.array(told) > share / 4) > 0.9  # what stands out of chance alone is .6 of it
 
 
-@pytest.mark.parametrize("apart", [1, 5])
+@pytest.mark.parametrize("apart", [1, 5, 100])
 def test_a_commissioned_colour_is_that_of_fewer_samples_too(apart):
     """Of an AR(1), every fifth value is one with the fifth power of its coefficient."""
     ar, step = 0.8, 0.01

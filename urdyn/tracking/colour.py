@@ -64,7 +64,7 @@ def first(noise: Noise, width: int, period: float) -> Colour:
     slow = np.where(told, noise.slow, 0.0) ** 2
     passing = np.exp(-np.append(np.arange(ORDER + 1), far) * period / MEMORY)[:, None]
     ar = np.asarray(np.linalg.solve(_neighbours(quick), quick[1:].T[..., None]))[..., 0]
-    sd = np.sqrt(quick[0] - np.einsum("jk,kj->j", ar, quick[1:]))
+    sd = np.sqrt(np.maximum(quick[0] - np.einsum("jk,kj->j", ar, quick[1:]), TINY**2))
     return Colour(
         np.full((ORDER, J, width + 1), np.nan),
         np.full((far + 1, J), np.nan),
@@ -91,7 +91,7 @@ def _alike(noise: Noise, apart: int) -> Array:
         past = response[max(0, t - ar.shape[1]) : t][::-1]
         response[t] = np.einsum("jk,kj->j", ar[:, : len(past)], past)
     steps = apart * np.arange(ORDER + 1)
-    lags = [np.sum(response[k:] * response[: len(response) - k], axis=0) for k in steps]
+    lags = [np.sum(response[k:] * response[: max(len(response) - k, 0)], axis=0) for k in steps]
     return np.array(lags) * noise.power
 
 
