@@ -36,7 +36,7 @@ class Learning:
     def first(self, noise: Noise, period: float) -> Learnt:
         """Before any block."""
         loud = (self.space.slow / self.space.noise) ** 2
-        loud = np.maximum(loud, noise.share * 2.0 * noise.lasting / period)
+        loud = loud + noise.share * 2.0 * noise.lasting / period
         quick = loudness.first(1.0 + QUICK * (loud - 1.0))
         return Learnt(quick, loudness.first(loud), steadiness.by_the_rules(self.space.joints))
 

@@ -1,7 +1,7 @@
 """How loud a residual is at low frequencies, learnt while working.
 
-What friction and structure leave lasts a second and more, of which a log of half a minute tells
-little, and decides how soon a change can be told from nothing. It shows where a block
+A log's own noise model knows some eighty milliseconds; what friction and structure leave lasts a
+second and more, and decides how soon a change can be told from nothing. It shows where a block
 puts a state of a joint beside where the filter expects it: as far off as that noise is loud. The
 level of a current takes it whole, friction, which turns over with every move, only some of it.
 """
