@@ -99,7 +99,7 @@ def fit_noise(
     """
     keep = forgotten(step)
     if taken is None:
-        taken = [[0.0 * periodogram(r) for r in stretches] for stretches in residuals]
+        taken = [[np.zeros(len(r) // 2 + 1) for r in stretches] for stretches in residuals]
     pairs = zip(residuals, taken, strict=True)
     fits = [_fit_joint(stretches, powers, keep) for stretches, powers in pairs]
     width = max(noise.ar.shape[1] for noise in fits)

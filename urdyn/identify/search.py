@@ -155,9 +155,14 @@ def _step(state: State, runs: Sequence[Run], damping: float) -> State:
 
 def _sure_step(state: State, runs: Sequence[Run]) -> State:
     """A whole step, and how sure it is."""
-    problem = build_problem(state.unknowns, _blocks(state, runs), state.point)
-    belief = posterior(problem, solve(problem, state.z))
+    belief = _belief(state, _blocks(state, runs))
     return replace(state, z=belief.mean, doubt=belief.cov)
+
+
+def _belief(state: State, blocks: list[Compressed]) -> Gaussian:
+    """What these data and the prior say of z."""
+    problem = build_problem(state.unknowns, blocks, state.point)
+    return posterior(problem, solve(problem, state.z))
 
 
 def _align(state: State, runs: Sequence[Run]) -> State:
@@ -208,8 +213,7 @@ def _settle(state: State, runs: Sequence[Run]) -> State:
 
 def _finish(state: State, runs: Sequence[Run]) -> Fit:
     blocks, unknowns = _blocks(state, runs), state.unknowns
-    problem = build_problem(unknowns, blocks, state.point)
-    belief = posterior(problem, solve(problem, state.z))
+    belief = _belief(state, blocks)
     last = replace(state, z=belief.mean, doubt=belief.cov, band=EVERYTHING)
     parameters, jacobian = physical(unknowns, belief.mean)
     prior, prior_jacobian = physical(unknowns, np.zeros_like(belief.mean))
