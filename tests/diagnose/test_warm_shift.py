@@ -84,6 +84,17 @@ def test_a_blocks_level_tells_how_loud_noise_is_that_lasts() -> None:
     assert abs(np.log(heard.power / truth)).max() < 0.5
 
 
+def test_what_is_off_by_as_much_in_every_block_is_no_noise() -> None:
+    rng, truth = np.random.default_rng(4), np.array([1.0, 12.0])
+    heard, noise, rest = loudness.first(np.full(2, 4.0)), np.full(2, 1e-4), np.full(2, 1e-5)
+    for block in range(100):
+        sd = np.sqrt(truth * noise + rest)
+        off = sd * (rng.standard_normal(2) + 4.0 * (block >= 50))
+        heard = loudness.heard(heard, off, noise, rest)
+    # as above; blocks are compared with their neighbours, so that half as many squares count
+    assert abs(np.log(heard.power / truth)).max() < 0.6
+
+
 def test_the_path_through_modes_is_the_best_of_all_paths() -> None:
     rng = np.random.default_rng(3)
     for _ in range(20):

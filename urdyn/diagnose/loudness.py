@@ -4,6 +4,9 @@ A log's own noise model knows some eighty milliseconds; what friction and struct
 second and more, and decides how soon a change can be told from nothing. It shows where a block
 puts a state of a joint beside where the filter expects it: as far off as that noise is loud. The
 level of a current takes it whole, friction, which turns over with every move, only some of it.
+
+A block is heard beside the blocks before it. What is off by as much again and again is no noise,
+which has forgotten itself by then: it is a change, that must not hide by looking like noise.
 """
 
 from __future__ import annotations
@@ -17,13 +20,18 @@ from urdyn.types import Array
 POWERS = 2.0 ** np.arange(0.0, 8.5, 0.5)  # [-] weighed; no residual is quieter than its sensor
 DOUBT = 0.9  # sd of the logarithm of what is believed before anything was seen
 WILD = 3.0  # [sd] that one block counts at most
+TINY = 1e-12  # of a weight: nothing was told
+KEPT = 0.5  # [-] of the weight of a block that is left a block on
 
 
 @dataclass(frozen=True, eq=False)
 class Loudness:
-    """Log of the likelihood of each power, (S, J)."""
+    """What blocks have told. The variance of one, if noise is as usual, is v."""
 
-    told: Array
+    told: Array  # (S, J) log of the likelihood of each power
+    lately: Array  # (J,) where the last ones were: their mean
+    weight: Array  # (J,) sum of what each counts for in it: 1 / v, and ever less
+    doubt: Array  # (J,) sum of the squares of that, times v: variance of the mean, times weight²
 
     @property
     def power(self) -> Array:
@@ -34,7 +42,8 @@ class Loudness:
 
 def first(power: Array) -> Loudness:
     """What is believed before anything was seen."""
-    return Loudness(-0.5 * (np.log(POWERS[:, None] / power) / DOUBT) ** 2)
+    told, nothing = -0.5 * (np.log(POWERS[:, None] / power) / DOUBT) ** 2, np.zeros(len(power))
+    return Loudness(told, nothing, nothing, nothing)
 
 
 def heard(loudness: Loudness, off: Array, noise: Array, rest: Array) -> Loudness:
@@ -45,8 +54,14 @@ def heard(loudness: Loudness, off: Array, noise: Array, rest: Array) -> Loudness
         noise: variance that white noise with the residual's variance would put into that, (J,).
         rest: variance for all other reasons, (J,).
     """
-    var = POWERS[:, None] * noise + rest
+    var, known = POWERS[:, None] * noise + rest, np.isfinite(off)
     usual = loudness.power * noise + rest
-    square = np.minimum(off**2, WILD**2 * usual)
+    lasting = loudness.doubt / np.maximum(loudness.weight, TINY) ** 2
+    square = (off - loudness.lately) ** 2 * usual / (usual + lasting)
+    square = np.minimum(square, WILD**2 * usual)
     more = -0.5 * np.log(var) - 0.5 * square / var
-    return Loudness(loudness.told + np.where(np.isnan(off), 0.0, more - more[0]))
+    told = loudness.told + np.where(known, more - more[0], 0.0)
+    fresh, before = np.where(known, 1.0 / usual, 0.0), KEPT * loudness.weight
+    weight, doubt = before + fresh, KEPT**2 * loudness.doubt + fresh
+    lately = before * loudness.lately + fresh * np.where(known, off, 0.0)
+    return Loudness(told, lately / np.maximum(weight, TINY), weight, doubt)
