@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from shop import Shop
 
-from urdyn.diagnose.swings import amplitude, course, refined
+from urdyn.diagnose.swings import amplitude, course, floor, neighbourhood, refined
 
 T = np.arange(90) / 100.0  # [s]
 
@@ -41,6 +41,15 @@ def test_a_motion_of_seconds_is_no_swing() -> None:
 def test_a_frequency_is_found_between_bins() -> None:
     x = np.cos(2.0 * np.pi * 7.3 * T)
     assert abs(refined(x, T, 1.0 / 0.9 * 7, 1.0 / 0.9) - 7.3) < 0.25
+
+
+def test_noise_stands_out_of_its_floor_as_rarely_as_noise_does() -> None:
+    """exp(-8) of bins at 8 times it, by an average of two; quiet neighbours alone: twelve times."""
+    rng, shape = np.random.default_rng(12), (4000, 200, 1)
+    power, usual = rng.exponential(size=shape), rng.gamma(2.0, 0.5, size=shape)
+    out = power > 8.0 * floor(neighbourhood(power), usual)
+    assert np.mean(out) < 1.5 * np.exp(-8.0)
+    assert np.mean(power > 8.0 * neighbourhood(power)) > 8.0 * np.exp(-8.0)
 
 
 def test_a_wrist_that_swings_rings_whatever_torque_that_takes(shop: Shop) -> None:

@@ -16,7 +16,16 @@ import numpy as np
 from urdyn.diagnose.event import Event
 from urdyn.diagnose.rows import Rows
 from urdyn.diagnose.space import Space
-from urdyn.diagnose.swings import amplitude, course, lines, neighbourhood, parts, refined, spectrum
+from urdyn.diagnose.swings import (
+    amplitude,
+    course,
+    floor,
+    lines,
+    neighbourhood,
+    parts,
+    refined,
+    spectrum,
+)
 from urdyn.model.friction import GEAR_RATIO
 from urdyn.types import Array, Mask
 
@@ -66,7 +75,7 @@ class Oscillation:
 
     space: Space
     period: float  # [s] between rows
-    rule: Mapping[str, float]  # least, warning, critical [N·m]; threshold [nats]; lowest [Hz]
+    rule: Mapping[str, float]  # as the rules have it
 
     def init(self) -> Heard:
         """Nothing heard yet."""
@@ -93,7 +102,7 @@ class Oscillation:
             t, signals = state.t[-n:], state.signals[:, -n:]
             usual[k], seen = self._judge(usual[k], window, t, signals)
             if seen:
-                state, more = self._told(state, seen, t, signals[2])
+                state, more = self._told(state, seen, t, signals[2], window)
                 events += more
         return replace(state, usual=tuple(usual)), events
 
@@ -111,8 +120,8 @@ class Oscillation:
         whole = spectrum(signals, len(f))
         usual = before.power if before.beats else whole
         beside = neighbourhood(whole)
-        floor = np.maximum(beside, usual)
-        ratio = whole / np.where(floor > 0.0, floor, np.inf)
+        least = floor(beside, usual)
+        ratio = whole / np.where(least > 0.0, least, np.inf)
         allowed = self._allowed(f, signals[2])
         left = np.where(allowed, whole[0] / np.maximum(beside[0], 1e-30), 0.0)
         halves = [lines(signals[:, part], len(f) // 2 + 1) for part in parts(n, 2)]
@@ -125,15 +134,18 @@ class Oscillation:
                     seen.append((j, *line))
         loud = np.isin(np.arange(self.space.joints), [line[0] for line in seen])
         beats = before.beats + 1.0
-        least = LEARNT / window
-        gain = np.where(whole > LOUD * usual, least, max(least, 1.0 / beats))
+        slow = LEARNT / window
+        gain = np.where(whole > LOUD * usual, slow, max(slow, 1.0 / beats))
         learnt = usual + gain * (np.minimum(whole, LOUD * usual) - usual)
         return Usual(np.where(loud, usual, learnt), beats), seen
 
     def _told(
-        self, state: Heard, seen: list[Line], t: Array, v: Array
+        self, state: Heard, seen: list[Line], t: Array, v: Array, window: float
     ) -> tuple[Heard, list[Event]]:
-        """One event for all joints that ring together: that of the one that swings most."""
+        """One event for all joints that ring together: that of the one that swings most.
+
+        What long windows see by chance they see again for as long as they overlap.
+        """
         now = float(t[-1])
         joint, frequency, ratio, sizes = max(seen, key=lambda line: line[2])
         swings = {line[0]: amplitude(v[:, line[0]], t, frequency) for line in seen}
@@ -146,7 +158,9 @@ class Oscillation:
         gear = frequency > self.rule["gear"]
         strong = sizes[-1] > self.rule["strong" if gear else "weak"] * friction
         at_once = strong and _gain(sizes) > STEADILY
-        tell = not told and (at_once or now - since > self.rule["patience"])
+        doubtful = window > min(WINDOWS) and ratio < self.rule["sure"]
+        wait = 2.0 * window if doubtful else self.rule["patience"]
+        tell = not told and (at_once or now - since > wait)
         state = replace(state, rings=np.array([now, frequency, since, float(told or tell)]))
         if not tell:
             return state, []

@@ -64,12 +64,28 @@ def spectrum(x: Array, count: int) -> Array:
 
 def neighbourhood(power: Array) -> Array:
     """Mean that the neighbours of each bin suggest, were they noise: by their median."""
+    return np.asarray(np.median(_beside(power), axis=-1) / np.log(2.0))
+
+
+def floor(beside: Array, usual: Array) -> Array:
+    """What a line has to stand out of: the most that a bin's neighbours and its past make likely.
+
+    A dozen neighbours are few: by chance they are quiet far more often than a line is loud.
+
+    Args:
+        beside: `neighbourhood`.
+        usual: power as a rule, an average that scatters less.
+    """
+    return np.maximum(np.maximum(beside, usual), np.median(_beside(usual), axis=-1))
+
+
+def _beside(power: Array) -> Array:
+    """Neighbours of each bin, but for those that a line of its own leaks into, (..., F, J, k)."""
     reach = NEIGHBOURS + 2
     width = [(0, 0)] * (power.ndim - 2) + [(reach, reach), (0, 0)]
     padded = np.pad(power, width, mode="reflect")
     around = np.lib.stride_tricks.sliding_window_view(padded, 2 * reach + 1, axis=-2)
-    beside = np.delete(around, range(NEIGHBOURS, NEIGHBOURS + 5), axis=-1)
-    return np.asarray(np.median(beside, axis=-1) / np.log(2.0))
+    return np.delete(around, range(NEIGHBOURS, NEIGHBOURS + 5), axis=-1)
 
 
 def lines(x: Array, count: int) -> Array:
