@@ -7,7 +7,15 @@ import pytest
 from shop import Shop
 
 from urdyn.diagnose import Report, diagnose
-from urdyn.simulate import Work, happening, observe, parse_fault, to_and_fro, typical_sensors
+from urdyn.simulate import (
+    Trajectory,
+    Work,
+    happening,
+    observe,
+    parse_fault,
+    to_and_fro,
+    typical_sensors,
+)
 
 RATE = 500.0
 
@@ -44,6 +52,21 @@ def test_a_gap_of_a_tenth_of_a_milliradian_is_found_within_six_reversals(shop: S
 def test_a_sound_gear_has_no_gap_however_it_turns(shop: Shop) -> None:
     report = _swung(shop, 1)
     assert not report.findings and _seen(report, 1)["observable"]
+
+
+def test_a_load_that_jumps_over_is_no_gap(shop: Shop) -> None:
+    """Accelerations are told from some hundredths of a second, and jump in none of them."""
+    n, arm = round(RATE), shop.dynamics.arm
+    there = np.repeat([1.0, 0.04, -1.0], [150, 100, 154])  # from rest to rest
+    pushed = np.tile(np.concatenate([there, -there]), 15)
+    motion = np.zeros((3, len(pushed), arm.joints))
+    motion[2, :, 0] = 4.0 * pushed
+    motion[1] = np.cumsum(motion[2], axis=0) / n
+    motion[0] = np.array([0.0, -1.3, 1.2, -1.4, -1.5, 0.0]) + np.cumsum(motion[1], axis=0) / n
+    work = Work(Trajectory(np.arange(len(motion[0])) / n, *motion))
+    lived = happening(shop.dynamics, work, (), False)
+    rng, sensors = np.random.default_rng(9), typical_sensors(arm)
+    assert not diagnose(shop.fit, observe(shop.dynamics, work.trajectory, sensors, rng, lived))
 
 
 def test_a_load_that_turns_over_slowly_is_said_to_show_no_gap(shop: Shop) -> None:

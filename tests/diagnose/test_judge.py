@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 from shop import Shop
 
-from urdyn.diagnose.explain import Explanation, Suspect, suspects
+from urdyn.diagnose import bank as onsets
+from urdyn.diagnose.explain import Explanation, Suspect, gathered, ratios, suspects
 from urdyn.diagnose.judge import _shadow
 from urdyn.diagnose.rules import read_rules
 from urdyn.diagnose.space import space
@@ -32,3 +33,10 @@ def test_a_change_that_is_too_small_to_be_told_is_not_told_by_another_name(shop:
     grown = told(one("friction_increase", 5), 20.0, 1.1)
     assert not _shadow(health, (grown, health)) and not _shadow(grown, (grown, health))
     assert np.isclose(grown.size, 1.1 * 0.03)
+
+
+def test_a_bank_that_has_just_begun_speaks_against_nothing(shop: Shop) -> None:
+    of, size = suspects(space(shop.fit), read_rules().slow), space(shop.fit).size
+    bank = onsets.first(np.zeros(size), np.eye(size), len(of.states))
+    evidence = gathered(bank, ratios(bank, of))
+    assert evidence.shape == (len(of.each),) and (evidence == -np.inf).all()

@@ -31,6 +31,7 @@ BEFORE, LONGEST = 0.04, 0.06  # [s] before and after a reversal, or longer in th
 WIDER = 1.5  # [-] times the time that a gap takes, after which what it lacked must be back
 WILD = 4.0  # [sd] that one row counts at most
 CLEAR = 4.0  # [sd] of a load about its line, that it has to swing through
+BENT, SPAN = 2.0, 0.02  # [-] times its usual bend over this time [s], beyond which a load jumps
 SHARES = (1.0, 0.5)  # [-] of the template: the load is not quite gone, or not all of it known
 POSES = 181  # that a probe is looked for among
 
@@ -152,7 +153,7 @@ class Backlash:
         if at.sum() < 8 or not np.isfinite(left[at]).all():
             return None
         line = Polynomial.fit(after[at], load[at], 1)(after[at])
-        if not self._whole(load[at], after[at], line):
+        if not self._whole(load[at], after[at], line) or self._jumps(load, at):
             return None
         K, noise = self.space.reference.drive.gain[j], self.space.noise[j]
         x = -(line / K) * ((after[at] > 0.0) & (after[at] < self.crossing[gaps, j, None]))
@@ -178,6 +179,18 @@ class Backlash:
         side, before = np.sign(load), after < 0.0
         return bool(before.any() and (side[before] == side[0]).all()
                     and (side[~before] == -side[0]).all())  # fmt: skip
+
+    def _jumps(self, load: Array, at: Mask) -> bool:
+        """Whether a load turns over more sharply than accelerations can be told.
+
+        They are those of some hundredths of a second. Where the true one jumps, the load that is
+        made of them does so too early, and then too late: like a gap.
+        """
+        lag = max(1, round(SPAN / self.period))
+        if len(load) <= 4 * lag:
+            return False
+        bend = np.abs(load[2 * lag :] - 2.0 * load[lag:-lag] + load[: -2 * lag])
+        return bool(bend[at[lag:-lag]].mean() > BENT * np.median(bend))
 
     def _weighed(self, state: Reversals, j: int, llr: Array, shown: Array, t: float) -> Reversals:
         """Args: shown: what llr would be on the average, were there such a gap, (gaps,) [nats]."""

@@ -146,6 +146,8 @@ def _log_ratio(C: Array, d: Array, sd: Array, sign: int) -> Array:
 def ratios(bank: Bank, of: Suspects) -> Array:
     """Log of every suspect's likelihood ratio by onset, over shapes and sizes, (h, m)."""
     told = np.full((len(of.each), len(bank.onset)), -np.inf)
+    if not told.size:  # a bank that has just begun
+        return told
     for name in dict.fromkeys(each.kind.name for each in of.each):
         at = [k for k, each in enumerate(of.each) if each.kind.name == name]
         places = np.array([of.each[k].places for k in at])
