@@ -6,11 +6,17 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from numpy.polynomial import Polynomial
+from realarm import with_current
 from shop import Shop
 
+from urdyn.diagnose.collision import Collision
 from urdyn.diagnose.pushed import BIN, Bin, Pushed, _handled, sizes
+from urdyn.diagnose.rows import rows
+from urdyn.diagnose.rules import read_rules
 from urdyn.diagnose.space import Space, space
-from urdyn.simulate import Payload
+from urdyn.diagnose.warmth import unfelt
+from urdyn.simulate import Payload, Trajectory, Work, happening, observe, typical_sensors
 
 CALM = 3
 Q = np.array([0.3, -1.2, 1.0, -0.6, 0.7, 0.2])  # [rad]
@@ -85,3 +91,25 @@ def test_a_piece_that_the_baseline_had_a_part_of_was_no_push(where: Space) -> No
     assert not handled(np.where(known[:, None], -had, had - torque))
     pushed = np.concatenate([_pushed(where, 3), np.zeros((8, 6))])
     assert not handled(pushed - np.outer(known, had))
+
+
+def test_friction_that_lets_go_of_an_arm_that_stands_is_no_push(shop: Shop, where: Space) -> None:
+    """Joints that come to rest gently are slow for a while; then nothing holds them."""
+    n, arm, drive = 125, shop.dynamics.arm, shop.dynamics.drive
+    x = Polynomial([0.0, 0.0, 0.0, 10.0, -15.0, 6.0])(np.linspace(0.0, 1.0, 3 * n))
+    way = np.concatenate([x, np.ones(2 * n)])
+    q = Q + np.outer(way, np.array([0.9, 0.7, -0.5, 0.8, -0.6, 1.0]))
+    v = np.gradient(q, 1.0 / n, axis=0)
+    go = Trajectory(np.arange(len(q)) / n, q, v, np.gradient(v, 1.0 / n, axis=0))
+    rng, lived = np.random.default_rng(3), happening(shop.dynamics, Work(go), (), False)
+    log = observe(shop.dynamics, go, typical_sensors(arm), rng, lived)
+    _, s, moved = shop.motion(log)
+    lets_go = np.where(way[:, None] > 1.0 - 1e-6, drive.coulomb * s / drive.gain, 0.0)
+    log = with_current(log, log.joint("actual_current") - lets_go)
+    motion, alone = shop.motion(log)[0], Collision(where, read_rules().fast["collision"])
+    state, sound = alone.init(), np.zeros(arm.joints, dtype=bool)
+    for at in range(0, len(motion) - 30, 30):
+        of, part = motion.slice(at, at + 30), slice(at, at + 30)
+        beat = rows(where, of, s[part], moved[part], unfelt(arm.joints))
+        state, events = alone.step(state, beat, NOTHING, sound)
+        assert not events and not state.going

@@ -29,6 +29,9 @@ RELAX = 0.015  # [-] of one that stands: what holds it changes slowly, a hand ma
 SPREAD = 0.02  # [-] of what is known of its spread
 NOTHING = 8.0  # [-] sum of squares below which bins tell how far the baseline is to be believed
 CORRELATED = 0.3  # [-] share of the noise that a bin's mean does not lose
+# [s] that a joint goes on being slow before it stands, and until then it may be held by less and
+# less; as long before it begins to move, it may be held by more.
+SETTLES = 0.4
 STILL = 3e-5  # [rad] by which encoders jitter: two steps
 LATE = 0.4  # [-] of a bin by which a prediction may be early or late
 
@@ -39,6 +42,7 @@ class Quiet:
 
     base: Array  # (J,) [N·m]; NaN: unknown
     held: Mask  # (J,) joints that stood
+    since: Array  # (J,) [s] when they began to, or to move
     aimed: Array  # (J,) [N·m] predicted when the baseline was made
     asked: Array  # (J,) [N·m] predicted in the last bin
     s: Array  # (2, J) [-] presliding states; those of joints that stand are by their encoders
@@ -67,13 +71,18 @@ class Collision:
         """What a push was like."""
         return Pushed(self.space, self.rule["least"])
 
+    @cached_property
+    def _most(self) -> Array:
+        """What holds a joint that begins to move, or to stand, is unknown by that, (J,) [N·m]."""
+        return 2.0 * self.space.reference.drive.coulomb
+
     def init(self) -> Quiet:
         """Nothing seen yet."""
         J = self.space.joints
         nothing, nan = np.zeros(J), np.full(J, np.nan)
         return Quiet(
-            nan, np.zeros(J, dtype=bool), nothing, nothing, np.zeros((2, J)), nan, nothing,
-            np.zeros(10),
+            nan, np.zeros(J, dtype=bool), np.full(J, -np.inf), nothing, nothing, np.zeros((2, J)),
+            nan, nothing, np.zeros(10),
         )  # fmt: skip
 
     def step(
@@ -103,24 +112,25 @@ class Collision:
         rho = K * np.where(ill, 0.0, mean_measured(rows.residual)) - tool @ carried[0]
         aimed, held = K * rows.predicted.mean(axis=0), np.abs(rows.v).max(axis=0) < HELD
         state, crept = self._crept(state, rows, held)
-        changed = np.isnan(state.base) | (held != state.held)
+        t, most = float(rows.t[0]), self._most
+        turned = held != state.held
+        since = np.where(turned, t, state.since)
+        changed = np.isnan(state.base) | turned | (held & (t - since < SETTLES))
         if not state.going:
             # Whoever changes their mind about what is carried has not felt anything.
             base = state.base + tool @ (state.carried - carried[0])
             base, at = np.where(changed, rho, base), np.where(changed, aimed, state.aimed)
-            state = replace(state, base=base, held=held, aimed=at, carried=carried[0])
+            state = replace(state, base=base, held=held, since=since, aimed=at, carried=carried[0])
+        else:
+            state = _doubted(state, t - SETTLES, turned * most)
         late = LATE * np.abs(aimed - state.asked)
         usual = self._usual(state, rows, held, aimed, late)
         var = usual + crept**2
-        state = replace(_doubted(state, late), asked=aimed)
-        # What a joint that begins to move was held by is unknown, up to its friction.
-        most = 2.0 * self.space.reference.drive.coulomb
+        state = replace(_doubted(state, state.bins[-1].t if state.going else t, late), asked=aimed)
         fresh = np.where(changed, most**2 + var if state.going else np.inf, var)
         fresh, plain = (np.where(ill, np.inf, x) for x in (fresh, var))
         felt = rho - state.base
-        seen = Bin(
-            float(rows.t[0]), bool(held.all()), felt, np.sqrt(fresh), rows.q[0], tool, carried[0]
-        )
+        seen = Bin(t, bool(held.all()), felt, np.sqrt(fresh), rows.q[0], tool, carried[0])
         if not state.going and sizes((seen,))[0] < LOUD:
             return self._learn(state, seen, usual, aimed), None
         return self._judge(state, seen, float(np.sum(felt**2 / plain)), carried, ill)
@@ -190,9 +200,7 @@ def _gone(then: tuple[Bin, ...], seen: Bin) -> bool:
     return bool(sizes((seen,))[0] + CLEAR < still)
 
 
-def _doubted(state: Quiet, late: Array) -> Quiet:
-    """What was just felt may be a change that was predicted a little later, (J,) [N·m]."""
-    if not state.going:
-        return state
-    *before, last = state.bins
-    return replace(state, bins=(*before, replace(last, sd=np.hypot(last.sd, late))))
+def _doubted(state: Quiet, since: float, by: Array) -> Quiet:
+    """What was felt since then [s] may be what is known only now, by (J,) [N·m] sd: no push."""
+    bins = (b if b.t < since else replace(b, sd=np.maximum(b.sd, by)) for b in state.bins)
+    return replace(state, bins=tuple(bins))
