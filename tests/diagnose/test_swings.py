@@ -6,6 +6,9 @@ import numpy as np
 import pytest
 from shop import Shop
 
+from urdyn.diagnose.oscillation import Oscillation
+from urdyn.diagnose.rules import read_rules
+from urdyn.diagnose.space import space
 from urdyn.diagnose.swings import amplitude, course, floor, neighbourhood, refined
 
 T = np.arange(90) / 100.0  # [s]
@@ -93,3 +96,14 @@ def test_what_every_period_of_a_motion_makes_is_no_loop_that_rings(shop: Shop) -
 
     assert told(5, 8, 12, 15, 18, 22) == []
     assert told(12) == told(6, 12) == ["controller_instability"]
+
+
+@pytest.mark.parametrize(("sizes", "told"), [([2.5, 2.6, 2.6, 2.7], 1), ([0.1, 1.0, 2.6, 2.7], 0)])
+def test_a_brake_late_in_a_second_is_not_told_at_once(
+    shop: Shop, sizes: list[float], told: int
+) -> None:
+    """A joint's speed may look like a line's for one look; the torque that it takes tells."""
+    ear = Oscillation(space(shop.fit), 0.01, read_rules().fast["controller_instability"])
+    line = (1, 6.4, 15.1, np.array(sizes))
+    _, events = ear._told(ear.init(), [line], T, np.zeros((len(T), 6)), 0.9)
+    assert len(events) == told

@@ -157,7 +157,7 @@ class Oscillation:
         friction = self.space.reference.drive.coulomb[joint]
         gear = frequency > self.rule["gear"]
         strong = sizes[-1] > self.rule["strong" if gear else "weak"] * friction
-        at_once = strong and _gain(sizes) > STEADILY
+        at_once = strong and _gain(sizes) > STEADILY and _began(sizes)
         doubtful = window > min(WINDOWS) and ratio < self.rule["sure"]
         wait = 2.0 * window if doubtful else self.rule["patience"]
         tell = not told and (at_once or now - since > wait)
@@ -227,11 +227,13 @@ def _lasts(sizes: Array, whole: float) -> bool:
     """A line that neither fades nor was only passing, and keeps its phase."""
     there = sizes.min() > STAYS * sizes.max() or bool((np.diff(sizes) > 0.0).all())
     return bool(
-        there
-        and _gain(sizes) > FADED
-        and sizes[0] > RISES * sizes[-1]
-        and whole > COHERENT * sizes.mean()
+        there and _gain(sizes) > FADED and _began(sizes) and whole > COHERENT * sizes.mean()
     )
+
+
+def _began(sizes: Array) -> bool:
+    """Whether a line is there from the first quarter on: a brake that begins later makes one."""
+    return bool(sizes[0] > RISES * sizes[-1])
 
 
 def _gain(sizes: Array) -> float:
