@@ -13,8 +13,9 @@ from urdyn.diagnose import memory
 from urdyn.diagnose.acknowledge import acknowledge, acknowledged
 from urdyn.diagnose.change import Change
 from urdyn.diagnose.desk import Desk
-from urdyn.diagnose.diagnosis import Now
+from urdyn.diagnose.diagnosis import Diagnosis, Now
 from urdyn.diagnose.document import findings_document
+from urdyn.diagnose.event import Event
 from urdyn.diagnose.finding import Finding
 from urdyn.diagnose.offline import diagnose
 from urdyn.diagnose.prognosis import FAN, Course, trend
@@ -158,6 +159,15 @@ def test_a_finding_that_was_seen_is_quiet_until_it_gets_worse(shop: Shop, tmp_pa
     assert not known.quiets(replace(kept, size=2.0 * kept.size))
     with pytest.raises(InputError, match="no finding"):
         acknowledge(tmp_path, "collision.nothing")
+
+
+def test_what_shows_again_began_when_it_did_first(shop: Shop) -> None:
+    diagnosis, found = Diagnosis(shop.fit, 0.01), []
+    state = diagnosis.init()
+    for t in (5.0, 40.0):
+        stuck = Event("sensor_fault", 2, t, t + 0.3, 0.99, 10.0, {"mode": "stuck", "value_A": 1.0})
+        state, found = diagnosis._told(state, [stuck])
+    assert [(f.onset_s, f.alarm_s) for f in found] == [(5.0, 5.3)] and state.findings == (*found,)
 
 
 def test_the_time_left_holds_the_truth_as_often_as_it_says() -> None:

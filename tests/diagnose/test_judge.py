@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from shop import Shop
 
 from urdyn.diagnose import bank as onsets
 from urdyn.diagnose.explain import Explanation, Suspect, gathered, ratios, suspects
+from urdyn.diagnose.fault import Fault
 from urdyn.diagnose.judge import _shadow
 from urdyn.diagnose.rules import read_rules
 from urdyn.diagnose.space import space
@@ -40,3 +42,19 @@ def test_a_bank_that_has_just_begun_speaks_against_nothing(shop: Shop) -> None:
     bank = onsets.first(np.zeros(size), np.eye(size), len(of.states))
     evidence = gathered(bank, ratios(bank, of))
     assert evidence.shape == (len(of.each),) and (evidence == -np.inf).all()
+
+
+@pytest.mark.parametrize(("share", "nothing"), [(0.4, True), (0.6, False)])
+def test_a_change_of_which_too_little_is_left_to_be_told_is_none(
+    shop: Shop, share: float, nothing: bool
+) -> None:
+    """Another finding has the rest of it, however surely that little is there."""
+    judge = shop.diagnosis(shop.log(seconds=1.0)).slow.judge
+    kinds = [(s.kind.name, s.joint) for s in judge.of.each]
+    k = kinds.index(("sensor_fault", 1))
+    suspect, size = judge.of.each[k], judge.healthy.space.size
+    x = np.zeros(size)
+    x[judge.of.states[suspect.places[0]]] = share * suspect.kind.least * suspect.unit
+    bank = onsets.first(x, 1e-12 * np.eye(size), len(judge.of.states))
+    fault = Fault(k, 0.0, 1.0, 2.0, 3.0 * suspect.kind.least * suspect.unit)
+    assert judge._nothing(bank, fault) == nothing

@@ -252,14 +252,24 @@ def _last(events: Iterable[Event], before: tuple[float, float]) -> tuple[float, 
 
 
 def _with(state: State, new: list[Finding]) -> tuple[State, list[Finding]]:
-    """The findings with new ones; one of a known name is replaced, and keeps its alarm."""
+    """The findings with new ones; one of a known name is replaced, and keeps its alarm.
+
+    What shows again, as a sensor that was stuck while its joint stood, began when it did first.
+    """
     if not new:
         return state, []
     findings = {finding.id: finding for finding in state.findings}
     for finding in new:
         if finding.id in findings:
             old = findings[finding.id]
-            finding = replace(finding, alarm_s=old.alarm_s, acknowledged=old.acknowledged)
+            first = old if finding.onset_s > old.alarm_s else finding
+            finding = replace(
+                finding,
+                onset_s=first.onset_s,
+                onset_interval_s=first.onset_interval_s,
+                alarm_s=old.alarm_s,
+                acknowledged=old.acknowledged,
+            )
         findings[finding.id] = finding
     told = tuple(in_company(tuple(findings.values())))
     ids = {finding.id for finding in new}

@@ -24,6 +24,7 @@ OLDER = 1.0 / 3.0  # [-] of a shift's blocks, that the time before it counts for
 NEAR = 10.0  # [nats] below an alarm, from which on a suspect is another's rival
 CONFIDENT = 0.95  # [-] share of the evidence at which a finding need not wait for a clearer name
 UNSURE = 2.0  # [sd] below which another finding leaves nothing of a change
+FAINT = 0.5  # [-] of the size from which on a change is told, below which nothing is left either
 SURELY = 2.5  # [sd] below what it was told as, at which later blocks have taken it back
 PATIENCE = 12  # blocks that an alarm waits for that
 LIKELY = 7.0  # [nats] beyond a healthy arm's, from which on a change is no noise and no load
@@ -141,9 +142,12 @@ class Judge:
         return state if left == known else self._knowing(state, left)
 
     def _nothing(self, bank: Bank, fault: Fault) -> bool:
-        """Whether a change that was found may as well be none, or of another kind, by now."""
-        size, sd = self._now(bank, fault)
-        return size < UNSURE * sd
+        """Whether a change that was found may as well be none, or of another kind, by now.
+
+        Of a size that is not told it is none, either.
+        """
+        (size, sd), suspect = self._now(bank, fault), self.of.each[fault.suspect]
+        return size < max(UNSURE * sd, FAINT * suspect.kind.least * suspect.unit)
 
     def _taken_back(self, bank: Bank, fault: Fault) -> bool:
         """Whether so little is left of it so soon that it was none, and surely not what was told.
