@@ -1,6 +1,6 @@
 """What an arm's innovations are taken to tell: another payload, a drive's trouble, or noise."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
@@ -12,7 +12,7 @@ from urdyn.simulate import observe, typical_sensors
 from urdyn.simulate.payload import Payload
 from urdyn.simulate.work import pick_and_place
 from urdyn.tracking import Tracker
-from urdyn.tracking.befallen import Evidence, befallen, none_yet
+from urdyn.tracking.befallen import Evidence, befallen, none_yet, of_drives, wearing
 
 J = 6
 LASTING = 40  # samples
@@ -42,7 +42,7 @@ def told(shapes, e):
     row = np.concatenate([shapes.payload, shapes.drives, e[..., None]], axis=-1)
     row *= (3.0 / np.maximum(np.abs(e), 3.0))[..., None]
     sums = np.einsum("njk,njl->jkl", row, row)
-    return Evidence(np.stack([sums, sums]), highest=30.0, lasted=1.0)
+    return Evidence(np.stack([sums, sums]), sums[:, 4:, 4:], highest=30.0, lasted=1.0)
 
 
 @pytest.fixture(scope="module")
@@ -72,6 +72,20 @@ def test_a_drive_is_blamed_alone(arm, joint, size):
     e[:, joint] += 3.0 * shapes.drives[:, joint] @ (size * scale)
     what, _ = befallen(told(shapes, e), arm.drive, np.zeros(10))
     assert what.payload is None and np.flatnonzero(what.drives).tolist() == [joint]
+
+
+@pytest.mark.parametrize("joint", range(J))
+@pytest.mark.parametrize("share", [0.0, 0.3])
+def test_a_drive_that_wears_is_told_by_a_longer_time(arm, joint, share):
+    """Too little for some seconds; and what is carried is another question."""
+    rng, shapes = np.random.default_rng([joint, 5]), signatures(joint, arm.drive)
+    e = rng.standard_normal((LASTING, J))
+    e[:, joint] += share * shapes.drives[:, joint, 0] * arm.drive.coulomb[joint]
+    evidence = told(shapes, e)
+    what, _ = befallen(evidence, arm.drive, np.zeros(10))
+    assert not what.drives.any()
+    longer = replace(of_drives(evidence), wear=3.0 * evidence.wear)
+    assert np.flatnonzero(wearing(longer, arm.drive)).tolist() == [joint] * (share > 0.0)
 
 
 @pytest.mark.parametrize("seed", range(20))

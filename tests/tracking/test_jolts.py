@@ -25,12 +25,12 @@ class Followed:
     widened: list  # [s]
 
 
-def followed(filter_, *faults, seed=0):
+def followed(filter_, *faults, seed=0, seconds=DURATION):
     dynamics, fit = commissioned(seed)
     tracker = Tracker(fit, filter_, 1.0 / RATE)
     physical = quantities(fit, tracker.currents)
     state, jolted, widened = tracker.init(), [], []
-    for sample in samples(at_work(dynamics, seed, 2, DURATION, *faults)):
+    for sample in samples(at_work(dynamics, seed, 2, seconds, *faults)):
         state, reading = tracker.step(state, sample)
         if reading is None:
             continue
@@ -79,6 +79,32 @@ def test_two_drives_at_once_are_followed():
     for joint in ("shoulder_pan_joint", "wrist_2_joint"):
         assert found.change[f"{joint}.coulomb"] == pytest.approx(1.8, abs=0.15)
     assert found.change["elbow_joint.coulomb"] == pytest.approx(1.0, abs=0.06)
+
+
+WEARS, SECONDS = 10.0, 60.0  # [s]
+
+
+@pytest.mark.parametrize("mode", MODES)
+@pytest.mark.parametrize(("joint", "name"), [(0, "shoulder_pan"), (2, "elbow")])
+def test_friction_that_grows_within_a_minute_is_followed(joint, name, mode):
+    """Two hundred times as fast as a healthy arm strays: the drive, and how fast it goes on."""
+    filter_, _ = MODES[mode]
+    rate = 0.01  # [1/s]
+    fault = f"friction_increase:joint={joint},onset={WEARS},rate={rate},viscous={rate}"
+    found = followed(filter_, fault, seconds=SECONDS)
+    assert {j for _, j in found.jolted} == {joint} and not found.widened
+    assert found.jolted[0][0] - WEARS < 25.0
+    truth = 1.0 + rate * (SECONDS - WEARS)
+    assert found.change[f"{name}_joint.coulomb"] == pytest.approx(truth, abs=0.15)
+    assert found.change["wrist_1_joint.coulomb"] == pytest.approx(1.0, abs=0.06)
+
+
+def test_health_that_fades_within_a_minute_is_followed():
+    fade = f"health_degradation:joint=1,onset={WEARS},rate=0.004"
+    found = followed(EKF(), fade, seconds=SECONDS)
+    assert {j for _, j in found.jolted} == {1} and not found.widened
+    assert found.change["shoulder_lift_joint.health"] == pytest.approx(0.8, abs=0.03)
+    assert found.change["shoulder_lift_joint.coulomb"] == pytest.approx(1.0, abs=0.1)
 
 
 @pytest.mark.parametrize("mass", [0.5, 2.5])

@@ -34,6 +34,7 @@ class Jolt:
 
     at: slice
     sd: float  # of such a change
+    rate: float = 0.0  # [1/s] sd of what it may go on by, where it has a rate
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,6 +96,15 @@ class Wear:
         return at, parts.reshape(3, -1)[:, at]
 
     @cached_property
+    def _rates(self) -> list[Index]:
+        """Of each jolt's parameters the states that are their rates; none where they have none."""
+        p = len(self.parameters)
+        return [
+            p + np.flatnonzero((jolt.at.start <= self.drifting) & (self.drifting < jolt.at.stop))
+            for jolt in self.jolts
+        ]
+
+    @cached_property
     def _forgetting(self) -> Array:
         """How fast each state returns to zero, (n,) [1/s]; zero where it stays."""
         rates = np.zeros(len(self.names))
@@ -139,8 +149,10 @@ class Wear:
         if u.stood:
             diagonal[: len(self.parameters)] += self.grip**2
         if u.jolted is not None:
-            for jolt in self.jolts:
+            for jolt, rates in zip(self.jolts, self._rates, strict=True):
                 diagonal[jolt.at] += jolt.sd**2 * u.jolted
+                if u.wears and len(rates):
+                    diagonal[rates] += jolt.rate**2 * u.jolted
         if u.stray is not None:
             diagonal[self.slow] = u.stray**2 * forgotten[self.slow]
         Q.flat[:: n + 1] += diagonal

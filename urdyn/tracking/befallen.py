@@ -11,6 +11,9 @@ Lambda = P^-1: the likelihood ratio of [Willsky1976]_, averaged over what is pos
 maximised, so that signatures of more parameters are not preferred. A row whose e is beyond CLIP is
 given as much noise, signature and all: what is large everywhere keeps its shape, and a torn sample
 says little.
+
+What wears within minutes, faster than a healthy arm strays, is never far off within seconds; it is
+by the innovations of a longer time.
 """
 
 from __future__ import annotations
@@ -26,8 +29,10 @@ from urdyn.tracking.model import JOLTS, PAYLOAD_SD
 from urdyn.types import Array, Mask, frozen
 
 MEMORY = 2.0  # [s] over which evidence is gathered
+WEARING = 20.0  # [s] the same of drives alone
 CLIP = 3.0  # [sd] that an innovation counts for at most
 SURE = 30.0  # [-] log odds; what nobody models in a healthy arm has been seen to reach 22
+WORN = 20.0  # [-] log odds that a drive wears; 50 pairs of a UR10e's twin and a run reached 7.4
 LIKELY = 5.0  # [-] below the likeliest, that may have befallen it besides, or in its place
 RARE = 10.0  # [-] by which something in a drive is less likely than another payload
 BOTH = 30.0  # [-] by which both at once are: a large payload moves more than its signature says
@@ -49,23 +54,25 @@ class Evidence:
     """
 
     sums: Array  # (2, J, 8, 8) four of the payload, three of the drive, and e
+    wear: Array  # (J, 4, 4) of the drive and e, over a longer time
     highest: float = 0.0  # log odds of what befell the arm, if it lasts; 0: nothing is sure
     lasted: float = 0.0  # [s] for which what was measured since has borne it out
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "sums", frozen(self.sums))
+        object.__setattr__(self, "wear", frozen(self.wear))
 
 
 def none_yet(joints: int) -> Evidence:
     """Nothing has been gathered."""
-    return Evidence(np.zeros((2, joints, 8, 8)))
+    return Evidence(np.zeros((2, joints, 8, 8)), np.zeros((joints, 4, 4)))
 
 
 def of_drives(evidence: Evidence) -> Evidence:
     """What speaks for something in a drive, whatever is carried from here on."""
     kept = np.array(evidence.sums)
     kept[..., PAYLOAD, :] = kept[..., :, PAYLOAD] = 0.0
-    return Evidence(kept)
+    return Evidence(kept, evidence.wear)
 
 
 def gathered(
@@ -80,8 +87,13 @@ def gathered(
     signatures *= (known / (drive.gain * sd))[:, None]
     row = np.concatenate([signatures, e[:, None]], axis=1)
     row *= (CLIP / np.maximum(np.abs(e), CLIP))[:, None]
-    sums = np.exp(-dt / MEMORY) * evidence.sums + row[:, :, None] * row[:, None, :]
-    return Evidence(sums, evidence.highest, evidence.lasted + dt * known.any())
+    products = row[:, :, None] * row[:, None, :]
+    return Evidence(
+        np.exp(-dt / MEMORY) * evidence.sums + products,
+        np.exp(-dt / WEARING) * evidence.wear + products[:, 4:, 4:],
+        evidence.highest,
+        evidence.lasted + dt * known.any(),
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,6 +102,7 @@ class Befallen:
 
     payload: Array | None  # (10,) what is carried from here on, roughly; None: what was before
     drives: Mask  # (J,)
+    wears: bool = False  # and goes on to change
 
     @property
     def anything(self) -> bool:
@@ -113,8 +126,15 @@ def befallen(evidence: Evidence, drive: Drive, before: Array) -> tuple[Befallen,
     drives, another = drives | both, bool(payload | both.any())
     carried = _carried(evidence.sums[of], before[PAYLOAD]) if another else None
     kept = evidence.sums * np.array([1.0, float(odds[1].max() > 0.0)])[:, None, None, None]
-    evidence = Evidence(kept, highest * (highest > SURE), evidence.lasted * borne_out)
+    highest *= highest > SURE
+    evidence = Evidence(kept, evidence.wear, highest, evidence.lasted * borne_out)
     return Befallen(carried, drives), evidence
+
+
+def wearing(evidence: Evidence, drive: Drive) -> Mask:
+    """The drive that surely wears, if one does; others may, once it is known, (J,)."""
+    odds = _log_odds(evidence.wear, _jolts(drive))
+    return np.asarray((odds > WORN) & (odds == odds.max()))
 
 
 def _carried(sums: Array, before: Array) -> Array:
@@ -141,16 +161,19 @@ def log_odds(evidence: Evidence, drive: Drive) -> Array:
     A payload moves every joint's current, and each drive could be blamed for its own; that both
     befall an arm within seconds is rare, and takes evidence that neither explains.
     """
-    size = {"f": drive.coulomb, "alpha": drive.viscous, "z": np.ones_like(drive.gain)}
     sums, J = evidence.sums, len(drive.gain)
     sums = np.where(COMMON, sums.sum(axis=1, keepdims=True), sums)
-    sd = np.ones((J, 8))
-    sd[:, PAYLOAD] = PAYLOAD_SD[PAYLOAD]
-    for k, (group, jolt) in enumerate(JOLTS.items(), start=4):
-        sd[:, k] = jolt * size[group]
+    sd = np.concatenate([np.tile(PAYLOAD_SD[PAYLOAD], (J, 1)), _jolts(drive)], axis=1)
     of = np.concatenate([sd[:1] * OF_PAYLOAD, sd * OF_DRIVE, sd])
     odds = _log_odds(np.concatenate([sums[:, :1], sums, sums], axis=1), of)
     return np.asarray(odds - np.repeat([0.0, RARE, BOTH], [1, J, J]))
+
+
+def _jolts(drive: Drive) -> Array:
+    """sd of what befalls a drive, of each of its signatures; 1 of e, (J, 4)."""
+    size = {"f": drive.coulomb, "alpha": drive.viscous, "z": np.ones_like(drive.gain)}
+    one = np.ones_like(drive.gain)
+    return np.stack([*(jolt * size[group] for group, jolt in JOLTS.items()), one], axis=1)
 
 
 def _log_odds(sums: Array, sd: Array) -> Array:

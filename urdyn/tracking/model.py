@@ -39,6 +39,7 @@ GAIN_SD = 1e-3  # [-] of gains that are known
 DAY = {"f": 0.03, "alpha": 0.075, "beta": 0.05, "o": 0.025}
 # What breaks at once: friction by a half, a drive by a tenth; logarithms.
 JOLTS = {"f": 0.4, "alpha": 0.4, "z": 0.1}
+QUICKLY = 20.0  # [s] in which what wears at once may change by as much
 STRIDE = 0.0795  # [s] in which nothing moves far: the quickest, slow noise, fades in 1.2 s
 PAYLOAD_SD = np.array([3.0, 0.3, 0.3, 0.3, *[0.05] * 6])  # kg, kg m, kg m²: anything or nothing
 # [-] times as wide where another is taken up: belief begins where the evidence has it, which is not
@@ -184,7 +185,7 @@ def _process(
             Fading(at["lubricant"], LAG, UNLIKE),
             Fading(at["k"], drift.zero_memory, drift.zero),
         ),
-        jolts=tuple(Jolt(at[group], sd) for group, sd in JOLTS.items()),
+        jolts=tuple(Jolt(at[group], sd, sd / QUICKLY) for group, sd in JOLTS.items()),
         grip=grip,
         slow=at["slow"],
         memory=MEMORY,

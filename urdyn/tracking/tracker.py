@@ -26,6 +26,7 @@ from urdyn.tracking.befallen import (
     none_yet,
     of_drives,
     told_from,
+    wearing,
 )
 from urdyn.tracking.blocks import Blocks
 from urdyn.tracking.handling import HANDLING, Rest, exchanged
@@ -290,13 +291,13 @@ class Tracker(Generic[S]):
         return what, evidence, told
 
     def _wore(self, state: TrackerState[S], t: float) -> Befallen | None:
-        """A drive that wore before the run, told while nothing else is in question."""
+        """A drive that wore before the run, or does, told while nothing else is in question."""
         unsettled = state.evidence.highest or t - state.befell < PATIENCE
         if unsettled or np.isfinite(state.rest.left) or state.colour.count % self._ask >= 1.0:
             return None
-        asked = state.asked > 0.0
-        if not asked.any():
-            return None
+        wears, asked = wearing(state.evidence, self.fit.dynamics.drive), state.asked > 0.0
+        if wears.any() or not asked.any():
+            return Befallen(None, wears, wears=True) if wears.any() else None
         wore = self._worn.found(self.filter.belief(state.belief), asked)
         return Befallen(None, wore) if wore.any() else None
 
@@ -386,4 +387,4 @@ def _jumping(u: RobotSlice, what: Befallen | None) -> RobotSlice:
     if what is None:
         return replace(u, widen=True)
     jolted = what.drives.astype(float) if what.drives.any() else None
-    return replace(u, widen=what.payload is not None, jolted=jolted)
+    return replace(u, widen=what.payload is not None, jolted=jolted, wears=what.wears)
