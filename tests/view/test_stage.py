@@ -126,11 +126,12 @@ def test_a_robot_is_watched_to_its_end(stage, shown):
 def test_nobody_else_on_the_network_is_listened_to(stage):
     port = stage.server.get_port()
     assert stage.address == f"http://127.0.0.1:{port}"
+    here = socket.gethostbyname(socket.gethostname())
+    if here.startswith("127."):
+        pytest.skip("this computer knows itself by loopback only")
     with socket.socket() as other, pytest.raises(OSError):
         other.settimeout(1.0)
-        other.connect((socket.gethostbyname(socket.gethostname()), port))
-        if other.getpeername()[0].startswith("127."):
-            raise OSError  # this computer knows itself by loopback only
+        other.connect((here, port))
 
 
 @pytest.mark.skipif(CHROMIUM is None, reason="chromium is not installed")
