@@ -87,7 +87,7 @@ WEARS, SECONDS = 10.0, 60.0  # [s]
 @pytest.mark.parametrize("mode", MODES)
 @pytest.mark.parametrize(("joint", "name"), [(0, "shoulder_pan"), (2, "elbow")])
 def test_friction_that_grows_within_a_minute_is_followed(joint, name, mode):
-    """Two hundred times as fast as a healthy arm strays: the drive, and how fast it goes on."""
+    """Fifty times what a healthy arm strays in a second: the drive, and how fast it goes on."""
     filter_, _ = MODES[mode]
     rate = 0.01  # [1/s]
     fault = f"friction_increase:joint={joint},onset={WEARS},rate={rate},viscous={rate}"

@@ -187,8 +187,6 @@ class Backlash:
         made of them does so too early, and then too late: like a gap.
         """
         lag = max(1, round(SPAN / self.period))
-        if len(load) <= 4 * lag:
-            return False
         bend = np.abs(load[2 * lag :] - 2.0 * load[lag:-lag] + load[: -2 * lag])
         return bool(bend[at[lag:-lag]].mean() > BENT * np.median(bend))
 

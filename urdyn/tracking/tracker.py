@@ -295,9 +295,12 @@ class Tracker(Generic[S]):
         unsettled = state.evidence.highest or t - state.befell < PATIENCE
         if unsettled or np.isfinite(state.rest.left) or state.colour.count % self._ask >= 1.0:
             return None
-        wears, asked = wearing(state.evidence, self.fit.dynamics.drive), state.asked > 0.0
-        if wears.any() or not asked.any():
-            return Befallen(None, wears, wears=True) if wears.any() else None
+        wears = wearing(state.evidence, self.fit.dynamics.drive)
+        if wears.any():
+            return Befallen(None, wears, wears=True)
+        asked = state.asked > 0.0
+        if not asked.any():
+            return None
         wore = self._worn.found(self.filter.belief(state.belief), asked)
         return Befallen(None, wore) if wore.any() else None
 
