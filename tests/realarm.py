@@ -16,8 +16,14 @@ SLIDES = 0.01  # [rad/s]
 Recorded = Callable[..., Log]
 
 
-def worn(log: Log, arm: Dynamics, joint: int, more: float, since: float = -np.inf) -> Log:
-    """The log with so much more of a joint's friction in its current, from a stamp [s] on."""
+def worn(
+    log: Log, arm: Dynamics, joint: int, more: float | np.ndarray, since: float = -np.inf
+) -> Log:
+    """The log with so much more of a joint's friction in its current, from a stamp [s] on.
+
+    Args:
+        more: of it [-]; (N,) where that changes.
+    """
     drive, v = arm.drive, log.joint("actual_qd")[:, joint]
     lost = drive.coulomb[joint] * np.tanh(v / SLIDES) + drive.viscous[joint] * v
     current = log.joint("actual_current").copy()

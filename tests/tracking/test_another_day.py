@@ -18,6 +18,7 @@ from urdyn.types import Log
 
 MORE = 0.5  # [-] of friction, since commissioning
 LOST = 0.2  # [-] of a drive's health
+GROWS, BEGINS = 0.01, 12.0  # [1/s] of friction, from that time on [s]
 # [-] What its friction differs by as it is, from that of the day that it was commissioned on, and
 # an interval of it.
 DIFFER = 0.08
@@ -62,6 +63,18 @@ def test_a_drive_that_lost_health_since_commissioning_is_known_at_its_own(
     assert abs(z[joint] - (1.0 - LOST)) < 0.2 * LOST
     others = np.delete(z, [0, joint])  # a base bears nothing that would tell its health
     assert (np.abs(others - 1.0) < 0.2 * LOST).all()
+
+
+@pytest.mark.parametrize("joint", [0, 2])
+def test_what_wears_on_within_a_minute_is_no_noise(real: Fit, run: Log, joint: int) -> None:
+    """Put into a real arm's run, 1 % of its friction in a second: before, tracked as a third."""
+    growing = GROWS * np.maximum(run.t - run.t[0] - BEGINS, 0.0)
+    tracker, state = tracked(real, worn(run, real.dynamics, joint, growing))
+    at, drive = tracker.currents.places, real.dynamics.drive
+    f, was = state.belief.mean[at["f"]], np.log(drive.coulomb)
+    assert f[joint] - was[joint] == pytest.approx(np.log1p(growing[-1]), abs=0.1)
+    others = np.delete(f - was, joint)
+    assert (np.abs(others) < DIFFER).all()
 
 
 def test_a_healthy_arm_wears_nothing_from_day_to_day(real: Fit, run: Log) -> None:

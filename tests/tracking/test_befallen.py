@@ -12,7 +12,7 @@ from urdyn.simulate import observe, typical_sensors
 from urdyn.simulate.payload import Payload
 from urdyn.simulate.work import pick_and_place
 from urdyn.tracking import Tracker
-from urdyn.tracking.befallen import Evidence, befallen, none_yet, of_drives, wearing
+from urdyn.tracking.befallen import befallen, none_yet, of_drives, wearing
 
 J = 6
 LASTING = 40  # samples
@@ -42,7 +42,8 @@ def told(shapes, e):
     row = np.concatenate([shapes.payload, shapes.drives, e[..., None]], axis=-1)
     row *= (3.0 / np.maximum(np.abs(e), 3.0))[..., None]
     sums = np.einsum("njk,njl->jkl", row, row)
-    return Evidence(np.stack([sums, sums]), sums[:, 4:, 4:], highest=30.0, lasted=1.0)
+    wear = sums[:, 4:, 4:]
+    return replace(none_yet(J), sums=np.stack([sums, sums]), wear=wear, highest=30.0, lasted=1.0)
 
 
 @pytest.fixture(scope="module")

@@ -18,13 +18,14 @@ by the innovations of a longer time.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from urdyn.dbn.robot_slice import COLUMN, RobotSlice
 from urdyn.estimate import Innovation
 from urdyn.model.drive import Drive
+from urdyn.tracking.absorbed import Absorbed, nothing_yet, shown
 from urdyn.tracking.model import JOLTS, PAYLOAD_SD
 from urdyn.types import Array, Mask, frozen
 
@@ -55,6 +56,7 @@ class Evidence:
 
     sums: Array  # (2, J, 8, 8) four of the payload, three of the drive, and e
     wear: Array  # (J, 4, 4) of the drive and e, over a longer time
+    absorbed: Absorbed  # of the drive's signatures
     highest: float = 0.0  # log odds of what befell the arm, if it lasts; 0: nothing is sure
     lasted: float = 0.0  # [s] for which what was measured since has borne it out
 
@@ -65,14 +67,14 @@ class Evidence:
 
 def none_yet(joints: int) -> Evidence:
     """Nothing has been gathered."""
-    return Evidence(np.zeros((2, joints, 8, 8)), np.zeros((joints, 4, 4)))
+    return Evidence(np.zeros((2, joints, 8, 8)), np.zeros((joints, 4, 4)), nothing_yet(joints, 3))
 
 
 def of_drives(evidence: Evidence) -> Evidence:
     """What speaks for something in a drive, whatever is carried from here on."""
     kept = np.array(evidence.sums)
     kept[..., PAYLOAD, :] = kept[..., :, PAYLOAD] = 0.0
-    return Evidence(kept, evidence.wear)
+    return replace(evidence, sums=kept, highest=0.0, lasted=0.0)
 
 
 def gathered(
@@ -80,17 +82,19 @@ def gathered(
 ) -> Evidence:
     """One innovation on; `white` is the slice after the filter that made its noise white."""
     known = np.isfinite(told.residual)
-    sd = np.sqrt(np.where(known, told.cov.diagonal(), 1.0))
-    e = np.where(known, told.residual, 0.0) / sd
+    sd = np.sqrt(np.where(known, told.cov.diagonal(), np.inf))[:, None]
+    e = np.where(known, told.residual, 0.0)[:, None] / sd
     borne = white.A[:, CARRIED] + drive.structural[:, None] * white.A_hold[:, CARRIED]
-    signatures = np.concatenate([borne, white.packed[:, OWN]], axis=1)
-    signatures *= (known / (drive.gain * sd))[:, None]
-    row = np.concatenate([signatures, e[:, None]], axis=1)
-    row *= (CLIP / np.maximum(np.abs(e), CLIP))[:, None]
-    products = row[:, :, None] * row[:, None, :]
+    gain = drive.gain[:, None]
+    own = white.packed[:, OWN] / gain
+    lasting, absorbed = shown(evidence.absorbed, white, own, known, dt)
+    rows = np.concatenate([lasting / sd, borne / (gain * sd), own / sd, e], axis=1)
+    rows *= CLIP / np.maximum(np.abs(e), CLIP)
+    wear, at_once = rows[:, [0, 1, 2, -1]], rows[:, 3:]
     return Evidence(
-        np.exp(-dt / MEMORY) * evidence.sums + products,
-        np.exp(-dt / WEARING) * evidence.wear + products[:, 4:, 4:],
+        np.exp(-dt / MEMORY) * evidence.sums + at_once[:, :, None] * at_once[:, None, :],
+        np.exp(-dt / WEARING) * evidence.wear + wear[:, :, None] * wear[:, None, :],
+        absorbed,
         evidence.highest,
         evidence.lasted + dt * known.any(),
     )
@@ -127,7 +131,8 @@ def befallen(evidence: Evidence, drive: Drive, before: Array) -> tuple[Befallen,
     carried = _carried(evidence.sums[of], before[PAYLOAD]) if another else None
     kept = evidence.sums * np.array([1.0, float(odds[1].max() > 0.0)])[:, None, None, None]
     highest *= highest > SURE
-    evidence = Evidence(kept, evidence.wear, highest, evidence.lasted * borne_out)
+    lasted = evidence.lasted * borne_out
+    evidence = replace(evidence, sums=kept, highest=highest, lasted=lasted)
     return Befallen(carried, drives), evidence
 
 

@@ -1,0 +1,56 @@
+"""What slow noise takes of a signature before innovations show the rest.
+
+A filter that has slow noise among its states takes part of what it does not know for that. With
+psi the row of such a change in the white currents, and w that of slow noise, the innovations show
+of one unit of it [Willsky1976]_
+
+    phi = psi - w tau,    tau' = exp(-dt / MEMORY) (tau + k phi),
+
+where tau is what slow noise has taken so far, and k the gain of a filter that knows all else.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from urdyn.dbn.robot_slice import RobotSlice
+from urdyn.identify.slow import MEMORY
+from urdyn.types import Array, Mask, frozen
+
+
+@dataclass(frozen=True, eq=False)
+class Absorbed:
+    """What slow noise has taken of k signatures in each joint's current."""
+
+    taken: Array  # (J, k) tau [A]
+    variance: Array  # (J,) of slow noise, as such a filter knows it [A²]
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "taken", frozen(self.taken))
+        object.__setattr__(self, "variance", frozen(self.variance))
+
+
+def nothing_yet(joints: int, signatures: int) -> Absorbed:
+    """Of what begins now."""
+    return Absorbed(np.zeros((joints, signatures)), np.zeros(joints))
+
+
+def shown(
+    before: Absorbed, white: RobotSlice, rows: Array, known: Mask, dt: float
+) -> tuple[Array, Absorbed]:
+    """What innovations show of signatures, (J, k) [A], and what slow noise has taken after them.
+
+    Args:
+        white: the slice after the filter that made its noise white; its slow noise is known.
+        rows: the signatures in its currents, (J, k) [A].
+        known: joints whose current was measured, (J,).
+    """
+    assert white.stray is not None, "slow noise is known"
+    w, kept = white.one, np.exp(-dt / MEMORY)
+    variance = kept**2 * before.variance + (1.0 - kept**2) * white.stray**2
+    gain = known * w * variance / (w**2 * variance + white.noise**2)
+    left = rows - w[:, None] * (kept * before.taken)
+    taken = kept * before.taken + gain[:, None] * left
+    return left, Absorbed(taken, (1.0 - gain * w) * variance)
