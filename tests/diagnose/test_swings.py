@@ -73,6 +73,17 @@ def test_a_swing_that_a_second_hardly_shows_is_told_after_some(shop: Shop) -> No
     assert np.isclose(found.evidence["frequency_Hz"], 30.0 / np.pi, atol=0.1)
 
 
+def test_a_swing_that_seconds_hardly_show_at_a_slow_rate_is_told_after_more(shop: Shop) -> None:
+    """At 100 Hz a minute of it would be learnt as usual, before four seconds at once show it."""
+    log = shop.log(seconds=45.0, rate=100.0)
+    noise = np.sqrt(shop.fit.noise.power[2]) * shop.dynamics.drive.gain[2]
+    swing = np.where(log.t > 20.0, 0.6 * noise * np.sin(60.0 * log.t), 0.0)
+    [found] = shop.disturbed(log, 2, swing)
+    assert (found.kind, found.joint) == ("controller_instability", 2)
+    assert 20.0 + 3.6 < found.alarm_s < 20.0 + 1.5 * 14.4
+    assert np.isclose(found.evidence["frequency_Hz"], 30.0 / np.pi, atol=0.1)
+
+
 @pytest.mark.parametrize("joint", [1, 2])
 def test_a_swing_in_a_runs_first_seconds_is_not_learnt_as_usual(shop: Shop, joint: int) -> None:
     """It is in the first spectrum of a joint already that a second fills."""

@@ -1,6 +1,6 @@
 """A loop that rings: one line in the spectrum of a joint's current that stays where it is.
 
-The last second is looked at every beat, and the last seconds, in which weaker ones show. A line
+The last second is looked at every beat, and more seconds, in which weaker ones show. A line
 has to stand out of its neighbours and of what this joint's spectrum is like as a rule, in both
 halves of that time at the same frequency; lines that the gear makes at this speed do not count, nor
 does one of several: what befalls a joint in every period of a motion has lines at its multiples.
@@ -29,10 +29,12 @@ from urdyn.diagnose.swings import (
 from urdyn.model.friction import GEAR_RATIO
 from urdyn.types import Array, Mask
 
-WINDOWS = 0.9, 3.6  # [s]
+WINDOWS = {0.9: 0.25, 3.6: 0.25, 14.4: 1.0}  # [s], and from one look to the next
+SHORTEST = min(WINDOWS)
 FEWEST = 24  # rows of the shortest: fewer, and no line is told from its neighbours
+MOST = 2000  # rows of the longest: where samples are many, fewer seconds tell as much
 HIGHEST = 60.0  # [Hz] no loop of a joint rings faster
-LEARNT = 0.045  # [s] over the window: share of the usual spectrum, a beat; of the first ones theirs
+LEARNT = 0.18  # [-] share of the usual spectrum, over a window's time; of the first looks theirs
 LOUD = 4.0  # [-] times what is usual: what is, may be the fault, and is learnt slowly as that much
 HALVES = 5.0  # [-] times its neighbours that the line stands out in each half
 CROWD = 3, 7.0  # other lines, [-] times their neighbours: a motion repeats itself, no loop rings
@@ -56,7 +58,8 @@ class Usual:
     """What a window's spectrum is like as a rule."""
 
     power: Array  # (3, F, J); of no size before one was heard
-    beats: float  # that it was learnt in
+    looks: float = 0.0  # that it was learnt in
+    due: float = -np.inf  # [s] when the next is
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,12 +83,12 @@ class Oscillation:
     def init(self) -> Heard:
         """Nothing heard yet."""
         nothing = np.zeros((3, 0, self.space.joints))
-        usual = (Usual(nothing, 0.0),) * len(WINDOWS)
+        usual = (Usual(nothing),) * len(self._windows)
         return Heard(np.zeros(0), nothing, usual, np.array([-np.inf, 0.0, 0.0, 0.0]))
 
     def step(self, state: Heard, rows: Rows) -> tuple[Heard, list[Event]]:
         """A beat on; an event when a joint begins to ring."""
-        K, keep = self.space.reference.drive.gain, slice(-self._samples(max(WINDOWS)), None)
+        K, keep = self.space.reference.drive.gain, slice(-self._samples(self._windows[-1]), None)
         gap = len(state.t) and rows.t[0] - state.t[-1] > 5.0 * self.period
         old = slice(0, 0) if gap else slice(None)
         new = np.stack([K * rows.residual, K * rows.current, rows.v])
@@ -95,9 +98,10 @@ class Oscillation:
             signals=np.concatenate([state.signals[:, old], new], axis=1)[:, keep],
         )
         usual, events = list(state.usual), list[Event]()
-        for k, window in enumerate(WINDOWS):
+        for k, window in enumerate(self._windows):
             n = self._samples(window)
-            if len(state.t) < n or self._samples(min(WINDOWS)) < FEWEST:
+            few = len(state.t) < n or self._samples(SHORTEST) < FEWEST
+            if few or state.t[-1] < usual[k].due:
                 continue
             t, signals = state.t[-n:], state.signals[:, -n:]
             usual[k], seen = self._judge(usual[k], window, t, signals)
@@ -105,6 +109,11 @@ class Oscillation:
                 state, more = self._told(state, seen, t, signals[2], window)
                 events += more
         return replace(state, usual=tuple(usual)), events
+
+    @property
+    def _windows(self) -> tuple[float, ...]:
+        """Those that are not too many rows."""
+        return tuple(w for w in WINDOWS if w == SHORTEST or self._samples(w) <= MOST)
 
     def _samples(self, window: float) -> int:
         """Rows of a window."""
@@ -118,7 +127,7 @@ class Oscillation:
         f: Array = np.asarray(np.fft.rfftfreq(n, self.period), dtype=np.float64)
         f = f[f <= HIGHEST]
         whole = spectrum(signals, len(f))
-        usual = before.power if before.beats else whole
+        usual = before.power if before.looks else whole
         beside = neighbourhood(whole)
         least = floor(beside, usual)
         ratio = whole / np.where(least > 0.0, least, np.inf)
@@ -133,11 +142,11 @@ class Oscillation:
                 if line and _others(left[:, j], line[0] / f[1]) < CROWD[0]:
                     seen.append((j, *line))
         loud = np.isin(np.arange(self.space.joints), [line[0] for line in seen])
-        beats = before.beats + 1.0
-        slow = LEARNT / window
-        gain = np.where(whole > LOUD * usual, slow, max(slow, 1.0 / beats))
+        looks, due = before.looks + 1.0, float(t[-1]) + 0.9 * WINDOWS[window]
+        slow = LEARNT * WINDOWS[window] / window
+        gain = np.where(whole > LOUD * usual, slow, max(slow, 1.0 / looks))
         learnt = usual + gain * (np.minimum(whole, LOUD * usual) - usual)
-        return Usual(np.where(loud, usual, learnt), beats), seen
+        return Usual(np.where(loud, usual, learnt), looks, due), seen
 
     def _told(
         self, state: Heard, seen: list[Line], t: Array, v: Array, window: float
@@ -158,7 +167,7 @@ class Oscillation:
         gear = frequency > self.rule["gear"]
         strong = sizes[-1] > self.rule["strong" if gear else "weak"] * friction
         at_once = strong and _gain(sizes) > STEADILY and _began(sizes)
-        doubtful = window > min(WINDOWS) and ratio < self.rule["sure"]
+        doubtful = window > SHORTEST and ratio < self.rule["sure"]
         wait = 2.0 * window if doubtful else self.rule["patience"]
         tell = not told and (at_once or now - since > wait)
         state = replace(state, rings=np.array([now, frequency, since, float(told or tell)]))

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from itertools import pairwise
 
 import numpy as np
 
-from urdyn.types import Array
+from urdyn.types import Array, frozen
 
 NEIGHBOURS = 6  # bins to each side that make a line's neighbourhood
 
@@ -14,8 +15,7 @@ NEIGHBOURS = 6  # bins to each side that make a line's neighbourhood
 def amplitude(x: Array, t: Array, frequency: float) -> float:
     """Of a swing of this frequency, beside a slow motion."""
     w = 2.0 * np.pi * frequency * (t - t[0])
-    basis = np.column_stack([np.cos(w), np.sin(w), _slow(t)])
-    found = np.linalg.lstsq(basis, x, rcond=None)[0]
+    found = _beside_motion(np.column_stack([np.cos(w), np.sin(w)]), x, t)
     return float(np.hypot(found[0], found[1]))
 
 
@@ -26,18 +26,26 @@ def course(x: Array, t: Array, frequency: float) -> Array:
     for k, part in enumerate(parts(len(t), 4)):
         swings[part, 2 * k] = np.cos(w[part])
         swings[part, 2 * k + 1] = np.sin(w[part])
-    found = np.linalg.lstsq(np.hstack([swings, _slow(t)]), x, rcond=None)[0]
+    found = _beside_motion(swings, x, t)
     return np.asarray(np.hypot(found[0:8:2], found[1:8:2]))
 
 
-def _slow(t: Array) -> Array:
-    """What a motion looks like, (n, 5 m): a quartic in each of its m seconds."""
-    count = max(1, round(float(t[-1] - t[0])))
-    basis = np.zeros((len(t), 5 * count))
-    for k, part in enumerate(parts(len(t), count)):
+def _beside_motion(swings: Array, x: Array, t: Array) -> Array:
+    """Least squares of x (n,) by swings (n, k) and a slow motion: what swings have, (k,)."""
+    Q = _slow(len(t), max(1, round(float(t[-1] - t[0]))))
+    both = np.column_stack([swings, x])
+    left = both - Q @ (Q.T @ both)
+    return np.asarray(np.linalg.lstsq(left[:, :-1], left[:, -1])[0])
+
+
+@lru_cache(maxsize=16)
+def _slow(n: int, seconds: int) -> Array:
+    """What a motion looks like, (n, 5 m), orthonormal: a quartic in each of its m seconds."""
+    basis = np.zeros((n, 5 * seconds))
+    for k, part in enumerate(parts(n, seconds)):
         u = np.linspace(-1.0, 1.0, part.stop - part.start)
-        basis[part, 5 * k : 5 * k + 5] = np.polynomial.polynomial.polyvander(u, 4)
-    return basis
+        basis[part, 5 * k : 5 * k + 5] = np.linalg.qr(np.polynomial.polynomial.polyvander(u, 4))[0]
+    return frozen(basis)
 
 
 def refined(x: Array, t: Array, frequency: float, width: float) -> float:
