@@ -22,6 +22,7 @@ from urdyn.diagnose.slow import BLOCK
 from urdyn.diagnose.space import Space, space
 from urdyn.diagnose.stay import Stay
 from urdyn.diagnose.warmth import felt, unfelt
+from urdyn.simulate import Payload
 
 PERIOD = 0.05  # [s]
 PIECE = np.array([3.0, 0.0, 0.0, 0.24, 0.03, 0.0, 0.03, 0.0, 0.0, 0.01])
@@ -49,6 +50,27 @@ def test_a_moment_with_a_piece_is_that_of_an_arm_which_was_commissioned_with_it(
     np.testing.assert_allclose(
         one.drive.swapaxes(1, 2)[there], other.drive.swapaxes(1, 2)[there], atol=1e-12
     )
+
+
+def test_noise_of_accelerations_is_no_lack_of_a_pieces_inertia(shop: Shop) -> None:
+    """What is left of a base's current beside a piece that is known, by that piece's inertia."""
+    of, piece = space(shop.fit), Payload(6.0, np.array([0.0, 0.0, 0.08])).inertials()
+    log = shop.log("payload_change:mass=6,com=0/0/0.08,onset=0", seconds=60.0)
+    motion, s, moved = shop.motion(log)
+    warmth = felt(unfelt(6), motion.t, motion.temperature)
+    noise = np.random.default_rng(8).standard_normal(motion.a.shape)  # [rad/s²]
+
+    def missing(a: np.ndarray, own: bool) -> float:
+        """Of the piece's inertia, relative, by the motion's own accelerations or not."""
+        means = averaged(rows(of, replace(motion, a=a), s, moved, warmth), 0.01, of.noise)
+        means = laden(means, of.reference.drive, piece)
+        columns, root = means.tool if own else means.rigid[..., -10:], np.sqrt(means.weight[:, 0])
+        x = root * (columns @ piece)[:, 0]
+        return -float(x @ (root * means.residual[:, 0]) / (x @ x))
+
+    taken = [missing(motion.a + noise, own) - missing(motion.a, own) for own in (False, True)]
+    # Noise is half of what a base's accelerations are: some .03 in 3000 rows, and .4 of itself.
+    assert abs(taken[0]) < 0.1 < 0.2 < taken[1]
 
 
 def test_a_gain_that_is_off_shows_in_a_piece_and_not_as_a_fault(shop: Shop) -> None:

@@ -98,7 +98,7 @@ class Backlash:
             whole, done = joined((state.tail, rows)), state.tail.t[-1] - longest
         state = self._moved(state, rows)
         K = self.space.reference.drive.gain
-        own = np.einsum("njk,k->nj", whole.rigid[..., -10:], tool)
+        own = np.einsum("njk,k->nj", whole.tool, tool)
         load = whole.load + K * own
         left = whole.residual - own
         ready = whole.t <= whole.t[-1] - longest

@@ -108,7 +108,7 @@ class Collision:
         if ill.all():
             return state, None
         K = self.space.reference.drive.gain
-        tool = K[:, None] * rows.rigid[..., -10:].mean(axis=0)
+        tool = K[:, None] * rows.tool.mean(axis=0)
         rho = K * np.where(ill, 0.0, mean_measured(rows.residual)) - tool @ carried[0]
         aimed, held = K * rows.predicted.mean(axis=0), np.abs(rows.v).max(axis=0) < HELD
         state, crept = self._crept(state, rows, held)

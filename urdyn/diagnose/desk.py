@@ -73,7 +73,7 @@ class Desk:
 
 
 def _instants(rows: Array) -> list[Now]:
-    """Rows (N, 1 + 9 J) as a tracker had them."""
+    """Rows (N, 1 + 10 J) as a tracker had them."""
     series = rows[:, 1:].reshape(len(rows), SERIES, -1)
     pairs = zip(rows[:, 0].tolist(), series, strict=True)
     return [Now(Instant(t, *of[:-2]), *of[-2:]) for t, of in pairs]

@@ -241,6 +241,7 @@ def _motion(chunk: tuple[Now, ...]) -> tuple[Motion, Array, Array]:
         current=np.array([i.current for i in one]),
         temperature=np.array([i.temperature for i in one]),
         shift=np.array([i.shift for i in one]),
+        instrument=np.array([i.instrumental for i in one]),
     )
     return motion, np.array([n.s for n in chunk]), np.array([n.travelled for n in chunk])
 

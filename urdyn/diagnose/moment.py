@@ -25,6 +25,7 @@ class Means:
 
     weight: Array  # (M, J) [1/A²]
     residual: Array  # (M, J) [A]
+    tool: Array  # (M, J, 10) as rows have it
     rigid: Array  # (M, J, c) as rows have it
     drive: Array  # (M, 6, J) as rows have it
     load: Array  # (M, J) [N·m] rigid-body torque
@@ -63,6 +64,7 @@ def averaged(rows: Rows, period: float, noise: Array) -> Means:
     return Means(
         total,
         residual,
+        np.add.reduceat(share[..., None] * rows.tool, at, axis=0),
         np.add.reduceat(share[..., None] * rows.rigid, at, axis=0),
         np.add.reduceat(share[:, None] * rows.drive, at, axis=0),
         load,
@@ -79,16 +81,19 @@ def laden(means: Means, drive: Drive, m: Array) -> Means:
     """
     grip = drive.structural * means.drive[:, 0] * drive.gain / drive.coulomb  # beta s
     through = 1.0 + grip * np.sign(means.load)
-    tau = drive.gain * (means.rigid[..., -10:] @ m) / through
+    by = drive.gain / through
+    tau, likewise = by * (means.tool @ m), by * (means.rigid[..., -10:] @ m)
     load = means.load + tau
-    more = (tau + grip * (np.abs(load) - np.abs(means.load))) / drive.gain
-    own = means.drive.copy()
-    own[:, 2] = grip * np.abs(load) / drive.gain
-    own[:, 3] -= more
     turned = (1.0 + grip * np.sign(load)) / through
+    own, held = means.drive.copy(), means.drive[:, 2]
+    own[:, 2] = np.sign(load) * (np.sign(means.load) * held + grip * likewise / drive.gain)
+    more = likewise / drive.gain + own[:, 2] - held
+    own[:, 3] -= more
+    left = (tau + grip * (np.abs(load) - np.abs(means.load))) / drive.gain
     return replace(
         means,
-        residual=means.residual - np.where(means.weight > 0.0, more, 0.0),
+        residual=means.residual - np.where(means.weight > 0.0, left, 0.0),
+        tool=turned[..., None] * means.tool,
         rigid=turned[..., None] * means.rigid,
         drive=own,
         load=load,

@@ -2,8 +2,9 @@
 
     r = i - i_commissioned(q, v, a, T)  =  H x + noise        x: how far the arm strayed
 
-H are the derivatives of the observation model at the commissioned arm. The model is held: nothing
-here learns.
+H are the derivatives of the observation model at the commissioned arm, with the accelerations of
+the instrument: noise of a is in r too, and would be taken for a lack of inertia, above all of what
+is carried [Soderstrom2002]_. The model is held: nothing here learns.
 """
 
 from __future__ import annotations
@@ -35,8 +36,9 @@ class Rows:
     load: Array  # (N, J) [N·m] rigid-body torque of the commissioned arm
     current: Array  # (N, J) [A] as measured
     predicted: Array  # (N, J) [A] of the commissioned arm
-    rigid: Array  # (N, J, c) [A] per unit of k, m, payload
-    drive: Array  # (N, 6, J) [A] per unit of the own joint's f, alpha, beta, z, o, rotor
+    tool: Array  # (N, J, 10) [A] per unit of payload, with the accelerations of `predicted`
+    rigid: Array  # (N, J, c) [A] per unit of k, m, payload, with the instrument's
+    drive: Array  # (N, 6, J) [A] per unit of the own joint's f, alpha, beta, z, o, rotor; likewise
     doubt: Array  # (N, J) [A] sd of what nobody knows of the bristles
     settled: Mask  # (N, J) slides on bristles that are known
     warm: Array  # (N, 3, J) as `warmth.unknowns` has it
@@ -69,18 +71,29 @@ def rows(space: Space, motion: Motion, s: Array, travelled: Array, warmth: Warmt
     soft = np.exp(-usual(space) * np.nan_to_num(warm[0]))
     motion = replace(motion, temperature=np.broadcast_to(warmth.lubricant, motion.q.shape))
     q, v, a = motion.q, motion.v, motion.a
-    Y = arm.regressor(q, v, a)
-    load = Y @ arm.inertials.ravel()
+    Y, Z = arm.regressor(q, v, a), arm.regressor(q, v, motion.instrument)
+    load, likewise = Y @ arm.inertials.ravel(), Z @ arm.inertials.ravel()
     terms = features(motion, load, s, drive)
     faded = ("stribeck", "ripple_cos", "ripple_sin", "thermal")
     rest = sum(getattr(drive, name) * terms[name] for name in faded)
+    rest = rest + drive.coulomb * s + drive.viscous * soft * v + drive.offset
     per = 1.0 / drive.gain
-    lost = (drive.coulomb * s, drive.viscous * soft * v, drive.structural * np.abs(load) * s)
-    predicted = per * (load + drive.rotor_inertia * a + rest + sum(lost) + drive.offset)
-    through = per * (1.0 + drive.structural * np.sign(load) * s)
-    A = np.concatenate([arm.torque_derivatives(q, v, a)[0], Y @ space.shown, Y[..., -10:]], axis=2)
-    one = np.broadcast_to(per, load.shape)
-    own = [*(per * x for x in lost), -predicted, one, per * drive.rotor_inertia * a]
+
+    held = drive.structural * np.sign(load) * s
+
+    def current(load: Array, a: Array) -> Array:
+        return np.asarray(per * ((1.0 + held) * load + drive.rotor_inertia * a + rest))
+
+    predicted, through = current(load, a), (per * (1.0 + held))[..., None]
+    A = np.concatenate([arm.torque_derivatives(q, v, a)[0], Z @ space.shown, Z[..., -10:]], axis=2)
+    own = [
+        drive.coulomb * s,
+        drive.viscous * soft * v,
+        held * likewise,
+        -current(likewise, motion.instrument) * drive.gain,
+        np.ones_like(load),
+        drive.rotor_inertia * motion.instrument,
+    ]
     grip = drive.coulomb + drive.structural * np.abs(load)
     doubt = (DOUBT + CREEPING_DOUBT * np.exp(-np.abs(v) / CREEP)) * grip * per
     if len(motion) > 1:
@@ -88,7 +101,7 @@ def rows(space: Space, motion: Motion, s: Array, travelled: Array, warmth: Warmt
     settled = travelled > SETTLED * drive.presliding_distance
     return Rows(
         motion.t, q, v, load, motion.current, predicted,
-        through[..., None] * A, np.stack(own, axis=1), doubt, settled,
+        through * Y[..., -10:], through * A, per * np.stack(own, axis=1), doubt, settled,
         np.broadcast_to(warm, (len(motion), *warm.shape)), motion.shift,
     )  # fmt: skip
 

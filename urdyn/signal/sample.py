@@ -43,6 +43,11 @@ class Instant:
     # (J,) [rad/s²] the acceleration, with noise that is not that of `a`; None: nothing tells it.
     instrument: Array | None = None
 
+    @property
+    def instrumental(self) -> Array:
+        """The instrument's acceleration, (J,) [rad/s²]; `a` where nothing tells it."""
+        return self.a if self.instrument is None else self.instrument
+
 
 def samples(log: Log) -> Iterator[Sample]:
     """The rows of a log as they came, to replay it."""
