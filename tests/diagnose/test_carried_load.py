@@ -267,3 +267,24 @@ def test_whoever_learns_what_is_carried_has_not_felt_a_push(shop: Shop) -> None:
         thought = PIECE * (40 <= k < 50)
         state, pushes = test.step(state, stood.part(k, k + 5), thought[None], well)
         assert pushes == [] and not state.going
+
+
+def test_what_lasts_is_no_push_whatever_is_taken_to_be_carried_meanwhile(shop: Shop) -> None:
+    of, n, longest = space(shop.fit), 160, read_rules().fast["collision"]["longest"]
+    still = work(shop, of).part(100, 101)
+    fields = {
+        name: np.repeat(getattr(still, name), n, axis=0) for name in still.__dataclass_fields__
+    }
+    t = PERIOD * np.arange(n)
+    pressed = np.outer(t > 1.0, 60.0 / of.reference.drive.gain)
+    current = np.repeat(still.predicted, n, 0) + pressed
+    stood = replace(Rows(**fields), t=t, v=np.zeros((n, 6)), current=current)
+    test, well = Collision(of, read_rules().fast["collision"]), np.zeros(6, dtype=bool)
+    state, going = test.init(), []
+    for k in range(0, n, 5):
+        thought = PIECE * (k < 40)
+        state, pushes = test.step(state, stood.part(k, k + 5), thought[None], well)
+        assert pushes == []
+        going.append(state.going)
+    over = round((1.0 + longest) / PERIOD) // 5 + 2
+    assert any(going) and not any(going[over:])

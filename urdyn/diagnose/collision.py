@@ -173,7 +173,8 @@ class Collision:
                 event = self.pushed.event(state.bins, state.calm, carried, ill)
             return replace(state, calm=0, bins=()), event
         if seen.t - state.bins[0].t > self.rule["longest"]:
-            return replace(state, base=state.base + seen.felt, calm=0, bins=()), None
+            base = state.base + seen.felt
+            return replace(state, base=base, carried=seen.carried, calm=0, bins=()), None
         return state, None
 
     def _learn(self, state: Quiet, seen: Bin, usual: Array, aimed: Array) -> Quiet:
