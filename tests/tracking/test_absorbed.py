@@ -20,7 +20,7 @@ def slices(one, noise, stray):
     ]
 
 
-def test_innovations_of_a_change_are_the_signature_s():
+def test_innovations_of_a_change_are_its_signature():
     """A filter of slow noise alone, on the same currents with and without the change."""
     rng = np.random.default_rng(0)
     psi, one = np.sign(rng.standard_normal((N, J))), rng.uniform(0.2, 1.0, (N, J))

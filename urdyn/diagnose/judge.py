@@ -52,13 +52,13 @@ class Judge:
         return self.healthy.loosened(state.known, state.learnt.steadiness.share)
 
     def judged(self, state: SlowState) -> SlowState:
-        """After a block; `found` are the changes that it settles."""
-        return self._alarmed(self._explained(state))
+        """After a block; `found` are the changes that it settles, but for those that are none."""
+        return self._explained(self._alarmed(self._explained(state)))
 
     def concluded(self, state: SlowState) -> SlowState:
         """At the end of a recording: an alarm that waits for a clearer name has the one it has."""
         state = replace(state, found=())
-        return self._alarmed(state, last=True) if state.waited else state
+        return self._explained(self._alarmed(state, last=True)) if state.waited else state
 
     def _alarmed(self, state: SlowState, last: bool = False) -> SlowState:
         """Is there an alarm, and is it clear of what, or never will be?"""

@@ -101,7 +101,8 @@ class Oscillation:
         for k, window in enumerate(self._windows):
             n = self._samples(window)
             few = len(state.t) < n or self._samples(SHORTEST) < FEWEST
-            if few or state.t[-1] < usual[k].due:
+            wait = usual[k].due - state.t[-1]
+            if few or 0.0 < wait <= WINDOWS[window]:  # a clock may have been set back
                 continue
             t, signals = state.t[-n:], state.signals[:, -n:]
             usual[k], seen = self._judge(usual[k], window, t, signals)

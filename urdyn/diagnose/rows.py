@@ -78,7 +78,6 @@ def rows(space: Space, motion: Motion, s: Array, travelled: Array, warmth: Warmt
     rest = sum(getattr(drive, name) * terms[name] for name in faded)
     rest = rest + drive.coulomb * s + drive.viscous * soft * v + drive.offset
     per = 1.0 / drive.gain
-
     held = drive.structural * np.sign(load) * s
 
     def current(load: Array, a: Array) -> Array:
