@@ -35,6 +35,16 @@ def work(shop: Shop, of: Space) -> Rows:
     return rows(of, motion, s, moved, warmth)
 
 
+def standing(shop: Shop, of: Space, n: int) -> Rows:
+    """An arm that stands, and whose currents are those that were predicted, for n rows."""
+    still = work(shop, of).part(100, 101)
+    fields = {
+        name: np.repeat(getattr(still, name), n, axis=0) for name in still.__dataclass_fields__
+    }
+    stood = Rows(**fields)
+    return replace(stood, t=PERIOD * np.arange(n), v=np.zeros((n, 6)), current=stood.predicted)
+
+
 def test_a_moment_with_a_piece_is_that_of_an_arm_which_was_commissioned_with_it(shop: Shop) -> None:
     of = space(shop.fit)
     mine = of.reference
@@ -212,12 +222,8 @@ def test_a_load_that_moments_hardly_tell_has_to_stay_longer(stay: Stay) -> None:
 def test_what_holds_a_standing_joint_is_not_predicted(shop: Shop) -> None:
     """Velocities that are not quite zero let it creep, where they are integrated."""
     of, n = space(shop.fit), 100
-    drive, still = of.reference.drive, work(shop, of).part(100, 101)
-    fields = {
-        name: np.repeat(getattr(still, name), n, axis=0) for name in still.__dataclass_fields__
-    }
-    stood = replace(Rows(**fields), t=PERIOD * np.arange(n), v=np.zeros((n, 6)))
-    grip = np.stack([drive.coulomb, drive.structural * np.abs(still.load[0])]) / drive.gain
+    drive, stood = of.reference.drive, standing(shop, of, n)
+    grip = np.stack([drive.coulomb, drive.structural * np.abs(stood.load[0])]) / drive.gain
     s = np.where((np.arange(n) >= 40) & (np.arange(n) < 50), 1.0, -1.0)[:, None]
     own = stood.drive.copy()
     own[:, 0], own[:, 2] = s * grip[0], s * grip[1]
@@ -253,14 +259,7 @@ def test_a_pause_ends_a_block_for_the_next_program_may_be_another(shop: Shop) ->
 
 def test_whoever_learns_what_is_carried_has_not_felt_a_push(shop: Shop) -> None:
     of, n = space(shop.fit), 100
-    still = work(shop, of).part(100, 101)
-    fields = {
-        name: np.repeat(getattr(still, name), n, axis=0) for name in still.__dataclass_fields__
-    }
-    t = PERIOD * np.arange(n)
-    stood = replace(
-        Rows(**fields), t=t, v=np.zeros((n, 6)), current=np.repeat(still.predicted, n, 0)
-    )
+    stood = standing(shop, of, n)
     test, well = Collision(of, read_rules().fast["collision"]), np.zeros(6, dtype=bool)
     state = test.init()
     for k in range(0, n, 5):
@@ -271,14 +270,9 @@ def test_whoever_learns_what_is_carried_has_not_felt_a_push(shop: Shop) -> None:
 
 def test_what_lasts_is_no_push_whatever_is_taken_to_be_carried_meanwhile(shop: Shop) -> None:
     of, n, longest = space(shop.fit), 160, read_rules().fast["collision"]["longest"]
-    still = work(shop, of).part(100, 101)
-    fields = {
-        name: np.repeat(getattr(still, name), n, axis=0) for name in still.__dataclass_fields__
-    }
-    t = PERIOD * np.arange(n)
-    pressed = np.outer(t > 1.0, 60.0 / of.reference.drive.gain)
-    current = np.repeat(still.predicted, n, 0) + pressed
-    stood = replace(Rows(**fields), t=t, v=np.zeros((n, 6)), current=current)
+    stood = standing(shop, of, n)
+    pressed = np.outer(stood.t > 1.0, 60.0 / of.reference.drive.gain)
+    stood = replace(stood, current=stood.predicted + pressed)
     test, well = Collision(of, read_rules().fast["collision"]), np.zeros(6, dtype=bool)
     state, going = test.init(), []
     for k in range(0, n, 5):
