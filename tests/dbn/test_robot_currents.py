@@ -75,7 +75,8 @@ def test_an_instrument_moves_the_slice_and_the_current_alike(currents, motion):
     s, instant = currents.reference.presliding(motion)[row], moment(motion, row)
     other = instant.a + 0.1 * rng.standard_normal(6)
     u, there = (currents.slice(now, s, 0.01, x) for now in (instant, replace(instant, a=other)))
-    through, more = currents.instrumental(u, replace(instant, instrument=other), x)
+    packed, more = currents.instrumental(u, replace(instant, instrument=other), x)
+    through = replace(u, packed=packed)
     rigid = slice(currents.places["k"].stop, None)
     for of in ("A", "A_hold"):
         had, told = (getattr(slice_, of)[:, rigid] for slice_ in (through, there))
@@ -87,7 +88,7 @@ def test_an_instrument_moves_the_slice_and_the_current_alike(currents, motion):
     )
     assert np.abs(more).max() > 0.01
     same, nothing = currents.instrumental(u, instant, x)
-    assert same is u and not nothing.any()
+    assert same is u.packed and not nothing.any()
 
 
 def test_slopes_are_derivatives(currents, motion):

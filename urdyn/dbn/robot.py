@@ -147,8 +147,8 @@ class RobotCurrents:
             blind=bool(unknown.any()),
         )
 
-    def instrumental(self, u: RobotSlice, now: Instant, x: Array) -> tuple[RobotSlice, Array]:
-        """The slice with the instrument's accelerations, and what these add to the current.
+    def instrumental(self, u: RobotSlice, now: Instant, x: Array) -> tuple[Array, Array]:
+        """What is packed by the instrument's accelerations, and what these add to the current.
 
         Who multiplies what is left of a current by a regressor that has the same acceleration's
         noise in it learns of that noise: inertia that is too small, above all where currents are
@@ -160,7 +160,7 @@ class RobotCurrents:
             x: states (n,) at which the current is moved.
         """
         if now.instrument is None:
-            return u, np.zeros_like(now.a)
+            return u.packed, np.zeros_like(now.a)
         more = now.instrument - now.a
         Y = self._arm.inertia_regressor(now.q, more)
         load, still = Y @ self._pi, np.zeros_like(more)
@@ -170,7 +170,7 @@ class RobotCurrents:
         _, _, beta, rotor, z, gain = np.exp(x[self._positive]).reshape(len(POSITIVE), -1)
         held = (1.0 + beta * u.side) * (load + self._borne(x, u, A, gain))
         added = (held + rotor * more) / (self.reference.drive.gain * z)
-        return replace(u, packed=u.packed + by), added
+        return u.packed + by, added
 
     @cached_property
     def _pi(self) -> Array:

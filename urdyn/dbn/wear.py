@@ -123,10 +123,10 @@ class Wear:
 
     def transition(self, x: Array, u: RobotSlice) -> Array:
         """Every parameter moves by the rates that lead it, (..., p + r)."""
-        moved, p = np.array(x), len(self.parameters)
-        child, rate, by = self._follow
-        moved[..., child] += u.span * by * x[..., p + rate]
-        moved *= np.exp(-u.span * self._forgetting)
+        (child, rate, by), p = self._follow, len(self.parameters)
+        kept = np.exp(-u.span * self._forgetting)
+        moved = x * kept
+        moved[..., child] += u.span * by * kept[child] * x[..., p + rate]
         return moved
 
     def transition_jacobian(self, x: Array, u: RobotSlice) -> Array:
@@ -140,8 +140,8 @@ class Wear:
     def transition_cov(self, u: RobotSlice) -> Array:
         """Noise of own parts and rates, spread along the edges and gathered over the slice."""
         n, dt = len(self.names), u.span
-        Q, (at, parts) = np.zeros((n, n)), self._noise
-        Q.flat[at] = dt * (parts[0] + dt * (parts[1] / 2.0 + dt * parts[2] / 3.0))
+        entries, (at, parts) = np.zeros(n * n), self._noise
+        entries[at] = dt * (parts[0] + dt * (parts[1] / 2.0 + dt * parts[2] / 3.0))
         forgotten = -np.expm1(-2.0 * dt * self._forgetting)
         diagonal = self._faded * forgotten
         if u.blind:
@@ -155,5 +155,5 @@ class Wear:
                     diagonal[rates] += jolt.rate**2 * u.jolted
         if u.stray is not None:
             diagonal[self.slow] = u.stray**2 * forgotten[self.slow]
-        Q.flat[:: n + 1] += diagonal
-        return Q
+        entries[:: n + 1] += diagonal
+        return entries.reshape(n, n)

@@ -98,6 +98,7 @@ def condition(
     white, both = np.linalg.inv(np.array([V, V + W]))
     gain = predicted.root @ (white @ G).T  # (n, r) root Gᵀ V⁻ᵀ
     mean = predicted.mean + gain @ (white @ residual)
-    root = predicted.root - gain @ (both @ G)
+    root = gain @ (both @ G)
+    np.subtract(predicted.root, root, out=root)  # what fits no cache is written once
     log_det = 2.0 * float(np.log(V.diagonal()).sum())
     return SquareRoot(mean, root), innovation(y, rows, residual, S, white, log_det)

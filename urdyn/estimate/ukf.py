@@ -41,11 +41,13 @@ class UKF:
         if model.still:
             return assimilate(model, points, state, u, y)
         if model.affine_transition:  # the moments of any points are exact: arms alone will do
-            mean = model.transition(state.mean, u)
-            D = model.transition(state.mean + state.root.T, u) - mean
+            mean, origin = model.transition(np.array([state.mean, 0.0 * state.mean]), u)
+            D = model.transition(state.root.T, u) - origin
         else:
             mean, D = points.moments(model.transition(points.around(state.mean, state.root), u))
-        predicted = SquareRoot.of(mean, D.T @ D + model.transition_cov(u))
+        cov = D.T @ D
+        cov += model.transition_cov(u)
+        predicted = SquareRoot.of(mean, cov)
         return assimilate(model, points, predicted, u, y)
 
     def belief(self, state: SquareRoot) -> Gaussian:

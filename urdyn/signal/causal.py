@@ -85,12 +85,13 @@ class Causal:
             wrong = self.gate.refuses(departure, state.departures, dt)
             row[:2][wrong], refused = np.nan, int(np.count_nonzero(wrong))
         keep = slice(1 - self.alone.samples, None)
-        return replace(
-            state,
-            t=np.concatenate([state.t[keep], [t]]),
-            rows=np.concatenate([state.rows[keep], row[None]]),
-            departures=np.concatenate([state.departures[keep], departure[None]]),
-            refused=state.refused + refused,
+        return CausalState(
+            np.concatenate([state.t[keep], [t]]),
+            np.concatenate([state.rows[keep], row[None]]),
+            np.concatenate([state.departures[keep], departure[None]]),
+            state.restarts,
+            state.repeats,
+            state.refused + refused,
         )
 
     def _estimate(self, state: CausalState) -> Instant:
@@ -102,8 +103,9 @@ class Causal:
         t, rows = state.t[-fit.samples :], state.rows[-fit.samples :]
         measured = rows[:, :2]
         steady, told = is_even(state.t, self.period), np.isfinite(state.rows[:, :2])
-        even, whole = steady[1 - fit.samples :].all(), told[-fit.samples :].all()
-        full = len(state.t) == self.alone.samples and steady.all() and told.all()
+        clean = bool(steady.all() and told.all())  # as it nearly always is
+        even = clean or steady[1 - fit.samples :].all()
+        whole = clean or told[-fit.samples :].all()
         if even and whole:
             operator = _operator(fit, (fit.half - lag) * self.period, self.offset)
             of_each = measured.transpose(2, 1, 0).reshape(-1, operator.shape[2], 1)
@@ -119,7 +121,8 @@ class Causal:
             orders = fit.estimate(*(window if whole else joint_by_joint(*window)))
             orders = orders.reshape(ORDERS, -1)
         (q, v, a, jerk), (current, temperature) = orders, rows[row, 2:]
-        instrument = self._instrument(state, lag) if full else None
+        full = len(state.t) == self.alone.samples
+        instrument = self._instrument(state, lag) if clean and full else None
         return Instant(float(t[row]), q, v, a, jerk, current, temperature, shift, instrument)
 
     def _instrument(self, state: CausalState, lag: int) -> Array:

@@ -12,6 +12,7 @@ where tau is what slow noise has taken so far, and k the gain of a filter that k
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import exp
 
 import numpy as np
 
@@ -48,9 +49,10 @@ def shown(
         known: joints whose current was measured, (J,).
     """
     assert white.stray is not None, "slow noise is known"
-    w, kept = white.one, np.exp(-dt / MEMORY)
+    w, kept = white.one, exp(-dt / MEMORY)
     variance = kept**2 * before.variance + (1.0 - kept**2) * white.stray**2
-    gain = known * w * variance / (w**2 * variance + white.noise**2)
-    left = rows - w[:, None] * (kept * before.taken)
-    taken = kept * before.taken + gain[:, None] * left
-    return left, Absorbed(taken, (1.0 - gain * w) * variance)
+    covariance = w * variance  # of slow noise and what it makes of the current
+    gain = known * covariance / (w * covariance + white.noise**2)
+    taken = kept * before.taken
+    left = rows - w[:, None] * taken
+    return left, Absorbed(taken + gain[:, None] * left, variance - gain * covariance)

@@ -19,6 +19,7 @@ by the innovations of a longer time.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from math import exp
 
 import numpy as np
 
@@ -83,17 +84,16 @@ def gathered(
     """One innovation on; `white` is the slice after the filter that made its noise white."""
     known = np.isfinite(told.residual)
     sd = np.sqrt(np.where(known, told.cov.diagonal(), np.inf))[:, None]
-    e = np.where(known, told.residual, 0.0)[:, None] / sd
+    residual = np.where(known, told.residual, 0.0)[:, None]
     borne = white.A[:, CARRIED] + drive.structural[:, None] * white.A_hold[:, CARRIED]
-    gain = drive.gain[:, None]
-    own = white.packed[:, OWN] / gain
-    lasting, absorbed = shown(evidence.absorbed, white, own, known, dt)
-    rows = np.concatenate([lasting / sd, borne / (gain * sd), own / sd, e], axis=1)
-    rows *= CLIP / np.maximum(np.abs(e), CLIP)
-    wear, at_once = rows[:, [0, 1, 2, -1]], rows[:, 3:]
+    signatures = np.concatenate([borne, white.packed[:, OWN]], axis=1) / drive.gain[:, None]
+    lasting, absorbed = shown(evidence.absorbed, white, signatures[:, 4:], known, dt)
+    rows = np.concatenate([signatures, residual, lasting, residual], axis=1)
+    rows /= np.maximum(np.abs(residual) / CLIP, sd)
+    at_once, wear = rows[:, :8], rows[:, 8:]
     return Evidence(
-        np.exp(-dt / MEMORY) * evidence.sums + at_once[:, :, None] * at_once[:, None, :],
-        np.exp(-dt / WEARING) * evidence.wear + wear[:, :, None] * wear[:, None, :],
+        exp(-dt / MEMORY) * evidence.sums + at_once[:, :, None] * at_once[:, None, :],
+        exp(-dt / WEARING) * evidence.wear + wear[:, :, None] * wear[:, None, :],
         absorbed,
         evidence.highest,
         evidence.lasted + dt * known.any(),

@@ -15,7 +15,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from urdyn.dbn.robot_slice import RobotSlice
 from urdyn.identify.noise import Noise
 from urdyn.identify.slow import MEMORY
 from urdyn.types import Array, Mask
@@ -101,26 +100,20 @@ def _neighbours(alike: Array) -> Array:
     return np.asarray(alike[apart].transpose(2, 0, 1))
 
 
-def whitened(colour: Colour, u: RobotSlice, y: Array) -> tuple[RobotSlice, Array]:
-    """The slice and its currents (J,) after the filter that makes their noise white."""
-    white = _beside(u, y) - np.einsum("jk,kjw->jw", colour.ar, colour.past)
+def whitened(colour: Colour, packed: Array, y: Array) -> tuple[Array, Array, Colour]:
+    """Inputs and currents after the filter that makes noise white; it has seen them from then on.
+
+    Args:
+        packed: what multiplies the parameters, (J, w); 0 after it where there is no current.
+        y: currents (J,) [A]; NaN where there is none.
+    """
+    now = np.concatenate([packed, y[:, None]], axis=1)
+    white = now - np.einsum("jk,kjw->jw", colour.ar, colour.past)
     packed, seen = white[:, :-1], white[:, -1]
     known = np.isfinite(seen)
     if not known.all():
-        packed[~known] = 0.0
-    return replace(u, packed=packed, noise=colour.scale, stray=colour.slow), seen
-
-
-def kept(colour: Colour, u: RobotSlice, y: Array) -> Colour:
-    """One sample on: it is a predecessor now."""
-    now = _beside(u, y)
-    now[np.isnan(y)] = np.nan
-    return replace(colour, past=np.concatenate([now[None], colour.past[:-1]]))
-
-
-def _beside(u: RobotSlice, y: Array) -> Array:
-    """Inputs and, behind them, currents, (J, w + 1)."""
-    return np.concatenate([u.packed, y[:, None]], axis=1)
+        packed[~known], now[np.isnan(y)] = 0.0, np.nan
+    return packed, seen, replace(colour, past=np.concatenate([now[None], colour.past[:-1]]))
 
 
 def interrupted(colour: Colour) -> Colour:

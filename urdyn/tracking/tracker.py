@@ -223,8 +223,8 @@ class Tracker(Generic[S]):
         modelled = self.model.observe(mean, u) - slow
         left = y - modelled
         through, more = self.currents.instrumental(u, now, mean)
-        there = y + more
-        white, seen = noise.whitened(was.colour, through, there)
+        through, seen, colour = noise.whitened(was.colour, through, y + more)
+        white = replace(u, packed=through, noise=colour.scale, stray=colour.slow)
         white = self.currents.near(white, mean, carried)
         unknown = white.unknown
         R = white.noise**2 + unknown
@@ -235,8 +235,7 @@ class Tracker(Generic[S]):
         told = untempered(told, given.noise**2 - white.noise**2, seen)
         unsure = np.fmax(told.cov.diagonal() / R, np.isnan(told.residual) * state.unsure)
         sure = (unsure < SURE) & (unknown < 0.25 * white.noise**2)
-        colour = noise.learnt(was.colour, left, unknown, sure, self.period)
-        colour = noise.kept(colour, through, there)
+        colour = noise.learnt(colour, left, unknown, sure, self.period)
         known = Learnt(belief, colour) if anew else Learnt(was.belief, was.colour)
         widen = told_another and (what is None or what.payload is not None)
         unknown_since = now.t if handles and (stood or widen) else np.inf if anew else rest.left
