@@ -12,7 +12,7 @@ from urdyn.simulate import observe, typical_sensors
 from urdyn.simulate.payload import Payload
 from urdyn.simulate.work import pick_and_place
 from urdyn.tracking import Tracker
-from urdyn.tracking.befallen import befallen, none_yet, of_drives, wearing
+from urdyn.tracking.befallen import TOLD, befallen, none_yet, of_drives, told_from, wearing
 
 J = 6
 LASTING = 40  # samples
@@ -116,6 +116,21 @@ def test_what_is_put_down_leaves_nothing(arm, seed):
 def test_no_evidence_is_none(arm):
     what, _ = befallen(none_yet(J), arm.drive, np.zeros(10))
     assert not what.anything
+
+
+@pytest.mark.parametrize(
+    ("before", "now", "carried"),
+    [
+        (1.3, 0.7 * TOLD, 0.0),  # it may have been put down
+        (1.3 * TOLD, 1.1 * TOLD, 1.3 * TOLD),
+        (1.3 * TOLD, 2.5 * TOLD, 2.5 * TOLD),
+        (0.0, 1.1 * TOLD, 1.1 * TOLD),
+    ],
+)
+def test_what_may_be_nothing_is_nothing_and_what_may_be_the_same_is(before, now, carried):
+    """In standard deviations of what is known now."""
+    told = told_from(np.array([before]), np.array([now]), np.ones(1))
+    np.testing.assert_array_equal(told, carried)
 
 
 @pytest.mark.parametrize(("rate", "duration"), [(20.0, 120.0), (RATE, 60.0)])

@@ -156,8 +156,13 @@ def _carried(sums: Array, before: Array) -> Array:
 
 
 def told_from(before: Array, now: Array, sd: Array) -> Array:
-    """What is carried, where it can be told from what was thought to be, `before`."""
-    return np.where(np.abs(now - before) > TOLD * sd, now, before)
+    """What is carried, `before` unless it can be told from that; nothing that may be none.
+
+    Health and gain are told by what they multiply. To believe in a piece that was put down, because
+    two seconds hardly tell, would be to learn of them from its weight in every hold alike.
+    """
+    same, none = (np.abs(now - thought) < TOLD * sd for thought in (before, 0.0))
+    return np.where(none, 0.0, np.where(same, before, now))
 
 
 def log_odds(evidence: Evidence, drive: Drive) -> Array:
