@@ -85,3 +85,16 @@ def test_what_a_run_goes_on_from_is_kept_until_the_run_is_kept_later(
     ]
     desk.keep(3000)
     assert not (tmp_path / "diagnosis-1000.npz").exists()
+
+
+def test_what_is_kept_again_is_waited_for_again(shop: Shop, tmp_path: Path) -> None:
+    """A recording may end where it was just kept: what is written after its end would be left."""
+    looking = looking_on(shop, shop.log(seconds=2.0))
+    looking.begin(tmp_path, 0, {"twin": "a"})
+    for _ in range(2):
+        looking.keep(1000)
+        assert not looking.kept(wait=False)
+        assert looking.kept(wait=True)
+    looking.forget()
+    looking.close()
+    assert [path.name for path in tmp_path.iterdir()] == ["findings.json"]

@@ -89,7 +89,7 @@ class Onlooker:
     def keep(self, index: int) -> None:
         """Remember this sample, and the one before until the run has been kept as well."""
         self._pass_on()
-        self._keeping = index
+        self._keeping, self._kept = index, -1  # even where this sample has been kept before
         self._there.send(words_frame({"keep": index}))
 
     def kept(self, wait: bool) -> bool:
