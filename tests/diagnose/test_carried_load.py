@@ -155,6 +155,22 @@ def test_a_piece_is_known_from_when_it_was_taken(shop: Shop) -> None:
     assert again.path == now.path and len(again.modes) == 2
 
 
+@pytest.mark.parametrize("size", [0.3, 3.0])  # [A]
+def test_a_piece_is_weighed_by_no_jolt_that_brought_it(shop: Shop, size: float) -> None:
+    of, taken = space(shop.fit), 2
+    loads = Loads(of, suspects(of, read_rules().slow))
+    usual = Carrying((carried.commissioned(),))
+    pieces = [np.zeros(10)] * taken + [PIECE] * (DELAY + 1 - taken)
+    before, shaken, *after = with_pieces(loads, work(shop, of), pieces)
+    for jolt in np.random.default_rng(5).standard_normal((8, 6)):
+        means = replace(shaken.means, residual=shaken.means.residual + size * jolt)
+        moment = replace(shaken, means=means, pool=pooled(means))
+        moment = loads.beside.told(moment, believed(of), usual.modes)
+        now, _ = loads.carried(usual, believed(of), (before, moment, *after))
+        assert now.path[taken:] == (1,) * len(after)
+        assert abs(now.modes[1].mean[0] - PIECE[0]) < 3.0 * np.sqrt(now.modes[1].cov[0, 0])
+
+
 def test_what_a_moment_says_of_a_load_is_its_likelihood(shop: Shop) -> None:
     of = space(shop.fit)
     means = averaged(work(shop, of).part(0, 10), PERIOD, of.noise)

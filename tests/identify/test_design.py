@@ -50,6 +50,18 @@ def test_the_truth_leaves_nothing_of_a_current_without_noise(
     assert np.abs(left).max() < 1e-12 * np.abs(motion.current).max()
 
 
+def test_what_no_motor_draws_was_not_measured(point: Dynamics, motion: Motion) -> None:
+    row, joint = len(motion) // 2, 2
+    most = point.arm.effort_limit[joint] / point.drive.gain[joint]  # [A] that the joint may draw
+    _, _, before = whole(point, motion)
+    for current, told in ((most, True), (5.0 * most, False), (np.inf, False)):
+        drawn = motion.current.copy()
+        drawn[row, joint] = current
+        _, _, known = whole(point, replace(motion, current=drawn))
+        assert before[row, joint] and known[row, joint] == told
+        assert np.count_nonzero(known != before) == (not told)
+
+
 def logarithm(name: str) -> Callable[[Drive, float], Drive]:
     return lambda drive, h: replace(drive, **{name: getattr(drive, name) * np.exp(h)})
 

@@ -55,6 +55,24 @@ def test_friction_that_grows_is_followed_and_others_stay():
     assert np.sum(z**2) < 25.0
 
 
+@pytest.mark.parametrize("filter_", [EKF(), QUICKER["simplified"]], ids=["ekf", "simplified"])
+def test_a_sensor_that_is_stuck_tells_of_nothing(filter_):
+    """But for the fifth of a second in which nobody can know."""
+    dynamics, fit = commissioned(0)
+    log = at_work(dynamics, 0, 1, 20.0)
+    current = log.joint("actual_current").copy()
+    current[1000:, 2] = current[1000, 2]
+    (sound, physical), (stuck, _) = (
+        tracked(fit, x, filter_) for x in (log, with_current(log, current))
+    )
+    assert not any(reading.widened for reading in stuck)
+    (mean, sd), (other, _) = (physical.of(of[-1].belief) for of in (sound, stuck))
+    at = [physical.names.index(f"{j}.coulomb") for j in dynamics.arm.joint_names]
+    assert np.abs((other - mean)[at] / sd[at]).max() < 1.0
+    told = [np.isfinite(reading.innovation.residual[2]) for reading in stuck[1030:]]
+    assert not any(told)
+
+
 def test_a_payload_that_is_picked_up_is_weighed():
     dynamics, fit = commissioned(0)
     log = at_work(dynamics, 0, 2, 24.0, "payload_change:mass=2.5,com=0/0/0.08,onset=10")

@@ -70,15 +70,22 @@ class Loads:
         if gains.max() <= carried.SURE:
             return None
         needed = np.maximum(carried.SURE, self._of_joints(belief, moments, modes) + MARGIN)
-        k = int(np.argmax(np.where(gains > needed, gains, -np.inf)))
-        guess = _anything(moments[k:], modes[k])[1].mean
-        near = [self.beside.shown(w, belief, guess) for w in moments[k:]]
-        both = zip(moments[k:], near, strict=True)
-        later = tuple(replace(w, told=(*w.told, each)) for w, each in both)
-        score, new = _anything(later, replace(modes[k], mean=guess))
-        if score - known[k] <= needed[k]:
-            return None
-        return (k, new, later) if carried.possible(new, self.space.reference.payload) else None
+        clear = [k for k in starts if gains[k] > needed[k]] or [0]
+        for k in sorted(clear, key=lambda k: -gains[k]):
+            score, new, later = self._begun(moments[k:], modes[k], belief)
+            if score - known[k] > needed[k] and _as_the_others(later, new):
+                found = carried.possible(new, self.space.reference.payload)
+                return (k, new, later) if found else None
+        return None
+
+    def _begun(
+        self, moments: tuple[Waiting, ...], mode: Mode, belief: Belief
+    ) -> tuple[float, Mode, tuple[Waiting, ...]]:
+        """The load of all these moments, and how well it explains them as they are near it."""
+        guess = _anything(moments, mode)[1].mean
+        told = (self.beside.shown(w, belief, guess) for w in moments)
+        near = tuple(replace(w, told=(*w.told, t)) for w, t in zip(moments, told, strict=True))
+        return *_anything(near, replace(mode, mean=guess)), near
 
     def ripened(
         self, carrying: Carrying, ripe: Waiting, before: Belief
@@ -165,6 +172,19 @@ def _anything(moments: Sequence[Waiting], mode: Mode) -> tuple[float, Mode]:
     anything = carried.anything(moments[-1].end)
     told = carried.together([carried.nearest(w.told, mode.mean) for w in moments])
     return carried.fit(told, anything), carried.learnt(told, anything, anything.seen)
+
+
+def _as_the_others(moments: Sequence[Waiting], mode: Mode) -> bool:
+    """Whether the first moment is one of the others' load, and not of the jolt that brought it.
+
+    Args:
+        mode: near which they are taken.
+    """
+    first, *others = moments
+    if not others:
+        return True
+    load = _anything(others, mode)[1]
+    return _fit(first, load) > _anything([first], mode)[0] - carried.SURE
 
 
 def likeliest(fits: Array, was: int) -> tuple[float, tuple[int, ...]]:

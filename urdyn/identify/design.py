@@ -56,14 +56,14 @@ def blocks(point: Dynamics, motion: Motion) -> Iterator[Block]:
             part = ahead.slice(row - lead, min(row + BLOCK, stop))
             moved = np.abs(travel(part)).cumsum(axis=0) + travelled
             follow = bristles(part, distance, memory)
-            known = _measured(part) & (moved > SETTLED * distance)
+            known = _measured(point, part) & (moved > SETTLED * distance)
             yield Block(part.slice(lead), follow.since(lead), known[lead:])
             memory, travelled = follow.end, moved[-1]
 
 
-def _measured(motion: Motion) -> Mask:
+def _measured(point: Dynamics, motion: Motion) -> Mask:
     moving = np.isfinite(motion.q + motion.v + motion.a).all(axis=1, keepdims=True)
-    return np.asarray(np.isfinite(motion.current) & moving)
+    return np.asarray(point.possible(motion.current) & moving)
 
 
 @dataclass(frozen=True)

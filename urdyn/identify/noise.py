@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from urdyn.identify.slow import MEMORY, density, forgotten, periodogram, share_of, without_slow
+from urdyn.signal.outliers import MAD_TO_SD
 from urdyn.types import Array, frozen
 
 MAX_ORDER = 8
@@ -14,6 +15,7 @@ GAUSSIAN = 100.0  # degrees of freedom beyond which Student's t is called Gaussi
 MIN_DOF = 4.0
 CERTAIN = 1e18  # degrees of freedom of what is Gaussian to the last digit
 TINY = 1e-6  # of a variance: no noise is foreseen better
+WILD = 12.0  # [sd] that a residual counts for at most: one wild sample is no louder noise
 
 
 @dataclass(frozen=True)
@@ -129,11 +131,18 @@ def _sd(stretches: list[Array]) -> float:
     return float(np.std(together)) if len(together) >= 10 * MAX_ORDER else 1.0
 
 
+def _robust_sd(residuals: Array) -> float:
+    """Of a Gaussian with this median size; of what is always zero, next to nothing."""
+    return MAD_TO_SD * float(np.median(np.abs(residuals))) + 1e-12
+
+
 def _fit_joint(stretches: list[Array], taken: list[Array], keep: float) -> Noise:
     """Noise of one joint."""
     count = sum(len(r) for r in stretches)
     if count < 10 * MAX_ORDER:
         return white_noise([stretches])
+    most = WILD * _robust_sd(np.concatenate(stretches))
+    stretches = [np.clip(r, -most, most) for r in stretches]
     pairs = list(zip(stretches, taken, strict=True))
     more = np.sum([_products(power, len(r)) for r, power in pairs], axis=0) / count
     lags = range(MAX_ORDER + 1)
@@ -185,12 +194,9 @@ def _autoregression(acf: Array, n: int) -> tuple[Array, float]:
 
 
 def _degrees_of_freedom(innovation: Array) -> float:
-    """Student's degrees of freedom from the kurtosis, 6 / (dof - 4) in excess of a Gaussian's.
-
-    Clipped at twelve sigma, so that one wild sample does not make every sample an outlier.
-    """
-    sigma = 1.4826 * np.median(np.abs(innovation)) + 1e-12
-    clipped = np.clip(innovation, -12 * sigma, 12 * sigma)
+    """Student's degrees of freedom from the kurtosis, 6 / (dof - 4) in excess of a Gaussian's."""
+    most = WILD * _robust_sd(innovation)
+    clipped = np.clip(innovation, -most, most)
     clipped = clipped - clipped.mean()
     excess = float(np.mean(clipped**4) / np.mean(clipped**2) ** 2) - 3.0
     insignificant = 2.0 * np.sqrt(24.0 / len(innovation))

@@ -9,7 +9,9 @@ import numpy as np
 from urdyn.model.arm import Arm
 from urdyn.model.drive import LINEAR, Drive
 from urdyn.model.friction import bristles, features
-from urdyn.types import Array, Motion, frozen
+from urdyn.types import Array, Mask, Motion, frozen
+
+OVERLOAD = 3.0  # [-] of the rated torque's current, that no motor draws
 
 
 @dataclass(frozen=True)
@@ -27,6 +29,11 @@ class Dynamics:
     def __post_init__(self) -> None:
         object.__setattr__(self, "inertials", frozen(self.inertials))
         object.__setattr__(self, "payload", frozen(self.payload))
+
+    def possible(self, current: Array) -> Mask:
+        """Where a motor can draw this current, (..., J) [A]; elsewhere its sensor is wrong."""
+        most = OVERLOAD * self.arm.effort_limit / self.drive.gain
+        return np.asarray(np.abs(current) < most)
 
     def loaded(self) -> Array:
         """Link inertials with the payload on the last link, (J, 10)."""

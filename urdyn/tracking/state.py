@@ -40,6 +40,8 @@ class TrackerState(Generic[S]):
     t: float  # [s] of the last instant; -inf before the first
     waited: float  # [s] for which parameters have not moved by then
     v: Array  # (J,) [rad/s] then
+    current: Array  # (J,) [A] then
+    held: Array  # (J,) [s] for which that has not changed while the joint slid
     bristles: Array  # (2, J) [-]
     travelled: Array  # (J,) [rad] since they were unknown
     evidence: Evidence  # of what may have befallen the arm in the last seconds

@@ -46,7 +46,7 @@ from urdyn.tracking.streams import Heard, Moment, Stream, assimilated, first
 from urdyn.tracking.temper import tempered, untempered
 from urdyn.tracking.warmth import warmed
 from urdyn.tracking.worn import ASK, ASKED, Worn
-from urdyn.types import Array, Index
+from urdyn.types import Array, Index, Mask
 
 S = TypeVar("S")
 
@@ -62,7 +62,7 @@ GAP = 5.0  # periods without a sample, after which noise has no past
 SURE = 2.0  # [-] variance of an innovation over its noise's: less, and it tells of the noise
 # Times what they were at commissioning: no arm's drive is beyond that, whatever befell it.
 CREDIBLE = {"f": (0.15, 50.0), "alpha": (0.05, 50.0), "z": (0.3, 1.5)}
-OVERLOAD = 3.0  # [-] of the rated torque's current: more, and the sensor is wrong
+HELD, REPEATS = 0.2, 8.0  # [s] and samples for which a current may stay while its joint slides
 
 
 @dataclass(frozen=True, eq=False)
@@ -148,6 +148,8 @@ class Tracker(Generic[S]):
             -np.inf,
             0.0,
             nothing,
+            np.full(J, np.nan),
+            nothing,
             np.zeros((2, J)),
             nothing,
             none_yet(J),
@@ -193,11 +195,13 @@ class Tracker(Generic[S]):
             state = replace(state, colour=noise.interrupted(state.colour))
         passed = min(dt, LONGEST) if np.isfinite(dt) else 0.0
         bristles, travelled = self._moved(state, now, dt)
+        slides = np.abs(now.v) > STANDING
+        held = np.where(now.current == state.current, state.held + passed * slides, 0.0)
         lubricant = warmed(state.lubricant, now.temperature, passed)
         drive, J = self.fit.dynamics.drive, len(now.q)
         mean, rest = self._mean(state.belief), state.rest
         looks = state.colour.count % self._look < 1.0
-        moving = bool((np.abs(now.v) > STANDING).any())
+        moving = bool(slides.any())
         stood, handles = rest.ends(moving), now.t - state.widened < HANDLING
         doubtful = stood and handles
         what, evidence, told_another = self._found(state, now.t, mean, looks, doubtful)
@@ -218,7 +222,7 @@ class Tracker(Generic[S]):
         span = waited if moves else 0.0
         u = self.currents.slice(now, s, passed, about, lubricant, span)
         u = _jumping(u, what) if fresh else replace(u, stood=True) if stood else u
-        y = np.where(self._told(now, travelled), now.current, np.nan)
+        y = np.where(slides & self._told(now, travelled, held), now.current, np.nan)
         slow = mean[self.currents.places["slow"]]
         modelled = self.model.observe(mean, u) - slow
         left = y - modelled
@@ -246,6 +250,8 @@ class Tracker(Generic[S]):
             t=now.t,
             waited=waited - span,
             v=now.v,
+            current=now.current,
+            held=held,
             bristles=bristles,
             travelled=travelled,
             lubricant=lubricant,
@@ -377,11 +383,10 @@ class Tracker(Generic[S]):
         distance = self.fit.dynamics.drive.presliding_distance
         return follow(state.bristles, way, distance), state.travelled + np.abs(way)
 
-    def _told(self, now: Instant, travelled: Array) -> Array:
-        """Joints whose current is possible, and says something: they slide, and for a while."""
-        drive, limit = self.fit.dynamics.drive, self.fit.dynamics.arm.effort_limit
-        possible = np.abs(now.current) < OVERLOAD * limit / drive.gain
-        return np.asarray((travelled > LOOSE) & possible & (np.abs(now.v) > STANDING))
+    def _told(self, now: Instant, travelled: Array, held: Array) -> Mask:
+        """Joints whose current is possible, and changes, and that have moved for a while."""
+        stuck = held > max(HELD, REPEATS * self.period)
+        return np.asarray((travelled > LOOSE) & self.fit.dynamics.possible(now.current) & ~stuck)
 
 
 def _jumping(u: RobotSlice, what: Befallen | None) -> RobotSlice:
