@@ -210,7 +210,7 @@ def test_a_severity_does_not_flicker_at_its_level(
     diagnosis = shop.diagnosis(log)
     k = next(k for k, s in enumerate(diagnosis.slow.of.each) if s.kind.warning == 0.2)
     suspect = diagnosis.slow.of.each[k]
-    change = Change(k, 0.0, -1.0, 1.0, 5.0, 0.99, 9.0, 0.25, 0.01, 0.0, 0.0)
+    change = Change(k, 0.0, (-1.0, 1.0), (-1.0, 1.0), 5.0, 0.99, 9.0, 0.25, 0.01, 0.0, 0.0)
     warned = of_change(change, diagnosis.slow.of, diagnosis.space, diagnosis.rules, [])
     series = {k: [(10.0, size, sd)]}
     (told,) = up_to_date([warned], {k: suspect}, series, diagnosis.space)

@@ -7,7 +7,7 @@ import pytest
 from shop import Shop
 
 from urdyn.diagnose import bank as onsets
-from urdyn.diagnose.explain import Explanation, Suspect, gathered, ratios, suspects
+from urdyn.diagnose.explain import Explanation, Suspect, _began, gathered, ratios, suspects
 from urdyn.diagnose.fault import Fault
 from urdyn.diagnose.judge import _shadow
 from urdyn.diagnose.rules import read_rules
@@ -21,9 +21,9 @@ def test_a_change_that_is_too_small_to_be_told_is_not_told_by_another_name(shop:
         return next(s for s in of.each if s.kind.name == kind and s.joint == joint)
 
     def told(suspect: Suspect, evidence: float, share: float) -> Explanation:
-        size = share * suspect.kind.least * suspect.unit
+        size, span = share * suspect.kind.least * suspect.unit, (0.0, 2.0)
         return Explanation(
-            suspect, 9.0, evidence, "ramp", 1.0, 0.0, 2.0, size, 0.1 * size, 0.0, 0.0, False
+            suspect, 9.0, evidence, "ramp", 1.0, span, span, size, 0.1 * size, 0.0, 0.0, False
         )
 
     friction = told(one("friction_increase", 5), 20.0, 0.97)
@@ -35,6 +35,16 @@ def test_a_change_that_is_too_small_to_be_told_is_not_told_by_another_name(shop:
     grown = told(one("friction_increase", 5), 20.0, 1.1)
     assert not _shadow(health, (grown, health)) and not _shadow(grown, (grown, health))
     assert np.isclose(grown.size, 1.1 * 0.03)
+
+
+def test_a_change_began_as_near_its_first_block_as_no_other_block_was_nearer() -> None:
+    edges, reach = 5.0 * np.arange(7.0), 5.0 * (1.0 - np.sqrt(0.1))  # of 90 % of a hat
+    sure = np.eye(6)
+    assert _began(edges, sure[2]) == pytest.approx((10.0 - reach, 10.0 + reach), abs=0.02)
+    assert _began(edges, sure[0])[0] > 0.0  # nothing began before the first
+    assert _began(edges, sure[5])[1] < 30.0  # nor after the last is over
+    lo, hi = _began(edges, np.full(6, 1.0 / 6.0))
+    assert (lo, hi) == pytest.approx((1.5, 27.5), abs=1.5)
 
 
 def test_a_bank_that_has_just_begun_speaks_against_nothing(shop: Shop) -> None:

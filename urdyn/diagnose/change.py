@@ -26,8 +26,8 @@ class Change:
 
     suspect: int  # among all that is looked for
     onset: float  # [s] likeliest
-    onset_lo: float  # [s] 5 %
-    onset_hi: float  # [s] 95 %
+    shown: tuple[float, float]  # [s] begins of blocks, 5 and 95 % that one is the first to show it
+    began: tuple[float, float]  # [s] 5 and 95 %
     alarm: float  # [s]
     confidence: float  # [-]
     evidence: float  # [nats] beyond the healthy arm

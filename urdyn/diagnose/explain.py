@@ -22,6 +22,7 @@ RATES = (60.0, 600.0, 3600.0, 18000.0)  # [s] in which a ramp makes a change of 
 NOBODY = -1
 ANY = (1.0, 5.0, 25.0)  # of the expected size, that what has just happened may have
 LEAST = 0.1  # [-] of its current that a drive takes at least, however healthy it becomes
+FINE = 0.05  # of a block, to which the time of an onset is told
 SIZES = (1.0, 0.2)  # of the expected size, that a step may have
 
 
@@ -71,8 +72,8 @@ class Explanation:
     evidence: float  # log of the sum over onsets and shapes
     shape: str  # the likeliest
     onset: float  # [s] median
-    onset_lo: float  # [s] 5 %
-    onset_hi: float  # [s] 95 %
+    shown: tuple[float, float]  # [s] begins of blocks, 5 and 95 % that one is the first to show it
+    began: tuple[float, float]  # [s] 5 and 95 %
     size: float  # of the first state now
     size_sd: float
     rate: float  # [1/s]; 0 of a step
@@ -182,8 +183,9 @@ def explanation(bank: Bank, suspect: Suspect) -> Explanation:
     age = bank.t - onset if SHAPES[s] == "ramp" else 1.0
     ramp = s == 1
     lo, middle, hi = (_quantile(bank.onset, by_onset, share) for share in (0.05, 0.5, 0.95))
+    began = _began(np.append(bank.onset, bank.t), by_onset)
     return Explanation(
-        suspect, bank.t, total, SHAPES[s], middle, lo, hi, delta * age, spread * age,
+        suspect, bank.t, total, SHAPES[s], middle, (lo, hi), began, delta * age, spread * age,
         delta if ramp else 0.0, spread if ramp else 0.0, bank.oldest and middle == bank.onset[0],
     )  # fmt: skip
 
@@ -217,6 +219,24 @@ def _cov(bank: Bank, suspect: Suspect, s: int, scale: int, m: int) -> Array:
 
 def _quantile(values: Array, share: Array, level: float) -> float:
     return float(values[min(int(np.searchsorted(np.cumsum(share), level)), len(values) - 1)])
+
+
+def _began(edges: Array, share: Array) -> tuple[float, float]:
+    """When a change began, 5 and 95 %; within a block it looks like one at its nearer end.
+
+    So each block's begin speaks for the time to its neighbours, and for the nearest most.
+
+    Args:
+        edges: begins of blocks, and the end of the last, (m + 1,) [s].
+        share: how likely each is the first to show the change, (m,).
+    """
+    lasting = np.diff(edges)
+    density = np.append(share / (lasting + np.append(0.0, lasting[:-1])), 0.0)
+    t = np.interp(np.arange(0.0, len(lasting) + 0.5 * FINE, FINE), np.arange(len(edges)), edges)
+    of_t = np.interp(t, edges, density)
+    before = np.append(0.0, np.cumsum(0.5 * (of_t[1:] + of_t[:-1]) * np.diff(t)))
+    lo, hi = np.interp([0.05 * before[-1], 0.95 * before[-1]], before, t)
+    return float(lo), float(hi)
 
 
 def instant_evidence(C: Array, d: Array, of: Suspects) -> float:

@@ -19,7 +19,7 @@ class Fault:
     """Which, since when, and how large it looked."""
 
     suspect: int  # among all that is looked for
-    onset_lo: float  # [s]
+    onset_lo: float  # [s] begins of blocks that may be the first to show it
     onset_hi: float  # [s]
     alarm: float  # [s] end of the block that told it
     size: float  # in the unit of the state that measures it
@@ -40,4 +40,4 @@ class Fault:
 
 def known_by(change: Change) -> Fault:
     """What is known of a change that was found."""
-    return Fault(change.suspect, change.onset_lo, change.onset_hi, change.alarm, change.size)
+    return Fault(change.suspect, *change.shown, change.alarm, change.size)

@@ -115,7 +115,7 @@ class Judge:
         more, of_tool = state.bank.x[self.healthy.space.payload], told.suspect.kind.of_tool
         detail = (state.carrying.modes[0].mean + more)[: len(PAYLOAD_STATES)]
         change = Change(
-            k, told.onset, told.onset_lo, told.onset_hi, told.t, share, told.evidence,
+            k, told.onset, told.shown, told.began, told.t, share, told.evidence,
             told.size, told.size_sd, told.rate, told.rate_sd,
             tuple(detail.tolist()) if of_tool else (), rivals, told.older,
         )  # fmt: skip

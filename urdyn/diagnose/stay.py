@@ -53,8 +53,9 @@ class Stay:
         more = float(mode.mean[0] - first.mean[0])
         # Moment by moment a piece seems to be weighed anew; on the same drives it never is.
         sd = float(np.hypot(np.sqrt(mode.cov[0, 0]), self.space.weighing * more))
+        began = carrying.since - 2.0 * MOMENT, carrying.since
         change = Change(
-            k, carrying.since, carrying.since - 2.0 * MOMENT, carrying.since, t, CERTAIN, np.nan,
+            k, carrying.since, began, began, t, CERTAIN, np.nan,
             more, sd, 0.0, 0.0, tuple(mode.mean[: len(PAYLOAD_STATES)].tolist()),
         )  # fmt: skip
         return _first(carrying, stays), change

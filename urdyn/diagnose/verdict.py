@@ -52,7 +52,7 @@ def of_change(change: Change, of: Suspects, space: Space, rules: Rules, trace: S
         joint=_joint(suspect),
         name=name,
         onset_s=onset,
-        onset_interval_s=(change.onset_lo, change.onset_hi),
+        onset_interval_s=change.began,
         alarm_s=change.alarm,
         severity=severity(size, kind.warning, kind.critical),
         confidence=change.confidence * trust(kind.name, rules.named),
