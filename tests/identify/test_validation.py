@@ -122,6 +122,18 @@ def test_rows_that_nobody_measured_count_for_nothing(
         np.testing.assert_allclose(score.floor_percent, alone.floor_percent, rtol=1e-12)
 
 
+def test_a_current_that_no_motor_draws_counts_for_nothing_and_is_told(
+    all_knowing: Fit, noisy: Log
+) -> None:
+    current = noisy.joint("actual_current").copy()
+    current[100:103, 2] = -500.0
+    wild = replace(noisy, channels={**noisy.channels, "actual_current": current})
+    score, sound = validate(all_knowing, wild), validate(all_knowing, noisy)
+    np.testing.assert_allclose(score.rre_percent, sound.rre_percent, rtol=3e-3)
+    assert [*map(str, score.log.defects)] == ["3 x current that no motor draws (left out)"]
+    assert not sound.log.defects
+
+
 def test_a_channel_that_was_not_recorded_has_no_score(all_knowing: Fit, noisy: Log) -> None:
     kept = {name: noisy.channels[name] for name in ("actual_q", "actual_qd", "actual_current")}
     score = validate(all_knowing, Log(noisy.t, kept))

@@ -26,11 +26,11 @@ def test_what_is_lost_repeated_and_set_back_is_told_apart():
     for t in stamps:
         losses = counted(losses, sample(t, np.nan if t == 0.03 else 1.0), last, PERIOD)
         last = t
-    found = told(losses, 0, ("a",), len(stamps))
+    found = told(losses, 0, 2, ("a",), len(stamps))
     assert found == {
         "gaps": 1, "missing": 9, "longest_step_s": pytest.approx(0.1), "repeated": 1,
-        "clock_set_back": 1, "refused": 0, "without_current": [0.0, pytest.approx(1 / 7)],
-        "defects": ["a"],
+        "clock_set_back": 1, "refused": 0, "undrawn": 2,
+        "without_current": [0.0, pytest.approx(1 / 7)], "defects": ["a"],
     }  # fmt: skip
 
 
@@ -41,6 +41,7 @@ def test_a_run_tells_what_its_recording_lacked(workshop, tmp_path):
     channels = {name: x[rows].copy() for name, x in workshop.log.channels.items()}
     channels["actual_current"][100:130, 3] = np.nan
     channels["actual_q"][400, 2] += 1.0  # torn
+    channels["actual_current"][450, 1] = 500.0
     write(replace(workshop.log, t=workshop.log.t[rows], channels=channels), tmp_path / "a.parquet")
     source = open_source(str(tmp_path / "a.parquet"))
     summary = workshop.track(tmp_path / "out", source)
@@ -48,10 +49,10 @@ def test_a_run_tells_what_its_recording_lacked(workshop, tmp_path):
     assert (quality["gaps"], quality["missing"]) == (1, 60)
     assert quality["longest_step_s"] == pytest.approx(0.61)
     assert quality["without_current"][3] == pytest.approx(30 / len(rows))
-    assert quality["refused"] > 0
+    assert quality["refused"] > 0 and quality["undrawn"] == 1
     said = verdict(summary)
     assert "not whole: impossible angles or speeds" in said and "gap (kept)" in said
-    assert "up to 5.6 % missing" in said
+    assert "currents that no motor draws 1;" in said and "up to 5.6 % missing" in said
     whole = verdict(workshop.track(tmp_path / "whole"))
     assert "not whole" not in whole
 

@@ -38,6 +38,8 @@ class Outcome:
 
 def carry_out(campaign: Campaign, told: Told) -> Outcome:
     """Record where the arm is virtual, identify, score."""
+    from urdyn.identify.scoring import undrawn
+
     arm = ud.load_arm(campaign.robot)
     gain = gains(campaign, arm)
     campaign, truth = _recorded(_in_amperes(campaign, arm), arm)
@@ -53,6 +55,11 @@ def carry_out(campaign: Campaign, told: Told) -> Outcome:
     seen = [ud.validate(fit, one.read()) for one in map(_beginning, campaign.logs, bare)]
     held_out = [ud.validate(fit, one.read()) for one in campaign.validate]
     defects = [defect for _, found in logs for defect in found]
+    defects += [
+        f"{motion.source.path}: {defect}"
+        for motion in motions
+        for defect in undrawn(fit.dynamics, motion.current)
+    ]
     defects += [defect for score in held_out for defect in complaints(score.log)]
     return Outcome(fit, (*seen, *held_out), wall, truth, tuple(defects))
 

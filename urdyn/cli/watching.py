@@ -86,6 +86,7 @@ def _lacked(quality: dict[str, Any]) -> str:
         "repeated": f"stamps that came twice {quality['repeated']}",
         "clock_set_back": f"clock set back {quality['clock_set_back']}",
         "refused": f"impossible angles or speeds {quality['refused']}",
+        "undrawn": f"currents that no motor draws {quality['undrawn']}",
     }
     if any(" gap " in defect for defect in quality["defects"]):  # its reader has told
         del counts["gaps"]

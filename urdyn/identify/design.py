@@ -63,7 +63,8 @@ def blocks(point: Dynamics, motion: Motion) -> Iterator[Block]:
 
 def _measured(point: Dynamics, motion: Motion) -> Mask:
     moving = np.isfinite(motion.q + motion.v + motion.a).all(axis=1, keepdims=True)
-    return np.asarray(point.possible(motion.current) & moving)
+    told = np.isfinite(motion.current) & ~point.undrawn(motion.current)
+    return np.asarray(told & moving)
 
 
 @dataclass(frozen=True)

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.signal import butter, sosfiltfilt
 from scipy.stats import t as student
 
 from urdyn.identify.fit import Fit
+from urdyn.model.dynamics import Dynamics
 from urdyn.signal import condition
-from urdyn.types import Array, Log
+from urdyn.types import Array, Defect, Log
 
 FLOOR_BAND = 10.0  # [Hz] above which motion and friction say little: mostly the sensor speaks
 
@@ -34,7 +35,8 @@ class Score:
 
 
 def validate(fit: Fit, log: Log) -> Score:
-    """Score of a fit on a log, on the current as it was measured."""
+    """Score of a fit on a log, on the current as it was measured, where a motor can draw it."""
+    log = _drawn(fit.dynamics, log)
     motion = condition(log)
     predicted = fit.dynamics.current(motion)
     error = motion.current - predicted
@@ -48,6 +50,22 @@ def validate(fit: Fit, log: Log) -> Score:
         floor_percent=100.0 * noise_floor(log.t, motion.current) / _rms(motion.current),
         coverage90=_coverage(fit, error),
     )
+
+
+def undrawn(dynamics: Dynamics, current: Array) -> tuple[Defect, ...]:
+    """What is amiss with currents (N, J) [A] that no motor draws; nothing where there is none."""
+    count = int(np.count_nonzero(dynamics.undrawn(current)))
+    return (Defect("current that no motor draws", count, 0, "left out"),) if count else ()
+
+
+def _drawn(dynamics: Dynamics, log: Log) -> Log:
+    """A log without such currents."""
+    current = log.joint("actual_current")
+    if not (amiss := undrawn(dynamics, current)):
+        return log
+    told = np.where(dynamics.undrawn(current), np.nan, current)
+    channels = {**log.channels, "actual_current": told}
+    return replace(log, channels=channels, defects=(*log.defects, *amiss))
 
 
 def noise_floor(t: Array, current: Array) -> Array:

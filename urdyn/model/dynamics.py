@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
@@ -30,10 +31,13 @@ class Dynamics:
         object.__setattr__(self, "inertials", frozen(self.inertials))
         object.__setattr__(self, "payload", frozen(self.payload))
 
-    def possible(self, current: Array) -> Mask:
-        """Where a motor can draw this current, (..., J) [A]; elsewhere its sensor is wrong."""
-        most = OVERLOAD * self.arm.effort_limit / self.drive.gain
-        return np.asarray(np.abs(current) < most)
+    def undrawn(self, current: Array) -> Mask:
+        """Which of these currents (..., J) [A] no motor draws: the sensor is wrong."""
+        return np.asarray(np.abs(current) > self._most)
+
+    @cached_property
+    def _most(self) -> Array:
+        return np.asarray(OVERLOAD * self.arm.effort_limit / self.drive.gain)
 
     def loaded(self) -> Array:
         """Link inertials with the payload on the last link, (J, 10)."""

@@ -44,11 +44,14 @@ def counted(so_far: Losses, sample: Sample, last: float, period: float) -> Losse
     )
 
 
-def told(losses: Losses, refused: int, defects: Sequence[str], samples: int) -> dict[str, Any]:
+def told(
+    losses: Losses, refused: int, undrawn: int, defects: Sequence[str], samples: int
+) -> dict[str, Any]:
     """In plain numbers, as `urdyn track` prints them.
 
     Args:
         refused: angles and speeds that no arm can have had.
+        undrawn: currents that no motor draws.
         defects: damage that was met while the source was read.
     """
     share = losses.silent / max(samples, 1)
@@ -59,6 +62,7 @@ def told(losses: Losses, refused: int, defects: Sequence[str], samples: int) -> 
         "repeated": int(losses.repeated),
         "clock_set_back": int(losses.back),
         "refused": int(refused),
+        "undrawn": int(undrawn),
         "without_current": share.tolist(),
         "defects": list(defects),
     }

@@ -260,8 +260,8 @@ class _Run(Generic[S]):
 
     def _quality(self, at: Checkpoint[S]) -> dict[str, Any]:
         """What the stream lacked, and how often it was no stream of this arm."""
-        refused = at.state.causal.refused
-        lacked = told_losses(at.losses, refused, self.source.defects, at.index)
+        counts = at.state.causal.refused, at.state.undrawn
+        lacked = told_losses(at.losses, *counts, self.source.defects, at.index)
         return lacked | {"restarts": int(at.state.restarts)}
 
     def _final(self, at: Checkpoint[S]) -> dict[str, Any]:

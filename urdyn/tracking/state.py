@@ -57,6 +57,7 @@ class TrackerState(Generic[S]):
     heard: tuple[Heard[Any], ...]  # of each stream beside the joints' sensors
     carried: Array  # (10,) what is carried, roughly
     rest: Rest = field(default_factory=Rest)  # the last one
+    undrawn: int = 0  # currents that no motor draws, left out
     restarts: int = 0  # with the commissioned arm, where no arm was believed in any more
 
 

@@ -175,6 +175,10 @@ class Tracker(Generic[S]):
             state = replace(state, heard=self._with_more(state.heard, sample))
         if instant is None or not np.isfinite([instant.q, instant.v, instant.a]).all():
             return replace(state, causal=causal), None
+        wrong = self.fit.dynamics.undrawn(instant.current)
+        if wrong.any():
+            instant = replace(instant, current=np.where(wrong, np.nan, instant.current))
+            state = replace(state, undrawn=state.undrawn + int(np.count_nonzero(wrong)))
         if instant.shift.any() and not self._told_of_zeros:  # poses tell of it before
             state = rezeroed(state, self.currents.places["k"], instant.shift)
         state, reading = self._assimilate(state, causal, instant)
@@ -222,7 +226,7 @@ class Tracker(Generic[S]):
         span = waited if moves else 0.0
         u = self.currents.slice(now, s, passed, about, lubricant, span)
         u = _jumping(u, what) if fresh else replace(u, stood=True) if stood else u
-        y = np.where(slides & self._told(now, travelled, held), now.current, np.nan)
+        y = np.where(self._told(now, travelled, held), now.current, np.nan)
         slow = mean[self.currents.places["slow"]]
         modelled = self.model.observe(mean, u) - slow
         left = y - modelled
@@ -384,9 +388,9 @@ class Tracker(Generic[S]):
         return follow(state.bristles, way, distance), state.travelled + np.abs(way)
 
     def _told(self, now: Instant, travelled: Array, held: Array) -> Mask:
-        """Joints whose current is possible, and changes, and that have moved for a while."""
-        stuck = held > max(HELD, REPEATS * self.period)
-        return np.asarray((travelled > LOOSE) & self.fit.dynamics.possible(now.current) & ~stuck)
+        """Joints whose current changes, and that slide and have moved for a while."""
+        stuck, slides = held > max(HELD, REPEATS * self.period), np.abs(now.v) > STANDING
+        return np.asarray((travelled > LOOSE) & slides & ~stuck)
 
 
 def _jumping(u: RobotSlice, what: Befallen | None) -> RobotSlice:
