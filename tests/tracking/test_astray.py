@@ -85,7 +85,8 @@ def test_a_sentence_has_room_for_a_few_changes(count, words):
     said = verdict(
         {
             "samples": 1000, "data_s": 200.0, "rate_hz": 900.0, "payload_changes": changes,
-            "latency_ms": {"p99": 2.0}, "quality": told(no_losses(6), 0, 0, (), 1) | {"restarts": 0},
+            "latency_ms": {"p99": 2.0},
+            "quality": told(no_losses(6), 0, 0, (), 1) | {"restarts": 0},
             "final": {"payload.mass": {"mean": 1.0, "sd": 0.1}},
         }
     )  # fmt: skip
