@@ -21,13 +21,14 @@ WRONGS = {
     "five times as much": lambda current: 5.0 * current,
     "next to nothing": lambda current: 1e-3 * current,
 }
+STUCK = {"nothing": lambda current: 0.0 * current}
 
 
 def other(wrong, k, sample):
     """Sample k, as somebody who has mistaken a column sends it."""
     if not WRONG.start <= k < WRONG.stop:
         return sample
-    return replace(sample, current=WRONGS[wrong](sample.current))
+    return replace(sample, current=(WRONGS | STUCK)[wrong](sample.current))
 
 
 def passed_through(wrong, filter_):
@@ -54,7 +55,12 @@ def test_a_belief_gone_astray_is_begun_anew(wrong):
     assert abs(belief.mean[at["payload"]][0]) < 0.15
 
 
-@pytest.mark.parametrize("wrong", WRONGS)
+def test_sensors_that_are_all_stuck_tell_of_nothing():
+    _, state, _ = passed_through("nothing", EKF())
+    assert state.restarts == 0
+
+
+@pytest.mark.parametrize("wrong", [*WRONGS, *STUCK])
 def test_a_quicker_mode_stays_a_belief_too(wrong):
     passed_through(wrong, Blocks(8))
 

@@ -226,7 +226,7 @@ class Tracker(Generic[S]):
         span = waited if moves else 0.0
         u = self.currents.slice(now, s, passed, about, lubricant, span)
         u = _jumping(u, what) if fresh else replace(u, stood=True) if stood else u
-        y = np.where(self._told(now, travelled, held), now.current, np.nan)
+        y = np.where(slides & self._told(travelled, held), now.current, np.nan)
         slow = mean[self.currents.places["slow"]]
         modelled = self.model.observe(mean, u) - slow
         left = y - modelled
@@ -387,10 +387,9 @@ class Tracker(Generic[S]):
         distance = self.fit.dynamics.drive.presliding_distance
         return follow(state.bristles, way, distance), state.travelled + np.abs(way)
 
-    def _told(self, now: Instant, travelled: Array, held: Array) -> Mask:
-        """Joints whose current changes, and that slide and have moved for a while."""
-        stuck, slides = held > max(HELD, REPEATS * self.period), np.abs(now.v) > STANDING
-        return np.asarray((travelled > LOOSE) & slides & ~stuck)
+    def _told(self, travelled: Array, held: Array) -> Mask:
+        """Joints whose current changes, and that have moved for a while."""
+        return np.asarray((travelled > LOOSE) & (held <= max(HELD, REPEATS * self.period)))
 
 
 def _jumping(u: RobotSlice, what: Befallen | None) -> RobotSlice:
