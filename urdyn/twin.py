@@ -65,6 +65,7 @@ def document(fit: Fit) -> dict[str, Any]:
         "parameter": [dict(zip(keys, row, strict=True)) for row in rows],
         "model": {
             "time_offset": fit.dynamics.drive.time_offset,
+            "friction_lead": fit.dynamics.drive.friction_lead,
             "temperature": fit.dynamics.drive.temperature,
             "terms": [sorted(terms) for terms in fit.terms],
         },
@@ -108,7 +109,8 @@ def _faults(fit: Fit) -> Iterator[str]:
     table = (fit.parameters.values, fit.sd, fit.prior, fit.prior_sd)
     scatter = (noise.sd, noise.scale, noise.dof)
     slow = (noise.slow, noise.keep)
-    numbers = (*table, *scatter, noise.ar, belief.mean, belief.cov, *slow, drive.time_offset)
+    times = drive.time_offset, drive.friction_lead
+    numbers = (*table, *scatter, noise.ar, belief.mean, belief.cov, *slow, *times)
     if not all(np.isfinite(x).all() for x in numbers) or np.isinf(drive.temperature).any():
         yield "a number in it is not finite"
     elif len({x.shape for x in table}) > 1 or len(fit.names) != len(belief.mean):
@@ -170,6 +172,7 @@ def _dynamics(arm: Arm, parameters: Parameters, model: dict[str, Any]) -> Dynami
         temperature=np.array(model["temperature"]),
         health=np.ones(arm.joints),
         time_offset=float(model["time_offset"]),
+        friction_lead=float(model.get("friction_lead", 0.0)),  # older twins have none
     )
     inertials = [about_frame(b[0], np.array(b[1:4]), tensor(np.array(b[4:]))) for b in bodies]
     return Dynamics(arm, np.array(inertials), drive)

@@ -20,7 +20,7 @@ from urdyn.types import Motion
 def point(ur5e: Arm) -> Dynamics:
     """An arm with every term and a payload, whose current leads its motion."""
     drawn = virtual_arm(ur5e, 3, Payload(1.5, np.array([0.01, -0.02, 0.06])), OPTIONAL)
-    return replace(drawn, drive=replace(drawn.drive, time_offset=0.004))
+    return replace(drawn, drive=replace(drawn.drive, time_offset=0.004, friction_lead=0.003))
 
 
 @pytest.fixture(scope="session")

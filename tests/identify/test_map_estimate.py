@@ -58,7 +58,7 @@ def residual(problem: Problem, z: Array) -> Array:
 
 def assembled(unknowns: Unknowns, blocks: list[Compressed], point: Dynamics, z: Array) -> Array:
     """R w - r of every block, w by NumPy."""
-    arm, payloads = dynamics(unknowns, z, 0.0, np.full(6, np.nan))
+    arm, payloads = dynamics(unknowns, z, (0.0, 0.0), np.full(6, np.nan))
     at, drive, rows = point.drive, arm.drive, []
     for block in blocks:
         j = block.joint

@@ -70,6 +70,19 @@ class Trial:
         return self.error(*fields) / self.fit.sd[self.places(*fields)]
 
 
+def test_friction_that_turns_over_early_moves_no_gravity() -> None:
+    """One time for both would lie between, and viscous friction pay for what gravity does then."""
+    arm = virtual_arm(load_arm("ur5e"), 7)
+    arm = replace(arm, drive=replace(arm.drive, friction_lead=0.01))
+    rng = np.random.default_rng(7)
+    log = observe(arm, fourier(arm.arm, 25.0, 100.0, rng), typical_sensors(arm.arm), rng)
+    fit = identify(arm.arm, condition(log), gain=arm.drive.gain)
+    found = fit.dynamics.drive  # to some of the ten milliseconds between rows
+    assert abs(found.time_offset) < 1e-3 and abs(found.friction_lead - 0.01) < 3e-3
+    sd = np.array([fit.spread(f"{joint}.viscous") for joint in arm.arm.joint_names])
+    assert chi2.sf(np.sum(((found.viscous - arm.drive.viscous) / sd) ** 2), 6) > CHANCE
+
+
 @cache
 def trial(robot: str, gain_known: bool, seed: int) -> Trial:
     """Thirty seconds of excitation at 100 Hz."""

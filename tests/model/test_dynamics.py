@@ -22,6 +22,7 @@ def dynamics(ur5e: Arm) -> Dynamics:
     """An arm with every term there is, half worn, whose current leads its motion."""
     drawn = virtual_arm(ur5e, 5, terms=OPTIONAL)
     worn = replace(drawn.drive, health=np.linspace(0.5, 1.0, 6), time_offset=0.006)
+    worn = replace(worn, friction_lead=0.004)
     return replace(drawn, drive=worn, payload=BALL)
 
 
@@ -38,7 +39,7 @@ def assembled(dynamics: Dynamics, motion: Motion) -> Array:
     d, m = dynamics.drive, motion.ahead(dynamics.drive.time_offset)
     bodies = np.vstack([dynamics.inertials[:-1], dynamics.inertials[-1] + dynamics.payload])
     load = dynamics.arm.regressor(m.q, m.v, m.a) @ bodies.ravel()
-    stiff, soft = bristles(m, d.presliding_distance).state
+    stiff, soft = bristles(m, d.presliding_distance, lead=d.friction_lead).state
     s = (1.0 - d.presliding_tail) * stiff + d.presliding_tail * soft
     grip = d.coulomb + d.stribeck * np.exp(-np.abs(m.v) / d.stribeck_velocity)
     friction = (grip + d.structural * np.abs(load)) * s + d.viscous * m.v + d.offset

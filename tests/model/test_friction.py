@@ -112,6 +112,15 @@ def test_nobody_knows_how_far_a_joint_went_in_a_gap() -> None:
     assert (moved[200] == 0.0).all() and (moved[199] != 0.0).all()
 
 
+def test_bristles_turn_over_before_the_joint_by_their_lead() -> None:
+    motion, lead = swinging(), 0.03
+    s = np.sign(bristles(motion, np.full(6, 1e-9), lead=lead).state[0])[10:]
+    v, ahead = np.sign(motion.v)[10:], np.sign(motion.v + lead * motion.a)[10:]
+    turns = np.count_nonzero(np.diff(ahead, axis=0), axis=0)
+    assert (np.count_nonzero(s != ahead, axis=0) <= turns).all()  # a row, where it turns in it
+    assert (np.count_nonzero(s != v, axis=0) > turns).all()  # three
+
+
 def test_soft_bristles_carry_their_share() -> None:
     follow, tail = bristles(swinging(), np.full(6, DISTANCE)), np.array([0, 0.2, 0.4, 0.6, 0.8, 1])
     s = follow.together(tail)

@@ -71,9 +71,11 @@ def test_what_wears_on_within_a_minute_is_no_noise(real: Fit, run: Log, joint: i
     growing = GROWS * np.maximum(run.t - run.t[0] - BEGINS, 0.0)
     tracker, state = tracked(real, worn(run, real.dynamics, joint, growing))
     at, drive = tracker.currents.places, real.dynamics.drive
-    f, was = state.belief.mean[at["f"]], np.log(drive.coulomb)
-    assert f[joint] - was[joint] == pytest.approx(np.log1p(growing[-1]), abs=0.1)
-    others = np.delete(f - was, joint)
+    more, grown = state.belief.mean[at["f"]] - np.log(drive.coulomb), np.log1p(growing[-1])
+    unsure = 2.0 * state.belief.sd[at["f"]][joint]  # viscous friction may have grown, too
+    assert more[joint] == pytest.approx(grown, abs=max(0.1, unsure))
+    assert more[joint] > 0.5 * grown
+    others = np.delete(more, joint)
     assert (np.abs(others) < DIFFER).all()
 
 

@@ -55,7 +55,7 @@ def blocks(point: Dynamics, motion: Motion) -> Iterator[Block]:
             lead = min(row - start, 1)
             part = ahead.slice(row - lead, min(row + BLOCK, stop))
             moved = np.abs(travel(part)).cumsum(axis=0) + travelled
-            follow = bristles(part, distance, memory)
+            follow = bristles(part, distance, memory, point.drive.friction_lead)
             known = _measured(point, part) & (moved > SETTLED * distance)
             yield Block(part.slice(lead), follow.since(lead), known[lead:])
             memory, travelled = follow.end, moved[-1]

@@ -95,14 +95,19 @@ def _compiled(unknowns: Unknowns) -> tuple[Any, Any]:
 
 
 def dynamics(
-    unknowns: Unknowns, z: Array, time_offset: float, temperature: Array
+    unknowns: Unknowns, z: Array, times: tuple[float, float], temperature: Array
 ) -> tuple[Dynamics, tuple[Array, ...]]:
-    """The arm at scores `z`, without payload, and the payloads' inertials, (10,) each."""
+    """The arm at scores `z`, without payload, and the payloads' inertials, (10,) each.
+
+    Args:
+        times: the drives' time offset and friction lead [s].
+    """
     inertials, payloads, drive = (np.array(x) for x in _compiled(unknowns)[0](z))
     values = dict(zip(FIELDS, drive.T, strict=True))
     values["presliding_tail"] = np.clip(values["presliding_tail"], 0.0, MAX_TAIL)
     one = np.ones(unknowns.prior.arm.joints)
-    found = Drive(**values, temperature=temperature, health=one, time_offset=time_offset)
+    values |= {"temperature": temperature, "health": one}
+    found = Drive(**values, time_offset=times[0], friction_lead=times[1])
     arm = Dynamics(unknowns.prior.arm, inertials.T, found)
     return arm, tuple(payloads.T[: len(unknowns.payloads)])
 

@@ -42,6 +42,8 @@ LINEAR = (
 # What shapes those terms; torque is not linear in it.
 SHAPE = ("presliding_distance", "presliding_tail", "stribeck_velocity")
 
+TIMES = ("time_offset", "friction_lead")  # of the whole arm
+
 
 @dataclass(frozen=True)
 class Drive:
@@ -63,10 +65,11 @@ class Drive:
     temperature: Array  # (J,) [°C] at which viscous friction is quoted; NaN: nobody knows
     health: Array  # (J,) [-], z: 1 when new
     time_offset: float = 0.0  # [s] by which current leads the recorded motion
+    friction_lead: float = 0.0  # [s] by which friction turns over before even that
 
     def __post_init__(self) -> None:
         for field in fields(self):
-            if field.name != "time_offset":
+            if field.name not in TIMES:
                 object.__setattr__(self, field.name, frozen(getattr(self, field.name)))
                 assert getattr(self, field.name).shape == self.gain.shape, field.name
 

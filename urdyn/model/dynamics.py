@@ -52,7 +52,8 @@ class Dynamics:
     def presliding(self, motion: Motion) -> Array:
         """Presliding state along a motion, (N, J) [-]; zero where nothing has moved yet."""
         drive = self.drive
-        return bristles(motion, drive.presliding_distance).together(drive.presliding_tail)
+        follow = bristles(motion, drive.presliding_distance, lead=drive.friction_lead)
+        return follow.together(drive.presliding_tail)
 
     def torque(self, motion: Motion, s: Array | None = None) -> Array:
         """Torque that the drives give along a motion, (N, J) [N·m].

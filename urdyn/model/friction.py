@@ -8,6 +8,10 @@ one coefficient:
 `s` in [-1, 1] is the presliding state: the bristles of the contact follow the joint over a distance
 delta before it slides [Dahl1968]_; a second, softer family with a tenfold distance carries the
 share `tail` [AlBender2005]_.
+
+Where a joint turns round, friction in the current does so some milliseconds before the joint:
+controllers compensate the friction of the motion that they ask for. So the bristles follow
+q + lead v, the motion as it is going to be.
 """
 
 from __future__ import annotations
@@ -48,14 +52,17 @@ class Bristles:
         return np.asarray((1.0 - tail) * self.state[0] + tail * self.state[1])
 
 
-def bristles(motion: Motion, distance: Array, start: Array | None = None) -> Bristles:
+def bristles(
+    motion: Motion, distance: Array, start: Array | None = None, lead: float = 0.0
+) -> Bristles:
     """How the bristles of every joint follow an uninterrupted motion.
 
     Args:
         distance: of the stiff family, (J,) [rad].
         start: `end` of the motion before; friction at rest is taken as zero where it is unknown.
+        lead: by which they do so before the motion [s].
     """
-    moved = travel(motion)
+    moved = travel(motion, lead)
     first = np.zeros((2, 2, motion.joints)) if start is None else start
     state, slope = np.empty((2, *moved.shape)), np.empty((2, *moved.shape))
     for family, stretch in enumerate((1.0, TAIL_DISTANCE)):
@@ -73,11 +80,16 @@ def follow(state: Array, travel: Array, distance: Array) -> Array:
     return np.asarray(side + keep * (state - side))
 
 
-def travel(motion: Motion) -> Array:
-    """Displacement since the row before by the trapezoidal rule, (N, J) [rad]; 0 after a gap."""
+def travel(motion: Motion, lead: float = 0.0) -> Array:
+    """Displacement since the row before by the trapezoidal rule, (N, J) [rad]; 0 after a gap.
+
+    Args:
+        lead: of q + lead v [s].
+    """
     v = np.nan_to_num(motion.v)
     before = np.vstack([v[:1], v[:-1]])
-    return np.asarray(0.5 * (v + before) * motion.step[:, None])
+    dt = motion.step[:, None]
+    return np.asarray(0.5 * (v + before) * dt + lead * (v - before) * (dt > 0.0))
 
 
 def hysteresis(travel: Array, distance: float, start: Array) -> tuple[Array, Array]:

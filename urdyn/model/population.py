@@ -98,9 +98,8 @@ class Population:
         }
         values["presliding_tail"] = np.clip(values["presliding_tail"], 0.0, MAX_TAIL)
         fixed = {"temperature": zero + TEMPERATURE, "health": zero + 1.0}
-        return Dynamics(
-            self.arm, self.links(link_scores), Drive(**(fixed | values), time_offset=0.0)
-        )
+        drive = Drive(**(fixed | values), time_offset=0.0, friction_lead=0.0)
+        return Dynamics(self.arm, self.links(link_scores), drive)
 
 
 OPTIONAL = frozenset({"stribeck", "ripple_cos", "ripple_sin", "thermal"})

@@ -8,7 +8,7 @@ import numpy as np
 import plotly.graph_objects as go
 
 from urdyn.identify import Fit, Score
-from urdyn.identify.select import MIN_GAIN
+from urdyn.identify.select import MIN_EVIDENCE
 from urdyn.model.drive import UNITS
 from urdyn.report.canvas import BAND, MEASURED, OURS, SHADE, TRUTH, band, dots, figure, line, shade
 from urdyn.report.comparison import Truth
@@ -50,12 +50,11 @@ def _model(fit: Fit, j: int) -> str:
 
 
 def _why() -> str:
-    odds = round(np.exp(MIN_GAIN), -2)
+    odds = round(np.exp(MIN_EVIDENCE), -1)
     return (
         "Values ± 90 % interval; small: prior, and the share of its variance that the data "
         "removed. Stribeck, gear ripple and thermal terms are in a joint’s model only if they "
-        f"raise the likelihood of data held out of the fit by more than {MIN_GAIN:.0f} nats (odds "
-        f"of {odds:.0f} to one) and by more than its scatter from fold to fold."
+        f"make the data {odds:.0f} times likelier, and predict current that is held out of the fit."
     )
 
 

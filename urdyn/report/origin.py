@@ -106,8 +106,9 @@ def provenance(fit: Fit, command: str, facts: dict[str, str]) -> Html:
         for source in fit.sources
     ]
     told = {"urdyn": __version__, "samples": f"{fit.n_samples:,}"} | facts
-    offset = 1e3 * fit.dynamics.drive.time_offset
-    told["current leads the recorded motion by"] = f"{number(offset)} ms"
+    drive = fit.dynamics.drive
+    told["current leads the recorded motion by"] = f"{number(1e3 * drive.time_offset)} ms"
+    told["friction turns over before that by"] = f"{number(1e3 * drive.friction_lead)} ms"
     return section(
         "Provenance",
         " · ".join(f"{key} {value}" for key, value in told.items()),

@@ -47,7 +47,7 @@ def follow(
         now = course(dynamics, events, t[rows.start - lead : rows.stop])
         motion = replace(trajectory.at(now.t), temperature=now.temperature)
         motion = ringing(motion, now)
-        moved = bristles(motion, drive.presliding_distance, end)
+        moved = bristles(motion, drive.presliding_distance, end, drive.friction_lead)
         end, s = moved.end, moved.together(drive.presliding_tail)
         load = transmitted(dynamics, now, motion)
         torque, flanks = _torque(dynamics, now, motion, load, s, flanks)

@@ -38,6 +38,7 @@ def truth(
         "seed": seed,
         "drive_gain": drive.gain.tolist(),
         "time_offset": drive.time_offset,
+        "friction_lead": drive.friction_lead,
         "noise": _noise(sensors),
         "joints": [_joint(dynamics, j) for j in range(arm.joints)],
         "links": [

@@ -383,9 +383,10 @@ class Tracker(Generic[S]):
         """Bristles and travel after the way since the last instant."""
         if dt > INTERRUPTED:
             return np.zeros_like(state.bristles), np.zeros_like(state.travelled)
-        way = 0.5 * (state.v + now.v) * dt
-        distance = self.fit.dynamics.drive.presliding_distance
-        return follow(state.bristles, way, distance), state.travelled + np.abs(way)
+        drive, way = self.fit.dynamics.drive, 0.5 * (state.v + now.v) * dt
+        ahead = way + drive.friction_lead * (now.v - state.v)
+        bristles = follow(state.bristles, ahead, drive.presliding_distance)
+        return bristles, state.travelled + np.abs(way)
 
     def _told(self, travelled: Array, held: Array) -> Mask:
         """Joints whose current changes, and that have moved for a while."""
