@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -10,10 +11,12 @@ from realarm import Recorded, with_current, worn
 
 from urdyn.diagnose import read_rules
 from urdyn.estimate import EKF
-from urdyn.identify import Fit
-from urdyn.signal import samples
+from urdyn.identify import Fit, identify
+from urdyn.model.arm import Arm
+from urdyn.signal import condition, samples
 from urdyn.tracking import Tracker, TrackerState
 from urdyn.tracking.model import DAY
+from urdyn.tracking.tracker import STANDING
 from urdyn.types import Log
 
 MORE = 0.5  # [-] of friction, since commissioning
@@ -22,6 +25,7 @@ GROWS, BEGINS = 0.01, 12.0  # [1/s] of friction, from that time on [s]
 # [-] What its friction differs by as it is, from that of the day that it was commissioned on, and
 # an interval of it.
 DIFFER = 0.08
+MASS = 2.805  # [kg] bolted to the arm's flange for a run
 
 
 @pytest.fixture(scope="module")
@@ -77,6 +81,36 @@ def test_what_wears_on_within_a_minute_is_no_noise(real: Fit, run: Log, joint: i
     assert more[joint] > 0.5 * grown
     others = np.delete(more, joint)
     assert (np.abs(others) < DIFFER).all()
+
+
+@pytest.mark.parametrize(
+    "commissioned_by", [("ur-20_02_12-40sec_12harm", 500, 4460), ("ur-20_02_10-20sec_7harm",)]
+)
+def test_a_bulky_piece_is_told_of_once_and_weighed(
+    commissioned_by: tuple[Any, ...], ur10e: Arm, run: Log, recorded: Recorded
+) -> None:
+    """A story: the same motion, bare and with 2.805 kg bolted on between.
+
+    The arm stood, so something light might be carried. That it was not light was told after three
+    seconds, but its inertia went on being that of something light, until it was told for another.
+    """
+    fit = identify(ur10e, condition(recorded(*commissioned_by)))
+    tracker, state = tracked(fit, run)
+    at = tracker.currents.places
+    friction, loaded = state.belief.mean[at["f"]], recorded("ur-20_02_19_15harm50secLoad")
+    moves = np.abs(loaded.joint("actual_qd")).max(axis=1) > STANDING
+    later, begins = run.t[-1] + 1.0 - loaded.t[0], loaded.t[np.argmax(moves)]
+    told, weighed = [], []
+    for sample in samples(replace(loaded, t=loaded.t + later)):
+        state, reading = tracker.step(state, sample)
+        since = sample.t - later - begins
+        if reading is not None and reading.widened:
+            told.append(since)
+        if since > 5.0:
+            weighed.append(state.belief.mean[at["payload"]][0] / MASS - 1.0)
+    assert len(told) == 1 and 0.0 < told[0] < 5.0
+    assert abs(weighed[0]) < 0.03 and np.abs(weighed).max() < 0.06
+    assert np.abs(state.belief.mean[at["f"]] - friction).max() < 0.06
 
 
 def test_a_healthy_arm_wears_nothing_from_day_to_day(real: Fit, run: Log) -> None:

@@ -47,7 +47,7 @@ class RobotSlice:
     stray: Array | None = None  # (J,) [A] sd of slow noise; None: there is none
     jolted: Array | None = None  # (J,) [-] 1 where something befell a joint's drive; None: nowhere
     wears: bool = False  # what befell it goes on
-    stood: bool = False  # the arm stood until here, and something light may be carried from here on
+    taken: Array | None = None  # (10,) sd of what may be carried besides; None: nothing
     widen: bool = False  # something else may be carried from here on
     carried: Carried | None = None  # None: what a payload does is exact
 

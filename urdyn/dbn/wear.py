@@ -50,12 +50,12 @@ class Wear:
     warmth: Array  # (p,) [1/√s] beside `own`, where nobody measures how warm joints are
     fading: tuple[Fading, ...]
     jolts: tuple[Jolt, ...]
-    grip: Array  # (p,) sd of what may be taken up, or put down, wherever the arm stood
+    payload: slice
     slow: slice
     memory: float  # [s] of slow noise
 
     def __post_init__(self) -> None:
-        for name in ("own", "push", "lead", "warmth", "grip"):
+        for name in ("own", "push", "lead", "warmth"):
             object.__setattr__(self, name, frozen(getattr(self, name)))
 
     @cached_property
@@ -146,8 +146,8 @@ class Wear:
         diagonal = self._faded * forgotten
         if u.blind:
             diagonal[: len(self.parameters)] += self.warmth**2 * dt
-        if u.stood:
-            diagonal[: len(self.parameters)] += self.grip**2
+        if u.taken is not None:
+            diagonal[self.payload] += u.taken**2
         if u.jolted is not None:
             for jolt, rates in zip(self.jolts, self._rates, strict=True):
                 diagonal[jolt.at] += jolt.sd**2 * u.jolted

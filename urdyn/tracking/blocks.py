@@ -268,7 +268,7 @@ def _moves(u: RobotSlice, wait: Waiting) -> bool:
 
 def _befell(u: RobotSlice) -> bool:
     """Whether something befell the arm here, or may have."""
-    return u.stood or u.widen or u.jolted is not None
+    return u.taken is not None or u.widen or u.jolted is not None
 
 
 def _noise(wait: Waiting) -> Array:

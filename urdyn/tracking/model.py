@@ -48,6 +48,7 @@ PAYLOAD_SD = np.array([3.0, 0.3, 0.3, 0.3, *[0.05] * 6])  # kg, kg m, kg m²: an
 ANYTHING = np.repeat([10.0, 1.0], [4, 6])
 # kg, kg m, kg m²: too light for evidence, and maybe in the gripper since the arm stood last.
 LIGHT = np.array([0.5, 0.05, 0.05, 0.05, *[0.005] * 6])
+BULKY = np.where(np.arange(10) < 4, 0.0, PAYLOAD_SD)  # a piece that turned out not to be light
 # Viscous friction of UR arms falls by 15 to 25 % over the 12 to 20 K of a warm-up.
 KAPPA, KAPPA_SD, KAPPA_F_SD = 0.014, 0.004, 0.002  # [1/K]
 LAG = 300.0  # [s] in which the lubricant's warmth is that of the joint
@@ -167,9 +168,8 @@ def _process(
     sd = np.zeros(p)
     for group, values in straying(fit, drift).items():
         sd[at[group]] = values
-    warmth, grip = np.zeros((2, p))
+    warmth = np.zeros(p)
     warmth[at["alpha"]] = drift.warmth
-    grip[at["payload"]] = LIGHT
     rates = np.zeros((p + len(one), p + len(one)))
     rates[:p, :p] = prior.cov
     rates[p:, p:] = drift.rate_sd**2 * within
@@ -186,7 +186,7 @@ def _process(
             Fading(at["k"], drift.zero_memory, drift.zero),
         ),
         jolts=tuple(Jolt(at[group], sd, sd / QUICKLY) for group, sd in JOLTS.items()),
-        grip=grip,
+        payload=at["payload"],
         slow=at["slow"],
         memory=MEMORY,
     )

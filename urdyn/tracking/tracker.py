@@ -30,7 +30,7 @@ from urdyn.tracking.befallen import (
 )
 from urdyn.tracking.blocks import Blocks
 from urdyn.tracking.handling import HANDLING, Rest, exchanged
-from urdyn.tracking.model import STRIDE, Drift, tracking_model
+from urdyn.tracking.model import BULKY, LIGHT, STRIDE, Drift, tracking_model
 from urdyn.tracking.reading import Reading
 from urdyn.tracking.state import (
     HINDSIGHT,
@@ -222,10 +222,11 @@ class Tracker(Generic[S]):
         s = bristles[0] + drive.presliding_tail * (bristles[1] - bristles[0])
         waited = state.waited + passed
         # Where samples are many, no one of them both looks and moves: each takes its time.
-        moves = fresh or stood or waited >= self._stride * (1 + looks)
+        taken = LIGHT if stood else BULKY if told_another and not anew else None
+        moves = fresh or taken is not None or waited >= self._stride * (1 + looks)
         span = waited if moves else 0.0
         u = self.currents.slice(now, s, passed, about, lubricant, span)
-        u = _jumping(u, what) if fresh else replace(u, stood=True) if stood else u
+        u = _jumping(u, what) if fresh else replace(u, taken=taken)
         y = np.where(slides & self._told(travelled, held), now.current, np.nan)
         slow = mean[self.currents.places["slow"]]
         modelled = self.model.observe(mean, u) - slow
