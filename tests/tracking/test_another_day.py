@@ -83,18 +83,15 @@ def test_what_wears_on_within_a_minute_is_no_noise(real: Fit, run: Log, joint: i
     assert (np.abs(others) < DIFFER).all()
 
 
-@pytest.mark.parametrize(
-    "commissioned_by", [("ur-20_02_12-40sec_12harm", 500, 4460), ("ur-20_02_10-20sec_7harm",)]
-)
 def test_a_bulky_piece_is_told_of_once_and_weighed(
-    commissioned_by: tuple[Any, ...], ur10e: Arm, run: Log, recorded: Recorded
+    ur10e: Arm, run: Log, recorded: Recorded
 ) -> None:
     """A story: the same motion, bare and with 2.805 kg bolted on between.
 
     The arm stood, so something light might be carried. That it was not light was told after three
     seconds, but its inertia went on being that of something light, until it was told for another.
     """
-    fit = identify(ur10e, condition(recorded(*commissioned_by)))
+    fit = identify(ur10e, condition(recorded("ur-20_02_12-40sec_12harm", 500, 4460)))
     tracker, state = tracked(fit, run)
     at = tracker.currents.places
     friction, loaded = state.belief.mean[at["f"]], recorded("ur-20_02_19_15harm50secLoad")
