@@ -71,12 +71,12 @@ def _best(
     The best comes first: warmth that is missing looks like friction that fades with speed.
     """
     out = {index for indices in places.values() for index in indices}
+    likely, predicted = _evidence(systems, out), _held_out(systems, out)
     gains = {}
     for group, indices in places.items():
         less = out - set(indices)
-        likelier = _evidence(systems, less) - _evidence(systems, out)
-        better = _held_out(systems, less) - _held_out(systems, out)
-        gains[group] = better if likelier > MIN_EVIDENCE else -np.inf
+        surely = _evidence(systems, less) - likely > MIN_EVIDENCE
+        gains[group] = _held_out(systems, less) - predicted if surely else -np.inf
     best = max(gains, key=lambda group: gains[group])
     return best, gains[best]
 

@@ -221,8 +221,8 @@ class Tracker(Generic[S]):
         mean = mean if carried is state.carried else about
         s = bristles[0] + drive.presliding_tail * (bristles[1] - bristles[0])
         waited = state.waited + passed
-        # Where samples are many, no one of them both looks and moves: each takes its time.
         taken = LIGHT if stood else BULKY if told_another and not anew else None
+        # Where samples are many, no one of them both looks and moves: each takes its time.
         moves = fresh or taken is not None or waited >= self._stride * (1 + looks)
         span = waited if moves else 0.0
         u = self.currents.slice(now, s, passed, about, lubricant, span)
