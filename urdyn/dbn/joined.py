@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Generic
+from typing import Generic, cast
 
 import numpy as np
 
+from urdyn.dbn.arguments import Arguments
 from urdyn.dbn.process import RandomWalk
-from urdyn.dbn.two_slice import Observation, Process, U_contra, linearised
+from urdyn.dbn.two_slice import Narrow, Observation, Process, U_contra, arguments, linearised
 from urdyn.types import Array, Gaussian, Mask
 
 
@@ -79,6 +80,14 @@ class Joined(Generic[U_contra]):
         """Both at once."""
         seen, H = linearised(self.observation, x[..., : self._width], u)
         return seen, self._widened(H)
+
+    def arguments(self, u: U_contra) -> Arguments | None:
+        """Of the observation: no row depends on any other state."""
+        return arguments(self.observation, u)
+
+    def through(self, z: Array, u: U_contra) -> Array:
+        """Of the observation."""
+        return cast(Narrow[U_contra], self.observation).through(z, u)
 
     def _widened(self, H: Array) -> Array:
         if self._width == len(self.process.names):

@@ -19,6 +19,7 @@ from functools import cached_property
 
 import numpy as np
 
+from urdyn.dbn.arguments import Arguments
 from urdyn.dbn.robot_slice import Carried, RobotSlice, packed
 from urdyn.model.arm import Arm, with_inertials
 from urdyn.model.consistency import log_cholesky, log_cholesky_jacobian
@@ -32,9 +33,15 @@ BODIES = ("k", "m", "payload")  # what moves the rigid-body torque
 POSITIVE = ("f", "alpha", "beta", "rotor", "z", "gain")
 WARMTH = ("kappa", "kappa_f", "lubricant")
 GROUPS = (*BODIES, *POSITIVE, "o", *WARMTH, "slow")
-OWN = (*POSITIVE, "o", "kappa", "lubricant", "slow")  # groups with one state a joint: its current's
 SMEAR = 0.01  # [s] of its jerk, by which an acceleration that was differentiated may be off
 SHOWN = 1e-6  # of the largest singular value: what a direction must do to torque to be tracked
+
+# What a joint's current is a function of. Combinations of states: torque of its own bodies and its
+# offset, the same of `hold` [N·m], and what adds to the current [A]; and, but where it is taken for
+# known what is carried, the torque of that and of `hold` by it. Then states.
+TORQUE, HELD, CURRENT, CARRIED, CARRIED_HELD = range(5)
+STATES = (*POSITIVE, *WARMTH)
+LOGARITHMS, WARM = slice(-len(STATES), -len(WARMTH)), slice(-len(WARMTH), None)
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,13 +50,25 @@ class _Parts:
 
     torque: Array  # of rigid bodies, and what is constant
     held: Array  # that structural damping rides on
-    gain: Array  # [-]
-    warm: Array  # [K]
+    carried: Array  # of `torque`
+    carried_held: Array  # of `held`
     f: Array
     alpha: Array
     beta: Array  # [-]
     rotor: Array
+    gain: Array  # [-]
+    warm: Array  # [K]
     per: Array  # [A/(N·m)]
+
+    @property
+    def friction(self) -> Array:
+        """That depends on states."""
+        return self.f + self.alpha + self.beta * self.held
+
+    @property
+    def driven(self) -> Array:
+        """All of it."""
+        return self.torque + self.friction + self.rotor
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,11 +107,11 @@ class RobotCurrents:
         return mask
 
     @cached_property
-    def _own(self) -> tuple[Index, Index]:
-        """Each joint's current, and where OWN groups have that joint's state, (groups, J) each."""
-        J = self.reference.arm.joints
-        first = np.array([[self.places[name].start] for name in OWN])
-        return np.broadcast_to(np.arange(J), (len(OWN), J)), first + np.arange(J)
+    def _states(self) -> Index:
+        """Which states are arguments of each joint's current, (J, s)."""
+        J, at = self.reference.arm.joints, self.places
+        each = [np.arange(at[name].start, at[name].stop) for name in STATES]
+        return np.stack([np.broadcast_to(states, J) for states in each], axis=1)
 
     @cached_property
     def _arm(self) -> Arm:
@@ -198,24 +217,85 @@ class RobotCurrents:
 
     def observe(self, x: Array, u: RobotSlice) -> Array:
         """Currents, (..., n) -> (..., J) [A]."""
-        return self._currents(x, u, self._parts(x, u))
+        return self.through(self.arguments(u).of(x), u)
 
     def observe_jacobian(self, x: Array, u: RobotSlice) -> Array:
         """Analytic derivative, (..., n) -> (..., J, n)."""
-        return self._slopes(x, u, self._parts(x, u))
+        return self.linearised(x, u)[1]
 
     def linearised(self, x: Array, u: RobotSlice) -> tuple[Array, Array]:
         """Currents and their derivative, which have most of their work in common."""
-        part = self._parts(x, u)
-        return self._currents(x, u, part), self._slopes(x, u, part)
+        arguments = self.arguments(u)
+        z = arguments.of(x)
+        part = self._parts(z, u)
+        return self._currents(z, u, part), arguments.back(self._slopes(z, u, part))
 
-    def _currents(self, x: Array, u: RobotSlice, part: _Parts) -> Array:
-        driven = part.torque + part.f + part.alpha + part.beta * part.held + part.rotor
-        current = driven * part.per + x[..., self.places["slow"]] * u.one
+    def arguments(self, u: RobotSlice) -> Arguments:
+        """TORQUE, HELD, CURRENT, CARRIED, CARRIED_HELD, and STATES of each joint."""
+        at, exact, joints = self.places, u.carried is None, np.arange(len(u.noise))
+        own, payload = slice(0, at["payload"].start), at["payload"]
+        W = np.zeros((len(joints), 5 if exact else 3, len(self.names)))
+        W[:, TORQUE, own], W[:, HELD, own] = u.A[:, own], u.A_hold[:, own]
+        W[joints, TORQUE, joints + at["o"].start] = u.one
+        W[joints, CURRENT, joints + at["slow"].start] = u.one
         if u.carried is not None:
-            besides = x[..., self.places["payload"]] - u.carried.payload
-            current += besides @ u.carried.slope.T
-        return np.asarray(current)
+            W[:, CURRENT, payload] = u.carried.slope
+        else:
+            W[:, CARRIED, payload] = u.A[:, payload]
+            W[:, CARRIED_HELD, payload] = u.A_hold[:, payload]
+        return Arguments(W, self._states)
+
+    def through(self, z: Array, u: RobotSlice) -> Array:
+        """Currents by their arguments, (..., J, d) -> (..., J) [A]."""
+        return self._currents(z, u, self._parts(z, u))
+
+    def _parts(self, z: Array, u: RobotSlice) -> _Parts:
+        positive, warmth = np.exp(z[..., LOGARITHMS]), z[..., WARM]
+        f, alpha, beta, rotor, health, gain = (positive[..., k] for k in range(len(POSITIVE)))
+        kappa, kappa_f, lubricant = (warmth[..., k] for k in range(len(WARMTH)))
+        warm = u.felt * (u.warm + lubricant)
+        if u.carried is None:
+            carried, carried_held = z[..., CARRIED] / gain, z[..., CARRIED_HELD] / gain
+        else:
+            carried, carried_held = u.carried.torque[0] / gain, u.carried.torque[1] / gain
+        return _Parts(
+            torque=u.load + u.rest + z[..., TORQUE] + carried,
+            held=u.hold + z[..., HELD] + carried_held,
+            carried=carried,
+            carried_held=carried_held,
+            f=f * np.exp(-kappa_f * warm) * u.s,
+            alpha=alpha * np.exp(-kappa * warm) * u.v,
+            beta=beta,
+            rotor=rotor * u.a,
+            gain=gain,
+            warm=warm,
+            per=1.0 / (self.reference.drive.gain * health),
+        )
+
+    def _currents(self, z: Array, u: RobotSlice, part: _Parts) -> Array:
+        current = part.driven * part.per + z[..., CURRENT]
+        return np.asarray(current if u.carried is None else current - u.carried.current)
+
+    def _slopes(self, z: Array, u: RobotSlice, part: _Parts) -> Array:
+        """Of `through`, (..., J, d)."""
+        one, exact = np.ones_like(part.per), u.carried is None
+        kappa, kappa_f = z[..., WARM][..., 0], z[..., WARM][..., 1]
+        slopes = [
+            one,
+            part.beta,
+            one / part.per,
+            *([one / part.gain, part.beta / part.gain] if exact else []),
+            part.f,
+            part.alpha,
+            part.beta * part.held,
+            part.rotor,
+            -part.driven,
+            -(part.carried + part.beta * part.carried_held),
+            -part.warm * part.alpha,
+            -part.warm * part.f,
+            -u.felt * (kappa * part.alpha + kappa_f * part.f),
+        ]
+        return np.stack(slopes, axis=-1) * part.per[..., None]
 
     def near(self, u: RobotSlice, x: Array, payload: Array) -> RobotSlice:
         """The slice with currents linear in the payload around this one, (10,), by drives as in x.
@@ -228,75 +308,24 @@ class RobotCurrents:
         """
         at, K = self.places, self.reference.drive.gain
         beta, z, gain = (np.exp(x[at[name]]) for name in ("beta", "z", "gain"))
-        torque = u.A[:, at["payload"]] + beta[:, None] * u.A_hold[:, at["payload"]]
-        return replace(u, carried=Carried(payload, torque / (K * z * gain)[:, None]))
-
-    def _parts(self, x: Array, u: RobotSlice) -> _Parts:
-        at, drive, J = self.places, self.reference.drive, len(u.noise)
-        positive = np.exp(x[..., self._positive])
-        f, alpha, beta, rotor, z, gain = (positive[..., k * J : (k + 1) * J] for k in range(6))
-        warm = u.felt * (u.warm + x[..., at["lubricant"]])
-        return _Parts(
-            torque=u.load + u.rest + self._borne(x, u, u.A, gain) + x[..., at["o"]] * u.one,
-            held=u.hold + self._borne(x, u, u.A_hold, gain),
-            gain=gain,
-            warm=warm,
-            f=f * np.exp(-x[..., at["kappa_f"]] * warm) * u.s,
-            alpha=alpha * np.exp(-x[..., at["kappa"]] * warm) * u.v,
-            beta=beta,
-            rotor=rotor * u.a,
-            per=1.0 / (drive.gain * z),
-        )
+        A, A_hold = u.A[:, at["payload"]], u.A_hold[:, at["payload"]]
+        slope = (A + beta[:, None] * A_hold) / (K * z * gain)[:, None]
+        torque = np.array([A, A_hold]) @ payload
+        return replace(u, carried=Carried(payload, slope, torque, slope @ payload))
 
     def _borne(self, x: Array, u: RobotSlice, A: Array, gain: Array) -> Array:
-        """What k, m and payload add through A (J, c), by drives of these gains (..., J)."""
+        """What k, m and payload add through A (J, c), by drives of these gains, (J,)."""
         at = self.places["payload"]
-        payload, own = self._payload(x, u), slice(0, at.start)
-        # In the order in memory of sigma points, like all that it meets.
-        by_own = np.matmul(x[..., own], A[:, own].T, order="F")
-        return np.asarray(by_own + payload @ A[:, at].T / gain)
-
-    def _payload(self, x: Array, u: RobotSlice) -> Array:
-        """What is carried, (..., 10), as far as it is multiplied by other states."""
-        return x[..., self.places["payload"]] if u.carried is None else u.carried.payload
+        payload = x[at] if u.carried is None else u.carried.payload
+        return np.asarray(A[:, : at.start] @ x[: at.start] + A[:, at] @ payload / gain)
 
     def load(self, x: Array, u: RobotSlice) -> Array:
-        """Rigid-body torque that the gears transmit, (..., n) -> (..., J) [N·m]."""
-        return np.asarray(u.load + self._borne(x, u, u.A, np.exp(x[..., self.places["gain"]])))
+        """Rigid-body torque that the gears transmit, (n,) -> (J,) [N·m]."""
+        return u.load + self._borne(x, u, u.A, np.exp(x[self.places["gain"]]))
 
     def friction(self, x: Array, u: RobotSlice) -> Array:
         """Torque that friction takes, (n,) -> (J,) [N·m]."""
-        part = self._parts(x, u)
-        return np.asarray(part.f + part.alpha + part.beta * part.held + u.rest)
-
-    def _slopes(self, x: Array, u: RobotSlice, part: _Parts) -> Array:
-        at = self.places
-        friction = part.f + part.alpha + part.beta * part.held
-        H = np.zeros((*part.per.shape, len(self.names)))
-        H[..., self.rigid] = part.per[..., None] * (u.A + part.beta[..., None] * u.A_hold)
-        H[..., at["payload"]] /= part.gain[..., None]
-        carried = (H[..., at["payload"]] @ self._payload(x, u)[..., None])[..., 0]  # [A]
-        H[..., at["kappa_f"].start] = -part.warm * part.f * part.per
-        softer = x[..., at["kappa"]] * part.alpha + x[..., at["kappa_f"]] * part.f
-        columns = {
-            "f": part.f,
-            "alpha": part.alpha,
-            "beta": part.beta * part.held,
-            "rotor": part.rotor,
-            "z": -(part.torque + friction + part.rotor),
-            "gain": -carried / part.per,
-            "o": u.one,
-            "kappa": -part.warm * part.alpha,
-            "lubricant": -u.felt * softer,
-            "slow": u.one / part.per,
-        }
-        own = np.empty((*H.shape[:-2], len(OWN), H.shape[-2]))
-        for k, name in enumerate(OWN):
-            own[..., k, :] = columns[name]
-        H[..., *self._own] = own * part.per[..., None, :]
-        if u.carried is not None:
-            H[..., at["payload"]] = u.carried.slope
-        return H
+        return np.asarray(self._parts(self.arguments(u).of(x), u).friction + u.rest)
 
     def observe_cov(self, u: RobotSlice) -> Array:
         """Noise of the currents, and what nobody knows of the motion, (J, J)."""

@@ -23,6 +23,8 @@ class Carried:
 
     payload: Array  # (10,)
     slope: Array  # (J, 10) [A] per unit of payload
+    torque: Array  # (2, J) [N·m] what it does, and what of that structural damping rides on
+    current: Array  # (J,) [A] slope @ payload
 
 
 @dataclass(frozen=True, eq=False)

@@ -15,6 +15,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Protocol, TypeVar
 
+from urdyn.dbn.arguments import Arguments
 from urdyn.types import Array, Gaussian, Mask
 
 
@@ -79,6 +80,16 @@ class Observation(Protocol[U_contra]):
         """Measurement noise R of one slice, (m, m)."""
 
 
+class Narrow(Observation[U_contra], Protocol[U_contra]):
+    """An observation each of whose rows is a function of few arguments."""
+
+    def arguments(self, u: U_contra) -> Arguments | None:
+        """What these are of the states; None: whatever the states are."""
+
+    def through(self, z: Array, u: U_contra) -> Array:
+        """What is observed where they are z, (..., m, d) -> (..., m)."""
+
+
 class TwoSlice(Process[U_contra], Observation[U_contra], Protocol[U_contra]):
     """A whole model: what every filter runs."""
 
@@ -99,3 +110,9 @@ def linearised(model: Observation[U], x: Array, u: U) -> tuple[Array, Array]:
     """`observe` and `observe_jacobian` at x; at once where a model has a shorter way to both."""
     both = getattr(model, "linearised", None)
     return both(x, u) if both else (model.observe(x, u), model.observe_jacobian(x, u))
+
+
+def arguments(model: Observation[U], u: U) -> Arguments | None:
+    """Of a model that is narrow; None where it is not."""
+    of = getattr(model, "arguments", None)
+    return of(u) if of else None

@@ -1,13 +1,14 @@
 """Kalman's two halves on a model linearised where the belief stands.
 
     x⁻ = f(x),  P⁻ = F P Fᵀ + Q
-    S = H P⁻ Hᵀ + R,  K = P⁻ Hᵀ S⁻¹,  x = x⁻ + K r,  P = (1 - K H) P⁻ (1 - K H)ᵀ + K R Kᵀ
+    S = H P⁻ Hᵀ + R = V Vᵀ,  B = V⁻¹ H P⁻,  x = x⁻ + Bᵀ V⁻¹ r,  P = P⁻ - Bᵀ B
 
-The last is Joseph's form [Bucy1968]_, which is a covariance for any gain K; here it is associated
-so that it costs n² m and not n³.
+How H comes about, by derivatives or by sigma points, is the filter's; what follows is the same.
 """
 
 from __future__ import annotations
+
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -16,21 +17,52 @@ from urdyn.estimate.innovation import Innovation, Rows, innovation, measured_row
 from urdyn.types import Array, Gaussian, Mask
 
 
+@dataclass(frozen=True, eq=False)
+class Expected:
+    """What is expected of r rows where a belief in n states is true."""
+
+    y: Array  # (r,)
+    cross: Array  # (r, n) H P, covariance with the states
+    own: Array  # (r, r) H P Hᵀ
+    noise: Array  # (r, r) R, and whatever is not linear
+
+    def of(self, rows: Rows) -> Expected:
+        """Of these rows alone."""
+        if isinstance(rows, slice):
+            return self
+        both = np.ix_(rows, rows)
+        return Expected(self.y[rows], self.cross[rows], self.own[both], self.noise[both])
+
+
 def predict(model: TwoSlice[U], state: Gaussian, u: U) -> Gaussian:
     """The belief about the next slice before it is measured."""
     if model.still:
         return state
-    F = model.transition_jacobian(state.mean, u)
-    cov = carried(F, state.cov) + model.transition_cov(u)
-    return Gaussian(model.transition(state.mean, u), cov)
+    if not model.affine_transition:
+        F = model.transition_jacobian(state.mean, u)
+        cov = carried(F, state.cov) + model.transition_cov(u)
+        return Gaussian(model.transition(state.mean, u), cov)
+    # Affine, it carries a covariance as it carries points: first its rows, then its columns.
+    mean, origin = model.transition(np.array([state.mean, np.zeros_like(state.mean)]), u)
+    rows = model.transition(state.cov, u) - origin
+    cov = model.transition(np.ascontiguousarray(rows.T), u)
+    cov += model.transition_cov(u) - origin
+    return Gaussian(mean, 0.5 * (cov + cov.T))
 
 
 def carried(F: Array, P: Array) -> Array:
-    """F P Fᵀ, (n, n); n² and not n³ where every state moves by itself alone."""
+    """F P Fᵀ, (n, n); n² and not n³ where most states move by themselves alone."""
     own = F.diagonal()
-    if np.count_nonzero(F) == np.count_nonzero(own):
-        return np.asarray(own[:, None] * P * own)
-    return F @ P @ F.T
+    few = np.flatnonzero(np.count_nonzero(F, axis=1) > (own != 0.0))
+    if 2 * len(few) > len(F):
+        return F @ P @ F.T
+    other = F[few]
+    other[np.arange(len(few)), few] = 0.0
+    FP = own[:, None] * P
+    FP[few] += other @ P
+    moved = FP * own
+    moved[:, few] += FP @ other.T
+    return 0.5 * (moved + moved.T)
 
 
 def correct(
@@ -49,14 +81,28 @@ def correct(
     rows, x = measured_rows(y), predicted.mean
     at = x if at is None else at
     seen, H, R = linear_rows(model, at, u, rows)
-    residual = y[rows] - seen - (0.0 if at is x else H @ (x - at))
-    HP = H @ predicted.cov
-    S = HP @ H.T + R
+    cross = H @ predicted.cov
+    seen = seen if at is x else seen + H @ (x - at)
+    return learnt(predicted, Expected(seen, cross, cross @ H.T, R), y, rows, moved)
+
+
+def learnt(
+    predicted: Gaussian, expected: Expected, y: Array, rows: Rows, moved: Mask | None = None
+) -> tuple[Gaussian, Innovation]:
+    """The belief after `rows` of y, (m,), were measured, of which so much was expected.
+
+    States not in `moved` are considered [Schmidt1966]_: what is learnt moves neither their means
+    nor what is known of them.
+    """
+    S = expected.own + expected.noise
     W, log_det = whitening(S)
-    K = HP.T @ (W.T @ W)
+    residual = y[rows] - expected.y
+    B = W @ expected.cross
+    step, known = (W @ residual) @ B, B.T @ B
     if moved is not None:
-        K = np.where(moved[:, None], K, 0.0)
-    posterior = Gaussian(x + K @ residual, joseph(predicted.cov, K, H, HP, R))
+        held = np.where(moved, 0.0, B)
+        step, known = np.where(moved, step, 0.0), known - held.T @ held
+    posterior = Gaussian(predicted.mean + step, predicted.cov - known)
     return posterior, innovation(y, rows, residual, S, W, log_det)
 
 
@@ -67,7 +113,10 @@ def linear_rows(model: TwoSlice[U], x: Array, u: U, rows: Rows) -> tuple[Array, 
 
 
 def joseph(P: Array, K: Array, H: Array, HP: Array, R: Array) -> Array:
-    """Covariance after a gain K, optimal or not, (..., n, n)."""
+    """Covariance after a gain K, optimal or not, (..., n, n): Joseph's form [Bucy1968]_.
+
+    (1 - K H) P (1 - K H)ᵀ + K R Kᵀ, associated so that it costs n² m and not n³.
+    """
     A = P - K @ HP
     A -= (A @ np.swapaxes(H, -1, -2) - K @ R) @ np.swapaxes(K, -1, -2)
     return 0.5 * (A + np.swapaxes(A, -1, -2))

@@ -59,17 +59,11 @@ class SigmaPoints:
         return frozen(self.scale[:, None] * self.unit)
 
     def around(self, mean: Array, root: Array) -> Array:
-        """The points of a Gaussian with P = root rootᵀ, (k, n)."""
+        """The points of Gaussians (..., n) with P = root rootᵀ, (k, ..., n)."""
         if not self._reach:
-            return np.asarray(mean + self.unit @ root.T)
-        n = len(mean)
-        # A state of all points side by side in memory: that is how a model computes with them.
-        points = np.empty((n, 2 * n + 1)).T
-        arms = self._reach * root.T  # a product with multiples of the identity, spared
-        points[0] = mean
-        np.add(mean, arms, out=points[1 : n + 1])
-        np.subtract(mean, arms, out=points[n + 1 :])
-        return points
+            return np.asarray(mean + np.moveaxis(self.unit @ np.swapaxes(root, -1, -2), -2, 0))
+        arms = self._reach * root.transpose(-1, *range(root.ndim - 1))
+        return np.concatenate([mean[None], mean + arms, mean - arms])
 
     def moments(self, values: Array) -> tuple[Array, Array]:
         """Mean (m,) and scaled deviations D (k, m) of a function's values, with cov = DᵀD."""

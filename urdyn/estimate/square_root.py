@@ -1,13 +1,6 @@
 """A Gaussian kept as a square root of its covariance: it cannot lose positive definiteness.
 
-    P = root rootᵀ,    x = mean + root xi with xi ~ N(0, 1)
-
-In the whitened coordinates xi a measurement is y = ȳ + G xi + e, cov(e) = N, S = G Gᵀ + N, and
-
-    mean = mean + root Gᵀ S⁻¹ (y - ȳ)
-    root = root (1 - Gᵀ V⁻ᵀ (V + W)⁻¹ G),    S = V Vᵀ,  N = W Wᵀ
-
-is Andrews' square-root update [Andrews1968]_: exact, n² m, and with no subtraction of covariances.
+P = root rootᵀ,    x = mean + root xi with xi ~ N(0, 1)
 """
 
 from __future__ import annotations
@@ -17,7 +10,6 @@ from functools import cached_property
 
 import numpy as np
 
-from urdyn.estimate.innovation import Innovation, Rows, innovation
 from urdyn.types import Array, Gaussian, frozen
 
 # Rounding of a sum of n products, in units of the diagonal: what a factorisation may be short of.
@@ -87,18 +79,3 @@ def pseudo_inverse(cov: Array) -> Array:
     scale = np.divide(1.0, sd, out=np.zeros_like(sd), where=sd > 0.0)
     both = scale[..., :, None] * scale[..., None, :]
     return np.asarray(both * np.linalg.pinv(cov * both, hermitian=True))
-
-
-def condition(
-    predicted: SquareRoot, G: Array, N: Array, residual: Array, y: Array, rows: Rows
-) -> tuple[SquareRoot, Innovation]:
-    """Belief after measuring `rows` of y: G (r, n) whitened, N (r, r) noise, `residual` (r,)."""
-    S = G @ G.T + N
-    V, W = np.linalg.cholesky(np.array([S, N]))
-    white, both = np.linalg.inv(np.array([V, V + W]))
-    gain = predicted.root @ (white @ G).T  # (n, r) root Gᵀ V⁻ᵀ
-    mean = predicted.mean + gain @ (white @ residual)
-    root = gain @ (both @ G)
-    np.subtract(predicted.root, root, out=root)  # what fits no cache is written once
-    log_det = 2.0 * float(np.log(V.diagonal()).sum())
-    return SquareRoot(mean, root), innovation(y, rows, residual, S, white, log_det)

@@ -1,16 +1,23 @@
-"""The unscented Kalman filter (the paper's Algorithm 1), in square-root form."""
+"""The unscented Kalman filter (the paper's Algorithm 1)."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import cast
 
 import numpy as np
 
-from urdyn.dbn.two_slice import TwoSlice, U
+from urdyn.dbn.arguments import Arguments
+from urdyn.dbn.two_slice import Narrow, TwoSlice, U, arguments
 from urdyn.estimate.innovation import Innovation, measured_rows
+from urdyn.estimate.linearised import Expected, learnt, predict
 from urdyn.estimate.sigma_points import Rule, SigmaPoints, sigma_points
-from urdyn.estimate.square_root import SquareRoot, condition
+from urdyn.estimate.square_root import lower_root
 from urdyn.types import Array, Gaussian
+
+# Relative to its variance, and in units of the argument squared: what tells an argument from others
+# that it follows from, so that points can be drawn of all. Slopes along it are not changed by that.
+APART, TINY = 1e-9, 1e-14
 
 
 @dataclass(frozen=True)
@@ -18,7 +25,8 @@ class UKF:
     """Moments by sigma points [Wan2000]_; drawn anew after the prediction, so that they carry Q.
 
     The paper does not draw anew; then the noise of the slice is missing from the innovation, and
-    the filter is not Kalman's on a linear model.
+    the filter is not Kalman's on a linear model. Where each row of an observation is a function of
+    few combinations of the states, points are drawn of these alone [Greiff2020]_.
     """
 
     rule: Rule = "merwe"
@@ -29,46 +37,64 @@ class UKF:
     beta: float = 2.0  # 2 is right for a Gaussian
     kappa: float = 0.0
 
-    def init(self, model: TwoSlice[U]) -> SquareRoot:
+    def init(self, model: TwoSlice[U]) -> Gaussian:
         """The model's prior."""
-        return SquareRoot.of(model.prior.mean, model.prior.cov)
+        return model.prior
 
     def step(
-        self, model: TwoSlice[U], state: SquareRoot, u: U, y: Array
-    ) -> tuple[SquareRoot, Innovation]:
+        self, model: TwoSlice[U], state: Gaussian, u: U, y: Array
+    ) -> tuple[Gaussian, Innovation]:
         """Predict over u.dt, then learn from the finite rows of y, (m,)."""
-        points = self._points(len(state.mean))
-        if model.still:
-            return assimilate(model, points, state, u, y)
-        if model.affine_transition:  # the moments of any points are exact: arms alone will do
-            mean, origin = model.transition(np.array([state.mean, 0.0 * state.mean]), u)
-            D = model.transition(state.root.T, u) - origin
-        else:
-            mean, D = points.moments(model.transition(points.around(state.mean, state.root), u))
-        cov = D.T @ D
-        cov += model.transition_cov(u)
-        predicted = SquareRoot.of(mean, cov)
-        return assimilate(model, points, predicted, u, y)
+        predicted, rows = self._predicted(model, state, u), measured_rows(y)
+        of = arguments(model, u)
+        expected = (
+            wide(model, self._points(len(state.mean)), predicted, u)
+            if of is None
+            else narrow(cast(Narrow[U], model), of, self._points(of.count), predicted, u)
+        )
+        return learnt(predicted, expected.of(rows), y, rows)
 
-    def belief(self, state: SquareRoot) -> Gaussian:
-        """Mean and covariance."""
-        return state.gaussian
+    def belief(self, state: Gaussian) -> Gaussian:
+        """The state itself."""
+        return state
+
+    def _predicted(self, model: TwoSlice[U], state: Gaussian, u: U) -> Gaussian:
+        if model.affine_transition:  # the moments of any points are exact
+            return predict(model, state, u)
+        points = self._points(len(state.mean))
+        moved = model.transition(points.around(state.mean, lower_root(state.cov)), u)
+        mean, D = points.moments(moved)
+        return Gaussian(mean, D.T @ D + model.transition_cov(u))
 
     def _points(self, n: int) -> SigmaPoints:
         alpha = min(1.0, np.sqrt(3.0 / (n + self.kappa))) if self.alpha is None else self.alpha
         return sigma_points(n, self.rule, alpha, self.beta, self.kappa)
 
 
-def assimilate(
-    model: TwoSlice[U], points: SigmaPoints, predicted: SquareRoot, u: U, y: Array
-) -> tuple[SquareRoot, Innovation]:
-    """The belief after the slice is measured, by statistical linearisation.
+def wide(model: TwoSlice[U], points: SigmaPoints, predicted: Gaussian, u: U) -> Expected:
+    """What is expected of all rows, by statistical linearisation in all n states.
 
     y = ȳ + G xi + e with the standard scores xi: what the regression leaves, the model's curvature,
     is noise, N = cov(e) = R + (left over)².
     """
-    rows = measured_rows(y)
-    seen = model.observe(points.around(predicted.mean, predicted.root), u)[:, rows]
-    mean, G, left = points.linearised(seen)
-    N = left + model.observe_cov(u)[rows][:, rows]
-    return condition(predicted, G, N, y[rows] - mean, y, rows)
+    root = lower_root(predicted.cov)
+    mean, G, left = points.linearised(model.observe(points.around(predicted.mean, root), u))
+    return Expected(mean, G @ root.T, G @ G.T, model.observe_cov(u) + left)
+
+
+def narrow(
+    model: Narrow[U], of: Arguments, points: SigmaPoints, predicted: Gaussian, u: U
+) -> Expected:
+    """The same row by row, each in its own arguments: what it leaves is its own as well."""
+    across = of.across(predicted.cov)
+    cov = of.within(across)
+    m, d = len(cov), of.count
+    variance = cov.reshape(m, -1)[:, :: d + 1]
+    variance += APART * variance + TINY
+    root = np.asarray(np.linalg.cholesky(cov))
+    z = points.around(of.of(predicted.mean), root)
+    mean, G, left = points.linearised(model.through(z, u))
+    slope = np.asarray(np.linalg.solve(root.swapaxes(1, 2), G[..., None])[..., 0])
+    cross, H = (slope[:, None] @ across)[:, 0], of.back(slope)
+    noise = model.observe_cov(u) + np.diag(left.diagonal())
+    return Expected(mean, cross, cross[:, : H.shape[1]] @ H.T, noise)

@@ -22,10 +22,10 @@ import numpy as np
 
 from urdyn.dbn.two_slice import TwoSlice, U, linearised
 from urdyn.estimate.innovation import Innovation, measured_rows
-from urdyn.estimate.linearised import predict
+from urdyn.estimate.linearised import learnt, predict
 from urdyn.estimate.sigma_points import Rule, SigmaPoints, sigma_points
 from urdyn.estimate.square_root import SquareRoot
-from urdyn.estimate.ukf import assimilate
+from urdyn.estimate.ukf import wide
 from urdyn.types import Array, Gaussian
 
 
@@ -49,7 +49,9 @@ class Variational:
         points = sigma_points(len(state.mean), self.rule, 1.0, 2.0, 0.0)
         moved = predict(model, state.gaussian, u)
         predicted = SquareRoot.of(moved.mean, moved.cov)
-        q, surprise = assimilate(model, points, predicted, u, y)
+        rows = measured_rows(y)
+        first, surprise = learnt(moved, wide(model, points, moved, u).of(rows), y, rows)
+        q = SquareRoot.of(first.mean, first.cov)
         likelihood = Likelihood(model, u, y, points)
         for _ in range(self.iterations):
             before, q = q, self._descend(likelihood, predicted, q)

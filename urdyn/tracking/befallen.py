@@ -66,6 +66,24 @@ class Evidence:
         object.__setattr__(self, "wear", frozen(self.wear))
 
 
+@dataclass(frozen=True, eq=False)
+class Suspects:
+    """How large what may befall an arm is: products of its signatures' sd, and 1 of e."""
+
+    at_once: Array  # (1 + 2 J, 8, 8) of a payload, of each drive, and of both
+    wear: Array  # (J, 4, 4) of each drive
+
+    @classmethod
+    def of(cls, drive: Drive) -> Suspects:
+        """Of an arm with these drives."""
+        one = np.ones_like(drive.gain)
+        size = {"f": drive.coulomb, "alpha": drive.viscous, "z": one}
+        jolts = np.stack([*(jolt * size[group] for group, jolt in JOLTS.items()), one], axis=1)
+        sd = np.concatenate([np.tile(PAYLOAD_SD[PAYLOAD], (len(one), 1)), jolts], axis=1)
+        at_once = np.concatenate([sd[:1] * OF_PAYLOAD, sd * OF_DRIVE, sd])
+        return cls(*(of[:, :, None] * of[:, None, :] for of in (at_once, jolts)))
+
+
 def none_yet(joints: int) -> Evidence:
     """Nothing has been gathered."""
     return Evidence(np.zeros((2, joints, 8, 8)), np.zeros((joints, 4, 4)), nothing_yet(joints, 3))
@@ -114,13 +132,13 @@ class Befallen:
         return self.payload is not None or bool(self.drives.any())
 
 
-def befallen(evidence: Evidence, drive: Drive, before: Array) -> tuple[Befallen, Evidence]:
+def befallen(evidence: Evidence, suspects: Suspects, before: Array) -> tuple[Befallen, Evidence]:
     """What befell the arm that carried a payload (10,) `before`; and the evidence of it.
 
     Nothing, until something was sure and half of its odds have lasted; then all that is likely, for
     the next seconds tell which. What speaks for noise is not kept.
     """
-    odds, J = log_odds(evidence, drive), len(drive.gain)
+    odds, J = log_odds(evidence, suspects), len(suspects.wear)
     of = odds.max(axis=1).argmax()
     surest, top = odds[of], float(odds[of].max())
     borne_out = top > 0.5 * evidence.highest > 0.0
@@ -136,9 +154,9 @@ def befallen(evidence: Evidence, drive: Drive, before: Array) -> tuple[Befallen,
     return Befallen(carried, drives), evidence
 
 
-def wearing(evidence: Evidence, drive: Drive) -> Mask:
+def wearing(evidence: Evidence, suspects: Suspects) -> Mask:
     """The drive that surely wears, if one does; others may, once it is known, (J,)."""
-    odds = _log_odds(evidence.wear, _jolts(drive))
+    odds = _log_odds(evidence.wear, suspects.wear)
     return np.asarray((odds > WORN) & (odds == odds.max()))
 
 
@@ -165,29 +183,20 @@ def told_from(before: Array, now: Array, sd: Array) -> Array:
     return np.where(none, 0.0, np.where(same, before, now))
 
 
-def log_odds(evidence: Evidence, drive: Drive) -> Array:
+def log_odds(evidence: Evidence, suspects: Suspects) -> Array:
     """How much likelier than noise each is, by each sum: (2, 1 + 2 J), payload, drives, and both.
 
     A payload moves every joint's current, and each drive could be blamed for its own; that both
     befall an arm within seconds is rare, and takes evidence that neither explains.
     """
-    sums, J = evidence.sums, len(drive.gain)
+    sums, J = evidence.sums, len(suspects.wear)
     sums = np.where(COMMON, sums.sum(axis=1, keepdims=True), sums)
-    sd = np.concatenate([np.tile(PAYLOAD_SD[PAYLOAD], (J, 1)), _jolts(drive)], axis=1)
-    of = np.concatenate([sd[:1] * OF_PAYLOAD, sd * OF_DRIVE, sd])
-    odds = _log_odds(np.concatenate([sums[:, :1], sums, sums], axis=1), of)
+    odds = _log_odds(np.concatenate([sums[:, :1], sums, sums], axis=1), suspects.at_once)
     return np.asarray(odds - np.repeat([0.0, RARE, BOTH], [1, J, J]))
 
 
-def _jolts(drive: Drive) -> Array:
-    """sd of what befalls a drive, of each of its signatures; 1 of e, (J, 4)."""
-    size = {"f": drive.coulomb, "alpha": drive.viscous, "z": np.ones_like(drive.gain)}
-    one = np.ones_like(drive.gain)
-    return np.stack([*(jolt * size[group] for group, jolt in JOLTS.items()), one], axis=1)
-
-
-def _log_odds(sums: Array, sd: Array) -> Array:
-    """Of signatures and e, (..., k, n + 1, n + 1), whose parameters have these sd, (k, n + 1).
+def _log_odds(sums: Array, scale: Array) -> Array:
+    """Of signatures and e, (..., k, n + 1, n + 1), whose parameters' sd have these products.
 
     With S the signatures' part and s the products with e, a Cholesky factor L of
 
@@ -195,6 +204,6 @@ def _log_odds(sums: Array, sd: Array) -> Array:
 
     in units of P's roots has all of it: its last row is what e says of the parameters.
     """
-    L = np.linalg.cholesky(sums * sd[:, :, None] * sd[:, None, :] + np.eye(sd.shape[1]))
+    L = np.linalg.cholesky(sums * scale + np.eye(scale.shape[-1]))
     lost = np.log(np.diagonal(L, axis1=-2, axis2=-1)[..., :-1]).sum(axis=-1)
     return np.asarray(0.5 * (L[..., -1, :-1] ** 2).sum(axis=-1) - lost)

@@ -24,6 +24,7 @@ from urdyn.dbn.robot_slice import RobotSlice
 from urdyn.dbn.two_slice import TwoSlice, linearised
 from urdyn.estimate import Innovation
 from urdyn.estimate.innovation import LOG_2PI, innovation, whitening
+from urdyn.estimate.linearised import carried
 from urdyn.tracking.model import STRIDE
 from urdyn.types import Array, Gaussian, Index, Mask
 
@@ -181,7 +182,7 @@ def _bodies_learnt(
     if _moves(u, wait):
         passed, block, still = replace(u, span=still), (at[:, None], at), 0.0
         F = model.transition_jacobian(state.mean, passed)[block]
-        P = _carried(F, P) + model.transition_cov(passed)[block]
+        P = carried(F, P) + model.transition_cov(passed)[block]
     Hb, other = wait.H.take(at, axis=1), _by_drives(state, wait)
     HP, noise = Hb @ P, _noise(wait)
     S = HP @ Hb.T
@@ -192,19 +193,6 @@ def _bodies_learnt(
     mean[at] += gain @ wait.residual
     done, unsure = wait.done(own, calm, longest, still), (own + other) / noise
     return replace(state, mean=mean, bodies=P - gain @ HP, for_bodies=done, unsure=unsure)
-
-
-def _carried(F: Array, P: Array) -> Array:
-    """F P Fᵀ, (b, b), where most states move by themselves alone."""
-    own = F.diagonal()
-    few = np.flatnonzero(np.count_nonzero(F, axis=1) > 1)
-    other = F[few].copy()
-    other[range(len(few)), few] = 0.0
-    FP = own[:, None] * P
-    FP[few] += other @ P
-    moved = FP * own
-    moved[:, few] += FP @ other.T
-    return np.asarray(0.5 * (moved + moved.T))
 
 
 def _heard(state: BlockBelief, u: News, y: Array) -> tuple[BlockBelief, Innovation]:

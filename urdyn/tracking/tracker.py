@@ -21,6 +21,7 @@ from urdyn.tracking import colour as noise
 from urdyn.tracking.befallen import (
     Befallen,
     Evidence,
+    Suspects,
     befallen,
     gathered,
     none_yet,
@@ -106,6 +107,11 @@ class Tracker(Generic[S]):
     def _worn(self) -> Worn:
         """What they are asked."""
         return Worn.of(self.model.prior, self.currents.places)
+
+    @cached_property
+    def _suspects(self) -> Suspects:
+        """What may befall the arm."""
+        return Suspects.of(self.fit.dynamics.drive)
 
     @cached_property
     def currents(self) -> RobotCurrents:
@@ -283,8 +289,8 @@ class Tracker(Generic[S]):
         """What befell the arm, the evidence that is left, and whether it is told now."""
         what, evidence, told = None, state.evidence, False
         if looks:
-            drive, at = self.fit.dynamics.drive, self.currents.places["payload"]
-            what, evidence = befallen(evidence, drive, mean[at])
+            payload = mean[self.currents.places["payload"]]
+            what, evidence = befallen(evidence, self._suspects, payload)
             told = what.anything and t - state.befell > PATIENCE
             what = what if told else None
         if what is None and not doubtful:
@@ -305,7 +311,7 @@ class Tracker(Generic[S]):
         unsettled = state.evidence.highest or t - state.befell < PATIENCE
         if unsettled or np.isfinite(state.rest.left) or state.colour.count % self._ask >= 1.0:
             return None
-        wears = wearing(state.evidence, self.fit.dynamics.drive)
+        wears = wearing(state.evidence, self._suspects)
         if wears.any():
             return Befallen(None, wears, wears=True)
         asked = state.asked > 0.0
