@@ -84,8 +84,10 @@ def test_two_drives_at_once_are_followed():
 WEARS, SECONDS = 10.0, 60.0  # [s]
 
 
-@pytest.mark.parametrize("mode", MODES)
-@pytest.mark.parametrize(("joint", "name"), [(0, "shoulder_pan"), (2, "elbow")])
+@pytest.mark.parametrize(
+    ("joint", "name", "mode"),
+    [(0, "shoulder_pan", "full"), *((2, "elbow", mode) for mode in MODES)],
+)
 def test_friction_that_grows_within_a_minute_is_followed(joint, name, mode):
     """Fifty times what a healthy arm strays in a second: the drive, and how fast it goes on."""
     filter_, _ = MODES[mode]
