@@ -38,7 +38,7 @@ class Outcome:
 
 def carry_out(campaign: Campaign, told: Told) -> Outcome:
     """Record where the arm is virtual, identify, score."""
-    from urdyn.identify.scoring import undrawn
+    from urdyn.identify.scoring import amiss_in
 
     arm = ud.load_arm(campaign.robot)
     gain = gains(campaign, arm)
@@ -58,7 +58,7 @@ def carry_out(campaign: Campaign, told: Told) -> Outcome:
     defects += [
         f"{motion.source.path}: {defect}"
         for motion in motions
-        for defect in undrawn(fit.dynamics, motion.current)
+        for defect in amiss_in(fit.dynamics, motion.current)
     ]
     defects += [defect for score in held_out for defect in complaints(score.log)]
     return Outcome(fit, (*seen, *held_out), wall, truth, tuple(defects))

@@ -52,7 +52,7 @@ def validate(fit: Fit, log: Log) -> Score:
     )
 
 
-def undrawn(dynamics: Dynamics, current: Array) -> tuple[Defect, ...]:
+def amiss_in(dynamics: Dynamics, current: Array) -> tuple[Defect, ...]:
     """What is amiss with currents (N, J) [A] that no motor draws; nothing where there is none."""
     count = int(np.count_nonzero(dynamics.undrawn(current)))
     return (Defect("current that no motor draws", count, 0, "left out"),) if count else ()
@@ -61,7 +61,7 @@ def undrawn(dynamics: Dynamics, current: Array) -> tuple[Defect, ...]:
 def _drawn(dynamics: Dynamics, log: Log) -> Log:
     """A log without such currents."""
     current = log.joint("actual_current")
-    if not (amiss := undrawn(dynamics, current)):
+    if not (amiss := amiss_in(dynamics, current)):
         return log
     told = np.where(dynamics.undrawn(current), np.nan, current)
     channels = {**log.channels, "actual_current": told}

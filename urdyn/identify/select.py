@@ -71,12 +71,13 @@ def _best(
     The best comes first: warmth that is missing looks like friction that fades with speed.
     """
     out = {index for indices in places.values() for index in indices}
-    likely, predicted = _evidence(systems, out), _held_out(systems, out)
+    bare = _without(systems, out)
+    likely, predicted = _evidence(bare), _held_out(bare)
     gains = {}
     for group, indices in places.items():
-        less = out - set(indices)
-        surely = _evidence(systems, less) - likely > MIN_EVIDENCE
-        gains[group] = _held_out(systems, less) - predicted if surely else -np.inf
+        more = _without(systems, out - set(indices))
+        surely = _evidence(more) - likely > MIN_EVIDENCE
+        gains[group] = _held_out(more) - predicted if surely else -np.inf
     best = max(gains, key=lambda group: gains[group])
     return best, gains[best]
 
@@ -97,21 +98,25 @@ def _linear(
     return np.vstack(rows), np.concatenate(targets)
 
 
-def _held_out(systems: list[tuple[Array, Array]], out: set[int]) -> float:
-    """Log-likelihood of every fold under the fit to the others, without the scores in `out`."""
+def _without(systems: list[tuple[Array, Array]], out: set[int]) -> list[tuple[Array, Array]]:
+    """The systems of a model that lacks the scores in `out`."""
     keep = np.setdiff1d(np.arange(systems[0][0].shape[1]), list(out))
-    normal = [(A[:, keep].T @ A[:, keep], A[:, keep].T @ b) for A, b in systems]
-    H, g = sum(n[0] for n in normal) + np.eye(len(keep)), sum(n[1] for n in normal)
+    return [(A[:, keep], b) for A, b in systems]
+
+
+def _held_out(systems: list[tuple[Array, Array]]) -> float:
+    """Log-likelihood of every fold under the fit to the others."""
+    normal = [(A.T @ A, A.T @ b) for A, b in systems]
+    H, g = sum(n[0] for n in normal) + np.eye(len(normal[0][1])), sum(n[1] for n in normal)
     total = 0.0
     for (A, b), (Hk, gk) in zip(systems, normal, strict=True):
         z = np.linalg.solve(H - Hk, g - gk)
-        total -= 0.5 * float(np.sum((A[:, keep] @ z - b) ** 2))
+        total -= 0.5 * float(np.sum((A @ z - b) ** 2))
     return total
 
 
-def _evidence(systems: list[tuple[Array, Array]], out: set[int]) -> float:
-    """Log-likelihood of all folds, whatever the scores, without those in `out`; to a constant."""
-    keep = np.setdiff1d(np.arange(systems[0][0].shape[1]), list(out))
+def _evidence(systems: list[tuple[Array, Array]]) -> float:
+    """Log-likelihood of all folds, whatever the scores; to a constant."""
     A, b = (np.concatenate(part) for part in zip(*systems, strict=True))
-    H, g = A[:, keep].T @ A[:, keep] + np.eye(len(keep)), A[:, keep].T @ b
+    H, g = A.T @ A + np.eye(A.shape[1]), A.T @ b
     return float(0.5 * g @ np.linalg.solve(H, g) - 0.5 * np.linalg.slogdet(H)[1])
