@@ -36,9 +36,9 @@ GROUPS = (*BODIES, *POSITIVE, "o", *WARMTH, "slow")
 SMEAR = 0.01  # [s] of its jerk, by which an acceleration that was differentiated may be off
 SHOWN = 1e-6  # of the largest singular value: what a direction must do to torque to be tracked
 
-# What a joint's current is a function of. Combinations of states: torque of its own bodies and its
-# offset, the same of `hold` [N·m], and what adds to the current [A]; and, but where it is taken for
-# known what is carried, the torque of that and of `hold` by it. Then states.
+# Arguments of a joint's current. First combinations of states: torque of the arm's own bodies and of
+# what is constant, the same of `hold` [N·m], what adds to the current itself [A]; and the first two
+# of what is carried, where that is not taken for known. Then states.
 TORQUE, HELD, CURRENT, CARRIED, CARRIED_HELD = range(5)
 STATES = (*POSITIVE, *WARMTH)
 LOGARITHMS, WARM = slice(-len(STATES), -len(WARMTH)), slice(-len(WARMTH), None)

@@ -46,11 +46,11 @@ class UKF:
     ) -> tuple[Gaussian, Innovation]:
         """Predict over u.dt, then learn from the finite rows of y, (m,)."""
         predicted, rows = self._predicted(model, state, u), measured_rows(y)
-        of = arguments(model, u)
+        few = arguments(model, u)
         expected = (
             wide(model, self._points(len(state.mean)), predicted, u)
-            if of is None
-            else narrow(cast(Narrow[U], model), of, self._points(of.count), predicted, u)
+            if few is None
+            else narrow(cast(Narrow[U], model), few, self._points(few.count), predicted, u)
         )
         return learnt(predicted, expected.of(rows), y, rows)
 
@@ -83,18 +83,18 @@ def wide(model: TwoSlice[U], points: SigmaPoints, predicted: Gaussian, u: U) -> 
 
 
 def narrow(
-    model: Narrow[U], of: Arguments, points: SigmaPoints, predicted: Gaussian, u: U
+    model: Narrow[U], few: Arguments, points: SigmaPoints, predicted: Gaussian, u: U
 ) -> Expected:
     """The same row by row, each in its own arguments: what it leaves is its own as well."""
-    across = of.across(predicted.cov)
-    cov = of.within(across)
-    m, d = len(cov), of.count
+    across = few.across(predicted.cov)
+    cov = few.within(across)
+    m, d = len(cov), few.count
     variance = cov.reshape(m, -1)[:, :: d + 1]
     variance += APART * variance + TINY
     root = np.asarray(np.linalg.cholesky(cov))
-    z = points.around(of.of(predicted.mean), root)
+    z = points.around(few.of(predicted.mean), root)
     mean, G, left = points.linearised(model.through(z, u))
     slope = np.asarray(np.linalg.solve(root.swapaxes(1, 2), G[..., None])[..., 0])
-    cross, H = (slope[:, None] @ across)[:, 0], of.back(slope)
+    cross, H = (slope[:, None] @ across)[:, 0], few.back(slope)
     noise = model.observe_cov(u) + np.diag(left.diagonal())
     return Expected(mean, cross, cross[:, : H.shape[1]] @ H.T, noise)
