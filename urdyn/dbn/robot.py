@@ -36,7 +36,7 @@ GROUPS = (*BODIES, *POSITIVE, "o", *WARMTH, "slow")
 SMEAR = 0.01  # [s] of its jerk, by which an acceleration that was differentiated may be off
 SHOWN = 1e-6  # of the largest singular value: what a direction must do to torque to be tracked
 
-# Arguments of a joint's current. First combinations of states: torque of the arm's own bodies and of
+# Arguments of a joint's current. First combinations of states: torque of the arm's bodies and of
 # what is constant, the same of `hold` [N·m], what adds to the current itself [A]; and the first two
 # of what is carried, where that is not taken for known. Then states.
 TORQUE, HELD, CURRENT, CARRIED, CARRIED_HELD = range(5)
