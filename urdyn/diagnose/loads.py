@@ -99,7 +99,7 @@ class Loads:
         """
         mode, *path = carrying.path
         modes, whole = list(carrying.modes), {carrying.was, mode, *path[:1]} == {mode}
-        if mode and ripe.end > modes[mode].seen:  # what it was born of has been learnt from
+        if mode:
             told = carried.nearest(ripe.told, modes[mode].mean)
             modes[mode] = carried.learnt(told, carried.spread(modes[mode]), ripe.end)
         pool = self.beside.unladen(ripe, modes[mode], not mode) if whole else None
