@@ -76,6 +76,7 @@ class Onlooker:
         whose = dict(identity) | {"rules": rules}
         task = Task(self.fit, self.period, self.rules, folder, index, whose, self.source)
         self._helper = self._helper or begin_diagnosis(self.fit)
+        self._helper.await_ready()
         self._helper.send(words_frame(task.plain()))
         while index and not self._begun:  # can what was kept be gone on from?
             self._listen()

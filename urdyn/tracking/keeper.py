@@ -46,6 +46,7 @@ class Keeper(Generic[S]):
         self._scribe = scribe
         form = {"names": of.names, "units": of.units, "joints": of.currents.reference.arm.joints}
         told = {"folder": str(folder.absolute()), "identity": dict(identity), **form}
+        self._scribe.await_ready()
         self._scribe.send(words_frame(told))
 
     def take(self, row: Array) -> None:

@@ -124,10 +124,11 @@ def run(
         with ExitStack() as ends:
             if source.live:
                 ends.enter_context(_at_pace())
+            scribe = ends.enter_context(closing(writer or begin_scribe()))
             if observer:
                 ends.enter_context(closing(observer))
                 observer.begin(out, begun.index, identity)
-            keeper: Keeper[S] = Keeper(out, of, identity, observer, writer or begin_scribe())
+            keeper: Keeper[S] = Keeper(out, of, identity, observer, scribe)
             ends.enter_context(closing(keeper))
             this = _Run(tracker, source, out, of, keeper, identity, watch, observer)
             return this.to_the_end(begun)
