@@ -10,6 +10,7 @@ import pytest
 from urdyn.dbn import Joined, RandomWalk, Tick
 from urdyn.dbn.arguments import Arguments
 from urdyn.estimate import UKF
+from urdyn.estimate.square_root import SquareRoot
 from urdyn.estimate.ukf import narrow, wide
 from urdyn.types import Array, Gaussian
 
@@ -76,7 +77,7 @@ def test_moments_are_the_gaussian_s(products: Products, belief: Gaussian) -> Non
     scale = np.abs(grown) * (1.0 + np.abs(b))
     assert (np.abs(found.y - mean) < SD**4 * scale).all()
     assert (np.abs(found.cross - cross) < 0.1 * SD**4 * scale[:, None]).all()
-    by_all = wide(model, UKF()._points(N), belief, U)
+    by_all = wide(model, UKF()._points(N), SquareRoot.of(belief.mean, belief.cov), U)
     assert (np.abs(found.y - by_all.y) < SD**4 * scale).all()
     assert (np.abs(found.cross - by_all.cross) < 0.1 * SD**4 * scale[:, None]).all()
 

@@ -14,7 +14,7 @@ from urdyn.simulate.work import pick_and_place
 from urdyn.tracking import Tracker
 from urdyn.tracking.befallen import (
     TOLD,
-    Suspects,
+    Sizes,
     befallen,
     none_yet,
     of_drives,
@@ -66,7 +66,7 @@ def test_a_payload_is_blamed_on_no_drive(arm, seed, mass):
     rng, shapes = np.random.default_rng([seed, 1]), signatures(seed, arm.drive)
     weight = shapes.payload @ [mass, 0.0, 0.0, 0.08 * mass]
     e = weight * (1.0 + 0.1 * rng.standard_normal(J)) + rng.standard_normal((LASTING, J))
-    what, _ = befallen(told(shapes, e), Suspects.of(arm.drive), np.zeros(10))
+    what, _ = befallen(told(shapes, e), Sizes.of(arm.drive), np.zeros(10))
     assert what.payload is not None and not what.drives.any()
     # A tenth off in every joint's weight; centred, so that the mass is no further off than that.
     assert abs(what.payload[0] - mass) < 0.1 * mass + 0.3
@@ -79,7 +79,7 @@ def test_a_drive_is_blamed_alone(arm, joint, size):
     scale = np.stack([arm.drive.coulomb, arm.drive.viscous, np.ones(J)], axis=-1)[joint]
     e = rng.standard_normal((LASTING, J))
     e[:, joint] += 3.0 * shapes.drives[:, joint] @ (size * scale)
-    what, _ = befallen(told(shapes, e), Suspects.of(arm.drive), np.zeros(10))
+    what, _ = befallen(told(shapes, e), Sizes.of(arm.drive), np.zeros(10))
     assert what.payload is None and np.flatnonzero(what.drives).tolist() == [joint]
 
 
@@ -91,12 +91,10 @@ def test_a_drive_that_wears_is_told_by_a_longer_time(arm, joint, share):
     e = rng.standard_normal((LASTING, J))
     e[:, joint] += share * shapes.drives[:, joint, 0] * arm.drive.coulomb[joint]
     evidence = told(shapes, e)
-    what, _ = befallen(evidence, Suspects.of(arm.drive), np.zeros(10))
+    what, _ = befallen(evidence, Sizes.of(arm.drive), np.zeros(10))
     assert not what.drives.any()
     longer = replace(of_drives(evidence), wear=3.0 * evidence.wear)
-    assert np.flatnonzero(wearing(longer, Suspects.of(arm.drive))).tolist() == [joint] * (
-        share > 0.0
-    )
+    assert np.flatnonzero(wearing(longer, Sizes.of(arm.drive))).tolist() == [joint] * (share > 0.0)
 
 
 @pytest.mark.parametrize("seed", range(20))
@@ -104,7 +102,7 @@ def test_noise_is_nothing_and_is_forgotten(arm, seed):
     shapes = signatures(seed, arm.drive)
     e = np.random.default_rng([seed, 3]).standard_normal((LASTING, J))
     evidence = told(shapes, e)
-    what, left = befallen(evidence, Suspects.of(arm.drive), np.zeros(10))
+    what, left = befallen(evidence, Sizes.of(arm.drive), np.zeros(10))
     assert not what.anything
     np.testing.assert_array_equal(left.sums[0], evidence.sums[0])
     assert not left.sums[1].any()
@@ -117,14 +115,14 @@ def test_what_is_put_down_leaves_nothing(arm, seed):
     before = np.r_[8.0, 0.1, -0.1, 0.6, np.zeros(6)]
     e = rng.standard_normal((LASTING, J)) - shapes.payload @ before[:4]
     evidence = told(shapes, e)
-    what, _ = befallen(evidence, Suspects.of(arm.drive), before)
+    what, _ = befallen(evidence, Sizes.of(arm.drive), before)
     assert what.payload is not None and not what.drives.any()
     # Each of four is told from nothing where it is 3 sd from it: by chance, once in a hundred arms.
     assert not what.payload.any()
 
 
 def test_no_evidence_is_none(arm):
-    what, _ = befallen(none_yet(J), Suspects.of(arm.drive), np.zeros(10))
+    what, _ = befallen(none_yet(J), Sizes.of(arm.drive), np.zeros(10))
     assert not what.anything
 
 

@@ -65,7 +65,7 @@ class _Parts:
         """That depends on states."""
         return self.f + self.alpha + self.beta * self.held
 
-    @property
+    @cached_property
     def driven(self) -> Array:
         """All of it."""
         return self.torque + self.friction + self.rotor
@@ -279,7 +279,8 @@ class RobotCurrents:
     def _slopes(self, z: Array, u: RobotSlice, part: _Parts) -> Array:
         """Of `through`, (..., J, d)."""
         one, exact = np.ones_like(part.per), u.carried is None
-        kappa, kappa_f = z[..., WARM][..., 0], z[..., WARM][..., 1]
+        warmth = z[..., WARM]
+        kappa, kappa_f = warmth[..., 0], warmth[..., 1]
         slopes = [
             one,
             part.beta,

@@ -12,7 +12,7 @@ from urdyn.dbn.two_slice import Narrow, TwoSlice, U, arguments
 from urdyn.estimate.innovation import Innovation, measured_rows
 from urdyn.estimate.linearised import Expected, learnt, predict
 from urdyn.estimate.sigma_points import Rule, SigmaPoints, sigma_points
-from urdyn.estimate.square_root import lower_root
+from urdyn.estimate.square_root import SquareRoot, lower_root
 from urdyn.types import Array, Gaussian
 
 # Relative to its variance, and in units of the argument squared: what tells an argument from others
@@ -46,13 +46,7 @@ class UKF:
     ) -> tuple[Gaussian, Innovation]:
         """Predict over u.dt, then learn from the finite rows of y, (m,)."""
         predicted, rows = self._predicted(model, state, u), measured_rows(y)
-        few = arguments(model, u)
-        expected = (
-            wide(model, self._points(len(state.mean)), predicted, u)
-            if few is None
-            else narrow(cast(Narrow[U], model), few, self._points(few.count), predicted, u)
-        )
-        return learnt(predicted, expected.of(rows), y, rows)
+        return learnt(predicted, self._expected(model, predicted, u).of(rows), y, rows)
 
     def belief(self, state: Gaussian) -> Gaussian:
         """The state itself."""
@@ -66,20 +60,27 @@ class UKF:
         mean, D = points.moments(moved)
         return Gaussian(mean, D.T @ D + model.transition_cov(u))
 
+    def _expected(self, model: TwoSlice[U], predicted: Gaussian, u: U) -> Expected:
+        few = arguments(model, u)
+        if few is not None:
+            return narrow(cast(Narrow[U], model), few, self._points(few.count), predicted, u)
+        root = SquareRoot.of(predicted.mean, predicted.cov)
+        return wide(model, self._points(len(root.mean)), root, u)
+
     def _points(self, n: int) -> SigmaPoints:
         alpha = min(1.0, np.sqrt(3.0 / (n + self.kappa))) if self.alpha is None else self.alpha
         return sigma_points(n, self.rule, alpha, self.beta, self.kappa)
 
 
-def wide(model: TwoSlice[U], points: SigmaPoints, predicted: Gaussian, u: U) -> Expected:
+def wide(model: TwoSlice[U], points: SigmaPoints, predicted: SquareRoot, u: U) -> Expected:
     """What is expected of all rows, by statistical linearisation in all n states.
 
     y = ȳ + G xi + e with the standard scores xi: what the regression leaves, the model's curvature,
     is noise, N = cov(e) = R + (left over)².
     """
-    root = lower_root(predicted.cov)
-    mean, G, left = points.linearised(model.observe(points.around(predicted.mean, root), u))
-    return Expected(mean, G @ root.T, G @ G.T, model.observe_cov(u) + left)
+    x = points.around(predicted.mean, predicted.root)
+    mean, G, left = points.linearised(model.observe(x, u))
+    return Expected(mean, G @ predicted.root.T, G @ G.T, model.observe_cov(u) + left)
 
 
 def narrow(

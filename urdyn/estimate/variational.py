@@ -50,7 +50,7 @@ class Variational:
         moved = predict(model, state.gaussian, u)
         predicted = SquareRoot.of(moved.mean, moved.cov)
         rows = measured_rows(y)
-        first, surprise = learnt(moved, wide(model, points, moved, u).of(rows), y, rows)
+        first, surprise = learnt(moved, wide(model, points, predicted, u).of(rows), y, rows)
         q = SquareRoot.of(first.mean, first.cov)
         likelihood = Likelihood(model, u, y, points)
         for _ in range(self.iterations):

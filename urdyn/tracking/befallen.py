@@ -67,14 +67,14 @@ class Evidence:
 
 
 @dataclass(frozen=True, eq=False)
-class Suspects:
+class Sizes:
     """How large what may befall an arm is: products of its signatures' sd, and 1 of e."""
 
     at_once: Array  # (1 + 2 J, 8, 8) of a payload, of each drive, and of both
     wear: Array  # (J, 4, 4) of each drive
 
     @classmethod
-    def of(cls, drive: Drive) -> Suspects:
+    def of(cls, drive: Drive) -> Sizes:
         """Of an arm with these drives."""
         one = np.ones_like(drive.gain)
         size = {"f": drive.coulomb, "alpha": drive.viscous, "z": one}
@@ -132,13 +132,13 @@ class Befallen:
         return self.payload is not None or bool(self.drives.any())
 
 
-def befallen(evidence: Evidence, suspects: Suspects, before: Array) -> tuple[Befallen, Evidence]:
+def befallen(evidence: Evidence, sizes: Sizes, before: Array) -> tuple[Befallen, Evidence]:
     """What befell the arm that carried a payload (10,) `before`; and the evidence of it.
 
     Nothing, until something was sure and half of its odds have lasted; then all that is likely, for
     the next seconds tell which. What speaks for noise is not kept.
     """
-    odds, J = log_odds(evidence, suspects), len(suspects.wear)
+    odds, J = log_odds(evidence, sizes), len(sizes.wear)
     of = odds.max(axis=1).argmax()
     surest, top = odds[of], float(odds[of].max())
     borne_out = top > 0.5 * evidence.highest > 0.0
@@ -154,9 +154,9 @@ def befallen(evidence: Evidence, suspects: Suspects, before: Array) -> tuple[Bef
     return Befallen(carried, drives), evidence
 
 
-def wearing(evidence: Evidence, suspects: Suspects) -> Mask:
+def wearing(evidence: Evidence, sizes: Sizes) -> Mask:
     """The drive that surely wears, if one does; others may, once it is known, (J,)."""
-    odds = _log_odds(evidence.wear, suspects.wear)
+    odds = _log_odds(evidence.wear, sizes.wear)
     return np.asarray((odds > WORN) & (odds == odds.max()))
 
 
@@ -183,15 +183,15 @@ def told_from(before: Array, now: Array, sd: Array) -> Array:
     return np.where(none, 0.0, np.where(same, before, now))
 
 
-def log_odds(evidence: Evidence, suspects: Suspects) -> Array:
+def log_odds(evidence: Evidence, sizes: Sizes) -> Array:
     """How much likelier than noise each is, by each sum: (2, 1 + 2 J), payload, drives, and both.
 
     A payload moves every joint's current, and each drive could be blamed for its own; that both
     befall an arm within seconds is rare, and takes evidence that neither explains.
     """
-    sums, J = evidence.sums, len(suspects.wear)
+    sums, J = evidence.sums, len(sizes.wear)
     sums = np.where(COMMON, sums.sum(axis=1, keepdims=True), sums)
-    odds = _log_odds(np.concatenate([sums[:, :1], sums, sums], axis=1), suspects.at_once)
+    odds = _log_odds(np.concatenate([sums[:, :1], sums, sums], axis=1), sizes.at_once)
     return np.asarray(odds - np.repeat([0.0, RARE, BOTH], [1, J, J]))
 
 

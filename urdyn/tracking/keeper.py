@@ -37,7 +37,7 @@ class Keeper(Generic[S]):
         observer: Observer | None,
         scribe: Helper,
     ) -> None:
-        """`scribe` is ended with `close`."""
+        """`scribe` is ended by whoever began it; by then what was handed over is written."""
         self._observer = observer
         self._asked: Checkpoint[S] | None = None  # waits for the onlooker
         self._fresh = False  # there are rows that are in no part
@@ -89,10 +89,6 @@ class Keeper(Generic[S]):
         while self._changes is None:
             self._hear(self._scribe.listen())
         return self._changes
-
-    def close(self) -> None:
-        """No more, however the run has ended; what was handed over is written."""
-        self._scribe.close()
 
     def _hear(self, heard: list[Words | Array]) -> None:
         for words in map(words_of, heard):

@@ -129,7 +129,6 @@ def run(
                 ends.enter_context(closing(observer))
                 observer.begin(out, begun.index, identity)
             keeper: Keeper[S] = Keeper(out, of, identity, observer, scribe)
-            ends.enter_context(closing(keeper))
             this = _Run(tracker, source, out, of, keeper, identity, watch, observer)
             return this.to_the_end(begun)
 

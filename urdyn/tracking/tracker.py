@@ -21,7 +21,7 @@ from urdyn.tracking import colour as noise
 from urdyn.tracking.befallen import (
     Befallen,
     Evidence,
-    Suspects,
+    Sizes,
     befallen,
     gathered,
     none_yet,
@@ -109,9 +109,9 @@ class Tracker(Generic[S]):
         return Worn.of(self.model.prior, self.currents.places)
 
     @cached_property
-    def _suspects(self) -> Suspects:
-        """What may befall the arm."""
-        return Suspects.of(self.fit.dynamics.drive)
+    def _sizes(self) -> Sizes:
+        """How large what may befall the arm is."""
+        return Sizes.of(self.fit.dynamics.drive)
 
     @cached_property
     def currents(self) -> RobotCurrents:
@@ -290,7 +290,7 @@ class Tracker(Generic[S]):
         what, evidence, told = None, state.evidence, False
         if looks:
             payload = mean[self.currents.places["payload"]]
-            what, evidence = befallen(evidence, self._suspects, payload)
+            what, evidence = befallen(evidence, self._sizes, payload)
             told = what.anything and t - state.befell > PATIENCE
             what = what if told else None
         if what is None and not doubtful:
@@ -311,7 +311,7 @@ class Tracker(Generic[S]):
         unsettled = state.evidence.highest or t - state.befell < PATIENCE
         if unsettled or np.isfinite(state.rest.left) or state.colour.count % self._ask >= 1.0:
             return None
-        wears = wearing(state.evidence, self._suspects)
+        wears = wearing(state.evidence, self._sizes)
         if wears.any():
             return Befallen(None, wears, wears=True)
         asked = state.asked > 0.0
