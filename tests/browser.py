@@ -19,6 +19,7 @@ FLAGS = (
     "--headless=new", "--no-sandbox", "--disable-gpu", "--use-angle=swiftshader",
     "--enable-unsafe-swiftshader", "--disable-background-networking", "--disable-dev-shm-usage",
     "--hide-scrollbars", "--no-first-run", "--remote-debugging-pipe",
+    "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1",  # a page needs nobody else
 )  # fmt: skip
 DEADLINE = 60.0  # [s] for one answer
 DRAWN = """document.querySelector(".plot") === null
@@ -61,15 +62,15 @@ class Browser:
         for domain in ("Page", "Runtime", "Log"):
             self.ask(f"{domain}.enable")
 
-    def open(self, path: Path, width: int = 1280, scheme: str = "light") -> float:
-        """Load a page and wait until all of it is drawn; after how long it could be read [s]."""
+    def open(self, page: Path | str, width: int = 1280, scheme: str = "light") -> float:
+        """Load a page, wait until all of it is drawn; after how long it could be read [s]."""
         size = {"width": width, "height": 900, "deviceScaleFactor": 1, "mobile": False}
         self.ask("Emulation.setDeviceMetricsOverride", **size)
         features = [{"name": "prefers-color-scheme", "value": scheme}]
         self.ask("Emulation.setEmulatedMedia", media="screen", features=features)
         self.complaints.clear()
         started = time.perf_counter()
-        self.ask("Page.navigate", url=path.as_uri())
+        self.ask("Page.navigate", url=page if isinstance(page, str) else page.as_uri())
         self._until("Page.loadEventFired")
         took = time.perf_counter() - started
         while self.evaluate(DRAWN) is False:
