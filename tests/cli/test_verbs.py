@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import hashlib
+import html
 import json
 import math
+import re
+import shlex
 from pathlib import Path
 
 import numpy as np
@@ -70,6 +73,16 @@ def test_a_twin_predicts_another_motion_of_its_arm(story: Story, tmp_path: Path)
     # 90 % of 1200 samples: two thirds of a percent is one standard deviation, for white noise.
     assert np.all(np.abs(np.subtract(score["coverage90"], 0.9)) < 0.05)
     assert (page / "report.html").stat().st_size > 1e5
+
+
+def test_the_command_on_a_page_makes_it_again(story: Story, tmp_path: Path) -> None:
+    page = tmp_path / "a page" / "report.html"
+    urdyn("validate", story.out / "twin.toml", story.log, "--rows=100:700", "--out", page.parent)
+    before = page.read_text()
+    told = re.search(r"To reproduce:</p>\s*<pre><code>(.*?)</code>", before)
+    page.unlink()
+    urdyn(*shlex.split(html.unescape(told.group(1)))[1:])
+    assert page.read_text() == before
 
 
 def test_a_slice_is_scored_by_its_rows(story: Story) -> None:

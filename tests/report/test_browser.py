@@ -44,7 +44,9 @@ def tracked(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(scope="module")
 def identified_page(case, tmp_path_factory: pytest.TempPathFactory) -> Path:
     page = tmp_path_factory.mktemp("identified") / "report.html"
-    page.write_text(identify_page(case.fit, case.scores, 2.5, case.truth), encoding="utf-8")
+    page.write_text(
+        identify_page(case.fit, case.scores, "urdyn", 2.5, case.truth), encoding="utf-8"
+    )
     return page
 
 

@@ -50,7 +50,7 @@ def found(ur5e: Arm) -> Calibration:
 
 
 def test_the_page_fetches_nothing_and_escapes_what_files_say(found: Calibration) -> None:
-    page = calibrate_page(found, calibrated(found, 1.0))
+    page = calibrate_page(found, calibrated(found, 1.0), "urdyn")
     read = _Sources()
     read.feed(page)
     assert read.fetched == []
@@ -63,7 +63,7 @@ def test_the_page_fetches_nothing_and_escapes_what_files_say(found: Calibration)
 def test_a_score_has_a_page_too(found: Calibration, ur5e: Arm, tmp_path) -> None:  # type: ignore[no-untyped-def]
     poses = replace(found.poses, source=Source("other.csv", "1" * 64))
     score = evaluate(ur5e, poses, Recorded(found.geometric.placement, None))
-    page = evaluate_page(score, evaluated(score, 1.0), tmp_path)
+    page = evaluate_page(score, evaluated(score, 1.0), tmp_path, "urdyn")
     assert "base and tool fitted anew" in page
     assert "1" * 64 in page
 

@@ -15,13 +15,14 @@ from urdyn.types import Source
 PLOT = re.compile(
     r'<div class="plot".*?</div>\s*<script type="application/json">(.*?)</script>', re.S
 )
+COMMAND = "urdyn identify run.csv --robot ur5e --out twin"
 LIBRARY = re.compile(r"<script>.*?</script>", re.S)
 HOSTILE = "</script><script>alert('x')</script><img src=x onerror=alert(1)>.csv"
 
 
 @pytest.fixture(scope="module")
 def page(case) -> str:
-    return identify_page(case.fit, case.scores, 2.5, case.truth)
+    return identify_page(case.fit, case.scores, COMMAND, 2.5, case.truth)
 
 
 def markup(page: str) -> str:
@@ -31,7 +32,7 @@ def markup(page: str) -> str:
 
 @pytest.fixture(scope="module", params=["identify", "validate"])
 def either(request, case, page) -> str:
-    return page if request.param == "identify" else validate_page(case.fit, case.scores)
+    return page if request.param == "identify" else validate_page(case.fit, case.scores, COMMAND)
 
 
 def test_a_page_asks_nothing_of_the_network(either):
@@ -58,8 +59,8 @@ def test_a_hostile_log_name_is_text(case):
     log = replace(case.seen.log, source=Source(HOSTILE, "", None))
     hostile = replace(case.seen, log=log)
     fit = replace(case.fit, sources=(log.source,))
-    shown = identify_page(fit, [hostile], 1.0)
-    harmless = identify_page(case.fit, [case.seen], 1.0)
+    shown = identify_page(fit, [hostile], f"urdyn identify '{HOSTILE}'", 1.0)
+    harmless = identify_page(case.fit, [case.seen], COMMAND, 1.0)
     assert shown.count("<script") == harmless.count("<script")
     assert "<img" not in markup(shown)
 
@@ -73,22 +74,22 @@ def test_the_headline_rests_on_what_was_held_out(case, page):
 
 
 def test_a_page_of_training_data_says_so(case):
-    shown = validate_page(case.fit, [case.seen])
+    shown = validate_page(case.fit, [case.seen], COMMAND)
     assert "has not seen" not in shown
     assert "seen in training" in shown
 
 
 def test_a_page_names_joints_hashes_and_the_command(page):
-    for words in ("shoulder pan", "ab" * 32, "--robot ur5e --rows 0:1500", "held out", "of 84"):
+    for words in ("shoulder pan", "ab" * 32, COMMAND, "held out", "of 84"):
         assert words in page
     assert "shoulder_pan" not in markup(page)
 
 
 def test_the_same_fit_gives_the_same_page(case, page):
-    assert identify_page(case.fit, case.scores, 2.5, case.truth) == page
+    assert identify_page(case.fit, case.scores, COMMAND, 2.5, case.truth) == page
 
 
 def test_a_page_without_scores_still_tells_of_friction_and_mass(case):
-    shown = identify_page(case.fit, [], 1.0)
+    shown = identify_page(case.fit, [], COMMAND, 1.0)
     assert "No log was scored" in shown
     assert len(PLOT.findall(shown)) == 8

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import shlex
+import sys
 from collections.abc import Sequence
 from dataclasses import replace
 from itertools import zip_longest
@@ -14,6 +16,11 @@ from urdyn.cli.campaign import Campaign, read_campaign
 from urdyn.cli.recording import Recording, numbers_of, slice_of
 
 T = TypeVar("T", Campaign, Recording)
+
+
+def typed() -> str:
+    """The command line as it was typed, which makes its results again."""
+    return shlex.join(["urdyn", *sys.argv[1:]])
 
 
 def asked(logs: Sequence[Path], robot: str | None, out: Path | None) -> Campaign:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 import urdyn as ud
+from urdyn.cli.asked import typed
 from urdyn.cli.options import Columns, Json, Quiet, Rows
 from urdyn.cli.recording import slice_of
 from urdyn.cli.voice import Voice
@@ -102,7 +103,7 @@ def _calibrate(arm: Arm, poses: Poses, out: Path, suggest: int | None, voice: Vo
         found = calibrate(arm, poses, told)
         summary = calibrated(found, time.perf_counter() - begin)
         told("writing", 0.95)
-        save(found, calibrate_page(found, summary), out)
+        save(found, calibrate_page(found, summary, typed()), out)
     voice.note(*(f"{poses.source.path}: {defect}" for defect in poses.defects))
     voice.show(calibrate_table(found), *calibrate_words(found, summary))
     written = [*FILES]
@@ -135,7 +136,8 @@ def _evaluate(arm: Arm, poses: Poses, folder: Path, out: Path | None, voice: Voi
     voice.show(evaluate_table(found))
     if out is not None:
         out.mkdir(parents=True, exist_ok=True)
-        write_text(out / "report.html", evaluate_page(found, summary, folder))
+        page = evaluate_page(found, summary, folder, typed())
+        write_text(out / "report.html", page)
         voice.note(f"written to {out}: report.html")
     voice.result(summary)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
@@ -20,7 +21,7 @@ from urdyn.model.population import population
 if TYPE_CHECKING:
     from urdyn.identify import Score
     from urdyn.model.arm import Arm
-    from urdyn.types import Array
+    from urdyn.types import Array, Source
 
 SHOWN = 30_000  # rows of a training log that are scored for the page
 
@@ -55,24 +56,22 @@ def carry_out(campaign: Campaign, told: Told) -> Outcome:
     seen = [ud.validate(fit, one.read()) for one in map(_beginning, campaign.logs, bare)]
     held_out = [ud.validate(fit, one.read()) for one in campaign.validate]
     defects = [defect for _, found in logs for defect in found]
-    defects += [
-        f"{motion.source.path}: {defect}"
-        for motion in motions
-        for defect in amiss_in(fit.dynamics, motion.current)
-    ]
-    defects += [defect for score in held_out for defect in complaints(score.log)]
+    for motion in motions:
+        defects += complaints(motion.source, amiss_in(fit.dynamics, motion.current))
+    for score in held_out:
+        defects += complaints(score.log.source, score.log.defects)
     return Outcome(fit, (*seen, *held_out), wall, truth, tuple(defects))
 
 
-def complaints(log: ud.Log) -> list[str]:
-    """What was amiss with a log, in a line each."""
-    return [f"{log.source.path}: {defect}" for defect in log.defects]
+def complaints(source: Source, defects: Iterable[object]) -> list[str]:
+    """What is amiss with what came from there, in a line each."""
+    return [f"{source.path}: {defect}" for defect in defects]
 
 
 def _conditioned(recording: Recording) -> tuple[ud.Motion, list[str]]:
     """A recording's motion, and what was amiss with its log, which need not be kept."""
     log = recording.read()
-    return ud.condition(log), complaints(log)
+    return ud.condition(log), complaints(log.source, log.defects)
 
 
 def _beginning(recording: Recording, motion: ud.Motion) -> Recording:

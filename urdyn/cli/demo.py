@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from urdyn.cli.asked import typed
 from urdyn.cli.campaign import Campaign
 from urdyn.cli.options import Json, Quiet
 from urdyn.cli.virtual import Simulation
@@ -48,7 +49,7 @@ def demo(
         outcome = carry_out(Campaign(robot, out=out, simulate=ask), told)
     fit, truth = outcome.fit, outcome.truth
     assert truth is not None, "the arm is virtual"
-    save(fit, identify_page(fit, outcome.scores, outcome.wall, truth), out)
+    save(fit, identify_page(fit, outcome.scores, typed(), outcome.wall, truth), out)
     voice.show(truth_table(fit, truth), _work(ask, robot), *_found(outcome))
     voice.show(f"Report: {out / 'report.html'}")
     voice.result(identified(fit, outcome.wall))

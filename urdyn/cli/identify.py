@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from urdyn.cli.asked import asked, gains_of, loaded, overridden, read_as
+from urdyn.cli.asked import asked, gains_of, loaded, overridden, read_as, typed
 from urdyn.cli.campaign import Campaign
 from urdyn.cli.options import Columns, Gains, Json, Logs, Quiet, Rate, Robot, Rows, Unit
 from urdyn.cli.voice import Voice
@@ -83,7 +83,8 @@ def _run(campaign: Campaign, voice: Voice) -> None:
     with voice.progress("reading") as told:
         outcome = carry_out(campaign, told)
         fit, scores = outcome.fit, outcome.scores
-        save(fit, identify_page(fit, scores, outcome.wall, outcome.truth), campaign.out)
+        page = identify_page(fit, scores, typed(), outcome.wall, outcome.truth)
+        save(fit, page, campaign.out)
     voice.note(*outcome.defects)
     voice.show(identify_table(fit), INFORMED, validate_table(scores, fit), verdict(fit, scores))
     voice.note(*_remarks(campaign), f"written to {campaign.out}: {', '.join(FILES)}")

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 import urdyn as ud
-from urdyn.cli.asked import read_as
+from urdyn.cli.asked import read_as, typed
 from urdyn.cli.options import Columns, Json, Logs, Quiet, Rate, Rows, Unit
 from urdyn.cli.recording import Recording
 from urdyn.cli.voice import Voice
@@ -52,10 +52,11 @@ def validate(
     with voice.progress("scoring"):
         scores = [ud.validate(fit, recording.read()) for recording in recordings]
     if out is not None:
-        page = validate_page(fit, scores)
+        page = validate_page(fit, scores, typed())
         out.mkdir(parents=True, exist_ok=True)
         write_text(out / "report.html", page)
         voice.note(f"written: {out / 'report.html'}")
-    voice.note(*(told for score in scores for told in complaints(score.log)))
+    for log in (score.log for score in scores):
+        voice.note(*complaints(log.source, log.defects))
     voice.show(validate_table(scores, fit), verdict(fit, scores))
     voice.result(validated(scores))

@@ -30,8 +30,8 @@ from urdyn.report.names import maker
 from urdyn.version import __version__
 
 
-def calibrate_page(c: Calibration, summary: Mapping[str, Any]) -> str:
-    """HTML of a calibration; `summary` is what `--json` prints."""
+def calibrate_page(c: Calibration, summary: Mapping[str, Any], command: str) -> str:
+    """HTML of a calibration that `command` makes; `summary` is what `--json` prints."""
     name = maker(c.arm.name)
     return document(
         f"{name} calibrated",
@@ -49,11 +49,11 @@ def calibrate_page(c: Calibration, summary: Mapping[str, Any]) -> str:
         *([joints_section(c)] if len(c.found.placement.coefficients) else []),
         doubts(c, summary),
         residuals_section(c.found.residuals, c.sound, c.poses.q, c.arm.joint_names),
-        _provenance(summary, f"urdyn calibrate POSES --robot {c.arm.name} --out DIR"),
+        _provenance(summary, command),
     )
 
 
-def evaluate_page(e: Evaluation, summary: Mapping[str, Any], folder: Path) -> str:
+def evaluate_page(e: Evaluation, summary: Mapping[str, Any], folder: Path, command: str) -> str:
     """HTML of a calibration's score on other poses."""
     name, found = maker(e.arm.name), e.fits[e.best]
     errors = {model: told["rms_mm"] for model, told in summary["models"].items()}
@@ -68,7 +68,7 @@ def evaluate_page(e: Evaluation, summary: Mapping[str, Any], folder: Path) -> st
             ]
         ),
         residuals_section(found.residuals, e.sound, e.poses.q, e.arm.joint_names),
-        _provenance(summary, f"urdyn calibrate POSES --robot {e.arm.name} --evaluate DIR"),
+        _provenance(summary, command),
     )
 
 
@@ -94,5 +94,6 @@ def _provenance(summary: Mapping[str, Any], command: str) -> Html:
         "Provenance",
         f"urdyn {__version__} · {summary['robot']} · model: {summary['model']}",
         table(["poses", "SHA-256"], rows, "words"),
+        tag("p", text("To reproduce:")),
         tag("pre", tag("code", text(command))),
     )

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import shlex
 from collections.abc import Sequence
-from pathlib import PurePath
 
 import numpy as np
 
@@ -15,7 +13,7 @@ from urdyn.report.evidence import residual, seen
 from urdyn.report.markup import Html, cell, section, table, tag, text
 from urdyn.report.names import joints, title
 from urdyn.signal.stretches import breaks
-from urdyn.types import Log, Source
+from urdyn.types import Log
 from urdyn.version import __version__
 
 WILD = 4.0  # [-] standard deviations of a residual, beyond which it is counted
@@ -116,23 +114,3 @@ def provenance(fit: Fit, command: str, facts: dict[str, str]) -> Html:
         tag("p", text("To reproduce:")),
         tag("pre", tag("code", text(command))),
     )
-
-
-def identify_command(fit: Fit) -> str:
-    """The command line that makes this fit, as far as the fit remembers it."""
-    logs = [shlex.quote(PurePath(s.path).name or "LOG") for s in fit.sources]
-    return " ".join(
-        [
-            "urdyn identify",
-            *logs,
-            f"--robot {shlex.quote(fit.dynamics.arm.name)}",
-            *_rows(fit.sources),
-            "--out DIR",
-        ]
-    )
-
-
-def _rows(sources: Sequence[Source]) -> list[str]:
-    slices = {source.rows for source in sources}
-    rows = slices.pop() if len(slices) == 1 else None
-    return [f"--rows {rows[0]}:{rows[1]}"] if rows else []

@@ -15,7 +15,7 @@ from urdyn.report.identifiability import identifiability
 from urdyn.report.markup import document
 from urdyn.report.masses import masses
 from urdyn.report.names import robot
-from urdyn.report.origin import data_quality, identify_command, provenance
+from urdyn.report.origin import data_quality, provenance
 from urdyn.report.prediction import judged
 from urdyn.report.truth_section import truth_section
 
@@ -23,17 +23,17 @@ from urdyn.report.truth_section import truth_section
 def identify_page(
     fit: Fit,
     scores: Sequence[Score],
+    command: str,
     wall: float,
     truth: Truth | None = None,
-    command: str = "",
 ) -> str:
     """HTML of an identification.
 
     Args:
         scores: on the training logs, and on logs held out if there are any.
+        command: the command line that makes it again.
         wall: time that the identification took [s].
         truth: of `urdyn.simulate.truth`, where the arm is simulated.
-        command: the command line that made the fit; told from the fit where empty.
     """
     took = {"identified in": f"{number(wall)} s"}
     return document(
@@ -45,18 +45,18 @@ def identify_page(
         masses(fit, truth),
         identifiability(fit, scores),
         data_quality(fit, scores),
-        provenance(fit, command or identify_command(fit), took),
+        provenance(fit, command, took),
     )
 
 
-def validate_page(fit: Fit, scores: Sequence[Score], command: str = "") -> str:
+def validate_page(fit: Fit, scores: Sequence[Score], command: str) -> str:
     """HTML of a validation: how well a fit predicts logs."""
     return document(
         f"{robot(fit)} validated",
         headline(fit, scores, "validated dynamics", _scored(scores)),
         judged(fit, scores),
         data_quality(fit, scores),
-        provenance(fit, command or "urdyn validate TWIN LOG...", {}),
+        provenance(fit, command, {}),
     )
 
 
