@@ -101,8 +101,9 @@ def test_an_encoder_that_jumps_is_told_at_once(shop: Shop, joint: int, motion: s
     assert finding.alarm_s < 8.0 + 0.3
 
 
-def test_live_an_encoder_that_jumps_is_told_at_once(shop: Shop) -> None:
-    log = shop.log("encoder_offset:joint=4,offset=0.02,onset=8", seconds=10.0)
+@pytest.mark.parametrize("offset", [0.02, 0.004])
+def test_live_an_encoder_that_jumps_is_told_at_once(shop: Shop, offset: float) -> None:
+    log = shop.log(f"encoder_offset:joint=4,offset={offset},onset=8", seconds=10.0)
     diagnosis, causal = shop.diagnosis(log), Causal(0.01)
     window, state, found = causal.init(6), diagnosis.init(), []
     for sample in samples(log):
@@ -112,6 +113,7 @@ def test_live_an_encoder_that_jumps_is_told_at_once(shop: Shop) -> None:
             state, new = diagnosis.step(state, still)
             found += new
     assert [(f.kind, f.joint) for f in found] == [("encoder_offset", 4)]
+    assert abs(found[0].size + offset) < 0.05 * offset
     assert found[0].alarm_s < 8.0 + 0.3
 
 

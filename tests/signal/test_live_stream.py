@@ -9,6 +9,7 @@ from scipy.stats import binom, norm
 from streams import log_of, play, stacked, swing
 
 from urdyn.signal import Causal, Gate, Sample, samples
+from urdyn.signal.gate import FINEST
 
 STEP = 0.01
 
@@ -91,9 +92,16 @@ def test_what_was_not_measured_is_never_made_up() -> None:
 def test_a_gate_never_refuses_what_an_arm_can_do() -> None:
     gate, dt = Gate(acceleration=50.0), 0.002
     still, history = np.zeros((2, 1)), np.zeros((5, 2, 1))
-    fastest = np.array([[50.0 * dt * dt / 2], [50.0 * dt]])
-    assert not gate.refuses(gate.departure(still, fastest * 0.999, dt), history, dt).any()
-    assert gate.refuses(gate.departure(still, fastest * 2.1, dt), history, dt).all()
+
+    def refused(q: float, v: float) -> list[bool]:
+        departure = gate.departure(still, np.array([[q], [v]]), dt)
+        return gate.refuses(departure, history, dt).ravel().tolist()
+
+    speed, way = 50.0 * dt, 50.0 * dt * dt
+    assert refused(0.999 * way / 2, 0.999 * speed) == [False, False]  # the fastest start
+    assert refused(0.999 * way / 4, 0.0) == [False, False]  # and the furthest there is without one
+    assert refused(1.001 * way / 4 + FINEST, 0.0) == [True, False]
+    assert refused(0.0, 1.001 * speed) == [False, True]
 
 
 def test_a_sample_is_a_row() -> None:

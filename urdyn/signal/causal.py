@@ -27,7 +27,8 @@ class CausalState:
     """The last samples of this stretch, and what became of those that are not among them."""
 
     t: Array  # (n,) [s]
-    rows: Array  # (n, 4, J) q, v, current, temperature
+    rows: Array  # (n, 4, J) q, v, current, temperature; NaN where the gate refused them
+    angles: Array  # (n, J) q as they came: a zero that jumps, the gate refuses first [rad]
     departures: Array  # (n, 2, J) of q and v from their prediction [rad, rad/s]
     restarts: int = 0  # gaps and clocks set back: the window began anew
     repeats: int = 0  # samples with the stamp of the one before, left out
@@ -62,7 +63,8 @@ class Causal:
 
     def init(self, joints: int = 6) -> CausalState:
         """Nothing seen yet."""
-        return CausalState(np.empty(0), np.empty((0, 4, joints)), np.empty((0, 2, joints)))
+        rows, angles, departures = (np.empty((0, *of, joints)) for of in ((4,), (), (2,)))
+        return CausalState(np.empty(0), rows, angles, departures)
 
     def step(self, state: CausalState, sample: Sample) -> tuple[CausalState, Instant | None]:
         """One sample on; an instant once the window is full."""
@@ -79,7 +81,7 @@ class Causal:
 
     def _admit(self, state: CausalState, t: float, row: Array, dt: float) -> CausalState:
         """The window one sample on, with what the gate refuses marked as not measured."""
-        departure, refused = state.departures[-1], 0
+        departure, refused, angles = state.departures[-1], 0, row[0].copy()
         if self.gate:
             departure = self.gate.departure(state.rows[-1, :2], row[:2], dt)
             wrong = self.gate.refuses(departure, state.departures, dt)
@@ -88,6 +90,7 @@ class Causal:
         return CausalState(
             np.concatenate([state.t[keep], [t]]),
             np.concatenate([state.rows[keep], row[None]]),
+            np.concatenate([state.angles[keep], angles[None]]),
             np.concatenate([state.departures[keep], departure[None]]),
             state.restarts,
             state.repeats,
@@ -113,7 +116,7 @@ class Causal:
         else:
             q, v = measured[:, 0], measured[:, 1]
             if not whole:  # the gate refuses the sample at which a zero jumps
-                each = shifts(t, q, v, fit.half)
+                each = shifts(t, state.angles[-fit.samples :], v, fit.half)
                 since = np.cumsum(each, axis=0)
                 q, shift = q - (since - since[row]), without_turns(each[row])
             at = np.broadcast_to(np.asarray(self.offset, dtype=np.float64), q.shape[1:])[None]
@@ -153,4 +156,5 @@ def _restart(state: CausalState, t: float, row: Array) -> CausalState:
     """A window that begins with this sample."""
     unknown = np.full_like(row[None, :2], np.nan)
     again = state.restarts + (len(state.t) > 0)
-    return replace(state, t=np.array([t]), rows=row[None], departures=unknown, restarts=again)
+    window = np.array([t]), row[None], row[None, 0], unknown
+    return CausalState(*window, again, state.repeats, state.refused)

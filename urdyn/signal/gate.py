@@ -11,6 +11,7 @@ from urdyn.signal.outliers import MAD_TO_SD
 from urdyn.types import Array
 
 REACH = 100.0  # [rad/s²] more than a UR's joints accelerate in use
+FINEST = 5e-4  # [rad] what logs are rounded to, and more
 
 Flags = NDArray[np.bool_]
 
@@ -19,24 +20,31 @@ Flags = NDArray[np.bool_]
 class Gate:
     """Refuses what lies beyond both of what the arm can do and of what the sensor usually does.
 
-    A sample is predicted from the one before, q + v dt and v. The arm cannot leave that by more
-    than an acceleration allows, a dt² and a dt; the sensor is known by the running MAD of the
-    departures. After a refusal there is nothing to predict from, so the next sample passes: a
-    torn sample is caught, a true step costs one sample.
+    A sample is predicted from the one before: its speed from that, its angle by a trapezoid. The
+    arm cannot leave these by more than an acceleration allows, a dt and a dt² / 4; the sensor is
+    known by the running MAD of the departures. After a refusal there is nothing to predict from, so
+    the next sample passes: a torn sample is caught, a true step costs one sample.
     """
 
     sigma: float = 6.0  # [-] running MAD, in standard deviations
     acceleration: float = REACH
 
     def departure(self, before: Array, row: Array, dt: float) -> Array:
-        """Of q and v from their prediction, (2, J) [rad, rad/s]; before, row (2, J)."""
+        """Of q and v from their prediction, (2, J) [rad, rad/s]; before, row (2, J).
+
+        An angle is as far off as the speed before and, where they are measured, both together can
+        not explain: a torn speed tears no angle.
+        """
         apart = row - before
         apart[0] -= dt * np.where(np.isnan(before[1]), row[1], before[1])
-        return np.asarray(np.abs(apart))
+        trapezoid = apart[0] - 0.5 * dt * apart[1]
+        apart = np.abs(apart)
+        apart[0] = np.fmin(apart[0], np.abs(trapezoid))
+        return apart
 
     def refuses(self, departure: Array, history: Array, dt: float) -> Flags:
         """Which of q and v, (2, J), to mark as not measured; history (n, 2, J) of departures."""
-        reach = self.acceleration * np.array([[dt * dt], [dt]])
+        reach = np.array([[FINEST + 0.25 * self.acceleration * dt * dt], [self.acceleration * dt]])
         beyond: Flags = departure > reach
         if beyond.any():  # hardly ever: the median is only taken where it matters
             beyond &= departure > self.sigma * MAD_TO_SD * _median_of_known(history)

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from urdyn.signal.gate import REACH
+from urdyn.signal.gate import FINEST, REACH
 from urdyn.types import Array, Index
 
-FINEST = 5e-4  # [rad] what logs are rounded to, and more
 STANDING = 0.02  # [rad/s] slower than this, no wrong stamp looks like a shift
 
 
