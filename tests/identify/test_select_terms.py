@@ -97,7 +97,7 @@ def test_the_whole_search_finds_them(ur5e: Arm) -> None:
     assert [("stribeck" in terms) for terms in fit.terms] == WITH_TERM.tolist()
 
 
-@pytest.mark.parametrize("seed", [106, 112])
+@pytest.mark.parametrize("seed", [pytest.param(106, marks=pytest.mark.slow), 112])
 def test_friction_of_these_arms_fades_by_chance_alone(seed: int) -> None:
     """Two of forty drawn at random, of which held-out likelihood tells 9 and 14 nats of fading."""
     drawn = virtual_arm(load_arm("ur10e"), seed)

@@ -43,7 +43,7 @@ def tracked(fit: Fit, run: Log) -> tuple[Tracker[Any], TrackerState[Any]]:
     return tracker, state
 
 
-@pytest.mark.parametrize("joint", [1, 2])
+@pytest.mark.parametrize("joint", [1, pytest.param(2, marks=pytest.mark.slow)])
 def test_what_wore_since_commissioning_is_no_noise(real: Fit, run: Log, joint: int) -> None:
     """Put into a real arm's run, from its first row on; friction as a whole, at its usual speed."""
     drive, speed = real.dynamics.drive, np.sqrt(np.mean(run.joint("actual_qd")[:, joint] ** 2))
@@ -55,7 +55,7 @@ def test_what_wore_since_commissioning_is_no_noise(real: Fit, run: Log, joint: i
     assert state.colour.slow[joint] < tracker.currents.noise[joint]
 
 
-@pytest.mark.parametrize("joint", [1, 2])
+@pytest.mark.parametrize("joint", [1, pytest.param(2, marks=pytest.mark.slow)])
 def test_a_drive_that_lost_health_since_commissioning_is_known_at_its_own(
     real: Fit, run: Log, joint: int
 ) -> None:
@@ -69,7 +69,7 @@ def test_a_drive_that_lost_health_since_commissioning_is_known_at_its_own(
     assert (np.abs(others - 1.0) < 0.2 * LOST).all()
 
 
-@pytest.mark.parametrize("joint", [0, 2])
+@pytest.mark.parametrize("joint", [pytest.param(0, marks=pytest.mark.slow), 2])
 def test_what_wears_on_within_a_minute_is_no_noise(real: Fit, run: Log, joint: int) -> None:
     """Put into a real arm's run, 1 % of its friction in a second: before, tracked as a third."""
     growing = GROWS * np.maximum(run.t - run.t[0] - BEGINS, 0.0)

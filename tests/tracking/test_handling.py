@@ -39,7 +39,16 @@ def test_what_is_known_worse_must_be_further_apart() -> None:
     assert not exchanged((nothing, sd), (one, 3.0 * sd))
 
 
-@pytest.mark.parametrize(("mass", "seed"), [(0.3, 5), (0.6, 4), (0.8, 5), (1.5, 4), (2.2, 4)])
+@pytest.mark.parametrize(
+    ("mass", "seed"),
+    [
+        (0.3, 5),
+        (0.6, 4),
+        pytest.param(0.8, 5, marks=pytest.mark.slow),
+        (1.5, 4),
+        pytest.param(2.2, 4, marks=pytest.mark.slow),
+    ],
+)
 def test_light_pieces_are_weighed_and_spoil_no_drive(mass: float, seed: int) -> None:
     """A story: in one hold at 20 Hz, under real noise, they hardly tell more than they might not.
 

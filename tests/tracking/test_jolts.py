@@ -86,7 +86,10 @@ WEARS, SECONDS = 10.0, 60.0  # [s]
 
 @pytest.mark.parametrize(
     ("joint", "name", "mode"),
-    [(0, "shoulder_pan", "full"), *((2, "elbow", mode) for mode in MODES)],
+    [
+        pytest.param(0, "shoulder_pan", "full", marks=pytest.mark.slow),
+        *((2, "elbow", mode) for mode in MODES),
+    ],
 )
 def test_friction_that_grows_within_a_minute_is_followed(joint, name, mode):
     """Fifty times what a healthy arm strays in a second: the drive, and how fast it goes on."""
@@ -118,7 +121,7 @@ def test_a_payload_is_no_joint_s_fault(mass):
             assert ratio == pytest.approx(1.0, abs=0.08), name
 
 
-@pytest.mark.parametrize("seed", [0, 1])
+@pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.slow)])
 def test_nothing_befalls_a_healthy_arm(seed):
     found = followed(EKF(), seed=seed)
     assert not found.jolted and not found.widened

@@ -2,6 +2,7 @@
 
 import json
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -29,12 +30,18 @@ def undisturbed(workshop, tmp_path_factory):
     return out, workshop.track(out)
 
 
-@pytest.fixture
-def dead(workshop, tmp_path):
-    """A folder of a run that died after its first checkpoint."""
+@pytest.fixture(scope="module")
+def died(workshop, tmp_path_factory):
+    out = tmp_path_factory.mktemp("died")
     with pytest.raises(KilledError):
-        workshop.track(tmp_path, killed_at(open_source(str(workshop.recording)), 1200))
-    return tmp_path
+        workshop.track(out, killed_at(open_source(str(workshop.recording)), 1200))
+    return out
+
+
+@pytest.fixture
+def dead(died, tmp_path):
+    """A folder of a run that died after its first checkpoint."""
+    return shutil.copytree(died, tmp_path, dirs_exist_ok=True)
 
 
 @pytest.mark.parametrize("filter_", [UKF(), InformationFilter()])
