@@ -14,6 +14,7 @@ from urdyn.simulate.work import pick_and_place
 from urdyn.tracking import Tracker
 from urdyn.tracking.befallen import (
     TOLD,
+    WEARING,
     Sizes,
     befallen,
     none_yet,
@@ -50,7 +51,7 @@ def told(shapes, e):
     row = np.concatenate([shapes.payload, shapes.drives, e[..., None]], axis=-1)
     row *= (3.0 / np.maximum(np.abs(e), 3.0))[..., None]
     sums = np.einsum("njk,njl->jkl", row, row)
-    wear = sums[:, 4:, 4:]
+    wear = np.stack([sums[:, 4:, 4:]] * len(WEARING))
     return replace(none_yet(J), sums=np.stack([sums, sums]), wear=wear, highest=30.0, lasted=1.0)
 
 
@@ -85,7 +86,8 @@ def test_a_drive_is_blamed_alone(arm, joint, size):
 
 @pytest.mark.parametrize("joint", range(J))
 @pytest.mark.parametrize("share", [0.0, 0.3])
-def test_a_drive_that_wears_is_told_by_a_longer_time(arm, joint, share):
+@pytest.mark.parametrize("longer", [[3.0, 0.0], [0.0, 5.0]])
+def test_a_drive_that_wears_is_told_by_a_longer_time(arm, joint, share, longer):
     """Too little for some seconds; and what is carried is another question."""
     rng, shapes = np.random.default_rng([joint, 5]), signatures(joint, arm.drive)
     e = rng.standard_normal((LASTING, J))
@@ -93,8 +95,9 @@ def test_a_drive_that_wears_is_told_by_a_longer_time(arm, joint, share):
     evidence = told(shapes, e)
     what, _ = befallen(evidence, Sizes.of(arm.drive), np.zeros(10))
     assert not what.drives.any()
-    longer = replace(of_drives(evidence), wear=3.0 * evidence.wear)
-    assert np.flatnonzero(wearing(longer, Sizes.of(arm.drive))).tolist() == [joint] * (share > 0.0)
+    wear = np.array(longer)[:, None, None, None] * evidence.wear
+    worn = wearing(replace(of_drives(evidence), wear=wear), Sizes.of(arm.drive))
+    assert np.flatnonzero(worn).tolist() == [joint] * (share > 0.0)
 
 
 @pytest.mark.parametrize("seed", range(20))

@@ -104,6 +104,17 @@ def test_friction_that_grows_within_a_minute_is_followed(joint, name, mode):
     assert found.change["wrist_1_joint.coulomb"] == pytest.approx(1.0, abs=0.06)
 
 
+def test_friction_that_grows_slower_is_followed_too():
+    """By .1 % a second: with an interval of half a per cent, a third of that was tracked before."""
+    rate, seconds = 0.001, 100.0  # [1/s], [s]
+    fault = f"friction_increase:joint=2,onset={WEARS},rate={rate},viscous={rate}"
+    found = followed(EKF(), fault, seconds=seconds)
+    assert {j for _, j in found.jolted} == {2} and not found.widened
+    truth = 1.0 + rate * (seconds - WEARS)
+    assert found.change["elbow_joint.coulomb"] == pytest.approx(truth, abs=0.03)
+    assert found.change["wrist_1_joint.coulomb"] == pytest.approx(1.0, abs=0.03)
+
+
 def test_health_that_fades_within_a_minute_is_followed():
     fade = f"health_degradation:joint=1,onset={WEARS},rate=0.004"
     found = followed(EKF(), fade, seconds=SECONDS)

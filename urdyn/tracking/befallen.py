@@ -13,7 +13,7 @@ given as much noise, signature and all: what is large everywhere keeps its shape
 says little.
 
 What wears within minutes, faster than a healthy arm strays, is never far off within seconds; it is
-by the innovations of a longer time.
+by the innovations of a longer time: the slower it wears, the longer.
 """
 
 from __future__ import annotations
@@ -31,10 +31,11 @@ from urdyn.tracking.model import JOLTS, PAYLOAD_SD
 from urdyn.types import Array, Mask, frozen
 
 MEMORY = 2.0  # [s] over which evidence is gathered
-WEARING = 20.0  # [s] the same of drives alone
+WEARING = np.array([20.0, 120.0])  # [s] the same of drives alone
 CLIP = 3.0  # [sd] that an innovation counts for at most
 SURE = 30.0  # [-] log odds; what nobody models in a healthy arm has been seen to reach 22
-WORN = 20.0  # [-] log odds that a drive wears; 50 pairs of a UR10e's twin and a run reached 11.4
+# [-] log odds that a drive wears, by each; pairs of a UR10e's twin and a run reached 11.4 and 20.3
+WORN = np.array([20.0, 30.0])
 LIKELY = 5.0  # [-] below the likeliest, that may have befallen it besides, or in its place
 RARE = 10.0  # [-] by which something in a drive is less likely than another payload
 BOTH = 30.0  # [-] by which both at once are: a large payload moves more than its signature says
@@ -56,7 +57,7 @@ class Evidence:
     """
 
     sums: Array  # (2, J, 8, 8) four of the payload, three of the drive, and e
-    wear: Array  # (J, 4, 4) of the drive and e, over a longer time
+    wear: Array  # (k, J, 4, 4) of the drive and e, over each longer time
     absorbed: Absorbed  # of the drive's signatures
     highest: float = 0.0  # log odds of what befell the arm, if it lasts; 0: nothing is sure
     lasted: float = 0.0  # [s] for which what was measured since has borne it out
@@ -86,7 +87,8 @@ class Sizes:
 
 def none_yet(joints: int) -> Evidence:
     """Nothing has been gathered."""
-    return Evidence(np.zeros((2, joints, 8, 8)), np.zeros((joints, 4, 4)), nothing_yet(joints, 3))
+    wear = np.zeros((len(WEARING), joints, 4, 4))
+    return Evidence(np.zeros((2, joints, 8, 8)), wear, nothing_yet(joints, 3))
 
 
 def of_drives(evidence: Evidence) -> Evidence:
@@ -111,7 +113,8 @@ def gathered(
     at_once, wear = rows[:, :8], rows[:, 8:]
     return Evidence(
         exp(-dt / MEMORY) * evidence.sums + at_once[:, :, None] * at_once[:, None, :],
-        exp(-dt / WEARING) * evidence.wear + wear[:, :, None] * wear[:, None, :],
+        np.exp(-dt / WEARING)[:, None, None, None] * evidence.wear
+        + wear[:, :, None] * wear[:, None, :],
         absorbed,
         evidence.highest,
         evidence.lasted + dt * known.any(),
@@ -156,8 +159,8 @@ def befallen(evidence: Evidence, sizes: Sizes, before: Array) -> tuple[Befallen,
 
 def wearing(evidence: Evidence, sizes: Sizes) -> Mask:
     """The drive that surely wears, if one does; others may, once it is known, (J,)."""
-    odds = _log_odds(evidence.wear, sizes.wear)
-    return np.asarray((odds > WORN) & (odds == odds.max()))
+    beyond = (_log_odds(evidence.wear, sizes.wear) - WORN[:, None]).max(axis=0)
+    return np.asarray((beyond > 0.0) & (beyond == beyond.max()))
 
 
 def _carried(sums: Array, before: Array) -> Array:
