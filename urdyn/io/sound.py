@@ -39,8 +39,13 @@ def _arrow(block: Block, plan: Plan) -> pa.Table:
     """The wanted columns as Arrow parses them."""
     dialect = plan.dialect
     types = {str(k): TYPES[dialect.kinds[k]] for k in plan.places}
+    # Arrow's own memory: a worker may let go of it after the interpreter has ended, and would
+    # abort the process if it had to ask that one.
+    with pa.BufferOutputStream() as own:
+        own.write(block.data)
+        data = own.getvalue()
     return csv.read_csv(
-        pa.BufferReader(block.data),
+        pa.BufferReader(data),
         csv.ReadOptions(column_names=[str(k) for k in range(len(dialect.columns))]),
         csv.ParseOptions(delimiter=dialect.delimiter),
         csv.ConvertOptions(
