@@ -12,7 +12,7 @@ import urdyn as ud
 from urdyn.cli.asked import typed
 from urdyn.cli.options import Columns, Json, Quiet, Rows
 from urdyn.cli.recording import slice_of
-from urdyn.cli.voice import Voice
+from urdyn.cli.voice import Voice, complaints
 
 if TYPE_CHECKING:
     from urdyn.io.poses import Poses
@@ -104,7 +104,7 @@ def _calibrate(arm: Arm, poses: Poses, out: Path, suggest: int | None, voice: Vo
         summary = calibrated(found, time.perf_counter() - begin)
         told("writing", 0.95)
         save(found, calibrate_page(found, summary, typed()), out)
-    voice.note(*(f"{poses.source.path}: {defect}" for defect in poses.defects))
+    voice.note(*complaints(poses.source.path, poses.defects))
     voice.show(calibrate_table(found), *calibrate_words(found, summary))
     written = [*FILES]
     if suggest is not None:
@@ -130,7 +130,7 @@ def _evaluate(arm: Arm, poses: Poses, folder: Path, out: Path | None, voice: Voi
     with voice.progress("fitting base and tool"):
         found = evaluate(arm, poses, recorded)
     summary = evaluated(found, time.perf_counter() - begin)
-    voice.note(*(f"{poses.source.path}: {defect}" for defect in poses.defects))
+    voice.note(*complaints(poses.source.path, poses.defects))
     if recorded.sha256 == poses.source.sha256:
         voice.note("these are the poses that the calibration was made from; others would judge it")
     voice.show(evaluate_table(found))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
@@ -13,7 +12,7 @@ import urdyn as ud
 from urdyn.cli.campaign import Campaign
 from urdyn.cli.recording import Recording, refuse_twice
 from urdyn.cli.virtual import record
-from urdyn.cli.voice import Told
+from urdyn.cli.voice import Told, complaints
 from urdyn.errors import InputError
 from urdyn.io.effort import Effort
 from urdyn.model.population import population
@@ -21,7 +20,7 @@ from urdyn.model.population import population
 if TYPE_CHECKING:
     from urdyn.identify import Score
     from urdyn.model.arm import Arm
-    from urdyn.types import Array, Source
+    from urdyn.types import Array
 
 SHOWN = 30_000  # rows of a training log that are scored for the page
 
@@ -57,21 +56,16 @@ def carry_out(campaign: Campaign, told: Told) -> Outcome:
     held_out = [ud.validate(fit, one.read()) for one in campaign.validate]
     defects = [defect for _, found in logs for defect in found]
     for motion in motions:
-        defects += complaints(motion.source, amiss_in(fit.dynamics, motion.current))
+        defects += complaints(motion.source.path, amiss_in(fit.dynamics, motion.current))
     for score in held_out:
-        defects += complaints(score.log.source, score.log.defects)
+        defects += complaints(score.log.source.path, score.log.defects)
     return Outcome(fit, (*seen, *held_out), wall, truth, tuple(defects))
-
-
-def complaints(source: Source, defects: Iterable[object]) -> list[str]:
-    """What is amiss with what came from there, in a line each."""
-    return [f"{source.path}: {defect}" for defect in defects]
 
 
 def _conditioned(recording: Recording) -> tuple[ud.Motion, list[str]]:
     """A recording's motion, and what was amiss with its log, which need not be kept."""
     log = recording.read()
-    return ud.condition(log), complaints(log.source, log.defects)
+    return ud.condition(log), complaints(log.source.path, log.defects)
 
 
 def _beginning(recording: Recording, motion: ud.Motion) -> Recording:

@@ -10,7 +10,7 @@ import typer
 import urdyn as ud
 from urdyn.cli.asked import gains_of
 from urdyn.cli.options import Columns, Gains, Json, Quiet, Rate, Robot, Rows, Unit
-from urdyn.cli.voice import Voice
+from urdyn.cli.voice import Voice, complaints
 from urdyn.errors import InputError
 from urdyn.io.effort import Effort
 
@@ -53,7 +53,7 @@ def convert(
     with voice.progress("converting"):
         found = read(log, columns=columns, rows=part, rate=rate, effort=effort)
         write(found, out)
-    voice.note(*(f"{log}: {defect}" for defect in found.defects))
+    voice.note(*complaints(log, found.defects))
     voice.show(f"{out}: {len(found)} samples, {len(found.channels)} channels")
     voice.result(
         {

@@ -11,7 +11,7 @@ import urdyn as ud
 from urdyn.cli.asked import read_as, typed
 from urdyn.cli.options import Columns, Json, Logs, Quiet, Rate, Rows, Unit
 from urdyn.cli.recording import Recording
-from urdyn.cli.voice import Voice
+from urdyn.cli.voice import Voice, complaints
 from urdyn.io.effort import Effort
 
 TwinFile = Annotated[Path, typer.Argument(metavar="TWIN", show_default=False)]
@@ -35,7 +35,6 @@ def validate(
 
     Example: [bold]urdyn validate twin/twin.toml another_run.csv[/bold]
     """
-    from urdyn.cli.carry_out import complaints
     from urdyn.cli.results import require_folder
     from urdyn.cli.verdict import verdict
     from urdyn.io import write_text
@@ -56,7 +55,7 @@ def validate(
         out.mkdir(parents=True, exist_ok=True)
         write_text(out / "report.html", page)
         voice.note(f"written: {out / 'report.html'}")
-    for log in (score.log for score in scores):
-        voice.note(*complaints(log.source, log.defects))
+    for score in scores:
+        voice.note(*complaints(score.log.source.path, score.log.defects))
     voice.show(validate_table(scores, fit), verdict(fit, scores))
     voice.result(validated(scores))

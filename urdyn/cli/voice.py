@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any, TextIO
@@ -16,6 +16,11 @@ from rich.text import Text
 PLAIN_WIDTH = 120  # columns of text that no terminal shows
 
 Told = Callable[[str, float], None]  # what is being done, and the share that is behind
+
+
+def complaints(path: object, defects: Iterable[object]) -> list[str]:
+    """What is amiss with a file, in a line each."""
+    return [f"{path}: {defect}" for defect in defects]
 
 
 @dataclass(frozen=True)

@@ -27,6 +27,7 @@ from urdyn.report.markup import (
     text,
 )
 from urdyn.report.names import maker
+from urdyn.report.origin import again
 from urdyn.version import __version__
 
 
@@ -94,6 +95,5 @@ def _provenance(summary: Mapping[str, Any], command: str) -> Html:
         "Provenance",
         f"urdyn {__version__} · {summary['robot']} · model: {summary['model']}",
         table(["poses", "SHA-256"], rows, "words"),
-        tag("p", text("To reproduce:")),
-        tag("pre", tag("code", text(command))),
+        *again(command),
     )

@@ -111,6 +111,10 @@ def provenance(fit: Fit, command: str, facts: dict[str, str]) -> Html:
         "Provenance",
         " · ".join(f"{key} {value}" for key, value in told.items()),
         table(["training log", "SHA-256"], rows, "words"),
-        tag("p", text("To reproduce:")),
-        tag("pre", tag("code", text(command))),
+        *again(command),
     )
+
+
+def again(command: str) -> list[Html]:
+    """How to make the page again."""
+    return [tag("p", text("To reproduce:")), tag("pre", tag("code", text(command)))]

@@ -81,16 +81,17 @@ class Causal:
 
     def _admit(self, state: CausalState, t: float, row: Array, dt: float) -> CausalState:
         """The window one sample on, with what the gate refuses marked as not measured."""
-        departure, refused, angles = state.departures[-1], 0, row[0].copy()
+        keep = slice(1 - self.alone.samples, None)
+        angles = np.concatenate([state.angles[keep], row[:1]])
+        departure, refused = state.departures[-1], 0
         if self.gate:
             departure = self.gate.departure(state.rows[-1, :2], row[:2], dt)
             wrong = self.gate.refuses(departure, state.departures, dt)
             row[:2][wrong], refused = np.nan, int(np.count_nonzero(wrong))
-        keep = slice(1 - self.alone.samples, None)
         return CausalState(
             np.concatenate([state.t[keep], [t]]),
             np.concatenate([state.rows[keep], row[None]]),
-            np.concatenate([state.angles[keep], angles[None]]),
+            angles,
             np.concatenate([state.departures[keep], departure[None]]),
             state.restarts,
             state.repeats,

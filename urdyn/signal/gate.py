@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +15,12 @@ REACH = 100.0  # [rad/s²] more than a UR's joints accelerate in use
 FINEST = 5e-4  # [rad] what logs are rounded to, and more
 
 Flags = NDArray[np.bool_]
+T = TypeVar("T", float, Array)
+
+
+def furthest(dt: T, acceleration: float = REACH) -> T:
+    """How far an arm's way over dt [s] may be off a trapezoid of its speeds [rad]."""
+    return FINEST + 0.25 * acceleration * dt * dt
 
 
 @dataclass(frozen=True)
@@ -44,7 +51,7 @@ class Gate:
 
     def refuses(self, departure: Array, history: Array, dt: float) -> Flags:
         """Which of q and v, (2, J), to mark as not measured; history (n, 2, J) of departures."""
-        reach = np.array([[FINEST + 0.25 * self.acceleration * dt * dt], [self.acceleration * dt]])
+        reach = np.array([[furthest(dt, self.acceleration)], [self.acceleration * dt]])
         beyond: Flags = departure > reach
         if beyond.any():  # hardly ever: the median is only taken where it matters
             beyond &= departure > self.sigma * MAD_TO_SD * _median_of_known(history)

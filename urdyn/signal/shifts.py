@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from urdyn.signal.gate import FINEST, REACH
+from urdyn.signal.gate import furthest
 from urdyn.types import Array, Index
 
 STANDING = 0.02  # [rad/s] slower than this, no wrong stamp looks like a shift
@@ -49,7 +49,7 @@ def _unexplained(t: Array, q: Array, v: Array) -> tuple[Array, Array]:
         rows: Index = np.flatnonzero(np.isfinite(q[:, j]) & np.isfinite(v[:, j]))
         dt, known = np.diff(t[rows]), rows[1:]
         way[known, j] = np.diff(q[rows, j]) - 0.5 * dt * (v[known, j] + v[rows[:-1], j])
-        reach[known, j] = FINEST + 0.25 * REACH * dt**2
+        reach[known, j] = furthest(dt)
     return way, reach
 
 
