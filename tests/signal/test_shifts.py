@@ -7,10 +7,11 @@ import pytest
 from streams import log_of, play, stacked, swing
 
 from urdyn.signal import Causal, condition, half_window
-from urdyn.signal.gate import FINEST, REACH
+from urdyn.signal.gate import FINEST, REACH, SHAKEN, furthest
 from urdyn.signal.shifts import shifts
 
-RATES = (100.0, 125.0, 250.0, 500.0)
+RATES = (20.0, 50.0, 100.0, 125.0, 250.0, 500.0)
+QUICK = RATES[2:]  # no step is longer than a shake
 JUMP = 0.03  # [rad]
 
 
@@ -32,7 +33,7 @@ def test_a_jump_of_one_angle_is_told_as_large_as_it_is(rate: float, joint: int, 
     assert abs(found[at, joint] - way) < 8.0 / rate**3 / 12.0
 
 
-@pytest.mark.parametrize("rate", RATES)
+@pytest.mark.parametrize("rate", QUICK)
 @pytest.mark.parametrize("seed", range(3))
 def test_no_motion_within_an_arms_reach_is_a_jump(rate: float, seed: int) -> None:
     """Accelerations that switch at random between the most and its opposite, from row to row."""
@@ -44,6 +45,27 @@ def test_no_motion_within_an_arms_reach_is_a_jump(rate: float, seed: int) -> Non
     q, v = q[::fine] + rng.uniform(-0.4, 0.4, q[::fine].shape) * FINEST, v[::fine]
     t = dt * np.arange(len(q))
     assert not shifts(t, q, v, half_window(dt)).any()
+
+
+@pytest.mark.parametrize("rate", RATES[:2])
+@pytest.mark.parametrize("seed", range(3))
+def test_nor_is_a_speed_that_goes_one_way_and_is_shaken(rate: float, seed: int) -> None:
+    """Every step goes all of its way at the speed it begins or ends with, and a shake besides."""
+    rng, dt = np.random.default_rng(seed), 1.0 / rate
+    v = np.cumsum(rng.normal(scale=0.2, size=(500, 3)), axis=0)
+    along = np.where(rng.random((499, 3)) < 0.5, v[1:], v[:-1])
+    shake = rng.choice([-1.0, 1.0], (499, 3)) * 0.25 * REACH * SHAKEN**2
+    q = np.vstack([np.zeros(3), np.cumsum(dt * along + shake, axis=0)])
+    assert not shifts(dt * np.arange(500), q, v, half_window(dt)).any()
+
+
+def test_how_far_a_way_may_be_off_is_never_more_than_an_acceleration_allows() -> None:
+    rng, dt = np.random.default_rng(0), np.geomspace(1e-3, 1.0, 50)[:, None]
+    speed, change = rng.uniform(0.0, 3.0, (2, 50, 6))
+    reach = furthest(dt, speed, change)
+    assert (reach <= FINEST + 0.25 * REACH * dt**2).all()
+    unknown = furthest(dt, np.nan * speed, change)
+    assert np.array_equal(unknown, np.broadcast_to(FINEST + 0.25 * REACH * dt**2, unknown.shape))
 
 
 def torn(t: np.ndarray, q: np.ndarray, v: np.ndarray, at: int) -> None:
@@ -115,8 +137,10 @@ def test_an_angle_that_is_kept_within_a_turn_has_no_shift_and_goes_on() -> None:
     assert np.abs(condition(log_of(t, kept, v)).v - smooth.v).max() < bound
 
 
-@pytest.mark.parametrize("rate", [100.0, 500.0])
-@pytest.mark.parametrize("jump", [JUMP, 0.004])
+@pytest.mark.parametrize(
+    ("rate", "jump"),
+    [(20.0, JUMP), (20.0, 0.015), (100.0, JUMP), (100.0, 0.004), (500.0, JUMP), (500.0, 0.004)],
+)
 def test_live_tells_the_same_jump_once(rate: float, jump: float) -> None:
     t, q, v = moving(rate)
     within = len(t) // 4  # where the others are so quick that no stamp may be late

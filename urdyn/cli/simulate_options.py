@@ -28,7 +28,7 @@ TwinFile = Annotated[
 ]
 Mass = Annotated[float | None, typer.Option(metavar="KG", help="Mass of a payload at the tool.")]
 Com = Annotated[
-    str | None, typer.Option(metavar="X,Y,Z", help="Its centre of mass from the flange [m].")
+    str | None, typer.Option(metavar="X,Y,Z", help="Its centre of mass from the flange, in metres.")
 ]
 Faults = Annotated[
     list[str] | None,

@@ -85,8 +85,10 @@ class Causal:
         angles = np.concatenate([state.angles[keep], row[:1]])
         departure, refused = state.departures[-1], 0
         if self.gate:
-            departure = self.gate.departure(state.rows[-1, :2], row[:2], dt)
-            wrong = self.gate.refuses(departure, state.departures, dt)
+            before = state.rows[-1, :2]
+            departure = self.gate.departure(before, row[:2], dt)
+            speed = np.fmax(np.abs(before[1]), np.abs(row[1]))
+            wrong = self.gate.refuses(departure, state.departures, dt, speed)
             row[:2][wrong], refused = np.nan, int(np.count_nonzero(wrong))
         return CausalState(
             np.concatenate([state.t[keep], [t]]),
@@ -117,9 +119,10 @@ class Causal:
         else:
             q, v = measured[:, 0], measured[:, 1]
             if not whole:  # the gate refuses the sample at which a zero jumps
-                each = shifts(t, state.angles[-fit.samples :], v, fit.half)
-                since = np.cumsum(each, axis=0)
-                q, shift = q - (since - since[row]), without_turns(each[row])
+                angles = state.angles[-fit.samples :]
+                each = shifts(state.t, state.angles, state.rows[:, 1], fit.half)[-fit.samples :]
+                since, shift = np.cumsum(each, axis=0), without_turns(each[row])
+                q = np.where(each == 0.0, q, angles) - (since - since[row])
             at = np.broadcast_to(np.asarray(self.offset, dtype=np.float64), q.shape[1:])[None]
             window = (t - t[row])[None], q[None], v[None], at
             orders = fit.estimate(*(window if whole else joint_by_joint(*window)))

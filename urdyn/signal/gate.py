@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,14 +12,27 @@ from urdyn.types import Array
 
 REACH = 100.0  # [rad/s²] more than a UR's joints accelerate in use
 FINEST = 5e-4  # [rad] what logs are rounded to, and more
+STAMP = 1e-3  # [s] by which stamps scatter
+# [s] in which a joint that something shakes does as it likes: a real one that was pushed went by 1
+# mrad of which speeds do not tell. Over longer, up to ONE_WAY, its speed goes one way.
+SHAKEN, ONE_WAY = 0.01, 0.06
 
 Flags = NDArray[np.bool_]
-T = TypeVar("T", float, Array)
 
 
-def furthest(dt: T, acceleration: float = REACH) -> T:
-    """How far an arm's way over dt [s] may be off a trapezoid of its speeds [rad]."""
-    return FINEST + 0.25 * acceleration * dt * dt
+def furthest(dt: Array | float, speed: Array, change: Array, acceleration: float = REACH) -> Array:
+    """How far an arm's way over dt [s] may be off a trapezoid of its speeds, (..., J) [rad].
+
+    No acceleration up to a puts it further off than a dt² / 4, and no speed that goes one way by
+    more than half of what it changes by. NaN where that is not known.
+
+    Args:
+        speed: around [rad/s].
+        change: most that it changed by in the steps around [rad/s].
+    """
+    shaken, at_most = (0.25 * acceleration * np.square(time) for time in (SHAKEN, dt))
+    one_way = shaken + 0.5 * dt * change + STAMP * speed
+    return np.asarray(FINEST + np.fmin(at_most, np.where(np.less(dt, ONE_WAY), one_way, np.inf)))
 
 
 @dataclass(frozen=True)
@@ -28,9 +40,9 @@ class Gate:
     """Refuses what lies beyond both of what the arm can do and of what the sensor usually does.
 
     A sample is predicted from the one before: its speed from that, its angle by a trapezoid. The
-    arm cannot leave these by more than an acceleration allows, a dt and a dt² / 4; the sensor is
-    known by the running MAD of the departures. After a refusal there is nothing to predict from, so
-    the next sample passes: a torn sample is caught, a true step costs one sample.
+    arm cannot leave these by more than an acceleration allows, a dt and what is `furthest`; the
+    sensor is known by the running MAD of the departures. After a refusal there is nothing to
+    predict from, so the next sample passes: a torn sample is caught, a true step costs one sample.
     """
 
     sigma: float = 6.0  # [-] running MAD, in standard deviations
@@ -49,11 +61,17 @@ class Gate:
         apart[0] = np.fmin(apart[0], np.abs(trapezoid))
         return apart
 
-    def refuses(self, departure: Array, history: Array, dt: float) -> Flags:
-        """Which of q and v, (2, J), to mark as not measured; history (n, 2, J) of departures."""
-        reach = np.array([[furthest(dt, self.acceleration)], [self.acceleration * dt]])
-        beyond: Flags = departure > reach
-        if beyond.any():  # hardly ever: the median is only taken where it matters
+    def refuses(self, departure: Array, history: Array, dt: float, speed: Array) -> Flags:
+        """Which of q and v, (2, J), to mark as not measured.
+
+        Args:
+            history: (n, 2, J) of departures.
+            speed: of the sample or of the one before, (J,) [rad/s].
+        """
+        beyond: Flags = departure > [[FINEST], [self.acceleration * dt]]
+        if beyond.any():  # hardly ever: the rest is only asked for where it matters
+            change = np.fmax.reduce([departure[1], *history[:, 1]])
+            beyond[0] &= departure[0] > furthest(dt, speed, change, self.acceleration)
             beyond &= departure > self.sigma * MAD_TO_SD * _median_of_known(history)
         return beyond
 

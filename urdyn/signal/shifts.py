@@ -42,14 +42,16 @@ def without_turns(shift: Array) -> Array:
 def _unexplained(t: Array, q: Array, v: Array) -> tuple[Array, Array]:
     """Of each joint's way from the last row that was measured, what velocities do not explain.
 
-    By trapezoids, which no acceleration up to a puts further off than a dt² / 4: that is the reach.
+    By trapezoids; the reach is how far off they may be.
     """
     way, reach = np.zeros_like(q), np.full_like(q, np.inf)
     for j in range(q.shape[1]):
         rows: Index = np.flatnonzero(np.isfinite(q[:, j]) & np.isfinite(v[:, j]))
-        dt, known = np.diff(t[rows]), rows[1:]
-        way[known, j] = np.diff(q[rows, j]) - 0.5 * dt * (v[known, j] + v[rows[:-1], j])
-        reach[known, j] = furthest(dt)
+        dt, known, speed = np.diff(t[rows]), rows[1:], v[rows, j]
+        way[known, j] = np.diff(q[rows, j]) - 0.5 * dt * (speed[1:] + speed[:-1])
+        change = np.pad(np.abs(np.diff(speed)), 1)
+        around = np.max([change[:-2], change[1:-1], change[2:]], axis=0)
+        reach[known, j] = furthest(dt, np.fmax(np.abs(speed[1:]), np.abs(speed[:-1])), around)
     return way, reach
 
 
