@@ -55,3 +55,4 @@ def test_a_load_that_an_arm_goes_away_with_is_no_push() -> None:
     assert _left_with_it(stood, stays, sd)
     assert not _left_with_it(stood, goes, sd)
     assert not _left_with_it(np.ones(12, dtype=bool), stays, sd)
+    assert not _left_with_it(~stood, stays, sd)  # it came to rest with it

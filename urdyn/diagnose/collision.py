@@ -13,7 +13,7 @@ from functools import cached_property
 import numpy as np
 
 from urdyn.diagnose.event import Event
-from urdyn.diagnose.pushed import BIN, LOUD, MODEL, Bin, Pushed, sizes
+from urdyn.diagnose.pushed import BIN, LOUD, MODEL, QUIET, Bin, Pushed, beyond, sizes
 from urdyn.diagnose.rows import Rows
 from urdyn.diagnose.space import Space
 from urdyn.model.friction import follow
@@ -21,7 +21,6 @@ from urdyn.signal.channels import mean_measured
 from urdyn.types import Array, Mask
 
 HELD = 0.005  # [rad/s] slower than this a joint is held by friction that does not change
-QUIET = 30.0  # [-] sum of squares below which nothing happens
 CALM = 3  # quiet bins after which it is over
 CLEAR = 8.0  # [-] of squares by which each of them says so: 12 nats together, as of any other load
 FORGET = 0.08  # [-] of the baseline of a joint that moves, a bin
@@ -30,8 +29,8 @@ SPREAD = 0.02  # [-] of what is known of its spread
 NOTHING = 8.0  # [-] sum of squares below which bins tell how far the baseline is to be believed
 CORRELATED = 0.3  # [-] share of the noise that a bin's mean does not lose
 # [s] that a joint goes on being slow before it stands, and until then it may be held by less and
-# less; as long before it begins to move, it may be held by more.
-SETTLES = 0.4
+# less; as long before it begins to move, it may be held by more. One that moves turns as it does.
+SETTLES, TURNS = 0.4, 0.12
 STILL = 3e-5  # [rad] by which encoders jitter: two steps
 LATE = 0.4  # [-] of a bin by which a prediction may be early or late
 
@@ -40,7 +39,10 @@ LATE = 0.4  # [-] of a bin by which a prediction may be early or late
 class Quiet:
     """The baseline, and what happens beside it."""
 
-    base: Array  # (J,) [N·m]; NaN: unknown
+    base: Array  # (J,) [N·m] beside what is carried; NaN: unknown
+    bare: Array  # (J,) [N·m] the same if nothing is
+    slack: Array  # (2, J) [N·m] from where to where friction may have taken it since
+    loose: Mask  # (J,) joints that begin to move, or to stand
     held: Mask  # (J,) joints that stood
     since: Array  # (J,) [s] when they began to, or to move
     aimed: Array  # (J,) [N·m] predicted when the baseline was made
@@ -71,18 +73,14 @@ class Collision:
         """What a push was like."""
         return Pushed(self.space, self.rule["least"])
 
-    @cached_property
-    def _most(self) -> Array:
-        """What holds a joint that begins to move, or to stand, is unknown by that, (J,) [N·m]."""
-        return 2.0 * self.space.reference.drive.coulomb
-
     def init(self) -> Quiet:
         """Nothing seen yet."""
         J = self.space.joints
         nothing, nan = np.zeros(J), np.full(J, np.nan)
+        no = np.zeros(J, dtype=bool)
         return Quiet(
-            nan, np.zeros(J, dtype=bool), np.full(J, -np.inf), nothing, nothing, np.zeros((2, J)),
-            nan, nothing, np.zeros(10),
+            nan, nan, np.zeros((2, J)), no, no, np.full(J, -np.inf), nothing, nothing,
+            np.zeros((2, J)), nan, nothing, np.zeros(10),
         )  # fmt: skip
 
     def step(
@@ -109,31 +107,58 @@ class Collision:
             return state, None
         K = self.space.reference.drive.gain
         tool = K[:, None] * rows.tool.mean(axis=0)
-        rho = K * np.where(ill, 0.0, mean_measured(rows.residual)) - tool @ carried[0]
+        rho = K * np.where(ill, 0.0, mean_measured(rows.residual))
         aimed, held = K * rows.predicted.mean(axis=0), np.abs(rows.v).max(axis=0) < HELD
         state, crept = self._crept(state, rows, held)
-        t, most = float(rows.t[0]), self._most
-        turned = held != state.held
-        since = np.where(turned, t, state.since)
-        changed = np.isnan(state.base) | turned | (held & (t - since < SETTLES))
         if not state.going:
             # Whoever changes their mind about what is carried has not felt anything.
             base = state.base + tool @ (state.carried - carried[0])
-            base, at = np.where(changed, rho, base), np.where(changed, aimed, state.aimed)
-            state = replace(state, base=base, held=held, since=since, aimed=at, carried=carried[0])
-        else:
-            state = _doubted(state, t - SETTLES, turned * most)
+            state = replace(state, base=base, carried=carried[0])
+        borne = tool @ state.carried
+        state = self._loosened(state, rows, rho, borne, aimed, held)
         late = LATE * np.abs(aimed - state.asked)
         usual = self._usual(state, rows, held, aimed, late)
-        var = usual + crept**2
-        state = replace(_doubted(state, state.bins[-1].t if state.going else t, late), asked=aimed)
-        fresh = np.where(changed, most**2 + var if state.going else np.inf, var)
-        fresh, plain = (np.where(ill, np.inf, x) for x in (fresh, var))
-        felt = rho - state.base
-        seen = Bin(t, bool(held.all()), felt, np.sqrt(fresh), rows.q[0], tool, carried[0])
+        sd = np.where(ill, np.inf, np.sqrt(usual + crept**2))
+        since = state.bins[-1].t if state.going else np.inf
+        state = replace(_doubted(state, since, sd=late), asked=aimed)
+        seen = Bin(
+            float(rows.t[0]), bool(held.all()), rho - borne - state.base, rho - state.bare, sd,
+            state.slack, rows.q[0], tool, state.carried,
+        )  # fmt: skip
         if not state.going and sizes((seen,))[0] < LOUD:
             return self._learn(state, seen, usual, aimed), None
-        return self._judge(state, seen, float(np.sum(felt**2 / plain)), carried, ill)
+        return self._judge(state, seen, carried, ill)
+
+    def _loosened(
+        self, state: Quiet, rows: Rows, rho: Array, borne: Array, aimed: Array, held: Mask
+    ) -> Quiet:
+        """With joints that begin to move or to stand, which friction may hold otherwise.
+
+        Once they have settled, the baseline is what it is then, as far as friction may have changed
+        it; or what it was, for something may have begun just then. While it lasts, nobody knows.
+        """
+        drive, t = self.space.reference.drive, float(rows.t[0])
+        most = 2.0 * (drive.coulomb + drive.structural * np.abs(rows.load[-1]))
+        turned = held != state.held
+        since = np.where(turned, t, state.since)
+        loose = t - since < np.where(held, SETTLES, TURNS)
+        if state.going:
+            state, loose = _doubted(state, t - SETTLES, slack=turned * most), loose | state.loose
+        ready, unknown = state.loose & ~loose, np.isnan(state.base)
+        moved = np.where(ready, np.clip(rho - borne - state.base, *state.slack), 0.0)
+        base = np.where(unknown, rho - borne, state.base + moved)
+        was = np.array([np.minimum(-moved, 0.0), np.maximum(-moved, 0.0)])
+        slack = np.where(loose, np.array([-most, most]), np.where(ready, was, state.slack))
+        return replace(
+            state,
+            base=base,
+            bare=np.where(ready | unknown, base + borne, state.bare),
+            aimed=np.where(ready | unknown, aimed, state.aimed),
+            slack=slack,
+            loose=loose,
+            held=held,
+            since=since,
+        )
 
     def _crept(self, state: Quiet, rows: Rows, held: Mask) -> tuple[Quiet, Array]:
         """Friction of standing joints that is predicted to change and does not, (J,) [N·m].
@@ -162,32 +187,46 @@ class Collision:
         return np.asarray(np.maximum(noise, 2.0 * state.spread) + (doubt + late) ** 2)
 
     def _judge(
-        self, state: Quiet, seen: Bin, least: float, carried: Array, ill: Mask
+        self, state: Quiet, seen: Bin, carried: Array, ill: Mask
     ) -> tuple[Quiet, Event | None]:
-        """Args: least: sum of squares if a joint that has just begun to move is believed."""
-        over = state.going and least < QUIET and _gone(state.bins, seen)
+        loads = (
+            replace(seen, felt=seen.felt - seen.tool @ (c - seen.carried), carried=c)
+            for c in carried
+        )
+        quiet = (
+            [s for s in (seen, *loads) if sizes((s,))[0] < QUIET and _gone(state.bins, s)]
+            if state.going
+            else []
+        )
+        over, seen = bool(quiet), quiet[0] if quiet else seen
         state = replace(state, calm=state.calm + 1 if over else 0, bins=(*state.bins, seen))
         if state.calm >= CALM:
             event = None
             if state.seen > CALM:
-                event = self.pushed.event(state.bins, state.calm, carried, ill)
-            return replace(state, calm=0, bins=()), event
+                event = self.pushed.event(state.bins, state.calm, ill)
+            state = replace(state, bare=state.base + seen.tool @ seen.carried)
+            return replace(state, carried=seen.carried, calm=0, bins=()), event
         if seen.t - state.bins[0].t > self.rule["longest"]:
-            base = state.base + seen.felt
-            return replace(state, base=base, carried=seen.carried, calm=0, bins=()), None
+            base, bare = state.base + seen.felt, state.bare + seen.bare
+            return replace(state, base=base, bare=bare, calm=0, bins=()), None
         return state, None
 
     def _learn(self, state: Quiet, seen: Bin, usual: Array, aimed: Array) -> Quiet:
-        fresh = np.isinf(seen.sd)
+        fresh = np.isinf(seen.sd) | state.loose
         forget = np.where(state.held, RELAX, FORGET)
         rate = np.maximum(forget, 1.0 / (state.seen + 1.0))
         square = seen.felt**2
         wide = fresh | (np.sum(np.where(fresh, 0.0, square / usual)) > NOTHING)
         clipped = np.minimum(square, 9.0 * usual)
         spread = state.spread + np.where(wide, 0.0, SPREAD * (clipped - state.spread))
-        base = state.base + np.where(fresh, 0.0, rate * seen.felt)
-        at = state.aimed + rate * (aimed - state.aimed)
-        return replace(state, base=base, aimed=at, spread=spread, seen=state.seen + 1)
+        base, bare = (
+            of + np.where(fresh, 0.0, rate * felt)
+            for of, felt in ((state.base, seen.felt), (state.bare, seen.bare))
+        )
+        at = state.aimed + np.where(fresh, 0.0, rate * (aimed - state.aimed))
+        slack = np.where(fresh, 1.0, 1.0 - rate) * state.slack
+        known = replace(state, base=base, bare=bare, aimed=at, slack=slack, spread=spread)
+        return replace(known, seen=state.seen + 1)
 
 
 def _gone(then: tuple[Bin, ...], seen: Bin) -> bool:
@@ -197,11 +236,23 @@ def _gone(then: tuple[Bin, ...], seen: Bin) -> bool:
     """
     size = sizes(then)
     loud = np.array([each.felt for each in then])[size >= min(LOUD, size.max())]
-    still = np.sum(((seen.felt - loud) / seen.sd) ** 2, axis=1).min()
+    apart = beyond(seen.felt - loud, seen.slack)
+    still = np.sum((apart / seen.sd) ** 2, axis=1).min()
     return bool(sizes((seen,))[0] + CLEAR < still)
 
 
-def _doubted(state: Quiet, since: float, by: Array) -> Quiet:
-    """What was felt since then [s] may be what is known only now, by (J,) [N·m] sd: no push."""
-    bins = (b if b.t < since else replace(b, sd=np.maximum(b.sd, by)) for b in state.bins)
-    return replace(state, bins=tuple(bins))
+def _doubted(
+    state: Quiet, since: float, sd: Array | float = 0.0, slack: Array | float = 0.0
+) -> Quiet:
+    """What was felt since then [s] may be what is known only now: no push.
+
+    Args:
+        sd: that is the least, (J,) [N·m].
+        slack: that there is either way, (J,) [N·m].
+    """
+
+    def more(b: Bin) -> Bin:
+        wide = np.array([np.minimum(b.slack[0], -slack), np.maximum(b.slack[1], slack)])
+        return replace(b, sd=np.maximum(b.sd, sd), slack=wide)
+
+    return replace(state, bins=tuple(b if b.t < since else more(b) for b in state.bins))

@@ -5,7 +5,7 @@ tau_j = J_j(q)' F        for the joints below the link that is pushed; the other
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -16,9 +16,11 @@ from urdyn.types import Array, Mask
 
 BIN = 0.04  # [s]
 LOUD = 90.0  # [-] sum of squares above which something happens
+QUIET = 30.0  # [-] and below which nothing does
 MODEL = 0.05  # [-] of a torque that changes, which the model may have wrong
 FORCE = 100.0  # [N] sd of a push
 STRONG = 0.5  # [-] of the loudest bin, from which on bins tell what it was like
+LASTS = 3  # bins that a push beside a piece which is taken up is felt for
 ENDING = 3  # bins, the last ones, by which a load that stood is still there
 
 
@@ -29,15 +31,28 @@ class Bin:
     t: float  # [s]
     stood: bool  # the arm did
     felt: Array  # (J,) [N·m] beside the baseline
+    bare: Array  # (J,) [N·m] the same if nothing is carried
     sd: Array  # (J,) [N·m] of that for no push at all
+    slack: Array  # (2, J) [N·m] from where to where friction that is another may account for it
     q: Array  # (J,) [rad]
     tool: Array  # (J, 10) [N·m] per unit of payload
     carried: Array  # (10,) what was taken to be carried
 
 
+def beyond(felt: Array, slack: Array) -> Array:
+    """What was felt (..., J) beyond the slack (..., 2, J), [N·m]."""
+    return np.asarray(felt - np.clip(felt, slack[..., 0, :], slack[..., 1, :]))
+
+
 def sizes(bins: tuple[Bin, ...]) -> Array:
-    """Sum of squares of what was felt, in its sd, (B,) [-]."""
-    return np.array([np.sum((each.felt / each.sd) ** 2) for each in bins])
+    """Sum of squares of what was felt, in its sd, (B,) [-]: of a push, whatever is carried."""
+    return np.array(
+        [min(_squares(of, each.slack, each.sd) for of in (each.felt, each.bare)) for each in bins]
+    )
+
+
+def _squares(felt: Array, slack: Array, sd: Array) -> Array:
+    return np.asarray(np.sum((beyond(felt, slack) / sd) ** 2, axis=-1))
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,29 +62,36 @@ class Pushed:
     space: Space
     least: float  # [N] below, pushes are not told
 
-    def event(self, bins: tuple[Bin, ...], calm: int, carried: Array, ill: Mask) -> Event | None:
+    def event(self, bins: tuple[Bin, ...], calm: int, ill: Mask) -> Event | None:
         """What the push was like, if it was one.
 
         Args:
             calm: bins at the end in which it was over.
-            carried: inertials that may be at the tool, (k, 10).
             ill: joints whose sensor is not to be believed, (J,).
         """
         felt, stood = np.array([each.felt for each in bins]), np.array([b.stood for b in bins])
+        slack = np.array([each.slack for each in bins])
         sd = np.where(ill, np.inf, np.array([each.sd for each in bins]))
-        size = np.sum((felt / sd) ** 2, axis=1)
+        size = sizes(tuple(replace(each, sd=row) for each, row in zip(bins, sd, strict=True)))
         if size.max() < LOUD:  # it was the sensor
             return None
-        if _handled(bins, sd, size, carried) or _held(bins, sd, size, calm):
+        if (bins[-1].carried != bins[0].carried).any():
+            felt = _beside_the_piece(bins, sd)
+            size = _squares(felt, slack, sd)
+            if np.count_nonzero(size > LOUD) < LASTS:
+                return None
+        elif _held(bins, sd, size, calm):
             return None
         if _left_with_it(stood, felt, sd):
             return None
         peak = int(np.argmax(size))
         strong = size > STRONG * size[peak]
-        # What is there still has come meanwhile, nobody knows when, and is no part of the push.
-        stayed = felt[-calm:].mean(axis=0)
-        mean = felt[strong].mean(axis=0) - 0.5 * stayed
-        doubt = np.hypot(sd[peak] / np.sqrt(strong.sum()), stayed / np.sqrt(12.0))
+        # What is there still has come meanwhile, nobody knows when, and is no part of the push; nor
+        # is friction that is another.
+        stayed, of_friction = felt[-calm:].mean(axis=0), slack[peak]
+        mean = felt[strong].mean(axis=0) - 0.5 * stayed - of_friction.mean(axis=0)
+        unknown = (stayed**2 + np.ptp(of_friction, axis=0) ** 2) / 12.0
+        doubt = np.sqrt(sd[peak] ** 2 / strong.sum() + unknown)
         link, share, force = self._place(bins[peak].q, mean, doubt, np.isfinite(doubt))
         strength = float(np.linalg.norm(force))
         if strength < self.least:
@@ -111,27 +133,28 @@ class Pushed:
         return int(links[best]), float(share[links == links[best]].sum()), forces[best]
 
 
-def _handled(bins: tuple[Bin, ...], sd: Array, size: Array, carried: Array) -> bool:
-    """Whether a piece that was taken or put down says most of it.
+def _beside_the_piece(bins: tuple[Bin, ...], sd: Array) -> Array:
+    """What was felt beside the piece that was taken or put down meanwhile, (B, J) [N·m].
 
-    Where others changed their mind about it meanwhile, the baseline may have had some of it before.
+    It comes and goes within a bin, or as it is lifted off: the tool may bear any part of it.
     """
-    had = -bins[0].tool @ (bins[-1].carried - bins[0].carried)
-    for other in carried:
-        left = np.array([each.felt - each.tool @ (other - each.carried) for each in bins])
-        left -= np.clip(left.mean(axis=0), np.minimum(had, 0.0), np.maximum(had, 0.0))
-        if np.minimum(size, np.sum((left / sd) ** 2, axis=1)).sum() < 0.5 * size.sum():
-            return True
-    return False
+    before, since = bins[0].carried, bins[-1].carried
+    felt = np.array([each.felt + each.tool @ (each.carried - before) for each in bins])
+    piece = np.array([each.tool @ (since - before) for each in bins])
+    along = np.sum(felt * piece / sd**2, axis=1, keepdims=True)
+    whole = np.sum((piece / sd) ** 2, axis=1, keepdims=True)
+    return np.asarray(felt - np.clip(along / whole, 0.0, 1.0) * piece)
 
 
 def _held(bins: tuple[Bin, ...], sd: Array, size: Array, calm: int) -> bool:
     """Whether one piece that nobody knows says most of it, and is there when it seems over."""
-    felt, tool = (np.array([getattr(each, name) for each in bins]) for name in ("felt", "tool"))
-    scaled = (tool / sd[..., None]).reshape(-1, tool.shape[-1])
+    each = ("felt", "tool", "slack")
+    felt, tool, slack = (np.array([getattr(of, name) for of in bins]) for name in each)
+    wide = np.hypot(sd, np.ptp(slack, axis=1) / np.sqrt(12.0))
+    scaled = (tool / wide[..., None]).reshape(-1, tool.shape[-1])
     precision = scaled.T @ scaled + np.diag(ANYTHING**-2.0)
-    piece = np.linalg.solve(precision, scaled.T @ (felt / sd).ravel())
-    left = np.sum(((felt - tool @ piece) / sd) ** 2, axis=1)
+    piece = np.linalg.solve(precision, scaled.T @ (felt / wide).ravel())
+    left = _squares(felt - tool @ piece, slack, sd)
     return bool(left.sum() < 0.5 * size.sum() and left[-calm:].sum() < size[-calm:].sum())
 
 
@@ -146,6 +169,5 @@ def _left_with_it(stood: Mask, felt: Array, sd: Array) -> bool:
         felt, sd: (B, J) [N·m].
     """
     sizes = np.sum((felt / sd.min(axis=0)) ** 2, axis=1)
-    return bool(
-        stood.any() and not stood.all() and sizes[-ENDING:].mean() > 0.25 * sizes[stood].max()
-    )
+    before = stood & np.append(np.cumsum(~stood[::-1])[::-1][1:] > 0, False)  # it went
+    return bool(before.any() and sizes[-ENDING:].mean() > 0.25 * sizes[before].max())
