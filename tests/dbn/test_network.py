@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from itertools import combinations
 
@@ -154,3 +155,37 @@ def test_nodes_have_components_of_their_own() -> None:
     model = compile_linear(network, {"a": 2, "b": 2})
     np.testing.assert_allclose(model.prior.mean, [1.0, 2.0, 0.0, 0.0])
     np.testing.assert_allclose(model.prior.sd, [0.1, 0.2, np.sqrt(1.04), np.sqrt(1.16)])
+
+
+A, B = Node("a"), Node("b")
+
+
+@pytest.mark.parametrize(
+    "asked, said",
+    [
+        (lambda: figure2()["nope"], "no node nope; there are k, m, f"),
+        (lambda: figure2().parents("nope"), "no node nope; there are k, m, f"),
+        (lambda: figure2().children("nope'"), "no node nope'"),
+        (lambda: figure2().markov_blanket("nope"), "no node nope"),
+        (lambda: figure2().d_separated("curr", "alfa"), "no node alfa"),
+        (lambda: figure2().d_separated("nope", "f"), "no node nope"),
+        (lambda: figure2().d_separated("k", "f", "nope"), "no node nope"),
+        (lambda: figure2().without("f", "nope"), "no edge joins f to nope; there are f -> alpha"),
+        (lambda: Network((A, B, A), ()), "two nodes are named a"),
+        (lambda: Network((A, Node("a'")), ()), "two nodes are named a'"),
+        (lambda: Network((A,), (Edge("a", "b"),)), "no node b; there are a"),
+        (lambda: Network((A, B), (Edge("a", "b"), Edge("b", "a"))), "circle"),
+        (lambda: Edge("a", "a", shared=True), "joins two"),
+        (lambda: Edge("a", "b", 1.5, shared=True), "correlation"),
+        (lambda: Edge("a", "b", np.nan), "finite"),
+        (lambda: Node("a", sd=-1.0), "a: .* sd"),
+        (lambda: Node("a", sd=(1.0, np.nan)), "a: .* sd"),
+        (lambda: Node("a", diffusion=-1.0), "diffusion"),
+        (lambda: Node("a", mean=np.inf), "mean"),
+        (lambda: Node("a", time_constant=0.0), "time constant"),
+        (lambda: Node("a", kind="latent"), "take parameter or observation"),  # type: ignore[arg-type]
+    ],
+)
+def test_what_is_no_network_or_not_in_it_is_refused(asked: Callable[[], object], said: str) -> None:
+    with pytest.raises(UrdynError, match=said):
+        asked()

@@ -160,6 +160,20 @@ def test_kalman_refuses_a_model_that_bends() -> None:
         Kalman().init(Product())
 
 
+@pytest.mark.parametrize(
+    "filter_, settings",
+    [
+        (ParticleFilter, {"count": 0}),
+        (UKF, {"alpha": 0.0}),
+        (UKF, {"beta": np.inf}),
+        (UKF, {"kappa": np.nan}),
+    ],
+)
+def test_settings_that_make_no_filter_are_refused(filter_: Any, settings: dict[str, Any]) -> None:
+    with pytest.raises(UrdynError, match=next(iter(settings))):
+        filter_(**settings)
+
+
 def test_a_track_knows_its_names_and_times() -> None:
     rng = np.random.default_rng(14)
     model = random_model(rng, 3, 2)

@@ -9,6 +9,7 @@ import pytest
 from affine_models import ticks
 
 from urdyn.dbn import AffineObservation, Joined, RandomWalk, Trend, jumps
+from urdyn.errors import UrdynError
 from urdyn.estimate import Bank, Kalman, follow_ramp, ramp_bound, track
 from urdyn.types import Array, Gaussian
 
@@ -118,6 +119,21 @@ def test_a_ramp_that_falls_is_one_that_rises_upside_down() -> None:
     y = ramp(20) + 0.02 * np.random.default_rng(35).standard_normal(STEPS)
     up, down = follow_ramp(y, 0.02), follow_ramp(-y, 0.02, direction=-1)
     np.testing.assert_allclose(down["f"], -up["f"], atol=1e-9)
+
+
+def test_a_ramp_against_the_direction_is_followed_but_later() -> None:
+    y = 0.02 * np.random.default_rng(38).standard_normal(STEPS) - ramp(20)
+    told, untold = follow_ramp(y, 0.02, direction=-1), follow_ramp(y, 0.02, direction=1)
+    assert untold["f.rate"][-1] == pytest.approx(-RATE, rel=0.2)
+    assert (untold["f.rate"][30:] > told["f.rate"][30:]).all()
+
+
+@pytest.mark.parametrize(
+    "settings", [{"sigma": 0.0}, {"sigma": np.nan}, {"dt": 0.0}, {"dt": -1.0}, {"direction": 2}]
+)
+def test_settings_of_no_ramp_are_refused(settings: dict[str, Any]) -> None:
+    with pytest.raises(UrdynError, match=next(iter(settings))):
+        follow_ramp(np.zeros(5), **({"sigma": 0.02} | settings))
 
 
 def test_time_may_be_counted_in_seconds_or_in_steps() -> None:

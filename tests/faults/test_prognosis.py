@@ -26,7 +26,8 @@ def test_the_posterior_is_bayes_rule_on_a_grid() -> None:
     sigma, hazard = 0.02, 1e-3
     y = worn(sigma, 40, 1, 1)[:, 0]
     baseline = stated_baseline(LEVEL, sigma)
-    known = posterior(followed(baseline, y), 0, 1.0, CRITICAL - LEVEL, hazard)
+    far = (CRITICAL - LEVEL) / sigma
+    known = posterior(followed(baseline, y), 0, 1.0, far, hazard)
     # Neighbours' median marks outliers; here there are none.
     t, rates = np.arange(1.0, 41.0), np.arange(5e-6, 0.075, 1e-5)
     log = np.empty((40, len(rates)))
@@ -40,7 +41,7 @@ def test_the_posterior_is_bayes_rule_on_a_grid() -> None:
     crossing = np.arange(40)[:, None] + (CRITICAL - LEVEL) / rates - 40.0
     for x in (10.0, 20.0, 40.0):
         grid = weight[crossing <= x].sum() / weight.sum()
-        assert known.crossed(CRITICAL - LEVEL, x) == pytest.approx(grid, abs=2e-3)
+        assert known.crossed(far, x) == pytest.approx(grid, abs=2e-3)
 
 
 @pytest.mark.slow
@@ -112,6 +113,38 @@ def test_an_outlier_does_not_move_the_forecast() -> None:
     assert abs(after.median - before.median) < 0.2 * (before.high - before.low)
 
 
-def test_levels_on_both_sides_of_healthy_are_refused() -> None:
-    with pytest.raises(UrdynError, match="one side"):
-        forecast(worn(0.01, 60, 1, 9), stated_baseline(LEVEL, 0.01), 0.05, CRITICAL)
+@pytest.mark.parametrize(
+    "warning, critical, coverage, said",
+    [
+        (0.05, CRITICAL, 0.9, "one side"),
+        (CRITICAL, WARNING, 0.9, "no nearer"),
+        (WARNING, np.inf, 0.9, "finite"),
+        (WARNING, np.nan, 0.9, "finite"),
+        (np.nan, CRITICAL, 0.9, "finite"),
+        (WARNING, CRITICAL, 2.0, "coverage"),
+        (WARNING, CRITICAL, -0.5, "coverage"),
+    ],
+)
+def test_levels_and_coverages_that_make_no_sense_are_refused(
+    warning: float, critical: float, coverage: float, said: str
+) -> None:
+    with pytest.raises(UrdynError, match=said):
+        forecast(worn(0.01, 60, 1, 9), stated_baseline(LEVEL, 0.01), warning, critical, coverage)
+
+
+def test_what_rises_is_not_expected_to_fall() -> None:
+    """Not even where a fall is so unlikely that its probability is no float."""
+    away = forecast(worn(0.0025, 60, 1, 4), stated_baseline(LEVEL, 0.0025), 0.05, 0.02)[0]
+    assert away.probability < 1e-3 and away.critical.low > 0.0
+    assert away.rate.high < 0.0
+
+
+@pytest.mark.parametrize("unit", [1e-300, 1e-6, 1e6, 1e300])
+def test_a_forecast_does_not_depend_on_the_unit(unit: float) -> None:
+    """To the tolerance of a quantile, 1e-9 of the bracket, beside rates of 0.25 sd/step."""
+    y, healthy = worn(0.01, 60, 1, 4), worn(0.01, 1000, 1, 10) - worn(0.0, 1000, 1, 10) + LEVEL
+    plain = forecast(y, healthy, WARNING, CRITICAL)[0]
+    scaled = forecast(unit * y, unit * healthy, unit * WARNING, unit * CRITICAL)[0]
+    assert scaled.critical.median == pytest.approx(plain.critical.median, rel=1e-6)
+    assert scaled.rate.median == pytest.approx(unit * plain.rate.median, rel=1e-6, abs=0.0)
+    assert scaled.change.high == pytest.approx(unit * plain.change.high, rel=1e-6, abs=0.0)

@@ -13,11 +13,17 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Literal
+from typing import Literal, get_args
+
+import numpy as np
 
 from urdyn.dbn.mixed_graph import MixedGraph, Names, Pair
+from urdyn.errors import UrdynError
 
+Kind = Literal["parameter", "observation"]
 Values = float | tuple[float, ...]  # the same for all components of a node, or one for each
+
+CERTAIN = 1.0 + 1e-9  # a correlation that is learnt may be 1 but for rounding
 
 
 @dataclass(frozen=True)
@@ -26,11 +32,23 @@ class Node:
 
     name: str
     meaning: str = ""
-    kind: Literal["parameter", "observation"] = "parameter"
+    kind: Kind = "parameter"
     mean: Values = 0.0
     sd: Values = 1.0  # of the first slice's own part: of a parameter's prior, of a sensor's noise
     diffusion: Values = 0.0  # [unit/√s] how its own part wanders
     time_constant: Values = float("inf")  # [s] in which its own part is forgotten
+
+    def __post_init__(self) -> None:
+        if self.kind not in get_args(Kind):
+            kinds = " or ".join(get_args(Kind))
+            raise UrdynError(f"{self.name} has the kind {self.kind!r}; take {kinds}")
+        spread = np.r_[self.sd, self.diffusion]
+        finite = np.isfinite(np.r_[self.mean, spread]).all()
+        if not (finite and (spread >= 0.0).all() and np.greater(self.time_constant, 0.0).all()):
+            raise UrdynError(
+                f"{self.name}: mean, sd and diffusion have to be finite, no sd and no diffusion "
+                "below 0, and a time constant above 0"
+            )
 
 
 @dataclass(frozen=True)
@@ -41,6 +59,15 @@ class Edge:
     child: str
     coefficient: float = 1.0  # of an arrow: child per parent; of a shared disturbance: correlation
     shared: bool = False
+
+    def __post_init__(self) -> None:
+        if self.parent == self.child:
+            raise UrdynError(f"{self}: an edge joins two nodes")
+        if not abs(self.coefficient) < (CERTAIN if self.shared else np.inf):
+            raise UrdynError(
+                f"{self} ({self.coefficient}): a coefficient has to be finite, and a shared "
+                "disturbance's, a correlation, between -1 and 1"
+            )
 
     @property
     def ends(self) -> Pair:
@@ -57,6 +84,9 @@ class Network:
 
     nodes: tuple[Node, ...]
     edges: tuple[Edge, ...]
+
+    def __post_init__(self) -> None:
+        _ = self.unrolled  # a graph refuses what makes none
 
     @cached_property
     def parameters(self) -> tuple[Node, ...]:
@@ -97,7 +127,8 @@ class Network:
         )
 
     def __getitem__(self, name: str) -> Node:
-        return next(n for n in self.nodes if n.name == name)
+        wanted = self.slice.named(name)
+        return next(n for n in self.nodes if n.name in wanted)
 
     def parents(self, node: str) -> Names:
         """Over both slices: `alpha'` has parents in this slice and the one before."""
@@ -122,7 +153,9 @@ class Network:
     def without(self, parent: str, child: str) -> Network:
         """The network that lacks one edge, and so the inter-slice edge that followed from it."""
         kept = tuple(e for e in self.edges if e.ends != (parent, child))
-        assert len(kept) == len(self.edges) - 1, f"{parent} - {child} is an edge of the network"
+        if len(kept) == len(self.edges):
+            there = ", ".join(map(str, self.edges))
+            raise UrdynError(f"no edge joins {parent} to {child}; there are {there}")
         return replace(self, edges=kept)
 
     def __str__(self) -> str:

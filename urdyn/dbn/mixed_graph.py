@@ -7,7 +7,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from graphlib import TopologicalSorter
+from functools import cached_property
+from graphlib import CycleError, TopologicalSorter
+
+from urdyn.errors import UrdynError
 
 Pair = tuple[str, str]
 Names = frozenset[str]
@@ -22,20 +25,37 @@ class MixedGraph:
     shared: frozenset[Pair] = frozenset()  # (a, b), in either order
 
     def __post_init__(self) -> None:
-        ends = {end for pair in self.directed | self.shared for end in pair}
-        assert ends <= set(self.nodes), "edges join nodes of the graph"
+        if twice := sorted({n for n in self.nodes if self.nodes.count(n) > 1}):
+            raise UrdynError(f"two nodes are named {', '.join(twice)}; give each its own name")
+        self.named(end for pair in self.directed | self.shared for end in pair)
+        try:
+            self.order()
+        except CycleError as error:
+            circle = " -> ".join(error.args[1])
+            raise UrdynError(f"arrows lead in a circle, {circle}; take one out") from None
+
+    def named(self, nodes: str | Iterable[str]) -> Names:
+        """One node or more as a set; UrdynError where the graph has no such."""
+        found = frozenset((nodes,) if isinstance(nodes, str) else nodes)
+        if strange := found.difference(self.nodes):
+            raise UrdynError(
+                f"no node {', '.join(sorted(strange))}; there are {', '.join(self.nodes)}"
+            )
+        return found
 
     def parents(self, *nodes: str) -> Names:
         """Whom the arrows into `nodes` come from."""
-        return frozenset(p for p, c in self.directed if c in nodes)
+        ends = self.named(nodes)
+        return frozenset(p for p, c in self.directed if c in ends)
 
     def children(self, *nodes: str) -> Names:
         """Whom the arrows from `nodes` go to."""
-        return frozenset(c for p, c in self.directed if p in nodes)
+        ends = self.named(nodes)
+        return frozenset(c for p, c in self.directed if p in ends)
 
     def ancestors(self, nodes: Iterable[str]) -> Names:
         """`nodes` and all from whom arrows lead to them."""
-        found = frozenset(nodes)
+        found = self.named(nodes)
         while not (more := self.parents(*found)) <= found:
             found |= more
         return found
@@ -47,7 +67,7 @@ class MixedGraph:
 
     def district(self, *nodes: str) -> Names:
         """`nodes` and all that shared disturbances join to them."""
-        found = frozenset(nodes)
+        found = self.named(nodes)
         while not (more := {e for pair in self.shared if found & {*pair} for e in pair}) <= found:
             found |= more
         return found
@@ -66,8 +86,8 @@ class MixedGraph:
         In the moral graph of their ancestors every path from a to b meets `given`
         [Lauritzen1990]_; a shared disturbance is a common parent that is never given.
         """
-        start, goal, known = _names(a), _names(b), frozenset(given)
-        plain = self._with_latents()
+        start, goal, known = self.named(a), self.named(b), self.named(given)
+        plain = self._with_latents
         kept = plain.ancestors(start | goal | known)
         reached, frontier = start - known, start - known
         while frontier:
@@ -75,6 +95,7 @@ class MixedGraph:
             reached |= frontier
         return not reached & goal
 
+    @cached_property
     def _with_latents(self) -> MixedGraph:
         """The same independences among `nodes`, with arrows only."""
         latent = {f"{a}<->{b}": (a, b) for a, b in self.shared}
@@ -85,7 +106,3 @@ class MixedGraph:
         """Parents, children and the children's other parents, within `kept`."""
         children = self.children(*nodes) & kept
         return (children | self.parents(*nodes) | self.parents(*children)) & kept
-
-
-def _names(one_or_more: str | Iterable[str]) -> Names:
-    return frozenset((one_or_more,) if isinstance(one_or_more, str) else one_or_more)

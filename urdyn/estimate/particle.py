@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from urdyn.dbn.two_slice import TwoSlice, U
+from urdyn.errors import UrdynError
 from urdyn.estimate.innovation import Innovation, Rows, measured_rows
 from urdyn.estimate.linearised import joseph
 from urdyn.estimate.mixture import log_density, moments, normalised, surprise
@@ -43,6 +44,10 @@ class ParticleFilter:
     threshold: float = 0.5  # resampled when the effective number falls below this fraction
     marginalise: bool = True  # False: sample every state, as the paper does
     seed: int = 0
+
+    def __post_init__(self) -> None:
+        if self.count < 1:
+            raise UrdynError(f"count {self.count}: a cloud has 1 particle or more")
 
     def init(self, model: TwoSlice[U]) -> Particles:
         """A cloud drawn from the model's prior."""

@@ -16,6 +16,7 @@ from __future__ import annotations
 import numpy as np
 
 from urdyn.dbn import AffineObservation, Joined, Tick, Trend, jumps
+from urdyn.errors import UrdynError
 from urdyn.estimate.bank import Bank
 from urdyn.estimate.protocol import Track, track
 from urdyn.types import Array, Gaussian
@@ -52,15 +53,18 @@ def ramp_bank(
 
     Args:
         sigma: noise of a reading [unit].
-        direction: 1 where the parameter can only rise (friction), -1 where it can only fall
-            (health), 0 where it may do either.
+        direction: 1 where the parameter is expected to rise (friction), -1 to fall (health), 0
+            where it may do either. Expected only: a ramp the other way is followed, but later.
         dt: between readings [s], or 1 where time counts in steps.
         steepest: rate up to which any is as likely as any other [unit/s]; sigma / (2 dt) if None.
         expected: readings until an onset, in the prior; the hazard is constant.
         onsets: candidates that are kept apart; older ones are merged.
         rate: the state that jumps at an onset.
     """
-    assert direction in (-1, 0, 1), "a ramp rises, falls, or may do either"
+    if direction not in (-1, 0, 1):
+        raise UrdynError(f"direction {direction}: 1 for a rise, -1 for a fall, 0 for either")
+    if not (0.0 < sigma < np.inf and 0.0 < dt < np.inf):
+        raise UrdynError(f"sigma {sigma} and dt {dt} have to be finite and above 0")
     most = STEEPEST * sigma / dt if steepest is None else steepest
     width = most / RATES
     rates = width * (np.arange(RATES) + 0.5)

@@ -9,6 +9,7 @@ import numpy as np
 
 from urdyn.dbn.arguments import Arguments
 from urdyn.dbn.two_slice import Narrow, TwoSlice, U, arguments
+from urdyn.errors import UrdynError
 from urdyn.estimate.innovation import Innovation, measured_rows
 from urdyn.estimate.linearised import Expected, learnt, predict
 from urdyn.estimate.sigma_points import Rule, SigmaPoints, sigma_points
@@ -36,6 +37,14 @@ class UKF:
     alpha: float | None = None
     beta: float = 2.0  # 2 is right for a Gaussian
     kappa: float = 0.0
+
+    def __post_init__(self) -> None:
+        spread = 1.0 if self.alpha is None else self.alpha
+        if not (0.0 < spread < np.inf and np.isfinite([self.beta, self.kappa]).all()):
+            raise UrdynError(
+                f"alpha {self.alpha}, beta {self.beta}, kappa {self.kappa}: "
+                "they have to be finite, and alpha above 0"
+            )
 
     def init(self, model: TwoSlice[U]) -> Gaussian:
         """The model's prior."""

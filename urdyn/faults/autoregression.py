@@ -38,8 +38,9 @@ def autoregression(y: Array) -> Array:
     size = NORMAL_MAD * float(np.median(np.abs(z)))
     if not size > 0.0 or not order:
         return np.zeros(0)
+    X, z = X / size, z / size  # whose squares are floats in any unit
     allowed = [p for p in ORDERS if p <= order]
-    found = {p: _fit(X[:, :p], z, size) for p in allowed}
+    found = {p: _fit(X[:, :p], z) for p in allowed}
     residual = {p: z - X[:, :p] @ a for p, a in found.items()}
     # One set of weights for all orders: what differs between them is the colour alone.
     weight = _bounded(residual[order])
@@ -62,12 +63,12 @@ def _longest(y: Array) -> int:
     return allowed
 
 
-def _fit(X: Array, z: Array, size: float) -> Array:
-    """Least squares with rows weighed by their residuals and their leverage, (p,)."""
+def _fit(X: Array, z: Array) -> Array:
+    """Least squares of values of unit size, weighed by residuals and leverage, (p,)."""
     p = X.shape[1]
     if not p:
         return np.zeros(0)
-    leverage = np.minimum(1.0, BOUND * size / np.maximum(np.abs(X).max(axis=1), 1e-300)) ** 2
+    leverage = np.minimum(1.0, BOUND / np.maximum(np.abs(X).max(axis=1), 1e-300)) ** 2
     weight, a = leverage, np.zeros(p)
     for _ in range(ROUNDS):
         XW = X.T * weight

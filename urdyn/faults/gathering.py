@@ -46,6 +46,7 @@ class Gathering(ABC):
 
     def __post_init__(self) -> None:
         require_promise(self.promise)
+        _ = self.mixture  # refuses what cannot be looked for
 
     @cached_property
     def mixture(self) -> Mixture:

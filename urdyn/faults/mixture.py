@@ -25,7 +25,9 @@ class Mixture:
             object.__setattr__(self, name, frozen(np.atleast_1d(getattr(self, name))))
         slack = np.asarray(self.tolerance)
         if not (np.isfinite(slack).all() and (slack >= 0.0).all()):
-            raise UrdynError("a tolerance is a finite number of standard deviations, 0 or more")
+            raise UrdynError("a tolerance of a change is finite, and 0 or more")
+        if not np.isin(self.side, (-1.0, 0.0, 1.0)).all():
+            raise UrdynError("a side is +1 where only a rise is a fault, -1 a fall, 0 both")
 
     @cached_property
     def entry(self) -> Array:

@@ -1,10 +1,11 @@
 """When a ramp began, and how steep it is: the posterior, onset by onset.
 
-    e_t = r h(t - t0) + noise,    h(k) = (k - sum_j a_j max(k - j, 0)) / s,   k = t - t0 >= 0
+    e_t = r h(t - t0) + noise,    h(k) = k - sum_j a_j max(k - j, 0),   k = t - t0 >= 0
 
-is a regression through its kink: given the onset t0, the rate r is Gaussian with the sums
-S1 = sum h e, S2 = sum h^2, and cut off at zero. So rates need no grid; onsets are remembered one by
-one while they are recent, and the older the sparser, so that any length of history fits.
+is a regression through its kink, r in spreads of the baseline a step, whatever the unit. Given the
+onset t0, the rate r is Gaussian with the sums S1 = sum h e, S2 = sum h^2, and cut off at zero. So
+rates need no grid; onsets are remembered one by one while they are recent, and the older the
+sparser, so that any length of history fits.
 """
 
 from __future__ import annotations
@@ -76,11 +77,10 @@ def followed(baseline: Baseline, series: ArrayLike, candidates: int = CANDIDATES
 
 
 def _shape(baseline: Baseline, age: Array) -> Array:
-    """h of ages (A,), (A, n) [steps/unit]; zero for onsets not yet used."""
+    """h of ages (A,), (A, n) [steps]; zero for onsets not yet used."""
     k = np.where(np.isfinite(age), age, 0.0)[:, None]
     lag = np.arange(1.0, baseline.order + 1.0)
-    passed = k - np.maximum(k - lag, 0.0) @ baseline.coefficients.T
-    return np.asarray(passed / baseline.spread)
+    return np.asarray(k - np.maximum(k - lag, 0.0) @ baseline.coefficients.T)
 
 
 def _wild(recent: Array) -> Mask:

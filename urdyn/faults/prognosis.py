@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.optimize import brentq
-from scipy.special import log_ndtr, ndtr
+from scipy.special import log_ndtr
 
 from urdyn.errors import UrdynError
 from urdyn.faults.onset import Kinks, followed
@@ -36,25 +36,28 @@ class Interval:
 
 @dataclass(frozen=True, eq=False)
 class Posterior:
-    """Of one stream: every onset with its weight and its rate."""
+    """Of one stream: every onset with its weight and its rate, in spreads [s] of the baseline."""
 
     weight: Array  # (A,) [-] of the onsets, given that there is one; sums to 1
     age: Array  # (A,) [steps] since the onset
-    mean: Array  # (A,) [unit/step] of the rate before it is cut off at zero, sign of the fault
-    sd: Array  # (A,) [unit/step]
+    mean: Array  # (A,) [s/step] of the rate before it is cut off at zero, sign of the fault
+    sd: Array  # (A,) [s/step]
     begun: float  # [-] probability that there is an onset
 
     def crossed(self, rise: float, x: float) -> float:
-        """P(the parameter has changed by `rise` [unit] within the next x steps | begun)."""
+        """P(the parameter has changed by `rise` [s] within the next x steps | begun)."""
         since = self.age + x
         steep = rise / np.maximum(since, 1e-12)
-        above = ndtr((self.mean - steep) / self.sd) / ndtr(self.mean / self.sd)
-        return float(self.weight @ np.where(since > 0.0, np.minimum(above, 1.0), 0.0))
+        return float(self.weight @ np.where(since > 0.0, self._above(steep), 0.0))
 
     def steeper(self, rate: float) -> float:
-        """P(the rate is above `rate` >= 0 [unit/step] | begun)."""
-        above = ndtr((self.mean - rate) / self.sd) / ndtr(self.mean / self.sd)
-        return float(self.weight @ above)
+        """P(the rate is above `rate` >= 0 [s/step] | begun)."""
+        return float(self.weight @ self._above(rate))
+
+    def _above(self, rate: Array | float) -> Array:
+        """P(the rate is above `rate`) of every onset, (A,); in logarithms: both may be tiny."""
+        beyond = log_ndtr((self.mean - rate) / self.sd) - log_ndtr(self.mean / self.sd)
+        return np.asarray(np.exp(np.minimum(beyond, 0.0)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,7 +71,7 @@ class Forecast:
     warning: Interval  # [steps] until the warning level, if so
     critical: Interval  # [steps] until the critical level, if so
     posterior: Posterior
-    rise: float  # [unit] from the healthy to the critical level
+    rise: float  # [s] from the healthy to the critical level
 
     def health(self, horizon: float) -> float:
         """Probability that the critical level is not crossed within so many steps."""
@@ -82,7 +85,7 @@ def posterior(
 
     Args:
         sign: +1 where the fault lets the parameter rise, -1 where it falls.
-        rise: [unit] up to the critical level, above 0: rates are taken for likely in its scale.
+        rise: [s] up to the critical level, above 0: rates are taken for likely in its scale.
     """
     known = np.isfinite(state.onset) & (state.S2[:, stream] > 0.0)
     if not known.any():
@@ -107,6 +110,8 @@ def foresee(
     hazard: float = HAZARD,
 ) -> tuple[Forecast, ...]:
     """Forecasts of n streams from what was followed; levels (n,) [unit]."""
+    if not 0.0 < coverage < 1.0:
+        raise UrdynError(f"coverage {coverage}: an interval takes one between 0 and 1")
     return tuple(
         _foreseen(baseline, state, stream, float(warn), float(fail), coverage, hazard)
         for stream, (warn, fail) in enumerate(zip(warning, critical, strict=True))
@@ -124,21 +129,22 @@ def _foreseen(
 ) -> Forecast:
     """Of one stream."""
     typical, tail = float(baseline.typical[stream]), 0.5 * (1.0 - coverage)
-    sign = float(np.sign(critical - typical))
-    near, far = sign * (warning - typical), sign * (critical - typical)
-    if not (near > 0.0 and far > 0.0):
+    sign, spread = float(np.sign(critical - typical)), float(baseline.spread[stream])
+    near, far = (sign * (level - typical) / spread for level in (warning, critical))
+    if not 0.0 < near <= far < np.inf:
         raise UrdynError(
             f"stream {stream} is {typical:.4g} when healthy: warning level {warning:.4g} and "
-            f"critical level {critical:.4g} have to lie on one side of that"
+            f"critical level {critical:.4g} have to lie on one side of that, finite, and the "
+            "critical one no nearer"
         )
     known = posterior(state, stream, sign, far, hazard)
-    begin = -float(state.t)
+    back, begin = sign * spread, -float(state.t)
     return Forecast(
         known.begun,
         _onset(known, tail),
-        _signed(_quantiles(lambda rate: 1.0 - known.steeper(rate), tail, 0.0), sign),
-        _signed(
-            _quantiles(lambda rise: 1.0 - known.begun * known.crossed(rise, 0.0), tail, 0.0), sign
+        _scaled(_quantiles(lambda rate: 1.0 - known.steeper(rate), tail, 0.0), back),
+        _scaled(
+            _quantiles(lambda rise: 1.0 - known.begun * known.crossed(rise, 0.0), tail, 0.0), back
         ),
         _quantiles(lambda x: known.crossed(near, x), tail, begin),
         _quantiles(lambda x: known.crossed(far, x), tail, begin),
@@ -160,7 +166,9 @@ def forecast(
         series: (N,) or (N, n), what was measured since the baseline.
         baseline: the same streams while healthy, 1000 steps or more; or what was learnt from them.
         warning: level of each stream [unit].
-        critical: level of each stream [unit], beyond the warning level.
+        critical: level of each stream [unit], beyond the warning level or equal to it; below the
+            healthy level where the fault lets the parameter fall.
+        coverage: of the intervals, between 0 and 1.
 
     Example: `forecast(friction, friction_when_new, 0.2, 0.25)[0].critical.median` is in steps.
     """
@@ -188,9 +196,10 @@ def _onset(known: Posterior, tail: float) -> Interval:
     return Interval(*at)
 
 
-def _signed(rate: Interval, sign: float) -> Interval:
-    """Of a parameter that falls, limits change places."""
-    return rate if sign > 0.0 else Interval(-rate.median, -rate.high, -rate.low)
+def _scaled(one: Interval, by: float) -> Interval:
+    """In another unit; limits change places where its sign is another."""
+    low, high = sorted((by * one.low, by * one.high))
+    return Interval(by * one.median, low, high)
 
 
 def _quantiles(below: Callable[[float], float], tail: float, least: float) -> Interval:
@@ -204,6 +213,6 @@ def _quantiles(below: Callable[[float], float], tail: float, least: float) -> In
             step *= 2.0
             if step > FARTHEST:
                 return float("inf")
-        return float(brentq(lambda x: below(x) - q, least, least + step, xtol=1e-6 * step))
+        return float(brentq(lambda x: below(x) - q, least, least + step, xtol=1e-9 * step))
 
     return Interval(quantile(0.5), quantile(tail), quantile(1.0 - tail))

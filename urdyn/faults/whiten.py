@@ -55,7 +55,7 @@ class Baseline:
     def whitened(self, change: Array | float) -> Array:
         """Lasting change of each stream [unit] -> of its innovations' mean [sd], (n,)."""
         passed = 1.0 - self.coefficients.sum(axis=1)
-        return np.asarray(np.abs(change * passed) / (self.inflation * self.spread))
+        return np.asarray(change * np.abs(passed) / (self.inflation * self.spread))
 
     def innovation(self, past: Array, y: Array) -> Array:
         """Innovations of y, (n,), given the last p steps, (p, n) oldest first; NaN: not told."""
