@@ -16,7 +16,7 @@ from urdyn.identify import Fit
 from urdyn.io import dump_toml
 from urdyn.model.arm import read_arm
 from urdyn.simulate import fourier
-from urdyn.twin import Twin, document
+from urdyn.twin import ABOVE_ZERO, NOT_BELOW, Twin, document
 from urdyn.types import Source
 
 MUTATIONS, PER_TEST = 200, 20
@@ -100,6 +100,23 @@ def test_an_arm_of_ones_own_travels_inside(fit: Fit, tmp_path: Path) -> None:
     np.testing.assert_allclose(*tau, rtol=1e-12)
 
 
+def test_an_arm_of_ones_own_travels_inside_under_a_library_arms_name(
+    fit: Fit, tmp_path: Path
+) -> None:
+    urdf, n = re.subn(  # on a wall
+        r'(<joint name="shoulder_pan_joint"(.|\n)*?<origin [^>]*rpy=")[^"]+',
+        r"\g<1>1.57 0 0",
+        fit.dynamics.arm.urdf,
+    )
+    arm = read_arm(urdf)
+    own = replace(fit, dynamics=replace(fit.dynamics, arm=arm))
+    back = loaded(dump_toml(document(own)), tmp_path).dynamics.arm
+    assert n == 1 and back.name == arm.name == "ur5e"
+    motion = np.random.default_rng(0).uniform(-3.0, 3.0, (3, 20, 6))
+    np.testing.assert_allclose(back.torque(*motion), arm.torque(*motion), rtol=1e-12)
+    assert np.abs(arm.torque(*motion) - fit.dynamics.arm.torque(*motion)).max() > 1.0
+
+
 def test_a_library_arm_does_not_carry_its_description(text: str) -> None:
     assert "urdf" not in tomllib.loads(text)["robot"]
 
@@ -142,6 +159,53 @@ def test_an_impossible_twin_is_told(what: str, brief: str, tmp_path: Path) -> No
     assert wrong != brief
     with pytest.raises(TwinError, match=r"twin\.toml"):
         loaded(wrong, tmp_path)
+
+
+def of_parameter(name: str, column: str = "value") -> str:
+    return rf'(\.{name}"\n(?:\w+ = .*\n)*?{column} = )\S+'
+
+
+@pytest.mark.parametrize(
+    ("pattern", "value", "said"),
+    [
+        (r"(\nar = )\[(.|\n)*?\n\]", "-1.0", "its noise is not that of 6 joints"),
+        (r"\nscale = .*()", "", "has no scale"),
+        (r"\nsd = \[.*()", "", "has no sd"),
+        (r"\ntime_offset = .*()", "", "has no time_offset"),
+        (r"(elbow_joint\.)viscous", "vicious", "has no elbow_joint.viscous"),
+        *((of_parameter(x), "-5.0", f"{x} is not above 0") for x in ABOVE_ZERO),
+        *((of_parameter(x), "0", f"{x} is not above 0") for x in ABOVE_ZERO),
+        *((of_parameter(x), "-1e-9", f"{x} is negative") for x in NOT_BELOW),
+        (of_parameter("presliding_tail"), "1.5", "presliding_tail or keep"),
+        (of_parameter("coulomb"), "1e300", "beyond all measure"),
+        (of_parameter("gain"), "1e-300", "gain is not above 0"),
+        (of_parameter("offset"), "true", "value is not in numbers"),
+        (of_parameter("offset"), '"1.0"', "value is not in numbers"),
+        (of_parameter("mass", "sd"), "-0.1", "sd is negative"),
+        (of_parameter("mass", "prior_sd"), "-0.1", "prior_sd is negative"),
+        (r"(time_offset = )\S+", "1e9", "time_offset"),
+        (r"(friction_lead = )\S+", "-1e9", "friction_lead"),
+        (r"(\ntime_offset = )\S+", "false", "time_offset is not in numbers"),
+        (r"(\nkeep = )\S+", "1.0", "keep"),
+        (r"(\ndof = \[)[^,\]]+", "2.0", "dof of its noise is not above 2"),
+        (r"(\nslow = \[)[^,\]]+", "-2.0", "slow is negative"),
+        (r"(inertials = \[\n  \[)[^,]+", "1e300", "beyond all measure"),
+        (r"(inertials = \[\n  \[)[^,]+, ", "", "damaged twin"),
+        (r"(covariance = \[\n  \[)[^,]+", "-1.0", "variance is negative"),
+    ],
+)
+def test_what_an_edited_twin_says_wrong_is_named(
+    pattern: str, value: str, said: str, brief: str, tmp_path: Path
+) -> None:
+    wrong, n = re.subn(pattern, lambda match: (match[1] or "") + value, brief, count=1)
+    assert n == 1
+    with pytest.raises(TwinError) as caught:
+        loaded(wrong, tmp_path)
+    told = str(caught.value)
+    assert said in told and "__" not in told and "\n" not in told
+    assert told.startswith(f"{tmp_path / 'twin.toml'}: ") and told.endswith(
+        "identify the arm again"
+    )
 
 
 def test_a_truncated_twin_is_told(brief: str, tmp_path: Path) -> None:

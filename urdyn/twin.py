@@ -13,17 +13,21 @@ from urdyn.errors import TwinError, UrdynError
 from urdyn.identify.fit import Fit
 from urdyn.identify.noise import Noise
 from urdyn.io import dump_toml, load_toml, write_text
-from urdyn.model.arm import Arm, load_arm, read_arm
+from urdyn.model.arm import Arm, described, load_arm, read_arm
 from urdyn.model.body import BODY, about_frame, tensor
 from urdyn.model.consistency import is_consistent
 from urdyn.model.drive import LINEAR, SHAPE, Drive
 from urdyn.model.dynamics import Dynamics
-from urdyn.model.library import names as library_names
 from urdyn.model.population import OPTIONAL
 from urdyn.types import Array, Gaussian, Parameters, Source
 from urdyn.version import __version__
 
 FORMAT = 1
+HUGE = 1e100  # from which on products of a few numbers are beyond all
+SKEW = 1.0  # [s] recorders skew their streams by less, by far
+# What of a drive is above 0, and what may be 0 and not below.
+ABOVE_ZERO = ("gain", "coulomb", "presliding_distance", "stribeck_velocity")
+NOT_BELOW = ("rotor_inertia", "viscous", "structural", "presliding_tail")
 # What reading raises where a document is not what was written.
 DAMAGE = (LookupError, ArithmeticError, TypeError, ValueError, AssertionError, AttributeError)
 
@@ -56,10 +60,10 @@ def document(fit: Fit) -> dict[str, Any]:
     table = fit.parameters
     rows = zip(table.names, table.values, fit.sd, table.units, fit.prior, fit.prior_sd, strict=True)
     keys = ("name", "value", "sd", "unit", "prior", "prior_sd")
-    described = {} if arm.name in library_names() else {"urdf": arm.urdf}
     return {
         "urdyn": {"version": __version__, "format": FORMAT},
-        "robot": {"name": arm.name, "joints": arm.joint_names, "links": arm.link_names} | described,
+        "robot": {"name": arm.name, "joints": arm.joint_names, "links": arm.link_names}
+        | described(arm),
         "data": {"samples": fit.n_samples, "rank": fit.rank, "columns": fit.n_parameters},
         "log": [_log(source) for source in fit.sources],
         "parameter": [dict(zip(keys, row, strict=True)) for row in rows],
@@ -92,87 +96,116 @@ def fit_of(tables: dict[str, Any], path: str | Path) -> Fit:
     try:
         with np.errstate(all="ignore"):  # numbers that overflow are told of below
             fit = _read(tables)
+            fault = next(_faults(fit), "")
     except UrdynError as error:
         raise TwinError(f"{path}: {error}") from error
+    except KeyError as error:
+        raise TwinError(f"{path}: has no {error.args[0]}; identify the arm again") from error
     except DAMAGE as error:
         raise TwinError(
             f"{path}: damaged twin ({type(error).__name__}: {error}); identify the arm again"
         ) from error
-    if fault := next(_faults(fit), ""):
+    if fault:
         raise TwinError(f"{path}: {fault}; identify the arm again")
     return fit
 
 
 def _faults(fit: Fit) -> Iterator[str]:
-    """What a fit that was read from a file says and cannot be."""
+    """What a fit that was read from a file says and cannot be; each supposes those before."""
     arm, noise, belief, drive = fit.dynamics.arm, fit.noise, fit.belief, fit.dynamics.drive
     table = (fit.parameters.values, fit.sd, fit.prior, fit.prior_sd)
-    scatter = (noise.sd, noise.scale, noise.dof)
-    slow = (noise.slow, noise.keep)
-    times = drive.time_offset, drive.friction_lead
-    numbers = (*table, *scatter, noise.ar, belief.mean, belief.cov, *slow, *times)
-    if not all(np.isfinite(x).all() for x in numbers) or np.isinf(drive.temperature).any():
-        yield "a number in it is not finite"
-    elif len({x.shape for x in table}) > 1 or len(fit.names) != len(belief.mean):
+    scatter = (noise.sd, noise.scale, noise.dof, noise.slow)
+    times = np.array([drive.time_offset, drive.friction_lead])
+    warm = np.nan_to_num(drive.temperature, posinf=np.inf)  # NaN: nobody knows
+    numbers = (*table, *scatter, noise.ar, belief.mean, belief.cov, *fit.payloads, times, warm)
+    if not all((np.abs(x) < HUGE).all() for x in numbers):
+        yield "a number in it is not finite, or beyond all measure"
+    if len({x.shape for x in table}) > 1 or len(fit.names) != len(belief.mean):
         yield "names and numbers in it are not as many"
-    elif {(len(x), x.ndim) for x in (*scatter, noise.slow, noise.ar)} != {
-        (arm.joints, 1),
-        (arm.joints, 2),
-    } or not 0.0 <= noise.keep < 1.0:
+    if {x.shape for x in scatter} | {noise.ar.shape[:-1]} != {(arm.joints,)}:
         yield f"its noise is not that of {arm.joints} joints"
-    elif len(fit.terms) != arm.joints or not all(terms <= OPTIONAL for terms in fit.terms):
+    if len(fit.terms) != arm.joints or not all(terms <= OPTIONAL for terms in fit.terms):
         yield f"its terms are not those of {arm.joints} joints"
-    elif not all((x > 0.0).all() for x in (*scatter, drive.gain)) or (fit.sd < 0.0).any():
-        yield "a gain or a spread in it is not positive"
-    elif not is_consistent(np.array([*fit.dynamics.inertials, *fit.payloads])).all():
+    if (np.abs(times) > SKEW).any():
+        yield f"its time_offset or friction_lead is beyond {SKEW:g} s"
+    yield from _beneath(fit)
+    if not is_consistent(np.array([*fit.dynamics.inertials, *fit.payloads])).all():
         yield "no solid body has these masses"
+
+
+def _beneath(fit: Fit) -> Iterator[str]:
+    """Which numbers are less than they can be, and shares more."""
+    noise, drive = fit.noise, fit.dynamics.drive
+    above = {"sd of its noise": noise.sd, "scale of its noise": noise.scale}
+    for name, x in (above | {name: getattr(drive, name) for name in ABOVE_ZERO}).items():
+        if (x < 1.0 / HUGE).any():
+            yield f"{name} is not above 0"
+    spreads = {"sd": fit.sd, "prior_sd": fit.prior_sd, "slow": noise.slow}
+    spreads |= {"variance": np.diag(fit.belief.cov)}
+    for name, x in (spreads | {name: getattr(drive, name) for name in NOT_BELOW}).items():
+        if (x < 0.0).any():
+            yield f"{name} is negative"
+    if (noise.dof <= 2.0).any():
+        yield "dof of its noise is not above 2"
+    if (drive.presliding_tail > 1.0).any() or not 0.0 <= noise.keep < 1.0:
+        yield "presliding_tail or keep is no share"
 
 
 def _read(tables: dict[str, Any]) -> Fit:
     robot, rows, noise = tables["robot"], tables["parameter"], tables["noise"]
     arm = read_arm(robot["urdf"], robot["name"]) if "urdf" in robot else load_arm(robot["name"])
     column = {key: [row[key] for row in rows] for key in rows[0]}
-    parameters = Parameters(np.array(column["value"]), tuple(column["name"]), tuple(column["unit"]))
+    parameters = Parameters(_numbers(column, "value"), tuple(column["name"]), tuple(column["unit"]))
     belief, data = tables["belief"], tables["data"]
     return Fit(
         dynamics=_dynamics(arm, parameters, tables["model"]),
-        payloads=tuple(np.array(row) for row in tables["payloads"]["inertials"]),
+        payloads=tuple(_numbers(tables["payloads"], "inertials")),
         parameters=parameters,
-        sd=np.array(column["sd"]),
-        prior=np.array(column["prior"]),
-        prior_sd=np.array(column["prior_sd"]),
+        sd=_numbers(column, "sd"),
+        prior=_numbers(column, "prior"),
+        prior_sd=_numbers(column, "prior_sd"),
         names=tuple(belief["names"]),
-        belief=Gaussian(np.array(belief["mean"]), np.array(belief["covariance"])),
+        belief=Gaussian(_numbers(belief, "mean"), _numbers(belief, "covariance")),
         terms=tuple(frozenset(terms) for terms in tables["model"]["terms"]),
         noise=_noise(noise),
         sources=tuple(
             Source(log["path"], log["sha256"], tuple(log["rows"]) if "rows" in log else None)
             for log in tables.get("log", [])
         ),
-        n_samples=int(data["samples"]),
-        rank=int(data["rank"]),
-        n_parameters=int(data["columns"]),
+        n_samples=int(_numbers(data, "samples")),
+        rank=int(_numbers(data, "rank")),
+        n_parameters=int(_numbers(data, "columns")),
     )
 
 
 def _noise(table: dict[str, Any]) -> Noise:
     """Twins written before slow noise was told apart do not say it."""
-    known = ("sd", "scale", "dof", "ar", "slow")
-    told = {key: np.array(table[key]) for key in known if key in table}
-    return Noise(**told, keep=float(table.get("keep", 0.0)))
+    told = {"slow": [], "keep": 0.0} | table
+    sd, scale, dof, ar, slow = (_numbers(told, x) for x in ("sd", "scale", "dof", "ar", "slow"))
+    return Noise(sd, scale, dof, ar, slow, float(_numbers(told, "keep")))
+
+
+def _numbers(table: dict[str, Any], key: str) -> Array:
+    """What a table has of a key in numbers; words, true and false are none."""
+    found = np.array(table[key], dtype=object)
+    if not all(type(x) in (int, float) for x in found.flat):
+        raise TwinError(f"{key} is not in numbers; identify the arm again")
+    return found.astype(np.float64)
 
 
 def _dynamics(arm: Arm, parameters: Parameters, model: dict[str, Any]) -> Dynamics:
     def field(name: str) -> Array:
-        return np.array([parameters[f"{joint}.{name}"] for joint in arm.joint_names])
+        return np.array([value[f"{joint}.{name}"] for joint in arm.joint_names])
 
-    bodies = [[parameters[f"{link}.{x}"] for x in BODY] for link in arm.link_names]
+    older = {"friction_lead": 0.0}  # which older twins do not say
+    value = dict(zip(parameters.names, parameters.values.tolist(), strict=True))
+    bodies = [[value[f"{link}.{x}"] for x in BODY] for link in arm.link_names]
     drive = Drive(
         **{name: field(name) for name in ("gain", *LINEAR, *SHAPE)},
-        temperature=np.array(model["temperature"]),
+        temperature=_numbers(model, "temperature"),
         health=np.ones(arm.joints),
-        time_offset=float(model["time_offset"]),
-        friction_lead=float(model.get("friction_lead", 0.0)),  # older twins have none
+        time_offset=float(_numbers(model, "time_offset")),
+        friction_lead=float(_numbers(older | model, "friction_lead")),
     )
     inertials = [about_frame(b[0], np.array(b[1:4]), tensor(np.array(b[4:]))) for b in bodies]
     return Dynamics(arm, np.array(inertials), drive)

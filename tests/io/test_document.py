@@ -65,6 +65,12 @@ def test_a_broken_document_is_told_by_its_line(
         load_toml(path, TwinError)
 
 
+def test_a_byte_order_mark_is_no_part_of_a_document(tmp_path: Path) -> None:
+    path = tmp_path / "twin.toml"
+    path.write_text("a = 1\n", encoding="utf-8-sig")
+    assert load_toml(path) == {"a": 1}
+
+
 def test_a_missing_document_is_told(tmp_path: Path) -> None:
     with pytest.raises(TwinError, match="cannot be read: No such file"):
         load_toml(tmp_path / "twin.toml", TwinError)

@@ -23,7 +23,7 @@ FEWEST = 12  # lives, from which the oracle's threshold is told
 
 Out = Annotated[Path | None, typer.Option(metavar="FILE", help="Draw it to an HTML page.")]
 Lives = Annotated[int, typer.Option(min=FEWEST, help="Of each fault at each level of noise.")]
-Seed = Annotated[int, typer.Option(help="Of the random lives.")]
+Seed = Annotated[int, typer.Option(min=0, help="Of the random lives.")]
 
 
 def bench_faults(

@@ -14,7 +14,7 @@ from urdyn.errors import InputError
 from urdyn.identify.excite import Ask, Excitation
 from urdyn.io import dump_toml, load_toml
 from urdyn.io.motion_files import URSCRIPT_JOINTS, joint_trajectory, motion_csv, urscript
-from urdyn.model.library import names
+from urdyn.model.arm import described
 from urdyn.simulate import Payload
 from urdyn.simulate.limits import Limits
 from urdyn.simulate.written import motion_document, read_motion
@@ -48,10 +48,9 @@ def texts(found: Excitation) -> dict[str, str]:
 def excitation_document(found: Excitation) -> dict[str, Any]:
     """All that makes the motion again, and what was proven of it."""
     ask, arm = found.ask, found.arm
-    described = {} if arm.name in names() else {"urdf": arm.urdf}
     document: dict[str, Any] = {
         "urdyn": {"version": ud.__version__, "format": FORMAT},
-        "robot": {"name": arm.name} | described,
+        "robot": {"name": arm.name} | described(arm),
         "asked": {
             "kind": ask.kind,
             "criterion": ask.criterion,

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +19,10 @@ from urdyn.types import Array
 JOINT_STATES = ("f", "alpha", "beta", "z", "k", "o", "rotor")
 PAYLOAD_STATES = ("mass", "mx", "my", "mz")  # [kg], [kg·m]
 
+LEVELS = ("least", "warning", "critical")
+NYQUIST = 250.0  # [Hz] of the fastest recordings
+HUGE = 1e100  # from which on a number's powers are beyond all
+NUMBER = "finite number"
 
 # What a slow kind's table may say, and of which sort.
 SLOW: Mapping[str, Any] = {
@@ -33,6 +37,20 @@ SLOW: Mapping[str, Any] = {
     "advice": "",
     "hold": 0.0,
     "hold_lighter": 0.0,
+}
+
+Range = tuple[Callable[[float], bool], str]
+NOT_NEGATIVE: Range = (lambda x: x >= 0.0, "0 or more")
+ABOVE_ZERO: Range = (lambda x: x > 0.0, "above 0")
+# What a number may be, by its name; any other is not negative.
+RANGES: Mapping[str, Range] = {
+    **dict.fromkeys(("hours", "shift", "promise", "lasting", "least", "threshold"), ABOVE_ZERO),
+    **dict.fromkeys((*JOINT_STATES, *PAYLOAD_STATES), ABOVE_ZERO),
+    **dict.fromkeys((cost.name for cost in fields(Costs)), ABOVE_ZERO),
+    "share": (lambda x: 0.0 <= x <= 1.0, "from 0 to 1"),
+    "enough": (lambda x: x >= 1.0, "1 or more"),
+    "lowest": (lambda x: 0.0 < x < NYQUIST, f"above 0 and below {NYQUIST:g}"),
+    "sign": (lambda x: x in (-1, 0, 1), "-1, 0 or 1"),
 }
 
 
@@ -125,19 +143,22 @@ def read_rules(path: str | Path | None = None) -> Rules:
 
 
 def _check_like(own: Mapping[str, Any], house: Mapping[str, Any], where: str) -> None:
-    """Names and sorts of values are as in the house's table."""
+    """Names and sorts of values are as in the house's table, and numbers what they may be."""
     for name, value in own.items():
         if name not in house:
             raise InputError(f"{where} has {name}; there is {', '.join(house)}")
         if (sort := _sort(house[name])) != _sort(value):
             raise InputError(f"{where} {name} is a {sort}")
+        possible, words = RANGES.get(name, NOT_NEGATIVE)
+        if sort == NUMBER and not possible(value):
+            raise InputError(f"{where} {name} is {words}, not {value}")
         if sort == "table" and house[name]:
             _check_like(value, house[name], f"{where} {name}")
 
 
 def _sort(value: Any) -> str:
-    if type(value) in (int, float):
-        return "number"
+    if type(value) in (int, float) and abs(value) < HUGE:
+        return NUMBER
     sorts: dict[type, str] = {str: "text", list: "list", dict: "table"}
     return sorts.get(type(value), "value of another sort")
 
@@ -155,23 +176,27 @@ def _kind(own: Any, house: Mapping[str, Any], where: str) -> Mapping[str, Any]:
 
 
 def _rules(document: Mapping[str, Any], path: str) -> Rules:
-    kinds = document["kind"].items()
-    slow = tuple(_slow(name, dict(of), path) for name, of in kinds if "change" in of)
-    fast = {name: of for name, of in kinds if "change" not in of}
-    promise = document["promise"]
-    for name, value in promise.items():
-        if not value > 0.0:
-            raise InputError(f"{path}: [promise] {name} is a number above 0")
-    noise, costs = Noise(**document["noise"]), Costs(**document["costs"])
+    kinds = document["kind"]
+    slow = tuple(_slow(name, dict(of), path) for name, of in kinds.items() if "change" in of)
+    fast = {name: of for name, of in kinds.items() if "change" not in of}
+    for name, of in kinds.items():
+        levels = [of[level] for level in LEVELS if level in of]
+        if levels != sorted(levels):
+            raise InputError(f"{path}: [kind.{name}] {', '.join(LEVELS)} do not ascend")
     warmth, named = document["warmth"], document["named"]
+    _check_like(named, {kind: [] for kind in kinds}, f"{path}: [named]")
     for name, of in named.items():
         _check_counts(name, of, path)
-    hours, shift = float(promise["hours"]), float(promise["shift"])
+    try:
+        noise, costs = Noise(**document["noise"]), Costs(**document["costs"])
+    except InputError as error:
+        raise InputError(f"{path}: [costs] {error}") from None
+    hours, shift = (float(document["promise"][x]) for x in ("hours", "shift"))
     return Rules(hours, shift, document["healthy"], warmth, noise, slow, fast, costs, named)
 
 
-def _check_counts(name: str, of: Any, path: str) -> None:
-    whole = isinstance(of, list) and len(of) == 2 and all(type(x) is int for x in of)
+def _check_counts(name: str, of: list[Any], path: str) -> None:
+    whole = len(of) == 2 and all(type(x) is int for x in of)
     if not whole or not 0 <= of[0] <= of[1]:
         raise InputError(f"{path}: [named] {name} is [right, told]: whole numbers, right the fewer")
 
@@ -179,14 +204,13 @@ def _check_counts(name: str, of: Any, path: str) -> None:
 def _slow(name: str, of: dict[str, Any], path: str) -> SlowKind:
     where = f"{path}: [kind.{name}]"
     _check_like(of, SLOW, where)
+    if missing := [level for level in LEVELS if level not in of]:
+        raise InputError(f"{where} has no {' and no '.join(missing)}")
     if not of["change"]:
         raise InputError(f"{where} changes nothing")
     known = PAYLOAD_STATES if set(of["change"]) & set(PAYLOAD_STATES) else JOINT_STATES
     _check_like(of["change"], dict.fromkeys(known, 0.0), f"{where} change")
     of["shapes"] = tuple(of.get("shapes", SHAPES))
-    if set(of["shapes"]) - set(SHAPES):
-        raise InputError(f"{where} shapes are {' and '.join(SHAPES)}")
-    try:
-        return SlowKind(name, **of)
-    except TypeError as error:
-        raise InputError(f"{where}: {str(error).partition('__init__() ')[2]}") from None
+    if not of["shapes"] or not all(shape in SHAPES for shape in of["shapes"]):
+        raise InputError(f"{where} shapes are {' and '.join(SHAPES)}, or one of them")
+    return SlowKind(name, **of)

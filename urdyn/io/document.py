@@ -23,7 +23,7 @@ BARE_KEY = re.compile(r"[A-Za-z0-9_-]+")
 def load_toml(path: str | Path, error: type[InputError] = InputError) -> dict[str, Any]:
     """The document in `path`; whatever is wrong with it is an `error` that names file and line."""
     try:
-        return tomllib.loads(Path(path).read_bytes().decode())
+        return tomllib.loads(Path(path).read_bytes().decode("utf-8-sig"))
     except OSError as cause:
         raise error(f"{path}: cannot be read: {cause.strerror}") from cause
     except UnicodeDecodeError as cause:

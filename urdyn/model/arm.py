@@ -21,7 +21,7 @@ import pinocchio as pin
 from urdyn.errors import ArmError
 from urdyn.model.chain import Chain, parse, read_chain, read_text
 from urdyn.model.consistency import is_consistent
-from urdyn.model.library import find
+from urdyn.model.library import find, names
 from urdyn.types import Array, frozen
 
 # What dynamics needs of a URDF. Geometry never reaches Pinocchio: missing meshes do not matter.
@@ -180,6 +180,12 @@ def load_arm(robot: str | Path) -> Arm:
         return read_arm(read_text(path), path.stem)
     except ArmError as error:
         raise ArmError(f"{path}: {error}") from None
+
+
+def described(arm: Arm) -> dict[str, str]:
+    """What a file has to say beside an arm's name: its URDF, unless that is the library's."""
+    known = arm.name in names() and arm.urdf == load_arm(arm.name).urdf
+    return {} if known else {"urdf": arm.urdf}
 
 
 def read_arm(urdf: str, name: str = "arm") -> Arm:
