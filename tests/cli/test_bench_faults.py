@@ -21,6 +21,11 @@ def test_the_paper_is_beside_ours(tmp_path: Path) -> None:
     assert "82%" in done.stderr and "Table III" in page.read_text()
 
 
+def test_a_seed_below_zero_is_refused() -> None:
+    done = urdyn("bench", "faults", "--lives", "12", "--seed", "-1")
+    assert done.returncode == 2 and "--seed" in done.stderr
+
+
 def test_a_page_without_a_folder_is_refused_before_anything_is_computed(tmp_path: Path) -> None:
     done = urdyn("bench", "faults", "--out", str(tmp_path / "none" / "page.html"))
     assert done.returncode == 1

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from shop import Shop
 
-from urdyn.diagnose import memory
+from urdyn.diagnose import memory, rules
 from urdyn.diagnose.acknowledge import acknowledge, acknowledged
 from urdyn.diagnose.change import Change
 from urdyn.diagnose.desk import Desk
@@ -143,6 +143,71 @@ def test_rules_that_cannot_be_are_refused_in_one_line(text: str, tmp_path: Path)
     assert "\n" not in str(caught.value)
 
 
+ODD = "[kind.odd]\nchange = {{ {} }}\nleast = 0.1\nwarning = 0.2\ncritical = 0.3\n{}\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("[kind.collision]\nleast = nan\n", "[kind.collision] least is a finite number"),
+        ("[kind.collision]\nleast = -1\n", "[kind.collision] least is above 0"),
+        ("[kind.collision]\nlongest = -1\n", "[kind.collision] longest is 0 or more"),
+        ("[kind.collision]\nwarning = 10\n", "[kind.collision] least, warning, critical do not"),
+        ("[kind.joint_backlash]\nwarning = 1\n", "[kind.joint_backlash] least, warning, critical"),
+        ("[kind.joint_backlash]\npromise = 0\n", "[kind.joint_backlash] promise is above 0"),
+        ("[kind.joint_backlash]\nenough = 0\n", "[kind.joint_backlash] enough is 1 or more"),
+        (
+            "[kind.controller_instability]\nlowest = 0\n",
+            "[kind.controller_instability] lowest is above 0 and",
+        ),
+        (
+            "[kind.controller_instability]\nlowest = 1e4\n",
+            "[kind.controller_instability] lowest is above 0 and",
+        ),
+        (
+            "[kind.controller_instability]\nthreshold = 0\n",
+            "[kind.controller_instability] threshold is above 0",
+        ),
+        ("[kind.sensor_silent]\nlasting = 0\n", "[kind.sensor_silent] lasting is above 0"),
+        ("[kind.friction_increase]\nleast = 0.3\n", "[kind.friction_increase] least, warning"),
+        ("[kind.friction_increase]\nsign = 2\n", "[kind.friction_increase] sign is -1, 0 or 1"),
+        ("[kind.friction_increase]\nshapes = []\n", "[kind.friction_increase] shapes are step"),
+        ("[kind.friction_increase]\nshapes = [['step']]\n", "[kind.friction_increase] shapes"),
+        (ODD.format("f = nan", ""), "[kind.odd] change f is a finite number"),
+        (ODD.format("f = 0.0", ""), "[kind.odd] change f is above 0"),
+        (ODD.format("f = -0.5", ""), "[kind.odd] change f is above 0"),
+        (ODD.format("f = 1e300", ""), "[kind.odd] change f is a finite number"),
+        (ODD.format("f = 0.5", "hold = -1.0"), "[kind.odd] hold is 0 or more"),
+        (
+            "[kind.odd]\nchange = { f = 1.0 }\nleast = 0.1\n",
+            "[kind.odd] has no warning and no crit",
+        ),
+        ("[healthy]\nf = { day = nan }\n", "[healthy] f day is a finite number"),
+        ("[healthy]\nf = { day = -0.1 }\n", "[healthy] f day is 0 or more"),
+        ("[warmth]\nlag = -1\n", "[warmth] lag is 0 or more"),
+        ("[noise]\nshare = 1.1\n", "[noise] share is from 0 to 1"),
+        ("[noise]\nlasting = 0\n", "[noise] lasting is above 0"),
+        ("[promise]\nhours = inf\n", "[promise] hours is a finite number"),
+        ("[promise]\nhours = -1\n", "[promise] hours is above 0"),
+        ("[costs]\nstop = 0\n", "[costs] stop is above 0"),
+        ("[costs]\nnotice = 3000.0\n", "[costs] the horizon is to be longer than the notice"),
+        ("[named]\nodd = [1, 2]\n", "[named] has odd"),
+    ],
+)
+def test_a_number_that_cannot_be_is_named_by_its_key(text: str, said: str, tmp_path: Path) -> None:
+    path = tmp_path / "plant.toml"
+    path.write_text(text)
+    with pytest.raises(InputError) as caught:
+        read_rules(path)
+    assert str(caught.value).startswith(f"{path}: {said}") and "\n" not in str(caught.value)
+
+
+def test_the_rules_of_the_house_can_be_copied_and_changed(tmp_path: Path) -> None:
+    path = tmp_path / "plant.toml"
+    path.write_bytes(b"\xef\xbb\xbf" + Path(rules.__file__).with_suffix(".toml").read_bytes())
+    assert read_rules(path) == read_rules()
+
+
 def test_a_finding_that_was_seen_is_quiet_until_it_gets_worse(shop: Shop, tmp_path: Path) -> None:
     log = shop.log("sensor_fault:joint=3,mode=stuck,onset=3", seconds=5.0)
     of = shop.diagnosis(log)
@@ -161,13 +226,33 @@ def test_a_finding_that_was_seen_is_quiet_until_it_gets_worse(shop: Shop, tmp_pa
         acknowledge(tmp_path, "collision.nothing")
 
 
+@pytest.mark.parametrize(
+    "text", ['{"findings": 5}', '{"findings": [{"id": [1]}]}', '{"findings": [{"id": "a"}]}', "x"]
+)
+def test_findings_that_were_edited_are_refused_and_nothing_is_acknowledged(
+    tmp_path: Path, text: str
+) -> None:
+    (tmp_path / "findings.json").write_text(text)
+    with pytest.raises(InputError, match=str(tmp_path)):
+        acknowledge(tmp_path, "a")
+    assert not acknowledged(tmp_path).seen
+
+
+def test_what_was_acknowledged_says_how_bad_it_was(tmp_path: Path) -> None:
+    (tmp_path / "acknowledged.json").write_text('{"a": {"severity": "warning", "size": "big"}}')
+    with pytest.raises(InputError, match="remove it"):
+        acknowledged(tmp_path)
+
+
 def test_what_shows_again_began_when_it_did_first(shop: Shop) -> None:
     diagnosis, found = Diagnosis(shop.fit, 0.01), []
     state = diagnosis.init()
     for t in (5.0, 40.0):
         stuck = Event("sensor_fault", 2, t, t + 0.3, 0.99, 10.0, {"mode": "stuck", "value_A": 1.0})
         state, found = diagnosis._told(state, [stuck])
-    assert [(f.onset_s, f.alarm_s) for f in found] == [(5.0, 5.3)] and state.findings == (*found,)
+    (kept,) = state.findings
+    assert (kept.onset_s, kept.alarm_s) == (5.0, 5.3) and "since stamp 5.0 s" in kept.text
+    assert not found  # and is not told again
 
 
 def test_the_time_left_holds_the_truth_as_often_as_it_says() -> None:

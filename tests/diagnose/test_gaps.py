@@ -16,6 +16,7 @@ from urdyn.simulate import (
     to_and_fro,
     typical_sensors,
 )
+from urdyn.types import Log
 
 RATE = 500.0
 
@@ -91,3 +92,16 @@ def test_a_wide_gap_is_no_other_fault(shop: Shop) -> None:
     fault = "joint_backlash:joint=2,onset=12,rate=1e-3,shape=step"
     report = _swung(shop, 2, fault, rate=100.0, seconds=60.0)
     assert [(f.kind, f.joint) for f in report.findings] == [("joint_backlash", 2)]
+
+
+@pytest.mark.parametrize("rate", [1.0, 5.0])
+def test_a_log_of_few_samples_a_second_is_looked_at_all_the_same(shop: Shop, rate: float) -> None:
+    """No reversal has samples enough around it, or none at all."""
+    assert not _swung(shop, 1, rate=rate, seconds=60.0).findings
+
+
+def test_nor_does_a_reversal_within_a_pause_of_the_recording_break_it(shop: Shop) -> None:
+    log = shop.log(seconds=12.0)
+    kept = (log.t < log.t[0] + 4.0) | (log.t > log.t[0] + 7.0)
+    channels = {name: values[kept] for name, values in log.channels.items()}
+    assert not diagnose(shop.fit, Log(log.t[kept], channels)).findings

@@ -9,10 +9,13 @@ import numpy as np
 import pytest
 from scipy.stats import binom
 
-from urdyn.identify import Fit, Noise, validate
+from urdyn.diagnose import diagnose
+from urdyn.errors import UrdynError
+from urdyn.identify import Fit, Noise, identify, validate
 from urdyn.identify.scoring import FLOOR_BAND, interval, noise_floor
 from urdyn.model.dynamics import Dynamics
 from urdyn.report.summary import validated
+from urdyn.signal import condition
 from urdyn.simulate import Sensors, fourier, observe, perfect_sensors, typical_sensors, virtual_arm
 from urdyn.types import Array, Log
 
@@ -147,3 +150,25 @@ def test_scores_are_json_with_null_where_there_is_none(all_knowing: Fit, noisy: 
     (log,) = json.loads(text)["logs"]
     assert log["target_current_rre_percent"] is None and log["n"] == len(noisy)
     assert log["rre_percent"] == pytest.approx(score.rre_percent.tolist())
+
+
+@pytest.mark.parametrize(
+    ("channel", "of", "said"),
+    [
+        ("actual_q", np.rad2deg, "angles are to be in rad"),
+        ("actual_current", lambda amperes: 1e3 * amperes, "currents are to be in A"),
+        ("actual_current", lambda amperes: amperes[:, :5], "has 5 joints"),
+    ],
+)
+def test_a_log_in_other_units_or_of_another_arm_is_no_log_of_this_one(
+    channel, of, said, identified: Fit, truth: Dynamics, noisy: Log
+) -> None:
+    """Validated, identified or diagnosed: it is said what is wrong."""
+    channels = dict(noisy.channels)
+    channels[channel] = of(channels[channel])
+    if "joints" in said:
+        channels = {name: values[:, :5] for name, values in channels.items() if values.ndim == 2}
+    log = Log(noisy.t, channels)
+    for judge in (validate, diagnose, lambda fit, log: identify(fit.dynamics.arm, condition(log))):
+        with pytest.raises(UrdynError, match=said):
+            judge(identified, log)

@@ -132,6 +132,10 @@ REFUSED: dict[str, tuple[Break, str]] = {
         lambda t: joined([t[0].replace("q_1", "q_0"), *t[1:]]),
         "log.csv:1: two columns are called actual_q_0",
     ),
+    "rows in no order": (
+        lambda t: joined([t[0], *t[:0:-1]]),
+        "the clock goes back .*; its rows are in no order: sort them",
+    ),
     "the clock restarts": (
         restamped(-9.0, 30, 99),
         "log.csv:32: the clock goes back .* --rows :30 or --rows 30:",

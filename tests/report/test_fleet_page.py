@@ -255,3 +255,14 @@ def test_a_browser_shows_it_without_a_sideways_scroll(folders, chromium, tmp_pat
     for width in (1280, 420):
         chromium.open(page, width)
         assert chromium.look()["overflow"] <= 0 and chromium.complaints == []
+
+
+def test_a_run_in_which_nothing_was_compared_is_not_called_steady(tmp_path):
+    folder = robot(tmp_path / "still", findings=[])
+    still = table()
+    still = still.set_column(still.column_names.index("measured"), "measured", [np.zeros(ROWS)])
+    pq.write_table(still, folder / "history.parquet")
+    (one,) = gather([folder], NOW, DAY).robots
+    assert one.state == "unjudged"
+    page = shown([folder])
+    assert "nothing can be said of it" in page and "as commissioned" not in page

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from workshop import RATE, at_work, commissioned
 
+from urdyn.cli.diagnosing import doubted, summed
 from urdyn.cli.watching import verdict
 from urdyn.estimate import EKF
 from urdyn.signal import samples
@@ -85,7 +86,9 @@ def test_a_sound_run_has_nothing_of_it(workshop, tmp_path):
     assert "twin" not in verdict(summary)
 
 
-@pytest.mark.parametrize(("count", "words"), [(1, "at 0.5 s"), (3, "2.5 s"), (190, "190 times")])
+@pytest.mark.parametrize(
+    ("count", "words"), [(1, "at stamp 0.5 s"), (3, "2.5 s"), (190, "190 times")]
+)
 def test_a_sentence_has_room_for_a_few_changes(count, words):
     changes = [0.5 + k for k in range(count)]
     said = verdict(
@@ -97,3 +100,17 @@ def test_a_sentence_has_room_for_a_few_changes(count, words):
         }
     )  # fmt: skip
     assert f"{changes[-1]:.1f} s" in said and words in said and len(said) < 200
+
+
+def test_nobody_is_told_to_service_an_arm_that_may_be_another():
+    advice = {"advice": "now", "text": "service now: elbow_joint"}
+    for restarts, begins in ((0, "service now"), (2, "make sure that this is this arm's twin")):
+        run = {"quality": {"restarts": restarts}, "recommendation": advice}
+        assert doubted(run)["recommendation"]["text"].startswith(begins)
+    assert doubted({"quality": {"restarts": 2}}) == {"quality": {"restarts": 2}}
+
+
+def test_nothing_is_found_where_nothing_was_compared():
+    run = {"findings": [], "quality": {"compared": [0] * 6}}
+    assert "not judged" in summed(run)
+    assert summed(run | {"quality": {"compared": [0, 3, 0, 0, 0, 0]}}) == "nothing found"

@@ -107,6 +107,17 @@ def test_a_checkpoint_that_lacks_a_part_is_refused(workshop, dead):
         workshop.track(dead)
 
 
+def test_a_part_that_is_damaged_is_told_by_its_name(workshop, dead):
+    """One that is cut short at once; one whose bits flipped when it is read, and not before."""
+    part = dead / "history.parts" / "part-000000.parquet"
+    whole = part.read_bytes()
+    flipped = bytes(b ^ 0x40 if 4 <= k < len(whole) - 4 else b for k, b in enumerate(whole))
+    for damaged in (whole[: len(whole) // 2], flipped):
+        part.write_bytes(damaged)
+        with pytest.raises(InputError, match=r"part-000000.parquet: is damaged; .* --fresh"):
+            workshop.track(dead)
+
+
 def test_a_checkpoint_with_nothing_in_it_is_refused(workshop, dead):
     with np.load(dead / FILE) as archive:
         about = json.loads(str(archive["about"]))

@@ -71,11 +71,31 @@ def onlooker(
     return Onlooker(fit, source.period, rules, origin, tell, helper, retract)
 
 
+def undiagnosed(out: Path) -> None:
+    """Without what an earlier diagnosis found in DIR: it is of another history."""
+    from urdyn.diagnose.acknowledge import FOUND
+    from urdyn.diagnose.task import KEPT
+
+    for path in (out / FOUND, *out.glob(KEPT.format(index="*"))):
+        path.unlink(missing_ok=True)
+
+
+def doubted(summary: dict[str, Any]) -> dict[str, Any]:
+    """A run whose currents were no arm's like this for a while: no service before that is known."""
+    advice = summary.get("recommendation")
+    if not advice or not summary["quality"]["restarts"]:
+        return summary
+    told = f"make sure that this is this arm's twin before anything else; then {advice['text']}"
+    return summary | {"recommendation": advice | {"text": told}}
+
+
 def summed(summary: dict[str, Any]) -> str:
     """What was found, in lines."""
     found = summary.get("findings")
     if found is None:
         return "not diagnosed"
+    if not found and not any(summary["quality"]["compared"]):
+        return "not judged: no current was compared; track the arm while its joints move"
     if not found:
         return "nothing found"
     lines = [

@@ -17,9 +17,11 @@ from urdyn.cli.diagnosing import (
     Hours,
     NoDiagnosis,
     RulesFile,
+    doubted,
     known_rules,
     onlooker,
     summed,
+    undiagnosed,
 )
 from urdyn.cli.ending import ended_by
 from urdyn.cli.listening import listening, wanted
@@ -182,7 +184,9 @@ def track(
     with (
         _ahead("://" in source, fit, chosen, bool(healthy)) as (writer, helper),
         announcing(fit, source, serial, prometheus, mqtt, publish or ()) as told,
-        closing(open_source(source, columns, part, rate, duration, effort, beside)) as stream,
+        closing(
+            open_source(source, columns, part, rate, duration, effort, beside, voice.note)
+        ) as stream,
         watching(arm.joint_names, quiet) as shown,
         ended_by(stream.close) if stream.live else nullcontext(),
     ):
@@ -192,6 +196,9 @@ def track(
         watch, origin = both(shown, told), sha256(twin)
         summary = run(tracker, stream, out, origin, fresh, watch, looking, writer)
     summary["filter"] = filter or ("ukf" if mode == "full" else "ekf")
+    summary = doubted(summary)
+    if healthy is None:
+        undiagnosed(out)
     _report(out, summary, voice)
     for path in hand(fit, summary, hand_over or (), out):
         voice.note(f"written: {path}")
@@ -243,5 +250,6 @@ def _report(out: Path, summary: dict[str, Any], voice: Voice) -> None:
     """Write DIR/report.html."""
     from urdyn.report.apart import draw
 
+    (out / "report.html").unlink(missing_ok=True)  # of the run before: it is another history's
     draw(out / "history.parquet", summary, out / "report.html")
     voice.note(f"written: {out / 'history.parquet'}, {out / 'report.html'}")

@@ -86,7 +86,7 @@ def _lacked(quality: dict[str, Any]) -> str:
         "repeated": f"stamps that came twice {quality['repeated']}",
         "clock_set_back": f"clock set back {quality['clock_set_back']}",
         "refused": f"impossible angles or speeds {quality['refused']}",
-        "undrawn": f"currents that no motor draws {quality['undrawn']}",
+        "undrawn": f"currents that no motor draws {quality['undrawn']} (are they in A?)",
     }
     if any(" gap " in defect for defect in quality["defects"]):  # its reader has told
         del counts["gaps"]
@@ -99,5 +99,5 @@ def _lacked(quality: dict[str, Any]) -> str:
 def _changes(times: Sequence[float]) -> str:
     """When the payload was taken to have changed [s]; an arm that handles pieces has many."""
     if len(times) > LISTED:
-        return f", changed {len(times)} times, last at {times[-1]:.1f} s"
-    return f", changed at {', '.join(f'{t:.1f} s' for t in times)}" if times else ""
+        return f", changed {len(times)} times, last at stamp {times[-1]:.1f} s"
+    return f", changed at stamp {', '.join(f'{t:.1f} s' for t in times)}" if times else ""

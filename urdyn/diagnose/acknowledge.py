@@ -10,9 +10,9 @@ from typing import Any
 
 from urdyn.diagnose.finding import SEVERITIES, Finding
 from urdyn.errors import InputError
-from urdyn.io import write_text
+from urdyn.io import writing
 
-FILE = "acknowledged.json"
+FILE, FOUND = "acknowledged.json", "findings.json"
 WORSE = 1.5  # [-] times its size when it was seen
 
 
@@ -43,36 +43,49 @@ def acknowledge(folder: Path, name: str) -> Mapping[str, Any]:
     Raises:
         InputError: there is no such finding, or no findings at all.
     """
-    document = _read(folder / "findings.json")
+    document = _read(folder / FOUND, "track the log again")
     found = document.get("findings") if isinstance(document, dict) else None
-    findings = {f["id"]: f for f in found or () if isinstance(f, dict) and "id" in f}
+    each = found if isinstance(found, list) else []
+    findings = {f["id"]: f for f in each if isinstance(f, dict) and isinstance(f.get("id"), str)}
     if name not in findings:
         there = ", ".join(findings) or "none"
         raise InputError(f"{folder}: has no finding {name!r}; there is {there}")
     finding = findings[name]
     seen = dict(acknowledged(folder).seen)
-    seen[name] = {"severity": finding["severity"], "size": finding["size"]}
-    write_text(folder / FILE, json.dumps(seen, indent=2) + "\n")
+    seen[name] = {"severity": finding.get("severity"), "size": finding.get("size")}
+    if not _right(seen):
+        raise InputError(f"{folder / FOUND}: does not say how bad {name} is; track the log again")
     finding["acknowledged"] = True
-    write_text(folder / "findings.json", json.dumps(document, indent=2) + "\n")
+    # Both or none: a disk may be full.
+    with writing(folder / FILE) as known, writing(folder / FOUND) as told:
+        known.write(json.dumps(seen, indent=2).encode() + b"\n")
+        told.write(json.dumps(document, indent=2).encode() + b"\n")
+        known.flush()
+        told.flush()
     return finding
 
 
 def _table(path: Path) -> dict[str, Any]:
-    table = _read(path)
-    right = isinstance(table, dict) and all(
-        isinstance(row, dict) and row.get("severity") in SEVERITIES and "size" in row
-        for row in table.values()
-    )
-    if not right:
+    table = _read(path, "remove it")
+    if not _right(table):
         raise InputError(f"{path}: does not say what was acknowledged; remove it")
     return dict(table)
 
 
-def _read(path: Path) -> Any:
+def _right(table: Any) -> bool:
+    """Whether it says of every finding how bad it was."""
+    return isinstance(table, dict) and all(
+        isinstance(row, dict)
+        and row.get("severity") in SEVERITIES
+        and isinstance(row.get("size"), int | float)
+        for row in table.values()
+    )
+
+
+def _read(path: Path, advice: str) -> Any:
     try:
         return json.loads(path.read_text(encoding="utf-8"))
     except OSError as error:
         raise InputError(f"{path}: cannot be read: {error.strerror}") from error
     except ValueError as error:
-        raise InputError(f"{path}: is no JSON ({error}); run `urdyn track` again") from error
+        raise InputError(f"{path}: is no JSON ({error}); {advice}") from error

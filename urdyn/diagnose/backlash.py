@@ -148,9 +148,9 @@ class Backlash:
     ) -> tuple[Array, Array] | None:
         """Log likelihood ratios of gaps that take as long, and what they would be [nats]."""
         at = (after > -longest * BEFORE / LONGEST) & (after < longest)
-        if np.abs(rows.v[at, j]).min() < STANDING:  # a joint that stands is held by friction
-            return None
         if at.sum() < 8 or not np.isfinite(left[at]).all():
+            return None
+        if np.abs(rows.v[at, j]).min() < STANDING:  # a joint that stands is held by friction
             return None
         line = Polynomial.fit(after[at], load[at], 1)(after[at])
         if not self._whole(load[at], after[at], line) or self._jumps(load, at):

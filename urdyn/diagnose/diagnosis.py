@@ -164,8 +164,18 @@ class Diagnosis:
         return self._changes(replace(state, slow=slow, moment=()))
 
     def _told(self, state: State, events: Iterable[Event]) -> tuple[State, list[Finding]]:
-        new = [of_event(event, self.space, self.rules) for event in events]
-        return _with(state, new)
+        """Events as findings; one that only goes on is told again where it is graver by now."""
+        known, new = {f.id: f for f in state.findings}, []
+        for event in events:
+            finding = of_event(event, self.space, self.rules)
+            old = known.get(finding.id)
+            if old and event.onset > old.alarm_s:
+                event = replace(event, onset=old.onset_s)
+                finding = of_event(event, self.space, self.rules)
+            new.append(finding)
+        state, found = _with(state, new)
+        graver = [f for f in found if f.id not in known or f.severity != known[f.id].severity]
+        return state, graver
 
     def _changes(self, state: State) -> tuple[State, list[Finding]]:
         """New changes, and how those that are known went on."""

@@ -112,7 +112,9 @@ class Judge:
         rivals: tuple[tuple[int, float], ...],
         last: bool,
     ) -> SlowState:
-        more, of_tool = state.bank.x[self.healthy.space.payload], told.suspect.kind.of_tool
+        of_tool = told.suspect.kind.of_tool
+        # Of an arm that is followed as healthy only a part of it is known by then.
+        more = supposed(state.bank, told.suspect, self.E).x[self.healthy.space.payload]
         detail = (state.carrying.modes[0].mean + more)[: len(PAYLOAD_STATES)]
         change = Change(
             k, told.onset, told.shown, told.began, told.t, share, told.evidence,

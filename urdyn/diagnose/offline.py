@@ -12,6 +12,7 @@ from urdyn.diagnose.diagnosis import Diagnosis
 from urdyn.diagnose.document import findings_document
 from urdyn.diagnose.finding import Finding
 from urdyn.diagnose.rules import Rules, read_rules
+from urdyn.errors import LogError
 from urdyn.identify.fit import Fit
 from urdyn.model.friction import travel
 from urdyn.signal import condition
@@ -41,7 +42,12 @@ def diagnose(fit: Fit, log: Log, rules: Rules | None = None) -> Report:
 
     report = urdyn.diagnose(twin.fit, urdyn.read("monday.parquet"))
     print(report)
+
+    Raises:
+        LogError: it is of an arm with other joints, or its currents are not in amperes.
     """
+    if why := fit.dynamics.unlike(log.joint("actual_current")):
+        raise LogError(why, log.source.path)
     motion = condition(log, offset=fit.dynamics.drive.time_offset)
     diagnosis = Diagnosis(fit, float(np.median(np.diff(log.t))), rules or read_rules())
     moved = np.cumsum(np.abs(travel(motion)), axis=0)

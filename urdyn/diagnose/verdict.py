@@ -198,7 +198,7 @@ def _said(kind: SlowKind, name: str, size: float, sd: float, since: str) -> str:
 
 
 def _since(onset: float, older: bool) -> str:
-    return "before this run" if older else f"{onset:.1f} s"
+    return "before this run" if older else f"stamp {onset:.1f} s"
 
 
 def _shown(event: Event, name: str) -> str:
@@ -208,17 +208,17 @@ def _shown(event: Event, name: str) -> str:
             along = ", ".join(f"{x:.0f}" for x in told["force_N"])
             return (
                 f"{name}: pushed with {told['strength_N']:.0f} N, ({along}) N along x, y, z of the "
-                f"base, for {told['duration_s']:.2f} s at {event.onset:.2f} s"
+                f"base, for {told['duration_s']:.2f} s at stamp {event.onset:.2f} s"
             )
         case "controller_instability":
             how = "growing" if told["growing"] else "steady"
             rings = f"{told['frequency_Hz']:.1f} Hz with {told['amplitude_Nm']:.2f} N·m, {how}"
-            return f"{name}: swings at {rings}, since {event.onset:.1f} s"
+            return f"{name}: swings at {rings}, since stamp {event.onset:.1f} s"
         case "joint_backlash":
             gap = 1e3 * told["half_gap_rad"]
             seen = f"seen in {told['reversals']} reversals of load"
             return f"{name}: a gap of ± {gap:.2g} mrad, {seen}"
         case "encoder_offset":
-            jump = f"jumped by {event.size:+.3g} rad at {event.onset:.2f} s"
+            jump = f"jumped by {event.size:+.3g} rad at stamp {event.onset:.2f} s"
             return f"{name}: zero of the encoder {jump}"
-    return f"{name}: current sensor is {told['mode']} since {event.onset:.1f} s"
+    return f"{name}: current sensor is {told['mode']} since stamp {event.onset:.1f} s"

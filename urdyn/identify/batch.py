@@ -44,6 +44,7 @@ def identify(
 
 
 def _check(arm: Arm, runs: Sequence[Run]) -> None:
+    typical = population(arm).typical()
     for run in runs:
         if run.motion.joints != arm.joints:
             raise IdentifiabilityError(
@@ -56,7 +57,8 @@ def _check(arm: Arm, runs: Sequence[Run]) -> None:
                 f"{run.motion.source.path}: {told} rows with a current are too few; "
                 f"record at least {MIN_ROWS}, better 20 s of motion of every joint"
             )
-    typical = population(arm).typical()
+        if why := typical.unlike(run.motion.current):
+            raise IdentifiabilityError(f"{run.motion.source.path}: {why}")
     if not any(block.known.any() for run in runs for block in blocks(typical, run.motion)):
         raise IdentifiabilityError(
             "no joint moves far enough in this log for friction and inertia to be told; "

@@ -8,6 +8,7 @@ import numpy as np
 from scipy.signal import butter, sosfiltfilt
 from scipy.stats import t as student
 
+from urdyn.errors import LogError
 from urdyn.identify.fit import Fit
 from urdyn.model.dynamics import Dynamics
 from urdyn.signal import condition
@@ -35,7 +36,13 @@ class Score:
 
 
 def validate(fit: Fit, log: Log) -> Score:
-    """Score of a fit on a log, on the current as it was measured, where a motor can draw it."""
+    """Score of a fit on a log, on the current as it was measured, where a motor can draw it.
+
+    Raises:
+        LogError: it is of an arm with other joints, or its currents are not in amperes.
+    """
+    if why := fit.dynamics.unlike(log.joint("actual_current")):
+        raise LogError(why, log.source.path)
     log = _drawn(fit.dynamics, log)
     motion = condition(log)
     predicted = fit.dynamics.current(motion)

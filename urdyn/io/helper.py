@@ -131,7 +131,8 @@ class Helper:
             case {"failed": reason}:
                 self.failed = InputError(reason)
             case {"broken": trace}:
-                self.failed = RuntimeError(trace)
+                self.failed = RuntimeError(trace.strip().splitlines()[-1])
+                self.failed.add_note(trace)
         return self.failed is None
 
 

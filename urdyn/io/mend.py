@@ -9,7 +9,7 @@ import numpy as np
 from urdyn.errors import LogError
 from urdyn.io import clock
 from urdyn.io.table import AS_NAN, LEFT_OUT, Mask, Table, merge
-from urdyn.types import Defect, Log, Source
+from urdyn.types import Array, Defect, Log, Source
 
 UNUSABLE = 0.2  # a log that lost a larger share of its rows is refused
 
@@ -54,11 +54,18 @@ def _without_strays(table: Table, source: Source) -> Table:
         row, line = int(table.row[back]), int(table.line[back])
         raise LogError(
             f"the clock goes back from {t[back - 1]:.10g} s to {t[back]:.10g} s, as when the "
-            f"controller restarts; read one part with --rows :{row} or --rows {row}:",
+            f"controller restarts; {_parts(t, back, row)}",
             source.path,
             line,
         )
     return _without(table, ~ordered, "stray stamp")
+
+
+def _parts(t: Array, back: int, row: int) -> str:
+    """What to do with stamps that go back at one row, or at many."""
+    if np.count_nonzero(np.diff(t) < 0.0) > 1 + len(t) // 10:
+        return "its rows are in no order: sort them by their stamps"
+    return f"read one part with --rows :{row} or --rows {row}:"
 
 
 def _without_repeats(table: Table, source: Source) -> Table:

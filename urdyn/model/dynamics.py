@@ -35,6 +35,16 @@ class Dynamics:
         """Which of these currents (..., J) [A] no motor draws: the sensor is wrong."""
         return np.asarray(np.abs(current) > self._most)
 
+    def unlike(self, current: Array) -> str:
+        """Why currents (N, J') [A] cannot be this arm's; nothing where they can."""
+        if current.shape[1] != self.arm.joints:
+            return f"has {current.shape[1]} joints, {self.arm.name} has {self.arm.joints}"
+        beyond = self.undrawn(current).mean(axis=0) > 0.5
+        if np.count_nonzero(beyond) < 2:  # one may be a sick sensor's
+            return ""
+        which = ", ".join(map(str, np.flatnonzero(beyond)))
+        return f"no motor draws as much as joints {which} do; currents are to be in A: is it mA?"
+
     @cached_property
     def _most(self) -> Array:
         return np.asarray(OVERLOAD * self.arm.effort_limit / self.drive.gain)

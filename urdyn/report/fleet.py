@@ -18,7 +18,8 @@ from urdyn.report.track_history import Clock, History, Series, clock, find_histo
 from urdyn.report.track_surprise import MISSES
 
 SHOWN = ("coulomb", "health")  # of every joint
-STATES = ("critical", "warning", "found", "changed", "surprised", "steady")  # most urgent first
+# Most urgent first.
+STATES = ("critical", "warning", "found", "changed", "surprised", "unjudged", "steady")
 PAGE = "report.html"
 POINTS = 160  # of a line that is as long as a word
 
@@ -66,6 +67,8 @@ class Robot:
             return worst.severity if grave else "found"
         if self.moved:
             return "changed"
+        if np.isnan(self.surprise):
+            return "unjudged"
         return "surprised" if self.surprise > MISSES else "steady"
 
     @property

@@ -28,9 +28,10 @@ WORDS = {
     "found": "with a finding",
     "changed": "changed",
     "surprised": "not understood by their models",
+    "unjudged": "not judged",
     "steady": "steady",
 }
-BADGE = {"surprised": "not understood", "found": "finding"}
+BADGE = {"surprised": "not understood", "unjudged": "not judged", "found": "finding"}
 MOST = 2  # findings that a row has room for
 
 Scale = tuple[float, float]
@@ -100,6 +101,8 @@ def sentence(robot: Robot) -> str:
         more = f"; and {rest} more" if rest > 0 else ""
         said = ". ".join(s[0].upper() + s[1:] for s in told)
         return f"{said}{more}."
+    if robot.state == "unjudged":
+        return "No current was compared with its model: nothing can be said of it."
     if not robot.moved:
         return "Friction and health of every joint are as commissioned."
     return verdict(robot.moved, robot.clock)

@@ -6,6 +6,8 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+import numpy as np
+
 from urdyn.report.digits import interval90, number, percent
 from urdyn.report.finding_words import BEFORE, kind, size, span_of
 from urdyn.report.findings import ranked
@@ -35,16 +37,16 @@ def track_headline(
 ) -> Html:
     """Title, verdict, payload, every joint then and now, and a few facts."""
     load = carried(history, changed) if history.holds(PAYLOAD, "mass") else ""
-    diagnosed = "findings" in summary
-    said = verdict(found, history.clock)
+    diagnosed, judged = "findings" in summary, bool(np.isfinite(surprised.overall))
+    said = verdict(found, history.clock) if judged else ""
     if diagnosed:
         said = said.replace("Changed: ", "In the belief that follows the arm: ", 1)
     moved = f"{said} {load}".strip()
     return join(
         [
             tag("h1", text(f"{maker(str(summary['robot']))} · tracked dynamics")),
-            *(_diagnosed(history, summary) if diagnosed else []),
-            paragraph(tied(moved), "said" if diagnosed else "headline"),
+            *(_diagnosed(history, summary, judged) if diagnosed else []),
+            *([paragraph(tied(moved), "said" if diagnosed else "headline")] if moved else []),
             paragraph(tied(f"{trust_track(surprised)} {STEADY}"), "lead"),
             grid(*(_table(found, quantity) for quantity in TABLED)),
             facts(_facts(summary)),
@@ -52,10 +54,13 @@ def track_headline(
     )
 
 
-def _diagnosed(history: History, summary: Mapping[str, Any]) -> list[Html]:
+def _diagnosed(history: History, summary: Mapping[str, Any], judged: bool) -> list[Html]:
     """Is anything wrong, since when, and what to do."""
     found, advice = ranked(summary["findings"], history.joints), summary["recommendation"]
     time = history.clock
+    if not (found or judged):
+        told, todo = "Nothing could be judged.", "Track it while its joints move."
+        return [paragraph(told, "headline"), paragraph(todo, "advice")]
     if not found:
         told = f"Nothing wrong was found in {time(summary['data_s'])}."
         return [paragraph(tied(told), "headline"), paragraph("Leave it at work.", "advice")]

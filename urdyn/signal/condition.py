@@ -16,6 +16,8 @@ from urdyn.signal.shifts import shifts, without_turns
 from urdyn.signal.stretches import breaks, is_even, median_step
 from urdyn.types import Array, Log, Mask, Motion
 
+FAR = 4.0 * np.pi  # [rad] twice what a UR's joint turns either way
+
 
 def condition(
     log: Log, *, offset: ArrayLike = 0.0, half_window: int | None = None, degree: int = 4
@@ -105,7 +107,7 @@ def _measured(log: Log, name: str) -> Array:
 
 
 def require_measured(log: Log, names: Collection[str] = ("actual_q", "actual_current")) -> None:
-    """LogError unless these channels were measured at all, and every joint's angle."""
+    """LogError unless these channels were measured at all, and every joint's angle, in radians."""
     for name in names:
         if not np.isfinite(log.joint(name)).any():
             there = ", ".join(sorted(log.channels)) or "no channel at all"
@@ -115,6 +117,11 @@ def require_measured(log: Log, names: Collection[str] = ("actual_q", "actual_cur
     for j in np.flatnonzero(~np.isfinite(log.joint("actual_q")).any(axis=0)):
         message = f"no finite value of joint {j} in actual_q: name its column or record it"
         raise LogError(message, log.source.path, column=f"actual_q_{j}")
+    far = np.nanmedian(np.abs(_measured(log, "actual_q")), axis=0) > FAR
+    if np.count_nonzero(far) > 1:  # a last joint may turn without end
+        which = ", ".join(map(str, np.flatnonzero(far)))
+        message = f"joints {which} are beyond two turns; angles are to be in rad: is it degrees?"
+        raise LogError(message, log.source.path, column="actual_q")
 
 
 def _settle(log: Log, offset: ArrayLike, half: int | None, degree: int) -> _Settled:

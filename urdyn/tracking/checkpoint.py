@@ -10,6 +10,7 @@ from __future__ import annotations
 import json
 import math
 import zipfile
+import zlib
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, is_dataclass, replace
 from pathlib import Path
@@ -26,7 +27,10 @@ from urdyn.tracking.state import TrackerState
 from urdyn.types import Array
 
 FILE = "checkpoint.npz"
-DAMAGE = (zipfile.BadZipFile, OSError, EOFError, LookupError, ValueError, TypeError)
+DAMAGE = (
+    zipfile.BadZipFile, zlib.error, OSError, EOFError, LookupError, ValueError, TypeError,
+    NotImplementedError, RuntimeError,
+)  # fmt: skip
 ANEW = "name another --out, or start anew with --fresh"
 
 S = TypeVar("S")

@@ -14,7 +14,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from urdyn.io import writing
-from urdyn.tracking.parts import FILE, part_file
+from urdyn.tracking.parts import FILE, damaged, part_file
 from urdyn.tracking.row import columns
 from urdyn.types import Array
 
@@ -50,11 +50,17 @@ class History:
         ):
             waiting: list[pa.Table] = []
             for number in range(parts):
-                part = _rows(part_file(self.folder, number))
-                waiting.append(part.replace_schema_metadata(table.metadata))
+                waiting.append(self._part(number).replace_schema_metadata(table.metadata))
                 if sum(map(len, waiting)) >= GROUP:
                     _flush(writer, waiting)
             _flush(writer, waiting)
+
+    def _part(self, number: int) -> pa.Table:
+        path = part_file(self.folder, number)
+        try:
+            return _rows(path)
+        except (pa.ArrowException, OSError) as error:
+            raise damaged(path) from error
 
     def changes(self) -> list[float]:
         """Times at which the payload was taken to have changed [s], once all is joined."""

@@ -12,6 +12,7 @@ from urdyn.io import alone
 
 FILE, PARTS = "history.parquet", "history.parts"
 PATIENCE = 2.0  # [s]
+WHOLE = b"PAR1"  # what a Parquet file ends in
 
 
 def part_file(folder: Path, number: int) -> Path:
@@ -34,7 +35,7 @@ def drop_others(folder: Path, count: int) -> None:
     """Only the parts that count; what a killed run left beyond them is dropped.
 
     Raises:
-        InputError: one that counts is missing.
+        InputError: one that counts is missing, or cut short.
     """
     counted = [part_file(folder, number) for number in range(count)]
     for path in {*(folder / PARTS).iterdir()} - {*counted}:
@@ -42,6 +43,13 @@ def drop_others(folder: Path, count: int) -> None:
     for path in counted:
         if not path.exists():
             raise InputError(f"{path.parent}: lacks {path.name}; start anew with --fresh")
+        if not path.read_bytes().endswith(WHOLE):
+            raise damaged(path)
+
+
+def damaged(part: Path) -> InputError:
+    """What is to be told of such a part."""
+    return InputError(f"{part}: is damaged; start anew with --fresh")
 
 
 def discard_parts(folder: Path) -> None:

@@ -262,7 +262,8 @@ class _Run(Generic[S]):
         """What the stream lacked, and how often it was no stream of this arm."""
         counts = at.state.causal.refused, at.state.undrawn
         lacked = told_losses(at.losses, *counts, self.source.defects, at.index)
-        return lacked | {"restarts": int(at.state.restarts)}
+        compared = at.interest.samples.astype(int).tolist()
+        return lacked | {"restarts": int(at.state.restarts), "compared": compared}
 
     def _final(self, at: Checkpoint[S]) -> dict[str, Any]:
         of, belief = self.quantities, self.tracker.filter.belief(at.state.belief)

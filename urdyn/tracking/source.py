@@ -12,7 +12,8 @@ import numpy as np
 
 from urdyn.errors import InputError
 from urdyn.io.effort import UNTOLD, Effort
-from urdyn.io.rtde.client import Client, connect, parse_address
+from urdyn.io.rtde.client import Client, Connected, Dropped, connect, parse_address
+from urdyn.io.rtde.link import Package
 from urdyn.signal import BESIDE, POSE, Sample
 
 SCHEME, ROS2 = "rtde://", "ros2://"
@@ -22,6 +23,7 @@ DRIFT = 1e-4  # [-] by which two clocks may differ in pace
 RTDE_JOINTS = 6
 
 Rows = tuple[int | None, int | None]
+Tell = Callable[[str], None]
 
 
 @dataclass(frozen=True)
@@ -58,17 +60,18 @@ def open_source(
     duration: float | None = None,
     effort: Effort = UNTOLD,
     beside: Collection[str] = (),
+    tell: Tell = lambda said: None,
 ) -> Source:
     """The source that `text` names: a log, rtde://HOST[:PORT] or ros2://TOPIC.
 
     `rate` [Hz] is that of a log without time stamps, or what a controller is asked for; `duration`
     [s] ends the stream; `effort` tells what a bag's efforts are; `beside` names the streams of
-    `BESIDE` that are wanted, where there are any.
+    `BESIDE` that are wanted, where there are any; `tell` hears of a robot that is lost, or back.
     """
-    if not (duration or 1.0) > 0 or not (rate or 1.0) > 0:
+    if not all(x is None or x > 0 for x in (duration, rate)):
         raise InputError("duration and rate are to be above 0")
     if text.startswith(SCHEME):
-        return _robot(text, rate, duration, beside)
+        return _robot(text, rate, duration, beside, tell)
     if text.startswith(ROS2):
         from urdyn.tracking.ros2_source import graph
 
@@ -82,7 +85,7 @@ def open_source(
 
 
 def _robot(
-    name: str, rate: float | None, duration: float | None, beside: Collection[str]
+    name: str, rate: float | None, duration: float | None, beside: Collection[str], tell: Tell
 ) -> Source:
     host, port = parse_address(name)
     asked = [BESIDE[stream] for stream in beside]
@@ -92,22 +95,35 @@ def _robot(
     count = None if duration is None else max(1, round(duration / period))
 
     def start(_: int) -> Iterator[Arrival]:
-        return islice(_heard(client), count)
+        return islice(_heard(client, lambda said: tell(f"{name}: {said}")), count)
 
     sent = frozenset(s for s in beside if BESIDE[s] not in client.agreement.left_out)
     of = (name, f"{host}:{port}", "", period, RTDE_JOINTS, True, count or 0)
     return Source(*of, start, client.close, beside=sent)
 
 
-def _heard(client: Client) -> Iterator[Arrival]:
+def _heard(client: Client, tell: Tell) -> Iterator[Arrival]:
     """What a controller sends, read between samples: a thread would only take turns with them.
 
     When a package came is told by the controller's clock, beside the quickest package of late:
     that counts how long it waited to be read.
     """
     behind, before = np.inf, np.nan  # [s] of the controller's clock, and its last stamp
-    for read, values in client:
-        sample = _sample(values)
+    lost = False
+    for event in client.events():
+        match event:
+            case Dropped(reason=reason):
+                lost = True
+                tell(f"{reason}; waiting for it")
+                continue
+            case Connected() if lost:
+                lost = False
+                tell("is back")
+                continue
+            case Package(received=read, values=packed):
+                sample = _sample(client.agreement.recipe.unpack(packed))
+            case _:
+                continue
         passed = sample.t - before
         known = behind + DRIFT * passed if 0.0 < passed < PAUSE else np.inf
         behind, before = min(known, read - sample.t), sample.t
