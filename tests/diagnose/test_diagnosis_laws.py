@@ -11,9 +11,10 @@ from shop import Shop
 
 from urdyn.diagnose import memory, rules
 from urdyn.diagnose.acknowledge import acknowledge, acknowledged
+from urdyn.diagnose.carrying import MOMENT
 from urdyn.diagnose.change import Change
 from urdyn.diagnose.desk import Desk
-from urdyn.diagnose.diagnosis import Diagnosis, Now
+from urdyn.diagnose.diagnosis import BEAT, Diagnosis, Now
 from urdyn.diagnose.document import findings_document
 from urdyn.diagnose.event import Event
 from urdyn.diagnose.finding import Finding
@@ -308,3 +309,18 @@ def test_a_straight_series_goes_on_straight_and_a_short_one_is_none() -> None:
     assert course is not None
     assert (course.t, course.size, course.rate) == pytest.approx((195.0, 0.195, 1e-3))
     assert trend(series, onset=180.0) is None
+
+
+@pytest.mark.parametrize("rate", [20.0, 25.0, 50.0, 62.5, 100.0, 125.0, 250.0, 500.0])
+def test_a_moment_lasts_half_a_second_at_any_rate(shop: Shop, rate: float) -> None:
+    """125 Hz divide into no quarter of a second, and a beat that waits for it takes two."""
+    of, t = Diagnosis(shop.fit, 1.0 / rate), 7.3 + np.arange(2.0 * rate) / rate
+
+    def rows(least: float, step: int) -> int:
+        """As many as that takes, of rows that come so many at a time."""
+        return next(n for n in range(step, len(t), step) if of._over(t[0], t[n - 1], least))
+
+    for step in (of._beat_rows, of._chunk_rows):  # at once, and live
+        beat = rows(BEAT, step)
+        assert abs(beat / rate - BEAT) <= 0.1 * BEAT or beat == of._beat_rows
+        assert rows(MOMENT, beat) == 2 * beat

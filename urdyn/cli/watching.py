@@ -73,20 +73,21 @@ def verdict(summary: dict[str, Any]) -> str:
         f"{summary['samples']} samples, {summary['data_s']:.1f} s, at {summary['rate_hz']:.0f} Hz; "
         f"99 % within {latency['p99']:.2f} ms; payload {interval90(mass['mean'], mass['sd'])} kg"
         + changed
-        + _lacked(summary["quality"])
+        + _lacked(summary["quality"], summary["samples"])
         + ("\n" + SLOW if latency["p99"] > BEHIND else "")
         + ("\n" + ASTRAY.format(astray) if astray else "")
     )
 
 
-def _lacked(quality: dict[str, Any]) -> str:
+def _lacked(quality: dict[str, Any], samples: int) -> str:
     """What the stream lacked, where it lacked anything; the page has the rest of it."""
+    unit = " (are they in A?)" if quality["undrawn"] > samples else ""
     counts = {
         "gaps": f"gaps {quality['gaps']} ({quality['missing']} samples)",
         "repeated": f"stamps that came twice {quality['repeated']}",
         "clock_set_back": f"clock set back {quality['clock_set_back']}",
         "refused": f"impossible angles or speeds {quality['refused']}",
-        "undrawn": f"currents that no motor draws {quality['undrawn']} (are they in A?)",
+        "undrawn": f"currents that no motor draws {quality['undrawn']}{unit}",
     }
     if any(" gap " in defect for defect in quality["defects"]):  # its reader has told
         del counts["gaps"]

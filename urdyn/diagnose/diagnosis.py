@@ -97,9 +97,23 @@ class Diagnosis:
     def step(self, state: State, now: Now) -> tuple[State, list[Finding]]:
         """One instant on; findings that are new, or worse than they were."""
         state = replace(state, chunk=(*state.chunk, now))
-        if len(state.chunk) < min(CHUNK, max(1, round(BEAT / self.period))):
+        if len(state.chunk) < self._chunk_rows:
             return state, []
         return self._chunk(state)
+
+    @cached_property
+    def _beat_rows(self) -> int:
+        return max(1, round(BEAT / self.period))
+
+    @cached_property
+    def _chunk_rows(self) -> int:
+        """Rows of which a few make a beat, and no more than that."""
+        return -(-self._beat_rows // -(-self._beat_rows // CHUNK))
+
+    def _over(self, first: float, last: float, length: float) -> bool:
+        """Whether what began and ended with these rows is that long [s]; half a row a beat less."""
+        slack = 0.51 * self.period * round(length / BEAT)  # and what stamps are rounded by
+        return bool(last - first + self.period >= length - slack)
 
     def _chunk(self, state: State) -> tuple[State, list[Finding]]:
         """The instants that were kept, beside the commissioned model."""
@@ -115,7 +129,7 @@ class Diagnosis:
         if before and part.t[0] - before[-1].t[-1] > BROKEN * self.period:
             state, found = self._broken(state)
         state = replace(state, beat=(*state.beat, part))
-        if part.t[-1] - state.beat[0].t[0] + self.period >= BEAT - 1e-9:
+        if self._over(state.beat[0].t[0], part.t[-1], BEAT):
             state, more = self._beat(state)
             found += more
         return state, found
@@ -152,7 +166,7 @@ class Diagnosis:
             state = replace(state, slow=slow, moment=(believed,))
         state, found = self._told(replace(state, push=_last(events, state.push)), events)
         first, last = state.moment[0].t[0], state.moment[-1].t[-1]
-        if last - first + self.period < MOMENT - 1e-9:
+        if not self._over(first, last, MOMENT):
             return state, found
         state, more = self._moment(state)
         return state, found + more
@@ -225,7 +239,7 @@ class Diagnosis:
 
     def over(self, motion: Motion, s: Array, travelled: Array) -> tuple[State, list[Finding]]:
         """A whole motion at once: the same beats as instant by instant, but for their seams."""
-        state, n = self.init(), max(1, round(BEAT / self.period))
+        state, n = self.init(), self._beat_rows
         for start in range(0, len(motion), n):
             part = slice(start, start + n)
             here = motion.slice(start, min(start + n, len(motion)))
