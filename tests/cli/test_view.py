@@ -92,3 +92,11 @@ def test_a_source_that_is_not_there_is_told(source):
 
 def test_a_folder_without_a_history_is_told(tmp_path):
     assert str(tmp_path) in refused(view(tmp_path, "--robot", "ur5e"))
+
+
+def test_what_is_not_there_is_not_asked_for_its_robot():
+    assert "is no folder, log or rtde" in refused(view("absent"))
+
+
+def test_a_run_is_not_shown_on_another_arm(tracked):
+    assert "is of ur10e; leave --robot ur3 out" in refused(view(tracked[1], "--robot", "ur3"))

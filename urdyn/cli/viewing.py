@@ -69,6 +69,8 @@ def _found(asked: Asked) -> Found:
             return _folder(folder, find_history(folder), asked)
         except LogError as error:
             raise error if error.path else InputError(f"{folder}: {error}") from error
+    if not folder.exists():
+        raise InputError(f"{asked.source}: is no folder, log or {ROBOT} address that is there")
     arm, _ = _arm(asked)
     return Found(arm, film=motion(asked.read(folder)))
 
@@ -88,7 +90,10 @@ def _robot(asked: Asked) -> Found:
 def _folder(folder: Path, run: History, asked: Asked) -> Found:
     """A run that is over, or one that goes on beside."""
     made_of = run.provenance
-    arm, fit = _arm(asked, made_of.get("robot"))
+    known = made_of.get("robot")
+    if known != asked.robot and {known, asked.robot} <= {*names()}:
+        raise InputError(f"{folder}: is of {known}; leave --robot {asked.robot} out")
+    arm, fit = _arm(asked, known)
     if fit and asked.twin and made_of.get("twin.sha256") not in (None, "", sha256(asked.twin)):
         raise TwinError(f"{asked.twin}: is not the twin that {folder} was tracked with")
     if len(run.joints) != arm.joints:

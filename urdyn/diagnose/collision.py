@@ -189,17 +189,9 @@ class Collision:
     def _judge(
         self, state: Quiet, seen: Bin, carried: Array, ill: Mask
     ) -> tuple[Quiet, Event | None]:
-        loads = (
-            replace(seen, felt=seen.felt - seen.tool @ (c - seen.carried), carried=c)
-            for c in carried
-        )
-        quiet = (
-            [s for s in (seen, *loads) if sizes((s,))[0] < QUIET and _gone(state.bins, s)]
-            if state.going
-            else []
-        )
-        over, seen = bool(quiet), quiet[0] if quiet else seen
-        state = replace(state, calm=state.calm + 1 if over else 0, bins=(*state.bins, seen))
+        calm = _calm(state.bins, seen, carried) if state.going else None
+        seen = calm or seen
+        state = replace(state, calm=state.calm + 1 if calm else 0, bins=(*state.bins, seen))
         if state.calm >= CALM:
             event = None
             if state.seen > CALM:
@@ -227,6 +219,16 @@ class Collision:
         slack = np.where(fresh, 1.0, 1.0 - rate) * state.slack
         known = replace(state, base=base, bare=bare, aimed=at, slack=slack, spread=spread)
         return replace(known, seen=state.seen + 1)
+
+
+def _calm(then: tuple[Bin, ...], seen: Bin, carried: Array) -> Bin | None:
+    """A bin in which it is over, beside whichever load is carried then; None: it is not."""
+    for load in (seen.carried, *carried):
+        felt = seen.felt - seen.tool @ (load - seen.carried)
+        now = replace(seen, felt=felt, carried=load)
+        if sizes((now,))[0] < QUIET and _gone(then, now):
+            return now
+    return None
 
 
 def _gone(then: tuple[Bin, ...], seen: Bin) -> bool:

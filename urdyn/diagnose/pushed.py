@@ -143,7 +143,8 @@ def _beside_the_piece(bins: tuple[Bin, ...], sd: Array) -> Array:
     piece = np.array([each.tool @ (since - before) for each in bins])
     along = np.sum(felt * piece / sd**2, axis=1, keepdims=True)
     whole = np.sum((piece / sd) ** 2, axis=1, keepdims=True)
-    return np.asarray(felt - np.clip(along / whole, 0.0, 1.0) * piece)
+    share = np.clip(along / np.where(whole > 0.0, whole, 1.0), 0.0, 1.0)
+    return np.asarray(felt - share * piece)
 
 
 def _held(bins: tuple[Bin, ...], sd: Array, size: Array, calm: int) -> bool:
