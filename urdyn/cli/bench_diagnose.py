@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -47,10 +48,10 @@ def bench_diagnose(
     done = _broken(robot, seed, runs, noise, voice)
     counts, truth, told = counted(done)
     _show(voice, done, counts, truth, told)
+    about = {"urdyn": __version__, "robot": robot, "noise": noise, "seed": seed, "runs": len(done)}
     if out is not None:
-        _draw(out, counts, truth, told)
+        _draw(out, about, done, counts, truth, told)
         voice.note(f"written: {out}")
-    about = {"urdyn": __version__, "robot": robot, "noise": noise, "runs": len(done)}
     table = {"truth": truth, "told": told, "counts": counts.tolist()}
     voice.result(about | table | _figures(done, counts))
 
@@ -82,10 +83,14 @@ def _show(
     from urdyn.cli.diagnosis_trials import reliability
 
     voice.show(_table(counts, truth, told))
-    right, findings = _right(counts)
-    voice.show(f"kind and joint right in {right} of {findings} findings; {_missed(done)}")
+    voice.show(_summed(done, counts))
     for confidence, share, n in reliability(done):
         voice.show(f"of {n} findings told with {confidence:.0%} confidence {share:.0%} are right")
+
+
+def _summed(done: list[Trial], counts: np.ndarray) -> str:
+    right, findings = _right(counts)
+    return f"kind and joint right in {right} of {findings} findings; {_missed(done)}"
 
 
 def _right(counts: np.ndarray) -> tuple[int, int]:
@@ -134,13 +139,26 @@ def _table(counts: np.ndarray, truth: list[str], told: list[str]) -> Table:
     return table
 
 
-def _draw(out: Path, counts: np.ndarray, truth: list[str], told: list[str]) -> None:
+def _draw(
+    out: Path,
+    about: Mapping[str, Any],
+    done: list[Trial],
+    counts: np.ndarray,
+    truth: list[str],
+    told: list[str],
+) -> None:
     from urdyn.io import write_text
     from urdyn.report.confusion import confusion
-    from urdyn.report.markup import document, plot, section
+    from urdyn.report.markup import document, facts, paragraph, plot, section, tag, text
 
     names = [[name.replace("_", " ") for name in row] for row in (truth, told)]
-    drawing = confusion(counts, *names)
+    summed = _summed(done, counts)
     lead = "Rows are what was wrong with a virtual arm, columns what was told of it."
-    page = document("Kinds of fault", section("Kinds of fault", lead, plot(drawing, "told", "")))
+    page = document(
+        "Kinds of fault",
+        tag("h1", text("Kinds of fault, told apart")),
+        paragraph(f"{summed[0].upper()}{summed[1:]}.", "headline"),
+        facts({name: str(value) for name, value in about.items()}),
+        section("What was told", lead, plot(confusion(counts, *names), "counts", "")),
+    )
     write_text(out, page)

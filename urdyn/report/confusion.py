@@ -8,7 +8,9 @@ import numpy as np
 import plotly.graph_objects as go
 from numpy.typing import ArrayLike
 
-from urdyn.report.canvas import OURS, SHADE, figure
+from urdyn.report.canvas import SHADE, figure
+
+FULL = "rgba(0,114,178,0.55)"  # on which digits can be read, light or dark
 
 
 def confusion(counts: ArrayLike, truth: Sequence[str], told: Sequence[str]) -> go.Figure:
@@ -20,7 +22,7 @@ def confusion(counts: ArrayLike, truth: Sequence[str], told: Sequence[str]) -> g
     cells = go.Heatmap(
         z=share, x=list(told), y=list(truth), zmin=0.0, zmax=1.0,
         text=words, texttemplate="%{text}",
-        colorscale=[[0.0, SHADE], [1.0, OURS]], showscale=False, xgap=2, ygap=2,
+        colorscale=[[0.0, SHADE], [1.0, FULL]], showscale=False, xgap=2, ygap=2,
         hovertemplate="%{y} told as %{x}: %{text} (%{z:.0%})<extra></extra>",
     )  # fmt: skip
     drawing = figure([cells], "told", "truth", 90 + 34 * len(truth))

@@ -44,7 +44,9 @@ def amount(finding: Mapping[str, Any], value: float) -> str:
 
 
 def size(finding: Mapping[str, Any]) -> str:
-    """How large it is, with its 90 % interval."""
+    """How large it is, with its 90 % interval; how it shows where that has no size."""
+    if mode := finding.get("evidence", {}).get("mode"):
+        return str(mode)
     by = factor(finding)
     value, sd = by * finding["size"], by * (finding["size_sd"] or 0.0)
     return f"{interval90(value, sd) if sd else number(value)} {unit(finding)}"

@@ -15,6 +15,7 @@ from urdyn.report.markup import Html, cell, grid, paragraph, plot, section, tabl
 from urdyn.report.names import spoken
 from urdyn.report.track_history import Clock, History
 
+ONE_LINE = 30  # letters of an axis's title that stand beside it in one
 LEAD = (
     "Faults as the commissioned model, which is held for this, tells them from a healthy arm that "
     "warms up, changes its program and handles pieces. Sure is the probability that kind and joint "
@@ -80,9 +81,9 @@ def _drawn(finding: Mapping[str, Any], history: History) -> Html:
     ]
     told = (finding["alarm_s"] - history.start) / clock.seconds
     shapes = [shade(lo, max(hi, lo + 1e-9), "onset"), rule(x=told), rule(y=0.0)]
-    drawing = figure(
-        traces, clock.axis, f"{finding['quantity']} [{unit(finding)}]", 220, shapes=shapes
-    )
+    axis = f"{finding['quantity']} [{unit(finding)}]"
+    axis = axis if len(axis) < ONE_LINE else axis.replace(" [", "<br>[")
+    drawing = figure(traces, clock.axis, axis, 220, shapes=shapes)
     title = f"{spoken(finding['name'])}: {kind(finding)}"
     nats = finding["evidence"].get("nats")
     note = f"evidence {number(nats)} nats at the alarm" if nats else ""
