@@ -49,7 +49,7 @@ def _pushed(where: Space, link: int) -> np.ndarray:
 
 
 def _event(where: Space, felt: np.ndarray):
-    return Pushed(where, 15.0).event(_bins(where, felt), CALM, np.zeros(6, dtype=bool))
+    return Pushed(where, 15.0).event(_bins(where, felt), CALM, NOTHING, np.zeros(6, dtype=bool))
 
 
 def test_a_push_is_told_with_its_link_and_force(where: Space) -> None:
@@ -75,6 +75,19 @@ def test_friction_that_rises_with_a_push_moves_no_link(where: Space) -> None:
     assert _event(where, _pushed(where, 3) + more).joint == 3
 
 
+def test_a_piece_that_is_let_go_of_for_a_moment_is_no_push(where: Space) -> None:
+    piece = Payload(4.0, np.array([0.0, 0.0, 0.08])).inertials()
+    tool = where.arm.regressor(Q, np.zeros(6), np.zeros(6))[..., -10:]
+    felt = np.outer(np.append([-0.5, -1.0, -1.2, -1.0, -0.5], np.zeros(CALM)), tool @ piece)
+
+    def event(*loads: np.ndarray):
+        bins = tuple(replace(each, carried=piece) for each in _bins(where, felt))
+        return Pushed(where, 15.0).event(bins, CALM, np.array(loads), np.zeros(6, dtype=bool))
+
+    assert event(piece) is not None
+    assert event(piece, np.zeros(10)) is None
+
+
 @pytest.mark.parametrize("pushed", [False, True])
 def test_a_piece_that_is_lifted_off_is_no_push_but_one_beside_it_is(
     where: Space, pushed: bool
@@ -88,7 +101,7 @@ def test_a_piece_that_is_lifted_off_is_no_push_but_one_beside_it_is(
     seen = tuple(
         replace(each, carried=piece * (k >= 8 - CALM)) for k, each in enumerate(_bins(where, felt))
     )
-    event = Pushed(where, 15.0).event(seen, CALM, np.zeros(6, dtype=bool))
+    event = Pushed(where, 15.0).event(seen, CALM, NOTHING, np.zeros(6, dtype=bool))
     assert (event is not None) == pushed
     if pushed:  # less what of it was along the piece's weight
         away = event.evidence["force_N"] - 0.87 * FORCE
@@ -102,7 +115,7 @@ def test_friction_that_is_another_is_no_push(where: Space) -> None:
 
     def event(by: float):
         bins = (replace(b, slack=np.array([slack, -slack])) for b in _bins(where, by * felt))
-        return Pushed(where, 15.0).event(tuple(bins), CALM, np.zeros(6, dtype=bool))
+        return Pushed(where, 15.0).event(tuple(bins), CALM, NOTHING, np.zeros(6, dtype=bool))
 
     assert _event(where, felt) is not None
     assert event(1.0) is None and event(3.0) is not None

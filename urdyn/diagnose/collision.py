@@ -195,7 +195,7 @@ class Collision:
         if state.calm >= CALM:
             event = None
             if state.seen > CALM:
-                event = self.pushed.event(state.bins, state.calm, ill)
+                event = self.pushed.event(state.bins, state.calm, carried, ill)
             state = replace(state, bare=state.base + seen.tool @ seen.carried)
             return replace(state, carried=seen.carried, calm=0, bins=()), event
         if seen.t - state.bins[0].t > self.rule["longest"]:

@@ -62,11 +62,12 @@ class Pushed:
     space: Space
     least: float  # [N] below, pushes are not told
 
-    def event(self, bins: tuple[Bin, ...], calm: int, ill: Mask) -> Event | None:
+    def event(self, bins: tuple[Bin, ...], calm: int, carried: Array, ill: Mask) -> Event | None:
         """What the push was like, if it was one.
 
         Args:
             calm: bins at the end in which it was over.
+            carried: inertials that may be at the tool, (k, 10).
             ill: joints whose sensor is not to be believed, (J,).
         """
         felt, stood = np.array([each.felt for each in bins]), np.array([b.stood for b in bins])
@@ -80,7 +81,7 @@ class Pushed:
             size = _squares(felt, slack, sd)
             if np.count_nonzero(size > LOUD) < LASTS:
                 return None
-        elif _held(bins, sd, size, calm):
+        elif _handled(bins, sd, size, carried) or _held(bins, sd, size, calm):
             return None
         if _left_with_it(stood, felt, sd):
             return None
@@ -145,6 +146,16 @@ def _beside_the_piece(bins: tuple[Bin, ...], sd: Array) -> Array:
     whole = np.sum((piece / sd) ** 2, axis=1, keepdims=True)
     share = np.clip(along / np.where(whole > 0.0, whole, 1.0), 0.0, 1.0)
     return np.asarray(felt - share * piece)
+
+
+def _handled(bins: tuple[Bin, ...], sd: Array, size: Array, carried: Array) -> bool:
+    """Whether a piece that was let go of for a moment, or held, says most of it."""
+    slack = np.array([each.slack for each in bins])
+    for other in carried:
+        left = np.array([each.felt - each.tool @ (other - each.carried) for each in bins])
+        if np.minimum(size, _squares(left, slack, sd)).sum() < 0.5 * size.sum():
+            return True
+    return False
 
 
 def _held(bins: tuple[Bin, ...], sd: Array, size: Array, calm: int) -> bool:
