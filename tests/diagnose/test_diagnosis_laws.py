@@ -318,7 +318,7 @@ def test_a_moment_lasts_half_a_second_at_any_rate(shop: Shop, rate: float) -> No
 
     def rows(least: float, step: int) -> int:
         """As many as that takes, of rows that come so many at a time."""
-        return next(n for n in range(step, len(t), step) if of._over(t[0], t[n - 1], least))
+        return next(n for n in range(step, len(t), step) if of._lasted(t[0], t[n - 1], least))
 
     for step in (of._beat_rows, of._chunk_rows):  # at once, and live
         beat = rows(BEAT, step)

@@ -150,14 +150,14 @@ def _draw(
     from urdyn.io import write_text
     from urdyn.report.confusion import confusion
     from urdyn.report.markup import document, facts, paragraph, plot, section, tag, text
+    from urdyn.report.names import capital
 
     names = [[name.replace("_", " ") for name in row] for row in (truth, told)]
-    summed = _summed(done, counts)
     lead = "Rows are what was wrong with a virtual arm, columns what was told of it."
     page = document(
         "Kinds of fault",
         tag("h1", text("Kinds of fault, told apart")),
-        paragraph(f"{summed[0].upper()}{summed[1:]}.", "headline"),
+        paragraph(f"{capital(_summed(done, counts))}.", "headline"),
         facts({name: str(value) for name, value in about.items()}),
         section("What was told", lead, plot(confusion(counts, *names), "counts", "")),
     )

@@ -137,8 +137,7 @@ class Collision:
         Once they have settled, the baseline is what it is then, as far as friction may have changed
         it; or what it was, for something may have begun just then. While it lasts, nobody knows.
         """
-        drive, t = self.space.reference.drive, float(rows.t[0])
-        most = 2.0 * (drive.coulomb + drive.structural * np.abs(rows.load[-1]))
+        most, t = 2.0 * self._grip(rows), float(rows.t[0])
         turned = held != state.held
         since = np.where(turned, t, state.since)
         loose = t - since < np.where(held, SETTLES, TURNS)
@@ -172,11 +171,15 @@ class Collision:
         moved = np.where(held & ~still, np.nan_to_num(moved), 0.0)
         known = held & np.isfinite(state.q)
         stayed = np.where(known, follow(state.s, moved, drive.presliding_distance), s)
-        grip = drive.coulomb + drive.structural * np.abs(rows.load[-1])
         tail = drive.presliding_tail
         off = s - (1.0 - tail) * stayed[0] - tail * stayed[1]
         state = replace(state, s=stayed, q=np.where(still, state.q, rows.q[-1]))
-        return state, grip * np.abs(off)
+        return state, self._grip(rows) * np.abs(off)
+
+    def _grip(self, rows: Rows) -> Array:
+        """Friction of joints that turn slowly, as they are loaded in the last row, (J,) [N·m]."""
+        drive = self.space.reference.drive
+        return np.asarray(drive.coulomb + drive.structural * np.abs(rows.load[-1]))
 
     def _usual(self, state: Quiet, rows: Rows, held: Mask, aimed: Array, late: Array) -> Array:
         """Variance of what joints are felt to do for no push at all, (J,) [(N·m)²]."""

@@ -8,7 +8,7 @@ from dataclasses import replace
 from typing import Any
 
 from urdyn.diagnose import memory
-from urdyn.diagnose.acknowledge import acknowledged
+from urdyn.diagnose.acknowledge import FOUND, acknowledged
 from urdyn.diagnose.diagnosis import Diagnosis, Now, State
 from urdyn.diagnose.document import findings_document
 from urdyn.diagnose.finding import Finding
@@ -17,8 +17,6 @@ from urdyn.diagnose.wire import SERIES
 from urdyn.io import write_text
 from urdyn.signal import Instant
 from urdyn.types import Array
-
-FILE = "findings.json"
 
 
 class Desk:
@@ -63,7 +61,7 @@ class Desk:
         document = findings_document(
             findings, joints, observability, task.identity, task.source, costs
         )
-        write_text(task.folder / FILE, json.dumps(document, indent=2) + "\n")
+        write_text(task.folder / FOUND, json.dumps(document, indent=2) + "\n")
         return document
 
     def untold(self, found: Sequence[Finding]) -> list[dict[str, Any]]:

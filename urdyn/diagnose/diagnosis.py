@@ -28,7 +28,7 @@ from urdyn.diagnose.slow import Slow
 from urdyn.diagnose.slow_state import SlowState
 from urdyn.diagnose.space import Space, space
 from urdyn.diagnose.trust import in_company
-from urdyn.diagnose.verdict import identity, of_change, of_event, risen, up_to_date
+from urdyn.diagnose.verdict import identity, of_change, of_event, risen, up_to_date, worse
 from urdyn.diagnose.warmth import Warmth, felt, unfelt
 from urdyn.identify.fit import Fit
 from urdyn.signal import Instant
@@ -110,7 +110,7 @@ class Diagnosis:
         """Rows of which a few make a beat, and no more than that."""
         return -(-self._beat_rows // -(-self._beat_rows // CHUNK))
 
-    def _over(self, first: float, last: float, length: float) -> bool:
+    def _lasted(self, first: float, last: float, length: float) -> bool:
         """Whether what began and ended with these rows is that long [s]; half a row a beat less."""
         slack = 0.51 * self.period * round(length / BEAT)  # and what stamps are rounded by
         return bool(last - first + self.period >= length - slack)
@@ -129,7 +129,7 @@ class Diagnosis:
         if before and part.t[0] - before[-1].t[-1] > BROKEN * self.period:
             state, found = self._broken(state)
         state = replace(state, beat=(*state.beat, part))
-        if self._over(state.beat[0].t[0], part.t[-1], BEAT):
+        if self._lasted(state.beat[0].t[0], part.t[-1], BEAT):
             state, more = self._beat(state)
             found += more
         return state, found
@@ -166,7 +166,7 @@ class Diagnosis:
             state = replace(state, slow=slow, moment=(believed,))
         state, found = self._told(replace(state, push=_last(events, state.push)), events)
         first, last = state.moment[0].t[0], state.moment[-1].t[-1]
-        if not self._over(first, last, MOMENT):
+        if not self._lasted(first, last, MOMENT):
             return state, found
         state, more = self._moment(state)
         return state, found + more
@@ -183,13 +183,12 @@ class Diagnosis:
         for event in events:
             finding = of_event(event, self.space, self.rules)
             old = known.get(finding.id)
-            if old and event.onset > old.alarm_s:
+            if old and _goes_on(old, event.onset):
                 event = replace(event, onset=old.onset_s)
                 finding = of_event(event, self.space, self.rules)
             new.append(finding)
         state, found = _with(state, new)
-        graver = [f for f in found if f.id not in known or f.severity != known[f.id].severity]
-        return state, graver
+        return state, [f for f in found if f.id not in known or worse(known[f.id], f)]
 
     def _changes(self, state: State) -> tuple[State, list[Finding]]:
         """New changes, and how those that are known went on."""
@@ -287,7 +286,7 @@ def _with(state: State, new: list[Finding]) -> tuple[State, list[Finding]]:
     for finding in new:
         if finding.id in findings:
             old = findings[finding.id]
-            first = old if finding.onset_s > old.alarm_s else finding
+            first = old if _goes_on(old, finding.onset_s) else finding
             finding = replace(
                 finding,
                 onset_s=first.onset_s,
@@ -299,3 +298,8 @@ def _with(state: State, new: list[Finding]) -> tuple[State, list[Finding]]:
     told = tuple(in_company(tuple(findings.values())))
     ids = {finding.id for finding in new}
     return replace(state, findings=told), [f for f in told if f.id in ids]
+
+
+def _goes_on(old: Finding, onset: float) -> bool:
+    """Whether what shows [s] after a finding was told is that finding: it began when it did."""
+    return onset > old.alarm_s

@@ -5,6 +5,7 @@ tau_j = J_j(q)' F        for the joints below the link that is pushed; the other
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -70,20 +71,19 @@ class Pushed:
             carried: inertials that may be at the tool, (k, 10).
             ill: joints whose sensor is not to be believed, (J,).
         """
-        felt, stood = np.array([each.felt for each in bins]), np.array([b.stood for b in bins])
-        slack = np.array([each.slack for each in bins])
-        sd = np.where(ill, np.inf, np.array([each.sd for each in bins]))
-        size = sizes(tuple(replace(each, sd=row) for each, row in zip(bins, sd, strict=True)))
+        bins = tuple(replace(each, sd=np.where(ill, np.inf, each.sd)) for each in bins)
+        felt, sd, slack = _stacked(bins, "felt", "sd", "slack")
+        size = sizes(bins)
         if size.max() < LOUD:  # it was the sensor
             return None
         if (bins[-1].carried != bins[0].carried).any():
-            felt = _beside_the_piece(bins, sd)
+            felt = _beside_the_piece(bins)
             size = _squares(felt, slack, sd)
             if np.count_nonzero(size > LOUD) < LASTS:
                 return None
-        elif _handled(bins, sd, size, carried) or _held(bins, sd, size, calm):
+        elif _handled(bins, size, carried) or _held(bins, size, calm):
             return None
-        if _left_with_it(stood, felt, sd):
+        if _left_with_it(np.array([each.stood for each in bins]), felt, sd):
             return None
         peak = int(np.argmax(size))
         strong = size > STRONG * size[peak]
@@ -134,12 +134,18 @@ class Pushed:
         return int(links[best]), float(share[links == links[best]].sum()), forces[best]
 
 
-def _beside_the_piece(bins: tuple[Bin, ...], sd: Array) -> Array:
+def _stacked(bins: tuple[Bin, ...], *names: str) -> Iterator[Array]:
+    """What all bins say, (B, ...) each."""
+    return (np.array([getattr(each, name) for each in bins]) for name in names)
+
+
+def _beside_the_piece(bins: tuple[Bin, ...]) -> Array:
     """What was felt beside the piece that was taken or put down meanwhile, (B, J) [N·m].
 
     It comes and goes within a bin, or as it is lifted off: the tool may bear any part of it.
     """
     before, since = bins[0].carried, bins[-1].carried
+    (sd,) = _stacked(bins, "sd")
     felt = np.array([each.felt + each.tool @ (each.carried - before) for each in bins])
     piece = np.array([each.tool @ (since - before) for each in bins])
     along = np.sum(felt * piece / sd**2, axis=1, keepdims=True)
@@ -148,9 +154,9 @@ def _beside_the_piece(bins: tuple[Bin, ...], sd: Array) -> Array:
     return np.asarray(felt - share * piece)
 
 
-def _handled(bins: tuple[Bin, ...], sd: Array, size: Array, carried: Array) -> bool:
+def _handled(bins: tuple[Bin, ...], size: Array, carried: Array) -> bool:
     """Whether a piece that was let go of for a moment, or held, says most of it."""
-    slack = np.array([each.slack for each in bins])
+    sd, slack = _stacked(bins, "sd", "slack")
     for other in carried:
         left = np.array([each.felt - each.tool @ (other - each.carried) for each in bins])
         if np.minimum(size, _squares(left, slack, sd)).sum() < 0.5 * size.sum():
@@ -158,10 +164,9 @@ def _handled(bins: tuple[Bin, ...], sd: Array, size: Array, carried: Array) -> b
     return False
 
 
-def _held(bins: tuple[Bin, ...], sd: Array, size: Array, calm: int) -> bool:
+def _held(bins: tuple[Bin, ...], size: Array, calm: int) -> bool:
     """Whether one piece that nobody knows says most of it, and is there when it seems over."""
-    each = ("felt", "tool", "slack")
-    felt, tool, slack = (np.array([getattr(of, name) for of in bins]) for name in each)
+    felt, sd, slack, tool = _stacked(bins, "felt", "sd", "slack", "tool")
     wide = np.hypot(sd, np.ptp(slack, axis=1) / np.sqrt(12.0))
     scaled = (tool / wide[..., None]).reshape(-1, tool.shape[-1])
     precision = scaled.T @ scaled + np.diag(ANYTHING**-2.0)

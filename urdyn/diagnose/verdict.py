@@ -109,7 +109,7 @@ def risen(
     """Slow findings that have changed enough to be told again."""
     now = up_to_date(findings, known, series, space)
     pairs = zip(findings, now, strict=True)
-    return [replace(new, acknowledged=False) for old, new in pairs if _worse(old, new)]
+    return [replace(new, acknowledged=False) for old, new in pairs if worse(old, new)]
 
 
 def up_to_date(
@@ -131,7 +131,8 @@ def identity(suspect: Suspect, space: Space) -> str:
     return f"{suspect.kind.name}.{_name(suspect, space)}"
 
 
-def _worse(old: Finding, new: Finding) -> bool:
+def worse(old: Finding, new: Finding) -> bool:
+    """Whether a finding has changed enough to be told again."""
     more = abs(new.size - old.size) >= WORSE * abs(old.size) + 2.0 * new.size_sd
     return new is not old and (more or new.severity != old.severity)
 

@@ -46,19 +46,14 @@ def identify(
 def _check(arm: Arm, runs: Sequence[Run]) -> None:
     typical = population(arm).typical()
     for run in runs:
-        if run.motion.joints != arm.joints:
-            raise IdentifiabilityError(
-                f"{run.motion.source.path}: the log has {run.motion.joints} joints, {arm.name} has "
-                f"{arm.joints}; give the robot that was recorded with --robot"
-            )
+        if why := typical.unlike(run.motion.current):
+            raise IdentifiabilityError(f"{run.motion.source.path}: {why}")
         told = np.isfinite(run.motion.current).any(axis=1).sum()
         if told < MIN_ROWS:
             raise IdentifiabilityError(
                 f"{run.motion.source.path}: {told} rows with a current are too few; "
                 f"record at least {MIN_ROWS}, better 20 s of motion of every joint"
             )
-        if why := typical.unlike(run.motion.current):
-            raise IdentifiabilityError(f"{run.motion.source.path}: {why}")
     if not any(block.known.any() for run in runs for block in blocks(typical, run.motion)):
         raise IdentifiabilityError(
             "no joint moves far enough in this log for friction and inertia to be told; "

@@ -54,14 +54,14 @@ def _without_strays(table: Table, source: Source) -> Table:
         row, line = int(table.row[back]), int(table.line[back])
         raise LogError(
             f"the clock goes back from {t[back - 1]:.10g} s to {t[back]:.10g} s, as when the "
-            f"controller restarts; {_parts(t, back, row)}",
+            f"controller restarts; {_way_out(t, row)}",
             source.path,
             line,
         )
     return _without(table, ~ordered, "stray stamp")
 
 
-def _parts(t: Array, back: int, row: int) -> str:
+def _way_out(t: Array, row: int) -> str:
     """What to do with stamps that go back at one row, or at many."""
     if np.count_nonzero(np.diff(t) < 0.0) > 1 + len(t) // 10:
         return "its rows are in no order: sort them by their stamps"

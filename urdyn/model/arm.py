@@ -184,7 +184,7 @@ def load_arm(robot: str | Path) -> Arm:
 
 def described(arm: Arm) -> dict[str, str]:
     """What a file has to say beside an arm's name: its URDF, unless that is the library's."""
-    known = arm.name in names() and arm.urdf == load_arm(arm.name).urdf
+    known = arm.name in names() and arm.urdf == read_text(find(arm.name))
     return {} if known else {"urdf": arm.urdf}
 
 

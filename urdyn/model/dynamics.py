@@ -38,7 +38,8 @@ class Dynamics:
     def unlike(self, current: Array) -> str:
         """Why currents (N, J') [A] cannot be this arm's; nothing where they can."""
         if current.shape[1] != self.arm.joints:
-            return f"has {current.shape[1]} joints, {self.arm.name} has {self.arm.joints}"
+            told = f"the log has {current.shape[1]} joints, {self.arm.name} has {self.arm.joints}"
+            return f"{told}; give the robot that was recorded, or a log of this one"
         beyond = self.undrawn(current).mean(axis=0) > 0.5
         if np.count_nonzero(beyond) < 2:  # one may be a sick sensor's
             return ""

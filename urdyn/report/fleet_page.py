@@ -12,7 +12,7 @@ import numpy as np
 from urdyn.report.digits import number, percent
 from urdyn.report.fleet import SHOWN, STATES, Fleet, Robot, Unread
 from urdyn.report.markup import Html, document, paragraph, section, table, tag, text
-from urdyn.report.names import spoken
+from urdyn.report.names import capital, spoken
 from urdyn.report.spark import Spark
 from urdyn.report.track_change import SDS, SHARE, verdict
 from urdyn.report.track_headline import tied
@@ -99,7 +99,7 @@ def sentence(robot: Robot) -> str:
         told = [f.sentence(robot.start, robot.clock) for f in robot.findings[:MOST]]
         rest = len(robot.findings) - MOST
         more = f"; and {rest} more" if rest > 0 else ""
-        said = ". ".join(s[0].upper() + s[1:] for s in told)
+        said = ". ".join(map(capital, told))
         return f"{said}{more}."
     if robot.state == "unjudged":
         return "No current was compared with its model: nothing can be said of it."

@@ -35,6 +35,11 @@ def shown(quantity: str, unit: str) -> tuple[float, str]:
     return 1.0, "" if unit == "-" else unit
 
 
+def capital(words: str) -> str:
+    """Words as a sentence begins with them."""
+    return f"{words[0].upper()}{words[1:]}"
+
+
 def spoken(name: str) -> str:
     """A joint or link as people say it: "shoulder_pan_joint" is "shoulder pan"."""
     return name.removesuffix("_joint").removesuffix("_link").replace("_", " ")

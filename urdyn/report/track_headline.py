@@ -12,7 +12,7 @@ from urdyn.report.digits import interval90, number, percent
 from urdyn.report.finding_words import BEFORE, kind, size, span_of
 from urdyn.report.findings import ranked
 from urdyn.report.markup import Html, cell, facts, grid, join, paragraph, table, tag, text
-from urdyn.report.names import QUANTITIES, maker, spoken
+from urdyn.report.names import QUANTITIES, capital, maker, spoken
 from urdyn.report.track_change import SDS, SHARE, TOLD, Change, verdict
 from urdyn.report.track_history import PAYLOAD, Clock, History
 from urdyn.report.track_payload import carried
@@ -69,7 +69,7 @@ def _diagnosed(history: History, summary: Mapping[str, Any], judged: bool) -> li
     said = advice["text"]
     for f in found:
         said = said.replace(f["name"], spoken(f["name"]))
-    do = paragraph(tied(f"{said[0].upper()}{said[1:]}."), "advice")
+    do = paragraph(tied(f"{capital(said)}."), "advice")
     return [paragraph(tied(f"{told}{rest}"), "headline"), do]
 
 
@@ -79,7 +79,7 @@ def _sentence(f: Mapping[str, Any], time: Clock, start: float) -> str:
     soon = f", critical in {span_of(left)}" if left and left["median"] > 0.0 else ""
     known = ", acknowledged" if f["acknowledged"] else ""
     since = BEFORE if f["older"] else time(f["onset_s"] - start)
-    told = f"{name[0].upper()}{name[1:]}: {kind(f)}, {size(f)}, since {since}"
+    told = f"{capital(name)}: {kind(f)}, {size(f)}, since {since}"
     return f"{told}; {f['severity']}{soon}{known}."
 
 

@@ -8,7 +8,7 @@ from urdyn.report.canvas import MEASURED, OURS
 from urdyn.report.digits import interval90
 from urdyn.report.markup import Html, grid, key, plot, section, tag, text
 from urdyn.report.masses import WHY
-from urdyn.report.names import spoken
+from urdyn.report.names import capital, spoken
 from urdyn.report.track_change import WATCHED, Change
 from urdyn.report.track_history import Clock, History
 from urdyn.report.track_trace import PALE, trend
@@ -22,7 +22,7 @@ def trends(history: History, found: Sequence[Change]) -> Html:
         part
         for quantity, word in WATCHED.items()
         for part in (
-            tag("h3", text(word[0].upper() + word[1:])),
+            tag("h3", text(capital(word))),
             grid(*(_trend(history, c) for c in found if c.quantity == quantity)),
         )
     )

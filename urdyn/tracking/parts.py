@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -43,8 +44,10 @@ def drop_others(folder: Path, count: int) -> None:
     for path in counted:
         if not path.exists():
             raise InputError(f"{path.parent}: lacks {path.name}; start anew with --fresh")
-        if not path.read_bytes().endswith(WHOLE):
-            raise damaged(path)
+        with path.open("rb") as part:
+            part.seek(-min(len(WHOLE), path.stat().st_size), os.SEEK_END)
+            if part.read() != WHOLE:
+                raise damaged(path)
 
 
 def damaged(part: Path) -> InputError:

@@ -109,25 +109,27 @@ def _heard(client: Client, tell: Tell) -> Iterator[Arrival]:
     that counts how long it waited to be read.
     """
     behind, before = np.inf, np.nan  # [s] of the controller's clock, and its last stamp
-    lost = False
-    for event in client.events():
-        match event:
-            case Dropped(reason=reason):
-                lost = True
-                tell(f"{reason}; waiting for it")
-                continue
-            case Connected() if lost:
-                lost = False
-                tell("is back")
-                continue
-            case Package(received=read, values=packed):
-                sample = _sample(client.agreement.recipe.unpack(packed))
-            case _:
-                continue
+    for package in _packages(client, tell):
+        sample, read = _sample(client.agreement.recipe.unpack(package.values)), package.received
         passed = sample.t - before
         known = behind + DRIFT * passed if 0.0 < passed < PAUSE else np.inf
         behind, before = min(known, read - sample.t), sample.t
         yield Arrival(sample, sample.t + behind)
+
+
+def _packages(client: Client, tell: Tell) -> Iterator[Package]:
+    """A controller's packages; `tell` hears when it is lost, and when it is back."""
+    lost = False
+    for event in client.events():
+        match event:
+            case Package():
+                yield event
+            case Dropped():
+                lost = True
+                tell(f"{event.reason}; waiting for it")
+            case Connected() if lost:
+                lost = False
+                tell("is back")
 
 
 def _sample(values: dict[str, Any]) -> Sample:
