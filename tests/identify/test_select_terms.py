@@ -99,7 +99,7 @@ def test_the_whole_search_finds_them(ur5e: Arm) -> None:
 
 @pytest.mark.parametrize("seed", [pytest.param(106, marks=pytest.mark.slow), 112])
 def test_friction_of_these_arms_fades_by_chance_alone(seed: int) -> None:
-    """Two of forty drawn at random: held-out current, its doubt left out, tells 9 and 14 nats of it."""
+    """Two of forty at random: what is held out tells 9 and 14 nats, had the fit no doubt."""
     drawn = virtual_arm(load_arm("ur10e"), seed)
     motion, noise = (np.random.default_rng([seed, 0, k]) for k in range(2))
     asked = fourier(drawn.arm, 25.0, 100.0, motion)
