@@ -8,6 +8,8 @@ import json
 import math
 import re
 import shlex
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -95,6 +97,18 @@ def test_quiet_says_nothing(story: Story) -> None:
         app, ["validate", str(story.out / "twin.toml"), str(story.log), "-q"]
     )
     assert (result.exit_code, result.stdout, result.stderr) == (0, "", "")
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="no such device here")
+@pytest.mark.parametrize("how", [(), ("--json",)])
+def test_results_that_find_no_room_are_told_by_their_place(
+    how: tuple[str, ...], story: Story
+) -> None:
+    asked = (sys.executable, "-m", "urdyn", "validate", story.out / "twin.toml", story.log, *how)
+    with Path("/dev/full").open("w") as full:
+        done = subprocess.run(asked, stdout=full, stderr=subprocess.PIPE, text=True, check=False)
+    assert done.returncode == 1
+    assert done.stderr.splitlines()[-1] == "urdyn: standard output: No space left on device"
 
 
 def test_the_identified_arm_loads_elsewhere(story: Story) -> None:

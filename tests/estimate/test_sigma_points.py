@@ -54,6 +54,11 @@ def test_points_that_can_give_negative_variances_are_refused() -> None:
         sigma_points(5, "julier", 1.0, 2.0, -2.0)
 
 
+def test_a_set_that_there_is_not_is_refused() -> None:
+    with pytest.raises(UrdynError, match="no sigma points 'foo'; choose one of merwe"):
+        sigma_points(5, "foo", 1.0, 2.0, 0.0)  # type: ignore[arg-type]
+
+
 def test_sigma_points_come_without_the_rest_of_filterpy() -> None:
     code = (
         "import sys; from urdyn.estimate.sigma_points import sigma_points;"

@@ -143,6 +143,13 @@ def test_a_channel_that_was_not_recorded_has_no_score(all_knowing: Fit, noisy: L
     assert np.isnan(score.target_rre_percent).all() and np.isfinite(score.rre_percent).all()
 
 
+@pytest.mark.filterwarnings("error")
+def test_a_current_that_is_nothing_has_no_share(all_knowing: Fit, noisy: Log) -> None:
+    dead = {**noisy.channels, "actual_current": np.zeros_like(noisy.joint("actual_current"))}
+    score = validate(all_knowing, Log(noisy.t, dead))
+    assert np.isnan([score.rre_percent, score.floor_percent]).all() and (score.rmse > 0.0).all()
+
+
 def test_scores_are_json_with_null_where_there_is_none(all_knowing: Fit, noisy: Log) -> None:
     kept = {name: noisy.channels[name] for name in ("actual_q", "actual_qd", "actual_current")}
     score = validate(all_knowing, Log(noisy.t, kept))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass
 from typing import Any, TextIO
 
@@ -41,12 +41,14 @@ class Voice:
     def result(self, document: Mapping[str, Any]) -> None:
         """Results for programs: the one JSON object."""
         if self.json:
-            sys.stdout.write(json.dumps(document, indent=2, allow_nan=False) + "\n")
+            with _standard_output():
+                sys.stdout.write(json.dumps(document, indent=2, allow_nan=False) + "\n")
 
     def data(self, text: str) -> None:
         """A file for a pipe: on standard output, where nothing else is then said."""
         if not self.json:
-            sys.stdout.write(text)
+            with _standard_output():
+                sys.stdout.write(text)
 
     @contextmanager
     def progress(self, doing: str) -> Iterator[Told]:
@@ -60,12 +62,25 @@ class Voice:
     def _print(self, stream: TextIO, *things: RenderableType) -> None:
         if self.quiet:
             return
-        for thing in things:
-            # A sentence is not broken into lines: paths in it can be copied.
-            if isinstance(thing, str):
-                _on(stream).print(Text(thing), soft_wrap=True)
-            else:
-                _on(stream).print(thing)
+        with _standard_output() if stream is sys.stdout else nullcontext():
+            for thing in things:
+                # A sentence is not broken into lines: paths in it can be copied.
+                if isinstance(thing, str):
+                    _on(stream).print(Text(thing), soft_wrap=True)
+                else:
+                    _on(stream).print(thing)
+
+
+@contextmanager
+def _standard_output() -> Iterator[None]:
+    """What is said there is there, or the error says where it is not."""
+    try:
+        yield
+        sys.stdout.flush()
+    except BrokenPipeError:
+        raise
+    except OSError as error:
+        raise OSError(error.errno, error.strerror, "standard output") from error
 
 
 def _on(stream: TextIO) -> Console:

@@ -14,7 +14,7 @@ from functools import cached_property, lru_cache
 from importlib.util import find_spec, module_from_spec, spec_from_file_location
 from pathlib import Path
 from types import ModuleType
-from typing import Any, Literal
+from typing import Any, Literal, get_args
 
 import numpy as np
 
@@ -98,6 +98,8 @@ class SigmaPoints:
 @lru_cache(maxsize=32)
 def sigma_points(n: int, rule: Rule, alpha: float, beta: float, kappa: float) -> SigmaPoints:
     """filterpy's set for n states: merwe and julier 2n + 1 points, simplex n + 1."""
+    if rule not in get_args(Rule):
+        raise UrdynError(f"no sigma points {rule!r}; choose one of {', '.join(get_args(Rule))}")
     drawn = _filterpy_points(n, rule, alpha, beta, kappa)
     unit = np.reshape(drawn.sigma_points(np.zeros(n), np.eye(n)), (-1, n))
     wm, wc = np.array(drawn.Wm), np.array(drawn.Wc)

@@ -54,7 +54,7 @@ def validate(fit: Fit, log: Log) -> Score:
         rre_percent=_percent(error, motion.current),
         rmse=_rms(error),
         target_rre_percent=_percent(target_error, motion.current),
-        floor_percent=100.0 * noise_floor(log.t, motion.current) / _rms(motion.current),
+        floor_percent=_percent_of(noise_floor(log.t, motion.current), _rms(motion.current)),
         coverage90=_coverage(fit, error),
     )
 
@@ -104,7 +104,12 @@ def _coverage(fit: Fit, error: Array) -> Array:
 
 def _percent(error: Array, current: Array) -> Array:
     """Size of an error over that of the current in the same rows, (J,) [%]."""
-    return 100.0 * _norm(error) / _norm(np.where(np.isfinite(error), current, np.nan))
+    return _percent_of(_norm(error), _norm(np.where(np.isfinite(error), current, np.nan)))
+
+
+def _percent_of(part: Array, whole: Array) -> Array:
+    """NaN where there is nothing."""
+    return np.asarray(100.0 * part / np.where(whole > 0.0, whole, np.nan))
 
 
 def _norm(x: Array) -> Array:
