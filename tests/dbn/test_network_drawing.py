@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import re
 import xml.etree.ElementTree as ET
 from collections import Counter
 
 import pytest
 
 from urdyn.dbn import Edge, Network, Node, figure2, svg
+from urdyn.dbn.layout import BOX
 
 ODD = Network(
     (*(Node(f"p{i}", "a & b < c") for i in range(10)), Node("y", kind="observation")),
@@ -37,3 +39,11 @@ def test_a_drawing_stands_alone_and_serves_light_and_dark_pages() -> None:
     assert "http" not in text.replace("http://www.w3.org/2000/svg", "")
     assert "prefers-color-scheme:dark" in text and "<script" not in text
     assert 'role="img"' in text and "aria-label" in text
+
+
+def test_a_long_name_stands_where_there_is_room_for_it() -> None:
+    names = Node("elbow_friction"), Node("current_of_the_elbow", kind="observation")
+    text = svg(Network(names, (Edge(*(n.name for n in names)),)))
+    assert ">ef<tspan" in text and ">elbow_friction</text>" in text
+    (size,) = set(re.findall(r'font-size:([\d.]+)px">current_of_the_elbow', text))
+    assert 0.5 * float(size) * len("current_of_the_elbow") < BOX[0]

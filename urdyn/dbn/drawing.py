@@ -19,6 +19,7 @@ KINDS = {
     "seen": "moves what a sensor sees",
     "across": "persists into the next slice",
 }
+SHORT = 4  # letters of a symbol that a circle has room for
 STYLE = """
 .network{--ink:#1b1b1b;--quiet:#5c5c5c;--page:#ffffff;--node:#f4f4f4;--panel:#d9d9d9;
 --within:#0072b2;--shared:#d55e00;--seen:#8a8a8a;--across:#009e73}
@@ -92,24 +93,43 @@ def _node(node: Node, at: Place, time: str) -> str:
     symbol = escape(SYMBOL.get(node.name, node.name))
     index = f'<tspan dy="6" font-size="11">{time}</tspan>'
     if at.round:
+        symbol = escape(_short(node.name))
         shape = f'<circle class="node" cx="{at.x}" cy="{at.y:.1f}" r="{RADIUS}"/>'
         return f'{shape}<text class="symbol" x="{at.x}" y="{at.y - 2:.1f}">{symbol}{index}</text>'
     (w, h), left = BOX, at.x - BOX[0] / 2
     return (
         f'<rect class="node" x="{left}" y="{at.y - h / 2:.1f}" width="{w}" height="{h}" rx="4"/>'
-        f'<text class="symbol" x="{at.x}" y="{at.y - 9:.1f}">{symbol}{index}</text>'
+        f'<text class="symbol" x="{at.x}" y="{at.y - 9:.1f}" {_at_most(w, node.name)}>'
+        f"{symbol}{index}</text>"
         f'<text class="note" x="{at.x}" y="{at.y + 12:.1f}">{escape(node.meaning)}</text>'
     )
 
 
+def _short(name: str) -> str:
+    """What a circle has room for: a symbol, or the initials of a longer name."""
+    symbol = SYMBOL.get(name, name)
+    return symbol if len(symbol) <= SHORT else "".join(word[:1] for word in name.split("_"))[:SHORT]
+
+
+def _at_most(width: float, name: str) -> str:
+    """The size of a name that would not fit into a box at the usual one."""
+    size = width / (0.6 * len(name) + 1.5)
+    return f'style="font-size:{size:.1f}px"' if size < 18.0 else ""
+
+
 def _meanings(network: Network, places: dict[str, Place]) -> list[str]:
-    """Words beside each parameter, on the side of its line from which no other line leaves."""
+    """Words beside each parameter, its name where that is long.
+
+    They stand on the side of its line from which no other line leaves.
+    """
     notes = []
     for node in network.parameters:
         at = places[node.name]
         rising = any(places[c].y < at.y for p, c in network.across if p == node.name)
         x, y = at.x + RADIUS + 8, at.y + (12 if rising else -12)
-        notes.append(f'<text class="note left" x="{x}" y="{y:.1f}">{escape(node.meaning)}</text>')
+        told = _short(node.name) == SYMBOL.get(node.name, node.name)
+        words = escape(node.meaning if told else node.name)
+        notes.append(f'<text class="note left" x="{x}" y="{y:.1f}">{words}</text>')
     return notes
 
 
