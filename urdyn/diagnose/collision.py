@@ -21,6 +21,7 @@ from urdyn.signal.channels import mean_measured
 from urdyn.types import Array, Mask
 
 HELD = 0.005  # [rad/s] slower than this a joint is held by friction that does not change
+LEFT = 1.5e-3  # [rad] from where it stood, within which a joint that is pushed stands still
 CALM = 3  # quiet bins after which it is over
 CLEAR = 8.0  # [-] of squares by which each of them says so: 12 nats together, as of any other load
 FORGET = 0.08  # [-] of the baseline of a joint that moves, a bin
@@ -47,10 +48,13 @@ class Quiet:
     since: Array  # (J,) [s] when they began to, or to move
     aimed: Array  # (J,) [N·m] predicted when the baseline was made
     asked: Array  # (J,) [N·m] predicted in the last bin
-    s: Array  # (2, J) [-] presliding states; those of joints that stand are by their encoders
-    q: Array  # (J,) [rad] to which these belong
+    s: Array  # (J,) [-] presliding states, of joints that stand those at which they came to
+    ends: Array  # (2, 2, J) [-] what full friction, either way, has become since by creep
+    q: Array  # (J,) [rad] up to which that goes
+    place: Array  # (J,) [rad] where joints stood last
     spread: Array  # (J,) [(N·m)²] of quiet bins about it
     carried: Array  # (10,) what was taken to be at the tool
+    unheard: Mask  # (J,) joints whose current nobody knew in the last bin
     seen: int = 0  # quiet bins
     calm: int = 0  # quiet bins since the last loud one
     bins: tuple[Bin, ...] = ()  # of what happens
@@ -80,7 +84,7 @@ class Collision:
         no = np.zeros(J, dtype=bool)
         return Quiet(
             nan, nan, np.zeros((2, J)), no, no, np.full(J, -np.inf), nothing, nothing,
-            np.zeros((2, J)), nan, nothing, np.zeros(10),
+            nothing, _full(J), nan, nan, nothing, np.zeros(10), no,
         )  # fmt: skip
 
     def step(
@@ -107,23 +111,29 @@ class Collision:
             return state, None
         K = self.space.reference.drive.gain
         tool = K[:, None] * rows.tool.mean(axis=0)
-        rho = K * np.where(ill, 0.0, mean_measured(rows.residual))
-        aimed, held = K * rows.predicted.mean(axis=0), np.abs(rows.v).max(axis=0) < HELD
-        state, crept = self._crept(state, rows, held)
+        rho = K * np.where(ill, np.nan, mean_measured(rows.residual))
+        aimed = K * rows.predicted.mean(axis=0)
+        state, held = _stands(state, rows)
+        state, freed, crept = self._crept(state, rows, held)
+        rho, aimed = rho + freed, aimed - freed
         if not state.going:
-            # Whoever changes their mind about what is carried has not felt anything.
-            base = state.base + tool @ (state.carried - carried[0])
+            # Whoever changes their mind about what is carried has not felt anything. A joint that
+            # was not heard may not have learnt of it.
+            more = tool @ (carried[0] - state.carried)
+            missed = state.unheard & (more != 0.0)
+            base = np.where(missed, np.nan, state.base - more)
             state = replace(state, base=base, carried=carried[0])
         borne = tool @ state.carried
         state = self._loosened(state, rows, rho, borne, aimed, held)
         late = LATE * np.abs(aimed - state.asked)
         usual = self._usual(state, rows, held, aimed, late)
-        sd = np.where(ill, np.inf, np.sqrt(usual + crept**2))
+        sd = np.where(ill, np.inf, np.sqrt(usual))
         since = state.bins[-1].t if state.going else np.inf
-        state = replace(_doubted(state, since, sd=late), asked=aimed)
+        state = replace(_doubted(state, since, sd=late), asked=aimed, unheard=ill)
+        felt, bare = np.nan_to_num([rho - borne - state.base, rho - state.bare])
         seen = Bin(
-            float(rows.t[0]), bool(held.all()), rho - borne - state.base, rho - state.bare, sd,
-            state.slack, rows.q[0], tool, state.carried,
+            float(rows.t[0]), bool(held.all()), felt, bare, sd, state.slack + crept, rows.q[0],
+            tool, state.carried,
         )  # fmt: skip
         if not state.going and sizes((seen,))[0] < LOUD:
             return self._learn(state, seen, usual, aimed), None
@@ -141,13 +151,15 @@ class Collision:
         turned = held != state.held
         since = np.where(turned, t, state.since)
         loose = t - since < np.where(held, SETTLES, TURNS)
+        loose |= state.loose & np.isnan(rho)
         if state.going:
             state, loose = _doubted(state, t - SETTLES, slack=turned * most), loose | state.loose
         ready, unknown = state.loose & ~loose, np.isnan(state.base)
-        moved = np.where(ready, np.clip(rho - borne - state.base, *state.slack), 0.0)
+        settled = ready & ~unknown
+        moved = np.where(settled, np.clip(rho - borne - state.base, *state.slack), 0.0)
         base = np.where(unknown, rho - borne, state.base + moved)
-        was = np.array([np.minimum(-moved, 0.0), np.maximum(-moved, 0.0)])
-        slack = np.where(loose, np.array([-most, most]), np.where(ready, was, state.slack))
+        slack = np.where(ready, _up_to(-moved), state.slack)
+        slack = np.where(loose, np.array([-most, most]), slack)
         return replace(
             state,
             base=base,
@@ -159,22 +171,26 @@ class Collision:
             since=since,
         )
 
-    def _crept(self, state: Quiet, rows: Rows, held: Mask) -> tuple[Quiet, Array]:
-        """Friction of standing joints that is predicted to change and does not, (J,) [N·m].
+    def _crept(self, state: Quiet, rows: Rows, held: Mask) -> tuple[Quiet, Array, Array]:
+        """Friction of standing joints: what is predicted of it (J,), what creep may make (2, J).
 
         Integrated, velocities that are not quite zero let a joint creep; its encoder knows better.
+        Of a joint that crept one way friction may have grown that way, whatever it was before, and
+        no other way: a push takes the joint along, and the drive against it.
         """
         drive = self.space.reference.drive
-        s = drive.gain * rows.drive[-1, 0] / drive.coulomb
+        s = drive.gain * rows.drive[:, 0] / drive.coulomb
         moved = rows.q[-1] - state.q
         still = held & (np.abs(moved) < STILL)
         moved = np.where(held & ~still, np.nan_to_num(moved), 0.0)
-        known = held & np.isfinite(state.q)
-        stayed = np.where(known, follow(state.s, moved, drive.presliding_distance), s)
-        tail = drive.presliding_tail
-        off = s - (1.0 - tail) * stayed[0] - tail * stayed[1]
-        state = replace(state, s=stayed, q=np.where(still, state.q, rows.q[-1]))
-        return state, self._grip(rows) * np.abs(off)
+        stood = held & state.held
+        rest = np.where(stood, state.s, s[-1])
+        now = np.array([follow(of, moved, drive.presliding_distance) for of in state.ends])
+        ends = np.where(stood, now, _full(len(held)))
+        state = replace(state, s=rest, ends=ends, q=np.where(still, state.q, rows.q[-1]))
+        tail, grip = drive.presliding_tail, self._grip(rows)
+        grown = (1.0 - tail) * ends[:, 0] + tail * ends[:, 1] - _full(1)[:, 0]
+        return state, grip * np.where(held, s.mean(axis=0) - rest, 0.0), grip * grown
 
     def _grip(self, rows: Rows) -> Array:
         """Friction of joints that turn slowly, as they are loaded in the last row, (J,) [N·m]."""
@@ -219,9 +235,25 @@ class Collision:
             for of, felt in ((state.base, seen.felt), (state.bare, seen.bare))
         )
         at = state.aimed + np.where(fresh, 0.0, rate * (aimed - state.aimed))
-        slack = np.where(fresh, 1.0, 1.0 - rate) * state.slack
-        known = replace(state, base=base, bare=bare, aimed=at, slack=slack, spread=spread)
+        kept, full = np.where(fresh, 1.0, 1.0 - rate), _full(len(fresh))
+        slack, ends = kept * state.slack, full + kept * (state.ends - full)
+        known = replace(
+            state, base=base, bare=bare, aimed=at, slack=slack, ends=ends, spread=spread
+        )
         return replace(known, seen=state.seen + 1)
+
+
+def _full(joints: int) -> Array:
+    """Presliding states of joints that friction holds with all it has, either way, (2, 2, J)."""
+    return np.multiply.outer([1.0, -1.0], np.ones((2, joints)))
+
+
+def _stands(state: Quiet, rows: Rows) -> tuple[Quiet, Mask]:
+    """Joints that stand, (J,): those that are pushed give way, and no program moves as little."""
+    slow = np.abs(rows.v).max(axis=0) < HELD
+    near = np.abs(rows.q - state.place).max(axis=0) < LEFT
+    place = np.where(slow, rows.q[-1], state.place)
+    return replace(state, place=place), slow | (state.held & near)
 
 
 def _calm(then: tuple[Bin, ...], seen: Bin, carried: Array) -> Bin | None:
@@ -235,14 +267,14 @@ def _calm(then: tuple[Bin, ...], seen: Bin, carried: Array) -> Bin | None:
 
 
 def _gone(then: tuple[Bin, ...], seen: Bin) -> bool:
-    """Whether a bin looks more like nothing than like any that was loud.
+    """Whether a bin looks more like nothing than like those that were loud.
 
     A joint that has just begun to move tells little; a load that is still there is no end of one.
     """
     size = sizes(then)
     loud = np.array([each.felt for each in then])[size >= min(LOUD, size.max())]
     apart = beyond(seen.felt - loud, seen.slack)
-    still = np.sum((apart / seen.sd) ** 2, axis=1).min()
+    still = np.median(np.sum((apart / seen.sd) ** 2, axis=1))
     return bool(sizes((seen,))[0] + CLEAR < still)
 
 
@@ -257,7 +289,17 @@ def _doubted(
     """
 
     def more(b: Bin) -> Bin:
-        wide = np.array([np.minimum(b.slack[0], -slack), np.maximum(b.slack[1], slack)])
+        wide = _wider(b.slack, np.array([-slack, slack]))
         return replace(b, sd=np.maximum(b.sd, sd), slack=wide)
 
     return replace(state, bins=tuple(b if b.t < since else more(b) for b in state.bins))
+
+
+def _up_to(torque: Array) -> Array:
+    """From nothing to this much, (J,) -> (2, J) [N·m]."""
+    return np.array([np.minimum(torque, 0.0), np.maximum(torque, 0.0)])
+
+
+def _wider(slack: Array, other: Array) -> Array:
+    """From the lower of two to the higher, (2, J) [N·m]."""
+    return np.array([np.minimum(slack[0], other[0]), np.maximum(slack[1], other[1])])

@@ -133,14 +133,15 @@ class Oscillation:
         least = floor(beside, usual)
         ratio = whole / np.where(least > 0.0, least, np.inf)
         allowed = self._allowed(f, signals[2])
-        left = np.where(allowed, whole[0] / np.maximum(beside[0], 1e-30), 0.0)
+        torques = (whole[:2] / np.maximum(beside[:2], 1e-30)).max(axis=0)
+        apart = np.where(allowed, torques, 0.0)
         halves = [lines(signals[:, part], len(f) // 2 + 1) for part in parts(n, 2)]
         seen = []
         for j in range(self.space.joints):
             if np.isfinite(signals[..., j]).all():
                 about = ratio[..., j], allowed[:, j], f, [h[..., j] for h in halves]
                 line = self._line(signals[..., j], t, *about)
-                if line and _others(left[:, j], line[0] / f[1]) < CROWD[0]:
+                if line and _others(apart[:, j], line[0] / f[1]) < CROWD[0]:
                     seen.append((j, *line))
         loud = np.isin(np.arange(self.space.joints), [line[0] for line in seen])
         looks, due = before.looks + 1.0, float(t[-1]) + 0.9 * WINDOWS[window]
