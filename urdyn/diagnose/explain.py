@@ -184,9 +184,11 @@ def explanation(bank: Bank, suspect: Suspect) -> Explanation:
     ramp = s == 1
     lo, middle, hi = (_quantile(bank.onset, by_onset, share) for share in (0.05, 0.5, 0.95))
     began = _began(np.append(bank.onset, bank.t), by_onset)
+    older = bank.oldest and bool(middle == bank.onset[0])
+    began = (min(middle, began[0]), began[1]) if older else began
     return Explanation(
         suspect, bank.t, total, SHAPES[s], middle, (lo, hi), began, delta * age, spread * age,
-        delta if ramp else 0.0, spread if ramp else 0.0, bank.oldest and middle == bank.onset[0],
+        delta if ramp else 0.0, spread if ramp else 0.0, older,
     )  # fmt: skip
 
 

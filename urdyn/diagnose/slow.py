@@ -230,6 +230,9 @@ class Slow:
         if carrying is None:
             return None
         bank, recall = state.before
+        if np.isnan(recall.t):  # what shows from now on may have begun within the run
+            now = state.bank.t
+            bank, recall = replace(bank, t=now, oldest=False), replace(recall, t=now)
         state = replace(state, carrying=carrying)
         if state.known:
             return self._between(self._recalled(state, recall))

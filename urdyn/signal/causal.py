@@ -7,6 +7,7 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 
+from urdyn.signal.channels import POSSIBLE
 from urdyn.signal.gate import Gate
 from urdyn.signal.polynomial import (
     ORDERS,
@@ -72,7 +73,7 @@ class Causal:
         if dt == 0:
             return replace(state, repeats=state.repeats + 1), None
         row = np.array([sample.q, sample.v, sample.current, sample.temperature])
-        row = np.where(np.isfinite(row), row, np.nan)
+        row = np.where(np.abs(row) < POSSIBLE[:, None], row, np.nan)
         if 0 < dt <= GAP * self.period:
             state = self._admit(state, sample.t, row, dt)
         else:

@@ -16,6 +16,9 @@ SENSORS = (
     "joint_temperatures",
 )  # section IV.B: positions, velocities, currents, force/torque, temperatures
 
+# Of angles [rad], speeds [rad/s], currents [A] and temperatures [°C]: none is beyond that.
+POSSIBLE = np.array([1e4, 1e4, 1e4, 200.0])
+
 _STATES = ("mode", "status", "state", "bits", "register", "reversal", "standstill")
 
 

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from urdyn.errors import LogError
+from urdyn.signal.channels import POSSIBLE
 from urdyn.signal.kinematics import kinematics
 from urdyn.signal.polynomial import half_window, instrument_half
 from urdyn.signal.shifts import shifts, without_turns
@@ -76,12 +77,13 @@ class _Settled:
         known = np.asarray(np.isfinite(q + v).all(axis=1))
         told = _whole_around(log.t, known, self.step, half)[:, None]
         alone = how(log.t, q - shifted, half=half).a if told.any() else moved.a
+        temperature = log.joint("joint_temperatures")
         return Motion(
             log.t,
             moved.q + shifted,
             *moved[1:],
             current=log.joint("actual_current"),
-            temperature=log.joint("joint_temperatures"),
+            temperature=np.where(np.abs(temperature) < POSSIBLE[-1], temperature, np.nan),
             breaks=breaks(log.t, self.step),
             source=log.source,
             shift=without_turns(shift),

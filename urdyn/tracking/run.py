@@ -40,6 +40,7 @@ from urdyn.version import __version__
 ROWS = 10.0  # [Hz] of the history, at most
 SWITCH = 5e-4  # [s] after which one thread lets another in
 PART = 10.0  # [s] of data between checkpoints: what is done again after a kill
+SET = 1.0  # [s] by which stamps may differ from when samples came; more, and a clock was set
 AGAIN = 1000  # samples of a recording between them, at least: a second or so of work
 
 S = TypeVar("S")
@@ -164,10 +165,12 @@ class _Run(Generic[S]):
         """Every sample that is left, then the files."""
         begin, pace, work = time.perf_counter(), Latency(), Latency()
         lost = 0
+        before: Arrival | None = None
         part = max(1 if self.source.live else AGAIN, round(PART / self.source.period))
         for arrival in self.source.start(at.index):
             started = time.perf_counter()
-            lost += self._missing(at, arrival) if work.count else 0
+            lost += self._missing(before, arrival) if before else 0
+            before = arrival
             at, reading = self._step(at, arrival)
             done = time.perf_counter() - started
             work.take(done)
@@ -201,15 +204,17 @@ class _Run(Generic[S]):
         state, reading = self.tracker.step(before, arrival.sample)
         if self.observer and reading:
             self.observer.take(reading)
-        began = at.began if np.isfinite(at.began) else t
+        set_back = max(at.last - t, 0.0) if np.isfinite(at.last) else 0.0
+        began = at.began - set_back if np.isfinite(at.began) else t
         losses = counted(at.losses, arrival.sample, at.last, self.source.period)
         at = replace(at, state=state, losses=losses, index=at.index + 1, began=began, last=t)
         return at, reading
 
-    def _missing(self, at: Checkpoint[S], arrival: Arrival) -> int:
-        """Samples that did not come before this one, by their stamps."""
-        steps = (arrival.sample.t - at.last) / self.source.period
-        return max(0, round(steps) - 1)
+    def _missing(self, before: Arrival, arrival: Arrival) -> int:
+        """Samples that did not come between two: by their stamps, unless a clock was set."""
+        passed, waited = arrival.sample.t - before.sample.t, arrival.received - before.received
+        passed = waited if abs(passed - waited) > SET else passed
+        return max(0, round(passed / self.source.period) - 1)
 
     def _note(self, at: Checkpoint[S], reading: Reading | None, work: Latency) -> Checkpoint[S]:
         """A row of history: of every k-th sample, and wherever something else was taken up."""

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Collection, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from itertools import islice
+from threading import Timer
 from typing import Any
 
 import numpy as np
@@ -20,6 +22,8 @@ SCHEME, ROS2 = "rtde://", "ros2://"
 CHANNELS = ("actual_q", "actual_qd", "actual_current", "joint_temperatures")
 PAUSE = 0.1  # [s] longer without a package, and how long they take is learnt anew
 DRIFT = 1e-4  # [-] by which two clocks may differ in pace
+NO_CLOCK = 1e10  # [s] three hundred years: no stamp, whatever a package says
+LATEST = 1.0  # [s] that the last sample may come late
 RTDE_JOINTS = 6
 
 Rows = tuple[int | None, int | None]
@@ -95,11 +99,27 @@ def _robot(
     count = None if duration is None else max(1, round(duration / period))
 
     def start(_: int) -> Iterator[Arrival]:
-        return islice(_heard(client, lambda said: tell(f"{name}: {said}")), count)
+        with _closed_after(duration, client.close):
+            yield from islice(_heard(client, lambda said: tell(f"{name}: {said}")), count)
 
     sent = frozenset(s for s in beside if BESIDE[s] not in client.agreement.left_out)
     of = (name, f"{host}:{port}", "", period, RTDE_JOINTS, True, count or 0)
     return Source(*of, start, client.close, beside=sent)
+
+
+@contextmanager
+def _closed_after(duration: float | None, close: Callable[[], None]) -> Iterator[None]:
+    """A robot that is slow, or gone, is not waited for much longer than its time [s]."""
+    if duration is None:
+        yield
+        return
+    timer = Timer(duration + LATEST, close)
+    timer.daemon = True
+    timer.start()
+    try:
+        yield
+    finally:
+        timer.cancel()
 
 
 def _heard(client: Client, tell: Tell) -> Iterator[Arrival]:
@@ -111,6 +131,8 @@ def _heard(client: Client, tell: Tell) -> Iterator[Arrival]:
     behind, before = np.inf, np.nan  # [s] of the controller's clock, and its last stamp
     for package in _packages(client, tell):
         sample, read = _sample(client.agreement.recipe.unpack(package.values)), package.received
+        if not abs(sample.t) < NO_CLOCK:
+            continue  # it is missed, as if it had been lost
         passed = sample.t - before
         known = behind + DRIFT * passed if 0.0 < passed < PAUSE else np.inf
         behind, before = min(known, read - sample.t), sample.t
