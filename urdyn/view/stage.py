@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import socket
 from collections.abc import Mapping
 from contextlib import redirect_stdout
 from dataclasses import dataclass
@@ -100,10 +101,14 @@ def open_stage(scene: Scene, title: str, film: Film | None, host: str, port: int
     import viser
 
     try:
+        # Of a server that cannot begin viser's own thread would tell nobody.
+        family = socket.getaddrinfo(host, port)[0][0]
+        socket.create_server((host, 0), family=family).close()
         with redirect_stdout(StringIO()):  # its banner; the verb says where it is
             server = viser.ViserServer(host=host, port=port, verbose=False)
-    except OSError as error:
-        raise InputError(f"{host}:{port}: cannot be listened at: {error.strerror}") from error
+    except (OSError, UnicodeError) as error:
+        told = getattr(error, "strerror", None) or error
+        raise InputError(f"{host!r}, port {port}: cannot be listened at: {told}") from error
     _light(server, scene)
     links = tuple(_mesh(server, f"/arm/{s.link}", s, BASE, None) for s in scene.shapes)
     ghosts = tuple(_mesh(server, f"/ghost/{s.link}", s, GHOST, HAZE) for s in scene.shapes)

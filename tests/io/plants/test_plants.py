@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 from urdyn.errors import InputError
-from urdyn.io.plants.address import parse
+from urdyn.io.address import parse
 from urdyn.io.ros2.status import Level, Status
 from urdyn.io.snapshot import Snapshot
 

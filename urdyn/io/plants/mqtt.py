@@ -14,7 +14,7 @@ from threading import Event
 from typing import Any
 
 from urdyn.errors import InputError, MissingExtraError
-from urdyn.io.plants.address import parse
+from urdyn.io.address import parse
 from urdyn.io.ros2.status import Status
 from urdyn.io.snapshot import Snapshot
 

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from importlib.util import find_spec
 
 from urdyn.errors import InputError, MissingExtraError
-from urdyn.io.plants.address import parse
+from urdyn.io.address import parse
 from urdyn.io.ros2.status import Status
 from urdyn.io.snapshot import Snapshot
 

@@ -10,6 +10,7 @@ from types import TracebackType
 from typing import Any
 
 from urdyn.errors import InputError, RtdeError
+from urdyn.io.address import is_host
 from urdyn.io.rtde.events import Text
 from urdyn.io.rtde.handshake import Agreement
 from urdyn.io.rtde.link import Link, Order, Package, TornPackageError
@@ -60,7 +61,7 @@ def connect(
 def parse_address(text: str) -> tuple[str, int]:
     """Host and port of HOST, HOST:PORT or rtde://HOST:PORT."""
     host, colon, port = text.removeprefix("rtde://").rstrip("/").partition(":")
-    if not host or (colon and not (port.isdecimal() and 0 < int(port) < 65536)):
+    if not is_host(host) or (colon and not (port.isdecimal() and 0 < int(port) < 65536)):
         raise InputError(f"{text!r} is no address; write HOST, HOST:PORT or rtde://HOST:PORT")
     return host, int(port) if port else PORT
 
