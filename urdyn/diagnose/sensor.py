@@ -16,6 +16,7 @@ from urdyn.diagnose.space import Space
 from urdyn.types import Array, Mask
 
 MODES = ("stuck", "dropped", "noisy")
+ENOUGH = 16  # rows at least that tell of noise
 WELL = 2.0  # [s] without a sign of illness, after which a sensor is believed again
 SECOND = np.sqrt(6.0)  # sd of second differences of white noise, over its own
 ROBUST = 0.6745  # median of |x| over the sd, of a Gaussian
@@ -30,7 +31,8 @@ class Felt:
     began: Array  # (J,) [s] of that
     silent: Array  # (J,) rows without a value
     went: Array  # (J,) [s] of that
-    rough: Array  # (J,) [A] noise of the last beat
+    left: Array  # (n, J) [A] residuals of late, where a beat has few rows
+    rough: Array  # (J,) [A] their noise
     loud: Array  # (J,) [s] for which that was too much
     ill: Array  # (3, J) [s] when each mode was last seen; -inf: never
     told: Mask  # (3, J) whether that was told
@@ -49,15 +51,17 @@ class SensorHealth:
         J = self.space.joints
         nan, zero = np.full(J, np.nan), np.zeros(J)
         never = np.full((3, J), -np.inf)
-        return Felt(nan, zero, zero, zero, zero, nan, zero, never, np.zeros((3, J), dtype=bool))
+        told = np.zeros((3, J), dtype=bool)
+        return Felt(nan, zero, zero, zero, zero, np.zeros((0, J)), nan, zero, never, told)
 
     def step(self, state: Felt, rows: Rows) -> tuple[Felt, list[Event], Mask]:
         """A beat on; also which joints are ill now, (J,)."""
         state, signs = self._signs(state, rows)
-        rough = self._rough(state, rows)
+        left = np.concatenate([state.left, rows.residual])[-max(ENOUGH, len(rows)) :]
+        rough = _rough(state.rough, left)
         over = self._alone(rough / self.space.noise) > self.rule["noisy"]
         loud = np.where(over, state.loud + len(rows) * self.period, 0.0)
-        state = replace(state, rough=rough, loud=loud)
+        state = replace(state, left=left[-ENOUGH:], rough=rough, loud=loud)
         noisy = loud >= self.rule["lasting"]
         now = float(rows.t[-1])
         ill = np.where(np.vstack([signs, noisy]), now, state.ill)
@@ -85,17 +89,6 @@ class SensorHealth:
         )  # fmt: skip
         return after, np.stack([stuck, dropped])
 
-    def _rough(self, state: Felt, rows: Rows) -> Array:
-        """Noise between neighbours [A], from which no motion and no single jump is seen."""
-        if len(rows) < 8:
-            return state.rough
-        bent = np.abs(np.diff(rows.residual, n=2, axis=0))
-        told = np.isfinite(bent).sum(axis=0) >= 6
-        middle = np.full(bent.shape[1], np.nan)
-        if told.any():
-            middle[told] = np.nanmedian(bent[:, told], axis=0)
-        return np.where(np.isnan(middle), state.rough, middle / ROBUST / SECOND)
-
     def _alone(self, ratio: Array) -> Array:
         """How much noisier each joint is than any other: an arm that shakes is no sensor."""
         ratio = np.nan_to_num(ratio)
@@ -119,6 +112,16 @@ class SensorHealth:
         drive = self.space.reference.drive
         relative = size * float(drive.gain[j] / drive.coulomb[j])
         return Event("sensor_fault", j, now - float(state.loud[j]), now, 0.99, relative, evidence)
+
+
+def _rough(before: Array, residual: Array) -> Array:
+    """Noise between neighbours [A], from which no motion and no single jump is seen."""
+    bent = np.abs(np.diff(residual, n=2, axis=0))
+    told = np.isfinite(bent).sum(axis=0) >= ENOUGH // 2
+    middle = np.full(bent.shape[1], np.nan)
+    if told.any():
+        middle[told] = np.nanmedian(bent[:, told], axis=0)
+    return np.where(np.isnan(middle), before, middle / ROBUST / SECOND)
 
 
 def _runs(sign: Mask, t: Array, before: Array, began: Array) -> tuple[Array, Array, Array]:

@@ -40,6 +40,8 @@ def posterior(moments: Moments, precision: Array, offset: Array, noise: Array) -
 
 def _inverse(H: Array) -> Array:
     """Of a positive definite matrix: by Cholesky, in half the time."""
+    if not H.size:  # of which LAPACK complains on standard output
+        return H
     root, failed = lapack.dpotrf(H)
     if failed:
         raise IdentifiabilityError(
