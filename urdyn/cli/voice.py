@@ -65,10 +65,11 @@ class Voice:
         with _standard_output() if stream is sys.stdout else nullcontext():
             for thing in things:
                 # A sentence is not broken into lines: paths in it can be copied.
-                if isinstance(thing, str):
-                    _on(stream).print(Text(thing), soft_wrap=True)
-                else:
-                    _on(stream).print(thing)
+                words = Text(thing) if isinstance(thing, str) else thing
+                console = _on(stream)
+                with console.capture() as said:
+                    console.print(words, soft_wrap=isinstance(thing, str))
+                stream.write(said.get())  # above a table that is kept up to date, if there is one
 
 
 @contextmanager

@@ -93,7 +93,7 @@ def _robot(
 ) -> Source:
     host, port = parse_address(name)
     asked = [BESIDE[stream] for stream in beside]
-    names, optional = ("timestamp", *CHANNELS, *asked), (CHANNELS[1], *asked)
+    names, optional = ("timestamp", *CHANNELS, *asked), (CHANNELS[1], CHANNELS[3], *asked)
     client = connect(host, port, names, rate, optional=optional)
     period = client.agreement.period
     count = None if duration is None else max(1, round(duration / period))
