@@ -69,7 +69,7 @@ class Journal:
         """Append rows, all of one recipe; they outlive this process from here on."""
         try:
             if self._stream is None:
-                self._schema, self._stream = rows.schema, self.path.open("wb")
+                self._schema, self._stream = rows.schema, self.path.open("wb", buffering=0)
                 self._append((",".join(rows.schema.names) + "\n").encode())
             text = pa.BufferOutputStream()
             csv.write_csv(rows, text, csv.WriteOptions(include_header=False))
@@ -82,15 +82,24 @@ class Journal:
         if self._stream is None:
             return
         os.fsync(self._stream.fileno())
+        empty = self._stream.tell() == 0
         self._stream.close()
-        if self._form in REWRITTEN:
+        if empty:  # there was no room for a row
+            self.path.unlink()
+        elif self._form in REWRITTEN:
             self._rewrite(metadata)
 
     def _append(self, text: bytes) -> None:
         assert self._stream is not None, "the stream is open"
         packed = text if self._form == ".csv" else pa.compress(text, codec="zstd", asbytes=True)
-        self._stream.write(packed)
-        self._stream.flush()
+        whole, rest = self._stream.tell(), memoryview(packed)
+        try:
+            while rest:
+                rest = rest[self._stream.write(rest) :]
+        except OSError:
+            self._stream.truncate(whole)  # a torn frame would hide all before it
+            self._stream.seek(whole)
+            raise
 
     def _rewrite(self, metadata: Mapping[str, str]) -> None:
         """The journal as what it is to be, in its place."""
