@@ -32,6 +32,14 @@ def test_one_fault_is_one_finding_of_its_kind_and_joint(shop: Shop, story: str) 
     assert finding.confidence > 0.5
 
 
+def test_a_noisy_sensor_is_told_at_twenty_samples_a_second_too(shop: Shop) -> None:
+    log = shop.log(seconds=20.0, rate=20.0)
+    noise = 5.0 * shop.fit.noise.sd[3] * shop.dynamics.drive.gain[3]
+    rough = noise * np.random.default_rng(1).standard_normal(len(log.t))
+    [found] = shop.disturbed(log, 3, np.where(log.t > 10.0, rough, 0.0))
+    assert (found.kind, found.joint) == ("sensor_fault", 3) and found.alarm_s < 16.0
+
+
 @pytest.mark.parametrize("lost", [0.1, 0.2, 0.4])
 def test_what_a_drive_lost_is_told_as_that(shop: Shop, lost: float) -> None:
     """Its current grows by more: by a quarter where a fifth is lost."""

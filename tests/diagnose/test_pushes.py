@@ -121,6 +121,32 @@ def test_friction_that_is_another_is_no_push(where: Space) -> None:
     assert event(1.0) is None and event(3.0) is not None
 
 
+@pytest.mark.parametrize(("way", "told"), [(-1.0, True), (1.0, False)])
+def test_a_drive_that_holds_against_a_joint_that_gives_way_feels_a_push(
+    shop: Shop, where: Space, way: float, told: bool
+) -> None:
+    """As much with it may be friction, which grows along the way that the joint crept."""
+    n, drive, alone = 125, shop.dynamics.drive, Collision(where, read_rules().fast["collision"])
+    t, still = np.arange(6 * n) / n, np.zeros((6 * n, 6))
+    pressed = np.clip(np.minimum(t - 2.0, 3.0 - t) / 0.4, 0.0, 1.0)[:, None]
+    gives = 1.3e-3 * np.eye(6)[3]
+    q = Q + way * pressed * gives
+    go = Trajectory(t, Q + still, still, still)
+    rng, lived = np.random.default_rng(3), happening(shop.dynamics, Work(go), (), False)
+    log = observe(shop.dynamics, go, typical_sensors(shop.dynamics.arm), rng, lived)
+    holds = 1.2 * pressed * (drive.coulomb / drive.gain * np.eye(6)[3])
+    log = with_current(log, log.joint("actual_current") + holds)
+    channels = {**log.channels, "actual_q": q, "actual_qd": np.gradient(q, 1.0 / n, axis=0)}
+    motion, s, moved = shop.motion(replace(log, channels=channels))
+    state, sound, felt = alone.init(), np.zeros(6, dtype=bool), False
+    for at in range(0, len(motion) - 30, 30):
+        part = slice(at, at + 30)
+        beat = rows(where, motion.slice(at, at + 30), s[part], moved[part], unfelt(6))
+        state, _ = alone.step(state, beat, NOTHING, sound)
+        felt |= state.going
+    assert felt == told
+
+
 def test_friction_that_lets_go_of_an_arm_that_stands_is_no_push(shop: Shop, where: Space) -> None:
     """Joints that come to rest gently are slow for a while; then nothing holds them."""
     n, arm, drive = 125, shop.dynamics.arm, shop.dynamics.drive

@@ -6,10 +6,12 @@ import numpy as np
 import pytest
 from shop import Shop
 
+from urdyn.diagnose import diagnose
 from urdyn.diagnose.oscillation import Oscillation
 from urdyn.diagnose.rules import read_rules
 from urdyn.diagnose.space import space
 from urdyn.diagnose.swings import amplitude, course, floor, neighbourhood, refined
+from urdyn.simulate import Trajectory, observe, typical_sensors
 
 T = np.arange(90) / 100.0  # [s]
 
@@ -105,6 +107,28 @@ def test_what_every_period_of_a_motion_makes_is_no_loop_that_rings(shop: Shop) -
 
     assert told(5, 8, 12, 15, 18, 22) == []
     assert told(12) == told(6, 12) == ["controller_instability"]
+
+
+@pytest.mark.parametrize("joint", [0, 3])
+def test_friction_that_turns_with_a_motion_to_and_fro_is_no_loop_that_rings(
+    shop: Shop, joint: int
+) -> None:
+    """A square wave has lines at its odd multiples, and the model leaves nothing of them."""
+    arm, n, rate = shop.dynamics.arm, 3000, 100.0
+    t, line = np.arange(n) / rate, 2.0 * np.pi * 0.9
+    of = np.eye(6)[joint]
+    rest = np.array([0.2, -1.4, 1.2, -0.8, 0.5, 0.1])
+    q, v, a = (
+        np.outer(wave, of)
+        for wave in (
+            0.3 * np.sin(line * t),
+            0.3 * line * np.cos(line * t),
+            -0.3 * line**2 * np.sin(line * t),
+        )
+    )
+    go = Trajectory(t, rest + q, v, a)
+    log = observe(shop.dynamics, go, typical_sensors(arm), np.random.default_rng(4))
+    assert not diagnose(shop.fit, log).findings
 
 
 @pytest.mark.parametrize(("sizes", "told"), [([2.5, 2.6, 2.6, 2.7], 1), ([0.1, 1.0, 2.6, 2.7], 0)])

@@ -2,7 +2,9 @@
 
 import threading
 import time
+from dataclasses import replace
 
+import numpy as np
 import pytest
 from workshop import rows
 
@@ -29,6 +31,41 @@ def test_a_live_robot_is_tracked_at_its_own_pace(workshop, controller, tmp_path)
     assert summary["lost"] == 0
     assert summary["data_s"] == pytest.approx(3.998)
     assert len(rows(tmp_path)) > 30
+
+
+@pytest.mark.parametrize("stamp", [np.nan, np.inf, 1e300])
+def test_a_package_whose_stamp_is_none_is_missed_and_the_run_goes_on(
+    workshop, ur5e, tmp_path, stamp
+):
+    sent = enumerate(play(simulate(ur5e, 3.0, 500.0, seed=1)[0]))
+    torn = ({**row, "timestamp": stamp} if k == 300 else row for k, row in sent)
+    with serve(torn, port=0) as server:
+        source = open_source(f"rtde://127.0.0.1:{server.port}", duration=1.0)
+        summary = workshop.track(tmp_path, source, filter=EKF())
+        source.close()
+    assert (summary["samples"], summary["lost"]) == (500, 1)
+
+
+def test_a_clock_that_is_set_loses_nothing_and_a_run_lasts_as_long_as_it_did(
+    workshop, ur5e, tmp_path
+):
+    log = simulate(ur5e, 3.0, 500.0, seed=1)[0]
+    jumped = replace(log, t=log.t - 900.0 * (np.arange(len(log.t)) >= 300))
+    with serve(play(jumped), port=0) as server:
+        source = open_source(f"rtde://127.0.0.1:{server.port}", duration=1.0)
+        summary = workshop.track(tmp_path, source, filter=EKF())
+        source.close()
+    assert summary["lost"] == 0
+    assert summary["data_s"] == pytest.approx(0.998, abs=0.01)
+
+
+def test_a_robot_that_is_gone_is_not_waited_for_beyond_the_time_that_was_asked(
+    workshop, ur5e, tmp_path
+):
+    with serve(play(simulate(ur5e, 1.0, 500.0, seed=1)[0]), port=0) as server:
+        source = open_source(f"rtde://127.0.0.1:{server.port}", duration=2.0)
+        summary = workshop.track(tmp_path, source, filter=EKF())
+    assert summary["samples"] == 500 and summary["wall_s"] < 4.0
 
 
 def test_a_live_run_that_is_ended_can_be_taken_up_again(workshop, controller, tmp_path):

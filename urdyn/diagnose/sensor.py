@@ -16,7 +16,7 @@ from urdyn.diagnose.space import Space
 from urdyn.types import Array, Mask
 
 MODES = ("stuck", "dropped", "noisy")
-ENOUGH = 16  # rows at least that tell of noise
+ENOUGH = 24  # rows at least that tell of noise
 WELL = 2.0  # [s] without a sign of illness, after which a sensor is believed again
 SECOND = np.sqrt(6.0)  # sd of second differences of white noise, over its own
 ROBUST = 0.6745  # median of |x| over the sd, of a Gaussian

@@ -17,6 +17,7 @@ import pytest
 from urdyn.errors import InputError
 from urdyn.io.address import parse
 from urdyn.io.ros2.status import Level, Status
+from urdyn.io.rtde import parse_address
 from urdyn.io.snapshot import Snapshot
 
 pytestmark = pytest.mark.flaky(reruns=2)  # in real time: a busy machine may miss a sample once
@@ -53,6 +54,14 @@ def test_an_address_is_on_loopback_unless_told():
     for bad in ("host:port", "1.2.3.4:99999"):
         with pytest.raises(InputError, match="write PORT"):
             parse(bad, 1, "x")
+
+
+@pytest.mark.parametrize("name", [".bad", "a..b", "a" * 64])
+def test_a_name_that_no_host_can_have_is_no_address(name: str) -> None:
+    with pytest.raises(InputError, match="write PORT, HOST or HOST:PORT"):
+        parse(name, 1, "x")
+    with pytest.raises(InputError, match="is no address"):
+        parse_address(f"rtde://{name}")
 
 
 def test_prometheus_scrapes_base_units(free_port):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import resource
 import signal
 import subprocess
 import sys
@@ -13,6 +14,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
+import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 from rtde_arm import Start
@@ -23,6 +25,8 @@ from urdyn.io import read
 from urdyn.io.rtde import DEFAULT, Server, Summary, record, serve
 from urdyn.io.rtde.clients import Clients
 from urdyn.io.rtde.controller import Controller
+from urdyn.io.rtde.journal import Journal
+from urdyn.io.rtde.tally import Tally
 from urdyn.types import Log
 
 pytestmark = pytest.mark.flaky(reruns=2)  # in real time: a busy machine may miss a sample once
@@ -102,6 +106,30 @@ def test_cycles_that_the_controller_skipped_are_marked(start: Start, tmp_path: P
     log = read(tmp_path / "a.csv")
     assert missing == len(SKIPPED) and log.channels["output_int_register_12"][row] == SKIPPED.stop
     np.testing.assert_array_equal(np.flatnonzero(log.channels["skipped"]), [row])
+
+
+def test_a_clock_that_is_set_is_no_loss_and_a_pause_is_one() -> None:
+    tally, came = Tally(), np.arange(6) * 0.002
+    stamps = came + np.array([0.0, 0.0, 3600.0, np.inf, np.nan, 0.0])
+    assert not tally.take(stamps, came, 0.002).any() and not tally.lost
+    tally.take(np.array([0.02]), np.array([0.02]), 0.002)
+    assert tally.lost == 4
+
+
+def test_a_full_disk_leaves_every_row_that_was_written(tmp_path: Path) -> None:
+    """Half a frame would hide all before it."""
+    journal, path = Journal(tmp_path / "a.csv.zst"), tmp_path / "a.csv.zst"
+    row = pa.record_batch({"timestamp": pa.array([1.0, 2.0]), "actual_q_0": pa.array([0.1, 0.2])})
+    journal.write(row)
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (path.stat().st_size + 3, hard))
+    try:
+        with pytest.raises(InputError, match="cannot be written: File too large"):
+            journal.write(row)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+    journal.finish({})
+    assert read(path).t.tolist() == [1.0, 2.0]
 
 
 def test_a_drop_is_taken_up_again_and_told(start: Start, tmp_path: Path) -> None:
