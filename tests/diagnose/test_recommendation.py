@@ -40,6 +40,12 @@ def test_nothing_found_is_left_at_work():
     assert advice(STEADY)["advice"] == "never"
 
 
+def test_what_needs_no_service_is_to_be_looked_at_all_the_same():
+    push = replace(STEADY, kind="collision", severity="critical", name="tool", advice="look at it")
+    assert advice(STEADY, push)["text"] == "no service is due; tool: look at it"
+    assert advice()["text"] == "leave it at work: nothing was found"
+
+
 def test_what_grows_is_serviced_before_it_fails():
     of = advice(STEADY, GROWING)
     assert of["advice"] == "later"

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from urdyn.diagnose.finding import Finding
+from urdyn.diagnose.finding import SEVERITIES, Finding
 from urdyn.diagnose.trust import PASSING
 from urdyn.faults.decision import Costs, Decision, decide, outlook
 from urdyn.types import Array
@@ -21,7 +21,7 @@ def recommendation(findings: Sequence[Finding], costs: Costs) -> dict[str, Any]:
     choices = [(_decision(f, costs), f) for f in findings if not f.acknowledged]
     grave = [(d, f) for d, f in choices if d.advice != "never"]
     if not grave:
-        told = "leave it at work: nothing that was found is expected to cost more than a service"
+        told = _no_service(findings)
         return {"advice": "never", "finding": None, "text": told, "expected_cost": None}
     decision, finding = min(grave, key=lambda pair: _due(pair[0]))
     return {
@@ -69,6 +69,15 @@ def _outlook(finding: Finding, costs: Costs) -> tuple[Array, Array]:
 def _due(decision: Decision) -> float:
     """[h] from now."""
     return 0.0 if decision.advice == "now" else decision.later_at
+
+
+def _no_service(findings: Sequence[Finding]) -> str:
+    """Nothing wears so that a service would pay; what was found is to be looked at all the same."""
+    fresh = [f for f in findings if not f.acknowledged]
+    if not fresh:
+        return f"leave it at work: {'all that was found is known' if findings else 'nothing was found'}"
+    worst = max(fresh, key=lambda f: (SEVERITIES.index(f.severity), f.alarm_s))
+    return f"no service is due; {worst.name}: {worst.advice}"
 
 
 def _when(decision: Decision) -> str:
