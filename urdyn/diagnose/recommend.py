@@ -75,7 +75,7 @@ def _no_service(findings: Sequence[Finding]) -> str:
     """Nothing wears so that a service would pay; what was found is to be looked at all the same."""
     fresh = [f for f in findings if not f.acknowledged]
     if not fresh:
-        return f"leave it at work: {'all that was found is known' if findings else 'nothing was found'}"
+        return f"leave it at work: {'all of it is known' if findings else 'nothing was found'}"
     worst = max(fresh, key=lambda f: (SEVERITIES.index(f.severity), f.alarm_s))
     return f"no service is due; {worst.name}: {worst.advice}"
 
