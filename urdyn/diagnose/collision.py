@@ -12,16 +12,14 @@ from functools import cached_property
 
 import numpy as np
 
+from urdyn.diagnose.creep import Creep, at_first
 from urdyn.diagnose.event import Event
 from urdyn.diagnose.pushed import BIN, LOUD, MODEL, QUIET, Bin, Pushed, beyond, sizes
 from urdyn.diagnose.rows import Rows
 from urdyn.diagnose.space import Space
-from urdyn.model.friction import follow
 from urdyn.signal.channels import mean_measured
 from urdyn.types import Array, Mask
 
-HELD = 0.005  # [rad/s] slower than this a joint is held by friction that does not change
-LEFT = 1.5e-3  # [rad] from where it stood, within which a joint that is pushed stands still
 CALM = 3  # quiet bins after which it is over
 CLEAR = 8.0  # [-] of squares by which each of them says so: 12 nats together, as of any other load
 FORGET = 0.08  # [-] of the baseline of a joint that moves, a bin
@@ -32,7 +30,6 @@ CORRELATED = 0.3  # [-] share of the noise that a bin's mean does not lose
 # [s] that a joint goes on being slow before it stands, and until then it may be held by less and
 # less; as long before it begins to move, it may be held by more. One that moves turns as it does.
 SETTLES, TURNS = 0.4, 0.12
-STILL = 3e-5  # [rad] by which encoders jitter: two steps
 LATE = 0.4  # [-] of a bin by which a prediction may be early or late
 
 
@@ -44,14 +41,10 @@ class Quiet:
     bare: Array  # (J,) [N·m] the same if nothing is
     slack: Array  # (2, J) [N·m] from where to where friction may have taken it since
     loose: Mask  # (J,) joints that begin to move, or to stand
-    held: Mask  # (J,) joints that stood
+    creep: Creep  # how joints stood
     since: Array  # (J,) [s] when they began to, or to move
     aimed: Array  # (J,) [N·m] predicted when the baseline was made
     asked: Array  # (J,) [N·m] predicted in the last bin
-    s: Array  # (J,) [-] presliding states, of joints that stand those at which they came to
-    ends: Array  # (2, 2, J) [-] what full friction, either way, has become since by creep
-    q: Array  # (J,) [rad] up to which that goes
-    place: Array  # (J,) [rad] where joints stood last
     spread: Array  # (J,) [(N·m)²] of quiet bins about it
     carried: Array  # (10,) what was taken to be at the tool
     unheard: Mask  # (J,) joints whose current nobody knew in the last bin
@@ -83,8 +76,8 @@ class Collision:
         nothing, nan = np.zeros(J), np.full(J, np.nan)
         no = np.zeros(J, dtype=bool)
         return Quiet(
-            nan, nan, np.zeros((2, J)), no, no, np.full(J, -np.inf), nothing, nothing,
-            nothing, _full(J), nan, nan, nothing, np.zeros(10), no,
+            nan, nan, np.zeros((2, J)), no, at_first(J), np.full(J, -np.inf), nothing, nothing,
+            nothing, np.zeros(10), no,
         )  # fmt: skip
 
     def step(
@@ -109,12 +102,13 @@ class Collision:
         ill = ill | ~np.isfinite(rows.residual).any(axis=0)
         if ill.all():
             return state, None
-        K = self.space.reference.drive.gain
+        drive = self.space.reference.drive
+        K = drive.gain
         tool = K[:, None] * rows.tool.mean(axis=0)
         rho = K * np.where(ill, np.nan, mean_measured(rows.residual))
         aimed = K * rows.predicted.mean(axis=0)
-        state, held = _stands(state, rows)
-        state, freed, crept = self._crept(state, rows, held)
+        creep = state.creep.after(rows, drive)
+        freed = self._grip(rows) * creep.integrated(rows, drive)
         rho, aimed = rho + freed, aimed - freed
         if not state.going:
             # Whoever changes their mind about what is carried has not felt anything. A joint that
@@ -124,23 +118,24 @@ class Collision:
             base = np.where(missed, np.nan, state.base - more)
             state = replace(state, base=base, carried=carried[0])
         borne = tool @ state.carried
-        state = self._loosened(state, rows, rho, borne, aimed, held)
+        state = self._loosened(state, rows, rho, borne, aimed, creep)
         late = LATE * np.abs(aimed - state.asked)
-        usual = self._usual(state, rows, held, aimed, late)
+        usual = self._usual(state, rows, aimed, late)
         sd = np.where(ill, np.inf, np.sqrt(usual))
         since = state.bins[-1].t if state.going else np.inf
         state = replace(_doubted(state, since, sd=late), asked=aimed, unheard=ill)
+        slack = state.slack + self._grip(rows) * creep.grown(drive)
         felt, bare = np.nan_to_num([rho - borne - state.base, rho - state.bare])
         seen = Bin(
-            float(rows.t[0]), bool(held.all()), felt, bare, sd, state.slack + crept, rows.q[0],
-            tool, state.carried,
+            float(rows.t[0]), bool(creep.held.all()), felt, bare, sd, slack, rows.q[0], tool,
+            state.carried,
         )  # fmt: skip
         if not state.going and sizes((seen,))[0] < LOUD:
             return self._learn(state, seen, usual, aimed), None
         return self._judge(state, seen, carried, ill)
 
     def _loosened(
-        self, state: Quiet, rows: Rows, rho: Array, borne: Array, aimed: Array, held: Mask
+        self, state: Quiet, rows: Rows, rho: Array, borne: Array, aimed: Array, creep: Creep
     ) -> Quiet:
         """With joints that begin to move or to stand, which friction may hold otherwise.
 
@@ -148,9 +143,9 @@ class Collision:
         it; or what it was, for something may have begun just then. While it lasts, nobody knows.
         """
         most, t = 2.0 * self._grip(rows), float(rows.t[0])
-        turned = held != state.held
+        turned = creep.held != state.creep.held
         since = np.where(turned, t, state.since)
-        loose = t - since < np.where(held, SETTLES, TURNS)
+        loose = t - since < np.where(creep.held, SETTLES, TURNS)
         loose |= state.loose & np.isnan(rho)
         if state.going:
             state, loose = _doubted(state, t - SETTLES, slack=turned * most), loose | state.loose
@@ -167,41 +162,20 @@ class Collision:
             aimed=np.where(ready | unknown, aimed, state.aimed),
             slack=slack,
             loose=loose,
-            held=held,
+            creep=creep,
             since=since,
         )
-
-    def _crept(self, state: Quiet, rows: Rows, held: Mask) -> tuple[Quiet, Array, Array]:
-        """Friction of standing joints: what is predicted of it (J,), what creep may make (2, J).
-
-        Integrated, velocities that are not quite zero let a joint creep; its encoder knows better.
-        Of a joint that crept one way friction may have grown that way, whatever it was before, and
-        no other way: a push takes the joint along, and the drive against it.
-        """
-        drive = self.space.reference.drive
-        s = drive.gain * rows.drive[:, 0] / drive.coulomb
-        moved = rows.q[-1] - state.q
-        still = held & (np.abs(moved) < STILL)
-        moved = np.where(held & ~still, np.nan_to_num(moved), 0.0)
-        stood = held & state.held
-        rest = np.where(stood, state.s, s[-1])
-        now = np.array([follow(of, moved, drive.presliding_distance) for of in state.ends])
-        ends = np.where(stood, now, _full(len(held)))
-        state = replace(state, s=rest, ends=ends, q=np.where(still, state.q, rows.q[-1]))
-        tail, grip = drive.presliding_tail, self._grip(rows)
-        grown = (1.0 - tail) * ends[:, 0] + tail * ends[:, 1] - _full(1)[:, 0]
-        return state, grip * np.where(held, s.mean(axis=0) - rest, 0.0), grip * grown
 
     def _grip(self, rows: Rows) -> Array:
         """Friction of joints that turn slowly, as they are loaded in the last row, (J,) [N·m]."""
         drive = self.space.reference.drive
         return np.asarray(drive.coulomb + drive.structural * np.abs(rows.load[-1]))
 
-    def _usual(self, state: Quiet, rows: Rows, held: Mask, aimed: Array, late: Array) -> Array:
+    def _usual(self, state: Quiet, rows: Rows, aimed: Array, late: Array) -> Array:
         """Variance of what joints are felt to do for no push at all, (J,) [(N·m)²]."""
         K = self.space.reference.drive.gain
         noise = (K * self.space.noise) ** 2 * (1.0 / len(rows) + CORRELATED)
-        doubt = np.where(held, 0.0, K * rows.doubt.max(axis=0))
+        doubt = np.where(state.creep.held, 0.0, K * rows.doubt.max(axis=0))
         doubt = doubt + MODEL * np.abs(aimed - state.aimed)
         return np.asarray(np.maximum(noise, 2.0 * state.spread) + (doubt + late) ** 2)
 
@@ -224,7 +198,7 @@ class Collision:
 
     def _learn(self, state: Quiet, seen: Bin, usual: Array, aimed: Array) -> Quiet:
         fresh = np.isinf(seen.sd) | state.loose
-        forget = np.where(state.held, RELAX, FORGET)
+        forget = np.where(state.creep.held, RELAX, FORGET)
         rate = np.maximum(forget, 1.0 / (state.seen + 1.0))
         square = seen.felt**2
         wide = fresh | (np.sum(np.where(fresh, 0.0, square / usual)) > NOTHING)
@@ -235,25 +209,10 @@ class Collision:
             for of, felt in ((state.base, seen.felt), (state.bare, seen.bare))
         )
         at = state.aimed + np.where(fresh, 0.0, rate * (aimed - state.aimed))
-        kept, full = np.where(fresh, 1.0, 1.0 - rate), _full(len(fresh))
-        slack, ends = kept * state.slack, full + kept * (state.ends - full)
-        known = replace(
-            state, base=base, bare=bare, aimed=at, slack=slack, ends=ends, spread=spread
-        )
-        return replace(known, seen=state.seen + 1)
-
-
-def _full(joints: int) -> Array:
-    """Presliding states of joints that friction holds with all it has, either way, (2, 2, J)."""
-    return np.multiply.outer([1.0, -1.0], np.ones((2, joints)))
-
-
-def _stands(state: Quiet, rows: Rows) -> tuple[Quiet, Mask]:
-    """Joints that stand, (J,): those that are pushed give way, and no program moves as little."""
-    slow = np.abs(rows.v).max(axis=0) < HELD
-    near = np.abs(rows.q - state.place).max(axis=0) < LEFT
-    place = np.where(slow, rows.q[-1], state.place)
-    return replace(state, place=place), slow | (state.held & near)
+        kept = np.where(fresh, 1.0, 1.0 - rate)
+        slack, creep = kept * state.slack, state.creep.learnt(kept)
+        known = replace(state, base=base, bare=bare, aimed=at, slack=slack, creep=creep)
+        return replace(known, spread=spread, seen=state.seen + 1)
 
 
 def _calm(then: tuple[Bin, ...], seen: Bin, carried: Array) -> Bin | None:
@@ -289,7 +248,7 @@ def _doubted(
     """
 
     def more(b: Bin) -> Bin:
-        wide = _wider(b.slack, np.array([-slack, slack]))
+        wide = np.array([np.minimum(b.slack[0], -slack), np.maximum(b.slack[1], slack)])
         return replace(b, sd=np.maximum(b.sd, sd), slack=wide)
 
     return replace(state, bins=tuple(b if b.t < since else more(b) for b in state.bins))
@@ -298,8 +257,3 @@ def _doubted(
 def _up_to(torque: Array) -> Array:
     """From nothing to this much, (J,) -> (2, J) [N·m]."""
     return np.array([np.minimum(torque, 0.0), np.maximum(torque, 0.0)])
-
-
-def _wider(slack: Array, other: Array) -> Array:
-    """From the lower of two to the higher, (2, J) [N·m]."""
-    return np.array([np.minimum(slack[0], other[0]), np.maximum(slack[1], other[1])])

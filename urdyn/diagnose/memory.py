@@ -19,6 +19,7 @@ from urdyn.diagnose.carried import Mode, Shown
 from urdyn.diagnose.carrying import Carrying, Waiting
 from urdyn.diagnose.change import Change
 from urdyn.diagnose.collision import Quiet
+from urdyn.diagnose.creep import Creep
 from urdyn.diagnose.diagnosis import Now, State
 from urdyn.diagnose.fast import FastState
 from urdyn.diagnose.fault import Fault
@@ -40,9 +41,9 @@ from urdyn.signal import Instant
 from urdyn.tracking.checkpoint import DAMAGE
 
 KNOWN = (
-    Bank, Bin, Block, Carrying, Change, Fault, FastState, Felt, Finding, Heard, Instant, Learnt,
-    Loudness, Means, Mode, Now, Pool, Quiet, Recall, Reversals, Rows, Shown, SlowState, State,
-    Steadiness, Usual, Waiting, Warmth,
+    Bank, Bin, Block, Carrying, Change, Creep, Fault, FastState, Felt, Finding, Heard, Instant,
+    Learnt, Loudness, Means, Mode, Now, Pool, Quiet, Recall, Reversals, Rows, Shown, SlowState,
+    State, Steadiness, Usual, Waiting, Warmth,
 )  # fmt: skip
 CLASSES = {kind.__name__: kind for kind in KNOWN}
 
