@@ -85,6 +85,8 @@ def doubted(summary: dict[str, Any]) -> dict[str, Any]:
     advice = summary.get("recommendation")
     if not advice or not summary["quality"]["restarts"]:
         return summary
+    if any(f["kind"] == "sensor_fault" for f in summary.get("findings", ())):
+        return summary  # that says why
     told = f"make sure that this is this arm's twin before anything else; then {advice['text']}"
     return summary | {"recommendation": advice | {"text": told}}
 

@@ -23,7 +23,7 @@ LISTED = 6  # changes of the payload that a sentence has room for
 BEHIND = 1000.0  # [ms] after its coming, a sample is told of too late
 ASTRAY = (
     "begun anew {} times, for no arm's drives are as these currents say: is it this arm's twin, "
-    "and are the currents in amperes?"
+    "are the currents in amperes, and is every sensor sound?"
 )
 SILENT = 1e-3  # [-] of a joint's samples without a current, which nobody minds
 SLOW = "it fell behind the robot: --mode realtime is quicker, and --rate asks for fewer samples"

@@ -222,4 +222,5 @@ def _shown(event: Event, name: str) -> str:
         case "encoder_offset":
             jump = f"jumped by {event.size:+.3g} rad at stamp {event.onset:.2f} s"
             return f"{name}: zero of the encoder {jump}"
-    return f"{name}: current sensor is {told['mode']} since stamp {event.onset:.1f} s"
+    at = f" at {told['value_A']:.3g} A" if told["mode"] == "stuck" else ""
+    return f"{name}: current sensor is {told['mode']}{at} since stamp {event.onset:.1f} s"
