@@ -17,6 +17,7 @@ from urdyn.types import Array, Mask
 
 MODES = ("stuck", "dropped", "noisy")
 ENOUGH = 24  # rows at least that tell of noise
+COARSE = 0.06  # [s] between rows; further apart, neighbours tell of the motion
 WELL = 2.0  # [s] without a sign of illness, after which a sensor is believed again
 SECOND = np.sqrt(6.0)  # sd of second differences of white noise, over its own
 ROBUST = 0.6745  # median of |x| over the sd, of a Gaussian
@@ -58,7 +59,7 @@ class SensorHealth:
         """A beat on; also which joints are ill now, (J,)."""
         state, signs = self._signs(state, rows)
         left = np.concatenate([state.left, rows.residual])[-max(ENOUGH, len(rows)) :]
-        rough = _rough(state.rough, left)
+        rough = _rough(state.rough, left) if self.period < COARSE else state.rough
         over = self._alone(rough / self.space.noise) > self.rule["noisy"]
         loud = np.where(over, state.loud + len(rows) * self.period, 0.0)
         state = replace(state, left=left[-ENOUGH:], rough=rough, loud=loud)
