@@ -1,4 +1,4 @@
-"""The robot's clock in a recording: which stamps can be believed, and where it was set back."""
+"""The robot's clock: which stamps can be believed, and where it was set back."""
 
 from __future__ import annotations
 
@@ -6,17 +6,22 @@ from bisect import bisect_right
 
 import numpy as np
 
-from urdyn.io.table import Mask
-from urdyn.types import Array, Index
+from urdyn.types import Array, Index, Mask
 
 LATEST = 1e11  # [s] the year 5138; what lies beyond is milliseconds, or damage
+SET = 1.0  # [s] by which stamps may differ from when samples came; more, and a clock was set
 STRAY = 20  # rows: a clock that is off for longer did not come from a torn packet
 GAP = 5.0  # median steps
 
 
-def credible(t: Array) -> Mask:
+def credible(t: Array | float) -> Mask:
     """Stamps that can be seconds at all, (N,)."""
-    return np.abs(t) < LATEST
+    return np.asarray(np.abs(t) < LATEST)
+
+
+def elapsed(stamped: Array | float, waited: Array | float) -> Array:
+    """Time between samples [s]: by their stamps, or by when they came where a clock was set."""
+    return np.where(np.abs(stamped - waited) > SET, waited, stamped)
 
 
 def in_order(t: Array) -> Mask:

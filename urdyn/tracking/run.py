@@ -17,6 +17,7 @@ from threadpoolctl import threadpool_limits
 
 from urdyn.errors import InputError
 from urdyn.io import alone
+from urdyn.io.clock import elapsed
 from urdyn.io.helper import Helper
 from urdyn.io.rss import peak_rss
 from urdyn.tracking import checkpoint as keep
@@ -40,7 +41,6 @@ from urdyn.version import __version__
 ROWS = 10.0  # [Hz] of the history, at most
 SWITCH = 5e-4  # [s] after which one thread lets another in
 PART = 10.0  # [s] of data between checkpoints: what is done again after a kill
-SET = 1.0  # [s] by which stamps may differ from when samples came; more, and a clock was set
 AGAIN = 1000  # samples of a recording between them, at least: a second or so of work
 
 S = TypeVar("S")
@@ -212,9 +212,8 @@ class _Run(Generic[S]):
 
     def _missing(self, before: Arrival, arrival: Arrival) -> int:
         """Samples that did not come between two: by their stamps, unless a clock was set."""
-        passed, waited = arrival.sample.t - before.sample.t, arrival.received - before.received
-        passed = waited if abs(passed - waited) > SET else passed
-        return max(0, round(passed / self.source.period) - 1)
+        stamped, waited = arrival.sample.t - before.sample.t, arrival.received - before.received
+        return max(0, round(float(elapsed(stamped, waited)) / self.source.period) - 1)
 
     def _note(self, at: Checkpoint[S], reading: Reading | None, work: Latency) -> Checkpoint[S]:
         """A row of history: of every k-th sample, and wherever something else was taken up."""

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from urdyn.errors import InputError
+from urdyn.io.clock import credible
 from urdyn.io.effort import UNTOLD, Effort
 from urdyn.io.rtde.client import Client, Connected, Dropped, connect, parse_address
 from urdyn.io.rtde.link import Package
@@ -22,7 +23,6 @@ SCHEME, ROS2 = "rtde://", "ros2://"
 CHANNELS = ("actual_q", "actual_qd", "actual_current", "joint_temperatures")
 PAUSE = 0.1  # [s] longer without a package, and how long they take is learnt anew
 DRIFT = 1e-4  # [-] by which two clocks may differ in pace
-NO_CLOCK = 1e10  # [s] three hundred years: no stamp, whatever a package says
 LATEST = 1.0  # [s] that the last sample may come late
 RTDE_JOINTS = 6
 
@@ -131,7 +131,7 @@ def _heard(client: Client, tell: Tell) -> Iterator[Arrival]:
     behind, before = np.inf, np.nan  # [s] of the controller's clock, and its last stamp
     for package in _packages(client, tell):
         sample, read = _sample(client.agreement.recipe.unpack(package.values)), package.received
-        if not abs(sample.t) < NO_CLOCK:
+        if not credible(sample.t):
             continue  # it is missed, as if it had been lost
         passed = sample.t - before
         known = behind + DRIFT * passed if 0.0 < passed < PAUSE else np.inf

@@ -7,11 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from urdyn.io.clock import credible, elapsed
 from urdyn.types import Array
 
 SKIP = 1.5  # periods from stamp to stamp, beyond which a cycle in between is missing
-SET = 1.0  # [s] by which stamps may differ from when packages came; more, and a clock was set
-NO_CLOCK = 1e10  # [s] three hundred years: no stamp, whatever a package says
 NAMED = 1000  # gaps that are remembered with their row
 WINDOW = 20  # batches whose quickest package is the reference for age
 AGES = np.geomspace(1e-6, 1e2, 801)  # [s] edges of the histogram; 2.3 % wide
@@ -58,13 +57,12 @@ class Tally:
 
     def take(self, stamps: Array, received: Array, period: float) -> Array:
         """Count a batch; how many packages are missing before each, (N,)."""
-        passed = np.diff(stamps, prepend=self._stamp)
-        waited = np.diff(received, prepend=self.last)
-        steps = np.where(np.abs(passed - waited) > SET, waited, passed) / period
+        stamped, waited = np.diff(stamps, prepend=self._stamp), np.diff(received, prepend=self.last)
+        steps = elapsed(stamped, waited) / period
         missing = np.where(steps > SKIP, np.rint(steps) - 1, 0)  # NaN: nothing came before
         found = np.flatnonzero(missing)[: NAMED - len(self.gaps)]
         self.gaps += [(self.samples + int(row), int(missing[row])) for row in found]
-        told = np.abs(stamps) < NO_CLOCK
+        told = credible(stamps)
         if told.any():
             self._age((received - stamps)[told])
         self.first = self.first if self.samples else float(received[0])
