@@ -44,8 +44,8 @@ def writing(path: str | Path) -> Iterator[BinaryIO]:
 
 
 @contextmanager
-def alone(folder: str | Path, patience: float = 0.0) -> Iterator[None]:
-    """Hold `folder` for the block; however this process ends, it is let go.
+def alone(place: str | Path, patience: float = 0.0) -> Iterator[None]:
+    """Hold `place`, a folder or a file, for the block; however this process ends, it is let go.
 
     Raises:
         InputError: another process holds it, and does not let it go in `patience` [s].
@@ -55,13 +55,12 @@ def alone(folder: str | Path, patience: float = 0.0) -> Iterator[None]:
     except ImportError:  # no such lock here: nothing is held
         yield
         return
-    holder = os.open(folder, os.O_RDONLY)
+    holder = os.open(place, os.O_RDONLY)
     try:
         deadline = time.monotonic() + patience
         while not _locked(fcntl, holder):
             if time.monotonic() > deadline:
-                told = f"{folder}: another urdyn is writing there; take another folder"
-                raise InputError(told)
+                raise InputError(f"{place}: another urdyn is writing there; take another place")
             time.sleep(LOOK)
         yield
     finally:

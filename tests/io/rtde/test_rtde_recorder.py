@@ -116,6 +116,16 @@ def test_a_clock_that_is_set_is_no_loss_and_a_pause_is_one() -> None:
     assert tally.lost == 4
 
 
+def test_two_recorders_of_one_file_are_one_too_many(tmp_path: Path) -> None:
+    first, other = Journal(tmp_path / "a.csv"), Journal(tmp_path / "a.csv")
+    row = pa.record_batch({"timestamp": pa.array([1.0, 2.0]), "actual_q_0": pa.array([0.1, 0.2])})
+    first.write(row)
+    with pytest.raises(InputError, match=r"a\.csv: another urdyn is writing there"):
+        other.write(row)
+    first.finish({})
+    assert read(tmp_path / "a.csv").t.tolist() == [1.0, 2.0]
+
+
 def test_a_full_disk_leaves_every_row_that_was_written(tmp_path: Path) -> None:
     """Half a frame would hide all before it."""
     journal, path = Journal(tmp_path / "a.csv.zst"), tmp_path / "a.csv.zst"

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Mapping
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -24,7 +25,7 @@ from urdyn.errors import InputError
 from urdyn.io.bags.forms import require
 from urdyn.io.bags.outgoing import told
 from urdyn.io.bags.write import write_mcap
-from urdyn.io.files import writing
+from urdyn.io.files import alone, writing
 from urdyn.io.names import layout
 from urdyn.io.rtde.recipe import Rows
 from urdyn.types import Array
@@ -64,11 +65,14 @@ class Journal:
             require("mcap", "rosbags")
         self._schema: pa.Schema | None = None
         self._stream: BinaryIO | None = None
+        self._held = ExitStack()
 
     def write(self, rows: pa.RecordBatch) -> None:
         """Append rows, all of one recipe; they outlive this process from here on."""
         try:
             if self._stream is None:
+                self.path.touch()
+                self._held.enter_context(alone(self.path))
                 self._schema, self._stream = rows.schema, self.path.open("wb", buffering=0)
                 self._append((",".join(rows.schema.names) + "\n").encode())
             text = pa.BufferOutputStream()
@@ -81,13 +85,14 @@ class Journal:
         """No more rows. Parquet and MCAP carry `metadata`; CSV has no place for it."""
         if self._stream is None:
             return
-        os.fsync(self._stream.fileno())
-        empty = self._stream.tell() == 0
-        self._stream.close()
-        if empty:  # there was no room for a row
-            self.path.unlink()
-        elif self._form in REWRITTEN:
-            self._rewrite(metadata)
+        with self._held:
+            os.fsync(self._stream.fileno())
+            empty = self._stream.tell() == 0
+            self._stream.close()
+            if empty:  # there was no room for a row
+                self.path.unlink()
+            elif self._form in REWRITTEN:
+                self._rewrite(metadata)
 
     def _append(self, text: bytes) -> None:
         assert self._stream is not None, "the stream is open"
