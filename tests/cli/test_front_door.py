@@ -68,7 +68,7 @@ def test_every_verb_has_help_with_an_example(verb: str) -> None:
     ("error", "status", "told"),
     [
         (KeyboardInterrupt(), 130, "urdyn: interrupted\n"),
-        (MemoryError(), 1, "urdyn: not enough memory; take part of the log with --rows\n"),
+        (MemoryError(), 1, "urdyn: not enough memory; ask for less, of a log with --rows\n"),
         (PermissionError(13, "Permission denied", "/x"), 1, "urdyn: /x: Permission denied\n"),
         (ud.UrdynError("two\nlines"), 1, "urdyn: two lines\n"),
     ],

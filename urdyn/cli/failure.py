@@ -45,7 +45,7 @@ def explain(error: BaseException) -> tuple[str, int]:
         case UrdynError():
             return str(error), BAD_INPUT
         case MemoryError():
-            return "not enough memory; take part of the log with --rows", BAD_INPUT
+            return "not enough memory; ask for less, of a log with --rows", BAD_INPUT
         case OSError(filename=str() as path, strerror=str() as reason):
             return f"{path}: {reason}", BAD_INPUT
         case OSError():

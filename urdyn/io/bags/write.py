@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+import sqlite3
 from collections.abc import Mapping
 from pathlib import Path
 from tempfile import mkdtemp
@@ -49,8 +50,9 @@ def write_db3(told: Told, path: Path) -> None:
         else:
             shutil.rmtree(path, ignore_errors=True)
             bag.replace(path)
-    except OSError as error:
-        raise InputError(f"{path}: cannot be written: {error.strerror or error}") from error
+    except (OSError, sqlite3.Error) as error:
+        why = getattr(error, "strerror", None) or error
+        raise InputError(f"{path}: cannot be written: {why}") from error
     finally:
         shutil.rmtree(beside, ignore_errors=True)
 
