@@ -8,6 +8,7 @@ import struct
 import threading
 import time
 from collections.abc import Iterator
+from contextlib import suppress
 from itertools import islice
 
 import numpy as np
@@ -17,6 +18,8 @@ from rtde_arm import Start
 
 from urdyn.errors import InputError, RtdeError
 from urdyn.io.rtde import Client, Connected, Dropped, Package, connect, parse_address, play, serve
+from urdyn.io.rtde.events import Text
+from urdyn.io.rtde.wire import controller_wire
 from urdyn.types import Log
 
 pytestmark = pytest.mark.flaky(reruns=2)  # in real time: a busy machine may miss a sample once
@@ -128,6 +131,21 @@ def test_somebody_else_is_one_clear_error() -> None:
         threading.Thread(target=talk).start()
         with pytest.raises(RtdeError, match="no RTDE package has type"):
             connect("127.0.0.1", other.getsockname()[1])
+
+
+def test_somebody_who_answers_nothing_but_messages_is_one_clear_error() -> None:
+    hello = controller_wire().write(Text("booting"))
+    with socket.create_server(("127.0.0.1", 0)) as other:
+
+        def talk() -> None:
+            with other.accept()[0] as client, suppress(OSError):
+                while True:
+                    client.sendall(hello)
+                    time.sleep(0.05)
+
+        threading.Thread(target=talk).start()
+        with pytest.raises(RtdeError, match=r"answers nothing but messages for 0\.2 s"):
+            connect("127.0.0.1", other.getsockname()[1], timeout=0.2)
 
 
 def test_unknown_names_are_listed(still: int) -> None:

@@ -98,7 +98,13 @@ class Link:
 
     def _answer(self) -> Answer:
         """The next event that is not a message."""
-        return next(event for _, event in self._heard if not isinstance(event, Text))
+        asked, patience = time.monotonic(), self.order.timeout
+        while True:
+            received, event = next(self._heard)
+            if not isinstance(event, Text):
+                return event
+            if received - asked > patience:
+                raise RtdeError(f"answers nothing but messages for {patience:g} s; {CHECK}")
 
     def _listen(self) -> Iterator[tuple[float, Answer]]:
         """When it came, and what, for ever."""
