@@ -90,10 +90,9 @@ def _within(network: Network, places: dict[str, Place]) -> list[str]:
 
 def _node(node: Node, at: Place, time: str) -> str:
     """A parameter's circle or an observation's box, with its symbol."""
-    symbol = escape(SYMBOL.get(node.name, node.name))
+    symbol = escape(_short(node.name) if at.round else _symbol(node.name))
     index = f'<tspan dy="6" font-size="11">{time}</tspan>'
     if at.round:
-        symbol = escape(_short(node.name))
         shape = f'<circle class="node" cx="{at.x}" cy="{at.y:.1f}" r="{RADIUS}"/>'
         return f'{shape}<text class="symbol" x="{at.x}" y="{at.y - 2:.1f}">{symbol}{index}</text>'
     (w, h), left = BOX, at.x - BOX[0] / 2
@@ -105,9 +104,13 @@ def _node(node: Node, at: Place, time: str) -> str:
     )
 
 
+def _symbol(name: str) -> str:
+    return SYMBOL.get(name, name)
+
+
 def _short(name: str) -> str:
     """What a circle has room for: a symbol, or the initials of a longer name."""
-    symbol = SYMBOL.get(name, name)
+    symbol = _symbol(name)
     return symbol if len(symbol) <= SHORT else "".join(word[:1] for word in name.split("_"))[:SHORT]
 
 
@@ -127,7 +130,7 @@ def _meanings(network: Network, places: dict[str, Place]) -> list[str]:
         at = places[node.name]
         rising = any(places[c].y < at.y for p, c in network.across if p == node.name)
         x, y = at.x + RADIUS + 8, at.y + (12 if rising else -12)
-        told = _short(node.name) == SYMBOL.get(node.name, node.name)
+        told = _short(node.name) == _symbol(node.name)
         words = escape(node.meaning if told else node.name)
         notes.append(f'<text class="note left" x="{x}" y="{y:.1f}">{words}</text>')
     return notes

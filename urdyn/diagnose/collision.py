@@ -108,7 +108,8 @@ class Collision:
         rho = K * np.where(ill, np.nan, mean_measured(rows.residual))
         aimed = K * rows.predicted.mean(axis=0)
         creep = state.creep.after(rows, drive)
-        freed = self._grip(rows) * creep.integrated(rows, drive)
+        grip = self._grip(rows)
+        freed = grip * creep.integrated(rows, drive)
         rho, aimed = rho + freed, aimed - freed
         if not state.going:
             # Whoever changes their mind about what is carried has not felt anything. A joint that
@@ -124,7 +125,7 @@ class Collision:
         sd = np.where(ill, np.inf, np.sqrt(usual))
         since = state.bins[-1].t if state.going else np.inf
         state = replace(_doubted(state, since, sd=late), asked=aimed, unheard=ill)
-        slack = state.slack + self._grip(rows) * creep.grown(drive)
+        slack = state.slack + grip * creep.grown(drive)
         felt, bare = np.nan_to_num([rho - borne - state.base, rho - state.bare])
         seen = Bin(
             float(rows.t[0]), bool(creep.held.all()), felt, bare, sd, slack, rows.q[0], tool,
@@ -150,11 +151,10 @@ class Collision:
         if state.going:
             state, loose = _doubted(state, t - SETTLES, slack=turned * most), loose | state.loose
         ready, unknown = state.loose & ~loose, np.isnan(state.base)
-        settled = ready & ~unknown
-        moved = np.where(settled, np.clip(rho - borne - state.base, *state.slack), 0.0)
+        moved = np.where(ready & ~unknown, np.clip(rho - borne - state.base, *state.slack), 0.0)
         base = np.where(unknown, rho - borne, state.base + moved)
-        slack = np.where(ready, _up_to(-moved), state.slack)
-        slack = np.where(loose, np.array([-most, most]), slack)
+        was = np.array([np.minimum(-moved, 0.0), np.maximum(-moved, 0.0)])
+        slack = np.where(loose, np.array([-most, most]), np.where(ready, was, state.slack))
         return replace(
             state,
             base=base,
@@ -252,8 +252,3 @@ def _doubted(
         return replace(b, sd=np.maximum(b.sd, sd), slack=wide)
 
     return replace(state, bins=tuple(b if b.t < since else more(b) for b in state.bins))
-
-
-def _up_to(torque: Array) -> Array:
-    """From nothing to this much, (J,) -> (2, J) [N·m]."""
-    return np.array([np.minimum(torque, 0.0), np.maximum(torque, 0.0)])
