@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -18,8 +19,9 @@ from rosbags.highlevel import AnyReader
 from typer.testing import CliRunner
 
 from urdyn.cli.app import app
-from urdyn.errors import InputError
+from urdyn.errors import InputError, MissingExtraError
 from urdyn.io import read, write
+from urdyn.io.bags import forms
 from urdyn.io.bags.joints import JOINTS
 from urdyn.types import Log, Source
 
@@ -42,6 +44,17 @@ def equal(one: Log, other: Log) -> bool:
     assert one.t.tobytes() == other.t.tobytes() and set(one.channels) == set(other.channels)
     pairs = [(values, other.channels[name]) for name, values in one.channels.items()]
     return all(np.array_equal(a, b, equal_nan=True) for a, b in pairs)
+
+
+@pytest.mark.parametrize("form", [".mcap", ".db3", ""])
+def test_a_missing_extra_says_how_to_get_it_and_leaves_nothing(
+    form: str, log: Log, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(forms, "find_spec", lambda package: None)
+    monkeypatch.setitem(sys.modules, "rosbags.typesys", None)
+    with pytest.raises(MissingExtraError, match=r"pip install 'urdyn\[ros2\]'"):
+        write(log, tmp_path / f"bag{form}")
+    assert not list(tmp_path.iterdir())
 
 
 @pytest.mark.parametrize("start", FORMS)

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from urdyn.io.bags import sample
+from urdyn.io.bags.forms import require
 from urdyn.io.bags.joints import JOINTS
 from urdyn.types import Array
 
@@ -60,6 +61,7 @@ def typestore() -> Any:
 
 def told(parts: Iterable[Channels]) -> Told:
     """A log, a stretch of rows after the other; the first says which channels there are."""
+    require("rosbags")
     stretches = iter(parts)
     first = next(stretches)
     robot = "actual_q" in first and first["actual_q"].shape[1:] == (len(JOINTS),)
