@@ -166,30 +166,39 @@ class RobotCurrents:
             blind=bool(unknown.any()),
         )
 
-    def instrumental(self, u: RobotSlice, now: Instant, x: Array) -> tuple[Array, Array]:
-        """What is packed by the instrument's accelerations, and what these add to the current.
+    def per_unit(self, x: Array, u: RobotSlice) -> Array:
+        """What a unit of each of `packed` draws at states x (n,), (J, 2 c + 7) [A].
+
+        The currents, but for slow noise, are the sums of their products: for one x, in half the
+        time of `observe`, and of anything else that is packed.
+        """
+        f, alpha, beta, rotor, z, gain = np.exp(x[self._positive]).reshape(len(POSITIVE), -1)
+        kappa, kappa_f, lubricant = (x[self.places[name]] for name in WARMTH)
+        warm = u.felt * (u.warm + lubricant)
+        bodies = np.repeat(x[None, self.rigid], len(z), axis=0)
+        bodies[:, self.places["payload"]] /= gain[:, None]
+        one, o = np.ones_like(z), x[self.places["o"]]
+        f, alpha = f * np.exp(-kappa_f * warm), alpha * np.exp(-kappa * warm)
+        rows = np.array([one, beta, one, f, alpha, rotor, o]).T
+        torque = np.concatenate([bodies, beta[:, None] * bodies, rows], axis=1)
+        return np.asarray(torque / (self.reference.drive.gain * z)[:, None])
+
+    def instrumental(self, u: RobotSlice, now: Instant) -> Array:
+        """What is packed by the instrument's accelerations, (J, 2 c + 7).
 
         Who multiplies what is left of a current by a regressor that has the same acceleration's
         noise in it learns of that noise: inertia that is too small, above all where currents are
         whitened. The regressor is taken where the noise is another one, and what is left stays
         what it was: the method of instrumental variables [Soderstrom2002]_. What a joint's zero
         does is left out.
-
-        Args:
-            x: states (n,) at which the current is moved.
         """
         if now.instrument is None:
-            return u.packed, np.zeros_like(now.a)
+            return u.packed
         more = now.instrument - now.a
         Y = self._arm.inertia_regressor(now.q, more)
-        load, still = Y @ self._pi, np.zeros_like(more)
         A = np.concatenate([np.zeros((len(Y),) * 2), Y @ self.shown, Y[:, -10:]], axis=1)
-        by = packed(A, u.side, load, still, still, still, more, one=0.0)
-        # What `observe` makes of that, in half its time: there is no friction in it, and no warmth.
-        _, _, beta, rotor, z, gain = np.exp(x[self._positive]).reshape(len(POSITIVE), -1)
-        held = (1.0 + beta * u.side) * (load + self._borne(x, u, A, gain))
-        added = (held + rotor * more) / (self.reference.drive.gain * z)
-        return u.packed + by, added
+        load, still = Y @ self._pi, np.zeros_like(more)
+        return u.packed + packed(A, u.side, load, still, still, still, more, one=0.0)
 
     @cached_property
     def _pi(self) -> Array:
@@ -314,15 +323,12 @@ class RobotCurrents:
         torque = np.array([A, A_hold]) @ payload
         return replace(u, carried=Carried(payload, slope, torque, slope @ payload))
 
-    def _borne(self, x: Array, u: RobotSlice, A: Array, gain: Array) -> Array:
-        """What k, m and payload add through A (J, c), by drives of these gains, (J,)."""
-        at = self.places["payload"]
-        payload = x[at] if u.carried is None else u.carried.payload
-        return np.asarray(A[:, : at.start] @ x[: at.start] + A[:, at] @ payload / gain)
-
     def load(self, x: Array, u: RobotSlice) -> Array:
         """Rigid-body torque that the gears transmit, (n,) -> (J,) [N·m]."""
-        return u.load + self._borne(x, u, u.A, np.exp(x[self.places["gain"]]))
+        at = self.places["payload"]
+        payload = x[at] if u.carried is None else u.carried.payload
+        borne = u.A[:, at] @ payload / np.exp(x[self.places["gain"]])
+        return np.asarray(u.load + u.A[:, : at.start] @ x[: at.start] + borne)
 
     def friction(self, x: Array, u: RobotSlice) -> Array:
         """Torque that friction takes, (n,) -> (J,) [N·m]."""

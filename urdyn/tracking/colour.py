@@ -108,7 +108,7 @@ def whitened(colour: Colour, packed: Array, y: Array) -> tuple[Array, Array, Col
         y: currents (J,) [A]; NaN where there is none.
     """
     now = np.concatenate([packed, y[:, None]], axis=1)
-    white = now - np.einsum("jk,kjw->jw", colour.ar, colour.past)
+    white = now - (colour.ar[:, None] @ colour.past.transpose(1, 0, 2))[:, 0]
     packed, seen = white[:, :-1], white[:, -1]
     known = np.isfinite(seen)
     if not known.all():

@@ -232,18 +232,22 @@ class Tracker(Generic[S]):
         moves = fresh or taken is not None or waited >= self._stride * (1 + looks)
         span = waited if moves else 0.0
         u = self.currents.slice(now, s, passed, about, lubricant, span)
-        u = _jumping(u, what) if fresh else replace(u, taken=taken)
+        if fresh:
+            u = _jumping(u, what)
+        elif taken is not None:
+            u = replace(u, taken=taken)
         y = np.where(slides & self._told(travelled, held), now.current, np.nan)
-        slow = mean[self.currents.places["slow"]]
-        modelled = self.model.observe(mean, u) - slow
+        per_unit = self.currents.per_unit(mean, u)
+        modelled = (per_unit * u.packed).sum(axis=1)
         left = y - modelled
-        through, more = self.currents.instrumental(u, now, mean)
-        through, seen, colour = noise.whitened(was.colour, through, y + more)
+        through = self.currents.instrumental(u, now)
+        seen = left + (per_unit * through).sum(axis=1)
+        through, seen, colour = noise.whitened(was.colour, through, seen)
         white = replace(u, packed=through, noise=colour.scale, stray=colour.slow)
         white = self.currents.near(white, mean, carried)
         unknown = white.unknown
         R = white.noise**2 + unknown
-        wild = left - noise.foreseen(was.colour, slow)
+        wild = left - noise.foreseen(was.colour, mean[self.currents.places["slow"]])
         given = white if anew else tempered(white, wild, R, state.unsure)
         asked = state.asked - passed * np.isfinite(y)
         belief, told = self.filter.step(self.model if moves else self._still, before, given, seen)
