@@ -56,6 +56,25 @@ def test_a_client_gets_every_sample_as_it_was_sent(start: Start) -> None:
     assert 0 < np.median(ages) < 1e-3
 
 
+@pytest.mark.parametrize(("frequency", "busy"), [(500, True), (125, False)])
+def test_who_stays_awake_sleeps_where_packages_are_seldom(
+    start: Start, frequency: int, busy: bool
+) -> None:
+    arm = start(port=0)
+    with connect(arm.host, arm.port, NAMES, frequency, awake=0.004) as client:
+        began, worked = time.monotonic(), time.thread_time()
+        list(islice(client, 100))
+        passed = time.monotonic() - began
+    assert (time.thread_time() - worked > 0.5 * passed) is busy
+
+
+def test_who_stays_awake_is_let_go_of(start: Start) -> None:
+    arm = start(port=0)
+    with connect(arm.host, arm.port, NAMES, awake=1.0) as client:
+        threading.Timer(0.3, client.close).start()
+        assert 50 < len(list(client)) < 1000
+
+
 @pytest.mark.parametrize(("generation", "frequency", "step"), [("e", 125, 4), ("cb3", None, 1)])
 def test_a_client_gets_the_frequency_it_asked_for(
     start: Start, generation: str, frequency: float | None, step: int

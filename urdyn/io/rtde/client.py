@@ -47,14 +47,16 @@ def connect(
     *,
     optional: Collection[str] = OPTIONAL,
     timeout: float = 5.0,
+    awake: float = 0.0,
     patience: float = float("inf"),
 ) -> Client:
     """A client whose controller sends `names` at `frequency` [Hz]; RtdeError if it cannot be had.
 
     No frequency asks for all that the controller has. `optional` names are left out where it does
-    not know them. After a drop the client reconnects, for up to `patience` [s].
+    not know them. Who wants packages without delay stays `awake` for them, if they come that often
+    [s], and keeps a processor busy. After a drop the client reconnects, for up to `patience` [s].
     """
-    order = Order(host, port, tuple(names), tuple(optional), frequency, timeout)
+    order = Order(host, port, tuple(names), tuple(optional), frequency, timeout, awake)
     return Client(order, patience)
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import select
 import socket
 import time
 from collections.abc import Iterator
@@ -27,6 +29,7 @@ class Order:
     optional: tuple[str, ...] = ()  # left out where the controller does not know them
     frequency: float | None = None  # [Hz]; None: all that the controller has
     timeout: float = 5.0  # [s] without an answer, or without data
+    awake: float = 0.0  # [s] for which it stays awake for the next package, if that is due by then
 
     @property
     def address(self) -> str:
@@ -53,12 +56,17 @@ class Link:
         self.order = order
         self._wire = client_wire()
         self._sock = _dial(order)
+        self._arriving = select.poll()
+        self._arriving.register(self._sock, select.POLLIN)
+        self._awake = 0.0
         self._heard = self._listen()
         try:
             self.agreement = self._agree()
         except RtdeError:
             self.close()
             raise
+        if self.agreement.period <= order.awake:
+            self._awake = order.awake
 
     def packages(self) -> Iterator[Package | Text]:
         """Data packages and messages; ends in RtdeError."""
@@ -115,12 +123,19 @@ class Link:
         raise RtdeError("the controller has closed the connection")
 
     def _receive(self) -> bytes:
+        self._watch()
         try:
             return self._sock.recv(CHUNK)
         except TimeoutError as error:
             raise RtdeError(f"silent for {self.order.timeout:g} s; {CHECK}") from error
         except OSError as error:
             raise RtdeError(f"the connection is lost: {error.strerror}") from error
+
+    def _watch(self) -> None:
+        """Look again and again for a while: a processor that went to sleep is slow to begin."""
+        end = time.monotonic() + self._awake
+        while time.monotonic() < end and not self._arriving.poll(0):
+            os.sched_yield()  # whoever has something to do
 
     def _whole(self, data: Data) -> bytes:
         recipe = self.agreement.recipe
