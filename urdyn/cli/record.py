@@ -41,7 +41,8 @@ def record(
 ) -> None:
     """Record a robot by RTDE, every packet of it; HOST is an address, with :PORT if not 30004.
 
-    A process that is killed leaves a file that can be read.
+    A process that is killed leaves a file that can be read. What a file holds is not overwritten,
+    but kept beside under another name.
 
     Example: [bold]urdyn record 192.168.0.10 --out monday.parquet[/bold]
     """
@@ -51,6 +52,8 @@ def record(
     with voice.progress(f"recording {host}") as told, ended_by(_interrupted):
         summary = record_rtde(host, out, frequency, recipe, duration, _telling(told, duration))
     voice.show(_sentence(summary))
+    if summary.aside:
+        voice.note(f"what {summary.path} held before is now {summary.aside}")
     if summary.left_out:
         voice.note(f"the controller does not know: {', '.join(summary.left_out)}")
     voice.result(_document(summary))
@@ -97,4 +100,5 @@ def _document(summary: Summary) -> dict[str, Any]:
         "age_ms": {"p50": 1e3 * summary.age_p50, "p99": 1e3 * summary.age_p99},
         "bytes": summary.bytes,
         "left_out": list(summary.left_out),
+        "aside": summary.aside or None,
     }

@@ -9,6 +9,7 @@ import urdyn as ud
 from urdyn.cli.ending import ended_by
 from urdyn.cli.voice import Voice
 from urdyn.errors import InputError
+from urdyn.io.address import joined
 
 if TYPE_CHECKING:
     from urdyn.model.arm import Arm
@@ -29,12 +30,13 @@ def serve_log(log: ud.Log, arm: Arm, host: str, port: int, voice: Voice) -> None
     try:
         server = serve(play(log, loop=True), host, port, "cb3" if arm.name in CB3 else "e")
     except OSError as error:
-        raise InputError(f"{host}:{port}: cannot be served: {error.strerror or error}") from error
+        told = error.strerror or error
+        raise InputError(f"{joined(host, port)}: cannot be served: {told}") from error
     ended = threading.Event()
     with server, ended_by(ended.set):
         voice.note(
-            f"a virtual {arm.name} serves RTDE on {host}:{server.port}, {1.0 / cycle(arm):g} Hz; "
-            "Ctrl-C ends it"
+            f"a virtual {arm.name} serves RTDE on {joined(host, server.port)}, "
+            f"{1.0 / cycle(arm):g} Hz; Ctrl-C ends it"
         )
         while not ended.is_set() and not server.join(LOOK):
             pass

@@ -2,26 +2,41 @@
 
 from __future__ import annotations
 
+from urllib.parse import urlsplit
+
 from urdyn.errors import InputError
 
 LOOPBACK = "127.0.0.1"
 
 
-def is_host(name: str) -> bool:
-    """Whether a host can have this name: its labels are neither empty nor too long."""
-    try:
-        return bool(name.encode("idna"))
-    except UnicodeError:
-        return False
-
-
 def parse(text: str, port: int, what: str) -> tuple[str, int]:
     """Host and port of "9100", "0.0.0.0:9100", "broker" or "[::1]:9100"; `port` unless told."""
-    host, colon, number = text.rpartition(":")
-    if not colon:
-        host, number = ("", text) if text.isdecimal() else (text, "")
-    host = host.strip("[]") or LOOPBACK
-    known = not number or (number.isdecimal() and 0 <= int(number) < 65536)
-    if not (known and is_host(host)):
+    found = host_and_port(f":{text}" if text.isdecimal() else text)
+    if found is None:
         raise InputError(f"{what} {text!r}: write PORT, HOST or HOST:PORT")
-    return host, int(number) if number else port
+    host, number = found
+    return host or LOOPBACK, port if number is None else number
+
+
+def host_and_port(text: str) -> tuple[str, int | None] | None:
+    """Of HOST:PORT or either of them, an IPv6 host in brackets; None where it is none of these."""
+    try:
+        at = urlsplit(f"//{text}")
+        host, port = at.hostname or "", at.port
+    except ValueError:
+        return None
+    whole = at.netloc == text and at.username is None and not text.endswith(":")
+    return (host, port) if whole and _is_host(host) else None
+
+
+def joined(host: str, port: int) -> str:
+    """HOST:PORT, as `host_and_port` takes it apart."""
+    return f"[{host}]:{port}" if ":" in host else f"{host}:{port}"
+
+
+def _is_host(name: str) -> bool:
+    """Whether a host can have this name: its labels are neither empty nor too long."""
+    try:
+        return not name or bool(name.encode("idna"))
+    except UnicodeError:
+        return False

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from urdyn.errors import InputError
+from urdyn.io.address import joined
 from urdyn.io.clock import credible
 from urdyn.io.effort import UNTOLD, Effort
 from urdyn.io.rtde.client import Client, Connected, Dropped, connect, parse_address
@@ -106,7 +107,7 @@ def _robot(
             yield from islice(_heard(client, lambda said: tell(f"{name}: {said}")), count)
 
     sent = frozenset(s for s in beside if BESIDE[s] not in client.agreement.left_out)
-    of = (name, f"{host}:{port}", "", period, RTDE_JOINTS, True, count or 0)
+    of = (name, joined(host, port), "", period, RTDE_JOINTS, True, count or 0)
     return Source(*of, start, client.close, beside=sent)
 
 

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from urdyn.errors import InputError, MissingExtraError
+from urdyn.io.address import joined
 from urdyn.types import Array
 from urdyn.view.film import Film, Moment
 from urdyn.view.paint import BASE, PAINTS
@@ -41,7 +42,7 @@ class Stage:
     @property
     def address(self) -> str:
         """Where a browser finds it."""
-        return f"http://{self.server.get_host()}:{self.server.get_port()}"
+        return f"http://{joined(self.server.get_host(), self.server.get_port())}"
 
     def show(self, moment: Moment) -> None:
         """Put everything where it is at a moment."""

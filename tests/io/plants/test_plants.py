@@ -51,7 +51,7 @@ def test_an_address_is_on_loopback_unless_told():
     assert parse("0.0.0.0:9100", 1, "x") == ("0.0.0.0", 9100)
     assert parse("[::1]:9100", 1, "x") == ("::1", 9100)
     assert parse(":9100", 1, "x") == ("127.0.0.1", 9100)
-    for bad in ("host:port", "1.2.3.4:99999"):
+    for bad in ("host:port", "1.2.3.4:99999", "::1", "me@host", "host:"):
         with pytest.raises(InputError, match="write PORT"):
             parse(bad, 1, "x")
 

@@ -276,6 +276,7 @@ def test_a_port_in_use_says_so(still: int) -> None:
 def test_addresses_are_read() -> None:
     assert parse_address("rtde://10.0.0.7:30014") == ("10.0.0.7", 30014)
     assert parse_address("robot.local") == ("robot.local", 30004)
+    assert parse_address("rtde://[fe80::7]/") == ("fe80::7", 30004)
     for wrong in ("", "rtde://", "robot:", "robot:0", "robot:99999", "robot:rtde"):
         with pytest.raises(InputError):
             parse_address(wrong)

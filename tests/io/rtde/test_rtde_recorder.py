@@ -126,6 +126,17 @@ def test_two_recorders_of_one_file_are_one_too_many(tmp_path: Path) -> None:
     assert read(tmp_path / "a.csv").t.tolist() == [1.0, 2.0]
 
 
+def test_what_was_recorded_is_not_overwritten(tmp_path: Path) -> None:
+    for k in range(3):
+        journal = Journal(tmp_path / "a.csv.zst")
+        stamps, angles = pa.array([k + 0.0, k + 0.5]), pa.array([0.1, 0.2])
+        journal.write(pa.record_batch({"timestamp": stamps, "actual_q_0": angles}))
+        journal.finish({})
+    assert journal.aside == tmp_path / "a.2.csv.zst"
+    begun = [read(tmp_path / f"a{which}.csv.zst").t[0] for which in (".1", ".2", "")]
+    assert begun == [0.0, 1.0, 2.0]
+
+
 def test_a_full_disk_leaves_every_row_that_was_written(tmp_path: Path) -> None:
     """Half a frame would hide all before it."""
     journal, path = Journal(tmp_path / "a.csv.zst"), tmp_path / "a.csv.zst"

@@ -10,7 +10,7 @@ from types import TracebackType
 from typing import Any
 
 from urdyn.errors import InputError, RtdeError
-from urdyn.io.address import is_host
+from urdyn.io.address import host_and_port
 from urdyn.io.rtde.events import Text
 from urdyn.io.rtde.handshake import Agreement
 from urdyn.io.rtde.link import Link, Order, Package, TornPackageError
@@ -61,11 +61,11 @@ def connect(
 
 
 def parse_address(text: str) -> tuple[str, int]:
-    """Host and port of HOST, HOST:PORT or rtde://HOST:PORT."""
-    host, colon, port = text.removeprefix("rtde://").rstrip("/").partition(":")
-    if not is_host(host) or (colon and not (port.isdecimal() and 0 < int(port) < 65536)):
+    """Host and port of HOST, HOST:PORT or rtde://HOST:PORT; an IPv6 host stands in brackets."""
+    host, port = host_and_port(text.removeprefix("rtde://").rstrip("/")) or ("", 0)
+    if not host or port == 0:
         raise InputError(f"{text!r} is no address; write HOST, HOST:PORT or rtde://HOST:PORT")
-    return host, int(port) if port else PORT
+    return host, PORT if port is None else port
 
 
 class Client:

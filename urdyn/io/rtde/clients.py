@@ -8,6 +8,7 @@ import time
 from collections import deque
 
 from urdyn.errors import RtdeError
+from urdyn.io.address import joined
 from urdyn.io.rtde.connection import Connection
 from urdyn.io.rtde.controller import Controller
 from urdyn.io.rtde.recipe import Values
@@ -84,7 +85,7 @@ class Clients:
         if len(self) >= MOST and not self._make_room():
             sock.close()
             return
-        connection = Connection(sock, f"{host}:{port}", self.controller)
+        connection = Connection(sock, joined(host, port), self.controller)
         self._connections.append(connection)
         self._selector.register(sock, selectors.EVENT_READ, connection)
 
@@ -106,9 +107,10 @@ class Clients:
 def _listen(host: str, port: int) -> socket.socket:
     """A socket that clients can connect to."""
     try:
-        door = socket.create_server((host, port), backlog=MOST)
-    except (OSError, OverflowError) as error:
+        family = socket.getaddrinfo(host, port)[0][0]
+        door = socket.create_server((host, port), family=family, backlog=MOST)
+    except (OSError, OverflowError, UnicodeError) as error:
         told = getattr(error, "strerror", None) or error
-        raise RtdeError(f"cannot listen: {told}; is it in use?", f"{host}:{port}") from error
+        raise RtdeError(f"cannot listen: {told}; is it in use?", joined(host, port)) from error
     door.setblocking(False)
     return door

@@ -12,6 +12,7 @@ from __future__ import annotations
 import os
 from collections.abc import Iterable, Mapping
 from contextlib import ExitStack
+from itertools import count
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -63,6 +64,7 @@ class Journal:
             raise InputError(f"{path}: cannot be written: there is no such place for a file")
         if self._form == ".mcap":  # now, not when an hour has been recorded
             require("mcap", "rosbags")
+        self.aside: Path | None = None  # where that is now which the file held before
         self._schema: pa.Schema | None = None
         self._stream: BinaryIO | None = None
         self._held = ExitStack()
@@ -71,9 +73,7 @@ class Journal:
         """Append rows, all of one recipe; they outlive this process from here on."""
         try:
             if self._stream is None:
-                self.path.touch()
-                self._held.enter_context(alone(self.path))
-                self._schema, self._stream = rows.schema, self.path.open("wb", buffering=0)
+                self._schema, self._stream = rows.schema, self._begun()
                 self._append((",".join(rows.schema.names) + "\n").encode())
             text = pa.BufferOutputStream()
             csv.write_csv(rows, text, csv.WriteOptions(include_header=False))
@@ -93,6 +93,20 @@ class Journal:
                 self.path.unlink()
             elif self._form in REWRITTEN:
                 self._rewrite(metadata)
+
+    def _begun(self) -> BinaryIO:
+        """The empty file, ours alone; no recording can be made again, so none is overwritten."""
+        self.path.touch()
+        with alone(self.path):
+            if self.path.stat().st_size:
+                stem = self.path.name[: -len(self._form)]
+                names = (f"{stem}.{k}{self._form}" for k in count(1))
+                places = map(self.path.with_name, names)
+                self.aside = next(place for place in places if not place.exists())
+                self.path.rename(self.aside)
+        stream = self.path.open("wb", buffering=0)
+        self._held.enter_context(alone(self.path))
+        return stream
 
     def _append(self, text: bytes) -> None:
         assert self._stream is not None, "the stream is open"

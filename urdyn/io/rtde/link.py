@@ -11,6 +11,7 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 
 from urdyn.errors import RtdeError
+from urdyn.io.address import joined
 from urdyn.io.rtde.events import Answer, Data, Request, Text
 from urdyn.io.rtde.handshake import Agreement, handshake
 from urdyn.io.rtde.wire import client_wire
@@ -34,7 +35,7 @@ class Order:
     @property
     def address(self) -> str:
         """host:port."""
-        return f"{self.host}:{self.port}"
+        return joined(self.host, self.port)
 
 
 @dataclass(frozen=True)

@@ -49,7 +49,8 @@ class Recording:
     def summary(self) -> Summary:
         """The counts so far."""
         left_out = self._agreement.left_out if self._agreement else ()
-        return self._tally.summary(str(self.journal.path), left_out)
+        aside = str(self.journal.aside or "")
+        return self._tally.summary(str(self.journal.path), left_out, aside)
 
     def finish(self) -> Summary:
         """Close the file, with an account of the recording."""

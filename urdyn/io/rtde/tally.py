@@ -31,6 +31,7 @@ class Summary:
     age_p99: float = 0.0  # [s]
     bytes: int = 0  # of data received
     left_out: tuple[str, ...] = ()  # names that the controller does not know
+    aside: str = ""  # where that is now which the file held before
 
     @property
     def rate(self) -> float:
@@ -82,7 +83,7 @@ class Tally:
         place = np.searchsorted(np.cumsum(self._ages), share * self._ages.sum())
         return float(AGES[min(place, len(AGES) - 1)])
 
-    def summary(self, path: str, left_out: tuple[str, ...]) -> Summary:
+    def summary(self, path: str, left_out: tuple[str, ...], aside: str) -> Summary:
         """The counts as a value."""
         return Summary(
             path,
@@ -96,4 +97,5 @@ class Tally:
             age_p99=self.age(0.99) if self.samples else 0.0,
             bytes=self.bytes,
             left_out=left_out,
+            aside=aside,
         )
