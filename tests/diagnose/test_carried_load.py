@@ -45,6 +45,18 @@ def standing(shop: Shop, of: Space, n: int) -> Rows:
     return replace(stood, t=PERIOD * np.arange(n), v=np.zeros((n, 6)), current=stood.predicted)
 
 
+def test_a_load_is_a_body_near_its_flange() -> None:
+    """What a bias of a wrist's current looks like is none: .28 kg m, and no mass."""
+    known, nothing = np.diag([0.02, *[0.01] * 3, *[1e-3] * 6]) ** 2, np.zeros(10)
+    bodies = {(3.0, 0.24): True, (0.4, 0.2): True, (0.0, 0.28): False, (0.25, 0.32): False}
+    for (mass, moment), may_be in bodies.items():
+        mode = Mode(np.array([mass, 0.0, -moment, 0.0, *nothing[4:]]), known, 0.0)
+        assert carried.possible(mode, nothing) is may_be
+    lost = Mode(np.array([-1.0, 0.0, 0.0, -0.1, *nothing[4:]]), known, 0.0)
+    assert carried.possible(lost, np.array([1.1, 0.0, 0.0, 0.11, *nothing[4:]]))
+    assert not carried.possible(lost, nothing)
+
+
 def test_a_moment_with_a_piece_is_that_of_an_arm_which_was_commissioned_with_it(shop: Shop) -> None:
     of = space(shop.fit)
     mine = of.reference

@@ -50,6 +50,19 @@ def test_instant_by_instant_finds_what_the_whole_recording_shows(shop: Shop) -> 
     np.testing.assert_allclose(live.alarm_s, whole.alarm_s, atol=0.25)
 
 
+def test_a_controller_that_begins_anew_ends_no_diagnosis(shop: Shop) -> None:
+    log = shop.log("friction_increase:joint=2,onset=15,rate=0.6,shape=step")
+    diagnosis = shop.diagnosis(log)
+    state = diagnosis.init()
+    for now in instants(shop, log):
+        t = now.instant.t + (9e3 if now.instant.t < 8.0 else 0.0)
+        state, _ = diagnosis.step(state, replace(now, instant=replace(now.instant, t=t)))
+        assert len(state.beat) + len(state.moment) < 20
+    state, _ = diagnosis.finish(state)
+    (found,) = state.findings
+    assert (found.kind, found.joint) == ("friction_increase", 2) and not found.older
+
+
 def test_a_diagnosis_goes_on_where_its_memory_ends(shop: Shop, tmp_path: Path) -> None:
     log = shop.log(PUSH, seconds=9.0)
     diagnosis, whole = shop.diagnosis(log), None

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from realarm import with_current
 from shop import Shop
 
 from urdyn.diagnose import diagnose
@@ -140,3 +141,14 @@ def test_a_brake_late_in_a_second_is_not_told_at_once(
     line = (1, 6.4, 15.1, np.array(sizes))
     _, events = ear._told(ear.init(), [line], T, np.zeros((len(T), 6)), 0.9)
     assert len(events) == told
+
+
+def test_a_loop_that_rings_while_a_sensor_is_silent_is_told_when_it_speaks(shop: Shop) -> None:
+    log = shop.log(seconds=14.0)
+    swing = 6.0 * np.sin(2.0 * np.pi * 12.0 * log.t) / shop.dynamics.drive.gain[2]
+    current = log.joint("actual_current").copy()
+    current[:, 2] += np.where(log.t > 6.0, swing, 0.0)
+    current[(log.t > 5.0) & (log.t < 8.0), 0] = np.nan
+    told = {f.kind: f for f in diagnose(shop.fit, with_current(log, current))}
+    assert told.keys() == {"sensor_fault", "controller_instability"}
+    assert told["controller_instability"].joint == 2

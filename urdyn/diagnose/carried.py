@@ -22,6 +22,7 @@ NOTHING = np.array([0.02, 0.004, 0.004, 0.004, *[5e-4] * 6])  # what a cable mak
 ALIKE = np.array([0.15, 0.03, 0.03, 0.03, *[0.01] * 6])  # -, m, m²: sd per kilogram of another
 SURE = 12.0  # [nats] by which a new mode has to be better than those that are known
 CHANGED = 3.0  # [nats] log of the moments that a piece is held, or not, before that changes
+FAR = 0.6  # [m] from the flange, at which nobody mounts a tool's or piece's centre
 MODES = 4  # that are remembered
 
 
@@ -94,13 +95,17 @@ def anything(t: float) -> Mode:
 
 
 def possible(mode: Mode, payload: Array) -> bool:
-    """Whether it may be there: nothing weighs less than no tool at all.
+    """Whether it may be there: no body weighs less than nothing, or hangs FAR from its flange.
+
+    What bends one joint's current, a bias say, looks like a load without a mass, far away.
 
     Args:
         payload: inertials of what was carried on the first day, (10,).
     """
-    lightest = -2.0 * np.sqrt(mode.cov[0, 0] + NOTHING[0] ** 2)
-    return bool(payload[0] + mode.mean[0] > lightest)
+    whole, sd = payload + mode.mean, np.sqrt(np.diag(mode.cov) + NOTHING**2)
+    heaviest, moment = whole[0] + 2.0 * sd[0], np.linalg.norm(whole[1:4])
+    least = moment - 2.0 * np.linalg.norm(whole[1:4] * sd[1:4]) / max(moment, NOTHING[1])
+    return bool(heaviest > 0.0 and least < FAR * heaviest)
 
 
 def spread(mode: Mode) -> Mode:

@@ -16,6 +16,7 @@ from typing import Any
 
 import numpy as np
 
+from urdyn.diagnose.bank import PAUSE
 from urdyn.diagnose.carrying import MOMENT
 from urdyn.diagnose.change import Push
 from urdyn.diagnose.event import Event
@@ -64,6 +65,8 @@ class State:
     series: tuple[tuple[int, tuple[tuple[float, float, float], ...]], ...] = ()  # of slow ones
     push: tuple[float, float] = (np.inf, -np.inf)  # [s] begin and end of the last one
     blocks: float = np.nan  # [s] end of the last block that was looked at
+    last: float = -np.inf  # [s] stamp of the last instant
+    ahead: float = 0.0  # [s] of the robot's clock, which was set back
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,8 +98,16 @@ class Diagnosis:
         return State(self.fast.init(), self.slow.init(), unfelt(self.space.joints))
 
     def step(self, state: State, now: Now) -> tuple[State, list[Finding]]:
-        """One instant on; findings that are new, or worse than they were."""
-        state = replace(state, chunk=(*state.chunk, now))
+        """One instant on; findings that are new, or worse than they were.
+
+        Where a clock is set back nobody knows how long that took: it goes on as after a pause.
+        """
+        ahead = state.ahead
+        if now.instant.t + ahead <= state.last:
+            ahead = state.last + PAUSE + self.period - now.instant.t
+        t = now.instant.t + ahead
+        now = replace(now, instant=replace(now.instant, t=t))
+        state = replace(state, last=t, ahead=ahead, chunk=(*state.chunk, now))
         if len(state.chunk) < self._chunk_rows:
             return state, []
         return self._chunk(state)

@@ -12,7 +12,7 @@ import numpy as np
 from urdyn.diagnose.backlash import Backlash, Reversals
 from urdyn.diagnose.collision import Collision, Quiet
 from urdyn.diagnose.event import Event
-from urdyn.diagnose.oscillation import Heard, Oscillation
+from urdyn.diagnose.oscillation import Heard, Oscillation, untold
 from urdyn.diagnose.rows import Rows
 from urdyn.diagnose.sensor import Felt, SensorHealth
 from urdyn.diagnose.space import Space
@@ -82,8 +82,9 @@ class Fast:
         quiet, pushes = self.collision.step(state.quiet, rows, carried, doubted)
         heard, rings = self.oscillation.step(state.heard, rows)
         reversals, gaps, open_now = self.backlash.step(state.reversals, rows, carried[0], doubted)
-        ringing = [] if ill.any() else rings
-        events = [*sick, *pushes, *ringing, *gaps, *shifted(rows, self.levels["encoder_offset"])]
+        if rings and ill.any():  # that may be what rings
+            heard, rings = untold(heard), []
+        events = [*sick, *pushes, *rings, *gaps, *shifted(rows, self.levels["encoder_offset"])]
         return FastState(sensors, quiet, heard, reversals), events, ill | open_now
 
     def observable(self, state: FastState) -> list[dict[str, Any]]:

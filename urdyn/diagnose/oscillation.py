@@ -72,6 +72,11 @@ class Heard:
     rings: Array  # (4,) when something rang last [s], its frequency, since when, whether told
 
 
+def untold(heard: Heard) -> Heard:
+    """The same, for nobody was told of what rings."""
+    return replace(heard, rings=heard.rings * [1.0, 1.0, 1.0, 0.0])
+
+
 @dataclass(frozen=True, eq=False)
 class Oscillation:
     """Settings."""

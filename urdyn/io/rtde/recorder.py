@@ -34,7 +34,7 @@ def record(
     told; `recipe` a file or the names themselves. One thread does nothing but read and stamp, so
     that writing delays no package; a connection that drops is taken up again.
     """
-    if not (duration or 1.0) > 0 or not (frequency or 1.0) > 0:
+    if not all(x is None or x > 0 for x in (duration, frequency)):
         raise InputError("duration and frequency are to be above 0")
     target, port = parse_address(host)
     journal, names = Journal(out), _names(recipe)
