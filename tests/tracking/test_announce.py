@@ -21,9 +21,9 @@ from urdyn.tracking.health import FRICTION, HEALTH, stale, statuses
 JOINTS = ("shoulder_pan_joint", "elbow_joint")
 FINDING = {
     "kind": "friction_increase",
-    "joint": 2,
+    "joint": 1,  # of the arm's own
     "alarm_s": 3.0,
-    "severity": 0.2,
+    "severity": "warning",
     "time_to_failure_s": {"median": 600.0, "lo": 300.0, "hi": 900.0},
 }
 
@@ -70,8 +70,14 @@ def test_findings_are_lines_of_their_joints():
     assert elbow.message == "friction increase, 600 s left" and elbow.hardware_id == "20235"
     assert ("kind", "friction_increase") in elbow.values
     over = FINDING | {"time_to_failure_s": {"median": -1.0}}
-    assert of_finding(over).level == of_finding(FINDING | {"severity": 1.0}).level == Level.ERROR
+    assert (
+        of_finding(over).level
+        == of_finding(FINDING | {"severity": "critical"}).level
+        == Level.ERROR
+    )
     assert of_finding({"kind": "collision", "joint": None}).name == "urdyn: arm"
+    seen = of_finding(over | {"acknowledged": True})
+    assert seen.level == Level.OK and seen.message == "acknowledged: friction increase, 0 s left"
 
 
 def test_what_is_acknowledged_is_told_and_no_longer_warned_of():

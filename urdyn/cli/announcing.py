@@ -120,6 +120,9 @@ def _urdf(fit: ud.Fit, final: dict[str, float]) -> str:
 
 def _payload(_: ud.Fit, final: dict[str, float]) -> str:
     """`set_payload` of URScript: mass [kg], centre of mass at the flange [m]."""
-    mass = max(final["payload.mass"], 0.0)
-    centre = [final[f"payload.{m}"] / mass if mass > 0.05 else 0.0 for m in ("mx", "my", "mz")]
-    return f"set_payload({mass:.4f}, [{', '.join(f'{x:.5f}' for x in centre)}])\n"
+    from urdyn.model.body import centre_of_mass
+    from urdyn.tracking.physical import PAYLOAD
+
+    load = np.array([final[f"payload.{name}"] for name in PAYLOAD])
+    centre = np.nan_to_num(centre_of_mass(load))
+    return f"set_payload({max(load[0], 0.0):.4f}, [{', '.join(f'{x:.5f}' for x in centre)}])\n"

@@ -27,7 +27,6 @@ MOMENTS = 120  # of a motion, of which it is rated
 WINDOW = 2.0  # [s] by which the cut of a longer recording is moved on
 RECORDED = "ur10e_dynamics"  # folder of recorded excitations of a UR10e
 COLUMNS = "timestamp,actual_q*6,actual_qd*6,actual_current*6,target_current*6,target_moment*6"
-HEADS = ("motion", "count", "log det", "ours higher by", "condition", "ours less by", "verdict")
 AT_MOST = 120.0  # [s] that 20 s of motion may take
 
 Count = Annotated[int, typer.Option(metavar="N", help="Random trajectories.")]

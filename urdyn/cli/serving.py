@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 import urdyn as ud
 from urdyn.cli.ending import ended_by
 from urdyn.cli.voice import Voice
-from urdyn.errors import InputError
 from urdyn.io.address import joined
 
 if TYPE_CHECKING:
@@ -27,11 +26,7 @@ def serve_log(log: ud.Log, arm: Arm, host: str, port: int, voice: Voice) -> None
     """Play a log over and over to whoever connects, until Ctrl-C or a service manager ends it."""
     from urdyn.io.rtde import play, serve
 
-    try:
-        server = serve(play(log, loop=True), host, port, "cb3" if arm.name in CB3 else "e")
-    except OSError as error:
-        told = error.strerror or error
-        raise InputError(f"{joined(host, port)}: cannot be served: {told}") from error
+    server = serve(play(log, loop=True), host, port, "cb3" if arm.name in CB3 else "e")
     ended = threading.Event()
     with server, ended_by(ended.set):
         voice.note(

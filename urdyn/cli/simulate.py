@@ -73,16 +73,16 @@ def simulate(
         moving, noisy = streams(seed, payload)
     else:
         moving, noisy = np.random.default_rng((seed, run)).spawn(2)
+    pace = 1.0 / cycle(dynamics.arm) if serve else rate
+    if poses is not None and not 0.0 < pose_rate <= pace:
+        raise InputError(f"--pose-rate {pose_rate:g}: is to be above 0, and {pace:g} at most")
     with voice.progress("simulating"):
-        pace = 1.0 / cycle(dynamics.arm) if serve else rate
         work = _work(dynamics, motion, trajectory, duration, pace, moving)
         events = happening(dynamics, work, faults, heat)
         log = observe(dynamics, work.trajectory, sensors, noisy, events, lived)
         if out is not None:
             ud.write(written.record(log, np.random.default_rng((seed, run, 1))), out)
     if poses is not None:
-        if not 0.0 < pose_rate <= rate:
-            raise InputError(f"--pose-rate {pose_rate:g}: is to be above 0, and {rate:g} at most")
         seen = watched(dynamics, log, events, pose_rate, np.random.default_rng((seed, run, 2)))
         ud.write(seen, poses)
     document = truth_of(dynamics, sensors, seed, events, float(log.t[-1]))

@@ -15,14 +15,15 @@ import numpy as np
 from scipy.linalg import lu_factor, lu_solve
 
 from urdyn.diagnose.moment import Pool
+from urdyn.tracking.model import PAYLOAD_SD
+from urdyn.tracking.physical import PAYLOAD_REACH
 from urdyn.types import Array, Index
 
-ANYTHING = np.array([3.0, 0.3, 0.3, 0.3, *[0.05] * 6])  # kg, kg m, kg m²: sd of a new one
+ANYTHING = PAYLOAD_SD  # of a new one
 NOTHING = np.array([0.02, 0.004, 0.004, 0.004, *[5e-4] * 6])  # what a cable makes of a known one
 ALIKE = np.array([0.15, 0.03, 0.03, 0.03, *[0.01] * 6])  # -, m, m²: sd per kilogram of another
 SURE = 12.0  # [nats] by which a new mode has to be better than those that are known
 CHANGED = 3.0  # [nats] log of the moments that a piece is held, or not, before that changes
-FAR = 0.6  # [m] from the flange, at which nobody mounts a tool's or piece's centre
 MODES = 4  # that are remembered
 
 
@@ -95,7 +96,7 @@ def anything(t: float) -> Mode:
 
 
 def possible(mode: Mode, payload: Array) -> bool:
-    """Whether it may be there: no body weighs less than nothing, or hangs FAR from its flange.
+    """Whether it may be there: no body weighs less than nothing, or hangs far from its flange.
 
     What bends one joint's current, a bias say, looks like a load without a mass, far away.
 
@@ -105,7 +106,7 @@ def possible(mode: Mode, payload: Array) -> bool:
     whole, sd = payload + mode.mean, np.sqrt(np.diag(mode.cov) + NOTHING**2)
     heaviest, moment = whole[0] + 2.0 * sd[0], np.linalg.norm(whole[1:4])
     least = moment - 2.0 * np.linalg.norm(whole[1:4] * sd[1:4]) / max(moment, NOTHING[1])
-    return bool(heaviest > 0.0 and least < FAR * heaviest)
+    return bool(heaviest > 0.0 and least < PAYLOAD_REACH * heaviest)
 
 
 def spread(mode: Mode) -> Mode:

@@ -16,6 +16,7 @@ from urdyn.diagnose.prognosis import Course, trend
 from urdyn.diagnose.rules import Rules, SlowKind
 from urdyn.diagnose.space import Space
 from urdyn.diagnose.trust import trust
+from urdyn.model.body import centre_of_mass
 
 Series = Sequence[tuple[float, float, float]]
 WORSE = 0.25  # [-] of its size by which a finding has to change to be told again
@@ -177,9 +178,8 @@ def _joint(suspect: Suspect) -> int | None:
 
 
 def _payload(inertials: Sequence[float]) -> dict[str, Any]:
-    mass = inertials[0]
-    centre = [x / mass for x in inertials[1:4]] if mass else [0.0, 0.0, 0.0]
-    return {"mass_kg": mass, "com_m": centre}
+    centre = np.nan_to_num(centre_of_mass(np.array(inertials)))
+    return {"mass_kg": inertials[0], "com_m": centre.tolist()}
 
 
 def _read(suspect: Suspect, trace: Series) -> Series:

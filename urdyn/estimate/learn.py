@@ -23,7 +23,7 @@ class Learnt(Generic[Setting]):
     """What fits a history best, and how well."""
 
     setting: Setting  # a network, noise levels: whatever the model is built from
-    log_likelihood: Array  # (iterations + 1,) never falls under EM on a linear model
+    log_likelihood: Array  # (rounds,) of what each began with; under EM it never falls
 
 
 def expectation_maximisation(

@@ -27,8 +27,8 @@ RATES = 10  # Gaussians that make up the prior of the rate, which is even up to 
 EXPECTED = 40.0  # [steps] until an onset, in the prior
 
 
-def ramp_model(sigma: float, level: Gaussian | None = None, dt: float = 1.0) -> Joined[Tick]:
-    """States "f" and "f.rate", f read every `dt` with white noise `sigma`; nothing else drifts.
+def ramp_model(sigma: float, level: Gaussian | None = None) -> Joined[Tick]:
+    """States "f" and "f.rate", f read every tick with white noise `sigma`; nothing else drifts.
 
     `level` is what is known of f before the first reading, (1,); by default nothing.
     """
@@ -89,7 +89,7 @@ def follow_ramp(
     steep a ramp can be is worth saying where ramps are slow beside the noise.
     """
     readings = np.asarray(y, dtype=float)[:, None]
-    bank, model = ramp_bank(sigma, direction, dt, steepest), ramp_model(sigma, level, dt)
+    bank, model = ramp_bank(sigma, direction, dt, steepest), ramp_model(sigma, level)
     return track(bank, model, [Tick(dt)] * len(readings), readings)
 
 

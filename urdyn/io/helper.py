@@ -71,7 +71,7 @@ class Helper:
             self._write()
 
     def close(self) -> None:
-        """Let it end; what was handed over is done."""
+        """Let it end, which is waited for; what it has not taken yet is not done."""
         self._end()
 
     def listen(self) -> list[Words | Array]:

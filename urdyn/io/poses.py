@@ -70,6 +70,8 @@ def read_poses(
     names = [n for name, data in table.channels.items() for n in _spread(name, data)]
     flat = {n: x for name, data in table.channels.items() for n, x in _columns(name, data)}
     if {"actual_q_0", "actual_TCP_pose_5"} <= flat.keys():
+        if f"actual_q_{len(joint_names) - 1}" not in flat:
+            raise LogError(f"has fewer joints than the arm, {len(joint_names)}", path)
         poses = _own(flat, len(joint_names), source)
     else:
         poses = _tracked(flat, pose_columns(names, joint_names, str(path)), source)

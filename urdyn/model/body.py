@@ -9,6 +9,8 @@ from urdyn.types import Array
 BODY = ("mass", "com_x", "com_y", "com_z", "Ixx", "Ixy", "Iyy", "Ixz", "Iyz", "Izz")
 BODY_UNITS = ("kg", "m", "m", "m", *["kg·m²"] * 6)  # inertia about the centre of mass
 
+LIGHT = 0.1  # [kg] less of what is carried is no mass to speak of
+
 # Where the six numbers Ixx, Ixy, Iyy, Ixz, Iyz, Izz stand in a tensor.
 ORDER = (np.array([0, 0, 1, 0, 1, 2]), np.array([0, 1, 1, 2, 2, 2]))
 
@@ -16,6 +18,11 @@ ORDER = (np.array([0, 0, 1, 0, 1, 2]), np.array([0, 1, 1, 2, 2, 2]))
 def about_frame(mass: float, com: Array, inertia: Array) -> Array:
     """Inertials (10,) of a body whose inertia (3, 3) is about its centre of mass."""
     return np.concatenate([[mass], mass * com, (inertia + steiner(mass, com))[ORDER]])
+
+
+def centre_of_mass(body: Array) -> Array:
+    """(3,) [m] of inertials, or of mass and first moments alone; NaN where there is no mass."""
+    return body[1:4] / body[0] if abs(body[0]) > LIGHT else np.full(3, np.nan)
 
 
 def about_com(body: Array) -> tuple[float, Array, Array]:

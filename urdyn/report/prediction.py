@@ -101,9 +101,7 @@ def _current(score: Score, j: int, half: float) -> go.Figure:
 def spectra(fit: Fit, scores: Sequence[Score]) -> Html:
     """Spectrum of every joint's residual beside that of its current."""
     score = telling(fit, scores)[0]
-    plots = (
-        plot(_spectrum(fit, score, j), name, _ripple(fit, j)) for j, name in enumerate(joints(fit))
-    )
+    plots = (plot(_spectrum(score, j), name, _ripple(fit, j)) for j, name in enumerate(joints(fit)))
     return section(
         "What is left over",
         f"Spectrum of the measured current and of the residual, {title(score.log.source)}. Flat "
@@ -119,7 +117,7 @@ def _ripple(fit: Fit, j: int) -> str:
     return "ripple is in its model" if "gear ripple" in terms(fit, j) else ""
 
 
-def _spectrum(fit: Fit, score: Score, j: int) -> go.Figure:
+def _spectrum(score: Score, j: int) -> go.Figure:
     t = score.log.t
     f, current = spectrum(t, score.log.joint("actual_current")[:, j])
     g, left = spectrum(t, residual(score)[:, j])

@@ -13,7 +13,9 @@ from urdyn.identify.fit import Fit
 from urdyn.io.ros2.status import Status
 from urdyn.io.ros2.talk import Voice, acknowledged
 from urdyn.io.snapshot import Snapshot
+from urdyn.model.body import centre_of_mass
 from urdyn.tracking.health import STALE, stale, statuses
+from urdyn.tracking.physical import PAYLOAD
 from urdyn.tracking.run import Glance
 from urdyn.types import Array
 
@@ -77,7 +79,7 @@ class Announcer:
             units=units,
             predicted=predicted,
             residual=self._torque * glance.reading.current - predicted,
-            com=_centre(mean["payload"]),
+            com=centre_of_mass(np.array([mean["payload"][name] for name in PAYLOAD])),
             scales=np.array([_of(mean, joints, name) / c for name, c in commissioned.items()]),
         )
 
@@ -116,9 +118,3 @@ def by_part(
         if part in mean:
             mean[part][quantity], sd[part][quantity], units[quantity] = value, spread, unit
     return mean, sd, units
-
-
-def _centre(payload: Mapping[str, float]) -> Array:
-    """Centre of mass (3,) [m] of mass and first moments; NaN where there is no mass to speak of."""
-    moments = np.array([payload[name] for name in ("mx", "my", "mz")])
-    return moments / payload["mass"] if payload["mass"] > 0.05 else np.full(3, np.nan)

@@ -31,7 +31,7 @@ def statuses(
         findings: as in findings.json.
         serial: number of the arm.
     """
-    told = [of_finding(finding, serial) for finding in findings]
+    told = [of_finding(finding, serial, now.joints) for finding in findings]
     joints = tuple(
         _worst(_joint(now, joint, float(f), serial), [s for s in told if s.name == _name(joint)])
         for joint, f in zip(now.joints, commissioned, strict=True)

@@ -13,11 +13,10 @@ import numpy as np
 
 from urdyn.dbn.robot import RobotCurrents
 from urdyn.dbn.robot_slice import RobotSlice
+from urdyn.model.body import centre_of_mass
 from urdyn.tracking.reading import Reading
 from urdyn.types import Array
 
-# [kg] less than this has no centre of mass to speak of: a payload is then at the flange
-CARRIED = 0.1
 KNOWN = 0.3  # [kg] sd of a payload by which a margin is told
 LONGEST = 1.0  # [s] between two readings that one motion joins
 
@@ -129,10 +128,8 @@ def _spare(
     takes there, with d the torque of a kilogram where the payload is now.
     """
     at, drive = currents.places, currents.reference.drive
-    mass, *moment = x[at["payload"]][:4]
-    centre = np.array(moment) / mass if mass > CARRIED else np.zeros(3)
     heavier = x.copy()
-    heavier[at["payload"]][:4] += [1.0, *centre]
+    heavier[at["payload"]][:4] += [1.0, *np.nan_to_num(centre_of_mass(x[at["payload"]]))]
     load, beta = currents.load(x, u), np.exp(x[at["beta"]])
     d = currents.load(heavier, u) - load
     rest = torque - load - beta * np.abs(load) * u.s

@@ -37,7 +37,7 @@ class Keeper(Generic[S]):
         observer: Observer | None,
         scribe: Helper,
     ) -> None:
-        """`scribe` is ended by whoever began it; by then what was handed over is written."""
+        """`scribe` is ended by whoever began it, once the run has settled or failed."""
         self._observer = observer
         self._asked: Checkpoint[S] | None = None  # waits for the onlooker
         self._fresh = False  # there are rows that are in no part

@@ -109,10 +109,11 @@ def learn_edges(
 def wearing(network: Network, fit: Fit, drift: Drift) -> Network:
     """A network whose nodes stray as `drift` says; the drives' offsets join it."""
     rates = straying(fit, drift)
-    offsets = Node("o", "offsets of the drives")
+    known = any(node.name == "o" for node in network.nodes)
+    offsets = () if known else (Node("o", "offsets of the drives"),)
     nodes = (
         replace(node, diffusion=_values(rates.get(node.name, 0.0)))
-        for node in (*network.nodes, offsets)
+        for node in (*network.nodes, *offsets)
     )
     return replace(network, nodes=tuple(nodes))
 

@@ -35,7 +35,6 @@ class Quantities:
     """How a filter's states become physical quantities, and their standard deviations."""
 
     currents: RobotCurrents
-    link_mass: Array  # (J,) [kg] commissioned
     mass_shown: Array  # (J, r) [kg] per unit of m
     mass_hidden: Array  # (J,) [kg] sd that no motion removes
     by_gain: Mapping[str, Array]  # sd as the drive gains are not known: of a group's coordinates
@@ -99,8 +98,9 @@ class Quantities:
 
     def links(self, belief: Gaussian) -> Array:
         """Inertials (J, 10) of the likeliest bodies that the links can be."""
-        at, S = self.currents.places["m"], self.currents.shown.reshape(len(self.link_mass), 10, -1)
-        moved = self.currents.reference.inertials + S @ belief.mean[at]
+        at, commissioned = self.currents.places["m"], self.currents.reference.inertials
+        S = self.currents.shown.reshape(len(commissioned), 10, -1)
+        moved = commissioned + S @ belief.mean[at]
         for j in np.flatnonzero(~is_consistent(moved)):
             # By all that arms of the type differ in: no motion shows all ten of a link.
             moved[j] = possible_body(Gaussian(moved[j], S[j] @ S[j].T), LINK_REACH)
@@ -119,8 +119,7 @@ def quantities(
     names, links = fit.parameters.names, fit.dynamics.arm.link_names
     whole = np.array([fit.prior_sd[names.index(f"{link}.mass")] for link in links])
     hidden = np.sqrt(np.maximum(whole**2 - np.sum(shown**2, axis=1), 0.0))
-    masses = fit.dynamics.inertials[:, 0]
-    return Quantities(currents, masses, shown, hidden, _by_gain(fit), beside)
+    return Quantities(currents, shown, hidden, _by_gain(fit), beside)
 
 
 def _by_gain(fit: Fit) -> dict[str, Array]:

@@ -102,10 +102,12 @@ class PoseStream:
     def _gathered(self, sights: Sights, now: Instant, row: Array, z: Gaussian) -> Sights:
         """One more of those that base and tool are sought from."""
         seen = np.concatenate([now.q, row[1:7]])
-        sights = replace(sights, gathered=np.vstack([sights.gathered, seen])[-MOST:])
-        if len(sights.gathered) % (OWN if self.build.own else ENOUGH):
+        sights = replace(sights, gathered=np.vstack([sights.gathered, seen]))
+        few = OWN if self.build.own else ENOUGH
+        if len(sights.gathered) % few:
             return sights
-        return begun(self.build, sights, z) or sights
+        left = sights.gathered[few - MOST :]  # of those that do not tell, the last, and a few more
+        return begun(self.build, sights, z) or replace(sights, gathered=left)
 
     def _look(self, sights: Sights, now: Instant, row: Array, z: Gaussian) -> tuple[Look, Array]:
         """The pose, linearised, and the twist (m,) at which it passes [m/s, rad/s]."""

@@ -90,7 +90,7 @@ def _opened(
     told = {
         "length": length,
         "widths": {name: values[0].size for name, values in log.channels.items()},
-        "identity": f"{log.source.sha256} {log.source.rows}",
+        "identity": f"{log.source.sha256} {log.source.rows} {how['columns']} {effort}",
         "sha256": log.source.sha256,
         "period": float(np.median(np.diff(log.t))),
         "joints": log.joints,

@@ -7,7 +7,7 @@ from collections.abc import Callable, Collection, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from itertools import islice
-from threading import Timer
+from threading import TIMEOUT_MAX, Timer
 from typing import Any
 
 import numpy as np
@@ -76,8 +76,8 @@ def open_source(
     [s] ends the stream; `effort` tells what a bag's efforts are; `beside` names the streams of
     `BESIDE` that are wanted, where there are any; `tell` hears of a robot that is lost, or back.
     """
-    if not all(x is None or x > 0 for x in (duration, rate)):
-        raise InputError("duration and rate are to be above 0")
+    if not all(x is None or 0 < x < np.inf for x in (duration, rate)):
+        raise InputError("duration and rate are to be above 0, and finite")
     if text.startswith(SCHEME):
         return _robot(text, rate, duration, beside, tell)
     if text.startswith(ROS2):
@@ -117,7 +117,7 @@ def _closed_after(duration: float | None, close: Callable[[], None]) -> Iterator
     if duration is None:
         yield
         return
-    timer = Timer(duration + LATEST, close)
+    timer = Timer(min(duration + LATEST, TIMEOUT_MAX), close)
     timer.daemon = True
     timer.start()
     try:

@@ -8,7 +8,6 @@ What shapes presliding, ripple and temperature are left out: they hold no design
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,8 +18,6 @@ from urdyn.types import Array
 TERMS = ("rotor_inertia", "coulomb", "viscous", "structural", "offset", "stribeck")
 SLIDING = 0.1  # [rad/s] over which friction turns round: joints move ten times as fast
 NUDGE = 1e-6  # [rad, rad/s] of the regressor's differences; it is linear in acceleration
-
-Slopes = Callable[[Array, Array], tuple[Array, Array, Array]]
 
 
 @dataclass(frozen=True, eq=False)

@@ -113,7 +113,7 @@ def excite(
     """
     ask = ask or Ask()
     asked = question(arm, ask.payload, twin, ask.interest)
-    ask = replace(ask, limits=bearable(asked.point, ask.limits), cell=_with_payload(ask, arm))
+    ask = replace(ask, limits=bearable(asked.point, ask.limits), cell=_with_payload(ask))
     assert ask.limits is not None
     if ask.kind == "fourier":
         return completed(asked, ask, *_fourier(asked, ask, told, processes))
@@ -127,7 +127,7 @@ def repeated(arm: Arm, ask: Ask, path: Series | Moves, twin: Fit | None = None) 
         UnsafeMotionError: it cannot be proven safe here.
     """
     asked = question(arm, ask.payload, twin, ask.interest)
-    ask = replace(ask, limits=bearable(asked.point, ask.limits), cell=_with_payload(ask, arm))
+    ask = replace(ask, limits=bearable(asked.point, ask.limits), cell=_with_payload(ask))
     return completed(asked, ask, path, prove(loaded(asked), path, _safe(asked, ask)), ())
 
 
@@ -213,7 +213,7 @@ def _safe(asked: Question, ask: Ask) -> Safe:
     return Safe(ask.limits, collider(loaded(asked), ask.cell, ask.margin), ask.margin)
 
 
-def _with_payload(ask: Ask, arm: Arm) -> Cell:
+def _with_payload(ask: Ask) -> Cell:
     """The cell with the payload as a ball at the tool, where nobody says what it looks like."""
     if ask.payload is None or ask.cell.tool:
         return ask.cell

@@ -48,13 +48,25 @@ def write_db3(told: Told, path: Path) -> None:
         if alone:
             (bag / f"{bag.name}.db3").replace(path)
         else:
-            shutil.rmtree(path, ignore_errors=True)
-            bag.replace(path)
+            _put(bag, path, beside / "before")
     except (OSError, sqlite3.Error) as error:
         why = getattr(error, "strerror", None) or error
         raise InputError(f"{path}: cannot be written: {why}") from error
     finally:
         shutil.rmtree(beside, ignore_errors=True)
+
+
+def _put(bag: Path, path: Path, aside: Path) -> None:
+    """A folder takes another's place, which is put aside; or nothing is changed."""
+    if not path.exists():
+        bag.replace(path)
+        return
+    path.replace(aside)
+    try:
+        bag.replace(path)
+    except BaseException:
+        aside.replace(path)
+        raise
 
 
 def _replaceable(path: Path, alone: bool) -> bool:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import IntEnum
 from typing import Any
@@ -20,9 +20,6 @@ class Level(IntEnum):
     STALE = 3
 
 
-GRAVE = ("error", "critical", "failure")  # severities in words that are more than a warning
-
-
 @dataclass(frozen=True)
 class Status:
     """One line of a diagnostics table: of a joint, or of the arm."""
@@ -34,15 +31,23 @@ class Status:
     hardware_id: str = ""  # serial number of the arm
 
 
-def of_finding(finding: Mapping[str, Any], hardware_id: str = "") -> Status:
-    """A finding of `urdyn track` as a line: ERROR where it is grave or its time is over."""
+def of_finding(
+    finding: Mapping[str, Any], hardware_id: str = "", joints: Sequence[str] = JOINTS
+) -> Status:
+    """A finding of `urdyn track` as a line: ERROR where it is critical or its time is over.
+
+    OK where it was acknowledged.
+    """
     joint = finding.get("joint")
-    whose = JOINTS[joint] if isinstance(joint, int) and 0 <= joint < len(JOINTS) else joint
+    whose = joints[joint] if isinstance(joint, int) and 0 <= joint < len(joints) else joint
     kind = str(finding.get("kind", "finding")).replace("_", " ")
     left = _left(finding)
     message = kind if left is None else f"{kind}, {left:.0f} s left"
     values = tuple((key, _said(value)) for key, value in finding.items())
-    level = Level.ERROR if _grave(finding.get("severity")) or left == 0.0 else Level.WARN
+    grave = finding.get("severity") == "critical" or left == 0.0
+    level = Level.ERROR if grave else Level.WARN
+    if finding.get("acknowledged"):
+        level, message = Level.OK, f"acknowledged: {message}"
     return Status(level, f"urdyn: {whose or 'arm'}", message, values, hardware_id)
 
 
@@ -51,12 +56,6 @@ def _left(finding: Mapping[str, Any]) -> float | None:
     told = finding.get("time_to_failure_s")
     median = told.get("median") if isinstance(told, Mapping) else None
     return max(float(median), 0.0) if isinstance(median, int | float) else None
-
-
-def _grave(severity: Any) -> bool:
-    if isinstance(severity, str):
-        return severity.lower() in GRAVE
-    return isinstance(severity, int | float) and severity >= 1.0
 
 
 def _said(value: Any) -> str:
