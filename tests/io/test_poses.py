@@ -92,6 +92,8 @@ def test_a_controllers_own_poses_need_no_clock(tmp_path: Path) -> None:
     poses = read_poses(written(tmp_path / "log.csv", tuple(heads), q, p, r), JOINTS)
     assert poses.own
     np.testing.assert_allclose(poses.turn, Rotation.from_rotvec(r).as_matrix(), atol=1e-12)
+    with pytest.raises(LogError, match="fewer joints than the arm, 7"):
+        read_poses(tmp_path / "log.csv", (*JOINTS, "seventh"))
 
 
 def test_rows_without_all_numbers_are_left_out_and_counted(tmp_path: Path) -> None:

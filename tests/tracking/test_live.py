@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from workshop import rows
 
+from urdyn.errors import InputError
 from urdyn.estimate import EKF
 from urdyn.io.rtde import play, serve
 from urdyn.simulate import simulate
@@ -66,6 +67,12 @@ def test_a_robot_that_is_gone_is_not_waited_for_beyond_the_time_that_was_asked(
         source = open_source(f"rtde://127.0.0.1:{server.port}", duration=2.0)
         summary = workshop.track(tmp_path, source, filter=EKF())
     assert summary["samples"] == 500 and summary["wall_s"] < 4.0
+
+
+@pytest.mark.parametrize("duration", [0.0, -1.0, float("inf"), float("nan")])
+def test_a_run_has_a_length_or_none_is_named(controller, duration):
+    with pytest.raises(InputError, match="above 0, and finite"):
+        open_source(controller, duration=duration)
 
 
 def test_a_live_run_that_is_ended_can_be_taken_up_again(workshop, controller, tmp_path):

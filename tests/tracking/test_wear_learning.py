@@ -67,6 +67,7 @@ def learnt(workshop):
     at = strays(blank, currents)
     start = model.prior.mean[: len(currents.names)]
     told = summed_up(lived(model, at, np.random.default_rng(0)), currents, start, at, 1.0)
+    assert wearing(blank, fit, DRIFT) == blank  # as is learnt from again
     return learn_edges(blank, currents, told, 30), currents, told
 
 

@@ -18,6 +18,8 @@ from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
 
 import urdyn as ud
+from urdyn.diagnose.onlooker import Onlooker
+from urdyn.diagnose.rules import read_rules
 from urdyn.estimate import UKF
 from urdyn.io import sha256
 from urdyn.io.ros2.compose import Types
@@ -38,7 +40,6 @@ PARAMETERS: dict[str, Any] = {
     "friction_scales": False,
     "set_payload": False,
 }
-SPREAD = 0.17  # of the sigma points, as `urdyn track` has it
 SET_PAYLOAD = "/io_and_status_controller/set_payload"
 
 
@@ -135,8 +136,11 @@ def follow(node: TwinNode) -> None:
             effort,
             node.asked("rate") or None,
         )
-        tracker = Tracker(fit, UKF(alpha=SPREAD), source.period)
-        run(tracker, source, Path(node.asked("out")), sha256(twin), watch=announcer.watch)
+        tracker = Tracker(fit, UKF(), source.period)
+        origin = {"source": source.name, "source.sha256": source.sha256}
+        diagnosis = Onlooker(fit, source.period, read_rules(), origin)
+        out = Path(node.asked("out"))
+        run(tracker, source, out, sha256(twin), watch=announcer.watch, observer=diagnosis)
     finally:
         announcer.close()
 

@@ -23,6 +23,7 @@ from urdyn.errors import InputError, MissingExtraError
 from urdyn.io import read, write
 from urdyn.io.bags import forms
 from urdyn.io.bags.joints import JOINTS
+from urdyn.io.bags.write import _put
 from urdyn.types import Log, Source
 
 FORMS = [".mcap", ".db3", "", ".parquet", ".csv", ".csv.zst"]
@@ -117,6 +118,13 @@ def test_a_bag_replaces_a_bag_and_nothing_else(log: Log, tmp_path: Path) -> None
     with pytest.raises(InputError, match="no such folder"):
         write(log, tmp_path / "none" / "bag.db3")
     assert sorted(child.name for child in tmp_path.iterdir()) == ["bag", "folder"]
+
+
+def test_a_bag_that_cannot_take_anothers_place_leaves_it(log: Log, tmp_path: Path) -> None:
+    write(log, tmp_path / "bag")
+    with pytest.raises(FileNotFoundError):
+        _put(tmp_path / "none", tmp_path / "bag", tmp_path / "aside")
+    assert len(read(tmp_path / "bag")) == 40
 
 
 FINDING = {
