@@ -16,7 +16,7 @@ from urdyn.model.arm import Arm
 from urdyn.signal import condition, samples
 from urdyn.tracking import Tracker, TrackerState
 from urdyn.tracking.model import DAY
-from urdyn.tracking.tracker import STANDING
+from urdyn.tracking.passage import STANDING
 from urdyn.types import Log
 
 MORE = 0.5  # [-] of friction, since commissioning

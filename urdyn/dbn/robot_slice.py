@@ -60,9 +60,8 @@ class RobotSlice:
         A joint that creeps is held by what nobody knows; how far accelerations usually are off is
         in the noise already.
         """
-        doubt = DOUBT + CREEPING_DOUBT * np.exp(-np.abs(self.v) / CREEP)
         unusual = np.maximum(self.smeared - self.noise**2, 0.0)
-        return np.asarray((doubt * self.gripped) ** 2 + unusual)
+        return np.asarray((presliding_doubt(self.v) * self.gripped) ** 2 + unusual)
 
     @property
     def roughly(self) -> Array | None:
@@ -117,6 +116,11 @@ class RobotSlice:
     @property
     def _width(self) -> int:
         return int(self.packed.shape[1] - len(ROWS)) // 2
+
+
+def presliding_doubt(v: Array) -> Array:
+    """Standard deviation of the presliding state of joints at speeds v, (..., J) [-]."""
+    return np.asarray(DOUBT + CREEPING_DOUBT * np.exp(-np.abs(v) / CREEP))
 
 
 def packed(

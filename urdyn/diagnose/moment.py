@@ -12,8 +12,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from urdyn.diagnose.rows import STANDING, Rows, derivatives
+from urdyn.diagnose.rows import Rows, derivatives
 from urdyn.model.drive import Drive
+from urdyn.tracking.passage import STANDING
 from urdyn.types import Array, Index
 
 AVERAGED = 50.0  # [Hz] rows that are left at most

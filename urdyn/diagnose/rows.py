@@ -13,15 +13,12 @@ from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
+from urdyn.dbn.robot_slice import presliding_doubt
 from urdyn.diagnose.space import Space
 from urdyn.diagnose.warmth import Warmth, usual
 from urdyn.model.friction import features
 from urdyn.types import Array, Mask, Motion
 
-STANDING = 0.02  # [rad/s] slower than this, friction is whatever holds the joint
-DOUBT = 0.03  # [-] sd of the presliding state of a joint that slides
-CREEPING_DOUBT = 0.5  # [-] added where it stands
-CREEP = 0.02  # [rad/s] over which that fades
 SMEARED = 0.15  # [-] of a row, by which kinematics that are estimated may be off
 SETTLED = 50.0  # presliding distances of travel after which the bristles are known
 
@@ -94,7 +91,7 @@ def rows(space: Space, motion: Motion, s: Array, travelled: Array, warmth: Warmt
         drive.rotor_inertia * motion.instrument,
     ]
     grip = drive.coulomb + drive.structural * np.abs(load)
-    doubt = (DOUBT + CREEPING_DOUBT * np.exp(-np.abs(v) / CREEP)) * grip * per
+    doubt = presliding_doubt(v) * grip * per
     if len(motion) > 1:
         doubt = doubt + SMEARED * np.abs(np.gradient(predicted, axis=0))
     settled = travelled > SETTLED * drive.presliding_distance

@@ -11,8 +11,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from urdyn.diagnose.event import Event
-from urdyn.diagnose.rows import STANDING, Rows
+from urdyn.diagnose.rows import Rows
 from urdyn.diagnose.space import Space
+from urdyn.tracking.passage import STANDING
 from urdyn.types import Array, Mask
 
 MODES = ("stuck", "dropped", "noisy")

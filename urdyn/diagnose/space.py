@@ -18,17 +18,10 @@ from urdyn.identify.fit import Fit
 from urdyn.model.arm import Arm, with_inertials
 from urdyn.model.dynamics import Dynamics
 from urdyn.model.population import population
-from urdyn.tracking.model import given
+from urdyn.tracking.commissioned import commissioned, gains_of
 from urdyn.types import Array, Index, frozen
 
 GROUPS = ("k", "m", "payload", "f", "alpha", "beta", "z", "o", "rotor", "gain")
-FITTED = {
-    "f": "coulomb",
-    "alpha": "viscous",
-    "beta": "structural",
-    "o": "offset",
-    "rotor": "rotor_inertia",
-}
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,18 +91,8 @@ def _cov(fit: Fit, scores: Array) -> Array:
     Args:
         scores: (10 J, r) of m per unit of the fit's coordinates of links.
     """
-    names, joints = list(fit.names), fit.dynamics.arm.joint_names
-    links = 10 * len(joints)
-    told = [names.index(f"{j}.{field}") for field in FITTED.values() for j in joints]
-    free = [*range(links), *told]
-    gains = [k for k, name in enumerate(names) if name.endswith(".gain")]
-    at = _places(len(joints), scores.shape[1])
-    T = np.zeros((at["gain"].stop, len(free)))
-    T[at["m"], :links] = scores.T
-    for k, group in enumerate(FITTED):
-        columns = links + k * len(joints) + np.arange(len(joints))
-        T[np.r_[at[group]], columns] = 1.0
-    whole = T @ given(fit.belief.cov, free, gains) @ T.T
-    if gains:
+    at = _places(fit.dynamics.arm.joints, scores.shape[1])
+    whole = np.array(commissioned(fit, at["gain"].stop, at, scores).cov)
+    if gains := gains_of(fit):
         whole[at["gain"], at["gain"]] = fit.belief.cov[np.ix_(gains, gains)]
     return np.asarray(0.5 * (whole + whole.T))

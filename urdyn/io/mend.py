@@ -8,8 +8,8 @@ import numpy as np
 
 from urdyn.errors import LogError
 from urdyn.io import clock
-from urdyn.io.table import AS_NAN, LEFT_OUT, Mask, Table, merge
-from urdyn.types import Array, Defect, Log, Source
+from urdyn.io.table import AS_NAN, LEFT_OUT, Table, merge
+from urdyn.types import Array, Defect, Log, Mask, Source
 
 UNUSABLE = 0.2  # a log that lost a larger share of its rows is refused
 

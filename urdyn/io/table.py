@@ -6,11 +6,8 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from urdyn.types import Array, Defect, Index
-
-Mask = NDArray[np.bool_]
+from urdyn.types import Array, Defect, Index, Mask
 
 LEFT_OUT = "left out"  # a row that was lost: it counts against the log
 SKIPPED = "skipped"  # a line that held nothing

@@ -19,15 +19,9 @@ from urdyn.identify.fit import Fit
 from urdyn.identify.slow import MEMORY
 from urdyn.model.population import Population, population
 from urdyn.tracking.colour import SLOWEST
+from urdyn.tracking.commissioned import commissioned, gains_of, given
 from urdyn.types import Array, Gaussian, Index
 
-TRACKED = {
-    "f": "coulomb",
-    "alpha": "viscous",
-    "beta": "structural",
-    "o": "offset",
-    "rotor": "rotor_inertia",
-}
 STRAYING = ("m", "f", "alpha", "beta", "z", "o")
 DRIFTING = ("f", "z")  # groups with a rate: what wears; alpha follows f
 ZERO_SD = 3e-4  # [rad] of a joint's zero on the first day
@@ -105,20 +99,9 @@ def _noise(fit: Fit) -> Array:
 
 def _prior(fit: Fit, arms: Population, V: Array, currents: RobotCurrents) -> Gaussian:
     """The fit's belief in the filter's states, (n,), as it is on another day."""
-    names, joints = list(fit.names), fit.dynamics.arm.joint_names
-    links = 10 * len(joints)
-    tracked = [names.index(f"{j}.{field}") for field in TRACKED.values() for j in joints]
-    free = [*range(links), *tracked]
-    gains = [k for k, name in enumerate(names) if name.endswith(".gain")]
-    cov = given(fit.belief.cov, free, gains)
-    T = np.zeros((len(currents.names), len(free)))
-    T[currents.places["m"], :links] = V.T / arms.link_sd.ravel()
-    for k, group in enumerate(TRACKED):
-        columns = links + k * len(joints) + np.arange(len(joints))
-        T[_at(currents, group), columns] = 1.0
-    mean = T[:, links:] @ fit.belief.mean[tracked]
-    mean[currents.places["m"]] = 0.0
-    whole = T @ cov @ T.T
+    scores = V / arms.link_sd.ravel()[:, None]
+    known = commissioned(fit, len(currents.names), currents.places, scores)
+    mean, whole = np.array(known.mean), np.array(known.cov)
     # What a log showed of warmth is in the model as `thermal` already.
     unknown = fit.dynamics.drive.thermal == 0.0
     mean[currents.places["kappa"]] = np.where(unknown, KAPPA, 0.0)
@@ -138,18 +121,11 @@ def _prior(fit: Fit, arms: Population, V: Array, currents: RobotCurrents) -> Gau
     for group, sd in DAY.items():
         at, one = _at(currents, group), fit.dynamics.drive.coulomb if group == "o" else 1.0
         whole[at, at] += (sd * one) ** 2
-    if gains:
+    if gains := gains_of(fit):
         at = _at(currents, "gain")
         strongest = gains[fit.dynamics.drive.strongest]
         whole[np.ix_(at, at)] += given(fit.belief.cov, gains, [strongest])
     return Gaussian(mean, whole)
-
-
-def given(cov: Array, free: list[int], fixed: list[int]) -> Array:
-    """Covariance of `free` where `fixed`, which may be nothing, is known."""
-    cross = cov[np.ix_(free, fixed)]
-    told = np.linalg.solve(cov[np.ix_(fixed, fixed)], cross.T)
-    return np.asarray(cov[np.ix_(free, free)] - cross @ told)
 
 
 def _at(currents: RobotCurrents, group: str) -> Index:

@@ -12,7 +12,7 @@ from urdyn.dbn.robot import RobotCurrents
 from urdyn.identify.fit import Fit
 from urdyn.model.consistency import is_consistent
 from urdyn.model.possible import possible_body, possible_load
-from urdyn.tracking.model import TRACKED
+from urdyn.tracking.commissioned import TRACKED
 from urdyn.tracking.reading import NOTHING
 from urdyn.types import Array, Gaussian
 

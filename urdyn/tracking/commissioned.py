@@ -1,0 +1,51 @@
+"""What commissioning knows of the states that are followed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from urdyn.identify.fit import Fit
+from urdyn.types import Array, Gaussian
+
+# States that the fit has a word on beside the links': each joint's, by the fit's name.
+TRACKED = {
+    "f": "coulomb",
+    "alpha": "viscous",
+    "beta": "structural",
+    "o": "offset",
+    "rotor": "rotor_inertia",
+}
+
+
+def commissioned(fit: Fit, n: int, places: Mapping[str, slice], scores: Array) -> Gaussian:
+    """The fit's belief in n states, given the drives' gains; 0 of what it has no word on.
+
+    Args:
+        places: of groups among them.
+        scores: (10 J, r) of m, whose mean is 0, per unit of the fit's coordinates of links.
+    """
+    names, joints = list(fit.names), fit.dynamics.arm.joint_names
+    links = 10 * len(joints)
+    tracked = [names.index(f"{j}.{field}") for field in TRACKED.values() for j in joints]
+    free = [*range(links), *tracked]
+    T = np.zeros((n, len(free)))
+    T[places["m"], :links] = scores.T
+    for k, group in enumerate(TRACKED):
+        columns = links + k * len(joints) + np.arange(len(joints))
+        T[np.r_[places[group]], columns] = 1.0
+    mean = T[:, links:] @ fit.belief.mean[tracked]
+    return Gaussian(mean, T @ given(fit.belief.cov, free, gains_of(fit)) @ T.T)
+
+
+def gains_of(fit: Fit) -> list[int]:
+    """Where the drives' gains stand among the fit's parameters; nowhere if they were not fitted."""
+    return [k for k, name in enumerate(fit.names) if name.endswith(".gain")]
+
+
+def given(cov: Array, free: list[int], fixed: list[int]) -> Array:
+    """Covariance of `free` where `fixed`, which may be nothing, is known."""
+    cross = cov[np.ix_(free, fixed)]
+    told = np.linalg.solve(cov[np.ix_(fixed, fixed)], cross.T)
+    return np.asarray(cov[np.ix_(free, free)] - cross @ told)

@@ -1,0 +1,191 @@
+"""What befell an arm, noticed beside its filter; and what is supposed of it from then on."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Generic, TypeVar
+
+import numpy as np
+
+from urdyn.estimate import Filter
+from urdyn.model.drive import Drive
+from urdyn.tracking.befallen import (
+    Befallen,
+    Evidence,
+    Sizes,
+    befallen,
+    none_yet,
+    of_drives,
+    told_from,
+    wearing,
+)
+from urdyn.tracking.handling import HANDLING, exchanged
+from urdyn.tracking.model import BULKY, LIGHT
+from urdyn.tracking.state import HINDSIGHT, QUICK, TrackerState, in_hindsight
+from urdyn.tracking.worn import ASK, Worn
+from urdyn.types import Array, Gaussian
+
+S = TypeVar("S")
+
+PATIENCE = 2.0  # [s] after something was told before the next
+LOOK, LOOK_TIME = 5.0, 0.08  # samples and, where they are many, [s] between two looks for it
+
+
+@dataclass(frozen=True, eq=False)
+class Supposed(Generic[S]):
+    """What is supposed of an arm before an instant's currents are learnt from."""
+
+    what: Befallen | None  # befell it
+    another: bool  # it is told of now, or that something else is carried
+    stood: bool  # the arm sets off: a gripper may have opened or closed
+    handles: bool  # an arm that handles pieces
+    looked: bool
+    evidence: Evidence  # that is left
+    was: TrackerState[S]  # before whatever befell it
+    before: S  # belief to go on from
+    mean: Array  # (n,) of the states, by that
+    carried: Array  # (10,)
+
+    @property
+    def anew(self) -> bool:
+        """Something befell the arm."""
+        return self.what is not None
+
+    @property
+    def fresh(self) -> bool:
+        """Something did, or may have."""
+        return self.anew or (self.stood and self.handles)
+
+    @property
+    def widens(self) -> bool:
+        """Something else is carried."""
+        return self.another and (self.what is None or self.what.payload is not None)
+
+    @property
+    def taken(self) -> Array | None:
+        """What may be carried besides, sd (10,)."""
+        return LIGHT if self.stood else BULKY if self.another and not self.anew else None
+
+    def unknown_since(self, t: float) -> float:
+        """Since when nobody knows what is carried [s]; inf: it is known."""
+        if self.handles and (self.stood or self.widens):
+            return t
+        return np.inf if self.anew else self.was.rest.left
+
+
+@dataclass(frozen=True, eq=False)
+class Noticing(Generic[S]):
+    """Settings."""
+
+    filter: Filter[S]
+    prior: Gaussian
+    places: Mapping[str, slice]  # of groups among the states
+    drive: Drive
+    period: float  # [s] between samples, as a rule
+    poses: bool  # what these told of zeros in the last seconds is not forgotten for a payload
+
+    @cached_property
+    def _look(self) -> float:
+        """Samples from one look for what befell the arm to the next."""
+        return max(LOOK, round(LOOK_TIME / self.period))
+
+    @cached_property
+    def _ask(self) -> float:
+        """Samples from one time that drives are asked whether they wore to the next."""
+        return max(1.0, round(ASK / self.period))
+
+    @cached_property
+    def _worn(self) -> Worn:
+        """What they are asked."""
+        return Worn.of(self.prior, self.places)
+
+    @cached_property
+    def _sizes(self) -> Sizes:
+        """How large what may befall the arm is."""
+        return Sizes.of(self.drive)
+
+    def supposed(self, state: TrackerState[S], t: float, moving: bool) -> Supposed[S]:
+        """At t [s], while the arm moves or does not."""
+        mean, rest = self.mean(state.belief), state.rest
+        looks = state.colour.count % self._look < 1.0
+        stood, handles = rest.ends(moving), t - state.widened < HANDLING
+        doubtful = stood and handles
+        what, evidence, another = self._found(state, t, mean, looks, doubtful)
+        anew = what is not None
+        if anew or doubtful:
+            evidence = none_yet(len(state.v)) if another else of_drives(evidence)
+        was = in_hindsight(state) if anew or (doubtful and np.isfinite(rest.left)) else state
+        before = state.belief if self.poses else was.belief
+        carried = state.carried if what is None or what.payload is None else what.payload
+        mean = self.mean(before) if anew else mean
+        mean = mean if carried is state.carried else self.carrying(mean, carried)
+        return Supposed(
+            what, another, stood, handles, looks, evidence, was, before, mean, carried
+        )  # fmt: skip
+
+    def carrying(self, mean: Array, payload: Array) -> Array:
+        """The states (n,) with this payload, (10,)."""
+        mean = np.array(mean)
+        mean[self.places["payload"]] = payload
+        return mean
+
+    def renewed(self, state: TrackerState[S], belief: S, t: float) -> Array:
+        """What is carried, (10,), as it is known now where it surely is something else.
+
+        Seldom: every time, the errors of what is known are in the regressors of health and gain
+        anew.
+        """
+        due = t - state.marked >= HINDSIGHT
+        return told_from(state.carried, *self._payload(belief)) if due else state.carried
+
+    def _found(
+        self, state: TrackerState[S], t: float, mean: Array, looks: bool, doubtful: bool
+    ) -> tuple[Befallen | None, Evidence, bool]:
+        """What befell the arm, the evidence that is left, and whether it is told now."""
+        what, evidence, told = None, state.evidence, False
+        if looks:
+            what, evidence = befallen(evidence, self._sizes, mean[self.places["payload"]])
+            told = what.anything and t - state.befell > PATIENCE
+            what = what if told else None
+        if what is None and not doubtful:
+            what = self._wore(state, t)
+            told = what is not None
+        if what is not None:
+            return what, evidence, told
+        since = state.rest.left if np.isfinite(state.rest.left) else t - HANDLING
+        if looks and state.rest.just(t) and state.widened < since:
+            told = exchanged(*self._handled(state))
+        if state.rest.known(t) and not doubtful:
+            payload = told_from(state.carried, *self._handled(state)[1])
+            what = Befallen(payload, np.zeros(len(state.v), dtype=bool))
+        return what, evidence, told
+
+    def _wore(self, state: TrackerState[S], t: float) -> Befallen | None:
+        """A drive that wore before the run, or does, told while nothing else is in question."""
+        unsettled = state.evidence.highest or t - state.befell < PATIENCE
+        if unsettled or np.isfinite(state.rest.left) or state.colour.count % self._ask >= 1.0:
+            return None
+        wears = wearing(state.evidence, self._sizes)
+        if wears.any():
+            return Befallen(None, wears, wears=True)
+        asked = state.asked > 0.0
+        if not asked.any():
+            return None
+        wore = self._worn.found(self.filter.belief(state.belief), asked)
+        return Befallen(None, wore) if wore.any() else None
+
+    def _handled(self, state: TrackerState[S]) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
+        """What was carried before the last rest, and since; mean and standard deviation."""
+        return self._payload(state.earliest.belief), self._payload(state.belief)
+
+    def _payload(self, belief: S) -> tuple[Array, Array]:
+        """What is carried, mean and standard deviation, (10,) each."""
+        at = self.places["payload"]
+        known = belief if isinstance(belief, QUICK) else self.filter.belief(belief)
+        return known.mean[at], known.sd[at]
+
+    def mean(self, belief: S) -> Array:
+        """Of the states; a square root need not be squared for it."""
+        return belief.mean if isinstance(belief, QUICK) else self.filter.belief(belief).mean

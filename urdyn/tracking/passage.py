@@ -1,0 +1,74 @@
+"""How an arm's joints got to an instant, and which of their currents can be compared there."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from urdyn.model.drive import Drive
+from urdyn.model.friction import follow
+from urdyn.signal import Instant
+from urdyn.tracking.state import TrackerState
+from urdyn.tracking.warmth import warmed
+from urdyn.types import Array, Mask
+
+STANDING = 0.02  # [rad/s] slower than this, friction is whatever holds the joint
+# [rad] of travel, after which a joint that stood for long turns as it does as a rule: its bristles
+# are known, and what broke it away is over. Real arms snap by a degree where programs begin.
+LOOSE = 0.08
+INTERRUPTED = 0.5  # [s] without a sample: the joints may have moved
+LONGEST = 60.0  # [s] of drift that one gap may add: a night does not make an arm unknown
+HELD, REPEATS = 0.2, 8.0  # [s] and samples for which a current may stay while its joint slides
+
+
+@dataclass(frozen=True, eq=False)
+class Passage:
+    """From the last instant to this one."""
+
+    passed: float  # [s] as far as anybody knows
+    slides: Mask  # (J,)
+    bristles: Array  # (2, J) [-]
+    travelled: Array  # (J,) [rad] since they were unknown
+    held: Array  # (J,) [s] for which a current has not changed while its joint slid
+    lubricant: Array  # (J,) [°C]; NaN while nobody measures the joint's temperature
+    told: Mask  # (J,) currents that change, of joints that slide and have for a while
+
+    @cached_property
+    def moving(self) -> bool:
+        """Whether any joint slides."""
+        return bool(self.slides.any())
+
+    def presliding(self, drive: Drive) -> Array:
+        """Presliding state, (J,) [-]."""
+        near, tail = self.bristles
+        return np.asarray(near + drive.presliding_tail * (tail - near))
+
+
+def passage(
+    before: TrackerState[Any], now: Instant, dt: float, drive: Drive, period: float
+) -> Passage:
+    """The passage to an instant dt [s] after the last.
+
+    Args:
+        period: between samples, as a rule [s].
+    """
+    passed = min(dt, LONGEST) if np.isfinite(dt) else 0.0
+    bristles, travelled = _moved(before, now, dt, drive)
+    slides = np.abs(now.v) > STANDING
+    held = np.where(now.current == before.current, before.held + passed * slides, 0.0)
+    lubricant = warmed(before.lubricant, now.temperature, passed)
+    told = slides & (travelled > LOOSE) & (held <= max(HELD, REPEATS * period))
+    return Passage(passed, slides, bristles, travelled, held, lubricant, told)
+
+
+def _moved(before: TrackerState[Any], now: Instant, dt: float, drive: Drive) -> tuple[Array, Array]:
+    """Bristles and travel after the way since the last instant."""
+    if dt > INTERRUPTED:
+        return np.zeros_like(before.bristles), np.zeros_like(before.travelled)
+    way = 0.5 * (before.v + now.v) * dt
+    ahead = way + drive.friction_lead * (now.v - before.v)
+    bristles = follow(before.bristles, ahead, drive.presliding_distance)
+    return bristles, before.travelled + np.abs(way)
