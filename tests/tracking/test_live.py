@@ -75,6 +75,22 @@ def test_a_run_has_a_length_or_none_is_named(controller, duration):
         open_source(controller, duration=duration)
 
 
+def test_a_robot_that_hardly_sends_is_told_of():
+    def seldom():
+        for k in range(60):
+            time.sleep(0.1)
+            yield {"timestamp": k / 500.0}
+
+    said = []
+    with serve(seldom(), port=0) as server:
+        address = f"rtde://127.0.0.1:{server.port}"
+        source = open_source(address, duration=3.5, tell=said.append)
+        heard = list(source.start(0))
+        source.close()
+    assert 20 < len(heard) < 50
+    assert "samples a second where 500 were agreed" in said[0] and "--rate" in said[0]
+
+
 def test_a_live_run_that_is_ended_can_be_taken_up_again(workshop, controller, tmp_path):
     first = open_source(controller)
     threading.Thread(target=lambda: (time.sleep(2.0), first.close()), daemon=True).start()

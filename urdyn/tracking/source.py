@@ -19,6 +19,7 @@ from urdyn.io.effort import UNTOLD, Effort
 from urdyn.io.rtde.client import Client, Connected, Dropped, connect, parse_address
 from urdyn.io.rtde.link import Package
 from urdyn.signal import BESIDE, POSE, Sample
+from urdyn.signal.stretches import GAP
 
 SCHEME, ROS2 = "rtde://", "ros2://"
 CHANNELS = ("actual_q", "actual_qd", "actual_current", "joint_temperatures")
@@ -27,8 +28,13 @@ DRIFT = 1e-4  # [-] by which two clocks may differ in pace
 # [s] between packages: up to that, their reader does not sleep between two. On two processors of
 # a busy host its samples took half as long again if it did, and 1 in 100 three times as long.
 AWAKE = 4e-3
+JUDGED = 3.0  # [s] at first, in which a robot shows how often it sends
 LATEST = 1.0  # [s] that the last sample may come late
 RTDE_JOINTS = 6
+SELDOM = (
+    "sends {:.2g} samples a second where {:g} were agreed; so far apart they tell nothing: "
+    "ask for fewer by --rate"
+)
 
 Rows = tuple[int | None, int | None]
 Tell = Callable[[str], None]
@@ -133,7 +139,7 @@ def _heard(client: Client, tell: Tell) -> Iterator[Arrival]:
     that counts how long it waited to be read.
     """
     behind, before = np.inf, np.nan  # [s] of the controller's clock, and its last stamp
-    for package in _packages(client, tell):
+    for package in _paced(_packages(client, tell), client.agreement.period, tell):
         sample, read = _sample(client.agreement.recipe.unpack(package.values)), package.received
         if not credible(sample.t):
             continue  # it is missed, as if it had been lost
@@ -141,6 +147,20 @@ def _heard(client: Client, tell: Tell) -> Iterator[Arrival]:
         known = behind + DRIFT * passed if 0.0 < passed < PAUSE else np.inf
         behind, before = min(known, read - sample.t), sample.t
         yield Arrival(sample, sample.t + behind)
+
+
+def _paced(packages: Iterator[Package], period: float, tell: Tell) -> Iterator[Package]:
+    """The packages; `tell` hears where the first seconds' are too far apart to learn from."""
+    first, count = np.nan, 0
+    for package in packages:
+        yield package
+        first, count = (first if count else package.received), count + 1
+        passed = package.received - first
+        if passed > JUDGED:
+            if passed > GAP * period * (count - 1):
+                tell(SELDOM.format((count - 1) / passed, 1.0 / period))
+            break
+    yield from packages
 
 
 def _packages(client: Client, tell: Tell) -> Iterator[Package]:
