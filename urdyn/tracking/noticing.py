@@ -37,16 +37,16 @@ LOOK, LOOK_TIME = 5.0, 0.08  # samples and, where they are many, [s] between two
 class Supposed(Generic[S]):
     """What is supposed of an arm before an instant's currents are learnt from."""
 
-    what: Befallen | None  # befell it
-    another: bool  # it is told of now, or that something else is carried
-    stood: bool  # the arm sets off: a gripper may have opened or closed
-    handles: bool  # an arm that handles pieces
-    looked: bool
+    what: Befallen | None  # befell it; None: nothing is known to have
+    another: bool  # that is told of here, or that something else is carried
+    stood: bool  # until now: a gripper may have opened or closed
+    handles: bool  # it has taken up and put down pieces of late
+    looked: bool  # this was one of the samples at which one looks
     evidence: Evidence  # that is left
     was: TrackerState[S]  # before whatever befell it
-    before: S  # belief to go on from
-    mean: Array  # (n,) of the states, by that
-    carried: Array  # (10,)
+    before: S  # belief to learn from the currents with
+    mean: Array  # (n,) of the states, by that and by what is carried
+    carried: Array  # (10,) roughly
 
     @property
     def anew(self) -> bool:
