@@ -13,10 +13,14 @@ from workshop import KilledError, assert_same, killed_at
 
 import urdyn as ud
 from urdyn.cli.app import app
+from urdyn.cli.listening import listening
 from urdyn.errors import InputError, LogError
 from urdyn.identify.kinematics import calibrate
 from urdyn.io import write
+from urdyn.io.calibration_file import write_calibration
 from urdyn.io.poses import read_pose_stream, read_poses
+from urdyn.model.geometry.drawing import drawing_of
+from urdyn.model.geometry.turns import places_of
 from urdyn.signal import Causal, samples
 from urdyn.simulate.watched import watched
 from urdyn.tracking import QUICKER, Tracker, open_source, run
@@ -75,6 +79,16 @@ def test_poses_from_a_file_go_with_a_log(workshop, poses):
     live = replace(open_source(str(workshop.recording)), live=True)
     with pytest.raises(InputError, match="live"):
         with_poses(live, poses)
+
+
+def test_who_goes_on_begins_with_the_same_calibration(workshop, poses, tmp_path):
+    arm, source = workshop.fit.dynamics.arm, open_source(str(workshop.recording))
+    form, files = drawing_of(arm).form, [tmp_path / f"{name}.yaml" for name in "abc"]
+    for path, sd in zip(files, (0.0, 1e-3, 0.0), strict=True):
+        built = sd * np.random.default_rng(3).standard_normal(len(form.names))
+        write_calibration(path, places_of(form.table(built)))
+    a, b, c = (listening(source, arm, str(poses), False, path)[0].identity for path in files)
+    assert a == c != b
 
 
 def command(*words):

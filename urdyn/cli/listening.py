@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -43,4 +45,7 @@ def listening(
         if asked and not any(what in stream for stream in source.beside):
             raise InputError(f"{source.name}: has no {MISSING[what]}")
     known = load_calibration(calibration, arm) if calibration else None
+    if known:  # a run that is resumed begins where it did
+        begins = sha256((known.full or known.geometric).deviations.tobytes()).hexdigest()
+        source = replace(source, identity=f"{source.identity} {begins}")
     return source, beside(arm, source, tracked=tracked, known=known), WATCHED if tracked else None
