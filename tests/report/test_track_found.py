@@ -46,6 +46,18 @@ def test_the_first_words_are_what_is_wrong_since_when_and_what_to_do(history):
     assert said(html, "advice").startswith("Service now: elbow, check lubrication")
 
 
+def test_a_belief_that_a_sick_sensor_bends_is_said_to_be_bent(tmp_path):
+    table = columns()
+    table["elbow_joint.health"] *= np.linspace(1.0, 0.8, len(table["elbow_joint.health"]))
+    bent, kind = write(tmp_path / "history.parquet", table), "sensor_fault"
+    sick = replace(growing(), kind=kind, id=f"{kind}.elbow_joint")
+    told = said(page(bent, sick), "said")
+    assert told.startswith("In the belief that follows the arm: elbow health")
+    assert "a sensor at fault" in told and "a sensor at fault" not in said(
+        page(bent, growing()), "said"
+    )
+
+
 def test_nothing_found_is_said_first(history):
     html = page(history)
     assert said(html, "headline") == "Nothing wrong was found in 60.0 s."

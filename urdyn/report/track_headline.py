@@ -22,6 +22,7 @@ UNIT = re.compile(
     r"(?<=\d) (?=±|%|kg\b|s\b|min\b|h\b|d\b|mrad\b)|(?<=±) |(?<=\d) (?=to \d)|(?<=to) (?=\d)"
 )
 TABLED = ("coulomb", "viscous", "health")
+CHANGED, BENT = "Changed: ", " What a sensor at fault says has bent it."
 STEADY = (
     f"Steady is what differs from commissioning by less than {SDS:.0f} combined standard "
     f"deviations (sd) or {percent(SHARE)}. Intervals hold 90 %."
@@ -39,8 +40,9 @@ def track_headline(
     load = carried(history, changed) if history.holds(PAYLOAD, "mass") else ""
     diagnosed, judged = "findings" in summary, bool(np.isfinite(surprised.overall))
     said = verdict(found, history.clock) if judged else ""
-    if diagnosed:
-        said = said.replace("Changed: ", "In the belief that follows the arm: ", 1)
+    if diagnosed and said.startswith(CHANGED):
+        said = said.replace(CHANGED, "In the belief that follows the arm: ", 1)
+        said += BENT if any(f["kind"] == "sensor_fault" for f in summary["findings"]) else ""
     moved = f"{said} {load}".strip()
     return join(
         [
