@@ -12,7 +12,7 @@ import numpy as np
 from urdyn.diagnose.backlash import Backlash, Reversals
 from urdyn.diagnose.collision import Collision, Quiet
 from urdyn.diagnose.event import Event
-from urdyn.diagnose.oscillation import Heard, Oscillation, untold
+from urdyn.diagnose.oscillation import Heard, Oscillation
 from urdyn.diagnose.rows import Rows
 from urdyn.diagnose.sensor import Felt, SensorHealth
 from urdyn.diagnose.space import Space
@@ -80,10 +80,8 @@ class Fast:
         sensors, sick, ill = self.sensors.step(state.sensors, rows)
         doubted = ill | (np.nan_to_num(sensors.rough) > DOUBTED * self.space.noise)
         quiet, pushes = self.collision.step(state.quiet, rows, carried, doubted)
-        heard, rings = self.oscillation.step(state.heard, rows)
+        heard, rings = self.oscillation.step(state.heard, rows, bool(ill.any()))
         reversals, gaps, open_now = self.backlash.step(state.reversals, rows, carried[0], doubted)
-        if rings and ill.any():  # that may be what rings
-            heard, rings = untold(heard), []
         events = [*sick, *pushes, *rings, *gaps, *shifted(rows, self.levels["encoder_offset"])]
         return FastState(sensors, quiet, heard, reversals), events, ill | open_now
 

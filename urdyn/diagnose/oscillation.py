@@ -72,11 +72,6 @@ class Heard:
     rings: Array  # (4,) when something rang last [s], its frequency, since when, whether told
 
 
-def untold(heard: Heard) -> Heard:
-    """The same, for nobody was told of what rings."""
-    return replace(heard, rings=heard.rings * [1.0, 1.0, 1.0, 0.0])
-
-
 @dataclass(frozen=True, eq=False)
 class Oscillation:
     """Settings."""
@@ -91,8 +86,12 @@ class Oscillation:
         usual = (Usual(nothing),) * len(self._windows)
         return Heard(np.zeros(0), nothing, usual, np.array([-np.inf, 0.0, 0.0, 0.0]))
 
-    def step(self, state: Heard, rows: Rows) -> tuple[Heard, list[Event]]:
-        """A beat on; an event when a joint begins to ring."""
+    def step(self, state: Heard, rows: Rows, doubted: bool) -> tuple[Heard, list[Event]]:
+        """A beat on; an event when a joint begins to ring.
+
+        Args:
+            doubted: a sensor is ill, which may be what rings; nobody is told meanwhile.
+        """
         K, keep = self.space.reference.drive.gain, slice(-self._samples(self._windows[-1]), None)
         gap = len(state.t) and rows.t[0] - state.t[-1] > 5.0 * self.period
         old = slice(0, 0) if gap else slice(None)
@@ -106,13 +105,12 @@ class Oscillation:
         for k, window in enumerate(self._windows):
             n = self._samples(window)
             few = len(state.t) < n or self._samples(SHORTEST) < FEWEST
-            wait = usual[k].due - state.t[-1]
-            if few or 0.0 < wait <= WINDOWS[window]:  # a clock may have been set back
+            if few or state.t[-1] < usual[k].due:
                 continue
             t, signals = state.t[-n:], state.signals[:, -n:]
             usual[k], seen = self._judge(usual[k], window, t, signals)
             if seen:
-                state, more = self._told(state, seen, t, signals[2], window)
+                state, more = self._told(state, seen, t, signals[2], window, doubted)
                 events += more
         return replace(state, usual=tuple(usual)), events
 
@@ -156,7 +154,7 @@ class Oscillation:
         return Usual(np.where(loud, usual, learnt), looks, due), seen
 
     def _told(
-        self, state: Heard, seen: list[Line], t: Array, v: Array, window: float
+        self, state: Heard, seen: list[Line], t: Array, v: Array, window: float, doubted: bool
     ) -> tuple[Heard, list[Event]]:
         """One event for all joints that ring together: that of the one that swings most.
 
@@ -176,7 +174,7 @@ class Oscillation:
         at_once = strong and _gain(sizes) > STEADILY and _began(sizes)
         doubtful = window > SHORTEST and ratio < self.rule["sure"]
         wait = 2.0 * window if doubtful else self.rule["patience"]
-        tell = not told and (at_once or now - since > wait)
+        tell = not (told or doubted) and (at_once or now - since > wait)
         state = replace(state, rings=np.array([now, frequency, since, float(told or tell)]))
         if not tell:
             return state, []

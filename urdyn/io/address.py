@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import socket
 from urllib.parse import urlsplit
 
 from urdyn.errors import InputError
@@ -27,6 +28,12 @@ def host_and_port(text: str) -> tuple[str, int | None] | None:
         return None
     whole = at.netloc == text and at.username is None and not text.endswith(":")
     return (host, port) if whole and _is_host(host) else None
+
+
+def door(host: str, port: int, backlog: int | None = None) -> socket.socket:
+    """A socket that listens there, of the family that the host is; OSError or UnicodeError."""
+    family = socket.getaddrinfo(host, port)[0][0]
+    return socket.create_server((host, port), family=family, backlog=backlog)
 
 
 def joined(host: str, port: int) -> str:

@@ -21,6 +21,7 @@ WATCHED = {
     "zero": "zero",
 }
 TOLD = 3  # changes that a headline has room for
+CHANGED = "Changed: "  # a verdict begins with, where something did
 
 
 @dataclass(frozen=True)
@@ -100,7 +101,7 @@ def verdict(found: Sequence[Change], clock: Clock) -> str:
         for c in moved[:TOLD]
     )
     rest = len(moved) - TOLD
-    return f"Changed: {told}{f'; and {rest} more' if rest > 0 else ''}."
+    return f"{CHANGED}{told}{f'; and {rest} more' if rest > 0 else ''}."
 
 
 def signed(value: float) -> str:

@@ -13,7 +13,7 @@ from urdyn.report.finding_words import BEFORE, kind, size, span_of
 from urdyn.report.findings import ranked
 from urdyn.report.markup import Html, cell, facts, grid, join, paragraph, table, tag, text
 from urdyn.report.names import QUANTITIES, capital, maker, spoken
-from urdyn.report.track_change import SDS, SHARE, TOLD, Change, verdict
+from urdyn.report.track_change import CHANGED, SDS, SHARE, TOLD, Change, verdict
 from urdyn.report.track_history import PAYLOAD, Clock, History
 from urdyn.report.track_payload import carried
 from urdyn.report.track_surprise import Surprise, trust_track
@@ -22,7 +22,7 @@ UNIT = re.compile(
     r"(?<=\d) (?=±|%|kg\b|s\b|min\b|h\b|d\b|mrad\b)|(?<=±) |(?<=\d) (?=to \d)|(?<=to) (?=\d)"
 )
 TABLED = ("coulomb", "viscous", "health")
-CHANGED, BENT = "Changed: ", " What a sensor at fault says has bent it."
+BENT = " What a sensor at fault says has bent it."
 STEADY = (
     f"Steady is what differs from commissioning by less than {SDS:.0f} combined standard "
     f"deviations (sd) or {percent(SHARE)}. Intervals hold 90 %."

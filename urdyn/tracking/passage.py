@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -29,17 +28,12 @@ class Passage:
     """From the last instant to this one."""
 
     passed: float  # [s] as far as anybody knows
-    slides: Mask  # (J,)
+    moving: bool  # some joint slides
     bristles: Array  # (2, J) [-]
     travelled: Array  # (J,) [rad] since they were unknown
     held: Array  # (J,) [s] for which a current has not changed while its joint slid
     lubricant: Array  # (J,) [°C]; NaN while nobody measures the joint's temperature
     told: Mask  # (J,) currents that change, of joints that slide and have for a while
-
-    @cached_property
-    def moving(self) -> bool:
-        """Whether any joint slides."""
-        return bool(self.slides.any())
 
     def presliding(self, drive: Drive) -> Array:
         """Presliding state, (J,) [-]."""
@@ -61,7 +55,7 @@ def passage(
     held = np.where(now.current == before.current, before.held + passed * slides, 0.0)
     lubricant = warmed(before.lubricant, now.temperature, passed)
     told = slides & (travelled > LOOSE) & (held <= max(HELD, REPEATS * period))
-    return Passage(passed, slides, bristles, travelled, held, lubricant, told)
+    return Passage(passed, bool(slides.any()), bristles, travelled, held, lubricant, told)
 
 
 def _moved(before: TrackerState[Any], now: Instant, dt: float, drive: Drive) -> tuple[Array, Array]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import socket
 from collections.abc import Mapping
 from contextlib import redirect_stdout
 from dataclasses import dataclass
@@ -13,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from urdyn.errors import InputError, MissingExtraError
-from urdyn.io.address import joined
+from urdyn.io.address import door, joined
 from urdyn.types import Array
 from urdyn.view.film import Film, Moment
 from urdyn.view.paint import BASE, PAINTS
@@ -103,8 +102,7 @@ def open_stage(scene: Scene, title: str, film: Film | None, host: str, port: int
 
     try:
         # Of a server that cannot begin viser's own thread would tell nobody.
-        family = socket.getaddrinfo(host, port)[0][0]
-        socket.create_server((host, 0), family=family).close()
+        door(host, 0).close()
         with redirect_stdout(StringIO()):  # its banner; the verb says where it is
             server = viser.ViserServer(host=host, port=port, verbose=False)
     except (OSError, UnicodeError) as error:

@@ -14,7 +14,7 @@ from threading import Event
 from typing import Any
 
 from urdyn.errors import InputError, MissingExtraError
-from urdyn.io.address import parse
+from urdyn.io.address import joined, parse
 from urdyn.io.ros2.status import Status
 from urdyn.io.snapshot import Snapshot
 
@@ -47,11 +47,11 @@ def connect(text: str, robot: str) -> tuple[Tell, Callable[[], None]]:
     try:
         client.connect(host, port)
     except OSError as error:
-        raise InputError(f"MQTT broker {host}:{port}: {error.strerror or error}") from error
+        raise InputError(f"MQTT broker {joined(host, port)}: {error.strerror or error}") from error
     client.loop_start()
     if not answered.wait(PATIENCE):
         client.loop_stop()
-        raise InputError(f"MQTT broker {host}:{port}: does not answer as a broker does")
+        raise InputError(f"MQTT broker {joined(host, port)}: does not answer as a broker does")
 
     def tell(now: Snapshot, statuses: Sequence[Status]) -> None:
         for part in (*now.joints, "payload"):

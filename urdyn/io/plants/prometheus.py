@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from importlib.util import find_spec
 
 from urdyn.errors import InputError, MissingExtraError
-from urdyn.io.address import parse
+from urdyn.io.address import joined, parse
 from urdyn.io.ros2.status import Status
 from urdyn.io.snapshot import Snapshot
 
@@ -51,7 +51,8 @@ def serve(text: str) -> tuple[Tell, Callable[[], None]]:
     try:
         server, thread = start_http_server(port, host, registry=registry)
     except OSError as error:
-        raise InputError(f"Prometheus at {host}:{port}: {error.strerror or error}") from error
+        at, told = joined(host, port), error.strerror or error
+        raise InputError(f"Prometheus at {at}: {told}") from error
 
     def tell(now: Snapshot, statuses: Sequence[Status]) -> None:
         for joint, torque in zip(now.joints, now.residual.tolist(), strict=True):

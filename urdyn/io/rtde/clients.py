@@ -8,7 +8,7 @@ import time
 from collections import deque
 
 from urdyn.errors import RtdeError
-from urdyn.io.address import joined
+from urdyn.io.address import door, joined
 from urdyn.io.rtde.connection import Connection
 from urdyn.io.rtde.controller import Controller
 from urdyn.io.rtde.recipe import Values
@@ -107,10 +107,9 @@ class Clients:
 def _listen(host: str, port: int) -> socket.socket:
     """A socket that clients can connect to."""
     try:
-        family = socket.getaddrinfo(host, port)[0][0]
-        door = socket.create_server((host, port), family=family, backlog=MOST)
+        opened = door(host, port, MOST)
     except (OSError, OverflowError, UnicodeError) as error:
         told = getattr(error, "strerror", None) or error
         raise RtdeError(f"cannot listen: {told}; is it in use?", joined(host, port)) from error
-    door.setblocking(False)
-    return door
+    opened.setblocking(False)
+    return opened
