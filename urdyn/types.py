@@ -14,6 +14,8 @@ Index = NDArray[np.intp]
 Mask = NDArray[np.bool_]
 Which = slice | Index  # rows, by their range or one by one
 
+NORMAL90 = 1.645  # [sd] to either side of the middle of a Gaussian: 90 % of it, and 95 % below
+
 
 def frozen(values: ArrayLike) -> Array:
     """`values` as a read-only float64 array; the caller's own array stays writable."""

@@ -15,9 +15,10 @@ from pathlib import Path
 import numpy as np
 import pyarrow.parquet as pq
 
+from urdyn.types import NORMAL90
+
 JOINT, WINDOW = 2, (40.0, 52.0)  # [s] of currents that are shown
 WIDTH, LEFT, RIGHT = 960, 64, 16
-NORMAL90 = 1.645
 STYLE = """
 svg{--ink:#1d2129;--quiet:#5c6470;--grid:#e1e5ea;--blue:#0072b2;--grey:#8a8f98;--red:#c24f00}
 @media(prefers-color-scheme:dark){svg{--ink:#e4e7eb;--quiet:#9aa3ae;--grid:#30363d;--blue:#56b4e9;

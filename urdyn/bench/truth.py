@@ -28,13 +28,12 @@ from urdyn.simulate.sensors import Sensors, real_sensors
 from urdyn.tracking.physical import quantities
 from urdyn.tracking.reading import Reading
 from urdyn.tracking.tracker import Tracker
-from urdyn.types import Array, Gaussian
+from urdyn.types import NORMAL90, Array, Gaussian
 
 COMMISSIONING = 25.0  # [s]
 MOMENTS = 5  # of the run, at which beliefs are set beside the truth
 SENSORS = {"white": typical_sensors, "real": real_sensors}
 STATES = ("k", "f", "alpha", "beta", "z", "o")  # beside m, of which few directions show
-INSIDE = 1.645  # [sd] to either side of nine tenths of a Gaussian
 COVERS = 0.03  # [-] by which coverage may be off
 NEAR = 1.06  # [-] of the bound: as near it as friction is to be
 TOLD = 0.25  # [-] of the population's variance: less, and a direction of m has been shown
@@ -207,7 +206,7 @@ def truths(runs: Sequence[Trials]) -> list[Truth]:
     found = []
     for symbol in runs[0].groups:
         parts = [run.groups[symbol] for run in runs]
-        covered = [_mean(np.where(np.abs(p.error) < INSIDE * p.sd, 1.0, 0.0)) for p in parts]
+        covered = [_mean(np.where(np.abs(p.error) < NORMAL90 * p.sd, 1.0, 0.0)) for p in parts]
         size = [_mean((p.error / p.bound) ** 2) for p in parts]
         nees = [float(p.nees[:, 0].sum() / p.nees[:, 1].sum()) for p in parts]
         ratio = float(np.sqrt(np.mean(size)))

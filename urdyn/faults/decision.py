@@ -18,11 +18,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from urdyn.errors import InputError
-from urdyn.types import Array
+from urdyn.types import NORMAL90, Array
 
 STEPS = 400  # in which a later service may fall, and as many before
 SOON = 1e-9  # [h]
-TAIL = 1.6449  # standard deviations from the middle of a Gaussian to the ends of its 90 %
 
 
 @dataclass(frozen=True)
@@ -100,8 +99,8 @@ def _by(t: Array, median: float, lo: float, hi: float) -> Array:
     """Distribution of two half log-normals that meet at the median, (N,)."""
     from scipy.special import ndtr
 
-    early = max(np.log(median / max(lo, SOON * median)) / TAIL, 1e-6)
-    late = max(np.log(max(hi, median) / median) / TAIL, 1e-6)
+    early = max(np.log(median / max(lo, SOON * median)) / NORMAL90, 1e-6)
+    late = max(np.log(max(hi, median) / median) / NORMAL90, 1e-6)
     with np.errstate(divide="ignore"):
         z = np.log(t / median)
     return np.asarray(ndtr(z / np.where(z < 0.0, early, late)))

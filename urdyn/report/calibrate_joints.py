@@ -7,9 +7,10 @@ import plotly.graph_objects as go
 
 from urdyn.identify.kinematics import Calibration
 from urdyn.report.canvas import OURS, band, figure, line
-from urdyn.report.digits import NORMAL90, interval90
+from urdyn.report.digits import interval90
 from urdyn.report.markup import Html, grid, plot, section, table, text
 from urdyn.report.names import spoken
+from urdyn.types import NORMAL90
 
 POINTS = 361
 

@@ -8,9 +8,10 @@ import plotly.graph_objects as go
 from urdyn.identify.kinematics import Calibration
 from urdyn.report.calibrate_words import difference
 from urdyn.report.canvas import MEASURED, OURS, figure
-from urdyn.report.digits import NORMAL90, percent
+from urdyn.report.digits import percent
 from urdyn.report.markup import Html, cell, grid, plot, section, table, tag, text
 from urdyn.report.names import spoken
+from urdyn.types import NORMAL90
 
 
 def parameters_section(c: Calibration) -> Html:

@@ -7,7 +7,8 @@ from typing import Any
 
 from urdyn.identify.kinematics import Evaluation
 from urdyn.report.calibrate_summary import scores
-from urdyn.report.digits import NORMAL90, interval90, number
+from urdyn.report.digits import interval90, number
+from urdyn.types import NORMAL90
 
 MODELS = {
     "geometry": "geometry alone",

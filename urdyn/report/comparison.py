@@ -8,7 +8,7 @@ from typing import Any
 
 from urdyn.identify import Fit
 from urdyn.model.drive import LINEAR, UNITS
-from urdyn.report.digits import NORMAL90
+from urdyn.types import NORMAL90
 
 Truth = Mapping[str, Any]  # what `urdyn.simulate.truth` returns
 

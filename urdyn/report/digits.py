@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 
-NORMAL90 = 1.645  # half width of a Gaussian's 90 % interval in standard deviations
+from urdyn.types import NORMAL90
+
 MISSING = "–"
 
 

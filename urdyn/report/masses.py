@@ -9,10 +9,10 @@ from urdyn.identify import Fit
 from urdyn.model.body import BODY
 from urdyn.report.canvas import OURS, PRIOR, TRUTH, dots, figure
 from urdyn.report.comparison import Truth
-from urdyn.report.digits import NORMAL90, interval90, percent
+from urdyn.report.digits import interval90, percent
 from urdyn.report.markup import Html, cell, grid, paragraph, plot, section, table, text
 from urdyn.report.names import spoken
-from urdyn.types import Array
+from urdyn.types import NORMAL90, Array
 
 WHY = (
     "No link’s mass can be known by itself on a fixed base. Joint torques show only sums in which "

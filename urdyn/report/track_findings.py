@@ -9,11 +9,12 @@ import numpy as np
 import plotly.graph_objects as go
 
 from urdyn.report.canvas import BAND, LEFT, OURS, band, figure, line, rule, shade
-from urdyn.report.digits import NORMAL90, number, percent
+from urdyn.report.digits import number, percent
 from urdyn.report.finding_words import BEFORE, factor, kind, size, span_of, unit
 from urdyn.report.markup import Html, cell, grid, paragraph, plot, section, table, tag, text
 from urdyn.report.names import spoken
 from urdyn.report.track_history import Clock, History
+from urdyn.types import NORMAL90
 
 ONE_LINE = 30  # letters of an axis's title that stand beside it in one
 LEAD = (

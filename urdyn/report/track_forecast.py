@@ -9,12 +9,13 @@ import numpy as np
 import plotly.graph_objects as go
 
 from urdyn.report.canvas import BAND, LEFT, OURS, band, dots, figure, line, rule, shade
-from urdyn.report.digits import NORMAL90, number, percent
+from urdyn.report.digits import number, percent
 from urdyn.report.finding_words import amount, factor, kind, span_of, unit
 from urdyn.report.markup import Html, cell, grid, key, paragraph, plot, section, table, text
 from urdyn.report.names import spoken
 from urdyn.report.track_history import Clock, History, clock
 from urdyn.report.track_trace import PALE
+from urdyn.types import NORMAL90
 
 NARROW, WIDE = ("0.25", "0.75"), ("0.05", "0.95")  # the quantiles of a fan
 CORE = "rgba(86,180,233,0.3)"

@@ -15,9 +15,9 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from urdyn.errors import LogError
-from urdyn.report.digits import NORMAL90, number
+from urdyn.report.digits import number
 from urdyn.tracking.parts import FILE, PARTS
-from urdyn.types import Array, Mask
+from urdyn.types import NORMAL90, Array, Mask
 
 SD = ".sd"  # after the name of a quantity: the column of its standard deviation
 EXPLAINED = 2.0  # [s] before a change is told, in which it may have happened

@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from urdyn.report.digits import MISSING, NORMAL90, interval90, number, percent
+from urdyn.report.digits import MISSING, interval90, number, percent
 from urdyn.report.markup import Html, cell, paragraph, section, table, text
 from urdyn.report.names import spoken
+from urdyn.types import NORMAL90
 
 HEAD = (
     "",

@@ -9,9 +9,10 @@ import plotly.graph_objects as go
 from urdyn.identify import Fit
 from urdyn.report.canvas import dots, figure, joint_colours, rule, shade
 from urdyn.report.comparison import Comparison, Truth, compare, left_out, share_inside
-from urdyn.report.digits import NORMAL90, interval90, number, percent
+from urdyn.report.digits import interval90, number, percent
 from urdyn.report.markup import Html, cell, paragraph, plot, section, table, text
 from urdyn.report.names import QUANTITIES, joints, shown, spoken
+from urdyn.types import NORMAL90
 
 LABELS = QUANTITIES | {"mass": "mass of the link"}
 

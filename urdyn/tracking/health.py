@@ -7,9 +7,8 @@ from typing import Any
 
 from urdyn.io.ros2.status import Level, Status, of_finding
 from urdyn.io.snapshot import Snapshot
-from urdyn.types import Array
+from urdyn.types import NORMAL90, Array
 
-SURE = 1.645  # [sd] beyond which a limit counts as crossed: 95 of 100
 HEALTH = {Level.WARN: 0.9, Level.ERROR: 0.75}  # [-] drive health below
 FRICTION = {Level.WARN: 1.5, Level.ERROR: 2.0}  # [-] over that when commissioned; warmth moves 0.2
 STALE = 1.0  # [s] without a sample
@@ -52,8 +51,9 @@ def stale(lines: Sequence[Status], age: float) -> tuple[Status, ...]:
 
 def _joint(now: Snapshot, joint: str, commissioned: float, serial: str) -> Status:
     mean, sd = now.mean[joint], now.sd[joint]
-    at_most = mean["health"] + SURE * sd["health"]
-    at_least = (mean["coulomb"] - SURE * sd["coulomb"]) / commissioned
+    # A limit counts as crossed where 95 % of the belief lie beyond it.
+    at_most = mean["health"] + NORMAL90 * sd["health"]
+    at_least = (mean["coulomb"] - NORMAL90 * sd["coulomb"]) / commissioned
     level, message = Level.OK, WELL
     for grade in (Level.WARN, Level.ERROR):
         if at_least > FRICTION[grade]:

@@ -15,7 +15,7 @@ from urdyn.signal import Sample
 from urdyn.tracking.blocks import Blocks
 from urdyn.tracking.physical import quantities
 from urdyn.tracking.tracker import Tracker
-from urdyn.types import Array
+from urdyn.types import NORMAL90, Array
 
 LONGEST = 16  # samples that a block waits for in realtime mode
 # Filters of a robot's slices, and of no others.
@@ -28,7 +28,6 @@ MODES = {
     "simplified": "bodies with health, and each joint's friction, independent, every sample",
     "realtime": f"the same, and blocks that hardly change wait for up to {LONGEST} samples",
 }
-INSIDE = 1.645  # [sd] to either side of nine tenths of a Gaussian
 
 
 @dataclass(frozen=True)
@@ -79,7 +78,7 @@ def losses(
             mode.rate_hz / full.rate_hz,
             float(np.sqrt(np.sum(error**2) / np.sum(best**2))),
             float(np.sqrt(np.mean(((mean - _of(full.mean, names)) / _of(full.sd, names)) ** 2))),
-            float(np.mean(np.abs(error * size) < INSIDE * sd)) if truth else np.nan,
+            float(np.mean(np.abs(error * size) < NORMAL90 * sd)) if truth else np.nan,
         )
     return found
 
