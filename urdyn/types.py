@@ -15,6 +15,7 @@ Mask = NDArray[np.bool_]
 Which = slice | Index  # rows, by their range or one by one
 
 NORMAL90 = 1.645  # [sd] to either side of the middle of a Gaussian: 90 % of it, and 95 % below
+MAD_TO_SD = 1.4826  # [-] of a Gaussian, median of the deviations' sizes: 1 / Φ⁻¹(3/4)
 
 
 def frozen(values: ArrayLike) -> Array:

@@ -14,14 +14,13 @@ from urdyn.diagnose.event import Event
 from urdyn.diagnose.rows import Rows
 from urdyn.diagnose.space import Space
 from urdyn.tracking.passage import STANDING
-from urdyn.types import Array, Mask
+from urdyn.types import MAD_TO_SD, Array, Mask
 
 MODES = ("stuck", "dropped", "noisy")
 ENOUGH = 24  # rows at least that tell of noise
 COARSE = 0.06  # [s] between rows; further apart, neighbours tell of the motion
 WELL = 2.0  # [s] without a sign of illness, after which a sensor is believed again
 SECOND = np.sqrt(6.0)  # sd of second differences of white noise, over its own
-ROBUST = 0.6745  # median of |x| over the sd, of a Gaussian
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,7 +122,7 @@ def _rough(before: Array, residual: Array) -> Array:
     middle = np.full(bent.shape[1], np.nan)
     if told.any():
         middle[told] = np.nanmedian(bent[:, told], axis=0)
-    return np.where(np.isnan(middle), before, middle / ROBUST / SECOND)
+    return np.where(np.isnan(middle), before, MAD_TO_SD * middle / SECOND)
 
 
 def _runs(sign: Mask, t: Array, before: Array, began: Array) -> tuple[Array, Array, Array]:

@@ -9,8 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from urdyn.faults.robust import NORMAL_MAD
-from urdyn.types import Array
+from urdyn.types import MAD_TO_SD, Array
 
 ORDERS = (0, 1, 2, 3, 4, 6, 8, 12, 16, 24)  # candidates
 BOUND = 2.5  # [sd] of a value or a residual, beyond which a row counts less
@@ -35,7 +34,7 @@ def autoregression(y: Array) -> Array:
     past = lagged(y[:, None], order)[:, :, 0]
     told = np.isfinite(y) & np.isfinite(past).all(axis=1)
     X, z = past[told], y[told]
-    size = NORMAL_MAD * float(np.median(np.abs(z)))
+    size = MAD_TO_SD * float(np.median(np.abs(z)))
     if not size > 0.0 or not order:
         return np.zeros(0)
     X, z = X / size, z / size  # whose squares are floats in any unit
@@ -82,5 +81,5 @@ def _fit(X: Array, z: Array) -> Array:
 
 def _bounded(residual: Array) -> Array:
     """Huber's weights of residuals, (N,)."""
-    size = NORMAL_MAD * float(np.median(np.abs(residual)))
+    size = MAD_TO_SD * float(np.median(np.abs(residual)))
     return np.minimum(1.0, BOUND * max(size, 1e-300) / np.maximum(np.abs(residual), 1e-300))

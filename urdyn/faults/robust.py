@@ -6,9 +6,8 @@ import numpy as np
 from scipy.special import ndtr
 
 from urdyn.faults.alternatives import CLIP
-from urdyn.types import Array
+from urdyn.types import MAD_TO_SD, Array
 
-NORMAL_MAD = 1.4826  # sd of a normal in median absolute deviations
 BATCH = 25  # steps over which colour shows in a mean
 
 # Of a standard normal clipped: the expected square.
@@ -25,7 +24,7 @@ def level_and_spread(x: Array, rounds: int = 50) -> tuple[float, float]:
     however long its tails.
     """
     level = float(np.median(x))
-    spread = NORMAL_MAD * float(np.median(np.abs(x - level))) or float(np.std(x))
+    spread = MAD_TO_SD * float(np.median(np.abs(x - level))) or float(np.std(x))
     for _ in range(rounds):
         if not spread > 0.0:
             break

@@ -7,8 +7,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from urdyn.identify.slow import MEMORY, density, forgotten, periodogram, share_of, without_slow
-from urdyn.signal.outliers import MAD_TO_SD
-from urdyn.types import Array, frozen
+from urdyn.types import MAD_TO_SD, Array, frozen
 
 MAX_ORDER = 8
 GAUSSIAN = 100.0  # degrees of freedom beyond which Student's t is called Gaussian

@@ -11,7 +11,7 @@ from urdyn.report.digits import number, percent
 from urdyn.report.markup import Html, cell, paragraph, section, table, text
 from urdyn.report.names import spoken
 from urdyn.report.track_history import History
-from urdyn.signal.outliers import MAD_TO_SD
+from urdyn.types import MAD_TO_SD
 
 WILD = 4.0  # [-] standard deviations of a residual from its middle, beyond which it is counted
 LEAD = (

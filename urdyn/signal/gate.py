@@ -7,8 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from urdyn.signal.outliers import MAD_TO_SD
-from urdyn.types import Array
+from urdyn.types import MAD_TO_SD, Array
 
 REACH = 100.0  # [rad/s²] more than a UR's joints accelerate in use
 FINEST = 5e-4  # [rad] what logs are rounded to, and more

@@ -10,9 +10,8 @@ from numpy.lib.stride_tricks import sliding_window_view
 
 from urdyn.signal.channels import SENSORS, by_column, noted
 from urdyn.signal.stretches import stretches, windows
-from urdyn.types import Array, Index, Log
+from urdyn.types import MAD_TO_SD, Array, Index, Log
 
-MAD_TO_SD = 1.4826  # [-] of a normal variable: 1 / Φ⁻¹(3/4)
 _BATCH = 8192  # windows that are sorted at a time
 
 
