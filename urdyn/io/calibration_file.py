@@ -17,7 +17,6 @@ import yaml
 from scipy.spatial.transform import Rotation
 
 from urdyn.errors import InputError
-from urdyn.io.files import write_text
 from urdyn.types import Array
 
 LINKS = ("shoulder", "upper_arm", "forearm", "wrist_1", "wrist_2", "wrist_3")
@@ -65,13 +64,8 @@ def _number(told: dict[Any, Any], key: str, link: str, path: str | Path) -> floa
     return float(value)
 
 
-def write_calibration(path: str | Path, origins: Array, provenance: str = "") -> None:
-    """Write frames (6, 4, 4), whole or not at all; `provenance` heads the file as comments."""
-    write_text(path, calibration_text(origins, provenance))
-
-
 def calibration_text(origins: Array, provenance: str = "") -> str:
-    """The file's text: it reads back as the same frames."""
+    """The file's text: it reads back as the same frames (6, 4, 4); `provenance` heads it."""
     lines = [f"# {line}" for line in provenance.splitlines()] + ["kinematics:"]
     turns = Rotation.from_matrix(origins[:, :3, :3]).as_euler("xyz")
     for link, place, turn in zip(LINKS, origins[:, :3, 3], turns, strict=True):

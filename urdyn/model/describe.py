@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 import xml.etree.ElementTree as ET
 from collections.abc import Iterable
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -18,24 +17,11 @@ from urdyn.model.consistency import is_consistent
 from urdyn.types import Array
 
 
-def write_urdf(arm: Arm, inertials: Array, path: str | Path, provenance: str = "") -> None:
-    """Write `arm` with `inertials` (J, 10), whole or not at all; `provenance` heads the file."""
-    text = describe(arm, inertials, provenance)
-    path = Path(path)
-    beside = path.with_name(path.name + ".part")
-    try:
-        beside.write_text(text, encoding="utf-8")
-        beside.replace(path)
-    except OSError as error:
-        beside.unlink(missing_ok=True)
-        raise ArmError(f"{path}: cannot be written: {error.strerror}") from None
-
-
 def describe(arm: Arm, inertials: Array, provenance: str = "") -> str:
     """The URDF of `arm` with `inertials` (J, 10): a file that loads with exactly these.
 
     What is bolted to a moving link is part of its body: the link gets the body's inertia and its
-    attachments none. Links before the first joint keep theirs.
+    attachments none. Links before the first joint keep theirs. `provenance` heads the file.
     """
     root = parse(arm.urdf)
     links = {link.get("name"): link for link in root.findall("link")}
