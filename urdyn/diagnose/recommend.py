@@ -18,10 +18,11 @@ HOUR = 3600.0  # [s]
 
 def recommendation(findings: Sequence[Finding], costs: Costs) -> dict[str, Any]:
     """The choice for the finding that has to be serviced first, in numbers and a sentence."""
-    choices = [(_decision(f, costs), f) for f in findings if not f.acknowledged]
+    fresh = [f for f in findings if not f.acknowledged]
+    choices = [(_decision(f, costs), f) for f in fresh]
     grave = [(d, f) for d, f in choices if d.advice != "never"]
     if not grave:
-        told = _no_service(findings)
+        told = _no_service(fresh, known=len(fresh) < len(findings))
         return {"advice": "never", "finding": None, "text": told, "expected_cost": None}
     decision, finding = min(grave, key=lambda pair: _due(pair[0]))
     return {
@@ -71,11 +72,10 @@ def _due(decision: Decision) -> float:
     return 0.0 if decision.advice == "now" else decision.later_at
 
 
-def _no_service(findings: Sequence[Finding]) -> str:
+def _no_service(fresh: Sequence[Finding], known: bool) -> str:
     """Nothing wears so that a service would pay; what was found is to be looked at all the same."""
-    fresh = [f for f in findings if not f.acknowledged]
     if not fresh:
-        return f"leave it at work: {'all of it is known' if findings else 'nothing was found'}"
+        return f"leave it at work: {'all of it is known' if known else 'nothing was found'}"
     worst = max(fresh, key=lambda f: (SEVERITIES.index(f.severity), f.alarm_s))
     return f"no service is due; {worst.name}: {worst.advice}"
 

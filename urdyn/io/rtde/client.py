@@ -6,7 +6,6 @@ import time
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 from threading import Event as Flag
-from types import TracebackType
 from typing import Any
 
 from urdyn.errors import InputError, RtdeError
@@ -109,12 +108,7 @@ class Client:
     def __enter__(self) -> Client:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *raised: object) -> None:
         self.close()
 
     def _reconnect(self, lost: RtdeError) -> None:
