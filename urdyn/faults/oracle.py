@@ -1,6 +1,6 @@
 """What could be reached at best: Page's test told the ramp beforehand, all but its onset.
 
-    W_t = max over onsets of  sum_k (m_k e_k - m_k^2 / 2),   m_k = rate * k * sensitivity
+    W_t = max over onsets of  sum_k (m_k e_k - m_k^2 / 2),   m_k = rate * k
 
 No detector that has to find the rate out does better. For benches: runs side by side, with a
 threshold that healthy runs set.
@@ -13,23 +13,21 @@ import numpy as np
 from urdyn.types import Array
 
 
-def oracle_cusum(e: Array, rate: float, sensitivity: Array | None = None, ages: int = 0) -> Array:
+def oracle_cusum(e: Array, rate: float) -> Array:
     """Log likelihood ratio of the known ramp, best onset, (N, runs).
 
     Args:
         e: innovations of independent runs, (N, runs) [sd], white and standard normal if healthy.
         rate: of the ramp [sd/step], signed.
-        sensitivity: of each innovation to what grows, (N, runs) [-]; one if None.
-        ages: [steps] onsets remembered; 0: six times the age at which such a ramp is found.
     """
     steps, runs = e.shape
-    known = max(1, min(steps, ages or int(np.ceil(6.0 * (60.0 / rate**2) ** (1.0 / 3.0)))))
-    mean = rate * np.arange(1, known + 1.0)[:, None]
+    # Onsets are remembered for six times the age at which such a ramp is found.
+    known = max(1, min(steps, int(np.ceil(6.0 * (60.0 / rate**2) ** (1.0 / 3.0)))))
+    m = rate * np.arange(1, known + 1.0)[:, None]
     gathered, best = np.full((known, runs), -np.inf), np.empty((steps, runs))
     for t in range(steps):
         gathered[1:] = gathered[:-1]
         gathered[0] = 0.0
-        m = mean if sensitivity is None else mean * sensitivity[t]
         gathered += m * e[t] - 0.5 * m**2
         best[t] = gathered.max(axis=0)
     return best

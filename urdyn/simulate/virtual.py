@@ -87,6 +87,7 @@ def simulate(
 
     Args:
         trajectory: what the arm does, instead of a random motion of `duration` and `rate`.
+        terms: optional terms of friction that the arm has, by their names in `Drive`.
         motion: fourier, point_to_point, pick_and_place or shift.
         events: faults, and whatever else befalls the arm.
         heat: joints begin cold and warm up.

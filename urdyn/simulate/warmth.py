@@ -51,9 +51,8 @@ def warm_up(
     trajectory: Trajectory,
     heat: Heat,
     events: Sequence[Event] = (),
-    start: Array | None = None,
 ) -> Warmth:
-    """How an arm warms that follows a trajectory, from `start` (2, J) [°C] or switched off.
+    """How an arm warms that was switched off and follows a trajectory.
 
     Losses soften friction and friction makes the losses: a few passes make them agree.
     """
@@ -62,12 +61,11 @@ def warm_up(
     parts = [_powers(dynamics, trajectory, events, heat, fine[rows]) for rows in blocks(len(fine))]
     dry, wet, room = (_means(np.concatenate(powers)) for powers in zip(*parts, strict=True))
     ambient = heat.ambient + room[:, 0]
-    begin = heat.cold if start is None else start
     soft = np.ones_like(wet)
     for _ in range(PASSES):
-        joints = heat.follow(dry + soft * wet, ambient, begin)
+        joints = heat.follow(dry + soft * wet, ambient, heat.cold)
         soft = heat.softening(joints[1], dynamics.drive.temperature)
-    whole = np.concatenate([begin[:, None], joints], axis=1)
+    whole = np.concatenate([heat.cold[:, None], joints], axis=1)
     stamps = STEP * np.arange(float(whole.shape[1]))
     return Warmth(stamps, whole[0], heat.softening(whole[1], dynamics.drive.temperature))
 

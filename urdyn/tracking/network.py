@@ -16,12 +16,12 @@ ORDER = ("k", "p", "m", "I", "beta", "alpha", "f", "z", "o", "w")
 SEEN = "curr"  # motion is given, not observed
 
 
-def tracked_network(network: Network | None = None) -> Network:
-    """The parameters of `network`, the paper's where none is given, and what else is tracked.
+def tracked_network() -> Network:
+    """The paper's parameters, and what else is tracked.
 
     Of its edges those that the tracked model has: between parameters that stray, and to currents.
     """
-    paper = network or figure2()
+    paper = figure2()
     nodes = {node.name: node for node in (*paper.parameters, *BESIDE)}
     kept = [edge for edge in paper.edges if {*edge.ends} <= set(STRAYING)]
     seen = [Edge(name, SEEN) for name in nodes]

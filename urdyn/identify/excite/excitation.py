@@ -120,13 +120,13 @@ def excite(
     return completed(asked, ask, *_slow(asked, ask), ())
 
 
-def repeated(arm: Arm, ask: Ask, path: Series | Moves, twin: Fit | None = None) -> Excitation:
+def repeated(arm: Arm, ask: Ask, path: Series | Moves) -> Excitation:
     """A motion that was found before, proven again.
 
     Raises:
         UnsafeMotionError: it cannot be proven safe here.
     """
-    asked = question(arm, ask.payload, twin, ask.interest)
+    asked = question(arm, ask.payload, interest=ask.interest)
     ask = replace(ask, limits=bearable(asked.point, ask.limits), cell=_with_payload(ask))
     return completed(asked, ask, path, prove(loaded(asked), path, _safe(asked, ask)), ())
 

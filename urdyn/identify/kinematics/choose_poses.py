@@ -21,7 +21,6 @@ def most_informative(
     count: int,
     rng: np.random.Generator,
     known: Array | None = None,
-    noise: Array = TRACKER,
 ) -> Array:
     """Poses (count, J) [rad], within limits and free of self-collision, that tell most.
 
@@ -29,11 +28,10 @@ def most_informative(
 
     Args:
         known: information that is there already, of all unknowns; None: the prior's.
-        noise: of a pose's coordinates (6,) [m, rad].
     """
     candidates = roam(arm, max(CANDIDATES, 3 * count), rng)
     size = int(groups(placement)["tool"][-1]) + 1
-    A = slopes(placement, candidates)[:, :, :size] / noise[:, None]
+    A = slopes(placement, candidates)[:, :, :size] / TRACKER[:, None]
     flat = np.full(size - int(placement.form.free.sum()), ANYWHERE)
     prior = np.diag(np.concatenate([geometry_spread(placement.form), flat]) ** -2.0)
     information = prior if known is None else known
