@@ -19,7 +19,7 @@ PAGES = sorted((ROOT / "docs").rglob("*.md"))
 BLOCK = re.compile(r"^```(sh|python)(.*?)\n(.*?)^```", re.S | re.M)
 BESIDE = "in another terminal"
 INLINE = re.compile(r"`(urdyn [a-z][^`]*)`")
-RUN = ("tutorials/integrator.md", "howto/faults.md")  # the others take minutes
+RUN = ("tutorials/integrator.md", "howto/faults.md", "reference/inference.md")  # the rest: minutes
 
 
 def blocks(page: Path) -> list[tuple[str, str, str]]:
