@@ -4,25 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from plain_logs import clock, counts, log_of
 from scipy.stats import binom, norm
 
 from urdyn.signal import (
     hampel,
     reject_outliers,
 )
-from urdyn.types import Array, Log
-
-
-def log_of(t: Array, **channels: Array) -> Log:
-    return Log(t, channels)
-
-
-def clock(rate: float, seconds: float, start: float = 0.0) -> Array:
-    return start + np.arange(round(seconds * rate) + 1) / rate
-
-
-def counts(log: Log) -> dict[str, int]:
-    return {defect.kind: defect.count for defect in log.defects}
 
 
 @pytest.mark.parametrize("robust", [False, True])

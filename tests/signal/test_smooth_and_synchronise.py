@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from plain_logs import clock, counts, log_of
 from scipy.signal import savgol_filter
 
 from urdyn.errors import LogError
@@ -11,19 +12,7 @@ from urdyn.signal import (
     smooth,
     synchronise,
 )
-from urdyn.types import Array, Log
-
-
-def log_of(t: Array, **channels: Array) -> Log:
-    return Log(t, channels)
-
-
-def clock(rate: float, seconds: float, start: float = 0.0) -> Array:
-    return start + np.arange(round(seconds * rate) + 1) / rate
-
-
-def counts(log: Log) -> dict[str, int]:
-    return {defect.kind: defect.count for defect in log.defects}
+from urdyn.types import Log
 
 
 def streams() -> tuple[Log, Log, Log]:

@@ -7,6 +7,7 @@ from functools import partial
 
 import numpy as np
 import pytest
+from plain_logs import clock, counts, log_of
 
 from urdyn.signal import (
     DEFAULT,
@@ -19,19 +20,7 @@ from urdyn.signal import (
     normalise,
     smooth,
 )
-from urdyn.types import Array, Log
-
-
-def log_of(t: Array, **channels: Array) -> Log:
-    return Log(t, channels)
-
-
-def clock(rate: float, seconds: float, start: float = 0.0) -> Array:
-    return start + np.arange(round(seconds * rate) + 1) / rate
-
-
-def counts(log: Log) -> dict[str, int]:
-    return {defect.kind: defect.count for defect in log.defects}
+from urdyn.types import Log
 
 
 def driven() -> Log:

@@ -192,7 +192,13 @@ class Backlash:
         return bool(bend[at[lag:-lag]].mean() > BENT * np.median(bend))
 
     def _weighed(self, state: Reversals, j: int, llr: Array, shown: Array, t: float) -> Reversals:
-        """Args: shown: what llr would be on the average, were there such a gap, (gaps,) [nats]."""
+        """One more reversal is judged.
+
+        Args:
+            llr: what it says for each gap, (gaps,) [nats].
+            shown: what that would be on the average, were there such a gap, (gaps,) [nats].
+            t: when it was [s].
+        """
         R, total, told = state.R.copy(), state.llr.copy(), state.shown.copy()
         told[j] += shown
         count, number, since = state.count.copy(), state.number.copy(), state.since.copy()

@@ -40,6 +40,7 @@ BEAT = 0.25  # [s]
 BENDS = ("sensor_fault", "joint_backlash")  # fast kinds that bend what slow ones are judged by
 JUMPS = "encoder_offset"  # a slow kind that is a fast one where it comes at once
 BROKEN = 5.0  # periods without a row after which a beat and a moment end early
+SERIES = 400  # blocks of a found change that are remembered
 
 
 @dataclass(frozen=True, eq=False)
@@ -218,8 +219,8 @@ class Diagnosis:
         for k, size, sd in self.slow.judge.levels(slow):
             series[k] = (*series.get(k, ()), (slow.bank.t, size, sd))[-SERIES:]
         state = replace(state, series=tuple(series.items()), blocks=slow.bank.t)
-        worse = risen(state.findings, self._known(state), dict(state.series), self.space)
-        state, more = _with(state, worse)
+        grown = risen(state.findings, self._known(state), dict(state.series), self.space)
+        state, more = _with(state, grown)
         return state, found + more
 
     def _withdrawn(self, state: State) -> State:
@@ -258,9 +259,6 @@ class Diagnosis:
             state, _ = self.take(state, rows(self.space, here, s[part], travelled[part], warmth))
         state, _ = self.finish(state)
         return state, self.findings(state)
-
-
-SERIES = 400  # blocks of a found change that are remembered
 
 
 def _motion(chunk: tuple[Now, ...]) -> tuple[Motion, Array, Array]:
