@@ -16,7 +16,9 @@ import numpy as np
 from urdyn.dbn.robot_slice import presliding_doubt
 from urdyn.diagnose.space import Space
 from urdyn.diagnose.warmth import Warmth, usual
+from urdyn.model.drive import LINEAR
 from urdyn.model.friction import features
+from urdyn.model.population import OPTIONAL
 from urdyn.types import Array, Mask, Motion
 
 SMEARED = 0.15  # [-] of a row, by which kinematics that are estimated may be off
@@ -71,8 +73,7 @@ def rows(space: Space, motion: Motion, s: Array, travelled: Array, warmth: Warmt
     Y, Z = arm.regressor(q, v, a), arm.regressor(q, v, motion.instrument)
     load, likewise = Y @ arm.inertials.ravel(), Z @ arm.inertials.ravel()
     terms = features(motion, load, s, drive)
-    faded = ("stribeck", "ripple_cos", "ripple_sin", "thermal")
-    rest = sum(getattr(drive, name) * terms[name] for name in faded)
+    rest = sum(getattr(drive, name) * terms[name] for name in LINEAR if name in OPTIONAL)
     rest = rest + drive.coulomb * s + drive.viscous * soft * v + drive.offset
     per = 1.0 / drive.gain
     held = drive.structural * np.sign(load) * s
