@@ -145,7 +145,7 @@ def test_a_piece_that_turns_a_load_over_is_weighed_as_it_is(shop: Shop) -> None:
     moments = with_pieces(loads, work(shop, of), [PIECE] * (DELAY + 1))
     turned = [np.sign(laden(w.means, drive, PIECE).load) != np.sign(w.means.load) for w in moments]
     assert np.any(turned)
-    now, _ = loads.carried(usual, believed(of), moments)
+    now, _ = loads.carried(usual, lambda _: believed(of), moments)
     new = now.modes[now.now]
     anything = carried.anything(0.0)
     bent = carried.learnt(carried.together([w.told[0] for w in moments]), anything, 0.0)
@@ -159,11 +159,11 @@ def test_a_piece_is_known_from_when_it_was_taken(shop: Shop) -> None:
     loads, usual = Loads(of, suspects(of, rules.slow)), Carrying((carried.commissioned(),))
     pieces = [np.zeros(10)] * taken + [PIECE] * (DELAY + 1 - taken)
     moments = with_pieces(loads, work(shop, of), pieces)
-    now, after = loads.carried(usual, believed(of), moments)
+    now, after = loads.carried(usual, lambda _: believed(of), moments)
     assert now.path == (0,) * taken + (1,) * (DELAY + 1 - taken)
     assert abs(now.modes[1].mean[0] - PIECE[0]) < np.sqrt(now.modes[1].cov[0, 0])
     assert [len(w.told) for w in after] == [1] * taken + [2] * (DELAY + 1 - taken)
-    again, _ = loads.carried(replace(usual, modes=now.modes), believed(of), after)
+    again, _ = loads.carried(replace(usual, modes=now.modes), lambda _: believed(of), after)
     assert again.path == now.path and len(again.modes) == 2
 
 
@@ -178,7 +178,7 @@ def test_a_piece_is_weighed_by_no_jolt_that_brought_it(shop: Shop, size: float) 
         means = replace(shaken.means, residual=shaken.means.residual + size * jolt)
         moment = replace(shaken, means=means, pool=pooled(means))
         moment = loads.beside.told(moment, believed(of), usual.modes)
-        now, _ = loads.carried(usual, believed(of), (before, moment, *after))
+        now, _ = loads.carried(usual, lambda _: believed(of), (before, moment, *after))
         assert now.path[taken:] == (1,) * len(after)
         assert abs(now.modes[1].mean[0] - PIECE[0]) < 3.0 * np.sqrt(now.modes[1].cov[0, 0])
 

@@ -50,6 +50,23 @@ def test_instant_by_instant_finds_what_the_whole_recording_shows(shop: Shop) -> 
     np.testing.assert_allclose(live.alarm_s, whole.alarm_s, atol=0.25)
 
 
+def test_moments_that_wait_are_seen_as_the_arm_is_believed_to_be_by_now(shop: Shop) -> None:
+    """Or what the last block taught would speak for a load that is compared with them."""
+    health = "health_degradation:joint=1,onset=8,rate=0.2,shape=step"
+    log = shop.log(health, seconds=20.0, rate=20.0)
+    diagnosis, likely = shop.diagnosis(log), set()
+    state, loads = diagnosis.init(), diagnosis.slow.loads
+    for now in instants(shop, log):
+        state, _ = diagnosis.step(state, now)
+        slow = state.slow
+        believed = diagnosis.slow._believed(slow)
+        for moment in slow.waiting:
+            usual = loads.beside.shown(moment, believed(moment), slow.carrying.modes[0].mean)
+            np.testing.assert_allclose(moment.told[0].d, usual.d, rtol=1e-9)
+        likely.add(slow.likely)
+    assert len(likely) > 1 and slow.known
+
+
 def test_a_controller_that_begins_anew_ends_no_diagnosis(shop: Shop) -> None:
     log = shop.log("friction_increase:joint=2,onset=15,rate=0.6,shape=step")
     diagnosis = shop.diagnosis(log)

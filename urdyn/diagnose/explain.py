@@ -82,8 +82,10 @@ class Explanation:
 
     @property
     def large(self) -> bool:
-        """Large enough to be told."""
-        return abs(self.size) > self.suspect.kind.least * self.suspect.unit
+        """Large enough to be told, and the way that its kind goes."""
+        kind = self.suspect.kind
+        size = kind.sign * self.size if kind.sign else abs(self.size)
+        return bool(size > kind.least * self.suspect.unit)
 
 
 def suspects(space: Space, kinds: tuple[SlowKind, ...]) -> Suspects:

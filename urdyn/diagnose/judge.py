@@ -80,11 +80,12 @@ class Judge:
         state = replace(state, waited=state.waited + 1)
         share = np.exp(evidence[of] - logsumexp(evidence[of]))
         top = int(np.argmax(share))
-        confident, lasted = share[top] >= CONFIDENT, state.bank.t - each[of[top]].onset
+        confident, onset = share[top] >= CONFIDENT, each[of[top]].onset
         if last:
-            ripe = lasted > BORNE_OUT and (confident or state.waited > TWICE)
+            ripe = state.bank.t - onset > BORNE_OUT and (confident or state.waited > TWICE)
         else:
-            ripe = state.waited >= (TWICE if confident else PATIENCE)
+            borne_out = np.count_nonzero(state.bank.onset >= onset) >= TWICE
+            ripe = borne_out and state.waited >= (TWICE if confident else PATIENCE)
         if not ripe:
             return state
         order = np.argsort(-share)[1:3]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -18,6 +18,8 @@ from urdyn.diagnose.space import Space
 from urdyn.types import Array
 
 DELAY = 4  # moments that one waits
+Believed = Callable[[Waiting], Belief]  # in that moment, which strays for reasons of its own
+HEAVY = 44.0  # [nats] of moments that wait: a piece so clear to them is none, or they had told it
 MARGIN = 10.0  # [nats] by which a payload has to explain moments better than any fault of a joint
 
 
@@ -34,7 +36,7 @@ class Loads:
         return Beside(self.space)
 
     def carried(
-        self, carrying: Carrying, belief: Belief, moments: tuple[Waiting, ...]
+        self, carrying: Carrying, believed: Believed, moments: tuple[Waiting, ...]
     ) -> tuple[Carrying, tuple[Waiting, ...]]:
         """Whose loads these moments were: the likeliest path through modes, or a new one."""
         modes = carrying.modes
@@ -42,7 +44,7 @@ class Loads:
         score, path = likeliest(fits, carrying.was)
         starts = range(len(moments))
         known = [score - (likeliest(fits[:k], carrying.was)[0] if k else 0.0) for k in starts]
-        new = self._new(moments, np.array(known), belief, [modes[k] for k in path])
+        new = self._new(moments, np.array(known), believed, [modes[k] for k in path])
         if new is None:
             return replace(carrying, now=path[-1], path=path), moments
         k, mode, later = new
@@ -51,7 +53,7 @@ class Loads:
         return replace(carrying, modes=more, now=now, path=path), (*moments[:k], *later)
 
     def _new(
-        self, moments: tuple[Waiting, ...], known: Array, belief: Belief, modes: Sequence[Mode]
+        self, moments: tuple[Waiting, ...], known: Array, believed: Believed, modes: Sequence[Mode]
     ) -> tuple[int, Mode, tuple[Waiting, ...]] | None:
         """The load that explains moments better than what is known and any fault of a joint.
 
@@ -69,21 +71,21 @@ class Loads:
         gains = np.array([_anything(moments[k:], modes[k])[0] for k in starts]) - known
         if gains.max() <= carried.SURE:
             return None
-        needed = np.maximum(carried.SURE, self._of_joints(belief, moments, modes) + MARGIN)
+        needed = np.maximum(carried.SURE, self._of_joints(believed, moments, modes) + MARGIN)
         clear = [k for k in starts if gains[k] > needed[k]] or [0]
         for k in sorted(clear, key=lambda k: -gains[k]):
-            score, new, later = self._begun(moments[k:], modes[k], belief)
+            score, new, later = self._begun(moments[k:], modes[k], believed)
             if score - known[k] > needed[k] and _as_the_others(later, new):
                 found = carried.possible(new, self.space.reference.payload)
                 return (k, new, later) if found else None
         return None
 
     def _begun(
-        self, moments: tuple[Waiting, ...], mode: Mode, belief: Belief
+        self, moments: tuple[Waiting, ...], mode: Mode, believed: Believed
     ) -> tuple[float, Mode, tuple[Waiting, ...]]:
         """The load of all these moments, and how well it explains them as they are near it."""
         guess = _anything(moments, mode)[1].mean
-        told = (self.beside.shown(w, belief, guess) for w in moments)
+        told = (self.beside.shown(w, believed(w), guess) for w in moments)
         near = tuple(replace(w, told=(*w.told, t)) for w, t in zip(moments, told, strict=True))
         return *_anything(near, replace(mode, mean=guess)), near
 
@@ -112,8 +114,10 @@ class Loads:
         Args:
             rival: evidence of the best fault of a joint [nats].
         """
-        new, gain = pieces.unseen(carrying.unclaimed, carrying.modes[0], t)
-        if gain < carried.SURE + max(rival, 0.0):
+        told, first = carrying.unclaimed, carrying.modes[0]
+        new, gain = pieces.unseen(told, first, t)
+        heavy = pieces.at_most(new, told, first, DELAY + 1) > HEAVY
+        if heavy or gain < carried.SURE + max(rival, 0.0):
             return None
         if not carried.possible(new, self.space.reference.payload):
             return None
@@ -121,19 +125,19 @@ class Loads:
         return replace(carrying, modes=more, unclaimed=())
 
     def _of_joints(
-        self, belief: Belief, moments: Sequence[Waiting], modes: Sequence[Mode]
+        self, believed: Believed, moments: Sequence[Waiting], modes: Sequence[Mode]
     ) -> Array:
         """How well a fault of a joint explains moments, beside the healthy arm, (N,) [nats].
 
         The best fault that began with each moment or later. As those of a load, each moment stands
         for itself: the arm may stray anew in every one.
         """
-        at, E = self.space.payload, self.of.directions(len(belief[0]))
+        at, E = self.space.payload, self.of.directions(self.space.size)
         C, d = np.zeros((E.shape[1], E.shape[1])), np.zeros(E.shape[1])
         best = []
         for moment, mode in zip(reversed(moments), reversed(modes), strict=True):
             pool = self.beside.pool(moment, mode.mean)
-            x, P = belief[0].copy(), belief[1].copy()
+            x, P = (np.array(of) for of in believed(moment))
             P[at] = P[:, at] = 0.0
             P[np.ix_(at, at)] = carried.spread(mode).cov
             x[at] = 0.0

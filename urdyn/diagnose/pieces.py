@@ -44,6 +44,17 @@ def unseen(told: Sequence[Shown], first: Mode, t: float) -> tuple[Mode, float]:
     return Mode(first.mean + m, cov + np.diag(NOTHING**2), t), gain - max(always, 0.0)
 
 
+def at_most(piece: Mode, told: Sequence[Shown], first: Mode, run: int) -> float:
+    """How well `run` moments in a row, those that tell it best, tell a piece [nats].
+
+    Args:
+        first: what is carried as a rule.
+    """
+    m = piece.mean - first.mean
+    fits = np.array([each.d @ m - m @ each.C @ (first.mean + 0.5 * m) for each in told])
+    return float(np.convolve(fits, np.ones(run), "valid").max())
+
+
 def _piece(held: Array, C: Array, d: Array) -> tuple[Array, Array]:
     """Mean (10,) and covariance of a piece that is held with these probabilities, (N,)."""
     cov = np.linalg.inv(np.tensordot(held, C, 1) + PRIOR)

@@ -21,7 +21,7 @@ from urdyn.diagnose.explain import Suspects, gathered, ratios, suspects
 from urdyn.diagnose.healthy import Healthy
 from urdyn.diagnose.judge import Judge
 from urdyn.diagnose.learning import Learning
-from urdyn.diagnose.loads import DELAY, Loads
+from urdyn.diagnose.loads import DELAY, Believed, Loads
 from urdyn.diagnose.moment import Means, Pool, averaged, pooled
 from urdyn.diagnose.recall import Recall
 from urdyn.diagnose.rows import Rows
@@ -122,12 +122,20 @@ class Slow:
 
     def _waiting(self, state: SlowState, means: Means, begin: float, end: float) -> SlowState:
         """With a moment more that waits."""
-        other, modes = onsets.another(state.bank.t, begin), state.carrying.modes
-        moment = Waiting(means, pooled(means), (), begin, end)
-        belief = self._belief(state, self.judge.supposed(state), moment.pool, other)
-        moment = self.loads.beside.told(moment, belief, modes)
-        carrying, waiting = self.loads.carried(state.carrying, belief, (*state.waiting, moment))
+        moment, believed = Waiting(means, pooled(means), (), begin, end), self._believed(state)
+        moment = self.loads.beside.told(moment, believed(moment), state.carrying.modes)
+        carrying, waiting = self.loads.carried(state.carrying, believed, (*state.waiting, moment))
         return replace(state, waiting=waiting, carrying=carrying)
+
+    def _believed(self, state: SlowState) -> Believed:
+        """What is believed in moments that wait, if what explains the bank best is there."""
+        bank = self.judge.supposed(state)
+
+        def believed(moment: Waiting) -> Belief:
+            other = onsets.another(state.bank.t, moment.begin)
+            return self._belief(state, bank, moment.pool, other)
+
+        return believed
 
     def _belief(self, state: SlowState, bank: Bank, pool: Pool, other: bool) -> Belief:
         """What is believed of the states of the space in a moment.
@@ -204,28 +212,25 @@ class Slow:
             learnt=self.learning.after(state.learnt, state.A, state.b, supposed, straying.window),
             recall=state.recall.after(block, self.healthy, state.known, straying),
         )
-        judged = self.judge.judged(self._between(state))
-        return judged if judged.known == state.known else self._retold(judged)
+        judged = self._retold(self.judge.judged(self._between(state)))
+        if judged.known == state.known:
+            return judged
+        # Moments that were searched for a light piece are not kept to be told again.
+        return replace(judged, carrying=replace(judged.carrying, unclaimed=()))
 
     def _retold(self, state: SlowState) -> SlowState:
-        """With the moments that wait in the light of what is known by now.
-
-        Those that were searched for a light piece are not kept to be told again.
-        """
-        modes = state.carrying.modes
-        waiting = tuple(
-            self.loads.beside.told(w, self._belief(state, state.bank, w.pool, False), modes)
-            for w in state.waiting
-        )
-        carrying = replace(state.carrying, unclaimed=())
-        return replace(state, waiting=waiting, carrying=carrying)
+        """With the moments that wait in the light of what is known by now."""
+        believed, modes = self._believed(state), state.carrying.modes
+        told = (self.loads.beside.told(w, believed(w), modes) for w in state.waiting)
+        return replace(state, waiting=tuple(told))
 
     def _noticed(self, state: SlowState) -> SlowState | None:
         """With a light piece that is noticed by now: what this program taught is forgotten."""
         if not state.carrying.due:
             return None
+        seen = self._block(state).bank if state.moments else state.bank
         joints = [k for k, each in enumerate(self.of.each) if not each.kind.of_tool]
-        rival = float(gathered(state.bank, ratios(state.bank, self.of))[joints].max())
+        rival = float(gathered(seen, ratios(seen, self.of))[joints].max())
         carrying = self.loads.noticed(state.carrying, state.bank.t, rival)
         if carrying is None:
             return None
