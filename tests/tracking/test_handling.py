@@ -1,5 +1,6 @@
 """Pieces that are too light for evidence within one hold spoil nothing that an arm has learnt."""
 
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -8,12 +9,13 @@ from workshop import commissioned
 
 from urdyn.estimate import EKF
 from urdyn.signal import samples
-from urdyn.simulate import happening, observe, parse_fault, real_sensors, typical_sensors
+from urdyn.simulate import happening, observe, parse_fault, plan, real_sensors, typical_sensors
 from urdyn.simulate.limits import comfortable
 from urdyn.simulate.payload import Payload
+from urdyn.simulate.schedule import Handling
 from urdyn.simulate.work import pick_and_place
 from urdyn.tracking import Tracker
-from urdyn.tracking.handling import LEARNT, REST, Rest, exchanged
+from urdyn.tracking.handling import HANDLING, LEARNT, REST, Rest, Weighed, exchanged
 
 RATE = 20.0  # [Hz] at which a hold tells little
 
@@ -180,3 +182,65 @@ def test_gears_are_loaded_as_what_is_carried_says_and_not_as_its_noisy_estimate_
         np.testing.assert_allclose(held, u.s * np.abs(load), rtol=1e-9, atol=1e-12)
         looked += 1
     assert looked > 0.9 * len(log)
+
+
+def test_healthy_holds_are_seldom_less_than_nothing_and_loads_that_turn_over_always() -> None:
+    rng, weighed, told = np.random.default_rng(4), Weighed(), 0
+    for hold in range(2000):  # of an arm that carries nothing
+        weighed = weighed.after(0.05 * rng.standard_normal(), 0.05, float(hold))
+        told += weighed.told == hold
+    assert told <= 2
+    weighed, at = Weighed(), 5000.0
+    for hold in range(8):  # of one whose friction has grown
+        weighed = weighed.after(0.2 * (-1.0) ** hold, 0.05, at + hold)
+    assert weighed.doubted(at + 8.0) and not weighed.doubted(at + 8.0 + HANDLING)
+
+
+@pytest.mark.parametrize("joint", [1, 2])
+def test_friction_that_grows_between_rests_is_no_load_that_turns_over(joint: int) -> None:
+    """A story: an arm that carries nothing goes from point to point, and a joint's friction jumps.
+
+    Every move could be one with another light load, of this sign or that. While that was looked
+    for without end, such loads were told up to 84 times in a run, and friction never.
+    """
+    dynamics, fit = commissioned(0)
+    rng = np.random.default_rng(2)
+    work = plan("point_to_point", dynamics.arm, 90.0, 100.0, rng)
+    fault = parse_fault(f"friction_increase:joint={joint},onset=30,rate=0.3,shape=step", 6)
+    lived = happening(dynamics, work, (fault,), False)
+    log = observe(dynamics, work.trajectory, real_sensors(dynamics.arm), rng, lived)
+    tracker, widened = Tracker(fit, EKF(), 0.01), 0
+    state, at = tracker.init(), tracker.currents.places["f"]
+    for sample in samples(log):
+        state, reading = tracker.step(state, sample)
+        widened += reading is not None and reading.widened
+    off = state.belief.mean[at] - np.log(dynamics.drive.coulomb)
+    off[joint] -= np.log(1.3)
+    sd = state.belief.sd[at]
+    assert (np.abs(off) < 4.0 * sd).all() and sd[joint] < 0.03
+    assert widened < 8
+
+
+def test_one_piece_does_not_stop_a_quick_arm_from_learning(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A story: a piece is carried for ten seconds and never again, and no move lasts two seconds.
+
+    For five minutes every rest took back what the last move had taught, though it was known well
+    enough by then that nothing is carried; and intervals stayed as narrow as they were.
+    """
+    quick = partial(comfortable, excursion=0.7, velocity=0.9, acceleration=6.0)
+    monkeypatch.setattr("urdyn.simulate.moves.comfortable", quick)
+    dynamics, fit = commissioned(0)
+    rng, piece = np.random.default_rng(2), np.array([1.5, 0, 0, 0.12, 0.01, 0, 0.01, 0, 0, 1e-3])
+    work = plan("point_to_point", dynamics.arm, 90.0, 100.0, rng)
+    held = Handling(np.array([10.0, 20.0]), np.array([piece, 0.0 * piece]))
+    fault = parse_fault("friction_increase:joint=1,onset=35,rate=0.4,shape=step", 6)
+    lived = happening(dynamics, replace(work, handling=(held,)), (fault,), False)
+    log = observe(dynamics, work.trajectory, real_sensors(dynamics.arm), rng, lived)
+    tracker = Tracker(fit, EKF(), 0.01)
+    state, at = tracker.init(), tracker.currents.places["f"]
+    for sample in samples(log):
+        state, _ = tracker.step(state, sample)
+    off = state.belief.mean[at] - np.log(dynamics.drive.coulomb)
+    off[1] -= np.log(1.4)
+    sd = state.belief.sd[at]
+    assert (np.abs(off) < 4.0 * sd).all() and sd[1] < 0.03

@@ -84,8 +84,10 @@ class Judge:
         if last:
             ripe = state.bank.t - onset > BORNE_OUT and (confident or state.waited > TWICE)
         else:
+            # An alarm that has waited for its name lends no patience to what has just begun.
             borne_out = np.count_nonzero(state.bank.onset >= onset) >= TWICE
-            ripe = borne_out and state.waited >= (TWICE if confident else PATIENCE)
+            waited = state.waited >= (TWICE if confident else PATIENCE)
+            ripe = waited and (borne_out or state.waited == TWICE)
         if not ripe:
             return state
         order = np.argsort(-share)[1:3]

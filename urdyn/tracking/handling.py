@@ -17,6 +17,8 @@ from urdyn.types import Array
 
 REST = 0.3  # [s] that the arm stands where a gripper opens or closes, at least
 HANDLING = 300.0  # [s] after another payload was told, in which more of them may come
+LASTING = 0.8  # [-] by which a hold remembers those before it
+NONE = 16.0  # [sd²] by which holds together weigh less than nothing: what they weigh is no load
 LEARNT = 2.0  # [s] of motion after which what is carried is known as well as need be
 APART = 4.0  # [sd] between what is carried and what was: more, and it is something else
 
@@ -45,6 +47,27 @@ class Rest:
         """One instant on, at t [s], dt after the one before."""
         over = t if self.ends(moving) else self.over
         return Rest(0.0 if moving else self.lasted + dt, left, over)
+
+
+@dataclass(frozen=True)
+class Weighed:
+    """What holds seemed to weigh that cannot be: less than nothing.
+
+    What wears or breaks in a drive is a load to who looks for another in every move: it turns over
+    as the motion does, and so do these loads.
+    """
+
+    score: float = 0.0  # [sd²]
+    told: float = -np.inf  # [s] when it was last sure that they are no loads
+
+    def doubted(self, t: float) -> bool:
+        """Whether nothing light is looked for: it was something else that was found."""
+        return t - self.told < HANDLING
+
+    def after(self, mass: float, sd: float, t: float) -> Weighed:
+        """One hold on, of all that was carried [kg], at its end t [s]."""
+        score = LASTING * self.score + min(mass / sd, 0.0) ** 2
+        return Weighed(0.0, t) if score > NONE else Weighed(score, self.told)
 
 
 def exchanged(before: tuple[Array, Array], now: tuple[Array, Array]) -> bool:

@@ -21,7 +21,7 @@ from urdyn.tracking.befallen import (
     told_from,
     wearing,
 )
-from urdyn.tracking.handling import HANDLING, exchanged
+from urdyn.tracking.handling import HANDLING, Weighed, exchanged
 from urdyn.tracking.model import BULKY, LIGHT
 from urdyn.tracking.state import HINDSIGHT, QUICK, TrackerState, in_hindsight
 from urdyn.tracking.worn import ASK, Worn
@@ -29,6 +29,7 @@ from urdyn.types import Array, Gaussian
 
 S = TypeVar("S")
 
+KNOWN = 0.3  # [kg] sd of what is carried, less than which tells it from most that is
 PATIENCE = 2.0  # [s] after something was told before the next
 LOOK, LOOK_TIME = 5.0, 0.08  # samples and, where they are many, [s] between two looks for it
 
@@ -40,6 +41,8 @@ class Supposed(Generic[S]):
     what: Befallen | None  # befell it; None: nothing is known to have
     another: bool  # that is told of here, or that something else is carried
     stood: bool  # until now: a gripper may have opened or closed
+    weighed: Weighed  # holds up to here
+    light: bool  # something may be carried that is too light for evidence
     handles: bool  # it has taken up and put down pieces of late
     looked: bool  # this was one of the samples at which one looks
     evidence: Evidence  # that is left
@@ -66,7 +69,7 @@ class Supposed(Generic[S]):
     @property
     def taken(self) -> Array | None:
         """What may be carried besides, sd (10,)."""
-        return LIGHT if self.stood else BULKY if self.another and not self.anew else None
+        return LIGHT if self.light else BULKY if self.another and not self.anew else None
 
     def unknown_since(self, t: float) -> float:
         """Since when nobody knows what is carried [s]; inf: it is known."""
@@ -83,6 +86,7 @@ class Noticing(Generic[S]):
     prior: Gaussian
     places: Mapping[str, slice]  # of groups among the states
     drive: Drive
+    tool: float  # [kg] that was carried on the first day
     period: float  # [s] between samples, as a rule
     poses: bool  # what these told of zeros in the last seconds is not forgotten for a payload
 
@@ -110,19 +114,23 @@ class Noticing(Generic[S]):
         """At t [s], while the arm moves or does not."""
         mean, rest = self.mean(state.belief), state.rest
         looks = state.colour.count % self._look < 1.0
-        stood, handles = rest.ends(moving), t - state.widened < HANDLING
+        stood, doubted = rest.ends(moving), state.weighed.doubted(t)
+        handles = t - state.widened < HANDLING and not doubted
+        weighed = self._weighed(state, t) if stood else state.weighed
         doubtful = stood and handles
         what, evidence, another = self._found(state, t, mean, looks, doubtful)
         anew = what is not None
         if anew or doubtful:
             evidence = none_yet(len(state.v)) if another else of_drives(evidence)
-        was = in_hindsight(state) if anew or (doubtful and np.isfinite(rest.left)) else state
+        thought = self._thought(state) if doubtful and np.isfinite(rest.left) else state.carried
+        was = in_hindsight(state) if anew or thought is not state.carried else state
         before = state.belief if self.poses else was.belief
-        carried = state.carried if what is None or what.payload is None else what.payload
+        carried = thought if what is None or what.payload is None else what.payload
         mean = self.mean(before) if anew else mean
         mean = mean if carried is state.carried else self.carrying(mean, carried)
         return Supposed(
-            what, another, stood, handles, looks, evidence, was, before, mean, carried
+            what, another, stood, weighed, stood and not doubted, handles, looks, evidence, was,
+            before, mean, carried,
         )  # fmt: skip
 
     def carrying(self, mean: Array, payload: Array) -> Array:
@@ -155,7 +163,8 @@ class Noticing(Generic[S]):
         if what is not None:
             return what, evidence, told
         since = state.rest.left if np.isfinite(state.rest.left) else t - HANDLING
-        if looks and state.rest.just(t) and state.widened < since:
+        doubted = state.weighed.doubted(t)
+        if looks and state.rest.just(t) and state.widened < since and not doubted:
             told = exchanged(*self._handled(state))
         if state.rest.known(t) and not doubtful:
             payload = told_from(state.carried, *self._handled(state)[1])
@@ -175,6 +184,22 @@ class Noticing(Generic[S]):
             return None
         wore = self._worn.found(self.filter.belief(state.belief), asked)
         return Befallen(None, wore) if wore.any() else None
+
+    def _thought(self, state: TrackerState[S]) -> Array:
+        """What is taken to be carried (10,) where the arm stood again before that was known.
+
+        The same array, where it was found to be what it was taken for.
+        """
+        mean, sd = self._payload(state.belief)
+        if sd[0] > KNOWN:
+            return np.array(state.carried)
+        found = told_from(state.carried, mean, sd)
+        return state.carried if np.array_equal(found, state.carried) else found
+
+    def _weighed(self, state: TrackerState[S], t: float) -> Weighed:
+        """Holds up to a rest that is over at t [s]."""
+        mean, sd = self._payload(state.belief)
+        return state.weighed.after(self.tool + float(mean[0]), float(sd[0]), t)
 
     def _handled(self, state: TrackerState[S]) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
         """What was carried before the last rest, and since; mean and standard deviation."""

@@ -12,7 +12,7 @@ from urdyn.signal import CausalState
 from urdyn.tracking.befallen import Evidence
 from urdyn.tracking.blocks import BlockBelief
 from urdyn.tracking.colour import Colour, unlearnt
-from urdyn.tracking.handling import Rest
+from urdyn.tracking.handling import Rest, Weighed
 from urdyn.tracking.streams import Heard
 from urdyn.types import Array, Gaussian
 
@@ -57,6 +57,7 @@ class TrackerState(Generic[S]):
     heard: tuple[Heard[Any], ...]  # of each stream beside the joints' sensors
     carried: Array  # (10,) what is carried, roughly
     rest: Rest = field(default_factory=Rest)  # the last one
+    weighed: Weighed = field(default_factory=Weighed)  # hold by hold
     undrawn: int = 0  # currents that no motor draws, left out
     restarts: int = 0  # with the commissioned arm, where no arm was believed in any more
 
@@ -104,6 +105,7 @@ def begun_anew(state: TrackerState[S], first: TrackerState[S]) -> TrackerState[S
         unsure=first.unsure,
         asked=first.asked,
         carried=first.carried,
+        weighed=first.weighed,
         earlier=first.earlier,
         earliest=first.earliest,
         marked=state.t,

@@ -20,7 +20,7 @@ from urdyn.tracking import colour as noise
 from urdyn.tracking.befallen import Befallen, gathered, none_yet
 from urdyn.tracking.blocks import Blocks
 from urdyn.tracking.colour import Colour
-from urdyn.tracking.handling import Rest
+from urdyn.tracking.handling import Rest, Weighed
 from urdyn.tracking.model import STRIDE, Drift, tracking_model
 from urdyn.tracking.noticing import Noticing, Supposed
 from urdyn.tracking.passage import LONGEST, Passage, passage
@@ -97,7 +97,8 @@ class Tracker(Generic[S]):
     def _noticing(self) -> Noticing[S]:
         """Who looks out for what befalls the arm."""
         places, drive = self.currents.places, self.fit.dynamics.drive
-        of = self.filter, self.model.prior, places, drive, self.period
+        tool = float(self.fit.dynamics.payload[0])
+        of = self.filter, self.model.prior, places, drive, tool, self.period
         return Noticing(*of, poses=any(stream.shared == "k" for stream in self.streams))
 
     @cached_property
@@ -193,7 +194,8 @@ class Tracker(Generic[S]):
         """The time since the last instant [s], and the state after a gap, if it was one."""
         dt = t - state.t
         if dt <= 0.0:  # a clock that was set, or a controller that began anew: who knows how long
-            state = replace(state, befell=-np.inf, widened=-np.inf, marked=-np.inf, rest=Rest())
+            state = replace(state, befell=-np.inf, widened=-np.inf, marked=-np.inf)
+            state = replace(state, rest=Rest(), weighed=Weighed())
             dt = LONGEST
         if dt > GAP * self.period:
             state = replace(state, colour=noise.interrupted(state.colour))
@@ -253,7 +255,9 @@ class Tracker(Generic[S]):
         was = supposed.was
         known = Learnt(belief, colour) if anew else Learnt(was.belief, was.colour)
         drive, asked = self.fit.dynamics.drive, state.asked - way.passed * np.isfinite(seen.left)
-        since = supposed.unknown_since(now.t)
+        since, carried = supposed.unknown_since(now.t), supposed.carried
+        if not supposed.fresh:
+            carried = self._noticing.renewed(state, belief, now.t)
         return replace(
             marked(state, now.t, known if supposed.fresh else None),
             causal=causal,
@@ -272,8 +276,9 @@ class Tracker(Generic[S]):
             colour=colour,
             unsure=unsure,
             asked=asked if what is None else np.where(what.drives, 0.0, asked),
-            carried=supposed.carried if anew else self._noticing.renewed(state, belief, now.t),
+            carried=carried,
             rest=state.rest.after(way.moving, way.passed, since, now.t),
+            weighed=supposed.weighed,
         )
 
     def _credible(self, belief: S) -> bool:
