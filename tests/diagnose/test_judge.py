@@ -21,7 +21,8 @@ def test_a_change_that_is_too_small_to_be_told_is_not_told_by_another_name(shop:
         return next(s for s in of.each if s.kind.name == kind and s.joint == joint)
 
     def told(suspect: Suspect, evidence: float, share: float) -> Explanation:
-        size, span = share * suspect.kind.least * suspect.unit, (0.0, 2.0)
+        kind, span = suspect.kind, (0.0, 2.0)
+        size = share * kind.sign * kind.least * suspect.unit
         return Explanation(
             suspect, 9.0, evidence, "ramp", 1.0, span, span, size, 0.1 * size, 0.0, 0.0, False
         )
@@ -35,6 +36,7 @@ def test_a_change_that_is_too_small_to_be_told_is_not_told_by_another_name(shop:
     grown = told(one("friction_increase", 5), 20.0, 1.1)
     assert not _shadow(health, (grown, health)) and not _shadow(grown, (grown, health))
     assert np.isclose(grown.size, 1.1 * 0.03)
+    assert not told(one("friction_increase", 5), 20.0, -1.1).large  # it grows, or is none
 
 
 def test_a_change_began_as_near_its_first_block_as_no_other_block_was_nearer() -> None:
