@@ -5,9 +5,11 @@ from __future__ import annotations
 from itertools import pairwise, product
 
 import numpy as np
+import pytest
 
-from urdyn.diagnose.carried import CHANGED, Shown, commissioned
-from urdyn.diagnose.pieces import _chain, unseen
+from urdyn.diagnose import carried
+from urdyn.diagnose.carried import CHANGED, Mode, Shown, commissioned
+from urdyn.diagnose.pieces import _chain, at_most, unseen
 from urdyn.diagnose.pushed import _left_with_it
 
 MOMENTS, RUN = 120, 8
@@ -56,3 +58,13 @@ def test_a_load_that_an_arm_goes_away_with_is_no_push() -> None:
     assert not _left_with_it(stood, goes, sd)
     assert not _left_with_it(np.ones(12, dtype=bool), stays, sd)
     assert not _left_with_it(~stood, stays, sd)  # it came to rest with it
+
+
+def test_moments_in_a_row_tell_a_piece_by_their_likelihood() -> None:
+    rng, exact, run = np.random.default_rng(6), np.zeros((10, 10)), 5
+    first, piece = (Mode(rng.standard_normal(10), exact, 0.0) for _ in range(2))
+    roots = rng.standard_normal((20, 10, 10))
+    told = [Shown(root @ root.T, rng.standard_normal(10)) for root in roots]
+    better = [carried.fit(each, piece) - carried.fit(each, first) for each in told]
+    best = max(sum(better[k : k + run]) for k in range(len(told) - run + 1))
+    assert at_most(piece, told, first, run) == pytest.approx(best)
