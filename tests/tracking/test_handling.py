@@ -8,6 +8,8 @@ import pytest
 from workshop import commissioned
 
 from urdyn.estimate import EKF
+from urdyn.identify import Fit
+from urdyn.model.dynamics import Dynamics
 from urdyn.signal import samples
 from urdyn.simulate import happening, observe, parse_fault, plan, real_sensors, typical_sensors
 from urdyn.simulate.limits import comfortable
@@ -16,8 +18,27 @@ from urdyn.simulate.schedule import Handling
 from urdyn.simulate.work import pick_and_place
 from urdyn.tracking import Tracker
 from urdyn.tracking.handling import HANDLING, LEARNT, REST, Rest, Weighed, exchanged
+from urdyn.types import Log
 
 RATE = 20.0  # [Hz] at which a hold tells little
+
+
+def friction_at_the_end(
+    dynamics: Dynamics, fit: Fit, log: Log, joint: int, times: float
+) -> tuple[np.ndarray, np.ndarray, int]:
+    """How far its logarithm is off, its sd (J,), and how often another payload was told.
+
+    Args:
+        log: of 100 Hz, in which the friction of `joint` has become so many `times` what it was.
+    """
+    tracker, widened = Tracker(fit, EKF(), 0.01), 0
+    state, at = tracker.init(), tracker.currents.places["f"]
+    for sample in samples(log):
+        state, reading = tracker.step(state, sample)
+        widened += reading is not None and reading.widened
+    off = state.belief.mean[at] - np.log(dynamics.drive.coulomb)
+    off[joint] -= np.log(times)
+    return off, state.belief.sd[at], widened
 
 
 def test_a_rest_is_one_after_which_something_else_may_be_carried() -> None:
@@ -147,13 +168,7 @@ def test_friction_that_jumps_is_followed_where_every_grip_leaves_half_a_second(
     fault = parse_fault("friction_increase:joint=1,onset=60,rate=0.4,shape=step", 6)
     lived = happening(dynamics, work, (fault,), False)
     log = observe(dynamics, work.trajectory, typical_sensors(dynamics.arm), rng, lived)
-    tracker = Tracker(fit, EKF(), 0.01)
-    state, at = tracker.init(), tracker.currents.places["f"]
-    for sample in samples(log):
-        state, _ = tracker.step(state, sample)
-    off = state.belief.mean[at] - np.log(dynamics.drive.coulomb)
-    off[1] -= np.log(1.4)
-    sd = state.belief.sd[at]
+    off, sd, _ = friction_at_the_end(dynamics, fit, log, 1, 1.4)
     assert (np.abs(off) < 4.0 * sd).all() and sd[1] < 0.1
 
 
@@ -209,14 +224,7 @@ def test_friction_that_grows_between_rests_is_no_load_that_turns_over(joint: int
     fault = parse_fault(f"friction_increase:joint={joint},onset=30,rate=0.3,shape=step", 6)
     lived = happening(dynamics, work, (fault,), False)
     log = observe(dynamics, work.trajectory, real_sensors(dynamics.arm), rng, lived)
-    tracker, widened = Tracker(fit, EKF(), 0.01), 0
-    state, at = tracker.init(), tracker.currents.places["f"]
-    for sample in samples(log):
-        state, reading = tracker.step(state, sample)
-        widened += reading is not None and reading.widened
-    off = state.belief.mean[at] - np.log(dynamics.drive.coulomb)
-    off[joint] -= np.log(1.3)
-    sd = state.belief.sd[at]
+    off, sd, widened = friction_at_the_end(dynamics, fit, log, joint, 1.3)
     assert (np.abs(off) < 4.0 * sd).all() and sd[joint] < 0.03
     assert widened < 8
 
@@ -236,11 +244,5 @@ def test_one_piece_does_not_stop_a_quick_arm_from_learning(monkeypatch: pytest.M
     fault = parse_fault("friction_increase:joint=1,onset=35,rate=0.4,shape=step", 6)
     lived = happening(dynamics, replace(work, handling=(held,)), (fault,), False)
     log = observe(dynamics, work.trajectory, real_sensors(dynamics.arm), rng, lived)
-    tracker = Tracker(fit, EKF(), 0.01)
-    state, at = tracker.init(), tracker.currents.places["f"]
-    for sample in samples(log):
-        state, _ = tracker.step(state, sample)
-    off = state.belief.mean[at] - np.log(dynamics.drive.coulomb)
-    off[1] -= np.log(1.4)
-    sd = state.belief.sd[at]
+    off, sd, _ = friction_at_the_end(dynamics, fit, log, 1, 1.4)
     assert (np.abs(off) < 4.0 * sd).all() and sd[1] < 0.03

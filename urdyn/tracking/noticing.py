@@ -163,8 +163,8 @@ class Noticing(Generic[S]):
         if what is not None:
             return what, evidence, told
         since = state.rest.left if np.isfinite(state.rest.left) else t - HANDLING
-        doubted = state.weighed.doubted(t)
-        if looks and state.rest.just(t) and state.widened < since and not doubted:
+        sought = looks and state.rest.just(t) and not state.weighed.doubted(t)
+        if sought and state.widened < since:
             told = exchanged(*self._handled(state))
         if state.rest.known(t) and not doubtful:
             payload = told_from(state.carried, *self._handled(state)[1])
