@@ -71,11 +71,15 @@ def test_a_drive_that_lost_health_since_commissioning_is_known_at_its_own(
 
 @pytest.mark.parametrize("joint", [pytest.param(0, marks=pytest.mark.slow), 2])
 def test_what_wears_on_within_a_minute_is_no_noise(real: Fit, run: Log, joint: int) -> None:
-    """Put into a real arm's run, 1 % of its friction in a second: before, tracked as a third."""
+    """Put into a real arm's run, 1 % of its friction in a second: before, tracked as a third.
+
+    It is friction over health that a base's current tells, which bears nothing.
+    """
     growing = GROWS * np.maximum(run.t - run.t[0] - BEGINS, 0.0)
     tracker, state = tracked(real, worn(run, real.dynamics, joint, growing))
     at, drive = tracker.currents.places, real.dynamics.drive
     more, grown = state.belief.mean[at["f"]] - np.log(drive.coulomb), np.log1p(growing[-1])
+    more -= state.belief.mean[at["z"]]
     unsure = 2.0 * state.belief.sd[at["f"]][joint]  # viscous friction may have grown, too
     assert more[joint] == pytest.approx(grown, abs=max(0.1, unsure))
     assert more[joint] > 0.5 * grown

@@ -1,23 +1,51 @@
-"""Wear before a run is told from what a healthy arm's days do, by its likelihood."""
+"""Wear is told from what a healthy arm does, by its likelihood, and gets back what others took."""
 
 from __future__ import annotations
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from urdyn.dbn.wear import Fading, Wear
 from urdyn.tracking.model import JOLTS
-from urdyn.tracking.worn import SURE, Worn
+from urdyn.tracking.worn import SURE, Told, Worn
 from urdyn.types import Gaussian
 
 J, OTHERS = 2, 3
 PLACES = {group: slice(k * J, (k + 1) * J) for k, group in enumerate(JOLTS)}
-STATES = J * len(JOLTS) + OTHERS
+DRIVES = J * len(JOLTS)
+LASTING = DRIVES + OTHERS
+PLACES |= {"payload": slice(LASTING, LASTING + 1), "slow": slice(LASTING + 1, LASTING + 2)}
+STATES = LASTING + 2
+WALK = 1e-3  # [1/s] variance that each drive's parameters gather in a second
+SPAN = 30.0  # [s]
 
 
 def prior_of(rng: np.random.Generator) -> Gaussian:
-    """Of drives and of other states that hang together with them."""
-    root = 0.03 * (np.eye(STATES) + 0.3 * rng.standard_normal((STATES, STATES)))
+    """Of drives and other states that hang together, and of what is not what it was, alone."""
+    root = np.zeros((STATES, STATES))
+    root[:LASTING, :LASTING] = 0.03 * (np.eye(LASTING) + 0.3 * rng.standard_normal((LASTING,) * 2))
+    root[LASTING:, LASTING:] = np.diag([3.0, 0.5])
     return Gaussian(0.1 * rng.standard_normal(STATES), root @ root.T)
+
+
+def asked(walk: float = 0.0) -> Worn:
+    """Of drives that stray, or do not, and have no rates."""
+    own = np.diag(np.where(np.arange(STATES) < DRIVES, walk, 0.0))
+    nothing, none = np.zeros((STATES, STATES)), np.zeros(0, dtype=np.intp)
+    still = Fading(slice(0, 0), 1.0, 0.0)
+    wear = Wear(
+        tuple(map(str, range(STATES))), Gaussian(np.zeros(STATES), np.eye(STATES)), own, none,
+        np.zeros((0, 0)), nothing, np.zeros(STATES), (still,), (), PLACES["payload"],
+        PLACES["slow"], 1.0,
+    )  # fmt: skip
+    return Worn.of(wear, PLACES)
+
+
+def told(before: Gaussian, now: Gaussian) -> Told:
+    """Of drives that do not stray."""
+    return asked().told(before, now, SPAN, False)
 
 
 def seen(prior: Gaussian, cov: np.ndarray, H: np.ndarray, y: np.ndarray) -> tuple[Gaussian, float]:
@@ -28,46 +56,80 @@ def seen(prior: Gaussian, cov: np.ndarray, H: np.ndarray, y: np.ndarray) -> tupl
     return Gaussian(prior.mean + gain @ e, cov - gain @ H @ cov), float(likelihood)
 
 
-@pytest.mark.parametrize("seed", range(10))
-def test_a_belief_tells_what_two_priors_make_of_all_measurements(seed: int) -> None:
-    """The ratio of both marginal likelihoods, by the posterior of one of them."""
+def wider(prior: Gaussian, j: int) -> np.ndarray:
+    """Its covariance, where this drive may have worn besides."""
+    cov = np.array(prior.cov)
+    for group, sd in JOLTS.items():
+        at = PLACES[group].start + j
+        cov[at, at] += sd**2
+    return cov
+
+
+def measured(seed: int) -> tuple[Gaussian, np.ndarray, np.ndarray]:
+    """A prior, what measurements see, and what they were."""
     rng = np.random.default_rng(seed)
     prior = prior_of(rng)
     H = 20.0 * rng.standard_normal((30, STATES))
-    H[:, rng.integers(STATES)] = 0.0  # nobody sees this one
+    H[:, rng.integers(LASTING)] = 0.0  # nobody sees this one
     y = H @ (prior.mean + 0.1 * rng.standard_normal(STATES)) + rng.standard_normal(30)
+    return prior, H, y
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_a_belief_tells_what_two_priors_make_of_all_measurements(seed: int) -> None:
+    """The ratio of both marginal likelihoods, by the posterior of one of them."""
+    prior, H, y = measured(seed)
     belief, healthy = seen(prior, prior.cov, H, y)
-    worn = Worn.of(prior, PLACES)
-    for j, odds in enumerate(worn.log_odds(belief)):
-        wider = np.array(prior.cov)
-        for group, sd in JOLTS.items():
-            at = PLACES[group].start + j
-            wider[at, at] += sd**2
+    for j, odds in enumerate(told(prior, belief).log_odds):
         np.testing.assert_allclose(
-            odds, seen(prior, wider, H, y)[1] - healthy, rtol=1e-6, atol=1e-6
+            odds, seen(prior, wider(prior, j), H, y)[1] - healthy, rtol=1e-6, atol=1e-6
         )
+
+
+@pytest.mark.parametrize("seed", range(10))
+@pytest.mark.parametrize("j", range(J))
+def test_a_belief_tells_what_who_allowed_for_wear_believes(seed: int, j: int) -> None:
+    """As if every measurement had been learnt from with the other prior."""
+    prior, H, y = measured(seed)
+    belief, _ = seen(prior, prior.cov, H, y)
+    wanted, _ = seen(prior, wider(prior, j), H, y)
+    found = told(prior, belief).allowing(np.arange(J) == j)
+    np.testing.assert_allclose(found.mean, wanted.mean, rtol=1e-6, atol=1e-9)
+    np.testing.assert_allclose(found.cov, wanted.cov, rtol=1e-5, atol=1e-9)
 
 
 def test_nothing_seen_and_nothing_but_drift_is_nothing_found() -> None:
     prior = prior_of(np.random.default_rng(1))
-    worn = Worn.of(prior, PLACES)
-    np.testing.assert_allclose(worn.log_odds(prior), 0.0, atol=1e-9)
+    np.testing.assert_allclose(told(prior, prior).log_odds, 0.0, atol=1e-9)
     drifted = Gaussian(prior.mean, 1.05 * prior.cov)
-    np.testing.assert_allclose(worn.log_odds(drifted), 0.0, atol=1e-9)
+    np.testing.assert_allclose(told(prior, drifted).log_odds, 0.0, atol=1e-9)
 
 
-def test_one_drive_is_found_at_a_time_and_none_that_is_not_asked() -> None:
+def test_what_a_healthy_drive_strays_by_is_no_wear() -> None:
+    """Two sd of what it strays by, measured well, is found by who forgets that; ten by all."""
+    prior = Gaussian(np.zeros(STATES), 1e-8 * np.eye(STATES))
+    strayed = 2.0 * np.sqrt(WALK * SPAN) * np.eye(STATES)[0]
+    now = Gaussian(strayed, 1e-9 * np.eye(STATES))
+    assert told(prior, now).wore[0]
+    assert not asked(WALK).told(prior, now, SPAN, False).wore.any()
+    assert asked(WALK).told(prior, replace(now, mean=5.0 * strayed), SPAN, False).wore[0]
+
+
+def test_one_drive_is_found_at_a_time_and_none_that_is_better() -> None:
     """Its neighbour's belief is bent by it until it is known."""
     rng = np.random.default_rng(2)
     prior = prior_of(rng)
-    worn = Worn.of(prior, PLACES)
     H = 50.0 * rng.standard_normal((60, STATES))
-    truth = np.array(prior.mean)
-    truth[[0, 1]] += 1.0, 0.8  # f of both
-    belief, _ = seen(prior, prior.cov, H, H @ truth + rng.standard_normal(60))
-    assert (worn.log_odds(belief) > SURE).all()
-    asked = np.ones(J, dtype=bool)
-    first = worn.found(belief, asked)
-    assert first.sum() == 1
-    assert not worn.found(belief, ~asked).any()
-    assert (worn.found(belief, ~first) == ~first).all()
+    for sign in (1.0, -1.0):
+        truth = np.array(prior.mean)
+        truth[[0, 1]] += sign * 1.0, sign * 0.8  # f of both
+        y = H @ truth + rng.standard_normal(60)
+        both = told(prior, seen(prior, prior.cov, H, y)[0])
+        assert (both.log_odds > SURE).all()
+        assert both.wore.sum() == (sign > 0.0)
+    truth[[0, 1]] += 2.0, 1.6
+    y = H @ truth + rng.standard_normal(60)
+    first = told(prior, seen(prior, prior.cov, H, y)[0]).wore
+    known = Gaussian(prior.mean, wider(prior, int(np.flatnonzero(first)[0])))
+    again = told(known, seen(known, known.cov, H, y)[0])
+    assert (again.wore == ~first).all()

@@ -123,10 +123,43 @@ class Wear:
 
     def transition(self, x: Array, u: RobotSlice) -> Array:
         """Every parameter moves by the rates that lead it, (..., p + r)."""
+        return self._led(x, u.span)
+
+    def later(self, belief: Gaussian, span: float, blind: bool) -> Gaussian:
+        """What is believed of it `span` [s] later, when nothing befell it and nobody measured.
+
+        Args:
+            blind: nobody measures how warm some joint is.
+        """
+        half = self._led(belief.cov, span).T
+        strayed = self._strayed(span, blind).reshape(belief.cov.shape)
+        return Gaussian(self._led(belief.mean, span), self._led(half, span) + strayed)
+
+    def befallen(self, belief: Gaussian, drives: Array, wears: bool) -> Gaussian:
+        """What is believed once something may have befallen these drives, (J,) 1 where it may.
+
+        Args:
+            wears: it goes on to.
+        """
+        cov = np.array(belief.cov)
+        cov.flat[:: len(cov) + 1] += self._jolted(drives, wears)
+        return Gaussian(belief.mean, cov)
+
+    def _jolted(self, drives: Array, wears: bool) -> Array:
+        """Variance of that, (n,)."""
+        variance = np.zeros(len(self.names))
+        for jolt, rates in zip(self.jolts, self._rates, strict=True):
+            variance[jolt.at] = jolt.sd**2 * drives
+            if wears and len(rates):
+                variance[rates] = jolt.rate**2 * drives
+        return variance
+
+    def _led(self, x: Array, span: float) -> Array:
+        """By the rates that lead it, (..., p + r)."""
         (child, rate, by), p = self._follow, len(self.parameters)
-        kept = np.exp(-u.span * self._forgetting)
+        kept = np.exp(-span * self._forgetting)
         moved = x * kept
-        moved[..., child] += u.span * by * kept[child] * x[..., p + rate]
+        moved[..., child] += span * by * kept[child] * x[..., p + rate]
         return moved
 
     def transition_jacobian(self, x: Array, u: RobotSlice) -> Array:
@@ -139,21 +172,25 @@ class Wear:
 
     def transition_cov(self, u: RobotSlice) -> Array:
         """Noise of own parts and rates, spread along the edges and gathered over the slice."""
-        n, dt = len(self.names), u.span
-        entries, (at, parts) = np.zeros(n * n), self._noise
-        entries[at] = dt * (parts[0] + dt * (parts[1] / 2.0 + dt * parts[2] / 3.0))
-        forgotten = -np.expm1(-2.0 * dt * self._forgetting)
-        diagonal = self._faded * forgotten
-        if u.blind:
-            diagonal[: len(self.parameters)] += self.warmth**2 * dt
+        n = len(self.names)
+        entries = self._strayed(u.span, u.blind)
+        diagonal = np.zeros(n)
         if u.taken is not None:
             diagonal[self.payload] += u.taken**2
         if u.jolted is not None:
-            for jolt, rates in zip(self.jolts, self._rates, strict=True):
-                diagonal[jolt.at] += jolt.sd**2 * u.jolted
-                if u.wears and len(rates):
-                    diagonal[rates] += jolt.rate**2 * u.jolted
+            diagonal += self._jolted(u.jolted, u.wears)
         if u.stray is not None:
-            diagonal[self.slow] = u.stray**2 * forgotten[self.slow]
+            diagonal[self.slow] = u.stray**2 * -np.expm1(-2.0 * u.span / self.memory)
         entries[:: n + 1] += diagonal
         return entries.reshape(n, n)
+
+    def _strayed(self, dt: float, blind: bool) -> Array:
+        """Noise of what strays and what fades, gathered over dt [s], (n n,)."""
+        n = len(self.names)
+        entries, (at, parts) = np.zeros(n * n), self._noise
+        entries[at] = dt * (parts[0] + dt * (parts[1] / 2.0 + dt * parts[2] / 3.0))
+        diagonal = -self._faded * np.expm1(-2.0 * dt * self._forgetting)
+        if blind:
+            diagonal[: len(self.parameters)] += self.warmth**2 * dt
+        entries[:: n + 1] += diagonal
+        return entries

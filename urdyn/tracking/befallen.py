@@ -28,7 +28,7 @@ from urdyn.estimate import Innovation
 from urdyn.model.drive import Drive
 from urdyn.tracking.absorbed import Absorbed, nothing_yet, shown
 from urdyn.tracking.model import JOLTS, PAYLOAD_SD
-from urdyn.types import Array, Mask, frozen
+from urdyn.types import Array, Gaussian, Mask, frozen
 
 MEMORY = 2.0  # [s] over which evidence is gathered
 WEARING = np.array([20.0, 120.0])  # [s] the same of drives alone
@@ -128,6 +128,7 @@ class Befallen:
     payload: Array | None  # (10,) what is carried from here on, roughly; None: what was before
     drives: Mask  # (J,)
     wears: bool = False  # and goes on to change
+    known: Gaussian | None = None  # what is believed by who allowed for it all along
 
     @property
     def anything(self) -> bool:

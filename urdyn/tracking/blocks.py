@@ -100,6 +100,18 @@ class BlockBelief:
         variance[self.at_drives] = np.diagonal(self.drives, axis1=1, axis2=2)
         return np.sqrt(variance)
 
+    def told(self, of: Gaussian) -> BlockBelief:
+        """With what is believed of all states, but for what is across blocks."""
+        bodies, drives, step = self.at_bodies, self.at_drives, of.mean - self.mean
+        return replace(
+            self,
+            mean=of.mean,
+            bodies=of.cov[np.ix_(bodies, bodies)],
+            drives=of.cov[drives[:, :, None], drives[:, None, :]],
+            for_bodies=self.for_bodies.nearer(step),
+            for_drives=self.for_drives.nearer(step),
+        )
+
 
 @dataclass(frozen=True)
 class Blocks:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Generic, TypeVar
 
@@ -23,9 +23,9 @@ from urdyn.tracking.befallen import (
 )
 from urdyn.tracking.handling import HANDLING, Weighed, exchanged
 from urdyn.tracking.model import BULKY, LIGHT
-from urdyn.tracking.state import HINDSIGHT, QUICK, TrackerState, in_hindsight
-from urdyn.tracking.worn import ASK, Worn
-from urdyn.types import Array, Gaussian
+from urdyn.tracking.state import HINDSIGHT, QUICK, TrackerState, believing, in_hindsight
+from urdyn.tracking.worn import ASK, Then, Worn
+from urdyn.types import Array
 
 S = TypeVar("S")
 
@@ -83,7 +83,7 @@ class Noticing(Generic[S]):
     """Settings."""
 
     filter: Filter[S]
-    prior: Gaussian
+    worn: Worn  # what drives are asked
     places: Mapping[str, slice]  # of groups among the states
     drive: Drive
     tool: float  # [kg] that was carried on the first day
@@ -99,11 +99,6 @@ class Noticing(Generic[S]):
     def _ask(self) -> float:
         """Samples from one time that drives are asked whether they wore to the next."""
         return max(1.0, round(ASK / self.period))
-
-    @cached_property
-    def _worn(self) -> Worn:
-        """What they are asked."""
-        return Worn.of(self.prior, self.places)
 
     @cached_property
     def _sizes(self) -> Sizes:
@@ -124,6 +119,8 @@ class Noticing(Generic[S]):
             evidence = none_yet(len(state.v)) if another else of_drives(evidence)
         thought = self._thought(state) if doubtful and np.isfinite(rest.left) else state.carried
         was = in_hindsight(state) if anew or thought is not state.carried else state
+        if what is not None and what.drives.any():
+            was = self._allowing(was, state, what)
         before = state.belief if self.poses else was.belief
         carried = thought if what is None or what.payload is None else what.payload
         mean = self.mean(before) if anew else mean
@@ -179,11 +176,25 @@ class Noticing(Generic[S]):
         wears = wearing(state.evidence, self._sizes)
         if wears.any():
             return Befallen(None, wears, wears=True)
-        asked = state.asked > 0.0
-        if not asked.any():
-            return None
-        wore = self._worn.found(self.filter.belief(state.belief), asked)
-        return Befallen(None, wore) if wore.any() else None
+        then, blind = state.then, bool(np.isnan(state.lubricant).any())
+        before, now = self.filter.belief(then.belief), self.filter.belief(state.belief)
+        told = self.worn.told(before, now, state.passed - then.passed, blind)
+        wore = told.wore
+        return Befallen(None, wore, wears=True, known=told.allowing(wore)) if wore.any() else None
+
+    def _allowing(
+        self, was: TrackerState[S], state: TrackerState[S], what: Befallen
+    ) -> TrackerState[S]:
+        """With beliefs, and those that drives will be asked of, of who knew what befell these."""
+
+        def allowed(of: Then[S]) -> Then[S]:
+            drives = what.drives.astype(np.float64)
+            may_have = self.worn.wear.befallen(self.filter.belief(of.belief), drives, what.wears)
+            return replace(of, belief=believing(of.belief, may_have))
+
+        belief = was.belief if what.known is None else believing(state.belief, what.known)
+        lately = allowed(Then(belief, state.passed, state.moved))
+        return replace(was, belief=belief, then=allowed(was.then), lately=lately)
 
     def _thought(self, state: TrackerState[S]) -> Array:
         """What is taken to be carried (10,) where the arm stood again before that was known.

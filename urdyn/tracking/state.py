@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from typing import Any, Generic, TypeVar
+from typing import Any, Generic, TypeVar, cast
 
 import numpy as np
 
@@ -14,9 +14,11 @@ from urdyn.tracking.blocks import BlockBelief
 from urdyn.tracking.colour import Colour, unlearnt
 from urdyn.tracking.handling import Rest, Weighed
 from urdyn.tracking.streams import Heard
+from urdyn.tracking.worn import ASKED, Then
 from urdyn.types import Array, Gaussian
 
 S = TypeVar("S")
+B = TypeVar("B", bound="Learnt[Any] | Then[Any]")
 
 QUICK = Gaussian | SquareRoot | BlockBelief  # beliefs that tell means and sd without more ado
 
@@ -49,13 +51,16 @@ class TrackerState(Generic[S]):
     widened: float  # [s] and when that was another payload
     colour: Colour  # of the noise
     unsure: Array  # (J,) [-] variance of the last innovation over that of its noise
-    asked: Array  # (J,) [s] of motion for which each drive is yet asked whether it wore before
     lubricant: Array  # (J,) [°C]; NaN while nobody measures the joint's temperature
     earlier: Learnt[S]  # at `marked`
     earliest: Learnt[S]  # and HINDSIGHT or more before: what was not yet surprised
     marked: float  # [s]
     heard: tuple[Heard[Any], ...]  # of each stream beside the joints' sensors
+    then: Then[S]  # what was believed when drives may since have worn
+    lately: Then[S]  # and what will be asked of next
     carried: Array  # (10,) what is carried, roughly
+    passed: float = 0.0  # [s] of the run
+    moved: float = 0.0  # [s] of its motion
     rest: Rest = field(default_factory=Rest)  # the last one
     weighed: Weighed = field(default_factory=Weighed)  # hold by hold
     undrawn: int = 0  # currents that no motor draws, left out
@@ -68,14 +73,28 @@ def marked(state: TrackerState[S], t: float, anew: Learnt[S] | None) -> TrackerS
         return replace(state, earlier=anew, earliest=anew, marked=t)
     if t - state.marked < HINDSIGHT:
         return state
-    now = Learnt(state.belief, state.colour)
-    return replace(state, earlier=now, earliest=state.earlier, marked=t)
+    now, then, lately = Learnt(state.belief, state.colour), state.then, state.lately
+    if state.moved - lately.moved > ASKED:  # by what hindsight goes back to at most
+        then, lately = lately, Then(state.earlier.belief, state.passed, state.moved)
+    return replace(state, earlier=now, earliest=state.earlier, marked=t, then=then, lately=lately)
 
 
 def in_hindsight(state: TrackerState[S]) -> TrackerState[S]:
     """Without what was learnt since before the surprise."""
     before = state.earliest
     return replace(state, belief=before.belief, colour=unlearnt(state.colour, before.colour))
+
+
+def believing(belief: S, told: Gaussian) -> S:
+    """What is believed by who was told that; particles are not."""
+    now: Any = belief
+    if isinstance(belief, Gaussian):
+        now = told
+    elif isinstance(belief, SquareRoot):
+        now = SquareRoot.of(told.mean, told.cov)
+    elif isinstance(belief, BlockBelief):
+        now = belief.told(told)
+    return cast(S, now)
 
 
 def rezeroed(state: TrackerState[S], zeros: slice, shift: Array) -> TrackerState[S]:
@@ -88,9 +107,17 @@ def rezeroed(state: TrackerState[S], zeros: slice, shift: Array) -> TrackerState
         mean[zeros] -= shift
         return replace(belief, mean=mean)
 
-    known = (replace(of, belief=moved(of.belief)) for of in (state.earlier, state.earliest))
-    earlier, earliest = known
-    return replace(state, belief=moved(state.belief), earlier=earlier, earliest=earliest)
+    def all_moved(of: B) -> B:
+        return replace(of, belief=moved(of.belief))
+
+    return replace(
+        state,
+        belief=moved(state.belief),
+        earlier=all_moved(state.earlier),
+        earliest=all_moved(state.earliest),
+        then=all_moved(state.then),
+        lately=all_moved(state.lately),
+    )
 
 
 def begun_anew(state: TrackerState[S], first: TrackerState[S]) -> TrackerState[S]:
@@ -103,9 +130,10 @@ def begun_anew(state: TrackerState[S], first: TrackerState[S]) -> TrackerState[S
         widened=state.t,
         colour=unlearnt(state.colour, first.colour),
         unsure=first.unsure,
-        asked=first.asked,
         carried=first.carried,
         weighed=first.weighed,
+        then=replace(first.then, passed=state.passed, moved=state.moved),
+        lately=replace(first.lately, passed=state.passed, moved=state.moved),
         earlier=first.earlier,
         earliest=first.earliest,
         marked=state.t,

@@ -13,6 +13,8 @@ from urdyn.dbn.joined import Joined
 from urdyn.dbn.process import RandomWalk
 from urdyn.dbn.robot import RobotCurrents
 from urdyn.dbn.robot_slice import ROWS, RobotSlice
+from urdyn.dbn.wear import Wear
+from urdyn.dbn.widening import Widening
 from urdyn.estimate import Filter, Innovation
 from urdyn.identify.fit import Fit
 from urdyn.signal import Causal, CausalState, Instant, Sample
@@ -28,7 +30,7 @@ from urdyn.tracking.reading import Reading
 from urdyn.tracking.state import Learnt, TrackerState, begun_anew, marked, rezeroed
 from urdyn.tracking.streams import Heard, Moment, Stream, assimilated, first
 from urdyn.tracking.temper import tempered, untempered
-from urdyn.tracking.worn import ASKED
+from urdyn.tracking.worn import Then, Worn
 from urdyn.types import Array, Index
 
 S = TypeVar("S")
@@ -98,7 +100,11 @@ class Tracker(Generic[S]):
         """Who looks out for what befalls the arm."""
         places, drive = self.currents.places, self.fit.dynamics.drive
         tool = float(self.fit.dynamics.payload[0])
-        of = self.filter, self.model.prior, places, drive, tool, self.period
+        process = self.model.process
+        assert isinstance(process, Widening), "a payload may jump"
+        assert isinstance(process.process, Wear), "and drives wear"
+        worn = Worn.of(process.process, places)
+        of = self.filter, worn, places, drive, tool, self.period
         return Noticing(*of, poses=any(stream.shared == "k" for stream in self.streams))
 
     @cached_property
@@ -133,11 +139,12 @@ class Tracker(Generic[S]):
             widened=-np.inf,
             colour=colour,
             unsure=np.ones(J),
-            asked=np.full(J, ASKED),
             lubricant=np.full(J, np.nan),
             earlier=Learnt(belief, colour),
             earliest=Learnt(belief, colour),
             marked=-np.inf,
+            then=Then(belief),
+            lately=Then(belief),
             heard=tuple(first(stream) for stream in self.streams),
             carried=self.model.prior.mean[self.currents.places["payload"]],
         )
@@ -247,15 +254,17 @@ class Tracker(Generic[S]):
         told: Innovation,
     ) -> TrackerState[S]:
         """The state once an instant was learnt from."""
-        what, anew, unknown = supposed.what, supposed.anew, seen.white.unknown
+        anew, unknown = supposed.anew, seen.white.unknown
         lasting = np.isnan(told.residual) * state.unsure
         unsure = np.fmax(told.cov.diagonal() / seen.variance, lasting)
         sure = (unsure < SURE) & (unknown < 0.25 * seen.white.noise**2)
         colour = noise.learnt(seen.colour, seen.left, unknown, sure, self.period)
         was = supposed.was
         known = Learnt(belief, colour) if anew else Learnt(was.belief, was.colour)
-        drive, asked = self.fit.dynamics.drive, state.asked - way.passed * np.isfinite(seen.left)
+        drive, moved = self.fit.dynamics.drive, bool(np.isfinite(seen.left).any())
         since, carried = supposed.unknown_since(now.t), supposed.carried
+        if anew:
+            state = replace(state, then=was.then, lately=was.lately)
         if not supposed.fresh:
             carried = self._noticing.renewed(state, belief, now.t)
         return replace(
@@ -275,7 +284,8 @@ class Tracker(Generic[S]):
             widened=now.t if supposed.widens else state.widened,
             colour=colour,
             unsure=unsure,
-            asked=asked if what is None else np.where(what.drives, 0.0, asked),
+            passed=state.passed + way.passed,
+            moved=state.moved + way.passed * moved,
             carried=carried,
             rest=state.rest.after(way.moving, way.passed, since, now.t),
             weighed=supposed.weighed,

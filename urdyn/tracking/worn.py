@@ -1,64 +1,124 @@
-"""Drives that wore before a run began, and not as a healthy arm's do from day to day.
+"""Drives that wore since a while ago, and not as a healthy arm's do.
 
-A prior that allowed for both would tell nothing of the first seconds. So it is that of a healthy
-arm, N(x0, P0), and what was learnt since, N(x, P), is asked how much better one explains it that
-allows for what breaks, P0 + W. By the information on the drive that measurements alone hold, G, and
-the slope of their likelihood, u, both of which the belief tells,
+A belief that allowed for both would tell little. So it is that of a healthy arm; and what is
+believed now, N(x, P), is asked how much better one explains what was measured since, that allowed
+for what breaks besides, N(0, W), when N(x0, P0) was what one would have believed without. By the
+information on the drive that measurements alone hold, G, and the slope of their likelihood, u, both
+of which the beliefs tell,
 
     log B = u' (W^-1 + G)^-1 u / 2 - log |I + W G| / 2,    u = P0^-1 (x - x0),
                                                            G = P0^-1 (P0 - P) P0^-1,
 
-the ratio of the marginal likelihoods [Dickey1971]_, with all other states integrated out.
+the ratio of the marginal likelihoods [Dickey1971]_, with all other states integrated out. That
+other one is known by the same numbers: with U those columns of P0^-1 that are the drive's,
+
+    x + P U (W^-1 + G)^-1 u    and    P + P U (W^-1 + G)^-1 U' P
+
+are what would be believed now. So nothing is lost by finding out late: what others had taken of it
+is given back.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Generic, TypeVar
 
 import numpy as np
 
+from urdyn.dbn.wear import Wear
+from urdyn.estimate.square_root import inverse
 from urdyn.tracking.model import JOLTS
 from urdyn.types import Array, Gaussian, Index, Mask
 
-ASKED = 60.0  # [s] of its motion in which a drive is: then its own drift counts
-ASK = 0.5  # [s] from one time to the next
+S = TypeVar("S")
+
+ASKED = 30.0  # [s] of motion: of that which is half as old, or older, drives are asked
+ASK = 1.0  # [s] from one time to the next
 # [-] log odds. A healthy UR10e in 98 pairs of a twin and a run: 22 at most, and its base 30; half
 # as much friction again, or a fifth less health, put into its currents: 23 to 119.
 SURE = 20.0
+# What warms up, or is moved by what it carries, seems to get better.
+WORSE = np.array([{"f": 1.0, "alpha": 1.0, "z": -1.0}[group] for group in JOLTS])
+PASSING = ("payload", "slow")  # groups that are not what they were
+
+
+@dataclass(frozen=True, eq=False)
+class Then(Generic[S]):
+    """What was believed at some moment."""
+
+    belief: S
+    passed: float = 0.0  # [s] of the run
+    moved: float = 0.0  # [s] of its motion
 
 
 @dataclass(frozen=True, eq=False)
 class Worn:
-    """What is asked of a belief."""
+    """What is asked of beliefs."""
 
-    mean: Array  # (n,) x0
-    information: Array  # (n, n) P0^-1
-    at: Index  # (J, g) states of each drive
+    wear: Wear
+    kept: Index  # (s,) states that are what they were but for how they stray
+    at: Index  # (J, g) of each drive, among these
     sd: Array  # (g,) W's roots
 
     @classmethod
-    def of(cls, prior: Gaussian, places: Mapping[str, slice]) -> Worn:
-        """Of drives whose groups have these places in the prior's states."""
-        at = np.array([np.arange(places[g].start, places[g].stop) for g in JOLTS]).T
-        information: Array = np.asarray(np.linalg.inv(prior.cov), dtype=np.float64)
-        return cls(prior.mean, information, at, np.array([*JOLTS.values()]))
+    def of(cls, wear: Wear, places: Mapping[str, slice]) -> Worn:
+        """Of drives whose groups have these places among the states."""
+        stays = np.ones(len(wear.names), dtype=bool)
+        for group in PASSING:
+            stays[places[group]] = False
+        drives = np.array([np.arange(places[g].start, places[g].stop) for g in JOLTS]).T
+        among = np.cumsum(stays) - 1
+        return cls(wear, np.flatnonzero(stays), among[drives], np.array([*JOLTS.values()]))
 
-    def log_odds(self, belief: Gaussian) -> Array:
-        """Of wear beside none, drive by drive, (J,)."""
-        J, g = self.at.shape
-        rows = self.information[self.at.ravel()]
-        u = (rows @ (belief.mean - self.mean)).reshape(J, g) * self.sd
-        gained = (rows[:, self.at.ravel()] - rows @ belief.cov @ rows.T).reshape(J, g, J, g)
+    def told(self, before: Gaussian, now: Gaussian, span: float, blind: bool) -> Told:
+        """What beliefs tell of which one was held `span` [s] before the other.
+
+        Args:
+            blind: nobody measures how warm some joint is.
+        """
+        before = self.wear.later(before, span, blind)
+        kept, (J, g) = self.kept, self.at.shape
+        information = inverse(before.cov[np.ix_(kept, kept)])
+        rows = information[self.at.ravel()]
+        seen = rows @ now.cov[kept]  # U' P
+        u = (rows @ (now.mean - before.mean)[kept]).reshape(J, g) * self.sd
+        gained = (rows[:, self.at.ravel()] - seen[:, kept] @ rows.T).reshape(J, g, J, g)
         own = gained[np.arange(J), :, np.arange(J)] * np.outer(self.sd, self.sd)
         value, vector = np.linalg.eigh(np.eye(g) + 0.5 * (own + own.swapaxes(1, 2)))
         along = (vector.swapaxes(1, 2) @ u[..., None])[..., 0]
-        # Along what drifted since, and is known less well than at first, nothing was measured.
+        # Along what strayed since, and is known less well than before, nothing was measured.
+        along *= value > 1.0
         told = np.maximum(value, 1.0)
-        terms = (along**2 / told - np.log(told)) * (value > 1.0)
-        return np.asarray(0.5 * terms.sum(axis=1))
+        lever = vector.swapaxes(1, 2) @ (self.sd[:, None] * seen.reshape(J, g, -1))
+        change = (vector @ (along / told)[..., None])[..., 0]
+        return Told(now, along, told, lever, change @ WORSE)
 
-    def found(self, belief: Gaussian, asked: Mask) -> Mask:
-        """The drive that surely wore, of those asked (J,); others may, once it is known, (J,)."""
-        odds = np.where(asked, self.log_odds(belief), -np.inf)
+
+@dataclass(frozen=True, eq=False)
+class Told:
+    """Of each drive, along the g directions in which its wear can be told apart."""
+
+    now: Gaussian
+    along: Array  # (J, g) u
+    told: Array  # (J, g) eigenvalues of I + W G
+    lever: Array  # (J, g, n) U' P
+    worse: Array  # (J,) [sd of W] more friction, less health
+
+    @property
+    def log_odds(self) -> Array:
+        """Of wear beside none, drive by drive, (J,)."""
+        return np.asarray(0.5 * (self.along**2 / self.told - np.log(self.told)).sum(axis=1))
+
+    @property
+    def wore(self) -> Mask:
+        """The drive that surely did; others may have, once that is known, (J,)."""
+        odds = np.where(self.worse > 0.0, self.log_odds, -np.inf)
         return np.asarray((odds > SURE) & (odds == odds.max()))
+
+    def allowing(self, drives: Mask) -> Gaussian:
+        """What is believed by who allowed for the wear of one drive, (J,)."""
+        (j,) = np.flatnonzero(drives)
+        moved = (self.along[j] / self.told[j]) @ self.lever[j]
+        root = self.lever[j] / np.sqrt(self.told[j])[:, None]
+        return Gaussian(self.now.mean + moved, self.now.cov + root.T @ root)
