@@ -43,7 +43,8 @@ def tracked(fit: Fit, run: Log) -> tuple[Tracker[Any], TrackerState[Any]]:
     return tracker, state
 
 
-@pytest.mark.parametrize("joint", [1, pytest.param(2, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("joint", [1, 2])
 def test_what_wore_since_commissioning_is_no_noise(real: Fit, run: Log, joint: int) -> None:
     """Put into a real arm's run, from its first row on; friction as a whole, at its usual speed."""
     drive, speed = real.dynamics.drive, np.sqrt(np.mean(run.joint("actual_qd")[:, joint] ** 2))

@@ -44,7 +44,9 @@ def dead(died, tmp_path):
     return shutil.copytree(died, tmp_path, dirs_exist_ok=True)
 
 
-@pytest.mark.parametrize("filter_", [UKF(), InformationFilter()])
+@pytest.mark.parametrize(
+    "filter_", [UKF(), pytest.param(InformationFilter(), marks=pytest.mark.slow)]
+)
 def test_a_resumed_run_is_the_undisturbed_one(workshop, filter_, tmp_path):
     source = open_source(str(workshop.recording), duration=11.0)
     whole = workshop.track(tmp_path / "whole", source, filter=filter_)

@@ -173,14 +173,14 @@ class Noticing(Generic[S]):
         unsettled = state.evidence.highest or t - state.befell < PATIENCE
         if unsettled or np.isfinite(state.rest.left) or state.colour.count % self._ask >= 1.0:
             return None
-        wears = wearing(state.evidence, self._sizes)
-        if wears.any():
-            return Befallen(None, wears, wears=True)
         then, blind = state.then, bool(np.isnan(state.lubricant).any())
         before, now = self.filter.belief(then.belief), self.filter.belief(state.belief)
         told = self.worn.told(before, now, state.passed - then.passed, blind)
         wore = told.wore
-        return Befallen(None, wore, wears=True, known=told.allowing(wore)) if wore.any() else None
+        if wore.any():
+            return Befallen(None, wore, wears=then.moved > 0.0, known=told.allowing(wore))
+        wears = wearing(state.evidence, self._sizes)
+        return Befallen(None, wears, wears=True) if wears.any() else None
 
     def _allowing(
         self, was: TrackerState[S], state: TrackerState[S], what: Befallen
