@@ -27,7 +27,6 @@ from typing import Generic, TypeVar
 import numpy as np
 
 from urdyn.dbn.wear import Wear
-from urdyn.estimate.square_root import inverse
 from urdyn.tracking.model import JOLTS
 from urdyn.types import Array, Gaussian, Index, Mask
 
@@ -79,8 +78,8 @@ class Worn:
         """
         before = self.wear.later(before, span, blind)
         kept, (J, g) = self.kept, self.at.shape
-        information = inverse(before.cov[np.ix_(kept, kept)])
-        rows = information[self.at.ravel()]
+        theirs = np.eye(len(kept))[:, self.at.ravel()]
+        rows = np.linalg.solve(before.cov[np.ix_(kept, kept)], theirs).T  # U'
         seen = rows @ now.cov[kept]  # U' P
         u = (rows @ (now.mean - before.mean)[kept]).reshape(J, g) * self.sd
         gained = (rows[:, self.at.ravel()] - seen[:, kept] @ rows.T).reshape(J, g, J, g)
