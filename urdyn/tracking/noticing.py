@@ -121,7 +121,8 @@ class Noticing(Generic[S]):
         was = in_hindsight(state) if anew or thought is not state.carried else state
         if what is not None and what.drives.any():
             was = self._allowing(was, state, what)
-        before = state.belief if self.poses else was.belief
+        retold = what is not None and what.known is not None
+        before = state.belief if self.poses and not retold else was.belief
         carried = thought if what is None or what.payload is None else what.payload
         mean = self.mean(before) if anew else mean
         mean = mean if carried is state.carried else self.carrying(mean, carried)
@@ -177,7 +178,7 @@ class Noticing(Generic[S]):
         before, now = self.filter.belief(then.belief), self.filter.belief(state.belief)
         told = self.worn.told(before, now, state.passed - then.passed, blind)
         wore = told.wore
-        if wore.any():
+        if wore.any():  # what befell a drive before the run is not known to go on
             return Befallen(None, wore, wears=then.moved > 0.0, known=told.allowing(wore))
         wears = wearing(state.evidence, self._sizes)
         return Befallen(None, wears, wears=True) if wears.any() else None

@@ -74,7 +74,7 @@ def marked(state: TrackerState[S], t: float, anew: Learnt[S] | None) -> TrackerS
     if t - state.marked < HINDSIGHT:
         return state
     now, then, lately = Learnt(state.belief, state.colour), state.then, state.lately
-    if state.moved - lately.moved > ASKED:  # by what hindsight goes back to at most
+    if state.moved - lately.moved > ASKED:  # hindsight goes back to no belief before this one
         then, lately = lately, Then(state.earlier.belief, state.passed, state.moved)
     return replace(state, earlier=now, earliest=state.earlier, marked=t, then=then, lately=lately)
 

@@ -32,7 +32,7 @@ from urdyn.types import Array, Gaussian, Index, Mask
 
 S = TypeVar("S")
 
-ASKED = 30.0  # [s] of motion: of that which is half as old, or older, drives are asked
+ASKED = 30.0  # [s] of motion; drives are asked of what was believed once to twice as long ago
 ASK = 1.0  # [s] from one time to the next
 # [-] log odds. Half as much friction again, or a fifth less health, put into the currents of a real
 # UR10e: 23 to 119. Healthy, in 30 pairs of its runs, end to end: none for the worse.
