@@ -119,9 +119,7 @@ class Noticing(Generic[S]):
             evidence = none_yet(len(state.v)) if another else of_drives(evidence)
         thought = self._thought(state) if doubtful and np.isfinite(rest.left) else state.carried
         was = in_hindsight(state) if anew or thought is not state.carried else state
-        if what is not None and what.drives.any():
-            was = self._allowing(was, state, what)
-        retold = what is not None and what.known is not None
+        was, retold = self._allowing(was, state, what), what is not None and what.known is not None
         before = state.belief if self.poses and not retold else was.belief
         carried = thought if what is None or what.payload is None else what.payload
         mean = self.mean(before) if anew else mean
@@ -184,9 +182,11 @@ class Noticing(Generic[S]):
         return Befallen(None, wears, wears=True) if wears.any() else None
 
     def _allowing(
-        self, was: TrackerState[S], state: TrackerState[S], what: Befallen
+        self, was: TrackerState[S], state: TrackerState[S], what: Befallen | None
     ) -> TrackerState[S]:
         """With beliefs, and those that drives will be asked of, of who knew what befell these."""
+        if what is None or not what.drives.any():
+            return was
 
         def allowed(of: Then[S]) -> Then[S]:
             drives = what.drives.astype(np.float64)
