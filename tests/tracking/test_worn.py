@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from urdyn.dbn.wear import Fading, Wear
+from urdyn.dbn.wear import Fading, Jolt, Wear
 from urdyn.tracking.model import JOLTS
-from urdyn.tracking.worn import SURE, Told, Worn
+from urdyn.tracking.worn import SURE, Answer, Worn
 from urdyn.types import Gaussian
 
 J, OTHERS = 2, 3
@@ -35,15 +35,16 @@ def asked(walk: float = 0.0) -> Worn:
     own = np.diag(np.where(np.arange(STATES) < DRIVES, walk, 0.0))
     nothing, none = np.zeros((STATES, STATES)), np.zeros(0, dtype=np.intp)
     still = Fading(slice(0, 0), 1.0, 0.0)
+    jolts = tuple(Jolt(PLACES[group], sd) for group, sd in JOLTS.items())
     wear = Wear(
         tuple(map(str, range(STATES))), Gaussian(np.zeros(STATES), np.eye(STATES)), own, none,
-        np.zeros((0, 0)), nothing, np.zeros(STATES), (still,), (), PLACES["payload"],
+        np.zeros((0, 0)), nothing, np.zeros(STATES), (still,), jolts, PLACES["payload"],
         PLACES["slow"], 1.0,
     )  # fmt: skip
-    return Worn.of(wear, PLACES)
+    return Worn(wear)
 
 
-def told(before: Gaussian, now: Gaussian) -> Told:
+def told(before: Gaussian, now: Gaussian) -> Answer:
     """Of drives that do not stray."""
     return asked().told(before, now, SPAN, False)
 

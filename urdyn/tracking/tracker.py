@@ -103,8 +103,7 @@ class Tracker(Generic[S]):
         process = self.model.process
         assert isinstance(process, Widening), "a payload may jump"
         assert isinstance(process.process, Wear), "and drives wear"
-        worn = Worn.of(process.process, places)
-        of = self.filter, worn, places, drive, tool, self.period
+        of = self.filter, Worn(process.process), places, drive, tool, self.period
         return Noticing(*of, poses=any(stream.shared == "k" for stream in self.streams))
 
     @cached_property

@@ -20,8 +20,8 @@ is given back.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Generic, TypeVar
 
 import numpy as np
@@ -39,7 +39,6 @@ ASK = 1.0  # [s] from one time to the next
 SURE = 20.0
 # What warms up, or bears more than is known, seems to get better: there odds reached 51.
 WORSE = np.array([{"f": 1.0, "alpha": 1.0, "z": -1.0}[group] for group in JOLTS])
-PASSING = ("payload", "slow")  # groups that are not what they were
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,21 +55,26 @@ class Worn:
     """What is asked of beliefs."""
 
     wear: Wear
-    kept: Index  # (s,) states that are what they were but for how they stray
-    at: Index  # (J, g) of each drive, among these
-    sd: Array  # (g,) W's roots
 
-    @classmethod
-    def of(cls, wear: Wear, places: Mapping[str, slice]) -> Worn:
-        """Of drives whose groups have these places among the states."""
-        stays = np.ones(len(wear.names), dtype=bool)
-        for group in PASSING:
-            stays[places[group]] = False
-        drives = np.array([np.arange(places[g].start, places[g].stop) for g in JOLTS]).T
-        among = np.cumsum(stays) - 1
-        return cls(wear, np.flatnonzero(stays), among[drives], np.array([*JOLTS.values()]))
+    @cached_property
+    def kept(self) -> Index:
+        """States that are what they were but for how they stray, (s,)."""
+        stays = np.ones(len(self.wear.names), dtype=bool)
+        stays[self.wear.payload] = stays[self.wear.slow] = False
+        return np.flatnonzero(stays)
 
-    def told(self, before: Gaussian, now: Gaussian, span: float, blind: bool) -> Told:
+    @cached_property
+    def at(self) -> Index:
+        """Those of each drive, among these, (J, g)."""
+        states = [np.arange(jolt.at.start, jolt.at.stop) for jolt in self.wear.jolts]
+        return np.searchsorted(self.kept, np.array(states).T)
+
+    @cached_property
+    def sd(self) -> Array:
+        """W's roots, (g,)."""
+        return np.array([jolt.sd for jolt in self.wear.jolts])
+
+    def told(self, before: Gaussian, now: Gaussian, span: float, blind: bool) -> Answer:
         """What beliefs tell of which one was held `span` [s] before the other.
 
         Args:
@@ -91,11 +95,11 @@ class Worn:
         told = np.maximum(value, 1.0)
         lever = vector.swapaxes(1, 2) @ (self.sd[:, None] * seen.reshape(J, g, -1))
         change = (vector @ (along / told)[..., None])[..., 0]
-        return Told(now, along, told, lever, change @ WORSE)
+        return Answer(now, along, told, lever, change @ WORSE)
 
 
 @dataclass(frozen=True, eq=False)
-class Told:
+class Answer:
     """Of each drive, along the g directions in which its wear can be told apart."""
 
     now: Gaussian
