@@ -5,9 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
+from typing import Any, TypeVar, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+
+V = TypeVar("V")
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -16,6 +19,17 @@ Which = slice | Index  # rows, by their range or one by one
 
 NORMAL90 = 1.645  # [sd] to either side of the middle of a Gaussian: 90 % of it, and 95 % below
 MAD_TO_SD = 1.4826  # [-] of a Gaussian, median of the deviations' sizes: 1 / Φ⁻¹(3/4)
+
+
+def changed(value: V, **changes: Any) -> V:
+    """A frozen value with other fields: `replace` for tight loops, in a quarter of its time.
+
+    `__post_init__` has seen what stays, and is not asked about what is new.
+    """
+    had, new = vars(value), object.__new__(type(value))
+    names: tuple[str, ...] = cast(Any, value).__match_args__  # what is cached is not among them
+    vars(new).update({name: had[name] for name in names}, **changes)
+    return new
 
 
 def frozen(values: ArrayLike) -> Array:

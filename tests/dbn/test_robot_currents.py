@@ -6,10 +6,12 @@ import numpy as np
 import pytest
 
 from urdyn.dbn.robot import RobotCurrents, shown_directions
+from urdyn.identify.noise import Noise
 from urdyn.model.arm import load_arm
 from urdyn.model.population import population
 from urdyn.signal import Instant
 from urdyn.simulate import fourier
+from urdyn.tracking.colour import ORDER, first, whitened
 
 LOAD = np.array([2.0, 0.02, -0.04, 0.16, *[0.01, 0.0, 0.01, 0.0, 0.0, 0.005]])
 
@@ -99,6 +101,22 @@ def test_an_instrument_moves_the_slice_and_the_current_alike(currents, motion):
     )
     assert np.abs(more).max() > 0.01
     assert currents.instrumental(u, instant) is u.packed
+
+
+def test_a_constant_error_passes_a_filter_as_its_doubt_does(currents, motion):
+    """Of a gear that grips more than is thought, or an acceleration that is off for long."""
+    rng, u = np.random.default_rng(10), at(currents, motion, 150)
+    off, ar = np.array([0.3, 0.1, -0.2, 0.05, 1.0, 0.4]), rng.uniform(-0.1, 0.2, (6, ORDER))
+    noise = Noise(np.ones(6), np.ones(6), np.full(6, 100.0), np.zeros((6, 0)))
+    colour = replace(first(noise, u.packed.shape[1], 0.01), ar=ar)
+    drawn = currents.per_unit(state(currents), u)
+    for _ in range(ORDER + 1):
+        packed, y, colour = whitened(colour, u.packed, (drawn * u.packed).sum(axis=1) + off)
+    left = y - (drawn * packed).sum(axis=1)
+    doubtful = replace(u, gripped=0.5 * off**2, smeared=0.5 * off**2)
+    white = doubtful.filtered(packed, np.zeros(6), np.zeros(6))
+    np.testing.assert_allclose(white.unknown, left**2, rtol=1e-9)
+    assert (np.abs(left) < np.abs(off)).all()
 
 
 def test_slopes_are_derivatives(currents, motion):

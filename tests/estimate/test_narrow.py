@@ -38,7 +38,7 @@ class Products:
         return 0.01 * np.eye(2)
 
     def arguments(self, u: Tick) -> Arguments:
-        return Arguments(self.sums[:, None], np.array([[0], [1]]))
+        return Arguments(self.sums[:, None], np.array([[0], [1]]), N)
 
     def through(self, z: Array, u: Tick) -> Array:
         return np.exp(z[..., 1]) * z[..., 0]

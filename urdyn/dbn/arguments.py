@@ -16,6 +16,7 @@ class Arguments:
 
     combined: Array  # (m, c, p) of the p leading states
     states: Index  # (m, s)
+    width: int  # of the states that any row depends on, which lead as well
 
     @property
     def count(self) -> int:
@@ -49,8 +50,9 @@ class Arguments:
         return out
 
     def back(self, slope: Array) -> Array:
-        """Slopes by the p leading states from those by arguments, (..., m, d) -> (..., m, p)."""
-        c = self.combined.shape[1]
-        H = (slope[..., None, :c] @ self.combined)[..., 0, :]
+        """Slopes by states from those by arguments, (..., m, d) -> (..., m, width)."""
+        c, p = self.combined.shape[1:]
+        H = np.zeros((*slope.shape[:-1], self.width))
+        H[..., :p] = (slope[..., None, :c] @ self.combined)[..., 0, :]
         H[..., self._row, self.states] += slope[..., c:]
-        return np.asarray(H)
+        return H

@@ -14,25 +14,25 @@ as the joints' temperatures tell, and `lubricant` what they do not.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
 from urdyn.dbn.arguments import Arguments
-from urdyn.dbn.robot_slice import Carried, RobotSlice, packed
+from urdyn.dbn.robot_slice import Carried, RobotSlice, joined, packed, presliding_doubt
 from urdyn.model.arm import Arm, with_inertials
 from urdyn.model.consistency import log_cholesky, log_cholesky_jacobian
 from urdyn.model.dynamics import Dynamics
 from urdyn.model.friction import RIPPLE_ORDER
 from urdyn.model.population import Population
 from urdyn.signal.sample import Instant
-from urdyn.types import Array, Index, Mask, frozen
+from urdyn.types import Array, Index, Mask, changed, frozen
 
 BODIES = ("k", "m", "payload")  # what moves the rigid-body torque
 POSITIVE = ("f", "alpha", "beta", "rotor", "z", "gain")
 WARMTH = ("kappa", "kappa_f", "lubricant")
-GROUPS = (*BODIES, *POSITIVE, "o", *WARMTH, "slow")
+GROUPS = (*BODIES, "o", "slow", *POSITIVE, *WARMTH)  # what combinations are made of first
 SMEAR = 0.01  # [s] of its jerk, by which an acceleration that was differentiated may be off
 SHOWN = 1e-6  # of the largest singular value: what a direction must do to torque to be tracked
 
@@ -148,17 +148,15 @@ class RobotCurrents:
         drive = self.reference.drive
         warm = warm - drive.temperature
         unknown = np.isnan(warm)
-        Y = self._arm.regressor(q, v, a)
         G, _, M = self._arm.torque_derivatives(q, v, a)
-        load = Y @ self._pi
-        A = np.concatenate([G, Y @ self.shown, Y[:, -10:]], axis=1)
+        A, load = self._bodies(G, now, a)
         side = s * np.sign(load if x is None else load + A @ x[self.rigid])
         return RobotSlice(
             dt=dt,
             span=dt if span is None else span,
             packed=packed(A, side, load, self._rest(now, s), s, v, a),
             side=side,
-            gripped=self._gripped,
+            gripped=(presliding_doubt(v) * self._gripped) ** 2,
             smeared=(SMEAR / drive.gain * (M @ now.jerk + drive.rotor_inertia * now.jerk)) ** 2,
             noise=self.noise,
             warm=np.where(unknown, 0.0, warm),
@@ -175,13 +173,14 @@ class RobotCurrents:
         f, alpha, beta, rotor, z, gain = np.exp(x[self._positive]).reshape(len(POSITIVE), -1)
         kappa, kappa_f, lubricant = (x[self.places[name]] for name in WARMTH)
         warm = u.felt * (u.warm + lubricant)
-        bodies = np.repeat(x[None, self.rigid], len(z), axis=0)
-        bodies[:, self.places["payload"]] /= gain[:, None]
-        one, o = np.ones_like(z), x[self.places["o"]]
+        one, o = np.ones(len(z)), x[self.places["o"]]
         f, alpha = f * np.exp(-kappa_f * warm), alpha * np.exp(-kappa * warm)
-        rows = np.array([one, beta, one, f, alpha, rotor, o]).T
-        torque = np.concatenate([bodies, beta[:, None] * bodies, rows], axis=1)
-        return np.asarray(torque / (self.reference.drive.gain * z)[:, None])
+        bodies = np.empty((len(z), self.rigid.stop))
+        bodies[:] = x[self.rigid]
+        bodies[:, self.places["payload"]] /= gain[:, None]
+        torque = joined(bodies, beta, (beta, one, f, alpha, one, rotor, o))
+        torque /= (self.reference.drive.gain * z)[:, None]
+        return torque
 
     def instrumental(self, u: RobotSlice, now: Instant) -> Array:
         """What is packed by the instrument's accelerations, (J, 2 c + 7).
@@ -190,19 +189,23 @@ class RobotCurrents:
         noise in it learns of that noise: inertia that is too small, above all where currents are
         whitened. The regressor is taken where the noise is another one, and what is left stays
         what it was: the method of instrumental variables [Soderstrom2002]_. What a joint's zero
-        does is left out.
+        does stays as it is.
         """
         if now.instrument is None:
             return u.packed
-        more = now.instrument - now.a
-        Y = self._arm.inertia_regressor(now.q, more)
-        A = np.concatenate([np.zeros((len(Y),) * 2), Y @ self.shown, Y[:, -10:]], axis=1)
-        load, still = Y @ self._pi, np.zeros_like(more)
-        return u.packed + packed(A, u.side, load, still, still, still, more, one=0.0)
+        A, load = self._bodies(u.A[:, self.places["k"]], now, now.instrument)
+        return packed(A, u.side, load, u.rest, u.s, u.v, now.instrument)
+
+    def _bodies(self, G: Array, now: Instant, a: Array) -> tuple[Array, Array]:
+        """A (J, c) and load (J,) of an arm that accelerates by a, with G (J, J) by its zeros."""
+        borne = self._arm.regressor(now.q, now.v, a) @ self._inertials
+        return np.concatenate([G, borne[:, :-1]], axis=1), borne[:, -1]
 
     @cached_property
-    def _pi(self) -> Array:
-        return self._arm.inertials.ravel()
+    def _inertials(self) -> Array:
+        """Per unit of m and of payload, and the reference's own, (10 J, c - J + 1)."""
+        pi, payload = self._arm.inertials.ravel(), np.eye(self.shown.shape[0])[:, -10:]
+        return np.column_stack([self.shown, payload, pi])
 
     @cached_property
     def _gripped(self) -> Array:
@@ -241,39 +244,42 @@ class RobotCurrents:
 
     def arguments(self, u: RobotSlice) -> Arguments:
         """TORQUE, HELD, CURRENT, CARRIED, CARRIED_HELD, and STATES of each joint."""
-        at, exact, joints = self.places, u.carried is None, np.arange(len(u.noise))
+        at, exact, J = self.places, u.carried is None, self.reference.arm.joints
         own, payload = slice(0, at["payload"].start), at["payload"]
-        W = np.zeros((len(joints), 5 if exact else 3, len(self.names)))
+        W = np.zeros((J, 5 if exact else 3, at["slow"].stop))
         W[:, TORQUE, own], W[:, HELD, own] = u.A[:, own], u.A_hold[:, own]
-        W[joints, TORQUE, joints + at["o"].start] = u.one
-        W[joints, CURRENT, joints + at["slow"].start] = u.one
+        for kind, of in (TORQUE, "o"), (CURRENT, "slow"):
+            W[:, kind, at[of]].flat[:: J + 1] = u.one
         if u.carried is not None:
             W[:, CURRENT, payload] = u.carried.slope
         else:
             W[:, CARRIED, payload] = u.A[:, payload]
             W[:, CARRIED_HELD, payload] = u.A_hold[:, payload]
-        return Arguments(W, self._states)
+        return Arguments(W, self._states, len(self.names))
 
     def through(self, z: Array, u: RobotSlice) -> Array:
         """Currents by their arguments, (..., J, d) -> (..., J) [A]."""
         return self._currents(z, u, self._parts(z, u))
 
     def _parts(self, z: Array, u: RobotSlice) -> _Parts:
-        positive, warmth = np.exp(z[..., LOGARITHMS]), z[..., WARM]
-        f, alpha, beta, rotor, health, gain = (positive[..., k] for k in range(len(POSITIVE)))
+        positive, warmth = np.array(z[..., LOGARITHMS]), z[..., WARM]
         kappa, kappa_f, lubricant = (warmth[..., k] for k in range(len(WARMTH)))
         warm = u.felt * (u.warm + lubricant)
+        positive[..., 0] -= kappa_f * warm
+        positive[..., 1] -= kappa * warm
+        np.exp(positive, out=positive)
+        f, alpha, beta, rotor, health, gain = (positive[..., k] for k in range(len(POSITIVE)))
         if u.carried is None:
             carried, carried_held = z[..., CARRIED] / gain, z[..., CARRIED_HELD] / gain
         else:
-            carried, carried_held = u.carried.torque[0] / gain, u.carried.torque[1] / gain
+            carried, carried_held = u.carried.torque / gain, u.carried.held / gain
         return _Parts(
-            torque=u.load + u.rest + z[..., TORQUE] + carried,
+            torque=(u.load + u.rest) + z[..., TORQUE] + carried,
             held=u.hold + z[..., HELD] + carried_held,
             carried=carried,
             carried_held=carried_held,
-            f=f * np.exp(-kappa_f * warm) * u.s,
-            alpha=alpha * np.exp(-kappa * warm) * u.v,
+            f=f * u.s,
+            alpha=alpha * u.v,
             beta=beta,
             rotor=rotor * u.a,
             gain=gain,
@@ -316,12 +322,12 @@ class RobotCurrents:
         nobody measured: the inconsistency of [Huang2010]_, mended as there, by one point for all
         samples of a payload.
         """
-        at, K = self.places, self.reference.drive.gain
-        beta, z, gain = (np.exp(x[at[name]]) for name in ("beta", "z", "gain"))
-        A, A_hold = u.A[:, at["payload"]], u.A_hold[:, at["payload"]]
+        at, K = self.places["payload"], self.reference.drive.gain
+        _, _, beta, _, z, gain = np.exp(x[self._positive]).reshape(len(POSITIVE), -1)
+        A, A_hold = u.A[:, at], u.A_hold[:, at]
         slope = (A + beta[:, None] * A_hold) / (K * z * gain)[:, None]
-        torque = np.array([A, A_hold]) @ payload
-        return replace(u, carried=Carried(payload, slope, torque, slope @ payload))
+        near = Carried(payload, slope, A @ payload, A_hold @ payload, slope @ payload)
+        return changed(u, carried=near)
 
     def load(self, x: Array, u: RobotSlice) -> Array:
         """Rigid-body torque that the gears transmit, (n,) -> (J,) [N·m]."""

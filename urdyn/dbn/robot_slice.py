@@ -7,13 +7,13 @@ from functools import cached_property
 
 import numpy as np
 
-from urdyn.types import Array
+from urdyn.types import Array, changed
 
 DOUBT = 0.03  # [-] sd of the presliding state of a joint that slides
 CREEPING_DOUBT = 0.5  # [-] added where it stands
 CREEP = 0.02  # [rad/s] over which that fades
 
-ROWS = ("load", "hold", "rest", "s", "v", "a", "one")
+ROWS = ("hold", "rest", "s", "v", "load", "a", "one")
 COLUMN = {name: k - len(ROWS) for k, name in enumerate(ROWS)}  # of what is packed
 
 
@@ -23,7 +23,8 @@ class Carried:
 
     payload: Array  # (10,)
     slope: Array  # (J, 10) [A] per unit of payload
-    torque: Array  # (2, J) [N·m] what it does, and what of that structural damping rides on
+    torque: Array  # (J,) [N·m] what it does
+    held: Array  # (J,) [N·m] and what of that structural damping rides on
     current: Array  # (J,) [A] slope @ payload
 
 
@@ -40,8 +41,8 @@ class RobotSlice:
     span: float  # [s] since parameters moved last; 0: they stand still over this slice
     packed: Array  # (J, 2 c + 7)
     side: Array  # (J,) [-] presliding state, as each gear is loaded along it or against it
-    gripped: Array  # (J,) [A] per unit of the presliding state
-    smeared: Array  # (J,) [A²] variance, for the acceleration was differentiated
+    gripped: Array  # (J,) [A²] variance, for nobody knows the presliding state
+    smeared: Array  # (J,) [A²] the same, for the acceleration was differentiated
     noise: Array  # (J,) [A] sd
     warm: Array  # (J,) [K] of the lubricant over that of the first day, by the model; 0 unknown
     felt: Array  # (J,) [-] 1 where the joint's temperature is measured, else 0: nothing is claimed
@@ -53,15 +54,22 @@ class RobotSlice:
     widen: bool = False  # something else may be carried from here on
     carried: Carried | None = None  # None: what a payload does is exact
 
+    def filtered(self, packed: Array, noise: Array, stray: Array) -> RobotSlice:
+        """After a filter in time that has made `packed`, noise and slow noise of its own, of these.
+
+        What nobody knows of a motion changes slowly, and comes through as `one` does.
+        """
+        of = packed[:, COLUMN["one"]] ** 2
+        unknown = {"gripped": of * self.gripped, "smeared": of * self.smeared}
+        return changed(self, packed=packed, noise=noise, stray=stray, **unknown)
+
     @cached_property
     def unknown(self) -> Array:
         """Variance by doubt about presliding and accelerations, (J,) [A²].
 
-        A joint that creeps is held by what nobody knows; how far accelerations usually are off is
-        in the noise already.
+        How far accelerations usually are off is in the noise already.
         """
-        unusual = np.maximum(self.smeared - self.noise**2, 0.0)
-        return np.asarray((presliding_doubt(self.v) * self.gripped) ** 2 + unusual)
+        return np.asarray(self.gripped + np.maximum(self.smeared - self.noise**2, 0.0))
 
     @property
     def roughly(self) -> Array | None:
@@ -131,12 +139,16 @@ def packed(
     s: Array,
     v: Array,
     a: Array,
-    one: float = 1.0,
 ) -> Array:
     """What a slice is linear in, of gears that are loaded along s or against it, `side` (J,)."""
+    return joined(A, side, (side * load, rest, s, v, load, a, np.ones(len(s))))
+
+
+def joined(A: Array, held: Array, rows: tuple[Array, ...]) -> Array:
+    """A (J, c), the same times `held` (J,), and ROWS, (J,) each: (J, 2 c + 7)."""
     J, c = A.shape
     out = np.empty((J, 2 * c + len(ROWS)))
     out[:, :c] = A
-    np.multiply(side[:, None], A, out=out[:, c : 2 * c])
-    out[:, 2 * c :] = np.array([load, side * load, rest, s, v, a, np.full(J, one)]).T
+    np.multiply(held[:, None], A, out=out[:, c : 2 * c])
+    out[:, 2 * c :] = np.array(rows).T
     return out

@@ -102,7 +102,7 @@ def learnt(
     if moved is not None:
         held = np.where(moved, 0.0, B)
         step, known = np.where(moved, step, 0.0), known - held.T @ held
-    posterior = Gaussian(predicted.mean + step, predicted.cov - known)
+    posterior = Gaussian(predicted.mean + step, np.subtract(predicted.cov, known, out=known))
     return posterior, innovation(y, rows, residual, S, W, log_det)
 
 

@@ -106,5 +106,6 @@ def narrow(
     mean, G, left = points.linearised(model.through(z, u))
     slope = np.asarray(np.linalg.solve(root.swapaxes(1, 2), G[..., None])[..., 0])
     cross, H = (slope[:, None] @ across)[:, 0], few.back(slope)
-    noise = model.observe_cov(u) + np.diag(left.diagonal())
+    noise = np.array(model.observe_cov(u))
+    noise.flat[:: m + 1] += left.diagonal()
     return Expected(mean, cross, cross[:, : H.shape[1]] @ H.T, noise)

@@ -11,7 +11,6 @@ from __future__ import annotations
 import xml.etree.ElementTree as ET
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -66,16 +65,6 @@ class Arm:
     def regressor(self, q: Array, v: Array, a: Array) -> Array:
         """Y, (..., J, 10 J): torque = Y @ inertials.ravel(), for any inertials."""
         return self._each(pin.computeJointTorqueRegressor, (self.joints, 10 * self.joints), q, v, a)
-
-    def inertia_regressor(self, q: Array, a: Array) -> Array:
-        """Y, (..., J, 10 J), of accelerations alone: Y @ inertials.ravel() = M(q) a."""
-        return self._weightless.regressor(q, np.zeros_like(q), a)
-
-    @cached_property
-    def _weightless(self) -> Arm:
-        model = pin.Model(self._model)
-        model.gravity = pin.Motion.Zero()
-        return replace(self, _model=model, _data=model.createData())
 
     def torque(self, q: Array, v: Array, a: Array, inertials: Array | None = None) -> Array:
         """Rigid-body torque (..., J) [N m], by recursive Newton-Euler."""

@@ -31,7 +31,7 @@ from urdyn.tracking.model import JOLTS, PAYLOAD_SD
 from urdyn.types import Array, Gaussian, Mask, frozen
 
 MEMORY = 2.0  # [s] over which evidence is gathered
-WEARING = np.array([20.0, 120.0])  # [s] the same of drives alone
+WEARING = 20.0, 120.0  # [s] the same of drives alone
 CLIP = 3.0  # [sd] that an innovation counts for at most
 SURE = 30.0  # [-] log odds; what nobody models in a healthy arm has been seen to reach 22
 # [-] log odds that a drive wears, by each; pairs of a UR10e's twin and a run reached 11.4 and 20.3
@@ -42,7 +42,7 @@ BOTH = 30.0  # [-] by which both at once are: a large payload moves more than it
 TOLD = 3.0  # [sd] from what it was thought to be: less, and it is taken for that
 LASTS = 0.24  # [s] that what comes bears it out: a knock and its rebound have passed by then
 CARRIED = slice(-10, -6)  # columns of a slice's A: mass and first moments of the payload
-OWN = [COLUMN[name] for name in ("s", "v", "load")]  # and of all that is packed
+OWN = slice(COLUMN["s"], COLUMN["load"] + 1)  # and of all that is packed: s, v and load
 # Rows and columns of the sums: of a payload, of a drive, and behind them e, that both have.
 PAYLOAD, OF_PAYLOAD, OF_DRIVE = slice(4), np.arange(8) % 7 < 4, np.arange(8) >= 4
 COMMON = OF_PAYLOAD & OF_PAYLOAD[:, None]  # of all joints together
@@ -111,10 +111,10 @@ def gathered(
     rows = np.concatenate([signatures, residual, lasting, residual], axis=1)
     rows /= np.maximum(np.abs(residual) / CLIP, sd)
     at_once, wear = rows[:, :8], rows[:, 8:]
+    slowly = np.array([exp(-dt / memory) for memory in WEARING])[:, None, None, None]
     return Evidence(
         exp(-dt / MEMORY) * evidence.sums + at_once[:, :, None] * at_once[:, None, :],
-        np.exp(-dt / WEARING)[:, None, None, None] * evidence.wear
-        + wear[:, :, None] * wear[:, None, :],
+        slowly * evidence.wear + wear[:, :, None] * wear[:, None, :],
         absorbed,
         evidence.highest,
         evidence.lasted + dt * known.any(),

@@ -17,7 +17,7 @@ import numpy as np
 
 from urdyn.identify.noise import Noise
 from urdyn.identify.slow import MEMORY
-from urdyn.types import Array, Mask
+from urdyn.types import Array, Mask, changed
 
 ORDER = 8
 APART = np.array([*range(ORDER + 1), -1])  # rows of what is left, beside the newest
@@ -113,7 +113,7 @@ def whitened(colour: Colour, packed: Array, y: Array) -> tuple[Array, Array, Col
     known = np.isfinite(seen)
     if not known.all():
         packed[~known], now[np.isnan(y)] = 0.0, np.nan
-    return packed, seen, replace(colour, past=np.concatenate([now[None], colour.past[:-1]]))
+    return packed, seen, changed(colour, past=np.concatenate([now[None], colour.past[:-1]]))
 
 
 def interrupted(colour: Colour) -> Colour:
@@ -132,9 +132,7 @@ def foreseen(colour: Colour, slow: Array) -> Array:
     """What the noise's past says of the residual to come, slow part and all, (J,) [A]."""
     before = colour.left[:ORDER]
     known = np.where(np.isnan(before), 0.0, before)
-    return np.asarray(
-        np.einsum("jk,kj->j", colour.ar, known) + slow * (1.0 - colour.ar.sum(axis=1))
-    )
+    return np.asarray((colour.ar * (known.T - slow[:, None])).sum(axis=1) + slow)
 
 
 def learnt(colour: Colour, left: Array, unknown: Array, sure: Mask, period: float) -> Colour:
@@ -152,9 +150,10 @@ def learnt(colour: Colour, left: Array, unknown: Array, sure: Mask, period: floa
     product[0] -= unknown
     gain = sure / np.minimum(colour.count + colour.known + 1.0, LEARN / period)
     step = gain * (product - colour.alike)
-    alike = colour.alike + np.where(np.isfinite(step), step, 0.0)
-    alike[0] = np.maximum(alike[0], TINY**2)
-    colour = replace(colour, left=left, alike=alike, count=colour.count + 1.0)
+    step[np.isnan(step)] = 0.0
+    alike = colour.alike + step
+    np.maximum(alike[0], TINY**2, out=alike[0])
+    colour = changed(colour, left=left, alike=alike, count=colour.count + 1.0)
     pause = max(PAUSE, round(PAUSE_TIME / period))
     return _looked_at(colour, period) if colour.count % pause < 1.0 else colour
 

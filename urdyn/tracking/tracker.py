@@ -31,7 +31,7 @@ from urdyn.tracking.state import Learnt, TrackerState, begun_anew, marked, rezer
 from urdyn.tracking.streams import Heard, Moment, Stream, assimilated, first
 from urdyn.tracking.temper import tempered, untempered
 from urdyn.tracking.worn import Then, Worn
-from urdyn.types import Array, Index
+from urdyn.types import Array, Index, changed
 
 S = TypeVar("S")
 
@@ -184,7 +184,8 @@ class Tracker(Generic[S]):
         seen = self._seen(state, now, way, supposed, u)
         model = self.model if moves else self._still
         belief, told = self.filter.step(model, supposed.before, seen.given, seen.current)
-        told = untempered(told, seen.given.noise**2 - seen.white.noise**2, seen.current)
+        if seen.given is not seen.white:
+            told = untempered(told, seen.given.noise**2 - seen.white.noise**2, seen.current)
         after = self._after(state, causal, now, way, supposed, seen, belief, told)
         widened = supposed.widens
         if not self._credible(belief):
@@ -234,7 +235,7 @@ class Tracker(Generic[S]):
         through = self.currents.instrumental(u, now)
         current = left + (per_unit * through).sum(axis=1)
         through, current, colour = noise.whitened(past, through, current)
-        white = replace(u, packed=through, noise=colour.scale, stray=colour.slow)
+        white = u.filtered(through, colour.scale, colour.slow)
         white = self.currents.near(white, mean, supposed.carried)
         variance = white.noise**2 + white.unknown
         wild = left - noise.foreseen(past, mean[self.currents.places["slow"]])
@@ -254,9 +255,9 @@ class Tracker(Generic[S]):
     ) -> TrackerState[S]:
         """The state once an instant was learnt from."""
         anew, unknown = supposed.anew, seen.white.unknown
-        lasting = np.isnan(told.residual) * state.unsure
-        unsure = np.fmax(told.cov.diagonal() / seen.variance, lasting)
-        sure = (unsure < SURE) & (unknown < 0.25 * seen.white.noise**2)
+        compared = np.isfinite(told.residual)
+        unsure = np.where(compared, told.cov.diagonal() / seen.variance, state.unsure)
+        sure = compared & (unsure < SURE) & (unknown < 0.25 * seen.white.noise**2)
         colour = noise.learnt(seen.colour, seen.left, unknown, sure, self.period)
         was = supposed.was
         known = Learnt(belief, colour) if anew else Learnt(was.belief, was.colour)
@@ -266,7 +267,7 @@ class Tracker(Generic[S]):
             state = replace(state, then=was.then, lately=was.lately)
         if not supposed.fresh:
             carried = self._noticing.renewed(state, belief, now.t)
-        return replace(
+        return changed(
             marked(state, now.t, known if supposed.fresh else None),
             causal=causal,
             belief=belief,
