@@ -230,19 +230,22 @@ def test_friction_that_grows_between_rests_is_no_load_that_turns_over(joint: int
     assert widened < 8
 
 
-def test_a_wrist_s_friction_is_not_the_damping_of_what_it_bears() -> None:
+@pytest.mark.parametrize("joint", [4, pytest.param(5, marks=pytest.mark.slow)])
+def test_a_wrist_s_friction_is_not_what_it_bears(joint: int) -> None:
     """A story: at 20 Hz a wrist's friction jumps, and structural damping is known worse than that.
 
-    It took all of it, and friction was eleven deviations off.
+    It took all of it, and friction was eleven deviations off. Of another wrist a load that turns
+    over took it: drives were not asked before it had been carried for two seconds, which it never
+    was, and friction was as far off for good.
     """
     dynamics, fit = commissioned(0)
     rng = np.random.default_rng(3)
     work = plan("point_to_point", dynamics.arm, 150.0, RATE, rng)
-    fault = parse_fault("friction_increase:joint=4,onset=50,rate=0.3,shape=step", 6)
+    fault = parse_fault(f"friction_increase:joint={joint},onset=50,rate=0.3,shape=step", 6)
     lived = happening(dynamics, work, (fault,), False)
     log = observe(dynamics, work.trajectory, real_sensors(dynamics.arm), rng, lived)
-    off, sd, _ = drive_at_the_end(dynamics, fit, log, 4, 1.3)
-    assert (np.abs(off) < 4.0 * sd).all() and sd[4] < 0.13
+    off, sd, _ = drive_at_the_end(dynamics, fit, log, joint, 1.3)
+    assert (np.abs(off) < 4.0 * sd).all() and sd[joint] < 0.13
 
 
 @pytest.mark.parametrize("joint", [pytest.param(1, marks=pytest.mark.slow), 2])

@@ -6,10 +6,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from workshop import commissioned
 
 from urdyn.dbn.wear import Fading, Jolt, Wear
+from urdyn.estimate import EKF
+from urdyn.tracking import Tracker
 from urdyn.tracking.model import JOLTS
-from urdyn.tracking.worn import SURE, Answer, Worn
+from urdyn.tracking.state import HINDSIGHT, Learnt, marked
+from urdyn.tracking.worn import ASKED, SURE, Answer, Worn
 from urdyn.types import Gaussian
 
 J, OTHERS = 2, 3
@@ -20,6 +24,7 @@ PLACES |= {"payload": slice(LASTING, LASTING + 1), "slow": slice(LASTING + 1, LA
 STATES = LASTING + 2
 WALK = 1e-3  # [1/s] variance that each drive's parameters gather in a second
 SPAN = 30.0  # [s]
+STEP = 0.5  # [s]
 
 
 def prior_of(rng: np.random.Generator) -> Gaussian:
@@ -111,9 +116,9 @@ def test_what_a_healthy_drive_strays_by_is_no_wear() -> None:
     prior = Gaussian(np.zeros(STATES), 1e-8 * np.eye(STATES))
     strayed = 2.0 * np.sqrt(WALK * SPAN) * np.eye(STATES)[0]
     now = Gaussian(strayed, 1e-9 * np.eye(STATES))
-    assert told(prior, now).wore[0]
-    assert not asked(WALK).told(prior, now, SPAN, False).wore.any()
-    assert asked(WALK).told(prior, replace(now, mean=5.0 * strayed), SPAN, False).wore[0]
+    assert told(prior, now).wore()[0]
+    assert not asked(WALK).told(prior, now, SPAN, False).wore().any()
+    assert asked(WALK).told(prior, replace(now, mean=5.0 * strayed), SPAN, False).wore()[0]
 
 
 def test_one_drive_is_found_at_a_time_and_none_that_is_better() -> None:
@@ -127,10 +132,24 @@ def test_one_drive_is_found_at_a_time_and_none_that_is_better() -> None:
         y = H @ truth + rng.standard_normal(60)
         both = told(prior, seen(prior, prior.cov, H, y)[0])
         assert (both.log_odds > SURE).all()
-        assert both.wore.sum() == (sign > 0.0)
+        assert both.wore().sum() == (sign > 0.0)
     truth[[0, 1]] += 2.0, 1.6
     y = H @ truth + rng.standard_normal(60)
-    first = told(prior, seen(prior, prior.cov, H, y)[0]).wore
+    first = told(prior, seen(prior, prior.cov, H, y)[0]).wore()
     known = Gaussian(prior.mean, wider(prior, int(np.flatnonzero(first)[0])))
     again = told(known, seen(known, known.cov, H, y)[0])
-    assert (again.wore == ~first).all()
+    assert (again.wore() == ~first).all()
+
+
+@pytest.mark.parametrize("sets_off", [1.0, 1.5, np.inf])
+def test_a_belief_of_half_a_minute_to_a_minute_ago_is_kept_however_often_the_arm_stands(
+    sets_off: float,
+) -> None:
+    _, fit = commissioned(0)
+    state = Tracker(fit, EKF(), STEP).init()
+    for t in np.arange(0.0, 200.0, STEP):
+        begins = t % sets_off < STEP and t > 0.0
+        state = replace(state, passed=t, moved=t)
+        state = marked(state, t, Learnt(state.belief, state.colour) if begins else None)
+        if t > 2.0 * ASKED + HINDSIGHT:
+            assert ASKED - STEP <= t - state.then.moved <= 2.0 * (ASKED + HINDSIGHT)

@@ -24,7 +24,7 @@ from urdyn.tracking.befallen import (
 from urdyn.tracking.handling import HANDLING, Weighed, exchanged
 from urdyn.tracking.model import BULKY, LIGHT
 from urdyn.tracking.state import HINDSIGHT, QUICK, TrackerState, believing, in_hindsight
-from urdyn.tracking.worn import ASK, Then, Worn
+from urdyn.tracking.worn import ASK, SURE, SURER, YOUNG, Then, Worn
 from urdyn.types import Array
 
 S = TypeVar("S")
@@ -170,16 +170,23 @@ class Noticing(Generic[S]):
     def _wore(self, state: TrackerState[S], t: float) -> Befallen | None:
         """A drive that wore before the run, or does, told while nothing else is in question."""
         unsettled = state.evidence.highest or t - state.befell < PATIENCE
-        if unsettled or np.isfinite(state.rest.left) or state.colour.count % self._ask >= 1.0:
+        if unsettled or state.colour.count % self._ask >= 1.0 or not self._settled(state):
             return None
-        then, blind = state.then, bool(np.isnan(state.lubricant).any())
+        young = state.moved - state.lately.moved < YOUNG
+        turn = state.colour.count // self._ask % 2.0 > 0.0 and not young
+        then, sure = (state.lately, SURER) if turn else (state.then, SURE)
         before, now = self.filter.belief(then.belief), self.filter.belief(state.belief)
+        blind = bool(np.isnan(state.lubricant).any())
         told = self.worn.told(before, now, state.passed - then.passed, blind)
-        wore = told.wore
+        wore = told.wore(sure)
         if wore.any():  # what befell a drive before the run is not known to go on
             return Befallen(None, wore, wears=then.moved > 0.0, known=told.allowing(wore))
         wears = wearing(state.evidence, self._sizes)
         return Befallen(None, wears, wears=True) if wears.any() else None
+
+    def _settled(self, state: TrackerState[S]) -> bool:
+        """Whether what is carried is known."""
+        return not np.isfinite(state.rest.left) or self._payload(state.belief)[1][0] < KNOWN
 
     def _allowing(
         self, was: TrackerState[S], state: TrackerState[S], what: Befallen | None

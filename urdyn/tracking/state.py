@@ -69,14 +69,14 @@ class TrackerState(Generic[S]):
 
 def marked(state: TrackerState[S], t: float, anew: Learnt[S] | None) -> TrackerState[S]:
     """With what is remembered of earlier beliefs; nothing but `anew`, where it has just begun."""
-    if anew is not None:
-        return replace(state, earlier=anew, earliest=anew, marked=t)
-    if t - state.marked < HINDSIGHT:
+    if anew is None and t - state.marked < HINDSIGHT:
         return state
-    now, then, lately = Learnt(state.belief, state.colour), state.then, state.lately
+    earliest = state.earlier if anew is None else anew
+    earlier = Learnt(state.belief, state.colour) if anew is None else anew
+    then, lately = state.then, state.lately
     if state.moved - lately.moved > ASKED:  # hindsight goes back to no belief before this one
-        then, lately = lately, Then(state.earlier.belief, state.passed, state.moved)
-    return replace(state, earlier=now, earliest=state.earlier, marked=t, then=then, lately=lately)
+        then, lately = lately, Then(earliest.belief, state.passed, state.moved)
+    return replace(state, earlier=earlier, earliest=earliest, marked=t, then=then, lately=lately)
 
 
 def in_hindsight(state: TrackerState[S]) -> TrackerState[S]:

@@ -32,11 +32,13 @@ from urdyn.types import Array, Gaussian, Index, Mask
 
 S = TypeVar("S")
 
-ASKED = 30.0  # [s] of motion; drives are asked of what was believed once to twice as long ago
-ASK = 1.0  # [s] from one time to the next
-# [-] log odds. Half as much friction again, or a fifth less health, put into the currents of a real
-# UR10e: 23 to 119. Healthy, in 30 pairs of its runs, end to end: none for the worse.
-SURE = 20.0
+ASKED = 30.0  # [s] of motion; drives are asked of what was believed less, and more, than this ago
+YOUNG = 5.0  # [s] of motion, before which a belief is too much like the one now to be asked of
+ASK = 0.5  # [s] from one time to the next, of one of both by turns
+# [-] log odds, by what was believed longer ago and by what was since. Half as much friction again,
+# or a fifth less health, put into a real UR10e's currents: 23 to 119, by the first. Healthy, in 30
+# pairs of its runs, end to end, for the worse: none by the first, and 22 by the second.
+SURE, SURER = 20.0, 25.0
 # What warms up, or bears more than is known, seems to get better: there odds reached 51.
 WORSE = np.array([{"f": 1.0, "alpha": 1.0, "z": -1.0}[group] for group in JOLTS])
 
@@ -113,11 +115,10 @@ class Answer:
         """Of wear beside none, drive by drive, (J,)."""
         return np.asarray(0.5 * (self.along**2 / self.told - np.log(self.told)).sum(axis=1))
 
-    @property
-    def wore(self) -> Mask:
-        """The drive that surely did; others may have, once that is known, (J,)."""
+    def wore(self, sure: float = SURE) -> Mask:
+        """The drive that did, of such log odds; others may have, once that is known, (J,)."""
         odds = np.where(self.worse > 0.0, self.log_odds, -np.inf)
-        return np.asarray((odds > SURE) & (odds == odds.max()))
+        return np.asarray((odds > sure) & (odds == odds.max()))
 
     def allowing(self, drives: Mask) -> Gaussian:
         """What is believed by who allowed for the wear of one drive, (J,)."""
