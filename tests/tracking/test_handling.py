@@ -245,7 +245,8 @@ def test_a_wrist_s_friction_is_not_what_it_bears(joint: int) -> None:
     lived = happening(dynamics, work, (fault,), False)
     log = observe(dynamics, work.trajectory, real_sensors(dynamics.arm), rng, lived)
     off, sd, _ = drive_at_the_end(dynamics, fit, log, joint, 1.3)
-    assert (np.abs(off) < 4.0 * sd).all() and sd[joint] < 0.13
+    assert (np.abs(off) < 4.0 * sd).all() and sd[joint] < 0.2
+    assert abs(off[joint]) < 0.5 * np.log(1.3)
 
 
 @pytest.mark.parametrize("joint", [pytest.param(1, marks=pytest.mark.slow), 2])
@@ -261,7 +262,7 @@ def test_a_little_health_is_no_light_load(joint: int) -> None:
     lived = happening(dynamics, work, (fault,), False)
     log = observe(dynamics, work.trajectory, real_sensors(dynamics.arm), rng, lived)
     off, sd, _ = drive_at_the_end(dynamics, fit, log, joint, 0.92, "z")
-    assert (np.abs(off) < 4.0 * sd).all() and sd[joint] < 0.02
+    assert (np.abs(off) < 4.0 * sd).all() and sd[joint] < 0.025
 
 
 def test_one_piece_does_not_stop_a_quick_arm_from_learning(monkeypatch: pytest.MonkeyPatch) -> None:
