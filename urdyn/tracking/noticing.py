@@ -170,7 +170,9 @@ class Noticing(Generic[S]):
     def _wore(self, state: TrackerState[S], t: float) -> Befallen | None:
         """A drive that wore before the run, or does, told while nothing else is in question."""
         unsettled = state.evidence.highest or t - state.befell < PATIENCE
-        if unsettled or state.colour.count % self._ask >= 1.0 or not self._settled(state):
+        handling = np.isfinite(state.rest.left)
+        doubtful = handling and self._payload(state.belief)[1][0] > KNOWN
+        if unsettled or doubtful or state.colour.count % self._ask >= 1.0:
             return None
         young = state.moved - state.lately.moved < YOUNG
         turn = state.colour.count // self._ask % 2.0 > 0.0 and not young
@@ -182,11 +184,7 @@ class Noticing(Generic[S]):
         if wore.any():  # what befell a drive before the run is not known to go on
             return Befallen(None, wore, wears=then.moved > 0.0, known=told.allowing(wore))
         wears = wearing(state.evidence, self._sizes)
-        return Befallen(None, wears, wears=True) if wears.any() else None
-
-    def _settled(self, state: TrackerState[S]) -> bool:
-        """Whether what is carried is known."""
-        return not np.isfinite(state.rest.left) or self._payload(state.belief)[1][0] < KNOWN
+        return Befallen(None, wears, wears=True) if wears.any() and not handling else None
 
     def _allowing(
         self, was: TrackerState[S], state: TrackerState[S], what: Befallen | None
