@@ -174,9 +174,8 @@ class Noticing(Generic[S]):
         doubtful = handling and self._payload(state.belief)[1][0] > KNOWN
         if unsettled or doubtful or state.colour.count % self._ask >= 1.0:
             return None
-        young = state.moved - state.lately.moved < YOUNG
-        turn = state.colour.count // self._ask % 2.0 > 0.0 and not young
-        then, sure = (state.lately, SURER) if turn else (state.then, SURE)
+        lately = state.colour.count // self._ask % 2.0 and state.moved - state.lately.moved > YOUNG
+        then, sure = (state.lately, SURER) if lately else (state.then, SURE)
         before, now = self.filter.belief(then.belief), self.filter.belief(state.belief)
         blind = bool(np.isnan(state.lubricant).any())
         told = self.worn.told(before, now, state.passed - then.passed, blind)

@@ -57,7 +57,7 @@ class TrackerState(Generic[S]):
     marked: float  # [s]
     heard: tuple[Heard[Any], ...]  # of each stream beside the joints' sensors
     then: Then[S]  # what was believed when drives may since have worn
-    lately: Then[S]  # and what will be asked of next
+    lately: Then[S]  # and what was since, which drives are asked of by turns
     carried: Array  # (10,) what is carried, roughly
     passed: float = 0.0  # [s] of the run
     moved: float = 0.0  # [s] of its motion
