@@ -230,8 +230,10 @@ def test_friction_that_grows_between_rests_is_no_load_that_turns_over(joint: int
     assert widened < 8
 
 
-@pytest.mark.parametrize("joint", [4, pytest.param(5, marks=pytest.mark.slow)])
-def test_a_wrist_s_friction_is_not_what_it_bears(joint: int) -> None:
+@pytest.mark.parametrize(
+    ("joint", "unsure"), [(4, 0.13), pytest.param(5, 0.2, marks=pytest.mark.slow)]
+)
+def test_a_wrist_s_friction_is_not_what_it_bears(joint: int, unsure: float) -> None:
     """A story: at 20 Hz a wrist's friction jumps, and structural damping is known worse than that.
 
     It took all of it, and friction was eleven deviations off. Of another wrist a load that turns
@@ -245,12 +247,14 @@ def test_a_wrist_s_friction_is_not_what_it_bears(joint: int) -> None:
     lived = happening(dynamics, work, (fault,), False)
     log = observe(dynamics, work.trajectory, real_sensors(dynamics.arm), rng, lived)
     off, sd, _ = drive_at_the_end(dynamics, fit, log, joint, 1.3)
-    assert (np.abs(off) < 4.0 * sd).all() and sd[joint] < 0.2
+    assert (np.abs(off) < 4.0 * sd).all() and sd[joint] < unsure
     assert abs(off[joint]) < 0.5 * np.log(1.3)
 
 
-@pytest.mark.parametrize("joint", [pytest.param(1, marks=pytest.mark.slow), 2])
-def test_a_little_health_is_no_light_load(joint: int) -> None:
+@pytest.mark.parametrize(
+    ("joint", "unsure"), [pytest.param(1, 0.025, marks=pytest.mark.slow), (2, 0.02)]
+)
+def test_a_little_health_is_no_light_load(joint: int, unsure: float) -> None:
     """A story: a drive loses a twelfth of its health, long after it set out.
 
     A possible load of .3 kg and a zero took it, and health was twelve deviations off.
@@ -262,7 +266,7 @@ def test_a_little_health_is_no_light_load(joint: int) -> None:
     lived = happening(dynamics, work, (fault,), False)
     log = observe(dynamics, work.trajectory, real_sensors(dynamics.arm), rng, lived)
     off, sd, _ = drive_at_the_end(dynamics, fit, log, joint, 0.92, "z")
-    assert (np.abs(off) < 4.0 * sd).all() and sd[joint] < 0.025
+    assert (np.abs(off) < 4.0 * sd).all() and sd[joint] < unsure
 
 
 def test_one_piece_does_not_stop_a_quick_arm_from_learning(monkeypatch: pytest.MonkeyPatch) -> None:

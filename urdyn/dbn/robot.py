@@ -20,7 +20,7 @@ from functools import cached_property
 import numpy as np
 
 from urdyn.dbn.arguments import Arguments
-from urdyn.dbn.robot_slice import Carried, RobotSlice, joined, packed, presliding_doubt
+from urdyn.dbn.robot_slice import Carried, RobotSlice, laid_out, packed, presliding_doubt
 from urdyn.model.arm import Arm, with_inertials
 from urdyn.model.consistency import log_cholesky, log_cholesky_jacobian
 from urdyn.model.dynamics import Dynamics
@@ -178,7 +178,7 @@ class RobotCurrents:
         bodies = np.empty((len(z), self.rigid.stop))
         bodies[:] = x[self.rigid]
         bodies[:, self.places["payload"]] /= gain[:, None]
-        torque = joined(bodies, beta, (beta, one, f, alpha, one, rotor, o))
+        torque = laid_out(bodies, beta, (beta, one, f, alpha, one, rotor, o))
         torque /= (self.reference.drive.gain * z)[:, None]
         return torque
 
@@ -265,8 +265,8 @@ class RobotCurrents:
         positive, warmth = np.array(z[..., LOGARITHMS]), z[..., WARM]
         kappa, kappa_f, lubricant = (warmth[..., k] for k in range(len(WARMTH)))
         warm = u.felt * (u.warm + lubricant)
-        positive[..., 0] -= kappa_f * warm
-        positive[..., 1] -= kappa * warm
+        positive[..., 0] -= kappa_f * warm  # f
+        positive[..., 1] -= kappa * warm  # alpha
         np.exp(positive, out=positive)
         f, alpha, beta, rotor, health, gain = (positive[..., k] for k in range(len(POSITIVE)))
         if u.carried is None:

@@ -59,9 +59,15 @@ class RobotSlice:
 
         What nobody knows of a motion changes slowly, and comes through as `one` does.
         """
-        of = packed[:, COLUMN["one"]] ** 2
-        unknown = {"gripped": of * self.gripped, "smeared": of * self.smeared}
-        return changed(self, packed=packed, noise=noise, stray=stray, **unknown)
+        passes = packed[:, COLUMN["one"]] ** 2
+        return changed(
+            self,
+            packed=packed,
+            gripped=passes * self.gripped,
+            smeared=passes * self.smeared,
+            noise=noise,
+            stray=stray,
+        )
 
     @cached_property
     def unknown(self) -> Array:
@@ -141,10 +147,10 @@ def packed(
     a: Array,
 ) -> Array:
     """What a slice is linear in, of gears that are loaded along s or against it, `side` (J,)."""
-    return joined(A, side, (side * load, rest, s, v, load, a, np.ones(len(s))))
+    return laid_out(A, side, (side * load, rest, s, v, load, a, np.ones(len(s))))
 
 
-def joined(A: Array, held: Array, rows: tuple[Array, ...]) -> Array:
+def laid_out(A: Array, held: Array, rows: tuple[Array, ...]) -> Array:
     """A (J, c), the same times `held` (J,), and ROWS, (J,) each: (J, 2 c + 7)."""
     J, c = A.shape
     out = np.empty((J, 2 * c + len(ROWS)))

@@ -170,9 +170,10 @@ class Noticing(Generic[S]):
     def _wore(self, state: TrackerState[S], t: float) -> Befallen | None:
         """A drive that wore before the run, or does, told while nothing else is in question."""
         unsettled = state.evidence.highest or t - state.befell < PATIENCE
+        if unsettled or state.colour.count % self._ask >= 1.0:
+            return None
         handling = np.isfinite(state.rest.left)
-        doubtful = handling and self._payload(state.belief)[1][0] > KNOWN
-        if unsettled or doubtful or state.colour.count % self._ask >= 1.0:
+        if handling and self._payload(state.belief)[1][0] > KNOWN:
             return None
         lately = state.colour.count // self._ask % 2.0 and state.moved - state.lately.moved > YOUNG
         then, sure = (state.lately, SURER) if lately else (state.then, SURE)
@@ -182,8 +183,10 @@ class Noticing(Generic[S]):
         wore = told.wore(sure)
         if wore.any():  # what befell a drive before the run is not known to go on
             return Befallen(None, wore, wears=then.moved > 0.0, known=told.allowing(wore))
+        if handling:  # pieces begin that evidence anew
+            return None
         wears = wearing(state.evidence, self._sizes)
-        return Befallen(None, wears, wears=True) if wears.any() and not handling else None
+        return Befallen(None, wears, wears=True) if wears.any() else None
 
     def _allowing(
         self, was: TrackerState[S], state: TrackerState[S], what: Befallen | None
