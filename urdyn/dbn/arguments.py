@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 
@@ -23,7 +22,7 @@ class Arguments:
         """d."""
         return int(self.combined.shape[1] + self.states.shape[1])
 
-    @cached_property
+    @property
     def _row(self) -> Index:
         return np.arange(len(self.states))[:, None]
 

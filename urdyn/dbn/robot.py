@@ -48,9 +48,8 @@ LOGARITHMS, WARM = slice(-len(STATES), -len(WARMTH)), slice(-len(WARMTH), None)
 class _Parts:
     """What a drive's torque is made of, (..., J) each [N·m] but where said."""
 
-    torque: Array  # of rigid bodies, and what is constant
     held: Array  # that structural damping rides on
-    carried: Array  # of `torque`
+    carried: Array  # by rigid bodies
     carried_held: Array  # of `held`
     f: Array
     alpha: Array
@@ -59,16 +58,8 @@ class _Parts:
     gain: Array  # [-]
     warm: Array  # [K]
     per: Array  # [A/(N·m)]
-
-    @property
-    def friction(self) -> Array:
-        """That depends on states."""
-        return self.f + self.alpha + self.beta * self.held
-
-    @cached_property
-    def driven(self) -> Array:
-        """All of it."""
-        return self.torque + self.friction + self.rotor
+    friction: Array  # that depends on states
+    driven: Array  # all of it
 
 
 @dataclass(frozen=True, eq=False)
@@ -161,7 +152,7 @@ class RobotCurrents:
             noise=self.noise,
             warm=np.where(unknown, 0.0, warm),
             felt=1.0 - unknown,
-            blind=bool(unknown.any()),
+            blind=bool(np.count_nonzero(unknown)),
         )
 
     def per_unit(self, x: Array, u: RobotSlice) -> Array:
@@ -273,18 +264,23 @@ class RobotCurrents:
             carried, carried_held = z[..., CARRIED] / gain, z[..., CARRIED_HELD] / gain
         else:
             carried, carried_held = u.carried.torque / gain, u.carried.held / gain
+        f, alpha, rotor = f * u.s, alpha * u.v, rotor * u.a
+        torque = (u.load + u.rest) + z[..., TORQUE] + carried
+        held = u.hold + z[..., HELD] + carried_held
+        friction = f + alpha + beta * held
         return _Parts(
-            torque=(u.load + u.rest) + z[..., TORQUE] + carried,
-            held=u.hold + z[..., HELD] + carried_held,
+            held=held,
             carried=carried,
             carried_held=carried_held,
-            f=f * u.s,
-            alpha=alpha * u.v,
+            f=f,
+            alpha=alpha,
             beta=beta,
-            rotor=rotor * u.a,
+            rotor=rotor,
             gain=gain,
             warm=warm,
             per=1.0 / (self.reference.drive.gain * health),
+            friction=friction,
+            driven=torque + friction + rotor,
         )
 
     def _currents(self, z: Array, u: RobotSlice, part: _Parts) -> Array:

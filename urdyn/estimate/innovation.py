@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import log
 
 import numpy as np
 
@@ -26,13 +27,13 @@ class Innovation:
 def measured_rows(y: Array) -> Rows:
     """The finite rows of y; as a slice where all are, so that taking them copies nothing."""
     finite = np.isfinite(y)
-    return slice(None) if finite.all() else np.flatnonzero(finite)
+    return slice(None) if np.count_nonzero(finite) == len(y) else np.flatnonzero(finite)
 
 
 def whitening(S: Array) -> tuple[Array, float]:
     """W with W S Wᵀ = 1, (m, m), and log |S|."""
     factor = np.linalg.cholesky(S)
-    log_det = 2.0 * float(np.log(factor.diagonal()).sum())
+    log_det = 2.0 * sum(map(log, factor.diagonal().tolist()))
     return np.linalg.inv(factor), log_det
 
 

@@ -62,8 +62,10 @@ class SigmaPoints:
         """The points of Gaussians (..., n) with P = root rootᵀ, (k, ..., n)."""
         if not self._reach:
             return np.asarray(mean + np.moveaxis(self.unit @ np.swapaxes(root, -1, -2), -2, 0))
-        arms = self._reach * root.transpose(-1, *range(root.ndim - 1))
-        return np.concatenate([mean[None], mean + arms, mean - arms])
+        arms, n = self._reach * root.transpose(-1, *range(root.ndim - 1)), len(self.unit) // 2
+        points = np.empty((len(self.unit), *mean.shape), order="F")  # what follows loops over them
+        points[0], points[1 : n + 1], points[n + 1 :] = mean, mean + arms, mean - arms
+        return points
 
     def moments(self, values: Array) -> tuple[Array, Array]:
         """Mean (m,) and scaled deviations D (k, m) of a function's values, with cov = DᵀD."""

@@ -73,7 +73,7 @@ class Causal:
         if dt == 0:
             return replace(state, repeats=state.repeats + 1), None
         row = np.array([sample.q, sample.v, sample.current, sample.temperature])
-        row = np.where(np.abs(row) < POSSIBLE[:, None], row, np.nan)
+        row[np.abs(row) > POSSIBLE[:, None]] = np.nan
         if 0 < dt <= GAP * self.period:
             state = self._admit(state, sample.t, row, dt)
         else:
@@ -90,7 +90,8 @@ class Causal:
             departure = self.gate.departure(before, row[:2], dt)
             speed = np.fmax(np.abs(before[1]), np.abs(row[1]))
             wrong = self.gate.refuses(departure, state.departures, dt, speed)
-            row[:2][wrong], refused = np.nan, int(np.count_nonzero(wrong))
+            if refused := int(np.count_nonzero(wrong)):
+                row[:2][wrong] = np.nan
         return CausalState(
             np.concatenate([state.t[keep], [t]]),
             np.concatenate([state.rows[keep], row[None]]),
@@ -110,8 +111,8 @@ class Causal:
         t, rows = state.t[-fit.samples :], state.rows[-fit.samples :]
         measured = rows[:, :2]
         steady, told = is_even(state.t, self.period), np.isfinite(state.rows[:, :2])
-        clean = bool(steady.all() and told.all())  # as it nearly always is
-        even = clean or steady[1 - fit.samples :].all()
+        clean = np.count_nonzero(steady) + np.count_nonzero(told) == steady.size + told.size
+        even = clean or steady[1 - fit.samples :].all()  # clean, it nearly always is
         whole = clean or told[-fit.samples :].all()
         if even and whole:
             operator = _operator(fit, (fit.half - lag) * self.period, self.offset)
@@ -141,7 +142,7 @@ class Causal:
         ahead = (self.alone.half - lag) * self.period
         operator = _operator(self.alone, ahead, self.offset, velocities=False)
         of_q = operator[:, 2, : self.alone.samples]
-        return np.asarray((of_q * state.rows[:, 0].T).sum(axis=1))
+        return np.asarray(np.vecdot(of_q, state.rows[:, 0].T))
 
 
 @lru_cache(maxsize=16)

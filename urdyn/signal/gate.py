@@ -68,7 +68,7 @@ class Gate:
             speed: of the sample or of the one before, (J,) [rad/s].
         """
         beyond: Flags = departure > [[FINEST], [self.acceleration * dt]]
-        if beyond.any():  # hardly ever: the rest is only asked for where it matters
+        if np.count_nonzero(beyond):  # hardly ever: the rest is only asked for where it matters
             change = np.fmax.reduce([departure[1], *history[:, 1]])
             beyond[0] &= departure[0] > furthest(dt, speed, change, self.acceleration)
             beyond &= departure > self.sigma * MAD_TO_SD * _median_of_known(history)

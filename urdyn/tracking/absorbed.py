@@ -18,7 +18,7 @@ import numpy as np
 
 from urdyn.dbn.robot_slice import RobotSlice
 from urdyn.identify.slow import MEMORY
-from urdyn.types import Array, Mask, frozen
+from urdyn.types import Array, Mask, changed, frozen
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,4 +55,5 @@ def shown(
     gain = known * covariance / (w * covariance + white.noise**2)
     taken = kept * before.taken
     left = rows - w[:, None] * taken
-    return left, Absorbed(taken + gain[:, None] * left, variance - gain * covariance)
+    taken, variance = taken + gain[:, None] * left, variance - gain * covariance
+    return left, changed(before, taken=taken, variance=variance)

@@ -28,10 +28,10 @@ from urdyn.estimate import Innovation
 from urdyn.model.drive import Drive
 from urdyn.tracking.absorbed import Absorbed, nothing_yet, shown
 from urdyn.tracking.model import JOLTS, PAYLOAD_SD
-from urdyn.types import Array, Gaussian, Mask, frozen
+from urdyn.types import Array, Gaussian, Mask, changed, frozen
 
 MEMORY = 2.0  # [s] over which evidence is gathered
-WEARING = 20.0, 120.0  # [s] the same of drives alone
+WEARING = np.array([20.0, 120.0])  # [s] the same of drives alone
 CLIP = 3.0  # [sd] that an innovation counts for at most
 SURE = 30.0  # [-] log odds; what nobody models in a healthy arm has been seen to reach 22
 # [-] log odds that a drive wears, by each; pairs of a UR10e's twin and a run reached 11.4 and 20.3
@@ -103,21 +103,22 @@ def gathered(
 ) -> Evidence:
     """One innovation on; `white` is the slice after the filter that made its noise white."""
     known = np.isfinite(told.residual)
-    sd = np.sqrt(np.where(known, told.cov.diagonal(), np.inf))[:, None]
-    residual = np.where(known, told.residual, 0.0)[:, None]
+    sd, residual = np.sqrt(told.cov.diagonal())[:, None], told.residual[:, None]
     borne = white.A[:, CARRIED] + drive.structural[:, None] * white.A_hold[:, CARRIED]
     signatures = np.concatenate([borne, white.packed[:, OWN]], axis=1) / drive.gain[:, None]
     lasting, absorbed = shown(evidence.absorbed, white, signatures[:, 4:], known, dt)
     rows = np.concatenate([signatures, residual, lasting, residual], axis=1)
     rows /= np.maximum(np.abs(residual) / CLIP, sd)
+    if (measured := np.count_nonzero(known)) < len(known):
+        rows[~known] = 0.0
     at_once, wear = rows[:, :8], rows[:, 8:]
-    slowly = np.array([exp(-dt / memory) for memory in WEARING])[:, None, None, None]
-    return Evidence(
-        exp(-dt / MEMORY) * evidence.sums + at_once[:, :, None] * at_once[:, None, :],
-        slowly * evidence.wear + wear[:, :, None] * wear[:, None, :],
-        absorbed,
-        evidence.highest,
-        evidence.lasted + dt * known.any(),
+    slowly = np.exp(-dt / WEARING)[:, None, None, None]
+    return changed(
+        evidence,
+        sums=exp(-dt / MEMORY) * evidence.sums + at_once[:, :, None] * at_once[:, None, :],
+        wear=slowly * evidence.wear + wear[:, :, None] * wear[:, None, :],
+        absorbed=absorbed,
+        lasted=evidence.lasted + dt * bool(measured),
     )
 
 

@@ -111,7 +111,7 @@ def whitened(colour: Colour, packed: Array, y: Array) -> tuple[Array, Array, Col
     white = now - (colour.ar[:, None] @ colour.past.transpose(1, 0, 2))[:, 0]
     packed, seen = white[:, :-1], white[:, -1]
     known = np.isfinite(seen)
-    if not known.all():
+    if np.count_nonzero(known) < len(known):
         packed[~known], now[np.isnan(y)] = 0.0, np.nan
     return packed, seen, changed(colour, past=np.concatenate([now[None], colour.past[:-1]]))
 
@@ -132,7 +132,7 @@ def foreseen(colour: Colour, slow: Array) -> Array:
     """What the noise's past says of the residual to come, slow part and all, (J,) [A]."""
     before = colour.left[:ORDER]
     known = np.where(np.isnan(before), 0.0, before)
-    return np.asarray((colour.ar * (known.T - slow[:, None])).sum(axis=1) + slow)
+    return np.asarray(np.vecdot(colour.ar, known.T - slow[:, None]) + slow)
 
 
 def learnt(colour: Colour, left: Array, unknown: Array, sure: Mask, period: float) -> Colour:

@@ -55,7 +55,8 @@ def passage(
     held = np.where(now.current == before.current, before.held + passed * slides, 0.0)
     lubricant = warmed(before.lubricant, now.temperature, passed)
     told = slides & (travelled > LOOSE) & (held <= max(HELD, REPEATS * period))
-    return Passage(passed, bool(slides.any()), bristles, travelled, held, lubricant, told)
+    moving = bool(np.count_nonzero(slides))
+    return Passage(passed, moving, bristles, travelled, held, lubricant, told)
 
 
 def _moved(before: TrackerState[Any], now: Instant, dt: float, drive: Drive) -> tuple[Array, Array]:

@@ -28,7 +28,7 @@ def tempered(u: RobotSlice, residual: Array, variance: Array, unsure: Array) -> 
         unsure: variance that is expected over that of the noise, (J,).
     """
     wild = np.fmax(residual**2 / (GATE**2 * variance * unsure), 1.0) ** 2
-    if (wild == 1.0).all():
+    if not np.count_nonzero(wild > 1.0):
         return u
     return replace(u, noise=np.sqrt(u.noise**2 + (wild - 1.0) * variance * unsure))
 

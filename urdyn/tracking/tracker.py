@@ -158,10 +158,10 @@ class Tracker(Generic[S]):
         if instant is None or not np.isfinite([instant.q, instant.v, instant.a]).all():
             return replace(state, causal=causal), None
         wrong = self.fit.dynamics.undrawn(instant.current)
-        if wrong.any():
+        if np.count_nonzero(wrong):
             instant = replace(instant, current=np.where(wrong, np.nan, instant.current))
             state = replace(state, undrawn=state.undrawn + int(np.count_nonzero(wrong)))
-        if instant.shift.any() and not self._noticing.poses:  # poses tell of it before
+        if np.count_nonzero(instant.shift) and not self._noticing.poses:  # poses tell of it before
             state = rezeroed(state, self.currents.places["k"], instant.shift)
         state, reading = self._assimilate(state, causal, instant)
         return self._listened(state, reading) if self.streams else (state, reading)
@@ -230,10 +230,10 @@ class Tracker(Generic[S]):
         mean, past = supposed.mean, supposed.was.colour
         measured = np.where(way.told, now.current, np.nan)
         per_unit = self.currents.per_unit(mean, u)
-        modelled = (per_unit * u.packed).sum(axis=1)
+        modelled = np.vecdot(per_unit, u.packed)
         left = measured - modelled
         through = self.currents.instrumental(u, now)
-        current = left + (per_unit * through).sum(axis=1)
+        current = left + np.vecdot(per_unit, through)
         through, current, colour = noise.whitened(past, through, current)
         white = u.filtered(through, colour.scale, colour.slow)
         white = self.currents.near(white, mean, supposed.carried)
@@ -261,7 +261,7 @@ class Tracker(Generic[S]):
         colour = noise.learnt(seen.colour, seen.left, unknown, sure, self.period)
         was = supposed.was
         known = Learnt(belief, colour) if anew else Learnt(was.belief, was.colour)
-        drive, moved = self.fit.dynamics.drive, bool(np.isfinite(seen.left).any())
+        drive, moved = self.fit.dynamics.drive, np.isfinite(seen.left)
         since, carried = supposed.unknown_since(now.t), supposed.carried
         if anew:
             state = replace(state, then=was.then, lately=was.lately)
@@ -285,7 +285,7 @@ class Tracker(Generic[S]):
             colour=colour,
             unsure=unsure,
             passed=state.passed + way.passed,
-            moved=state.moved + way.passed * moved,
+            moved=state.moved + way.passed * bool(np.count_nonzero(moved)),
             carried=carried,
             rest=state.rest.after(way.moving, way.passed, since, now.t),
             weighed=supposed.weighed,
