@@ -15,6 +15,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from math import log
 
 import numpy as np
 
@@ -23,10 +24,10 @@ from urdyn.dbn.robot import BODIES
 from urdyn.dbn.robot_slice import RobotSlice
 from urdyn.dbn.two_slice import TwoSlice, linearised
 from urdyn.estimate import Innovation
-from urdyn.estimate.innovation import LOG_2PI, innovation, whitening
+from urdyn.estimate.innovation import LOG_2PI, innovation, measured_rows, whitening
 from urdyn.estimate.linearised import carried
 from urdyn.tracking.model import STRIDE
-from urdyn.types import Array, Gaussian, Index, Mask
+from urdyn.types import Array, Gaussian, Index, changed
 
 LITTLE, MUCH = 0.05, 0.2  # [-] variance of the expected current that a block adds to its noise's
 CALM = 1.5  # [-] of the innovations' average size, where 1 is expected
@@ -136,15 +137,16 @@ class Blocks:
         if u.widen:  # what waits is of the payload before
             bodies, drives = replace(state.for_bodies, count=0), replace(state.for_drives, count=0)
             state = replace(state, for_bodies=bodies, for_drives=drives)
-        x, known = model.transition(state.mean, u), np.isfinite(y)
+        x = model.transition(state.mean, u)
         expected, H = linearised(model, x, u)
-        H = H * known[:, None]
-        R = model.observe_cov(u).diagonal() * known
-        residual = np.where(known, y - expected, 0.0)
-        told = _innovation(residual, R * (1.0 + state.unsure), known)
+        R, residual = model.observe_cov(u).diagonal(), y - expected
+        told = _innovation(residual, R * (1.0 + state.unsure))
+        if told.measured < len(y):
+            known = np.isfinite(y)
+            H, R, residual = H * known[:, None], R * known, np.where(known, residual, 0.0)
         size = min(told.nis / max(told.measured, 1), WILDEST)
         surprise = state.surprise + (size - state.surprise) * (told.measured > 0) / MEMORY
-        state = replace(
+        state = changed(
             state,
             mean=x,
             surprise=surprise,
@@ -204,7 +206,7 @@ def _bodies_learnt(
     mean = state.mean.copy()
     mean[at] += gain @ wait.residual
     done, unsure = wait.done(own, calm, longest, still), (own + other) / noise
-    return replace(state, mean=mean, bodies=P - gain @ HP, for_bodies=done, unsure=unsure)
+    return changed(state, mean=mean, bodies=P - gain @ HP, for_bodies=done, unsure=unsure)
 
 
 def _heard(state: BlockBelief, u: News, y: Array) -> tuple[BlockBelief, Innovation]:
@@ -247,7 +249,7 @@ def _drives_learnt(
     mean = state.mean.copy()
     mean[at] += gain * (W @ wait.residual)[:, None]
     P = P - (W.diagonal()[:, None] * gain)[:, :, None] * gain[:, None, :]
-    return replace(state, mean=mean, drives=P, for_drives=wait.done(own, calm, longest, still))
+    return changed(state, mean=mean, drives=P, for_drives=wait.done(own, calm, longest, still))
 
 
 def _by_drives(state: BlockBelief, wait: Waiting) -> Array:
@@ -276,10 +278,12 @@ def _noise(wait: Waiting) -> Array:
     return np.where(wait.R > 0.0, wait.R, 1.0)
 
 
-def _innovation(residual: Array, variance: Array, known: Mask) -> Innovation:
+def _innovation(residual: Array, variance: Array) -> Innovation:
     """As each joint's current alone expects it: what they have in common is left out."""
-    S, few = np.diag(variance), variance[known]
-    S[~known] = S[:, ~known] = np.nan
-    nis, count = float((residual[known] ** 2 / few).sum()), len(few)
-    log_likelihood = -0.5 * (nis + float(np.log(few).sum()) + count * LOG_2PI)
-    return Innovation(np.where(known, residual, np.nan), S, log_likelihood, nis, count)
+    rows, S = measured_rows(residual), np.diag(variance)
+    if not isinstance(rows, slice):
+        lacking = np.isnan(residual)
+        S[lacking] = S[:, lacking] = np.nan
+    few, white = variance[rows], residual[rows] / np.sqrt(variance[rows])
+    nis, log_det = float(white @ white), sum(map(log, few.tolist()))
+    return Innovation(residual, S, -0.5 * (nis + log_det + len(few) * LOG_2PI), nis, len(few))
