@@ -63,20 +63,19 @@ class Waiting:
         """What waits, seen from a mean that has moved, (n,)."""
         return replace(self, residual=self.residual - self.H @ step)
 
-    def done(self, own: Array, calm: bool, longest: int, still: float) -> Waiting:
+    def done(self, own: Array, calm: bool, longest: int) -> Waiting:
         """Nothing waits; the next sum is longer or shorter by how much this one moved the block.
 
         Args:
             own: variance of the sum by the block's own doubt, (J,) [A²].
-            still: since the block was last moved [s].
         """
         if longest == 1 or not calm:
-            return Waiting(self.H, self.residual, self.R, 0.0, still, 0, 1)
+            return Waiting(self.H, self.residual, self.R, 0.0, self.still, 0, 1)
         share = float((own / np.where(self.R > 0.0, self.R, np.inf)).max())
         slower = self.interval * 2 if share < LITTLE else self.interval
         interval = self.interval // 2 if share > MUCH else slower
         interval = min(max(interval, 1), longest)
-        return Waiting(self.H, self.residual, self.R, 0.0, still, 0, interval)
+        return Waiting(self.H, self.residual, self.R, 0.0, self.still, 0, interval)
 
 
 @dataclass(frozen=True, eq=False)
@@ -159,12 +158,21 @@ class Blocks:
         self, model: TwoSlice[RobotSlice], state: BlockBelief, u: RobotSlice, calm: bool
     ) -> BlockBelief:
         """Each block, if it has waited long enough."""
-        wait = state.for_bodies
-        if wait.count >= wait.interval or not calm:
-            state = _bodies_learnt(model, state, u, calm, self.longest)
-        wait = state.for_drives
-        if wait.count >= wait.interval or not calm:
-            state = _drives_learnt(model, state, u, calm, self.longest)
+        bodies, drives = state.for_bodies, state.for_drives
+        for_bodies = bodies.count >= bodies.interval or not calm
+        for_drives = drives.count >= drives.interval or not calm
+        if for_bodies and _moves(u, bodies):
+            state = _bodies_moved(model, state, u)
+        if for_drives and _moves(u, drives):
+            state = _drives_moved(model, state, u)
+        of_both = None
+        if for_bodies:
+            of_both = _weighed(state, bodies)
+            state = _bodies_learnt(state, of_both, calm, self.longest)
+        if for_drives:
+            if of_both is None or bodies.count != drives.count:  # not the same samples
+                of_both = _weighed(state, drives)
+            state = _drives_learnt(state, of_both, calm, self.longest)
         return state
 
     def belief(self, state: BlockBelief) -> Gaussian:
@@ -187,26 +195,68 @@ def places(names: tuple[str, ...]) -> tuple[Index, Index]:
     return np.array(of.pop(SHARED)), np.array([of[j] for j in sorted(of)])
 
 
-def _bodies_learnt(
-    model: TwoSlice[RobotSlice], state: BlockBelief, u: RobotSlice, calm: bool, longest: int
-) -> BlockBelief:
-    """Kalman's correction of the bodies by all that waits for them."""
+@dataclass(frozen=True, eq=False)
+class Weighed:
+    """A sum beside what both blocks leave in doubt of it."""
+
+    HP: Array  # (J, b) its covariance with the bodies
+    gain: Array  # (J, d) and with each joint's own drive
+    by_bodies: Array  # (J, J) [A²] its variance by the bodies' doubt
+    by_drives: Array  # (J,) [A²] and by each drive's
+    noise: Array  # (J,) [A²] 1 where there is none, so that it can be inverted
+    lasting: float  # of how many such sums the others' doubt is one and the same
+
+
+def _weighed(state: BlockBelief, wait: Waiting) -> Weighed:
+    at = state.at_drives
+    Hb, Hd = wait.H.take(state.at_bodies, axis=1), wait.H[np.arange(len(at))[:, None], at]
+    HP, gain = Hb @ state.bodies, (state.drives @ Hd[:, :, None])[:, :, 0]
+    noise = np.where(wait.R > 0.0, wait.R, 1.0)
+    lasting = max(1.0, LASTING / max(wait.dt, TINY))  # which noise is not
+    return Weighed(HP, gain, HP @ Hb.T, np.vecdot(gain, Hd), noise, lasting)
+
+
+def _bodies_moved(model: TwoSlice[RobotSlice], state: BlockBelief, u: RobotSlice) -> BlockBelief:
+    """The bodies' doubt after the time since it was last moved."""
     wait, at = state.for_bodies, state.at_bodies
-    P, still = state.bodies, wait.still
-    if _moves(u, wait):
-        passed, block, still = replace(u, span=still), (at[:, None], at), 0.0
-        F = model.transition_jacobian(state.mean, passed)[block]
-        P = carried(F, P) + model.transition_cov(passed)[block]
-    Hb, other = wait.H.take(at, axis=1), _by_drives(state, wait)
-    HP, noise = Hb @ P, _noise(wait)
-    S = HP @ Hb.T
-    own = S.diagonal().copy()
-    S.flat[:: len(S) + 1] += _lasting(wait) * other + noise
-    gain = HP.T @ np.linalg.inv(S)
+    passed, block = replace(u, span=wait.still), (at[:, None], at)
+    F = model.transition_jacobian(state.mean, passed)[block]
+    P = carried(F, state.bodies) + model.transition_cov(passed)[block]
+    return replace(state, bodies=P, for_bodies=replace(wait, still=0.0))
+
+
+def _drives_moved(model: TwoSlice[RobotSlice], state: BlockBelief, u: RobotSlice) -> BlockBelief:
+    """The same of every joint's drive."""
+    wait, at = state.for_drives, state.at_drives
+    passed, block = replace(u, span=wait.still), (at[:, :, None], at[:, None, :])
+    F = model.transition_jacobian(state.mean, passed)[block]
+    P = F @ state.drives @ F.swapaxes(1, 2) + model.transition_cov(passed)[block]
+    return replace(state, drives=P, for_drives=replace(wait, still=0.0))
+
+
+def _bodies_learnt(state: BlockBelief, of: Weighed, calm: bool, longest: int) -> BlockBelief:
+    """Kalman's correction of the bodies by all that waits for them."""
+    wait, own = state.for_bodies, of.by_bodies.diagonal()
+    K = of.HP.T @ np.linalg.inv(of.by_bodies + np.diag(of.lasting * of.by_drives + of.noise))
     mean = state.mean.copy()
-    mean[at] += gain @ wait.residual
-    done, unsure = wait.done(own, calm, longest, still), (own + other) / noise
-    return changed(state, mean=mean, bodies=P - gain @ HP, for_bodies=done, unsure=unsure)
+    mean[state.at_bodies] += K @ wait.residual
+    return changed(
+        state,
+        mean=mean,
+        bodies=state.bodies - K @ of.HP,
+        for_bodies=wait.done(own, calm, longest),
+        unsure=(own + of.by_drives) / of.noise,
+    )
+
+
+def _drives_learnt(state: BlockBelief, of: Weighed, calm: bool, longest: int) -> BlockBelief:
+    """The same of every joint's drive."""
+    wait, gain = state.for_drives, of.gain
+    W = np.linalg.inv(of.lasting * of.by_bodies + np.diag(of.by_drives + of.noise))
+    mean = state.mean.copy()
+    mean[state.at_drives] += gain * (W @ wait.residual)[:, None]
+    P = state.drives - (W.diagonal()[:, None] * gain)[:, :, None] * gain[:, None, :]
+    return changed(state, mean=mean, drives=P, for_drives=wait.done(of.by_drives, calm, longest))
 
 
 def _heard(state: BlockBelief, u: News, y: Array) -> tuple[BlockBelief, Innovation]:
@@ -230,39 +280,6 @@ def _heard(state: BlockBelief, u: News, y: Array) -> tuple[BlockBelief, Innovati
     return after, innovation(y, slice(None), residual, S, W, log_det)
 
 
-def _drives_learnt(
-    model: TwoSlice[RobotSlice], state: BlockBelief, u: RobotSlice, calm: bool, longest: int
-) -> BlockBelief:
-    """The same of every joint's drive."""
-    wait, at = state.for_drives, state.at_drives
-    P, still = state.drives, wait.still
-    if _moves(u, wait):
-        passed, still = replace(u, span=still), 0.0
-        rows, columns = at[:, :, None], at[:, None, :]
-        F = model.transition_jacobian(state.mean, passed)[rows, columns]
-        P = F @ P @ F.swapaxes(1, 2) + model.transition_cov(passed)[rows, columns]
-    Hb, Hd = wait.H.take(state.at_bodies, axis=1), wait.H[np.arange(len(at))[:, None], at]
-    gain = (P @ Hd[:, :, None])[:, :, 0]
-    own = (gain * Hd).sum(axis=1)
-    other = _lasting(wait) * (Hb @ state.bodies @ Hb.T)
-    W = np.linalg.inv(other + np.diag(own + _noise(wait)))
-    mean = state.mean.copy()
-    mean[at] += gain * (W @ wait.residual)[:, None]
-    P = P - (W.diagonal()[:, None] * gain)[:, :, None] * gain[:, None, :]
-    return changed(state, mean=mean, drives=P, for_drives=wait.done(own, calm, longest, still))
-
-
-def _by_drives(state: BlockBelief, wait: Waiting) -> Array:
-    """Variance of each row by its own drive's doubt, (J,) [A²]."""
-    Hd = wait.H[np.arange(len(state.drives))[:, None], state.at_drives]
-    return np.asarray((Hd * (state.drives @ Hd[:, :, None])[:, :, 0]).sum(axis=1))
-
-
-def _lasting(wait: Waiting) -> float:
-    """Of how many such sums the others' doubt is one and the same, which noise is not."""
-    return max(1.0, LASTING / max(wait.dt, TINY))
-
-
 def _moves(u: RobotSlice, wait: Waiting) -> bool:
     """Whether it is time that a block moved."""
     return wait.still >= STRIDE or _befell(u)
@@ -271,11 +288,6 @@ def _moves(u: RobotSlice, wait: Waiting) -> bool:
 def _befell(u: RobotSlice) -> bool:
     """Whether something befell the arm here, or may have."""
     return u.taken is not None or u.widen or u.jolted is not None
-
-
-def _noise(wait: Waiting) -> Array:
-    """Variance of the sums, (J,) [A²]; 1 where there is none, so that it can be inverted."""
-    return np.where(wait.R > 0.0, wait.R, 1.0)
 
 
 def _innovation(residual: Array, variance: Array) -> Innovation:
