@@ -37,7 +37,8 @@ from urdyn.types import Array, Motion
 
 CHUNK = 10  # rows that are compared with the model at once
 BEAT = 0.25  # [s]
-BENDS = ("sensor_fault", "joint_backlash")  # fast kinds that bend what slow ones are judged by
+# Fast kinds that bend what slow ones are judged by.
+BENDS = ("sensor_fault", "joint_backlash", "controller_instability")
 JUMPS = "encoder_offset"  # a slow kind that is a fast one where it comes at once
 BROKEN = 5.0  # periods without a row after which a beat and a moment end early
 SERIES = 400  # blocks of a found change that are remembered
@@ -173,7 +174,7 @@ class Diagnosis:
         fast, events, untrue = self.fast.step(state.fast, beat, carried)
         believed = replace(beat, settled=beat.settled & ~untrue)
         state = replace(state, fast=fast, beat=(), moment=(*state.moment, believed))
-        if sick := [event.onset for event in events if event.kind in BENDS]:
+        if sick := [event.onset for event in events if _bends(event)]:
             slow = self.slow.unsaid(state.slow, min(sick))
             state = replace(state, slow=slow, moment=(believed,))
         state, found = self._told(replace(state, push=_last(events, state.push)), events)
@@ -276,6 +277,11 @@ def _motion(chunk: tuple[Now, ...]) -> tuple[Motion, Array, Array]:
         instrument=np.array([i.instrumental for i in one]),
     )
     return motion, np.array([n.s for n in chunk]), np.array([n.travelled for n in chunk])
+
+
+def _bends(event: Event) -> bool:
+    """Whether it bends what slow kinds are judged by; a current that is not there bends nothing."""
+    return event.kind in BENDS and event.evidence.get("mode") != "dropped"
 
 
 def _last(events: Iterable[Event], before: tuple[float, float]) -> tuple[float, float]:

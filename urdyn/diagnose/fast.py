@@ -77,13 +77,15 @@ class Fast:
         Args:
             carried: inertials that may be at the tool, the likeliest first, (k, 10).
         """
-        sensors, sick, ill = self.sensors.step(state.sensors, rows)
+        ringing = self.oscillation.ringing(state.heard, float(rows.t[-1]))
+        sensors, sick, ill = self.sensors.step(state.sensors, rows, ringing)
         doubted = ill | (np.nan_to_num(sensors.rough) > DOUBTED * self.space.noise)
         quiet, pushes = self.collision.step(state.quiet, rows, carried, doubted)
         heard, rings = self.oscillation.step(state.heard, rows, bool(ill.any()))
         reversals, gaps, open_now = self.backlash.step(state.reversals, rows, carried[0], doubted)
         events = [*sick, *pushes, *rings, *gaps, *shifted(rows, self.levels["encoder_offset"])]
-        return FastState(sensors, quiet, heard, reversals), events, ill | open_now
+        untrue = ill | open_now | ringing
+        return FastState(sensors, quiet, heard, reversals), events, untrue
 
     def observable(self, state: FastState) -> list[dict[str, Any]]:
         """Joint by joint, whether a gap could have been seen."""

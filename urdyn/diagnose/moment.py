@@ -18,6 +18,7 @@ from urdyn.tracking.passage import STANDING
 from urdyn.types import Array, Index
 
 AVERAGED = 50.0  # [Hz] rows that are left at most
+ROUGH = 2.5  # [-] times their noise, by which neighbours differ where something lasts shorter
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,6 +55,7 @@ def averaged(rows: Rows, period: float, noise: Array) -> Means:
     """
     told = rows.settled & (np.abs(rows.v) > STANDING) & np.isfinite(rows.residual)
     r = np.where(told, rows.residual, 0.0)
+    noise = noise * _roughness(rows.residual, noise)
     width = max(1, int(1.0 / (AVERAGED * period) + 0.01))
     at: Index = np.arange(0, len(rows), width)
     weight = told / (noise**2 + rows.doubt**2)
@@ -73,6 +75,19 @@ def averaged(rows: Rows, period: float, noise: Array) -> Means:
         told.sum(axis=0),
         rows.warm.mean(axis=0),
     )
+
+
+def _roughness(residual: Array, noise: Array) -> Array:
+    """Times the noise that a moment counts as, (J,): much, where neighbours differ by more.
+
+    What is slow does not. An angle that jumps, and speeds that were told from it, ask for a current
+    that no state of the arm explains.
+    """
+    apart = np.diff(residual, axis=0)
+    told = np.isfinite(apart)
+    square = np.where(told, apart, 0.0) ** 2
+    ratio = np.sqrt(square.sum(axis=0) / np.maximum(2 * told.sum(axis=0), 1)) / noise
+    return np.where(ratio > ROUGH, ratio**2, 1.0)
 
 
 def laden(means: Means, drive: Drive, m: Array) -> Means:

@@ -43,8 +43,8 @@ RISES = 0.2  # [-] of its last amplitude that one that grows has at first
 FADED, STEADILY = 0.85, 0.95  # [-] of its amplitude that a line has to keep; to be told at once
 COHERENT = 0.8  # [-] of its amplitude that is left over the whole: it keeps its phase
 GROWING = 0.5  # [1/s]
-SWING = 0.003  # [rad/s] that a joint which rings does at least
 NEAR = 1.0  # [Hz] that the same line may differ by: what a gear makes moves with its speed
+KNOWN = 1.0  # windows of looks, from which on it is known what is usual
 AGAIN = 5.0  # [s] of silence, after which the same line is another event
 BAND = 0.06  # [-] about the gear's lines that does not count
 STEADY = 0.2  # [-] of its speed by which a joint that makes a line may vary it
@@ -69,7 +69,9 @@ class Heard:
     t: Array  # (n,)
     signals: Array  # (3, n, J) what the model leaves and torque as measured [N·m], speed [rad/s]
     usual: tuple[Usual, ...]  # of each window
-    rings: Array  # (4,) when something rang last [s], its frequency, since when, whether told
+    rings: (
+        Array  # (5,) when one rang last [s], frequency, since when, whether told; whose was, or -1
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,7 +86,12 @@ class Oscillation:
         """Nothing heard yet."""
         nothing = np.zeros((3, 0, self.space.joints))
         usual = (Usual(nothing),) * len(self._windows)
-        return Heard(np.zeros(0), nothing, usual, np.array([-np.inf, 0.0, 0.0, 0.0]))
+        return Heard(np.zeros(0), nothing, usual, np.array([-np.inf, 0.0, 0.0, 0.0, -1.0]))
+
+    def ringing(self, state: Heard, t: float) -> Mask:
+        """Which joint was told of, and rings still at t [s], (J,)."""
+        last, *_, joint = state.rings
+        return np.asarray((np.arange(self.space.joints) == joint) & (t - last < AGAIN))
 
     def step(self, state: Heard, rows: Rows, doubted: bool) -> tuple[Heard, list[Event]]:
         """A beat on; an event when a joint begins to ring.
@@ -110,7 +117,8 @@ class Oscillation:
             t, signals = state.t[-n:], state.signals[:, -n:]
             usual[k], seen = self._judge(usual[k], window, t, signals)
             if seen:
-                state, more = self._told(state, seen, t, signals[2], window, doubted)
+                known = usual[k].looks * WINDOWS[window] > KNOWN * window
+                state, more = self._told(state, seen, t, signals[1], window, known, doubted)
                 events += more
         return replace(state, usual=tuple(usual)), events
 
@@ -154,28 +162,41 @@ class Oscillation:
         return Usual(np.where(loud, usual, learnt), looks, due), seen
 
     def _told(
-        self, state: Heard, seen: list[Line], t: Array, v: Array, window: float, doubted: bool
+        self,
+        state: Heard,
+        seen: list[Line],
+        t: Array,
+        torque: Array,
+        window: float,
+        known: bool,
+        doubted: bool,
     ) -> tuple[Heard, list[Event]]:
-        """One event for all joints that ring together: that of the one that swings most.
+        """One event for all joints that ring together: that of the drive that does most.
 
         What long windows see by chance they see again for as long as they overlap.
+
+        Args:
+            torque: as measured, (n, J) [N·m].
+            known: what is usual in this window.
         """
-        now = float(t[-1])
+        now, friction = float(t[-1]), self.space.reference.drive.coulomb
         joint, frequency, ratio, sizes = max(seen, key=lambda line: line[2])
-        swings = {line[0]: amplitude(v[:, line[0]], t, frequency) for line in seen}
-        most = max(swings, key=lambda at: swings[at])
-        joint = most if swings[most] > SWING else joint
-        last, before, since, told = state.rings
+        most = {j: amplitude(torque[:, j], t, frequency) for j in _measured(torque)}
+        does = max(most, key=lambda j: most[j] / friction[j])
+        if does != joint:
+            joint, sizes = does, course(torque[:, does], t, frequency)
+        last, before, since, told, whose = state.rings
         same = now - last < AGAIN and abs(frequency - before) < NEAR
         since, told = (since, told) if same else (float(t[0]), 0.0)
-        friction = self.space.reference.drive.coulomb[joint]
         gear = frequency > self.rule["gear"]
-        strong = sizes[-1] > self.rule["strong" if gear else "weak"] * friction
+        strong = sizes[-1] > self.rule["strong" if gear else "weak"] * friction[joint]
         at_once = strong and _gain(sizes) > STEADILY and _began(sizes)
-        doubtful = window > SHORTEST and ratio < self.rule["sure"]
+        doubtful = window > SHORTEST and not (known and ratio >= self.rule["sure"])
         wait = 2.0 * window if doubtful else self.rule["patience"]
         tell = not (told or doubted) and (at_once or now - since > wait)
-        state = replace(state, rings=np.array([now, frequency, since, float(told or tell)]))
+        whose = joint if tell else whose if now - last < AGAIN else -1
+        rings = np.array([now, frequency, since, float(told or tell), float(whose)])
+        state = replace(state, rings=rings)
         if not tell:
             return state, []
         growth = float(np.polyfit([t[p].mean() for p in parts(len(t), 4)], np.log(sizes), 1)[0])
@@ -226,6 +247,11 @@ class Oscillation:
                 torque = sizes if k < 2 else course(x[1], t, frequency)
                 return frequency, float(masked[at]), torque
         return None
+
+
+def _measured(torque: Array) -> list[int]:
+    """Joints whose torque (n, J) was measured all along."""
+    return np.flatnonzero(np.isfinite(torque).all(axis=0)).tolist()
 
 
 def _others(ratio: Array, at: float) -> int:

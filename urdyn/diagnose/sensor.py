@@ -55,15 +55,19 @@ class SensorHealth:
         told = np.zeros((3, J), dtype=bool)
         return Felt(nan, zero, zero, zero, zero, np.zeros((0, J)), nan, zero, never, told)
 
-    def step(self, state: Felt, rows: Rows) -> tuple[Felt, list[Event], Mask]:
-        """A beat on; also which joints are ill now, (J,)."""
+    def step(self, state: Felt, rows: Rows, ringing: Mask) -> tuple[Felt, list[Event], Mask]:
+        """A beat on; also which joints are ill now, (J,).
+
+        Args:
+            ringing: joints whose loop is known to ring, (J,): no sensor is noisy for that.
+        """
         state, signs = self._signs(state, rows)
         left = np.concatenate([state.left, rows.residual])[-max(ENOUGH, len(rows)) :]
         rough = _rough(state.rough, left) if self.period < COARSE else state.rough
         over = self._alone(rough / self.space.noise) > self.rule["noisy"]
         loud = np.where(over, state.loud + len(rows) * self.period, 0.0)
         state = replace(state, left=left[-ENOUGH:], rough=rough, loud=loud)
-        noisy = loud >= self.rule["lasting"]
+        noisy = (loud >= self.rule["lasting"]) & ~ringing
         now = float(rows.t[-1])
         ill = np.where(np.vstack([signs, noisy]), now, state.ill)
         sick = now - ill < WELL

@@ -228,9 +228,11 @@ class Slow:
         """With a light piece that is noticed by now: what this program taught is forgotten."""
         if not state.carrying.due:
             return None
-        seen = self._block(state).bank if state.moments else state.bank
+        ended = self._block(state) if state.moments else state
+        if ended.known != state.known:  # a fault, as it seems, is no light piece
+            return None
         joints = [k for k, each in enumerate(self.of.each) if not each.kind.of_tool]
-        rival = float(gathered(seen, ratios(seen, self.of))[joints].max())
+        rival = float(gathered(ended.bank, ratios(ended.bank, self.of))[joints].max())
         carrying = self.loads.noticed(state.carrying, state.bank.t, rival)
         if carrying is None:
             return None
