@@ -69,9 +69,8 @@ class Heard:
     t: Array  # (n,)
     signals: Array  # (3, n, J) what the model leaves and torque as measured [N·m], speed [rad/s]
     usual: tuple[Usual, ...]  # of each window
-    rings: (
-        Array  # (5,) when one rang last [s], frequency, since when, whether told; whose was, or -1
-    )
+    # (5,) when one rang last [s], its frequency, since when, whether told; whose was, or -1
+    rings: Array
 
 
 @dataclass(frozen=True, eq=False)
