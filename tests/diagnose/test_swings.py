@@ -139,7 +139,7 @@ def test_a_brake_late_in_a_second_is_not_told_at_once(
     """A joint's speed may look like a line's for one look; the torque that it takes tells."""
     ear = Oscillation(space(shop.fit), 0.01, read_rules().fast["controller_instability"])
     line = (1, 6.4, 15.1, np.array(sizes))
-    _, events = ear._told(ear.init(), [line], T, np.zeros((len(T), 6)), 0.9, False)
+    _, events = ear._told(ear.init(), line, T, 0.9, known=True, doubted=False)
     assert len(events) == told
 
 

@@ -114,10 +114,10 @@ class Oscillation:
             if few or state.t[-1] < usual[k].due:
                 continue
             t, signals = state.t[-n:], state.signals[:, -n:]
-            usual[k], seen = self._judge(usual[k], window, t, signals)
-            if seen:
+            usual[k], line = self._judge(usual[k], window, t, signals)
+            if line:
                 known = usual[k].looks * WINDOWS[window] > KNOWN * window
-                state, more = self._told(state, seen, t, signals[1], window, known, doubted)
+                state, more = self._told(state, line, t, window, known, doubted)
                 events += more
         return replace(state, usual=tuple(usual)), events
 
@@ -132,8 +132,8 @@ class Oscillation:
 
     def _judge(
         self, before: Usual, window: float, t: Array, signals: Array
-    ) -> tuple[Usual, list[Line]]:
-        """Lines that last in a window, and its spectrum as a rule with this one in it."""
+    ) -> tuple[Usual, Line | None]:
+        """A window's spectrum as a rule with this one in it, and the line that lasts in it."""
         n = len(t)
         f: Array = np.asarray(np.fft.rfftfreq(n, self.period), dtype=np.float64)
         f = f[f <= HIGHEST]
@@ -158,37 +158,47 @@ class Oscillation:
         slow = LEARNT * WINDOWS[window] / window
         gain = np.where(whole > LOUD * usual, slow, max(slow, 1.0 / looks))
         learnt = usual + gain * (np.minimum(whole, LOUD * usual) - usual)
-        return Usual(np.where(loud, usual, learnt), looks, due), seen
+        loudest = self._loudest(seen, t, signals[1], f, ratio[:2].max(axis=0)) if seen else None
+        return Usual(np.where(loud, usual, learnt), looks, due), loudest
+
+    def _loudest(self, seen: list[Line], t: Array, torque: Array, f: Array, ratio: Array) -> Line:
+        """One line of all joints that ring together: that of the drive that does most.
+
+        Of those in which it stands out, whether or not it passes all other tests there.
+
+        Args:
+            torque: as measured, (n, J) [N·m].
+            ratio: of torques to what is usual, (F, J).
+        """
+        joint, frequency, most, sizes = max(seen, key=lambda line: line[2])
+        at = round(frequency / f[1])
+        out = ratio[at - 1 : at + 2].max(axis=0) > HALVES
+        out[[line[0] for line in seen]] = True
+        drives = np.flatnonzero(out & np.isfinite(torque).all(axis=0)).tolist()
+        friction = self.space.reference.drive.coulomb
+        does = {j: amplitude(torque[:, j], t, frequency) / friction[j] for j in drives}
+        loudest = max(does, key=lambda j: does[j])
+        if loudest == joint:
+            return joint, frequency, most, sizes
+        return loudest, frequency, most, course(torque[:, loudest], t, frequency)
 
     def _told(
-        self,
-        state: Heard,
-        seen: list[Line],
-        t: Array,
-        torque: Array,
-        window: float,
-        known: bool,
-        doubted: bool,
+        self, state: Heard, line: Line, t: Array, window: float, known: bool, doubted: bool
     ) -> tuple[Heard, list[Event]]:
-        """One event for all joints that ring together: that of the drive that does most.
+        """One event for all joints that ring together.
 
         What long windows see by chance they see again for as long as they overlap.
 
         Args:
-            torque: as measured, (n, J) [N·m].
             known: what is usual in this window.
         """
-        now, friction = float(t[-1]), self.space.reference.drive.coulomb
-        joint, frequency, ratio, sizes = max(seen, key=lambda line: line[2])
-        most = {j: amplitude(torque[:, j], t, frequency) for j in _measured(torque)}
-        does = max(most, key=lambda j: most[j] / friction[j])
-        if does != joint:
-            joint, sizes = does, course(torque[:, does], t, frequency)
+        now, (joint, frequency, ratio, sizes) = float(t[-1]), line
+        friction = self.space.reference.drive.coulomb[joint]
         last, before, since, told, whose = state.rings
         same = now - last < AGAIN and abs(frequency - before) < NEAR
         since, told = (since, told) if same else (float(t[0]), 0.0)
         gear = frequency > self.rule["gear"]
-        strong = sizes[-1] > self.rule["strong" if gear else "weak"] * friction[joint]
+        strong = sizes[-1] > self.rule["strong" if gear else "weak"] * friction
         at_once = strong and _gain(sizes) > STEADILY and _began(sizes)
         doubtful = window > SHORTEST and not (known and ratio >= self.rule["sure"])
         wait = 2.0 * window if doubtful else self.rule["patience"]
@@ -246,11 +256,6 @@ class Oscillation:
                 torque = sizes if k < 2 else course(x[1], t, frequency)
                 return frequency, float(masked[at]), torque
         return None
-
-
-def _measured(torque: Array) -> list[int]:
-    """Joints whose torque (n, J) was measured all along."""
-    return np.flatnonzero(np.isfinite(torque).all(axis=0)).tolist()
 
 
 def _others(ratio: Array, at: float) -> int:
