@@ -1,0 +1,90 @@
+"""What bends a current for a while, or in one joint, bends no other judgement."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from realarm import with_current
+from scipy.signal import lfilter
+from shop import Shop
+
+from urdyn.diagnose import Report, diagnose
+from urdyn.diagnose.fault import Fault
+from urdyn.diagnose.slow import Slow
+from urdyn.types import Log
+
+RATE = 100.0  # [Hz]
+
+
+def _kinds(report: Report) -> list[tuple[str, int | None]]:
+    return sorted((f.kind, f.joint) for f in report)
+
+
+def test_a_joint_that_rings_has_no_noisy_sensor_and_is_told_once(shop: Shop) -> None:
+    """Though its line wanders by more than a loop's does, and neighbours differ by amperes."""
+    log = shop.log(seconds=30.0)
+    since = log.t - log.t[0] - 12.0
+    pitch = np.where(since < 2.0, 20.0, 23.0)  # [Hz]
+    swing = 9.0 * np.sin(2.0 * np.pi * np.cumsum(pitch) / RATE)
+    report = shop.disturbed(log, 2, np.where(since > 0.0, swing, 0.0))
+    assert _kinds(report) == [("controller_instability", 2)]
+
+
+def test_the_drive_that_does_most_rings_whichever_line_is_the_clearest(shop: Shop) -> None:
+    """A neighbour that it shakes may keep the phase, and its own loop, which hunts, does not."""
+    log = shop.log(seconds=16.0)
+    since = log.t - log.t[0] - 8.0
+    turn, hunts = 2.0 * np.pi * 13.0 * since, 1.6 * np.sin(2.0 * np.pi * 0.5 * since)
+    size = shop.dynamics.drive.coulomb / shop.dynamics.drive.gain * (since > 0.0)[:, None]
+    current = log.joint("actual_current").copy()
+    current[:, 1] += 0.3 * size[:, 1] * np.sin(turn)
+    current[:, 3] += 1.2 * size[:, 3] * np.sin(turn + hunts)
+    report = diagnose(shop.fit, with_current(log, current))
+    assert _kinds(report) == [("controller_instability", 3)]
+
+
+def test_a_sensor_that_drops_now_and_then_hides_no_other_joints_fault(shop: Shop) -> None:
+    """Every burst is told as another beginning; what is not there bends nothing that is."""
+    log = shop.log("friction_increase:joint=3,onset=30,rate=0.6,shape=step", seconds=75.0)
+    since, current = log.t - log.t[0], log.joint("actual_current").copy()
+    current[(since > 10.0) & (since % 3.0 < 0.4), 4] = np.nan
+    report = diagnose(shop.fit, with_current(log, current))
+    assert _kinds(report) == [("friction_increase", 3), ("sensor_fault", 4)]
+
+
+def _slipped(log: Log, joint: int, slip: float, at: float) -> Log:
+    """An encoder read `slip` [rad] more at `at` [s], and its loop took that back."""
+    since, rate = log.t - log.t[0] - at, 1.0 / float(np.median(np.diff(log.t)))
+    there = np.where(since >= 0.0, slip * np.exp(-np.maximum(since, 0.0) / 0.1), 0.0)
+    keep = np.exp(-1.0 / (rate * 0.003))  # speeds by an observer of that angle
+    seen = lfilter([1.0 - keep], [1.0, -keep], np.diff(there, prepend=0.0) * rate)
+    q, v = log.joint("actual_q").copy(), log.joint("actual_qd").copy()
+    q[:, joint] += there
+    v[:, joint] += seen
+    return replace(log, channels={**log.channels, "actual_q": q, "actual_qd": v})
+
+
+def test_what_angle_and_speed_do_for_some_samples_is_no_fault(shop: Shop) -> None:
+    """It asks for amperes within some samples, which no state of the arm explains."""
+    log = _slipped(shop.log(seconds=60.0, rate=125.0), 1, -0.025, 30.0)
+    assert not diagnose(shop.fit, log).findings
+
+
+def test_a_fault_that_this_block_tells_of_is_no_light_piece(
+    shop: Shop, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The block that would be forgotten for a piece is asked first what it says by itself."""
+    log = shop.log(seconds=4.0)
+    slow = shop.diagnosis(log).slow
+    state = replace(slow.init(), moments=3)
+    asked = []
+
+    def ended(self: Slow, of: object) -> object:
+        return replace(state, known=(Fault(0, 0.0, 0.0, 1.0, 1.0),))
+
+    monkeypatch.setattr(Slow, "_block", ended)
+    monkeypatch.setattr(type(state.carrying), "due", property(lambda self: True))
+    monkeypatch.setattr(type(slow.loads), "noticed", lambda *of: asked.append(of))
+    assert slow._noticed(state) is None and not asked
