@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 import pytest
 from shop import Shop
@@ -10,10 +12,13 @@ from urdyn.diagnose import Report, diagnose
 from urdyn.simulate import (
     Trajectory,
     Work,
+    forward,
     happening,
     observe,
     parse_fault,
+    plan,
     to_and_fro,
+    typical_gears,
     typical_sensors,
 )
 from urdyn.types import Log
@@ -85,6 +90,39 @@ def test_a_wide_gap_of_a_slow_rotor_is_found_though_it_takes_long_to_cross(shop:
     (finding,) = report.findings
     assert (finding.kind, finding.joint) == ("joint_backlash", 0)
     assert 0.5 * gap < finding.size < 2.0 * gap
+
+
+def _looped(shop: Shop, joint: int, half_gap: float, trajectory: Trajectory) -> Report:
+    """What is told of an arm in its controller's hands, whose link flies where its load is gone."""
+    arm = shop.dynamics.arm
+    fault = f"joint_backlash:joint={joint},onset=0,rate={half_gap},shape=step"
+    elastic = partial(forward, gears=typical_gears(arm))
+    rng = np.random.default_rng(joint)
+    events = (parse_fault(fault, arm.joints),)
+    log = observe(shop.dynamics, trajectory, typical_sensors(arm), rng, events, elastic)
+    return diagnose(shop.fit, log)
+
+
+@pytest.mark.parametrize("gap", [2e-3, 4e-3])
+def test_a_gap_through_which_the_link_flies_is_found_and_measured(shop: Shop, gap) -> None:
+    """For .08 s or so, of which accelerations tell 20 ms: to the third power a factor of two."""
+    swing = to_and_fro(shop.dynamics.arm, 2, 5.0, RATE)
+    (finding,) = _looped(shop, 2, gap, swing).findings
+    assert (finding.kind, finding.joint) == ("joint_backlash", 2)
+    assert 0.5 * gap < finding.size < 2.0 * gap
+
+
+def test_a_link_that_flies_is_found_from_point_to_point(shop: Shop) -> None:
+    """There loads jump over, and a motor that crosses a gap shows nothing."""
+    work = plan("point_to_point", shop.dynamics.arm, 15.0, 125.0, np.random.default_rng(3))
+    (finding,) = _looped(shop, 0, 3e-3, work.trajectory).findings
+    assert (finding.kind, finding.joint) == ("joint_backlash", 0)
+    assert 1.5e-3 < finding.size < 6e-3
+
+
+def test_a_gear_that_gives_has_no_gap(shop: Shop) -> None:
+    swing = to_and_fro(shop.dynamics.arm, 2, 5.0, RATE)
+    assert not _looped(shop, 2, 0.0, swing).findings
 
 
 @pytest.mark.slow

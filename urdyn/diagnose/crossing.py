@@ -1,0 +1,116 @@
+"""A motor that crosses the gap of its gear.
+
+Where the load turns over at t0 the motor leaves one flank and needs
+
+    T = sqrt(4 b I_r / f)
+
+to cross the whole gap 2 b under the friction it no longer overcomes; meanwhile the current lacks
+what the load takes. Each gap is weighed by that template, beside a level and a slope.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.polynomial import Polynomial
+from scipy.special import logsumexp
+
+from urdyn.diagnose.rows import Rows
+from urdyn.diagnose.space import Space
+from urdyn.tracking.passage import STANDING
+from urdyn.types import Array, Mask
+
+GAPS = np.array([5e-5, 1e-4, 2e-4, 4e-4, 8e-4, 1.6e-3])  # [rad] half, that are looked for
+BEFORE, LONGEST = 0.04, 0.06  # [s] before and after a reversal, or longer in this proportion
+WIDER = 1.5  # [-] times the time that a gap takes, after which what it lacked must be back
+WILD = 4.0  # [sd] that one row counts at most
+CLEAR = 4.0  # [sd] of a load about its line, that it has to swing through
+BENT, SPAN = 2.0, 0.02  # [-] times its usual bend over this time [s], beyond which a load jumps
+SHARES = (1.0, 0.5)  # [-] of the template: the load is not quite gone, or not all of it known
+
+
+@dataclass(frozen=True, eq=False)
+class Crossing:
+    """Settings."""
+
+    space: Space
+    period: float  # [s] between rows
+
+    @cached_property
+    def lasting(self) -> Array:
+        """Time over each gap, (gaps, J) [s]."""
+        drive = self.space.reference.drive
+        return np.sqrt(4.0 * GAPS[:, None] * drive.rotor_inertia / drive.coulomb)
+
+    @cached_property
+    def longest(self) -> Array:
+        """After a reversal, time in which each gap is crossed and something is left, (gaps, J)."""
+        return np.asarray(np.maximum(LONGEST, WIDER * self.lasting))
+
+    def weigh(
+        self, rows: Rows, after: Array, load: Array, left: Array, j: int
+    ) -> tuple[Array, Array]:
+        """Log likelihood ratios of the gaps, and what they would be, (gaps,) [nats].
+
+        Args:
+            after: time since the reversal, (N,) [s].
+            load: of joint j, (N,) [N·m].
+            left: of its current by the model, (N,) [A].
+        """
+        llr, shown = np.zeros((2, len(GAPS)))
+        for longest in np.unique(self.longest[:, j]):  # the shortest first
+            of = self.longest[:, j] == longest
+            told = self._weigh(rows, after, load, left, j, float(longest), of)
+            if told is None:
+                break
+            llr[of], shown[of] = told
+        return llr, shown
+
+    def _weigh(
+        self, rows: Rows, after: Array, load: Array, left: Array, j: int, longest: float, gaps: Mask
+    ) -> tuple[Array, Array] | None:
+        """Log likelihood ratios of gaps that take as long, and what they would be [nats]."""
+        at = (after > -longest * BEFORE / LONGEST) & (after < longest)
+        if at.sum() < 8 or not np.isfinite(left[at]).all():
+            return None
+        if np.abs(rows.v[at, j]).min() < STANDING:  # a joint that stands is held by friction
+            return None
+        line = Polynomial.fit(after[at], load[at], 1)(after[at])
+        if not self._whole(load[at], after[at], line) or self._jumps(load, at):
+            return None
+        K, noise = self.space.reference.drive.gain[j], self.space.noise[j]
+        x = -(line / K) * ((after[at] > 0.0) & (after[at] < self.lasting[gaps, j, None]))
+        scale = 1.0 / np.hypot(noise, rows.doubt[at, j])
+        nuisance = scale[:, None] * np.stack([np.ones(at.sum()), after[at]], axis=1)
+        q = np.linalg.qr(nuisance)[0]
+        r, x = scale * left[at], scale * x
+        r, x = r - q @ (q.T @ r), x - (x @ q) @ q.T
+        r = np.clip(r, -WILD, WILD)
+        louder = max(1.0, float(r @ r) / (len(r) - 2.0))  # what the model leaves just here
+        power = np.sum(x**2, axis=1)
+        of_each = [(c * (x @ r) - 0.5 * c**2 * power) / louder for c in SHARES]
+        return logsumexp(of_each, axis=0) - np.log(len(SHARES)), 0.5 * power / louder
+
+    def _whole(self, load: Array, after: Array, line: Array) -> bool:
+        """The load turns over once, and for good: noise about zero is no reversal.
+
+        What is wrong with accelerations is in the load, and reversed in the residual: a load that
+        only they turn over would look like a gap.
+        """
+        if np.ptp(line) < CLEAR * np.std(load - line):
+            return False
+        side, before = np.sign(load), after < 0.0
+        return bool(before.any() and (side[before] == side[0]).all()
+                    and (side[~before] == -side[0]).all())  # fmt: skip
+
+    def _jumps(self, load: Array, at: Mask) -> bool:
+        """Whether a load turns over more sharply than accelerations can be told.
+
+        They are those of some hundredths of a second. Where the true one jumps, the load that is
+        made of them does so too early, and then too late: like a gap.
+        """
+        lag = max(1, round(SPAN / self.period))
+        bend = np.abs(load[2 * lag :] - 2.0 * load[lag:-lag] + load[: -2 * lag])
+        return bool(bend[at[lag:-lag]].mean() > BENT * np.median(bend))
