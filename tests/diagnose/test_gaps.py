@@ -112,6 +112,7 @@ def test_a_gap_through_which_the_link_flies_is_found_and_measured(shop: Shop, ga
     assert 0.5 * gap < finding.size < 2.0 * gap
 
 
+@pytest.mark.slow
 def test_a_link_that_flies_is_found_from_point_to_point(shop: Shop) -> None:
     """There loads jump over, and a motor that crosses a gap shows nothing."""
     work = plan("point_to_point", shop.dynamics.arm, 15.0, 125.0, np.random.default_rng(3))

@@ -47,7 +47,7 @@ def test_the_drive_that_does_most_rings_whichever_line_is_the_clearest(shop: Sho
 
 def test_a_sensor_that_drops_now_and_then_hides_no_other_joints_fault(shop: Shop) -> None:
     """Every burst is told as another beginning; what is not there bends nothing that is."""
-    log = shop.log("friction_increase:joint=3,onset=30,rate=0.6,shape=step", seconds=75.0)
+    log = shop.log("friction_increase:joint=3,onset=25,rate=0.6,shape=step", seconds=55.0)
     since, current = log.t - log.t[0], log.joint("actual_current").copy()
     current[(since > 10.0) & (since % 3.0 < 0.4), 4] = np.nan
     report = diagnose(shop.fit, with_current(log, current))
