@@ -49,7 +49,7 @@ class _Parts:
     """What a drive's torque is made of, (..., J) each [N·m] but where said."""
 
     held: Array  # that structural damping rides on
-    carried: Array  # by rigid bodies
+    carried: Array  # of the torque of rigid bodies
     carried_held: Array  # of `held`
     f: Array
     alpha: Array

@@ -81,12 +81,10 @@ class Flight:
 
     def _mass(self, q: Array, j: int, tool: Array) -> float:
         """Inertia of all that hangs on joint j, about its axis, M_jj [kg·m²]."""
-        arm = self.space.arm
-        inertials, a = arm.inertials.copy(), np.zeros((2, len(q)))
+        arm, still = self.space.arm, np.zeros(len(q))
+        inertials = arm.inertials.copy()
         inertials[-1] += tool
-        a[1, j] = 1.0
-        Y = arm.regressor(np.tile(q, (2, 1)), np.zeros_like(a), a)[:, j]
-        return float((Y[1] - Y[0]) @ inertials.ravel())
+        return float(arm.torque_derivatives(q, still, still, inertials)[2][j, j])
 
     def _weigh(
         self, rows: Rows, after: Array, load: Array, left: Array, j: int, T: float, lacking: Array

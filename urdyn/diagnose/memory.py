@@ -27,7 +27,7 @@ from urdyn.diagnose.finding import Finding
 from urdyn.diagnose.learning import Learnt
 from urdyn.diagnose.loudness import Loudness
 from urdyn.diagnose.moment import Means, Pool
-from urdyn.diagnose.oscillation import Heard, Usual
+from urdyn.diagnose.oscillation import Heard, Ring, Usual
 from urdyn.diagnose.pushed import Bin
 from urdyn.diagnose.recall import Recall
 from urdyn.diagnose.rows import Rows
@@ -42,8 +42,8 @@ from urdyn.tracking.checkpoint import DAMAGE
 
 KNOWN = (
     Bank, Bin, Block, Carrying, Change, Creep, Fault, FastState, Felt, Finding, Heard, Instant,
-    Learnt, Loudness, Means, Mode, Now, Pool, Quiet, Recall, Reversals, Rows, Shown, SlowState,
-    State, Steadiness, Usual, Waiting, Warmth,
+    Learnt, Loudness, Means, Mode, Now, Pool, Quiet, Recall, Reversals, Ring, Rows, Shown,
+    SlowState, State, Steadiness, Usual, Waiting, Warmth,
 )  # fmt: skip
 CLASSES = {kind.__name__: kind for kind in KNOWN}
 

@@ -62,6 +62,17 @@ class Usual:
     due: float = -np.inf  # [s] when the next is
 
 
+@dataclass(frozen=True)
+class Ring:
+    """The line that was heard last."""
+
+    last: float = -np.inf  # [s] when
+    frequency: float = 0.0  # [Hz]
+    since: float = 0.0  # [s]
+    told: bool = False
+    whose: int | None = None  # the joint that was told of, if lines have not been silent since
+
+
 @dataclass(frozen=True, eq=False)
 class Heard:
     """The last seconds, and the usual spectra."""
@@ -69,8 +80,7 @@ class Heard:
     t: Array  # (n,)
     signals: Array  # (3, n, J) what the model leaves and torque as measured [N·m], speed [rad/s]
     usual: tuple[Usual, ...]  # of each window
-    # (5,) when one rang last [s], its frequency, since when, whether told; whose was, or -1
-    rings: Array
+    ring: Ring = Ring()
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,12 +95,14 @@ class Oscillation:
         """Nothing heard yet."""
         nothing = np.zeros((3, 0, self.space.joints))
         usual = (Usual(nothing),) * len(self._windows)
-        return Heard(np.zeros(0), nothing, usual, np.array([-np.inf, 0.0, 0.0, 0.0, -1.0]))
+        return Heard(np.zeros(0), nothing, usual)
 
     def ringing(self, state: Heard, t: float) -> Mask:
         """Which joint was told of, and rings still at t [s], (J,)."""
-        last, *_, joint = state.rings
-        return np.asarray((np.arange(self.space.joints) == joint) & (t - last < AGAIN))
+        rings = np.zeros(self.space.joints, dtype=bool)
+        if state.ring.whose is not None:
+            rings[state.ring.whose] = t - state.ring.last < AGAIN
+        return rings
 
     def step(self, state: Heard, rows: Rows, doubted: bool) -> tuple[Heard, list[Event]]:
         """A beat on; an event when a joint begins to ring.
@@ -170,7 +182,7 @@ class Oscillation:
             torque: as measured, (n, J) [N·m].
             ratio: of torques to what is usual, (F, J).
         """
-        joint, frequency, most, sizes = max(seen, key=lambda line: line[2])
+        joint, frequency, clear, sizes = max(seen, key=lambda line: line[2])
         at = round(frequency / f[1])
         out = ratio[at - 1 : at + 2].max(axis=0) > HALVES
         out[[line[0] for line in seen]] = True
@@ -178,9 +190,9 @@ class Oscillation:
         friction = self.space.reference.drive.coulomb
         does = {j: amplitude(torque[:, j], t, frequency) / friction[j] for j in drives}
         loudest = max(does, key=lambda j: does[j])
-        if loudest == joint:
-            return joint, frequency, most, sizes
-        return loudest, frequency, most, course(torque[:, loudest], t, frequency)
+        if loudest != joint:
+            sizes = course(torque[:, loudest], t, frequency)
+        return loudest, frequency, clear, sizes
 
     def _told(
         self, state: Heard, line: Line, t: Array, window: float, known: bool, doubted: bool
@@ -194,18 +206,18 @@ class Oscillation:
         """
         now, (joint, frequency, ratio, sizes) = float(t[-1]), line
         friction = self.space.reference.drive.coulomb[joint]
-        last, before, since, told, whose = state.rings
-        same = now - last < AGAIN and abs(frequency - before) < NEAR
-        since, told = (since, told) if same else (float(t[0]), 0.0)
+        ring = state.ring
+        again = now - ring.last < AGAIN
+        same = again and abs(frequency - ring.frequency) < NEAR
+        since, told = (ring.since, ring.told) if same else (float(t[0]), False)
         gear = frequency > self.rule["gear"]
         strong = sizes[-1] > self.rule["strong" if gear else "weak"] * friction
         at_once = strong and _gain(sizes) > STEADILY and _began(sizes)
         doubtful = window > SHORTEST and not (known and ratio >= self.rule["sure"])
         wait = 2.0 * window if doubtful else self.rule["patience"]
         tell = not (told or doubted) and (at_once or now - since > wait)
-        whose = joint if tell else whose if now - last < AGAIN else -1
-        rings = np.array([now, frequency, since, float(told or tell), float(whose)])
-        state = replace(state, rings=rings)
+        whose = joint if tell else ring.whose if again else None
+        state = replace(state, ring=Ring(now, frequency, since, told or tell, whose))
         if not tell:
             return state, []
         growth = float(np.polyfit([t[p].mean() for p in parts(len(t), 4)], np.log(sizes), 1)[0])
@@ -218,8 +230,7 @@ class Oscillation:
             "statistic": ratio,
             "threshold": float(self.rule["threshold"]),
         }
-        begin = float(state.rings[2])
-        return state, [Event("controller_instability", joint, begin, now, 0.99, size, evidence)]
+        return state, [Event("controller_instability", joint, since, now, 0.99, size, evidence)]
 
     def _allowed(self, f: Array, v: Array) -> Mask:
         """Frequencies that neither the motion nor the gear makes, (F, J)."""

@@ -24,7 +24,7 @@ from urdyn.dbn.robot import BODIES
 from urdyn.dbn.robot_slice import RobotSlice
 from urdyn.dbn.two_slice import TwoSlice, linearised
 from urdyn.estimate import Innovation
-from urdyn.estimate.innovation import LOG_2PI, innovation, measured_rows, whitening
+from urdyn.estimate.innovation import innovation, measured_rows, whitening
 from urdyn.estimate.linearised import carried
 from urdyn.tracking.model import STRIDE
 from urdyn.types import Array, Gaussian, Index, changed
@@ -167,11 +167,11 @@ class Blocks:
             state = _drives_moved(model, state, u)
         of_both = None
         if for_bodies:
-            of_both = _weighed(state, bodies)
+            of_both = _doubted(state, bodies)
             state = _bodies_learnt(state, of_both, calm, self.longest)
         if for_drives:
             if of_both is None or bodies.count != drives.count:  # not the same samples
-                of_both = _weighed(state, drives)
+                of_both = _doubted(state, drives)
             state = _drives_learnt(state, of_both, calm, self.longest)
         return state
 
@@ -196,7 +196,7 @@ def places(names: tuple[str, ...]) -> tuple[Index, Index]:
 
 
 @dataclass(frozen=True, eq=False)
-class Weighed:
+class Doubted:
     """A sum beside what both blocks leave in doubt of it."""
 
     HP: Array  # (J, b) its covariance with the bodies
@@ -207,13 +207,13 @@ class Weighed:
     lasting: float  # of how many such sums the others' doubt is one and the same
 
 
-def _weighed(state: BlockBelief, wait: Waiting) -> Weighed:
+def _doubted(state: BlockBelief, wait: Waiting) -> Doubted:
     at = state.at_drives
     Hb, Hd = wait.H.take(state.at_bodies, axis=1), wait.H[np.arange(len(at))[:, None], at]
     HP, gain = Hb @ state.bodies, (state.drives @ Hd[:, :, None])[:, :, 0]
     noise = np.where(wait.R > 0.0, wait.R, 1.0)
     lasting = max(1.0, LASTING / max(wait.dt, TINY))  # which noise is not
-    return Weighed(HP, gain, HP @ Hb.T, np.vecdot(gain, Hd), noise, lasting)
+    return Doubted(HP, gain, HP @ Hb.T, np.vecdot(gain, Hd), noise, lasting)
 
 
 def _bodies_moved(model: TwoSlice[RobotSlice], state: BlockBelief, u: RobotSlice) -> BlockBelief:
@@ -234,7 +234,7 @@ def _drives_moved(model: TwoSlice[RobotSlice], state: BlockBelief, u: RobotSlice
     return replace(state, drives=P, for_drives=replace(wait, still=0.0))
 
 
-def _bodies_learnt(state: BlockBelief, of: Weighed, calm: bool, longest: int) -> BlockBelief:
+def _bodies_learnt(state: BlockBelief, of: Doubted, calm: bool, longest: int) -> BlockBelief:
     """Kalman's correction of the bodies by all that waits for them."""
     wait, own = state.for_bodies, of.by_bodies.diagonal()
     K = of.HP.T @ np.linalg.inv(of.by_bodies + np.diag(of.lasting * of.by_drives + of.noise))
@@ -249,7 +249,7 @@ def _bodies_learnt(state: BlockBelief, of: Weighed, calm: bool, longest: int) ->
     )
 
 
-def _drives_learnt(state: BlockBelief, of: Weighed, calm: bool, longest: int) -> BlockBelief:
+def _drives_learnt(state: BlockBelief, of: Doubted, calm: bool, longest: int) -> BlockBelief:
     """The same of every joint's drive."""
     wait, gain = state.for_drives, of.gain
     W = np.linalg.inv(of.lasting * of.by_bodies + np.diag(of.by_drives + of.noise))
@@ -292,10 +292,7 @@ def _befell(u: RobotSlice) -> bool:
 
 def _innovation(residual: Array, variance: Array) -> Innovation:
     """As each joint's current alone expects it: what they have in common is left out."""
-    rows, S = measured_rows(residual), np.diag(variance)
-    if not isinstance(rows, slice):
-        lacking = np.isnan(residual)
-        S[lacking] = S[:, lacking] = np.nan
-    few, white = variance[rows], residual[rows] / np.sqrt(variance[rows])
-    nis, log_det = float(white @ white), sum(map(log, few.tolist()))
-    return Innovation(residual, S, -0.5 * (nis + log_det + len(few) * LOG_2PI), nis, len(few))
+    rows = measured_rows(residual)
+    few = variance[rows]
+    W, log_det = np.diag(1.0 / np.sqrt(few)), sum(map(log, few.tolist()))
+    return innovation(residual, rows, residual[rows], np.diag(few), W, log_det)

@@ -261,7 +261,7 @@ class Tracker(Generic[S]):
         colour = noise.learnt(seen.colour, seen.left, unknown, sure, self.period)
         was = supposed.was
         known = Learnt(belief, colour) if anew else Learnt(was.belief, was.colour)
-        drive, moved = self.fit.dynamics.drive, np.isfinite(seen.left)
+        drive, moved = self.fit.dynamics.drive, bool(np.count_nonzero(np.isfinite(seen.left)))
         since, carried = supposed.unknown_since(now.t), supposed.carried
         if anew:
             state = replace(state, then=was.then, lately=was.lately)
@@ -285,7 +285,7 @@ class Tracker(Generic[S]):
             colour=colour,
             unsure=unsure,
             passed=state.passed + way.passed,
-            moved=state.moved + way.passed * bool(np.count_nonzero(moved)),
+            moved=state.moved + way.passed * moved,
             carried=carried,
             rest=state.rest.after(way.moving, way.passed, since, now.t),
             weighed=supposed.weighed,
