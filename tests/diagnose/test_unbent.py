@@ -13,6 +13,7 @@ from shop import Shop
 from urdyn.diagnose import Report, diagnose
 from urdyn.diagnose.fault import Fault
 from urdyn.diagnose.slow import Slow
+from urdyn.signal import condition
 from urdyn.types import Log
 
 RATE = 100.0  # [Hz]
@@ -54,22 +55,47 @@ def test_a_sensor_that_drops_now_and_then_hides_no_other_joints_fault(shop: Shop
     assert _kinds(report) == [("friction_increase", 3), ("sensor_fault", 4)]
 
 
-def _slipped(log: Log, joint: int, slip: float, at: float) -> Log:
-    """An encoder read `slip` [rad] more at `at` [s], and its loop took that back."""
-    since, rate = log.t - log.t[0] - at, 1.0 / float(np.median(np.diff(log.t)))
-    there = np.where(since >= 0.0, slip * np.exp(-np.maximum(since, 0.0) / 0.1), 0.0)
-    keep = np.exp(-1.0 / (rate * 0.003))  # speeds by an observer of that angle
-    seen = lfilter([1.0 - keep], [1.0, -keep], np.diff(there, prepend=0.0) * rate)
+def _moved(log: Log, joint: int, way: np.ndarray, speed: np.ndarray) -> Log:
+    """The same run with a joint's angle and velocity moved by these, (N,)."""
     q, v = log.joint("actual_q").copy(), log.joint("actual_qd").copy()
-    q[:, joint] += there
-    v[:, joint] += seen
+    q[:, joint] += way
+    v[:, joint] += speed
     return replace(log, channels={**log.channels, "actual_q": q, "actual_qd": v})
 
 
-def test_what_angle_and_speed_do_for_some_samples_is_no_fault(shop: Shop) -> None:
-    """It asks for amperes within some samples, which no state of the arm explains."""
-    log = _slipped(shop.log(seconds=60.0, rate=125.0), 1, -0.025, 30.0)
-    assert not diagnose(shop.fit, log).findings
+def _slipped(shop: Shop, slip: float, within: float = 1e-3) -> Log:
+    """Of 40 s at 125 Hz, an encoder reads `slip` [rad] more from the middle on, `within` so long.
+
+    Its velocity follows, by an observer of 3 ms. Its loop moves the joint until the angle is where
+    it should be: the arm goes on beside it.
+    """
+    log = shop.log(seconds=40.0, rate=125.0)
+    since, period = log.t - log.t[0] - 20.0, float(np.median(np.diff(log.t)))
+    gone, pole = np.maximum(since, 0.0), 1.0 / 0.04
+    taken = slip * (1.0 - (1.0 + pole * gone) * np.exp(-pole * gone))
+    arm = _moved(log, 1, -taken, -slip * pole**2 * gone * np.exp(-pole * gone))
+    answer = shop.dynamics.current(condition(arm)) - shop.dynamics.current(condition(log))
+    read = slip * np.clip(since / within + 1.0, 0.0, 1.0) - taken
+    keep = np.exp(-period / 0.003)
+    speed = lfilter([1.0 - keep], [1.0, -keep], np.diff(read, prepend=0.0) / period)
+    return with_current(_moved(log, 1, read, speed), log.joint("actual_current") + answer)
+
+
+@pytest.mark.parametrize("slip", [-0.012, 0.025])
+def test_an_encoder_that_jumps_and_its_velocity_with_it_is_one_fault(
+    shop: Shop, slip: float
+) -> None:
+    log = _slipped(shop, slip)
+    (finding,) = diagnose(shop.fit, log).findings
+    assert (finding.kind, finding.joint) == ("encoder_offset", 1)
+    assert abs(finding.size + slip) < 0.05 * abs(slip)
+    assert abs(finding.onset_s - log.t[0] - 20.0) < 0.008
+
+
+def test_one_that_slips_within_some_samples_is_no_other_fault(shop: Shop) -> None:
+    """It asks for amperes within them, which no state of the arm explains."""
+    report = diagnose(shop.fit, _slipped(shop, -0.04, within=0.03))
+    assert set(_kinds(report)) <= {("encoder_offset", 1)}
 
 
 def test_a_fault_that_this_block_tells_of_is_no_light_piece(

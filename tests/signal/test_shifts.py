@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 from streams import log_of, play, stacked, swing
 
 from urdyn.signal import Causal, condition, half_window
 from urdyn.signal.gate import FINEST, REACH, SHAKEN, furthest
-from urdyn.signal.shifts import shifts
+from urdyn.signal.shifts import jumps
 
 RATES = (20.0, 50.0, 100.0, 125.0, 250.0, 500.0)
 QUICK = RATES[2:]  # no step is longer than a shake
@@ -27,7 +28,7 @@ def test_a_jump_of_one_angle_is_told_as_large_as_it_is(rate: float, joint: int, 
     t, q, v = moving(rate)
     at = len(t) // 2
     q[at:, joint] += way
-    found = shifts(t, q, v, half_window(1.0 / rate))
+    found = jumps(t, q, v, half_window(1.0 / rate)).shift
     assert np.argwhere(found).tolist() == [[at, joint]]
     # A trapezoid is wrong by at most the third derivative's bound, 2³ here.
     assert abs(found[at, joint] - way) < 8.0 / rate**3 / 12.0
@@ -44,7 +45,7 @@ def test_no_motion_within_an_arms_reach_is_a_jump(rate: float, seed: int) -> Non
     q = np.vstack([np.zeros(3), np.cumsum(0.5 * (v[1:] + v[:-1]), axis=0) * dt / fine])
     q, v = q[::fine] + rng.uniform(-0.4, 0.4, q[::fine].shape) * FINEST, v[::fine]
     t = dt * np.arange(len(q))
-    assert not shifts(t, q, v, half_window(dt)).any()
+    assert not jumps(t, q, v, half_window(dt)).shift.any()
 
 
 @pytest.mark.parametrize("rate", RATES[:2])
@@ -56,7 +57,7 @@ def test_nor_is_a_speed_that_goes_one_way_and_is_shaken(rate: float, seed: int) 
     along = np.where(rng.random((499, 3)) < 0.5, v[1:], v[:-1])
     shake = rng.choice([-1.0, 1.0], (499, 3)) * 0.25 * REACH * SHAKEN**2
     q = np.vstack([np.zeros(3), np.cumsum(dt * along + shake, axis=0)])
-    assert not shifts(dt * np.arange(500), q, v, half_window(dt)).any()
+    assert not jumps(dt * np.arange(500), q, v, half_window(dt)).shift.any()
 
 
 def test_how_far_a_way_may_be_off_is_never_more_than_an_acceleration_allows() -> None:
@@ -98,14 +99,14 @@ def elsewhere(t: np.ndarray, q: np.ndarray, v: np.ndarray, at: int) -> None:
 def test_what_may_be_something_else_is_no_jump(rate: float, befalls) -> None:
     t, q, v = moving(rate)
     befalls(t, q, v, len(t) // 2)
-    assert not shifts(t, q, v, half_window(1.0 / rate)).any()
+    assert not jumps(t, q, v, half_window(1.0 / rate)).shift.any()
 
 
 def test_of_an_arm_at_rest_a_jump_is_told_whatever_the_stamps() -> None:
     t = 0.01 * np.arange(100)
     q, v = np.zeros((2, 100, 3))
     q[40:, 2] += JUMP
-    assert np.argwhere(shifts(t, q, v, 4)).tolist() == [[40, 2]]
+    assert np.argwhere(jumps(t, q, v, 4).shift).tolist() == [[40, 2]]
 
 
 @pytest.mark.parametrize("rate", [100.0, 500.0])
@@ -115,7 +116,7 @@ def test_a_jump_moves_no_joint(rate: float) -> None:
     at, smooth = len(t) // 2, condition(log_of(t, q, v))
     q[at:, 1] += JUMP
     jumped = condition(log_of(t, q, v))
-    shift = shifts(t, q, v, half_window(1.0 / rate))[at, 1]
+    shift = jumps(t, q, v, half_window(1.0 / rate)).shift[at, 1]
     # What the trapezoid is wrong by is left; of it derivatives make Markov's n²/s each.
     wrong, width = abs(shift - JUMP), half_window(1.0 / rate) / rate
     for order, name in enumerate(("q", "v", "a", "jerk")):
@@ -156,3 +157,71 @@ def test_live_tells_the_same_jump_once(rate: float, jump: float) -> None:
     error = stacked(live, "v") - smooth.v[half_window(1.0 / rate) : -half_window(1.0 / rate)]
     width = half_window(1.0 / rate) / rate
     assert np.abs(error).max() < 4.0 * 8.0 / rate**3 / 12.0 * 16.0 / width
+
+
+def backward(t: np.ndarray, q: np.ndarray) -> np.ndarray:
+    return np.diff(q, axis=0, prepend=q[:1]) / (t[1] - t[0])
+
+
+def central(t: np.ndarray, q: np.ndarray) -> np.ndarray:
+    return np.gradient(q, t[1] - t[0], axis=0)
+
+
+def observed(t: np.ndarray, q: np.ndarray) -> np.ndarray:
+    """A first-order observer of 15 ms."""
+    keep, v = np.exp(-(t[1] - t[0]) / 0.015), backward(t, q)
+    return lfilter([1.0 - keep], [1.0, -keep], v, axis=0, zi=keep * v[:1])[0]
+
+
+ALONG = [backward, central, observed]
+
+
+@pytest.mark.parametrize("velocity", ALONG)
+@pytest.mark.parametrize("rate", QUICK)
+@pytest.mark.parametrize("way", [0.02, -0.02])
+def test_a_jump_that_velocities_follow_is_told(rate: float, velocity, way: float) -> None:
+    """From 6 mrad on at 100 Hz; of velocities that are means around their row, twice that."""
+    t, q, _ = moving(rate)
+    at = len(t) // 2
+    sound = velocity(t, q)
+    q[at:, 1] += way
+    v = velocity(t, q)
+    found = jumps(t, q, v, half_window(1.0 / rate))
+    assert np.argwhere(found.shift).tolist() == [[at, 1]]
+    # It is told beside the way before: an acceleration's worth off, 4 here.
+    assert abs(found.shift[at, 1] - way) < 4.0 / rate**2
+    reached = np.abs(v - sound) > 0.1 * np.abs(v - sound).max()
+    assert not (reached & ~found.misled).any()
+
+
+@pytest.mark.parametrize("velocity", ALONG)
+@pytest.mark.parametrize("rate", [100.0, 500.0])
+def test_a_torn_angle_is_no_jump_whatever_follows_it(rate: float, velocity) -> None:
+    t, q, _ = moving(rate)
+    torn(t, q, q, len(t) // 2)
+    assert not jumps(t, q, velocity(t, q), half_window(1.0 / rate)).shift.any()
+
+
+@pytest.mark.parametrize("velocity", ALONG)
+def test_nor_is_a_ring_of_three_rows(velocity) -> None:
+    """Near Nyquist's frequency every angle is beside both of its neighbours."""
+    t, q, _ = moving(125.0)
+    q[:, 1] += 4e-3 * np.minimum(t, 1.0) * np.sin(2.0 * np.pi * 41.0 * t)
+    assert not jumps(t, q, velocity(t, q), half_window(0.008)).shift.any()
+
+
+@pytest.mark.parametrize("rate", [100.0, 500.0])
+@pytest.mark.parametrize("velocity", [backward, observed])
+def test_live_and_batch_tell_of_it_alike(rate: float, velocity) -> None:
+    t, q, _ = moving(rate)
+    at = len(t) // 2
+    q[at:, 1] += 0.015
+    log = log_of(t, q, velocity(t, q))
+    _, live = play(Causal(1.0 / rate), log)
+    batch, half = condition(log), half_window(1.0 / rate)
+    shift = stacked(live, "shift")
+    assert np.argwhere(shift).tolist() == [[at - half, 1]]
+    assert np.allclose(shift, batch.shift[half:-half])
+    # Live, two windows of all do not see the row on both sides of the jump: its first, its last.
+    apart = np.abs(stacked(live, "a") - batch.a[half:-half])[:, 1]
+    assert np.sort(apart)[-3] < 0.5

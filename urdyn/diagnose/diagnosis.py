@@ -60,6 +60,7 @@ class State:
     fast: FastState
     slow: SlowState
     warmth: Warmth
+    off: Array  # (J,) [rad] by which encoders are off that were told to have jumped
     chunk: tuple[Now, ...] = ()
     beat: tuple[Rows, ...] = ()
     moment: tuple[Rows, ...] = ()
@@ -97,7 +98,8 @@ class Diagnosis:
 
     def init(self) -> State:
         """Before the first instant."""
-        return State(self.fast.init(), self.slow.init(), unfelt(self.space.joints))
+        J = self.space.joints
+        return State(self.fast.init(), self.slow.init(), unfelt(J), np.zeros(J))
 
     def step(self, state: State, now: Now) -> tuple[State, list[Finding]]:
         """One instant on; findings that are new, or worse than they were.
@@ -130,10 +132,18 @@ class Diagnosis:
 
     def _chunk(self, state: State) -> tuple[State, list[Finding]]:
         """The instants that were kept, beside the commissioned model."""
-        motion, s, travelled = _motion(state.chunk)
+        state, part = self._rows(replace(state, chunk=()), *_motion(state.chunk))
+        return self.take(state, part)
+
+    def _rows(self, state: State, motion: Motion, s: Array, travelled: Array) -> tuple[State, Rows]:
+        """A motion beside the model, as it was: without the jumps of encoders that are told."""
         warmth = felt(state.warmth, motion.t, motion.temperature)
-        state = replace(state, warmth=warmth, chunk=())
-        return self.take(state, rows(self.space, motion, s, travelled, warmth))
+        told = np.abs(motion.shift) >= self.fast.levels[JUMPS]["least"]
+        off = state.off + np.cumsum(np.where(told, motion.shift, 0.0), axis=0)
+        if np.count_nonzero(off):
+            motion = replace(motion, q=motion.q - off)
+        state = replace(state, warmth=warmth, off=off[-1])
+        return state, rows(self.space, motion, s, travelled, warmth)
 
     def take(self, state: State, part: Rows) -> tuple[State, list[Finding]]:
         """Some rows on, no longer than a beat."""
@@ -255,9 +265,8 @@ class Diagnosis:
         for start in range(0, len(motion), n):
             part = slice(start, start + n)
             here = motion.slice(start, min(start + n, len(motion)))
-            warmth = felt(state.warmth, here.t, here.temperature)
-            state = replace(state, warmth=warmth)
-            state, _ = self.take(state, rows(self.space, here, s[part], travelled[part], warmth))
+            state, beside = self._rows(state, here, s[part], travelled[part])
+            state, _ = self.take(state, beside)
         state, _ = self.finish(state)
         return state, self.findings(state)
 

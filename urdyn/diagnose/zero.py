@@ -19,5 +19,5 @@ def shifted(rows: Rows, rule: Mapping[str, float]) -> list[Event]:
 def _event(rows: Rows, k: int, j: int) -> Event:
     """The joint is where it was: its angle says more, so its zero lies as much lower."""
     jump = float(rows.shift[k, j])
-    evidence = {"statistic": "jump of an angle that no velocity explains", "jump_rad": jump}
+    evidence = {"statistic": "jump of an angle that no motion explains", "jump_rad": jump}
     return Event("encoder_offset", j, float(rows.t[k]), float(rows.t[-1]), 0.99, -jump, evidence)

@@ -18,9 +18,9 @@ from urdyn.signal.polynomial import (
     weights,
 )
 from urdyn.signal.sample import Instant, Sample
-from urdyn.signal.shifts import shifts, without_turns
+from urdyn.signal.shifts import jumps, without_turns
 from urdyn.signal.stretches import GAP, is_even
-from urdyn.types import Array
+from urdyn.types import Array, Mask
 
 
 @dataclass(frozen=True)
@@ -78,7 +78,7 @@ class Causal:
             state = self._admit(state, sample.t, row, dt)
         else:
             state = _restart(state, sample.t, row)
-        return state, self._estimate(state) if len(state.t) >= self.fit.samples else None
+        return self._estimate(state) if len(state.t) >= self.fit.samples else (state, None)
 
     def _admit(self, state: CausalState, t: float, row: Array, dt: float) -> CausalState:
         """The window one sample on, with what the gate refuses marked as not measured."""
@@ -102,8 +102,11 @@ class Causal:
             state.refused + refused,
         )
 
-    def _estimate(self, state: CausalState) -> Instant:
-        """The motion at the stamp `lag` samples back, + offset."""
+    def _estimate(self, state: CausalState) -> tuple[CausalState, Instant]:
+        """The motion at the stamp `lag` samples back, + offset.
+
+        Velocities that a jump of a zero has reached count as not measured from then on.
+        """
         fit = self.fit
         lag = fit.half if self.lag is None else self.lag
         row = fit.samples - 1 - lag
@@ -121,10 +124,11 @@ class Causal:
         else:
             q, v = measured[:, 0], measured[:, 1]
             if not whole:  # the gate refuses the sample at which a zero jumps
-                angles = state.angles[-fit.samples :]
-                each = shifts(state.t, state.angles, state.rows[:, 1], fit.half)[-fit.samples :]
+                found = jumps(state.t, state.angles, state.rows[:, 1], fit.half)
+                state = _sound(state, found.misled)
+                each, v = found.shift[-fit.samples :], state.rows[-fit.samples :, 1]
                 since, shift = np.cumsum(each, axis=0), without_turns(each[row])
-                q = np.where(each == 0.0, q, angles) - (since - since[row])
+                q = np.where(each == 0.0, q, state.angles[-fit.samples :]) - (since - since[row])
             at = np.broadcast_to(np.asarray(self.offset, dtype=np.float64), q.shape[1:])[None]
             window = (t - t[row])[None], q[None], v[None], at
             orders = fit.estimate(*(window if whole else joint_by_joint(*window)))
@@ -132,7 +136,8 @@ class Causal:
         (q, v, a, jerk), (current, temperature) = orders, rows[row, 2:]
         full = len(state.t) == self.alone.samples
         instrument = self._instrument(state, lag) if clean and full else None
-        return Instant(float(t[row]), q, v, a, jerk, current, temperature, shift, instrument)
+        instant = Instant(float(t[row]), q, v, a, jerk, current, temperature, shift, instrument)
+        return state, instant
 
     def _instrument(self, state: CausalState, lag: int) -> Array:
         """The acceleration there by angles alone, (J,) [rad/s²]; of even stamps.
@@ -156,6 +161,15 @@ def _operator(
     leads = offset if isinstance(offset, tuple) else (offset,)
     each = (weights(fit, ahead + lead, velocities) for lead in leads)
     return np.array([np.concatenate(of_both, axis=1) for of_both in each])
+
+
+def _sound(state: CausalState, misled: Mask) -> CausalState:
+    """With velocities that are not to be believed as if nobody had measured them."""
+    if not np.count_nonzero(misled):
+        return state
+    rows = state.rows.copy()
+    rows[:, 1][misled] = np.nan
+    return replace(state, rows=rows)
 
 
 def _restart(state: CausalState, t: float, row: Array) -> CausalState:

@@ -13,7 +13,7 @@ from urdyn.errors import LogError
 from urdyn.signal.channels import POSSIBLE
 from urdyn.signal.kinematics import kinematics
 from urdyn.signal.polynomial import half_window, instrument_half
-from urdyn.signal.shifts import shifts, without_turns
+from urdyn.signal.shifts import jumps, without_turns
 from urdyn.signal.stretches import breaks, is_even, median_step
 from urdyn.types import Array, Log, Mask, Motion
 
@@ -68,11 +68,11 @@ class _Settled:
     def motion(self, log: Log) -> Motion:
         """Motion of `log`, which is the whole or a part."""
         q, v = (_measured(log, name) for name in ("actual_q", "actual_qd"))
-        shift = shifts(log.t, q, v, self.half)
+        shift, misled = jumps(log.t, q, v, self.half)
         shifted = np.cumsum(shift, axis=0)  # no joint moved that way
         shift[-1] = 0.0  # nothing bears that one out
         how = partial(kinematics, offset=self.offset, degree=self.degree, step=self.step)
-        moved = how(log.t, q - shifted, v, half=self.half)
+        moved = how(log.t, q - shifted, np.where(misled, np.nan, v), half=self.half)
         half = instrument_half(self.half, self.degree)
         known = np.asarray(np.isfinite(q + v).all(axis=1))
         told = _whole_around(log.t, known, self.step, half)[:, None]

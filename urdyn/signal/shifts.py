@@ -1,37 +1,67 @@
-"""Shifts of an encoder's zero: an angle that jumps where its velocity tells of no motion."""
+"""Shifts of an encoder's zero: an angle that jumps where nothing tells of a motion."""
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
-from urdyn.signal.gate import furthest
-from urdyn.types import Array, Index
+from urdyn.signal.gate import FINEST, REACH, STAMP, furthest
+from urdyn.types import Array, Index, Mask
 
 STANDING = 0.02  # [rad/s] slower than this, no wrong stamp looks like a shift
+UNDONE = 0.2  # [-] of what a way is apart from both of its neighbours, by which these may differ
+SHAKEN = 0.1  # [s] after a jump, to which its controller answers, in which nothing else is one
+MISLED = 0.04  # [s] for which a velocity that is computed from angles may tell of a jump
 
 
-def shifts(t: Array, q: Array, v: Array, half: int) -> Array:
-    """By how much every encoder's zero jumped from the row before, (n, J) [rad]; mostly 0.
+class Jumps(NamedTuple):
+    """Where zeros jumped, and which velocities that reached."""
+
+    shift: Array  # (n, J) [rad] since the row before; mostly 0
+    misled: Mask  # (n, J)
+
+
+def jumps(t: Array, q: Array, v: Array, half: int) -> Jumps:
+    """By how much every encoder's zero jumped from the row before.
 
     A shift is told where it can be nothing else: it is beyond what an arm can do between two rows,
     stands alone among all joints for `half` rows to either side (a torn sample jumps back), and is
     no row with a wrong stamp, which all joints that move would show. In the last row it may still
     jump back.
 
+    It is judged by velocities of a sensor or an estimator that the jump has not reached. Where they
+    went along, the ways before and after judge; what cannot be may go on then, of that joint, and
+    of others that it shakes, but begins with the jump.
+
     Args:
         t: stamps (n,) [s].
         q: angles (n, J) [rad], NaN where not measured.
-        v: velocities (n, J) [rad/s], of a sensor or an estimator that the jump has not reached.
+        v: velocities (n, J) [rad/s], likewise.
     """
-    found = np.zeros_like(q)
-    way, reach = _unexplained(t, q, v)
-    beyond = np.abs(way) > reach
-    count, rows = np.cumsum([0, *np.count_nonzero(beyond, axis=1)]), np.arange(len(t))
-    near = count[np.minimum(rows + half + 1, len(t))] - count[np.maximum(rows - half, 0)]
-    for k, j in np.argwhere(beyond & (near == 1)[:, None]):
-        if not _late(way[k], reach[k], v[k], j):
-            found[k, j] = way[k, j]
-    return found
+    told, misled, shaken = np.zeros_like(q), np.zeros(q.shape, dtype=bool), np.zeros(len(t), bool)
+    way, reach = _beside_speeds(t, q, v)
+    apart = np.abs(way) > reach
+    leap, before, leaps = _beside_ways(t, q, v)
+    beyond = apart | leaps
+    if not np.count_nonzero(beyond):
+        return Jumps(told, misled)
+    step = np.diff(t, prepend=t[0])
+    alone = apart & (_count(beyond, half, half).sum(axis=1, keepdims=True) == 1)
+    own = _count(beyond, 1, 0)  # a mean around the row before has it too
+    first = _count(beyond, half, 0).sum(axis=1, keepdims=True) == own
+    for k, j in np.argwhere(leaps & ~alone & first & (_count(leaps, half, half) == 1)):
+        if not _late(step[k], leap[k], before[k], reach[k], j):
+            told[k, j] = leap[k, j]
+            misled[max(k - 1, 0) : np.searchsorted(t, t[k] + MISLED), j] = True
+            shaken[k : np.searchsorted(t, t[k] + SHAKEN)] = True
+    if np.count_nonzero(told):
+        rest = jumps(t, q - np.cumsum(told, axis=0), np.where(misled, np.nan, v), half)
+        return Jumps(np.where(shaken[:, None], told, rest.shift), misled | rest.misled)
+    for k, j in np.argwhere(alone):
+        if not _late(step[k], way[k], v[k], reach[k], j):
+            told[k, j] = way[k, j]
+    return Jumps(told, misled)
 
 
 def without_turns(shift: Array) -> Array:
@@ -39,7 +69,7 @@ def without_turns(shift: Array) -> Array:
     return np.asarray(shift - 2.0 * np.pi * np.round(shift / (2.0 * np.pi)))
 
 
-def _unexplained(t: Array, q: Array, v: Array) -> tuple[Array, Array]:
+def _beside_speeds(t: Array, q: Array, v: Array) -> tuple[Array, Array]:
     """Of each joint's way from the last row that was measured, what velocities do not explain.
 
     By trapezoids; the reach is how far off they may be.
@@ -55,9 +85,41 @@ def _unexplained(t: Array, q: Array, v: Array) -> tuple[Array, Array]:
     return way, reach
 
 
-def _late(way: Array, reach: Array, v: Array, j: int) -> bool:
-    """Whether a wrong stamp may have made joint j's jump: no other joint tells that it did not."""
-    if abs(v[j]) < STANDING:
+def _beside_ways(t: Array, q: Array, v: Array) -> tuple[Array, Array, Mask]:
+    """Of each joint's way, what the way before does not explain; also the mean speed of that.
+
+    It is beyond an arm where REACH, from the speed before, does not come that far, and the way
+    after explains it as little: a speed that jumps goes on, and a torn sample goes back, twice as
+    far from the one as from the other.
+    """
+    way, speed, beyond = np.zeros_like(q), np.full_like(q, np.nan), np.zeros(q.shape, dtype=bool)
+    for j in range(q.shape[1]):
+        rows: Index = np.flatnonzero(np.isfinite(q[:, j]))
+        step, known = np.diff(t[rows]), rows[2:-1]
+        mean, dt = np.diff(q[rows, j]) / step, step[1:-1]
+        before, after = (dt * (mean[1:-1] - other) for other in (mean[:-2], mean[2:]))
+        apart = 0.5 * np.abs(before + after)
+        alike = 0.5 * np.abs(before - after) < UNDONE * apart
+        quick = np.fmax(np.abs(mean[:-2]), np.abs(mean[2:]))
+        most = FINEST + 0.5 * REACH * dt**2 + STAMP * quick
+        leapt = np.fmin(apart, dt * np.abs(mean[1:-1] - v[rows[1:-2], j]))
+        way[known, j], speed[known, j], beyond[known, j] = before, mean[:-2], alike & (leapt > most)
+    return way, speed, beyond
+
+
+def _count(mask: Mask, before: int, after: int) -> Index:
+    """How often it is set in each column, from so many rows before to so many after, (n, J)."""
+    count, row = np.cumsum(np.pad(mask, ((1, 0), (0, 0))), axis=0), np.arange(len(mask))
+    end = np.minimum(row + after + 1, len(mask))
+    return np.asarray(count[end] - count[np.maximum(row - before, 0)])
+
+
+def _late(dt: float, way: Array, speed: Array, reach: Array, j: int) -> bool:
+    """Whether a wrong stamp may have made joint j's jump: no other joint tells that it did not.
+
+    dt is what the stamps say; of a row that is late, less than none of it has passed.
+    """
+    if not abs(speed[j]) >= STANDING or way[j] / speed[j] < -dt:
         return False
-    would = np.abs(np.delete(v * way[j] / v[j], j))  # of the others, which have shown nothing
+    would = np.abs(np.delete(speed * way[j] / speed[j], j))  # of the others, which showed nothing
     return bool(np.nanmax(would / np.delete(reach, j), initial=0.0) < 2.0)
