@@ -210,6 +210,18 @@ def test_nor_is_a_ring_of_three_rows(velocity) -> None:
     assert not jumps(t, q, velocity(t, q), half_window(0.008)).shift.any()
 
 
+def test_an_arm_that_a_jump_has_shaken_has_no_other() -> None:
+    """A loop that answers moves its neighbours in ways that trapezoids do not explain."""
+    t, q, _ = moving(125.0)
+    at = len(t) // 2
+    q[at:, 1] += 0.015
+    v = observed(t, q)
+    q[at + 5 :, 2] += 0.004
+    log = log_of(t, q, v)
+    assert np.argwhere(condition(log).shift).tolist() == [[at, 1]]
+    assert [i.t for i in play(Causal(0.008), log)[1] if i.shift.any()] == [t[at]]
+
+
 @pytest.mark.parametrize("rate", [100.0, 500.0])
 @pytest.mark.parametrize("velocity", [backward, observed])
 def test_live_and_batch_tell_of_it_alike(rate: float, velocity) -> None:

@@ -8,7 +8,7 @@ from functools import cached_property, lru_cache
 import numpy as np
 
 from urdyn.signal.channels import POSSIBLE
-from urdyn.signal.gate import Gate
+from urdyn.signal.gate import FINEST, Gate
 from urdyn.signal.polynomial import (
     ORDERS,
     LocalPolynomial,
@@ -20,7 +20,7 @@ from urdyn.signal.polynomial import (
 from urdyn.signal.sample import Instant, Sample
 from urdyn.signal.shifts import jumps, without_turns
 from urdyn.signal.stretches import GAP, is_even
-from urdyn.types import Array, Mask
+from urdyn.types import Array
 
 
 @dataclass(frozen=True)
@@ -34,6 +34,7 @@ class CausalState:
     restarts: int = 0  # gaps and clocks set back: the window began anew
     repeats: int = 0  # samples with the stamp of the one before, left out
     refused: int = 0  # values that the gate marked as not measured
+    jumped: float = -np.inf  # [s] when a zero did last
 
 
 @dataclass(frozen=True)
@@ -100,13 +101,11 @@ class Causal:
             state.restarts,
             state.repeats,
             state.refused + refused,
+            state.jumped,
         )
 
     def _estimate(self, state: CausalState) -> tuple[CausalState, Instant]:
-        """The motion at the stamp `lag` samples back, + offset.
-
-        Velocities that a jump of a zero has reached count as not measured from then on.
-        """
+        """The motion at the stamp `lag` samples back, + offset."""
         fit = self.fit
         lag = fit.half if self.lag is None else self.lag
         row = fit.samples - 1 - lag
@@ -124,9 +123,8 @@ class Causal:
         else:
             q, v = measured[:, 0], measured[:, 1]
             if not whole:  # the gate refuses the sample at which a zero jumps
-                found = jumps(state.t, state.angles, state.rows[:, 1], fit.half)
-                state = _sound(state, found.misled)
-                each, v = found.shift[-fit.samples :], state.rows[-fit.samples :, 1]
+                state, each = self._jumped(state)
+                v = state.rows[-fit.samples :, 1]
                 since, shift = np.cumsum(each, axis=0), without_turns(each[row])
                 q = np.where(each == 0.0, q, state.angles[-fit.samples :]) - (since - since[row])
             at = np.broadcast_to(np.asarray(self.offset, dtype=np.float64), q.shape[1:])[None]
@@ -136,8 +134,20 @@ class Causal:
         (q, v, a, jerk), (current, temperature) = orders, rows[row, 2:]
         full = len(state.t) == self.alone.samples
         instrument = self._instrument(state, lag) if clean and full else None
+        if np.count_nonzero(np.abs(shift) > FINEST):
+            state = replace(state, jumped=float(t[row]))
         instant = Instant(float(t[row]), q, v, a, jerk, current, temperature, shift, instrument)
         return state, instant
+
+    def _jumped(self, state: CausalState) -> tuple[CausalState, Array]:
+        """Shifts of zeros in the window; velocities that they reached count as not measured."""
+        t, q, v = state.t, state.angles, state.rows[:, 1]
+        found = jumps(t, q, v, self.fit.half, state.jumped)
+        if np.count_nonzero(found.misled):
+            rows = state.rows.copy()
+            rows[:, 1][found.misled] = np.nan
+            state = replace(state, rows=rows)
+        return state, found.shift[-self.fit.samples :]
 
     def _instrument(self, state: CausalState, lag: int) -> Array:
         """The acceleration there by angles alone, (J,) [rad/s²]; of even stamps.
@@ -161,15 +171,6 @@ def _operator(
     leads = offset if isinstance(offset, tuple) else (offset,)
     each = (weights(fit, ahead + lead, velocities) for lead in leads)
     return np.array([np.concatenate(of_both, axis=1) for of_both in each])
-
-
-def _sound(state: CausalState, misled: Mask) -> CausalState:
-    """With velocities that are not to be believed as if nobody had measured them."""
-    if not np.count_nonzero(misled):
-        return state
-    rows = state.rows.copy()
-    rows[:, 1][misled] = np.nan
-    return replace(state, rows=rows)
 
 
 def _restart(state: CausalState, t: float, row: Array) -> CausalState:

@@ -13,7 +13,7 @@ from urdyn.errors import LogError
 from urdyn.signal.channels import POSSIBLE
 from urdyn.signal.kinematics import kinematics
 from urdyn.signal.polynomial import half_window, instrument_half
-from urdyn.signal.shifts import jumps, without_turns
+from urdyn.signal.shifts import SHAKEN, jumps, without_turns
 from urdyn.signal.stretches import breaks, is_even, median_step
 from urdyn.types import Array, Log, Mask, Motion
 
@@ -47,8 +47,8 @@ def stream(
     does not name row 0.
     """
     settled = _settle(log, offset, half_window, degree)
-    # A shifted window ends this far from its row.
-    halo = 2 * instrument_half(settled.half, degree)
+    # A shifted window ends this far from its row, and a jump shakes what is as far behind it.
+    halo = 2 * instrument_half(settled.half, degree) + round(SHAKEN / settled.step)
     for start in range(0, len(log), rows):
         stop = min(start + rows, len(log))
         lo = max(0, start - halo)

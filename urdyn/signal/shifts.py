@@ -22,7 +22,7 @@ class Jumps(NamedTuple):
     misled: Mask  # (n, J)
 
 
-def jumps(t: Array, q: Array, v: Array, half: int) -> Jumps:
+def jumps(t: Array, q: Array, v: Array, half: int, last: float = -np.inf) -> Jumps:
     """By how much every encoder's zero jumped from the row before.
 
     A shift is told where it can be nothing else: it is beyond what an arm can do between two rows,
@@ -38,8 +38,9 @@ def jumps(t: Array, q: Array, v: Array, half: int) -> Jumps:
         t: stamps (n,) [s].
         q: angles (n, J) [rad], NaN where not measured.
         v: velocities (n, J) [rad/s], likewise.
+        last: when a zero has jumped before [s].
     """
-    told, misled, shaken = np.zeros_like(q), np.zeros(q.shape, dtype=bool), np.zeros(len(t), bool)
+    told, misled = np.zeros_like(q), np.zeros(q.shape, dtype=bool)
     way, reach = _beside_speeds(t, q, v)
     apart = np.abs(way) > reach
     leap, before, leaps = _beside_ways(t, q, v)
@@ -54,14 +55,13 @@ def jumps(t: Array, q: Array, v: Array, half: int) -> Jumps:
         if not _late(step[k], leap[k], before[k], reach[k], j):
             told[k, j] = leap[k, j]
             misled[max(k - 1, 0) : np.searchsorted(t, t[k] + MISLED), j] = True
-            shaken[k : np.searchsorted(t, t[k] + SHAKEN)] = True
     if np.count_nonzero(told):
         rest = jumps(t, q - np.cumsum(told, axis=0), np.where(misled, np.nan, v), half)
-        return Jumps(np.where(shaken[:, None], told, rest.shift), misled | rest.misled)
+        return Jumps(_first(t, told + rest.shift, last), misled | rest.misled)
     for k, j in np.argwhere(alone):
         if not _late(step[k], way[k], v[k], reach[k], j):
             told[k, j] = way[k, j]
-    return Jumps(told, misled)
+    return Jumps(_first(t, told, last), misled)
 
 
 def without_turns(shift: Array) -> Array:
@@ -112,6 +112,16 @@ def _count(mask: Mask, before: int, after: int) -> Index:
     count, row = np.cumsum(np.pad(mask, ((1, 0), (0, 0))), axis=0), np.arange(len(mask))
     end = np.minimum(row + after + 1, len(mask))
     return np.asarray(count[end] - count[np.maximum(row - before, 0)])
+
+
+def _first(t: Array, told: Array, last: float) -> Array:
+    """Without those of what a jump shakes, (n, J) [rad]."""
+    for k in np.flatnonzero((np.abs(without_turns(told)) > FINEST).any(axis=1)):
+        if last < t[k] < last + SHAKEN:
+            told[k] = 0.0
+        else:
+            last = float(t[k])
+    return told
 
 
 def _late(dt: float, way: Array, speed: Array, reach: Array, j: int) -> bool:
