@@ -113,13 +113,11 @@ class Pushed:
 
     def _place(self, q: Array, felt: Array, sd: Array, told: Mask) -> tuple[int, float, Array]:
         """The link that explains the torques best, its share of the evidence, and the force [N]."""
-        arm, weights, forces = self.space.reference.arm, [], []
-        frames = [(k, name) for k, name in enumerate(arm.link_names) if k]
-        frames.append((arm.joints - 1, arm.tool))
+        weights, forces = [], []
+        points = [(link, J) for link in range(1, len(q)) for J in self._points(q, link)]
         V = np.diag(sd[told] ** 2 + (MODEL * felt[told]) ** 2)
-        for link, frame in frames:
-            J = arm.jacobian(q, frame)[:3, :]
-            J = np.where(np.arange(arm.joints) <= link, J, 0.0)[:, told]
+        for _, J in points:
+            J = J[:, told]
             # The drives hold against the push: what they give more is -J' F.
             S = V + FORCE**2 * J.T @ J
             gain = -(FORCE**2) * J @ np.linalg.inv(S)
@@ -129,9 +127,21 @@ class Pushed:
             forces.append(gain @ felt[told])
         share = np.exp(np.array(weights) - max(weights))
         share /= share.sum()
-        links = np.array([link for link, _ in frames])
-        best = int(np.argmax(share))
-        return int(links[best]), float(share[links == links[best]].sum()), forces[best]
+        links = np.array([link for link, _ in points])
+        each = np.bincount(links, share)
+        link = int(np.argmax(each))
+        best = int(np.argmax(np.where(links == link, share, 0.0)))
+        return link, float(each[link]), forces[best]
+
+    def _points(self, q: Array, link: int) -> list[Array]:
+        """How a link's joint and its middle move, per joint speed, (3, J) each.
+
+        The next joint moves nothing that is at its own frame: both ends are of this link.
+        """
+        arm = self.space.reference.arm
+        ends = [arm.jacobian(q, name)[:3] for name in (*arm.link_names, arm.tool)[link : link + 2]]
+        own = np.arange(arm.joints) <= link
+        return [np.where(own, J, 0.0) for J in (ends[0], 0.5 * (ends[0] + ends[1]))]
 
 
 def _stacked(bins: tuple[Bin, ...], *names: str) -> Iterator[Array]:
