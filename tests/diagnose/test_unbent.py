@@ -10,13 +10,15 @@ from realarm import with_current
 from scipy.signal import lfilter
 from shop import Shop
 
-from urdyn.diagnose import Report, diagnose
+from urdyn.diagnose import Finding, Report, diagnose
+from urdyn.diagnose.diagnosis import Now
 from urdyn.diagnose.fault import Fault
 from urdyn.diagnose.slow import Slow
-from urdyn.signal import condition
+from urdyn.signal import Instant, condition
 from urdyn.types import Log
 
 RATE = 100.0  # [Hz]
+NAMES = ("q", "v", "a", "jerk", "current", "temperature", "shift", "instrument")
 
 
 def _kinds(report: Report) -> list[tuple[str, int | None]]:
@@ -96,6 +98,36 @@ def test_one_that_slips_within_some_samples_is_no_other_fault(shop: Shop) -> Non
     """It asks for amperes within them, which no state of the arm explains."""
     report = diagnose(shop.fit, _slipped(shop, -0.04, within=0.03))
     assert set(_kinds(report)) <= {("encoder_offset", 1)}
+
+
+@pytest.mark.parametrize("row", [700, 707, 719])
+@pytest.mark.parametrize("later", [2.0, 300.0])
+def test_a_clock_that_jumps_within_a_beat_is_a_pause(shop: Shop, row: int, later: float) -> None:
+    log = shop.log(seconds=14.0)
+    t = np.where(np.arange(len(log.t)) < row, log.t, log.t + later)
+    assert not diagnose(shop.fit, replace(log, t=t)).findings
+    assert not _live(shop, replace(log, t=t))
+
+
+def test_half_a_second_of_which_nobody_knows_anything_is_one_too(shop: Shop) -> None:
+    log = shop.log(seconds=14.0)
+    channels = {name: np.array(of, dtype=float) for name, of in log.channels.items()}
+    for of in channels.values():
+        of[710:760] = np.nan
+    assert not diagnose(shop.fit, replace(log, channels=channels)).findings
+
+
+def _live(shop: Shop, log: Log) -> list[Finding]:
+    """What is told instant by instant."""
+    motion, s, moved = shop.motion(log)
+    diagnosis, found = shop.diagnosis(log), list[Finding]()
+    state = diagnosis.init()
+    for k in range(len(motion)):
+        of = (getattr(motion, name)[k] for name in NAMES)
+        instant = Instant(float(motion.t[k]), *of)
+        state, more = diagnosis.step(state, Now(instant, s[k], moved[k]))
+        found += more
+    return found
 
 
 def test_a_fault_that_this_block_tells_of_is_no_light_piece(

@@ -109,12 +109,19 @@ class Diagnosis:
         ahead = state.ahead
         if now.instant.t + ahead <= state.last:
             ahead = state.last + PAUSE + self.period - now.instant.t
-        t = now.instant.t + ahead
+        t, found = now.instant.t + ahead, list[Finding]()
+        if state.chunk and self._apart(state.last, t):
+            state, found = self._chunk(state)
         now = replace(now, instant=replace(now.instant, t=t))
         state = replace(state, last=t, ahead=ahead, chunk=(*state.chunk, now))
         if len(state.chunk) < self._chunk_rows:
-            return state, []
-        return self._chunk(state)
+            return state, found
+        state, more = self._chunk(state)
+        return state, found + more
+
+    def _apart(self, before: float, t: float) -> bool:
+        """Whether nobody knows what was between these stamps [s]."""
+        return bool(t - before > BROKEN * self.period)
 
     @cached_property
     def _beat_rows(self) -> int:
@@ -146,10 +153,10 @@ class Diagnosis:
         return state, rows(self.space, motion, s, travelled, warmth)
 
     def take(self, state: State, part: Rows) -> tuple[State, list[Finding]]:
-        """Some rows on, no longer than a beat."""
+        """Some rows on, no longer than a beat and without a gap."""
         found: list[Finding] = []
         before = (*state.moment, *state.beat)
-        if before and part.t[0] - before[-1].t[-1] > BROKEN * self.period:
+        if before and self._apart(before[-1].t[-1], part.t[0]):
             state, found = self._broken(state)
         state = replace(state, beat=(*state.beat, part))
         if self._lasted(state.beat[0].t[0], part.t[-1], BEAT):
@@ -261,12 +268,14 @@ class Diagnosis:
 
     def over(self, motion: Motion, s: Array, travelled: Array) -> tuple[State, list[Finding]]:
         """A whole motion at once: the same beats as instant by instant, but for their seams."""
-        state, n = self.init(), self._beat_rows
-        for start in range(0, len(motion), n):
-            part = slice(start, start + n)
-            here = motion.slice(start, min(start + n, len(motion)))
-            state, beside = self._rows(state, here, s[part], travelled[part])
-            state, _ = self.take(state, beside)
+        state = self.init()
+        known = np.flatnonzero(np.isfinite(motion.q + motion.v + motion.a).all(axis=1))
+        apart = np.diff(motion.t[known]) > BROKEN * self.period
+        for stretch in np.split(known, np.flatnonzero(apart) + 1):
+            for at in range(0, len(stretch), self._beat_rows):
+                part = stretch[at : at + self._beat_rows]
+                state, beside = self._rows(state, motion.rows(part, ()), s[part], travelled[part])
+                state, _ = self.take(state, beside)
         state, _ = self.finish(state)
         return state, self.findings(state)
 
