@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from shop import Shop
 
-from urdyn.diagnose import carried
+from urdyn.diagnose import carried, diagnose
 from urdyn.diagnose.beside import Belief
 from urdyn.diagnose.carried import Mode, Shown
 from urdyn.diagnose.carrying import MOMENT, Carrying, Waiting
@@ -214,8 +214,8 @@ def moments(rng: np.random.Generator, load: np.ndarray, sd: float) -> tuple[Show
 def away(told: tuple[Shown, ...], mass: float) -> Carrying:
     """Moments that all went to a mode of this mass."""
     mode = Mode(np.eye(10)[0] * mass, 1e-4 * np.eye(10), 0.0)
-    time = MOMENT * len(told)
-    return Carrying((carried.commissioned(), mode), 1, 1, (1,), (0.0, time), 0.0, told)
+    times = 0.0, MOMENT * len(told)
+    return Carrying((carried.commissioned(), mode), 1, 1, (1,), away=times, since=0.0, gone=told)
 
 
 @pytest.fixture(scope="module")
@@ -245,6 +245,27 @@ def test_a_load_that_moments_hardly_tell_has_to_stay_longer(stay: Stay) -> None:
     for time, told in ((least + 1.0, False), (0.9 * needed, False), (1.1 * needed, True)):
         some = moments(rng, np.full(round(time / MOMENT), 0.5), 0.3)
         assert (stay.settled(away(some, 0.5), time)[1] is not None) is told
+
+
+@pytest.mark.parametrize(("onset", "told"), [(0.0, True), (8.0, False)])
+def test_what_a_recording_shows_from_begin_to_end_needs_no_patience(
+    shop: Shop, onset: float, told: bool
+) -> None:
+    """A piece may be in the gripper at the end; one that was there all along is another load."""
+    found = shop.report(f"payload_change:mass=2,onset={onset}", seconds=20.0).findings
+    assert [f.kind for f in found] == ["payload_change"] * told
+    for f in found:
+        assert f.older and abs(f.size - 2.0) < 3.0 * f.size_sd
+
+
+def test_a_load_that_was_changed_while_the_arm_stood_came_at_any_time_of_that(shop: Shop) -> None:
+    """Nobody saw when; what was carried before the rest, and after it, tells no more."""
+    log = shop.log("payload_change:mass=2,onset=12", seconds=44.0)
+    t = np.where(log.t < 12.0, log.t, log.t + 30.0)
+    (finding,) = diagnose(shop.fit, replace(log, t=t)).findings
+    lo, hi = finding.onset_interval_s
+    assert not finding.older
+    assert 11.0 < lo < 12.0 and 42.0 < hi < 44.0
 
 
 def test_what_holds_a_standing_joint_is_not_predicted(shop: Shop) -> None:

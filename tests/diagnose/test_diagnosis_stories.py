@@ -125,7 +125,9 @@ def test_live_an_encoder_that_jumps_is_told_at_once(shop: Shop, offset: float) -
     assert found[0].alarm_s < 8.0 + 0.3
 
 
-@pytest.mark.parametrize(("lasting", "joints"), [(10.0, []), (60.0, [1])])
+@pytest.mark.parametrize(
+    ("lasting", "joints"), [(10.0, []), pytest.param(60.0, [1], marks=pytest.mark.slow)]
+)
 def test_what_the_next_blocks_take_back_was_no_fault(
     shop: Shop, lasting: float, joints: list[int]
 ) -> None:

@@ -34,8 +34,11 @@ class Carrying:
     now: int = 0
     was: int = 0  # before the first of the moments that wait
     path: tuple[int, ...] = ()  # mode of each of those
+    had: float = 0.0  # [s] of motion with the first
+    last: float = -np.inf  # [s] when that was carried last
     away: tuple[float, ...] = ()  # [s] of motion in each mode since the first was last carried
     since: float = np.nan  # [s] when that began
+    sure: float = np.nan  # [s] begin of the moment after that: the arm may have come to rest in one
     # Of moments since then, and of those with the first since the program began, as they look to
     # who knows of the arm what was known before: an unseen piece bends what the program teaches.
     gone: tuple[Shown, ...] = ()
@@ -61,14 +64,16 @@ class Carrying:
         """
         if not self.was:
             unclaimed = self.unclaimed if len(self.unclaimed) < WATCHED else ()
-            return replace(self.here, unclaimed=(*unclaimed, anew))
+            had = self.had + MOMENT
+            return replace(self.here, had=had, last=ripe.end, unclaimed=(*unclaimed, anew))
         away = self.absent
         away[self.was] += MOMENT
         since = ripe.begin if np.isnan(self.since) else self.since
         gone = (*self.gone[1 - WATCHED :], anew)
-        return replace(self, away=tuple(away.tolist()), since=since, gone=gone)
+        sure = ripe.begin if np.isnan(self.sure) or not self.since < self.sure else self.sure
+        return replace(self, away=tuple(away.tolist()), since=since, sure=sure, gone=gone)
 
     @property
     def here(self) -> Carrying:
         """As if the first had just been carried."""
-        return replace(self, away=(), since=np.nan, gone=())
+        return replace(self, away=(), since=np.nan, sure=np.nan, gone=())

@@ -105,13 +105,22 @@ class Slow:
             state = self._waiting(state, means, begin, end)
         while len(state.waiting) > DELAY and not push.going:
             state = self._gather(state)
+        return self._settled(state, end)
+
+    def concluded(self, state: SlowState) -> SlowState:
+        """At the end of a recording; `found` are the changes that this settles."""
+        last = state.waiting[-1].end if state.waiting else state.end
+        return self._settled(self.judge.concluded(state), last, ended=True)
+
+    def _settled(self, state: SlowState, t: float, ended: bool = False) -> SlowState:
+        """With what is carried there to stay, if it is."""
         if self.stay is None:
             return state
-        carrying, change = self.stay.settled(state.carrying, end)
+        carrying, change = self.stay.settled(state.carrying, t, ended)
         state = replace(state, carrying=carrying)
-        return (
-            self.judge.relieved(replace(state, found=(*state.found, change))) if change else state
-        )
+        if not change:
+            return state
+        return self.judge.relieved(replace(state, found=(*state.found, change)))
 
     def _unpushed(self, state: SlowState, push: Push) -> SlowState:
         """Without the moments that wait in which something pushed the arm."""

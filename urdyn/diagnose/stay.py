@@ -3,7 +3,8 @@
 A load that moments tell clearly has to be carried for as long as the rules say. The less they tell
 of it, the longer; and it has to explain them better than a piece that comes and goes meanwhile,
 whose mean over both it may be. What the arm was believed to be before the program began says how
-clear a load is: a piece that was there unseen has bent what was learnt since.
+clear a load is: a piece that was there unseen has bent what was learnt since. One that was there
+from a recording's begin to its end need not have been carried for so long.
 """
 
 from __future__ import annotations
@@ -24,6 +25,7 @@ from urdyn.diagnose.space import Space
 LASTING = 0.2  # [-] of the time away that a load must have been carried to be there to stay
 CLEAR = 5.0  # [sd] by which its mass differs then
 CERTAIN = 0.99  # [-] that what was carried for so long is another load
+THROUGHOUT = 8.0  # [s] of motion at least, of a recording in which nothing else was carried
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,15 +36,22 @@ class Stay:
     of: Suspects
     kind: SlowKind  # that is a change of payload
 
-    def settled(self, carrying: Carrying, t: float) -> tuple[Carrying, Change | None]:
-        """What is at the tool, and what has changed about it if that is there to stay."""
+    def settled(
+        self, carrying: Carrying, t: float, ended: bool = False
+    ) -> tuple[Carrying, Change | None]:
+        """What is at the tool, and what has changed about it if that is there to stay.
+
+        Args:
+            ended: the recording has, at t [s].
+        """
         if not carrying.away:
             return carrying, None
+        never = carrying.had <= DELAY * MOMENT  # in this run: what is light is not told at once
         away = carrying.absent
         masses = np.array([mode.mean[0] for mode in carrying.modes])
         stays = int(np.argmin(np.where(away > LASTING * away.sum(), masses, np.inf)))
         mode, first = carrying.modes[stays], carrying.modes[0]
-        if not self._long_enough(carrying, mode):
+        if not self._long_enough(carrying, mode, THROUGHOUT if never and ended else np.inf):
             return carrying, None
         if len(carrying.gone) >= pieces.RUN:
             piece, gain = pieces.unseen(carrying.gone, first, t)
@@ -53,17 +62,18 @@ class Stay:
         more = float(mode.mean[0] - first.mean[0])
         # Moment by moment a piece seems to be weighed anew; on the same drives it never is.
         sd = float(np.hypot(np.sqrt(mode.cov[0, 0]), self.space.weighing * more))
-        began = carrying.since - 2.0 * MOMENT, carrying.since
+        before = carrying.since - 2.0 * MOMENT
+        began = before if never else min(before, carrying.last), carrying.sure
         change = Change(
-            k, carrying.since, began, began, t, CERTAIN, np.nan,
-            more, sd, 0.0, 0.0, tuple(mode.mean[: len(PAYLOAD_STATES)].tolist()),
+            k, carrying.since, began, began, t, CERTAIN, np.nan, more, sd, 0.0, 0.0,
+            tuple(mode.mean[: len(PAYLOAD_STATES)].tolist()), older=never,
         )  # fmt: skip
-        return _first(carrying, stays), change
+        return _first(carrying, stays, t), change
 
-    def _long_enough(self, carrying: Carrying, mode: Mode) -> bool:
-        """Whether it is another load, and away for long enough for that."""
+    def _long_enough(self, carrying: Carrying, mode: Mode, hold: float) -> bool:
+        """Whether it is another load, and away for long enough for that, or for `hold` [s]."""
         away, more = carrying.absent.sum(), mode.mean - carrying.modes[0].mean
-        hold = self.kind.hold_lighter if more[0] < 0.0 else self.kind.hold
+        hold = min(hold, self.kind.hold_lighter if more[0] < 0.0 else self.kind.hold)
         if abs(more[0]) < max(self.kind.least, CLEAR * np.sqrt(mode.cov[0, 0])) or away < hold:
             return False
         told = np.mean([told.C for told in carrying.gone], axis=0)
@@ -72,9 +82,10 @@ class Stay:
         return bool(known) and carried.possible(mode, self.space.reference.payload)
 
 
-def _first(carrying: Carrying, stays: int) -> Carrying:
-    """With this mode as what is carried as a rule."""
+def _first(carrying: Carrying, stays: int, t: float) -> Carrying:
+    """With this mode, which is carried at t [s], as what is carried as a rule."""
     order = [stays, 0, *(j for j in range(1, len(carrying.modes)) if j != stays)]
     modes = tuple(carrying.modes[j] for j in order)
     path = tuple(order.index(j) for j in carrying.path)
-    return Carrying(modes, order.index(carrying.now), order.index(carrying.was), path)
+    had = float(carrying.absent[stays])
+    return Carrying(modes, order.index(carrying.now), order.index(carrying.was), path, had, t)
