@@ -10,6 +10,8 @@ from urdyn.signal.gate import FINEST, REACH, STAMP, furthest
 from urdyn.types import Array, Index, Mask
 
 STANDING = 0.02  # [rad/s] slower than this, no wrong stamp looks like a shift
+TELLING = 4.0  # [-] times FINEST: what a joint would have gone that shows a wrong stamp, or none
+ALONE = 2.0  # [-] times what rows beside it are off by: a joint that rings is in all of them
 UNDONE = 0.2  # [-] of what a way is apart from both of its neighbours, by which these may differ
 SHAKEN = 0.1  # [s] after a jump, to which its controller answers, in which nothing else is one
 MISLED = 0.04  # [s] for which a velocity that is computed from angles may tell of a jump
@@ -52,14 +54,16 @@ def jumps(t: Array, q: Array, v: Array, half: int, last: float = -np.inf) -> Jum
     own = _count(beyond, 1, 0)  # a mean around the row before has it too
     first = _count(beyond, half, 0).sum(axis=1, keepdims=True) == own
     for k, j in np.argwhere(leaps & ~alone & first & (_count(leaps, half, half) == 1)):
-        if not _late(step[k], leap[k], before[k], reach[k], j):
+        if not _late(step[k], leap[k, j], before[k], way[k], j):
             told[k, j] = leap[k, j]
             misled[max(k - 1, 0) : np.searchsorted(t, t[k] + MISLED), j] = True
     if np.count_nonzero(told):
         rest = jumps(t, q - np.cumsum(told, axis=0), np.where(misled, np.nan, v), half)
         return Jumps(_first(t, told + rest.shift, last), misled | rest.misled)
     for k, j in np.argwhere(alone):
-        if not _late(step[k], way[k], v[k], reach[k], j):
+        beside = np.delete(way[max(k - half, 0) : k + half + 1, j], min(k, half))
+        rings = np.abs(beside).max(initial=0.0) * ALONE > abs(way[k, j])
+        if not rings and not _late(step[k], way[k, j], v[k], way[k], j):
             told[k, j] = way[k, j]
     return Jumps(_first(t, told, last), misled)
 
@@ -124,12 +128,16 @@ def _first(t: Array, told: Array, last: float) -> Array:
     return told
 
 
-def _late(dt: float, way: Array, speed: Array, reach: Array, j: int) -> bool:
+def _late(dt: float, by: float, speed: Array, way: Array, j: int) -> bool:
     """Whether a wrong stamp may have made joint j's jump: no other joint tells that it did not.
 
-    dt is what the stamps say; of a row that is late, less than none of it has passed.
+    Args:
+        dt: what the stamps say [s]; of a row that is late, less than none of it has passed.
+        by: the jump [rad].
+        speed: of all joints, (J,) [rad/s].
+        way: what others showed that their speeds do not explain, (J,) [rad].
     """
-    if not abs(speed[j]) >= STANDING or way[j] / speed[j] < -dt:
+    if not abs(speed[j]) >= STANDING or by / speed[j] < -dt:
         return False
-    would = np.abs(np.delete(speed * way[j] / speed[j], j))  # of the others, which showed nothing
-    return bool(np.nanmax(would / np.delete(reach, j), initial=0.0) < 2.0)
+    would, showed = (np.abs(np.delete(of, j)) for of in (speed * by / speed[j], way))
+    return not bool(np.any((would > TELLING * FINEST) & (showed < would / TELLING)))
