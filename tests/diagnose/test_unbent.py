@@ -57,6 +57,42 @@ def test_a_sensor_that_drops_now_and_then_hides_no_other_joints_fault(shop: Shop
     assert _kinds(report) == [("friction_increase", 3), ("sensor_fault", 4)]
 
 
+def _torn(log: Log, what: str) -> Log:
+    """A joint's current that is now and then none, from the tenth second on."""
+    rng, current = np.random.default_rng(6), log.joint("actual_current").copy()
+    since = log.t - log.t[0]
+    match what:
+        case "zeros":
+            current[(since > 10.0) & (rng.random(len(since)) < 0.05), 1] = 0.0
+        case "bursts":
+            current[(since > 10.0) & (since % 2.0 < 0.15), 1] = 0.0
+        case "spikes":
+            there = (since > 10.0) & (rng.random(len(since)) < 0.03)
+            current[there, 1] += rng.choice([-3.0, 3.0], np.count_nonzero(there))
+    return with_current(log, current)
+
+
+@pytest.mark.parametrize("what", ["zeros", "bursts", "spikes"])
+def test_values_that_are_none_are_a_sensors_and_no_push_or_wear(shop: Shop, what: str) -> None:
+    (finding,) = diagnose(shop.fit, _torn(shop.log(seconds=40.0), what)).findings
+    assert (finding.kind, finding.joint) == ("sensor_fault", 1)
+    assert 10.0 <= finding.onset_s < 13.0
+
+
+def test_beside_values_that_are_none_the_same_joints_fault_is_told(shop: Shop) -> None:
+    log = shop.log("friction_increase:joint=1,onset=25,rate=0.6,shape=step", seconds=55.0)
+    report = diagnose(shop.fit, _torn(log, "zeros"))
+    assert _kinds(report) == [("friction_increase", 1), ("sensor_fault", 1)]
+
+
+def test_an_arm_without_power_has_no_sensor_that_fails(shop: Shop) -> None:
+    """All currents are nothing then."""
+    log = shop.log(seconds=30.0)
+    current = log.joint("actual_current").copy()
+    current[np.random.default_rng(6).random(len(current)) < 0.02] = 0.0
+    assert not diagnose(shop.fit, with_current(log, current)).findings
+
+
 def _moved(log: Log, joint: int, way: np.ndarray, speed: np.ndarray) -> Log:
     """The same run with a joint's angle and velocity moved by these, (N,)."""
     q, v = log.joint("actual_q").copy(), log.joint("actual_qd").copy()

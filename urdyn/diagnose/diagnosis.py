@@ -299,7 +299,7 @@ def _motion(chunk: tuple[Now, ...]) -> tuple[Motion, Array, Array]:
 
 def _bends(event: Event) -> bool:
     """Whether it bends what slow kinds are judged by; a current that is not there bends nothing."""
-    return event.kind in BENDS and event.evidence.get("mode") != "dropped"
+    return event.kind in BENDS and event.evidence.get("mode") not in ("dropped", "erratic")
 
 
 def _last(events: Iterable[Event], before: tuple[float, float]) -> tuple[float, float]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -78,13 +78,16 @@ class Fast:
             carried: inertials that may be at the tool, the likeliest first, (k, 10).
         """
         ringing = self.oscillation.ringing(state.heard, float(rows.t[-1]))
-        sensors, sick, ill = self.sensors.step(state.sensors, rows, ringing)
+        torn = self.sensors.torn(rows)
+        if np.count_nonzero(torn):
+            rows = replace(rows, current=np.where(torn, np.nan, rows.current))
+        sensors, sick, ill = self.sensors.step(state.sensors, rows, torn, ringing)
         doubted = ill | (np.nan_to_num(sensors.rough) > DOUBTED * self.space.noise)
         quiet, pushes = self.collision.step(state.quiet, rows, carried, doubted)
         heard, rings = self.oscillation.step(state.heard, rows, bool(ill.any()))
         reversals, gaps, open_now = self.backlash.step(state.reversals, rows, carried[0], doubted)
         events = [*sick, *pushes, *rings, *gaps, *shifted(rows, self.levels["encoder_offset"])]
-        untrue = ill | open_now | ringing
+        untrue = ill | open_now | ringing | torn
         return FastState(sensors, quiet, heard, reversals), events, untrue
 
     def observable(self, state: FastState) -> list[dict[str, Any]]:

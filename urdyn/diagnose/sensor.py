@@ -1,4 +1,4 @@
-"""A current sensor that tells something else than the current: stuck, silent, or noisy.
+"""A current sensor that tells something else than the current: stuck, silent, noisy or erratic.
 
 (One that is biased shows over time, among the slow kinds.)
 """
@@ -16,10 +16,16 @@ from urdyn.diagnose.space import Space
 from urdyn.tracking.passage import STANDING
 from urdyn.types import MAD_TO_SD, Array, Mask
 
-MODES = ("stuck", "dropped", "noisy")
+MODES = ("stuck", "dropped", "noisy", "erratic")
 ENOUGH = 24  # rows at least that tell of noise
 COARSE = 0.06  # [s] between rows; further apart, neighbours tell of the motion
 WELL = 2.0  # [s] without a sign of illness, after which a sensor is believed again
+NOTHING = 8.0  # [-] times the noise that is asked for, where a value of 0 tells nothing
+# Times the noise that a single value is apart, and that two to each side are at most: no push of
+# the arm is over within a row, where rows are as close as that [s], and no loop rings so.
+APART, USUAL, CLOSE = 10.0, 4.0, 0.025
+UNSTEADY = 2.0  # [-] times the usual noise, of which single values that are far off are a part
+OFTEN, WITHIN = 5.0, 5.0  # values that are none within [s], from which on a sensor is erratic
 SECOND = np.sqrt(6.0)  # sd of second differences of white noise, over its own
 
 
@@ -35,8 +41,10 @@ class Felt:
     left: Array  # (n, J) [A] residuals of late, where a beat has few rows
     rough: Array  # (J,) [A] their noise
     loud: Array  # (J,) [s] for which that was too much
-    ill: Array  # (3, J) [s] when each mode was last seen; -inf: never
-    told: Mask  # (3, J) whether that was told
+    torn: Array  # (J,) values of late that are none
+    tore: Array  # (J,) [s] of the first of these
+    ill: Array  # (4, J) [s] when each mode was last seen; -inf: never
+    told: Mask  # (4, J) whether that was told
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,32 +59,55 @@ class SensorHealth:
         """Nothing seen yet."""
         J = self.space.joints
         nan, zero = np.full(J, np.nan), np.zeros(J)
-        never = np.full((3, J), -np.inf)
-        told = np.zeros((3, J), dtype=bool)
-        return Felt(nan, zero, zero, zero, zero, np.zeros((0, J)), nan, zero, never, told)
+        never = np.full((len(MODES), J), -np.inf)
+        told = np.zeros((len(MODES), J), dtype=bool)
+        return Felt(
+            nan, zero, zero, zero, zero, np.zeros((0, J)), nan, zero, zero, zero, never, told
+        )
 
-    def step(self, state: Felt, rows: Rows, ringing: Mask) -> tuple[Felt, list[Event], Mask]:
-        """A beat on; also which joints are ill now, (J,).
+    def torn(self, rows: Rows) -> Mask:
+        """Values that are none, (N, J): 0 where much is asked for, or far from all beside them.
+
+        One joint at a time is its sensor's, all at once an arm without power; some are a push.
+        """
+        apart: Array = np.abs(rows.residual) / self.space.noise
+        torn: Mask = (rows.current == 0.0) & (np.abs(rows.predicted) > NOTHING * self.space.noise)
+        if self.period <= CLOSE:
+            usual, n = np.pad(apart < USUAL, ((2, 2), (0, 0)), constant_values=True), len(rows)
+            around = np.all([usual[k : k + n] for k in (0, 1, 3, 4)], axis=0)
+            torn |= (apart > APART) & around
+        off = (rows.current == 0.0).all(axis=1)
+        return np.where(off[:, None], True, torn & _single(torn))
+
+    def step(
+        self, state: Felt, rows: Rows, torn: Mask, ringing: Mask
+    ) -> tuple[Felt, list[Event], Mask]:
+        """A beat on; also which joints' values are not to be believed now, (J,).
 
         Args:
+            rows: without the values that are none.
+            torn: these, (N, J).
             ringing: joints whose loop is known to ring, (J,): no sensor is noisy for that.
         """
         state, signs = self._signs(state, rows)
+        state = self._tore(state, rows.t, torn)
         left = np.concatenate([state.left, rows.residual])[-max(ENOUGH, len(rows)) :]
         rough = _rough(state.rough, left) if self.period < COARSE else state.rough
         over = self._alone(rough / self.space.noise) > self.rule["noisy"]
         loud = np.where(over, state.loud + len(rows) * self.period, 0.0)
         state = replace(state, left=left[-ENOUGH:], rough=rough, loud=loud)
         noisy = (loud >= self.rule["lasting"]) & ~ringing
+        erratic = torn.any(axis=0) & (state.torn > OFTEN) & ~(rough > UNSTEADY * self.space.noise)
         now = float(rows.t[-1])
-        ill = np.where(np.vstack([signs, noisy]), now, state.ill)
+        ill = np.where(np.vstack([signs, noisy, erratic]), now, state.ill)
         sick = now - ill < WELL
         found = []
         for m, mode in enumerate(MODES):
             for j in np.flatnonzero(sick[m] & ~state.told[m]):
                 if not (sick[:, j] & state.told[:, j]).any():  # a sensor that is ill is one fault
                     found += [self._event(state, mode, int(j), now)]
-        return replace(state, ill=ill, told=sick), found, np.asarray(sick.any(axis=0))
+        untrue = sick[: MODES.index("erratic")].any(axis=0)  # what is left of that is a current
+        return replace(state, ill=ill, told=sick), found, np.asarray(untrue)
 
     def _signs(self, state: Felt, rows: Rows) -> tuple[Felt, Array]:
         """Rows one by one: how long nothing changed, and how long nothing was told."""
@@ -93,6 +124,14 @@ class SensorHealth:
             state, last=current[-1], same=same, began=began, silent=silent, went=went
         )  # fmt: skip
         return after, np.stack([stuck, dropped])
+
+    def _tore(self, state: Felt, t: Array, torn: Mask) -> Felt:
+        """With the values of a beat that are none, which count ever less as time goes by."""
+        kept = np.exp(-len(t) * self.period / WITHIN) * state.torn
+        own = torn & _single(torn)
+        first = (kept < 1.0) & own.any(axis=0)
+        tore = np.where(first, t[np.argmax(own, axis=0)], state.tore)
+        return replace(state, torn=kept + own.sum(axis=0), tore=tore)
 
     def _alone(self, ratio: Array) -> Array:
         """How much noisier each joint is than any other: an arm that shakes is no sensor."""
@@ -112,11 +151,19 @@ class SensorHealth:
                 return Event(
                     "sensor_fault", j, float(state.went[j]), now, 0.99, 10.0, {"mode": mode}
                 )
+            case "erratic":
+                evidence = {"mode": mode, "values": float(state.torn[j]), "within_s": WITHIN}
+                return Event("sensor_fault", j, float(state.tore[j]), now, 0.99, 10.0, evidence)
         size = float(np.sqrt(max(state.rough[j] ** 2 - noise**2, 0.0)))
         evidence = {"mode": mode, "noise_A": float(state.rough[j]), "usual_A": noise}
         drive = self.space.reference.drive
         relative = size * float(drive.gain[j] / drive.coulomb[j])
         return Event("sensor_fault", j, now - float(state.loud[j]), now, 0.99, relative, evidence)
+
+
+def _single(torn: Mask) -> Mask:
+    """Rows in which one joint's value is none, (N, 1)."""
+    return np.asarray(np.count_nonzero(torn, axis=1, keepdims=True) == 1)
 
 
 def _rough(before: Array, residual: Array) -> Array:
