@@ -69,6 +69,7 @@ class Ring:
     last: float = -np.inf  # [s] when
     frequency: float = 0.0  # [Hz]
     since: float = 0.0  # [s]
+    sizes: tuple[float, ...] = ()  # [N·m] in each window since
     told: bool = False
     whose: int | None = None  # the joint that was told of, if lines have not been silent since
 
@@ -190,7 +191,8 @@ class Oscillation:
         friction = self.space.reference.drive.coulomb
         does = {j: amplitude(torque[:, j], t, frequency) / friction[j] for j in drives}
         loudest = max(does, key=lambda j: does[j])
-        if loudest != joint:
+        if loudest != joint:  # what it shakes may ring a little beside it
+            frequency = refined(torque[:, loudest], t, f[at], f[1])
             sizes = course(torque[:, loudest], t, frequency)
         return loudest, frequency, clear, sizes
 
@@ -210,6 +212,7 @@ class Oscillation:
         again = now - ring.last < AGAIN
         same = again and abs(frequency - ring.frequency) < NEAR
         since, told = (ring.since, ring.told) if same else (float(t[0]), False)
+        seen = (*(ring.sizes if same else ()), float(sizes[-2:].mean()))
         gear = frequency > self.rule["gear"]
         strong = sizes[-1] > self.rule["strong" if gear else "weak"] * friction
         at_once = strong and _gain(sizes) > STEADILY and _began(sizes)
@@ -217,11 +220,12 @@ class Oscillation:
         wait = 2.0 * window if doubtful else self.rule["patience"]
         tell = not (told or doubted) and (at_once or now - since > wait)
         whose = joint if tell else ring.whose if again else None
-        state = replace(state, ring=Ring(now, frequency, since, told or tell, whose))
+        state = replace(state, ring=Ring(now, frequency, since, seen, told or tell, whose))
         if not tell:
             return state, []
         growth = float(np.polyfit([t[p].mean() for p in parts(len(t), 4)], np.log(sizes), 1)[0])
-        size = float(sizes[-2:].mean())
+        # One window may have the motion for a part of it; of what grows the last is the truest.
+        size = seen[-1] if growth > GROWING else float(np.median(seen))
         evidence = {
             "frequency_Hz": frequency,
             "amplitude_Nm": size,
