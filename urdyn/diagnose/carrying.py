@@ -34,7 +34,7 @@ class Carrying:
     now: int = 0
     was: int = 0  # before the first of the moments that wait
     path: tuple[int, ...] = ()  # mode of each of those
-    had: float = 0.0  # [s] of motion with the first
+    had: float = 0.0  # [s] of motion with the first, in this run
     last: float = -np.inf  # [s] when that was carried last
     away: tuple[float, ...] = ()  # [s] of motion in each mode since the first was last carried
     since: float = np.nan  # [s] when that began
@@ -70,7 +70,7 @@ class Carrying:
         away[self.was] += MOMENT
         since = ripe.begin if np.isnan(self.since) else self.since
         gone = (*self.gone[1 - WATCHED :], anew)
-        sure = ripe.begin if np.isnan(self.sure) or not self.since < self.sure else self.sure
+        sure = self.sure if self.since < self.sure else ripe.begin
         return replace(self, away=tuple(away.tolist()), since=since, sure=sure, gone=gone)
 
     @property
