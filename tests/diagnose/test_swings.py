@@ -67,7 +67,10 @@ def test_a_wrist_that_swings_rings_whatever_torque_that_takes(shop: Shop) -> Non
 
 @pytest.mark.parametrize(
     ("rate", "seconds", "since", "hidden", "told"),
-    [(500.0, 14.0, 6.0, 0.9, 3.6 + 3 * 0.25 + 1e-6), (100.0, 45.0, 20.0, 3.6, 1.5 * 14.4)],
+    [
+        (500.0, 14.0, 6.0, 0.9, 3.6 + 3 * 0.25 + 1e-6),
+        pytest.param(100.0, 45.0, 20.0, 3.6, 1.5 * 14.4, marks=pytest.mark.slow),
+    ],
 )
 def test_a_swing_that_a_window_hardly_shows_is_told_by_a_longer_one(
     shop: Shop, rate: float, seconds: float, since: float, hidden: float, told: float

@@ -90,7 +90,8 @@ STIFF = np.geomspace(1e-9, 1e6, 4)  # prior variances
     "filter_, steps",
     [
         (Kalman(), STEPS),
-        (UKF(), STEPS),
+        pytest.param(UKF(), STEPS, marks=pytest.mark.slow),
+        (UKF(), STEPS // 20),
         (UKF("merwe", alpha=1e-2), STEPS // 20),
         (Variational(), STEPS // 20),
         (InformationFilter(), STEPS // 20),

@@ -144,7 +144,9 @@ def test_what_may_be_nothing_is_nothing_and_what_may_be_the_same_is(before, now,
     np.testing.assert_array_equal(told, carried)
 
 
-@pytest.mark.parametrize(("rate", "duration"), [(20.0, 120.0), (RATE, 60.0)])
+@pytest.mark.parametrize(
+    ("rate", "duration"), [(20.0, 120.0), pytest.param(RATE, 60.0, marks=pytest.mark.slow)]
+)
 def test_pieces_come_and_go_and_nothing_else_changes(rate, duration):
     """A story: a program that moves a piece, told at a robot's slow rate and at a quick one."""
     dynamics, fit = commissioned(0)

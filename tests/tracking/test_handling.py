@@ -153,6 +153,7 @@ def test_a_piece_that_was_put_down_is_not_believed_in(monkeypatch: pytest.Monkey
     assert np.mean(believed) < 0.5
 
 
+@pytest.mark.slow
 def test_friction_that_jumps_is_followed_where_every_grip_leaves_half_a_second(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
