@@ -31,6 +31,7 @@ from urdyn.diagnose.space import Space, space
 from urdyn.diagnose.trust import in_company
 from urdyn.diagnose.verdict import identity, of_change, of_event, risen, up_to_date, worse
 from urdyn.diagnose.warmth import Warmth, felt, unfelt
+from urdyn.diagnose.zero import told
 from urdyn.identify.fit import Fit
 from urdyn.signal import Instant
 from urdyn.types import Array, Motion
@@ -110,7 +111,7 @@ class Diagnosis:
         if now.instant.t + ahead <= state.last:
             ahead = state.last + PAUSE + self.period - now.instant.t
         t, found = now.instant.t + ahead, list[Finding]()
-        if state.chunk and self._apart(state.last, t):
+        if state.chunk and t - state.last > self._gap:
             state, found = self._chunk(state)
         now = replace(now, instant=replace(now.instant, t=t))
         state = replace(state, last=t, ahead=ahead, chunk=(*state.chunk, now))
@@ -119,9 +120,10 @@ class Diagnosis:
         state, more = self._chunk(state)
         return state, found + more
 
-    def _apart(self, before: float, t: float) -> bool:
-        """Whether nobody knows what was between these stamps [s]."""
-        return bool(t - before > BROKEN * self.period)
+    @property
+    def _gap(self) -> float:
+        """Between stamps of which nobody knows what was there, at least [s]."""
+        return BROKEN * self.period
 
     @cached_property
     def _beat_rows(self) -> int:
@@ -145,8 +147,7 @@ class Diagnosis:
     def _rows(self, state: State, motion: Motion, s: Array, travelled: Array) -> tuple[State, Rows]:
         """A motion beside the model, as it was: without the jumps of encoders that are told."""
         warmth = felt(state.warmth, motion.t, motion.temperature)
-        told = np.abs(motion.shift) >= self.fast.levels[JUMPS]["least"]
-        off = state.off + np.cumsum(np.where(told, motion.shift, 0.0), axis=0)
+        off = state.off + np.cumsum(told(motion.shift, self.fast.levels[JUMPS]), axis=0)
         if np.count_nonzero(off):
             motion = replace(motion, q=motion.q - off)
         state = replace(state, warmth=warmth, off=off[-1])
@@ -156,7 +157,7 @@ class Diagnosis:
         """Some rows on, no longer than a beat and without a gap."""
         found: list[Finding] = []
         before = (*state.moment, *state.beat)
-        if before and self._apart(before[-1].t[-1], part.t[0]):
+        if before and part.t[0] - before[-1].t[-1] > self._gap:
             state, found = self._broken(state)
         state = replace(state, beat=(*state.beat, part))
         if self._lasted(state.beat[0].t[0], part.t[-1], BEAT):
@@ -270,7 +271,7 @@ class Diagnosis:
         """A whole motion at once: the same beats as instant by instant, but for their seams."""
         state = self.init()
         known = np.flatnonzero(np.isfinite(motion.q + motion.v + motion.a).all(axis=1))
-        apart = np.diff(motion.t[known]) > BROKEN * self.period
+        apart = np.diff(motion.t[known]) > self._gap
         for stretch in np.split(known, np.flatnonzero(apart) + 1):
             for at in range(0, len(stretch), self._beat_rows):
                 part = stretch[at : at + self._beat_rows]

@@ -19,8 +19,6 @@ from urdyn.diagnose.space import Space
 from urdyn.diagnose.zero import shifted
 from urdyn.types import Array, Mask
 
-DOUBTED = 2.0  # [-] times the usual noise, from which on a sensor tells of no push
-
 
 @dataclass(frozen=True, eq=False)
 class FastState:
@@ -82,7 +80,7 @@ class Fast:
         if np.count_nonzero(torn):
             rows = replace(rows, current=np.where(torn, np.nan, rows.current))
         sensors, sick, ill = self.sensors.step(state.sensors, rows, torn, ringing)
-        doubted = ill | (np.nan_to_num(sensors.rough) > DOUBTED * self.space.noise)
+        doubted = ill | self.sensors.unsteady(sensors)
         quiet, pushes = self.collision.step(state.quiet, rows, carried, doubted)
         heard, rings = self.oscillation.step(state.heard, rows, bool(ill.any()))
         reversals, gaps, open_now = self.backlash.step(state.reversals, rows, carried[0], doubted)

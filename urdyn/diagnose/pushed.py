@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -114,7 +115,7 @@ class Pushed:
     def _place(self, q: Array, felt: Array, sd: Array, told: Mask) -> tuple[int, float, Array]:
         """The link that explains the torques best, its share of the evidence, and the force [N]."""
         weights, forces = [], []
-        points = [(link, J) for link in range(1, len(q)) for J in self._points(q, link)]
+        points = self._points(q)
         V = np.diag(sd[told] ** 2 + (MODEL * felt[told]) ** 2)
         for _, J in points:
             J = J[:, told]
@@ -133,15 +134,17 @@ class Pushed:
         best = int(np.argmax(np.where(links == link, share, 0.0)))
         return link, float(each[link]), forces[best]
 
-    def _points(self, q: Array, link: int) -> list[Array]:
-        """How a link's joint and its middle move, per joint speed, (3, J) each.
+    def _points(self, q: Array) -> list[tuple[int, Array]]:
+        """Links but the first, how the joint and the middle of each move per joint speed, (3, J).
 
-        The next joint moves nothing that is at its own frame: both ends are of this link.
+        The next joint moves nothing that is at its own frame: both ends are of a link.
         """
-        arm = self.space.reference.arm
-        ends = [arm.jacobian(q, name)[:3] for name in (*arm.link_names, arm.tool)[link : link + 2]]
-        own = np.arange(arm.joints) <= link
-        return [np.where(own, J, 0.0) for J in (ends[0], 0.5 * (ends[0] + ends[1]))]
+        arm, points = self.space.reference.arm, []
+        ends = [arm.jacobian(q, name)[:3] for name in (*arm.link_names[1:], arm.tool)]
+        for link, (joint, following) in enumerate(pairwise(ends), start=1):
+            own = np.arange(arm.joints) <= link
+            points += [(link, np.where(own, J, 0.0)) for J in (joint, 0.5 * (joint + following))]
+        return points
 
 
 def _stacked(bins: tuple[Bin, ...], *names: str) -> Iterator[Array]:

@@ -24,7 +24,8 @@ NOTHING = 8.0  # [-] times the noise that is asked for, where a value of 0 tells
 # Times the noise that a single value is apart, and that two to each side are at most: no push of
 # the arm is over within a row, where rows are as close as that [s], and no loop rings so.
 APART, USUAL, CLOSE = 10.0, 4.0, 0.025
-UNSTEADY = 2.0  # [-] times the usual noise, of which single values that are far off are a part
+# [-] times the usual noise: single values that are far off are a part of it, and no push shows.
+UNSTEADY = 2.0
 OFTEN, WITHIN = 5.0, 5.0  # values that are none within [s], from which on a sensor is erratic
 SECOND = np.sqrt(6.0)  # sd of second differences of white noise, over its own
 
@@ -65,6 +66,10 @@ class SensorHealth:
             nan, zero, zero, zero, zero, np.zeros((0, J)), nan, zero, zero, zero, never, told
         )
 
+    def unsteady(self, state: Felt) -> Mask:
+        """Joints whose sensor is so noisy that little is told by single values, (J,)."""
+        return np.asarray(state.rough > UNSTEADY * self.space.noise)
+
     def torn(self, rows: Rows) -> Mask:
         """Values that are none, (N, J): 0 where much is asked for, or far from all beside them.
 
@@ -97,7 +102,7 @@ class SensorHealth:
         loud = np.where(over, state.loud + len(rows) * self.period, 0.0)
         state = replace(state, left=left[-ENOUGH:], rough=rough, loud=loud)
         noisy = (loud >= self.rule["lasting"]) & ~ringing
-        erratic = torn.any(axis=0) & (state.torn > OFTEN) & ~(rough > UNSTEADY * self.space.noise)
+        erratic = torn.any(axis=0) & (state.torn > OFTEN) & ~self.unsteady(state)
         now = float(rows.t[-1])
         ill = np.where(np.vstack([signs, noisy, erratic]), now, state.ill)
         sick = now - ill < WELL

@@ -8,12 +8,18 @@ import numpy as np
 
 from urdyn.diagnose.event import Event
 from urdyn.diagnose.rows import Rows
+from urdyn.types import Array
 
 
 def shifted(rows: Rows, rule: Mapping[str, float]) -> list[Event]:
     """Shifts of rule["least"] [rad] or more in a beat."""
-    found = np.argwhere(np.abs(rows.shift) >= rule["least"])
+    found = np.argwhere(told(rows.shift, rule))
     return [_event(rows, k, j) for k, j in found.tolist()]
+
+
+def told(shift: Array, rule: Mapping[str, float]) -> Array:
+    """Those that are, of all shifts (N, J) [rad]; 0 elsewhere."""
+    return np.where(np.abs(shift) >= rule["least"], shift, 0.0)
 
 
 def _event(rows: Rows, k: int, j: int) -> Event:

@@ -126,6 +126,8 @@ class Causal:
                 state, each = self._jumped(state)
                 v = state.rows[-fit.samples :, 1]
                 since, shift = np.cumsum(each, axis=0), without_turns(each[row])
+                if np.count_nonzero(np.abs(shift) > FINEST):
+                    state = replace(state, jumped=float(t[row]))
                 q = np.where(each == 0.0, q, state.angles[-fit.samples :]) - (since - since[row])
             at = np.broadcast_to(np.asarray(self.offset, dtype=np.float64), q.shape[1:])[None]
             window = (t - t[row])[None], q[None], v[None], at
@@ -134,8 +136,6 @@ class Causal:
         (q, v, a, jerk), (current, temperature) = orders, rows[row, 2:]
         full = len(state.t) == self.alone.samples
         instrument = self._instrument(state, lag) if clean and full else None
-        if np.count_nonzero(np.abs(shift) > FINEST):
-            state = replace(state, jumped=float(t[row]))
         instant = Instant(float(t[row]), q, v, a, jerk, current, temperature, shift, instrument)
         return state, instant
 
