@@ -1,9 +1,10 @@
 """A loop that rings: one line in the spectrum of a joint's current that stays where it is.
 
-The last second is looked at every beat, and more seconds, in which weaker ones show. A line
-has to stand out of its neighbours and of what this joint's spectrum is like as a rule, in both
-halves of that time at the same frequency; lines that the gear makes at this speed do not count, nor
-does one of several: what befalls a joint in every period of a motion has lines at its multiples.
+The last second is looked at twice a beat, and more seconds, in which weaker ones show. A line has
+to stand out of its neighbours and of what this joint's spectrum is like as a rule, in both halves
+of that time at the same frequency, and in more looks than one: motion that brakes and turns has
+such by chance. Lines that the gear makes at this speed do not count, nor does one of several: what
+befalls a joint in every period of a motion has lines at its multiples.
 """
 
 from __future__ import annotations
@@ -29,8 +30,9 @@ from urdyn.diagnose.swings import (
 from urdyn.model.friction import GEAR_RATIO
 from urdyn.types import Array, Mask
 
-WINDOWS = {0.9: 0.25, 3.6: 0.25, 14.4: 1.0}  # [s], and from one look to the next
+WINDOWS = {0.9: 0.125, 3.6: 0.25, 14.4: 1.0}  # [s], and from one look to the next
 SHORTEST = min(WINDOWS)
+LOOKS = 2  # in a beat, at most
 FEWEST = 24  # rows of the shortest: fewer, and no line is told from its neighbours
 MOST = 2000  # rows of the longest: where samples are many, fewer seconds tell as much
 HIGHEST = 60.0  # [Hz] no loop of a joint rings faster
@@ -40,7 +42,8 @@ HALVES = 5.0  # [-] times its neighbours that the line stands out in each half
 CROWD = 3, 7.0  # other lines, [-] times their neighbours: a motion repeats itself, no loop rings
 STAYS = 0.5  # [-] of its largest amplitude that a line has at least in each quarter
 RISES = 0.2  # [-] of its last amplitude that one that grows has at first
-FADED, STEADILY = 0.85, 0.95  # [-] of its amplitude that a line has to keep; to be told at once
+EVEN = 0.7  # [-] of its largest amplitude that it has in each, where two looks are enough
+FADED = 0.85  # [-] of its amplitude that a line has to keep
 COHERENT = 0.8  # [-] of its amplitude that is left over the whole: it keeps its phase
 GROWING = 0.5  # [1/s]
 NEAR = 1.0  # [Hz] that the same line may differ by: what a gear makes moves with its speed
@@ -111,6 +114,14 @@ class Oscillation:
         Args:
             doubted: a sensor is ill, which may be what rings; nobody is told meanwhile.
         """
+        events = list[Event]()
+        for part in parts(len(rows), min(LOOKS, len(rows))):
+            state, more = self._listen(state, rows.part(part.start, part.stop), doubted)
+            events += [replace(event, alarm=float(rows.t[-1])) for event in more]
+        return state, events
+
+    def _listen(self, state: Heard, rows: Rows, doubted: bool) -> tuple[Heard, list[Event]]:
+        """Some rows on."""
         K, keep = self.space.reference.drive.gain, slice(-self._samples(self._windows[-1]), None)
         gap = len(state.t) and rows.t[0] - state.t[-1] > 5.0 * self.period
         old = slice(0, 0) if gap else slice(None)
@@ -207,18 +218,16 @@ class Oscillation:
             known: what is usual in this window.
         """
         now, (joint, frequency, ratio, sizes) = float(t[-1]), line
-        friction = self.space.reference.drive.coulomb[joint]
         ring = state.ring
         again = now - ring.last < AGAIN
         same = again and abs(frequency - ring.frequency) < NEAR
         since, told = (ring.since, ring.told) if same else (float(t[0]), False)
         seen = (*(ring.sizes if same else ()), float(sizes[-2:].mean()))
-        gear = frequency > self.rule["gear"]
-        strong = sizes[-1] > self.rule["strong" if gear else "weak"] * friction
-        at_once = strong and _gain(sizes) > STEADILY and _began(sizes)
-        doubtful = window > SHORTEST and not (known and ratio >= self.rule["sure"])
-        wait = 2.0 * window if doubtful else self.rule["patience"]
-        tell = not (told or doubted) and (at_once or now - since > wait)
+        sure = ratio >= self.rule["sure"]
+        wait = self.rule["prompt" if sure and sizes.min() > EVEN * sizes.max() else "patience"]
+        if not known or (window > SHORTEST and not sure):
+            wait = 2.0 * window
+        tell = not (told or doubted) and now - since > wait
         whose = joint if tell else ring.whose if again else None
         state = replace(state, ring=Ring(now, frequency, since, seen, told or tell, whose))
         if not tell:
