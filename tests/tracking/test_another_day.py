@@ -88,6 +88,7 @@ def test_what_wears_on_within_a_minute_is_no_noise(real: Fit, run: Log, joint: i
     assert (np.abs(others) < DIFFER).all()
 
 
+@pytest.mark.slow
 def test_a_bulky_piece_is_told_of_once_and_weighed(
     ur10e: Arm, run: Log, recorded: Recorded
 ) -> None:

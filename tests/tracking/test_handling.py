@@ -270,6 +270,7 @@ def test_a_little_health_is_no_light_load(joint: int, unsure: float) -> None:
     assert (np.abs(off) < 4.0 * sd).all() and sd[joint] < unsure
 
 
+@pytest.mark.slow
 def test_one_piece_does_not_stop_a_quick_arm_from_learning(monkeypatch: pytest.MonkeyPatch) -> None:
     """A story: a piece is carried for ten seconds and never again, and no move lasts two seconds.
 

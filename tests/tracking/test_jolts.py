@@ -104,6 +104,7 @@ def test_friction_that_grows_within_a_minute_is_followed(joint, name, mode):
     assert found.change["wrist_1_joint.coulomb"] == pytest.approx(1.0, abs=0.06)
 
 
+@pytest.mark.slow
 def test_friction_that_grows_slower_is_followed_too():
     """By .1 % a second: with an interval of half a per cent, a third of that was tracked before."""
     rate, seconds = 0.001, 100.0  # [1/s], [s]
