@@ -42,7 +42,6 @@ HALVES = 5.0  # [-] times its neighbours that the line stands out in each half
 CROWD = 3, 7.0  # other lines, [-] times their neighbours: a motion repeats itself, no loop rings
 STAYS = 0.5  # [-] of its largest amplitude that a line has at least in each quarter
 RISES = 0.2  # [-] of its last amplitude that one that grows has at first
-EVEN = 0.7  # [-] of its largest amplitude that it has in each, where two looks are enough
 FADED = 0.85  # [-] of its amplitude that a line has to keep
 COHERENT = 0.8  # [-] of its amplitude that is left over the whole: it keeps its phase
 GROWING = 0.5  # [1/s]
@@ -224,7 +223,7 @@ class Oscillation:
         since, told = (ring.since, ring.told) if same else (float(t[0]), False)
         seen = (*(ring.sizes if same else ()), float(sizes[-2:].mean()))
         sure = ratio >= self.rule["sure"]
-        wait = self.rule["prompt" if sure and sizes.min() > EVEN * sizes.max() else "patience"]
+        wait = self.rule["prompt" if sure and sizes.min() > STAYS * sizes.max() else "patience"]
         if not known or (window > SHORTEST and not sure):
             wait = 2.0 * window
         tell = not (told or doubted) and now - since > wait
