@@ -64,7 +64,9 @@ def carry_out(campaign: Campaign, told: Told) -> Outcome:
 
 def _conditioned(recording: Recording) -> tuple[ud.Motion, list[str]]:
     """A recording's motion, and what was amiss with its log, which need not be kept."""
-    log = recording.read()
+    from urdyn.signal import without_stuck
+
+    log = without_stuck(recording.read())
     return ud.condition(log), complaints(log.source.path, log.defects)
 
 

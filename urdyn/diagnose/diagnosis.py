@@ -19,6 +19,7 @@ import numpy as np
 from urdyn.diagnose.bank import PAUSE
 from urdyn.diagnose.carrying import MOMENT
 from urdyn.diagnose.change import Push
+from urdyn.diagnose.encoder import Unseen, all_seen, ever_unseen, unseen
 from urdyn.diagnose.event import Event
 from urdyn.diagnose.explain import Suspect
 from urdyn.diagnose.fast import Fast, FastState
@@ -34,7 +35,7 @@ from urdyn.diagnose.warmth import Warmth, felt, unfelt
 from urdyn.diagnose.zero import told
 from urdyn.identify.fit import Fit
 from urdyn.signal import Instant
-from urdyn.types import Array, Motion
+from urdyn.types import Array, Mask, Motion
 
 CHUNK = 10  # rows that are compared with the model at once
 BEAT = 0.25  # [s]
@@ -62,6 +63,7 @@ class State:
     slow: SlowState
     warmth: Warmth
     off: Array  # (J,) [rad] by which encoders are off that were told to have jumped
+    unseen: Unseen
     chunk: tuple[Now, ...] = ()
     beat: tuple[Rows, ...] = ()
     moment: tuple[Rows, ...] = ()
@@ -100,25 +102,44 @@ class Diagnosis:
     def init(self) -> State:
         """Before the first instant."""
         J = self.space.joints
-        return State(self.fast.init(), self.slow.init(), unfelt(J), np.zeros(J))
+        return State(self.fast.init(), self.slow.init(), unfelt(J), np.zeros(J), self._seen)
+
+    @cached_property
+    def _seen(self) -> Unseen:
+        return all_seen(self.space.joints)
 
     def step(self, state: State, now: Now) -> tuple[State, list[Finding]]:
         """One instant on; findings that are new, or worse than they were.
 
         Where a clock is set back nobody knows how long that took: it goes on as after a pause.
         """
-        ahead = state.ahead
+        ahead, silent = state.ahead, np.isnan(now.instant.q)
+        if np.count_nonzero(silent):
+            return self._unseen(state, now.instant.t + ahead, silent)
         if now.instant.t + ahead <= state.last:
             ahead = state.last + PAUSE + self.period - now.instant.t
         t, found = now.instant.t + ahead, list[Finding]()
         if state.chunk and t - state.last > self._gap:
             state, found = self._chunk(state)
         now = replace(now, instant=replace(now.instant, t=t))
-        state = replace(state, last=t, ahead=ahead, chunk=(*state.chunk, now))
+        chunk = (*state.chunk, now)
+        state = replace(state, last=t, ahead=ahead, chunk=chunk, unseen=self._seen)
         if len(state.chunk) < self._chunk_rows:
             return state, found
         state, more = self._chunk(state)
         return state, found + more
+
+    def _unseen(self, state: State, t: float, silent: Mask) -> tuple[State, list[Finding]]:
+        """With an instant at which the angles of some joints are not known, (J,)."""
+        unknown, events = unseen(state.unseen, t, silent, self.rules.fast["sensor_silent"])
+        return self._blind(replace(state, unseen=unknown), events)
+
+    def _blind(self, state: State, events: list[Event]) -> tuple[State, list[Finding]]:
+        """Without what waits, where an encoder was found to be none; the last beat was its, too."""
+        if not events:
+            return state, []
+        slow = self.slow.unsaid(state.slow, min(event.onset for event in events) - BEAT)
+        return self._told(replace(state, slow=slow, chunk=(), beat=(), moment=()), events)
 
     @property
     def _gap(self) -> float:
@@ -269,14 +290,19 @@ class Diagnosis:
 
     def over(self, motion: Motion, s: Array, travelled: Array) -> tuple[State, list[Finding]]:
         """A whole motion at once: the same beats as instant by instant, but for their seams."""
-        state = self.init()
+        state, silent = self.init(), np.isnan(motion.q)
+        blind = ever_unseen(motion.t, silent, self.rules.fast["sensor_silent"])
         known = np.flatnonzero(np.isfinite(motion.q + motion.v + motion.a).all(axis=1))
         apart = np.diff(motion.t[known]) > self._gap
         for stretch in np.split(known, np.flatnonzero(apart) + 1):
             for at in range(0, len(stretch), self._beat_rows):
                 part = stretch[at : at + self._beat_rows]
+                before = [event for event in blind if event.alarm < motion.t[part[0]]]
+                state, _ = self._blind(state, before)
+                blind = blind[len(before) :]
                 state, beside = self._rows(state, motion.rows(part, ()), s[part], travelled[part])
                 state, _ = self.take(state, beside)
+        state, _ = self._blind(state, blind)
         state, _ = self.finish(state)
         return state, self.findings(state)
 

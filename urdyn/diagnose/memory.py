@@ -21,6 +21,7 @@ from urdyn.diagnose.change import Change
 from urdyn.diagnose.collision import Quiet
 from urdyn.diagnose.creep import Creep
 from urdyn.diagnose.diagnosis import Now, State
+from urdyn.diagnose.encoder import Unseen
 from urdyn.diagnose.fast import FastState
 from urdyn.diagnose.fault import Fault
 from urdyn.diagnose.finding import Finding
@@ -43,7 +44,7 @@ from urdyn.tracking.checkpoint import DAMAGE
 KNOWN = (
     Bank, Bin, Block, Carrying, Change, Creep, Fault, FastState, Felt, Finding, Heard, Instant,
     Learnt, Loudness, Means, Mode, Now, Pool, Quiet, Recall, Reversals, Ring, Rows, Shown,
-    SlowState, State, Steadiness, Usual, Waiting, Warmth,
+    SlowState, State, Steadiness, Unseen, Usual, Waiting, Warmth,
 )  # fmt: skip
 CLASSES = {kind.__name__: kind for kind in KNOWN}
 

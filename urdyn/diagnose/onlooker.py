@@ -11,13 +11,13 @@ import numpy as np
 
 from urdyn.diagnose.rules import Rules
 from urdyn.diagnose.task import KEPT, Task
-from urdyn.diagnose.wire import row
+from urdyn.diagnose.wire import blank, row
 from urdyn.errors import InputError
 from urdyn.identify.fit import Fit
 from urdyn.io.frames import Words, numbers_frame, words_frame, words_of
 from urdyn.io.helper import Helper
 from urdyn.twin import document
-from urdyn.types import Array
+from urdyn.types import Array, Mask
 
 if TYPE_CHECKING:
     from urdyn.tracking import Reading
@@ -86,6 +86,11 @@ class Onlooker:
         self._rows.append(row(reading))
         if len(self._rows) >= self._batch:
             self._pass_on()
+
+    def miss(self, t: float, silent: Mask) -> None:
+        """An instant of which these joints told nothing: is it an encoder's fault?"""
+        if np.count_nonzero(silent):
+            self._rows.append(blank(t, silent))
 
     def keep(self, index: int) -> None:
         """Remember this sample, and the one before until the run has been kept as well."""

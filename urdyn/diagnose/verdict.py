@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from urdyn.diagnose.change import Change
+from urdyn.diagnose.encoder import ENCODER
 from urdyn.diagnose.event import Event
 from urdyn.diagnose.explain import NOBODY, Suspect, Suspects
 from urdyn.diagnose.finding import SEVERITIES, Finding, severity
@@ -74,8 +75,9 @@ def of_event(event: Event, space: Space, rules: Rules) -> Finding:
     """A fast kind."""
     levels = rules.levels(event.kind)
     if event.kind == "sensor_fault":
-        levels = {"warning": 0.0, "critical": 1.0, "quantity": "current sensor", "unit": "-"}
-        levels |= {"advice": "check the current sensor of this joint"}
+        sensor = _sensor(event)
+        levels = {"warning": 0.0, "critical": 1.0, "quantity": sensor, "unit": "-"}
+        levels |= {"advice": f"check the {sensor} of this joint"}
     arm = space.reference.arm
     names = arm.link_names if event.kind == "collision" else arm.joint_names
     name = names[event.joint]
@@ -202,6 +204,11 @@ def _since(onset: float, older: bool) -> str:
     return "before this run" if older else f"stamp {onset:.1f} s"
 
 
+def _sensor(event: Event) -> str:
+    """Which of a joint's sensors is at fault."""
+    return ENCODER if event.evidence["mode"] == ENCODER else "current sensor"
+
+
 def _shown(event: Event, name: str) -> str:
     told = event.evidence
     match event.kind:
@@ -222,5 +229,7 @@ def _shown(event: Event, name: str) -> str:
         case "encoder_offset":
             jump = f"jumped by {event.size:+.3g} rad at stamp {event.onset:.2f} s"
             return f"{name}: zero of the encoder {jump}"
+    if _sensor(event) == ENCODER:
+        return f"{name}: encoder is stuck or silent since stamp {event.onset:.1f} s"
     at = f" at {told['value_A']:.3g} A" if told["mode"] == "stuck" else ""
     return f"{name}: current sensor is {told['mode']}{at} since stamp {event.onset:.1f} s"

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from urdyn.types import Array
+from urdyn.types import Array, Mask
 
 if TYPE_CHECKING:
     from urdyn.tracking import Reading
@@ -22,3 +22,9 @@ def row(reading: Reading) -> Array:
     i = reading.instant
     seen = i.q, i.v, i.a, i.jerk, i.current, i.temperature, i.shift, i.instrumental
     return np.concatenate([[i.t], *seen, reading.inputs.s, reading.travelled])
+
+
+def blank(t: float, silent: Mask) -> Array:
+    """An instant at which some joints' angles were not measured, (J,), likewise."""
+    angles = np.where(silent, np.nan, 0.0)
+    return np.concatenate([[t], angles, np.full((SERIES - 1) * len(silent), np.nan)])

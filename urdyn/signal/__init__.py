@@ -11,6 +11,7 @@ from urdyn.signal.pipeline import DEFAULT, PAPER, Pipeline, Run, Stage
 from urdyn.signal.polynomial import LocalPolynomial, half_window, weights
 from urdyn.signal.sample import BESIDE, POSE, Instant, Sample, samples
 from urdyn.signal.smooth import smooth
+from urdyn.signal.stuck import without_stuck
 from urdyn.signal.synchronise import synchronise
 
 __all__ = [
@@ -44,4 +45,5 @@ __all__ = [
     "stream",
     "synchronise",
     "weights",
+    "without_stuck",
 ]

@@ -20,7 +20,8 @@ from urdyn.signal.polynomial import (
 from urdyn.signal.sample import Instant, Sample
 from urdyn.signal.shifts import jumps, without_turns
 from urdyn.signal.stretches import GAP, is_even
-from urdyn.types import Array
+from urdyn.signal.stuck import Held, after, nothing_held, stuck
+from urdyn.types import Array, Mask
 
 
 @dataclass(frozen=True)
@@ -31,6 +32,7 @@ class CausalState:
     rows: Array  # (n, 4, J) q, v, current, temperature; NaN where the gate refused them
     angles: Array  # (n, J) q as they came: a zero that jumps, the gate refuses first [rad]
     departures: Array  # (n, 2, J) of q and v from their prediction [rad, rad/s]
+    held: Held
     restarts: int = 0  # gaps and clocks set back: the window began anew
     repeats: int = 0  # samples with the stamp of the one before, left out
     refused: int = 0  # values that the gate marked as not measured
@@ -66,7 +68,8 @@ class Causal:
     def init(self, joints: int = 6) -> CausalState:
         """Nothing seen yet."""
         rows, angles, departures = (np.empty((0, *of, joints)) for of in ((4,), (), (2,)))
-        return CausalState(np.empty(0), rows, angles, departures)
+        nothing = nothing_held(-np.inf, np.full((2, joints), np.nan))
+        return CausalState(np.empty(0), rows, angles, departures, nothing)
 
     def step(self, state: CausalState, sample: Sample) -> tuple[CausalState, Instant | None]:
         """One sample on; an instant once the window is full."""
@@ -81,11 +84,21 @@ class Causal:
             state = _restart(state, sample.t, row)
         return self._estimate(state) if len(state.t) >= self.fit.samples else (state, None)
 
+    def missed(self, state: CausalState) -> tuple[float, Mask]:
+        """The stamp [s] of which an instant is told, and which angles it lacks, (J,)."""
+        at = max(len(state.t) - 1 - self._lag, 0)
+        return float(state.t[at]), np.isnan(state.rows[at, 0])
+
+    @property
+    def _lag(self) -> int:
+        return self.fit.half if self.lag is None else self.lag
+
     def _admit(self, state: CausalState, t: float, row: Array, dt: float) -> CausalState:
         """The window one sample on, with what the gate refuses marked as not measured."""
         keep = slice(1 - self.alone.samples, None)
         angles = np.concatenate([state.angles[keep], row[:1]])
         departure, refused = state.departures[-1], 0
+        held = after(state.held, t, dt, row[:2].copy())
         if self.gate:
             before = state.rows[-1, :2]
             departure = self.gate.departure(before, row[:2], dt)
@@ -93,11 +106,19 @@ class Causal:
             wrong = self.gate.refuses(departure, state.departures, dt, speed)
             if refused := int(np.count_nonzero(wrong)):
                 row[:2][wrong] = np.nan
+        stamps = np.concatenate([state.t[keep], [t]])
+        rows = np.concatenate([state.rows[keep], row[None]])
+        if np.count_nonzero(ill := stuck(held)):
+            none = ill & (stamps[:, None, None] > held.since)
+            refused += int(np.count_nonzero(none & np.isfinite(rows[:, :2])))
+            rows[:, :2][none] = np.nan
+            angles[none[:, 0]] = np.nan
         return CausalState(
-            np.concatenate([state.t[keep], [t]]),
-            np.concatenate([state.rows[keep], row[None]]),
+            stamps,
+            rows,
             angles,
             np.concatenate([state.departures[keep], departure[None]]),
+            held,
             state.restarts,
             state.repeats,
             state.refused + refused,
@@ -106,8 +127,7 @@ class Causal:
 
     def _estimate(self, state: CausalState) -> tuple[CausalState, Instant]:
         """The motion at the stamp `lag` samples back, + offset."""
-        fit = self.fit
-        lag = fit.half if self.lag is None else self.lag
+        fit, lag = self.fit, self._lag
         row = fit.samples - 1 - lag
         shift = np.zeros(state.rows.shape[2])
         t, rows = state.t[-fit.samples :], state.rows[-fit.samples :]
@@ -177,5 +197,5 @@ def _restart(state: CausalState, t: float, row: Array) -> CausalState:
     """A window that begins with this sample."""
     unknown = np.full_like(row[None, :2], np.nan)
     again = state.restarts + (len(state.t) > 0)
-    window = np.array([t]), row[None], row[None, 0], unknown
+    window = np.array([t]), row[None], row[None, 0], unknown, nothing_held(t, row[:2])
     return CausalState(*window, again, state.repeats, state.refused)

@@ -15,6 +15,7 @@ from urdyn.signal.kinematics import kinematics
 from urdyn.signal.polynomial import half_window, instrument_half
 from urdyn.signal.shifts import SHAKEN, jumps, without_turns
 from urdyn.signal.stretches import breaks, is_even, median_step
+from urdyn.signal.stuck import without_stuck
 from urdyn.types import Array, Log, Mask, Motion
 
 FAR = 4.0 * np.pi  # [rad] twice what a UR's joint turns either way
@@ -30,6 +31,7 @@ def condition(
     a step of more than 5 median steps, begins a new stretch. Missing currents stay NaN: smoothing
     or filling them in would colour the noise, and every interval downstream would be too narrow.
     """
+    log = without_stuck(log)
     return _settle(log, offset, half_window, degree).motion(log)
 
 
@@ -46,6 +48,7 @@ def stream(
     A break on the first row of a chunk is the jump of time between the chunks: `Motion.breaks`
     does not name row 0.
     """
+    log = without_stuck(log)
     settled = _settle(log, offset, half_window, degree)
     # A shifted window ends this far from its row, and a jump shakes what is as far behind it.
     halo = 2 * instrument_half(settled.half, degree) + round(SHAKEN / settled.step)

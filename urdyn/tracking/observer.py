@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from urdyn.tracking.reading import Reading
+from urdyn.types import Mask
 
 
 class Observer(Protocol):
@@ -17,6 +18,9 @@ class Observer(Protocol):
 
     def take(self, reading: Reading) -> None:
         """One instant on."""
+
+    def miss(self, t: float, silent: Mask) -> None:
+        """An instant [s] at which no motion is known; these joints' angles were none, (J,)."""
 
     def keep(self, index: int) -> None:
         """The run is about to be kept as of this sample."""

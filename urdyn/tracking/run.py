@@ -202,8 +202,11 @@ class _Run(Generic[S]):
         t = arrival.sample.t
         before = self.tracker.init() if arrival.reset else at.state
         state, reading = self.tracker.step(before, arrival.sample)
-        if self.observer and reading:
-            self.observer.take(reading)
+        if self.observer:
+            if reading:
+                self.observer.take(reading)
+            else:
+                self.observer.miss(*self.tracker.missed(state))
         set_back = max(at.last - t, 0.0) if np.isfinite(at.last) else 0.0
         began = at.began - set_back if np.isfinite(at.began) else t
         losses = counted(at.losses, arrival.sample, at.last, self.source.period)

@@ -31,7 +31,7 @@ from urdyn.tracking.state import Learnt, TrackerState, begun_anew, marked, rezer
 from urdyn.tracking.streams import Heard, Moment, Stream, assimilated, first
 from urdyn.tracking.temper import tempered, untempered
 from urdyn.tracking.worn import Then, Worn
-from urdyn.types import Array, Index, changed
+from urdyn.types import Array, Index, Mask, changed
 
 S = TypeVar("S")
 
@@ -165,6 +165,10 @@ class Tracker(Generic[S]):
             state = rezeroed(state, self.currents.places["k"], instant.shift)
         state, reading = self._assimilate(state, causal, instant)
         return self._listened(state, reading) if self.streams else (state, reading)
+
+    def missed(self, state: TrackerState[S]) -> tuple[float, Mask]:
+        """Where there was no reading: the instant [s], and which joints' angles were none, (J,)."""
+        return self._causal.missed(state.causal)
 
     def _with_more(self, heard: tuple[Heard[Any], ...], sample: Sample) -> tuple[Heard[Any], ...]:
         pairs = zip(self.streams, heard, strict=True)

@@ -1,0 +1,97 @@
+"""An encoder that is stuck or silent is told as that, and as nothing else."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from realarm import Recorded
+from shop import Shop
+from test_diagnosis_resumed import looking_on
+
+from urdyn.diagnose import Finding, diagnose
+from urdyn.estimate import EKF
+from urdyn.identify import Fit
+from urdyn.signal import samples
+from urdyn.tracking import Tracker
+from urdyn.types import Log
+
+BEGIN, LASTS = 5.0, 1.5  # [s]
+HOW = ("the same angle", "the same angle and velocity", "no angle")
+
+
+def spoilt(log: Log, joint: int, how: str, begin: float = BEGIN, lasts: float = LASTS) -> Log:
+    """The log with an encoder that tells nothing for a while."""
+    q, v = log.joint("actual_q").copy(), log.joint("actual_qd").copy()
+    rows = slice(*np.searchsorted(log.t - log.t[0], [begin, begin + lasts]))
+    q[rows, joint] = np.nan if how == "no angle" else q[rows.start, joint]
+    if how == "the same angle and velocity":
+        v[rows, joint] = v[rows.start, joint]
+    return replace(log, channels={**log.channels, "actual_q": q, "actual_qd": v})
+
+
+def is_one(findings: tuple[Finding, ...], joint: int, onset: float) -> None:
+    (finding,) = findings
+    assert (finding.kind, finding.joint, finding.quantity) == ("sensor_fault", joint, "encoder")
+    assert finding.severity == "critical"
+    assert onset <= finding.onset_s < onset + 0.3
+    assert "encoder" in finding.text and "encoder" in finding.advice
+
+
+@pytest.mark.parametrize("how", HOW)
+@pytest.mark.parametrize("joint", [1, 5])
+def test_it_is_one_finding(shop: Shop, how: str, joint: int) -> None:
+    log = shop.log(seconds=16.0)
+    is_one(diagnose(shop.fit, spoilt(log, joint, how)).findings, joint, log.t[0] + BEGIN)
+
+
+@pytest.mark.parametrize("joint", range(6))
+def test_so_it_is_in_a_real_run(real: Fit, recorded: Recorded, joint: int) -> None:
+    log = recorded("ur-20_02_12-40sec_12harm", 500, 2000)
+    told = diagnose(real, spoilt(log, joint, "the same angle", lasts=6.0)).findings
+    is_one(told, joint, log.t[0] + BEGIN)
+
+
+def test_one_that_never_comes_back_is_told_all_the_same(shop: Shop) -> None:
+    log = shop.log(seconds=8.0)
+    told = diagnose(shop.fit, spoilt(log, 2, "no angle", lasts=60.0)).findings
+    is_one(told, 2, log.t[0] + BEGIN)
+
+
+def test_where_all_of_them_tell_nothing_it_is_a_gap(shop: Shop) -> None:
+    log = shop.log(seconds=12.0)
+    q = log.joint("actual_q").copy()
+    q[600:700] = np.nan
+    assert not diagnose(shop.fit, replace(log, channels={**log.channels, "actual_q": q})).findings
+
+
+def seen(shop: Shop, log: Log, folder: Path) -> Iterator[tuple[float, int]]:
+    """How many findings there are while a run goes on; their last are kept in the folder."""
+    period = float(np.median(np.diff(log.t)))
+    tracker, looking = Tracker(shop.fit, EKF(), period), looking_on(shop, log)
+    looking.begin(folder, 0, {"twin": "a"})
+    state = tracker.init()
+    for k, sample in enumerate(samples(log), 1):
+        state, reading = tracker.step(state, sample)
+        if reading:
+            looking.take(reading)
+        else:
+            looking.miss(*tracker.missed(state))
+        if k % 50 == 0:
+            looking.keep(k)
+            assert looking.kept(wait=True)
+            yield sample.t, len(looking.findings)
+    looking.finish()
+    looking.close()
+
+
+@pytest.mark.parametrize("how", HOW)
+def test_it_is_told_while_it_lasts(shop: Shop, how: str, tmp_path: Path) -> None:
+    log = spoilt(shop.log(seconds=7.5), 2, how)
+    told = np.array(list(seen(shop, log, tmp_path)))
+    since = told[:, 0] - log.t[0] - BEGIN
+    assert not told[since < 0.0, 1].any()
+    assert (told[since > 0.7, 1] == 1).all()

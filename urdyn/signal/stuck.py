@@ -1,0 +1,94 @@
+"""A joint's sensor that repeats itself while its other one tells of a motion: it is stuck.
+
+Angle and velocity tell of a joint's way twice. Where one of them is the same number from row to
+row and the other goes on for further than roundings and offsets do, the one that repeats itself
+measures nothing. What lies between them is summed up by a CUSUM either way [Page1954]_.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from urdyn.signal.channels import noted
+from urdyn.signal.stretches import GAP, median_step
+from urdyn.types import Array, Log, Mask
+
+OFFSET = 0.02  # [rad/s] that a velocity may be off for as long as it likes
+APART = 5e-3  # [rad] beyond what angles are rounded to
+ROWS = 3  # that it takes at least: an angle that jumps does so once
+
+
+@dataclass(frozen=True, eq=False)
+class Held:
+    """What was the same of late; of angles and velocities, (2, ...)."""
+
+    last: Array  # (2, J) as they came [rad, rad/s]
+    apart: Array  # (2, 2, J) [rad] gone without it, forwards and backwards; inf: it is stuck
+    since: Array  # (2, J) [s] stamp from which on
+
+
+def nothing_held(t: float, row: Array) -> Held:
+    """Before a second row; the first, (2, J)."""
+    return Held(row, np.zeros((2, *row.shape)), np.full(row.shape, t))
+
+
+def after(held: Held, t: float, dt: float, row: Array) -> Held:
+    """A row of angles and velocities on, (2, J) [rad, rad/s], NaN where not measured."""
+    same = row == held.last
+    if not np.count_nonzero(same):
+        return nothing_held(t, row)
+    way = np.nan_to_num(row[0] - held.last[0] - 0.5 * dt * (row[1] + held.last[1]))
+    way = np.clip(way, -APART / ROWS, APART / ROWS)
+    further = np.array([way, -way]) - OFFSET * dt
+    apart = np.where(same, np.fmax(held.apart + further[:, None], 0.0), 0.0)
+    apart[apart >= APART] = np.inf
+    return Held(row, apart, np.where(apart.any(axis=0), held.since, t))
+
+
+def stuck(held: Held) -> Mask:
+    """Which of angles and velocities are, (2, J), of all rows after `since`."""
+    return np.asarray(np.isinf(held.apart).any(axis=0))
+
+
+def ever_stuck(t: Array, q: Array, v: Array) -> Mask:
+    """Which of a recording's angles and velocities are, (N, 2, J).
+
+    Args:
+        t: stamps (N,) [s].
+        q: angles (N, J) [rad], NaN where not measured.
+        v: velocities (N, J) [rad/s], likewise.
+    """
+    rows, dt = np.stack([q, v], axis=1), np.diff(t)[:, None]
+    found = np.zeros(rows.shape, dtype=bool)
+    way = np.abs(np.diff(q, axis=0) - 0.5 * dt * (v[1:] + v[:-1]))
+    near = dt[:, 0] <= GAP * median_step(t)
+    apart = (rows[1:] == rows[:-1]).any(axis=1) & (way > OFFSET * dt)
+    k = 0
+    for begin in np.flatnonzero(apart.any(axis=1) & near).tolist():
+        if begin < k:
+            continue
+        k, held, before = begin, nothing_held(t[begin], rows[begin]), found[begin]
+        while k < len(near) and near[k] and (k == begin or held.apart.any()):
+            k, held = k + 1, after(held, t[k + 1], float(dt[k, 0]), rows[k + 1])
+            found[k] = now = stuck(held)
+            if np.count_nonzero(new := now & ~before):
+                found[begin:k] |= (t[begin:k, None, None] > held.since) & new
+            before = now
+    return found
+
+
+def without_stuck(log: Log) -> Log:
+    """A log in which angles and velocities of sensors that are stuck count as not measured."""
+    names = ("actual_q", "actual_qd")
+    if not all(name in log for name in names):
+        return log
+    values = [log.joint(name) for name in names]
+    ill = ever_stuck(log.t, *values)
+    if not (count := int(np.count_nonzero(ill))):
+        return log
+    told = {name: np.where(ill[:, k], np.nan, values[k]) for k, name in enumerate(names)}
+    kind = "angle or velocity that is the same while its joint moves"
+    defects = noted(log, kind, count, "taken as not measured")
+    return replace(log, channels={**log.channels, **told}, defects=defects)
