@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from once import fitted
 from realarm import COLUMNS, Recorded
 
 from urdyn.identify import Fit, PayloadPrior, Run, identify
@@ -47,16 +48,21 @@ def recorded(recordings: Path) -> Recorded:
 
 
 @pytest.fixture(scope="session")
-def real(ur10e: Arm, recorded: Recorded) -> Fit:
+def real(ur10e: Arm, recorded: Recorded, tmp_path_factory: pytest.TempPathFactory) -> Fit:
     """That arm as half a minute of excitation tells it, gains and all."""
-    return identify(ur10e, condition(recorded("ur-20_02_10-30sec_12harm", 635, 3510)))
+    log = recorded("ur-20_02_10-30sec_12harm", 635, 3510)
+    return fitted("real", lambda: identify(ur10e, condition(log)), tmp_path_factory)
 
 
 @pytest.fixture(scope="session")
-def identified(ur5e: Arm) -> Fit:
+def identified(ur5e: Arm, tmp_path_factory: pytest.TempPathFactory) -> Fit:
     """A virtual arm with a payload of known mass, as twelve seconds without and with it tell it."""
     payload = Payload(2.0, np.array([0.0, 0.02, 0.06]))
-    bare, loaded = (
-        condition(simulate(ur5e, 12.0, 100.0, 1, payload=p)[0]) for p in (None, payload)
-    )
-    return identify(ur5e, bare, loaded=[Run(loaded, PayloadPrior(payload.mass))])
+
+    def made() -> Fit:
+        bare, loaded = (
+            condition(simulate(ur5e, 12.0, 100.0, 1, payload=p)[0]) for p in (None, payload)
+        )
+        return identify(ur5e, bare, loaded=[Run(loaded, PayloadPrior(payload.mass))])
+
+    return fitted("identified", made, tmp_path_factory)

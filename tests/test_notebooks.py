@@ -21,7 +21,14 @@ def cells(path, kind):
     return [c for c in json.loads(path.read_text())["cells"] if c["cell_type"] == kind]
 
 
-@EVERY
+RUN = [
+    # Campaigns of many lives.
+    pytest.param(path, marks=pytest.mark.slow) if path.stem in ("04_drift", "05_faults") else path
+    for path in NOTEBOOKS
+]
+
+
+@pytest.mark.parametrize("path", RUN, ids=[path.stem for path in NOTEBOOKS])
 @pytest.mark.filterwarnings("ignore")
 def test_notebook_runs(path, tmp_path):
     nbformat = pytest.importorskip("nbformat")

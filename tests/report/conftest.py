@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 from browser import CHROMIUM, Browser, browser
+from once import fitted
 
 from urdyn.identify import Fit, Score, identify, validate
 from urdyn.model.arm import load_arm
@@ -29,12 +30,12 @@ class Case:
 
 
 @pytest.fixture(scope="session")
-def case() -> Case:
+def case(tmp_path_factory: pytest.TempPathFactory) -> Case:
     arm = load_arm("ur5e")
     log, truth = simulate(arm, 20, 100, seed=1)
     log = replace(log, source=Source("robots/first.csv", "ab" * 32, (0, 1500)))
     train, test = log.slice(0, 1500), log.slice(1500)
-    fit = identify(arm, condition(train))
+    fit = fitted("case", lambda: identify(arm, condition(train)), tmp_path_factory)
     return Case(fit, validate(fit, train), validate(fit, test), truth)
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from once import fitted
 from workshop import Workshop
 
 from urdyn.identify import identify
@@ -20,7 +21,8 @@ def workshop(ur5e: Arm, tmp_path_factory: pytest.TempPathFactory) -> Workshop:
     """A twin of twenty seconds, and twenty others to track."""
     folder: Path = tmp_path_factory.mktemp("workshop")
     whole = simulate(ur5e, 40.0, 100.0, seed=1)[0]
-    fit, log = identify(ur5e, condition(whole.slice(0, 2000))), whole.slice(2000)
+    first, log = whole.slice(0, 2000), whole.slice(2000)
+    fit = fitted("workshop", lambda: identify(ur5e, condition(first)), tmp_path_factory)
     Twin(ur5e, fit).save(folder / "twin.toml")
     write(log, folder / "log.parquet")
     return Workshop(fit, log, folder / "twin.toml", folder / "log.parquet")

@@ -67,7 +67,7 @@ def test_what_is_known_worse_must_be_further_apart() -> None:
     ("mass", "seed"),
     [
         (0.3, 5),
-        (0.6, 4),
+        pytest.param(0.6, 4, marks=pytest.mark.slow),
         pytest.param(0.8, 5, marks=pytest.mark.slow),
         (1.5, 4),
         pytest.param(2.2, 4, marks=pytest.mark.slow),

@@ -88,7 +88,9 @@ WEARS, SECONDS = 10.0, 60.0  # [s]
     ("joint", "name", "mode"),
     [
         pytest.param(0, "shoulder_pan", "full", marks=pytest.mark.slow),
-        *((2, "elbow", mode) for mode in MODES),
+        (2, "elbow", "full"),
+        pytest.param(2, "elbow", "simplified", marks=pytest.mark.slow),
+        (2, "elbow", "realtime"),
     ],
 )
 def test_friction_that_grows_within_a_minute_is_followed(joint, name, mode):
@@ -116,6 +118,7 @@ def test_friction_that_grows_slower_is_followed_too():
     assert found.change["wrist_1_joint.coulomb"] == pytest.approx(1.0, abs=0.03)
 
 
+@pytest.mark.slow
 def test_health_that_fades_within_a_minute_is_followed():
     fade = f"health_degradation:joint=1,onset={WEARS},rate=0.004"
     found = followed(EKF(), fade, seconds=SECONDS)

@@ -21,7 +21,8 @@ from urdyn.tracking import open_source
 from urdyn.tracking.checkpoint import FILE
 
 ROOT = Path(__file__).parents[2]
-SAMPLES = (3, 999, 1000, 1001, 1700)  # before a checkpoint, at it, after it
+# Before a checkpoint, at it, after it.
+SAMPLES = (3, 999, 1000, 1001, pytest.param(1700, marks=pytest.mark.slow))
 
 
 @pytest.fixture(scope="module")
