@@ -85,12 +85,47 @@ def test_beside_values_that_are_none_the_same_joints_fault_is_told(shop: Shop) -
     assert _kinds(report) == [("friction_increase", 1), ("sensor_fault", 1)]
 
 
+@pytest.mark.parametrize("joint", range(6))
+def test_a_sensor_that_tells_less_than_there_is_is_no_neighbours_fault(
+    shop: Shop, joint: int
+) -> None:
+    """No drive of which all is true needs less than all of its current."""
+    log, gain = shop.log(seconds=40.0), 0.75
+    current = log.joint("actual_current").copy()
+    current[log.t - log.t[0] > 15.0, joint] *= gain
+    (finding,) = diagnose(shop.fit, with_current(log, current)).findings
+    assert (finding.kind, finding.joint) == ("sensor_fault", joint)
+    assert finding.quantity == "gain of the current sensor"
+    assert abs(finding.size - (gain - 1.0)) < 0.06
+    assert finding.onset_interval_s[0] <= log.t[0] + 15.0 <= finding.onset_interval_s[1]
+
+
 def test_an_arm_without_power_has_no_sensor_that_fails(shop: Shop) -> None:
     """All currents are nothing then."""
     log = shop.log(seconds=30.0)
     current = log.joint("actual_current").copy()
     current[np.random.default_rng(6).random(len(current)) < 0.02] = 0.0
     assert not diagnose(shop.fit, with_current(log, current)).findings
+
+
+@pytest.mark.parametrize(
+    ("lasts", "times", "soonest"), [(1.6, 5.0, None), (5.0, 5.0, 1.5), (5.0, 10.0, 1.0)]
+)
+def test_a_sensor_is_noisy_for_longer_than_a_joint_rattles_at_its_fastest(
+    shop: Shop, lasts: float, times: float, soonest: float | None
+) -> None:
+    """A real elbow did so for a second and a quarter, with some four times the usual noise."""
+    log, begin = shop.log(seconds=20.0), 8.0
+    since, noise = log.t - log.t[0] - begin, shop.fit.noise.sd[2] * shop.dynamics.drive.gain[2]
+    rattle = times * noise * np.random.default_rng(3).standard_normal(len(since))
+    report = shop.disturbed(log, 2, np.where((since > 0.0) & (since < lasts), rattle, 0.0))
+    if soonest is None:
+        assert not report.findings
+    else:
+        (finding,) = report.findings
+        assert (finding.kind, finding.joint) == ("sensor_fault", 2)
+        assert abs(finding.onset_s - log.t[0] - begin) < 0.5
+        assert soonest < finding.alarm_s - log.t[0] - begin < 3.0
 
 
 def _moved(log: Log, joint: int, way: np.ndarray, speed: np.ndarray) -> Log:

@@ -43,6 +43,8 @@ class Suspect:
         1 / (1 + x) of its health, and not 1 - x.
         """
         size, sd = size / self.unit, sd / self.unit
+        if self.kind.of_sensor:
+            return -size, sd
         if not self.kind.of_health:
             return size, sd
         left = 1.0 / max(1.0 - size, LEAST)

@@ -31,6 +31,7 @@ SLOW: Mapping[str, Any] = {
     "warning": 0.0,
     "critical": 0.0,
     "sign": 0,
+    "told_as": "",
     "shapes": [],
     "quantity": "",
     "unit": "",
@@ -64,6 +65,7 @@ class SlowKind:
     warning: float
     critical: float
     sign: int = 0  # which way it goes; 0: either
+    told_as: str = ""  # the kind of its findings; "": its own name
     shapes: tuple[str, ...] = SHAPES
     quantity: str = ""
     unit: str = ""
@@ -79,7 +81,17 @@ class SlowKind:
     @property
     def of_health(self) -> bool:
         """Current goes as the inverse of what it measures."""
-        return next(iter(self.change)) == "z"
+        return next(iter(self.change)) == "z" and not self.of_sensor
+
+    @property
+    def of_sensor(self) -> bool:
+        """A drive that needs less current for all that it does is none: so much less is told."""
+        return next(iter(self.change)) == "z" and self.sign > 0
+
+    @property
+    def told(self) -> str:
+        """The kind of its findings."""
+        return self.told_as or self.name
 
 
 @dataclass(frozen=True)

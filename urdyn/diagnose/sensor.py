@@ -26,6 +26,7 @@ NOTHING = 8.0  # [-] times the noise that is asked for, where a value of 0 tells
 APART, USUAL, CLOSE = 10.0, 4.0, 0.025
 # [-] times the usual noise: single values that are far off are a part of it, and no push shows.
 UNSTEADY = 2.0
+TWICE = 2.0  # [-] times what is too noisy: worse is not told sooner
 OFTEN, WITHIN = 5.0, 5.0  # values that are none within [s], from which on a sensor is erratic
 SECOND = np.sqrt(6.0)  # sd of second differences of white noise, over its own
 
@@ -41,7 +42,8 @@ class Felt:
     went: Array  # (J,) [s] of that
     left: Array  # (n, J) [A] residuals of late, where a beat has few rows
     rough: Array  # (J,) [A] their noise
-    loud: Array  # (J,) [s] for which that was too much
+    loud: Array  # (J,) [s] for which that was too much, and twice as long what was twice as much
+    grew: Array  # (J,) [s] when that began
     torn: Array  # (J,) values of late that are none
     tore: Array  # (J,) [s] of the first of these
     ill: Array  # (4, J) [s] when each mode was last seen; -inf: never
@@ -63,7 +65,7 @@ class SensorHealth:
         never = np.full((len(MODES), J), -np.inf)
         told = np.zeros((len(MODES), J), dtype=bool)
         return Felt(
-            nan, zero, zero, zero, zero, np.zeros((0, J)), nan, zero, zero, zero, never, told
+            nan, zero, zero, zero, zero, np.zeros((0, J)), nan, zero, zero, zero, zero, never, told
         )
 
     def unsteady(self, state: Felt) -> Mask:
@@ -98,9 +100,11 @@ class SensorHealth:
         state = self._tore(state, rows.t, torn)
         left = np.concatenate([state.left, rows.residual])[-max(ENOUGH, len(rows)) :]
         rough = _rough(state.rough, left) if self.period < COARSE else state.rough
-        over = self._alone(rough / self.space.noise) > self.rule["noisy"]
-        loud = np.where(over, state.loud + len(rows) * self.period, 0.0)
-        state = replace(state, left=left[-ENOUGH:], rough=rough, loud=loud)
+        over = self._alone(rough / self.space.noise) / self.rule["noisy"]
+        weight = np.where(over > 1.0, np.minimum(over, TWICE), -1.0)
+        loud = np.maximum(state.loud + weight * len(rows) * self.period, 0.0)
+        grew = np.where(state.loud > 0.0, state.grew, rows.t[0])
+        state = replace(state, left=left[-ENOUGH:], rough=rough, loud=loud, grew=grew)
         noisy = (loud >= self.rule["lasting"]) & ~ringing
         erratic = torn.any(axis=0) & (state.torn > OFTEN) & ~self.unsteady(state)
         now = float(rows.t[-1])
@@ -163,7 +167,7 @@ class SensorHealth:
         evidence = {"mode": mode, "noise_A": float(state.rough[j]), "usual_A": noise}
         drive = self.space.reference.drive
         relative = size * float(drive.gain[j] / drive.coulomb[j])
-        return Event("sensor_fault", j, now - float(state.loud[j]), now, 0.99, relative, evidence)
+        return Event("sensor_fault", j, float(state.grew[j]), now, 0.99, relative, evidence)
 
 
 def _single(torn: Mask) -> Mask:

@@ -37,7 +37,7 @@ def of_change(change: Change, of: Suspects, space: Space, rules: Rules, trace: S
         "rate_per_s": rate,
         "rate_sd": rate_sd,
         "rivals": [
-            {"kind": of.each[k].kind.name, "joint": _joint(of.each[k]), "share": share}
+            {"kind": of.each[k].kind.told, "joint": _joint(of.each[k]), "share": share}
             for k, share in change.rivals
         ],
         "series": _series(_read(suspect, trace)),
@@ -50,14 +50,14 @@ def of_change(change: Change, of: Suspects, space: Space, rules: Rules, trace: S
     forecast = course.forecast(kind.warning, kind.critical)
     return Finding(
         id=identity(suspect, space) + (f"@{onset:.1f}" if kind.of_tool else ""),
-        kind=kind.name,
+        kind=kind.told,
         joint=_joint(suspect),
         name=name,
         onset_s=onset,
         onset_interval_s=change.began,
         alarm_s=change.alarm,
         severity=severity(size, kind.warning, kind.critical),
-        confidence=change.confidence * trust(kind.name, rules.named),
+        confidence=change.confidence * trust(kind.told, rules.named),
         time_to_failure_s=_left(forecast),
         size=size,
         size_sd=sd,
