@@ -26,7 +26,7 @@ NOTHING = 8.0  # [-] times the noise that is asked for, where a value of 0 tells
 APART, USUAL, CLOSE = 10.0, 4.0, 0.025
 # [-] times the usual noise: single values that are far off are a part of it, and no push shows.
 UNSTEADY = 2.0
-TWICE = 2.0  # [-] times what is too noisy: worse is not told sooner
+FADES = 0.5  # [-] of the time for which noise is usual, that this takes off the time before
 OFTEN, WITHIN = 5.0, 5.0  # values that are none within [s], from which on a sensor is erratic
 SECOND = np.sqrt(6.0)  # sd of second differences of white noise, over its own
 
@@ -42,7 +42,7 @@ class Felt:
     went: Array  # (J,) [s] of that
     left: Array  # (n, J) [A] residuals of late, where a beat has few rows
     rough: Array  # (J,) [A] their noise
-    loud: Array  # (J,) [s] for which that was too much, and twice as long what was twice as much
+    loud: Array  # (J,) [s] for which that was too much; all of it where it was so by far
     grew: Array  # (J,) [s] when that began
     torn: Array  # (J,) values of late that are none
     tore: Array  # (J,) [s] of the first of these
@@ -101,7 +101,7 @@ class SensorHealth:
         left = np.concatenate([state.left, rows.residual])[-max(ENOUGH, len(rows)) :]
         rough = _rough(state.rough, left) if self.period < COARSE else state.rough
         over = self._alone(rough / self.space.noise) / self.rule["noisy"]
-        weight = np.where(over > 1.0, np.minimum(over, TWICE), -1.0)
+        weight = np.clip(over**2 - 1.0, -FADES, 1.0)  # a joint that rattles is a little over
         loud = np.maximum(state.loud + weight * len(rows) * self.period, 0.0)
         grew = np.where(state.loud > 0.0, state.grew, rows.t[0])
         state = replace(state, left=left[-ENOUGH:], rough=rough, loud=loud, grew=grew)
