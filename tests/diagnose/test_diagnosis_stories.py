@@ -32,6 +32,21 @@ def test_one_fault_is_one_finding_of_its_kind_and_joint(shop: Shop, story: str) 
     assert finding.confidence > 0.5
 
 
+@pytest.mark.parametrize("joint", [1, 5])
+def test_a_sensor_that_drifts_is_told_as_one_and_since_when(shop: Shop, joint: int) -> None:
+    """Its bias grows; as a step it would have begun later."""
+    log, begin, rate = shop.log(seconds=45.0), 15.0, 0.06  # [s], Coulomb frictions [1/s]
+    gone = np.maximum(log.t - log.t[0] - begin, 0.0)
+    report = shop.disturbed(log, joint, rate * gone * shop.dynamics.drive.coulomb[joint])
+    (finding,) = report.findings
+    assert (finding.kind, finding.joint) == ("sensor_fault", joint)
+    earliest, latest = finding.onset_interval_s
+    assert earliest <= log.t[0] + begin <= latest
+    # It is known up to its last block, of the middle of which its mean tells.
+    known = finding.evidence["series"]["t"][-1] - log.t[0] - begin
+    assert abs(finding.size - rate * (known - 2.5)) < rate * 5.0
+
+
 def test_a_noisy_sensor_is_told_at_twenty_samples_a_second_too(shop: Shop) -> None:
     log = shop.log(seconds=20.0, rate=20.0)
     noise = 5.0 * shop.fit.noise.sd[3] * shop.dynamics.drive.gain[3]
