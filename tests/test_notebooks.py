@@ -23,7 +23,9 @@ def cells(path, kind):
 
 RUN = [
     # Campaigns of many lives.
-    pytest.param(path, marks=pytest.mark.slow) if path.stem in ("04_drift", "05_faults") else path
+    pytest.param(path, marks=pytest.mark.slow)
+    if path.stem in ("03_filters", "04_drift", "05_faults")
+    else path
     for path in NOTEBOOKS
 ]
 

@@ -55,7 +55,9 @@ def test_a_noisy_sensor_is_told_at_twenty_samples_a_second_too(shop: Shop) -> No
     assert (found.kind, found.joint) == ("sensor_fault", 3) and found.alarm_s < 16.0
 
 
-@pytest.mark.parametrize("lost", [0.1, pytest.param(0.2, marks=pytest.mark.slow), 0.4])
+@pytest.mark.parametrize(
+    "lost", [0.1, *(pytest.param(lost, marks=pytest.mark.slow) for lost in (0.2, 0.4))]
+)
 def test_what_a_drive_lost_is_told_as_that(shop: Shop, lost: float) -> None:
     """Its current grows by more: by a quarter where a fifth is lost."""
     fault = f"health_degradation:joint=1,onset=25,rate={lost},shape=step"

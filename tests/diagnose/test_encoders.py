@@ -21,6 +21,7 @@ from urdyn.types import Log
 
 BEGIN, LASTS = 5.0, 1.5  # [s]
 HOW = ("the same angle", "the same angle and velocity", "no angle")
+LONG = pytest.mark.slow
 
 
 def spoilt(log: Log, joint: int, how: str, begin: float = BEGIN, lasts: float = LASTS) -> Log:
@@ -48,7 +49,7 @@ def test_it_is_one_finding(shop: Shop, how: str, joint: int) -> None:
     is_one(diagnose(shop.fit, spoilt(log, joint, how)).findings, joint, log.t[0] + BEGIN)
 
 
-@pytest.mark.parametrize("joint", range(6))
+@pytest.mark.parametrize("joint", [1, *(pytest.param(j, marks=LONG) for j in (0, 2, 3, 4, 5))])
 def test_so_it_is_in_a_real_run(real: Fit, recorded: Recorded, joint: int) -> None:
     log = recorded("ur-20_02_12-40sec_12harm", 500, 2000)
     told = diagnose(real, spoilt(log, joint, "the same angle", lasts=6.0)).findings
@@ -88,7 +89,7 @@ def seen(shop: Shop, log: Log, folder: Path) -> Iterator[tuple[float, int]]:
     looking.close()
 
 
-@pytest.mark.parametrize("how", HOW)
+@pytest.mark.parametrize("how", [HOW[0], *(pytest.param(how, marks=LONG) for how in HOW[1:])])
 def test_it_is_told_while_it_lasts(shop: Shop, how: str, tmp_path: Path) -> None:
     log = spoilt(shop.log(seconds=7.5), 2, how)
     told = np.array(list(seen(shop, log, tmp_path)))

@@ -85,7 +85,9 @@ def test_beside_values_that_are_none_the_same_joints_fault_is_told(shop: Shop) -
     assert _kinds(report) == [("friction_increase", 1), ("sensor_fault", 1)]
 
 
-@pytest.mark.parametrize("joint", range(6))
+@pytest.mark.parametrize(
+    "joint", [1, 5, *(pytest.param(j, marks=pytest.mark.slow) for j in (0, 2, 3, 4))]
+)
 def test_a_sensor_that_tells_less_than_there_is_is_no_neighbours_fault(
     shop: Shop, joint: int
 ) -> None:

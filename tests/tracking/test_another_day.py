@@ -70,7 +70,8 @@ def test_a_drive_that_lost_health_since_commissioning_is_known_at_its_own(
     assert (np.abs(others - 1.0) < 0.2 * LOST).all()
 
 
-@pytest.mark.parametrize("joint", [pytest.param(0, marks=pytest.mark.slow), 2])
+@pytest.mark.slow
+@pytest.mark.parametrize("joint", [0, 2])
 def test_what_wears_on_within_a_minute_is_no_noise(real: Fit, run: Log, joint: int) -> None:
     """Put into a real arm's run, 1 % of its friction in a second: before, tracked as a third.
 

@@ -61,7 +61,12 @@ def test_sensors_that_are_all_stuck_tell_of_nothing():
     assert state.restarts == 0
 
 
-@pytest.mark.parametrize("wrong", [*WRONGS, *STUCK])
+FIRST, *OTHERS = (*WRONGS, *STUCK)
+
+
+@pytest.mark.parametrize(
+    "wrong", [FIRST, *(pytest.param(wrong, marks=pytest.mark.slow) for wrong in OTHERS)]
+)
 def test_a_quicker_mode_stays_a_belief_too(wrong):
     passed_through(wrong, Blocks(8))
 
