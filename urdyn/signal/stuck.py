@@ -39,12 +39,17 @@ def after(held: Held, t: float, dt: float, row: Array) -> Held:
     same = row == held.last
     if not np.count_nonzero(same):
         return nothing_held(t, row)
-    way = np.nan_to_num(row[0] - held.last[0] - 0.5 * dt * (row[1] + held.last[1]))
-    way = np.clip(way, -APART / ROWS, APART / ROWS)
+    way = np.clip(np.nan_to_num(_between(held.last, row, dt)), -APART / ROWS, APART / ROWS)
     further = np.array([way, -way]) - OFFSET * dt
     apart = np.where(same, np.fmax(held.apart + further[:, None], 0.0), 0.0)
     apart[apart >= APART] = np.inf
     return Held(row, apart, np.where(apart.any(axis=0), held.since, t))
+
+
+def _between(before: Array, row: Array, dt: Array | float) -> Array:
+    """By how much an angle went further than its velocity since the row before, (..., J) [rad]."""
+    of_q, of_v = row[..., 0, :] - before[..., 0, :], row[..., 1, :] + before[..., 1, :]
+    return np.asarray(of_q - 0.5 * dt * of_v)
 
 
 def stuck(held: Held) -> Mask:
@@ -62,9 +67,9 @@ def ever_stuck(t: Array, q: Array, v: Array) -> Mask:
     """
     rows, dt = np.stack([q, v], axis=1), np.diff(t)[:, None]
     found = np.zeros(rows.shape, dtype=bool)
-    way = np.abs(np.diff(q, axis=0) - 0.5 * dt * (v[1:] + v[:-1]))
     near = dt[:, 0] <= GAP * median_step(t)
-    apart = (rows[1:] == rows[:-1]).any(axis=1) & (way > OFFSET * dt)
+    way = _between(rows[:-1], rows[1:], dt)
+    apart = (rows[1:] == rows[:-1]).any(axis=1) & (np.abs(way) > OFFSET * dt)
     k = 0
     for begin in np.flatnonzero(apart.any(axis=1) & near).tolist():
         if begin < k:
