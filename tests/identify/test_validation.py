@@ -137,6 +137,20 @@ def test_a_current_that_no_motor_draws_counts_for_nothing_and_is_told(
     assert not sound.log.defects
 
 
+def test_an_encoder_that_is_stuck_counts_for_nothing_and_is_told(
+    all_knowing: Fit, noisy: Log
+) -> None:
+    """Without a word the report would praise a model for a log of which it saw a part."""
+    q = noisy.joint("actual_q").copy()
+    q[100:200, 1] = q[100, 1]
+    ill = replace(noisy, channels={**noisy.channels, "actual_q": q})
+    score, sound = validate(all_knowing, ill), validate(all_knowing, noisy)
+    np.testing.assert_allclose(score.rre_percent, sound.rre_percent, rtol=0.05)
+    (told,) = score.log.defects
+    assert told.kind == "angle or velocity that is the same while its joint moves"
+    assert 80 < told.count <= 100
+
+
 def test_a_channel_that_was_not_recorded_has_no_score(all_knowing: Fit, noisy: Log) -> None:
     kept = {name: noisy.channels[name] for name in ("actual_q", "actual_qd", "actual_current")}
     score = validate(all_knowing, Log(noisy.t, kept))

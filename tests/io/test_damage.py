@@ -58,7 +58,7 @@ MENDED: dict[str, tuple[Break, str, int, int, int]] = {
     "an angle of 1e5": (with_line(9, "10.07,1e5,0,0,0"), "impossible value", 1, 9, 50),
     "a current of 1e282": (with_line(9, "10.07,0,0,1e282,0"), "impossible value", 1, 9, 50),
     "a repeated row": (lambda t: joined([*t[:9], t[8], *t[9:]]), "repeated stamp", 1, 10, 50),
-    "a torn row": (with_more(10, "10.07,9,9,9,9"), "torn row", 1, 10, 50),
+    "a torn row": (with_more(10, "10.07,9,9,9,9"), "repeated stamp with other values", 1, 10, 50),
     "a lost second": (restamped(1.0, 20, 99), "gap", 1, 22, 50),
     "two rows swapped": (
         lambda t: joined([*t[:9], t[10], t[9], *t[11:]]),

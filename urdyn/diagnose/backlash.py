@@ -22,6 +22,7 @@ from urdyn.diagnose.event import Event
 from urdyn.diagnose.flight import FLIGHTS, LONG, REACH, Flight
 from urdyn.diagnose.rows import Rows, joined
 from urdyn.diagnose.space import Space
+from urdyn.signal.stretches import GAP
 from urdyn.tracking.passage import STANDING
 from urdyn.types import Array, Mask
 
@@ -88,7 +89,7 @@ class Backlash:
         longest = max(crossed.max(), REACH)
         earlier = crossed.max() * BEFORE / LONGEST
         whole, done = rows, rows.t[0] + earlier
-        if state.tail is not None and rows.t[0] - state.tail.t[-1] < 5.0 * self.period:
+        if state.tail is not None and rows.t[0] - state.tail.t[-1] < GAP * self.period:
             whole, done = joined((state.tail, rows)), state.tail.t[-1] - longest
         state = self._moved(state, rows)
         K = self.space.reference.drive.gain

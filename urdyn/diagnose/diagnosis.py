@@ -35,6 +35,7 @@ from urdyn.diagnose.warmth import Warmth, felt, unfelt
 from urdyn.diagnose.zero import told
 from urdyn.identify.fit import Fit
 from urdyn.signal import Instant
+from urdyn.signal.stretches import GAP
 from urdyn.types import Array, Mask, Motion
 
 CHUNK = 10  # rows that are compared with the model at once
@@ -42,7 +43,6 @@ BEAT = 0.25  # [s]
 # Fast kinds that bend what slow ones are judged by.
 BENDS = ("sensor_fault", "joint_backlash", "controller_instability")
 JUMPS = "encoder_offset"  # a slow kind that is a fast one where it comes at once
-BROKEN = 5.0  # periods without a row after which a beat and a moment end early
 SERIES = 400  # blocks of a found change that are remembered
 
 
@@ -143,8 +143,8 @@ class Diagnosis:
 
     @property
     def _gap(self) -> float:
-        """Between stamps of which nobody knows what was there, at least [s]."""
-        return BROKEN * self.period
+        """Between stamps after which a beat and a moment end early, at least [s]."""
+        return GAP * self.period
 
     @cached_property
     def _beat_rows(self) -> int:

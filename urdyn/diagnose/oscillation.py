@@ -28,6 +28,7 @@ from urdyn.diagnose.swings import (
     spectrum,
 )
 from urdyn.model.friction import GEAR_RATIO
+from urdyn.signal.stretches import GAP
 from urdyn.types import Array, Mask
 
 WINDOWS = {0.9: 0.125, 3.6: 0.25, 14.4: 1.0}  # [s], and from one look to the next
@@ -122,7 +123,7 @@ class Oscillation:
     def _listen(self, state: Heard, rows: Rows, doubted: bool) -> tuple[Heard, list[Event]]:
         """Some rows on."""
         K, keep = self.space.reference.drive.gain, slice(-self._samples(self._windows[-1]), None)
-        gap = len(state.t) and rows.t[0] - state.t[-1] > 5.0 * self.period
+        gap = len(state.t) and rows.t[0] - state.t[-1] > GAP * self.period
         old = slice(0, 0) if gap else slice(None)
         new = np.stack([K * rows.residual, K * rows.current, rows.v])
         state = replace(

@@ -11,7 +11,7 @@ from scipy.stats import t as student
 from urdyn.errors import LogError
 from urdyn.identify.fit import Fit
 from urdyn.model.dynamics import Dynamics
-from urdyn.signal import condition
+from urdyn.signal import condition, without_stuck
 from urdyn.types import Array, Defect, Log
 
 FLOOR_BAND = 10.0  # [Hz] above which motion and friction say little: mostly the sensor speaks
@@ -43,7 +43,7 @@ def validate(fit: Fit, log: Log) -> Score:
     """
     if why := fit.dynamics.unlike(log.joint("actual_current")):
         raise LogError(why, log.source.path)
-    log = _drawn(fit.dynamics, log)
+    log = _drawn(fit.dynamics, without_stuck(log))
     motion = condition(log)
     predicted = fit.dynamics.current(motion)
     error = motion.current - predicted

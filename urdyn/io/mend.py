@@ -79,7 +79,7 @@ def _without_repeats(table: Table, source: Source) -> Table:
         differ = (one != other) & ~(np.isnan(one) & np.isnan(other))
         torn[repeat] |= _any(differ)
     table = _noted(table, repeat & ~torn, "repeated stamp", "kept once")
-    table = _noted(table, torn, "torn row", LEFT_OUT)
+    table = _noted(table, torn, "repeated stamp with other values", LEFT_OUT)
     return table.take(~repeat) if repeat.any() else table
 
 

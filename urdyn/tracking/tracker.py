@@ -18,6 +18,7 @@ from urdyn.dbn.widening import Widening
 from urdyn.estimate import Filter, Innovation
 from urdyn.identify.fit import Fit
 from urdyn.signal import Causal, CausalState, Instant, Sample
+from urdyn.signal.stretches import GAP
 from urdyn.tracking import colour as noise
 from urdyn.tracking.befallen import Befallen, gathered, none_yet
 from urdyn.tracking.blocks import Blocks
@@ -35,7 +36,6 @@ from urdyn.types import Array, Index, Mask, changed
 
 S = TypeVar("S")
 
-GAP = 5.0  # periods without a sample, after which noise has no past
 SURE = 2.0  # [-] variance of an innovation over its noise's: less, and it tells of the noise
 # Times what they were at commissioning: no arm's drive is beyond that, whatever befell it.
 CREDIBLE = {"f": (0.15, 50.0), "alpha": (0.05, 50.0), "z": (0.3, 1.5)}
@@ -208,7 +208,7 @@ class Tracker(Generic[S]):
             state = replace(state, befell=-np.inf, widened=-np.inf, marked=-np.inf)
             state = replace(state, rest=Rest(), weighed=Weighed())
             dt = LONGEST
-        if dt > GAP * self.period:
+        if dt > GAP * self.period:  # noise has no past
             state = replace(state, colour=noise.interrupted(state.colour))
         return state, dt
 
