@@ -7,11 +7,20 @@ modelled passes slowly. With e the residual,
 
 A filter that took e for white would be sure too soon. It is given the currents and their regressors
 after the filter 1 - sum_k ar_k z^-k, whose noise is w, and `slow` as a state.
+
+The residuals that this is learnt from lack what the parameters took for theirs. With H d what these
+are wrong by in a current,
+
+    E n_t n_{t-k} = E e_t e_{t-k} - E n_t (H d)_{t-k},    E slow (H d) = (H P)_slow < 0
+
+which is what the filter doubts of both together, as of slow noise and a joint's offset, and is
+added again: else noise would seem the less, and the filter be the surer, the more it has learnt.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -49,6 +58,7 @@ class Colour:
     ar: Array  # (J, p)
     scale: Array  # (J,) [A] sd of w
     slow: Array  # (J,) [A] sd
+    taken: Array  # (J,) [A²] of what is slow, that parameters took
 
 
 def first(noise: Noise, width: int, period: float) -> Colour:
@@ -57,28 +67,34 @@ def first(noise: Noise, width: int, period: float) -> Colour:
     Args:
         width: of the packed inputs.
     """
-    J, far = len(noise.sd), _far(period)
+    J = len(noise.sd)
     quick = _alike(noise, max(1, round(period / noise.step)))
     told = noise.slow**2 > TOLD * noise.sd**2
     slow = np.where(told, noise.slow, 0.0) ** 2
-    passing = np.exp(-np.append(np.arange(ORDER + 1), far) * period / MEMORY)[:, None]
     ar = np.asarray(np.linalg.solve(_neighbours(quick), quick[1:].T[..., None]))[..., 0]
     sd = np.sqrt(np.maximum(quick[0] - np.einsum("jk,kj->j", ar, quick[1:]), TINY**2))
     return Colour(
         np.full((ORDER, J, width + 1), np.nan),
-        np.full((far + 1, J), np.nan),
-        np.concatenate([quick, np.zeros((1, J))]) + slow * passing,
+        np.full((_far(period) + 1, J), np.nan),
+        np.concatenate([quick, np.zeros((1, J))]) + slow * _passing(period),
         TRUST,
         np.concatenate([np.zeros((ORDER + 1, J)), [np.where(told, SLOW_TRUST / period, 0.0)]]),
         ar,
         sd,
         np.fmax(np.sqrt(slow), SLOWEST * sd),
+        np.zeros(J),
     )
 
 
 def _far(period: float) -> int:
     """Samples that are FAR apart; where they are few, more, none that the filter knows of."""
     return max(ORDER, round(FAR / period))
+
+
+@lru_cache(maxsize=8)
+def _passing(period: float) -> Array:
+    """What is left of slow noise 0 .. p samples later and, last, FAR later, (p + 2, 1)."""
+    return np.exp(-np.append(np.arange(ORDER + 1), _far(period)) * period / MEMORY)[:, None]
 
 
 def _alike(noise: Noise, apart: int) -> Array:
@@ -148,14 +164,19 @@ def learnt(colour: Colour, left: Array, unknown: Array, sure: Mask, period: floa
     left = np.concatenate([held[None], colour.left[:-1]])
     product = held * left[APART]
     product[0] -= unknown
+    product[1:] += colour.taken * _passing(period)[1:]
     gain = sure / np.minimum(colour.count + colour.known + 1.0, LEARN / period)
     step = gain * (product - colour.alike)
     step[np.isnan(step)] = 0.0
     alike = colour.alike + step
     np.maximum(alike[0], TINY**2, out=alike[0])
     colour = changed(colour, left=left, alike=alike, count=colour.count + 1.0)
-    pause = max(PAUSE, round(PAUSE_TIME / period))
-    return _looked_at(colour, period) if colour.count % pause < 1.0 else colour
+    return _looked_at(colour, period) if looked(colour, period) else colour
+
+
+def looked(colour: Colour, period: float) -> bool:
+    """Whether its averages were looked at a sample ago."""
+    return colour.count % max(PAUSE, round(PAUSE_TIME / period)) < 1.0
 
 
 def _looked_at(colour: Colour, period: float) -> Colour:

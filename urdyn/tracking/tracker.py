@@ -13,6 +13,7 @@ from urdyn.dbn.joined import Joined
 from urdyn.dbn.process import RandomWalk
 from urdyn.dbn.robot import RobotCurrents
 from urdyn.dbn.robot_slice import ROWS, RobotSlice
+from urdyn.dbn.two_slice import linearised
 from urdyn.dbn.wear import Wear
 from urdyn.dbn.widening import Widening
 from urdyn.estimate import Filter, Innovation
@@ -239,12 +240,22 @@ class Tracker(Generic[S]):
         through = self.currents.instrumental(u, now)
         current = left + np.vecdot(per_unit, through)
         through, current, colour = noise.whitened(past, through, current)
+        if noise.looked(colour, self.period):
+            colour = replace(colour, taken=self._taken(supposed, u))
         white = u.filtered(through, colour.scale, colour.slow)
         white = self.currents.near(white, mean, supposed.carried)
         variance = white.noise**2 + white.unknown
         wild = left - noise.foreseen(past, mean[self.currents.places["slow"]])
         given = white if supposed.anew else tempered(white, wild, variance, state.unsure)
         return Seen(measured, modelled, left, current, white, given, variance, colour)
+
+    def _taken(self, supposed: Supposed[S], u: RobotSlice) -> Array:
+        """How far parameters and slow noise are doubted against one another, (J,) [A²]."""
+        at, belief = np.r_[self.currents.places["slow"]], self.filter.belief(supposed.before)
+        u = self.currents.near(u, supposed.mean, supposed.carried)
+        H, slow = linearised(self.model, belief.mean, u)[1], belief.cov[:, at]
+        both, alone = np.vecdot(H, slow.T), slow[at].diagonal()
+        return np.asarray(np.maximum(alone - both, 0.0))
 
     def _after(
         self,
