@@ -64,6 +64,8 @@ def _torn(log: Log, what: str) -> Log:
     match what:
         case "zeros":
             current[(since > 10.0) & (rng.random(len(since)) < 0.05), 1] = 0.0
+        case "lapses":
+            current[(since > 10.0) & (rng.random(len(since)) < 0.05), 1] = np.nan
         case "bursts":
             current[(since > 10.0) & (since % 2.0 < 0.15), 1] = 0.0
         case "spikes":
@@ -72,7 +74,7 @@ def _torn(log: Log, what: str) -> Log:
     return with_current(log, current)
 
 
-@pytest.mark.parametrize("what", ["zeros", "bursts", "spikes"])
+@pytest.mark.parametrize("what", ["zeros", "lapses", "bursts", "spikes"])
 def test_values_that_are_none_are_a_sensors_and_no_push_or_wear(shop: Shop, what: str) -> None:
     (finding,) = diagnose(shop.fit, _torn(shop.log(seconds=40.0), what)).findings
     assert (finding.kind, finding.joint) == ("sensor_fault", 1)

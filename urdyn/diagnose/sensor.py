@@ -93,9 +93,10 @@ class SensorHealth:
 
         Args:
             rows: without the values that are none.
-            torn: these, (N, J).
+            torn: these, (N, J); those that nobody told are seen here.
             ringing: joints whose loop is known to ring, (J,): no sensor is noisy for that.
         """
+        torn = torn | _lapses(state.last, rows.current)
         state, signs = self._signs(state, rows)
         state = self._tore(state, rows.t, torn)
         left = np.concatenate([state.left, rows.residual])[-max(ENOUGH, len(rows)) :]
@@ -168,6 +169,16 @@ class SensorHealth:
         drive = self.space.reference.drive
         relative = size * float(drive.gain[j] / drive.coulomb[j])
         return Event("sensor_fault", j, float(state.grew[j]), now, 0.99, relative, evidence)
+
+
+def _lapses(last: Array, current: Array) -> Mask:
+    """Where a joint alone begins to tell nothing, (N, J), after a row in which it did.
+
+    Args:
+        last: what was told in the row before, (J,) [A].
+    """
+    missing = np.isnan(np.vstack([last, current]))
+    return np.asarray(missing[1:] & ~missing[:-1] & _single(missing[1:]))
 
 
 def _single(torn: Mask) -> Mask:
