@@ -153,6 +153,17 @@ def test_one_look_at_a_line_tells_nothing(
     assert told == 1
 
 
+@pytest.mark.parametrize("ratio", [15.1, 30.0])
+def test_a_line_that_most_looks_do_not_see_is_not_one_that_lasts(shop: Shop, ratio: float) -> None:
+    """A move that begins briskly makes a line, and where it ends the like of it again."""
+    ear = Oscillation(space(shop.fit), 0.01, read_rules().fast["controller_instability"])
+    state = ear.init()
+    for look in range(0, 30, 5):
+        line, t = (1, 6.4, ratio, np.full(4, 2.6)), T + 0.125 * look
+        state, events = ear._told(state, line, t, 0.9, known=True, doubted=False)
+        assert not events
+
+
 def test_a_swing_of_one_newton_metre_is_told_within_a_second_and_a_quarter(shop: Shop) -> None:
     """Whenever in a beat it begins, on joints whose noise is small beside it."""
     log = shop.log(seconds=7.0, rate=500.0)

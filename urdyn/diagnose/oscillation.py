@@ -49,6 +49,7 @@ GROWING = 0.5  # [1/s]
 NEAR = 1.0  # [Hz] that the same line may differ by: what a gear makes moves with its speed
 KNOWN = 1.0  # windows of looks, from which on it is known what is usual
 AGAIN = 5.0  # [s] of silence, after which the same line is another event
+MISSED = 3.5  # looks, as long as which a line that was not told yet may go unseen
 BAND = 0.06  # [-] about the gear's lines that does not count
 STEADY = 0.2  # [-] of its speed by which a joint that makes a line may vary it
 ORDERS = (1.0, 2.0, 4.0)  # of motor turns
@@ -220,7 +221,8 @@ class Oscillation:
         now, (joint, frequency, ratio, sizes) = float(t[-1]), line
         ring = state.ring
         again = now - ring.last < AGAIN
-        same = again and abs(frequency - ring.frequency) < NEAR
+        seen_of_late = again if ring.told else now - ring.last < MISSED * WINDOWS[window]
+        same = seen_of_late and abs(frequency - ring.frequency) < NEAR
         since, told = (ring.since, ring.told) if same else (float(t[0]), False)
         seen = (*(ring.sizes if same else ()), float(sizes[-2:].mean()))
         sure = ratio >= self.rule["sure"]
