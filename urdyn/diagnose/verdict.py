@@ -232,4 +232,5 @@ def _shown(event: Event, name: str) -> str:
     if _sensor(event) == ENCODER:
         return f"{name}: encoder is stuck or silent since stamp {event.onset:.1f} s"
     at = f" at {told['value_A']:.3g} A" if told["mode"] == "stuck" else ""
-    return f"{name}: current sensor is {told['mode']}{at} since stamp {event.onset:.1f} s"
+    how = "silent" if told["mode"] == "dropped" else told["mode"]
+    return f"{name}: current sensor is {how}{at} since stamp {event.onset:.1f} s"

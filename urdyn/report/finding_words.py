@@ -21,6 +21,8 @@ KINDS = {
     "sensor_fault": "sensor fault",
 }
 
+SHOWS = {"dropped": "silent", "encoder": "stuck or silent"}  # modes of a sensor, in words
+
 
 def kind(finding: Mapping[str, Any]) -> str:
     """What it is, in words."""
@@ -46,7 +48,7 @@ def amount(finding: Mapping[str, Any], value: float) -> str:
 def size(finding: Mapping[str, Any]) -> str:
     """How large it is, with its 90 % interval; how it shows where that has no size."""
     if mode := finding.get("evidence", {}).get("mode"):
-        return str(mode)
+        return SHOWS.get(mode, str(mode))
     by = factor(finding)
     value, sd = by * finding["size"], by * (finding["size_sd"] or 0.0)
     return f"{interval90(value, sd) if sd else number(value)} {unit(finding)}"
