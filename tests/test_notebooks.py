@@ -22,9 +22,9 @@ def cells(path, kind):
 
 
 RUN = [
-    # Campaigns of many lives.
+    # Campaigns of many lives, and searches.
     pytest.param(path, marks=pytest.mark.slow)
-    if path.stem in ("03_filters", "04_drift", "05_faults")
+    if path.stem in ("03_filters", "04_drift", "05_faults", "06_kinematics", "07_your_robot")
     else path
     for path in NOTEBOOKS
 ]

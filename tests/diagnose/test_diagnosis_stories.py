@@ -32,7 +32,7 @@ def test_one_fault_is_one_finding_of_its_kind_and_joint(shop: Shop, story: str) 
     assert finding.confidence > 0.5
 
 
-@pytest.mark.parametrize("joint", [1, 5])
+@pytest.mark.parametrize("joint", [pytest.param(1, marks=pytest.mark.slow), 5])
 def test_a_sensor_that_drifts_is_told_as_one_and_since_when(shop: Shop, joint: int) -> None:
     """Its bias grows; as a step it would have begun later."""
     log, begin, rate = shop.log(seconds=45.0), 15.0, 0.06  # [s], Coulomb frictions [1/s]

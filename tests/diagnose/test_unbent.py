@@ -74,7 +74,9 @@ def _torn(log: Log, what: str) -> Log:
     return with_current(log, current)
 
 
-@pytest.mark.parametrize("what", ["zeros", "lapses", "bursts", "spikes"])
+@pytest.mark.parametrize(
+    "what", [pytest.param("zeros", marks=pytest.mark.slow), "lapses", "bursts", "spikes"]
+)
 def test_values_that_are_none_are_a_sensors_and_no_push_or_wear(shop: Shop, what: str) -> None:
     (finding,) = diagnose(shop.fit, _torn(shop.log(seconds=40.0), what)).findings
     assert (finding.kind, finding.joint) == ("sensor_fault", 1)
@@ -88,7 +90,7 @@ def test_beside_values_that_are_none_the_same_joints_fault_is_told(shop: Shop) -
 
 
 @pytest.mark.parametrize(
-    "joint", [1, 5, *(pytest.param(j, marks=pytest.mark.slow) for j in (0, 2, 3, 4))]
+    "joint", [1, *(pytest.param(j, marks=pytest.mark.slow) for j in (0, 2, 3, 4, 5))]
 )
 def test_a_sensor_that_tells_less_than_there_is_is_no_neighbours_fault(
     shop: Shop, joint: int
@@ -158,7 +160,7 @@ def _slipped(shop: Shop, slip: float, within: float = 1e-3) -> Log:
     return with_current(_moved(log, 1, read, speed), log.joint("actual_current") + answer)
 
 
-@pytest.mark.parametrize("slip", [-0.012, 0.025])
+@pytest.mark.parametrize("slip", [pytest.param(-0.012, marks=pytest.mark.slow), 0.025])
 def test_an_encoder_that_jumps_and_its_velocity_with_it_is_one_fault(
     shop: Shop, slip: float
 ) -> None:

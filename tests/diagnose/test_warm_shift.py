@@ -109,7 +109,7 @@ def test_the_path_through_modes_is_the_best_of_all_paths() -> None:
         assert abs(score - max(scores.values())) < 1e-9
 
 
-@pytest.mark.parametrize("seed", [7, 8])
+@pytest.mark.parametrize("seed", [7, pytest.param(8, marks=pytest.mark.slow)])
 def test_pieces_that_come_and_go_in_a_warming_shift_at_20_hz_are_work(
     shop: Shop, seed: int
 ) -> None:

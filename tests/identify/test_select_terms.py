@@ -89,6 +89,7 @@ def test_ripple_and_warmth_are_found_and_taken_for_nothing_else(
     assert selected(point, 2) == (frozenset(terms),) * 6
 
 
+@pytest.mark.slow
 def test_the_whole_search_finds_them(ur5e: Arm) -> None:
     point, rng = planted(ur5e, 4, FADES), np.random.default_rng(4)
     trajectory = fourier(ur5e, 30.0, 100.0, rng)

@@ -70,6 +70,7 @@ class Trial:
         return self.error(*fields) / self.fit.sd[self.places(*fields)]
 
 
+@pytest.mark.slow
 def test_friction_that_turns_over_early_moves_no_gravity() -> None:
     """One time for both would lie between, and viscous friction pay for what gravity does then."""
     arm = virtual_arm(load_arm("ur5e"), 7)

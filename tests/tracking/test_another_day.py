@@ -56,7 +56,8 @@ def test_what_wore_since_commissioning_is_no_noise(real: Fit, run: Log, joint: i
     assert state.colour.slow[joint] < tracker.currents.noise[joint]
 
 
-@pytest.mark.parametrize("joint", [1, pytest.param(2, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("joint", [1, 2])
 def test_a_drive_that_lost_health_since_commissioning_is_known_at_its_own(
     real: Fit, run: Log, joint: int
 ) -> None:

@@ -180,6 +180,7 @@ def test_pieces_come_and_go_and_nothing_else_changes(rate, duration):
         assert (np.abs(off) < 4.0 * belief.sd[at[group]] + 0.02).all(), group
 
 
+@pytest.mark.slow
 def test_heavy_pieces_teach_nothing_wrong_of_gears():
     """A story: many grips of the same heavy piece, each of which could shift friction a little."""
     dynamics, fit = commissioned(0)

@@ -69,7 +69,7 @@ def test_what_is_known_worse_must_be_further_apart() -> None:
         (0.3, 5),
         pytest.param(0.6, 4, marks=pytest.mark.slow),
         pytest.param(0.8, 5, marks=pytest.mark.slow),
-        (1.5, 4),
+        pytest.param(1.5, 4, marks=pytest.mark.slow),
         pytest.param(2.2, 4, marks=pytest.mark.slow),
     ],
 )
@@ -126,6 +126,7 @@ def test_what_is_carried_is_known_two_seconds_after_it_was_last_doubted_and_no_s
     assert late  # some were told well after the arm had set off
 
 
+@pytest.mark.slow
 def test_a_piece_that_was_put_down_is_not_believed_in(monkeypatch: pytest.MonkeyPatch) -> None:
     """A story: holds of three seconds at 20 Hz, after which .6 kg can hardly be told from nothing.
 
@@ -213,7 +214,8 @@ def test_healthy_holds_are_seldom_less_than_nothing_and_loads_that_turn_over_alw
     assert weighed.doubted(at + 8.0) and not weighed.doubted(at + 8.0 + HANDLING)
 
 
-@pytest.mark.parametrize("joint", [1, pytest.param(2, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("joint", [1, 2])
 def test_friction_that_grows_between_rests_is_no_load_that_turns_over(joint: int) -> None:
     """A story: an arm that carries nothing goes from point to point, and a joint's friction jumps.
 

@@ -90,7 +90,7 @@ WEARS, SECONDS = 10.0, 60.0  # [s]
         pytest.param(0, "shoulder_pan", "full", marks=pytest.mark.slow),
         (2, "elbow", "full"),
         pytest.param(2, "elbow", "simplified", marks=pytest.mark.slow),
-        (2, "elbow", "realtime"),
+        pytest.param(2, "elbow", "realtime", marks=pytest.mark.slow),
     ],
 )
 def test_friction_that_grows_within_a_minute_is_followed(joint, name, mode):

@@ -17,6 +17,10 @@ from urdyn.tracking import open_source
 pytestmark = pytest.mark.flaky(reruns=2)  # in real time: a busy machine may miss a sample once
 
 
+# [Hz] that a busy machine keeps; at 500 Hz it is measured, and tried among the long tests.
+RATE = 125.0
+
+
 @pytest.fixture(scope="module")
 def controller(ur5e):
     log = simulate(ur5e, 8.0, 500.0, seed=1)[0]
@@ -24,13 +28,14 @@ def controller(ur5e):
         yield f"rtde://127.0.0.1:{server.port}"
 
 
-def test_a_live_robot_is_tracked_at_its_own_pace(workshop, controller, tmp_path):
-    source = open_source(controller, duration=4.0)
+@pytest.mark.parametrize("rate", [RATE, pytest.param(500.0, marks=pytest.mark.slow)])
+def test_a_live_robot_is_tracked_at_its_own_pace(workshop, controller, rate, tmp_path):
+    source = open_source(controller, duration=4.0, rate=rate)
     summary = workshop.track(tmp_path, source, filter=EKF())
     source.close()
-    assert summary["samples"] == 2000
+    assert summary["samples"] == 4.0 * rate
     assert summary["lost"] == 0
-    assert summary["data_s"] == pytest.approx(3.998)
+    assert summary["data_s"] == pytest.approx(4.0 - 1.0 / rate)
     assert len(rows(tmp_path)) > 30
 
 
@@ -41,10 +46,10 @@ def test_a_package_whose_stamp_is_none_is_missed_and_the_run_goes_on(
     sent = enumerate(play(simulate(ur5e, 3.0, 500.0, seed=1)[0]))
     torn = ({**row, "timestamp": stamp} if k == 300 else row for k, row in sent)
     with serve(torn, port=0) as server:
-        source = open_source(f"rtde://127.0.0.1:{server.port}", duration=1.0)
+        source = open_source(f"rtde://127.0.0.1:{server.port}", duration=1.0, rate=RATE)
         summary = workshop.track(tmp_path, source, filter=EKF())
         source.close()
-    assert (summary["samples"], summary["lost"]) == (500, 1)
+    assert (summary["samples"], summary["lost"]) == (125, 1)
 
 
 def test_a_clock_that_is_set_loses_nothing_and_a_run_lasts_as_long_as_it_did(
@@ -92,12 +97,12 @@ def test_a_robot_that_hardly_sends_is_told_of():
 
 
 def test_a_live_run_that_is_ended_can_be_taken_up_again(workshop, controller, tmp_path):
-    first = open_source(controller)
+    first = open_source(controller, rate=RATE)
     threading.Thread(target=lambda: (time.sleep(2.0), first.close()), daemon=True).start()
     ended = workshop.track(tmp_path, first)
-    source = open_source(controller, duration=0.5)
+    source = open_source(controller, duration=0.5, rate=RATE)
     again = workshop.track(tmp_path, source)
     source.close()
-    assert again["samples"] == ended["samples"] + 250
+    assert again["samples"] == ended["samples"] + 62
     t = rows(tmp_path)["t"].to_numpy()
     assert len(t) > 10

@@ -43,6 +43,7 @@ def tracked(workshop, source, out):
     return run(tracker, source, out)
 
 
+@pytest.mark.slow
 def test_a_run_with_poses_that_is_killed_goes_on(workshop, poses, tmp_path):
     source = with_poses(open_source(str(workshop.recording), duration=11.0), poses)
     whole = tracked(workshop, source, tmp_path / "whole")

@@ -55,7 +55,11 @@ def test_friction_that_grows_is_followed_and_others_stay():
     assert np.sum(z**2) < 25.0
 
 
-@pytest.mark.parametrize("filter_", [EKF(), QUICKER["simplified"]], ids=["ekf", "simplified"])
+@pytest.mark.parametrize(
+    "filter_",
+    [EKF(), pytest.param(QUICKER["simplified"], marks=pytest.mark.slow)],
+    ids=["ekf", "simplified"],
+)
 def test_a_sensor_that_is_stuck_tells_of_nothing(filter_):
     """But for the fifth of a second in which nobody can know."""
     dynamics, fit = commissioned(0)

@@ -37,8 +37,10 @@ def test_an_encoder_offset_is_tracked_by_gravity_alone(joint, seen):
         assert (np.abs(zero) < 3.0 * sd).all() and np.abs(zero[joint]) < 0.1 * OFFSET
 
 
-@pytest.mark.parametrize("joint", [0, 2, 5])
-@pytest.mark.parametrize("how", [UKF(), EKF(), QUICKER["realtime"]])
+@pytest.mark.parametrize("joint", [pytest.param(0, marks=pytest.mark.slow), 2, 5])
+@pytest.mark.parametrize(
+    "how", [UKF(), pytest.param(EKF(), marks=pytest.mark.slow), QUICKER["realtime"]]
+)
 def test_a_zero_that_jumps_is_followed_at_once_and_moves_nothing_else(joint, how):
     dynamics, fit = commissioned(0)
     fault = f"encoder_offset:joint={joint},offset={OFFSET},onset=8"
