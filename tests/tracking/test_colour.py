@@ -80,7 +80,7 @@ def followed(rng, give_back):
         P[-1, -1] += 1.0 - keep**2
         if give_back and noise.looked(colour, PERIOD):
             taken = np.full(J, max(-h[:-1] @ P[:-1, -1], 0.0))
-            colour = replace(colour, taken=taken)
+            colour = noise.giving_back(colour, taken, PERIOD)
         colour = noise.learnt(colour, row - h[:-1] @ x[:-1], NOTHING, SURE, PERIOD)
         K = P @ h / (h @ P @ h + 1.0)
         x, P = x + np.outer(K, row - h @ x), P - np.outer(K, h @ P)

@@ -221,8 +221,8 @@ class Oscillation:
         now, (joint, frequency, ratio, sizes) = float(t[-1]), line
         ring = state.ring
         again = now - ring.last < AGAIN
-        seen_of_late = again if ring.told else now - ring.last < MISSED * WINDOWS[window]
-        same = seen_of_late and abs(frequency - ring.frequency) < NEAR
+        silence = AGAIN if ring.told else MISSED * WINDOWS[window]
+        same = now - ring.last < silence and abs(frequency - ring.frequency) < NEAR
         since, told = (ring.since, ring.told) if same else (float(t[0]), False)
         seen = (*(ring.sizes if same else ()), float(sizes[-2:].mean()))
         sure = ratio >= self.rule["sure"]

@@ -20,7 +20,6 @@ KINDS = {
     "encoder_offset": "encoder offset",
     "sensor_fault": "sensor fault",
 }
-
 SHOWS = {"dropped": "silent", "encoder": "stuck or silent"}  # modes of a sensor, in words
 
 

@@ -58,7 +58,7 @@ class Colour:
     ar: Array  # (J, p)
     scale: Array  # (J,) [A] sd of w
     slow: Array  # (J,) [A] sd
-    taken: Array  # (J,) [A²] of what is slow, that parameters took
+    taken: Array  # (p + 1, J) [A²] by which `alike` lacks what parameters took, from one sample on
 
 
 def first(noise: Noise, width: int, period: float) -> Colour:
@@ -82,7 +82,7 @@ def first(noise: Noise, width: int, period: float) -> Colour:
         ar,
         sd,
         np.fmax(np.sqrt(slow), SLOWEST * sd),
-        np.zeros(J),
+        np.zeros((ORDER + 1, J)),
     )
 
 
@@ -164,7 +164,7 @@ def learnt(colour: Colour, left: Array, unknown: Array, sure: Mask, period: floa
     left = np.concatenate([held[None], colour.left[:-1]])
     product = held * left[APART]
     product[0] -= unknown
-    product[1:] += colour.taken * _passing(period)[1:]
+    product[1:] += colour.taken
     gain = sure / np.minimum(colour.count + colour.known + 1.0, LEARN / period)
     step = gain * (product - colour.alike)
     step[np.isnan(step)] = 0.0
@@ -177,6 +177,11 @@ def learnt(colour: Colour, left: Array, unknown: Array, sure: Mask, period: floa
 def looked(colour: Colour, period: float) -> bool:
     """Whether its averages were looked at a sample ago."""
     return colour.count % max(PAUSE, round(PAUSE_TIME / period)) < 1.0
+
+
+def giving_back(colour: Colour, taken: Array, period: float) -> Colour:
+    """The colour that knows what parameters take of slow noise, (J,) [A²], from here on."""
+    return replace(colour, taken=taken * _passing(period)[1:])
 
 
 def _looked_at(colour: Colour, period: float) -> Colour:

@@ -241,7 +241,7 @@ class Tracker(Generic[S]):
         current = left + np.vecdot(per_unit, through)
         through, current, colour = noise.whitened(past, through, current)
         if noise.looked(colour, self.period):
-            colour = replace(colour, taken=self._taken(supposed, u))
+            colour = noise.giving_back(colour, self._taken(supposed, u), self.period)
         white = u.filtered(through, colour.scale, colour.slow)
         white = self.currents.near(white, mean, supposed.carried)
         variance = white.noise**2 + white.unknown
