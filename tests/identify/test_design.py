@@ -10,7 +10,7 @@ import pytest
 
 from urdyn.identify import design as room
 from urdyn.identify.compress import residuals
-from urdyn.identify.design import SETTLED, TERMS, blocks, coefficients_at, design, runs
+from urdyn.identify.design import SETTLED, TERMS, TICK, blocks, coefficients_at, design, runs
 from urdyn.model.drive import Drive
 from urdyn.model.dynamics import Dynamics
 from urdyn.model.friction import travel
@@ -92,6 +92,25 @@ def test_columns_of_the_shape_are_derivatives_of_torque(
     tolerance = STEP**2 * np.abs(column).max() + rounding / STEP
     assert np.abs(column).max() > 100.0 * tolerance
     np.testing.assert_allclose(column, (up - down) / (2 * STEP), rtol=0, atol=10 * tolerance)
+
+
+def test_the_column_of_time_is_its_derivative_while_friction_turns_when_it_does(
+    point: Dynamics, motion: Motion
+) -> None:
+    (block,) = blocks(point, motion)
+    column = design(point, block).terms[TERMS.index("time_offset")]
+    slides = (np.abs(block.bristles.state) > 1.0 - 1e-9).all(axis=0)
+
+    def later(h: float) -> Array:
+        times = {"time_offset": point.drive.time_offset + h}
+        times["friction_lead"] = point.drive.friction_lead - h
+        moved = replace(point, drive=replace(point.drive, **times))
+        return moved.torque(motion.ahead(moved.drive.time_offset))
+
+    numeric, wider = ((later(h) - later(-h)) / (2.0 * h) for h in (TICK, 2.0 * TICK))
+    # Where joints slide; both are central differences, a third of the wider one's error apart.
+    error = np.abs(numeric - wider)[slides] / 3.0 + 1e-6 * np.abs(column).max()
+    assert (np.abs(column - numeric)[slides] <= 2.0 * error).all() and slides.mean() > 0.5
 
 
 def test_it_does_not_matter_where_blocks_end(

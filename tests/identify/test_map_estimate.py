@@ -58,7 +58,7 @@ def residual(problem: Problem, z: Array) -> Array:
 
 def assembled(unknowns: Unknowns, blocks: list[Compressed], point: Dynamics, z: Array) -> Array:
     """R w - r of every block, w by NumPy."""
-    arm, payloads = dynamics(unknowns, z, (0.0, 0.0), np.full(6, np.nan))
+    arm, payloads = dynamics(unknowns, z, 0.0, np.full(6, np.nan))
     at, drive, rows = point.drive, arm.drive, []
     for block in blocks:
         j = block.joint
@@ -69,6 +69,7 @@ def assembled(unknowns: Unknowns, blocks: list[Compressed], point: Dynamics, z: 
             np.log(drive.presliding_distance[j] / at.presliding_distance[j]),
             drive.presliding_tail[j] - at.presliding_tail[j],
             np.log(drive.stribeck_velocity[j] / at.stribeck_velocity[j]),
+            drive.time_offset - at.time_offset,
         ]
         linear = [getattr(drive, name)[j] for name in LINEAR]
         w = np.concatenate([links[j:].ravel(), linear, steps]) / drive.gain[j]

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from urdyn.identify.expressions import dynamics, physical
-from urdyn.identify.unknowns import COORDINATES, PayloadPrior, Unknowns
+from urdyn.identify.unknowns import COORDINATES, TIME_OFFSET_SD, PayloadPrior, Unknowns
 from urdyn.model.body import about_com
 from urdyn.model.consistency import inertials, is_consistent
 from urdyn.model.drive import LINEAR
@@ -28,7 +28,7 @@ def z(request: pytest.FixtureRequest, unknowns: Unknowns) -> Array:
 
 
 def test_casadi_and_numpy_make_the_same_bodies(unknowns: Unknowns, z: Array) -> None:
-    found, (payload,) = dynamics(unknowns, z, (0.0, 0.0), WARM)
+    found, (payload,) = dynamics(unknowns, z, 0.0, WARM)
     x = unknowns.mean + unknowns.sd * z
     links = inertials(x[:60].reshape(6, 10))
     np.testing.assert_allclose(found.inertials, links, rtol=1e-12, atol=1e-15)
@@ -36,7 +36,7 @@ def test_casadi_and_numpy_make_the_same_bodies(unknowns: Unknowns, z: Array) -> 
 
 
 def test_scores_lead_to_an_arm_and_the_arm_back_to_them(unknowns: Unknowns, z: Array) -> None:
-    back = unknowns.score(*dynamics(unknowns, z, (0.0, 0.0), WARM))
+    back = unknowns.score(*dynamics(unknowns, z, 0.0, WARM))
     # Rounding of a pseudo-inertia is magnified by how thin a body is: some 1e4.
     np.testing.assert_allclose(back, z, rtol=0, atol=1e-9)
 
@@ -44,9 +44,7 @@ def test_scores_lead_to_an_arm_and_the_arm_back_to_them(unknowns: Unknowns, z: A
 def test_whatever_the_scores_the_arm_is_possible(unknowns: Unknowns) -> None:
     rng = np.random.default_rng(7)
     for _ in range(100):
-        arm, payloads = dynamics(
-            unknowns, rng.standard_normal(len(unknowns.mean)), (0.0, 0.0), WARM
-        )
+        arm, payloads = dynamics(unknowns, rng.standard_normal(len(unknowns.mean)), 0.0, WARM)
         assert is_consistent(arm.inertials).all() and is_consistent(payloads[0])
         drive = arm.drive
         assert all((getattr(drive, name) > 0.0).all() for name in ("gain", "coulomb", "viscous"))
@@ -54,7 +52,7 @@ def test_whatever_the_scores_the_arm_is_possible(unknowns: Unknowns) -> None:
 
 
 def test_physical_parameters_are_those_of_the_arm(unknowns: Unknowns, z: Array) -> None:
-    arm, (payload,) = dynamics(unknowns, z, (0.0, 0.0), WARM)
+    arm, (payload,) = dynamics(unknowns, z, 0.0, WARM)
     told, _ = physical(unknowns, z)
     bodies = [*zip(unknowns.prior.arm.link_names, arm.inertials, strict=True)]
     for name, body in [*bodies, ("payload_0", payload)]:
@@ -96,9 +94,14 @@ def test_what_is_not_sought_has_no_unknown(unknowns: Unknowns) -> None:
     assert "shoulder_pan_joint.stribeck_velocity" in names
     assert "elbow_joint.stribeck_velocity" not in names
     assert not any(name.endswith((".gain", ".thermal")) for name in names)
-    arm, _ = dynamics(plain, np.zeros(len(names)), (0.003, 0.002), WARM)
+    arm, _ = dynamics(plain, np.zeros(len(names)), 0.0, WARM)
     assert (arm.drive.gain == 11.0).all() and (arm.drive.stribeck[1:] == 0.0).all()
-    assert (arm.drive.time_offset, arm.drive.friction_lead) == (0.003, 0.002)
+
+
+def test_friction_turns_over_when_it_does_whatever_the_offset(unknowns: Unknowns) -> None:
+    later = np.where(np.array(unknowns.names) == "time_offset", 0.003 / TIME_OFFSET_SD, 0.0)
+    drive = dynamics(unknowns, later, 0.005, WARM)[0].drive
+    assert (drive.time_offset, drive.friction_lead) == pytest.approx((0.003, 0.002), rel=1e-12)
 
 
 @pytest.mark.parametrize("mass", [0.3, 2.805, 12.0])

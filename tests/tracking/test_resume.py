@@ -162,15 +162,16 @@ def killed_after(workshop, out, seconds):
         return run.wait()
 
 
+ENOUGH = 140.0  # [s] for a whole run, on a busy machine
 MANY = pytest.param(50, marks=[pytest.mark.slow, pytest.mark.timeout(1200)])
 
 
 @pytest.mark.parametrize("kills", [1, MANY])
 def test_a_run_that_is_killed_at_any_moment_loses_nothing(workshop, kills, tmp_path):
     begin = time.monotonic()
-    assert killed_after(workshop, tmp_path / "timed", 60.0) == 0
+    assert killed_after(workshop, tmp_path / "timed", ENOUGH) == 0
     took = time.monotonic() - begin
     for seconds in np.random.default_rng(kills).uniform(0.5 * took, took, kills):
         killed_after(workshop, tmp_path / "killed", seconds)
-    assert killed_after(workshop, tmp_path / "killed", 60.0) == 0
+    assert killed_after(workshop, tmp_path / "killed", ENOUGH) == 0
     assert_same(tmp_path / "killed", tmp_path / "timed")

@@ -3,7 +3,7 @@
 Around a `Dynamics` the torque is linear in link inertials and drive coefficients, and nearly so in
 the shape of friction (presliding distance and tail, Stribeck velocity):
 
-    tau_j = Phi_j w_j,    w_j = [pi of links j.., coefficients, steps in the shape]
+    tau_j = Phi_j w_j,    w_j = [pi of links j.., coefficients, steps in the shape and in time]
 
 The load that structural damping rides on and the presliding state are taken at the point.
 """
@@ -16,12 +16,13 @@ from itertools import pairwise
 
 import numpy as np
 
-from urdyn.model.drive import LINEAR, SHAPE
+from urdyn.model.drive import LINEAR, STEPS
 from urdyn.model.dynamics import Dynamics
 from urdyn.model.friction import Bristles, bristles, features, travel
 from urdyn.types import Array, Mask, Motion
 
-TERMS = (*LINEAR, *SHAPE)
+TERMS = (*LINEAR, *STEPS)
+TICK = 1e-3  # [s] to either side, where torque is differentiated in time
 SETTLED = 50.0  # presliding distances of travel after which the state before is forgotten
 BLOCK = 8192  # rows of a regressor in memory at a time
 
@@ -87,13 +88,13 @@ def design(point: Dynamics, block: Block) -> Design:
     rigid = point.arm.regressor(motion.q, motion.v, motion.a)
     load = rigid @ point.loaded().ravel()
     linear = features(motion, load, block.bristles.together(drive.presliding_tail), drive)
-    shape = _shape(point, block, load)
-    terms = np.array([*(linear[name] for name in LINEAR), *(shape[name] for name in SHAPE)])
+    slopes = _slopes(point, block, load)
+    terms = np.array([*(linear[name] for name in LINEAR), *(slopes[name] for name in STEPS)])
     return Design(rigid, terms, motion.current, block.known)
 
 
-def _shape(point: Dynamics, block: Block, load: Array) -> dict[str, Array]:
-    """Derivatives of torque in log distance, in the tail's share, in log Stribeck velocity."""
+def _slopes(point: Dynamics, block: Block, load: Array) -> dict[str, Array]:
+    """Derivatives of torque in the logarithms of distance and Stribeck velocity, tail, and time."""
     drive, follow = point.drive, block.bristles
     speed = np.abs(block.motion.v) / drive.stribeck_velocity
     fading = drive.stribeck * np.exp(-speed)
@@ -104,14 +105,22 @@ def _shape(point: Dynamics, block: Block, load: Array) -> dict[str, Array]:
         "presliding_distance": grip * slope,
         "presliding_tail": grip * (follow.state[1] - follow.state[0]),
         "stribeck_velocity": fading * speed * follow.together(tail),
+        "time_offset": _later(point, block),
     }
+
+
+def _later(point: Dynamics, block: Block) -> Array:
+    """Derivative of torque in time, while friction turns over when it does, (N, J) [N·m/s]."""
+    s = block.bristles.together(point.drive.presliding_tail)
+    before, after = (point.torque(block.motion.ahead(h), s) for h in (-TICK, TICK))
+    return np.asarray((after - before) / (2.0 * TICK))
 
 
 def coefficients_at(point: Dynamics) -> list[Array]:
     """w_j / K_j of every joint at the point itself, (columns,) each [A per column]."""
     drive, inertials = point.drive, point.loaded()
     linear = drive.coefficients()
-    still = np.zeros(len(SHAPE))
+    still = np.zeros(len(STEPS))
     return [
         np.concatenate([inertials[j:].ravel(), linear[:, j], still]) / drive.gain[j]
         for j in range(len(inertials))

@@ -28,6 +28,7 @@ class Quantities:
     payloads: Any  # (10, payloads) likewise, in the last joint's frame
     bodies: Any  # (10, J + payloads): mass, centre, inertia about the centre
     drive: Mapping[str, Any]  # FIELDS -> (J,)
+    time_offset: Any  # [s]
 
 
 def quantities(unknowns: Unknowns, z: Any) -> Quantities:
@@ -35,13 +36,14 @@ def quantities(unknowns: Unknowns, z: Any) -> Quantities:
     x = ca.DM(unknowns.mean) + ca.DM(unknowns.sd) * z
     J, n = unknowns.prior.arm.joints, len(unknowns.drive)
     links = [_body(x[10 * j : 10 * j + 10]) for j in range(J)]
-    drive, rest = x[10 * J : 10 * J + n], x[10 * J + n :]
+    drive, rest = x[10 * J : 10 * J + n], x[10 * J + n + 1 :]
     loads = [_body(rest[10 * k : 10 * k + 10]) for k in range(len(unknowns.payloads))]
     return Quantities(
         inertials=ca.horzcat(*[about_frame for about_frame, _ in links]),
         payloads=ca.horzcat(*[about_frame for about_frame, _ in loads]),
         bodies=ca.horzcat(*[about_centre for _, about_centre in [*links, *loads]]),
         drive=_drive(unknowns, drive),
+        time_offset=x[10 * J + n],
     )
 
 
@@ -86,8 +88,8 @@ def _compiled(unknowns: Unknowns) -> tuple[Any, Any]:
     z = ca.SX.sym("z", len(unknowns.mean))
     found = quantities(unknowns, z)
     drive = ca.horzcat(*[found.drive[name] for name in FIELDS])
-    whole = [found.inertials, found.payloads, drive]
-    physical = ca.vertcat(ca.vec(found.bodies), ca.vec(drive))
+    whole = [found.inertials, found.payloads, drive, found.time_offset]
+    physical = ca.vertcat(ca.vec(found.bodies), ca.vec(drive), found.time_offset)
     return (
         ca.Function("whole", [z], whole),
         ca.Function("physical", [z], [physical, ca.jacobian(physical, z)]),
@@ -95,19 +97,20 @@ def _compiled(unknowns: Unknowns) -> tuple[Any, Any]:
 
 
 def dynamics(
-    unknowns: Unknowns, z: Array, times: tuple[float, float], temperature: Array
+    unknowns: Unknowns, z: Array, turns: float, temperature: Array
 ) -> tuple[Dynamics, tuple[Array, ...]]:
     """The arm at scores `z`, without payload, and the payloads' inertials, (10,) each.
 
     Args:
-        times: the drives' time offset and friction lead [s].
+        turns: time by which friction turns over before the recorded motion [s].
     """
-    inertials, payloads, drive = (np.array(x) for x in _compiled(unknowns)[0](z))
+    inertials, payloads, drive, offset = (np.array(x) for x in _compiled(unknowns)[0](z))
     values = dict(zip(FIELDS, drive.T, strict=True))
     values["presliding_tail"] = np.clip(values["presliding_tail"], 0.0, MAX_TAIL)
     one = np.ones(unknowns.prior.arm.joints)
     values |= {"temperature": temperature, "health": one}
-    found = Drive(**values, time_offset=times[0], friction_lead=times[1])
+    lead = float(offset.item())
+    found = Drive(**values, time_offset=lead, friction_lead=turns - lead)
     arm = Dynamics(unknowns.prior.arm, inertials.T, found)
     return arm, tuple(payloads.T[: len(unknowns.payloads)])
 
@@ -119,8 +122,10 @@ def physical(unknowns: Unknowns, z: Array) -> tuple[Parameters, Array]:
     bodies = [*arm.link_names, *(f"payload_{k}" for k in payloads)]
     names = [f"{body}.{x}" for body in bodies for x in BODY]
     names += [f"{joint}.{field}" for field in FIELDS for joint in arm.joint_names]
+    names.append("time_offset")
     units = [unit for _ in bodies for unit in BODY_UNITS]
     units += [UNITS[field] for field in FIELDS for _ in arm.joint_names]
+    units.append("s")
     tails = [k for k, name in enumerate(names) if name.endswith(".presliding_tail")]
     values[tails] = np.clip(values[tails], 0.0, MAX_TAIL)  # as the arm has it
     return Parameters(values.ravel(), tuple(names), tuple(units)), jacobian

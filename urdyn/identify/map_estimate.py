@@ -20,7 +20,7 @@ import numpy as np
 from urdyn.errors import IdentifiabilityError
 from urdyn.identify.expressions import Quantities, quantities
 from urdyn.identify.unknowns import Unknowns
-from urdyn.model.drive import LINEAR, SHAPE
+from urdyn.model.drive import LINEAR, STEPS
 from urdyn.model.dynamics import Dynamics
 from urdyn.types import Array, Gaussian
 
@@ -101,8 +101,9 @@ def _coefficients(found: Quantities, joint: int, payload: int | None, point: Dyn
         ca.log(drive["presliding_distance"][joint] / at.presliding_distance[joint]),
         drive["presliding_tail"][joint] - at.presliding_tail[joint],
         ca.log(drive["stribeck_velocity"][joint] / at.stribeck_velocity[joint]),
+        found.time_offset - at.time_offset,
     ]
-    assert len(steps) == len(SHAPE), "one step for every shape column of a design"
+    assert len(steps) == len(STEPS), "one step for every column of a design that has one"
     w = ca.vertcat(ca.vec(links[:, joint:]), *[drive[name][joint] for name in LINEAR], *steps)
     return w / drive["gain"][joint]
 

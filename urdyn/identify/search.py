@@ -36,8 +36,8 @@ SETTLING = 2  # rounds of plain least squares where friction lost its fading
 ROUNDS = 3  # rounds of the whole likelihood on the excerpt
 DAMPING = 0.5  # share of a shaping step that is taken: presliding and Stribeck trade off
 FOLDS = 6
-PROBE = 2e-3  # [s] to either side, in the search for times
-MAX_OFFSET = 0.03  # [s] no recorder is known to skew its streams more
+PROBE = 2e-3  # [s] to either side, in the search for when friction turns over
+MAX_LEAD = 0.03  # [s] no controller is known to be further ahead
 
 Progress = Callable[[str, float], None]  # what is being done, and the share that is behind
 
@@ -59,15 +59,13 @@ class State:
     noise: Noise
     temperature: Array  # (J,) [°C] of the runs, that friction is found at; NaN: nobody measured
     band: Band = EVERYTHING
-    time_offset: float = 0.0  # [s] by which current leads the recorded motion
-    friction_lead: float = 0.0  # [s] by which friction turns over before even that
+    turns: float = 0.0  # [s] by which friction turns over before the recorded motion
     doubt: Array | None = None  # (P, P) covariance of z; None: no step has told it
     point: Dynamics = field(init=False)  # the bare arm at z
     payloads: tuple[Array, ...] = field(init=False)  # inertials (10,) each
 
     def __post_init__(self) -> None:
-        times = self.time_offset, self.friction_lead
-        point, payloads = dynamics(self.unknowns, self.z, times, self.temperature)
+        point, payloads = dynamics(self.unknowns, self.z, self.turns, self.temperature)
         object.__setattr__(self, "point", point)
         object.__setattr__(self, "payloads", payloads)
 
@@ -168,29 +166,18 @@ def _belief(state: State, blocks: list[Compressed]) -> Gaussian:
 
 
 def _align(state: State, runs: Sequence[Run]) -> State:
-    """The same arm at better times: of the current beside the motion, then of friction alone.
+    """The same arm where friction turns over at the bottom of a parabola through three times [s].
 
-    The first leaves the time at which friction turns over. That is told by the rows at which joints
-    turn round, and they are so loud that they would speak for the others, too.
+    It switches within a sample, so the misfit's slope in time is probed, not differentiated. Rows
+    at which joints turn round tell of it; they are so loud that they would speak for all others of
+    when currents are told, too, which is an unknown beside it.
     """
-    turns = state.time_offset + state.friction_lead
-    state = _nearer(
-        lambda t: replace(state, time_offset=t, friction_lead=turns - t), state.time_offset, runs
-    )
-    return _nearer(lambda t: replace(state, friction_lead=t), state.friction_lead, runs)
-
-
-def _nearer(at: Callable[[float], State], time: float, runs: Sequence[Run]) -> State:
-    """The arm at the bottom of a parabola through three times [s].
-
-    Friction switches within a sample, so the misfit's slope in time is probed, not differentiated.
-    """
-    misfits = [_misfit(at(time + probe), runs) for probe in (-PROBE, 0.0, PROBE)]
+    misfits = [_misfit(replace(state, turns=state.turns + h), runs) for h in (-PROBE, 0.0, PROBE)]
     curvature = misfits[0] - 2.0 * misfits[1] + misfits[2]
     slope = misfits[2] - misfits[0]
     step = -0.5 * slope / curvature if curvature > 0.0 else -np.sign(slope)
-    found = time + PROBE * float(np.clip(step, -1.0, 1.0))
-    return at(float(np.clip(found, -MAX_OFFSET, MAX_OFFSET)))
+    found = state.turns + PROBE * float(np.clip(step, -1.0, 1.0))
+    return replace(state, turns=float(np.clip(found, -MAX_LEAD, MAX_LEAD)))
 
 
 def _misfit(state: State, runs: Sequence[Run]) -> float:

@@ -18,6 +18,7 @@ from urdyn.model.dynamics import Dynamics
 from urdyn.model.population import OPTIONAL, Population
 from urdyn.types import Array
 
+TIME_OFFSET_SD = 5e-3  # [s] by which a recorder may skew its streams
 COORDINATES = ("alpha", "d1", "d2", "d3", "s12", "s23", "s13", "t1", "t2", "t3")
 
 
@@ -67,28 +68,28 @@ class Unknowns:
         links = [f"{link}.{x}" for link in arm.link_names for x in COORDINATES]
         drive = [f"{arm.joint_names[j]}.{field}" for field, j in self.drive]
         payloads = [f"payload_{k}.{x}" for k in range(len(self.payloads)) for x in COORDINATES]
-        return (*links, *drive, *payloads)
+        return (*links, *drive, "time_offset", *payloads)
 
     @cached_property
     def mean(self) -> Array:
         """Prior mean of the coordinates, (P,)."""
         drive = [self.prior.drive[field].mean[j] for field, j in self.drive]
         payloads = [payload.mean() for payload in self.payloads]
-        return np.concatenate([self.prior.link_mean.ravel(), drive, *payloads])
+        return np.concatenate([self.prior.link_mean.ravel(), drive, [0.0], *payloads])
 
     @cached_property
     def sd(self) -> Array:
         """Prior standard deviation of the coordinates, (P,)."""
         drive = [self.prior.drive[field].sd[j] for field, j in self.drive]
         payloads = [payload.sd() for payload in self.payloads]
-        return np.concatenate([self.prior.link_sd.ravel(), drive, *payloads])
+        return np.concatenate([self.prior.link_sd.ravel(), drive, [TIME_OFFSET_SD], *payloads])
 
     def score(self, point: Dynamics, payloads: tuple[Array, ...]) -> Array:
         """Standard scores of an arm and of payload inertials (10,) each, (P,)."""
         drive = [self._coordinate(field, getattr(point.drive, field)[j]) for field, j in self.drive]
         bodies = [log_cholesky(payload) for payload in payloads]
         links = log_cholesky(point.inertials).ravel()
-        x = np.concatenate([links, drive, *bodies])
+        x = np.concatenate([links, drive, [point.drive.time_offset], *bodies])
         return np.asarray((x - self.mean) / self.sd)
 
     def _coordinate(self, field: str, value: float) -> float:

@@ -42,6 +42,9 @@ LINEAR = (
 # What shapes those terms; torque is not linear in it.
 SHAPE = ("presliding_distance", "presliding_tail", "stribeck_velocity")
 
+# What else a linear problem of the torque has a step in.
+STEPS = (*SHAPE, "time_offset")
+
 TIMES = ("time_offset", "friction_lead")  # of the whole arm
 
 

@@ -106,6 +106,8 @@ def provenance(fit: Fit, command: str, facts: dict[str, str]) -> Html:
     told = {"urdyn": __version__, "samples": f"{fit.n_samples:,}"} | facts
     drive = fit.dynamics.drive
     told["current leads the recorded motion by"] = f"{number(1e3 * drive.time_offset)} ms"
+    if "time_offset" in fit.parameters.names:  # older twins take it as known
+        told["give or take"] = f"{number(1e3 * fit.spread('time_offset'))} ms"
     told["friction turns over before that by"] = f"{number(1e3 * drive.friction_lead)} ms"
     return section(
         "Provenance",

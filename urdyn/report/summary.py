@@ -30,6 +30,7 @@ def identified(fit: Fit, wall: float) -> dict[str, Any]:
         "drive_gain": fit.dynamics.drive.gain.tolist(),
         "drive_gain_sd": [fit.spread(f"{joint}.gain") for joint in arm.joint_names],
         "time_offset_s": fit.dynamics.drive.time_offset,
+        "time_offset_sd_s": fit.spread("time_offset"),
         "friction_lead_s": fit.dynamics.drive.friction_lead,
         "joints": [_joint(fit, j) for j in range(arm.joints)],
         "links": [_link(fit, link) for link in arm.link_names],

@@ -42,7 +42,7 @@ def _meant(names: Sequence[str], phrase: str) -> Iterator[int]:
         raise InputError(f"of interest: {phrase!r} is nothing that is unknown; {hint}")
     found = [
         k
-        for k, (body, field) in enumerate(name.rsplit(".", 1) for name in names)
+        for k, (body, _, field) in enumerate(name.rpartition(".") for name in names)
         if (not owner or _spoken(body) == owner) and (not quantity or field in quantity)
     ]
     if not found:
@@ -51,7 +51,7 @@ def _meant(names: Sequence[str], phrase: str) -> Iterator[int]:
 
 
 def _owners(names: Sequence[str]) -> set[str]:
-    return {_spoken(name.rsplit(".", 1)[0]) for name in names}
+    return {_spoken(name.rpartition(".")[0]) for name in names if "." in name}
 
 
 def _spoken(body: str) -> str:

@@ -22,7 +22,7 @@ from urdyn.identify.noise import GAUSSIAN, Noise
 from urdyn.identify.unknowns import PayloadPrior, Unknowns
 from urdyn.model.arm import Arm
 from urdyn.model.consistency import inertials
-from urdyn.model.drive import LINEAR
+from urdyn.model.drive import LINEAR, STEPS
 from urdyn.model.dynamics import Dynamics
 from urdyn.model.population import population
 from urdyn.simulate import Payload, typical_sensors
@@ -131,10 +131,10 @@ def _known(unknowns: Unknowns, twin: Fit | None) -> Array:
     P = len(unknowns.mean)
     known = np.eye(P)
     if twin is not None:
-        n = P - 10 * len(unknowns.payloads)
-        sd = unknowns.sd[:n]
-        cov = twin.belief.cov[:n, :n] / np.outer(sd, sd)
-        known[:n, :n] = np.linalg.inv(cov)
+        names = [n for n in unknowns.names if n in twin.names and not n.startswith("payload_")]
+        at, there = ([of.names.index(n) for n in names] for of in (unknowns, twin))
+        cov = twin.belief.cov[np.ix_(there, there)] / np.outer(unknowns.sd[at], unknowns.sd[at])
+        known[np.ix_(at, at)] = np.linalg.inv(cov)
     return known
 
 
@@ -153,7 +153,7 @@ def _weights(
         out[j, 10 * j : 10 * joints] = jacobian[begin : begin + rigid]
         linear = jacobian[begin + rigid :][: len(LINEAR)]
         out[j, 10 * joints :] = linear[[LINEAR.index(name) for name in TERMS]]
-        begin += rigid + len(LINEAR) + 3
+        begin += rigid + len(LINEAR) + len(STEPS)
     return out / sigma[:, None, None]
 
 
