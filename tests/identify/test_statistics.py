@@ -33,7 +33,7 @@ from urdyn.types import Array, Log
 CHANCE = 0.01  # that a test fails although its claim holds
 SLACK = 1.1  # above the bound: what angles with noise and an unknown offset may cost
 FRICTION = ("coulomb", "viscous")
-FEW, MANY = 3, 20
+FEW, MANY = 2, 20
 
 CASES = [
     pytest.param("ur5e", True, FEW, id="a few ur5e"),

@@ -18,9 +18,9 @@ from urdyn.twin import Twin
 
 @pytest.fixture(scope="session")
 def workshop(ur5e: Arm, tmp_path_factory: pytest.TempPathFactory) -> Workshop:
-    """A twin of twenty seconds, and twenty others to track."""
+    """A twin of twenty seconds, and fourteen others to track."""
     folder: Path = tmp_path_factory.mktemp("workshop")
-    whole = simulate(ur5e, 40.0, 100.0, seed=1)[0]
+    whole = simulate(ur5e, 34.0, 100.0, seed=1)[0]
     first, log = whole.slice(0, 2000), whole.slice(2000)
     fit = fitted("workshop", lambda: identify(ur5e, condition(first)), tmp_path_factory)
     Twin(ur5e, fit).save(folder / "twin.toml")

@@ -45,7 +45,10 @@ def passed_through(wrong, filter_):
     return at, state, belief
 
 
-@pytest.mark.parametrize("wrong", WRONGS)
+@pytest.mark.parametrize(
+    "wrong",
+    [*list(WRONGS)[:2], *(pytest.param(w, marks=pytest.mark.slow) for w in list(WRONGS)[2:])],
+)
 def test_a_belief_gone_astray_is_begun_anew(wrong):
     at, state, belief = passed_through(wrong, EKF())
     assert state.restarts > 0

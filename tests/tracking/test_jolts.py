@@ -49,7 +49,9 @@ def followed(filter_, *faults, seed=0, seconds=DURATION):
 MODES = {"full": (EKF(), 0.1), "simplified": (Blocks(), 0.2), "realtime": (Blocks(8), 0.2)}
 
 
-@pytest.mark.parametrize("mode", MODES)
+@pytest.mark.parametrize(
+    "mode", ["full", pytest.param("simplified", marks=pytest.mark.slow), "realtime"]
+)
 def test_friction_that_grows_by_half_at_once_is_followed(mode):
     filter_, loss = MODES[mode]
     fault = f"friction_increase:joint=2,onset={ONSET},rate=0.5,viscous=0.5,shape=step"
@@ -62,7 +64,9 @@ def test_friction_that_grows_by_half_at_once_is_followed(mode):
     assert abs(found.change["payload.mass"]) < 0.1
 
 
-@pytest.mark.parametrize(("joint", "name"), [(0, "shoulder_pan"), (3, "wrist_1")])
+@pytest.mark.parametrize(
+    ("joint", "name"), [pytest.param(0, "shoulder_pan", marks=pytest.mark.slow), (3, "wrist_1")]
+)
 def test_a_drive_that_loses_a_sixth_at_once_is_followed(joint, name):
     fault = f"health_degradation:joint={joint},onset={ONSET},rate=0.15,shape=step"
     found = followed(EKF(), fault)
@@ -127,7 +131,7 @@ def test_health_that_fades_within_a_minute_is_followed():
     assert found.change["shoulder_lift_joint.coulomb"] == pytest.approx(1.0, abs=0.1)
 
 
-@pytest.mark.parametrize("mass", [0.5, 2.5])
+@pytest.mark.parametrize("mass", [0.5, pytest.param(2.5, marks=pytest.mark.slow)])
 def test_a_payload_is_no_joint_s_fault(mass):
     found = followed(EKF(), f"payload_change:mass={mass},com=0/0/0.08,onset={ONSET}")
     assert found.change["payload.mass"] == pytest.approx(mass, rel=0.1)

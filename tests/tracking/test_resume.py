@@ -22,7 +22,7 @@ from urdyn.tracking.checkpoint import FILE
 
 ROOT = Path(__file__).parents[2]
 # Before a checkpoint, at it, after it.
-SAMPLES = (3, 1000, *(pytest.param(k, marks=pytest.mark.slow) for k in (999, 1001, 1700)))
+SAMPLES = (3, 1000, *(pytest.param(k, marks=pytest.mark.slow) for k in (999, 1001, 1300)))
 
 
 @pytest.fixture(scope="module")

@@ -68,7 +68,7 @@ def test_a_duration_ends_a_recording(workshop, tmp_path):
 
 
 def test_rows_that_were_tracked_are_told_apart(workshop):
-    parts = [(0, 900), (900, 1800)]
+    parts = [(0, 700), (700, 1400)]
     assert len({open_source(str(workshop.recording), rows=r).identity for r in parts}) == 2
 
 
