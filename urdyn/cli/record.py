@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from threading import Event
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -48,19 +49,22 @@ def record(
     """
     from urdyn.io.rtde import record as record_rtde
 
-    voice = Voice(json, quiet)
-    with voice.progress(f"recording {host}") as told, ended_by(_interrupted):
-        summary = record_rtde(host, out, frequency, recipe, duration, _telling(told, duration))
+    voice, stop = Voice(json, quiet), Event()
+
+    def end() -> None:
+        if stop.is_set():  # asked for twice: whatever it costs
+            raise KeyboardInterrupt
+        stop.set()
+
+    with voice.progress(f"recording {host}") as told, ended_by(end):
+        tell = _telling(told, duration)
+        summary = record_rtde(host, out, frequency, recipe, duration, tell, stop)
     voice.show(_sentence(summary))
     if summary.aside:
         voice.note(f"what {summary.path} held before is now {summary.aside}")
     if summary.left_out:
         voice.note(f"the controller does not know: {', '.join(summary.left_out)}")
     voice.result(_document(summary))
-
-
-def _interrupted() -> None:
-    raise KeyboardInterrupt
 
 
 def _telling(told: Told, duration: float | None) -> Any:

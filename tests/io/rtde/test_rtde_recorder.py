@@ -12,6 +12,7 @@ import threading
 import time
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pyarrow as pa
@@ -20,6 +21,7 @@ import pytest
 from rtde_arm import Start
 from virtual_controller import JOINTS, SKIPPED, WRAP
 
+from urdyn.cli.ending import ended_by
 from urdyn.errors import InputError, RtdeError
 from urdyn.io import read
 from urdyn.io.rtde import DEFAULT, Server, Summary, record, serve
@@ -199,6 +201,21 @@ def test_an_interrupt_ends_a_recording_in_good_order(start: Start, tmp_path: Pat
     threading.Timer(1.2, lambda: os.kill(os.getpid(), signal.SIGINT)).start()
     summary = record(start().host, tmp_path / "a.parquet", recipe=NAMES)
     assert 0.0 < summary.seconds < 1.5 and is_whole(read(tmp_path / "a.parquet"), summary)
+
+
+def test_who_stops_it_while_it_writes_loses_nothing(
+    start: Start, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    stop, write = threading.Event(), Journal.write
+
+    def interrupted(journal: Journal, rows: Any) -> None:
+        os.kill(os.getpid(), signal.SIGINT)
+        write(journal, rows)
+
+    monkeypatch.setattr(Journal, "write", interrupted)
+    with ended_by(stop.set):
+        summary = record(start().host, tmp_path / "a.parquet", recipe=NAMES, stop=stop)
+    assert stop.is_set() and is_whole(read(tmp_path / "a.parquet"), summary)
 
 
 def test_names_that_are_optional_are_left_out_with_a_note(tmp_path: Path) -> None:

@@ -6,6 +6,7 @@ import time
 from collections.abc import Callable, Collection
 from pathlib import Path
 from queue import SimpleQueue
+from threading import Event as Flag
 from threading import Thread
 
 from urdyn.errors import InputError, RtdeError, UrdynError
@@ -27,12 +28,14 @@ def record(
     recipe: str | Path | Collection[str] | None = None,
     duration: float | None = None,
     progress: Callable[[Summary], None] | None = None,
+    stop: Flag | None = None,
 ) -> Summary:
-    """Record a controller, for `duration` [s] or until interrupted from the keyboard.
+    """Record a controller, for `duration` [s], until `stop` is set, or interrupted by the keyboard.
 
     `host` is HOST, HOST:PORT or rtde://HOST:PORT; `frequency` [Hz] the controller's own unless
     told; `recipe` a file or the names themselves. One thread does nothing but read and stamp, so
-    that writing delays no package; a connection that drops is taken up again.
+    that writing delays no package; a connection that drops is taken up again. An interruption may
+    come between counting packages and writing them, and cost those; `stop` costs none.
     """
     if not all(x is None or x > 0 for x in (duration, frequency)):
         raise InputError("duration and frequency are to be above 0")
@@ -41,7 +44,7 @@ def record(
     with connect(target, port, names, frequency) as client:
         recording = Recording(journal, client.order.address, duration)
         try:
-            _follow(client, recording, duration, progress)
+            _follow(client, recording, duration, progress, stop or Flag())
         finally:
             summary = recording.finish()
     if not summary.samples:
@@ -62,14 +65,17 @@ def _follow(
     recording: Recording,
     duration: float | None,
     progress: Callable[[Summary], None] | None,
+    stop: Flag,
 ) -> None:
     """Write what comes, a batch at a time."""
     inbox: Inbox = SimpleQueue()
     Thread(target=_pump, args=(client, inbox), daemon=True).start()
     end = time.monotonic() + (float("inf") if duration is None else duration + FLUSH)
     try:
-        while not recording.over and time.monotonic() < end:
+        stopped = False
+        while not (stopped or recording.over or time.monotonic() >= end):
             time.sleep(FLUSH)
+            stopped = stop.is_set()  # whoever waited for it could not be told by a signal's handler
             _empty(inbox, recording)
             if progress:
                 progress(recording.summary())
