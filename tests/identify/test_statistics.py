@@ -34,11 +34,12 @@ CHANCE = 0.01  # that a test fails although its claim holds
 SLACK = 1.1  # above the bound: what angles with noise and an unknown offset may cost
 FRICTION = ("coulomb", "viscous")
 FEW, MANY = 2, 20
+LONG = [pytest.mark.slow, pytest.mark.timeout(1200)]
 
 CASES = [
     pytest.param("ur5e", True, FEW, id="a few ur5e"),
-    pytest.param("ur5e", True, MANY, id="ur5e", marks=pytest.mark.slow),
-    pytest.param("ur10e", False, MANY, id="ur10e, gain unknown", marks=pytest.mark.slow),
+    pytest.param("ur5e", True, MANY, id="ur5e", marks=LONG),
+    pytest.param("ur10e", False, MANY, id="ur10e, gain unknown", marks=LONG),
 ]
 every_case = pytest.mark.parametrize(("robot", "gain_known", "seeds"), CASES)
 
