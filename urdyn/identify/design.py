@@ -87,13 +87,13 @@ def design(point: Dynamics, block: Block) -> Design:
     motion, drive = block.motion, point.drive
     rigid = point.arm.regressor(motion.q, motion.v, motion.a)
     load = rigid @ point.loaded().ravel()
-    linear = features(motion, load, block.bristles.together(drive.presliding_tail), drive)
-    slopes = _slopes(point, block, load)
+    s = block.bristles.together(drive.presliding_tail)
+    linear, slopes = features(motion, load, s, drive), _slopes(point, block, load, s)
     terms = np.array([*(linear[name] for name in LINEAR), *(slopes[name] for name in STEPS)])
     return Design(rigid, terms, motion.current, block.known)
 
 
-def _slopes(point: Dynamics, block: Block, load: Array) -> dict[str, Array]:
+def _slopes(point: Dynamics, block: Block, load: Array, s: Array) -> dict[str, Array]:
     """Derivatives of torque in the logarithms of distance and Stribeck velocity, tail, and time."""
     drive, follow = point.drive, block.bristles
     speed = np.abs(block.motion.v) / drive.stribeck_velocity
@@ -104,15 +104,14 @@ def _slopes(point: Dynamics, block: Block, load: Array) -> dict[str, Array]:
     return {
         "presliding_distance": grip * slope,
         "presliding_tail": grip * (follow.state[1] - follow.state[0]),
-        "stribeck_velocity": fading * speed * follow.together(tail),
-        "time_offset": _later(point, block),
+        "stribeck_velocity": fading * speed * s,
+        "time_offset": _later(point, block.motion, s),
     }
 
 
-def _later(point: Dynamics, block: Block) -> Array:
+def _later(point: Dynamics, motion: Motion, s: Array) -> Array:
     """Derivative of torque in time, while friction turns over when it does, (N, J) [N·m/s]."""
-    s = block.bristles.together(point.drive.presliding_tail)
-    before, after = (point.torque(block.motion.ahead(h), s) for h in (-TICK, TICK))
+    before, after = (point.torque(motion.ahead(h), s) for h in (-TICK, TICK))
     return np.asarray((after - before) / (2.0 * TICK))
 
 

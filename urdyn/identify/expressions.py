@@ -109,8 +109,8 @@ def dynamics(
     values["presliding_tail"] = np.clip(values["presliding_tail"], 0.0, MAX_TAIL)
     one = np.ones(unknowns.prior.arm.joints)
     values |= {"temperature": temperature, "health": one}
-    lead = float(offset.item())
-    found = Drive(**values, time_offset=lead, friction_lead=turns - lead)
+    ahead = float(offset.item())
+    found = Drive(**values, time_offset=ahead, friction_lead=turns - ahead)
     arm = Dynamics(unknowns.prior.arm, inertials.T, found)
     return arm, tuple(payloads.T[: len(unknowns.payloads)])
 

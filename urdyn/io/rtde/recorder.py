@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
+import threading
 import time
 from collections.abc import Callable, Collection
 from pathlib import Path
 from queue import SimpleQueue
-from threading import Event as Flag
-from threading import Thread
 
 from urdyn.errors import InputError, RtdeError, UrdynError
 from urdyn.io.rtde.client import Client, Event, connect, parse_address
@@ -28,7 +27,7 @@ def record(
     recipe: str | Path | Collection[str] | None = None,
     duration: float | None = None,
     progress: Callable[[Summary], None] | None = None,
-    stop: Flag | None = None,
+    stop: threading.Event | None = None,
 ) -> Summary:
     """Record a controller, for `duration` [s], until `stop` is set, or interrupted by the keyboard.
 
@@ -44,7 +43,7 @@ def record(
     with connect(target, port, names, frequency) as client:
         recording = Recording(journal, client.order.address, duration)
         try:
-            _follow(client, recording, duration, progress, stop or Flag())
+            _follow(client, recording, duration, progress, stop or threading.Event())
         finally:
             summary = recording.finish()
     if not summary.samples:
@@ -65,17 +64,16 @@ def _follow(
     recording: Recording,
     duration: float | None,
     progress: Callable[[Summary], None] | None,
-    stop: Flag,
+    stop: threading.Event,
 ) -> None:
     """Write what comes, a batch at a time."""
     inbox: Inbox = SimpleQueue()
-    Thread(target=_pump, args=(client, inbox), daemon=True).start()
+    threading.Thread(target=_pump, args=(client, inbox), daemon=True).start()
     end = time.monotonic() + (float("inf") if duration is None else duration + FLUSH)
     try:
-        stopped = False
-        while not (stopped or recording.over or time.monotonic() >= end):
+        # Asked, not waited for: a signal's handler that sets it may interrupt this very thread.
+        while not (stop.is_set() or recording.over) and time.monotonic() < end:
             time.sleep(FLUSH)
-            stopped = stop.is_set()  # whoever waited for it could not be told by a signal's handler
             _empty(inbox, recording)
             if progress:
                 progress(recording.summary())
