@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from urdyn.dbn.robot import RobotCurrents, shown_directions
+from urdyn.dbn.robot_slice import packed
 from urdyn.identify.noise import Noise
 from urdyn.model.arm import load_arm
 from urdyn.model.population import population
@@ -101,6 +102,34 @@ def test_an_instrument_moves_the_slice_and_the_current_alike(currents, motion):
     )
     assert np.abs(more).max() > 0.01
     assert currents.instrumental(u, instant) is u.packed
+
+
+def test_a_skew_is_the_current_of_a_moment_later(currents, motion):
+    """By differences of what the arm draws on its way, while friction turns over when it does.
+
+    Ripples and a fading grip, which are no states, stay where they were; structural damping rides
+    on the torque of rotors and damping too, which it does not on an arm.
+    """
+    row, h, x = 150, 1e-4, state(currents)
+    s, now = currents.reference.presliding(motion)[row], moment(motion, row)
+    told = replace(now, instrument=now.a, instrument_jerk=now.jerk)
+    u = currents.slice(told, s, 0.01, x)
+    drawn = []
+    for ahead in (-h, h):
+        there = currents.slice(moment(motion.ahead(ahead), row), s, 0.01, x)
+        rest = packed(there.A, there.side, there.load, u.rest, s, there.v, there.a)
+        drawn.append(currents.observe(x, replace(there, packed=rest)))
+    drive = currents.reference.drive
+    ridden = drive.viscous * now.a + drive.rotor_inertia * now.jerk
+    slope = (drawn[1] - drawn[0]) / (2.0 * h) + drive.structural * u.side * ridden / drive.gain
+    np.testing.assert_allclose(currents.observe_jacobian(x, u)[:, at_skew(currents)], slope, 1e-5)
+    assert np.abs(slope).max() > 1.0
+    without = currents.slice(now, s, 0.01, x)
+    assert not currents.observe_jacobian(x, without)[:, at_skew(currents)].any()
+
+
+def at_skew(currents) -> int:
+    return int(currents.places["skew"].start)
 
 
 def test_a_constant_error_passes_a_filter_as_its_doubt_does(currents, motion):

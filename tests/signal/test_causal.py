@@ -83,6 +83,19 @@ def test_the_instrument_knows_nothing_of_the_noise_of_velocities() -> None:
         assert np.abs([one.a - other.a for one, other in pairs]).max() > 0.01
 
 
+def test_the_instruments_jerk_is_the_slope_of_its_acceleration() -> None:
+    """Of a swing, by differences: what both leave out of it is of the second order in the step."""
+    omega = 3.0
+    _, live = play(
+        Causal(STEP), log_of(STEP * np.arange(100), *swing(STEP * np.arange(100), omega=omega))
+    )
+    told = [instant for instant in live if instant.instrument is not None]
+    a = np.array([instant.instrument for instant in told])
+    jerk = np.array([instant.instrument_jerk for instant in told])
+    slope = (a[2:] - a[:-2]) / (2.0 * STEP)
+    assert np.abs(jerk[1:-1] - slope).max() < (omega * 5 * STEP) ** 2 * omega**3
+
+
 def test_the_instrument_of_scattered_stamps_is_none() -> None:
     t = STEP * np.arange(60)
     t[30] += 1e-4

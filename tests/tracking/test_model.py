@@ -10,7 +10,9 @@ from urdyn.dbn import figure2
 from urdyn.estimate import EKF, UKF
 from urdyn.signal import Instant
 from urdyn.tracking import Drift, tracking_model
-from urdyn.tracking.model import ANYTHING, PAYLOAD_SD
+from urdyn.tracking.commissioned import given, taken_for_known
+from urdyn.tracking.model import ANYTHING, DAY, PAYLOAD_SD, SKEW_SD, by_taken
+from urdyn.tracking.physical import quantities
 from urdyn.types import Gaussian
 
 JOINT = 2
@@ -55,6 +57,37 @@ def test_two_steps_of_wear_are_one(model, slices, first, second):
         rtol=1e-9,
         atol=1e-18,
     )
+
+
+def test_when_currents_are_told_is_doubted_as_in_commissioning(workshop, model):
+    """And with the damping that looks like it; a twin that tells nothing of it is not sure."""
+    fit, places, cov = workshop.fit, model.observation.places, model.prior.cov
+    offset, elbow = (fit.names.index(n) for n in ("time_offset", "elbow_joint.viscous"))
+    told = given(fit.belief.cov, [offset, elbow], taken_for_known(fit))
+    skew, alpha = places["skew"].start, places["alpha"].start + JOINT
+    assert model.prior.mean[skew] == 0.0
+    np.testing.assert_allclose(cov[skew, [skew, alpha]], told[0], rtol=1e-9)
+    assert told[0, 1] != 0.0
+    few = [k for k in range(len(fit.names)) if k != offset]
+    belief = Gaussian(fit.belief.mean[few], fit.belief.cov[np.ix_(few, few)])
+    older = replace(fit, names=tuple(fit.names[k] for k in few), belief=belief)
+    assert tracking_model(older).prior.sd[skew] == SKEW_SD
+
+
+def test_what_is_taken_for_known_is_doubted_where_quantities_are_told(workshop, model):
+    """So that friction is no surer on the first day than its fit and another day are together."""
+    fit, currents = workshop.fit, model.observation
+    coulomb = [fit.names.index(f"{j}.coulomb") for j in fit.dynamics.arm.joint_names]
+    of_fit, at = fit.belief.cov[coulomb, coulomb], currents.places["f"]
+    more = by_taken(fit, currents)
+    assert np.linalg.eigvalsh(more)[0] > -1e-12
+    assert (more.diagonal()[at] > 1e-3 * of_fit).all()
+    whole = (model.prior.cov[: len(more), : len(more)] + more).diagonal()
+    np.testing.assert_allclose(whole[at], of_fit + DAY["f"] ** 2, rtol=1e-9)
+    of = quantities(fit, currents)
+    mean, sd = of.of(model.prior)
+    told = [of.names.index(f"{j}.coulomb") for j in fit.dynamics.arm.joint_names]
+    np.testing.assert_allclose(sd[told] / mean[told], np.sqrt(whole[at]), rtol=1e-9)
 
 
 def test_wear_is_linear_and_its_noise_a_covariance(model, slices):

@@ -25,6 +25,7 @@ from urdyn.model.dynamics import Dynamics
 from urdyn.signal import condition, samples
 from urdyn.simulate import fourier, observe, typical_sensors, virtual_arm
 from urdyn.simulate.sensors import Sensors, real_sensors
+from urdyn.tracking.model import by_taken
 from urdyn.tracking.physical import quantities
 from urdyn.tracking.reading import Reading
 from urdyn.tracking.tracker import Tracker
@@ -82,10 +83,11 @@ def trials(
     start = _start(dynamics, fit, tracker.currents)
     bound = _bound(tracker, sensors, life, start, readings)
     truths = start + life.at(np.array([readings[k].t - life.begin for k in at]))
-    told = [r.innovation for r in readings if r.innovation.measured]
-    nis = (sum(i.nis for i in told), sum(i.measured for i in told))
+    news = [r.innovation for r in readings if r.innovation.measured]
+    nis = (sum(i.nis for i in news), sum(i.measured for i in news))
     masses = _masses(tracker, beliefs, dynamics)
-    groups = dict(_groups(tracker.currents, beliefs, truths, bound[at]))
+    told = _told(tracker, beliefs)
+    groups = dict(_groups(tracker.currents, told, truths, bound[at]))
     return Trials(groups | {"mass": masses}, nis)
 
 
@@ -114,6 +116,7 @@ def _start(dynamics: Dynamics, fit: Fit, currents: RobotCurrents) -> Array:
     ):
         x[at[group]] = np.log(value)
     x[at["o"]] = drive.offset
+    x[at["skew"]] = drive.time_offset - fit.dynamics.drive.time_offset
     # Of bodies only what torque tells, whatever other bodies would do the same.
     arm, rng = fit.dynamics.arm, np.random.default_rng(0)
     q, (v, a) = rng.uniform(-np.pi, np.pi, (300, 6)), rng.standard_normal((2, 300, 6))
@@ -134,6 +137,13 @@ def _bound(
     seen = np.array([r.innovation.residual for r in readings])
     found = posterior_bound(true, [r.inputs for r in readings], seen, lives)
     return found.sd[:, : x.shape[1]]
+
+
+def _told(tracker: Tracker[Any], beliefs: list[Gaussian]) -> list[Gaussian]:
+    """With the doubt about what is taken for known, as quantities have it."""
+    p, more = len(tracker.currents.names), np.zeros_like(beliefs[0].cov)
+    more[:p, :p] = by_taken(tracker.fit, tracker.currents)
+    return [Gaussian(belief.mean, belief.cov + more) for belief in beliefs]
 
 
 def _groups(

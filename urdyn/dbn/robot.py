@@ -1,15 +1,17 @@
 """What the sensors see of an arm: the network's observation model, motor currents by Pinocchio.
 
-    tau_load = Y(q, v, a) pi_0 + G k + Y S m + Y_last pi_payload / gain
+    tau_load = Y(q, v, a) pi_0 + G k + D skew + Y S m + Y_last pi_payload / gain
     i        = (tau_load + rotor a + (f' + beta |tau_load| + g(v)) s + alpha' v + o) / (K z) + slow
     alpha'   = alpha exp(-kappa (w + lubricant)),    f' = f exp(-kappa_f (w + lubricant))
 
-G = d tau / d q; S spans the inertial directions that motion can show, in standard scores of the
-population, so that what no motion shows stays with the prior and cannot grow overconfident.
-Friction, health, rotors and gains are logarithms: always positive. `gain` is a drive's true gain
-over K, the commissioned one: what is wrong there is in pi_0 and friction too, so that it shows in
-what is carried besides alone. w is how much warmer than on the first day the lubricant is, as far
-as the joints' temperatures tell, and `lubricant` what they do not.
+G = d tau / d q; D = d tau / d t, by the time that a current is told earlier than commissioning took
+it to be: some milliseconds of it are, on heavy joints, as much torque by speed as damping is. S
+spans the inertial directions that motion can show, in standard scores of the population, so that
+what no motion shows stays with the prior and cannot grow overconfident. Friction, health, rotors
+and gains are logarithms: always positive. `gain` is a drive's true gain over K, the commissioned
+one: what is wrong there is in pi_0 and friction too, so that it shows in what is carried besides
+alone. w is how much warmer than on the first day the lubricant is, as far as the joints'
+temperatures tell, and `lubricant` what they do not.
 """
 
 from __future__ import annotations
@@ -29,7 +31,7 @@ from urdyn.model.population import Population
 from urdyn.signal.sample import Instant
 from urdyn.types import Array, Index, Mask, changed, frozen
 
-BODIES = ("k", "m", "payload")  # what moves the rigid-body torque
+BODIES = ("k", "skew", "m", "payload")  # what moves the rigid-body torque
 POSITIVE = ("f", "alpha", "beta", "rotor", "z", "gain")
 WARMTH = ("kappa", "kappa_f", "lubricant")
 GROUPS = (*BODIES, "o", "slow", *POSITIVE, *WARMTH)  # what combinations are made of first
@@ -79,7 +81,7 @@ class RobotCurrents:
         """Where each group stands in the state."""
         J = self.reference.arm.joints
         sizes = dict.fromkeys(GROUPS, J)
-        sizes |= {"m": self.shown.shape[1], "payload": 10, "kappa_f": 1}
+        sizes |= {"skew": 1, "m": self.shown.shape[1], "payload": 10, "kappa_f": 1}
         ends = np.cumsum([0, *(sizes[name] for name in GROUPS)]).tolist()
         return {n: slice(a, b) for n, a, b in zip(GROUPS, ends[:-1], ends[1:], strict=True)}
 
@@ -139,8 +141,8 @@ class RobotCurrents:
         drive = self.reference.drive
         warm = warm - drive.temperature
         unknown = np.isnan(warm)
-        G, _, M = self._arm.torque_derivatives(q, v, a)
-        A, load = self._bodies(G, now, a)
+        G, C, M = self._arm.torque_derivatives(q, v, a)
+        A, load = self._bodies(np.column_stack([G, self._later(G, C, M, now)]), now, a)
         side = s * np.sign(load if x is None else load + A @ x[self.rigid])
         return RobotSlice(
             dt=dt,
@@ -180,15 +182,28 @@ class RobotCurrents:
         noise in it learns of that noise: inertia that is too small, above all where currents are
         whitened. The regressor is taken where the noise is another one, and what is left stays
         what it was: the method of instrumental variables [Soderstrom2002]_. What a joint's zero
-        does stays as it is.
+        and the skew do stays as it is.
         """
         if now.instrument is None:
             return u.packed
-        A, load = self._bodies(u.A[:, self.places["k"]], now, now.instrument)
+        A, load = self._bodies(u.A[:, : self.places["m"].start], now, now.instrument)
         return packed(A, u.side, load, u.rest, u.s, u.v, now.instrument)
 
+    def _later(self, G: Array, C: Array, M: Array, now: Instant) -> Array:
+        """Torque's slope in time, while friction turns over when it does, (J,) [N·m/s].
+
+        By the instrument: noise of jerk would pass for a motion that tells of the skew. Where there
+        is none, nothing does. Structural damping rides on all of it, which is some per cent too
+        much: not on what rotors and damping add.
+        """
+        if now.instrument is None or now.instrument_jerk is None:
+            return np.zeros(len(now.v))
+        drive, a, jerk = self.reference.drive, now.instrument, now.instrument_jerk
+        damped = drive.viscous * a + drive.rotor_inertia * jerk
+        return np.asarray(G @ now.v + C @ a + M @ jerk + damped)
+
     def _bodies(self, G: Array, now: Instant, a: Array) -> tuple[Array, Array]:
-        """A (J, c) and load (J,) of an arm that accelerates by a, with G (J, J) by its zeros."""
+        """A (J, c) and load (J,) of an arm that accelerates by a; G (J, J + 1) by k and skew."""
         borne = self._arm.regressor(now.q, now.v, a) @ self._inertials
         return np.concatenate([G, borne[:, :-1]], axis=1), borne[:, -1]
 

@@ -33,7 +33,7 @@ class RobotSlice:
     """What multiplies each parameter, joint by joint.
 
     The current is linear in `packed`, so that a filter in time of currents is the same filter of
-    it: of A (J, c), torque per unit of k, m and payload, of A_hold (J, c), the same of what
+    it: of A (J, c), torque per unit of k, skew, m and payload, of A_hold (J, c), the same of what
     structural damping rides on, and of ROWS, (J,) each.
     """
 
@@ -84,7 +84,7 @@ class RobotSlice:
 
     @property
     def A(self) -> Array:
-        """Torque per unit of k, m, payload, (J, c)."""
+        """Torque per unit of k, skew, m, payload, (J, c)."""
         return self.packed[:, : self._width]
 
     @property

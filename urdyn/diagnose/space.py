@@ -92,7 +92,8 @@ def _cov(fit: Fit, scores: Array) -> Array:
         scores: (10 J, r) of m per unit of the fit's coordinates of links.
     """
     at = _places(fit.dynamics.arm.joints, scores.shape[1])
-    whole = np.array(commissioned(fit, at["gain"].stop, at, scores).cov)
-    if gains := gains_of(fit):
+    gains = gains_of(fit)
+    whole = np.array(commissioned(fit, at["gain"].stop, at, scores, gains).cov)
+    if gains:
         whole[at["gain"], at["gain"]] = fit.belief.cov[np.ix_(gains, gains)]
     return np.asarray(0.5 * (whole + whole.T))

@@ -155,8 +155,8 @@ class Causal:
             orders = orders.reshape(ORDERS, -1)
         (q, v, a, jerk), (current, temperature) = orders, rows[row, 2:]
         full = len(state.t) == self.alone.samples
-        instrument = self._instrument(state, lag) if clean and full else None
-        instant = Instant(float(t[row]), q, v, a, jerk, current, temperature, shift, instrument)
+        alone = self._alone(state, lag) if clean and full else (None, None)
+        instant = Instant(float(t[row]), q, v, a, jerk, current, temperature, shift, *alone)
         return state, instant
 
     def _jumped(self, state: CausalState) -> tuple[CausalState, Array]:
@@ -169,14 +169,14 @@ class Causal:
             state = replace(state, rows=rows)
         return state, found.shift[-self.fit.samples :]
 
-    def _instrument(self, state: CausalState, lag: int) -> Array:
-        """The acceleration there by angles alone, (J,) [rad/s²]; of even stamps.
+    def _alone(self, state: CausalState, lag: int) -> Array:
+        """Acceleration and jerk there by angles alone, (2, J) [rad/s², rad/s³]; of even stamps.
 
         Where stamps scatter, angles and currents do so together: theirs is no noise of its own.
         """
         ahead = (self.alone.half - lag) * self.period
         operator = _operator(self.alone, ahead, self.offset, velocities=False)
-        of_q = operator[:, 2, : self.alone.samples]
+        of_q = operator[:, 2:, : self.alone.samples].swapaxes(0, 1)
         return np.asarray(np.vecdot(of_q, state.rows[:, 0].T))
 
 

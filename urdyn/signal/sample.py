@@ -42,6 +42,7 @@ class Instant:
     shift: Array  # (J,) [rad] by which the encoder's zero jumped since the row before; mostly 0
     # (J,) [rad/s²] the acceleration, with noise that is not that of `a`; None: nothing tells it.
     instrument: Array | None = None
+    instrument_jerk: Array | None = None  # (J,) [rad/s³] its slope in time
 
     @property
     def instrumental(self) -> Array:

@@ -1,10 +1,10 @@
 """The modes that are quicker than the full covariance, and what they assume for it.
 
-*Simplified*: what is believed of the rigid bodies (k, m, payload) and what scales their torque (z,
-gain), and of each joint's drive, are independent of one another, in every slice. Each block learns
-from the currents as if the others' doubt were noise, which it is not where two explain the same:
-health stands beside the bodies, for a load that is held weighs more or its drive gives less. One
-block of 71 states and J of 9 replace one of 125.
+*Simplified*: what is believed of the rigid bodies (k, skew, m, payload) and what scales their
+torque (z, gain), and of each joint's drive, are independent of one another, in every slice. Each
+block learns from the currents as if the others' doubt were noise, which it is not where two explain
+the same: health stands beside the bodies, for a load that is held weighs more or its drive gives
+less. One block of 72 states and J of 9 replace one of 126.
 
 *Realtime*: besides, a block that hardly changes waits. While an innovation would move it by little,
 samples are added up, and it learns from their sum: less often the surer it is, at once where the

@@ -19,29 +19,43 @@ TRACKED = {
 }
 
 
-def commissioned(fit: Fit, n: int, places: Mapping[str, slice], scores: Array) -> Gaussian:
-    """The fit's belief in n states, given the drives' gains; 0 of what it has no word on.
+def commissioned(
+    fit: Fit, n: int, places: Mapping[str, slice], scores: Array, known: list[int]
+) -> Gaussian:
+    """The fit's belief in n states, given some of its parameters; 0 of what it has no word on.
 
     Args:
-        places: of groups among them.
-        scores: (10 J, r) of m, whose mean is 0, per unit of the fit's coordinates of links.
+        known: where these stand among the fit's.
+        places: of groups among the states.
+        scores: (10 J, r) of m, whose mean is 0, per unit of the fit's coordinates of links; so is
+            that of skew, the doubt about when currents are told.
     """
     names, joints = list(fit.names), fit.dynamics.arm.joint_names
     links = 10 * len(joints)
     tracked = [names.index(f"{j}.{field}") for field in TRACKED.values() for j in joints]
-    free = [*range(links), *tracked]
-    T = np.zeros((n, len(free)))
+    told = [names.index("time_offset")] if "skew" in places and "time_offset" in names else []
+    free = [*range(links), *tracked, *told]
+    T, drives = np.zeros((n, len(free))), slice(links, links + len(tracked))
     T[places["m"], :links] = scores.T
     for k, group in enumerate(TRACKED):
         columns = links + k * len(joints) + np.arange(len(joints))
         T[np.r_[places[group]], columns] = 1.0
-    mean = T[:, links:] @ fit.belief.mean[tracked]
-    return Gaussian(mean, T @ given(fit.belief.cov, free, gains_of(fit)) @ T.T)
+    if told:
+        T[places["skew"], -1] = 1.0
+    mean = T[:, drives] @ fit.belief.mean[tracked]
+    return Gaussian(mean, T @ given(fit.belief.cov, free, known) @ T.T)
 
 
 def gains_of(fit: Fit) -> list[int]:
     """Where the drives' gains stand among the fit's parameters; nowhere if they were not fitted."""
     return [k for k, name in enumerate(fit.names) if name.endswith(".gain")]
+
+
+def taken_for_known(fit: Fit) -> list[int]:
+    """Where stands what a tracker does not follow: gains, and how friction is shaped."""
+    joints, followed = fit.dynamics.arm.joint_names, TRACKED.values()
+    parts = [name.partition(".") for name in fit.names]
+    return [k for k, (j, _, what) in enumerate(parts) if j in joints and what not in followed]
 
 
 def given(cov: Array, free: list[int], fixed: list[int]) -> Array:

@@ -17,9 +17,9 @@ from urdyn.dbn.wear import Fading, Jolt, Wear
 from urdyn.dbn.widening import Widening
 from urdyn.identify.fit import Fit
 from urdyn.identify.slow import MEMORY
-from urdyn.model.population import Population, population
+from urdyn.model.population import population
 from urdyn.tracking.colour import SLOWEST
-from urdyn.tracking.commissioned import commissioned, gains_of, given
+from urdyn.tracking.commissioned import commissioned, gains_of, given, taken_for_known
 from urdyn.types import Array, Gaussian, Index
 
 STRAYING = ("m", "f", "alpha", "beta", "z", "o")
@@ -28,6 +28,7 @@ ZERO_SD = 3e-4  # [rad] of a joint's zero on the first day
 ZERO_MEMORY = 600.0  # [s] in which a zero that nothing shows is taken to be as drawn again
 HEALTH_SD = 0.01  # [-] of health on the first day: gains are the commissioned ones
 GAIN_SD = 1e-3  # [-] of gains that are known
+SKEW_SD = 1.3e-3  # [s] of when currents are told, where a twin does not say how well it knows
 # What became of a healthy arm's friction since commissioning, sd: logarithms, offsets in Coulomb
 # frictions. Who took a run's first second for commissioning's last would see wear as noise.
 DAY = {"f": 0.03, "alpha": 0.075, "beta": 0.05, "o": 0.025}
@@ -72,24 +73,24 @@ def tracking_model(
 ) -> Joined[RobotSlice]:
     """Observation and process of the arm that was commissioned by `fit`.
 
-    States: k, m, payload, f, alpha, beta, rotor, z, gain, o, what warmth does, slow noise, and the
-    rates of f and z. What is known of the arm is conditional on the commissioned gains, and health
-    is relative to them. How wrong they are shows in what is carried besides: of all but the
-    strongest joint's, for a piece that nobody has weighed tells only how they compare. The edges of
-    `network`, figure2() where none is given, lead what strays.
+    States: k, skew, m, payload, f, alpha, beta, rotor, z, gain, o, what warmth does, slow noise,
+    and the rates of f and z. What is known of the arm is conditional on what is taken for known,
+    and health is relative to the commissioned gains. How wrong they are shows in what is carried
+    besides: of all but the strongest joint's, for a piece that nobody has weighed tells only how
+    they compare. The edges of `network`, figure2() where none is given, lead what strays.
     """
-    arms, V, shown = _shown(fit)
-    currents = RobotCurrents(fit.dynamics, shown, _noise(fit))
-    prior = _prior(fit, arms, V, currents)
+    currents = RobotCurrents(fit.dynamics, _shown(fit)[1], _noise(fit))
+    prior = _prior(fit, currents)
     process = _process(fit, currents, prior, drift or Drift(), network or figure2())
     return Joined(Widening(process, _at(currents, "payload"), ANYTHING * PAYLOAD_SD), currents)
 
 
 @lru_cache(maxsize=1)  # for who rehearses needs it again
-def _shown(fit: Fit) -> tuple[Population, Array, Array]:
-    """What is known of arms of the type, and what motion shows of it, see `shown_directions`."""
+def _shown(fit: Fit) -> tuple[Array, Array]:
+    """What motion shows of links: m per unit of the fit's coordinates, inertials per unit of m."""
     arms = population(fit.dynamics.arm)
-    return arms, *shown_directions(arms, fit.dynamics, np.random.default_rng(0))
+    V, shown = shown_directions(arms, fit.dynamics, np.random.default_rng(0))
+    return V / arms.link_sd.ravel()[:, None], shown
 
 
 def _noise(fit: Fit) -> Array:
@@ -97,10 +98,9 @@ def _noise(fit: Fit) -> Array:
     return np.sqrt(fit.noise.power)
 
 
-def _prior(fit: Fit, arms: Population, V: Array, currents: RobotCurrents) -> Gaussian:
+def _prior(fit: Fit, currents: RobotCurrents) -> Gaussian:
     """The fit's belief in the filter's states, (n,), as it is on another day."""
-    scores = V / arms.link_sd.ravel()[:, None]
-    known = commissioned(fit, len(currents.names), currents.places, scores)
+    known = _known(fit, currents, taken_for_known(fit))
     mean, whole = np.array(known.mean), np.array(known.cov)
     # What a log showed of warmth is in the model as `thermal` already.
     unknown = fit.dynamics.drive.thermal == 0.0
@@ -115,6 +115,8 @@ def _prior(fit: Fit, arms: Population, V: Array, currents: RobotCurrents) -> Gau
         "lubricant": UNLIKE,
         "slow": np.fmax(fit.noise.slow, SLOWEST * currents.noise),
     }
+    if "time_offset" not in fit.names:
+        spread["skew"] = SKEW_SD
     for group, sd in spread.items():
         at = _at(currents, group)
         whole[at, at] = np.broadcast_to(sd, at.shape) ** 2
@@ -126,6 +128,22 @@ def _prior(fit: Fit, arms: Population, V: Array, currents: RobotCurrents) -> Gau
         strongest = gains[fit.dynamics.drive.strongest]
         whole[np.ix_(at, at)] += given(fit.belief.cov, gains, [strongest])
     return Gaussian(mean, whole)
+
+
+def _known(fit: Fit, currents: RobotCurrents, taken: list[int]) -> Gaussian:
+    """The fit's belief in states, given its parameters that are taken for known."""
+    return commissioned(fit, len(currents.names), currents.places, _shown(fit)[0], taken)
+
+
+def by_taken(fit: Fit, currents: RobotCurrents) -> Array:
+    """Covariance of states by what is taken for known, (p, p): gains, and the shape of friction.
+
+    A filter compares with the commissioned arm and takes these as they are. What it finds is no
+    better known than they are: a joint with a Stribeck term that may be none would be tracked too
+    surely without.
+    """
+    nothing, taken = (_known(fit, currents, at).cov for at in ([], taken_for_known(fit)))
+    return np.asarray(nothing - taken)
 
 
 def _at(currents: RobotCurrents, group: str) -> Index:

@@ -12,7 +12,8 @@ from urdyn.dbn.robot import RobotCurrents
 from urdyn.identify.fit import Fit
 from urdyn.model.consistency import is_consistent
 from urdyn.model.possible import possible_body, possible_load
-from urdyn.tracking.commissioned import TRACKED
+from urdyn.tracking.commissioned import TRACKED, gains_of, given, taken_for_known
+from urdyn.tracking.model import by_taken
 from urdyn.tracking.reading import NOTHING
 from urdyn.types import Array, Gaussian
 
@@ -37,7 +38,7 @@ class Quantities:
     currents: RobotCurrents
     mass_shown: Array  # (J, r) [kg] per unit of m
     mass_hidden: Array  # (J,) [kg] sd that no motion removes
-    by_gain: Mapping[str, Array]  # sd as the drive gains are not known: of a group's coordinates
+    taken: Mapping[str, Array]  # sd by what is taken for known: of a group's coordinates
     beside: tuple[tuple[str, str], ...] = ()  # names and units of what other streams tell of
 
     @cached_property
@@ -70,7 +71,7 @@ class Quantities:
         at, x, sd = self.currents.places, belief.mean, belief.sd
         mean, spread = [], []
         for group in JOINT:
-            value, error = x[at[group]], np.hypot(sd[at[group]], self.by_gain.get(group, 0.0))
+            value, error = x[at[group]], np.hypot(sd[at[group]], self.taken.get(group, 0.0))
             if group in LOGARITHMIC:
                 value = np.exp(value)
                 error = value * error
@@ -79,9 +80,9 @@ class Quantities:
         m, M = at["m"], self.mass_shown
         told = ((M @ belief.cov[m, m]) * M).sum(axis=1)
         masses, payload = self.links(belief)[:, 0], self.payload(belief)
-        hidden = self.mass_hidden**2 + (self.by_gain["m"] * masses) ** 2
+        hidden = self.mass_hidden**2 + (self.taken["m"] * masses) ** 2
         mean += [masses, payload, beside[0]]
-        carried = np.hypot(sd[self._load], self.by_gain["payload"] * payload)
+        carried = np.hypot(sd[self._load], self.taken["payload"] * payload)
         spread += [np.sqrt(told + hidden), carried, beside[1]]
         return np.concatenate(mean), np.concatenate(spread)
 
@@ -119,26 +120,20 @@ def quantities(
     names, links = fit.parameters.names, fit.dynamics.arm.link_names
     whole = np.array([fit.prior_sd[names.index(f"{link}.mass")] for link in links])
     hidden = np.sqrt(np.maximum(whole**2 - np.sum(shown**2, axis=1), 0.0))
-    return Quantities(currents, shown, hidden, _by_gain(fit), beside)
+    return Quantities(currents, shown, hidden, _taken(fit, currents), beside)
 
 
-def _by_gain(fit: Fit) -> dict[str, Array]:
-    """What doubt about the drive gains adds to the doubt about quantities; relative, but of o.
+def _taken(fit: Fit, currents: RobotCurrents) -> dict[str, Array]:
+    """What doubt about what is taken for known adds to that about quantities, see `by_taken`.
 
-    A filter compares with the commissioned arm and takes its gains as they are. In newton metres
-    and kilograms what it finds is no better known than they are.
+    Relative, but of o; of m, of links' masses.
     """
-    joints, links = fit.dynamics.arm.joint_names, fit.dynamics.arm.link_names
-    gains = [k for k, name in enumerate(fit.names) if name.endswith(".gain")]
-    if not gains:
-        return dict.fromkeys((*TRACKED, "m", "payload"), np.zeros(1))
-    known = fit.belief.cov[np.ix_(gains, gains)]
-
-    def share(names: list[str]) -> Array:
-        cross = fit.belief.cov[np.ix_([fit.names.index(name) for name in names], gains)]
-        return np.asarray(np.sqrt(np.sum(cross.T * np.linalg.solve(known, cross.T), axis=0)))
-
-    strongest = fit.dynamics.drive.strongest
-    found = {group: share([f"{j}.{field}" for j in joints]) for group, field in TRACKED.items()}
-    mass = 2.0 * share([f"{link}.alpha" for link in links])  # a mass is exp(2 alpha)
-    return found | {"m": mass, "payload": np.sqrt(known[strongest, strongest])}
+    at, drive, cov = currents.places, fit.dynamics.drive, fit.belief.cov
+    sd = np.sqrt(np.maximum(by_taken(fit, currents).diagonal(), 0.0))
+    found = {group: sd[at[group]] for group in TRACKED}
+    links = [fit.names.index(f"{link}.alpha") for link in fit.dynamics.arm.link_names]
+    less = cov[links, links] - given(cov, links, taken_for_known(fit)).diagonal()
+    found["m"] = 2.0 * np.sqrt(np.maximum(less, 0.0))  # a mass is exp(2 alpha)
+    gains = gains_of(fit)
+    weighed = cov[gains, gains][[drive.strongest]] if gains else np.zeros(1)
+    return found | {"payload": np.sqrt(weighed)}
