@@ -115,8 +115,9 @@ def test_nobody_is_told_to_service_an_arm_that_may_be_another():
     for restarts, begins in ((0, "service now"), (2, "make sure that this is this arm's twin")):
         run = {"quality": {"restarts": restarts}, "recommendation": advice}
         assert doubted(run)["recommendation"]["text"].startswith(begins)
-    sick = {"findings": [{"kind": "sensor_fault"}]}
-    assert doubted(run | sick)["recommendation"]["text"].startswith("service now")
+    for why in ("sensor_fault", "controller_instability"):
+        sick = {"findings": [{"kind": why}]}
+        assert doubted(run | sick)["recommendation"]["text"].startswith("service now")
     assert doubted({"quality": {"restarts": 2}}) == {"quality": {"restarts": 2}}
 
 

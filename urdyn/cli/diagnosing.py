@@ -18,6 +18,8 @@ if TYPE_CHECKING:
     from urdyn.tracking import Source
 
 FAILED = 3  # exit status where a finding is to fail the run
+# Of a joint with one of these no drive can make the currents.
+MISLEADING = ("sensor_fault", "controller_instability")
 
 NoDiagnosis = Annotated[bool, typer.Option("--no-diagnosis", help="Follow only, look for nothing.")]
 RulesFile = Annotated[
@@ -85,7 +87,7 @@ def doubted(summary: dict[str, Any]) -> dict[str, Any]:
     advice = summary.get("recommendation")
     if not advice or not summary["quality"]["restarts"]:
         return summary
-    if any(f["kind"] == "sensor_fault" for f in summary.get("findings", ())):
+    if any(f["kind"] in MISLEADING for f in summary.get("findings", ())):
         return summary  # that says why
     told = f"make sure that this is this arm's twin before anything else; then {advice['text']}"
     return summary | {"recommendation": advice | {"text": told}}
