@@ -14,6 +14,7 @@ from urdyn.identify import Noise
 from urdyn.identify.compress import compress
 from urdyn.identify.expressions import dynamics
 from urdyn.identify.map_estimate import (
+    TAIL,
     Compressed,
     Problem,
     build_problem,
@@ -84,6 +85,13 @@ def slope(problem: Problem, z: Array) -> Array:
     return (up - down).T / (2.0 * STEP)
 
 
+def insistence(problem: Problem, z: Array) -> Array:
+    """How much of a Gaussian prior's pull there is, score by score."""
+    pull = np.ones(len(z))
+    pull[problem.yielding] = 1.0 / (1.0 + (z[problem.yielding] / TAIL) ** 2)
+    return pull
+
+
 def test_the_residual_is_what_numpy_makes_of_it(
     problem: Problem, blocks: list[Compressed], point: Dynamics, truth: Array
 ) -> None:
@@ -97,7 +105,7 @@ def test_nothing_pulls_at_the_maximum(problem: Problem, truth: Array) -> None:
     """Newton's step from the solution is a vanishing share of a standard deviation."""
     z = solve(problem, truth)
     belief = posterior(problem, z)
-    gradient = slope(problem, z).T @ residual(problem, z) + z
+    gradient = slope(problem, z).T @ residual(problem, z) + insistence(problem, z) * z
     assert np.sqrt(gradient @ belief.cov @ gradient) < 1e-3
 
 
@@ -118,7 +126,7 @@ def test_friction_at_rest_is_never_below_zero(problem: Problem, unknowns: Unknow
 
 def test_information_is_that_of_the_data_and_of_the_prior(problem: Problem, truth: Array) -> None:
     J = slope(problem, truth)
-    wanted = np.linalg.inv(J.T @ J + np.eye(len(truth)))
+    wanted = np.linalg.inv(J.T @ J + np.diag(insistence(problem, truth)))
     belief = posterior(problem, truth)
     sd = np.sqrt(np.diag(wanted))
     # Rounding of residuals over STEP, in units of the noise, against an information of 1 or more.
@@ -153,6 +161,20 @@ def test_on_an_affine_problem_the_posterior_is_the_dense_gaussian(
     belief = posterior(problem, solve(problem, np.ones(12)))
     np.testing.assert_allclose(belief.cov, cov, rtol=0, atol=1e-13)
     np.testing.assert_allclose(belief.mean, cov @ A.T @ b, rtol=0, atol=1e-9)  # IPOPT's tolerance
+
+
+def test_a_prior_that_is_contradicted_gives_way_and_no_other_does(unknowns: Unknowns) -> None:
+    """Data tell two scores, ten below what is expected of both; roots of slopes by hand."""
+    z = ca.MX.sym("z", 12)
+    told = ca.Function("residual", [z], [z[:2] + 10.0])
+    problem = Problem(unknowns, told, unbound(12), [1])
+    found = solve(problem, np.zeros(12))
+    # Of the second z + 10 + z / (1 + (z / TAIL)²) = 0, a cubic.
+    roots = np.roots([1.0, 10.0, 2.0 * TAIL**2, 10.0 * TAIL**2])
+    real = roots[np.abs(roots.imag) < 1e-9].real
+    np.testing.assert_allclose(found[:2], [-5.0, real[0]], rtol=1e-6)
+    assert len(real) == 1 and real[0] < -9.0
+    np.testing.assert_allclose(found[2:], 0.0, atol=1e-9)
 
 
 def test_no_data_leave_the_prior(unknowns: Unknowns) -> None:

@@ -1,17 +1,22 @@
 """The batch least-squares identifier: maximum a posteriori by CasADi and IPOPT.
 
-    min_z  1/2 sum_b |R_b w_b(z) - r_b|^2  +  1/2 |z|^2
+    min_z  1/2 sum_b |R_b w_b(z) - r_b|^2  +  sum_k rho_k(z_k)
 
 [R r]_b is the whitened, weighted, QR-compressed data of one joint under one payload; w_b(z) are the
 physical unknowns that its columns multiply, over the drive's gain. Log-Cholesky inertias and
 logarithms need no constraint; friction that builds up with speed does, f + g >= 0, for at no speed
 does friction drive a joint.
+
+The prior rho is 1/2 z^2, but of structural damping Student's, TAIL^2/2 log(1 + z^2/TAIL^2): as wide
+where data agree with it, and giving way where they do not [Lange1989]_. In all drives of the
+population friction grows with the load. Where it does not, of which no logarithm tells, a Gaussian
+would take half of what it expects for true, and have the rest in Coulomb friction, surely wrong.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import casadi as ca
@@ -24,6 +29,7 @@ from urdyn.model.drive import LINEAR, STEPS
 from urdyn.model.dynamics import Dynamics
 from urdyn.types import Array, Gaussian
 
+TAIL = 2.0  # [-] standard scores at which the prior of structural damping pulls half as much
 IPOPT: dict[str, Any] = {
     "ipopt.print_level": 0,
     "print_time": False,
@@ -49,6 +55,7 @@ class Problem:
     unknowns: Unknowns
     residual: Any  # CasADi function z -> whitened residuals of all blocks
     at_rest: Any  # CasADi function z -> Coulomb and Stribeck friction at rest, (J,) [N·m], >= 0
+    yielding: list[int] = field(default_factory=list)  # scores whose prior gives way
 
 
 def build_problem(unknowns: Unknowns, blocks: Sequence[Compressed], point: Dynamics) -> Problem:
@@ -60,7 +67,7 @@ def build_problem(unknowns: Unknowns, blocks: Sequence[Compressed], point: Dynam
         for block, w in zip(blocks, ca.vertsplit(ws, _edges(blocks)), strict=True)
     ]
     residual = ca.Function("residual", [z], [ca.vertcat(*rows)])
-    return Problem(unknowns, residual, _at_rest(unknowns))
+    return Problem(unknowns, residual, _at_rest(unknowns), unknowns.structural)
 
 
 def _at_rest(unknowns: Unknowns) -> Any:
@@ -115,7 +122,7 @@ def solve(problem: Problem, start: Array) -> Array:
         IdentifiabilityError: the optimiser found no maximum.
     """
     z: Any = ca.MX.sym("z", len(start))
-    cost: Any = 0.5 * ca.sumsqr(problem.residual(z)) + 0.5 * ca.sumsqr(z)
+    cost: Any = 0.5 * ca.sumsqr(problem.residual(z)) + _insistence(z, problem.yielding)
     problems = {"x": z, "f": cost, "g": problem.at_rest(z)}
     solver = ca.nlpsol("maximum", "ipopt", problems, IPOPT)
     found = solver(x0=start, lbg=0.0)
@@ -127,9 +134,21 @@ def solve(problem: Problem, start: Array) -> Array:
     return np.asarray(found["x"]).ravel()
 
 
+def _insistence(z: Any, yielding: list[int]) -> Any:
+    """Minus the prior's logarithm at scores z, CasADi."""
+    pulled = z[yielding]
+    wide = TAIL**2 * ca.sum1(ca.log(1.0 + (pulled / TAIL) ** 2))
+    return 0.5 * (ca.sumsqr(z) - ca.sumsqr(pulled) + wide)
+
+
 def posterior(problem: Problem, z: Array) -> Gaussian:
-    """Laplace's approximation at the maximum, in scores: information is data plus prior."""
-    whole = data_information(problem, z) + np.eye(len(z))
+    """Laplace's approximation at the maximum, in scores: information is data plus prior.
+
+    Student's prior counts as the Gaussian that pulls as much there.
+    """
+    at, prior = problem.yielding, np.ones_like(z)
+    prior[at] = 1.0 / (1.0 + (z[at] / TAIL) ** 2)
+    whole = data_information(problem, z) + np.diag(prior)
     return Gaussian(z, np.asarray(np.linalg.inv(whole), dtype=np.float64))
 
 

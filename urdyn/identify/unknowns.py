@@ -56,6 +56,12 @@ class Unknowns:
         fields = (*gain, *LINEAR, *SHAPE)
         return tuple((f, j) for f in fields for j in joints if self.has(f, j))
 
+    @cached_property
+    def structural(self) -> list[int]:
+        """Where the joints' structural damping stands among all unknowns."""
+        first = self.prior.link_mean.size
+        return [first + k for k, (name, _) in enumerate(self.drive) if name == "structural"]
+
     def has(self, field: str, joint: int) -> bool:
         """Whether a joint's model has a term, or the shape of a term that it has."""
         needs = "stribeck" if field == "stribeck_velocity" else field
