@@ -18,6 +18,7 @@ from urdyn.diagnose.rules import Rules, SlowKind
 from urdyn.diagnose.space import Space
 from urdyn.diagnose.trust import trust
 from urdyn.model.body import centre_of_mass
+from urdyn.types import NORMAL90
 
 Series = Sequence[tuple[float, float, float]]
 WORSE = 0.25  # [-] of its size by which a finding has to change to be told again
@@ -193,10 +194,11 @@ def _series(trace: Series) -> dict[str, list[float]]:
 
 
 def _said(kind: SlowKind, name: str, size: float, sd: float, since: str) -> str:
+    half = NORMAL90 * sd  # as on every page
     if kind.unit == "-":
-        much, unsure = f"{100 * size:+.1f} %", f"{100 * sd:.1f} %"
+        much, unsure = f"{100 * size:+.1f} %", f"{100 * half:.1f} %"
     else:
-        much, unsure = f"{size:+.3g} {kind.unit}", f"{sd:.2g}"
+        much, unsure = f"{size:+.3g} {kind.unit}", f"{half:.2g}"
     return f"{name}: {kind.quantity} {much} ± {unsure} since {since}"
 
 
