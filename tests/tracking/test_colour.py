@@ -65,17 +65,6 @@ def test_what_passes_slowly_is_told_from_what_is_quick():
     assert np.median(colour.slow) == pytest.approx(1.0, rel=0.35)
 
 
-@pytest.mark.parametrize("period", [0.002, 0.01])
-def test_a_joint_that_swings_is_not_one_with_slow_noise(period):
-    """As loud as the noise, at frequencies of which FAR is a whole number of swings, or is not."""
-    rng = np.random.default_rng(6)
-    t = period * np.arange(round(20.0 / period))
-    swings = np.sqrt(2.0) * np.sin(2.0 * np.pi * t[:, None] * [6.0, 8.0, 11.0, 12.0, 16.0, 28.0])
-    colour = heard(swings + rng.standard_normal((len(t), J)), period=period)
-    # Of a variance of 2 a quarter would be seen, had it passed slowly.
-    assert (colour.slow**2 < 0.25).all()
-
-
 def followed(rng, give_back):
     """The colour after a minute in which seven parameters were learnt beside slow noise of 1."""
     rows, size = 6000, 8

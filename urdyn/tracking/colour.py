@@ -29,10 +29,8 @@ from urdyn.identify.slow import MEMORY
 from urdyn.types import Array, Mask, changed
 
 ORDER = 8
+APART = np.array([*range(ORDER + 1), -1])  # rows of what is left, beside the newest
 FAR = 0.25  # [s] apart: only what is slow is still alike
-# [s] of times around that, on average: a joint that swings is alike at some and unlike at others,
-# and what swings is not slow.
-AROUND = 0.25
 TRUST = 500.0  # samples that the commissioned noise counts for
 SLOW_TRUST = 20.0  # [s] that what passed slowly on the first day counts for besides
 TOLD = 0.02  # [-] of the variance: a smaller share that was slow on the first day is taken for none
@@ -54,7 +52,7 @@ class Colour:
 
     past: Array  # (p, J, w + 1) packed inputs and current [A], newest first; NaN where none is told
     left: Array  # (L, J) [A] residuals without the model's slow part, newest first
-    alike: Array  # (p + 2, J) [A²] mean product of residuals 0 .. p samples and, last, far apart
+    alike: Array  # (p + 2, J) [A²] mean product of residuals 0 .. p samples and, last, FAR apart
     count: float  # samples behind that
     known: Array  # (p + 2, J) samples that count besides
     ar: Array  # (J, p)
@@ -77,7 +75,7 @@ def first(noise: Noise, width: int, period: float) -> Colour:
     sd = np.sqrt(np.maximum(quick[0] - np.einsum("jk,kj->j", ar, quick[1:]), TINY**2))
     return Colour(
         np.full((ORDER, J, width + 1), np.nan),
-        np.full((_around(period).stop, J), np.nan),
+        np.full((_far(period) + 1, J), np.nan),
         np.concatenate([quick, np.zeros((1, J))]) + slow * _passing(period),
         TRUST,
         np.concatenate([np.zeros((ORDER + 1, J)), [np.where(told, SLOW_TRUST / period, 0.0)]]),
@@ -91,12 +89,6 @@ def first(noise: Noise, width: int, period: float) -> Colour:
 def _far(period: float) -> int:
     """Samples that are FAR apart; where they are few, more, none that the filter knows of."""
     return max(ORDER, round(FAR / period))
-
-
-def _around(period: float) -> slice:
-    """How many samples apart those are of which the average tells of what is slow."""
-    far, half = _far(period), round(0.5 * AROUND / period)
-    return slice(far - half, far + half + 1)
 
 
 @lru_cache(maxsize=8)
@@ -170,8 +162,7 @@ def learnt(colour: Colour, left: Array, unknown: Array, sure: Mask, period: floa
     limit = CLIP * np.sqrt(colour.alike[0])
     held = np.minimum(np.maximum(left, -limit), limit)
     left = np.concatenate([held[None], colour.left[:-1]])
-    far = left[_around(period)].mean(axis=0)
-    product = held * np.concatenate([left[: ORDER + 1], far[None]])
+    product = held * left[APART]
     product[0] -= unknown
     product[1:] += colour.taken
     gain = sure / np.minimum(colour.count + colour.known + 1.0, LEARN / period)
