@@ -65,6 +65,14 @@ def test_what_passes_slowly_is_told_from_what_is_quick():
     assert np.median(colour.slow) == pytest.approx(1.0, rel=0.35)
 
 
+@pytest.mark.parametrize("frequency", [4.0, 8.0, 12.0])
+def test_what_swings_is_not_slow_though_it_is_alike_a_quarter_of_a_second_apart(frequency):
+    rng, period, rows = np.random.default_rng(6), 0.002, 20000
+    swing = np.sqrt(2.0) * np.sin(2.0 * np.pi * frequency * period * np.arange(rows))[:, None]
+    colour = heard(swing + rng.standard_normal((rows, J)), period=period)
+    assert (colour.slow < 0.25).all()
+
+
 def followed(rng, give_back):
     """The colour after a minute in which seven parameters were learnt beside slow noise of 1."""
     rows, size = 6000, 8

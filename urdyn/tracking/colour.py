@@ -29,8 +29,10 @@ from urdyn.identify.slow import MEMORY
 from urdyn.types import Array, Mask, changed
 
 ORDER = 8
-APART = np.array([*range(ORDER + 1), -1])  # rows of what is left, beside the newest
 FAR = 0.25  # [s] apart: only what is slow is still alike
+# [s] of times around that: what swings 4 n times a second is alike FAR apart, and not on average.
+AROUND = 0.25
+SWINGS = 0.25  # [-] of what one time apart tells: where the average is less, it swings
 TRUST = 500.0  # samples that the commissioned noise counts for
 SLOW_TRUST = 20.0  # [s] that what passed slowly on the first day counts for besides
 TOLD = 0.02  # [-] of the variance: a smaller share that was slow on the first day is taken for none
@@ -52,13 +54,13 @@ class Colour:
 
     past: Array  # (p, J, w + 1) packed inputs and current [A], newest first; NaN where none is told
     left: Array  # (L, J) [A] residuals without the model's slow part, newest first
-    alike: Array  # (p + 2, J) [A²] mean product of residuals 0 .. p samples and, last, FAR apart
+    alike: Array  # (p + 3, J) [A²] mean product of residuals 0 .. p samples, FAR, around FAR apart
     count: float  # samples behind that
-    known: Array  # (p + 2, J) samples that count besides
+    known: Array  # (p + 3, J) samples that count besides
     ar: Array  # (J, p)
     scale: Array  # (J,) [A] sd of w
     slow: Array  # (J,) [A] sd
-    taken: Array  # (p + 1, J) [A²] by which `alike` lacks what parameters took, from one sample on
+    taken: Array  # (p + 2, J) [A²] by which `alike` lacks what parameters took, from one sample on
 
 
 def first(noise: Noise, width: int, period: float) -> Colour:
@@ -75,14 +77,14 @@ def first(noise: Noise, width: int, period: float) -> Colour:
     sd = np.sqrt(np.maximum(quick[0] - np.einsum("jk,kj->j", ar, quick[1:]), TINY**2))
     return Colour(
         np.full((ORDER, J, width + 1), np.nan),
-        np.full((_far(period) + 1, J), np.nan),
-        np.concatenate([quick, np.zeros((1, J))]) + slow * _passing(period),
+        np.full((_around(period).stop, J), np.nan),
+        np.concatenate([quick, np.zeros((2, J))]) + slow * _passing(period),
         TRUST,
-        np.concatenate([np.zeros((ORDER + 1, J)), [np.where(told, SLOW_TRUST / period, 0.0)]]),
+        np.concatenate([np.zeros((ORDER + 1, J)), [np.where(told, SLOW_TRUST / period, 0.0)] * 2]),
         ar,
         sd,
         np.fmax(np.sqrt(slow), SLOWEST * sd),
-        np.zeros((ORDER + 1, J)),
+        np.zeros((ORDER + 2, J)),
     )
 
 
@@ -91,10 +93,16 @@ def _far(period: float) -> int:
     return max(ORDER, round(FAR / period))
 
 
+def _around(period: float) -> slice:
+    """How many samples apart those are of which the average tells whether it swings."""
+    far, half = _far(period), round(0.5 * AROUND / period)
+    return slice(far - half, far + half + 1)
+
+
 @lru_cache(maxsize=8)
 def _passing(period: float) -> Array:
-    """What is left of slow noise 0 .. p samples later and, last, FAR later, (p + 2, 1)."""
-    return np.exp(-np.append(np.arange(ORDER + 1), _far(period)) * period / MEMORY)[:, None]
+    """What is left of slow noise 0 .. p samples later and, twice, FAR later, (p + 3, 1)."""
+    return np.exp(-np.append(np.arange(ORDER + 1), [_far(period)] * 2) * period / MEMORY)[:, None]
 
 
 def _alike(noise: Noise, apart: int) -> Array:
@@ -162,7 +170,8 @@ def learnt(colour: Colour, left: Array, unknown: Array, sure: Mask, period: floa
     limit = CLIP * np.sqrt(colour.alike[0])
     held = np.minimum(np.maximum(left, -limit), limit)
     left = np.concatenate([held[None], colour.left[:-1]])
-    product = held * left[APART]
+    around = left[_around(period)].mean(axis=0)
+    product = held * np.concatenate([left[: ORDER + 1], [left[_far(period)], around]])
     product[0] -= unknown
     product[1:] += colour.taken
     gain = sure / np.minimum(colour.count + colour.known + 1.0, LEARN / period)
@@ -187,18 +196,24 @@ def giving_back(colour: Colour, taken: Array, period: float) -> Colour:
 def _looked_at(colour: Colour, period: float) -> Colour:
     """The filter and the slow noise that the averages tell of."""
     p, power = ORDER, colour.alike[0]
-    count, far = np.minimum(colour.count + colour.known[-1], LEARN / period), colour.alike[-1]
+    count, far = np.minimum(colour.count + colour.known[-1], LEARN / period), _slowly(colour)
     chance = np.where(colour.known[-1] > 0.0, 0.0, CHANCE * power / np.sqrt(count))
     since = _far(period) * period
     told = np.where(far > chance, far * np.exp(since / MEMORY), 0.0)
     slow = np.minimum(told, 0.5 * power)
     lags = np.arange(p + 1)[:, None] * period
-    fast = colour.alike[:-1] - slow * np.exp(-lags / MEMORY)
+    fast = colour.alike[:-2] - slow * np.exp(-lags / MEMORY)
     T = _neighbours(fast) + WHITE * power[:, None, None] * np.eye(p)
     ar = _predictor(T, fast[1:].T, WHITE * power)
     left = fast[0] + np.einsum("jk,jk->j", ar, (T @ ar[..., None])[..., 0] - 2.0 * fast[1:].T)
     scale = np.sqrt(np.maximum(left, LEAST * power))
     return replace(colour, ar=ar, scale=scale, slow=np.fmax(np.sqrt(slow), SLOWEST * scale))
+
+
+def _slowly(colour: Colour) -> Array:
+    """Product [A²] of residuals that are FAR apart, (J,), without that of what swings."""
+    far, around = colour.alike[-2:]
+    return np.where(around < SWINGS * far, around, far)
 
 
 def _predictor(T: Array, r: Array, white: Array) -> Array:
