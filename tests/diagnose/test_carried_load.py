@@ -202,6 +202,27 @@ def test_what_a_moment_says_of_a_load_is_its_likelihood(shop: Shop) -> None:
         np.testing.assert_allclose(carried.fit(told, known), direct, rtol=1e-6)
 
 
+def test_a_load_is_weighed_no_surer_than_the_arm_is_known(shop: Shop) -> None:
+    """By as much as least squares say, of all moments and of an arm that is the same in all."""
+    of, n = space(shop.fit), 12
+    loads, at = Loads(of, suspects(of, read_rules().slow)), of.payload
+    moments = with_pieces(loads, work(shop, of), [PIECE] * n)
+    mode = Mode(PIECE, np.zeros((10, 10)), 0.0)
+    carrying = Carrying((carried.commissioned(), mode), 1, 1, (1,) * n)
+    _, P = before = believed(of)
+    for moment in moments:
+        carrying, _ = loads.ripened(carrying, moment, before)
+    prior = np.array(P)
+    prior[np.ix_(at, at)] = np.diag(carried.ANYTHING**2)
+    rows = [laden(w.means, of.reference.drive, carrying.modes[1].mean) for w in moments]
+    A = np.sum([pooled(means).A for means in rows], axis=0)
+    # (P^-1 + A)^-1 = P - P A (I + P A)^-1 P, for the prior is singular
+    cov = np.linalg.solve(np.eye(of.size) + prior @ A, prior)
+    assert carrying.weighed == pytest.approx(np.sqrt(cov[at[0], at[0]]), rel=0.01)
+    assert carrying.weighed > 2.0 * np.sqrt(carrying.modes[1].cov[0, 0])
+    assert carrying.here.whole is None
+
+
 def moments(rng: np.random.Generator, load: np.ndarray, sd: float) -> tuple[Shown, ...]:
     """What moments say of these masses, (N,)."""
     C = np.diag(np.array([1.0, *[0.01] * 9]) * sd**-2)

@@ -43,6 +43,10 @@ class Carrying:
     # who knows of the arm what was known before: an unseen piece bends what the program teaches.
     gone: tuple[Shown, ...] = ()
     unclaimed: tuple[Shown, ...] = ()
+    # Moment by moment a load seems to be weighed anew; by the same arm it never is. What moments
+    # with it tell of an arm that never strayed, (n, n), and how well they weigh it so, sd [kg].
+    whole: Array | None = None
+    weighed: float = np.nan
 
     @property
     def due(self) -> bool:
@@ -76,4 +80,4 @@ class Carrying:
     @property
     def here(self) -> Carrying:
         """As if the first had just been carried."""
-        return replace(self, away=(), since=np.nan, sure=np.nan, gone=())
+        return replace(self, away=(), since=np.nan, sure=np.nan, gone=(), whole=None)

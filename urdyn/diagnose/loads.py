@@ -106,7 +106,16 @@ class Loads:
             modes[mode] = carried.learnt(told, carried.spread(modes[mode]), ripe.end)
         pool = self.beside.unladen(ripe, modes[mode], not mode) if whole else None
         carrying = replace(carrying, modes=tuple(modes), was=mode, path=tuple(path))
+        if mode:
+            carrying = self._weighed(carrying, self.beside.pool(ripe, modes[mode].mean).A, before)
         return carrying.on(ripe, self.beside.shown(ripe, before, modes[mode].mean)), pool
+
+    def _weighed(self, carrying: Carrying, A: Array, before: Belief) -> Carrying:
+        """With a moment more of that load, A (n, n)."""
+        A = A if carrying.whole is None else carrying.whole + A
+        return replace(
+            carrying, whole=A, weighed=float(np.sqrt(self.beside.unsure(A, before, 1)[0]))
+        )
 
     def noticed(self, carrying: Carrying, t: float, rival: float) -> Carrying | None:
         """With a piece that no moment told, but many do; None where there is none.

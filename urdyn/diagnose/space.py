@@ -60,12 +60,6 @@ class Space:
         return np.arange(at.start, at.stop)
 
     @cached_property
-    def weighing(self) -> float:
-        """Doubt that all weights have in common, relative: the strongest drive's gain, sd [-]."""
-        at = self.places["gain"].start + self.reference.drive.strongest
-        return float(np.sqrt(self.cov[at, at]))
-
-    @cached_property
     def arm(self) -> Arm:
         """With the links' commissioned inertials and what was carried then."""
         return with_inertials(self.reference.arm, self.reference.loaded())

@@ -60,12 +60,10 @@ class Stay:
                 return replace(carrying.here, modes=modes), None
         k = next(k for k, each in enumerate(self.of.each) if each.kind is self.kind)
         more = float(mode.mean[0] - first.mean[0])
-        # Moment by moment a piece seems to be weighed anew; on the same drives it never is.
-        sd = float(np.hypot(np.sqrt(mode.cov[0, 0]), self.space.weighing * more))
         before = carrying.since - 2.0 * MOMENT
         began = before if never else min(before, carrying.last), carrying.sure
         change = Change(
-            k, carrying.since, began, began, t, CERTAIN, np.nan, more, sd, 0.0, 0.0,
+            k, carrying.since, began, began, t, CERTAIN, np.nan, more, carrying.weighed, 0.0, 0.0,
             tuple(mode.mean[: len(PAYLOAD_STATES)].tolist()), older=never,
         )  # fmt: skip
         return _first(carrying, stays, t), change

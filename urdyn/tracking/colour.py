@@ -213,7 +213,7 @@ def _looked_at(colour: Colour, period: float) -> Colour:
 def _slowly(colour: Colour) -> Array:
     """Product [A²] of residuals that are FAR apart, (J,), without that of what swings."""
     far, around = colour.alike[-2:]
-    return np.where(around < SWINGS * far, around, far)
+    return np.asarray(np.where(around < SWINGS * far, around, far))
 
 
 def _predictor(T: Array, r: Array, white: Array) -> Array:
