@@ -14,6 +14,7 @@ from urdyn.estimate import EKF
 from urdyn.identify import Fit, identify
 from urdyn.model.arm import Arm
 from urdyn.signal import condition, samples
+from urdyn.signal.stretches import median_step
 from urdyn.tracking import Tracker, TrackerState
 from urdyn.tracking.model import DAY
 from urdyn.tracking.passage import STANDING
@@ -36,7 +37,7 @@ def run(recorded: Recorded) -> Log:
 
 def tracked(fit: Fit, run: Log) -> tuple[Tracker[Any], TrackerState[Any]]:
     """A run to its end."""
-    tracker = Tracker(fit, EKF(), 0.0105)
+    tracker = Tracker(fit, EKF(), median_step(run.t))
     state = tracker.init()
     for sample in samples(run):
         state, _ = tracker.step(state, sample)

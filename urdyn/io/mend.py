@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from urdyn.errors import LogError
-from urdyn.io import clock
+from urdyn.io import arm_clock, clock
 from urdyn.io.table import AS_NAN, LEFT_OUT, Table, merge
 from urdyn.types import Array, Defect, Log, Mask, Source
 
@@ -33,7 +33,7 @@ def mend(table: Table, source: Source) -> Log:
     for step in (_without_strange_stamps, _without_strays, _without_repeats, _possible):
         table = step(table, source)
         _check_enough(table, source)
-    table = _of_every_joint(table)
+    table = _on_time(_of_every_joint(table))
     late = clock.gaps(table.channels["timestamp"])
     table = _noted(table, late, "gap", "kept")
     return Log(table.channels.pop("timestamp"), table.channels, source, table.defects)
@@ -107,6 +107,19 @@ def _of_every_joint(table: Table) -> Table:
         table.channels[name] = np.pad(wide[name], padding, constant_values=np.nan)
     defect = Defect("missing column", sum(lacking.values()), 0, AS_NAN)
     return replace(table, defects=merge((*table.defects, defect)))
+
+
+def _on_time(table: Table) -> Table:
+    """Rows where the arm's own motion puts them, if their stamps scatter."""
+    t, q, v = (table.channels.get(name) for name in ("timestamp", "actual_q", "actual_qd"))
+    if t is None or q is None or v is None or not 2 == q.ndim == v.ndim:
+        return table
+    put = arm_clock.scattered(t, q, v)
+    if put is None:
+        return table
+    table = _noted(table, put != t, "stamp that scatters", "put where the arm's motion says")
+    table.channels["timestamp"] = put
+    return table
 
 
 def _check_enough(table: Table, source: Source) -> None:

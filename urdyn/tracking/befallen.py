@@ -41,6 +41,7 @@ RARE = 10.0  # [-] by which something in a drive is less likely than another pay
 BOTH = 30.0  # [-] by which both at once are: a large payload moves more than its signature says
 TOLD = 3.0  # [sd] from what it was thought to be: less, and it is taken for that
 LASTS = 0.24  # [s] that what comes bears it out: a knock and its rebound have passed by then
+BORNE = 0.7  # [-] of its odds that have to last
 CARRIED = slice(-10, -6)  # columns of a slice's A: mass and first moments of the payload
 OWN = slice(COLUMN["s"], COLUMN["load"] + 1)  # and of all that is packed: s, v and load
 # Rows and columns of the sums: of a payload, of a drive, and behind them e, that both have.
@@ -140,13 +141,13 @@ class Befallen:
 def befallen(evidence: Evidence, sizes: Sizes, before: Array) -> tuple[Befallen, Evidence]:
     """What befell the arm that carried a payload (10,) `before`; and the evidence of it.
 
-    Nothing, until something was sure and half of its odds have lasted; then all that is likely, for
+    Nothing, until something was sure and most of its odds have lasted; then all that is likely, for
     the next seconds tell which. What speaks for noise is not kept.
     """
     odds, J = log_odds(evidence, sizes), len(sizes.wear)
     of = odds.max(axis=1).argmax()
     surest, top = odds[of], float(odds[of].max())
-    borne_out = top > 0.5 * evidence.highest > 0.0
+    borne_out = top > BORNE * evidence.highest > 0.0
     highest = max(top, evidence.highest * borne_out)
     likely = (surest > top - LIKELY) & (borne_out and evidence.lasted > LASTS)
     payload, drives, both = likely[0], likely[1 : 1 + J], likely[1 + J :]
