@@ -17,8 +17,8 @@ UNUSABLE = 0.2  # a log that lost a larger share of its rows is refused
 LIMITS = {
     "target_q": 1e3,  # [rad]
     "actual_q": 1e3,
-    "target_qd": 1e3,  # [rad/s]
-    "actual_qd": 1e3,
+    "target_qd": 30.0,  # [rad/s]; the quickest wrist turns by 6.3
+    "actual_qd": 30.0,
     "target_current": 1e3,  # [A]
     "actual_current": 1e3,
     "target_moment": 1e5,  # [N·m]

@@ -77,7 +77,10 @@ class Causal:
         if dt == 0:
             return replace(state, repeats=state.repeats + 1), None
         row = np.array([sample.q, sample.v, sample.current, sample.temperature])
-        row[np.abs(row) > POSSIBLE[:, None]] = np.nan
+        wild = np.abs(row) > POSSIBLE[:, None]
+        if np.count_nonzero(wild):
+            row[wild] = np.nan
+            state = replace(state, refused=state.refused + int(np.count_nonzero(wild[:2])))
         if 0 < dt <= GAP * self.period:
             state = self._admit(state, sample.t, row, dt)
         else:
