@@ -21,7 +21,7 @@ from __future__ import annotations
 import numpy as np
 
 from urdyn.io.clock import GAP
-from urdyn.types import Array, Mask
+from urdyn.types import MAD_TO_SD, Array, Mask
 
 SCATTER = 3e-4  # [s] of a stamp's scatter, sd: less is not told from a velocity's noise at 100 Hz
 SHARE = 0.5  # [-] of what both clocks differ by from step to step, that has to be scatter
@@ -29,6 +29,7 @@ MOVING = 0.1  # [rad/s] of the quickest joint, slower than which an arm tells no
 ANGLE, VELOCITY, BENT = 1e-4, 2e-3, 1e-4  # [rad], [rad/s], [s] sd of what a step is told by
 WILD = 5.0  # [sd] by which a step differs where an angle jumps, and no stamp
 FEWEST = 50  # steps that tell of stamps
+BLOCK = 2**18  # rows at a time: memory never holds the log twice
 
 
 def scattered(t: Array, q: Array, v: Array) -> Array | None:
@@ -42,7 +43,8 @@ def scattered(t: Array, q: Array, v: Array) -> Array | None:
     usual = float(np.median(dt))
     if _spread(dt - usual) < SCATTER:
         return None
-    passed, speed = _told(q, v)
+    steps = [slice(k, k + BLOCK + 1) for k in range(0, len(dt), BLOCK)]
+    passed, speed = map(np.concatenate, zip(*(_told(q[s], v[s]) for s in steps), strict=True))
     beside = passed - dt
     moves = np.isfinite(beside) & (speed > MOVING) & (dt < GAP * usual)
     if np.count_nonzero(moves) < FEWEST:
@@ -82,7 +84,7 @@ def _scatter(off: Array, moves: Mask) -> float:
 
 def _spread(x: Array) -> float:
     """Standard deviation by the median, whatever a few are."""
-    return 1.4826 * float(np.median(np.abs(x)))
+    return MAD_TO_SD * float(np.median(np.abs(x)))
 
 
 def _together(t: Array, passed: Array, weight: Array) -> Array:
