@@ -20,7 +20,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from urdyn.io.clock import GAP
+from urdyn.io.clock import gaps
 from urdyn.types import MAD_TO_SD, Array, Mask
 
 SCATTER = 3e-4  # [s] of a stamp's scatter, sd: less is not told from a velocity's noise at 100 Hz
@@ -46,7 +46,7 @@ def scattered(t: Array, q: Array, v: Array) -> Array | None:
     steps = [slice(k, k + BLOCK + 1) for k in range(0, len(dt), BLOCK)]
     passed, speed = map(np.concatenate, zip(*(_told(q[s], v[s]) for s in steps), strict=True))
     beside = passed - dt
-    moves = np.isfinite(beside) & (speed > MOVING) & (dt < GAP * usual)
+    moves = np.isfinite(beside) & (speed > MOVING) & ~gaps(t)[1:]
     if np.count_nonzero(moves) < FEWEST:
         return None
     off = beside - np.median(beside[moves])
@@ -57,7 +57,7 @@ def scattered(t: Array, q: Array, v: Array) -> Array | None:
     doubt = np.hypot(
         BENT, np.hypot(np.sqrt(2.0) * ANGLE, VELOCITY * usual) / np.maximum(speed, MOVING)
     )
-    put = _together(t, passed, np.where(moves, (scatter / doubt) ** 2, 0.0))
+    put = _together(t, beside, np.where(moves, (scatter / doubt) ** 2, 0.0))
     return put if (np.diff(put) > 0.0).all() else None
 
 
@@ -87,11 +87,16 @@ def _spread(x: Array) -> float:
     return MAD_TO_SD * float(np.median(np.abs(x)))
 
 
-def _together(t: Array, passed: Array, weight: Array) -> Array:
-    """Least squares of both clocks, (N,); `weight` of each step beside that of a stamp."""
+def _together(t: Array, beside: Array, weight: Array) -> Array:
+    """Least squares of both clocks, (N,).
+
+    Args:
+        beside: by how much each step is longer by the arm's clock than by stamps, (N - 1,) [s].
+        weight: of that beside a stamp's; 0 where the arm tells nothing.
+    """
     from scipy.linalg import solveh_banded  # heavy, and seldom needed
 
-    step = np.where(weight > 0.0, passed - np.diff(t), 0.0) * weight
+    step = np.where(weight > 0.0, beside, 0.0) * weight
     diagonal = 1.0 + np.append(weight, 0.0) + np.append(0.0, weight)
     banded = np.stack([np.append(0.0, -weight), diagonal])
     return np.asarray(t + solveh_banded(banded, np.append(0.0, step) - np.append(step, 0.0)))
