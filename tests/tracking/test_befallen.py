@@ -17,6 +17,7 @@ from urdyn.tracking.befallen import (
     WEARING,
     Sizes,
     befallen,
+    log_odds,
     none_yet,
     of_drives,
     told_from,
@@ -71,6 +72,18 @@ def test_a_payload_is_blamed_on_no_drive(arm, seed, mass):
     assert what.payload is not None and not what.drives.any()
     # A tenth off in every joint's weight; centred, so that the mass is no further off than that.
     assert abs(what.payload[0] - mass) < 0.1 * mass + 0.3
+
+
+@pytest.mark.parametrize(("left", "lasts"), [(0.75, True), (0.65, False)])
+def test_a_burst_of_which_too_little_is_left_is_nothing(arm, left, lasts):
+    """As 36 nats that were 18 a quarter of a second later, in a real run with a load."""
+    rng, shapes, sizes = np.random.default_rng(3), signatures(3, arm.drive), Sizes.of(arm.drive)
+    e = shapes.payload @ [2.0, 0.0, 0.0, 0.16] + rng.standard_normal((LASTING, J))
+    evidence = told(shapes, e)
+    evidence = replace(evidence, highest=float(log_odds(evidence, sizes).max()) / left)
+    what, after = befallen(evidence, sizes, np.zeros(10))
+    assert what.anything is lasts
+    assert after.lasted == evidence.lasted * lasts
 
 
 @pytest.mark.parametrize("joint", range(J))

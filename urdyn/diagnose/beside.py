@@ -44,21 +44,22 @@ class Beside:
 
     def shown(self, moment: Waiting, belief: Belief, m: Array) -> Shown:
         """What a moment says of the load, near m."""
-        return self._shown(self.pool(moment, m), belief, m)
+        return self.said(self.pool(moment, m), belief, m)
 
     def told(self, moment: Waiting, belief: Belief, modes: Sequence[Mode]) -> Waiting:
         """A moment that says this near each mode."""
         return replace(moment, told=tuple(self.shown(moment, belief, k.mean) for k in modes))
 
-    def unladen(self, moment: Waiting, mode: Mode, usual: bool) -> Pool:
+    def unladen(self, pool: Pool, mode: Mode, usual: bool) -> Pool:
         """What a moment says of all states; of the payload nothing while another one is carried.
 
         Args:
+            pool: of an arm that carries the mode.
             usual: the mode is what is carried as a rule.
         """
-        at, pool = self.space.payload, self.pool(moment, mode.mean)
         if usual:
             return pool
+        at = self.space.payload
         cov = carried.alike(carried.spread(mode)).cov
         cross = pool.A[:, at]
         inner = np.linalg.solve(np.eye(len(at)) + cov @ pool.A[np.ix_(at, at)], cov)
@@ -74,9 +75,10 @@ class Beside:
             A: information in one, (n, n).
         """
         nobodys = np.zeros(len(carried.ANYTHING))
-        told = self._shown(Pool(A, np.zeros(len(A)), 0.0, nobodys), belief, nobodys).C
+        told = self.said(Pool(A, np.zeros(len(A)), 0.0, nobodys), belief, nobodys).C
         return np.diag(np.linalg.inv(moments * told + np.diag(carried.ANYTHING**-2.0)))
 
-    def _shown(self, pool: Pool, belief: Belief, m: Array) -> Shown:
+    def said(self, pool: Pool, belief: Belief, m: Array) -> Shown:
+        """What moments of an arm that carries m say of the load."""
         x, P = belief[0][self.rest], belief[1][self._rests]
         return carried.shown(pool, self.space.payload, self.rest, x, P, m)

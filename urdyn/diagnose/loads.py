@@ -104,11 +104,12 @@ class Loads:
         if mode:
             told = carried.nearest(ripe.told, modes[mode].mean)
             modes[mode] = carried.learnt(told, carried.spread(modes[mode]), ripe.end)
-        pool = self.beside.unladen(ripe, modes[mode], not mode) if whole else None
+        near = self.beside.pool(ripe, modes[mode].mean)
+        pool = self.beside.unladen(near, modes[mode], not mode) if whole else None
         carrying = replace(carrying, modes=tuple(modes), was=mode, path=tuple(path))
         if mode:
-            carrying = self._weighed(carrying, self.beside.pool(ripe, modes[mode].mean).A, before)
-        return carrying.on(ripe, self.beside.shown(ripe, before, modes[mode].mean)), pool
+            carrying = self._weighed(carrying, near.A, before)
+        return carrying.on(ripe, self.beside.said(near, before, modes[mode].mean)), pool
 
     def _weighed(self, carrying: Carrying, A: Array, before: Belief) -> Carrying:
         """With a moment more of that load, A (n, n)."""
