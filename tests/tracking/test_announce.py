@@ -11,8 +11,8 @@ import pytest
 
 from urdyn.io.bags import joints
 from urdyn.io.ros2.compose import Types
-from urdyn.io.ros2.status import Level, of_finding
-from urdyn.io.ros2.talk import Voice, acknowledged
+from urdyn.io.ros2.status import Level, Status, of_finding
+from urdyn.io.ros2.talk import Voice, acknowledged, seen
 from urdyn.io.snapshot import Snapshot
 from urdyn.tracking import announce, open_source
 from urdyn.tracking.announce import Announcer, Audience, by_part
@@ -82,11 +82,49 @@ def test_findings_are_lines_of_their_joints():
 
 def test_what_is_acknowledged_is_told_and_no_longer_warned_of():
     lines = statuses(snapshot(), THREE, [FINDING])
-    some = acknowledged(lines, frozenset({"urdyn: elbow_joint"}))
+    some = acknowledged(lines, seen(lines, ["urdyn: elbow_joint"]))
     assert [s.level for s in some] == [Level.OK, Level.OK, Level.WARN]
     assert "friction increase" in some[1].message
-    assert {s.level for s in acknowledged(lines, frozenset({""}))} == {Level.OK}
+    sooner = FINDING | {"time_to_failure_s": {"median": 500.0, "lo": 200.0, "hi": 700.0}}
+    for still in (lines, statuses(snapshot(), THREE, [sooner])):
+        assert {s.level for s in acknowledged(still, seen(lines, [""]))} == {Level.OK}
     assert {s.level for s in stale(lines, 3.0)} == {Level.STALE}
+
+
+COLLISION = FINDING | {"kind": "collision", "id": "collision.elbow_joint@9.0"}
+AGAIN = COLLISION | {"id": "collision.elbow_joint@12.0"}
+
+
+@pytest.mark.parametrize(
+    ("before", "after"),
+    {
+        "worse": ([FINDING], [FINDING | {"severity": "critical"}]),
+        "something else": ([FINDING], [FINDING, COLLISION]),
+        "once more": ([COLLISION], [COLLISION, AGAIN]),
+        "another joint": ([FINDING], [FINDING, FINDING | {"joint": 0}]),
+        "the arm itself": ([FINDING], [FINDING, COLLISION | {"joint": None}]),
+        "nothing was the matter then": ([], [FINDING]),
+    }.values(),
+)
+def test_what_gets_worse_or_is_new_is_warned_of_again(before, after):
+    known = seen(statuses(snapshot(), THREE, before), [""])
+    lines = statuses(snapshot(), THREE, after)
+    *parts, arm = acknowledged(lines, known)
+    worst = max(s.level for s in lines)
+    assert arm.level == worst
+    told = {s.name for s in parts if s.level == worst}
+    assert not told or any(name in arm.message for name in told)
+
+
+def test_a_drive_that_was_acknowledged_is_quiet_until_it_gets_worse():
+    line = Status(Level.WARN, "urdyn: wrist_1_joint", "drive health 0.86")
+    known = seen((line,), [line.name])
+    assert acknowledged((replace(line, message="drive health 0.85"),), known)[0].level == Level.OK
+    for worse in (
+        replace(line, level=Level.ERROR, message="drive health 0.40"),
+        replace(line, message="friction 1.6 times that when commissioned"),
+    ):
+        assert acknowledged((worse,), known) == (worse,)
 
 
 class Message:
@@ -96,13 +134,17 @@ class Message:
         self.__dict__.update(fields)
 
 
-def test_a_run_tells_what_it_writes(workshop, tmp_path, monkeypatch):
+def unheard(now, lines):
+    raise OSError("gone")
+
+
+def test_a_run_tells_what_it_writes(workshop, tmp_path, monkeypatch, caplog):
     monkeypatch.setattr(announce, "PULSE", 0.05)
     monkeypatch.setattr(announce, "STALE", 0.3)
     monkeypatch.setattr(import_module("urdyn.tracking.run"), "ROWS", 1e3)  # [Hz] all of them
     sent, scraped, glances = [], [], []
     voice = Voice(Types(lambda name: Message, int), lambda *one: sent.append(one), True, True)
-    plants = [lambda now, lines: scraped.append((now, lines))]
+    plants = [unheard, lambda now, lines: scraped.append((now, lines))]
     announcer = Announcer(workshop.fit, Audience(voice, plants), "20235")
 
     def watch(glance):
@@ -117,6 +159,10 @@ def test_a_run_tells_what_it_writes(workshop, tmp_path, monkeypatch):
             time.sleep(0.05)
     finally:
         announcer.close()
+    assert len(scraped) > 1  # one that cannot be told ends nothing, and is said once
+    assert [r.getMessage() for r in caplog.records if "gone" in r.getMessage()] == [
+        f"{__name__}: cannot be told: OSError('gone'); tried again"
+    ]
     by_topic = {topic: [m for t, m in sent if t == topic] for topic in {t for t, _ in sent}}
     assert len(by_topic["/urdyn/estimates"]) == len(glances) > 450
     last = by_topic["/urdyn/estimates"][-1]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -11,7 +12,7 @@ import numpy as np
 
 from urdyn.identify.fit import Fit
 from urdyn.io.ros2.status import Status
-from urdyn.io.ros2.talk import Voice, acknowledged
+from urdyn.io.ros2.talk import Seen, Voice, acknowledged, seen
 from urdyn.io.snapshot import Snapshot
 from urdyn.model.body import centre_of_mass
 from urdyn.tracking.health import STALE, stale, statuses
@@ -19,6 +20,7 @@ from urdyn.tracking.physical import PAYLOAD
 from urdyn.tracking.run import Glance
 from urdyn.types import Array
 
+LOG = logging.getLogger(__name__)
 PULSE = 1.0  # [s] between two diagnoses
 
 Tell = Callable[[Snapshot, Sequence[Status]], None]
@@ -40,7 +42,8 @@ class Announcer:
         self._fit, self._audience, self._serial = fit, audience, serial
         self._newest: tuple[float, Glance, Snapshot] | None = None  # [s] monotonic, when it came
         self._torque = fit.dynamics.drive.gain  # (J,) [N·m/A] of drives as healthy as believed
-        self._known: frozenset[str] = frozenset()  # acknowledged
+        self._known: dict[str, Seen] = {}  # acknowledged, by the lines' names
+        self._failed: set[Tell] = set()  # who could not be told, and that was said
         self._ended = Event()
         self._pulse = Thread(target=self._beat, daemon=True)
         self._pulse.start()
@@ -84,20 +87,33 @@ class Announcer:
         )
 
     def _beat(self) -> None:
+        plants = self._audience.plants
+        listeners = (self._diagnose, *plants) if self._audience.voice else plants
         while not self._ended.wait(PULSE):
             if self._newest is None:
                 continue
             came, glance, snapshot = self._newest
             lines = self._lines(glance, snapshot, time.monotonic() - came)
-            if self._audience.voice:
-                self._audience.voice.diagnose(time.time_ns(), lines)
-            for tell in self._audience.plants:
-                tell(snapshot, lines)
+            for tell in listeners:
+                self._told(tell, snapshot, lines)
+
+    def _diagnose(self, _: Snapshot, lines: Sequence[Status]) -> None:
+        assert self._audience.voice
+        self._audience.voice.diagnose(time.time_ns(), tuple(lines))
+
+    def _told(self, tell: Tell, now: Snapshot, lines: Sequence[Status]) -> None:
+        """One that cannot be told keeps nobody else from hearing, and is tried again."""
+        try:
+            tell(now, lines)
+        except Exception as error:
+            if tell not in self._failed:
+                LOG.warning("%s: cannot be told: %r; tried again", tell.__module__, error)
+            self._failed.add(tell)
 
     def _lines(self, glance: Glance, now: Snapshot, age: float) -> tuple[Status, ...]:
-        self._known |= frozenset(self._audience.acknowledgements())
         coulomb = self._fit.dynamics.drive.coulomb
         lines = statuses(now, coulomb, glance.findings, self._serial)
+        self._known |= seen(lines, self._audience.acknowledgements())
         return stale(lines, age) if age > STALE else acknowledged(lines, self._known)
 
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+import re
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -13,7 +14,7 @@ from urdyn.io.snapshot import Snapshot
 from urdyn.types import Array
 
 DIAGNOSTICS = "/diagnostics"
-ACKNOWLEDGE = "/urdyn/acknowledge"  # std_msgs/String: the name of a status, or "" for all
+ACKNOWLEDGE = "/urdyn/acknowledge"  # std_msgs/String: the name of a status, or "" for all of now
 
 # Topic -> its type.
 TOPICS = {
@@ -25,6 +26,9 @@ TOPICS = {
     "/urdyn/feed_forward": "std_msgs/msg/Float64MultiArray",
     "/urdyn/friction_scales": "std_msgs/msg/Float64MultiArray",
 }
+
+WARNED = (Level.WARN, Level.ERROR)
+NUMBERS = re.compile(r",|\b\d")  # from here on a message moves with every sample
 
 Publish = Callable[[str, Any], None]  # topic, message
 
@@ -59,14 +63,50 @@ class Voice:
         self.publish(DIAGNOSTICS, self.types.diagnostics(ns, statuses))
 
 
-def acknowledged(statuses: tuple[Status, ...], known: frozenset[str]) -> tuple[Status, ...]:
-    """The statuses, where what somebody has acknowledged is told and no longer warned of."""
-    return tuple(
+@dataclass(frozen=True)
+class Seen:
+    """A line as it was when somebody acknowledged it."""
+
+    level: Level
+    matters: frozenset[str]
+
+    def quiets(self, status: Status) -> bool:
+        """Whether the line is no worse than it was, and of nothing else."""
+        return status.level <= self.level and _matters(status) <= self.matters
+
+
+def seen(statuses: tuple[Status, ...], names: Iterable[str]) -> dict[str, Seen]:
+    """What is warned of now on the lines of these names, "" for all, by the lines' names."""
+    asked = set(names)
+    return {
+        s.name: Seen(s.level, _matters(s))
+        for s in statuses
+        if s.level in WARNED and not asked.isdisjoint(("", s.name))
+    }
+
+
+def acknowledged(statuses: tuple[Status, ...], known: Mapping[str, Seen]) -> tuple[Status, ...]:
+    """The statuses, where what was acknowledged is told and no longer warned of.
+
+    Until it gets worse, or something else is the matter too. The last line, the arm's, is no
+    better than those before it.
+    """
+    told = [
         replace(s, level=Level.OK, message=f"acknowledged: {s.message}")
-        if s.level in (Level.WARN, Level.ERROR) and ("" in known or s.name in known)
+        if s.level in WARNED and s.name in known and known[s.name].quiets(s)
         else s
         for s in statuses
-    )
+    ]
+    worst, arm = max(told, key=lambda s: s.level), told[-1]
+    if worst.level > arm.level:
+        told[-1] = replace(arm, level=worst.level, message=f"{worst.name}: {worst.message}")
+    return tuple(told)
+
+
+def _matters(status: Status) -> frozenset[str]:
+    """What is the matter: findings by their names, and what the message says before its numbers."""
+    found = (value.replace("_", " ") for key, value in status.values if key in ("id", "kind"))
+    return frozenset((*found, NUMBERS.split(status.message)[0].strip()))
 
 
 def dds_types() -> Types:
