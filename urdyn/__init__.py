@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from urdyn.model.arm import load_arm
     from urdyn.signal import condition
     from urdyn.simulate import simulate
+    from urdyn.tracking.offline import track
     from urdyn.twin import Twin
     from urdyn.types import Gaussian, Log, Motion, Parameters
 
@@ -53,6 +54,7 @@ __all__ = [
     "read",
     "read_poses",
     "simulate",
+    "track",
     "validate",
     "write",
 ]
@@ -66,6 +68,7 @@ _HOMES = {
     "urdyn.io": ("Effort", "read", "write"),
     "urdyn.model.arm": ("load_arm",),
     "urdyn.signal": ("condition",),
+    "urdyn.tracking.offline": ("track",),
     "urdyn.twin": ("Twin",),
     "urdyn.types": ("Gaussian", "Log", "Motion", "Parameters"),
 }

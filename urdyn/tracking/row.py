@@ -12,6 +12,7 @@ import numpy as np
 from urdyn.tracking.reading import Reading
 from urdyn.types import Array
 
+RATE = 10.0  # [Hz] of rows, at most
 FINE = 128.0  # steps in a standard deviation, and in an sd itself: what is finer is not known
 FINEST = 2.0**-12  # [A] of a current
 
@@ -23,6 +24,11 @@ def columns(names: Sequence[str], units: Sequence[str], joints: int) -> list[tup
     currents = [(f"{what}_{j}", "A") for what in ("current", "predicted") for j in range(joints)]
     numbers = [(*of, float) for of in [("t", "s"), *told, *currents, ("nis", "-")]]
     return [*numbers, ("measured", "", int), ("widened", "", bool)]
+
+
+def spacing(period: float) -> int:
+    """Samples from one row to the next, where they are `period` [s] apart."""
+    return max(1, int(np.ceil(1.0 / (RATE * period) - 0.01)))
 
 
 def row(reading: Reading, mean: Array, sd: Array) -> Array:

@@ -32,13 +32,12 @@ from urdyn.tracking.observer import Observer
 from urdyn.tracking.parts import FILE, discard_parts, drop_others, writing_parts
 from urdyn.tracking.physical import Quantities, quantities
 from urdyn.tracking.reading import Reading
-from urdyn.tracking.row import row
+from urdyn.tracking.row import row, spacing
 from urdyn.tracking.source import Arrival, Source, now
 from urdyn.tracking.tracker import Tracker
 from urdyn.types import Array
 from urdyn.version import __version__
 
-ROWS = 10.0  # [Hz] of the history, at most
 SWITCH = 5e-4  # [s] after which one thread lets another in
 PART = 10.0  # [s] of data between checkpoints: what is done again after a kill
 AGAIN = 1000  # samples of a recording between them, at least: a second or so of work
@@ -225,7 +224,7 @@ class _Run(Generic[S]):
         share = at.index / self.source.length if self.source.length else 0.0
         rate, of = work.count / work.total, self.quantities
         found = self.observer.findings if self.observer else ()
-        every = max(1, int(np.ceil(1.0 / (ROWS * self.source.period) - 0.01)))
+        every = spacing(self.source.period)
         due, t = at.index % every == 0 or reading.widened, at.last - at.began
         glance = Glance(t, at.last, at.index, share, rate, reading, of, found, due)
         if self.watch:
