@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import json
 import socket
+import socketserver
 import subprocess
 import sys
+import threading
 import time
 import urllib.request
 from collections.abc import Iterator
@@ -149,3 +151,31 @@ def test_a_broker_that_is_not_there_is_one_line(free_port):
 
     with pytest.raises(InputError, match=f"MQTT broker 127.0.0.1:{free_port}"):
         connect(f"127.0.0.1:{free_port}", "x")
+
+
+@pytest.fixture
+def strict_broker(free_port: int) -> Iterator[tuple[int, list[bytes]]]:
+    """One that lets nobody in, CONNACK 5, and what it was told."""
+    heard: list[bytes] = []
+
+    class Refusal(socketserver.BaseRequestHandler):
+        def handle(self) -> None:
+            heard.append(self.request.recv(1024))
+            self.request.sendall(bytes([0x20, 2, 0, 5]))
+
+    with socketserver.ThreadingTCPServer(("127.0.0.1", free_port), Refusal) as server:
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        yield free_port, heard
+        server.shutdown()
+
+
+def test_a_broker_that_refuses_us_is_one_line(strict_broker, monkeypatch):
+    pytest.importorskip("paho", reason="the extra plants is not installed")
+    from urdyn.io.plants.mqtt import connect
+
+    monkeypatch.setenv("URDYN_MQTT_USER", "arm")
+    monkeypatch.setenv("URDYN_MQTT_PASSWORD", "of gold")
+    port, heard = strict_broker
+    with pytest.raises(InputError, match=f"127.0.0.1:{port}: Not authorized; URDYN_MQTT_USER"):
+        connect(f"127.0.0.1:{port}", "x")
+    assert b"\x00\x03arm\x00\x07of gold" in heard[0]

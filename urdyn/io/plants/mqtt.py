@@ -1,16 +1,18 @@
 """Retained JSON on an MQTT broker, at least once: urdyn/ROBOT/joint/NAME, .../payload, .../status.
 
 A broker that goes away is taken up again; whoever asks later gets the newest state at once. When
-we go, the broker tells urdyn/ROBOT/online: false.
+we go, the broker tells urdyn/ROBOT/online: false. Who we are stands in URDYN_MQTT_USER and
+URDYN_MQTT_PASSWORD; port 8883 is spoken to over TLS.
 """
 
 from __future__ import annotations
 
 import json
 import math
+import os
 from collections.abc import Callable, Sequence
 from importlib.util import find_spec
-from threading import Event
+from queue import Empty, Queue
 from typing import Any
 
 from urdyn.errors import InputError, MissingExtraError
@@ -18,7 +20,8 @@ from urdyn.io.address import joined, parse
 from urdyn.io.ros2.status import Status
 from urdyn.io.snapshot import Snapshot
 
-PORT = 1883
+PORT, SECURE = 1883, 8883  # as IANA has them; the second over TLS
+USER, PASSWORD = "URDYN_MQTT_USER", "URDYN_MQTT_PASSWORD"  # of the environment
 AT_LEAST_ONCE = 1
 PATIENCE = 10.0  # [s] for a broker's first word
 WAIT = 2.0  # [s] for the last words to arrive
@@ -36,22 +39,32 @@ def connect(text: str, robot: str) -> tuple[Tell, Callable[[], None]]:
     host, port = parse(text, PORT, "MQTT broker")
     client = Client(CallbackAPIVersion.VERSION2)
     client.will_set(f"urdyn/{robot}/online", "false", AT_LEAST_ONCE, retain=True)
-    answered = Event()
+    if user := os.environ.get(USER):
+        client.username_pw_set(user, os.environ.get(PASSWORD))
+    answers: Queue[str] = Queue()  # "", or why the broker refuses us
 
-    def online(*_: Any) -> None:
+    def answered(_client: Any, _data: Any, _flags: Any, reason: Any, _properties: Any) -> None:
         """Said again after every reconnect."""
-        _publish(client, f"urdyn/{robot}/online", True)
-        answered.set()
+        if not reason.is_failure:
+            _publish(client, f"urdyn/{robot}/online", True)
+        answers.put(f"{reason}; {USER} and {PASSWORD} say who we are" if reason.is_failure else "")
 
-    client.on_connect = online
+    client.on_connect = answered
     try:
+        if port == SECURE:
+            client.tls_set()
         client.connect(host, port)
     except OSError as error:
         raise InputError(f"MQTT broker {joined(host, port)}: {error.strerror or error}") from error
     client.loop_start()
-    if not answered.wait(PATIENCE):
+    try:
+        refused = answers.get(timeout=PATIENCE)
+    except Empty:
+        refused = "does not answer as a broker does"
+    if refused:
+        client.disconnect()
         client.loop_stop()
-        raise InputError(f"MQTT broker {joined(host, port)}: does not answer as a broker does")
+        raise InputError(f"MQTT broker {joined(host, port)}: {refused}")
 
     def tell(now: Snapshot, statuses: Sequence[Status]) -> None:
         for part in (*now.joints, "payload"):
