@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import xml.etree.ElementTree as ET
 from pathlib import Path
+from queue import Queue
 
 import pytest
 import yaml
@@ -64,7 +65,13 @@ def test_the_node_hears_and_tells(tmp_path):
             message.header.stamp.nanosec = k * 2_000_000
             out.publish(message)
             rclpy.spin_once(node, timeout_sec=0.05)
-        assert node.inbox.qsize() > 50
+        heard = node.inbox.qsize()
+        assert heard > 50 and not list(node.remarks())
+        node.inbox = Queue(1)
+        for _ in range(3):
+            node._hear(message)
+        (line,) = node.remarks()
+        assert "2 joint states lost" in line.message and not list(node.remarks())
     finally:
         node.destroy_node()
         other.destroy_node()

@@ -145,7 +145,9 @@ def test_a_run_tells_what_it_writes(workshop, tmp_path, monkeypatch, caplog):
     sent, scraped, glances = [], [], []
     voice = Voice(Types(lambda name: Message, int), lambda *one: sent.append(one), True, True)
     plants = [unheard, lambda now, lines: scraped.append((now, lines))]
-    announcer = Announcer(workshop.fit, Audience(voice, plants), "20235")
+    behind = Status(Level.WARN, "urdyn: node", "falls behind", (), "20235")
+    audience = Audience(voice, plants, remarks=lambda: iter((behind,)))
+    announcer = Announcer(workshop.fit, audience, "20235")
 
     def watch(glance):
         glances.append(glance)
@@ -187,6 +189,6 @@ def test_a_run_tells_what_it_writes(workshop, tmp_path, monkeypatch, caplog):
     assert forward.shape == modelled.shape  # of every sample, of an arm at rest too
     np.testing.assert_allclose(forward[1:], modelled[1:] * healthy[:-1])
     diagnoses = by_topic["/diagnostics"]
-    assert [s.name for s in diagnoses[0].status][-1] == "urdyn: arm"
+    assert [s.name for s in diagnoses[0].status][-2:] == ["urdyn: arm", "urdyn: node"]
     assert {s.hardware_id for s in diagnoses[0].status} == {"20235"}
     assert diagnoses[-1].status[0].level == Level.STALE

@@ -33,6 +33,7 @@ class Audience:
     voice: Voice | None = None  # ROS 2
     plants: Sequence[Tell] = ()
     acknowledgements: Callable[[], Iterator[str]] = lambda: iter(())
+    remarks: Callable[[], Iterator[Status]] = lambda: iter(())  # beside the arm's lines
 
 
 class Announcer:
@@ -114,7 +115,8 @@ class Announcer:
         coulomb = self._fit.dynamics.drive.coulomb
         lines = statuses(now, coulomb, glance.findings, self._serial)
         self._known |= seen(lines, self._audience.acknowledgements())
-        return stale(lines, age) if age > STALE else acknowledged(lines, self._known)
+        lines = stale(lines, age) if age > STALE else acknowledged(lines, self._known)
+        return (*lines, *self._audience.remarks())
 
 
 def _of(mean: Mapping[str, Mapping[str, float]], joints: Sequence[str], name: str) -> Array:

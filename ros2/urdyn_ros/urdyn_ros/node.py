@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Iterator
 from pathlib import Path
-from queue import Empty, SimpleQueue
+from queue import Empty, Full, Queue, SimpleQueue
 from threading import Event, Thread
 from typing import Any
 
@@ -23,7 +23,8 @@ from urdyn.diagnose.rules import read_rules
 from urdyn.estimate import UKF
 from urdyn.io import sha256
 from urdyn.io.ros2.compose import Types
-from urdyn.io.ros2.listen import Understanding
+from urdyn.io.ros2.listen import Heard, Understanding
+from urdyn.io.ros2.status import Level, Status
 from urdyn.io.ros2.talk import TOPICS, Voice
 from urdyn.tracking import Tracker, run
 from urdyn.tracking.announce import Announcer, Audience
@@ -40,6 +41,7 @@ PARAMETERS: dict[str, Any] = {
     "friction_scales": False,
     "set_payload": False,
 }
+WAITING = 5000  # joint states that may wait: ten seconds at 500 Hz
 SET_PAYLOAD = "/io_and_status_controller/set_payload"
 
 
@@ -49,7 +51,9 @@ class TwinNode(Node):
     def __init__(self) -> None:
         super().__init__("urdyn")
         self.declare_parameters("", list(PARAMETERS.items()))
-        self.ended, self.inbox, self.told = Event(), SimpleQueue(), SimpleQueue()
+        self.ended, self.told = Event(), SimpleQueue()
+        self.inbox: Queue[Heard] = Queue(WAITING)
+        self._lost = self._lost_before = 0  # joint states for which there was no room
         self._reset = False
         self._understand = Understanding(self.asked("topic"))
         self._payload: Any = None  # newest InertiaStamped
@@ -86,11 +90,23 @@ class TwinNode(Node):
             except Empty:
                 return
 
+    def remarks(self) -> Iterator[Status]:
+        """Whether joint states were lost since the last look."""
+        lost, self._lost_before = self._lost - self._lost_before, self._lost
+        if lost:
+            told = f"falls behind: {lost} joint states lost, {self._lost} in all"
+            yield Status(Level.WARN, "urdyn: node", told, (), self.asked("serial"))
+
     def _hear(self, message: JointState) -> None:
         heard = self._understand(message, time.monotonic(), self._reset)
-        if heard is not None:
+        if heard is None:
+            return
+        try:
+            self.inbox.put_nowait(heard)
+        except Full:
+            self._lost += 1
+        else:
             self._reset = False
-            self.inbox.put(heard)
 
     def _acknowledge(self, _: Trigger.Request, answer: Trigger.Response) -> Trigger.Response:
         self.told.put("")
@@ -125,9 +141,8 @@ def follow(node: TwinNode) -> None:
     fit = ud.Twin.load(twin).fit
     effort = ud.Effort(node.asked("effort_unit") or None, fit.dynamics.drive.gain)
     effort.told(node.asked("topic"))
-    announcer = Announcer(
-        fit, Audience(node.voice, (), node.acknowledgements), node.asked("serial")
-    )
+    audience = Audience(node.voice, (), node.acknowledgements, node.remarks)
+    announcer = Announcer(fit, audience, node.asked("serial"))
     try:
         source = hearing(
             f"ros2://{node.asked('topic')}",
