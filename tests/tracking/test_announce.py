@@ -141,7 +141,7 @@ def unheard(now, lines):
 def test_a_run_tells_what_it_writes(workshop, tmp_path, monkeypatch, caplog):
     monkeypatch.setattr(announce, "PULSE", 0.05)
     monkeypatch.setattr(announce, "STALE", 0.3)
-    monkeypatch.setattr(import_module("urdyn.tracking.run"), "ROWS", 1e3)  # [Hz] all of them
+    monkeypatch.setattr(import_module("urdyn.tracking.row"), "RATE", 1e3)  # [Hz] all of them
     sent, scraped, glances = [], [], []
     voice = Voice(Types(lambda name: Message, int), lambda *one: sent.append(one), True, True)
     plants = [unheard, lambda now, lines: scraped.append((now, lines))]
