@@ -67,7 +67,7 @@ def test_a_limit_counts_once_it_is_surely_crossed(grade):
 def test_findings_are_lines_of_their_joints():
     _, elbow, arm = statuses(snapshot(), THREE, [FINDING], "20235")
     assert elbow.level == arm.level == Level.WARN
-    assert elbow.message == "friction increase, 600 s left" and elbow.hardware_id == "20235"
+    assert elbow.message == "friction increase, 10 min left" and elbow.hardware_id == "20235"
     assert ("kind", "friction_increase") in elbow.values
     over = FINDING | {"time_to_failure_s": {"median": -1.0}}
     assert (
@@ -76,8 +76,9 @@ def test_findings_are_lines_of_their_joints():
         == Level.ERROR
     )
     assert of_finding({"kind": "collision", "joint": None}).name == "urdyn: arm"
-    seen = of_finding(over | {"acknowledged": True})
-    assert seen.level == Level.OK and seen.message == "acknowledged: friction increase, 0 s left"
+    known = of_finding(over | {"acknowledged": True})
+    assert known.level == Level.OK
+    assert known.message == "acknowledged: friction increase, time is over"
 
 
 def test_what_is_acknowledged_is_told_and_no_longer_warned_of():

@@ -156,7 +156,7 @@ def test_history_and_findings_become_one_mcap(tmp_path: Path) -> None:
     ((ns, array),) = [(ns, m) for topic, ns, m in told if topic == "/diagnostics"]
     (line,) = array.status
     assert ns == 2_500_000_000 and line.level == 1
-    assert line.name == "urdyn: elbow_joint" and "3600 s left" in line.message
+    assert line.name == "urdyn: elbow_joint" and "60 min left" in line.message
     ((text,),) = [(m.data,) for topic, _, m in told if topic == "/urdyn/findings"]
     assert json.loads(text) == FINDING
 

@@ -9,6 +9,7 @@ from enum import IntEnum
 from typing import Any
 
 from urdyn.io.bags.joints import JOINTS
+from urdyn.io.spans import NEVER, span
 
 
 class Level(IntEnum):
@@ -42,7 +43,7 @@ def of_finding(
     whose = joints[joint] if isinstance(joint, int) and 0 <= joint < len(joints) else joint
     kind = str(finding.get("kind", "finding")).replace("_", " ")
     left = _left(finding)
-    message = kind if left is None else f"{kind}, {left:.0f} s left"
+    message = kind + _in_time(left)
     values = tuple((key, _said(value)) for key, value in finding.items())
     grave = finding.get("severity") == "critical" or left == 0.0
     level = Level.ERROR if grave else Level.WARN
@@ -55,7 +56,15 @@ def _left(finding: Mapping[str, Any]) -> float | None:
     """Median time to failure [s], 0 where it has passed; None: nobody can tell."""
     told = finding.get("time_to_failure_s")
     median = told.get("median") if isinstance(told, Mapping) else None
-    return max(float(median), 0.0) if isinstance(median, int | float) else None
+    if not isinstance(median, int | float) or not median < NEVER:
+        return None
+    return max(float(median), 0.0)
+
+
+def _in_time(left: float | None) -> str:
+    if left is None:
+        return ""
+    return f", {span(left)} left" if left else ", time is over"
 
 
 def _said(value: Any) -> str:
