@@ -19,10 +19,11 @@ import numpy as np
 from scipy.optimize import brentq
 from scipy.stats import norm
 
-from urdyn.errors import UrdynError
+from urdyn.errors import InputError
 from urdyn.faults.detector import Verdict
-from urdyn.faults.gathering import require_promise
+from urdyn.faults.given import fraction, given, given_promise, given_rows
 from urdyn.faults.robust import level_and_spread
+from urdyn.faults.whiten import measured
 from urdyn.types import Array, Mask, frozen
 
 WINDOW = 10  # [steps] k
@@ -67,14 +68,21 @@ class Algorithm2:
 
     def __post_init__(self) -> None:
         for name in ("warning", "critical", "slope", "reference_slope"):
-            object.__setattr__(self, name, frozen(np.atleast_1d(getattr(self, name))))
-        if (np.asarray(self.warning) == np.asarray(self.critical)).any():
-            raise UrdynError("warning and critical level are the same: severity has no scale")
-        if self.window < 1 or not 0.0 < self.gain <= 1.0:
-            raise UrdynError("Algorithm 2 takes a window of 1 step or more and a gain in (0, 1]")
+            numbers = given(getattr(self, name), name)
+            object.__setattr__(self, name, frozen(numbers))
+        given(self.side, "side", "+1 where parameters rise, -1 where they fall", _one_way)
+        given(self.window, "window", "1 step or more", lambda x: x >= 1.0)
+        given(self.gain, "gain", "a number above 0, and 1 at most", lambda x: (x > 0) & (x <= 1))
+        if (self.side * (np.asarray(self.critical) - self.warning) <= 0.0).any():
+            raise InputError(
+                f"critical level {self.critical} is not beyond the warning level {self.warning}: "
+                "severity has no scale"
+            )
 
     def init(self, streams: int) -> History:
         """No estimate yet."""
+        for name in ("warning", "critical", "slope", "reference_slope"):
+            given(getattr(self, name), name, streams=streams)
         return History(np.full((self.window + 1, streams), np.nan))
 
     def step(self, state: History, observed: Array) -> tuple[History, Verdict]:
@@ -128,16 +136,19 @@ def tuned_algorithm2(
     The warning level is one that their average, an autoregression of 1 - gain, passes once in
     `promise` steps over all streams [Siegmund1985]_; the slope's threshold is one sd of the slope.
     """
-    require_promise(promise)
-    if not 0.0 < gain < 1.0:
-        raise UrdynError(f"gain {gain}: an average takes one between 0 and 1")
-    series = healthy[:, None] if healthy.ndim == 1 else healthy
-    fits = np.array([level_and_spread(x[np.isfinite(x)]) for x in series.T])
+    given_promise(promise)
+    given(gain, "gain", "a number between 0 and 1", fraction)
+    series = given_rows(healthy, "a baseline")
+    fits = np.array([level_and_spread(measured(x, i)) for i, x in enumerate(series.T)])
     average = fits[:, 1] * np.sqrt(gain / (2.0 - gain))
     kept = (1.0 - gain) ** window
     slope = average * np.sqrt(2.0 * (1.0 - kept)) / window
     warning = fits[:, 0] + side * crossing_level(promise * series.shape[1], gain) * average
     return Algorithm2(warning, critical, slope, 3.0 * slope, window, gain, side, kind)
+
+
+def _one_way(side: Array) -> Mask:
+    return np.asarray(np.abs(side) == 1.0)
 
 
 def crossing_level(promise: float, gain: float) -> float:

@@ -20,6 +20,8 @@ from dataclasses import dataclass, fields
 import numpy as np
 from scipy.special import ndtr
 
+from urdyn.errors import InputError
+from urdyn.faults.given import fraction, given, positive
 from urdyn.types import Array, frozen
 
 CLIP = 2.5  # [sd] innovations count no further
@@ -66,7 +68,16 @@ def cells(
         steps: sizes of steps [sd].
         variances: ratios of the variance to the healthy one.
         changing: prior weight of the variances beside ramps and steps.
+
+    Raises:
+        InputError: there is none at all, or one that is no change.
     """
+    rates = given(rates, "rates", "positive numbers", positive).tolist()
+    steps = given(steps, "steps", "positive numbers", positive).tolist()
+    variances = given(variances, "variances", "numbers above 1", lambda x: x > 1.0).tolist()
+    given(changing, "changing", "a number between 0 and 1", fraction)
+    if not (rates or steps or variances):
+        raise InputError("no rates, steps or variances: there is nothing to look for")
     rows: list[Array] = []
     kinds: list[str] = []
     grows = np.array([*(rate**HURRY for rate in rates), *(JUMP for _ in steps)])

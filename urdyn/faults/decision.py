@@ -13,11 +13,12 @@ does so whatever is decided, and is left out.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 
 from urdyn.errors import InputError
+from urdyn.faults.given import given, positive
 from urdyn.types import NORMAL90, Array
 
 STEPS = 400  # in which a later service may fall, and as many before
@@ -36,9 +37,8 @@ class Costs:
     horizon: float = 2_000.0  # [h] over which the three are compared
 
     def __post_init__(self) -> None:
-        values = (self.service, self.stop, self.failure, self.notice, self.life, self.horizon)
-        if not all(np.isfinite(values)) or min(values) <= 0.0:
-            raise InputError("costs, notice, life and horizon are to be above 0")
+        for field in fields(self):
+            given(getattr(self, field.name), field.name, "a number above 0", positive)
         if self.notice >= self.horizon:
             raise InputError("the horizon is to be longer than the notice")
 
@@ -67,8 +67,17 @@ def decide(t: Array, failed: Array, costs: Costs | None = None) -> Decision:
     Args:
         t: times from now, ascending from 0, (N,) [h]; the last is the horizon.
         failed: probability of a failure by then, (N,), not falling.
+
+    Raises:
+        InputError: they do not fit each other, or end before a service can be a planned one.
     """
     costs = costs or Costs()
+    t = given(t, "times", "hours from 0, ascending", lambda x: np.diff(x, prepend=-1.0) > 0.0)
+    failed = given(failed, "failed", "probabilities", lambda x: (x >= 0.0) & (x <= 1.0))
+    if len(t) != len(failed):
+        raise InputError(f"there are {len(t)} times and {len(failed)} probabilities; give as many")
+    if not len(t) or t[0] != 0.0 or t[-1] < costs.notice:
+        raise InputError(f"times have to reach from 0 to the notice of {costs.notice:g} h at least")
     survived = 1.0 - failed
     lived = np.concatenate([[0.0], np.cumsum(np.diff(t) * 0.5 * (survived[1:] + survived[:-1]))])
     renewed = costs.service / costs.life * (t[-1] - lived)  # by T: E min(tau, T) is lived
@@ -88,6 +97,9 @@ def outlook(
     With this confidence a fault grows, and is forecast to end the work at `median` [h], 90 %
     between `lo` and `hi`, log-normal to either side.
     """
+    given(confidence, "confidence", "a probability", lambda x: (x >= 0.0) & (x <= 1.0))
+    if np.isnan([median, lo, hi]).any():
+        raise InputError(f"median {median}, lo {lo}, hi {hi}: give times from now [h]")
     early = np.linspace(0.0, costs.notice, STEPS, endpoint=False)
     t = np.concatenate([early, np.linspace(costs.notice, costs.horizon, STEPS + 1)])
     if not np.isfinite(median):

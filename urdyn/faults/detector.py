@@ -7,6 +7,7 @@ from typing import Protocol, TypeVar
 
 import numpy as np
 
+from urdyn.faults.given import given_rows
 from urdyn.types import Array, frozen
 
 S = TypeVar("S")
@@ -95,9 +96,10 @@ class Detection:
 
 def run(detector: Detector[S], observed: Array) -> Detection:
     """Run `detector` over a series (N, n), one `step` a row, each alarm acknowledged at once."""
-    state = detector.init(observed.shape[1])
+    rows = given_rows(observed, "a series")
+    state = detector.init(rows.shape[1])
     alarms, verdicts = [], []
-    for row, values in enumerate(observed):
+    for row, values in enumerate(rows):
         state, verdict = detector.step(state, values)
         verdicts.append(verdict)
         if verdict.alarm:

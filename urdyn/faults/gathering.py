@@ -12,9 +12,9 @@ from functools import cached_property
 
 import numpy as np
 
-from urdyn.errors import UrdynError
 from urdyn.faults.alternatives import Cells, cells
 from urdyn.faults.detector import Verdict
+from urdyn.faults.given import given_promise, given_side, given_tolerance
 from urdyn.faults.mixture import Mixture
 from urdyn.types import Array, frozen
 
@@ -45,7 +45,7 @@ class Gathering(ABC):
     tolerance: Array | float = 0.0  # (n,) or one [sd]: a change of the mean that is none
 
     def __post_init__(self) -> None:
-        require_promise(self.promise)
+        given_promise(self.promise)
         _ = self.mixture  # refuses what cannot be looked for
 
     @cached_property
@@ -63,6 +63,7 @@ class Gathering(ABC):
 
     def init(self, streams: int) -> Onsets:
         """Nothing seen yet."""
+        given_side(self.side, streams), given_tolerance(self.tolerance, streams)
         return Onsets(np.zeros((streams, len(self.alternatives))))
 
     def step(self, state: Onsets, observed: Array) -> tuple[Onsets, Verdict]:
@@ -76,12 +77,6 @@ class Gathering(ABC):
     def acknowledged(self, state: Onsets) -> Onsets:
         """Nothing seen yet."""
         return replace(state, R=np.zeros_like(state.R))
-
-
-def require_promise(promise: float) -> None:
-    """UrdynError where `promise` is no number of steps."""
-    if not promise >= 1.0 or not np.isfinite(promise):
-        raise UrdynError(f"promise {promise}: state the steps to a false alarm, 1 or more")
 
 
 def promised_steps(hours: float, rate: float) -> float:

@@ -16,7 +16,7 @@ from scipy.special import ndtri
 
 from urdyn.faults.alternatives import CLIP
 from urdyn.faults.detector import Verdict
-from urdyn.faults.gathering import require_promise
+from urdyn.faults.given import given, given_promise, given_side, given_tolerance
 from urdyn.types import Array, frozen
 
 AGES = (1, 2, 3, 4, 6, 8, 11, 16, 22, 32, 45, 64, 90, 128, 180)
@@ -43,7 +43,10 @@ class GLR:
     tolerance: Array | float = 0.0  # (n,) or one [sd]: a change of the mean that is none
 
     def __post_init__(self) -> None:
-        require_promise(self.promise)
+        given_promise(self.promise)
+        object.__setattr__(self, "side", frozen(given_side(self.side)))
+        object.__setattr__(self, "tolerance", frozen(given_tolerance(self.tolerance)))
+        given(self.ages, "ages", "whole steps, 1 or more, increasing", _grow)
 
     @cached_property
     def _shapes(self) -> Array:
@@ -56,13 +59,14 @@ class GLR:
 
     def init(self, streams: int) -> Window:
         """Nothing seen yet."""
+        given_side(self.side, streams), given_tolerance(self.tolerance, streams)
         return Window(np.zeros((self.ages[-1], streams)))
 
     def step(self, state: Window, observed: Array) -> tuple[Window, Verdict]:
         """Fit every term to the window that ends with the innovations, (n,) [sd]."""
         newest = np.where(np.isfinite(observed), observed, 0.0)
         e = np.vstack([state.e[1:], newest])
-        side, slack = (np.atleast_1d(x) for x in (self.side, self.tolerance))
+        side, slack = np.asarray(self.side), np.asarray(self.tolerance)
         up = self._shapes @ np.clip(e - slack, -CLIP, CLIP)
         down = self._shapes @ np.clip(-e - slack, -CLIP, CLIP)
         terms = np.stack([np.where(side >= 0.0, up, 0.0), np.where(side <= 0.0, down, 0.0)])
@@ -75,7 +79,7 @@ class GLR:
         return Window(np.zeros_like(state.e))
 
     def _threshold(self, streams: int) -> float:
-        sides = np.broadcast_to(np.where(np.atleast_1d(self.side) == 0.0, 2.0, 1.0), (streams,))
+        sides = np.broadcast_to(np.where(np.asarray(self.side) == 0.0, 2.0, 1.0), (streams,))
         looks = len(self._shapes) * float(sides.sum())
         return float(-ndtri(1.0 / (self.promise * looks)))
 
@@ -84,3 +88,7 @@ class GLR:
         way, term = np.unravel_index(int(terms.argmax()), terms.shape)
         shape, age = divmod(int(term), len(self.ages))
         return f"{SHAPES[shape]} {('up', 'down')[int(way)]}", float(self.ages[age])
+
+
+def _grow(ages: Array) -> bool:
+    return len(ages) > 0 and bool((np.diff(ages, prepend=0.0) > 0.0).all() and not (ages % 1).any())

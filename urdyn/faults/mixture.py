@@ -7,8 +7,8 @@ from functools import cached_property
 
 import numpy as np
 
-from urdyn.errors import UrdynError
 from urdyn.faults.alternatives import CLIP, Cells, cells
+from urdyn.faults.given import given_side, given_tolerance
 from urdyn.types import Array, frozen
 
 
@@ -21,13 +21,8 @@ class Mixture:
     tolerance: Array | float = 0.0  # (n,) or one [sd]: a change of the mean that is none
 
     def __post_init__(self) -> None:
-        for name in ("side", "tolerance"):
-            object.__setattr__(self, name, frozen(np.atleast_1d(getattr(self, name))))
-        slack = np.asarray(self.tolerance)
-        if not (np.isfinite(slack).all() and (slack >= 0.0).all()):
-            raise UrdynError("a tolerance of a change is finite, and 0 or more")
-        if not np.isin(self.side, (-1.0, 0.0, 1.0)).all():
-            raise UrdynError("a side is +1 where only a rise is a fault, -1 a fall, 0 both")
+        object.__setattr__(self, "side", frozen(given_side(self.side)))
+        object.__setattr__(self, "tolerance", frozen(given_tolerance(self.tolerance)))
 
     @cached_property
     def entry(self) -> Array:

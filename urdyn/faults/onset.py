@@ -15,7 +15,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from urdyn.faults.whiten import Baseline
+from urdyn.faults.given import given
+from urdyn.faults.whiten import Baseline, beside
 from urdyn.types import Array, Mask, frozen
 
 CANDIDATES = 160  # onsets remembered
@@ -41,7 +42,8 @@ class Kinks:
 
 
 def kinks(baseline: Baseline, candidates: int = CANDIDATES) -> Kinks:
-    """Nothing seen yet."""
+    """Nothing seen yet; candidates: onsets that are remembered, 3 or more."""
+    given(candidates, "candidates", "3 or more: one between two", lambda x: x >= 3.0)
     n, empty = baseline.streams, np.zeros((candidates, baseline.streams))
     past = np.full((baseline.order, n), np.nan)
     recent = np.full((NEIGHBOURS, n), np.nan)
@@ -69,9 +71,9 @@ def follow(baseline: Baseline, state: Kinks, observed: Array) -> Kinks:
 
 def followed(baseline: Baseline, series: ArrayLike, candidates: int = CANDIDATES) -> Kinks:
     """After a whole series, (N,) or (N, n) [unit]."""
-    rows = np.asarray(series, dtype=np.float64)
+    rows, _ = beside(series, baseline)
     state = kinks(baseline, candidates)
-    for row in rows[:, None] if rows.ndim == 1 else rows:
+    for row in rows:
         state = follow(baseline, state, row)
     return state
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from urdyn.faults.given import given, given_promise, given_rows
 from urdyn.types import Array
 
 
@@ -20,6 +21,8 @@ def oracle_cusum(e: Array, rate: float) -> Array:
         e: innovations of independent runs, (N, runs) [sd], white and standard normal if healthy.
         rate: of the ramp [sd/step], signed.
     """
+    given(rate, "rate", "any number but 0", lambda x: x != 0.0)
+    e = given_rows(e, "innovations")
     steps, runs = e.shape
     # Onsets are remembered for six times the age at which such a ramp is found.
     known = max(1, min(steps, int(np.ceil(6.0 * (60.0 / rate**2) ** (1.0 / 3.0)))))
@@ -38,4 +41,5 @@ def calibrated(healthy: Array, promise: float) -> float:
 
     Alarms come at a constant rate: a run of N steps passes with probability 1 - exp(-N / promise).
     """
+    promise, healthy = given_promise(promise), given_rows(healthy, "statistics")
     return float(np.quantile(healthy.max(axis=0), np.exp(-len(healthy) / promise)))

@@ -15,9 +15,10 @@ from numpy.typing import ArrayLike
 from scipy.optimize import brentq
 from scipy.special import log_ndtr
 
-from urdyn.errors import UrdynError
+from urdyn.errors import InputError
+from urdyn.faults.given import fraction, given
 from urdyn.faults.onset import Kinks, followed
-from urdyn.faults.whiten import Baseline, learn_baseline
+from urdyn.faults.whiten import Baseline, beside
 from urdyn.types import Array
 
 HAZARD = 1e-4  # prior probability of an onset, per step
@@ -75,7 +76,9 @@ class Forecast:
 
     def health(self, horizon: float) -> float:
         """Probability that the critical level is not crossed within so many steps."""
-        return 1.0 - self.probability * self.posterior.crossed(self.rise, horizon)
+        steps = float(given(horizon, "horizon")[0])
+        crossed = self.probability * self.posterior.crossed(self.rise, steps)
+        return min(max(1.0 - crossed, 0.0), 1.0)
 
 
 def posterior(
@@ -89,7 +92,7 @@ def posterior(
     """
     known = np.isfinite(state.onset) & (state.S2[:, stream] > 0.0)
     if not known.any():
-        raise UrdynError("a forecast needs at least one measured step after the baseline")
+        raise InputError("a forecast needs at least one measured step after the baseline")
     S2, S1 = state.S2[known, stream], sign * state.S1[known, stream]
     age = state.t - state.onset[known]
     mean, sd = S1 / S2, 1.0 / np.sqrt(S2)
@@ -104,17 +107,19 @@ def posterior(
 def foresee(
     baseline: Baseline,
     state: Kinks,
-    warning: Array,
-    critical: Array,
+    warning: ArrayLike,
+    critical: ArrayLike,
     coverage: float = COVERAGE,
     hazard: float = HAZARD,
 ) -> tuple[Forecast, ...]:
-    """Forecasts of n streams from what was followed; levels (n,) [unit]."""
-    if not 0.0 < coverage < 1.0:
-        raise UrdynError(f"coverage {coverage}: an interval takes one between 0 and 1")
+    """Forecasts of n streams from what was followed; levels (n,) or one for all [unit]."""
+    given(coverage, "coverage", "a number between 0 and 1", fraction)
+    given(hazard, "hazard", "a number between 0 and 1", fraction)
+    warn = given(warning, "warning level", streams=baseline.streams)
+    fail = given(critical, "critical level", streams=baseline.streams)
     return tuple(
-        _foreseen(baseline, state, stream, float(warn), float(fail), coverage, hazard)
-        for stream, (warn, fail) in enumerate(zip(warning, critical, strict=True))
+        _foreseen(baseline, state, stream, *levels, coverage, hazard)
+        for stream, levels in enumerate(zip(warn.tolist(), fail.tolist(), strict=True))
     )
 
 
@@ -132,7 +137,7 @@ def _foreseen(
     sign, spread = float(np.sign(critical - typical)), float(baseline.spread[stream])
     near, far = (sign * (level - typical) / spread for level in (warning, critical))
     if not 0.0 < near <= far < np.inf:
-        raise UrdynError(
+        raise InputError(
             f"stream {stream} is {typical:.4g} when healthy: warning level {warning:.4g} and "
             f"critical level {critical:.4g} have to lie on one side of that, finite, and the "
             "critical one no nearer"
@@ -170,13 +175,13 @@ def forecast(
             healthy level where the fault lets the parameter fall.
         coverage: of the intervals, between 0 and 1.
 
+    Raises:
+        InputError: series and baseline are of other streams, or a level cannot be used.
+
     Example: `forecast(friction, friction_when_new, 0.2, 0.25)[0].critical.median` is in steps.
     """
-    healthy = baseline if isinstance(baseline, Baseline) else learn_baseline(np.asarray(baseline))
-    state = followed(healthy, series)
-    each = (healthy.streams,)
-    warn, fail = (np.broadcast_to(np.asarray(x, float), each) for x in (warning, critical))
-    return foresee(healthy, state, warn, fail, coverage)
+    rows, healthy = beside(series, baseline)
+    return foresee(healthy, followed(healthy, rows), warning, critical, coverage)
 
 
 def health_index(forecasts: Sequence[Forecast], horizon: float) -> float:

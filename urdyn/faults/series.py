@@ -4,21 +4,22 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
 from numpy.typing import ArrayLike
 
-from urdyn.errors import UrdynError
+from urdyn.errors import InputError
 from urdyn.faults.detector import Detection, Detector, run
+from urdyn.faults.given import given_side, given_tolerance
 from urdyn.faults.sequential import ShiryaevRoberts
-from urdyn.faults.whiten import Baseline, learn_baseline
+from urdyn.faults.whiten import Baseline, beside
 from urdyn.faults.whitened import Whitened
-from urdyn.types import Array
+
+PROMISE = 10_000.0  # [steps] unless asked for
 
 
 def detect(
     series: ArrayLike,
     baseline: Baseline | ArrayLike,
-    promise: float = 10_000.0,
+    promise: float = PROMISE,
     *,
     side: ArrayLike = 0.0,
     tolerance: ArrayLike = 0.0,
@@ -32,24 +33,18 @@ def detect(
         promise: steps to a false alarm over all streams together, on the average, at least.
         side: of each stream: +1 where only a rise is a fault, -1 a fall, 0 both.
         tolerance: change of each stream's level, in its unit, that is no fault.
-        detector: of standardised innovations; ShiryaevRoberts with these settings if None.
+        detector: of standardised innovations, with settings of its own; ShiryaevRoberts with
+            these if None.
+
+    Raises:
+        InputError: series and baseline are of other streams, or a setting cannot be used.
 
     Example: `detect(friction, friction_when_new, promise=10_000).alarm` is a row, or None.
     """
-    rows = np.asarray(series, dtype=np.float64)
-    rows = rows[:, None] if rows.ndim == 1 else rows
-    healthy = baseline if isinstance(baseline, Baseline) else learn_baseline(np.asarray(baseline))
-    if rows.ndim != 2 or rows.shape[1] != healthy.streams:
-        raise UrdynError(
-            f"the series is {rows.shape}, and the baseline has {healthy.streams} streams: "
-            "give steps x streams of the same streams"
-        )
+    rows, healthy = beside(series, baseline)
+    ways, slack = given_side(side, healthy.streams), given_tolerance(tolerance, healthy.streams)
     if detector is None:
-        detector = ShiryaevRoberts(
-            promise, side=_each(side), tolerance=healthy.whitened(_each(tolerance))
-        )
+        detector = ShiryaevRoberts(promise, side=ways, tolerance=healthy.whitened(slack))
+    elif promise != PROMISE or ways.any() or slack.any():
+        raise InputError("promise, side and tolerance are the detector's own; give them to it")
     return run(Whitened(healthy, detector), rows)
-
-
-def _each(value: ArrayLike) -> Array:
-    return np.atleast_1d(np.asarray(value, dtype=np.float64))

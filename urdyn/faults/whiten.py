@@ -13,10 +13,12 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from urdyn.errors import UrdynError
+from urdyn.errors import InputError
 from urdyn.faults.alternatives import CLIP
 from urdyn.faults.autoregression import autoregression, lagged
+from urdyn.faults.given import given, given_rows, positive
 from urdyn.faults.robust import level_and_spread, long_run_excess
 from urdyn.types import Array, frozen
 
@@ -82,9 +84,10 @@ def learn_baseline(healthy: Array, inflation: float = INFLATION) -> Baseline:
     shorter baseline does not know, widens the inflation.
 
     Raises:
-        UrdynError: too few steps are measured, or a stream does not move at all.
+        InputError: too few steps are measured, or a stream does not move at all.
     """
-    series = _streams(healthy)
+    series = given_rows(healthy, "a baseline")
+    given(inflation, "inflation", "a positive number", positive)
     learnt = [_stream(series[:, i], i, inflation) for i in range(series.shape[1])]
     order = max(len(one.coefficients) for one in learnt)
     coefficients = np.zeros((len(learnt), order))
@@ -105,20 +108,36 @@ def stated_baseline(
     level: Array | float, sd: Array | float, inflation: float = INFLATION
 ) -> Baseline:
     """Healthy streams that are white with a level and a spread known beforehand, (n,) [unit]."""
-    centre, spread = np.broadcast_arrays(np.atleast_1d(level), np.atleast_1d(sd))
-    if not (np.isfinite(spread).all() and (spread > 0.0).all() and np.isfinite(centre).all()):
-        raise UrdynError("a stated baseline takes a finite level and a positive spread a stream")
-    n = len(centre)
+    given(inflation, "inflation", "a positive number", positive)
+    n = max(np.size(level), np.size(sd))
+    centre = given(level, "level", streams=n)
+    spread = given(sd, "sd", "positive numbers", positive, n)
     return Baseline(np.zeros((n, 0)), centre, spread, np.full(n, inflation), centre, np.ones(n))
 
 
-def _streams(healthy: Array) -> Array:
-    series = np.asarray(healthy, dtype=np.float64)
-    if series.ndim == 1:
-        series = series[:, None]
-    if series.ndim != 2 or not series.shape[1]:
-        raise UrdynError(f"a baseline is steps x streams, and this has the shape {series.shape}")
-    return series
+def beside(series: ArrayLike, baseline: Baseline | ArrayLike) -> tuple[Array, Baseline]:
+    """A series (N, n), and what is healthy: given, or learnt from the same streams."""
+    rows = given_rows(series, "a series")
+    healthy = baseline if isinstance(baseline, Baseline) else learn_baseline(np.asarray(baseline))
+    if rows.shape[1] != healthy.streams:
+        raise InputError(
+            f"the series is {rows.shape}, and the baseline has {healthy.streams} streams: "
+            "give steps x streams of the same streams"
+        )
+    return rows, healthy
+
+
+def measured(y: Array, stream: int) -> Array:
+    """What was measured of one stream of a baseline, (N,); InputError where that is too little."""
+    told = y[np.isfinite(y)]
+    if len(told) < LEAST:
+        raise InputError(
+            f"stream {stream} of the baseline has {len(told)} measured steps, {LEAST} are needed "
+            f"and {ENOUGH} are good; record longer"
+        )
+    if not np.ptp(told) > 0.0:
+        raise InputError(f"stream {stream} of the baseline does not move: it cannot be judged")
+    return told
 
 
 class _Stream(NamedTuple):
@@ -134,21 +153,16 @@ class _Stream(NamedTuple):
 
 def _stream(y: Array, stream: int, inflation: float) -> _Stream:
     """Of one stream, (N,)."""
-    measured = int(np.isfinite(y).sum())
-    if measured < LEAST:
-        raise UrdynError(
-            f"stream {stream} of the baseline has {measured} measured steps, {LEAST} are needed "
-            f"and {ENOUGH} are good; record longer"
-        )
-    typical, _ = level_and_spread(y[np.isfinite(y)])
+    known = measured(y, stream)
+    typical, _ = level_and_spread(known)
     a = autoregression(y - typical)
     e = y - np.einsum("p,Np->N", a, lagged(y[:, None], len(a))[:, :, 0])
     told = np.isfinite(e)
     level, spread = level_and_spread(e[told])
     if not spread > 0.0:
-        raise UrdynError(f"stream {stream} of the baseline does not move: it cannot be judged")
+        raise InputError(f"stream {stream} of the baseline does not move: it cannot be judged")
     white = np.clip((e - level) / spread, -CLIP, CLIP)
-    short = np.sqrt(max(1.0, ENOUGH / measured))
+    short = np.sqrt(max(1.0, ENOUGH / len(known)))
     steps = np.diff(e)
     _, stride = level_and_spread(steps[np.isfinite(steps)] / (np.sqrt(2.0) * spread))
     # A difference of long-tailed innovations is less long-tailed than they: stride is above 1, and

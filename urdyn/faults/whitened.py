@@ -12,6 +12,7 @@ from typing import Generic, TypeVar
 
 import numpy as np
 
+from urdyn.errors import InputError
 from urdyn.faults.alternatives import CLIP
 from urdyn.faults.detector import Detector, Verdict
 from urdyn.faults.robust import SQUARE
@@ -53,7 +54,8 @@ class Whitened(Generic[S]):
     def init(self, streams: int) -> WhitenedState[S]:
         """Nothing seen yet."""
         n = self.baseline.streams
-        assert streams == n, f"the baseline is of {n} streams, not {streams}"
+        if streams != n:
+            raise InputError(f"{streams} streams, and {n} of the baseline; give the same ones")
         none = np.full((self.baseline.order, n), np.nan)
         inner = self.detector.init(n)
         return WhitenedState(none, np.full(n, np.nan), np.ones(n), np.full(n, TRUST), inner)

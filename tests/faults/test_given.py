@@ -1,0 +1,109 @@
+"""What cannot be used is refused where it enters, by its name."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+from urdyn.errors import InputError
+from urdyn.faults import (
+    GLR,
+    Algorithm2,
+    Costs,
+    ShiryaevRoberts,
+    Whitened,
+    calibrated,
+    cells,
+    decide,
+    detect,
+    forecast,
+    foresee,
+    kinks,
+    learn_baseline,
+    oracle_cusum,
+    outlook,
+    run,
+    stated_baseline,
+    tuned_algorithm2,
+)
+from urdyn.faults.onset import followed
+
+ONE, TWO = stated_baseline(0.0, 1.0), stated_baseline(np.zeros(2), np.ones(2))
+Y = np.random.default_rng(0).standard_normal(200)
+FOLLOWED = followed(ONE, Y[:20])
+AHEAD = forecast(Y[:20], ONE, 3.0, 6.0)[0]
+TIMES, FAILED = outlook(Costs(), 1.0, 500.0, 250.0, 1000.0)
+
+WRONG: list[tuple[str, Callable[[], Any]]] = [
+    ("side: 2 for 1", lambda: detect(Y, ONE, side=[1.0, 1.0])),
+    ("tolerance: 3 for 2", lambda: detect(np.zeros((5, 2)), TWO, tolerance=[0.1, 0.1, 0.1])),
+    ("tolerance", lambda: detect(Y, ONE, tolerance="much")),
+    ("promise", lambda: detect(Y, ONE, promise="10000")),
+    ("promise", lambda: detect(Y, ONE, promise=np.inf)),
+    ("the detector's own", lambda: detect(Y, ONE, 500.0, detector=GLR())),
+    ("the detector's own", lambda: detect(Y, ONE, side=1.0, detector=GLR())),
+    ("the detector's own", lambda: detect(Y, ONE, tolerance=0.1, detector=GLR())),
+    ("a series", lambda: detect(["a", "b"], ONE)),
+    ("a series", lambda: detect([[1.0], [1.0, 2.0]], ONE)),
+    ("a series", lambda: run(GLR(), np.array(1.0))),
+    ("3 streams", lambda: run(Whitened(TWO, GLR()), np.zeros((5, 3)))),
+    ("side: 2 for 3", lambda: run(ShiryaevRoberts(side=np.ones(2)), np.zeros((5, 3)))),
+    ("side: 2 for 3", lambda: run(GLR(side=np.ones(2)), np.zeros((5, 3)))),
+    ("tolerance", lambda: GLR(tolerance=-3.0)),
+    ("side", lambda: GLR(side=2.0)),
+    ("ages", lambda: GLR(ages=())),
+    ("ages", lambda: GLR(ages=(2, 1))),
+    ("ages", lambda: GLR(ages=(0, 1))),
+    ("nothing to look for", lambda: cells((), (), ())),
+    ("rates", lambda: cells(rates=(0.1, 0.0))),
+    ("steps", lambda: cells(steps=(-1.0,))),
+    ("variances", lambda: cells(variances=(0.0,))),
+    ("the series is", lambda: forecast(np.zeros((5, 2)), ONE, 3.0, 6.0)),
+    ("the series is", lambda: forecast(np.zeros(5), TWO, 3.0, 6.0)),
+    ("warning level: 3 for 2", lambda: forecast(np.ones((5, 2)), TWO, [1.0, 1.0, 1.0], 6.0)),
+    ("critical level", lambda: forecast(Y, ONE, 3.0, "high")),
+    ("critical level: 2 for 1", lambda: foresee(ONE, FOLLOWED, 3.0, [6.0, 6.0])),
+    ("hazard", lambda: foresee(ONE, FOLLOWED, 3.0, 6.0, hazard=0.0)),
+    ("hazard", lambda: foresee(ONE, FOLLOWED, 3.0, 6.0, hazard=2.0)),
+    ("horizon", lambda: AHEAD.health(np.nan)),
+    ("candidates", lambda: kinks(ONE, 2)),
+    ("inflation", lambda: learn_baseline(Y, inflation=0.0)),
+    ("inflation", lambda: learn_baseline(Y, inflation=np.nan)),
+    ("level: 2 for 3", lambda: stated_baseline(np.zeros(2), np.ones(3))),
+    ("level", lambda: stated_baseline(np.zeros((2, 2)), 1.0)),
+    ("0 measured steps", lambda: tuned_algorithm2(np.full(200, np.nan), 9.0)),
+    ("3 measured steps", lambda: tuned_algorithm2(Y[:3], 9.0)),
+    ("critical level", lambda: Algorithm2(3.0, 2.0, 0.1, 0.1)),
+    ("critical level", lambda: Algorithm2(0.7, 0.8, 0.1, 0.1, side=-1.0)),
+    ("slope", lambda: Algorithm2(2.0, 3.0, "steep", 0.1)),
+    ("rate", lambda: oracle_cusum(Y[:, None], 0.0)),
+    ("promise", lambda: calibrated(Y[:, None], 0.0)),
+    ("service", lambda: Costs(service="1.0")),
+    ("failed", lambda: decide(TIMES, np.full(len(TIMES), np.nan))),
+    ("times", lambda: decide(np.full(len(TIMES), np.nan), FAILED)),
+    ("probabilities", lambda: decide(TIMES, FAILED[1:])),
+    ("times", lambda: decide(np.zeros(0), np.zeros(0))),
+    ("notice", lambda: decide(np.array([0.0, 1.0]), np.array([0.0, 1.0]))),
+    ("median", lambda: outlook(Costs(), 1.0, np.nan)),
+    ("confidence", lambda: outlook(Costs(), 2.0, 500.0, 250.0, 1000.0)),
+]
+
+
+@pytest.mark.parametrize("said, asked", WRONG)
+def test_what_cannot_be_used_is_named(said: str, asked: Callable[[], Any]) -> None:
+    with pytest.raises(InputError, match=said):
+        asked()
+
+
+def test_one_setting_stands_for_all_streams() -> None:
+    y = np.random.default_rng(1).standard_normal((40, 2))
+    one, each = (detect(y, TWO, side=s, tolerance=0.1) for s in (1.0, [1.0, 1.0]))
+    np.testing.assert_array_equal(one.evidence, each.evidence)
+    assert forecast(y, TWO, 3.0, 6.0)[1].rise == foresee(TWO, followed(TWO, y), 3.0, 6.0)[1].rise
+
+
+def test_health_is_a_probability() -> None:
+    assert all(0.0 <= AHEAD.health(x) <= 1.0 for x in (-100.0, 0.0, 1.0, 1e3, 1e12))
