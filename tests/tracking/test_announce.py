@@ -139,6 +139,10 @@ def unheard(now, lines):
     raise OSError("gone")
 
 
+def unreadable():
+    raise OSError("gone")
+
+
 def test_a_run_tells_what_it_writes(workshop, tmp_path, monkeypatch, caplog):
     monkeypatch.setattr(announce, "PULSE", 0.05)
     monkeypatch.setattr(announce, "STALE", 0.3)
@@ -147,7 +151,7 @@ def test_a_run_tells_what_it_writes(workshop, tmp_path, monkeypatch, caplog):
     voice = Voice(Types(lambda name: Message, int), lambda *one: sent.append(one), True, True)
     plants = [unheard, lambda now, lines: scraped.append((now, lines))]
     behind = Status(Level.WARN, "urdyn: node", "falls behind", (), "20235")
-    audience = Audience(voice, plants, remarks=lambda: iter((behind,)))
+    audience = Audience(voice, plants, unreadable, lambda: iter((behind,)))
     announcer = Announcer(workshop.fit, audience, "20235")
 
     def watch(glance):
@@ -164,7 +168,7 @@ def test_a_run_tells_what_it_writes(workshop, tmp_path, monkeypatch, caplog):
         announcer.close()
     assert len(scraped) > 1  # one that cannot be told ends nothing, and is said once
     assert [r.getMessage() for r in caplog.records if "gone" in r.getMessage()] == [
-        f"{__name__}: cannot be told: OSError('gone'); tried again"
+        f"{who}: OSError('gone'); tried again every second" for who in (announce.__name__, __name__)
     ]
     by_topic = {topic: [m for t, m in sent if t == topic] for topic in {t for t, _ in sent}}
     assert len(by_topic["/urdyn/estimates"]) == len(glances) > 450

@@ -94,28 +94,31 @@ class Announcer:
             if self._newest is None:
                 continue
             came, glance, snapshot = self._newest
-            lines = self._lines(glance, snapshot, time.monotonic() - came)
+            coulomb = self._fit.dynamics.drive.coulomb
+            found = statuses(snapshot, coulomb, glance.findings, self._serial)
+            self._told(self._hear, snapshot, found)
+            lines = self._lines(found, time.monotonic() - came)
             for tell in listeners:
                 self._told(tell, snapshot, lines)
+
+    def _hear(self, _: Snapshot, found: Sequence[Status]) -> None:
+        self._known |= seen(found, self._audience.acknowledgements())
 
     def _diagnose(self, _: Snapshot, lines: Sequence[Status]) -> None:
         assert self._audience.voice
         self._audience.voice.diagnose(time.time_ns(), tuple(lines))
 
     def _told(self, tell: Tell, now: Snapshot, lines: Sequence[Status]) -> None:
-        """One that cannot be told keeps nobody else from hearing, and is tried again."""
+        """One with whom this fails keeps nobody else from hearing, and is tried again."""
         try:
             tell(now, lines)
         except Exception as error:
             if tell not in self._failed:
-                LOG.warning("%s: cannot be told: %r; tried again", tell.__module__, error)
+                LOG.warning("%s: %r; tried again every second", tell.__module__, error)
             self._failed.add(tell)
 
-    def _lines(self, glance: Glance, now: Snapshot, age: float) -> tuple[Status, ...]:
-        coulomb = self._fit.dynamics.drive.coulomb
-        lines = statuses(now, coulomb, glance.findings, self._serial)
-        self._known |= seen(lines, self._audience.acknowledgements())
-        lines = stale(lines, age) if age > STALE else acknowledged(lines, self._known)
+    def _lines(self, found: Sequence[Status], age: float) -> tuple[Status, ...]:
+        lines = stale(found, age) if age > STALE else acknowledged(found, self._known)
         return (*lines, *self._audience.remarks())
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -75,7 +75,7 @@ class Seen:
         return status.level <= self.level and _matters(status) <= self.matters
 
 
-def seen(statuses: tuple[Status, ...], names: Iterable[str]) -> dict[str, Seen]:
+def seen(statuses: Sequence[Status], names: Iterable[str]) -> dict[str, Seen]:
     """What is warned of now on the lines of these names, "" for all, by the lines' names."""
     asked = set(names)
     return {
@@ -85,7 +85,7 @@ def seen(statuses: tuple[Status, ...], names: Iterable[str]) -> dict[str, Seen]:
     }
 
 
-def acknowledged(statuses: tuple[Status, ...], known: Mapping[str, Seen]) -> tuple[Status, ...]:
+def acknowledged(statuses: Sequence[Status], known: Mapping[str, Seen]) -> tuple[Status, ...]:
     """The statuses, where what was acknowledged is told and no longer warned of.
 
     Until it gets worse, or something else is the matter too. The last line, the arm's, is no
