@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from difflib import get_close_matches
 from types import MappingProxyType
 from typing import Any, TypeVar, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+
+from urdyn.errors import InputError
 
 V = TypeVar("V")
 
@@ -37,6 +40,15 @@ def frozen(values: ArrayLike) -> Array:
     array = np.asarray(values, dtype=np.float64).view()
     array.flags.writeable = False
     return array
+
+
+def index_of(name: str, names: Sequence[str], what: str) -> int:
+    """Where `name` stands among `names`; InputError where it does not, with what may be meant."""
+    if name in names:
+        return names.index(name)
+    close = get_close_matches(str(name), names, 1)
+    hint = f"did you mean {close[0]}?" if close else f"there are {', '.join(names)}"
+    raise InputError(f"no {what} {name}; {hint}")
 
 
 @dataclass(frozen=True)
@@ -201,7 +213,7 @@ class Parameters:
         return len(self.names)
 
     def __getitem__(self, name: str) -> float:
-        return float(self.values[self.names.index(name)])
+        return float(self.values[index_of(name, self.names, "parameter")])
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ import numpy as np
 
 from urdyn.identify.noise import Noise
 from urdyn.model.dynamics import Dynamics
-from urdyn.types import Array, Gaussian, Parameters, Source, frozen
+from urdyn.types import Array, Gaussian, Parameters, Source, frozen, index_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,11 +40,11 @@ class Fit:
 
     def spread(self, name: str) -> float:
         """Its posterior standard deviation."""
-        return float(self.sd[self.parameters.names.index(name)])
+        return float(self.sd[index_of(name, self.parameters.names, "parameter")])
 
     def informed(self, name: str) -> float:
         """How much of the prior's variance the data removed: 0 nothing, 1 all."""
-        at = self.parameters.names.index(name)
+        at = index_of(name, self.parameters.names, "parameter")
         if not self.prior_sd[at]:
             return 0.0
         return float(np.clip(1.0 - (self.sd[at] / self.prior_sd[at]) ** 2, 0.0, 1.0))
