@@ -20,10 +20,11 @@ from urdyn.dbn import (
     figure2,
     places,
 )
-from urdyn.errors import UrdynError
+from urdyn.errors import InputError
 from urdyn.estimate import Kalman, track
 from urdyn.types import Array
 
+A, B, SEEN = Node("a"), Node("b"), Node("y", kind="observation")
 ONE_EACH = {n.name: 1 for n in figure2().parameters}
 
 
@@ -83,6 +84,13 @@ def test_removing_an_edge_removes_what_followed_from_it_between_slices() -> None
     assert len(network.edges) == len(figure2().edges) - 1
 
 
+def test_an_edge_is_removed_alone_and_a_shared_disturbance_from_either_end() -> None:
+    assert figure2().without("z", "f").edges == figure2().without("f", "z").edges
+    both = Network((A, B), (Edge("a", "b"), Edge("b", "a", 0.5, shared=True)))
+    assert both.without("a", "b").edges == (Edge("b", "a", 0.5, shared=True),)
+    assert both.without("b", "a").edges == (Edge("a", "b"),)
+
+
 def test_health_follows_friction_through_their_shared_disturbance() -> None:
     compiled = compile_linear(wandering(figure2()), ONE_EACH)
     f, z = (compiled.names.index(n) for n in ("f_0", "z_0"))
@@ -138,7 +146,7 @@ def test_the_first_slice_and_the_wandering_agree_with_a_simulation() -> None:
 
 def test_groups_of_different_size_are_led_by_a_pattern() -> None:
     sizes = {"k": 3, "m": 20, "f": 2, "alpha": 2, "beta": 2, "z": 2}
-    with pytest.raises(UrdynError, match="pattern"):
+    with pytest.raises(InputError, match="pattern"):
         compile_linear(figure2(), sizes)
     masses = np.zeros((2, 20))
     masses[[0, 1], [0, 10]] = 1.0
@@ -146,6 +154,14 @@ def test_groups_of_different_size_are_led_by_a_pattern() -> None:
     at = places(figure2(), sizes)
     np.testing.assert_allclose(model.B[at["alpha"], at["m"]], 0.1 * masses)
     assert len(model.names) == 31 and model.names[at["f"]] == ("f_0", "f_1")
+
+
+def test_shared_disturbances_go_by_patterns_too() -> None:
+    network = Network((Node("a", sd=2.0), Node("b")), (Edge("a", "b", 0.5, shared=True),))
+    with pytest.raises(InputError, match="pattern"):
+        compile_linear(network, {"a": 2, "b": 1})
+    model = compile_linear(network, {"a": 2, "b": 1}, {("a", "b"): np.array([[0.0, 1.0]])})
+    np.testing.assert_allclose(model.own, [[4.0, 0.0, 0.0], [0.0, 4.0, 1.0], [0.0, 1.0, 1.0]])
 
 
 def test_nodes_have_components_of_their_own() -> None:
@@ -157,7 +173,10 @@ def test_nodes_have_components_of_their_own() -> None:
     np.testing.assert_allclose(model.prior.sd, [0.1, 0.2, np.sqrt(1.04), np.sqrt(1.16)])
 
 
-A, B = Node("a"), Node("b")
+TRIANGLE = Network(
+    (A, B, Node("c")),
+    tuple(Edge(*ends, 0.9 if "b" in ends else -0.9, shared=True) for ends in ("ab", "bc", "ac")),
+)
 
 
 @pytest.mark.parametrize(
@@ -184,8 +203,33 @@ A, B = Node("a"), Node("b")
         (lambda: Node("a", mean=np.inf), "mean"),
         (lambda: Node("a", time_constant=0.0), "time constant"),
         (lambda: Node("a", kind="latent"), "take parameter or observation"),  # type: ignore[arg-type]
+        (lambda: figure2().parents(["f"]), "no node .*f.*; there are"),  # type: ignore[arg-type]
+        (lambda: figure2().d_separated("k", "f", ["m"]), "no node .*m"),  # type: ignore[arg-type]
+        (
+            lambda: Network((A, B), (Edge("a", "b"), Edge("a", "b", 2.0))),
+            "a -> b .* once",
+        ),
+        (
+            lambda: Network((A, B), tuple(Edge(*e, 0.1, shared=True) for e in ("ab", "ba"))),
+            "a <-> b .* more than once",
+        ),
+        (lambda: Network((A, SEEN), (Edge("y", "a"),)), "y -> a: what is observed leads nothing"),
+        (lambda: Network((A, SEEN), (Edge("a", "y", 0.1, shared=True),)), "a <-> y: .* shares"),
+        (lambda: compile_linear(TRIANGLE, dict.fromkeys("abc", 1)), r"a <-> b \(\+0.9\)"),
+        (lambda: compile_linear(Network((A, B), ()), {"a": 1}), "b has no size"),
+        (lambda: places(Network((A, B), ()), {"a": 1}), "b has no size"),
+        (lambda: compile_linear(Network((A,), ()), {"a": -1}), "a has no size"),
+        (lambda: compile_linear(Network((SEEN,), ()), {}), "no parameters"),
+        (
+            lambda: compile_linear(Network((Node("a", mean=(1.0, 2.0)),), ()), {"a": 3}),
+            "a has 3 components, and of mean 2 values",
+        ),
+        (
+            lambda: compile_linear(figure2(), ONE_EACH, {("m", "alpha"): np.ones((2, 2))}),
+            "pattern for .*alpha.* shape",
+        ),
     ],
 )
 def test_what_is_no_network_or_not_in_it_is_refused(asked: Callable[[], object], said: str) -> None:
-    with pytest.raises(UrdynError, match=said):
+    with pytest.raises(InputError, match=said):
         asked()

@@ -10,6 +10,7 @@ from typing import Generic
 import numpy as np
 
 from urdyn.dbn.two_slice import U_contra
+from urdyn.errors import InputError
 from urdyn.types import Array, Gaussian, Mask, frozen
 
 
@@ -24,6 +25,8 @@ class AffineObservation(Generic[U_contra]):
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "R", frozen(self.R))
+        if self.R.ndim != 2 or not (self.R.diagonal() >= 0.0).all():
+            raise InputError("R has to be a covariance (m, m), with no variance below 0")
 
     @cached_property
     def linear(self) -> Mask:

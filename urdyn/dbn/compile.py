@@ -16,10 +16,10 @@ from functools import cached_property
 
 import numpy as np
 
-from urdyn.dbn.graph import Network, Node, Values
+from urdyn.dbn.graph import CERTAIN, Network, Node
 from urdyn.dbn.mixed_graph import Pair
 from urdyn.dbn.two_slice import Slice
-from urdyn.errors import UrdynError
+from urdyn.errors import InputError
 from urdyn.types import Array, Gaussian, Mask, frozen
 
 Patterns = Mapping[Pair, Array]  # (child's size, parent's size) by ends; identity where not named
@@ -77,21 +77,32 @@ class CompiledNetwork:
 def compile_linear(
     network: Network, sizes: Mapping[str, int], patterns: Patterns | None = None
 ) -> CompiledNetwork:
-    """The parameters of `network`, each node with so many components as `sizes` says."""
-    nodes, at = network.parameters, places(network, sizes)
-    own, disturbance = (_own(network, sizes, field) for field in ("sd", "diffusion"))
+    """The parameters of `network`, each node with so many components as `sizes` says.
+
+    Raises:
+        InputError: a node has no size, or values of another; a pattern is missing or of another
+            shape; shared disturbances contradict one another.
+    """
+    at, led = places(network, sizes), patterns or {}
+    correlation = _correlation(network, at, led)
+    sd, diffusion = (_stack(network, sizes, field) for field in ("sd", "diffusion"))
     return CompiledNetwork(
-        tuple(f"{n.name}_{i}" for n in nodes for i in range(sizes[n.name])),
+        tuple(f"{name}_{i}" for name in at for i in range(sizes[name])),
         _stack(network, sizes, "mean"),
-        _coefficients(network, at, patterns or {}),
-        own,
-        disturbance,
+        _coefficients(network, at, led),
+        correlation * np.outer(sd, sd),
+        correlation * np.outer(diffusion, diffusion),
         _stack(network, sizes, "time_constant"),
     )
 
 
 def places(network: Network, sizes: Mapping[str, int]) -> dict[str, slice]:
-    """Where in the compiled state each parameter node stands."""
+    """Where in the compiled state each parameter node stands; InputError where one has no size."""
+    if not network.parameters:
+        raise InputError("the network has no parameters, and compiles to nothing")
+    for node in network.parameters:
+        if sizes.get(node.name, -1) < 0:
+            raise InputError(f"{node.name} has no size of 0 or more; sizes are {dict(sizes)}")
     ends = np.cumsum([0, *(sizes[n.name] for n in network.parameters)])
     return {
         n.name: slice(int(a), int(b))
@@ -103,10 +114,15 @@ def pattern(edge: Pair, at: Mapping[str, slice], patterns: Patterns) -> Array:
     """Which components of the parent lead which of the child, (child's size, parent's size)."""
     parent, child = (at[name].stop - at[name].start for name in edge)
     if edge in patterns:
-        assert patterns[edge].shape == (child, parent), "a pattern is child by parent"
-        return patterns[edge]
+        given = np.asarray(patterns[edge], dtype=float)
+        if given.shape != (child, parent):
+            raise InputError(
+                f"the pattern for {edge} has the shape {given.shape}; "
+                f"child by parent it is {(child, parent)}"
+            )
+        return given
     if parent != child:
-        raise UrdynError(
+        raise InputError(
             f"{edge[0]} has {parent} components and {edge[1]} has {child}; "
             f"say by a pattern for {edge} which lead which"
         )
@@ -115,7 +131,7 @@ def pattern(edge: Pair, at: Mapping[str, slice], patterns: Patterns) -> Array:
 
 def _coefficients(network: Network, at: Mapping[str, slice], patterns: Patterns) -> Array:
     """B, (n, n)."""
-    n = max((place.stop for place in at.values()), default=0)
+    n = max(place.stop for place in at.values())
     B = np.zeros((n, n))
     for edge in network.edges:
         if not edge.shared and {*edge.ends} <= set(at):
@@ -124,16 +140,19 @@ def _coefficients(network: Network, at: Mapping[str, slice], patterns: Patterns)
     return B
 
 
-def _own(network: Network, sizes: Mapping[str, int], field: str) -> Array:
-    """Covariance of the own parts from each node's `field`, (n, n)."""
-    sd, at = _stack(network, sizes, field), places(network, sizes)
-    correlation = np.eye(len(sd))
-    for edge in network.edges:
-        if edge.shared:
-            block = edge.coefficient * pattern(edge.ends, at, {})
-            correlation[at[edge.child], at[edge.parent]] = block
-            correlation[at[edge.parent], at[edge.child]] = block.T
-    return correlation * np.outer(sd, sd)
+def _correlation(network: Network, at: Mapping[str, slice], patterns: Patterns) -> Array:
+    """Of the own parts, (n, n); InputError where no variables have such."""
+    shared = [edge for edge in network.edges if edge.shared]
+    correlation = np.eye(max(place.stop for place in at.values()))
+    for edge in shared:
+        block = edge.coefficient * pattern(edge.ends, at, patterns)
+        correlation[at[edge.child], at[edge.parent]] = block
+        correlation[at[edge.parent], at[edge.child]] = block.T
+    least = np.linalg.eigvalsh(correlation).min(initial=0.0)
+    if least < (1.0 - CERTAIN) * len(correlation):
+        told = ", ".join(f"{edge} ({edge.coefficient:+.3g})" for edge in shared)
+        raise InputError(f"no variables are correlated like this: {told}; bring them nearer to 0")
+    return correlation
 
 
 def _stack(network: Network, sizes: Mapping[str, int], field: str) -> Array:
@@ -142,5 +161,7 @@ def _stack(network: Network, sizes: Mapping[str, int], field: str) -> Array:
 
 
 def _spread(node: Node, field: str, size: int) -> Array:
-    values: Values = getattr(node, field)
-    return np.array(np.broadcast_to(np.asarray(values, dtype=float), (size,)))
+    values = np.atleast_1d(np.asarray(getattr(node, field), dtype=float))
+    if values.shape not in ((1,), (size,)):
+        raise InputError(f"{node.name} has {size} components, and of {field} {len(values)} values")
+    return np.array(np.broadcast_to(values, (size,)))

@@ -11,6 +11,7 @@ because c follows the change of p and not twice its level. Shared disturbances, 
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Literal, get_args
@@ -18,7 +19,7 @@ from typing import Literal, get_args
 import numpy as np
 
 from urdyn.dbn.mixed_graph import MixedGraph, Names, Pair
-from urdyn.errors import UrdynError
+from urdyn.errors import InputError
 
 Kind = Literal["parameter", "observation"]
 Values = float | tuple[float, ...]  # the same for all components of a node, or one for each
@@ -41,11 +42,11 @@ class Node:
     def __post_init__(self) -> None:
         if self.kind not in get_args(Kind):
             kinds = " or ".join(get_args(Kind))
-            raise UrdynError(f"{self.name} has the kind {self.kind!r}; take {kinds}")
+            raise InputError(f"{self.name} has the kind {self.kind!r}; take {kinds}")
         spread = np.r_[self.sd, self.diffusion]
         finite = np.isfinite(np.r_[self.mean, spread]).all()
         if not (finite and (spread >= 0.0).all() and np.greater(self.time_constant, 0.0).all()):
-            raise UrdynError(
+            raise InputError(
                 f"{self.name}: mean, sd and diffusion have to be finite, no sd and no diffusion "
                 "below 0, and a time constant above 0"
             )
@@ -62,9 +63,9 @@ class Edge:
 
     def __post_init__(self) -> None:
         if self.parent == self.child:
-            raise UrdynError(f"{self}: an edge joins two nodes")
+            raise InputError(f"{self}: an edge joins two nodes")
         if not abs(self.coefficient) < (CERTAIN if self.shared else np.inf):
-            raise UrdynError(
+            raise InputError(
                 f"{self} ({self.coefficient}): a coefficient has to be finite, and a shared "
                 "disturbance's, a correlation, between -1 and 1"
             )
@@ -73,6 +74,11 @@ class Edge:
     def ends(self) -> Pair:
         """(parent, child)."""
         return self.parent, self.child
+
+    @property
+    def joins(self) -> Pair | Names:
+        """What two edges of a network never have in common: ends, of an arrow in their order."""
+        return frozenset(self.ends) if self.shared else self.ends
 
     def __str__(self) -> str:
         return f"{self.parent} {'<->' if self.shared else '->'} {self.child}"
@@ -87,6 +93,12 @@ class Network:
 
     def __post_init__(self) -> None:
         _ = self.unrolled  # a graph refuses what makes none
+        given, seen = Counter(e.joins for e in self.edges), {n.name for n in self.observations}
+        for edge in self.edges:
+            if given[edge.joins] > 1:
+                raise InputError(f"{edge} is there more than once; keep one")
+            if edge.parent in seen or (edge.shared and edge.child in seen):
+                raise InputError(f"{edge}: what is observed leads nothing, and shares nothing")
 
     @cached_property
     def parameters(self) -> tuple[Node, ...]:
@@ -151,12 +163,16 @@ class Network:
         return self.slice.order()
 
     def without(self, parent: str, child: str) -> Network:
-        """The network that lacks one edge, and so the inter-slice edge that followed from it."""
-        kept = tuple(e for e in self.edges if e.ends != (parent, child))
-        if len(kept) == len(self.edges):
-            there = ", ".join(map(str, self.edges))
-            raise UrdynError(f"no edge joins {parent} to {child}; there are {there}")
-        return replace(self, edges=kept)
+        """The network that lacks one edge, and so the inter-slice edge that followed from it.
+
+        The arrow, or where there is none the shared disturbance, whose ends have no order.
+        """
+        there = {e.joins: e for e in self.edges}
+        gone = there.get((parent, child)) or there.get(frozenset((parent, child)))
+        if gone is None:
+            told = ", ".join(map(str, self.edges))
+            raise InputError(f"no edge joins {parent} to {child}; there are {told}")
+        return replace(self, edges=tuple(e for e in self.edges if e is not gone))
 
     def __str__(self) -> str:
         lines = [f"{n.name:>6}  {n.kind:<11}  {n.meaning}" for n in self.nodes]

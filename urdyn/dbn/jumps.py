@@ -13,7 +13,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from urdyn.types import Array, frozen
+from urdyn.errors import InputError
+from urdyn.types import Array, frozen, index_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,19 +28,29 @@ class Jumps:
     def __post_init__(self) -> None:
         object.__setattr__(self, "step", frozen(self.step))
         object.__setattr__(self, "weight", frozen(self.weight))
+        if self.step.ndim != 2 or self.weight.shape != self.step.shape[:1]:
+            raise InputError(
+                f"steps {self.step.shape} and weights {self.weight.shape}: one row, one weight"
+            )
+        if not ((self.weight >= 0.0).all() and np.isclose(self.weight.sum(), 1.0)):
+            raise InputError(f"weights {self.weight}: none below 0, and together 1")
+        if np.shape(self.spread) not in ((), self.step.shape[1:]):
+            raise InputError(
+                f"spread {np.shape(self.spread)}: one for every one of {self.step.shape[1]} states"
+            )
         spread = np.broadcast_to(self.spread, self.step.shape[1:])
         object.__setattr__(self, "spread", frozen(spread))
-        assert self.step.ndim == 2 and self.weight.shape == self.step.shape[:1]
-        assert np.isclose(self.weight.sum(), 1.0), "prior weights sum to one"
 
 
 def jumps(
     names: tuple[str, ...], states: Sequence[str], sizes: Array, spread: float = 0.0
 ) -> Jumps:
     """Each of `states` alone by each of `sizes` (r,) give or take `spread`, equally likely."""
+    if not (len(states) and len(sizes)):
+        raise InputError("jumps want one state or more, and one size or more")
     step = np.zeros((len(states), len(sizes), len(names)))
     for row, state in zip(step, states, strict=True):
-        row[:, names.index(state)] = sizes
+        row[:, index_of(state, names, "state")] = sizes
     count = len(states) * len(sizes)
     sd: Array = spread * np.isin(names, states).astype(float)
     return Jumps(step.reshape(count, len(names)), np.full(count, 1.0 / count), sd)

@@ -15,22 +15,31 @@ import numpy as np
 from urdyn.dbn.compile import Patterns, pattern, places
 from urdyn.dbn.graph import Edge, Network, Node
 from urdyn.dbn.smoothed import Smoothed
-from urdyn.types import Array
+from urdyn.errors import InputError
+from urdyn.types import Array, Mask
 
 
 def learn_diffusion(residuals: Array, dt: Array) -> Array:
     """Standard deviation gathered in one second, (n,), from process residuals (N, n, n).
 
-    Slices in which no time passes say nothing and are left out.
+    Slices in which no time passes say nothing and are left out; InputError where there are none
+    but these.
     """
-    passed = dt > 0.0
+    passed = _passed(dt, len(residuals))
     variances = np.diagonal(residuals[passed], axis1=1, axis2=2) / dt[passed, None]
     return np.asarray(np.sqrt(variances.mean(axis=0)))
 
 
 def learn_measurement_noise(residuals: Array) -> Array:
-    """Variance of each sensor over the slices in which it spoke, (m,), from (N, m, m)."""
-    return np.asarray(np.nanmean(np.diagonal(residuals, axis1=1, axis2=2), axis=0))
+    """Variance of each sensor over the slices in which it spoke, (m,), from (N, m, m).
+
+    InputError where one never did.
+    """
+    squares = np.diagonal(residuals, axis1=1, axis2=2)
+    silent = np.flatnonzero(np.isnan(squares).all(axis=0))
+    if len(silent):
+        raise InputError(f"sensor {', '.join(map(str, silent))} never spoke; leave it out")
+    return np.asarray(np.nanmean(squares, axis=0))
 
 
 def learn_network(
@@ -43,20 +52,38 @@ def learn_network(
     """The same arrows, with coefficients, diffusions and shared correlations that fit a history.
 
     They are read from how the nodes moved, (N, ) steps `dt` [s], and assume that own parts are not
-    forgotten within it. One coefficient serves all components of an arrow.
+    forgotten within it. One coefficient serves all components of an edge.
+
+    Raises:
+        InputError: the history is of other states or slices, or time passes in none of these.
     """
     at, led = places(network, sizes), patterns or {}
-    passed = dt > 0.0
+    states = sum(sizes[name] for name in at)
+    if history.mean.shape[1] != states:
+        raise InputError(f"the history has {history.mean.shape[1]} states, the network {states}")
+    passed = _passed(dt, len(history.cross))
     moved = (history.increments()[passed] / dt[passed, None, None]).mean(axis=0)
     arrows = {e.ends: e for e in network.edges if not e.shared and {*e.ends} <= set(at)}
     learnt = dict(arrows)
     for child in at:
         learnt |= _coefficients([e for e in arrows.values() if e.child == child], moved, at, led)
     own = _own_moments(learnt.values(), moved, at, led)
-    edges = [learnt.get(e.ends, _correlated(e, own, at) if e.shared else e) for e in network.edges]
+    edges = [
+        _correlated(e, own, at, led) if e.shared else learnt.get(e.ends, e) for e in network.edges
+    ]
     return Network(
         tuple(_diffusing(n, own, at) if n.name in at else n for n in network.nodes), tuple(edges)
     )
+
+
+def _passed(dt: Array, slices: int) -> Mask:
+    """In which of so many slices time passes, (N,); InputError where in none."""
+    if np.shape(dt) != (slices,):
+        raise InputError(f"dt has the shape {np.shape(dt)}; there are {slices} slices")
+    passed = dt > 0.0
+    if not passed.any():
+        raise InputError("dt is above 0 in no slice; while no time passes nothing tells what moves")
+    return passed
 
 
 def _coefficients(
@@ -89,11 +116,12 @@ def _own_moments(
     return np.asarray(rest @ moved @ rest.T)
 
 
-def _correlated(edge: Edge, own: Array, at: Mapping[str, slice]) -> Edge:
+def _correlated(edge: Edge, own: Array, at: Mapping[str, slice], led: Patterns) -> Edge:
     """A shared disturbance with the correlation of the ends' own movements."""
+    A, sd = pattern(edge.ends, at, led), np.sqrt(own.diagonal())
     a, b = at[edge.parent], at[edge.child]
-    scale = np.sqrt(np.trace(own[a, a]) * np.trace(own[b, b]))
-    found = np.trace(own[a, b]) / scale if scale > 0.0 else 0.0
+    scale = np.sum(A**2 * np.outer(sd[b], sd[a]))
+    found = np.sum(A * own[b, a]) / scale if scale > 0.0 else 0.0
     return replace(edge, coefficient=float(found))
 
 

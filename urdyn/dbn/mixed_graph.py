@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from graphlib import CycleError, TopologicalSorter
 
-from urdyn.errors import UrdynError
+from urdyn.errors import InputError
 
 Pair = tuple[str, str]
 Names = frozenset[str]
@@ -26,22 +26,20 @@ class MixedGraph:
 
     def __post_init__(self) -> None:
         if twice := sorted({n for n in self.nodes if self.nodes.count(n) > 1}):
-            raise UrdynError(f"two nodes are named {', '.join(twice)}; give each its own name")
+            raise InputError(f"two nodes are named {', '.join(twice)}; give each its own name")
         self.named(end for pair in self.directed | self.shared for end in pair)
         try:
             self.order()
         except CycleError as error:
             circle = " -> ".join(error.args[1])
-            raise UrdynError(f"arrows lead in a circle, {circle}; take one out") from None
+            raise InputError(f"arrows lead in a circle, {circle}; take one out") from None
 
     def named(self, nodes: str | Iterable[str]) -> Names:
-        """One node or more as a set; UrdynError where the graph has no such."""
-        found = frozenset((nodes,) if isinstance(nodes, str) else nodes)
-        if strange := found.difference(self.nodes):
-            raise UrdynError(
-                f"no node {', '.join(sorted(strange))}; there are {', '.join(self.nodes)}"
-            )
-        return found
+        """One node or more as a set; InputError where the graph has no such."""
+        found = (nodes,) if isinstance(nodes, str) else tuple(nodes)
+        if strange := sorted(str(n) for n in found if n not in self.nodes):
+            raise InputError(f"no node {', '.join(strange)}; there are {', '.join(self.nodes)}")
+        return frozenset(found)
 
     def parents(self, *nodes: str) -> Names:
         """Whom the arrows into `nodes` come from."""
