@@ -3,20 +3,23 @@
     Lambda = P⁻¹,  eta = Lambda x;    Lambda += Hᵀ R⁻¹ H,  eta += Hᵀ R⁻¹ (r + H x)
 
 With a process that stands still a whole log is one small matrix, exactly, and the order of its
-rows does not matter; a prior may be as vague as one likes.
+rows does not matter; a prior may be as vague as one likes. What has no variance has no precision
+either: such a model is refused.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from urdyn.dbn.two_slice import TwoSlice, U
+from urdyn.errors import InputError
 from urdyn.estimate.innovation import Innovation, innovation, measured_rows, whitening
 from urdyn.estimate.linearised import carried, linear_rows
-from urdyn.estimate.square_root import inverse
-from urdyn.types import Array, Gaussian, frozen
+from urdyn.estimate.square_root import inverse, lower_root
+from urdyn.types import Array, Gaussian, Index, frozen
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,15 +34,16 @@ class Information:
         object.__setattr__(self, "weighted", frozen(self.weighted))
 
     @classmethod
-    def of(cls, belief: Gaussian) -> Information:
-        """Of a belief with a covariance that can be inverted."""
-        precision = inverse(belief.cov)
+    def of(cls, belief: Gaussian, names: Sequence[str]) -> Information:
+        """Of a belief in states of these names; InputError where one has no variance."""
+        precision = _precision(belief.cov, "state", names)
         return cls(precision, precision @ belief.mean)
 
     @property
     def gaussian(self) -> Gaussian:
         """Mean and covariance."""
-        cov = inverse(self.precision)
+        white = np.linalg.inv(lower_root(self.precision))
+        cov = white.T @ white
         return Gaussian(cov @ self.weighted, cov)
 
 
@@ -49,7 +53,7 @@ class InformationFilter:
 
     def init(self, model: TwoSlice[U]) -> Information:
         """The model's prior."""
-        return Information.of(model.prior)
+        return Information.of(model.prior, model.names)
 
     def step(
         self, model: TwoSlice[U], state: Information, u: U, y: Array
@@ -60,7 +64,7 @@ class InformationFilter:
         seen, H, R = linear_rows(model, x, u, rows)
         residual = y[rows] - seen
         S = H @ belief.cov @ H.T + R
-        HR = H.T @ inverse(R)
+        HR = H.T @ _precision(R, "sensor", np.arange(len(y))[rows])
         posterior = Information(
             predicted.precision + HR @ H, predicted.weighted + HR @ (residual + H @ x)
         )
@@ -80,4 +84,14 @@ def _predict(model: TwoSlice[U], state: Information, u: U) -> tuple[Information,
         shifted = state.weighted + state.precision @ (mean - belief.mean)
         return Information(state.precision, shifted), Gaussian(mean, belief.cov)
     moved = Gaussian(mean, carried(F, belief.cov) + Q)
-    return Information.of(moved), moved
+    return Information.of(moved, model.names), moved
+
+
+def _precision(cov: Array, what: str, names: Sequence[str] | Index) -> Array:
+    """Inverse of a covariance; InputError where a state or sensor, or some together, has none."""
+    try:
+        return inverse(cov)
+    except np.linalg.LinAlgError:
+        known = [str(n) for n, v in zip(names, cov.diagonal(), strict=True) if not v > 0.0]
+        told = f"{what} {', '.join(known)}" if known else f"a combination of {what}s"
+        raise InputError(f"{told} has no variance, and so no precision; use Kalman") from None

@@ -7,6 +7,7 @@ from math import log
 
 import numpy as np
 
+from urdyn.errors import InputError
 from urdyn.types import Array, Index
 
 LOG_2PI = float(np.log(2.0 * np.pi))
@@ -30,11 +31,22 @@ def measured_rows(y: Array) -> Rows:
     return slice(None) if np.count_nonzero(finite) == len(y) else np.flatnonzero(finite)
 
 
+def factor_of(S: Array) -> Array:
+    """Cholesky factors of covariances of what is measured, (..., m, m); InputError without one."""
+    try:
+        return np.asarray(np.linalg.cholesky(S))
+    except np.linalg.LinAlgError:
+        raise InputError(
+            "the covariance expected of a measurement is not positive definite; "
+            "let R say that every sensor has noise"
+        ) from None
+
+
 def whitening(S: Array) -> tuple[Array, float]:
     """W with W S Wᵀ = 1, (m, m), and log |S|."""
-    factor = np.linalg.cholesky(S)
+    factor = factor_of(S)
     log_det = 2.0 * sum(map(log, factor.diagonal().tolist()))
-    return np.linalg.inv(factor), log_det
+    return np.asarray(np.linalg.inv(factor)), log_det
 
 
 def innovation(

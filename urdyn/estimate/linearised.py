@@ -102,8 +102,16 @@ def learnt(
     if moved is not None:
         held = np.where(moved, 0.0, B)
         step, known = np.where(moved, step, 0.0), known - held.T @ held
-    posterior = Gaussian(predicted.mean + step, np.subtract(predicted.cov, known, out=known))
+    cov = without_negatives(np.subtract(predicted.cov, known, out=known))
+    posterior = Gaussian(predicted.mean + step, cov)
     return posterior, innovation(y, rows, residual, S, W, log_det)
+
+
+def without_negatives(cov: Array) -> Array:
+    """`cov` itself, (n, n), mended: rounding leaves less than no variance of what is known."""
+    variance = cov.reshape(-1)[:: len(cov) + 1]
+    np.maximum(variance, 0.0, out=variance)
+    return cov
 
 
 def linear_rows(model: TwoSlice[U], x: Array, u: U, rows: Rows) -> tuple[Array, Array, Array]:

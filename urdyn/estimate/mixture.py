@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from urdyn.estimate.innovation import LOG_2PI, Innovation, Rows, innovation, whitening
+from urdyn.estimate.innovation import LOG_2PI, Innovation, Rows, factor_of, innovation, whitening
 from urdyn.types import Array, Gaussian
 
 
@@ -26,7 +26,7 @@ def moments(weight: Array, means: Array, cov: Array) -> Gaussian:
 
 def log_density(residual: Array, S: Array) -> Array:
     """Log of N(residual; 0, S) for each residual, (K, r); S is (r, r) or (1 or K, r, r)."""
-    factor = np.linalg.cholesky(S)
+    factor = factor_of(S)
     white = np.linalg.solve(factor, residual[..., None])[..., 0]
     log_det = 2.0 * np.log(np.diagonal(factor, axis1=-2, axis2=-1)).sum(-1)
     value = -0.5 * ((white**2).sum(-1) + log_det + residual.shape[-1] * LOG_2PI)

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from itertools import zip_longest
 from typing import Protocol, TypeVar
 
 import numpy as np
 
 from urdyn.dbn.two_slice import TwoSlice, U
+from urdyn.errors import InputError
 from urdyn.estimate.innovation import Innovation
-from urdyn.types import Array, Gaussian, frozen
+from urdyn.types import Array, Gaussian, frozen, index_of
 
 S = TypeVar("S")
 
@@ -49,7 +51,7 @@ class Track:
 
     def __getitem__(self, name: str) -> Array:
         """History of one state's mean, (N,)."""
-        return np.asarray(self.mean[:, self.names.index(name)])
+        return np.asarray(self.mean[:, index_of(name, self.names, "state")])
 
     @property
     def log_likelihood(self) -> float:
@@ -63,10 +65,14 @@ def track(
     inputs: Iterable[U],
     observations: Iterable[Array],
 ) -> Track:
-    """Run `filter` over a history, one `step` a slice; observations (N, m), NaN if unmeasured."""
+    """Run `filter` over a history, one `step` a slice; observations (N, m), NaN if unmeasured.
+
+    Raises:
+        InputError: inputs and observations do not fit each other or the model.
+    """
     state = filter.init(model)
     t, means, sds, innovations = [0.0], [], [], []
-    for u, y in zip(inputs, observations, strict=True):
+    for u, y in paired(model, inputs, observations):
         state, surprise = filter.step(model, state, u, y)
         belief = filter.belief(state)
         t.append(t[-1] + u.dt)
@@ -81,3 +87,20 @@ def track(
         np.reshape(sds, shape),
         tuple(innovations),
     )
+
+
+def paired(
+    model: TwoSlice[U], inputs: Iterable[U], observations: Iterable[Array]
+) -> Iterator[tuple[U, Array]]:
+    """Each slice's inputs with its observation, (m,); InputError where they make no slice."""
+    shape: tuple[int, ...] = ()
+    for k, (u, y) in enumerate(zip_longest(inputs, observations)):
+        if u is None or y is None:
+            least, most = ("inputs", "observations") if u is None else ("observations", "inputs")
+            raise InputError(f"there are {k} {least} and more {most}; every slice has one of each")
+        if not 0.0 <= u.dt < np.inf:
+            raise InputError(f"slice {k} has dt {u.dt}: it has to be finite, and 0 or more")
+        shape = shape or model.observe_cov(u).shape[:1]
+        if np.shape(y) != shape:
+            raise InputError(f"observation {k} has the shape {np.shape(y)}; the model's is {shape}")
+        yield u, np.asarray(y, dtype=float)

@@ -15,9 +15,11 @@ import numpy as np
 
 from urdyn.dbn.smoothed import Smoothed
 from urdyn.dbn.two_slice import TwoSlice, U
+from urdyn.errors import InputError
 from urdyn.estimate.innovation import Innovation
-from urdyn.estimate.linearised import carried, correct
-from urdyn.estimate.square_root import inverse
+from urdyn.estimate.linearised import carried, correct, without_negatives
+from urdyn.estimate.protocol import paired
+from urdyn.estimate.square_root import inverse, pseudo_inverse
 from urdyn.types import Array, Gaussian, frozen
 
 
@@ -50,6 +52,10 @@ class FixedLag:
 
     lag: int = 10
 
+    def __post_init__(self) -> None:
+        if self.lag < 0:
+            raise InputError(f"lag {self.lag}: 0 slices or more")
+
     def init(self, model: TwoSlice[U]) -> Recent:
         """The model's prior."""
         return Recent(model.prior, ())
@@ -71,9 +77,13 @@ class FixedLag:
 def smooth(
     model: TwoSlice[U], inputs: Iterable[U], observations: Iterable[Array]
 ) -> tuple[Smoothed, float]:
-    """Beliefs about all slices given all observations, (N, m), and the log of their likelihood."""
+    """Beliefs about all slices given all observations, (N, m), and the log of their likelihood.
+
+    Raises:
+        InputError: inputs and observations do not fit each other or the model.
+    """
     state, log_likelihood, passed = model.prior, 0.0, []
-    for u, y in zip(inputs, observations, strict=True):
+    for u, y in paired(model, inputs, observations):
         here, surprise = _forward(model, state, u, y)
         passed.append(here)
         state = here.filtered
@@ -107,8 +117,16 @@ def _backward(state: Recent) -> Smoothed:
 
 def _one_back(here: Gaussian, next_: Passed, later: Gaussian) -> tuple[Gaussian, Array]:
     """Smoothed belief of a slice, and the covariance of the next with it, (n, n)."""
-    G = here.cov @ next_.F.T @ inverse(next_.predicted.cov)
+    G = here.cov @ next_.F.T @ _inverse(next_.predicted.cov)
     mean = here.mean + G @ (later.mean - next_.predicted.mean)
     kept = np.eye(len(mean)) - G @ next_.F
     cov = kept @ here.cov @ kept.T + G @ (next_.Q + later.cov) @ G.T
-    return Gaussian(mean, 0.5 * (cov + cov.T)), later.cov @ G.T
+    return Gaussian(mean, without_negatives(0.5 * (cov + cov.T))), later.cov @ G.T
+
+
+def _inverse(cov: Array) -> Array:
+    """Of a covariance; nothing is to be learnt in the directions that have no variance."""
+    try:
+        return inverse(cov)
+    except np.linalg.LinAlgError:
+        return pseudo_inverse(cov)

@@ -14,6 +14,7 @@ from urdyn.types import Array, Gaussian, frozen
 
 # Rounding of a sum of n products, in units of the diagonal: what a factorisation may be short of.
 ROUNDING = 1e-15
+SINGULAR = 1e-13  # of its variance, what rounding leaves of a state that the others determine
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,17 +66,17 @@ def _lifted_root(cov: Array) -> Array:
 
 
 def inverse(cov: Array) -> Array:
-    """Of a covariance; where it is singular, with nothing known of what has no variance."""
-    try:
-        white = np.linalg.inv(np.linalg.cholesky(cov))
-    except np.linalg.LinAlgError:
-        return pseudo_inverse(cov)
+    """Of a covariance; LinAlgError where, but for rounding, it is singular."""
+    root = np.linalg.cholesky(cov)
+    if (root.diagonal() ** 2 < SINGULAR * cov.diagonal()).any():
+        raise np.linalg.LinAlgError("singular but for rounding")
+    white = np.linalg.inv(root)
     return np.asarray(white.T @ white)
 
 
 def pseudo_inverse(cov: Array) -> Array:
-    """Of covariances (..., a, a) of any scales; zero for states that nothing moves."""
+    """Of covariances (..., a, a) of any scales; zero for what has no variance."""
     sd = np.sqrt(np.diagonal(cov, axis1=-2, axis2=-1))
     scale = np.divide(1.0, sd, out=np.zeros_like(sd), where=sd > 0.0)
     both = scale[..., :, None] * scale[..., None, :]
-    return np.asarray(both * np.linalg.pinv(cov * both, hermitian=True))
+    return np.asarray(both * np.linalg.pinv(cov * both, SINGULAR, hermitian=True))
