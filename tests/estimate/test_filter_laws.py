@@ -6,18 +6,21 @@ from typing import Any
 
 import numpy as np
 import pytest
-from affine_models import EXACT, Regressors, random_model, simulate, ticks
+from affine_models import EXACT, Model, Regressors, random_model, simulate, ticks
 
 from urdyn.dbn import AffineObservation, Joined, RandomWalk, Tick, jumps
-from urdyn.errors import UrdynError
+from urdyn.errors import InputError
 from urdyn.estimate import (
+    EKF,
     UKF,
     Bank,
     Consider,
+    FixedLag,
     InformationFilter,
     Kalman,
     ParticleFilter,
     Variational,
+    smooth,
     track,
 )
 from urdyn.types import Array, Gaussian
@@ -28,6 +31,16 @@ ALL = [
     ParticleFilter(200, marginalise=False),
     Bank(jumps(("x0", "x1", "x2", "x3"), ["x1"], np.array([0.5, 1.0])), onsets=6, spacing=2),
 ]
+
+
+NO_JUMP = jumps(tuple("abc"), ["a"], np.zeros(1))
+
+
+def still(mean: Array, cov: Array, H: Array, R: Array) -> Model:
+    """Nothing moves."""
+    names = tuple("abc"[: len(mean)])
+    process = RandomWalk(names, Gaussian(mean, cov), np.zeros(len(mean)))
+    return Joined(process, AffineObservation(len(mean), lambda u: H, R))
 
 
 @pytest.mark.parametrize("filter_", ALL, ids=lambda f: type(f).__name__)
@@ -143,6 +156,51 @@ def test_the_information_of_a_log_does_not_depend_on_its_order() -> None:
     np.testing.assert_allclose(forwards.mean[-1], dense @ stacked.T @ y[:, 0] / 0.1, rtol=1e-9)
 
 
+@pytest.mark.parametrize("seed", range(30))
+def test_the_information_filter_is_kalmans_or_refuses(seed: int) -> None:
+    """Some states, sensors or combinations have no variance, of which a precision says nothing."""
+    rng = np.random.default_rng(seed)
+    known, exact, tied = rng.random(3) < 0.3
+    root = np.diag(rng.uniform(0.5, 2.0, 3)) + np.array([[0, 0, 0], [0, 0, 0], [0, 2, 0]])
+    root[0, 0] *= not known
+    root[2, 2] *= not tied
+    R = np.diag([0.0 if exact else 0.3, 0.2])
+    model = still(rng.standard_normal(3), root @ root.T, rng.standard_normal((2, 3)), R)
+    y = rng.standard_normal((1, 2))
+    if known or exact or tied:
+        named = "a has" if known else "combination" if tied else "sensor 0"
+        with pytest.raises(InputError, match=f"{named}.* use Kalman"):
+            track(InformationFilter(), model, ticks(1), y)
+        return
+    found, wanted = (track(f, model, ticks(1), y) for f in (InformationFilter(), Kalman()))
+    np.testing.assert_allclose(found.mean, wanted.mean, rtol=1e-9)
+    np.testing.assert_allclose(found.sd, wanted.sd, rtol=1e-9)
+
+
+@pytest.mark.parametrize("filter_", [Kalman(), EKF(), UKF(), FixedLag(0), Bank(NO_JUMP)])
+@pytest.mark.parametrize("seed", range(10))
+def test_what_is_measured_without_noise_is_known(filter_: Any, seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    H = rng.standard_normal((2, 3))
+    model = still(rng.standard_normal(3), np.diag(rng.uniform(0.1, 9.0, 3)), H, 0.0 * np.eye(2))
+    wandering = Joined(
+        RandomWalk(tuple("abc"), model.prior, np.array([0.1, 0.3, 1.0])), model.observation
+    )
+    y = rng.standard_normal((6, 2))
+    found = track(filter_, wandering, ticks(6), y)
+    np.testing.assert_allclose(found.mean @ H.T, y, rtol=1e-7, atol=1e-7)
+    assert np.isfinite(found.sd).all()
+    assert np.isfinite(smooth(wandering, ticks(6), y)[0].sd).all()
+
+
+def test_a_fixed_lag_goes_back_over_what_is_known() -> None:
+    """a + b = 8 without noise: half of the variance is left, and nothing that moves."""
+    model = still(np.array([5.0, 1.0]), np.eye(2), np.ones((1, 2)), np.zeros((1, 1)))
+    found = track(FixedLag(2), model, ticks(2), np.array([[8.0], [np.nan]]))
+    np.testing.assert_allclose(found.mean[-1], [6.0, 2.0])
+    np.testing.assert_allclose(found.sd[-1], np.sqrt(0.5))
+
+
 def test_what_is_considered_keeps_its_mean_and_its_doubt() -> None:
     rng = np.random.default_rng(10)
     model = random_model(rng, 3, 2)
@@ -154,27 +212,6 @@ def test_what_is_considered_keeps_its_mean_and_its_doubt() -> None:
         np.testing.assert_allclose(mean, x)
 
 
-def test_kalman_refuses_a_model_that_bends() -> None:
-    from bent_models import Product
-
-    with pytest.raises(UrdynError, match="gain"):
-        Kalman().init(Product())
-
-
-@pytest.mark.parametrize(
-    "filter_, settings",
-    [
-        (ParticleFilter, {"count": 0}),
-        (UKF, {"alpha": 0.0}),
-        (UKF, {"beta": np.inf}),
-        (UKF, {"kappa": np.nan}),
-    ],
-)
-def test_settings_that_make_no_filter_are_refused(filter_: Any, settings: dict[str, Any]) -> None:
-    with pytest.raises(UrdynError, match=next(iter(settings))):
-        filter_(**settings)
-
-
 def test_a_track_knows_its_names_and_times() -> None:
     rng = np.random.default_rng(14)
     model = random_model(rng, 3, 2)
@@ -183,5 +220,5 @@ def test_a_track_knows_its_names_and_times() -> None:
     np.testing.assert_allclose(found.t, [0.0, 0.5, 0.75])
     np.testing.assert_array_equal(found["x1"], found.mean[:, 1])
     assert len(found) == 3 and found.names == model.names
-    with pytest.raises(ValueError, match="shorter"):
-        track(Kalman(), model, inputs, np.zeros((2, 2)))
+    with pytest.raises(InputError, match="no state x9; there are x0, x1"):
+        found["x9"]

@@ -125,6 +125,22 @@ def test_edges_are_learnt_from_a_history_that_is_known() -> None:
         np.testing.assert_allclose(learnt, node.diffusion, rtol=4 / np.sqrt(2 * steps))
 
 
+def test_a_shared_disturbance_is_learnt_by_its_pattern() -> None:
+    """Of two components of f one moves with z; the standard error is a correlation's."""
+    rng, steps = np.random.default_rng(44), 2000
+    sizes, patterns = {"f": 2, "z": 1}, {("f", "z"): np.array([[0.0, 1.0]])}
+    shared = Edge("f", "z", -0.6, shared=True)
+    network = Network((Node("f", diffusion=0.3), Node("z", diffusion=0.2)), (shared,))
+    L = np.linalg.cholesky(compile_linear(network, sizes, patterns).transition_cov(Tick()))
+    x = np.cumsum(rng.standard_normal((steps + 1, 3)) @ L.T, axis=0)
+    history = Smoothed(x, np.zeros((steps + 1, 3, 3)), np.zeros((steps, 3, 3)))
+    found = learn_network(network, sizes, history, np.ones(steps), patterns)
+    assert abs(found.edges[0].coefficient + 0.6) < 4 * (1 - 0.6**2) / np.sqrt(steps)
+    both = replace(network, edges=(Edge("f", "z", 0.5), shared))
+    learnt = learn_network(both, sizes, history, np.ones(steps), patterns)
+    assert [edge.shared for edge in learnt.edges] == [False, True]
+
+
 def test_an_edge_is_learnt_through_noise() -> None:
     pair = Network(
         (Node("f", diffusion=0.3), Node("alpha", diffusion=0.1)), (Edge("f", "alpha", 0.7),)

@@ -17,6 +17,7 @@ import numpy as np
 
 from urdyn.dbn.jumps import Jumps
 from urdyn.dbn.two_slice import TwoSlice, U
+from urdyn.errors import InputError
 from urdyn.estimate.innovation import Innovation, measured_rows
 from urdyn.estimate.linearised import carried, joseph
 from urdyn.estimate.mixture import log_density, moments, normalised, surprise
@@ -74,8 +75,19 @@ class Bank:
     spacing: int = 1  # slices between candidates
     hazard: float = 1e-2  # prior probability of a jump, per slice
 
+    def __post_init__(self) -> None:
+        if self.onsets < 1 or self.spacing < 1:
+            raise InputError(f"onsets {self.onsets}, spacing {self.spacing}: 1 or more of each")
+        if not 0.0 < self.hazard < 1.0:
+            raise InputError(f"hazard {self.hazard}: a probability, above 0 and below 1")
+
     def init(self, model: TwoSlice[U]) -> Hypotheses:
         """The model's prior under every hypothesis; nothing has jumped."""
+        if self.jumps.step.shape[1] != len(model.names):
+            raise InputError(
+                f"jumps are of {self.jumps.step.shape[1]} states and the model has "
+                f"{len(model.names)}: {', '.join(model.names)}"
+            )
         count = 1 + self.onsets * len(self.jumps.step)
         log_weight = np.full(count, -np.inf)
         log_weight[0] = 0.0
@@ -150,9 +162,9 @@ def _weigh(
     R = model.observe_cov(u)[rows][:, rows]
     HP = H @ predicted.cov
     S = HP @ H.T + R
-    K = np.swapaxes(np.linalg.solve(S, HP), -1, -2)
     residual = y[rows] - expected
     density = log_density(residual, predicted.each(S))
+    K = np.swapaxes(np.linalg.solve(S, HP), -1, -2)
     log_weight, total = normalised(predicted.log_weight + density)
     seen = moments(predicted.weight, expected, predicted.average(S))
     learnt = (predicted.each(K) @ residual[..., None])[..., 0]

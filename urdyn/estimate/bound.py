@@ -15,11 +15,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from urdyn.dbn.two_slice import TwoSlice, U
-from urdyn.errors import UrdynError
-from urdyn.estimate.innovation import Rows, measured_rows
+from urdyn.errors import InputError
+from urdyn.estimate.innovation import Rows, factor_of, measured_rows
 from urdyn.estimate.linearised import carried
 from urdyn.estimate.square_root import lower_root
-from urdyn.types import Array, Gaussian, frozen
+from urdyn.types import Array, Gaussian, frozen, index_of
 
 LIVES = 100  # drawn where none are given and the model bends
 
@@ -38,7 +38,7 @@ class Bound:
 
     def __getitem__(self, name: str) -> Array:
         """History of one state's bound, (N,)."""
-        return np.asarray(self.sd[:, self.names.index(name)])
+        return np.asarray(self.sd[:, index_of(name, self.names, "state")])
 
 
 def posterior_bound(
@@ -56,7 +56,15 @@ def posterior_bound(
         observations: (N, m), of which only NaN counts: what was not measured tells nothing.
         lives: true states to average over, (N, K, n); the bound along one history is K = 1. Drawn
             from the model by `rng` if None.
+
+    Raises:
+        InputError: observations or lives are of other slices or states, or the process bends.
     """
+    for what, given, wide in (("observations", observations, 2), ("lives", lives, 3)):
+        if given is not None and (given.ndim != wide or len(given) != len(inputs)):
+            raise InputError(
+                f"{what} have the shape {given.shape}; {len(inputs)} slices want one row each"
+            )
     count = LIVES if lives is None and not model.linear.all() else 1
     rng = rng or np.random.default_rng(0)
     x = _drawn(model.prior, count, rng)
@@ -64,7 +72,7 @@ def posterior_bound(
     for t, u in enumerate(inputs):
         F = model.transition_jacobian(x, u)
         if F.ndim > 2:
-            raise UrdynError("the bound needs a process whose Jacobian is one for all states")
+            raise InputError("the bound needs a process whose Jacobian is one for all states")
         Q = model.transition_cov(u)
         moved = model.transition(x, u)
         x = _drawn(Gaussian(np.zeros(len(Q)), Q), count, rng) + moved if lives is None else lives[t]
@@ -83,7 +91,7 @@ def _roots(model: TwoSlice[U], x: Array, u: U, rows: Rows) -> Array:
     """G with GᵀG = E[Hᵀ R⁻¹ H] over the lives x (K, n): (r or K r, n)."""
     H = model.observe_jacobian(x, u)[..., rows, :]
     R = model.observe_cov(u)[rows][:, rows]
-    white = np.linalg.solve(np.linalg.cholesky(R), H)
+    white = np.linalg.solve(factor_of(R), H)
     lives = len(H) if H.ndim > 2 else 1
     return np.asarray(white.reshape(-1, H.shape[-1]) / np.sqrt(lives))
 

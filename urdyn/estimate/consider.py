@@ -14,7 +14,7 @@ import numpy as np
 from urdyn.dbn.two_slice import TwoSlice, U
 from urdyn.estimate.innovation import Innovation
 from urdyn.estimate.linearised import correct, predict
-from urdyn.types import Array, Gaussian, Mask
+from urdyn.types import Array, Gaussian, Mask, index_of
 
 
 @dataclass(frozen=True)
@@ -23,9 +23,13 @@ class Consider:
 
     learnt: frozenset[str] = frozenset()  # states whose mean may move; the others are considered
 
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "learnt", frozenset(self.learnt))
+
     def init(self, model: TwoSlice[U]) -> Gaussian:
         """The model's prior."""
-        assert self.learnt <= set(model.names), "learnt states are states of the model"
+        for name in self.learnt:
+            index_of(name, model.names, "state")
         return model.prior
 
     def step(

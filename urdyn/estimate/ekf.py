@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from urdyn.dbn.two_slice import TwoSlice, U
+from urdyn.errors import InputError
 from urdyn.estimate.innovation import Innovation
 from urdyn.estimate.linearised import correct, predict
 from urdyn.types import Array, Gaussian
@@ -15,6 +16,10 @@ class EKF:
     """First-order linearisation; more iterations are Gauss-Newton to the MAP [Bell1993]_."""
 
     iterations: int = 1  # observations are linearised so often, each time at the last estimate
+
+    def __post_init__(self) -> None:
+        if self.iterations < 1:
+            raise InputError(f"iterations {self.iterations}: 1 or more")
 
     def init(self, model: TwoSlice[U]) -> Gaussian:
         """The model's prior."""

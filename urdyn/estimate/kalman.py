@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from urdyn.dbn.two_slice import TwoSlice, U
-from urdyn.errors import UrdynError
+from urdyn.errors import InputError
 from urdyn.estimate.innovation import Innovation
 from urdyn.estimate.linearised import correct, predict
 from urdyn.types import Array, Gaussian
@@ -19,7 +19,7 @@ class Kalman:
         """The model's prior."""
         bent = [name for name, linear in zip(model.names, model.linear, strict=True) if not linear]
         if bent:
-            raise UrdynError(
+            raise InputError(
                 f"Kalman needs an affine model and {', '.join(bent)} are not affine; use EKF or UKF"
             )
         return model.prior

@@ -10,6 +10,7 @@ import numpy as np
 
 from urdyn.dbn.smoothed import Smoothed
 from urdyn.dbn.two_slice import TwoSlice, U
+from urdyn.errors import InputError
 from urdyn.estimate.ekf import EKF
 from urdyn.estimate.protocol import track
 from urdyn.estimate.smoother import smooth
@@ -58,6 +59,9 @@ def maximise_evidence(
     """The parameters, (p,), that make the observations likeliest, by Nelder and Mead's simplex.
 
     For what EM has no formula for: time constants, a few noise levels (give their logarithms).
+
+    Raises:
+        InputError: the search did not end, or led to where there is no likelihood.
     """
     from scipy.optimize import minimize
 
@@ -65,4 +69,6 @@ def maximise_evidence(
         return -track(EKF(), build(parameters), inputs, observations).log_likelihood
 
     found = minimize(surprise, start, method="Nelder-Mead", options={"xatol": 1e-3, "fatol": 1e-3})
+    if not (found.success and np.isfinite(found.fun)):
+        raise InputError(f"no likeliest setting was found, begin nearer to it: {found.message}")
     return Learnt(np.asarray(found.x), np.array([-surprise(start), -float(found.fun)]))

@@ -10,11 +10,12 @@ resampling, as in any particle filter.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from numbers import Integral
 
 import numpy as np
 
 from urdyn.dbn.two_slice import TwoSlice, U
-from urdyn.errors import UrdynError
+from urdyn.errors import InputError
 from urdyn.estimate.innovation import Innovation, Rows, measured_rows
 from urdyn.estimate.linearised import joseph
 from urdyn.estimate.mixture import log_density, moments, normalised, surprise
@@ -46,8 +47,12 @@ class ParticleFilter:
     seed: int = 0
 
     def __post_init__(self) -> None:
-        if self.count < 1:
-            raise UrdynError(f"count {self.count}: a cloud has 1 particle or more")
+        if not (isinstance(self.count, Integral) and self.count >= 1):
+            raise InputError(f"count {self.count}: a cloud has 1 particle or more")
+        if not 0.0 <= self.threshold <= 1.0:
+            raise InputError(f"threshold {self.threshold}: a fraction of the particles, 0 to 1")
+        if self.seed < 0:
+            raise InputError(f"seed {self.seed}: 0 or more")
 
     def init(self, model: TwoSlice[U]) -> Particles:
         """A cloud drawn from the model's prior."""
@@ -114,9 +119,9 @@ def _weigh(
     H = model.observe_jacobian(x, u)[..., rows, :]
     HP = H @ predicted.cov
     S = HP @ np.swapaxes(H, -1, -2) + R
-    gain = np.swapaxes(np.linalg.solve(S, HP), -1, -2)
     residual = y[rows] - expected
     weight, total = normalised(predicted.log_weight + log_density(residual, S))
+    gain = np.swapaxes(np.linalg.solve(S, HP), -1, -2)
     seen = moments(np.exp(predicted.log_weight), expected, S)
     moved = x + np.squeeze(gain @ residual[..., None], -1)
     cov = joseph(predicted.cov, gain, H, HP, R)

@@ -16,7 +16,7 @@ from __future__ import annotations
 import numpy as np
 
 from urdyn.dbn import AffineObservation, Joined, Tick, Trend, jumps
-from urdyn.errors import UrdynError
+from urdyn.errors import InputError
 from urdyn.estimate.bank import Bank
 from urdyn.estimate.protocol import Track, track
 from urdyn.types import Array, Gaussian
@@ -62,10 +62,14 @@ def ramp_bank(
         rate: the state that jumps at an onset.
     """
     if direction not in (-1, 0, 1):
-        raise UrdynError(f"direction {direction}: 1 for a rise, -1 for a fall, 0 for either")
+        raise InputError(f"direction {direction}: 1 for a rise, -1 for a fall, 0 for either")
     if not (0.0 < sigma < np.inf and 0.0 < dt < np.inf):
-        raise UrdynError(f"sigma {sigma} and dt {dt} have to be finite and above 0")
+        raise InputError(f"sigma {sigma} and dt {dt} have to be finite and above 0")
     most = STEEPEST * sigma / dt if steepest is None else steepest
+    if not 0.0 < most < np.inf:
+        raise InputError(f"steepest {steepest}: it has to be finite and above 0")
+    if not 1.0 < expected < np.inf:
+        raise InputError(f"expected {expected}: more than 1 reading, and not for ever")
     width = most / RATES
     rates = width * (np.arange(RATES) + 0.5)
     signs = np.array([1.0, -1.0] if direction == 0 else [direction])
@@ -88,7 +92,7 @@ def follow_ramp(
     The arguments are those of `ramp_model` and `ramp_bank`. What is known of the level and of how
     steep a ramp can be is worth saying where ramps are slow beside the noise.
     """
-    readings = np.asarray(y, dtype=float)[:, None]
+    readings = np.asarray(y, dtype=float)[..., None]
     bank, model = ramp_bank(sigma, direction, dt, steepest), ramp_model(sigma, level)
     return track(bank, model, [Tick(dt)] * len(readings), readings)
 
@@ -107,6 +111,8 @@ def ramp_bound(
     For a filter that is told the onset, or, with its rate, that knows the onset to `onset_sd` only.
     Priors count by their variance, as Gaussian ones. [VanTrees2013]_
     """
+    if not 0.0 < sigma < np.inf:
+        raise InputError(f"sigma {sigma}: it has to be finite and above 0")
     variance = np.array([level_sd**2, rate_sd**2, onset_sd**2])
     unknown = variance > 0.0
     t = np.arange(1.0, steps + 1.0)

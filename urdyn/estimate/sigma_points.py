@@ -12,13 +12,14 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from importlib.util import find_spec, module_from_spec, spec_from_file_location
+from math import sqrt
 from pathlib import Path
 from types import ModuleType
 from typing import Any, Literal, get_args
 
 import numpy as np
 
-from urdyn.errors import UrdynError
+from urdyn.errors import InputError
 from urdyn.types import Array, frozen
 
 Rule = Literal["merwe", "julier", "simplex"]
@@ -98,10 +99,16 @@ class SigmaPoints:
 
 
 @lru_cache(maxsize=32)
-def sigma_points(n: int, rule: Rule, alpha: float, beta: float, kappa: float) -> SigmaPoints:
-    """filterpy's set for n states: merwe and julier 2n + 1 points, simplex n + 1."""
+def sigma_points(n: int, rule: Rule, alpha: float | None, beta: float, kappa: float) -> SigmaPoints:
+    """filterpy's set for n states: merwe and julier 2n + 1 points, simplex n + 1.
+
+    Without an `alpha`, one by which they lie sqrt(3) standard deviations away, or nearer.
+    """
     if rule not in get_args(Rule):
-        raise UrdynError(f"no sigma points {rule!r}; choose one of {', '.join(get_args(Rule))}")
+        raise InputError(f"no sigma points {rule!r}; choose one of {', '.join(get_args(Rule))}")
+    if not n + kappa > 0.0:
+        raise InputError(f"kappa {kappa}: with {n} states it has to be above {-n}")
+    alpha = min(1.0, sqrt(3.0 / (n + kappa))) if alpha is None else alpha
     drawn = _filterpy_points(n, rule, alpha, beta, kappa)
     unit = np.reshape(drawn.sigma_points(np.zeros(n), np.eye(n)), (-1, n))
     wm, wc = np.array(drawn.Wm), np.array(drawn.Wc)
@@ -109,7 +116,7 @@ def sigma_points(n: int, rule: Rule, alpha: float, beta: float, kappa: float) ->
         return SigmaPoints(unit, wm, np.sqrt(wc), centred=False)
     excess = wc.sum() - 2.0
     if excess < -1e-9 or (wc[1:] < 0.0).any():
-        raise UrdynError(
+        raise InputError(
             f"{rule} points with alpha {alpha}, beta {beta}, kappa {kappa} can give negative "
             f"variances for {n} states; take merwe with beta >= alpha², or simplex"
         )

@@ -9,7 +9,7 @@ import numpy as np
 
 from urdyn.dbn.arguments import Arguments
 from urdyn.dbn.two_slice import Narrow, TwoSlice, U, arguments
-from urdyn.errors import UrdynError
+from urdyn.errors import InputError
 from urdyn.estimate.innovation import Innovation, measured_rows
 from urdyn.estimate.linearised import Expected, learnt, predict
 from urdyn.estimate.sigma_points import Rule, SigmaPoints, sigma_points
@@ -41,7 +41,7 @@ class UKF:
     def __post_init__(self) -> None:
         spread = 1.0 if self.alpha is None else self.alpha
         if not (0.0 < spread < np.inf and np.isfinite([self.beta, self.kappa]).all()):
-            raise UrdynError(
+            raise InputError(
                 f"alpha {self.alpha}, beta {self.beta}, kappa {self.kappa}: "
                 "they have to be finite, and alpha above 0"
             )
@@ -77,8 +77,7 @@ class UKF:
         return wide(model, self._points(len(root.mean)), root, u)
 
     def _points(self, n: int) -> SigmaPoints:
-        alpha = min(1.0, np.sqrt(3.0 / (n + self.kappa))) if self.alpha is None else self.alpha
-        return sigma_points(n, self.rule, alpha, self.beta, self.kappa)
+        return sigma_points(n, self.rule, self.alpha, self.beta, self.kappa)
 
 
 def wide(model: TwoSlice[U], points: SigmaPoints, predicted: SquareRoot, u: U) -> Expected:

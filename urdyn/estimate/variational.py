@@ -21,7 +21,8 @@ from typing import Generic
 import numpy as np
 
 from urdyn.dbn.two_slice import TwoSlice, U, linearised
-from urdyn.estimate.innovation import Innovation, measured_rows
+from urdyn.errors import InputError
+from urdyn.estimate.innovation import Innovation, factor_of, measured_rows
 from urdyn.estimate.linearised import learnt, predict
 from urdyn.estimate.sigma_points import Rule, SigmaPoints, sigma_points
 from urdyn.estimate.square_root import SquareRoot
@@ -38,6 +39,12 @@ class Variational:
     tolerance: float = 1e-3  # stop when the mean moves by less, in standard deviations
     rule: Rule = "merwe"  # with no weight negative
 
+    def __post_init__(self) -> None:
+        if self.iterations < 1:
+            raise InputError(f"iterations {self.iterations}: 1 or more")
+        if not 0.0 < self.step_size <= 1.0:
+            raise InputError(f"step_size {self.step_size}: above 0, and 1 at most")
+
     def init(self, model: TwoSlice[U]) -> SquareRoot:
         """The model's prior."""
         return SquareRoot.of(model.prior.mean, model.prior.cov)
@@ -53,10 +60,15 @@ class Variational:
         first, surprise = learnt(moved, wide(model, points, predicted, u).of(rows), y, rows)
         q = SquareRoot.of(first.mean, first.cov)
         likelihood = Likelihood(model, u, y, points)
-        for _ in range(self.iterations):
-            before, q = q, self._descend(likelihood, predicted, q)
-            if _distance(before, q) < self.tolerance:
-                break
+        try:
+            for _ in range(self.iterations):
+                before, q = q, self._descend(likelihood, predicted, q)
+                if _distance(before, q) < self.tolerance:
+                    break
+        except np.linalg.LinAlgError:
+            known = [n for n, sd in zip(model.names, predicted.sd, strict=True) if not sd > 0.0]
+            told = ", ".join(known) or "a combination of states"
+            raise InputError(f"{told} has no variance to descend in; use UKF") from None
         return q, surprise
 
     def _descend(
@@ -94,7 +106,7 @@ class Likelihood(Generic[U]):
         """E_q of its gradient (n,) and of minus its Gauss-Newton Hessian (n, n), by root⁻¹ x."""
         rows, x, w = measured_rows(self.y), q.at(self.points.unit), self.points.mean_weight
         R = self.model.observe_cov(self.u)[rows][:, rows]
-        white = np.linalg.inv(np.linalg.cholesky(R))
+        white = np.linalg.inv(factor_of(R))
         seen, H = linearised(self.model, x, self.u)
         residual = (self.y - seen)[:, rows] @ white.T
         H = white @ H[..., rows, :] @ root

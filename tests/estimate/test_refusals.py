@@ -1,0 +1,166 @@
+"""Settings that make no filter and histories that fit no model are refused, with what is wrong."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+from affine_models import Model, ticks
+from bent_models import Product
+
+from urdyn.dbn import AffineObservation, Joined, RandomWalk, Tick, jumps
+from urdyn.errors import InputError
+from urdyn.estimate import (
+    EKF,
+    UKF,
+    Bank,
+    Consider,
+    FixedLag,
+    InformationFilter,
+    Kalman,
+    ParticleFilter,
+    Variational,
+    follow_ramp,
+    maximise_evidence,
+    posterior_bound,
+    ramp_bank,
+    ramp_bound,
+    smooth,
+    track,
+)
+from urdyn.types import Array, Gaussian
+
+JUMPS = jumps(("a", "b"), ["b"], np.ones(1))
+
+
+def seen_together(noise: float, variances: tuple[float, float] = (1.0, 1.0)) -> Model:
+    """a + b, measured with a variance of `noise`."""
+    process = RandomWalk(("a", "b"), Gaussian(np.zeros(2), np.diag(variances)), np.zeros(2))
+    return Joined(process, AffineObservation(2, lambda u: np.ones((1, 2)), np.array([[noise]])))
+
+
+MODEL, SEEN = seen_together(1.0), np.ones((3, 1))
+
+
+@pytest.mark.parametrize(
+    "filter_, settings",
+    [
+        (ParticleFilter, {"count": 0}),
+        (ParticleFilter, {"count": 2.5}),
+        (ParticleFilter, {"threshold": 2.0}),
+        (ParticleFilter, {"threshold": np.nan}),
+        (ParticleFilter, {"seed": -1}),
+        (UKF, {"alpha": 0.0}),
+        (UKF, {"beta": np.inf}),
+        (UKF, {"kappa": np.nan}),
+        (EKF, {"iterations": 0}),
+        (FixedLag, {"lag": -1}),
+        (Variational, {"iterations": 0}),
+        *((Variational, {"step_size": size}) for size in (0.0, -1.0, 2.0, np.nan)),
+        *((Bank, {"hazard": hazard, "jumps": JUMPS}) for hazard in (0.0, 1.0, -0.1, np.nan)),
+        (Bank, {"onsets": 0, "jumps": JUMPS}),
+        (Bank, {"spacing": 0, "jumps": JUMPS}),
+        *((ramp_bank, {"expected": k, "sigma": 0.1}) for k in (0.0, -1.0, 1.0, np.inf)),
+        *((ramp_bank, {"steepest": s, "sigma": 0.1}) for s in (0.0, -1.0, np.nan)),
+    ],
+)
+def test_settings_that_make_no_filter_are_refused(filter_: Any, settings: dict[str, Any]) -> None:
+    with pytest.raises(InputError, match=next(iter(settings))):
+        filter_(**settings)
+
+
+@pytest.mark.parametrize(
+    "filter_, model, said",
+    [
+        (Kalman(), Product(), "gain"),
+        (UKF(kappa=-2.0), MODEL, "kappa -2.0: with 2 states it has to be above -2"),
+        (UKF("julier", kappa=-3.0), MODEL, "kappa"),
+        (Consider(frozenset({"c"})), MODEL, "no state c; there are a, b"),
+        (Bank(jumps(("a",), ["a"], np.ones(1))), MODEL, "jumps are of 1 states and .* 2: a, b"),
+        (Variational(), seen_together(1.0, (0.0, 1.0)), "a has no variance"),
+        (Variational(), seen_together(0.0), "sensor has noise"),
+        (InformationFilter(), seen_together(0.0), "sensor 0 has no variance"),
+        *(
+            (filter_, seen_together(0.0, (0.0, 0.0)), "sensor has noise")
+            for filter_ in (
+                Kalman(),
+                EKF(),
+                UKF(),
+                FixedLag(),
+                Variational(),
+                ParticleFilter(9),
+                Bank(JUMPS),
+            )
+        ),
+    ],
+)
+def test_a_model_that_is_not_the_filters_is_refused(filter_: Any, model: Any, said: str) -> None:
+    with pytest.raises(InputError, match=said):
+        track(filter_, model, ticks(1), SEEN[:1])
+
+
+def run(inputs: list[Tick], observations: Array) -> object:
+    return track(Kalman(), MODEL, inputs, observations)
+
+
+def smoothed(inputs: list[Tick], observations: Array) -> object:
+    return smooth(MODEL, inputs, observations)
+
+
+@pytest.mark.parametrize("over", [run, smoothed])
+@pytest.mark.parametrize(
+    "inputs, observations, said",
+    [
+        (ticks(3), SEEN[:2], "2 observations and more inputs"),
+        (ticks(2), SEEN, "2 inputs and more observations"),
+        (ticks(3), SEEN[:, 0], r"observation 0 has the shape \(\)"),
+        (ticks(3), np.ones((3, 2)), r"observation 0 has the shape \(2,\); the model's is \(1,\)"),
+        ([Tick(), Tick(-1.0), Tick()], SEEN, "slice 1 has dt -1.0"),
+        ([Tick(np.nan)] * 3, SEEN, "slice 0 has dt nan"),
+    ],
+)
+def test_a_history_that_fits_no_model_is_refused(
+    over: Callable[..., object], inputs: list[Tick], observations: Array, said: str
+) -> None:
+    with pytest.raises(InputError, match=said):
+        over(inputs, observations)
+
+
+@pytest.mark.parametrize(
+    "asked, said",
+    [
+        (lambda: follow_ramp(np.zeros((4, 1)), 0.1), "observation 0 has the shape"),
+        (lambda: follow_ramp(np.zeros(4), 0.1, steepest=0.0), "steepest"),
+        (lambda: ramp_bank(0.1, names=("g", "g.rate")), "no state f.rate; did you mean g.rate"),
+        (lambda: ramp_bound(0.0, 3, 5, 1.0, 1.0), "sigma"),
+        (lambda: posterior_bound(MODEL, ticks(3), SEEN[:2]), "observations have the shape"),
+        (
+            lambda: posterior_bound(MODEL, ticks(3), lives=np.ones((2, 1, 2))),
+            "lives have the shape",
+        ),
+        (lambda: posterior_bound(seen_together(0.0), ticks(3)), "sensor has noise"),
+        (lambda: posterior_bound(MODEL, ticks(3))["c"], "no state c"),
+    ],
+)
+def test_what_is_asked_of_nothing_is_refused(asked: Callable[[], object], said: str) -> None:
+    with pytest.raises(InputError, match=said):
+        asked()
+
+
+@pytest.mark.parametrize("reading", [1e12, np.nan])
+def test_a_search_that_finds_nothing_says_so(reading: float) -> None:
+    """The likeliest offset is too far away, or nowhere."""
+
+    def offset(setting: Array) -> Model:
+        process = RandomWalk(("x",), Gaussian(np.zeros(1), np.eye(1)), np.zeros(1))
+        seen = AffineObservation[Tick](1, lambda u: np.eye(1), np.eye(1), setting - reading)
+        return Joined(process, seen)
+
+    with pytest.raises(InputError, match="no likeliest setting"):
+        maximise_evidence(np.zeros(1), offset, ticks(3), np.zeros((3, 1)))
+
+
+def test_states_that_are_learnt_may_be_listed() -> None:
+    assert Consider(["a"]) == Consider(frozenset({"a"}))  # type: ignore[arg-type]
