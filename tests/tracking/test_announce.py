@@ -117,6 +117,16 @@ def test_what_gets_worse_or_is_new_is_warned_of_again(before, after):
     assert not told or any(name in arm.message for name in told)
 
 
+def test_the_arm_is_acknowledged_with_all_that_is_the_matter():
+    both = [FINDING, FINDING | {"joint": 0}]
+    lines = statuses(snapshot(), THREE, both)
+    alone = acknowledged(lines, seen(lines, ["urdyn: arm"]))
+    assert [s.level for s in alone] == [Level.WARN, Level.WARN, Level.OK]
+    # One of the two is over: the arm's line names the other, which is known.
+    left = acknowledged(statuses(snapshot(), THREE, both[:1]), seen(lines, [""]))
+    assert {s.level for s in left} == {Level.OK}
+
+
 def test_a_drive_that_was_acknowledged_is_quiet_until_it_gets_worse():
     line = Status(Level.WARN, "urdyn: wrist_1_joint", "drive health 0.86")
     known = seen((line,), [line.name])

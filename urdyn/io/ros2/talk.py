@@ -70,16 +70,12 @@ class Seen:
     level: Level
     matters: frozenset[str]
 
-    def quiets(self, status: Status) -> bool:
-        """Whether the line is no worse than it was, and of nothing else."""
-        return status.level <= self.level and _matters(status) <= self.matters
-
 
 def seen(statuses: Sequence[Status], names: Iterable[str]) -> dict[str, Seen]:
     """What is warned of now on the lines of these names, "" for all, by the lines' names."""
-    asked = set(names)
+    asked, matters = set(names), _matters(statuses)
     return {
-        s.name: Seen(s.level, _matters(s))
+        s.name: Seen(s.level, matters[s.name])
         for s in statuses
         if s.level in WARNED and not asked.isdisjoint(("", s.name))
     }
@@ -88,23 +84,37 @@ def seen(statuses: Sequence[Status], names: Iterable[str]) -> dict[str, Seen]:
 def acknowledged(statuses: Sequence[Status], known: Mapping[str, Seen]) -> tuple[Status, ...]:
     """The statuses, where what was acknowledged is told and no longer warned of.
 
-    Until it gets worse, or something else is the matter too. The last line, the arm's, is no
-    better than those before it.
+    Until it gets worse, or something else is the matter too. The last line is the arm's, and
+    names one that is warned of.
     """
+    matters = _matters(statuses)
+
+    def quiet(s: Status) -> bool:
+        then = known.get(s.name)
+        return then is not None and s.level <= then.level and matters[s.name] <= then.matters
+
     told = [
         replace(s, level=Level.OK, message=f"acknowledged: {s.message}")
-        if s.level in WARNED and s.name in known and known[s.name].quiets(s)
+        if s.level in WARNED and quiet(s)
         else s
         for s in statuses
     ]
-    worst, arm = max(told, key=lambda s: s.level), told[-1]
-    if worst.level > arm.level:
-        told[-1] = replace(arm, level=worst.level, message=f"{worst.name}: {worst.message}")
-    return tuple(told)
+    *parts, arm = told
+    loud = [s for s in parts if s.level == arm.level in WARNED]
+    return (*parts, replace(arm, message=f"{loud[0].name}: {loud[0].message}") if loud else arm)
 
 
-def _matters(status: Status) -> frozenset[str]:
-    """What is the matter: findings by their names, and what the message says before its numbers."""
+def _matters(statuses: Sequence[Status]) -> dict[str, frozenset[str]]:
+    """What is the matter, by the lines' names; of the last one, the arm's, what is on any."""
+    *parts, arm = [(s.name, _own(s)) for s in statuses]
+    all_of = {f"{name}: {matter}" for name, matters in parts for matter in matters}
+    return {**dict(parts), arm[0]: arm[1] | all_of}
+
+
+def _own(status: Status) -> frozenset[str]:
+    """Findings by their names, and what the message says before its numbers."""
+    if status.level not in WARNED:
+        return frozenset()
     found = (value.replace("_", " ") for key, value in status.values if key in ("id", "kind"))
     return frozenset((*found, NUMBERS.split(status.message)[0].strip()))
 
