@@ -76,6 +76,8 @@ WRONG: list[tuple[str, Callable[[], Any]]] = [
     ("level", lambda: stated_baseline(np.zeros((2, 2)), 1.0)),
     ("0 measured steps", lambda: tuned_algorithm2(np.full(200, np.nan), 9.0)),
     ("3 measured steps", lambda: tuned_algorithm2(Y[:3], 9.0)),
+    ("spread", lambda: tuned_algorithm2(np.ones(200), 9.0)),
+    ("window", lambda: Algorithm2(2.0, 3.0, 0.1, 0.1, window=2.5)),
     ("critical level", lambda: Algorithm2(3.0, 2.0, 0.1, 0.1)),
     ("critical level", lambda: Algorithm2(0.7, 0.8, 0.1, 0.1, side=-1.0)),
     ("slope", lambda: Algorithm2(2.0, 3.0, "steep", 0.1)),

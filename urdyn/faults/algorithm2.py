@@ -21,7 +21,7 @@ from scipy.stats import norm
 
 from urdyn.errors import InputError
 from urdyn.faults.detector import Verdict
-from urdyn.faults.given import fraction, given, given_promise, given_rows
+from urdyn.faults.given import fraction, given, given_count, given_promise, given_rows, positive
 from urdyn.faults.robust import level_and_spread
 from urdyn.faults.whiten import measured
 from urdyn.types import Array, Mask, frozen
@@ -71,7 +71,7 @@ class Algorithm2:
             numbers = given(getattr(self, name), name)
             object.__setattr__(self, name, frozen(numbers))
         given(self.side, "side", "+1 where parameters rise, -1 where they fall", _one_way)
-        given(self.window, "window", "1 step or more", lambda x: x >= 1.0)
+        given_count(self.window, "window")
         given(self.gain, "gain", "a number above 0, and 1 at most", lambda x: (x > 0) & (x <= 1))
         if (self.side * (np.asarray(self.critical) - self.warning) <= 0.0).any():
             raise InputError(
@@ -137,9 +137,11 @@ def tuned_algorithm2(
     `promise` steps over all streams [Siegmund1985]_; the slope's threshold is one sd of the slope.
     """
     given_promise(promise)
+    given_count(window, "window")
     given(gain, "gain", "a number between 0 and 1", fraction)
     series = given_rows(healthy, "a baseline")
     fits = np.array([level_and_spread(measured(x, i)) for i, x in enumerate(series.T)])
+    given(fits[:, 1], "spread of the baseline", "streams that move", positive)
     average = fits[:, 1] * np.sqrt(gain / (2.0 - gain))
     kept = (1.0 - gain) ** window
     slope = average * np.sqrt(2.0 * (1.0 - kept)) / window

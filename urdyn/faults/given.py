@@ -56,6 +56,12 @@ def given_promise(promise: object) -> float:
     return float(given(promise, "promise", takes, lambda x: (x >= 1.0) & (len(x) == 1))[0])
 
 
+def given_count(count: object, what: str, least: int = 1) -> None:
+    """How many of something."""
+    takes = f"a whole number, {least} or more"
+    given(count, what, takes, lambda x: (x >= least) & (x % 1.0 == 0.0))
+
+
 def given_rows(series: object, what: str) -> Array:
     """A series of steps x streams, (N, n), NaN where nothing was measured; (N,) is one stream."""
     rows = _numbers(series)

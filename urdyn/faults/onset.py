@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from urdyn.faults.given import given
+from urdyn.faults.given import given_count
 from urdyn.faults.whiten import Baseline, beside
 from urdyn.types import Array, Mask, frozen
 
@@ -43,7 +43,7 @@ class Kinks:
 
 def kinks(baseline: Baseline, candidates: int = CANDIDATES) -> Kinks:
     """Nothing seen yet; candidates: onsets that are remembered, 3 or more."""
-    given(candidates, "candidates", "3 or more: one between two", lambda x: x >= 3.0)
+    given_count(candidates, "candidates", 3)  # the one that is missed least lies between two
     n, empty = baseline.streams, np.zeros((candidates, baseline.streams))
     past = np.full((baseline.order, n), np.nan)
     recent = np.full((NEIGHBOURS, n), np.nan)
