@@ -136,6 +136,8 @@ def test_a_history_that_fits_no_model_is_refused(
         (lambda: ramp_bank(0.1, names=("g", "g.rate")), "no state f.rate; did you mean g.rate"),
         (lambda: ramp_bound(0.0, 3, 5, 1.0, 1.0), "sigma"),
         (lambda: posterior_bound(MODEL, ticks(3), SEEN[:2]), "observations have the shape"),
+        (lambda: posterior_bound(MODEL, ticks(3), np.ones((3, 2))), "observations have the shape"),
+        (lambda: posterior_bound(MODEL, ticks(3), lives=np.ones((3, 1, 1))), "lives have"),
         (
             lambda: posterior_bound(MODEL, ticks(3), lives=np.ones((2, 1, 2))),
             "lives have the shape",

@@ -60,11 +60,11 @@ def posterior_bound(
     Raises:
         InputError: observations or lives are of other slices or states, or the process bends.
     """
-    for what, given, wide in (("observations", observations, 2), ("lives", lives, 3)):
-        if given is not None and (given.ndim != wide or len(given) != len(inputs)):
-            raise InputError(
-                f"{what} have the shape {given.shape}; {len(inputs)} slices want one row each"
-            )
+    seen = (len(inputs), *(len(model.observe_cov(u)) for u in inputs[:1]))
+    lived = (len(inputs), *(() if lives is None else lives.shape[1:2]), len(model.names))
+    for what, given, shape in ("observations", observations, seen), ("lives", lives, lived):
+        if given is not None and given.shape != shape:
+            raise InputError(f"{what} have the shape {given.shape}; of this model it is {shape}")
     count = LIVES if lives is None and not model.linear.all() else 1
     rng = rng or np.random.default_rng(0)
     x = _drawn(model.prior, count, rng)
