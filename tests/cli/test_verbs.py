@@ -52,6 +52,13 @@ def test_what_is_meant_for_people_goes_aside_under_json(story: Story) -> None:
     assert "written to" in story.identified.stderr
 
 
+def test_another_robot_than_the_log_s_is_told(story: Story, tmp_path: Path) -> None:
+    other = ("--robot", "ur3e", "--out", tmp_path, "--rows", "0:600")
+    told = CliRunner().invoke(app, ["identify", str(story.log), *map(str, other)])
+    assert told.exit_code == 0 and "this is no ur3e" in " ".join(told.stderr.split())
+    assert "this is no" not in story.identified.stderr
+
+
 def test_identification_finds_the_simulated_friction(story: Story) -> None:
     found = json.loads(story.identified.stdout)["joints"]
     truth = json.loads(story.truth.read_text())["joints"]

@@ -72,6 +72,28 @@ def test_what_wore_before_the_run_is_found_and_said_to_be_older(shop: Shop) -> N
     assert "before this run" in finding.text and abs(finding.size - 0.5) < 3.0 * finding.size_sd
 
 
+@pytest.mark.parametrize(
+    "joint", [2, *(pytest.param(joint, marks=pytest.mark.slow) for joint in (0, 4))]
+)
+def test_what_grows_with_the_speed_alone_is_viscous_friction(shop: Shop, joint: int) -> None:
+    """Coulomb friction is what it was: a size in its terms would be none."""
+    wear = f"friction_increase:joint={joint},onset=25,rate=0,viscous=0.7,shape=step"
+    (finding,) = shop.report(wear, seconds=60.0)
+    assert (finding.kind, finding.joint) == ("friction_increase", joint)
+    assert (finding.quantity, finding.severity) == ("viscous friction", "warning")
+    assert abs(finding.size - 0.7) < 3.0 * finding.size_sd < 0.4
+
+
+@pytest.mark.parametrize(
+    "viscous", [0.01, *(pytest.param(rate, marks=pytest.mark.slow) for rate in (0.005, 0.02))]
+)
+def test_friction_that_grows_as_a_whole_is_one_finding(shop: Shop, viscous: float) -> None:
+    wear = f"friction_increase:joint=2,onset=20,rate=0.01,viscous={viscous}"
+    (finding,) = shop.report(wear, seconds=90.0)
+    assert (finding.kind, finding.joint) == ("friction_increase", 2)
+    assert finding.quantity == "Coulomb friction" and finding.severity == "critical"
+
+
 def test_a_day_on_which_friction_is_a_tenth_higher_is_a_day(shop: Shop) -> None:
     assert not shop.report("friction_increase:joint=2,onset=0,rate=0.1,shape=step", seconds=30.0)
 

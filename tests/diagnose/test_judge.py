@@ -70,3 +70,11 @@ def test_a_change_of_which_too_little_is_left_to_be_told_is_none(
     bank = onsets.first(x, 1e-12 * np.eye(size), len(judge.of.states))
     fault = Fault(k, 0.0, 1.0, 2.0, 3.0 * suspect.kind.least * suspect.unit)
     assert judge._nothing(bank, fault) == nothing
+
+
+def test_viscous_friction_is_part_of_friction_and_of_nothing_else(shop: Shop) -> None:
+    of = suspects(space(shop.fit), read_rules().slow).each
+    pairs = [(a, b) for a in of for b in of if a.part_of(b)]
+    kinds = {(a.kind.name, b.kind.name) for a, b in pairs}
+    assert kinds == {("viscous_friction", "friction_increase")}
+    assert [(a.joint, b.joint) for a, b in pairs] == [(j, j) for j in range(6)]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 
 PUBLISHED = ("feed_forward", "friction_scales")
 HANDED = ("urdf", "payload")
+
+Final = Mapping[str, Mapping[str, Any]]  # by quantity: its mean and sd
 
 
 def known(asked: Collection[str] | None, words: Collection[str], option: str) -> None:
@@ -69,11 +71,12 @@ def hand(fit: ud.Fit, summary: dict[str, Any], asked: Collection[str], out: Path
     """Write what a controller was promised: the model as it is now; the files written."""
     from urdyn.io import write_text
 
-    final = {name: value["mean"] for name, value in summary["final"].items()}
+    final = summary["final"]
     makers = {"urdf": ("current.urdf", _urdf), "payload": ("payload.script", _payload)}
     written = []
     for word in asked:
         name, make = makers[word]
+        (out / name).unlink(missing_ok=True)  # of the run before: it is another day's
         write_text(out / name, make(fit, final))
         written.append(out / name)
     return written
@@ -107,22 +110,32 @@ def _ros(publish: Collection[str]) -> tuple[Voice, Callable[[], Iterator[str]]]:
     return Voice(dds_types(), dds_publish(at), **wanted), dds_acknowledgements(at)
 
 
-def _urdf(fit: ud.Fit, final: dict[str, float]) -> str:
+def _urdf(fit: ud.Fit, final: Final) -> str:
     """The bare arm with its links' masses; what it carries is told by `payload`."""
     from urdyn.model.describe import describe
 
     arm = fit.dynamics.arm
     inertials = np.array(fit.dynamics.inertials)
-    scale = [final[f"{link}.mass"] for link in arm.link_names] / inertials[:, 0]
+    mass = np.array([final[f"{link}.mass"]["mean"] for link in arm.link_names])
     # A link that turned out heavier is taken to be so throughout: its shape was not seen to change.
-    return describe(arm, inertials * scale[:, None], "urdyn: as tracked")
+    return describe(arm, inertials * (mass / inertials[:, 0])[:, None], "urdyn: as tracked")
 
 
-def _payload(_: ud.Fit, final: dict[str, float]) -> str:
-    """`set_payload` of URScript: mass [kg], centre of mass at the flange [m]."""
+def _payload(_: ud.Fit, final: Final) -> str:
+    """`set_payload` of URScript: mass [kg], centre of mass at the flange [m].
+
+    It is what is carried beside the tool of the commissioning. InputError where nobody weighed it.
+    """
+    from urdyn.errors import InputError
     from urdyn.model.body import centre_of_mass
-    from urdyn.tracking.physical import PAYLOAD
+    from urdyn.tracking.physical import KNOWN, PAYLOAD
+    from urdyn.types import NORMAL90
 
-    load = np.array([final[f"payload.{name}"] for name in PAYLOAD])
-    centre = np.nan_to_num(centre_of_mass(load))
-    return f"set_payload({max(load[0], 0.0):.4f}, [{', '.join(f'{x:.5f}' for x in centre)}])\n"
+    load, sd = [final[f"payload.{name}"]["mean"] for name in PAYLOAD], final["payload.mass"]["sd"]
+    told = f"± {NORMAL90 * sd:.2f} kg (90 %)"
+    if sd > KNOWN:
+        told = f"{load[0]:.2f} {told} may be carried, which is nothing to set a payload by"
+        raise InputError(f"--hand-over payload: {told}; track while the arm moves with its load")
+    centre = ", ".join(f"{x:.5f}" for x in np.nan_to_num(centre_of_mass(np.array(load))))
+    beside = f"{told}, beside the tool of the commissioning"
+    return f"set_payload({max(load[0], 0.0):.4f}, [{centre}])  # {beside}\n"

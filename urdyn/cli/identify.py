@@ -74,7 +74,7 @@ def _run(campaign: Campaign, voice: Voice) -> None:
     """Identify, save, tell."""
     from urdyn.cli.carry_out import carry_out
     from urdyn.cli.results import FILES, require_folder, save
-    from urdyn.cli.verdict import verdict
+    from urdyn.cli.verdict import unlike, verdict
     from urdyn.report.page import identify_page
     from urdyn.report.summary import identified
     from urdyn.report.tables import identify_table, validate_table
@@ -87,7 +87,7 @@ def _run(campaign: Campaign, voice: Voice) -> None:
         save(fit, page, campaign.out)
     voice.note(*outcome.defects)
     voice.show(identify_table(fit), INFORMED, validate_table(scores, fit), verdict(fit, scores))
-    voice.note(*_remarks(campaign), f"written to {campaign.out}: {', '.join(FILES)}")
+    voice.note(*unlike(fit), *_remarks(campaign), f"written to {campaign.out}: {', '.join(FILES)}")
     voice.result(identified(fit, outcome.wall))
 
 

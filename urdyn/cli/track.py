@@ -200,11 +200,11 @@ def track(
     if healthy is None:
         undiagnosed(out)
     _report(out, summary, voice)
-    for path in hand(fit, summary, hand_over or (), out):
-        voice.note(f"written: {path}")
     voice.show(verdict(summary))
     voice.show(summed(summary))
     voice.result(summary)
+    for path in hand(fit, summary, hand_over or (), out):
+        voice.note(f"written: {path}")
     if fail_on_finding and any(not f["acknowledged"] for f in summary.get("findings", ())):
         raise typer.Exit(FAILED)
 

@@ -5,6 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+import numpy as np
+
+from urdyn.report.digits import interval90, number
 from urdyn.report.evidence import pool, telling
 from urdyn.report.headline import sentence
 from urdyn.report.names import joints
@@ -12,7 +15,24 @@ from urdyn.report.names import joints
 if TYPE_CHECKING:
     from urdyn.identify import Fit, Score
 
+FAR = 4.0  # [sd] of what arms of a type differ by: right ones were within 1.3, others beyond 4
+
 
 def verdict(fit: Fit, scores: Sequence[Score]) -> str:
     """How well the model predicts, by its best joint and its worst."""
     return sentence(pool(fit, telling(fit, scores)), joints(fit))
+
+
+def unlike(fit: Fit) -> list[str]:
+    """What such an arm hardly has: a tool that nobody told of, or another robot."""
+    table, known = fit.parameters, np.where(fit.prior_sd > 0.0, fit.prior_sd, np.inf)
+    told = [name.endswith((".mass", ".gain")) for name in table.names]
+    away = np.where(told, np.abs(table.values - fit.prior) / known, 0.0)
+    at, arm = int(np.argmax(away)), fit.dynamics.arm.name
+    if away[at] < FAR:
+        return []
+    usual, here = interval90(fit.prior[at], fit.prior_sd[at]), number(table.values[at], 3)
+    return [
+        f"{table.names[at]} is {here} {table.units[at]}, where such arms have {usual}: a tool is "
+        f"mounted, and is part of this twin; or this is no {arm}, or its currents are not in A"
+    ]

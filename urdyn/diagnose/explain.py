@@ -36,6 +36,10 @@ class Suspect:
     sd: Array  # (r,) of a change, in units of the states
     unit: float  # of the first state, per unit that people read
 
+    def part_of(self, other: Suspect) -> bool:
+        """Whether another one changes all that this one does, and more."""
+        return set(self.places.tolist()) < set(other.places.tolist())
+
     def read(self, size: float, sd: float) -> tuple[float, float]:
         """A change of the first state, and its sd, as people read it.
 

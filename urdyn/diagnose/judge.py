@@ -66,7 +66,7 @@ class Judge:
         state = replace(state, likely=self._likely(state.bank, gathered(state.bank, ratio)))
         evidence = gathered(state.bank, ratio, OLDER * self.shift)
         told = {fault.suspect for fault in (*state.known, *state.passed)}
-        of = [k for k in range(len(self.of.each)) if k not in told]
+        of = [k for k in range(len(self.of.each)) if k not in told and not self._within(state, k)]
         # A healthy arm's sums begin at what came before counts for, and grow by one a block.
         over = np.log((1.0 + OLDER) * self.promised * len(of))
         if logsumexp(evidence[of]) < over:
@@ -127,7 +127,12 @@ class Judge:
         state = replace(state, found=(*state.found, change), waited=0)
         if of_tool:
             return self._settled_on(state, more)
-        return self._alarmed(self._knowing(state, (*state.known, known_by(change))), last)
+        rest = (f for f in state.known if not self.of.each[f.suspect].part_of(told.suspect))
+        return self._alarmed(self._knowing(state, (*rest, known_by(change))), last)
+
+    def _within(self, state: SlowState, k: int) -> bool:
+        """Whether a fault that is known has changed all that this suspect would, and more."""
+        return any(self.of.each[k].part_of(self.of.each[f.suspect]) for f in state.known)
 
     def _knowing(self, state: SlowState, known: tuple[Fault, ...]) -> SlowState:
         """With these suspects found, and the bank as it is in their light."""

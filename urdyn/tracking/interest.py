@@ -14,10 +14,10 @@ import numpy as np
 from urdyn.dbn.robot import RobotCurrents
 from urdyn.dbn.robot_slice import RobotSlice
 from urdyn.model.body import centre_of_mass
+from urdyn.tracking.physical import KNOWN
 from urdyn.tracking.reading import Reading
 from urdyn.types import Array
 
-KNOWN = 0.3  # [kg] sd of a payload by which a margin is told
 LONGEST = 1.0  # [s] between two readings that one motion joins
 
 

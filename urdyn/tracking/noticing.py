@@ -23,13 +23,13 @@ from urdyn.tracking.befallen import (
 )
 from urdyn.tracking.handling import HANDLING, Weighed, exchanged
 from urdyn.tracking.model import BULKY, LIGHT
+from urdyn.tracking.physical import KNOWN
 from urdyn.tracking.state import HINDSIGHT, QUICK, TrackerState, believing, in_hindsight
 from urdyn.tracking.worn import ASK, SURE, SURER, YOUNG, Then, Worn
 from urdyn.types import Array
 
 S = TypeVar("S")
 
-KNOWN = 0.3  # [kg] sd of what is carried, less than which tells it from most that is
 PATIENCE = 2.0  # [s] after something was told before the next
 LOOK, LOOK_TIME = 5.0, 0.08  # samples and, where they are many, [s] between two looks for it
 

@@ -27,6 +27,7 @@ JOINT = {
 }
 LOGARITHMIC = ("f", "alpha", "beta", "z")
 PAYLOAD = ("mass", "mx", "my", "mz")
+KNOWN = 0.3  # [kg] sd of what is carried, less than which tells it from most that is
 PAYLOAD_REACH = 0.5  # [m] of the flange, within which what is carried is
 LINK_REACH = 1.5  # [m] of its joint, within which a link is
 
