@@ -85,5 +85,7 @@ class MissingExtraError(UrdynError):
     """An optional dependency is not installed."""
 
     def __init__(self, extra: str, package: str) -> None:
-        super().__init__(f"{package} is not installed; run: pip install 'urdyn[{extra}]'")
+        super().__init__(
+            f"{package} is not installed; in urdyn's folder: pip install -e '.[{extra}]'"
+        )
         self.extra = extra

@@ -43,7 +43,7 @@ def test_without_the_extra_the_way_to_it_is_told(tracked, monkeypatch):
     real = importlib.util.find_spec
     without = lambda name, *rest: None if name == "viser" else real(name, *rest)  # noqa: E731
     monkeypatch.setattr("urdyn.view.stage.find_spec", without)
-    assert "pip install 'urdyn[viewer]'" in refused(view(tracked[1], "--robot", "ur10e"))
+    assert "pip install -e '.[viewer]'" in refused(view(tracked[1], "--robot", "ur10e"))
 
 
 def renamed(history, folder, robot: str | None):

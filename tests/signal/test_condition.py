@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from urdyn.errors import LogError
+from urdyn.errors import InputError, LogError
 from urdyn.signal import condition, stream
 from urdyn.types import Log, Motion
 
@@ -98,6 +98,16 @@ def test_an_empty_channel_is_as_good_as_none() -> None:
 def test_one_row_is_no_motion() -> None:
     with pytest.raises(LogError, match="one row only"):
         condition(polled().slice(0, 1))
+
+
+def test_what_no_motion_is_made_of_is_told() -> None:
+    log = polled()
+    back = replace(log, t=log.t[::-1].copy())
+    with pytest.raises(LogError, match="that of row 1 does not"):
+        condition(back)
+    for settings in ({"half_window": 0}, {"degree": 2}):
+        with pytest.raises(InputError, match="degree 3"):
+            condition(log, **settings)
 
 
 def test_without_velocities_the_angles_do() -> None:

@@ -10,7 +10,7 @@ from itertools import islice
 import numpy as np
 import pytest
 
-from urdyn.errors import UrdynError
+from urdyn.errors import InputError, UrdynError
 from urdyn.io import write
 from urdyn.io.helper import Helper
 from urdyn.signal import samples
@@ -61,6 +61,12 @@ def test_two_who_replay_do_not_disturb_each_other(log: Log, path: str) -> None:
     pairs = zip(source.start(0), source.start(100), strict=False)
     apart = [other.sample.t - one.sample.t for one, other in islice(pairs, BLOCK + 10)]
     np.testing.assert_allclose(apart, 1.0)
+
+
+@pytest.mark.parametrize("text", ["192.168.0.10", "10.0.0.2:30004", "cell-3.local:30004"])
+def test_a_robot_s_address_alone_is_no_log(text: str) -> None:
+    with pytest.raises(InputError, match=f"write rtde://{text}"):
+        open_source(text)
 
 
 def test_who_tracks_a_recording_holds_nothing_that_reads_files(path: str) -> None:

@@ -21,7 +21,7 @@ Columns = Annotated[
 ]
 Rows = Annotated[
     str | None,
-    typer.Option(metavar="A:B", help="Use these data rows only: the first, and the one after."),
+    typer.Option(metavar="A:B", help="Use data rows A to B - 1 only; the first is 0."),
 ]
 Rate = Annotated[
     float | None, typer.Option(metavar="HZ", help="Sample rate of a log without time stamps.")

@@ -73,7 +73,6 @@ class MixedGraph:
     def markov_blanket(self, node: str) -> Names:
         """What, once known, leaves nothing in the rest of the graph to be learnt of `node`."""
         heads = self.district(node, *self.children(node))
-        heads = self.district(*heads)
         return (heads | self.parents(*heads)) - {node}
 
     def d_separated(

@@ -133,8 +133,11 @@ def _settle(log: Log, offset: ArrayLike, half: int | None, degree: int) -> _Sett
     """Refuse a log that no motion can be made of, and fix what depends on all of its rows."""
     require_measured(log)
     step = median_step(log.t)
-    if not step > 0:
+    if len(log) < 2:
         raise LogError("one row only; a motion needs at least two", log.source.path)
+    if not (np.diff(log.t) > 0.0).all():
+        back = int(np.argmin(np.diff(log.t) > 0.0)) + 1
+        raise LogError(f"stamps have to increase; that of row {back} does not", log.source.path)
     velocities = bool(np.isfinite(log.joint("actual_qd")).any())
     half = half_window(step, degree, velocities) if half is None else half
     return _Settled(step, half, degree, offset)

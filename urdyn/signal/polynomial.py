@@ -19,6 +19,7 @@ import numpy as np
 from numpy.polynomial import legendre
 from numpy.typing import NDArray
 
+from urdyn.errors import InputError
 from urdyn.types import Array, frozen
 
 REACH = 0.036  # [s] to each side: see `half_window`
@@ -55,7 +56,9 @@ class LocalPolynomial:
     step: float  # [s] between samples, as a rule
 
     def __post_init__(self) -> None:
-        assert self.half >= 1 and self.degree >= 3, "a jerk needs a window and degree 3"
+        if self.half < 1 or self.degree < 3:
+            told = f"half_window {self.half}, degree {self.degree}"
+            raise InputError(f"{told}: a jerk takes a window of 1 or more, and degree 3")
 
     @property
     def samples(self) -> int:

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import re
 import time
 from collections.abc import Callable, Collection, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from itertools import islice
+from pathlib import Path
 from threading import TIMEOUT_MAX, Timer
 from typing import Any
 
@@ -22,6 +24,7 @@ from urdyn.signal import BESIDE, POSE, Sample
 from urdyn.signal.stretches import GAP
 
 SCHEME, ROS2 = "rtde://", "ros2://"
+ADDRESS = re.compile(r"\d+(\.\d+){3}(:\d+)?|[\w.-]+:\d+")  # of a robot, and hardly of a log
 CHANNELS = ("actual_q", "actual_qd", "actual_current", "joint_temperatures")
 PAUSE = 0.1  # [s] longer without a package, and how long they take is learnt anew
 DRIFT = 1e-4  # [-] by which two clocks may differ in pace
@@ -93,6 +96,8 @@ def open_source(
     if "://" in text:
         told = f"name a log, {SCHEME}HOST[:PORT] or {ROS2}TOPIC"
         raise InputError(f"{text}: no such source; {told}")
+    if ADDRESS.fullmatch(text) and not Path(text).exists():
+        raise InputError(f"{text}: there is no such file; for a robot write {SCHEME}{text}")
     from urdyn.tracking.recording import recording
 
     return recording(text, columns, rows, rate, duration, effort, beside)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from queue import Empty, Full, Queue, SimpleQueue
 from threading import Event, Thread
@@ -26,8 +26,10 @@ from urdyn.io.ros2.compose import Types
 from urdyn.io.ros2.listen import Heard, Understanding
 from urdyn.io.ros2.status import Level, Status
 from urdyn.io.ros2.talk import TOPICS, Voice
+from urdyn.io.snapshot import Snapshot
 from urdyn.tracking import Tracker, run
 from urdyn.tracking.announce import Announcer, Audience
+from urdyn.tracking.physical import KNOWN
 from urdyn.tracking.ros2_source import hearing
 
 PARAMETERS: dict[str, Any] = {
@@ -57,6 +59,7 @@ class TwinNode(Node):
         self._reset = False
         self._understand = Understanding(self.asked("topic"))
         self._payload: Any = None  # newest InertiaStamped
+        self._payload_sd = float("inf")  # [kg] of its mass
         publishers = {
             topic: self.create_publisher(get_message(name), topic, 10)
             for topic, name in TOPICS.items()
@@ -97,6 +100,10 @@ class TwinNode(Node):
             told = f"falls behind: {lost} joint states lost, {self._lost} in all"
             yield Status(Level.WARN, "urdyn: node", told, (), self.asked("serial"))
 
+    def weigh(self, now: Snapshot, _: Sequence[Status]) -> None:
+        """How well the payload is known."""
+        self._payload_sd = now.sd["payload"]["mass"]
+
     def _hear(self, message: JointState) -> None:
         heard = self._understand(message, time.monotonic(), self._reset)
         if heard is None:
@@ -124,8 +131,8 @@ class TwinNode(Node):
         client = self.create_client(SetPayload, SET_PAYLOAD)
 
         def tell(_: Trigger.Request, answer: Trigger.Response) -> Trigger.Response:
-            if self._payload is None or not client.service_is_ready():
-                answer.success, answer.message = False, f"no estimate, or no {SET_PAYLOAD}"
+            if self._payload_sd > KNOWN or not client.service_is_ready():
+                answer.success, answer.message = False, f"nothing weighed, or no {SET_PAYLOAD}"
                 return answer
             inertia = self._payload.inertia
             client.call_async(SetPayload.Request(mass=inertia.m, center_of_gravity=inertia.com))
@@ -141,7 +148,7 @@ def follow(node: TwinNode) -> None:
     fit = ud.Twin.load(twin).fit
     effort = ud.Effort(node.asked("effort_unit") or None, fit.dynamics.drive.gain)
     effort.told(node.asked("topic"))
-    audience = Audience(node.voice, (), node.acknowledgements, node.remarks)
+    audience = Audience(node.voice, (node.weigh,), node.acknowledgements, node.remarks)
     announcer = Announcer(fit, audience, node.asked("serial"))
     try:
         source = hearing(

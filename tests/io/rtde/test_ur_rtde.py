@@ -17,7 +17,7 @@ pytestmark = [
     # Where the library waits for ever, it is C++ that waits: no signal of Python's gets through.
     pytest.mark.timeout(60, method="thread"),
 ]
-receive = pytest.importorskip("rtde_receive", reason="pip install 'urdyn[rtde]'")
+receive = pytest.importorskip("rtde_receive", reason="pip install -e '.[rtde]'")
 
 
 def agrees(client: object) -> bool:
