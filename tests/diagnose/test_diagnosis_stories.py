@@ -53,6 +53,8 @@ def test_a_noisy_sensor_is_told_at_twenty_samples_a_second_too(shop: Shop) -> No
     rough = noise * np.random.default_rng(1).standard_normal(len(log.t))
     [found] = shop.disturbed(log, 3, np.where(log.t > 10.0, rough, 0.0))
     assert (found.kind, found.joint) == ("sensor_fault", 3) and found.alarm_s < 16.0
+    lo, hi = found.onset_interval_s
+    assert lo <= 10.0 <= hi
 
 
 @pytest.mark.parametrize(
@@ -101,6 +103,24 @@ def test_a_day_on_which_friction_is_a_tenth_higher_is_a_day(shop: Shop) -> None:
 def test_a_payload_is_told_with_its_mass(shop: Shop) -> None:
     (finding,) = shop.report("payload_change:onset=12,mass=1.5", seconds=40.0)
     assert abs(finding.evidence["mass_kg"] - 1.5) < 0.15
+
+
+@pytest.mark.parametrize(
+    "seconds", [26.0, *(pytest.param(s, marks=pytest.mark.slow) for s in (23.0, 30.0))]
+)
+def test_a_load_that_is_there_when_a_recording_ends_is_told(shop: Shop, seconds: float) -> None:
+    (finding,) = shop.report("payload_change:onset=12,mass=1.5", seconds=seconds)
+    assert finding.kind == "payload_change" and not finding.older
+    assert abs(finding.size - 1.5) < 2.0 * finding.size_sd < 0.4
+    lo, hi = finding.onset_interval_s
+    assert lo <= 12.0 <= hi
+
+
+def test_a_piece_that_an_arm_holds_when_a_recording_ends_is_work(shop: Shop) -> None:
+    """Two of its kind were put down before."""
+    grips = zip((3.0, 7.0, 10.0, 14.0, 17.0), (1.5, 0.0, 1.5, 0.0, 1.5), strict=True)  # [s], [kg]
+    pieces = [f"payload_change:onset={t},mass={m}" for t, m in grips]
+    assert not len(shop.report(*pieces, seconds=29.0))
 
 
 def test_a_push_is_told_with_its_force(shop: Shop) -> None:

@@ -44,7 +44,8 @@ def test_a_light_piece_is_told_and_what_stays_or_is_not_there_is_none() -> None:
     mode, gain = unseen(moments(rng, piece, comes_and_goes), commissioned(), 60.0)
     assert gain > 20.0
     assert abs(mode.mean[0] - 0.5) < 4.0 * np.sqrt(mode.cov[0, 0])
-    for held in (np.zeros(MOMENTS), np.ones(MOMENTS)):
+    came = np.append(0.0, np.ones(MOMENTS - 1))  # within the first moment
+    for held in (np.zeros(MOMENTS), np.ones(MOMENTS), came):
         assert unseen(moments(rng, piece, held), commissioned(), 60.0)[1] < 0.0
 
 

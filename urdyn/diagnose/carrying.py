@@ -47,6 +47,7 @@ class Carrying:
     # with it tell of an arm that never strayed, (n, n), and how well they weigh it so, sd [kg].
     whole: Array | None = None
     weighed: float = np.nan
+    handles: bool = False  # in this run something was put down again
 
     @property
     def due(self) -> bool:
@@ -68,8 +69,9 @@ class Carrying:
         """
         if not self.was:
             unclaimed = self.unclaimed if len(self.unclaimed) < WATCHED else ()
-            had = self.had + MOMENT
-            return replace(self.here, had=had, last=ripe.end, unclaimed=(*unclaimed, anew))
+            had, handles = self.had + MOMENT, self.handles or bool(self.away)
+            here = replace(self.here, had=had, last=ripe.end, handles=handles)
+            return replace(here, unclaimed=(*unclaimed, anew))
         away = self.absent
         away[self.was] += MOMENT
         since = ripe.begin if np.isnan(self.since) else self.since

@@ -18,3 +18,4 @@ class Event:
     confidence: float  # [-]
     size: float  # what the kind's levels are in
     evidence: Mapping[str, Any] = field(default_factory=dict)
+    within: float = 0.1  # [s] of which it began

@@ -48,6 +48,7 @@ COHERENT = 0.8  # [-] of its amplitude that is left over the whole: it keeps its
 GROWING = 0.5  # [1/s]
 NEAR = 1.0  # [Hz] that the same line may differ by: what a gear makes moves with its speed
 KNOWN = 1.0  # windows of looks, from which on it is known what is usual
+WITHIN = 0.25  # [-] of a window about its begin, in which a line began that all of it has
 AGAIN = 5.0  # [s] of silence, after which the same line is another event
 MISSED = 3.5  # looks, as long as which a line that was not told yet may go unseen
 BAND = 0.06  # [-] about the gear's lines that does not count
@@ -73,6 +74,7 @@ class Ring:
     last: float = -np.inf  # [s] when
     frequency: float = 0.0  # [Hz]
     since: float = 0.0  # [s]
+    within: float = 0.0  # [s] of which
     sizes: tuple[float, ...] = ()  # [N·m] in each window since
     told: bool = False
     whose: int | None = None  # the joint that was told of, if lines have not been silent since
@@ -224,6 +226,7 @@ class Oscillation:
         silence = AGAIN if ring.told else MISSED * WINDOWS[window]
         same = now - ring.last < silence and abs(frequency - ring.frequency) < NEAR
         since, told = (ring.since, ring.told) if same else (float(t[0]), False)
+        within = ring.within if same else WITHIN * window
         seen = (*(ring.sizes if same else ()), float(sizes[-2:].mean()))
         sure = ratio >= self.rule["sure"]
         wait = self.rule["prompt" if sure and sizes.min() > STAYS * sizes.max() else "patience"]
@@ -231,7 +234,7 @@ class Oscillation:
             wait = 2.0 * window
         tell = not (told or doubted) and now - since > wait
         whose = joint if tell else ring.whose if again else None
-        state = replace(state, ring=Ring(now, frequency, since, seen, told or tell, whose))
+        state = replace(state, ring=Ring(now, frequency, since, within, seen, told or tell, whose))
         if not tell:
             return state, []
         growth = float(np.polyfit([t[p].mean() for p in parts(len(t), 4)], np.log(sizes), 1)[0])
@@ -245,7 +248,8 @@ class Oscillation:
             "statistic": ratio,
             "threshold": float(self.rule["threshold"]),
         }
-        return state, [Event("controller_instability", joint, since, now, 0.99, size, evidence)]
+        what = joint, since, now, 0.99, size, evidence, within
+        return state, [Event("controller_instability", *what)]
 
     def _allowed(self, f: Array, v: Array) -> Mask:
         """Frequencies that neither the motion nor the gear makes, (F, J)."""

@@ -5,7 +5,8 @@ followed forward and backward and m is what the moments with it say [Rabiner1989
 
     L(m) = sum over paths of  p(path) prod exp(s_n (d_n' m - m' C_n m / 2)),      s_n in {0, 1}
 
-What is there all the time is no piece: its likelihood is taken off.
+What is there all the time, or came within the first moment and stays, is no piece: its likelihood
+is taken off.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ from urdyn.diagnose.carried import ANYTHING, CHANGED, NOTHING, Mode, Shown
 from urdyn.types import Array
 
 RUN = 4  # moments in a row that a guess is made of
+BEGINS = 2  # moments, the first ones: what came within one of them and stays is no piece
 ROUNDS = 12  # of the chain and of m, each in the light of the other
 PRIOR = np.diag(ANYTHING**-2.0)
 
@@ -40,7 +42,7 @@ def unseen(told: Sequence[Shown], first: Mode, t: float) -> tuple[Mode, float]:
         held, evidence = _chain(fits)
     narrowed = 2.0 * np.sum(np.log(ANYTHING)) - np.linalg.slogdet(cov)[1]
     gain = evidence - 0.5 * (m @ PRIOR @ m + narrowed)
-    always = _any_load(C.sum(axis=0), d.sum(axis=0))
+    always = max(_any_load(C[k:].sum(axis=0), d[k:].sum(axis=0)) for k in range(BEGINS))
     return Mode(first.mean + m, cov + np.diag(NOTHING**2), t), gain - max(always, 0.0)
 
 

@@ -43,7 +43,7 @@ class Felt:
     left: Array  # (n, J) [A] residuals of late, where a beat has few rows
     rough: Array  # (J,) [A] their noise
     loud: Array  # (J,) [s] for which that was too much; all of it where it was so by far
-    grew: Array  # (J,) [s] when that began
+    grew: Array  # (J,) [s] when it was last about as usual
     torn: Array  # (J,) values of late that are none
     tore: Array  # (J,) [s] of the first of these
     ill: Array  # (4, J) [s] when each mode was last seen; -inf: never
@@ -104,7 +104,8 @@ class SensorHealth:
         over = self._alone(rough / self.space.noise) / self.rule["noisy"]
         weight = np.clip(over**2 - 1.0, -FADES, 1.0)  # a joint that rattles is a little over
         loud = np.maximum(state.loud + weight * len(rows) * self.period, 0.0)
-        grew = np.where(state.loud > 0.0, state.grew, rows.t[0])
+        began = (state.loud > 0.0) | (rough > UNSTEADY * self.space.noise)
+        grew = np.where(began, state.grew, rows.t[-1])
         state = replace(state, left=left[-ENOUGH:], rough=rough, loud=loud, grew=grew)
         noisy = (loud >= self.rule["lasting"]) & ~ringing
         erratic = torn.any(axis=0) & (state.torn > OFTEN) & ~self.unsteady(state)
@@ -168,7 +169,8 @@ class SensorHealth:
         evidence = {"mode": mode, "noise_A": float(state.rough[j]), "usual_A": noise}
         drive = self.space.reference.drive
         relative = size * float(drive.gain[j] / drive.coulomb[j])
-        return Event("sensor_fault", j, float(state.grew[j]), now, 0.99, relative, evidence)
+        seen = len(state.left) * self.period  # what is noisy for a part of that may look as usual
+        return Event("sensor_fault", j, float(state.grew[j]), now, 0.99, relative, evidence, seen)
 
 
 def _lapses(last: Array, current: Array) -> Mask:

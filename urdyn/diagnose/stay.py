@@ -3,8 +3,8 @@
 A load that moments tell clearly has to be carried for as long as the rules say. The less they tell
 of it, the longer; and it has to explain them better than a piece that comes and goes meanwhile,
 whose mean over both it may be. What the arm was believed to be before the program began says how
-clear a load is: a piece that was there unseen has bent what was learnt since. One that was there
-from a recording's begin to its end need not have been carried for so long.
+clear a load is: a piece that was there unseen has bent what was learnt since. One that is there at
+a recording's end need not have been carried for so long, where the arm put nothing down before.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from urdyn.diagnose.space import Space
 LASTING = 0.2  # [-] of the time away that a load must have been carried to be there to stay
 CLEAR = 5.0  # [sd] by which its mass differs then
 CERTAIN = 0.99  # [-] that what was carried for so long is another load
-THROUGHOUT = 8.0  # [s] of motion at least, of a recording in which nothing else was carried
+AT_LAST = 8.0  # [s] of motion at least, up to a recording's end, where nothing was put down before
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,7 +51,8 @@ class Stay:
         masses = np.array([mode.mean[0] for mode in carrying.modes])
         stays = int(np.argmin(np.where(away > LASTING * away.sum(), masses, np.inf)))
         mode, first = carrying.modes[stays], carrying.modes[0]
-        if not self._long_enough(carrying, mode, THROUGHOUT if never and ended else np.inf):
+        once = ended and not carrying.handles
+        if not self._long_enough(carrying, mode, AT_LAST if once else np.inf):
             return carrying, None
         if len(carrying.gone) >= pieces.RUN:
             piece, gain = pieces.unseen(carrying.gone, first, t)
