@@ -63,7 +63,8 @@ class Gathering(ABC):
 
     def init(self, streams: int) -> Onsets:
         """Nothing seen yet."""
-        given_side(self.side, streams), given_tolerance(self.tolerance, streams)
+        given_side(self.side, streams)
+        given_tolerance(self.tolerance, streams)
         return Onsets(np.zeros((streams, len(self.alternatives))))
 
     def step(self, state: Onsets, observed: Array) -> tuple[Onsets, Verdict]:

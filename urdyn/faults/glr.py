@@ -59,7 +59,8 @@ class GLR:
 
     def init(self, streams: int) -> Window:
         """Nothing seen yet."""
-        given_side(self.side, streams), given_tolerance(self.tolerance, streams)
+        given_side(self.side, streams)
+        given_tolerance(self.tolerance, streams)
         return Window(np.zeros((self.ages[-1], streams)))
 
     def step(self, state: Window, observed: Array) -> tuple[Window, Verdict]:

@@ -191,7 +191,7 @@ def test_other_folders_and_names_are_one_line(tmp_path):
 def test_a_missing_extra_says_how_to_get_it(tmp_path, monkeypatch):
     path = bag(tmp_path / "bag", joint_states(9))
     monkeypatch.setattr(forms, "find_spec", lambda package: None)
-    with pytest.raises(MissingExtraError, match=r"pip install 'urdyn\[ros2\]'"):
+    with pytest.raises(MissingExtraError, match=r"pip install -e '\.\[ros2\]'"):
         read(path)
 
 

@@ -53,7 +53,7 @@ def test_a_missing_extra_says_how_to_get_it_and_leaves_nothing(
 ) -> None:
     monkeypatch.setattr(forms, "find_spec", lambda package: None)
     monkeypatch.setitem(sys.modules, "rosbags.typesys", None)
-    with pytest.raises(MissingExtraError, match=r"pip install 'urdyn\[ros2\]'"):
+    with pytest.raises(MissingExtraError, match=r"pip install -e '\.\[ros2\]'"):
         write(log, tmp_path / f"bag{form}")
     assert not list(tmp_path.iterdir())
 

@@ -166,5 +166,5 @@ def test_what_keeps_us_out_of_a_graph_is_one_line(domain, monkeypatch):
     with pytest.raises(InputError, match="from 0 to 232"):
         participant({"ROS_DOMAIN_ID": "many"})
     monkeypatch.setattr(forms, "find_spec", lambda package: None)
-    with pytest.raises(MissingExtraError, match=r"urdyn\[ros2\]"):
+    with pytest.raises(MissingExtraError, match=r"\.\[ros2\]"):
         participant({})
