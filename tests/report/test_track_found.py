@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 from tracked import CRITICAL, START, columns, diagnosed, growing, summary, write
 
-from urdyn.report.finding_words import size, span
+from urdyn.io.spans import span
+from urdyn.report.finding_words import size
 from urdyn.report.track_page import track_page
 
 SCRIPT = re.compile(r"<script.*?</script>", re.S)

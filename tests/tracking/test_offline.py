@@ -26,6 +26,8 @@ def test_what_is_no_log_of_the_arm_is_told(workshop):
     log = workshop.log
     with pytest.raises(LogError, match="too short"):
         ud.track(workshop.fit, log.slice(0, 3))
+    with pytest.raises(LogError, match="one row only"):
+        ud.track(workshop.fit, log.slice(0, 1))
     milli = log.channels | {"actual_current": 1e3 * log.joint("actual_current")}
     with pytest.raises(LogError, match="is it mA"):
         ud.track(workshop.fit, replace(log, channels=milli))

@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from urdyn.io.spans import span as span
-from urdyn.io.spans import span_of as span_of
 from urdyn.report.digits import interval90, number
 
 BEFORE = "before this run"

@@ -8,9 +8,10 @@ from typing import Any
 import numpy as np
 import plotly.graph_objects as go
 
+from urdyn.io.spans import span_of
 from urdyn.report.canvas import BAND, LEFT, OURS, band, figure, line, rule, shade
 from urdyn.report.digits import number, percent
-from urdyn.report.finding_words import BEFORE, factor, kind, size, span_of, unit
+from urdyn.report.finding_words import BEFORE, factor, kind, size, unit
 from urdyn.report.markup import Html, cell, grid, paragraph, plot, section, table, tag, text
 from urdyn.report.names import spoken
 from urdyn.report.track_history import Clock, History

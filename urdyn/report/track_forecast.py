@@ -8,9 +8,10 @@ from typing import Any
 import numpy as np
 import plotly.graph_objects as go
 
+from urdyn.io.spans import span_of
 from urdyn.report.canvas import BAND, LEFT, OURS, band, dots, figure, line, rule, shade
 from urdyn.report.digits import number, percent
-from urdyn.report.finding_words import amount, factor, kind, span_of, unit
+from urdyn.report.finding_words import amount, factor, kind, unit
 from urdyn.report.markup import Html, cell, grid, key, paragraph, plot, section, table, text
 from urdyn.report.names import spoken
 from urdyn.report.track_history import Clock, History, clock

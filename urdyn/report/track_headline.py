@@ -8,8 +8,9 @@ from typing import Any
 
 import numpy as np
 
+from urdyn.io.spans import span_of
 from urdyn.report.digits import interval90, number, percent
-from urdyn.report.finding_words import BEFORE, kind, size, span_of
+from urdyn.report.finding_words import BEFORE, kind, size
 from urdyn.report.findings import ranked
 from urdyn.report.markup import Html, cell, facts, grid, join, paragraph, table, tag, text
 from urdyn.report.names import QUANTITIES, capital, maker, spoken

@@ -135,8 +135,9 @@ def _settle(log: Log, offset: ArrayLike, half: int | None, degree: int) -> _Sett
     step = median_step(log.t)
     if len(log) < 2:
         raise LogError("one row only; a motion needs at least two", log.source.path)
-    if not (np.diff(log.t) > 0.0).all():
-        back = int(np.argmin(np.diff(log.t) > 0.0)) + 1
+    onward = np.diff(log.t) > 0.0
+    if not onward.all():
+        back = int(np.argmin(onward)) + 1
         raise LogError(f"stamps have to increase; that of row {back} does not", log.source.path)
     velocities = bool(np.isfinite(log.joint("actual_qd")).any())
     half = half_window(step, degree, velocities) if half is None else half

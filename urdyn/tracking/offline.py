@@ -11,6 +11,7 @@ from urdyn.errors import LogError
 from urdyn.estimate import UKF, Filter, Track
 from urdyn.identify.fit import Fit
 from urdyn.signal import require_measured, samples
+from urdyn.signal.stretches import median_step
 from urdyn.tracking.physical import quantities
 from urdyn.tracking.row import spacing
 from urdyn.tracking.tracker import Tracker
@@ -40,7 +41,9 @@ def track(
     require_measured(log, ("actual_q", "actual_current"))
     if why := fit.dynamics.unlike(log.joint("actual_current")):
         raise LogError(why, log.source.path)
-    period = float(np.median(np.diff(log.t)))
+    period = median_step(log.t)
+    if not period > 0.0:
+        raise LogError("has one row only; nothing can be tracked", log.source.path)
     tracker: Tracker[Any] = Tracker(fit, filter or UKF(), period)
     of, state, every = quantities(fit, tracker.currents), tracker.init(), spacing(period)
     t, means, sds, surprises = [], [], [], []
