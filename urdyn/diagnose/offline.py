@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
@@ -12,10 +14,15 @@ from urdyn.diagnose.diagnosis import Diagnosis
 from urdyn.diagnose.document import findings_document
 from urdyn.diagnose.finding import Finding
 from urdyn.diagnose.rules import Rules, read_rules
-from urdyn.errors import LogError
+from urdyn.errors import InputError
 from urdyn.identify.fit import Fit
+from urdyn.io import sha256
 from urdyn.model.friction import travel
+from urdyn.report.apart import draw
 from urdyn.signal import condition
+from urdyn.tracking import Tracker, run
+from urdyn.tracking.offline import Tracked, replayed, tracker_of
+from urdyn.twin import Twin
 from urdyn.types import Log
 
 
@@ -25,6 +32,8 @@ class Report:
 
     findings: tuple[Finding, ...]
     document: Mapping[str, Any]  # as findings.json has it
+    tracker: Tracker[Any] = field(repr=False)  # who follows the arm
+    log: Log = field(repr=False)
 
     def __iter__(self) -> Iterator[Finding]:
         return iter(self.findings)
@@ -36,24 +45,49 @@ class Report:
         told = [f"{f.severity}: {f.kind}: {f.text}" for f in self.findings]
         return "\n".join(told) or "nothing found"
 
+    def save(self, path: str | Path) -> None:
+        """Write it as one HTML page, beside what the arm's parameters did; follows the log anew."""
+        with TemporaryDirectory() as folder:
+            out = Path(folder)
+            twin, history = out / "twin.toml", out / "history.parquet"
+            Twin(self.tracker.fit.dynamics.arm, self.tracker.fit).save(twin)
+            stream = replayed(self.log, self.tracker.period)
+            summary = run(self.tracker, stream, out, sha256(twin))
+            draw(history, summary | dict(self.document), Path(path))
 
-def diagnose(fit: Fit, log: Log, rules: Rules | None = None) -> Report:
-    """The faults in a log of the arm that was commissioned by `fit`.
 
-    report = urdyn.diagnose(twin.fit, urdyn.read("monday.parquet"))
+def diagnose(
+    of: Tracked | Twin | Fit, log: Log | None = None, rules: Rules | None = None
+) -> Report:
+    """The faults of an arm: of one that was tracked, or of a twin's, in a log of it.
+
+    report = urdyn.diagnose(urdyn.track(twin, urdyn.read("monday.parquet")))
     print(report)
+    report.save("monday.html")
+
+    Args:
+        log: what the arm of a twin did; a track knows its own.
 
     Raises:
+        InputError: there is a twin and no log, or a track and another log.
         LogError: it is of an arm with other joints, or its currents are not in amperes.
     """
-    if why := fit.dynamics.unlike(log.joint("actual_current")):
-        raise LogError(why, log.source.path)
+    tracker, log = _followed(of, log)
+    fit = tracker.fit
     motion = condition(log, offset=fit.dynamics.drive.time_offset)
-    diagnosis = Diagnosis(fit, float(np.median(np.diff(log.t))), rules or read_rules())
+    diagnosis = Diagnosis(fit, tracker.period, rules or read_rules())
     moved = np.cumsum(np.abs(travel(motion)), axis=0)
     state, found = diagnosis.over(motion, fit.dynamics.presliding(motion), moved)
     source = {"source": log.source.path, "source.sha256": log.source.sha256}
     observable, costs = diagnosis.observable(state), diagnosis.rules.costs
     joints = fit.dynamics.arm.joint_names
     document = findings_document(found, joints, observable, {}, source, costs)
-    return Report(tuple(found), document)
+    return Report(tuple(found), document, tracker, log)
+
+
+def _followed(of: Tracked | Twin | Fit, log: Log | None) -> tuple[Tracker[Any], Log]:
+    if isinstance(of, Tracked) and log is None:
+        return of.tracker, of.log
+    if isinstance(of, Tracked) or log is None:
+        raise InputError("a track is diagnosed by itself, and a twin with a log")
+    return tracker_of(of, log), log

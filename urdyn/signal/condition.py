@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass, replace
 from functools import partial
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -21,16 +22,36 @@ from urdyn.types import Array, Log, Mask, Motion
 FAR = 4.0 * np.pi  # [rad] twice what a UR's joint turns either way
 
 
+class Jointed(Protocol):
+    """What has joints: an arm."""
+
+    @property
+    def joints(self) -> int:
+        """How many."""
+
+
 def condition(
-    log: Log, *, offset: ArrayLike = 0.0, half_window: int | None = None, degree: int = 4
+    log: Log,
+    arm: Jointed | None = None,
+    *,
+    offset: ArrayLike = 0.0,
+    half_window: int | None = None,
+    degree: int = 4,
 ) -> Motion:
     """Motion at the stamps of `log`: current and stamps as measured, kinematics estimated there.
+
+    `arm`: whose log it is to be; None: nobody asks.
 
     `offset` [s], () or (J,): by how much the current leads the joint's own stream; the kinematics
     are those of t + offset. `half_window` [samples] to each side; None: by the sample rate. A gap,
     a step of more than 5 median steps, begins a new stretch. Missing currents stay NaN: smoothing
     or filling them in would colour the noise, and every interval downstream would be too narrow.
+
+    Raises:
+        LogError: it has no stretch of motion that can be conditioned, or is no log of `arm`.
     """
+    if arm is not None and log.joints != arm.joints:
+        raise LogError(f"has {log.joints} joints, the arm {arm.joints}", log.source.path)
     log = without_stuck(log)
     return _settle(log, offset, half_window, degree).motion(log)
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -14,22 +16,32 @@ from urdyn.signal import require_measured, samples
 from urdyn.signal.stretches import median_step
 from urdyn.tracking.physical import quantities
 from urdyn.tracking.row import spacing
+from urdyn.tracking.source import Arrival, Source
 from urdyn.tracking.tracker import Tracker
+from urdyn.twin import Twin
 from urdyn.types import Log
 
 
+@dataclass(frozen=True, eq=False)
+class Tracked(Track):
+    """Where the quantities of an arm went, by whom they were followed, and along which log."""
+
+    tracker: Tracker[Any]
+    log: Log
+
+
 def track(
-    fit: Fit,
+    twin: Twin | Fit,
     log: Log,
     filter: Filter[Any] | None = None,  # noqa: A002 - the domain's word
-) -> Track:
+) -> Tracked:
     """Where the quantities of an arm went while `log` was recorded.
 
-    went = urdyn.track(twin.fit, urdyn.read("monday.parquet"))
+    went = urdyn.track(twin, urdyn.read("monday.parquet"))
     went["elbow_joint.coulomb"], went.sd[-1]  # N·m over time; of all quantities at the end
 
     Ten instants a second at most. Names and units are those of `history.parquet`, which `urdyn
-    track` writes from the same steps.
+    track` writes from the same steps. `urdyn.diagnose` says what is wrong with an arm that went so.
 
     Args:
         filter: None is the unscented Kalman filter, as on the command line.
@@ -38,14 +50,9 @@ def track(
         LogError: it is of an arm with other joints, its currents are not in amperes, or it is too
             short.
     """
-    require_measured(log, ("actual_q", "actual_current"))
-    if why := fit.dynamics.unlike(log.joint("actual_current")):
-        raise LogError(why, log.source.path)
-    period = median_step(log.t)
-    if not period > 0.0:
-        raise LogError("has one row only; nothing can be tracked", log.source.path)
-    tracker: Tracker[Any] = Tracker(fit, filter or UKF(), period)
-    of, state, every = quantities(fit, tracker.currents), tracker.init(), spacing(period)
+    tracker = tracker_of(twin, log, filter)
+    of, every = quantities(tracker.fit, tracker.currents), spacing(tracker.period)
+    state = tracker.init()
     t, means, sds, surprises = [], [], [], []
     with threadpool_limits(1):  # the matrices are small: threads would wait for one another
         for k, sample in enumerate(samples(log), 1):
@@ -58,4 +65,33 @@ def track(
                 surprises.append(reading.innovation)
     if not t:
         raise LogError("too short, or too full of gaps, to be tracked", log.source.path)
-    return Track(of.names, np.array(t), np.array(means), np.array(sds), tuple(surprises))
+    told = np.array(t), np.array(means), np.array(sds), tuple(surprises)
+    return Tracked(of.names, *told, tracker, log)
+
+
+def tracker_of(
+    twin: Twin | Fit,
+    log: Log,
+    filter: Filter[Any] | None = None,  # noqa: A002 - the domain's word
+) -> Tracker[Any]:
+    """Who follows an arm along `log`; LogError where it is no log of that arm."""
+    fit = twin.fit if isinstance(twin, Twin) else twin
+    require_measured(log, ("actual_q", "actual_current"))
+    if why := fit.dynamics.unlike(log.joint("actual_current")):
+        raise LogError(why, log.source.path)
+    period = median_step(log.t)
+    if not period > 0.0:
+        raise LogError("has one row only; nothing can be tracked", log.source.path)
+    return Tracker(fit, filter or UKF(), period)
+
+
+def replayed(log: Log, period: float) -> Source:
+    """The log as the stream that it was."""
+
+    def start(first: int) -> Iterator[Arrival]:
+        return (Arrival(sample, np.nan) for sample in samples(log.slice(first)))
+
+    of, defects = log.source, tuple(map(str, log.defects))
+    identity = f"{of.sha256} {of.rows}"
+    told = (of.path, identity, of.sha256, period, log.joints, False, len(log))
+    return Source(*told, start, lambda: None, defects)
