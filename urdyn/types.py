@@ -42,6 +42,14 @@ def frozen(values: ArrayLike) -> Array:
     return array
 
 
+def shaped(what: str, values: ArrayLike, shape: tuple[int, ...]) -> Array:
+    """`values` as `frozen` makes them; InputError where they have another shape."""
+    array = frozen(values)
+    if array.shape != shape:
+        raise InputError(f"{what} has the shape {array.shape}; here it has to be {shape}")
+    return array
+
+
 def index_of(name: str, names: Sequence[str], what: str) -> int:
     """Where `name` stands among `names`; InputError where it does not, with what may be meant."""
     if name in names:
@@ -87,9 +95,11 @@ class Log:
         object.__setattr__(self, "t", frozen(self.t))
         channels = {name: frozen(values) for name, values in self.channels.items()}
         object.__setattr__(self, "channels", MappingProxyType(channels))
-        assert self.t.ndim == 1, "time is one axis"
+        if self.t.ndim != 1:
+            raise InputError(f"t has the shape {self.t.shape}; time is one axis")
         for name, values in channels.items():
-            assert values.shape[:1] == self.t.shape, f"{name} has {values.shape}, t {self.t.shape}"
+            if values.shape[:1] != self.t.shape:
+                raise InputError(f"{name} has the shape {values.shape}; t has {len(self)} rows")
 
     def __len__(self) -> int:
         return len(self.t)
@@ -151,11 +161,10 @@ class Motion:
             object.__setattr__(self, "shift", np.zeros_like(self.q))
         if not self.instrument.size:
             object.__setattr__(self, "instrument", self.a)
-        for name in ("t", *_JOINT_SERIES):
-            object.__setattr__(self, name, frozen(getattr(self, name)))
+        object.__setattr__(self, "t", frozen(self.t))
         for name in _JOINT_SERIES:
-            shape = getattr(self, name).shape
-            assert shape == self.q.shape and shape[:1] == self.t.shape, f"{name} has {shape}"
+            shape = len(self), *np.shape(self.q)[1:]
+            object.__setattr__(self, name, shaped(name, getattr(self, name), shape))
 
     def __len__(self) -> int:
         return len(self.t)
@@ -205,9 +214,11 @@ class Parameters:
     units: tuple[str, ...]
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "values", frozen(self.values))
-        assert self.values.shape == (len(self.names),) == (len(self.units),), "one name a value"
-        assert len(set(self.names)) == len(self.names), "names are unique"
+        object.__setattr__(self, "values", shaped("values", self.values, (len(self.names),)))
+        if len(self.units) != len(self.names):
+            raise InputError(f"{len(self.names)} names, {len(self.units)} units; one of each")
+        if len(set(self.names)) < len(self.names):
+            raise InputError("two parameters of one name")
 
     def __len__(self) -> int:
         return len(self.names)
@@ -225,8 +236,7 @@ class Gaussian:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "mean", frozen(self.mean))
-        object.__setattr__(self, "cov", frozen(self.cov))
-        assert self.cov.shape == self.mean.shape * 2, "covariance is square"
+        object.__setattr__(self, "cov", shaped("cov", self.cov, self.mean.shape * 2))
 
     @property
     def sd(self) -> Array:

@@ -12,7 +12,7 @@ from functools import cached_property
 import numpy as np
 
 from urdyn.dbn.two_slice import Slice
-from urdyn.types import Array, Gaussian, Mask, frozen
+from urdyn.types import Array, Gaussian, Mask, frozen, shaped
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,8 +24,9 @@ class RandomWalk:
     diffusion: Array  # (n,) [unit/√s] standard deviation gathered in one second
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "diffusion", frozen(self.diffusion))
-        assert self.diffusion.shape == self.prior.mean.shape == (len(self.names),)
+        shape = (len(self.names),)
+        object.__setattr__(self, "diffusion", shaped("diffusion", self.diffusion, shape))
+        shaped("the prior's mean", self.prior.mean, shape)
 
     @cached_property
     def linear(self) -> Mask:
@@ -61,8 +62,8 @@ class MeanReverting:
 
     def __post_init__(self) -> None:
         for name in ("level", "time_constant", "spread"):
-            object.__setattr__(self, name, frozen(getattr(self, name)))
-            assert getattr(self, name).shape == (len(self.names),), name
+            values = shaped(name, getattr(self, name), (len(self.names),))
+            object.__setattr__(self, name, values)
 
     @cached_property
     def linear(self) -> Mask:

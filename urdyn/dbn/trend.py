@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from urdyn.dbn.two_slice import Slice
-from urdyn.types import Array, Gaussian, Index, Mask, frozen
+from urdyn.types import Array, Gaussian, Index, Mask, shaped
 
 _NODE, _WEIGHT = np.polynomial.legendre.leggauss(16)
 
@@ -30,10 +30,10 @@ class Trend:
     time_constant: float = np.inf  # [s] tau, in which a rate dies away
 
     def __post_init__(self) -> None:
-        for name in ("diffusion", "rate_sd", "acceleration"):
-            object.__setattr__(self, name, frozen(getattr(self, name)))
-        assert self.diffusion.shape == (len(self.parameters),), "one diffusion a parameter"
-        assert self.rate_sd.shape == self.acceleration.shape == self.drifting.shape
+        each, drifting = (len(self.parameters),), self.drifting.shape
+        due = {"diffusion": each, "rate_sd": drifting, "acceleration": drifting}
+        for name, shape in due.items():
+            object.__setattr__(self, name, shaped(name, getattr(self, name), shape))
 
     @cached_property
     def names(self) -> tuple[str, ...]:

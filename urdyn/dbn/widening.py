@@ -8,7 +8,7 @@ from typing import Generic, Protocol, TypeVar
 import numpy as np
 
 from urdyn.dbn.two_slice import Process, Slice
-from urdyn.types import Array, Gaussian, Index, Mask, frozen
+from urdyn.types import Array, Gaussian, Index, Mask, shaped
 
 
 class Doubtful(Slice, Protocol):
@@ -40,8 +40,7 @@ class Widening(Generic[D]):
     sd: Array  # (j,) of a jump
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "sd", frozen(self.sd))
-        assert self.sd.shape == self.jumping.shape, "one sd a state that jumps"
+        object.__setattr__(self, "sd", shaped("sd", self.sd, self.jumping.shape))
 
     @property
     def names(self) -> tuple[str, ...]:

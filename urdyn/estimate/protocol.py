@@ -12,7 +12,7 @@ import numpy as np
 from urdyn.dbn.two_slice import TwoSlice, U
 from urdyn.errors import InputError
 from urdyn.estimate.innovation import Innovation
-from urdyn.types import Array, Gaussian, frozen, index_of
+from urdyn.types import Array, Gaussian, frozen, index_of, shaped
 
 S = TypeVar("S")
 
@@ -41,10 +41,10 @@ class Track:
     innovations: tuple[Innovation, ...]  # N
 
     def __post_init__(self) -> None:
-        for name in ("t", "mean", "sd"):
-            object.__setattr__(self, name, frozen(getattr(self, name)))
-        shape = (len(self.t), len(self.names))
-        assert self.mean.shape == self.sd.shape == shape, "one value a time and name"
+        object.__setattr__(self, "t", frozen(self.t))
+        for name in ("mean", "sd"):
+            shape = len(self.t), len(self.names)
+            object.__setattr__(self, name, shaped(name, getattr(self, name), shape))
 
     def __len__(self) -> int:
         return len(self.t)

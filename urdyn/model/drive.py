@@ -6,7 +6,7 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from urdyn.types import Array, frozen
+from urdyn.types import Array, shaped
 
 UNITS = {
     "gain": "N·m/A",
@@ -73,8 +73,8 @@ class Drive:
     def __post_init__(self) -> None:
         for field in fields(self):
             if field.name not in TIMES:
-                object.__setattr__(self, field.name, frozen(getattr(self, field.name)))
-                assert getattr(self, field.name).shape == self.gain.shape, field.name
+                values = shaped(field.name, getattr(self, field.name), np.shape(self.gain))
+                object.__setattr__(self, field.name, values)
 
     @property
     def strongest(self) -> int:

@@ -8,7 +8,7 @@ import numpy as np
 
 from urdyn.errors import InputError
 from urdyn.model.body import about_frame
-from urdyn.types import Array, frozen
+from urdyn.types import Array, shaped
 
 DENSITY = 3000.0  # [kg/m³], between aluminium and steel with holes: grippers and work pieces
 
@@ -21,10 +21,9 @@ class Payload:
     com: Array = field(default_factory=lambda: np.zeros(3))  # (3,) [m], in the last joint's frame
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "com", frozen(self.com))
+        object.__setattr__(self, "com", shaped("com", self.com, (3,)))
         if not (self.mass > 0.0 and np.isfinite(self.mass) and np.isfinite(self.com).all()):
             raise InputError(f"a payload of {self.mass:g} kg at {self.com} cannot be carried")
-        assert self.com.shape == (3,), "a point in space"
 
     @property
     def radius(self) -> float:

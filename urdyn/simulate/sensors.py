@@ -49,8 +49,10 @@ class Sensors:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "current_noise", frozen(self.current_noise))
-        assert 0.0 <= self.colour < 1.0, "noise is stationary"
-        assert not (self.colour and self.bands), "one colour"
+        if not 0.0 <= self.colour < 1.0:
+            raise InputError(f"colour {self.colour}: from 0 to below 1")
+        if self.colour and self.bands:
+            raise InputError("noise has a colour by its rows or by its bands, not by both")
 
     def stamps(self, trajectory: Trajectory) -> Array:
         """Controller cycles closest to the trajectory's rows, (N,) [s]."""

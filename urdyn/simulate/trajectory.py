@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from urdyn.errors import InputError
-from urdyn.types import Array, Motion, frozen
+from urdyn.types import Array, Motion, frozen, shaped
 
 BLOCK = 1 << 14  # rows that are worked on at a time, so that an hour needs no hour's memory
 
@@ -23,11 +23,12 @@ class Trajectory:
     a: Array  # (N, J) [rad/s²]
 
     def __post_init__(self) -> None:
-        for name in ("t", "q", "v", "a"):
-            object.__setattr__(self, name, frozen(getattr(self, name)))
-        assert len(self.t) > 1 and self.t[0] == 0.0, "two rows or more, from 0"
+        object.__setattr__(self, "t", frozen(self.t))
+        if not (len(self.t) > 1 and self.t[0] == 0.0):
+            raise InputError("a trajectory has two rows or more, from time 0")
         for name in ("q", "v", "a"):
-            assert getattr(self, name).shape == (len(self.t), self.joints), name
+            shape = len(self.t), *np.shape(self.q)[1:]
+            object.__setattr__(self, name, shaped(name, getattr(self, name), shape))
 
     def __len__(self) -> int:
         return len(self.t)
