@@ -9,6 +9,7 @@ import pytest
 
 from urdyn.dbn import (
     AffineObservation,
+    Edge,
     Joined,
     Smoothed,
     Tick,
@@ -106,6 +107,20 @@ def test_edges_and_diffusions_are_found_from_currents(workshop, learnt):
 def test_what_does_not_stray_keeps_its_edges(learnt):
     found = learnt[0]
     assert coefficients(found.setting)["m", "alpha"] == coefficients(figure2())["m", "alpha"]
+
+
+def test_an_arrow_beside_a_disturbance_that_its_ends_share_stays_an_arrow(learnt):
+    found, currents, told = learnt
+    both = replace(found.setting, edges=(*found.setting.edges, Edge("f", "z", 0.1)))
+    edges = learn_edges(both, currents, told[:8], 1).setting.edges
+    assert [(e.joins, e.shared) for e in edges] == [(e.joins, e.shared) for e in both.edges]
+
+
+def test_disturbances_that_cannot_be_shared_so_track_no_arm(workshop):
+    pairs = {("f", "alpha"): 0.9, ("f", "z"): 0.9, ("alpha", "z"): -0.9}
+    shared = tuple(Edge(*ends, of, shared=True) for ends, of in pairs.items())
+    with pytest.raises(InputError, match=r"correlated like this: .*alpha <-> z \(-0.9\)"):
+        tracking_model(workshop.fit, DRIFT, replace(figure2(), edges=shared))
 
 
 def test_masses_that_lead_damping_are_found_in_a_history_that_is_known(workshop):

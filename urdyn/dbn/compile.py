@@ -84,12 +84,13 @@ def compile_linear(
             shape; shared disturbances contradict one another.
     """
     at, led = places(network, sizes), patterns or {}
-    correlation = _correlation(network, at, led)
+    n = max(place.stop for place in at.values())
+    correlation = correlations(network, at, led, n)
     sd, diffusion = (_stack(network, sizes, field) for field in ("sd", "diffusion"))
     return CompiledNetwork(
         tuple(f"{name}_{i}" for name in at for i in range(sizes[name])),
         _stack(network, sizes, "mean"),
-        _coefficients(network, at, led),
+        coefficients(network, at, led, n),
         correlation * np.outer(sd, sd),
         correlation * np.outer(diffusion, diffusion),
         _stack(network, sizes, "time_constant"),
@@ -129,9 +130,8 @@ def pattern(edge: Pair, at: Mapping[str, slice], patterns: Patterns) -> Array:
     return np.eye(parent)
 
 
-def _coefficients(network: Network, at: Mapping[str, slice], patterns: Patterns) -> Array:
-    """B, (n, n)."""
-    n = max(place.stop for place in at.values())
+def coefficients(network: Network, at: Mapping[str, slice], patterns: Patterns, n: int) -> Array:
+    """B of the arrows between nodes that stand `at` somewhere in the state, (n, n)."""
     B = np.zeros((n, n))
     for edge in network.edges:
         if not edge.shared and {*edge.ends} <= set(at):
@@ -140,10 +140,10 @@ def _coefficients(network: Network, at: Mapping[str, slice], patterns: Patterns)
     return B
 
 
-def _correlation(network: Network, at: Mapping[str, slice], patterns: Patterns) -> Array:
-    """Of the own parts, (n, n); InputError where no variables have such."""
-    shared = [edge for edge in network.edges if edge.shared]
-    correlation = np.eye(max(place.stop for place in at.values()))
+def correlations(network: Network, at: Mapping[str, slice], patterns: Patterns, n: int) -> Array:
+    """Of the own parts of those nodes, (n, n); InputError where no variables have such."""
+    shared = [edge for edge in network.edges if edge.shared and {*edge.ends} <= set(at)]
+    correlation = np.eye(n)
     for edge in shared:
         block = edge.coefficient * pattern(edge.ends, at, patterns)
         correlation[at[edge.child], at[edge.parent]] = block

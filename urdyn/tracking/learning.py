@@ -100,9 +100,9 @@ def learn_edges(
     observed = np.array([stretch.y for stretch in stretches])
     found = expectation_maximisation(few, build, maximise, stretches, observed, iterations)
     learnt = {node.name: node.diffusion for node in found.setting.parameters}
-    coefficients = {edge.ends: edge for edge in found.setting.edges}
+    coefficients = {edge.joins: edge for edge in found.setting.edges}
     nodes = (replace(n, diffusion=learnt.get(n.name, n.diffusion)) for n in network.nodes)
-    edges = (coefficients.get(edge.ends, edge) for edge in network.edges)
+    edges = (coefficients.get(edge.joins, edge) for edge in network.edges)
     return Learnt(replace(network, nodes=tuple(nodes), edges=tuple(edges)), found.log_likelihood)
 
 

@@ -7,7 +7,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from urdyn.dbn.compile import Patterns, pattern
+from urdyn.dbn.compile import Patterns, coefficients, correlations
 from urdyn.dbn.figure2 import figure2
 from urdyn.dbn.graph import Network
 from urdyn.dbn.joined import Joined
@@ -157,7 +157,8 @@ def _process(
     p, at = len(currents.names), currents.places
     drifting = np.concatenate([_at(currents, group) for group in DRIFTING])
     one = np.ones(len(drifting))
-    correlation, lead = _edges(network, currents, patterns_of(currents))
+    edges = network, {name: at[name] for name in STRAYING}, patterns_of(currents), p
+    correlation = correlations(*edges)
     within = correlation[np.ix_(drifting, drifting)]
     sd = np.zeros(p)
     for group, values in straying(fit, drift).items():
@@ -173,7 +174,7 @@ def _process(
         own=correlation * np.outer(sd, sd),
         drifting=drifting,
         push=drift.acceleration**2 * within,
-        lead=lead,
+        lead=coefficients(*edges),
         warmth=warmth,
         fading=(
             Fading(at["lubricant"], LAG, UNLIKE),
@@ -208,19 +209,3 @@ def patterns_of(currents: RobotCurrents) -> Patterns:
     carried = np.cumsum(currents.reference.inertials[::-1, 0])[::-1]
     masses = np.cumsum(currents.shown[::10][::-1], axis=0)[::-1]
     return {("m", "alpha"): masses[:J] / carried[:, None]}
-
-
-def _edges(network: Network, currents: RobotCurrents, patterns: Patterns) -> tuple[Array, Array]:
-    """Correlation of own parts and coefficients B of what leads what, (p, p) each."""
-    p, at = len(currents.names), currents.places
-    correlation, lead = np.eye(p), np.zeros((p, p))
-    for edge in network.edges:
-        if not {*edge.ends} <= set(STRAYING):
-            continue
-        parent, child = at[edge.parent], at[edge.child]
-        block = edge.coefficient * pattern(edge.ends, at, patterns)
-        if edge.shared:
-            correlation[child, parent], correlation[parent, child] = block, block.T
-        else:
-            lead[child, parent] = block
-    return correlation, lead
