@@ -79,9 +79,26 @@ def _torn(log: Log, what: str) -> Log:
     ["lapses", "spikes", *(pytest.param(w, marks=pytest.mark.slow) for w in ("zeros", "bursts"))],
 )
 def test_values_that_are_none_are_a_sensors_and_no_push_or_wear(shop: Shop, what: str) -> None:
-    (finding,) = diagnose(shop.fit, _torn(shop.log(seconds=40.0), what)).findings
+    log = shop.log(seconds=40.0)
+    torn = _torn(log, what)
+    (finding,) = diagnose(shop.fit, torn).findings
     assert (finding.kind, finding.joint) == ("sensor_fault", 1)
-    assert 10.0 <= finding.onset_s < 13.0
+    was, now = (of.joint("actual_current")[:, 1] for of in (log, torn))
+    assert finding.onset_s == pytest.approx(log.t[np.argmax(was != now)], abs=0.02)
+
+
+def test_a_sensor_that_is_stuck_while_its_joint_rests_is_so_since_then(shop: Shop) -> None:
+    """Nothing shows before the joint moves on, and yet the value has been the same."""
+    log = shop.log(seconds=20.0, motion="point_to_point")
+    rests = np.abs(log.joint("actual_qd")[:, 3]) < 1e-3
+    rests &= np.concatenate([rests[30:], np.zeros(30, dtype=bool)])  # for .3 s on
+    begin = int(np.flatnonzero(rests & (log.t - log.t[0] > 5.0))[0]) + 5
+    current = log.joint("actual_current").copy()
+    current[begin:, 3] = current[begin, 3]
+    (finding,) = diagnose(shop.fit, with_current(log, current)).findings
+    assert (finding.kind, finding.joint) == ("sensor_fault", 3)
+    assert finding.onset_s == pytest.approx(log.t[begin], abs=0.02)
+    assert finding.alarm_s > log.t[begin] + 0.3
 
 
 def test_beside_values_that_are_none_the_same_joints_fault_is_told(shop: Shop) -> None:

@@ -28,6 +28,7 @@ APART, USUAL, CLOSE = 10.0, 4.0, 0.025
 UNSTEADY = 2.0
 FADES = 0.5  # [-] of the time for which noise is usual, that this takes off the time before
 OFTEN, WITHIN = 5.0, 5.0  # values that are none within [s], from which on a sensor is erratic
+FEW = 0.5  # values that are hardly remembered: the next one begins anew
 SECOND = np.sqrt(6.0)  # sd of second differences of white noise, over its own
 
 
@@ -36,8 +37,9 @@ class Felt:
     """What sensors did of late."""
 
     last: Array  # (J,) [A]
-    same: Array  # (J,) rows that the value was the same while the joint slid
+    same: Array  # (J,) rows that the value was the same
     began: Array  # (J,) [s] of that
+    slid: Array  # (J,) rows of it in which the joint slid
     silent: Array  # (J,) rows without a value
     went: Array  # (J,) [s] of that
     left: Array  # (n, J) [A] residuals of late, where a beat has few rows
@@ -65,8 +67,9 @@ class SensorHealth:
         never = np.full((len(MODES), J), -np.inf)
         told = np.zeros((len(MODES), J), dtype=bool)
         return Felt(
-            nan, zero, zero, zero, zero, np.zeros((0, J)), nan, zero, zero, zero, zero, never, told
-        )
+            nan, zero, zero, zero, zero, zero, np.zeros((0, J)), nan, zero, zero, zero, zero,
+            never, told,
+        )  # fmt: skip
 
     def unsteady(self, state: Felt) -> Mask:
         """Joints whose sensor is so noisy that little is told by single values, (J,)."""
@@ -125,22 +128,22 @@ class SensorHealth:
         current = rows.current
         there = np.isfinite(current)
         before = np.vstack([state.last, current[:-1]])
-        repeated = (current == before) & (np.abs(rows.v) > STANDING)
+        repeated = current == before
+        sliding = repeated & (np.abs(rows.v) > STANDING)
         missing = ~there & there.any(axis=1, keepdims=True)  # a gap of the log is nobody's fault
-        same, began, most = _runs(repeated, rows.t, state.same, state.began)
+        same, began, _ = _runs(repeated, rows.t, state.same, state.began)
+        slid, _, most = _runs(sliding, rows.t, state.slid, state.began)
         silent, went, longest = _runs(missing, rows.t, state.silent, state.went)
         stuck = most >= max(8.0, self.rule["held"] / self.period)
         dropped = longest >= max(3.0, self.rule["silent"] / self.period)
-        after = replace(
-            state, last=current[-1], same=same, began=began, silent=silent, went=went
-        )  # fmt: skip
-        return after, np.stack([stuck, dropped])
+        after = replace(state, last=current[-1], same=same, began=began, slid=slid)
+        return replace(after, silent=silent, went=went), np.stack([stuck, dropped])
 
     def _tore(self, state: Felt, t: Array, torn: Mask) -> Felt:
         """With the values of a beat that are none, which count ever less as time goes by."""
         kept = np.exp(-len(t) * self.period / WITHIN) * state.torn
         own = torn & _single(torn)
-        first = (kept < 1.0) & own.any(axis=0)
+        first = (kept < FEW) & own.any(axis=0)
         tore = np.where(first, t[np.argmax(own, axis=0)], state.tore)
         return replace(state, torn=kept + own.sum(axis=0), tore=tore)
 
