@@ -329,16 +329,16 @@ def test_a_severity_does_not_flicker_at_its_level(
     change = Change(k, 0.0, (-1.0, 1.0), (-1.0, 1.0), 5.0, 0.99, 9.0, 0.25, 0.01, 0.0, 0.0)
     warned = of_change(change, diagnosis.slow.of, diagnosis.space, diagnosis.rules, [])
     series = {k: [(10.0, size, sd)]}
-    (told,) = up_to_date([warned], {k: suspect}, series, diagnosis.space)
+    (told,) = up_to_date([warned], {k: suspect}, series, diagnosis.space, 12.5)
     assert (warned.severity, told.severity, told.size) == ("warning", now, size)
 
 
 def test_a_straight_series_goes_on_straight_and_a_short_one_is_none() -> None:
     series = [(5.0 * k, 1e-3 * 5.0 * k, 1e-3) for k in range(40)]
-    course = trend(series, onset=0.0)
+    course = trend(series, onset=0.0, now=197.5)  # half a block after the middle of the last one
     assert course is not None
-    assert (course.t, course.size, course.rate) == pytest.approx((195.0, 0.195, 1e-3))
-    assert trend(series, onset=180.0) is None
+    assert (course.t, course.size, course.rate) == pytest.approx((197.5, 0.1975, 1e-3))
+    assert trend(series, onset=180.0, now=197.5) is None
 
 
 @pytest.mark.parametrize("rate", [20.0, 25.0, 50.0, 62.5, 100.0, 125.0, 250.0, 500.0])

@@ -44,7 +44,7 @@ def test_a_sensor_that_drifts_is_told_as_one_and_since_when(shop: Shop, joint: i
     assert earliest <= log.t[0] + begin <= latest
     # It is known up to its last block, of the middle of which its mean tells.
     known = finding.evidence["series"]["t"][-1] - log.t[0] - begin
-    assert abs(finding.size - rate * (known - 2.5)) < rate * 5.0
+    assert abs(finding.size - rate * known) < rate * 5.0
 
 
 def test_a_noisy_sensor_is_told_at_twenty_samples_a_second_too(shop: Shop) -> None:

@@ -38,7 +38,8 @@ class Straying:
 class Bank:
     """The healthy arm, and every onset."""
 
-    t: float  # [s] of the last block; NaN before the first
+    t: float  # [s] end of the last block; NaN before the first
+    middle: float  # [s] of that block, which its means are of
     x: Array  # (n,)
     P: Array  # (n, n)
     onset: Array  # (m,) [s]
@@ -61,12 +62,17 @@ class Block:
     hidden: Array | float = 0.0  # (n,) sd of what hides in a program, and ends with it
     leap: Array | float = 0.0  # (n,) sd of what may have happened at its begin
 
+    @property
+    def middle(self) -> float:
+        """[s]."""
+        return 0.5 * (self.begin + self.end)
+
 
 def first(x: Array, P: Array, p: int) -> Bank:
     """Before the first block."""
     n = len(x)
     return Bank(
-        np.nan, x, P, np.zeros(0), True, np.zeros(0),
+        np.nan, np.nan, x, P, np.zeros(0), True, np.zeros(0),
         np.zeros((n, 2, 0, p)), np.zeros((2, 0, p, p)), np.zeros((2, 0, p)),
     )  # fmt: skip
 
@@ -95,7 +101,7 @@ def step(bank: Bank, block: Block, straying: Straying, E: Array, whole: bool = F
     seen = keep @ block.A  # (A^-1 + P)^-1
     after = P @ keep
     g = block.b - block.A @ bank.x
-    grown = np.stack([np.ones(len(bank.onset)), 0.5 * (block.begin + block.end) - bank.onset])
+    grown = np.stack([np.ones(len(bank.onset)), block.middle - bank.onset])
     missed = E[:, None, None, :] * grown[:, :, None] - bank.X  # (n, 2, m, p)
     flat = missed.reshape(len(P), -1)
     weighed = (seen @ flat).reshape(missed.shape)
@@ -103,7 +109,8 @@ def step(bank: Bank, block: Block, straying: Straying, E: Array, whole: bool = F
     d = bank.d + ((keep @ g) @ flat).reshape(bank.d.shape)
     X = bank.X + ((after @ block.A) @ flat).reshape(missed.shape)
     x = bank.x + after @ g
-    bank = replace(bank, t=block.end, x=x, P=0.5 * (after + after.T), X=X, C=C, d=d)
+    bank = replace(bank, t=block.end, middle=block.middle, x=x, X=X, C=C, d=d)
+    bank = replace(bank, P=0.5 * (after + after.T))
     return bank if whole else _thinned(bank)
 
 

@@ -256,10 +256,12 @@ class Diagnosis:
         state, found = _with(replace(state, series=tuple(series.items())), new)
         if slow.bank.t == state.blocks or np.isnan(slow.bank.t):
             return state, found
-        for k, size, sd in self.slow.judge.levels(slow):
-            series[k] = (*series.get(k, ()), (slow.bank.t, size, sd))[-SERIES:]
+        for k, level in self.slow.judge.levels(slow).items():
+            had = series.get(k, ())
+            if not had or level[0] > had[-1][0]:  # a trace has the last block
+                series[k] = (*had, level)[-SERIES:]
         state = replace(state, series=tuple(series.items()), blocks=slow.bank.t)
-        grown = risen(state.findings, self._known(state), dict(state.series), self.space)
+        grown = risen(state.findings, self.findings(state))
         state, more = _with(state, grown)
         return state, found + more
 
@@ -282,7 +284,8 @@ class Diagnosis:
 
     def findings(self, state: State) -> list[Finding]:
         """All that was found, as it is now; `state.findings` is as it was last told."""
-        return up_to_date(state.findings, self._known(state), dict(state.series), self.space)
+        known, series = self._known(state), dict(state.series)
+        return up_to_date(state.findings, known, series, self.space, state.blocks)
 
     def observable(self, state: State) -> list[dict[str, Any]]:
         """Joint by joint, whether this motion could show backlash; if not, one that would."""

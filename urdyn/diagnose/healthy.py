@@ -19,7 +19,7 @@ from urdyn.diagnose.rules import Rules
 from urdyn.diagnose.space import Space
 from urdyn.types import Array
 
-GROWTH = 600.0  # [s] in which a known fault may change by as much as it was expected to
+GROWTH = 150.0  # [s] in which a known fault may change by as much as it was expected to
 UNSTEADY = ("f", "alpha", "beta")  # whose windows are steadier where friction is
 
 

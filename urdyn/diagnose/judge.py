@@ -184,7 +184,7 @@ class Judge:
     def afresh(self, state: SlowState) -> SlowState:
         """Look for changes from here on, of an arm that carries what it carries now."""
         t, (x, P) = state.bank.t, self.healthy.emptied(state.bank.x, state.bank.P)
-        bank = replace(onsets.first(x, P, self.E.shape[1]), t=t)
+        bank = replace(onsets.first(x, P, self.E.shape[1]), t=t, middle=state.bank.middle)
         recall = Recall(t, x, P)
         return replace(state, bank=bank, recall=recall, before=(bank, recall))
 
@@ -202,13 +202,11 @@ class Judge:
             return state.bank
         return supposed(state.bank, self.of.each[state.likely], self.E)
 
-    def levels(self, state: SlowState) -> list[tuple[int, float, float]]:
-        """Suspects that are found, and how far their change has gone by now: size, sd."""
-        told = []
-        for k in state.suspects:
-            at = self._measured(k)
-            told.append((k, float(state.bank.x[at]), float(np.sqrt(state.bank.P[at, at]))))
-        return told
+    def levels(self, state: SlowState) -> dict[int, tuple[float, float, float]]:
+        """Suspects that are found, and how far their change has gone: time, size, sd."""
+        bank, places = state.bank, {k: self._measured(k) for k in state.suspects}
+        sd = np.sqrt(bank.P.diagonal())
+        return {k: (bank.middle, float(bank.x[at]), float(sd[at])) for k, at in places.items()}
 
     def trace(self, state: SlowState, k: int) -> Series:
         """How a found change went in the blocks that are remembered: time, size, sd."""

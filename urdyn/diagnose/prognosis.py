@@ -80,8 +80,8 @@ class Course:
         return max(abs(self.size) - critical, 0.1 * critical) / abs(self.rate)
 
 
-def trend(series: Sequence[tuple[float, float, float]], onset: float) -> Course | None:
-    """Where a series of (t, size, sd) is, and its slope since its onset; None: it is too short.
+def trend(series: Sequence[tuple[float, float, float]], onset: float, now: float) -> Course | None:
+    """Where a series of (t, size, sd) is `now` [s], and its slope; None: it is too short.
 
     Neighbours of a filter's belief err alike, so the slope's sd is that of two ends.
     """
@@ -89,7 +89,7 @@ def trend(series: Sequence[tuple[float, float, float]], onset: float) -> Course 
     if len(rows) < FEWEST:
         return None
     t, y, sd = rows.T
-    u = t - t[-1]
+    u = t - now
     w = 1.0 / sd**2
     X = np.stack([np.ones_like(u), u], axis=1)
     M = X.T @ (w[:, None] * X)
@@ -97,4 +97,4 @@ def trend(series: Sequence[tuple[float, float, float]], onset: float) -> Course 
     scatter = float(np.sqrt(np.mean((y - X @ [level, slope]) ** 2)))
     end = float(np.hypot(sd[-1], scatter))
     rate_sd = float(np.sqrt(2.0) * end / (t[-1] - t[0]))
-    return Course(float(t[-1]), float(level), end, float(slope), rate_sd)
+    return Course(now, float(level), end, float(slope), rate_sd)

@@ -53,10 +53,10 @@ class Recall:
     def trace(
         self, healthy: Healthy, known: Sequence[Fault], straying: Straying, at: int
     ) -> Series:
-        """How a state went: time, mean, sd."""
+        """How a state went: time, mean, sd. What a block says is of its middle."""
         t, x, P = self.t, self.x, healthy.opened(self.P, known, self.t)
         told = []
         for block in self.blocks:
             t, x, P = onsets.followed(t, x, P, healthy.leaping(block, known), straying)
-            told.append((t, float(x[at]), float(np.sqrt(P[at, at]))))
+            told.append((block.middle, float(x[at]), float(np.sqrt(P[at, at]))))
         return told

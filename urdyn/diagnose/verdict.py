@@ -104,14 +104,8 @@ def of_event(event: Event, space: Space, rules: Rules) -> Finding:
     )
 
 
-def risen(
-    findings: Sequence[Finding],
-    known: Mapping[int, Suspect],
-    series: Mapping[int, Series],
-    space: Space,
-) -> list[Finding]:
-    """Slow findings that have changed enough to be told again."""
-    now = up_to_date(findings, known, series, space)
+def risen(findings: Sequence[Finding], now: Sequence[Finding]) -> list[Finding]:
+    """Those that have changed enough to be told again."""
     pairs = zip(findings, now, strict=True)
     return [replace(new, acknowledged=False) for old, new in pairs if worse(old, new)]
 
@@ -121,11 +115,14 @@ def up_to_date(
     known: Mapping[int, Suspect],
     series: Mapping[int, Series],
     space: Space,
+    now: float,
 ) -> list[Finding]:
-    """All findings, the slow ones as their last block has them."""
+    """All findings, the slow ones as their last block has them, which ended `now` [s]."""
     slow = {identity(s, space): k for k, s in known.items()}
     return [
-        _grown(f, known[k], series[k]) if (k := slow.get(f.id)) is not None and series.get(k) else f
+        _grown(f, known[k], series[k], now)
+        if (k := slow.get(f.id)) is not None and series.get(k)
+        else f
         for f in findings
     ]
 
@@ -141,11 +138,11 @@ def worse(old: Finding, new: Finding) -> bool:
     return new is not old and (more or new.severity != old.severity)
 
 
-def _grown(old: Finding, suspect: Suspect, series: Series) -> Finding:
+def _grown(old: Finding, suspect: Suspect, series: Series, now: float) -> Finding:
     """A slow finding as its series has it now, and where that goes."""
     kind, series = suspect.kind, _read(suspect, series)
     _, size, sd = series[-1]
-    course = trend(series, old.onset_s)
+    course = trend(series, old.onset_s, now)
     new = replace(
         old,
         size=size,
