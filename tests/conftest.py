@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from once import fitted
+from once import SHARED, fitted, shared
 from realarm import COLUMNS, Recorded
 
 from urdyn.identify import Fit, PayloadPrior, Run, identify
@@ -16,6 +16,12 @@ from urdyn.model.arm import Arm, load_arm
 from urdyn.signal import condition
 from urdyn.simulate import Payload, simulate
 from urdyn.types import Log
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _once(tmp_path_factory: pytest.TempPathFactory) -> None:
+    """Where what is made once is kept."""
+    SHARED[:] = [shared(tmp_path_factory)]
 
 
 @pytest.fixture(scope="session")
@@ -48,14 +54,14 @@ def recorded(recordings: Path) -> Recorded:
 
 
 @pytest.fixture(scope="session")
-def real(ur10e: Arm, recorded: Recorded, tmp_path_factory: pytest.TempPathFactory) -> Fit:
+def real(ur10e: Arm, recorded: Recorded) -> Fit:
     """That arm as half a minute of excitation tells it, gains and all."""
     log = recorded("ur-20_02_10-30sec_12harm", 635, 3510)
-    return fitted("real", lambda: identify(ur10e, condition(log)), tmp_path_factory)
+    return fitted("real", lambda: identify(ur10e, condition(log)))
 
 
 @pytest.fixture(scope="session")
-def identified(ur5e: Arm, tmp_path_factory: pytest.TempPathFactory) -> Fit:
+def identified(ur5e: Arm) -> Fit:
     """A virtual arm with a payload of known mass, as twelve seconds without and with it tell it."""
     payload = Payload(2.0, np.array([0.0, 0.02, 0.06]))
 
@@ -65,4 +71,4 @@ def identified(ur5e: Arm, tmp_path_factory: pytest.TempPathFactory) -> Fit:
         )
         return identify(ur5e, bare, loaded=[Run(loaded, PayloadPrior(payload.mass))])
 
-    return fitted("identified", made, tmp_path_factory)
+    return fitted("identified", made)

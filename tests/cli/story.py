@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import subprocess
 import sys
@@ -23,6 +24,16 @@ def urdyn(*arguments: object, **environment: str) -> subprocess.CompletedProcess
         env=os.environ | {"PYTHONPATH": path} | environment,
         check=False,
     )
+
+
+def kept(path: Path, said: subprocess.CompletedProcess[str]) -> None:
+    """What a command said, as a file."""
+    path.write_text(json.dumps([said.returncode, said.stdout, said.stderr]))
+
+
+def told(path: Path) -> subprocess.CompletedProcess[str]:
+    """What a command said, from its file."""
+    return subprocess.CompletedProcess((), *json.loads(path.read_text()))
 
 
 @dataclass(frozen=True)

@@ -30,12 +30,12 @@ class Case:
 
 
 @pytest.fixture(scope="session")
-def case(tmp_path_factory: pytest.TempPathFactory) -> Case:
+def case() -> Case:
     arm = load_arm("ur5e")
     log, truth = simulate(arm, 20, 100, seed=1)
     log = replace(log, source=Source("robots/first.csv", "ab" * 32, (0, 1500)))
     train, test = log.slice(0, 1500), log.slice(1500)
-    fit = fitted("case", lambda: identify(arm, condition(train)), tmp_path_factory)
+    fit = fitted("case", lambda: identify(arm, condition(train)))
     return Case(fit, validate(fit, train), validate(fit, test), truth)
 
 

@@ -22,7 +22,7 @@ def workshop(ur5e: Arm, tmp_path_factory: pytest.TempPathFactory) -> Workshop:
     folder: Path = tmp_path_factory.mktemp("workshop")
     whole = simulate(ur5e, 34.0, 100.0, seed=1)[0]
     first, log = whole.slice(0, 2000), whole.slice(2000)
-    fit = fitted("workshop", lambda: identify(ur5e, condition(first)), tmp_path_factory)
+    fit = fitted("workshop", lambda: identify(ur5e, condition(first)))
     Twin(ur5e, fit).save(folder / "twin.toml")
     write(log, folder / "log.parquet")
     return Workshop(fit, log, folder / "twin.toml", folder / "log.parquet")

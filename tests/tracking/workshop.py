@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import lru_cache, partial
 from pathlib import Path
 
 import numpy as np
 import pyarrow.parquet as pq
+from once import fitted
 
 from urdyn.estimate import EKF
 from urdyn.identify import Fit, identify
@@ -43,8 +44,9 @@ def commissioned(seed):
     """A virtual arm, and what identification made of a first run."""
     arm = load_arm("ur10e")
     dynamics = virtual_arm(arm, seed)
-    log = at_work(dynamics, seed, 0, 25.0)
-    return dynamics, identify(arm, condition(log), gain=dynamics.drive.gain)
+    motion = condition(at_work(dynamics, seed, 0, 25.0))
+    make = partial(identify, arm, motion, gain=dynamics.drive.gain)
+    return dynamics, fitted(f"commissioned_{seed}", make)
 
 
 def at_work(dynamics, seed, number, duration, *faults):
