@@ -9,21 +9,25 @@ from shop import Shop
 from urdyn.diagnose.diagnosis import Now
 from urdyn.signal import Causal, samples
 
+SLOW, QUICK = 25.0, 100.0  # [Hz] what blocks of seconds tell needs no more
+STIFF = "friction_increase:joint=2,onset=25,rate=0.6,shape=step"
+WEAK = "health_degradation:joint=1,onset=25,rate=0.2,shape=step"
+
 STORIES = {
-    "collision": ("collision:link=4,force=90/0/60,onset=12", 20.0, 4, 1.0),
-    "stuck": ("sensor_fault:joint=3,mode=stuck,onset=10", 15.0, 3, 0.5),
-    "noisy": ("sensor_fault:joint=1,mode=noisy,size=3,onset=10", 15.0, 1, 2.0),
-    "payload_change": ("payload_change:onset=12,mass=1.5", 40.0, None, 25.0),
-    "friction_increase": ("friction_increase:joint=2,onset=25,rate=0.6,shape=step", 60.0, 2, 30.0),
-    "health": ("health_degradation:joint=1,onset=25,rate=0.2,shape=step", 60.0, 1, 30.0),
+    "collision": ("collision:link=4,force=90/0/60,onset=12", 20.0, QUICK, 4, 1.0),
+    "stuck": ("sensor_fault:joint=3,mode=stuck,onset=10", 15.0, QUICK, 3, 0.5),
+    "noisy": ("sensor_fault:joint=1,mode=noisy,size=3,onset=10", 15.0, QUICK, 1, 2.0),
+    "payload_change": ("payload_change:onset=12,mass=1.5", 40.0, SLOW, None, 25.0),
+    "friction_increase": (STIFF, 60.0, SLOW, 2, 30.0),
+    "health": (WEAK, 60.0, SLOW, 1, 30.0),
 }
 
 
 @pytest.mark.parametrize("story", STORIES)
 def test_one_fault_is_one_finding_of_its_kind_and_joint(shop: Shop, story: str) -> None:
-    fault, seconds, joint, patience = STORIES[story]
+    fault, seconds, rate, joint, patience = STORIES[story]
     kind, onset = fault.partition(":")[0], float(fault.partition("onset=")[2].partition(",")[0])
-    found = shop.report(fault, seconds=seconds)
+    found = shop.report(fault, seconds=seconds, rate=rate)
     assert [(f.kind, f.joint) for f in found] == [(kind, joint)]
     (finding,) = found
     lo, hi = finding.onset_interval_s
@@ -35,7 +39,8 @@ def test_one_fault_is_one_finding_of_its_kind_and_joint(shop: Shop, story: str) 
 @pytest.mark.parametrize("joint", [pytest.param(1, marks=pytest.mark.slow), 5])
 def test_a_sensor_that_drifts_is_told_as_one_and_since_when(shop: Shop, joint: int) -> None:
     """Its bias grows; as a step it would have begun later."""
-    log, begin, rate = shop.log(seconds=45.0), 15.0, 0.06  # [s], Coulomb frictions [1/s]
+    log = shop.log(seconds=45.0, rate=SLOW)
+    begin, rate = 15.0, 0.06  # [s], Coulomb frictions [1/s]
     gone = np.maximum(log.t - log.t[0] - begin, 0.0)
     report = shop.disturbed(log, joint, rate * gone * shop.dynamics.drive.coulomb[joint])
     (finding,) = report.findings
@@ -63,13 +68,17 @@ def test_a_noisy_sensor_is_told_at_twenty_samples_a_second_too(shop: Shop) -> No
 def test_what_a_drive_lost_is_told_as_that(shop: Shop, lost: float) -> None:
     """Its current grows by more: by a quarter where a fifth is lost."""
     fault = f"health_degradation:joint=1,onset=25,rate={lost},shape=step"
-    (finding,) = (f for f in shop.report(fault, seconds=60.0) if f.kind == "health_degradation")
+    (finding,) = (
+        f for f in shop.report(fault, seconds=60.0, rate=SLOW) if f.kind == "health_degradation"
+    )
     assert abs(finding.size + lost) < 3.0 * finding.size_sd < 0.05
 
 
 def test_what_wore_before_the_run_is_found_and_said_to_be_older(shop: Shop) -> None:
     """A half more than when it was commissioned: eight times what days do."""
-    (finding,) = shop.report("friction_increase:joint=2,onset=0,rate=0.5,shape=step", seconds=30.0)
+    (finding,) = shop.report(
+        "friction_increase:joint=2,onset=0,rate=0.5,shape=step", seconds=30.0, rate=SLOW
+    )
     assert (finding.kind, finding.joint, finding.older) == ("friction_increase", 2, True)
     assert "before this run" in finding.text and abs(finding.size - 0.5) < 3.0 * finding.size_sd
 
@@ -80,7 +89,7 @@ def test_what_wore_before_the_run_is_found_and_said_to_be_older(shop: Shop) -> N
 def test_what_grows_with_the_speed_alone_is_viscous_friction(shop: Shop, joint: int) -> None:
     """Coulomb friction is what it was: a size in its terms would be none."""
     wear = f"friction_increase:joint={joint},onset=25,rate=0,viscous=0.7,shape=step"
-    (finding,) = shop.report(wear, seconds=60.0)
+    (finding,) = shop.report(wear, seconds=60.0, rate=SLOW)
     assert (finding.kind, finding.joint) == ("friction_increase", joint)
     assert (finding.quantity, finding.severity) == ("viscous friction", "warning")
     assert abs(finding.size - 0.7) < 3.0 * finding.size_sd < 0.4
@@ -91,17 +100,19 @@ def test_what_grows_with_the_speed_alone_is_viscous_friction(shop: Shop, joint: 
 )
 def test_friction_that_grows_as_a_whole_is_one_finding(shop: Shop, viscous: float) -> None:
     wear = f"friction_increase:joint=2,onset=20,rate=0.01,viscous={viscous}"
-    (finding,) = shop.report(wear, seconds=90.0)
+    (finding,) = shop.report(wear, seconds=90.0, rate=SLOW)
     assert (finding.kind, finding.joint) == ("friction_increase", 2)
     assert finding.quantity == "Coulomb friction" and finding.severity == "critical"
 
 
 def test_a_day_on_which_friction_is_a_tenth_higher_is_a_day(shop: Shop) -> None:
-    assert not shop.report("friction_increase:joint=2,onset=0,rate=0.1,shape=step", seconds=30.0)
+    assert not shop.report(
+        "friction_increase:joint=2,onset=0,rate=0.1,shape=step", seconds=30.0, rate=SLOW
+    )
 
 
 def test_a_payload_is_told_with_its_mass(shop: Shop) -> None:
-    (finding,) = shop.report("payload_change:onset=12,mass=1.5", seconds=40.0)
+    (finding,) = shop.report("payload_change:onset=12,mass=1.5", seconds=40.0, rate=SLOW)
     assert abs(finding.evidence["mass_kg"] - 1.5) < 0.15
 
 
@@ -109,7 +120,7 @@ def test_a_payload_is_told_with_its_mass(shop: Shop) -> None:
     "seconds", [26.0, *(pytest.param(s, marks=pytest.mark.slow) for s in (23.0, 30.0))]
 )
 def test_a_load_that_is_there_when_a_recording_ends_is_told(shop: Shop, seconds: float) -> None:
-    (finding,) = shop.report("payload_change:onset=12,mass=1.5", seconds=seconds)
+    (finding,) = shop.report("payload_change:onset=12,mass=1.5", seconds=seconds, rate=SLOW)
     assert finding.kind == "payload_change" and not finding.older
     assert abs(finding.size - 1.5) < 2.0 * finding.size_sd < 0.4
     lo, hi = finding.onset_interval_s
@@ -120,7 +131,7 @@ def test_a_piece_that_an_arm_holds_when_a_recording_ends_is_work(shop: Shop) -> 
     """Two of its kind were put down before."""
     grips = zip((3.0, 7.0, 10.0, 14.0, 17.0), (1.5, 0.0, 1.5, 0.0, 1.5), strict=True)  # [s], [kg]
     pieces = [f"payload_change:onset={t},mass={m}" for t, m in grips]
-    assert not len(shop.report(*pieces, seconds=29.0))
+    assert not len(shop.report(*pieces, seconds=29.0, rate=SLOW))
 
 
 def test_a_push_is_told_with_its_force(shop: Shop) -> None:
@@ -141,7 +152,9 @@ def test_a_ringing_joint_is_told_with_its_frequency(shop: Shop) -> None:
     assert found.findings[0].alarm_s < 4.0 + 1.25
 
 
-@pytest.mark.parametrize(("joint", "frequency"), [(2, 11.8), (3, 9.3), (5, 21.0)])
+@pytest.mark.parametrize(
+    ("joint", "frequency"), [(2, 11.8), pytest.param(3, 9.3, marks=pytest.mark.slow), (5, 21.0)]
+)
 def test_a_newton_metre_that_rings_is_told_in_time(
     shop: Shop, joint: int, frequency: float
 ) -> None:
@@ -156,7 +169,13 @@ def test_a_newton_metre_that_rings_is_told_in_time(
 
 @pytest.mark.parametrize(
     ("joint", "motion"),
-    [*((j, "fourier") for j in range(6)), (0, "pick_and_place"), (4, "pick_and_place")],
+    [
+        (1, "fourier"),
+        (5, "fourier"),
+        (4, "pick_and_place"),
+        *(pytest.param(j, "fourier", marks=pytest.mark.slow) for j in (0, 2, 3, 4)),
+        pytest.param(0, "pick_and_place", marks=pytest.mark.slow),
+    ],
 )
 def test_an_encoder_that_jumps_is_told_at_once(shop: Shop, joint: int, motion: str) -> None:
     """Of joints that carry nothing, too, and before it moves what currents would tell."""
@@ -191,7 +210,7 @@ def test_what_the_next_blocks_take_back_was_no_fault(
     shop: Shop, lasting: float, joints: list[int]
 ) -> None:
     """A joint rubs for two blocks, as a piece that nobody knew of makes it seem to; or for long."""
-    j, onset, log = 1, 35.0, shop.log(seconds=105.0)
+    j, onset, log = 1, 35.0, shop.log(seconds=105.0, rate=SLOW)
     since = log.t - log.t[0] - onset
     rubs = (since > 0.0) & (since < lasting)
     friction = 0.4 * shop.dynamics.drive.coulomb[j] * np.sign(log.joint("actual_qd")[:, j])

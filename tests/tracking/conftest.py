@@ -5,24 +5,20 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from once import fitted
 from workshop import Workshop
 
-from urdyn.identify import identify
+from urdyn.identify import Fit
 from urdyn.io import write
 from urdyn.model.arm import Arm
-from urdyn.signal import condition
 from urdyn.simulate import simulate
 from urdyn.twin import Twin
 
 
 @pytest.fixture(scope="session")
-def workshop(ur5e: Arm, tmp_path_factory: pytest.TempPathFactory) -> Workshop:
-    """A twin of twenty seconds, and fourteen others to track."""
+def workshop(ur5e: Arm, identified: Fit, tmp_path_factory: pytest.TempPathFactory) -> Workshop:
+    """A twin, and fourteen seconds of its arm to track."""
     folder: Path = tmp_path_factory.mktemp("workshop")
-    whole = simulate(ur5e, 34.0, 100.0, seed=1)[0]
-    first, log = whole.slice(0, 2000), whole.slice(2000)
-    fit = fitted("workshop", lambda: identify(ur5e, condition(first)))
-    Twin(ur5e, fit).save(folder / "twin.toml")
+    log = simulate(ur5e, 34.0, 100.0, seed=1)[0].slice(2000)
+    Twin(ur5e, identified).save(folder / "twin.toml")
     write(log, folder / "log.parquet")
-    return Workshop(fit, log, folder / "twin.toml", folder / "log.parquet")
+    return Workshop(identified, log, folder / "twin.toml", folder / "log.parquet")
