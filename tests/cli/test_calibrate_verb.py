@@ -9,7 +9,9 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 from story import urdyn
+from typer.testing import CliRunner, Result
 
+from urdyn.cli.app import app
 from urdyn.io.calibration_file import calibration_text, read_calibration
 from urdyn.model.arm import load_arm
 from urdyn.model.geometry.chain_pose import flange
@@ -19,6 +21,11 @@ from urdyn.model.geometry.turns import exponential, places_of
 from urdyn.types import Array
 
 KEYS = {"n", "rms_mm", "p95_mm", "rms_mrad", "nominal_rms_mm", "rank", "parameters"}
+
+
+def calibrate(*arguments: object) -> Result:
+    """The verb, in this process."""
+    return CliRunner().invoke(app, ["calibrate", *map(str, arguments)])
 
 
 def written(path: Path, table: Array, seed: int, count: int = 80) -> Path:
@@ -65,10 +72,8 @@ def test_one_command_writes_every_form(made: tuple[Path, Path, dict[str, object]
 @pytest.mark.parametrize("what", ["out", "out/kinematics.yaml"])
 def test_other_poses_score_it(made: tuple[Path, Path, dict[str, object]], what: str) -> None:
     folder, _, _ = made
-    run = urdyn(
-        "calibrate", folder / "second.csv", "--robot", "ur10", "--evaluate", folder / what, "--json"
-    )
-    assert run.returncode == 0, run.stderr
+    run = calibrate(folder / "second.csv", "--robot", "ur10", "--evaluate", folder / what, "--json")
+    assert run.exit_code == 0, run.stderr
     told = json.loads(run.stdout)
     assert told.keys() >= KEYS
     assert told["rms_mm"] < 0.05
@@ -80,8 +85,8 @@ def test_a_factory_calibration_is_told_in_other_forms(
 ) -> None:
     _, out, _ = made
     source = out / "kinematics.yaml"
-    run = urdyn("calibrate", source, "--robot", "ur10", "--out", tmp_path / "x", "--json")
-    assert run.returncode == 0, run.stderr
+    run = calibrate(source, "--robot", "ur10", "--out", tmp_path / "x", "--json")
+    assert run.exit_code == 0, run.stderr
     told = json.loads(run.stdout)
     form = drawing_of(load_arm("ur10")).form
     table = table_of(form, Deltas(**{k: np.array(v) for k, v in told["dh_deltas"].items()}))
@@ -116,13 +121,13 @@ def test_bad_input_is_one_line_and_no_file(
         ((first, "--evaluate", folder), "holds no calibration"),
         ((tmp_path / "other.csv", "--out", out), "shoulder_pan_joint"),
     ):
-        run = urdyn("calibrate", *arguments, "--robot", "ur10")
-        assert run.returncode == 1, run.stdout
+        run = calibrate(*arguments, "--robot", "ur10")
+        assert run.exit_code == 1, run.stdout
         assert reason in run.stderr
         assert run.stderr.count("\n") == 1
         assert not out.exists()
-    wrong = urdyn("calibrate", first, "--robot", "ur5", "--out", out)
-    assert wrong.returncode == 1
+    wrong = calibrate(first, "--robot", "ur5", "--out", out)
+    assert wrong.exit_code == 1
     assert "no ur5 was there" in wrong.stderr
     assert not out.exists()
-    assert urdyn("calibrate", first, "--robot", "ur10").returncode == 2
+    assert calibrate(first, "--robot", "ur10").exit_code == 2

@@ -159,7 +159,11 @@ def test_a_cell_that_is_wrong_is_told_in_one_line(tmp_path, text, words):
         ),
         (("--robot", "ur5", "--out", "o", "--velocity", 2), 1, "--velocity"),
         (("--robot", "ur5", "--out", "o", "--interest", "knee"), 1, "known are"),
-        (("--robot", "ur5", "--out", "o", "--payload-mass", 90), 1, "not proven safe"),
+        (
+            ("--robot", "ur5", "--out", "o", "--payload-mass", 90, "--duration", 6),
+            1,
+            "not proven safe",
+        ),
     ],
 )
 def test_options_that_make_no_sense_are_told(tmp_path, monkeypatch, options, status, words):

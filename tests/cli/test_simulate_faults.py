@@ -9,8 +9,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 from story import urdyn
+from typer.testing import CliRunner
 
 import urdyn as ud
+from urdyn.cli.app import app
 from urdyn.simulate import course, parse_fault, virtual_arm
 
 ARM = ("simulate", "--robot", "ur5e", "--duration", 40, "--rate", 50, "--seed", 4)
@@ -87,6 +89,7 @@ def test_what_the_command_writes_is_what_the_library_gives(tmp_path: Path) -> No
     ],
 )
 def test_what_cannot_be_is_one_line(tmp_path: Path, option: tuple[str, str], reason: str) -> None:
-    done = urdyn(*ARM, *option, "--out", tmp_path / "log.csv")
-    assert done.returncode == 1 and reason in done.stderr and "Traceback" not in done.stderr
+    asked = map(str, (*ARM, *option, "--out", tmp_path / "log.csv"))
+    done = CliRunner().invoke(app, [*asked])
+    assert done.exit_code == 1 and reason in done.stderr and "Traceback" not in done.stderr
     assert len(done.stderr.strip().splitlines()) == 1

@@ -68,7 +68,7 @@ def test_moments_that_wait_are_seen_as_the_arm_is_believed_to_be_by_now(shop: Sh
 
 
 def test_a_controller_that_begins_anew_ends_no_diagnosis(shop: Shop) -> None:
-    log = shop.log("friction_increase:joint=2,onset=15,rate=0.6,shape=step")
+    log = shop.log("friction_increase:joint=2,onset=15,rate=0.6,shape=step", rate=25.0)
     diagnosis = shop.diagnosis(log)
     state = diagnosis.init()
     for now in instants(shop, log):

@@ -84,12 +84,15 @@ def test_what_wore_before_the_run_is_found_and_said_to_be_older(shop: Shop) -> N
 
 
 @pytest.mark.parametrize(
-    "joint", [2, *(pytest.param(joint, marks=pytest.mark.slow) for joint in (0, 4))]
+    ("joint", "rate"),
+    [(2, SLOW), *(pytest.param(joint, QUICK, marks=pytest.mark.slow) for joint in (0, 4))],
 )
-def test_what_grows_with_the_speed_alone_is_viscous_friction(shop: Shop, joint: int) -> None:
+def test_what_grows_with_the_speed_alone_is_viscous_friction(
+    shop: Shop, joint: int, rate: float
+) -> None:
     """Coulomb friction is what it was: a size in its terms would be none."""
     wear = f"friction_increase:joint={joint},onset=25,rate=0,viscous=0.7,shape=step"
-    (finding,) = shop.report(wear, seconds=60.0, rate=SLOW)
+    (finding,) = shop.report(wear, seconds=60.0, rate=rate)
     assert (finding.kind, finding.joint) == ("friction_increase", joint)
     assert (finding.quantity, finding.severity) == ("viscous friction", "warning")
     assert abs(finding.size - 0.7) < 3.0 * finding.size_sd < 0.4

@@ -42,10 +42,16 @@ def is_one(findings: tuple[Finding, ...], joint: int, onset: float) -> None:
     assert "encoder" in finding.text and "encoder" in finding.advice
 
 
-@pytest.mark.parametrize("how", HOW)
-@pytest.mark.parametrize("joint", [1, 5])
-def test_it_is_one_finding(shop: Shop, how: str, joint: int) -> None:
-    log = shop.log(seconds=16.0)
+@pytest.mark.parametrize(
+    ("joint", "how"),
+    [
+        *((1, how) for how in HOW),
+        (5, HOW[1]),
+        *(pytest.param(5, how, marks=LONG) for how in (HOW[0], HOW[2])),
+    ],
+)
+def test_it_is_one_finding(shop: Shop, joint: int, how: str) -> None:
+    log = shop.log(seconds=12.0)
     is_one(diagnose(shop.fit, spoilt(log, joint, how)).findings, joint, log.t[0] + BEGIN)
 
 

@@ -16,10 +16,12 @@ from urdyn.diagnose.rules import read_rules
 from urdyn.diagnose.space import space
 
 LENGTH = 5.0  # [s] of a block
+RATE = 25.0  # [Hz]
 
 
 def _found(shop: Shop, *faults: str, seconds: float = 70.0) -> list[tuple[str, int | None]]:
-    return sorted(((f.kind, f.joint) for f in shop.report(*faults, seconds=seconds)), key=str)
+    report = shop.report(*faults, seconds=seconds, rate=RATE)
+    return sorted(((f.kind, f.joint) for f in report), key=str)
 
 
 def test_a_bias_of_many_frictions_is_one_finding_and_no_load(shop: Shop) -> None:

@@ -64,7 +64,7 @@ def test_a_load_that_jumps_over_is_no_gap(shop: Shop) -> None:
     """Accelerations are told from some hundredths of a second, and jump in none of them."""
     n, arm = round(RATE), shop.dynamics.arm
     there = np.repeat([1.0, 0.04, -1.0], [150, 100, 154])  # from rest to rest
-    pushed = np.tile(np.concatenate([there, -there]), 15)
+    pushed = np.tile(np.concatenate([there, -there]), 8)
     motion = np.zeros((3, len(pushed), arm.joints))
     motion[2, :, 0] = 4.0 * pushed
     motion[1] = np.cumsum(motion[2], axis=0) / n
@@ -108,7 +108,7 @@ def _looped(shop: Shop, joint: int, half_gap: float, trajectory: Trajectory) -> 
     return diagnose(shop.fit, log)
 
 
-@pytest.mark.parametrize("gap", [2e-3, 4e-3])
+@pytest.mark.parametrize("gap", [2e-3, pytest.param(4e-3, marks=pytest.mark.slow)])
 def test_a_gap_through_which_the_link_flies_is_found_and_measured(shop: Shop, gap) -> None:
     """For .08 s or so, of which accelerations tell 20 ms: to the third power a factor of two."""
     swing = to_and_fro(shop.dynamics.arm, 2, 5.0, RATE)

@@ -14,7 +14,7 @@ from urdyn.simulate.work import pick_and_place
 PIECE, SECONDS, RATE = 0.4, 75.0, 20.0  # [kg], [s], [Hz]
 
 
-@pytest.mark.parametrize("seed", [3, 5])
+@pytest.mark.parametrize("seed", [3, pytest.param(5, marks=pytest.mark.slow)])
 def test_a_light_piece_is_known_within_a_minute(shop: Shop, seed: int) -> None:
     rng = np.random.default_rng(seed)
     piece = Payload(PIECE, np.array([0.0, 0.0, 0.08]))

@@ -17,7 +17,7 @@ from urdyn.diagnose.slow import Slow
 from urdyn.signal import Instant, condition
 from urdyn.types import Log
 
-RATE = 100.0  # [Hz]
+RATE, SLOW = 100.0, 25.0  # [Hz]
 NAMES = ("q", "v", "a", "jerk", "current", "temperature", "shift", "instrument")
 
 
@@ -27,8 +27,8 @@ def _kinds(report: Report) -> list[tuple[str, int | None]]:
 
 def test_a_joint_that_rings_has_no_noisy_sensor_and_is_told_once(shop: Shop) -> None:
     """Though its line wanders by more than a loop's does, and neighbours differ by amperes."""
-    log = shop.log(seconds=30.0)
-    since = log.t - log.t[0] - 12.0
+    log = shop.log(seconds=22.0)
+    since = log.t - log.t[0] - 8.0
     pitch = np.where(since < 2.0, 20.0, 23.0)  # [Hz]
     swing = 9.0 * np.sin(2.0 * np.pi * np.cumsum(pitch) / RATE)
     report = shop.disturbed(log, 2, np.where(since > 0.0, swing, 0.0))
@@ -50,7 +50,9 @@ def test_the_drive_that_does_most_rings_whichever_line_is_the_clearest(shop: Sho
 
 def test_a_sensor_that_drops_now_and_then_hides_no_other_joints_fault(shop: Shop) -> None:
     """Every burst is told as another beginning; what is not there bends nothing that is."""
-    log = shop.log("friction_increase:joint=3,onset=25,rate=0.6,shape=step", seconds=55.0)
+    log = shop.log(
+        "friction_increase:joint=3,onset=25,rate=0.6,shape=step", seconds=55.0, rate=SLOW
+    )
     since, current = log.t - log.t[0], log.joint("actual_current").copy()
     current[(since > 10.0) & (since % 3.0 < 0.4), 4] = np.nan
     report = diagnose(shop.fit, with_current(log, current))
@@ -79,7 +81,7 @@ def _torn(log: Log, what: str) -> Log:
     ["lapses", "spikes", *(pytest.param(w, marks=pytest.mark.slow) for w in ("zeros", "bursts"))],
 )
 def test_values_that_are_none_are_a_sensors_and_no_push_or_wear(shop: Shop, what: str) -> None:
-    log = shop.log(seconds=40.0)
+    log = shop.log(seconds=30.0)
     torn = _torn(log, what)
     (finding,) = diagnose(shop.fit, torn).findings
     assert (finding.kind, finding.joint) == ("sensor_fault", 1)
@@ -102,7 +104,9 @@ def test_a_sensor_that_is_stuck_while_its_joint_rests_is_so_since_then(shop: Sho
 
 
 def test_beside_values_that_are_none_the_same_joints_fault_is_told(shop: Shop) -> None:
-    log = shop.log("friction_increase:joint=1,onset=25,rate=0.6,shape=step", seconds=55.0)
+    log = shop.log(
+        "friction_increase:joint=1,onset=25,rate=0.6,shape=step", seconds=55.0, rate=SLOW
+    )
     report = diagnose(shop.fit, _torn(log, "zeros"))
     assert _kinds(report) == [("friction_increase", 1), ("sensor_fault", 1)]
 
@@ -114,7 +118,7 @@ def test_a_sensor_that_tells_less_than_there_is_is_no_neighbours_fault(
     shop: Shop, joint: int
 ) -> None:
     """No drive of which all is true needs less than all of its current."""
-    log, gain = shop.log(seconds=40.0), 0.75
+    log, gain = shop.log(seconds=40.0, rate=SLOW), 0.75
     current = log.joint("actual_current").copy()
     current[log.t - log.t[0] > 15.0, joint] *= gain
     (finding,) = diagnose(shop.fit, with_current(log, current)).findings
@@ -133,7 +137,8 @@ def test_an_arm_without_power_has_no_sensor_that_fails(shop: Shop) -> None:
 
 
 @pytest.mark.parametrize(
-    ("lasts", "times", "soonest"), [(2.0, 3.7, None), (5.0, 5.0, 1.0), (5.0, 10.0, 1.0)]
+    ("lasts", "times", "soonest"),
+    [(2.0, 3.7, None), (5.0, 5.0, 1.0), pytest.param(5.0, 10.0, 1.0, marks=pytest.mark.slow)],
 )
 def test_a_sensor_is_noisy_for_longer_than_a_joint_rattles_at_its_fastest(
     shop: Shop, lasts: float, times: float, soonest: float | None
@@ -160,14 +165,17 @@ def _moved(log: Log, joint: int, way: np.ndarray, speed: np.ndarray) -> Log:
     return replace(log, channels={**log.channels, "actual_q": q, "actual_qd": v})
 
 
+MIDDLE = 13.0  # [s]
+
+
 def _slipped(shop: Shop, slip: float, within: float = 1e-3) -> Log:
-    """Of 40 s at 125 Hz, an encoder reads `slip` [rad] more from the middle on, `within` so long.
+    """Of 26 s at 125 Hz, an encoder reads `slip` [rad] more from the middle on, `within` so long.
 
     Its velocity follows, by an observer of 3 ms. Its loop moves the joint until the angle is where
     it should be: the arm goes on beside it.
     """
-    log = shop.log(seconds=40.0, rate=125.0)
-    since, period = log.t - log.t[0] - 20.0, float(np.median(np.diff(log.t)))
+    log = shop.log(seconds=26.0, rate=125.0)
+    since, period = log.t - log.t[0] - MIDDLE, float(np.median(np.diff(log.t)))
     gone, pole = np.maximum(since, 0.0), 1.0 / 0.04
     taken = slip * (1.0 - (1.0 + pole * gone) * np.exp(-pole * gone))
     arm = _moved(log, 1, -taken, -slip * pole**2 * gone * np.exp(-pole * gone))
@@ -186,7 +194,7 @@ def test_an_encoder_that_jumps_and_its_velocity_with_it_is_one_fault(
     (finding,) = diagnose(shop.fit, log).findings
     assert (finding.kind, finding.joint) == ("encoder_offset", 1)
     assert abs(finding.size + slip) < 0.05 * abs(slip)
-    assert abs(finding.onset_s - log.t[0] - 20.0) < 0.008
+    assert abs(finding.onset_s - log.t[0] - MIDDLE) < 0.008
 
 
 def test_one_that_slips_within_some_samples_is_no_other_fault(shop: Shop) -> None:
@@ -197,7 +205,7 @@ def test_one_that_slips_within_some_samples_is_no_other_fault(shop: Shop) -> Non
 
 @pytest.mark.parametrize("later", [2.0, 300.0])
 def test_a_clock_that_jumps_within_a_beat_is_a_pause(shop: Shop, later: float) -> None:
-    log = shop.log(seconds=14.0)
+    log = shop.log(seconds=10.0)
     t = np.where(np.arange(len(log.t)) < 707, log.t, log.t + later)
     assert not diagnose(shop.fit, replace(log, t=t)).findings
     assert not _live(shop, replace(log, t=t))

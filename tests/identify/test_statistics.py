@@ -33,7 +33,7 @@ from urdyn.types import Array, Log
 CHANCE = 0.01  # that a test fails although its claim holds
 SLACK = 1.1  # above the bound: what angles with noise and an unknown offset may cost
 FRICTION = ("coulomb", "viscous")
-FEW, MANY = 2, 20
+FEW, MANY = 1, 20
 LONG = [pytest.mark.slow, pytest.mark.timeout(1200)]
 
 CASES = [

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from workshop import RATE, at_work, commissioned
+from workshop import at_work, commissioned
 
 from urdyn.cli.diagnosing import doubted, summed
 from urdyn.cli.watching import verdict
@@ -14,7 +14,8 @@ from urdyn.tracking import Tracker, open_source
 from urdyn.tracking.blocks import Blocks
 from urdyn.tracking.losses import no_losses, told
 
-WRONG = slice(800, 1600)  # samples
+RATE = 50.0  # [Hz]
+WRONG = slice(400, 800)  # samples
 LENGTH = 30.0  # [s]
 
 WRONGS = {
@@ -37,7 +38,7 @@ def passed_through(wrong, filter_):
     dynamics, fit = commissioned(0)
     tracker = Tracker(fit, filter_, 1.0 / RATE)
     state, at = tracker.init(), tracker.currents.places
-    for k, sample in enumerate(samples(at_work(dynamics, 0, 5, LENGTH))):
+    for k, sample in enumerate(samples(at_work(dynamics, 0, 5, LENGTH, rate=RATE))):
         state, reading = tracker.step(state, other(wrong, k, sample))
         if reading is not None:
             belief = reading.belief
@@ -76,7 +77,7 @@ def test_a_quicker_mode_stays_a_belief_too(wrong):
 
 def test_a_run_tells_of_it(workshop, tmp_path):
     """A log whose currents have the other sign."""
-    source = open_source(str(workshop.recording))
+    source = open_source(str(workshop.recording), rows=(0, 600))
 
     def start(first):
         for arrival in source.start(first):
@@ -89,7 +90,7 @@ def test_a_run_tells_of_it(workshop, tmp_path):
 
 
 def test_a_sound_run_has_nothing_of_it(workshop, tmp_path):
-    summary = workshop.track(tmp_path / "out")
+    summary = workshop.track(tmp_path / "out", open_source(str(workshop.recording), rows=(0, 600)))
     assert summary["quality"]["restarts"] == 0
     assert "twin" not in verdict(summary)
 

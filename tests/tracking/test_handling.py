@@ -83,7 +83,7 @@ def test_light_pieces_are_weighed_and_spoil_no_drive(mass: float, seed: int) -> 
     dynamics, fit = commissioned(0)
     rng = np.random.default_rng(seed)
     piece = Payload(mass, np.array([0.0, 0.0, 0.08]))
-    work = pick_and_place(dynamics.arm, 200.0, RATE, rng, piece)
+    work = pick_and_place(dynamics.arm, 140.0, RATE, rng, piece)
     log = observe(dynamics, work.trajectory, real_sensors(dynamics.arm), rng, work.handling)
     tracker = Tracker(fit, EKF(), 1.0 / RATE)
     state, at, told = tracker.init(), tracker.currents.places, []
@@ -245,7 +245,7 @@ def test_a_wrist_s_friction_is_not_what_it_bears(joint: int, unsure: float) -> N
     """
     dynamics, fit = commissioned(0)
     rng = np.random.default_rng(3)
-    work = plan("point_to_point", dynamics.arm, 150.0, RATE, rng)
+    work = plan("point_to_point", dynamics.arm, 120.0, RATE, rng)
     fault = parse_fault(f"friction_increase:joint={joint},onset=50,rate=0.3,shape=step", 6)
     lived = happening(dynamics, work, (fault,), False)
     log = observe(dynamics, work.trajectory, real_sensors(dynamics.arm), rng, lived)
@@ -264,8 +264,8 @@ def test_a_little_health_is_no_light_load(joint: int, unsure: float) -> None:
     """
     dynamics, fit = commissioned(0)
     rng = np.random.default_rng(3)
-    work = plan("point_to_point", dynamics.arm, 160.0, RATE, rng)
-    fault = parse_fault(f"health_degradation:joint={joint},onset=100,rate=0.08,shape=step", 6)
+    work = plan("point_to_point", dynamics.arm, 120.0, RATE, rng)
+    fault = parse_fault(f"health_degradation:joint={joint},onset=60,rate=0.08,shape=step", 6)
     lived = happening(dynamics, work, (fault,), False)
     log = observe(dynamics, work.trajectory, real_sensors(dynamics.arm), rng, lived)
     off, sd, _ = drive_at_the_end(dynamics, fit, log, joint, 0.92, "z")

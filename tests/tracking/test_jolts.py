@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
-from workshop import RATE, at_work, commissioned
+from workshop import at_work, commissioned
 
 from urdyn.estimate import EKF
 from urdyn.signal import samples
@@ -12,6 +12,7 @@ from urdyn.tracking import Tracker
 from urdyn.tracking.blocks import Blocks
 from urdyn.tracking.physical import quantities
 
+RATE = 50.0  # [Hz]
 ONSET, DURATION = 8.0, 20.0  # [s]
 
 
@@ -30,7 +31,7 @@ def followed(filter_, *faults, seed=0, seconds=DURATION):
     tracker = Tracker(fit, filter_, 1.0 / RATE)
     physical = quantities(fit, tracker.currents)
     state, jolted, widened = tracker.init(), [], []
-    for sample in samples(at_work(dynamics, seed, 2, seconds, *faults)):
+    for sample in samples(at_work(dynamics, seed, 2, seconds, *faults, rate=RATE)):
         state, reading = tracker.step(state, sample)
         if reading is None:
             continue

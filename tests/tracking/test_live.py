@@ -30,16 +30,16 @@ def controller(ur5e):
 
 @pytest.mark.parametrize("rate", [RATE, pytest.param(500.0, marks=pytest.mark.slow)])
 def test_a_live_robot_is_tracked_at_its_own_pace(workshop, controller, rate, tmp_path):
-    source = open_source(controller, duration=4.0, rate=rate)
+    source = open_source(controller, duration=2.0, rate=rate)
     summary = workshop.track(tmp_path, source, filter=EKF())
     source.close()
-    assert summary["samples"] == 4.0 * rate
+    assert summary["samples"] == 2.0 * rate
     assert summary["lost"] == 0
-    assert summary["data_s"] == pytest.approx(4.0 - 1.0 / rate)
-    assert len(rows(tmp_path)) > 30
+    assert summary["data_s"] == pytest.approx(2.0 - 1.0 / rate)
+    assert len(rows(tmp_path)) > 15
 
 
-@pytest.mark.parametrize("stamp", [np.nan, np.inf, 1e300])
+@pytest.mark.parametrize("stamp", [np.nan, pytest.param(np.inf, marks=pytest.mark.slow), 1e300])
 def test_a_package_whose_stamp_is_none_is_missed_and_the_run_goes_on(
     workshop, ur5e, tmp_path, stamp
 ):

@@ -30,9 +30,9 @@ from urdyn.types import Gaussian, Log
 
 @pytest.fixture(scope="module")
 def poses(workshop, tmp_path_factory):
-    """What a tracker sees of the workshop's arm at work, at 5 Hz."""
+    """What a tracker sees of the workshop's arm at work, at 10 Hz."""
     path = tmp_path_factory.mktemp("poses") / "poses.csv"
-    seen = watched(workshop.fit.dynamics, workshop.log, (), 5.0, np.random.default_rng(1))
+    seen = watched(workshop.fit.dynamics, workshop.log, (), 10.0, np.random.default_rng(1))
     write(seen, path)
     return path
 
@@ -98,7 +98,7 @@ def command(*words):
 
 def test_from_the_command_line(workshop, poses, tmp_path):
     out = tmp_path / "run"
-    words = ("track", workshop.twin, workshop.recording, "--out", out, "--rows", "0:1000")
+    words = ("track", workshop.twin, workshop.recording, "--out", out, "--rows", "0:500")
     done = command(*words, "--poses", poses, "--mode", "realtime", "--no-diagnosis", "--json", "-q")
     assert done.exit_code == 0, done.stderr
     final = json.loads(done.stdout)["final"]

@@ -8,6 +8,7 @@ import subprocess
 import sys
 import time
 from dataclasses import replace
+from importlib import import_module
 from pathlib import Path
 
 import numpy as np
@@ -16,13 +17,31 @@ from workshop import KilledError, assert_same, killed_at
 
 from urdyn.errors import InputError
 from urdyn.estimate import UKF, InformationFilter
-from urdyn.io import alone
+from urdyn.io import alone, write
 from urdyn.tracking import open_source
 from urdyn.tracking.checkpoint import FILE
 
 ROOT = Path(__file__).parents[2]
+OFTEN = 100  # samples between checkpoints here, and 1000 of a recording elsewhere
 # Before a checkpoint, at it, after it.
-SAMPLES = (3, 1000, *(pytest.param(k, marks=pytest.mark.slow) for k in (999, 1001, 1300)))
+SAMPLES = (3, OFTEN, *(pytest.param(OFTEN + k, marks=pytest.mark.slow) for k in (-1, 1, 30)))
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _often():
+    with pytest.MonkeyPatch.context() as here:
+        run = import_module("urdyn.tracking.run")
+        here.setattr(run, "AGAIN", OFTEN)
+        here.setattr(run, "PART", 0.01 * OFTEN)
+        yield
+
+
+@pytest.fixture(scope="module")
+def workshop(workshop, tmp_path_factory):
+    """Its recording's first three seconds: two checkpoints amid them."""
+    path, log = tmp_path_factory.mktemp("short") / "log.parquet", workshop.log.slice(0, 300)
+    write(log, path)
+    return replace(workshop, log=log, recording=path)
 
 
 @pytest.fixture(scope="module")
@@ -35,7 +54,7 @@ def undisturbed(workshop, tmp_path_factory):
 def died(workshop, tmp_path_factory):
     out = tmp_path_factory.mktemp("died")
     with pytest.raises(KilledError):
-        workshop.track(out, killed_at(open_source(str(workshop.recording)), 1200))
+        workshop.track(out, killed_at(open_source(str(workshop.recording)), OFTEN + 40))
     return out
 
 
@@ -49,9 +68,9 @@ def dead(died, tmp_path):
     "filter_", [UKF(), pytest.param(InformationFilter(), marks=pytest.mark.slow)]
 )
 def test_a_resumed_run_is_the_undisturbed_one(workshop, filter_, tmp_path):
-    source = open_source(str(workshop.recording), duration=11.0)
+    source = open_source(str(workshop.recording), duration=1.5)
     whole = workshop.track(tmp_path / "whole", source, filter=filter_)
-    for sample in (1050, 1080):
+    for sample in (OFTEN + 5, OFTEN + 8):
         with pytest.raises(KilledError):
             workshop.track(tmp_path / "parts", killed_at(source, sample), filter=filter_)
     again = workshop.track(tmp_path / "parts", source, filter=filter_)
@@ -78,7 +97,7 @@ def test_a_resumed_run_does_not_begin_at_the_beginning(workshop, dead):
         return source.start(first)
 
     workshop.track(dead, replace(source, start=start))
-    assert begun == [1000]
+    assert begun == [OFTEN]
 
 
 def test_what_a_killed_run_left_beyond_its_checkpoint_is_dropped(workshop, undisturbed, dead):
@@ -150,9 +169,17 @@ def test_a_run_can_begin_anew(workshop, undisturbed, dead):
     assert_same(dead, undisturbed[0])
 
 
+HERE = f"""
+from importlib import import_module
+run = import_module("urdyn.tracking.run")
+run.AGAIN, run.PART = {OFTEN}, {0.01 * OFTEN}
+import_module("urdyn.cli").main()
+"""
+
+
 def killed_after(workshop, out, seconds):
     """Exit status of the command line, killed if it takes longer."""
-    command = (sys.executable, "-m", "urdyn", "track", workshop.twin, workshop.recording)
+    command = (sys.executable, "-c", HERE, "track", workshop.twin, workshop.recording)
     environment = os.environ | {"PYTHONPATH": str(ROOT), "OPENBLAS_NUM_THREADS": "1"}
     run = subprocess.Popen((*command, "--out", out, "-q", "--filter", "ekf"), env=environment)
     try:

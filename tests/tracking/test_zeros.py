@@ -43,9 +43,9 @@ def test_an_encoder_offset_is_tracked_by_gravity_alone(joint, seen):
 )
 def test_a_zero_that_jumps_is_followed_at_once_and_moves_nothing_else(joint, how):
     dynamics, fit = commissioned(0)
-    fault = f"encoder_offset:joint={joint},offset={OFFSET},onset=8"
+    fault = f"encoder_offset:joint={joint},offset={OFFSET},onset=4"
     tracker, beliefs = Tracker(fit, how, 0.01), []
-    for log in (at_work(dynamics, 0, 5, 8.3), at_work(dynamics, 0, 5, 8.3, fault)):
+    for log in (at_work(dynamics, 0, 5, 4.3), at_work(dynamics, 0, 5, 4.3, fault)):
         state = tracker.init()
         for sample in samples(log):
             state, reading = tracker.step(state, sample)

@@ -49,10 +49,10 @@ def commissioned(seed):
     return dynamics, fitted(f"commissioned_{seed}", make)
 
 
-def at_work(dynamics, seed, number, duration, *faults):
+def at_work(dynamics, seed, number, duration, *faults, rate=RATE):
     """The log of an arm's `number`-th run."""
     streams = [np.random.default_rng([seed, number, k]) for k in range(2)]
-    asked = fourier(dynamics.arm, duration, RATE, streams[0])
+    asked = fourier(dynamics.arm, duration, rate, streams[0])
     events = [parse_fault(fault, 6) for fault in faults]
     return observe(dynamics, asked, typical_sensors(dynamics.arm), streams[1], events)
 
