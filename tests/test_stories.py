@@ -80,6 +80,7 @@ def test_a_real_arm_is_a_possible_one(commissioned: Fit) -> None:
     assert commissioned.informed("shoulder_link.mass") < 0.02  # it turns about the vertical only
 
 
+@pytest.mark.slow  # it takes two fits of minutes of data
 def test_a_known_payload_tells_the_gains_and_they_weigh_it_again(
     ur10e: Arm, weighed: Fit, recorded: Recorded
 ) -> None:

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
-from workshop import at_work, commissioned
+from workshop import RATE, at_work, commissioned
 
 from urdyn.estimate import EKF
 from urdyn.signal import samples
@@ -12,7 +12,7 @@ from urdyn.tracking import Tracker
 from urdyn.tracking.blocks import Blocks
 from urdyn.tracking.physical import quantities
 
-RATE = 50.0  # [Hz]
+HALF = 0.5 * RATE  # [Hz] most of it is told by half as many samples
 ONSET, DURATION = 8.0, 20.0  # [s]
 
 
@@ -26,12 +26,12 @@ class Followed:
     widened: list  # [s]
 
 
-def followed(filter_, *faults, seed=0, seconds=DURATION):
+def followed(filter_, *faults, seed=0, seconds=DURATION, rate=HALF):
     dynamics, fit = commissioned(seed)
-    tracker = Tracker(fit, filter_, 1.0 / RATE)
+    tracker = Tracker(fit, filter_, 1.0 / rate)
     physical = quantities(fit, tracker.currents)
     state, jolted, widened = tracker.init(), [], []
-    for sample in samples(at_work(dynamics, seed, 2, seconds, *faults, rate=RATE)):
+    for sample in samples(at_work(dynamics, seed, 2, seconds, *faults, rate=rate)):
         state, reading = tracker.step(state, sample)
         if reading is None:
             continue
@@ -70,7 +70,7 @@ def test_friction_that_grows_by_half_at_once_is_followed(mode):
 )
 def test_a_drive_that_loses_a_sixth_at_once_is_followed(joint, name):
     fault = f"health_degradation:joint={joint},onset={ONSET},rate=0.15,shape=step"
-    found = followed(EKF(), fault)
+    found = followed(EKF(), fault, rate=RATE)
     assert {joint for _, joint in found.jolted} == {joint} and not found.widened
     assert found.change[f"{name}_joint.health"] == pytest.approx(0.85, abs=0.02)
     assert found.change[f"{name}_joint.coulomb"] == pytest.approx(1.0, abs=0.1)
@@ -116,7 +116,7 @@ def test_friction_that_grows_slower_is_followed_too():
     """By .1 % a second: with an interval of half a per cent, a third of that was tracked before."""
     rate, seconds = 0.001, 100.0  # [1/s], [s]
     fault = f"friction_increase:joint=2,onset={WEARS},rate={rate},viscous={rate}"
-    found = followed(EKF(), fault, seconds=seconds)
+    found = followed(EKF(), fault, seconds=seconds, rate=RATE)
     assert {j for _, j in found.jolted} == {2} and not found.widened
     truth = 1.0 + rate * (seconds - WEARS)
     assert found.change["elbow_joint.coulomb"] == pytest.approx(truth, abs=0.03)
@@ -126,7 +126,7 @@ def test_friction_that_grows_slower_is_followed_too():
 @pytest.mark.slow
 def test_health_that_fades_within_a_minute_is_followed():
     fade = f"health_degradation:joint=1,onset={WEARS},rate=0.004"
-    found = followed(EKF(), fade, seconds=SECONDS)
+    found = followed(EKF(), fade, seconds=SECONDS, rate=RATE)
     assert {j for _, j in found.jolted} == {1} and not found.widened
     assert found.change["shoulder_lift_joint.health"] == pytest.approx(0.8, abs=0.03)
     assert found.change["shoulder_lift_joint.coulomb"] == pytest.approx(1.0, abs=0.1)

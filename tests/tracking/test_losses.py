@@ -53,9 +53,7 @@ def test_a_run_tells_what_its_recording_lacked(workshop, tmp_path):
     said = verdict(summary)
     assert "not whole: impossible angles or speeds" in said and "gap (kept)" in said
     assert "currents that no motor draws 1;" in said and "up to 5.6 % missing" in said
-    whole = verdict(
-        workshop.track(tmp_path / "whole", open_source(str(workshop.recording), rows=(0, 300)))
-    )
+    whole = open_source(str(workshop.recording), rows=(0, 300))
     assert "not whole" not in verdict(workshop.track(tmp_path / "whole", whole))
 
 

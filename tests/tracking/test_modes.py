@@ -64,7 +64,7 @@ def test_losses_are_errors_over_fulls(workshop, modes):
 def test_a_block_that_hardly_changes_waits(workshop):
     tracker = Tracker(workshop.fit, QUICKER["realtime"], 0.01)
     state = tracker.init()
-    for sample in samples(workshop.log.slice(0, 500)):
+    for sample in samples(workshop.log.slice(0, 1000)):
         state, _ = tracker.step(state, sample)
     assert state.belief.for_bodies.interval > 1
     assert np.linalg.eigvalsh(tracker.filter.belief(state.belief).cov)[0] > 0.0

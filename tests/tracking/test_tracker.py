@@ -41,8 +41,8 @@ def test_a_healthy_arm_stays_what_it_is(filter_):
 
 
 def test_friction_that_grows_is_followed_and_others_stay():
-    dynamics, fit = commissioned(1)
-    log = at_work(dynamics, 1, 1, 40.0, "friction_increase:joint=2,onset=10,rate=0.01", rate=50.0)
+    dynamics, fit = commissioned(0)
+    log = at_work(dynamics, 0, 1, 40.0, "friction_increase:joint=2,onset=10,rate=0.01", rate=50.0)
     # A third in half a minute is far more than an arm's wear, so it is told to be large.
     quick = Drift(friction=5e-3, rate_sd=1e-2, acceleration=1e-3)
     readings, physical = tracked(fit, log, EKF(), quick)
