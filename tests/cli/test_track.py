@@ -31,7 +31,7 @@ def test_a_recording_is_tracked(story, twin, tmp_path):
 
 
 def test_a_quiet_run_says_nothing(story, twin, tmp_path):
-    command = (twin, story.held_out, "--out", tmp_path, "-q", "--filter", "ekf", "--rows", "0:400")
+    command = (twin, story.held_out, "--out", tmp_path, "-q", "--filter", "ekf", "--rows", "0:200")
     told = tracked(*command)
     assert (told.exit_code, told.stdout, told.stderr) == (0, "", "")
 

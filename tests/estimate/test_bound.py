@@ -29,10 +29,17 @@ def test_on_an_affine_model_the_bound_is_kalmans_covariance(sensors: int) -> Non
     np.testing.assert_allclose(found.sd, exact.sd, rtol=1e-9)
 
 
-@pytest.mark.parametrize("filter_", [UKF(), ParticleFilter(200)], ids=["ukf", "particle"])
-def test_no_filter_beats_the_bound_of_a_model_that_bends(filter_: Any) -> None:
+@pytest.mark.parametrize(
+    ("filter_", "lives"),
+    [
+        pytest.param(UKF(), 60, id="ukf"),
+        pytest.param(ParticleFilter(200), 20, id="a few of particles"),
+        pytest.param(ParticleFilter(200), 60, id="particles", marks=pytest.mark.slow),
+    ],
+)
+def test_no_filter_beats_the_bound_of_a_model_that_bends(filter_: Any, lives: int) -> None:
     """Mean squares over lives of the model, in units of the bound's, with four of their sd."""
-    model, lives, rng = Product(sd=0.1), 60, np.random.default_rng(2)
+    model, rng = Product(sd=0.1), np.random.default_rng(2)
     bound = posterior_bound(model, ticks(STEPS), rng=rng)
     squares: list[Array] = []
     for _ in range(lives):

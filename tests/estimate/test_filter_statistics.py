@@ -24,7 +24,8 @@ from urdyn.estimate import (
 RARE = 1e-4  # of either tail: how often a correct filter fails a test here
 
 AFFINE = [Kalman(), UKF(), InformationFilter(), Variational(), ParticleFilter(count=5)]
-BENT = [EKF(iterations=3), UKF(), Variational(), ParticleFilter(count=300)]
+BENT = [EKF(iterations=3), UKF(), Variational()]
+PARTICLES, LIVES, FEW = ParticleFilter(count=300), 250, 80
 
 
 def within_chi_square(total: float, freedom: int) -> bool:
@@ -44,10 +45,18 @@ def test_surprise_is_as_large_as_foretold(filter_: Any) -> None:
     assert within_chi_square(sum(i.nis for i in found.innovations), measured)
 
 
-@pytest.mark.parametrize("filter_", BENT, ids=lambda f: type(f).__name__)
-def test_error_is_as_large_as_foretold_where_the_model_bends(filter_: Any) -> None:
+@pytest.mark.parametrize(
+    ("filter_", "lives"),
+    [
+        *((filter_, LIVES) for filter_ in BENT),
+        (PARTICLES, FEW),
+        pytest.param(PARTICLES, LIVES, marks=pytest.mark.slow),
+    ],
+    ids=lambda f: str(f) if isinstance(f, int) else type(f).__name__,
+)
+def test_error_is_as_large_as_foretold_where_the_model_bends(filter_: Any, lives: int) -> None:
     rng = np.random.default_rng(12)
-    model, lives, total = Product(), 250, 0.0
+    model, total = Product(), 0.0
     for _ in range(lives):
         states, observations = simulate(model, ticks(8), rng)
         state = filter_.init(model)

@@ -12,7 +12,8 @@ from tracked import JOINTS, START, columns, diagnosed, growing, summary, write
 from urdyn.report.page import identify_page
 from urdyn.report.track_page import track_page
 
-LOOKS = [(1280, "light"), (1280, "dark"), (420, "light"), (420, "dark")]
+LOOKS = [(1280, "light"), (420, "dark")]
+MORE = [pytest.param(*look, marks=pytest.mark.slow) for look in ((1280, "dark"), (420, "light"))]
 OF_A_RUN = [
     "Findings", "Forecast", "Payload", "Margins, power, prediction", "Trends", "Surprise",
     "Link masses", "Network", "Data quality", "Speed and provenance",
@@ -62,12 +63,12 @@ def whole(chromium: Browser, page: Path, width: int, scheme: str) -> dict:
     return seen
 
 
-@pytest.mark.parametrize(("width", "scheme"), LOOKS)
+@pytest.mark.parametrize(("width", "scheme"), [*LOOKS, *MORE])
 def test_every_part_of_a_tracked_page_is_drawn(chromium, tracked, width, scheme):
     assert whole(chromium, tracked, width, scheme)["sections"] == OF_A_RUN
 
 
-@pytest.mark.parametrize(("width", "scheme"), [LOOKS[0], LOOKS[3]])
+@pytest.mark.parametrize(("width", "scheme"), LOOKS)
 def test_every_part_of_an_identified_page_is_drawn(chromium, identified_page, width, scheme):
     assert whole(chromium, identified_page, width, scheme)["plots"] > 20
 

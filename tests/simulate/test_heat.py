@@ -95,7 +95,9 @@ def test_losses_and_warmth_agree(dynamics, day):
     assert np.abs(again - warmth.temperature[1:]).max() < 0.01  # [K]
 
 
-@pytest.mark.parametrize("robot", ["ur3e", "ur5e", "ur10e", "ur20"])
+@pytest.mark.parametrize(
+    "robot", ["ur3e", "ur20", *(pytest.param(r, marks=pytest.mark.slow) for r in ("ur5e", "ur10e"))]
+)
 def test_a_shift_warms_an_arm_to_work_and_softens_its_friction(robot):
     arm = load_arm(robot)
     dynamics = virtual_arm(arm, 3)

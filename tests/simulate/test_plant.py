@@ -48,7 +48,8 @@ def energy(dynamics: Dynamics, x: PlantState) -> float:
     return float(links + 0.5 * dynamics.drive.rotor_inertia @ x.omega**2)
 
 
-def test_a_falling_arm_falls_as_in_mujoco(arm):
+@pytest.mark.parametrize("falls", [3, pytest.param(10, marks=pytest.mark.slow)])
+def test_a_falling_arm_falls_as_in_mujoco(arm, falls):
     mujoco = pytest.importorskip("mujoco")
     model = mujoco.MjModel.from_xml_path(str(find("ur10e")))
     model.opt.timestep, model.opt.integrator = 2e-4, mujoco.mjtIntegrator.mjINT_RK4
@@ -56,7 +57,7 @@ def test_a_falling_arm_falls_as_in_mujoco(arm):
     model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_LIMIT
     model.dof_armature[:], model.dof_damping[:] = ARMATURE, VISCOUS
     plant, rng = Plant(frictionless(arm, VISCOUS)), np.random.default_rng(0)
-    for _ in range(10):
+    for _ in range(falls):
         data = mujoco.MjData(model)
         q, v = rng.uniform(-2.0, 2.0, 6), rng.uniform(-0.5, 0.5, 6)
         data.qpos[:], data.qvel[:] = q, v
@@ -75,7 +76,7 @@ def test_energy_is_neither_made_nor_lost(arm, gears):
     h = 1e-3 if gears is None else 5e-5
     x = PlantState.rest(np.array([0.0, -1.2, 0.8, 0.1, 0.2, 0.3]))
     work = lost = weight = sprung = 0.0
-    for k in range(int(1.0 / h)):
+    for k in range(int(0.5 / h)):
         tau = 30.0 * np.sin(np.arange(6) + 6.0 * k * h) * np.array([3, 3, 2, 0.3, 0.3, 0.3])
         y = plant.step(x, tau, around(6), h)
         omega, v = 0.5 * (x.omega + y.omega), 0.5 * (x.v + y.v)

@@ -177,11 +177,13 @@ import_module("urdyn.cli").main()
 """
 
 
-def killed_after(workshop, out, seconds):
+def killed_after(workshop, out, seconds, *options):
     """Exit status of the command line, killed if it takes longer."""
     command = (sys.executable, "-c", HERE, "track", workshop.twin, workshop.recording)
     environment = os.environ | {"PYTHONPATH": str(ROOT), "OPENBLAS_NUM_THREADS": "1"}
-    run = subprocess.Popen((*command, "--out", out, "-q", "--filter", "ekf"), env=environment)
+    run = subprocess.Popen(
+        (*command, "--out", out, "-q", "--filter", "ekf", *options), env=environment
+    )
     try:
         return run.wait(seconds)
     except subprocess.TimeoutExpired:
@@ -190,15 +192,16 @@ def killed_after(workshop, out, seconds):
 
 
 ENOUGH = 140.0  # [s] for a whole run, on a busy machine
-MANY = pytest.param(50, marks=[pytest.mark.slow, pytest.mark.timeout(1200)])
+QUICK = (1, ("--no-diagnosis",))
+MANY = pytest.param(50, (), marks=[pytest.mark.slow, pytest.mark.timeout(1200)])
 
 
-@pytest.mark.parametrize("kills", [1, MANY])
-def test_a_run_that_is_killed_at_any_moment_loses_nothing(workshop, kills, tmp_path):
+@pytest.mark.parametrize(("kills", "options"), [QUICK, MANY])
+def test_a_run_that_is_killed_at_any_moment_loses_nothing(workshop, kills, options, tmp_path):
     begin = time.monotonic()
-    assert killed_after(workshop, tmp_path / "timed", ENOUGH) == 0
+    assert killed_after(workshop, tmp_path / "timed", ENOUGH, *options) == 0
     took = time.monotonic() - begin
     for seconds in np.random.default_rng(kills).uniform(0.5 * took, took, kills):
-        killed_after(workshop, tmp_path / "killed", seconds)
-    assert killed_after(workshop, tmp_path / "killed", ENOUGH) == 0
+        killed_after(workshop, tmp_path / "killed", seconds, *options)
+    assert killed_after(workshop, tmp_path / "killed", ENOUGH, *options) == 0
     assert_same(tmp_path / "killed", tmp_path / "timed")

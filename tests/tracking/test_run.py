@@ -16,7 +16,6 @@ from urdyn.simulate import simulate
 from urdyn.tracking import Tracker, open_source, quantities
 from urdyn.tracking.latency import Latency
 
-
 ROWS = 600
 
 

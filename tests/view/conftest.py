@@ -31,7 +31,7 @@ class Tracked:
 @pytest.fixture(scope="session")
 def tracked_run(identified: Fit, tmp_path_factory: pytest.TempPathFactory) -> Tracked:
     folder = tmp_path_factory.mktemp("tracked")
-    log = simulate(identified.dynamics.arm, 8.0, 100.0, 1)[0]
+    log = simulate(identified.dynamics.arm, 5.0, 100.0, 1)[0]
     recording, twin, out = folder / "log.parquet", folder / "twin.toml", folder / "monday"
     write(log, recording)
     Twin(identified.dynamics.arm, identified).save(twin)

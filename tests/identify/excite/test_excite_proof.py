@@ -38,7 +38,7 @@ def test_what_was_found_is_seen_to_be_safe(found):
     assert seen.none, seen
 
 
-@pytest.mark.parametrize("robot", ["ur3", "ur20"])
+@pytest.mark.parametrize("robot", ["ur3", pytest.param("ur20", marks=pytest.mark.slow)])
 def test_the_witness_sees_nothing_where_the_proof_holds_and_something_where_it_fails(robot):
     arm = load_arm(robot)
     verdicts = {True: 0, False: 0}

@@ -56,8 +56,14 @@ NODES = {"Humble": ON_LOOPBACK, "Iron and later": SILENT}
 STAYING = {"ROS_LOCALHOST_ONLY": "1", "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
 
 
-@pytest.mark.parametrize("node", NODES)
-@pytest.mark.parametrize("variable", STAYING)
+# Each with the variable of its own time; who mixes them is heard as well.
+OWN = tuple(zip(NODES, STAYING, strict=True))
+MIXED = tuple(zip(NODES, reversed(STAYING), strict=True))
+
+
+@pytest.mark.parametrize(
+    ("node", "variable"), [*OWN, *(pytest.param(*of, marks=pytest.mark.slow) for of in MIXED)]
+)
 def test_nodes_that_stay_on_this_computer_are_heard(publish, domain, monkeypatch, node, variable):
     """Though they were there before us, and call nobody again for half a minute."""
     monkeypatch.setenv("ROS_LOCALHOST_ONLY", "")
