@@ -20,6 +20,7 @@ from typer.testing import CliRunner
 import urdyn as ud
 from urdyn.cli.app import app
 from urdyn.identify import Fit
+from urdyn.model.arm import Arm
 
 QUANTITY = {"value", "sd", "unit"}
 
@@ -177,19 +178,52 @@ def test_a_payload_and_a_trajectory_can_be_simulated(tmp_path: Path) -> None:
     assert ud.read(log).joint("actual_q")[-1, 0] == pytest.approx(0.5, abs=1e-4)
 
 
-def test_a_campaign_simulates_identifies_and_scores(tmp_path: Path) -> None:
-    recipe = 'robot = "ur5e"\nout = "results"\n[simulate]\nduration = 6.0\nrate = 100\nseed = 2\n'
-    (tmp_path / "campaign.toml").write_text(recipe + "payload_mass = 2.0\n")
-    done = urdyn("identify", tmp_path / "campaign.toml", "--json")
-    assert done.returncode == 0, done.stderr
-    found = json.loads(done.stdout)
+RECIPE = """robot = "ur5e"
+out = "results"
+[simulate]
+duration = 6.0
+rate = 100
+seed = 1
+payload_mass = 2.0
+"""
+
+
+def carried_out(said: str, folder: Path) -> None:
+    """What a campaign of that recipe tells, and writes."""
+    found = json.loads(said)
     assert found["robot"] == "ur5e" and found["payload"]["mass"] == pytest.approx(2.0, abs=0.001)
     assert [Path(log["path"]).name for log in found["logs"]] == [
         "excitation.parquet",
         "loaded.parquet",
     ]
-    assert (tmp_path / "results" / "twin.toml").is_file()
-    assert "held_out.parquet" in (tmp_path / "results" / "report.html").read_text()
+    assert (folder / "results" / "twin.toml").is_file()
+    assert "held_out.parquet" in (folder / "results" / "report.html").read_text()
+
+
+def test_a_campaign_scores_what_is_identified_of_what_it_simulated(
+    identified: Fit, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """By a fit that is at hand, of the same arm."""
+    asked = []
+
+    def identify(arm: Arm, *bare: ud.Motion, loaded: list[ud.Run], **how: object) -> Fit:
+        asked.append(
+            (arm.name, *map(len, bare), *((len(r.motion), r.payload.mass) for r in loaded))
+        )
+        return identified
+
+    monkeypatch.setattr(ud, "identify", identify)
+    (tmp_path / "campaign.toml").write_text(RECIPE)
+    carried_out(command("identify", tmp_path / "campaign.toml", "--json"), tmp_path)
+    assert asked == [("ur5e", 600, (600, 2.0))]
+
+
+@pytest.mark.slow
+def test_a_campaign_simulates_identifies_and_scores(tmp_path: Path) -> None:
+    (tmp_path / "campaign.toml").write_text(RECIPE)
+    done = urdyn("identify", tmp_path / "campaign.toml", "--json")
+    assert done.returncode == 0, done.stderr
+    carried_out(done.stdout, tmp_path)
 
 
 @pytest.mark.parametrize("path", sorted(ROOT.glob("identification/*/campaign.toml")), ids=str)

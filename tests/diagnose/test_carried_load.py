@@ -273,7 +273,7 @@ def test_what_a_recording_shows_to_its_end_needs_less_patience(
     shop: Shop, onset: float, told: bool
 ) -> None:
     """A piece may have been gripped a few seconds ago."""
-    found = shop.report(f"payload_change:mass=2,onset={onset}", seconds=20.0).findings
+    found = shop.report(f"payload_change:mass=2,onset={onset}", seconds=20.0, rate=25.0).findings
     assert [f.kind for f in found] == ["payload_change"] * told
     for f in found:
         assert f.older is (onset == 0.0) and abs(f.size - 2.0) < 3.0 * f.size_sd
@@ -281,7 +281,7 @@ def test_what_a_recording_shows_to_its_end_needs_less_patience(
 
 def test_a_load_that_was_changed_while_the_arm_stood_came_at_any_time_of_that(shop: Shop) -> None:
     """Nobody saw when; what was carried before the rest, and after it, tells no more."""
-    log = shop.log("payload_change:mass=2,onset=12", seconds=44.0)
+    log = shop.log("payload_change:mass=2,onset=12", seconds=44.0, rate=25.0)
     t = np.where(log.t < 12.0, log.t, log.t + 30.0)
     (finding,) = diagnose(shop.fit, replace(log, t=t)).findings
     lo, hi = finding.onset_interval_s
