@@ -17,6 +17,9 @@ from urdyn.signal import condition
 from urdyn.simulate import Payload, simulate
 from urdyn.types import Log
 
+# Processes share the cores already: threads of their linear algebra would wait for one another.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
 
 @pytest.fixture(scope="session", autouse=True)
 def _once(tmp_path_factory: pytest.TempPathFactory) -> None:

@@ -6,8 +6,12 @@ import json
 import os
 import subprocess
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+
+import pytest
 
 ROOT = Path(__file__).parents[2]
 # Before a command: as a script begins it in the background, deaf to Ctrl-C.
@@ -24,6 +28,14 @@ def urdyn(*arguments: object, **environment: str) -> subprocess.CompletedProcess
         env=os.environ | {"PYTHONPATH": path} | environment,
         check=False,
     )
+
+
+@contextmanager
+def without_pages() -> Iterator[None]:
+    """Runs whose page nobody looks at draw none."""
+    with pytest.MonkeyPatch.context() as here:
+        here.setattr("urdyn.report.apart.draw", lambda *of: None)
+        yield
 
 
 def kept(path: Path, said: subprocess.CompletedProcess[str]) -> None:

@@ -3,6 +3,7 @@
 import json
 
 import pytest
+from story import without_pages
 from typer.testing import CliRunner
 
 from urdyn.cli.app import app
@@ -16,7 +17,8 @@ def run(*arguments):
 def tracked(story, tmp_path_factory):
     out = tmp_path_factory.mktemp("fleet") / "cell"
     command = ("track", story.out / "twin.toml", story.held_out, "--rows", "0:400", "--out", out)
-    assert run(*command, "--filter", "ekf", "-q").exit_code == 0
+    with without_pages():
+        assert run(*command, "--filter", "ekf", "-q").exit_code == 0
     return out
 
 

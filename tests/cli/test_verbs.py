@@ -10,6 +10,7 @@ import re
 import shlex
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -19,6 +20,7 @@ from typer.testing import CliRunner
 
 import urdyn as ud
 from urdyn.cli.app import app
+from urdyn.cli.verdict import unlike
 from urdyn.identify import Fit
 from urdyn.model.arm import Arm
 
@@ -54,6 +56,17 @@ def test_what_is_meant_for_people_goes_aside_under_json(story: Story) -> None:
     assert "written to" in story.identified.stderr
 
 
+def test_what_arms_of_a_type_hardly_have_is_told(identified: Fit) -> None:
+    """Four standard deviations of their masses and gains are."""
+    table, sd = identified.parameters, identified.prior_sd
+    heavy = np.array([name == "upper_arm_link.mass" for name in table.names])
+    other = replace(table, values=np.where(heavy, identified.prior + 4.1 * sd, table.values))
+    [said] = unlike(replace(identified, parameters=other))
+    assert said.startswith("upper_arm_link.mass is") and "this is no ur5e" in said
+    assert unlike(identified) == []
+
+
+@pytest.mark.slow
 def test_another_robot_than_the_log_s_is_told(story: Story, tmp_path: Path) -> None:
     other = ("--robot", "ur3e", "--out", tmp_path, "--rows", "0:600")
     told = CliRunner().invoke(app, ["identify", str(story.log), *map(str, other)])
@@ -210,7 +223,7 @@ def test_a_campaign_scores_what_is_identified_of_what_it_simulated(
         asked.append(
             (arm.name, *map(len, bare), *((len(r.motion), r.payload.mass) for r in loaded))
         )
-        return identified
+        return replace(identified, sources=(bare[0].source, *(r.motion.source for r in loaded)))
 
     monkeypatch.setattr(ud, "identify", identify)
     (tmp_path / "campaign.toml").write_text(RECIPE)

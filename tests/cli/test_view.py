@@ -6,6 +6,7 @@ import shutil
 
 import pyarrow.parquet as pq
 import pytest
+from story import without_pages
 from typer.testing import CliRunner
 
 from urdyn.cli.app import app
@@ -28,7 +29,8 @@ def tracked(story, tmp_path_factory):
     log, out = folder / "moved.parquet", folder / "monday"
     shutil.copy(story.held_out, log)
     command = ("track", story.out / "twin.toml", log, "--out", out, "--filter", "ekf", "-q")
-    assert CliRunner().invoke(app, [*map(str, (*command, "--rows", "0:300"))]).exit_code == 0
+    with without_pages():
+        assert CliRunner().invoke(app, [*map(str, (*command, "--rows", "0:300"))]).exit_code == 0
     return log, out
 
 

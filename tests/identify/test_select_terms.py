@@ -98,7 +98,8 @@ def test_the_whole_search_finds_them(ur5e: Arm) -> None:
     assert [("stribeck" in terms) for terms in fit.terms] == WITH_TERM.tolist()
 
 
-@pytest.mark.parametrize("seed", [pytest.param(106, marks=pytest.mark.slow), 112])
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [106, 112])
 def test_friction_of_these_arms_fades_by_chance_alone(seed: int) -> None:
     """Two of forty at random: what is held out tells 9 and 14 nats, had the fit no doubt."""
     drawn = virtual_arm(load_arm("ur10e"), seed)

@@ -8,11 +8,8 @@ from typing import Any
 
 import pytest
 from browser import CHROMIUM, Browser, browser
-from once import fitted
 
-from urdyn.identify import Fit, Score, identify, validate
-from urdyn.model.arm import load_arm
-from urdyn.signal import condition
+from urdyn.identify import Fit, Score, validate
 from urdyn.simulate import simulate
 from urdyn.types import Source
 
@@ -30,13 +27,11 @@ class Case:
 
 
 @pytest.fixture(scope="session")
-def case() -> Case:
-    arm = load_arm("ur5e")
-    log, truth = simulate(arm, 20, 100, seed=1)
+def case(identified: Fit) -> Case:
+    log, truth = simulate(identified.dynamics.arm, 20, 100, seed=1)
     log = replace(log, source=Source("robots/first.csv", "ab" * 32, (0, 1500)))
     train, test = log.slice(0, 1500), log.slice(1500)
-    fit = fitted("case", lambda: identify(arm, condition(train)))
-    return Case(fit, validate(fit, train), validate(fit, test), truth)
+    return Case(identified, validate(identified, train), validate(identified, test), truth)
 
 
 @pytest.fixture(scope="session")

@@ -45,7 +45,15 @@ def path(log: Log, tmp_path_factory: pytest.TempPathFactory) -> str:
     return str(written)
 
 
-@pytest.mark.parametrize("first", [0, 7, BLOCK - 1, BLOCK, 2 * BLOCK + 99, 2 * BLOCK + 100])
+@pytest.mark.parametrize(
+    "first",
+    [
+        7,
+        BLOCK,
+        2 * BLOCK + 100,
+        *(pytest.param(k, marks=pytest.mark.slow) for k in (0, BLOCK - 1, 2 * BLOCK + 99)),
+    ],
+)
 def test_blocks_are_the_log_from_any_sample_on(log: Log, path: str, first: int) -> None:
     source = open_source(path)
     came = [arrival.sample for arrival in source.start(first)]

@@ -24,7 +24,7 @@ from urdyn.tracking.checkpoint import FILE
 ROOT = Path(__file__).parents[2]
 OFTEN = 100  # samples between checkpoints here, and 1000 of a recording elsewhere
 # Before a checkpoint, at it, after it.
-SAMPLES = (3, OFTEN, *(pytest.param(OFTEN + k, marks=pytest.mark.slow) for k in (-1, 1, 30)))
+SAMPLES = (OFTEN, *(pytest.param(k, marks=pytest.mark.slow) for k in (3, 99, 101, 130)))
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -169,10 +169,12 @@ def test_a_run_can_begin_anew(workshop, undisturbed, dead):
     assert_same(dead, undisturbed[0])
 
 
+# Checkpoints come often, and nobody looks at the page.
 HERE = f"""
 from importlib import import_module
 run = import_module("urdyn.tracking.run")
 run.AGAIN, run.PART = {OFTEN}, {0.01 * OFTEN}
+import_module("urdyn.report.apart").draw = lambda *of: None
 import_module("urdyn.cli").main()
 """
 
