@@ -31,7 +31,8 @@ def case(identified: Fit) -> Case:
     log, truth = simulate(identified.dynamics.arm, 20, 100, seed=1)
     log = replace(log, source=Source("robots/first.csv", "ab" * 32, (0, 1500)))
     train, test = log.slice(0, 1500), log.slice(1500)
-    return Case(identified, validate(identified, train), validate(identified, test), truth)
+    fit = replace(identified, sources=(train.source,))
+    return Case(fit, validate(fit, train), validate(fit, test), truth)
 
 
 @pytest.fixture(scope="session")
