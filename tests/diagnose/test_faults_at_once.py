@@ -16,16 +16,18 @@ from urdyn.diagnose.rules import read_rules
 from urdyn.diagnose.space import space
 
 LENGTH = 5.0  # [s] of a block
-RATE = 25.0  # [Hz]
 
 
-def _found(shop: Shop, *faults: str, seconds: float = 70.0) -> list[tuple[str, int | None]]:
-    report = shop.report(*faults, seconds=seconds, rate=RATE)
+def _found(
+    shop: Shop, *faults: str, seconds: float, rate: float = 100.0
+) -> list[tuple[str, int | None]]:
+    report = shop.report(*faults, seconds=seconds, rate=rate)
     return sorted(((f.kind, f.joint) for f in report), key=str)
 
 
 def test_a_bias_of_many_frictions_is_one_finding_and_no_load(shop: Shop) -> None:
-    assert _found(shop, "sensor_fault:joint=4,mode=biased,size=2,onset=25") == [("sensor_fault", 4)]
+    biased = "sensor_fault:joint=4,mode=biased,size=2,onset=25"
+    assert _found(shop, biased, seconds=70.0, rate=25.0) == [("sensor_fault", 4)]
 
 
 @pytest.mark.slow
