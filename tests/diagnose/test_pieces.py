@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from urdyn.diagnose import carried
-from urdyn.diagnose.carried import CHANGED, Mode, Shown, commissioned
-from urdyn.diagnose.pieces import _chain, at_most, unseen
+from urdyn.diagnose.carried import Mode, Shown, commissioned
+from urdyn.diagnose.pieces import LENGTHS, _chain, at_most, unseen
 from urdyn.diagnose.pushed import _left_with_it
 
 MOMENTS, RUN = 120, 8
@@ -25,14 +25,15 @@ def moments(rng: np.random.Generator, piece: np.ndarray, held: np.ndarray) -> li
     return told
 
 
-def test_the_chain_is_the_sum_over_all_paths() -> None:
-    fits, p = 3.0 * np.random.default_rng(0).standard_normal(6), np.exp(-CHANGED)
+@pytest.mark.parametrize("length", LENGTHS)
+def test_the_chain_is_the_sum_over_all_paths(length: float) -> None:
+    fits, p = 3.0 * np.random.default_rng(0).standard_normal(6), 1.0 / length
     total, held = 0.0, np.zeros(6)
     for path in product((0, 1), repeat=6):
         moved = [p if a != b else 1.0 - p for a, b in pairwise(path)]
         weight = 0.5 * np.prod(moved) * np.exp(np.dot(path, fits))
         total, held = total + weight, held + weight * np.array(path)
-    told, evidence = _chain(fits)
+    told, evidence = _chain(fits, length)
     np.testing.assert_allclose(evidence, np.log(total))
     np.testing.assert_allclose(told, held / total)
 

@@ -11,7 +11,7 @@ from urdyn.diagnose.moment import Means, Pool
 from urdyn.types import Array
 
 MOMENT = 0.5  # [s]
-FEW = 40  # moments after which a light piece is searched for again
+FEW = 20  # moments after which a light piece is searched for again
 WATCHED = 240  # moments that are searched at most
 
 

@@ -7,8 +7,8 @@ away is no push but another payload or a fault, and left to those who judge such
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
-from functools import cached_property
+from dataclasses import dataclass, field, replace
+from functools import cached_property, partial
 
 import numpy as np
 
@@ -51,6 +51,7 @@ class Quiet:
     seen: int = 0  # quiet bins
     calm: int = 0  # quiet bins since the last loud one
     bins: tuple[Bin, ...] = ()  # of what happens
+    loads: Array = field(default_factory=partial(np.zeros, (0, 10)))  # known when that began
 
     @property
     def going(self) -> bool:
@@ -184,11 +185,13 @@ class Collision:
     ) -> tuple[Quiet, Event | None]:
         calm = _calm(state.bins, seen, carried) if state.going else None
         seen = calm or seen
+        if not state.going:
+            state = replace(state, loads=carried)
         state = replace(state, calm=state.calm + 1 if calm else 0, bins=(*state.bins, seen))
         if state.calm >= CALM:
             event = None
             if state.seen > CALM:
-                event = self.pushed.event(state.bins, state.calm, carried, ill)
+                event = self.pushed.event(state.bins, state.calm, state.loads, ill)
             state = replace(state, bare=state.base + seen.tool @ seen.carried)
             return replace(state, carried=seen.carried, calm=0, bins=()), event
         if seen.t - state.bins[0].t > self.rule["longest"]:

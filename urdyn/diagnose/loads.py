@@ -121,13 +121,15 @@ class Loads:
     def noticed(self, carrying: Carrying, t: float, rival: float) -> Carrying | None:
         """With a piece that no moment told, but many do; None where there is none.
 
+        It need not explain them better than a fault of a joint: pieces there are every day.
+
         Args:
             rival: evidence of the best fault of a joint [nats].
         """
         told, first = carrying.unclaimed, carrying.modes[0]
         new, gain = pieces.unseen(told, first, t)
         heavy = pieces.at_most(new, told, first, DELAY + 1) > HEAVY
-        if heavy or gain < carried.SURE + max(rival, 0.0):
+        if heavy or gain < max(carried.SURE, rival):
             return None
         if not carried.possible(new, self.space.reference.payload):
             return None

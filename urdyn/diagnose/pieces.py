@@ -16,12 +16,13 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.special import expit
 
-from urdyn.diagnose.carried import ANYTHING, CHANGED, NOTHING, Mode, Shown
+from urdyn.diagnose.carried import ANYTHING, NOTHING, Mode, Shown
 from urdyn.types import Array
 
 RUN = 4  # moments in a row that a guess is made of
 BEGINS = 2  # moments, the first ones: what came within one of them and stays is no piece
 ROUNDS = 12  # of the chain and of m, each in the light of the other
+LENGTHS = (20.0, 6.0)  # moments that a piece is held, or not, before that changes
 PRIOR = np.diag(ANYTHING**-2.0)
 
 
@@ -35,15 +36,22 @@ def unseen(told: Sequence[Shown], first: Mode, t: float) -> tuple[Mode, float]:
     """
     C = np.array([each.C for each in told])
     d = np.array([each.d for each in told]) - C @ first.mean
-    held = _guess(C, d)
+    guess = _guess(C, d)
+    found = [_coming_and_going(guess, C, d, length) for length in LENGTHS]
+    gain, m, cov = max(found, key=lambda one: one[0])
+    gain -= np.log(len(LENGTHS))
+    always = max(_any_load(C[k:].sum(axis=0), d[k:].sum(axis=0)) for k in range(BEGINS))
+    return Mode(first.mean + m, cov + np.diag(NOTHING**2), t), gain - max(always, 0.0)
+
+
+def _coming_and_going(held: Array, C: Array, d: Array, length: float) -> tuple[float, Array, Array]:
+    """The piece of a chain that stays as it is for `length` moments: gain, mean, covariance."""
     for _ in range(ROUNDS):
         m, cov = _piece(held, C, d)
         fits = d @ m - 0.5 * np.einsum("i,nij,j->n", m, C, m)
-        held, evidence = _chain(fits)
+        held, evidence = _chain(fits, length)
     narrowed = 2.0 * np.sum(np.log(ANYTHING)) - np.linalg.slogdet(cov)[1]
-    gain = evidence - 0.5 * (m @ PRIOR @ m + narrowed)
-    always = max(_any_load(C[k:].sum(axis=0), d[k:].sum(axis=0)) for k in range(BEGINS))
-    return Mode(first.mean + m, cov + np.diag(NOTHING**2), t), gain - max(always, 0.0)
+    return float(evidence - 0.5 * (m @ PRIOR @ m + narrowed)), m, cov
 
 
 def at_most(piece: Mode, told: Sequence[Shown], first: Mode, run: int) -> float:
@@ -78,7 +86,7 @@ def _guess(C: Array, d: Array) -> Array:
     return held
 
 
-def _chain(fits: Array) -> tuple[Array, float]:
+def _chain(fits: Array, length: float) -> tuple[Array, float]:
     """Probability that the piece is held in each moment, (N,), and log of the chain's likelihood.
 
     Args:
@@ -87,15 +95,15 @@ def _chain(fits: Array) -> tuple[Array, float]:
     ahead, back = np.zeros(len(fits)), np.zeros(len(fits))  # log odds that it is held
     scale = 0.0  # log of the chain's likelihood up to here
     for n, fit in enumerate(fits):
-        ahead[n] = (_switched(ahead[n - 1]) if n else 0.0) + fit
-        before = _switched(ahead[n - 1]) if n else 0.0
+        ahead[n] = (_switched(ahead[n - 1], length) if n else 0.0) + fit
+        before = _switched(ahead[n - 1], length) if n else 0.0
         scale += np.logaddexp(0.0, before + fit) - np.logaddexp(0.0, before)
     for n in range(len(fits) - 1, 0, -1):
-        back[n - 1] = _switched(back[n] + fits[n])
+        back[n - 1] = _switched(back[n] + fits[n], length)
     return expit(ahead + back), float(scale)
 
 
-def _switched(odds: float) -> float:
+def _switched(odds: float, length: float) -> float:
     """Log odds a moment later, or earlier."""
-    stays = np.log(np.expm1(CHANGED))
+    stays = np.log(length - 1.0)
     return float(np.logaddexp(odds + stays, 0.0) - np.logaddexp(odds, stays))

@@ -64,12 +64,13 @@ class Pushed:
     space: Space
     least: float  # [N] below, pushes are not told
 
-    def event(self, bins: tuple[Bin, ...], calm: int, carried: Array, ill: Mask) -> Event | None:
+    def event(self, bins: tuple[Bin, ...], calm: int, known: Array, ill: Mask) -> Event | None:
         """What the push was like, if it was one.
 
         Args:
             calm: bins at the end in which it was over.
-            carried: inertials that may be at the tool, (k, 10).
+            known: inertials that might be at the tool when it began, (k, 10); what was taken to be
+                one meanwhile may be the push.
             ill: joints whose sensor is not to be believed, (J,).
         """
         bins = tuple(replace(each, sd=np.where(ill, np.inf, each.sd)) for each in bins)
@@ -82,7 +83,7 @@ class Pushed:
             size = _squares(felt, slack, sd)
             if np.count_nonzero(size > LOUD) < LASTS:
                 return None
-        elif _handled(bins, size, carried) or _held(bins, size, calm):
+        elif _handled(bins, size, known) or _held(bins, size, calm):
             return None
         if _left_with_it(np.array([each.stood for each in bins]), felt, sd):
             return None
@@ -167,10 +168,10 @@ def _beside_the_piece(bins: tuple[Bin, ...]) -> Array:
     return np.asarray(felt - share * piece)
 
 
-def _handled(bins: tuple[Bin, ...], size: Array, carried: Array) -> bool:
+def _handled(bins: tuple[Bin, ...], size: Array, known: Array) -> bool:
     """Whether a piece that was let go of for a moment, or held, says most of it."""
     sd, slack = _stacked(bins, "sd", "slack")
-    for other in carried:
+    for other in known:
         left = np.array([each.felt - each.tool @ (other - each.carried) for each in bins])
         if np.minimum(size, _squares(left, slack, sd)).sum() < 0.5 * size.sum():
             return True
