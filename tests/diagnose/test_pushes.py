@@ -11,6 +11,7 @@ from realarm import with_current
 from shop import Shop
 
 from urdyn.diagnose.collision import Collision
+from urdyn.diagnose.event import Event
 from urdyn.diagnose.pushed import BIN, LOUD, Bin, Pushed
 from urdyn.diagnose.rows import rows
 from urdyn.diagnose.rules import read_rules
@@ -196,3 +197,28 @@ def test_friction_that_lets_go_of_an_arm_that_stands_is_no_push(shop: Shop, wher
         beat = rows(where, of, s[part], moved[part], unfelt(arm.joints))
         state, events = alone.step(state, beat, NOTHING, sound)
         assert not events and not state.going
+
+
+def test_a_push_is_none_the_less_for_a_piece_that_it_was_taken_for(
+    shop: Shop, where: Space
+) -> None:
+    """Who looks for pieces, half a second at a time, may take it for one before it is over."""
+    log = shop.log("collision:link=3,force=120/-60/90,onset=4,duration=0.3", seconds=6.0)
+    motion, s, moved = shop.motion(log)
+    seen = rows(where, motion, s, moved, unfelt(6))
+    alone, sound = Collision(where, read_rules().fast["collision"]), np.zeros(6, dtype=bool)
+
+    def told(piece: np.ndarray) -> list[Event]:
+        state, events = alone.init(), list[Event]()
+        for k in range(0, len(motion), 20):
+            now = seen.t[k] - log.t[0] > 4.15
+            carried = np.array([piece, NOTHING[0]]) if now else NOTHING
+            state, more = alone.step(state, seen.part(k, k + 20), carried, sound)
+            events += more
+        return events
+
+    (event,) = told(NOTHING[0])
+    at = int(np.searchsorted(seen.t, event.evidence["peak_s"]))
+    tool = shop.dynamics.drive.gain[:, None] * seen.tool[at]
+    piece = np.linalg.pinv(tool, rcond=1e-3) @ event.evidence["torque_Nm"]
+    assert [again.joint for again in told(piece)] == [event.joint]
