@@ -6,9 +6,11 @@ from itertools import pairwise, product
 
 import numpy as np
 import pytest
+from shop import Shop
 
 from urdyn.diagnose import carried
 from urdyn.diagnose.carried import Mode, Shown, commissioned
+from urdyn.diagnose.carrying import Carrying
 from urdyn.diagnose.pieces import LENGTHS, _chain, at_most, unseen
 from urdyn.diagnose.pushed import _left_with_it
 
@@ -70,3 +72,17 @@ def test_moments_in_a_row_tell_a_piece_by_their_likelihood() -> None:
     better = [carried.fit(each, piece) - carried.fit(each, first) for each in told]
     best = max(sum(better[k : k + run]) for k in range(len(told) - run + 1))
     assert at_most(piece, told, first, run) == pytest.approx(best)
+
+
+def test_a_piece_need_not_explain_more_than_a_fault_does(shop: Shop) -> None:
+    loads = shop.diagnosis(shop.log(seconds=2.0)).slow.loads
+    piece = np.array([0.25, 0.0, 0.0, 0.02, *[0.0] * 6])
+    comes_and_goes = (np.arange(MOMENTS) // 5) % 2
+    told = tuple(moments(np.random.default_rng(4), piece, comes_and_goes))
+    carrying = Carrying((commissioned(),), unclaimed=told)
+    _, gain = unseen(told, commissioned(), 60.0)
+    assert gain > carried.SURE
+    assert loads.noticed(carrying, 60.0, gain + 1.0) is None
+    noticed = loads.noticed(carrying, 60.0, gain - 1.0)
+    assert noticed is not None
+    assert abs(noticed.modes[1].mean[0] - piece[0]) < 3.0 * np.sqrt(noticed.modes[1].cov[0, 0])

@@ -10,6 +10,7 @@ from numpy.polynomial import Polynomial
 from realarm import with_current
 from shop import Shop
 
+from urdyn.diagnose.carried import ANYTHING
 from urdyn.diagnose.collision import Collision
 from urdyn.diagnose.event import Event
 from urdyn.diagnose.pushed import BIN, LOUD, Bin, Pushed
@@ -218,7 +219,9 @@ def test_a_push_is_none_the_less_for_a_piece_that_it_was_taken_for(
         return events
 
     (event,) = told(NOTHING[0])
-    at = int(np.searchsorted(seen.t, event.evidence["peak_s"]))
-    tool = shop.dynamics.drive.gain[:, None] * seen.tool[at]
-    piece = np.linalg.pinv(tool, rcond=1e-3) @ event.evidence["torque_Nm"]
+    strong = slice(*np.searchsorted(seen.t, event.onset + np.array([0.05, 0.25])))
+    tool, felt = seen.tool[strong].reshape(-1, 10), seen.residual[strong].ravel()
+    weight = where.noise.mean() ** -2.0
+    precision = weight * tool.T @ tool + np.diag(ANYTHING**-2.0)
+    piece = np.linalg.solve(precision, weight * tool.T @ felt)  # as a moment would have it
     assert [again.joint for again in told(piece)] == [event.joint]
