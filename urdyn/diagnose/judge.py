@@ -28,7 +28,8 @@ FAINT = 0.5  # [-] of the size from which on a change is told, below which nothi
 SURELY = 2.5  # [sd] below what it was told as, at which later blocks have taken it back
 PATIENCE = 12  # blocks that an alarm waits for that
 LIKELY = 7.0  # [nats] beyond a healthy arm's, from which on a change is no noise and no load
-FRESH = 60.0  # [s] since its onset; and since its alarm, while it may be taken back
+FRESH = 60.0  # [s] since its onset; and since its alarm, while one that was none is remembered
+BACK = 40.0  # [s] since its alarm, while a change may be taken back
 TWICE = 2  # blocks at least: the next one bears out what one says, or takes it back
 BORNE_OUT = 10.0  # [s] since its onset, of what is told at a recording's end
 
@@ -166,7 +167,7 @@ class Judge:
         was there, wherever it went.
         """
         size, sd = self._now(bank, fault)
-        soon = bank.t - fault.alarm < FRESH
+        soon = bank.t - fault.alarm < BACK
         return soon and self._nothing(bank, fault) and size + SURELY * sd < abs(fault.size)
 
     def _now(self, bank: Bank, fault: Fault) -> tuple[float, float]:
