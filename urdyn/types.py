@@ -162,8 +162,8 @@ class Motion:
         if not self.instrument.size:
             object.__setattr__(self, "instrument", self.a)
         object.__setattr__(self, "t", frozen(self.t))
+        shape = len(self), *np.shape(self.q)[1:]
         for name in _JOINT_SERIES:
-            shape = len(self), *np.shape(self.q)[1:]
             object.__setattr__(self, name, shaped(name, getattr(self, name), shape))
 
     def __len__(self) -> int:

@@ -100,6 +100,7 @@ def step(bank: Bank, block: Block, straying: Straying, E: Array, whole: bool = F
     keep = np.linalg.inv(np.eye(len(P)) + block.A @ P)  # (I + A P)^-1
     seen = keep @ block.A  # (A^-1 + P)^-1
     after = P @ keep
+    P = 0.5 * (after + after.T)
     g = block.b - block.A @ bank.x
     grown = np.stack([np.ones(len(bank.onset)), block.middle - bank.onset])
     missed = E[:, None, None, :] * grown[:, :, None] - bank.X  # (n, 2, m, p)
@@ -109,8 +110,7 @@ def step(bank: Bank, block: Block, straying: Straying, E: Array, whole: bool = F
     d = bank.d + ((keep @ g) @ flat).reshape(bank.d.shape)
     X = bank.X + ((after @ block.A) @ flat).reshape(missed.shape)
     x = bank.x + after @ g
-    bank = replace(bank, t=block.end, middle=block.middle, x=x, X=X, C=C, d=d)
-    bank = replace(bank, P=0.5 * (after + after.T))
+    bank = replace(bank, t=block.end, middle=block.middle, x=x, P=P, X=X, C=C, d=d)
     return bank if whole else _thinned(bank)
 
 

@@ -95,8 +95,8 @@ def _chain(fits: Array, length: float) -> tuple[Array, float]:
     ahead, back = np.zeros(len(fits)), np.zeros(len(fits))  # log odds that it is held
     scale = 0.0  # log of the chain's likelihood up to here
     for n, fit in enumerate(fits):
-        ahead[n] = (_switched(ahead[n - 1], length) if n else 0.0) + fit
         before = _switched(ahead[n - 1], length) if n else 0.0
+        ahead[n] = before + fit
         scale += np.logaddexp(0.0, before + fit) - np.logaddexp(0.0, before)
     for n in range(len(fits) - 1, 0, -1):
         back[n - 1] = _switched(back[n] + fits[n], length)

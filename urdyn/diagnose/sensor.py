@@ -136,8 +136,10 @@ class SensorHealth:
         silent, went, longest = _runs(missing, rows.t, state.silent, state.went)
         stuck = most >= max(8.0, self.rule["held"] / self.period)
         dropped = longest >= max(3.0, self.rule["silent"] / self.period)
-        after = replace(state, last=current[-1], same=same, began=began, slid=slid)
-        return replace(after, silent=silent, went=went), np.stack([stuck, dropped])
+        after = replace(
+            state, last=current[-1], same=same, began=began, slid=slid, silent=silent, went=went
+        )  # fmt: skip
+        return after, np.stack([stuck, dropped])
 
     def _tore(self, state: Felt, t: Array, torn: Mask) -> Felt:
         """With the values of a beat that are none, which count ever less as time goes by."""

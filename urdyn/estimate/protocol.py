@@ -42,8 +42,8 @@ class Track:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "t", frozen(self.t))
+        shape = len(self.t), len(self.names)
         for name in ("mean", "sd"):
-            shape = len(self.t), len(self.names)
             object.__setattr__(self, name, shaped(name, getattr(self, name), shape))
 
     def __len__(self) -> int:

@@ -26,8 +26,8 @@ class Trajectory:
         object.__setattr__(self, "t", frozen(self.t))
         if not (len(self.t) > 1 and self.t[0] == 0.0):
             raise InputError("a trajectory has two rows or more, from time 0")
+        shape = len(self.t), *np.shape(self.q)[1:]
         for name in ("q", "v", "a"):
-            shape = len(self.t), *np.shape(self.q)[1:]
             object.__setattr__(self, name, shaped(name, getattr(self, name), shape))
 
     def __len__(self) -> int:

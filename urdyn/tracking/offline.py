@@ -76,7 +76,7 @@ def tracker_of(
 ) -> Tracker[Any]:
     """Who follows an arm along `log`; LogError where it is no log of that arm."""
     fit = twin.fit if isinstance(twin, Twin) else twin
-    require_measured(log, ("actual_q", "actual_current"))
+    require_measured(log)
     if why := fit.dynamics.unlike(log.joint("actual_current")):
         raise LogError(why, log.source.path)
     period = median_step(log.t)

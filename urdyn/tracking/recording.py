@@ -20,6 +20,7 @@ from urdyn.io.frames import Words, numbers_of, words_frame, words_of
 from urdyn.io.helper import Helper
 from urdyn.io.helping import Heard, helping
 from urdyn.signal import BESIDE, Sample, require_measured, samples
+from urdyn.signal.stretches import median_step
 from urdyn.tracking.source import CHANNELS, Arrival, Rows, Source
 from urdyn.types import Array, Log
 
@@ -92,7 +93,7 @@ def _opened(
         "widths": {name: values[0].size for name, values in log.channels.items()},
         "identity": f"{log.source.sha256} {log.source.rows} {how['columns']} {effort}",
         "sha256": log.source.sha256,
-        "period": float(np.median(np.diff(log.t))),
+        "period": median_step(log.t),
         "joints": log.joints,
         "defects": [str(defect) for defect in log.defects],
     }
