@@ -40,6 +40,19 @@ def test_nothing_found_is_left_at_work():
     assert advice(STEADY)["advice"] == "never"
 
 
+@pytest.mark.parametrize("found", [(), (STEADY,), (STEADY, GROWING)])
+def test_what_is_advised_costs_least(found):
+    of = advice(*found)
+    cost = of["expected_cost"]
+    assert cost[of["advice"]] == min(cost.values())
+
+
+def test_a_service_of_a_sound_joint_costs_itself_and_its_life_and_none_costs_nothing():
+    cost, costs = advice()["expected_cost"], Costs()
+    used = costs.service * costs.horizon / costs.life
+    assert (cost["now"], cost["never"]) == (costs.stop + used, 0.0)
+
+
 def test_what_needs_no_service_is_to_be_looked_at_all_the_same():
     push = replace(STEADY, kind="collision", severity="critical", name="tool", advice="look at it")
     assert advice(STEADY, push)["text"] == "no service is due; tool: look at it"

@@ -23,14 +23,15 @@ def recommendation(findings: Sequence[Finding], costs: Costs) -> dict[str, Any]:
     grave = [(d, f) for d, f in choices if d.advice != "never"]
     if not grave:
         told = _no_service(fresh, known=len(fresh) < len(findings))
-        return {"advice": "never", "finding": None, "text": told, "expected_cost": None}
+        worst = max((d for d, _ in choices), key=lambda d: d.never, default=_sound(costs))
+        return {"advice": "never", "finding": None, "text": told, "expected_cost": _told(worst)}
     decision, finding = min(grave, key=lambda pair: _due(pair[0]))
     return {
         "advice": decision.advice,
         "finding": finding.id,
         "text": f"{_when(decision)}: {finding.name}, {finding.advice}",
         "service_in_h": _due(decision),
-        "expected_cost": {"now": decision.now, "later": decision.later, "never": decision.never},
+        "expected_cost": _told(decision),
     }
 
 
@@ -54,6 +55,16 @@ def health(
 
 def _decision(finding: Finding, costs: Costs) -> Decision:
     return decide(*_outlook(finding, costs), costs)
+
+
+def _sound(costs: Costs) -> Decision:
+    """Where nothing was found."""
+    return decide(*outlook(costs), costs)
+
+
+def _told(decision: Decision) -> dict[str, float]:
+    """What each choice is expected to cost, in planned services."""
+    return {"now": decision.now, "later": decision.later, "never": decision.never}
 
 
 def _outlook(finding: Finding, costs: Costs) -> tuple[Array, Array]:

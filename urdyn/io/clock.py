@@ -12,6 +12,8 @@ LATEST = 1e11  # [s] the year 5138; what lies beyond is milliseconds, or damage
 SET = 1.0  # [s] by which stamps may differ from when samples came; more, and a clock was set
 STRAY = 20  # rows: a clock that is off for longer did not come from a torn packet
 GAP = 5.0  # median steps
+PAUSE = 60.0  # [s] that a controller takes to begin anew, or about that
+OFTEN = 20  # recordings in one; more, and its rows are in no order
 
 
 def credible(t: Array | float) -> Mask:
@@ -24,7 +26,34 @@ def elapsed(stamped: Array | float, waited: Array | float) -> Array:
     return np.where(np.abs(stamped - waited) > SET, waited, stamped)
 
 
-def in_order(t: Array) -> Mask:
+def recordings(t: Array) -> list[Mask]:
+    """Which rows run forward together, (n,) for each recording; a new one begins where a clock was
+    set back for good. After more than OFTEN of them no more are looked for.
+    """
+    parts, told = [t], list[Mask]()
+    while parts and len(told) <= OFTEN:
+        part = parts.pop()
+        ordered = _in_order(part)
+        back = _set_back(part, ordered)
+        if back is None:
+            told.append(ordered)
+        else:
+            parts += [part[back:], part[:back]]
+    return told
+
+
+def counted_on(t: Array, first: Index) -> Array:
+    """Stamps that run on after a PAUSE where the clock was set back, (N,).
+
+    Args:
+        first: rows at which it was.
+    """
+    missed = np.zeros_like(t)
+    missed[first] = t[first - 1] + PAUSE - t[first]
+    return t + np.cumsum(missed)
+
+
+def _in_order(t: Array) -> Mask:
     """Rows whose stamps run forward together, (N,); the others strayed, or are another recording.
 
     Where no stamp runs backwards every row is believed: a far one is a gap.
@@ -38,7 +67,7 @@ def in_order(t: Array) -> Mask:
     return ordered
 
 
-def restart(t: Array, ordered: Mask) -> int | None:
+def _set_back(t: Array, ordered: Mask) -> int | None:
     """Row where the clock was set back for good; None: where it strayed it soon came back.
 
     A torn packet strays for a few rows inside a recording. A controller that restarted never

@@ -9,9 +9,10 @@ import numpy as np
 from urdyn.errors import LogError
 from urdyn.io import arm_clock, clock
 from urdyn.io.table import AS_NAN, LEFT_OUT, Table, merge
-from urdyn.types import Array, Defect, Log, Mask, Source
+from urdyn.types import Defect, Log, Mask, Source
 
 UNUSABLE = 0.2  # a log that lost a larger share of its rows is refused
+DISORDER = 0.1  # of the steps that go back: no clock was set so often
 
 # Channel -> largest magnitude that any arm has shown, with much to spare.
 LIMITS = {
@@ -46,26 +47,26 @@ def _without_strange_stamps(table: Table, source: Source) -> Table:
 
 
 def _without_strays(table: Table, source: Source) -> Table:
-    """Rows in the order of time; LogError where the clock was set back for good."""
+    """Rows in the order of time; a clock that was set back for good counts on after a pause.
+
+    Raises:
+        LogError: it was set back so often that the rows are in no order.
+    """
     t = table.channels["timestamp"]
-    ordered = clock.in_order(t)
-    back = clock.restart(t, ordered)
-    if back is not None:
-        row, line = int(table.row[back]), int(table.line[back])
+    ordered = clock.recordings(t)
+    back = np.cumsum([len(rows) for rows in ordered])[:-1]
+    if len(back) > clock.OFTEN or (len(back) and np.mean(np.diff(t) < 0.0) > DISORDER):
         raise LogError(
-            f"the clock goes back from {t[back - 1]:.10g} s to {t[back]:.10g} s, as when the "
-            f"controller restarts; {_way_out(t, row)}",
+            f"the clock goes back from {t[back[0] - 1]:.10g} s to {t[back[0]]:.10g} s, and its "
+            "rows are in no order: sort them by their stamps",
             source.path,
-            line,
+            int(table.line[back[0]]),
         )
-    return _without(table, ~ordered, "stray stamp")
-
-
-def _way_out(t: Array, row: int) -> str:
-    """What to do with stamps that go back at one row, or at many."""
-    if np.count_nonzero(np.diff(t) < 0.0) > 1 + len(t) // 10:
-        return "its rows are in no order: sort them by their stamps"
-    return f"read one part with --rows :{row} or --rows {row}:"
+    table = _without(table, ~np.concatenate(ordered), "stray stamp")
+    back = np.cumsum([np.count_nonzero(rows) for rows in ordered])[:-1]
+    table.channels["timestamp"] = clock.counted_on(table.channels["timestamp"], back)
+    again = np.isin(np.arange(len(table)), back)
+    return _noted(table, again, "clock set back", f"counted on {clock.PAUSE:g} s later")
 
 
 def _without_repeats(table: Table, source: Source) -> Table:

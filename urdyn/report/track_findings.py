@@ -34,19 +34,17 @@ def findings(history: History, summary: Mapping[str, Any]) -> Html:
     else:
         heads = ["what", "where", "since", "size", "severity", "sure", "time left", "what to do"]
         rows = [_row(finding, clock, start) for finding in found]
-        told = [table(heads, rows), *_costs(summary["recommendation"])]
+        told = [table(heads, rows), _costs(summary["recommendation"])]
     drawn = [_drawn(finding, history) for finding in found if _drawn_here(finding)]
     blind = _blind(summary["observability"]["joint_backlash"])
     return section("Findings", LEAD, *told, *([grid(*drawn)] if drawn else []), *blind)
 
 
-def _costs(of: Mapping[str, Any]) -> list[Html]:
+def _costs(of: Mapping[str, Any]) -> Html:
     """What servicing now, later and never are expected to cost."""
     cost = of["expected_cost"]
-    if cost is None:
-        return []
     told = ", ".join(f"{choice} {number(cost[choice])}" for choice in ("now", "later", "never"))
-    return [paragraph(f"Expected cost, in planned services, of servicing {told}.")]
+    return paragraph(f"Expected cost, in planned services, of servicing {told}.")
 
 
 def _row(finding: Mapping[str, Any], clock: Clock, start: float) -> list[Html]:
