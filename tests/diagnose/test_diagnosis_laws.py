@@ -333,6 +333,18 @@ def test_a_severity_does_not_flicker_at_its_level(
     assert (warned.severity, told.severity, told.size) == ("warning", now, size)
 
 
+def test_friction_that_falls_below_its_first_day_is_no_failure_to_come(shop: Shop) -> None:
+    diagnosis = shop.diagnosis(shop.log(seconds=2.0))
+    of = diagnosis.slow.of
+    k = next(k for k, s in enumerate(of.each) if s.kind.name == "friction_increase")
+    change = Change(k, 0.0, (-1.0, 1.0), (-1.0, 1.0), 5.0, 0.99, 9.0, 0.3, 0.01, 0.0, 0.0)
+    told = of_change(change, of, diagnosis.space, diagnosis.rules, [])
+    falling = {k: [(10.0 * n, 0.3 - 0.1 * n, 0.01) for n in range(9)]}
+    (now,) = up_to_date([told], {k: of.each[k]}, falling, diagnosis.space, 85.0)
+    assert now.size < -0.3 and now.severity == "notice"
+    assert now.forecast is None and now.time_to_failure_s is None
+
+
 def test_a_straight_series_goes_on_straight_and_a_short_one_is_none() -> None:
     series = [(5.0 * k, 1e-3 * 5.0 * k, 1e-3) for k in range(40)]
     course = trend(series, onset=0.0, now=197.5)  # half a block after the middle of the last one

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from realarm import with_current
 from shop import Shop
 
+from urdyn.diagnose import diagnose
 from urdyn.diagnose.diagnosis import Now
 from urdyn.signal import Causal, samples
 
@@ -249,3 +251,12 @@ def test_a_recording_that_ends_while_a_name_is_unclear_has_the_name_that_there_i
     assert (finding.kind, finding.joint) == ("health_degradation", 5)
     assert finding.alarm_s > 40.0 and finding.confidence < 0.95
     assert finding.evidence["rivals"][0]["kind"] == "friction_increase"
+
+
+def test_what_was_repaired_is_not_told_again_a_minute_later(shop) -> None:
+    fault, how = "friction_increase:joint=1,onset=15,rate=0.5,shape=step", {"rate": SLOW}
+    sound, worn = shop.log(seconds=100.0, **how), shop.log(fault, seconds=100.0, **how)
+    t = sound.t - sound.t[0]
+    sick = ((t > 15.0) & (t < 48.0))[:, None]
+    current = np.where(sick, *(log.joint("actual_current") for log in (worn, sound)))
+    assert not diagnose(shop.fit, with_current(sound, current)).findings

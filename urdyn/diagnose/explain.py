@@ -35,10 +35,16 @@ class Suspect:
     places: Index  # (r,) among the directions
     sd: Array  # (r,) of a change, in units of the states
     unit: float  # of the first state, per unit that people read
+    doubt: float = 0.0  # [-] sd of what a change is told as a share of, by its own commissioning
 
     def part_of(self, other: Suspect) -> bool:
         """Whether another one changes all that this one does, and more."""
         return set(self.places.tolist()) < set(other.places.tolist())
+
+    def grown(self, size: float) -> float:
+        """A change, as people read it, the way that its kind goes; 0 where it goes the other."""
+        sign = -self.kind.sign if self.kind.of_sensor else self.kind.sign
+        return max(sign * size, 0.0) if sign else abs(size)
 
     def read(self, size: float, sd: float) -> tuple[float, float]:
         """A change of the first state, and its sd, as people read it.
@@ -105,8 +111,15 @@ def suspects(space: Space, kinds: tuple[SlowKind, ...]) -> Suspects:
             states += [k for k in of if k not in states]
             sd = np.array(list(kind.change.values())) * units
             places = np.array([states.index(k) for k in of])
-            each.append(Suspect(kind, j, places, sd, float(units[0])))
+            doubt = _doubt(space, next(iter(kind.change)), j)
+            each.append(Suspect(kind, j, places, sd, float(units[0]), doubt))
     return Suspects(np.array(states), tuple(each))
+
+
+def _doubt(space: Space, state: str, joint: int) -> float:
+    """How far the friction may be off [-] of which a change of this state is a share; 0 of none."""
+    of = {"f": "f", "alpha": "alpha", "o": "f"}.get(state)
+    return float(np.sqrt(space.cov.diagonal()[_place(space, of, joint)])) if of else 0.0
 
 
 def _place(space: Space, state: str, joint: int) -> int:

@@ -105,9 +105,10 @@ class Healthy:
         return np.asarray(P + np.diag(self._free(f for f in known if f.onset_lo < t)))
 
     def leaping(self, block: Block, known: Sequence[Fault]) -> Block:
-        """A block at whose begin known faults may have begun."""
+        """A block at whose begin known faults may have begun, of which it tells anything at all."""
+        told = block.A.diagonal() > 0.0
         var = self._free(fault for fault in known if fault.began_in(block))
-        return replace(block, leap=np.sqrt(var))
+        return replace(block, leap=np.sqrt(told * var))
 
     def _free(self, faults: Iterable[Fault]) -> Array:
         """Variance of what these may have done, (N,)."""

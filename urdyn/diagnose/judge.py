@@ -28,7 +28,7 @@ FAINT = 0.5  # [-] of the size from which on a change is told, below which nothi
 SURELY = 2.5  # [sd] below what it was told as, at which later blocks have taken it back
 PATIENCE = 12  # blocks that an alarm waits for that
 LIKELY = 7.0  # [nats] beyond a healthy arm's, from which on a change is no noise and no load
-FRESH = 60.0  # [s] since its onset; and since its alarm, while one that was none is remembered
+FRESH = 60.0  # [s] since its onset; and since its alarm, while one that was none is not told again
 BACK = 40.0  # [s] since its alarm, while a change may be taken back
 TWICE = 2  # blocks at least: the next one bears out what one says, or takes it back
 BORNE_OUT = 10.0  # [s] since its onset, of what is told at a recording's end
@@ -66,7 +66,8 @@ class Judge:
         ratio = ratios(state.bank, self.of)
         state = replace(state, likely=self._likely(state.bank, gathered(state.bank, ratio)))
         evidence = gathered(state.bank, ratio, OLDER * self.shift)
-        told = {fault.suspect for fault in (*state.known, *state.passed)}
+        fresh = (f for f in state.passed if state.bank.t - f.alarm < FRESH)
+        told = {fault.suspect for fault in (*state.known, *fresh)}
         of = [k for k in range(len(self.of.each)) if k not in told and not self._within(state, k)]
         # A healthy arm's sums begin at what came before counts for, and grow by one a block.
         over = np.log((1.0 + OLDER) * self.promised * len(of))
@@ -125,11 +126,16 @@ class Judge:
             told.size, told.size_sd, told.rate, told.rate_sd,
             tuple(detail.tolist()) if of_tool else (), rivals, told.older,
         )  # fmt: skip
-        state = replace(state, found=(*state.found, change), waited=0)
+        before, state = state, replace(state, found=(*state.found, change), waited=0)
         if of_tool:
             return self._settled_on(state, more)
         rest = (f for f in state.known if not self.of.each[f.suspect].part_of(told.suspect))
-        return self._alarmed(self._knowing(state, (*rest, known_by(change))), last)
+        fault = known_by(change)
+        state = self._knowing(state, (*rest, fault))
+        again = any(f.suspect == k for f in state.passed)
+        if again and self._nothing(state.bank, fault):  # it is still what it was taken back from
+            return replace(before, passed=_latest(before.passed, (fault,)), waited=0)
+        return self._alarmed(state, last)
 
     def _within(self, state: SlowState, k: int) -> bool:
         """Whether a fault that is known has changed all that this suspect would, and more."""
@@ -148,8 +154,7 @@ class Judge:
         left = tuple(f for f in known if not self._nothing(bank, f)) or known
         back = tuple(f for f in left if self._taken_back(bank, f))
         left = tuple(f for f in left if f not in back)
-        passed = tuple(f for f in (*state.passed, *back) if bank.t - f.alarm < FRESH)
-        state = replace(state, passed=passed)
+        state = replace(state, passed=_latest(state.passed, back))
         return state if left == known else self._knowing(state, left)
 
     def _nothing(self, bank: Bank, fault: Fault) -> bool:
@@ -217,6 +222,11 @@ class Judge:
     def _measured(self, k: int) -> int:
         """Place of the state that measures a suspect's change."""
         return int(self.of.states[self.of.each[k].places[0]])
+
+
+def _latest(faults: Iterable[Fault], more: Iterable[Fault]) -> tuple[Fault, ...]:
+    """The last one of each suspect."""
+    return tuple({fault.suspect: fault for fault in (*faults, *more)}.values())
 
 
 def _shadow(one: Explanation, told: Iterable[Explanation]) -> bool:

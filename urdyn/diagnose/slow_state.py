@@ -31,7 +31,7 @@ class SlowState:
     before: tuple[Bank, Recall]  # as they were when this program began
     waited: int = 0  # blocks since the alarm; 0: none
     known: tuple[Fault, ...] = ()
-    passed: tuple[Fault, ...] = ()  # that were found in the last minute, and were none
+    passed: tuple[Fault, ...] = ()  # that were found, and were none; the last of each suspect
     likely: int | None = None  # suspect that explains the arm best, where there is one
     found: tuple[Change, ...] = ()  # in this step
 

@@ -46,9 +46,8 @@ def of_change(change: Change, of: Suspects, space: Space, rules: Rules, trace: S
     if change.detail:
         evidence |= _payload(change.detail)
     name, onset = _name(suspect, space), change.onset
-    text = _said(kind, name, size, sd, _since(onset, change.older))
-    course = Course(change.alarm, size, sd, rate, rate_sd)
-    forecast = course.forecast(kind.warning, kind.critical)
+    text = _said(suspect, name, size, sd, _since(onset, change.older))
+    forecast = _forecast(suspect, Course(change.alarm, size, sd, rate, rate_sd))
     return Finding(
         id=identity(suspect, space) + (f"@{onset:.1f}" if kind.of_tool else ""),
         kind=kind.told,
@@ -57,11 +56,11 @@ def of_change(change: Change, of: Suspects, space: Space, rules: Rules, trace: S
         onset_s=onset,
         onset_interval_s=change.began,
         alarm_s=change.alarm,
-        severity=severity(size, kind.warning, kind.critical),
+        severity=severity(suspect.grown(size), kind.warning, kind.critical),
         confidence=change.confidence * trust(kind.told, rules.named),
         time_to_failure_s=_left(forecast),
         size=size,
-        size_sd=sd,
+        size_sd=_unsure(suspect, size, sd),
         quantity=kind.quantity,
         unit=kind.unit,
         text=text,
@@ -146,22 +145,26 @@ def _grown(old: Finding, suspect: Suspect, series: Series, now: float) -> Findin
     new = replace(
         old,
         size=size,
-        size_sd=sd,
-        severity=_held(old.severity, size, sd, kind),
-        text=_said(kind, old.name, size, sd, _since(old.onset_s, old.older)),
+        size_sd=_unsure(suspect, size, sd),
+        severity=_held(old.severity, suspect.grown(size), sd, kind),
+        text=_said(suspect, old.name, size, sd, _since(old.onset_s, old.older)),
         evidence=dict(old.evidence) | {"series": _series(series)},
     )
     if course is None:
         return new
-    forecast = course.forecast(kind.warning, kind.critical)
+    forecast = _forecast(suspect, course)
     return replace(new, time_to_failure_s=_left(forecast), forecast=forecast)
+
+
+def _forecast(suspect: Suspect, course: Course) -> dict[str, Any] | None:
+    """Where a change goes; None where it may as well not grow, or has gone the other way."""
+    kind = suspect.kind
+    return course.forecast(kind.warning, kind.critical) if suspect.grown(course.size) else None
 
 
 def _held(before: str, size: float, sd: float, kind: SlowKind) -> str:
     """The severity now; it falls where the change is surely below a level, and not at its edge."""
-    now, most = (
-        severity(x, kind.warning, kind.critical) for x in (size, abs(size) + SURELY_BELOW * sd)
-    )
+    now, most = (severity(x, kind.warning, kind.critical) for x in (size, size + SURELY_BELOW * sd))
     return max(now, min(before, most, key=SEVERITIES.index), key=SEVERITIES.index)
 
 
@@ -190,8 +193,13 @@ def _series(trace: Series) -> dict[str, list[float]]:
     return {name: [row[k] for row in trace] for k, name in enumerate(("t", "size", "sd"))}
 
 
-def _said(kind: SlowKind, name: str, size: float, sd: float, since: str) -> str:
-    half = NORMAL90 * sd  # as on every page
+def _unsure(suspect: Suspect, size: float, sd: float) -> float:
+    """sd of a size, with that of what it is a share of."""
+    return float(np.hypot(sd, suspect.doubt * size))
+
+
+def _said(suspect: Suspect, name: str, size: float, sd: float, since: str) -> str:
+    kind, half = suspect.kind, NORMAL90 * _unsure(suspect, size, sd)  # as on every page
     if kind.unit == "-":
         much, unsure = f"{100 * size:+.1f} %", f"{100 * half:.1f} %"
     else:
