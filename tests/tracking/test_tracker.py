@@ -37,6 +37,8 @@ def test_a_healthy_arm_stays_what_it_is(filter_):
     # Six joints and some 1200 readings: the mean of chi-square over its degrees is known to 1.7 %,
     # and the noise's variance, as it is learnt, no better.
     assert abs(nis.mean() - 1.0) < 0.08
+    each = np.nanmean([i.residual**2 / i.cov.diagonal() for i in told], axis=0)
+    assert np.abs(each - 1.0).max() < 5.0 * np.sqrt(2.0 / len(told)), each
     assert (np.linalg.eigvalsh(readings[-1].belief.cov) > 0.0).all()
 
 

@@ -9,8 +9,7 @@ import numpy as np
 
 from urdyn.types import Array, changed
 
-DOUBT = 0.03  # [-] sd of the presliding state of a joint that slides
-CREEPING_DOUBT = 0.5  # [-] added where it stands
+DOUBT = 0.5  # [-] sd of the presliding state of a joint that stands
 CREEP = 0.02  # [rad/s] over which that fades
 
 ROWS = ("hold", "rest", "s", "v", "load", "a", "one")
@@ -133,8 +132,11 @@ class RobotSlice:
 
 
 def presliding_doubt(v: Array) -> Array:
-    """Standard deviation of the presliding state of joints at speeds v, (..., J) [-]."""
-    return np.asarray(DOUBT + CREEPING_DOUBT * np.exp(-np.abs(v) / CREEP))
+    """Standard deviation of the presliding state of joints at speeds v, (..., J) [-].
+
+    How far it is off in joints that slide is in the noise already.
+    """
+    return np.asarray(DOUBT * np.exp(-np.abs(v) / CREEP))
 
 
 def packed(

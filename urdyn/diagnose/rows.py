@@ -21,6 +21,7 @@ from urdyn.model.friction import features
 from urdyn.model.population import OPTIONAL
 from urdyn.types import Array, Mask, Motion
 
+SLIDING_DOUBT = 0.03  # [-] sd of the presliding state of a joint that slides; more where it creeps
 SMEARED = 0.15  # [-] of a row, by which kinematics that are estimated may be off
 SETTLED = 50.0  # presliding distances of travel after which the bristles are known
 
@@ -92,7 +93,7 @@ def rows(space: Space, motion: Motion, s: Array, travelled: Array, warmth: Warmt
         drive.rotor_inertia * motion.instrument,
     ]
     grip = drive.coulomb + drive.structural * np.abs(load)
-    doubt = presliding_doubt(v) * grip * per
+    doubt = (SLIDING_DOUBT + presliding_doubt(v)) * grip * per
     if len(motion) > 1:
         doubt = doubt + SMEARED * np.abs(np.gradient(predicted, axis=0))
     settled = travelled > SETTLED * drive.presliding_distance
