@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -9,6 +10,9 @@ import pytest
 from shop import Shop
 
 from urdyn.diagnose import Report, diagnose
+from urdyn.diagnose.backlash import HALF, Backlash, _forgotten
+from urdyn.diagnose.rules import read_rules
+from urdyn.diagnose.space import space
 from urdyn.simulate import (
     Trajectory,
     Work,
@@ -136,6 +140,60 @@ def test_a_wide_gap_is_no_other_fault(shop: Shop) -> None:
     fault = "joint_backlash:joint=2,onset=12,rate=1e-3,shape=step"
     report = _swung(shop, 2, fault, rate=100.0, seconds=60.0)
     assert [(f.kind, f.joint) for f in report.findings] == [("joint_backlash", 2)]
+
+
+def test_what_a_neighbours_gap_jolts_is_no_gap_of_its_own(shop: Shop) -> None:
+    """At the same instants only the likelier joint's gap is seen; at others both are."""
+    tester = Backlash(space(shop.fit), 0.002, read_rules().fast["joint_backlash"])
+    alone, both = np.eye(6, dtype=bool)[2], np.isin(np.arange(6), [1, 2])
+    llr = np.linspace(-3.0, 12.0, len(HALF))
+
+    def known(nats: dict[int, float]):
+        R = np.full((6, len(HALF)), -np.inf)
+        R[list(nats), 0] = list(nats.values())
+        return replace(tester.init(), R=R)
+
+    likely = known({1: 40.0, 2: 10.0})
+    assert np.allclose(tester._own(likely, 2, llr, alone), llr)
+    assert np.abs(tester._own(likely, 2, llr, both)).max() < 1e-3
+    assert np.allclose(tester._own(likely, 1, llr, both), llr, atol=1e-3)
+    # Where neither is likely yet, either may be: some chance has made neighbours likelier.
+    assert np.allclose(tester._own(known({1: 3.0}), 2, llr, both), llr, atol=0.01)
+
+
+def test_a_load_that_turns_over_while_its_joint_swings_tells_of_no_gap(shop: Shop) -> None:
+    """Nor does what was told since the swing began, before it was heard."""
+    fault = "joint_backlash:joint=1,onset=0,rate=1e-4,shape=step"
+    arm, joint = shop.dynamics.arm, np.arange(6) == 1
+    work = Work(to_and_fro(arm, 1, 5.0, RATE))
+    events = happening(shop.dynamics, work, (parse_fault(fault, arm.joints),), False)
+    rng, sensors = np.random.default_rng(1), typical_sensors(arm)
+    log = observe(shop.dynamics, work.trajectory, sensors, rng, events)
+    diagnosis, (motion, s, travelled) = shop.diagnosis(log), shop.motion(log)
+    tester = diagnosis.fast.backlash
+
+    def told(swung: np.ndarray):
+        state, reversals, found = diagnosis.init(), tester.init(), []
+        for at in range(0, len(motion.t) - 125, 125):
+            part = np.arange(at, at + 125)
+            state, rows = diagnosis._rows(state, motion.rows(part, ()), s[part], travelled[part])
+            how = np.zeros(10), np.zeros(6, dtype=bool), swung
+            reversals, events, _ = tester.step(reversals, rows, *how)
+            found += events
+        return reversals, [event.joint for event in found]
+
+    never, always = np.full((2, 6), np.inf), np.where(joint, [[0.0], [np.inf]], np.inf)
+    before, found = told(never)
+    assert found == [1] and np.nanmin(before.since[1]) > 0.0
+    rung, found = told(always)
+    assert (
+        found == []
+        and not rung.count[1]
+        and np.array_equal(rung.count[~joint], before.count[~joint])
+    )
+    after = _forgotten(before, always)
+    assert np.isneginf(after.R[1][np.isfinite(before.since[1])]).all()
+    assert np.array_equal(after.R[~joint], before.R[~joint])
 
 
 @pytest.mark.parametrize("rate", [1.0, 5.0])

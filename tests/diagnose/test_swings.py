@@ -11,7 +11,15 @@ from urdyn.diagnose import diagnose
 from urdyn.diagnose.oscillation import Oscillation
 from urdyn.diagnose.rules import read_rules
 from urdyn.diagnose.space import space
-from urdyn.diagnose.swings import amplitude, course, floor, neighbourhood, refined
+from urdyn.diagnose.swings import (
+    amplitude,
+    course,
+    floor,
+    going_on,
+    growth,
+    neighbourhood,
+    refined,
+)
 from urdyn.simulate import Trajectory, observe, typical_sensors
 
 T = np.arange(90) / 100.0  # [s]
@@ -47,6 +55,35 @@ def test_a_motion_of_seconds_is_no_swing() -> None:
 def test_a_frequency_is_found_between_bins() -> None:
     x = np.cos(2.0 * np.pi * 7.3 * T)
     assert abs(refined(x, T, 1.0 / 0.9 * 7, 1.0 / 0.9) - 7.3) < 0.25
+
+
+@pytest.mark.parametrize("rate", [-0.1, 0.0, 0.1])
+def test_how_fast_a_swing_grows_is_known_as_well_as_it_is_said_to_be(rate: float) -> None:
+    """Beside white noise: a look every quarter of a second for five, as windows of .9 s have it."""
+    rng, t = np.random.default_rng(13), np.arange(2500) / 500.0
+    noise = 0.5
+    swing = np.exp(rate * (t - t[-1])) * np.sin(2.0 * np.pi * 9.0 * t)
+    found = []
+    for _ in range(60):
+        x, seen = swing + noise * rng.standard_normal(len(t)), ()
+        for end in range(450, len(t) + 1, 125):
+            part = slice(end - 450, end)
+            seen = going_on(seen, t[part], course(x[part], t[part], 9.0))
+        found.append(growth(seen, noise * np.sqrt(2.0 / 500.0)))
+    size, rates, sd = np.array(found).T
+    assert np.allclose(size.mean(), 1.0, atol=0.05)
+    assert np.abs(rates - rate).max() < 4.0 * sd.max() < 0.12
+    assert np.std(rates) < 1.35 * sd.mean()
+
+
+def test_no_stretch_of_a_swing_is_counted_twice() -> None:
+    """Windows overlap, and a long one has what short ones had."""
+    seen = going_on((), T, np.full(4, 1.0))
+    assert going_on(seen, T, np.full(4, 2.0)) == seen
+    assert len(going_on(seen, T + 0.125, np.full(4, 1.0))) == len(seen)
+    assert len(going_on(seen, T + 0.25, np.full(4, 1.0))) == len(seen) + 1
+    longer = T[-1] - 3.6 + np.arange(360) / 100.0
+    assert going_on(seen, longer, np.full(4, 1.0)) == seen
 
 
 def test_noise_stands_out_of_its_floor_as_rarely_as_noise_does() -> None:
@@ -181,6 +218,38 @@ def test_a_swing_of_one_newton_metre_is_told_within_a_second_and_a_quarter(
     [found] = shop.disturbed(log, joint, np.where(log.t - log.t[0] > since, swing, 0.0))
     assert (found.kind, found.joint) == ("controller_instability", joint)
     assert found.alarm_s - log.t[0] - since < 1.25
+
+
+@pytest.mark.parametrize(
+    ("joint", "grows", "how", "severity"),
+    [
+        (5, lambda s: 0.5 + 0.15 * s, "growing", "warning"),
+        (2, lambda s: 4.0 + 1.2 * s, "growing", "critical"),
+        (4, lambda s: 1.0 + 0.0 * s, "steady", "warning"),
+        (3, lambda s: 2.4 * np.exp(-0.1 * s), "fading", "warning"),
+    ],
+)
+def test_a_swing_is_told_as_large_as_it_is_by_now_and_where_that_goes(
+    shop: Shop, joint: int, grows, how: str, severity: str
+) -> None:
+    log = shop.log(seconds=12.0, rate=500.0)
+    since = log.t - log.t[0] - 4.0
+    size = grows(np.maximum(since, 0.0))
+    swing = np.where(since > 0.0, size * np.sin(2.0 * np.pi * 14.0 * since), 0.0)
+    [found] = shop.disturbed(log, joint, swing)
+    assert (found.kind, found.joint, found.severity) == ("controller_instability", joint, severity)
+    assert np.isclose(found.size, size[-1], rtol=0.15) and how in found.text
+    assert found.alarm_s - log.t[0] < 4.0 + 1.75 and abs(found.onset_s - log.t[0] - 4.0) < 0.9
+
+
+def test_a_swing_that_goes_on_takes_no_more_back_of_what_others_told(shop: Shop) -> None:
+    """It is told again and again while it lasts; the joint is not believed as long as that."""
+    fault = "friction_increase:joint=0,onset=0,rate=0.6,shape=step"
+    log = shop.log(fault, seconds=40.0)
+    since = log.t - log.t[0] - 3.0
+    swing = 6.0 * np.sin(2.0 * np.pi * 12.0 * since)
+    told = [(f.kind, f.joint) for f in shop.disturbed(log, 3, np.where(since > 0.0, swing, 0.0))]
+    assert sorted(told) == [("controller_instability", 3), ("friction_increase", 0)]
 
 
 def test_a_loop_that_rings_while_a_sensor_is_silent_is_told_when_it_speaks(shop: Shop) -> None:

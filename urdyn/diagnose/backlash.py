@@ -5,6 +5,10 @@ and the load have it; every reversal weighs each gap either way. Shiryaev-Robert
 reversals, one for each gap and way, alarm by their mean: that is what looking for so many costs.
 While gravity keeps the gear on one flank nothing of this is to be seen, whatever the gap: that is
 said, with a motion that would show it.
+
+A gap that opens jolts other joints, and their reversals at that instant say less of gaps of theirs.
+A swing turns loads over, or lacks current where they turn over: reversals wait until one that they
+are part of would have been heard.
 """
 
 from __future__ import annotations
@@ -20,6 +24,7 @@ from scipy.special import logsumexp
 from urdyn.diagnose.crossing import BEFORE, GAPS, LONGEST, Crossing
 from urdyn.diagnose.event import Event
 from urdyn.diagnose.flight import FLIGHTS, LONG, REACH, Flight
+from urdyn.diagnose.oscillation import HEARD
 from urdyn.diagnose.rows import Rows, joined
 from urdyn.diagnose.space import Space
 from urdyn.signal.stretches import GAP
@@ -77,21 +82,22 @@ class Backlash:
         )  # fmt: skip
 
     def step(
-        self, state: Reversals, rows: Rows, tool: Array, ill: Mask
+        self, state: Reversals, rows: Rows, tool: Array, ill: Mask, swung: Array
     ) -> tuple[Reversals, list[Event], Mask]:
         """A beat on; also rows in which a gap that is known may be open, (N, J).
 
         Args:
             tool: inertials that are carried, (10,).
-            ill: joints whose sensor is not to be believed, (J,).
+            ill: joints whose sensor is not to be believed, or whose loop rings, (J,).
+            swung: [s] from when to when joints swing or may, (2, J).
         """
         crossed = self.crossing.longest
-        longest = max(crossed.max(), REACH)
+        longest = max(crossed.max(), REACH, HEARD)
         earlier = crossed.max() * BEFORE / LONGEST
         whole, done = rows, rows.t[0] + earlier
         if state.tail is not None and rows.t[0] - state.tail.t[-1] < GAP * self.period:
             whole, done = joined((state.tail, rows)), state.tail.t[-1] - longest
-        state = self._moved(state, rows)
+        state = _forgotten(self._moved(state, rows), swung)
         K = self.space.reference.drive.gain
         own = np.einsum("njk,k->nj", whole.tool, tool)
         load = whole.load + K * own
@@ -100,9 +106,12 @@ class Backlash:
         new = whole.t > done
         turned = np.zeros(load.shape, dtype=bool)
         turned[1:] = load[1:] * load[:-1] < 0.0
+        judged = turned & (ready & new)[:, None] & ~ill & ~_during(swung, whole.t[:, None])
         found: list[Event] = []
-        for row, j in np.argwhere(turned & (ready & new)[:, None] & ~ill):
-            state = self._reversal(state, whole, load[:, j], left[:, j], int(row), int(j), tool)
+        for row, j in np.argwhere(judged):
+            beside = turned[np.abs(whole.t - whole.t[row]) < REACH].any(axis=0)
+            about = load[:, j], left[:, j], int(row), int(j), tool, beside
+            state = self._reversal(state, whole, *about)
             event = self._event(state, int(j), float(whole.t[-1]))
             if event:
                 told = state.told.copy()
@@ -124,16 +133,48 @@ class Backlash:
         )
 
     def _reversal(
-        self, state: Reversals, rows: Rows, load: Array, left: Array, row: int, j: int, tool: Array
+        self,
+        state: Reversals,
+        rows: Rows,
+        load: Array,
+        left: Array,
+        row: int,
+        j: int,
+        tool: Array,
+        beside: Mask,
     ) -> Reversals:
-        """Weigh every gap by one reversal, whichever way it is crossed."""
+        """Weigh every gap by one reversal, whichever way it is crossed.
+
+        Args:
+            beside: joints whose load turns over at about the same time, (J,).
+        """
         # the moment within the step in which the load was zero
         share = load[row - 1] / (load[row - 1] - load[row])
         t0 = rows.t[row - 1] + share * (rows.t[row] - rows.t[row - 1])
         crossed = self.crossing.weigh(rows, rows.t - t0, load, left, j)
         flown = self.flight.weigh(rows, rows.t - t0, load, left, j, tool)
         llr, shown = np.concatenate([crossed, flown], axis=1)
-        return self._weighed(state, j, llr, shown, float(t0)) if shown.any() else state
+        if not shown.any():
+            return state
+        return self._weighed(state, j, self._own(state, j, llr, beside), shown, float(t0))
+
+    def _own(self, state: Reversals, j: int, llr: Array, beside: Mask) -> Array:
+        """What a reversal says for gaps of joint j, (gaps,) [nats], which others may have jolted.
+
+        One of them has a gap with probability p, and then jolts it however it is seen to be:
+
+            llr' = llr - log(1 - p + p exp(llr))
+        """
+        others = beside & (np.arange(len(beside)) != j)
+        each = np.append(self._evidence(state), self._needed)  # the last one: no gap anywhere
+        is_other = np.append(others, False)
+        jolted, own = (np.logaddexp.reduce(each[of]) for of in (is_other, ~is_other))
+        return np.asarray(llr + np.logaddexp(own, jolted) - np.logaddexp(own, jolted + llr))
+
+    def _evidence(self, state: Reversals) -> Array:
+        """That each joint has a gap, (J,) [nats]."""
+        sums = logsumexp(state.R, axis=1)
+        return np.asarray(sums - np.log(self.space.joints * len(HALF)))
 
     def _weighed(self, state: Reversals, j: int, llr: Array, shown: Array, t: float) -> Reversals:
         """One more reversal is judged.
@@ -155,7 +196,7 @@ class Backlash:
         return replace(state, R=R, llr=total, shown=told, count=count, number=number, since=since)
 
     def _event(self, state: Reversals, j: int, now: float) -> Event | None:
-        evidence = float(logsumexp(state.R[j])) - np.log(self.space.joints * len(HALF))
+        evidence = float(self._evidence(state)[j])
         if state.told[j] or evidence < self._needed:
             return None
         best = int(np.argmax(state.R[j]))
@@ -224,6 +265,23 @@ class Backlash:
         pose = float(q[best, j])
         how = f"turn {arm.joint_names[j]} to and fro by 0.2 rad about {pose:.2f} rad"
         return {"why": why, "probe": how + ", where gravity turns over, as fast as allowed"}
+
+
+def _during(swung: Array, t: Array) -> Mask:
+    """Whether it is within what lasts from when to when, (2, J) [s]."""
+    return np.asarray((swung[0] <= t) & (t <= swung[1]))
+
+
+def _forgotten(state: Reversals, swung: Array) -> Reversals:
+    """Without evidence that began to grow in what is heard to be a swing."""
+    of = _during(swung[:, :, None], state.since)
+    return replace(
+        state,
+        R=np.where(of, -np.inf, state.R),
+        llr=np.where(of, 0.0, state.llr),
+        number=np.where(of, 0.0, state.number),
+        since=np.where(of, np.nan, state.since),
+    )
 
 
 def _lately(turned: Mask, t: Array, lasting: Array) -> Mask:

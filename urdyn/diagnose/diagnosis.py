@@ -328,7 +328,12 @@ def _motion(chunk: tuple[Now, ...]) -> tuple[Motion, Array, Array]:
 
 
 def _bends(event: Event) -> bool:
-    """Whether it bends what slow kinds are judged by; a current that is not there bends nothing."""
+    """Whether it bends what slow kinds are judged by; a current that is not there bends nothing.
+
+    What goes on is not believed since it was told.
+    """
+    if event.goes_on:
+        return False
     return event.kind in BENDS and event.evidence.get("mode") not in ("dropped", "erratic")
 
 

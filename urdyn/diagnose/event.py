@@ -19,3 +19,4 @@ class Event:
     size: float  # what the kind's levels are in
     evidence: Mapping[str, Any] = field(default_factory=dict)
     within: float = 0.1  # [s] of which it began
+    goes_on: bool = False  # it was told before, and this is how it is by now

@@ -83,7 +83,10 @@ class Fast:
         doubted = ill | self.sensors.unsteady(sensors)
         quiet, pushes = self.collision.step(state.quiet, rows, carried, doubted)
         heard, rings = self.oscillation.step(state.heard, rows, bool(ill.any()))
-        reversals, gaps, open_now = self.backlash.step(state.reversals, rows, carried[0], doubted)
+        doubted = doubted | self.oscillation.ringing(heard, float(rows.t[-1]))
+        swung = self.oscillation.swung(heard)
+        how = carried[0], doubted, swung
+        reversals, gaps, open_now = self.backlash.step(state.reversals, rows, *how)
         events = [*sick, *pushes, *rings, *gaps, *shifted(rows, self.levels["encoder_offset"])]
         untrue = ill | open_now | ringing | torn
         return FastState(sensors, quiet, heard, reversals), events, untrue

@@ -18,9 +18,12 @@ from urdyn.diagnose.event import Event
 from urdyn.diagnose.rows import Rows
 from urdyn.diagnose.space import Space
 from urdyn.diagnose.swings import (
+    Course,
     amplitude,
     course,
     floor,
+    going_on,
+    growth,
     lines,
     neighbourhood,
     parts,
@@ -33,6 +36,7 @@ from urdyn.types import Array, Mask
 
 WINDOWS = {0.9: 0.125, 3.6: 0.25, 14.4: 1.0}  # [s], and from one look to the next
 SHORTEST = min(WINDOWS)
+HEARD = 4.0 / 3.0 * SHORTEST  # [s] after which a clear line is heard that has just begun
 LOOKS = 2  # in a beat, at most
 FEWEST = 24  # rows of the shortest: fewer, and no line is told from its neighbours
 MOST = 2000  # rows of the longest: where samples are many, fewer seconds tell as much
@@ -45,7 +49,8 @@ STAYS = 0.5  # [-] of its largest amplitude that a line has at least in each qua
 RISES = 0.2  # [-] of its last amplitude that one that grows has at first
 FADED = 0.85  # [-] of its amplitude that a line has to keep
 COHERENT = 0.8  # [-] of its amplitude that is left over the whole: it keeps its phase
-GROWING = 0.5  # [1/s]
+GROWING = 0.05  # [1/s] a quarter in five seconds
+SURELY = 3.0, 4  # [sd] of its growth by which a swing that grows or fades does, and quarters
 NEAR = 1.0  # [Hz] that the same line may differ by: what a gear makes moves with its speed
 KNOWN = 1.0  # windows of looks, from which on it is known what is usual
 WITHIN = 0.25  # [-] of a window about its begin, in which a line began that all of it has
@@ -75,7 +80,8 @@ class Ring:
     frequency: float = 0.0  # [Hz]
     since: float = 0.0  # [s]
     within: float = 0.0  # [s] of which
-    sizes: tuple[float, ...] = ()  # [N·m] in each window since
+    joint: int = 0  # that does most
+    course: Course = ()  # [N·m] its amplitude of late
     told: bool = False
     whose: int | None = None  # the joint that was told of, if lines have not been silent since
 
@@ -110,6 +116,13 @@ class Oscillation:
         if state.ring.whose is not None:
             rings[state.ring.whose] = t - state.ring.last < AGAIN
         return rings
+
+    def swung(self, state: Heard) -> Array:
+        """From when to when joints ring, or may, (2, J) [s]; those that do not, from never on."""
+        ring = state.ring
+        span = np.full((2, self.space.joints), np.inf)
+        span[:, ring.joint] = ring.since - ring.within, ring.last
+        return span
 
     def step(self, state: Heard, rows: Rows, doubted: bool) -> tuple[Heard, list[Event]]:
         """A beat on; an event when a joint begins to ring.
@@ -222,34 +235,47 @@ class Oscillation:
         """
         now, (joint, frequency, ratio, sizes) = float(t[-1]), line
         ring = state.ring
-        again = now - ring.last < AGAIN
         silence = AGAIN if ring.told else MISSED * WINDOWS[window]
         same = now - ring.last < silence and abs(frequency - ring.frequency) < NEAR
-        since, told = (ring.since, ring.told) if same else (float(t[0]), False)
-        within = ring.within if same else WITHIN * window
-        seen = (*(ring.sizes if same else ()), float(sizes[-2:].mean()))
+        if not same:
+            whose = ring.whose if now - ring.last < AGAIN else None
+            ring = Ring(since=float(t[0]), within=WITHIN * window, joint=joint, whose=whose)
         sure = ratio >= self.rule["sure"]
         wait = self.rule["prompt" if sure and sizes.min() > STAYS * sizes.max() else "patience"]
         if not known or (window > SHORTEST and not sure):
             wait = 2.0 * window
-        tell = not (told or doubted) and now - since > wait
-        whose = joint if tell else ring.whose if again else None
-        state = replace(state, ring=Ring(now, frequency, since, within, seen, told or tell, whose))
-        if not tell:
-            return state, []
-        growth = float(np.polyfit([t[p].mean() for p in parts(len(t), 4)], np.log(sizes), 1)[0])
+        ring = replace(ring, last=now, frequency=frequency)
+        if ring.told and joint != ring.joint:  # what it shakes
+            return replace(state, ring=ring), []
+        before = ring.course if joint == ring.joint else ()
+        after = going_on(before, t, sizes)
+        goes_on, tell = ring.told, now - ring.since > wait and not doubted
+        if tell and not goes_on:
+            ring = replace(ring, told=True, whose=joint)
+        ring = replace(ring, joint=joint, course=after)
+        tell &= not goes_on or after != before
+        return replace(state, ring=ring), [self._event(ring, ratio, goes_on)] if tell else []
+
+    def _event(self, ring: Ring, ratio: float, goes_on: bool) -> Event:
+        """A joint that rings, as it does by now."""
+        noise = self.space.reference.drive.gain * self.space.noise * np.sqrt(2.0 * self.period)
+        last, rate, sd = growth(ring.course, float(noise[ring.joint]))
+        seen = len(ring.course) >= SURELY[1]  # fewer do not tell how they scatter
+        clear = seen and abs(rate) > max(GROWING, SURELY[0] * sd)
         # One window may have the motion for a part of it; of what grows the last is the truest.
-        size = seen[-1] if growth > GROWING else float(np.median(seen))
+        size = last if clear else float(np.median([amplitude for _, amplitude, _ in ring.course]))
         evidence = {
-            "frequency_Hz": frequency,
+            "frequency_Hz": ring.frequency,
             "amplitude_Nm": size,
-            "growing": growth > GROWING,
-            "growth_per_s": growth,
+            "growing": clear and rate > 0.0,
+            "fading": clear and rate < 0.0,
+            "growth_per_s": rate,
+            "growth_sd": sd,
             "statistic": ratio,
             "threshold": float(self.rule["threshold"]),
         }
-        what = joint, since, now, 0.99, size, evidence, within
-        return state, [Event("controller_instability", *what)]
+        what = ring.joint, ring.since, ring.last, 0.99, size, evidence, ring.within, goes_on
+        return Event("controller_instability", *what)
 
     def _allowed(self, f: Array, v: Array) -> Mask:
         """Frequencies that neither the motion nor the gear makes, (F, J)."""

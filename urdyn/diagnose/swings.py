@@ -9,6 +9,8 @@ import numpy as np
 
 from urdyn.types import Array, frozen
 
+TREND = 6.0  # windows in which it is seen whether a swing grows
+SCATTER = 0.05  # [-] of its amplitude by which one varies besides noise
 NEIGHBOURS = 6  # bins to each side that make a line's neighbourhood
 
 
@@ -28,6 +30,40 @@ def course(x: Array, t: Array, frequency: float) -> Array:
         swings[part, 2 * k + 1] = np.sin(w[part])
     found = _beside_motion(swings, x, t)
     return np.asarray(np.hypot(found[0:8:2], found[1:8:2]))
+
+
+Course = tuple[tuple[float, float, float], ...]  # [s] end of a stretch, amplitude, [s] its length
+
+
+def going_on(before: Course, t: Array, sizes: Array) -> Course:
+    """The course of a swing with what is new in a window, and without what is too old.
+
+    Of a window in which it began its second half is all swing.
+
+    Args:
+        sizes: by quarter of the window, (4,).
+    """
+    begin, end = float(t[0]), float(t[-1])
+    long = 0.25 * (end - begin)
+    last = before[-1][0] if before else begin
+    ends = ((end - long, float(sizes[2])), (end, float(sizes[3])))
+    new = ((at, size, long) for at, size in ends if at - long >= last)
+    return tuple(one for one in (*before, *new) if one[0] > end - 4.0 * TREND * long)
+
+
+def growth(course: Course, noise: float) -> tuple[float, float, float]:
+    """Amplitude at a course's end, and how fast its logarithm grows, with sd [1/s].
+
+    Args:
+        noise: sd of the amplitude that is seen in a second.
+    """
+    ends, sizes, long = np.array(course).T
+    t = ends - 0.5 * long
+    w = 1.0 / np.hypot(SCATTER, noise / (np.sqrt(long) * sizes))
+    line, cov = np.polyfit(t - ends[-1], np.log(sizes), 1, w=w, cov="unscaled")
+    left = w * (np.log(sizes) - np.polyval(line, t - ends[-1]))
+    louder = max(1.0, float(left @ left) / max(len(t) - 2, 1))
+    return float(np.exp(line[1])), float(line[0]), float(np.sqrt(cov[0, 0] * louder))
 
 
 def _beside_motion(swings: Array, x: Array, t: Array) -> Array:

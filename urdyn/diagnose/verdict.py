@@ -134,7 +134,8 @@ def identity(suspect: Suspect, space: Space) -> str:
 def worse(old: Finding, new: Finding) -> bool:
     """Whether a finding has changed enough to be told again."""
     more = abs(new.size - old.size) >= WORSE * abs(old.size) + 2.0 * new.size_sd
-    return new is not old and (more or new.severity != old.severity)
+    grows = bool(new.evidence.get("growing")) and not old.evidence.get("growing")
+    return new is not old and (more or grows or new.severity != old.severity)
 
 
 def _grown(old: Finding, suspect: Suspect, series: Series, now: float) -> Finding:
@@ -226,7 +227,7 @@ def _shown(event: Event, name: str) -> str:
                 f"base, for {told['duration_s']:.2f} s at stamp {event.onset:.2f} s"
             )
         case "controller_instability":
-            how = "growing" if told["growing"] else "steady"
+            how = "growing" if told["growing"] else "fading" if told["fading"] else "steady"
             rings = f"{told['frequency_Hz']:.1f} Hz with {told['amplitude_Nm']:.2f} N·m, {how}"
             return f"{name}: swings at {rings}, since stamp {event.onset:.1f} s"
         case "joint_backlash":
