@@ -10,7 +10,8 @@ from urdyn.signal.gate import FINEST, REACH, STAMP, furthest
 from urdyn.types import Array, Index, Mask
 
 STANDING = 0.02  # [rad/s] slower than this, no wrong stamp looks like a shift
-TELLING = 4.0  # [-] times FINEST: what a joint would have gone that shows a wrong stamp, or none
+TELLING = 4.0  # [-] times what ways scatter by: what one would be that shows a wrong stamp, or none
+JITTER = 3e-5  # [rad] by which encoders do: two steps
 ALONE = 2.0  # [-] times what rows beside it are off by: a joint that rings is in all of them
 UNDONE = 0.2  # [-] of what a way is apart from both of its neighbours, by which these may differ
 SHAKEN = 0.1  # [s] after a jump, to which its controller answers, in which nothing else is one
@@ -54,7 +55,8 @@ def jumps(t: Array, q: Array, v: Array, half: int, last: float = -np.inf) -> Jum
     own = _count(beyond, 1, 0)  # a mean around the row before has it too
     first = _count(beyond, half, 0).sum(axis=1, keepdims=True) == own
     for k, j in np.argwhere(leaps & ~alone & first & (_count(leaps, half, half) == 1)):
-        if not _late(step[k], leap[k, j], before[k], way[k], j):
+        finest = _scatter(way, reach, k, half)
+        if not _late(step[k], leap[k, j], before[k], way[k], finest, j):
             told[k, j] = leap[k, j]
             misled[max(k - 1, 0) : np.searchsorted(t, t[k] + MISLED), j] = True
     if np.count_nonzero(told):
@@ -63,7 +65,8 @@ def jumps(t: Array, q: Array, v: Array, half: int, last: float = -np.inf) -> Jum
     for k, j in np.argwhere(alone):
         beside = np.delete(way[max(k - half, 0) : k + half + 1, j], min(k, half))
         rings = np.abs(beside).max(initial=0.0) * ALONE > abs(way[k, j])
-        if not rings and not _late(step[k], way[k, j], v[k], way[k], j):
+        finest = _scatter(way, reach, k, half)
+        if not rings and not _late(step[k], way[k, j], v[k], way[k], finest, j):
             told[k, j] = way[k, j]
     return Jumps(_first(t, told, last), misled)
 
@@ -128,7 +131,17 @@ def _first(t: Array, told: Array, last: float) -> Array:
     return told
 
 
-def _late(dt: float, by: float, speed: Array, way: Array, j: int) -> bool:
+def _scatter(way: Array, reach: Array, k: int, half: int) -> Array:
+    """What speeds do not explain in the rows beside row k, (J,) [rad]; as in any log at the most.
+
+    A stamp that is wrong is so of two ways, of which the next one is beside.
+    """
+    scatter = np.where(np.isfinite(reach), np.abs(way), FINEST)
+    beside = np.concatenate([scatter[max(k - half, 1) : k], scatter[k + 1 : k + half + 1]])
+    return np.asarray(np.clip(beside.max(axis=0, initial=0.0), JITTER, FINEST))
+
+
+def _late(dt: float, by: float, speed: Array, way: Array, scatter: Array, j: int) -> bool:
     """Whether a wrong stamp may have made joint j's jump: no other joint tells that it did not.
 
     Args:
@@ -136,8 +149,10 @@ def _late(dt: float, by: float, speed: Array, way: Array, j: int) -> bool:
         by: the jump [rad].
         speed: of all joints, (J,) [rad/s].
         way: what others showed that their speeds do not explain, (J,) [rad].
+        scatter: what they show otherwise, (J,) [rad].
     """
     if not abs(speed[j]) >= STANDING or by / speed[j] < -dt:
         return False
-    would, showed = (np.abs(np.delete(of, j)) for of in (speed * by / speed[j], way))
-    return not bool(np.any((would > TELLING * FINEST) & (showed < would / TELLING)))
+    would, showed = np.abs(speed * by / speed[j]), np.abs(way)
+    tells = (would > TELLING * scatter) & (showed < would / TELLING)
+    return not bool(np.any(np.delete(tells, j)))
