@@ -152,6 +152,23 @@ def test_friction_that_is_another_is_no_push(where: Space) -> None:
     assert event(1.0) is None and event(3.0) is not None
 
 
+def test_a_push_that_jerks_the_arm_does_not_hide_behind_what_that_makes_doubtful(
+    where: Space,
+) -> None:
+    """A prediction is off by its sd at random, not by as many of them as make noise a push."""
+    felt = _pushed(where, 3)
+
+    def event(of: float):
+        bins = (
+            replace(b, doubt=np.abs(row) / of)
+            for b, row in zip(_bins(where, felt), felt, strict=True)
+        )
+        return Pushed(where, 15.0).event(tuple(bins), CALM, NOTHING, np.zeros(6, dtype=bool))
+
+    assert event(2.0) is None
+    assert event(4.0).joint == 3  # at most 4 joints by 4 sd each: 64 of the 90 of a push
+
+
 @pytest.mark.parametrize(("way", "told"), [(-1.0, True), (1.0, False)])
 def test_a_drive_that_holds_against_a_joint_that_gives_way_feels_a_push(
     shop: Shop, where: Space, way: float, told: bool

@@ -248,3 +248,15 @@ def test_a_stamp_that_no_other_joint_bears_out_is_no_excuse() -> None:
     at = 100 + int(np.abs(v[100:200, 1]).argmax())
     q[at:, 1] += 0.02 * np.sign(v[at, 1])
     assert np.argwhere(jumps(t, q, v, 4).shift).tolist() == [[at, 1]]
+
+
+@pytest.mark.parametrize("stamp", [False, True])
+def test_slow_joints_tell_a_wrong_stamp_by_what_encoders_resolve(stamp: bool) -> None:
+    """A quick joint jumps by what it goes in 2.5 ms; of the others none goes 2 mrad in that."""
+    rng, rate, v = np.random.default_rng(4), 500.0, np.array([1.2, -0.15, 0.4, 0.7])  # [rad/s]
+    t = np.arange(200) / rate
+    jump = 2.5e-3 * v * np.array([1.0, stamp, stamp, stamp])
+    at = np.arange(200)[:, None] == 100 if stamp else np.arange(200)[:, None] >= 100
+    q = t[:, None] * v + at * jump + rng.uniform(-6e-6, 6e-6, (200, 4))
+    found = jumps(t, q, np.tile(v, (200, 1)), half_window(1.0 / rate)).shift
+    assert np.argwhere(found).tolist() == ([] if stamp else [[100, 0]])

@@ -122,18 +122,18 @@ class Collision:
         borne = tool @ state.carried
         state = self._loosened(state, rows, rho, borne, aimed, creep)
         late = LATE * np.abs(aimed - state.asked)
-        usual = self._usual(state, rows, aimed, late)
-        sd = np.where(ill, np.inf, np.sqrt(usual))
+        usual, doubt = self._usual(state, rows), self._doubt(state, rows, aimed) + late
+        noise = np.where(ill, np.inf, np.sqrt(usual))
         since = state.bins[-1].t if state.going else np.inf
-        state = replace(_doubted(state, since, sd=late), asked=aimed, unheard=ill)
+        state = replace(_doubted(state, since, late=late), asked=aimed, unheard=ill)
         slack = state.slack + grip * creep.grown(drive)
         felt, bare = np.nan_to_num([rho - borne - state.base, rho - state.bare])
         seen = Bin(
-            float(rows.t[0]), bool(creep.held.all()), felt, bare, sd, slack, rows.q[0], tool,
-            state.carried,
+            float(rows.t[0]), bool(creep.held.all()), felt, bare, noise, slack, rows.q[0], tool,
+            state.carried, doubt,
         )  # fmt: skip
         if not state.going and sizes((seen,))[0] < LOUD:
-            return self._learn(state, seen, usual, aimed), None
+            return self._learn(state, seen, usual + doubt**2, aimed), None
         return self._judge(state, seen, carried, ill)
 
     def _loosened(
@@ -172,13 +172,16 @@ class Collision:
         drive = self.space.reference.drive
         return np.asarray(drive.coulomb + drive.structural * np.abs(rows.load[-1]))
 
-    def _usual(self, state: Quiet, rows: Rows, aimed: Array, late: Array) -> Array:
+    def _usual(self, state: Quiet, rows: Rows) -> Array:
         """Variance of what joints are felt to do for no push at all, (J,) [(N·m)²]."""
-        K = self.space.reference.drive.gain
-        noise = (K * self.space.noise) ** 2 * (1.0 / len(rows) + CORRELATED)
-        doubt = np.where(state.creep.held, 0.0, K * rows.doubt.max(axis=0))
-        doubt = doubt + MODEL * np.abs(aimed - state.aimed)
-        return np.asarray(np.maximum(noise, 2.0 * state.spread) + (doubt + late) ** 2)
+        noise = (self.space.reference.drive.gain * self.space.noise) ** 2
+        return np.maximum(noise * (1.0 / len(rows) + CORRELATED), 2.0 * state.spread)
+
+    def _doubt(self, state: Quiet, rows: Rows, aimed: Array) -> Array:
+        """How far off bristles and the model may have the prediction besides, (J,) [N·m]."""
+        bristles = self.space.reference.drive.gain * rows.doubt.max(axis=0)
+        changed = np.abs(aimed - state.aimed)
+        return np.where(state.creep.held, 0.0, bristles) + MODEL * changed
 
     def _judge(
         self, state: Quiet, seen: Bin, carried: Array, ill: Mask
@@ -200,7 +203,7 @@ class Collision:
         return state, None
 
     def _learn(self, state: Quiet, seen: Bin, usual: Array, aimed: Array) -> Quiet:
-        fresh = np.isinf(seen.sd) | state.loose
+        fresh = np.isinf(seen.noise) | state.loose
         forget = np.where(state.creep.held, RELAX, FORGET)
         rate = np.maximum(forget, 1.0 / (state.seen + 1.0))
         square = seen.felt**2
@@ -241,17 +244,17 @@ def _gone(then: tuple[Bin, ...], seen: Bin) -> bool:
 
 
 def _doubted(
-    state: Quiet, since: float, sd: Array | float = 0.0, slack: Array | float = 0.0
+    state: Quiet, since: float, late: Array | float = 0.0, slack: Array | float = 0.0
 ) -> Quiet:
     """What was felt since then [s] may be what is known only now: no push.
 
     Args:
-        sd: that is the least, (J,) [N·m].
+        late: that is the least that predictions are off by, (J,) [N·m].
         slack: that there is either way, (J,) [N·m].
     """
 
     def more(b: Bin) -> Bin:
         wide = np.array([np.minimum(b.slack[0], -slack), np.maximum(b.slack[1], slack)])
-        return replace(b, sd=np.maximum(b.sd, sd), slack=wide)
+        return replace(b, doubt=np.maximum(b.doubt, late), slack=wide)
 
     return replace(state, bins=tuple(b if b.t < since else more(b) for b in state.bins))

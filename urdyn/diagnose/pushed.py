@@ -20,6 +20,7 @@ BIN = 0.04  # [s]
 LOUD = 90.0  # [-] sum of squares above which something happens
 QUIET = 30.0  # [-] and below which nothing does
 MODEL = 0.05  # [-] of a torque that changes, which the model may have wrong
+MOST = 2.5  # [-] sd of a prediction, the most that it is off by
 FORCE = 100.0  # [N] sd of a push
 STRONG = 0.5  # [-] of the loudest bin, from which on bins tell what it was like
 LASTS = 3  # bins that a push beside a piece which is taken up is felt for
@@ -34,11 +35,17 @@ class Bin:
     stood: bool  # the arm did
     felt: Array  # (J,) [N·m] beside the baseline
     bare: Array  # (J,) [N·m] the same if nothing is carried
-    sd: Array  # (J,) [N·m] of that for no push at all
+    noise: Array  # (J,) [N·m] sd of that for no push at all, had it been predicted well
     slack: Array  # (2, J) [N·m] from where to where friction that is another may account for it
     q: Array  # (J,) [rad]
     tool: Array  # (J, 10) [N·m] per unit of payload
     carried: Array  # (10,) what was taken to be carried
+    doubt: Array | float = 0.0  # (J,) [N·m] sd of the prediction
+
+    @property
+    def sd(self) -> Array:
+        """Of both, (J,) [N·m]."""
+        return np.hypot(self.noise, self.doubt)
 
 
 def beyond(felt: Array, slack: Array) -> Array:
@@ -48,9 +55,20 @@ def beyond(felt: Array, slack: Array) -> Array:
 
 def sizes(bins: tuple[Bin, ...]) -> Array:
     """Sum of squares of what was felt, in its sd, (B,) [-]: of a push, whatever is carried."""
-    return np.array(
-        [min(_squares(of, each.slack, each.sd) for of in (each.felt, each.bare)) for each in bins]
-    )
+    felt, bare = _stacked(bins, "felt", "bare")
+    return np.minimum(_sizes(felt, bins), _sizes(bare, bins))
+
+
+def _sizes(felt: Array, bins: tuple[Bin, ...]) -> Array:
+    """That of what may have been felt in bins, (B, J) [N·m]: the greater of two, (B,) [-].
+
+    In the sd of all, or in that of the noise beyond the most of the doubt: a push that jerks the
+    arm makes it doubtful what is predicted, and would hide there if it took as many sd as of noise.
+    """
+    sd, noise, slack = _stacked(bins, "sd", "noise", "slack")
+    most = MOST * np.array([np.zeros_like(each.felt) + each.doubt for each in bins])
+    wide = slack + np.stack([-most, most], axis=1)
+    return np.maximum(_squares(felt, slack, sd), _squares(felt, wide, noise))
 
 
 def _squares(felt: Array, slack: Array, sd: Array) -> Array:
@@ -73,14 +91,14 @@ class Pushed:
                 one meanwhile may be the push.
             ill: joints whose sensor is not to be believed, (J,).
         """
-        bins = tuple(replace(each, sd=np.where(ill, np.inf, each.sd)) for each in bins)
+        bins = tuple(replace(each, noise=np.where(ill, np.inf, each.noise)) for each in bins)
         felt, sd, slack = _stacked(bins, "felt", "sd", "slack")
         size = sizes(bins)
         if size.max() < LOUD:  # it was the sensor
             return None
         if (bins[-1].carried != bins[0].carried).any():
             felt = _beside_the_piece(bins)
-            size = _squares(felt, slack, sd)
+            size = _sizes(felt, bins)
             if np.count_nonzero(size > LOUD) < LASTS:
                 return None
         elif _handled(bins, size, known) or _held(bins, size, calm):
@@ -170,10 +188,9 @@ def _beside_the_piece(bins: tuple[Bin, ...]) -> Array:
 
 def _handled(bins: tuple[Bin, ...], size: Array, known: Array) -> bool:
     """Whether a piece that was let go of for a moment, or held, says most of it."""
-    sd, slack = _stacked(bins, "sd", "slack")
     for other in known:
         left = np.array([each.felt - each.tool @ (other - each.carried) for each in bins])
-        if np.minimum(size, _squares(left, slack, sd)).sum() < 0.5 * size.sum():
+        if np.minimum(size, _sizes(left, bins)).sum() < 0.5 * size.sum():
             return True
     return False
 
@@ -185,7 +202,7 @@ def _held(bins: tuple[Bin, ...], size: Array, calm: int) -> bool:
     scaled = (tool / wide[..., None]).reshape(-1, tool.shape[-1])
     precision = scaled.T @ scaled + np.diag(ANYTHING**-2.0)
     piece = np.linalg.solve(precision, scaled.T @ (felt / wide).ravel())
-    left = _squares(felt - tool @ piece, slack, sd)
+    left = _sizes(felt - tool @ piece, bins)
     return bool(left.sum() < 0.5 * size.sum() and left[-calm:].sum() < size[-calm:].sum())
 
 
