@@ -237,3 +237,10 @@ def test_a_creeping_joint_is_doubted(currents, motion):
     u, still = at(currents, motion, 90), at(currents, motion, 90, speed=0.0)
     noise = [np.diag(currents.observe_cov(v)) for v in (u, still)]
     assert (noise[1] > noise[0]).all() and (noise[0] > 0.1**2).all()
+
+
+def test_what_friction_is_off_by_in_a_joint_that_slides_is_in_the_noise_already(currents, motion):
+    rows = range(0, len(motion), 10)
+    gripped = np.array([at(currents, motion, row).gripped for row in rows])
+    slides = np.abs(motion.v[::10]) > 0.2
+    assert slides.any() and (gripped[slides] < 1e-3 * currents.noise.min() ** 2).all()
