@@ -37,7 +37,18 @@ def _bins(where: Space, felt: np.ndarray) -> tuple[Bin, ...]:
     tool = where.arm.regressor(Q, still, still)[..., -10:]
     noise = np.random.default_rng(2).standard_normal(felt.shape)
     return tuple(
-        Bin(k * BIN, False, row, row, np.ones(6), np.zeros((2, 6)), Q, tool, np.zeros(10))
+        Bin(
+            k * BIN,
+            False,
+            row,
+            row,
+            np.ones(6),
+            np.zeros(6),
+            np.zeros((2, 6)),
+            Q,
+            tool,
+            np.zeros(10),
+        )
         for k, row in enumerate(felt + 0.2 * noise)
     )
 

@@ -129,8 +129,8 @@ class Collision:
         slack = state.slack + grip * creep.grown(drive)
         felt, bare = np.nan_to_num([rho - borne - state.base, rho - state.bare])
         seen = Bin(
-            float(rows.t[0]), bool(creep.held.all()), felt, bare, noise, slack, rows.q[0], tool,
-            state.carried, doubt,
+            float(rows.t[0]), bool(creep.held.all()), felt, bare, noise, doubt, slack, rows.q[0],
+            tool, state.carried,
         )  # fmt: skip
         if not state.going and sizes((seen,))[0] < LOUD:
             return self._learn(state, seen, usual + doubt**2, aimed), None

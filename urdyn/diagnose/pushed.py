@@ -36,11 +36,11 @@ class Bin:
     felt: Array  # (J,) [N·m] beside the baseline
     bare: Array  # (J,) [N·m] the same if nothing is carried
     noise: Array  # (J,) [N·m] sd of that for no push at all, had it been predicted well
+    doubt: Array  # (J,) [N·m] sd of the prediction
     slack: Array  # (2, J) [N·m] from where to where friction that is another may account for it
     q: Array  # (J,) [rad]
     tool: Array  # (J, 10) [N·m] per unit of payload
     carried: Array  # (10,) what was taken to be carried
-    doubt: Array | float = 0.0  # (J,) [N·m] sd of the prediction
 
     @property
     def sd(self) -> Array:
@@ -65,9 +65,8 @@ def _sizes(felt: Array, bins: tuple[Bin, ...]) -> Array:
     In the sd of all, or in that of the noise beyond the most of the doubt: a push that jerks the
     arm makes it doubtful what is predicted, and would hide there if it took as many sd as of noise.
     """
-    sd, noise, slack = _stacked(bins, "sd", "noise", "slack")
-    most = MOST * np.array([np.zeros_like(each.felt) + each.doubt for each in bins])
-    wide = slack + np.stack([-most, most], axis=1)
+    sd, noise, doubt, slack = _stacked(bins, "sd", "noise", "doubt", "slack")
+    wide = slack + MOST * np.stack([-doubt, doubt], axis=1)
     return np.maximum(_squares(felt, slack, sd), _squares(felt, wide, noise))
 
 
