@@ -13,7 +13,7 @@ SET = 1.0  # [s] by which stamps may differ from when samples came; more, and a 
 STRAY = 20  # rows: a clock that is off for longer did not come from a torn packet
 GAP = 5.0  # median steps
 PAUSE = 60.0  # [s] that a controller takes to begin anew, or about that
-OFTEN = 20  # recordings in one; more, and its rows are in no order
+OFTEN = 20  # times that a recording's clock is set back; more, and its rows are in no order
 
 
 def credible(t: Array | float) -> Mask:
@@ -27,11 +27,12 @@ def elapsed(stamped: Array | float, waited: Array | float) -> Array:
 
 
 def recordings(t: Array) -> list[Mask]:
-    """Which rows run forward together, (n,) for each recording; a new one begins where a clock was
-    set back for good. After more than OFTEN of them no more are looked for.
+    """Which rows run forward together, (n,) for each recording in one.
+
+    A new one begins where the clock was set back for good; more than OFTEN, and they are not all.
     """
     parts, told = [t], list[Mask]()
-    while parts and len(told) <= OFTEN:
+    while parts and len(told) < OFTEN + 2:
         part = parts.pop()
         ordered = _in_order(part)
         back = _set_back(part, ordered)
