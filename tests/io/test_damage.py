@@ -69,7 +69,7 @@ MENDED: dict[str, tuple[Break, str, int, int, int]] = {
     ),
     "a torn packet": (restamped(-9.7, 4, 9), "stray stamp", 5, 6, 45),
     "the clock restarts": (restamped(-9.0, 30, 99), "clock set back", 1, 32, 50),
-    "another recording follows": (lambda t: joined([*t, *t[1:]]), "clock set back", 1, 52, 100),
+    "another recording follows": (lambda t: joined([*t, *t]), "clock set back", 1, 53, 100),
     "twenty recordings follow": (
         lambda t: joined([t[0], *t[1:41] * 21]),
         "clock set back",
@@ -150,11 +150,11 @@ REFUSED: dict[str, tuple[Break, str]] = {
     ),
     "rows in no order": (
         lambda t: joined([t[0], *t[:0:-1]]),
-        "the clock goes back .* in no order: sort them",
+        "the clock goes back .*; its rows are in no order: sort them",
     ),
     "many recordings": (
         lambda t: joined([t[0], *t[1:41] * 25]),
-        "log.csv:42: the clock goes back .* in no order: sort them",
+        "log.csv:42: the clock goes back .*; its rows are in no order: sort them",
     ),
     "time runs backwards": (
         lambda t: joined([t[0], *t[:0:-1]]),

@@ -46,7 +46,8 @@ def of_change(change: Change, of: Suspects, space: Space, rules: Rules, trace: S
     if change.detail:
         evidence |= _payload(change.detail)
     name, onset = _name(suspect, space), change.onset
-    text = _said(suspect, name, size, sd, _since(onset, change.older))
+    unsure = _unsure(suspect, size, sd)
+    text = _said(kind, name, size, unsure, _since(onset, change.older))
     forecast = _forecast(suspect, Course(change.alarm, size, sd, rate, rate_sd))
     return Finding(
         id=identity(suspect, space) + (f"@{onset:.1f}" if kind.of_tool else ""),
@@ -60,7 +61,7 @@ def of_change(change: Change, of: Suspects, space: Space, rules: Rules, trace: S
         confidence=change.confidence * trust(kind.told, rules.named),
         time_to_failure_s=_left(forecast),
         size=size,
-        size_sd=_unsure(suspect, size, sd),
+        size_sd=unsure,
         quantity=kind.quantity,
         unit=kind.unit,
         text=text,
@@ -142,13 +143,13 @@ def _grown(old: Finding, suspect: Suspect, series: Series, now: float) -> Findin
     """A slow finding as its series has it now, and where that goes."""
     kind, series = suspect.kind, _read(suspect, series)
     _, size, sd = series[-1]
-    course = trend(series, old.onset_s, now)
+    course, unsure = trend(series, old.onset_s, now), _unsure(suspect, size, sd)
     new = replace(
         old,
         size=size,
-        size_sd=_unsure(suspect, size, sd),
+        size_sd=unsure,
         severity=_held(old.severity, suspect.grown(size), sd, kind),
-        text=_said(suspect, old.name, size, sd, _since(old.onset_s, old.older)),
+        text=_said(kind, old.name, size, unsure, _since(old.onset_s, old.older)),
         evidence=dict(old.evidence) | {"series": _series(series)},
     )
     if course is None:
@@ -199,8 +200,8 @@ def _unsure(suspect: Suspect, size: float, sd: float) -> float:
     return float(np.hypot(sd, suspect.doubt * size))
 
 
-def _said(suspect: Suspect, name: str, size: float, sd: float, since: str) -> str:
-    kind, half = suspect.kind, NORMAL90 * _unsure(suspect, size, sd)  # as on every page
+def _said(kind: SlowKind, name: str, size: float, sd: float, since: str) -> str:
+    half = NORMAL90 * sd  # as on every page
     if kind.unit == "-":
         much, unsure = f"{100 * size:+.1f} %", f"{100 * half:.1f} %"
     else:

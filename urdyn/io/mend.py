@@ -57,8 +57,8 @@ def _without_strays(table: Table, source: Source) -> Table:
     back = np.cumsum([len(rows) for rows in ordered])[:-1]
     if len(back) > clock.OFTEN or (len(back) and np.mean(np.diff(t) < 0.0) > DISORDER):
         raise LogError(
-            f"the clock goes back from {t[back[0] - 1]:.10g} s to {t[back[0]]:.10g} s, and its "
-            "rows are in no order: sort them by their stamps",
+            f"the clock goes back from {t[back[0] - 1]:.10g} s to {t[back[0]]:.10g} s; its rows "
+            "are in no order: sort them by their stamps",
             source.path,
             int(table.line[back[0]]),
         )
