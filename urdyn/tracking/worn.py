@@ -85,7 +85,7 @@ class Worn:
         before = self.wear.later(before, span, blind)
         kept, (J, g) = self.kept, self.at.shape
         theirs = np.eye(len(kept))[:, self.at.ravel()]
-        rows = np.linalg.solve(before.cov[np.ix_(kept, kept)], theirs).T  # U'
+        rows = np.linalg.solve(before.cov[kept][:, kept], theirs).T  # U'
         seen = rows @ now.cov[kept]  # U' P
         u = (rows @ (now.mean - before.mean)[kept]).reshape(J, g) * self.sd
         gained = (rows[:, self.at.ravel()] - seen[:, kept] @ rows.T).reshape(J, g, J, g)
