@@ -131,9 +131,9 @@ class Wear:
         Args:
             blind: nobody measures how warm some joint is.
         """
-        half = self._led(belief.cov, span).T
-        strayed = self._strayed(span, blind).reshape(belief.cov.shape)
-        return Gaussian(self._led(belief.mean, span), self._led(half, span) + strayed)
+        cov = self._led(self._led(belief.cov, span).T, span)
+        cov += self._strayed(span, blind).reshape(cov.shape)
+        return Gaussian(self._led(belief.mean, span), cov)
 
     def befallen(self, belief: Gaussian, drives: Array, wears: bool) -> Gaussian:
         """What is believed once something may have befallen these drives, (J,) 1 where it may.

@@ -170,8 +170,8 @@ class Noticing(Generic[S]):
     def _wore(self, state: TrackerState[S], t: float) -> Befallen | None:
         """A drive that wore before the run, or does, told while nothing else is in question."""
         unsettled = state.evidence.highest or t - state.befell < PATIENCE
-        if unsettled or (state.colour.count - self._ask // 4) % self._ask >= 1.0:
-            return None  # a quarter later than colours are looked at: no one sample has it all
+        if unsettled or (state.colour.count - self._ask // 8) % self._ask >= 1.0:
+            return None  # between looks at the colour: no one sample has it all
         handling = np.isfinite(state.rest.left)
         if handling and self._payload(state.belief)[1][0] > KNOWN:
             return None

@@ -34,7 +34,7 @@ S = TypeVar("S")
 
 ASKED = 30.0  # [s] of motion; drives are asked of what was believed less, and more, than this ago
 YOUNG = 5.0  # [s] of motion, before which a belief is too much like the one now to be asked of
-ASK = 0.5  # [s] from one time to the next, of one of both by turns
+ASK = 1.0  # [s] from one time to the next, of one of both by turns
 # [-] log odds, by what was believed longer ago and by what was since. Half as much friction again,
 # or a fifth less health, put into a real UR10e's currents: 23 to 119, by the first. Healthy, in 30
 # pairs of its runs, end to end, for the worse: none by the first, and 22 by the second.
@@ -72,6 +72,11 @@ class Worn:
         return np.searchsorted(self.kept, np.array(states).T)
 
     @cached_property
+    def _theirs(self) -> Array:
+        """What picks these out, (s, J g)."""
+        return np.eye(len(self.kept))[:, self.at.ravel()]
+
+    @cached_property
     def sd(self) -> Array:
         """W's roots, (g,)."""
         return np.array([jolt.sd for jolt in self.wear.jolts])
@@ -84,8 +89,7 @@ class Worn:
         """
         before = self.wear.later(before, span, blind)
         kept, (J, g) = self.kept, self.at.shape
-        theirs = np.eye(len(kept))[:, self.at.ravel()]
-        rows = np.linalg.solve(before.cov[kept][:, kept], theirs).T  # U'
+        rows = np.linalg.solve(before.cov[kept][:, kept], self._theirs).T  # U'
         seen = rows @ now.cov[kept]  # U' P
         u = (rows @ (now.mean - before.mean)[kept]).reshape(J, g) * self.sd
         gained = (rows[:, self.at.ravel()] - seen[:, kept] @ rows.T).reshape(J, g, J, g)
@@ -95,9 +99,9 @@ class Worn:
         # Along what strayed since, and is known less well than before, nothing was measured.
         along *= value > 1.0
         told = np.maximum(value, 1.0)
-        lever = vector.swapaxes(1, 2) @ (self.sd[:, None] * seen.reshape(J, g, -1))
         change = (vector @ (along / told)[..., None])[..., 0]
-        return Answer(now, along, told, lever, change @ WORSE)
+        lever = self.sd[:, None] * seen.reshape(J, g, -1)
+        return Answer(now, along, told, vector, lever, change @ WORSE)
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,7 +111,8 @@ class Answer:
     now: Gaussian
     along: Array  # (J, g) u
     told: Array  # (J, g) eigenvalues of I + W G
-    lever: Array  # (J, g, n) U' P
+    directions: Array  # (J, g, g) by column, in units of W's roots
+    lever: Array  # (J, g, n) U' P, likewise
     worse: Array  # (J,) [sd of W] more friction, less health
 
     @property
@@ -123,6 +128,7 @@ class Answer:
     def allowing(self, drives: Mask) -> Gaussian:
         """What is believed by who allowed for the wear of one drive, (J,)."""
         (j,) = np.flatnonzero(drives)
-        moved = (self.along[j] / self.told[j]) @ self.lever[j]
-        root = self.lever[j] / np.sqrt(self.told[j])[:, None]
+        lever = self.directions[j].T @ self.lever[j]
+        moved = (self.along[j] / self.told[j]) @ lever
+        root = lever / np.sqrt(self.told[j])[:, None]
         return Gaussian(self.now.mean + moved, self.now.cov + root.T @ root)
