@@ -8,18 +8,21 @@ from realarm import with_current
 from shop import Shop
 
 from urdyn.diagnose import diagnose
-from urdyn.diagnose.oscillation import Oscillation
+from urdyn.diagnose.oscillation import CROWD, Oscillation, _others
 from urdyn.diagnose.rules import read_rules
 from urdyn.diagnose.space import space
 from urdyn.diagnose.swings import (
     amplitude,
+    bridged,
     course,
     floor,
     going_on,
     growth,
     neighbourhood,
     refined,
+    spectrum,
 )
+from urdyn.diagnose.weave import period, turns
 from urdyn.simulate import Trajectory, observe, typical_sensors
 
 T = np.arange(90) / 100.0  # [s]
@@ -150,6 +153,51 @@ def test_what_every_period_of_a_motion_makes_is_no_loop_that_rings(shop: Shop) -
     assert told(12) == told(6, 12) == ["controller_instability"]
 
 
+@pytest.mark.parametrize("rows", [112, 450, 1800])
+def test_noise_is_no_crowd_of_lines_however_many_bins_it_has(rows: int) -> None:
+    """Of windows of .9, 3.6 and 14.4 s at 125 Hz: 2 in a hundred, of 400 joints."""
+    rng = np.random.default_rng(21)
+    count = int(np.count_nonzero(np.fft.rfftfreq(rows, 0.008) <= 60.0))
+    power = spectrum(rng.standard_normal((2, rows, 400)), count)
+    ratio = (power / neighbourhood(power)).max(axis=0)
+    crowded = [_others(ratio[:, j], count / 3.0 + 0.37) >= CROWD[0] for j in range(400)]
+    assert np.mean(crowded) < 0.06
+
+
+@pytest.mark.parametrize("drift", [0.0, 0.04, 0.15])
+def test_the_period_of_a_weave_is_known_beside_its_drift_and_a_loop_that_rings(
+    drift: float,
+) -> None:
+    rng, t = np.random.default_rng(22), np.arange(500) / 125.0
+    weave = 0.08 * np.cos(2.0 * np.pi * 1.7 * t) + drift * (1.0 + 0.1 * t)
+    rings = 0.05 * np.sin(2.0 * np.pi * 12.0 * t) + 2e-3 * rng.standard_normal(len(t))
+    assert np.isclose(1.0 / period(turns(t, weave + rings, 25)), 1.7, rtol=3e-3)
+    assert not len(turns(t, drift + rings, 25))
+    assert period(np.array([0.1, 0.3, 0.7, 0.9, 1.4, 1.6])) == np.inf
+
+
+def test_what_a_weave_makes_is_no_loop_that_rings_and_a_line_beside_its_multiples_is(
+    shop: Shop,
+) -> None:
+    """A weld's weave: corners of its path, and friction that turns over, are at its multiples."""
+    arm, n, rate = shop.dynamics.arm, 1800, 125.0
+    t, weave = np.arange(n) / rate, 2.0 * np.pi * 1.7
+    rest, of = np.array([0.2, -1.4, 1.2, -0.8, 0.5, 0.1]), np.array([0.5, -0.3, 1.0, 0, 0, 0.7])
+    sway = np.outer(0.012 * np.sin(weave * t), of)
+    speed = np.outer(0.012 * weave * np.cos(weave * t), of)
+    go = Trajectory(t, rest + sway, speed, -(weave**2) * sway)
+    log = observe(shop.dynamics, go, typical_sensors(arm), np.random.default_rng(4))
+    friction, since = shop.dynamics.drive.coulomb[2], log.t - log.t[0] - 6.0
+
+    def told(times: float, share: float) -> list[str]:
+        swing = share * friction * np.sin(times * weave * since)
+        return [f.kind for f in shop.disturbed(log, 2, np.where(since > 0.0, swing, 0.0))]
+
+    assert told(5.0, 0.6) == told(6.0, 0.6) == []  # on the path, of any size
+    assert told(6.5, 0.15) == []  # less than friction makes: 8 / (pi 6.5)
+    assert told(6.5, 0.6) == ["controller_instability"]
+
+
 @pytest.mark.parametrize("joint", [pytest.param(0, marks=pytest.mark.slow), 3])
 def test_friction_that_turns_with_a_motion_to_and_fro_is_no_loop_that_rings(
     shop: Shop, joint: int
@@ -240,6 +288,25 @@ def test_a_swing_is_told_as_large_as_it_is_by_now_and_where_that_goes(
     assert (found.kind, found.joint, found.severity) == ("controller_instability", joint, severity)
     assert np.isclose(found.size, size[-1], rtol=0.15) and how in found.text
     assert found.alarm_s - log.t[0] < 4.0 + 1.75 and abs(found.onset_s - log.t[0] - 4.0) < 0.9
+
+
+def test_a_drive_that_holds_its_joint_against_another_is_not_the_one_that_rings(
+    shop: Shop,
+) -> None:
+    """It may have more to do than the one whose joint swings, and does not move its own."""
+    log = shop.log("controller_instability:joint=3,onset=4,rate=2,shape=step", seconds=8.0)
+    moves = log.joint("actual_qd")[:, 3] - shop.log(seconds=8.0).joint("actual_qd")[:, 3]
+    [alone] = diagnose(shop.fit, log)
+    reaction = 8.0 * alone.size * moves / np.abs(moves).max()
+    [found] = shop.disturbed(log, 2, reaction)
+    assert (alone.joint, found.joint) == (3, 3)
+
+
+def test_a_row_that_is_missing_lies_between_those_beside_it() -> None:
+    x = np.array([0.0, 1.0, np.nan, 3.0, np.nan, np.nan, 6.0, np.nan])[None, :, None]
+    mended = bridged(x.copy())[0, :, 0]
+    assert np.array_equal(mended[:4], [0.0, 1.0, 2.0, 3.0])
+    assert np.isnan(mended[[4, 5, 7]]).all() and mended[6] == 6.0
 
 
 def test_a_swing_that_goes_on_takes_no_more_back_of_what_others_told(shop: Shop) -> None:

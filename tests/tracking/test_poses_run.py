@@ -82,6 +82,36 @@ def test_poses_from_a_file_go_with_a_log(workshop, poses):
         with_poses(live, poses)
 
 
+def test_poses_by_another_clock_are_refused_in_a_line(workshop, poses, tmp_path):
+    rows, _ = read_pose_stream(poses)
+    late = tmp_path / "late.csv"
+    write(Log(rows[:, 0] + 1e3, {name: rows[:, k + 1] for k, name in enumerate("xyz")}), late)
+    words = (
+        "track",
+        workshop.twin,
+        workshop.recording,
+        "--out",
+        tmp_path / "run",
+        "--rows",
+        "0:90",
+    )
+    done = command(*words, "--poses", late, "--mode", "realtime", "--no-diagnosis")
+    assert done.exit_code == 1 and len(done.stderr.strip().splitlines()) == 1
+    assert "one clock" in done.stderr and "late.csv" in done.stderr
+    assert not (tmp_path / "run" / "history.parquet").exists()
+
+
+def test_poses_that_are_of_no_arm_like_this_are_told_to_tell_nothing(workshop, poses, tmp_path):
+    rows, _ = read_pose_stream(poses)
+    sides = dict(zip("xyz", rows[:, 1:4].T * [[-1.0], [1.0], [1.0]], strict=True))
+    write(Log(rows[:, 0], sides), tmp_path / "mirrored.csv")
+    words = ("track", workshop.twin, workshop.recording, "--out", tmp_path / "run")
+    how = ("--rows", "0:500", "--mode", "realtime", "--no-diagnosis")
+    done = command(*words, *how, "--poses", tmp_path / "mirrored.csv")
+    assert done.exit_code == 0 and "leave --poses out" in done.stderr
+    assert "leave --poses out" not in command(*words, *how, "--poses", poses, "--fresh").stderr
+
+
 def test_who_goes_on_begins_with_the_same_calibration(workshop, poses, tmp_path):
     arm, source = workshop.fit.dynamics.arm, open_source(str(workshop.recording))
     form, files = drawing_of(arm).form, [tmp_path / f"{name}.yaml" for name in "abc"]

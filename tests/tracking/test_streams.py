@@ -186,6 +186,20 @@ def test_what_a_sensor_shows_of_nothing_is_found(ur5e):
     np.testing.assert_allclose(felt.noise, NOISE[[0, 3]], rtol=0.12)
 
 
+@pytest.mark.parametrize("shows", [0.0, 3.0])
+def test_a_sensor_at_the_flange_that_is_stuck_tells_nothing(shows):
+    """That nothing changes while a load is taken up would be news of the drives."""
+    fit, log, alone = weighed()
+    stream = WrenchStream(fit.dynamics.arm, True)
+    tracker = Tracker(fit, EKF(), 1.0 / RATE, streams=(stream,))
+
+    def stuck(_, sample):
+        return {"raw_wrench": np.r_[sample.t, np.full(6, shows)][None]}
+
+    felt = masses(tracker, log, stuck)
+    assert np.allclose(felt, alone, rtol=0.02, atol=0.01)
+
+
 def test_velocities_that_are_missing_skip_themselves_alone():
     """The motion is told by the angles then, and currents by the motion."""
     fit, _, log, _ = life()

@@ -49,3 +49,15 @@ def listening(
         begins = sha256((known.full or known.geometric).deviations.tobytes()).hexdigest()
         source = replace(source, identity=f"{source.identity} {begins}")
     return source, beside(arm, source, tracked=tracked, known=known), WATCHED if tracked else None
+
+
+def unused(summary: dict[str, Any]) -> str:
+    """What to make of poses that fitted no arm like this; nothing where some did, or none came."""
+    prefix = "kinematics."
+    told = [of["mean"] for name, of in summary["final"].items() if name.startswith(prefix)]
+    if not told or any(mean is not None for mean in told):
+        return ""
+    return (
+        "the poses told nothing of this arm: too few, too much alike, or not in m, rad and its "
+        "base's axes; zeros are as sure as if some had been watched, so leave --poses out"
+    )

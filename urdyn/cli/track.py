@@ -24,7 +24,7 @@ from urdyn.cli.diagnosing import (
     undiagnosed,
 )
 from urdyn.cli.ending import ended_by
-from urdyn.cli.listening import listening, wanted
+from urdyn.cli.listening import listening, unused, wanted
 from urdyn.cli.options import Columns, Json, Quiet, Rows, Unit
 from urdyn.cli.recording import slice_of
 from urdyn.cli.voice import Voice
@@ -200,6 +200,8 @@ def track(
     if healthy is None:
         undiagnosed(out)
     _report(out, summary, voice)
+    if poses and (why := unused(summary)):
+        voice.note(why)
     voice.show(verdict(summary))
     voice.show(summed(summary))
     voice.result(summary)

@@ -211,7 +211,7 @@ class Judge:
     def levels(self, state: SlowState) -> dict[int, tuple[float, float, float]]:
         """Suspects that are found, and how far their change has gone: time, size, sd."""
         bank, places = state.bank, {k: self._measured(k) for k in state.suspects}
-        sd = np.sqrt(bank.P.diagonal())
+        sd = np.sqrt(np.maximum(bank.P.diagonal(), 0.0))  # of what was emptied, rounding is left
         return {k: (bank.middle, float(bank.x[at]), float(sd[at])) for k, at in places.items()}
 
     def trace(self, state: SlowState, k: int) -> Series:

@@ -14,12 +14,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from urdyn.diagnose import weave
 from urdyn.diagnose.event import Event
 from urdyn.diagnose.rows import Rows
 from urdyn.diagnose.space import Space
 from urdyn.diagnose.swings import (
     Course,
     amplitude,
+    bridged,
     course,
     floor,
     going_on,
@@ -44,7 +46,10 @@ HIGHEST = 60.0  # [Hz] no loop of a joint rings faster
 LEARNT = 0.18  # [-] share of the usual spectrum, over a window's time; of the first looks theirs
 LOUD = 4.0  # [-] times what is usual: what is, may be the fault, and is learnt slowly as that much
 HALVES = 5.0  # [-] times its neighbours that the line stands out in each half
-CROWD = 3, 7.0  # other lines, [-] times their neighbours: a motion repeats itself, no loop rings
+# Other lines, [-] times their neighbours: a motion repeats itself, no loop rings. Of more bins than
+# these more are that loud by chance, as many as of so few that are louder by this power of them.
+CROWD, BINS, BY_CHANCE = (3, 7.0), 50, 0.3
+MOVES = 0.1  # [-] of a line's torque, what its own motion takes of a drive that rings
 STAYS = 0.5  # [-] of its largest amplitude that a line has at least in each quarter
 RISES = 0.2  # [-] of its last amplitude that one that grows has at first
 FADED = 0.85  # [-] of its amplitude that a line has to keep
@@ -142,11 +147,8 @@ class Oscillation:
         gap = len(state.t) and rows.t[0] - state.t[-1] > GAP * self.period
         old = slice(0, 0) if gap else slice(None)
         new = np.stack([K * rows.residual, K * rows.current, rows.v])
-        state = replace(
-            state,
-            t=np.concatenate([state.t[old], rows.t])[keep],
-            signals=np.concatenate([state.signals[:, old], new], axis=1)[:, keep],
-        )
+        signals = bridged(np.concatenate([state.signals[:, old], new], axis=1)[:, keep])
+        state = replace(state, t=np.concatenate([state.t[old], rows.t])[keep], signals=signals)
         usual, events = list(state.usual), list[Event]()
         for k, window in enumerate(self._windows):
             n = self._samples(window)
@@ -155,6 +157,7 @@ class Oscillation:
                 continue
             t, signals = state.t[-n:], state.signals[:, -n:]
             usual[k], line = self._judge(usual[k], window, t, signals)
+            line = None if line and self._woven(line, window, state) else line
             if line:
                 known = usual[k].looks * WINDOWS[window] > KNOWN * window
                 state, more = self._told(state, line, t, window, known, doubted)
@@ -198,26 +201,29 @@ class Oscillation:
         slow = LEARNT * WINDOWS[window] / window
         gain = np.where(whole > LOUD * usual, slow, max(slow, 1.0 / looks))
         learnt = usual + gain * (np.minimum(whole, LOUD * usual) - usual)
-        loudest = self._loudest(seen, t, signals[1], f, ratio[:2].max(axis=0)) if seen else None
+        loudest = self._loudest(seen, t, signals[1:], f, ratio[:2].max(axis=0)) if seen else None
         return Usual(np.where(loud, usual, learnt), looks, due), loudest
 
-    def _loudest(self, seen: list[Line], t: Array, torque: Array, f: Array, ratio: Array) -> Line:
+    def _loudest(self, seen: list[Line], t: Array, does: Array, f: Array, ratio: Array) -> Line:
         """One line of all joints that ring together: that of the drive that does most.
 
-        Of those in which it stands out, whether or not it passes all other tests there.
+        Of those in which it stands out, whether or not it passes all other tests there; and most to
+        move itself, where one does: another, that holds its joint still, may have more to do.
 
         Args:
-            torque: as measured, (n, J) [N·m].
+            does: torque as measured [N·m] and speed [rad/s], (2, n, J).
             ratio: of torques to what is usual, (F, J).
         """
         joint, frequency, clear, sizes = max(seen, key=lambda line: line[2])
-        at = round(frequency / f[1])
+        at, torque = round(frequency / f[1]), does[0]
         out = ratio[at - 1 : at + 2].max(axis=0) > HALVES
         out[[line[0] for line in seen]] = True
-        drives = np.flatnonzero(out & np.isfinite(torque).all(axis=0)).tolist()
-        friction = self.space.reference.drive.coulomb
-        does = {j: amplitude(torque[:, j], t, frequency) / friction[j] for j in drives}
-        loudest = max(does, key=lambda j: does[j])
+        drives = np.flatnonzero(out & np.isfinite(does).all(axis=(0, 1)))
+        drive, w = self.space.reference.drive, 2.0 * np.pi * frequency
+        swing = np.array([[amplitude(x[:, j], t, frequency) for j in drives] for x in does])
+        moved = np.minimum(swing[0], w * drive.rotor_inertia[drives] * swing[1])
+        whole, own = swing[0] / drive.coulomb[drives], moved / drive.coulomb[drives]
+        loudest = int(drives[np.argmax(own if own.max() > MOVES * whole.max() else whole)])
         if loudest != joint:  # what it shakes may ring a little beside it
             frequency = refined(torque[:, loudest], t, f[at], f[1])
             sizes = course(torque[:, loudest], t, frequency)
@@ -249,7 +255,8 @@ class Oscillation:
             return replace(state, ring=ring), []
         before = ring.course if joint == ring.joint else ()
         after = going_on(before, t, sizes)
-        goes_on, tell = ring.told, now - ring.since > wait and not doubted
+        lasts = now - ring.since > wait and (same or window == SHORTEST)
+        goes_on, tell = ring.told, lasts and not doubted
         if tell and not goes_on:
             ring = replace(ring, told=True, whose=joint)
         ring = replace(ring, joint=joint, course=after)
@@ -276,6 +283,16 @@ class Oscillation:
         }
         what = ring.joint, ring.since, ring.last, 0.99, size, evidence, ring.within, goes_on
         return Event("controller_instability", *what)
+
+    def _woven(self, line: Line, window: float, heard: Heard) -> bool:
+        """Whether a motion to and fro may make this line."""
+        joint, frequency, _, sizes = line
+        span = slice(-self._samples(max(window, weave.LASTS)), None)
+        quick = round(1.0 / self.rule["lowest"] / self.period)
+        periods = weave.periods(heard.t[span], heard.signals[2, span], quick)
+        friction = weave.friction(frequency * periods[joint], self.space.reference.drive, joint)
+        in_step = weave.in_step(frequency, periods, window)
+        return in_step or bool(sizes[2:].mean() < friction)
 
     def _allowed(self, f: Array, v: Array) -> Mask:
         """Frequencies that neither the motion nor the gear makes, (F, J)."""
@@ -317,7 +334,8 @@ class Oscillation:
 def _others(ratio: Array, at: float) -> int:
     """Lines (F,) that stand out beside the one at this bin, and are none of its multiples."""
     inner = ratio[1:-1]
-    peak = (inner > CROWD[1]) & (inner >= ratio[:-2]) & (inner > ratio[2:])
+    loud = CROWD[1] * (len(ratio) / BINS) ** BY_CHANCE
+    peak = (inner > loud) & (inner >= ratio[:-2]) & (inner > ratio[2:])
     there = np.flatnonzero(peak) + 1
     multiple = np.maximum(np.rint(there / at), 1.0)
     return int(np.count_nonzero(np.abs(there - multiple * at) > multiple + 1.0))

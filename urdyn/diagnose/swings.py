@@ -14,6 +14,14 @@ SCATTER = 0.05  # [-] of its amplitude by which one varies besides noise
 NEIGHBOURS = 6  # bins to each side that make a line's neighbourhood
 
 
+def bridged(x: Array) -> Array:
+    """Single rows that are missing, of (..., n, J), halfway between those beside them."""
+    between = 0.5 * (x[..., :-2, :] + x[..., 2:, :])
+    inner = x[..., 1:-1, :]
+    inner[...] = np.where(np.isnan(inner), between, inner)
+    return x
+
+
 def amplitude(x: Array, t: Array, frequency: float) -> float:
     """Of a swing of this frequency, beside a slow motion."""
     w = 2.0 * np.pi * frequency * (t - t[0])
@@ -85,9 +93,11 @@ def _slow(n: int, seconds: int) -> Array:
 
 
 def refined(x: Array, t: Array, frequency: float, width: float) -> float:
-    """Frequency at which the swing is largest, within a bin."""
-    tried = frequency + width * np.linspace(-0.8, 0.8, 9)
-    return float(tried[int(np.argmax([amplitude(x, t, f) for f in tried]))])
+    """Frequency at which the swing is largest, within a bin; to a fortieth of it."""
+    for reach in (0.8, 0.15):
+        tried = frequency + reach * width * np.linspace(-1.0, 1.0, 9 if reach > 0.5 else 7)
+        frequency = float(tried[int(np.argmax([amplitude(x, t, f) for f in tried]))])
+    return frequency
 
 
 def parts(n: int, count: int) -> list[slice]:

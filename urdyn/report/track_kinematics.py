@@ -41,7 +41,10 @@ def kinematics(history: History) -> Html:
     found = {(s.owner, s.quantity): s for s in _series(history)}
     tracked = any(owner == f"{KINEMATICS}.base" for owner, _ in found)
     if not found:
-        told = "Too few poses, or too much alike: base and tool were not found, and nothing else."
+        told = (
+            "Too few poses, too much alike, or not in m, rad and the base's axes: base and tool "
+            "were not found, and nothing else."
+        )
         return section("Geometry", told)
     rows = [
         [text(spoken(j)), *(_now(found.get((f"{KINEMATICS}.{j}", kind))) for kind in KINDS)]

@@ -64,18 +64,29 @@ def with_poses(source: Source, path: str | Path) -> Source:
     """A recording, with the poses that a tracker measured meanwhile, by the same clock.
 
     Each comes with the first sample that is stamped later.
+
+    Raises:
+        InputError: the source is live; or, once it has come to its end, none of the poses was
+            measured meanwhile.
     """
     if source.live:
         raise InputError(f"{path}: poses from a file go with a log, not with a live robot")
     rows, sha256 = read_pose_stream(path)
 
     def start(first: int) -> Iterator[Arrival]:
-        came = 0
+        came, begun, last = 0, np.inf, -np.inf
         for index, arrival in enumerate(source.start(max(first - 1, 0)), max(first - 1, 0)):
             until = int(np.searchsorted(rows[:, 0], arrival.sample.t, side="right"))
             if index >= first:
                 yield _beside(arrival, rows[came:until])
             came = until
+            begun, last = min(begun, arrival.sample.t), max(last, arrival.sample.t)
+        if first == 0 and not np.any((rows[:, 0] >= begun) & (rows[:, 0] <= last)):
+            theirs = f"{rows[0, 0]:.2f} to {rows[-1, 0]:.2f} s"
+            raise InputError(
+                f"{path}: no pose was measured meanwhile: they are stamped {theirs}, and "
+                f"{source.name} {begun:.2f} to {last:.2f} s; both have to go by one clock"
+            )
 
     identity = f"{source.identity} {sha256}"
     return replace(source, identity=identity, start=start, beside=source.beside | {"pose"})

@@ -43,9 +43,10 @@ class Felt:
     t: float  # [s] of the last row that was looked at; -inf: none was
     count: float  # rows that taught
     doubted: int  # rows in a row that surprised
+    last: Array  # (6,) the row that was looked at; NaN: none was
 
     def __post_init__(self) -> None:
-        for name in ("own", "noise"):
+        for name in ("own", "noise", "last"):
             object.__setattr__(self, name, frozen(getattr(self, name)))
 
 
@@ -90,7 +91,7 @@ class WrenchStream:
         """Nothing felt."""
         nothing = np.zeros(len(PAYLOAD_SD))
         aside = Aside(np.zeros((16, 10)), self._before, nothing, np.diag(PAYLOAD_SD**2))
-        return Felt(np.zeros(16), aside, NOISE, -np.inf, 0.0, 0)
+        return Felt(np.zeros(16), aside, NOISE, -np.inf, 0.0, 0, np.full(6, np.nan))
 
     def take(
         self, felt: Felt, now: Instant, row: Array, z: Gaussian, widened: float
@@ -99,9 +100,11 @@ class WrenchStream:
         dt = now.t - felt.t
         if not np.isfinite(row[1:]).all() or 0.0 <= dt < PACE:
             return felt, None
+        if np.array_equal(row[1:], felt.last):  # no sensor that works shows the same twice
+            return replace(felt, t=now.t), None
         jumped = widened > felt.t
         felt = self._strayed(felt, dt if np.isfinite(dt) else 0.0, jumped)
-        felt = self.settled(replace(felt, t=now.t), z)
+        felt = self.settled(replace(felt, t=now.t, last=row[1:]), z)
         look = self._look(felt, now, row[1:], z)
         if look.surprise(felt.aside) > CONTACT:
             return self._doubted(felt), None
@@ -111,7 +114,7 @@ class WrenchStream:
         step, aside = learnt(felt.aside, look)
         noise = np.sqrt(np.maximum(squares, FINEST**2))
         own, count = felt.own + step, felt.count + 1.0
-        return Felt(own, aside, noise, felt.t, count, 0), tale
+        return Felt(own, aside, noise, felt.t, count, 0, felt.last), tale
 
     def settled(self, felt: Felt, z: Gaussian) -> Felt:
         """After the payload has been told of by whomever."""
