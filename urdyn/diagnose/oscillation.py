@@ -3,8 +3,9 @@
 The last second is looked at twice a beat, and more seconds, in which weaker ones show. A line has
 to stand out of its neighbours and of what this joint's spectrum is like as a rule, in both halves
 of that time at the same frequency, and in more looks than one: motion that brakes and turns has
-such by chance. Lines that the gear makes at this speed do not count, nor does one of several: what
-befalls a joint in every period of a motion has lines at its multiples.
+such by chance. Lines that the gear makes at this speed do not count, nor what a motion to and fro
+may make (see `weave`), nor one of several: what befalls a joint in every period of a motion has
+lines at its multiples.
 """
 
 from __future__ import annotations

@@ -94,8 +94,8 @@ def _slow(n: int, seconds: int) -> Array:
 
 def refined(x: Array, t: Array, frequency: float, width: float) -> float:
     """Frequency at which the swing is largest, within a bin; to a fortieth of it."""
-    for reach in (0.8, 0.15):
-        tried = frequency + reach * width * np.linspace(-1.0, 1.0, 9 if reach > 0.5 else 7)
+    for reach, count in ((0.8, 9), (0.15, 7)):
+        tried = frequency + reach * width * np.linspace(-1.0, 1.0, count)
         frequency = float(tried[int(np.argmax([amplitude(x, t, f) for f in tried]))])
     return frequency
 
