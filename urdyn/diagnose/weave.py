@@ -15,7 +15,7 @@ from urdyn.types import Array
 LASTS = 4.0  # [s] in which it is seen, as far as they are remembered, whether a joint goes so
 SLOW = 0.01  # [rad/s] slower than this beside the mean, a joint has no way that it goes
 LEFT = 0.1  # [-] of a quick swing, what a taper leaves of it and more
-EVEN = 3, 0.06  # periods of a motion to and fro, at least, and [-] by which they may differ
+EVEN = 3, 0.03  # periods of a motion to and fro, at least, and [-] sd by which they may differ
 IN_STEP = 0.1, 3e-3  # bins of a window, and [-] of a frequency, that a line may be off a multiple
 ANSWERED = 2.0  # [-] times its friction, what a joint may make of it: a controller answers
 
@@ -65,5 +65,5 @@ def turns(t: Array, v: Array, quick: int) -> Array:
 def period(turned: Array) -> float:
     """Of a motion to and fro that turned over at these times [s]; inf: it is none, or not yet."""
     each = turned[2:] - turned[:-2]  # ways there are as long as one another, and ways back are
-    even = len(each) >= EVEN[0] and np.ptp(each) < EVEN[1] * each.mean()
+    even = len(each) >= EVEN[0] and np.std(each) < EVEN[1] * each.mean()
     return float(each.mean()) if even else np.inf
