@@ -49,6 +49,10 @@ class Bank:
     C: Array  # (2, m, p, p)
     d: Array  # (2, m, p)
 
+    def sd(self, at: int) -> float:
+        """Of what is believed of one state."""
+        return float(np.sqrt(self.P[at, at]))
+
 
 @dataclass(frozen=True, eq=False)
 class Block:

@@ -179,7 +179,7 @@ class Judge:
         """Size of a change the way that its kind goes, and its sd."""
         at, sign = self._measured(fault.suspect), self.of.each[fault.suspect].kind.sign
         size = sign * bank.x[at] if sign else abs(bank.x[at])
-        return float(size), float(np.sqrt(bank.P[at, at]))
+        return float(size), bank.sd(at)
 
     def _settled_on(self, state: SlowState, more: Array) -> SlowState:
         """Take what is carried as what is carried as a rule; all else is known as it was."""
@@ -211,8 +211,7 @@ class Judge:
     def levels(self, state: SlowState) -> dict[int, tuple[float, float, float]]:
         """Suspects that are found, and how far their change has gone: time, size, sd."""
         bank, places = state.bank, {k: self._measured(k) for k in state.suspects}
-        sd = np.sqrt(np.maximum(bank.P.diagonal(), 0.0))  # of what was emptied, rounding is left
-        return {k: (bank.middle, float(bank.x[at]), float(sd[at])) for k, at in places.items()}
+        return {k: (bank.middle, float(bank.x[at]), bank.sd(at)) for k, at in places.items()}
 
     def trace(self, state: SlowState, k: int) -> Series:
         """How a found change went in the blocks that are remembered: time, size, sd."""

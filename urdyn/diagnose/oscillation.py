@@ -148,8 +148,13 @@ class Oscillation:
         gap = len(state.t) and rows.t[0] - state.t[-1] > GAP * self.period
         old = slice(0, 0) if gap else slice(None)
         new = np.stack([K * rows.residual, K * rows.current, rows.v])
-        signals = bridged(np.concatenate([state.signals[:, old], new], axis=1)[:, keep])
-        state = replace(state, t=np.concatenate([state.t[old], rows.t])[keep], signals=signals)
+        before = state.signals[:, old]
+        late = bridged(np.concatenate([before[:, -2:], new], axis=1))
+        state = replace(
+            state,
+            t=np.concatenate([state.t[old], rows.t])[keep],
+            signals=np.concatenate([before[:, :-2], late], axis=1)[:, keep],
+        )
         usual, events = list(state.usual), list[Event]()
         for k, window in enumerate(self._windows):
             n = self._samples(window)
@@ -291,9 +296,9 @@ class Oscillation:
         span = slice(-self._samples(max(window, weave.LASTS)), None)
         quick = round(1.0 / self.rule["lowest"] / self.period)
         periods = weave.periods(heard.t[span], heard.signals[2, span], quick)
-        friction = weave.friction(frequency * periods[joint], self.space.reference.drive, joint)
-        in_step = weave.in_step(frequency, periods, window)
-        return in_step or bool(sizes[2:].mean() < friction)
+        coulomb = float(self.space.reference.drive.coulomb[joint])
+        made = weave.by_friction(frequency * float(periods[joint]), coulomb)
+        return weave.in_step(frequency, periods, window) or bool(sizes[2:].mean() < made)
 
     def _allowed(self, f: Array, v: Array) -> Mask:
         """Frequencies that neither the motion nor the gear makes, (F, J)."""

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from urdyn.model.drive import Drive
 from urdyn.types import Array
 
 LASTS = 4.0  # [s] in which it is seen, as far as they are remembered, whether a joint goes so
@@ -36,9 +35,9 @@ def in_step(frequency: float, periods: Array, window: float) -> bool:
     return bool((off < IN_STEP[0] / window + IN_STEP[1] * frequency).any())
 
 
-def friction(multiple: float, drive: Drive, joint: int) -> float:
-    """The most that a joint's friction makes of such a motion at a multiple of it [N·m]."""
-    return float(ANSWERED * 4.0 * drive.coulomb[joint] / (np.pi * multiple))
+def by_friction(multiple: float, coulomb: float) -> float:
+    """The most that a joint's friction [N·m] makes of such a motion at a multiple of it [N·m]."""
+    return ANSWERED * 4.0 * coulomb / (np.pi * multiple)
 
 
 def turns(t: Array, v: Array, quick: int) -> Array:
