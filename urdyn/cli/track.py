@@ -6,7 +6,7 @@ import os
 from collections.abc import Iterator
 from contextlib import ExitStack, closing, contextmanager, nullcontext
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
 import typer
 
@@ -27,6 +27,25 @@ from urdyn.cli.ending import ended_by
 from urdyn.cli.listening import listening, unused, wanted
 from urdyn.cli.options import Columns, Json, Quiet, Rows, Unit
 from urdyn.cli.recording import slice_of
+from urdyn.cli.track_options import (
+    FILTERS,
+    CalibrationFile,
+    Duration,
+    FilterName,
+    Fresh,
+    HandOver,
+    ModeName,
+    Mqtt,
+    Out,
+    PosesFile,
+    Prometheus,
+    Publish,
+    Rate,
+    Serial,
+    SourceName,
+    TwinFile,
+    Wrench,
+)
 from urdyn.cli.voice import Voice
 from urdyn.io.effort import Effort
 
@@ -34,124 +53,37 @@ if TYPE_CHECKING:
     from urdyn.estimate import Filter
     from urdyn.io.helper import Helper
 
-FILTERS = {
-    "ukf": "UKF",
-    "ekf": "EKF",
-    "information": "InformationFilter",
-    "particle": "ParticleFilter",
-    "variational": "Variational",
-}
-
 # What a particle would keep for itself is a covariance of a hundred states; a thousand of those are
 # not updated at any robot's pace.
 SETTINGS: dict[str, dict[str, Any]] = {
     "particle": {"marginalise": False},
 }
 
-TwinFile = Annotated[Path, typer.Argument(metavar="TWIN", show_default=False)]
-From = Annotated[str, typer.Argument(metavar="SOURCE", show_default=False)]
-Out = Annotated[Path, typer.Option(metavar="DIR", help="Where the history is written.")]
-Named = Annotated[
-    str | None, typer.Option("--filter", metavar="NAME", help=f"{', '.join(FILTERS)}; else ukf.")
-]
-InMode = Annotated[
-    str,
-    typer.Option(
-        metavar="NAME",
-        help="full, or quicker and linearised: simplified (bodies and each joint's drive "
-        "independent), realtime (what hardly changes is updated less often).",
-    ),
-]
-Rate = Annotated[
-    float | None,
-    typer.Option(
-        metavar="HZ", help="Of a log without time stamps; or samples a second that a robot sends."
-    ),
-]
-Duration = Annotated[
-    float | None, typer.Option(metavar="S", help="Stop after so much of the source's time.")
-]
-Serial = Annotated[
-    str, typer.Option(metavar="NUMBER", help="Serial number of the arm, for those who are told.")
-]
-Scrape = Annotated[
-    str | None,
-    typer.Option(
-        "--prometheus",
-        metavar="[HOST:]PORT",
-        help="Serve metrics; on this computer's loopback unless a host is named.",
-    ),
-]
-Broker = Annotated[
-    str | None, typer.Option("--mqtt", metavar="HOST[:PORT]", help="Tell an MQTT broker.")
-]
-Publish = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--publish",
-        metavar="WHAT",
-        help="What a controller may act on, with ros2://: feed_forward (torques), "
-        "friction_scales; repeatable.",
-    ),
-]
-Hand = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--hand-over",
-        metavar="WHAT",
-        help="Write at the end, into DIR, for a controller: urdf, payload (a URScript line); "
-        "repeatable.",
-    ),
-]
-Seen = Annotated[
-    str | None,
-    typer.Option(
-        metavar="FILE|own",
-        help="Poses to learn geometry and joints' zeros from: a tracker's, measured meanwhile "
-        "(timestamp in s by the log's clock, x, y, z, and rx, ry, rz if it has them, at any rate); "
-        "own: the controller's actual_TCP_pose, which tells its calibration.",
-    ),
-]
-Calibrated = Annotated[
-    Path | None,
-    typer.Option(
-        metavar="DIR",
-        help="What the arm's geometry was: of `urdyn calibrate`, or a kinematics.yaml.",
-    ),
-]
-Felt = Annotated[
-    bool,
-    typer.Option(
-        "--wrench", help="Weigh the payload by the force sensor too, where the source has one."
-    ),
-]
-Fresh = Annotated[bool, typer.Option("--fresh", help="Begin anew, whatever DIR holds.")]
-
 
 def track(
     twin: TwinFile,
-    source: From,
+    source: SourceName,
     out: Out,
-    filter: Named = None,  # noqa: A002 - the domain's word
-    mode: InMode = "full",
+    filter: FilterName = None,  # noqa: A002 - the domain's word
+    mode: ModeName = "full",
     columns: Columns = None,
     rows: Rows = None,
     rate: Rate = None,
     effort_unit: Unit = None,
     duration: Duration = None,
-    poses: Seen = None,
-    calibration: Calibrated = None,
-    wrench: Felt = False,
+    poses: PosesFile = None,
+    calibration: CalibrationFile = None,
+    wrench: Wrench = False,
     fresh: Fresh = False,
     no_diagnosis: NoDiagnosis = False,
     rules: RulesFile = None,
     false_alarm_hours: Hours = None,
     fail_on_finding: FailOnFinding = False,
     serial: Serial = "",
-    prometheus: Scrape = None,
-    mqtt: Broker = None,
+    prometheus: Prometheus = None,
+    mqtt: Mqtt = None,
     publish: Publish = None,
-    hand_over: Hand = None,
+    hand_over: HandOver = None,
     json: Json = False,
     quiet: Quiet = False,
 ) -> None:

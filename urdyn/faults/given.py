@@ -40,24 +40,24 @@ def given(
 
 
 def given_side(side: object, streams: int | None = None) -> Array:
-    """Of the changes that matter."""
+    """Side of the changes that matter, (n,): +1 a rise, -1 a fall, 0 both."""
     takes = "+1 where only a rise is a fault, -1 a fall, 0 both"
     return given(side, "side", takes, lambda x: np.isin(x, (-1.0, 0.0, 1.0)), streams)
 
 
 def given_tolerance(tolerance: object, streams: int | None = None) -> Array:
-    """Change that is no fault."""
+    """Change that is no fault, 0 or more, (n,)."""
     return given(tolerance, "tolerance", "finite numbers, 0 or more", lambda x: x >= 0.0, streams)
 
 
 def given_promise(promise: object) -> float:
-    """Steps to a false alarm."""
+    """Steps to a false alarm, 1 or more."""
     takes = "the steps to a false alarm, 1 or more"
     return float(given(promise, "promise", takes, lambda x: (x >= 1.0) & (len(x) == 1))[0])
 
 
 def given_count(count: object, what: str, least: int = 1) -> None:
-    """How many of something."""
+    """InputError where `count` is no whole number of `least` or more."""
     takes = f"a whole number, {least} or more"
     given(count, what, takes, lambda x: (x >= least) & (x % 1.0 == 0.0))
 

@@ -20,7 +20,7 @@ from urdyn.faults.whiten import Baseline, beside
 from urdyn.types import Array, Mask, frozen
 
 CANDIDATES = 160  # onsets remembered
-GATE = 4.0  # [s] of an innovation from the median of its neighbours: an outlier tells no rate
+GATE = 4.0  # [spread] of an innovation from the median of its neighbours: an outlier tells no rate
 NEIGHBOURS = 5  # innovations of that median, the newest among them
 
 
@@ -30,7 +30,7 @@ class Kinks:
 
     t: int  # [steps] behind us
     past: Array  # (p, n) [unit] oldest first
-    recent: Array  # (NEIGHBOURS, n) [s] innovations; NaN before the first
+    recent: Array  # (NEIGHBOURS, n) [spread] innovations; NaN before the first
     onset: Array  # (A,) [step] last one without the fault; inf: not yet used
     mass: Array  # (A,) [steps] that it stands for
     S1: Array  # (A, n)

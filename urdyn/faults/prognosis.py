@@ -37,22 +37,22 @@ class Interval:
 
 @dataclass(frozen=True, eq=False)
 class Posterior:
-    """Of one stream: every onset with its weight and its rate, in spreads [s] of the baseline."""
+    """Of one stream: every onset with its weight and its rate; [spread] is that of the baseline."""
 
     weight: Array  # (A,) [-] of the onsets, given that there is one; sums to 1
     age: Array  # (A,) [steps] since the onset
-    mean: Array  # (A,) [s/step] of the rate before it is cut off at zero, sign of the fault
-    sd: Array  # (A,) [s/step]
+    mean: Array  # (A,) [spread/step] of the rate before it is cut off at zero, sign of the fault
+    sd: Array  # (A,) [spread/step]
     begun: float  # [-] probability that there is an onset
 
     def crossed(self, rise: float, x: float) -> float:
-        """P(the parameter has changed by `rise` [s] within the next x steps | begun)."""
+        """P(the parameter has changed by `rise` [spread] within the next x steps | begun)."""
         since = self.age + x
         steep = rise / np.maximum(since, 1e-12)
         return float(self.weight @ np.where(since > 0.0, self._above(steep), 0.0))
 
     def steeper(self, rate: float) -> float:
-        """P(the rate is above `rate` >= 0 [s/step] | begun)."""
+        """P(the rate is above `rate` >= 0 [spread/step] | begun)."""
         return float(self.weight @ self._above(rate))
 
     def _above(self, rate: Array | float) -> Array:
@@ -72,7 +72,7 @@ class Forecast:
     warning: Interval  # [steps] until the warning level, if so
     critical: Interval  # [steps] until the critical level, if so
     posterior: Posterior
-    rise: float  # [s] from the healthy to the critical level
+    rise: float  # [spread] from the healthy to the critical level
 
     def health(self, horizon: float) -> float:
         """Probability that the critical level is not crossed within so many steps."""
@@ -88,7 +88,7 @@ def posterior(
 
     Args:
         sign: +1 where the fault lets the parameter rise, -1 where it falls.
-        rise: [s] up to the critical level, above 0: rates are taken for likely in its scale.
+        rise: [spread] up to the critical level, above 0: rates are taken for likely in its scale.
     """
     known = np.isfinite(state.onset) & (state.S2[:, stream] > 0.0)
     if not known.any():

@@ -5,6 +5,7 @@
 with a the autoregression, c the level that it leaves, s the spread of what it leaves and kappa the
 inflation: healthy innovations are white, and a little narrower than a standard normal once they
 are clipped. Nothing is filtered: a filter colours the noise that a likelihood needs white.
+Units are [spread], which is s, and [sd], kappa s.
 """
 
 from __future__ import annotations
@@ -36,7 +37,7 @@ class Baseline:
     spread: Array  # (n,) s [unit]
     inflation: Array  # (n,) kappa [-]
     typical: Array  # (n,) [unit] level of the stream itself
-    stride: Array  # (n,) [s] spread of differences of successive innovations, over sqrt(2)
+    stride: Array  # (n,) [sd] of differences of successive innovations, over sqrt(2)
     steps: int = ENOUGH  # that it was learnt from
 
     def __post_init__(self) -> None:

@@ -33,7 +33,7 @@ class WhitenedState(Generic[S]):
     """The last steps, how wide they spread, and what the detector remembers."""
 
     past: Array  # (p, n) [unit] oldest first; NaN where nothing was measured
-    last: Array  # (n,) [s] innovation before
+    last: Array  # (n,) [sd] innovation before
     square: Array  # (n,) [-] average square over the baseline's
     weight: Array  # (n,) [steps] that it is worth
     inner: S
@@ -80,7 +80,7 @@ class Whitened(Generic[S]):
 
 
 def _spread(state: WhitenedState[S], e: Array, stride: Array) -> tuple[Array, Array]:
-    """Average square with the difference of one more pair of innovations [s], and its weight.
+    """Average square with the difference of one more pair of innovations [sd], and its weight.
 
     Clipped at the spread as it is known, which makes it Huber's proposal 2 step by step.
     """

@@ -244,7 +244,7 @@ def _life(life: Foreseen) -> Html:
     if life.alarm is not None:
         shapes.append(rule(x=life.alarm))
     drawing = figure(traces, "step", "friction [A s/rad]", 320, shapes=shapes)
-    colours = {"truth": TRUTH, "the paper's filter": MEASURED, "urdyn": OURS}
+    colours = {"truth": TRUTH, "the paper's filter": MEASURED, "ours": OURS}
     alarm = f", and our alarm at step {life.alarm}" if life.alarm is not None else ""
     return plot(
         drawing,
