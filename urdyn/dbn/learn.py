@@ -7,13 +7,14 @@ coefficients pulled toward zero.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
 
-from urdyn.dbn.compile import Patterns, pattern, places
-from urdyn.dbn.graph import Edge, Network, Node
+from urdyn.dbn.compile import Patterns, places
+from urdyn.dbn.graph import Network, Node
+from urdyn.dbn.movements import Movements
 from urdyn.dbn.smoothed import Smoothed
 from urdyn.errors import InputError
 from urdyn.types import Array, Mask
@@ -63,16 +64,14 @@ def learn_network(
         raise InputError(f"the history has {history.mean.shape[1]} states, the network {states}")
     passed = _passed(dt, len(history.cross))
     moved = (history.increments()[passed] / dt[passed, None, None]).mean(axis=0)
-    arrows = {e.ends: e for e in network.edges if not e.shared and {*e.ends} <= set(at)}
-    learnt = dict(arrows)
-    for child in at:
-        learnt |= _coefficients([e for e in arrows.values() if e.child == child], moved, at, led)
-    own = _own_moments(learnt.values(), moved, at, led)
-    edges = [
-        _correlated(e, own, at, led) if e.shared else learnt.get(e.ends, e) for e in network.edges
-    ]
+    inner = [edge for edge in network.edges if {*edge.ends} <= set(at)]
+    arrows, shared, own = Movements(moved, int(passed.sum()), at, led).likeliest(
+        [edge for edge in inner if not edge.shared], [edge for edge in inner if edge.shared]
+    )
+    learnt = {edge.joins: edge for edge in (*arrows, *shared)}
     return Network(
-        tuple(_diffusing(n, own, at) if n.name in at else n for n in network.nodes), tuple(edges)
+        tuple(_diffusing(n, own, at) if n.name in at else n for n in network.nodes),
+        tuple(learnt.get(edge.joins, edge) for edge in network.edges),
     )
 
 
@@ -84,45 +83,6 @@ def _passed(dt: Array, slices: int) -> Mask:
     if not passed.any():
         raise InputError("dt is above 0 in no slice; while no time passes nothing tells what moves")
     return passed
-
-
-def _coefficients(
-    into: list[Edge], moved: Array, at: Mapping[str, slice], led: Patterns
-) -> dict[tuple[str, str], Edge]:
-    """Regression of one child's movement on that of all its parents."""
-    if not into:
-        return {}
-    A = [pattern(e.ends, at, led) for e in into]
-    normal = [
-        [
-            np.trace(Ap @ moved[at[p.parent], at[q.parent]] @ Aq.T)
-            for q, Aq in zip(into, A, strict=True)
-        ]
-        for p, Ap in zip(into, A, strict=True)
-    ]
-    right = [np.trace(Ap @ moved[at[p.parent], at[p.child]]) for p, Ap in zip(into, A, strict=True)]
-    found = np.linalg.lstsq(np.array(normal), np.array(right))[0]
-    return {e.ends: replace(e, coefficient=float(c)) for e, c in zip(into, found, strict=True)}
-
-
-def _own_moments(
-    arrows: Iterable[Edge], moved: Array, at: Mapping[str, slice], led: Patterns
-) -> Array:
-    """Second moments of what moved by itself, (1 - B) moved (1 - B)ᵀ, (n, n) [1/s]."""
-    rest = np.eye(len(moved))
-    for edge in arrows:
-        block = edge.coefficient * pattern(edge.ends, at, led)
-        rest[at[edge.child], at[edge.parent]] -= block
-    return np.asarray(rest @ moved @ rest.T)
-
-
-def _correlated(edge: Edge, own: Array, at: Mapping[str, slice], led: Patterns) -> Edge:
-    """A shared disturbance with the correlation of the ends' own movements."""
-    A, sd = pattern(edge.ends, at, led), np.sqrt(own.diagonal())
-    a, b = at[edge.parent], at[edge.child]
-    scale = np.sum(A**2 * np.outer(sd[b], sd[a]))
-    found = np.sum(A * own[b, a]) / scale if scale > 0.0 else 0.0
-    return replace(edge, coefficient=float(found))
 
 
 def _diffusing(node: Node, own: Array, at: Mapping[str, slice]) -> Node:

@@ -91,7 +91,10 @@ class Trend:
         tau = self.time_constant
         if np.isinf(tau):
             return dt**3 / 3.0, dt**2 / 2.0, dt
-        # By Gauss-Legendre: the closed form is a difference of nearly equal terms where dt << tau.
-        s = 0.5 * dt * (1.0 + _NODE)
-        h, k, w = -tau * np.expm1(-s / tau), np.exp(-s / tau), 0.5 * dt * _WEIGHT
-        return float(w @ h**2), float(w @ (h * k)), float(w @ k**2)
+        lost = -float(np.expm1(-dt / tau))
+        both, slope = 0.5 * (tau * lost) ** 2, -0.5 * tau * float(np.expm1(-2.0 * dt / tau))
+        if dt > tau:
+            return tau**2 * (dt - tau * lost * (1.0 + 0.5 * lost)), both, slope
+        # By Gauss-Legendre: that is a difference of nearly equal terms where dt << tau.
+        h = tau * np.expm1(-0.5 * dt / tau * (1.0 + _NODE))
+        return float(0.5 * dt * _WEIGHT @ h**2), both, slope

@@ -24,7 +24,7 @@ class Learnt(Generic[Setting]):
     """What fits a history best, and how well."""
 
     setting: Setting  # a network, noise levels: whatever the model is built from
-    log_likelihood: Array  # (rounds,) of what each began with; under EM it never falls
+    log_likelihood: Array  # (rounds,) of what each began with
 
 
 def expectation_maximisation(
@@ -38,16 +38,21 @@ def expectation_maximisation(
 ) -> Learnt[Setting]:
     """Smooth with what is believed, learn from that, and again [Shumway1982]_.
 
-    Ends after `iterations`, or when a round raises the log-likelihood by less than `tolerance`.
+    Ends after `iterations`, or when a round raises the log-likelihood by less than `tolerance`. It
+    never falls where `maximise` does what its name says; where it does fall, what the round before
+    had learnt is returned.
     """
-    setting, climbed = start, []
+    before, setting, climbed = start, start, [-np.inf]
     for _ in range(iterations):
         history, log_likelihood = smooth(build(setting), inputs, observations)
+        gained = log_likelihood - climbed[-1]
         climbed.append(log_likelihood)
-        if len(climbed) > 1 and climbed[-1] - climbed[-2] < tolerance:
+        if gained < 0.0:
+            setting = before
+        if gained < tolerance:
             break
-        setting = maximise(setting, history)
-    return Learnt(setting, np.array(climbed))
+        before, setting = setting, maximise(setting, history)
+    return Learnt(setting, np.array(climbed[1:]))
 
 
 def maximise_evidence(

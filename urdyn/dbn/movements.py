@@ -1,0 +1,166 @@
+"""What makes the movements of a network's nodes likeliest: coefficients, and what moves by itself.
+
+With B the coefficients of the arrows, M the movements' second moments and S what is left of them,
+
+    2 L / N = -log |Sigma| - tr(Sigma⁻¹ S),    S = (1 - B) M (1 - B)ᵀ.
+
+Given Sigma, the own parts' covariance, B is generalised least squares: a component that moves
+little by itself tells of its arrows most. Given B, a variance is that of what is left, and where
+disturbances are shared Sigma is found by Fisher's scoring. By turns, L never falls [Meng1993]_.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from urdyn.dbn.compile import Patterns, pattern
+from urdyn.dbn.graph import Edge
+from urdyn.types import Array, frozen
+
+TURNS = 200  # at most; each raises the likelihood by a share of what is left
+SETTLED = 1e-6  # [nats] by which a turn raises it no further
+TINY = 1e-12  # [-] of a component's movement: less is rounding, and tells no weight
+NEARER = (1.0, 0.9, 0.5, 0.0)  # shares of correlations read pair by pair, until variables have them
+
+
+@dataclass(frozen=True, eq=False)
+class Movements:
+    """Of nodes that stand `at` somewhere among n states, led by `patterns`, over some slices."""
+
+    moments: Array  # (n, n) [1/s] M
+    slices: int  # N
+    at: Mapping[str, slice]
+    patterns: Patterns
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "moments", frozen(self.moments))
+
+    def likeliest(
+        self, arrows: Sequence[Edge], shared: Sequence[Edge]
+    ) -> tuple[list[Edge], list[Edge], Array]:
+        """The arrows and shared disturbances with their coefficients, and Sigma, (n, n) [1/s]."""
+        best, sigma = -np.inf, self.moments
+        for _ in range(TURNS):
+            left = self.left(arrows)
+            shared, sigma = self._own(left, shared)
+            value = self.slices * _log_likelihood(sigma, left + self._least)
+            if not arrows or value <= best + SETTLED:
+                break
+            best, arrows = value, self._led(arrows, np.asarray(np.linalg.inv(sigma)))
+        return list(arrows), list(shared), sigma
+
+    def left(self, arrows: Sequence[Edge]) -> Array:
+        """S, second moments of what moved by itself, (n, n) [1/s]."""
+        rest = np.eye(len(self.moments))
+        for edge in arrows:
+            rest -= edge.coefficient * self._block(edge)
+        return np.asarray(rest @ self.moments @ rest.T)
+
+    @cached_property
+    def _least(self) -> Array:
+        """What is added to S, so that what never moves by itself has an inverse, (n, n)."""
+        moved = self.moments.diagonal()
+        least = moved[moved > 0.0].min(initial=1.0) if moved.any() else 1.0
+        return np.diag(TINY * np.where(moved > 0.0, moved, least))
+
+    def _block(self, edge: Edge) -> Array:
+        """Which states the arrow leads by which, (n, n)."""
+        found = np.zeros_like(self.moments)
+        found[self.at[edge.child], self.at[edge.parent]] = pattern(
+            edge.ends, self.at, self.patterns
+        )
+        return found
+
+    def _led(self, arrows: Sequence[Edge], weight: Array) -> list[Edge]:
+        """The arrows with the coefficients that are likeliest, given Sigma⁻¹, (n, n)."""
+        blocks = np.array([self._block(edge) for edge in arrows])
+        moved = blocks @ self.moments
+        normal = np.einsum("eij,fij->ef", weight @ moved, blocks)
+        right = np.einsum("ij,eij->e", weight, moved)
+        scale = np.sqrt(normal.diagonal())
+        scale = np.where(scale > 0.0, scale, 1.0)  # a parent that never moved: nothing is told
+        found = np.linalg.lstsq(normal / np.outer(scale, scale), right / scale)[0] / scale
+        return [replace(edge, coefficient=float(c)) for edge, c in zip(arrows, found, strict=True)]
+
+    def _own(self, left: Array, shared: Sequence[Edge]) -> tuple[list[Edge], Array]:
+        """The shared disturbances with the likeliest correlations, and Sigma, given S."""
+        left = left + self._least
+        sigma = np.diag(left.diagonal())
+        if not shared:
+            return [], sigma
+        pairs = np.array([block + block.T for block in map(self._block, shared)])
+        touched = np.flatnonzero(pairs.any(axis=(0, 1)))
+        if not len(touched):
+            return [replace(edge, coefficient=0.0) for edge in shared], sigma
+        both = np.ix_(touched, touched)
+        sd, rho = _scored(left[both], pairs[:, touched[:, None], touched])
+        sigma[both] = np.outer(sd, sd) * _correlation(rho, pairs[:, touched[:, None], touched])
+        return [
+            replace(edge, coefficient=float(r)) for edge, r in zip(shared, rho, strict=True)
+        ], sigma
+
+
+def _scored(S: Array, pairs: Array) -> tuple[Array, Array]:
+    """Standard deviations (n,) and correlations (s,) that are likeliest, given S and `pairs`.
+
+    Args:
+        S: (n, n) second moments.
+        pairs: (s, n, n) which variables share each disturbance, symmetric.
+    """
+    n, sd = len(S), np.sqrt(S.diagonal())
+    scale = np.einsum("sij,ij->s", pairs**2, np.outer(sd, sd))
+    rho = np.einsum("sij,ij->s", pairs, S) / np.where(scale > 0.0, scale, 1.0)
+    x = next(x for share in NEARER if _possible(x := np.r_[np.log(sd), share * rho], n, pairs))
+    value = _value(x, S, pairs)
+    for _ in range(TURNS):
+        step, before = _step(x, S, pairs), value
+        for share in 0.5 ** np.arange(20):
+            tried = x + share * step
+            if _possible(tried, n, pairs) and (value := _value(tried, S, pairs)) > before:
+                x = tried
+                break
+        else:
+            break
+        if value - before < SETTLED**2:
+            break
+    return np.exp(x[:n]), x[n:]
+
+
+def _step(x: Array, S: Array, pairs: Array) -> Array:
+    """Fisher's scoring: the information's inverse times the slope of the likelihood."""
+    n = len(S)
+    sd, rho = np.exp(x[:n]), x[n:]
+    sigma, each = np.outer(sd, sd) * _correlation(rho, pairs), np.arange(n)
+    slopes = np.zeros((len(x), n, n))
+    slopes[each, each, :] += sigma
+    slopes[each, :, each] += sigma.T
+    slopes[n:] = np.outer(sd, sd) * pairs
+    through = np.linalg.solve(sigma, slopes)
+    slope = np.einsum("kij,ji->k", through, np.linalg.solve(sigma, S) - np.eye(n))
+    information = np.einsum("kij,lji->kl", through, through)
+    return np.asarray(np.linalg.lstsq(information, slope)[0])
+
+
+def _correlation(rho: Array, pairs: Array) -> Array:
+    return np.asarray(np.eye(pairs.shape[1]) + np.tensordot(rho, pairs, 1))
+
+
+def _possible(x: Array, n: int, pairs: Array) -> bool:
+    """Whether variables have such correlations, surely enough to be inverted."""
+    return bool(np.linalg.eigvalsh(_correlation(x[n:], pairs))[0] > TINY)
+
+
+def _value(x: Array, S: Array, pairs: Array) -> float:
+    sd = np.exp(x[: len(S)])
+    return _log_likelihood(np.outer(sd, sd) * _correlation(x[len(S) :], pairs), S)
+
+
+def _log_likelihood(sigma: Array, S: Array) -> float:
+    """L / N, but for a constant."""
+    root = np.linalg.cholesky(sigma)
+    spread = 2.0 * np.log(root.diagonal()).sum()
+    return float(-0.5 * (spread + np.trace(np.linalg.solve(sigma, S))))
