@@ -5,11 +5,9 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
-import pytest
 from story import urdyn
 
 
-@pytest.mark.slow
 def test_the_paper_is_beside_ours(tmp_path: Path) -> None:
     page = tmp_path / "faults.html"
     done = urdyn("bench", "faults", "--lives", "12", "--json", "--out", str(page))

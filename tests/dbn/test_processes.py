@@ -50,7 +50,7 @@ PROCESSES = {
 
 
 @pytest.mark.parametrize("process", PROCESSES.values(), ids=PROCESSES.keys())
-@pytest.mark.parametrize("first, second", [(0.3, 1.1), (1e-3, 2e-3), (20.0, 5.0)])
+@pytest.mark.parametrize("first, second", [(0.3, 1.1), (1e-3, 2e-3), (20.0, 5.0), (1e4, 3.0)])
 def test_two_steps_are_one(process: Any, first: float, second: float) -> None:
     x = process.prior.mean + 1.0
     one, two, both = Tick(first), Tick(second), Tick(first + second)

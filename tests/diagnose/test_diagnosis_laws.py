@@ -255,6 +255,10 @@ def test_a_finding_that_was_seen_is_quiet_until_it_gets_worse(shop: Shop, tmp_pa
     assert not known.quiets(replace(kept, size=2.0 * kept.size))
     with pytest.raises(InputError, match="no finding"):
         acknowledge(tmp_path, "collision.nothing")
+    desk.finish()  # of a run that found it again
+    assert acknowledged(tmp_path).quiets(kept)
+    Desk(replace(desk.task, index=0)).finish()  # and of one that did not: repaired, maybe
+    assert not acknowledged(tmp_path).quiets(kept)
 
 
 @pytest.mark.parametrize(

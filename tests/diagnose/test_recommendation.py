@@ -59,6 +59,14 @@ def test_what_needs_no_service_is_to_be_looked_at_all_the_same():
     assert advice()["text"] == "leave it at work: nothing was found"
 
 
+def test_what_somebody_has_seen_is_no_safer():
+    seen, new = advice(replace(GROWING, acknowledged=True)), advice(GROWING)
+    assert seen | {"text": new["text"]} == new
+    assert seen["text"] == f"{new['text']} (acknowledged)"
+    known = advice(replace(STEADY, acknowledged=True))
+    assert known["text"] == "no service is due: all that was found is known"
+
+
 def test_what_grows_is_serviced_before_it_fails():
     of = advice(STEADY, GROWING)
     assert of["advice"] == "later"
@@ -72,10 +80,6 @@ def test_what_has_to_be_serviced_first_comes_first():
     urgent = replace(GROWING, id="urgent", time_to_failure_s=times)
     of = advice(GROWING, urgent)
     assert (of["advice"], of["finding"]) == ("now", "urgent")
-
-
-def test_what_was_acknowledged_is_not_recommended_again():
-    assert advice(replace(GROWING, acknowledged=True))["advice"] == "never"
 
 
 @pytest.mark.parametrize(("kind", "told"), [("health_degradation", "now"), ("collision", "never")])

@@ -26,7 +26,7 @@ from urdyn.dbn import (
     observation_residuals,
     process_residuals,
 )
-from urdyn.estimate import Kalman, expectation_maximisation, maximise_evidence, track
+from urdyn.estimate import Kalman, Learnt, expectation_maximisation, maximise_evidence, track
 from urdyn.types import Array, Gaussian
 
 N = 300
@@ -168,3 +168,70 @@ def test_an_edge_is_learnt_through_noise() -> None:
     assert (np.diff(found.log_likelihood) > -1e-9).all()
     sd = curvature_sd(surprise, np.array([coefficient]))[0]
     assert abs(coefficient - 0.7) < 4 * sd
+
+
+def told_by(network: Network, sizes: dict[str, int], noise: Array) -> Model:
+    """A network of which every component is seen with `noise`, (n,)."""
+    n = len(noise)
+    sight = AffineObservation(n, lambda u: np.eye(n), np.diag(noise**2))
+    return Joined(compile_linear(network, sizes), sight)
+
+
+def learnt_from(
+    truth: Network, start: Network, sizes: dict[str, int], steps: int, seed: int
+) -> tuple[Learnt[Network], Callable[[Network], float]]:
+    noise = 1e-3 * np.sqrt(compile_linear(truth, sizes).transition_cov(Tick()).diagonal())
+    y = simulate(told_by(truth, sizes, noise), ticks(steps), np.random.default_rng(seed))[1]
+
+    def maximise(network: Network, history: Smoothed) -> Network:
+        return learn_network(network, sizes, history, np.ones(steps))
+
+    def evidence(network: Network) -> float:
+        return track(Kalman(), told_by(network, sizes, noise), ticks(steps), y).log_likelihood
+
+    def build(network: Network) -> Model:
+        return told_by(network, sizes, noise)
+
+    found = expectation_maximisation(start, build, maximise, ticks(steps), y, 60, 1e-3)
+    return found, evidence
+
+
+@pytest.mark.parametrize("unit", [1.0, 1e8])
+def test_an_edge_is_learnt_by_each_component_as_far_as_that_tells_of_it(unit: float) -> None:
+    """Of two components one moves a thousand times as much by itself, and tells next to nothing.
+
+    The standard error is that of the quiet one alone: its own movement over the parent's.
+    """
+    sizes = {"p": 2, "q": 2}
+
+    def pair(c: float, q: tuple[float, float]) -> Network:
+        nodes = (Node("p", sd=1.0 / unit, diffusion=1.0 / unit), Node("q", diffusion=q))
+        return Network(nodes, (Edge("p", "q", c * unit),))
+
+    found, evidence = learnt_from(pair(0.8, (10.0, 0.01)), pair(0.0, (1.0, 1.0)), sizes, N, 51)
+    assert abs(found.setting.edges[0].coefficient / unit - 0.8) < 4 * 0.01 / np.sqrt(N)
+    assert (np.diff(found.log_likelihood) > -1e-6).all()
+    assert evidence(found.setting) > evidence(pair(0.8, (10.0, 0.01)))
+
+
+def test_shared_disturbances_are_ones_that_variables_can_have() -> None:
+    """Read pair by pair, .7 beside .7 would now and then have no third correlation left."""
+    sizes = dict.fromkeys("abc", 1)
+
+    def chain(rho: float) -> Network:
+        nodes = tuple(Node(name, diffusion=1.0) for name in "abc")
+        edges = (Edge("a", "b", rho, shared=True), Edge("b", "c", rho, shared=True))
+        return Network(nodes, edges)
+
+    for seed in range(4):
+        found, evidence = learnt_from(chain(0.7), chain(0.0), sizes, 100, seed)
+        assert evidence(found.setting) > evidence(chain(0.7)) - 1e-6
+        assert (np.diff(found.log_likelihood) > -1e-6).all()
+
+
+def test_what_was_learnt_before_a_fall_is_returned(life: Array) -> None:
+    worse = [TRUTH, TRUTH + 0.5]
+    found = expectation_maximisation(
+        TRUTH + 0.2, walking, lambda setting, history: worse.pop(0), ticks(N), life
+    )
+    assert found.setting is TRUTH and len(found.log_likelihood) == 3

@@ -141,6 +141,15 @@ def test_a_tuned_algorithm_2_keeps_its_promise_on_white_noise() -> None:
     assert alarmed.mean() < allowed + 3.0 * np.sqrt(allowed * (1.0 - allowed) / runs)
 
 
+def test_a_tuned_algorithm_2_stands_where_noise_reaches_beyond_the_critical_level() -> None:
+    """Its levels are still two, and it still tells a parameter that rises beyond both."""
+    rng = np.random.default_rng(6)
+    detector = tuned_algorithm2(rng.standard_normal((1000, 2)), 0.6)
+    assert (detector.warning > 0.6).all() and (detector.critical > detector.warning).all()
+    found = run(detector, rng.standard_normal((200, 2)) + 0.1 * np.arange(200)[:, None])
+    assert found.detected
+
+
 def test_a_change_within_the_tolerance_is_none() -> None:
     rng = np.random.default_rng(5)
     healthy = 10.0 + 0.1 * rng.standard_normal((1000, 1))

@@ -1,4 +1,4 @@
-"""urdyn acknowledge: a finding that somebody has seen stays quiet until it gets worse."""
+"""urdyn acknowledge: a finding that somebody has seen stays quiet until it is worse, or back."""
 
 from __future__ import annotations
 
@@ -16,6 +16,8 @@ Name = Annotated[str, typer.Argument(metavar="ID", show_default=False)]
 
 def acknowledge(folder: Folder, name: Name, json: Json = False, quiet: Quiet = False) -> None:
     """Mark a finding of a tracked run as seen, by its id in DIR/findings.json.
+
+    It stays quiet until it gets worse, or was gone at the end of a run and comes back.
 
     Example: [bold]urdyn acknowledge monday friction_increase.elbow_joint[/bold]
     """

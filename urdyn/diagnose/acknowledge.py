@@ -1,16 +1,16 @@
-"""Findings that somebody has seen: they stay quiet until they get worse."""
+"""Findings that somebody has seen: quiet until they get worse, or are gone and come back."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from urdyn.diagnose.finding import SEVERITIES, Finding
 from urdyn.errors import InputError
-from urdyn.io import writing
+from urdyn.io import write_text, writing
 
 FILE, FOUND = "acknowledged.json", "findings.json"
 WORSE = 1.5  # [-] times its size when it was seen
@@ -63,6 +63,14 @@ def acknowledge(folder: Path, name: str) -> Mapping[str, Any]:
         known.flush()
         told.flush()
     return finding
+
+
+def forget_gone(folder: Path, findings: Iterable[Finding]) -> None:
+    """At a run's end: what was acknowledged and is no more found would be another fault."""
+    seen = acknowledged(folder).seen
+    left = {f.id: dict(seen[f.id]) for f in findings if f.id in seen}
+    if len(left) < len(seen):
+        write_text(folder / FILE, json.dumps(left, indent=2) + "\n")
 
 
 def _table(path: Path) -> dict[str, Any]:

@@ -8,7 +8,7 @@ from dataclasses import replace
 from typing import Any
 
 from urdyn.diagnose import memory
-from urdyn.diagnose.acknowledge import FOUND, acknowledged
+from urdyn.diagnose.acknowledge import FOUND, acknowledged, forget_gone
 from urdyn.diagnose.diagnosis import Diagnosis, Now, State
 from urdyn.diagnose.document import findings_document
 from urdyn.diagnose.finding import Finding
@@ -39,6 +39,7 @@ class Desk:
     def finish(self) -> list[Finding]:
         """The stream has ended: what the last rows tell."""
         self._state, found = self.diagnosis.finish(self._state)
+        forget_gone(self.task.folder, self.diagnosis.findings(self._state))
         return found
 
     def keep(self, index: int) -> None:

@@ -17,19 +17,22 @@ HOUR = 3600.0  # [s]
 
 
 def recommendation(findings: Sequence[Finding], costs: Costs) -> dict[str, Any]:
-    """The choice for the finding that has to be serviced first, in numbers and a sentence."""
-    fresh = [f for f in findings if not f.acknowledged]
-    choices = [(_decision(f, costs), f) for f in fresh]
+    """The choice for the finding that has to be serviced first, in numbers and a sentence.
+
+    That somebody has seen a finding makes the arm no safer: it counts as before.
+    """
+    choices = [(_decision(f, costs), f) for f in findings]
     grave = [(d, f) for d, f in choices if d.advice != "never"]
     if not grave:
-        told = _no_service(fresh, known=len(fresh) < len(findings))
+        told = _no_service(findings)
         worst = max((d for d, _ in choices), key=lambda d: d.never, default=_sound(costs))
         return {"advice": "never", "finding": None, "text": told, "expected_cost": _told(worst)}
     decision, finding = min(grave, key=lambda pair: _due(pair[0]))
+    known = " (acknowledged)" if finding.acknowledged else ""
     return {
         "advice": decision.advice,
         "finding": finding.id,
-        "text": f"{_when(decision)}: {finding.name}, {finding.advice}",
+        "text": f"{_when(decision)}: {finding.name}, {finding.advice}{known}",
         "service_in_h": _due(decision),
         "expected_cost": _told(decision),
     }
@@ -83,10 +86,13 @@ def _due(decision: Decision) -> float:
     return 0.0 if decision.advice == "now" else decision.later_at
 
 
-def _no_service(fresh: Sequence[Finding], known: bool) -> str:
-    """Nothing wears so that a service would pay; what was found is to be looked at all the same."""
+def _no_service(findings: Sequence[Finding]) -> str:
+    """Nothing wears so that a service would pay; what is new is to be looked at all the same."""
+    if not findings:
+        return "leave it at work: nothing was found"
+    fresh = [f for f in findings if not f.acknowledged]
     if not fresh:
-        return f"leave it at work: {'all of it is known' if known else 'nothing was found'}"
+        return "no service is due: all that was found is known"
     worst = max(fresh, key=lambda f: (SEVERITIES.index(f.severity), f.alarm_s))
     return f"no service is due; {worst.name}: {worst.advice}"
 

@@ -135,6 +135,7 @@ def tuned_algorithm2(
 
     The warning level is one that their average, an autoregression of 1 - gain, passes once in
     `promise` steps over all streams [Siegmund1985]_; the slope's threshold is one sd of the slope.
+    Where noise alone reaches beyond `critical`, that level is one sd of the average further on.
     """
     given_promise(promise)
     given_count(window, "window")
@@ -146,7 +147,9 @@ def tuned_algorithm2(
     kept = (1.0 - gain) ** window
     slope = average * np.sqrt(2.0 * (1.0 - kept)) / window
     warning = fits[:, 0] + side * crossing_level(promise * series.shape[1], gain) * average
-    return Algorithm2(warning, critical, slope, 3.0 * slope, window, gain, side, kind)
+    beyond = side * (np.asarray(critical) - warning) > 0.0
+    level = np.where(beyond, critical, warning + side * average)
+    return Algorithm2(warning, level, slope, 3.0 * slope, window, gain, side, kind)
 
 
 def _one_way(side: Array) -> Mask:
