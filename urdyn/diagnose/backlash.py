@@ -55,7 +55,7 @@ class Reversals:
 
 @dataclass(frozen=True, eq=False)
 class Backlash:
-    """Settings."""
+    """Sequential test for gaps in gears, over reversals of their load [Roberts1966]_."""
 
     space: Space
     period: float  # [s] between rows

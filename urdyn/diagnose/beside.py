@@ -23,7 +23,7 @@ Belief = tuple[Array, Array]  # mean (n,) and covariance (n, n) of the states of
 
 @dataclass(frozen=True, eq=False)
 class Beside:
-    """Settings."""
+    """The information in a moment: about the load, and about the arm beside a load."""
 
     space: Space
 

@@ -1,7 +1,7 @@
-"""What the tool carries, second by second: pieces that come and go are work, not a fault.
+"""What the tool carries, moment by moment: pieces that come and go are work, not a fault.
 
 The payload's ten inertials are followed as modes: the commissioned one, and each other that was
-met. A second is given to the mode that explains it best; a new one is made where none does and a
+met. A moment is given to the mode that explains it best; a new one is made where none does and a
 payload explains better than any fault of a joint would.
 """
 
@@ -33,12 +33,12 @@ class Mode:
 
     mean: Array  # (10,) inertials beside the commissioned payload
     cov: Array  # (10, 10)
-    seen: float  # [s] of its last second
+    seen: float  # [s] end of its last moment
 
 
 @dataclass(frozen=True, eq=False)
 class Shown:
-    """What a second says of the payload, all other states marginalised.
+    """What a moment says of the payload, all other states marginalised.
 
     log L(m) = c + d' m - m' C m / 2, exact at one load: what friction makes of it is bent.
     """
@@ -69,7 +69,7 @@ def shown(pool: Pool, at: Index, rest: Index, x: Array, P: Array, beside: Array)
 
 
 def fit(told: Shown, mode: Mode) -> float:
-    """Log of the likelihood of a second under a mode, but for what all modes share."""
+    """Log of the likelihood of a moment under a mode, but for what all modes share."""
     g = told.d - told.C @ mode.mean
     inner = np.eye(10) + told.C @ mode.cov
     base = told.c + told.d @ mode.mean - 0.5 * mode.mean @ told.C @ mode.mean
@@ -78,7 +78,7 @@ def fit(told: Shown, mode: Mode) -> float:
 
 
 def learnt(told: Shown, mode: Mode, t: float) -> Mode:
-    """The mode after a second of it."""
+    """The mode after a moment of it."""
     inner = np.eye(10) + mode.cov @ told.C
     cov = np.linalg.solve(inner, mode.cov)
     mean = mode.mean + cov @ (told.d - told.C @ mode.mean)

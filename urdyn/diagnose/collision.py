@@ -61,7 +61,7 @@ class Quiet:
 
 @dataclass(frozen=True, eq=False)
 class Collision:
-    """Settings."""
+    """Finds pushes: torques that rise beside a quiet baseline, and go again."""
 
     space: Space
     rule: Mapping[str, float]  # least, warning, critical [N]; longest [s]

@@ -33,7 +33,7 @@ SHARES = (1.0, 0.5)  # [-] of the template: the load is not quite gone, or not a
 
 @dataclass(frozen=True, eq=False)
 class Crossing:
-    """Settings."""
+    """Likelihood of each gap, were it one that the motor crosses at a reversal."""
 
     space: Space
     period: float  # [s] between rows

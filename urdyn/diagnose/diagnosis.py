@@ -77,7 +77,7 @@ class State:
 
 @dataclass(frozen=True, eq=False)
 class Diagnosis:
-    """Settings; the state is passed along."""
+    """Diagnosis of a commissioned arm: fast tests every beat, slow ones every moment."""
 
     fit: Fit
     period: float  # [s] between rows

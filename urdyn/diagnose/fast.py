@@ -32,7 +32,7 @@ class FastState:
 
 @dataclass(frozen=True, eq=False)
 class Fast:
-    """Their tests together; the state is passed along."""
+    """Their tests together: a beat in, events out."""
 
     space: Space
     period: float  # [s] between rows

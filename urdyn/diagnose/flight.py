@@ -37,7 +37,7 @@ ENOUGH, TORN = 10, 3.0  # rows; periods that one step may take
 
 @dataclass(frozen=True, eq=False)
 class Flight:
-    """Settings."""
+    """Likelihood of each gap, were it one that the link flies through at a reversal."""
 
     space: Space
     period: float  # [s] between rows

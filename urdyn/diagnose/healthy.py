@@ -25,7 +25,7 @@ UNSTEADY = ("f", "alpha", "beta")  # whose windows are steadier where friction i
 
 @dataclass(frozen=True, eq=False)
 class Healthy:
-    """Settings."""
+    """Belief in the healthy arm on its first day, and how far it strays from block to block."""
 
     space: Space
     rules: Rules

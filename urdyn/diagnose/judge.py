@@ -36,7 +36,7 @@ BORNE_OUT = 10.0  # [s] since its onset, of what is told at a recording's end
 
 @dataclass(frozen=True, eq=False)
 class Judge:
-    """Settings."""
+    """Decides block by block which faults the evidence supports."""
 
     healthy: Healthy
     of: Suspects

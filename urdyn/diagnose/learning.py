@@ -28,7 +28,7 @@ class Learnt:
 
 @dataclass(frozen=True, eq=False)
 class Learning:
-    """Settings; the state is passed along."""
+    """Learns from blocks how loud a healthy arm's noise is, and how steady the arm."""
 
     space: Space
     healthy: Healthy

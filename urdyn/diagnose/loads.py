@@ -25,7 +25,7 @@ MARGIN = 10.0  # [nats] by which a payload has to explain moments better than an
 
 @dataclass(frozen=True, eq=False)
 class Loads:
-    """Settings."""
+    """Assigns every moment to a load."""
 
     space: Space
     of: Suspects

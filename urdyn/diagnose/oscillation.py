@@ -104,7 +104,7 @@ class Heard:
 
 @dataclass(frozen=True, eq=False)
 class Oscillation:
-    """Settings."""
+    """Finds a loop that rings: a line in a current's spectrum that stays where it is."""
 
     space: Space
     period: float  # [s] between rows

@@ -76,7 +76,7 @@ def _squares(felt: Array, slack: Array, sd: Array) -> Array:
 
 @dataclass(frozen=True, eq=False)
 class Pushed:
-    """Settings."""
+    """Link and force of a push, from the torques of its bins."""
 
     space: Space
     least: float  # [N] below, pushes are not told

@@ -54,7 +54,7 @@ class Felt:
 
 @dataclass(frozen=True, eq=False)
 class SensorHealth:
-    """Settings."""
+    """Finds current sensors that are stuck, silent, noisy or erratic."""
 
     space: Space
     period: float  # [s] between rows

@@ -36,7 +36,7 @@ ENOUGH = 10  # values of current in a moment that says anything
 
 @dataclass(frozen=True, eq=False)
 class Slow:
-    """Settings; the state is passed along."""
+    """Tests for slow kinds: moments in, changes out."""
 
     space: Space
     period: float  # [s] between rows

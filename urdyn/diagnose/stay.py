@@ -30,7 +30,7 @@ AT_LAST = 8.0  # [s] of motion at least, up to a recording's end, where nothing 
 
 @dataclass(frozen=True, eq=False)
 class Stay:
-    """Settings."""
+    """Decides when another load is there to stay, and is no piece."""
 
     space: Space
     of: Suspects
