@@ -18,12 +18,13 @@ from urdyn.diagnose.rules import PAYLOAD_STATES, SlowKind, unit
 from urdyn.diagnose.space import Space
 from urdyn.types import Array, Index
 
+SIZES = (1.0, 0.2)  # of the expected size, that a step may have
 RATES = (60.0, 600.0, 3600.0, 18000.0)  # [s] in which a ramp makes a change of the expected size
+SCALES = {"step": SIZES, "ramp": tuple(1.0 / tau for tau in RATES)}  # of it, of a ramp [1/s]
 NOBODY = -1
 ANY = (1.0, 5.0, 25.0)  # of the expected size, that what has just happened may have
 LEAST = 0.1  # [-] of its current that a drive takes at least, however healthy it becomes
 FINE = 0.05  # of a block, to which the time of an onset is told
-SIZES = (1.0, 0.2)  # of the expected size, that a step may have
 
 
 @dataclass(frozen=True, eq=False)
@@ -143,10 +144,9 @@ def evidence(bank: Bank, kind: SlowKind, places: Index, sd: Array) -> Array:
     d = np.moveaxis(bank.d[..., places], 2, 1)
     for s, shape in enumerate(SHAPES):
         if shape in kind.shapes:
-            scales = SIZES if s == 0 else tuple(1.0 / tau for tau in RATES)
-            for k, scale in enumerate(scales):
+            for k, scale in enumerate(SCALES[shape]):
                 told[:, s, k] = _log_ratio(C[s], d[s], scale * sd[:, None], kind.sign)
-            told[:, s] -= np.log(len(scales) * len(kind.shapes))
+            told[:, s] -= np.log(len(SCALES[shape]) * len(kind.shapes))
     return told
 
 
@@ -197,20 +197,26 @@ def explanation(bank: Bank, suspect: Suspect) -> Explanation:
     told = _by_onset(bank, suspect)
     total = float(logsumexp(told))
     by_onset = np.exp(logsumexp(told, axis=(0, 1)) - total)
-    s, scale, m = np.unravel_index(int(np.argmax(told)), told.shape)
-    at, cov = suspect.places, _cov(bank, suspect, int(s), int(scale), int(m))
-    delta, spread = float((cov @ bank.d[s, m][at])[0]), float(np.sqrt(cov[0, 0]))
-    onset = float(bank.onset[m])
-    age = bank.t - onset if SHAPES[s] == "ramp" else 1.0
-    ramp = s == 1
+    best = _likeliest(bank, suspect, told)
+    delta, spread = float(best.delta[0]), float(np.sqrt(best.cov[0, 0]))
+    grows = best.shape == "ramp"
     lo, middle, hi = (_quantile(bank.onset, by_onset, share) for share in (0.05, 0.5, 0.95))
     began = _began(np.append(bank.onset, bank.t), by_onset)
     older = bank.oldest and bool(middle == bank.onset[0])
-    began = (min(middle, began[0]), began[1]) if older else began
     return Explanation(
-        suspect, bank.t, total, SHAPES[s], middle, (lo, hi), began, delta * age, spread * age,
-        delta if ramp else 0.0, spread if ramp else 0.0, older,
-    )  # fmt: skip
+        suspect=suspect,
+        t=bank.t,
+        evidence=total,
+        shape=best.shape,
+        onset=middle,
+        shown=(lo, hi),
+        began=(min(middle, began[0]), began[1]) if older else began,
+        size=delta * best.age,
+        size_sd=spread * best.age,
+        rate=delta if grows else 0.0,
+        rate_sd=spread if grows else 0.0,
+        older=older,
+    )
 
 
 def supposed(bank: Bank, suspect: Suspect, E: Array) -> Bank:
@@ -219,13 +225,11 @@ def supposed(bank: Bank, suspect: Suspect, E: Array) -> Bank:
     Args:
         E: all directions that faults have, (N, p).
     """
-    told, at = _by_onset(bank, suspect), suspect.places
-    s, scale, m = np.unravel_index(int(np.argmax(told)), told.shape)
-    cov = _cov(bank, suspect, int(s), int(scale), int(m))
-    age = bank.t - bank.onset[m] if SHAPES[s] == "ramp" else 1.0
-    missed = age * E[:, at] - bank.X[:, s, m, at]  # of a unit of change, by the filter
-    x = bank.x + missed @ (cov @ bank.d[s, m][at])
-    return replace(bank, x=x, P=bank.P + missed @ cov @ missed.T)
+    best, at = _likeliest(bank, suspect, _by_onset(bank, suspect)), suspect.places
+    filtered = bank.X[:, SHAPES.index(best.shape), best.m, at]
+    missed = best.age * E[:, at] - filtered  # of a unit of change, by the filter
+    x = bank.x + missed @ best.delta
+    return replace(bank, x=x, P=bank.P + missed @ best.cov @ missed.T)
 
 
 def _by_onset(bank: Bank, suspect: Suspect) -> Array:
@@ -234,10 +238,29 @@ def _by_onset(bank: Bank, suspect: Suspect) -> Array:
     return np.asarray(told + np.log(bank.weight))
 
 
-def _cov(bank: Bank, suspect: Suspect, s: int, scale: int, m: int) -> Array:
-    """Of a change of this shape and scale since this onset, (r, r)."""
-    sd, at = suspect.sd * (SIZES[scale] if s == 0 else 1.0 / RATES[scale]), suspect.places
-    return np.asarray(np.linalg.inv(bank.C[s, m][at[:, None], at] + np.diag(sd**-2.0)))
+@dataclass(frozen=True, eq=False)
+class _Likeliest:
+    """The likeliest of a suspect's changes."""
+
+    shape: str
+    m: int  # which onset
+    cov: Array  # (r, r) of the change: of a step its size, of a ramp its rate
+    delta: Array  # (r,) mean of that
+    age: float  # what turns it into the size now: of a ramp [s] since its onset, of a step 1
+
+
+def _likeliest(bank: Bank, suspect: Suspect, told: Array) -> _Likeliest:
+    """Of the shapes, scales and onsets that a suspect's change may have.
+
+    Args:
+        told: evidence of each, (2, scales, m).
+    """
+    s, scale, m = (int(k) for k in np.unravel_index(int(np.argmax(told)), told.shape))
+    shape, at = SHAPES[s], suspect.places
+    sd = suspect.sd * SCALES[shape][scale]
+    cov = np.linalg.inv(bank.C[s, m][at[:, None], at] + np.diag(sd**-2.0))
+    age = float(bank.t - bank.onset[m]) if shape == "ramp" else 1.0
+    return _Likeliest(shape, m, np.asarray(cov), np.asarray(cov @ bank.d[s, m][at]), age)
 
 
 def _quantile(values: Array, share: Array, level: float) -> float:
