@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from urdyn.diagnose.rows import Rows
+from urdyn.diagnose.rows import COULOMB, Rows
 from urdyn.model.drive import Drive
 from urdyn.model.friction import follow
 from urdyn.types import Array, Mask
@@ -39,11 +39,11 @@ class Creep:
         moved = np.where(held & ~still, np.nan_to_num(moved), 0.0)
         now = np.array([follow(of, moved, drive.presliding_distance) for of in self.ends])
         return Creep(
-            held,
-            np.where(slow, rows.q[-1], self.place),
-            np.where(stood, self.s, _states(rows, drive)[-1]),
-            np.where(stood, now, _full(len(held))),
-            np.where(still, self.q, rows.q[-1]),
+            held=held,
+            place=np.where(slow, rows.q[-1], self.place),
+            s=np.where(stood, self.s, _states(rows, drive)[-1]),
+            ends=np.where(stood, now, _full(len(held))),
+            q=np.where(still, self.q, rows.q[-1]),
         )
 
     def integrated(self, rows: Rows, drive: Drive) -> Array:
@@ -72,7 +72,7 @@ def at_first(joints: int) -> Creep:
 
 def _states(rows: Rows, drive: Drive) -> Array:
     """Presliding states as they are predicted, (N, J) [-]."""
-    return np.asarray(drive.gain * rows.drive[:, 0] / drive.coulomb)
+    return np.asarray(drive.gain * rows.drive[:, COULOMB] / drive.coulomb)
 
 
 def _full(joints: int) -> Array:

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from urdyn.diagnose.rows import Rows, derivatives
+from urdyn.diagnose.rows import COULOMB, HEALTH, STRUCTURAL, Rows, derivatives
 from urdyn.model.drive import Drive
 from urdyn.tracking.passage import STANDING
 from urdyn.types import Array, Index
@@ -53,27 +53,26 @@ def averaged(rows: Rows, period: float, noise: Array) -> Means:
         period: [s] between rows.
         noise: sd of white noise as loud at low frequencies as the residual is, (J,) [A].
     """
-    told = rows.settled & (np.abs(rows.v) > STANDING) & np.isfinite(rows.residual)
-    r = np.where(told, rows.residual, 0.0)
+    known = rows.settled & (np.abs(rows.v) > STANDING) & np.isfinite(rows.residual)
+    r = np.where(known, rows.residual, 0.0)
     noise = noise * _roughness(rows.residual, noise)
     width = max(1, int(1.0 / (AVERAGED * period) + 0.01))
     at: Index = np.arange(0, len(rows), width)
-    weight = told / (noise**2 + rows.doubt**2)
+    weight = known / (noise**2 + rows.doubt**2)
     total = np.add.reduceat(weight, at, axis=0)
     group = np.searchsorted(at, np.arange(len(r)), side="right") - 1
     share = weight / np.where(total > 0.0, total, 1.0)[group]
-    mean = (np.add.reduceat(x, at, axis=0) for x in (share * r, share * rows.load))
-    residual, load = mean
+    load = np.add.reduceat(share * rows.load, at, axis=0)
     return Means(
-        total,
-        residual,
-        np.add.reduceat(share[..., None] * rows.tool, at, axis=0),
-        np.add.reduceat(share[..., None] * rows.rigid, at, axis=0),
-        np.add.reduceat(share[:, None] * rows.drive, at, axis=0),
-        load,
-        np.zeros_like(load),
-        told.sum(axis=0),
-        rows.warm.mean(axis=0),
+        weight=total,
+        residual=np.add.reduceat(share * r, at, axis=0),
+        tool=np.add.reduceat(share[..., None] * rows.tool, at, axis=0),
+        rigid=np.add.reduceat(share[..., None] * rows.rigid, at, axis=0),
+        drive=np.add.reduceat(share[:, None] * rows.drive, at, axis=0),
+        load=load,
+        more=np.zeros_like(load),
+        count=known.sum(axis=0),
+        warm=rows.warm.mean(axis=0),
     )
 
 
@@ -84,9 +83,9 @@ def _roughness(residual: Array, noise: Array) -> Array:
     that no state of the arm explains.
     """
     apart = np.diff(residual, axis=0)
-    told = np.isfinite(apart)
-    square = np.where(told, apart, 0.0) ** 2
-    ratio = np.sqrt(square.sum(axis=0) / np.maximum(2 * told.sum(axis=0), 1)) / noise
+    known = np.isfinite(apart)
+    square = np.where(known, apart, 0.0) ** 2
+    ratio = np.sqrt(square.sum(axis=0) / np.maximum(2 * known.sum(axis=0), 1)) / noise
     return np.where(ratio > ROUGH, ratio**2, 1.0)
 
 
@@ -95,16 +94,17 @@ def laden(means: Means, drive: Drive, m: Array) -> Means:
 
     A piece may turn a joint's load over, and with it what the gear's friction makes of that.
     """
-    grip = drive.structural * means.drive[:, 0] * drive.gain / drive.coulomb  # beta s
+    grip = drive.structural * means.drive[:, COULOMB] * drive.gain / drive.coulomb  # beta s
     through = 1.0 + grip * np.sign(means.load)
     by = drive.gain / through
     tau, likewise = by * (means.tool @ m), by * (means.rigid[..., -10:] @ m)
     load = means.load + tau
     turned = (1.0 + grip * np.sign(load)) / through
-    own, held = means.drive.copy(), means.drive[:, 2]
-    own[:, 2] = np.sign(load) * (np.sign(means.load) * held + grip * likewise / drive.gain)
-    more = likewise / drive.gain + own[:, 2] - held
-    own[:, 3] -= more
+    own, held = means.drive.copy(), means.drive[:, STRUCTURAL]
+    lost = np.sign(load) * (np.sign(means.load) * held + grip * likewise / drive.gain)
+    more = likewise / drive.gain + lost - held
+    own[:, STRUCTURAL] = lost
+    own[:, HEALTH] -= more
     left = (tau + grip * (np.abs(load) - np.abs(means.load))) / drive.gain
     return replace(
         means,

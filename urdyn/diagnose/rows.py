@@ -21,6 +21,8 @@ from urdyn.model.friction import features
 from urdyn.model.population import OPTIONAL
 from urdyn.types import Array, Mask, Motion
 
+OWN = ("f", "alpha", "beta", "z", "o", "rotor")  # states that move the current of their joint alone
+COULOMB, STRUCTURAL, HEALTH = (OWN.index(name) for name in ("f", "beta", "z"))
 SLIDING_DOUBT = 0.03  # [-] sd of the presliding state of a joint that slides; more where it creeps
 SMEARED = 0.15  # [-] of a row, by which kinematics that are estimated may be off
 SETTLED = 50.0  # presliding distances of travel after which the bristles are known
@@ -38,7 +40,7 @@ class Rows:
     predicted: Array  # (N, J) [A] of the commissioned arm
     tool: Array  # (N, J, 10) [A] per unit of payload, with the accelerations of `predicted`
     rigid: Array  # (N, J, c) [A] per unit of k, m, payload, with the instrument's
-    drive: Array  # (N, 6, J) [A] per unit of the own joint's f, alpha, beta, z, o, rotor; likewise
+    drive: Array  # (N, 6, J) [A] per unit of the own joint's states, as in OWN; likewise
     doubt: Array  # (N, J) [A] sd of what nobody knows of the bristles
     settled: Mask  # (N, J) slides on bristles that are known
     warm: Array  # (N, 3, J) as `warmth.unknowns` has it
@@ -84,24 +86,34 @@ def rows(space: Space, motion: Motion, s: Array, travelled: Array, warmth: Warmt
 
     predicted, through = current(load, a), (per * (1.0 + held))[..., None]
     A = np.concatenate([arm.torque_derivatives(q, v, a)[0], Z @ space.shown, Z[..., -10:]], axis=2)
-    own = [
-        drive.coulomb * s,
-        drive.viscous * soft * v,
-        held * likewise,
-        -current(likewise, motion.instrument) * drive.gain,
-        np.ones_like(load),
-        drive.rotor_inertia * motion.instrument,
-    ]
+    own = {
+        "f": drive.coulomb * s,
+        "alpha": drive.viscous * soft * v,
+        "beta": held * likewise,
+        "z": -current(likewise, motion.instrument) * drive.gain,
+        "o": np.ones_like(load),
+        "rotor": drive.rotor_inertia * motion.instrument,
+    }
     grip = drive.coulomb + drive.structural * np.abs(load)
     doubt = (SLIDING_DOUBT + presliding_doubt(v)) * grip * per
     if len(motion) > 1:
         doubt = doubt + SMEARED * np.abs(np.gradient(predicted, axis=0))
     settled = travelled > SETTLED * drive.presliding_distance
     return Rows(
-        motion.t, q, v, load, motion.current, predicted,
-        through * Y[..., -10:], through * A, per * np.stack(own, axis=1), doubt, settled,
-        np.broadcast_to(warm, (len(motion), *warm.shape)), motion.shift,
-    )  # fmt: skip
+        t=motion.t,
+        q=q,
+        v=v,
+        load=load,
+        current=motion.current,
+        predicted=predicted,
+        tool=through * Y[..., -10:],
+        rigid=through * A,
+        drive=per * np.stack([own[name] for name in OWN], axis=1),
+        doubt=doubt,
+        settled=settled,
+        warm=np.broadcast_to(warm, (len(motion), *warm.shape)),
+        shift=motion.shift,
+    )
 
 
 def joined(parts: tuple[Rows, ...]) -> Rows:
