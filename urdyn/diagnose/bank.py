@@ -21,6 +21,7 @@ from urdyn.types import Array, Index
 PAUSE = 10.0  # [s] without work, after which it may be another program
 PROGRAM = 1.0  # [-] windows' straying, by which the model may be off for as long as that runs
 RECENT = 8  # onsets that are all kept; older ones stand ever further apart
+APART = 0.5  # [-] of its age, from one neighbour of an old onset to the other, that keeps it
 SHAPES = ("step", "ramp")
 
 
@@ -29,9 +30,7 @@ class Straying:
     """How far a healthy arm strays, per state."""
 
     walk: Array  # (n,) [1/√s]
-    window: (
-        Array  # (n,) sd from window to window: programs that differ, models that are not perfect
-    )
+    window: Array  # (n,) sd from window to window: programs differ, no model is perfect
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,9 +75,17 @@ def first(x: Array, P: Array, p: int) -> Bank:
     """Before the first block."""
     n = len(x)
     return Bank(
-        np.nan, np.nan, x, P, np.zeros(0), True, np.zeros(0),
-        np.zeros((n, 2, 0, p)), np.zeros((2, 0, p, p)), np.zeros((2, 0, p)),
-    )  # fmt: skip
+        t=np.nan,
+        middle=np.nan,
+        x=x,
+        P=P,
+        onset=np.zeros(0),
+        oldest=True,
+        weight=np.zeros(0),
+        X=np.zeros((n, 2, 0, p)),
+        C=np.zeros((2, 0, p, p)),
+        d=np.zeros((2, 0, p)),
+    )
 
 
 def strayed(A: Array, b: Array, window: Array) -> tuple[Array, Array]:
@@ -189,7 +196,7 @@ def _thinned(bank: Bank) -> Bank:
     gap = (age[:-2] - age[2:]) / age[1:-1]
     gap[m - RECENT :] = np.inf
     k = int(np.argmin(gap[: m - RECENT])) + 1
-    if gap[k - 1] > 0.5:
+    if gap[k - 1] > APART:
         return bank
     weight = bank.weight.copy()
     weight[k - 1] += weight[k]

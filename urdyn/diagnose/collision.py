@@ -25,6 +25,7 @@ CLEAR = 8.0  # [-] of squares by which each of them says so: 12 nats together, a
 FORGET = 0.08  # [-] of the baseline of a joint that moves, a bin
 RELAX = 0.015  # [-] of one that stands: what holds it changes slowly, a hand may press as slowly
 SPREAD = 0.02  # [-] of what is known of its spread
+WILD = 3.0  # [sd] that one bin counts at most in the spread
 NOTHING = 8.0  # [-] sum of squares below which bins tell how far the baseline is to be believed
 CORRELATED = 0.3  # [-] share of the noise that a bin's mean does not lose
 # [s] that a joint goes on being slow before it stands, and until then it may be held by less and
@@ -77,9 +78,18 @@ class Collision:
         nothing, nan = np.zeros(J), np.full(J, np.nan)
         no = np.zeros(J, dtype=bool)
         return Quiet(
-            nan, nan, np.zeros((2, J)), no, at_first(J), np.full(J, -np.inf), nothing, nothing,
-            nothing, np.zeros(10), no,
-        )  # fmt: skip
+            base=nan,
+            bare=nan,
+            slack=np.zeros((2, J)),
+            loose=no,
+            creep=at_first(J),
+            since=np.full(J, -np.inf),
+            aimed=nothing,
+            asked=nothing,
+            spread=nothing,
+            carried=np.zeros(10),
+            unheard=no,
+        )
 
     def step(
         self, state: Quiet, rows: Rows, carried: Array, ill: Mask
@@ -100,25 +110,16 @@ class Collision:
     def _bin(
         self, state: Quiet, rows: Rows, carried: Array, ill: Mask
     ) -> tuple[Quiet, Event | None]:
+        """The rows of a bin on; an event when a push is over."""
         ill = ill | ~np.isfinite(rows.residual).any(axis=0)
         if ill.all():
             return state, None
         drive = self.space.reference.drive
-        K = drive.gain
-        tool = K[:, None] * rows.tool.mean(axis=0)
-        rho = K * np.where(ill, np.nan, mean_measured(rows.residual))
-        aimed = K * rows.predicted.mean(axis=0)
-        creep = state.creep.after(rows, drive)
-        grip = self._grip(rows)
-        freed = grip * creep.integrated(rows, drive)
-        rho, aimed = rho + freed, aimed - freed
+        tool = drive.gain[:, None] * rows.tool.mean(axis=0)
+        creep, grip = state.creep.after(rows, drive), self._grip(rows)
+        rho, aimed = self._torques(rows, ill, grip * creep.integrated(rows, drive))
         if not state.going:
-            # Whoever changes their mind about what is carried has not felt anything. A joint that
-            # was not heard may not have learnt of it.
-            more = tool @ (carried[0] - state.carried)
-            missed = state.unheard & (more != 0.0)
-            base = np.where(missed, np.nan, state.base - more)
-            state = replace(state, base=base, carried=carried[0])
+            state = _beside(state, tool, carried[0])
         borne = tool @ state.carried
         state = self._loosened(state, rows, rho, borne, aimed, creep)
         late = LATE * np.abs(aimed - state.asked)
@@ -129,12 +130,30 @@ class Collision:
         slack = state.slack + grip * creep.grown(drive)
         felt, bare = np.nan_to_num([rho - borne - state.base, rho - state.bare])
         seen = Bin(
-            float(rows.t[0]), bool(creep.held.all()), felt, bare, noise, doubt, slack, rows.q[0],
-            tool, state.carried,
-        )  # fmt: skip
+            t=float(rows.t[0]),
+            stood=bool(creep.held.all()),
+            felt=felt,
+            bare=bare,
+            noise=noise,
+            doubt=doubt,
+            slack=slack,
+            q=rows.q[0],
+            tool=tool,
+            carried=state.carried,
+        )
         if not state.going and sizes((seen,))[0] < LOUD:
-            return self._learn(state, seen, usual + doubt**2, aimed), None
+            return _learnt(state, seen, usual + doubt**2, aimed), None
         return self._judge(state, seen, carried, ill)
+
+    def _torques(self, rows: Rows, ill: Mask, freed: Array) -> tuple[Array, Array]:
+        """What the model leaves in a bin, NaN: unknown, and what it predicts, (J,) [N·m].
+
+        Args:
+            freed: what joints that stand were predicted to let go of as they creep, (J,) [N·m].
+        """
+        K = self.space.reference.drive.gain
+        left = K * np.where(ill, np.nan, mean_measured(rows.residual))
+        return left + freed, K * rows.predicted.mean(axis=0) - freed
 
     def _loosened(
         self, state: Quiet, rows: Rows, rho: Array, borne: Array, aimed: Array, creep: Creep
@@ -186,6 +205,7 @@ class Collision:
     def _judge(
         self, state: Quiet, seen: Bin, carried: Array, ill: Mask
     ) -> tuple[Quiet, Event | None]:
+        """A bin more of what happens; an event where it was a push, and is over."""
         calm = _calm(state.bins, seen, carried) if state.going else None
         seen = calm or seen
         if not state.going:
@@ -202,23 +222,44 @@ class Collision:
             return replace(state, base=base, bare=bare, calm=0, bins=()), None
         return state, None
 
-    def _learn(self, state: Quiet, seen: Bin, usual: Array, aimed: Array) -> Quiet:
-        fresh = np.isinf(seen.noise) | state.loose
-        forget = np.where(state.creep.held, RELAX, FORGET)
-        rate = np.maximum(forget, 1.0 / (state.seen + 1.0))
-        square = seen.felt**2
-        wide = fresh | (np.sum(np.where(fresh, 0.0, square / usual)) > NOTHING)
-        clipped = np.minimum(square, 9.0 * usual)
-        spread = state.spread + np.where(wide, 0.0, SPREAD * (clipped - state.spread))
-        base, bare = (
-            of + np.where(fresh, 0.0, rate * felt)
-            for of, felt in ((state.base, seen.felt), (state.bare, seen.bare))
-        )
-        at = state.aimed + np.where(fresh, 0.0, rate * (aimed - state.aimed))
-        kept = np.where(fresh, 1.0, 1.0 - rate)
-        slack, creep = kept * state.slack, state.creep.learnt(kept)
-        known = replace(state, base=base, bare=bare, aimed=at, slack=slack, creep=creep)
-        return replace(known, spread=spread, seen=state.seen + 1)
+
+def _beside(state: Quiet, tool: Array, load: Array) -> Quiet:
+    """A baseline beside another load: who changes their mind about it has not felt anything.
+
+    A joint that was not heard may not have learnt of it.
+
+    Args:
+        tool: (J, 10) [N·m] per unit of payload.
+        load: inertials, (10,).
+    """
+    more = tool @ (load - state.carried)
+    missed = state.unheard & (more != 0.0)
+    return replace(state, base=np.where(missed, np.nan, state.base - more), carried=load)
+
+
+def _learnt(state: Quiet, seen: Bin, usual: Array, aimed: Array) -> Quiet:
+    """The baseline after a bin in which nothing happened.
+
+    Args:
+        usual: variance of what is felt then, (J,) [(N·m)²].
+        aimed: predicted, (J,) [N·m].
+    """
+    fresh = np.isinf(seen.noise) | state.loose
+    forget = np.where(state.creep.held, RELAX, FORGET)
+    rate = np.maximum(forget, 1.0 / (state.seen + 1.0))
+    square = seen.felt**2
+    wide = fresh | (np.sum(np.where(fresh, 0.0, square / usual)) > NOTHING)
+    clipped = np.minimum(square, WILD**2 * usual)
+    spread = state.spread + np.where(wide, 0.0, SPREAD * (clipped - state.spread))
+    base, bare = (
+        of + np.where(fresh, 0.0, rate * felt)
+        for of, felt in ((state.base, seen.felt), (state.bare, seen.bare))
+    )
+    at = state.aimed + np.where(fresh, 0.0, rate * (aimed - state.aimed))
+    kept = np.where(fresh, 1.0, 1.0 - rate)
+    slack, creep = kept * state.slack, state.creep.learnt(kept)
+    known = replace(state, base=base, bare=bare, aimed=at, slack=slack, creep=creep)
+    return replace(known, spread=spread, seen=state.seen + 1)
 
 
 def _calm(then: tuple[Bin, ...], seen: Bin, carried: Array) -> Bin | None:

@@ -25,6 +25,7 @@ from urdyn.types import Array, Mask
 GAPS = np.array([5e-5, 1e-4, 2e-4, 4e-4, 8e-4, 1.6e-3])  # [rad] half, that are looked for
 BEFORE, LONGEST = 0.04, 0.06  # [s] before and after a reversal, or longer in this proportion
 WIDER = 1.5  # [-] times the time that a gap takes, after which what it lacked must be back
+FEWEST = 8  # rows about a reversal: a level and a slope take two of them
 WILD = 4.0  # [sd] that one row counts at most
 CLEAR = 4.0  # [sd] of a load about its line, that it has to swing through
 BENT, SPAN = 2.0, 0.02  # [-] times its usual bend over this time [s], beyond which a load jumps
@@ -73,12 +74,12 @@ class Crossing:
     ) -> tuple[Array, Array] | None:
         """Log likelihood ratios of gaps that take as long, and what they would be [nats]."""
         at = (after > -longest * BEFORE / LONGEST) & (after < longest)
-        if at.sum() < 8 or not np.isfinite(left[at]).all():
+        if at.sum() < FEWEST or not np.isfinite(left[at]).all():
             return None
         if np.abs(rows.v[at, j]).min() < STANDING:  # a joint that stands is held by friction
             return None
         line = Polynomial.fit(after[at], load[at], 1)(after[at])
-        if not self._whole(load[at], after[at], line) or self._jumps(load, at):
+        if not _whole(load[at], after[at], line) or self._jumps(load, at):
             return None
         K, noise = self.space.reference.drive.gain[j], self.space.noise[j]
         x = -(line / K) * ((after[at] > 0.0) & (after[at] < self.lasting[gaps, j, None]))
@@ -93,18 +94,6 @@ class Crossing:
         of_each = [(c * (x @ r) - 0.5 * c**2 * power) / louder for c in SHARES]
         return logsumexp(of_each, axis=0) - np.log(len(SHARES)), 0.5 * power / louder
 
-    def _whole(self, load: Array, after: Array, line: Array) -> bool:
-        """The load turns over once, and for good: noise about zero is no reversal.
-
-        What is wrong with accelerations is in the load, and reversed in the residual: a load that
-        only they turn over would look like a gap.
-        """
-        if np.ptp(line) < CLEAR * np.std(load - line):
-            return False
-        side, before = np.sign(load), after < 0.0
-        return bool(before.any() and (side[before] == side[0]).all()
-                    and (side[~before] == -side[0]).all())  # fmt: skip
-
     def _jumps(self, load: Array, at: Mask) -> bool:
         """Whether a load turns over more sharply than accelerations can be told.
 
@@ -114,3 +103,16 @@ class Crossing:
         lag = max(1, round(SPAN / self.period))
         bend = np.abs(load[2 * lag :] - 2.0 * load[lag:-lag] + load[: -2 * lag])
         return bool(bend[at[lag:-lag]].mean() > BENT * np.median(bend))
+
+
+def _whole(load: Array, after: Array, line: Array) -> bool:
+    """The load turns over once, and for good: noise about zero is no reversal.
+
+    What is wrong with accelerations is in the load, and reversed in the residual: a load that only
+    they turn over would look like a gap.
+    """
+    if np.ptp(line) < CLEAR * np.std(load - line):
+        return False
+    side, before = np.sign(load), after < 0.0
+    turns = (side[before] == side[0]).all() and (side[~before] == -side[0]).all()
+    return bool(before.any() and turns)

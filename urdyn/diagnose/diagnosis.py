@@ -32,7 +32,7 @@ from urdyn.diagnose.space import Space, space
 from urdyn.diagnose.trust import in_company
 from urdyn.diagnose.verdict import identity, of_change, of_event, risen, up_to_date, worse
 from urdyn.diagnose.warmth import Warmth, felt, unfelt
-from urdyn.diagnose.zero import told
+from urdyn.diagnose.zero import jumps
 from urdyn.identify.fit import Fit
 from urdyn.signal import Instant
 from urdyn.signal.stretches import GAP
@@ -168,7 +168,7 @@ class Diagnosis:
     def _rows(self, state: State, motion: Motion, s: Array, travelled: Array) -> tuple[State, Rows]:
         """A motion beside the model, as it was: without the jumps of encoders that are told."""
         warmth = felt(state.warmth, motion.t, motion.temperature)
-        off = state.off + np.cumsum(told(motion.shift, self.fast.levels[JUMPS]), axis=0)
+        off = state.off + np.cumsum(jumps(motion.shift, self.fast.levels[JUMPS]), axis=0)
         if np.count_nonzero(off):
             motion = replace(motion, q=motion.q - off)
         state = replace(state, warmth=warmth, off=off[-1])

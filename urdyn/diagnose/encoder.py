@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from urdyn.diagnose.event import Event
+from urdyn.diagnose.event import CERTAIN, USELESS, Event
 from urdyn.types import Array, Mask
 
 ENCODER = "encoder"  # the mode of a sensor fault that is one of angles
@@ -57,4 +57,12 @@ def ever_unseen(t: Array, silent: Mask, rule: Mapping[str, float]) -> list[Event
 
 
 def _event(j: int, onset: float, now: float) -> Event:
-    return Event("sensor_fault", j, onset, now, 0.99, 10.0, {"mode": ENCODER})
+    return Event(
+        kind="sensor_fault",
+        joint=j,
+        onset=onset,
+        alarm=now,
+        confidence=CERTAIN,
+        size=USELESS,
+        evidence={"mode": ENCODER},
+    )

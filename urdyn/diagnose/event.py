@@ -6,6 +6,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+CERTAIN = 0.99  # [-] that a test which alarms is right, before it is said how far to trust its name
+USELESS = 10.0  # size of a sensor that tells nothing: beyond any level
+
 
 @dataclass(frozen=True, eq=False)
 class Event:

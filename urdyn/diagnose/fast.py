@@ -85,8 +85,9 @@ class Fast:
         heard, rings = self.oscillation.step(state.heard, rows, bool(ill.any()))
         doubted = doubted | self.oscillation.ringing(heard, float(rows.t[-1]))
         swung = self.oscillation.swung(heard)
-        how = carried[0], doubted, swung
-        reversals, gaps, open_now = self.backlash.step(state.reversals, rows, *how)
+        reversals, gaps, open_now = self.backlash.step(
+            state.reversals, rows, tool=carried[0], ill=doubted, swung=swung
+        )
         events = [*sick, *pushes, *rings, *gaps, *shifted(rows, self.levels["encoder_offset"])]
         untrue = ill | open_now | ringing | torn
         return FastState(sensors, quiet, heard, reversals), events, untrue

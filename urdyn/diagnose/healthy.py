@@ -19,6 +19,7 @@ from urdyn.diagnose.rules import Rules
 from urdyn.diagnose.space import Space
 from urdyn.types import Array
 
+PER_HOUR = 60.0  # [√s] in an hour: what is told by the hour walks so much less by [√s]
 GROWTH = 150.0  # [s] in which a known fault may change by as much as it was expected to
 UNSTEADY = ("f", "alpha", "beta")  # whose windows are steadier where friction is
 
@@ -57,7 +58,7 @@ class Healthy:
     def straying(self) -> Straying:
         """How far it strays."""
         walk, n = np.zeros(self.size), self.space.size
-        walk[:n] = self.rules.stray(self.space, "hour") / 60.0
+        walk[:n] = self.rules.stray(self.space, "hour") / PER_HOUR
         window = np.zeros(self.size)
         window[:n] = self.rules.stray(self.space, "window")
         return Straying(walk, window)
@@ -83,7 +84,7 @@ class Healthy:
             warm: as `warmth.unknowns` has it, (3, J).
         """
         walk = np.zeros(self.size)
-        walk[self.space.places["alpha"]] = np.isnan(warm[0]) * self.rules.warmth["blind"] / 60.0
+        walk[self.space.places["alpha"]] = np.isnan(warm[0]) * self.rules.warmth["blind"] / PER_HOUR
         return walk
 
     def loosened(self, known: Sequence[Fault], share: Array) -> Straying:

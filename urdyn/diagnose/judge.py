@@ -122,10 +122,21 @@ class Judge:
         more = supposed(state.bank, told.suspect, self.E).x[self.healthy.space.payload]
         detail = (state.carrying.modes[0].mean + more)[: len(PAYLOAD_STATES)]
         change = Change(
-            k, told.onset, told.shown, told.began, told.t, share, told.evidence,
-            told.size, told.size_sd, told.rate, told.rate_sd,
-            tuple(detail.tolist()) if of_tool else (), rivals, told.older,
-        )  # fmt: skip
+            suspect=k,
+            onset=told.onset,
+            shown=told.shown,
+            began=told.began,
+            alarm=told.t,
+            confidence=share,
+            evidence=told.evidence,
+            size=told.size,
+            size_sd=told.size_sd,
+            rate=told.rate,
+            rate_sd=told.rate_sd,
+            detail=tuple(detail.tolist()) if of_tool else (),
+            rivals=rivals,
+            older=told.older,
+        )
         before, state = state, replace(state, found=(*state.found, change), waited=0)
         if of_tool:
             return self._settled_on(state, more)

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from urdyn.diagnose.event import Event
+from urdyn.diagnose.event import CERTAIN, USELESS, Event
 from urdyn.diagnose.rows import Rows
 from urdyn.diagnose.space import Space
 from urdyn.tracking.passage import STANDING
@@ -18,6 +18,8 @@ from urdyn.types import MAD_TO_SD, Array, Mask
 
 MODES = ("stuck", "dropped", "noisy", "erratic")
 ENOUGH = 24  # rows at least that tell of noise
+# Rows at least, however far apart: a few repeat one value, or are lost, by chance.
+SAME, LOST = 8.0, 3.0
 COARSE = 0.06  # [s] between rows; further apart, neighbours tell of the motion
 WELL = 2.0  # [s] without a sign of illness, after which a sensor is believed again
 NOTHING = 8.0  # [-] times the noise that is asked for, where a value of 0 tells nothing
@@ -67,9 +69,21 @@ class SensorHealth:
         never = np.full((len(MODES), J), -np.inf)
         told = np.zeros((len(MODES), J), dtype=bool)
         return Felt(
-            nan, zero, zero, zero, zero, zero, np.zeros((0, J)), nan, zero, zero, zero, zero,
-            never, told,
-        )  # fmt: skip
+            last=nan,
+            same=zero,
+            began=zero,
+            slid=zero,
+            silent=zero,
+            went=zero,
+            left=np.zeros((0, J)),
+            rough=nan,
+            loud=zero,
+            grew=zero,
+            torn=zero,
+            tore=zero,
+            ill=never,
+            told=told,
+        )
 
     def unsteady(self, state: Felt) -> Mask:
         """Joints whose sensor is so noisy that little is told by single values, (J,)."""
@@ -104,7 +118,7 @@ class SensorHealth:
         state = self._tore(state, rows.t, torn)
         left = np.concatenate([state.left, rows.residual])[-max(ENOUGH, len(rows)) :]
         rough = _rough(state.rough, left) if self.period < COARSE else state.rough
-        over = self._alone(rough / self.space.noise) / self.rule["noisy"]
+        over = _alone(rough / self.space.noise) / self.rule["noisy"]
         weight = np.clip(over**2 - 1.0, -FADES, 1.0)  # a joint that rattles is a little over
         loud = np.maximum(state.loud + weight * len(rows) * self.period, 0.0)
         began = (state.loud > 0.0) | (rough > UNSTEADY * self.space.noise)
@@ -134,12 +148,10 @@ class SensorHealth:
         same, began, _ = _runs(repeated, rows.t, state.same, state.began)
         slid, _, most = _runs(sliding, rows.t, state.slid, state.began)
         silent, went, longest = _runs(missing, rows.t, state.silent, state.went)
-        stuck = most >= max(8.0, self.rule["held"] / self.period)
-        dropped = longest >= max(3.0, self.rule["silent"] / self.period)
-        after = replace(
-            state, last=current[-1], same=same, began=began, slid=slid, silent=silent, went=went
-        )  # fmt: skip
-        return after, np.stack([stuck, dropped])
+        stuck = most >= max(SAME, self.rule["held"] / self.period)
+        dropped = longest >= max(LOST, self.rule["silent"] / self.period)
+        after = replace(state, last=current[-1], same=same, began=began, slid=slid)
+        return replace(after, silent=silent, went=went), np.stack([stuck, dropped])
 
     def _tore(self, state: Felt, t: Array, torn: Mask) -> Felt:
         """With the values of a beat that are none, which count ever less as time goes by."""
@@ -149,33 +161,50 @@ class SensorHealth:
         tore = np.where(first, t[np.argmax(own, axis=0)], state.tore)
         return replace(state, torn=kept + own.sum(axis=0), tore=tore)
 
-    def _alone(self, ratio: Array) -> Array:
-        """How much noisier each joint is than any other: an arm that shakes is no sensor."""
-        ratio = np.nan_to_num(ratio)
-        order = np.argsort(ratio)
-        others = np.full_like(ratio, ratio[order[-1]])
-        others[order[-1]] = ratio[order[-2]] if len(order) > 1 else 0.0
-        return np.asarray(ratio / np.maximum(others, 1.0))
-
     def _event(self, state: Felt, mode: str, j: int, now: float) -> Event:
-        noise = float(self.space.noise[j])
+        if mode == "noisy":
+            return self._noisy(state, j, now)
         match mode:
             case "stuck":
-                evidence = {"mode": mode, "value_A": float(state.last[j])}
-                return Event("sensor_fault", j, float(state.began[j]), now, 0.99, 10.0, evidence)
+                onset, said = state.began, {"value_A": float(state.last[j])}
             case "dropped":
-                return Event(
-                    "sensor_fault", j, float(state.went[j]), now, 0.99, 10.0, {"mode": mode}
-                )
-            case "erratic":
-                evidence = {"mode": mode, "values": float(state.torn[j]), "within_s": WITHIN}
-                return Event("sensor_fault", j, float(state.tore[j]), now, 0.99, 10.0, evidence)
-        size = float(np.sqrt(max(state.rough[j] ** 2 - noise**2, 0.0)))
-        evidence = {"mode": mode, "noise_A": float(state.rough[j]), "usual_A": noise}
+                onset, said = state.went, {}
+            case _:
+                onset, said = state.tore, {"values": float(state.torn[j]), "within_s": WITHIN}
+        return Event(
+            kind="sensor_fault",
+            joint=j,
+            onset=float(onset[j]),
+            alarm=now,
+            confidence=CERTAIN,
+            size=USELESS,
+            evidence={"mode": mode} | said,
+        )
+
+    def _noisy(self, state: Felt, j: int, now: float) -> Event:
+        """A sensor whose noise is a current as large as a part of what friction takes."""
+        rough, usual = float(state.rough[j]), float(self.space.noise[j])
         drive = self.space.reference.drive
-        relative = size * float(drive.gain[j] / drive.coulomb[j])
-        seen = len(state.left) * self.period  # what is noisy for a part of that may look as usual
-        return Event("sensor_fault", j, float(state.grew[j]), now, 0.99, relative, evidence, seen)
+        own = float(np.sqrt(max(state.rough[j] ** 2 - usual**2, 0.0)))
+        return Event(
+            kind="sensor_fault",
+            joint=j,
+            onset=float(state.grew[j]),
+            alarm=now,
+            confidence=CERTAIN,
+            size=own * float(drive.gain[j] / drive.coulomb[j]),
+            evidence={"mode": "noisy", "noise_A": rough, "usual_A": usual},
+            within=len(state.left) * self.period,  # noisy for a part of that it may look as usual
+        )
+
+
+def _alone(ratio: Array) -> Array:
+    """How much noisier each joint is than any other: an arm that shakes is no sensor."""
+    ratio = np.nan_to_num(ratio)
+    order = np.argsort(ratio)
+    others = np.full_like(ratio, ratio[order[-1]])
+    others[order[-1]] = ratio[order[-2]] if len(order) > 1 else 0.0
+    return np.asarray(ratio / np.maximum(others, 1.0))
 
 
 def _lapses(last: Array, current: Array) -> Mask:

@@ -100,7 +100,7 @@ class Slow:
         means, begin, end = averaged(rows, self.period, noise), float(rows.t[0]), float(rows.t[-1])
         if means.count.sum() < ENOUGH:
             return state
-        state = self._unpushed(state, push)
+        state = _unpushed(state, push)
         if not push.within(begin, end):
             state = self._waiting(state, means, begin, end)
         while len(state.waiting) > DELAY and not push.going:
@@ -122,16 +122,10 @@ class Slow:
             return state
         return self.judge.relieved(replace(state, found=(*state.found, change)))
 
-    def _unpushed(self, state: SlowState, push: Push) -> SlowState:
-        """Without the moments that wait in which something pushed the arm."""
-        kept = [k for k, w in enumerate(state.waiting) if not push.within(w.begin, w.end)]
-        path = tuple(state.carrying.path[k] for k in kept)
-        waiting = tuple(state.waiting[k] for k in kept)
-        return replace(state, waiting=waiting, carrying=replace(state.carrying, path=path))
-
     def _waiting(self, state: SlowState, means: Means, begin: float, end: float) -> SlowState:
         """With a moment more that waits."""
-        moment, believed = Waiting(means, pooled(means), (), begin, end), self._believed(state)
+        moment = Waiting(means=means, pool=pooled(means), told=(), begin=begin, end=end)
+        believed = self._believed(state)
         moment = self.loads.beside.told(moment, believed(moment), state.carrying.modes)
         carrying, waiting = self.loads.carried(state.carrying, believed, (*state.waiting, moment))
         return replace(state, waiting=waiting, carrying=carrying)
@@ -259,3 +253,11 @@ class Slow:
         n, J = self.space.size, self.space.joints
         A, b, warm = np.zeros((n, n)), np.zeros(n), np.zeros((3, J))
         return replace(state, A=A, b=b, warm=warm, moments=0, begin=np.nan, end=np.nan)
+
+
+def _unpushed(state: SlowState, push: Push) -> SlowState:
+    """Without the moments that wait in which something pushed the arm."""
+    kept = [k for k, w in enumerate(state.waiting) if not push.within(w.begin, w.end)]
+    path = tuple(state.carrying.path[k] for k in kept)
+    waiting = tuple(state.waiting[k] for k in kept)
+    return replace(state, waiting=waiting, carrying=replace(state.carrying, path=path))

@@ -64,9 +64,20 @@ class Stay:
         before = carrying.since - 2.0 * MOMENT
         began = before if never else min(before, carrying.last), carrying.sure
         change = Change(
-            k, carrying.since, began, began, t, CERTAIN, np.nan, more, carrying.weighed, 0.0, 0.0,
-            tuple(mode.mean[: len(PAYLOAD_STATES)].tolist()), older=never,
-        )  # fmt: skip
+            suspect=k,
+            onset=carrying.since,
+            shown=began,
+            began=began,
+            alarm=t,
+            confidence=CERTAIN,
+            evidence=np.nan,
+            size=more,
+            size_sd=carrying.weighed,
+            rate=0.0,
+            rate_sd=0.0,
+            detail=tuple(mode.mean[: len(PAYLOAD_STATES)].tolist()),
+            older=never,
+        )
         return _first(carrying, stays, t), change
 
     def _long_enough(self, carrying: Carrying, mode: Mode, hold: float) -> bool:
@@ -86,5 +97,11 @@ def _first(carrying: Carrying, stays: int, t: float) -> Carrying:
     order = [stays, 0, *(j for j in range(1, len(carrying.modes)) if j != stays)]
     modes = tuple(carrying.modes[j] for j in order)
     path = tuple(order.index(j) for j in carrying.path)
-    had = float(carrying.absent[stays])
-    return Carrying(modes, order.index(carrying.now), order.index(carrying.was), path, had, t)
+    return Carrying(
+        modes=modes,
+        now=order.index(carrying.now),
+        was=order.index(carrying.was),
+        path=path,
+        had=float(carrying.absent[stays]),
+        last=t,
+    )

@@ -6,19 +6,19 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from urdyn.diagnose.event import Event
+from urdyn.diagnose.event import CERTAIN, Event
 from urdyn.diagnose.rows import Rows
 from urdyn.types import Array
 
 
 def shifted(rows: Rows, rule: Mapping[str, float]) -> list[Event]:
     """Shifts of rule["least"] [rad] or more in a beat."""
-    found = np.argwhere(told(rows.shift, rule))
+    found = np.argwhere(jumps(rows.shift, rule))
     return [_event(rows, k, j) for k, j in found.tolist()]
 
 
-def told(shift: Array, rule: Mapping[str, float]) -> Array:
-    """Those that are, of all shifts (N, J) [rad]; 0 elsewhere."""
+def jumps(shift: Array, rule: Mapping[str, float]) -> Array:
+    """Shifts that large, of all (N, J) [rad]; 0 elsewhere."""
     return np.where(np.abs(shift) >= rule["least"], shift, 0.0)
 
 
@@ -26,4 +26,12 @@ def _event(rows: Rows, k: int, j: int) -> Event:
     """The joint is where it was: its angle says more, so its zero lies as much lower."""
     jump = float(rows.shift[k, j])
     evidence = {"statistic": "jump of an angle that no motion explains", "jump_rad": jump}
-    return Event("encoder_offset", j, float(rows.t[k]), float(rows.t[-1]), 0.99, -jump, evidence)
+    return Event(
+        kind="encoder_offset",
+        joint=j,
+        onset=float(rows.t[k]),
+        alarm=float(rows.t[-1]),
+        confidence=CERTAIN,
+        size=-jump,
+        evidence=evidence,
+    )
