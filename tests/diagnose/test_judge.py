@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from shop import Shop
 
-from urdyn.diagnose import bank as onsets
+from urdyn.diagnose import onsets
 from urdyn.diagnose.explain import Explanation, Suspect, _began, gathered, ratios, suspects
 from urdyn.diagnose.fault import Fault
 from urdyn.diagnose.judge import _shadow

@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from urdyn.diagnose.bank import PROGRAM, Block, Straying, first, step, strayed
 from urdyn.diagnose.explain import Suspect, Suspects, _log_ratio, gathered, ratios
+from urdyn.diagnose.onsets import PROGRAM, Block, Straying, first, step, strayed
 from urdyn.diagnose.rules import SlowKind
 
 N, BLOCKS, SECONDS = 3, 7, 5.0

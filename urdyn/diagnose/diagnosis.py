@@ -16,7 +16,6 @@ from typing import Any
 
 import numpy as np
 
-from urdyn.diagnose.bank import PAUSE
 from urdyn.diagnose.carrying import MOMENT
 from urdyn.diagnose.change import Push
 from urdyn.diagnose.encoder import Unseen, all_seen, ever_unseen, unseen
@@ -24,6 +23,7 @@ from urdyn.diagnose.event import Event
 from urdyn.diagnose.explain import Suspect
 from urdyn.diagnose.fast import Fast, FastState
 from urdyn.diagnose.finding import Finding
+from urdyn.diagnose.onsets import PAUSE
 from urdyn.diagnose.rows import Rows, joined, rows
 from urdyn.diagnose.rules import Rules, read_rules
 from urdyn.diagnose.slow import Slow

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.special import log_ndtr, logsumexp
 
-from urdyn.diagnose.bank import SHAPES, Bank
+from urdyn.diagnose.onsets import SHAPES, Bank
 from urdyn.diagnose.rules import PAYLOAD_STATES, SlowKind, unit
 from urdyn.diagnose.space import Space
 from urdyn.types import Array, Index

@@ -12,9 +12,9 @@ from functools import cached_property
 import numpy as np
 
 from urdyn.diagnose import carried, warmth
-from urdyn.diagnose.bank import Bank, Block, Straying
 from urdyn.diagnose.explain import Suspects
 from urdyn.diagnose.fault import Fault
+from urdyn.diagnose.onsets import Bank, Block, Straying
 from urdyn.diagnose.rules import Rules
 from urdyn.diagnose.space import Space
 from urdyn.types import Array

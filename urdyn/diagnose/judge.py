@@ -9,12 +9,12 @@ from functools import cached_property
 import numpy as np
 from scipy.special import logsumexp
 
-from urdyn.diagnose import bank as onsets
-from urdyn.diagnose.bank import Bank, Straying
+from urdyn.diagnose import onsets
 from urdyn.diagnose.change import Change
 from urdyn.diagnose.explain import Explanation, Suspects, explanation, gathered, ratios, supposed
 from urdyn.diagnose.fault import Fault, known_by
 from urdyn.diagnose.healthy import Healthy
+from urdyn.diagnose.onsets import Bank, Straying
 from urdyn.diagnose.recall import Recall, Series
 from urdyn.diagnose.rules import PAYLOAD_STATES
 from urdyn.diagnose.slow_state import SlowState

@@ -14,7 +14,6 @@ from typing import Any
 import numpy as np
 
 from urdyn.diagnose.backlash import Reversals
-from urdyn.diagnose.bank import Bank, Block
 from urdyn.diagnose.carried import Mode, Shown
 from urdyn.diagnose.carrying import Carrying, Waiting
 from urdyn.diagnose.change import Change
@@ -28,6 +27,7 @@ from urdyn.diagnose.finding import Finding
 from urdyn.diagnose.learning import Learnt
 from urdyn.diagnose.loudness import Loudness
 from urdyn.diagnose.moment import Means, Pool
+from urdyn.diagnose.onsets import Bank, Block
 from urdyn.diagnose.oscillation import Heard, Ring, Usual
 from urdyn.diagnose.pushed import Bin
 from urdyn.diagnose.recall import Recall

@@ -7,10 +7,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from urdyn.diagnose import bank as onsets
-from urdyn.diagnose.bank import Bank, Block, Straying
+from urdyn.diagnose import onsets
 from urdyn.diagnose.fault import Fault
 from urdyn.diagnose.healthy import Healthy
+from urdyn.diagnose.onsets import Bank, Block, Straying
 from urdyn.types import Array
 
 KEPT = 48  # blocks

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from urdyn.diagnose.bank import SHAPES
+from urdyn.diagnose.onsets import SHAPES
 from urdyn.diagnose.space import Space
 from urdyn.errors import InputError
 from urdyn.faults.decision import Costs

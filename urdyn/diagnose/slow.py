@@ -11,9 +11,7 @@ from functools import cached_property
 
 import numpy as np
 
-from urdyn.diagnose import bank as onsets
-from urdyn.diagnose import carried, warmth
-from urdyn.diagnose.bank import Bank, Block
+from urdyn.diagnose import carried, onsets, warmth
 from urdyn.diagnose.beside import Belief
 from urdyn.diagnose.carrying import MOMENT, Carrying, Waiting
 from urdyn.diagnose.change import Push
@@ -23,6 +21,7 @@ from urdyn.diagnose.judge import Judge
 from urdyn.diagnose.learning import Learning
 from urdyn.diagnose.loads import DELAY, Believed, Loads
 from urdyn.diagnose.moment import Means, Pool, averaged, pooled
+from urdyn.diagnose.onsets import Bank, Block
 from urdyn.diagnose.recall import Recall
 from urdyn.diagnose.rows import Rows
 from urdyn.diagnose.rules import Rules

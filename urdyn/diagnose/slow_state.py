@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from urdyn.diagnose.bank import Bank
 from urdyn.diagnose.carrying import Carrying, Waiting
 from urdyn.diagnose.change import Change
 from urdyn.diagnose.fault import Fault
 from urdyn.diagnose.learning import Learnt
+from urdyn.diagnose.onsets import Bank
 from urdyn.diagnose.recall import Recall
 from urdyn.types import Array
 
