@@ -3,8 +3,7 @@
 Either the motor crosses the gap (`crossing`), or the link flies through it (`flight`), as the loop
 and the load have it; every reversal weighs each gap either way. Shiryaev-Roberts' sums over
 reversals, one for each gap and way, alarm by their mean: that is what looking for so many costs.
-While gravity keeps the gear on one flank nothing of this is to be seen, whatever the gap: that is
-said, with a motion that would show it.
+While gravity keeps the gear on one flank nothing of this is to be seen (see `observability`).
 
 A gap that opens jolts other joints, and their reversals at that instant say less of gaps of theirs.
 A swing turns loads over, or lacks current where they turn over: reversals wait until one that they
@@ -16,13 +15,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 from scipy.special import logsumexp
 
 from urdyn.diagnose.crossing import BEFORE, GAPS, LONGEST, Crossing
-from urdyn.diagnose.event import Event
+from urdyn.diagnose.event import CERTAIN, Event
 from urdyn.diagnose.flight import FLIGHTS, LONG, REACH, Flight
 from urdyn.diagnose.oscillation import HEARD
 from urdyn.diagnose.rows import Rows, joined
@@ -31,9 +29,7 @@ from urdyn.signal.stretches import GAP
 from urdyn.tracking.passage import STANDING
 from urdyn.types import Array, Mask
 
-WAYS = (np.arange(len(GAPS)), len(GAPS) + np.arange(len(FLIGHTS)))  # of crossing: motor's, link's
 HALF = np.concatenate([GAPS, FLIGHTS])  # [rad] half gaps that are looked for
-POSES = 181  # that a probe is looked for among
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,7 +55,7 @@ class Backlash:
 
     space: Space
     period: float  # [s] between rows
-    rule: Mapping[str, float]  # promise, enough, warning, critical
+    rule: Mapping[str, float]  # promise, enough
 
     @cached_property
     def crossing(self) -> Crossing:
@@ -77,9 +73,18 @@ class Backlash:
         nothing, never = np.zeros(J), np.full((J, len(HALF)), -np.inf)
         none, nan = np.zeros_like(never), np.full_like(never, np.nan)
         return Reversals(
-            None, never, none, none, nothing, nan, none,
-            np.zeros(J, dtype=bool), nothing, np.full(J, np.inf), np.full(J, -np.inf),
-        )  # fmt: skip
+            tail=None,
+            R=never,
+            llr=none,
+            shown=none,
+            count=nothing,
+            since=nan,
+            number=none,
+            told=np.zeros(J, dtype=bool),
+            slid=nothing,
+            lo=np.full(J, np.inf),
+            hi=np.full(J, -np.inf),
+        )
 
     def step(
         self, state: Reversals, rows: Rows, tool: Array, ill: Mask, swung: Array
@@ -108,11 +113,19 @@ class Backlash:
         turned[1:] = load[1:] * load[:-1] < 0.0
         judged = turned & (ready & new)[:, None] & ~ill & ~_during(swung, whole.t[:, None])
         found: list[Event] = []
-        for row, j in np.argwhere(judged):
+        for row, j in np.argwhere(judged).tolist():
             beside = turned[np.abs(whole.t - whole.t[row]) < REACH].any(axis=0)
-            about = load[:, j], left[:, j], int(row), int(j), tool, beside
-            state = self._reversal(state, whole, *about)
-            event = self._event(state, int(j), float(whole.t[-1]))
+            state = self._reversal(
+                state,
+                whole,
+                load=load[:, j],
+                left=left[:, j],
+                row=row,
+                j=j,
+                tool=tool,
+                beside=beside,
+            )
+            event = self._event(state, j, float(whole.t[-1]))
             if event:
                 told = state.told.copy()
                 told[j] = True
@@ -123,6 +136,7 @@ class Backlash:
         return replace(state, tail=whole.part(keep, len(whole))), found, open_now
 
     def _moved(self, state: Reversals, rows: Rows) -> Reversals:
+        """With the way that joints have gone."""
         moving = (np.abs(rows.v) > STANDING).sum(axis=0) * self.period
         q = np.where(np.isfinite(rows.q), rows.q, 0.0)
         return replace(
@@ -156,7 +170,8 @@ class Backlash:
         llr, shown = np.concatenate([crossed, flown], axis=1)
         if not shown.any():
             return state
-        return self._weighed(state, j, self._own(state, j, llr, beside), shown, float(t0))
+        own = self._own(state, j, llr, beside)
+        return _weighed(state, j, llr=own, shown=shown, t=float(t0))
 
     def _own(self, state: Reversals, j: int, llr: Array, beside: Mask) -> Array:
         """What a reversal says for gaps of joint j, (gaps,) [nats], which others may have jolted.
@@ -166,7 +181,7 @@ class Backlash:
             llr' = llr - log(1 - p + p exp(llr))
         """
         others = beside & (np.arange(len(beside)) != j)
-        each = np.append(self._evidence(state), self._needed)  # the last one: no gap anywhere
+        each = np.append(self._evidence(state), self.needed)  # the last one: no gap anywhere
         is_other = np.append(others, False)
         jolted, own = (np.logaddexp.reduce(each[of]) for of in (is_other, ~is_other))
         return np.asarray(llr + np.logaddexp(own, jolted) - np.logaddexp(own, jolted + llr))
@@ -176,95 +191,56 @@ class Backlash:
         sums = logsumexp(state.R, axis=1)
         return np.asarray(sums - np.log(self.space.joints * len(HALF)))
 
-    def _weighed(self, state: Reversals, j: int, llr: Array, shown: Array, t: float) -> Reversals:
-        """One more reversal is judged.
-
-        Args:
-            llr: what it says for each gap, (gaps,) [nats].
-            shown: what that would be on the average, were there such a gap, (gaps,) [nats].
-            t: when it was [s].
-        """
-        R, total, told = state.R.copy(), state.llr.copy(), state.shown.copy()
-        told[j] += shown
-        count, number, since = state.count.copy(), state.number.copy(), state.since.copy()
-        R[j] = np.logaddexp(R[j], 0.0) + llr
-        fresh = total[j] + llr <= 0.0
-        total[j] = np.where(fresh, 0.0, total[j] + llr)
-        number[j] = np.where(fresh, 0.0, number[j] + (shown > 0.0))
-        since[j] = np.where(fresh, np.nan, np.where(np.isnan(since[j]), t, since[j]))
-        count[j] += 1.0
-        return replace(state, R=R, llr=total, shown=told, count=count, number=number, since=since)
-
     def _event(self, state: Reversals, j: int, now: float) -> Event | None:
+        """A gap that is as likely as it has to be, and was not told."""
         evidence = float(self._evidence(state)[j])
-        if state.told[j] or evidence < self._needed:
+        if state.told[j] or evidence < self.needed:
             return None
         best = int(np.argmax(state.R[j]))
         if state.number[j, best] < self.rule["enough"]:
             return None
         share = np.exp(state.R[j] - logsumexp(state.R[j]))
         gap = float(np.exp(share @ np.log(HALF)))
-        since = float(state.since[j, best])
-        told: dict[str, Any] = {
+        said = {
             "half_gap_rad": gap,
             "reversals": int(state.number[j, best]),
             "statistic": evidence,
-            "threshold": self._needed,
+            "threshold": self.needed,
         }
-        return Event("joint_backlash", j, since, now, 0.99, gap, told)
+        return Event(
+            kind="joint_backlash",
+            joint=j,
+            onset=float(state.since[j, best]),
+            alarm=now,
+            confidence=CERTAIN,
+            size=gap,
+            evidence=said,
+        )
 
     @property
-    def _needed(self) -> float:
+    def needed(self) -> float:
         """Evidence at which a gap is told [nats]."""
         return float(np.log(self.rule["promise"]))
 
-    def observable(self, state: Reversals) -> list[dict[str, Any]]:
-        """Joint by joint, from which gap on this motion could show it, and what would."""
-        arm, told = self.space.reference.arm, []
-        for j, name in enumerate(arm.joint_names):
-            count, gap = int(state.count[j]), self._least(state, j)
-            seen = gap <= self.rule["critical"]
-            row: dict[str, Any] = {"joint": j, "name": name, "reversals": count, "observable": seen}
-            row |= {"half_gap_rad": gap if np.isfinite(gap) else None}
-            told.append(row if seen else row | self._probe(state, j))
-        return told
 
-    def _least(self, state: Reversals, j: int) -> float:
-        """From which half gap on this motion could show it [rad]; infinite: none.
+def _weighed(state: Reversals, j: int, llr: Array, shown: Array, t: float) -> Reversals:
+    """One more reversal is judged.
 
-        Which way a gap would be crossed nobody knows before there is one: whichever it is.
-        """
-        if state.count[j] < self.rule["enough"]:
-            return np.inf
-        needed = self._needed + np.log(self.space.joints * len(HALF))
-        plain = np.where(state.shown[j] >= needed, HALF, np.inf)
-        least = [float(plain[way].min()) for way in WAYS]
-        if state.told[j]:
-            return least[int(np.argmax([logsumexp(state.R[j][way]) for way in WAYS]))]
-        return max(least)
-
-    def _probe(self, state: Reversals, j: int) -> dict[str, Any]:
-        """A motion in which this joint's load turns over."""
-        arm, J = self.space.reference.arm, self.space.joints
-        met = np.isfinite(state.lo)
-        middle = 0.5 * (np.where(met, state.lo, 0.0) + np.where(met, state.hi, 0.0))
-        q = np.tile(middle, (POSES, 1))
-        q[:, j] = np.linspace(max(arm.lower[j], -np.pi), min(arm.upper[j], np.pi), POSES)
-        still = np.zeros((POSES, J))
-        load = self.space.arm.torque(q, still, still)[:, j]
-        turns = np.flatnonzero(load[1:] * load[:-1] < 0.0)
-        why = "not observable in this motion"
-        if state.count[j] >= self.rule["enough"]:
-            why += ": the load turns over too slowly"
-        elif state.slid[j] > 1.0:
-            why += ": the load keeps the gear on one flank"
-        if np.ptp(load) < 0.05 * self.space.reference.drive.coulomb[j] or not len(turns):
-            how = f"turn {arm.joint_names[j]} back and forth by 0.3 rad, as fast as allowed"
-            return {"why": why, "probe": how}
-        best = turns[np.argmin(np.abs(q[turns, j] - middle[j]))]
-        pose = float(q[best, j])
-        how = f"turn {arm.joint_names[j]} to and fro by 0.2 rad about {pose:.2f} rad"
-        return {"why": why, "probe": how + ", where gravity turns over, as fast as allowed"}
+    Args:
+        llr: what it says for each gap, (gaps,) [nats].
+        shown: what that would be on the average, were there such a gap, (gaps,) [nats].
+        t: when it was [s].
+    """
+    R, total, told = state.R.copy(), state.llr.copy(), state.shown.copy()
+    told[j] += shown
+    count, number, since = state.count.copy(), state.number.copy(), state.since.copy()
+    R[j] = np.logaddexp(R[j], 0.0) + llr
+    fresh = total[j] + llr <= 0.0
+    total[j] = np.where(fresh, 0.0, total[j] + llr)
+    number[j] = np.where(fresh, 0.0, number[j] + (shown > 0.0))
+    since[j] = np.where(fresh, np.nan, np.where(np.isnan(since[j]), t, since[j]))
+    count[j] += 1.0
+    return replace(state, R=R, llr=total, shown=told, count=count, number=number, since=since)
 
 
 def _during(swung: Array, t: Array) -> Mask:

@@ -12,6 +12,7 @@ import numpy as np
 from urdyn.diagnose.backlash import Backlash, Reversals
 from urdyn.diagnose.collision import Collision, Quiet
 from urdyn.diagnose.event import Event
+from urdyn.diagnose.observability import Observability
 from urdyn.diagnose.oscillation import Heard, Oscillation
 from urdyn.diagnose.rows import Rows
 from urdyn.diagnose.sensor import Felt, SensorHealth
@@ -58,6 +59,11 @@ class Fast:
         """Gears with a gap."""
         return Backlash(self.space, self.period, self.levels["joint_backlash"])
 
+    @cached_property
+    def observability(self) -> Observability:
+        """Which gaps could have been seen."""
+        return Observability(self.space, self.backlash.rule)
+
     def init(self) -> FastState:
         """Before the first beat."""
         return FastState(
@@ -94,4 +100,4 @@ class Fast:
 
     def observable(self, state: FastState) -> list[dict[str, Any]]:
         """Joint by joint, whether a gap could have been seen."""
-        return self.backlash.observable(state.reversals)
+        return self.observability.of(state.reversals, self.backlash.needed)
