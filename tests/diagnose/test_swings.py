@@ -8,7 +8,8 @@ from realarm import with_current
 from shop import Shop
 
 from urdyn.diagnose import diagnose
-from urdyn.diagnose.oscillation import CROWD, Oscillation, _others
+from urdyn.diagnose.oscillation import Oscillation
+from urdyn.diagnose.ringing_line import CROWD, Line, _others
 from urdyn.diagnose.rules import read_rules
 from urdyn.diagnose.space import space
 from urdyn.diagnose.swings import (
@@ -232,7 +233,7 @@ def test_one_look_at_a_line_tells_nothing(
     state, told = ear.init(), 0
     for look in range(looks):
         assert not told
-        line, t = (1, 6.4, ratio, np.array(sizes)), T + 0.125 * look
+        line, t = Line(1, 6.4, ratio, np.array(sizes)), T + 0.125 * look
         state, events = ear._told(state, line, t, 0.9, known=True, doubted=False)
         told = len(events)
     assert told == 1
@@ -244,7 +245,7 @@ def test_a_line_that_most_looks_do_not_see_is_not_one_that_lasts(shop: Shop, rat
     ear = Oscillation(space(shop.fit), 0.01, read_rules().fast["controller_instability"])
     state = ear.init()
     for look in range(0, 30, 5):
-        line, t = (1, 6.4, ratio, np.full(4, 2.6)), T + 0.125 * look
+        line, t = Line(1, 6.4, ratio, np.full(4, 2.6)), T + 0.125 * look
         state, events = ear._told(state, line, t, 0.9, known=True, doubted=False)
         assert not events
 

@@ -28,9 +28,10 @@ from urdyn.diagnose.learning import Learnt
 from urdyn.diagnose.loudness import Loudness
 from urdyn.diagnose.moment import Means, Pool
 from urdyn.diagnose.onsets import Bank, Block
-from urdyn.diagnose.oscillation import Heard, Ring, Usual
+from urdyn.diagnose.oscillation import Heard, Ring
 from urdyn.diagnose.pushed import Bin
 from urdyn.diagnose.recall import Recall
+from urdyn.diagnose.ringing_line import Usual
 from urdyn.diagnose.rows import Rows
 from urdyn.diagnose.sensor import Felt
 from urdyn.diagnose.slow_state import SlowState

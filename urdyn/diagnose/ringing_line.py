@@ -1,0 +1,239 @@
+"""The line that rings in a window of a joint's current, if there is one.
+
+A line has to stand out of its neighbours and of what this joint's spectrum is like as a rule, in
+both halves of the window at the same frequency, and keep its size and phase. Lines that the gear
+makes at this speed do not count, nor one of several: what befalls a joint in every period of a
+motion has lines at its multiples.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from urdyn.diagnose.space import Space
+from urdyn.diagnose.swings import (
+    amplitude,
+    course,
+    floor,
+    lines,
+    neighbourhood,
+    parts,
+    refined,
+    spectrum,
+)
+from urdyn.model.friction import GEAR_RATIO
+from urdyn.types import Array, Mask
+
+LEFT, TORQUE, SPEED = range(3)  # signals: what the model leaves, torque as measured, speed
+TORQUES = slice(LEFT, SPEED)
+WINDOWS = {0.9: 0.125, 3.6: 0.25, 14.4: 1.0}  # [s], and from one look to the next
+EARLY = 0.9  # [-] of that time, from which on rows are the next look: stamps are not quite even
+HIGHEST = 60.0  # [Hz] no loop of a joint rings faster
+LEARNT = 0.18  # [-] share of the usual spectrum, over a window's time; of the first looks theirs
+LOUD = 4.0  # [-] times what is usual: what is, may be the fault, and is learnt slowly as that much
+HALVES = 5.0  # [-] times its neighbours that the line stands out in each half
+# Other lines, [-] times their neighbours: a motion repeats itself, no loop rings. Of more bins than
+# these more are that loud by chance, as many as of so few that are louder by this power of them.
+CROWD, BINS, BY_CHANCE = (3, 7.0), 50, 0.3
+MOVES = 0.1  # [-] of a line's torque, what its own motion takes of a drive that rings
+STAYS = 0.5  # [-] of its largest amplitude that a line has at least in each quarter
+RISES = 0.2  # [-] of its last amplitude that one that grows has at first
+FADED = 0.85  # [-] of its amplitude that a line has to keep
+COHERENT = 0.8  # [-] of its amplitude that is left over the whole: it keeps its phase
+BAND = 0.06  # [-] about the gear's lines that does not count
+STEADY = 0.2  # [-] of its speed by which a joint that makes a line may vary it
+SLOW = 0.05  # [rad/s] a joint that is never faster makes none that is heard
+ORDERS = (1.0, 2.0, 4.0)  # of motor turns
+
+
+@dataclass(frozen=True, eq=False)
+class Line:
+    """A line that lasts."""
+
+    joint: int
+    frequency: float  # [Hz]
+    ratio: float  # [-] of its power to what is usual
+    sizes: Array  # (4,) [N·m] its amplitude by quarter
+
+
+@dataclass(frozen=True, eq=False)
+class Usual:
+    """What a window's spectrum is like as a rule."""
+
+    power: Array  # (3, F, J); of no size before one was heard
+    looks: float = 0.0  # that it was learnt in
+    due: float = -np.inf  # [s] when the next is
+
+
+@dataclass(frozen=True, eq=False)
+class LineSearch:
+    """Searches a window of signals, (3, n, J), for the line of a loop that rings."""
+
+    space: Space
+    period: float  # [s] between rows
+    rule: Mapping[str, float]  # threshold [-], least [N·m], swing [rad/s], lowest [Hz]
+
+    def look(
+        self, before: Usual, window: float, t: Array, signals: Array
+    ) -> tuple[Usual, Line | None]:
+        """A window's spectrum as a rule with this one in it, and the line that lasts in it."""
+        f: Array = np.asarray(np.fft.rfftfreq(len(t), self.period), dtype=np.float64)
+        f = f[f <= HIGHEST]
+        whole = spectrum(signals, len(f))
+        usual = before.power if before.looks else whole
+        beside = neighbourhood(whole)
+        least = floor(beside, usual)
+        ratio = whole / np.where(least > 0.0, least, np.inf)
+        apart = (whole[TORQUES] / np.maximum(beside[TORQUES], 1e-30)).max(axis=0)
+        seen = self._lines(t, signals, f, ratio=ratio, apart=apart)
+        ringing = np.isin(np.arange(self.space.joints), [line.joint for line in seen])
+        after = _learnt(before, whole, ringing, window, float(t[-1]))
+        if not seen:
+            return after, None
+        return after, self._loudest(seen, t, signals, f, ratio[TORQUES].max(axis=0))
+
+    def _lines(self, t: Array, signals: Array, f: Array, ratio: Array, apart: Array) -> list[Line]:
+        """That of each joint in which there is one, alone.
+
+        Args:
+            f: frequencies, (F,) [Hz].
+            ratio: of the spectrum to what is usual, (3, F, J).
+            apart: of torques to their neighbours, (F, J).
+        """
+        allowed = self._allowed(f, signals[SPEED])
+        apart = np.where(allowed, apart, 0.0)
+        halves = [lines(signals[:, part], len(f) // 2 + 1) for part in parts(len(t), 2)]
+        seen = []
+        for j in np.flatnonzero(np.isfinite(signals).all(axis=(0, 1))).tolist():
+            line = self._line(
+                j,
+                t,
+                signals[..., j],
+                f=f,
+                ratio=ratio[..., j],
+                allowed=allowed[:, j],
+                halves=[half[..., j] for half in halves],
+            )
+            if line and _others(apart[:, j], line.frequency / f[1]) < CROWD[0]:
+                seen.append(line)
+        return seen
+
+    def _line(
+        self,
+        j: int,
+        t: Array,
+        x: Array,
+        f: Array,
+        ratio: Array,
+        allowed: Mask,
+        halves: Sequence[Array],
+    ) -> Line | None:
+        """The line of joint j that lasts; None where none does.
+
+        Args:
+            x: its signals, (3, n).
+            ratio: of their spectra to what is usual, (3, F).
+            halves: how far lines stand out in each half, (3, F') both.
+        """
+        least = (self.rule["least"], self.rule["least"], self.rule["swing"])
+        for k in range(len(x)):
+            masked = np.where(allowed, ratio[k], 0.0)
+            at = int(np.argmax(masked))
+            near = slice(max(at // 2 - 1, 0), at // 2 + 3)
+            clear = masked[at] >= self.rule["threshold"]
+            if not clear or any(half[k, near].max() < HALVES for half in halves):
+                continue
+            frequency = refined(x[k], t, f[at], f[1])
+            sizes = course(x[k], t, frequency)
+            if not _lasts(sizes, amplitude(x[k], t, frequency)):
+                continue
+            if sizes[-2:].mean() > least[k]:
+                torque = course(x[TORQUE], t, frequency) if k == SPEED else sizes
+                return Line(j, frequency, float(masked[at]), torque)
+        return None
+
+    def _loudest(
+        self, seen: Sequence[Line], t: Array, signals: Array, f: Array, ratio: Array
+    ) -> Line:
+        """One line of all joints that ring together: that of the drive that does most.
+
+        Of those in which it stands out, whether or not it passes all other tests there; and most to
+        move itself, where one does: another, that holds its joint still, may have more to do.
+
+        Args:
+            ratio: of torques to what is usual, (F, J).
+        """
+        clearest = max(seen, key=lambda line: line.ratio)
+        frequency, torque = clearest.frequency, signals[TORQUE]
+        at = round(frequency / f[1])
+        out = ratio[at - 1 : at + 2].max(axis=0) > HALVES
+        out[[line.joint for line in seen]] = True
+        drives = np.flatnonzero(out & np.isfinite(signals[TORQUE:]).all(axis=(0, 1)))
+        drive, w = self.space.reference.drive, 2.0 * np.pi * frequency
+        does, goes = (
+            np.array([amplitude(x[:, j], t, frequency) for j in drives])
+            for x in (torque, signals[SPEED])
+        )
+        moved = np.minimum(does, w * drive.rotor_inertia[drives] * goes)
+        whole, own = does / drive.coulomb[drives], moved / drive.coulomb[drives]
+        loudest = int(drives[np.argmax(own if own.max() > MOVES * whole.max() else whole)])
+        if loudest == clearest.joint:
+            return clearest
+        # What it shakes may ring a little beside it.
+        frequency = refined(torque[:, loudest], t, f[at], f[1])
+        sizes = course(torque[:, loudest], t, frequency)
+        return Line(loudest, frequency, clearest.ratio, sizes)
+
+    def _allowed(self, f: Array, v: Array) -> Mask:
+        """Frequencies that neither the motion nor the gear makes, (F, J)."""
+        nyquist, lowest = 0.5 / self.period, self.rule["lowest"] + f[1]  # a taper smears by a bin
+        allowed = np.repeat((f >= lowest)[:, None], v.shape[1], axis=1)
+        lo, hi = np.abs(v).min(axis=0), np.abs(v).max(axis=0)
+        for order in ORDERS:
+            a, b = (order * GEAR_RATIO / (2.0 * np.pi) * x for x in (lo, hi))
+            # a gear that turns faster than half the rate is heard folded back
+            for low, high in ((a, b), (2.0 * nyquist - b, 2.0 * nyquist - a)):
+                steady = hi - lo < STEADY * hi
+                near = (f[:, None] > (1.0 - BAND) * low) & (f[:, None] < (1.0 + BAND) * high)
+                allowed &= ~(near & steady & (hi > SLOW))
+        return allowed
+
+
+def _learnt(before: Usual, whole: Array, ringing: Mask, window: float, t: float) -> Usual:
+    """What is usual after another spectrum (3, F, J) at t [s]; of joints that ring as before."""
+    usual, looks = before.power if before.looks else whole, before.looks + 1.0
+    slow = LEARNT * WINDOWS[window] / window
+    gain = np.where(whole > LOUD * usual, slow, max(slow, 1.0 / looks))
+    learnt = usual + gain * (np.minimum(whole, LOUD * usual) - usual)
+    return Usual(np.where(ringing, usual, learnt), looks, t + EARLY * WINDOWS[window])
+
+
+def _others(ratio: Array, at: float) -> int:
+    """Lines (F,) that stand out beside the one at this bin, and are none of its multiples."""
+    inner = ratio[1:-1]
+    loud = CROWD[1] * (len(ratio) / BINS) ** BY_CHANCE
+    peak = (inner > loud) & (inner >= ratio[:-2]) & (inner > ratio[2:])
+    there = np.flatnonzero(peak) + 1
+    multiple = np.maximum(np.rint(there / at), 1.0)
+    return int(np.count_nonzero(np.abs(there - multiple * at) > multiple + 1.0))
+
+
+def _lasts(sizes: Array, whole: float) -> bool:
+    """A line that neither fades nor was only passing, and keeps its phase."""
+    there = sizes.min() > STAYS * sizes.max() or bool((np.diff(sizes) > 0.0).all())
+    return bool(
+        there and _gain(sizes) > FADED and _began(sizes) and whole > COHERENT * sizes.mean()
+    )
+
+
+def _began(sizes: Array) -> bool:
+    """Whether a line is there from the first quarter on: a brake that begins later makes one."""
+    return bool(sizes[0] > RISES * sizes[-1])
+
+
+def _gain(sizes: Array) -> float:
+    """Of amplitudes by quarter, from the first half to the last [-]."""
+    return float(sizes[2:].mean() / sizes[:2].mean())
