@@ -16,6 +16,7 @@ from typing import Any
 
 import numpy as np
 
+from urdyn.diagnose import ledger
 from urdyn.diagnose.carrying import MOMENT
 from urdyn.diagnose.change import Push
 from urdyn.diagnose.encoder import Unseen, all_seen, ever_unseen, unseen
@@ -24,13 +25,13 @@ from urdyn.diagnose.explain import Suspect
 from urdyn.diagnose.fast import Fast, FastState
 from urdyn.diagnose.finding import Finding
 from urdyn.diagnose.onsets import PAUSE
+from urdyn.diagnose.recall import Level
 from urdyn.diagnose.rows import Rows, joined, rows
 from urdyn.diagnose.rules import Rules, read_rules
 from urdyn.diagnose.slow import Slow
 from urdyn.diagnose.slow_state import SlowState
 from urdyn.diagnose.space import Space, space
-from urdyn.diagnose.trust import in_company
-from urdyn.diagnose.verdict import identity, of_change, of_event, risen, up_to_date, worse
+from urdyn.diagnose.verdict import identity, of_change, risen, up_to_date
 from urdyn.diagnose.warmth import Warmth, felt, unfelt
 from urdyn.diagnose.zero import jumps
 from urdyn.identify.fit import Fit
@@ -68,7 +69,7 @@ class State:
     beat: tuple[Rows, ...] = ()
     moment: tuple[Rows, ...] = ()
     findings: tuple[Finding, ...] = ()
-    series: tuple[tuple[int, tuple[tuple[float, float, float], ...]], ...] = ()  # of slow ones
+    series: tuple[tuple[int, tuple[Level, ...]], ...] = ()  # of slow ones, by suspect
     push: tuple[float, float] = (np.inf, -np.inf)  # [s] begin and end of the last one
     blocks: float = np.nan  # [s] end of the last block that was looked at
     last: float = -np.inf  # [s] stamp of the last instant
@@ -231,16 +232,10 @@ class Diagnosis:
 
     def _told(self, state: State, events: Iterable[Event]) -> tuple[State, list[Finding]]:
         """Events as findings; one that only goes on is told again where it is graver by now."""
-        known, new = {f.id: f for f in state.findings}, []
-        for event in events:
-            finding = of_event(event, self.space, self.rules)
-            old = known.get(finding.id)
-            if old and _goes_on(old, event.onset):
-                event = replace(event, onset=old.onset_s)
-                finding = of_event(event, self.space, self.rules)
-            new.append(finding)
-        state, found = _with(state, new)
-        return state, [f for f in found if f.id not in known or worse(known[f.id], f)]
+        before = state.findings
+        new = [ledger.finding_of(event, before, self.space, self.rules) for event in events]
+        after, found = ledger.entered(before, new)
+        return replace(state, findings=after), ledger.to_be_told(before, found)
 
     def _changes(self, state: State) -> tuple[State, list[Finding]]:
         """New changes, and how those that are known went on."""
@@ -253,7 +248,8 @@ class Diagnosis:
             trace = [] if suspect.kind.of_tool else self.slow.judge.trace(slow, change.suspect)
             series[change.suspect] = tuple(trace)
             new.append(of_change(change, self.slow.of, self.space, self.rules, trace))
-        state, found = _with(replace(state, series=tuple(series.items())), new)
+        findings, found = ledger.entered(state.findings, new)
+        state = replace(state, series=tuple(series.items()), findings=findings)
         if slow.bank.t == state.blocks or np.isnan(slow.bank.t):
             return state, found
         for k, level in self.slow.judge.levels(slow).items():
@@ -262,8 +258,8 @@ class Diagnosis:
                 series[k] = (*had, level)[-SERIES:]
         state = replace(state, series=tuple(series.items()), blocks=slow.bank.t)
         grown = risen(state.findings, self.findings(state))
-        state, more = _with(state, grown)
-        return state, found + more
+        findings, more = ledger.entered(state.findings, grown)
+        return replace(state, findings=findings), found + more
 
     def _withdrawn(self, state: State) -> State:
         """Without findings of which nothing is left since another one explains them."""
@@ -341,33 +337,3 @@ def _last(events: Iterable[Event], before: tuple[float, float]) -> tuple[float, 
     """When the last push was; what is smoothed feels it a little earlier."""
     pushes = [(e.onset - BEAT, e.alarm) for e in events if e.kind == "collision"]
     return pushes[-1] if pushes else before
-
-
-def _with(state: State, new: list[Finding]) -> tuple[State, list[Finding]]:
-    """The findings with new ones; one of a known name is replaced, and keeps its alarm.
-
-    What shows again, as a sensor that was stuck while its joint stood, began when it did first.
-    """
-    if not new:
-        return state, []
-    findings = {finding.id: finding for finding in state.findings}
-    for finding in new:
-        if finding.id in findings:
-            old = findings[finding.id]
-            first = old if _goes_on(old, finding.onset_s) else finding
-            finding = replace(
-                finding,
-                onset_s=first.onset_s,
-                onset_interval_s=first.onset_interval_s,
-                alarm_s=old.alarm_s,
-                acknowledged=old.acknowledged,
-            )
-        findings[finding.id] = finding
-    told = tuple(in_company(tuple(findings.values())))
-    ids = {finding.id for finding in new}
-    return replace(state, findings=told), [f for f in told if f.id in ids]
-
-
-def _goes_on(old: Finding, onset: float) -> bool:
-    """Whether what shows [s] after a finding was told is that finding: it began when it did."""
-    return onset > old.alarm_s

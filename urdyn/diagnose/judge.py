@@ -15,7 +15,7 @@ from urdyn.diagnose.explain import Explanation, Suspects, explanation, gathered,
 from urdyn.diagnose.fault import Fault, known_by
 from urdyn.diagnose.healthy import Healthy
 from urdyn.diagnose.onsets import Bank, Straying
-from urdyn.diagnose.recall import Recall, Series
+from urdyn.diagnose.recall import Level, Recall, Series
 from urdyn.diagnose.rules import PAYLOAD_STATES
 from urdyn.diagnose.slow_state import SlowState
 from urdyn.types import Array
@@ -219,7 +219,7 @@ class Judge:
             return state.bank
         return supposed(state.bank, self.of.each[state.likely], self.E)
 
-    def levels(self, state: SlowState) -> dict[int, tuple[float, float, float]]:
+    def levels(self, state: SlowState) -> dict[int, Level]:
         """Suspects that are found, and how far their change has gone: time, size, sd."""
         bank, places = state.bank, {k: self._measured(k) for k in state.suspects}
         return {k: (bank.middle, float(bank.x[at]), bank.sd(at)) for k, at in places.items()}

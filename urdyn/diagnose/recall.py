@@ -15,7 +15,8 @@ from urdyn.types import Array
 
 KEPT = 48  # blocks
 
-Series = list[tuple[float, float, float]]
+Level = tuple[float, float, float]  # of a change: time [s], size, sd
+Series = Sequence[Level]
 
 
 @dataclass(frozen=True, eq=False)

@@ -90,7 +90,7 @@ class SlowKind:
         return next(iter(self.change)) == "z" and self.sign > 0
 
     @property
-    def told(self) -> str:
+    def finding_kind(self) -> str:
         """The kind of its findings."""
         return self.told_as or self.name
 

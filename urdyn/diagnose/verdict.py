@@ -14,13 +14,13 @@ from urdyn.diagnose.event import Event
 from urdyn.diagnose.explain import NOBODY, Suspect, Suspects
 from urdyn.diagnose.finding import SEVERITIES, Finding, severity
 from urdyn.diagnose.prognosis import Course, trend
+from urdyn.diagnose.recall import Series
 from urdyn.diagnose.rules import Rules, SlowKind
 from urdyn.diagnose.space import Space
 from urdyn.diagnose.trust import trust
 from urdyn.model.body import centre_of_mass
 from urdyn.types import NORMAL90
 
-Series = Sequence[tuple[float, float, float]]
 WORSE = 0.25  # [-] of its size by which a finding has to change to be told again
 SURELY_BELOW = 2.0  # [sd] by which a change has to be below a level that it had reached
 
@@ -38,7 +38,7 @@ def of_change(change: Change, of: Suspects, space: Space, rules: Rules, trace: S
         "rate_per_s": rate,
         "rate_sd": rate_sd,
         "rivals": [
-            {"kind": of.each[k].kind.told, "joint": _joint(of.each[k]), "share": share}
+            {"kind": of.each[k].kind.finding_kind, "joint": _joint(of.each[k]), "share": share}
             for k, share in change.rivals
         ],
         "series": _series(_read(suspect, trace)),
@@ -51,14 +51,14 @@ def of_change(change: Change, of: Suspects, space: Space, rules: Rules, trace: S
     forecast = _forecast(suspect, Course(change.alarm, size, sd, rate, rate_sd))
     return Finding(
         id=identity(suspect, space) + (f"@{onset:.1f}" if kind.of_tool else ""),
-        kind=kind.told,
+        kind=kind.finding_kind,
         joint=_joint(suspect),
         name=name,
         onset_s=onset,
         onset_interval_s=change.began,
         alarm_s=change.alarm,
         severity=severity(suspect.grown(size), kind.warning, kind.critical),
-        confidence=change.confidence * trust(kind.told, rules.named),
+        confidence=change.confidence * trust(kind.finding_kind, rules.named),
         time_to_failure_s=_left(forecast),
         size=size,
         size_sd=unsure,
