@@ -165,8 +165,9 @@ class Backlash:
         # the moment within the step in which the load was zero
         share = load[row - 1] / (load[row - 1] - load[row])
         t0 = rows.t[row - 1] + share * (rows.t[row] - rows.t[row - 1])
-        crossed = self.crossing.weigh(rows, rows.t - t0, load, left, j)
-        flown = self.flight.weigh(rows, rows.t - t0, load, left, j, tool)
+        after = rows.t - t0
+        crossed = self.crossing.weigh(rows, after, load=load, left=left, j=j)
+        flown = self.flight.weigh(rows, after, load=load, left=left, j=j, tool=tool)
         llr, shown = np.concatenate([crossed, flown], axis=1)
         if not shown.any():
             return state

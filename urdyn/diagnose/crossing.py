@@ -63,7 +63,9 @@ class Crossing:
         llr, shown = np.zeros((2, len(GAPS)))
         for longest in np.unique(self.longest[:, j]):  # the shortest first
             of = self.longest[:, j] == longest
-            told = self._weigh(rows, after, load, left, j, float(longest), of)
+            told = self._weigh(
+                rows, after, load=load, left=left, j=j, longest=float(longest), gaps=of
+            )
             if told is None:
                 break
             llr[of], shown[of] = told

@@ -76,7 +76,9 @@ class Flight:
             if BRIEF < T < LONG:
                 struck = side * u[there] * _strike(after - T)
                 lacking = struck - load * ((after > 0.0) & (after < T))
-                llr[k], shown[k] = self._weigh(rows, after, load, left, j, T, lacking)
+                llr[k], shown[k] = self._weigh(
+                    rows, after, load=load, left=left, j=j, T=T, lacking=lacking
+                )
         return llr, shown
 
     def _mass(self, q: Array, j: int, tool: Array) -> float:

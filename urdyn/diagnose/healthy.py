@@ -107,9 +107,9 @@ class Healthy:
 
     def leaping(self, block: Block, known: Sequence[Fault]) -> Block:
         """A block at whose begin known faults may have begun, of which it tells anything at all."""
-        told = block.A.diagonal() > 0.0
+        seen = block.A.diagonal() > 0.0
         var = self._free(fault for fault in known if fault.began_in(block))
-        return replace(block, leap=np.sqrt(told * var))
+        return replace(block, leap=np.sqrt(seen * var))
 
     def _free(self, faults: Iterable[Fault]) -> Array:
         """Variance of what these may have done, (N,)."""

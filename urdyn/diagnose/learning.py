@@ -54,9 +54,9 @@ class Learning:
         f = self.space.places["f"]
         usual = self.healthy.straying.window[f]
         return Learnt(
-            self._heard(learnt.loudness, "f", learnt, A, off, var, window),
-            self._heard(learnt.level, "o", learnt, A, off, var, window),
-            steadiness.learnt(learnt.steadiness, off[f], np.sqrt(var[f]), usual),
+            loudness=self._heard(learnt.loudness, "f", learnt, A, off=off, var=var, window=window),
+            level=self._heard(learnt.level, "o", learnt, A, off=off, var=var, window=window),
+            steadiness=steadiness.learnt(learnt.steadiness, off[f], np.sqrt(var[f]), usual),
         )
 
     def window(self, learnt: Learnt, A: Array) -> Array:
@@ -65,8 +65,9 @@ class Learning:
         Args:
             A: what they say, (n, n).
         """
-        told, quick = np.diag(A)[self.space.places["o"]], learnt.loudness.power
-        white = np.where(told > 0.0, 1.0 / np.where(told > 0.0, told, 1.0), 0.0) / quick
+        information, quick = np.diag(A)[self.space.places["o"]], learnt.loudness.power
+        known = information > 0.0
+        white = np.where(known, 1.0 / np.where(known, information, 1.0), 0.0) / quick
         level = np.sqrt(np.maximum(learnt.level.power - quick, 0.0) * white)
         return self.healthy.window(learnt.steadiness.share, level)
 

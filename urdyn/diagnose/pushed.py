@@ -128,22 +128,34 @@ class Pushed:
             "statistic": float(size[peak]),
             "threshold": LOUD,
         }
-        return Event("collision", link, begin, last + BIN, share, strength, evidence)
+        return Event(
+            kind="collision",
+            joint=link,
+            onset=begin,
+            alarm=last + BIN,
+            confidence=share,
+            size=strength,
+            evidence=evidence,
+        )
 
-    def _place(self, q: Array, felt: Array, sd: Array, told: Mask) -> tuple[int, float, Array]:
-        """The link that explains the torques best, its share of the evidence, and the force [N]."""
+    def _place(self, q: Array, felt: Array, sd: Array, known: Mask) -> tuple[int, float, Array]:
+        """The link that explains the torques best, its share of the evidence, and the force [N].
+
+        Args:
+            known: joints that were heard, (J,).
+        """
         weights, forces = [], []
         points = self._points(q)
-        V = np.diag(sd[told] ** 2 + (MODEL * felt[told]) ** 2)
+        V = np.diag(sd[known] ** 2 + (MODEL * felt[known]) ** 2)
         for _, J in points:
-            J = J[:, told]
+            J = J[:, known]
             # The drives hold against the push: what they give more is -J' F.
             S = V + FORCE**2 * J.T @ J
             gain = -(FORCE**2) * J @ np.linalg.inv(S)
             weights.append(
-                -0.5 * np.linalg.slogdet(S)[1] - 0.5 * felt[told] @ np.linalg.solve(S, felt[told])
+                -0.5 * np.linalg.slogdet(S)[1] - 0.5 * felt[known] @ np.linalg.solve(S, felt[known])
             )
-            forces.append(gain @ felt[told])
+            forces.append(gain @ felt[known])
         share = np.exp(np.array(weights) - max(weights))
         share /= share.sum()
         links = np.array([link for link, _ in points])

@@ -225,10 +225,10 @@ def _single(torn: Mask) -> Mask:
 def _rough(before: Array, residual: Array) -> Array:
     """Noise between neighbours [A], from which no motion and no single jump is seen."""
     bent = np.abs(np.diff(residual, n=2, axis=0))
-    told = np.isfinite(bent).sum(axis=0) >= ENOUGH // 2
+    known = np.isfinite(bent).sum(axis=0) >= ENOUGH // 2
     middle = np.full(bent.shape[1], np.nan)
-    if told.any():
-        middle[told] = np.nanmedian(bent[:, told], axis=0)
+    if known.any():
+        middle[known] = np.nanmedian(bent[:, known], axis=0)
     return np.where(np.isnan(middle), before, MAD_TO_SD * middle / SECOND)
 
 
