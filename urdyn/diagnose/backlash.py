@@ -112,9 +112,8 @@ class Backlash:
         turned = np.zeros(load.shape, dtype=bool)
         turned[1:] = load[1:] * load[:-1] < 0.0
         judged = turned & (ready & new)[:, None] & ~ill & ~_during(swung, whole.t[:, None])
-        found: list[Event] = []
+        found = list[Event]()
         for row, j in np.argwhere(judged).tolist():
-            beside = turned[np.abs(whole.t - whole.t[row]) < REACH].any(axis=0)
             state = self._reversal(
                 state,
                 whole,
@@ -123,13 +122,10 @@ class Backlash:
                 row=row,
                 j=j,
                 tool=tool,
-                beside=beside,
+                beside=turned[np.abs(whole.t - whole.t[row]) < REACH].any(axis=0),
             )
-            event = self._event(state, j, float(whole.t[-1]))
-            if event:
-                told = state.told.copy()
-                told[j] = True
-                state, found = replace(state, told=told), [*found, event]
+            state, event = self._judged(state, j, float(whole.t[-1]))
+            found += [event] if event else []
         kept = longest + max(earlier, LONG) + self.period
         keep = int(np.searchsorted(whole.t, whole.t[-1] - kept))
         open_now = state.told & _lately(turned, whole.t, crossed[-1])[len(whole) - len(rows) :]
@@ -192,14 +188,20 @@ class Backlash:
         sums = logsumexp(state.R, axis=1)
         return np.asarray(sums - np.log(self.space.joints * len(HALF)))
 
-    def _event(self, state: Reversals, j: int, now: float) -> Event | None:
-        """A gap that is as likely as it has to be, and was not told."""
+    def _judged(self, state: Reversals, j: int, now: float) -> tuple[Reversals, Event | None]:
+        """With a gap of joint j told that is as likely as it has to be, and was not."""
         evidence = float(self._evidence(state)[j])
         if state.told[j] or evidence < self.needed:
-            return None
+            return state, None
         best = int(np.argmax(state.R[j]))
         if state.number[j, best] < self.rule["enough"]:
-            return None
+            return state, None
+        told = state.told.copy()
+        told[j] = True
+        return replace(state, told=told), self._event(state, j, best, evidence, now)
+
+    def _event(self, state: Reversals, j: int, best: int, evidence: float, now: float) -> Event:
+        """The gap of joint j, of which `best` is the likeliest."""
         share = np.exp(state.R[j] - logsumexp(state.R[j]))
         gap = float(np.exp(share @ np.log(HALF)))
         said = {

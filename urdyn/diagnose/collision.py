@@ -121,7 +121,7 @@ class Collision:
         if not state.going:
             state = _beside(state, tool, carried[0])
         borne = tool @ state.carried
-        state = self._loosened(state, rows, rho, borne, aimed, creep)
+        state = self._loosened(state, rows, rho=rho, borne=borne, aimed=aimed, creep=creep)
         late = LATE * np.abs(aimed - state.asked)
         usual, doubt = self._usual(state, rows), self._doubt(state, rows, aimed) + late
         noise = np.where(ill, np.inf, np.sqrt(usual))

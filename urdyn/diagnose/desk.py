@@ -58,9 +58,13 @@ class Desk:
         now = self.diagnosis.findings(self._state)
         findings = [replace(f, acknowledged=known.quiets(f)) for f in now]
         observability = self.diagnosis.observable(self._state)
-        costs, joints = task.rules.costs, task.fit.dynamics.arm.joint_names
         document = findings_document(
-            findings, joints, observability, task.identity, task.source, costs
+            findings,
+            joints=task.fit.dynamics.arm.joint_names,
+            observability=observability,
+            identity=task.identity,
+            source=task.source,
+            costs=task.rules.costs,
         )
         write_text(task.folder / FOUND, json.dumps(document, indent=2) + "\n")
         return document

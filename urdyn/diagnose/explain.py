@@ -110,10 +110,15 @@ def suspects(space: Space, kinds: tuple[SlowKind, ...]) -> Suspects:
             of = [_place(space, state, j) for state in kind.change]
             units = [np.broadcast_to(unit(space, state), J)[j] for state in kind.change]
             states += [k for k in of if k not in states]
-            sd = np.array(list(kind.change.values())) * units
-            places = np.array([states.index(k) for k in of])
-            doubt = _doubt(space, next(iter(kind.change)), j)
-            each.append(Suspect(kind, j, places, sd, float(units[0]), doubt))
+            suspect = Suspect(
+                kind=kind,
+                joint=j,
+                places=np.array([states.index(k) for k in of]),
+                sd=np.array(list(kind.change.values())) * units,
+                unit=float(units[0]),
+                doubt=_doubt(space, next(iter(kind.change)), j),
+            )
+            each.append(suspect)
     return Suspects(np.array(states), tuple(each))
 
 
@@ -291,7 +296,7 @@ def instant_evidence(C: Array, d: Array, of: Suspects) -> float:
     for each in of.each:
         if each.joint != NOBODY:
             at = each.places
-            here = C[None, at[:, None], at], d[None, at]
-            ratios = [_log_ratio(*here, size * each.sd, each.kind.sign)[0] for size in ANY]
+            own, seen = C[None, at[:, None], at], d[None, at]
+            ratios = [_log_ratio(own, seen, size * each.sd, each.kind.sign)[0] for size in ANY]
             best = max(best, *map(float, ratios))
     return best

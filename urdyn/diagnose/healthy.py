@@ -19,7 +19,7 @@ from urdyn.diagnose.rules import Rules
 from urdyn.diagnose.space import Space
 from urdyn.types import Array
 
-PER_HOUR = 60.0  # [√s] in an hour: what is told by the hour walks so much less by [√s]
+PER_HOUR = 60.0  # [√s] in an hour: a walk goes as far as the root of the time
 GROWTH = 150.0  # [s] in which a known fault may change by as much as it was expected to
 UNSTEADY = ("f", "alpha", "beta")  # whose windows are steadier where friction is
 

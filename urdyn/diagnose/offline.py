@@ -79,9 +79,14 @@ def diagnose(
     moved = np.cumsum(np.abs(travel(motion)), axis=0)
     state, found = diagnosis.over(motion, fit.dynamics.presliding(motion), moved)
     source = {"source": log.source.path, "source.sha256": log.source.sha256}
-    observable, costs = diagnosis.observable(state), diagnosis.rules.costs
-    joints = fit.dynamics.arm.joint_names
-    document = findings_document(found, joints, observable, {}, source, costs)
+    document = findings_document(
+        found,
+        joints=fit.dynamics.arm.joint_names,
+        observability=diagnosis.observable(state),
+        identity={},
+        source=source,
+        costs=diagnosis.rules.costs,
+    )
     return Report(tuple(found), document, tracker, log)
 
 

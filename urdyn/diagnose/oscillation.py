@@ -130,7 +130,9 @@ class Oscillation:
             line = None if line and self._woven(line, window, state) else line
             if line:
                 known = usual[k].looks * WINDOWS[window] > KNOWN * window
-                state, more = self._told(state, line, t, window, known, doubted)
+                state, more = self._told(
+                    state, line, t, window=window, known=known, doubted=doubted
+                )
                 events += more
         return replace(state, usual=tuple(usual)), events
 

@@ -91,7 +91,7 @@ class Pushed:
             ill: joints whose sensor is not to be believed, (J,).
         """
         bins = tuple(replace(each, noise=np.where(ill, np.inf, each.noise)) for each in bins)
-        felt, sd, slack = _stacked(bins, "felt", "sd", "slack")
+        felt, sd = _stacked(bins, "felt", "sd")
         size = sizes(bins)
         if size.max() < LOUD:  # it was the sensor
             return None
@@ -104,14 +104,17 @@ class Pushed:
             return None
         if _left_with_it(np.array([each.stood for each in bins]), felt, sd):
             return None
+        return self._event(bins, calm, felt, size)
+
+    def _event(self, bins: tuple[Bin, ...], calm: int, felt: Array, size: Array) -> Event | None:
+        """What a push was like; None where it is too weak to be told.
+
+        Args:
+            felt: beside a piece that was taken or put down meanwhile, (B, J) [N·m].
+            size: sum of squares of that, in its sd, (B,) [-].
+        """
+        mean, doubt = _loudest(bins, calm, felt, size)
         peak = int(np.argmax(size))
-        strong = size > STRONG * size[peak]
-        # What is there still has come meanwhile, nobody knows when, and is no part of the push; nor
-        # is friction that is another.
-        stayed, of_friction = felt[-calm:].mean(axis=0), slack[peak]
-        mean = felt[strong].mean(axis=0) - 0.5 * stayed - of_friction.mean(axis=0)
-        unknown = (stayed**2 + np.ptp(of_friction, axis=0) ** 2) / 12.0
-        doubt = np.sqrt(sd[peak] ** 2 / strong.sum() + unknown)
         link, share, force = self._place(bins[peak].q, mean, doubt, np.isfinite(doubt))
         strength = float(np.linalg.norm(force))
         if strength < self.least:
@@ -180,6 +183,21 @@ class Pushed:
 def _stacked(bins: tuple[Bin, ...], *names: str) -> Iterator[Array]:
     """What all bins say, (B, ...) each."""
     return (np.array([getattr(each, name) for each in bins]) for name in names)
+
+
+def _loudest(bins: tuple[Bin, ...], calm: int, felt: Array, size: Array) -> tuple[Array, Array]:
+    """What was felt in the loudest bins: mean and sd, (J,) [N·m].
+
+    What is there still has come meanwhile, nobody knows when, and is no part of the push; nor is
+    friction that is another.
+    """
+    sd, slack = _stacked(bins, "sd", "slack")
+    peak = int(np.argmax(size))
+    strong = size > STRONG * size[peak]
+    stayed, of_friction = felt[-calm:].mean(axis=0), slack[peak]
+    mean = felt[strong].mean(axis=0) - 0.5 * stayed - of_friction.mean(axis=0)
+    unknown = (stayed**2 + np.ptp(of_friction, axis=0) ** 2) / 12.0
+    return mean, np.sqrt(sd[peak] ** 2 / strong.sum() + unknown)
 
 
 def _beside_the_piece(bins: tuple[Bin, ...]) -> Array:

@@ -16,7 +16,7 @@ import numpy as np
 from urdyn.dbn.robot_slice import presliding_doubt
 from urdyn.diagnose.space import Space
 from urdyn.diagnose.warmth import Warmth, usual
-from urdyn.model.drive import LINEAR
+from urdyn.model.drive import LINEAR, Drive
 from urdyn.model.friction import features
 from urdyn.model.population import OPTIONAL
 from urdyn.types import Array, Mask, Motion
@@ -68,8 +68,7 @@ def rows(space: Space, motion: Motion, s: Array, travelled: Array, warmth: Warmt
         warmth: of the joints after the last row.
     """
     drive, arm = space.reference.drive, space.arm
-    warm = np.stack([warmth.lubricant - drive.temperature, warmth.slope, warmth.left])
-    warm[:, np.isnan(warm[0])] = np.nan
+    warm = _warm(warmth, drive)
     soft = np.exp(-usual(space) * np.nan_to_num(warm[0]))
     motion = replace(motion, temperature=np.broadcast_to(warmth.lubricant, motion.q.shape))
     q, v, a = motion.q, motion.v, motion.a
@@ -94,11 +93,6 @@ def rows(space: Space, motion: Motion, s: Array, travelled: Array, warmth: Warmt
         "o": np.ones_like(load),
         "rotor": drive.rotor_inertia * motion.instrument,
     }
-    grip = drive.coulomb + drive.structural * np.abs(load)
-    doubt = (SLIDING_DOUBT + presliding_doubt(v)) * grip * per
-    if len(motion) > 1:
-        doubt = doubt + SMEARED * np.abs(np.gradient(predicted, axis=0))
-    settled = travelled > SETTLED * drive.presliding_distance
     return Rows(
         t=motion.t,
         q=q,
@@ -109,11 +103,27 @@ def rows(space: Space, motion: Motion, s: Array, travelled: Array, warmth: Warmt
         tool=through * Y[..., -10:],
         rigid=through * A,
         drive=per * np.stack([own[name] for name in OWN], axis=1),
-        doubt=doubt,
-        settled=settled,
+        doubt=_doubt(drive, v, load, predicted),
+        settled=travelled > SETTLED * drive.presliding_distance,
         warm=np.broadcast_to(warm, (len(motion), *warm.shape)),
         shift=motion.shift,
     )
+
+
+def _warm(warmth: Warmth, drive: Drive) -> Array:
+    """What nobody knows of how warm joints are moves with these, (3, J); NaN: not measured."""
+    warm = np.stack([warmth.lubricant - drive.temperature, warmth.slope, warmth.left])
+    warm[:, np.isnan(warm[0])] = np.nan
+    return warm
+
+
+def _doubt(drive: Drive, v: Array, load: Array, predicted: Array) -> Array:
+    """How far off bristles that nobody knows may have a prediction, sd (N, J) [A]."""
+    grip = drive.coulomb + drive.structural * np.abs(load)
+    doubt = (SLIDING_DOUBT + presliding_doubt(v)) * grip * (1.0 / drive.gain)
+    if len(v) > 1:
+        doubt = doubt + SMEARED * np.abs(np.gradient(predicted, axis=0))
+    return np.asarray(doubt)
 
 
 def joined(parts: tuple[Rows, ...]) -> Rows:

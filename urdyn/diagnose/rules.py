@@ -205,7 +205,17 @@ def _rules(document: Mapping[str, Any], path: str) -> Rules:
     except InputError as error:
         raise InputError(f"{path}: [costs] {error}") from None
     hours, shift = (float(document["promise"][x]) for x in ("hours", "shift"))
-    return Rules(hours, shift, document["healthy"], warmth, noise, slow, fast, costs, named)
+    return Rules(
+        hours=hours,
+        shift=shift,
+        healthy=document["healthy"],
+        warmth=warmth,
+        noise=noise,
+        slow=slow,
+        fast=fast,
+        costs=costs,
+        named=named,
+    )
 
 
 def _check_counts(name: str, of: list[Any], path: str) -> None:

@@ -46,7 +46,6 @@ class Stay:
         """
         if not carrying.away:
             return carrying, None
-        never = carrying.had <= DELAY * MOMENT  # in this run: what is light is not told at once
         away = carrying.absent
         masses = np.array([mode.mean[0] for mode in carrying.modes])
         stays = int(np.argmin(np.where(away > LASTING * away.sum(), masses, np.inf)))
@@ -59,26 +58,28 @@ class Stay:
             if gain > 0.0:
                 modes = (*carrying.modes[:stays], piece, *carrying.modes[stays + 1 :])
                 return replace(carrying.here, modes=modes), None
-        k = next(k for k, each in enumerate(self.of.each) if each.kind is self.kind)
-        more = float(mode.mean[0] - first.mean[0])
+        return _first(carrying, stays, t), self._change(carrying, mode, t)
+
+    def _change(self, carrying: Carrying, mode: Mode, t: float) -> Change:
+        """To this mode, told at t [s]."""
+        never = carrying.had <= DELAY * MOMENT  # in this run: what is light is not told at once
         before = carrying.since - 2.0 * MOMENT
         began = before if never else min(before, carrying.last), carrying.sure
-        change = Change(
-            suspect=k,
+        return Change(
+            suspect=next(k for k, each in enumerate(self.of.each) if each.kind is self.kind),
             onset=carrying.since,
             shown=began,
             began=began,
             alarm=t,
             confidence=CERTAIN,
             evidence=np.nan,
-            size=more,
+            size=float(mode.mean[0] - carrying.modes[0].mean[0]),
             size_sd=carrying.weighed,
             rate=0.0,
             rate_sd=0.0,
             detail=tuple(mode.mean[: len(PAYLOAD_STATES)].tolist()),
             older=never,
         )
-        return _first(carrying, stays, t), change
 
     def _long_enough(self, carrying: Carrying, mode: Mode, hold: float) -> bool:
         """Whether it is another load, and away for long enough for that, or for `hold` [s]."""
