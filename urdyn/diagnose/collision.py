@@ -145,15 +145,16 @@ class Collision:
             return _learnt(state, seen, usual + doubt**2, aimed), None
         return self._judge(state, seen, carried, ill)
 
-    def _torques(self, rows: Rows, ill: Mask, freed: Array) -> tuple[Array, Array]:
+    def _torques(self, rows: Rows, ill: Mask, crept: Array) -> tuple[Array, Array]:
         """What the model leaves in a bin, NaN: unknown, and what it predicts, (J,) [N·m].
 
         Args:
-            freed: what joints that stand were predicted to let go of as they creep, (J,) [N·m].
+            crept: of what is predicted for joints that stand, what speeds that are not quite zero
+                have made of their friction, (J,) [N·m]: they do not move.
         """
         K = self.space.reference.drive.gain
         left = K * np.where(ill, np.nan, mean_measured(rows.residual))
-        return left + freed, K * rows.predicted.mean(axis=0) - freed
+        return left + crept, K * rows.predicted.mean(axis=0) - crept
 
     def _loosened(
         self, state: Quiet, rows: Rows, rho: Array, borne: Array, aimed: Array, creep: Creep

@@ -111,14 +111,14 @@ def rows(space: Space, motion: Motion, s: Array, travelled: Array, warmth: Warmt
 
 
 def _warm(warmth: Warmth, drive: Drive) -> Array:
-    """What nobody knows of how warm joints are moves with these, (3, J); NaN: not measured."""
+    """How warm joints are, as `warmth.unknowns` has it, (3, J); NaN: nobody measures that."""
     warm = np.stack([warmth.lubricant - drive.temperature, warmth.slope, warmth.left])
     warm[:, np.isnan(warm[0])] = np.nan
     return warm
 
 
 def _doubt(drive: Drive, v: Array, load: Array, predicted: Array) -> Array:
-    """How far off bristles that nobody knows may have a prediction, sd (N, J) [A]."""
+    """What nobody knows of the bristles, and of kinematics that are smeared, sd (N, J) [A]."""
     grip = drive.coulomb + drive.structural * np.abs(load)
     doubt = (SLIDING_DOUBT + presliding_doubt(v)) * grip * (1.0 / drive.gain)
     if len(v) > 1:
