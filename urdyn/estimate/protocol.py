@@ -18,7 +18,7 @@ S = TypeVar("S")
 
 
 class Filter(Protocol[S]):
-    """Settings; all state is in the value S that goes from step to step."""
+    """Learns a model's state slice by slice; all it knows is in the value S that it passes on."""
 
     def init(self, model: TwoSlice[U]) -> S:
         """State before the first slice."""
@@ -35,7 +35,9 @@ class Track:
     """Where the parameters went."""
 
     names: tuple[str, ...]  # n
-    t: Array  # (N,) [s] since the first slice's predecessor, or in the steps that u.dt counts
+    # (N,) [s] since the first slice's predecessor, or in the steps that u.dt counts; where a log
+    # was tracked, its stamps.
+    t: Array
     mean: Array  # (N, n)
     sd: Array  # (N, n)
     innovations: tuple[Innovation, ...]  # N

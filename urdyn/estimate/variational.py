@@ -32,7 +32,7 @@ from urdyn.types import Array, Gaussian
 
 @dataclass(frozen=True)
 class Variational:
-    """Settings of the natural-gradient descent in one slice."""
+    """Fits a Gaussian to the posterior of every slice, by natural-gradient descent."""
 
     iterations: int = 5  # at most
     step_size: float = 1.0  # of the natural gradient; 1 is Newton's

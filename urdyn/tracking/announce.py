@@ -42,7 +42,8 @@ class Announcer:
     def __init__(self, fit: Fit, audience: Audience, serial: str = "") -> None:
         self._fit, self._audience, self._serial = fit, audience, serial
         self._newest: tuple[float, Glance, Snapshot] | None = None  # [s] monotonic, when it came
-        self._torque = fit.dynamics.drive.gain  # (J,) [N·m/A] of drives as healthy as believed
+        # (J,) [N·m/A] of drives as healthy as believed
+        self._torque_per_ampere = fit.dynamics.drive.gain
         self._known: dict[str, Seen] = {}  # acknowledged, by the lines' names
         self._failed: set[Tell] = set()  # who could not be told, and that was said
         self._ended = Event()
@@ -53,7 +54,7 @@ class Announcer:
         """Tell what is new: torque with every sample, if asked for; the rest with the history."""
         voice = self._audience.voice
         if voice:
-            voice.quickly(self._torque * glance.reading.modelled)
+            voice.quickly(self._torque_per_ampere * glance.reading.modelled)
         if not glance.row:
             return
         snapshot = self._snapshot(glance)
@@ -70,8 +71,8 @@ class Announcer:
         arm, drive = self._fit.dynamics.arm, self._fit.dynamics.drive
         joints = arm.joint_names
         mean, sd, units = by_part(glance, joints)
-        self._torque = drive.gain * _of(mean, joints, "health")
-        predicted = self._torque * glance.reading.predicted
+        self._torque_per_ampere = drive.gain * _of(mean, joints, "health")
+        predicted = self._torque_per_ampere * glance.reading.predicted
         commissioned = {"viscous": drive.viscous, "coulomb": drive.coulomb}
         return Snapshot(
             robot=self._serial or arm.name,
@@ -82,7 +83,7 @@ class Announcer:
             sd=sd,
             units=units,
             predicted=predicted,
-            residual=self._torque * glance.reading.current - predicted,
+            residual=self._torque_per_ampere * glance.reading.current - predicted,
             com=centre_of_mass(np.array([mean["payload"][name] for name in PAYLOAD])),
             scales=np.array([_of(mean, joints, name) / c for name, c in commissioned.items()]),
         )

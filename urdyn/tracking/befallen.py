@@ -12,8 +12,8 @@ maximised, so that signatures of more parameters are not preferred. A row whose 
 given as much noise, signature and all: what is large everywhere keeps its shape, and a torn sample
 says little.
 
-What wears within minutes, faster than a healthy arm strays, is never far off within seconds; it is
-by the innovations of a longer time: the slower it wears, the longer.
+Wear over minutes, faster than a healthy arm strays, moves no single second far enough. It shows in
+innovations summed over longer: the slower the wear, the longer.
 """
 
 from __future__ import annotations

@@ -1,10 +1,11 @@
 """The modes that are quicker than the full covariance, and what they assume for it.
 
-*Simplified*: what is believed of the rigid bodies (k, skew, m, payload) and what scales their
-torque (z, gain), and of each joint's drive, are independent of one another, in every slice. Each
-block learns from the currents as if the others' doubt were noise, which it is not where two explain
-the same: health stands beside the bodies, for a load that is held weighs more or its drive gives
-less. One block of 72 states and J of 9 replace one of 126.
+*Simplified*: what is believed of the rigid bodies (k, skew, m, payload), what scales their torque
+(z, gain) and the one warmth coefficient of all joints (kappa_f), and of each joint's drive, are
+independent of one another, in every slice. Each block learns from the currents as if the others'
+doubt were noise, which it is not where two explain the same: health stands beside the bodies, for a
+load that is held weighs more or its drive gives less. One block of 72 states and J of 9 replace one
+of 126.
 
 *Realtime*: besides, a block that hardly changes waits. While an innovation would move it by little,
 samples are added up, and it learns from their sum: less often the surer it is, at once where the
@@ -34,7 +35,7 @@ CALM = 1.5  # [-] of the innovations' average size, where 1 is expected
 WILDEST = 10.0  # [-] that one sample counts for at most
 LASTING = 2.0  # [s] in which what others are wrong by is the same, until the motion has changed
 TINY = 1e-6  # [s] after which there is another sample
-MEMORY = 50.0  # samples over which that is averaged
+MEMORY = 50.0  # samples over which the innovations' size is averaged
 SHARED = -1
 TOGETHER = (*BODIES, "z", "gain", "kappa_f")  # groups of the block that all joints share
 

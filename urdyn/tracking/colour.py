@@ -30,7 +30,8 @@ from urdyn.types import Array, Mask, changed
 
 ORDER = 8
 FAR = 0.25  # [s] apart: only what is slow is still alike
-# [s] of times around that: what swings 4 n times a second is alike FAR apart, and not on average.
+# [s] A swing of 4 n Hz correlates at the lag FAR as slow noise does; averaged over this range of
+# lags around it, it does not.
 AROUND = 0.25
 SWINGS = 0.25  # [-] of what one time apart tells: where the average is less, it swings
 TRUST = 500.0  # samples that the commissioned noise counts for

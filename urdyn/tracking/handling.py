@@ -19,7 +19,7 @@ REST = 0.3  # [s] that the arm stands where a gripper opens or closes, at least
 HANDLING = 300.0  # [s] after another payload was told, in which more of them may come
 LASTING = 0.8  # [-] by which a hold remembers those before it
 NONE = 16.0  # [sd²] by which holds together weigh less than nothing: what they weigh is no load
-LEARNT = 2.0  # [s] of motion after which what is carried is known as well as need be
+LEARNT = 2.0  # [s] after it set off, what is carried is known as well as need be
 APART = 4.0  # [sd] between what is carried and what was: more, and it is something else
 
 
@@ -36,7 +36,7 @@ class Rest:
         return moving and self.lasted > REST
 
     def known(self, t: float) -> bool:
-        """Whether the arm has moved for long enough since to have shown what it carries."""
+        """Whether the arm set off so long ago that it has shown what it carries."""
         return t - self.left > LEARNT
 
     def just(self, t: float) -> bool:

@@ -37,9 +37,9 @@ JOLTS = {"f": 0.4, "alpha": 0.4, "z": 0.1}
 QUICKLY = 20.0  # [s] in which what wears at once may change by as much
 STRIDE = 0.0795  # [s] in which nothing moves far: the quickest, slow noise, fades in 1.2 s
 PAYLOAD_SD = np.array([3.0, 0.3, 0.3, 0.3, *[0.05] * 6])  # kg, kg m, kg m²: anything or nothing
-# [-] times as wide where another is taken up: belief begins where the evidence has it, which is not
-# told by that twice, or every payload would confirm the drives that it was weighed by. Of inertia
-# evidence says nothing.
+# [-] times as wide where another is taken up. The evidence gives the new mean. Widening the prior
+# keeps the same samples from counting twice, else every payload would confirm the drives that
+# weighed it. Of inertia the evidence says nothing.
 ANYTHING = np.repeat([10.0, 1.0], [4, 6])
 # kg, kg m, kg m²: too light for evidence, and maybe in the gripper since the arm stood last.
 LIGHT = np.array([0.5, 0.05, 0.05, 0.05, *[0.005] * 6])
@@ -54,18 +54,18 @@ UNLIKE = 0.4  # [K] by which it is not
 class Drift:
     """How fast parameters of a healthy arm stray; per √s, relative where logarithms are kept."""
 
-    friction: float = 2e-4  # [1/√s] of f, and of alpha beside what follows f: load and grease
+    friction: float = 2e-4  # [1/√s] 1.2 % in an hour, of f, and of alpha beside what follows f
     damping: float | None = None  # [1/√s] of alpha; None: as f
     bodies: float = 0.0  # [1/√s] of the links' standard scores: metal stays what it is
-    warmth: float = 1e-3  # [1/√s] of alpha besides, where nobody measures temperatures
-    structural: float = 2e-4  # [1/√s]
-    health: float = 3e-5  # [1/√s]
-    offset: float = 2e-4  # [1/√s], of the Coulomb friction
+    warmth: float = 1e-3  # [1/√s] 6 % in an hour, of alpha besides, where nobody measures warmth
+    structural: float = 2e-4  # [1/√s] 1.2 % in an hour
+    health: float = 3e-5  # [1/√s] 0.2 % in an hour
+    offset: float = 2e-4  # [1/√s] 1.2 % of the Coulomb friction in an hour
     zero: float = 0.01  # [rad] in the long run: an encoder that slipped, or a knock
     zero_memory: float = ZERO_MEMORY  # [s]
     zero_walk: float = 0.0  # [rad/√s] of zeros besides
-    rate_sd: float = 1e-5  # [1/s] of the rates on the first day
-    acceleration: float = 1e-7  # [1/s/√s] of the rates
+    rate_sd: float = 1e-5  # [1/s] of the rates on the first day: 3.6 % an hour
+    acceleration: float = 1e-7  # [1/s/√s] by which a rate changes: 2 % an hour, in an hour
 
 
 def tracking_model(

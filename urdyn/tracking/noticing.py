@@ -80,7 +80,7 @@ class Supposed(Generic[S]):
 
 @dataclass(frozen=True, eq=False)
 class Noticing(Generic[S]):
-    """Settings."""
+    """Detects abrupt changes of payload or drive, and says what is supposed from then on."""
 
     filter: Filter[S]
     worn: Worn  # what drives are asked

@@ -40,7 +40,7 @@ TOOL = 6  # coordinates of a pose, and the last of a placement's
 
 @dataclass(frozen=True, eq=False)
 class PoseStream:
-    """Settings; what was seen is in the `Sights` that go from pose to pose."""
+    """Learns geometry and zeros from poses; what was seen is in the `Sights` it passes on."""
 
     build: Build
     name: str = "pose"

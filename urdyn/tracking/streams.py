@@ -43,7 +43,7 @@ class Heard(Generic[A]):
 
 
 class Stream(Protocol[A]):
-    """Settings of one stream; its state is a value that goes from row to row."""
+    """Makes of each row what it tells of the arm; what it knows is a value that goes on with it."""
 
     @property
     def name(self) -> str:

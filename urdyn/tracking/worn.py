@@ -1,21 +1,20 @@
 """Drives that wore since a while ago, and not as a healthy arm's do.
 
-A belief that allowed for both would tell little. So it is that of a healthy arm; and what is
-believed now, N(x, P), is asked how much better one explains what was measured since, that allowed
-for what breaks besides, N(0, W), when N(x0, P0) was what one would have believed without. By the
-information on the drive that measurements alone hold, G, and the slope of their likelihood, u, both
-of which the beliefs tell,
+A filter that allowed for wear at all times would learn little, so it assumes a healthy arm.
+Afterwards two models of what was measured since N(x0, P0) are compared: the healthy one, which gave
+N(x, P), and one whose drive may also have changed by N(0, W). By the information on the drive that
+measurements alone hold, G, and the slope of their likelihood, u, both of which the beliefs tell,
 
     log B = u' (W^-1 + G)^-1 u / 2 - log |I + W G| / 2,    u = P0^-1 (x - x0),
                                                            G = P0^-1 (P0 - P) P0^-1,
 
-the ratio of the marginal likelihoods [Dickey1971]_, with all other states integrated out. That
-other one is known by the same numbers: with U those columns of P0^-1 that are the drive's,
+the ratio of the marginal likelihoods [Dickey1971]_, with all other states integrated out. What the
+second makes of it is told by the same numbers: with U those columns of P0^-1 that are the drive's,
 
     x + P U (W^-1 + G)^-1 u    and    P + P U (W^-1 + G)^-1 U' P
 
-are what would be believed now. So nothing is lost by finding out late: what others had taken of it
-is given back.
+are its mean and covariance. So nothing is lost by finding out late: what others had taken of it is
+given back.
 """
 
 from __future__ import annotations

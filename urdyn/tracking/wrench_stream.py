@@ -52,7 +52,7 @@ class Felt:
 
 @dataclass(frozen=True, eq=False)
 class WrenchStream:
-    """Settings; what was felt is in the `Felt` that go from row to row."""
+    """Weighs what is carried by the force sensor; what was felt is in the `Felt` it passes on."""
 
     arm: Arm
     raw: bool  # in the flange's axes with all that it carries; else compensated, in the base's
@@ -103,7 +103,7 @@ class WrenchStream:
         if np.array_equal(row[1:], felt.last):  # no sensor that works shows the same twice
             return replace(felt, t=now.t), None
         jumped = widened > felt.t
-        felt = self._strayed(felt, dt if np.isfinite(dt) else 0.0, jumped)
+        felt = _strayed(felt, dt if np.isfinite(dt) else 0.0, jumped)
         felt = self.settled(replace(felt, t=now.t, last=row[1:]), z)
         look = self._look(felt, now, row[1:], z)
         if look.surprise(felt.aside) > CONTACT:
@@ -127,13 +127,6 @@ class WrenchStream:
         sd = np.sqrt(np.diag(felt.aside.whole))[: self._rows]
         return unknown * felt.own[: self._rows], unknown * sd
 
-    def _strayed(self, felt: Felt, dt: float, jumped: bool) -> Felt:
-        """After `dt` [s], in which another payload may have been taken up."""
-        aside = felt.aside.strayed(np.diag((PAYLOAD_SD * jumped) ** 2))
-        walked = np.zeros_like(aside.cov)
-        walked[range(6), range(6)] = BIAS_WALK**2 * max(dt, 0.0)
-        return replace(felt, aside=replace(aside, cov=aside.cov + walked))
-
     def _look(self, felt: Felt, now: Instant, wrench: Array, z: Gaussian) -> Look:
         Y = self.arm.wrench_regressor(now.q, now.v, now.a)
         seen = wrench if self.raw else self._into_flange(now.q, wrench)
@@ -153,3 +146,11 @@ class WrenchStream:
             return replace(felt, doubted=felt.doubted + 1)
         aside = replace(felt.aside, L=np.zeros_like(felt.aside.L), cov=self._before)
         return replace(felt, aside=aside, doubted=0)
+
+
+def _strayed(felt: Felt, dt: float, jumped: bool) -> Felt:
+    """After `dt` [s], in which another payload may have been taken up."""
+    aside = felt.aside.strayed(np.diag((PAYLOAD_SD * jumped) ** 2))
+    walked = np.zeros_like(aside.cov)
+    walked[range(6), range(6)] = BIAS_WALK**2 * max(dt, 0.0)
+    return replace(felt, aside=replace(aside, cov=aside.cov + walked))
