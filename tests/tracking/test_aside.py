@@ -9,7 +9,7 @@ import pytest
 
 from urdyn.dbn.news import News, Standing
 from urdyn.estimate import EKF, UKF, InformationFilter, Variational
-from urdyn.tracking.aside import Aside, Look, learnt, renoised, told
+from urdyn.tracking.aside import Aside, Look, learnt, measurement, renoised
 from urdyn.types import Array, Gaussian
 
 X, S = 4, 3  # states of the filter, and of the block
@@ -73,10 +73,12 @@ def test_two_blocks_that_share_states_are_one_kalman_filter(filter_):
         step, aside = aside.settled(z)
         point = point + step
         look = Look(y - Hs @ point - Hz @ z.mean, Hs, Hz, R)
-        tale = told(aside, look, np.zeros(2))
+        shared = measurement(aside, look, np.zeros(2))
         step, aside = learnt(aside, look)
         point = point + step
-        state, _ = filter_.step(standing, state, News(SHARED, tale.H, tale.R, tale.jump), tale.y)
+        state, _ = filter_.step(
+            standing, state, News(SHARED, shared.H, shared.R, shared.jump), shared.y
+        )
         step, aside = aside.settled(z_of(filter_.belief(state)))
         point = point + step
         H = np.zeros((2, X + S))

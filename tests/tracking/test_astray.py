@@ -12,7 +12,7 @@ from urdyn.estimate import EKF
 from urdyn.signal import samples
 from urdyn.tracking import Tracker, open_source
 from urdyn.tracking.blocks import Blocks
-from urdyn.tracking.losses import no_losses, told
+from urdyn.tracking.losses import as_plain, no_losses
 
 HALF = 0.5 * RATE  # [Hz] most of it is told by half as many samples
 WRONG = 8.0, 16.0  # [s]
@@ -108,7 +108,7 @@ def test_a_sentence_has_room_for_a_few_changes(count, words):
         {
             "samples": 1000, "data_s": 200.0, "rate_hz": 900.0, "payload_changes": changes,
             "latency_ms": {"p99": 2.0},
-            "quality": told(no_losses(6), 0, 0, (), 1) | {"restarts": 0},
+            "quality": as_plain(no_losses(6), 0, 0, (), 1) | {"restarts": 0},
             "final": {"payload.mass": {"mean": 1.0, "sd": 0.1}},
         }
     )  # fmt: skip

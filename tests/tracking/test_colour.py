@@ -86,7 +86,7 @@ def followed(rng, give_back):
     for h, row in zip(H, y, strict=True):
         x, P = F @ x, F @ P @ F
         P[-1, -1] += 1.0 - keep**2
-        if give_back and noise.looked(colour, PERIOD):
+        if give_back and noise.due(colour, PERIOD):
             taken = np.full(J, max(-h[:-1] @ P[:-1, -1], 0.0))
             colour = noise.giving_back(colour, taken, PERIOD)
         colour = noise.learnt(colour, row - h[:-1] @ x[:-1], NOTHING, SURE, PERIOD)

@@ -8,7 +8,7 @@ import pytest
 from urdyn.estimate import EKF
 from urdyn.signal import samples
 from urdyn.tracking import Tracker
-from urdyn.tracking.interest import KNOWN, gathered, nothing_yet, strained, told
+from urdyn.tracking.interest import KNOWN, as_plain, gathered, nothing_yet, strained
 
 
 @pytest.fixture(scope="module")
@@ -79,7 +79,7 @@ def test_friction_takes_what_the_drives_give_and_motion_does_not_keep(followed):
 
 def test_residuals_are_those_of_the_readings(followed):
     tracker, readings = followed
-    joints = told(gather(tracker, readings), workshop_names(tracker))["joints"]
+    joints = as_plain(gather(tracker, readings), workshop_names(tracker))["joints"]
     residual = np.array([r.innovation.residual for r in readings])
     rmse = np.sqrt(np.nanmean(residual**2, axis=0))
     np.testing.assert_allclose([joint["rmse_A"] for joint in joints], rmse, rtol=1e-12)
@@ -94,7 +94,7 @@ def test_another_payload_has_another_margin(followed):
 
 
 def test_a_run_without_a_reading_says_so():
-    of = told(nothing_yet(2), ("one", "two"))
+    of = as_plain(nothing_yet(2), ("one", "two"))
     assert of["payload_margin_kg"]["value"] is None
     assert of["joints"][0]["rre_percent"] is None
 

@@ -9,7 +9,7 @@ from urdyn.cli.watching import verdict
 from urdyn.io import write
 from urdyn.signal import Sample
 from urdyn.tracking import open_source
-from urdyn.tracking.losses import counted, no_losses, told
+from urdyn.tracking.losses import as_plain, counted, no_losses
 from urdyn.tracking.network import tracked_network
 
 PERIOD = 0.01
@@ -26,7 +26,7 @@ def test_what_is_lost_repeated_and_set_back_is_told_apart():
     for t in stamps:
         losses = counted(losses, sample(t, np.nan if t == 0.03 else 1.0), last, PERIOD)
         last = t
-    found = told(losses, 0, 2, ("a",), len(stamps))
+    found = as_plain(losses, 0, 2, ("a",), len(stamps))
     assert found == {
         "gaps": 1, "missing": 9, "longest_step_s": pytest.approx(0.1), "repeated": 1,
         "clock_set_back": 1, "refused": 0, "undrawn": 2,

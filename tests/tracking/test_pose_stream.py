@@ -16,7 +16,7 @@ from urdyn.model.geometry.chain_pose import flange
 from urdyn.model.geometry.drawing import drawing_of
 from urdyn.model.geometry.turns import exponential, rotation_vector
 from urdyn.signal import Instant
-from urdyn.tracking.aside import Told
+from urdyn.tracking.aside import SharedMeasurement
 from urdyn.tracking.beside import pose_stream
 from urdyn.tracking.pose_stream import APART, PoseStream
 from urdyn.tracking.sights import Sights
@@ -81,7 +81,7 @@ def begun(ur5e: Arm) -> tuple[PoseStream, Built, Sights]:
 def test_a_tracker_tells_geometry_base_and_tool(begun):
     stream, it, sights = begun
     assert sights.count == 40.0 and READINGS[sights.reading] == "rotvec"
-    mean, sd = stream.told(sights)
+    mean, sd = stream.estimates(sights)
     truth = np.r_[it.deviations, it.base[:3, 3], it.tool[:3, 3]]
     z = (mean - truth) / sd
     assert len(z) == len(stream.names) == len(stream.units) == 28
@@ -109,13 +109,15 @@ def test_an_encoder_that_slips_is_found_by_the_second_pose(begun):
     told = []
     # Both well away from an arm that is stretched, which would tell less.
     for k, q in ((100.0, BENT), (101.0, BENT + 0.4)):
-        sights, tale = stream.take(sights, stands(q, k), seen(it, q + slip, k, rng), KNOWN, -np.inf)
-        told.append(tale)
+        sights, shared = stream.take(
+            sights, stands(q, k), seen(it, q + slip, k, rng), KNOWN, -np.inf
+        )
+        told.append(shared)
     assert told[0] is None and told[1] is not None and (told[1].jump > 0.0).all()
-    tale = told[1]
-    N, P = np.linalg.inv(tale.R), np.diag(tale.jump**-2.0)
-    cov = np.linalg.inv(tale.H.T @ N @ tale.H + P)
-    k, sd = cov @ tale.H.T @ N @ tale.y, np.sqrt(np.diag(cov))
+    shared = told[1]
+    N, P = np.linalg.inv(shared.R), np.diag(shared.jump**-2.0)
+    cov = np.linalg.inv(shared.H.T @ N @ shared.H + P)
+    k, sd = cov @ shared.H.T @ N @ shared.y, np.sqrt(np.diag(cov))
     assert np.sum(((k - slip) / sd) ** 2) < 22.5
     assert (sd < 1e-3).all()
 
@@ -126,12 +128,12 @@ def test_one_wrong_pose_is_a_gross_error(begun):
     wrong, right = rng.uniform(-2.5, 2.5, (2, 6))
     row = seen(it, wrong, 100.0, rng)
     row[1] += 0.3
-    after, tale = stream.take(sights, stands(wrong, 100.0), row, KNOWN, -np.inf)
-    assert tale is None and after.doubted == 1
+    after, shared = stream.take(sights, stands(wrong, 100.0), row, KNOWN, -np.inf)
+    assert shared is None and after.doubted == 1
     np.testing.assert_array_equal(after.table, sights.table)
     row = seen(it, right, 101.0, rng)
-    after, tale = stream.take(after, stands(right, 101.0), row, KNOWN, -np.inf)
-    assert tale is not None and after.doubted == 0 and not tale.jump.any()
+    after, shared = stream.take(after, stands(right, 101.0), row, KNOWN, -np.inf)
+    assert shared is not None and after.doubted == 0 and not shared.jump.any()
 
 
 @pytest.mark.parametrize("missing", [1, 3])
@@ -141,8 +143,8 @@ def test_a_pose_that_is_not_whole_leaves_all_as_it_was(begun, missing):
     q = rng.uniform(-2.5, 2.5, 6)
     row = seen(it, q, 100.0, rng)
     row[missing] = np.nan
-    after, tale = stream.take(sights, stands(q, 100.0), row, KNOWN, -np.inf)
-    assert after is sights and tale is None
+    after, shared = stream.take(sights, stands(q, 100.0), row, KNOWN, -np.inf)
+    assert after is sights and shared is None
 
 
 def test_positions_alone_will_do(begun):
@@ -151,8 +153,8 @@ def test_positions_alone_will_do(begun):
     q = rng.uniform(-2.5, 2.5, 6)
     row = seen(it, q, 100.0, rng)
     row[4:] = np.nan
-    _, tale = stream.take(sights, stands(q, 100.0), row, KNOWN, -np.inf)
-    assert tale is not None and tale.H.shape == (3, 6)
+    _, shared = stream.take(sights, stands(q, 100.0), row, KNOWN, -np.inf)
+    assert shared is not None and shared.H.shape == (3, 6)
 
 
 def test_an_arm_that_stands_is_seen_once(begun):
@@ -160,11 +162,11 @@ def test_an_arm_that_stands_is_seen_once(begun):
     rng = np.random.default_rng(11)
     q = rng.uniform(-2.5, 2.5, 6)
     first, _ = stream.take(sights, stands(q, 100.0), seen(it, q, 100.0, rng), KNOWN, -np.inf)
-    again, tale = stream.take(first, stands(q, 101.0), seen(it, q, 101.0, rng), KNOWN, -np.inf)
-    assert again is first and tale is None
+    again, shared = stream.take(first, stands(q, 101.0), seen(it, q, 101.0, rng), KNOWN, -np.inf)
+    assert again is first and shared is None
     q = q + 2.0 * APART
-    further, tale = stream.take(first, stands(q, 102.0), seen(it, q, 102.0, rng), KNOWN, -np.inf)
-    assert further.count == first.count + 1.0 and tale is not None
+    further, shared = stream.take(first, stands(q, 102.0), seen(it, q, 102.0, rng), KNOWN, -np.inf)
+    assert further.count == first.count + 1.0 and shared is not None
 
 
 def test_the_controllers_pose_tells_its_calibration_and_no_zero(ur5e):
@@ -173,7 +175,7 @@ def test_the_controllers_pose_tells_its_calibration_and_no_zero(ur5e):
     stream, it = pose_stream(ur5e, True), built(ur5e, rng, own=True)
     assert stream.shared == ""
     sights = watched(stream, it, rng, 40, NOTHING)
-    mean, sd = stream.told(sights)
+    mean, sd = stream.estimates(sights)
     z = (mean - np.r_[it.deviations, it.tool[:3, 3]]) / sd
     assert np.sum(z**2) < 52.6  # chi-square of 25, once in a thousand
     assert sights.doubted == 0
@@ -188,7 +190,7 @@ def test_another_tool_that_the_controller_was_told_of_is_taken_up(ur5e):
         q = rng.uniform(-2.5, 2.5, 6)
         row = seen(other, q, float(k), rng, True)
         sights, _ = stream.take(sights, stands(q, float(k)), row, NOTHING, -np.inf)
-    mean, sd = stream.told(sights)
+    mean, sd = stream.estimates(sights)
     # The last joint's d is the tool's z as well: their sum is known, and the other two are alone.
     assert (np.abs(mean[-3:-1] - other.tool[:2, 3]) < 4.0 * sd[-3:-1]).all()
     assert sd[-3:-1].max() < 1e-3
@@ -200,7 +202,7 @@ def test_a_calibration_is_where_it_begins(ur5e):
     start = pose_stream(ur5e, False).build.start
     known = Recorded(replace(start, table=it.table), None, "", cov)
     sights = watched(pose_stream(ur5e, False, known), it, rng, 25, KNOWN)
-    mean, sd = pose_stream(ur5e, False, known).told(sights)
+    mean, sd = pose_stream(ur5e, False, known).estimates(sights)
     assert (sd[:22] <= 1.0001e-5).all()
     assert np.sum(((mean[:22] - it.deviations) / 1e-5) ** 2) < 22.0
 
@@ -212,19 +214,19 @@ def test_intervals_of_the_geometry_hold(ur5e):
     for seed in range(40):
         rng = np.random.default_rng([15, seed])
         stream, it = pose_stream(ur5e, False), built(ur5e, rng)
-        mean, sd = stream.told(watched(stream, it, rng, 60, KNOWN))
+        mean, sd = stream.estimates(watched(stream, it, rng, 60, KNOWN))
         inside.append(np.abs(mean[:22] - it.deviations) < 1.645 * sd[:22])
     share = np.mean(inside, axis=1)
     print("covered", share.mean(), "+-", share.std() / np.sqrt(40))
     assert abs(share.mean() - 0.9) < 3.0 * max(share.std() / np.sqrt(40), 0.01)
 
 
-def learnt_of(z: Gaussian, tale: Told) -> Gaussian:
+def learnt_of(z: Gaussian, shared: SharedMeasurement) -> Gaussian:
     """What somebody who believes in z alone makes of it."""
-    P = z.cov + np.diag(tale.jump**2)
-    K = np.linalg.solve(tale.H @ P @ tale.H.T + tale.R, tale.H @ P).T
-    cov = P - K @ tale.H @ P
-    return Gaussian(z.mean + K @ (tale.y - tale.H @ z.mean), 0.5 * (cov + cov.T))
+    P = z.cov + np.diag(shared.jump**2)
+    K = np.linalg.solve(shared.H @ P @ shared.H.T + shared.R, shared.H @ P).T
+    cov = P - K @ shared.H @ P
+    return Gaussian(z.mean + K @ (shared.y - shared.H @ z.mean), 0.5 * (cov + cov.T))
 
 
 def test_a_real_arm_before_a_laser_tracker_and_an_encoder_of_it_that_slips(recordings):
@@ -238,11 +240,11 @@ def test_a_real_arm_before_a_laser_tracker_and_an_encoder_of_it_that_slips(recor
         off = slip if k >= 400 else 0.0
         now = stands(told.q[row] + off, float(k))
         seen_ = np.r_[now.t, told.place[row], told.angles[row]]
-        sights, tale = stream.take(sights, now, seen_, z, -np.inf)
-        if tale is not None:
-            z = learnt_of(z, tale)
+        sights, shared = stream.take(sights, now, seen_, z, -np.inf)
+        if shared is not None:
+            z = learnt_of(z, shared)
             sights = stream.settled(sights, z)
-            jumps += [k] if tale.jump.any() else []
+            jumps += [k] if shared.jump.any() else []
     assert jumps in ([400], [401], [402])
     # Of 0.25 mm and 0.57 mrad that no pose is better than, twenty poses leave a fifth or so.
     assert np.abs(z.mean + slip).max() < 1e-3

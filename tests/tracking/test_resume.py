@@ -150,7 +150,7 @@ def test_a_checkpoint_with_nothing_in_it_is_refused(workshop, dead):
 
 def test_a_checkpoint_of_another_run_is_refused(workshop, dead):
     with pytest.raises(InputError, match="another twin;"):
-        workshop.track(dead, twin="other")
+        workshop.track(dead, twin_sha256="other")
     with pytest.raises(InputError, match="another source;"):
         workshop.track(dead, open_source(str(workshop.recording), rows=(5, None)))
     with pytest.raises(InputError, match="another settings;"):
@@ -165,7 +165,7 @@ def test_a_folder_that_another_run_writes_to_is_left_to_it(workshop, dead):
 
 
 def test_a_run_can_begin_anew(workshop, undisturbed, dead):
-    workshop.track(dead, twin="", fresh=True)
+    workshop.track(dead, twin_sha256="", fresh=True)
     assert_same(dead, undisturbed[0])
 
 

@@ -23,7 +23,7 @@ ROWS = 600
 def tracked(workshop, tmp_path_factory):
     out = tmp_path_factory.mktemp("tracked")
     source = open_source(str(workshop.recording), rows=(0, ROWS))
-    return out, workshop.track(out, source, twin=sha256(workshop.twin))
+    return out, workshop.track(out, source, twin_sha256=sha256(workshop.twin))
 
 
 def test_history_ends_where_the_filter_does(workshop, tracked):

@@ -75,7 +75,7 @@ def test_a_tracker_sees_geometry_and_the_slip_of_an_encoder(filter_):
         zero, sd = reading.belief.mean[at], reading.belief.sd[at]
         assert (np.abs(zero - truth) < 1.645 * sd).all()
         assert sd[JOINT] < 1e-3
-    mean, sd = tracker.told_beside(state)
+    mean, sd = tracker.estimates_beside(state)
     assert np.sum(((mean[:22] - off) / sd[:22]) ** 2) < 48.3  # chi-square of 22, once in a thousand
     of = quantities(fit, tracker.currents, tracker.beside)
     told = of.of(tracker.filter.belief(state.belief), (mean, sd))
@@ -93,7 +93,7 @@ def test_the_controllers_pose_moves_nothing_that_currents_tell():
     state, without = listened(own, log)[0], listened(alone, log)[0]
     np.testing.assert_array_equal(state.belief.mean, without.belief.mean)
     np.testing.assert_array_equal(state.belief.cov, without.belief.cov)
-    mean, sd = own.told_beside(state)
+    mean, sd = own.estimates_beside(state)
     assert np.sum(((mean[:22] - off) / sd[:22]) ** 2) < 48.3
 
 
@@ -180,7 +180,7 @@ def test_what_a_sensor_shows_of_nothing_is_found(ur5e):
     rng, stream = np.random.default_rng(1), WrenchStream(ur5e, True)
     body = np.array([2.0, 0.02, -0.04, 0.16, 0.03, 0.0, 0.03, 0.0, 0.0, 0.01])
     felt = felt_alone(stream, 900, BIAS, body, rng, ur5e)
-    mean, sd = stream.told(felt)
+    mean, sd = stream.estimates(felt)
     assert np.sum(((mean - BIAS) / sd) ** 2) < 22.5  # chi-square of six, once in a thousand
     # An average over 300 rows of three: a standard deviation is known to 3 %.
     np.testing.assert_allclose(felt.noise, NOISE[[0, 3]], rtol=0.12)

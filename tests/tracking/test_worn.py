@@ -51,7 +51,7 @@ def asked(walk: float = 0.0) -> Worn:
 
 def told(before: Gaussian, now: Gaussian) -> Answer:
     """Of drives that do not stray."""
-    return asked().told(before, now, SPAN, False)
+    return asked().compared(before, now, SPAN, False)
 
 
 def seen(prior: Gaussian, cov: np.ndarray, H: np.ndarray, y: np.ndarray) -> tuple[Gaussian, float]:
@@ -117,8 +117,8 @@ def test_what_a_healthy_drive_strays_by_is_no_wear() -> None:
     strayed = 2.0 * np.sqrt(WALK * SPAN) * np.eye(STATES)[0]
     now = Gaussian(strayed, 1e-9 * np.eye(STATES))
     assert told(prior, now).wore()[0]
-    assert not asked(WALK).told(prior, now, SPAN, False).wore().any()
-    assert asked(WALK).told(prior, replace(now, mean=5.0 * strayed), SPAN, False).wore()[0]
+    assert not asked(WALK).compared(prior, now, SPAN, False).wore().any()
+    assert asked(WALK).compared(prior, replace(now, mean=5.0 * strayed), SPAN, False).wore()[0]
 
 
 def test_one_drive_is_found_at_a_time_and_none_that_is_better() -> None:

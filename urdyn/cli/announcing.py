@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     import urdyn as ud
     from urdyn.io.ros2.talk import Voice
     from urdyn.tracking.announce import Tell
-    from urdyn.tracking.run import Glance, Watch
+    from urdyn.tracking.glance import Glance, Watch
 
 PUBLISHED = ("feed_forward", "friction_scales")
 HANDED = ("urdf", "payload")

@@ -15,7 +15,7 @@ from rich.table import Table
 from urdyn.report.digits import interval90
 from urdyn.report.names import spoken
 from urdyn.tracking import Glance
-from urdyn.tracking.run import Watch
+from urdyn.tracking.glance import Watch
 
 JOINT = ("coulomb", "viscous", "health")
 PAUSE = 0.25  # [s] between two looks

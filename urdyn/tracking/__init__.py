@@ -6,6 +6,7 @@ from urdyn.lazy import lookup
 
 if TYPE_CHECKING:
     from urdyn.tracking.checkpoint import Checkpoint
+    from urdyn.tracking.glance import Glance
     from urdyn.tracking.keeper import begin_scribe
     from urdyn.tracking.learning import drift_of, learn_edges, learn_wear
     from urdyn.tracking.model import Drift, tracking_model
@@ -14,7 +15,7 @@ if TYPE_CHECKING:
     from urdyn.tracking.physical import Quantities, quantities
     from urdyn.tracking.reading import Reading
     from urdyn.tracking.rehearsal import rehearse
-    from urdyn.tracking.run import Glance, run
+    from urdyn.tracking.run import run
     from urdyn.tracking.source import Arrival, Source, open_source
     from urdyn.tracking.state import TrackerState
     from urdyn.tracking.tracker import Tracker
@@ -52,6 +53,7 @@ __getattr__ = lookup(
     __name__,
     {
         "urdyn.tracking.checkpoint": ("Checkpoint",),
+        "urdyn.tracking.glance": ("Glance",),
         "urdyn.tracking.keeper": ("begin_scribe",),
         "urdyn.tracking.learning": ("drift_of", "learn_edges", "learn_wear"),
         "urdyn.tracking.model": ("Drift", "tracking_model"),
@@ -60,7 +62,7 @@ __getattr__ = lookup(
         "urdyn.tracking.physical": ("Quantities", "quantities"),
         "urdyn.tracking.reading": ("Reading",),
         "urdyn.tracking.rehearsal": ("rehearse",),
-        "urdyn.tracking.run": ("Glance", "run"),
+        "urdyn.tracking.run": ("run",),
         "urdyn.tracking.source": ("Arrival", "Source", "open_source"),
         "urdyn.tracking.state": ("TrackerState",),
         "urdyn.tracking.tracker": ("Tracker",),

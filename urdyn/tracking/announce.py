@@ -15,9 +15,9 @@ from urdyn.io.ros2.status import Status
 from urdyn.io.ros2.talk import Seen, Voice, acknowledged, seen
 from urdyn.io.snapshot import Snapshot
 from urdyn.model.body import centre_of_mass
+from urdyn.tracking.glance import Glance
 from urdyn.tracking.health import STALE, stale, statuses
 from urdyn.tracking.physical import PAYLOAD
-from urdyn.tracking.run import Glance
 from urdyn.types import Array
 
 LOG = logging.getLogger(__name__)

@@ -91,7 +91,7 @@ def learnt(aside: Aside, look: Look) -> tuple[Array, Aside]:
 
 
 @dataclass(frozen=True, eq=False)
-class Told:
+class SharedMeasurement:
     """What an observation is to the filter that has z among its states: y = H z + noise R."""
 
     y: Array  # (m,)
@@ -100,10 +100,10 @@ class Told:
     jump: Array  # (z,) sd of what befell z just before
 
 
-def told(aside: Aside, look: Look, jump: Array) -> Told:
+def measurement(aside: Aside, look: Look, jump: Array) -> SharedMeasurement:
     """The observation, with s given z averaged out."""
     A, N = _seen(aside, look)
-    return Told(look.e + A @ aside.about, A, N, jump)
+    return SharedMeasurement(look.e + A @ aside.about, A, N, jump)
 
 
 def renoised(squares: Array, aside: Aside, look: Look, gain: float) -> Array:

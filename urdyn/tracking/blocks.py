@@ -101,7 +101,7 @@ class BlockBelief:
         variance[self.at_drives] = np.diagonal(self.drives, axis1=1, axis2=2)
         return np.sqrt(variance)
 
-    def told(self, of: Gaussian) -> BlockBelief:
+    def with_belief(self, of: Gaussian) -> BlockBelief:
         """With what is believed of all states, but for what is across blocks."""
         bodies, drives, step = self.at_bodies, self.at_drives, of.mean - self.mean
         return replace(

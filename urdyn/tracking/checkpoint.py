@@ -52,7 +52,7 @@ class Checkpoint(Generic[S]):
     last: float = np.nan  # [s] stamp of the newest
 
 
-def told(checkpoint: Checkpoint[S]) -> tuple[Layout, Array]:
+def flattened(checkpoint: Checkpoint[S]) -> tuple[Layout, Array]:
     """Its numbers, end to end, and which of them stand where in what shape."""
     cells = dict(_cells(checkpoint, "at"))
     layout = {place: list(cell.shape) for place, cell in cells.items()}

@@ -181,11 +181,11 @@ def learnt(colour: Colour, left: Array, unknown: Array, sure: Mask, period: floa
     alike = colour.alike + step
     np.maximum(alike[0], TINY**2, out=alike[0])
     colour = changed(colour, left=left, alike=alike, count=colour.count + 1.0)
-    return _looked_at(colour, period) if looked(colour, period) else colour
+    return _looked_at(colour, period) if due(colour, period) else colour
 
 
-def looked(colour: Colour, period: float) -> bool:
-    """Whether its averages were looked at a sample ago."""
+def due(colour: Colour, period: float) -> bool:
+    """Whether the averages are to be looked at, at this count of samples."""
     return colour.count % max(PAUSE, round(PAUSE_TIME / period)) < 1.0
 
 

@@ -86,7 +86,7 @@ def gathered(
     )
 
 
-def told(interest: Interest, joint_names: tuple[str, ...]) -> dict[str, Any]:
+def as_plain(interest: Interest, joint_names: tuple[str, ...]) -> dict[str, Any]:
     """The quantities in plain numbers, as `urdyn track` prints them."""
     residual, before, current = interest.squares
     n = np.maximum(interest.samples, 1)

@@ -69,7 +69,7 @@ class Keeper(Generic[S]):
     def go_on(self, wait: bool = False) -> None:
         """Have written what was asked for, once the observer has kept its own."""
         if self._asked and (not self._observer or self._observer.kept(wait)):
-            layout, numbers = checkpoint.told(self._asked)
+            layout, numbers = checkpoint.flattened(self._asked)
             self._keeping = self._asked.index
             words = {"keep": self._keeping, "layout": layout}
             self._scribe.send(words_frame(words), numbers_frame(numbers))

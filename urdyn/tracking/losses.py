@@ -44,7 +44,7 @@ def counted(so_far: Losses, sample: Sample, last: float, period: float) -> Losse
     )
 
 
-def told(
+def as_plain(
     losses: Losses, refused: int, undrawn: int, defects: Sequence[str], samples: int
 ) -> dict[str, Any]:
     """In plain numbers, as `urdyn track` prints them.

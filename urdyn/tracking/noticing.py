@@ -179,10 +179,10 @@ class Noticing(Generic[S]):
         then, sure = (state.lately, SURER) if lately else (state.then, SURE)
         before, now = self.filter.belief(then.belief), self.filter.belief(state.belief)
         blind = bool(np.isnan(state.lubricant).any())
-        told = self.worn.told(before, now, state.passed - then.passed, blind)
-        wore = told.wore(sure)
+        answer = self.worn.compared(before, now, state.passed - then.passed, blind)
+        wore = answer.wore(sure)
         if wore.any():  # what befell a drive before the run is not known to go on
-            return Befallen(None, wore, wears=then.moved > 0.0, known=told.allowing(wore))
+            return Befallen(None, wore, wears=then.moved > 0.0, known=answer.allowing(wore))
         if handling:  # pieces begin that evidence anew
             return None
         wears = wearing(state.evidence, self._sizes)

@@ -33,7 +33,7 @@ class Passage:
     travelled: Array  # (J,) [rad] since they were unknown
     held: Array  # (J,) [s] for which a current has not changed while its joint slid
     lubricant: Array  # (J,) [°C]; NaN while nobody measures the joint's temperature
-    told: Mask  # (J,) currents that change, of joints that slide and have for a while
+    comparable: Mask  # (J,) currents that change, of joints that slide and have for a while
 
     def presliding(self, drive: Drive) -> Array:
         """Presliding state, (J,) [-]."""
@@ -54,9 +54,9 @@ def passage(
     slides = np.abs(now.v) > STANDING
     held = np.where(now.current == before.current, before.held + passed * slides, 0.0)
     lubricant = warmed(before.lubricant, now.temperature, passed)
-    told = slides & (travelled > LOOSE) & (held <= max(HELD, REPEATS * period))
+    comparable = slides & (travelled > LOOSE) & (held <= max(HELD, REPEATS * period))
     moving = bool(np.count_nonzero(slides))
-    return Passage(passed, moving, bristles, travelled, held, lubricant, told)
+    return Passage(passed, moving, bristles, travelled, held, lubricant, comparable)
 
 
 def _moved(before: TrackerState[Any], now: Instant, dt: float, drive: Drive) -> tuple[Array, Array]:

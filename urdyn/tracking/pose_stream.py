@@ -20,7 +20,15 @@ from urdyn.identify.kinematics.placement import residuals, slopes
 from urdyn.identify.kinematics.spread import ANYWHERE
 from urdyn.io.poses import READINGS, Poses
 from urdyn.signal import Instant
-from urdyn.tracking.aside import Aside, Look, Told, learnt, renoised, told, whitened
+from urdyn.tracking.aside import (
+    Aside,
+    Look,
+    SharedMeasurement,
+    learnt,
+    measurement,
+    renoised,
+    whitened,
+)
 from urdyn.tracking.sights import FINEST, Build, Sights, begun, nothing_seen
 from urdyn.types import Array, Gaussian, Mask
 
@@ -36,6 +44,8 @@ STRAY = 5e-6  # [rad/√s] of a joint's zero while a tracker looks on
 STEPS = 3  # by which a slip is approached: a pose bends within it
 MEMORY = 300.0  # poses that noise is averaged over
 TOOL = 6  # coordinates of a pose, and the last of a placement's
+# Of a row, behind its stamp: place [m], turn [rad], both; and the controller's own angles [rad].
+PLACE, TURN, POSE, ANGLES = slice(1, 4), slice(4, 7), slice(1, 7), slice(7, None)
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,7 +58,7 @@ class PoseStream:
     @property
     def width(self) -> int:
         """Stamp and pose; and of the controller's own, the angles that it is of."""
-        return 7 + len(self.build.start.table) * self.build.own
+        return POSE.stop + len(self.build.start.table) * self.build.own
 
     @property
     def shared(self) -> str:
@@ -62,10 +72,10 @@ class PoseStream:
 
     def take(
         self, sights: Sights, now: Instant, row: Array, z: Gaussian, widened: float
-    ) -> tuple[Sights, Told | None]:
+    ) -> tuple[Sights, SharedMeasurement | None]:
         """One pose on, `row` (width,); what it is to those who believe in the zeros z."""
-        now = replace(now, q=row[7:]) if self.build.own else now
-        known = np.isfinite(row[1:4]).all() and np.isfinite(now.q).all()
+        now = replace(now, q=row[ANGLES]) if self.build.own else now
+        known = np.isfinite(row[PLACE]).all() and np.isfinite(now.q).all()
         if not known or not self._elsewhere(sights, now):
             return sights, None
         dt = now.t - sights.t
@@ -101,7 +111,7 @@ class PoseStream:
 
     def _gathered(self, sights: Sights, now: Instant, row: Array, z: Gaussian) -> Sights:
         """One more of those that base and tool are sought from."""
-        seen = np.concatenate([now.q, row[1:7]])
+        seen = np.concatenate([now.q, row[POSE]])
         sights = replace(sights, gathered=np.vstack([sights.gathered, seen]))
         few = OWN if self.build.own else ENOUGH
         if len(sights.gathered) % few:
@@ -124,19 +134,21 @@ class PoseStream:
         return Look(e[known], Hs[known], Hz[known], R[np.ix_(known, known)]), passing[known]
 
     def _pose(self, sights: Sights, q: Array, row: Array) -> Poses:
-        angles = row[None, 4:7] if np.isfinite(row[4:7]).all() else None
-        return Poses(q, row[None, 1:4], angles, READINGS[sights.reading], self.build.own)
+        angles = row[None, TURN] if np.isfinite(row[TURN]).all() else None
+        return Poses(q, row[None, PLACE], angles, READINGS[sights.reading], self.build.own)
 
-    def _learnt(self, sights: Sights, look: Look, jump: Array) -> tuple[Sights, Told | None]:
+    def _learnt(
+        self, sights: Sights, look: Look, jump: Array
+    ) -> tuple[Sights, SharedMeasurement | None]:
         """The pose taken up by both sides."""
-        tale = told(sights.aside, look, jump) if self.shared else None
+        shared = measurement(sights.aside, look, jump) if self.shared else None
         step, aside = learnt(sights.aside, look)
         sights = replace(sights, aside=aside, count=sights.count + 1.0)
-        return self.build.moved(sights, step), tale
+        return self.build.moved(sights, step), shared
 
     def _moved_on(
         self, sights: Sights, now: Instant, row: Array, z: Gaussian
-    ) -> tuple[Sights, Told | None]:
+    ) -> tuple[Sights, SharedMeasurement | None]:
         """Two poses in a row agree that something has moved."""
         if self.shared:
             jump = np.full(len(z.mean), SLIPPED)
@@ -175,7 +187,7 @@ class PoseStream:
         frames = 1 if self.build.own else 2
         return (*self.build.start.form.units, *["m"] * (3 * frames))
 
-    def told(self, sights: Sights) -> tuple[Array, Array]:
+    def estimates(self, sights: Sights) -> tuple[Array, Array]:
         """Deviations from the drawing, and where base and tool are; NaN before that is known."""
         if not sights.count:
             return np.full(len(self.names), np.nan), np.full(len(self.names), np.nan)

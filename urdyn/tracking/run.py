@@ -5,10 +5,9 @@ from __future__ import annotations
 import gc
 import sys
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import ExitStack, closing, contextmanager
 from dataclasses import dataclass, replace
-from functools import cached_property
 from pathlib import Path
 from typing import Any, Generic, TypeVar
 
@@ -20,13 +19,12 @@ from urdyn.io import alone
 from urdyn.io.clock import elapsed
 from urdyn.io.helper import Helper
 from urdyn.io.rss import peak_rss
-from urdyn.tracking import checkpoint as keep
+from urdyn.tracking import checkpoint, interest
 from urdyn.tracking.checkpoint import Checkpoint
-from urdyn.tracking.interest import gathered, nothing_yet, strained, told
+from urdyn.tracking.glance import Glance, Watch
 from urdyn.tracking.keeper import Keeper, begin_scribe
 from urdyn.tracking.latency import Latency
-from urdyn.tracking.losses import counted, no_losses
-from urdyn.tracking.losses import told as told_losses
+from urdyn.tracking.losses import as_plain, counted, no_losses
 from urdyn.tracking.modes import mode_of
 from urdyn.tracking.observer import Observer
 from urdyn.tracking.parts import FILE, discard_parts, drop_others, writing_parts
@@ -45,62 +43,36 @@ AGAIN = 1000  # samples of a recording between them, at least: a second or so of
 S = TypeVar("S")
 
 
-@dataclass(frozen=True)
-class Glance:
-    """Where a run is, for those who watch."""
-
-    t: float  # [s] since the first sample
-    last: float  # [s] stamp of the newest sample
-    samples: int
-    share: float  # [-] that is behind; 0 where nobody knows
-    rate: float  # [Hz] updates a second of computing
-    reading: Reading
-    quantities: Quantities
-    findings: tuple[Mapping[str, Any], ...] = ()  # as in findings.json, so far
-    row: bool = True  # it is one of the history, for which all quantities are made
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """Of the quantities."""
-        return self.quantities.names
-
-    @property
-    def units(self) -> tuple[str, ...]:
-        """Of the quantities."""
-        return self.quantities.units
-
-    @property
-    def mean(self) -> Array:
-        """Means of the quantities; made when somebody looks."""
-        return self._told[0]
-
-    @property
-    def sd(self) -> Array:
-        """Their standard deviations."""
-        return self._told[1]
-
-    @cached_property
-    def _told(self) -> tuple[Array, Array]:
-        return self.quantities.of(self.reading.belief, self.reading.beside)
-
-
-Watch = Callable[[Glance], None]
-
-
 def run(
     tracker: Tracker[S],
     source: Source,
     out: Path,
-    twin: str = "",
+    twin_sha256: str = "",
     fresh: bool = False,
     watch: Watch | None = None,
     observer: Observer | None = None,
     writer: Helper | None = None,
 ) -> dict[str, Any]:
-    """Track `source` to its end and write DIR/history.parquet; what was found, in plain numbers.
+    """Track `source` to its end and write DIR/history.parquet.
 
-    `twin` is the hash of the twin's file. A run that was killed goes on at its checkpoint, and a
-    live one where it was ended; `fresh` begins anew. `writer` is what `begin_scribe` began ahead.
+    A run that was killed goes on at its checkpoint, and a live one where it was ended.
+
+    Args:
+        out: DIR; it is made where there is none.
+        twin_sha256: of the twin's file: a run goes on with the same twin alone.
+        fresh: begin anew instead.
+        watch: is shown every instant.
+        observer: looks on, and says at the end what it found.
+        writer: what `begin_scribe` began ahead.
+
+    Returns:
+        What was found, in plain numbers: robot, samples, lost, data_s, wall_s, rate_hz,
+        latency_ms, rss_mb, filter, mode, final, quantities, quality, payload_changes, and what the
+        observer adds.
+
+    Raises:
+        InputError: the source has other joints than the twin, is damaged, or is too short; or DIR
+            is in use, or holds another run, or a damaged one.
     """
     joints = tracker.fit.dynamics.arm.joints
     if source.joints != joints:
@@ -108,17 +80,17 @@ def run(
     out.mkdir(parents=True, exist_ok=True)
     identity = {
         "version of urdyn": __version__,
-        "twin": twin,
+        "twin": twin_sha256,
         "source": source.identity,
         "settings": f"{tracker.filter} {tracker.drift} {tracker.period} {tracker.beside}",
     }
     # The matrices are small: threads of the linear algebra would wait for one another.
     with alone(out), threadpool_limits(1):
         if fresh:
-            keep.remove(out)
-        start = Checkpoint(tracker.init(), nothing_yet(joints), no_losses(joints))
+            checkpoint.remove(out)
+        start = Checkpoint(tracker.init(), interest.nothing_yet(joints), no_losses(joints))
         with writing_parts(out):
-            begun = keep.load(start, identity, out)
+            begun = checkpoint.load(start, identity, out)
             drop_others(out, begun.parts)
         of = quantities(tracker.fit, tracker.currents, tracker.beside)
         with ExitStack() as ends:
@@ -129,7 +101,16 @@ def run(
                 ends.enter_context(closing(observer))
                 observer.begin(out, begun.index, identity)
             keeper: Keeper[S] = Keeper(out, of, identity, observer, scribe)
-            this = _Run(tracker, source, out, of, keeper, identity, watch, observer)
+            this = _Run(
+                tracker=tracker,
+                source=source,
+                out=out,
+                quantities=of,
+                keeper=keeper,
+                identity=identity,
+                watch=watch,
+                observer=observer,
+            )
             return this.to_the_end(begun)
 
 
@@ -174,7 +155,9 @@ class _Run(Generic[S]):
             done = time.perf_counter() - started
             work.take(done)
             pace.take(now() - arrival.received if self.source.live else done)
-            at = self._note(at, reading, work)
+            if reading is not None:
+                self._show(at, reading, work)
+                at = self._gathered(at, reading)
             at = self.keeper.keep(at) if at.index % part == 0 else at
             self.keeper.go_on()
         found = self.observer.finish() if self.observer else {}
@@ -191,7 +174,7 @@ class _Run(Generic[S]):
             "filter": type(self.tracker.filter).__name__,
             "mode": mode_of(self.tracker.filter),
             "final": self._final(at),
-            "quantities": told(at.interest, self.tracker.fit.dynamics.arm.joint_names),
+            "quantities": interest.as_plain(at.interest, self.tracker.fit.dynamics.arm.joint_names),
             "quality": self._quality(at),
             "payload_changes": changes,
             **found,
@@ -208,8 +191,8 @@ class _Run(Generic[S]):
                 self.observer.miss(*self.tracker.missed(state))
         set_back = max(at.last - t, 0.0) if np.isfinite(at.last) else 0.0
         began = at.began - set_back if np.isfinite(at.began) else t
-        losses = counted(at.losses, arrival.sample, at.last, self.source.period)
-        at = replace(at, state=state, losses=losses, index=at.index + 1, began=began, last=t)
+        lacked = counted(at.losses, arrival.sample, at.last, self.source.period)
+        at = replace(at, state=state, losses=lacked, index=at.index + 1, began=began, last=t)
         return at, reading
 
     def _missing(self, before: Arrival, arrival: Arrival) -> int:
@@ -217,26 +200,33 @@ class _Run(Generic[S]):
         stamped, waited = arrival.sample.t - before.sample.t, arrival.received - before.received
         return max(0, round(float(elapsed(stamped, waited)) / self.source.period) - 1)
 
-    def _note(self, at: Checkpoint[S], reading: Reading | None, work: Latency) -> Checkpoint[S]:
-        """A row of history: of every k-th sample, and wherever something else was taken up."""
-        if reading is None:
-            return at
-        share = at.index / self.source.length if self.source.length else 0.0
-        rate, of = work.count / work.total, self.quantities
-        found = self.observer.findings if self.observer else ()
-        every = spacing(self.source.period)
-        due, t = at.index % every == 0 or reading.widened, at.last - at.began
-        glance = Glance(t, at.last, at.index, share, rate, reading, of, found, due)
+    def _show(self, at: Checkpoint[S], reading: Reading, work: Latency) -> None:
+        """Tell whoever watches; of every k-th sample, and of another payload, a row of history."""
+        due = at.index % spacing(self.source.period) == 0 or reading.widened
+        glance = Glance(
+            t=at.last - at.began,
+            last=at.last,
+            samples=at.index,
+            share=at.index / self.source.length if self.source.length else 0.0,
+            rate=work.count / work.total,
+            reading=reading,
+            quantities=self.quantities,
+            findings=self.observer.findings if self.observer else (),
+            row=due,
+        )
         if self.watch:
             self.watch(glance)
         if due:
             self.keeper.take(row(reading, glance.mean, glance.sd))
-        interest = strained(at.interest, reading, self.tracker.currents)
+
+    def _gathered(self, at: Checkpoint[S], reading: Reading) -> Checkpoint[S]:
+        """With one reading more in the quantities of interest."""
+        currents, every = self.tracker.currents, spacing(self.source.period)
+        found = interest.strained(at.interest, reading, currents)
         # Between two rows, for no sample is to wait for both.
         if at.index % every == every // 2 or reading.widened:
-            currents, commissioned = self.tracker.currents, self.tracker.model.prior.mean
-            interest = gathered(interest, reading, currents, commissioned)
-        return at if interest is at.interest else replace(at, interest=interest)
+            found = interest.gathered(found, reading, currents, self.tracker.model.prior.mean)
+        return at if found is at.interest else replace(at, interest=found)
 
     def _finish(self, at: Checkpoint[S]) -> list[float]:
         """The whole history, and when the payload was taken to have changed [s].
@@ -258,7 +248,7 @@ class _Run(Generic[S]):
         for stray in self.out.glob(f".{FILE}.*.part"):
             stray.unlink()
         if not self.source.live:
-            keep.remove(self.out)
+            checkpoint.remove(self.out)
             discard_parts(self.out)
             if self.observer:
                 self.observer.forget()
@@ -267,13 +257,13 @@ class _Run(Generic[S]):
     def _quality(self, at: Checkpoint[S]) -> dict[str, Any]:
         """What the stream lacked, and how often it was no stream of this arm."""
         counts = at.state.causal.refused, at.state.undrawn
-        lacked = told_losses(at.losses, *counts, self.source.defects, at.index)
+        lacked = as_plain(at.losses, *counts, self.source.defects, at.index)
         compared = at.interest.samples.astype(int).tolist()
         return lacked | {"restarts": int(at.state.restarts), "compared": compared}
 
     def _final(self, at: Checkpoint[S]) -> dict[str, Any]:
         of, belief = self.quantities, self.tracker.filter.belief(at.state.belief)
-        mean, sd = of.of(belief, self.tracker.told_beside(at.state))
+        mean, sd = of.of(belief, self.tracker.estimates_beside(at.state))
         rows = zip(of.names, _plain(mean), _plain(sd), of.units, strict=True)
         return {name: {"mean": m, "sd": sd, "unit": unit} for name, m, sd, unit in rows}
 

@@ -93,7 +93,7 @@ def believing(belief: S, told: Gaussian) -> S:
     elif isinstance(belief, SquareRoot):
         now = SquareRoot.of(told.mean, told.cov)
     elif isinstance(belief, BlockBelief):
-        now = belief.told(told)
+        now = belief.with_belief(told)
     return cast(S, now)
 
 

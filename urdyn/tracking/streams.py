@@ -17,7 +17,7 @@ from urdyn.dbn.robot_slice import RobotSlice
 from urdyn.estimate import Filter
 from urdyn.estimate.square_root import SquareRoot
 from urdyn.signal import Instant
-from urdyn.tracking.aside import Told
+from urdyn.tracking.aside import SharedMeasurement
 from urdyn.tracking.blocks import BlockBelief
 from urdyn.types import Array, Gaussian, Index
 
@@ -70,7 +70,7 @@ class Stream(Protocol[A]):
 
     def take(
         self, state: A, now: Instant, row: Array, z: Gaussian, widened: float
-    ) -> tuple[A, Told | None]:
+    ) -> tuple[A, SharedMeasurement | None]:
         """One row on, with the motion at its stamp and the belief in what is shared.
 
         Args:
@@ -83,7 +83,7 @@ class Stream(Protocol[A]):
     def settled(self, state: A, z: Gaussian) -> A:
         """After the currents' filter has taken that up."""
 
-    def told(self, state: A) -> tuple[Array, Array]:
+    def estimates(self, state: A) -> tuple[Array, Array]:
         """Means and standard deviations of the quantities; NaN while there are none."""
 
 
@@ -120,11 +120,11 @@ def assimilated(
         if abs(row[0] - at.now.t) > NEAR * at.period:
             continue
         z = marginal(filter_, belief, at.at)
-        state, told = stream.take(state, _at(at.now, float(row[0])), row, z, at.widened)
-        if told is not None:
+        state, shared = stream.take(state, _at(at.now, float(row[0])), row, z, at.widened)
+        if shared is not None:
             standing: Any = Standing(model.names, model.prior)
             belief, _ = filter_.step(
-                standing, belief, News(at.at, told.H, told.R, told.jump), told.y
+                standing, belief, News(at.at, shared.H, shared.R, shared.jump), shared.y
             )
             state = stream.settled(state, marginal(filter_, belief, at.at))
     return belief, replace(heard, waiting=heard.waiting[~due], state=state)

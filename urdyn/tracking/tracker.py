@@ -20,7 +20,7 @@ from urdyn.estimate import Filter, Innovation
 from urdyn.identify.fit import Fit
 from urdyn.signal import Causal, CausalState, Instant, Sample
 from urdyn.signal.stretches import GAP
-from urdyn.tracking import colour as noise
+from urdyn.tracking import colour
 from urdyn.tracking.befallen import Befallen, gathered, none_yet
 from urdyn.tracking.blocks import Blocks
 from urdyn.tracking.colour import Colour
@@ -38,6 +38,7 @@ from urdyn.types import Array, Index, Mask, changed
 S = TypeVar("S")
 
 SURE = 2.0  # [-] variance of an innovation over its noise's: less, and it tells of the noise
+KNOWN = 0.25  # [-] variance by what nobody knows of the motion, over the noise's: likewise
 # Times what they were at commissioning: no arm's drive is beyond that, whatever befell it.
 CREDIBLE = {"f": (0.15, 50.0), "alpha": (0.05, 50.0), "z": (0.3, 1.5)}
 
@@ -104,8 +105,15 @@ class Tracker(Generic[S]):
         process = self.model.process
         assert isinstance(process, Widening), "a payload may jump"
         assert isinstance(process.process, Wear), "and drives wear"
-        of = self.filter, Worn(process.process), places, drive, tool, self.period
-        return Noticing(*of, poses=any(stream.shared == "k" for stream in self.streams))
+        return Noticing(
+            filter=self.filter,
+            worn=Worn(process.process),
+            places=places,
+            drive=drive,
+            tool=tool,
+            period=self.period,
+            poses=any(stream.shared == "k" for stream in self.streams),
+        )
 
     @cached_property
     def _shared(self) -> dict[str, Index]:
@@ -123,7 +131,7 @@ class Tracker(Generic[S]):
         belief, nothing = self.filter.init(self.model), np.zeros(J)
         causal = self._causal.init(J)
         width = 2 * self.currents.rigid.stop + len(ROWS)
-        colour = noise.first(self.fit.noise, width, self.period)
+        noise = colour.first(self.fit.noise, width, self.period)
         return TrackerState(
             causal=causal,
             belief=belief,
@@ -137,11 +145,11 @@ class Tracker(Generic[S]):
             evidence=none_yet(J),
             befell=-np.inf,
             widened=-np.inf,
-            colour=colour,
+            colour=noise,
             unsure=np.ones(J),
             lubricant=np.full(J, np.nan),
-            earlier=Learnt(belief, colour),
-            earliest=Learnt(belief, colour),
+            earlier=Learnt(belief, noise),
+            earliest=Learnt(belief, noise),
             marked=-np.inf,
             then=Then(belief),
             lately=Then(belief),
@@ -188,19 +196,28 @@ class Tracker(Generic[S]):
         u = self._inputs(now, way, supposed, waited if moves else 0.0)
         seen = self._seen(state, now, way, supposed, u)
         model = self.model if moves else self._still
-        belief, told = self.filter.step(model, supposed.before, seen.given, seen.current)
+        belief, innovation = self.filter.step(model, supposed.before, seen.given, seen.current)
         if seen.given is not seen.white:
-            told = untempered(told, seen.given.noise**2 - seen.white.noise**2, seen.current)
-        after = self._after(state, causal, now, way, supposed, seen, belief, told)
+            added = seen.given.noise**2 - seen.white.noise**2
+            innovation = untempered(innovation, added, seen.current)
+        after = self._after(state, causal, now, way, supposed, seen, belief, innovation)
         widened = supposed.widens
         if not self._credible(belief):
             after, widened = begun_anew(after, self.init()), True
-        belief = after.belief
-        believed, told_of = partial(self.filter.belief, belief), partial(self.told_beside, after)
-        predicted = seen.measured - told.residual
-        heard = now.t, now.current, predicted, seen.modelled, told, widened
-        learnt = seen.given, seen.current
-        return after, Reading(*heard, now, way.travelled, u, believed, told_of, learnt)
+        return after, Reading(
+            t=now.t,
+            current=now.current,
+            predicted=seen.measured - innovation.residual,
+            modelled=seen.modelled,
+            innovation=innovation,
+            widened=widened,
+            instant=now,
+            travelled=way.travelled,
+            inputs=u,
+            believed=partial(self.filter.belief, after.belief),
+            told=partial(self.estimates_beside, after),
+            learnt=(seen.given, seen.current),
+        )
 
     def _since(self, state: TrackerState[S], t: float) -> tuple[TrackerState[S], float]:
         """The time since the last instant [s], and the state after a gap, if it was one."""
@@ -210,7 +227,7 @@ class Tracker(Generic[S]):
             state = replace(state, rest=Rest(), weighed=Weighed())
             dt = LONGEST
         if dt > GAP * self.period:  # noise has no past
-            state = replace(state, colour=noise.interrupted(state.colour))
+            state = replace(state, colour=colour.interrupted(state.colour))
         return state, dt
 
     def _inputs(self, now: Instant, way: Passage, supposed: Supposed[S], span: float) -> RobotSlice:
@@ -233,21 +250,30 @@ class Tracker(Generic[S]):
     ) -> Seen:
         """The currents beside what is supposed, by the filter that makes their noise white."""
         mean, past = supposed.mean, supposed.was.colour
-        measured = np.where(way.told, now.current, np.nan)
+        measured = np.where(way.comparable, now.current, np.nan)
         per_unit = self.currents.per_unit(mean, u)
         modelled = np.vecdot(per_unit, u.packed)
         left = measured - modelled
         through = self.currents.instrumental(u, now)
         current = left + np.vecdot(per_unit, through)
-        through, current, colour = noise.whitened(past, through, current)
-        if noise.looked(colour, self.period):
-            colour = noise.giving_back(colour, self._taken(supposed, u), self.period)
-        white = u.filtered(through, colour.scale, colour.slow)
+        through, current, noise = colour.whitened(past, through, current)
+        if colour.due(noise, self.period):
+            noise = colour.giving_back(noise, self._taken(supposed, u), self.period)
+        white = u.filtered(through, noise.scale, noise.slow)
         white = self.currents.near(white, mean, supposed.carried)
         variance = white.noise**2 + white.unknown
-        wild = left - noise.foreseen(past, mean[self.currents.places["slow"]])
+        wild = left - colour.foreseen(past, mean[self.currents.places["slow"]])
         given = white if supposed.anew else tempered(white, wild, variance, state.unsure)
-        return Seen(measured, modelled, left, current, white, given, variance, colour)
+        return Seen(
+            measured=measured,
+            modelled=modelled,
+            left=left,
+            current=current,
+            white=white,
+            given=given,
+            variance=variance,
+            colour=noise,
+        )
 
     def _taken(self, supposed: Supposed[S], u: RobotSlice) -> Array:
         """How far parameters and slow noise are doubted against one another, (J,) [A²]."""
@@ -266,16 +292,16 @@ class Tracker(Generic[S]):
         supposed: Supposed[S],
         seen: Seen,
         belief: S,
-        told: Innovation,
+        innovation: Innovation,
     ) -> TrackerState[S]:
         """The state once an instant was learnt from."""
         anew, unknown = supposed.anew, seen.white.unknown
-        compared = np.isfinite(told.residual)
-        unsure = np.where(compared, told.cov.diagonal() / seen.variance, state.unsure)
-        sure = compared & (unsure < SURE) & (unknown < 0.25 * seen.white.noise**2)
-        colour = noise.learnt(seen.colour, seen.left, unknown, sure, self.period)
+        compared = np.isfinite(innovation.residual)
+        unsure = np.where(compared, innovation.cov.diagonal() / seen.variance, state.unsure)
+        sure = compared & (unsure < SURE) & (unknown < KNOWN * seen.white.noise**2)
+        noise = colour.learnt(seen.colour, seen.left, unknown, sure, self.period)
         was = supposed.was
-        known = Learnt(belief, colour) if anew else Learnt(was.belief, was.colour)
+        known = Learnt(belief, noise) if anew else Learnt(was.belief, was.colour)
         drive, moved = self.fit.dynamics.drive, bool(np.count_nonzero(np.isfinite(seen.left)))
         since, carried = supposed.unknown_since(now.t), supposed.carried
         if anew:
@@ -294,10 +320,10 @@ class Tracker(Generic[S]):
             bristles=way.bristles,
             travelled=way.travelled,
             lubricant=way.lubricant,
-            evidence=gathered(supposed.evidence, seen.white, drive, told, way.passed),
+            evidence=gathered(supposed.evidence, seen.white, drive, innovation, way.passed),
             befell=now.t if supposed.another and anew else state.befell,
             widened=now.t if supposed.widens else state.widened,
-            colour=colour,
+            colour=noise,
             unsure=unsure,
             passed=state.passed + way.passed,
             moved=state.moved + way.passed * moved,
@@ -334,13 +360,16 @@ class Tracker(Generic[S]):
             belief, h = assimilated(stream, h, moment, self.filter, self.model, belief)
             heard.append(h)
         state = replace(state, belief=belief, heard=tuple(heard))
-        believed, told = partial(self.filter.belief, belief), partial(self.told_beside, state)
-        return state, replace(reading, believed=believed, told=told)
+        believed, beside = (
+            partial(self.filter.belief, belief),
+            partial(self.estimates_beside, state),
+        )
+        return state, replace(reading, believed=believed, told=beside)
 
-    def told_beside(self, state: TrackerState[S]) -> tuple[Array, Array]:
+    def estimates_beside(self, state: TrackerState[S]) -> tuple[Array, Array]:
         """Means and standard deviations of what the other streams tell of by themselves."""
-        told = [s.told(h.state) for s, h in zip(self.streams, state.heard, strict=True)]
-        means, sds = zip(*told, strict=True) if told else ((), ())
+        pairs = [s.estimates(h.state) for s, h in zip(self.streams, state.heard, strict=True)]
+        means, sds = zip(*pairs, strict=True) if pairs else ((), ())
         return np.concatenate([*means, []]), np.concatenate([*sds, []])
 
 

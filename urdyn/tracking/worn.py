@@ -80,8 +80,8 @@ class Worn:
         """W's roots, (g,)."""
         return np.array([jolt.sd for jolt in self.wear.jolts])
 
-    def told(self, before: Gaussian, now: Gaussian, span: float, blind: bool) -> Answer:
-        """What beliefs tell of which one was held `span` [s] before the other.
+    def compared(self, before: Gaussian, now: Gaussian, span: float, blind: bool) -> Answer:
+        """What two beliefs tell of wear, one held `span` [s] before the other.
 
         Args:
             blind: nobody measures how warm some joint is.
@@ -97,10 +97,10 @@ class Worn:
         along = (vector.swapaxes(1, 2) @ u[..., None])[..., 0]
         # Along what strayed since, and is known less well than before, nothing was measured.
         along *= value > 1.0
-        told = np.maximum(value, 1.0)
-        change = (vector @ (along / told)[..., None])[..., 0]
+        eigenvalues = np.maximum(value, 1.0)
+        change = (vector @ (along / eigenvalues)[..., None])[..., 0]
         lever = self.sd[:, None] * seen.reshape(J, g, -1)
-        return Answer(now, along, told, vector, lever, change @ WORSE)
+        return Answer(now, along, eigenvalues, vector, lever, change @ WORSE)
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,7 +109,7 @@ class Answer:
 
     now: Gaussian
     along: Array  # (J, g) u
-    told: Array  # (J, g) eigenvalues of I + W G
+    eigenvalues: Array  # (J, g) of I + W G
     directions: Array  # (J, g, g) by column, in units of W's roots
     lever: Array  # (J, g, n) U' P, likewise
     worse: Array  # (J,) [sd of W] more friction, less health
@@ -117,7 +117,8 @@ class Answer:
     @property
     def log_odds(self) -> Array:
         """Of wear beside none, drive by drive, (J,)."""
-        return np.asarray(0.5 * (self.along**2 / self.told - np.log(self.told)).sum(axis=1))
+        along, value = self.along, self.eigenvalues
+        return np.asarray(0.5 * (along**2 / value - np.log(value)).sum(axis=1))
 
     def wore(self, sure: float = SURE) -> Mask:
         """The drive that did, of such log odds; others may have, once that is known, (J,)."""
@@ -128,6 +129,6 @@ class Answer:
         """What is believed by who allowed for the wear of one drive, (J,)."""
         (j,) = np.flatnonzero(drives)
         lever = self.directions[j].T @ self.lever[j]
-        moved = (self.along[j] / self.told[j]) @ lever
-        root = lever / np.sqrt(self.told[j])[:, None]
+        moved = (self.along[j] / self.eigenvalues[j]) @ lever
+        root = lever / np.sqrt(self.eigenvalues[j])[:, None]
         return Gaussian(self.now.mean + moved, self.now.cov + root.T @ root)

@@ -18,7 +18,14 @@ import numpy as np
 
 from urdyn.model.arm import Arm, controller_base
 from urdyn.signal import Instant
-from urdyn.tracking.aside import Aside, Look, Told, learnt, renoised, told
+from urdyn.tracking.aside import (
+    Aside,
+    Look,
+    SharedMeasurement,
+    learnt,
+    measurement,
+    renoised,
+)
 from urdyn.tracking.model import PAYLOAD_SD
 from urdyn.types import Array, Gaussian, frozen
 
@@ -95,7 +102,7 @@ class WrenchStream:
 
     def take(
         self, felt: Felt, now: Instant, row: Array, z: Gaussian, widened: float
-    ) -> tuple[Felt, Told | None]:
+    ) -> tuple[Felt, SharedMeasurement | None]:
         """One row on, `row` (7,); what it is to those who believe in the payload z."""
         dt = now.t - felt.t
         if not np.isfinite(row[1:]).all() or 0.0 <= dt < PACE:
@@ -110,18 +117,18 @@ class WrenchStream:
             return self._doubted(felt), None
         gain = 1.0 / min(felt.count + 10.0, MEMORY)
         squares = renoised(felt.noise**2, felt.aside, look, gain)
-        tale = told(felt.aside, look, np.zeros(len(z.mean)))
+        shared = measurement(felt.aside, look, np.zeros(len(z.mean)))
         step, aside = learnt(felt.aside, look)
         noise = np.sqrt(np.maximum(squares, FINEST**2))
         own, count = felt.own + step, felt.count + 1.0
-        return Felt(own, aside, noise, felt.t, count, 0, felt.last), tale
+        return Felt(own, aside, noise, felt.t, count, 0, felt.last), shared
 
     def settled(self, felt: Felt, z: Gaussian) -> Felt:
         """After the payload has been told of by whomever."""
         step, aside = felt.aside.settled(z)
         return replace(felt, own=felt.own + step, aside=aside)
 
-    def told(self, felt: Felt) -> tuple[Array, Array]:
+    def estimates(self, felt: Felt) -> tuple[Array, Array]:
         """What the sensor shows of nothing; NaN before it has shown anything."""
         unknown = 1.0 if felt.count else np.nan
         sd = np.sqrt(np.diag(felt.aside.whole))[: self._rows]
