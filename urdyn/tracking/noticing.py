@@ -11,6 +11,7 @@ import numpy as np
 
 from urdyn.estimate import Filter
 from urdyn.model.drive import Drive
+from urdyn.tracking import beliefs
 from urdyn.tracking.befallen import (
     Befallen,
     Evidence,
@@ -24,7 +25,7 @@ from urdyn.tracking.befallen import (
 from urdyn.tracking.handling import HANDLING, Weighed, exchanged
 from urdyn.tracking.model import BULKY, LIGHT
 from urdyn.tracking.physical import KNOWN
-from urdyn.tracking.state import HINDSIGHT, QUICK, TrackerState, believing, in_hindsight
+from urdyn.tracking.state import HINDSIGHT, TrackerState, in_hindsight
 from urdyn.tracking.worn import ASK, SURE, SURER, YOUNG, Then, Worn
 from urdyn.types import Array
 
@@ -38,15 +39,15 @@ LOOK, LOOK_TIME = 5.0, 0.08  # samples and, where they are many, [s] between two
 class Supposed(Generic[S]):
     """What is supposed of an arm before an instant's currents are learnt from."""
 
-    what: Befallen | None  # befell it; None: nothing is known to have
-    another: bool  # that is told of here, or that something else is carried
-    stood: bool  # until now: a gripper may have opened or closed
+    what: Befallen | None  # abrupt change that is assumed to have happened; None: none
+    another: bool  # a change is reported at this sample
+    stood: bool  # the arm sets off here: a gripper may have opened or closed
     weighed: Weighed  # holds up to here
-    light: bool  # something may be carried that is too light for evidence
-    handles: bool  # it has taken up and put down pieces of late
+    light: bool  # a piece too light for evidence may be carried
+    handles: bool  # pieces have come or gone within HANDLING
     looked: bool  # this was one of the samples at which one looks
     evidence: Evidence  # that is left
-    was: TrackerState[S]  # before whatever befell it
+    was: TrackerState[S]  # before whatever befell the arm
     before: S  # belief to learn from the currents with
     mean: Array  # (n,) of the states, by that and by what is carried
     carried: Array  # (10,) roughly
@@ -107,7 +108,7 @@ class Noticing(Generic[S]):
 
     def supposed(self, state: TrackerState[S], t: float, moving: bool) -> Supposed[S]:
         """At t [s], while the arm moves or does not."""
-        mean, rest = self.mean(state.belief), state.rest
+        mean, rest = beliefs.mean(self.filter, state.belief), state.rest
         looks = state.colour.count % self._look < 1.0
         stood, doubted = rest.ends(moving), state.weighed.doubted(t)
         handles = t - state.widened < HANDLING and not doubted
@@ -119,15 +120,26 @@ class Noticing(Generic[S]):
             evidence = none_yet(len(state.v)) if another else of_drives(evidence)
         thought = self._thought(state) if doubtful and np.isfinite(rest.left) else state.carried
         was = in_hindsight(state) if anew or thought is not state.carried else state
-        was, retold = self._allowing(was, state, what), what is not None and what.known is not None
+        was = self._allowing(was, state, what)
+        retold = what is not None and what.known is not None
         before = state.belief if self.poses and not retold else was.belief
         carried = thought if what is None or what.payload is None else what.payload
-        mean = self.mean(before) if anew else mean
+        mean = beliefs.mean(self.filter, before) if anew else mean
         mean = mean if carried is state.carried else self.carrying(mean, carried)
         return Supposed(
-            what, another, stood, weighed, stood and not doubted, handles, looks, evidence, was,
-            before, mean, carried,
-        )  # fmt: skip
+            what=what,
+            another=another,
+            stood=stood,
+            weighed=weighed,
+            light=stood and not doubted,
+            handles=handles,
+            looked=looks,
+            evidence=evidence,
+            was=was,
+            before=before,
+            mean=mean,
+            carried=carried,
+        )
 
     def carrying(self, mean: Array, payload: Array) -> Array:
         """The states (n,) with this payload, (10,)."""
@@ -147,25 +159,22 @@ class Noticing(Generic[S]):
     def _found(
         self, state: TrackerState[S], t: float, mean: Array, looks: bool, doubtful: bool
     ) -> tuple[Befallen | None, Evidence, bool]:
-        """What befell the arm, the evidence that is left, and whether it is told now."""
-        what, evidence, told = None, state.evidence, False
-        if looks:
-            what, evidence = befallen(evidence, self._sizes, mean[self.places["payload"]])
-            told = what.anything and t - state.befell > PATIENCE
-            what = what if told else None
+        """What befell the arm, the evidence that is left, and whether a change is reported now."""
+        what, evidence = self._abrupt(state, t, mean) if looks else (None, state.evidence)
         if what is None and not doubtful:
             what = self._wore(state, t)
-            told = what is not None
         if what is not None:
-            return what, evidence, told
-        since = state.rest.left if np.isfinite(state.rest.left) else t - HANDLING
-        sought = looks and state.rest.just(t) and not state.weighed.doubted(t)
-        if sought and state.widened < since:
-            told = exchanged(*self._handled(state))
-        if state.rest.known(t) and not doubtful:
-            payload = told_from(state.carried, *self._handled(state)[1])
-            what = Befallen(payload, np.zeros(len(state.v), dtype=bool))
-        return what, evidence, told
+            return what, evidence, True
+        another = looks and self._exchanged(state, t)
+        return None if doubtful else self._known_load(state, t), evidence, another
+
+    def _abrupt(
+        self, state: TrackerState[S], t: float, mean: Array
+    ) -> tuple[Befallen | None, Evidence]:
+        """What the evidence says befell the arm, and the evidence that is left."""
+        what, evidence = befallen(state.evidence, self._sizes, mean[self.places["payload"]])
+        told = what.anything and t - state.befell > PATIENCE
+        return what if told else None, evidence
 
     def _wore(self, state: TrackerState[S], t: float) -> Befallen | None:
         """A drive that wore before the run, or does, told while nothing else is in question."""
@@ -188,6 +197,21 @@ class Noticing(Generic[S]):
         wears = wearing(state.evidence, self._sizes)
         return Befallen(None, wears, wears=True) if wears.any() else None
 
+    def _exchanged(self, state: TrackerState[S], t: float) -> bool:
+        """Whether the arm carries something else since it stood until just now."""
+        since = state.rest.left if np.isfinite(state.rest.left) else t - HANDLING
+        sought = state.rest.just(t) and not state.weighed.doubted(t) and state.widened < since
+        return sought and exchanged(
+            self._payload(state.earliest.belief), self._payload(state.belief)
+        )
+
+    def _known_load(self, state: TrackerState[S], t: float) -> Befallen | None:
+        """What is carried since a rest, once known; all else goes on with it from before."""
+        if not state.rest.known(t):
+            return None
+        payload = told_from(state.carried, *self._payload(state.belief))
+        return Befallen(payload, np.zeros(len(state.v), dtype=bool))
+
     def _allowing(
         self, was: TrackerState[S], state: TrackerState[S], what: Befallen | None
     ) -> TrackerState[S]:
@@ -198,9 +222,9 @@ class Noticing(Generic[S]):
         def allowed(of: Then[S]) -> Then[S]:
             drives = what.drives.astype(np.float64)
             may_have = self.worn.wear.befallen(self.filter.belief(of.belief), drives, what.wears)
-            return replace(of, belief=believing(of.belief, may_have))
+            return replace(of, belief=beliefs.replaced(of.belief, may_have))
 
-        belief = was.belief if what.known is None else believing(state.belief, what.known)
+        belief = was.belief if what.known is None else beliefs.replaced(state.belief, what.known)
         lately = allowed(Then(belief, state.passed, state.moved))
         return replace(was, belief=belief, then=allowed(was.then), lately=lately)
 
@@ -220,16 +244,6 @@ class Noticing(Generic[S]):
         mean, sd = self._payload(state.belief)
         return state.weighed.after(self.tool + float(mean[0]), float(sd[0]), t)
 
-    def _handled(self, state: TrackerState[S]) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
-        """What was carried before the last rest, and since; mean and standard deviation."""
-        return self._payload(state.earliest.belief), self._payload(state.belief)
-
     def _payload(self, belief: S) -> tuple[Array, Array]:
         """What is carried, mean and standard deviation, (10,) each."""
-        at = self.places["payload"]
-        known = belief if isinstance(belief, QUICK) else self.filter.belief(belief)
-        return known.mean[at], known.sd[at]
-
-    def mean(self, belief: S) -> Array:
-        """Of the states; a square root need not be squared for it."""
-        return belief.mean if isinstance(belief, QUICK) else self.filter.belief(belief).mean
+        return beliefs.mean_and_sd(self.filter, belief, self.places["payload"])

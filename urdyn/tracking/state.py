@@ -3,24 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from typing import Any, Generic, TypeVar, cast
+from typing import Any, Generic, TypeVar
 
-import numpy as np
-
-from urdyn.estimate.square_root import SquareRoot
 from urdyn.signal import CausalState
 from urdyn.tracking.befallen import Evidence
-from urdyn.tracking.blocks import BlockBelief
+from urdyn.tracking.beliefs import shifted
 from urdyn.tracking.colour import Colour, unlearnt
 from urdyn.tracking.handling import Rest, Weighed
 from urdyn.tracking.streams import Heard
 from urdyn.tracking.worn import ASKED, Then
-from urdyn.types import Array, Gaussian
+from urdyn.types import Array
 
 S = TypeVar("S")
 B = TypeVar("B", bound="Learnt[Any] | Then[Any]")
-
-QUICK = Gaussian | SquareRoot | BlockBelief  # beliefs that tell means and sd without more ado
 
 HINDSIGHT = 2.0  # [s] before something else is noticed that is carried, it may have been
 
@@ -85,38 +80,19 @@ def in_hindsight(state: TrackerState[S]) -> TrackerState[S]:
     return replace(state, belief=before.belief, colour=unlearnt(state.colour, before.colour))
 
 
-def believing(belief: S, told: Gaussian) -> S:
-    """What is believed by who was told that; particles are not."""
-    now: Any = belief
-    if isinstance(belief, Gaussian):
-        now = told
-    elif isinstance(belief, SquareRoot):
-        now = SquareRoot.of(told.mean, told.cov)
-    elif isinstance(belief, BlockBelief):
-        now = belief.with_belief(told)
-    return cast(S, now)
-
-
 def rezeroed(state: TrackerState[S], zeros: slice, shift: Array) -> TrackerState[S]:
     """With encoders whose zeros jumped, (J,) [rad], by now and in hindsight."""
 
-    def moved(belief: Any) -> Any:
-        if not isinstance(belief, QUICK):  # particles find out
-            return belief
-        mean = np.array(belief.mean)
-        mean[zeros] -= shift
-        return replace(belief, mean=mean)
-
-    def all_moved(of: B) -> B:
-        return replace(of, belief=moved(of.belief))
+    def moved(of: B) -> B:
+        return replace(of, belief=shifted(of.belief, zeros, -shift))
 
     return replace(
         state,
-        belief=moved(state.belief),
-        earlier=all_moved(state.earlier),
-        earliest=all_moved(state.earliest),
-        then=all_moved(state.then),
-        lately=all_moved(state.lately),
+        belief=shifted(state.belief, zeros, -shift),
+        earlier=moved(state.earlier),
+        earliest=moved(state.earliest),
+        then=moved(state.then),
+        lately=moved(state.lately),
     )
 
 

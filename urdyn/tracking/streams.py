@@ -15,10 +15,9 @@ from urdyn.dbn.joined import Joined
 from urdyn.dbn.news import News, Standing
 from urdyn.dbn.robot_slice import RobotSlice
 from urdyn.estimate import Filter
-from urdyn.estimate.square_root import SquareRoot
 from urdyn.signal import Instant
 from urdyn.tracking.aside import SharedMeasurement
-from urdyn.tracking.blocks import BlockBelief
+from urdyn.tracking.beliefs import marginal
 from urdyn.types import Array, Gaussian, Index
 
 MOST = 500  # rows that wait: more, and no motion is coming
@@ -135,17 +134,3 @@ def _at(now: Instant, t: float) -> Instant:
     dt = t - now.t
     q = now.q + dt * (now.v + 0.5 * dt * now.a)
     return replace(now, t=t, q=q, v=now.v + dt * now.a)
-
-
-def marginal(filter_: Filter[S], belief: S, at: Index) -> Gaussian:
-    """Belief in a few states; a square root need not be squared for it."""
-    if not len(at):
-        return Gaussian(np.zeros(0), np.zeros((0, 0)))
-    if isinstance(belief, SquareRoot):
-        rows = belief.root[at]
-        return Gaussian(belief.mean[at], rows @ rows.T)
-    if isinstance(belief, BlockBelief):
-        few = np.searchsorted(belief.at_bodies, at)
-        return Gaussian(belief.mean[at], belief.bodies[np.ix_(few, few)])
-    whole = belief if isinstance(belief, Gaussian) else filter_.belief(belief)
-    return Gaussian(whole.mean[at], whole.cov[np.ix_(at, at)])

@@ -20,7 +20,7 @@ from urdyn.estimate import Filter, Innovation
 from urdyn.identify.fit import Fit
 from urdyn.signal import Causal, CausalState, Instant, Sample
 from urdyn.signal.stretches import GAP
-from urdyn.tracking import colour
+from urdyn.tracking import beliefs, colour
 from urdyn.tracking.befallen import Befallen, gathered, none_yet
 from urdyn.tracking.blocks import Blocks
 from urdyn.tracking.colour import Colour
@@ -335,7 +335,7 @@ class Tracker(Generic[S]):
     def _credible(self, belief: S) -> bool:
         """Whether its drives can be an arm's; data of another arm, or of none, lead astray."""
         low, high = self._limits
-        mean = self._noticing.mean(belief)
+        mean = beliefs.mean(self.filter, belief)
         return bool(((low < mean) & (mean < high)).all())
 
     @cached_property
