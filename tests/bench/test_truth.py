@@ -39,7 +39,7 @@ def slices(model):
     for _ in range(30):
         q, v, a = rng.uniform(-1.5, 1.5, (3, 6))
         now = Instant(0.0, q, v, a, np.zeros(6), np.zeros(6), np.full(6, np.nan), np.zeros(6))
-        inputs.append(replace(model.observation.slice(now, np.sign(v), PERIOD), blind=False))
+        inputs.append(replace(model.observation.inputs(now, np.sign(v), PERIOD), blind=False))
     return inputs
 
 
@@ -72,7 +72,7 @@ def test_lives_stray_as_the_process_says(model) -> None:
         cov[places[group], places[group]] = DAY[group] ** 2 * np.eye(6)
     cov[np.ix_(rates, rates)] = model.prior.cov[np.ix_(rates, rates)]
     still = Instant(0.0, *np.zeros((5, 6)), np.full(6, np.nan), np.zeros(6))
-    u = replace(model.observation.slice(still, np.zeros(6), STEP), blind=False)
+    u = replace(model.observation.inputs(still, np.zeros(6), STEP), blind=False)
     F, Q = model.transition_jacobian(model.prior.mean, u), model.transition_cov(u)
     for _ in range(round(duration / STEP)):
         cov = F @ cov @ F.T + Q
@@ -89,7 +89,7 @@ def test_noise_in_the_model_is_that_of_the_sensors(model) -> None:
     true = Coloured(model, model.observation.places["slow"], sensors, PERIOD)
     n, (F, _, seen) = len(model.names), true._noise
     P = true.prior.cov[n:, n:]
-    u = model.observation.slice(
+    u = model.observation.inputs(
         Instant(0.0, *np.zeros((5, 6)), np.full(6, np.nan), np.zeros(6)), np.zeros(6), PERIOD
     )
     np.testing.assert_allclose(F @ P @ F.T + true.transition_cov(u)[n:, n:], P, atol=1e-15)

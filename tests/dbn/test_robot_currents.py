@@ -5,8 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from urdyn.dbn.robot import RobotCurrents, shown_directions
+from urdyn.dbn.robot import RobotCurrents
 from urdyn.dbn.robot_slice import packed
+from urdyn.dbn.shown import shown_directions
 from urdyn.identify.noise import Noise
 from urdyn.model.arm import load_arm
 from urdyn.model.population import population
@@ -55,7 +56,7 @@ def state(currents) -> np.ndarray:
 
 def at(currents, motion, row, speed=1.0):
     s = currents.reference.presliding(motion)[row]
-    return currents.slice(moment(motion, row, speed), s, 0.01)
+    return currents.inputs(moment(motion, row, speed), s, 0.01)
 
 
 def moment(motion, row, speed=1.0):
@@ -87,7 +88,7 @@ def test_an_instrument_moves_the_slice_and_the_current_alike(currents, motion):
     x[currents.places["k"]], x[currents.places["payload"]] = 0.0, LOAD
     s, instant = currents.reference.presliding(motion)[row], moment(motion, row)
     other = instant.a + 0.1 * rng.standard_normal(6)
-    u, there = (currents.slice(now, s, 0.01, x) for now in (instant, replace(instant, a=other)))
+    u, there = (currents.inputs(now, s, 0.01, x) for now in (instant, replace(instant, a=other)))
     packed = currents.instrumental(u, replace(instant, instrument=other))
     more = (currents.per_unit(x, u) * (packed - u.packed)).sum(axis=1)
     through = replace(u, packed=packed)
@@ -113,10 +114,10 @@ def test_a_skew_is_the_current_of_a_moment_later(currents, motion):
     row, h, x = 150, 1e-4, state(currents)
     s, now = currents.reference.presliding(motion)[row], moment(motion, row)
     told = replace(now, instrument=now.a, instrument_jerk=now.jerk)
-    u = currents.slice(told, s, 0.01, x)
+    u = currents.inputs(told, s, 0.01, x)
     drawn = []
     for ahead in (-h, h):
-        there = currents.slice(moment(motion.ahead(ahead), row), s, 0.01, x)
+        there = currents.inputs(moment(motion.ahead(ahead), row), s, 0.01, x)
         rest = packed(there.A, there.side, there.load, u.rest, s, there.v, there.a)
         drawn.append(currents.observe(x, replace(there, packed=rest)))
     drive = currents.reference.drive
@@ -124,7 +125,7 @@ def test_a_skew_is_the_current_of_a_moment_later(currents, motion):
     slope = (drawn[1] - drawn[0]) / (2.0 * h) + drive.structural * u.side * ridden / drive.gain
     np.testing.assert_allclose(currents.observe_jacobian(x, u)[:, at_skew(currents)], slope, 1e-5)
     assert np.abs(slope).max() > 1.0
-    without = currents.slice(now, s, 0.01, x)
+    without = currents.inputs(now, s, 0.01, x)
     assert not currents.observe_jacobian(x, without)[:, at_skew(currents)].any()
 
 

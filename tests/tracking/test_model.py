@@ -33,7 +33,7 @@ def slices(workshop, model):
         q, v, a, jerk = rng.uniform(-1.5, 1.5, (4, J))
         v = speed * v
         now = Instant(0.0, q, v, a, jerk, np.zeros(J), np.full(J, np.nan), np.zeros(J))
-        return model.observation.slice(now, np.sign(v), dt)
+        return model.observation.inputs(now, np.sign(v), dt)
 
     return at
 

@@ -48,7 +48,7 @@ def lived(model, at, rng):
         for k in range(12):
             q, v, a = rng.uniform(-1.5, 1.5, (3, 6))
             now = Instant(0.0, q, v, a, np.zeros(6), np.zeros(6), np.full(6, np.nan), np.zeros(6))
-            u = replace(currents.slice(now, np.sign(v), float(k == 0)), blind=False)
+            u = replace(currents.inputs(now, np.sign(v), float(k == 0)), blind=False)
             u = replace(u, noise=0.3 * u.noise)
             if k == 0:
                 Q = model.transition_cov(u)[np.ix_(at, at)]

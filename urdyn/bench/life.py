@@ -86,4 +86,4 @@ def _passing(currents: RobotCurrents) -> RobotSlice:
     nothing = np.zeros(J)
     unknown = np.full(J, np.nan)
     still = Instant(0.0, nothing, nothing, nothing, nothing, nothing, unknown, nothing)
-    return replace(currents.slice(still, nothing, STEP), blind=False)
+    return replace(currents.inputs(still, nothing, STEP), blind=False)

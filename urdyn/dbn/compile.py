@@ -18,6 +18,7 @@ import numpy as np
 
 from urdyn.dbn.graph import CERTAIN, Network, Node
 from urdyn.dbn.mixed_graph import Pair
+from urdyn.dbn.stacking import stacked
 from urdyn.dbn.two_slice import Slice
 from urdyn.errors import InputError
 from urdyn.types import Array, Gaussian, Mask, frozen
@@ -104,11 +105,7 @@ def places(network: Network, sizes: Mapping[str, int]) -> dict[str, slice]:
     for node in network.parameters:
         if sizes.get(node.name, -1) < 0:
             raise InputError(f"{node.name} has no size of 0 or more; sizes are {dict(sizes)}")
-    ends = np.cumsum([0, *(sizes[n.name] for n in network.parameters)])
-    return {
-        n.name: slice(int(a), int(b))
-        for n, a, b in zip(network.parameters, ends[:-1], ends[1:], strict=True)
-    }
+    return stacked({node.name: sizes[node.name] for node in network.parameters})
 
 
 def pattern(edge: Pair, at: Mapping[str, slice], patterns: Patterns) -> Array:

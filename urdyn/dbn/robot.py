@@ -23,11 +23,10 @@ import numpy as np
 
 from urdyn.dbn.arguments import Arguments
 from urdyn.dbn.robot_slice import Carried, RobotSlice, laid_out, packed, presliding_doubt
+from urdyn.dbn.stacking import stacked
 from urdyn.model.arm import Arm, with_inertials
-from urdyn.model.consistency import log_cholesky, log_cholesky_jacobian
 from urdyn.model.dynamics import Dynamics
 from urdyn.model.friction import RIPPLE_ORDER
-from urdyn.model.population import Population
 from urdyn.signal.sample import Instant
 from urdyn.types import Array, Index, Mask, changed, frozen
 
@@ -36,7 +35,6 @@ POSITIVE = ("f", "alpha", "beta", "rotor", "z", "gain")
 WARMTH = ("kappa", "kappa_f", "lubricant")
 GROUPS = (*BODIES, "o", "slow", *POSITIVE, *WARMTH)  # what combinations are made of first
 SMEAR = 0.01  # [s] of its jerk, by which an acceleration that was differentiated may be off
-SHOWN = 1e-6  # of the largest singular value: what a direction must do to torque to be tracked
 
 # Arguments of a joint's current. First combinations of states: torque of the arm's bodies and of
 # what is constant, the same of `hold` [N·m], what adds to the current itself [A]; and the first two
@@ -64,6 +62,34 @@ class _Parts:
     driven: Array  # all of it
 
 
+def _currents(z: Array, u: RobotSlice, part: _Parts) -> Array:
+    current = part.driven * part.per + z[..., CURRENT]
+    return np.asarray(current if u.carried is None else current - u.carried.current)
+
+
+def _slopes(z: Array, u: RobotSlice, part: _Parts) -> Array:
+    """Of `through`, (..., J, d), in the order of `arguments`: combinations, then STATES."""
+    one, exact = np.ones_like(part.per), u.carried is None
+    warmth = z[..., WARM]
+    kappa, kappa_f = warmth[..., 0], warmth[..., 1]
+    slopes = [
+        one,  # TORQUE
+        part.beta,  # HELD
+        one / part.per,  # CURRENT
+        *([one / part.gain, part.beta / part.gain] if exact else []),  # CARRIED, CARRIED_HELD
+        part.f,
+        part.alpha,
+        part.beta * part.held,
+        part.rotor,
+        -part.driven,  # z
+        -(part.carried + part.beta * part.carried_held),  # gain
+        -part.warm * part.alpha,  # kappa
+        -part.warm * part.f,  # kappa_f
+        -u.felt * (kappa * part.alpha + kappa_f * part.f),  # lubricant
+    ]
+    return np.stack(slopes, axis=-1) * part.per[..., None]
+
+
 @dataclass(frozen=True, eq=False)
 class RobotCurrents:
     """Motor currents as an `Observation` of GROUPS."""
@@ -82,8 +108,7 @@ class RobotCurrents:
         J = self.reference.arm.joints
         sizes = dict.fromkeys(GROUPS, J)
         sizes |= {"skew": 1, "m": self.shown.shape[1], "payload": 10, "kappa_f": 1}
-        ends = np.cumsum([0, *(sizes[name] for name in GROUPS)]).tolist()
-        return {n: slice(a, b) for n, a, b in zip(GROUPS, ends[:-1], ends[1:], strict=True)}
+        return stacked(sizes)
 
     @cached_property
     def names(self) -> tuple[str, ...]:
@@ -120,7 +145,7 @@ class RobotCurrents:
         """States of POSITIVE, group by group."""
         return slice(self.places[POSITIVE[0]].start, self.places[POSITIVE[-1]].stop)
 
-    def slice(
+    def inputs(
         self,
         now: Instant,
         s: Array,
@@ -246,7 +271,7 @@ class RobotCurrents:
         arguments = self.arguments(u)
         z = arguments.of(x)
         part = self._parts(z, u)
-        return self._currents(z, u, part), arguments.back(self._slopes(z, u, part))
+        return _currents(z, u, part), arguments.back(_slopes(z, u, part))
 
     def arguments(self, u: RobotSlice) -> Arguments:
         """TORQUE, HELD, CURRENT, CARRIED, CARRIED_HELD, and STATES of each joint."""
@@ -265,7 +290,7 @@ class RobotCurrents:
 
     def through(self, z: Array, u: RobotSlice) -> Array:
         """Currents by their arguments, (..., J, d) -> (..., J) [A]."""
-        return self._currents(z, u, self._parts(z, u))
+        return _currents(z, u, self._parts(z, u))
 
     def _parts(self, z: Array, u: RobotSlice) -> _Parts:
         positive, warmth = np.array(z[..., LOGARITHMS]), z[..., WARM]
@@ -298,32 +323,6 @@ class RobotCurrents:
             driven=torque + friction + rotor,
         )
 
-    def _currents(self, z: Array, u: RobotSlice, part: _Parts) -> Array:
-        current = part.driven * part.per + z[..., CURRENT]
-        return np.asarray(current if u.carried is None else current - u.carried.current)
-
-    def _slopes(self, z: Array, u: RobotSlice, part: _Parts) -> Array:
-        """Of `through`, (..., J, d)."""
-        one, exact = np.ones_like(part.per), u.carried is None
-        warmth = z[..., WARM]
-        kappa, kappa_f = warmth[..., 0], warmth[..., 1]
-        slopes = [
-            one,
-            part.beta,
-            one / part.per,
-            *([one / part.gain, part.beta / part.gain] if exact else []),
-            part.f,
-            part.alpha,
-            part.beta * part.held,
-            part.rotor,
-            -part.driven,
-            -(part.carried + part.beta * part.carried_held),
-            -part.warm * part.alpha,
-            -part.warm * part.f,
-            -u.felt * (kappa * part.alpha + kappa_f * part.f),
-        ]
-        return np.stack(slopes, axis=-1) * part.per[..., None]
-
     def near(self, u: RobotSlice, x: Array, payload: Array) -> RobotSlice:
         """The slice with currents linear in the payload around this one, (10,), by drives as in x.
 
@@ -354,26 +353,3 @@ class RobotCurrents:
     def observe_cov(self, u: RobotSlice) -> Array:
         """Noise of the currents, and what nobody knows of the motion, (J, J)."""
         return np.diag(u.noise**2 + u.unknown)
-
-
-def shown_directions(
-    population: Population, reference: Dynamics, rng: np.random.Generator, samples: int = 400
-) -> tuple[Array, Array]:
-    """What motion can show of a population's inertials.
-
-    Returns:
-        V, (10 J, r): orthonormal directions among the links' standard scores; and S V, (10 J, r):
-        the inertials that a unit of each stands for.
-    """
-    arm = reference.arm
-    q = rng.uniform(arm.lower, arm.upper, (samples, arm.joints))
-    v, a = rng.standard_normal((2, samples, arm.joints))
-    J = log_cholesky_jacobian(log_cholesky(reference.inertials))  # where the fit's belief is
-    S = np.zeros((10 * arm.joints, 10 * arm.joints))
-    for j in range(arm.joints):
-        rows = slice(10 * j, 10 * j + 10)
-        S[rows, rows] = J[j] * population.link_sd[j]
-    Y = arm.regressor(q, v, a).reshape(-1, 10 * arm.joints) @ S
-    _, singular, Vt = np.linalg.svd(Y, full_matrices=False)
-    V = Vt[singular > SHOWN * singular[0]].T
-    return V, S @ V

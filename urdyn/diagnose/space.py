@@ -13,12 +13,11 @@ from functools import cached_property
 
 import numpy as np
 
-from urdyn.dbn.robot import shown_directions
+from urdyn.dbn.stacking import stacked
 from urdyn.identify.fit import Fit
 from urdyn.model.arm import Arm, with_inertials
 from urdyn.model.dynamics import Dynamics
-from urdyn.model.population import population
-from urdyn.tracking.commissioned import commissioned, gains_of
+from urdyn.tracking.commissioned import commissioned, gains_of, shown_links
 from urdyn.types import Array, Index, frozen
 
 GROUPS = ("k", "m", "payload", "f", "alpha", "beta", "z", "o", "rotor", "gain")
@@ -67,16 +66,13 @@ class Space:
 
 def space(fit: Fit) -> Space:
     """The space of a fit; drive gains are as commissioned: health is relative to them."""
-    arms, dynamics, noise = population(fit.dynamics.arm), fit.dynamics, fit.noise
-    V, shown = shown_directions(arms, dynamics, np.random.default_rng(0))
-    cov = _cov(fit, V / arms.link_sd.ravel()[:, None])
-    return Space(dynamics, shown, cov, noise.sd, np.maximum(np.sqrt(noise.gentle), noise.sd))
+    noise, (scores, shown) = fit.noise, shown_links(fit)
+    slow = np.maximum(np.sqrt(noise.gentle), noise.sd)
+    return Space(fit.dynamics, shown, _cov(fit, scores), noise.sd, slow)
 
 
 def _places(joints: int, r: int) -> dict[str, slice]:
-    sizes = dict.fromkeys(GROUPS, joints) | {"m": r, "payload": 10}
-    ends = np.cumsum([0, *(sizes[name] for name in GROUPS)]).tolist()
-    return {n: slice(a, b) for n, a, b in zip(GROUPS, ends[:-1], ends[1:], strict=True)}
+    return stacked(dict.fromkeys(GROUPS, joints) | {"m": r, "payload": 10})
 
 
 def _cov(fit: Fit, scores: Array) -> Array:

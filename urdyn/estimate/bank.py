@@ -19,7 +19,7 @@ from urdyn.dbn.jumps import Jumps
 from urdyn.dbn.two_slice import TwoSlice, U
 from urdyn.errors import InputError
 from urdyn.estimate.innovation import Innovation, measured_rows
-from urdyn.estimate.linearised import carried, joseph
+from urdyn.estimate.linearised import joseph, propagated
 from urdyn.estimate.mixture import log_density, moments, normalised, surprise
 from urdyn.types import Array, Gaussian, frozen
 
@@ -102,7 +102,7 @@ class Bank:
             state = self._branch(state)
         F = model.transition_jacobian(state.gaussian.mean, u)
         means = model.transition(state.means, u)
-        cov = F @ state.cov @ F.T if len(state.cov) > 1 else carried(F, state.cov[0])[None]
+        cov = F @ state.cov @ F.T if len(state.cov) > 1 else propagated(F, state.cov[0])[None]
         moved = Hypotheses(means, cov + model.transition_cov(u), state.log_weight, state.slices + 1)
         return _weigh(model, moved, u, y)
 

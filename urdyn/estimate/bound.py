@@ -17,7 +17,7 @@ import numpy as np
 from urdyn.dbn.two_slice import TwoSlice, U
 from urdyn.errors import InputError
 from urdyn.estimate.innovation import Rows, factor_of, measured_rows
-from urdyn.estimate.linearised import carried
+from urdyn.estimate.linearised import propagated
 from urdyn.estimate.square_root import lower_root
 from urdyn.types import Array, Gaussian, frozen, index_of
 
@@ -77,7 +77,7 @@ def posterior_bound(
         moved = model.transition(x, u)
         x = _drawn(Gaussian(np.zeros(len(Q)), Q), count, rng) + moved if lives is None else lives[t]
         rows = slice(None) if observations is None else measured_rows(observations[t])
-        cov = _informed(carried(F, cov) + Q, _roots(model, x, u, rows))
+        cov = _informed(propagated(F, cov) + Q, _roots(model, x, u, rows))
         found.append(np.sqrt(cov.diagonal()))
     return Bound(model.names, np.reshape(found, (-1, len(model.names))), cov)
 

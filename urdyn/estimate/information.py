@@ -17,7 +17,7 @@ import numpy as np
 from urdyn.dbn.two_slice import TwoSlice, U
 from urdyn.errors import InputError
 from urdyn.estimate.innovation import Innovation, innovation, measured_rows, whitening
-from urdyn.estimate.linearised import carried, linear_rows
+from urdyn.estimate.linearised import linear_rows, propagated
 from urdyn.estimate.square_root import inverse, lower_root
 from urdyn.types import Array, Gaussian, Index, frozen
 
@@ -83,7 +83,7 @@ def _predict(model: TwoSlice[U], state: Information, u: U) -> tuple[Information,
     if not Q.any() and np.array_equal(F, np.eye(len(mean))):
         shifted = state.weighted + state.precision @ (mean - belief.mean)
         return Information(state.precision, shifted), Gaussian(mean, belief.cov)
-    moved = Gaussian(mean, carried(F, belief.cov) + Q)
+    moved = Gaussian(mean, propagated(F, belief.cov) + Q)
     return Information.of(moved, model.names), moved
 
 

@@ -40,7 +40,7 @@ def predict(model: TwoSlice[U], state: Gaussian, u: U) -> Gaussian:
         return state
     if not model.affine_transition:
         F = model.transition_jacobian(state.mean, u)
-        cov = carried(F, state.cov) + model.transition_cov(u)
+        cov = propagated(F, state.cov) + model.transition_cov(u)
         return Gaussian(model.transition(state.mean, u), cov)
     # Affine, it carries a covariance as it carries points: first its rows, then its columns.
     mean, origin = model.transition(np.array([state.mean, np.zeros_like(state.mean)]), u)
@@ -50,7 +50,7 @@ def predict(model: TwoSlice[U], state: Gaussian, u: U) -> Gaussian:
     return Gaussian(mean, 0.5 * (cov + cov.T))
 
 
-def carried(F: Array, P: Array) -> Array:
+def propagated(F: Array, P: Array) -> Array:
     """F P Fᵀ, (n, n); n² and not n³ where most states move by themselves alone."""
     own = F.diagonal()
     few = np.flatnonzero(np.count_nonzero(F, axis=1) > (own != 0.0))
@@ -83,10 +83,10 @@ def correct(
     seen, H, R = linear_rows(model, at, u, rows)
     cross = H @ predicted.cov
     seen = seen if at is x else seen + H @ (x - at)
-    return learnt(predicted, Expected(seen, cross, cross @ H.T, R), y, rows, moved)
+    return updated(predicted, Expected(seen, cross, cross @ H.T, R), y, rows, moved)
 
 
-def learnt(
+def updated(
     predicted: Gaussian, expected: Expected, y: Array, rows: Rows, moved: Mask | None = None
 ) -> tuple[Gaussian, Innovation]:
     """The belief after `rows` of y, (m,), were measured, of which so much was expected.

@@ -17,7 +17,7 @@ from urdyn.dbn.smoothed import Smoothed
 from urdyn.dbn.two_slice import TwoSlice, U
 from urdyn.errors import InputError
 from urdyn.estimate.innovation import Innovation
-from urdyn.estimate.linearised import carried, correct, without_negatives
+from urdyn.estimate.linearised import correct, propagated, without_negatives
 from urdyn.estimate.protocol import paired
 from urdyn.estimate.square_root import inverse, pseudo_inverse
 from urdyn.types import Array, Gaussian, frozen
@@ -94,7 +94,7 @@ def smooth(
 def _forward(model: TwoSlice[U], state: Gaussian, u: U, y: Array) -> tuple[Passed, Innovation]:
     F = frozen(model.transition_jacobian(state.mean, u))
     Q = frozen(model.transition_cov(u))
-    predicted = Gaussian(model.transition(state.mean, u), carried(F, state.cov) + Q)
+    predicted = Gaussian(model.transition(state.mean, u), propagated(F, state.cov) + Q)
     filtered, surprise = correct(model, predicted, u, y)
     return Passed(F, Q, predicted, filtered), surprise
 

@@ -11,7 +11,7 @@ from urdyn.dbn.arguments import Arguments
 from urdyn.dbn.two_slice import Narrow, TwoSlice, U, arguments
 from urdyn.errors import InputError
 from urdyn.estimate.innovation import Innovation, measured_rows
-from urdyn.estimate.linearised import Expected, learnt, predict
+from urdyn.estimate.linearised import Expected, predict, updated
 from urdyn.estimate.sigma_points import Rule, SigmaPoints, sigma_points
 from urdyn.estimate.square_root import SquareRoot, lower_root
 from urdyn.types import Array, Gaussian
@@ -55,7 +55,7 @@ class UKF:
     ) -> tuple[Gaussian, Innovation]:
         """Predict over u.dt, then learn from the finite rows of y, (m,)."""
         predicted, rows = self._predicted(model, state, u), measured_rows(y)
-        return learnt(predicted, self._expected(model, predicted, u).of(rows), y, rows)
+        return updated(predicted, self._expected(model, predicted, u).of(rows), y, rows)
 
     def belief(self, state: Gaussian) -> Gaussian:
         """The state itself."""

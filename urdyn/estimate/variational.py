@@ -23,7 +23,7 @@ import numpy as np
 from urdyn.dbn.two_slice import TwoSlice, U, linearised
 from urdyn.errors import InputError
 from urdyn.estimate.innovation import Innovation, factor_of, measured_rows
-from urdyn.estimate.linearised import learnt, predict
+from urdyn.estimate.linearised import predict, updated
 from urdyn.estimate.sigma_points import Rule, SigmaPoints, sigma_points
 from urdyn.estimate.square_root import SquareRoot
 from urdyn.estimate.ukf import wide
@@ -57,7 +57,7 @@ class Variational:
         moved = predict(model, state.gaussian, u)
         predicted = SquareRoot.of(moved.mean, moved.cov)
         rows = measured_rows(y)
-        first, surprise = learnt(moved, wide(model, points, predicted, u).of(rows), y, rows)
+        first, surprise = updated(moved, wide(model, points, predicted, u).of(rows), y, rows)
         q = SquareRoot.of(first.mean, first.cov)
         likelihood = Likelihood(model, u, y, points)
         try:

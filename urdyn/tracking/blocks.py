@@ -26,7 +26,7 @@ from urdyn.dbn.robot_slice import RobotSlice
 from urdyn.dbn.two_slice import TwoSlice, linearised
 from urdyn.estimate import Innovation
 from urdyn.estimate.innovation import innovation, measured_rows, whitening
-from urdyn.estimate.linearised import carried
+from urdyn.estimate.linearised import propagated
 from urdyn.tracking.model import STRIDE
 from urdyn.types import Array, Gaussian, Index, changed
 
@@ -222,7 +222,7 @@ def _bodies_moved(model: TwoSlice[RobotSlice], state: BlockBelief, u: RobotSlice
     wait, at = state.for_bodies, state.at_bodies
     passed, block = replace(u, span=wait.still), (at[:, None], at)
     F = model.transition_jacobian(state.mean, passed)[block]
-    P = carried(F, state.bodies) + model.transition_cov(passed)[block]
+    P = propagated(F, state.bodies) + model.transition_cov(passed)[block]
     return replace(state, bodies=P, for_bodies=replace(wait, still=0.0))
 
 

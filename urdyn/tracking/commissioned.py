@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import lru_cache
 
 import numpy as np
 
+from urdyn.dbn.shown import shown_directions
 from urdyn.identify.fit import Fit
+from urdyn.model.population import population
 from urdyn.types import Array, Gaussian
 
 # States that the fit has a word on beside the links': each joint's, by the fit's name.
@@ -44,6 +47,14 @@ def commissioned(
         T[places["skew"], -1] = 1.0
     mean = T[:, drives] @ fit.belief.mean[tracked]
     return Gaussian(mean, T @ given(fit.belief.cov, free, known) @ T.T)
+
+
+@lru_cache(maxsize=1)  # for who rehearses needs it again
+def shown_links(fit: Fit) -> tuple[Array, Array]:
+    """What motion shows of links: m per unit of the fit's coordinates, inertials per unit of m."""
+    arms = population(fit.dynamics.arm)
+    V, shown = shown_directions(arms, fit.dynamics, np.random.default_rng(0))
+    return V / arms.link_sd.ravel()[:, None], shown
 
 
 def gains_of(fit: Fit) -> list[int]:

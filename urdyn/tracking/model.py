@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
 
 import numpy as np
 
@@ -11,15 +10,14 @@ from urdyn.dbn.compile import Patterns, coefficients, correlations
 from urdyn.dbn.figure2 import figure2
 from urdyn.dbn.graph import Network
 from urdyn.dbn.joined import Joined
-from urdyn.dbn.robot import RobotCurrents, shown_directions
+from urdyn.dbn.robot import RobotCurrents
 from urdyn.dbn.robot_slice import RobotSlice
 from urdyn.dbn.wear import Fading, Jolt, Wear
 from urdyn.dbn.widening import Widening
 from urdyn.identify.fit import Fit
 from urdyn.identify.slow import MEMORY
-from urdyn.model.population import population
 from urdyn.tracking.colour import SLOWEST
-from urdyn.tracking.commissioned import commissioned, gains_of, given, taken_for_known
+from urdyn.tracking.commissioned import commissioned, gains_of, given, shown_links, taken_for_known
 from urdyn.types import Array, Gaussian, Index
 
 STRAYING = ("m", "f", "alpha", "beta", "z", "o")
@@ -79,18 +77,10 @@ def tracking_model(
     besides: of all but the strongest joint's, for a piece that nobody has weighed tells only how
     they compare. The edges of `network`, figure2() where none is given, lead what strays.
     """
-    currents = RobotCurrents(fit.dynamics, _shown(fit)[1], _noise(fit))
+    currents = RobotCurrents(fit.dynamics, shown_links(fit)[1], _noise(fit))
     prior = _prior(fit, currents)
     process = _process(fit, currents, prior, drift or Drift(), network or figure2())
     return Joined(Widening(process, _at(currents, "payload"), ANYTHING * PAYLOAD_SD), currents)
-
-
-@lru_cache(maxsize=1)  # for who rehearses needs it again
-def _shown(fit: Fit) -> tuple[Array, Array]:
-    """What motion shows of links: m per unit of the fit's coordinates, inertials per unit of m."""
-    arms = population(fit.dynamics.arm)
-    V, shown = shown_directions(arms, fit.dynamics, np.random.default_rng(0))
-    return V / arms.link_sd.ravel()[:, None], shown
 
 
 def _noise(fit: Fit) -> Array:
@@ -132,7 +122,7 @@ def _prior(fit: Fit, currents: RobotCurrents) -> Gaussian:
 
 def _known(fit: Fit, currents: RobotCurrents, taken: list[int]) -> Gaussian:
     """The fit's belief in states, given its parameters that are taken for known."""
-    return commissioned(fit, len(currents.names), currents.places, _shown(fit)[0], taken)
+    return commissioned(fit, len(currents.names), currents.places, shown_links(fit)[0], taken)
 
 
 def by_taken(fit: Fit, currents: RobotCurrents) -> Array:

@@ -8,7 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
-from urdyn.dbn.robot import RobotCurrents
+from urdyn.dbn.robot import POSITIVE, RobotCurrents
 from urdyn.identify.fit import Fit
 from urdyn.model.consistency import is_consistent
 from urdyn.model.possible import possible_body, possible_load
@@ -18,14 +18,13 @@ from urdyn.tracking.reading import NOTHING
 from urdyn.types import Array, Gaussian
 
 JOINT = {
-    "f": ("coulomb", "N·m"),
-    "alpha": ("viscous", "N·m·s/rad"),
-    "beta": ("structural", "-"),
+    "f": (TRACKED["f"], "N·m"),
+    "alpha": (TRACKED["alpha"], "N·m·s/rad"),
+    "beta": (TRACKED["beta"], "-"),
     "z": ("health", "-"),
-    "o": ("offset", "N·m"),
+    "o": (TRACKED["o"], "N·m"),
     "k": ("zero", "rad"),
 }
-LOGARITHMIC = ("f", "alpha", "beta", "z")
 PAYLOAD = ("mass", "mx", "my", "mz")
 KNOWN = 0.3  # [kg] sd of what is carried, less than which tells it from most that is
 PAYLOAD_REACH = 0.5  # [m] of the flange, within which what is carried is
@@ -73,7 +72,7 @@ class Quantities:
         mean, spread = [], []
         for group in JOINT:
             value, error = x[at[group]], np.hypot(sd[at[group]], self.taken.get(group, 0.0))
-            if group in LOGARITHMIC:
+            if group in POSITIVE:
                 value = np.exp(value)
                 error = value * error
             mean.append(np.minimum(value, 1.0) if group == "z" else value)

@@ -235,7 +235,7 @@ class Tracker(Generic[S]):
         # By what is carried as it was told: an estimate's noise would load the gears.
         about = self._noticing.carrying(supposed.mean, supposed.carried)
         s = way.presliding(self.fit.dynamics.drive)
-        u = self.currents.slice(now, s, way.passed, about, way.lubricant, span)
+        u = self.currents.inputs(now, s, way.passed, about, way.lubricant, span)
         if supposed.fresh:
             return _jumping(u, supposed.what)
         return u if supposed.taken is None else replace(u, taken=supposed.taken)
