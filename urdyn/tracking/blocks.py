@@ -54,11 +54,16 @@ class Waiting:
 
     def added(self, H: Array, residual: Array, R: Array, u: RobotSlice) -> Waiting:
         """One more."""
-        still = self.still + u.span
-        if not self.count:
-            return Waiting(H, residual, R, u.dt, still, 1, self.interval)
-        more = (self.H + H, self.residual + residual, self.R + R, self.dt + u.dt, still)
-        return Waiting(*more, self.count + 1, self.interval)
+        first = not self.count
+        return Waiting(
+            H=H if first else self.H + H,
+            residual=residual if first else self.residual + residual,
+            R=R if first else self.R + R,
+            dt=u.dt if first else self.dt + u.dt,
+            still=self.still + u.span,
+            count=self.count + 1,
+            interval=self.interval,
+        )
 
     def nearer(self, step: Array) -> Waiting:
         """What waits, seen from a mean that has moved, (n,)."""
@@ -71,12 +76,35 @@ class Waiting:
             own: variance of the sum by the block's own doubt, (J,) [A²].
         """
         if longest == 1 or not calm:
-            return Waiting(self.H, self.residual, self.R, 0.0, self.still, 0, 1)
+            return self._emptied(1)
         share = float((own / np.where(self.R > 0.0, self.R, np.inf)).max())
         slower = self.interval * 2 if share < LITTLE else self.interval
         interval = self.interval // 2 if share > MUCH else slower
-        interval = min(max(interval, 1), longest)
-        return Waiting(self.H, self.residual, self.R, 0.0, self.still, 0, interval)
+        return self._emptied(min(max(interval, 1), longest))
+
+    def _emptied(self, interval: int) -> Waiting:
+        return Waiting(
+            H=self.H,
+            residual=self.residual,
+            R=self.R,
+            dt=0.0,
+            still=self.still,
+            count=0,
+            interval=interval,
+        )
+
+
+def nothing_waits(joints: int, states: int) -> Waiting:
+    """Before the first sample."""
+    return Waiting(
+        H=np.zeros((joints, states)),
+        residual=np.zeros(joints),
+        R=np.zeros(joints),
+        dt=0.0,
+        still=0.0,
+        count=0,
+        interval=1,
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,10 +151,19 @@ class Blocks:
     def init(self, model: TwoSlice[RobotSlice]) -> BlockBelief:
         """The model's prior without what is across blocks."""
         bodies, drives = places(model.names)
-        P, (J, n) = model.prior.cov, (len(drives), len(model.names))
-        covs = P[np.ix_(bodies, bodies)], P[drives[:, :, None], drives[:, None, :]]
-        wait = Waiting(np.zeros((J, n)), np.zeros(J), np.zeros(J), 0.0, 0.0, 0, 1)
-        return BlockBelief(model.prior.mean, *covs, bodies, drives, wait, wait, np.zeros(J), 1.0)
+        P, J = model.prior.cov, len(drives)
+        wait = nothing_waits(J, len(model.names))
+        return BlockBelief(
+            mean=model.prior.mean,
+            bodies=P[np.ix_(bodies, bodies)],
+            drives=P[drives[:, :, None], drives[:, None, :]],
+            at_bodies=bodies,
+            at_drives=drives,
+            for_bodies=wait,
+            for_drives=wait,
+            unsure=np.zeros(J),
+            surprise=1.0,
+        )
 
     def step(
         self, model: TwoSlice[RobotSlice], state: BlockBelief, u: RobotSlice | News, y: Array
@@ -214,7 +251,14 @@ def _doubted(state: BlockBelief, wait: Waiting) -> Doubted:
     HP, gain = Hb @ state.bodies, (state.drives @ Hd[:, :, None])[:, :, 0]
     noise = np.where(wait.R > 0.0, wait.R, 1.0)
     lasting = max(1.0, LASTING / max(wait.dt, TINY))  # which noise is not
-    return Doubted(HP, gain, HP @ Hb.T, np.vecdot(gain, Hd), noise, lasting)
+    return Doubted(
+        HP=HP,
+        gain=gain,
+        by_bodies=HP @ Hb.T,
+        by_drives=np.vecdot(gain, Hd),
+        noise=noise,
+        lasting=lasting,
+    )
 
 
 def _bodies_moved(model: TwoSlice[RobotSlice], state: BlockBelief, u: RobotSlice) -> BlockBelief:

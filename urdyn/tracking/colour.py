@@ -76,16 +76,17 @@ def first(noise: Noise, width: int, period: float) -> Colour:
     slow = np.where(told, noise.slow, 0.0) ** 2
     ar = np.asarray(np.linalg.solve(_neighbours(quick), quick[1:].T[..., None]))[..., 0]
     sd = np.sqrt(np.maximum(quick[0] - np.einsum("jk,kj->j", ar, quick[1:]), TINY**2))
+    besides = [np.where(told, SLOW_TRUST / period, 0.0)] * 2
     return Colour(
-        np.full((ORDER, J, width + 1), np.nan),
-        np.full((_around(period).stop, J), np.nan),
-        np.concatenate([quick, np.zeros((2, J))]) + slow * _passing(period),
-        TRUST,
-        np.concatenate([np.zeros((ORDER + 1, J)), [np.where(told, SLOW_TRUST / period, 0.0)] * 2]),
-        ar,
-        sd,
-        np.fmax(np.sqrt(slow), SLOWEST * sd),
-        np.zeros((ORDER + 2, J)),
+        past=np.full((ORDER, J, width + 1), np.nan),
+        left=np.full((_around(period).stop, J), np.nan),
+        alike=np.concatenate([quick, np.zeros((2, J))]) + slow * _passing(period),
+        count=TRUST,
+        known=np.concatenate([np.zeros((ORDER + 1, J)), besides]),
+        ar=ar,
+        scale=sd,
+        slow=np.fmax(np.sqrt(slow), SLOWEST * sd),
+        taken=np.zeros((ORDER + 2, J)),
     )
 
 

@@ -39,8 +39,19 @@ class Interest:
 
 def nothing_yet(joints: int) -> Interest:
     """Before the first reading."""
-    z = np.zeros(joints)
-    return Interest(np.nan, 0.0, z, z, np.inf, 0.0, z, z, z, np.zeros((3, joints)))
+    nothing = np.zeros(joints)
+    return Interest(
+        t=np.nan,
+        seconds=0.0,
+        used=nothing,
+        used_sd=nothing,
+        spare=np.inf,
+        spare_sd=0.0,
+        work=nothing,
+        lost=nothing,
+        samples=nothing,
+        squares=np.zeros((3, joints)),
+    )
 
 
 def strained(so_far: Interest, reading: Reading, currents: RobotCurrents) -> Interest:

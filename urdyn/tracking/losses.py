@@ -35,12 +35,12 @@ def counted(so_far: Losses, sample: Sample, last: float, period: float) -> Losse
     dt = sample.t - last
     gap = dt > GAP * period
     return Losses(
-        so_far.silent + np.isnan(sample.current),
-        so_far.gaps + gap,
-        so_far.missing + (round(dt / period) - 1 if gap else 0),
-        max(so_far.longest, dt) if dt > 0.0 else so_far.longest,
-        so_far.repeated + (dt == 0.0),
-        so_far.back + (dt < 0.0),
+        silent=so_far.silent + np.isnan(sample.current),
+        gaps=so_far.gaps + gap,
+        missing=so_far.missing + (round(dt / period) - 1 if gap else 0),
+        longest=max(so_far.longest, dt) if dt > 0.0 else so_far.longest,
+        repeated=so_far.repeated + (dt == 0.0),
+        back=so_far.back + (dt < 0.0),
     )
 
 

@@ -147,8 +147,8 @@ def _process(
     p, at = len(currents.names), currents.places
     drifting = np.concatenate([_at(currents, group) for group in DRIFTING])
     one = np.ones(len(drifting))
-    edges = network, {name: at[name] for name in STRAYING}, patterns_of(currents), p
-    correlation = correlations(*edges)
+    few, patterns = {name: at[name] for name in STRAYING}, patterns_of(currents)
+    correlation = correlations(network, few, patterns, p)
     within = correlation[np.ix_(drifting, drifting)]
     sd = np.zeros(p)
     for group, values in straying(fit, drift).items():
@@ -164,7 +164,7 @@ def _process(
         own=correlation * np.outer(sd, sd),
         drifting=drifting,
         push=drift.acceleration**2 * within,
-        lead=coefficients(*edges),
+        lead=coefficients(network, few, patterns, p),
         warmth=warmth,
         fading=(
             Fading(at["lubricant"], LAG, UNLIKE),

@@ -65,8 +65,15 @@ def track(
                 surprises.append(reading.innovation)
     if not t:
         raise LogError("too short, or too full of gaps, to be tracked", log.source.path)
-    told = np.array(t), np.array(means), np.array(sds), tuple(surprises)
-    return Tracked(of.names, *told, tracker, log)
+    return Tracked(
+        names=of.names,
+        t=np.array(t),
+        mean=np.array(means),
+        sd=np.array(sds),
+        innovations=tuple(surprises),
+        tracker=tracker,
+        log=log,
+    )
 
 
 def tracker_of(
@@ -91,7 +98,15 @@ def replayed(log: Log, period: float) -> Source:
     def start(first: int) -> Iterator[Arrival]:
         return (Arrival(sample, np.nan) for sample in samples(log.slice(first)))
 
-    of, defects = log.source, tuple(map(str, log.defects))
-    identity = f"{of.sha256} {of.rows}"
-    told = (of.path, identity, of.sha256, period, log.joints, False, len(log))
-    return Source(*told, start, lambda: None, defects)
+    return Source(
+        name=log.source.path,
+        identity=f"{log.source.sha256} {log.source.rows}",
+        sha256=log.source.sha256,
+        period=period,
+        joints=log.joints,
+        live=False,
+        length=len(log),
+        start=start,
+        close=lambda: None,
+        defects=tuple(map(str, log.defects)),
+    )

@@ -56,7 +56,15 @@ def passage(
     lubricant = warmed(before.lubricant, now.temperature, passed)
     comparable = slides & (travelled > LOOSE) & (held <= max(HELD, REPEATS * period))
     moving = bool(np.count_nonzero(slides))
-    return Passage(passed, moving, bristles, travelled, held, lubricant, comparable)
+    return Passage(
+        passed=passed,
+        moving=moving,
+        bristles=bristles,
+        travelled=travelled,
+        held=held,
+        lubricant=lubricant,
+        comparable=comparable,
+    )
 
 
 def _moved(before: TrackerState[Any], now: Instant, dt: float, drive: Drive) -> tuple[Array, Array]:

@@ -58,8 +58,19 @@ def recording(
         return (Arrival(sample, np.nan) for sample in every)
 
     sent = frozenset(stream for stream, channel in BESIDE.items() if channel in widths)
-    of = (name, log["identity"], log["sha256"], log["period"], log["joints"], False, log["length"])
-    return Source(*of, start, reader.close, tuple(log["defects"]), sent)
+    return Source(
+        name=name,
+        identity=log["identity"],
+        sha256=log["sha256"],
+        period=log["period"],
+        joints=log["joints"],
+        live=False,
+        length=log["length"],
+        start=start,
+        close=reader.close,
+        defects=tuple(log["defects"]),
+        beside=sent,
+    )
 
 
 def _answers(heard: Heard) -> Iterator[Words | Array]:

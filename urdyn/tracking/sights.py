@@ -88,10 +88,21 @@ class Build:
 def nothing_seen(joints: int) -> Sights:
     """Before the first pose."""
     empty = Aside(np.zeros((0, 0)), np.zeros((0, 0)), np.zeros(0), np.zeros((0, 0)))
-    nowhere, still = np.full(joints, np.nan), np.eye(4)
-    gathered, table = np.zeros((0, joints + 6)), np.zeros((joints, 5))
-    unknown = (np.ones(2), STAMPED, 0.0, 0)
-    return Sights(gathered, table, still, still, empty, *unknown, nowhere, False, -np.inf, 0)
+    return Sights(
+        gathered=np.zeros((0, joints + 6)),
+        table=np.zeros((joints, 5)),
+        base=np.eye(4),
+        tool=np.eye(4),
+        aside=empty,
+        noise=np.ones(2),
+        late=STAMPED,
+        count=0.0,
+        reading=0,
+        q=np.full(joints, np.nan),
+        still=False,
+        t=-np.inf,
+        doubted=0,
+    )
 
 
 def begun(build: Build, sights: Sights, z: Gaussian) -> Sights | None:

@@ -118,8 +118,18 @@ def _robot(
             yield from islice(_heard(client, lambda said: tell(f"{name}: {said}")), count)
 
     sent = frozenset(s for s in beside if BESIDE[s] not in client.agreement.left_out)
-    of = (name, joined(host, port), "", period, RTDE_JOINTS, True, count or 0)
-    return Source(*of, start, client.close, beside=sent)
+    return Source(
+        name=name,
+        identity=joined(host, port),
+        sha256="",
+        period=period,
+        joints=RTDE_JOINTS,
+        live=True,
+        length=count or 0,
+        start=start,
+        close=client.close,
+        beside=sent,
+    )
 
 
 @contextmanager

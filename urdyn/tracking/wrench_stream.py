@@ -98,7 +98,15 @@ class WrenchStream:
         """Nothing felt."""
         nothing = np.zeros(len(PAYLOAD_SD))
         aside = Aside(np.zeros((16, 10)), self._before, nothing, np.diag(PAYLOAD_SD**2))
-        return Felt(np.zeros(16), aside, NOISE, -np.inf, 0.0, 0, np.full(6, np.nan))
+        return Felt(
+            own=np.zeros(16),
+            aside=aside,
+            noise=NOISE,
+            t=-np.inf,
+            count=0.0,
+            doubted=0,
+            last=np.full(6, np.nan),
+        )
 
     def take(
         self, felt: Felt, now: Instant, row: Array, z: Gaussian, widened: float
@@ -121,7 +129,7 @@ class WrenchStream:
         step, aside = learnt(felt.aside, look)
         noise = np.sqrt(np.maximum(squares, FINEST**2))
         own, count = felt.own + step, felt.count + 1.0
-        return Felt(own, aside, noise, felt.t, count, 0, felt.last), shared
+        return replace(felt, own=own, aside=aside, noise=noise, count=count, doubted=0), shared
 
     def settled(self, felt: Felt, z: Gaussian) -> Felt:
         """After the payload has been told of by whomever."""
