@@ -100,11 +100,11 @@ def of_drives(evidence: Evidence) -> Evidence:
 
 
 def gathered(
-    evidence: Evidence, white: RobotSlice, drive: Drive, told: Innovation, dt: float
+    evidence: Evidence, white: RobotSlice, drive: Drive, innovation: Innovation, dt: float
 ) -> Evidence:
     """One innovation on; `white` is the slice after the filter that made its noise white."""
-    known = np.isfinite(told.residual)
-    sd, residual = np.sqrt(told.cov.diagonal())[:, None], told.residual[:, None]
+    known = np.isfinite(innovation.residual)
+    sd, residual = np.sqrt(innovation.cov.diagonal())[:, None], innovation.residual[:, None]
     borne = white.A[:, CARRIED] + drive.structural[:, None] * white.A_hold[:, CARRIED]
     signatures = np.concatenate([borne, white.packed[:, OWN]], axis=1) / drive.gain[:, None]
     lasting, absorbed = shown(evidence.absorbed, white, signatures[:, 4:], known, dt)

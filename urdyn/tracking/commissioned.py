@@ -36,14 +36,14 @@ def commissioned(
     names, joints = list(fit.names), fit.dynamics.arm.joint_names
     links = 10 * len(joints)
     tracked = [names.index(f"{j}.{field}") for field in TRACKED.values() for j in joints]
-    told = [names.index("time_offset")] if "skew" in places and "time_offset" in names else []
-    free = [*range(links), *tracked, *told]
+    skew = [names.index("time_offset")] if "skew" in places and "time_offset" in names else []
+    free = [*range(links), *tracked, *skew]
     T, drives = np.zeros((n, len(free))), slice(links, links + len(tracked))
     T[places["m"], :links] = scores.T
     for k, group in enumerate(TRACKED):
         columns = links + k * len(joints) + np.arange(len(joints))
         T[np.r_[places[group]], columns] = 1.0
-    if told:
+    if skew:
         T[places["skew"], -1] = 1.0
     mean = T[:, drives] @ fit.belief.mean[tracked]
     return Gaussian(mean, T @ given(fit.belief.cov, free, known) @ T.T)
@@ -72,5 +72,5 @@ def taken_for_known(fit: Fit) -> list[int]:
 def given(cov: Array, free: list[int], fixed: list[int]) -> Array:
     """Covariance of `free` where `fixed`, which may be nothing, is known."""
     cross = cov[np.ix_(free, fixed)]
-    told = np.linalg.solve(cov[np.ix_(fixed, fixed)], cross.T)
-    return np.asarray(cov[np.ix_(free, free)] - cross @ told)
+    explained = np.linalg.solve(cov[np.ix_(fixed, fixed)], cross.T)
+    return np.asarray(cov[np.ix_(free, free)] - cross @ explained)

@@ -42,8 +42,8 @@ class History:
     def join(self, parts: int, origin: Mapping[str, str]) -> None:
         """All parts as one file, DIR/history.parquet, that says what it was made of."""
         named = dict(zip(self.names, self.units, strict=True))
-        told = {"urdyn.provenance": dict(origin), "urdyn.units": named}
-        table = self._schema.with_metadata({key: json.dumps(value) for key, value in told.items()})
+        about = {"urdyn.provenance": dict(origin), "urdyn.units": named}
+        table = self._schema.with_metadata({key: json.dumps(value) for key, value in about.items()})
         with (
             writing(self.folder / FILE) as stream,
             pq.ParquetWriter(stream, table, **self._compact) as writer,

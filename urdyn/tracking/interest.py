@@ -81,8 +81,8 @@ def gathered(
     least = known and spare < before
     on_the_first_day = reading.current - currents.observe(commissioned, u)
     residual = np.stack([reading.innovation.residual, on_the_first_day])
-    told = np.isfinite(residual[0])
-    values = np.where(told, np.vstack([residual, reading.current]), 0.0)
+    compared = np.isfinite(residual[0])
+    values = np.where(compared, np.vstack([residual, reading.current]), 0.0)
     friction = currents.friction(x, u)
     return replace(
         so_far,
@@ -92,7 +92,7 @@ def gathered(
         spare_sd=spare_sd if least else so_far.spare_sd,
         work=so_far.work + np.maximum(torque * u.v, 0.0) * dt,
         lost=so_far.lost + np.maximum(friction * u.v, 0.0) * dt,
-        samples=so_far.samples + told,
+        samples=so_far.samples + compared,
         squares=so_far.squares + values**2,
     )
 

@@ -45,9 +45,9 @@ class Keeper(Generic[S]):
         self._changes: list[float] | None = None
         self._scribe = scribe
         form = {"names": of.names, "units": of.units, "joints": of.currents.reference.arm.joints}
-        told = {"folder": str(folder.absolute()), "identity": dict(identity), **form}
+        task = {"folder": str(folder.absolute()), "identity": dict(identity), **form}
         self._scribe.await_ready()
-        self._scribe.send(words_frame(told))
+        self._scribe.send(words_frame(task))
 
     def take(self, row: Array) -> None:
         """One row of the history on."""

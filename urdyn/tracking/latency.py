@@ -32,5 +32,5 @@ class Latency:
 
     def summary(self) -> dict[str, float]:
         """In milliseconds."""
-        told = {"p50": self.quantile(0.5), "p99": self.quantile(0.99), "max": self.longest}
-        return {name: 1e3 * duration for name, duration in told.items()}
+        durations = {"p50": self.quantile(0.5), "p99": self.quantile(0.99), "max": self.longest}
+        return {name: 1e3 * duration for name, duration in durations.items()}

@@ -78,12 +78,12 @@ class Quantities:
             mean.append(np.minimum(value, 1.0) if group == "z" else value)
             spread.append(error)
         m, M = at["m"], self.mass_shown
-        told = ((M @ belief.cov[m, m]) * M).sum(axis=1)
+        shown = ((M @ belief.cov[m, m]) * M).sum(axis=1)
         masses, payload = self.links(belief)[:, 0], self.payload(belief)
         hidden = self.mass_hidden**2 + (self.taken["m"] * masses) ** 2
         mean += [masses, payload, beside[0]]
         carried = np.hypot(sd[self._load], self.taken["payload"] * payload)
-        spread += [np.sqrt(told + hidden), carried, beside[1]]
+        spread += [np.sqrt(shown + hidden), carried, beside[1]]
         return np.concatenate(mean), np.concatenate(spread)
 
     @cached_property
