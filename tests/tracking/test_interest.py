@@ -101,3 +101,16 @@ def test_a_run_without_a_reading_says_so():
 
 def workshop_names(tracker):
     return tracker.fit.dynamics.arm.joint_names
+
+
+def test_where_nobody_knows_what_is_carried_the_torque_is_the_measured_one(followed):
+    tracker, readings = followed
+    unknown = [r for r in readings if r.belief.sd[tracker.currents.places["payload"]][0] > 1.0]
+    assert unknown
+    for reading in unknown:
+        of = strained(nothing_yet(6), reading, tracker.currents)
+        noise = np.sqrt(np.diag(tracker.currents.observe_cov(reading.inputs)))
+        per = tracker.currents.reference.drive.gain / tracker.currents.reference.arm.effort_limit
+        assert (of.used_sd <= np.sqrt(2.0) * noise * per * (1 + 1e-9)).all()
+        measured = of.used_sd == noise * per
+        np.testing.assert_allclose(of.used[measured], np.abs(reading.current * per)[measured])

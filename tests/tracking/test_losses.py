@@ -6,11 +6,13 @@ import numpy as np
 import pytest
 
 from urdyn.cli.watching import verdict
+from urdyn.dbn import Edge, Network, Node, figure2
+from urdyn.errors import InputError
 from urdyn.io import write
 from urdyn.signal import Sample
 from urdyn.tracking import open_source
 from urdyn.tracking.losses import as_plain, counted, no_losses
-from urdyn.tracking.network import tracked_network
+from urdyn.tracking.network import of_arm, tracked_network
 
 PERIOD = 0.01
 
@@ -63,3 +65,20 @@ def test_the_tracked_network_has_the_edges_that_the_filter_uses():
     assert ("f", "alpha") in network.across
     assert ("m", "alpha") in network.across
     assert network.d_separated("o", "f")
+
+
+@pytest.mark.parametrize(
+    ("nodes", "edges", "said"),
+    [
+        (("g",), (), "no g to track; its parameters are k p m"),
+        ((), (Edge("k", "f"),), "leads nothing: what strays"),
+    ],
+)
+def test_a_network_that_would_lead_nothing_is_refused(
+    nodes: tuple[str, ...], edges: tuple[Edge, ...], said: str
+) -> None:
+    paper = figure2()
+    network = Network((*paper.nodes, *map(Node, nodes)), (*paper.edges, *edges))
+    with pytest.raises(InputError, match=said):
+        of_arm(network)
+    assert of_arm(paper) is paper and of_arm(tracked_network())

@@ -126,7 +126,16 @@ def track(
         tracker: Tracker[Any] = Tracker(fit, chosen, stream.period, drift, streams=streams)
         looking = onlooker(fit, stream, healthy, voice, helper) if healthy else None
         watch, origin = both(shown, told), sha256(twin)
-        summary = run(tracker, stream, out, origin, fresh, watch, looking, writer)
+        summary = run(
+            tracker,
+            stream,
+            out,
+            twin_sha256=origin,
+            fresh=fresh,
+            watch=watch,
+            observer=looking,
+            writer=writer,
+        )
     summary["filter"] = filter or ("ukf" if mode == "full" else "ekf")
     summary = doubted(summary)
     if healthy is None:

@@ -203,7 +203,9 @@ class Diagnosis:
         if state.beat:
             state, more = self._beat(state)
             found += more
-        state, more = self._changes(replace(state, slow=self.slow.concluded(state.slow)))
+        state, more = self._changes(
+            replace(state, slow=self.slow.concluded(state.slow, state.fast.quiet.going))
+        )
         return state, found + more
 
     def _beat(self, state: State) -> tuple[State, list[Finding]]:

@@ -58,7 +58,6 @@ class Judge:
 
     def concluded(self, state: SlowState) -> SlowState:
         """At the end of a recording: an alarm that waits for a clearer name has the one it has."""
-        state = replace(state, found=())
         return self._explained(self._alarmed(state, last=True)) if state.waited else state
 
     def _alarmed(self, state: SlowState, last: bool = False) -> SlowState:

@@ -106,10 +106,24 @@ class Slow:
             state = self._gather(state)
         return self._settled(state, end)
 
-    def concluded(self, state: SlowState) -> SlowState:
-        """At the end of a recording; `found` are the changes that this settles."""
+    def concluded(self, state: SlowState, pushed: bool) -> SlowState:
+        """At the end of a recording; `found` are the changes that this settles.
+
+        Args:
+            pushed: something pushes the arm just now; the moments that wait may be of that.
+        """
         last = state.waiting[-1].end if state.waiting else state.end
-        return self._settled(self.judge.concluded(state), last, ended=True)
+        state = replace(state, found=())
+        told = self.judge.concluded(state if pushed else self._told_out(state))
+        # What is carried is told by the moments that wait.
+        told = replace(told, carrying=state.carrying, waiting=state.waiting)
+        return self._settled(told, last, ended=True)
+
+    def _told_out(self, state: SlowState) -> SlowState:
+        """With what still waits, where it makes half a block: no more comes to wait for."""
+        while state.waiting:
+            state = self._gather(state)
+        return self._block(state) if state.moments * MOMENT >= 0.5 * BLOCK else state
 
     def _settled(self, state: SlowState, t: float, ended: bool = False) -> SlowState:
         """With what is carried there to stay, if it is."""

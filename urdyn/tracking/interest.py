@@ -55,14 +55,19 @@ def nothing_yet(joints: int) -> Interest:
 
 
 def strained(so_far: Interest, reading: Reading, currents: RobotCurrents) -> Interest:
-    """With what one reading took of the drives' torque: of every one, for peaks are short."""
+    """With what one reading took of the drives' torque: of every one, for peaks are short.
+
+    As predicted, which no noise makes larger; where nobody knows what is carried, as measured.
+    """
     per = currents.reference.drive.gain / currents.reference.arm.effort_limit
-    share = np.abs(reading.modelled) * per
-    more = share > so_far.used
-    if not more.any():
+    if not (np.abs(reading.modelled) * per > so_far.used).any():
         return so_far
-    sd = np.where(more, _doubt(reading, currents) * per, so_far.used_sd)
-    return replace(so_far, used=np.where(more, share, so_far.used), used_sd=sd)
+    sd, noise = _doubt(reading, currents), np.sqrt(currents.observe_cov(reading.inputs).diagonal())
+    measured = np.isfinite(reading.current) & (sd > np.sqrt(2.0) * noise)
+    share = np.abs(np.where(measured, reading.current, reading.modelled)) * per
+    more, sd = share > so_far.used, np.where(measured, noise, sd) * per
+    used = np.where(more, share, so_far.used)
+    return replace(so_far, used=used, used_sd=np.where(more, sd, so_far.used_sd))
 
 
 def gathered(

@@ -26,6 +26,7 @@ from urdyn.tracking.blocks import Blocks
 from urdyn.tracking.colour import Colour
 from urdyn.tracking.handling import Rest, Weighed
 from urdyn.tracking.model import STRIDE, Drift, tracking_model
+from urdyn.tracking.network import of_arm
 from urdyn.tracking.noticing import Noticing, Supposed
 from urdyn.tracking.passage import LONGEST, Passage, passage
 from urdyn.tracking.reading import Reading
@@ -65,13 +66,14 @@ class Tracker(Generic[S]):
     filter: Filter[S]
     period: float  # [s] between samples, as a rule
     drift: Drift | None = None
-    network: Network | None = None  # None: the paper's
+    network: Network | None = None  # whose edges lead what strays; None: the paper's
     streams: tuple[Stream[Any], ...] = ()  # beside the joints' own sensors
 
     @cached_property
     def model(self) -> Joined[RobotSlice]:
         """The two slices."""
-        return tracking_model(self.fit, self.drift, self.network)
+        network = self.network and of_arm(self.network)
+        return tracking_model(self.fit, self.drift, network)
 
     @cached_property
     def _still(self) -> Joined[RobotSlice]:
