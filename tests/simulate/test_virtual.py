@@ -39,6 +39,12 @@ def test_neither_sensors_nor_duration_make_another_arm(arm):
     assert one["joints"] == two["joints"] and one["links"] == two["links"]
 
 
+def test_another_run_is_another_motion_of_the_same_arm(arm):
+    (one, truth), (two, same) = (simulate(arm, 2.0, 100.0, 4, run=run) for run in (0, 1))
+    assert truth["joints"] == same["joints"]
+    assert bytes_of(one)["actual_q"] != bytes_of(two)["actual_q"]
+
+
 def test_the_truth_is_the_arm(arm):
     _, truth = simulate(arm, 2.0, 100.0, 9, payload=LOAD)
     dynamics = virtual_arm(arm, 9, LOAD)

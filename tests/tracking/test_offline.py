@@ -13,7 +13,7 @@ from urdyn.tracking import open_source
 
 
 def test_it_goes_where_the_history_of_a_run_does(workshop, tmp_path):
-    workshop.track(tmp_path, open_source(str(workshop.recording), rows=(0, 500)))
+    done = workshop.track(tmp_path, open_source(str(workshop.recording), rows=(0, 500)))
     table, went = rows(tmp_path), ud.track(workshop.fit, workshop.log.slice(0, 500), EKF())
     assert np.array_equal(went.t, table["t"].to_numpy())
     for k, name in enumerate(went.names):  # a history's numbers are no finer than they are known
@@ -21,6 +21,7 @@ def test_it_goes_where_the_history_of_a_run_does(workshop, tmp_path):
         assert (np.abs(went[name] - table[name].to_numpy()) <= sd / 100.0).all(), name
         assert np.allclose(sd, table[f"{name}.sd"].to_numpy(), rtol=0.01), name
     assert np.allclose([i.nis for i in went.innovations], table["nis"].to_numpy())
+    assert went.quantities == done["quantities"]
 
 
 def test_what_is_no_log_of_the_arm_is_told(workshop):

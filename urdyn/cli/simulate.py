@@ -69,8 +69,8 @@ def simulate(
     dynamics = _dynamics(robot, twin, seed, payload, deviations)
     sensors, lived = _sensors(dynamics.arm, noise), _fidelity(dynamics.arm, fidelity)
     faults = tuple(parse_fault(text, dynamics.arm.joints) for text in fault or ())
-    if twin is None and run == 0:  # what `urdyn.simulate` gives for this seed
-        moving, noisy = streams(seed, payload)
+    if twin is None:  # what `urdyn.simulate` gives for this seed and run
+        moving, noisy = streams(seed, payload, run)
     else:
         moving, noisy = np.random.default_rng((seed, run)).spawn(2)
     pace = 1.0 / cycle(dynamics.arm) if serve else rate

@@ -60,10 +60,15 @@ def happening(
     return (*found, warm_up(dynamics, work.trajectory, typical_heat(dynamics), found))
 
 
-def streams(seed: int, payload: Payload | None) -> tuple[np.random.Generator, np.random.Generator]:
+def streams(
+    seed: int, payload: Payload | None, run: int = 0
+) -> tuple[np.random.Generator, np.random.Generator]:
     """Randomness of motion and sensors: neither another trajectory nor another sensor makes another
-    arm. With another payload it is another run, so its noise is new; the motion is the same.
+    arm. With another payload noise is new and the motion is the same; in another run both are new.
     """
+    if run:
+        moving, noisy = np.random.default_rng((seed, run)).spawn(2)
+        return moving, noisy
     milligrams = round(1e6 * payload.mass) if payload else 0
     return np.random.default_rng([seed, 0]), np.random.default_rng([seed, 1 + milligrams])
 
@@ -74,6 +79,7 @@ def simulate(
     rate: float,
     seed: int,
     *,
+    run: int = 0,
     trajectory: Trajectory | None = None,
     payload: Payload | None = None,
     sensors: Sensors | None = None,
@@ -86,6 +92,7 @@ def simulate(
     """A log of the virtual arm of this seed, and its truth; the same seed gives the same bytes.
 
     Args:
+        run: another motion and other noise of that arm, 0 or more.
         trajectory: what the arm does, instead of a random motion of `duration` and `rate`.
         terms: optional terms of friction that the arm has, by their names in `Drive`.
         motion: fourier, point_to_point, pick_and_place or shift.
@@ -93,7 +100,7 @@ def simulate(
         heat: joints begin cold and warm up.
         deviations: the arm's joints are where a real arm's are.
     """
-    motion_rng, sensor_rng = streams(seed, payload)
+    motion_rng, sensor_rng = streams(seed, payload, run)
     dynamics = virtual_arm(arm, seed, payload, terms, deviations)
     sensors = typical_sensors(arm) if sensors is None else sensors
     if trajectory is None:

@@ -70,6 +70,16 @@ def strained(so_far: Interest, reading: Reading, currents: RobotCurrents) -> Int
     return replace(so_far, used=used, used_sd=np.where(more, sd, so_far.used_sd))
 
 
+def after(
+    so_far: Interest, reading: Reading, currents: RobotCurrents, commissioned: Array, due: bool
+) -> Interest:
+    """With one reading more: its peaks, and where `due`, or another payload is, all the rest."""
+    found = strained(so_far, reading, currents)
+    if due or reading.widened:
+        found = gathered(found, reading, currents, commissioned)
+    return found
+
+
 def gathered(
     so_far: Interest, reading: Reading, currents: RobotCurrents, commissioned: Array
 ) -> Interest:

@@ -14,6 +14,7 @@ from urdyn.estimate import UKF, Filter, Track
 from urdyn.identify.fit import Fit
 from urdyn.signal import require_measured, samples
 from urdyn.signal.stretches import median_step
+from urdyn.tracking.interest import Interest, after, as_plain, nothing_yet
 from urdyn.tracking.physical import quantities
 from urdyn.tracking.row import spacing
 from urdyn.tracking.source import Arrival, Source
@@ -28,6 +29,12 @@ class Tracked(Track):
 
     tracker: Tracker[Any]
     log: Log
+    shown: Interest  # what the run has shown of margins, energy and predictive error
+
+    @property
+    def quantities(self) -> dict[str, Any]:
+        """Margins, power and predictive error, joint by joint, as `urdyn track --json` has them."""
+        return as_plain(self.shown, self.tracker.fit.dynamics.arm.joint_names)
 
 
 def track(
@@ -39,6 +46,7 @@ def track(
 
     went = urdyn.track(twin, urdyn.read("monday.parquet"))
     went["elbow_joint.coulomb"], went.sd[-1]  # N·m over time; of all quantities at the end
+    went.quantities["payload_margin_kg"]  # what it could have carried besides
 
     Ten instants a second at most. Names and units are those of `history.parquet`, which `urdyn
     track` writes from the same steps. `urdyn.diagnose` says what is wrong with an arm that went so.
@@ -52,12 +60,16 @@ def track(
     """
     tracker = tracker_of(twin, log, filter)
     of, every = quantities(tracker.fit, tracker.currents), spacing(tracker.period)
-    state = tracker.init()
+    state, first = tracker.init(), tracker.model.prior.mean
+    shown = nothing_yet(tracker.currents.reference.arm.joints)
     t, means, sds, surprises = [], [], [], []
     with threadpool_limits(1):  # the matrices are small: threads would wait for one another
         for k, sample in enumerate(samples(log), 1):
             state, reading = tracker.step(state, sample)
-            if reading is not None and (k % every == 0 or reading.widened):
+            if reading is None:
+                continue
+            shown = after(shown, reading, tracker.currents, first, k % every == every // 2)
+            if k % every == 0 or reading.widened:
                 mean, sd = of.of(reading.belief, reading.beside)
                 t.append(reading.t)
                 means.append(mean)
@@ -73,6 +85,7 @@ def track(
         innovations=tuple(surprises),
         tracker=tracker,
         log=log,
+        shown=shown,
     )
 
 

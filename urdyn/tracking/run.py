@@ -221,11 +221,9 @@ class _Run(Generic[S]):
 
     def _gathered(self, at: Checkpoint[S], reading: Reading) -> Checkpoint[S]:
         """With one reading more in the quantities of interest."""
-        currents, every = self.tracker.currents, spacing(self.source.period)
-        found = interest.strained(at.interest, reading, currents)
-        # Between two rows, for no sample is to wait for both.
-        if at.index % every == every // 2 or reading.widened:
-            found = interest.gathered(found, reading, currents, self.tracker.model.prior.mean)
+        every, commissioned = spacing(self.source.period), self.tracker.model.prior.mean
+        due = at.index % every == every // 2  # between two rows: no sample is to wait for both
+        found = interest.after(at.interest, reading, self.tracker.currents, commissioned, due)
         return at if found is at.interest else replace(at, interest=found)
 
     def _finish(self, at: Checkpoint[S]) -> list[float]:
