@@ -21,9 +21,9 @@ from scipy.stats import norm
 
 from urdyn.errors import InputError
 from urdyn.faults.detector import Verdict
-from urdyn.faults.given import fraction, given, given_count, given_promise, given_rows, positive
 from urdyn.faults.robust import level_and_spread
 from urdyn.faults.whiten import measured
+from urdyn.given import fraction, given, given_count, given_promise, given_rows, positive
 from urdyn.types import Array, Mask, frozen
 
 WINDOW = 10  # [steps] k

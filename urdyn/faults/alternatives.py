@@ -21,7 +21,7 @@ import numpy as np
 from scipy.special import ndtr
 
 from urdyn.errors import InputError
-from urdyn.faults.given import fraction, given, positive
+from urdyn.given import fraction, given, positive
 from urdyn.types import Array, frozen
 
 CLIP = 2.5  # [sd] innovations count no further

@@ -18,7 +18,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from urdyn.errors import InputError
-from urdyn.faults.given import given, positive
+from urdyn.given import given, positive
 from urdyn.types import NORMAL90, Array
 
 STEPS = 400  # in which a later service may fall, and as many before

@@ -7,7 +7,7 @@ from typing import Protocol, TypeVar
 
 import numpy as np
 
-from urdyn.faults.given import given_rows
+from urdyn.given import given_rows
 from urdyn.types import Array, frozen
 
 S = TypeVar("S")

@@ -14,8 +14,8 @@ import numpy as np
 
 from urdyn.faults.alternatives import Cells, cells
 from urdyn.faults.detector import Verdict
-from urdyn.faults.given import given_promise, given_side, given_tolerance
 from urdyn.faults.mixture import Mixture
+from urdyn.given import given_promise, given_side, given_tolerance
 from urdyn.types import Array, frozen
 
 MOST = 1e150  # evidence counts no further: an alarm that nobody acknowledges stays finite

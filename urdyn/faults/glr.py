@@ -16,7 +16,7 @@ from scipy.special import ndtri
 
 from urdyn.faults.alternatives import CLIP
 from urdyn.faults.detector import Verdict
-from urdyn.faults.given import given, given_promise, given_side, given_tolerance
+from urdyn.given import given, given_promise, given_side, given_tolerance
 from urdyn.types import Array, frozen
 
 AGES = (1, 2, 3, 4, 6, 8, 11, 16, 22, 32, 45, 64, 90, 128, 180)

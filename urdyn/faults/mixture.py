@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from urdyn.faults.alternatives import CLIP, Cells, cells
-from urdyn.faults.given import given_side, given_tolerance
+from urdyn.given import given_side, given_tolerance
 from urdyn.types import Array, frozen
 
 

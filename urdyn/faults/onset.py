@@ -15,8 +15,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from urdyn.faults.given import given_count
 from urdyn.faults.whiten import Baseline, beside
+from urdyn.given import given_count
 from urdyn.types import Array, Mask, frozen
 
 CANDIDATES = 160  # onsets remembered

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from urdyn.faults.given import given, given_promise, given_rows
+from urdyn.given import given, given_promise, given_rows
 from urdyn.types import Array
 
 

@@ -16,9 +16,9 @@ from scipy.optimize import brentq
 from scipy.special import log_ndtr
 
 from urdyn.errors import InputError
-from urdyn.faults.given import fraction, given
 from urdyn.faults.onset import Kinks, followed
 from urdyn.faults.whiten import Baseline, beside
+from urdyn.given import fraction, given
 from urdyn.types import Array
 
 HAZARD = 1e-4  # prior probability of an onset, per step

@@ -8,10 +8,10 @@ from numpy.typing import ArrayLike
 
 from urdyn.errors import InputError
 from urdyn.faults.detector import Detection, Detector, run
-from urdyn.faults.given import given_side, given_tolerance
 from urdyn.faults.sequential import ShiryaevRoberts
 from urdyn.faults.whiten import Baseline, beside
 from urdyn.faults.whitened import Whitened
+from urdyn.given import given_side, given_tolerance
 
 PROMISE = 10_000.0  # [steps] unless asked for
 

@@ -19,8 +19,8 @@ from numpy.typing import ArrayLike
 from urdyn.errors import InputError
 from urdyn.faults.alternatives import CLIP
 from urdyn.faults.autoregression import autoregression, lagged
-from urdyn.faults.given import given, given_rows, positive
 from urdyn.faults.robust import level_and_spread, long_run_excess
+from urdyn.given import given, given_rows, positive
 from urdyn.types import Array, frozen
 
 ENOUGH = 1000  # steps from which a baseline is known well

@@ -1,0 +1,168 @@
+"""What a caller gives, as numbers; InputError names what cannot be used, and says what can."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Sequence
+from typing import Any, cast
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from urdyn.errors import InputError
+from urdyn.types import Array, Gaussian, Index, frozen, shaped
+
+# Of two standard deviations: what a covariance may differ from its transpose by, the inverse of an
+# information matrix that hardly has one.
+ALIKE = 1e-3
+ROUNDING = 1e-14  # of the largest variance, for each state: what rounding leaves of none
+
+
+def positive(numbers: Array) -> Any:
+    """Whether each is above 0."""
+    return numbers > 0.0
+
+
+def not_negative(numbers: Array) -> Any:
+    """Whether each is 0 or more, and finite."""
+    return (numbers >= 0.0) & np.isfinite(numbers)
+
+
+def fraction(numbers: Array) -> Any:
+    """Whether each is between 0 and 1."""
+    return (numbers > 0.0) & (numbers < 1.0)
+
+
+def given(
+    value: object,
+    what: str,
+    takes: str = "finite numbers",
+    fits: Callable[[Array], Any] = np.isfinite,
+    streams: int | None = None,
+) -> Array:
+    """A number or a row of them, finite, that fits: (n,) where there are n `streams`."""
+    row = np.atleast_1d(as_numbers(value))
+    if row.ndim != 1 or not np.isfinite(row).all() or not np.all(fits(row)):
+        raise InputError(f"{what} {value}: takes {takes}")
+    if streams is None:
+        return row
+    if len(row) not in (1, streams):
+        raise InputError(f"{what}: {len(row)} for {streams} streams; give one for all, or each")
+    return np.broadcast_to(row, (streams,))
+
+
+def given_side(side: object, streams: int | None = None) -> Array:
+    """Side of the changes that matter, (n,): +1 a rise, -1 a fall, 0 both."""
+    takes = "+1 where only a rise is a fault, -1 a fall, 0 both"
+    return given(side, "side", takes, lambda x: np.isin(x, (-1.0, 0.0, 1.0)), streams)
+
+
+def given_tolerance(tolerance: object, streams: int | None = None) -> Array:
+    """Change that is no fault, 0 or more, (n,)."""
+    return given(tolerance, "tolerance", "finite numbers, 0 or more", not_negative, streams)
+
+
+def given_promise(promise: object) -> float:
+    """Steps to a false alarm, 1 or more."""
+    takes = "the steps to a false alarm, 1 or more"
+    return float(given(promise, "promise", takes, lambda x: (x >= 1.0) & (len(x) == 1))[0])
+
+
+def given_count(count: object, what: str, least: int = 1) -> int:
+    """InputError where `count` is no whole number of `least` or more."""
+    takes = f"a whole number, {least} or more"
+    whole = given(count, what, takes, lambda x: (x >= least) & (x % 1.0 == 0.0) & (len(x) == 1))
+    return int(whole[0])
+
+
+def given_each(
+    values: object,
+    what: str,
+    shape: tuple[int, ...],
+    takes: str = "finite numbers",
+    fits: Callable[[Array], Any] = np.isfinite,
+) -> Array:
+    """Numbers of this shape that all fit, as `shaped` makes them."""
+    array = shaped(what, _array(values, what), shape)
+    wrong = np.argwhere(~fits(array))
+    if len(wrong):
+        at = tuple(wrong[0].tolist())
+        raise InputError(f"{what}{list(at) or ''} is {array[at]}: takes {takes}")
+    return array
+
+
+def given_covariance(values: object, what: str, n: int | None = None, beside: float = 0.0) -> Array:
+    """A covariance, (n, n), of any size where n is None; it may be singular, and short by rounding.
+
+    It may come of a difference between others, whose variances are `beside` at most.
+    """
+    cov = _array(values, what)
+    if cov.ndim != 2 or cov.shape != ((len(cov) if n is None else n,) * 2):
+        due = "(m, m)" if n is None else f"{(n, n)}"
+        raise InputError(f"{what} has the shape {cov.shape}; it has to be a covariance, {due}")
+    if not np.isfinite(cov).all():
+        raise InputError(f"{what} holds NaN or infinity; it has to be a finite covariance")
+    variance = cov.diagonal()
+    none = ROUNDING * len(cov) * max(np.abs(cov).max(initial=0.0), beside)
+    if (variance < -none).any():
+        least = f"{variance.min():.4g}"
+        raise InputError(f"{what} has the variance {least}; a covariance has none below 0")
+    sd = np.sqrt(np.maximum(variance, 0.0))
+    apart = np.abs(cov - cov.T) - ALIKE * np.outer(sd, sd)
+    if (apart > none).any():
+        i, j = (int(k) for k in np.unravel_index(apart.argmax(), cov.shape))
+        raise InputError(
+            f"{what}[{i}, {j}] is {cov[i, j]:.4g} and {what}[{j}, {i}] {cov[j, i]:.4g}; "
+            "a covariance is symmetric"
+        )
+    return cov
+
+
+def given_belief(belief: object, what: str, n: int) -> None:
+    """What is known of n states."""
+    if not isinstance(belief, Gaussian):
+        raise InputError(f"{what} {belief!r}: takes a Gaussian, with mean and covariance")
+    given_each(belief.mean, f"{what}'s mean", (n,))
+    given_covariance(belief.cov, f"{what}'s covariance", n)
+
+
+def given_names(names: Sequence[str]) -> None:
+    """Of states, each its own."""
+    twice = [name for name, count in Counter(names).items() if count > 1]
+    if twice:
+        raise InputError(f"two states of one name: {', '.join(twice)}")
+
+
+def given_places(places: object, what: str, n: int) -> Index:
+    """Which of n states, by their numbers from 0."""
+    at = _array(places, what)
+    fits = (at >= 0.0) & (at < n) & (at % 1.0 == 0.0)
+    if np.asarray(places).dtype == bool or at.ndim != 1 or not fits.all():
+        raise InputError(f"{what} {places}: takes a row of whole numbers from 0 to {n - 1}")
+    return at.astype(np.intp)
+
+
+def given_rows(series: object, what: str) -> Array:
+    """A series of steps x streams, (N, n), NaN where nothing was measured; (N,) is one stream."""
+    rows = as_numbers(series)
+    rows = rows[:, None] if rows.ndim == 1 else rows
+    if rows.ndim != 2 or not rows.shape[1]:
+        raise InputError(f"{what} is steps x streams of numbers; this has the shape {rows.shape}")
+    return rows
+
+
+def as_numbers(value: object) -> Array:
+    """A value as an array; of no dimension, and NaN, where it holds anything else than numbers."""
+    try:
+        array = np.asarray(value)
+    except ValueError:  # rows of different lengths
+        return np.array(np.nan)
+    return array.astype(np.float64) if array.dtype.kind in "biuf" else np.array(np.nan)
+
+
+def _array(values: object, what: str) -> Array:
+    """As `frozen` makes it; InputError where they are no numbers."""
+    try:
+        return frozen(cast(ArrayLike, values))
+    except (TypeError, ValueError):
+        raise InputError(f"{what} {values!r}: takes numbers") from None
