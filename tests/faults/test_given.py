@@ -89,7 +89,12 @@ WRONG: list[tuple[str, Callable[[], Any]]] = [
     ("probabilities", lambda: decide(TIMES, FAILED[1:])),
     ("times", lambda: decide(np.zeros(0), np.zeros(0))),
     ("notice", lambda: decide(np.array([0.0, 1.0]), np.array([0.0, 1.0]))),
+    ("do not fall", lambda: decide(TIMES, FAILED[::-1])),
     ("median", lambda: outlook(Costs(), 1.0, np.nan)),
+    ("median -1.0", lambda: outlook(Costs(), 1.0, -1.0)),
+    ("ascend", lambda: outlook(Costs(), 1.0, 500.0, 1000.0, 250.0)),
+    ("ascend", lambda: outlook(Costs(), 1.0, 500.0, 600.0, 1000.0)),
+    ("ascend", lambda: outlook(Costs(), 1.0, 500.0, 250.0, 400.0)),
     ("confidence", lambda: outlook(Costs(), 2.0, 500.0, 250.0, 1000.0)),
 ]
 

@@ -23,6 +23,7 @@ from urdyn.types import NORMAL90, Array
 
 STEPS = 400  # in which a later service may fall, and as many before
 SOON = 1e-9  # [h]
+ALIKE = 1.0 + 1e-6  # times that are one but for rounding
 
 
 @dataclass(frozen=True)
@@ -73,7 +74,7 @@ def decide(t: Array, failed: Array, costs: Costs | None = None) -> Decision:
     """
     costs = costs or Costs()
     t = given(t, "times", "hours from 0, ascending", lambda x: np.diff(x, prepend=-1.0) > 0.0)
-    failed = given(failed, "failed", "probabilities", lambda x: (x >= 0.0) & (x <= 1.0))
+    failed = given(failed, "failed", "probabilities that do not fall", _not_falling)
     if len(t) != len(failed):
         raise InputError(f"there are {len(t)} times and {len(failed)} probabilities; give as many")
     if not len(t) or t[0] != 0.0 or t[-1] < costs.notice:
@@ -98,13 +99,20 @@ def outlook(
     between `lo` and `hi`, log-normal to either side.
     """
     given(confidence, "confidence", "a probability", lambda x: (x >= 0.0) & (x <= 1.0))
-    if np.isnan([median, lo, hi]).any():
+    if np.isnan([median, lo, hi]).any() or median < 0.0:
         raise InputError(f"median {median}, lo {lo}, hi {hi}: give times from now [h]")
+    if lo > ALIKE * median or 0.0 != hi < median / ALIKE:
+        raise InputError(f"median {median}, lo {lo}, hi {hi}: they have to ascend from lo to hi")
     early = np.linspace(0.0, costs.notice, STEPS, endpoint=False)
     t = np.concatenate([early, np.linspace(costs.notice, costs.horizon, STEPS + 1)])
     if not np.isfinite(median):
         return t, np.zeros(len(t))
     return t, confidence * _by(t, max(median, SOON), lo, hi)
+
+
+def _not_falling(failed: Array) -> Array:
+    """Whether each is a probability, and none less than those before, but for rounding."""
+    return np.asarray((failed >= 0.0) & (failed <= 1.0) & (np.diff(failed, prepend=0.0) >= -1e-9))
 
 
 def _by(t: Array, median: float, lo: float, hi: float) -> Array:
