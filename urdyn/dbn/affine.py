@@ -11,7 +11,15 @@ import numpy as np
 
 from urdyn.dbn.two_slice import U_contra
 from urdyn.errors import InputError
-from urdyn.types import Array, Gaussian, Mask, frozen
+from urdyn.given import given_belief, given_count, given_covariance, given_each, given_names
+from urdyn.types import Array, Gaussian, Mask
+
+
+def _one_or(values: Array | float, what: str, n: int) -> None:
+    """InputError where these are neither n nor one for all."""
+    shape = np.shape(values)
+    if shape not in ((), (1,), (n,)):
+        raise InputError(f"{what} has the shape {shape}; it has to be {(n,)}, or one for all")
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,9 +32,9 @@ class AffineObservation(Generic[U_contra]):
     d: Array | float = 0.0  # (m,)
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "R", frozen(self.R))
-        if self.R.ndim != 2 or not (self.R.diagonal() >= 0.0).all():
-            raise InputError("R has to be a covariance (m, m), with no variance below 0")
+        object.__setattr__(self, "states", given_count(self.states, "states", 0))
+        object.__setattr__(self, "R", given_covariance(self.R, "R"))
+        _one_or(self.d, "d", len(self.R))
 
     @cached_property
     def linear(self) -> Mask:
@@ -35,15 +43,21 @@ class AffineObservation(Generic[U_contra]):
 
     def observe(self, x: Array, u: U_contra) -> Array:
         """H x + d, one matrix product for all x, (..., p) -> (..., m)."""
-        return x @ self.H(u).T + self.d
+        return x @ self._H(u).T + self.d
 
     def observe_jacobian(self, x: Array, u: U_contra) -> Array:
         """H, (m, p)."""
-        return self.H(u)
+        return self._H(u)
 
     def observe_cov(self, u: U_contra) -> Array:
         """R, (m, m)."""
         return self.R
+
+    def _H(self, u: U_contra) -> Array:
+        H, shape = self.H(u), (len(self.R), self.states)
+        if H.shape != shape:
+            raise InputError(f"H has the shape {H.shape}; of R's sensors by states it is {shape}")
+        return H
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,8 +71,14 @@ class AffineProcess(Generic[U_contra]):
     b: Array | float = 0.0  # (n,)
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "F", frozen(self.F))
-        object.__setattr__(self, "Q", frozen(self.Q))
+        n = len(self.names)
+        given_names(self.names)
+        given_belief(self.prior, "the prior", n)
+        object.__setattr__(self, "F", given_each(self.F, "F", (n, n)))
+        known = float(self.prior.cov.diagonal().max(initial=0.0))
+        object.__setattr__(self, "Q", given_covariance(self.Q, "Q", n, beside=known))
+        _one_or(self.b, "b", n)
+        given_each(self.b, "b", np.shape(self.b))
 
     @cached_property
     def linear(self) -> Mask:

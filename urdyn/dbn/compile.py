@@ -13,6 +13,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from numbers import Integral
 
 import numpy as np
 
@@ -103,7 +104,8 @@ def places(network: Network, sizes: Mapping[str, int]) -> dict[str, slice]:
     if not network.parameters:
         raise InputError("the network has no parameters, and compiles to nothing")
     for node in network.parameters:
-        if sizes.get(node.name, -1) < 0:
+        size = sizes.get(node.name)
+        if not isinstance(size, Integral) or size < 0:
             raise InputError(f"{node.name} has no size of 0 or more; sizes are {dict(sizes)}")
     return stacked({node.name: sizes[node.name] for node in network.parameters})
 

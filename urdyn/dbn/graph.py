@@ -20,6 +20,7 @@ import numpy as np
 
 from urdyn.dbn.mixed_graph import MixedGraph, Names, Pair
 from urdyn.errors import InputError
+from urdyn.given import as_numbers
 
 Kind = Literal["parameter", "observation"]
 Values = float | tuple[float, ...]  # the same for all components of a node, or one for each
@@ -43,9 +44,11 @@ class Node:
         if self.kind not in get_args(Kind):
             kinds = " or ".join(get_args(Kind))
             raise InputError(f"{self.name} has the kind {self.kind!r}; take {kinds}")
-        spread = np.r_[self.sd, self.diffusion]
-        finite = np.isfinite(np.r_[self.mean, spread]).all()
-        if not (finite and (spread >= 0.0).all() and np.greater(self.time_constant, 0.0).all()):
+        fields = (self.mean, self.sd, self.diffusion, self.time_constant)
+        mean, sd, diffusion, memory = (as_numbers(values) for values in fields)
+        spread = np.r_[sd, diffusion]
+        finite = np.isfinite(np.r_[mean, spread]).all()
+        if not (finite and (spread >= 0.0).all() and (memory > 0.0).all()):
             raise InputError(
                 f"{self.name}: mean, sd and diffusion have to be finite, no sd and no diffusion "
                 "below 0, and a time constant above 0"

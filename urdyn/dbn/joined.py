@@ -11,6 +11,7 @@ import numpy as np
 from urdyn.dbn.arguments import Arguments
 from urdyn.dbn.process import RandomWalk
 from urdyn.dbn.two_slice import Narrow, Observation, Process, U_contra, arguments, linearised
+from urdyn.errors import InputError
 from urdyn.types import Array, Gaussian, Mask
 
 
@@ -24,6 +25,13 @@ class Joined(Generic[U_contra]):
 
     process: Process[U_contra]  # n states, the observed parameters first
     observation: Observation[U_contra]  # of p <= n parameters
+
+    def __post_init__(self) -> None:
+        if self._width > len(self.names):
+            raise InputError(
+                f"{self._width} states are observed, and the process has {len(self.names)}: "
+                f"{', '.join(self.names)}"
+            )
 
     @property
     def names(self) -> tuple[str, ...]:

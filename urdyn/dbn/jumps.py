@@ -14,6 +14,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from urdyn.errors import InputError
+from urdyn.given import given_each, not_negative
 from urdyn.types import Array, frozen, index_of
 
 
@@ -38,8 +39,11 @@ class Jumps:
             raise InputError(
                 f"spread {np.shape(self.spread)}: one for every one of {self.step.shape[1]} states"
             )
-        spread = np.broadcast_to(self.spread, self.step.shape[1:])
-        object.__setattr__(self, "spread", frozen(spread))
+        given_each(self.step, "step", self.step.shape)
+        states = self.step.shape[1:]
+        spread = np.broadcast_to(self.spread, states)
+        sd = given_each(spread, "spread", states, "finite numbers, 0 or more", not_negative)
+        object.__setattr__(self, "spread", sd)
 
 
 def jumps(

@@ -17,7 +17,7 @@ from urdyn.dbn.graph import Network, Node
 from urdyn.dbn.movements import Movements
 from urdyn.dbn.smoothed import Smoothed
 from urdyn.errors import InputError
-from urdyn.types import Array, Mask
+from urdyn.types import Array, Mask, frozen
 
 
 def learn_diffusion(residuals: Array, dt: Array) -> Array:
@@ -58,7 +58,7 @@ def learn_network(
     Raises:
         InputError: the history is of other states or slices, or time passes in none of these.
     """
-    at, led = places(network, sizes), patterns or {}
+    at, led, dt = places(network, sizes), patterns or {}, frozen(dt)
     states = sum(sizes[name] for name in at)
     if history.mean.shape[1] != states:
         raise InputError(f"the history has {history.mean.shape[1]} states, the network {states}")

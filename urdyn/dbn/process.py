@@ -12,7 +12,8 @@ from functools import cached_property
 import numpy as np
 
 from urdyn.dbn.two_slice import Slice
-from urdyn.types import Array, Gaussian, Mask, frozen, shaped
+from urdyn.given import given_belief, given_each, given_names, positive
+from urdyn.types import Array, Gaussian, Mask, frozen
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,9 +25,10 @@ class RandomWalk:
     diffusion: Array  # (n,) [unit/√s] standard deviation gathered in one second
 
     def __post_init__(self) -> None:
-        shape = (len(self.names),)
-        object.__setattr__(self, "diffusion", shaped("diffusion", self.diffusion, shape))
-        shaped("the prior's mean", self.prior.mean, shape)
+        n = len(self.names)
+        given_names(self.names)
+        object.__setattr__(self, "diffusion", given_each(self.diffusion, "diffusion", (n,)))
+        given_belief(self.prior, "the prior", n)
 
     @cached_property
     def linear(self) -> Mask:
@@ -61,9 +63,13 @@ class MeanReverting:
     spread: Array  # (n,) standard deviation of straying, once the prior is forgotten
 
     def __post_init__(self) -> None:
-        for name in ("level", "time_constant", "spread"):
-            values = shaped(name, getattr(self, name), (len(self.names),))
-            object.__setattr__(self, name, values)
+        n = len(self.names)
+        given_names(self.names)
+        for name in ("level", "spread"):
+            object.__setattr__(self, name, given_each(getattr(self, name), name, (n,)))
+        memory = given_each(self.time_constant, "time_constant", (n,), "times above 0 s", positive)
+        object.__setattr__(self, "time_constant", memory)
+        given_belief(self.prior, "the prior", n)
 
     @cached_property
     def linear(self) -> Mask:

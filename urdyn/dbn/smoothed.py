@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from urdyn.dbn.two_slice import TwoSlice, U, linearised
-from urdyn.types import Array, frozen
+from urdyn.errors import InputError
+from urdyn.types import Array, frozen, shaped
 
 
 @dataclass(frozen=True, eq=False)
@@ -20,10 +21,12 @@ class Smoothed:
     cross: Array  # (N, n, n) covariance of each slice's state with the one before
 
     def __post_init__(self) -> None:
-        for name in ("mean", "cov", "cross"):
-            object.__setattr__(self, name, frozen(getattr(self, name)))
-        steps, n = len(self.mean) - 1, self.mean.shape[-1]
-        assert self.cov.shape == (steps + 1, n, n) and self.cross.shape == (steps, n, n)
+        object.__setattr__(self, "mean", frozen(self.mean))
+        if self.mean.ndim != 2 or not len(self.mean):
+            raise InputError(f"mean has the shape {self.mean.shape}; it has to be (N + 1, n)")
+        slices, n = len(self.mean) - 1, self.mean.shape[1]
+        for name, count in (("cov", slices + 1), ("cross", slices)):
+            object.__setattr__(self, name, shaped(name, getattr(self, name), (count, n, n)))
 
     @property
     def sd(self) -> Array:
@@ -39,6 +42,7 @@ class Smoothed:
 
 def process_residuals(model: TwoSlice[U], inputs: Sequence[U], history: Smoothed) -> Array:
     """E[w wᵀ] of every slice's process noise, (N, n, n)."""
+    _require_slices(history, inputs=len(inputs))
     found = []
     for t, u in enumerate(inputs):
         F = model.transition_jacobian(history.mean[t], u)
@@ -53,12 +57,21 @@ def observation_residuals(
     model: TwoSlice[U], inputs: Sequence[U], observations: Array, history: Smoothed
 ) -> Array:
     """E[e eᵀ] of every slice's measurement noise, (N, m, m); NaN where not measured."""
+    _require_slices(history, inputs=len(inputs), observations=len(observations))
     found = []
     for t, (u, y) in enumerate(zip(inputs, observations, strict=True), start=1):
         seen, H = linearised(model, history.mean[t], u)
         e = y - seen
         found.append(np.outer(e, e) + H @ history.cov[t] @ H.T)
     return np.array(found)
+
+
+def _require_slices(history: Smoothed, **counts: int) -> None:
+    """InputError where the history is of more slices than there are of these, or of fewer."""
+    slices = len(history.cross)
+    for what, count in counts.items():
+        if count != slices:
+            raise InputError(f"there are {count} {what}, and the history has {slices} slices")
 
 
 def _outer(x: Array) -> Array:

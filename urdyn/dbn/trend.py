@@ -8,7 +8,8 @@ from functools import cached_property
 import numpy as np
 
 from urdyn.dbn.two_slice import Slice
-from urdyn.types import Array, Gaussian, Index, Mask, shaped
+from urdyn.given import given_belief, given_each, given_names, given_places, positive
+from urdyn.types import Array, Gaussian, Index, Mask
 
 _NODE, _WEIGHT = np.polynomial.legendre.leggauss(16)
 
@@ -30,10 +31,15 @@ class Trend:
     time_constant: float = np.inf  # [s] tau, in which a rate dies away
 
     def __post_init__(self) -> None:
-        each, drifting = (len(self.parameters),), self.drifting.shape
-        due = {"diffusion": each, "rate_sd": drifting, "acceleration": drifting}
+        p = len(self.parameters)
+        drifting = given_places(self.drifting, "drifting", p)
+        object.__setattr__(self, "drifting", drifting)
+        given_names(self.names)
+        due = {"diffusion": (p,), "rate_sd": drifting.shape, "acceleration": drifting.shape}
         for name, shape in due.items():
-            object.__setattr__(self, name, shaped(name, getattr(self, name), shape))
+            object.__setattr__(self, name, given_each(getattr(self, name), name, shape))
+        given_each(self.time_constant, "time_constant", (), "a time above 0 s", positive)
+        given_belief(self.parameter_prior, "the parameters' prior", p)
 
     @cached_property
     def names(self) -> tuple[str, ...]:

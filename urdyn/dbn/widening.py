@@ -8,7 +8,8 @@ from typing import Generic, Protocol, TypeVar
 import numpy as np
 
 from urdyn.dbn.two_slice import Process, Slice
-from urdyn.types import Array, Gaussian, Index, Mask, shaped
+from urdyn.given import given_each, given_places, not_negative
+from urdyn.types import Array, Gaussian, Index, Mask
 
 
 class Doubtful(Slice, Protocol):
@@ -40,7 +41,10 @@ class Widening(Generic[D]):
     sd: Array  # (j,) of a jump
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "sd", shaped("sd", self.sd, self.jumping.shape))
+        jumping = given_places(self.jumping, "jumping", len(self.names))
+        object.__setattr__(self, "jumping", jumping)
+        sd = given_each(self.sd, "sd", jumping.shape, "finite numbers, 0 or more", not_negative)
+        object.__setattr__(self, "sd", sd)
 
     @property
     def names(self) -> tuple[str, ...]:
