@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -55,12 +56,13 @@ MODEL, SEEN = seen_together(1.0), np.ones((3, 1))
         (UKF, {"alpha": 0.0}),
         (UKF, {"beta": np.inf}),
         (UKF, {"kappa": np.nan}),
-        (EKF, {"iterations": 0}),
-        (FixedLag, {"lag": -1}),
-        (Variational, {"iterations": 0}),
+        (ParticleFilter, {"seed": 1.5}),
+        *((EKF, {"iterations": count}) for count in (0, 1.5, "2")),
+        *((FixedLag, {"lag": lag}) for lag in (-1, 1.5)),
+        *((Variational, {"iterations": count}) for count in (0, 1.5)),
         *((Variational, {"step_size": size}) for size in (0.0, -1.0, 2.0, np.nan)),
         *((Bank, {"hazard": hazard, "jumps": JUMPS}) for hazard in (0.0, 1.0, -0.1, np.nan)),
-        (Bank, {"onsets": 0, "jumps": JUMPS}),
+        *((Bank, {"onsets": count, "jumps": JUMPS}) for count in (0, 1.5)),
         (Bank, {"spacing": 0, "jumps": JUMPS}),
         *((ramp_bank, {"expected": k, "sigma": 0.1}) for k in (0.0, -1.0, 1.0, np.inf)),
         *((ramp_bank, {"steepest": s, "sigma": 0.1}) for s in (0.0, -1.0, np.nan)),
@@ -77,6 +79,7 @@ def test_settings_that_make_no_filter_are_refused(filter_: Any, settings: dict[s
         (Kalman(), Product(), "gain"),
         (UKF(kappa=-2.0), MODEL, "kappa -2.0: with 2 states it has to be above -2"),
         (UKF("julier", kappa=-3.0), MODEL, "kappa"),
+        (UKF(alpha=1e-9), MODEL, "alpha 1e-09: rounding leaves no spread"),
         (Consider(frozenset({"c"})), MODEL, "no state c; there are a, b"),
         (Bank(jumps(("a",), ["a"], np.ones(1))), MODEL, "jumps are of 1 states and .* 2: a, b"),
         (Variational(), seen_together(1.0, (0.0, 1.0)), "a has no variance"),
@@ -133,6 +136,8 @@ def test_a_history_that_fits_no_model_is_refused(
     [
         (lambda: follow_ramp(np.zeros((4, 1)), 0.1), "observation 0 has the shape"),
         (lambda: follow_ramp(np.zeros(4), 0.1, steepest=0.0), "steepest"),
+        (lambda: follow_ramp(np.zeros(4), 0.1, level=1.0), "prior 1.0: takes a Gaussian"),  # type: ignore[arg-type]
+        (lambda: follow_ramp(np.zeros(4), 0.1, level=MODEL.prior), r"mean has the shape \(2,\)"),
         (lambda: ramp_bank(0.1, names=("g", "g.rate")), "no state f.rate; did you mean g.rate"),
         (lambda: ramp_bound(0.0, 3, 5, 1.0, 1.0), "sigma"),
         (lambda: posterior_bound(MODEL, ticks(3), SEEN[:2]), "observations have the shape"),
@@ -149,6 +154,79 @@ def test_a_history_that_fits_no_model_is_refused(
 def test_what_is_asked_of_nothing_is_refused(asked: Callable[[], object], said: str) -> None:
     with pytest.raises(InputError, match=said):
         asked()
+
+
+@dataclass(frozen=True, eq=False)
+class Strange:
+    """A sensor of a and b that does not say alike how many readings it has, or what they are."""
+
+    seen: Array  # what is expected of them
+    H: Array
+    R: Array
+
+    linear = np.ones(2, dtype=bool)
+
+    def observe(self, x: Array, u: Tick) -> Array:
+        return np.broadcast_to(self.seen, x.shape[:-1] + self.seen.shape)
+
+    def observe_jacobian(self, x: Array, u: Tick) -> Array:
+        return self.H
+
+    def observe_cov(self, u: Tick) -> Array:
+        return self.R
+
+
+FILTERS = (Kalman(), EKF(), UKF(), InformationFilter(), FixedLag(), Variational(), Bank(JUMPS))
+ONE, TWO = np.ones((1, 2)), np.ones((2, 2))
+
+
+@pytest.mark.parametrize("filter_", [*FILTERS, ParticleFilter(9), Consider()])
+@pytest.mark.parametrize(
+    "seen, H, R, y, said",
+    [
+        (np.ones(2), TWO, np.eye(1), np.ones(1), r"R has the shape \(1, 1\); .* it is \(2, 2\)"),
+        (np.ones(1), ONE, np.eye(2), np.ones(2), r"R has the shape \(2, 2\); .* it is \(1, 1\)"),
+        (np.ones(2), TWO, np.eye(2), np.ones(1), r"y has the shape \(1,\); .* has \(2,\)"),
+    ],
+)
+def test_readings_that_are_not_those_expected_are_refused(
+    filter_: Any, seen: Array, H: Array, R: Array, y: Array, said: str
+) -> None:
+    """Broadcasting would count one reading twice."""
+    model = Joined(MODEL.process, Strange(seen, H, R))
+    with pytest.raises(InputError, match=said):
+        filter_.step(model, filter_.init(model), Tick(), y)
+
+
+@pytest.mark.parametrize("filter_", [Kalman(), EKF(), InformationFilter(), FixedLag()])
+def test_a_jacobian_of_other_states_is_refused(filter_: Any) -> None:
+    model = Joined(MODEL.process, Strange(np.ones(1), np.ones(2), np.eye(1)))
+    with pytest.raises(InputError, match=r"H has the shape \(2,\); here it has to be \(1, 2\)"):
+        track(filter_, model, ticks(1), SEEN[:1])
+
+
+@pytest.mark.parametrize("filter_", [*FILTERS, Consider()])
+def test_a_model_that_gives_no_number_is_told(filter_: Any) -> None:
+    seen = AffineObservation[Tick](2, lambda u: np.full((1, 2), np.nan), np.eye(1))
+    with pytest.raises(InputError, match="the belief is no longer finite"):
+        track(filter_, Joined(MODEL.process, seen), ticks(1), SEEN[:1])
+
+
+@pytest.mark.parametrize("filter_", [EKF(), EKF(5), UKF(), UKF("simplex"), Variational()])
+def test_a_reading_that_leads_a_belief_nowhere_is_told(filter_: Any) -> None:
+    far = pytest.raises(InputError, match="the belief is no longer finite")
+    with far, np.errstate(all="ignore"):  # the model's own exponential
+        track(filter_, Product(), ticks(3), np.array([[1.0, 1.0], [1e6, 1.0], [1.0, 1.0]]))
+
+
+@pytest.mark.parametrize("filter_", [Kalman(), EKF(), UKF(), FixedLag(), Consider({"a", "b"})])
+def test_a_sensor_of_infinite_noise_says_nothing(filter_: Any) -> None:
+    deaf = Joined(MODEL.process, Strange(np.zeros(2), np.eye(2), np.diag([np.inf, 1.0])))
+    half = Joined(MODEL.process, Strange(np.zeros(2), np.eye(2), np.eye(2)))
+    silent = track(filter_, half, ticks(3), np.array([[np.nan, 1.0]] * 3))
+    told = track(filter_, deaf, ticks(3), np.array([[5.0, 1.0]] * 3))
+    np.testing.assert_allclose(told.mean, silent.mean, atol=1e-12)
+    np.testing.assert_allclose(told.sd, silent.sd, atol=1e-12)
 
 
 @pytest.mark.parametrize("reading", [1e12, np.nan])

@@ -18,9 +18,10 @@ import numpy as np
 from urdyn.dbn.jumps import Jumps
 from urdyn.dbn.two_slice import TwoSlice, U
 from urdyn.errors import InputError
-from urdyn.estimate.innovation import Innovation, measured_rows
-from urdyn.estimate.linearised import joseph, propagated
+from urdyn.estimate.innovation import Innovation, measured_rows, residual_of
+from urdyn.estimate.linearised import joseph, noise_of, propagated
 from urdyn.estimate.mixture import log_density, moments, normalised, surprise
+from urdyn.given import given_count
 from urdyn.types import Array, Gaussian, frozen
 
 
@@ -76,8 +77,8 @@ class Bank:
     hazard: float = 1e-2  # prior probability of a jump, per slice
 
     def __post_init__(self) -> None:
-        if self.onsets < 1 or self.spacing < 1:
-            raise InputError(f"onsets {self.onsets}, spacing {self.spacing}: 1 or more of each")
+        for name in ("onsets", "spacing"):
+            object.__setattr__(self, name, given_count(getattr(self, name), name))
         if not 0.0 < self.hazard < 1.0:
             raise InputError(f"hazard {self.hazard}: a probability, above 0 and below 1")
 
@@ -157,12 +158,12 @@ def _weigh(
 ) -> tuple[Hypotheses, Innovation]:
     """Likelihoods, weights, and Kalman's gain, one a covariance."""
     rows = measured_rows(y)
-    expected = model.observe(predicted.means, u)[:, rows]
+    whole = model.observe(predicted.means, u)
+    expected, R = whole[:, rows], noise_of(model, u, whole)[rows][:, rows]
     H = model.observe_jacobian(predicted.gaussian.mean, u)[rows]
-    R = model.observe_cov(u)[rows][:, rows]
     HP = H @ predicted.cov
     S = HP @ H.T + R
-    residual = y[rows] - expected
+    residual = residual_of(y, rows, expected)
     density = log_density(residual, predicted.each(S))
     K = np.swapaxes(np.linalg.solve(S, HP), -1, -2)
     log_weight, total = normalised(predicted.log_weight + density)

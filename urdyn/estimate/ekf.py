@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from urdyn.dbn.two_slice import TwoSlice, U
-from urdyn.errors import InputError
 from urdyn.estimate.innovation import Innovation
 from urdyn.estimate.linearised import correct, predict
+from urdyn.given import given_count
 from urdyn.types import Array, Gaussian
 
 
@@ -18,8 +18,7 @@ class EKF:
     iterations: int = 1  # observations are linearised so often, each time at the last estimate
 
     def __post_init__(self) -> None:
-        if self.iterations < 1:
-            raise InputError(f"iterations {self.iterations}: 1 or more")
+        object.__setattr__(self, "iterations", given_count(self.iterations, "iterations"))
 
     def init(self, model: TwoSlice[U]) -> Gaussian:
         """The model's prior."""

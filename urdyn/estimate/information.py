@@ -16,7 +16,14 @@ import numpy as np
 
 from urdyn.dbn.two_slice import TwoSlice, U
 from urdyn.errors import InputError
-from urdyn.estimate.innovation import Innovation, innovation, measured_rows, whitening
+from urdyn.estimate.innovation import (
+    Innovation,
+    innovation,
+    measured_rows,
+    require_finite,
+    residual_of,
+    whitening,
+)
 from urdyn.estimate.linearised import linear_rows, propagated
 from urdyn.estimate.square_root import inverse, lower_root
 from urdyn.types import Array, Gaussian, Index, frozen
@@ -62,13 +69,15 @@ class InformationFilter:
         predicted, belief = _predict(model, state, u)
         rows, x = measured_rows(y), belief.mean
         seen, H, R = linear_rows(model, x, u, rows)
-        residual = y[rows] - seen
+        residual = residual_of(y, rows, seen)
         S = H @ belief.cov @ H.T + R
         HR = H.T @ _precision(R, "sensor", np.arange(len(y))[rows])
         posterior = Information(
             predicted.precision + HR @ H, predicted.weighted + HR @ (residual + H @ x)
         )
-        return posterior, innovation(y, rows, residual, S, *whitening(S))
+        W, log_det = whitening(S)
+        require_finite(log_det, posterior.precision)
+        return posterior, innovation(y, rows, residual, S, W, log_det)
 
     def belief(self, state: Information) -> Gaussian:
         """Mean and covariance; an inversion."""

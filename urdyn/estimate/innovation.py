@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import log
+from math import isfinite, log
 
 import numpy as np
 
@@ -29,6 +29,26 @@ def measured_rows(y: Array) -> Rows:
     """The finite rows of y; as a slice where all are, so that taking them copies nothing."""
     finite = np.isfinite(y)
     return slice(None) if np.count_nonzero(finite) == len(y) else np.flatnonzero(finite)
+
+
+def residual_of(y: Array, rows: Rows, expected: Array) -> Array:
+    """What was measured minus what was expected of the measured rows, (..., r)."""
+    measured = y[rows]
+    if measured.shape != expected.shape[-1:]:
+        raise InputError(
+            f"y has the shape {y.shape}; what is expected of its {len(measured)} measured rows has "
+            f"{expected.shape[-1:]}"
+        )
+    return np.asarray(measured - expected)
+
+
+def require_finite(told: float, belief: Array) -> None:
+    """InputError where a belief is not finite; looked at where log |S|, say, is not either."""
+    if not isfinite(told) and not np.isfinite(belief).all():
+        raise InputError(
+            "the belief is no longer finite: the model's functions give NaN or infinity where it "
+            "stands, and a reading may have led it there; mark such a reading NaN"
+        )
 
 
 def factor_of(S: Array) -> Array:

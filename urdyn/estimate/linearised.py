@@ -13,7 +13,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from urdyn.dbn.two_slice import TwoSlice, U, linearised
-from urdyn.estimate.innovation import Innovation, Rows, innovation, measured_rows, whitening
+from urdyn.errors import InputError
+from urdyn.estimate.innovation import (
+    Innovation,
+    Rows,
+    innovation,
+    measured_rows,
+    require_finite,
+    residual_of,
+    whitening,
+)
 from urdyn.types import Array, Gaussian, Mask
 
 
@@ -96,13 +105,14 @@ def updated(
     """
     S = expected.own + expected.noise
     W, log_det = whitening(S)
-    residual = y[rows] - expected.y
+    residual = residual_of(y, rows, expected.y)
     B = W @ expected.cross
     step, known = (W @ residual) @ B, B.T @ B
     if moved is not None:
         held = np.where(moved, 0.0, B)
         step, known = np.where(moved, step, 0.0), known - held.T @ held
     cov = without_negatives(np.subtract(predicted.cov, known, out=known))
+    require_finite(log_det, cov)
     posterior = Gaussian(predicted.mean + step, cov)
     return posterior, innovation(y, rows, residual, S, W, log_det)
 
@@ -117,7 +127,18 @@ def without_negatives(cov: Array) -> Array:
 def linear_rows(model: TwoSlice[U], x: Array, u: U, rows: Rows) -> tuple[Array, Array, Array]:
     """What is expected of the measured rows, and their H and R: (r,), (r, n), (r, r)."""
     seen, H = linearised(model, x, u)
-    return seen[rows], H[rows], model.observe_cov(u)[rows][:, rows]
+    R = noise_of(model, u, seen)
+    if H.shape != seen.shape + x.shape:
+        raise InputError(f"H has the shape {H.shape}; here it has to be {seen.shape + x.shape}")
+    return seen[rows], H[rows], R[rows][:, rows]
+
+
+def noise_of(model: TwoSlice[U], u: U, expected: Array) -> Array:
+    """R of the readings that are expected, (..., m): (m, m)."""
+    R, shape = model.observe_cov(u), expected.shape[-1:] * 2
+    if R.shape != shape:
+        raise InputError(f"R has the shape {R.shape}; of the readings expected it is {shape}")
+    return R
 
 
 def joseph(P: Array, K: Array, H: Array, HP: Array, R: Array) -> Array:

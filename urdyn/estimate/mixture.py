@@ -4,7 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 
-from urdyn.estimate.innovation import LOG_2PI, Innovation, Rows, factor_of, innovation, whitening
+from urdyn.estimate.innovation import (
+    LOG_2PI,
+    Innovation,
+    Rows,
+    factor_of,
+    innovation,
+    require_finite,
+    residual_of,
+    whitening,
+)
 from urdyn.types import Array, Gaussian
 
 
@@ -36,7 +45,8 @@ def log_density(residual: Array, S: Array) -> Array:
 def surprise(y: Array, rows: Rows, predicted: Gaussian, log_likelihood: float) -> Innovation:
     """Innovation of the mixture's moments, (r,), (r, r), with the mixture's own likelihood."""
     whitener, log_det = whitening(predicted.cov)
-    residual = y[rows] - predicted.mean
+    require_finite(log_det, predicted.cov)
+    residual = residual_of(y, rows, predicted.mean)
     gaussian = innovation(y, rows, residual, predicted.cov, whitener, log_det)
     return Innovation(
         gaussian.residual, gaussian.cov, log_likelihood, gaussian.nis, gaussian.measured

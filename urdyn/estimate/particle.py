@@ -16,10 +16,11 @@ import numpy as np
 
 from urdyn.dbn.two_slice import TwoSlice, U
 from urdyn.errors import InputError
-from urdyn.estimate.innovation import Innovation, Rows, measured_rows
-from urdyn.estimate.linearised import joseph
+from urdyn.estimate.innovation import Innovation, Rows, measured_rows, residual_of
+from urdyn.estimate.linearised import joseph, noise_of
 from urdyn.estimate.mixture import log_density, moments, normalised, surprise
 from urdyn.estimate.square_root import lower_root, pseudo_inverse
+from urdyn.given import given_count
 from urdyn.types import Array, Gaussian, Mask, frozen
 
 
@@ -47,12 +48,11 @@ class ParticleFilter:
     seed: int = 0
 
     def __post_init__(self) -> None:
-        if not (isinstance(self.count, Integral) and self.count >= 1):
-            raise InputError(f"count {self.count}: a cloud has 1 particle or more")
+        object.__setattr__(self, "count", given_count(self.count, "count"))
         if not 0.0 <= self.threshold <= 1.0:
             raise InputError(f"threshold {self.threshold}: a fraction of the particles, 0 to 1")
-        if self.seed < 0:
-            raise InputError(f"seed {self.seed}: 0 or more")
+        if not (isinstance(self.seed, Integral) and self.seed >= 0):
+            raise InputError(f"seed {self.seed}: takes a whole number, 0 or more")
 
     def init(self, model: TwoSlice[U]) -> Particles:
         """A cloud drawn from the model's prior."""
@@ -112,14 +112,14 @@ def _weigh(
 ) -> tuple[Particles, Innovation]:
     """Weights by likelihood, and Kalman's correction of what is not sampled."""
     rows, x = measured_rows(y), predicted.x
-    expected = model.observe(x, u)[:, rows]
-    R = model.observe_cov(u)[rows][:, rows]
+    whole = model.observe(x, u)
+    expected, R = whole[:, rows], noise_of(model, u, whole)[rows][:, rows]
     if not predicted.cov.any():
         return _weigh_points(predicted, expected, R, y, rows)
     H = model.observe_jacobian(x, u)[..., rows, :]
     HP = H @ predicted.cov
     S = HP @ np.swapaxes(H, -1, -2) + R
-    residual = y[rows] - expected
+    residual = residual_of(y, rows, expected)
     weight, total = normalised(predicted.log_weight + log_density(residual, S))
     gain = np.swapaxes(np.linalg.solve(S, HP), -1, -2)
     seen = moments(np.exp(predicted.log_weight), expected, S)
@@ -133,7 +133,7 @@ def _weigh_points(
     predicted: Particles, expected: Array, R: Array, y: Array, rows: Rows
 ) -> tuple[Particles, Innovation]:
     """Weights by likelihood where every state is sampled: there is nothing to correct."""
-    density = log_density(y[rows] - expected, R[None])
+    density = log_density(residual_of(y, rows, expected), R[None])
     weight, total = normalised(predicted.log_weight + density)
     seen = moments(np.exp(predicted.log_weight), expected, R)
     return replace(predicted, log_weight=weight), surprise(y, rows, seen, total)

@@ -32,7 +32,7 @@ def ramp_model(sigma: float, level: Gaussian | None = None) -> Joined[Tick]:
 
     `level` is what is known of f before the first reading, (1,); by default nothing.
     """
-    known = level or Gaussian(np.zeros(1), np.array([[(VAGUE * sigma) ** 2]]))
+    known = Gaussian(np.zeros(1), (VAGUE * sigma) ** 2 * np.eye(1)) if level is None else level
     still = np.zeros(1)
     process = Trend(("f",), known, still, np.array([0]), still, still)
     reading = AffineObservation[Tick](1, lambda _: np.eye(1), np.array([[sigma**2]]))

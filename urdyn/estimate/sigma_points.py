@@ -109,6 +109,8 @@ def sigma_points(n: int, rule: Rule, alpha: float | None, beta: float, kappa: fl
     if not n + kappa > 0.0:
         raise InputError(f"kappa {kappa}: with {n} states it has to be above {-n}")
     alpha = min(1.0, sqrt(3.0 / (n + kappa))) if alpha is None else alpha
+    if rule == "merwe" and not n + (alpha**2 * (n + kappa) - n) > 0.0:
+        raise InputError(f"alpha {alpha}: rounding leaves no spread of its points; take 1e-3, say")
     drawn = _filterpy_points(n, rule, alpha, beta, kappa)
     unit = np.reshape(drawn.sigma_points(np.zeros(n), np.eye(n)), (-1, n))
     wm, wc = np.array(drawn.Wm), np.array(drawn.Wc)

@@ -15,11 +15,11 @@ import numpy as np
 
 from urdyn.dbn.smoothed import Smoothed
 from urdyn.dbn.two_slice import TwoSlice, U
-from urdyn.errors import InputError
 from urdyn.estimate.innovation import Innovation
 from urdyn.estimate.linearised import correct, propagated, without_negatives
 from urdyn.estimate.protocol import paired
 from urdyn.estimate.square_root import inverse, pseudo_inverse
+from urdyn.given import given_count
 from urdyn.types import Array, Gaussian, frozen
 
 
@@ -53,8 +53,7 @@ class FixedLag:
     lag: int = 10
 
     def __post_init__(self) -> None:
-        if self.lag < 0:
-            raise InputError(f"lag {self.lag}: 0 slices or more")
+        object.__setattr__(self, "lag", given_count(self.lag, "lag", 0))
 
     def init(self, model: TwoSlice[U]) -> Recent:
         """The model's prior."""

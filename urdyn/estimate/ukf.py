@@ -11,7 +11,7 @@ from urdyn.dbn.arguments import Arguments
 from urdyn.dbn.two_slice import Narrow, TwoSlice, U, arguments
 from urdyn.errors import InputError
 from urdyn.estimate.innovation import Innovation, measured_rows
-from urdyn.estimate.linearised import Expected, predict, updated
+from urdyn.estimate.linearised import Expected, noise_of, predict, updated
 from urdyn.estimate.sigma_points import Rule, SigmaPoints, sigma_points
 from urdyn.estimate.square_root import SquareRoot, lower_root
 from urdyn.types import Array, Gaussian
@@ -88,7 +88,8 @@ def wide(model: TwoSlice[U], points: SigmaPoints, predicted: SquareRoot, u: U) -
     """
     x = points.around(predicted.mean, predicted.root)
     mean, G, left = points.linearised(model.observe(x, u))
-    return Expected(mean, G @ predicted.root.T, G @ G.T, model.observe_cov(u) + left)
+    noise = noise_of(model, u, mean) + left
+    return Expected(mean, G @ predicted.root.T, G @ G.T, noise)
 
 
 def narrow(

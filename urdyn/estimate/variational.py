@@ -22,11 +22,12 @@ import numpy as np
 
 from urdyn.dbn.two_slice import TwoSlice, U, linearised
 from urdyn.errors import InputError
-from urdyn.estimate.innovation import Innovation, factor_of, measured_rows
+from urdyn.estimate.innovation import Innovation, factor_of, measured_rows, require_finite
 from urdyn.estimate.linearised import predict, updated
 from urdyn.estimate.sigma_points import Rule, SigmaPoints, sigma_points
 from urdyn.estimate.square_root import SquareRoot
 from urdyn.estimate.ukf import wide
+from urdyn.given import given_count
 from urdyn.types import Array, Gaussian
 
 
@@ -40,8 +41,7 @@ class Variational:
     rule: Rule = "merwe"  # with no weight negative
 
     def __post_init__(self) -> None:
-        if self.iterations < 1:
-            raise InputError(f"iterations {self.iterations}: 1 or more")
+        object.__setattr__(self, "iterations", given_count(self.iterations, "iterations"))
         if not 0.0 < self.step_size <= 1.0:
             raise InputError(f"step_size {self.step_size}: above 0, and 1 at most")
 
@@ -69,6 +69,7 @@ class Variational:
             known = [n for n, sd in zip(model.names, predicted.sd, strict=True) if not sd > 0.0]
             told = ", ".join(known) or "a combination of states"
             raise InputError(f"{told} has no variance to descend in; use UKF") from None
+        require_finite(float(q.mean.sum()), q.mean)
         return q, surprise
 
     def _descend(
