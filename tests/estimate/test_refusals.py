@@ -11,7 +11,7 @@ import pytest
 from affine_models import Model, ticks
 from bent_models import Product
 
-from urdyn.dbn import AffineObservation, Joined, RandomWalk, Tick, jumps
+from urdyn.dbn import AffineObservation, Joined, RandomWalk, Tick, Trend, jumps
 from urdyn.errors import InputError
 from urdyn.estimate import (
     EKF,
@@ -202,6 +202,15 @@ def test_readings_that_are_not_those_expected_are_refused(
 def test_a_jacobian_of_other_states_is_refused(filter_: Any) -> None:
     model = Joined(MODEL.process, Strange(np.ones(1), np.ones(2), np.eye(1)))
     with pytest.raises(InputError, match=r"H has the shape \(2,\); here it has to be \(1, 2\)"):
+        track(filter_, model, ticks(1), SEEN[:1])
+
+
+@pytest.mark.parametrize("filter_", [Kalman(), EKF(), InformationFilter(), FixedLag()])
+def test_a_jacobian_of_other_states_is_refused_beside_rates(filter_: Any) -> None:
+    one = np.ones(1)
+    process = Trend(("a", "b"), MODEL.prior, np.zeros(2), np.array([0]), one, one)
+    model = Joined(process, Strange(one, np.ones((1, 1)), np.eye(1)))
+    with pytest.raises(InputError, match=r"H has the shape \(1, 1\); 2 states are observed"):
         track(filter_, model, ticks(1), SEEN[:1])
 
 

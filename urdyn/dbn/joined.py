@@ -100,6 +100,8 @@ class Joined(Generic[U_contra]):
     def _widened(self, H: Array) -> Array:
         if self._width == len(self.process.names):
             return H
+        if H.shape[-1] != self._width:
+            raise InputError(f"H has the shape {H.shape}; {self._width} states are observed")
         wide = np.zeros((*H.shape[:-1], len(self.process.names)))
         wide[..., : self._width] = H
         return wide
