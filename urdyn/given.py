@@ -69,7 +69,7 @@ def given_promise(promise: object) -> float:
 
 
 def given_count(count: object, what: str, least: int = 1) -> int:
-    """InputError where `count` is no whole number of `least` or more."""
+    """A whole number, `least` or more."""
     takes = f"a whole number, {least} or more"
     whole = given(count, what, takes, lambda x: (x >= least) & (x % 1.0 == 0.0) & (len(x) == 1))
     return int(whole[0])

@@ -70,10 +70,17 @@ def maximise_evidence(
     """
     from scipy.optimize import minimize
 
-    def surprise(parameters: Array) -> float:
-        return -track(EKF(), build(parameters), inputs, observations).log_likelihood
+    def evidence(parameters: Array) -> float:
+        return track(EKF(), build(parameters), inputs, observations).log_likelihood
 
+    def surprise(parameters: Array) -> float:
+        try:
+            return -evidence(parameters)
+        except InputError:  # no belief is possible there: the search turns back
+            return np.inf
+
+    began = evidence(np.asarray(start))
     found = minimize(surprise, start, method="Nelder-Mead", options={"xatol": 1e-3, "fatol": 1e-3})
     if not (found.success and np.isfinite(found.fun)):
         raise InputError(f"no likeliest setting was found, begin nearer to it: {found.message}")
-    return Learnt(np.asarray(found.x), np.array([-surprise(start), -float(found.fun)]))
+    return Learnt(np.asarray(found.x), np.array([began, -float(found.fun)]))
