@@ -26,7 +26,8 @@ from urdyn.dbn import (
     observation_residuals,
     process_residuals,
 )
-from urdyn.estimate import Kalman, Learnt, expectation_maximisation, maximise_evidence, track
+from urdyn.errors import InputError
+from urdyn.estimate import Kalman, Learnt, doubt, expectation_maximisation, maximise_evidence, track
 from urdyn.types import Array, Gaussian
 
 N = 300
@@ -91,7 +92,13 @@ def test_em_and_the_evidence_agree(life: Array) -> None:
     def surprise(setting: Array) -> float:
         return -track(Kalman(), walking(setting), ticks(N), life).log_likelihood
 
-    assert (np.abs(found.setting - TRUTH) < 4 * curvature_sd(surprise, found.setting)).all()
+    sd = curvature_sd(surprise, found.setting)
+    assert (np.abs(found.setting - TRUTH) < 4 * sd).all()
+    cov = doubt(found.setting, walking, ticks(N), life)
+    np.testing.assert_allclose(np.sqrt(np.diag(cov)), sd, rtol=0.05)
+    for elsewhere, build in ((found.setting + 3.0, walking), (TRUTH, lambda _: walking(TRUTH))):
+        with pytest.raises(InputError, match="no maximum"):
+            doubt(elsewhere, build, ticks(N), life)
 
 
 FAMILY = Network(

@@ -18,6 +18,9 @@ from urdyn.types import Array
 
 Setting = TypeVar("Setting")
 
+FIRST_STEP = 0.02  # of a logarithm or a coefficient, by which their doubt is looked for
+NEARLY = 0.1  # [nats] below the top, where a search may have ended
+
 
 @dataclass(frozen=True, eq=False)
 class Learnt(Generic[Setting]):
@@ -84,3 +87,44 @@ def maximise_evidence(
     if not (found.success and np.isfinite(found.fun)):
         raise InputError(f"no likeliest setting was found, begin nearer to it: {found.message}")
     return Learnt(np.asarray(found.x), np.array([began, -float(found.fun)]))
+
+
+def doubt(
+    at: Array,
+    build: Callable[[Array], TwoSlice[U]],
+    inputs: Sequence[U],
+    observations: Array,
+) -> Array:
+    """Covariance of parameters (p,) that make the observations likeliest, (p, p).
+
+    The inverse of the observed information [Efron1978]_: how the log-likelihood bends there, by
+    differences over half a standard deviation.
+
+    Raises:
+        InputError: it does not fall in all directions: this is no maximum, or nothing tells of
+            some parameter.
+    """
+
+    def evidence(parameters: Array) -> float:
+        return track(EKF(), build(parameters), inputs, observations).log_likelihood
+
+    at, p = np.asarray(at, dtype=np.float64), len(at)
+    step, top = np.full(p, FIRST_STEP), evidence(at)
+    for _ in range(2):  # the second time by steps that suit
+        sides = np.array([[evidence(at + way), evidence(at - way)] for way in np.diag(step)])
+        bend = (2.0 * top - sides.sum(axis=1)) / step**2
+        falls = (bend > 0.0) & (sides.max(axis=1) < top + NEARLY)
+        if not falls.all():
+            flat = ", ".join(map(str, np.flatnonzero(~falls)))
+            raise InputError(f"the likelihood does not fall beside parameter {flat}: no maximum")
+        step = 0.5 / np.sqrt(bend)
+    ways, information = np.diag(step), np.diag(bend)
+    for i in range(p):
+        for j in range(i):
+            corners = [
+                a * b * evidence(at + a * ways[i] + b * ways[j]) for a in (1, -1) for b in (1, -1)
+            ]
+            information[i, j] = information[j, i] = -sum(corners) / (4.0 * step[i] * step[j])
+    if np.linalg.eigvalsh(information)[0] <= 0.0:
+        raise InputError("the likelihood does not fall in all directions: no maximum")
+    return np.asarray(np.linalg.inv(information))
