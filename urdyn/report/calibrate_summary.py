@@ -9,6 +9,7 @@ import numpy as np
 from urdyn.identify.kinematics import Calibration, Evaluation
 from urdyn.identify.kinematics.evaluation import NOMINAL
 from urdyn.identify.kinematics.robust import Found
+from urdyn.io.plain import plain
 from urdyn.types import Array, Mask
 from urdyn.version import __version__
 
@@ -78,7 +79,7 @@ def scores(found: Found, nominal: Found, sound: Mask) -> dict[str, Any]:
         "gross": int((~sound).sum()),
         "rms_mm": 1e3 * _rms(left[:, :3]),
         "p95_mm": 1e3 * float(np.quantile(np.linalg.norm(left[:, :3], axis=1), 0.95)),
-        "rms_mrad": 1e3 * turn if np.isfinite(turn) else None,
+        "rms_mrad": plain(1e3 * turn),
         "nominal_rms_mm": 1e3 * _rms(nominal.residuals[sound, :3]),
     }
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 from rich.table import Table
@@ -10,6 +9,7 @@ from rich.text import Text
 
 from urdyn.identify.excite import Excitation
 from urdyn.identify.excite.rating import Rating, scale
+from urdyn.io.plain import plain
 from urdyn.report.digits import number, percent
 from urdyn.report.names import spoken
 from urdyn.simulate.fourier import Series
@@ -48,8 +48,8 @@ def excited(found: Excitation, wall: float) -> dict[str, Any]:
         "restarts": list(found.values),
         "harmonics": len(found.path.sine) if isinstance(found.path, Series) else None,
         "base_frequency_hz": 1.0 / found.path.lasting if series else None,
-        "base_log_det": rated.log_det if math.isfinite(rated.log_det) else None,
-        "base_condition": rated.condition if math.isfinite(rated.condition) else None,
+        "base_log_det": plain(rated.log_det),
+        "base_condition": plain(rated.condition),
         "proof": {
             "clearance_m": proof.clearance,
             "closest": list(proof.closest),

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from urdyn.errors import InputError
+from urdyn.io.plain import plain
 from urdyn.report.digits import number
 from urdyn.report.names import spoken
 from urdyn.report.track_history import Clock, clock
@@ -102,14 +103,14 @@ def _finding(entry: Mapping[str, Any], joints: Sequence[str]) -> Finding:
 def told(finding: Finding) -> dict[str, Any]:
     """A finding in plain numbers, under the names of the file."""
     left = finding.left
-    times = left and dict(zip(LEFT, map(_plain, left), strict=True))
+    times = left and dict(zip(LEFT, map(plain, left), strict=True))
     return {
         "kind": finding.kind,
         "joint": finding.joint,
         "name": finding.name,
-        "onset_s": _plain(finding.onset),
+        "onset_s": plain(finding.onset),
         "severity": finding.severity,
-        "confidence": _plain(finding.confidence),
+        "confidence": plain(finding.confidence),
         "acknowledged": finding.acknowledged,
         "time_to_failure_s": times,
     }
@@ -118,8 +119,3 @@ def told(finding: Finding) -> dict[str, Any]:
 def _time(value: float | None) -> float:
     """A time to failure [s]; none is one that never comes."""
     return np.inf if value is None else float(value)
-
-
-def _plain(value: float) -> float | None:
-    """A number that JSON has."""
-    return value if np.isfinite(value) else None

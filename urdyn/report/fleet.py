@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from urdyn.errors import UrdynError
+from urdyn.io.plain import plain
 from urdyn.report.findings import Finding, read_findings
 from urdyn.report.findings import told as as_told
 from urdyn.report.traces import downsample
@@ -181,7 +182,7 @@ def _told(robot: Robot) -> dict[str, Any]:
         "stale": robot.stale,
         "age_s": robot.age,
         "data_s": robot.span,
-        "surprise": surprise if np.isfinite(surprise) else None,
+        "surprise": plain(surprise),
         "findings": None if robot.findings is None else [as_told(f) for f in robot.findings],
         "joints": [
             {

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from urdyn.identify import Fit, Score
+from urdyn.io.plain import plain
 from urdyn.model.body import BODY
 from urdyn.types import Array
 from urdyn.version import __version__
@@ -105,4 +106,4 @@ def _score(score: Score) -> dict[str, Any]:
 
 def _numbers(values: Array) -> list[float | None]:
     """Plain numbers; JSON has no NaN."""
-    return [float(x) if math.isfinite(x) else None for x in values]
+    return [plain(x) for x in values]

@@ -13,6 +13,7 @@ import numpy as np
 
 from urdyn.dbn.robot import RobotCurrents
 from urdyn.dbn.robot_slice import RobotSlice
+from urdyn.io.plain import plain
 from urdyn.model.body import centre_of_mass
 from urdyn.tracking.physical import KNOWN
 from urdyn.tracking.reading import Reading
@@ -127,12 +128,12 @@ def as_plain(interest: Interest, joint_names: tuple[str, ...]) -> dict[str, Any]
         "commissioned_rre_percent": _percent(before, current),
     }
     joints = [
-        {"name": name} | {key: _number(row[j]) for key, row in rows.items()}
+        {"name": name} | {key: plain(row[j]) for key, row in rows.items()}
         for j, name in enumerate(joint_names)
     ]
     return {
         "joints": joints,
-        "payload_margin_kg": {"value": _number(interest.spare), "sd": _number(interest.spare_sd)},
+        "payload_margin_kg": {"value": plain(interest.spare), "sd": plain(interest.spare_sd)},
         "energy_J": float(interest.work.sum()),
         "friction_J": float(interest.lost.sum()),
     }
@@ -171,7 +172,3 @@ def _spare(
 
 def _percent(part: Array, whole: Array) -> Array:
     return np.asarray(100.0 * np.sqrt(part / np.where(whole > 0, whole, np.nan)))
-
-
-def _number(value: float) -> float | None:
-    return float(value) if np.isfinite(value) else None

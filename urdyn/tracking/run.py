@@ -18,6 +18,7 @@ from urdyn.errors import InputError
 from urdyn.io import alone
 from urdyn.io.clock import elapsed
 from urdyn.io.helper import Helper
+from urdyn.io.plain import plain
 from urdyn.io.rss import peak_rss
 from urdyn.tracking import checkpoint, interest
 from urdyn.tracking.checkpoint import Checkpoint
@@ -33,7 +34,6 @@ from urdyn.tracking.reading import Reading
 from urdyn.tracking.row import row, spacing
 from urdyn.tracking.source import Arrival, Source, now
 from urdyn.tracking.tracker import Tracker
-from urdyn.types import Array
 from urdyn.version import __version__
 
 SWITCH = 5e-4  # [s] after which one thread lets another in
@@ -262,10 +262,5 @@ class _Run(Generic[S]):
     def _final(self, at: Checkpoint[S]) -> dict[str, Any]:
         of, belief = self.quantities, self.tracker.filter.belief(at.state.belief)
         mean, sd = of.of(belief, self.tracker.estimates_beside(at.state))
-        rows = zip(of.names, _plain(mean), _plain(sd), of.units, strict=True)
+        rows = zip(of.names, map(plain, mean), map(plain, sd), of.units, strict=True)
         return {name: {"mean": m, "sd": sd, "unit": unit} for name, m, sd, unit in rows}
-
-
-def _plain(values: Array) -> list[float | None]:
-    """Numbers as JSON has them; None where there is none yet."""
-    return [x if np.isfinite(x) else None for x in values.tolist()]

@@ -8,7 +8,6 @@ URDYN_MQTT_PASSWORD; port 8883 is spoken to over TLS.
 from __future__ import annotations
 
 import json
-import math
 import os
 from collections.abc import Callable, Sequence
 from importlib.util import find_spec
@@ -17,6 +16,7 @@ from typing import Any
 
 from urdyn.errors import InputError, MissingExtraError
 from urdyn.io.address import joined, parse
+from urdyn.io.plain import plain
 from urdyn.io.ros2.status import Status
 from urdyn.io.snapshot import Snapshot
 
@@ -84,14 +84,10 @@ def connect(text: str, robot: str) -> tuple[Tell, Callable[[], None]]:
 def _part(now: Snapshot, part: str) -> dict[str, Any]:
     """Quantity -> mean and sd; null where a number is none."""
     told: dict[str, Any] = {
-        name: {"mean": _finite(value), "sd": _finite(now.sd[part][name])}
+        name: {"mean": plain(value), "sd": plain(now.sd[part][name])}
         for name, value in now.mean[part].items()
     }
     return {"stamp_s": now.stamp / 1e9, **told}
-
-
-def _finite(value: float) -> float | None:
-    return value if math.isfinite(value) else None
 
 
 def _publish(client: Any, topic: str, document: Any) -> Any:
