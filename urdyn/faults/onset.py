@@ -1,53 +1,79 @@
-"""When a ramp began, and how steep it is: the posterior, onset by onset.
+"""When a growth began, how it goes and how fast: regressions, onset by onset and power by power.
 
-    e_t = r h(t - t0) + noise,    h(k) = k - sum_j a_j max(k - j, 0),   k = t - t0 >= 0
+    e_t = r h(t - t0) + b + noise,    h(k) = k^g - sum_j a_j max(k - j, 0)^g,   k = t - t0 > 0
 
-is a regression through its kink, r in spreads of the baseline a step, whatever the unit. Given the
-onset t0, the rate r is Gaussian with the sums S1 = sum h e, S2 = sum h^2, and cut off at zero. So
-rates need no grid; onsets are remembered one by one while they are recent, and the older the
+is a regression through its kink, r in spreads of the baseline a step^g, whatever the unit: a ramp
+of power g = 1, a step of 0, what slows down or gathers speed between and beyond. Given onset and
+power, the pace r is Gaussian with the sums S1 = sum h e, S2 = sum h^2, and cut off at zero; what
+the baseline does not know of its own level is b, the same for all, taken out by H = sum h. So
+paces need no grid; onsets are remembered one by one while they are recent, and the older the
 sparser, so that any length of history fits.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from urdyn.faults.alternatives import CLIP
+from urdyn.faults.robust import SQUARE
 from urdyn.faults.whiten import Baseline, beside
 from urdyn.given import given_count
 from urdyn.types import Array, Mask, frozen
 
 CANDIDATES = 160  # onsets remembered
+POWERS = (0.0, 0.5, 1.0, 2.0, 3.0)  # g: a step, what wears in, a ramp, what gathers speed
+TIMES = 2.0 ** np.arange(5.0, 14.5, 0.5)  # [steps] in which an exponential grows e-fold, T
+FADED = np.exp(-np.array([[1.0], [2.0], [1.0]]) / TIMES)[:, :, None]  # a step later, (3, T, 1)
+MEMORY = 1000.0  # [steps] of the spread of innovations
 GATE = 4.0  # [spread] of an innovation from the median of its neighbours: an outlier tells no rate
 NEIGHBOURS = 5  # innovations of that median, the newest among them
 
 
 @dataclass(frozen=True, eq=False)
 class Kinks:
-    """Every onset that is remembered, and the regression from it on."""
+    """Every onset that is remembered, and the regressions from it on, G powers."""
 
     t: int  # [steps] behind us
     past: Array  # (p, n) [unit] oldest first
     recent: Array  # (NEIGHBOURS, n) [spread] innovations; NaN before the first
     onset: Array  # (A,) [step] last one without the fault; inf: not yet used
     mass: Array  # (A,) [steps] that it stands for
-    S1: Array  # (A, n)
-    S2: Array  # (A, n)
+    S1: Array  # (G, A, n) sum of h e
+    S2: Array  # (G, A, n) sum of h²
+    H: Array  # (G, A, n) sum of h
+    K: Array  # (A, n) sum of k h of a ramp
+    X: Array  # (3, T, n) S1, S2, H of exponentials, which have no onset, by what they are now
+    E: Array  # (n,) sum of e
+    N: Array  # (n,) number of e
+    stride: Array  # (2, n) squares of differences of successive e [healthy one], and their number
 
     def __post_init__(self) -> None:
-        for name in ("past", "recent", "onset", "mass", "S1", "S2"):
+        for name in (one.name for one in fields(self) if one.name != "t"):
             object.__setattr__(self, name, frozen(getattr(self, name)))
 
 
 def kinks(baseline: Baseline, candidates: int = CANDIDATES) -> Kinks:
     """Nothing seen yet; candidates: onsets that are remembered, 3 or more."""
     given_count(candidates, "candidates", 3)  # the one that is missed least lies between two
-    n, empty = baseline.streams, np.zeros((candidates, baseline.streams))
-    past = np.full((baseline.order, n), np.nan)
-    recent = np.full((NEIGHBOURS, n), np.nan)
-    return Kinks(0, past, recent, np.full(candidates, np.inf), np.zeros(candidates), empty, empty)
+    n = baseline.streams
+    return Kinks(
+        t=0,
+        past=np.full((baseline.order, n), np.nan),
+        recent=np.full((NEIGHBOURS, n), np.nan),
+        onset=np.full(candidates, np.inf),
+        mass=np.zeros(candidates),
+        S1=np.zeros((len(POWERS), candidates, n)),
+        S2=np.zeros((len(POWERS), candidates, n)),
+        H=np.zeros((len(POWERS), candidates, n)),
+        K=np.zeros((candidates, n)),
+        X=np.zeros((3, len(TIMES), n)),
+        E=np.zeros(n),
+        N=np.zeros(n),
+        stride=np.zeros((2, n)),
+    )
 
 
 def follow(baseline: Baseline, state: Kinks, observed: Array) -> Kinks:
@@ -56,16 +82,23 @@ def follow(baseline: Baseline, state: Kinks, observed: Array) -> Kinks:
     recent = np.vstack([state.recent[1:], e])
     state = _with_candidate(state)
     told = np.isfinite(e) & ~_wild(recent)
-    h = _shape(baseline, state.t + 1.0 - state.onset)
-    h = np.where(told, h, 0.0)
+    e = np.where(told, e, 0.0)
+    k = np.where(np.isfinite(state.onset), state.t + 1.0 - state.onset, 0.0)
+    h = grown(baseline, k) * told
     past = np.vstack([state.past, observed])[1:] if baseline.order else state.past
     return replace(
         state,
         t=state.t + 1,
         past=past,
         recent=recent,
-        S1=state.S1 + h * np.where(told, e, 0.0),
+        S1=state.S1 + h * e,
         S2=state.S2 + h**2,
+        H=state.H + h,
+        K=state.K + k[:, None] * h[POWERS.index(1.0)],
+        X=state.X * FADED + exponential(baseline, e, told),
+        E=state.E + e,
+        N=state.N + told,
+        stride=state.stride * (1.0 - 1.0 / MEMORY) + _stride(baseline, recent),
     )
 
 
@@ -78,11 +111,18 @@ def followed(baseline: Baseline, series: ArrayLike, candidates: int = CANDIDATES
     return state
 
 
-def _shape(baseline: Baseline, age: Array) -> Array:
-    """h of ages (A,), (A, n) [steps]; zero for onsets not yet used."""
-    k = np.where(np.isfinite(age), age, 0.0)[:, None]
+def grown(baseline: Baseline, age: Array) -> Array:
+    """h of ages (A,) [steps], (G, A, n)."""
+    k = np.maximum(age[:, None] - np.arange(baseline.order + 1.0), 0.0)
+    passed = np.column_stack([np.ones(baseline.streams), -baseline.coefficients])
+    return np.stack([np.where(k > 0.0, k**power, 0.0) for power in POWERS]) @ passed.T
+
+
+def exponential(baseline: Baseline, e: Array, told: Mask) -> Array:
+    """What a step adds to S1, S2 and H of exponentials that are 1 now, (3, T, n)."""
     lag = np.arange(1.0, baseline.order + 1.0)
-    return np.asarray(k - np.maximum(k - lag, 0.0) @ baseline.coefficients.T)
+    h = (1.0 - np.exp(-lag / TIMES[:, None]) @ baseline.coefficients.T) * told
+    return np.stack([h * e, h**2, h])
 
 
 def _wild(recent: Array) -> Mask:
@@ -92,18 +132,38 @@ def _wild(recent: Array) -> Mask:
     return np.asarray(told & (np.abs(recent[-1] - middle) > GATE), dtype=np.bool_)
 
 
+def _stride(baseline: Baseline, recent: Array) -> Array:
+    """Square of the newest difference, clipped as the baseline's were, and whether told, (2, n)."""
+    step = (recent[-1] - recent[-2]) / (np.sqrt(2.0) * baseline.stride)
+    told = np.isfinite(step)
+    return np.stack([np.clip(np.where(told, step, 0.0), -CLIP, CLIP) ** 2 / SQUARE, told])
+
+
 def _with_candidate(state: Kinks) -> Kinks:
     """An onset now, in an empty place or in that of the one which is missed least."""
     onset, mass = state.onset.copy(), state.mass.copy()
-    S1, S2 = state.S1.copy(), state.S2.copy()
     used = int(np.isfinite(onset).sum())
-    if used == len(onset):
-        age = state.t + 1.0 - onset
-        gone = 1 + int(np.argmin((onset[2:] - onset[:-2]) / age[1:-1]))
-        mass[gone - 1] += 0.5 * mass[gone]
-        mass[gone + 1] += 0.5 * mass[gone]
-        for kept in (onset, mass, S1, S2):
-            kept[gone:-1] = kept[gone + 1 :]
-        used -= 1
-    onset[used], mass[used], S1[used], S2[used] = state.t, 1.0, 0.0, 0.0
-    return replace(state, onset=onset, mass=mass, S1=S1, S2=S2)
+    if used < len(onset):
+        onset[used], mass[used] = state.t, 1.0
+        return replace(state, onset=onset, mass=mass)
+    age = state.t + 1.0 - onset
+    gone = 1 + int(np.argmin((onset[2:] - onset[:-2]) / age[1:-1]))
+    mass[gone - 1] += 0.5 * mass[gone]
+    mass[gone + 1] += 0.5 * mass[gone]
+    return replace(
+        state,
+        onset=np.append(np.delete(onset, gone), state.t),
+        mass=np.append(np.delete(mass, gone), 1.0),
+        S1=_without(state.S1, gone),
+        S2=_without(state.S2, gone),
+        H=_without(state.H, gone),
+        K=_without(state.K, gone),
+    )
+
+
+def _without(sums: Array, gone: int) -> Array:
+    """Sums (..., A, n) with an onset less, and a new one at the end."""
+    kept = np.zeros_like(sums)
+    kept[..., :gone, :] = sums[..., :gone, :]
+    kept[..., gone:-1, :] = sums[..., gone + 1 :, :]
+    return kept
