@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from urdyn.errors import UrdynError
 from urdyn.faults import forecast, health_index, stated_baseline
+from urdyn.faults.courses import RAMP, SHARES, posterior, stopped, widened
 from urdyn.faults.onset import followed
-from urdyn.faults.prognosis import foresee, posterior
+from urdyn.faults.prognosis import foresee
 from urdyn.types import Array
 
 ONSET, RATE, LEVEL, WARNING, CRITICAL = 20, 0.0025, 0.1, 0.2, 0.25
@@ -22,26 +25,109 @@ def worn(sigma: float, steps: int, runs: int, seed: int) -> Array:
 
 
 def test_the_posterior_is_bayes_rule_on_a_grid() -> None:
-    """Every onset x a fine grid of rates, from the densities themselves."""
-    sigma, hazard = 0.02, 1e-3
-    y = worn(sigma, 40, 1, 1)[:, 0]
+    """Every onset x every stop x a fine grid of rates, from the densities themselves.
+
+    Of noise with the variance that was seen, and a level known as well as the baseline tells.
+    """
+    sigma, hazard, n = 0.02, 1e-3, 40
+    y = worn(sigma, n, 1, 1)[:, 0]
     baseline = stated_baseline(LEVEL, sigma)
-    far = (CRITICAL - LEVEL) / sigma
-    known = posterior(followed(baseline, y), 0, 1.0, far, hazard)
+    far, state = (CRITICAL - LEVEL) / sigma, followed(baseline, y)
+    known = posterior(baseline, state, 0, 1.0, far, hazard)
+    doubt = baseline.inflation[0] ** 2 / baseline.steps
+    root = np.linalg.cholesky(widened(state, 0) * np.eye(n) + doubt)
+    e = np.linalg.solve(root, (y - LEVEL) / sigma)
     # Neighbours' median marks outliers; here there are none.
-    t, rates = np.arange(1.0, 41.0), np.arange(5e-6, 0.075, 1e-5)
-    log = np.empty((40, len(rates)))
-    for onset in range(40):
-        seen = y[:, None] - LEVEL - rates * np.maximum(t - onset, 0.0)[:, None]
-        log[onset] = -0.5 * (seen**2).sum(axis=0) / sigma**2
-    nothing = -0.5 * ((y - LEVEL) ** 2).sum() / sigma**2 + 40 * np.log1p(-hazard)
-    weight = np.exp(log - nothing) * hazard * 1e-5 / ((CRITICAL - LEVEL) / 2.0)
-    assert known.begun == pytest.approx(weight.sum() / (1.0 + weight.sum()), rel=1e-3)
-    np.testing.assert_allclose(known.weight, weight.sum(axis=1) / weight.sum(), atol=1e-4)
-    crossing = np.arange(40)[:, None] + (CRITICAL - LEVEL) / rates - 40.0
-    for x in (10.0, 20.0, 40.0):
-        grid = weight[crossing <= x].sum() / weight.sum()
-        assert known.crossed(far, x) == pytest.approx(grid, abs=2e-3)
+    onset, stop = np.nonzero(np.triu(np.ones((n, n + 1)), 1))
+    lasts = np.where(stop == n, np.inf, stop - onset)
+    shape = np.minimum(np.maximum(np.arange(1.0, n + 1.0) - onset[:, None], 0.0), lasts[:, None])
+    u, rates = np.linalg.solve(root, shape.T), np.arange(5e-4, 4.0, 1e-3)
+    log = (e @ u)[:, None] * rates - 0.5 * (u**2).sum(axis=0)[:, None] * rates**2
+    prior = SHARES[RAMP] * hazard * np.where(np.isinf(lasts), 1.0, hazard) * 2.0 / far * 1e-3
+    weight = np.exp(log) * prior[:, None]
+    ramps = (known.power == 1.0) & (known.ahead == 1.0)
+    share = known.weight @ ramps
+    odds = share * known.begun / (1.0 - known.begun) * (1.0 - hazard) ** n
+    assert weight.sum() == pytest.approx(odds, rel=1e-3)
+    assert weight[np.isinf(lasts)].sum() / weight.sum() == pytest.approx(
+        known.straight / share, rel=1e-3
+    )
+    now = shape[:, -1:] * rates
+    for x in (0.0, 10.0, 20.0, 40.0):
+        there = now + np.where(np.isinf(lasts), x, 0.0)[:, None] * rates >= far
+        mixed = known.crossed(far, x) - replace(known, weight=known.weight * ~ramps).crossed(far, x)
+        assert mixed / share == pytest.approx(weight[there].sum() / weight.sum(), abs=2e-3)
+
+
+def test_a_stopped_ramp_is_regressed_as_if_it_were_followed() -> None:
+    """Of coloured noise with gaps: h_i - h_j itself, step by step."""
+    rng = np.random.default_rng(11)
+    baseline = replace(stated_baseline(0.0, 1.0), coefficients=np.array([[0.5, 0.3]]))
+    y = rng.standard_normal(50)
+    y[[7, 20, 21, 40]] = np.nan
+    state = followed(baseline, y)
+    found = stopped(baseline, state, 0, 1e-3)
+    t, onset = np.arange(1.0, 51.0), state.t - found.age
+    ramp = np.maximum(t - onset[:, None], 0.0)
+    change = np.pad(np.minimum(ramp, found.lasts[:, None]), ((0, 0), (2, 0)))
+    h = change[:, 2:] - 0.5 * change[:, 1:-1] - 0.3 * change[:, :-2]
+    told = np.convolve(np.isnan(y), np.ones(3))[:50] == 0
+    told[:2] = False  # whose past is not told
+    np.testing.assert_allclose(
+        found.S2, h[:, told] ** 2 @ np.ones(told.sum()), rtol=1e-9, atol=1e-9
+    )
+    np.testing.assert_allclose(found.H, h[:, told].sum(axis=1), atol=1e-9)
+    assert len(found.S2) == 48 * 49 // 2
+
+
+def test_what_is_flat_never_crosses() -> None:
+    """A step and a ramp that stopped, 500 steps ago, 20 lives each: hardly a ramp that goes on."""
+    t, rng = np.arange(600), np.random.default_rng(12)
+    for change in (0.06 * (t >= 100), RATE * np.clip(t - 100, 0, 20)):
+        y = LEVEL + change[:, None] + 0.01 * rng.standard_normal((600, 20))
+        for one in forecast(y, stated_baseline(LEVEL, np.full(20, 0.01)), WARNING, CRITICAL):
+            assert one.probability > 0.99 and one.straight < 1e-4
+            assert one.critical.median == one.critical.high == np.inf
+            assert one.health(1000.0) > 0.999
+            assert "inf" in str(one.critical)
+
+
+@pytest.mark.parametrize("time", [50.0, 200.0])
+def test_what_grows_exponentially_is_not_foretold_as_if_straight(time: float) -> None:
+    """40 lives at .7 and .85 of theirs: held by 90 % intervals in two thirds or more, and flagged.
+
+    By an interval of ramps alone it was held in none.
+    """
+    rng, end = np.random.default_rng(13), 100.0 + time * np.log(1.0 + 15.0)
+    for at in (int(100 + part * (end - 100)) for part in (0.7, 0.85)):
+        t = np.arange(1.0, at + 1.0)[:, None]
+        y = LEVEL + 0.01 * np.expm1(np.maximum(t - 100.0, 0.0) / time)
+        y = y + 0.01 * rng.standard_normal((at, 40))
+        made = forecast(y, stated_baseline(LEVEL, np.full(40, 0.01)), WARNING, CRITICAL)
+        assert np.mean([m.critical.low <= end - at <= m.critical.high for m in made]) > 0.67
+        assert np.median([m.straight for m in made]) < 0.5
+
+
+@pytest.mark.slow
+def test_noise_wider_than_the_baseline_is_allowed_for() -> None:
+    """A fifth wider: .9 to three standard errors of 600 lives, .037."""
+    baseline = stated_baseline(np.full(600, LEVEL), np.full(600, 0.01))
+    y = worn(0.012, 50, 600, 14)
+    level = np.full(600, CRITICAL)
+    made = [m.critical for m in foresee(baseline, followed(baseline, y), level, level)]
+    assert abs(np.mean([m.low <= 30.0 <= m.high for m in made]) - 0.9) < 0.037
+
+
+@pytest.mark.slow
+def test_a_level_that_the_baseline_knows_badly_is_no_fault() -> None:
+    """5000 healthy steps of 200 streams, each with a level learnt from 1000.
+
+    P(odds > 19) is no more than the prior odds of a fault, .65, over 19: .034, and three standard
+    errors of that, .039.
+    """
+    noise = np.random.default_rng(15).standard_normal((6000, 200))
+    made = forecast(noise[1000:], noise[:1000], 10.0, 15.0)
+    assert np.mean([m.probability > 0.95 for m in made]) < 0.034 + 0.039
 
 
 @pytest.mark.slow

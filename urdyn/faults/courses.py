@@ -30,7 +30,7 @@ SHARES = (0.001, 0.01, 0.969, 0.01, 0.01)  # [-] prior probability of each power
 ENDLESS, ALWAYS = 1e3, 0.01  # power that is an exponential's, and its prior probability
 HASTE = 2.0  # [-] by which what is bent may go faster than its past tells
 TINY, LARGE = 1e-100, 600.0  # times as large as now; nats
-NEGLIGIBLE = 1e-7  # [-] weight of a course
+NEGLIGIBLE = 1e-6  # [-] weight of a course
 STEADY = 0.8  # [-] least variance of innovations that is believed, over the baseline's
 WONT = 30.0  # [steps] for which the spread is believed to be the baseline's
 
@@ -132,7 +132,7 @@ def levelled(baseline: Baseline, state: Kinks, stream: int, one: Courses) -> tup
 
 
 def widened(state: Kinks, stream: int) -> float:
-    """Variance of innovations over that of healthy ones, as their differences tell; 1 or more."""
+    """Variance of innovations over that of healthy ones, as their differences tell."""
     squares, told = state.stride[:, stream]
     return max(STEADY, float((WONT + squares) / (WONT + told)))
 
@@ -143,7 +143,7 @@ def going(state: Kinks, stream: int) -> Courses:
     shape = (len(POWERS), int(used.sum()))
     age = np.broadcast_to(state.t - state.onset[used], shape)
     power = np.broadcast_to(np.array(POWERS)[:, None], shape)
-    sums = (x[:, used, stream] for x in (state.S1, state.S2, state.H))
+    sums = state.S[:, :, used, stream]
     prior = np.array(SHARES)[:, None] * state.mass[used]
     lasts = np.full(shape, np.inf)
     return Courses(*(x.ravel() for x in (*sums, age**power, age, lasts, power, prior)))
@@ -159,7 +159,7 @@ def stopped(baseline: Baseline, state: Kinks, stream: int, hazard: float) -> Cou
     between = onset - onset[:, None]
     i, j = np.nonzero(between >= max(baseline.order, 1))
     lasts = between[i, j]
-    S1, S2, H = (x[RAMP, :, stream] for x in (state.S1, state.S2, state.H))
+    S1, S2, H = state.S[:, RAMP, :, stream]
     a = baseline.coefficients[stream]
     passed, lag = 1.0 - a.sum(), a @ np.arange(1.0, len(a) + 1.0)
     both = passed * state.K[j, stream] + (passed * lasts + lag) * H[j]

@@ -41,11 +41,9 @@ class Kinks:
     recent: Array  # (NEIGHBOURS, n) [spread] innovations; NaN before the first
     onset: Array  # (A,) [step] last one without the fault; inf: not yet used
     mass: Array  # (A,) [steps] that it stands for
-    S1: Array  # (G, A, n) sum of h e
-    S2: Array  # (G, A, n) sum of h²
-    H: Array  # (G, A, n) sum of h
+    S: Array  # (3, G, A, n) S1 = sum of h e, S2 = sum of h², H = sum of h
     K: Array  # (A, n) sum of k h of a ramp
-    X: Array  # (3, T, n) S1, S2, H of exponentials, which have no onset, by what they are now
+    X: Array  # (3, T, n) the same of exponentials, which have no onset, by what they are now
     E: Array  # (n,) sum of e
     N: Array  # (n,) number of e
     stride: Array  # (2, n) squares of differences of successive e [healthy one], and their number
@@ -65,9 +63,7 @@ def kinks(baseline: Baseline, candidates: int = CANDIDATES) -> Kinks:
         recent=np.full((NEIGHBOURS, n), np.nan),
         onset=np.full(candidates, np.inf),
         mass=np.zeros(candidates),
-        S1=np.zeros((len(POWERS), candidates, n)),
-        S2=np.zeros((len(POWERS), candidates, n)),
-        H=np.zeros((len(POWERS), candidates, n)),
+        S=np.zeros((3, len(POWERS), candidates, n)),
         K=np.zeros((candidates, n)),
         X=np.zeros((3, len(TIMES), n)),
         E=np.zeros(n),
@@ -91,9 +87,7 @@ def follow(baseline: Baseline, state: Kinks, observed: Array) -> Kinks:
         t=state.t + 1,
         past=past,
         recent=recent,
-        S1=state.S1 + h * e,
-        S2=state.S2 + h**2,
-        H=state.H + h,
+        S=state.S + np.stack([h * e, h**2, h]),
         K=state.K + k[:, None] * h[POWERS.index(1.0)],
         X=state.X * FADED + exponential(baseline, e, told),
         E=state.E + e,
@@ -154,9 +148,7 @@ def _with_candidate(state: Kinks) -> Kinks:
         state,
         onset=np.append(np.delete(onset, gone), state.t),
         mass=np.append(np.delete(mass, gone), 1.0),
-        S1=_without(state.S1, gone),
-        S2=_without(state.S2, gone),
-        H=_without(state.H, gone),
+        S=_without(state.S, gone),
         K=_without(state.K, gone),
     )
 

@@ -26,6 +26,7 @@ DETECTORS = {
 
 TOGETHER = "Shiryaev-Roberts, six joints"
 SEEN = 0.05  # growth over sigma from which on faults are to be found in time
+NEVER = 1e4  # [step] where a crossing that may never come is drawn, far above the axis
 TICKS = (0.01, 0.025, 0.05, 0.1, 0.25, 0.5)  # growth over sigma
 
 
@@ -256,7 +257,7 @@ def _life(life: Foreseen) -> Html:
 
 def _crossing(life: Foreseen) -> Html:
     from_alarm = life.t >= (life.alarm if life.alarm is not None else life.onset)
-    t, at = life.t[from_alarm], life.crossing[from_alarm]
+    t, at = life.t[from_alarm], np.minimum(life.crossing[from_alarm], NEVER)
     low, high = band(t, at[:, 1], at[:, 2], "90 % interval")
     true = life.t[life.truth >= life.critical - 1e-9]
     drawing = figure(
