@@ -12,7 +12,7 @@ sparser, so that any length of history fits.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, fields
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -76,19 +76,23 @@ def follow(baseline: Baseline, state: Kinks, observed: Array) -> Kinks:
     """One step on: a new candidate, and every regression learns from what was observed, (n,)."""
     e = baseline.innovation(state.past, observed) * baseline.inflation
     recent = np.vstack([state.recent[1:], e])
-    state = _with_candidate(state)
     told = np.isfinite(e) & ~_wild(recent)
     e = np.where(told, e, 0.0)
-    k = np.where(np.isfinite(state.onset), state.t + 1.0 - state.onset, 0.0)
+    onset, mass, gone = _with_candidate(state)
+    k = np.where(np.isfinite(onset), state.t + 1.0 - onset, 0.0)
     h = grown(baseline, k) * told
+    S, K = _without(state.S, gone), _without(state.K, gone)
+    for total, term in zip(S, (h * e, h**2, h), strict=True):
+        total += term  # in place: S is the largest by far
     past = np.vstack([state.past, observed])[1:] if baseline.order else state.past
-    return replace(
-        state,
+    return Kinks(
         t=state.t + 1,
         past=past,
         recent=recent,
-        S=state.S + np.stack([h * e, h**2, h]),
-        K=state.K + k[:, None] * h[POWERS.index(1.0)],
+        onset=onset,
+        mass=mass,
+        S=S,
+        K=K + k[:, None] * h[POWERS.index(1.0)],
         X=state.X * FADED + exponential(baseline, e, told),
         E=state.E + e,
         N=state.N + told,
@@ -133,29 +137,28 @@ def _stride(baseline: Baseline, recent: Array) -> Array:
     return np.stack([np.clip(np.where(told, step, 0.0), -CLIP, CLIP) ** 2 / SQUARE, told])
 
 
-def _with_candidate(state: Kinks) -> Kinks:
-    """An onset now, in an empty place or in that of the one which is missed least."""
+def _with_candidate(state: Kinks) -> tuple[Array, Array, int]:
+    """Onsets and masses with an onset now, and whose place it takes; the last: an empty one.
+
+    Where all are used, that of the one which is missed least, whose mass its neighbours take.
+    """
     onset, mass = state.onset.copy(), state.mass.copy()
-    used = int(np.isfinite(onset).sum())
-    if used < len(onset):
-        onset[used], mass[used] = state.t, 1.0
-        return replace(state, onset=onset, mass=mass)
-    age = state.t + 1.0 - onset
-    gone = 1 + int(np.argmin((onset[2:] - onset[:-2]) / age[1:-1]))
-    mass[gone - 1] += 0.5 * mass[gone]
-    mass[gone + 1] += 0.5 * mass[gone]
-    return replace(
-        state,
-        onset=np.append(np.delete(onset, gone), state.t),
-        mass=np.append(np.delete(mass, gone), 1.0),
-        S=_without(state.S, gone),
-        K=_without(state.K, gone),
-    )
+    used, gone = int(np.isfinite(onset).sum()), len(onset) - 1
+    if used == len(onset):
+        age = state.t + 1.0 - onset
+        gone = 1 + int(np.argmin((onset[2:] - onset[:-2]) / age[1:-1]))
+        mass[[gone - 1, gone + 1]] += 0.5 * mass[gone]
+        used -= 1
+        for kept in (onset, mass):
+            kept[gone:-1] = kept[gone + 1 :]
+    onset[used], mass[used] = state.t, 1.0
+    return onset, mass, gone
 
 
 def _without(sums: Array, gone: int) -> Array:
-    """Sums (..., A, n) with an onset less, and a new one at the end."""
-    kept = np.zeros_like(sums)
+    """Sums (..., A, n) with an onset less, and an empty place at the end."""
+    kept = np.empty_like(sums)
     kept[..., :gone, :] = sums[..., :gone, :]
     kept[..., gone:-1, :] = sums[..., gone + 1 :, :]
+    kept[..., -1, :] = 0.0
     return kept
