@@ -184,11 +184,12 @@ def _density(pace: Array, power: Array, rise: float) -> Array:
     """Log prior density of paces: the critical level is D > 2 steps from the onset, p(D) = 2 / D².
 
     Which is flat in the rate of a ramp. Steps are flat up to the level; exponentials were as large
-    as the noise at no step rather than another.
+    as the noise at no step rather than another, and have grown since.
     """
     g = np.where((power > 0.0) & (power < ENDLESS), power, 1.0)
     known = np.log(2.0 / (g * rise)) + (1.0 - 1.0 / g) * np.log(rise / pace)
-    return np.select([power == 0.0, power < ENDLESS], [-np.log(rise), known], -np.log(pace))
+    faster = -np.log(np.maximum(pace, 1.0))
+    return np.select([power == 0.0, power < ENDLESS], [-np.log(rise), known], faster)
 
 
 def _ahead(weight: Array, one: Courses, mean: Array, sd: Array, begun: float) -> Posterior:
