@@ -68,13 +68,3 @@ def test_a_spread_that_is_wrong_is_followed_up_to_what_is_allowed() -> None:
         for row in scale * rng.standard_normal((900, 8)):
             state, _ = detector.step(state, row)
         assert least < state.inner[400:].std() < most
-
-
-def test_a_gap_is_not_judged_until_the_past_is_known_again() -> None:
-    rng = np.random.default_rng(6)
-    baseline = learn_baseline(Noise(0.9).draw(rng, 1000, 1))
-    y = Noise(0.9).draw(rng, 50, 1)
-    y[20] = np.nan
-    e = baseline.innovations(y)[:, 0]
-    assert np.isnan(e[20 : 20 + 1 + baseline.order]).all()
-    assert np.isfinite(e[21 + baseline.order :]).all()

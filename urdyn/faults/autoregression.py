@@ -9,13 +9,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from urdyn.types import MAD_TO_SD, Array
+from urdyn.types import MAD_TO_SD, Array, Mask
 
 ORDERS = (0, 1, 2, 3, 4, 6, 8, 12, 16, 24)  # candidates
 BOUND = 2.5  # [sd] of a value or a residual, beyond which a row counts less
 ROUNDS = 15
 SETTLED = 1e-3  # [-] change of a coefficient in a round; a tenth of what 1000 steps can tell
-COMPLETE = 0.8  # of the measured steps need a complete past, or the order is too high
+ROWS = 20  # for each coefficient, its own past among them
+SEEN = 0.25  # of the pairs of the lag with most of them: fewer, and a lag is not seen
 RIDGE = 1e-9  # of the normal matrix: values that repeat
 
 
@@ -28,38 +29,85 @@ def lagged(series: Array, order: int) -> Array:
     return past
 
 
-def autoregression(y: Array) -> Array:
-    """Coefficients (p,) of y, (N,) around its level, of the order by the Bayesian criterion."""
-    order = _longest(y)
-    past = lagged(y[:, None], order)[:, :, 0]
-    told = np.isfinite(y) & np.isfinite(past).all(axis=1)
+def autoregression(y: Array) -> tuple[Array, int]:
+    """Coefficients (p,) of y, (N,) around its level, and the steps between those they tell of.
+
+    Their order is that of the Bayesian criterion. Where rows are missing in a rhythm, so that
+    neighbours are never seen, lags are multiples of the nearest that is.
+    """
+    pace = _pace(np.isfinite(y))
+    allowed = [p for p in ORDERS if p * pace <= ORDERS[-1]]
+    past = lagged(y[:, None], allowed[-1] * pace)[:, pace - 1 :: pace, 0]
+    allowed = [p for p in allowed if _shown(y, past[:, :p])]
+    size = MAD_TO_SD * float(np.median(np.abs(y[_told(y, past[:, : allowed[-1]])])))
+    if not size > 0.0 or len(allowed) == 1:
+        return np.zeros(0), pace
+    y, past = y / size, past / size  # whose squares are floats in any unit
+    found = _of_all(y, past, allowed) if np.isfinite(y).all() else _step_by_step(y, past, allowed)
+    return _spaced(found, pace), pace
+
+
+def complete(y: Array, coefficients: Array) -> int:
+    """Steps of y, (N,), from which these coefficients could be learnt, those before them too."""
+    lags = np.flatnonzero(coefficients)
+    past = lagged(y[:, None], len(coefficients))[:, lags, 0]
+    return int(_told(y, past).sum()) + len(coefficients)
+
+
+def _pace(measured: Mask) -> int:
+    """The nearest lag that is seen; one beyond all orders where none is."""
+    pairs = np.array([(measured[k:] & measured[:-k]).sum() for k in range(1, ORDERS[-1] + 1)])
+    seen = (pairs >= ROWS) & (pairs >= SEEN * pairs.max())
+    return int(seen.argmax()) + 1 if seen.any() else ORDERS[-1] + 1
+
+
+def _told(y: Array, past: Array) -> Mask:
+    """Steps with a complete past, (N,)."""
+    return np.asarray(np.isfinite(y) & np.isfinite(past).all(axis=1))
+
+
+def _shown(y: Array, past: Array) -> bool:
+    """So many coefficients have rows enough, which the first steps without a past count as."""
+    return bool(_told(y, past).sum() + past.shape[1] >= ROWS * past.shape[1])
+
+
+def _of_all(y: Array, past: Array, allowed: list[int]) -> Array:
+    """Coefficients of the best order, each seen by the same steps."""
+    order = allowed[-1]
+    told = _told(y, past[:, :order])
     X, z = past[told], y[told]
-    size = MAD_TO_SD * float(np.median(np.abs(z)))
-    if not size > 0.0 or not order:
-        return np.zeros(0)
-    X, z = X / size, z / size  # whose squares are floats in any unit
-    allowed = [p for p in ORDERS if p <= order]
     found = {p: _fit(X[:, :p], z) for p in allowed}
+    return found[_best(X, z, found)]
+
+
+def _step_by_step(y: Array, past: Array, allowed: list[int]) -> Array:
+    """Coefficients of the best order: each beside the best of less, by the steps that show both."""
+    best = allowed[0]
+    for order in allowed[1:]:
+        told = _told(y, past[:, :order])
+        X, z = past[told], y[told]
+        best = _best(X, z, {p: _fit(X[:, :p], z) for p in (best, order)})
+    told = _told(y, past[:, :best])
+    return _fit(past[told, :best], y[told])
+
+
+def _best(X: Array, z: Array, found: dict[int, Array]) -> int:
+    """The order of least cost by the Bayesian criterion."""
     residual = {p: z - X[:, :p] @ a for p, a in found.items()}
     # One set of weights for all orders: what differs between them is the colour alone.
-    weight = _bounded(residual[order])
+    weight = _bounded(residual[max(found)])
     told_of = {p: float(weight @ r**2) / float(weight.sum()) for p, r in residual.items()}
     n = float(weight.sum())
-    best = min(allowed, key=lambda p: n * np.log(told_of[p]) + p * np.log(n))
-    return found[best]
+    return min(found, key=lambda p: n * np.log(told_of[p]) + p * np.log(n))
 
 
-def _longest(y: Array) -> int:
-    """Highest order that so many steps show, most of them with a complete past."""
-    measured = np.isfinite(y)
-    allowed = 0
-    for order in ORDERS:
-        past = np.isfinite(lagged(y[:, None], order)[:, :, 0]).all(axis=1)
-        if (past & measured)[order:].sum() >= COMPLETE * measured[order:].sum() and (
-            order * 20 <= measured.sum()
-        ):
-            allowed = order
-    return allowed
+def _spaced(found: Array, pace: int) -> Array:
+    """Coefficients of every lag, (p,), from those of multiples of `pace`."""
+    if not len(found):
+        return found
+    a = np.zeros(len(found) * pace)
+    a[pace - 1 :: pace] = found
+    return a
 
 
 def _fit(X: Array, z: Array) -> Array:

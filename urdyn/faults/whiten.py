@@ -10,15 +10,16 @@ Units are [spread], which is s, and [sd], kappa s.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import NamedTuple
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from urdyn.errors import InputError
 from urdyn.faults.alternatives import CLIP
-from urdyn.faults.autoregression import autoregression, lagged
+from urdyn.faults.autoregression import autoregression, complete, lagged
+from urdyn.faults.gaps import Bridge, bridged
 from urdyn.faults.robust import level_and_spread, long_run_excess
 from urdyn.given import given, given_rows, positive
 from urdyn.types import Array, frozen
@@ -26,6 +27,7 @@ from urdyn.types import Array, frozen
 ENOUGH = 1000  # steps from which a baseline is known well
 LEAST = 100  # measured steps without which none is learnt
 INFLATION = 1.04  # [-] kappa of a baseline of ENOUGH steps
+ROUNDS = 3  # of levels across gaps; each leaves less than a half of what they are off by
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,10 +40,11 @@ class Baseline:
     inflation: Array  # (n,) kappa [-]
     typical: Array  # (n,) [unit] level of the stream itself
     stride: Array  # (n,) [sd] of differences of successive innovations, over sqrt(2)
+    pace: Array  # (n,) steps between two that can be judged: nearer ones were never seen
     steps: int = ENOUGH  # that it was learnt from
 
     def __post_init__(self) -> None:
-        for name in ("coefficients", "level", "spread", "inflation", "typical", "stride"):
+        for name in ("coefficients", "level", "spread", "inflation", "typical", "stride", "pace"):
             object.__setattr__(self, name, frozen(getattr(self, name)))
         assert self.coefficients.shape[:1] == self.level.shape == self.spread.shape
 
@@ -71,11 +74,14 @@ class Baseline:
     def _needed(self) -> Array:
         return np.asarray(self.coefficients.T != 0.0)
 
+    @cached_property
+    def bridge(self) -> Bridge:
+        """What follows from the last steps, whichever of them are missing."""
+        return Bridge(self.coefficients, self.level, self.typical, self.pace)
+
     def innovations(self, series: Array) -> Array:
         """Innovations of a series (N, n) that begins anew: NaN in the first p steps."""
-        past = lagged(series, self.order)  # (N, p, n)
-        foreseen = np.einsum("np,Npn->Nn", self.coefficients, np.where(self._needed, past, 0.0))
-        return np.asarray((series - foreseen - self.level) / (self.inflation * self.spread))
+        return bridged(self.bridge, series) / (self.inflation * self.spread)
 
 
 def learn_baseline(healthy: Array, inflation: float = INFLATION) -> Baseline:
@@ -89,20 +95,17 @@ def learn_baseline(healthy: Array, inflation: float = INFLATION) -> Baseline:
     """
     series = given_rows(healthy, "a baseline")
     given(inflation, "inflation", "a positive number", positive)
-    learnt = [_stream(series[:, i], i, inflation) for i in range(series.shape[1])]
-    order = max(len(one.coefficients) for one in learnt)
-    coefficients = np.zeros((len(learnt), order))
-    for row, one in zip(coefficients, learnt, strict=True):
-        row[: len(one.coefficients)] = one.coefficients
-    return Baseline(
-        coefficients,
-        np.array([one.level for one in learnt]),
-        np.array([one.spread for one in learnt]),
-        np.array([one.inflation for one in learnt]),
-        np.array([one.typical for one in learnt]),
-        np.array([one.stride for one in learnt]),
-        len(series),
-    )
+    typical = np.array([level_and_spread(measured(y, i))[0] for i, y in enumerate(series.T)])
+    found = [autoregression(y - middle) for y, middle in zip(series.T, typical, strict=True)]
+    coefficients = np.zeros((len(found), max(len(a) for a, _ in found)))
+    for row, (a, _) in zip(coefficients, found, strict=True):
+        row[: len(a)] = a
+    pace = np.array([float(steps) for _, steps in found])
+    level = typical * (1.0 - coefficients.sum(axis=1))
+    left = _left(series, found, Bridge(coefficients, level, typical, pace))
+    learnt = [_stream(series[:, i], left[:, i], i, a, inflation) for i, (a, _) in enumerate(found)]
+    level, spread, kappa, stride = np.array(learnt).T
+    return Baseline(coefficients, level, spread, kappa, typical, stride, pace, len(series))
 
 
 def stated_baseline(
@@ -113,7 +116,8 @@ def stated_baseline(
     n = max(np.size(level), np.size(sd))
     centre = given(level, "level", streams=n)
     spread = given(sd, "sd", "positive numbers", positive, n)
-    return Baseline(np.zeros((n, 0)), centre, spread, np.full(n, inflation), centre, np.ones(n))
+    one = np.ones(n)
+    return Baseline(np.zeros((n, 0)), centre, spread, np.full(n, inflation), centre, one, one)
 
 
 def beside(series: ArrayLike, baseline: Baseline | ArrayLike) -> tuple[Array, Baseline]:
@@ -139,33 +143,43 @@ def measured(y: Array, stream: int) -> Array:
     return told
 
 
-class _Stream(NamedTuple):
-    """A stream's share of a baseline."""
+def _left(series: Array, found: list[tuple[Array, int]], start: Bridge) -> Array:
+    """What autoregressions leave of streams, (N, n), their level in it; NaN where none is told."""
+    gaps = np.asarray(~np.isfinite(series).all(axis=0))
+    left = np.empty_like(series)
+    for i in np.flatnonzero(~gaps):
+        a, _ = found[i]
+        past = lagged(series[:, i : i + 1], len(a))[:, :, 0]
+        left[:, i] = series[:, i] - np.einsum("p,Np->N", a, past)
+    if gaps.any():
+        left[:, gaps] = _left_across_gaps(series[:, gaps], start.of(gaps))
+    return left
 
-    coefficients: Array
-    level: float
-    spread: float
-    inflation: float
-    typical: float
-    stride: float
+
+def _left_across_gaps(series: Array, bridge: Bridge) -> Array:
+    """The same of streams with gaps, whose level is filled in where they are: found in ROUNDS."""
+    for _ in range(ROUNDS):
+        e = bridged(bridge, series)
+        moved = [level_and_spread(x[np.isfinite(x)])[0] for x in e.T]
+        bridge = replace(bridge, level=bridge.level + moved)
+    return bridged(bridge, series) + bridge.level
 
 
-def _stream(y: Array, stream: int, inflation: float) -> _Stream:
-    """Of one stream, (N,)."""
-    known = measured(y, stream)
-    typical, _ = level_and_spread(known)
-    a = autoregression(y - typical)
-    e = y - np.einsum("p,Np->N", a, lagged(y[:, None], len(a))[:, :, 0])
-    told = np.isfinite(e)
-    level, spread = level_and_spread(e[told])
+def _stream(
+    y: Array, left: Array, stream: int, a: Array, inflation: float
+) -> tuple[float, float, float, float]:
+    """Level, spread, inflation and stride of one stream, (N,), by what is left of it, (N,)."""
+    told = left[np.isfinite(left)]
+    level, spread = level_and_spread(told)
     if not spread > 0.0:
         raise InputError(f"stream {stream} of the baseline does not move: it cannot be judged")
-    white = np.clip((e - level) / spread, -CLIP, CLIP)
-    short = np.sqrt(max(1.0, ENOUGH / len(known)))
-    steps = np.diff(e)
-    _, stride = level_and_spread(steps[np.isfinite(steps)] / (np.sqrt(2.0) * spread))
+    white = np.clip((told - level) / spread, -CLIP, CLIP)
+    short = np.sqrt(max(1.0, ENOUGH / complete(y, a)))
+    _, stride = level_and_spread(np.diff(told) / (np.sqrt(2.0) * spread))
     # A difference of long-tailed innovations is less long-tailed than they: stride is above 1, and
     # innovations at the clip follow each other more often than a normal's would.
     tails = max(1.0, stride)
-    kappa = (1.0 + (inflation - 1.0) * short) * np.sqrt(long_run_excess(white) * tails)
-    return _Stream(a, level, spread, float(kappa), typical, stride)
+    # The promise was tried with inflations that take a colour without gaps for wholly learnt.
+    left_over = 1.0 if len(a) and np.isfinite(y).all() else long_run_excess(white)
+    kappa = (1.0 + (inflation - 1.0) * short) * np.sqrt(left_over * tails)
+    return level, spread, float(kappa), stride

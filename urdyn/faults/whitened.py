@@ -15,6 +15,7 @@ import numpy as np
 from urdyn.errors import InputError
 from urdyn.faults.alternatives import CLIP
 from urdyn.faults.detector import Detector, Verdict
+from urdyn.faults.gaps import Past
 from urdyn.faults.robust import SQUARE
 from urdyn.faults.whiten import Baseline
 from urdyn.types import Array, frozen
@@ -32,14 +33,14 @@ MISTRUST = 1.6  # [-] of an excess over the baseline's: what has changed goes on
 class WhitenedState(Generic[S]):
     """The last steps, how wide they spread, and what the detector remembers."""
 
-    past: Array  # (p, n) [unit] oldest first; NaN where nothing was measured
-    last: Array  # (n,) [sd] innovation before
+    past: Past
+    last: Array  # (n,) [sd] innovation told before
     square: Array  # (n,) [-] average square over the baseline's
     weight: Array  # (n,) [steps] that it is worth
     inner: S
 
     def __post_init__(self) -> None:
-        for name in ("past", "last", "square", "weight"):
+        for name in ("last", "square", "weight"):
             object.__setattr__(self, name, frozen(getattr(self, name)))
 
 
@@ -56,18 +57,18 @@ class Whitened(Generic[S]):
         n = self.baseline.streams
         if streams != n:
             raise InputError(f"{streams} streams, and {n} of the baseline; give the same ones")
-        none = np.full((self.baseline.order, n), np.nan)
-        inner = self.detector.init(n)
+        inner, none = self.detector.init(n), self.baseline.bridge.init()
         return WhitenedState(none, np.full(n, np.nan), np.ones(n), np.full(n, TRUST), inner)
 
     def step(self, state: WhitenedState[S], observed: Array) -> tuple[WhitenedState[S], Verdict]:
         """Whiten what was observed, (n,) [unit], and judge it; NaN where nothing was."""
-        e = self.baseline.innovation(state.past, observed)
+        past, left = self.baseline.bridge.step(state.past, observed)
+        e = left / (self.baseline.inflation * self.baseline.spread)
         inner, verdict = self.detector.step(state.inner, e / self._wider(state.square))
         plain = e * self.baseline.inflation
         square, weight = _spread(state, plain, self.baseline.stride)
-        past = np.vstack([state.past, observed])[1:] if self.baseline.order else state.past
-        return WhitenedState(past, plain, square, weight, inner), verdict
+        last = np.where(np.isfinite(plain), plain, state.last)
+        return WhitenedState(past, last, square, weight, inner), verdict
 
     def acknowledged(self, state: WhitenedState[S]) -> WhitenedState[S]:
         """Evidence is gathered anew."""
