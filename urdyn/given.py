@@ -142,6 +142,21 @@ def given_places(places: object, what: str, n: int) -> Index:
     return at.astype(np.intp)
 
 
+def given_streams(streams: object) -> int:
+    """Number of streams, 1 or more."""
+    return given_count(streams, "streams")
+
+
+def given_step(observed: object, streams: int) -> Array:
+    """What was observed of each stream in a step, (n,), NaN where nothing was."""
+    values = observed if type(observed) is np.ndarray else np.atleast_1d(as_numbers(observed))
+    if values.shape != (streams,):
+        raise InputError(
+            f"a step has the shape {values.shape}; give a number for each of {streams} streams"
+        )
+    return values
+
+
 def given_rows(series: object, what: str) -> Array:
     """A series of steps x streams, (N, n), NaN where nothing was measured; (N,) is one stream."""
     rows = as_numbers(series)
@@ -152,7 +167,9 @@ def given_rows(series: object, what: str) -> Array:
 
 
 def as_numbers(value: object) -> Array:
-    """A value as an array; of no dimension, and NaN, where it holds anything else than numbers."""
+    """As an array; NaN where masked; of no dimension, and NaN, where it holds no numbers."""
+    if isinstance(value, np.ma.MaskedArray) and value.dtype.kind in "biuf":
+        return np.asarray(np.ma.filled(value.astype(np.float64), np.nan))
     try:
         array = np.asarray(value)
     except ValueError:  # rows of different lengths

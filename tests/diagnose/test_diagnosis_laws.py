@@ -209,6 +209,8 @@ ODD = "[kind.odd]\nchange = {{ {} }}\nleast = 0.1\nwarning = 0.2\ncritical = 0.3
         (ODD.format("f = -0.5", ""), "[kind.odd] change f is above 0"),
         (ODD.format("f = 1e300", ""), "[kind.odd] change f is a finite number"),
         (ODD.format("f = 0.5", "hold = -1.0"), "[kind.odd] hold is 0 or more"),
+        ('[kind.""]\nchange = { f = 1.0 }\n', '[kind.""] needs a name'),
+        ("[kind.collision]\nchange = { f = 1.0 }\n", "[kind.collision] takes no change"),
         (
             "[kind.odd]\nchange = { f = 1.0 }\nleast = 0.1\n",
             "[kind.odd] has no warning and no crit",

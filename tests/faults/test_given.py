@@ -19,12 +19,15 @@ from urdyn.faults import (
     cells,
     decide,
     detect,
+    follow,
     forecast,
     foresee,
+    health_index,
     kinks,
     learn_baseline,
     oracle_cusum,
     outlook,
+    promised_steps,
     run,
     stated_baseline,
     tuned_algorithm2,
@@ -95,6 +98,31 @@ WRONG: list[tuple[str, Callable[[], Any]]] = [
     ("ascend", lambda: outlook(Costs(), 1.0, 500.0, 1000.0, 250.0)),
     ("ascend", lambda: outlook(Costs(), 1.0, 500.0, 600.0, 1000.0)),
     ("ascend", lambda: outlook(Costs(), 1.0, 500.0, 250.0, 400.0)),
+    ("median", lambda: outlook(Costs(), 1.0, "a", 1.0, 2.0)),
+    ("detector 'x'", lambda: detect(Y, ONE, detector="x")),
+    ("detector", lambda: detect(Y, ONE, detector=ShiryaevRoberts)),
+    ("detector", lambda: run("x", Y)),
+    ("detector", lambda: Whitened(ONE, "x")),
+    ("the baseline is what", lambda: Whitened(Y, GLR())),
+    ("allowed", lambda: Whitened(ONE, GLR(), 0.5)),
+    ("warning 2, critical 3", lambda: Algorithm2([1.0, 1.0], [2.0, 2.0, 2.0], 0.1, 0.1)),
+    ("reference_slope", lambda: Algorithm2(2.0, 3.0, 0.1, -1.0)),
+    ("several forecasts", lambda: health_index(AHEAD, 10.0)),
+    ("several forecasts", lambda: health_index(["a"], 10.0)),
+    ("horizon", lambda: AHEAD.health([1.0, 2.0])),
+    ("hours", lambda: promised_steps("10", 500.0)),
+    ("hours", lambda: promised_steps(-10.0, 500.0)),
+    ("rate", lambda: promised_steps(10.0, np.nan)),
+    ("statistics", lambda: calibrated(np.zeros((0, 5)), 1e4)),
+    ("statistics", lambda: calibrated(np.full((5, 5), np.nan), 1e4)),
+    ("1e[+]200 spreads", lambda: forecast([0.0, 1e200], ONE, 3.0, 6.0)),
+    ("streams", lambda: GLR().init(0)),
+    ("streams", lambda: ShiryaevRoberts().init(2.5)),
+    ("each of 1 streams", lambda: follow(ONE, kinks(ONE), np.zeros(3))),
+    *(
+        ("each of 1 streams", lambda of=of: of.step(of.init(1), np.zeros(3)))
+        for of in (ShiryaevRoberts(), GLR(), Algorithm2(2.0, 3.0, 0.1, 0.1), Whitened(ONE, GLR()))
+    ),
     ("confidence", lambda: outlook(Costs(), 2.0, 500.0, 250.0, 1000.0)),
 ]
 
@@ -114,3 +142,15 @@ def test_one_setting_stands_for_all_streams() -> None:
 
 def test_health_is_a_probability() -> None:
     assert all(0.0 <= AHEAD.health(x) <= 1.0 for x in (-100.0, 0.0, 1.0, 1e3, 1e12))
+
+
+def test_what_is_masked_was_not_measured() -> None:
+    """Neither in a series nor in a baseline, nor in a step."""
+    rng = np.random.default_rng(2)
+    y, wild = rng.standard_normal(1200), np.arange(1200) % 7 == 0
+    wrong = np.ma.masked_array(np.where(wild, 1e6, y), wild)
+    as_nan = np.where(wild, np.nan, y)
+    found, expected = detect(wrong[1000:], wrong[:1000]), detect(as_nan[1000:], as_nan[:1000])
+    np.testing.assert_array_equal(found.evidence, expected.evidence)
+    _, verdict = GLR().step(GLR().init(1), wrong[:1])
+    assert wild[0] and not verdict.alarm

@@ -151,6 +151,8 @@ def read_rules(path: str | Path | None = None) -> Rules:
     for state, of in own.get("healthy", {}).items():
         merged["healthy"][state] = house["healthy"][state] | of
     for name, of in own.get("kind", {}).items():
+        if not name.strip():
+            raise InputError(f'{path}: [kind."{name}"] needs a name: it is told in findings')
         merged["kind"][name] = _kind(of, house["kind"].get(name, {}), f"{path}: [kind.{name}]")
     return _rules(merged, str(path))
 
@@ -183,6 +185,10 @@ def _kind(own: Any, house: Mapping[str, Any], where: str) -> Mapping[str, Any]:
     merged = {**house, **own}
     if "change" not in merged and not house:
         raise InputError(f"{where} needs a change; tests of other kinds are in the code")
+    if house and "change" in own and "change" not in house:
+        raise InputError(
+            f"{where} takes no change: its test is in the code; a kind of another name does"
+        )
     if "change" not in merged:
         _check_like(own, house, where)
     return merged

@@ -23,11 +23,21 @@ from urdyn.errors import InputError
 from urdyn.faults.detector import Verdict
 from urdyn.faults.robust import level_and_spread
 from urdyn.faults.whiten import measured
-from urdyn.given import fraction, given, given_count, given_promise, given_rows, positive
+from urdyn.given import (
+    fraction,
+    given,
+    given_count,
+    given_promise,
+    given_rows,
+    given_step,
+    given_streams,
+    positive,
+)
 from urdyn.types import Array, Mask, frozen
 
 WINDOW = 10  # [steps] k
 GAIN = 0.1  # [-] of the average that stands for the paper's filter where parameters are raw
+THRESHOLDS = ("warning", "critical", "slope", "reference_slope")
 OVERSHOOT = 0.583  # of a random walk over a boundary [Siegmund1985]_
 
 
@@ -67,9 +77,10 @@ class Algorithm2:
     kind: str = "friction_increase"
 
     def __post_init__(self) -> None:
-        for name in ("warning", "critical", "slope", "reference_slope"):
-            numbers = given(getattr(self, name), name)
-            object.__setattr__(self, name, frozen(numbers))
+        for name in THRESHOLDS:
+            object.__setattr__(self, name, frozen(given(getattr(self, name), name)))
+        given(self.reference_slope, "reference_slope", "a positive number", positive)
+        self._fit_each_other()
         given(self.side, "side", "+1 where parameters rise, -1 where they fall", _one_way)
         given_count(self.window, "window")
         given(self.gain, "gain", "a number above 0, and 1 at most", lambda x: (x > 0) & (x <= 1))
@@ -79,15 +90,24 @@ class Algorithm2:
                 "severity has no scale"
             )
 
+    def _fit_each_other(self) -> None:
+        """Thresholds are of as many streams, or of all."""
+        size = {name: np.size(getattr(self, name)) for name in THRESHOLDS}
+        if len(set(size.values()) - {1}) > 1:
+            told = ", ".join(f"{name} {n}" for name, n in size.items())
+            raise InputError(f"thresholds are of different numbers of streams: {told}")
+
     def init(self, streams: int) -> History:
         """No estimate yet."""
-        for name in ("warning", "critical", "slope", "reference_slope"):
+        streams = given_streams(streams)
+        for name in THRESHOLDS:
             given(getattr(self, name), name, streams=streams)
         return History(np.full((self.window + 1, streams), np.nan))
 
     def step(self, state: History, observed: Array) -> tuple[History, Verdict]:
         """Judge estimates (n,) [unit]; where one is NaN the one before stands."""
         before = state.theta[-1]
+        observed = given_step(observed, len(before))
         moved = np.where(np.isfinite(before), before + self.gain * (observed - before), observed)
         theta = np.vstack([state.theta[1:], np.where(np.isfinite(observed), moved, before)])
         after = History(theta)

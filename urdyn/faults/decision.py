@@ -99,7 +99,10 @@ def outlook(
     between `lo` and `hi`, log-normal to either side.
     """
     given(confidence, "confidence", "a probability", lambda x: (x >= 0.0) & (x <= 1.0))
-    if np.isnan([median, lo, hi]).any() or median < 0.0:
+    median, lo, hi = (
+        _from_now(x, what) for x, what in ((median, "median"), (lo, "lo"), (hi, "hi"))
+    )
+    if median < 0.0:
         raise InputError(f"median {median}, lo {lo}, hi {hi}: give times from now [h]")
     if lo > ALIKE * median or 0.0 != hi < median / ALIKE:
         raise InputError(f"median {median}, lo {lo}, hi {hi}: they have to ascend from lo to hi")
@@ -113,6 +116,13 @@ def outlook(
 def _not_falling(failed: Array) -> Array:
     """Whether each is a probability, and none less than those before, but for rounding."""
     return np.asarray((failed >= 0.0) & (failed <= 1.0) & (np.diff(failed, prepend=0.0) >= -1e-9))
+
+
+def _from_now(time: float, what: str) -> float:
+    """A time [h]; inf: never."""
+    if isinstance(time, float) and time == np.inf:
+        return time
+    return float(given(time, what, "a time from now [h]", lambda x: len(x) == 1)[0])
 
 
 def _by(t: Array, median: float, lo: float, hi: float) -> Array:

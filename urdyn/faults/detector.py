@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol, TypeVar
+from typing import Protocol, TypeVar, runtime_checkable
 
 import numpy as np
 
+from urdyn.errors import InputError
 from urdyn.given import given_rows
 from urdyn.types import Array, frozen
 
@@ -36,6 +37,7 @@ class Verdict:
         return int(self.streams.argmax())
 
 
+@runtime_checkable
 class Detector(Protocol[S]):
     """Settings; all state is in the value S that goes from step to step.
 
@@ -94,9 +96,18 @@ class Detection:
         return np.array([verdict.evidence for verdict in self.verdicts])
 
 
+def given_detector(detector: object) -> None:
+    """InputError where this is no detector: nothing that has its three methods, or their class."""
+    if isinstance(detector, type) or not isinstance(detector, Detector):
+        raise InputError(
+            f"detector {detector!r}: takes one with its settings, ShiryaevRoberts() say"
+        )
+
+
 def run(detector: Detector[S], observed: Array) -> Detection:
     """Run `detector` over a series (N, n), one `step` a row, each alarm acknowledged at once."""
     rows = given_rows(observed, "a series")
+    given_detector(detector)
     state = detector.init(rows.shape[1])
     alarms, verdicts = [], []
     for row, values in enumerate(rows):

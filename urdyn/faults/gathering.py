@@ -15,7 +15,15 @@ import numpy as np
 from urdyn.faults.alternatives import Cells, cells
 from urdyn.faults.detector import Verdict
 from urdyn.faults.mixture import Mixture
-from urdyn.given import given_promise, given_side, given_tolerance
+from urdyn.given import (
+    given,
+    given_promise,
+    given_side,
+    given_step,
+    given_streams,
+    given_tolerance,
+    positive,
+)
 from urdyn.types import Array, frozen
 
 MOST = 1e150  # evidence counts no further: an alarm that nobody acknowledges stays finite
@@ -63,12 +71,14 @@ class Gathering(ABC):
 
     def init(self, streams: int) -> Onsets:
         """Nothing seen yet."""
+        streams = given_streams(streams)
         given_side(self.side, streams)
         given_tolerance(self.tolerance, streams)
         return Onsets(np.zeros((streams, len(self.alternatives))))
 
     def step(self, state: Onsets, observed: Array) -> tuple[Onsets, Verdict]:
         """Weigh every cell by the innovations, (n,) [sd], NaN where there is none."""
+        observed = given_step(observed, len(state.R))
         R = self.carried(state.R) * self.mixture.likelihood(observed)
         R = self.mixture.unless_missing(np.minimum(R, MOST), state.R, observed)
         whole, streams, leading = self.verdict(R)
@@ -82,4 +92,6 @@ class Gathering(ABC):
 
 def promised_steps(hours: float, rate: float) -> float:
     """Promise in steps of "one false alarm in so many hours" at `rate` steps a second [Hz]."""
-    return hours * 3600.0 * rate
+    takes = "a number above 0"
+    each = [given(x, what, takes, positive) for x, what in ((hours, "hours"), (rate, "rate"))]
+    return given_promise(each[0] * 3600.0 * each[1])

@@ -16,7 +16,14 @@ from scipy.special import ndtri
 
 from urdyn.faults.alternatives import CLIP
 from urdyn.faults.detector import Verdict
-from urdyn.given import given, given_promise, given_side, given_tolerance
+from urdyn.given import (
+    given,
+    given_promise,
+    given_side,
+    given_step,
+    given_streams,
+    given_tolerance,
+)
 from urdyn.types import Array, frozen
 
 AGES = (1, 2, 3, 4, 6, 8, 11, 16, 22, 32, 45, 64, 90, 128, 180)
@@ -59,12 +66,14 @@ class GLR:
 
     def init(self, streams: int) -> Window:
         """Nothing seen yet."""
+        streams = given_streams(streams)
         given_side(self.side, streams)
         given_tolerance(self.tolerance, streams)
         return Window(np.zeros((self.ages[-1], streams)))
 
     def step(self, state: Window, observed: Array) -> tuple[Window, Verdict]:
         """Fit every term to the window that ends with the innovations, (n,) [sd]."""
+        observed = given_step(observed, state.e.shape[1])
         newest = np.where(np.isfinite(observed), observed, 0.0)
         e = np.vstack([state.e[1:], newest])
         side, slack = np.asarray(self.side), np.asarray(self.tolerance)

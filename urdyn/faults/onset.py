@@ -20,7 +20,7 @@ from numpy.typing import ArrayLike
 from urdyn.faults.alternatives import CLIP
 from urdyn.faults.robust import SQUARE
 from urdyn.faults.whiten import Baseline, beside
-from urdyn.given import given_count
+from urdyn.given import given_count, given_step
 from urdyn.types import Array, Mask, frozen
 
 CANDIDATES = 160  # onsets remembered
@@ -74,6 +74,7 @@ def kinks(baseline: Baseline, candidates: int = CANDIDATES) -> Kinks:
 
 def follow(baseline: Baseline, state: Kinks, observed: Array) -> Kinks:
     """One step on: a new candidate, and every regression learns from what was observed, (n,)."""
+    observed = given_step(observed, baseline.streams)
     e = baseline.innovation(state.past, observed) * baseline.inflation
     recent = np.vstack([state.recent[1:], e])
     told = np.isfinite(e) & ~_wild(recent)

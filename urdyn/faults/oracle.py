@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from urdyn.errors import InputError
 from urdyn.given import given, given_promise, given_rows
 from urdyn.types import Array
 
@@ -42,4 +43,6 @@ def calibrated(healthy: Array, promise: float) -> float:
     Alarms come at a constant rate: a run of N steps passes with probability 1 - exp(-N / promise).
     """
     promise, healthy = given_promise(promise), given_rows(healthy, "statistics")
+    if not healthy.size or not np.isfinite(healthy).all():
+        raise InputError("statistics of healthy runs are steps x runs of finite numbers")
     return float(np.quantile(healthy.max(axis=0), np.exp(-len(healthy) / promise)))

@@ -23,6 +23,7 @@ from urdyn.given import fraction, given
 
 HAZARD = 1e-4  # prior probability of an onset, per step
 COVERAGE = 0.9  # of an interval
+BEYOND = 1e50  # [spread] from where squares are no floats
 FARTHEST = 1e9  # [steps] from which a crossing never comes
 
 
@@ -52,7 +53,8 @@ class Forecast:
 
     def health(self, horizon: float) -> float:
         """Probability that the critical level is not crossed within so many steps."""
-        steps = float(given(horizon, "horizon")[0])
+        one = given(horizon, "horizon", "a number of steps", lambda x: len(x) == 1)
+        steps = float(one[0])
         crossed = self.probability * self.posterior.crossed(self.rise, steps)
         return min(max(1.0 - crossed, 0.0), 1.0)
 
@@ -135,6 +137,11 @@ def forecast(
     Example: `forecast(friction, friction_when_new, 0.2, 0.25)[0].critical.median` is in steps.
     """
     rows, healthy = beside(series, baseline)
+    away = np.abs(rows - healthy.typical) / healthy.spread
+    if (np.isfinite(away) & (away > BEYOND)).any():
+        raise InputError(
+            f"the series is up to {np.nanmax(away):.0e} spreads from healthy: not its unit"
+        )
     return foresee(healthy, followed(healthy, rows), warning, critical, coverage)
 
 
@@ -143,6 +150,10 @@ def health_index(forecasts: Sequence[Forecast], horizon: float) -> float:
 
     Of one joint or of the whole arm, as the forecasts given are; parameters wear independently.
     """
+    if isinstance(forecasts, Forecast) or not all(isinstance(x, Forecast) for x in forecasts):
+        raise InputError(
+            "a health index is of several forecasts: give all that `forecast` returned"
+        )
     return float(np.prod([one.health(horizon) for one in forecasts]))
 
 

@@ -84,7 +84,7 @@ class Baseline:
         return bridged(self.bridge, series) / (self.inflation * self.spread)
 
 
-def learn_baseline(healthy: Array, inflation: float = INFLATION) -> Baseline:
+def learn_baseline(healthy: ArrayLike, inflation: float = INFLATION) -> Baseline:
     """What healthy looks like, from a series (N, n) or (N,) of ENOUGH steps or more.
 
     The order of each autoregression is what the data ask for. What colour is left, and what a
@@ -123,7 +123,7 @@ def stated_baseline(
 def beside(series: ArrayLike, baseline: Baseline | ArrayLike) -> tuple[Array, Baseline]:
     """A series (N, n), and what is healthy: given, or learnt from the same streams."""
     rows = given_rows(series, "a series")
-    healthy = baseline if isinstance(baseline, Baseline) else learn_baseline(np.asarray(baseline))
+    healthy = baseline if isinstance(baseline, Baseline) else learn_baseline(baseline)
     if rows.shape[1] != healthy.streams:
         raise InputError(
             f"the series is {rows.shape}, and the baseline has {healthy.streams} streams: "

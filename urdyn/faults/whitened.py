@@ -14,8 +14,9 @@ import numpy as np
 
 from urdyn.errors import InputError
 from urdyn.faults.alternatives import CLIP
-from urdyn.faults.detector import Detector, Verdict
+from urdyn.faults.detector import Detector, Verdict, given_detector
 from urdyn.faults.gaps import Past
+from urdyn.faults.given import given, given_step
 from urdyn.faults.robust import SQUARE
 from urdyn.faults.whiten import Baseline
 from urdyn.types import Array, frozen
@@ -50,7 +51,14 @@ class Whitened(Generic[S]):
 
     baseline: Baseline
     detector: Detector[S]
-    allowed: float = ALLOWED
+    allowed: float = ALLOWED  # [-] spread over the baseline's, at most, that is followed
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.baseline, Baseline):
+            raise InputError("the baseline is what learn_baseline or stated_baseline returns")
+        given_detector(self.detector)
+        takes = "a number, 1 or more"
+        given(self.allowed, "allowed", takes, lambda x: (x >= 1.0) & (len(x) == 1))
 
     def init(self, streams: int) -> WhitenedState[S]:
         """Nothing seen yet."""
@@ -62,6 +70,7 @@ class Whitened(Generic[S]):
 
     def step(self, state: WhitenedState[S], observed: Array) -> tuple[WhitenedState[S], Verdict]:
         """Whiten what was observed, (n,) [unit], and judge it; NaN where nothing was."""
+        observed = given_step(observed, self.baseline.streams)
         past, left = self.baseline.bridge.step(state.past, observed)
         e = left / (self.baseline.inflation * self.baseline.spread)
         inner, verdict = self.detector.step(state.inner, e / self._wider(state.square))
@@ -85,7 +94,8 @@ def _spread(state: WhitenedState[S], e: Array, stride: Array) -> tuple[Array, Ar
 
     Clipped at the spread as it is known, which makes it Huber's proposal 2 step by step.
     """
-    half = ((e - state.last) / (np.sqrt(2.0) * stride)) ** 2
+    with np.errstate(over="ignore"):
+        half = ((e - state.last) / (np.sqrt(2.0) * stride)) ** 2
     half = np.minimum(half, CLIP**2 * state.square) / SQUARE
     told = np.isfinite(half)
     weight = np.where(told, np.minimum(state.weight + 1.0, MEMORY), state.weight)
