@@ -19,7 +19,12 @@ PAGES = sorted((ROOT / "docs").rglob("*.md"))
 BLOCK = re.compile(r"^```(sh|python)(.*?)\n(.*?)^```", re.S | re.M)
 BESIDE = "in another terminal"
 INLINE = re.compile(r"`(urdyn [a-z][^`]*)`")
-RUN = ("tutorials/integrator.md", "howto/faults.md", "reference/inference.md")  # the rest: minutes
+RUN = (  # the rest: minutes
+    "tutorials/integrator.md",
+    "howto/faults.md",
+    "howto/rules.md",
+    "reference/inference.md",
+)
 
 
 def blocks(page: Path) -> list[tuple[str, str, str]]:

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from urdyn.cli.fault_noises import NOISES
-from urdyn.cli.fault_trials import alarmed
-from urdyn.faults import ShiryaevRoberts, cells, detect
+from urdyn.cli.fault_noises import NOISES, Noise
+from urdyn.cli.fault_trials import alarmed, first_alarms
+from urdyn.faults import ShiryaevRoberts, Whitened, cells, detect, learn_baseline
 
 PROMISE = 10_000.0
 
@@ -41,6 +41,26 @@ def test_one_alarm_in_ten_thousand_steps_means_so(name: str) -> None:
     runs, allowed = 240, 1.0 - np.exp(-0.1)
     share = alarmed(NOISES[name], runs, np.random.default_rng(3))
     assert share <= allowed + 2.0 * np.sqrt(allowed * (1.0 - allowed) / runs)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("colour", [0.0, 0.5, 0.9])
+@pytest.mark.parametrize("steps", [100, 200, 500])
+def test_a_short_baseline_is_paid_for(colour: float, steps: int) -> None:
+    """At most 1 - exp(-.1) of runs of 1000 steps, to two standard errors."""
+    runs, allowed, rng = 400, 1.0 - np.exp(-0.1), np.random.default_rng(6)
+    y = Noise(colour).draw(rng, steps + 1000, runs)
+    detector = Whitened(learn_baseline(y[:steps]), ShiryaevRoberts(PROMISE / runs))
+    share = (first_alarms(detector, y[steps:]) < 1000).mean()
+    assert share <= allowed + 2.0 * np.sqrt(allowed * (1.0 - allowed) / runs)
+
+
+def test_a_short_baseline_is_inflated_and_a_long_one_is_not() -> None:
+    """By the doubt of 1 - A: sqrt((1 + A) / (1 - A)) (1 / sqrt(N) - 1 / sqrt(1000)), A about .9."""
+    y = Noise(0.9).draw(np.random.default_rng(7), 2000, 12)
+    short, long = (np.median(learn_baseline(y[:n]).inflation) for n in (200, 2000))
+    doubt = np.sqrt(1.9 / 0.1) * (200.0**-0.5 - 1000.0**-0.5)
+    assert short / long == pytest.approx((1.0 + 0.04 * 5.0**0.5) / 1.04 * (1.0 + doubt), rel=0.06)
 
 
 def test_a_stream_that_is_missing_says_nothing() -> None:

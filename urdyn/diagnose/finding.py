@@ -22,7 +22,9 @@ class Finding:
     alarm_s: float  # [s] when it was told first
     severity: str  # of SEVERITIES
     confidence: float  # [-] probability that kind and joint are these
-    time_to_failure_s: Mapping[str, float] | None  # median, lo, hi: 90 %; None: it does not grow
+    # Median, lo, hi (90 %), from `forecast["at_s"]` on, some 5 s before a log's end; None: it does
+    # not grow.
+    time_to_failure_s: Mapping[str, float] | None
     size: float  # in `unit`
     size_sd: float
     quantity: str

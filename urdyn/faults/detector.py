@@ -84,7 +84,11 @@ class Detection:
 
     @property
     def onset(self) -> int | None:
-        """Row from which the change seemed to be there, at the first alarm."""
+        """Row from which the change seemed to be there, at the first alarm.
+
+        None where there is no alarm, and where a step or a variance leads: sums over all onsets
+        remember those of ramps alone. `GLR` tells that of a step, too.
+        """
         if not self.alarms:
             return None
         age = self.verdicts[self.alarms[0]].age

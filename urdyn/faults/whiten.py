@@ -27,6 +27,7 @@ from urdyn.types import Array, frozen
 ENOUGH = 1000  # steps from which a baseline is known well
 LEAST = 100  # measured steps without which none is learnt
 INFLATION = 1.04  # [-] kappa of a baseline of ENOUGH steps
+STRONGEST = 0.995  # [-] sum of coefficients that is believed of a short baseline
 ROUNDS = 3  # of levels across gaps; each leaves less than a half of what they are off by
 
 
@@ -87,8 +88,8 @@ class Baseline:
 def learn_baseline(healthy: ArrayLike, inflation: float = INFLATION) -> Baseline:
     """What healthy looks like, from a series (N, n) or (N,) of ENOUGH steps or more.
 
-    The order of each autoregression is what the data ask for. What colour is left, and what a
-    shorter baseline does not know, widens the inflation.
+    The order of each autoregression is what the data ask for, also where rows are missing. What
+    colour is left, and what a shorter baseline does not know, widens the inflation.
 
     Raises:
         InputError: too few steps are measured, or a stream does not move at all.
@@ -97,6 +98,8 @@ def learn_baseline(healthy: ArrayLike, inflation: float = INFLATION) -> Baseline
     given(inflation, "inflation", "a positive number", positive)
     typical = np.array([level_and_spread(measured(y, i))[0] for i, y in enumerate(series.T)])
     found = [autoregression(y - middle) for y, middle in zip(series.T, typical, strict=True)]
+    known = np.isfinite(series).sum(axis=0).tolist()
+    found = [(_as_strong(a, n), pace) for (a, pace), n in zip(found, known, strict=True)]
     coefficients = np.zeros((len(found), max(len(a) for a, _ in found)))
     for row, (a, _) in zip(coefficients, found, strict=True):
         row[: len(a)] = a
@@ -143,6 +146,29 @@ def measured(y: Array, stream: int) -> Array:
     return told
 
 
+def _as_strong(a: Array, steps: int) -> Array:
+    """Coefficients whose sum A falls short by (1 + 3 A) / N no more than one of ENOUGH steps does.
+
+    [Kendall1954]_
+    """
+    total, short = float(a.sum()), max(0.0, 1.0 / steps - 1.0 / ENOUGH)
+    if not short or not total > 0.0:
+        return a
+    return a * max(1.0, min(total + (1.0 + 3.0 * total) * short, STRONGEST) / total)
+
+
+def _doubt(a: Array, steps: int) -> float:
+    """Doubt of 1 - A, A their sum, by which a lasting sum of innovations is wider or narrower.
+
+    sqrt((1 + A) / (1 - A) / N) of it, beyond what it is of ENOUGH steps.
+    """
+    if not len(a):
+        return 0.0
+    total = float(np.clip(a.sum(), 0.0, STRONGEST))
+    short = max(0.0, 1.0 / np.sqrt(steps) - 1.0 / np.sqrt(ENOUGH))
+    return float(np.sqrt((1.0 + total) / (1.0 - total)) * short)
+
+
 def _left(series: Array, found: list[tuple[Array, int]], start: Bridge) -> Array:
     """What autoregressions leave of streams, (N, n), their level in it; NaN where none is told."""
     gaps = np.asarray(~np.isfinite(series).all(axis=0))
@@ -182,4 +208,5 @@ def _stream(
     # The promise was tried with inflations that take a colour without gaps for wholly learnt.
     left_over = 1.0 if len(a) and np.isfinite(y).all() else long_run_excess(white)
     kappa = (1.0 + (inflation - 1.0) * short) * np.sqrt(left_over * tails)
+    kappa *= 1.0 + _doubt(a, int(np.isfinite(y).sum()))
     return level, spread, float(kappa), stride
