@@ -16,9 +16,9 @@ from urdyn.errors import InputError
 from urdyn.faults.alternatives import CLIP
 from urdyn.faults.detector import Detector, Verdict, given_detector
 from urdyn.faults.gaps import Past
-from urdyn.faults.given import given, given_step
 from urdyn.faults.robust import SQUARE
 from urdyn.faults.whiten import Baseline
+from urdyn.given import given, given_step
 from urdyn.types import Array, frozen
 
 S = TypeVar("S")
