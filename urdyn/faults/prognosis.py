@@ -41,8 +41,7 @@ class Forecast:
     """What one parameter is going to do. Times in steps from the newest; below zero: behind us."""
 
     probability: float  # [-] that something has begun at all
-    straight: float  # [-] probability of one ramp that goes on, if so; far below 1: do not trust
-    # the median, what grows is bent or has stopped
+    straight: float  # [-] that it is one ramp that goes on, if so; the less, the less is the median
     onset: Interval  # [steps] when, if so
     rate: Interval  # [unit/step] if so
     change: Interval  # [unit] from the healthy level to where it is now, if anything has begun
