@@ -245,7 +245,7 @@ def test_backlash_under_gravity_is_said_to_be_out_of_sight(shop: Shop) -> None:
 def test_a_recording_that_ends_while_a_name_is_unclear_has_the_name_that_there_is(shop) -> None:
     """A hand's drive that gives less, or whose friction rose: in half a minute nobody can tell."""
     report = shop.report(
-        "health_degradation:joint=5,onset=25,rate=0.15,shape=step", seconds=50, seed=6
+        "health_degradation:joint=5,onset=25,rate=0.15,shape=step", seconds=44, seed=6
     )
     (finding,) = report.findings
     assert (finding.kind, finding.joint) == ("health_degradation", 5)
