@@ -260,3 +260,11 @@ def test_what_was_repaired_is_not_told_again_a_minute_later(shop) -> None:
     sick = ((t > 15.0) & (t < 48.0))[:, None]
     current = np.where(sick, *(log.joint("actual_current") for log in (worn, sound)))
     assert not diagnose(shop.fit, with_current(sound, current)).findings
+    lasted = np.where(
+        (t > 15.0)[:, None] & (t < 75.0)[:, None],
+        worn.joint("actual_current"),
+        sound.joint("actual_current"),
+    )
+    (told,) = diagnose(shop.fit, with_current(sound, lasted)).findings
+    assert (told.kind, told.joint) == ("friction_increase", 1)
+    assert told.text.endswith("gone by now") and "repaired" in told.advice

@@ -69,7 +69,9 @@ def forget_gone(folder: Path, findings: Iterable[Finding]) -> None:
     """At a run's end: what was acknowledged and is no more found would be another fault."""
     seen = acknowledged(folder).seen
     left = {f.id: dict(seen[f.id]) for f in findings if f.id in seen}
-    if len(left) < len(seen):
+    if not left:
+        (folder / FILE).unlink(missing_ok=True)
+    elif len(left) < len(seen):
         write_text(folder / FILE, json.dumps(left, indent=2) + "\n")
 
 

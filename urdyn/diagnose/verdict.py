@@ -23,6 +23,7 @@ from urdyn.types import NORMAL90
 
 WORSE = 0.25  # [-] of its size by which a finding has to change to be told again
 SURELY_BELOW = 2.0  # [sd] by which a change has to be below a level that it had reached
+GONE = "it was repaired, or passed: nothing is left of it"
 
 
 def of_change(change: Change, of: Suspects, space: Space, rules: Rules, trace: Series) -> Finding:
@@ -144,18 +145,29 @@ def _grown(old: Finding, suspect: Suspect, series: Series, now: float) -> Findin
     kind, series = suspect.kind, _read(suspect, series)
     _, size, sd = series[-1]
     course, unsure = trend(series, old.onset_s, now), _unsure(suspect, size, sd)
+    text = _said(kind, old.name, size, unsure, _since(old.onset_s, old.older))
+    gone = _gone(old, suspect, series)
     new = replace(
         old,
         size=size,
         size_sd=unsure,
         severity=_held(old.severity, suspect.grown(size), sd, kind),
-        text=_said(kind, old.name, size, unsure, _since(old.onset_s, old.older)),
+        text=f"{text}, gone by now" if gone else text,
+        advice=GONE if gone else kind.advice,
         evidence=dict(old.evidence) | {"series": _series(series)},
     )
     if course is None:
         return new
     forecast = _forecast(suspect, course)
     return replace(new, time_to_failure_s=_left(forecast), forecast=forecast)
+
+
+def _gone(old: Finding, suspect: Suspect, series: Series) -> bool:
+    """Whether a joint's change is too small to be told by now, and surely less than it has been."""
+    _, size, sd = series[-1]
+    left, most = suspect.grown(size), max(suspect.grown(each) for _, each, _ in series)
+    surely = old.advice == GONE or left + SURELY_BELOW * sd < most
+    return suspect.joint != NOBODY and left < suspect.kind.least and surely
 
 
 def _forecast(suspect: Suspect, course: Course) -> dict[str, Any] | None:
