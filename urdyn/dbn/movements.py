@@ -43,65 +43,64 @@ class Movements:
         self, arrows: Sequence[Edge], shared: Sequence[Edge]
     ) -> tuple[list[Edge], list[Edge], Array]:
         """The arrows and shared disturbances with their coefficients, and Sigma, (n, n) [1/s]."""
-        best, sigma = -np.inf, self.moments
+        leads, one_way = self._blocks(arrows), self._blocks(shared)
+        pairs = one_way + one_way.swapaxes(1, 2)
+        best, c = -np.inf, np.array([edge.coefficient for edge in arrows])
         for _ in range(TURNS):
-            left = self.left(arrows)
-            shared, sigma = self._own(left, shared)
-            value = self.slices * _log_likelihood(sigma, left + self._least)
+            left = self._left(c, leads)
+            rho, sigma = _own(left, pairs)
+            value = self.slices * _log_likelihood(sigma, left)
             if not arrows or value <= best + SETTLED:
                 break
-            best, arrows = value, self._led(arrows, np.asarray(np.linalg.inv(sigma)))
-        return list(arrows), list(shared), sigma
+            best, c = value, self._led(leads, np.asarray(np.linalg.inv(sigma)))
+        return _with(arrows, c), _with(shared, rho), sigma
 
-    def left(self, arrows: Sequence[Edge]) -> Array:
-        """S, second moments of what moved by itself, (n, n) [1/s]."""
-        rest = np.eye(len(self.moments))
-        for edge in arrows:
-            rest -= edge.coefficient * self._block(edge)
-        return np.asarray(rest @ self.moments @ rest.T)
+    def _blocks(self, edges: Sequence[Edge]) -> Array:
+        """Which states each edge leads by which, (e, n, n)."""
+        found = np.zeros((len(edges), *self.moments.shape))
+        for block, edge in zip(found, edges, strict=True):
+            places = self.at[edge.child], self.at[edge.parent]
+            block[places] = pattern(edge.ends, self.at, self.patterns)
+        return found
+
+    def _left(self, c: Array, leads: Array) -> Array:
+        """S, second moments of what moved by itself, (n, n) [1/s]; what never does, by a little."""
+        rest = np.eye(len(self.moments)) - np.tensordot(c, leads, 1)
+        return np.asarray(rest @ self.moments @ rest.T + self._least)
 
     @cached_property
     def _least(self) -> Array:
         """What is added to S, so that what never moves by itself has an inverse, (n, n)."""
         moved = self.moments.diagonal()
-        least = moved[moved > 0.0].min(initial=1.0) if moved.any() else 1.0
+        least = moved[moved > 0.0].min() if moved.any() else 1.0
         return np.diag(TINY * np.where(moved > 0.0, moved, least))
 
-    def _block(self, edge: Edge) -> Array:
-        """Which states the arrow leads by which, (n, n)."""
-        found = np.zeros_like(self.moments)
-        found[self.at[edge.child], self.at[edge.parent]] = pattern(
-            edge.ends, self.at, self.patterns
-        )
-        return found
-
-    def _led(self, arrows: Sequence[Edge], weight: Array) -> list[Edge]:
-        """The arrows with the coefficients that are likeliest, given Sigma⁻¹, (n, n)."""
-        blocks = np.array([self._block(edge) for edge in arrows])
-        moved = blocks @ self.moments
-        normal = np.einsum("eij,fij->ef", weight @ moved, blocks)
+    def _led(self, leads: Array, weight: Array) -> Array:
+        """The likeliest coefficients of arrows (e,), given Sigma⁻¹, (n, n)."""
+        moved = leads @ self.moments
+        normal = np.einsum("eij,fij->ef", weight @ moved, leads)
         right = np.einsum("ij,eij->e", weight, moved)
         scale = np.sqrt(normal.diagonal())
         scale = np.where(scale > 0.0, scale, 1.0)  # a parent that never moved: nothing is told
-        found = np.linalg.lstsq(normal / np.outer(scale, scale), right / scale)[0] / scale
-        return [replace(edge, coefficient=float(c)) for edge, c in zip(arrows, found, strict=True)]
+        found = np.linalg.lstsq(normal / np.outer(scale, scale), right / scale)[0]
+        return np.asarray(found / scale)
 
-    def _own(self, left: Array, shared: Sequence[Edge]) -> tuple[list[Edge], Array]:
-        """The shared disturbances with the likeliest correlations, and Sigma, given S."""
-        left = left + self._least
-        sigma = np.diag(left.diagonal())
-        if not shared:
-            return [], sigma
-        pairs = np.array([block + block.T for block in map(self._block, shared)])
-        touched = np.flatnonzero(pairs.any(axis=(0, 1)))
-        if not len(touched):
-            return [replace(edge, coefficient=0.0) for edge in shared], sigma
+
+def _with(edges: Sequence[Edge], coefficients: Array) -> list[Edge]:
+    pairs = zip(edges, coefficients.tolist(), strict=True)
+    return [replace(edge, coefficient=c) for edge, c in pairs]
+
+
+def _own(left: Array, pairs: Array) -> tuple[Array, Array]:
+    """The likeliest correlations of shared disturbances, (s,), and Sigma, (n, n), given S."""
+    rho, sigma = np.zeros(len(pairs)), np.diag(left.diagonal())
+    touched = np.flatnonzero(pairs.any(axis=(0, 1)))
+    if len(touched):
         both = np.ix_(touched, touched)
-        sd, rho = _scored(left[both], pairs[:, touched[:, None], touched])
-        sigma[both] = np.outer(sd, sd) * _correlation(rho, pairs[:, touched[:, None], touched])
-        return [
-            replace(edge, coefficient=float(r)) for edge, r in zip(shared, rho, strict=True)
-        ], sigma
+        few = pairs[:, touched[:, None], touched]
+        sd, rho = _scored(left[both], few)
+        sigma[both] = np.outer(sd, sd) * _correlation(rho, few)
+    return rho, sigma
 
 
 def _scored(S: Array, pairs: Array) -> tuple[Array, Array]:

@@ -73,8 +73,7 @@ def maximise_evidence(
     """
     from scipy.optimize import minimize
 
-    def evidence(parameters: Array) -> float:
-        return track(EKF(), build(parameters), inputs, observations).log_likelihood
+    evidence = _evidence(build, inputs, observations)
 
     def surprise(parameters: Array) -> float:
         try:
@@ -104,10 +103,7 @@ def doubt(
         InputError: it does not fall in all directions: this is no maximum, or nothing tells of
             some parameter.
     """
-
-    def evidence(parameters: Array) -> float:
-        return track(EKF(), build(parameters), inputs, observations).log_likelihood
-
+    evidence = _evidence(build, inputs, observations)
     at, p = np.asarray(at, dtype=np.float64), len(at)
     step, top = np.full(p, FIRST_STEP), evidence(at)
     for _ in range(2):  # the second time by steps that suit
@@ -128,3 +124,14 @@ def doubt(
     if np.linalg.eigvalsh(information)[0] <= 0.0:
         raise InputError("the likelihood does not fall in all directions: no maximum")
     return np.asarray(np.linalg.inv(information))
+
+
+def _evidence(
+    build: Callable[[Array], TwoSlice[U]], inputs: Sequence[U], observations: Array
+) -> Callable[[Array], float]:
+    """Log-likelihood of the observations by parameters (p,)."""
+
+    def evidence(parameters: Array) -> float:
+        return track(EKF(), build(parameters), inputs, observations).log_likelihood
+
+    return evidence
