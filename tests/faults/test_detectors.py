@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from urdyn.cli.fault_noises import Noise
 from urdyn.errors import UrdynError
 from urdyn.faults import (
     GLR,
@@ -176,6 +177,18 @@ def test_a_growing_variance_is_found() -> None:
     found = run(only, series / 1.1)
     assert found.alarm is not None and 200 < found.alarm < 240
     assert found.verdicts[found.alarm].kind == "variance"
+
+
+def test_a_spread_that_doubles_is_found_though_a_wrong_one_is_followed() -> None:
+    """Beyond LOOSE it is 2 / (1.04 * 1.25): .25 nats a step, of 12 to 13 that the promise asks."""
+    rng = np.random.default_rng(9)
+    y = Noise().draw(rng, 1600, 40)
+    y[1200:] *= 2.0
+    found = [detect(y[1000:, i], y[:1000, i]) for i in range(40)]
+    late = [np.inf if f.alarm is None else f.alarm - 200.0 for f in found]
+    assert np.median(late) < 100.0 and np.isfinite(late).all()
+    named = [f.verdicts[f.alarm].kind == "variance" for f in found if f.alarm is not None]
+    assert np.mean(named) > 0.5  # .75 of 120
 
 
 @pytest.mark.parametrize(

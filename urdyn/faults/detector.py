@@ -57,6 +57,14 @@ class Detector(Protocol[S]):
         """The alarm is known: evidence is gathered anew, what healthy looks like is kept."""
 
 
+@runtime_checkable
+class SpreadJudge(Protocol[S]):
+    """A detector that looks for a growing spread, too, and has to be told how much was followed."""
+
+    def step_beside(self, state: S, observed: Array, wider: Array) -> tuple[S, Verdict]:
+        """One step on, by innovations that were divided by `wider`, (n,)."""
+
+
 @dataclass(frozen=True, eq=False)
 class Detection:
     """What a detector said of a series."""

@@ -78,8 +78,12 @@ class Gathering(ABC):
 
     def step(self, state: Onsets, observed: Array) -> tuple[Onsets, Verdict]:
         """Weigh every cell by the innovations, (n,) [sd], NaN where there is none."""
+        return self.step_beside(state, observed, np.ones(len(state.R)))
+
+    def step_beside(self, state: Onsets, observed: Array, wider: Array) -> tuple[Onsets, Verdict]:
+        """The same of innovations that were divided by `wider`, (n,): a variance's cell was not."""
         observed = given_step(observed, len(state.R))
-        R = self.carried(state.R) * self.mixture.likelihood(observed)
+        R = self.carried(state.R) * self.mixture.likelihood(observed, wider)
         R = self.mixture.unless_missing(np.minimum(R, MOST), state.R, observed)
         whole, streams, leading = self.verdict(R)
         kind, age = self.mixture.explanation(leading)

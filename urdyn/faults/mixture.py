@@ -43,14 +43,18 @@ class Mixture:
         rows = [np.where(cell.side == side, cell.tilt, 0.0) for side in (1.0, -1.0, 0.0)]
         return np.array([*rows, -cell.psi])
 
-    def likelihood(self, observed: Array) -> Array:
-        """Of innovations (n,) [sd] under each cell, over that of healthy ones, (n, H)."""
+    def likelihood(self, observed: Array, wider: Array | float = 1.0) -> Array:
+        """Of innovations (n,) [sd] under each cell, over that of healthy ones, (n, H).
+
+        A variance is judged by what they were before they were divided by `wider`.
+        """
         e = np.where(np.isfinite(observed), observed, 0.0)
         side, slack = self._sides
         grown = np.empty((4, len(e)))
         np.subtract(e, slack, out=grown[0])
         np.subtract(-e, slack, out=grown[1])
-        np.maximum(np.where(side == 0.0, np.abs(e), side * e) - slack, 0.0, out=grown[2])
+        size = np.where(side == 0.0, np.abs(e), side * e)
+        np.maximum(wider * (size - slack), 0.0, out=grown[2])
         np.clip(grown[:3], -CLIP, CLIP, out=grown[:3])
         grown[2] *= grown[2]
         grown[3] = 1.0

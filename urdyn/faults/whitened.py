@@ -2,7 +2,8 @@
 
 The spread that was learnt may be somewhat wrong: another day, another program. So it follows the
 data, up to ALLOWED times the baseline's and no further, since more is a fault of its own. It is
-judged by differences of successive innovations, which a growing fault hardly moves.
+judged by differences of successive innovations, which a growing fault hardly moves. That is for
+tests of a mean; a test of the spread itself is told what was followed, and grants less (LOOSE).
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ import numpy as np
 
 from urdyn.errors import InputError
 from urdyn.faults.alternatives import CLIP
-from urdyn.faults.detector import Detector, Verdict, given_detector
+from urdyn.faults.detector import Detector, SpreadJudge, Verdict, given_detector
 from urdyn.faults.gaps import Past
 from urdyn.faults.robust import SQUARE
 from urdyn.faults.whiten import Baseline
@@ -73,7 +74,7 @@ class Whitened(Generic[S]):
         observed = given_step(observed, self.baseline.streams)
         past, left = self.baseline.bridge.step(state.past, observed)
         e = left / (self.baseline.inflation * self.baseline.spread)
-        inner, verdict = self.detector.step(state.inner, e / self._wider(state.square))
+        inner, verdict = self._judged(state.inner, e, self._wider(state.square))
         plain = e * self.baseline.inflation
         square, weight = _spread(state, plain, self.baseline.stride)
         last = np.where(np.isfinite(plain), plain, state.last)
@@ -82,6 +83,11 @@ class Whitened(Generic[S]):
     def acknowledged(self, state: WhitenedState[S]) -> WhitenedState[S]:
         """Evidence is gathered anew."""
         return replace(state, inner=self.detector.acknowledged(state.inner))
+
+    def _judged(self, inner: S, e: Array, wider: Array) -> tuple[S, Verdict]:
+        if isinstance(self.detector, SpreadJudge):
+            return self.detector.step_beside(inner, e / wider, wider)
+        return self.detector.step(inner, e / wider)
 
     def _wider(self, square: Array) -> Array:
         """By how much innovations spread more than the baseline said, (n,) 1 .. allowed."""
