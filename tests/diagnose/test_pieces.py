@@ -70,8 +70,16 @@ def test_moments_in_a_row_tell_a_piece_by_their_likelihood() -> None:
     roots = rng.standard_normal((20, 10, 10))
     told = [Shown(root @ root.T, rng.standard_normal(10)) for root in roots]
     better = [carried.fit(each, piece) - carried.fit(each, first) for each in told]
-    best = max(sum(better[k : k + run]) for k in range(len(told) - run + 1))
-    assert at_most(piece, told, first, run) == pytest.approx(best)
+    runs = [better[k : k + n] for n in range(1, run + 1) for k in range(len(told) - n + 1)]
+    assert at_most(piece, told, first, run) == pytest.approx(max(map(sum, runs)))
+
+
+def test_one_clear_moment_among_others_that_deny_it_is_as_clear() -> None:
+    """A single moment that is off by itself, an encoder's jump say, is no light piece."""
+    first, piece = commissioned(), Mode(np.eye(10)[0], np.zeros((10, 10)), 0.0)
+    C, d = np.diag(np.eye(10)[0]), 50.0 * np.eye(10)[0]
+    told = [Shown(C, sign * d) for sign in (-1.0, -1.0, 1.0, -1.0, -1.0)]
+    assert at_most(piece, told, first, 5) == pytest.approx(50.0 - 0.5)
 
 
 def test_a_piece_need_not_explain_more_than_a_fault_does(shop: Shop) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import pairwise, product
 
 import numpy as np
@@ -9,9 +10,12 @@ import pytest
 from shop import Shop
 
 from urdyn.diagnose import carried, diagnose, loudness, steadiness, warmth
+from urdyn.diagnose.learning import Learnt
 from urdyn.diagnose.loads import likeliest
 from urdyn.diagnose.rules import read_rules
 from urdyn.diagnose.sensor import SensorHealth, _alone
+from urdyn.diagnose.slow import Slow
+from urdyn.diagnose.slow_state import Heard
 from urdyn.diagnose.space import space
 from urdyn.simulate import happening, observe, plan, real_sensors
 from urdyn.tracking.model import KAPPA, LAG
@@ -79,7 +83,7 @@ def test_a_blocks_level_tells_how_loud_noise_is_that_lasts() -> None:
     heard, noise, rest = loudness.first(np.full(2, 4.0)), np.full(2, 1e-4), np.full(2, 1e-5)
     for _ in range(100):
         off = np.sqrt(truth * noise + rest) * rng.standard_normal(2)
-        heard = loudness.heard(heard, off, noise, rest)
+        heard = loudness.heard(heard, off, np.zeros(2), noise, rest)
     # 100 squares of a Gaussian have a relative sd of .14; the grid's step is .41
     assert abs(np.log(heard.power / truth)).max() < 0.5
 
@@ -90,9 +94,33 @@ def test_what_is_off_by_as_much_in_every_block_is_no_noise() -> None:
     for block in range(100):
         sd = np.sqrt(truth * noise + rest)
         off = sd * (rng.standard_normal(2) + 4.0 * (block >= 50))
-        heard = loudness.heard(heard, off, noise, rest)
+        heard = loudness.heard(heard, off, np.zeros(2), noise, rest)
     # as above; blocks are compared with their neighbours, so that half as many squares count
     assert abs(np.log(heard.power / truth)).max() < 0.6
+
+
+def test_what_is_believed_of_late_makes_no_noise() -> None:
+    """Where the arm was seen is compared with where it was seen, whatever was expected since."""
+    rng, truth = np.random.default_rng(5), np.array([1.0, 12.0])
+    noise, rest = np.full(2, 1e-4), np.full(2, 1e-5)
+    plain = believed = loudness.first(np.full(2, 4.0))
+    for block in range(20):
+        seen = np.sqrt(truth * noise + rest) * rng.standard_normal(2)
+        plain = loudness.heard(plain, seen, np.zeros(2), noise, rest)
+        believed = loudness.heard(believed, seen, np.full(2, float(block > 0)), noise, rest)
+    np.testing.assert_array_equal(believed.power, plain.power)
+
+
+def test_what_was_unsaid_is_no_noise_either(shop: Shop) -> None:
+    quiet, loud = (
+        Learnt(loudness.first(power), loudness.first(power), steadiness.by_the_rules(6))
+        for power in (np.full(6, 2.0), np.full(6, 50.0))
+    )
+    slow = Slow(space(shop.fit), 0.01, read_rules())
+    state = replace(slow.init(), learnt=loud, heard=(Heard(5.0, quiet), Heard(10.0, loud)))
+    assert state.unheard(7.0).learnt is quiet
+    assert state.unheard(12.0).learnt is loud
+    assert state.unheard(0.0).learnt is quiet  # as far back as is known
 
 
 def test_the_path_through_modes_is_the_best_of_all_paths() -> None:

@@ -54,8 +54,8 @@ class Learning:
         f = self.space.places["f"]
         usual = self.healthy.straying.window[f]
         return Learnt(
-            loudness=self._heard(learnt.loudness, "f", learnt, A, off=off, var=var, window=window),
-            level=self._heard(learnt.level, "o", learnt, A, off=off, var=var, window=window),
+            loudness=self._heard(learnt.loudness, "f", learnt, A, off, var, belief[0], window),
+            level=self._heard(learnt.level, "o", learnt, A, off, var, belief[0], window),
             steadiness=steadiness.learnt(learnt.steadiness, off[f], np.sqrt(var[f]), usual),
         )
 
@@ -79,13 +79,14 @@ class Learning:
         A: Array,
         off: Array,
         var: Array,
+        x: Array,
         window: Array,
     ) -> Loudness:
         """How loud the residual is, by a state of each joint."""
         at = self.space.places[group]
         noise = 1.0 / np.where(np.isnan(off[at]), np.nan, np.diag(A)[at])
         rest = var[at] - noise + window[at] ** 2
-        return loudness.heard(heard, off[at], noise / learnt.loudness.power, rest)
+        return loudness.heard(heard, x[at] + off[at], x[at], noise / learnt.loudness.power, rest)
 
 
 def _told(A: Array, b: Array, x: Array, P: Array) -> tuple[Array, Array]:

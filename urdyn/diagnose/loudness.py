@@ -46,22 +46,24 @@ def first(power: Array) -> Loudness:
     return Loudness(told, nothing, nothing, nothing)
 
 
-def heard(loudness: Loudness, off: Array, noise: Array, rest: Array) -> Loudness:
+def heard(loudness: Loudness, seen: Array, expected: Array, noise: Array, rest: Array) -> Loudness:
     """After a block.
 
     Args:
-        off: how far a state of each joint was from what was expected, (J,); NaN: not told.
+        seen: where a state of each joint was, (J,); NaN: not told.
+        expected: where it was expected, (J,), by which a first block is judged.
         noise: variance that white noise with the residual's variance would put into that, (J,).
         rest: variance for all other reasons, (J,).
     """
-    var, known = POWERS[:, None] * noise + rest, np.isfinite(off)
+    var, known = POWERS[:, None] * noise + rest, np.isfinite(seen)
     usual = loudness.power * noise + rest
     lasting = loudness.doubt / np.maximum(loudness.weight, TINY) ** 2
-    square = (off - loudness.lately) ** 2 * usual / (usual + lasting)
+    before = np.where(loudness.weight > 0.0, loudness.lately, expected)
+    square = (seen - before) ** 2 * usual / (usual + lasting)
     square = np.minimum(square, WILD**2 * usual)
     more = -0.5 * np.log(var) - 0.5 * square / var
     told = loudness.told + np.where(known, more - more[0], 0.0)
-    fresh, before = np.where(known, 1.0 / usual, 0.0), KEPT * loudness.weight
-    weight, doubt = before + fresh, KEPT**2 * loudness.doubt + fresh
-    lately = before * loudness.lately + fresh * np.where(known, off, 0.0)
+    fresh, kept = np.where(known, 1.0 / usual, 0.0), KEPT * loudness.weight
+    weight, doubt = kept + fresh, KEPT**2 * loudness.doubt + fresh
+    lately = kept * loudness.lately + fresh * np.where(known, seen, 0.0)
     return Loudness(told, lately / np.maximum(weight, TINY), weight, doubt)

@@ -55,14 +55,14 @@ def _coming_and_going(held: Array, C: Array, d: Array, length: float) -> tuple[f
 
 
 def at_most(piece: Mode, told: Sequence[Shown], first: Mode, run: int) -> float:
-    """How well `run` moments in a row, those that tell it best, tell a piece [nats].
+    """How well moments in a row, `run` or fewer, those that tell it best, tell a piece [nats].
 
     Args:
         first: what is carried as a rule.
     """
     m = piece.mean - first.mean
     fits = np.array([each.d @ m - m @ each.C @ (first.mean + 0.5 * m) for each in told])
-    return float(np.convolve(fits, np.ones(run), "valid").max())
+    return max(float(np.convolve(fits, np.ones(n), "valid").max()) for n in range(1, run + 1))
 
 
 def _piece(held: Array, C: Array, d: Array) -> tuple[Array, Array]:

@@ -25,11 +25,12 @@ from urdyn.diagnose.onsets import Bank, Block
 from urdyn.diagnose.recall import Recall
 from urdyn.diagnose.rows import Rows
 from urdyn.diagnose.rules import Rules
-from urdyn.diagnose.slow_state import SlowState
+from urdyn.diagnose.slow_state import Heard, SlowState
 from urdyn.diagnose.space import Space
 from urdyn.diagnose.stay import Stay
 
 BLOCK = 5.0  # [s]
+HEARD = 12  # blocks, a minute, that noise can be unlearnt for
 ENOUGH = 10  # values of current in a moment that says anything
 
 
@@ -172,7 +173,7 @@ class Slow:
         state = replace(state, waiting=state.waiting[:kept], carrying=carrying)
         recall = state.recall.until(t)
         if recall is not state.recall:
-            state = self._recalled(state, recall)
+            state = self._recalled(state.unheard(t), recall)
         return self._between(state)
 
     def _recalled(self, state: SlowState, recall: Recall) -> SlowState:
@@ -222,10 +223,12 @@ class Slow:
         unseen = np.append(hidden, np.zeros(len(b) - len(hidden)))
         block = Block(state.begin, state.end, A, b, self.healthy.blind(warm), unseen)
         block = self.healthy.leaping(block, state.known)
+        learnt = self.learning.after(state.learnt, state.A, state.b, supposed, straying.window)
         state = replace(
             state,
             bank=onsets.step(state.bank, block, straying, self.judge.E, state.waited > 0),
-            learnt=self.learning.after(state.learnt, state.A, state.b, supposed, straying.window),
+            learnt=learnt,
+            heard=(*state.heard, Heard(block.end, learnt))[-HEARD:],
             recall=state.recall.after(block, self.healthy, state.known, straying),
         )
         judged = self._retold(self.judge.judged(self._between(state)))

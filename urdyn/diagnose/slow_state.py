@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from urdyn.diagnose.carrying import Carrying, Waiting
 from urdyn.diagnose.change import Change
@@ -11,6 +11,14 @@ from urdyn.diagnose.learning import Learnt
 from urdyn.diagnose.onsets import Bank
 from urdyn.diagnose.recall import Recall
 from urdyn.types import Array
+
+
+@dataclass(frozen=True, eq=False)
+class Heard:
+    """What had been learnt of a healthy arm's noise by then."""
+
+    end: float  # [s] of the last block
+    learnt: Learnt
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,8 +42,14 @@ class SlowState:
     passed: tuple[Fault, ...] = ()  # that were found, and were none; the last of each suspect
     likely: int | None = None  # suspect that explains the arm best, where there is one
     found: tuple[Change, ...] = ()  # in this step
+    heard: tuple[Heard, ...] = ()  # after each of the last blocks
 
     @property
     def suspects(self) -> tuple[int, ...]:
         """Those that are found."""
         return tuple(fault.suspect for fault in self.known)
+
+    def unheard(self, t: float) -> SlowState:
+        """With what had been learnt by the blocks up to `t` [s], as far back as that is known."""
+        heard = tuple(one for one in self.heard if one.end <= t) or self.heard[:1]
+        return replace(self, heard=heard, learnt=heard[-1].learnt) if heard else self
