@@ -8,6 +8,7 @@ import pytest
 from urdyn.cli.fault_noises import NOISES, Noise
 from urdyn.faults import Whitened, learn_baseline
 from urdyn.faults.detector import Verdict
+from urdyn.faults.robust import restlessness, swing
 from urdyn.types import Array
 
 
@@ -33,6 +34,19 @@ def test_healthy_innovations_are_white_and_narrow(name: str) -> None:
     assert e.std() < 1.0
     lagged = (e[1:] * e[:-1]).mean() / e.var()
     assert abs(lagged) < 0.1
+
+
+def test_a_swing_and_a_restless_spread_are_told_from_chance() -> None:
+    """Of 60 streams: amplitudes to a third, a square wave's 1 + .8 sqrt(2) at most; white: none."""
+    rng = np.random.default_rng(6)
+    white, slow, turns = (
+        noise.draw(rng, 1000, 60) for noise in (Noise(), Noise(swing=0.5), Noise(restless=0.5))
+    )
+    assert np.mean([swing(x) > 0.0 for x in white.T]) < 0.1
+    assert np.median([swing(x) for x in slow.T]) == pytest.approx(0.5, rel=0.33)
+    assert np.mean([restlessness(x) > 1.0 for x in white.T]) < 0.1
+    # 1.5² and .5² about 1.25: .8 of it either way, some lost to batches that hold both.
+    assert 1.3 < np.median([restlessness(x) for x in turns.T]) < 1.0 + 0.8 * np.sqrt(2.0)
 
 
 class Recorder:

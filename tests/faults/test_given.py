@@ -36,6 +36,7 @@ from urdyn.faults.onset import followed
 
 ONE, TWO = stated_baseline(0.0, 1.0), stated_baseline(np.zeros(2), np.ones(2))
 Y = np.random.default_rng(0).standard_normal(200)
+LEARNT = learn_baseline(Y)
 FOLLOWED = followed(ONE, Y[:20])
 AHEAD = forecast(Y[:20], ONE, 3.0, 6.0)[0]
 TIMES, FAILED = outlook(Costs(), 1.0, 500.0, 250.0, 1000.0)
@@ -55,6 +56,10 @@ WRONG: list[tuple[str, Callable[[], Any]]] = [
     ("3 streams", lambda: run(Whitened(TWO, GLR()), np.zeros((5, 3)))),
     ("side: 2 for 3", lambda: run(ShiryaevRoberts(side=np.ones(2)), np.zeros((5, 3)))),
     ("side: 2 for 3", lambda: run(GLR(side=np.ones(2)), np.zeros((5, 3)))),
+    ("tolerance: 3 for 1", lambda: run(Whitened(LEARNT, GLR(tolerance=np.zeros(3))), Y)),
+    ("side: 3 for 1", lambda: run(Whitened(LEARNT, ShiryaevRoberts(side=np.ones(3))), Y)),
+    ("of 1 streams, not 2", lambda: ShiryaevRoberts(healthy=Y).init(2)),
+    ("healthy innovations", lambda: ShiryaevRoberts(healthy=["a"])),
     ("tolerance", lambda: GLR(tolerance=-3.0)),
     ("side", lambda: GLR(side=2.0)),
     ("ages", lambda: GLR(ages=())),

@@ -8,6 +8,7 @@ import pytest
 from urdyn.cli.fault_noises import NOISES, Noise
 from urdyn.cli.fault_trials import alarmed, first_alarms
 from urdyn.faults import ShiryaevRoberts, Whitened, cells, detect, learn_baseline
+from urdyn.faults.mixture import Mixture
 
 PROMISE = 10_000.0
 
@@ -21,6 +22,29 @@ def test_the_likelihood_ratio_of_healthy_noise_averages_one_or_less() -> None:
         L = np.exp(tilt * (c**2 if side == 0.0 else side * c) - psi)
         assert L.mean() <= 1.0 + 4.0 * L.std() / np.sqrt(len(c))
         assert side == 0.0 or L.mean() >= 1.0 - 4.0 * L.std() / np.sqrt(len(c))
+
+
+def test_the_likelihood_ratio_averages_one_on_skewed_noise_as_well() -> None:
+    """On what was learnt from, and to four standard errors of 20 of 1000 steps on more of it."""
+    rng, streams = np.random.default_rng(8), 20
+    draw = Noise(skewed=True).draw
+    baseline = learn_baseline(draw(rng, 1000, streams))
+    seen = [e for e in baseline.healthy if np.isfinite(e).all()]
+    later = baseline.innovations(draw(rng, 4000, streams))[baseline.order :]
+    normal, taught = Mixture(), Mixture(healthy=baseline.healthy)
+    assert np.mean([normal.likelihood(e) for e in later], axis=(0, 1)).max() > 1.5
+    assert np.mean([taught.likelihood(e) for e in seen], axis=0).max() < 1.0 + 1e-9
+    L = np.array([taught.likelihood(e) for e in later])
+    assert (L.mean(axis=(0, 1)) < 1.0 + 4.0 * L.std(axis=(0, 1)) / np.sqrt(1000 * streams)).all()
+
+
+def test_normal_noise_pays_nothing_for_what_may_be_skewed() -> None:
+    """The inflation pays for it: 40 streams, of 78 cells each."""
+    rng = np.random.default_rng(9)
+    healthy = learn_baseline(rng.standard_normal((1000, 40))).healthy
+    e = rng.standard_normal(40)
+    dearer = Mixture(healthy=healthy).likelihood(e) < Mixture().likelihood(e) * (1.0 - 1e-9)
+    assert dearer.mean() < 0.02
 
 
 def test_evidence_less_steps_passed_averages_zero_at_most() -> None:

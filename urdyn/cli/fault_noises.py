@@ -17,18 +17,34 @@ class Noise:
     student: bool = False  # t with three degrees of freedom
     outliers: float = 0.0  # share of the steps, of six sigma
     scale: float = 1.0  # on the day of judgement; 1 on that of the baseline
+    skewed: bool = False  # exponential
+    restless: float = 0.0  # by so much its sigma is more for 30 steps, less for the next 30
+    swing: float = 0.0  # amplitude of a sine of 1000 steps, whose phase is anyone's
 
     def draw(self, rng: np.random.Generator, steps: int, runs: int, scale: float = 1.0) -> Array:
         """(steps, runs)."""
         lead = 200
-        size = (steps + lead, runs)
-        w = rng.standard_t(3, size) / np.sqrt(3.0) if self.student else rng.standard_normal(size)
-        w *= np.sqrt(1.0 - self.colour**2)
+        w = self._driving(rng, (steps + lead, runs)) * np.sqrt(1.0 - self.colour**2)
         for t in range(1, len(w) if self.colour else 0):
             w[t] += self.colour * w[t - 1]
         y = w[lead:]
         hit = rng.random(y.shape) < self.outliers
-        return np.asarray(scale * (y + 6.0 * hit * rng.choice([-1.0, 1.0], y.shape)))
+        y = y + 6.0 * hit * rng.choice([-1.0, 1.0], y.shape)
+        if self.swing:
+            turned = np.arange(steps)[:, None] / 1000.0 + rng.random(runs)
+            y = y + self.swing * np.sin(2.0 * np.pi * turned)
+        return np.asarray(scale * y)
+
+    def _driving(self, rng: np.random.Generator, size: tuple[int, int]) -> Array:
+        """White, of unit spread but where it is restless, (steps, runs)."""
+        if self.skewed:
+            w = rng.exponential(1.0, size) - 1.0
+        elif self.student:
+            w = rng.standard_t(3, size) / np.sqrt(3.0)
+        else:
+            w = rng.standard_normal(size)
+        more = np.arange(size[0])[:, None] // 30 % 2 == 0
+        return np.asarray(w * np.where(more, 1.0 + self.restless, 1.0 - self.restless))
 
 
 NOISES = {
@@ -38,4 +54,8 @@ NOISES = {
     "2 % outliers of 6 sigma": Noise(outliers=0.02),
     "sigma 20 % wrong": Noise(scale=1.2),
     "all together": Noise(0.9, True, 0.02, 1.2),
+    "exponential": Noise(skewed=True),
+    "AR(.9), exponential": Noise(colour=0.9, skewed=True),
+    "sigma .5 and 1.5 by turns": Noise(restless=0.5),
+    "swing of .3 sigma": Noise(swing=0.3),
 }

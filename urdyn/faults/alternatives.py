@@ -9,7 +9,8 @@ A cell's likelihood ratio is the exponential tilt of a clipped innovation,
     L = exp(lambda g - psi),   psi = ln E exp(lambda g),
 
 with g the innovation clipped (a mean) or its square (a variance), and the expectation over healthy
-noise: E L <= 1, whatever the tails do beyond the clip.
+noise: E L <= 1, whatever the tails do beyond the clip. Here it is a normal's; a `Mixture` that is
+shown skewed noise grants it more.
 """
 
 from __future__ import annotations

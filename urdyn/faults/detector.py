@@ -65,6 +65,14 @@ class SpreadJudge(Protocol[S]):
         """One step on, by innovations that were divided by `wider`, (n,)."""
 
 
+@runtime_checkable
+class Taught(Protocol[S]):
+    """A detector that can be shown what healthy innovations are like, beyond their spread."""
+
+    def taught(self, healthy: Array) -> Detector[S]:
+        """The same one, which takes such as these, (N, n) [sd], for healthy; NaN: not measured."""
+
+
 @dataclass(frozen=True, eq=False)
 class Detection:
     """What a detector said of a series."""

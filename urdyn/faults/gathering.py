@@ -9,18 +9,18 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import Self
 
 import numpy as np
 
 from urdyn.faults.alternatives import Cells, cells
 from urdyn.faults.detector import Verdict
 from urdyn.faults.mixture import Mixture
+from urdyn.faults.robust import swings
 from urdyn.given import (
     given,
     given_promise,
-    given_side,
     given_step,
-    given_streams,
     given_tolerance,
     positive,
 )
@@ -44,13 +44,14 @@ class Gathering(ABC):
     """At most one false alarm in `promise` steps over all streams, for standardised innovations.
 
     Healthy innovations have a conditional mean of at most `tolerance` and a spread of at most one;
-    `Whitened` makes such of raw ones.
+    `Whitened` makes such of raw ones, and shows those of its baseline, whose skew is then granted.
     """
 
     promise: float = 10_000.0  # [steps] to a false alarm, at least, on the average
     alternatives: Cells = field(default_factory=cells)
     side: Array | float = 0.0  # (n,) or one for all: +1 only a rise matters, -1 a fall, 0 both
     tolerance: Array | float = 0.0  # (n,) or one [sd]: a change of the mean that is none
+    healthy: Array | None = None  # (N, n) [sd] innovations while healthy; None: normal ones
 
     def __post_init__(self) -> None:
         given_promise(self.promise)
@@ -59,7 +60,12 @@ class Gathering(ABC):
     @cached_property
     def mixture(self) -> Mixture:
         """What is looked for."""
-        return Mixture(self.alternatives, self.side, self.tolerance)
+        return Mixture(self.alternatives, self.side, self.tolerance, self.healthy)
+
+    def taught(self, healthy: Array) -> Self:
+        """Its promise is kept on innovations like these, (N, n) [sd], skewed or swinging."""
+        slack = given_tolerance(self.tolerance, healthy.shape[1])
+        return replace(self, healthy=healthy, tolerance=slack + swings(healthy))
 
     @abstractmethod
     def carried(self, R: Array) -> Array:
@@ -71,9 +77,7 @@ class Gathering(ABC):
 
     def init(self, streams: int) -> Onsets:
         """Nothing seen yet."""
-        streams = given_streams(streams)
-        given_side(self.side, streams)
-        given_tolerance(self.tolerance, streams)
+        streams = self.mixture.given_streams(streams)
         return Onsets(np.zeros((streams, len(self.alternatives))))
 
     def step(self, state: Onsets, observed: Array) -> tuple[Onsets, Verdict]:

@@ -8,7 +8,7 @@ Q(z) = 1 / (N n K) for n streams and K terms: the union's bound needs no simulat
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -16,6 +16,7 @@ from scipy.special import ndtri
 
 from urdyn.faults.alternatives import CLIP
 from urdyn.faults.detector import Verdict
+from urdyn.faults.robust import swings
 from urdyn.given import (
     given,
     given_promise,
@@ -63,6 +64,11 @@ class GLR:
         ramps = np.maximum(age + 1.0 - since, 0.0)
         terms = np.vstack([ramps, np.minimum(ramps, 1.0)])
         return np.asarray(terms / np.linalg.norm(terms, axis=1, keepdims=True))
+
+    def taught(self, healthy: Array) -> GLR:
+        """Its promise is kept on innovations that swing as these do, (N, n) [sd]."""
+        slack = given_tolerance(self.tolerance, healthy.shape[1])
+        return replace(self, tolerance=slack + swings(healthy))
 
     def init(self, streams: int) -> Window:
         """Nothing seen yet."""

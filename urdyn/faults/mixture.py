@@ -7,9 +7,12 @@ from functools import cached_property
 
 import numpy as np
 
+from urdyn.errors import InputError
 from urdyn.faults.alternatives import CLIP, Cells, cells
-from urdyn.given import given_side, given_tolerance
+from urdyn.given import given_rows, given_side, given_streams, given_tolerance
 from urdyn.types import Array, frozen
+
+AT_ONCE = 10_000  # healthy innovations, of which each takes H numbers
 
 
 @dataclass(frozen=True, eq=False)
@@ -19,10 +22,23 @@ class Mixture:
     alternatives: Cells = field(default_factory=cells)
     side: Array | float = 0.0  # (n,) or one for all: +1 only a rise matters, -1 a fall, 0 both
     tolerance: Array | float = 0.0  # (n,) or one [sd]: a change of the mean that is none
+    healthy: Array | None = None  # (N, n) [sd] innovations while healthy; None: a normal's
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "side", frozen(given_side(self.side)))
         object.__setattr__(self, "tolerance", frozen(given_tolerance(self.tolerance)))
+        if self.healthy is not None:
+            rows = given_rows(self.healthy, "what healthy innovations were")
+            object.__setattr__(self, "healthy", frozen(rows))
+
+    def given_streams(self, streams: object) -> int:
+        """Number of streams, 1 or more; InputError where the settings are of another."""
+        n = given_streams(streams)
+        given_side(self.side, n)
+        given_tolerance(self.tolerance, n)
+        if self.healthy is not None and self.healthy.shape[1] != n:
+            raise InputError(f"healthy innovations are of {self.healthy.shape[1]} streams, not {n}")
+        return n
 
     @cached_property
     def entry(self) -> Array:
@@ -43,13 +59,36 @@ class Mixture:
         rows = [np.where(cell.side == side, cell.tilt, 0.0) for side in (1.0, -1.0, 0.0)]
         return np.array([*rows, -cell.psi])
 
+    @cached_property
+    def _more(self) -> Array:
+        """(n or 1, H) by which psi is more than a normal's: E L <= 1 on skewed noise, too."""
+        if self.healthy is None:
+            return np.zeros((1, len(self.alternatives)))
+        n = self.healthy.shape[1]
+        sides = (np.broadcast_to(x, (n,)) for x in self._sides)
+        return np.asarray([self._excess(*of) for of in zip(self.healthy.T, *sides, strict=True)])
+
+    def _excess(self, healthy: Array, side: float, slack: float) -> Array:
+        """ln E L over one stream's healthy innovations, (H,), 0 or more."""
+        seen = healthy[np.isfinite(healthy)]
+        parts = np.array_split(seen, 1 + len(seen) // AT_ONCE)
+        L = sum(np.exp(self._exponent(part, side, slack)).sum(axis=0) for part in parts)
+        return np.asarray(np.log(np.maximum(L / len(seen), 1.0)))
+
     def likelihood(self, observed: Array, wider: Array | float = 1.0) -> Array:
         """Of innovations (n,) [sd] under each cell, over that of healthy ones, (n, H).
 
         A variance is judged by what they were before they were divided by `wider`.
         """
         e = np.where(np.isfinite(observed), observed, 0.0)
-        side, slack = self._sides
+        exponent = self._exponent(e, *self._sides, wider)
+        exponent -= self._more
+        return np.asarray(np.exp(exponent, out=exponent))
+
+    def _exponent(
+        self, e: Array, side: Array | float, slack: Array | float, wider: Array | float = 1.0
+    ) -> Array:
+        """tilt g - psi of innovations (n,) [sd], psi that of a normal, (n, H)."""
         grown = np.empty((4, len(e)))
         np.subtract(e, slack, out=grown[0])
         np.subtract(-e, slack, out=grown[1])
@@ -58,8 +97,7 @@ class Mixture:
         np.clip(grown[:3], -CLIP, CLIP, out=grown[:3])
         grown[2] *= grown[2]
         grown[3] = 1.0
-        exponent = grown.T @ self._gather
-        return np.asarray(np.exp(exponent, out=exponent))
+        return np.asarray(grown.T @ self._gather)
 
     @staticmethod
     def unless_missing(after: Array, before: Array, observed: Array) -> Array:

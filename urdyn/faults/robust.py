@@ -1,4 +1,4 @@
-"""Level and spread of noise with outliers, and how much of its colour is left."""
+"""Level and spread of noise with outliers, and how much of colour and change is left in it."""
 
 from __future__ import annotations
 
@@ -8,7 +8,9 @@ from scipy.special import ndtr
 from urdyn.faults.alternatives import CLIP
 from urdyn.types import MAD_TO_SD, Array
 
-BATCH = 25  # steps over which colour shows in a mean
+BATCH = 25  # steps over which colour shows in a mean, and a change of the spread in a mean square
+SLOW = 50  # steps over which a swing shows that no autoregression foresees
+PEAK = float(np.sqrt(2.0))  # of a swing over its standard deviation, as a sine has it
 
 # Of a standard normal clipped: the expected square.
 SQUARE = float(
@@ -40,10 +42,42 @@ def level_and_spread(x: Array, rounds: int = 50) -> tuple[float, float]:
 
 def long_run_excess(white: Array) -> float:
     """Variance of batch means over that of white noise, beyond what chance explains; 1 or more."""
-    batches = len(white) // BATCH
-    if batches < 2:
+    means = _means(white, BATCH)
+    if len(means) < 2:
         return 1.0
-    means = white[: batches * BATCH].reshape(batches, BATCH).mean(axis=1)
     ratio = BATCH * float(means.var(ddof=1)) / float(white.var())
-    chance = 1.0 + 2.0 * np.sqrt(2.0 / (batches - 1))
-    return float(max(1.0, ratio / chance))
+    return float(max(1.0, ratio / _chance(means)))
+
+
+def swing(white: Array) -> float:
+    """How far the mean of white noise swings about its level at its peak, in the noise's unit."""
+    return PEAK * float(np.sqrt(_beyond_chance(white, SLOW)))
+
+
+def swings(innovations: Array) -> Array:
+    """The same of streams, (N, n), outliers apart; NaN where nothing was measured."""
+    return np.array([swing(np.clip(x[np.isfinite(x)], -CLIP, CLIP)) for x in innovations.T])
+
+
+def restlessness(white: Array) -> float:
+    """Variance of white noise where it is most restless over that of all of it; 1 or more."""
+    square = white**2
+    return 1.0 + PEAK * float(np.sqrt(_beyond_chance(square / square.mean(), BATCH)))
+
+
+def _beyond_chance(x: Array, steps: int) -> float:
+    """Variance of means over so many steps, less what it may be where steps are independent."""
+    means = _means(x, steps)
+    if len(means) < 2:
+        return 0.0
+    return max(0.0, float(means.var(ddof=1)) - _chance(means) * float(x.var()) / steps)
+
+
+def _means(x: Array, steps: int) -> Array:
+    """Of batches of so many steps; the last ones of x, fewer than a batch, are left out."""
+    return np.asarray(x[: len(x) // steps * steps].reshape(-1, steps).mean(axis=1))
+
+
+def _chance(means: Array) -> float:
+    """What a variance of so many means may be by chance, over the expected one."""
+    return 1.0 + 2.0 * float(np.sqrt(2.0 / (len(means) - 1)))

@@ -10,7 +10,7 @@ Units are [spread], which is s, and [sd], kappa s.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
 
 import numpy as np
@@ -20,7 +20,7 @@ from urdyn.errors import InputError
 from urdyn.faults.alternatives import CLIP
 from urdyn.faults.autoregression import autoregression, complete, lagged
 from urdyn.faults.gaps import Bridge, bridged
-from urdyn.faults.robust import level_and_spread, long_run_excess
+from urdyn.faults.robust import level_and_spread, long_run_excess, restlessness
 from urdyn.given import given, given_rows, positive
 from urdyn.types import Array, frozen
 
@@ -42,10 +42,11 @@ class Baseline:
     typical: Array  # (n,) [unit] level of the stream itself
     stride: Array  # (n,) [sd] of differences of successive innovations, over sqrt(2)
     pace: Array  # (n,) steps between two that can be judged: nearer ones were never seen
+    seen: Array  # (N, n) [spread] innovations that it was learnt from; NaN where none
     steps: int = ENOUGH  # that it was learnt from
 
     def __post_init__(self) -> None:
-        for name in ("coefficients", "level", "spread", "inflation", "typical", "stride", "pace"):
+        for name in (f.name for f in fields(self) if f.name != "steps"):
             object.__setattr__(self, name, frozen(getattr(self, name)))
         assert self.coefficients.shape[:1] == self.level.shape == self.spread.shape
 
@@ -53,6 +54,11 @@ class Baseline:
     def streams(self) -> int:
         """Number of streams."""
         return len(self.level)
+
+    @property
+    def healthy(self) -> Array:
+        """Innovations that it was learnt from, (N, n) [sd]; NaN where none."""
+        return np.asarray(self.seen / self.inflation)
 
     @property
     def order(self) -> int:
@@ -89,7 +95,8 @@ def learn_baseline(healthy: ArrayLike, inflation: float = INFLATION) -> Baseline
     """What healthy looks like, from a series (N, n) or (N,) of ENOUGH steps or more.
 
     The order of each autoregression is what the data ask for, also where rows are missing. What
-    colour is left, and what a shorter baseline does not know, widens the inflation.
+    colour is left, a spread that changes, and what a shorter baseline does not know widen the
+    inflation.
 
     Raises:
         InputError: too few steps are measured, or a stream does not move at all.
@@ -108,7 +115,8 @@ def learn_baseline(healthy: ArrayLike, inflation: float = INFLATION) -> Baseline
     left = _left(series, found, Bridge(coefficients, level, typical, pace))
     learnt = [_stream(series[:, i], left[:, i], i, a, inflation) for i, (a, _) in enumerate(found)]
     level, spread, kappa, stride = np.array(learnt).T
-    return Baseline(coefficients, level, spread, kappa, typical, stride, pace, len(series))
+    seen = (left - level) / spread
+    return Baseline(coefficients, level, spread, kappa, typical, stride, pace, seen, len(series))
 
 
 def stated_baseline(
@@ -119,8 +127,9 @@ def stated_baseline(
     n = max(np.size(level), np.size(sd))
     centre = given(level, "level", streams=n)
     spread = given(sd, "sd", "positive numbers", positive, n)
-    one = np.ones(n)
-    return Baseline(np.zeros((n, 0)), centre, spread, np.full(n, inflation), centre, one, one)
+    one, none = np.ones(n), np.zeros((0, n))
+    kappa = np.full(n, inflation)
+    return Baseline(np.zeros((n, 0)), centre, spread, kappa, centre, one, one, none)
 
 
 def beside(series: ArrayLike, baseline: Baseline | ArrayLike) -> tuple[Array, Baseline]:
@@ -208,5 +217,5 @@ def _stream(
     # The promise was tried with inflations that take a colour without gaps for wholly learnt.
     left_over = 1.0 if len(a) and np.isfinite(y).all() else long_run_excess(white)
     kappa = (1.0 + (inflation - 1.0) * short) * np.sqrt(left_over * tails)
-    kappa *= 1.0 + _doubt(a, int(np.isfinite(y).sum()))
+    kappa *= np.sqrt(restlessness(white)) * (1.0 + _doubt(a, int(np.isfinite(y).sum())))
     return level, spread, float(kappa), stride

@@ -9,13 +9,14 @@ tests of a mean; a test of the spread itself is told what was followed, and gran
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Generic, TypeVar
 
 import numpy as np
 
 from urdyn.errors import InputError
 from urdyn.faults.alternatives import CLIP
-from urdyn.faults.detector import Detector, SpreadJudge, Verdict, given_detector
+from urdyn.faults.detector import Detector, SpreadJudge, Taught, Verdict, given_detector
 from urdyn.faults.gaps import Past
 from urdyn.faults.robust import SQUARE
 from urdyn.faults.whiten import Baseline
@@ -66,7 +67,7 @@ class Whitened(Generic[S]):
         n = self.baseline.streams
         if streams != n:
             raise InputError(f"{streams} streams, and {n} of the baseline; give the same ones")
-        inner, none = self.detector.init(n), self.baseline.bridge.init()
+        inner, none = self._judge.init(n), self.baseline.bridge.init()
         return WhitenedState(none, np.full(n, np.nan), np.ones(n), np.full(n, TRUST), inner)
 
     def step(self, state: WhitenedState[S], observed: Array) -> tuple[WhitenedState[S], Verdict]:
@@ -82,12 +83,18 @@ class Whitened(Generic[S]):
 
     def acknowledged(self, state: WhitenedState[S]) -> WhitenedState[S]:
         """Evidence is gathered anew."""
-        return replace(state, inner=self.detector.acknowledged(state.inner))
+        return replace(state, inner=self._judge.acknowledged(state.inner))
+
+    @cached_property
+    def _judge(self) -> Detector[S]:
+        """The detector, which has seen what the baseline was learnt from."""
+        of, healthy = self.detector, self.baseline.healthy
+        return of.taught(healthy) if isinstance(of, Taught) and len(healthy) else of
 
     def _judged(self, inner: S, e: Array, wider: Array) -> tuple[S, Verdict]:
-        if isinstance(self.detector, SpreadJudge):
-            return self.detector.step_beside(inner, e / wider, wider)
-        return self.detector.step(inner, e / wider)
+        if isinstance(self._judge, SpreadJudge):
+            return self._judge.step_beside(inner, e / wider, wider)
+        return self._judge.step(inner, e / wider)
 
     def _wider(self, square: Array) -> Array:
         """By how much innovations spread more than the baseline said, (n,) 1 .. allowed."""
