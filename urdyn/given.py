@@ -17,6 +17,16 @@ from urdyn.types import Array, Gaussian, Index, frozen, shaped
 ALIKE = 1e-3
 ROUNDING = 1e-14  # of the largest variance, for each state: what rounding leaves of none
 
+NUMBERS = "biuf"  # numpy's kinds of arrays that are real numbers
+HELD = {
+    "c": "complex numbers",
+    "M": "dates",
+    "O": "objects, None among them perhaps",
+    "S": "text",
+    "U": "text",
+    "m": "lapses of time",
+}
+
 
 def positive(numbers: Array) -> Any:
     """Whether each is above 0."""
@@ -42,13 +52,23 @@ def given(
 ) -> Array:
     """A number or a row of them, finite, that fits: (n,) where there are n `streams`."""
     row = np.atleast_1d(as_numbers(value))
-    if row.ndim != 1 or not np.isfinite(row).all() or not np.all(fits(row)):
+    if _kind(value) == "b" or row.ndim != 1 or not np.isfinite(row).all() or not np.all(fits(row)):
         raise InputError(f"{what} {value}: takes {takes}")
     if streams is None:
         return row
     if len(row) not in (1, streams):
         raise InputError(f"{what}: {len(row)} for {streams} streams; give one for all, or each")
     return np.broadcast_to(row, (streams,))
+
+
+def given_number(
+    value: object,
+    what: str,
+    takes: str = "a finite number",
+    fits: Callable[[Array], Any] = np.isfinite,
+) -> float:
+    """One number, finite, that fits."""
+    return float(given(value, what, takes, lambda x: fits(x) & (len(x) == 1))[0])
 
 
 def given_side(side: object, streams: int | None = None) -> Array:
@@ -65,14 +85,13 @@ def given_tolerance(tolerance: object, streams: int | None = None) -> Array:
 def given_promise(promise: object) -> float:
     """Steps to a false alarm, 1 or more."""
     takes = "the steps to a false alarm, 1 or more"
-    return float(given(promise, "promise", takes, lambda x: (x >= 1.0) & (len(x) == 1))[0])
+    return given_number(promise, "promise", takes, lambda x: x >= 1.0)
 
 
 def given_count(count: object, what: str, least: int = 1) -> int:
     """A whole number, `least` or more."""
     takes = f"a whole number, {least} or more"
-    whole = given(count, what, takes, lambda x: (x >= least) & (x % 1.0 == 0.0) & (len(x) == 1))
-    return int(whole[0])
+    return int(given_number(count, what, takes, lambda x: (x >= least) & (x % 1.0 == 0.0)))
 
 
 def given_each(
@@ -149,7 +168,8 @@ def given_streams(streams: object) -> int:
 
 def given_step(observed: object, streams: int) -> Array:
     """What was observed of each stream in a step, (n,), NaN where nothing was."""
-    values = observed if type(observed) is np.ndarray else np.atleast_1d(as_numbers(observed))
+    plain = type(observed) is np.ndarray and observed.dtype == np.float64
+    values = cast(Array, observed) if plain else np.atleast_1d(given_numbers(observed, "a step"))
     if values.shape != (streams,):
         raise InputError(
             f"a step has the shape {values.shape}; give a number for each of {streams} streams"
@@ -159,22 +179,37 @@ def given_step(observed: object, streams: int) -> Array:
 
 def given_rows(series: object, what: str) -> Array:
     """A series of steps x streams, (N, n), NaN where nothing was measured; (N,) is one stream."""
-    rows = as_numbers(series)
+    rows = given_numbers(series, what)
     rows = rows[:, None] if rows.ndim == 1 else rows
     if rows.ndim != 2 or not rows.shape[1]:
         raise InputError(f"{what} is steps x streams of numbers; this has the shape {rows.shape}")
     return rows
 
 
+def given_numbers(values: object, what: str) -> Array:
+    """Of any shape, NaN where masked."""
+    kind = _kind(values)
+    if kind not in NUMBERS:
+        held = HELD.get(kind, kind)
+        raise InputError(f"{what} holds {held}: takes numbers, NaN where nothing was measured")
+    return as_numbers(values)
+
+
 def as_numbers(value: object) -> Array:
     """As an array; NaN where masked; of no dimension, and NaN, where it holds no numbers."""
-    if isinstance(value, np.ma.MaskedArray) and value.dtype.kind in "biuf":
-        return np.asarray(np.ma.filled(value.astype(np.float64), np.nan))
-    try:
-        array = np.asarray(value)
-    except ValueError:  # rows of different lengths
+    if _kind(value) not in NUMBERS:
         return np.array(np.nan)
-    return array.astype(np.float64) if array.dtype.kind in "biuf" else np.array(np.nan)
+    if isinstance(value, np.ma.MaskedArray):
+        return np.asarray(np.ma.filled(value.astype(np.float64), np.nan))
+    return np.asarray(value).astype(np.float64)
+
+
+def _kind(value: object) -> str:
+    """What an array of it holds, as numpy's dtypes call it."""
+    try:
+        return np.asarray(value).dtype.kind
+    except ValueError:
+        return "rows of different lengths"
 
 
 def _array(values: object, what: str) -> Array:

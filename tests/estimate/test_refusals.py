@@ -28,6 +28,7 @@ from urdyn.estimate import (
     posterior_bound,
     ramp_bank,
     ramp_bound,
+    ramp_model,
     smooth,
     track,
 )
@@ -139,7 +140,17 @@ def test_a_history_that_fits_no_model_is_refused(
         (lambda: follow_ramp(np.zeros(4), 0.1, level=1.0), "prior 1.0: takes a Gaussian"),  # type: ignore[arg-type]
         (lambda: follow_ramp(np.zeros(4), 0.1, level=MODEL.prior), r"mean has the shape \(2,\)"),
         (lambda: ramp_bank(0.1, names=("g", "g.rate")), "no state f.rate; did you mean g.rate"),
+        (lambda: follow_ramp(["a"], 0.1), "readings y holds text"),  # type: ignore[arg-type]
+        (lambda: follow_ramp(np.zeros(4), "a"), "sigma a: takes"),  # type: ignore[arg-type]
+        (lambda: follow_ramp(np.zeros(4), np.ones(2)), "sigma .* takes"),  # type: ignore[arg-type]
+        (lambda: follow_ramp(np.zeros(4), 0.1, np.ones(2)), "direction .* takes"),  # type: ignore[arg-type]
+        (lambda: ramp_model(-1.0), "sigma -1.0: takes"),
         (lambda: ramp_bound(0.0, 3, 5, 1.0, 1.0), "sigma"),
+        (lambda: ramp_bound(1.0, 3, -3, 1.0, 1.0), "steps -3: takes a whole number"),
+        (lambda: ramp_bound(1.0, np.nan, 5, 1.0, 1.0), "onset nan"),
+        (lambda: ramp_bound(1.0, 3, 5, -1.0, 1.0), "level_sd -1.0: takes"),
+        (lambda: ramp_bound(1.0, 3, 5, 1.0, np.inf), "rate_sd inf: takes"),
+        (lambda: ramp_bound(1.0, 3, 5, 1.0, 1.0, onset_sd=-1.0), "onset_sd -1.0: takes"),
         (lambda: posterior_bound(MODEL, ticks(3), SEEN[:2]), "observations have the shape"),
         (lambda: posterior_bound(MODEL, ticks(3), np.ones((3, 2))), "observations have the shape"),
         (lambda: posterior_bound(MODEL, ticks(3), lives=np.ones((3, 1, 1))), "lives have"),

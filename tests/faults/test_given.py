@@ -52,7 +52,16 @@ WRONG: list[tuple[str, Callable[[], Any]]] = [
     ("the detector's own", lambda: detect(Y, ONE, tolerance=0.1, detector=GLR())),
     ("a series", lambda: detect(["a", "b"], ONE)),
     ("a series", lambda: detect([[1.0], [1.0, 2.0]], ONE)),
-    ("a series", lambda: run(GLR(), np.array(1.0))),
+    ("a series holds text", lambda: run(GLR(), ["a", "b"])),
+    ("a series holds complex numbers", lambda: detect(Y + 1j, ONE)),
+    ("a series holds objects", lambda: detect([None, *Y], ONE)),
+    ("a series holds dates", lambda: detect(np.array(["2026-01-01"], dtype="datetime64[D]"), ONE)),
+    ("a baseline holds text", lambda: learn_baseline(["a"] * 200)),
+    ("a step holds objects", lambda: GLR().step(GLR().init(1), np.array([None]))),
+    ("a series is .* the shape [(][)]", lambda: run(GLR(), np.array(1.0))),
+    ("promise True", lambda: detect(Y, ONE, promise=True)),
+    ("whitens already", lambda: detect(Y, ONE, detector=Whitened(ONE, GLR()))),
+    ("parameters, not inn", lambda: detect(Y, ONE, detector=Algorithm2(3.0, 6.0, 0.1, 0.1))),
     ("3 streams", lambda: run(Whitened(TWO, GLR()), np.zeros((5, 3)))),
     ("side: 2 for 3", lambda: run(ShiryaevRoberts(side=np.ones(2)), np.zeros((5, 3)))),
     ("side: 2 for 3", lambda: run(GLR(side=np.ones(2)), np.zeros((5, 3)))),
@@ -80,11 +89,20 @@ WRONG: list[tuple[str, Callable[[], Any]]] = [
     ("candidates", lambda: kinks(ONE, 2)),
     ("inflation", lambda: learn_baseline(Y, inflation=0.0)),
     ("inflation", lambda: learn_baseline(Y, inflation=np.nan)),
+    ("inflation 0.1: takes a number, 1 or more", lambda: learn_baseline(Y, inflation=0.1)),
+    ("inflation", lambda: stated_baseline(0.0, 1.0, inflation=0.9)),
+    ("inflation", lambda: learn_baseline(Y, inflation=[1.1, 1.2])),
     ("level: 2 for 3", lambda: stated_baseline(np.zeros(2), np.ones(3))),
     ("level", lambda: stated_baseline(np.zeros((2, 2)), 1.0)),
     ("0 measured steps", lambda: tuned_algorithm2(np.full(200, np.nan), 9.0)),
     ("3 measured steps", lambda: tuned_algorithm2(Y[:3], 9.0)),
     ("spread", lambda: tuned_algorithm2(np.ones(200), 9.0)),
+    ("critical level nan", lambda: tuned_algorithm2(Y, np.nan)),
+    ("critical level -5.0 is not beyond", lambda: tuned_algorithm2(Y, -5.0)),
+    ("critical level 5.0 is not beyond", lambda: tuned_algorithm2(Y, 5.0, side=-1.0)),
+    ("critical level: 2 for 1", lambda: tuned_algorithm2(Y, [5.0, 6.0])),
+    ("side up", lambda: tuned_algorithm2(Y, 5.0, side="up")),
+    ("slope .*0 or more", lambda: Algorithm2(2.0, 3.0, -0.1, 0.1)),
     ("window", lambda: Algorithm2(2.0, 3.0, 0.1, 0.1, window=2.5)),
     ("critical level", lambda: Algorithm2(3.0, 2.0, 0.1, 0.1)),
     ("critical level", lambda: Algorithm2(0.7, 0.8, 0.1, 0.1, side=-1.0)),
@@ -136,6 +154,12 @@ WRONG: list[tuple[str, Callable[[], Any]]] = [
 def test_what_cannot_be_used_is_named(said: str, asked: Callable[[], Any]) -> None:
     with pytest.raises(InputError, match=said):
         asked()
+
+
+@pytest.mark.filterwarnings("error")
+def test_a_baseline_with_one_absurd_row_is_learnt_as_without() -> None:
+    absurd = np.where(np.arange(len(Y)) == 5, 1e300, Y)
+    np.testing.assert_allclose(learn_baseline(absurd).spread, LEARNT.spread, rtol=0.05)
 
 
 def test_one_setting_stands_for_all_streams() -> None:

@@ -16,9 +16,9 @@ from __future__ import annotations
 import numpy as np
 
 from urdyn.dbn import AffineObservation, Joined, Tick, Trend, jumps
-from urdyn.errors import InputError
 from urdyn.estimate.bank import Bank
 from urdyn.estimate.protocol import Track, track
+from urdyn.given import given_count, given_number, given_numbers, not_negative, positive
 from urdyn.types import Array, Gaussian
 
 VAGUE = 1e3  # [sigma] sd of a level of which nothing is known
@@ -32,6 +32,7 @@ def ramp_model(sigma: float, level: Gaussian | None = None) -> Joined[Tick]:
 
     `level` is what is known of f before the first reading, (1,); by default nothing.
     """
+    _above_none(sigma, "sigma")
     known = Gaussian(np.zeros(1), (VAGUE * sigma) ** 2 * np.eye(1)) if level is None else level
     still = np.zeros(1)
     process = Trend(("f",), known, still, np.array([0]), still, still)
@@ -61,15 +62,11 @@ def ramp_bank(
         onsets: candidates that are kept apart; older ones are merged.
         rate: the state that jumps at an onset.
     """
-    if direction not in (-1, 0, 1):
-        raise InputError(f"direction {direction}: 1 for a rise, -1 for a fall, 0 for either")
-    if not (0.0 < sigma < np.inf and 0.0 < dt < np.inf):
-        raise InputError(f"sigma {sigma} and dt {dt} have to be finite and above 0")
-    most = STEEPEST * sigma / dt if steepest is None else steepest
-    if not 0.0 < most < np.inf:
-        raise InputError(f"steepest {steepest}: it has to be finite and above 0")
-    if not 1.0 < expected < np.inf:
-        raise InputError(f"expected {expected}: more than 1 reading, and not for ever")
+    ways = "1 for a rise, -1 for a fall, 0 for either"
+    given_number(direction, "direction", ways, lambda x: np.isin(x, (-1.0, 0.0, 1.0)))
+    sigma, dt = (_above_none(x, what) for x, what in ((sigma, "sigma"), (dt, "dt")))
+    most = STEEPEST * sigma / dt if steepest is None else _above_none(steepest, "steepest")
+    given_number(expected, "expected", "more than 1 reading, and not for ever", lambda x: x > 1.0)
     width = most / RATES
     rates = width * (np.arange(RATES) + 0.5)
     signs = np.array([1.0, -1.0] if direction == 0 else [direction])
@@ -92,7 +89,7 @@ def follow_ramp(
     The arguments are those of `ramp_model` and `ramp_bank`. What is known of the level and of how
     steep a ramp can be is worth saying where ramps are slow beside the noise.
     """
-    readings = np.asarray(y, dtype=float)[..., None]
+    readings = given_numbers(y, "readings y")[..., None]
     bank, model = ramp_bank(sigma, direction, dt, steepest), ramp_model(sigma, level)
     return track(bank, model, [Tick(dt)] * len(readings), readings)
 
@@ -111,9 +108,15 @@ def ramp_bound(
     For a filter that is told the onset, or, with its rate, that knows the onset to `onset_sd` only.
     Priors count by their variance, as Gaussian ones. [VanTrees2013]_
     """
-    if not 0.0 < sigma < np.inf:
-        raise InputError(f"sigma {sigma}: it has to be finite and above 0")
-    variance = np.array([level_sd**2, rate_sd**2, onset_sd**2])
+    _above_none(sigma, "sigma")
+    given_count(steps, "steps")
+    for when_or_what, name in ((onset, "onset"), (rate, "rate")):
+        given_number(when_or_what, name)
+    known = {"level_sd": level_sd, "rate_sd": rate_sd, "onset_sd": onset_sd}
+    takes = "a finite number, 0 or more"
+    variance = np.array(
+        [given_number(sd, name, takes, not_negative) ** 2 for name, sd in known.items()]
+    )
     unknown = variance > 0.0
     t = np.arange(1.0, steps + 1.0)
     slope = [np.ones(steps), np.maximum(t - onset, 0.0), -rate * (t > onset)]
@@ -121,3 +124,7 @@ def ramp_bound(
     told = np.cumsum(G[:, :, None] * G[:, None, :], axis=0) / sigma**2
     cov = np.linalg.inv(told + np.diag(1.0 / variance[unknown]))
     return np.asarray(np.sqrt(np.einsum("ti,tij,tj->t", G, cov, G)))
+
+
+def _above_none(value: object, what: str) -> float:
+    return given_number(value, what, "a finite number above 0", positive)

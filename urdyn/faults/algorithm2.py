@@ -16,8 +16,6 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.optimize import brentq
-from scipy.stats import norm
 
 from urdyn.errors import InputError
 from urdyn.faults.detector import Verdict
@@ -27,10 +25,12 @@ from urdyn.given import (
     fraction,
     given,
     given_count,
+    given_number,
     given_promise,
     given_rows,
     given_step,
     given_streams,
+    not_negative,
     positive,
 )
 from urdyn.types import Array, Mask, frozen
@@ -38,6 +38,7 @@ from urdyn.types import Array, Mask, frozen
 WINDOW = 10  # [steps] k
 GAIN = 0.1  # [-] of the average that stands for the paper's filter where parameters are raw
 THRESHOLDS = ("warning", "critical", "slope", "reference_slope")
+ONE_WAY = "+1 where parameters rise, -1 where they fall"
 OVERSHOOT = 0.583  # of a random walk over a boundary [Siegmund1985]_
 
 
@@ -79,9 +80,10 @@ class Algorithm2:
     def __post_init__(self) -> None:
         for name in THRESHOLDS:
             object.__setattr__(self, name, frozen(given(getattr(self, name), name)))
+        given(self.slope, "slope", "finite numbers, 0 or more", not_negative)
         given(self.reference_slope, "reference_slope", "a positive number", positive)
         self._fit_each_other()
-        given(self.side, "side", "+1 where parameters rise, -1 where they fall", _one_way)
+        given_number(self.side, "side", ONE_WAY, _one_way)
         given_count(self.window, "window")
         given(self.gain, "gain", "a number above 0, and 1 at most", lambda x: (x > 0) & (x <= 1))
         if (self.side * (np.asarray(self.critical) - self.warning) <= 0.0).any():
@@ -154,24 +156,42 @@ def tuned_algorithm2(
     """Algorithm 2 with thresholds from healthy parameters as measured, (N, n) white around a level.
 
     The warning level is one that their average, an autoregression of 1 - gain, passes once in
-    `promise` steps over all streams [Siegmund1985]_; the slope's threshold is one sd of the slope.
+    `promise` steps over all streams [Siegmund1985]_, what a baseline leaves in doubt paid for; the
+    slope's threshold is one sd of the slope.
     That promise is one on white noise alone: where .095 of healthy runs may alarm, 1.00 do under
     AR(.9), .94 under AR(.5), .8 with long tails or outliers, .46 where sigma is a fifth wider.
     Where noise alone reaches beyond `critical`, that level is one sd of the average further on.
     """
     given_promise(promise)
     given_count(window, "window")
-    given(gain, "gain", "a number between 0 and 1", fraction)
+    given_number(gain, "gain", "a number between 0 and 1", fraction)
+    given_number(side, "side", ONE_WAY, _one_way)
     series = given_rows(healthy, "a baseline")
     fits = np.array([level_and_spread(measured(x, i)) for i, x in enumerate(series.T)])
     given(fits[:, 1], "spread of the baseline", "streams that move", positive)
-    average = fits[:, 1] * np.sqrt(gain / (2.0 - gain))
+    level, spread = fits.T
+    average = spread * np.sqrt(gain / (2.0 - gain))
     kept = (1.0 - gain) ** window
     slope = average * np.sqrt(2.0 * (1.0 - kept)) / window
-    warning = fits[:, 0] + side * crossing_level(promise * series.shape[1], gain) * average
-    beyond = side * (np.asarray(critical) - warning) > 0.0
-    level = np.where(beyond, critical, warning + side * average)
-    return Algorithm2(warning, level, slope, 3.0 * slope, window, gain, side, kind)
+    reach = _learnt(
+        crossing_level(promise * len(fits), gain), gain, np.isfinite(series).sum(axis=0)
+    )
+    warning = level + side * reach * average
+    end = given(critical, "critical level", streams=len(fits))
+    if (side * (end - level) <= 0.0).any():
+        raise InputError(f"critical level {critical} is not beyond the healthy ones, {level}")
+    beyond = side * (end - warning) > 0.0
+    end = np.where(beyond, end, warning + side * average)
+    return Algorithm2(warning, end, slope, 3.0 * slope, window, gain, side, kind)
+
+
+def _learnt(z: float, gain: float, steps: Array) -> Array:
+    """Level [sd of the average] crossed as rarely as z is, though it is learnt from so many steps.
+
+    Of such a one's square the level's variance, (2 - gain) / (gain steps), takes a part, and the
+    spread's, z² / (2 steps), another: the rate, as exp(-z² / 2), is averaged over both.
+    """
+    return np.asarray(z * np.sqrt(1.0 + (2.0 - gain) / (gain * steps) + z**2 / (2.0 * steps)))
 
 
 def _one_way(side: Array) -> Mask:
@@ -181,8 +201,11 @@ def _one_way(side: Array) -> Mask:
 def crossing_level(promise: float, gain: float) -> float:
     """Level [sd] that an exponential average of white noise passes once in `promise` steps."""
 
+    from scipy.optimize import brentq
+
     def excess(z: float) -> float:
-        rate = gain * z * norm.pdf(z) * np.exp(-OVERSHOOT * z * np.sqrt(2.0 * gain))
+        density = np.exp(-0.5 * z**2) / np.sqrt(2.0 * np.pi)
+        rate = gain * z * density * np.exp(-OVERSHOOT * z * np.sqrt(2.0 * gain))
         return float(np.log(rate * promise))
 
     return float(brentq(excess, 1.0, 12.0)) if excess(1.0) > 0.0 else 1.0

@@ -96,7 +96,7 @@ def _best(X: Array, z: Array, found: dict[int, Array]) -> int:
     residual = {p: z - X[:, :p] @ a for p, a in found.items()}
     # One set of weights for all orders: what differs between them is the colour alone.
     weight = _bounded(residual[max(found)])
-    told_of = {p: float(weight @ r**2) / float(weight.sum()) for p, r in residual.items()}
+    told_of = {p: float((weight * r) @ r) / float(weight.sum()) for p, r in residual.items()}
     n = float(weight.sum())
     return min(found, key=lambda p: n * np.log(told_of[p]) + p * np.log(n))
 

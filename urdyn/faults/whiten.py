@@ -21,7 +21,7 @@ from urdyn.faults.alternatives import CLIP
 from urdyn.faults.autoregression import autoregression, complete, lagged
 from urdyn.faults.gaps import Bridge, bridged
 from urdyn.faults.robust import level_and_spread, long_run_excess, restlessness
-from urdyn.given import given, given_rows, positive
+from urdyn.given import given, given_number, given_rows, positive
 from urdyn.types import Array, frozen
 
 ENOUGH = 1000  # steps from which a baseline is known well
@@ -102,7 +102,7 @@ def learn_baseline(healthy: ArrayLike, inflation: float = INFLATION) -> Baseline
         InputError: too few steps are measured, or a stream does not move at all.
     """
     series = given_rows(healthy, "a baseline")
-    given(inflation, "inflation", "a positive number", positive)
+    _not_less_than_noise(inflation)
     typical = np.array([level_and_spread(measured(y, i))[0] for i, y in enumerate(series.T)])
     found = [autoregression(y - middle) for y, middle in zip(series.T, typical, strict=True)]
     known = np.isfinite(series).sum(axis=0).tolist()
@@ -123,13 +123,18 @@ def stated_baseline(
     level: Array | float, sd: Array | float, inflation: float = INFLATION
 ) -> Baseline:
     """Healthy streams that are white with a level and a spread known beforehand, (n,) [unit]."""
-    given(inflation, "inflation", "a positive number", positive)
+    _not_less_than_noise(inflation)
     n = max(np.size(level), np.size(sd))
     centre = given(level, "level", streams=n)
     spread = given(sd, "sd", "positive numbers", positive, n)
     one, none = np.ones(n), np.zeros((0, n))
     kappa = np.full(n, inflation)
     return Baseline(np.zeros((n, 0)), centre, spread, kappa, centre, one, one, none)
+
+
+def _not_less_than_noise(inflation: object) -> None:
+    """InputError where innovations would be wider than a standard normal: no promise holds then."""
+    given_number(inflation, "inflation", "a number, 1 or more", lambda x: x >= 1.0)
 
 
 def beside(series: ArrayLike, baseline: Baseline | ArrayLike) -> tuple[Array, Baseline]:

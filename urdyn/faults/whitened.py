@@ -15,12 +15,13 @@ from typing import Generic, TypeVar
 import numpy as np
 
 from urdyn.errors import InputError
+from urdyn.faults.algorithm2 import Algorithm2
 from urdyn.faults.alternatives import CLIP
 from urdyn.faults.detector import Detector, SpreadJudge, Taught, Verdict, given_detector
 from urdyn.faults.gaps import Past
 from urdyn.faults.robust import SQUARE
 from urdyn.faults.whiten import Baseline
-from urdyn.given import given, given_step
+from urdyn.given import given_number, given_step
 from urdyn.types import Array, frozen
 
 S = TypeVar("S")
@@ -59,8 +60,11 @@ class Whitened(Generic[S]):
         if not isinstance(self.baseline, Baseline):
             raise InputError("the baseline is what learn_baseline or stated_baseline returns")
         given_detector(self.detector)
-        takes = "a number, 1 or more"
-        given(self.allowed, "allowed", takes, lambda x: (x >= 1.0) & (len(x) == 1))
+        if isinstance(self.detector, Whitened):
+            raise InputError("this detector whitens already: run(it, series)")
+        if isinstance(self.detector, Algorithm2):
+            raise InputError("Algorithm 2 judges parameters, not innovations: run(it, series)")
+        given_number(self.allowed, "allowed", "a number, 1 or more", lambda x: x >= 1.0)
 
     def init(self, streams: int) -> WhitenedState[S]:
         """Nothing seen yet."""
