@@ -1,4 +1,4 @@
-"""A loop that rings: one line in the spectrum of a joint's current that stays where it is.
+"""Loops that ring: one line in the spectrum of a joint's current that stays where it is.
 
 The last second is looked at twice a beat, and more seconds, in which weaker ones show. A line that
 lasts in such a window (see `ringing_line`) has to be there in more looks than one: motion that
@@ -16,7 +16,7 @@ import numpy as np
 
 from urdyn.diagnose import weave
 from urdyn.diagnose.event import CERTAIN, Event
-from urdyn.diagnose.ringing_line import SPEED, STAYS, WINDOWS, Line, LineSearch, Usual
+from urdyn.diagnose.ringing_line import NEAR, SPEED, STAYS, WINDOWS, Line, LineSearch, Usual
 from urdyn.diagnose.rows import Rows
 from urdyn.diagnose.space import Space
 from urdyn.diagnose.swings import Course, bridged, going_on, growth, parts
@@ -30,7 +30,6 @@ FEWEST = 24  # rows of the shortest: fewer, and no line is told from its neighbo
 MOST = 2000  # rows of the longest: where samples are many, fewer seconds tell as much
 GROWING = 0.05  # [1/s] a quarter in five seconds
 SURELY = 3.0, 4  # [sd] of its growth by which a swing that grows or fades does, and quarters
-NEAR = 1.0  # [Hz] that the same line may differ by: what a gear makes moves with its speed
 KNOWN = 1.0  # windows of looks, from which on it is known what is usual
 WITHIN = 0.25  # [-] of a window about its begin, in which a line began that all of it has
 AGAIN = 5.0  # [s] of silence, after which the same line is another event
@@ -39,7 +38,7 @@ MISSED = 3.5  # looks, as long as which a line that was not told yet may go unse
 
 @dataclass(frozen=True)
 class Ring:
-    """The line that was heard last."""
+    """A line that was heard."""
 
     last: float = -np.inf  # [s] when
     frequency: float = 0.0  # [Hz]
@@ -50,6 +49,11 @@ class Ring:
     told: bool = False
     whose: int | None = None  # the joint that was told of, if lines have not been silent since
 
+    @property
+    def amplitude(self) -> float:
+        """Of late [N·m]; a window may have the motion for a part of it."""
+        return float(np.median([amplitude for _, amplitude, _ in self.course]))
+
 
 @dataclass(frozen=True, eq=False)
 class Heard:
@@ -58,12 +62,40 @@ class Heard:
     t: Array  # (n,)
     signals: Array  # (3, n, J) LEFT and TORQUE [N·m], SPEED [rad/s] of `ringing_line`
     usual: tuple[Usual, ...]  # of each window
-    ring: Ring = Ring()
+    ring: Ring = Ring()  # the line that was heard last
+    beside: tuple[Ring, ...] = ()  # others that were heard of late
+
+    @property
+    def rings(self) -> tuple[Ring, ...]:
+        """Each line that was heard of late."""
+        return (self.ring, *self.beside)
+
+    def like(self, line: Line, missed: float, silent: float) -> Ring | None:
+        """The same line as it was heard last: since `silent` [s] if told, else since `missed`."""
+        ring = min(self.rings, key=lambda ring: abs(line.frequency - ring.frequency))
+        recent = ring.last > (silent if ring.told else missed)
+        return ring if recent and abs(line.frequency - ring.frequency) < NEAR else None
+
+    def louder(self, joint: int, size: float, missed: float) -> bool:
+        """Whether a louder line [N·m] that was told of a joint was heard since `missed` [s]."""
+        told = (r for r in self.rings if r.told and r.joint == joint and r.last > missed)
+        return any(r.amplitude > size for r in told)
+
+    def after(self, ring: Ring) -> Heard:
+        """With a line as it is by now, and others that are not silent; told of a joint is one."""
+        others = (
+            r
+            for r in self.rings
+            if ring.last - r.last < AGAIN
+            and abs(ring.frequency - r.frequency) >= NEAR
+            and not (ring.told and r.told and ring.joint == r.joint)
+        )
+        return replace(self, ring=ring, beside=tuple(others))
 
 
 @dataclass(frozen=True, eq=False)
 class Oscillation:
-    """Finds a loop that rings: a line in a current's spectrum that stays where it is."""
+    """Finds loops that ring: lines in currents' spectra that stay where they are."""
 
     space: Space
     period: float  # [s] between rows
@@ -71,7 +103,7 @@ class Oscillation:
 
     @cached_property
     def search(self) -> LineSearch:
-        """Finds the line in a window."""
+        """Finds the lines in a window."""
         return LineSearch(self.space, self.period, self.rule)
 
     def init(self) -> Heard:
@@ -81,17 +113,17 @@ class Oscillation:
         return Heard(np.zeros(0), nothing, usual)
 
     def ringing(self, state: Heard, t: float) -> Mask:
-        """Which joint was told of, and rings still at t [s], (J,)."""
+        """Which joints were told of, and ring still at t [s], (J,)."""
         rings = np.zeros(self.space.joints, dtype=bool)
-        if state.ring.whose is not None:
-            rings[state.ring.whose] = t - state.ring.last < AGAIN
+        rings[[r.whose for r in state.rings if r.whose is not None and t - r.last < AGAIN]] = True
         return rings
 
     def swung(self, state: Heard) -> Array:
         """From when to when joints ring, or may, (2, J) [s]; those that do not, from never on."""
-        ring = state.ring
-        span = np.full((2, self.space.joints), np.inf)
-        span[:, ring.joint] = ring.since - ring.within, ring.last
+        span = np.repeat([[np.inf], [-np.inf]], self.space.joints, axis=1)
+        for ring in state.rings:
+            begin, end = span[:, ring.joint]
+            span[:, ring.joint] = min(begin, ring.since - ring.within), max(end, ring.last)
         return span
 
     def step(self, state: Heard, rows: Rows, doubted: bool) -> tuple[Heard, list[Event]]:
@@ -126,14 +158,14 @@ class Oscillation:
             if few or state.t[-1] < usual[k].due:
                 continue
             t, signals = state.t[-n:], state.signals[:, -n:]
-            usual[k], line = self.search.look(usual[k], window, t, signals)
-            line = None if line and self._woven(line, window, state) else line
-            if line:
-                known = usual[k].looks * WINDOWS[window] > KNOWN * window
-                state, more = self._told(
-                    state, line, t, window=window, known=known, doubted=doubted
-                )
-                events += more
+            usual[k], lines = self.search.look(usual[k], window, t, signals)
+            known = usual[k].looks * WINDOWS[window] > KNOWN * window
+            for line in lines:
+                if not self._woven(line, window, state):
+                    state, more = self._told(
+                        state, line, t, window=window, known=known, doubted=doubted
+                    )
+                    events += more
         return replace(state, usual=tuple(usual)), events
 
     @property
@@ -155,11 +187,12 @@ class Oscillation:
         Args:
             known: what is usual in this window.
         """
-        now, ring, joint, sizes = float(t[-1]), state.ring, line.joint, line.sizes
-        silence = AGAIN if ring.told else MISSED * WINDOWS[window]
-        same = now - ring.last < silence and abs(line.frequency - ring.frequency) < NEAR
-        if not same:
-            whose = ring.whose if now - ring.last < AGAIN else None
+        now, joint, sizes = float(t[-1]), line.joint, line.sizes
+        missed = now - MISSED * WINDOWS[window]
+        ring = state.like(line, missed, now - AGAIN)
+        same = ring is not None
+        if ring is None:
+            whose = state.ring.whose if now - state.ring.last < AGAIN else None
             ring = Ring(since=float(t[0]), within=WITHIN * window, joint=joint, whose=whose)
         sure = line.ratio >= self.rule["sure"]
         wait = self.rule["prompt" if sure and sizes.min() > STAYS * sizes.max() else "patience"]
@@ -167,16 +200,18 @@ class Oscillation:
             wait = 2.0 * window
         ring = replace(ring, last=now, frequency=line.frequency)
         if ring.told and joint != ring.joint:  # what it shakes
-            return replace(state, ring=ring), []
+            return state.after(ring), []
         before = ring.course if joint == ring.joint else ()
         after = going_on(before, t, sizes)
         lasts = now - ring.since > wait and (same or window == SHORTEST)
         goes_on, tell = ring.told, lasts and not doubted
+        if not goes_on:  # of several lines of a joint the loudest is told
+            tell &= not state.louder(joint, float(sizes.mean()), missed)
         if tell and not goes_on:
             ring = replace(ring, told=True, whose=joint)
         ring = replace(ring, joint=joint, course=after)
         tell &= not goes_on or after != before
-        return replace(state, ring=ring), [self._event(ring, line.ratio, goes_on)] if tell else []
+        return state.after(ring), [self._event(ring, line.ratio, goes_on)] if tell else []
 
     def _event(self, ring: Ring, ratio: float, goes_on: bool) -> Event:
         """A joint that rings, as it does by now."""
@@ -184,8 +219,8 @@ class Oscillation:
         last, rate, sd = growth(ring.course, float(noise[ring.joint]))
         seen = len(ring.course) >= SURELY[1]  # fewer do not tell how they scatter
         clear = seen and abs(rate) > max(GROWING, SURELY[0] * sd)
-        # One window may have the motion for a part of it; of what grows the last is the truest.
-        size = last if clear else float(np.median([amplitude for _, amplitude, _ in ring.course]))
+        # Of what grows the last is the truest.
+        size = last if clear else ring.amplitude
         evidence = {
             "frequency_Hz": ring.frequency,
             "amplitude_Nm": size,

@@ -1,4 +1,4 @@
-"""The line that rings in a window of a joint's current, if there is one.
+"""The lines that ring in a window of joints' currents, if there are such.
 
 A line has to stand out of its neighbours and of what this joint's spectrum is like as a rule, in
 both halves of the window at the same frequency, and keep its size and phase. Lines that the gear
@@ -44,6 +44,7 @@ RISES = 0.2  # [-] of its last amplitude that one that grows has at first
 FADED = 0.85  # [-] of its amplitude that a line has to keep
 COHERENT = 0.8  # [-] of its amplitude that is left over the whole: it keeps its phase
 BAND = 0.06  # [-] about the gear's lines that does not count
+NEAR = 1.0  # [Hz] that the same line may differ by: what a gear makes moves with its speed
 STEADY = 0.2  # [-] of its speed by which a joint that makes a line may vary it
 SLOW = 0.05  # [rad/s] a joint that is never faster makes none that is heard
 ORDERS = (1.0, 2.0, 4.0)  # of motor turns
@@ -70,7 +71,7 @@ class Usual:
 
 @dataclass(frozen=True, eq=False)
 class LineSearch:
-    """Searches a window of signals, (3, n, J), for the line of a loop that rings."""
+    """Searches a window of signals, (3, n, J), for the lines of loops that ring."""
 
     space: Space
     period: float  # [s] between rows
@@ -78,8 +79,8 @@ class LineSearch:
 
     def look(
         self, before: Usual, window: float, t: Array, signals: Array
-    ) -> tuple[Usual, Line | None]:
-        """A window's spectrum as a rule with this one in it, and the line that lasts in it."""
+    ) -> tuple[Usual, list[Line]]:
+        """A window's spectrum as a rule with this one in it, and the lines that last in it."""
         f: Array = np.asarray(np.fft.rfftfreq(len(t), self.period), dtype=np.float64)
         f = f[f <= HIGHEST]
         whole = spectrum(signals, len(f))
@@ -91,9 +92,9 @@ class LineSearch:
         seen = self._lines(t, signals, f, ratio=ratio, apart=apart)
         ringing = np.isin(np.arange(self.space.joints), [line.joint for line in seen])
         after = _learnt(before, whole, ringing, window, float(t[-1]))
-        if not seen:
-            return after, None
-        return after, self._loudest(seen, t, signals, f, ratio[TORQUES].max(axis=0))
+        out = ratio[TORQUES].max(axis=0)
+        each = _together(seen)
+        return after, [self._loudest(same, seen, t, signals, f=f, ratio=out) for same in each]
 
     def _lines(self, t: Array, signals: Array, f: Array, ratio: Array, apart: Array) -> list[Line]:
         """That of each joint in which there is one, alone.
@@ -156,21 +157,31 @@ class LineSearch:
         return None
 
     def _loudest(
-        self, seen: Sequence[Line], t: Array, signals: Array, f: Array, ratio: Array
+        self,
+        same: Sequence[Line],
+        seen: Sequence[Line],
+        t: Array,
+        signals: Array,
+        f: Array,
+        ratio: Array,
     ) -> Line:
-        """One line of all joints that ring together: that of the drive that does most.
+        """The line of joints that ring together: that of the drive that does most.
 
-        Of those in which it stands out, whether or not it passes all other tests there; and most to
-        move itself, where one does: another, that holds its joint still, may have more to do.
+        Of those in which it stands out, whether or not it passes all other tests there, and which
+        have no other line of their own; and most to move itself, where one does: another, that
+        holds its joint still, may have more to do.
 
         Args:
+            same: what is seen of this line, the clearest first.
+            seen: what is seen of all lines.
             ratio: of torques to what is usual, (F, J).
         """
-        clearest = max(seen, key=lambda line: line.ratio)
+        clearest = same[0]
         frequency, torque = clearest.frequency, signals[TORQUE]
         at = round(frequency / f[1])
         out = ratio[at - 1 : at + 2].max(axis=0) > HALVES
-        out[[line.joint for line in seen]] = True
+        out[[line.joint for line in seen]] = False
+        out[[line.joint for line in same]] = True
         drives = np.flatnonzero(out & np.isfinite(signals[TORQUE:]).all(axis=(0, 1)))
         drive, w = self.space.reference.drive, 2.0 * np.pi * frequency
         does, goes = (
@@ -200,6 +211,19 @@ class LineSearch:
                 near = (f[:, None] > (1.0 - BAND) * low) & (f[:, None] < (1.0 + BAND) * high)
                 allowed &= ~(near & steady & (hi > SLOW))
         return allowed
+
+
+def _together(seen: Sequence[Line]) -> list[list[Line]]:
+    """Lines of one frequency, which one loop makes: it shakes other joints, too. Clearest first."""
+    together = list[list[Line]]()
+    for line in sorted(seen, key=lambda line: line.ratio, reverse=True):
+        for same in together:
+            if abs(line.frequency - same[0].frequency) < NEAR:
+                same.append(line)
+                break
+        else:
+            together.append([line])
+    return together
 
 
 def _learnt(before: Usual, whole: Array, ringing: Mask, window: float, t: float) -> Usual:
