@@ -21,10 +21,10 @@ def test_a_change_that_is_too_small_to_be_told_is_not_told_by_another_name(shop:
         return next(s for s in of.each if s.kind.name == kind and s.joint == joint)
 
     def told(suspect: Suspect, evidence: float, share: float) -> Explanation:
-        kind, span = suspect.kind, (0.0, 2.0)
+        kind, span, began = suspect.kind, (0.0, 2.0), (0.0, 1.0, 2.0)
         size = share * kind.sign * kind.least * suspect.unit
         return Explanation(
-            suspect, 9.0, evidence, "ramp", 1.0, span, span, size, 0.1 * size, 0.0, 0.0, False
+            suspect, 9.0, evidence, "ramp", 1.0, span, began, size, 0.1 * size, 0.0, 0.0, False
         )
 
     friction = told(one("friction_increase", 5), 20.0, 0.97)
@@ -42,11 +42,18 @@ def test_a_change_that_is_too_small_to_be_told_is_not_told_by_another_name(shop:
 def test_a_change_began_as_near_its_first_block_as_no_other_block_was_nearer() -> None:
     edges, reach = 5.0 * np.arange(7.0), 5.0 * (1.0 - np.sqrt(0.1))  # of 90 % of a hat
     sure = np.eye(6)
-    assert _began(edges, sure[2]) == pytest.approx((10.0 - reach, 10.0 + reach), abs=0.02)
+    assert _began(edges, sure[2]) == pytest.approx((10.0 - reach, 10.0, 10.0 + reach), abs=0.02)
     assert _began(edges, sure[0])[0] > 0.0  # nothing began before the first
-    assert _began(edges, sure[5])[1] < 30.0  # nor after the last is over
-    lo, hi = _began(edges, np.full(6, 1.0 / 6.0))
-    assert (lo, hi) == pytest.approx((1.5, 27.5), abs=1.5)
+    assert _began(edges, sure[5])[2] < 30.0  # nor after the last is over
+    assert _began(edges, np.full(6, 1.0 / 6.0)) == pytest.approx((1.5, 12.5, 27.5), abs=1.5)
+
+
+def test_a_change_of_which_two_blocks_are_as_likely_the_first_began_between_them() -> None:
+    """Its median is of the same distribution as its interval, and so within it."""
+    lo, middle, hi = _began(5.0 * np.arange(4.0), np.array([0.0, 0.5001, 0.4999]))
+    assert middle == pytest.approx(7.5, abs=0.01) and hi - middle == pytest.approx(
+        middle - lo, rel=0.01
+    )
 
 
 def test_a_bank_that_has_just_begun_speaks_against_nothing(shop: Shop) -> None:

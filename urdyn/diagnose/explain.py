@@ -84,9 +84,9 @@ class Explanation:
     t: float  # [s] now
     evidence: float  # log of the sum over onsets and shapes
     shape: str  # the likeliest
-    onset: float  # [s] median
-    shown: tuple[float, float]  # [s] begins of blocks, 5 and 95 % that one is the first to show it
-    began: tuple[float, float]  # [s] 5 and 95 %
+    onset: float  # [s] begin of a block, 50 % that one up to it is the first to show it
+    shown: tuple[float, float]  # [s] 5 and 95 % of the same
+    began: tuple[float, float, float]  # [s] 5, 50 and 95 %
     size: float  # of the first state now
     size_sd: float
     rate: float  # [1/s]; 0 of a step
@@ -208,6 +208,8 @@ def explanation(bank: Bank, suspect: Suspect) -> Explanation:
     lo, middle, hi = (_quantile(bank.onset, by_onset, share) for share in (0.05, 0.5, 0.95))
     began = _began(np.append(bank.onset, bank.t), by_onset)
     older = bank.oldest and bool(middle == bank.onset[0])
+    if older:
+        began = (middle, middle, began[2])
     return Explanation(
         suspect=suspect,
         t=bank.t,
@@ -215,7 +217,7 @@ def explanation(bank: Bank, suspect: Suspect) -> Explanation:
         shape=best.shape,
         onset=middle,
         shown=(lo, hi),
-        began=(min(middle, began[0]), began[1]) if older else began,
+        began=began,
         size=delta * best.age,
         size_sd=spread * best.age,
         rate=delta if grows else 0.0,
@@ -272,8 +274,8 @@ def _quantile(values: Array, share: Array, level: float) -> float:
     return float(values[min(int(np.searchsorted(np.cumsum(share), level)), len(values) - 1)])
 
 
-def _began(edges: Array, share: Array) -> tuple[float, float]:
-    """When a change began, 5 and 95 %; within a block it looks like one at its nearer end.
+def _began(edges: Array, share: Array) -> tuple[float, float, float]:
+    """When a change began, 5, 50 and 95 %; within a block it looks like one at its nearer end.
 
     So each block's begin speaks for the time to its neighbours, and for the nearest most.
 
@@ -286,8 +288,8 @@ def _began(edges: Array, share: Array) -> tuple[float, float]:
     t = np.interp(np.arange(0.0, len(lasting) + 0.5 * FINE, FINE), np.arange(len(edges)), edges)
     of_t = np.interp(t, edges, density)
     before = np.append(0.0, np.cumsum(0.5 * (of_t[1:] + of_t[:-1]) * np.diff(t)))
-    lo, hi = np.interp([0.05 * before[-1], 0.95 * before[-1]], before, t)
-    return float(lo), float(hi)
+    lo, middle, hi = np.interp(np.array([0.05, 0.5, 0.95]) * before[-1], before, t)
+    return float(lo), float(middle), float(hi)
 
 
 def instant_evidence(C: Array, d: Array, of: Suspects) -> float:

@@ -122,9 +122,9 @@ class Judge:
         detail = (state.carrying.modes[0].mean + more)[: len(PAYLOAD_STATES)]
         change = Change(
             suspect=k,
-            onset=told.onset,
+            onset=told.began[1],
             shown=told.shown,
-            began=told.began,
+            began=(told.began[0], told.began[2]),
             alarm=told.t,
             confidence=share,
             evidence=told.evidence,
