@@ -17,11 +17,13 @@ from urdyn.tracking.passage import STANDING
 from urdyn.types import MAD_TO_SD, Array, Mask
 
 MODES = ("stuck", "dropped", "noisy", "erratic")
+PASSING = MODES[:2]  # those of which it shows, from one row to the next, that they are over
 ENOUGH = 24  # rows at least that tell of noise
 # Rows at least, however far apart: a few repeat one value, or are lost, by chance.
 SAME, LOST = 8.0, 3.0
 COARSE = 0.06  # [s] between rows; further apart, neighbours tell of the motion
 WELL = 2.0  # [s] without a sign of illness, after which a sensor is believed again
+HEALED = 5.0  # [s] the same, after which it is said to be well
 NOTHING = 8.0  # [-] times the noise that is asked for, where a value of 0 tells nothing
 # Times the noise that a single value is apart, and that two to each side are at most: no push of
 # the arm is over within a row, where rows are as close as that [s], and no loop rings so.
@@ -129,13 +131,37 @@ class SensorHealth:
         now = float(rows.t[-1])
         ill = np.where(np.vstack([signs, noisy, erratic]), now, state.ill)
         sick = now - ill < WELL
-        found = []
+        ill, found = self._healed(state, ill, now)
         for m, mode in enumerate(MODES):
             for j in np.flatnonzero(sick[m] & ~state.told[m]):
                 if not (sick[:, j] & state.told[:, j]).any():  # a sensor that is ill is one fault
                     found += [self._event(state, mode, int(j), now)]
         untrue = sick[: MODES.index("erratic")].any(axis=0)  # what is left of that is a current
         return replace(state, ill=ill, told=sick), found, np.asarray(untrue)
+
+    def _healed(self, state: Felt, ill: Array, now: float) -> tuple[Array, list[Event]]:
+        """Modes as they were seen last, (4, J), without those that are over, and events of these.
+
+        A sensor that is stuck shows it where its joint slides, and may be so elsewhere.
+        """
+        tells = np.isfinite(state.last) & (state.same < SAME)
+        over = np.isfinite(ill) & (now - ill >= HEALED) & tells
+        over[len(PASSING) :] = False
+        over &= ~(now - ill < HEALED).any(axis=0)
+        events = [
+            Event(
+                kind="sensor_fault",
+                joint=int(j),
+                onset=now,
+                alarm=now,
+                confidence=CERTAIN,
+                size=0.0,
+                evidence={"mode": MODES[m], "until_s": float(ill[m, j])},
+                goes_on=True,
+            )
+            for m, j in np.argwhere(over)
+        ]
+        return np.where(over, -np.inf, ill), events
 
     def _signs(self, state: Felt, rows: Rows) -> tuple[Felt, Array]:
         """Rows one by one: how long nothing changed, and how long nothing was told."""

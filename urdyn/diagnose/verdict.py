@@ -79,7 +79,8 @@ def of_event(event: Event, space: Space, rules: Rules) -> Finding:
     if event.kind == "sensor_fault":
         sensor = _sensor(event)
         levels = {"warning": 0.0, "critical": 1.0, "quantity": sensor, "unit": "-"}
-        levels |= {"advice": f"check the {sensor} of this joint"}
+        loose = "look for a loose contact at" if "until_s" in event.evidence else "check"
+        levels |= {"advice": f"{loose} the {sensor} of this joint"}
     arm = space.reference.arm
     names = arm.link_names if event.kind == "collision" else arm.joint_names
     name = names[event.joint]
@@ -252,6 +253,9 @@ def _shown(event: Event, name: str) -> str:
             return f"{name}: zero of the encoder {jump}"
     if _sensor(event) == ENCODER:
         return f"{name}: encoder is stuck or silent since stamp {event.onset:.1f} s"
-    at = f" at {told['value_A']:.3g} A" if told["mode"] == "stuck" else ""
+    at = f" at {told['value_A']:.3g} A" if "value_A" in told else ""
     how = "silent" if told["mode"] == "dropped" else told["mode"]
+    if "until_s" in told:
+        span = f"from stamp {event.onset:.1f} s to {told['until_s']:.1f} s"
+        return f"{name}: current sensor was {how} {span}, and is well since"
     return f"{name}: current sensor is {how}{at} since stamp {event.onset:.1f} s"

@@ -44,8 +44,9 @@ def amount(finding: Mapping[str, Any], value: float) -> str:
 
 def size(finding: Mapping[str, Any]) -> str:
     """How large it is, with its 90 % interval; how it shows where that has no size."""
-    if mode := finding.get("evidence", {}).get("mode"):
-        return SHOWS.get(mode, str(mode))
+    evidence = finding.get("evidence", {})
+    if mode := evidence.get("mode"):
+        return SHOWS.get(mode, str(mode)) + (", over" if "until_s" in evidence else "")
     by = factor(finding)
     value, sd = by * finding["size"], by * (finding["size_sd"] or 0.0)
     return f"{interval90(value, sd) if sd else number(value)} {unit(finding)}"

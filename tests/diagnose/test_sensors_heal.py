@@ -1,0 +1,49 @@
+"""A sensor that was silent, and speaks again, is told as that."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from realarm import with_current
+from shop import Shop
+
+from urdyn.diagnose import Report, diagnose
+
+
+def _silent(shop: Shop, *spans: tuple[float, float], seconds: float = 14.0) -> tuple[Report, float]:
+    """What is told of a sensor that is silent in these spans [s], and when its log begins [s]."""
+    log = shop.log(seconds=seconds)
+    current = log.joint("actual_current").copy()
+    for begin, end in spans:
+        current[(log.t - log.t[0] > begin) & (log.t - log.t[0] < end), 2] = np.nan
+    return diagnose(shop.fit, with_current(log, current)), float(log.t[0])
+
+
+def test_a_sensor_that_speaks_again_was_silent_for_so_long_and_is_no_critical_finding(
+    shop: Shop,
+) -> None:
+    report, begin = _silent(shop, (4.0, 5.0))
+    [found] = report
+    assert (found.kind, found.joint, found.severity) == ("sensor_fault", 2, "warning")
+    assert "was silent from" in found.text and "is well since" in found.text
+    assert "loose contact" in found.advice
+    assert found.onset_s - begin == pytest.approx(4.0, abs=0.05)
+    assert found.evidence["until_s"] - begin == pytest.approx(5.0, abs=0.3)  # a beat
+    assert found.alarm_s - begin < 4.5
+
+
+@pytest.mark.parametrize("spans", [((4.0, 5.0), (10.0, 14.0)), ((11.0, 12.0),)])
+def test_a_sensor_that_is_silent_anew_or_was_so_just_now_is_not_well(
+    shop: Shop, spans: tuple[tuple[float, float], ...]
+) -> None:
+    report, begin = _silent(shop, *spans)
+    [found] = report
+    assert found.severity == "critical" and "is silent since" in found.text
+    assert found.onset_s - begin == pytest.approx(spans[0][0], abs=0.05)
+
+
+def test_a_sensor_that_is_stuck_is_so_though_its_joint_does_not_show_it(shop: Shop) -> None:
+    """A value that stays the same where nobody slides is none of one that is well."""
+    log = shop.log("sensor_fault:joint=2,onset=3,mode=stuck", seconds=14.0)
+    [found] = diagnose(shop.fit, log)
+    assert found.severity == "critical" and "is stuck at" in found.text
