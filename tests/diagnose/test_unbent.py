@@ -128,6 +128,19 @@ def test_a_sensor_that_tells_less_than_there_is_is_no_neighbours_fault(
     assert finding.onset_interval_s[0] <= log.t[0] + 15.0 <= finding.onset_interval_s[1]
 
 
+def test_a_sensor_that_tells_more_than_there_is_looks_like_a_drive_that_lost_health(
+    shop: Shop,
+) -> None:
+    """Nothing that is measured tells them apart, and the finding says so."""
+    log = shop.log(seconds=40.0, rate=SLOW)
+    current = log.joint("actual_current").copy()
+    current[log.t - log.t[0] > 15.0, 1] *= 1.25
+    (finding,) = diagnose(shop.fit, with_current(log, current)).findings
+    assert (finding.kind, finding.joint) == ("health_degradation", 1)
+    assert abs(finding.size - (1.0 / 1.25 - 1.0)) < 0.06
+    assert "a current sensor that tells too much looks the same" in finding.text
+
+
 def test_an_arm_without_power_has_no_sensor_that_fails(shop: Shop) -> None:
     """All currents are nothing then."""
     log = shop.log(seconds=30.0)

@@ -36,6 +36,7 @@ SLOW: Mapping[str, Any] = {
     "quantity": "",
     "unit": "",
     "advice": "",
+    "looks_like": "",
     "hold": 0.0,
     "hold_lighter": 0.0,
 }
@@ -71,6 +72,7 @@ class SlowKind:
     quantity: str = ""
     unit: str = ""
     advice: str = ""
+    looks_like: str = ""  # what nothing in a recording tells from it
     hold: float = 0.0  # [s] of motion, after which a payload that is carried is there to stay
     hold_lighter: float = 0.0  # [s] the same where it is lighter than nothing
 

@@ -65,7 +65,7 @@ def of_change(change: Change, of: Suspects, space: Space, rules: Rules, trace: S
         size_sd=unsure,
         quantity=kind.quantity,
         unit=kind.unit,
-        text=text,
+        text=text + _likewise(kind),
         advice=kind.advice,
         evidence=evidence,
         forecast=forecast,
@@ -153,7 +153,7 @@ def _grown(old: Finding, suspect: Suspect, series: Series, now: float) -> Findin
         size=size,
         size_sd=unsure,
         severity=_held(old.severity, suspect.grown(size), sd, kind),
-        text=f"{text}, gone by now" if gone else text,
+        text=text + (", gone by now" if gone else _likewise(kind)),
         advice=GONE if gone else kind.advice,
         evidence=dict(old.evidence) | {"series": _series(series)},
     )
@@ -220,6 +220,10 @@ def _said(kind: SlowKind, name: str, size: float, sd: float, since: str) -> str:
     else:
         much, unsure = f"{size:+.3g} {kind.unit}", f"{half:.2g}"
     return f"{name}: {kind.quantity} {much} ± {unsure} since {since}"
+
+
+def _likewise(kind: SlowKind) -> str:
+    return f"; {kind.looks_like} looks the same" if kind.looks_like else ""
 
 
 def _since(onset: float, older: bool) -> str:
