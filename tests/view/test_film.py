@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import replace
 
 import numpy as np
 import pyarrow.parquet as pq
 import pytest
 
+from urdyn.cli.viewing import Asked, find
 from urdyn.errors import LogError
 from urdyn.io.rtde import play as play_back
 from urdyn.io.rtde import serve
 from urdyn.report.track_history import find_history
-from urdyn.tracking import open_source
+from urdyn.tracking import open_source, run
+from urdyn.tracking.checkpoint import FILE, Checkpoint, flattened, write
+from urdyn.tracking.interest import nothing_yet
+from urdyn.tracking.losses import no_losses
 from urdyn.view.film import Film, film
 from urdyn.view.live import RATE, address, followed, tracked, watched
 from urdyn.view.paint import LESS, MORE, PAINTS, SAME, UNKNOWN
@@ -134,16 +137,32 @@ def test_a_run_beside_gives_the_colours_of_what_it_has_written(
     assert not np.array_equal(moments[0].q, moments[-1].q)
 
 
-def test_a_run_says_which_robot_it_tracks(tmp_path):
-    def identity(source: str) -> str:
-        np.savez(tmp_path / "checkpoint.npz", identity=json.dumps({"source": source}))
-        return address(tmp_path)
+@pytest.mark.parametrize("calibrated", ["", f" {'ab' * 32}"])
+def test_a_run_says_which_robot_it_tracks(tracked_run, controller, tmp_path, calibrated):
+    """By the checkpoint that the tracker wrote: it is left where a live run ends."""
+    assert address(tmp_path) == ""
+    source = open_source(controller, duration=1.0)
+    source = replace(source, identity=f"{source.identity}{calibrated}")
+    run(tracked_run.tracker(), source, tmp_path)
+    source.close()
+    assert address(tmp_path) == controller.removeprefix("rtde://")
+    (tmp_path / "history.parquet").unlink()  # that is written at its end
+    found = find(Asked(str(tmp_path), tracked_run.twin, None, None, None, None))
+    assert found.moments is not None
+    assert np.isfinite(next(found.moments).friction).all()
+    found.moments.close()
+    found.close()
+    (tmp_path / FILE).write_bytes(b"torn")
+    assert address(tmp_path) == ""
 
-    assert address(tmp_path) == ""
-    assert identity("127.0.0.1:30004") == "127.0.0.1:30004"
-    assert identity(f"{'ab' * 32} None") == ""
-    (tmp_path / "checkpoint.npz").write_bytes(b"torn")
-    assert address(tmp_path) == ""
+
+def test_a_run_of_a_log_or_a_topic_tracks_no_robot_that_is_watched(tracked_run, tmp_path):
+    start = Checkpoint(tracked_run.tracker().init(), nothing_yet(6), no_losses(6))
+    layout, numbers = flattened(start)
+    log = open_source(str(tracked_run.recording)).identity
+    for source in (log, "ros2://joint_states"):
+        write(layout, numbers, {"source": source}, tmp_path)
+        assert address(tmp_path) == ""
 
 
 @pytest.mark.parametrize("name", PAINTS)

@@ -12,6 +12,7 @@ import math
 import zipfile
 import zlib
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, fields, is_dataclass, replace
 from pathlib import Path
 from typing import Any, Generic, TypeVar, cast
@@ -76,9 +77,8 @@ def load(start: Checkpoint[S], identity: Mapping[str, str], folder: Path) -> Che
     if not path.exists():
         return start
     try:
-        with path.open("rb") as stream, np.load(stream, allow_pickle=False) as archive:
-            about, numbers = json.loads(str(archive["about"])), archive["numbers"]
-        written, layout = dict(about["identity"]), dict(about["layout"])
+        with _opened(path) as archive:
+            (written, layout), numbers = _about(archive), archive["numbers"]
     except DAMAGE as error:
         raise InputError(f"{path}: is damaged ({error}); {ANEW}") from error
     wanted = dict(identity)
@@ -91,6 +91,28 @@ def load(start: Checkpoint[S], identity: Mapping[str, str], folder: Path) -> Che
         return _filled(start, {at: cell.reshape(shape) for (at, shape), cell in places}, "at")
     except DAMAGE as error:
         raise InputError(f"{path}: lacks what this run remembers ({error}); {ANEW}") from error
+
+
+def whose(folder: Path) -> Mapping[str, str]:
+    """The identity that the checkpoint in `folder` was written with; nothing where none is read."""
+    try:
+        with _opened(folder / FILE) as archive:
+            return _about(archive)[0]
+    except DAMAGE:
+        return {}
+
+
+@contextmanager
+def _opened(path: Path) -> Iterator[Cells]:
+    """Its arrays, each read when it is asked for."""
+    with path.open("rb") as stream, np.load(stream, allow_pickle=False) as archive:
+        yield archive
+
+
+def _about(archive: Cells) -> tuple[dict[str, str], dict[str, Sequence[int]]]:
+    """Whose its numbers are, and their layout."""
+    about = json.loads(str(archive["about"]))
+    return dict(about["identity"]), dict(about["layout"])
 
 
 def remove(folder: Path) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace
@@ -14,7 +13,8 @@ import numpy as np
 from urdyn.errors import UrdynError
 from urdyn.report.track_history import find_history
 from urdyn.tracking import Source, Tracker, quantities
-from urdyn.tracking.source import now
+from urdyn.tracking.checkpoint import whose
+from urdyn.tracking.source import ROS2, now
 from urdyn.types import Array, Gaussian
 from urdyn.view.film import Moment
 from urdyn.view.replay import beliefs, share
@@ -70,13 +70,10 @@ def followed(folder: Path, source: Source) -> Iterator[Moment]:
 
 
 def address(folder: Path) -> str:
-    """Of the robot that an unfinished run tracks, host:port; "" where it tracks a log, or none."""
-    try:
-        with np.load(folder / "checkpoint.npz", allow_pickle=False) as archive:
-            source = str(json.loads(str(archive["identity"]))["source"])
-    except (OSError, LookupError, ValueError):
-        return ""
-    return "" if " " in source else source
+    """Of the robot that an unfinished run tracks, host:port; "" where it tracks no such robot."""
+    # A robot's may be followed by what its kinematics were calibrated to, a log's hash by its rows.
+    source = whose(folder).get("source", "").partition(" ")[0]
+    return source if ":" in source and not source.startswith(ROS2) else ""
 
 
 def _told(tracker: Tracker[S]) -> Callable[[Gaussian], tuple[Array, Array, Array]]:
