@@ -14,6 +14,7 @@ from urdyn.errors import LogError
 from urdyn.signal.channels import POSSIBLE
 from urdyn.signal.kinematics import kinematics
 from urdyn.signal.polynomial import half_window, instrument_half
+from urdyn.signal.seconds import UNITS, unit
 from urdyn.signal.shifts import SHAKEN, jumps, without_turns
 from urdyn.signal.stretches import breaks, is_even, median_step
 from urdyn.signal.stuck import without_stuck
@@ -133,7 +134,7 @@ def _measured(log: Log, name: str) -> Array:
 
 
 def require_measured(log: Log, names: Collection[str] = ("actual_q", "actual_current")) -> None:
-    """LogError unless these channels were measured at all, and every joint's angle, in radians."""
+    """LogError unless these channels were measured at all, and every angle, in radians and s."""
     for name in names:
         if not np.isfinite(log.joint(name)).any():
             there = ", ".join(sorted(log.channels)) or "no channel at all"
@@ -148,6 +149,12 @@ def require_measured(log: Log, names: Collection[str] = ("actual_q", "actual_cur
         which = ", ".join(map(str, np.flatnonzero(far)))
         message = f"joints {which} are beyond two turns; angles are to be in rad: is it degrees?"
         raise LogError(message, log.source.path, column="actual_q")
+    if counted := unit(log):
+        message = (
+            f"its stamps are {counted}: by its velocities angles change "
+            f"{1.0 / UNITS[counted]:,.0f} times too slowly; stamps are to be in s: divide them"
+        )
+        raise LogError(message, log.source.path, column="timestamp")
 
 
 def _settle(log: Log, offset: ArrayLike, half: int | None, degree: int) -> _Settled:
