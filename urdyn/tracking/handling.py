@@ -3,8 +3,9 @@
 What is too light for evidence within a hold would be taken for something between the pieces, ever
 more surely, and friction and health would pay for that. So belief in what is carried widens by as
 much whenever the arm sets off. Where heavier pieces are handled, it is learnt anew then, whether or
-not anything tells of another, and again where something does; once it is known, everything else
-goes on from before with it, for nothing that multiplies a payload is told rightly around another.
+not anything tells of another, and again where something does; once it is known for another,
+everything else goes on from before with it, for nothing that multiplies a payload is told rightly
+around another.
 """
 
 from __future__ import annotations

@@ -45,6 +45,7 @@ class Supposed(Generic[S]):
     weighed: Weighed  # holds up to here
     light: bool  # a piece too light for evidence may be carried
     handles: bool  # pieces have come or gone within HANDLING
+    shown: bool  # the arm has moved so long that what it carries is known
     looked: bool  # this was one of the samples at which one looks
     evidence: Evidence  # that is left
     was: TrackerState[S]  # before whatever befell the arm
@@ -76,7 +77,7 @@ class Supposed(Generic[S]):
         """Since when nobody knows what is carried [s]; inf: it is known."""
         if self.handles and (self.stood or self.widens):
             return t
-        return np.inf if self.anew else self.was.rest.left
+        return np.inf if self.anew or self.shown else self.was.rest.left
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,7 +115,8 @@ class Noticing(Generic[S]):
         handles = t - state.widened < HANDLING and not doubted
         weighed = self._weighed(state, t) if stood else state.weighed
         doubtful = stood and handles
-        what, evidence, another = self._found(state, t, mean, looks, doubtful)
+        shown = moving and rest.known(t)  # an arm that stands is asked as it sets off
+        what, evidence, another = self._found(state, t, mean, looks, doubtful, shown)
         anew = what is not None
         if anew or doubtful:
             evidence = none_yet(len(state.v)) if another else of_drives(evidence)
@@ -133,6 +135,7 @@ class Noticing(Generic[S]):
             weighed=weighed,
             light=stood and not doubted,
             handles=handles,
+            shown=shown,
             looked=looks,
             evidence=evidence,
             was=was,
@@ -147,17 +150,23 @@ class Noticing(Generic[S]):
         mean[self.places["payload"]] = payload
         return mean
 
-    def renewed(self, state: TrackerState[S], belief: S, t: float) -> Array:
+    def renewed(self, state: TrackerState[S], belief: S, t: float, shown: bool) -> Array:
         """What is carried, (10,), as it is known now where it surely is something else.
 
-        Seldom: every time, the errors of what is known are in the regressors of health and gain
-        anew.
+        Once it is `shown`, and seldom: every time, the errors of what is known are in the
+        regressors of health and gain anew.
         """
-        due = t - state.marked >= HINDSIGHT
+        due = shown or (t - state.marked >= HINDSIGHT and np.isinf(state.rest.left))
         return told_from(state.carried, *self._payload(belief)) if due else state.carried
 
     def _found(
-        self, state: TrackerState[S], t: float, mean: Array, looks: bool, doubtful: bool
+        self,
+        state: TrackerState[S],
+        t: float,
+        mean: Array,
+        looks: bool,
+        doubtful: bool,
+        shown: bool,
     ) -> tuple[Befallen | None, Evidence, bool]:
         """What befell the arm, the evidence that is left, and whether a change is reported now."""
         what, evidence = self._abrupt(state, t, mean) if looks else (None, state.evidence)
@@ -166,7 +175,8 @@ class Noticing(Generic[S]):
         if what is not None:
             return what, evidence, True
         another = looks and self._exchanged(state, t)
-        return None if doubtful else self._known_load(state, t), evidence, another
+        load = self._another_load(state) if shown and not doubtful else None
+        return load, evidence, another
 
     def _abrupt(
         self, state: TrackerState[S], t: float, mean: Array
@@ -205,11 +215,17 @@ class Noticing(Generic[S]):
             self._payload(state.earliest.belief), self._payload(state.belief)
         )
 
-    def _known_load(self, state: TrackerState[S], t: float) -> Befallen | None:
-        """What is carried since a rest, once known; all else goes on with it from before."""
-        if not state.rest.known(t):
+    def _another_load(self, state: TrackerState[S]) -> Befallen | None:
+        """What is carried since a rest, once known; all else goes on with it from before.
+
+        Nothing where it is what it was, and may not be none: all else was learnt beside that
+        already, and an arm that stops before a load is weighed again knows less of it than it did.
+        """
+        before, now = self._payload(state.earliest.belief), self._payload(state.belief)
+        payload = told_from(state.carried, *now)
+        weighed = before[1][0] < KNOWN and payload.any()
+        if np.array_equal(payload, state.carried) or (weighed and not exchanged(before, now)):
             return None
-        payload = told_from(state.carried, *self._payload(state.belief))
         return Befallen(payload, np.zeros(len(state.v), dtype=bool))
 
     def _allowing(

@@ -309,7 +309,7 @@ class Tracker(Generic[S]):
         if anew:
             state = replace(state, then=was.then, lately=was.lately)
         if not supposed.fresh:
-            carried = self._noticing.renewed(state, belief, now.t)
+            carried = self._noticing.renewed(state, belief, now.t, supposed.shown)
         return changed(
             marked(state, now.t, known if supposed.fresh else None),
             causal=causal,
