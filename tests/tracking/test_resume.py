@@ -153,8 +153,19 @@ def test_a_checkpoint_of_another_run_is_refused(workshop, dead):
         workshop.track(dead, twin_sha256="other")
     with pytest.raises(InputError, match="another source;"):
         workshop.track(dead, open_source(str(workshop.recording), rows=(5, None)))
-    with pytest.raises(InputError, match="another settings;"):
+    with pytest.raises(InputError, match="another filter;"):
         workshop.track(dead, filter=UKF())
+    with pytest.raises(InputError, match="another period;"):
+        workshop.track(dead, replace(open_source(str(workshop.recording)), period=0.02))
+
+
+def test_a_checkpoint_that_does_not_say_whose_it_is_is_refused(workshop, dead):
+    with np.load(dead / FILE) as archive:
+        about, numbers = json.loads(str(archive["about"])), archive["numbers"]
+    del about["identity"]["period"]
+    np.savez(dead / FILE, about=json.dumps(about), numbers=numbers)
+    with pytest.raises(InputError, match=r"does not say its period; .* --fresh"):
+        workshop.track(dead)
 
 
 def test_a_folder_that_another_run_writes_to_is_left_to_it(workshop, dead):

@@ -81,8 +81,9 @@ def load(start: Checkpoint[S], identity: Mapping[str, str], folder: Path) -> Che
             (written, layout), numbers = _about(archive), archive["numbers"]
     except DAMAGE as error:
         raise InputError(f"{path}: is damaged ({error}); {ANEW}") from error
-    wanted = dict(identity)
-    if other := [name for name in wanted if written.get(name) != wanted[name]]:
+    if missing := identity.keys() - written.keys():
+        raise InputError(f"{path}: does not say its {' and '.join(sorted(missing))}; {ANEW}")
+    if other := [name for name, wanted in identity.items() if written[name] != wanted]:
         raise InputError(f"{path}: is of a run with another {' and '.join(other)}; {ANEW}")
     try:
         ends = np.cumsum([math.prod(shape) for shape in layout.values()])

@@ -82,7 +82,7 @@ def run(
         "version of urdyn": __version__,
         "twin": twin_sha256,
         "source": source.identity,
-        "settings": f"{tracker.filter} {tracker.drift} {tracker.period} {tracker.beside}",
+        **_settings(tracker),
     }
     # The matrices are small: threads of the linear algebra would wait for one another.
     with alone(out), threadpool_limits(1):
@@ -112,6 +112,16 @@ def run(
                 observer=observer,
             )
             return this.to_the_end(begun)
+
+
+def _settings(tracker: Tracker[S]) -> dict[str, str]:
+    """What a run goes on with as it began."""
+    return {
+        "filter": str(tracker.filter),
+        "drift": str(tracker.drift),
+        "period": str(tracker.period),
+        "choice of streams": str(tracker.beside),
+    }
 
 
 @contextmanager
@@ -240,7 +250,7 @@ class _Run(Generic[S]):
             "twin.sha256": self.identity["twin"],
             "source": self.source.name,
             "source.sha256": self.source.sha256,
-            "settings": self.identity["settings"],
+            "settings": " ".join(_settings(self.tracker).values()),
         }
         changes = self.keeper.join(at.parts, {"urdyn": __version__} | origin)
         for stray in self.out.glob(f".{FILE}.*.part"):
