@@ -65,7 +65,7 @@ def summary(**changed: object) -> dict[str, object]:
     """Of a run that nobody diagnosed."""
     quality = {
         "gaps": 1, "missing": 12, "longest_step_s": 0.13, "repeated": 0, "clock_set_back": 0,
-        "restarts": 0, "refused": 2, "undrawn": 0, "without_current": [0.0, 0.001],
+        "restarts": 0, "refused": 2, "undrawn": 0, "stuck": [0, 3], "without_current": [0.0, 0.001],
         "defects": ["3 x torn row (left out)"],
     }  # fmt: skip
     return {

@@ -13,6 +13,7 @@ from urdyn.signal import Sample
 from urdyn.tracking import open_source
 from urdyn.tracking.losses import as_plain, counted, no_losses
 from urdyn.tracking.network import of_arm, tracked_network
+from urdyn.tracking.passage import STANDING
 
 PERIOD = 0.01
 
@@ -55,8 +56,46 @@ def test_a_run_tells_what_its_recording_lacked(workshop, tmp_path):
     said = verdict(summary)
     assert "not whole: impossible angles or speeds" in said and "gap (kept)" in said
     assert "currents that no motor draws 1;" in said and "up to 5.6 % missing" in said
+    assert quality["lost"] is None and not any(quality["stuck"])
     whole = open_source(str(workshop.recording), rows=(0, 300))
     assert "not whole" not in verdict(workshop.track(tmp_path / "whole", whole))
+
+
+def changed(workshop, path, **columns):
+    """The source that is the recording with other (rows, joint) of its channels."""
+    channels = {name: x.copy() for name, x in workshop.log.channels.items()}
+    for name, (rows, joint) in columns.items():
+        channels[name][rows, joint] = channels[name][rows.start, joint]
+    write(replace(workshop.log, channels=channels), path)
+    return open_source(str(path))
+
+
+def test_a_joint_that_ends_a_run_is_named_and_when_it_did(workshop, tmp_path):
+    end = slice(300, None)
+    source = changed(workshop, tmp_path / "a.parquet", actual_q=(end, 2), actual_qd=(end, 2))
+    summary = workshop.track(tmp_path / "out", source)
+    since = summary["quality"]["lost"]["since"]
+    assert summary["quality"]["lost"]["joints"] == ["elbow_joint"]
+    assert 0.0 < since - workshop.log.t[300] < 0.5
+    assert f"since stamp {since:.1f} s: elbow_joint told no angle" in verdict(summary)
+
+
+def test_a_current_that_stays_while_its_joint_moves_is_counted(workshop, tmp_path):
+    source = changed(workshop, tmp_path / "a.parquet", actual_current=(slice(200, None), 1))
+    summary = workshop.track(tmp_path / "out", source)
+    slid = np.abs(workshop.log.channels["actual_qd"][200:, 1]) > STANDING
+    counts = np.array(summary["quality"]["stuck"])
+    assert 0.8 * slid.sum() < counts[1] < slid.sum() and not counts[[0, 2, 3, 4, 5]].any()
+    said = verdict(summary)
+    assert f"currents of shoulder_lift_joint that stay while it moves {counts[1]}" in said
+
+
+def test_a_joint_without_any_current_lacks_all_of_it(workshop, tmp_path):
+    channels = {name: x.copy() for name, x in workshop.log.channels.items()}
+    channels["actual_current"][:, 3] = np.nan
+    write(replace(workshop.log, channels=channels), tmp_path / "a.parquet")
+    source = open_source(str(tmp_path / "a.parquet"), rows=(0, 300))
+    assert "up to 100 % missing" in verdict(workshop.track(tmp_path / "out", source))
 
 
 def test_the_tracked_network_has_the_edges_that_the_filter_uses():

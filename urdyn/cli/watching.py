@@ -12,7 +12,7 @@ from rich.console import Console
 from rich.live import Live
 from rich.table import Table
 
-from urdyn.report.digits import interval90
+from urdyn.report.digits import interval90, number
 from urdyn.report.names import spoken
 from urdyn.tracking import Glance
 from urdyn.tracking.glance import Watch
@@ -24,6 +24,10 @@ BEHIND = 1000.0  # [ms] after its coming, a sample is told of too late
 ASTRAY = (
     "begun anew {} times, for no arm's drives are as these currents say: is it this arm's twin, "
     "are the currents in amperes, and is every sensor sound?"
+)
+LOST = (
+    "nothing is tracked since stamp {:.1f} s: {} told no angle that can be from then on; "
+    "see to the sensor, or to the recorder"
 )
 SILENT = 1e-3  # [-] of a joint's samples without a current, which nobody minds
 SLOW = "it fell behind the robot: --mode realtime is quicker, and --rate asks for fewer samples"
@@ -68,19 +72,21 @@ def verdict(summary: dict[str, Any]) -> str:
     """A run in a sentence."""
     mass, latency = summary["final"]["payload.mass"], summary["latency_ms"]
     changed = _changes(summary["payload_changes"])
-    astray = summary["quality"]["restarts"]
+    astray, lost = summary["quality"]["restarts"], summary["quality"]["lost"]
     return (
         f"{summary['samples']} samples, {summary['data_s']:.1f} s, at {summary['rate_hz']:.0f} Hz; "
         f"99 % within {latency['p99']:.2f} ms; payload {interval90(mass['mean'], mass['sd'])} kg"
         + changed
-        + _lacked(summary["quality"], summary["samples"])
+        + _lacked(summary)
+        + ("\n" + LOST.format(lost["since"], " and ".join(lost["joints"])) if lost else "")
         + ("\n" + SLOW if latency["p99"] > BEHIND else "")
         + ("\n" + ASTRAY.format(astray) if astray else "")
     )
 
 
-def _lacked(quality: dict[str, Any], samples: int) -> str:
+def _lacked(summary: dict[str, Any]) -> str:
     """What the stream lacked, where it lacked anything; the page has the rest of it."""
+    quality, samples = summary["quality"], summary["samples"]
     unit = " (are they in A?)" if quality["undrawn"] > samples else ""
     counts = {
         "gaps": f"gaps {quality['gaps']} ({quality['missing']} samples)",
@@ -92,9 +98,20 @@ def _lacked(quality: dict[str, Any], samples: int) -> str:
     if any(" gap " in defect for defect in quality["defects"]):  # its reader has told
         del counts["gaps"]
     told = [text for name, text in counts.items() if quality[name]] + quality["defects"]
+    told += _stuck(quality["stuck"], summary)
     if (share := max(quality["without_current"])) > SILENT:
-        told.append(f"of a joint's currents up to {100.0 * share:.2g} % missing")
+        told.append(f"of a joint's currents up to {number(100.0 * share)} % missing")
     return f"\nthe stream was not whole: {'; '.join(told)}" if told else ""
+
+
+def _stuck(counts: Sequence[int], summary: dict[str, Any]) -> list[str]:
+    """Of which joints currents were left out, for they did not change while those moved."""
+    names = (joint["name"] for joint in summary["quantities"]["joints"])
+    return [
+        f"currents of {name} that stay while it moves {count}"
+        for name, count in zip(names, counts, strict=True)
+        if count > SILENT * summary["samples"]
+    ]
 
 
 def _changes(times: Sequence[float]) -> str:

@@ -50,6 +50,7 @@ def _stream(summary: Mapping[str, Any], lacked: Mapping[str, Any]) -> list[list[
         "stamps that went back": (lacked["clock_set_back"], "begun anew there"),
         "angles and speeds refused": (lacked["refused"], "no arm can have made them"),
         "currents left out": (lacked["undrawn"], "no motor draws as much"),
+        "currents that stayed": (sum(lacked["stuck"]), "while their joint moved; left out"),
         "beliefs given up": (lacked["restarts"], "no arm's drives are like that; begun anew"),
     }
     return [

@@ -33,7 +33,8 @@ class Passage:
     travelled: Array  # (J,) [rad] since they were unknown
     held: Array  # (J,) [s] for which a current has not changed while its joint slid
     lubricant: Array  # (J,) [°C]; NaN while nobody measures the joint's temperature
-    comparable: Mask  # (J,) currents that change, of joints that slide and have for a while
+    stuck: Mask  # (J,) currents that have not changed for too long while their joints slid
+    comparable: Mask  # (J,) all others, of joints that slide and have for a while
 
     def presliding(self, drive: Drive) -> Array:
         """Presliding state, (J,) [-]."""
@@ -54,7 +55,8 @@ def passage(
     slides = np.abs(now.v) > STANDING
     held = np.where(now.current == before.current, before.held + passed * slides, 0.0)
     lubricant = warmed(before.lubricant, now.temperature, passed)
-    comparable = slides & (travelled > LOOSE) & (held <= max(HELD, REPEATS * period))
+    stuck = slides & (held > max(HELD, REPEATS * period))
+    comparable = slides & (travelled > LOOSE) & ~stuck
     moving = bool(np.count_nonzero(slides))
     return Passage(
         passed=passed,
@@ -63,6 +65,7 @@ def passage(
         travelled=travelled,
         held=held,
         lubricant=lubricant,
+        stuck=stuck,
         comparable=comparable,
     )
 

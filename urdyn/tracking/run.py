@@ -263,11 +263,23 @@ class _Run(Generic[S]):
         return changes
 
     def _quality(self, at: Checkpoint[S]) -> dict[str, Any]:
-        """What the stream lacked, and how often it was no stream of this arm."""
+        """What the stream lacked, which joints ended it, and how often it was not this arm's."""
         counts = at.state.causal.refused, at.state.undrawn
         lacked = as_plain(at.losses, *counts, self.source.defects, at.index)
-        compared = at.interest.samples.astype(int).tolist()
-        return lacked | {"restarts": int(at.state.restarts), "compared": compared}
+        return lacked | {
+            "stuck": at.state.stuck.astype(int).tolist(),
+            "lost": self._lost(at),
+            "restarts": int(at.state.restarts),
+            "compared": at.interest.samples.astype(int).tolist(),
+        }
+
+    def _lost(self, at: Checkpoint[S]) -> dict[str, Any] | None:
+        """Since when nothing is tracked, and for lack of which joints' angles; None: it is."""
+        t, lacking = self.tracker.missed(at.state)
+        if not (lacking.any() and at.state.t < t):
+            return None
+        names = self.tracker.fit.dynamics.arm.joint_names
+        return {"since": at.state.t, "joints": [names[j] for j in np.flatnonzero(lacking)]}
 
     def _final(self, at: Checkpoint[S]) -> dict[str, Any]:
         of, belief = self.quantities, self.tracker.filter.belief(at.state.belief)

@@ -54,6 +54,7 @@ class TrackerState(Generic[S]):
     then: Then[S]  # what was believed when drives may since have worn
     lately: Then[S]  # and what was since, which drives are asked of by turns
     carried: Array  # (10,) what is carried, roughly
+    stuck: Array  # (J,) currents that stayed the same while their joint slid, left out
     passed: float = 0.0  # [s] of the run
     moved: float = 0.0  # [s] of its motion
     rest: Rest = field(default_factory=Rest)  # the last one

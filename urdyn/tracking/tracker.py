@@ -157,6 +157,7 @@ class Tracker(Generic[S]):
             lately=Then(belief),
             heard=tuple(first(stream) for stream in self.streams),
             carried=self.model.prior.mean[self.currents.places["payload"]],
+            stuck=nothing,
         )
 
     def step(
@@ -330,6 +331,7 @@ class Tracker(Generic[S]):
             passed=state.passed + way.passed,
             moved=state.moved + way.passed * moved,
             carried=carried,
+            stuck=state.stuck + way.stuck,
             rest=state.rest.after(way.moving, way.passed, since, now.t),
             weighed=supposed.weighed,
         )
