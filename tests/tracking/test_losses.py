@@ -8,10 +8,12 @@ import pytest
 from urdyn.cli.watching import verdict
 from urdyn.dbn import Edge, Network, Node, figure2
 from urdyn.errors import InputError
+from urdyn.estimate import EKF
 from urdyn.io import write
 from urdyn.signal import Sample
 from urdyn.tracking import open_source
 from urdyn.tracking.losses import as_plain, counted, no_losses
+from urdyn.tracking.modes import QUICKER
 from urdyn.tracking.network import of_arm, tracked_network
 from urdyn.tracking.passage import STANDING
 
@@ -96,6 +98,13 @@ def test_a_joint_without_any_current_lacks_all_of_it(workshop, tmp_path):
     write(replace(workshop.log, channels=channels), tmp_path / "a.parquet")
     source = open_source(str(tmp_path / "a.parquet"), rows=(0, 300))
     assert "up to 100 % missing" in verdict(workshop.track(tmp_path / "out", source))
+
+
+@pytest.mark.parametrize("mode", ["full", *QUICKER])
+def test_a_quicker_mode_says_where_its_loss_is_printed(workshop, tmp_path, mode):
+    source = open_source(str(workshop.recording), rows=(0, 100))
+    summary = workshop.track(tmp_path, source, filter=QUICKER.get(mode, EKF()))
+    assert ("`urdyn bench track` prints" in verdict(summary)) == (mode != "full")
 
 
 def test_the_tracked_network_has_the_edges_that_the_filter_uses():

@@ -30,6 +30,7 @@ LOST = (
     "see to the sensor, or to the recorder"
 )
 SILENT = 1e-3  # [-] of a joint's samples without a current, which nobody minds
+QUICK = "mode {} is less accurate than full: `urdyn bench track` prints by how much"
 SLOW = "it fell behind the robot: --mode realtime is quicker, and --rate asks for fewer samples"
 
 
@@ -79,6 +80,7 @@ def verdict(summary: dict[str, Any]) -> str:
         + changed
         + _lacked(summary)
         + ("\n" + LOST.format(lost["since"], " and ".join(lost["joints"])) if lost else "")
+        + ("\n" + QUICK.format(summary["mode"]) if summary["mode"] != "full" else "")
         + ("\n" + SLOW if latency["p99"] > BEHIND else "")
         + ("\n" + ASTRAY.format(astray) if astray else "")
     )
