@@ -60,7 +60,7 @@ class Status:
     stream: int
     kind: str  # "friction_increase" and the like
     severity: float  # [-] 0 at the warning level, 1 at the critical one
-    confidence: float  # [-] .5 to .9
+    confidence: float  # [-] .5 to .9 by the formula, and no probability
     time_to_failure: float  # [steps] to the critical level; inf where nothing grows
 
 
@@ -159,7 +159,7 @@ def tuned_algorithm2(
     `promise` steps over all streams [Siegmund1985]_, what a baseline leaves in doubt paid for; the
     slope's threshold is one sd of the slope.
     That promise is one on white noise alone: where .095 of healthy runs may alarm, 1.00 do under
-    AR(.9), .94 under AR(.5), .8 with long tails or outliers, .46 where sigma is a fifth wider.
+    AR(.9), .92 under AR(.5), .8 with long tails or outliers, .41 where sigma is a fifth wider.
     Where noise alone reaches beyond `critical`, that level is one sd of the average further on.
     """
     given_promise(promise)

@@ -30,9 +30,11 @@ def detect(
     Args:
         series: (N,) or (N, n) of n streams, in any unit, NaN where nothing was measured.
         baseline: the same streams while healthy, 1000 steps or more; or what was learnt from them.
+            Skew, a restless spread and swings that it shows are no faults.
         promise: steps to a false alarm over all streams together, on the average, at least.
         side: of each stream: +1 where only a rise is a fault, -1 a fall, 0 both.
-        tolerance: change of each stream's level, in its unit, that is no fault.
+        tolerance: change of each stream's level, in its unit, that is no fault: how far it strays
+            from the baseline's where that is too short to show it.
         detector: of standardised innovations, with settings of its own; ShiryaevRoberts with
             these if None.
 
