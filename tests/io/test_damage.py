@@ -122,6 +122,26 @@ def test_damage_is_mended_and_told_with_its_line(
     assert all(np.abs(v[np.isfinite(v)]).max() < 1e3 for v in log.channels.values())
 
 
+STATES = "actual_q_0,actual_qd_0,actual_current_0"
+
+
+def test_a_row_of_zeros_is_no_measurement_unless_there_is_nothing_else(tmp_path: Path) -> None:
+    """A recorder that has lost its robot writes such rows; no arm does."""
+    rows = np.ones((50, 3))
+    rows[10:15] = 0.0
+    rows[20, 1:] = 0.0  # stands, and holds nothing
+    path = tmp_path / "log.csv"
+    for told in (rows, np.zeros((50, 3))):
+        lines = [f"{0.01 * k:.2f},{q},{v},{i}" for k, (q, v, i) in enumerate(told)]
+        path.write_bytes(joined([f"timestamp,{STATES}", *lines]))
+        log = read(path)
+        lost = np.isnan(log.channels["actual_q"][:, 0])
+        assert np.array_equal(lost, ~told.any(axis=1) & told.any())
+        assert len(log) == 50
+    path.write_bytes(joined(["timestamp," + STATES, *(f"{k},{k},0,0" for k in range(1, 9))]))
+    assert not read(path).defects
+
+
 REFUSED: dict[str, tuple[Break, str]] = {
     "empty": (lambda t: b"", "log.csv: is empty"),
     "only blank lines": (lambda t: b"\n\r\n\n", "log.csv: is empty"),

@@ -25,13 +25,14 @@ LIMITS = {
     "target_moment": 1e5,  # [N·m]
     "joint_temperatures": 1e3,  # [°C]
 }
+STATE = ("actual_q", "actual_qd", "actual_current")  # what is never nothing, all of it at once
 LIMIT = 1e30  # of everything else: a torn packet reads as 1e282
 
 
 def mend(table: Table, source: Source) -> Log:
     """The rows of `table` that are a log; LogError where they are none."""
     _check_enough(table, source)
-    for step in (_without_strange_stamps, _without_strays, _without_repeats, _possible):
+    for step in (_without_strange_stamps, _without_strays, _without_repeats, _possible, _of_an_arm):
         table = step(table, source)
         _check_enough(table, source)
     table = _on_time(_of_every_joint(table))
@@ -96,6 +97,18 @@ def _possible(table: Table, source: Source) -> Table:
         if name != "timestamp":
             silent &= ~_any(~np.isnan(values))
     return _noted(table, silent, "row without values", AS_NAN)
+
+
+def _of_an_arm(table: Table, source: Source) -> Table:
+    """What joints do, but where all of it is 0: a recorder that has lost its robot writes that."""
+    if not table.channels.keys() >= set(STATE):
+        return table
+    zeros = ~np.any([_any(table.channels[name] != 0.0) for name in STATE], axis=0)
+    if not zeros.any() or zeros.all():  # a log of nothing else has no robot that was lost
+        return table
+    for name in table.channels.keys() & LIMITS.keys():
+        table.channels[name][zeros] = np.nan
+    return _noted(table, zeros, "row of zeros", AS_NAN)
 
 
 def _of_every_joint(table: Table) -> Table:
