@@ -288,6 +288,7 @@ def test_a_swing_is_told_as_large_as_it_is_by_now_and_where_that_goes(
     [found] = shop.disturbed(log, joint, swing)
     assert (found.kind, found.joint, found.severity) == ("controller_instability", joint, severity)
     assert np.isclose(found.size, size[-1], rtol=0.15) and how in found.text
+    assert abs(found.size - size[-1]) < 3.0 * found.size_sd < 0.3 * found.size
     assert found.alarm_s - log.t[0] < 4.0 + 1.75 and abs(found.onset_s - log.t[0] - 4.0) < 0.9
 
 

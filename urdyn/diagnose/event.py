@@ -21,5 +21,6 @@ class Event:
     confidence: float  # [-]
     size: float  # what the kind's levels are in
     evidence: Mapping[str, Any] = field(default_factory=dict)
+    size_sd: float = float("nan")  # NaN: nobody knows
     within: float = 0.1  # [s] of which it began
     goes_on: bool = False  # it was told before, and this is how it is by now

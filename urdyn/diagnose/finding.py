@@ -26,7 +26,7 @@ class Finding:
     # not grow.
     time_to_failure_s: Mapping[str, float] | None
     size: float  # in `unit`
-    size_sd: float
+    size_sd: float  # NaN, null in JSON, of fast kinds but loops that ring for a while
     quantity: str
     unit: str
     text: str  # in a sentence

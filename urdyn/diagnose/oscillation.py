@@ -238,10 +238,24 @@ class Oscillation:
             alarm=ring.last,
             confidence=CERTAIN,
             size=size,
+            size_sd=self._unsure(ring, size, sd if clear else None) if seen else float("nan"),
             evidence=evidence,
             within=ring.within,
             goes_on=goes_on,
         )
+
+    def _unsure(self, ring: Ring, size: float, growth_sd: float | None) -> float:
+        """sd of an amplitude [N·m]: of a trend's end, or else of a median; and of the drive's gain.
+
+        Of n even points over T a line's end has sd 2 s / √n, and its slope √12 s / (√n T).
+        """
+        ends, sizes, _ = np.array(ring.course).T
+        if growth_sd is None:
+            own = np.sqrt(0.5 * np.pi / len(sizes)) * np.std(sizes, ddof=1)
+        else:
+            own = size * growth_sd * (ends[-1] - ends[0]) / np.sqrt(3.0)
+        gain = self.space.cov.diagonal()[self.space.places["gain"]][ring.joint]
+        return float(np.hypot(own, np.sqrt(gain) * size))
 
     def _woven(self, line: Line, window: float, heard: Heard) -> bool:
         """Whether a motion to and fro may make this line."""

@@ -97,7 +97,7 @@ def of_event(event: Event, space: Space, rules: Rules) -> Finding:
         confidence=event.confidence * trust(event.kind, rules.named),
         time_to_failure_s=None,
         size=event.size,
-        size_sd=float("nan"),
+        size_sd=event.size_sd,
         quantity=levels["quantity"],
         unit=levels["unit"],
         text=_shown(event, name),
