@@ -66,11 +66,15 @@ def restlessness(white: Array) -> float:
 
 
 def _beyond_chance(x: Array, steps: int) -> float:
-    """Variance of means over so many steps, less what it may be where steps are independent."""
+    """Variance of means over so many steps beside that of independent ones; 0 where chance does it.
+
+    That is three standard errors: white streams taken for restless would be judged later.
+    """
     means = _means(x, steps)
     if len(means) < 2:
         return 0.0
-    return max(0.0, float(means.var(ddof=1)) - _chance(means) * float(x.var()) / steps)
+    found, due = float(means.var(ddof=1)), float(x.var()) / steps
+    return found - due if found > _chance(means, 3.0) * due else 0.0
 
 
 def _means(x: Array, steps: int) -> Array:
@@ -78,6 +82,6 @@ def _means(x: Array, steps: int) -> Array:
     return np.asarray(x[: len(x) // steps * steps].reshape(-1, steps).mean(axis=1))
 
 
-def _chance(means: Array) -> float:
+def _chance(means: Array, sds: float = 2.0) -> float:
     """What a variance of so many means may be by chance, over the expected one."""
-    return 1.0 + 2.0 * float(np.sqrt(2.0 / (len(means) - 1)))
+    return 1.0 + sds * float(np.sqrt(2.0 / (len(means) - 1)))
