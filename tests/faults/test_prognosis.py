@@ -6,12 +6,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.stats import multivariate_normal
 
-from urdyn.errors import UrdynError
+from urdyn.errors import InputError, UrdynError
 from urdyn.faults import forecast, health_index, stated_baseline
-from urdyn.faults.courses import RAMP, SHARES, posterior, stopped, widened
+from urdyn.faults.courses import RAMP, SHARES, UNEVEN, posterior, stopped, wandering, widened
 from urdyn.faults.onset import followed
 from urdyn.faults.prognosis import foresee
+from urdyn.faults.wander import STEPS
 from urdyn.types import Array
 
 ONSET, RATE, LEVEL, WARNING, CRITICAL = 20, 0.0025, 0.1, 0.2, 0.25
@@ -24,18 +26,20 @@ def worn(sigma: float, steps: int, runs: int, seed: int) -> Array:
     return np.asarray(LEVEL + RATE * np.maximum(t - ONSET, 0.0) + noise)
 
 
-def test_the_posterior_is_bayes_rule_on_a_grid() -> None:
+def test_the_posterior_is_bayes_rule_on_a_grid(monkeypatch: pytest.MonkeyPatch) -> None:
     """Every onset x every stop x a fine grid of rates, from the densities themselves.
 
-    Of noise with the variance that was seen, and a level known as well as the baseline tells.
+    Of noise with the variance that was seen, and a level known as well as the baseline tells. Not
+    of ramps that wander, whose share is next to none here.
     """
+    monkeypatch.setattr("urdyn.faults.courses.UNEVEN", 1e-12)
     sigma, hazard, n = 0.02, 1e-3, 40
     y = worn(sigma, n, 1, 1)[:, 0]
     baseline = stated_baseline(LEVEL, sigma)
     far, state = (CRITICAL - LEVEL) / sigma, followed(baseline, y)
     known = posterior(baseline, state, 0, 1.0, far, hazard)
     doubt = baseline.inflation[0] ** 2 / baseline.steps
-    root = np.linalg.cholesky(widened(state, 0) * np.eye(n) + doubt)
+    root = np.linalg.cholesky(widened(state, 0) * (np.eye(n) + doubt))
     e = np.linalg.solve(root, (y - LEVEL) / sigma)
     # Neighbours' median marks outliers; here there are none.
     onset, stop = np.nonzero(np.triu(np.ones((n, n + 1)), 1))
@@ -45,8 +49,9 @@ def test_the_posterior_is_bayes_rule_on_a_grid() -> None:
     log = (e @ u)[:, None] * rates - 0.5 * (u**2).sum(axis=0)[:, None] * rates**2
     prior = SHARES[RAMP] * hazard * np.where(np.isinf(lasts), 1.0, hazard) * 2.0 / far * 1e-3
     weight = np.exp(log) * prior[:, None]
-    ramps = (known.power == 1.0) & (known.ahead == 1.0)
-    share = known.weight @ ramps
+    one = known.smooth
+    ramps = replace(one, weight=one.weight * ((one.power == 1.0) & (one.ahead == 1.0)))
+    share = ramps.weight.sum()
     odds = share * known.begun / (1.0 - known.begun) * (1.0 - hazard) ** n
     assert weight.sum() == pytest.approx(odds, rel=1e-3)
     assert weight[np.isinf(lasts)].sum() / weight.sum() == pytest.approx(
@@ -55,8 +60,53 @@ def test_the_posterior_is_bayes_rule_on_a_grid() -> None:
     now = shape[:, -1:] * rates
     for x in (0.0, 10.0, 20.0, 40.0):
         there = now + np.where(np.isinf(lasts), x, 0.0)[:, None] * rates >= far
-        mixed = known.crossed(far, x) - replace(known, weight=known.weight * ~ramps).crossed(far, x)
-        assert mixed / share == pytest.approx(weight[there].sum() / weight.sum(), abs=2e-3)
+        assert ramps.crossed(far, x) / share == pytest.approx(
+            weight[there].sum() / weight.sum(), abs=2e-3
+        )
+
+
+def test_a_ramp_that_wanders_is_a_dense_gaussian() -> None:
+    """Paces, where the level is now and evidence, from the covariances of all steps with gaps."""
+    y = worn(0.02, 40, 1, 1)[:, 0]
+    y[[7, 20, 21]] = np.nan
+    baseline, told = stated_baseline(LEVEL, 0.02), np.isfinite(y)
+    state, t = followed(baseline, y), np.arange(1.0, 41.0)
+    found, odds = wandering(baseline, state, 0)
+    e, noise = ((y - LEVEL) / 0.02)[told], widened(state, 0)
+    level = noise * baseline.inflation[0] ** 2 / baseline.steps
+    healthy = noise * np.eye(len(e)) + level
+    none = multivariate_normal(np.zeros(len(e)), healthy).logpdf(e)
+    for i in np.flatnonzero(found.age > 1.0)[::7]:
+        k = np.maximum(t - (state.t - found.age[i]), 0.0)
+        walked = found.walk[i] * np.minimum(k, k[:, None]) + level
+        cov, h = (walked + noise * np.eye(len(t)))[np.ix_(told, told)], k[told]
+        assert found.S1[i] == pytest.approx(h @ np.linalg.solve(cov, e), rel=1e-9, abs=1e-9)
+        assert found.S2[i] == pytest.approx(h @ np.linalg.solve(cov, h), rel=1e-9)
+        odd = multivariate_normal(np.zeros(len(e)), cov).logpdf(e) - none
+        share = UNEVEN * SHARES[RAMP] / len(STEPS)
+        assert odds[i] == pytest.approx(odd + np.log(share), abs=1e-9)
+        gain = np.linalg.solve(cov, walked[-1][told])
+        assert found.off[i] == pytest.approx(gain @ e, rel=1e-9, abs=1e-9)
+        assert found.shape[i] == pytest.approx(k[-1] - gain @ h, rel=1e-9)
+        assert found.var[i] == pytest.approx(walked[-1, -1] - gain @ walked[-1][told], rel=1e-9)
+
+
+def test_wear_that_comes_in_steps_is_not_foretold_as_if_even() -> None:
+    """Steps of .02, one in 20 rows on average, 40 lives at .8: held in two thirds or more.
+
+    By even ramps and what bends or stops it was held in a fifth.
+    """
+    rng, runs = np.random.default_rng(16), 40
+    change = 0.02 * np.cumsum(rng.random((600, runs)) < 0.05, axis=0)
+    end = (change >= CRITICAL - LEVEL).argmax(axis=0)
+    y = LEVEL + change + 0.01 * rng.standard_normal((600, runs))
+    held, straight = [], []
+    for i, left in enumerate(np.ceil(0.2 * end)):
+        seen = y[: int(end[i] - left) + 1, i]
+        made = forecast(seen, stated_baseline(LEVEL, 0.01), WARNING, CRITICAL)[0]
+        held.append(made.critical.low <= left <= made.critical.high + 1.0)
+        straight.append(made.straight)
+    assert np.mean(held) > 0.67 and np.median(straight) < 0.5
 
 
 def test_a_stopped_ramp_is_regressed_as_if_it_were_followed() -> None:
@@ -131,11 +181,14 @@ def test_a_level_that_the_baseline_knows_badly_is_no_fault() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("sigma", [0.01, 0.025, 0.05])
-def test_ninety_percent_intervals_cover_ninety_percent(sigma: float) -> None:
-    """At the paper's step 60: .87 to .93, which is .9 to two standard errors of 400 lives."""
+@pytest.mark.parametrize("sigma, most", [(0.01, 0.93), (0.025, 0.93), (0.05, 0.97)])
+def test_ninety_percent_intervals_cover_ninety_percent(sigma: float, most: float) -> None:
+    """At the paper's step 60: .87 to .93, which is .9 to two standard errors of 400 lives.
+
+    Where noise hides whether a ramp is straight, intervals hold more: what bends is in them too.
+    """
     share, _ = covered(sigma, 400, 2)
-    assert 0.87 <= share <= 0.93
+    assert 0.87 <= share <= most
 
 
 def covered(sigma: float, runs: int, seed: int) -> tuple[float, float]:
@@ -172,10 +225,15 @@ def test_health_is_the_probability_of_no_crossing() -> None:
     sick = forecast(worn(0.01, 60, 1, 6), stated_baseline(LEVEL, 0.01), WARNING, CRITICAL)
     assert health_index(healthy, 50.0) > 0.99
     assert health_index(sick, 5.0) > 0.99
-    assert health_index(sick, 60.0) < 0.01
+    assert health_index(sick, 60.0) < 0.05
     assert health_index([*healthy, *sick], 20.0) == pytest.approx(
         health_index(healthy, 20.0) * health_index(sick, 20.0)
     )
+
+
+def test_a_health_index_of_nothing_is_refused() -> None:
+    with pytest.raises(InputError, match="one forecast or more"):
+        health_index([], 20.0)
 
 
 def test_old_onsets_are_thinned_without_loss() -> None:

@@ -9,75 +9,33 @@ closed form; the posterior mixes these over all shapes and onsets. What is flat 
 
 A bent course is not known by its past: from now on it may go straight on, or as hitherto, or
 exponentially and at HASTE times the rate. So what is not straight is not foretold as if it were.
+Nor is what is straight in the long run only: besides there are ramps that wander on their way.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 from scipy.special import log_ndtr
 
 from urdyn.errors import InputError
+from urdyn.faults.futures import Paces, Posterior, Smooth, Wandering
 from urdyn.faults.onset import POWERS, TIMES, Kinks
+from urdyn.faults.wander import STEPS, Walks
 from urdyn.faults.whiten import Baseline
 from urdyn.types import Array
 
 RAMP = POWERS.index(1.0)
-SHARES = (0.001, 0.01, 0.969, 0.01, 0.01)  # [-] prior probability of each power: wear grows evenly
+# Sliding wears in proportion to its way [Archard1953]_: nearly nine of ten go evenly, the rest runs
+# in or gathers speed. No more: each share of what bends widens the intervals of what does not.
+SHARES = (0.001, 0.05, 0.879, 0.05, 0.02)  # [-] prior probability of each power
+UNEVEN = 0.05  # [-] prior odds of a ramp that wanders, over one that does not
 ENDLESS, ALWAYS = 1e3, 0.01  # power that is an exponential's, and its prior probability
 HASTE = 2.0  # [-] by which what is bent may go faster than its past tells
-TINY, LARGE = 1e-100, 600.0  # times as large as now; nats
 NEGLIGIBLE = 1e-6  # [-] weight of a course
 STEADY = 0.8  # [-] least variance of innovations that is believed, over the baseline's
 WONT = 30.0  # [steps] for which the spread is believed to be the baseline's
-
-
-@dataclass(frozen=True, eq=False)
-class Posterior:
-    """Of one stream: C courses with their weights and changes; [spread] is the baseline's."""
-
-    weight: Array  # (C,) [-] of the courses, given that there is one; sums to 1
-    age: Array  # (C,) [steps] since the onset t0
-    lasts: Array  # (C,) [steps] from the onset on until it stopped; inf: it goes on
-    power: Array  # (C,) [-]
-    haste: Array  # (C,) [1/step] rate from now on, over the change
-    ahead: Array  # (C,) [-] power from now on
-    mean: Array  # (C,) [spread] of the change now before it is cut off at zero, sign of the fault
-    sd: Array  # (C,) [spread]
-    begun: float  # [-] probability that there is an onset
-
-    @property
-    def straight(self) -> float:
-        """P(it is a ramp that goes on | begun) [-]."""
-        return float(self.weight @ ((self.power == 1.0) & np.isinf(self.lasts)))
-
-    def crossed(self, rise: float, x: float) -> float:
-        """P(the parameter has changed by `rise` [spread] within the next x steps | begun)."""
-        if x > 0.0:
-            grown = self.ahead * np.log1p(self.haste * x / self.ahead)
-            return self._above(rise, np.exp(np.minimum(grown, LARGE)))
-        k = np.minimum(self.age + x, self.lasts) / np.minimum(self.age, self.lasts)
-        return self._above(rise, np.where(k > 0.0, np.maximum(k, 0.0) ** self.power, 0.0))
-
-    def steeper(self, rate: float) -> float:
-        """P(the rate is above `rate` >= 0 [spread/step] | begun)."""
-        return self._above(rate, self.haste)
-
-    def _above(self, level: float, times: Array) -> float:
-        """P(the change, so many times as large, (C,), is above a level | begun)."""
-        there = times > TINY
-        least = level / np.where(there, times, 1.0)
-        # In logarithms: both may be tiny.
-        beyond = log_ndtr((self.mean - least) / self.sd) - self._cut
-        return float(self.weight @ np.where(there, np.exp(np.minimum(beyond, 0.0)), 0.0))
-
-    @cached_property
-    def _cut(self) -> Array:
-        """ln P(the change is above zero), (C,), of the Gaussian."""
-        return np.asarray(log_ndtr(self.mean / self.sd))
 
 
 class Courses(NamedTuple):
@@ -109,26 +67,47 @@ def posterior(
     one = Courses(*map(np.concatenate, zip(*kinds, strict=True)))
     S1, S2 = levelled(baseline, state, stream, one)
     told = (S2 > 0.0) & (one.prior > 0.0)
-    S1, S2, one = sign * S1[told], S2[told], Courses(*(x[told] for x in one))
-    mean, sd = S1 / S2, 1.0 / np.sqrt(S2)
-    evidence = 0.5 * (S1 * mean + np.log(2.0 * np.pi / S2)) + log_ndtr(mean / sd)
-    evidence += np.log(hazard * one.prior) + _density(np.maximum(mean, sd), one.power, rise)
+    one = Courses(*(x[told] for x in one))
+    smooth, evenly = _told(sign * S1[told], S2[told], one.power, rise)
+    walks, besides = wandering(baseline, state, stream)
+    pace, unevenly = _told(sign * walks.S1, walks.S2, np.ones(len(walks.S1)), rise)
+    unevenly, high = unevenly + besides, _height(walks, pace, sign)
+    evidence = np.concatenate([evenly + np.log(one.prior), unevenly + log_ndtr(high)])
+    evidence += np.log(hazard)
     total = float(np.logaddexp.reduce(evidence))
-    begun = float(np.exp(total - np.logaddexp(total, np.log1p(-hazard) * state.t)))
-    return _ahead(np.exp(evidence - total), one, one.now * mean, one.now * sd, begun)
+    # A walk has no side: one that went the other way is no fault of this one, and explains as much.
+    other = float(np.logaddexp.reduce(unevenly + log_ndtr(-high))) + np.log(hazard)
+    healthy = np.logaddexp(np.log1p(-hazard) * state.t, other)
+    begun = float(np.exp(total - np.logaddexp(total, healthy)))
+    weight = np.exp(evidence - total)
+    weight = np.where(weight > NEGLIGIBLE, weight, 0.0)
+    even, uneven = np.split(weight / weight.sum(), [len(one.power)])
+    return Posterior(_ahead(even, one, smooth), _walking(uneven, walks, pace, sign), begun)
+
+
+def _told(S1: Array, S2: Array, power: Array, rise: float) -> tuple[Paces, Array]:
+    """Paces of regressions, and the evidence of each."""
+    paces = Paces(S1 / S2, 1.0 / np.sqrt(S2))
+    likely = 0.5 * (S1 * paces.mean + np.log(2.0 * np.pi / S2)) + paces.cut
+    return paces, likely + _density(np.maximum(paces.mean, paces.sd), power, rise)
 
 
 def levelled(baseline: Baseline, state: Kinks, stream: int, one: Courses) -> tuple[Array, Array]:
     """S1 and S2 at the spread that innovations have, without what the level's doubt explains.
 
-    The baseline knows its level b to the variance kappa² / steps, whatever the course; 0 where
-    nothing is left.
+    The baseline knows its level b to the variance kappa² / steps of theirs, whatever the course; 0
+    where nothing is left.
     """
     wide = widened(state, stream)
     S1, S2, H = one.S1 / wide, one.S2 / wide, one.H / wide
-    precision = state.N[stream] / wide + baseline.steps / baseline.inflation[stream] ** 2
+    precision = _precision(baseline, state, stream) / wide
     left = S2 - H**2 / precision
     return S1 - H * state.E[stream] / wide / precision, np.where(left > 1e-9 * S2, left, 0.0)
+
+
+def _precision(baseline: Baseline, state: Kinks, stream: int) -> float:
+    """Of the level, by the baseline and what was followed, over that of one innovation."""
+    return float(state.N[stream] + baseline.steps / baseline.inflation[stream] ** 2)
 
 
 def widened(state: Kinks, stream: int) -> float:
@@ -192,25 +171,77 @@ def _density(pace: Array, power: Array, rise: float) -> Array:
     return np.select([power == 0.0, power < ENDLESS], [-np.log(rise), known], faster)
 
 
-def _ahead(weight: Array, one: Courses, mean: Array, sd: Array, begun: float) -> Posterior:
+def _ahead(weight: Array, one: Courses, pace: Paces) -> Smooth:
     """Courses that count; one that gathers speed has three futures, equally likely."""
-    kept = weight > NEGLIGIBLE
-    age, lasts, power = one.age[kept], one.lasts[kept], one.power[kept]
-    weight = weight[kept] / weight[kept].sum() / np.where(power > 1.0, 3.0, 1.0)
+    kept = weight > 0.0
+    age, lasts, power, now = one.age[kept], one.lasts[kept], one.power[kept], one.now[kept]
+    weight = weight[kept] / np.where(power > 1.0, 3.0, 1.0)
     haste = np.where(np.isinf(lasts), power / age, 0.0)
     bent = np.flatnonzero(power > 1.0)
     each = np.concatenate([np.arange(len(power)), bent, bent])
     straight, faster = np.ones(len(bent)), np.full(len(bent), ENDLESS)
     ahead = np.concatenate([np.where(power > 0.0, power, 1.0), straight, faster])
     hurried = np.concatenate([np.ones(len(power)), straight, HASTE * straight])
-    return Posterior(
+    return Smooth(
         weight[each],
         age[each],
         lasts[each],
         power[each],
         haste[each] * hurried,
         ahead,
-        mean[kept][each],
-        sd[kept][each],
-        begun,
+        (now * pace.mean[kept])[each],
+        (now * pace.sd[kept])[each],
+    )
+
+
+class Walking(NamedTuple):
+    """Regressions on ramps that wander, (C,) each."""
+
+    S1: Array
+    S2: Array
+    age: Array  # [steps]
+    shape: Array  # [steps] what the level follows of a ramp now
+    off: Array  # [spread] where the level is but for the ramp
+    var: Array  # [spread²]
+    walk: Array  # [spread²/step]
+
+
+def wandering(baseline: Baseline, state: Kinks, stream: int) -> tuple[Walking, Array]:
+    """Ramps that wander, and the log odds of each besides its regression's, its prior among them.
+
+    u is passed times the level, `passed` what a lasting change leaves in innovations.
+    """
+    used = np.isfinite(state.onset)
+    x = Walks(*state.walks[:, :, used, stream])
+    wide, passed = widened(state, stream), 1.0 - baseline.coefficients[stream].sum()
+    age = np.broadcast_to(state.t - state.onset[used], x.mean.shape)
+    precision = _precision(baseline, state, stream)
+    misfit = x.misfit + state.E[stream] ** 2 / precision
+    odds = np.log(UNEVEN * SHARES[RAMP] / len(STEPS) * state.mass[used])
+    odds = odds - 0.5 * (misfit / wide + x.width - np.log(precision))
+    walk = np.broadcast_to(wide * STEPS[:, None] / passed**2, age.shape)
+    shape, off, var = age - x.shape / passed, x.mean / passed, wide * x.var / passed**2
+    one = Walking(x.S1 / wide, x.S2 / wide, age, shape, off, var, walk)
+    told = x.S2 > 0.0
+    return Walking(*(each[told] for each in one)), odds[told]
+
+
+def _height(one: Walking, pace: Paces, sign: float) -> Array:
+    """How far above healthy the level is now, (C,) [its sd], on the side of the fault."""
+    mean = sign * one.off + pace.mean * one.shape
+    return np.asarray(mean / np.sqrt(one.var + (pace.sd * one.shape) ** 2))
+
+
+def _walking(weight: Array, one: Walking, pace: Paces, sign: float) -> Wandering:
+    """Of those that count."""
+    kept = weight > 0.0
+    return Wandering(
+        weight[kept],
+        one.age[kept],
+        pace.mean[kept],
+        pace.sd[kept],
+        one.shape[kept],
+        sign * one.off[kept],
+        one.var[kept],
+        one.walk[kept],
     )

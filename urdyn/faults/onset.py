@@ -19,6 +19,7 @@ from numpy.typing import ArrayLike
 
 from urdyn.faults.alternatives import CLIP
 from urdyn.faults.robust import SQUARE
+from urdyn.faults.wander import STEPS, Walks, set_out, walked
 from urdyn.faults.whiten import Baseline, beside
 from urdyn.given import given_count, given_step
 from urdyn.types import Array, Mask, frozen
@@ -47,6 +48,7 @@ class Kinks:
     E: Array  # (n,) sum of e
     N: Array  # (n,) number of e
     stride: Array  # (2, n) squares of differences of successive e [healthy one], and their number
+    walks: Array  # (7, Q, A, n) of ramps whose level walks besides (`Walks`)
 
     def __post_init__(self) -> None:
         for name in (one.name for one in fields(self) if one.name != "t"):
@@ -69,6 +71,7 @@ def kinks(baseline: Baseline, candidates: int = CANDIDATES) -> Kinks:
         E=np.zeros(n),
         N=np.zeros(n),
         stride=np.zeros((2, n)),
+        walks=np.zeros((len(Walks._fields), len(STEPS), candidates, n)),
     )
 
 
@@ -82,7 +85,11 @@ def follow(baseline: Baseline, state: Kinks, observed: Array) -> Kinks:
     onset, mass, gone = _with_candidate(state)
     k = np.where(np.isfinite(onset), state.t + 1.0 - onset, 0.0)
     h = grown(baseline, k) * told
-    S, K = _without(state.S, gone), _without(state.K, gone)
+    S, K, walks = (_without(x, gone) for x in (state.S, state.K, state.walks))
+    ramp, newest = h[POWERS.index(1.0)], int(np.isfinite(onset).sum())
+    precision = state.N + baseline.steps / baseline.inflation**2
+    walks[:, :, newest - 1] = set_out(state.E, precision)
+    walks[:, :, :newest] = walked(walks[:, :, :newest], e, ramp[:newest], told)
     for total, term in zip(S, (h * e, h**2, h), strict=True):
         total += term  # in place: S is the largest by far
     past = np.vstack([state.past, observed])[1:] if baseline.order else state.past
@@ -93,11 +100,12 @@ def follow(baseline: Baseline, state: Kinks, observed: Array) -> Kinks:
         onset=onset,
         mass=mass,
         S=S,
-        K=K + k[:, None] * h[POWERS.index(1.0)],
+        K=K + k[:, None] * ramp,
         X=state.X * FADED + exponential(baseline, e, told),
         E=state.E + e,
         N=state.N + told,
         stride=state.stride * (1.0 - 1.0 / MEMORY) + _stride(baseline, recent),
+        walks=walks,
     )
 
 

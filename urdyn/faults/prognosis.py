@@ -1,9 +1,9 @@
 """How long it will be until a level is crossed, with an interval that means what it says.
 
 Medians and intervals are those of the mixture over all courses that the parameter may be on
-(`urdyn.faults.courses`): ramps from every onset, and what is flat, slows down or gathers speed as
-far as the data speak for it. What may never cross has no upper limit: it is infinite, and so is a
-median where that is the likelier. Nothing is extrapolated that is not uncertain.
+(`urdyn.faults.courses`): ramps from every onset, and what wanders, is flat, slows down or gathers
+speed as far as the data speak for it. What may never cross has no upper limit: it is infinite, and
+so is a median where that is the likelier. Nothing is extrapolated that is not uncertain.
 """
 
 from __future__ import annotations
@@ -16,7 +16,8 @@ from numpy.typing import ArrayLike
 from scipy.optimize import brentq
 
 from urdyn.errors import InputError
-from urdyn.faults.courses import Posterior, posterior
+from urdyn.faults.courses import posterior
+from urdyn.faults.futures import Posterior
 from urdyn.faults.onset import Kinks, followed
 from urdyn.faults.whiten import Baseline, beside
 from urdyn.given import fraction, given
@@ -41,7 +42,9 @@ class Forecast:
     """What one parameter is going to do. Times in steps from the newest; below zero: behind us."""
 
     probability: float  # [-] that something has begun at all
-    straight: float  # [-] that it is one ramp that goes on, if so; the less, the less is the median
+    straight: (
+        float  # [-] that it is one even ramp that goes on, if so; the less, the less is the median
+    )
     onset: Interval  # [steps] when, if so
     rate: Interval  # [unit/step] if so
     change: Interval  # [unit] from the healthy level to where it is now, if anything has begun
@@ -123,7 +126,8 @@ def forecast(
     """When each stream will cross its levels, n forecasts.
 
     Args:
-        series: (N,) or (N, n), what was measured since the baseline.
+        series: (N,) or (N, n), what was measured since the baseline, at equal steps of time; NaN
+            where a step has no reading.
         baseline: the same streams while healthy, 1000 steps or more; or what was learnt from them.
         warning: level of each stream [unit].
         critical: level of each stream [unit], beyond the warning level or equal to it; below the
@@ -153,6 +157,8 @@ def health_index(forecasts: Sequence[Forecast], horizon: float) -> float:
         raise InputError(
             "a health index is of several forecasts: give all that `forecast` returned"
         )
+    if not len(forecasts):
+        raise InputError("a health index is of one forecast or more: there is none")
     return float(np.prod([one.health(horizon) for one in forecasts]))
 
 

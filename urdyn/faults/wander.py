@@ -1,0 +1,56 @@
+"""Wear that wanders: regressions on a ramp whose level walks besides, by filters onset by onset.
+
+    e_t = r h(t - t0) + u_t + noise,    u_t = u_{t-1} + N(0, q),    u_t0 the level's own doubt
+
+What comes in steps, or is read at unequal times, is a straight line in the long run only; its past
+tells how far it strays from one. Given onset and q, a Kalman filter whitens e and h, and the pace r
+is a regression of what it leaves: S1 = sum nu_h nu / F, S2 = sum nu_h² / F. With q = 0 it is the
+ramp's own. Of coloured noise u is what a lasting change leaves in innovations; what passes in the
+first lags is neglected.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from urdyn.types import Array, Mask
+
+STEPS = np.array([0.01, 0.1, 1.0])  # [spread²/step] q, by which innovations may walk
+
+
+class Walks(NamedTuple):
+    """Of every q, onset and stream, (Q, A, n) each."""
+
+    mean: Array  # of u, where there is no ramp
+    shape: Array  # what the filter makes of h: by so much u is less for each unit of r
+    var: Array  # of u
+    S1: Array
+    S2: Array
+    misfit: Array  # sum of nu² / F - e², less what the level before explains
+    width: Array  # sum of ln F, and of the precision of the level before
+
+
+def set_out(E: Array, precision: Array) -> Array:
+    """Walks that begin now, (7, Q, n): u is what the level is off by, E / precision (n,)."""
+    off = E / precision
+    one = (off, 0.0, 1.0 / precision, 0.0, 0.0, -E * off, np.log(precision))
+    return np.stack([np.broadcast_to(x, (len(STEPS), len(E))) for x in one])
+
+
+def walked(walks: Array, e: Array, h: Array, told: Mask) -> Array:
+    """A step on, (7, Q, A, n): innovations e (n,), what a ramp adds to them h (A, n)."""
+    x = Walks(*walks)
+    var = x.var + STEPS[:, None, None]
+    F = np.where(told, var + 1.0, np.inf)
+    gain, nu, nu_h = var / F, e - x.mean, h - x.shape
+    return np.stack([
+        x.mean + gain * nu,
+        x.shape + gain * nu_h,
+        var - gain * var,
+        x.S1 + nu_h * nu / F,
+        x.S2 + nu_h**2 / F,
+        x.misfit + nu**2 / F - e**2,
+        x.width + np.log(np.where(told, F, 1.0)),
+    ])  # fmt: skip
