@@ -42,9 +42,7 @@ class Forecast:
     """What one parameter is going to do. Times in steps from the newest; below zero: behind us."""
 
     probability: float  # [-] that something has begun at all
-    straight: (
-        float  # [-] that it is one even ramp that goes on, if so; the less, the less is the median
-    )
+    straight: float  # [-] that it is an even ramp that goes on, if so; else medians are worth less
     onset: Interval  # [steps] when, if so
     rate: Interval  # [unit/step] if so
     change: Interval  # [unit] from the healthy level to where it is now, if anything has begun
