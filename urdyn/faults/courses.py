@@ -27,10 +27,10 @@ from urdyn.faults.whiten import Baseline
 from urdyn.types import Array
 
 RAMP = POWERS.index(1.0)
-# Sliding wears in proportion to its way [Archard1953]_: nearly nine of ten go evenly, the rest runs
-# in or gathers speed. No more: each share of what bends widens the intervals of what does not.
-SHARES = (0.001, 0.05, 0.879, 0.05, 0.02)  # [-] prior probability of each power
-UNEVEN = 0.05  # [-] prior odds of a ramp that wanders, over one that does not
+# Sliding wears in proportion to its way [Archard1953]_. Each share of what bends or wanders widens
+# the intervals of what does not.
+SHARES = (0.001, 0.01, 0.969, 0.01, 0.01)  # [-] prior probability of each power
+UNEVEN = 0.02  # [-] prior odds of a ramp that wanders, over one that does not
 ENDLESS, ALWAYS = 1e3, 0.01  # power that is an exponential's, and its prior probability
 HASTE = 2.0  # [-] by which what is bent may go faster than its past tells
 NEGLIGIBLE = 1e-6  # [-] weight of a course
