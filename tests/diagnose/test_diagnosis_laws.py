@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import is_dataclass, replace
 from pathlib import Path
+from typing import get_args, get_type_hints
 
 import numpy as np
 import pytest
@@ -14,7 +15,7 @@ from urdyn.diagnose.acknowledge import acknowledge, acknowledged
 from urdyn.diagnose.carrying import MOMENT
 from urdyn.diagnose.change import Change
 from urdyn.diagnose.desk import Desk
-from urdyn.diagnose.diagnosis import BEAT, Diagnosis, Now
+from urdyn.diagnose.diagnosis import BEAT, Diagnosis, Now, State
 from urdyn.diagnose.document import findings_document
 from urdyn.diagnose.event import Event
 from urdyn.diagnose.finding import Finding
@@ -96,6 +97,21 @@ def test_a_diagnosis_goes_on_where_its_memory_ends(shop: Shop, tmp_path: Path) -
     assert one == other
     assert len(state.findings) == 1
     np.testing.assert_array_equal(again.slow.bank.P, state.slow.bank.P)
+
+
+def test_a_memory_knows_all_that_a_diagnosis_is_made_of_by_its_own_name() -> None:
+    seen, ahead = set[type](), [State]
+    while ahead:
+        kind = ahead.pop()
+        seen.add(kind)
+        hints = list(get_type_hints(kind).values())
+        while hints:
+            hint = hints.pop()
+            hints += get_args(hint)
+            if isinstance(hint, type) and is_dataclass(hint) and hint not in seen:
+                ahead.append(hint)
+    assert seen <= set(memory.KNOWN)
+    assert len(memory.CLASSES) == len(memory.KNOWN)
 
 
 def test_another_runs_memory_and_a_damaged_one_are_refused(shop: Shop, tmp_path: Path) -> None:

@@ -34,7 +34,7 @@ from urdyn.diagnose.recall import Recall
 from urdyn.diagnose.ringing_line import Usual
 from urdyn.diagnose.rows import Rows
 from urdyn.diagnose.sensor import Felt
-from urdyn.diagnose.slow_state import SlowState
+from urdyn.diagnose.slow_state import LearntBy, SlowState
 from urdyn.diagnose.steadiness import Steadiness
 from urdyn.diagnose.warmth import Warmth
 from urdyn.errors import InputError
@@ -44,7 +44,7 @@ from urdyn.tracking.checkpoint import DAMAGE
 
 KNOWN = (
     Bank, Bin, Block, Carrying, Change, Creep, Fault, FastState, Felt, Finding, Heard, Instant,
-    Learnt, Loudness, Means, Mode, Now, Pool, Quiet, Recall, Reversals, Ring, Rows, Shown,
+    Learnt, LearntBy, Loudness, Means, Mode, Now, Pool, Quiet, Recall, Reversals, Ring, Rows, Shown,
     SlowState, State, Steadiness, Unseen, Usual, Waiting, Warmth,
 )  # fmt: skip
 CLASSES = {kind.__name__: kind for kind in KNOWN}
@@ -79,6 +79,7 @@ def load(identity: Mapping[str, str], path: Path) -> State:
 def _tree(value: Any, arrays: dict[str, Any]) -> Any:
     """A value in JSON's types; what JSON has no word for is a list that begins with a name."""
     if is_dataclass(value):
+        assert CLASSES.get(type(value).__name__) is type(value), f"{type(value)} cannot be read"
         inner = {f.name: _tree(getattr(value, f.name), arrays) for f in fields(value)}
         return ["class", type(value).__name__, inner]
     match value:

@@ -25,7 +25,7 @@ from urdyn.diagnose.onsets import Bank, Block
 from urdyn.diagnose.recall import Recall
 from urdyn.diagnose.rows import Rows
 from urdyn.diagnose.rules import Rules
-from urdyn.diagnose.slow_state import Heard, SlowState
+from urdyn.diagnose.slow_state import LearntBy, SlowState
 from urdyn.diagnose.space import Space
 from urdyn.diagnose.stay import Stay
 
@@ -228,7 +228,7 @@ class Slow:
             state,
             bank=onsets.step(state.bank, block, straying, self.judge.E, state.waited > 0),
             learnt=learnt,
-            heard=(*state.heard, Heard(block.end, learnt))[-HEARD:],
+            heard=(*state.heard, LearntBy(block.end, learnt))[-HEARD:],
             recall=state.recall.after(block, self.healthy, state.known, straying),
         )
         judged = self._retold(self.judge.judged(self._between(state)))

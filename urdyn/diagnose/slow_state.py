@@ -14,8 +14,8 @@ from urdyn.types import Array
 
 
 @dataclass(frozen=True, eq=False)
-class Heard:
-    """What had been learnt of a healthy arm's noise by then."""
+class LearntBy:
+    """What had been learnt of a healthy arm's noise by a block's end."""
 
     end: float  # [s] of the last block
     learnt: Learnt
@@ -42,7 +42,7 @@ class SlowState:
     passed: tuple[Fault, ...] = ()  # that were found, and were none; the last of each suspect
     likely: int | None = None  # suspect that explains the arm best, where there is one
     found: tuple[Change, ...] = ()  # in this step
-    heard: tuple[Heard, ...] = ()  # after each of the last blocks
+    heard: tuple[LearntBy, ...] = ()  # after each of the last blocks
 
     @property
     def suspects(self) -> tuple[int, ...]:
