@@ -49,6 +49,19 @@ def test_a_torn_sample_is_refused_and_nothing_else() -> None:
     assert np.abs(stacked(torn, "v") - truth[1]).max() > 1.0
 
 
+def test_samples_of_zeros_are_no_measurement() -> None:
+    """All of them: the first would be refused as a jump, the others as an arm that stands at 0."""
+    t = STEP * np.arange(200)
+    log = log_of(t, *swing(t))
+    told = ((t < t[100]) | (t > t[139]))[:, None]
+    zeros = {name: x * told for name, x in log.channels.items()}
+    state, live = play(Causal(STEP, half=4), replace(log, channels=zeros))
+    assert state.refused == 40 * 6  # angles and speeds of three joints
+    inside = [one for one in live if t[100] <= one.t <= t[139]]
+    assert inside and all(np.isnan(one.current).all() for one in inside)
+    assert all(np.isnan(one.q).any() or np.abs(one.q).max() > 0.5 for one in inside)
+
+
 def test_a_step_that_is_real_costs_one_sample() -> None:
     t = STEP * np.arange(100)
     q, v = swing(t)

@@ -78,6 +78,8 @@ class Causal:
             return replace(state, repeats=state.repeats + 1), None
         row = np.array([sample.q, sample.v, sample.current, sample.temperature])
         wild = np.abs(row) > POSSIBLE[:, None]
+        if not np.count_nonzero(row[:3]):  # a stream that has lost its robot, as no robot is
+            wild[:3] = True
         if np.count_nonzero(wild):
             row[wild] = np.nan
             state = replace(state, refused=state.refused + int(np.count_nonzero(wild[:2])))
