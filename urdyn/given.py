@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from typing import Any, cast
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from urdyn.errors import InputError
 from urdyn.types import Array, Gaussian, Index, frozen, shaped
@@ -24,6 +24,7 @@ HELD = {
     "O": "objects, None among them perhaps",
     "S": "text",
     "U": "text",
+    "V": "rows of different lengths",
     "m": "lapses of time",
 }
 
@@ -51,8 +52,10 @@ def given(
     streams: int | None = None,
 ) -> Array:
     """A number or a row of them, finite, that fits: (n,) where there are n `streams`."""
-    row = np.atleast_1d(as_numbers(value))
-    if _kind(value) == "b" or row.ndim != 1 or not np.isfinite(row).all() or not np.all(fits(row)):
+    held = _held(value)
+    row = np.atleast_1d(_numbers(held))
+    truths = held.dtype.kind == "b"
+    if truths or row.ndim != 1 or not np.isfinite(row).all() or not np.all(fits(row)):
         raise InputError(f"{what} {value}: takes {takes}")
     if streams is None:
         return row
@@ -188,28 +191,32 @@ def given_rows(series: object, what: str) -> Array:
 
 def given_numbers(values: object, what: str) -> Array:
     """Of any shape, NaN where masked."""
-    kind = _kind(values)
-    if kind not in NUMBERS:
-        held = HELD.get(kind, kind)
-        raise InputError(f"{what} holds {held}: takes numbers, NaN where nothing was measured")
-    return as_numbers(values)
+    held = _held(values)
+    if (kind := held.dtype.kind) not in NUMBERS:
+        told = HELD.get(kind, kind)
+        raise InputError(f"{what} holds {told}: takes numbers, NaN where nothing was measured")
+    return _numbers(held)
 
 
 def as_numbers(value: object) -> Array:
     """As an array; NaN where masked; of no dimension, and NaN, where it holds no numbers."""
-    if _kind(value) not in NUMBERS:
-        return np.array(np.nan)
-    if isinstance(value, np.ma.MaskedArray):
-        return np.asarray(np.ma.filled(value.astype(np.float64), np.nan))
-    return np.asarray(value).astype(np.float64)
+    return _numbers(_held(value))
 
 
-def _kind(value: object) -> str:
-    """What an array of it holds, as numpy's dtypes call it."""
+def _held(value: object) -> NDArray[Any]:
+    """An array of it, whatever it holds."""
     try:
-        return np.asarray(value).dtype.kind
-    except ValueError:
-        return "rows of different lengths"
+        return np.asanyarray(value)
+    except ValueError:  # rows of different lengths
+        return np.empty(0, dtype=np.void)
+
+
+def _numbers(held: NDArray[Any]) -> Array:
+    if held.dtype.kind not in NUMBERS:
+        return np.array(np.nan)
+    if isinstance(held, np.ma.MaskedArray):
+        return np.asarray(np.ma.filled(held.astype(np.float64), np.nan))
+    return np.asarray(held).astype(np.float64)
 
 
 def _array(values: object, what: str) -> Array:

@@ -18,7 +18,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from urdyn.errors import InputError
-from urdyn.given import given, positive
+from urdyn.given import given, given_number, positive
 from urdyn.types import NORMAL90, Array
 
 STEPS = 400  # in which a later service may fall, and as many before
@@ -122,7 +122,7 @@ def _from_now(time: float, what: str) -> float:
     """A time [h]; inf: never."""
     if isinstance(time, float) and time == np.inf:
         return time
-    return float(given(time, what, "a time from now [h]", lambda x: len(x) == 1)[0])
+    return given_number(time, what, "a time from now [h]")
 
 
 def _by(t: Array, median: float, lo: float, hi: float) -> Array:

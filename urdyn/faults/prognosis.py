@@ -20,7 +20,7 @@ from urdyn.faults.courses import posterior
 from urdyn.faults.futures import Posterior
 from urdyn.faults.onset import Kinks, followed
 from urdyn.faults.whiten import Baseline, beside
-from urdyn.given import fraction, given
+from urdyn.given import fraction, given, given_number
 
 HAZARD = 1e-4  # prior probability of an onset, per step
 COVERAGE = 0.9  # of an interval
@@ -53,8 +53,7 @@ class Forecast:
 
     def health(self, horizon: float) -> float:
         """Probability that the critical level is not crossed within so many steps."""
-        one = given(horizon, "horizon", "a number of steps", lambda x: len(x) == 1)
-        steps = float(one[0])
+        steps = given_number(horizon, "horizon", "a number of steps")
         crossed = self.probability * self.posterior.crossed(self.rise, steps)
         return min(max(1.0 - crossed, 0.0), 1.0)
 

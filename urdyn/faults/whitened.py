@@ -95,10 +95,15 @@ class Whitened(Generic[S]):
         of, healthy = self.detector, self.baseline.healthy
         return of.taught(healthy) if isinstance(of, Taught) and len(healthy) else of
 
+    @cached_property
+    def _spread_judge(self) -> SpreadJudge[S] | None:
+        """The same where it looks for a growing spread, too."""
+        return self._judge if isinstance(self._judge, SpreadJudge) else None
+
     def _judged(self, inner: S, e: Array, wider: Array) -> tuple[S, Verdict]:
-        if isinstance(self._judge, SpreadJudge):
-            return self._judge.step_beside(inner, e / wider, wider)
-        return self._judge.step(inner, e / wider)
+        if self._spread_judge is None:
+            return self._judge.step(inner, e / wider)
+        return self._spread_judge.step_beside(inner, e / wider, wider)
 
     def _wider(self, square: Array) -> Array:
         """By how much innovations spread more than the baseline said, (n,) 1 .. allowed."""
