@@ -117,7 +117,7 @@ def test_what_was_unsaid_is_no_noise_either(shop: Shop) -> None:
         for power in (np.full(6, 2.0), np.full(6, 50.0))
     )
     slow = Slow(space(shop.fit), 0.01, read_rules())
-    state = replace(slow.init(), learnt=loud, heard=(LearntBy(5.0, quiet), LearntBy(10.0, loud)))
+    state = replace(slow.init(), heard=(LearntBy(5.0, quiet), LearntBy(10.0, loud)))
     assert state.unheard(7.0).learnt is quiet
     assert state.unheard(12.0).learnt is loud
     assert state.unheard(0.0).learnt is quiet  # as far back as is known

@@ -50,12 +50,15 @@ class Learning:
             belief: mean (n,) and covariance (n, n) of the states before it.
             window: how far they stray from window to window, (n,).
         """
-        off, var = _told(A, b, *belief)
+        x, P = belief
+        off, var = _told(A, b, x, P)
         f = self.space.places["f"]
         usual = self.healthy.straying.window[f]
         return Learnt(
-            loudness=self._heard(learnt.loudness, "f", learnt, A, off, var, belief[0], window),
-            level=self._heard(learnt.level, "o", learnt, A, off, var, belief[0], window),
+            loudness=self._heard(
+                learnt.loudness, "f", learnt, A, off=off, var=var, x=x, window=window
+            ),
+            level=self._heard(learnt.level, "o", learnt, A, off=off, var=var, x=x, window=window),
             steadiness=steadiness.learnt(learnt.steadiness, off[f], np.sqrt(var[f]), usual),
         )
 

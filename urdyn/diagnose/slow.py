@@ -87,7 +87,7 @@ class Slow:
             begin=np.nan,
             end=np.nan,
             waiting=(),
-            learnt=self.learning.first(self.rules.noise, self.period),
+            heard=(LearntBy(-np.inf, self.learning.first(self.rules.noise, self.period)),),
             carrying=Carrying((carried.commissioned(),)),
             recall=recall,
             before=(bank, recall),
@@ -227,7 +227,6 @@ class Slow:
         state = replace(
             state,
             bank=onsets.step(state.bank, block, straying, self.judge.E, state.waited > 0),
-            learnt=learnt,
             heard=(*state.heard, LearntBy(block.end, learnt))[-HEARD:],
             recall=state.recall.after(block, self.healthy, state.known, straying),
         )

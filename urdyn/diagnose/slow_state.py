@@ -17,7 +17,7 @@ from urdyn.types import Array
 class LearntBy:
     """What had been learnt of a healthy arm's noise by a block's end."""
 
-    end: float  # [s] of the last block
+    end: float  # [s] of that block; before the first -inf
     learnt: Learnt
 
 
@@ -33,7 +33,7 @@ class SlowState:
     begin: float  # [s] of that block; NaN: none
     end: float  # [s] of its last moment
     waiting: tuple[Waiting, ...]
-    learnt: Learnt
+    heard: tuple[LearntBy, ...]  # after each of the last blocks, one at least
     carrying: Carrying
     recall: Recall
     before: tuple[Bank, Recall]  # as they were when this program began
@@ -42,14 +42,18 @@ class SlowState:
     passed: tuple[Fault, ...] = ()  # that were found, and were none; the last of each suspect
     likely: int | None = None  # suspect that explains the arm best, where there is one
     found: tuple[Change, ...] = ()  # in this step
-    heard: tuple[LearntBy, ...] = ()  # after each of the last blocks
 
     @property
     def suspects(self) -> tuple[int, ...]:
         """Those that are found."""
         return tuple(fault.suspect for fault in self.known)
 
+    @property
+    def learnt(self) -> Learnt:
+        """What was learnt of a healthy arm's noise."""
+        return self.heard[-1].learnt
+
     def unheard(self, t: float) -> SlowState:
         """With what had been learnt by the blocks up to `t` [s], as far back as that is known."""
         heard = tuple(one for one in self.heard if one.end <= t) or self.heard[:1]
-        return replace(self, heard=heard, learnt=heard[-1].learnt) if heard else self
+        return replace(self, heard=heard)
