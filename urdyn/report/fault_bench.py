@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from textwrap import wrap
 
 import numpy as np
 import plotly.graph_objects as go
@@ -27,6 +28,7 @@ DETECTORS = {
 TOGETHER = "Shiryaev-Roberts, six joints"
 SEEN = 0.05  # growth over sigma from which on faults are to be found in time
 NEVER = 1e4  # [step] where a crossing that may never come is drawn, far above the axis
+LINE = 14  # characters of a name below a bar
 TICKS = (0.01, 0.025, 0.05, 0.1, 0.25, 0.5)  # growth over sigma
 
 
@@ -224,11 +226,11 @@ def _shares(rows: Sequence[Row]) -> Html:
 
 
 def _promise(kept: Sequence[Kept]) -> Html:
-    bars = go.Bar(
-        x=[one.noise for one in kept], y=[100.0 * one.share for one in kept], marker={"color": OURS}
-    )
-    drawing = figure([bars], "", "healthy runs with an alarm [%]", 260)
+    names = ["<br>".join(wrap(one.noise, LINE)) for one in kept]
+    bars = go.Bar(x=names, y=[100.0 * one.share for one in kept], marker={"color": OURS})
+    drawing = figure([bars], "", "healthy runs with an alarm [%]", 280)
     drawing.update_layout(shapes=[rule(y=100.0 * kept[0].promised)])
+    drawing.update_xaxes(automargin=True)
     return plot(drawing, "False alarms", f"dashed: the promise, {kept[0].promised:.1%}")
 
 
