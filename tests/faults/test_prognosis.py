@@ -10,7 +10,7 @@ from scipy.stats import multivariate_normal
 
 from urdyn.errors import InputError, UrdynError
 from urdyn.faults import forecast, health_index, stated_baseline
-from urdyn.faults.courses import RAMP, SHARES, UNEVEN, posterior, stopped, wandering, widened
+from urdyn.faults.courses import RAMP, SHARES, UNEVEN, posterior, wandering, widened
 from urdyn.faults.onset import followed
 from urdyn.faults.prognosis import foresee
 from urdyn.faults.wander import STEPS
@@ -107,27 +107,6 @@ def test_wear_that_comes_in_steps_is_not_foretold_as_if_even() -> None:
         held.append(made.critical.low <= left <= made.critical.high + 1.0)
         straight.append(made.straight)
     assert np.mean(held) > 0.67 and np.median(straight) < 0.5
-
-
-def test_a_stopped_ramp_is_regressed_as_if_it_were_followed() -> None:
-    """Of coloured noise with gaps: h_i - h_j itself, step by step."""
-    rng = np.random.default_rng(11)
-    baseline = replace(stated_baseline(0.0, 1.0), coefficients=np.array([[0.5, 0.3]]))
-    y = rng.standard_normal(50)
-    y[[7, 20, 21, 40]] = np.nan
-    state = followed(baseline, y)
-    found = stopped(baseline, state, 0, 1e-3)
-    t, onset = np.arange(1.0, 51.0), state.t - found.age
-    ramp = np.maximum(t - onset[:, None], 0.0)
-    change = np.pad(np.minimum(ramp, found.lasts[:, None]), ((0, 0), (2, 0)))
-    h = change[:, 2:] - 0.5 * change[:, 1:-1] - 0.3 * change[:, :-2]
-    told = np.convolve(np.isnan(y), np.ones(3))[:50] == 0
-    told[:2] = False  # whose past is not told
-    np.testing.assert_allclose(
-        found.S2, h[:, told] ** 2 @ np.ones(told.sum()), rtol=1e-9, atol=1e-9
-    )
-    np.testing.assert_allclose(found.H, h[:, told].sum(axis=1), atol=1e-9)
-    assert len(found.S2) == 48 * 49 // 2
 
 
 def test_what_is_flat_never_crosses() -> None:

@@ -21,12 +21,12 @@ from scipy.special import log_ndtr
 
 from urdyn.errors import InputError
 from urdyn.faults.futures import Paces, Posterior, Smooth, Wandering
-from urdyn.faults.onset import POWERS, TIMES, Kinks
+from urdyn.faults.onset import Kinks
+from urdyn.faults.shapes import POWERS, RAMP, TIMES
 from urdyn.faults.wander import STEPS, Walks
 from urdyn.faults.whiten import Baseline
 from urdyn.types import Array
 
-RAMP = POWERS.index(1.0)
 # Sliding wears in proportion to its way [Archard1953]_. Each share of what bends or wanders widens
 # the intervals of what does not.
 SHARES = (0.001, 0.01, 0.969, 0.01, 0.01)  # [-] prior probability of each power
@@ -132,7 +132,8 @@ def stopped(baseline: Baseline, state: Kinks, stream: int, hazard: float) -> Cou
     """Ramps from an onset i that stopped at a later one j: h_i - h_j.
 
     S2 needs sum h_i h_j. Where j is as many steps behind i as the autoregression has lags, or more,
-    h_i is a straight line by then, (1 - sum a) k + sum j a_j, of which the sums are kept.
+    h_i is a straight line by then, (1 - sum a) k + sum j a_j, of which the sums are kept. But not
+    after a gap, whose products are kept themselves.
     """
     onset = state.onset[np.isfinite(state.onset)]
     between = onset - onset[:, None]
@@ -141,7 +142,10 @@ def stopped(baseline: Baseline, state: Kinks, stream: int, hazard: float) -> Cou
     S1, S2, H = state.S[:, RAMP, :, stream]
     a = baseline.coefficients[stream]
     passed, lag = 1.0 - a.sum(), a @ np.arange(1.0, len(a) + 1.0)
-    both = passed * state.K[j, stream] + (passed * lasts + lag) * H[j]
+    timed, plain = state.K[:, j, stream]
+    both = passed * timed + (passed * lasts + lag) * plain
+    if state.P.size:
+        both = both + state.P[i, j, stream]
     prior = hazard * SHARES[RAMP] * state.mass[i] * state.mass[j]
     power, age = np.ones(len(i)), state.t - onset[i]
     return Courses(

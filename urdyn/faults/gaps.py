@@ -6,12 +6,16 @@ A Kalman filter over the last p values x of an autoregression, exact where nothi
 
 Measured values have no doubt P; a missing one is f, with the doubt v, until later ones tell more of
 it: x += P a / v (y - f). Values of before the first are as good as unknown. [Jones1980]_
+
+All of it is linear: what a change adds to the values is expected by the same gains, and what it is
+missed by, over the same sqrt(v), it adds to innovations.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
@@ -34,6 +38,15 @@ class Past:
             object.__setattr__(self, name, frozen(getattr(self, name)))
 
 
+class Crossing(NamedTuple):
+    """How n streams were taken a step on: by the same gains goes what is added to their values."""
+
+    told: Mask  # (n,) a value is measured, and not too near
+    lost: Mask  # (n,) one that is not would be as good as unknown
+    gain: Array  # (n, p) P a / v, newest first; 0 where nothing is told
+    v: Array  # (n,) [spread²] of what is foreseen
+
+
 @dataclass(frozen=True, eq=False)
 class Bridge:
     """Innovations of n streams across their gaps."""
@@ -51,38 +64,70 @@ class Bridge:
 
     def step(self, past: Past, y: Array) -> tuple[Past, Array]:
         """One step on, and the innovations of y, (n,) [unit]: NaN where none can be told."""
+        after, e, _ = self.crossed(past, y)
+        return after, e
+
+    def crossed(self, past: Past, y: Array) -> tuple[Past, Array, Crossing | None]:
+        """The same, and how the step is crossed; None where nothing of it is missing."""
         told = np.isfinite(y) & (past.rest <= 0.0)
         foreseen = np.einsum("np,pn->n", self.coefficients, past.value[::-1])
         missed = y - foreseen - self.level
         rest = np.maximum(np.where(told, self.pace, past.rest) - 1.0, 0.0)
+        seen, judged = past.seen + 1.0, told & (past.seen >= self._order)
         if told.all() and not past.doubt.any():  # the rule, without a gap
             value = np.vstack([past.value, y])[1:] if len(past.value) else past.value
-            after, v = replace(past, value=value, seen=past.seen + 1.0, rest=rest), np.ones(1)
-        else:
-            expected = np.where(told, y, foreseen + self.level)
-            value, doubt, v = self._learnt(past, expected, np.where(told, missed, 0.0), told)
-            after = Past(value, doubt, past.seen + 1.0, rest)
-        judged = told & (past.seen >= self._order)
-        return after, np.where(judged, missed / np.sqrt(v), np.nan)
+            after = replace(past, value=value, seen=seen, rest=rest)
+            return after, np.where(judged, missed, np.nan), None
+        by, cross = self._crossing(past, told)
+        value = self._values(past, by, np.where(told, y, foreseen + self.level), missed)
+        after = Past(value, self._doubts(past, by, cross), seen, rest)
+        return after, np.where(judged, missed / np.sqrt(by.v), np.nan), by
 
-    def _learnt(
-        self, past: Past, expected: Array, missed: Array, told: Mask
-    ) -> tuple[Array, Array, Array]:
-        """Values and their doubt with the newest among them, and the doubt v that it had, (n,)."""
+    def _crossing(self, past: Past, told: Mask) -> tuple[Crossing, Array]:
+        """How a step is crossed, and P a, (n, p)."""
         cross = np.einsum("npq,nq->np", past.doubt, self.coefficients)
         v = 1.0 + np.einsum("np,np->n", self.coefficients, cross)
         gain = np.where(told[:, None], cross / v[:, None], 0.0)
         lost = v > UNKNOWN  # since a gap in which an autoregression forgets, or runs away
-        newest = np.where(lost & ~told, self.typical, expected)
-        cross = np.where((told | lost)[:, None], 0.0, cross)
-        value = np.vstack([past.value + (gain * missed[:, None]).T[::-1], newest])[1:]
+        return Crossing(told, lost, gain, v), cross
+
+    def _values(self, past: Past, by: Crossing, newest: Array, missed: Array) -> Array:
+        """Values of the last p steps, of which the newest tells, (p, n)."""
+        if not len(past.value):
+            return past.value
+        newest = np.where(by.lost & ~by.told, self.typical, newest)
+        learnt = (by.gain * np.where(by.told, missed, 0.0)[:, None]).T[::-1]
+        return np.vstack([past.value + learnt, newest])[1:]
+
+    def _doubts(self, past: Past, by: Crossing, cross: Array) -> Array:
+        """Their doubt, (n, p, p)."""
         doubt = np.empty_like(past.doubt)
-        if len(past.value):
-            older = past.doubt - gain[:, :, None] * (gain * v[:, None])[:, None, :]
-            doubt[:, 1:, 1:] = older[:, :-1, :-1]
-            doubt[:, 0, 1:] = doubt[:, 1:, 0] = cross[:, :-1]
-            doubt[:, 0, 0] = np.where(told, 0.0, np.minimum(v, UNKNOWN))
-        return value if len(past.value) else past.value, doubt, v
+        if not len(past.value):
+            return doubt
+        older = past.doubt - by.gain[:, :, None] * (by.gain * by.v[:, None])[:, None, :]
+        cross = np.where((by.told | by.lost)[:, None], 0.0, cross)
+        doubt[:, 1:, 1:] = older[:, :-1, :-1]
+        doubt[:, 0, 1:] = doubt[:, 1:, 0] = cross[:, :-1]
+        doubt[:, 0, 0] = np.where(by.told, 0.0, np.minimum(by.v, UNKNOWN))
+        return doubt
+
+    def carried(self, over: Array, h: Array, by: Crossing) -> tuple[Array, Array]:
+        """What is added to values, across a step: how far it is expected too high, and what is not.
+
+        Args:
+            over: its expected values over the true ones at the last p steps, newest first,
+                (p, ..., n); 0 where measured.
+            h: what it adds to innovations where nothing is missing, (..., n).
+
+        Returns:
+            `over` a step later, and what it adds to the innovations that `crossed` told.
+        """
+        missed = h - np.einsum("np,p...n->...n", self.coefficients, over)
+        # Of what is lost nothing is known, and so little is learnt next that it need not be right.
+        newest = np.where(by.told | by.lost, 0.0, -missed)
+        gain = np.expand_dims(by.gain.T, tuple(range(1, missed.ndim)))
+        later = np.concatenate([newest[None], over + gain * missed])[: len(over)]
+        return later, missed / np.sqrt(by.v)
 
     @cached_property
     def _order(self) -> Array:

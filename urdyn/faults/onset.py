@@ -7,7 +7,8 @@ of power g = 1, a step of 0, what slows down or gathers speed between and beyond
 power, the pace r is Gaussian with the sums S1 = sum h e, S2 = sum h^2, and cut off at zero; what
 the baseline does not know of its own level is b, the same for all, taken out by H = sum h. So
 paces need no grid; onsets are remembered one by one while they are recent, and the older the
-sparser, so that any length of history fits.
+sparser, so that any length of history fits. After a row that is missing, h and what b adds are
+carried across as the values are (`urdyn.faults.shapes`).
 """
 
 from __future__ import annotations
@@ -18,15 +19,15 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from urdyn.faults.alternatives import CLIP
+from urdyn.faults.gaps import Past
 from urdyn.faults.robust import SQUARE
+from urdyn.faults.shapes import POWERS, RAMP, TIMES, Shapes, carried, none, unbroken
 from urdyn.faults.wander import STEPS, Walks, set_out, walked
 from urdyn.faults.whiten import Baseline, beside
 from urdyn.given import given_count, given_step
 from urdyn.types import Array, Mask, frozen
 
 CANDIDATES = 160  # onsets remembered
-POWERS = (0.0, 0.5, 1.0, 2.0, 3.0)  # g: a step, what wears in, a ramp, what gathers speed
-TIMES = 2.0 ** np.arange(5.0, 14.5, 0.5)  # [steps] in which an exponential grows e-fold, T
 FADED = np.exp(-np.array([[1.0], [2.0], [1.0]]) / TIMES)[:, :, None]  # a step later, (3, T, 1)
 MEMORY = 1000.0  # [steps] of the spread of innovations
 GATE = 4.0  # [spread] of an innovation from the median of its neighbours: an outlier tells no rate
@@ -38,20 +39,22 @@ class Kinks:
     """Every onset that is remembered, and the regressions from it on, G powers."""
 
     t: int  # [steps] behind us
-    past: Array  # (p, n) [unit] oldest first
+    past: Past
+    over: Shapes  # of what is expected of the last p steps, newest first, (p, ...)
     recent: Array  # (NEIGHBOURS, n) [spread] innovations; NaN before the first
     onset: Array  # (A,) [step] last one without the fault; inf: not yet used
     mass: Array  # (A,) [steps] that it stands for
-    S: Array  # (3, G, A, n) S1 = sum of h e, S2 = sum of h², H = sum of h
-    K: Array  # (A, n) sum of k h of a ramp
-    X: Array  # (3, T, n) the same of exponentials, which have no onset, by what they are now
-    E: Array  # (n,) sum of e
-    N: Array  # (n,) number of e
+    S: Array  # (3, G, A, n) S1 = sum of h e, S2 = sum of h², H = sum of h w; w b is what b adds
+    K: Array  # (2, A, n) sums of k h and h of a ramp, in steps after which nothing was missing
+    P: Array  # (A, A, n) sum of h h' of two ramps, in the others; (0, 0, n) before the first
+    X: Array  # (3, T, n) S of exponentials, which have no onset, by what they are now
+    E: Array  # (n,) sum of w e
+    N: Array  # (n,) sum of w²
     stride: Array  # (2, n) squares of differences of successive e [healthy one], and their number
     walks: Array  # (7, Q, A, n) of ramps whose level walks besides (`Walks`)
 
     def __post_init__(self) -> None:
-        for name in (one.name for one in fields(self) if one.name != "t"):
+        for name in (x.name for x in fields(self) if x.name not in ("t", "past", "over")):
             object.__setattr__(self, name, frozen(getattr(self, name)))
 
 
@@ -61,12 +64,14 @@ def kinks(baseline: Baseline, candidates: int = CANDIDATES) -> Kinks:
     n = baseline.streams
     return Kinks(
         t=0,
-        past=np.full((baseline.order, n), np.nan),
+        past=baseline.bridge.init(),
+        over=none(baseline, candidates),
         recent=np.full((NEIGHBOURS, n), np.nan),
         onset=np.full(candidates, np.inf),
         mass=np.zeros(candidates),
         S=np.zeros((3, len(POWERS), candidates, n)),
-        K=np.zeros((candidates, n)),
+        K=np.zeros((2, candidates, n)),
+        P=np.zeros((0, 0, n)),
         X=np.zeros((3, len(TIMES), n)),
         E=np.zeros(n),
         N=np.zeros(n),
@@ -78,35 +83,54 @@ def kinks(baseline: Baseline, candidates: int = CANDIDATES) -> Kinks:
 def follow(baseline: Baseline, state: Kinks, observed: Array) -> Kinks:
     """One step on: a new candidate, and every regression learns from what was observed, (n,)."""
     observed = given_step(observed, baseline.streams)
-    e = baseline.innovation(state.past, observed) * baseline.inflation
+    past, left, by = baseline.bridge.crossed(state.past, observed)
+    e = left / (baseline.inflation * baseline.spread) * baseline.inflation
     recent = np.vstack([state.recent[1:], e])
     told = np.isfinite(e) & ~_wild(recent)
     e = np.where(told, e, 0.0)
     onset, mass, gone = _with_candidate(state)
     k = np.where(np.isfinite(onset), state.t + 1.0 - onset, 0.0)
-    h = grown(baseline, k) * told
+    over = state.over._replace(powers=_without(state.over.powers, gone))
+    over, h = carried(baseline, over, unbroken(baseline, k), by)
+    h = Shapes(*(x * told for x in h))
     S, K, walks = (_without(x, gone) for x in (state.S, state.K, state.walks))
-    ramp, newest = h[POWERS.index(1.0)], int(np.isfinite(onset).sum())
+    ramp, w, newest = h.powers[RAMP], h.level, int(np.isfinite(onset).sum())
+    plain = np.asarray(by is None or by.v == 1.0)  # nothing was missing, as far as it matters
     precision = state.N + baseline.steps / baseline.inflation**2
     walks[:, :, newest - 1] = set_out(state.E, precision)
-    walks[:, :, :newest] = walked(walks[:, :, :newest], e, ramp[:newest], told)
-    for total, term in zip(S, (h * e, h**2, h), strict=True):
+    walks[:, :, :newest] = walked(walks[:, :, :newest], e, ramp[:newest], w, told)
+    for total, term in zip(S, _terms(h.powers, w, e), strict=True):
         total += term  # in place: S is the largest by far
-    past = np.vstack([state.past, observed])[1:] if baseline.order else state.past
     return Kinks(
         t=state.t + 1,
         past=past,
+        over=over,
         recent=recent,
         onset=onset,
         mass=mass,
         S=S,
-        K=K + k[:, None] * ramp,
-        X=state.X * FADED + exponential(baseline, e, told),
-        E=state.E + e,
-        N=state.N + told,
+        K=K + np.stack([k[:, None] * ramp, ramp]) * plain,
+        P=_paired(state.P, ramp * ~plain, gone),
+        X=state.X * FADED + np.stack(_terms(h.exponentials, w, e)),
+        E=state.E + w * e,
+        N=state.N + w**2,
         stride=state.stride * (1.0 - 1.0 / MEMORY) + _stride(baseline, recent),
         walks=walks,
     )
+
+
+def _terms(h: Array, w: Array, e: Array) -> tuple[Array, Array, Array]:
+    """What a step adds to S1, S2 and H, (..., n) each."""
+    return h * e, h**2, h * w
+
+
+def _paired(P: Array, ramp: Array, gone: int) -> Array:
+    """Sums (A, A, n) of products of two ramps with those of a step, (A, n)."""
+    if not P.size:
+        return ramp[:, None] * ramp if ramp.any() else P
+    if gone < len(ramp) - 1:  # of either onset
+        P = _without(_without(P, gone).reshape(len(P), -1), gone).reshape(P.shape)
+    return P + ramp[:, None] * ramp if ramp.any() else P
 
 
 def followed(baseline: Baseline, series: ArrayLike, candidates: int = CANDIDATES) -> Kinks:
@@ -116,20 +140,6 @@ def followed(baseline: Baseline, series: ArrayLike, candidates: int = CANDIDATES
     for row in rows:
         state = follow(baseline, state, row)
     return state
-
-
-def grown(baseline: Baseline, age: Array) -> Array:
-    """h of ages (A,) [steps], (G, A, n)."""
-    k = np.maximum(age[:, None] - np.arange(baseline.order + 1.0), 0.0)
-    passed = np.column_stack([np.ones(baseline.streams), -baseline.coefficients])
-    return np.stack([np.where(k > 0.0, k**power, 0.0) for power in POWERS]) @ passed.T
-
-
-def exponential(baseline: Baseline, e: Array, told: Mask) -> Array:
-    """What a step adds to S1, S2 and H of exponentials that are 1 now, (3, T, n)."""
-    lag = np.arange(1.0, baseline.order + 1.0)
-    h = (1.0 - np.exp(-lag / TIMES[:, None]) @ baseline.coefficients.T) * told
-    return np.stack([h * e, h**2, h])
 
 
 def _wild(recent: Array) -> Mask:

@@ -1,12 +1,12 @@
 """Wear that wanders: regressions on a ramp whose level walks besides, by filters onset by onset.
 
-    e_t = r h(t - t0) + u_t + noise,    u_t = u_{t-1} + N(0, q),    u_t0 the level's own doubt
+    e_t = r h(t - t0) + w u_t + noise,    u_t = u_{t-1} + N(0, q),    u_t0 the level's own doubt
 
 What comes in steps, or is read at unequal times, is a straight line in the long run only; its past
 tells how far it strays from one. Given onset and q, a Kalman filter whitens e and h, and the pace r
 is a regression of what it leaves: S1 = sum nu_h nu / F, S2 = sum nu_h² / F. With q = 0 it is the
-ramp's own. Of coloured noise u is what a lasting change leaves in innovations; what passes in the
-first lags is neglected.
+ramp's own. Of coloured noise u is what a lasting change leaves in innovations, w times as much
+after a gap and 1 else; what passes in the first lags is neglected.
 """
 
 from __future__ import annotations
@@ -39,16 +39,16 @@ def set_out(E: Array, precision: Array) -> Array:
     return np.stack([np.broadcast_to(x, (len(STEPS), len(E))) for x in one])
 
 
-def walked(walks: Array, e: Array, h: Array, told: Mask) -> Array:
-    """A step on, (7, Q, A, n): innovations e (n,), what a ramp adds to them h (A, n)."""
+def walked(walks: Array, e: Array, h: Array, w: Array, told: Mask) -> Array:
+    """A step on, (7, Q, A, n): innovations e (n,), to which a ramp adds h (A, n), u w (n,)."""
     x = Walks(*walks)
     var = x.var + STEPS[:, None, None]
-    F = np.where(told, var + 1.0, np.inf)
-    gain, nu, nu_h = var / F, e - x.mean, h - x.shape
+    F = np.where(told, w**2 * var + 1.0, np.inf)
+    gain, nu, nu_h = w * var / F, e - w * x.mean, h - w * x.shape
     return np.stack([
         x.mean + gain * nu,
         x.shape + gain * nu_h,
-        var - gain * var,
+        var - gain * w * var,
         x.S1 + nu_h * nu / F,
         x.S2 + nu_h**2 / F,
         x.misfit + nu**2 / F - e**2,

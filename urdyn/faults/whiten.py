@@ -70,17 +70,6 @@ class Baseline:
         passed = 1.0 - self.coefficients.sum(axis=1)
         return np.asarray(change * np.abs(passed) / (self.inflation * self.spread))
 
-    def innovation(self, past: Array, y: Array) -> Array:
-        """Innovations of y, (n,), given the last p steps, (p, n) oldest first; NaN: not told."""
-        if not self.order:
-            return np.asarray((y - self.level) / (self.inflation * self.spread))
-        foreseen = np.einsum("np,pn->n", self.coefficients, np.where(self._needed, past[::-1], 0.0))
-        return np.asarray((y - foreseen - self.level) / (self.inflation * self.spread))
-
-    @property
-    def _needed(self) -> Array:
-        return np.asarray(self.coefficients.T != 0.0)
-
     @cached_property
     def bridge(self) -> Bridge:
         """What follows from the last steps, whichever of them are missing."""
