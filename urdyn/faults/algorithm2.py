@@ -122,6 +122,11 @@ class Algorithm2:
         return replace(state, theta=np.vstack([np.full_like(state.theta[1:], np.nan),
                                                state.theta[-1:]]))  # fmt: skip
 
+    @property
+    def alone(self) -> str:
+        """It has thresholds in their unit."""
+        return "Algorithm 2 judges parameters, not innovations"
+
     def _slope_and_level(self, state: History) -> tuple[Array, Array]:
         """Slopes and what is above the warning level, (n,) each, signed as the fault is."""
         slope = self.side * (state.theta[-1] - state.theta[0]) / self.window

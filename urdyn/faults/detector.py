@@ -73,6 +73,15 @@ class Taught(Protocol[S]):
         """The same one, which takes such as these, (N, n) [sd], for healthy; NaN: not measured."""
 
 
+@runtime_checkable
+class Alone(Protocol):
+    """A detector of streams as they were measured: no baseline is put before it."""
+
+    @property
+    def alone(self) -> str:
+        """Why, in a sentence."""
+
+
 @dataclass(frozen=True, eq=False)
 class Detection:
     """What a detector said of a series."""

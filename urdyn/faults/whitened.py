@@ -15,9 +15,8 @@ from typing import Generic, TypeVar
 import numpy as np
 
 from urdyn.errors import InputError
-from urdyn.faults.algorithm2 import Algorithm2
 from urdyn.faults.alternatives import CLIP
-from urdyn.faults.detector import Detector, SpreadJudge, Taught, Verdict, given_detector
+from urdyn.faults.detector import Alone, Detector, SpreadJudge, Taught, Verdict, given_detector
 from urdyn.faults.gaps import Past
 from urdyn.faults.robust import SQUARE
 from urdyn.faults.whiten import Baseline
@@ -60,10 +59,8 @@ class Whitened(Generic[S]):
         if not isinstance(self.baseline, Baseline):
             raise InputError("the baseline is what learn_baseline or stated_baseline returns")
         given_detector(self.detector)
-        if isinstance(self.detector, Whitened):
-            raise InputError("this detector whitens already: run(it, series)")
-        if isinstance(self.detector, Algorithm2):
-            raise InputError("Algorithm 2 judges parameters, not innovations: run(it, series)")
+        if isinstance(self.detector, Alone):
+            raise InputError(f"{self.detector.alone}: run(it, series)")
         given_number(self.allowed, "allowed", "a number, 1 or more", lambda x: x >= 1.0)
 
     def init(self, streams: int) -> WhitenedState[S]:
@@ -88,6 +85,11 @@ class Whitened(Generic[S]):
     def acknowledged(self, state: WhitenedState[S]) -> WhitenedState[S]:
         """Evidence is gathered anew."""
         return replace(state, inner=self._judge.acknowledged(state.inner))
+
+    @property
+    def alone(self) -> str:
+        """It puts one before its own."""
+        return "this detector whitens already"
 
     @cached_property
     def _judge(self) -> Detector[S]:
