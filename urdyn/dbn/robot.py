@@ -22,6 +22,17 @@ from functools import cached_property
 import numpy as np
 
 from urdyn.dbn.arguments import Arguments
+from urdyn.dbn.robot_drive import (
+    CARRIED,
+    CARRIED_HELD,
+    CURRENT,
+    HELD,
+    POSITIVE,
+    STATES,
+    TORQUE,
+    WARMTH,
+    Draw,
+)
 from urdyn.dbn.robot_slice import Carried, RobotSlice, laid_out, packed, presliding_doubt
 from urdyn.dbn.stacking import stacked
 from urdyn.model.arm import Arm, with_inertials
@@ -31,63 +42,8 @@ from urdyn.signal.sample import Instant
 from urdyn.types import Array, Index, Mask, changed, frozen
 
 BODIES = ("k", "skew", "m", "payload")  # what moves the rigid-body torque
-POSITIVE = ("f", "alpha", "beta", "rotor", "z", "gain")
-WARMTH = ("kappa", "kappa_f", "lubricant")
 GROUPS = (*BODIES, "o", "slow", *POSITIVE, *WARMTH)  # what combinations are made of first
 SMEAR = 0.01  # [s] of its jerk, by which an acceleration that was differentiated may be off
-
-# Arguments of a joint's current. First combinations of states: torque of the arm's bodies and of
-# what is constant, the same of `hold` [N·m], what adds to the current itself [A]; and the first two
-# of what is carried, where that is not taken for known. Then states.
-TORQUE, HELD, CURRENT, CARRIED, CARRIED_HELD = range(5)
-STATES = (*POSITIVE, *WARMTH)
-LOGARITHMS, WARM = slice(-len(STATES), -len(WARMTH)), slice(-len(WARMTH), None)
-
-
-@dataclass(frozen=True, eq=False)
-class _Parts:
-    """What a drive's torque is made of, (..., J) each [N·m] but where said."""
-
-    held: Array  # that structural damping rides on
-    carried: Array  # of the torque of rigid bodies
-    carried_held: Array  # of `held`
-    f: Array
-    alpha: Array
-    beta: Array  # [-]
-    rotor: Array
-    gain: Array  # [-]
-    warm: Array  # [K]
-    per: Array  # [A/(N·m)]
-    friction: Array  # that depends on states
-    driven: Array  # all of it
-
-
-def _currents(z: Array, u: RobotSlice, part: _Parts) -> Array:
-    current = part.driven * part.per + z[..., CURRENT]
-    return np.asarray(current if u.carried is None else current - u.carried.current)
-
-
-def _slopes(z: Array, u: RobotSlice, part: _Parts) -> Array:
-    """Of `through`, (..., J, d), in the order of `arguments`: combinations, then STATES."""
-    one, exact = np.ones_like(part.per), u.carried is None
-    warmth = z[..., WARM]
-    kappa, kappa_f = warmth[..., 0], warmth[..., 1]
-    slopes = [
-        one,  # TORQUE
-        part.beta,  # HELD
-        one / part.per,  # CURRENT
-        *([one / part.gain, part.beta / part.gain] if exact else []),  # CARRIED, CARRIED_HELD
-        part.f,
-        part.alpha,
-        part.beta * part.held,
-        part.rotor,
-        -part.driven,  # z
-        -(part.carried + part.beta * part.carried_held),  # gain
-        -part.warm * part.alpha,  # kappa
-        -part.warm * part.f,  # kappa_f
-        -u.felt * (kappa * part.alpha + kappa_f * part.f),  # lubricant
-    ]
-    return np.stack(slopes, axis=-1) * part.per[..., None]
 
 
 @dataclass(frozen=True, eq=False)
@@ -270,8 +226,8 @@ class RobotCurrents:
         """Currents and their derivative, which have most of their work in common."""
         arguments = self.arguments(u)
         z = arguments.of(x)
-        part = self._parts(z, u)
-        return _currents(z, u, part), arguments.back(_slopes(z, u, part))
+        draw = self._draw(z, u)
+        return draw.currents(z, u), arguments.back(draw.slopes(z, u))
 
     def arguments(self, u: RobotSlice) -> Arguments:
         """TORQUE, HELD, CURRENT, CARRIED, CARRIED_HELD, and STATES of each joint."""
@@ -290,38 +246,10 @@ class RobotCurrents:
 
     def through(self, z: Array, u: RobotSlice) -> Array:
         """Currents by their arguments, (..., J, d) -> (..., J) [A]."""
-        return _currents(z, u, self._parts(z, u))
+        return self._draw(z, u).currents(z, u)
 
-    def _parts(self, z: Array, u: RobotSlice) -> _Parts:
-        positive, warmth = np.array(z[..., LOGARITHMS]), z[..., WARM]
-        kappa, kappa_f, lubricant = (warmth[..., k] for k in range(len(WARMTH)))
-        warm = u.felt * (u.warm + lubricant)
-        positive[..., 0] -= kappa_f * warm  # f
-        positive[..., 1] -= kappa * warm  # alpha
-        np.exp(positive, out=positive)
-        f, alpha, beta, rotor, health, gain = (positive[..., k] for k in range(len(POSITIVE)))
-        if u.carried is None:
-            carried, carried_held = z[..., CARRIED] / gain, z[..., CARRIED_HELD] / gain
-        else:
-            carried, carried_held = u.carried.torque / gain, u.carried.held / gain
-        f, alpha, rotor = f * u.s, alpha * u.v, rotor * u.a
-        torque = (u.load + u.rest) + z[..., TORQUE] + carried
-        held = u.hold + z[..., HELD] + carried_held
-        friction = f + alpha + beta * held
-        return _Parts(
-            held=held,
-            carried=carried,
-            carried_held=carried_held,
-            f=f,
-            alpha=alpha,
-            beta=beta,
-            rotor=rotor,
-            gain=gain,
-            warm=warm,
-            per=1.0 / (self.reference.drive.gain * health),
-            friction=friction,
-            driven=torque + friction + rotor,
-        )
+    def _draw(self, z: Array, u: RobotSlice) -> Draw:
+        return Draw.of(z, u, self.reference.drive.gain)
 
     def near(self, u: RobotSlice, x: Array, payload: Array) -> RobotSlice:
         """The slice with currents linear in the payload around this one, (10,), by drives as in x.
@@ -348,7 +276,7 @@ class RobotCurrents:
 
     def friction(self, x: Array, u: RobotSlice) -> Array:
         """Torque that friction takes, (n,) -> (J,) [N·m]."""
-        return np.asarray(self._parts(self.arguments(u).of(x), u).friction + u.rest)
+        return np.asarray(self._draw(self.arguments(u).of(x), u).friction + u.rest)
 
     def observe_cov(self, u: RobotSlice) -> Array:
         """Noise of the currents, and what nobody knows of the motion, (J, J)."""

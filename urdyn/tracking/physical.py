@@ -8,7 +8,8 @@ from functools import cached_property
 
 import numpy as np
 
-from urdyn.dbn.robot import POSITIVE, RobotCurrents
+from urdyn.dbn.robot import RobotCurrents
+from urdyn.dbn.robot_drive import POSITIVE
 from urdyn.identify.fit import Fit
 from urdyn.model.consistency import is_consistent
 from urdyn.model.possible import possible_body, possible_load
