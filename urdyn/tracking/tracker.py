@@ -13,7 +13,6 @@ from urdyn.dbn.joined import Joined
 from urdyn.dbn.process import RandomWalk
 from urdyn.dbn.robot import RobotCurrents
 from urdyn.dbn.robot_slice import ROWS, RobotSlice
-from urdyn.dbn.two_slice import linearised
 from urdyn.dbn.wear import Wear
 from urdyn.dbn.widening import Widening
 from urdyn.estimate import Filter, Innovation
@@ -21,18 +20,18 @@ from urdyn.identify.fit import Fit
 from urdyn.signal import Causal, CausalState, Instant, Sample
 from urdyn.signal.stretches import GAP
 from urdyn.tracking import beliefs, colour
-from urdyn.tracking.befallen import Befallen, gathered, none_yet
+from urdyn.tracking.befallen import gathered, none_yet
 from urdyn.tracking.blocks import Blocks
-from urdyn.tracking.colour import Colour
 from urdyn.tracking.handling import Rest, Weighed
 from urdyn.tracking.model import STRIDE, Drift, tracking_model
 from urdyn.tracking.network import of_arm
 from urdyn.tracking.noticing import Noticing, Supposed
 from urdyn.tracking.passage import LONGEST, Passage, passage
 from urdyn.tracking.reading import Reading
+from urdyn.tracking.seeing import Seeing, Seen
 from urdyn.tracking.state import Learnt, TrackerState, begun_anew, marked, rezeroed
 from urdyn.tracking.streams import Heard, Moment, Stream, assimilated, first
-from urdyn.tracking.temper import tempered, untempered
+from urdyn.tracking.temper import untempered
 from urdyn.tracking.worn import Then, Worn
 from urdyn.types import Array, Index, Mask, changed
 
@@ -42,20 +41,6 @@ SURE = 2.0  # [-] variance of an innovation over its noise's: less, and it tells
 KNOWN = 0.25  # [-] variance by what nobody knows of the motion, over the noise's: likewise
 # Times what they were at commissioning: no arm's drive is beyond that, whatever befell it.
 CREDIBLE = {"f": (0.15, 50.0), "alpha": (0.05, 50.0), "z": (0.3, 1.5)}
-
-
-@dataclass(frozen=True, eq=False)
-class Seen:
-    """An instant's currents beside what is supposed of the arm, (J,) each."""
-
-    measured: Array  # [A]; NaN where they are not compared
-    modelled: Array  # [A] whatever the noise does
-    left: Array  # [A]
-    current: Array  # [A] after the filter that makes noise white
-    white: RobotSlice  # inputs after it
-    given: RobotSlice  # the same, with more noise where a current is wild
-    variance: Array  # [A²] of white noise and of what nobody knows of the motion
-    colour: Colour  # of the noise, which has seen them
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,6 +101,12 @@ class Tracker(Generic[S]):
             period=self.period,
             poses=any(stream.shared == "k" for stream in self.streams),
         )
+
+    @cached_property
+    def _seeing(self) -> Seeing[S]:
+        """Who compares its currents with what is supposed."""
+        drive = self.fit.dynamics.drive
+        return Seeing(self.filter, self.model, self.currents, drive, self.period)
 
     @cached_property
     def _shared(self) -> dict[str, Index]:
@@ -196,8 +187,10 @@ class Tracker(Generic[S]):
         # Where samples are many, no one of them both looks and moves: each takes its time.
         due = waited >= self._stride * (1 + supposed.looked)
         moves = supposed.fresh or supposed.taken is not None or due
-        u = self._inputs(now, way, supposed, waited if moves else 0.0)
-        seen = self._seen(state, now, way, supposed, u)
+        # By what is carried as it was told: an estimate's noise would load the gears.
+        about = self._noticing.carrying(supposed.mean, supposed.carried)
+        u = self._seeing.inputs(now, way, supposed, about, waited if moves else 0.0)
+        seen = self._seeing.seen(now, way, supposed, u, state.unsure)
         model = self.model if moves else self._still
         belief, innovation = self.filter.step(model, supposed.before, seen.given, seen.current)
         if seen.given is not seen.white:
@@ -232,59 +225,6 @@ class Tracker(Generic[S]):
         if dt > GAP * self.period:  # noise has no past
             state = replace(state, colour=colour.interrupted(state.colour))
         return state, dt
-
-    def _inputs(self, now: Instant, way: Passage, supposed: Supposed[S], span: float) -> RobotSlice:
-        """What the motion makes of the parameters, which move over `span` [s]."""
-        # By what is carried as it was told: an estimate's noise would load the gears.
-        about = self._noticing.carrying(supposed.mean, supposed.carried)
-        s = way.presliding(self.fit.dynamics.drive)
-        u = self.currents.inputs(now, s, way.passed, about, way.lubricant, span)
-        if supposed.fresh:
-            return _jumping(u, supposed.what)
-        return u if supposed.taken is None else replace(u, taken=supposed.taken)
-
-    def _seen(
-        self,
-        state: TrackerState[S],
-        now: Instant,
-        way: Passage,
-        supposed: Supposed[S],
-        u: RobotSlice,
-    ) -> Seen:
-        """The currents beside what is supposed, by the filter that makes their noise white."""
-        mean, past = supposed.mean, supposed.was.colour
-        measured = np.where(way.comparable, now.current, np.nan)
-        per_unit = self.currents.per_unit(mean, u)
-        modelled = np.vecdot(per_unit, u.packed)
-        left = measured - modelled
-        through = self.currents.instrumental(u, now)
-        current = left + np.vecdot(per_unit, through)
-        through, current, noise = colour.whitened(past, through, current)
-        if colour.due(noise, self.period):
-            noise = colour.giving_back(noise, self._taken(supposed, u), self.period)
-        white = u.filtered(through, noise.scale, noise.slow)
-        white = self.currents.near(white, mean, supposed.carried)
-        variance = white.noise**2 + white.unknown
-        wild = left - colour.foreseen(past, mean[self.currents.places["slow"]])
-        given = white if supposed.anew else tempered(white, wild, variance, state.unsure)
-        return Seen(
-            measured=measured,
-            modelled=modelled,
-            left=left,
-            current=current,
-            white=white,
-            given=given,
-            variance=variance,
-            colour=noise,
-        )
-
-    def _taken(self, supposed: Supposed[S], u: RobotSlice) -> Array:
-        """How far parameters and slow noise are doubted against one another, (J,) [A²]."""
-        at, belief = np.r_[self.currents.places["slow"]], self.filter.belief(supposed.before)
-        u = self.currents.near(u, supposed.mean, supposed.carried)
-        H, slow = linearised(self.model, belief.mean, u)[1], belief.cov[:, at]
-        both, alone = np.vecdot(H, slow.T), slow[at].diagonal()
-        return np.asarray(np.maximum(alone - both, 0.0))
 
     def _after(
         self,
@@ -375,11 +315,3 @@ class Tracker(Generic[S]):
         pairs = [s.estimates(h.state) for s, h in zip(self.streams, state.heard, strict=True)]
         means, sds = zip(*pairs, strict=True) if pairs else ((), ())
         return np.concatenate([*means, []]), np.concatenate([*sds, []])
-
-
-def _jumping(u: RobotSlice, what: Befallen | None) -> RobotSlice:
-    """The slice at which something befell the arm; None: something else may be carried."""
-    if what is None:
-        return replace(u, widen=True)
-    jolted = what.drives.astype(float) if what.drives.any() else None
-    return replace(u, widen=what.payload is not None, jolted=jolted, wears=what.wears)
