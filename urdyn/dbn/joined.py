@@ -10,7 +10,7 @@ import numpy as np
 
 from urdyn.dbn.arguments import Arguments
 from urdyn.dbn.process import RandomWalk
-from urdyn.dbn.two_slice import Narrow, Observation, Process, U_contra, arguments, linearised
+from urdyn.dbn.two_slice import Narrow, Observation, Process, U_contra, is_narrow, linearised
 from urdyn.errors import InputError
 from urdyn.types import Array, Gaussian, Mask
 
@@ -91,7 +91,7 @@ class Joined(Generic[U_contra]):
 
     def arguments(self, u: U_contra) -> Arguments | None:
         """Of the observation: no row depends on any other state."""
-        return arguments(self.observation, u)
+        return self.observation.arguments(u) if is_narrow(self.observation) else None
 
     def through(self, z: Array, u: U_contra) -> Array:
         """Of the observation."""

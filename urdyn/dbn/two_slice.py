@@ -13,7 +13,8 @@ with `dt = 0` is the prior's own.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol, TypeVar
+from functools import cache
+from typing import Protocol, TypeGuard, TypeVar, runtime_checkable
 
 from urdyn.dbn.arguments import Arguments
 from urdyn.types import Array, Gaussian, Mask
@@ -80,16 +81,6 @@ class Observation(Protocol[U_contra]):
         """Measurement noise R of one slice, (m, m)."""
 
 
-class Narrow(Observation[U_contra], Protocol[U_contra]):
-    """An observation each of whose rows is a function of few arguments."""
-
-    def arguments(self, u: U_contra) -> Arguments | None:
-        """What these are of the states; None: whatever the states are."""
-
-    def through(self, z: Array, u: U_contra) -> Array:
-        """What is observed where they are z, (..., m, d) -> (..., m)."""
-
-
 class TwoSlice(Process[U_contra], Observation[U_contra], Protocol[U_contra]):
     """A whole model: what every filter runs."""
 
@@ -106,13 +97,45 @@ class TwoSlice(Process[U_contra], Observation[U_contra], Protocol[U_contra]):
         """Whether nothing moves: the transition is the identity, without noise."""
 
 
+@runtime_checkable
+class Linearising(Protocol[U_contra]):
+    """An observation with a shorter way to `observe` and `observe_jacobian` at once."""
+
+    def linearised(self, x: Array, u: U_contra) -> tuple[Array, Array]:
+        """Both, at x (..., n)."""
+
+
+@runtime_checkable
+class Narrow(Protocol[U_contra]):
+    """An observation each of whose rows is a function of few arguments."""
+
+    def arguments(self, u: U_contra) -> Arguments | None:
+        """What these are of the states; None: whatever the states are."""
+
+    def through(self, z: Array, u: U_contra) -> Array:
+        """What is observed where they are z, (..., m, d) -> (..., m)."""
+
+    def observe_cov(self, u: U_contra) -> Array:
+        """Measurement noise R of one slice, (m, m)."""
+
+
 def linearised(model: Observation[U], x: Array, u: U) -> tuple[Array, Array]:
-    """`observe` and `observe_jacobian` at x; at once where a model has a shorter way to both."""
-    both = getattr(model, "linearised", None)
-    return both(x, u) if both else (model.observe(x, u), model.observe_jacobian(x, u))
+    """`observe` and `observe_jacobian` at x, by the shorter way where there is one."""
+    if _linearises(model):
+        return model.linearised(x, u)
+    return model.observe(x, u), model.observe_jacobian(x, u)
 
 
-def arguments(model: Observation[U], u: U) -> Arguments | None:
-    """Of a model that is narrow; None where it is not."""
-    of = getattr(model, "arguments", None)
-    return of(u) if of else None
+def is_narrow(model: Observation[U]) -> TypeGuard[Narrow[U]]:
+    """Whether it is `Narrow`."""
+    return _able(type(model), Narrow)
+
+
+def _linearises(model: Observation[U]) -> TypeGuard[Linearising[U]]:
+    return _able(type(model), Linearising)
+
+
+@cache
+def _able(kind: type, ability: type) -> bool:
+    """Asked once for each class: a protocol takes long to answer."""
+    return issubclass(kind, ability)

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import cast
 
 import numpy as np
 
 from urdyn.dbn.arguments import Arguments
-from urdyn.dbn.two_slice import Narrow, TwoSlice, U, arguments
+from urdyn.dbn.two_slice import Narrow, TwoSlice, U, is_narrow
 from urdyn.errors import InputError
 from urdyn.estimate.innovation import Innovation, measured_rows
 from urdyn.estimate.linearised import Expected, noise_of, predict, updated
@@ -70,9 +69,8 @@ class UKF:
         return Gaussian(mean, D.T @ D + model.transition_cov(u))
 
     def _expected(self, model: TwoSlice[U], predicted: Gaussian, u: U) -> Expected:
-        few = arguments(model, u)
-        if few is not None:
-            return narrow(cast(Narrow[U], model), few, self._points(few.count), predicted, u)
+        if is_narrow(model) and (few := model.arguments(u)) is not None:
+            return narrow(model, few, self._points(few.count), predicted, u)
         root = SquareRoot.of(predicted.mean, predicted.cov)
         return wide(model, self._points(len(root.mean)), root, u)
 
