@@ -63,26 +63,42 @@ def posterior(
     """
     if not state.N[stream] > 0.0:
         raise InputError("a forecast needs at least one measured step after the baseline")
-    kinds = going(state, stream), stopped(baseline, state, stream, hazard), always(state, stream)
-    one = Courses(*map(np.concatenate, zip(*kinds, strict=True)))
-    S1, S2 = levelled(baseline, state, stream, one)
-    told = (S2 > 0.0) & (one.prior > 0.0)
-    one = Courses(*(x[told] for x in one))
-    smooth, evenly = _told(sign * S1[told], S2[told], one.power, rise)
-    walks, besides = wandering(baseline, state, stream)
-    pace, unevenly = _told(sign * walks.S1, walks.S2, np.ones(len(walks.S1)), rise)
-    unevenly, high = unevenly + besides, _height(walks, pace, sign)
-    evidence = np.concatenate([evenly + np.log(one.prior), unevenly + log_ndtr(high)])
+    one, smooth, evenly = _even(baseline, state, stream, sign, rise, hazard)
+    walks, pace, unevenly, otherwise = _uneven(baseline, state, stream, sign, rise)
+    evidence = np.concatenate([evenly, unevenly])
     evidence += np.log(hazard)
     total = float(np.logaddexp.reduce(evidence))
     # A walk has no side: one that went the other way is no fault of this one, and explains as much.
-    other = float(np.logaddexp.reduce(unevenly + log_ndtr(-high))) + np.log(hazard)
+    other = float(np.logaddexp.reduce(otherwise)) + np.log(hazard)
     healthy = np.logaddexp(np.log1p(-hazard) * state.t, other)
     begun = float(np.exp(total - np.logaddexp(total, healthy)))
     weight = np.exp(evidence - total)
     weight = np.where(weight > NEGLIGIBLE, weight, 0.0)
     even, uneven = np.split(weight / weight.sum(), [len(one.power)])
     return Posterior(_ahead(even, one, smooth), _walking(uneven, walks, pace, sign), begun)
+
+
+def _even(
+    baseline: Baseline, state: Kinks, stream: int, sign: float, rise: float, hazard: float
+) -> tuple[Courses, Paces, Array]:
+    """Courses that go as their shape says, of which something is told; paces, and log evidence."""
+    kinds = going(state, stream), stopped(baseline, state, stream, hazard), always(state, stream)
+    one = Courses(*map(np.concatenate, zip(*kinds, strict=True)))
+    S1, S2 = levelled(baseline, state, stream, one)
+    told = (S2 > 0.0) & (one.prior > 0.0)
+    one = Courses(*(x[told] for x in one))
+    paces, likely = _told(sign * S1[told], S2[told], one.power, rise)
+    return one, paces, likely + np.log(one.prior)
+
+
+def _uneven(
+    baseline: Baseline, state: Kinks, stream: int, sign: float, rise: float
+) -> tuple[Walking, Paces, Array, Array]:
+    """Ramps that wander; paces, and log evidence on the fault's side and on the other."""
+    walks, besides = wandering(baseline, state, stream)
+    paces, likely = _told(sign * walks.S1, walks.S2, np.ones(len(walks.S1)), rise)
+    likely, high = likely + besides, _height(walks, paces, sign)
+    return walks, paces, likely + log_ndtr(high), likely + log_ndtr(-high)
 
 
 def _told(S1: Array, S2: Array, power: Array, rise: float) -> tuple[Paces, Array]:
