@@ -11,7 +11,7 @@ from urdyn.dbn.joined import Joined
 from urdyn.dbn.robot import RobotCurrents
 from urdyn.dbn.robot_slice import RobotSlice
 from urdyn.dbn.two_slice import linearised
-from urdyn.estimate import Filter
+from urdyn.estimate import Filter, Innovation
 from urdyn.model.drive import Drive
 from urdyn.signal import Instant
 from urdyn.tracking import colour
@@ -23,6 +23,9 @@ from urdyn.tracking.temper import tempered
 from urdyn.types import Array
 
 S = TypeVar("S")
+
+SURE = 2.0  # [-] variance of an innovation over its noise's: less, and it tells of the noise
+KNOWN = 0.25  # [-] variance by what nobody knows of the motion, over the noise's: likewise
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,6 +94,13 @@ class Seeing(Generic[S]):
             variance=variance,
             colour=noise,
         )
+
+    def noise(self, seen: Seen, innovation: Innovation, unsure: Array) -> tuple[Array, Colour]:
+        """What an innovation tells of the noise: `unsure` a step later, (J,), and its colour."""
+        unknown, compared = seen.white.unknown, np.isfinite(innovation.residual)
+        unsure = np.where(compared, innovation.cov.diagonal() / seen.variance, unsure)
+        sure = compared & (unsure < SURE) & (unknown < KNOWN * seen.white.noise**2)
+        return unsure, colour.learnt(seen.colour, seen.left, unknown, sure, self.period)
 
     def _taken(self, supposed: Supposed[S], u: RobotSlice) -> Array:
         """How far parameters and slow noise are doubted against one another, (J,) [A²]."""

@@ -37,8 +37,6 @@ from urdyn.types import Array, Index, Mask, changed
 
 S = TypeVar("S")
 
-SURE = 2.0  # [-] variance of an innovation over its noise's: less, and it tells of the noise
-KNOWN = 0.25  # [-] variance by what nobody knows of the motion, over the noise's: likewise
 # Times what they were at commissioning: no arm's drive is beyond that, whatever befell it.
 CREDIBLE = {"f": (0.15, 50.0), "alpha": (0.05, 50.0), "z": (0.3, 1.5)}
 
@@ -238,12 +236,8 @@ class Tracker(Generic[S]):
         innovation: Innovation,
     ) -> TrackerState[S]:
         """The state once an instant was learnt from."""
-        anew, unknown = supposed.anew, seen.white.unknown
-        compared = np.isfinite(innovation.residual)
-        unsure = np.where(compared, innovation.cov.diagonal() / seen.variance, state.unsure)
-        sure = compared & (unsure < SURE) & (unknown < KNOWN * seen.white.noise**2)
-        noise = colour.learnt(seen.colour, seen.left, unknown, sure, self.period)
-        was = supposed.was
+        unsure, noise = self._seeing.noise(seen, innovation, state.unsure)
+        anew, was = supposed.anew, supposed.was
         known = Learnt(belief, noise) if anew else Learnt(was.belief, was.colour)
         drive, moved = self.fit.dynamics.drive, bool(np.count_nonzero(np.isfinite(seen.left)))
         since, carried = supposed.unknown_since(now.t), supposed.carried
@@ -304,11 +298,8 @@ class Tracker(Generic[S]):
             belief, h = assimilated(stream, h, moment, self.filter, self.model, belief)
             heard.append(h)
         state = replace(state, belief=belief, heard=tuple(heard))
-        believed, beside = (
-            partial(self.filter.belief, belief),
-            partial(self.estimates_beside, state),
-        )
-        return state, replace(reading, believed=believed, told=beside)
+        believed, told = partial(self.filter.belief, belief), partial(self.estimates_beside, state)
+        return state, replace(reading, believed=believed, told=told)
 
     def estimates_beside(self, state: TrackerState[S]) -> tuple[Array, Array]:
         """Means and standard deviations of what the other streams tell of by themselves."""
