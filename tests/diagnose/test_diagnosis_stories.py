@@ -208,6 +208,29 @@ def test_live_an_encoder_that_jumps_is_told_at_once(shop: Shop, offset: float) -
     assert found[0].alarm_s < 8.0 + 0.3
 
 
+def test_a_zero_that_jumps_again_is_told_by_what_it_is_off_in_all(shop: Shop) -> None:
+    twice = (
+        "encoder_offset:joint=4,offset=0.02,onset=6",
+        "encoder_offset:joint=4,offset=0.01,onset=9",
+    )
+    (finding,) = shop.report(*twice, seconds=12.0)
+    assert abs(finding.size + 0.03) < 1e-3
+    assert abs(finding.onset_s - 6.0) < 0.02
+
+
+@pytest.mark.parametrize("back", [6.08, 6.2, 9.0])
+def test_a_zero_that_is_right_again_is_a_loose_contact(shop: Shop, back: float) -> None:
+    """Within a beat, too, and within what a jump shakes."""
+    there = "encoder_offset:joint=4,offset=0.02,onset=6"
+    (finding,) = shop.report(
+        there, f"encoder_offset:joint=4,offset=-0.02,onset={back}", seconds=12.0
+    )
+    assert (finding.kind, finding.joint, finding.severity) == ("encoder_offset", 4, "warning")
+    assert (finding.size, finding.evidence["until_s"]) == (0.0, pytest.approx(back, abs=0.02))
+    assert abs(finding.onset_s - 6.0) < 0.02
+    assert "loose contact" in finding.advice
+
+
 @pytest.mark.parametrize(
     ("lasting", "joints"), [(10.0, []), pytest.param(60.0, [1], marks=pytest.mark.slow)]
 )

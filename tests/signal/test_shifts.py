@@ -159,6 +159,23 @@ def test_live_tells_the_same_jump_once(rate: float, jump: float) -> None:
     assert np.abs(error).max() < 4.0 * 8.0 / rate**3 / 12.0 * 16.0 / width
 
 
+@pytest.mark.parametrize("rate", [50.0, 100.0, 125.0, 500.0])
+def test_a_jump_that_is_undone_leaves_nothing(rate: float) -> None:
+    """However soon: a torn angle is no jump, and the way back from one is no shaking."""
+    t, plain, v = moving(rate)
+    at, told = len(t) // 2, []
+    for lasting in (*range(1, 14), 20, 40):
+        q = plain.copy()
+        q[at : at + lasting, 1] += JUMP
+        shift = jumps(t, q, v, half_window(1.0 / rate)).shift
+        _, instants = play(Causal(1.0 / rate), log_of(t, q, v))
+        live = stacked(instants, "shift")
+        for each in (shift, live):
+            assert abs(each.sum(axis=0)).max() < 2.0 * 8.0 / rate**3 / 12.0, lasting
+        told.append(bool(shift.any()) and bool(live.any()))
+    assert told[-1] and not told[0]
+
+
 def backward(t: np.ndarray, q: np.ndarray) -> np.ndarray:
     return np.diff(q, axis=0, prepend=q[:1]) / (t[1] - t[0])
 

@@ -234,9 +234,13 @@ class Diagnosis:
 
     def _told(self, state: State, events: Iterable[Event]) -> tuple[State, list[Finding]]:
         """Events as findings; one that only goes on is told again where it is graver by now."""
-        before = state.findings
-        new = [ledger.finding_of(event, before, self.space, self.rules) for event in events]
-        after, found = ledger.entered(before, new)
+        before = after = state.findings
+        told = set[str]()
+        for event in events:  # one by one: a zero may jump there and back within a beat
+            finding = ledger.finding_of(event, after, self.space, self.rules)
+            after, _ = ledger.entered(after, [finding])
+            told.add(finding.id)
+        found = [finding for finding in after if finding.id in told]
         return replace(state, findings=after), ledger.to_be_told(before, found)
 
     def _changes(self, state: State) -> tuple[State, list[Finding]]:

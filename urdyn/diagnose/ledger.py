@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
+from urdyn.diagnose import zero
 from urdyn.diagnose.event import Event
 from urdyn.diagnose.finding import Finding
 from urdyn.diagnose.rules import Rules
@@ -17,11 +18,13 @@ Findings = tuple[Finding, ...]
 
 def finding_of(event: Event, book: Findings, space: Space, rules: Rules) -> Finding:
     """An event as a finding; of one that is in the book and goes on, since it began."""
-    finding = of_event(event, space, rules)
-    old = next((f for f in book if f.id == finding.id), None)
+    known = of_event(event, space, rules).id
+    old = next((f for f in book if f.id == known), None)
+    if old and "jump_rad" in event.evidence:
+        event = zero.beside(event, old, rules.levels(event.kind))
     if old and _goes_on(old, event.onset):
-        return of_event(replace(event, onset=old.onset_s), space, rules)
-    return finding
+        event = replace(event, onset=old.onset_s)
+    return of_event(event, space, rules)
 
 
 def entered(book: Findings, new: Sequence[Finding]) -> tuple[Findings, list[Finding]]:

@@ -79,8 +79,10 @@ def of_event(event: Event, space: Space, rules: Rules) -> Finding:
     if event.kind == "sensor_fault":
         sensor = _sensor(event)
         levels = {"warning": 0.0, "critical": 1.0, "quantity": sensor, "unit": "-"}
-        loose = "look for a loose contact at" if "until_s" in event.evidence else "check"
-        levels |= {"advice": f"{loose} the {sensor} of this joint"}
+        levels |= {"advice": f"check the {sensor} of this joint"}
+    if "until_s" in event.evidence:
+        loose = f"look for a loose contact at the {_sensor(event)} of this joint"
+        levels = {**levels, "warning": 0.0, "advice": loose}
     arm = space.reference.arm
     names = arm.link_names if event.kind == "collision" else arm.joint_names
     name = names[event.joint]
@@ -232,7 +234,7 @@ def _since(onset: float, older: bool) -> str:
 
 def _sensor(event: Event) -> str:
     """Which of a joint's sensors is at fault."""
-    return ENCODER if event.evidence["mode"] == ENCODER else "current sensor"
+    return ENCODER if event.evidence.get("mode", ENCODER) == ENCODER else "current sensor"
 
 
 def _shown(event: Event, name: str) -> str:
@@ -252,6 +254,9 @@ def _shown(event: Event, name: str) -> str:
             gap = 1e3 * told["half_gap_rad"]
             seen = f"seen in {told['reversals']} reversals of load"
             return f"{name}: a gap of ± {gap:.2g} mrad, {seen}"
+        case "encoder_offset" if "until_s" in told:
+            span = f"from stamp {event.onset:.2f} s to {told['until_s']:.2f} s"
+            return f"{name}: zero of the encoder was off by {told['was_rad']:+.3g} rad {span}"
         case "encoder_offset":
             jump = f"jumped by {event.size:+.3g} rad at stamp {event.onset:.2f} s"
             return f"{name}: zero of the encoder {jump}"

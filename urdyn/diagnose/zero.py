@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 
 from urdyn.diagnose.event import CERTAIN, Event
+from urdyn.diagnose.finding import Finding
 from urdyn.diagnose.rows import Rows
 from urdyn.types import Array
 
@@ -20,6 +22,15 @@ def shifted(rows: Rows, rule: Mapping[str, float]) -> list[Event]:
 def jumps(shift: Array, rule: Mapping[str, float]) -> Array:
     """Shifts that large, of all (N, J) [rad]; 0 elsewhere."""
     return np.where(np.abs(shift) >= rule["least"], shift, 0.0)
+
+
+def beside(event: Event, before: Finding, rule: Mapping[str, float]) -> Event:
+    """A jump of a zero that had jumped before: what is left of both, or that it is right again."""
+    left = before.size + event.size
+    if abs(left) >= rule["least"]:
+        return replace(event, size=left)
+    evidence = {**event.evidence, "was_rad": before.size, "until_s": event.onset}
+    return replace(event, onset=before.onset_s, size=0.0, evidence=evidence, goes_on=True)
 
 
 def _event(rows: Rows, k: int, j: int) -> Event:

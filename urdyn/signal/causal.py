@@ -18,7 +18,7 @@ from urdyn.signal.polynomial import (
     weights,
 )
 from urdyn.signal.sample import Instant, Sample
-from urdyn.signal.shifts import jumps, without_turns
+from urdyn.signal.shifts import NEVER, Leap, jumps, without_turns
 from urdyn.signal.stretches import GAP, is_even
 from urdyn.signal.stuck import Held, after, nothing_held, stuck
 from urdyn.types import Array, Mask
@@ -36,7 +36,7 @@ class CausalState:
     restarts: int = 0  # gaps and clocks set back: the window began anew
     repeats: int = 0  # samples with the stamp of the one before, left out
     refused: int = 0  # values that the gate marked as not measured
-    jumped: float = -np.inf  # [s] when a zero did last
+    jumped: Leap = NEVER  # the last zero that did
 
 
 @dataclass(frozen=True)
@@ -148,11 +148,10 @@ class Causal:
         else:
             q, v = measured[:, 0], measured[:, 1]
             if not whole:  # the gate refuses the sample at which a zero jumps
-                state, each = self._jumped(state)
-                v = state.rows[-fit.samples :, 1]
+                state, v, each = self._jumped(state, row)
                 since, shift = np.cumsum(each, axis=0), without_turns(each[row])
                 if np.count_nonzero(np.abs(shift) > FINEST):
-                    state = replace(state, jumped=float(t[row]))
+                    state = replace(state, jumped=Leap(float(t[row]), each[row].copy()))
                 q = np.where(each == 0.0, q, state.angles[-fit.samples :]) - (since - since[row])
             at = np.broadcast_to(np.asarray(self.offset, dtype=np.float64), q.shape[1:])[None]
             window = (t - t[row])[None], q[None], v[None], at
@@ -164,15 +163,20 @@ class Causal:
         instant = Instant(float(t[row]), q, v, a, jerk, current, temperature, shift, *alone)
         return state, instant
 
-    def _jumped(self, state: CausalState) -> tuple[CausalState, Array]:
-        """Shifts of zeros in the window; velocities that they reached count as not measured."""
-        t, q, v = state.t, state.angles, state.rows[:, 1]
-        found = jumps(t, q, v, self.fit.half, state.jumped)
+    def _jumped(self, state: CausalState, row: int) -> tuple[CausalState, Array, Array]:
+        """Velocities in the window, (m, J), and shifts of zeros; NaN where these reached them.
+
+        Which they are is remembered once a jump has come as far as `row`: until then it may still
+        be undone.
+        """
+        found = jumps(state.t, state.angles, state.rows[:, 1], self.fit.half, state.jumped)
+        rows, window = state.rows, slice(-self.fit.samples, None)
         if np.count_nonzero(found.misled):
-            rows = state.rows.copy()
+            rows = rows.copy()
             rows[:, 1][found.misled] = np.nan
+        if np.count_nonzero(found.shift[: len(rows) - self.fit.samples + row + 1]):
             state = replace(state, rows=rows)
-        return state, found.shift[-self.fit.samples :]
+        return state, rows[window, 1], found.shift[window]
 
     def _alone(self, state: CausalState, lag: int) -> Array:
         """Acceleration and jerk there by angles alone, (2, J) [rad/s², rad/s³]; of even stamps.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -13,9 +14,20 @@ STANDING = 0.02  # [rad/s] slower than this, no wrong stamp looks like a shift
 TELLING = 4.0  # [-] times what ways scatter by: what one would be that shows a wrong stamp, or none
 JITTER = 3e-5  # [rad] by which encoders do: two steps
 ALONE = 2.0  # [-] times what rows beside it are off by: a joint that rings is in all of them
-UNDONE = 0.2  # [-] of what a way is apart from both of its neighbours, by which these may differ
+UNDONE = 0.2  # [-] of a way or jump, by which what goes back may differ from it
 SHAKEN = 0.1  # [s] after a jump, to which its controller answers, in which nothing else is one
 MISLED = 0.04  # [s] for which a velocity that is computed from angles may tell of a jump
+
+
+@dataclass(frozen=True, eq=False)
+class Leap:
+    """A jump of zeros."""
+
+    t: float  # [s]
+    by: Array  # (J,) [rad]; of none, ()
+
+
+NEVER = Leap(-np.inf, np.zeros(()))
 
 
 class Jumps(NamedTuple):
@@ -25,7 +37,7 @@ class Jumps(NamedTuple):
     misled: Mask  # (n, J)
 
 
-def jumps(t: Array, q: Array, v: Array, half: int, last: float = -np.inf) -> Jumps:
+def jumps(t: Array, q: Array, v: Array, half: int, last: Leap = NEVER) -> Jumps:
     """By how much every encoder's zero jumped from the row before.
 
     A shift is told where it can be nothing else: it is beyond what an arm can do between two rows,
@@ -41,7 +53,7 @@ def jumps(t: Array, q: Array, v: Array, half: int, last: float = -np.inf) -> Jum
         t: stamps (n,) [s].
         q: angles (n, J) [rad], NaN where not measured.
         v: velocities (n, J) [rad/s], likewise.
-        last: when a zero has jumped before [s].
+        last: the jump before.
     """
     told, misled = np.zeros_like(q), np.zeros(q.shape, dtype=bool)
     way, reach = _beside_speeds(t, q, v)
@@ -121,13 +133,14 @@ def _count(mask: Mask, before: int, after: int) -> Index:
     return np.asarray(count[end] - count[np.maximum(row - before, 0)])
 
 
-def _first(t: Array, told: Array, last: float) -> Array:
+def _first(t: Array, told: Array, last: Leap) -> Array:
     """Without those of what a jump shakes, (n, J) [rad]."""
     for k in np.flatnonzero((np.abs(without_turns(told)) > FINEST).any(axis=1)):
-        if last < t[k] < last + SHAKEN:
-            told[k] = 0.0
-        else:
-            last = float(t[k])
+        if last.t < t[k] < last.t + SHAKEN:
+            back = np.abs(told[k] + last.by) < UNDONE * np.abs(last.by)
+            told[k] = np.where(back, told[k], 0.0)
+        if told[k].any():
+            last = Leap(float(t[k]), told[k].copy())
     return told
 
 
