@@ -127,7 +127,7 @@ STATES = "actual_q_0,actual_qd_0,actual_current_0"
 
 def test_a_row_of_zeros_is_no_measurement_unless_there_is_nothing_else(tmp_path: Path) -> None:
     """A recorder that has lost its robot writes such rows; no arm does."""
-    rows = np.ones((50, 3))
+    rows = np.linspace(1.0, 2.0, 150).reshape(50, 3)
     rows[10:15] = 0.0
     rows[20, 1:] = 0.0  # stands, and holds nothing
     path = tmp_path / "log.csv"
@@ -140,6 +140,25 @@ def test_a_row_of_zeros_is_no_measurement_unless_there_is_nothing_else(tmp_path:
         assert len(log) == 50
     path.write_bytes(joined(["timestamp," + STATES, *(f"{k},{k},0,0" for k in range(1, 9))]))
     assert not read(path).defects
+
+
+@pytest.mark.parametrize("times", [2, 3])
+def test_a_sample_under_several_stamps_is_one_row(tmp_path: Path, times: int) -> None:
+    """A recorder that polls too often; of an arm that stands, nobody knows."""
+    t = np.arange(40)
+    once = np.stack(
+        [np.cumsum(np.where(t < 30, 0.01, 0.0)), np.where(t < 30, 1.0, 0.0), 2.0 + t], 1
+    )
+    once[30:, 2] = 2.0
+    stamps, rows = 0.01 * np.arange(40 * times) / times, np.repeat(once, times, axis=0)
+    lines = [f"{s:.4f},{q},{v},{i}" for s, (q, v, i) in zip(stamps, rows, strict=True)]
+    path = tmp_path / "log.csv"
+    path.write_bytes(joined([f"timestamp,{STATES}", *lines]))
+    log = read(path)
+    np.testing.assert_array_equal(log.channels["actual_q"][:30, 0], once[:30, 0])
+    assert len(log) == 30 + 10 * times
+    told = {defect.kind: defect for defect in log.defects}["row of the sample before"]
+    assert (told.count, told.line, told.remedy) == (30 * (times - 1), 3, "kept once")
 
 
 REFUSED: dict[str, tuple[Break, str]] = {

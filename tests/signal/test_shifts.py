@@ -171,7 +171,8 @@ def test_a_jump_that_is_undone_leaves_nothing(rate: float) -> None:
         _, instants = play(Causal(1.0 / rate), log_of(t, q, v))
         live = stacked(instants, "shift")
         for each in (shift, live):
-            assert abs(each.sum(axis=0)).max() < 2.0 * 8.0 / rate**3 / 12.0, lasting
+            # Two ways beside those before them, wrong by the second derivative, 4 at most.
+            assert abs(each.sum(axis=0)).max() < 2.0 * 4.0 / rate**2, lasting
         told.append(bool(shift.any()) and bool(live.any()))
     assert told[-1] and not told[0]
 

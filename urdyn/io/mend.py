@@ -26,13 +26,15 @@ LIMITS = {
     "joint_temperatures": 1e3,  # [°C]
 }
 STATE = ("actual_q", "actual_qd", "actual_current")  # what is never nothing, all of it at once
+MOVING = 0.02  # [rad/s] a joint does at which its encoder tells every row from the one before
 LIMIT = 1e30  # of everything else: a torn packet reads as 1e282
 
 
 def mend(table: Table, source: Source) -> Log:
     """The rows of `table` that are a log; LogError where they are none."""
     _check_enough(table, source)
-    for step in (_without_strange_stamps, _without_strays, _without_repeats, _possible, _of_an_arm):
+    steps = (_without_strange_stamps, _without_strays, _without_repeats, _without_copies)
+    for step in (*steps, _possible, _of_an_arm):
         table = step(table, source)
         _check_enough(table, source)
     table = _on_time(_of_every_joint(table))
@@ -83,6 +85,21 @@ def _without_repeats(table: Table, source: Source) -> Table:
     table = _noted(table, repeat & ~torn, "repeated stamp", "kept once")
     table = _noted(table, torn, "repeated stamp with other values", LEFT_OUT)
     return table.take(~repeat) if repeat.any() else table
+
+
+def _without_copies(table: Table, source: Source) -> Table:
+    """One row a sample: a recorder that polls too often writes the last one under a new stamp.
+
+    No joint that moves has the angle, and no sensor the noise, of the row before.
+    """
+    if not table.channels.keys() >= set(STATE):
+        return table
+    same = _any(np.abs(table.channels["actual_qd"]) > MOVING)
+    for name in STATE:
+        values = table.channels[name]
+        same[1:] &= ~_any(values[1:] != values[:-1])  # of NaN nobody knows
+    same[0] = False
+    return _without(table, same, "row of the sample before", "kept once")
 
 
 def _possible(table: Table, source: Source) -> Table:
@@ -155,9 +172,9 @@ def _any(cells: Mask) -> Mask:
     return np.asarray(cells.any(axis=tuple(range(1, cells.ndim))))
 
 
-def _without(table: Table, mask: Mask, kind: str) -> Table:
+def _without(table: Table, mask: Mask, kind: str, remedy: str = LEFT_OUT) -> Table:
     """Rows where the mask does not hold; the others are counted."""
-    return _noted(table, mask, kind, LEFT_OUT).take(~mask) if mask.any() else table
+    return _noted(table, mask, kind, remedy).take(~mask) if mask.any() else table
 
 
 def _noted(table: Table, mask: Mask, kind: str, remedy: str, count: int | None = None) -> Table:
