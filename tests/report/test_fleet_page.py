@@ -89,7 +89,25 @@ def test_a_time_without_end_is_a_dash(tmp_path):
     endless = finding("critical", DAY)
     endless["time_to_failure_s"]["hi"] = None  # as JSON has infinity
     page = shown([robot(tmp_path / "a", findings=[endless])]).replace("\u00a0", " ")
-    assert "24 h left (12 to –)" in page
+    assert "24 h left (12 to no end)" in page
+
+
+def test_what_was_there_before_the_run_and_a_level_that_is_passed_are_said_so(tmp_path):
+    gone = {"median": 0.0, "lo": 0.0, "hi": 0.0}
+    old = finding("critical", DAY) | {"onset_s": 499.97, "older": True, "time_to_failure_s": gone}
+    row = shown([robot(tmp_path / "a", findings=[old])]).replace("\u00a0", " ")
+    assert "Elbow friction increase since before this run, critical; level passed." in row
+
+
+def test_a_push_has_a_moment_and_a_length_and_plans_no_service(tmp_path):
+    told = {"duration_s": 0.97, "strength_N": 136.0, "force_N": [-100.0, 90.0, 20.0]}
+    push = finding("warning") | {"kind": "collision", "evidence": told}
+    pushed = robot(tmp_path / "pushed", findings=[push])
+    worn = robot(tmp_path / "worn", findings=[push, finding("warning")])
+    found = gather([pushed, worn], NOW, DAY)
+    assert [(r.name, r.state) for r in found.robots] == [("worn", "warning"), ("pushed", "found")]
+    row = shown([pushed]).replace("\u00a0", " ")
+    assert "Elbow collision at 10.0 s for 0.97 s, warning." in row
 
 
 def test_a_fault_of_the_tool_is_told_by_its_name(tmp_path):

@@ -94,7 +94,8 @@ def _no_service(findings: Sequence[Finding]) -> str:
     if not fresh:
         return "no service is due: all that was found is known"
     worst = max(fresh, key=lambda f: (SEVERITIES.index(f.severity), f.alarm_s))
-    return f"no service is due; {worst.name}: {worst.advice}"
+    alike = dict.fromkeys(f.name for f in fresh if f.advice == worst.advice)
+    return f"no service is due; {', '.join(alike)}: {worst.advice}"
 
 
 def _when(decision: Decision) -> str:

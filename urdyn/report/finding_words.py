@@ -5,9 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from urdyn.io.spans import Clock, span_of
 from urdyn.report.digits import interval90, number
+from urdyn.report.names import spoken
 
 BEFORE = "before this run"
+PUSH = "collision"  # the kind that comes, lasts, and is over
 KINDS = {
     "friction_increase": "friction increase",
     "health_degradation": "drive health",
@@ -25,6 +28,50 @@ def kind(finding: Mapping[str, Any]) -> str:
     """What it is, in words."""
     name = str(finding["kind"])
     return KINDS.get(name, name.replace("_", " "))
+
+
+def over(finding: Mapping[str, Any]) -> bool:
+    """Whether it is past by now: a push, or a sensor that is well again."""
+    return finding["kind"] == PUSH or "until_s" in finding["evidence"]
+
+
+def when(finding: Mapping[str, Any], start: float, time: Clock) -> str:
+    """Since when it is there, or when it was and for how long; `start` is the first stamp [s]."""
+    evidence, began = finding["evidence"], finding["onset_s"] - start
+    if finding["older"] or began < 0.0:
+        since = f"since {BEFORE}"
+    elif over(finding):
+        since = f"at {time(began)}"
+    else:
+        since = f"since {time(began)}"
+    lasted = evidence.get("duration_s")
+    if "until_s" in evidence:
+        return f"{since}, until {time(evidence['until_s'] - start)}"
+    return since if lasted is None else f"{since} for {number(lasted)} s"
+
+
+def left(finding: Mapping[str, Any]) -> str:
+    """How long it will take to its critical level; "" where nobody knows."""
+    times = finding["time_to_failure_s"]
+    if not times:
+        return ""
+    if passed(times):
+        return "level passed"
+    median, rest = span_of(times).split(" (", 1)
+    return f"{median} left ({rest}"
+
+
+def passed(times: Mapping[str, float]) -> bool:
+    """Whether a level is behind rather than ahead."""
+    return times["median"] <= 0.0
+
+
+def sentence(finding: Mapping[str, Any], start: float, time: Clock) -> str:
+    """A finding in a line, as a list of many robots tells it."""
+    where = f"{spoken(finding['name'])} " if finding["name"] else ""
+    known = ", acknowledged" if finding["acknowledged"] else ""
+    told = f"{where}{kind(finding)} {when(finding, start, time)}, {finding['severity']}{known}"
+    return "; ".join(filter(None, (told, left(finding))))
 
 
 def factor(finding: Mapping[str, Any]) -> float:
@@ -45,8 +92,11 @@ def amount(finding: Mapping[str, Any], value: float) -> str:
 def size(finding: Mapping[str, Any]) -> str:
     """How large it is, with its 90 % interval; how it shows where that has no size."""
     evidence = finding.get("evidence", {})
+    if "force_N" in evidence:
+        along = ", ".join(map(number, evidence["force_N"]))
+        return f"{number(evidence['strength_N'])} N, ({along}) along x, y, z of the base"
     if mode := evidence.get("mode"):
-        return SHOWS.get(mode, str(mode)) + (", over" if "until_s" in evidence else "")
+        return SHOWS.get(mode, str(mode)) + (", well again" if "until_s" in evidence else "")
     by = factor(finding)
     value, sd = by * finding["size"], by * (finding["size_sd"] or 0.0)
     return f"{interval90(value, sd) if sd else number(value)} {unit(finding)}"

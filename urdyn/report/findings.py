@@ -1,10 +1,9 @@
-"""What a diagnosis found, as `findings.json` tells it."""
+"""What a diagnosis found, as `findings.json` tells it, the most urgent first."""
 
 from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -12,53 +11,18 @@ import numpy as np
 
 from urdyn.errors import InputError
 from urdyn.io.plain import plain
-from urdyn.report.digits import number
-from urdyn.report.names import spoken
-from urdyn.report.track_history import Clock, clock
+from urdyn.report.finding_words import over
 
 FILE = "findings.json"
 RANKS = {"critical": 3.0, "warning": 2.0, "notice": 1.0}  # of a severity; any other word is lower
 LEFT = ("median", "lo", "hi")
+TOLD = ("kind", "joint", "name", "onset_s", "severity", "confidence", "acknowledged")
 DAMAGE = (LookupError, TypeError, ValueError, AttributeError)
 
-
-@dataclass(frozen=True)
-class Finding:
-    """One fault that grows, or has come."""
-
-    kind: str  # "friction_increase", ...
-    joint: int | None  # from 0; None: no joint's fault
-    name: str  # of the joint, of the link, or of what else has it
-    onset: float  # [s] stamp of the log
-    severity: str
-    confidence: float  # [-] in [0, 1]
-    left: tuple[float, float, float] | None  # [s] median, 5 % and 95 % of the time to failure
-    acknowledged: bool = False  # somebody knows already
-
-    @property
-    def rank(self) -> tuple[float, float, float]:
-        """The more urgent, the greater: severity, then time left, then confidence."""
-        median = self.left[0] if self.left else np.inf
-        severity = 0.0 if self.acknowledged else RANKS.get(self.severity, 0.0)
-        return severity, -median, self.confidence
-
-    def sentence(self, start: float, time: Clock) -> str:
-        """The finding as people say it; `start` is the log's first stamp [s]."""
-        where = f"{spoken(self.name)} " if self.name else ""
-        since = time(self.onset - start)
-        known = ", acknowledged" if self.acknowledged else ""
-        what = self.kind.replace("_", " ")
-        return f"{where}{what} since {since}, {self.severity}{known}{self._left()}"
-
-    def _left(self) -> str:
-        if self.left is None:
-            return ""
-        unit = clock(self.left[0])
-        median, low, high = (number(t / unit.seconds) for t in self.left)
-        return f"; {median} {unit.unit} left ({low} to {high})"
+Entry = Mapping[str, Any]  # a finding under the names of the file
 
 
-def read_findings(folder: Path, joints: Sequence[str]) -> tuple[Finding, ...] | None:
+def read_findings(folder: Path, joints: Sequence[str]) -> tuple[Entry, ...] | None:
     """The findings in a track folder, most urgent first; None: nobody has diagnosed it.
 
     Raises:
@@ -68,51 +32,57 @@ def read_findings(folder: Path, joints: Sequence[str]) -> tuple[Finding, ...] | 
     if not path.exists():
         return None
     try:
-        told = json.loads(path.read_text(encoding="utf-8"))
-        entries = told["findings"] if isinstance(told, dict) else told
-        found = [_finding(entry, joints) for entry in entries]
+        document = json.loads(path.read_text(encoding="utf-8"))
+        entries = document["findings"] if isinstance(document, dict) else document
+        return tuple(ranked([_whole(entry, joints) for entry in entries]))
     except OSError as error:
         raise InputError(f"its {FILE} cannot be read: {error.strerror}") from error
     except DAMAGE as error:
         raise InputError(f"its {FILE} is damaged ({error}); diagnose it again") from error
-    return tuple(sorted(found, key=lambda finding: finding.rank, reverse=True))
 
 
-def ranked(entries: Sequence[Mapping[str, Any]], joints: Sequence[str]) -> list[Mapping[str, Any]]:
-    """Findings as a run's summary has them, most urgent first."""
-    return sorted(entries, key=lambda entry: _finding(entry, joints).rank, reverse=True)
+def ranked(entries: Sequence[Entry]) -> list[Entry]:
+    """Findings, most urgent first; those that are as urgent, as they came."""
+    return sorted(entries, key=lambda entry: (*(-x for x in urgency(entry)[:2]), entry["onset_s"]))
 
 
-def _finding(entry: Mapping[str, Any], joints: Sequence[str]) -> Finding:
+def urgency(finding: Entry) -> tuple[float, float, float]:
+    """The more urgent, the greater: severity, then time left, then confidence."""
+    left = finding["time_to_failure_s"]
+    return gravity(finding), -(_time(left["median"]) if left else np.inf), finding["confidence"]
+
+
+def gravity(finding: Entry) -> float:
+    """Rank of its severity; what is known ranks below all, and what is over as a notice does."""
+    rank = 0.0 if finding["acknowledged"] else RANKS.get(finding["severity"], 0.0)
+    return min(rank, RANKS["notice"]) if over(finding) else rank
+
+
+def told(finding: Entry) -> dict[str, Any]:
+    """A finding in plain numbers, for a list of many."""
+    left = finding["time_to_failure_s"]
+    times = left and {name: plain(_time(left[name])) for name in LEFT}
+    return {name: finding[name] for name in TOLD} | {"time_to_failure_s": times}
+
+
+def _whole(entry: Entry, joints: Sequence[str]) -> Entry:
+    """An entry, with what those of older versions do not say."""
     joint, left = entry["joint"], entry["time_to_failure_s"]
     if joint is not None and not 0 <= int(joint) < len(joints):
         raise ValueError(f"joint {joint} of {len(joints)}")
     name = "" if joint is None else joints[int(joint)]
-    return Finding(
-        kind=str(entry["kind"]),
-        joint=None if joint is None else int(joint),
-        name=str(entry.get("name", name)),
-        onset=float(entry["onset_s"]),
-        severity=str(entry["severity"]),
-        confidence=float(entry["confidence"]),
-        left=left and (_time(left["median"]), _time(left["lo"]), _time(left["hi"])),
-        acknowledged=bool(entry.get("acknowledged", False)),
-    )
-
-
-def told(finding: Finding) -> dict[str, Any]:
-    """A finding in plain numbers, under the names of the file."""
-    left = finding.left
-    times = left and dict(zip(LEFT, map(plain, left), strict=True))
+    evidence = entry.get("evidence")
     return {
-        "kind": finding.kind,
-        "joint": finding.joint,
-        "name": finding.name,
-        "onset_s": plain(finding.onset),
-        "severity": finding.severity,
-        "confidence": plain(finding.confidence),
-        "acknowledged": finding.acknowledged,
-        "time_to_failure_s": times,
+        "kind": str(entry["kind"]),
+        "joint": None if joint is None else int(joint),
+        "name": str(entry.get("name", name)),
+        "onset_s": float(entry["onset_s"]),
+        "severity": str(entry["severity"]),
+        "confidence": float(entry["confidence"]),
+        "time_to_failure_s": left and {end: _time(left[end]) for end in LEFT},
+        "acknowledged": bool(entry.get("acknowledged", False)),
+        "older": bool(entry.get("older", False)),
+        "evidence": dict(evidence) if isinstance(evidence, Mapping) else {},
     }
 
 

@@ -11,11 +11,12 @@ import numpy as np
 
 from urdyn.errors import UrdynError
 from urdyn.io.plain import plain
-from urdyn.report.findings import Finding, read_findings
+from urdyn.io.spans import Clock, clock
+from urdyn.report.findings import RANKS, Entry, gravity, read_findings, urgency
 from urdyn.report.findings import told as as_told
 from urdyn.report.traces import downsample
 from urdyn.report.track_change import Change, compare_track
-from urdyn.report.track_history import Clock, History, Series, clock, find_history
+from urdyn.report.track_history import History, Series, find_history
 from urdyn.report.track_surprise import MISSES
 
 SHOWN = ("coulomb", "health")  # of every joint
@@ -37,8 +38,9 @@ class Robot:
     surprise: float  # [-] squared innovation a current, 1 expected; NaN: none was compared
     source: str  # that was tracked; "" where nobody has said so yet
     finished: bool
-    findings: tuple[Finding, ...] | None  # None: nobody has diagnosed it
-    age: float  # [s] since something was written
+    findings: tuple[Entry, ...] | None  # None: nobody has diagnosed it
+    written: float  # [s] since 1970, when something last was
+    age: float  # [s] since then
     stale: bool
     series: Mapping[str, tuple[Series, ...]]  # of SHOWN, thinned: a fleet's days fill a memory
     changes: Mapping[str, tuple[Change, ...]]  # now beside commissioned
@@ -64,8 +66,7 @@ class Robot:
         """One of STATES."""
         if self.findings:
             worst = self.findings[0]
-            grave = worst.severity in STATES[:2] and not worst.acknowledged
-            return worst.severity if grave else "found"
+            return str(worst["severity"]) if gravity(worst) > RANKS["notice"] else "found"
         if self.moved:
             return "changed"
         if np.isnan(self.surprise):
@@ -75,7 +76,7 @@ class Robot:
     @property
     def urgency(self) -> tuple[float, ...]:
         """The more urgent, the greater: state, findings, health lost, change, surprise."""
-        found = self.findings[0].rank if self.findings else (0.0, -np.inf, 0.0)
+        found = urgency(self.findings[0]) if self.findings else (0.0, -np.inf, 0.0)
         most = abs(self.moved[0].z) if self.moved else 0.0
         state = -float(STATES.index(self.state))
         return state, *found, -self.health, most, float(np.nan_to_num(self.surprise))
@@ -146,6 +147,7 @@ def _robot(folder: Path, name: str, now: float, stale: float) -> Robot:
         run.source,
         run.finished,
         read_findings(folder, run.joints),
+        run.written,
         age,
         age > stale,
         {what: tuple(series for series, _ in told) for what, told in pairs.items()},

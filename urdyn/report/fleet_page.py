@@ -4,19 +4,21 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
+from datetime import UTC, datetime
 from pathlib import Path
 from urllib.parse import quote
 
 import numpy as np
 
 from urdyn.report.digits import number, percent
+from urdyn.report.finding_words import sentence as found
 from urdyn.report.fleet import SHOWN, STATES, Fleet, Robot, Unread
 from urdyn.report.markup import Html, document, paragraph, section, table, tag, text
 from urdyn.report.names import capital, spoken
 from urdyn.report.spark import Spark
 from urdyn.report.track_change import SDS, SHARE, verdict
 from urdyn.report.track_headline import tied
-from urdyn.report.track_history import Series, clock
+from urdyn.report.track_history import Series
 from urdyn.report.track_trace import UNSETTLED
 
 FLOOR = {"coulomb": (-0.1, 0.2), "health": (-0.1, 0.02)}  # [-] of change that a scale has at least
@@ -96,7 +98,7 @@ def _row(robot: Robot, scales: dict[str, Scale], out: Path) -> Html:
 def sentence(robot: Robot) -> str:
     """What is found on a robot, or that nothing is."""
     if robot.findings:
-        told = [f.sentence(robot.start, robot.clock) for f in robot.findings[:MOST]]
+        told = [found(f, robot.start, robot.clock) for f in robot.findings[:MOST]]
         rest = len(robot.findings) - MOST
         more = f"; and {rest} more" if rest > 0 else ""
         said = ". ".join(map(capital, told))
@@ -110,16 +112,20 @@ def sentence(robot: Robot) -> str:
 
 def _facts(robot: Robot) -> Html:
     surprise = number(robot.surprise) if np.isfinite(robot.surprise) else "not compared"
-    age = clock(robot.age)
     facts = [
         f"{robot.clock(robot.span)} of data",
         f"surprise {surprise}",
-        f"written {age(robot.age)} ago",
+        f"written {_date(robot.written)}",
         *([] if robot.finished else ["unfinished: it runs, or was killed"]),
         *([] if robot.findings is not None else ["not diagnosed"]),
         *([robot.source] if robot.source else []),
     ]
     return paragraph(tied(" · ".join(facts)), "note")
+
+
+def _date(seconds: float) -> str:
+    """A moment [s] since 1970 as the clock on the wall had it, and by which clock."""
+    return datetime.fromtimestamp(seconds, UTC).astimezone().strftime("%Y-%m-%d %H:%M:%S %Z")
 
 
 def _link(robot: Robot, out: Path) -> Html:

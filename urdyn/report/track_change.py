@@ -7,9 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from urdyn.io.spans import Clock
 from urdyn.report.digits import number
 from urdyn.report.names import spoken
-from urdyn.report.track_history import Clock, History, Series
+from urdyn.report.track_history import History, Series
 from urdyn.types import Mask
 
 SDS = 2.0  # combined standard deviations below which nothing is taken to have changed

@@ -8,13 +8,14 @@ from typing import Any
 import numpy as np
 import plotly.graph_objects as go
 
-from urdyn.io.spans import span_of
+from urdyn.io.spans import Clock
 from urdyn.report.canvas import BAND, LEFT, OURS, band, figure, line, rule, shade
 from urdyn.report.digits import number, percent
-from urdyn.report.finding_words import BEFORE, factor, kind, size, unit
+from urdyn.report.finding_words import BEFORE, factor, kind, left, size, unit
+from urdyn.report.findings import ranked
 from urdyn.report.markup import Html, cell, grid, paragraph, plot, section, table, tag, text
 from urdyn.report.names import spoken
-from urdyn.report.track_history import Clock, History
+from urdyn.report.track_history import History
 from urdyn.types import NORMAL90
 
 ONE_LINE = 30  # letters of an axis's title that stand beside it in one
@@ -27,12 +28,12 @@ LEAD = (
 
 def findings(history: History, summary: Mapping[str, Any]) -> Html:
     """A table of what was found, its evidence drawn, and what could not have been seen."""
-    found: Sequence[Mapping[str, Any]] = summary["findings"]
+    found = ranked(summary["findings"])
     clock, start = history.clock, history.start
     if not found:
         told: list[Html] = [paragraph("Nothing was found.")]
     else:
-        heads = ["what", "where", "since", "size", "severity", "sure", "time left", "what to do"]
+        heads = ["what", "where", "when", "size", "severity", "sure", "time left", "what to do"]
         rows = [_row(finding, clock, start) for finding in found]
         told = [table(heads, rows), _costs(summary["recommendation"])]
     drawn = [_drawn(finding, history) for finding in found if _drawn_here(finding)]
@@ -48,21 +49,34 @@ def _costs(of: Mapping[str, Any]) -> Html:
 
 
 def _row(finding: Mapping[str, Any], clock: Clock, start: float) -> list[Html]:
-    lo, hi = finding["onset_interval_s"]
-    left = finding["time_to_failure_s"]
     seen = ", acknowledged" if finding["acknowledged"] else ""
     bad = "outside" if finding["severity"] != "notice" and not seen else ""
-    began, within = finding["onset_s"] - start, (max(lo - start, 0.0), hi - start)
     return [
         text(kind(finding)),
         text(spoken(finding["name"])),
-        text(BEFORE) if finding["older"] else cell(clock(began), " to ".join(map(clock, within))),
+        _since(finding, clock, start),
         cell(size(finding), finding["quantity"]),
         cell(finding["severity"] + seen, f"told at {clock(finding['alarm_s'] - start)}", bad),
         text(percent(finding["confidence"])),
-        cell(*span_of(left).rstrip(")").split(" (", 1)) if left else text("–"),
+        cell(*_left(finding)),
         text(finding["advice"]),
     ]
+
+
+def _since(finding: Mapping[str, Any], clock: Clock, start: float) -> Html:
+    """When it began, and within which interval; of a push how long it lasted."""
+    if finding["older"] or finding["onset_s"] < start:
+        return text(BEFORE)
+    began, lasted = clock(finding["onset_s"] - start), finding["evidence"].get("duration_s")
+    if lasted is not None:
+        return cell(began, f"for {number(lasted)} s")
+    within = (clock(max(t - start, 0.0)) for t in finding["onset_interval_s"])
+    return cell(began, " to ".join(within))
+
+
+def _left(finding: Mapping[str, Any]) -> Sequence[str]:
+    """The time left, over its interval."""
+    return (left(finding) or "–").replace(" left", "").rstrip(")").split(" (", 1)
 
 
 def _drawn_here(finding: Mapping[str, Any]) -> bool:

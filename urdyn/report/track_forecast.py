@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 import plotly.graph_objects as go
 
-from urdyn.io.spans import span_of
+from urdyn.io.spans import Clock, clock, span_of
 from urdyn.report.canvas import BAND, LEFT, OURS, band, dots, figure, line, rule, shade
 from urdyn.report.digits import number, percent
-from urdyn.report.finding_words import amount, factor, kind, unit
+from urdyn.report.finding_words import amount, factor, kind, passed, unit
 from urdyn.report.markup import Html, cell, grid, key, paragraph, plot, section, table, text
 from urdyn.report.names import spoken
-from urdyn.report.track_history import Clock, History, clock
+from urdyn.report.track_history import History
 from urdyn.report.track_trace import PALE
 from urdyn.types import NORMAL90
 
@@ -131,7 +131,7 @@ def _words(told: Mapping[str, Any]) -> str:
     parts = []
     for name in ("warning", "critical"):
         left = told[f"to_{name}_s"]
-        parts.append(f"{name} in {span_of(left)}" if left["median"] > 0.0 else f"{name} passed")
+        parts.append(f"{name} in {span_of(left)}" if not passed(left) else f"{name} passed")
     return ", ".join(parts)
 
 

@@ -8,14 +8,14 @@ from typing import Any
 
 import numpy as np
 
-from urdyn.io.spans import span_of
+from urdyn.io.spans import Clock, span_of
 from urdyn.report.digits import interval90, number, percent
-from urdyn.report.finding_words import BEFORE, kind, size
+from urdyn.report.finding_words import kind, passed, size, when
 from urdyn.report.findings import ranked
 from urdyn.report.markup import Html, cell, facts, grid, join, paragraph, table, tag, text
 from urdyn.report.names import QUANTITIES, capital, maker, spoken
 from urdyn.report.track_change import CHANGED, SDS, SHARE, TOLD, Change, verdict
-from urdyn.report.track_history import PAYLOAD, Clock, History
+from urdyn.report.track_history import PAYLOAD, History
 from urdyn.report.track_payload import carried
 from urdyn.report.track_surprise import Surprise, trust_track
 
@@ -59,7 +59,7 @@ def track_headline(
 
 def _diagnosed(history: History, summary: Mapping[str, Any], judged: bool) -> list[Html]:
     """Is anything wrong, since when, and what to do."""
-    found, advice = ranked(summary["findings"], history.joints), summary["recommendation"]
+    found, advice = ranked(summary["findings"]), summary["recommendation"]
     time = history.clock
     if not (found or judged):
         told, todo = "Nothing could be judged.", "Track it while its joints move."
@@ -77,13 +77,17 @@ def _diagnosed(history: History, summary: Mapping[str, Any], judged: bool) -> li
 
 
 def _sentence(f: Mapping[str, Any], time: Clock, start: float) -> str:
-    """One finding: what, where, since when, how bad, how long."""
-    name, left = spoken(f["name"]), f["forecast"] and f["time_to_failure_s"]
-    soon = f", critical in {span_of(left)}" if left and left["median"] > 0.0 else ""
+    """One finding: what, where, when, how bad, how long."""
     known = ", acknowledged" if f["acknowledged"] else ""
-    since = BEFORE if f["older"] else time(f["onset_s"] - start)
-    told = f"{capital(name)}: {kind(f)}, {size(f)}, since {since}"
+    told = f"{capital(spoken(f['name']))}: {kind(f)}, {size(f)}, {when(f, start, time)}"
+    soon = f", {_soon(f)}" if f["forecast"] else ""
     return f"{told}; {f['severity']}{soon}{known}."
+
+
+def _soon(f: Mapping[str, Any]) -> str:
+    """When it will be critical."""
+    times = f["time_to_failure_s"]
+    return "level passed" if passed(times) else f"critical in {span_of(times)}"
 
 
 def tied(words: str) -> str:

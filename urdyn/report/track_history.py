@@ -15,7 +15,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from urdyn.errors import LogError
-from urdyn.report.digits import number
+from urdyn.io.spans import Clock, clock
 from urdyn.tracking.parts import FILE, PARTS
 from urdyn.types import NORMAL90, Array, Mask
 
@@ -23,7 +23,6 @@ SD = ".sd"  # after the name of a quantity: the column of its standard deviation
 EXPLAINED = 2.0  # [s] before a change is told, in which it may have happened
 PAYLOAD = "payload"
 PREFIX = "urdyn."  # before the keys of metadata
-SPANS = ((600.0, 1.0, "s"), (3 * 3600.0, 60.0, "min"), (72 * 3600.0, 3600.0, "h"))
 
 
 @dataclass(frozen=True)
@@ -41,28 +40,6 @@ class Series:
     def half(self) -> Array:
         """Half width of the 90 % interval, (N,) [unit]."""
         return NORMAL90 * self.sd
-
-
-@dataclass(frozen=True)
-class Clock:
-    """The unit in which a run's time reads well."""
-
-    seconds: float  # [s] in one unit
-    unit: str
-
-    def __call__(self, t: float) -> str:
-        """A moment, as words."""
-        return f"{number(round(t / self.seconds, 2), 3)} {self.unit}"
-
-    @property
-    def axis(self) -> str:
-        """Title of an axis of time."""
-        return f"time [{self.unit}]"
-
-
-def clock(span: float) -> Clock:
-    """The unit for times up to `span` [s]."""
-    return next((Clock(s, unit) for end, s, unit in SPANS if span < end), Clock(86400.0, "d"))
 
 
 @dataclass(frozen=True)

@@ -7,10 +7,11 @@ from collections.abc import Sequence
 import numpy as np
 import plotly.graph_objects as go
 
+from urdyn.io.spans import Clock
 from urdyn.report.canvas import LEFT, OURS, line
 from urdyn.report.digits import interval90
 from urdyn.report.markup import Html, cell, grid, plot, section, table, text
-from urdyn.report.track_history import PAYLOAD, Clock, History
+from urdyn.report.track_history import PAYLOAD, History
 from urdyn.report.track_trace import PALE, POINTS, extent, trend
 from urdyn.types import Array
 

@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 import plotly.graph_objects as go
 
+from urdyn.io.spans import Clock
 from urdyn.report.canvas import OURS, band, figure, line, rule
 from urdyn.report.names import shown
 from urdyn.report.traces import downsample
-from urdyn.report.track_history import Clock, Series
+from urdyn.report.track_history import Series
 from urdyn.types import Index
 
 POINTS = 1000  # a trace

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from urdyn.io.spans import Clock
 from urdyn.report.canvas import MEASURED, OURS
 from urdyn.report.digits import interval90
 from urdyn.report.markup import Html, grid, key, plot, section, tag, text
 from urdyn.report.masses import WHY
 from urdyn.report.names import capital, spoken
 from urdyn.report.track_change import WATCHED, Change
-from urdyn.report.track_history import Clock, History
+from urdyn.report.track_history import History
 from urdyn.report.track_trace import PALE, trend
 
 COLOURS = {"mean": OURS, "90 % interval": PALE, "at commissioning": MEASURED}
