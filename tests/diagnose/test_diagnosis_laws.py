@@ -93,7 +93,8 @@ def test_a_diagnosis_goes_on_where_its_memory_ends(shop: Shop, tmp_path: Path) -
         if whole is not None:
             again, _ = diagnosis.step(again, now)
         state, _ = diagnosis.step(state, now)
-    one, other = (findings_document(s.findings, (), (), {}, {}, Costs()) for s in (again, state))
+    none = ((), (), (), {}, {}, Costs())
+    one, other = (findings_document(s.findings, *none) for s in (again, state))
     assert one == other
     assert len(state.findings) == 1
     np.testing.assert_array_equal(again.slow.bank.P, state.slow.bank.P)

@@ -282,5 +282,9 @@ def test_a_run_in_which_nothing_was_compared_is_not_called_steady(tmp_path):
     pq.write_table(still, folder / "history.parquet")
     (one,) = gather([folder], NOW, DAY).robots
     assert one.state == "unjudged"
+    told = {"findings": [], "joints": [{"name": j, "judged": False} for j in JOINTS]}
+    short = robot(tmp_path / "short", findings=[])
+    (short / "findings.json").write_text(json.dumps(told))
+    assert gather([short], NOW, DAY).robots[0].state == "unjudged"
     page = shown([folder])
     assert "nothing can be said of it" in page and "as commissioned" not in page

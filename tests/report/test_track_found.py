@@ -42,7 +42,9 @@ def part(html: str, title: str) -> str:
 def test_the_first_words_are_what_is_wrong_since_when_and_what_to_do(history):
     html = page(history, growing())
     first = said(html, "headline")
-    assert first.startswith("Elbow: friction increase, 10.0 ± 1.6 %, since 30.0 s; notice, ")
+    assert first.startswith(
+        "Elbow: friction increase, 10.0 ± 1.6 % at 55.0 s, since 30.0 s; notice, "
+    )
     assert re.search(r"critical in 100 s \(8\d to 12\d\)", first)
     assert said(html, "advice").startswith("Service now: elbow, check lubrication")
 
@@ -64,6 +66,25 @@ def test_nothing_found_is_said_first(history):
     assert said(html, "headline") == "Nothing wrong was found in 60.0 s."
     assert said(html, "advice") == "Leave it at work."
     assert "No trend is established in the friction or drive health of any joint." in html
+
+
+def test_what_too_little_was_seen_of_is_neither_well_nor_steady(history):
+    nothing = track_page(history, summary(**diagnosed(judged=False)))
+    assert said(nothing, "headline") == "Too little was compared in 60.0 s to judge."
+    assert "Leave it" not in nothing and ", steady" not in nothing and "Steady:" not in nothing
+    one = track_page(history, summary(**diagnosed(judged=(False, True))))
+    assert "Too little was seen of shoulder to judge." in said(one, "headline")
+    assert "every joint but shoulder, of which too little was seen, are as" in said(one, "said")
+    table = one[one.index("<table") :]
+    rows = [row for row in table.split("<tr>") if "<th>shoulder</th>" in row]
+    assert "not judged" in rows[0] and "steady" not in rows[0]
+
+
+def test_the_health_of_what_was_not_seen_is_not_told(history):
+    seen = diagnosed(growing(), judged=(False, True))
+    told = part(track_page(history, summary(**seen)), "Forecast")
+    row = next(r for r in told.split("<tr>") if "<th>shoulder</th>" in r)
+    assert "100 %" not in row and "nothing found" not in row and row.count("not judged") == 3
 
 
 def test_the_graver_finding_comes_first(history):
@@ -113,7 +134,7 @@ def values(drawn) -> np.ndarray:
 def test_each_joint_is_told_how_long_it_lasts(history):
     told = part(page(history, growing()), "Forecast")
     row = next(r for r in told.split("<tr>") if "<th>elbow</th>" in r)
-    assert "health index" in row and "outside" in row  # critical in two minutes
+    assert "health index, 24 h" in told and "outside" in row  # critical in two minutes
     row = next(r for r in told.split("<tr>") if "<th>shoulder</th>" in r)
     assert "100 %" in row and "outside" not in row and row.count("nothing found") == 2
 

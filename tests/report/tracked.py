@@ -93,8 +93,9 @@ def growing(rate=4e-3, rate_sd=4e-4, joint=1, name="elbow_joint") -> Finding:
     )  # fmt: skip
 
 
-def diagnosed(*findings: Finding, joints=JOINTS) -> dict[str, object]:
+def diagnosed(*findings: Finding, joints=JOINTS, judged=True) -> dict[str, object]:
     """What a diagnosis adds to a summary."""
+    judged = [judged] * len(joints) if isinstance(judged, bool) else judged
     probes = [{"name": j, "observable": False, "probe": f"turn {j} quickly"} for j in joints]
-    document = findings_document(findings, joints, probes, {}, {}, Costs())
+    document = findings_document(findings, joints, judged, probes, {}, {}, Costs())
     return {name: document[name] for name in TOLD}

@@ -61,6 +61,7 @@ class Desk:
         document = findings_document(
             findings,
             joints=task.fit.dynamics.arm.joint_names,
+            judged=self.diagnosis.judged(self._state),
             observability=observability,
             identity=task.identity,
             source=task.source,

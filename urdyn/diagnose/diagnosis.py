@@ -24,6 +24,7 @@ from urdyn.diagnose.event import Event
 from urdyn.diagnose.explain import Suspect
 from urdyn.diagnose.fast import Fast, FastState
 from urdyn.diagnose.finding import Finding
+from urdyn.diagnose.observability import MOVED
 from urdyn.diagnose.onsets import PAUSE
 from urdyn.diagnose.recall import Level
 from urdyn.diagnose.rows import Rows, joined, rows
@@ -292,6 +293,14 @@ class Diagnosis:
     def observable(self, state: State) -> list[dict[str, Any]]:
         """Joint by joint, whether this motion could show backlash; if not, one that would."""
         return self.fast.observable(state.fast)
+
+    def judged(self, state: State) -> list[bool]:
+        """Joint by joint, whether it has moved for long enough to be told well from ill.
+
+        Nothing is before there was a block of what was compared.
+        """
+        moved = state.fast.reversals.slid > MOVED
+        return [bool(enough) for enough in moved & np.isfinite(state.blocks)]
 
     def over(self, motion: Motion, s: Array, travelled: Array) -> tuple[State, list[Finding]]:
         """A whole motion at once: the same beats as instant by instant, but for their seams."""

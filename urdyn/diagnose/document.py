@@ -16,19 +16,27 @@ from urdyn.version import __version__
 def findings_document(
     findings: Sequence[Finding],
     joints: Sequence[str],
+    judged: Sequence[bool],
     observability: Sequence[Mapping[str, Any]],
     identity: Mapping[str, str],
     source: Mapping[str, str],
     costs: Costs,
 ) -> dict[str, Any]:
-    """All findings and what to do, with the version and the hashes of what they were made of."""
+    """All findings and what to do, with the version and the hashes of what they were made of.
+
+    Args:
+        judged: of the joints, whether enough was compared to find anything in them.
+    """
+    heard = dict(zip(joints, judged, strict=True))
     origin = {"twin.sha256": identity.get("twin", ""), "rules": identity.get("rules", "")}
     return {
         "urdyn": __version__,
         "provenance": origin | dict(source),
         "findings": [_finite(finding.plain()) for finding in findings],
-        "joints": [_finite(row) for row in health(findings, joints, costs)],
-        "recommendation": _finite(recommendation(findings, costs)),
+        "joints": [
+            _finite(row | {"judged": heard[row["name"]]}) for row in health(findings, joints, costs)
+        ],
+        "recommendation": _finite(recommendation(findings, costs, heard)),
         "observability": {"joint_backlash": [_finite(row) for row in observability]},
     }
 

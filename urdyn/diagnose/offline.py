@@ -82,6 +82,7 @@ def diagnose(
     document = findings_document(
         found,
         joints=fit.dynamics.arm.joint_names,
+        judged=diagnosis.judged(state),
         observability=diagnosis.observable(state),
         identity={},
         source=source,

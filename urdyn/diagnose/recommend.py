@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -16,15 +16,20 @@ SOON = 1e-3  # [h] in which what is past its critical level is taken to end the 
 HOUR = 3600.0  # [s]
 
 
-def recommendation(findings: Sequence[Finding], costs: Costs) -> dict[str, Any]:
+def recommendation(
+    findings: Sequence[Finding], costs: Costs, judged: Mapping[str, bool] | None = None
+) -> dict[str, Any]:
     """The choice for the finding that has to be serviced first, in numbers and a sentence.
 
     That somebody has seen a finding makes the arm no safer: it counts as before.
+
+    Args:
+        judged: by a joint's name, whether enough was compared to find anything; None: of all.
     """
     choices = [(_decision(f, costs), f) for f in findings]
     grave = [(d, f) for d, f in choices if d.advice != "never"]
     if not grave:
-        told = _no_service(findings)
+        told = _no_service(findings, judged or {})
         worst = max((d for d, _ in choices), key=lambda d: d.never, default=_sound(costs))
         return {"advice": "never", "finding": None, "text": told, "expected_cost": _told(worst)}
     decision, finding = min(grave, key=lambda pair: _due(pair[0]))
@@ -86,16 +91,24 @@ def _due(decision: Decision) -> float:
     return 0.0 if decision.advice == "now" else decision.later_at
 
 
-def _no_service(findings: Sequence[Finding]) -> str:
+def _no_service(findings: Sequence[Finding], judged: Mapping[str, bool]) -> str:
     """Nothing wears so that a service would pay; what is new is to be looked at all the same."""
     if not findings:
-        return "leave it at work: nothing was found"
+        return _nothing_found([name for name, enough in judged.items() if not enough], len(judged))
     fresh = [f for f in findings if not f.acknowledged]
     if not fresh:
         return "no service is due: all that was found is known"
     worst = max(fresh, key=lambda f: (SEVERITIES.index(f.severity), f.alarm_s))
     alike = dict.fromkeys(f.name for f in fresh if f.advice == worst.advice)
     return f"no service is due; {', '.join(alike)}: {worst.advice}"
+
+
+def _nothing_found(unjudged: Sequence[str], joints: int) -> str:
+    """What nothing found is worth."""
+    if unjudged and len(unjudged) == joints:
+        return "too little was compared to judge: track it for longer, while its joints move"
+    few = f"; too little was seen of {', '.join(unjudged)} to judge" if unjudged else ""
+    return f"leave it at work: nothing was found{few}"
 
 
 def _when(decision: Decision) -> str:

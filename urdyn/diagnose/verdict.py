@@ -144,11 +144,19 @@ def worse(old: Finding, new: Finding) -> bool:
 
 
 def _grown(old: Finding, suspect: Suspect, series: Series, now: float) -> Finding:
-    """A slow finding as its series has it now, and where that goes."""
+    """A slow finding as its series has it now, and where that goes.
+
+    A change that grows is as large as its course is `now`, from where it is forecast; any other as
+    its last block has it.
+    """
     kind, series = suspect.kind, _read(suspect, series)
+    course = trend(series, old.onset_s, now)
+    forecast = _forecast(suspect, course) if course else None
     _, size, sd = series[-1]
-    course, unsure = trend(series, old.onset_s, now), _unsure(suspect, size, sd)
-    text = _said(kind, old.name, size, unsure, _since(old.onset_s, old.older))
+    if course and forecast:
+        size, sd = course.size, course.size_sd
+    unsure, at = _unsure(suspect, size, sd), f" at stamp {now:.1f} s," if forecast else ""
+    text = _said(kind, old.name, size, unsure, _since(old.onset_s, old.older), at)
     gone = _gone(old, suspect, series)
     new = replace(
         old,
@@ -161,7 +169,6 @@ def _grown(old: Finding, suspect: Suspect, series: Series, now: float) -> Findin
     )
     if course is None:
         return new
-    forecast = _forecast(suspect, course)
     return replace(new, time_to_failure_s=_left(forecast), forecast=forecast)
 
 
@@ -215,13 +222,13 @@ def _unsure(suspect: Suspect, size: float, sd: float) -> float:
     return float(np.hypot(sd, suspect.doubt * size))
 
 
-def _said(kind: SlowKind, name: str, size: float, sd: float, since: str) -> str:
+def _said(kind: SlowKind, name: str, size: float, sd: float, since: str, at: str = "") -> str:
     half = NORMAL90 * sd  # as on every page
     if kind.unit == "-":
         much, unsure = f"{100 * size:+.1f} %", f"{100 * half:.1f} %"
     else:
         much, unsure = f"{size:+.3g} {kind.unit}", f"{half:.2g}"
-    return f"{name}: {kind.quantity} {much} ± {unsure} since {since}"
+    return f"{name}: {kind.quantity} {much} ± {unsure}{at} since {since}"
 
 
 def _likewise(kind: SlowKind) -> str:

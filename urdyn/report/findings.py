@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -22,8 +23,16 @@ DAMAGE = (LookupError, TypeError, ValueError, AttributeError)
 Entry = Mapping[str, Any]  # a finding under the names of the file
 
 
-def read_findings(folder: Path, joints: Sequence[str]) -> tuple[Entry, ...] | None:
-    """The findings in a track folder, most urgent first; None: nobody has diagnosed it.
+@dataclass(frozen=True)
+class Found:
+    """What a diagnosis says of a robot."""
+
+    findings: tuple[Entry, ...]  # most urgent first
+    unjudged: tuple[str, ...]  # joints that it saw too little of
+
+
+def read_findings(folder: Path, joints: Sequence[str]) -> Found | None:
+    """What is said in a track folder; None: nobody has diagnosed it.
 
     Raises:
         InputError: the file is damaged; the reason, without the folder's name.
@@ -33,12 +42,18 @@ def read_findings(folder: Path, joints: Sequence[str]) -> tuple[Entry, ...] | No
         return None
     try:
         document = json.loads(path.read_text(encoding="utf-8"))
-        entries = document["findings"] if isinstance(document, dict) else document
-        return tuple(ranked([_whole(entry, joints) for entry in entries]))
+        whole = document if isinstance(document, dict) else {"findings": document}
+        entries = ranked([_whole(entry, joints) for entry in whole["findings"]])
+        return Found(tuple(entries), tuple(unjudged(whole.get("joints", ()))))
     except OSError as error:
         raise InputError(f"its {FILE} cannot be read: {error.strerror}") from error
     except DAMAGE as error:
         raise InputError(f"its {FILE} is damaged ({error}); diagnose it again") from error
+
+
+def unjudged(rows: Sequence[Mapping[str, Any]]) -> list[str]:
+    """Joints that a diagnosis saw too little of, of rows that tell how each one is."""
+    return [str(row["name"]) for row in rows if not row.get("judged", True)]
 
 
 def ranked(entries: Sequence[Entry]) -> list[Entry]:

@@ -39,6 +39,7 @@ class Robot:
     source: str  # that was tracked; "" where nobody has said so yet
     finished: bool
     findings: tuple[Entry, ...] | None  # None: nobody has diagnosed it
+    judged: bool  # something was compared, and enough for a diagnosis if there is one
     written: float  # [s] since 1970, when something last was
     age: float  # [s] since then
     stale: bool
@@ -69,7 +70,7 @@ class Robot:
             return str(worst["severity"]) if gravity(worst) > RANKS["notice"] else "found"
         if self.moved:
             return "changed"
-        if np.isnan(self.surprise):
+        if not self.judged:
             return "unjudged"
         return "surprised" if self.surprise > MISSES else "steady"
 
@@ -136,7 +137,12 @@ def names(folders: Sequence[Path]) -> list[str]:
 def _robot(folder: Path, name: str, now: float, stale: float) -> Robot:
     run = find_history(folder)
     age = max(0.0, now - run.written)
-    pairs = {what: [_judged(run, joint, what) for joint in run.joints] for what in SHOWN}
+    told = read_findings(folder, run.joints)
+    unjudged = told.unjudged if told else ()
+    pairs = {
+        what: [_judged(run, joint, what, joint not in unjudged) for joint in run.joints]
+        for what in SHOWN
+    }
     return Robot(
         name,
         folder,
@@ -146,21 +152,22 @@ def _robot(folder: Path, name: str, now: float, stale: float) -> Robot:
         run.surprise,
         run.source,
         run.finished,
-        read_findings(folder, run.joints),
+        told.findings if told else None,
+        bool(np.isfinite(run.surprise)) and not set(run.joints) <= set(unjudged),
         run.written,
         age,
         age > stale,
-        {what: tuple(series for series, _ in told) for what, told in pairs.items()},
-        {what: tuple(change for _, change in told) for what, told in pairs.items()},
+        {what: tuple(series for series, _ in each) for what, each in pairs.items()},
+        {what: tuple(change for _, change in each) for what, each in pairs.items()},
     )
 
 
-def _judged(run: History, joint: str, quantity: str) -> tuple[Series, Change]:
+def _judged(run: History, joint: str, quantity: str, enough: bool) -> tuple[Series, Change]:
     """A quantity of a joint, thinned, and what the whole of it says."""
     whole = run.series(joint, quantity)
     at = np.union1d(downsample(whole.mean, POINTS), [0, len(whole.mean) - 1])
     thin = replace(whole, t=whole.t[at], mean=whole.mean[at], sd=whole.sd[at])
-    return thin, compare_track(whole)
+    return thin, compare_track(whole, enough)
 
 
 def told(fleet: Fleet) -> dict[str, Any]:

@@ -104,10 +104,16 @@ def sentence(robot: Robot) -> str:
         said = ". ".join(map(capital, told))
         return f"{said}{more}."
     if robot.state == "unjudged":
-        return "No current was compared with its model: nothing can be said of it."
+        return "Too little was compared with its model: nothing can be said of it."
     if not robot.moved:
-        return "Friction and health of every joint are as commissioned."
+        return f"Friction and health of {_judged(robot)} are as commissioned."
     return verdict(robot.moved, robot.clock)
+
+
+def _judged(robot: Robot) -> str:
+    """The joints that something can be said of."""
+    unseen = [spoken(c.owner) for c in robot.changes[SHOWN[0]] if not c.seen]
+    return f"every joint but {', '.join(unseen)}, not judged," if unseen else "every joint"
 
 
 def _facts(robot: Robot) -> Html:

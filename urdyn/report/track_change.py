@@ -37,6 +37,7 @@ class Change:
     now: float
     now_sd: float
     since: float  # [s] into the run, from when it stayed changed; NaN where steady
+    seen: bool = True  # enough currents of the joint were compared to learn anything of it
 
     @property
     def steady(self) -> bool:
@@ -59,7 +60,7 @@ class Change:
         return f"{signed(round(100.0 * (self.now / self.then - 1.0), 1))} %"
 
 
-def compare_track(series: Series) -> Change:
+def compare_track(series: Series, seen: bool = True) -> Change:
     """The last belief beside the first."""
     moved = _moved(series)
     after = np.flatnonzero(~moved)[-1] + 1  # the first row never differs from itself
@@ -72,6 +73,7 @@ def compare_track(series: Series) -> Change:
         float(series.mean[-1]),
         float(series.sd[-1]),
         float(series.t[after]) if moved[-1] else np.nan,
+        seen,
     )
 
 
@@ -82,10 +84,15 @@ def _moved(series: Series) -> Mask:
     return np.asarray((change > 0.0) & (change >= chance) & (change >= SHARE * abs(series.mean[0])))
 
 
-def changes(history: History) -> list[Change]:
-    """All that is watched, joint by joint."""
+def changes(history: History, unjudged: Sequence[str] = ()) -> list[Change]:
+    """All that is watched, joint by joint.
+
+    Args:
+        unjudged: joints that a diagnosis has seen too little of.
+    """
+    seen = {joint: joint not in unjudged and history.seen(joint) for joint in history.joints}
     return [
-        compare_track(history.series(joint, quantity))
+        compare_track(history.series(joint, quantity), seen[joint])
         for joint in history.joints
         for quantity in WATCHED
         if history.holds(joint, quantity)
@@ -96,13 +103,19 @@ def verdict(found: Sequence[Change], clock: Clock) -> str:
     """What changed most and since when, in one sentence."""
     moved = sorted((c for c in found if not c.steady), key=lambda c: -abs(c.z))
     if not moved:
-        return "Steady: friction, damping, health and zero of every joint are as commissioned."
+        return _steady(list(dict.fromkeys(c.owner for c in found if not c.seen)))
     told = "; ".join(
         f"{spoken(c.owner)} {WATCHED[c.quantity]} {c.amount} since {clock(c.since)}"
         for c in moved[:TOLD]
     )
     rest = len(moved) - TOLD
     return f"{CHANGED}{told}{f'; and {rest} more' if rest > 0 else ''}."
+
+
+def _steady(unseen: Sequence[str]) -> str:
+    """That nothing changed of what was looked at."""
+    but = f" but {', '.join(map(spoken, unseen))}, of which too little was seen," if unseen else ""
+    return f"Steady: friction, damping, health and zero of every joint{but} are as commissioned."
 
 
 def signed(value: float) -> str:

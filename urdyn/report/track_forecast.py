@@ -10,7 +10,7 @@ import plotly.graph_objects as go
 
 from urdyn.io.spans import Clock, clock, span_of
 from urdyn.report.canvas import BAND, LEFT, OURS, band, dots, figure, line, rule, shade
-from urdyn.report.digits import number, percent
+from urdyn.report.digits import MISSING, number, percent
 from urdyn.report.finding_words import amount, factor, kind, passed, unit
 from urdyn.report.markup import Html, cell, grid, key, paragraph, plot, section, table, text
 from urdyn.report.names import spoken
@@ -27,6 +27,7 @@ LEAD = (
     "not surely above zero."
 )
 ROOM = 0.12  # [-] of the plot's height above the critical level
+UNJUDGED = "not judged"
 STEADY = ("friction_increase", "health_degradation")  # kinds that are looked for on every joint
 
 
@@ -45,7 +46,8 @@ def _others(found: Sequence[Mapping[str, Any]], joints: Sequence[str]) -> str:
     still = [f for f in found if f["kind"] in STEADY and not f["forecast"]]
     named = "; ".join(f"{spoken(f['name'])}, {kind(f)}" for f in still)
     told = f"No trend is established of {named}: found, but not surely growing. " if still else ""
-    quiet = [j for j in joints if not any(f["name"] == j and f["kind"] in STEADY for f in found)]
+    known = {f["name"] for f in found if f["kind"] in STEADY}
+    quiet = [j for j in joints if j not in known]
     if len(quiet) == len(joints):
         return f"{told}No trend is established in the friction or drive health of any joint."
     if not quiet:
@@ -93,12 +95,14 @@ def _seen_sizes(finding: Mapping[str, Any]) -> np.ndarray[Any, np.dtype[np.float
 
 
 def _seen(finding: Mapping[str, Any], history: History, time: Clock) -> list[go.Scatter]:
-    """The change so far."""
-    series = finding["evidence"].get("series", {})
-    t = (np.array(series.get("t", ()), float) - history.start) / time.seconds
-    size = _seen_sizes(finding)
-    half = NORMAL90 * factor(finding) * np.array(series.get("sd", ()), float)
-    low, high = band(t, size - half, size + half, "90 %")
+    """The change so far, up to where its forecast begins."""
+    told, series = finding["forecast"], finding["evidence"].get("series", {})
+    size, scale = _seen_sizes(finding), factor(finding)
+    half = NORMAL90 * scale * np.array(series.get("sd", ()), float)
+    first, now, last = sorted(scale * told["quantiles"][q][0] for q in (WIDE[0], "0.5", WIDE[1]))
+    t = (np.append(series.get("t", ()), told["at_s"]) - history.start) / time.seconds
+    low, high = band(t, np.append(size - half, first), np.append(size + half, last), "90 %")
+    size = np.append(size, now)
     return [low, _faint(high, PALE), line(t, size, "seen", OURS, 1.8)]
 
 
@@ -138,7 +142,8 @@ def _words(told: Mapping[str, Any]) -> str:
 def _health(joints: Sequence[Mapping[str, Any]], found: Sequence[Mapping[str, Any]]) -> Html:
     """Joint by joint: what was found, and whether it lasts until a service can be planned."""
     hours = joints[0]["horizon_h"] if joints else 0.0
-    heads = ["joint", f"lasts {number(hours)} h", "friction", "drive health", "other findings"]
+    index = f"health index, {number(hours)} h"
+    heads = ["joint", index, "friction", "drive health", "other findings"]
     return table(heads, [_joint(row, found) for row in joints])
 
 
@@ -146,18 +151,19 @@ def _joint(row: Mapping[str, Any], found: Sequence[Mapping[str, Any]]) -> list[H
     own = [f for f in found if f["name"] == row["name"]]
     index = row["health_index"]
     bad = "outside" if index < 0.5 else ""
+    told = row.get("judged", True)
     others = ", ".join(kind(f) for f in own if f["kind"] not in STEADY)
     return [
         text(spoken(row["name"])),
-        cell(percent(index), "health index", bad),
-        *(_of_kind(own, name) for name in STEADY),
-        text(others or "none"),
+        cell(percent(index) if told or own else MISSING, "", bad),
+        *(_of_kind(own, name, told) for name in STEADY),
+        text(others or ("none" if told else UNJUDGED)),
     ]
 
 
-def _of_kind(own: Sequence[Mapping[str, Any]], name: str) -> Html:
+def _of_kind(own: Sequence[Mapping[str, Any]], name: str, judged: bool) -> Html:
     finding = next((f for f in own if f["kind"] == name), None)
     if finding is None:
-        return cell("nothing found")
+        return cell("nothing found" if judged else UNJUDGED)
     grave = "outside" if finding["severity"] != "notice" else ""
     return cell(amount(finding, finding["size"]), finding["severity"], grave)

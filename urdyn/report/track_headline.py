@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 
 from urdyn.io.spans import Clock, span_of
-from urdyn.report.digits import interval90, number, percent
+from urdyn.report.digits import MISSING, interval90, number, percent
 from urdyn.report.finding_words import kind, passed, size, when
-from urdyn.report.findings import ranked
+from urdyn.report.findings import ranked, unjudged
 from urdyn.report.markup import Html, cell, facts, grid, join, paragraph, table, tag, text
 from urdyn.report.names import QUANTITIES, capital, maker, spoken
 from urdyn.report.track_change import CHANGED, SDS, SHARE, TOLD, Change, verdict
@@ -39,7 +39,7 @@ def track_headline(
 ) -> Html:
     """Title, verdict, payload, every joint then and now, and a few facts."""
     load = carried(history, changed) if history.holds(PAYLOAD, "mass") else ""
-    diagnosed, judged = "findings" in summary, bool(np.isfinite(surprised.overall))
+    diagnosed, judged = "findings" in summary, _judged(summary, surprised)
     said = verdict(found, history.clock) if judged else ""
     if diagnosed and said.startswith(CHANGED):
         said = said.replace(CHANGED, "In the belief that follows the arm: ", 1)
@@ -61,12 +61,8 @@ def _diagnosed(history: History, summary: Mapping[str, Any], judged: bool) -> li
     """Is anything wrong, since when, and what to do."""
     found, advice = ranked(summary["findings"]), summary["recommendation"]
     time = history.clock
-    if not (found or judged):
-        told, todo = "Nothing could be judged.", "Track it while its joints move."
-        return [paragraph(told, "headline"), paragraph(todo, "advice")]
     if not found:
-        told = f"Nothing wrong was found in {time(summary['data_s'])}."
-        return [paragraph(tied(told), "headline"), paragraph("Leave it at work.", "advice")]
+        return _nothing_found(summary, time(summary["data_s"]), judged)
     told = " ".join(_sentence(f, time, history.start) for f in found[:TOLD])
     rest = f" And {len(found) - TOLD} more, below." if len(found) > TOLD else ""
     said = advice["text"]
@@ -76,10 +72,29 @@ def _diagnosed(history: History, summary: Mapping[str, Any], judged: bool) -> li
     return [paragraph(tied(f"{told}{rest}"), "headline"), do]
 
 
+def _nothing_found(summary: Mapping[str, Any], lasted: str, judged: bool) -> list[Html]:
+    """That nothing is wrong, of what was seen well enough to tell."""
+    told, todo = f"Nothing wrong was found in {lasted}.", "Leave it at work."
+    if not judged:
+        told = f"Too little was compared in {lasted} to judge."
+        todo = "Track it for longer, while its joints move."
+    elif few := unjudged(summary["joints"]):
+        told += f" Too little was seen of {', '.join(map(spoken, few))} to judge."
+    return [paragraph(tied(told), "headline"), paragraph(todo, "advice")]
+
+
+def _judged(summary: Mapping[str, Any], surprised: Surprise) -> bool:
+    """Whether enough was compared to say anything of any joint."""
+    rows = summary.get("joints", ())
+    blind = bool(rows) and len(unjudged(rows)) == len(rows)
+    return bool(np.isfinite(surprised.overall)) and not blind
+
+
 def _sentence(f: Mapping[str, Any], time: Clock, start: float) -> str:
     """One finding: what, where, when, how bad, how long."""
     known = ", acknowledged" if f["acknowledged"] else ""
-    told = f"{capital(spoken(f['name']))}: {kind(f)}, {size(f)}, {when(f, start, time)}"
+    at = f" at {time(f['forecast']['at_s'] - start)}" if f["forecast"] else ""
+    told = f"{capital(spoken(f['name']))}: {kind(f)}, {size(f)}{at}, {when(f, start, time)}"
     soon = f", {_soon(f)}" if f["forecast"] else ""
     return f"{told}; {f['severity']}{soon}{known}."
 
@@ -110,11 +125,13 @@ def _row(c: Change) -> list[Html]:
     return [
         text(spoken(c.owner)),
         cell(interval90(c.now, c.now_sd), interval90(c.then, c.then_sd)),
-        cell(c.amount, _size(c), kind),
+        cell(c.amount if c.seen else MISSING, _size(c), kind),
     ]
 
 
 def _size(c: Change) -> str:
+    if not c.seen:
+        return "not judged"
     z = f"{round(c.z, 1) + 0.0:+.1f} sd".replace("-", "−")
     return f"{z}, steady" if c.steady else z
 

@@ -117,6 +117,11 @@ class History:
         j = self.joints.index(joint)
         return self.column(f"current_{j}"), self.column(f"predicted_{j}")
 
+    def seen(self, joint: str) -> bool:
+        """Whether a current of a joint was compared, so that anything was learnt of it."""
+        current, predicted = self.currents(joint)
+        return bool(np.isfinite(current - predicted).any())
+
     @cached_property
     def surprise(self) -> float:
         """Normalised innovation squared a measured current, 1 expected; NaN: none was compared."""

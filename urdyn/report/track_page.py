@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from urdyn.report.findings import unjudged
 from urdyn.report.markup import document
 from urdyn.report.names import maker
 from urdyn.report.track_change import changes
@@ -31,7 +32,7 @@ def track_page(history: Path, summary: Mapping[str, Any]) -> str:
         summary: robot, samples, times, latency, and when the payload was taken to have changed.
     """
     run = History((history,))
-    found, surprised = changes(run), surprise(run)
+    found, surprised = changes(run, unjudged(summary.get("joints", ()))), surprise(run)
     changed = [float(t) - run.start for t in summary["payload_changes"]]
     return document(
         f"{maker(str(summary['robot']))} tracked",
