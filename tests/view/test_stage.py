@@ -14,7 +14,7 @@ from browser import CHROMIUM, DEADLINE, browser
 pytest.importorskip("viser")
 
 from urdyn.view.film import Film
-from urdyn.view.paint import MORE, PAINTS, UNKNOWN
+from urdyn.view.paint import LESS, LINES, MORE, PAINTS, SAME, UNKNOWN
 from urdyn.view.panel import lines, numbers
 from urdyn.view.scene import Scene, quaternion
 from urdyn.view.shapes import shapes
@@ -61,6 +61,23 @@ def test_links_have_the_colour_of_the_joint_that_moves_them(stage, scene, shown)
     assert told[1] == PAINTS["friction"].colour(0.0)
     stage.panel.controls["paint"].value = "health"
     assert stage.colours(shown.moment(0), stage.panel.asked().paint)[3] == told[1]
+
+
+def test_a_line_of_a_joint_is_no_colour_of_the_scale():
+    scale = {tuple(end.astype(int)) for end in (LESS, SAME, MORE)} | {UNKNOWN}
+    told = {tuple(bytes.fromhex(colour[1:])) for colour in LINES}
+    assert len(told) == 6 and not told & scale
+
+
+def test_the_camera_sees_the_whole_arm_however_narrow_its_window(stage, scene):
+    camera = stage.server.initial_camera
+    at, to = np.array(camera.position), np.array(camera.look_at)
+    along = (to - at) / np.linalg.norm(to - at)
+    tool = scene.arm.pose(POSE)[:3, 3]
+    for point in (np.zeros(3), tool, *(scene.arm.pose(POSE, s.link)[:3, 3] for s in scene.shapes)):
+        away = point - at
+        beside = np.degrees(np.arccos(away @ along / np.linalg.norm(away)))
+        assert beside < 28.0  # half of what a window sees that is .7 as wide as tall
 
 
 def test_only_torques_that_are_there_have_an_arrow(stage, shown):

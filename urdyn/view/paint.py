@@ -15,6 +15,9 @@ LESS, SAME, MORE = np.array([[0, 114, 178], [214, 219, 225], [213, 94, 0]], dtyp
 UNKNOWN = (96, 102, 112)
 BASE = (150, 156, 165)
 
+# Of joints in plots: none that the scale has, lest a line be read off it.
+LINES = ("#5D3A9B", "#E69F00", "#009E73", "#CC79A7", "#56B4E9", "#7A4A00")
+
 Colour = tuple[int, int, int]
 
 
@@ -41,6 +44,7 @@ class Paint:
         bad, good = self.worse * self.span, -self.worse * self.span
         stops = ", ".join(f"rgb({r:.0f},{g:.0f},{b:.0f})" for r, g, b in (LESS, SAME, MORE))
         ends = f"<span>{good:+g} {self.unit}</span><span>0</span><span>{bad:+g} {self.unit}</span>"
+        ends = ends.replace("-", "−")
         return (
             f'<div style="padding:0 12px 6px;font-size:12px"><b>{self.label}</b>'
             f'<div style="height:10px;border-radius:3px;margin:4px 0;'

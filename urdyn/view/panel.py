@@ -9,11 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from urdyn.report.canvas import JOINTS
 from urdyn.report.digits import MISSING
 from urdyn.report.names import spoken
 from urdyn.view.film import Film, Moment
-from urdyn.view.paint import PAINTS
+from urdyn.view.paint import LINES, PAINTS
 
 SPEEDS = ("0.25", "1", "4", "16", "64")
 POINTS = 400  # a line of a plot
@@ -111,7 +110,7 @@ def numbers(joints: Sequence[str], moment: Moment) -> str:
     head = "".join(f"<th>{word}</th>" for word in ("", "friction", "health", "residual"))
     rows = zip(joints, moment.friction, moment.health, moment.torque, strict=True)
     body = "".join(
-        f'<tr><td style="text-align:left">{_dot(j)} {escape(spoken(name))}</td>'
+        f'<tr><td style="text-align:left">{_stroke(j)} {escape(spoken(name))}</td>'
         f"<td>{_said(f, '%')}</td><td>{_said(h, '%')}</td><td>{_said(tau, 'N·m')}</td></tr>"
         for j, (name, f, h, tau) in enumerate(rows)
     )
@@ -119,11 +118,11 @@ def numbers(joints: Sequence[str], moment: Moment) -> str:
     return f'<div style="padding:0 12px"><table style="{style}"><tr>{head}</tr>{body}</table></div>'
 
 
-def _dot(joint: int) -> str:
-    colour = JOINTS[joint % len(JOINTS)]
+def _stroke(joint: int) -> str:
+    """A piece of the line that a joint has in the plots."""
     return (
-        f'<i style="display:inline-block;width:9px;height:9px;border-radius:5px;'
-        f'background:{colour}"></i>'
+        f'<i style="display:inline-block;width:14px;height:3px;vertical-align:middle;'
+        f'background:{LINES[joint % len(LINES)]}"></i>'
     )
 
 
@@ -137,7 +136,7 @@ def _said(value: float, unit: str) -> str:
 def _plot(gui: Any, label: str, joints: Sequence[str], data: tuple[Any, ...]) -> Any:
     """An empty plot, one line a joint."""
     series = tuple(
-        {"label": spoken(name), "stroke": JOINTS[j % len(JOINTS)], "width": 1.5}
+        {"label": spoken(name), "stroke": LINES[j % len(LINES)], "width": 1.5}
         for j, name in enumerate(joints)
     )
     return gui.add_uplot(

@@ -24,7 +24,10 @@ HAZE = 0.4  # [-] opacity of a ghost
 GREAT = 0.25  # [m] of an arrow that few are longer than
 USUAL = 0.05  # [m/(N·m)] where nobody knows yet
 HEAD = 0.04  # [m] of an arrow
-LOOK = np.array([0.85, 1.0, 0.75])  # where the camera is, in reaches of the arm
+LOOK = np.array([0.85, 1.0, 0.75])  # from what is looked at to the camera, in no unit
+NARROW = np.sin(np.radians(28.0))  # [-] of half the angle that a camera sees beside a panel
+SHELL = 0.1  # [m] of a link's shell around its origin
+POSES = 60  # of a film, that the camera is to see
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,6 +112,7 @@ def open_stage(scene: Scene, title: str, film: Film | None, host: str, port: int
         told = getattr(error, "strerror", None) or error
         raise InputError(f"{host!r}, port {port}: cannot be listened at: {told}") from error
     _light(server, scene)
+    _aim(server, scene, film)
     links = tuple(_mesh(server, f"/arm/{s.link}", s, BASE, None) for s in scene.shapes)
     ghosts = tuple(_mesh(server, f"/ghost/{s.link}", s, GHOST, HAZE) for s in scene.shapes)
     empty = np.zeros((scene.arm.joints, 2, 3), np.float32)
@@ -143,19 +147,44 @@ def _mesh(server: Any, name: str, shape: Any, colour: Any, opacity: float | None
 
 
 def _light(server: Any, scene: Scene) -> None:
-    """A floor, a light and a camera that sees the whole arm; nothing from other hosts."""
-    reach = sum(float(np.linalg.norm(step)) for step in np.diff(_corners(scene), axis=0))
+    """A floor and a light; nothing from other hosts."""
+    reach = _reach(scene)
     server.gui.configure_theme(control_width="large", show_logo=False, show_share_button=False)
     server.gui.main_panel.dock_right()
     server.scene.set_up_direction("+z")
     server.scene.configure_environment_map(None)
     server.scene.add_light_hemisphere("/sky", intensity=1.0)
     server.scene.add_grid("/floor", width=2.4 * reach, height=2.4 * reach)
-    server.initial_camera.position = tuple(LOOK * reach)
-    server.initial_camera.look_at = (0.0, 0.0, 0.28 * reach)
 
 
-def _corners(scene: Scene) -> Array:
-    """Origins of the links at zero, (J, 3) [m]."""
-    rest = np.zeros(scene.nominal.joints)
-    return np.stack([scene.nominal.pose(rest, link)[:3, 3] for link in scene.nominal.link_names])
+def _aim(server: Any, scene: Scene, film: Film | None) -> None:
+    """A camera that sees the whole arm: all that it does in a film, or may do."""
+    middle, radius = ball(scene, film)
+    way = LOOK / np.linalg.norm(LOOK)
+    server.initial_camera.position = tuple(middle + way * radius / NARROW)
+    server.initial_camera.look_at = tuple(middle)
+
+
+def ball(scene: Scene, film: Film | None) -> tuple[Array, float]:
+    """Middle (3,) and radius [m] of a ball with the arm in it, from base to tool."""
+    known = film.q[np.isfinite(film.q).all(axis=1)] if film else np.zeros((0, 0))
+    if not len(known):
+        reach = _reach(scene)
+        return np.array([0.0, 0.0, 0.28 * reach]), reach
+    rows = np.linspace(0, len(known) - 1, POSES).round().astype(int)
+    places = np.concatenate([_places(scene, q) for q in known[rows]])
+    middle = 0.5 * (places.min(axis=0) + places.max(axis=0))
+    return middle, float(np.linalg.norm(places - middle, axis=1).max()) + SHELL
+
+
+def _reach(scene: Scene) -> float:
+    """Of the arm [m]: from origin to origin of its links."""
+    steps = np.diff(_places(scene, np.zeros(scene.nominal.joints)), axis=0)
+    return float(np.linalg.norm(steps, axis=1).sum())
+
+
+def _places(scene: Scene, q: Array) -> Array:
+    """Of the base, of the links' origins and of the tool, (J + 2, 3) [m]."""
+    arm = scene.nominal
+    links = [arm.pose(q, link)[:3, 3] for link in arm.link_names]
+    return np.stack([np.zeros(3), *links, arm.pose(q)[:3, 3]])
