@@ -12,6 +12,7 @@ import pytest
 from tracked import CRITICAL, START, columns, diagnosed, growing, summary, write
 
 from urdyn.io.spans import span
+from urdyn.report.digits import difference
 from urdyn.report.finding_words import size
 from urdyn.report.track_page import track_page
 
@@ -166,3 +167,30 @@ def test_times_are_told_in_their_largest_unit(seconds, words):
 def test_a_size_has_the_digits_of_its_interval():
     assert size({"unit": "kg", "size": 2.00712, "size_sd": 0.018}) == "2.007 ± 0.030 kg"
     assert size({"unit": "N", "size": 90.2, "size_sd": None}) == "90 N"
+
+
+@pytest.mark.parametrize(
+    ("share", "words"),
+    [(0.009, "+0.9 %"), (-0.0704, "−7.0 %"), (0.35, "+35 %"), (-0.0004, "0 %"), (0.0995, "+10 %")],
+)
+def test_a_change_has_no_digit_that_nobody_measured(share, words):
+    assert difference(share) == words
+
+
+def test_what_is_large_and_unsure_is_not_called_steady(tmp_path):
+    table = columns()
+    rows = len(table["t"])
+    table["elbow_joint.viscous"] *= np.linspace(1.0, 0.9, rows)
+    table["elbow_joint.viscous.sd"] = np.full(rows, 0.8)
+    table["shoulder_joint.viscous"] *= np.linspace(1.0, 1.02, rows)
+    html = page(write(tmp_path / "history.parquet", table))
+    assert said(html, "said").startswith("No change is sure: friction")
+    assert "−0.7 sd, may be chance" in html and html.count("may be chance") >= 2
+    assert "+1.1 sd, steady" in html
+
+
+def test_intervals_that_are_too_narrow_are_not_said_to_hold(tmp_path):
+    table = columns()
+    table["nis"] *= 3.0
+    lead = said(page(write(tmp_path / "history.parquet", table)), "lead")
+    assert "too narrow" in lead and "Intervals would hold 90 % if nothing were missing." in lead

@@ -12,7 +12,7 @@ from urdyn.identify.kinematics import Calibration
 from urdyn.report.calibrate_parameters import label
 from urdyn.report.calibrate_space import COLOURS, models_key
 from urdyn.report.canvas import figure
-from urdyn.report.digits import number, percent
+from urdyn.report.digits import fixed, number, percent
 from urdyn.report.markup import Html, paragraph, plot, section, table, tag, text
 from urdyn.report.names import spoken
 
@@ -31,7 +31,7 @@ def doubts(c: Calibration, summary: Mapping[str, Any]) -> Html:
         plot(_regions(c), "Error in each region, held out", "", models_key(errors)),
         tag("h3", text("What the poses leave open")),
         _open(c),
-        tag("h3", text("Poses that would tell most of what is open [deg]")),
+        tag("h3", text("Poses that would tell most of what poses can tell [deg]")),
         _proposed(c),
     )
 
@@ -71,14 +71,14 @@ def _remedy(partners: tuple[tuple[str, float], ...]) -> str:
     same = {name.split(".")[0] for name, r in partners if abs(r) > SAME}
     frames = sorted(same.intersection(FRAMES))
     if frames:
-        return f"no pose: know the {' and the '.join(frames)} by other means"
+        return f"no pose does: know the {' and the '.join(frames)} by other means"
     return "poses as proposed below"
 
 
 def _proposed(c: Calibration) -> Html:
     heads = ["", *(spoken(name) for name in c.arm.joint_names)]
     rows = [
-        [text(k + 1), *(text(f"{angle:.0f}") for angle in np.degrees(q))]
+        [text(k + 1), *(text(fixed(angle)) for angle in np.degrees(q))]
         for k, q in enumerate(c.proposed)
     ]
     return table(heads, rows)

@@ -19,7 +19,7 @@ def joints_section(c: Calibration) -> Html:
     """A curve a joint, and the compliances."""
     effects = c.found.placement.effects
     curves = [
-        plot(_curve(c, j), spoken(name), "error of the angle over the angle")
+        plot(_curve(c, j), spoken(name), "error of its angle, round a turn")
         for j, name in enumerate(c.arm.joint_names)
     ]
     return section(

@@ -31,9 +31,16 @@ def space_section(c: Calibration, summary: Mapping[str, Any]) -> Html:
     """The map, and the error by model beside it."""
     held = {name: told["rms_mm"] for name, told in summary["held_out"].items()}
     errors = {"nominal": summary["nominal_rms_mm"], **held}
+    note = "in regions held out; of the drawing, over all poses"
+    note = "in regions held out; of the drawing, over all poses"
     return grid(
         plot(_map(c), "Expected error of the tool [mm]", "RMS over poses free of self-collision"),
-        plot(bars(errors), "Error by model [mm]", "in regions held out", models_key(errors)),
+        plot(
+            bars(errors),
+            "Error by model [mm]",
+            note,
+            models_key(errors),
+        ),
         kind="wide-first",
     )
 

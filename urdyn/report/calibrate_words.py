@@ -45,8 +45,9 @@ def answer(summary: Mapping[str, Any]) -> str:
     """How good the calibration is, beside the drawing."""
     held = summary["held_out"][summary["model"]]
     words = (
-        f"The calibrated arm explains the poses to {millimetres(summary['rms_mm'])} RMS, the "
-        f"drawing to {millimetres(summary['nominal_rms_mm'])}."
+        f"The calibrated arm explains the poses that it was fitted to, to "
+        f"{millimetres(summary['rms_mm'])} RMS, the drawing to "
+        f"{millimetres(summary['nominal_rms_mm'])}."
     )
     if summary["model"] != "geometry":
         alone = millimetres(summary["geometry_alone_rms_mm"])

@@ -13,12 +13,23 @@ def number(value: float, digits: int = 2) -> str:
     """`value` to so many significant digits, never fewer than its integer part has."""
     if not math.isfinite(value):
         return MISSING
-    return _fixed(value, _decimals(value, digits))
+    return fixed(value, _decimals(value, digits))
 
 
 def percent(share: float) -> str:
     """A share in [0, 1] as a percentage."""
     return f"{100.0 * share:.0f} %" if math.isfinite(share) else MISSING
+
+
+def difference(share: float) -> str:
+    """A change as a share, signed, in per cent; to a tenth where it is small."""
+    value = 100.0 * share
+    if not math.isfinite(value):
+        return MISSING
+    told = fixed(value, 0 if abs(value) >= 9.95 else 1)
+    if float(told.replace("−", "-")) == 0.0:
+        return "0 %"
+    return f"{'+' if value > 0.0 else ''}{told} %"
 
 
 def interval90(value: float, sd: float) -> str:
@@ -27,7 +38,7 @@ def interval90(value: float, sd: float) -> str:
     if not math.isfinite(half) or half <= 0.0:
         return number(value, 3)
     decimals = _decimals(half, 2)
-    return f"{_fixed(value, decimals)} ± {_fixed(half, decimals)}"
+    return f"{fixed(value, decimals)} ± {fixed(half, decimals)}"
 
 
 def _decimals(value: float, digits: int) -> int:
@@ -38,6 +49,7 @@ def _decimals(value: float, digits: int) -> int:
     return max(0, min(digits - 1 - first, 7))
 
 
-def _fixed(value: float, decimals: int) -> str:
+def fixed(value: float, decimals: int = 0) -> str:
+    """To so many decimals, with a minus that is one."""
     rounded = round(value, decimals) + 0.0  # no "-0"
     return f"{rounded:.{decimals}f}".replace("-", "−")

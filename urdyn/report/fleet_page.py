@@ -10,7 +10,7 @@ from urllib.parse import quote
 
 import numpy as np
 
-from urdyn.report.digits import number, percent
+from urdyn.report.digits import difference, number, percent
 from urdyn.report.finding_words import sentence as found
 from urdyn.report.fleet import SHOWN, STATES, Fleet, Robot, Unread
 from urdyn.report.markup import Html, document, paragraph, section, table, tag, text
@@ -71,7 +71,8 @@ def headline(fleet: Fleet) -> str:
 
 def _lead(scales: dict[str, Scale]) -> str:
     ends = ", ".join(
-        f"{LABEL[what]} {_amount(low)} to {_amount(high)}" for what, (low, high) in scales.items()
+        f"{LABEL[what]} {difference(low)} to {difference(high)}"
+        for what, (low, high) in scales.items()
     )
     return (
         "Most urgent first. Each line is a joint over its run, beside where it was when "
@@ -155,18 +156,11 @@ def _cell(robot: Robot, series: Series, scales: dict[str, Scale]) -> Html:
     change = next(c for c in robot.changes[what] if c.owner == series.owner)
     low, high = scales[what]
     share, half = _share(series), series.half / abs(_unit(series))
-    amount = _amount(float(share[-1]))
+    amount = difference(float(share[-1]))
     words = f"{spoken(series.owner)} {LABEL[what]} {amount}"
     drawn = Spark(series.t, share, half, 0.0, low, high).draw(words, not change.steady)
     told = tag("em", text(amount), kind="" if change.steady else "outside")
     return tag("span", text(LABEL[what]), told, drawn, kind="small")
-
-
-def _amount(share: float) -> str:
-    """A change in per cent, to a tenth where it is small."""
-    value = 100.0 * share
-    rounded = round(value, 0 if abs(value) >= 9.95 else 1) + 0.0
-    return f"{rounded:+g} %".replace("-", "−") if rounded else "0 %"
 
 
 def _unit(series: Series) -> float:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from urdyn.io.spans import Clock
-from urdyn.report.digits import number
+from urdyn.report.digits import difference, number
 from urdyn.report.names import spoken
 from urdyn.report.track_history import History, Series
 from urdyn.types import Mask
@@ -45,6 +45,16 @@ class Change:
         return not np.isfinite(self.since)
 
     @property
+    def word(self) -> str:
+        """What it comes to; "" where it surely changed."""
+        if not self.seen:
+            return "not judged"
+        if not self.steady:
+            return ""
+        small = not self.then or abs(self.now / self.then - 1.0) < SHARE
+        return "steady" if small else "may be chance"
+
+    @property
     def z(self) -> float:
         """Change in combined standard deviations."""
         sd = float(np.hypot(self.then_sd, self.now_sd))
@@ -57,7 +67,7 @@ class Change:
             return f"{signed(1e3 * (self.now - self.then))} mrad"
         if not self.then:
             return "–"
-        return f"{signed(round(100.0 * (self.now / self.then - 1.0), 1))} %"
+        return difference(self.now / self.then - 1.0)
 
 
 def compare_track(series: Series, seen: bool = True) -> Change:
@@ -103,7 +113,7 @@ def verdict(found: Sequence[Change], clock: Clock) -> str:
     """What changed most and since when, in one sentence."""
     moved = sorted((c for c in found if not c.steady), key=lambda c: -abs(c.z))
     if not moved:
-        return _steady(list(dict.fromkeys(c.owner for c in found if not c.seen)))
+        return _unmoved(found)
     told = "; ".join(
         f"{spoken(c.owner)} {WATCHED[c.quantity]} {c.amount} since {clock(c.since)}"
         for c in moved[:TOLD]
@@ -112,10 +122,14 @@ def verdict(found: Sequence[Change], clock: Clock) -> str:
     return f"{CHANGED}{told}{f'; and {rest} more' if rest > 0 else ''}."
 
 
-def _steady(unseen: Sequence[str]) -> str:
-    """That nothing changed of what was looked at."""
-    but = f" but {', '.join(map(spoken, unseen))}, of which too little was seen," if unseen else ""
-    return f"Steady: friction, damping, health and zero of every joint{but} are as commissioned."
+def _unmoved(found: Sequence[Change]) -> str:
+    """That nothing surely changed of what was looked at."""
+    unseen = dict.fromkeys(spoken(c.owner) for c in found if not c.seen)
+    but = f" but {', '.join(unseen)}, of which too little was seen," if unseen else ""
+    of = f"friction, damping, health and zero of every joint{but}"
+    if any(c.word == "may be chance" for c in found):
+        return f"No change is sure: {of} may be as commissioned."
+    return f"Steady: {of} are as commissioned."
 
 
 def signed(value: float) -> str:

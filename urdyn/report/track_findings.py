@@ -9,7 +9,7 @@ import numpy as np
 import plotly.graph_objects as go
 
 from urdyn.io.spans import Clock
-from urdyn.report.canvas import BAND, LEFT, OURS, band, figure, line, rule, shade
+from urdyn.report.canvas import BAND, OURS, band, figure, line, rule, shade
 from urdyn.report.digits import number, percent
 from urdyn.report.finding_words import BEFORE, factor, kind, left, size, unit
 from urdyn.report.findings import ranked
@@ -94,14 +94,14 @@ def _drawn(finding: Mapping[str, Any], history: History) -> Html:
         line(t, change, "change", OURS),
     ]
     told = (finding["alarm_s"] - history.start) / clock.seconds
-    shapes = [shade(lo, max(hi, lo + 1e-9), "onset"), rule(x=told), rule(y=0.0)]
+    shapes = [shade(lo, max(hi, lo + 1e-9), "onset"), rule(x=told, label="alarm"), rule(y=0.0)]
     axis = f"{finding['quantity']} [{unit(finding)}]"
     axis = axis if len(axis) < ONE_LINE else axis.replace(" [", "<br>[")
     drawing = figure(traces, clock.axis, axis, 220, shapes=shapes)
     title = f"{spoken(finding['name'])}: {kind(finding)}"
     nats = finding["evidence"].get("nats")
     note = f"evidence {number(nats)} nats at the alarm" if nats else ""
-    return plot(drawing, title, note, {"change": OURS, "90 %": BAND, "alarm": LEFT})
+    return plot(drawing, title, note, {"change": OURS, "90 %": BAND})
 
 
 def _blind(rows: Sequence[Mapping[str, Any]]) -> list[Html]:

@@ -20,7 +20,8 @@ from urdyn.types import NORMAL90
 
 NARROW, WIDE = ("0.25", "0.75"), ("0.05", "0.95")  # the quantiles of a fan
 CORE = "rgba(86,180,233,0.3)"
-KEY = {"seen": OURS, "forecast, half of all cases": BAND, "90 %": PALE, "level reached, 90 %": LEFT}
+KEY = {"seen": OURS, "forecast, half of all cases": BAND, "90 %": PALE}
+REACHED = {"level reached, 90 %": LEFT}
 LEAD = (
     "Of what grows: its change so far with its 90 % band, and where it goes if it keeps its pace, "
     "by the draws that the time left is told from. Nothing is forecast of a change whose pace is "
@@ -35,7 +36,10 @@ def forecasts(history: History, summary: Mapping[str, Any]) -> Html:
     """A fan for each finding that grows, a word for the others, and a table of the joints."""
     found: Sequence[Mapping[str, Any]] = summary["findings"]
     growing = [finding for finding in found if finding["forecast"]]
-    drawn = [key(KEY), grid(*(_fan(f, history) for f in growing), kind="two")] if growing else []
+    ahead = any(not passed(f["time_to_failure_s"]) for f in growing)
+    colours = KEY | (REACHED if ahead else {})
+    fans = grid(*(_fan(f, history) for f in growing), kind="two")
+    drawn = [key(colours), fans] if growing else []
     words = [paragraph(_others(found, history.joints))]
     joints = [_health(summary["joints"], found)] if found else []
     return section("Forecast", LEAD, *drawn, *words, *joints)

@@ -17,7 +17,7 @@ from urdyn.report.names import QUANTITIES, capital, maker, spoken
 from urdyn.report.track_change import CHANGED, SDS, SHARE, TOLD, Change, verdict
 from urdyn.report.track_history import PAYLOAD, History
 from urdyn.report.track_payload import carried
-from urdyn.report.track_surprise import Surprise, trust_track
+from urdyn.report.track_surprise import MISSES, Surprise, trust_track
 
 UNIT = re.compile(
     r"(?<=\d) (?=±|%|kg\b|s\b|min\b|h\b|d\b|mrad\b)|(?<=±) |(?<=\d) (?=to \d)|(?<=to) (?=\d)"
@@ -25,8 +25,8 @@ UNIT = re.compile(
 TABLED = ("coulomb", "viscous", "health")
 BENT = " What a sensor at fault says has bent it."
 STEADY = (
-    f"Steady is what differs from commissioning by less than {SDS:.0f} combined standard "
-    f"deviations (sd) or {percent(SHARE)}. Intervals hold 90 %."
+    f"Steady is what differs from commissioning by less than {percent(SHARE)}; what differs by "
+    f"more, but by less than {SDS:.0f} combined standard deviations (sd), may be chance."
 )
 
 
@@ -50,11 +50,18 @@ def track_headline(
             tag("h1", text(f"{maker(str(summary['robot']))} · tracked dynamics")),
             *(_diagnosed(history, summary, judged) if diagnosed else []),
             *([paragraph(tied(moved), "said" if diagnosed else "headline")] if moved else []),
-            paragraph(tied(f"{trust_track(surprised)} {STEADY}"), "lead"),
+            paragraph(tied(f"{trust_track(surprised)} {STEADY} {_hold(surprised)}"), "lead"),
             grid(*(_table(found, quantity) for quantity in TABLED)),
-            facts(_facts(summary)),
+            facts(_facts(summary, history.clock)),
         ]
     )
+
+
+def _hold(surprised: Surprise) -> str:
+    """What intervals hold, which are those of the model."""
+    if surprised.overall > MISSES:
+        return "Intervals would hold 90 % if nothing were missing."
+    return "Intervals hold 90 %."
 
 
 def _diagnosed(history: History, summary: Mapping[str, Any], judged: bool) -> list[Html]:
@@ -131,15 +138,16 @@ def _row(c: Change) -> list[Html]:
 
 def _size(c: Change) -> str:
     if not c.seen:
-        return "not judged"
-    z = f"{round(c.z, 1) + 0.0:+.1f} sd".replace("-", "−")
-    return f"{z}, steady" if c.steady else z
+        return c.word
+    z = round(c.z, 1)
+    sd = f"{z:+.1f} sd".replace("-", "−") if z else "0 sd"
+    return ", ".join(filter(None, (sd, c.word)))
 
 
-def _facts(summary: Mapping[str, Any]) -> dict[str, str]:
+def _facts(summary: Mapping[str, Any], time: Clock) -> dict[str, str]:
     return {
         "samples": f"{summary['samples']:,}",
-        "data": f"{number(summary['data_s'], 3)} s",
+        "data": time(summary["data_s"]),
         "filter": str(summary["filter"]),
         "rate": f"{number(summary['rate_hz'], 3)} Hz",
         "latency": f"{number(summary['latency_ms']['p99'])} ms (99 %)",

@@ -13,7 +13,7 @@ from urdyn.types import NORMAL90
 HEAD = (
     "",
     "torque margin",
-    "power",
+    "drive gave",
     "lost to friction",
     "current missed",
     "as commissioned",
@@ -25,6 +25,9 @@ def interest(quantities: Mapping[str, Any]) -> Html:
     return section(
         "Margins, power, prediction",
         "Torque margin: what was left of the torque of a healthy drive at the hardest moment. "
+        "Drive gave: mechanical power while the drive drove the joint, averaged over the run. "
+        "Friction also takes what weight, momentum and other joints give while the drive brakes, "
+        "so more may be lost to it. "
         "Current missed: size of the error one sample ahead, of the size of the current; beside it "
         "that of the model as commissioned.",
         paragraph(_carries(quantities["payload_margin_kg"])),

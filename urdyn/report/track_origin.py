@@ -2,19 +2,26 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+from urdyn.io.spans import clock
 from urdyn.report.digits import number
 from urdyn.report.markup import Html, section, table, tag, text
 from urdyn.report.track_history import History
 from urdyn.version import __version__
 
+SETTINGS = "settings"  # of what a run is made of: the filter, its drift, the period, streams
+
 
 def track_origin(history: History, summary: Mapping[str, Any]) -> Html:
     """Speed, and hashes of the twin and of what it saw."""
     speed = [[text(name), text(value)] for name, value in _speed(summary).items()]
-    made = [[text(k), tag("span", text(v), kind="hash")] for k, v in _flat(history.provenance)]
+    made = [
+        [text(k), tag("span", text(_settings(v) if k == SETTINGS else v), kind="hash")]
+        for k, v in _flat(history.provenance)
+    ]
     return section(
         "Speed and provenance",
         f"urdyn {__version__} · {summary['filter']} · {summary['mode']}",
@@ -28,7 +35,7 @@ def _speed(summary: Mapping[str, Any]) -> dict[str, str]:
     times = summary["data_s"] / summary["wall_s"] if summary["wall_s"] else float("nan")
     return {
         "samples": f"{summary['samples']:,}",
-        "data": f"{number(summary['data_s'], 3)} s",
+        "data": clock(summary["data_s"])(summary["data_s"]),
         "time taken": f"{number(summary['wall_s'], 3)} s, {number(times)} times as fast as the arm",
         "rate": f"{number(summary['rate_hz'], 3)} Hz",
         "latency, median": f"{number(latency['p50'])} ms",
@@ -36,6 +43,14 @@ def _speed(summary: Mapping[str, Any]) -> dict[str, str]:
         "latency, longest": f"{number(latency['max'])} ms",
         "memory": f"{number(summary['rss_mb'], 3)} MB",
     }
+
+
+def _settings(told: str) -> str:
+    """Settings as they are kept, in words; what was left to its default is not said."""
+    said = re.sub(r",? ?\w+=None\b|\bNone\b|\(\)", "", told).replace("(, ", "(")
+    said = re.sub(r"\d+\.\d+(e[-+]?\d+)?", lambda m: f"{float(m[0]):.6g}", said)
+    said = re.sub(r"(?<= )(\d[\d.e-]*)(?= |$)", r"every \1 s", said)
+    return " ".join(said.replace("=", " ").replace("'", "").replace("(", " (").split())
 
 
 def _flat(value: Any, name: str = "") -> Iterator[tuple[str, str]]:

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from urdyn.io.spans import clock
 from urdyn.report.digits import number, percent
 from urdyn.report.markup import Html, cell, paragraph, section, table, text
 from urdyn.report.names import spoken
@@ -43,7 +44,7 @@ def quality(history: History, summary: Mapping[str, Any]) -> Html:
 def _stream(summary: Mapping[str, Any], lacked: Mapping[str, Any]) -> list[list[Html]]:
     longest = f"longest step {number(1e3 * lacked['longest_step_s'], 3)} ms"
     counts = {
-        "samples": (summary["samples"], f"{number(summary['data_s'], 3)} s"),
+        "samples": (summary["samples"], clock(summary["data_s"])(summary["data_s"])),
         "gaps": (lacked["gaps"], f"of more than five periods; {longest}"),
         "samples that these would have held": (lacked["missing"], ""),
         "stamps that came twice": (lacked["repeated"], "left out"),

@@ -79,7 +79,7 @@ def _residual(history: History, joint: str) -> Html:
     left = current - predicted
     at, clock = downsample(left, POINTS), history.clock
     trace = line(history.t[at] / clock.seconds, left[at], "residual", LEFT, 0.8)
-    drawing = figure([trace], clock.axis, "left [A]", 190)
+    drawing = figure([trace], clock.axis, "residual [A]", 190).update_yaxes(nticks=6)
     return plot(drawing, spoken(joint), _error(current, left))
 
 

@@ -43,9 +43,7 @@ def _trend(history: History, c: Change) -> Html:
 
 def _told(c: Change, clock: Clock) -> str:
     """A change in a few words."""
-    if not c.seen:
-        return "not judged"
-    return "steady" if c.steady else f"{c.amount} since {clock(c.since)}"
+    return c.word or f"{c.amount} since {clock(c.since)}"
 
 
 def link_masses(history: History) -> Html:
