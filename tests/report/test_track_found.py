@@ -185,7 +185,7 @@ def test_what_is_large_and_unsure_is_not_called_steady(tmp_path):
     table["shoulder_joint.viscous"] *= np.linspace(1.0, 1.02, rows)
     html = page(write(tmp_path / "history.parquet", table))
     assert said(html, "said").startswith("No change is sure: friction")
-    assert "−0.7 sd, may be chance" in html and html.count("may be chance") >= 2
+    assert "−0.7 sd, unsure" in html and html.count("unsure") >= 2
     assert "+1.1 sd, steady" in html
 
 

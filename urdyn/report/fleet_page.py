@@ -10,13 +10,13 @@ from urllib.parse import quote
 
 import numpy as np
 
-from urdyn.report.digits import difference, number, percent
+from urdyn.report.digits import MISSING, difference, number, percent
 from urdyn.report.finding_words import sentence as found
 from urdyn.report.fleet import SHOWN, STATES, Fleet, Robot, Unread
 from urdyn.report.markup import Html, document, paragraph, section, table, tag, text
 from urdyn.report.names import capital, spoken
 from urdyn.report.spark import Spark
-from urdyn.report.track_change import SDS, SHARE, verdict
+from urdyn.report.track_change import SDS, SHARE, UNSURE, verdict
 from urdyn.report.track_headline import tied
 from urdyn.report.track_history import Series
 from urdyn.report.track_trace import UNSETTLED
@@ -107,7 +107,9 @@ def sentence(robot: Robot) -> str:
     if robot.state == "unjudged":
         return "Too little was compared with its model: nothing can be said of it."
     if not robot.moved:
-        return f"Friction and health of {_judged(robot)} are as commissioned."
+        sure = all(c.word != UNSURE for each in robot.changes.values() for c in each)
+        how = "are" if sure else "may be"
+        return f"Friction and health of {_judged(robot)} {how} as commissioned."
     return verdict(robot.moved, robot.clock)
 
 
@@ -156,7 +158,7 @@ def _cell(robot: Robot, series: Series, scales: dict[str, Scale]) -> Html:
     change = next(c for c in robot.changes[what] if c.owner == series.owner)
     low, high = scales[what]
     share, half = _share(series), series.half / abs(_unit(series))
-    amount = difference(float(share[-1]))
+    amount = difference(float(share[-1])) if change.seen else MISSING
     words = f"{spoken(series.owner)} {LABEL[what]} {amount}"
     drawn = Spark(series.t, share, half, 0.0, low, high).draw(words, not change.steady)
     told = tag("em", text(amount), kind="" if change.steady else "outside")

@@ -22,6 +22,7 @@ WATCHED = {
     "zero": "zero",
 }
 TOLD = 3  # changes that a headline has room for
+UNSURE = "unsure"  # of a change that is large enough to matter, and may be chance
 CHANGED = "Changed: "  # a verdict begins with, where something did
 
 
@@ -52,7 +53,7 @@ class Change:
         if not self.steady:
             return ""
         small = not self.then or abs(self.now / self.then - 1.0) < SHARE
-        return "steady" if small else "may be chance"
+        return "steady" if small else UNSURE
 
     @property
     def z(self) -> float:
@@ -127,7 +128,7 @@ def _unmoved(found: Sequence[Change]) -> str:
     unseen = dict.fromkeys(spoken(c.owner) for c in found if not c.seen)
     but = f" but {', '.join(unseen)}, of which too little was seen," if unseen else ""
     of = f"friction, damping, health and zero of every joint{but}"
-    if any(c.word == "may be chance" for c in found):
+    if any(c.word == UNSURE for c in found):
         return f"No change is sure: {of} may be as commissioned."
     return f"Steady: {of} are as commissioned."
 

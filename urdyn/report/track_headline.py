@@ -26,7 +26,7 @@ TABLED = ("coulomb", "viscous", "health")
 BENT = " What a sensor at fault says has bent it."
 STEADY = (
     f"Steady is what differs from commissioning by less than {percent(SHARE)}; what differs by "
-    f"more, but by less than {SDS:.0f} combined standard deviations (sd), may be chance."
+    f"more, but by less than {SDS:.0f} combined standard deviations (sd), is unsure."
 )
 
 
