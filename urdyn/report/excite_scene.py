@@ -47,7 +47,7 @@ def _drawing(found: Excitation) -> go.Figure:
     ]
     slider = {"steps": steps, "currentvalue": {"prefix": "time [s] "}, "pad": {"t": 10}}
     drawing = figure(
-        [*fixed, *poses], "", "", 520, sliders=[slider], margin={"l": 0, "t": 0, "r": 0, "b": 60}
+        [*fixed, *poses], "", "", 520, sliders=[slider], margin={"l": 0, "t": 0, "r": 0, "b": 80}
     )
     return drawing.update_layout(scene=_axes(found, np.concatenate([track, *skeletons])))
 
@@ -105,4 +105,5 @@ def _axes(found: Excitation, points: Array) -> dict[str, Any]:
         for k, axis in enumerate("xyz")
     }
     named["zaxis"] |= floor
-    return named | {"aspectmode": "data", "camera": {"eye": {"x": 1.5, "y": 1.2, "z": 0.7}}}
+    camera = {"eye": {"x": 1.75, "y": 1.4, "z": 0.8}, "center": {"x": 0.0, "y": 0.0, "z": -0.15}}
+    return named | {"aspectmode": "data", "camera": camera}
