@@ -46,7 +46,8 @@ def _regions(c: Calibration) -> go.Figure:
         )
         for trial in c.choice.trials
     ]
-    return figure(bars, "region", "RMS [mm]", 260, barmode="group", bargap=0.25)
+    drawing = figure(bars, "region", "RMS [mm]", 260, barmode="group", bargap=0.25)
+    return drawing.update_xaxes(type="category")
 
 
 def _open(c: Calibration) -> Html:
