@@ -17,7 +17,7 @@ KINDS = {
     "within": "a parameter leads another",
     "shared": "shared disturbance",
     "seen": "moves what a sensor sees",
-    "across": "persists into the next slice",
+    "across": "leads into the next slice",
 }
 SHORT = 4  # letters of a symbol that a circle has room for
 STYLE = """
