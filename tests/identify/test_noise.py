@@ -156,6 +156,18 @@ def test_joints_may_differ_in_order_and_a_silent_one_is_no_error() -> None:
     assert (noise.ar[2] == 0.0).all() and noise.scale[2] == 1.0
 
 
+@pytest.mark.parametrize("length", [1, 2, 5, MAX_ORDER, MAX_ORDER + 1, 20])
+def test_noise_in_pieces_as_short_as_these_is_that_of_the_whole(length: int) -> None:
+    """In power, and in colour as far as a piece tells of it."""
+    e, _ = coloured(np.random.default_rng(8))
+    pieces = np.split(e, np.arange(length, len(e), length))
+    whole, noise = alone(e), fit_noise([[*pieces, np.zeros(0)]], STEP)
+    assert noise.ar.shape[1] <= min(length - 1, MAX_ORDER)
+    np.testing.assert_allclose(noise.sd, whole.sd, rtol=1e-9)
+    assert noise.ar.size or length == 1
+    np.testing.assert_array_equal(whiten(e[:1], AR), np.zeros(0))
+
+
 def smooth(rng: np.random.Generator, rows: int, columns: int) -> Array:
     """Columns as a robot's motion makes them: a few harmonics of a slow period, (rows, columns)."""
     t = np.arange(rows) * STEP

@@ -10,6 +10,7 @@ from urdyn.identify.slow import MEMORY, density, forgotten, periodogram, share_o
 from urdyn.types import MAD_TO_SD, Array, frozen
 
 MAX_ORDER = 8
+BEHIND = 5 * MAX_ORDER  # rows, that a regression is told from
 GAUSSIAN = 100.0  # degrees of freedom beyond which Student's t is called Gaussian
 MIN_DOF = 4.0
 CERTAIN = 1e18  # degrees of freedom of what is Gaussian to the last digit
@@ -118,6 +119,8 @@ def whiten(x: Array, ar: Array) -> Array:
     """x_t - sum_k ar[k-1] x_{t-k} along the first axis; the first len(ar) rows are spent."""
     order = len(ar)
     white = x[order:].copy()
+    if not len(white):
+        return white
     for lag, coefficient in enumerate(ar, start=1):
         if coefficient:
             white -= coefficient * x[order - lag : len(x) - lag]
@@ -137,21 +140,20 @@ def _robust_sd(residuals: Array) -> float:
 
 def _fit_joint(stretches: list[Array], taken: list[Array], keep: float) -> Noise:
     """Noise of one joint."""
-    count = sum(len(r) for r in stretches)
-    if count < 10 * MAX_ORDER:
+    count, lags = sum(len(r) for r in stretches), _told_lags(stretches)
+    if count < 10 * MAX_ORDER or not lags:
         return white_noise([stretches])
     most = WILD * _robust_sd(np.concatenate(stretches))
     stretches = [np.clip(r, -most, most) for r in stretches]
-    pairs = list(zip(stretches, taken, strict=True))
-    more = np.sum([_products(power, len(r)) for r, power in pairs], axis=0) / count
-    lags = range(MAX_ORDER + 1)
-    acf = more + [sum(r[k:] @ r[: len(r) - k] for r in stretches) / count for k in lags]
+    pairs = [pair for pair in zip(stretches, taken, strict=True) if len(pair[0])]
+    more = np.sum([_products(power, len(r), lags) for r, power in pairs], axis=0) / count
+    acf = more + np.sum([_lagged(r, lags) for r, _ in pairs], axis=0) / count
     one, gaussian = np.ones(1), np.full(1, GAUSSIAN)
     sd = np.hypot(_sd(stretches), np.sqrt(more[0])) * one
 
     def with_slow(share: float) -> tuple[Array, float]:
         """Regression of what is left of the noise, and the variance of what that leaves."""
-        return _autoregression(acf - share * acf[0] * keep ** np.arange(MAX_ORDER + 1), count)
+        return _autoregression(acf - share * acf[0] * keep ** np.arange(lags + 1), count)
 
     w, seen, hidden = map(np.concatenate, zip(*(_spectra(*pair) for pair in pairs), strict=True))
     share = share_of(w, seen + hidden, with_slow, keep)
@@ -166,16 +168,28 @@ def _fit_joint(stretches: list[Array], taken: list[Array], keep: float) -> Noise
     return replace(noise, scale=scale * one, dof=dof * one)
 
 
+def _told_lags(stretches: list[Array]) -> int:
+    """Most lags, MAX_ORDER at the most, that stretches as short as these have rows enough behind."""
+    behind = [sum(max(len(r) - k, 0) for r in stretches) for k in range(1, MAX_ORDER + 1)]
+    return sum(rows >= BEHIND for rows in behind)
+
+
 def _spectra(stretch: Array, taken: Array) -> tuple[Array, Array, Array]:
     """Frequencies but 0 [rad] a sample, and the power of both there."""
     w = 2.0 * np.pi * np.asarray(np.fft.rfftfreq(len(stretch)), dtype=np.float64)
     return w[1:], periodogram(stretch)[1:], taken[1:]
 
 
-def _products(power: Array, n: int) -> Array:
-    """Sums of products of neighbours, by lag, in a stretch of this periodogram and length."""
-    sums = n * np.fft.irfft(power, n)[: MAX_ORDER + 1]
-    return np.pad(sums, (0, MAX_ORDER + 1 - len(sums)))
+def _lagged(stretch: Array, lags: int) -> Array:
+    """Sums of products of neighbours, by lag, (lags + 1,); 0 beyond its length."""
+    n = len(stretch)
+    return np.array([stretch[min(k, n) :] @ stretch[: max(n - k, 0)] for k in range(lags + 1)])
+
+
+def _products(power: Array, n: int, lags: int) -> Array:
+    """The same, (lags + 1,), of a stretch of which the periodogram and the length are known."""
+    sums = n * np.fft.irfft(power, n)[: lags + 1]
+    return np.pad(sums, (0, lags + 1 - len(sums)))
 
 
 def _autoregression(acf: Array, n: int) -> tuple[Array, float]:
@@ -183,7 +197,7 @@ def _autoregression(acf: Array, n: int) -> tuple[Array, float]:
     from scipy.linalg import solve_toeplitz  # heavy, and only needed where noise is learned
 
     best, left, fewest = np.zeros(0), float(acf[0]), n * np.log(acf[0])
-    for order in range(1, MAX_ORDER + 1):
+    for order in range(1, len(acf)):
         ar = solve_toeplitz(acf[:order], acf[1 : order + 1])
         unexplained = float(acf[0] - ar @ acf[1 : order + 1])
         criterion = n * np.log(max(unexplained, TINY * acf[0])) + 2 * order

@@ -14,10 +14,10 @@ from urdyn.errors import LogError
 from urdyn.signal.channels import POSSIBLE
 from urdyn.signal.kinematics import kinematics
 from urdyn.signal.polynomial import half_window, instrument_half
-from urdyn.signal.seconds import UNITS, unit
 from urdyn.signal.shifts import SHAKEN, jumps, without_turns
 from urdyn.signal.stretches import breaks, is_even, median_step
 from urdyn.signal.stuck import without_stuck
+from urdyn.signal.units import complaint, wrong_unit
 from urdyn.types import Array, Log, Mask, Motion
 
 FAR = 4.0 * np.pi  # [rad] twice what a UR's joint turns either way
@@ -134,7 +134,7 @@ def _measured(log: Log, name: str) -> Array:
 
 
 def require_measured(log: Log, names: Collection[str] = ("actual_q", "actual_current")) -> None:
-    """LogError unless these channels were measured at all, and every angle, in radians and s."""
+    """LogError unless these channels were measured at all, and every angle, and are SI."""
     for name in names:
         if not np.isfinite(log.joint(name)).any():
             there = ", ".join(sorted(log.channels)) or "no channel at all"
@@ -149,12 +149,9 @@ def require_measured(log: Log, names: Collection[str] = ("actual_q", "actual_cur
         which = ", ".join(map(str, np.flatnonzero(far)))
         message = f"joints {which} are beyond two turns; angles are to be in rad: is it degrees?"
         raise LogError(message, log.source.path, column="actual_q")
-    if counted := unit(log):
-        message = (
-            f"its stamps are {counted}: by its velocities angles change "
-            f"{1.0 / UNITS[counted]:,.0f} times too slowly; stamps are to be in s: divide them"
-        )
-        raise LogError(message, log.source.path, column="timestamp")
+    if unit := wrong_unit(log):
+        message, column = complaint(unit)
+        raise LogError(message, log.source.path, column=column)
 
 
 def _settle(log: Log, offset: ArrayLike, half: int | None, degree: int) -> _Settled:

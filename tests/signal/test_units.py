@@ -1,0 +1,111 @@
+"""What is in a wrong unit is told by angles and velocities that disagree."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from urdyn.errors import LogError
+from urdyn.io import read
+from urdyn.io.effort import Effort
+from urdyn.signal import condition
+from urdyn.signal.units import DEGREES, ENOUGH, STAMPS, wrong_unit
+from urdyn.types import Log
+
+UR10E = "timestamp,actual_q*6,actual_qd*6,actual_current*6,target_current*6,target_moment*6"
+STAND = ("ur-20_01_17-p1", "ur-20_01_17-p2", "ur-20_01_17-p3", "ur-20_01_22-push_pose_1")
+
+
+def moved(rate: float = 100.0, seconds: float = 8.0) -> Log:
+    """Two joints, the second of which stands, and a real sensor's noise."""
+    rng, t = np.random.default_rng(1), np.arange(0.0, seconds, 1.0 / rate)
+    q = np.column_stack([0.7 * np.sin(1.3 * t), np.full_like(t, 0.4)])
+    v = np.column_stack([0.91 * np.cos(1.3 * t), np.zeros_like(t)])
+    channels = {
+        "actual_q": q + 2e-5 * rng.standard_normal(q.shape),
+        "actual_qd": v + 3e-3 * rng.standard_normal(v.shape),
+        "actual_current": rng.standard_normal(q.shape),
+    }
+    return Log(1000.0 + t, channels)
+
+
+def in_degrees(log: Log, of: str) -> Log:
+    """The log whose velocities, or angles, are in degrees."""
+    name = {"velocities": "actual_qd", "angles": "actual_q"}[of]
+    return replace(log, channels=log.channels | {name: np.degrees(log.channels[name])})
+
+
+@pytest.mark.parametrize("rate", [10.0, 125.0, 500.0])
+@pytest.mark.parametrize("name", ["", *STAMPS])
+def test_what_stamps_count_is_told_at_any_rate(name: str, rate: float) -> None:
+    log = moved(rate)
+    assert wrong_unit(replace(log, t=log.t / STAMPS.get(name, 1.0))) == name
+
+
+@pytest.mark.parametrize("rate", [10.0, 125.0, 500.0])
+@pytest.mark.parametrize("of", DEGREES)
+def test_degrees_are_told_at_any_rate(of: str, rate: float) -> None:
+    assert wrong_unit(in_degrees(moved(rate), of)) == of
+
+
+def test_degrees_are_told_of_a_joint_that_moves_for_a_while(of: str = "velocities") -> None:
+    """Though noise of what stands is most of the rows: it goes nowhere."""
+    log = moved()
+    for name in ("actual_q", "actual_qd"):
+        still = log.channels[name][:, 1:] + np.zeros(9)
+        still += 3e-3 * np.random.default_rng(3).standard_normal(still.shape)
+        log = replace(log, channels=log.channels | {name: np.hstack([log.channels[name], still])})
+    assert not wrong_unit(log) and wrong_unit(in_degrees(log, of)) == of
+
+
+def test_a_few_torn_velocities_are_no_unit() -> None:
+    """They make most of the way that velocities tell of, and are fewer than ENOUGH."""
+    log = moved()
+    v = log.channels["actual_qd"].copy()
+    v[10 : 10 + ENOUGH // 4, 0] = 57.0 * v[10 : 10 + ENOUGH // 4, 0] + 1e4
+    assert not wrong_unit(replace(log, channels=log.channels | {"actual_qd": v}))
+
+
+def test_of_what_stands_is_said_to_move_or_has_no_velocity_nothing_is_told() -> None:
+    log = moved()
+    late = replace(log, t=1e3 * log.t)
+    without = {name: x for name, x in log.channels.items() if name != "actual_qd"}
+    assert not wrong_unit(replace(late, channels=without))
+    q, v = log.channels["actual_q"], log.channels["actual_qd"]
+    assert not wrong_unit(replace(late, channels=log.channels | {"actual_qd": 0.0 * v}))
+    noise = q[:1] + 1e-5 * np.random.default_rng(2).standard_normal(q.shape)
+    assert not wrong_unit(replace(log, channels=log.channels | {"actual_q": noise}))
+    assert not wrong_unit(log.slice(0, 2)) and not wrong_unit(log.slice(0, 1))
+
+
+def test_a_log_in_milliseconds_is_refused_in_one_line() -> None:
+    log = moved()
+    with pytest.raises(LogError, match=r"stamps are milliseconds: .* 1,000 times .* divide them"):
+        condition(replace(log, t=1e3 * log.t))
+
+
+@pytest.mark.parametrize(("of", "asked"), [("velocities", "deg/s"), ("angles", "degrees")])
+def test_a_log_in_degrees_is_refused_in_one_line(of: str, asked: str) -> None:
+    log, small = moved(), {}
+    for name in ("actual_q", "actual_qd"):  # within two turns, even if those are 12 degrees
+        small[name] = 0.2 * log.channels[name]
+    log = replace(log, channels=log.channels | small)
+    with pytest.raises(LogError, match=rf"velocities do not fit its angles: .*{of} .*{asked}\?"):
+        condition(in_degrees(log, of))
+
+
+def test_real_recordings_are_in_si(recordings: Path) -> None:
+    """And would be refused in anything else, but for those of an arm that stands."""
+    logs = {path.stem: read(path, columns=UR10E) for path in recordings.glob("ur10e*/*.csv")}
+    logs["ur3e"] = read(recordings / "ur3e_rtde" / "ur3e_payload_1070g.csv")
+    bag = recordings / "ur10_dynamics_bag" / "ur10_exciting_trajectory.db3"
+    logs["bag"] = read(bag, effort=Effort("A"))
+    for name, log in logs.items():
+        assert wrong_unit(log) == "", name
+        told = wrong_unit(replace(log, t=1e3 * log.t))
+        assert told == ("" if name in STAND else "milliseconds"), name
+        told = wrong_unit(in_degrees(log, "velocities"))
+        assert told == ("" if name in STAND else "velocities"), name

@@ -1,0 +1,85 @@
+"""Units of a log: velocities say how long an angle took to change by as much as it did."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from urdyn.signal.stretches import GAP
+from urdyn.types import Array, Log
+
+MOVES = 0.02  # [rad/s] more than a joint that stands is said to turn by
+ENOUGH = 20  # rows in which a joint moves
+MANY = 100_000  # rows that are asked, evenly, of a log that has more
+# By what steps of angles are off what velocities and stamps make of them, where stamps count these,
+# or where velocities or angles are in degrees. Half a decade either way is more than a velocity is
+# off, and less than any other mistake would do.
+STAMPS = {"milliseconds": 1e-3, "microseconds": 1e-6, "nanoseconds": 1e-9}
+DEGREES = {"velocities": float(np.radians(1.0)), "angles": float(np.degrees(1.0))}
+DECADES = 0.5
+TINY = 1e-300  # [rad]
+COLUMN = {"velocities": "actual_qd", "angles": "actual_q"}
+DUE = {"velocities": "rad/s: is it deg/s?", "angles": "rad: is it degrees?"}
+
+
+def wrong_unit(log: Log) -> str:
+    """What its stamps count, or what is in degrees, of `STAMPS` and `DEGREES`; "" where nothing is.
+
+    Told where most of the way agrees, and only where it surely is: what is said to move and goes
+    nowhere, as noise around a joint that stands, does not.
+    """
+    if not {"actual_q", "actual_qd"} <= set(log.channels):
+        return ""
+    most = _middle(*_shares(log.t, log.joint("actual_q"), log.joint("actual_qd")))
+    if not (most > 0.0).all():
+        return ""
+    off = {name: np.abs(np.log10(most / by)).max() for name, by in (STAMPS | DEGREES).items()}
+    return next((name for name, decades in off.items() if decades < DECADES), "")
+
+
+def complaint(unit: str) -> tuple[str, str]:
+    """One sentence of what is wrong with a log of this `wrong_unit`, and the column to blame."""
+    if unit in STAMPS:
+        return (
+            f"its stamps are {unit}: by its velocities angles change {1.0 / STAMPS[unit]:,.0f} "
+            "times too slowly; stamps are to be in s: divide them",
+            "timestamp",
+        )
+    by = DEGREES[unit]
+    pace = f"{by:.0f} times as fast" if by > 1.0 else f"at 1 / {1.0 / by:.0f} of the pace"
+    return (
+        f"its velocities do not fit its angles: these change {pace}; "
+        f"{unit} are to be in {DUE[unit]}",
+        COLUMN[unit],
+    )
+
+
+def _middle(shares: Array, ways: Array) -> Array:
+    """Quartiles of the shares [-], (2,), each counted by its way [rad]; 0 where few tell them."""
+    part = ways / max(ways.max(initial=0.0), TINY)
+    gone = float(part.sum())
+    if gone**2 < ENOUGH * float(part @ part) or not gone:  # a few torn ones are most of it
+        return np.zeros(2)
+    order = np.argsort(shares)
+    passed = np.searchsorted(np.cumsum(part[order]), gone * np.array([0.25, 0.75]))
+    return np.asarray(shares[order[passed]])
+
+
+def _shares(t: Array, q: Array, v: Array) -> tuple[Array, Array]:
+    """Steps of angles over what velocities make of the time [-], of all that moves, and that, (k,).
+
+    Args:
+        t: stamps (N,), of any unit.
+        q: angles (N, J) [rad].
+        v: velocities (N, J) [rad/s].
+    """
+    k = np.arange(0, len(t) - 1, 1 + len(t) // MANY)
+    dt, shares, ways = t[k + 1] - t[k], [np.zeros(0)], [np.zeros(0)]
+    near = dt <= GAP * np.median(dt) if len(dt) else dt > 0.0
+    for of_q, of_v in zip(q.T, v.T, strict=True):
+        step, speed = of_q[k + 1] - of_q[k], 0.5 * (of_v[k + 1] + of_v[k])
+        moves = near & (dt > 0.0) & np.isfinite(step) & (np.abs(speed) > MOVES) & np.isfinite(speed)
+        if np.count_nonzero(moves) >= ENOUGH:
+            way = speed[moves] * dt[moves]
+            shares.append(step[moves] / way)
+            ways.append(np.abs(way))
+    return np.concatenate(shares), np.concatenate(ways)
