@@ -99,6 +99,18 @@ def test_a_twin_predicts_another_motion_of_its_arm(story: Story, tmp_path: Path)
     assert (page / "report.html").stat().st_size > 1e5
 
 
+def test_another_arm_s_log_is_told_from_this_one_s(story: Story, tmp_path: Path) -> None:
+    twin, log = story.out / "twin.toml", tmp_path / "other.parquet"
+    command("simulate", "--robot", "ur5e", "--duration", 6, "--rate", 100, "--out", log)
+    said = command("validate", twin, log)
+    assert "joints intervals for 90 % of the currents hold less than half" in said
+    assert (
+        "this is not this arm's twin"
+        in json.loads(command("validate", twin, log, "--json"))["doubt"]
+    )
+    assert "doubt" not in json.loads(command("validate", twin, story.held_out, "--json"))
+
+
 def test_the_command_on_a_page_makes_it_again(story: Story, tmp_path: Path) -> None:
     page = tmp_path / "a page" / "report.html"
     urdyn("validate", story.out / "twin.toml", story.log, "--rows=100:700", "--out", page.parent)

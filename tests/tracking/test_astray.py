@@ -120,12 +120,32 @@ def test_a_sentence_has_room_for_a_few_changes(count, words):
 def test_nobody_is_told_to_service_an_arm_that_may_be_another():
     advice = {"advice": "now", "text": "service now: elbow_joint"}
     for restarts, begins in ((0, "service now"), (2, "make sure that this is this arm's twin")):
-        run = {"quality": {"restarts": restarts}, "recommendation": advice}
+        quality = {"restarts": restarts, "compared": [9] * 6}
+        run = {"quality": quality, "recommendation": advice}
         assert doubted(run)["recommendation"]["text"].startswith(begins)
     for why in ("sensor_fault", "controller_instability"):
-        sick = {"findings": [{"kind": why}]}
+        sick = {"findings": [{"kind": why, "joint": 2}]}
         assert doubted(run | sick)["recommendation"]["text"].startswith("service now")
     assert doubted({"quality": {"restarts": 2}}) == {"quality": {"restarts": 2}}
+
+
+def found(kind, joint):
+    sizes = {"severity": "critical", "text": "it is off", "confidence": 0.3, "acknowledged": False}
+    return sizes | {"kind": kind, "joint": joint}
+
+
+@pytest.mark.parametrize(("count", "most"), [(1, False), (3, False), (4, True), (6, True)])
+def test_current_sensors_of_most_joints_do_not_fail_at_once(count, most):
+    advice = {"advice": "now", "text": "service now: elbow_joint"}
+    run = {"quality": {"restarts": 1, "compared": [9] * 6}, "recommendation": advice}
+    run["findings"] = [found("sensor_fault", j) for j in range(count)]
+    run["findings"] += [
+        found("sensor_fault", 0),
+        *(found("friction_increase", j) for j in range(6)),
+    ]
+    said = summed(doubted(run))
+    assert ("make sure that this is this arm's twin before" in said) == most
+    assert said.startswith(f"current sensors of {count} of 6 joints do not fail") == most
 
 
 def test_nothing_is_found_where_nothing_was_compared():

@@ -20,6 +20,10 @@ if TYPE_CHECKING:
 FAILED = 3  # exit status where a finding is to fail the run
 # Of a joint with one of these no drive can make the currents.
 MISLEADING = ("sensor_fault", "controller_instability")
+ANOTHER = (
+    "current sensors of {} of {} joints do not fail at once: this is not this arm's twin, or "
+    "currents are not in A; see to that before anything below"
+)
 
 NoDiagnosis = Annotated[bool, typer.Option("--no-diagnosis", help="Follow only, look for nothing.")]
 RulesFile = Annotated[
@@ -83,14 +87,23 @@ def undiagnosed(out: Path) -> None:
 
 
 def doubted(summary: dict[str, Any]) -> dict[str, Any]:
-    """A run whose currents were no arm's like this for a while: no service before that is known."""
-    advice = summary.get("recommendation")
-    if not advice or not summary["quality"]["restarts"]:
+    """A run whose currents were hardly this arm's, for a while or throughout: that goes first."""
+    doubt, advice = _another(summary), summary.get("recommendation")
+    if not doubt and (not advice or not summary["quality"]["restarts"]):
         return summary
-    if any(f["kind"] in MISLEADING for f in summary.get("findings", ())):
-        return summary  # that says why
-    told = f"make sure that this is this arm's twin before anything else; then {advice['text']}"
-    return summary | {"recommendation": advice | {"text": told}}
+    misleads = any(f["kind"] in MISLEADING for f in summary.get("findings", ()))
+    told = {"doubt": doubt} if doubt else {}
+    if advice and (doubt or not misleads):  # a few such findings say why themselves
+        first = "make sure that this is this arm's twin before anything else; then "
+        told["recommendation"] = advice | {"text": first + advice["text"]}
+    return summary | told
+
+
+def _another(summary: dict[str, Any]) -> str:
+    """What to make of current sensors of most joints that fail at once; "" where they do not."""
+    ill = {f["joint"] for f in summary.get("findings", ()) if f["kind"] == "sensor_fault"}
+    joints = len(summary["quality"]["compared"]) if ill else 0
+    return ANOTHER.format(len(ill), joints) if 2 * len(ill) > joints else ""
 
 
 def summed(summary: dict[str, Any]) -> str:
@@ -102,7 +115,8 @@ def summed(summary: dict[str, Any]) -> str:
         return "not judged: no current was compared; track the arm while its joints move"
     if not found:
         return "nothing found"
-    lines = [
+    doubt = [summary["doubt"]] if "doubt" in summary else []
+    lines = doubt + [
         f"{f['severity']}: {f['kind']}: {f['text']} (sure {100 * f['confidence']:.0f} %)"
         + (", acknowledged" if f["acknowledged"] else "")
         for f in found

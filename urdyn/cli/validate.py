@@ -36,7 +36,7 @@ def validate(
     Example: [bold]urdyn validate twin/twin.toml another_run.csv[/bold]
     """
     from urdyn.cli.results import require_folder
-    from urdyn.cli.verdict import verdict
+    from urdyn.cli.verdict import another, verdict
     from urdyn.io import write_text
     from urdyn.report.page import validate_page
     from urdyn.report.summary import validated
@@ -57,5 +57,6 @@ def validate(
         voice.note(f"written: {out / 'report.html'}")
     for score in scores:
         voice.note(*complaints(score.log.source.path, score.log.defects))
-    voice.show(validate_table(scores, fit), verdict(fit, scores))
-    voice.result(validated(scores))
+    doubt = another(fit, scores)
+    voice.show(validate_table(scores, fit), *([doubt] if doubt else []), verdict(fit, scores))
+    voice.result(validated(scores) | ({"doubt": doubt} if doubt else {}))

@@ -15,12 +15,26 @@ from urdyn.report.names import joints
 if TYPE_CHECKING:
     from urdyn.identify import Fit, Score
 
+LEVEL, LITTLE = 0.9, 0.5  # [-] of samples that intervals are for; of that, in a wrong arm's twin
 FAR = 4.0  # [sd] of what arms of a type differ by: right ones were within 1.3, others beyond 4
 
 
 def verdict(fit: Fit, scores: Sequence[Score]) -> str:
     """How well the model predicts, by its best joint and its worst."""
     return sentence(pool(fit, telling(fit, scores)), joints(fit))
+
+
+def another(fit: Fit, scores: Sequence[Score]) -> str:
+    """What to make of intervals that hold little in most joints; "" where they hold what is due."""
+    held = pool(fit, telling(fit, scores)).coverage
+    short, told = held < LITTLE * LEVEL, int(np.isfinite(held).sum())
+    count = int(np.count_nonzero(short))
+    if 2 * count <= told:
+        return ""
+    return (
+        f"In {count} of {told} joints intervals for 90 % of the currents hold less than half of "
+        f"that: this is not this arm's twin, or the arm carried something, or currents are not in A"
+    )
 
 
 def unlike(fit: Fit) -> list[str]:
