@@ -10,6 +10,7 @@ import typer
 
 import urdyn as ud
 from urdyn.cli.asked import typed
+from urdyn.cli.idle import idle
 from urdyn.cli.options import Columns, Json, Quiet, Rows
 from urdyn.cli.recording import slice_of
 from urdyn.cli.voice import Voice, complaints
@@ -46,6 +47,7 @@ Suggest = Annotated[
 
 
 def calibrate(
+    context: typer.Context,
     robot: Robot,
     poses: PosesFile = None,
     out: Out = None,
@@ -69,11 +71,14 @@ def calibrate(
     if poses is None:
         if suggest is None or evaluate is not None:
             raise typer.BadParameter("missing: POSES, or --suggest N to learn which to measure")
+        idle(context, "without POSES", "columns", "rows")
         return _suggest(arm, suggest, out, voice)
     if poses.suffix.lower() in (".yaml", ".yml"):
+        idle(context, f"with {poses}", "evaluate", "suggest", "columns", "rows")
         return _exchange(arm, poses, out, voice)
     read = _read(poses, arm, columns, rows)
     if evaluate is not None:
+        idle(context, "with --evaluate", "suggest")
         return _evaluate(arm, read, evaluate, out, voice)
     if out is None:
         raise typer.BadParameter("missing: --out DIR")

@@ -9,6 +9,7 @@ import typer
 
 import urdyn as ud
 from urdyn.cli.asked import gains_of
+from urdyn.cli.idle import idle
 from urdyn.cli.options import Columns, Gains, Json, Quiet, Rate, Robot, Rows, Unit
 from urdyn.cli.voice import Voice, complaints
 from urdyn.errors import InputError
@@ -19,6 +20,7 @@ Out = Annotated[Path, typer.Argument(metavar="OUT", show_default=False)]
 
 
 def convert(
+    context: typer.Context,
     log: In,
     out: Out,
     columns: Columns = None,
@@ -44,10 +46,16 @@ def convert(
 
     voice = Voice(json, quiet)
     if is_tracked(log):
+        of_logs = ("columns", "rows", "rate", "effort_unit", "drive_gain", "robot")
+        idle(context, f"with {log}, which is no recording", *of_logs)
         count, kinds = write_tracked(log, out)
         voice.show(f"{out}: {count} messages of {' and '.join(kinds)}")
         voice.result({"path": str(out), "messages": count, "of": kinds})
         return
+    if effort_unit != "Nm":
+        idle(context, "without --effort-unit Nm", "drive_gain", "robot")
+    if drive_gain is not None:
+        idle(context, "with --drive-gain", "robot")
     effort = _effort(effort_unit, drive_gain, robot)
     part = slice_of(rows) if rows is not None else None
     with voice.progress("converting"):

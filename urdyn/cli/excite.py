@@ -11,6 +11,7 @@ import typer
 
 import urdyn as ud
 from urdyn.cli import excite_options as ask_for
+from urdyn.cli.idle import idle
 from urdyn.cli.options import Json, Quiet, Robot
 from urdyn.cli.voice import Voice
 from urdyn.errors import InputError
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
 
 
 def excite(
+    context: typer.Context,
     again: ask_for.Again = None,
     robot: Robot = None,
     out: ask_for.Out = None,
@@ -60,6 +62,7 @@ def excite(
     from urdyn.io import sha256
 
     voice, begin = Voice(json, quiet), time.perf_counter()
+    _refuse_idle(context, again, every, kind)
     folder = every or out
     if folder is None:
         raise typer.BadParameter("missing: --out")
@@ -94,6 +97,19 @@ def excite(
     with voice.progress("looking for a motion") as told:
         found = room.excite(arm, wanted(arm), fit, told, processes)
     _tell(found, folder, time.perf_counter() - begin, voice)
+
+
+def _refuse_idle(context: typer.Context, again: Path | None, every: Path | None, kind: str) -> None:
+    """InputError at an option that FILE, or another option, leaves nothing to do."""
+    if again is not None:
+        told = {*context.params} - {"again", "out", "json", "quiet"}
+        idle(context, f"with {again}, which tells the motion", *sorted(told))
+    if every is not None:
+        idle(context, "with --all", "out", "robot", "twin")
+    if kind != "probe":
+        idle(context, f"with --kind {kind}", "joint")
+    if kind != "fourier":
+        idle(context, f"with --kind {kind}", "harmonics", "restarts", "processes")
 
 
 def _every(folder: Path, wanted: Callable[[Arm], Ask], processes: int, voice: Voice) -> None:

@@ -10,6 +10,7 @@ import typer
 
 from urdyn.cli.asked import asked, gains_of, loaded, overridden, read_as, typed
 from urdyn.cli.campaign import Campaign
+from urdyn.cli.idle import idle
 from urdyn.cli.options import Columns, Gains, Json, Logs, Quiet, Rate, Robot, Rows, Unit
 from urdyn.cli.voice import Voice
 
@@ -37,6 +38,7 @@ INFORMED = (
 
 
 def identify(
+    context: typer.Context,
     logs: Logs,
     robot: Robot = None,
     out: Out = None,
@@ -61,6 +63,8 @@ def identify(
     campaign = overridden(
         asked(logs, robot, out), drive_gain=gains_of(drive_gain), effort_unit=effort_unit
     )
+    if campaign.simulate is not None:
+        idle(context, "where the campaign simulates its arm", "columns", "rows", "rate")
     payloads = loaded(campaign, payload_log, payload_mass)
     campaign = replace(
         campaign,

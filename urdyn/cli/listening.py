@@ -30,8 +30,6 @@ def listening(
     source: Source, arm: Arm, poses: str | None, wrench: bool, calibration: Path | None
 ) -> tuple[Source, tuple[Stream[Any], ...], Drift | None]:
     """The source with what was asked for, its streams, and how zeros stray then."""
-    if calibration and not poses:
-        raise InputError("--calibration is of use with --poses; without, no pose is looked at")
     if not poses and not wrench:
         return source, (), None
     # What poses need of calibration, a twin without them does not carry in its memory.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -11,6 +12,7 @@ import typer
 
 import urdyn as ud
 from urdyn.cli import simulate_options as ask
+from urdyn.cli.idle import idle
 from urdyn.cli.options import Json, Quiet, Robot
 from urdyn.cli.serving import cycle, serve_log
 from urdyn.cli.virtual import payload_of, sensors_of
@@ -20,10 +22,11 @@ from urdyn.errors import InputError
 if TYPE_CHECKING:
     from urdyn.model.arm import Arm
     from urdyn.model.dynamics import Dynamics
-    from urdyn.simulate import Fidelity, Payload, Recorder, Sensors, Work
+    from urdyn.simulate import Fault, Fidelity, Payload, Recorder, Sensors, Work
 
 
 def simulate(
+    context: typer.Context,
     out: ask.OutLog = None,
     robot: Robot = None,
     duration: ask.Duration = 30.0,
@@ -62,6 +65,7 @@ def simulate(
 
     if out is None and not serve:
         raise typer.BadParameter("say where to write by --out, or --serve")
+    _refuse_idle(context, out, trajectory, poses, serve)
     if truth is not None and truth.suffix.lower() not in (".json", ".toml", ".parquet"):
         raise InputError(f"{truth}: the truth is written as .json, .toml or .parquet")
     voice, written = Voice(json, quiet), _recorder(recorder)
@@ -78,6 +82,7 @@ def simulate(
         raise InputError(f"--pose-rate {pose_rate:g}: is to be above 0, and {pace:g} at most")
     with voice.progress("simulating"):
         work = _work(dynamics, motion, trajectory, duration, pace, moving)
+        _befalls_in_time(faults, work)
         events = happening(dynamics, work, faults, heat)
         log = observe(dynamics, work.trajectory, sensors, noisy, events, lived)
         if out is not None:
@@ -93,6 +98,37 @@ def simulate(
         voice.result(_summary(log, out, document))
     if serve:
         serve_log(log, dynamics.arm, host, port, voice)
+
+
+def _refuse_idle(
+    context: typer.Context,
+    out: Path | None,
+    trajectory: Path | None,
+    poses: Path | None,
+    serve: bool,
+) -> None:
+    """InputError at an option that another one leaves nothing to do."""
+    if trajectory is not None:
+        idle(context, f"with {trajectory}, which tells the motion", "motion", "duration")
+    if poses is None:
+        idle(context, "without --poses", "pose_rate")
+    if serve:
+        idle(context, "with --serve: a controller has a rate of its own", "rate")
+    else:
+        idle(context, "without --serve", "host", "port")
+    if out is None:
+        idle(context, "without --out", "recorder")
+
+
+def _befalls_in_time(faults: Sequence[Fault], work: Work) -> None:
+    """InputError at a fault that would begin when all is over."""
+    from urdyn.simulate.faults import describe
+
+    end = float(work.trajectory.t[-1])
+    for fault in faults:
+        if fault.onset > end:
+            told = f"its onset, {fault.onset:g} s, is after the end of the run, {end:g} s"
+            raise InputError(f"--fault {describe(fault)['kind']}: {told}")
 
 
 def _fidelity(arm: Arm, name: str) -> Fidelity:

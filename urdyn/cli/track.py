@@ -24,6 +24,7 @@ from urdyn.cli.diagnosing import (
     undiagnosed,
 )
 from urdyn.cli.ending import ended_by
+from urdyn.cli.idle import idle
 from urdyn.cli.listening import listening, unused, wanted
 from urdyn.cli.options import Columns, Json, Quiet, Rows, Unit
 from urdyn.cli.recording import slice_of
@@ -61,6 +62,7 @@ SETTINGS: dict[str, dict[str, Any]] = {
 
 
 def track(
+    context: typer.Context,
     twin: TwinFile,
     source: SourceName,
     out: Out,
@@ -104,6 +106,7 @@ def track(
     from urdyn.io import sha256
     from urdyn.tracking import Tracker, open_source, run
 
+    _refuse_idle(context, source, poses, no_diagnosis, bool(prometheus or mqtt))
     voice, chosen = Voice(json, quiet), _filter(filter, mode)
     known(publish, PUBLISHED, "--publish")
     known(hand_over, HANDED, "--hand-over")
@@ -150,6 +153,23 @@ def track(
         voice.note(f"written: {path}")
     if fail_on_finding and any(not f["acknowledged"] for f in summary.get("findings", ())):
         raise typer.Exit(FAILED)
+
+
+def _refuse_idle(
+    context: typer.Context, source: str, poses: str | None, undiagnosed: bool, plants: bool
+) -> None:
+    """InputError at an option that this source, or another option, leaves nothing to do."""
+    scheme, live, _ = source.partition("://")
+    if not poses:
+        idle(context, "without --poses", "calibration")
+    if undiagnosed:
+        idle(context, "with --no-diagnosis", "rules", "false_alarm_hours", "fail_on_finding")
+    if live:
+        idle(context, f"with a live source, {source}", "columns", "rows")
+    if scheme == "rtde":
+        idle(context, "with a controller, which sends A", "effort_unit")
+    if not plants and scheme != "ros2":
+        idle(context, "where nobody is told (--prometheus, --mqtt, ros2://)", "serial")
 
 
 @contextmanager

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from urdyn.cli.idle import idle
 from urdyn.cli.options import Columns, Quiet, Robot, Rows
 from urdyn.cli.recording import slice_of
 from urdyn.cli.voice import Voice
@@ -35,6 +36,7 @@ Open = Annotated[bool, typer.Option("--open", help="Open it in a browser.")]
 
 
 def view(
+    context: typer.Context,
     source: What,
     twin: TwinFile = None,
     robot: Robot = None,
@@ -58,6 +60,7 @@ def view(
     from urdyn.view.stage import require
 
     require()
+    _refuse_idle(context, source, twin)
     voice, part = Voice(quiet=quiet), slice_of(rows) if rows is not None else None
     found = find(Asked(source, twin, robot, log, columns, part))
     try:
@@ -70,6 +73,16 @@ def view(
         _run(stage, found)
     finally:
         found.close()
+
+
+def _refuse_idle(context: typer.Context, source: str, twin: Path | None) -> None:
+    """InputError at an option that this source, or another option, leaves nothing to do."""
+    if "://" in source:
+        idle(context, f"with a live source, {source}", "log", "columns", "rows")
+    if not Path(source).is_dir():
+        idle(context, f"with {source}, which is no folder of `urdyn track`", "log")
+    if twin is not None:
+        idle(context, "with --twin, which says it", "robot")
 
 
 def _stage(found: Found, source: str, calibrated: Path | None, host: str, port: int) -> Stage:

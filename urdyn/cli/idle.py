@@ -1,0 +1,18 @@
+"""Options that another one leaves nothing to do are refused: who gave them expects something."""
+
+from __future__ import annotations
+
+import typer
+
+from urdyn.errors import InputError
+
+GIVEN = "COMMANDLINE"
+
+
+def idle(context: typer.Context, where: str, *names: str) -> None:
+    """InputError at the first of these parameters that was given, which `where` does nothing."""
+    spelt = {param.name: param.opts[0] for param in context.command.params}
+    for name in names:
+        source = context.get_parameter_source(name)
+        if source is not None and source.name == GIVEN:
+            raise InputError(f"{spelt[name]} does nothing {where}; leave it out")
