@@ -37,6 +37,18 @@ def test_a_quiet_run_says_nothing(story, twin, tmp_path):
     assert (told.exit_code, told.stdout, told.stderr) == (0, "", "")
 
 
+def test_whose_run_is_replaced_is_told(story, twin, tmp_path):
+    quick = ("--no-diagnosis", "--filter", "ekf", "--rows", "0:200", "--out", tmp_path)
+    said = []
+    with without_pages():
+        for source in (story.log, story.log, story.held_out):
+            told = tracked(twin, source, *quick)
+            assert told.exit_code == 0, told.stderr
+            said.append("is replaced" in told.stderr)
+    assert said == [False, False, True]
+    assert f"{tmp_path}: the run of {story.log} that it held is replaced\n" in told.stderr
+
+
 def test_a_filter_that_nobody_knows_is_a_matter_of_usage(story, twin, tmp_path):
     told = tracked(twin, story.held_out, "--out", tmp_path, "--filter", "crystal ball")
     assert told.exit_code == 2

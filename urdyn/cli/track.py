@@ -128,7 +128,7 @@ def track(
         stream, streams, drift = listening(stream, arm, poses, wrench, calibration)
         tracker: Tracker[Any] = Tracker(fit, chosen, stream.period, drift, streams=streams)
         looking = onlooker(fit, stream, healthy, voice, helper) if healthy else None
-        watch, origin = both(shown, told), sha256(twin)
+        watch, origin, before = both(shown, told), sha256(twin), _held(out)
         summary = run(
             tracker,
             stream,
@@ -144,6 +144,8 @@ def track(
     if healthy is None:
         undiagnosed(out)
     _report(out, summary, voice)
+    if before and (before[1] or before[0]) != (stream.sha256 or stream.name):
+        voice.note(f"{out}: the run of {before[0]} that it held is replaced")
     if poses and (why := unused(summary)):
         voice.note(why)
     voice.show(verdict(summary))
@@ -207,6 +209,21 @@ def _filter(name: str | None, mode: str) -> Filter[Any]:
         raise typer.BadParameter(f"no filter {name!r}; choose one of {', '.join(FILTERS)}")
     made: Filter[Any] = getattr(estimate, FILTERS[name])(**SETTINGS.get(name, {}))
     return made
+
+
+def _held(out: Path) -> tuple[str, str] | None:
+    """Of which source the whole history in DIR is, and its sha256; None where none can be read."""
+    from urdyn.errors import LogError
+    from urdyn.report.track_history import History
+    from urdyn.tracking.parts import FILE
+
+    if not (out / FILE).is_file():
+        return None
+    try:
+        made_of = History((out / FILE,)).provenance
+    except LogError:
+        return None
+    return str(made_of.get("source", "another")), str(made_of.get("source.sha256", ""))
 
 
 def _report(out: Path, summary: dict[str, Any], voice: Voice) -> None:
