@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
+import urdyn as ud
 from urdyn.dbn import MeanReverting, RandomWalk
 from urdyn.errors import InputError
 from urdyn.estimate import Track
+from urdyn.model.arm import Arm
 from urdyn.simulate import Payload, Trajectory
 from urdyn.types import Gaussian, Log, Motion, Parameters
 
@@ -21,7 +24,9 @@ PRIOR = Gaussian(TWO, np.eye(2))
     "asked, said",
     [
         (lambda: Log(ROWS, {}), r"t has the shape \(3, 6\); time is one axis"),
-        (lambda: Log(TWO, {"actual_q": ROWS}), r"actual_q has the shape \(3, 6\); t has 2 rows"),
+        (lambda: Log([0, 1], {"actual_q": ROWS}), r"actual_q has .* \(3, 6\); t has 2 rows"),
+        (lambda: Log(TWO, {}), "stamps have to increase; that of row 1 does not"),
+        (lambda: Log(np.array([0.0, 2.0, 1.0]), {}), "that of row 2 does not"),
         (lambda: Motion(TWO, *[ROWS] * 6), r"q has the shape \(3, 6\); .* \(2, 6\)"),
         (lambda: Motion(np.arange(3), *[ROWS] * 5, ROWS[:, :5]), r"temperature .* \(3, 6\)"),
         (lambda: Parameters(ONE, ("a", "b"), ("A", "A")), r"values .* \(1,\); .* \(2,\)"),
@@ -40,3 +45,37 @@ PRIOR = Gaussian(TWO, np.eye(2))
 def test_what_does_not_fit_is_told_by_its_name(asked: Callable[[], object], said: str) -> None:
     with pytest.raises(InputError, match=said):
         asked()
+
+
+LOG = Log(np.arange(3), {"actual_q": ROWS, "actual_current": ROWS})
+MOTION = Motion(np.arange(3), *[ROWS] * 6)
+READ, CONDITIONED = "a Log, as urdyn.read", "a Motion, as urdyn.condition"
+
+
+@pytest.mark.parametrize(
+    "asked, said",
+    [
+        (lambda arm, fit: ud.condition("run.csv"), f"{READ}.*this is 'run.csv'"),
+        (lambda arm, fit: ud.condition(MOTION), f"{READ}.*this is a Motion"),
+        (lambda arm, fit: ud.identify(arm, LOG), f"{CONDITIONED}.*this is a Log"),
+        (lambda arm, fit: ud.identify("ur5e", MOTION), "an Arm, as .*this is 'ur5e'"),
+        (lambda arm, fit: ud.identify(arm, loaded=[MOTION]), "a Run, of a motion; this is a Mot"),
+        (lambda arm, fit: ud.validate(fit, MOTION), f"{READ}.*this is a Motion"),
+        (lambda arm, fit: ud.validate("twin.toml", LOG), "Twin.load.*this is 'twin.toml'"),
+        (lambda arm, fit: ud.track(fit, "run.csv"), f"{READ}.*this is 'run.csv'"),
+        (lambda arm, fit: ud.track("twin.toml", LOG), "Twin.load.*this is 'twin.toml'"),
+        (lambda arm, fit: ud.diagnose("twin.toml", LOG), "Twin.load.*this is 'twin.toml'"),
+        (lambda arm, fit: ud.Twin("ur5e", fit), "an Arm, as .*this is 'ur5e'"),
+        (lambda arm, fit: ud.Twin(arm, arm), "a Fit, as .*this is a Arm"),
+        (lambda arm, fit: arm.torque(*[["a"] * 6] * 3), "the motion holds text"),
+        (lambda arm, fit: arm.torque(ROWS, ROWS[:2], ROWS), r"\(3, 6\), \(2, 6\)"),
+        (lambda arm, fit: arm.torque(*[ROWS] * 3, ROWS), r"inertials .* \(3, 6\); .* \(6, 10\)"),
+        (lambda arm, fit: replace(fit.dynamics, inertials=ROWS), r"inertials .* \(6, 10\)"),
+        (lambda arm, fit: replace(fit.dynamics, payload=ONE), r"payload .* \(10,\)"),
+    ],
+)
+def test_what_is_of_another_kind_is_told_and_what_was_due(
+    asked: Callable[[Arm, ud.Fit], object], said: str, ur5e: Arm, identified: ud.Fit
+) -> None:
+    with pytest.raises(InputError, match=said):
+        asked(ur5e, identified)

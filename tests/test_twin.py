@@ -14,7 +14,7 @@ import pytest
 from urdyn.errors import TwinError
 from urdyn.identify import Fit
 from urdyn.io import dump_toml
-from urdyn.model.arm import read_arm
+from urdyn.model.arm import Arm, read_arm
 from urdyn.simulate import fourier
 from urdyn.twin import ABOVE_ZERO, NOT_BELOW, Twin, document
 from urdyn.types import Source
@@ -67,6 +67,43 @@ def test_a_twin_reads_back_as_it_was(fit: Fit, tmp_path: Path) -> None:
         assert getattr(back, name) == getattr(fit, name)
     assert back.parameters.names == fit.parameters.names
     assert back.parameters.units == fit.parameters.units
+
+
+def test_twins_are_equal_whose_files_are(fit: Fit, tmp_path: Path) -> None:
+    twin = Twin(fit.dynamics.arm, fit)
+    twin.save(tmp_path / "twin.toml")
+    back = Twin.load(tmp_path / "twin.toml")
+    assert back == twin and hash(back) == hash(twin) and back != fit
+    other = replace(fit, n_samples=fit.n_samples + 1)
+    assert Twin(fit.dynamics.arm, other) != twin
+
+
+def test_a_twin_is_of_the_arm_of_its_fit(fit: Fit, ur10e: Arm) -> None:
+    with pytest.raises(TwinError, match="the fit is of ur5e, not of this ur10e"):
+        Twin(ur10e, fit)
+    drawn = fit.dynamics.arm
+    other = replace(drawn, urdf=drawn.urdf.replace("<robot", "<!-- mine --><robot", 1))
+    with pytest.raises(TwinError, match="the fit is of ur5e of another drawing"):
+        Twin(other, fit)
+
+
+def test_a_twin_is_told_in_a_line(fit: Fit) -> None:
+    said = repr(Twin(fit.dynamics.arm, fit))
+    assert said == f"Twin: {fit!r}" and "\n" not in said and len(said) < 120
+    for words in ("ur5e", "6 joints", f"{fit.n_samples} samples", "one.csv, ladung é.csv"):
+        assert words in said
+
+
+def test_masses_that_were_found_are_those_of_the_rigid_arm(fit: Fit) -> None:
+    """And are told of lists as well."""
+    rng, dynamics = np.random.default_rng(3), fit.dynamics
+    q, v, a = rng.uniform(-1.0, 1.0, (3, 5, 6))
+    loaded = replace(dynamics, payload=0.1 * dynamics.inertials[-1])
+    expected = dynamics.arm.torque(q, v, a, loaded.loaded())
+    np.testing.assert_array_equal(loaded.rigid.torque(q, v, a), expected)
+    listed = loaded.rigid.torque(*(x[0].tolist() for x in (q, v, a)))
+    np.testing.assert_array_equal(listed, expected[0])
+    assert np.abs(dynamics.arm.torque(q, v, a) - expected).max() > 1e-3
 
 
 def test_a_twin_that_was_read_predicts_the_same_current(

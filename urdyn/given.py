@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Sequence
-from typing import Any, cast
+from pathlib import PurePath
+from typing import Any, TypeVar, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from urdyn.errors import InputError
-from urdyn.types import Array, Gaussian, Index, frozen, shaped
+from urdyn.types import Array, Gaussian, Index, Log, Motion, frozen, shaped
+
+T = TypeVar("T")
 
 # Of two standard deviations: what a covariance may differ from its transpose by, the inverse of an
 # information matrix that hardly has one.
@@ -27,6 +30,25 @@ HELD = {
     "V": "rows of different lengths",
     "m": "lapses of time",
 }
+
+
+def given_a(value: object, kind: type[T], what: str, got: str) -> T:
+    """What is of this kind; InputError names what it is instead, and `got`, how one is got."""
+    if isinstance(value, kind):
+        return value
+    held = repr(value) if isinstance(value, str | PurePath) else f"a {type(value).__name__}"
+    name = f"{'an' if kind.__name__[0] in 'AEIOU' else 'a'} {kind.__name__}"
+    raise InputError(f"{what}: takes {name}, {got}; this is {held}")
+
+
+def given_log(value: object) -> Log:
+    """A log."""
+    return given_a(value, Log, "log", "as urdyn.read(path) gives")
+
+
+def given_motion(value: object) -> Motion:
+    """A motion."""
+    return given_a(value, Motion, "motion", "as urdyn.condition(log) gives")
 
 
 def positive(numbers: Array) -> Any:

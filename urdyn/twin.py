@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from urdyn.errors import TwinError, UrdynError
+from urdyn.given import given_a
 from urdyn.identify.fit import Fit
 from urdyn.identify.noise import Noise
 from urdyn.io import dump_toml, load_toml, write_text
@@ -32,16 +34,42 @@ NOT_BELOW = ("rotor_inertia", "viscous", "structural", "presliding_tail")
 DAMAGE = (LookupError, ArithmeticError, TypeError, ValueError, AssertionError, AttributeError)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Twin:
-    """An arm and what is known of it."""
+    """An arm and what is known of it; twins are equal whose files are.
 
-    arm: Arm
+    Raises:
+        TwinError: the fit is of another arm.
+    """
+
+    arm: Arm  # that of the fit
     fit: Fit
+
+    def __post_init__(self) -> None:
+        given_a(self.arm, Arm, "arm", "as urdyn.load_arm(name) gives")
+        of = given_a(self.fit, Fit, "fit", "as urdyn.identify(arm, motion) gives").dynamics.arm
+        if (self.arm.name, self.arm.urdf) != (of.name, of.urdf):
+            told = of.name if of.name != self.arm.name else f"{of.name} of another drawing"
+            raise TwinError(
+                f"the fit is of {told}, not of this {self.arm.name}; give fit.dynamics.arm"
+            )
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Twin) and self._text == other._text
+
+    def __hash__(self) -> int:
+        return hash(self._text)
+
+    def __repr__(self) -> str:
+        return f"Twin: {self.fit!r}"
+
+    @cached_property
+    def _text(self) -> str:
+        return dump_toml(document(self.fit))
 
     def save(self, path: str | Path) -> None:
         """Write the twin as TOML."""
-        write_text(path, dump_toml(document(self.fit)))
+        write_text(path, self._text)
 
     @classmethod
     def load(cls, path: str | Path) -> Twin:

@@ -11,7 +11,7 @@ from typing import Any, TypeVar, cast
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from urdyn.errors import InputError
+from urdyn.errors import InputError, LogError
 
 V = TypeVar("V")
 
@@ -97,6 +97,11 @@ class Log:
         object.__setattr__(self, "channels", MappingProxyType(channels))
         if self.t.ndim != 1:
             raise InputError(f"t has the shape {self.t.shape}; time is one axis")
+        onward = np.diff(self.t) > 0.0
+        if not onward.all():
+            back = int(np.argmin(onward)) + 1
+            told = f"stamps have to increase; that of row {back} does not"
+            raise LogError(told, self.source.path)
         for name, values in channels.items():
             if values.shape[:1] != self.t.shape:
                 raise InputError(f"{name} has the shape {values.shape}; t has {len(self)} rows")
@@ -138,8 +143,9 @@ _JOINT_SERIES = ("q", "v", "a", "jerk", "current", "temperature", "shift", "inst
 class Motion:
     """What we made of a log: joint kinematics at the stamps of the measured current.
 
-    Stamps increase; they are uniform within a stretch once `synchronise` has run and as the robot
-    gave them otherwise, because resampling colours the noise that the likelihood needs white.
+    Stamps increase, but where the clock of a robot at work is set back. They are uniform within a
+    stretch once `synchronise` has run and as the robot gave them otherwise, because resampling
+    colours the noise that the likelihood needs white.
     """
 
     t: Array  # (N,) [s]

@@ -102,9 +102,8 @@ def test_one_row_is_no_motion() -> None:
 
 def test_what_no_motion_is_made_of_is_told() -> None:
     log = polled()
-    back = replace(log, t=log.t[::-1].copy())
     with pytest.raises(LogError, match="that of row 1 does not"):
-        condition(back)
+        replace(log, t=log.t[::-1].copy())
     for settings in ({"half_window": 0}, {"degree": 2}):
         with pytest.raises(InputError, match="degree 3"):
             condition(log, **settings)

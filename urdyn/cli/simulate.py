@@ -156,13 +156,11 @@ def _work(
     rng: np.random.Generator,
 ) -> Work:
     """What the arm does: as a file says, or at random."""
-    from urdyn.model.arm import with_inertials
     from urdyn.simulate import Work, from_file, plan
 
     if path is not None:
         return Work(from_file(path, dynamics.arm, rate))
-    loaded = with_inertials(dynamics.arm, dynamics.loaded())
-    return plan(motion, loaded, duration, rate, rng)
+    return plan(motion, dynamics.rigid, duration, rate, rng)
 
 
 def _sensors(arm: Arm, noise: str) -> Sensors:

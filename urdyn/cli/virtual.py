@@ -76,14 +76,14 @@ def at_work(
 
     `path` names a file of the motion.
     """
-    from urdyn.model.arm import with_inertials
     from urdyn.simulate import fourier, from_file, observe
 
     motion, noise = np.random.default_rng((ask.seed, run)).spawn(2)
     if path is not None:
         return observe(dynamics, from_file(path, dynamics.arm, ask.rate), sensors, noise)
-    arm = with_inertials(dynamics.arm, dynamics.loaded())
-    return observe(dynamics, fourier(arm, ask.duration, ask.rate, motion), sensors, noise)
+    return observe(
+        dynamics, fourier(dynamics.rigid, ask.duration, ask.rate, motion), sensors, noise
+    )
 
 
 def payload_of(mass: float | None, com: str | None) -> Payload | None:

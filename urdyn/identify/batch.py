@@ -8,6 +8,7 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from urdyn.errors import IdentifiabilityError
+from urdyn.given import given_a, given_motion
 from urdyn.identify.design import blocks
 from urdyn.identify.fit import Fit
 from urdyn.identify.search import Progress, Run, search
@@ -36,7 +37,10 @@ def identify(
     Raises:
         IdentifiabilityError: nothing moves, or too little is there.
     """
-    runs = [*(Run(motion) for motion in motions), *loaded]
+    given_a(arm, Arm, "arm", "as urdyn.load_arm(name) gives")
+    runs = [*map(Run, motions), *(given_a(run, Run, "loaded", "of a motion") for run in loaded)]
+    for run in runs:
+        given_motion(run.motion)
     _check(arm, runs)
     # The matrices are small: threads of the linear algebra would wait for one another.
     with threadpool_limits(1):

@@ -3,12 +3,22 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
+from urdyn.given import given_a
 from urdyn.identify.noise import Noise
 from urdyn.model.dynamics import Dynamics
 from urdyn.types import Array, Gaussian, Parameters, Source, frozen, index_of
+
+
+class Fitted(Protocol):
+    """What has a fit: a twin."""
+
+    @property
+    def fit(self) -> Fit:
+        """What is known of the arm."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,6 +44,11 @@ class Fit:
         for name in ("sd", "prior", "prior_sd"):
             object.__setattr__(self, name, frozen(getattr(self, name)))
 
+    def __repr__(self) -> str:
+        logs = ", ".join(source.path for source in self.sources) or "no log that has a name"
+        arm = self.dynamics.arm
+        return f"Fit of {arm.name}, {arm.joints} joints, from {self.n_samples} samples of {logs}"
+
     def value(self, name: str) -> float:
         """A physical parameter's estimate."""
         return self.parameters[name]
@@ -48,3 +63,10 @@ class Fit:
         if not self.prior_sd[at]:
             return 0.0
         return float(np.clip(1.0 - (self.sd[at] / self.prior_sd[at]) ** 2, 0.0, 1.0))
+
+
+def fit_in(of: Fit | Fitted) -> Fit:
+    """A fit, or that of a twin; InputError where it is neither."""
+    return given_a(
+        getattr(of, "fit", of), Fit, "twin", "or the Twin that urdyn.Twin.load(path) gives"
+    )

@@ -169,7 +169,7 @@ def _fit_joint(stretches: list[Array], taken: list[Array], keep: float) -> Noise
 
 
 def _told_lags(stretches: list[Array]) -> int:
-    """Most lags, MAX_ORDER at the most, that stretches as short as these have rows enough behind."""
+    """Most lags, MAX_ORDER at the most, beyond which such stretches have rows enough."""
     behind = [sum(max(len(r) - k, 0) for r in stretches) for k in range(1, MAX_ORDER + 1)]
     return sum(rows >= BEHIND for rows in behind)
 

@@ -9,7 +9,8 @@ from scipy.signal import butter, sosfiltfilt
 from scipy.stats import t as student
 
 from urdyn.errors import LogError
-from urdyn.identify.fit import Fit
+from urdyn.given import given_log
+from urdyn.identify.fit import Fit, Fitted, fit_in
 from urdyn.model.dynamics import Dynamics
 from urdyn.signal import condition, without_stuck
 from urdyn.types import Array, Defect, Log
@@ -35,12 +36,13 @@ class Score:
         return float(self.log.t[-1] - self.log.t[0])
 
 
-def validate(fit: Fit, log: Log) -> Score:
-    """Score of a fit on a log, on the current as it was measured, where a motor can draw it.
+def validate(twin: Fit | Fitted, log: Log) -> Score:
+    """Score of a twin on a log, on the current as it was measured, where a motor can draw it.
 
     Raises:
         LogError: it is of an arm with other joints, or its currents are not in amperes.
     """
+    fit, log = fit_in(twin), given_log(log)
     if why := fit.dynamics.unlike(log.joint("actual_current")):
         raise LogError(why, log.source.path)
     log = _drawn(fit.dynamics, without_stuck(log))

@@ -18,10 +18,11 @@ import numpy as np
 import pinocchio as pin
 
 from urdyn.errors import ArmError
+from urdyn.given import given_each, given_numbers
 from urdyn.model.chain import Chain, parse, read_chain, read_text
 from urdyn.model.consistency import is_consistent
 from urdyn.model.library import find, names
-from urdyn.types import Array, frozen
+from urdyn.types import Array, frozen, shaped
 
 # What dynamics needs of a URDF. Geometry never reaches Pinocchio: missing meshes do not matter.
 NEEDED = {
@@ -53,9 +54,11 @@ class Arm:
     _data: Any = field(repr=False)
 
     def __post_init__(self) -> None:
-        for name in ("lower", "upper", "velocity_limit", "effort_limit", "inertials"):
+        for name in ("lower", "upper", "velocity_limit", "effort_limit"):
             object.__setattr__(self, name, frozen(getattr(self, name)))
-        assert self.inertials.shape == (self.joints, 10), "ten inertials a link"
+        object.__setattr__(
+            self, "inertials", shaped("inertials", self.inertials, (self.joints, 10))
+        )
 
     @property
     def joints(self) -> int:
@@ -67,7 +70,11 @@ class Arm:
         return self._each(pin.computeJointTorqueRegressor, (self.joints, 10 * self.joints), q, v, a)
 
     def torque(self, q: Array, v: Array, a: Array, inertials: Array | None = None) -> Array:
-        """Rigid-body torque (..., J) [N m], by recursive Newton-Euler."""
+        """Rigid-body torque (..., J) [N m], by recursive Newton-Euler; of these inertials (J, 10).
+
+        None: the arm's own, which are the published ones of an arm that was loaded. What a fit
+        found is asked by `fit.dynamics.rigid.torque(q, v, a)`.
+        """
         return self._having(inertials)._each(pin.rnea, (self.joints,), q, v, a)
 
     def torque_derivatives(
@@ -132,7 +139,7 @@ class Arm:
 
     def _each(self, call: Callable[..., Any], shape: tuple[int, ...], *motion: Array) -> Array:
         """`call` at every sample of the motion, (..., *shape)."""
-        if all(x.shape == (self.joints,) and x.flags.c_contiguous for x in motion):
+        if all(map(self._is_one, motion)):
             return np.array(call(self._model, self._data, *motion))  # a live stream's one sample
         lead, rows = self._rows(*motion)
         out = np.empty((len(rows[0]), *shape))
@@ -141,13 +148,24 @@ class Arm:
             result[...] = call(model, data, *sample)
         return out.reshape(*lead, *shape)
 
+    def _is_one(self, x: Array) -> bool:
+        """Whether Pinocchio takes it as it is."""
+        plain = type(x) is np.ndarray and x.dtype == np.float64 and x.flags.c_contiguous
+        return plain and x.shape == (self.joints,)
+
     def _rows(self, *motion: Array) -> tuple[tuple[int, ...], list[Array]]:
         """The leading shape of `motion` and its arrays as contiguous (N, J)."""
-        arrays = [np.asarray(x, dtype=np.float64) for x in motion]
+        arrays = [given_numbers(x, "the motion") for x in motion]
         for x in arrays:
             if x.shape[-1:] != (self.joints,):
                 raise ArmError(f"{self.name} has {self.joints} joints, the motion {x.shape[-1:]}")
-        shape = np.broadcast_shapes(*(x.shape for x in arrays))
+        try:
+            shape = np.broadcast_shapes(*(x.shape for x in arrays))
+        except ValueError:
+            told = ", ".join(str(x.shape) for x in arrays)
+            raise ArmError(
+                f"the parts of the motion have the shapes {told}; give all alike"
+            ) from None
         rows = [np.broadcast_to(x, shape).reshape(-1, self.joints) for x in arrays]
         return shape[:-1], [np.ascontiguousarray(x) for x in rows]
 
@@ -204,9 +222,10 @@ def read_arm(urdf: str, name: str = "arm") -> Arm:
 def with_inertials(arm: Arm, inertials: Array) -> Arm:
     """`arm` with other inertials (J, 10), which need not be those of solid bodies; masses not 0."""
     model = pin.Model(arm._model)
-    for i, parameters in enumerate(np.asarray(inertials, dtype=np.float64), start=1):
+    due = given_each(inertials, "inertials", (arm.joints, 10))
+    for i, parameters in enumerate(due, start=1):
         model.inertias[i] = pin.Inertia.FromDynamicParameters(parameters)
-    return replace(arm, inertials=inertials, _model=model, _data=model.createData())
+    return replace(arm, inertials=due, _model=model, _data=model.createData())
 
 
 def controller_base(arm: Arm) -> Array:

@@ -7,10 +7,10 @@ from functools import cached_property
 
 import numpy as np
 
-from urdyn.model.arm import Arm
+from urdyn.model.arm import Arm, with_inertials
 from urdyn.model.drive import LINEAR, Drive
 from urdyn.model.friction import bristles, features
-from urdyn.types import Array, Mask, Motion, frozen
+from urdyn.types import Array, Mask, Motion, shaped
 
 OVERLOAD = 3.0  # [-] of the rated torque's current, that no motor draws
 
@@ -22,14 +22,15 @@ class Dynamics:
     tau = Y(q, v, a) pi + tau_f(motion, tau_load),    i = tau / (K z)
     """
 
-    arm: Arm
+    arm: Arm  # as it is drawn: its own inertials are the published ones
     inertials: Array  # (J, 10) of the links, Pinocchio's order
     drive: Drive
     payload: Array = field(default_factory=lambda: np.zeros(10))  # in the last joint's frame
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "inertials", frozen(self.inertials))
-        object.__setattr__(self, "payload", frozen(self.payload))
+        shape = (self.arm.joints, 10)
+        object.__setattr__(self, "inertials", shaped("inertials", self.inertials, shape))
+        object.__setattr__(self, "payload", shaped("payload", self.payload, shape[1:]))
 
     def undrawn(self, current: Array) -> Mask:
         """Which of these currents (..., J) [A] no motor draws: the sensor is wrong."""
@@ -55,6 +56,11 @@ class Dynamics:
         inertials = self.inertials.copy()
         inertials[-1] += self.payload
         return inertials
+
+    @property
+    def rigid(self) -> Arm:
+        """The arm with these inertials and the payload: `rigid.torque(q, v, a)` [N·m]."""
+        return with_inertials(self.arm, self.loaded())
 
     def load(self, motion: Motion) -> Array:
         """Rigid-body torque that the gears transmit, (N, J) [N·m]."""

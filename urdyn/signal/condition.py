@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from urdyn.errors import LogError
+from urdyn.given import given_log
 from urdyn.signal.channels import POSSIBLE
 from urdyn.signal.kinematics import kinematics
 from urdyn.signal.polynomial import half_window, instrument_half
@@ -51,6 +52,7 @@ def condition(
     Raises:
         LogError: it has no stretch of motion that can be conditioned, or is no log of `arm`.
     """
+    log = given_log(log)
     if arm is not None and log.joints != arm.joints:
         raise LogError(f"has {log.joints} joints, the arm {arm.joints}", log.source.path)
     log = without_stuck(log)
@@ -135,6 +137,7 @@ def _measured(log: Log, name: str) -> Array:
 
 def require_measured(log: Log, names: Collection[str] = ("actual_q", "actual_current")) -> None:
     """LogError unless these channels were measured at all, and every angle, and are SI."""
+    log = given_log(log)
     for name in names:
         if not np.isfinite(log.joint(name)).any():
             there = ", ".join(sorted(log.channels)) or "no channel at all"
@@ -160,10 +163,6 @@ def _settle(log: Log, offset: ArrayLike, half: int | None, degree: int) -> _Sett
     step = median_step(log.t)
     if len(log) < 2:
         raise LogError("one row only; a motion needs at least two", log.source.path)
-    onward = np.diff(log.t) > 0.0
-    if not onward.all():
-        back = int(np.argmin(onward)) + 1
-        raise LogError(f"stamps have to increase; that of row {back} does not", log.source.path)
     velocities = bool(np.isfinite(log.joint("actual_qd")).any())
     half = half_window(step, degree, velocities) if half is None else half
     return _Settled(step, half, degree, offset)

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from urdyn.model.arm import Arm, with_inertials
+from urdyn.model.arm import Arm
 from urdyn.model.dynamics import Dynamics
 from urdyn.model.population import population
 from urdyn.simulate.deviations import deviated, draw_deviations
@@ -104,8 +104,7 @@ def simulate(
     dynamics = virtual_arm(arm, seed, payload, terms, deviations)
     sensors = typical_sensors(arm) if sensors is None else sensors
     if trajectory is None:
-        loaded = with_inertials(dynamics.arm, dynamics.loaded())
-        work = plan(motion, loaded, duration, rate, motion_rng)
+        work = plan(motion, dynamics.rigid, duration, rate, motion_rng)
     else:
         work = Work(trajectory)
     found = happening(dynamics, work, events, heat)

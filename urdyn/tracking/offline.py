@@ -11,7 +11,7 @@ from threadpoolctl import threadpool_limits
 
 from urdyn.errors import LogError
 from urdyn.estimate import UKF, Filter, Track
-from urdyn.identify.fit import Fit
+from urdyn.identify.fit import Fit, fit_in
 from urdyn.signal import require_measured, samples
 from urdyn.signal.stretches import median_step
 from urdyn.tracking.interest import Interest, after, as_plain, nothing_yet
@@ -95,7 +95,7 @@ def tracker_of(
     filter: Filter[Any] | None = None,  # noqa: A002 - the domain's word
 ) -> Tracker[Any]:
     """Who follows an arm along `log`; LogError where it is no log of that arm."""
-    fit = twin.fit if isinstance(twin, Twin) else twin
+    fit = fit_in(twin)
     require_measured(log)
     if why := fit.dynamics.unlike(log.joint("actual_current")):
         raise LogError(why, log.source.path)

@@ -11,7 +11,7 @@ from urdyn.errors import UnsafeMotionError
 from urdyn.identify.excite.climb import Climb, State, begin, climb_from, step, with_slack
 from urdyn.identify.excite.proof import Proof, Safe, prove
 from urdyn.identify.excite.question import Question
-from urdyn.model.arm import Arm, with_inertials
+from urdyn.model.arm import Arm
 from urdyn.model.cell import Cell
 from urdyn.model.collision import collider
 from urdyn.simulate.fourier import Series, draw
@@ -86,7 +86,7 @@ def _slack(climb: Climb, safe: Safe, distance: float, torque: float) -> Climb:
 
 def loaded(question: Question) -> Arm:
     """The arm with what it carries, as far as that is known."""
-    return with_inertials(question.point.arm, question.point.loaded())
+    return question.point.rigid
 
 
 def fitted(series: Series, limits: Limits) -> Series:
