@@ -54,7 +54,13 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path, dict[str
     written(folder / "second.csv", table, 2, 40)
     run = urdyn("calibrate", first, "--robot", "ur10", "--out", folder / "out", "--json")
     assert run.returncode == 0, run.stderr
+    (folder / "said.txt").write_text(run.stderr)
     return folder, folder / "out", json.loads(run.stdout)
+
+
+def test_the_table_has_units(made: tuple[Path, Path, dict[str, object]]) -> None:
+    said = (made[0] / "said.txt").read_text()
+    assert (said.count("[mm]"), said.count("[mrad]")) == (2, 3)
 
 
 def test_one_command_writes_every_form(made: tuple[Path, Path, dict[str, object]]) -> None:

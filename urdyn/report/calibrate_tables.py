@@ -7,6 +7,7 @@ from typing import Any
 
 from rich.box import SIMPLE_HEAD
 from rich.table import Table
+from rich.text import Text
 
 from urdyn.identify.kinematics import Calibration, Evaluation
 from urdyn.report.calibrate_words import answer, difference, evaluated_answer, tool, trust
@@ -66,5 +67,5 @@ def evaluate_table(e: Evaluation) -> str:
 def _table(title: str, heads: tuple[str, ...]) -> Table:
     table = Table(title=title, title_justify="left", header_style="bold", box=SIMPLE_HEAD)
     for k, head in enumerate(heads):
-        table.add_column(head, justify="right" if k else "left")
+        table.add_column(Text(head), justify="right" if k else "left")
     return table
