@@ -12,6 +12,8 @@ from urdyn.identify.noise import Noise
 from urdyn.model.dynamics import Dynamics
 from urdyn.types import Array, Gaussian, Parameters, Source, frozen, index_of
 
+TINY = 1e-9  # [kg]
+
 
 class Fitted(Protocol):
     """What has a fit: a twin."""
@@ -45,7 +47,7 @@ class Fit:
             object.__setattr__(self, name, frozen(getattr(self, name)))
 
     def __repr__(self) -> str:
-        logs = ", ".join(source.path for source in self.sources) or "no log that has a name"
+        logs = ", ".join(source.path for source in self.sources if source.path) or "nameless logs"
         arm = self.dynamics.arm
         return f"Fit of {arm.name}, {arm.joints} joints, from {self.n_samples} samples of {logs}"
 
@@ -58,11 +60,17 @@ class Fit:
         return float(self.sd[index_of(name, self.parameters.names, "parameter")])
 
     def informed(self, name: str) -> float:
-        """How much of the prior's variance the data removed: 0 nothing, 1 all."""
+        """How much of the prior's variance the data removed: 0 nothing, 1 all.
+
+        What a mass is unsure by grows with it, before any data: it is counted in its share.
+        """
         at = index_of(name, self.parameters.names, "parameter")
         if not self.prior_sd[at]:
             return 0.0
-        return float(np.clip(1.0 - (self.sd[at] / self.prior_sd[at]) ** 2, 0.0, 1.0))
+        left = self.sd[at] / self.prior_sd[at]
+        if name.endswith(".mass"):
+            left *= self.prior[at] / max(self.parameters.values[at], TINY)
+        return float(np.clip(1.0 - left**2, 0.0, 1.0))
 
 
 def fit_in(of: Fit | Fitted) -> Fit:
