@@ -48,6 +48,7 @@ MASS = r'(name = "upper_arm_link.mass"\nvalue = )\S+'
 # name: command line, and the text of {tmp}/x
 BROKEN: dict[str, tuple[str, Text | None]] = {
     # logs
+    "twin for a campaign": ("identify {twin}", None),
     "log absent": (f"identify {{tmp}}/none.csv {TO}", None),
     "log a folder": (f"identify {{tmp}} {TO}", None),
     "log empty": (f"identify {{tmp}}/x {TO}", literally("")),

@@ -64,6 +64,21 @@ def test_what_arms_of_a_type_hardly_have_is_told(identified: Fit) -> None:
     [said] = unlike(replace(identified, parameters=other))
     assert said.startswith("upper_arm_link.mass is") and "this is no ur5e" in said
     assert unlike(identified) == []
+    heavy = np.array([name.endswith("_arm_link.mass") for name in table.names])
+    heavy |= np.array([name == "forearm_link.mass" for name in table.names])
+    other = replace(table, values=np.where(heavy, identified.prior + 4.1 * sd, table.values))
+    [said] = unlike(replace(identified, parameters=other))
+    assert said.startswith("2 of 12 masses and drive gains are what such arms hardly have: this is")
+
+
+def test_what_a_mass_is_unsure_by_grows_with_it(identified: Fit) -> None:
+    """A link that is twice as heavy, and twice as unsure, was told as much of."""
+    name = "forearm_link.mass"
+    at = identified.parameters.names.index(name)
+    twice = np.where(np.arange(len(identified.sd)) == at, 2.0, 1.0)
+    table = replace(identified.parameters, values=twice * identified.parameters.values)
+    heavier = replace(identified, parameters=table, sd=twice * identified.sd)
+    assert 0.0 < identified.informed(name) == pytest.approx(heavier.informed(name))
 
 
 @pytest.mark.slow

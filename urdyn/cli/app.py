@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from inspect import cleandoc
 from typing import Annotated
 
 import typer
@@ -62,6 +63,12 @@ def root(
         os.environ[DEBUG] = "1"  # processes that a verb starts are told as well
 
 
+def flowing(text: str | None) -> str:
+    """A docstring whose paragraphs are a line each: a terminal breaks them where it ends."""
+    paragraphs = cleandoc(text or "").split("\n\n")
+    return "\n\n".join(" ".join(paragraph.split()) for paragraph in paragraphs)
+
+
 for verb in (
     identify,
     validate,
@@ -76,10 +83,10 @@ for verb in (
     convert,
     demo,
 ):
-    app.command()(guarded(verb))
-bench.command("identify")(guarded(bench_identify))
-bench.command("excite")(guarded(bench_excite))
-bench.command("simulate")(guarded(bench_simulate))
-bench.command("track")(guarded(bench_track))
-bench.command("faults")(guarded(bench_faults))
-bench.command("diagnose")(guarded(bench_diagnose))
+    app.command(help=flowing(verb.__doc__))(guarded(verb))
+bench.command("identify", help=flowing(bench_identify.__doc__))(guarded(bench_identify))
+bench.command("excite", help=flowing(bench_excite.__doc__))(guarded(bench_excite))
+bench.command("simulate", help=flowing(bench_simulate.__doc__))(guarded(bench_simulate))
+bench.command("track", help=flowing(bench_track.__doc__))(guarded(bench_track))
+bench.command("faults", help=flowing(bench_faults.__doc__))(guarded(bench_faults))
+bench.command("diagnose", help=flowing(bench_diagnose.__doc__))(guarded(bench_diagnose))

@@ -31,8 +31,9 @@ def asked(logs: Sequence[Path], robot: str | None, out: Path | None) -> Campaign
     if campaigns:
         return overridden(read_campaign(campaigns[0]), robot=robot, out=out)
     if robot is None or out is None:
-        missing = "--robot" if robot is None else "--out"
-        raise typer.BadParameter(f"missing, and no campaign says it: {missing}")
+        option, what = ("--robot", "the arm") if robot is None else ("--out", "a folder")
+        told = f"missing: name {what}, or a campaign that says it"
+        raise typer.BadParameter(told, param_hint=option)
     return Campaign(robot, tuple(map(Recording, logs)), out=out)
 
 

@@ -81,7 +81,7 @@ def calibrate(
         idle(context, "with --evaluate", "suggest")
         return _evaluate(arm, read, evaluate, out, voice)
     if out is None:
-        raise typer.BadParameter("missing: --out DIR")
+        raise typer.BadParameter("missing: name a folder", param_hint="--out")
     return _calibrate(arm, read, out, suggest, voice)
 
 
@@ -154,7 +154,7 @@ def _exchange(arm: Arm, path: Path, out: Path | None, voice: Voice) -> None:
     from urdyn.identify.kinematics.record import factory
 
     if out is None:
-        raise typer.BadParameter("missing: --out DIR")
+        raise typer.BadParameter("missing: name a folder", param_hint="--out")
     require_folder(out)
     told = exchange(arm, factory(path, arm), path, out)
     voice.note(f"written to {out}: kinematics.yaml, calibrated.urdf")

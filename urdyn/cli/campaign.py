@@ -47,6 +47,7 @@ CAMPAIGN = {
     "validate": list,
     "simulate": dict,
 }
+OTHERS = {"parameter": "a twin", "motion": "a plan of `urdyn excite`"}  # by what they have
 WORDS = {str: "text", int: "a whole number", NUMBER: "a number", list: "a list", dict: "a table"}
 
 
@@ -73,6 +74,10 @@ def read_campaign(path: Path) -> Campaign:
     from urdyn.io import load_toml
 
     document = load_toml(path, CampaignError)
+    for table, what in OTHERS.items():
+        if table in document:
+            told = f"{path}: is {what}, not a campaign; name recordings, or a campaign.toml"
+            raise CampaignError(told)
     try:
         return _campaign(document, path.parent)
     except InputError as error:

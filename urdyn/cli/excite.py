@@ -65,7 +65,7 @@ def excite(
     _refuse_idle(context, again, every, kind)
     folder = every or out
     if folder is None:
-        raise typer.BadParameter("missing: --out")
+        raise typer.BadParameter("missing: name a folder", param_hint="--out")
     require_folder(folder)
     if again is not None:
         _tell(_again(again), folder, time.perf_counter() - begin, voice)
@@ -141,7 +141,7 @@ def _arm(robot: str | None, fit: ud.Fit | None) -> Arm:
             raise InputError(f"the twin is of a {arm.name}, not of {robot}; leave --robot out")
         return arm
     if robot is None:
-        raise typer.BadParameter("missing: --robot, or a --twin that says it")
+        raise typer.BadParameter("missing: name the arm, or a --twin of it", param_hint="--robot")
     return ud.load_arm(robot)
 
 

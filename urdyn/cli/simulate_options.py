@@ -21,7 +21,7 @@ Motion = Annotated[
 ]
 TrajectoryFile = Annotated[
     Path | None,
-    typer.Option("--trajectory", help="CSV of t, q0, ... [s, rad] to follow in its place."),
+    typer.Option("--trajectory", help="CSV of t, q0, ... in s and rad, to follow in its place."),
 ]
 TwinFile = Annotated[
     Path | None, typer.Option("--twin", help="Simulate this identified arm, not a random one.")

@@ -47,6 +47,7 @@ from urdyn.cli.track_options import (
     TwinFile,
     Wrench,
 )
+from urdyn.cli.twin_file import load_fit
 from urdyn.cli.voice import Voice
 from urdyn.io.effort import Effort
 
@@ -111,7 +112,7 @@ def track(
     known(publish, PUBLISHED, "--publish")
     known(hand_over, HANDED, "--hand-over")
     require_folder(out)
-    fit, part = ud.Twin.load(twin).fit, slice_of(rows) if rows is not None else None
+    fit, part = load_fit(twin, [source]), slice_of(rows) if rows is not None else None
     effort = Effort(effort_unit, fit.dynamics.drive.gain)
     beside = wanted(poses, wrench)
     healthy = None if no_diagnosis else known_rules(rules, false_alarm_hours)

@@ -11,6 +11,7 @@ import urdyn as ud
 from urdyn.cli.asked import read_as, typed
 from urdyn.cli.options import Columns, Json, Logs, Quiet, Rate, Rows, Unit
 from urdyn.cli.recording import Recording
+from urdyn.cli.twin_file import load_fit
 from urdyn.cli.voice import Voice, complaints
 from urdyn.io.effort import Effort
 
@@ -42,7 +43,7 @@ def validate(
     from urdyn.report.summary import validated
     from urdyn.report.tables import validate_table
 
-    voice, fit = Voice(json, quiet), ud.Twin.load(twin).fit
+    voice, fit = Voice(json, quiet), load_fit(twin, logs)
     effort = Effort(effort_unit, fit.dynamics.drive.gain)
     asked = tuple(Recording(path, effort=effort) for path in logs)
     recordings = read_as(asked, columns, rows, rate)

@@ -23,6 +23,8 @@ from urdyn.io.plan import Plan
 from urdyn.io.table import AS_NAN, Table, join, merge
 from urdyn.types import Defect, Log, Source
 
+PLANNED = {"timestamp", "q0", "v0", "a0"}  # columns that no recorder writes
+
 Rows = tuple[int | None, int | None]
 
 
@@ -144,6 +146,9 @@ def _plan(
     """What is to be read; LogError if that is nothing."""
     plan = Plan(dialect, layout(dialect.numeric, channels), *bounds)
     if not plan.layout.keys() - {"timestamp"}:
+        if {*layout(dialect.numeric)} >= PLANNED:
+            told = "is a plan, as `urdyn excite` writes it, not a recording: record the robot that"
+            raise LogError(f"{told} follows it", path, dialect.line)
         there = ", ".join(sorted(layout(dialect.numeric))) or "no numbers at all"
         asked = ", ".join(channels or ()) or "channel"
         raise LogError(f"has no {asked}; it has {there}", path, dialect.line)
