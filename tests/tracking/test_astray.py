@@ -109,7 +109,7 @@ def test_a_sentence_has_room_for_a_few_changes(count, words):
             "samples": 1000, "data_s": 200.0, "rate_hz": 900.0, "payload_changes": changes,
             "latency_ms": {"p99": 2.0},
             "quality": as_plain(no_losses(6), 0, 0, (), 1)
-            | {"restarts": 0, "stuck": [], "lost": None},
+            | {"restarts": 0, "stuck": [], "lost": None, "too_sparse": None},
             "mode": "full", "quantities": {"joints": []},
             "final": {"payload.mass": {"mean": 1.0, "sd": 0.1}},
         }

@@ -29,7 +29,7 @@ def test_what_is_lost_repeated_and_set_back_is_told_apart():
     stamps = [0.0, 0.01, 0.03, 0.13, 0.13, 0.05, 0.06]  # 0.03: jitter, no gap
     losses, last = no_losses(2), np.nan
     for t in stamps:
-        losses = counted(losses, sample(t, np.nan if t == 0.03 else 1.0), last, PERIOD)
+        losses = counted(losses, sample(t, np.nan if t == 0.03 else 1.0), last, PERIOD, False)
         last = t
     found = as_plain(losses, 0, 2, ("a",), len(stamps))
     assert found == {
@@ -59,6 +59,7 @@ def test_a_run_tells_what_its_recording_lacked(workshop, tmp_path):
     assert "not whole: impossible angles or speeds" in said and "gap (kept)" in said
     assert "currents that no motor draws 1;" in said and "up to 5.6 % missing" in said
     assert quality["lost"] is None and not any(quality["stuck"])
+    assert quality["too_sparse"] is None  # one gap is a gap
     whole = open_source(str(workshop.recording), rows=(0, 300))
     assert "not whole" not in verdict(workshop.track(tmp_path / "whole", whole))
 
@@ -80,6 +81,26 @@ def test_a_joint_that_ends_a_run_is_named_and_when_it_did(workshop, tmp_path):
     assert summary["quality"]["lost"]["joints"] == ["elbow_joint"]
     assert 0.0 < since - workshop.log.t[300] < 0.5
     assert f"since stamp {since:.1f} s: elbow_joint told no angle" in verdict(summary)
+
+
+@pytest.mark.parametrize("seldom_first", [False, True])
+def test_a_stream_whose_rate_changed_says_what_was_not_tracked(workshop, tmp_path, seldom_first):
+    """Of 6 s at 100 Hz 2.4 s have every twelfth sample only, be it at the end or at the start."""
+    rows = np.arange(600)
+    seldom = rows < 240 if seldom_first else rows >= 360
+    keep = rows[~seldom | (rows % 12 == 0)]
+    channels = {name: x[keep] for name, x in workshop.log.channels.items()}
+    write(replace(workshop.log, t=workshop.log.t[keep], channels=channels), tmp_path / "a.parquet")
+    source = open_source(str(tmp_path / "a.parquet"))
+    summary = workshop.track(tmp_path / "out", source)
+    sparse = summary["quality"]["too_sparse"]
+    assert sparse["step_s"] == pytest.approx(0.12) and sparse["period_s"] == pytest.approx(0.01)
+    assert sparse["for_s"] == pytest.approx(2.4, abs=0.25)
+    begin = workshop.log.t[0 if seldom_first else 360]
+    assert sparse["since"] == pytest.approx(begin, abs=0.13)
+    assert "samples came 0.12 s apart there, and the period of this run is 0.01 s" in verdict(
+        summary
+    )
 
 
 def test_a_current_that_stays_while_its_joint_moves_is_counted(workshop, tmp_path):

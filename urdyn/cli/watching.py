@@ -29,6 +29,11 @@ LOST = (
     "nothing is tracked since stamp {:.1f} s: {} told no angle that can be from then on; "
     "see to the sensor, or to the recorder"
 )
+SPARSE = (
+    "nothing is tracked for {for_s:.1f} s, the first from stamp {since:.1f} s on: samples came "
+    "{step_s:.3g} s apart there, and the period of this run is {period_s:.3g} s; see to it that a "
+    "stream keeps its rate, and track parts of a log by --rows"
+)
 SILENT = 1e-3  # [-] of a joint's samples without a current, which nobody minds
 QUICK = "mode {} is less accurate than full: `urdyn bench track` prints by how much"
 SLOW = "it fell behind the robot: --mode realtime is quicker, and --rate asks for fewer samples"
@@ -74,12 +79,14 @@ def verdict(summary: dict[str, Any]) -> str:
     mass, latency = summary["final"]["payload.mass"], summary["latency_ms"]
     changed = _changes(summary["payload_changes"])
     astray, lost = summary["quality"]["restarts"], summary["quality"]["lost"]
+    sparse = summary["quality"]["too_sparse"]
     return (
         f"{summary['samples']} samples, {summary['data_s']:.1f} s, at {summary['rate_hz']:.0f} Hz; "
         f"99 % within {latency['p99']:.2f} ms; payload {interval90(mass['mean'], mass['sd'])} kg"
         + changed
         + _lacked(summary)
         + ("\n" + LOST.format(lost["since"], " and ".join(lost["joints"])) if lost else "")
+        + ("\n" + SPARSE.format(**sparse) if sparse else "")
         + ("\n" + QUICK.format(summary["mode"]) if summary["mode"] != "full" else "")
         + ("\n" + SLOW if latency["p99"] > BEHIND else "")
         + ("\n" + ASTRAY.format(astray) if astray else "")

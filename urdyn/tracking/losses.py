@@ -12,6 +12,8 @@ from urdyn.signal import Sample
 from urdyn.signal.stretches import GAP
 from urdyn.types import Array
 
+NOTABLE = 1.0  # [s] in which nothing could be tracked for samples came too seldom, worth a sentence
+
 
 @dataclass(frozen=True, eq=False)
 class Losses:
@@ -23,6 +25,9 @@ class Losses:
     longest: float = 0.0  # [s] the longest time without a sample
     repeated: int = 0  # stamps that came twice
     back: int = 0  # stamps before the one before: a clock that was set
+    sparse: int = 0  # gaps that followed a gap: samples that nothing can be learnt from
+    sparse_s: float = 0.0  # [s] that they took in all
+    sparse_since: float = np.nan  # [s] stamp at which they began
 
 
 def no_losses(joints: int) -> Losses:
@@ -30,10 +35,17 @@ def no_losses(joints: int) -> Losses:
     return Losses(np.zeros(joints))
 
 
-def counted(so_far: Losses, sample: Sample, last: float, period: float) -> Losses:
-    """With one sample more; `last` is the stamp before [s], NaN before the first."""
+def counted(so_far: Losses, sample: Sample, last: float, period: float, alone: bool) -> Losses:
+    """With one sample more.
+
+    Args:
+        last: the stamp before [s], NaN before the first.
+        alone: that came after a gap, or was the first.
+    """
     dt = sample.t - last
     gap = dt > GAP * period
+    sparse = gap and alone
+    began = last if np.isnan(so_far.sparse_since) else so_far.sparse_since
     return Losses(
         silent=so_far.silent + np.isnan(sample.current),
         gaps=so_far.gaps + gap,
@@ -41,7 +53,25 @@ def counted(so_far: Losses, sample: Sample, last: float, period: float) -> Losse
         longest=max(so_far.longest, dt) if dt > 0.0 else so_far.longest,
         repeated=so_far.repeated + (dt == 0.0),
         back=so_far.back + (dt < 0.0),
+        sparse=so_far.sparse + sparse,
+        sparse_s=so_far.sparse_s + (dt if sparse else 0.0),
+        sparse_since=began if sparse else so_far.sparse_since,
     )
+
+
+def too_sparse(losses: Losses, period: float) -> dict[str, float] | None:
+    """Since when [s], for how long and at which steps samples came too seldom; None: hardly ever.
+
+    As of a stream whose rate changed: one gap follows another, and nothing can be tracked.
+    """
+    if losses.sparse_s < NOTABLE:
+        return None
+    return {
+        "since": float(losses.sparse_since),
+        "for_s": float(losses.sparse_s),
+        "step_s": float(losses.sparse_s / losses.sparse),
+        "period_s": period,
+    }
 
 
 def as_plain(

@@ -25,7 +25,7 @@ from urdyn.tracking.checkpoint import Checkpoint
 from urdyn.tracking.glance import Glance, Watch
 from urdyn.tracking.keeper import Keeper, begin_scribe
 from urdyn.tracking.latency import Latency
-from urdyn.tracking.losses import as_plain, counted, no_losses
+from urdyn.tracking.losses import as_plain, counted, no_losses, too_sparse
 from urdyn.tracking.modes import mode_of
 from urdyn.tracking.observer import Observer
 from urdyn.tracking.parts import FILE, discard_parts, drop_others, writing_parts
@@ -201,7 +201,8 @@ class _Run(Generic[S]):
                 self.observer.miss(*self.tracker.missed(state))
         set_back = max(at.last - t, 0.0) if np.isfinite(at.last) else 0.0
         began = at.began - set_back if np.isfinite(at.began) else t
-        lacked = counted(at.losses, arrival.sample, at.last, self.source.period)
+        alone = len(before.causal.t) == 1
+        lacked = counted(at.losses, arrival.sample, at.last, self.source.period, alone)
         at = replace(at, state=state, losses=lacked, index=at.index + 1, began=began, last=t)
         return at, reading
 
@@ -269,6 +270,7 @@ class _Run(Generic[S]):
         return lacked | {
             "stuck": at.state.stuck.astype(int).tolist(),
             "lost": self._lost(at),
+            "too_sparse": too_sparse(at.losses, self.source.period),
             "restarts": int(at.state.restarts),
             "compared": at.interest.samples.astype(int).tolist(),
         }
