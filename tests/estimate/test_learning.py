@@ -167,12 +167,19 @@ def test_an_edge_is_learnt_through_noise() -> None:
         return replace(learnt, nodes=pair.nodes)  # noise levels are known here
 
     found = expectation_maximisation(led(0.0), build, maximise, ticks(N), y, 60, 1e-3)
+    assert found.converged
     coefficient = found.setting.edges[0].coefficient
 
     def surprise(c: Array) -> float:
         return -track(Kalman(), build(led(float(c[0]))), ticks(N), y).log_likelihood
 
     assert (np.diff(found.log_likelihood) > -1e-9).all()
+    best = maximise_evidence(np.zeros(1), lambda c: build(led(float(c[0]))), ticks(N), y)
+    assert best.converged
+    assert best.log_likelihood[-1] - found.log_likelihood[-1] < 1e-2
+    few = expectation_maximisation(led(0.0), build, maximise, ticks(N), y, 3, 1e-3)
+    assert not few.converged
+    assert best.log_likelihood[-1] - few.log_likelihood[-1] > 1e-2
     sd = curvature_sd(surprise, np.array([coefficient]))[0]
     assert abs(coefficient - 0.7) < 4 * sd
 

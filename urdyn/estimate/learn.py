@@ -28,6 +28,7 @@ class Learnt(Generic[Setting]):
 
     setting: Setting  # a network, noise levels: whatever the model is built from
     log_likelihood: Array  # (rounds,) of what each began with
+    converged: bool  # whether it ended for nothing more was to be gained, not for lack of rounds
 
 
 def expectation_maximisation(
@@ -41,11 +42,13 @@ def expectation_maximisation(
 ) -> Learnt[Setting]:
     """Smooth with what is believed, learn from that, and again [Shumway1982]_.
 
-    Ends after `iterations`, or when a round raises the log-likelihood by less than `tolerance`. It
-    never falls where `maximise` does what its name says; where it does fall, what the round before
-    had learnt is returned.
+    Ends when a round raises the log-likelihood by less than `tolerance` [nats], and so has
+    converged, or after `iterations`, and has not. Where readings tell little of what is learnt its
+    rounds are short: one that gains little may have far to go. The likelihood never falls where
+    `maximise` does what its name says; where it does fall, what the round before had learnt is
+    returned.
     """
-    before, setting, climbed = start, start, [-np.inf]
+    before, setting, climbed, gained = start, start, [-np.inf], np.inf
     for _ in range(iterations):
         history, log_likelihood = smooth(build(setting), inputs, observations)
         gained = log_likelihood - climbed[-1]
@@ -55,7 +58,7 @@ def expectation_maximisation(
         if gained < tolerance:
             break
         before, setting = setting, maximise(setting, history)
-    return Learnt(setting, np.array(climbed[1:]))
+    return Learnt(setting, np.array(climbed[1:]), gained < tolerance)
 
 
 def maximise_evidence(
@@ -85,7 +88,7 @@ def maximise_evidence(
     found = minimize(surprise, start, method="Nelder-Mead", options={"xatol": 1e-3, "fatol": 1e-3})
     if not (found.success and np.isfinite(found.fun)):
         raise InputError(f"no likeliest setting was found, begin nearer to it: {found.message}")
-    return Learnt(np.asarray(found.x), np.array([began, -float(found.fun)]))
+    return Learnt(np.asarray(found.x), np.array([began, -float(found.fun)]), True)
 
 
 def doubt(

@@ -103,7 +103,7 @@ def learn_edges(
     coefficients = {edge.joins: edge for edge in found.setting.edges}
     nodes = (replace(n, diffusion=learnt.get(n.name, n.diffusion)) for n in network.nodes)
     edges = (coefficients.get(edge.joins, edge) for edge in network.edges)
-    return Learnt(replace(network, nodes=tuple(nodes), edges=tuple(edges)), found.log_likelihood)
+    return replace(found, setting=replace(network, nodes=tuple(nodes), edges=tuple(edges)))
 
 
 def wearing(network: Network, fit: Fit, drift: Drift) -> Network:
