@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 import urdyn as ud
+from urdyn.cli.bench_progress import progress
 from urdyn.cli.fresh import fresh
 from urdyn.cli.options import Json, Quiet
 from urdyn.cli.voice import Voice
@@ -51,7 +52,7 @@ def bench_track(
     from urdyn.cli.bench_tables import notes, tables
 
     voice = Voice(json, quiet)
-    with voice.progress("ramps") as told, tempfile.TemporaryDirectory(prefix="urdyn-") as folder:
+    with progress(voice, "ramps") as told, tempfile.TemporaryDirectory(prefix="urdyn-") as folder:
         document = measure(Path(folder), 10 if quick else 40, 10.0 if quick else 30.0, told)
         kinds = [(robot, noise) for robot in ARMS[quick] for noise in NOISES]
         count, duration = (2, 10.0) if quick else (arms, 60.0)
