@@ -16,7 +16,9 @@ def test_the_paper_is_beside_ours(tmp_path: Path) -> None:
     assert {row["fault"] for row in told["faults"]} == {"friction increase", "health degradation"}
     steep = [row for row in told["faults"] if row["ratio"] >= 0.1]
     assert all(r["found"] == 1.0 for r in steep if r["detector"] == "Shiryaev-Roberts")
-    assert "82%" in done.stderr and "Table III" in page.read_text()
+    assert all(row["lives"] <= 12 for row in told["faults"])
+    assert "of 12 runs" in page.read_text()
+    assert "82 %" in done.stderr and "Table III" in page.read_text()
 
 
 def test_a_seed_below_zero_is_refused() -> None:

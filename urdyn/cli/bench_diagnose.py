@@ -14,6 +14,8 @@ from urdyn.cli.bench_progress import progress
 from urdyn.cli.options import Json, Quiet
 from urdyn.cli.voice import Voice
 from urdyn.errors import InputError
+from urdyn.report.digits import percent
+from urdyn.report.shares import share_of
 from urdyn.version import __version__
 
 if TYPE_CHECKING:
@@ -86,7 +88,8 @@ def _show(
     voice.show(_table(counts, truth, told))
     voice.show(_summed(done, counts))
     for confidence, share, n in reliability(done):
-        voice.show(f"of {n} findings told with {confidence:.0%} confidence {share:.0%} are right")
+        sure = f"of {n} findings told with {percent(confidence)} confidence"
+        voice.show(f"{sure} {share_of(share, n)} are right; in brackets a 95 % interval")
 
 
 def _summed(done: list[Trial], counts: np.ndarray) -> str:

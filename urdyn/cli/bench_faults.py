@@ -15,6 +15,8 @@ from urdyn.cli.bench_progress import progress
 from urdyn.cli.options import Json, Quiet
 from urdyn.cli.voice import Voice
 from urdyn.errors import InputError
+from urdyn.report.digits import percent
+from urdyn.report.shares import share_of
 from urdyn.version import __version__
 
 if TYPE_CHECKING:
@@ -80,34 +82,38 @@ def _numbers(row: Any) -> dict[str, Any]:
 
 def _rates(rows: Sequence[Row], theirs: Mapping[str, tuple[float, float, float]]) -> Table:
     table = Table(title="before the warning level, at a promise of 1 false alarm in 10,000 steps")
-    for head in ("fault", "growth/sigma", "detector", "found", "delay", "x oracle", "false/1000"):
+    heads = (
+        "fault", "growth/sigma", "detector", "found (95 %)", "delay", "x oracle", "false/1000",
+    )  # fmt: skip
+    for head in heads:
         table.add_column(head, no_wrap=True)
     for fault, (found, positive, latency) in theirs.items():
-        rate = f"{positive:.0%} FP"
-        table.add_row(fault, "not told", "the paper", f"{found:.0%}", f"{latency:g}", "-", rate)
+        rate = f"{percent(positive)} FP"
+        table.add_row(fault, "not told", "the paper", percent(found), f"{latency:g}", "-", rate)
     for row in rows:
         delay = "-" if math.isnan(row.delay) else f"{row.delay:.1f}"
         ratio = "-" if math.isnan(row.against_oracle) else f"{row.against_oracle:.2f}"
         false = f"{row.false_per_1000:.3g}"
         growth = f"{row.ratio:g}"
-        table.add_row(row.fault, growth, row.detector, f"{row.found:.1%}", delay, ratio, false)
+        mine = share_of(row.found, row.lives)
+        table.add_row(row.fault, growth, row.detector, mine, delay, ratio, false)
     return table
 
 
 def _promises(kept: Sequence[Kept]) -> Table:
     table = Table(title="healthy runs of 1000 steps with an alarm")
-    for head in ("noise", "runs with an alarm", "promised at most"):
+    for head in ("noise", "runs with an alarm (95 %)", "promised at most"):
         table.add_column(head, no_wrap=True)
     for one in kept:
-        table.add_row(one.noise, f"{one.share:.1%}", f"{one.promised:.1%}")
+        table.add_row(one.noise, share_of(one.share, one.runs), f"{one.promised:.1%}")
     return table
 
 
 def _forecasts(predicted: Sequence[Predicted]) -> Table:
     table = Table(title="time to the critical level")
-    for head in ("sigma", "after onset", "left", "median error", "90 % intervals cover"):
+    for head in ("sigma", "after onset", "left", "median error", "90 % intervals cover (95 %)"):
         table.add_column(head, no_wrap=True)
     for one in predicted:
         cells = (f"{one.sigma:g}", str(one.age), f"{one.left:g}")
-        table.add_row(*cells, f"{one.error:.1%}", f"{one.coverage:.1%}")
+        table.add_row(*cells, percent(one.error), share_of(one.coverage, one.lives))
     return table

@@ -136,32 +136,38 @@ def _rows(
     arms = trials.arms(scenario, trials.runs)
     series, calm = arms[:, :, paper.WORN], trials.healthy[1]
     known = oracle_cusum(calm, ratio)
-    over = oracle_cusum(series, ratio) >= calibrated(known, PROMISE)
-    best = np.where(over.any(axis=0), over.argmax(axis=0), len(series))
-    oracle = Row(fault, scenario.sigma, ratio, "oracle CUSUM", *_outcome(best, series), 1.0,
-                 1000.0 / PROMISE)  # fmt: skip
+    above = oracle_cusum(series, ratio) >= calibrated(known, PROMISE)
+    best = np.where(above.any(axis=0), above.argmax(axis=0), len(series))
+    found, delay, lives = _outcome(best, series)
+    oracle = Row(fault, scenario.sigma, ratio, "oracle CUSUM", found, delay, 1.0,
+                 1000.0 / PROMISE, lives)  # fmt: skip
     yield oracle
     for name, detector in trials.detectors(ratio).items():
-        found, delay = _outcome(first_alarms(detector, series), series)
+        found, delay, lives = _outcome(first_alarms(detector, series), series)
         false = quiet[name] if name in quiet else first_alarms(detector, calm)
-        yield Row(
-            fault, scenario.sigma, ratio, name, found, delay, delay / oracle.delay, _rate(false)
-        )
+        over = delay / oracle.delay
+        yield Row(fault, scenario.sigma, ratio, name, found, delay, over, _rate(false), lives)
     count = trials.runs // paper.JOINTS
     whole = arms[:, :count].reshape(len(arms), -1)
     together = Whitened(trials.baseline, ShiryaevRoberts(PROMISE / count, side=1.0))
-    found, delay = _outcome(first_alarms(together, whole, paper.JOINTS), whole)
+    found, delay, lives = _outcome(first_alarms(together, whole, paper.JOINTS), whole)
     row = Row(fault, scenario.sigma, ratio, TOGETHER, found, delay, delay / oracle.delay,
-              _rate(quiet[TOGETHER]))  # fmt: skip
+              _rate(quiet[TOGETHER]), lives)  # fmt: skip
     yield row
 
 
-def _outcome(first: Array, series: Array) -> tuple[float, float]:
-    """Share found in time, and mean delay [steps], of lives without an alarm before the onset."""
+def _outcome(first: Array, series: Array) -> tuple[float, float, int]:
+    """Share found in time, mean delay [steps] and number, of lives without an alarm before onset.
+
+    NaN where none is left.
+    """
     told = first[first >= paper.ONSET] + 1 - paper.ONSET
+    if not len(told):
+        return np.nan, np.nan, 0
     in_time = float((told <= paper.WARNING_STEP - paper.ONSET).mean())
     ever = told <= len(series) - paper.ONSET
-    return in_time, float(told[ever].mean()) if ever.mean() > 0.99 else float("nan")
+    delay = float(told[ever].mean()) if ever.mean() > 0.99 else np.nan
+    return in_time, delay, len(told)
 
 
 def _rate(first: Array) -> float:
@@ -173,7 +179,7 @@ def kept(runs: int, seed: int) -> Iterator[Kept]:
     """The promise on every kind of noise."""
     for name, noise in NOISES.items():
         rng = np.random.default_rng(seed)
-        yield Kept(name, alarmed(noise, runs, rng), 1.0 - float(np.exp(-STEPS / PROMISE)))
+        yield Kept(name, alarmed(noise, runs, rng), 1.0 - float(np.exp(-STEPS / PROMISE)), runs)
 
 
 def alarmed(noise: Noise, runs: int, rng: np.random.Generator) -> float:
@@ -198,7 +204,8 @@ def predicted(trials: Trials, sigmas: tuple[float, ...] = (0.01, 0.05)) -> Itera
                 made = [one.critical for one in foresee(trials.baseline, state, end, end)]
                 error = np.median([abs(one.median - left) / left for one in made])
                 inside = np.mean([one.low <= left <= one.high for one in made])
-                yield Predicted(sigma, step - paper.ONSET, left, float(error), float(inside))
+                age = step - paper.ONSET
+                yield Predicted(sigma, age, left, float(error), float(inside), len(made))
 
 
 def figure4(seed: int, sigma: float = 0.025) -> Foreseen:

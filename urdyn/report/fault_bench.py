@@ -12,6 +12,7 @@ import plotly.graph_objects as go
 from urdyn.report.canvas import CONTROLLER, JOINTS, MEASURED, OURS, TRUTH, band, figure, line, rule
 from urdyn.report.digits import percent
 from urdyn.report.markup import Html, document, grid, paragraph, plot, section, table, tag, text
+from urdyn.report.shares import interval, share_of
 from urdyn.types import Array
 
 DETECTORS = {
@@ -44,6 +45,7 @@ class Row:
     delay: float  # [steps] from onset to alarm, mean; NaN where less than half are ever found
     against_oracle: float  # [-] delay over the oracle's
     false_per_1000: float  # alarms in 1000 healthy steps
+    lives: int  # of which `found` is a share: those without an alarm before the onset
 
 
 @dataclass(frozen=True)
@@ -53,6 +55,7 @@ class Kept:
     noise: str
     share: float  # of healthy runs with an alarm
     promised: float
+    runs: int
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,6 +83,7 @@ class Predicted:
     left: float  # [steps] to the crossing in truth
     error: float  # [-] median of |median - truth| / what is left
     coverage: float  # of 90 % intervals
+    lives: int
 
 
 def fault_page(
@@ -113,7 +117,7 @@ def fault_page(
         section(
             "The promise",
             "Healthy runs of 1000 steps with an alarm, after a baseline of 1000 steps. What is "
-            "promised is drawn as a line.",
+            "promised is drawn as a line; whiskers are 95 % intervals.",
             _promise(kept),
         ),
         section(
@@ -137,16 +141,21 @@ def fault_page(
 def _headline(rows: Sequence[Row], kept: Sequence[Kept]) -> str:
     """The worst of both: faults that are found, and healthy runs that alarm."""
     ours = [row for row in rows if row.detector == TOGETHER and row.ratio >= SEEN]
-    found, cried = min(row.found for row in ours), max(kept, key=lambda one: one.share)
+    worst, cried = min(ours, key=lambda row: row.found), max(kept, key=lambda one: one.share)
+    found, alarmed = share_of(worst.found, worst.lives), share_of(cried.share, cried.runs)
+    # Of several kinds the worst is one that had bad luck.
+    beyond = interval(cried.share, cried.runs, 1.0 - 0.05 / len(kept))[0] > cried.promised
     return (
-        f"Of faults that grow by {SEEN:g} of the noise in a step, or by more, {percent(found)} are "
-        f"found before the warning level; of healthy runs {percent(cried.share)} alarm at most, "
-        f"where {percent(cried.promised)} are promised."
+        f"Of faults that grow by {SEEN:g} of the noise in a step, or by more, {found} are found "
+        f"before the warning level; of healthy runs {alarmed} alarm at most, where "
+        f"{percent(cried.promised)} are promised{', and that is more than chance' * beyond}. In "
+        f"brackets 95 % intervals, of {worst.lives} lives of faults and of {cried.runs} runs."
     )
 
 
 def _beside(rows: Sequence[Row], paper: Mapping[str, tuple[float, float, float]]) -> Html:
-    head = ("fault", "who", "sigma", "growth / sigma", "found", "false alarms", "delay [steps]")
+    head = ("fault", "who", "sigma", "growth / sigma", "found (95 %)", "false alarms",
+            "delay [steps]")  # fmt: skip
     body: list[tuple[Html, ...]] = []
     for fault, (found, false, latency) in paper.items():
         told = ("the paper", "not told", "-", f"{found:.0%}", f"{false:.0%} FP rate")
@@ -162,14 +171,14 @@ def _ours(row: Row) -> tuple[str, ...]:
         "urdyn",
         f"{row.sigma:g}",
         f"{row.ratio:g}",
-        f"{row.found:.1%}",
+        share_of(row.found, row.lives),
         false,
         _steps(row.delay),
     )
 
 
 def _all(rows: Sequence[Row]) -> Html:
-    head = ("fault", "growth / sigma", "detector", "found before warning", "delay [steps]",
+    head = ("fault", "growth / sigma", "detector", "found before warning (95 %)", "delay [steps]",
             "over the oracle's", "false alarms in 1000 steps")  # fmt: skip
     body = (
         tuple(
@@ -179,7 +188,7 @@ def _all(rows: Sequence[Row]) -> Html:
                     row.fault,
                     f"{row.ratio:g}",
                     row.detector,
-                    f"{row.found:.1%}",
+                    share_of(row.found, row.lives),
                     _steps(row.delay),
                     f"{row.against_oracle:.2f}" if row.against_oracle > 0.0 else "-",
                     f"{row.false_per_1000:.2g}",
@@ -227,7 +236,10 @@ def _shares(rows: Sequence[Row]) -> Html:
 
 def _promise(kept: Sequence[Kept]) -> Html:
     names = ["<br>".join(wrap(one.noise, LINE)) for one in kept]
-    bars = go.Bar(x=names, y=[100.0 * one.share for one in kept], marker={"color": OURS})
+    share = 100.0 * np.array([one.share for one in kept])
+    low, high = 100.0 * np.array([interval(one.share, one.runs) for one in kept]).T
+    whiskers = {"array": high - share, "arrayminus": share - low, "thickness": 1.0}
+    bars = go.Bar(x=names, y=share, marker={"color": OURS}, error_y=whiskers)
     drawing = figure([bars], "", "healthy runs with an alarm [%]", 280)
     drawing.update_layout(shapes=[rule(y=100.0 * kept[0].promised)])
     drawing.update_xaxes(automargin=True)
@@ -273,12 +285,19 @@ def _crossing(life: Foreseen) -> Html:
 
 
 def _predicted(predicted: Sequence[Predicted]) -> Html:
-    head = ("sigma", "steps after the onset", "steps left", "median error", "90 % intervals cover")
+    head = ("sigma", "steps after the onset", "steps left", "median error",
+            "90 % intervals cover (95 %)")  # fmt: skip
     body = (
         tuple(
             map(
                 text,
-                (f"{p.sigma:g}", p.age, f"{p.left:g}", f"{p.error:.1%}", f"{p.coverage:.1%}"),
+                (
+                    f"{p.sigma:g}",
+                    p.age,
+                    f"{p.left:g}",
+                    percent(p.error),
+                    share_of(p.coverage, p.lives),
+                ),
             )
         )
         for p in predicted

@@ -1,0 +1,21 @@
+"""A share of so many lives, told no surer than they make it."""
+
+from __future__ import annotations
+
+from urdyn.report.digits import MISSING, percent
+
+
+def interval(share: float, count: int, level: float = 0.95) -> tuple[float, float]:
+    """What the true share is within, so surely: exact, by Clopper and Pearson."""
+    from scipy.stats import binomtest
+
+    known = binomtest(round(share * count), count).proportion_ci(level, method="exact")
+    return float(known.low), float(known.high)
+
+
+def share_of(share: float, count: int) -> str:
+    """In percent, with its 95 % interval: "17 % (2 to 48)"."""
+    if not count:
+        return MISSING
+    low, high = interval(share, count)
+    return f"{percent(share)} ({100.0 * low:.0f} to {100.0 * high:.0f})"
