@@ -17,6 +17,7 @@ from urdyn.bench import (
     CONFIGURATIONS,
     GROUPS,
     Followed,
+    Tracked,
     follow_friction,
     follow_health,
     groups,
@@ -29,6 +30,7 @@ from urdyn.cli.bench_track import _table_1, _table_2
 from urdyn.cli.fresh import fresh
 from urdyn.report.bench_page import bench_page
 from urdyn.simulate.paper import FRICTION_INCREASE, HEALTH_DEGRADATION, reconstruction
+from urdyn.types import Log
 
 LIVES = 4
 TRUE = {
@@ -39,8 +41,8 @@ TRUE = {
     "nis": 0.97,
     "sd": None,
     "groups": [
-        {"symbol": "f", "coverage": 0.91, "coverage_sd": None, "ratio": 1.02, "ratio_sd": None}
-        | {"nees": 1.13, "nees_sd": None, "pass": None}
+        {"symbol": "f", "coverage": 0.91, "coverage_low": None, "coverage_high": None}
+        | {"ratio": 1.02, "ratio_sd": None, "nees": 1.13, "nees_sd": None, "pass": None}
     ],
 }
 RATE = 100.0
@@ -82,39 +84,51 @@ def test_the_papers_filter_is_as_low_on_ramps_as_the_paper_says() -> None:
 
 
 @pytest.fixture
-def made_up(tmp_path: Path) -> tuple[Path, dict[str, float]]:
+def made_up(tmp_path: Path) -> Tracked:
     """A history whose errors are 1 in its first half and 0.1 in its second; bounds are 0.2."""
-    t = np.arange(0.0, 10.0, 0.5)
-    truth = {f"a.{quantity}": 0.5 for quantity, _ in QUANTITIES.values()}
-    error = np.where(t > 0.5 * t[-1], 0.1, 1.0)
-    cells = {"t": t} | {name: value + error for name, value in truth.items()}
-    cells |= {f"{name}.sd": np.full(len(t), 0.2) for name in truth}
-    pq.write_table(pa.table(cells), tmp_path / "history.parquet")
-    return tmp_path / "history.parquet", truth
+    return _made_up(tmp_path, 0.1)
 
 
-def test_errors_of_an_arm_are_those_of_the_second_half(
-    made_up: tuple[Path, dict[str, float]],
-) -> None:
-    path, truth = made_up
-    for group in groups(path, path, truth):
+def _made_up(folder: Path, late: float) -> Tracked:
+    """Of a truth that moves: what is told of it is wrong by 1, then by `late`."""
+    t, names = np.arange(0.0, 10.0, 0.5), [f"a.{quantity}" for quantity, _ in QUANTITIES.values()]
+    error = np.where(t > 0.5 * t[-1], late, 1.0)
+    cells = {"t": t} | dict.fromkeys(names, 0.5 + 0.01 * t + error)
+    cells |= {f"{name}.sd": np.full(len(t), 0.2) for name in names}
+    pq.write_table(pa.table(cells), folder / "history.parquet")
+    ends = np.array([0.0, 10.0])
+    truth = Log(ends, dict.fromkeys(names, 0.5 + 0.01 * ends))
+    return Tracked(truth, folder / "history.parquet", folder / "history.parquet")
+
+
+def test_errors_of_an_arm_are_those_of_the_second_half(made_up: Tracked) -> None:
+    for group in groups([made_up]):
         assert group.rmse == pytest.approx(0.1)
-        assert group.ratio == pytest.approx(0.5)
+        assert group.ratio == pytest.approx(0.5) and group.ratio_sd is None
         assert group.converged == 5.0  # first stamp of the second half
 
 
+def test_errors_of_arms_are_a_mean_of_squares_and_its_scatter(
+    made_up: Tracked, tmp_path: Path
+) -> None:
+    (other := tmp_path / "other").mkdir()
+    for group in groups([made_up, _made_up(other, 0.7)]):
+        assert group.rmse == pytest.approx(0.5)  # of .01 and .49
+        assert group.ratio == pytest.approx(2.5)
+        # Squares over the bound's are .25 and 12.25: their mean is known to 6, its root to 1.2.
+        assert group.ratio_sd == pytest.approx(1.2)
+
+
 @pytest.fixture
-def document(
-    friction: dict[str, Followed], made_up: tuple[Path, dict[str, float]]
-) -> dict[str, Any]:
-    arm = {g.symbol: asdict(g) | {"ratio": g.ratio} for g in groups(*2 * made_up[:1], made_up[1])}
+def document(friction: dict[str, Followed], made_up: Tracked) -> dict[str, Any]:
+    arm = {g.symbol: asdict(g) | {"ratio": g.ratio} for g in groups([made_up])}
     pace = {"hz": 1234.0, "p50_ms": 0.8, "p99_ms": 0.9, "mb": 140.0}
     names = [name for name in friction if name != "bank"]
     found = ramps(0.025, LIVES)
     return {
         "urdyn": "0",
         "reconstruction": reconstruction(FRICTION_INCREASE),
-        "arm": {"robot": "ur10e", "duration_s": 10.0, "rate_hz": 100.0},
+        "arm": {"robot": "ur10e", "arms": 1, "duration_s": 10.0, "rate_hz": 100.0},
         "ramps": [asdict(found) | {"ratio": found.ratio, "pass": True}],
         "table_1": _table_1({0.05: list(friction.values())}, arm),
         "table_2": _table_2(
@@ -151,7 +165,7 @@ def test_a_virtual_arm_is_followed_better_than_the_paper_where_units_agree(tmp_p
     arm = virtual_run(tmp_path, 8.0, RATE)
     fresh("track", str(arm.twin), str(arm.log), "--out", f"{tmp_path}/ekf", "--filter", "ekf")
     history = tmp_path / "ekf" / "history.parquet"
-    found = {group.symbol: group for group in groups(history, history, arm.truth)}
+    found = {group.symbol: group for group in groups([Tracked(arm.truth, history, history)])}
     paper = {group.symbol: group.rmse for group in GROUPS}
     for symbol in ("k", "beta", "z"):
         assert found[symbol].rmse < paper[symbol]

@@ -6,10 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.stats import binom, chi2
+from scipy.stats import binom, binomtest, chi2
 
 from urdyn.bench.coloured import Coloured
-from urdyn.bench.life import MOVED, STEP, WORN, drawn
+from urdyn.bench.life import HELD, MOVED, STEP, drawn
+from urdyn.bench.spread import interval
 from urdyn.bench.truth import Trial, Trials, surprise, trials, truths
 from urdyn.estimate import EKF
 from urdyn.estimate.bound import posterior_bound
@@ -58,6 +59,15 @@ def test_nothing_befalls_an_arm_before_its_life_begins(identified: Fit, model) -
     np.testing.assert_allclose(after.viscous[3], np.exp(x[at["alpha"]] - softer))
 
 
+def test_an_arm_is_on_the_day_as_its_life_begins(identified: Fit, model) -> None:
+    life = drawn(model, 0.0, 10.0, np.random.default_rng(1))
+    was, now = identified.dynamics.drive, life.on_the_day(identified.dynamics).drive
+    at, x = model.observation.places, life.at(10.0)
+    np.testing.assert_allclose(now.structural, was.structural * np.exp(x[at["beta"]]))
+    np.testing.assert_allclose(now.offset, was.offset + x[at["o"]])
+    np.testing.assert_array_equal(now.coulomb, was.coulomb)  # by the life's course
+
+
 def test_lives_stray_as_the_process_says(model) -> None:
     """Variances over many lives, by the process's own F and Q; chi-square of as many."""
     many, duration = 150, 5.0
@@ -68,15 +78,20 @@ def test_lives_stray_as_the_process_says(model) -> None:
     rates = np.arange(len(model.observation.names), len(model.names))
     cov = np.zeros_like(model.prior.cov)
     cov[moved, moved] = np.diag(model.prior.cov)[moved]
-    for group in WORN:
-        cov[places[group], places[group]] = DAY[group] ** 2 * np.eye(6)
+    for group, sd in DAY.items():
+        one = model.observation.reference.drive.coulomb if group == "o" else np.ones(6)
+        cov[places[group], places[group]] = np.diag((sd * one) ** 2)
     cov[np.ix_(rates, rates)] = model.prior.cov[np.ix_(rates, rates)]
     still = Instant(0.0, *np.zeros((5, 6)), np.full(6, np.nan), np.zeros(6))
     u = replace(model.observation.inputs(still, np.zeros(6), STEP), blind=False)
     F, Q = model.transition_jacobian(model.prior.mean, u), model.transition_cov(u)
+    day = cov
     for _ in range(round(duration / STEP)):
         cov = F @ cov @ F.T + Q
-    for group in ("k", "f", "alpha", "z", "lubricant"):
+    for group in HELD:
+        at = places[group]
+        cov[at, at] = day[at, at]
+    for group in ("k", "f", "alpha", "beta", "z", "o", "lubricant"):
         at = places[group]
         chi = float(np.sum((many - 1) * found[at] / np.diag(cov)[at]))
         # f and alpha of one joint are alike, joints are not: six of them.
@@ -132,12 +147,17 @@ def test_figures_of_errors_that_are_made_to_measure() -> None:
     independent = arms * shape[1]
     low, high = (binom.ppf(p, independent, 0.9) / independent for p in (CHANCE, 1 - CHANCE))
     assert low < found.coverage < high
-    assert found.coverage_sd == pytest.approx(np.sqrt(0.09 / independent), rel=0.2)
+    exact = binomtest(round(found.coverage * independent), independent).proportion_ci()
+    assert found.coverage_high - found.coverage_low == pytest.approx(
+        exact.high - exact.low, rel=0.2
+    )
     assert abs(found.ratio - 2.0) < 4.0 * found.ratio_sd and found.ratio_sd < 0.1
     assert abs(found.nees - 1.0) < 4.0 * found.nees_sd and found.nees_sd < 0.1
     assert found.honest is False  # it covers, but is far from the bound
     assert surprise(runs)[0] == pytest.approx(0.99)
     assert truths(runs[:1])[0].honest is None
+    same = Trials({"k": runs[0].groups["f"]}, (99.0, 100))
+    assert truths([same, same])[0].honest is None  # two that agree are no certainty
 
 
 @pytest.mark.slow
@@ -152,3 +172,20 @@ def test_intervals_are_true_under_the_noise_of_real_arms() -> None:
         told = np.sqrt(np.mean([run.groups[symbol].sd[-1] ** 2 for run in runs]))
         assert told == pytest.approx(bound, rel=0.1)  # the filter is as sure as can be, no surer
     assert surprise(runs)[0] == pytest.approx(1.0, abs=0.1)
+
+
+def test_arms_that_agree_have_shown_their_joints_and_no_more() -> None:
+    """Two arms of six joints, all covered: twelve of twelve, by Clopper and Pearson."""
+    exact = binomtest(12, 12).proportion_ci()
+    assert interval([1.0, 1.0], 6) == pytest.approx((exact.low, exact.high))
+    assert np.isnan(interval([1.0], 6)).all()  # nobody knows how arms differ
+
+
+def test_an_interval_of_coverage_holds_it_though_an_arms_joints_go_together() -> None:
+    """Arms of which all joints are covered or none: what counts is arms."""
+    rng, arms, sets = np.random.default_rng(4), 20, 400
+    held = 0
+    for _ in range(sets):
+        low, high = interval((rng.random(arms) < 0.7).astype(float).tolist(), 6)
+        held += low <= 0.7 <= high
+    assert held >= binom.ppf(CHANCE, sets, 0.95)

@@ -1,6 +1,6 @@
 """The paper's tables, measured on this machine: its scenario, and a whole virtual arm."""
 
-from urdyn.bench.arm import Group, VirtualArm, groups, virtual_run
+from urdyn.bench.arm import Group, Tracked, VirtualArm, groups, virtual_run
 from urdyn.bench.joint import Followed, follow_friction, follow_health
 from urdyn.bench.paper import ALGORITHMS, CONFIGURATIONS, FAULTS, GROUPS
 from urdyn.bench.ramps import Ramps, ramps
@@ -34,6 +34,7 @@ __all__ = [
     "Life",
     "Ramps",
     "Scenario",
+    "Tracked",
     "Trials",
     "Truth",
     "VirtualArm",

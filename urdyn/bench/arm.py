@@ -1,25 +1,36 @@
-"""A whole virtual arm: commissioned, recorded, and what a tracked history is worth against it."""
+"""Whole virtual arms: commissioned, recorded, and what tracked histories are worth against them."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pyarrow.parquet as pq
 
+from urdyn.bench.life import Life, commissioned_states, drawn
+from urdyn.bench.spread import of_root
+from urdyn.dbn.robot_drive import POSITIVE
 from urdyn.identify import PayloadPrior, Run, identify
+from urdyn.identify.fit import Fit
 from urdyn.io import write
 from urdyn.model.arm import load_arm
+from urdyn.model.dynamics import Dynamics
 from urdyn.signal import condition
-from urdyn.simulate import Fault, Payload, simulate
-from urdyn.simulate.mishaps import EncoderOffset
-from urdyn.simulate.wear import HealthDegradation
-from urdyn.tracking.model import HEALTH_SD, ZERO_SD
+from urdyn.simulate import (
+    Payload,
+    fourier,
+    observe,
+    simulate,
+    streams,
+    typical_sensors,
+    virtual_arm,
+)
+from urdyn.tracking.model import tracking_model
+from urdyn.tracking.physical import JOINT
 from urdyn.twin import Twin
-from urdyn.types import Array
+from urdyn.types import Array, Log
 
 COMMISSIONING = 12.0  # [s] bare, and as long with a payload of known mass, which tells the gains
 PAYLOAD = Payload(5.0, np.array([0.0, 0.02, 0.06]))
@@ -35,25 +46,35 @@ QUANTITIES = {
 }
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class VirtualArm:
     """A twin, a recording that it has not seen, and the truth behind both."""
 
     twin: Path
     log: Path
-    truth: Mapping[str, float]  # "elbow_joint.coulomb", "forearm_link.mass", ...
+    truth: Log  # "elbow_joint.coulomb", "forearm_link.mass", ... over the recording
     duration: float  # [s] of the recording
     rate: float  # [Hz]
 
 
+@dataclass(frozen=True, eq=False)
+class Tracked:
+    """An arm's truth, and histories of its recording."""
+
+    truth: Log
+    history: Path
+    bound: Path  # by an extended Kalman filter
+
+
 @dataclass(frozen=True)
 class Group:
-    """Errors of one group of parameters over joints or links and the second half of a run."""
+    """Errors of one group of parameters over arms, joints or links, and the second half of runs."""
 
     symbol: str
     unit: str
     rmse: float
     bound: float
+    ratio_sd: float | None  # by which the ratio scatters from so many arms to others; one: unknown
     converged: float | None  # [s] until the error stays near that of the second half
 
     @property
@@ -65,61 +86,72 @@ class Group:
 def virtual_run(folder: Path, duration: float, rate: float, seed: int = 1) -> VirtualArm:
     """A UR10e of this seed, identified from its commissioning, then recorded for `duration` [s].
 
-    In between zeros and health of its joints moved, by as much as a twin is told to expect.
+    On another day, and it strays meanwhile: both are drawn from what its twin takes for its prior,
+    for only so do the twin's own standard deviations bound the mean square error.
     """
-    arm, rows = load_arm("ur10e"), round(COMMISSIONING * rate)
-    rng = np.random.default_rng(seed)
-    zero = ZERO_SD * rng.standard_normal(arm.joints)
-    lost = HEALTH_SD * np.abs(rng.standard_normal(arm.joints))
-    moved: list[Fault] = []
-    for j in range(arm.joints):
-        moved.append(EncoderOffset(j, offset=float(-zero[j]), onset=COMMISSIONING))
-        moved.append(HealthDegradation(j, float(lost[j]), COMMISSIONING, "step"))
-    whole, truth = simulate(arm, COMMISSIONING + duration, rate, seed, events=moved)
+    arm, dynamics = load_arm("ur10e"), virtual_arm(load_arm("ur10e"), seed)
+    bare, _ = simulate(arm, COMMISSIONING, rate, seed)
     loaded, _ = simulate(arm, COMMISSIONING, rate, seed, payload=PAYLOAD)
     lifted = Run(condition(loaded), PayloadPrior(PAYLOAD.mass))
-    fit = identify(arm, condition(whole.slice(0, rows)), loaded=[lifted])
+    fit = identify(arm, condition(bare), loaded=[lifted])
+    life = drawn(tracking_model(fit), 0.0, duration, np.random.default_rng([seed, 2]))
+    motion, noise = streams(seed, None, run=1)
+    asked = fourier(dynamics.arm, duration, rate, motion)
+    whole = observe(life.on_the_day(dynamics), asked, typical_sensors(arm), noise, (life,))
+    folder.mkdir(exist_ok=True)
     twin, log = folder / "twin.toml", folder / "log.parquet"
     Twin(arm, fit).save(twin)
-    write(whole.slice(rows), log)
-    now = {f"{name}.zero": float(x) for name, x in zip(arm.joint_names, zero, strict=True)}
-    now |= {f"{name}.health": 1.0 - float(x) for name, x in zip(arm.joint_names, lost, strict=True)}
-    return VirtualArm(twin, log, _values(truth) | now, duration, rate)
+    write(whole, log)
+    return VirtualArm(twin, log, _truth(dynamics, fit, life), duration, rate)
 
 
-def _values(truth: Mapping[str, Any]) -> dict[str, float]:
-    """The truth of the first day by the names that a history has."""
-    names = ("coulomb", "viscous", "structural")
-    found = {f"{j['name']}.{name}": float(j[name]) for j in truth["joints"] for name in names}
-    return found | {f"{link['name']}.mass": float(link["mass"]) for link in truth["links"]}
+def _truth(dynamics: Dynamics, fit: Fit, life: Life) -> Log:
+    """Every quantity by the name that a history has, as it has it: of links all that is there."""
+    at, arm = life.currents.places, dynamics.arm
+    states = commissioned_states(dynamics, fit, life.currents) + life.x
+    found: dict[str, Array] = {}
+    for group, (name, _) in JOINT.items():
+        values = states[:, at[group]]
+        values = np.exp(values) if group in POSITIVE else values
+        values = np.minimum(values, 1.0) if group == "z" else values
+        named = (f"{joint}.{name}" for joint in arm.joint_names)
+        found |= dict(zip(named, values.T, strict=True))
+    for link, body in zip(arm.link_names, dynamics.inertials, strict=True):
+        found[f"{link}.mass"] = np.full(len(life.t), body[0])
+    return Log(life.begin + life.t, found)
 
 
-def groups(history: Path, bound: Path, truth: Mapping[str, float]) -> list[Group]:
-    """Errors of a history by Table I's groups.
+def groups(runs: Sequence[Tracked]) -> list[Group]:
+    """Errors of histories by Table I's groups.
 
-    `bound` is the history of an extended Kalman filter: its standard deviations are Tichavsky's
-    recursion with the Jacobians taken along its own estimate.
+    The bound is what an extended Kalman filter says of its own error: Tichavsky's recursion with
+    the Jacobians taken along its estimate.
     """
-    mine, best = pq.read_table(history), pq.read_table(bound)
-    t = np.asarray(mine["t"])
-    t = t - t[0]
-    late = t > SETTLED * t[-1]
+    t = np.asarray(pq.read_table(runs[0].history)["t"])
+    late = t - t[0] > SETTLED * (t[-1] - t[0])
     found = []
     for symbol, (quantity, unit) in QUANTITIES.items():
-        names = [n for n in truth if n.endswith(f".{quantity}")]
-        error = np.stack([np.asarray(mine[n]) - truth[n] for n in names], axis=1)
-        sd = np.stack([np.asarray(best[f"{n}.sd"]) for n in names], axis=1)
-        sd = sd[np.asarray(best["t"]) - np.asarray(best["t"])[0] > SETTLED * t[-1]]
-        rmse = _rms(error[late])
-        found.append(Group(symbol, unit, rmse, _rms(sd), _converged(t, error, rmse)))
+        error, sd = (
+            np.array(x) for x in zip(*(_errors(r, quantity, t) for r in runs), strict=True)
+        )
+        square, least = np.mean(error[:, late] ** 2, axis=(1, 2)), np.mean(sd[:, late] ** 2)
+        rmse, bound = float(np.sqrt(square.mean())), float(np.sqrt(least))
+        spread = of_root(list(square / least)) if len(runs) > 1 else None
+        found.append(Group(symbol, unit, rmse, bound, spread, _converged(t, error, rmse)))
     return found
 
 
+def _errors(run: Tracked, quantity: str, t: Array) -> tuple[Array, Array]:
+    """Of every joint or link, and their bound, at stamps t, (N, d) each."""
+    true, mine, best = run.truth, pq.read_table(run.history), pq.read_table(run.bound)
+    names = [n for n in true.channels if n.endswith(f".{quantity}")]
+    found = np.stack([np.interp(t, mine["t"], mine[n]) for n in names], axis=1)
+    truth = np.stack([np.interp(t, true.t, true.channels[n]) for n in names], axis=1)
+    sd = np.stack([np.interp(t, best["t"], best[f"{n}.sd"]) for n in names], axis=1)
+    return found - truth, sd
+
+
 def _converged(t: Array, error: Array, settled: float) -> float | None:
-    far = np.sqrt(np.mean(error**2, axis=1)) > NEAR * settled
+    far = np.sqrt(np.mean(error**2, axis=(0, 2))) > NEAR * settled
     last = int(np.flatnonzero(far)[-1]) + 1 if far.any() else 0
-    return None if last == len(t) else float(t[last])
-
-
-def _rms(x: Array) -> float:
-    return float(np.sqrt(np.mean(x**2)))
+    return None if last == len(t) else float(t[last] - t[0])

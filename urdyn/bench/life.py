@@ -11,6 +11,8 @@ import numpy as np
 from urdyn.dbn.joined import Joined
 from urdyn.dbn.robot import RobotCurrents
 from urdyn.dbn.robot_slice import RobotSlice
+from urdyn.identify.fit import Fit
+from urdyn.model.dynamics import Dynamics
 from urdyn.signal import Instant
 from urdyn.simulate.schedule import Course
 from urdyn.tracking.model import DAY
@@ -18,7 +20,7 @@ from urdyn.types import Array
 
 STEP = 0.5  # [s] from one drawn state to the next; straight lines between
 MOVED = ("k", "z", "kappa", "lubricant")  # groups that have left their mean when the log begins
-WORN = ("f", "alpha")  # groups that have strayed since commissioning, as days do
+HELD = ("beta", "o")  # groups that no course moves: all day as they are when it begins
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,6 +42,14 @@ class Life:
         rows = [np.interp(t, self.t, column) for column in self.x.T]
         return np.stack(rows, axis=-1)
 
+    def on_the_day(self, dynamics: Dynamics) -> Dynamics:
+        """The commissioned arm, with HELD as they are when this life begins."""
+        drive, at, x = dynamics.drive, self.currents.places, self.x[0]
+        structural = drive.structural * np.exp(x[at["beta"]])
+        return replace(
+            dynamics, drive=replace(drive, structural=structural, offset=drive.offset + x[at["o"]])
+        )
+
     def befall(self, course: Course) -> Course:
         """Friction, damping, health and zeros; a lubricant's own warmth softens what it wets."""
         at, x = self.currents.places, self.at(course.t - self.begin)
@@ -57,7 +67,11 @@ class Life:
 def drawn(
     model: Joined[RobotSlice], begin: float, duration: float, rng: np.random.Generator
 ) -> Life:
-    """One life of the model's process from `begin` [s] on."""
+    """One life of the model's process from `begin` [s] on, its first state drawn from the prior.
+
+    But for what the fit knows of the arm, whose draw the arm itself is, and the payload: there is
+    none.
+    """
     currents = model.observation
     assert isinstance(currents, RobotCurrents)
     u, at, sd = _passing(currents), currents.places, model.prior.sd
@@ -66,8 +80,9 @@ def drawn(
         x[at[group]] = model.prior.mean[at[group]] + sd[at[group]] * rng.standard_normal(
             at[group].stop - at[group].start
         )
-    for group in WORN:
-        x[at[group]] = DAY[group] * rng.standard_normal(at[group].stop - at[group].start)
+    for group, spread in DAY.items():
+        one = currents.reference.drive.coulomb if group == "o" else 1.0
+        x[at[group]] = one * spread * rng.standard_normal(at[group].stop - at[group].start)
     rates = slice(len(currents.names), None)
     x[rates] = rng.multivariate_normal(0.0 * x[rates], model.prior.cov[rates, rates])
     # Of an exact square root, for Q has states in it that never move.
@@ -77,7 +92,31 @@ def drawn(
     path = [x]
     for _ in t[1:]:
         path.append(model.transition(path[-1], u) + root @ rng.standard_normal(len(x)))
+        for group in HELD:
+            path[-1][at[group]] = x[at[group]]
     return Life(begin, t, np.array(path), currents)
+
+
+def commissioned_states(dynamics: Dynamics, fit: Fit, currents: RobotCurrents) -> Array:
+    """States of the arm as it was commissioned, and of rates (n,), seen from the fit."""
+    drive, at = dynamics.drive, currents.places
+    x = np.zeros(len(currents.names) + 2 * dynamics.arm.joints)
+    for group, value in (
+        ("f", drive.coulomb),
+        ("alpha", drive.viscous),
+        ("beta", drive.structural),
+        ("rotor", drive.rotor_inertia),
+    ):
+        x[at[group]] = np.log(value)
+    x[at["o"]] = drive.offset
+    x[at["skew"]] = drive.time_offset - fit.dynamics.drive.time_offset
+    # Of bodies only what torque tells, whatever other bodies would do the same.
+    arm, rng = fit.dynamics.arm, np.random.default_rng(0)
+    q, (v, a) = rng.uniform(-np.pi, np.pi, (300, 6)), rng.standard_normal((2, 300, 6))
+    Y = arm.regressor(q, v, a).reshape(-1, 10 * arm.joints)
+    other = (dynamics.inertials - fit.dynamics.inertials).ravel()
+    x[at["m"]] = np.linalg.lstsq(Y @ currents.shown, Y @ other, rcond=None)[0]
+    return x
 
 
 def _passing(currents: RobotCurrents) -> RobotSlice:

@@ -7,10 +7,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from urdyn.bench.paper import LATE
+from urdyn.bench.spread import reach, scatter
 from urdyn.estimate import follow_ramp, ramp_bound
 from urdyn.simulate.paper import FRICTION_RATE, PAPER_GAIN, STEEPEST_FRICTION, WORN, Scenario, live
-from urdyn.types import Array, Gaussian
+from urdyn.types import Array, Gaussian, Mask
 
+RATIO = 1.3  # [-] of the bound, within which ramps are to be followed
+BIAS = 1e-3  # [A·s/rad] of late bias, which is to be less
+CLEAR = 0.05  # [A·s/rad] of noise, up to which it is to be
 ONSETS = (10, 60)  # drawn evenly between: nobody knows when
 
 
@@ -26,12 +30,20 @@ class Ramps:
     bias: float  # mean error from the onset on
     bias_error: float  # its standard error over lives
     late_bias: float  # mean error from `LATE` steps after the onset on
+    late_bias_error: float  # its standard error over lives
     paper_bias: float  # of the paper's filter, then
+    pairs: int  # of lives
 
     @property
     def ratio(self) -> float:
         """Error in units of the stricter bound."""
         return self.rmse / self.bound
+
+    @property
+    def honest(self) -> bool:
+        """Near the bound, and the late bias, by its 95 % interval over lives, not beyond BIAS."""
+        sure = reach(self.pairs) * self.late_bias_error
+        return self.ratio <= RATIO and (self.sigma > CLEAR or abs(self.late_bias) - sure < BIAS)
 
 
 def ramps(sigma: float, lives: int, seed: int = 0) -> Ramps:
@@ -57,19 +69,28 @@ def ramps(sigma: float, lives: int, seed: int = 0) -> Ramps:
         bounds.append(ramp_bound(*known))
         wide.append(ramp_bound(*known, FRICTION_RATE, np.ptp(ONSETS) / np.sqrt(12.0)))
     error, paper, after = np.array(found), np.array(theirs), np.array(since)
-    of_life = np.array([e[s > 0].mean() for e, s in zip(error, after, strict=True)])
-    of_pair = of_life.reshape(-1, 2).mean(axis=1)
+    bias, bias_error = _mean_error(error, after > 0)
+    late, late_error = _mean_error(error, after > LATE)
     return Ramps(
         sigma,
         _rms(error),
         _rms(paper),
         _rms(np.array(bounds)),
         _rms(np.array(wide)),
-        float(of_pair.mean()),
-        float(of_pair.std(ddof=1) / np.sqrt(len(of_pair))),
-        float(error[after > LATE].mean()),
+        bias,
+        bias_error,
+        late,
+        late_error,
         float(paper[after > LATE].mean()),
+        lives // 2,
     )
+
+
+def _mean_error(error: Array, counted: Mask) -> tuple[float, float]:
+    """Mean over lives (K, N), two of which mirror each other, and its standard error."""
+    of_life = [e[c].mean() for e, c in zip(error, counted, strict=True)]
+    of_pair = np.reshape(of_life, (-1, 2)).mean(axis=1)
+    return float(of_pair.mean()), scatter(of_pair.tolist())
 
 
 def _smoothed(y: Array, start: float) -> Array:

@@ -14,7 +14,8 @@ from typing import Any
 import numpy as np
 
 from urdyn.bench.coloured import Coloured
-from urdyn.bench.life import Life, drawn
+from urdyn.bench.life import Life, commissioned_states, drawn
+from urdyn.bench.spread import interval, of_root, reach, scatter
 from urdyn.dbn.robot import RobotCurrents
 from urdyn.estimate import Filter
 from urdyn.estimate.bound import posterior_bound
@@ -36,6 +37,7 @@ MOMENTS = 5  # of the run, at which beliefs are set beside the truth
 SENSORS = {"white": typical_sensors, "real": real_sensors}
 STATES = ("k", "f", "alpha", "beta", "z", "o")  # beside m, of which few directions show
 COVERS = 0.03  # [-] by which coverage may be off
+COIN = 0.5  # [-] of coverage, from which arms have to tell what they are to judge
 NEAR = 1.06  # [-] of the bound: as near it as friction is to be
 TOLD = 0.25  # [-] of the population's variance: less, and a direction of m has been shown
 
@@ -67,7 +69,8 @@ def trials(
     fit = _commissioned(dynamics, sensors, seed, rate)
     tracker = Tracker(fit, how, 1.0 / rate)
     life = drawn(tracker.model, 0.0, duration, np.random.default_rng([seed, 2]))
-    log = observe(dynamics, *_asked(dynamics, sensors, seed, 1, duration, rate), (life,))
+    today = life.on_the_day(dynamics)
+    log = observe(today, *_asked(dynamics, sensors, seed, 1, duration, rate), (life,))
     state, readings, beliefs = tracker.init(), [], []
     due = (log.t[0] + duration * (np.arange(MOMENTS) + 1.0) / MOMENTS - 0.5).tolist()
     at: list[int] = []
@@ -80,7 +83,7 @@ def trials(
             due.pop(0)
             beliefs.append(reading.belief)
             at.append(len(readings) - 1)
-    start = _start(dynamics, fit, tracker.currents)
+    start = commissioned_states(dynamics, fit, tracker.currents)
     bound = _bound(tracker, sensors, life, start, readings)
     truths = start + life.at(np.array([readings[k].t - life.begin for k in at]))
     news = [r.innovation for r in readings if r.innovation.measured]
@@ -102,28 +105,6 @@ def _asked(
 def _commissioned(dynamics: Dynamics, sensors: Sensors, seed: int, rate: float) -> Fit:
     log = observe(dynamics, *_asked(dynamics, sensors, seed, 0, COMMISSIONING, rate))
     return identify(dynamics.arm, condition(log), gain=dynamics.drive.gain)
-
-
-def _start(dynamics: Dynamics, fit: Fit, currents: RobotCurrents) -> Array:
-    """States of the arm as it was commissioned, and of rates (n,), seen from the fit."""
-    drive, at = dynamics.drive, currents.places
-    x = np.zeros(len(currents.names) + 2 * dynamics.arm.joints)
-    for group, value in (
-        ("f", drive.coulomb),
-        ("alpha", drive.viscous),
-        ("beta", drive.structural),
-        ("rotor", drive.rotor_inertia),
-    ):
-        x[at[group]] = np.log(value)
-    x[at["o"]] = drive.offset
-    x[at["skew"]] = drive.time_offset - fit.dynamics.drive.time_offset
-    # Of bodies only what torque tells, whatever other bodies would do the same.
-    arm, rng = fit.dynamics.arm, np.random.default_rng(0)
-    q, (v, a) = rng.uniform(-np.pi, np.pi, (300, 6)), rng.standard_normal((2, 300, 6))
-    Y = arm.regressor(q, v, a).reshape(-1, 10 * arm.joints)
-    other = (dynamics.inertials - fit.dynamics.inertials).ravel()
-    x[at["m"]] = np.linalg.lstsq(Y @ currents.shown, Y @ other, rcond=None)[0]
-    return x
 
 
 def _bound(
@@ -189,61 +170,59 @@ def _masses(tracker: Tracker[Any], beliefs: list[Gaussian], dynamics: Dynamics) 
 
 @dataclass(frozen=True)
 class Truth:
-    """A group's figures over arms and moments."""
+    """A group's figures over arms and moments; NaN what one arm does not tell."""
 
     symbol: str
+    arms: int
     coverage: float  # [-] of 90 % intervals
-    coverage_sd: float  # [-] by which it scatters from one set of so many arms to another
+    coverage_low: float  # [-] 95 % interval of coverage, see `spread`
+    coverage_high: float
     ratio: float  # [-] root mean square error over bound
-    ratio_sd: float
+    ratio_sd: float  # by which it scatters from one set of so many arms to another
     nees: float  # [-] a direction
     nees_sd: float
 
     @property
     def honest(self) -> bool | None:
-        """Intervals cover as they say and friction is as near as can be; None: not told by one arm.
+        """Whether intervals may cover as they say, and friction be as near as can be.
 
-        By two of the figures' own standard deviations.
+        False is refuted, by 95 % intervals over arms; None: these do not tell it from COIN.
         """
-        if not np.isfinite(self.coverage_sd):
+        if not np.isfinite(self.coverage_low):
             return None
-        covers = abs(self.coverage - 0.9) < COVERS + 2.0 * self.coverage_sd
-        return bool(covers and (self.symbol != "f" or self.ratio < NEAR + 2.0 * self.ratio_sd))
+        covers = self.coverage_low < 0.9 + COVERS and self.coverage_high > 0.9 - COVERS
+        near = self.symbol != "f" or self.ratio < NEAR + reach(self.arms) * self.ratio_sd
+        if covers and near:
+            return True if self.coverage_low > COIN else None
+        return False
 
 
 def truths(runs: Sequence[Trials]) -> list[Truth]:
     """Figures of every group; spreads are those of arms, which are independent of one another."""
-    found = []
-    for symbol in runs[0].groups:
-        parts = [run.groups[symbol] for run in runs]
-        covered = [_mean(np.where(np.abs(p.error) < NORMAL90 * p.sd, 1.0, 0.0)) for p in parts]
-        size = [_mean((p.error / p.bound) ** 2) for p in parts]
-        nees = [float(p.nees[:, 0].sum() / p.nees[:, 1].sum()) for p in parts]
-        ratio = float(np.sqrt(np.mean(size)))
-        found.append(
-            Truth(
-                symbol,
-                float(np.mean(covered)),
-                _scatter(covered),
-                ratio,
-                _scatter(size) / (2.0 * ratio) if ratio else np.nan,
-                float(np.mean(nees)),
-                _scatter(nees),
-            )
-        )
-    return found
+    return [_truth(symbol, [run.groups[symbol] for run in runs]) for symbol in runs[0].groups]
+
+
+def _truth(symbol: str, parts: list[Trial]) -> Truth:
+    covered = [_mean(np.where(np.abs(p.error) < NORMAL90 * p.sd, 1.0, 0.0)) for p in parts]
+    size = [_mean((p.error / p.bound) ** 2) for p in parts]
+    nees = [float(p.nees[:, 0].sum() / p.nees[:, 1].sum()) for p in parts]
+    return Truth(
+        symbol,
+        len(parts),
+        float(np.mean(covered)),
+        *interval(covered, parts[0].error.shape[1]),
+        float(np.sqrt(np.mean(size))),
+        of_root(size),
+        float(np.mean(nees)),
+        scatter(nees),
+    )
 
 
 def surprise(runs: Sequence[Trials]) -> tuple[float, float]:
     """Normalised innovation squared a current, and its spread over arms; 1 where noise is known."""
     each = [total / count for total, count in (run.nis for run in runs)]
-    return float(np.mean(each)), _scatter(each)
+    return float(np.mean(each)), scatter(each)
 
 
 def _mean(x: Array) -> float:
     return float(np.mean(x)) if x.size else np.nan
-
-
-def _scatter(values: list[float]) -> float:
-    """Of their mean; not known of one arm."""
-    return float(np.std(values, ddof=1) / np.sqrt(len(values))) if len(values) > 1 else np.nan

@@ -92,7 +92,7 @@ def _beside(plots: Mapping[str, tuple[go.Figure, str]]) -> Html:
 
 def _parameters(rows: Sequence[Document]) -> Html:
     sigmas = [s["sigma"] for s in next(r["scenario"] for r in rows if r["scenario"])]
-    head = ["group", "paper", *(f"scenario, sigma {s:g}" for s in sigmas), "virtual arm"]
+    head = ["group", "paper", *(f"scenario, sigma {s:g}" for s in sigmas), "virtual arms"]
     body = [
         [
             cell(f"{row['name']} ({row['symbol']})", row["comparable"]),
@@ -104,7 +104,8 @@ def _parameters(rows: Sequence[Document]) -> Html:
     ]
     lead = (
         "RMSE of every group, with its bound and when it converged: on the scenario when the error "
-        "stays below the paper's, on the arm when it stays near that of the second half."
+        "stays below the paper's, on the arms when it stays near that of the second half. Bounds "
+        "are of the mean over all arms that a twin expects; a few arms may be below them by luck."
     )
     return section("Table I: parameters", lead, table([*head], body))
 
@@ -187,15 +188,23 @@ def _intervals(kinds: Sequence[Document]) -> Html:
     body = [
         [
             cell(f"{arms['arms']} {arms['robot']}", f"{arms['noise']} noise"),
-            *(cell(_told(row["coverage"]), f"NEES {_told(row['nees'])}") for row in arms["groups"]),
+            *(cell(_told(row["coverage"]), _between(row)) for row in arms["groups"]),
         ]
         for arms in kinds
     ]
     lead = (
-        "Share of the true values that are inside 90 % intervals, and normalised error squared a "
-        "direction, of virtual arms that stray as the twin's process says."
+        "Share of the true values that are inside 90 % intervals, with its own 95 % interval, and "
+        "normalised error squared a direction, of virtual arms that stray as the twin's process "
+        "says."
     )
     return section("Intervals beside the truth", lead, table(head, body))
+
+
+def _between(row: Document) -> str:
+    """How sure a coverage is, and the normalised error squared beside it."""
+    sure = f"{_told(row['coverage_low'])} to {_told(row['coverage_high'])}, "
+    known = row["coverage_low"] is not None
+    return f"{sure if known else ''}NEES {_told(row['nees'])}"
 
 
 def _told(value: float | None) -> str:
