@@ -12,7 +12,7 @@ from urdyn.estimate import EKF
 from urdyn.io import write
 from urdyn.signal import Sample
 from urdyn.tracking import open_source
-from urdyn.tracking.losses import as_plain, counted, no_losses
+from urdyn.tracking.losses import as_plain, counted, no_losses, too_sparse
 from urdyn.tracking.modes import QUICKER
 from urdyn.tracking.network import of_arm, tracked_network
 from urdyn.tracking.passage import STANDING
@@ -29,7 +29,7 @@ def test_what_is_lost_repeated_and_set_back_is_told_apart():
     stamps = [0.0, 0.01, 0.03, 0.13, 0.13, 0.05, 0.06]  # 0.03: jitter, no gap
     losses, last = no_losses(2), np.nan
     for t in stamps:
-        losses = counted(losses, sample(t, np.nan if t == 0.03 else 1.0), last, PERIOD, False)
+        losses = counted(losses, sample(t, np.nan if t == 0.03 else 1.0), last, PERIOD, np.nan, 0)
         last = t
     found = as_plain(losses, 0, 2, ("a",), len(stamps))
     assert found == {
@@ -81,6 +81,19 @@ def test_a_joint_that_ends_a_run_is_named_and_when_it_did(workshop, tmp_path):
     assert summary["quality"]["lost"]["joints"] == ["elbow_joint"]
     assert 0.0 < since - workshop.log.t[300] < 0.5
     assert f"since stamp {since:.1f} s: elbow_joint told no angle" in verdict(summary)
+
+
+def test_samples_between_gaps_are_too_few_though_not_every_step_is_a_gap():
+    """Steps about GAP periods long: of three in a row one is more."""
+    losses, window, last = no_losses(2), [], np.nan
+    for k, t in enumerate(np.cumsum([0.0] + [0.052, 0.049, 0.049] * 20)):
+        few = len(window)
+        losses = counted(losses, sample(t), last, PERIOD, window[0] if few else np.nan, few)
+        window, last = ([*window, t] if k % 3 != 1 else [t]), t
+    assert too_sparse(losses, PERIOD) == {
+        "since": 0.0, "for_s": pytest.approx(19 * 0.15 + 0.052), "period_s": PERIOD,
+        "step_s": pytest.approx((19 * 0.15 + 0.052) / 58),
+    }  # fmt: skip
 
 
 @pytest.mark.parametrize("seldom_first", [False, True])

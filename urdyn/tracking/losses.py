@@ -25,8 +25,8 @@ class Losses:
     longest: float = 0.0  # [s] the longest time without a sample
     repeated: int = 0  # stamps that came twice
     back: int = 0  # stamps before the one before: a clock that was set
-    sparse: int = 0  # gaps that followed a gap: samples that nothing can be learnt from
-    sparse_s: float = 0.0  # [s] that they took in all
+    sparse: int = 0  # samples between gaps, too few in a row to learn from
+    sparse_s: float = 0.0  # [s] that they and these gaps took
     sparse_since: float = np.nan  # [s] stamp at which they began
 
 
@@ -35,17 +35,20 @@ def no_losses(joints: int) -> Losses:
     return Losses(np.zeros(joints))
 
 
-def counted(so_far: Losses, sample: Sample, last: float, period: float, alone: bool) -> Losses:
+def counted(
+    so_far: Losses, sample: Sample, last: float, period: float, since: float, few: int
+) -> Losses:
     """With one sample more.
 
     Args:
         last: the stamp before [s], NaN before the first.
-        alone: that came after a gap, or was the first.
+        since: the stamp [s] of the first sample of the stretch that `last` ended.
+        few: how many that stretch held, 0 where they were enough to learn from.
     """
     dt = sample.t - last
     gap = dt > GAP * period
-    sparse = gap and alone
-    began = last if np.isnan(so_far.sparse_since) else so_far.sparse_since
+    sparse = gap and few > 0
+    began = since if np.isnan(so_far.sparse_since) else so_far.sparse_since
     return Losses(
         silent=so_far.silent + np.isnan(sample.current),
         gaps=so_far.gaps + gap,
@@ -53,8 +56,8 @@ def counted(so_far: Losses, sample: Sample, last: float, period: float, alone: b
         longest=max(so_far.longest, dt) if dt > 0.0 else so_far.longest,
         repeated=so_far.repeated + (dt == 0.0),
         back=so_far.back + (dt < 0.0),
-        sparse=so_far.sparse + sparse,
-        sparse_s=so_far.sparse_s + (dt if sparse else 0.0),
+        sparse=so_far.sparse + (few if sparse else 0),
+        sparse_s=so_far.sparse_s + (sample.t - since if sparse else 0.0),
         sparse_since=began if sparse else so_far.sparse_since,
     )
 
@@ -62,7 +65,7 @@ def counted(so_far: Losses, sample: Sample, last: float, period: float, alone: b
 def too_sparse(losses: Losses, period: float) -> dict[str, float] | None:
     """Since when [s], for how long and at which steps samples came too seldom; None: hardly ever.
 
-    As of a stream whose rate changed: one gap follows another, and nothing can be tracked.
+    As of a stream whose rate changed: gaps follow one another, and nothing can be tracked.
     """
     if losses.sparse_s < NOTABLE:
         return None

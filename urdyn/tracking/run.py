@@ -201,8 +201,10 @@ class _Run(Generic[S]):
                 self.observer.miss(*self.tracker.missed(state))
         set_back = max(at.last - t, 0.0) if np.isfinite(at.last) else 0.0
         began = at.began - set_back if np.isfinite(at.began) else t
-        alone = len(before.causal.t) == 1
-        lacked = counted(at.losses, arrival.sample, at.last, self.source.period, alone)
+        stretch = before.causal.t  # all of it, where it is shorter than what is learnt from
+        few = len(stretch) if len(stretch) < self.tracker.enough else 0
+        since = float(stretch[0]) if few else np.nan
+        lacked = counted(at.losses, arrival.sample, at.last, self.source.period, since, few)
         at = replace(at, state=state, losses=lacked, index=at.index + 1, began=began, last=t)
         return at, reading
 

@@ -167,6 +167,11 @@ class Tracker(Generic[S]):
         state, reading = self._assimilate(state, causal, instant)
         return self._listened(state, reading) if self.streams else (state, reading)
 
+    @property
+    def enough(self) -> int:
+        """Samples in a row, from which on there are readings."""
+        return self._causal.fit.samples
+
     def missed(self, state: TrackerState[S]) -> tuple[float, Mask]:
         """Where there was no reading: the instant [s], and which joints' angles were none, (J,)."""
         return self._causal.missed(state.causal)
