@@ -55,7 +55,9 @@ def ramp_bank(
     Args:
         sigma: noise of a reading [unit].
         direction: 1 where the parameter is expected to rise (friction), -1 to fall (health), 0
-            where it may do either. Expected only: a ramp the other way is followed, but later.
+            where it may do either. Expected only: a ramp the other way is followed, but later. So
+            is, a little, one where either was: until it shows which it is, the posterior mean is
+            between the two, without bias over both and drawn to the level on each.
         dt: between readings [s], or 1 where time counts in steps.
         steepest: rate up to which any is as likely as any other [unit/s]; sigma / (2 dt) if None.
         expected: readings until an onset, in the prior; the hazard is constant.
