@@ -17,7 +17,12 @@ LIVE = {
     "ur-20_02_05-20sec_12harm": [],
     "ur-20_02_19_15harm50secLoad": ["payload_change"],  # whose currents drop once, for .15 s
 }
-HEALTHY = ("ur-20_02_12-40sec_12harm", "ur-20_01_22-joint_2", "ur-20_01_17-p1")
+HEALTHY = (
+    "ur-20_02_12-40sec_12harm",
+    "ur-20_02_10-20sec_7harm",
+    "ur-20_01_22-joint_2",
+    "ur-20_01_17-p1",
+)
 
 
 @pytest.mark.slow

@@ -1,8 +1,8 @@
 """The lines that ring in a window of joints' currents, if there are such.
 
 A line has to stand out of its neighbours and of what this joint's spectrum is like as a rule, in
-both halves of the window at the same frequency, and keep its size and phase. Lines that the gear
-makes at this speed do not count, nor one of several: what befalls a joint in every period of a
+both halves of the window at the same frequency, and keep its size and phase. Lines that a gear
+makes do not count (see `orders`), nor one of several: what befalls a joint in every period of a
 motion has lines at its multiples.
 """
 
@@ -13,6 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from urdyn.diagnose.orders import GEAR, SLOW, beside
 from urdyn.diagnose.space import Space
 from urdyn.diagnose.swings import (
     amplitude,
@@ -43,11 +44,10 @@ STAYS = 0.5  # [-] of its largest amplitude that a line has at least in each qua
 RISES = 0.2  # [-] of its last amplitude that one that grows has at first
 FADED = 0.85  # [-] of its amplitude that a line has to keep
 COHERENT = 0.8  # [-] of its amplitude that is left over the whole: it keeps its phase
+APART = 0.5  # [-] of its amplitude that is left beside what follows a motor's angle
 BAND = 0.06  # [-] about the gear's lines that does not count
 NEAR = 1.0  # [Hz] that the same line may differ by: what a gear makes moves with its speed
 STEADY = 0.2  # [-] of its speed by which a joint that makes a line may vary it
-SLOW = 0.05  # [rad/s] a joint that is never faster makes none that is heard
-ORDERS = (1.0, 2.0, 4.0)  # of motor turns
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,7 +112,7 @@ class LineSearch:
             line = self._line(
                 j,
                 t,
-                signals[..., j],
+                signals,
                 f=f,
                 ratio=ratio[..., j],
                 allowed=allowed[:, j],
@@ -126,7 +126,7 @@ class LineSearch:
         self,
         j: int,
         t: Array,
-        x: Array,
+        signals: Array,
         f: Array,
         ratio: Array,
         allowed: Mask,
@@ -135,11 +135,11 @@ class LineSearch:
         """The line of joint j that lasts; None where none does.
 
         Args:
-            x: its signals, (3, n).
-            ratio: of their spectra to what is usual, (3, F).
+            ratio: of the spectra of its signals to what is usual, (3, F).
             halves: how far lines stand out in each half, (3, F') both.
         """
         least = (self.rule["least"], self.rule["least"], self.rule["swing"])
+        x = signals[..., j]
         for k in range(len(x)):
             masked = np.where(allowed, ratio[k], 0.0)
             at = int(np.argmax(masked))
@@ -149,9 +149,10 @@ class LineSearch:
                 continue
             frequency = refined(x[k], t, f[at], f[1])
             sizes = course(x[k], t, frequency)
-            if not _lasts(sizes, amplitude(x[k], t, frequency)):
+            whole = amplitude(x[k], t, frequency)
+            if not _lasts(sizes, whole) or sizes[-2:].mean() <= least[k]:
                 continue
-            if sizes[-2:].mean() > least[k]:
+            if beside(x[k], t, frequency, signals[SPEED], j) > APART * whole:
                 torque = course(x[TORQUE], t, frequency) if k == SPEED else sizes
                 return Line(j, frequency, float(masked[at]), torque)
         return None
@@ -203,7 +204,7 @@ class LineSearch:
         nyquist, lowest = 0.5 / self.period, self.rule["lowest"] + f[1]  # a taper smears by a bin
         allowed = np.repeat((f >= lowest)[:, None], v.shape[1], axis=1)
         lo, hi = np.abs(v).min(axis=0), np.abs(v).max(axis=0)
-        for order in ORDERS:
+        for order in GEAR:
             a, b = (order * GEAR_RATIO / (2.0 * np.pi) * x for x in (lo, hi))
             # a gear that turns faster than half the rate is heard folded back
             for low, high in ((a, b), (2.0 * nyquist - b, 2.0 * nyquist - a)):

@@ -31,13 +31,23 @@ def amplitude(x: Array, t: Array, frequency: float) -> float:
 
 def course(x: Array, t: Array, frequency: float) -> Array:
     """Amplitudes of a swing of this frequency by quarter, beside a slow motion, (4,)."""
+    found = _beside_motion(by_quarter(t, frequency), x, t)
+    return np.asarray(np.hypot(found[0:8:2], found[1:8:2]))
+
+
+def without(x: Array, t: Array, swings: Array) -> Array:
+    """What is left of (n, ...) without what swings (n, k) explain beside a slow motion."""
+    return np.asarray(x - swings @ _beside_motion(swings, x, t))
+
+
+def by_quarter(t: Array, frequency: float) -> Array:
+    """Swings of this frequency in each quarter of the time, (n, 8)."""
     w = 2.0 * np.pi * frequency * (t - t[0])
     swings = np.zeros((len(t), 8))
     for k, part in enumerate(parts(len(t), 4)):
         swings[part, 2 * k] = np.cos(w[part])
         swings[part, 2 * k + 1] = np.sin(w[part])
-    found = _beside_motion(swings, x, t)
-    return np.asarray(np.hypot(found[0:8:2], found[1:8:2]))
+    return swings
 
 
 Course = tuple[tuple[float, float, float], ...]  # [s] end of a stretch, amplitude, [s] its length
@@ -75,11 +85,11 @@ def growth(course: Course, noise: float) -> tuple[float, float, float]:
 
 
 def _beside_motion(swings: Array, x: Array, t: Array) -> Array:
-    """Least squares of x (n,) by swings (n, k) and a slow motion: what swings have, (k,)."""
-    Q = _slow(len(t), max(1, round(float(t[-1] - t[0]))))
+    """Least squares of x (n, ...) by swings (n, k) and a slow motion: of swings, (k, ...)."""
+    Q, k = _slow(len(t), max(1, round(float(t[-1] - t[0])))), swings.shape[1]
     both = np.column_stack([swings, x])
     left = both - Q @ (Q.T @ both)
-    return np.asarray(np.linalg.lstsq(left[:, :-1], left[:, -1])[0])
+    return np.asarray(np.linalg.lstsq(left[:, :k], left[:, k:])[0]).reshape(k, *x.shape[1:])
 
 
 @lru_cache(maxsize=16)
