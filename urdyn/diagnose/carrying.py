@@ -80,6 +80,13 @@ class Carrying:
         return replace(self, away=tuple(away.tolist()), since=since, sure=sure, gone=gone)
 
     @property
+    def unladen(self) -> Carrying:
+        """As if no other load had ever been carried."""
+        first, had = self.modes[:1], self.had + sum(self.away)
+        path = (0,) * len(self.path)
+        return replace(self.here, modes=first, now=0, was=0, path=path, had=had, unclaimed=())
+
+    @property
     def here(self) -> Carrying:
         """As if the first had just been carried."""
         return replace(self, away=(), since=np.nan, sure=np.nan, gone=(), whole=None)

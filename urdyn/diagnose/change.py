@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -38,3 +39,13 @@ class Change:
     detail: tuple[float, ...] = ()  # of a payload: mass, mx, my, mz
     rivals: tuple[tuple[int, float], ...] = ()  # other suspects and their shares
     older: bool = False  # it may be older than the run
+
+    def among(self, share: Sequence[float]) -> Change:
+        """The same beside its rivals.
+
+        Args:
+            share: of every suspect in what explains the same, (h,) [-].
+        """
+        others = sorted((-x, k) for k, x in enumerate(share) if k != self.suspect)
+        rivals = tuple((k, -x) for x, k in others[:2])
+        return replace(self, confidence=self.confidence * share[self.suspect], rivals=rivals)

@@ -95,6 +95,18 @@ class Judge:
         rivals = tuple((of[k], float(share[k])) for k in order)
         return self._accepted(state, of[top], each[of[top]], float(share[top]), rivals, last)
 
+    def shares(self, state: SlowState, recall: Recall) -> tuple[float, ...]:
+        """How far each suspect explains these blocks better than the others do, (h,) [-].
+
+        Nothing, where they are what the bank has seen anyway.
+        """
+        if recall.blocks == state.recall.blocks:
+            return ()
+        bank = recall.again(self.healthy, state.known, self.straying(state), self.E)
+        evidence = gathered(bank, ratios(bank, self.of))
+        evidence[list(state.suspects)] = -np.inf
+        return tuple(np.exp(evidence - logsumexp(evidence)).tolist())
+
     def _likely(self, bank: Bank, evidence: Array) -> int | None:
         """The change that most likely has just happened; None where none did.
 
@@ -141,7 +153,7 @@ class Judge:
             return self._settled_on(state, more)
         rest = (f for f in state.known if not self.of.each[f.suspect].part_of(told.suspect))
         fault = known_by(change)
-        state = self._knowing(state, (*rest, fault))
+        state = self.knowing(state, (*rest, fault))
         again = any(f.suspect == k for f in state.passed)
         if again and self._nothing(state.bank, fault):  # it is still what it was taken back from
             return replace(before, passed=_latest(before.passed, (fault,)), waited=0)
@@ -151,7 +163,7 @@ class Judge:
         """Whether a fault that is known has changed all that this suspect would, and more."""
         return any(self.of.each[k].part_of(self.of.each[f.suspect]) for f in state.known)
 
-    def _knowing(self, state: SlowState, known: tuple[Fault, ...]) -> SlowState:
+    def knowing(self, state: SlowState, known: tuple[Fault, ...]) -> SlowState:
         """With these suspects found, and the bank as it is in their light."""
         state = replace(state, known=known)
         bank = state.recall.again(self.healthy, known, self.straying(state), self.E)
@@ -165,7 +177,7 @@ class Judge:
         back = tuple(f for f in left if self._taken_back(bank, f))
         left = tuple(f for f in left if f not in back)
         state = replace(state, passed=_latest(state.passed, back))
-        return state if left == known else self._knowing(state, left)
+        return state if left == known else self.knowing(state, left)
 
     def _nothing(self, bank: Bank, fault: Fault) -> bool:
         """Whether a change that was found may as well be none, or of another kind, by now.

@@ -43,6 +43,11 @@ class Recall:
         kept = tuple(block for block in self.blocks if block.end <= t)
         return self if len(kept) == len(self.blocks) else replace(self, blocks=kept)
 
+    def unladen(self, t: float) -> Recall:
+        """As if no other load had come since `t` [s]."""
+        blocks = (b.unladen if b.unladen and b.begin >= t else b for b in self.blocks)
+        return replace(self, blocks=tuple(blocks))
+
     def again(self, healthy: Healthy, known: Sequence[Fault], straying: Straying, E: Array) -> Bank:
         """The bank of these blocks, with what is known free to have changed."""
         bank = onsets.first(self.x, healthy.opened(self.P, known, self.t), E.shape[1])

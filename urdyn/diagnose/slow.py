@@ -17,7 +17,7 @@ from urdyn.diagnose.carrying import MOMENT, Carrying, Waiting
 from urdyn.diagnose.change import Push
 from urdyn.diagnose.explain import Suspects, gathered, ratios, suspects
 from urdyn.diagnose.healthy import Healthy
-from urdyn.diagnose.judge import Judge
+from urdyn.diagnose.judge import CONFIDENT, Judge
 from urdyn.diagnose.learning import Learning
 from urdyn.diagnose.loads import DELAY, Believed, Loads
 from urdyn.diagnose.moment import Means, Pool, averaged, pooled
@@ -28,6 +28,7 @@ from urdyn.diagnose.rules import Rules
 from urdyn.diagnose.slow_state import LearntBy, SlowState
 from urdyn.diagnose.space import Space
 from urdyn.diagnose.stay import Stay
+from urdyn.types import Array
 
 BLOCK = 5.0  # [s]
 HEARD = 12  # blocks, a minute, that noise can be unlearnt for
@@ -131,10 +132,29 @@ class Slow:
         if self.stay is None:
             return state
         carrying, change = self.stay.settled(state.carrying, t, ended)
-        state = replace(state, carrying=carrying)
         if not change:
-            return state
-        return self.judge.relieved(replace(state, found=(*state.found, change)))
+            return replace(state, carrying=carrying)
+        # When it came a joint's fault that had just begun may have been taken for it.
+        if share := self.judge.shares(state, state.recall.unladen(state.carrying.since)):
+            load = share[change.suspect]
+            if load < (0.5 if ended else 1.0 - CONFIDENT):
+                return self._withdrawn(state, ended)
+            if load < CONFIDENT and not ended:
+                return state
+            change = change.among(share)
+        state = replace(state, carrying=carrying, found=(*state.found, change))
+        return self.judge.relieved(state)
+
+    def _withdrawn(self, state: SlowState, ended: bool) -> SlowState:
+        """As if what is carried as a rule had been carried since the other load came."""
+        carrying = state.carrying
+        alone = len(carrying.modes) == 2  # what was carried before was no piece, but the same
+        recall = state.recall.unladen(-np.inf if alone else carrying.since)
+        A, b = state.laden or (0.0, 0.0)
+        state = replace(state, A=state.A + A, b=state.b + b, laden=None, recall=recall)
+        state = self.judge.knowing(replace(state, carrying=carrying.unladen), state.known)
+        state = self._retold(self.judge.judged(state))
+        return self.judge.concluded(state) if ended else state
 
     def _waiting(self, state: SlowState, means: Means, begin: float, end: float) -> SlowState:
         """With a moment more that waits."""
@@ -197,6 +217,7 @@ class Slow:
             return noticed
         if pool is None:
             return state
+        state = state.bearing(self.loads.beside.pool(ripe, carrying.modes[0].mean), pool)
         began = ripe.begin if np.isnan(state.begin) else state.begin
         if onsets.another(state.bank.t, began):
             fresh = replace(state.carrying, unclaimed=())
@@ -217,11 +238,11 @@ class Slow:
         belief = self.healthy.now(state.bank, warm)
         supposed = self.healthy.now(self.judge.supposed(state), warm)
         hidden = self.loads.hidden(state.A / state.moments, belief)
-        window = np.hypot(self.learning.window(state.learnt, state.A), hidden)
-        A, b = onsets.strayed(state.A, state.b, window)
-        A, b = warmth.widened(A, b, warmth.unknowns(self.space, warm))
-        unseen = np.append(hidden, np.zeros(len(b) - len(hidden)))
-        block = Block(state.begin, state.end, A, b, self.healthy.blind(warm), unseen)
+        block = self._block_of(state, state.A, state.b, hidden)
+        if state.laden:
+            A, b = state.laden
+            bare = self._block_of(state, state.A + A, state.b + b, np.zeros_like(hidden))
+            block = replace(block, unladen=bare)
         block = self.healthy.leaping(block, state.known)
         learnt = self.learning.after(state.learnt, state.A, state.b, supposed, straying.window)
         state = replace(
@@ -235,6 +256,18 @@ class Slow:
             return judged
         # Moments that were searched for a light piece are not kept to be told again.
         return replace(judged, carrying=replace(judged.carrying, unclaimed=()))
+
+    def _block_of(self, state: SlowState, A: Array, b: Array, hidden: Array) -> Block:
+        """The block of what its moments say, A (n, n) and b (n,).
+
+        Args:
+            hidden: sd of what is carried unseen, (n,).
+        """
+        warm, window = state.warm / state.moments, self.learning.window(state.learnt, state.A)
+        A, b = onsets.strayed(A, b, np.hypot(window, hidden))
+        A, b = warmth.widened(A, b, warmth.unknowns(self.space, warm))
+        unseen = np.append(hidden, np.zeros(len(b) - len(hidden)))
+        return Block(state.begin, state.end, A, b, self.healthy.blind(warm), unseen)
 
     def _retold(self, state: SlowState) -> SlowState:
         """With the moments that wait in the light of what is known by now."""
@@ -267,7 +300,7 @@ class Slow:
         """With no block begun."""
         n, J = self.space.size, self.space.joints
         A, b, warm = np.zeros((n, n)), np.zeros(n), np.zeros((3, J))
-        return replace(state, A=A, b=b, warm=warm, moments=0, begin=np.nan, end=np.nan)
+        return replace(state, A=A, b=b, warm=warm, moments=0, begin=np.nan, end=np.nan, laden=None)
 
 
 def _unpushed(state: SlowState, push: Push) -> SlowState:

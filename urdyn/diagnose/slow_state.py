@@ -8,6 +8,7 @@ from urdyn.diagnose.carrying import Carrying, Waiting
 from urdyn.diagnose.change import Change
 from urdyn.diagnose.fault import Fault
 from urdyn.diagnose.learning import Learnt
+from urdyn.diagnose.moment import Pool
 from urdyn.diagnose.onsets import Bank
 from urdyn.diagnose.recall import Recall
 from urdyn.types import Array
@@ -42,6 +43,8 @@ class SlowState:
     passed: tuple[Fault, ...] = ()  # that were found, and were none; the last of each suspect
     likely: int | None = None  # suspect that explains the arm best, where there is one
     found: tuple[Change, ...] = ()  # in this step
+    # (n, n), (n,) what another load took of A and b, in a block that began with one
+    laden: tuple[Array, Array] | None = None
 
     @property
     def suspects(self) -> tuple[int, ...]:
@@ -52,6 +55,18 @@ class SlowState:
     def learnt(self) -> Learnt:
         """What was learnt of a healthy arm's noise."""
         return self.heard[-1].learnt
+
+    def bearing(self, usual: Pool, left: Pool) -> SlowState:
+        """With what another load takes of a moment, where the block began with one.
+
+        Args:
+            usual: the moment, if that is what is carried as a rule.
+            left: what the load leaves of it.
+        """
+        if not self.carrying.was or (self.moments and self.laden is None):
+            return self
+        A, b = self.laden or (0.0, 0.0)
+        return replace(self, laden=(A + usual.A - left.A, b + usual.b - left.b))
 
     def unheard(self, t: float) -> SlowState:
         """With what had been learnt by the blocks up to `t` [s], as far back as that is known."""

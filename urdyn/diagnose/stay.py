@@ -5,6 +5,7 @@ of it, the longer; and it has to explain them better than a piece that comes and
 whose mean over both it may be. What the arm was believed to be before the program began says how
 clear a load is: a piece that was there unseen has bent what was learnt since. One that is there at
 a recording's end need not have been carried for so long, where the arm put nothing down before.
+Whether a joint's fault explains the same better is asked of the bank, before it is told.
 """
 
 from __future__ import annotations
