@@ -46,6 +46,6 @@ class Change:
         Args:
             share: of every suspect in what explains the same, (h,) [-].
         """
-        others = sorted((-x, k) for k, x in enumerate(share) if k != self.suspect)
+        others = sorted((-x, k) for k, x in enumerate(share) if x and k != self.suspect)
         rivals = tuple((k, -x) for x, k in others[:2])
         return replace(self, confidence=self.confidence * share[self.suspect], rivals=rivals)
