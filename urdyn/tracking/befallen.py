@@ -131,6 +131,7 @@ class Befallen:
     drives: Mask  # (J,)
     wears: bool = False  # and goes on to change
     known: Gaussian | None = None  # what is believed by who allowed for it all along
+    weighed: bool = False  # the payload came at a rest, and was found since
 
     @property
     def anything(self) -> bool:

@@ -23,6 +23,8 @@ from urdyn.tracking.befallen import (
     wearing,
 )
 from urdyn.tracking.handling import HANDLING, Weighed, exchanged
+from urdyn.tracking.held import CHANGE, Held
+from urdyn.tracking.holding import Holding
 from urdyn.tracking.model import BULKY, LIGHT
 from urdyn.tracking.physical import KNOWN
 from urdyn.tracking.state import HINDSIGHT, TrackerState, in_hindsight
@@ -52,6 +54,7 @@ class Supposed(Generic[S]):
     before: S  # belief to learn from the currents with
     mean: Array  # (n,) of the states, by that and by what is carried
     carried: Array  # (10,) roughly
+    held: Held  # what was known of it before it was learnt anew
 
     @property
     def anew(self) -> bool:
@@ -93,6 +96,11 @@ class Noticing(Generic[S]):
     poses: bool  # what these told of zeros in the last seconds is not forgotten for a payload
 
     @cached_property
+    def holding(self) -> Holding[S]:
+        """Who tells what is carried while it is learnt anew."""
+        return Holding(self.filter, self.places["payload"].start)
+
+    @cached_property
     def _look(self) -> float:
         """Samples from one look for what befell the arm to the next."""
         return max(LOOK, round(LOOK_TIME / self.period))
@@ -126,6 +134,7 @@ class Noticing(Generic[S]):
         retold = what is not None and what.known is not None
         before = state.belief if self.poses and not retold else was.belief
         carried = thought if what is None or what.payload is None else what.payload
+        held = self._held(state, what, stood, doubtful, carried)
         mean = beliefs.mean(self.filter, before) if anew else mean
         mean = mean if carried is state.carried else self.carrying(mean, carried)
         return Supposed(
@@ -142,7 +151,20 @@ class Noticing(Generic[S]):
             before=before,
             mean=mean,
             carried=carried,
+            held=held,
         )
+
+    def told(self, supposed: Supposed[S], belief: S, moving: bool) -> Held:
+        """What was carried before, and whether another was told by now, an instant learnt."""
+        held = supposed.held
+        if held.told:
+            return held
+        if held.doubted:
+            asked = supposed.looked and moving
+            sure = asked and self.holding.exchanged(held, belief)
+        else:
+            sure = supposed.widens
+        return replace(held, told=True) if sure else held
 
     def carrying(self, mean: Array, payload: Array) -> Array:
         """The states (n,) with this payload, (10,)."""
@@ -158,6 +180,24 @@ class Noticing(Generic[S]):
         """
         due = shown or (t - state.marked >= HINDSIGHT and np.isinf(state.rest.left))
         return told_from(state.carried, *self._payload(belief)) if due else state.carried
+
+    def _held(
+        self,
+        state: TrackerState[S],
+        what: Befallen | None,
+        stood: bool,
+        doubtful: bool,
+        carried: Array,
+    ) -> Held:
+        """What was carried before it is learnt anew, around `carried`, if that begins here."""
+        anew, was = what is not None and what.payload is not None, state.load
+        if not (anew or doubtful):
+            return was.given_up() if stood else was
+        weighed = what is not None and what.weighed
+        # Evidence that comes soon after a change was told is of the same change.
+        told = weighed or (was.told and not stood and state.rest.just(state.t))
+        change = 0.0 if weighed else CHANGE
+        return self.holding.begun(was, state.belief, carried, change, told)
 
     def _found(
         self,
@@ -226,7 +266,7 @@ class Noticing(Generic[S]):
         weighed = before[1][0] < KNOWN and payload.any()
         if np.array_equal(payload, state.carried) or (weighed and not exchanged(before, now)):
             return None
-        return Befallen(payload, np.zeros(len(state.v), dtype=bool))
+        return Befallen(payload, np.zeros(len(state.v), dtype=bool), weighed=True)
 
     def _allowing(
         self, was: TrackerState[S], state: TrackerState[S], what: Befallen | None

@@ -286,7 +286,7 @@ class _Run(Generic[S]):
         return {"since": at.state.t, "joints": [names[j] for j in np.flatnonzero(lacking)]}
 
     def _final(self, at: Checkpoint[S]) -> dict[str, Any]:
-        of, belief = self.quantities, self.tracker.filter.belief(at.state.belief)
+        of, belief = self.quantities, self.tracker.believed(at.state)
         mean, sd = of.of(belief, self.tracker.estimates_beside(at.state))
         rows = zip(of.names, map(plain, mean), map(plain, sd), of.units, strict=True)
         return {name: {"mean": m, "sd": sd, "unit": unit} for name, m, sd, unit in rows}

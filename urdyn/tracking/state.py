@@ -10,6 +10,7 @@ from urdyn.tracking.befallen import Evidence
 from urdyn.tracking.beliefs import shifted
 from urdyn.tracking.colour import Colour, unlearnt
 from urdyn.tracking.handling import Rest, Weighed
+from urdyn.tracking.held import Held, nothing_held
 from urdyn.tracking.streams import Heard
 from urdyn.tracking.worn import ASKED, Then
 from urdyn.types import Array
@@ -59,6 +60,7 @@ class TrackerState(Generic[S]):
     moved: float = 0.0  # [s] of its motion
     rest: Rest = field(default_factory=Rest)  # the last one
     weighed: Weighed = field(default_factory=Weighed)  # hold by hold
+    load: Held = field(default_factory=nothing_held)  # before it was learnt anew
     undrawn: int = 0  # currents that no motor draws, left out
     restarts: int = 0  # with the commissioned arm, where no arm was believed in any more
 
@@ -109,6 +111,7 @@ def begun_anew(state: TrackerState[S], first: TrackerState[S]) -> TrackerState[S
         unsure=first.unsure,
         carried=first.carried,
         weighed=first.weighed,
+        load=first.load,
         then=replace(first.then, passed=state.passed, moved=state.moved),
         lately=replace(first.lately, passed=state.passed, moved=state.moved),
         earlier=first.earlier,

@@ -33,7 +33,7 @@ from urdyn.tracking.state import Learnt, TrackerState, begun_anew, marked, rezer
 from urdyn.tracking.streams import Heard, Moment, Stream, assimilated, first
 from urdyn.tracking.temper import untempered
 from urdyn.tracking.worn import Then, Worn
-from urdyn.types import Array, Index, Mask, changed
+from urdyn.types import Array, Gaussian, Index, Mask, changed
 
 S = TypeVar("S")
 
@@ -200,7 +200,7 @@ class Tracker(Generic[S]):
             added = seen.given.noise**2 - seen.white.noise**2
             innovation = untempered(innovation, added, seen.current)
         after = self._after(state, causal, now, way, supposed, seen, belief, innovation)
-        widened = supposed.widens
+        widened = after.load.told and not supposed.held.told
         if not self._credible(belief):
             after, widened = begun_anew(after, self.init()), True
         return after, Reading(
@@ -213,7 +213,7 @@ class Tracker(Generic[S]):
             instant=now,
             travelled=way.travelled,
             inputs=u,
-            believed=partial(self.filter.belief, after.belief),
+            believed=partial(self.believed, after),
             told=partial(self.estimates_beside, after),
             learnt=(seen.given, seen.current),
         )
@@ -273,6 +273,7 @@ class Tracker(Generic[S]):
             stuck=state.stuck + way.stuck,
             rest=state.rest.after(way.moving, way.passed, since, now.t),
             weighed=supposed.weighed,
+            load=self._noticing.told(supposed, belief, way.moving),
         )
 
     def _credible(self, belief: S) -> bool:
@@ -303,8 +304,12 @@ class Tracker(Generic[S]):
             belief, h = assimilated(stream, h, moment, self.filter, self.model, belief)
             heard.append(h)
         state = replace(state, belief=belief, heard=tuple(heard))
-        believed, told = partial(self.filter.belief, belief), partial(self.estimates_beside, state)
+        believed, told = partial(self.believed, state), partial(self.estimates_beside, state)
         return state, replace(reading, believed=believed, told=told)
+
+    def believed(self, state: TrackerState[S]) -> Gaussian:
+        """All states, (n,), as they are told: whatever may be carried."""
+        return self._noticing.holding.believed(state.load, state.belief)
 
     def estimates_beside(self, state: TrackerState[S]) -> tuple[Array, Array]:
         """Means and standard deviations of what the other streams tell of by themselves."""

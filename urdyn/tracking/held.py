@@ -1,0 +1,120 @@
+"""What is carried, as it is told while nobody knows whether it was exchanged.
+
+A filter that learns anew what is carried begins with a prior N(r, V) that is wide enough for
+anything. Who asks meanwhile may know more: either it is what it was before, N(m, S), or a light
+piece or none, or a bulky one, N(0, W) each. All that was measured since is in the filter's belief
+N(x, P), as information on the load with everything else integrated out,
+
+    G = P^-1 - V^-1,    h = P^-1 x - V^-1 r.
+
+By it, and by a prior N(m, S), the load is N(m + (S^-1 + G)^-1 (h - G m), (S^-1 + G)^-1), and what
+was measured is as likely as the exponential of
+
+    h' m - m' G m / 2 + (h - G m)' (S^-1 + G)^-1 (h - G m) / 2 - log |I + S G| / 2,
+
+but for a factor that all have in common. Bayes' rule weighs them [Magill1965]_.
+
+Before and since, the same errors of friction and gain are in what is carried, and nobody knows how
+much of them. So what it was adds to what is measured as [Niehsen2002]_ has it, by covariance
+intersection: agreement makes nothing surer. The filter itself learns of none of this. A light piece
+would be taken for none, and friction would pay for it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from urdyn.tracking.model import ANYTHING, LIGHT, PAYLOAD_SD
+from urdyn.types import Array, Gaussian, frozen
+
+LOAD = 4  # mass and first moments: a few seconds say little of inertia
+CHANGE = 1.0 / 3.0  # [-] of rests in a program that handles pieces, by which one comes or goes
+SURE = 5.0  # [-] log odds that it is not what it was, at which that is told
+WIDE = (ANYTHING * PAYLOAD_SD)[:LOAD]  # V's roots
+OTHERS = np.array([LIGHT, PAYLOAD_SD])[:, :LOAD]  # W's roots
+
+
+@dataclass(frozen=True, eq=False)
+class Held:
+    """What was known of the load before it began to be learnt anew."""
+
+    mean: Array  # (4,) [kg, kg m]
+    cov: Array  # (4, 4)
+    first: Array  # (4,) r
+    change: float  # [-] probability, then, that it is another; NaN: it is not learnt anew
+    told: bool  # that it is another
+
+    def __post_init__(self) -> None:
+        for name in ("mean", "cov", "first"):
+            object.__setattr__(self, name, frozen(getattr(self, name)))
+
+    @property
+    def doubted(self) -> bool:
+        """Whether more may be known than the filter believes."""
+        return not np.isnan(self.change)
+
+    def given_up(self) -> Held:
+        """It is not learnt anew any more."""
+        return replace(self, change=np.nan, told=False)
+
+    def believed(self, now: Gaussian) -> Gaussian:
+        """The load, (4,), while the filter believes `now`: the likeliest, doubted as all are."""
+        if not self.doubted:
+            return now
+        G, h = self._shown(now)
+        mean, cov, odds = self._each(G, h)
+        mean[0], cov[0] = self._intersected(now, G, h)
+        share = np.exp(odds - odds.max())
+        share /= share.sum()
+        likeliest = mean[share.argmax()]
+        apart = mean - likeliest
+        spread = cov + apart[:, :, None] * apart[:, None, :]
+        return Gaussian(likeliest, np.tensordot(share, spread, 1))
+
+    def exchanged(self, now: Gaussian) -> bool:
+        """Whether it surely is not what it was."""
+        odds = self._each(*self._shown(now))[2]
+        return bool(np.logaddexp.reduce(odds[1:]) - odds[0] > SURE)
+
+    def _shown(self, now: Gaussian) -> tuple[Array, Array]:
+        """G and h; nothing along what is known less well than in the beginning."""
+        value, axes = np.linalg.eigh(now.cov / np.outer(WIDE, WIDE))
+        along, gained = axes / WIDE[:, None], value < 1.0
+        G = (along * np.where(gained, 1.0 / value - 1.0, 0.0)) @ along.T
+        moved = axes.T @ ((now.mean - self.first) / WIDE)
+        return G, along @ (np.where(gained, 1.0 / value, 0.0) * moved) + G @ self.first
+
+    def _each(self, G: Array, h: Array) -> tuple[Array, Array, Array]:
+        """Means (3, 4), covariances and log odds of what may be; the first is what it was."""
+        m = np.stack([self.mean, *np.zeros_like(OTHERS)])
+        root = np.stack([np.linalg.cholesky(self.cov), *map(np.diag, OTHERS)])  # of S
+        across = root.swapaxes(1, 2)
+        L = np.linalg.cholesky(np.eye(LOAD) + across @ G @ root)
+        lever = np.linalg.solve(L, across)
+        news = h - m @ G
+        white = (lever @ news[..., None])[..., 0]
+        lost = np.log(np.diagonal(L, axis1=1, axis2=2)).sum(axis=1)
+        prior = np.array([1.0 - self.change, *[self.change / len(OTHERS)] * len(OTHERS)])
+        with np.errstate(divide="ignore"):
+            odds = np.log(prior) + 0.5 * ((white**2).sum(axis=1) + m @ h + (m * news).sum(axis=1))
+        back = lever.swapaxes(1, 2)
+        return m + (back @ white[..., None])[..., 0], back @ lever, odds - lost
+
+    def _intersected(self, now: Gaussian, G: Array, h: Array) -> tuple[Array, Array]:
+        """What it was with what was measured since, errors in common or not: mean and covariance.
+
+        Each counts by how well it knows the mass.
+        """
+        was, known = 1.0 / self.cov[0, 0], 1.0 / now.cov[0, 0]
+        share = was / (was + known)
+        before = np.linalg.inv(self.cov)
+        cov = np.linalg.inv(share * before + (1.0 - share) * G)
+        return cov @ (share * before @ self.mean + (1.0 - share) * h), cov
+
+
+def nothing_held() -> Held:
+    """Nothing was learnt anew yet."""
+    nothing = np.zeros(LOAD)
+    return Held(nothing, np.diag(WIDE**2), nothing, np.nan, told=False)
