@@ -128,8 +128,8 @@ def test_another_load_in_a_belief_changes_nothing_else():
 def test_a_piece_that_stays_through_many_rests_stays_as_known_and_is_told_once():
     """A story: from point to point with a piece of 2 kg that is there from the tenth second on.
 
-    At each rest it was anything anew, by the filter still is, for tenths of a second or more, and
-    after a few of them it was told as another.
+    To the filter it is anything anew at each set-off, for tenths of a second or more, and this had
+    been told.
     """
     dynamics, fit = commissioned(0)
     rng, piece = np.random.default_rng(2), np.array([2.0, 0, 0, 0.16, 0.02, 0, 0.02, 0, 0, 2e-3])
