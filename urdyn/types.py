@@ -86,7 +86,7 @@ class Defect:
 class Log:
     """What the robot said, untouched: RTDE names, SI units, NaN where it said nothing."""
 
-    t: Array  # (N,) [s], strictly increasing
+    t: Array  # (N,) [s], increasing; a recorder may have written one twice
     channels: Mapping[str, Array]  # RTDE name -> (N,) or (N, width)
     source: Source = field(default_factory=Source)
     defects: tuple[Defect, ...] = ()
@@ -97,10 +97,10 @@ class Log:
         object.__setattr__(self, "channels", MappingProxyType(channels))
         if self.t.ndim != 1:
             raise InputError(f"t has the shape {self.t.shape}; time is one axis")
-        onward = np.diff(self.t) > 0.0
+        onward = np.diff(self.t) >= 0.0
         if not onward.all():
             back = int(np.argmin(onward)) + 1
-            told = f"stamps have to increase; that of row {back} does not"
+            told = f"stamps have to increase; that of row {back} goes back"
             raise LogError(told, self.source.path)
         for name, values in channels.items():
             if values.shape[:1] != self.t.shape:

@@ -46,12 +46,15 @@ def test_all_modes_find_the_same_arm(workshop, modes):
 
 
 def test_a_quicker_mode_is_never_sure_without_reason(workshop, modes):
-    """Coverage counts on it: a block that knows nothing of others cannot know much more."""
+    """Coverage counts on it: a block that knows nothing of others cannot know much more.
+
+    Nor much less: gains are known to 5 %, and full knows what they leave in common.
+    """
     joints = workshop.fit.dynamics.arm.joint_names
     for name in QUICKER:
         for joint in joints:
             ratio = modes[name].sd[f"{joint}.coulomb"] / modes["full"].sd[f"{joint}.coulomb"]
-            assert 0.6 < ratio < 1.6, (name, joint)
+            assert 0.6 < ratio < 1.8, (name, joint)
 
 
 def test_losses_are_errors_over_fulls(workshop, modes):

@@ -18,10 +18,13 @@ SLOW = 0.05  # [rad/s] a joint that is never faster makes no line that is heard
 # which turns with the joint, and a drive's torque has the pitch of its poles and slots.
 GEAR = (1.0, 2.0 - 2.0 / GEAR_RATIO, 2.0, 4.0)
 MOTOR = (8.0, 10.0, 12.0)  # too little to be felt in other joints
+BINS = 1.5  # [-] of a window's resolution, within which a motor turns about a line
 
 
 def beside(x: Array, t: Array, frequency: float, v: Array, joint: int) -> float:
     """Size of a line in a signal (n,) of this joint, beside what best follows a motor's angle.
+
+    Only a motor that turns by about the line's frequency for half of the time makes one there.
 
     Args:
         frequency: of the line [Hz], which the joints themselves may swing at.
@@ -29,11 +32,13 @@ def beside(x: Array, t: Array, frequency: float, v: Array, joint: int) -> float:
     """
     known = np.flatnonzero(np.isfinite(v).all(axis=0))
     v = without(v[:, known], t, by_quarter(t, frequency))
-    angles = GEAR_RATIO * _angles(t, v)
+    turning, angles = GEAR_RATIO * np.abs(v) / (2.0 * np.pi), GEAR_RATIO * _angles(t, v)
+    near = BINS / (t[-1] - t[0])
     phases = [
         order * angles[:, k]
         for k in np.flatnonzero(np.abs(v).max(axis=0) > SLOW)
         for order in (GEAR + MOTOR if known[k] == joint else GEAR)
+        if np.median(np.abs(order * turning[:, k] - frequency)) < near
     ]
     swings = (np.column_stack([np.cos(phase), np.sin(phase)]) for phase in phases)
     left = (amplitude(without(x, t, swing), t, frequency) for swing in swings)
