@@ -25,7 +25,7 @@ PRIOR = Gaussian(TWO, np.eye(2))
     [
         (lambda: Log(ROWS, {}), r"t has the shape \(3, 6\); time is one axis"),
         (lambda: Log([0, 1], {"actual_q": ROWS}), r"actual_q has .* \(3, 6\); t has 2 rows"),
-        (lambda: Log(np.array([0.0, 2.0, 1.0]), {}), "have to increase; that of row 2 goes back"),
+        (lambda: Log(np.array([0.0, 2.0, 1.0]), {}), "have to increase; that of row 2 does not"),
         (lambda: Motion(TWO, *[ROWS] * 6), r"q has the shape \(3, 6\); .* \(2, 6\)"),
         (lambda: Motion(np.arange(3), *[ROWS] * 5, ROWS[:, :5]), r"temperature .* \(3, 6\)"),
         (lambda: Parameters(ONE, ("a", "b"), ("A", "A")), r"values .* \(1,\); .* \(2,\)"),

@@ -100,7 +100,7 @@ class Log:
         onward = np.diff(self.t) >= 0.0
         if not onward.all():
             back = int(np.argmin(onward)) + 1
-            told = f"stamps have to increase; that of row {back} goes back"
+            told = f"stamps have to increase; that of row {back} does not"
             raise LogError(told, self.source.path)
         for name, values in channels.items():
             if values.shape[:1] != self.t.shape:

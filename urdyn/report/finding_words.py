@@ -97,6 +97,8 @@ def size(finding: Mapping[str, Any]) -> str:
         return f"{number(evidence['strength_N'])} N, ({along}) along x, y, z of the base"
     if mode := evidence.get("mode"):
         return SHOWS.get(mode, str(mode)) + (", well again" if "until_s" in evidence else "")
+    if "was_rad" in evidence:
+        return f"{number(evidence['was_rad'])} rad, right again"
     by = factor(finding)
     value, sd = by * finding["size"], by * (finding["size_sd"] or 0.0)
     return f"{interval90(value, sd) if sd else number(value)} {unit(finding)}"
