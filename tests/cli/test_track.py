@@ -1,6 +1,8 @@
 """urdyn track, on a recording."""
 
 import json
+import subprocess
+import sys
 
 import pyarrow.parquet as pq
 import pytest
@@ -38,7 +40,7 @@ def test_a_quiet_run_says_nothing(story, twin, tmp_path):
 
 
 def test_whose_run_is_replaced_is_told(story, twin, tmp_path):
-    quick = ("--no-diagnosis", "--filter", "ekf", "--rows", "0:200", "--out", tmp_path)
+    quick = ("--filter", "ekf", "--rows", "0:200", "--out", tmp_path)
     said = []
     with without_pages():
         for source in (story.log, story.log, story.held_out):
@@ -47,6 +49,25 @@ def test_whose_run_is_replaced_is_told(story, twin, tmp_path):
             said.append("is replaced" in told.stderr)
     assert said == [False, False, True]
     assert f"{tmp_path}: the run of {story.log} that it held is replaced\n" in told.stderr
+
+
+def test_who_tracks_holds_no_reader_of_tables(story, twin, tmp_path):
+    """Its memory is promised: what reads and draws histories is in processes of its own."""
+    options = ("--filter", "ekf", "--rows", "0:200", "--out", tmp_path, "-q")
+    command = (
+        sys.executable,
+        "-X",
+        "importtime",
+        "-m",
+        "urdyn",
+        "track",
+        twin,
+        story.log,
+        *options,
+    )
+    told = subprocess.run(list(map(str, command)), capture_output=True, text=True, check=True)
+    assert "urdyn.tracking.noticing" in told.stderr
+    assert "pyarrow" not in told.stderr and "pandas" not in told.stderr
 
 
 def test_a_filter_that_nobody_knows_is_a_matter_of_usage(story, twin, tmp_path):

@@ -213,18 +213,16 @@ def _filter(name: str | None, mode: str) -> Filter[Any]:
 
 
 def _held(out: Path) -> tuple[str, str] | None:
-    """Of which source the whole history in DIR is, and its sha256; None where none can be read."""
-    from urdyn.errors import LogError
-    from urdyn.report.track_history import History
-    from urdyn.tracking.parts import FILE
+    """Of which source the diagnosed run in DIR is, and its sha256; None where none can be read."""
+    import json
 
-    if not (out / FILE).is_file():
-        return None
+    from urdyn.diagnose.acknowledge import FOUND
+
     try:
-        made_of = History((out / FILE,)).provenance
-    except LogError:
+        made_of = json.loads((out / FOUND).read_text(encoding="utf-8"))["provenance"]
+        return str(made_of["source"]), str(made_of.get("source.sha256", ""))
+    except (OSError, ValueError, LookupError, TypeError):
         return None
-    return str(made_of.get("source", "another")), str(made_of.get("source.sha256", ""))
 
 
 def _report(out: Path, summary: dict[str, Any], voice: Voice) -> None:
