@@ -84,9 +84,13 @@ for verb in (
     demo,
 ):
     app.command(help=flowing(verb.__doc__))(guarded(verb))
-bench.command("identify", help=flowing(bench_identify.__doc__))(guarded(bench_identify))
-bench.command("excite", help=flowing(bench_excite.__doc__))(guarded(bench_excite))
-bench.command("simulate", help=flowing(bench_simulate.__doc__))(guarded(bench_simulate))
-bench.command("track", help=flowing(bench_track.__doc__))(guarded(bench_track))
-bench.command("faults", help=flowing(bench_faults.__doc__))(guarded(bench_faults))
-bench.command("diagnose", help=flowing(bench_diagnose.__doc__))(guarded(bench_diagnose))
+for trial in (
+    bench_identify,
+    bench_excite,
+    bench_simulate,
+    bench_track,
+    bench_faults,
+    bench_diagnose,
+):
+    name = trial.__name__.removeprefix("bench_")
+    bench.command(name, help=flowing(trial.__doc__))(guarded(trial))

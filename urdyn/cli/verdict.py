@@ -17,8 +17,6 @@ if TYPE_CHECKING:
 
 LEVEL, LITTLE = 0.9, 0.5  # [-] of samples that intervals are for; of that, in a wrong arm's twin
 FAR = 4.0  # [sd] of what arms of a type differ by: right ones were within 1.3, others beyond 4
-
-
 MANY = (
     "{} of {} masses and drive gains are what such arms hardly have: this is no {}, or its "
     "currents are not in A; do not use this twin before that is known"

@@ -18,11 +18,13 @@ Findings = tuple[Finding, ...]
 
 def finding_of(event: Event, book: Findings, space: Space, rules: Rules) -> Finding:
     """An event as a finding; of one that is in the book and goes on, since it began."""
-    known = of_event(event, space, rules).id
-    old = next((f for f in book if f.id == known), None)
-    if old and "jump_rad" in event.evidence:
+    finding = of_event(event, space, rules)
+    old = next((f for f in book if f.id == finding.id), None)
+    if old is None:
+        return finding
+    if "jump_rad" in event.evidence:
         event = zero.beside(event, old, rules.levels(event.kind))
-    if old and _goes_on(old, event.onset):
+    if _goes_on(old, event.onset):
         event = replace(event, onset=old.onset_s)
     return of_event(event, space, rules)
 
