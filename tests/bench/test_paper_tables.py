@@ -28,7 +28,7 @@ from urdyn.bench.arm import QUANTITIES
 from urdyn.cli.bench_tables import notes, tables
 from urdyn.cli.bench_track import _table_1, _table_2
 from urdyn.cli.fresh import fresh
-from urdyn.report.bench_page import bench_page
+from urdyn.report.bench.track import bench_page
 from urdyn.simulate.paper import FRICTION_INCREASE, HEALTH_DEGRADATION, reconstruction
 from urdyn.types import Log
 

@@ -14,7 +14,7 @@ from urdyn.errors import UrdynError
 from urdyn.identify import Fit, Noise, identify, validate
 from urdyn.identify.scoring import FLOOR_BAND, interval, noise_floor
 from urdyn.model.dynamics import Dynamics
-from urdyn.report.summary import validated
+from urdyn.report.identify.summary import validated
 from urdyn.signal import condition
 from urdyn.simulate import Sensors, fourier, observe, perfect_sensors, typical_sensors, virtual_arm
 from urdyn.types import Array, Log

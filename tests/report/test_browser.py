@@ -9,8 +9,8 @@ import pytest
 from browser import Browser
 from tracked import JOINTS, START, columns, diagnosed, growing, summary, write
 
-from urdyn.report.page import identify_page
-from urdyn.report.track_page import track_page
+from urdyn.report.identify.page import identify_page
+from urdyn.report.track.page import track_page
 
 LOOKS = [(1280, "light"), (420, "dark")]
 MORE = [pytest.param(*look, marks=pytest.mark.slow) for look in ((1280, "dark"), (420, "light"))]

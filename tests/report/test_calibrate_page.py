@@ -14,9 +14,9 @@ from urdyn.model.arm import Arm
 from urdyn.model.geometry.chain_pose import flange
 from urdyn.model.geometry.drawing import drawing_of
 from urdyn.model.geometry.turns import rotation_vector
-from urdyn.report.calibrate_page import calibrate_page, evaluate_page
-from urdyn.report.calibrate_summary import calibrated, evaluated
-from urdyn.report.calibrate_words import difference
+from urdyn.report.calibrate.page import calibrate_page, evaluate_page
+from urdyn.report.calibrate.summary import calibrated, evaluated
+from urdyn.report.calibrate.words import difference
 from urdyn.types import Defect, Source
 
 HOSTILE = "<img src=x onerror=alert(1)>.csv"

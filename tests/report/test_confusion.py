@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from urdyn.report.confusion import confusion
+from urdyn.report.bench.confusion import confusion
 
 
 def test_a_row_is_coloured_by_its_shares() -> None:

@@ -12,8 +12,8 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
-from urdyn.report.fleet import gather, names, told
-from urdyn.report.fleet_page import fleet_page, headline
+from urdyn.report.fleet.gather import gather, names, told
+from urdyn.report.fleet.page import fleet_page, headline
 
 HOSTILE = "<img src=x onerror=alert(1)>"
 JOINTS = ("shoulder_joint", "elbow_joint")

@@ -12,9 +12,9 @@ import pytest
 from tracked import JOINTS, columns, diagnosed, growing, summary, write
 
 from urdyn.report.canvas import brief
-from urdyn.report.track_history import History
-from urdyn.report.track_page import track_page
-from urdyn.report.track_trace import POINTS, kept
+from urdyn.report.track.history import History
+from urdyn.report.track.page import track_page
+from urdyn.report.track.trace import POINTS, kept
 
 HOUR = 90_000  # rows of a history
 STEP = 0.04  # [s]

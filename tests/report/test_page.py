@@ -9,7 +9,7 @@ from dataclasses import replace
 import pytest
 
 from urdyn.report.digits import number
-from urdyn.report.page import identify_page, validate_page
+from urdyn.report.identify.page import identify_page, validate_page
 from urdyn.types import Source
 
 PLOT = re.compile(

@@ -11,11 +11,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from rich.console import Console
 
-from urdyn.report.comparison import compare, share_inside
 from urdyn.report.digits import interval90, number
 from urdyn.report.evidence import PARTLY, SEEN, UNSEEN, pool, seen
-from urdyn.report.friction_curve import friction, friction_curve
-from urdyn.report.tables import identify_table, truth_table, validate_table
+from urdyn.report.identify.comparison import compare, share_inside
+from urdyn.report.identify.friction_curve import friction, friction_curve
+from urdyn.report.identify.tables import identify_table, truth_table, validate_table
 from urdyn.report.traces import downsample, spectrum
 from urdyn.types import Source
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.stats import binom
 
-from urdyn.report.shares import interval, share_of
+from urdyn.report.bench.shares import interval, share_of
 
 
 def test_two_of_twelve_are_told_with_what_they_may_be_of() -> None:

@@ -14,7 +14,7 @@ from tracked import CRITICAL, START, columns, diagnosed, growing, summary, write
 from urdyn.io.spans import span
 from urdyn.report.digits import difference
 from urdyn.report.finding_words import size
-from urdyn.report.track_page import track_page
+from urdyn.report.track.page import track_page
 
 SCRIPT = re.compile(r"<script.*?</script>", re.S)
 

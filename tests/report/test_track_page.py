@@ -22,11 +22,11 @@ from tracked import (
 )
 
 from urdyn.errors import LogError
-from urdyn.report.track_change import SDS, SHARE, compare_track
-from urdyn.report.track_history import History, Series
-from urdyn.report.track_page import track_page
-from urdyn.report.track_surprise import surprise
-from urdyn.report.track_trace import POINTS, trend
+from urdyn.report.track.change import SDS, SHARE, compare_track
+from urdyn.report.track.history import History, Series
+from urdyn.report.track.page import track_page
+from urdyn.report.track.surprise import surprise
+from urdyn.report.track.trace import POINTS, trend
 
 PLOT = re.compile(
     r'<div class="plot".*?</div>\s*<script type="application/json">(.*?)</script>', re.S

@@ -12,7 +12,7 @@ from urdyn.cli.viewing import Asked, find
 from urdyn.errors import LogError
 from urdyn.io.rtde import play as play_back
 from urdyn.io.rtde import serve
-from urdyn.report.track_history import find_history
+from urdyn.report.track.history import find_history
 from urdyn.tracking import open_source, run
 from urdyn.tracking.checkpoint import FILE, Checkpoint, flattened, write
 from urdyn.tracking.interest import nothing_yet

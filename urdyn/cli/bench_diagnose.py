@@ -14,8 +14,8 @@ from urdyn.cli.bench_progress import progress
 from urdyn.cli.options import Json, Quiet
 from urdyn.cli.voice import Voice
 from urdyn.errors import InputError
+from urdyn.report.bench.shares import share_of
 from urdyn.report.digits import percent
-from urdyn.report.shares import share_of
 from urdyn.version import __version__
 
 if TYPE_CHECKING:
@@ -152,7 +152,7 @@ def _draw(
     told: list[str],
 ) -> None:
     from urdyn.io import write_text
-    from urdyn.report.confusion import confusion
+    from urdyn.report.bench.confusion import confusion
     from urdyn.report.markup import document, facts, paragraph, plot, section, tag, text
     from urdyn.report.names import capital
 

@@ -15,12 +15,12 @@ from urdyn.cli.bench_progress import progress
 from urdyn.cli.options import Json, Quiet
 from urdyn.cli.voice import Voice
 from urdyn.errors import InputError
+from urdyn.report.bench.shares import share_of
 from urdyn.report.digits import percent
-from urdyn.report.shares import share_of
 from urdyn.version import __version__
 
 if TYPE_CHECKING:
-    from urdyn.report.fault_bench import Kept, Predicted, Row
+    from urdyn.report.bench.faults import Kept, Predicted, Row
 
 FEWEST = 12  # lives, from which the oracle's threshold is told
 
@@ -43,7 +43,7 @@ def bench_faults(
     from urdyn.bench import FAULTS
     from urdyn.cli import fault_trials
     from urdyn.io import write_text
-    from urdyn.report.fault_bench import fault_page
+    from urdyn.report.bench.faults import fault_page
     from urdyn.simulate.paper import FRICTION_INCREASE, JOINTS, reconstruction
 
     theirs = {f.name: (f.found, f.false, f.steps) for f in FAULTS if f.name in fault_trials.FAULTS}

@@ -60,7 +60,7 @@ def bench_track(
     voice.show(*tables(document), *notes(document))
     if out:
         from urdyn.io import write_text
-        from urdyn.report.bench_page import bench_page
+        from urdyn.report.bench.track import bench_page
 
         write_text(out, bench_page(document))
         voice.note(f"written: {out}")

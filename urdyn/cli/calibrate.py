@@ -98,9 +98,9 @@ def _calibrate(arm: Arm, poses: Poses, out: Path, suggest: int | None, voice: Vo
     from urdyn.cli.results import require_folder
     from urdyn.identify.kinematics import calibrate
     from urdyn.io import write_text
-    from urdyn.report.calibrate_page import calibrate_page
-    from urdyn.report.calibrate_summary import calibrated
-    from urdyn.report.calibrate_tables import calibrate_table, calibrate_words
+    from urdyn.report.calibrate.page import calibrate_page
+    from urdyn.report.calibrate.summary import calibrated
+    from urdyn.report.calibrate.tables import calibrate_table, calibrate_words
 
     require_folder(out)
     begin = time.perf_counter()
@@ -124,9 +124,9 @@ def _evaluate(arm: Arm, poses: Poses, folder: Path, out: Path | None, voice: Voi
     from urdyn.cli.results import require_folder
     from urdyn.identify.kinematics import evaluate, load_calibration
     from urdyn.io import write_text
-    from urdyn.report.calibrate_page import evaluate_page
-    from urdyn.report.calibrate_summary import evaluated
-    from urdyn.report.calibrate_tables import evaluate_table
+    from urdyn.report.calibrate.page import evaluate_page
+    from urdyn.report.calibrate.summary import evaluated
+    from urdyn.report.calibrate.tables import evaluate_table
 
     if out is not None:
         require_folder(out)

@@ -38,9 +38,9 @@ def demo(
     """
     from urdyn.cli.carry_out import carry_out
     from urdyn.cli.results import require_folder, save
-    from urdyn.report.page import identify_page
-    from urdyn.report.summary import identified
-    from urdyn.report.tables import truth_table
+    from urdyn.report.identify.page import identify_page
+    from urdyn.report.identify.summary import identified
+    from urdyn.report.identify.tables import truth_table
 
     voice = Voice(json, quiet)
     ask = Simulation(duration=20.0, rate=125.0, seed=seed, payload_mass=PAYLOAD)
@@ -68,7 +68,7 @@ def _work(ask: Simulation, robot: str) -> str:
 def _found(outcome: Outcome) -> list[str]:
     """What was found."""
     from urdyn.cli.verdict import verdict
-    from urdyn.report.comparison import compare
+    from urdyn.report.identify.comparison import compare
 
     assert outcome.truth is not None, "the arm is virtual"
     found = compare(outcome.fit, outcome.truth)

@@ -118,7 +118,7 @@ def _every(folder: Path, wanted: Callable[[Arm], Ask], processes: int, voice: Vo
     from urdyn.identify.excite import excite as search
     from urdyn.io import dump_toml, write_text
     from urdyn.model.library import names
-    from urdyn.report.excite_summary import safety
+    from urdyn.report.excite.summary import safety
 
     values = {}
     for name in names():
@@ -205,8 +205,8 @@ def _tell(found: Excitation, out: Path, wall: float, voice: Voice) -> None:
     """Write, show, print."""
     from urdyn.cli.excitation_file import texts
     from urdyn.io import write_text
-    from urdyn.report.excite_page import excite_page
-    from urdyn.report.excite_summary import excited, excited_table, safety
+    from urdyn.report.excite.page import excite_page
+    from urdyn.report.excite.summary import excited, excited_table, safety
 
     files = texts(found) | {"report.html": excite_page(found, wall)}
     out.mkdir(parents=True, exist_ok=True)

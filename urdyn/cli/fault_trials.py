@@ -32,7 +32,7 @@ from urdyn.faults import (
     tuned_algorithm2,
 )
 from urdyn.faults.onset import follow, kinks
-from urdyn.report.fault_bench import Foreseen, Kept, Predicted, Row
+from urdyn.report.bench.faults import Foreseen, Kept, Predicted, Row
 from urdyn.simulate import paper
 from urdyn.types import Array
 

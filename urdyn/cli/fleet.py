@@ -15,7 +15,7 @@ from urdyn.errors import InputError
 if TYPE_CHECKING:
     from rich.table import Table
 
-    from urdyn.report.fleet import Fleet
+    from urdyn.report.fleet.gather import Fleet
 
 Folders = Annotated[list[Path], typer.Argument(metavar="DIR...", show_default=False)]
 Out = Annotated[Path, typer.Option(metavar="FILE", help="Where the page is written.")]
@@ -40,8 +40,8 @@ def fleet(
     """
     from urdyn.cli.results import require_folder
     from urdyn.io import write_text
-    from urdyn.report.fleet import gather, told
-    from urdyn.report.fleet_page import fleet_page, headline
+    from urdyn.report.fleet.gather import gather, told
+    from urdyn.report.fleet.page import fleet_page, headline
 
     voice = Voice(json, quiet)
     require_folder(out.parent)
@@ -63,7 +63,7 @@ def _table(found: Fleet) -> Table:
     """A row a robot."""
     from rich.table import Table
 
-    from urdyn.report.fleet_page import sentence
+    from urdyn.report.fleet.page import sentence
 
     grid = Table("robot", "state", "what")
     for robot in found.robots:

@@ -79,9 +79,9 @@ def _run(campaign: Campaign, voice: Voice) -> None:
     from urdyn.cli.carry_out import carry_out
     from urdyn.cli.results import FILES, require_folder, save
     from urdyn.cli.verdict import unlike, verdict
-    from urdyn.report.page import identify_page
-    from urdyn.report.summary import identified
-    from urdyn.report.tables import identify_table, validate_table
+    from urdyn.report.identify.page import identify_page
+    from urdyn.report.identify.summary import identified
+    from urdyn.report.identify.tables import identify_table, validate_table
 
     require_folder(campaign.out)
     with voice.progress("reading") as told:

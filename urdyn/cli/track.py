@@ -227,7 +227,7 @@ def _held(out: Path) -> tuple[str, str] | None:
 
 def _report(out: Path, summary: dict[str, Any], voice: Voice) -> None:
     """Write DIR/report.html."""
-    from urdyn.report.apart import draw
+    from urdyn.report.track.apart import draw
 
     (out / "report.html").unlink(missing_ok=True)  # of the run before: it is another history's
     draw(out / "history.parquet", summary, out / "report.html")

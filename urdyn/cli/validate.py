@@ -39,9 +39,9 @@ def validate(
     from urdyn.cli.results import require_folder
     from urdyn.cli.verdict import another, verdict
     from urdyn.io import write_text
-    from urdyn.report.page import validate_page
-    from urdyn.report.summary import validated
-    from urdyn.report.tables import validate_table
+    from urdyn.report.identify.page import validate_page
+    from urdyn.report.identify.summary import validated
+    from urdyn.report.identify.tables import validate_table
 
     voice, fit = Voice(json, quiet), load_fit(twin, logs)
     effort = Effort(effort_unit, fit.dynamics.drive.gain)

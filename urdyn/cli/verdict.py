@@ -9,7 +9,7 @@ import numpy as np
 
 from urdyn.report.digits import interval90, number
 from urdyn.report.evidence import pool, telling
-from urdyn.report.headline import sentence
+from urdyn.report.identify.headline import sentence
 from urdyn.report.names import joints
 
 if TYPE_CHECKING:

@@ -13,7 +13,7 @@ from urdyn.identify.fit import Fit
 from urdyn.io import sha256
 from urdyn.model.arm import Arm, load_arm
 from urdyn.model.library import names
-from urdyn.report.track_history import History, find_history
+from urdyn.report.track.history import History, find_history
 from urdyn.tracking import Tracker, open_source
 from urdyn.view.live import address, followed, tracked, watched
 from urdyn.view.replay import motion, replay

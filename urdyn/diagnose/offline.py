@@ -18,7 +18,7 @@ from urdyn.errors import InputError
 from urdyn.identify.fit import Fit
 from urdyn.io import sha256
 from urdyn.model.friction import travel
-from urdyn.report.apart import draw
+from urdyn.report.track.apart import draw
 from urdyn.signal import condition
 from urdyn.tracking import Tracker, run
 from urdyn.tracking.offline import Tracked, replayed, tracker_of

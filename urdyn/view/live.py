@@ -11,7 +11,7 @@ from typing import TypeVar
 import numpy as np
 
 from urdyn.errors import UrdynError
-from urdyn.report.track_history import find_history
+from urdyn.report.track.history import find_history
 from urdyn.tracking import Source, Tracker, quantities
 from urdyn.tracking.checkpoint import whose
 from urdyn.tracking.source import ROS2, now

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from urdyn.errors import LogError
-from urdyn.report.track_history import History
+from urdyn.report.track.history import History
 from urdyn.types import Array, Log
 from urdyn.view.film import Film
 

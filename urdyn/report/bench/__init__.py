@@ -1,0 +1,1 @@
+"""What the benches found: tables, confusions, pages."""

@@ -1,0 +1,1 @@
+"""A calibration: its tables, its words, its page."""

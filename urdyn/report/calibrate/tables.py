@@ -1,0 +1,71 @@
+"""A calibration on the terminal."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from rich.box import SIMPLE_HEAD
+from rich.table import Table
+from rich.text import Text
+
+from urdyn.identify.kinematics import Calibration, Evaluation
+from urdyn.report.calibrate.words import answer, difference, evaluated_answer, tool, trust
+from urdyn.report.digits import percent
+from urdyn.report.names import maker, spoken
+
+KINDS = ("a", "alpha", "beta", "d", "theta")
+HEADS = ("a\n[mm]", "alpha\n[mrad]", "beta\n[mrad]", "d\n[mm]", "theta\n[mrad]")
+
+
+def calibrate_table(c: Calibration) -> Table:
+    """How far each coordinate is from the drawing, ± its 90 % interval."""
+    title = f"{maker(c.arm.name)}: differences from the drawing ± 90 %; (…) the poses do not tell"
+    table = _table(title, ("joint", *HEADS))
+    told = dict(
+        zip(
+            c.drawing.form.names,
+            zip(c.found.placement.deviations, c.sd, c.spread, strict=False),
+            strict=True,
+        )
+    )
+    for joint in c.arm.joint_names:
+        cells = [_cell(told.get(f"{joint}.{kind}")) for kind in KINDS]
+        table.add_row(spoken(joint), *cells)
+    return table
+
+
+def _cell(told: tuple[float, float, float] | None) -> str:
+    if told is None:
+        return ""
+    value, sd, prior = told
+    text = difference(value, sd)
+    return f"({text})" if sd > 0.9 * prior else text
+
+
+def calibrate_words(c: Calibration, summary: Mapping[str, Any]) -> list[str]:
+    """The answer in sentences."""
+    words = [answer(summary), trust(summary), tool(summary)]
+    words += [
+        f"{spoken(w.name.split('.')[0])} {w.name.split('.')[1]} is open ({percent(w.left)} of what "
+        f"it was before){_partners(w.partners)}"
+        for w in c.weak
+    ]
+    return words
+
+
+def _partners(partners: tuple[tuple[str, float], ...]) -> str:
+    names = ", ".join(name for name, _ in partners)
+    return f": it trades off with {names}" if names else ""
+
+
+def evaluate_table(e: Evaluation) -> str:
+    """The score in a sentence."""
+    return evaluated_answer(e)
+
+
+def _table(title: str, heads: tuple[str, ...]) -> Table:
+    table = Table(title=title, title_justify="left", header_style="bold", box=SIMPLE_HEAD)
+    for k, head in enumerate(heads):
+        table.add_column(Text(head), justify="right" if k else "left")
+    return table

@@ -1,0 +1,1 @@
+"""A planned motion: what it will tell, its scene, its page."""

@@ -1,0 +1,1 @@
+"""Several arms on one page."""

@@ -1,0 +1,206 @@
+"""Many robots side by side: what each one's history and diagnosis say, most urgent first."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from urdyn.errors import UrdynError
+from urdyn.io.plain import plain
+from urdyn.io.spans import Clock, clock
+from urdyn.report.findings import RANKS, Entry, gravity, read_findings, urgency
+from urdyn.report.findings import told as as_told
+from urdyn.report.traces import downsample
+from urdyn.report.track.change import Change, compare_track
+from urdyn.report.track.history import History, Series, find_history
+from urdyn.report.track.surprise import MISSES
+
+SHOWN = ("coulomb", "health")  # of every joint
+# Most urgent first.
+STATES = ("critical", "warning", "found", "changed", "surprised", "unjudged", "steady")
+PAGE = "report.html"
+POINTS = 160  # of a line that is as long as a word
+
+
+@dataclass(frozen=True)
+class Robot:
+    """What one track folder says."""
+
+    name: str
+    folder: Path
+    joints: tuple[str, ...]  # base first
+    start: float  # [s] first stamp
+    span: float  # [s] of data
+    surprise: float  # [-] squared innovation a current, 1 expected; NaN: none was compared
+    source: str  # that was tracked; "" where nobody has said so yet
+    finished: bool
+    findings: tuple[Entry, ...] | None  # None: nobody has diagnosed it
+    judged: bool  # something was compared, and enough for a diagnosis if there is one
+    written: float  # [s] since 1970, when something last was
+    age: float  # [s] since then
+    stale: bool
+    series: Mapping[str, tuple[Series, ...]]  # of SHOWN, thinned: a fleet's days fill a memory
+    changes: Mapping[str, tuple[Change, ...]]  # now beside commissioned
+
+    @property
+    def clock(self) -> Clock:
+        """How to tell its time."""
+        return clock(self.span)
+
+    @property
+    def moved(self) -> list[Change]:
+        """What changed, most first."""
+        told = [c for changes in self.changes.values() for c in changes if not c.steady]
+        return sorted(told, key=lambda c: -abs(c.z))
+
+    @property
+    def health(self) -> float:
+        """Of the joint that has lost most, as a share of what it was."""
+        return min(c.now / c.then for c in self.changes["health"])
+
+    @property
+    def state(self) -> str:
+        """One of STATES."""
+        if self.findings:
+            worst = self.findings[0]
+            return str(worst["severity"]) if gravity(worst) > RANKS["notice"] else "found"
+        if self.moved:
+            return "changed"
+        if not self.judged:
+            return "unjudged"
+        return "surprised" if self.surprise > MISSES else "steady"
+
+    @property
+    def urgency(self) -> tuple[float, ...]:
+        """The more urgent, the greater: state, findings, health lost, change, surprise."""
+        found = urgency(self.findings[0]) if self.findings else (0.0, -np.inf, 0.0)
+        most = abs(self.moved[0].z) if self.moved else 0.0
+        state = -float(STATES.index(self.state))
+        return state, *found, -self.health, most, float(np.nan_to_num(self.surprise))
+
+    @property
+    def page(self) -> Path | None:
+        """Its report."""
+        path = self.folder / PAGE
+        return path if path.is_file() else None
+
+
+@dataclass(frozen=True)
+class Unread:
+    """One track folder that says nothing, and why."""
+
+    name: str
+    folder: Path
+    reason: str
+
+
+@dataclass(frozen=True)
+class Fleet:
+    """Robots, most urgent first, and the folders that could not be read."""
+
+    robots: tuple[Robot, ...]
+    unread: tuple[Unread, ...]
+
+
+def gather(folders: Sequence[Path], now: float, stale: float) -> Fleet:
+    """Read track folders.
+
+    Args:
+        now: [s] since 1970.
+        stale: [s] without a word, after which a history says nothing of today.
+    """
+    read: list[Robot] = []
+    unread: list[Unread] = []
+    for folder, name in zip(folders, names(folders), strict=True):
+        try:
+            read.append(_robot(folder, name, now, stale))
+        except UrdynError as error:
+            unread.append(Unread(name, folder, str(error)))
+    return Fleet(tuple(sorted(read, key=lambda r: r.urgency, reverse=True)), tuple(unread))
+
+
+def names(folders: Sequence[Path]) -> list[str]:
+    """As much of every folder's path as tells it from the others."""
+    paths = [folder.resolve() for folder in folders]
+    most = max((len(path.parts) for path in paths), default=1)
+    for depth in range(1, most + 1):
+        told = ["/".join(path.parts[-depth:]) for path in paths]
+        if len(set(told)) == len(set(paths)):
+            return told
+    return [str(path) for path in paths]
+
+
+def _robot(folder: Path, name: str, now: float, stale: float) -> Robot:
+    run = find_history(folder)
+    age = max(0.0, now - run.written)
+    told = read_findings(folder, run.joints)
+    unjudged = told.unjudged if told else ()
+    pairs = {
+        what: [_judged(run, joint, what, joint not in unjudged) for joint in run.joints]
+        for what in SHOWN
+    }
+    return Robot(
+        name,
+        folder,
+        run.joints,
+        run.start,
+        float(run.t[-1]),
+        run.surprise,
+        run.source,
+        run.finished,
+        told.findings if told else None,
+        bool(np.isfinite(run.surprise)) and not set(run.joints) <= set(unjudged),
+        run.written,
+        age,
+        age > stale,
+        {what: tuple(series for series, _ in each) for what, each in pairs.items()},
+        {what: tuple(change for _, change in each) for what, each in pairs.items()},
+    )
+
+
+def _judged(run: History, joint: str, quantity: str, enough: bool) -> tuple[Series, Change]:
+    """A quantity of a joint, thinned, and what the whole of it says."""
+    whole = run.series(joint, quantity)
+    at = np.union1d(downsample(whole.mean, POINTS), [0, len(whole.mean) - 1])
+    thin = replace(whole, t=whole.t[at], mean=whole.mean[at], sd=whole.sd[at])
+    return thin, compare_track(whole, enough)
+
+
+def told(fleet: Fleet) -> dict[str, Any]:
+    """A fleet in plain numbers, as `urdyn fleet --json` prints it."""
+    return {
+        "robots": [_told(robot) for robot in fleet.robots],
+        "unread": [{"folder": str(u.folder), "reason": u.reason} for u in fleet.unread],
+    }
+
+
+def _told(robot: Robot) -> dict[str, Any]:
+    surprise = robot.surprise
+    friction, health = robot.changes["coulomb"], robot.changes["health"]
+    return {
+        "name": robot.name,
+        "folder": str(robot.folder),
+        "report": str(robot.page) if robot.page else None,
+        "source": robot.source or None,
+        "state": robot.state,
+        "finished": robot.finished,
+        "stale": robot.stale,
+        "age_s": robot.age,
+        "data_s": robot.span,
+        "surprise": plain(surprise),
+        "findings": None if robot.findings is None else [as_told(f) for f in robot.findings],
+        "joints": [
+            {
+                "name": f.owner,
+                "friction_change": f.now / f.then - 1.0 if f.then else None,
+                "friction_steady": f.steady,
+                "health": h.now / h.then if h.then else None,
+                "health_steady": h.steady,
+            }
+            for f, h in zip(friction, health, strict=True)
+        ],
+    }

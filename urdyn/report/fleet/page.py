@@ -1,0 +1,201 @@
+"""The self-contained page of many robots: who needs somebody, and who does not."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from datetime import UTC, datetime
+from pathlib import Path
+from urllib.parse import quote
+
+import numpy as np
+
+from urdyn.report.digits import MISSING, difference, number, percent
+from urdyn.report.finding_words import sentence as found
+from urdyn.report.fleet.gather import SHOWN, STATES, Fleet, Robot, Unread
+from urdyn.report.fleet.spark import Spark
+from urdyn.report.markup import Html, document, paragraph, section, table, tag, text
+from urdyn.report.names import capital, spoken
+from urdyn.report.track.change import SDS, SHARE, UNSURE, verdict
+from urdyn.report.track.headline import tied
+from urdyn.report.track.history import Series
+from urdyn.report.track.trace import UNSETTLED
+
+FLOOR = {"coulomb": (-0.1, 0.2), "health": (-0.1, 0.02)}  # [-] of change that a scale has at least
+CEILING = {"coulomb": (-0.6, 1.5), "health": (-0.6, 0.1)}  # and at most
+LABEL = {"coulomb": "friction", "health": "health"}
+WORDS = {
+    "critical": "critical",
+    "warning": "to be planned for",
+    "found": "with a finding",
+    "changed": "changed",
+    "surprised": "not understood by their models",
+    "unjudged": "not judged",
+    "steady": "steady",
+}
+BADGE = {"surprised": "not understood", "unjudged": "not judged", "found": "finding"}
+MOST = 2  # findings that a row has room for
+
+Scale = tuple[float, float]
+
+
+def fleet_page(fleet: Fleet, out: Path) -> str:
+    """HTML of a fleet; `out` is where it will lie, since links to reports are relative to it."""
+    scales = {what: _scale(fleet.robots, what) for what in SHOWN}
+    return document(
+        f"fleet of {len(fleet.robots)}",
+        tag("h1", text(f"fleet · {_count(len(fleet.robots), 'robot')}")),
+        paragraph(tied(headline(fleet)), "headline"),
+        paragraph(tied(_lead(scales)), "lead"),
+        *(_row(robot, scales, out) for robot in fleet.robots),
+        *([_unread(fleet.unread)] if fleet.unread else []),
+    )
+
+
+def headline(fleet: Fleet) -> str:
+    """How many robots are how, the worst named first."""
+    parts = []
+    for state in STATES:
+        names = [robot.name for robot in fleet.robots if robot.state == state]
+        if names:
+            told = f" ({', '.join(names[:3])}{', …' if len(names) > 3 else ''})"
+            parts.append(f"{len(names)} {WORDS[state]}{'' if state == 'steady' else told}")
+    stale = [robot.name for robot in fleet.robots if robot.stale]
+    sentences = ["; ".join(parts)] if parts else []
+    if stale:
+        sentences.append(f"Of {', '.join(stale)} nothing was heard lately")
+    if fleet.unread:
+        sentences.append(f"{_count(len(fleet.unread), 'folder')} could not be read")
+    return ". ".join(sentences) + "."
+
+
+def _lead(scales: dict[str, Scale]) -> str:
+    ends = ", ".join(
+        f"{LABEL[what]} {difference(low)} to {difference(high)}"
+        for what, (low, high) in scales.items()
+    )
+    return (
+        "Most urgent first. Each line is a joint over its run, beside where it was when "
+        f"commissioned (dashed), in its 90 % band; all robots share their scales: {ends}. "
+        f"Orange is what changed by more than {SDS:.0f} standard deviations and {percent(SHARE)}."
+    )
+
+
+def _row(robot: Robot, scales: dict[str, Scale], out: Path) -> Html:
+    head = tag("h2", _link(robot, out), *(_badge(state) for state in _states(robot)))
+    joints = zip(robot.joints, *(robot.series[what] for what in SHOWN), strict=True)
+    grid = tag(
+        "div",
+        *(
+            tag("div", tag("b", text(spoken(joint))), *(_cell(robot, s, scales) for s in told))
+            for joint, *told in joints
+        ),
+        kind="joints",
+    )
+    words = tag("div", head, paragraph(tied(sentence(robot)), "said"), _facts(robot), kind="who")
+    return tag("section", words, grid, kind=f"robot {robot.state}")
+
+
+def sentence(robot: Robot) -> str:
+    """What is found on a robot, or that nothing is."""
+    if robot.findings:
+        told = [found(f, robot.start, robot.clock) for f in robot.findings[:MOST]]
+        rest = len(robot.findings) - MOST
+        more = f"; and {rest} more" if rest > 0 else ""
+        said = ". ".join(map(capital, told))
+        return f"{said}{more}."
+    if robot.state == "unjudged":
+        return "Too little was compared with its model: nothing can be said of it."
+    if not robot.moved:
+        sure = all(c.word != UNSURE for each in robot.changes.values() for c in each)
+        how = "are" if sure else "may be"
+        return f"Friction and health of {_judged(robot)} {how} as commissioned."
+    return verdict(robot.moved, robot.clock)
+
+
+def _judged(robot: Robot) -> str:
+    """The joints that something can be said of."""
+    unseen = [spoken(c.owner) for c in robot.changes[SHOWN[0]] if not c.seen]
+    return f"every joint but {', '.join(unseen)}, not judged," if unseen else "every joint"
+
+
+def _facts(robot: Robot) -> Html:
+    surprise = number(robot.surprise) if np.isfinite(robot.surprise) else "not compared"
+    facts = [
+        f"{robot.clock(robot.span)} of data",
+        f"surprise {surprise}",
+        f"written {_date(robot.written)}",
+        *([] if robot.finished else ["unfinished: it runs, or was killed"]),
+        *([] if robot.findings is not None else ["not diagnosed"]),
+        *([robot.source] if robot.source else []),
+    ]
+    return paragraph(tied(" · ".join(facts)), "note")
+
+
+def _date(seconds: float) -> str:
+    """A moment [s] since 1970 as the clock on the wall had it, and by which clock."""
+    return datetime.fromtimestamp(seconds, UTC).astimezone().strftime("%Y-%m-%d %H:%M:%S %Z")
+
+
+def _link(robot: Robot, out: Path) -> Html:
+    if robot.page is None:
+        return tag("span", text(robot.name), tag("small", text("no report.html")))
+    way = os.path.relpath(robot.page.resolve(), out.resolve().parent)
+    return Html(f'<a href="{text(quote(Path(way).as_posix()))}">{text(robot.name)}</a>')
+
+
+def _states(robot: Robot) -> list[str]:
+    return [robot.state, *(["stale"] if robot.stale else [])]
+
+
+def _badge(state: str) -> Html:
+    return tag("span", text(BADGE.get(state, state)), kind=f"state {state}")
+
+
+def _cell(robot: Robot, series: Series, scales: dict[str, Scale]) -> Html:
+    """A quantity of a joint: its change, as a number and as a line."""
+    what = series.quantity
+    change = next(c for c in robot.changes[what] if c.owner == series.owner)
+    low, high = scales[what]
+    share, half = _share(series), series.half / abs(_unit(series))
+    amount = difference(float(share[-1])) if change.seen else MISSING
+    words = f"{spoken(series.owner)} {LABEL[what]} {amount}"
+    drawn = Spark(series.t, share, half, 0.0, low, high).draw(words, not change.steady)
+    told = tag("em", text(amount), kind="" if change.steady else "outside")
+    return tag("span", text(LABEL[what]), told, drawn, kind="small")
+
+
+def _unit(series: Series) -> float:
+    """What a change is a share of: the first value, where that is not nothing."""
+    return float(series.mean[0]) or 1.0
+
+
+def _share(series: Series) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
+    """Change since commissioning as a share, (N,) [-]."""
+    return np.asarray((series.mean - series.mean[0]) / abs(_unit(series)))
+
+
+def _scale(robots: Sequence[Robot], what: str) -> Scale:
+    """Least and greatest change that the whole fleet shows once it is settled."""
+    low, high = FLOOR[what]
+    for robot in robots:
+        for series in robot.series[what]:
+            settled = series.half <= UNSETTLED * np.median(series.half)
+            share = np.append(_share(series)[settled], _share(series)[-1])
+            low, high = min(low, float(share.min())), max(high, float(share.max()))
+    return max(low, CEILING[what][0]), min(high, CEILING[what][1])
+
+
+def _unread(unread: Sequence[Unread]) -> Html:
+    rows = [
+        [text(u.name), text(u.reason), tag("span", text(u.folder), kind="hash")] for u in unread
+    ]
+    return section(
+        "Not read",
+        "Of these nothing is known; what is not read may well be urgent.",
+        table(["folder", "why", "path"], rows, "words"),
+    )
+
+
+def _count(n: int, word: str) -> str:
+    return f"{n} {word}{'' if n == 1 else 's'}"

@@ -1,0 +1,1 @@
+"""An identified arm and its validation: tables and pages."""

@@ -1,0 +1,90 @@
+"""Tables for the terminal."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from rich.box import SIMPLE_HEAD
+from rich.table import Table
+from rich.text import Text
+
+from urdyn.identify import Fit, Score
+from urdyn.model.drive import UNITS
+from urdyn.report.digits import interval90, number, percent
+from urdyn.report.evidence import seen
+from urdyn.report.identify.comparison import Comparison, Truth, compare
+from urdyn.report.names import joints, robot, spoken, terms, title
+
+DRIVE = {"coulomb": "Coulomb", "viscous": "viscous", "rotor_inertia": "rotor", "gain": "gain"}
+TRUTHS = (*DRIVE, "structural", "offset", "mass")
+
+
+def identify_table(fit: Fit) -> Table:
+    """Friction and mass of every joint and the link that it moves, each ± its 90 % interval."""
+    heads = [f"{word}\n[{UNITS[q]}]" for q, word in DRIVE.items()]
+    columns = ["joint", *heads, "link mass\n[kg]", "in-\nformed", "terms"]
+    table = _table(f"{robot(fit)}: estimates ± 90 %", columns)
+    arm = fit.dynamics.arm
+    for j, (joint, link) in enumerate(zip(arm.joint_names, arm.link_names, strict=True)):
+        drive = [_estimate(fit, f"{joint}.{q}") for q in DRIVE]
+        mass = f"{link}.mass"
+        words = ", ".join(terms(fit, j)) or "–"
+        table.add_row(
+            spoken(joint), *drive, _estimate(fit, mass), percent(fit.informed(mass)), words
+        )
+    return table
+
+
+def _estimate(fit: Fit, name: str) -> str:
+    return interval90(fit.value(name), fit.spread(name))
+
+
+def validate_table(scores: Sequence[Score], fit: Fit | None = None) -> Table:
+    """Relative error of every joint: model, controller, sensor floor; and coverage."""
+    count = len(scores[0].rmse) if scores else 0
+    names = joints(fit) if fit else [f"joint {j}" for j in range(count)]
+    table = _table("relative error of predicted current [%]", ["log", "", *names])
+    for score in scores:
+        rows = {
+            "this model": [number(x) for x in score.rre_percent],
+            "controller": [number(x) for x in score.target_rre_percent],
+            "sensor floor": [number(x) for x in score.floor_percent],
+            "inside 90 %": [percent(x) for x in score.coverage90],
+        }
+        remark = f" ({seen(fit, score.log.source)})" if fit else ""
+        # Text, not str: a log's name may hold what rich takes for markup.
+        named = [Text(title(score.log.source) + remark), *[Text()] * (len(rows) - 1)]
+        for name, (what, values) in zip(named, rows.items(), strict=True):
+            table.add_row(name, what, *values)
+        table.add_section()
+    return table
+
+
+def truth_table(fit: Fit, truth: Truth) -> Table:
+    """Joint friction and link masses: truth, estimate ± 90 %, and whether they agree."""
+    table = _table(
+        "truth and estimate ± 90 %", ["", "quantity", "unit", "truth", "estimate", "z", "inside"]
+    )
+    for c in compare(fit, truth):
+        if c.quantity in TRUTHS:
+            table.add_row(*_agreement(c))
+    return table
+
+
+def _agreement(c: Comparison) -> list[str]:
+    return [
+        spoken(c.owner),
+        c.quantity.replace("_", " "),
+        c.unit,
+        number(c.true, 3),
+        interval90(c.estimate, c.sd),
+        number(c.z),
+        "yes" if c.inside else "[bold]no[/bold]",
+    ]
+
+
+def _table(title: str, heads: Sequence[str]) -> Table:
+    table = Table(title=title, title_justify="left", header_style="bold", box=SIMPLE_HEAD)
+    for k, head in enumerate(heads):
+        table.add_column(Text(head), justify="right" if k > 1 else "left")
+    return table

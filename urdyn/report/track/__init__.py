@@ -1,0 +1,1 @@
+"""A tracked run: its history, section by section, and its page."""

@@ -1,0 +1,119 @@
+"""What was found in a tracked run: what, which joint, since when, how sure, how long left."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import plotly.graph_objects as go
+
+from urdyn.io.spans import Clock
+from urdyn.report.canvas import BAND, OURS, band, figure, line, rule, shade
+from urdyn.report.digits import number, percent
+from urdyn.report.finding_words import BEFORE, factor, kind, left, size, unit
+from urdyn.report.findings import ranked
+from urdyn.report.markup import Html, cell, grid, paragraph, plot, section, table, tag, text
+from urdyn.report.names import spoken
+from urdyn.report.track.history import History
+from urdyn.types import NORMAL90
+
+ONE_LINE = 30  # letters of an axis's title that stand beside it in one
+LEAD = (
+    "Faults as the commissioned model, which is held for this, tells them from a healthy arm that "
+    "warms up, changes its program and handles pieces. Sure is the probability that kind and joint "
+    "are these; the interval of the onset and of the time left hold 90 %."
+)
+
+
+def findings(history: History, summary: Mapping[str, Any]) -> Html:
+    """A table of what was found, its evidence drawn, and what could not have been seen."""
+    found = ranked(summary["findings"])
+    clock, start = history.clock, history.start
+    if not found:
+        told: list[Html] = [paragraph("Nothing was found.")]
+    else:
+        heads = ["what", "where", "when", "size", "severity", "sure", "time left", "what to do"]
+        rows = [_row(finding, clock, start) for finding in found]
+        told = [table(heads, rows), _costs(summary["recommendation"])]
+    drawn = [_drawn(finding, history) for finding in found if _drawn_here(finding)]
+    blind = _blind(summary["observability"]["joint_backlash"])
+    return section("Findings", LEAD, *told, *([grid(*drawn)] if drawn else []), *blind)
+
+
+def _costs(of: Mapping[str, Any]) -> Html:
+    """What servicing now, later and never are expected to cost."""
+    cost = of["expected_cost"]
+    told = ", ".join(f"{choice} {number(cost[choice])}" for choice in ("now", "later", "never"))
+    return paragraph(f"Expected cost, in planned services, of servicing {told}.")
+
+
+def _row(finding: Mapping[str, Any], clock: Clock, start: float) -> list[Html]:
+    seen = ", acknowledged" if finding["acknowledged"] else ""
+    bad = "outside" if finding["severity"] != "notice" and not seen else ""
+    return [
+        text(kind(finding)),
+        text(spoken(finding["name"])),
+        _since(finding, clock, start),
+        cell(size(finding), finding["quantity"]),
+        cell(finding["severity"] + seen, f"told at {clock(finding['alarm_s'] - start)}", bad),
+        text(percent(finding["confidence"])),
+        cell(*_left(finding)),
+        text(finding["advice"]),
+    ]
+
+
+def _since(finding: Mapping[str, Any], clock: Clock, start: float) -> Html:
+    """When it began, and within which interval; of a push how long it lasted."""
+    if finding["older"] or finding["onset_s"] < start:
+        return text(BEFORE)
+    began, lasted = clock(finding["onset_s"] - start), finding["evidence"].get("duration_s")
+    if lasted is not None:
+        return cell(began, f"for {number(lasted)} s")
+    within = (clock(max(t - start, 0.0)) for t in finding["onset_interval_s"])
+    return cell(began, " to ".join(within))
+
+
+def _left(finding: Mapping[str, Any]) -> Sequence[str]:
+    """The time left, over its interval."""
+    return (left(finding) or "–").replace(" left", "").rstrip(")").split(" (", 1)
+
+
+def _drawn_here(finding: Mapping[str, Any]) -> bool:
+    """Whether it has a course; one that goes on is drawn with its forecast."""
+    return not finding["forecast"] and len(finding["evidence"].get("series", {}).get("t", ())) > 1
+
+
+def _drawn(finding: Mapping[str, Any], history: History) -> Html:
+    clock, series = history.clock, finding["evidence"]["series"]
+    t = (np.array(series["t"]) - history.start) / clock.seconds
+    change, sd = (factor(finding) * np.array(series[name], float) for name in ("size", "sd"))
+    lo, hi = ((x - history.start) / clock.seconds for x in finding["onset_interval_s"])
+    traces: list[go.Scatter] = [
+        *band(t, change - NORMAL90 * sd, change + NORMAL90 * sd, "90 %"),
+        line(t, change, "change", OURS),
+    ]
+    told = (finding["alarm_s"] - history.start) / clock.seconds
+    shapes = [shade(lo, max(hi, lo + 1e-9), "onset"), rule(x=told, label="alarm"), rule(y=0.0)]
+    axis = f"{finding['quantity']} [{unit(finding)}]"
+    axis = axis if len(axis) < ONE_LINE else axis.replace(" [", "<br>[")
+    drawing = figure(traces, clock.axis, axis, 220, shapes=shapes)
+    title = f"{spoken(finding['name'])}: {kind(finding)}"
+    nats = finding["evidence"].get("nats")
+    note = f"evidence {number(nats)} nats at the alarm" if nats else ""
+    return plot(drawing, title, note, {"change": OURS, "90 %": BAND})
+
+
+def _blind(rows: Sequence[Mapping[str, Any]]) -> list[Html]:
+    """What this motion could not have shown, and a motion that would."""
+    hidden = [row for row in rows if not row["observable"]]
+    if not hidden:
+        return [paragraph("Backlash could have been seen in every joint.", "note")]
+    names = ", ".join(spoken(row["name"]) for row in hidden)
+    ways = (
+        tag("li", text(row["probe"].replace(row["name"], spoken(row["name"])))) for row in hidden
+    )
+    return [
+        paragraph(f"This motion could not have shown backlash in: {names}.", "note"),
+        tag("details", tag("summary", text("Motions that would")), tag("ul", *ways)),
+    ]

@@ -1,0 +1,154 @@
+"""The first screen of a tracked run: did anything change, since when, and what is carried."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from urdyn.io.spans import Clock, span_of
+from urdyn.report.digits import MISSING, interval90, number, percent
+from urdyn.report.finding_words import kind, passed, size, when
+from urdyn.report.findings import ranked, unjudged
+from urdyn.report.markup import Html, cell, facts, grid, join, paragraph, table, tag, text
+from urdyn.report.names import QUANTITIES, capital, maker, spoken
+from urdyn.report.track.change import CHANGED, SDS, SHARE, TOLD, Change, verdict
+from urdyn.report.track.history import PAYLOAD, History
+from urdyn.report.track.payload import carried
+from urdyn.report.track.surprise import MISSES, Surprise, trust_track
+
+UNIT = re.compile(
+    r"(?<=\d) (?=±|%|kg\b|s\b|min\b|h\b|d\b|mrad\b)|(?<=±) |(?<=\d) (?=to \d)|(?<=to) (?=\d)"
+)
+TABLED = ("coulomb", "viscous", "health")
+BENT = " What a sensor at fault says has bent it."
+STEADY = (
+    f"Steady is what differs from commissioning by less than {percent(SHARE)}; what differs by "
+    f"more, but by less than {SDS:.0f} combined standard deviations (sd), is unsure."
+)
+
+
+def track_headline(
+    history: History,
+    summary: Mapping[str, Any],
+    found: Sequence[Change],
+    changed: Sequence[float],
+    surprised: Surprise,
+) -> Html:
+    """Title, verdict, payload, every joint then and now, and a few facts."""
+    load = carried(history, changed) if history.holds(PAYLOAD, "mass") else ""
+    diagnosed, judged = "findings" in summary, _judged(summary, surprised)
+    said = verdict(found, history.clock) if judged else ""
+    if diagnosed and said.startswith(CHANGED):
+        said = said.replace(CHANGED, "In the belief that follows the arm: ", 1)
+        said += BENT if any(f["kind"] == "sensor_fault" for f in summary["findings"]) else ""
+    moved = f"{said} {load}".strip()
+    return join(
+        [
+            tag("h1", text(f"{maker(str(summary['robot']))} · tracked dynamics")),
+            *(_diagnosed(history, summary, judged) if diagnosed else []),
+            *([paragraph(tied(moved), "said" if diagnosed else "headline")] if moved else []),
+            paragraph(tied(f"{trust_track(surprised)} {STEADY} {_hold(surprised)}"), "lead"),
+            grid(*(_table(found, quantity) for quantity in TABLED)),
+            facts(_facts(summary, history.clock)),
+        ]
+    )
+
+
+def _hold(surprised: Surprise) -> str:
+    """What intervals hold, which are those of the model."""
+    if surprised.overall > MISSES:
+        return "Intervals would hold 90 % if nothing were missing."
+    return "Intervals hold 90 %."
+
+
+def _diagnosed(history: History, summary: Mapping[str, Any], judged: bool) -> list[Html]:
+    """Is anything wrong, since when, and what to do."""
+    found, advice = ranked(summary["findings"]), summary["recommendation"]
+    time = history.clock
+    if not found:
+        return _nothing_found(summary, time(summary["data_s"]), judged)
+    told = " ".join(_sentence(f, time, history.start) for f in found[:TOLD])
+    rest = f" And {len(found) - TOLD} more, below." if len(found) > TOLD else ""
+    said = advice["text"]
+    for f in found:
+        said = said.replace(f["name"], spoken(f["name"]))
+    do = paragraph(tied(f"{capital(said)}."), "advice")
+    return [paragraph(tied(f"{told}{rest}"), "headline"), do]
+
+
+def _nothing_found(summary: Mapping[str, Any], lasted: str, judged: bool) -> list[Html]:
+    """That nothing is wrong, of what was seen well enough to tell."""
+    told, todo = f"Nothing wrong was found in {lasted}.", "Leave it at work."
+    if not judged:
+        told = f"Too little was compared in {lasted} to judge."
+        todo = "Track it for longer, while its joints move."
+    elif few := unjudged(summary["joints"]):
+        told += f" Too little was seen of {', '.join(map(spoken, few))} to judge."
+    return [paragraph(tied(told), "headline"), paragraph(todo, "advice")]
+
+
+def _judged(summary: Mapping[str, Any], surprised: Surprise) -> bool:
+    """Whether enough was compared to say anything of any joint."""
+    rows = summary.get("joints", ())
+    blind = bool(rows) and len(unjudged(rows)) == len(rows)
+    return bool(np.isfinite(surprised.overall)) and not blind
+
+
+def _sentence(f: Mapping[str, Any], time: Clock, start: float) -> str:
+    """One finding: what, where, when, how bad, how long."""
+    known = ", acknowledged" if f["acknowledged"] else ""
+    at = f" at {time(f['forecast']['at_s'] - start)}" if f["forecast"] else ""
+    told = f"{capital(spoken(f['name']))}: {kind(f)}, {size(f)}{at}, {when(f, start, time)}"
+    soon = f", {_soon(f)}" if f["forecast"] else ""
+    return f"{told}; {f['severity']}{soon}{known}."
+
+
+def _soon(f: Mapping[str, Any]) -> str:
+    """When it will be critical."""
+    times = f["time_to_failure_s"]
+    return "level passed" if passed(times) else f"critical in {span_of(times)}"
+
+
+def tied(words: str) -> str:
+    """Words in which no line breaks between a number and its unit or interval."""
+    return UNIT.sub("\u00a0", words)
+
+
+def _table(found: Sequence[Change], quantity: str) -> Html:
+    rows = [c for c in found if c.quantity == quantity]
+    unit = rows[0].unit if rows else "-"
+    return tag(
+        "div",
+        tag("h3", text(f"{QUANTITIES.get(quantity, quantity)} [{unit}]")),
+        table(["", "now / commissioned", "change"], [_row(c) for c in rows]),
+    )
+
+
+def _row(c: Change) -> list[Html]:
+    kind = "" if c.steady else "outside"
+    return [
+        text(spoken(c.owner)),
+        cell(interval90(c.now, c.now_sd), interval90(c.then, c.then_sd)),
+        cell(c.amount if c.seen else MISSING, _size(c), kind),
+    ]
+
+
+def _size(c: Change) -> str:
+    if not c.seen:
+        return c.word
+    z = round(c.z, 1)
+    sd = f"{z:+.1f} sd".replace("-", "−") if z else "0 sd"
+    return ", ".join(filter(None, (sd, c.word)))
+
+
+def _facts(summary: Mapping[str, Any], time: Clock) -> dict[str, str]:
+    return {
+        "samples": f"{summary['samples']:,}",
+        "data": time(summary["data_s"]),
+        "filter": str(summary["filter"]),
+        "rate": f"{number(summary['rate_hz'], 3)} Hz",
+        "latency": f"{number(summary['latency_ms']['p99'])} ms (99 %)",
+    }

@@ -1,0 +1,88 @@
+"""What a tracked stream lacked, and how much of it a run could use."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from urdyn.io.spans import clock
+from urdyn.report.digits import number, percent
+from urdyn.report.markup import Html, cell, paragraph, section, table, text
+from urdyn.report.names import spoken
+from urdyn.report.track.history import History
+from urdyn.types import MAD_TO_SD
+
+WILD = 4.0  # [-] standard deviations of a residual from its middle, beyond which it is counted
+LEAD = (
+    "Nothing is filtered before it is compared, and nothing is filled in. Compared: rows of the "
+    "history in which the joint slid on known bristles with a current that its drive can have; the "
+    "others teach nothing of it. Wild: compared, and more than four robust standard deviations off "
+    "where 0.006 % of a Gaussian’s samples are; they count for less."
+)
+
+
+def quality(history: History, summary: Mapping[str, Any]) -> Html:
+    """Losses of the stream, and what each joint's samples were good for."""
+    lacked = summary["quality"]
+    heads = ["joint", "without current", "compared", "wild", "residual, robust sd"]
+    rows = [
+        [text(spoken(joint)), _missing(lacked["without_current"][j]), *_used(history, joint)]
+        for j, joint in enumerate(history.joints)
+    ]
+    defects = "; ".join(lacked["defects"]) or "none"
+    return section(
+        "Data quality",
+        LEAD,
+        table(["of the stream", "count", ""], _stream(summary, lacked)),
+        paragraph(f"Damage met while reading: {defects}.", "note"),
+        table(heads, rows),
+    )
+
+
+def _stream(summary: Mapping[str, Any], lacked: Mapping[str, Any]) -> list[list[Html]]:
+    longest = f"longest step {number(1e3 * lacked['longest_step_s'], 3)} ms"
+    counts = {
+        "samples": (summary["samples"], clock(summary["data_s"])(summary["data_s"])),
+        "gaps": (lacked["gaps"], f"of more than five periods; {longest}"),
+        "samples that these would have held": (lacked["missing"], ""),
+        "stamps that came twice": (lacked["repeated"], "left out"),
+        "stamps that went back": (lacked["clock_set_back"], "begun anew there"),
+        "angles and speeds refused": (lacked["refused"], "no arm can have made them"),
+        "currents left out": (lacked["undrawn"], "no motor draws as much"),
+        "currents that stayed": (sum(lacked["stuck"]), "while their joint moved; left out"),
+        "beliefs given up": (lacked["restarts"], "no arm's drives are like that; begun anew"),
+    }
+    return [
+        [text(name), cell(f"{count:,}", kind=_kind(name, count)), text(remark)]
+        for name, (count, remark) in counts.items()
+    ]
+
+
+def _kind(name: str, count: int) -> str:
+    return "outside" if count and name != "samples" else ""
+
+
+def _missing(share: float) -> Html:
+    return cell(f"{number(100.0 * share)} %", kind="outside" if share else "")
+
+
+def _rows(count: int) -> str:
+    return f"{count:,} row{'' if count == 1 else 's'}"
+
+
+def _used(history: History, joint: str) -> list[Html]:
+    current, predicted = history.currents(joint)
+    left = current - predicted
+    told = left[np.isfinite(left)]
+    if not len(told):
+        return [cell(percent(0.0)), cell("–"), cell("–")]
+    middle = float(np.median(told))
+    sd = MAD_TO_SD * float(np.median(np.abs(told - middle)))
+    wild = np.abs(told - middle) > WILD * sd
+    return [
+        cell(percent(len(told) / len(left))),
+        cell(f"{number(100.0 * float(wild.mean()))} %", _rows(int(wild.sum()))),
+        cell(f"{number(sd)} A"),
+    ]
