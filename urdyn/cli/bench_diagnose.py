@@ -10,7 +10,6 @@ import numpy as np
 import typer
 from rich.table import Table
 
-from urdyn.cli.bench_progress import progress
 from urdyn.cli.options import Json, Quiet
 from urdyn.cli.voice import Voice
 from urdyn.errors import InputError
@@ -72,7 +71,7 @@ def _broken(robot: str, seed: int, runs: int, noise: str, voice: Voice) -> list[
     sensors = SENSORS[noise](load_arm(robot))
     done: list[Trial] = []
     total = runs * (1 + len(FAULTS) + len(PAIRS))
-    with progress(voice, "commissioning") as told, threadpool_limits(1):
+    with voice.progress("commissioning") as told, threadpool_limits(1):
         dynamics, fit = commissioned(robot, seed, sensors)
         for trial in trials(dynamics, fit, sensors, runs, seed):
             done.append(trial)

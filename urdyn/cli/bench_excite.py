@@ -15,8 +15,9 @@ from rich.table import Table
 from rich.text import Text
 
 import urdyn as ud
+from urdyn.cli.now_and_then import Told
 from urdyn.cli.options import Json, Quiet
-from urdyn.cli.voice import Told, Voice
+from urdyn.cli.voice import Voice
 
 if TYPE_CHECKING:
     from urdyn.identify.excite import Excitation

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from rich.table import Table
 
-from urdyn.cli.bench_progress import progress
 from urdyn.cli.options import Json, Quiet
 from urdyn.cli.voice import Voice
 from urdyn.errors import InputError
@@ -48,7 +47,7 @@ def bench_faults(
 
     theirs = {f.name: (f.found, f.false, f.steps) for f in FAULTS if f.name in fault_trials.FAULTS}
     voice, trials = Voice(json, quiet), fault_trials.Trials(lives - lives % JOINTS, seed)
-    with progress(voice, "finding faults") as told, threadpool_limits(1):
+    with voice.progress("finding faults") as told, threadpool_limits(1):
         rows = list(fault_trials.rated(trials))
         told("healthy data of all kinds", 0.5)
         kept = list(fault_trials.kept(trials.runs, seed))

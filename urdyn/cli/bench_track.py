@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 import urdyn as ud
-from urdyn.cli.bench_progress import progress
 from urdyn.cli.fresh import fresh
+from urdyn.cli.now_and_then import Told
 from urdyn.cli.options import Json, Quiet
-from urdyn.cli.voice import Told, Voice
+from urdyn.cli.voice import Voice
 
 if TYPE_CHECKING:
     from urdyn.bench import Followed, VirtualArm
@@ -52,7 +52,7 @@ def bench_track(
     from urdyn.cli.bench_tables import notes, tables
 
     voice = Voice(json, quiet)
-    with progress(voice, "ramps") as told, tempfile.TemporaryDirectory(prefix="urdyn-") as folder:
+    with voice.progress("ramps") as told, tempfile.TemporaryDirectory(prefix="urdyn-") as folder:
         kinds = [(robot, noise) for robot in ARMS[quick] for noise in NOISES]
         count, duration = (2, 10.0) if quick else (arms, 60.0)
         document = measure(Path(folder), 10 if quick else 40, count, 10.0, told)

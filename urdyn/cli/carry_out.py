@@ -10,9 +10,10 @@ import numpy as np
 
 import urdyn as ud
 from urdyn.cli.campaign import Campaign
+from urdyn.cli.now_and_then import Told
 from urdyn.cli.recording import Recording, refuse_twice
 from urdyn.cli.virtual import record
-from urdyn.cli.voice import Told, complaints
+from urdyn.cli.voice import complaints
 from urdyn.errors import InputError
 from urdyn.io.effort import Effort
 from urdyn.model.population import population

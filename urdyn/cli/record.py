@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from urdyn.cli.ending import ended_by
+from urdyn.cli.now_and_then import Told
 from urdyn.cli.options import Json, Quiet
-from urdyn.cli.voice import Told, Voice
+from urdyn.cli.voice import Voice
 
 if TYPE_CHECKING:
     from urdyn.io.rtde import Summary

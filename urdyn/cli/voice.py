@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass
 from typing import Any, TextIO
@@ -13,9 +13,9 @@ from rich.console import Console, RenderableType
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.text import Text
 
-PLAIN_WIDTH = 120  # columns of text that no terminal shows
+from urdyn.cli.now_and_then import Told, lines
 
-Told = Callable[[str, float], None]  # what is being done, and the share that is behind
+PLAIN_WIDTH = 120  # columns of text that no terminal shows
 
 
 def complaints(path: object, defects: Iterable[object]) -> list[str]:
@@ -52,10 +52,13 @@ class Voice:
 
     @contextmanager
     def progress(self, doing: str) -> Iterator[Told]:
-        """A bar on a terminal, nothing elsewhere."""
+        """A bar on a terminal, elsewhere a line now and then."""
+        if not sys.stderr.isatty():
+            with lines(self.note, doing) as told:
+                yield told
+            return
         columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
-        hidden = self.quiet or not sys.stderr.isatty()
-        with Progress(*columns, console=_on(sys.stderr), transient=True, disable=hidden) as bar:
+        with Progress(*columns, console=_on(sys.stderr), transient=True, disable=self.quiet) as bar:
             task = bar.add_task(doing, total=1.0)
             yield lambda doing, share: bar.update(task, description=doing, completed=share)
 

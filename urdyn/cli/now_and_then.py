@@ -1,0 +1,36 @@
+"""What is being done, in a line now and then: for a log, where no terminal shows a bar."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from threading import Event, Thread
+
+FIRST = 15.0  # [s] of silence before the first line: most verbs have ended by then
+LAST = 60.0  # [s] from line to line at last, for whoever reads the log of a day
+
+Told = Callable[[str, float], None]  # what is being done, and the share that is behind
+
+
+@contextmanager
+def lines(say: Callable[[str], None], doing: str) -> Iterator[Told]:
+    """Says what was told last; minutes without a word look like work that hangs."""
+    begin, now, ended = time.monotonic(), [doing], Event()
+
+    def speak() -> None:
+        wait = FIRST
+        while not ended.wait(wait):
+            say(f"{time.monotonic() - begin:.0f} s: {now[0]}")
+            wait = min(2.0 * wait, LAST)
+
+    def told(doing: str, share: float) -> None:
+        now[0] = doing
+
+    speaker = Thread(target=speak, daemon=True)
+    speaker.start()
+    try:
+        yield told
+    finally:
+        ended.set()
+        speaker.join()
