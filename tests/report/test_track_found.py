@@ -146,6 +146,7 @@ def test_losses_of_the_stream_are_shown(history):
         assert words in told
     # 1 of 5500 compared rows is far off, and a Gaussian has as good as none
     assert "1 row<" in told
+    assert "From 20.0 s on, for 9.00 s, samples came 0.12 s apart, where 0.010 s" in told
 
 
 def test_a_hostile_finding_is_text(history):

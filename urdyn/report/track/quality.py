@@ -37,6 +37,7 @@ def quality(history: History, summary: Mapping[str, Any]) -> Html:
         LEAD,
         table(["of the stream", "count", ""], _stream(summary, lacked)),
         paragraph(f"Damage met while reading: {defects}.", "note"),
+        *_too_sparse(history, lacked["too_sparse"]),
         table(heads, rows),
     )
 
@@ -58,6 +59,19 @@ def _stream(summary: Mapping[str, Any], lacked: Mapping[str, Any]) -> list[list[
         [text(name), cell(f"{count:,}", kind=_kind(name, count)), text(remark)]
         for name, (count, remark) in counts.items()
     ]
+
+
+def _too_sparse(history: History, sparse: Mapping[str, float] | None) -> list[Html]:
+    """That for some time samples came too seldom to track anything."""
+    if sparse is None:
+        return []
+    time = history.clock
+    told = (
+        f"From {time(sparse['since'] - history.start)} on, for {time(sparse['for_s'])}, samples "
+        f"came {number(sparse['step_s'])} s apart, where {number(sparse['period_s'])} s had been "
+        "expected: nothing was tracked then."
+    )
+    return [paragraph(told, "note")]
 
 
 def _kind(name: str, count: int) -> str:
