@@ -10,8 +10,8 @@ from urdyn.dbn import figure2
 from urdyn.estimate import EKF, UKF
 from urdyn.signal import Instant
 from urdyn.tracking import Drift, tracking_model
-from urdyn.tracking.commissioned import given, taken_for_known
-from urdyn.tracking.model import ANYTHING, DAY, PAYLOAD_SD, SKEW_SD, by_taken
+from urdyn.tracking.commissioned import gains_of, given, taken_for_known
+from urdyn.tracking.model import ANYTHING, DAY, GAIN_SD, PAYLOAD_SD, SKEW_SD, by_taken
 from urdyn.tracking.physical import quantities
 from urdyn.types import Gaussian
 
@@ -88,6 +88,20 @@ def test_what_is_taken_for_known_is_doubted_where_quantities_are_told(workshop, 
     mean, sd = of.of(model.prior)
     told = [of.names.index(f"{j}.coulomb") for j in fit.dynamics.arm.joint_names]
     np.testing.assert_allclose(sd[told] / mean[told], np.sqrt(whole[at]), rtol=1e-9)
+
+
+def test_weights_are_told_by_the_gain_that_is_known_best(workshop, model):
+    """However large another is: a base bears nothing that would tell its gain."""
+    fit, at = workshop.fit, model.observation.places
+    sd = fit.belief.sd[gains_of(fit)]
+    best = int(sd.argmin())
+    gain = np.where(np.arange(len(sd)) == best, 1.0, 2.0) * fit.dynamics.drive.gain.max()
+    drive = replace(fit.dynamics.drive, gain=gain)
+    other = replace(fit, dynamics=replace(fit.dynamics, drive=drive))
+    believed = tracking_model(other).prior.sd[at["gain"]]
+    assert believed.argmin() == best and believed[best] == GAIN_SD
+    told = quantities(other, model.observation).taken["payload"]
+    np.testing.assert_allclose(told, sd[best])
 
 
 def test_wear_is_linear_and_its_noise_a_covariance(model, slices):

@@ -76,11 +76,6 @@ class Drive:
                 values = shaped(field.name, getattr(self, field.name), np.shape(self.gain))
                 object.__setattr__(self, field.name, values)
 
-    @property
-    def strongest(self) -> int:
-        """The joint whose drive holds what is carried against gravity: all weights are by it."""
-        return int(np.argmax(self.gain))
-
     def coefficients(self) -> Array:
         """Coefficients of the linear terms, (len(LINEAR), J)."""
         return np.array([getattr(self, name) for name in LINEAR])

@@ -62,6 +62,16 @@ def gains_of(fit: Fit) -> list[int]:
     return [k for k, name in enumerate(fit.names) if name.endswith(".gain")]
 
 
+def scale_of(fit: Fit) -> list[int]:
+    """Which of these all weights are told by, the one known best; none if they were not fitted.
+
+    The largest need not be: the base of an upright arm has as large a drive as the shoulder, and
+    bears nothing that would tell its gain.
+    """
+    variance = fit.belief.cov.diagonal()
+    return sorted(gains_of(fit), key=lambda k: float(variance[k]))[:1]
+
+
 def taken_for_known(fit: Fit) -> list[int]:
     """Where stands what a tracker does not follow: gains, and how friction is shaped."""
     joints, followed = fit.dynamics.arm.joint_names, TRACKED.values()

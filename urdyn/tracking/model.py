@@ -17,7 +17,14 @@ from urdyn.dbn.widening import Widening
 from urdyn.identify.fit import Fit
 from urdyn.identify.slow import MEMORY
 from urdyn.tracking.colour import SLOWEST
-from urdyn.tracking.commissioned import commissioned, gains_of, given, shown_links, taken_for_known
+from urdyn.tracking.commissioned import (
+    commissioned,
+    gains_of,
+    given,
+    scale_of,
+    shown_links,
+    taken_for_known,
+)
 from urdyn.types import Array, Gaussian, Index
 
 STRAYING = ("m", "f", "alpha", "beta", "z", "o")
@@ -74,8 +81,8 @@ def tracking_model(
     States: k, skew, m, payload, f, alpha, beta, rotor, z, gain, o, what warmth does, slow noise,
     and the rates of f and z. What is known of the arm is conditional on what is taken for known,
     and health is relative to the commissioned gains. How wrong they are shows in what is carried
-    besides: of all but the strongest joint's, for a piece that nobody has weighed tells only how
-    they compare. The edges of `network`, figure2() where none is given, lead what strays.
+    besides: of all but the one known best, for a piece that nobody has weighed tells only how they
+    compare. The edges of `network`, figure2() where none is given, lead what strays.
     """
     currents = RobotCurrents(fit.dynamics, shown_links(fit)[1], _noise(fit))
     prior = _prior(fit, currents)
@@ -115,8 +122,7 @@ def _prior(fit: Fit, currents: RobotCurrents) -> Gaussian:
         whole[at, at] += (sd * one) ** 2
     if gains := gains_of(fit):
         at = _at(currents, "gain")
-        strongest = gains[fit.dynamics.drive.strongest]
-        whole[np.ix_(at, at)] += given(fit.belief.cov, gains, [strongest])
+        whole[np.ix_(at, at)] += given(fit.belief.cov, gains, scale_of(fit))
     return Gaussian(mean, whole)
 
 

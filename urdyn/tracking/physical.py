@@ -13,7 +13,7 @@ from urdyn.dbn.robot_drive import POSITIVE
 from urdyn.identify.fit import Fit
 from urdyn.model.consistency import is_consistent
 from urdyn.model.possible import possible_body, possible_load
-from urdyn.tracking.commissioned import TRACKED, gains_of, given, taken_for_known
+from urdyn.tracking.commissioned import TRACKED, given, scale_of, taken_for_known
 from urdyn.tracking.model import by_taken
 from urdyn.tracking.reading import NOTHING
 from urdyn.types import Array, Gaussian
@@ -129,12 +129,12 @@ def _taken(fit: Fit, currents: RobotCurrents) -> dict[str, Array]:
 
     Relative, but of o; of m, of links' masses.
     """
-    at, drive, cov = currents.places, fit.dynamics.drive, fit.belief.cov
+    at, cov = currents.places, fit.belief.cov
     sd = np.sqrt(np.maximum(by_taken(fit, currents).diagonal(), 0.0))
     found = {group: sd[at[group]] for group in TRACKED}
     links = [fit.names.index(f"{link}.alpha") for link in fit.dynamics.arm.link_names]
     less = cov[links, links] - given(cov, links, taken_for_known(fit)).diagonal()
     found["m"] = 2.0 * np.sqrt(np.maximum(less, 0.0))  # a mass is exp(2 alpha)
-    gains = gains_of(fit)
-    weighed = cov[gains, gains][[drive.strongest]] if gains else np.zeros(1)
+    scale = scale_of(fit)
+    weighed = cov[scale, scale] if scale else np.zeros(1)
     return found | {"payload": np.sqrt(weighed)}
