@@ -10,7 +10,7 @@ import numpy as np
 
 from urdyn.estimate import Filter
 from urdyn.tracking import beliefs
-from urdyn.tracking.held import LOAD, Held
+from urdyn.tracking.held import LOAD, Held, nothing_held
 from urdyn.types import Array, Gaussian, Index
 
 S = TypeVar("S")
@@ -26,10 +26,14 @@ class Holding(Generic[S]):
     def begun(self, held: Held, belief: S, carried: Array, change: float, told: bool) -> Held:
         """What is known as it begins to be learnt anew, around `carried` (10,).
 
+        Nothing by a cloud of particles: where it is of one opinion, it has no errors to weigh.
+
         Args:
             change: probability that it is another.
             told: and that this was told.
         """
+        if not isinstance(belief, beliefs.QUICK):
+            return nothing_held()
         known = held.believed(self._own(belief))
         return Held(known.mean, known.cov, carried[:LOAD], change, told)
 
