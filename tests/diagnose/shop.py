@@ -10,9 +10,10 @@ from realarm import with_current
 from urdyn.diagnose import Diagnosis, Report, diagnose
 from urdyn.identify import Fit
 from urdyn.model.dynamics import Dynamics
-from urdyn.model.friction import travel
+from urdyn.model.friction import features, travel
 from urdyn.signal import condition
 from urdyn.simulate import happening, observe, parse_fault, plan, typical_sensors
+from urdyn.tracking.passage import STANDING
 from urdyn.types import Log
 
 
@@ -44,6 +45,26 @@ class Shop:
     def report(self, *faults: str, **how) -> Report:
         """What is told of it."""
         return diagnose(self.fit, self.log(*faults, **how))
+
+    def grown(self, log: Log, joint: int, coulomb: float, viscous: float, since: float) -> float:
+        """By how much all friction of a joint grows where two of its terms do [-].
+
+        Args:
+            since: stamp from which on the motion counts [s].
+        """
+        motion, s, _ = self.motion(log)
+        load = self.dynamics.arm.regressor(motion.q, motion.v, motion.a) @ (
+            self.dynamics.loaded().ravel()
+        )
+        drive, slides = self.dynamics.drive, np.abs(motion.v[:, joint]) > STANDING
+        terms = features(motion, load, s, drive)
+        way = np.sign(motion.v[:, joint]) * (slides & (motion.t >= since))
+        torque = {
+            name: float(way @ (getattr(drive, name) * terms[name])[:, joint])
+            for name in ("coulomb", "viscous", "structural", "stribeck")
+        }
+        more = coulomb * torque["coulomb"] + viscous * torque["viscous"]
+        return more / sum(torque.values())
 
     def diagnosis(self, log: Log) -> Diagnosis:
         """Its settings for a log."""

@@ -32,7 +32,7 @@ from urdyn.diagnose.rules import Rules, read_rules
 from urdyn.diagnose.slow import Slow
 from urdyn.diagnose.slow_state import SlowState
 from urdyn.diagnose.space import Space, space
-from urdyn.diagnose.verdict import identity, of_change, risen, up_to_date
+from urdyn.diagnose.verdict import apart, identity, of_change, risen, up_to_date
 from urdyn.diagnose.warmth import Warmth, felt, unfelt
 from urdyn.diagnose.zero import jumps
 from urdyn.identify.fit import Fit
@@ -288,7 +288,8 @@ class Diagnosis:
     def findings(self, state: State) -> list[Finding]:
         """All that was found, as it is now; `state.findings` is as it was last told."""
         known, series = self._known(state), dict(state.series)
-        return up_to_date(state.findings, known, series, self.space, state.blocks)
+        told = up_to_date(state.findings, known, series, self.space, state.blocks)
+        return apart(told, known, self.slow.judge.terms(state.slow), self.space)
 
     def observable(self, state: State) -> list[dict[str, Any]]:
         """Joint by joint, whether this motion could show backlash; if not, one that would."""

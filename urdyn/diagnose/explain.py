@@ -116,15 +116,19 @@ def suspects(space: Space, kinds: tuple[SlowKind, ...]) -> Suspects:
                 places=np.array([states.index(k) for k in of]),
                 sd=np.array(list(kind.change.values())) * units,
                 unit=float(units[0]),
-                doubt=_doubt(space, next(iter(kind.change)), j),
+                doubt=_doubt(space, kind, j),
             )
             each.append(suspect)
     return Suspects(np.array(states), tuple(each))
 
 
-def _doubt(space: Space, state: str, joint: int) -> float:
-    """How far the friction may be off [-] of which a change of this state is a share; 0 of none."""
-    of = {"f": "f", "alpha": "alpha", "o": "f"}.get(state)
+def _doubt(space: Space, kind: SlowKind, joint: int) -> float:
+    """How far the friction may be off [-] of which a change is a share; 0 of none.
+
+    Of all friction `friction.rise` knows.
+    """
+    share = {"f": "f", "alpha": "alpha", "o": "f"}.get(next(iter(kind.change)))
+    of = None if kind.of_friction else share
     return float(np.sqrt(space.cov.diagonal()[_place(space, of, joint)])) if of else 0.0
 
 

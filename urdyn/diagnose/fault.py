@@ -23,6 +23,8 @@ class Fault:
     onset_hi: float  # [s]
     alarm: float  # [s] end of the block that told it
     size: float  # in the unit of the state that measures it
+    # What was believed of the joint's friction before, as `friction.TERMS` has it; None: nothing.
+    was: tuple[Array, Array] | None = None
 
     def spread(self, suspect: Suspect) -> Array:
         """sd of what it may have done to the states of its suspect at its onset, (r,)."""
@@ -36,6 +38,10 @@ class Fault:
         """Whether it may have; what began within a block shows whole in the next one."""
         lasting = block.end - block.begin
         return block.end > self.onset_lo and block.begin <= self.onset_hi + 1.5 * lasting
+
+    def unseen_in(self, block: Block) -> bool:
+        """Whether it was not there yet: it may have begun at the end of the last block before."""
+        return block.end + 0.5 * (block.end - block.begin) < self.onset_lo
 
 
 def known_by(change: Change) -> Fault:

@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 from scipy.special import logsumexp
 
-from urdyn.diagnose import onsets
+from urdyn.diagnose import friction, onsets
 from urdyn.diagnose.change import Change
 from urdyn.diagnose.explain import Explanation, Suspects, explanation, gathered, ratios, supposed
 from urdyn.diagnose.fault import Fault, known_by
@@ -151,8 +151,8 @@ class Judge:
         before, state = state, replace(state, found=(*state.found, change), waited=0)
         if of_tool:
             return self._settled_on(state, more)
-        rest = (f for f in state.known if not self.of.each[f.suspect].part_of(told.suspect))
-        fault = known_by(change)
+        rest = tuple(f for f in state.known if not self.of.each[f.suspect].part_of(told.suspect))
+        fault = self._of_what_was(state, known_by(change), rest)
         state = self.knowing(state, (*rest, fault))
         again = any(f.suspect == k for f in state.passed)
         if again and self._nothing(state.bank, fault):  # it is still what it was taken back from
@@ -232,13 +232,58 @@ class Judge:
 
     def levels(self, state: SlowState) -> dict[int, Level]:
         """Suspects that are found, and how far their change has gone: time, size, sd."""
-        bank, places = state.bank, {k: self._measured(k) for k in state.suspects}
-        return {k: (bank.middle, float(bank.x[at]), bank.sd(at)) for k, at in places.items()}
+        bank = state.bank
+        return {
+            fault.suspect: (bank.middle, *self._size(state, fault, bank.x, bank.P))
+            for fault in state.known
+        }
 
     def trace(self, state: SlowState, k: int) -> Series:
         """How a found change went in the blocks that are remembered: time, size, sd."""
-        straying, at = self.straying(state), self._measured(k)
-        return state.recall.trace(self.healthy, state.known, straying, at)
+        fault = next(fault for fault in state.known if fault.suspect == k)
+        course = state.recall.course(self.healthy, state.known, self.straying(state))
+        return [(block.middle, *self._size(state, fault, x, P)) for block, x, P in course]
+
+    def _size(self, state: SlowState, fault: Fault, x: Array, P: Array) -> tuple[float, float]:
+        """How far a change has gone by a belief in the states, (N,) and (N, N), and its sd.
+
+        In the unit of the state that measures it; of friction as all of it has grown, over the
+        motion since.
+        """
+        joint, at = self.of.each[fault.suspect].joint, self._measured(fault.suspect)
+        lost = (b.lost for b in state.recall.blocks if b.end > fault.onset_lo)
+        of = friction.share(lost, joint) if fault.was else None
+        if fault.was is None or of is None:
+            return float(x[at]), float(np.sqrt(P[at, at]))
+        _, first = self._friction(*self.healthy.first, joint)
+        day = self.healthy.rules.friction["day"]
+        return friction.rise(of, self._friction(x, P, joint), fault.was, first, day)
+
+    def terms(self, state: SlowState) -> dict[int, dict[str, dict[str, float]]]:
+        """Of each fault of friction that is found, how much each term has grown."""
+        told = {}
+        for fault in state.known:
+            if fault.was:
+                joint = self.of.each[fault.suspect].joint
+                now = self._friction(state.bank.x, state.bank.P, joint)
+                _, first = self._friction(*self.healthy.first, joint)
+                told[fault.suspect] = friction.apart(now, fault.was, first)
+        return told
+
+    def _of_what_was(self, state: SlowState, fault: Fault, known: tuple[Fault, ...]) -> Fault:
+        """With what was believed of its joint's friction before, where it is one of that."""
+        suspect = self.of.each[fault.suspect]
+        if not suspect.kind.of_friction:
+            return fault
+        straying = self.healthy.loosened(known, state.learnt.steadiness.share)
+        x, P = state.recall.before(fault, self.healthy, known, straying)
+        return replace(fault, was=self._friction(x, P, suspect.joint))
+
+    def _friction(self, x: Array, P: Array, joint: int) -> friction.Belief:
+        """Of a belief in the states, (N,) and (N, N), that in a joint's friction."""
+        places = self.healthy.space.places
+        at = np.array([places[name].start + joint for name in friction.TERMS])
+        return x[at], P[np.ix_(at, at)]
 
     def _measured(self, k: int) -> int:
         """Place of the state that measures a suspect's change."""

@@ -64,6 +64,7 @@ class Block:
     walk: Array | float = 0.0  # (n,) [1/√s] beside that of every block
     hidden: Array | float = 0.0  # (n,) sd of what hides in a program, and ends with it
     leap: Array | float = 0.0  # (n,) sd of what may have happened at its begin
+    lost: Array | float = 0.0  # as `friction.lost` has it, (4, J); 0: not known
     # Of one that began with another load: the same without that one, or any unseen piece.
     unladen: Block | None = None
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -60,9 +60,31 @@ class Recall:
         self, healthy: Healthy, known: Sequence[Fault], straying: Straying, at: int
     ) -> Series:
         """How a state went: time, mean, sd. What a block says is of its middle."""
+        return [
+            (block.middle, float(x[at]), float(np.sqrt(P[at, at])))
+            for block, x, P in self.course(healthy, known, straying)
+        ]
+
+    def course(
+        self, healthy: Healthy, known: Sequence[Fault], straying: Straying
+    ) -> Iterator[tuple[Block, Array, Array]]:
+        """Every block, and what is believed of the states after it, (N,) and (N, N)."""
         t, x, P = self.t, self.x, healthy.opened(self.P, known, self.t)
-        told = []
         for block in self.blocks:
             t, x, P = onsets.followed(t, x, P, healthy.leaping(block, known), straying)
-            told.append((block.middle, float(x[at]), float(np.sqrt(P[at, at]))))
-        return told
+            yield block, x, P
+
+    def before(
+        self, fault: Fault, healthy: Healthy, known: Sequence[Fault], straying: Straying
+    ) -> tuple[Array, Array]:
+        """What was believed of the states, (N,) and (N, N), before a fault could be seen.
+
+        Args:
+            known: others.
+        """
+        last = self.x, healthy.opened(self.P, known, self.t)
+        for block, x, P in self.course(healthy, known, straying):
+            if not fault.unseen_in(block):
+                break
+            last = x, P
+        return last

@@ -92,6 +92,11 @@ class SlowKind:
         return next(iter(self.change)) == "z" and self.sign > 0
 
     @property
+    def of_friction(self) -> bool:
+        """Its size is that of all friction of its joint, whichever term grows."""
+        return self.finding_kind == "friction_increase"
+
+    @property
     def finding_kind(self) -> str:
         """The kind of its findings."""
         return self.told_as or self.name
@@ -113,6 +118,7 @@ class Rules:
     shift: float  # [h] that a run counts for
     healthy: Mapping[str, Mapping[str, float]]  # state -> day, hour, window
     warmth: Mapping[str, float]  # sd of what nobody knows of it
+    friction: Mapping[str, float]  # day: sd of all of a joint's [-]
     noise: Noise
     slow: tuple[SlowKind, ...]
     fast: Mapping[str, Mapping[str, Any]]  # kind -> thresholds
@@ -147,7 +153,7 @@ def read_rules(path: str | Path | None = None) -> Rules:
         return _rules(house, "rules.toml")
     own = load_toml(path)
     _check_like(own, {section: {} for section in house}, f"{path}:")
-    for section in ("promise", "healthy", "warmth", "noise", "costs"):
+    for section in ("promise", "healthy", "friction", "warmth", "noise", "costs"):
         _check_like(own.get(section, {}), house[section], f"{path}: [{section}]")
     merged = {section: of | own.get(section, {}) for section, of in house.items()}
     for state, of in own.get("healthy", {}).items():
@@ -218,6 +224,7 @@ def _rules(document: Mapping[str, Any], path: str) -> Rules:
         shift=shift,
         healthy=document["healthy"],
         warmth=warmth,
+        friction=document["friction"],
         noise=noise,
         slow=slow,
         fast=fast,

@@ -11,7 +11,7 @@ from functools import cached_property
 
 import numpy as np
 
-from urdyn.diagnose import carried, onsets, warmth
+from urdyn.diagnose import carried, friction, onsets, warmth
 from urdyn.diagnose.beside import Belief
 from urdyn.diagnose.carrying import MOMENT, Carrying, Waiting
 from urdyn.diagnose.change import Push
@@ -227,6 +227,7 @@ class Slow:
             A=state.A + pool.A,
             b=state.b + pool.b,
             warm=state.warm + pool.warm,
+            lost=state.lost + friction.lost(ripe.means, self.space.reference.drive),
             moments=state.moments + 1,
             begin=began,
             end=ripe.end,
@@ -267,7 +268,8 @@ class Slow:
         A, b = onsets.strayed(A, b, np.hypot(window, hidden))
         A, b = warmth.widened(A, b, warmth.unknowns(self.space, warm))
         unseen = np.append(hidden, np.zeros(len(b) - len(hidden)))
-        return Block(state.begin, state.end, A, b, self.healthy.blind(warm), unseen)
+        walk = self.healthy.blind(warm)
+        return Block(state.begin, state.end, A, b, walk, unseen, lost=state.lost)
 
     def _retold(self, state: SlowState) -> SlowState:
         """With the moments that wait in the light of what is known by now."""
@@ -300,7 +302,8 @@ class Slow:
         """With no block begun."""
         n, J = self.space.size, self.space.joints
         A, b, warm = np.zeros((n, n)), np.zeros(n), np.zeros((3, J))
-        return replace(state, A=A, b=b, warm=warm, moments=0, begin=np.nan, end=np.nan, laden=None)
+        none = replace(state, A=A, b=b, warm=warm, moments=0, begin=np.nan, end=np.nan)
+        return replace(none, laden=None, lost=0.0)
 
 
 def _unpushed(state: SlowState, push: Push) -> SlowState:

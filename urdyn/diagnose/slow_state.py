@@ -45,6 +45,7 @@ class SlowState:
     found: tuple[Change, ...] = ()  # in this step
     # (n, n), (n,) what another load took of A and b, in a block that began with one
     laden: tuple[Array, Array] | None = None
+    lost: Array | float = 0.0  # in that block, as `friction.lost` has it
 
     @property
     def suspects(self) -> tuple[int, ...]:

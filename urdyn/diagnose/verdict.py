@@ -32,7 +32,10 @@ def of_change(change: Change, of: Suspects, space: Space, rules: Rules, trace: S
     kind = suspect.kind
     size, sd = suspect.read(change.size, change.size_sd)
     _, per = suspect.read(change.size, 1.0)
-    rate, rate_sd = change.rate * per, change.rate_sd * per
+    if kind.of_friction and trace:
+        _, size, sd = trace[-1]
+        per = size / change.size
+    rate, rate_sd = change.rate * per, change.rate_sd * abs(per)
     evidence: dict[str, Any] = {
         "statistic": "log-likelihood ratio beside the healthy arm, over onsets and shapes",
         "nats": None if np.isnan(change.evidence) else change.evidence,
@@ -131,6 +134,17 @@ def up_to_date(
     ]
 
 
+def apart(
+    findings: Sequence[Finding],
+    known: Mapping[int, Suspect],
+    terms: Mapping[int, Mapping[str, Any]],
+    space: Space,
+) -> list[Finding]:
+    """Findings with the terms of friction that have grown, by suspect, in their evidence."""
+    of = {identity(known[k], space): {"terms": told} for k, told in terms.items()}
+    return [replace(f, evidence={**f.evidence, **of[f.id]}) if f.id in of else f for f in findings]
+
+
 def identity(suspect: Suspect, space: Space) -> str:
     """The name by which a change of a joint is known from run to run."""
     return f"{suspect.kind.name}.{_name(suspect, space)}"
@@ -177,7 +191,10 @@ def _gone(old: Finding, suspect: Suspect, series: Series) -> bool:
     _, size, sd = series[-1]
     left, most = suspect.grown(size), max(suspect.grown(each) for _, each, _ in series)
     surely = old.advice == GONE or left + SURELY_BELOW * sd < most
-    return suspect.joint != NOBODY and left < suspect.kind.least and surely
+    least = suspect.kind.least  # of its own state; of all friction what may as well be none
+    if suspect.kind.of_friction:
+        least = min(least, SURELY_BELOW * sd)
+    return suspect.joint != NOBODY and left < least and surely
 
 
 def _forecast(suspect: Suspect, course: Course) -> dict[str, Any] | None:
