@@ -8,7 +8,9 @@ from dataclasses import replace
 import numpy as np
 
 from urdyn.model.dynamics import Dynamics
-from urdyn.types import Log
+from urdyn.model.friction import features
+from urdyn.tracking.passage import STANDING
+from urdyn.types import Log, Motion
 
 COLUMNS = "timestamp,actual_q*6,actual_qd*6,actual_current*6,target_current*6,target_moment*6"
 SLIDES = 0.01  # [rad/s]
@@ -29,6 +31,27 @@ def worn(
     current = log.joint("actual_current").copy()
     current[:, joint] += (log.t >= since) * more * lost / drive.gain[joint]
     return with_current(log, current)
+
+
+def grown(
+    motion: Motion, arm: Dynamics, joint: int, coulomb: float, viscous: float, since: float
+) -> float:
+    """By how much all friction of a joint grows where two of its terms do [-].
+
+    Args:
+        since: stamp from which on the motion counts [s].
+    """
+    q, v, a = motion.q, motion.v, motion.a
+    load = arm.arm.regressor(q, v, a) @ arm.loaded().ravel()
+    terms = features(motion, load, arm.presliding(motion), arm.drive)
+    slides = (np.abs(v[:, joint]) > STANDING) & (motion.t >= since)
+    way = np.where(slides, np.sign(v[:, joint]), 0.0)
+    torque = {
+        name: float(way @ (getattr(arm.drive, name) * terms[name])[:, joint])
+        for name in ("coulomb", "viscous", "structural", "stribeck")
+    }
+    more = coulomb * torque["coulomb"] + viscous * torque["viscous"]
+    return more / sum(torque.values())
 
 
 def with_current(log: Log, current: np.ndarray) -> Log:

@@ -5,15 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from realarm import with_current
+from realarm import grown, with_current
 
 from urdyn.diagnose import Diagnosis, Report, diagnose
 from urdyn.identify import Fit
 from urdyn.model.dynamics import Dynamics
-from urdyn.model.friction import features, travel
+from urdyn.model.friction import travel
 from urdyn.signal import condition
 from urdyn.simulate import happening, observe, parse_fault, plan, typical_sensors
-from urdyn.tracking.passage import STANDING
 from urdyn.types import Log
 
 
@@ -47,24 +46,9 @@ class Shop:
         return diagnose(self.fit, self.log(*faults, **how))
 
     def grown(self, log: Log, joint: int, coulomb: float, viscous: float, since: float) -> float:
-        """By how much all friction of a joint grows where two of its terms do [-].
-
-        Args:
-            since: stamp from which on the motion counts [s].
-        """
-        motion, s, _ = self.motion(log)
-        load = self.dynamics.arm.regressor(motion.q, motion.v, motion.a) @ (
-            self.dynamics.loaded().ravel()
-        )
-        drive, slides = self.dynamics.drive, np.abs(motion.v[:, joint]) > STANDING
-        terms = features(motion, load, s, drive)
-        way = np.sign(motion.v[:, joint]) * (slides & (motion.t >= since))
-        torque = {
-            name: float(way @ (getattr(drive, name) * terms[name])[:, joint])
-            for name in ("coulomb", "viscous", "structural", "stribeck")
-        }
-        more = coulomb * torque["coulomb"] + viscous * torque["viscous"]
-        return more / sum(torque.values())
+        """By how much all friction of a joint grows where two terms do, as `grown` has it."""
+        motion, _, _ = self.motion(log)
+        return grown(motion, self.dynamics, joint, coulomb, viscous, since)
 
     def diagnosis(self, log: Log) -> Diagnosis:
         """Its settings for a log."""
