@@ -121,6 +121,31 @@ def test_a_gap_through_which_the_link_flies_is_found_and_measured(shop: Shop, ga
     assert 0.5 * gap < finding.size < 2.0 * gap
 
 
+@pytest.mark.parametrize("gap", [1e-3, 2e-3])
+def test_a_flight_is_found_though_the_load_turns_over_at_another_moment(
+    shop: Shop, gap: float
+) -> None:
+    """What a load is wrong by turns it over early or late; a strike may be brief."""
+    arm, j, late = shop.dynamics.arm, 2, 0.03
+    work = Work(to_and_fro(arm, j, 5.0, RATE))
+    rng = np.random.default_rng(j)
+    lived = happening(shop.dynamics, work, (), False)
+    log = observe(shop.dynamics, work.trajectory, typical_sensors(arm), rng, lived)
+    motion = work.trajectory.at(log.t + late)
+    load = arm.torque(motion.q, motion.v, motion.a)[:, j]
+    inertia = arm.torque_derivatives(motion.q, motion.v, motion.a)[2][:, j, j]
+    lacking = np.zeros(len(log.t))
+    for row in np.flatnonzero(load[1:] * load[:-1] < 0.0) + 1:
+        after = log.t - log.t[row]
+        slope = RATE * (load[row] - load[row - 1])
+        T = np.cbrt(12.0 * gap * inertia[row] / abs(slope))
+        blow = np.where(after > T, np.exp(-(after - T).clip(0.0) / 0.02), 0.0) / 0.02
+        lacking += 0.5 * slope * T**2 * blow - load * ((after > 0.0) & (after < T))
+    (finding,) = shop.disturbed(log, j, lacking).findings
+    assert (finding.kind, finding.joint) == ("joint_backlash", j)
+    assert 0.5 * gap < finding.size < 2.0 * gap
+
+
 @pytest.mark.slow
 def test_a_link_that_flies_is_found_from_point_to_point(shop: Shop) -> None:
     """There loads jump over, and a motor that crosses a gap shows nothing."""

@@ -5,9 +5,11 @@ Where the load turns over at t0 the link is let go, and the other flank has it a
     integral u dt = 2 b,    u = integral load / M_jj dt        from t0 on
 
 Until then the current lacks the load; then the link strikes, and M_jj u of it come back at once.
-How the loop gives that back is not known, only about how long it takes. The strike shakes the
-angles, and with them what the load is thought to be: shares of the load, of its slope and of its
-bend are uncertain, and nothing is taken for a gap that they explain.
+How the loop gives that back is not known, only about how long it takes. Nor is the instant: what
+is wrong with the load by a share of its friction turns it over some hundredths of a second early
+or late, so that each gap is weighed at several instants. The strike shakes the angles, and with
+them what the load is thought to be: shares of the load, of its slope and of its bend are
+uncertain, and nothing is taken for a gap that they explain.
 """
 
 from __future__ import annotations
@@ -15,20 +17,24 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import logsumexp
 
 from urdyn.diagnose.crossing import SHARES, WILD
 from urdyn.diagnose.rows import Rows
 from urdyn.diagnose.space import Space
 from urdyn.tracking.passage import STANDING
-from urdyn.types import Array
+from urdyn.types import Array, Mask
 
 FLIGHTS = 2.5e-4 * np.sqrt(2.0) ** np.arange(10)  # [rad] half gaps that are looked for
 BRIEF, LONG = 0.03, 0.3  # [s] that flights last: accelerations tell no briefer, programs no longer
-STRIKE = 0.07  # [s] in which what was lacking comes back
+STRIKES = (0.07, 0.03)  # [s] in which what was lacking comes back: one or the other
+STRIKE = max(STRIKES)
 LATE = 0.005  # [s] after the strike that it begins to, less what a window of accelerations is early
 MARGIN = 0.04  # [s] before a flight and after its end, that are judged with it
-REACH = LONG + LATE + STRIKE + MARGIN  # [s] after a reversal
+# [s] that a reversal is late: two models of a real arm are up to .06 s apart, mostly .01 to .04.
+DELAYS = np.array([-0.06, -0.03, 0.0, 0.03, 0.06])
+PRIOR = -0.5 * (DELAYS / 0.04) ** 2  # log of it
+PRIOR -= np.logaddexp.reduce(PRIOR)
+REACH = LONG + LATE + STRIKE + MARGIN + DELAYS.max()  # [s] after a reversal
 KNOWN = (0.3, 0.01, 1e-3)  # sd of the share of the load [-], its slope [s], its bend [s²]
 FREE = 1e3  # [A] and [A/s], sd of a level and a slope of which nothing is known
 TOGETHER, CORRELATED = 0.008, 0.2  # [s] of rows that count as one; share of noise that is left
@@ -53,33 +59,27 @@ class Flight:
             left: of its current by the model, (N,) [A].
             tool: inertials that are carried, (10,).
         """
-        llr, shown = np.zeros((2, len(FLIGHTS)))
+        nothing = np.zeros(len(FLIGHTS))
         start, stop = (int(i) for i in np.searchsorted(after, [-LONG, REACH]))
         rows = rows.part(start, stop)
         after, load, left = after[start:stop], load[start:stop], left[start:stop]
         row = int(np.searchsorted(after, 0.0, side="right"))
         if len(after) < ENOUGH or np.diff(after).max() > TORN * self.period:
-            return llr, shown
+            return nothing, nothing
         side = np.sign(load[row])
         if not _firm(after, side * load):
-            return llr, shown
+            return nothing, nothing
         mass = self._mass(rows.q[row], j, tool)
         if not mass > 0.0:
-            return llr, shown
-        came = _arrived(after[:row], -side * load[:row])
-        u, x = _flown(after, side * load)
-        for k, gap in enumerate(2.0 * FLIGHTS):
-            there = int(np.argmax((x >= mass * gap) | (x < 0.0)))
-            if not min(came, x[there]) >= mass * gap:  # it never arrived, or fell back
-                continue
-            T = float(after[there] - (x[there] - mass * gap) / u[there])
-            if BRIEF < T < LONG:
-                struck = side * u[there] * _strike(after - T)
-                lacking = struck - load * ((after > 0.0) & (after < T))
-                llr[k], shown[k] = self._weigh(
-                    rows, after, load=load, left=left, j=j, T=T, lacking=lacking
-                )
-        return llr, shown
+            return nothing, nothing
+        beside = self._beside(rows, load, left, j)
+        at_zero = np.interp(DELAYS, after, load)
+        each = [
+            self._delayed(beside, after - late, side * (load - zero), mass, side)
+            for late, zero in zip(DELAYS, at_zero, strict=True)
+        ]
+        llr, shown = np.swapaxes(each, 0, 1)
+        return np.logaddexp.reduce(llr + PRIOR[:, None]), np.exp(PRIOR) @ shown
 
     def _mass(self, q: Array, j: int, tool: Array) -> float:
         """Inertia of all that hangs on joint j, about its axis, M_jj [kg·m²]."""
@@ -88,44 +88,95 @@ class Flight:
         inertials[-1] += tool
         return float(arm.torque_derivatives(q, still, still, inertials)[2][j, j])
 
-    def _weigh(
-        self, rows: Rows, after: Array, load: Array, left: Array, j: int, T: float, lacking: Array
-    ) -> tuple[float, float]:
+    def _beside(self, rows: Rows, load: Array, left: Array, j: int) -> Beside:
+        """What a joint's current has in it around a reversal."""
+        K = self.space.reference.drive.gain[j]
+        slope = np.gradient(load, self.period)
+        known = np.stack([load, slope, np.gradient(slope, self.period)], axis=1) * KNOWN / K
+        finite = np.isfinite(left + load)
+        return Beside(left, rows.doubt[:, j], known, np.abs(rows.v[:, j]), finite, float(K), j)
+
+    def _delayed(
+        self, beside: Beside, after: Array, load: Array, mass: float, side: float
+    ) -> tuple[Array, Array]:
+        """Log likelihood ratios of the gaps, and what they would be, (gaps,) [nats].
+
+        Args:
+            after: time since the load turned over, (N,) [s].
+            load: towards the flank that the link flies to, (N,) [N·m].
+            mass: inertia of the link [kg·m²].
+            side: sign of that flank.
+        """
+        llr, shown = np.zeros((2, len(FLIGHTS)))
+        row = int(np.searchsorted(after, 0.0, side="right"))
+        came = _arrived(after[:row], -load[:row])
+        u, x = _flown(after, load)
+        for k, gap in enumerate(2.0 * FLIGHTS):
+            there = int(np.argmax((x >= mass * gap) | (x < 0.0)))
+            if not min(came, x[there]) >= mass * gap:  # it never arrived, or fell back
+                continue
+            T = float(after[there] - (x[there] - mass * gap) / u[there])
+            if BRIEF < T < LONG:
+                gone = load * ((after > 0.0) & (after < T))
+                lacking = [u[there] * _strike(after - T, lasting) - gone for lasting in STRIKES]
+                llr[k], shown[k] = self._weigh(beside, after, side * np.array(lacking), T=T)
+        return llr, shown
+
+    def _weigh(self, beside: Beside, after: Array, lacking: Array, T: float) -> tuple[float, float]:
         """Log likelihood ratio of one gap, and what it would show [nats].
 
         Args:
+            lacking: torque that the model does not know of, for each strike, (strikes, N) [N·m].
             T: when the link arrives, after it was let go [s].
-            lacking: torque that the model does not know of, (N,) [N·m].
         """
-        still = (after > 0.0) & ~(np.abs(rows.v[:, j]) > STANDING)  # then it is held by friction
+        still = (after > 0.0) & ~(beside.speed > STANDING)  # then it is held by friction
         end = min(T + LATE + STRIKE + MARGIN, float(after[still].min(initial=np.inf)))
         at = (after > -MARGIN) & (after < end)
-        moving = np.abs(rows.v[at, j]).min() > STANDING and end > T + LATE + 0.5 * STRIKE
-        if not moving or not np.isfinite(left[at] + load[at]).all():
-            return 0.0, 0.0
         many = max(1, round(TOGETHER / self.period))
-        if at.sum() < ENOUGH * many:
+        if at.sum() < ENOUGH * many or not end > T + LATE + 0.5 * STRIKE:
             return 0.0, 0.0
-        K, noise = self.space.reference.drive.gain[j], self.space.noise[j]
-        slope = np.gradient(load, self.period)
-        known = np.stack([load, slope, np.gradient(slope, self.period)], axis=1)[at] * KNOWN / K
+        if not (beside.speed[at].min() > STANDING and beside.finite[at].all()):
+            return 0.0, 0.0
+        noise, ways = self.space.noise[beside.joint], len(lacking)
         free = FREE * np.stack([np.ones(at.sum()), after[at]], axis=1)
-        columns = np.column_stack([left[at], lacking[at] / K, rows.doubt[at, j], free, known])
+        templates = lacking[:, at].T / beside.gain
+        columns = np.column_stack(
+            [beside.doubt[at], beside.left[at], templates, free, beside.known[at]]
+        )
         columns = _means(columns, many)
         quiet = noise * np.sqrt(CORRELATED + (1.0 - CORRELATED) / many)
-        columns /= np.hypot(quiet, columns[:, 2:3])
-        r, x = _whitened(columns[:, 3:], columns[:, 0], columns[:, 1])
-        return _told(r, x)
+        columns /= np.hypot(quiet, columns[:, :1])
+        r, *x = _whitened(columns[:, 2 + ways :], *columns[:, 1 : 2 + ways].T)
+        each = np.array([_told(r, struck) for struck in x])
+        return float(_mean(each[:, 0])), float(each[:, 1].mean())
+
+
+@dataclass(frozen=True, eq=False)
+class Beside:
+    """What a joint's current has in it around a reversal, besides what a gap takes."""
+
+    left: Array  # (N,) [A] by the model
+    doubt: Array  # (N,) [A] sd of what nobody knows of the bristles
+    known: Array  # (N, 3) [A] sd of shares of the load, its slope and its bend
+    speed: Array  # (N,) [rad/s]
+    finite: Mask  # (N,) all of it is known
+    gain: float  # [N·m/A]
+    joint: int
 
 
 def _told(r: Array, x: Array) -> tuple[float, float]:
     """Log likelihood ratio of x in r beside white noise, and what a lesser share would show."""
     n = len(r) - 2.0  # the level and the slope are free
-    power = [_power(r - c * x) for c in (0.0, *SHARES)]
-    each = [_likelihood(p, n) - _likelihood(power[0], n) for p in power[1:]]
-    louder = max(1.0, min(power) / n)  # what the model leaves just here
+    power = _power(r - np.array([0.0, *SHARES])[:, None] * x)
+    each = _likelihood(power, n)
+    louder = max(1.0, power.min() / n)  # what the model leaves just here
     shown = 0.5 * n * np.log1p(_power(min(SHARES) * x) / (n * louder))
-    return float(logsumexp(each) - np.log(len(SHARES))), float(shown)
+    return float(_mean(each[1:] - each[0])), float(shown)
+
+
+def _mean(llr: Array) -> Array:
+    """Of likelihood ratios by their logarithms, over the first axis."""
+    return np.asarray(np.logaddexp.reduce(llr) - np.log(len(llr)))
 
 
 def _means(rows: Array, many: int) -> Array:
@@ -141,14 +192,14 @@ def _whitened(N: Array, *rows: Array) -> Array:
     return np.asarray(y - (y @ U * (1.0 - 1.0 / np.hypot(1.0, d))) @ U.T)
 
 
-def _power(r: Array) -> float:
-    return float(np.sum(np.clip(r, -WILD, WILD) ** 2))
+def _power(r: Array) -> Array:
+    return np.asarray(np.sum(np.clip(r, -WILD, WILD) ** 2, axis=-1))
 
 
-def _likelihood(power: float, n: float) -> float:
+def _likelihood(power: Array, n: float) -> Array:
     """Log of it, where noise is at least as loud as usual, and otherwise as loud as it is."""
-    louder = max(1.0, power / n)
-    return float(-0.5 * power / louder - 0.5 * n * np.log(louder))
+    louder = np.maximum(1.0, power / n)
+    return np.asarray(-0.5 * power / louder - 0.5 * n * np.log(louder))
 
 
 def _firm(after: Array, load: Array) -> bool:
@@ -174,8 +225,8 @@ def _flown(after: Array, load: Array) -> tuple[Array, Array]:
     return u, np.cumsum(u * dt)
 
 
-def _strike(after: Array) -> Array:
-    """How an impulse of one comes back, (N,) [1/s]."""
-    z = (after - LATE) / STRIKE + 0.5
+def _strike(after: Array, lasting: float) -> Array:
+    """How an impulse of one comes back within so long [s], (N,) [1/s]."""
+    z = (after - LATE) / lasting + 0.5
     inside = (z > 0.0) & (z < 1.0)
-    return np.where(inside, 2.0 / STRIKE * np.sin(np.pi * z) ** 2, 0.0)
+    return np.where(inside, 2.0 / lasting * np.sin(np.pi * z) ** 2, 0.0)
