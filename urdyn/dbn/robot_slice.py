@@ -46,6 +46,7 @@ class RobotSlice:
     warm: Array  # (J,) [K] of the lubricant over that of the first day, by the model; 0 unknown
     felt: Array  # (J,) [-] 1 where the joint's temperature is measured, else 0: nothing is claimed
     blind: bool = True  # nobody measures how warm some joint is
+    share: Array | None = None  # (2, J) [-] of `doubted` that there is; None: all
     stray: Array | None = None  # (J,) [A] sd of slow noise; None: there is none
     jolted: Array | None = None  # (J,) [-] 1 where something befell a joint's drive; None: nowhere
     wears: bool = False  # what befell it goes on
@@ -53,10 +54,13 @@ class RobotSlice:
     widen: bool = False  # something else may be carried from here on
     carried: Carried | None = None  # None: what a payload does is exact
 
-    def filtered(self, packed: Array, noise: Array, stray: Array) -> RobotSlice:
+    def filtered(
+        self, packed: Array, noise: Array, stray: Array, share: Array | None = None
+    ) -> RobotSlice:
         """After a filter in time that has made `packed`, noise and slow noise of its own, of these.
 
-        What nobody knows of a motion changes slowly, and comes through as `one` does.
+        What nobody knows of a motion changes slowly, and comes through as `one` does. Of that as
+        much as `share` is left, (2, J) of `doubted`; None: all.
         """
         passes = packed[:, COLUMN["one"]] ** 2
         return changed(
@@ -66,15 +70,22 @@ class RobotSlice:
             smeared=passes * self.smeared,
             noise=noise,
             stray=stray,
+            share=share,
         )
 
     @cached_property
-    def unknown(self) -> Array:
-        """Variance by doubt about presliding and accelerations, (J,) [A²].
+    def doubted(self) -> Array:
+        """Variance by doubt about presliding, and about accelerations, as stated, (2, J) [A²].
 
         How far accelerations usually are off is in the noise already.
         """
-        return np.asarray(self.gripped + np.maximum(self.smeared - self.noise**2, 0.0))
+        return np.array([self.gripped, np.maximum(self.smeared - self.noise**2, 0.0)])
+
+    @cached_property
+    def unknown(self) -> Array:
+        """Variance by both, (J,) [A²]."""
+        grip, smear = self.doubted if self.share is None else self.share * self.doubted
+        return np.asarray(grip + smear)
 
     @property
     def roughly(self) -> Array | None:

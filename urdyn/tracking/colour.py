@@ -15,6 +15,8 @@ are wrong by in a current,
 
 which is what the filter doubts of both together, as of slow noise and a joint's offset, and is
 added again: else noise would seem the less, and the filter be the surer, the more it has learnt.
+Of the white innovations' power, what the filter doubts of the current, `slow` itself aside, is
+no noise: w would seem too large wherever a model is still learning.
 """
 
 from __future__ import annotations
@@ -26,6 +28,8 @@ import numpy as np
 
 from urdyn.identify.noise import Noise
 from urdyn.identify.slow import MEMORY
+from urdyn.tracking import doubt
+from urdyn.tracking.doubt import Doubt
 from urdyn.types import Array, Mask, changed
 
 ORDER = 8
@@ -46,6 +50,7 @@ CHANCE = 2.5
 TINY = 1e-4  # [A] no sensor of a current is better
 SLOWEST = 0.01  # [-] of the noise's sd that is slow in any case: no state is known exactly
 WHITE = 0.02  # [-] of a residual's variance that is white at least
+NOISE = 0.5  # [-] of innovations' power that is noise at least, where they tell of it
 LEAST = 0.05  # [-] of it that nothing predicts
 
 
@@ -62,6 +67,9 @@ class Colour:
     scale: Array  # (J,) [A] sd of w
     slow: Array  # (J,) [A] sd
     taken: Array  # (p + 2, J) [A²] by which `alike` lacks what parameters took, from one sample on
+    alone: Array  # (J,) [A²] variance of the slow part, as it is believed
+    modelled: Array  # (J,) [A²] mean variance of innovations by doubt about the model
+    doubt: Doubt  # of motions
 
 
 def first(noise: Noise, width: int, period: float) -> Colour:
@@ -87,6 +95,9 @@ def first(noise: Noise, width: int, period: float) -> Colour:
         scale=sd,
         slow=np.fmax(np.sqrt(slow), SLOWEST * sd),
         taken=np.zeros((ORDER + 2, J)),
+        alone=slow,
+        modelled=np.zeros(J),
+        doubt=doubt.unlearnt(J, period),
     )
 
 
@@ -161,12 +172,15 @@ def foreseen(colour: Colour, slow: Array) -> Array:
     return np.asarray(np.vecdot(colour.ar, known.T - slow[:, None]) + slow)
 
 
-def learnt(colour: Colour, left: Array, unknown: Array, sure: Mask, period: float) -> Colour:
+def learnt(
+    colour: Colour, left: Array, unknown: Array, doubted: Array, sure: Mask, period: float
+) -> Colour:
     """The colour after one more residual, (J,) [A], NaN where there is none.
 
     Args:
         left: what the model leaves without its slow part.
         unknown: variance of that which is no noise, (J,) [A²].
+        doubted: variance of the white innovation by doubt about the model, (J,) [A²]; NaN likewise.
         sure: whether the model is surer of the current than the sensor, (J,).
     """
     limit = CLIP * np.sqrt(colour.alike[0])
@@ -181,7 +195,9 @@ def learnt(colour: Colour, left: Array, unknown: Array, sure: Mask, period: floa
     step[np.isnan(step)] = 0.0
     alike = colour.alike + step
     np.maximum(alike[0], TINY**2, out=alike[0])
-    colour = changed(colour, left=left, alike=alike, count=colour.count + 1.0)
+    modelled = colour.modelled + np.where(sure, gain[0] * (doubted - colour.modelled), 0.0)
+    count = colour.count + 1.0
+    colour = changed(colour, left=left, alike=alike, count=count, modelled=modelled)
     return _looked_at(colour, period) if due(colour, period) else colour
 
 
@@ -190,9 +206,13 @@ def due(colour: Colour, period: float) -> bool:
     return colour.count % max(PAUSE, round(PAUSE_TIME / period)) < 1.0
 
 
-def giving_back(colour: Colour, taken: Array, period: float) -> Colour:
-    """The colour that knows what parameters take of slow noise, (J,) [A²], from here on."""
-    return replace(colour, taken=taken * _passing(period)[1:])
+def giving_back(colour: Colour, taken: Array, alone: Array, period: float) -> Colour:
+    """The colour that knows what parameters take of slow noise, (J,) [A²], from here on.
+
+    Args:
+        alone: doubt about that noise itself, (J,) [A²], which is no doubt about the model.
+    """
+    return replace(colour, taken=taken * _passing(period)[1:], alone=alone)
 
 
 def _looked_at(colour: Colour, period: float) -> Colour:
@@ -208,6 +228,7 @@ def _looked_at(colour: Colour, period: float) -> Colour:
     T = _neighbours(fast) + WHITE * power[:, None, None] * np.eye(p)
     ar = _predictor(T, fast[1:].T, WHITE * power)
     left = fast[0] + np.einsum("jk,jk->j", ar, (T @ ar[..., None])[..., 0] - 2.0 * fast[1:].T)
+    left = np.maximum(left - colour.modelled, NOISE * left)
     scale = np.sqrt(np.maximum(left, LEAST * power))
     return replace(colour, ar=ar, scale=scale, slow=np.fmax(np.sqrt(slow), SLOWEST * scale))
 

@@ -14,13 +14,13 @@ from urdyn.dbn.two_slice import linearised
 from urdyn.estimate import Filter, Innovation
 from urdyn.model.drive import Drive
 from urdyn.signal import Instant
-from urdyn.tracking import colour
+from urdyn.tracking import colour, doubt
 from urdyn.tracking.befallen import Befallen
 from urdyn.tracking.colour import Colour
 from urdyn.tracking.noticing import Supposed
 from urdyn.tracking.passage import Passage
 from urdyn.tracking.temper import tempered
-from urdyn.types import Array
+from urdyn.types import Array, changed
 
 S = TypeVar("S")
 
@@ -78,8 +78,8 @@ class Seeing(Generic[S]):
         current = left + np.vecdot(per_unit, through)
         through, current, noise = colour.whitened(past, through, current)
         if colour.due(noise, self.period):
-            noise = colour.giving_back(noise, self._taken(supposed, u), self.period)
-        white = u.filtered(through, noise.scale, noise.slow)
+            noise = colour.giving_back(noise, *self._taken(supposed, u), self.period)
+        white = u.filtered(through, noise.scale, noise.slow, noise.doubt.share)
         white = self.currents.near(white, mean, supposed.carried)
         variance = white.noise**2 + white.unknown
         wild = left - colour.foreseen(past, mean[self.currents.places["slow"]])
@@ -97,18 +97,25 @@ class Seeing(Generic[S]):
 
     def noise(self, seen: Seen, innovation: Innovation, unsure: Array) -> tuple[Array, Colour]:
         """What an innovation tells of the noise: `unsure` a step later, (J,), and its colour."""
-        unknown, compared = seen.white.unknown, np.isfinite(innovation.residual)
-        unsure = np.where(compared, innovation.cov.diagonal() / seen.variance, unsure)
-        sure = compared & (unsure < SURE) & (unknown < KNOWN * seen.white.noise**2)
-        return unsure, colour.learnt(seen.colour, seen.left, unknown, sure, self.period)
+        white, residual = seen.white, innovation.residual
+        compared, variance = np.isfinite(residual), innovation.cov.diagonal()
+        unsure = np.where(compared, variance / seen.variance, unsure)
+        sure = compared & (unsure < SURE) & (white.unknown < KNOWN * white.noise**2)
+        doubted = variance - seen.variance - white.one**2 * seen.colour.alone
+        learnt = colour.learnt(seen.colour, seen.left, white.unknown, doubted, sure, self.period)
+        told = doubt.learnt(learnt.doubt, white.doubted, residual, variance, self.period)
+        return unsure, changed(learnt, doubt=told)
 
-    def _taken(self, supposed: Supposed[S], u: RobotSlice) -> Array:
-        """How far parameters and slow noise are doubted against one another, (J,) [A²]."""
+    def _taken(self, supposed: Supposed[S], u: RobotSlice) -> tuple[Array, Array]:
+        """How far parameters and slow noise are doubted against one another, and that alone, (J,).
+
+        In [A²].
+        """
         at, belief = np.r_[self.currents.places["slow"]], self.filter.belief(supposed.before)
         u = self.currents.near(u, supposed.mean, supposed.carried)
         H, slow = linearised(self.model, belief.mean, u)[1], belief.cov[:, at]
         both, alone = np.vecdot(H, slow.T), slow[at].diagonal()
-        return np.asarray(np.maximum(alone - both, 0.0))
+        return np.maximum(alone - both, 0.0), alone
 
 
 def _jumping(u: RobotSlice, what: Befallen | None) -> RobotSlice:

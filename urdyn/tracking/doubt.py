@@ -1,0 +1,59 @@
+"""How far motions are as doubtful as the model says, learnt where they are doubtful.
+
+Of a joint that starts, rests or turns round nobody knows how it is gripped, and of one that is
+accelerated ever more, how far its acceleration is off. The slice states a variance u of both, for
+arms of any kind; here is how many times as much it is on this arm, c. With e the innovation, S its
+variance and r = u / S,
+
+    E e² - (S - c u) = c u,    c = (PRIOR + sum r² (e² - S + c u) / u) / (PRIOR + sum r²)
+
+which weighs every sample by what it tells. An arm that starts as its model does is known as well
+there as anywhere; of one that sticks, no less is doubted than it sticks.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from urdyn.types import Array, changed
+
+PRIOR = 0.1  # [s] of such doubt, that what is stated counts for
+LEARN = 10.0  # [s] of it over which it is averaged
+CLIP = 3.0  # [sd] beyond which an innovation counts as that large
+TOLD = 0.05  # [-] of an innovation's variance: a smaller part tells nothing
+LEAST, MOST = 0.01, 4.0  # [-] a tenth of the stated sd; as much as a gear can grip at all
+
+
+@dataclass(frozen=True, eq=False)
+class Doubt:
+    """What is known of how doubtful motions are: of grip and of accelerations, (2, J) each."""
+
+    share: Array  # [-] c, times the stated variance
+    count: Array  # samples behind it, what is stated among them
+
+
+def unlearnt(joints: int, period: float) -> Doubt:
+    """As it is stated."""
+    one = np.ones((2, joints))
+    return Doubt(one, one * (PRIOR / period))
+
+
+def learnt(doubt: Doubt, stated: Array, residual: Array, variance: Array, period: float) -> Doubt:
+    """After one more innovation, (J,) [A], NaN where there is none.
+
+    Args:
+        stated: variance u, (2, J) [A²].
+        variance: of the innovation, S, (J,) [A²]; NaN likewise.
+    """
+    tells = stated > TOLD * variance
+    if not np.count_nonzero(tells):
+        return doubt
+    stated = np.where(tells, stated, np.inf)
+    most = CLIP**2 * variance
+    found = doubt.share + (np.minimum(residual**2, most) - variance) / stated
+    weight = np.where(tells, np.minimum(stated / variance, 1.0) ** 2, 0.0)
+    count = np.minimum(doubt.count + weight, LEARN / period)
+    share = doubt.share + np.where(tells, weight / count * (found - doubt.share), 0.0)
+    return changed(doubt, share=np.minimum(np.maximum(share, LEAST), MOST), count=count)
