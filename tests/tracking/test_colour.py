@@ -20,7 +20,7 @@ def heard(residuals, commissioned=COMMISSIONED, period=PERIOD):
     """The colour after residuals (N, J)."""
     colour = noise.first(commissioned, 4, period)
     for row in residuals:
-        colour = noise.learnt(colour, row, NOTHING, NOTHING, SURE, period)
+        colour = noise.learnt(colour, row, NOTHING, SURE, period)
     return colour
 
 
@@ -89,7 +89,7 @@ def followed(rng, give_back):
         if give_back and noise.due(colour, PERIOD):
             taken = np.full(J, max(-h[:-1] @ P[:-1, -1], 0.0))
             colour = noise.giving_back(colour, taken, np.full(J, P[-1, -1]), PERIOD)
-        colour = noise.learnt(colour, row - h[:-1] @ x[:-1], NOTHING, NOTHING, SURE, PERIOD)
+        colour = noise.learnt(colour, row - h[:-1] @ x[:-1], NOTHING, SURE, PERIOD)
         K = P @ h / (h @ P @ h + 1.0)
         x, P = x + np.outer(K, row - h @ x), P - np.outer(K, h @ P)
     return colour
@@ -122,9 +122,11 @@ def test_what_a_model_is_still_learning_is_no_noise():
     told, blind = (noise.first(COMMISSIONED, 4, PERIOD) for _ in range(2))
     for y in walk + rng.standard_normal((rows, J)):
         P += strays**2
-        left, doubted = y - found, np.full(J, P)
-        told = noise.learnt(told, left, NOTHING, doubted, SURE, PERIOD)
-        blind = noise.learnt(blind, left, NOTHING, NOTHING, SURE, PERIOD)
+        left = y - found
+        told = noise.learnt(told, left, NOTHING, SURE, PERIOD)
+        if noise.due(told, PERIOD):
+            told = noise.doubting(told, np.full(J, P), SURE, PERIOD)
+        blind = noise.learnt(blind, left, NOTHING, SURE, PERIOD)
         K = P / (P + 1.0)
         found, P = found + K * left, P - K * P
     assert abs(np.mean(told.scale**2) - 1.0) < 0.03

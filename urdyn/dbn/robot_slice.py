@@ -84,7 +84,9 @@ class RobotSlice:
     @cached_property
     def unknown(self) -> Array:
         """Variance by both, (J,) [A²]."""
-        grip, smear = self.doubted if self.share is None else self.share * self.doubted
+        grip, smear = self.gripped, np.maximum(self.smeared - self.noise**2, 0.0)
+        if self.share is not None:
+            grip, smear = self.share[0] * grip, self.share[1] * smear
         return np.asarray(grip + smear)
 
     @property

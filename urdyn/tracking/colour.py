@@ -172,15 +172,12 @@ def foreseen(colour: Colour, slow: Array) -> Array:
     return np.asarray(np.vecdot(colour.ar, known.T - slow[:, None]) + slow)
 
 
-def learnt(
-    colour: Colour, left: Array, unknown: Array, doubted: Array, sure: Mask, period: float
-) -> Colour:
+def learnt(colour: Colour, left: Array, unknown: Array, sure: Mask, period: float) -> Colour:
     """The colour after one more residual, (J,) [A], NaN where there is none.
 
     Args:
         left: what the model leaves without its slow part.
         unknown: variance of that which is no noise, (J,) [A²].
-        doubted: variance of the white innovation by doubt about the model, (J,) [A²]; NaN likewise.
         sure: whether the model is surer of the current than the sensor, (J,).
     """
     limit = CLIP * np.sqrt(colour.alike[0])
@@ -195,15 +192,18 @@ def learnt(
     step[np.isnan(step)] = 0.0
     alike = colour.alike + step
     np.maximum(alike[0], TINY**2, out=alike[0])
-    modelled = colour.modelled + np.where(sure, gain[0] * (doubted - colour.modelled), 0.0)
-    count = colour.count + 1.0
-    colour = changed(colour, left=left, alike=alike, count=count, modelled=modelled)
+    colour = changed(colour, left=left, alike=alike, count=colour.count + 1.0)
     return _looked_at(colour, period) if due(colour, period) else colour
 
 
 def due(colour: Colour, period: float) -> bool:
     """Whether the averages are to be looked at, at this count of samples."""
-    return colour.count % max(PAUSE, round(PAUSE_TIME / period)) < 1.0
+    return colour.count % _pause(period) < 1.0
+
+
+def _pause(period: float) -> float:
+    """Samples between two looks."""
+    return max(PAUSE, round(PAUSE_TIME / period))
 
 
 def giving_back(colour: Colour, taken: Array, alone: Array, period: float) -> Colour:
@@ -213,6 +213,20 @@ def giving_back(colour: Colour, taken: Array, alone: Array, period: float) -> Co
         alone: doubt about that noise itself, (J,) [A²], which is no doubt about the model.
     """
     return replace(colour, taken=taken * _passing(period)[1:], alone=alone)
+
+
+def doubting(colour: Colour, doubted: Array, sure: Mask, period: float) -> Colour:
+    """The colour after a look at what an innovation owes to the model.
+
+    Args:
+        doubted: variance of the white innovation by doubt about states, (J,) [A²]; NaN where there
+            is none.
+        sure: as `learnt` has it.
+    """
+    gain = _pause(period) / np.minimum(colour.count + colour.known[0], LEARN / period)
+    passed = (1.0 - colour.ar.sum(axis=1)) ** 2 * colour.alone
+    found = np.where(sure, doubted - passed, colour.modelled)
+    return changed(colour, modelled=colour.modelled + gain * (found - colour.modelled))
 
 
 def _looked_at(colour: Colour, period: float) -> Colour:

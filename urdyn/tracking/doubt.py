@@ -24,6 +24,7 @@ LEARN = 10.0  # [s] of it over which it is averaged
 CLIP = 3.0  # [sd] beyond which an innovation counts as that large
 TOLD = 0.05  # [-] of an innovation's variance: a smaller part tells nothing
 LEAST, MOST = 0.01, 4.0  # [-] a tenth of the stated sd; as much as a gear can grip at all
+LITTLE = LEAST * TOLD  # [-] of it: where less is known of, no more than TOLD can be stated
 
 
 @dataclass(frozen=True, eq=False)

@@ -101,10 +101,13 @@ class Seeing(Generic[S]):
         compared, variance = np.isfinite(residual), innovation.cov.diagonal()
         unsure = np.where(compared, variance / seen.variance, unsure)
         sure = compared & (unsure < SURE) & (white.unknown < KNOWN * white.noise**2)
-        doubted = variance - seen.variance - white.one**2 * seen.colour.alone
-        learnt = colour.learnt(seen.colour, seen.left, white.unknown, doubted, sure, self.period)
-        told = doubt.learnt(learnt.doubt, white.doubted, residual, variance, self.period)
-        return unsure, changed(learnt, doubt=told)
+        learnt = colour.learnt(seen.colour, seen.left, white.unknown, sure, self.period)
+        if colour.due(learnt, self.period):
+            learnt = colour.doubting(learnt, variance - seen.variance, sure, self.period)
+        if np.count_nonzero(white.unknown > doubt.LITTLE * variance):
+            told = doubt.learnt(learnt.doubt, white.doubted, residual, variance, self.period)
+            learnt = changed(learnt, doubt=told)
+        return unsure, learnt
 
     def _taken(self, supposed: Supposed[S], u: RobotSlice) -> tuple[Array, Array]:
         """How far parameters and slow noise are doubted against one another, and that alone, (J,).
