@@ -43,6 +43,7 @@ SLOW_TRUST = 20.0  # [s] that what passed slowly on the first day counts for bes
 TOLD = 0.02  # [-] of the variance: a smaller share that was slow on the first day is taken for none
 LEARN = 60.0  # [s] over which noise is averaged
 CLIP = 3.0  # [sd] beyond which a residual counts as that large: no noise, something happened
+KEPT = 0.995  # [-] of Gaussian noise's variance: what is left of it then
 PAUSE, PAUSE_TIME = 25.0, 0.25  # samples and, where they are many, [s] between looks at the colour
 # [sd] by which residuals that are far apart are alike by chance, if nothing was slow on the first
 # day; where something was, it is no news that it is.
@@ -184,7 +185,7 @@ def learnt(colour: Colour, left: Array, unknown: Array, sure: Mask, period: floa
     held = np.minimum(np.maximum(left, -limit), limit)
     left = np.concatenate([held[None], colour.left[:-1]])
     around = left[_around(period)].mean(axis=0)
-    product = held * np.concatenate([left[: ORDER + 1], [left[_far(period)], around]])
+    product = held / KEPT * np.concatenate([left[: ORDER + 1], [left[_far(period)], around]])
     product[0] -= unknown
     product[1:] += colour.taken
     gain = sure / np.minimum(colour.count + colour.known + 1.0, LEARN / period)
