@@ -9,7 +9,7 @@ from shop import Shop
 
 from urdyn.diagnose import diagnose
 from urdyn.diagnose.oscillation import Oscillation
-from urdyn.diagnose.ringing_line import CROWD, Line, _others
+from urdyn.diagnose.ringing_line import CROWD, SEEN, Line, _lasts, _others
 from urdyn.diagnose.rules import read_rules
 from urdyn.diagnose.space import space
 from urdyn.diagnose.swings import (
@@ -35,6 +35,36 @@ def test_a_steady_swing_beside_a_slow_motion_has_one_amplitude(frequency: float)
     x = motion + 0.7 * np.sin(2.0 * np.pi * frequency * T + 0.4)
     assert np.allclose(course(x, T, frequency), 0.7, atol=1e-6)
     assert np.isclose(amplitude(x, T, frequency), 0.7)
+
+
+@pytest.mark.parametrize("frequency", [13.0, 22.0, 36.8])
+def test_a_swing_has_its_frequency_at_the_steps_of_its_recorder(
+    shop: Shop, frequency: float
+) -> None:
+    """Steps of 10 and of 12 ms, as a real recorder has them, are 10 as a rule and 10.8 in mean."""
+    ear = Oscillation(space(shop.fit), 0.01, read_rules().fast["controller_instability"])
+    t = np.cumsum(np.resize([0.01, 0.012, 0.01, 0.01, 0.012], 90))
+    sound = 0.05 * np.random.default_rng(23).standard_normal((3, 90, 6))
+    usual, lines = ear.search.look(ear.init().usual[0], 0.9, t, sound)
+    assert not lines
+    rings = sound.copy()
+    rings[:2, :, 3] += np.sin(2.0 * np.pi * frequency * t)[:, None].T
+    [line] = ear.search.look(usual, 0.9, t, rings)[1]
+    assert line.joint == 3 and np.allclose(line.sizes, 1.0, atol=0.1)
+    assert np.isclose(line.frequency, frequency, atol=0.1)
+
+
+def test_noise_is_blamed_for_what_it_does_to_a_quarter_and_for_no_more(shop: Shop) -> None:
+    """A swing that fades by a third passes beside noise that does as much, and not beside less."""
+    ear = Oscillation(space(shop.fit), 0.002, read_rules().fast["controller_instability"])
+    sizes = np.array([1.2, 1.2, 0.8, 0.8])
+    row = ear.space.reference.drive.gain * ear.space.noise
+    for joint in range(6):
+        noise = ear.search.scatter(joint, 1.0, 450)
+        assert np.isclose(noise, min(row[joint] * np.sqrt(8.0 / 450.0), SEEN))
+        assert not _lasts(sizes, 1.0, noise)
+    assert _lasts(np.array([1.1, 1.1, 0.8, 0.8]), 0.95, SEEN)
+    assert not _lasts(np.array([1.1, 1.1, 0.8, 0.8]), 0.95, 0.0)
 
 
 @pytest.mark.parametrize("frequency", [5.5, 8.0, 20.0])

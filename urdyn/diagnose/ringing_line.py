@@ -43,6 +43,7 @@ MOVES = 0.1  # [-] of a line's torque, what its own motion takes of a drive that
 STAYS = 0.5  # [-] of its largest amplitude that a line has at least in each quarter
 RISES = 0.2  # [-] of its last amplitude that one that grows has at first
 FADED = 0.85  # [-] of its amplitude that a line has to keep
+SEEN = 0.2  # [-] of its amplitude that noise may be blamed for: less is not seen in a quarter
 COHERENT = 0.8  # [-] of its amplitude that is left over the whole: it keeps its phase
 APART = 0.5  # [-] of its amplitude that is left beside what follows a motor's angle
 BAND = 0.06  # [-] about the gear's lines that does not count
@@ -81,8 +82,7 @@ class LineSearch:
         self, before: Usual, window: float, t: Array, signals: Array
     ) -> tuple[Usual, list[Line]]:
         """A window's spectrum as a rule with this one in it, and the lines that last in it."""
-        f: Array = np.asarray(np.fft.rfftfreq(len(t), self.period), dtype=np.float64)
-        f = f[f <= HIGHEST]
+        f = self._frequencies(t)
         whole = spectrum(signals, len(f))
         usual = before.power if before.looks else whole
         beside = neighbourhood(whole)
@@ -95,6 +95,15 @@ class LineSearch:
         out = ratio[TORQUES].max(axis=0)
         each = _together(seen)
         return after, [self._loudest(same, seen, t, signals, f=f, ratio=out) for same in each]
+
+    def _frequencies(self, t: Array) -> Array:
+        """Of a window's spectrum, (F,) [Hz]: as many in each, of rows as far apart as here.
+
+        A recorder's steps of 10 and 12 ms are 10.7 in the mean, which is a bin in sixteen.
+        """
+        nominal = np.fft.rfftfreq(len(t), self.period)
+        step = (t[-1] - t[0]) / (len(t) - 1)
+        return np.asarray(nominal[nominal <= HIGHEST] * self.period / step, dtype=np.float64)
 
     def _lines(self, t: Array, signals: Array, f: Array, ratio: Array, apart: Array) -> list[Line]:
         """That of each joint in which there is one, alone.
@@ -142,20 +151,30 @@ class LineSearch:
         x = signals[..., j]
         for k in range(len(x)):
             masked = np.where(allowed, ratio[k], 0.0)
-            at = int(np.argmax(masked))
-            near = slice(max(at // 2 - 1, 0), at // 2 + 3)
-            clear = masked[at] >= self.rule["threshold"]
-            if not clear or any(half[k, near].max() < HALVES for half in halves):
-                continue
-            frequency = refined(x[k], t, f[at], f[1])
-            sizes = course(x[k], t, frequency)
-            whole = amplitude(x[k], t, frequency)
-            if not _lasts(sizes, whole) or sizes[-2:].mean() <= least[k]:
-                continue
-            if beside(x[k], t, frequency, signals[SPEED], j) > APART * whole:
-                torque = course(x[TORQUE], t, frequency) if k == SPEED else sizes
-                return Line(j, frequency, float(masked[at]), torque)
+            for at in _peaks(masked, self.rule["threshold"]):
+                near = slice(max(at // 2 - 1, 0), at // 2 + 3)
+                if any(half[k, near].max() < HALVES for half in halves):
+                    continue
+                frequency = refined(x[k], t, f[at], f[1])
+                sizes = course(x[k], t, frequency)
+                whole = amplitude(x[k], t, frequency)
+                noise = 0.0 if k == SPEED else self.scatter(j, whole, len(t))
+                if not _lasts(sizes, whole, noise) or sizes[-2:].mean() <= least[k]:
+                    continue
+                if beside(x[k], t, frequency, signals[SPEED], j) > APART * whole:
+                    torque = course(x[TORQUE], t, frequency) if k == SPEED else sizes
+                    return Line(j, frequency, float(masked[at]), torque)
         return None
+
+    def scatter(self, joint: int, size: float, rows: int) -> float:
+        """sd that a sensor's noise may give an amplitude of this size in a quarter of a window.
+
+        Args:
+            size: [N·m] of the line.
+            rows: of the window.
+        """
+        row = float(self.space.reference.drive.gain[joint] * self.space.noise[joint])
+        return min(row * float(np.sqrt(2.0 / (0.25 * rows))), SEEN * size)
 
     def _loudest(
         self,
@@ -201,7 +220,7 @@ class LineSearch:
 
     def _allowed(self, f: Array, v: Array) -> Mask:
         """Frequencies that neither the motion nor the gear makes, (F, J)."""
-        nyquist, lowest = 0.5 / self.period, self.rule["lowest"] + f[1]  # a taper smears by a bin
+        nyquist, lowest = 0.5 * len(v) * f[1], self.rule["lowest"] + f[1]  # a taper smears by a bin
         allowed = np.repeat((f >= lowest)[:, None], v.shape[1], axis=1)
         lo, hi = np.abs(v).min(axis=0), np.abs(v).max(axis=0)
         for order in GEAR:
@@ -246,19 +265,29 @@ def _others(ratio: Array, at: float) -> int:
     return int(np.count_nonzero(np.abs(there - multiple * at) > multiple + 1.0))
 
 
-def _lasts(sizes: Array, whole: float) -> bool:
-    """A line that neither fades nor was only passing, and keeps its phase."""
-    there = sizes.min() > STAYS * sizes.max() or bool((np.diff(sizes) > 0.0).all())
-    return bool(
-        there and _gain(sizes) > FADED and _began(sizes) and whole > COHERENT * sizes.mean()
-    )
+def _peaks(ratio: Array, threshold: float) -> list[int]:
+    """Bins (F,) that stand out of those beside them and so far, the clearest first.
+
+    The clearest may be a gear's, or what a brake makes: another beside it may last.
+    """
+    before, after = np.pad(ratio, (1, 0))[:-1], np.pad(ratio, (0, 1))[1:]
+    there = np.flatnonzero((ratio >= before) & (ratio > after) & (ratio >= threshold))
+    clearest = there[np.argsort(-ratio[there])]
+    return [int(at) for at in clearest[: CROWD[0]]]
+
+
+def _lasts(sizes: Array, whole: float, noise: float) -> bool:
+    """A line that neither fades nor was only passing, and keeps its phase.
+
+    Args:
+        noise: sd of an amplitude by quarter; that of the whole is half of it.
+    """
+    there = sizes.min() > STAYS * sizes.max() - noise or bool((np.diff(sizes) > 0.0).all())
+    first, last = sizes[:2].mean(), sizes[2:].mean()
+    kept = last > FADED * first - noise and whole > COHERENT * sizes.mean() - 0.5 * noise
+    return bool(there and kept and _began(sizes))
 
 
 def _began(sizes: Array) -> bool:
     """Whether a line is there from the first quarter on: a brake that begins later makes one."""
     return bool(sizes[0] > RISES * sizes[-1])
-
-
-def _gain(sizes: Array) -> float:
-    """Of amplitudes by quarter, from the first half to the last [-]."""
-    return float(sizes[2:].mean() / sizes[:2].mean())
