@@ -5,7 +5,7 @@ import pytest
 from realarm import with_current
 from workshop import RATE, at_work, commissioned
 
-from urdyn.estimate import EKF, UKF
+from urdyn.estimate import EKF, UKF, ParticleFilter
 from urdyn.model.consistency import is_consistent
 from urdyn.signal import Sample, samples
 from urdyn.tracking import QUICKER, Drift, Tracker, quantities
@@ -40,6 +40,16 @@ def test_a_healthy_arm_stays_what_it_is(filter_):
     each = np.nanmean([i.residual**2 / i.cov.diagonal() for i in told], axis=0)
     assert np.abs(each - 1.0).max() < 5.0 * np.sqrt(2.0 / len(told)), each
     assert (np.linalg.eigvalsh(readings[-1].belief.cov) > 0.0).all()
+
+
+def test_a_cloud_of_one_opinion_goes_on_after_a_rest():
+    """So few particles in so many states are soon copies of one, and then know no covariance."""
+    dynamics, fit = commissioned(0)
+    rest = at_work(dynamics, 0, 1, 8.0, rate=50.0)
+    readings, _ = tracked(fit, rest, ParticleFilter(50))
+    widened = [reading.t for reading in readings if reading.widened]
+    assert widened and widened[0] < readings[-50].t
+    assert all(np.isfinite(reading.belief.mean).all() for reading in readings)
 
 
 def test_friction_that_grows_is_followed_and_others_stay():
