@@ -12,7 +12,8 @@ from realarm import Recorded
 from shop import Shop
 from test_diagnosis_resumed import looking_on
 
-from urdyn.diagnose import Finding, diagnose
+from urdyn.diagnose import Finding, diagnose, encoder
+from urdyn.diagnose.encoder import all_seen, unseen, well
 from urdyn.estimate import EKF
 from urdyn.identify import Fit
 from urdyn.signal import samples
@@ -34,10 +35,15 @@ def spoilt(log: Log, joint: int, how: str, begin: float = BEGIN, lasts: float = 
     return replace(log, channels={**log.channels, "actual_q": q, "actual_qd": v})
 
 
-def is_one(findings: tuple[Finding, ...], joint: int, onset: float) -> None:
+def is_one(
+    findings: tuple[Finding, ...], joint: int, onset: float, until: float | None = None
+) -> None:
+    """The finding is of that encoder, and has an end where that is known [s]."""
     (finding,) = findings
     assert (finding.kind, finding.joint, finding.quantity) == ("sensor_fault", joint, "encoder")
-    assert finding.severity == "critical"
+    assert finding.severity == ("warning" if until else "critical")
+    if until:
+        assert finding.evidence["until_s"] == pytest.approx(until, abs=0.1)
     assert onset <= finding.onset_s < onset + 0.3
     assert "encoder" in finding.text and "encoder" in finding.advice
 
@@ -52,20 +58,47 @@ def is_one(findings: tuple[Finding, ...], joint: int, onset: float) -> None:
 )
 def test_it_is_one_finding(shop: Shop, joint: int, how: str) -> None:
     log = shop.log(seconds=12.0)
-    is_one(diagnose(shop.fit, spoilt(log, joint, how)).findings, joint, log.t[0] + BEGIN)
+    onset = log.t[0] + BEGIN
+    told = diagnose(shop.fit, spoilt(log, joint, how)).findings
+    is_one(told, joint, onset, onset + LASTS)
+    assert "was stuck or silent from" in told[0].text and "well since" in told[0].text
 
 
 @pytest.mark.parametrize("joint", [1, *(pytest.param(j, marks=LONG) for j in (0, 2, 3, 4, 5))])
 def test_so_it_is_in_a_real_run(real: Fit, recorded: Recorded, joint: int) -> None:
     log = recorded("ur-20_02_12-40sec_12harm", 500, 2000)
     told = diagnose(real, spoilt(log, joint, "the same angle", lasts=6.0)).findings
-    is_one(told, joint, log.t[0] + BEGIN)
+    is_one(told, joint, onset := log.t[0] + BEGIN, onset + 6.0)
 
 
 def test_one_that_never_comes_back_is_told_all_the_same(shop: Shop) -> None:
     log = shop.log(seconds=8.0)
     told = diagnose(shop.fit, spoilt(log, 2, "no angle", lasts=60.0)).findings
     is_one(told, 2, log.t[0] + BEGIN)
+
+
+def test_one_that_is_well_for_a_moment_only_is_ill_since_it_was_first(shop: Shop) -> None:
+    """It flickers: .7 s of silence in every second, to the end."""
+    log = shop.log(seconds=12.0)
+    for begin in np.arange(BEGIN, 12.0):
+        log = spoilt(log, 2, "no angle", begin, 0.7)
+    (told,) = diagnose(shop.fit, log).findings
+    assert told.severity == "critical" and "is stuck or silent since" in told.text
+    assert told.evidence["times"] == 7
+    assert told.onset_s - log.t[0] == pytest.approx(BEGIN, abs=0.1)
+
+
+def test_an_encoder_that_tells_the_angle_at_which_it_was_stuck_is_not_well() -> None:
+    """Where a joint stands nobody knows; it is when it has gone on."""
+    state, silent, rule = all_seen(2), np.array([False, True]), {"held": 0.2}
+    for t in (0.0, 0.1, 0.2, 0.3):
+        state, _ = unseen(state, t, silent, rule)
+    state = encoder.seen(state, np.full((100, 2), 0.5))
+    assert not well(state, 60.0)[1]
+    ((told,), early) = (
+        well(encoder.seen(state, np.array([[0.5, 0.6]])), t)[1] for t in (60.0, 5.0)
+    )
+    assert (told.joint, told.evidence["until_s"], told.size) == (1, 0.3, 0.0) and not early
 
 
 def test_where_all_of_them_tell_nothing_it_is_a_gap(shop: Shop) -> None:

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from realarm import with_current
 from shop import Shop
 
-from urdyn.diagnose import Report, diagnose
+from urdyn.diagnose import Report, diagnose, read_rules
+from urdyn.diagnose.recommend import recommendation
 
 
 def _silent(shop: Shop, *spans: tuple[float, float], seconds: float = 14.0) -> tuple[Report, float]:
@@ -32,7 +35,7 @@ def test_a_sensor_that_speaks_again_was_silent_for_so_long_and_is_no_critical_fi
     assert found.alarm_s - begin < 4.5
 
 
-@pytest.mark.parametrize("spans", [((4.0, 5.0), (10.0, 14.0)), ((11.0, 12.0),)])
+@pytest.mark.parametrize("spans", [((4.0, 5.0), (10.0, 14.0)), ((11.5, 13.0),)])
 def test_a_sensor_that_is_silent_anew_or_was_so_just_now_is_not_well(
     shop: Shop, spans: tuple[tuple[float, float], ...]
 ) -> None:
@@ -40,6 +43,39 @@ def test_a_sensor_that_is_silent_anew_or_was_so_just_now_is_not_well(
     [found] = report
     assert found.severity == "critical" and "is silent since" in found.text
     assert found.onset_s - begin == pytest.approx(spans[0][0], abs=0.05)
+
+
+def test_one_that_is_silent_anew_tells_since_when_and_that_it_was_before(shop: Shop) -> None:
+    report, begin = _silent(shop, (4.0, 5.0), (12.0, 14.0))
+    [found] = report
+    assert f"is silent since stamp {begin + 12.0:.1f} s, and was before" in found.text
+    assert found.evidence["anew_s"] - begin == pytest.approx(12.0, abs=0.05)
+
+
+def test_several_silences_are_told_as_so_many_and_how_long_the_longest_was(shop: Shop) -> None:
+    report, begin = _silent(shop, (3.0, 3.3), (5.0, 5.5), (5.7, 5.72), (7.0, 7.2))
+    [found] = report
+    assert found.evidence["times"] == 3 and "was silent 3 times" in found.text
+    assert found.evidence["longest_s"] == pytest.approx(0.5, abs=0.02)
+    assert (found.onset_s - begin, found.severity) == (pytest.approx(3.0, abs=0.05), "warning")
+    assert found.evidence["until_s"] - begin == pytest.approx(7.2, abs=0.3)
+
+
+def test_what_is_lost_of_many_joints_is_the_streams_defect_and_no_service_is_due(
+    shop: Shop,
+) -> None:
+    log = shop.log(seconds=12.0)
+    channels = {name: log.joint(name).copy() for name in ("actual_q", "actual_current")}
+    rng = np.random.default_rng(0)
+    for k, begin in enumerate(np.arange(2.0, 11.5, 0.5)):
+        rows = slice(*np.searchsorted(log.t - log.t[0], [begin, begin + rng.uniform(0.3, 0.45)]))
+        name = ("actual_q", "actual_current")[k % 2]
+        channels[name][rows, rng.permutation(6)[:2]] = np.nan
+    report = diagnose(shop.fit, replace(log, channels={**log.channels, **channels}))
+    assert len({found.joint for found in report}) > 2
+    assert {found.severity for found in report} == {"warning"}
+    assert all("recorder" in found.advice for found in report)
+    assert recommendation(report.findings, read_rules().costs)["advice"] == "never"
 
 
 def test_a_sensor_that_is_stuck_is_so_though_its_joint_does_not_show_it(shop: Shop) -> None:

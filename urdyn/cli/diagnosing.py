@@ -24,6 +24,10 @@ ANOTHER = (
     "current sensors of {} of {} joints do not fail at once: this is not this arm's twin, or "
     "currents are not in A; see to that before anything below"
 )
+LOSSY = (
+    "sensors of {} of {} joints do not fall silent at once: the stream has lost what they told; "
+    "see to the recorder and the network before anything below"
+)
 
 NoDiagnosis = Annotated[bool, typer.Option("--no-diagnosis", help="Follow only, look for nothing.")]
 RulesFile = Annotated[
@@ -89,6 +93,8 @@ def undiagnosed(out: Path) -> None:
 def doubted(summary: dict[str, Any]) -> dict[str, Any]:
     """A run whose currents were hardly this arm's, for a while or throughout: that goes first."""
     doubt, advice = _another(summary), summary.get("recommendation")
+    if lossy := _lossy(summary):
+        return summary | {"doubt": lossy}
     if not doubt and (not advice or not summary["quality"]["restarts"]):
         return summary
     misleads = any(f["kind"] in MISLEADING for f in summary.get("findings", ()))
@@ -101,9 +107,22 @@ def doubted(summary: dict[str, Any]) -> dict[str, Any]:
 
 def _another(summary: dict[str, Any]) -> str:
     """What to make of current sensors of most joints that fail at once; "" where they do not."""
-    ill = {f["joint"] for f in summary.get("findings", ()) if f["kind"] == "sensor_fault"}
+    return _of_most(ANOTHER, summary, silent=False)
+
+
+def _lossy(summary: dict[str, Any]) -> str:
+    """The same of sensors that fall silent."""
+    return _of_most(LOSSY, summary, silent=True)
+
+
+def _of_most(said: str, summary: dict[str, Any], silent: bool) -> str:
+    """What is said of sensors of most joints that are, or are not, silent; "" of fewer."""
+    from urdyn.diagnose import lossy
+
+    faults = (f for f in summary.get("findings", ()) if f["kind"] == "sensor_fault")
+    ill = {f["joint"] for f in faults if lossy.silent(f["kind"], f["evidence"]) is silent}
     joints = len(summary["quality"]["compared"]) if ill else 0
-    return ANOTHER.format(len(ill), joints) if 2 * len(ill) > joints else ""
+    return said.format(len(ill), joints) if 2 * len(ill) > joints else ""
 
 
 def summed(summary: dict[str, Any]) -> str:

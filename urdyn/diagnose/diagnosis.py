@@ -19,7 +19,7 @@ import numpy as np
 from urdyn.diagnose import ledger
 from urdyn.diagnose.carrying import MOMENT
 from urdyn.diagnose.change import Push
-from urdyn.diagnose.encoder import Unseen, all_seen, ever_unseen, unseen
+from urdyn.diagnose.encoder import Unseen, all_seen, ever_unseen, seen, unseen, well
 from urdyn.diagnose.event import Event
 from urdyn.diagnose.explain import Suspect
 from urdyn.diagnose.fast import Fast, FastState
@@ -29,6 +29,7 @@ from urdyn.diagnose.onsets import PAUSE
 from urdyn.diagnose.recall import Level
 from urdyn.diagnose.rows import Rows, joined, rows
 from urdyn.diagnose.rules import Rules, read_rules
+from urdyn.diagnose.sensor import BELIEVED
 from urdyn.diagnose.slow import Slow
 from urdyn.diagnose.slow_state import SlowState
 from urdyn.diagnose.space import Space, space
@@ -104,11 +105,7 @@ class Diagnosis:
     def init(self) -> State:
         """Before the first instant."""
         J = self.space.joints
-        return State(self.fast.init(), self.slow.init(), unfelt(J), np.zeros(J), self._seen)
-
-    @cached_property
-    def _seen(self) -> Unseen:
-        return all_seen(self.space.joints)
+        return State(self.fast.init(), self.slow.init(), unfelt(J), np.zeros(J), all_seen(J))
 
     def step(self, state: State, now: Now) -> tuple[State, list[Finding]]:
         """One instant on; findings that are new, or worse than they were.
@@ -125,16 +122,30 @@ class Diagnosis:
             state, found = self._chunk(state)
         now = replace(now, instant=replace(now.instant, t=t))
         chunk = (*state.chunk, now)
-        state = replace(state, last=t, ahead=ahead, chunk=chunk, unseen=self._seen)
+        state = replace(state, ahead=ahead, chunk=chunk)
+        state, more = self._seen(state, t, now.instant.q[None])
         if len(state.chunk) < self._chunk_rows:
-            return state, found
-        state, more = self._chunk(state)
-        return state, found + more
+            return state, found + more
+        state, late = self._chunk(state)
+        return state, found + more + late
+
+    def _seen(self, state: State, t: float, q: Array) -> tuple[State, list[Finding]]:
+        """After instants up to `t` [s] whose angles are known, (N, J) [rad]: who is well again?"""
+        unseen, events = well(seen(state.unseen, q), t)
+        state = replace(state, last=t, unseen=unseen)
+        return self._told(state, events) if events else (state, [])
 
     def _unseen(self, state: State, t: float, silent: Mask) -> tuple[State, list[Finding]]:
         """With an instant at which the angles of some joints are not known, (J,)."""
         unknown, events = unseen(state.unseen, t, silent, self.rules.fast["sensor_silent"])
         return self._blind(replace(state, unseen=unknown), events)
+
+    def _ever_unseen(self, state: State, t: Array, silent: Mask) -> State:
+        """With many such instants, (N,) [s] and (N, J)."""
+        if not silent.any():
+            return state
+        unknown, events = ever_unseen(state.unseen, t, silent, self.rules.fast["sensor_silent"])
+        return self._blind(replace(state, unseen=unknown), events)[0]
 
     def _blind(self, state: State, events: list[Event]) -> tuple[State, list[Finding]]:
         """Without what waits, where an encoder was found to be none; the last beat was its, too."""
@@ -204,10 +215,21 @@ class Diagnosis:
         if state.beat:
             state, more = self._beat(state)
             found += more
+        state, more = self._tells_again(state)
+        found += more
         state, more = self._changes(
             replace(state, slow=self.slow.concluded(state.slow, state.fast.quiet.going))
         )
         return state, found + more
+
+    def _tells_again(self, state: State) -> tuple[State, list[Finding]]:
+        """With sensors that were ill, and at the end have told for long enough to be believed."""
+        if np.isinf(state.last):
+            return state, []
+        sensors, currents = self.fast.sensors.well(state.fast.sensors, state.last, BELIEVED)
+        unseen, angles = well(state.unseen, state.last, BELIEVED)
+        state = replace(state, unseen=unseen, fast=replace(state.fast, sensors=sensors))
+        return self._told(state, [*currents, *angles])
 
     def _beat(self, state: State) -> tuple[State, list[Finding]]:
         beat = joined(state.beat)
@@ -305,19 +327,18 @@ class Diagnosis:
 
     def over(self, motion: Motion, s: Array, travelled: Array) -> tuple[State, list[Finding]]:
         """A whole motion at once: the same beats as instant by instant, but for their seams."""
-        state, silent = self.init(), np.isnan(motion.q)
-        blind = ever_unseen(motion.t, silent, self.rules.fast["sensor_silent"])
+        state, silent, told = self.init(), np.isnan(motion.q), 0
         known = np.flatnonzero(np.isfinite(motion.q + motion.v + motion.a).all(axis=1))
         apart = np.diff(motion.t[known]) > self._gap
         for stretch in np.split(known, np.flatnonzero(apart) + 1):
             for at in range(0, len(stretch), self._beat_rows):
                 part = stretch[at : at + self._beat_rows]
-                before = [event for event in blind if event.alarm < motion.t[part[0]]]
-                state, _ = self._blind(state, before)
-                blind = blind[len(before) :]
+                upto = slice(told, told := int(part[-1]) + 1)
+                state = self._ever_unseen(state, motion.t[upto], silent[upto])
+                state, _ = self._seen(state, float(motion.t[part[-1]]), motion.q[part])
                 state, beside = self._rows(state, motion.rows(part, ()), s[part], travelled[part])
                 state, _ = self.take(state, beside)
-        state, _ = self._blind(state, blind)
+        state = self._ever_unseen(state, motion.t[told:], silent[told:])
         state, _ = self.finish(state)
         return state, self.findings(state)
 

@@ -6,11 +6,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from urdyn.diagnose.event import CERTAIN, USELESS, Event
+from urdyn.diagnose.sensor import HEALED
+from urdyn.signal.stuck import APART
 from urdyn.types import Array, Mask
 
 ENCODER = "encoder"  # the mode of a sensor fault that is one of angles
@@ -18,15 +20,24 @@ ENCODER = "encoder"  # the mode of a sensor fault that is one of angles
 
 @dataclass(frozen=True, eq=False)
 class Unseen:
-    """Of which joints nothing was told of late."""
+    """Of which joints nothing was told of late, and which of them are not yet well since."""
 
     since: Array  # (J,) [s]; NaN: its angle is known
     told: Mask  # (J,) that it is not
+    last: (
+        Array  # (J,) [s] when it was last unknown, of those that were told; -inf: of none, or well
+    )
+    back: Array  # (J,) [rad] the first angle after that; NaN: there was none
+    moved: Array  # (J,) [rad] the furthest from that
+    times: Array  # (J,) how often it was told to be unknown
+    longest: Array  # (J,) [s] the longest of these
 
 
 def all_seen(joints: int) -> Unseen:
     """Every angle is known."""
-    return Unseen(np.full(joints, np.nan), np.zeros(joints, dtype=bool))
+    nan, zero = np.full(joints, np.nan), np.zeros(joints)
+    never = np.full(joints, -np.inf)
+    return Unseen(nan, np.zeros(joints, dtype=bool), never, nan, zero, zero, zero)
 
 
 def unseen(
@@ -41,28 +52,75 @@ def unseen(
     alone = silent & ~silent.all()
     since = np.where(alone, np.fmin(before.since, t), np.nan)
     told = alone & (t - since >= rule["held"])
-    new = np.flatnonzero(told & ~before.told).tolist()
-    return Unseen(since, told), [_event(j, float(since[j]), t) for j in new]
+    new = told & ~before.told
+    ill = told | (alone & np.isfinite(before.last))  # one that is not yet well begins anew
+    after = Unseen(
+        since=since,
+        told=told,
+        last=np.where(ill, t, before.last),
+        back=np.where(ill, np.nan, before.back),
+        moved=np.where(ill, 0.0, before.moved),
+        times=before.times + new,
+        longest=np.where(told, np.fmax(before.longest, t - since), before.longest),
+    )
+    return after, [_event(after, j, t) for j in np.flatnonzero(new).tolist()]
 
 
-def ever_unseen(t: Array, silent: Mask, rule: Mapping[str, float]) -> list[Event]:
-    """The events of a whole recording, (N,) [s] and (N, J)."""
-    state, events, last = all_seen(silent.shape[1]), list[Event](), -1
+def seen(before: Unseen, q: Array) -> Unseen:
+    """After instants at which all angles are known, (N, J) [rad]."""
+    before = _none_now(before)
+    if not np.isfinite(before.last).any():
+        return before
+    back = np.where(np.isnan(before.back), q[0], before.back)
+    return replace(before, back=back, moved=np.fmax(before.moved, np.abs(q - back).max(axis=0)))
+
+
+def well(before: Unseen, t: float, enough: float = HEALED) -> tuple[Unseen, list[Event]]:
+    """Without encoders that are well again at `t` [s], and an event of each.
+
+    One that was stuck tells so only where it moves: it has gone further than what is rounded, and
+    has told angles for `enough` [s].
+    """
+    over = np.isfinite(before.last) & (before.moved > APART) & (t - before.last >= enough)
+    if not np.count_nonzero(over):
+        return before, []
+    events = [_event(before, j, t, over=True) for j in np.flatnonzero(over).tolist()]
+    return replace(before, last=np.where(over, -np.inf, before.last)), events
+
+
+def ever_unseen(
+    before: Unseen, t: Array, silent: Mask, rule: Mapping[str, float]
+) -> tuple[Unseen, list[Event]]:
+    """The same after many instants, (N,) [s] and (N, J), whatever those are that lack none."""
+    state, events, last = before, list[Event](), -1
     for k in np.flatnonzero(silent.any(axis=1)).tolist():
         if k > last + 1:
-            state = all_seen(silent.shape[1])
+            state = _none_now(state)
         state, new = unseen(state, float(t[k]), silent[k], rule)
         events, last = events + new, k
-    return events
+    return state, events
 
 
-def _event(j: int, onset: float, now: float) -> Event:
+def _none_now(state: Unseen) -> Unseen:
+    """At an instant at which all angles are known."""
+    if np.isnan(state.since).all():
+        return state
+    return replace(state, since=np.full_like(state.since, np.nan), told=state.told & False)
+
+
+def _event(state: Unseen, j: int, now: float, over: bool = False) -> Event:
+    told = {"mode": ENCODER, "times": int(state.times[j]), "longest_s": float(state.longest[j])}
+    if over:
+        told["until_s"] = float(state.last[j])
+    else:
+        told["anew_s"] = float(state.since[j])
     return Event(
         kind="sensor_fault",
         joint=j,
-        onset=onset,
+        onset=now if over else float(state.since[j]),
         alarm=now,
         confidence=CERTAIN,
-        size=USELESS,
-        evidence={"mode": ENCODER},
+        size=0.0 if over else USELESS,
+        evidence=told,
+        goes_on=over,
     )

@@ -8,6 +8,7 @@ from dataclasses import replace
 from urdyn.diagnose import zero
 from urdyn.diagnose.event import Event
 from urdyn.diagnose.finding import Finding
+from urdyn.diagnose.lossy import of_the_stream
 from urdyn.diagnose.rules import Rules
 from urdyn.diagnose.space import Space
 from urdyn.diagnose.trust import in_company
@@ -50,7 +51,8 @@ def entered(book: Findings, new: Sequence[Finding]) -> tuple[Findings, list[Find
                 acknowledged=old.acknowledged,
             )
         findings[finding.id] = finding
-    told, ids = tuple(in_company(tuple(findings.values()))), {finding.id for finding in new}
+    told = tuple(of_the_stream(in_company(tuple(findings.values()))))
+    ids = {finding.id for finding in new}
     return told, [finding for finding in told if finding.id in ids]
 
 

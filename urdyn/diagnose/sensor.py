@@ -22,7 +22,7 @@ ENOUGH = 24  # rows at least that tell of noise
 # Rows at least, however far apart: a few repeat one value, or are lost, by chance.
 SAME, LOST = 8.0, 3.0
 COARSE = 0.06  # [s] between rows; further apart, neighbours tell of the motion
-WELL = 2.0  # [s] without a sign of illness, after which a sensor is believed again
+BELIEVED = 2.0  # [s] without a sign of illness, after which a sensor is believed again
 HEALED = 5.0  # [s] the same, after which it is said to be well
 NOTHING = 8.0  # [-] times the noise that is asked for, where a value of 0 tells nothing
 # Times the noise that a single value is apart, and that two to each side are at most: no push of
@@ -54,6 +54,8 @@ class Felt:
     tore: Array  # (J,) [s] of the first of these
     ill: Array  # (4, J) [s] when each mode was last seen; -inf: never
     told: Mask  # (4, J) whether that was told
+    times: Array  # (J,) how often it was silent for long enough to be told
+    longest: Array  # (J,) [s] the longest of these
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,6 +87,8 @@ class SensorHealth:
             tore=zero,
             ill=never,
             told=told,
+            times=zero,
+            longest=zero,
         )
 
     def unsteady(self, state: Felt) -> Mask:
@@ -130,24 +134,24 @@ class SensorHealth:
         erratic = torn.any(axis=0) & (state.torn > OFTEN) & ~self.unsteady(state)
         now = float(rows.t[-1])
         ill = np.where(np.vstack([signs, noisy, erratic]), now, state.ill)
-        sick = now - ill < WELL
-        ill, found = self._healed(state, ill, now)
+        sick = now - ill < BELIEVED
+        state, found = self.well(replace(state, ill=ill), now)
         for m, mode in enumerate(MODES):
             for j in np.flatnonzero(sick[m] & ~state.told[m]):
                 if not (sick[:, j] & state.told[:, j]).any():  # a sensor that is ill is one fault
                     found += [self._event(state, mode, int(j), now)]
         untrue = sick[: MODES.index("erratic")].any(axis=0)  # what is left of that is a current
-        return replace(state, ill=ill, told=sick), found, np.asarray(untrue)
+        return replace(state, told=sick), found, np.asarray(untrue)
 
-    def _healed(self, state: Felt, ill: Array, now: float) -> tuple[Array, list[Event]]:
-        """Modes as they were seen last, (4, J), without those that are over, and events of these.
+    def well(self, state: Felt, now: float, enough: float = HEALED) -> tuple[Felt, list[Event]]:
+        """Without what sensors had that show no sign of it for `enough` [s], and events of these.
 
         A sensor that is stuck shows it where its joint slides, and may be so elsewhere.
         """
-        tells = np.isfinite(state.last) & (state.same < SAME)
-        over = np.isfinite(ill) & (now - ill >= HEALED) & tells
+        ill, tells = state.ill, np.isfinite(state.last) & (state.same < SAME)
+        over = np.isfinite(ill) & (now - ill >= enough) & tells
         over[len(PASSING) :] = False
-        over &= ~(now - ill < HEALED).any(axis=0)
+        over &= ~(now - ill < enough).any(axis=0)
         events = [
             Event(
                 kind="sensor_fault",
@@ -156,12 +160,13 @@ class SensorHealth:
                 alarm=now,
                 confidence=CERTAIN,
                 size=0.0,
-                evidence={"mode": MODES[m], "until_s": float(ill[m, j])},
+                evidence={"mode": MODES[m], "until_s": float(ill[m, j])}
+                | (_silences(state, int(j)) if MODES[m] == "dropped" else {}),
                 goes_on=True,
             )
             for m, j in np.argwhere(over)
         ]
-        return np.where(over, -np.inf, ill), events
+        return replace(state, ill=np.where(over, -np.inf, ill)), events
 
     def _signs(self, state: Felt, rows: Rows) -> tuple[Felt, Array]:
         """Rows one by one: how long nothing changed, and how long nothing was told."""
@@ -171,13 +176,24 @@ class SensorHealth:
         repeated = current == before
         sliding = repeated & (np.abs(rows.v) > STANDING)
         missing = ~there & there.any(axis=1, keepdims=True)  # a gap of the log is nobody's fault
-        same, began, _ = _runs(repeated, rows.t, state.same, state.began)
-        slid, _, most = _runs(sliding, rows.t, state.slid, state.began)
-        silent, went, longest = _runs(missing, rows.t, state.silent, state.went)
-        stuck = most >= max(SAME, self.rule["held"] / self.period)
-        dropped = longest >= max(LOST, self.rule["silent"] / self.period)
-        after = replace(state, last=current[-1], same=same, began=began, slid=slid)
-        return replace(after, silent=silent, went=went), np.stack([stuck, dropped])
+        same, began = _runs(repeated, rows.t, state.same, state.began)
+        slid, _ = _runs(sliding, rows.t, state.slid, state.began)
+        silent, went = _runs(missing, rows.t, state.silent, state.went)
+        stuck = slid >= max(SAME, self.rule["held"] / self.period)
+        dropped = silent >= (enough := max(LOST, self.rule["silent"] / self.period))
+        lasted = np.where(dropped, silent * self.period, 0.0)
+        after = replace(
+            state,
+            last=current[-1],
+            same=same[-1],
+            began=began,
+            slid=slid[-1],
+            silent=silent[-1],
+            went=went,
+            times=state.times + np.count_nonzero(dropped & (silent - 1.0 < enough), axis=0),
+            longest=np.fmax(state.longest, lasted.max(axis=0)),
+        )
+        return after, np.stack([stuck.any(axis=0), dropped.any(axis=0)])
 
     def _tore(self, state: Felt, t: Array, torn: Mask) -> Felt:
         """With the values of a beat that are none, which count ever less as time goes by."""
@@ -194,7 +210,7 @@ class SensorHealth:
             case "stuck":
                 onset, said = state.began, {"value_A": float(state.last[j])}
             case "dropped":
-                onset, said = state.went, {}
+                onset, said = state.went, _silences(state, j) | {"anew_s": float(state.went[j])}
             case _:
                 onset, said = state.tore, {"values": float(state.torn[j]), "within_s": WITHIN}
         return Event(
@@ -222,6 +238,11 @@ class SensorHealth:
             evidence={"mode": "noisy", "noise_A": rough, "usual_A": usual},
             within=len(state.left) * self.period,  # noisy for a part of that it may look as usual
         )
+
+
+def _silences(state: Felt, j: int) -> dict[str, float]:
+    """How often a sensor was silent so far, and for how long at most."""
+    return {"times": int(state.times[j]), "longest_s": float(state.longest[j])}
 
 
 def _alone(ratio: Array) -> Array:
@@ -258,8 +279,8 @@ def _rough(before: Array, residual: Array) -> Array:
     return np.where(np.isnan(middle), before, MAD_TO_SD * middle / SECOND)
 
 
-def _runs(sign: Mask, t: Array, before: Array, began: Array) -> tuple[Array, Array, Array]:
-    """Rows for which a sign has lasted at the end, when it began, and the longest it did, (J,)."""
+def _runs(sign: Mask, t: Array, before: Array, began: Array) -> tuple[Array, Array]:
+    """Rows for which a sign has lasted by each, (N, J), and when what lasts at the end began."""
     at = np.arange(1, len(t) + 1)[:, None]
     broken = np.maximum.accumulate(np.where(sign, 0, at), axis=0)
     length = at - broken + np.where(broken == 0, before, 0.0)
@@ -267,4 +288,4 @@ def _runs(sign: Mask, t: Array, before: Array, began: Array) -> tuple[Array, Arr
     started = np.where(
         end == 0, np.where(before > 0.0, began, t[0]), t[np.minimum(end, len(t) - 1)]
     )
-    return length[-1], started, length.max(axis=0)
+    return np.asarray(length), started

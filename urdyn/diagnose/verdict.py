@@ -23,6 +23,7 @@ from urdyn.types import NORMAL90
 
 WORSE = 0.25  # [-] of its size by which a finding has to change to be told again
 SURELY_BELOW = 2.0  # [sd] by which a change has to be below a level that it had reached
+SHOWS = {"dropped": "silent", ENCODER: "stuck or silent"}  # modes of a sensor, in words
 GONE = "it was repaired, or passed: nothing is left of it"
 
 
@@ -91,7 +92,7 @@ def of_event(event: Event, space: Space, rules: Rules) -> Finding:
     name = names[event.joint]
     once = event.kind == "collision"
     return Finding(
-        id=f"{event.kind}.{name}" + (f"@{event.onset:.1f}" if once else ""),
+        id=f"{event.kind}.{name}" + (f"@{event.onset:.1f}" if once else _which(event)),
         kind=event.kind,
         joint=event.joint,
         name=name,
@@ -256,6 +257,11 @@ def _since(onset: float, older: bool) -> str:
     return "before this run" if older else f"stamp {onset:.1f} s"
 
 
+def _which(event: Event) -> str:
+    """Of a joint's two sensors, whose faults are apart, the one that is not of its current."""
+    return f".{ENCODER}" if event.kind == "sensor_fault" and _sensor(event) == ENCODER else ""
+
+
 def _sensor(event: Event) -> str:
     """Which of a joint's sensors is at fault."""
     return ENCODER if event.evidence.get("mode", ENCODER) == ENCODER else "current sensor"
@@ -284,11 +290,14 @@ def _shown(event: Event, name: str) -> str:
         case "encoder_offset":
             jump = f"jumped by {event.size:+.3g} rad at stamp {event.onset:.2f} s"
             return f"{name}: zero of the encoder {jump}"
-    if _sensor(event) == ENCODER:
-        return f"{name}: encoder is stuck or silent since stamp {event.onset:.1f} s"
-    at = f" at {told['value_A']:.3g} A" if "value_A" in told else ""
-    how = "silent" if told["mode"] == "dropped" else told["mode"]
+    sensor, how = _sensor(event), SHOWS.get(told["mode"], told["mode"])
+    times = told.get("times", 1)
     if "until_s" in told:
+        often = f" {times} times, for {told['longest_s']:.1f} s at most," if times > 1 else ""
         span = f"from stamp {event.onset:.1f} s to {told['until_s']:.1f} s"
-        return f"{name}: current sensor was {how} {span}, and is well since"
-    return f"{name}: current sensor is {how}{at} since stamp {event.onset:.1f} s"
+        return f"{name}: {sensor} was {how}{often} {span}, and is well since"
+    at = f" at {told['value_A']:.3g} A" if "value_A" in told else ""
+    if times > 1:
+        before = f", and was before, since stamp {event.onset:.1f} s"
+        return f"{name}: {sensor} is {how} since stamp {told['anew_s']:.1f} s{before}"
+    return f"{name}: {sensor} is {how}{at} since stamp {event.onset:.1f} s"

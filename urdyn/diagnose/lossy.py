@@ -1,0 +1,44 @@
+"""Sensors of many joints that fall silent together: the stream has lost what they told.
+
+A sensor, or its cable, fails alone. What takes values of more joints than an arm has faults at once
+is what they have in common: who recorded them, or the network between. None of them is to be
+serviced for that.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+from urdyn.diagnose.encoder import ENCODER
+from urdyn.diagnose.finding import Finding
+from urdyn.diagnose.trust import AT_ONCE, PAIR
+
+ADVICE = "look at the recorder and the network: sensors of {} joints do not fall silent at once"
+
+
+def silent(kind: str, evidence: Mapping[str, Any]) -> bool:
+    """Whether a finding is of a sensor that tells, or told, nothing."""
+    return kind == "sensor_fault" and evidence.get("mode") in ("dropped", ENCODER)
+
+
+def of_the_stream(findings: Sequence[Finding]) -> list[Finding]:
+    """Findings; silences that more joints share than fail at once are worth a look, no service."""
+    silences = [f for f in findings if silent(f.kind, f.evidence)]
+    spans = {f.id: _span(f) for f in silences}
+    told = []
+    for finding in findings:
+        if begin_end := spans.get(finding.id):
+            begin, end = begin_end[0] - AT_ONCE, begin_end[1] + AT_ONCE
+            near = (f for f in silences if spans[f.id][0] < end and begin < spans[f.id][1])
+            if (joints := len({f.joint for f in near})) > PAIR:
+                finding = replace(finding, severity="warning", advice=ADVICE.format(joints))
+        told.append(finding)
+    return told
+
+
+def _span(finding: Finding) -> tuple[float, float]:
+    """From its first alarm to the last that is known of it [s]."""
+    told = finding.evidence
+    return finding.alarm_s, max(finding.alarm_s, *(told.get(k, 0.0) for k in ("anew_s", "until_s")))
