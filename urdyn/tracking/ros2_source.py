@@ -94,9 +94,11 @@ def _period(first: list[Heard], name: str) -> float:
 
 
 def _until(last: float, heard: Iterable[Heard]) -> Iterator[Heard]:
-    """Samples up to the first that is stamped `last` [s] or later."""
+    """Samples up to the first that is stamped `last` [s] or later, by a clock that may be set."""
+    before = -np.inf
     for one in heard:
         yield one
+        last, before = last - max(before - one.stamp, 0.0), one.stamp
         if one.stamp >= last:
             return
 

@@ -25,6 +25,7 @@ from urdyn.tracking.checkpoint import Checkpoint
 from urdyn.tracking.glance import Glance, Watch
 from urdyn.tracking.keeper import Keeper, begin_scribe
 from urdyn.tracking.latency import Latency
+from urdyn.tracking.lives import arrivals
 from urdyn.tracking.losses import as_plain, counted, no_losses, too_sparse
 from urdyn.tracking.modes import mode_of
 from urdyn.tracking.observer import Observer
@@ -157,7 +158,7 @@ class _Run(Generic[S]):
         lost = 0
         before: Arrival | None = None
         part = max(1 if self.source.live else AGAIN, round(PART / self.source.period))
-        for arrival in self.source.start(at.index):
+        for arrival in arrivals(self.source, at.index, at.last, at.ahead):
             started = time.perf_counter()
             lost += self._missing(before, arrival) if before else 0
             before = arrival
@@ -205,12 +206,15 @@ class _Run(Generic[S]):
         few = len(stretch) if len(stretch) < self.tracker.enough else 0
         since = float(stretch[0]) if few else np.nan
         lacked = counted(at.losses, arrival.sample, at.last, self.source.period, since, few)
-        at = replace(at, state=state, losses=lacked, index=at.index + 1, began=began, last=t)
-        return at, reading
+        if arrival.ahead != at.ahead:
+            lacked = replace(lacked, back=lacked.back + 1)
+        at = replace(at, state=state, losses=lacked, index=at.index + 1)
+        return replace(at, began=began, last=t, ahead=arrival.ahead), reading
 
     def _missing(self, before: Arrival, arrival: Arrival) -> int:
         """Samples that did not come between two: by their stamps, unless a clock was set."""
         stamped, waited = arrival.sample.t - before.sample.t, arrival.received - before.received
+        stamped -= arrival.ahead - before.ahead
         return max(0, round(float(elapsed(stamped, waited)) / self.source.period) - 1)
 
     def _show(self, at: Checkpoint[S], reading: Reading, work: Latency) -> None:

@@ -6,7 +6,7 @@ import re
 import time
 from collections.abc import Callable, Collection, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import islice
 from pathlib import Path
 from threading import TIMEOUT_MAX, Timer
@@ -43,6 +43,10 @@ Rows = tuple[int | None, int | None]
 Tell = Callable[[str], None]
 
 
+def _nobody(said: str) -> None:
+    """Hears nothing."""
+
+
 @dataclass(frozen=True)
 class Arrival:
     """A sample, and when it came."""
@@ -50,6 +54,7 @@ class Arrival:
     sample: Sample
     received: float  # [s] on this computer's monotonic clock; NaN: it was there all along
     reset: bool = False  # somebody asked to begin anew before it
+    ahead: float = 0.0  # [s] by which its stamp is ahead of a robot's clock that was set back
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,6 +72,7 @@ class Source:
     close: Callable[[], None]  # end a live stream in good order, from any thread
     defects: tuple[str, ...] = ()  # damage that was met while it was read
     beside: frozenset[str] = frozenset()  # streams that its samples may bring along
+    tell: Tell = _nobody  # hears of a robot that is lost, back, or begins anew
 
 
 def open_source(
@@ -77,22 +83,28 @@ def open_source(
     duration: float | None = None,
     effort: Effort = UNTOLD,
     beside: Collection[str] = (),
-    tell: Tell = lambda said: None,
+    tell: Tell = _nobody,
 ) -> Source:
     """The source that `text` names: a log, rtde://HOST[:PORT] or ros2://TOPIC.
 
     `rate` [Hz] is that of a log without time stamps, or what a controller is asked for; `duration`
     [s] ends the stream; `effort` tells what a bag's efforts are; `beside` names the streams of
-    `BESIDE` that are wanted, where there are any; `tell` hears of a robot that is lost, or back.
+    `BESIDE` that are wanted, where there are any; `tell` hears of a robot that is lost, is back, or
+    begins anew.
     """
     if not all(x is None or 0 < x < np.inf for x in (duration, rate)):
         raise InputError("duration and rate are to be above 0, and finite")
+
+    def named(said: str) -> None:
+        tell(f"{text}: {said}")
+
     if text.startswith(SCHEME):
-        return _robot(text, rate, duration, beside, tell)
+        return _robot(text, rate, duration, beside, named)
     if text.startswith(ROS2):
         from urdyn.tracking.ros2_source import graph
 
-        return graph(text, text.removeprefix(ROS2), rate, duration, effort)
+        heard = graph(text, text.removeprefix(ROS2), rate, duration, effort)
+        return replace(heard, tell=named)
     if "://" in text:
         told = f"name a log, {SCHEME}HOST[:PORT] or {ROS2}TOPIC"
         raise InputError(f"{text}: no such source; {told}")
@@ -115,7 +127,7 @@ def _robot(
 
     def start(_: int) -> Iterator[Arrival]:
         with _closed_after(duration, client.close):
-            yield from islice(_heard(client, lambda said: tell(f"{name}: {said}")), count)
+            yield from islice(_heard(client, tell), count)
 
     sent = frozenset(s for s in beside if BESIDE[s] not in client.agreement.left_out)
     return Source(
@@ -129,6 +141,7 @@ def _robot(
         start=start,
         close=client.close,
         beside=sent,
+        tell=tell,
     )
 
 

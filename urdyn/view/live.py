@@ -14,6 +14,7 @@ from urdyn.errors import UrdynError
 from urdyn.report.track.history import find_history
 from urdyn.tracking import Source, Tracker, quantities
 from urdyn.tracking.checkpoint import whose
+from urdyn.tracking.lives import arrivals
 from urdyn.tracking.source import ROS2, now
 from urdyn.types import Array, Gaussian
 from urdyn.view.film import Moment
@@ -30,7 +31,7 @@ S = TypeVar("S")
 def watched(source: Source) -> Iterator[Moment]:
     """How a robot moves; nothing is known of what it is."""
     last, began = -np.inf, np.nan
-    for arrival in source.start(0):
+    for arrival in arrivals(source):
         t, q = arrival.sample.t, arrival.sample.q
         if np.isfinite(q).all() and t - last >= 1.0 / RATE:
             last, began = t, t if np.isnan(began) else began
@@ -44,7 +45,7 @@ def tracked(tracker: Tracker[S], source: Source) -> Iterator[Moment]:
     first = told(tracker.filter.belief(state.belief))
     gain = tracker.fit.dynamics.drive.gain
     last, began = -np.inf, np.nan
-    for arrival in source.start(0):
+    for arrival in arrivals(source):
         state, reading = tracker.step(state, arrival.sample)
         t, q = arrival.sample.t, arrival.sample.q
         began = t if np.isnan(began) else began
