@@ -41,3 +41,12 @@ def test_stamps_that_jitter_or_are_missing_tell_the_rate(period):
 def test_stamps_that_stand_still_are_refused():
     with pytest.raises(InputError, match="do not run forward"):
         told(np.full(FIRST, NOW))
+
+
+def test_a_clock_that_is_set_back_shortens_and_lengthens_no_run():
+    """As by a simulator that begins anew: 2 s of stamps, whichever they are."""
+    inbox, joints = SimpleQueue(), np.zeros(6)
+    for stamp in np.r_[np.arange(500.0, 501.0, 0.01), np.arange(0.0, 5.0, 0.01)]:
+        inbox.put(Heard(0.0, float(stamp), joints, joints, joints))
+    source = hearing("ros2://joint_states", inbox, Event(), Effort("A", np.ones(6)), 100.0, 2.0)
+    assert sum(1 for _ in source.start(0)) == pytest.approx(200, abs=2)
