@@ -148,6 +148,16 @@ def test_current_sensors_of_most_joints_do_not_fail_at_once(count, most):
     assert said.startswith(f"current sensors of {count} of 6 joints do not fail") == most
 
 
+@pytest.mark.parametrize(("count", "most"), [(3, False), (4, True)])
+def test_what_sensors_of_most_joints_do_not_tell_was_lost_on_the_way(count, most):
+    modes = "dropped", "encoder"
+    silent = (found("sensor_fault", j) | {"evidence": {"mode": modes[j % 2]}} for j in range(count))
+    run = {"quality": {"restarts": 0, "compared": [9] * 6}, "findings": list(silent)}
+    said = summed(doubted(run | {"recommendation": {"advice": "never", "text": "look at it"}}))
+    assert ("the stream has lost what they told" in said) == most
+    assert "this arm's twin" not in said
+
+
 def test_nothing_is_found_where_nothing_was_compared():
     run = {"findings": [], "quality": {"compared": [0] * 6}}
     assert "not judged" in summed(run)

@@ -120,7 +120,7 @@ def _of_most(said: str, summary: dict[str, Any], silent: bool) -> str:
     from urdyn.diagnose import lossy
 
     faults = (f for f in summary.get("findings", ()) if f["kind"] == "sensor_fault")
-    ill = {f["joint"] for f in faults if lossy.silent(f["kind"], f["evidence"]) is silent}
+    ill = {f["joint"] for f in faults if lossy.silent(f["kind"], f.get("evidence", {})) is silent}
     joints = len(summary["quality"]["compared"]) if ill else 0
     return said.format(len(ill), joints) if 2 * len(ill) > joints else ""
 
