@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from urdyn.diagnose import Finding
-from urdyn.diagnose.recommend import health, recommendation
+from urdyn.diagnose.recommend import arm_health, health, recommendation
 from urdyn.faults import Costs
 
 HOUR = 3600.0
@@ -110,3 +110,24 @@ def test_a_joint_lasts_as_surely_as_its_faults_do():
     assert index[2] == pytest.approx(0.5, abs=0.02)  # by its median, to a step of the outlook
     both = health([even, replace(even, id="too")], ("a", "b", "c"), Costs())
     assert both[2]["health_index"] == pytest.approx(index[2] ** 2 / unseen)
+
+
+def test_an_arm_lasts_as_surely_as_all_its_joints_do():
+    weak = health([replace(STEADY, severity="critical")], ("a", "b", "c"), Costs())
+    arm = arm_health(weak, Costs())
+    assert arm["health_index"] == pytest.approx(np.prod([row["health_index"] for row in weak]))
+    assert arm["health_index"] < 0.05 and arm["horizon_h"] == Costs().notice
+    sound = arm_health(health([], ("a", "b", "c"), Costs()), Costs())["health_index"]
+    assert sound == pytest.approx(np.exp(-3.0 * Costs().notice / Costs().life))
+
+
+def test_what_is_critical_and_yet_not_serviced_says_what_each_choice_costs():
+    dear = Costs(stop=8.0)
+    doubtful = replace(STEADY, severity="critical", confidence=0.75)
+    of = recommendation([doubtful], dear)
+    assert of["advice"] == "never" and of["expected_cost"]["never"] == pytest.approx(7.5, abs=0.1)
+    assert "no service is due, since it is expected to cost least: 7.5" in of["text"]
+    assert f"{of['expected_cost']['now']:.3g} to service now" in of["text"]
+    assert doubtful.advice in of["text"]
+    known = recommendation([replace(doubtful, acknowledged=True)], dear)["text"]
+    assert "expected to cost least" in known and known.endswith("all that was found is known")

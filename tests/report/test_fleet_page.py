@@ -267,6 +267,18 @@ def test_the_json_says_what_the_page_says(folders):
     assert not weak["joints"][1]["health_steady"] and weak["joints"][0]["health_steady"]
 
 
+def test_how_surely_an_arm_lasts_is_told_where_its_diagnosis_says_so(folders):
+    arm = {"health_index": 0.34, "horizon_h": 24.0, "judged": True}
+    path = folders[0] / "findings.json"
+    path.write_text(json.dumps(json.loads(path.read_text()) | {"arm": arm}))
+    assert shown(folders).replace("\u00a0", " ").count("health index 34 % that no joint fails") == 1
+    document = told(gather(folders, NOW, DAY))["robots"]
+    assert [r["health_index"] for r in document] == [0.34, *[None] * (len(folders) - 1)]
+    assert document[0]["horizon_h"] == 24.0
+    path.write_text(json.dumps({"findings": [], "arm": {"health_index": None}}))
+    assert "is damaged" in gather(folders, NOW, DAY).unread[0].reason
+
+
 def test_a_browser_shows_it_without_a_sideways_scroll(folders, chromium, tmp_path):
     page = tmp_path / "fleet.html"
     page.write_text(shown(folders), encoding="utf-8")

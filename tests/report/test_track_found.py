@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from tracked import CRITICAL, START, columns, diagnosed, growing, summary, write
 
-from urdyn.io.spans import span
+from urdyn.io.spans import span, span_of
 from urdyn.report.digits import difference
 from urdyn.report.finding_words import size
 from urdyn.report.track.page import track_page
@@ -138,6 +138,21 @@ def test_each_joint_is_told_how_long_it_lasts(history):
     assert "health index, 24 h" in told and "outside" in row  # critical in two minutes
     row = next(r for r in told.split("<tr>") if "<th>shoulder</th>" in r)
     assert "100 %" in row and "outside" not in row and row.count("nothing found") == 2
+    row = next(r for r in told.split("<tr>") if "<th>whole arm</th>" in r)
+    assert "that no joint fails within 24 h" in row and "outside" in row
+
+
+def test_both_levels_are_told_in_the_first_sentence(history):
+    finding = growing()
+    warning, critical = (span_of(finding.forecast[f"to_{x}_s"]) for x in ("warning", "critical"))
+    first = said(page(history, finding), "headline")
+    assert first.endswith(f"warning in {warning}, critical in {critical}.")
+
+
+def test_a_sound_arm_is_told_how_long_it_lasts(history):
+    told = part(page(history), "Forecast")
+    index = 100.0 * diagnosed()["arm"]["health_index"]
+    assert f"Health index of the arm: {index:.0f} % that no joint fails within 24 h." in told
 
 
 def test_losses_of_the_stream_are_shown(history):

@@ -131,6 +131,7 @@ def test_nobody_is_told_to_service_an_arm_that_may_be_another():
 
 def found(kind, joint):
     sizes = {"severity": "critical", "text": "it is off", "confidence": 0.3, "acknowledged": False}
+    sizes["forecast"] = None
     return sizes | {"kind": kind, "joint": joint}
 
 

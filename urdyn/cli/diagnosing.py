@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from urdyn.cli.voice import Voice
+from urdyn.report.finding_words import ahead, lasting
 
 if TYPE_CHECKING:
     from urdyn.diagnose import Rules
@@ -132,12 +133,14 @@ def summed(summary: dict[str, Any]) -> str:
         return "not diagnosed"
     if not found and not any(summary["quality"]["compared"]):
         return "not judged: no current was compared; track the arm while its joints move"
+    arm = [f"health index of the arm: {lasting(summary['arm'])}"] if "arm" in summary else []
     if not found:
-        return "nothing found"
+        return "\n".join(["nothing found", *arm])
     doubt = [summary["doubt"]] if "doubt" in summary else []
     lines = doubt + [
         f"{f['severity']}: {f['kind']}: {f['text']} (sure {100 * f['confidence']:.0f} %)"
+        + "".join(f", {words}" for words in [ahead(f)] if words)
         + (", acknowledged" if f["acknowledged"] else "")
         for f in found
     ]
-    return "\n".join([*lines, f"recommended: {summary['recommendation']['text']}"])
+    return "\n".join([*lines, *arm, f"recommended: {summary['recommendation']['text']}"])

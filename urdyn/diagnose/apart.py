@@ -16,7 +16,7 @@ from urdyn.io.rss import peak_rss
 from urdyn.twin import fit_of
 from urdyn.types import Array
 
-TOLD = ("findings", "joints", "recommendation", "observability")  # in a run's summary, too
+TOLD = ("findings", "arm", "joints", "recommendation", "observability")  # in a run's summary, too
 
 
 def _answers(heard: Heard) -> Iterator[Words]:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from urdyn.diagnose.finding import Finding
-from urdyn.diagnose.recommend import health, recommendation
+from urdyn.diagnose.recommend import arm_health, health, recommendation
 from urdyn.faults.decision import Costs
 from urdyn.version import __version__
 
@@ -28,14 +28,14 @@ def findings_document(
         judged: of the joints, whether enough was compared to find anything in them.
     """
     heard = dict(zip(joints, judged, strict=True))
+    rows = health(findings, joints, costs)
     origin = {"twin.sha256": identity.get("twin", ""), "rules": identity.get("rules", "")}
     return {
         "urdyn": __version__,
         "provenance": origin | dict(source),
         "findings": [_finite(finding.plain()) for finding in findings],
-        "joints": [
-            _finite(row | {"judged": heard[row["name"]]}) for row in health(findings, joints, costs)
-        ],
+        "arm": _finite(arm_health(rows, costs) | {"judged": all(judged)}),
+        "joints": [_finite(row | {"judged": heard[row["name"]]}) for row in rows],
         "recommendation": _finite(recommendation(findings, costs, heard)),
         "observability": {"joint_backlash": [_finite(row) for row in observability]},
     }

@@ -22,8 +22,8 @@ class Finding:
     alarm_s: float  # [s] when it was told first
     severity: str  # of SEVERITIES
     confidence: float  # [-] probability that kind and joint are these
-    # Median, lo, hi (90 %), from `forecast["at_s"]` on, some 5 s before a log's end; None: it does
-    # not grow.
+    # To the critical level: median, lo, hi (90 %), from `forecast["at_s"]` on, some 5 s before a
+    # log's end; None: it does not grow. To the warning level: `forecast["to_warning_s"]`.
     time_to_failure_s: Mapping[str, float] | None
     size: float  # in `unit`
     size_sd: float  # NaN, null in JSON, of fast kinds but loops that ring for a while

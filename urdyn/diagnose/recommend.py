@@ -29,8 +29,8 @@ def recommendation(
     choices = [(_decision(f, costs), f) for f in findings]
     grave = [(d, f) for d, f in choices if d.advice != "never"]
     if not grave:
-        told = _no_service(findings, judged or {})
         worst = max((d for d, _ in choices), key=lambda d: d.never, default=_sound(costs))
+        told = _no_service(findings, judged or {}, worst)
         return {"advice": "never", "finding": None, "text": told, "expected_cost": _told(worst)}
     decision, finding = min(grave, key=lambda pair: _due(pair[0]))
     known = " (acknowledged)" if finding.acknowledged else ""
@@ -59,6 +59,18 @@ def health(
         index = unseen * float(np.prod(lasts))
         rows.append({"joint": j, "name": name, "health_index": index, "horizon_h": costs.notice})
     return rows
+
+
+def arm_health(rows: Sequence[Mapping[str, Any]], costs: Costs) -> dict[str, Any]:
+    """Probability that no joint of the arm ends the work within the notice.
+
+    Joints wear independently, so it is the product of theirs.
+
+    Args:
+        rows: of `health`.
+    """
+    index = float(np.prod([row["health_index"] for row in rows]))
+    return {"health_index": index, "horizon_h": costs.notice}
 
 
 def _decision(finding: Finding, costs: Costs) -> Decision:
@@ -91,16 +103,32 @@ def _due(decision: Decision) -> float:
     return 0.0 if decision.advice == "now" else decision.later_at
 
 
-def _no_service(findings: Sequence[Finding], judged: Mapping[str, bool]) -> str:
-    """Nothing wears so that a service would pay; what is new is to be looked at all the same."""
+def _no_service(findings: Sequence[Finding], judged: Mapping[str, bool], worst: Decision) -> str:
+    """Nothing wears so that a service would pay; what is new is to be looked at all the same.
+
+    Args:
+        worst: what is expected of the finding that costs most if it is left alone.
+    """
     if not findings:
         return _nothing_found([name for name, enough in judged.items() if not enough], len(judged))
     fresh = [f for f in findings if not f.acknowledged]
+    due = "no service is due"
+    if worst.never > 0.0:  # something is expected to fail, and no service would pay
+        due = f"{due}, {_weighed(worst)}"
     if not fresh:
-        return "no service is due: all that was found is known"
-    worst = max(fresh, key=lambda f: (SEVERITIES.index(f.severity), f.alarm_s))
-    alike = dict.fromkeys(f.name for f in fresh if f.advice == worst.advice)
-    return f"no service is due; {', '.join(alike)}: {worst.advice}"
+        return f"{due}: all that was found is known"
+    gravest = max(fresh, key=lambda f: (SEVERITIES.index(f.severity), f.alarm_s))
+    alike = dict.fromkeys(f.name for f in fresh if f.advice == gravest.advice)
+    return f"{due}; {', '.join(alike)}: {gravest.advice}"
+
+
+def _weighed(decision: Decision) -> str:
+    """Why nothing is to be serviced that may fail."""
+    never, now, later = (f"{x:.3g}" for x in (decision.never, decision.now, decision.later))
+    return (
+        f"since it is expected to cost least: {never} planned services to go on, {now} to service "
+        f"now, {later} later"
+    )
 
 
 def _nothing_found(unjudged: Sequence[str], joints: int) -> str:

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from urdyn.io.spans import Clock, span_of
-from urdyn.report.digits import interval90, number
+from urdyn.report.digits import interval90, number, percent
 from urdyn.report.names import spoken
 
 BEFORE = "before this run"
@@ -59,6 +59,28 @@ def left(finding: Mapping[str, Any]) -> str:
         return "level passed"
     median, rest = span_of(times).split(" (", 1)
     return f"{median} left ({rest}"
+
+
+def ahead(finding: Mapping[str, Any]) -> str:
+    """When its levels will be reached; "" of what does not surely grow."""
+    if not finding["forecast"]:
+        return ""
+    return ", ".join(
+        f"{name} passed" if passed(times) else f"{name} in {span_of(times)}"
+        for name in ("warning", "critical")
+        for times in [finding["forecast"][f"to_{name}_s"]]
+    )
+
+
+def lasting(arm: Mapping[str, Any]) -> str:
+    """How surely all joints of an arm last until a service can be planned."""
+    return f"{percent(arm['health_index'])} {sound(arm)}"
+
+
+def sound(arm: Mapping[str, Any]) -> str:
+    """Of what an arm's health index is the probability."""
+    few = "" if arm["judged"] else ", as far as they were judged"
+    return f"that no joint fails within {number(arm['horizon_h'])} h{few}"
 
 
 def passed(times: Mapping[str, float]) -> bool:

@@ -29,6 +29,7 @@ class Found:
 
     findings: tuple[Entry, ...]  # most urgent first
     unjudged: tuple[str, ...]  # joints that it saw too little of
+    arm: Entry | None  # health index of the whole arm; None: an older version's file
 
 
 def read_findings(folder: Path, joints: Sequence[str]) -> Found | None:
@@ -44,7 +45,7 @@ def read_findings(folder: Path, joints: Sequence[str]) -> Found | None:
         document = json.loads(path.read_text(encoding="utf-8"))
         whole = document if isinstance(document, dict) else {"findings": document}
         entries = ranked([_whole(entry, joints) for entry in whole["findings"]])
-        return Found(tuple(entries), tuple(unjudged(whole.get("joints", ()))))
+        return Found(tuple(entries), tuple(unjudged(whole.get("joints", ()))), _arm(whole))
     except OSError as error:
         raise InputError(f"its {FILE} cannot be read: {error.strerror}") from error
     except DAMAGE as error:
@@ -98,6 +99,18 @@ def _whole(entry: Entry, joints: Sequence[str]) -> Entry:
         "acknowledged": bool(entry.get("acknowledged", False)),
         "older": bool(entry.get("older", False)),
         "evidence": dict(evidence) if isinstance(evidence, Mapping) else {},
+    }
+
+
+def _arm(whole: Entry) -> Entry | None:
+    """How surely the arm lasts, where that is said."""
+    said = whole.get("arm")
+    if said is None:
+        return None
+    return {
+        "health_index": float(said["health_index"]),
+        "horizon_h": float(said["horizon_h"]),
+        "judged": bool(said["judged"]),
     }
 
 

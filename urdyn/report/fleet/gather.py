@@ -39,6 +39,7 @@ class Robot:
     source: str  # that was tracked; "" where nobody has said so yet
     finished: bool
     findings: tuple[Entry, ...] | None  # None: nobody has diagnosed it
+    arm: Entry | None  # how surely it lasts, of a diagnosis that says so
     judged: bool  # something was compared, and enough for a diagnosis if there is one
     written: float  # [s] since 1970, when something last was
     age: float  # [s] since then
@@ -153,6 +154,7 @@ def _robot(folder: Path, name: str, now: float, stale: float) -> Robot:
         run.source,
         run.finished,
         told.findings if told else None,
+        told.arm if told else None,
         bool(np.isfinite(run.surprise)) and not set(run.joints) <= set(unjudged),
         run.written,
         age,
@@ -192,6 +194,8 @@ def _told(robot: Robot) -> dict[str, Any]:
         "age_s": robot.age,
         "data_s": robot.span,
         "surprise": plain(surprise),
+        "health_index": robot.arm and robot.arm["health_index"],
+        "horizon_h": robot.arm and robot.arm["horizon_h"],
         "findings": None if robot.findings is None else [as_told(f) for f in robot.findings],
         "joints": [
             {

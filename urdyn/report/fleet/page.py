@@ -11,6 +11,7 @@ from urllib.parse import quote
 import numpy as np
 
 from urdyn.report.digits import MISSING, difference, number, percent
+from urdyn.report.finding_words import lasting
 from urdyn.report.finding_words import sentence as found
 from urdyn.report.fleet.gather import SHOWN, STATES, Fleet, Robot, Unread
 from urdyn.report.fleet.spark import Spark
@@ -124,6 +125,7 @@ def _facts(robot: Robot) -> Html:
     facts = [
         f"{robot.clock(robot.span)} of data",
         f"surprise {surprise}",
+        *([f"health index {lasting(robot.arm)}"] if robot.arm else []),
         f"written {_date(robot.written)}",
         *([] if robot.finished else ["unfinished: it runs, or was killed"]),
         *([] if robot.findings is not None else ["not diagnosed"]),

@@ -11,7 +11,7 @@ import plotly.graph_objects as go
 from urdyn.io.spans import Clock, clock, span_of
 from urdyn.report.canvas import BAND, LEFT, OURS, band, dots, figure, line, rule, shade
 from urdyn.report.digits import MISSING, number, percent
-from urdyn.report.finding_words import amount, factor, kind, passed, unit
+from urdyn.report.finding_words import ahead, amount, factor, kind, lasting, passed, sound, unit
 from urdyn.report.markup import Html, cell, grid, key, paragraph, plot, section, table, text
 from urdyn.report.names import spoken
 from urdyn.report.track.history import History
@@ -36,13 +36,12 @@ def forecasts(history: History, summary: Mapping[str, Any]) -> Html:
     """A fan for each finding that grows, a word for the others, and a table of the joints."""
     found: Sequence[Mapping[str, Any]] = summary["findings"]
     growing = [finding for finding in found if finding["forecast"]]
-    ahead = any(not passed(f["time_to_failure_s"]) for f in growing)
-    colours = KEY | (REACHED if ahead else {})
+    coming = any(not passed(f["time_to_failure_s"]) for f in growing)
+    colours = KEY | (REACHED if coming else {})
     fans = grid(*(_fan(f, history) for f in growing), kind="two")
     drawn = [key(colours), fans] if growing else []
     words = [paragraph(_others(found, history.joints))]
-    joints = [_health(summary["joints"], found)] if found else []
-    return section("Forecast", LEAD, *drawn, *words, *joints)
+    return section("Forecast", LEAD, *drawn, *words, _health(summary, found))
 
 
 def _others(found: Sequence[Mapping[str, Any]], joints: Sequence[str]) -> str:
@@ -66,13 +65,13 @@ def _fan(finding: Mapping[str, Any], history: History) -> Html:
     time = clock(now + told["ahead_s"][-1] - history.start)
     scale = factor(finding)
     by = {q: scale * np.array(y, float) for q, y in told["quantiles"].items()}
-    ahead = (np.array(told["ahead_s"]) + now - history.start) / time.seconds
+    later = (np.array(told["ahead_s"]) + now - history.start) / time.seconds
     first = max(begin - history.start, 0.0) / time.seconds
     levels = {name: scale * told[name] for name in ("warning", "critical")}
     traces = [
-        *(_faint(trace, PALE) for trace in band(ahead, by[WIDE[0]], by[WIDE[1]], "90 %")),
-        *(_faint(trace, CORE) for trace in band(ahead, by[NARROW[0]], by[NARROW[1]], "half")),
-        line(ahead, by["0.5"], "forecast", OURS, 1.6, dash="dot"),
+        *(_faint(trace, PALE) for trace in band(later, by[WIDE[0]], by[WIDE[1]], "90 %")),
+        *(_faint(trace, CORE) for trace in band(later, by[NARROW[0]], by[NARROW[1]], "half")),
+        line(later, by["0.5"], "forecast", OURS, 1.6, dash="dot"),
         *_seen(finding, history, time),
         *(_reached(told, name, y, history, time) for name, y in levels.items()),
     ]
@@ -84,9 +83,9 @@ def _fan(finding: Mapping[str, Any], history: History) -> Html:
     ]
     title = f"{finding['quantity']} [{unit(finding)}]"
     drawing = figure(traces, time.axis, title, 300, shapes=shapes)
-    drawing.update_xaxes(range=[first, ahead[-1]])
+    drawing.update_xaxes(range=[first, later[-1]])
     drawing.update_yaxes(range=_heights(levels["critical"], by, _seen_sizes(finding)))
-    return plot(drawing, f"{spoken(finding['name'])}: {kind(finding)}", _words(told))
+    return plot(drawing, f"{spoken(finding['name'])}: {kind(finding)}", ahead(finding))
 
 
 def _faint(trace: go.Scatter, colour: str) -> go.Scatter:
@@ -134,32 +133,32 @@ def _heights(critical: float, by: Mapping[str, Any], seen: Any) -> list[float]:
     return [low - room, high + room]
 
 
-def _words(told: Mapping[str, Any]) -> str:
-    """The levels in words."""
-    parts = []
-    for name in ("warning", "critical"):
-        left = told[f"to_{name}_s"]
-        parts.append(f"{name} in {span_of(left)}" if not passed(left) else f"{name} passed")
-    return ", ".join(parts)
-
-
-def _health(joints: Sequence[Mapping[str, Any]], found: Sequence[Mapping[str, Any]]) -> Html:
-    """Joint by joint: what was found, and whether it lasts until a service can be planned."""
-    hours = joints[0]["horizon_h"] if joints else 0.0
-    index = f"health index, {number(hours)} h"
+def _health(summary: Mapping[str, Any], found: Sequence[Mapping[str, Any]]) -> Html:
+    """Joint by joint, and of the arm: whether it lasts until a service can be planned."""
+    arm, joints = summary["arm"], summary["joints"]
+    if not found:
+        return paragraph(f"Health index of the arm: {lasting(arm)}.")
+    index = f"health index, {number(arm['horizon_h'])} h"
     heads = ["joint", index, "friction", "drive health", "other findings"]
-    return table(heads, [_joint(row, found) for row in joints])
+    names = {row["name"] for row in joints}
+    apart = ", ".join(kind(f) for f in found if f["name"] not in names)
+    whole = [text("whole arm"), _index(arm, sound(arm)), *(cell("") for _ in STEADY), text(apart)]
+    return table(heads, [*(_joint(row, found) for row in joints), whole])
+
+
+def _index(row: Mapping[str, Any], words: str = "") -> Html:
+    """A health index, marked where a failure is likelier than none."""
+    share = row["health_index"]
+    return cell(percent(share), words, "outside" if share < 0.5 else "")
 
 
 def _joint(row: Mapping[str, Any], found: Sequence[Mapping[str, Any]]) -> list[Html]:
     own = [f for f in found if f["name"] == row["name"]]
-    index = row["health_index"]
-    bad = "outside" if index < 0.5 else ""
     told = row.get("judged", True)
     others = ", ".join(kind(f) for f in own if f["kind"] not in STEADY)
     return [
         text(spoken(row["name"])),
-        cell(percent(index) if told or own else MISSING, "", bad),
+        _index(row) if told or own else cell(MISSING),
         *(_of_kind(own, name, told) for name in STEADY),
         text(others or ("none" if told else UNJUDGED)),
     ]

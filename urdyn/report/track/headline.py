@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from urdyn.io.spans import Clock, span_of
+from urdyn.io.spans import Clock
 from urdyn.report.digits import MISSING, interval90, number, percent
-from urdyn.report.finding_words import kind, passed, size, when
+from urdyn.report.finding_words import ahead, kind, size, when
 from urdyn.report.findings import ranked, unjudged
 from urdyn.report.markup import Html, cell, facts, grid, join, paragraph, table, tag, text
 from urdyn.report.names import QUANTITIES, capital, maker, spoken
@@ -102,14 +102,8 @@ def _sentence(f: Mapping[str, Any], time: Clock, start: float) -> str:
     known = ", acknowledged" if f["acknowledged"] else ""
     at = f" at {time(f['forecast']['at_s'] - start)}" if f["forecast"] else ""
     told = f"{capital(spoken(f['name']))}: {kind(f)}, {size(f)}{at}, {when(f, start, time)}"
-    soon = f", {_soon(f)}" if f["forecast"] else ""
+    soon = f", {ahead(f)}" if f["forecast"] else ""
     return f"{told}; {f['severity']}{soon}{known}."
-
-
-def _soon(f: Mapping[str, Any]) -> str:
-    """When it will be critical."""
-    times = f["time_to_failure_s"]
-    return "level passed" if passed(times) else f"critical in {span_of(times)}"
 
 
 def tied(words: str) -> str:
