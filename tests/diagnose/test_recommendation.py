@@ -126,8 +126,9 @@ def test_what_is_critical_and_yet_not_serviced_says_what_each_choice_costs():
     doubtful = replace(STEADY, severity="critical", confidence=0.75)
     of = recommendation([doubtful], dear)
     assert of["advice"] == "never" and of["expected_cost"]["never"] == pytest.approx(7.5, abs=0.1)
-    assert "no service is due, since it is expected to cost least: 7.5" in of["text"]
-    assert f"{of['expected_cost']['now']:.3g} to service now" in of["text"]
+    assert "no service is due, by [costs] of the rules: to go on is" in of["text"]
+    assert "cost 7.5" in of["text"]
+    assert f"service now {of['expected_cost']['now']:.3g}" in of["text"]
     assert doubtful.advice in of["text"]
     known = recommendation([replace(doubtful, acknowledged=True)], dear)["text"]
-    assert "expected to cost least" in known and known.endswith("all that was found is known")
+    assert "expected to cost" in known and known.endswith("all that was found is known")

@@ -78,3 +78,5 @@ CONFIGURATIONS = (
     PaperConfiguration("Real-time Mode", "realtime", 48.2, 115.0),
 )
 LATE = 18  # its Figure 4: how many steps late the estimate is
+NOTICED, LOW = 38, 0.03  # the step at which it sees the fault, and how low it reads from then on
+SAID, AHEAD = 60, 20  # the step at which it forecasts, and the steps left to the critical level

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import asdict, replace
+from collections.abc import Iterable, Sequence
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from rich.table import Table
 
+from urdyn.cli.kinds import as_counts, broken, kinds_table, summed
 from urdyn.cli.options import Json, Quiet
 from urdyn.cli.voice import Voice
 from urdyn.errors import InputError
@@ -19,56 +20,174 @@ from urdyn.report.digits import percent
 from urdyn.version import __version__
 
 if TYPE_CHECKING:
-    from urdyn.report.bench.faults import Kept, Predicted, Row
+    from urdyn.cli.diagnosis_trials import Trial
+    from urdyn.report.bench.confusion import Kinds
+    from urdyn.report.bench.faults import Kept, Paper, Predicted
+    from urdyn.report.bench.figure_four import Foreseen
+    from urdyn.report.bench.table_three import OnArm, Row
 
 FEWEST = 12  # lives, from which the oracle's threshold is told
+ROBOT, NOISE = "ur10e", "white"  # of the virtual arm
 
 Out = Annotated[Path | None, typer.Option(metavar="FILE", help="Draw it to an HTML page.")]
 Lives = Annotated[int, typer.Option(min=FEWEST, help="Of each fault at each level of noise.")]
-Seed = Annotated[int, typer.Option(min=0, help="Of the random lives.")]
+Runs = Annotated[
+    int, typer.Option(min=0, help="Of a virtual arm with each kind of fault; 0: of none.")
+]
+Seed = Annotated[int, typer.Option(min=0, help="Of the random lives, and of the arm.")]
+
+
+@dataclass(frozen=True, eq=False)
+class Measured:
+    """What a bench has found."""
+
+    lives: int
+    rows: Sequence[Row]
+    kept: Sequence[Kept]
+    predicted: Sequence[Predicted]
+    life: Foreseen
+    done: list[Trial]  # of the virtual arm; none where it was not asked for
+
+    @property
+    def kinds(self) -> Kinds | None:
+        """Which were told as which; None: no arm was broken."""
+        from urdyn.cli.diagnosis_trials import counted
+
+        return counted(self.done) if self.done else None
+
+    def on_arm(self, faults: Iterable[str]) -> list[OnArm]:
+        """The virtual arm's rows of Table III."""
+        from urdyn.cli.diagnosis_trials import on_arm
+
+        return [on_arm(self.done, name.replace(" ", "_"), name) for name in faults if self.done]
 
 
 def bench_faults(
-    out: Out = None, lives: Lives = 600, seed: Seed = 0, json: Json = False, quiet: Quiet = False
+    out: Out = None,
+    lives: Lives = 600,
+    runs: Runs = 2,
+    seed: Seed = 0,
+    json: Json = False,
+    quiet: Quiet = False,
 ) -> None:
-    """Find the paper's faults in many simulated lives: rates, delays, false alarms, forecasts.
+    """The paper's Table III and Figure 4 beside ours: rates, delays, false alarms, forecasts.
 
-    Example: [bold]urdyn bench faults --lives 120 --out faults.html[/bold]
+    Friction and health wear in many simulated lives; a virtual arm is broken in every way, and
+    what is told of it is counted by kind. More of that, in pairs too: urdyn bench diagnose.
+
+    Example: [bold]urdyn bench faults --lives 120 --runs 1 --out faults.html[/bold]
     """
     if out is not None and not out.resolve().parent.is_dir():
         raise InputError(f"{out}: cannot be written: its folder does not exist")
+    voice, paper = Voice(json, quiet), _paper()
+    found = _measured(lives, runs, seed, voice)
+    _show(voice, found, paper)
+    if out is not None:
+        _draw(out, found, paper)
+        voice.note(f"written: {out}")
+    voice.result({"urdyn": __version__, "runs": runs, "seed": seed} | _document(found, paper))
+
+
+def _paper() -> Paper:
+    from urdyn.bench import FAULTS, paper
+    from urdyn.report.bench.faults import Paper
+    from urdyn.report.bench.figure_four import Told
+
+    figure4 = Told(paper.NOTICED, paper.LATE, paper.LOW, paper.SAID, paper.AHEAD)
+    return Paper({f.name: (f.found, f.false, f.steps) for f in FAULTS}, figure4)
+
+
+def _measured(lives: int, runs: int, seed: int, voice: Voice) -> Measured:
     from threadpoolctl import threadpool_limits
 
-    from urdyn.bench import FAULTS
     from urdyn.cli import fault_trials
-    from urdyn.io import write_text
-    from urdyn.report.bench.faults import fault_page
-    from urdyn.simulate.paper import FRICTION_INCREASE, JOINTS, reconstruction
+    from urdyn.cli.diagnosis_trials import ALONE
+    from urdyn.simulate.paper import JOINTS
 
-    theirs = {f.name: (f.found, f.false, f.steps) for f in FAULTS if f.name in fault_trials.FAULTS}
-    voice, trials = Voice(json, quiet), fault_trials.Trials(lives - lives % JOINTS, seed)
+    trials = fault_trials.Trials(lives - lives % JOINTS, seed)
+    share = 0.2 if runs else 1.0  # of the time, that lives take
     with voice.progress("finding faults") as told, threadpool_limits(1):
         rows = list(fault_trials.rated(trials))
-        told("healthy data of all kinds", 0.5)
+        told("healthy data of all kinds", 0.5 * share)
         kept = list(fault_trials.kept(trials.runs, seed))
-        told("forecasts", 0.8)
+        told("forecasts", 0.8 * share)
         predicted = list(fault_trials.predicted(trials))
-        drawn = fault_trials.figure4(seed)
-    voice.show(_rates(rows, theirs), _promises(kept), _forecasts(predicted))
-    if out is not None:
-        taken = reconstruction(replace(FRICTION_INCREASE, motion="steady"))
-        write_text(out, fault_page(rows, kept, drawn, predicted, theirs, taken))
-        voice.note(f"written: {out}")
-    voice.result(
-        {
-            "urdyn": __version__,
-            "lives": trials.runs,
-            "promise_steps": fault_trials.PROMISE,
-            "faults": [_numbers(row) for row in rows],
-            "promise": [_numbers(one) for one in kept],
-            "forecasts": [_numbers(one) for one in predicted],
-        }
+        life = fault_trials.figure4(seed)
+        done = broken(
+            ROBOT, seed, runs, NOISE, ALONE,
+            lambda doing, x: told(doing, share + (1.0 - share) * x),
+        )  # fmt: skip
+    return Measured(trials.runs, rows, kept, predicted, life, done)
+
+
+def _show(voice: Voice, found: Measured, paper: Paper) -> None:
+    from urdyn.report.bench import figure_four, table_three
+
+    arm, kinds = found.on_arm(paper.faults), found.kinds
+    compared = table_three.table_three(found.rows, arm, paper.faults)
+    life = f"Figure 4: friction grows from step {found.life.onset}, sigma {found.life.sigma:g}"
+    voice.show(
+        _rates(found.rows),
+        _promises(found.kept),
+        _table("Table III, the paper's and ours", table_three.HEADS, compared),
     )
+    if kinds:
+        voice.show(kinds_table(kinds), summed(found.done, kinds))
+    voice.show(
+        _table(life, figure_four.HEADS, figure_four.beside(found.life, paper.figure4)),
+        _forecasts(found.predicted),
+    )
+
+
+def _draw(out: Path, found: Measured, paper: Paper) -> None:
+    from urdyn.io import write_text
+    from urdyn.report.bench.faults import fault_page
+    from urdyn.simulate.paper import FRICTION_INCREASE, reconstruction
+
+    taken = reconstruction(replace(FRICTION_INCREASE, motion="steady"))
+    arm = found.on_arm(paper.faults)
+    page = fault_page(
+        found.rows, found.kept, found.life, found.predicted, found.kinds, arm, paper, taken
+    )
+    write_text(out, page)
+
+
+def _document(found: Measured, paper: Paper) -> dict[str, Any]:
+    """All of it in plain numbers."""
+    from urdyn.cli.fault_trials import PROMISE
+    from urdyn.report.bench.figure_four import figures
+
+    kinds = found.kinds
+    return {
+        "lives": found.lives,
+        "promise_steps": PROMISE,
+        "table3": _table3(found, paper),
+        "figure4": figures(found.life, paper.figure4),
+        "kinds": as_counts(kinds) if kinds else None,
+        "faults": [_numbers(row) for row in found.rows],
+        "promise": [_numbers(one) for one in found.kept],
+        "forecasts": [_numbers(one) for one in found.predicted],
+    }
+
+
+def _table3(found: Measured, paper: Paper) -> list[dict[str, Any]]:
+    """Each of the paper's rows, with ours on its scenario and on the virtual arm."""
+    from urdyn.report.bench.table_three import TOGETHER
+
+    arm = {
+        one.fault: _numbers(one) | {"false_per_1000": one.false_per_1000}
+        for one in found.on_arm(paper.faults)
+    }
+    ours = [row for row in found.rows if row.detector == TOGETHER]
+    return [
+        {
+            "fault": name,
+            "paper": {"found": rate, "fp_rate": false, "delay": steps},
+            "scenario": [_numbers(row) for row in ours if row.fault == name],
+            "arm": arm.get(name),
+        }
+        for name, (rate, false, steps) in paper.faults.items()
+    ]
 
 
 def _numbers(row: Any) -> dict[str, Any]:
@@ -79,16 +198,21 @@ def _numbers(row: Any) -> dict[str, Any]:
     }
 
 
-def _rates(rows: Sequence[Row], theirs: Mapping[str, tuple[float, float, float]]) -> Table:
-    table = Table(title="before the warning level, at a promise of 1 false alarm in 10,000 steps")
+def _table(title: str, heads: Sequence[str], rows: Iterable[Sequence[str]]) -> Table:
+    table = Table(*heads, title=title)
+    for row in rows:
+        table.add_row(*row)
+    return table
+
+
+def _rates(rows: Sequence[Row]) -> Table:
+    title = "found before the warning level, at a promise of 1 false alarm in 10,000 steps"
+    table = Table(title=title)
     heads = (
         "fault", "growth/sigma", "detector", "found (95 %)", "delay", "x oracle", "false/1000",
     )  # fmt: skip
     for head in heads:
         table.add_column(head, no_wrap=True)
-    for fault, (found, positive, latency) in theirs.items():
-        rate = f"{percent(positive)} FP"
-        table.add_row(fault, "not told", "the paper", percent(found), f"{latency:g}", "-", rate)
     for row in rows:
         delay = "-" if math.isnan(row.delay) else f"{row.delay:.1f}"
         ratio = "-" if math.isnan(row.against_oracle) else f"{row.against_oracle:.2f}"
@@ -109,7 +233,7 @@ def _promises(kept: Sequence[Kept]) -> Table:
 
 
 def _forecasts(predicted: Sequence[Predicted]) -> Table:
-    table = Table(title="time to the critical level")
+    table = Table(title="Figure 4 over many lives: time to the critical level")
     for head in ("sigma", "after onset", "left", "median error", "90 % intervals cover (95 %)"):
         table.add_column(head, no_wrap=True)
     for one in predicted:

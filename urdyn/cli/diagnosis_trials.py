@@ -12,6 +12,8 @@ import numpy as np
 from urdyn.diagnose import diagnose
 from urdyn.identify import Fit, identify
 from urdyn.model.arm import load_arm
+from urdyn.report.bench.confusion import Kinds
+from urdyn.report.bench.table_three import OnArm
 from urdyn.signal import condition
 from urdyn.simulate import (
     Work,
@@ -45,6 +47,8 @@ PAIRS = (
     ("health_degradation", "sensor_fault"),
     ("collision", "friction_increase"),
 )
+Sets = tuple[tuple[str, ...], ...]  # kinds that are there at once
+ALONE: Sets = ((), *((kind,) for kind in FAULTS))
 PROBED = "joint_backlash"  # shows where the load turns over quickly: its joint goes to and fro
 NOTHING = "nothing"
 BINS = (0.0, 0.5, 0.8, 0.95, 0.985, 1.01)  # [-] of confidence
@@ -57,8 +61,13 @@ class Trial:
     truth: tuple[tuple[str, int | None], ...]
     told: tuple[tuple[str, int | None], ...]
     confidence: tuple[float, ...]  # [-] of each that was told
-    delay: float | None  # [s] of the first alarm; None: none
+    delays: tuple[float, ...]  # [s] from the onset to the alarm of each
     hidden: tuple[tuple[str, int | None], ...] = ()  # of the truth, what its motion cannot show
+
+    @property
+    def delay(self) -> float | None:
+        """[s] of the first alarm; None: none."""
+        return min(self.delays, default=None)
 
     @property
     def right(self) -> bool:
@@ -76,9 +85,10 @@ def commissioned(robot: str, seed: int, sensors: Sensors) -> tuple[Dynamics, Fit
     return dynamics, identify(arm, condition(log))
 
 
-def trials(dynamics: Dynamics, fit: Fit, sensors: Sensors, runs: int, seed: int) -> Iterator[Trial]:
-    """As many runs of each kind, of pairs, and of nothing."""
-    sets = [(), *((kind,) for kind in FAULTS), *PAIRS]
+def trials(
+    dynamics: Dynamics, fit: Fit, sensors: Sensors, runs: int, seed: int, sets: Sets
+) -> Iterator[Trial]:
+    """As many runs of each set of kinds."""
     for k in range(runs * len(sets)):
         rng = np.random.default_rng([seed, k])
         yield _trial(dynamics, fit, sensors, sets[k % len(sets)], rng)
@@ -99,12 +109,13 @@ def _trial(
         work = Work(to_and_fro(dynamics.arm, int(joints[0]), DURATION, RATE))
     events = happening(dynamics, work, faults, False)
     report = diagnose(fit, observe(dynamics, work.trajectory, sensors, rng, events))
-    told = {(f.kind, f.joint): float(f.confidence) for f in report.findings}
-    delay = min(float(f.alarm_s) for f in report.findings) - ONSET if told else None
+    told = {(f.kind, f.joint): f for f in report.findings}
+    sure = tuple(float(f.confidence) for f in told.values())
+    delays = tuple(float(f.alarm_s) - ONSET for f in told.values())
     gears = report.document["observability"][PROBED]
     blind = [(PROBED, row["joint"]) for row in gears if not row["observable"]]
     hidden = tuple(fault for fault in truth if fault in blind)
-    return Trial(tuple(truth), tuple(told), tuple(told.values()), delay, hidden)
+    return Trial(tuple(truth), tuple(told), sure, delays, hidden)
 
 
 def _fault(kind: str, joint: int, rng: np.random.Generator) -> tuple[str, int | None]:
@@ -122,7 +133,7 @@ def _fault(kind: str, joint: int, rng: np.random.Generator) -> tuple[str, int | 
     return text, where.get(kind, joint)
 
 
-def counted(done: list[Trial]) -> tuple[np.ndarray, list[str], list[str]]:
+def counted(done: list[Trial]) -> Kinds:
     """How often each true kind was told as which, on the right joint or on another."""
     truth = [*FAULTS, NOTHING]
     told = [*FAULTS, "another joint", NOTHING]
@@ -142,7 +153,30 @@ def counted(done: list[Trial]) -> tuple[np.ndarray, list[str], list[str]]:
             counts[truth.index(kind), told.index(as_what)] += 1
         for kind, _ in left or ([] if trial.truth else [(NOTHING, None)]):
             counts[truth.index(NOTHING), told.index(kind)] += 1
-    return counts, truth, told
+    return Kinds(counts, tuple(truth), tuple(told))
+
+
+def on_arm(done: list[Trial], kind: str, name: str) -> OnArm:
+    """What came of a kind; `name` is what it is called there."""
+    broken = [(t, fault) for t in done for fault in t.truth if fault[0] == kind]
+    found = [
+        (t.delays[i], t.confidence[i])
+        for t, fault in broken
+        for i, told in enumerate(t.told)
+        if told == fault
+    ]
+    delay, sure = np.median(found, axis=0).tolist() if found else (np.nan, np.nan)
+    return OnArm(
+        fault=name,
+        found=len(found) / len(broken),
+        runs=len(broken),
+        hidden=sum(fault in t.hidden for t, fault in broken),
+        delay=RATE * delay,
+        delay_s=delay,
+        sure=sure,
+        false=sum(told[0] == kind and told not in t.truth for t in done for told in t.told),
+        steps=round(len(done) * DURATION * RATE),
+    )
 
 
 def named(done: list[Trial]) -> dict[str, list[int]]:

@@ -32,7 +32,9 @@ from urdyn.faults import (
     tuned_algorithm2,
 )
 from urdyn.faults.onset import follow, kinks
-from urdyn.report.bench.faults import Foreseen, Kept, Predicted, Row
+from urdyn.report.bench.faults import Kept, Predicted
+from urdyn.report.bench.figure_four import Foreseen
+from urdyn.report.bench.table_three import Row
 from urdyn.simulate import paper
 from urdyn.types import Array
 

@@ -126,8 +126,8 @@ def _weighed(decision: Decision) -> str:
     """Why nothing is to be serviced that may fail."""
     never, now, later = (f"{x:.3g}" for x in (decision.never, decision.now, decision.later))
     return (
-        f"since it is expected to cost least: {never} planned services to go on, {now} to service "
-        f"now, {later} later"
+        f"by [costs] of the rules: to go on is expected to cost {never} planned services, to "
+        f"service now {now}, later no less than {later}"
     )
 
 

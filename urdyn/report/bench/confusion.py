@@ -3,14 +3,43 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 import plotly.graph_objects as go
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from urdyn.report.canvas import SHADE, figure
+from urdyn.report.markup import Html, plot, section
 
 FULL = "rgba(0,114,178,0.55)"  # on which digits can be read, light or dark
+
+
+@dataclass(frozen=True, eq=False)
+class Kinds:
+    """How often each true kind was told as which, on the right joint or on another."""
+
+    counts: NDArray[np.int64]  # (T, K) the kinds first, in the same order; then neither
+    truth: tuple[str, ...]  # (T,)
+    told: tuple[str, ...]  # (K,)
+
+    @property
+    def right(self) -> int:
+        """Findings that had the right kind and joint."""
+        kinds = len(self.counts) - 1
+        return int(np.trace(self.counts[:kinds, :kinds]))
+
+    @property
+    def findings(self) -> int:
+        """All."""
+        return int(self.counts[:, :-1].sum())
+
+
+def told_apart(kinds: Kinds) -> Html:
+    """The counts drawn, under their title."""
+    names = ([name.replace("_", " ") for name in row] for row in (kinds.truth, kinds.told))
+    lead = "Rows are what was wrong with a virtual arm, columns what was told of it."
+    return section("Kinds told apart", lead, plot(confusion(kinds.counts, *names), "counts", ""))
 
 
 def confusion(counts: ArrayLike, truth: Sequence[str], told: Sequence[str]) -> go.Figure:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from urdyn.report.digits import MISSING, percent
 
 
@@ -19,3 +21,14 @@ def share_of(share: float, count: int) -> str:
         return MISSING
     low, high = interval(share, count)
     return f"{percent(share)} ({100.0 * low:.0f} to {100.0 * high:.0f})"
+
+
+def rate_of(count: int, steps: int) -> str:
+    """Events in 1000 steps, with a 95 % interval: "0 (0 to 0.023)"; exact, by Garwood."""
+    if not steps:
+        return MISSING
+    from scipy.special import gammaincinv
+
+    low = float(gammaincinv(count, 0.025)) if count else 0.0
+    ends = 1000.0 / steps * np.array([count, low, gammaincinv(count + 1.0, 0.975)])
+    return "{:.2g} ({:.2g} to {:.2g})".format(*ends)
