@@ -82,13 +82,12 @@ def fault_page(
             "The paper's rates beside ours. On its scenario, eq. 5 to 7, a fault counts as found "
             "when the alarm comes after its onset and before the true parameter crosses the "
             "warning level, 40 steps later; ours watches all six joints, with one promise for all, "
-            "at several levels of noise sigma. "
-            "Backlash and instability are in no equation of the paper: they are measured on a "
-            "virtual arm that a commissioned twin is compared with, 100 steps a second, as faults "
-            "of one size that come at once. Found "
-            "is what is told of the right kind and joint; false is what is told of the kind where "
-            "it is not, over all runs; not to be seen is what a motion cannot show. Sure is the median confidence of what is found. In brackets "
-            "are 95 % intervals.",
+            "at several levels of noise sigma. Backlash and instability are in no equation of the "
+            "paper: they are measured on a virtual arm that a commissioned twin is compared with, "
+            "100 steps a second, as faults of one size that come at once. Found is what is told of "
+            "the right kind and joint; false is what is told of the kind where it is not, over all "
+            "runs; not to be seen is what a motion cannot show. Sure is the median confidence of "
+            "what is found. In brackets are 95 % intervals.",
             table(HEADS, _cells(table_three(rows, on_arm, paper.faults))),
         ),
         *([told_apart(kinds)] if kinds else []),
