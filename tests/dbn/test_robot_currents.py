@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from urdyn.dbn.arguments import Held
 from urdyn.dbn.robot import RobotCurrents
 from urdyn.dbn.robot_slice import packed
 from urdyn.dbn.shown import shown_directions
@@ -70,6 +71,34 @@ def test_at_the_reference_the_current_is_the_equations(currents, dynamics, motio
     for row in range(50, 400, 35):
         seen = currents.observe(state(currents), at(currents, motion, row))
         np.testing.assert_allclose(seen, said[row], rtol=0, atol=1e-11)
+
+
+@pytest.mark.parametrize("group", ["k", "m", "f", "alpha", "beta", "z", "o", "kappa"])
+def test_no_current_depends_on_what_is_held(currents, motion, group):
+    """Whatever its states are, all is as if they had the values at which they are held."""
+    rng = np.random.default_rng(9)
+    x = state(currents) + 1e-2 * rng.standard_normal(len(currents.names))
+    at_, values = currents.places[group], np.full(len(x), np.nan)
+    values[at_] = x[at_] + 0.05
+    there = np.where(np.isnan(values), x, values)
+    rates = np.r_[x, 1.0]  # what stands behind does not matter
+    held = replace(currents, held=Held(values))
+    u = replace(at(currents, motion, 150), warm=np.full(6, 5.0), felt=np.ones(6))
+    assert np.abs(currents.observe(there, u) - currents.observe(x, u)).max() > 1e-4
+    for inputs in (u, currents.near(u, there, LOAD)):
+        seen, slope = held.linearised(x, inputs)
+        wanted, H = currents.linearised(there, inputs)
+        H[:, at_] = 0.0
+        np.testing.assert_array_equal(seen, wanted)
+        np.testing.assert_array_equal(slope, H)
+        np.testing.assert_array_equal(held.observe(rates, inputs), wanted)
+    np.testing.assert_array_equal(held.per_unit(x, u), currents.per_unit(there, u))
+    np.testing.assert_array_equal(held.load(x, u), currents.load(there, u))
+    near, wanted = held.near(u, x, LOAD), currents.near(u, there, LOAD)
+    np.testing.assert_array_equal(near.carried.slope, wanted.carried.slope)
+    side, now = np.sign(rng.standard_normal(6)), moment(motion, 150)
+    loaded, wanted = held.inputs(now, side, 0.01, x), currents.inputs(now, side, 0.01, there)
+    np.testing.assert_array_equal(loaded.side, wanted.side)
 
 
 def test_currents_are_sums_of_what_is_packed(currents, motion):

@@ -164,3 +164,22 @@ def test_a_network_that_would_lead_nothing_is_refused(
     with pytest.raises(InputError, match=said):
         of_arm(network)
     assert of_arm(paper) is paper and of_arm(tracked_network())
+
+
+@pytest.mark.parametrize(
+    ("network", "shared", "said"),
+    [
+        (tracked_network().without("p", "curr"), "", "^p -> curr lacks, and what an arm carries"),
+        (figure2().without("k", "pos"), "k", "^k -> pos lacks, and a stream tells by it"),
+        (figure2().without("m", "force"), "payload", "^m -> force lacks, and a stream"),
+    ],
+)
+def test_a_network_that_lacks_what_tells_is_refused(
+    network: Network, shared: str, said: str
+) -> None:
+    """What no stream tells nobody sees: an edge to it is one to a leaf, and says nothing."""
+    with pytest.raises(InputError, match=said):
+        of_arm(network, (shared,))
+    if shared:
+        assert of_arm(network, ("",)) is network
+    assert of_arm(figure2(), ("k", "payload")) == figure2()

@@ -10,6 +10,7 @@ from urdyn.dbn import figure2
 from urdyn.estimate import EKF, UKF
 from urdyn.signal import Instant
 from urdyn.tracking import Drift, tracking_model
+from urdyn.tracking.blocks import Blocks
 from urdyn.tracking.commissioned import gains_of, given, taken_for_known
 from urdyn.tracking.model import ANYTHING, DAY, GAIN_SD, PAYLOAD_SD, SKEW_SD, by_taken
 from urdyn.tracking.physical import quantities
@@ -236,3 +237,67 @@ def test_friction_that_is_seen_to_rise_moves_what_follows_it(workshop, slices):
         alpha = state(model, f"alpha_{JOINT}")
         found[name] = belief.mean[alpha] - model.prior.mean[alpha]
     assert found["edge"] > found["none"] + 0.05
+
+
+ALONE = figure2().without("f", "alpha").without("f", "z").without("f", "curr")
+
+
+@pytest.mark.parametrize("filter_", [EKF(), UKF(), Blocks()], ids=repr)
+def test_what_no_current_shows_is_not_learnt_from_currents(workshop, slices, filter_):
+    """f without its edges is d-separated from the current, and its belief only widens with time."""
+    assert ALONE.d_separated("f", "curr") and ALONE.d_separated("f'", "curr'", "curr", "z", "m")
+    assert not ALONE.d_separated("z", "curr")
+    drift, rng = Drift(friction=0.01, health=0.01), np.random.default_rng(8)
+    whole, model = (tracking_model(workshop.fit, drift, n) for n in (figure2(), ALONE))
+    grown = model.prior.mean.copy()
+    for group, by in (("f", 0.3), ("z", -0.1)):
+        grown[state(model, f"{group}_{JOINT}")] += by
+    belief = known = filter_.init(model)
+    for _ in range(40):
+        u = replace(slices(0.5, speed=0.05), blind=False)
+        y = whole.observe(grown, u) + 0.01 * rng.standard_normal(6)
+        belief, _ = filter_.step(model, belief, u, y)
+        known, _ = filter_.step(model, known, u, np.full(6, np.nan))
+    after, nobody = filter_.belief(belief), filter_.belief(known)
+    f = [state(model, name) for name in model.names if name.startswith("f_")]
+    np.testing.assert_allclose(after.mean[f], nobody.mean[f], rtol=0.0, atol=1e-9)
+    np.testing.assert_allclose(after.sd[f], nobody.sd[f], rtol=1e-9)
+    assert (after.sd[f[:6]] > model.prior.sd[f[:6]]).all()
+    z = state(model, f"z_{JOINT}")
+    assert after.mean[z] < -0.02 and after.sd[z] < nobody.sd[z]
+
+
+def test_what_shows_by_another_alone_is_learnt_by_it(workshop, slices):
+    """f without its edge to the current, but with that to damping, which the current shows."""
+    network = figure2().without("f", "curr")
+    assert not network.d_separated("f", "curr")
+    drift, filter_, rng = Drift(friction=0.05), EKF(), np.random.default_rng(8)
+    model = tracking_model(workshop.fit, drift, network)
+    f, alpha = (state(model, f"{group}_{JOINT}") for group in ("f", "alpha"))
+    grown = model.prior.mean.copy()
+    grown[alpha] += 0.4
+    belief = filter_.init(model)
+    for _ in range(60):
+        u = replace(slices(0.5), blind=False)
+        y = model.observe(grown, u) + 0.01 * rng.standard_normal(6)
+        belief, _ = filter_.step(model, belief, u, y)
+    assert belief.mean[alpha] > model.prior.mean[alpha] + 0.2
+    assert belief.mean[f] > model.prior.mean[f] + 0.02
+
+
+def test_mass_leads_damping_through_a_filter_where_masses_stray(workshop, slices):
+    """A link that is seen to grow heavier damps; by default none does: the edge says nothing."""
+    fit, led = workshop.fit, {}
+    moments = [replace(slices(0.5, speed=0.05), blind=False) for _ in range(60)]
+    for bodies in (0.0, 0.1):
+        for name, network in (("edge", figure2()), ("none", figure2().without("m", "alpha"))):
+            model = tracking_model(fit, Drift(bodies=bodies), network)
+            filter_, rng = EKF(), np.random.default_rng(8)
+            heavier, belief = model.prior.mean.copy(), filter_.init(model)
+            heavier[model.observation.places["m"]] += 1.0
+            for u in moments:
+                y = model.observe(heavier, u) + 0.01 * rng.standard_normal(6)
+                belief, _ = filter_.step(model, belief, u, y)
+            led[bodies, name] = belief.mean[model.observation.places["alpha"]]
+    np.testing.assert_array_equal(led[0.0, "edge"], led[0.0, "none"])
+    assert np.abs(led[0.1, "edge"] - led[0.1, "none"]).max() > 1e-3

@@ -3,10 +3,30 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
-from urdyn.types import Array, Index
+from urdyn.types import Array, Index, Mask, frozen
+
+
+@dataclass(frozen=True, eq=False)
+class Held:
+    """States that nothing observed depends on: what they do there, they do at values that stay."""
+
+    values: Array  # (n,) of these states; NaN: what is observed depends on the state
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "values", frozen(self.values))
+
+    @cached_property
+    def seen(self) -> Mask:
+        """The other states, (n,)."""
+        return np.isnan(self.values)
+
+    def instead(self, x: Array) -> Array:
+        """The n leading states as what is observed has them, (..., n or more) -> (..., n)."""
+        return np.where(self.seen, x[..., : len(self.values)], self.values)
 
 
 @dataclass(frozen=True, eq=False)
@@ -16,6 +36,7 @@ class Arguments:
     combined: Array  # (m, c, p) of the p leading states
     states: Index  # (m, s)
     width: int  # of the states that any row depends on, which lead as well
+    held: Held | None = None  # of these, which no row depends on after all
 
     @property
     def count(self) -> int:
@@ -29,6 +50,7 @@ class Arguments:
     def of(self, x: Array) -> Array:
         """z, (..., n) -> (..., m, d)."""
         m, c, p = self.combined.shape
+        x = x if self.held is None else self.held.instead(x)
         combined = x[..., :p] @ self.combined.reshape(-1, p).T
         return np.concatenate([combined.reshape(*x.shape[:-1], m, c), x[..., self.states]], axis=-1)
 
@@ -36,6 +58,7 @@ class Arguments:
         """W_j P, their covariance with the states, (n, n) -> (m, d, n)."""
         (m, c, p), n = self.combined.shape, len(P)
         out = np.empty((m, self.count, n))
+        P = P if self.held is None else P[: self.width] * self.held.seen[:, None]
         out[:, :c] = (self.combined.reshape(-1, p) @ P[:p]).reshape(m, c, n)
         out[:, c:] = P.take(self.states, axis=0)
         return out
@@ -44,6 +67,7 @@ class Arguments:
         """W_j P W_jᵀ, each row's own covariance, (m, d, d)."""
         m, c, p = self.combined.shape
         out = np.empty((m, self.count, self.count))
+        across = across if self.held is None else across[..., : self.width] * self.held.seen
         out[:, :c] = self.combined @ across[..., :p].swapaxes(1, 2)
         out[:, c:] = across[self._row, :, self.states]
         return out
@@ -54,4 +78,4 @@ class Arguments:
         H = np.zeros((*slope.shape[:-1], self.width))
         H[..., :p] = (slope[..., None, :c] @ self.combined)[..., 0, :]
         H[..., self._row, self.states] += slope[..., c:]
-        return H
+        return H if self.held is None else H * self.held.seen

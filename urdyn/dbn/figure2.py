@@ -4,7 +4,8 @@
 velocities go into the motion that currents are explained by, beside the angles, and what departs
 from these is refused there; of any parameter they say nothing, for they are the encoders' angles
 over time. A tool's velocity moves with k as its pose does, times the joints' speed: at 1 rad/s and
-noise of 2e-3 rad/s it tells of k, in variance, some 2500 times less than a pose good to 20 um.
+noise of 2e-3 rad/s it tells of k, in variance, some 2500 times less than a pose good to 20 um. Nor
+does a wrench tell of k here: it is that of what is carried, beyond the links.
 """
 
 from __future__ import annotations

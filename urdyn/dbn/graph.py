@@ -18,7 +18,7 @@ from typing import Literal, get_args
 
 import numpy as np
 
-from urdyn.dbn.mixed_graph import MixedGraph, Names, Pair
+from urdyn.dbn.mixed_graph import MixedGraph, Names, Nodes, Pair
 from urdyn.errors import InputError
 from urdyn.given import as_numbers
 
@@ -157,9 +157,19 @@ class Network:
         """Over both slices."""
         return self.unrolled.markov_blanket(node)
 
-    def d_separated(self, a: str, b: str, *given: str) -> bool:
-        """Over both slices: whether knowing b says nothing of a once `given` is known."""
-        return self.unrolled.d_separated(a, b, given)
+    def d_separated(self, a: Nodes, b: Nodes, given: Nodes = (), *more: Nodes) -> bool:
+        """Over both slices: whether knowing b says nothing of a once all others are known."""
+        return self.unrolled.d_separated(a, b, given, *more)
+
+    def hidden(self, observation: str) -> tuple[str, ...]:
+        """Parameters that no arrow leads from to what is observed.
+
+        None where the network has no such observation, and so says nothing of it.
+        """
+        if observation not in {n.name for n in self.observations}:
+            return ()
+        seen = self.slice.parents(observation)
+        return tuple(n.name for n in self.parameters if n.name not in seen)
 
     def order(self) -> tuple[str, ...]:
         """Nodes of one slice, every one after its parents."""

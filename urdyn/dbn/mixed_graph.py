@@ -14,6 +14,7 @@ from urdyn.errors import InputError
 
 Pair = tuple[str, str]
 Names = frozenset[str]
+Nodes = str | Iterable[str]  # one, or more
 
 
 @dataclass(frozen=True)
@@ -34,7 +35,7 @@ class MixedGraph:
             circle = " -> ".join(error.args[1])
             raise InputError(f"arrows lead in a circle, {circle}; take one out") from None
 
-    def named(self, nodes: str | Iterable[str]) -> Names:
+    def named(self, nodes: Nodes) -> Names:
         """One node or more as a set; InputError where the graph has no such."""
         found = (nodes,) if isinstance(nodes, str) else tuple(nodes)
         if strange := sorted(str(n) for n in found if n not in self.nodes):
@@ -75,15 +76,14 @@ class MixedGraph:
         heads = self.district(node, *self.children(node))
         return (heads | self.parents(*heads)) - {node}
 
-    def d_separated(
-        self, a: str | Iterable[str], b: str | Iterable[str], given: Iterable[str] = ()
-    ) -> bool:
-        """Whether a and b are independent given `given` in every distribution of this graph.
+    def d_separated(self, a: Nodes, b: Nodes, given: Nodes = (), *more: Nodes) -> bool:
+        """Whether a and b are independent given all others in every distribution of this graph.
 
-        In the moral graph of their ancestors every path from a to b meets `given`
+        In the moral graph of their ancestors every path from a to b meets what is given
         [Lauritzen1990]_; a shared disturbance is a common parent that is never given.
         """
-        start, goal, known = self.named(a), self.named(b), self.named(given)
+        start, goal = self.named(a), self.named(b)
+        known = self.named(given).union(*map(self.named, more))
         plain = self._with_latents
         kept = plain.ancestors(start | goal | known)
         reached, frontier = start - known, start - known

@@ -7,11 +7,12 @@
 G = d tau / d q; D = d tau / d t, by the time that a current is told earlier than commissioning took
 it to be: some milliseconds of it are, on heavy joints, as much torque by speed as damping is. S
 spans the inertial directions that motion can show, in standard scores of the population, so that
-what no motion shows stays with the prior and cannot grow overconfident. Friction, health, rotors
-and gains are logarithms: always positive. `gain` is a drive's true gain over K, the commissioned
-one: what is wrong there is in pi_0 and friction too, so that it shows in what is carried besides
-alone. w is how much warmer than on the first day the lubricant is, as far as the joints'
-temperatures tell, and `lubricant` what they do not.
+what no motion shows stays with the prior and cannot grow overconfident. Friction, health,
+rotors and gains are logarithms: always positive. `gain` is a drive's true gain over K, the
+commissioned one: what is wrong there is in pi_0 and friction too, so that it shows in what is
+carried besides alone. w is how much warmer than on the first day the lubricant is, as far as the
+joints' temperatures tell, and `lubricant` what they do not. What moves no current, by the network's
+edges, stands in all this as on the first day, and for sure.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ from functools import cached_property
 
 import numpy as np
 
-from urdyn.dbn.arguments import Arguments
+from urdyn.dbn.arguments import Arguments, Held
 from urdyn.dbn.robot_drive import (
     CARRIED,
     CARRIED_HELD,
@@ -53,6 +54,7 @@ class RobotCurrents:
     reference: Dynamics  # the commissioned arm: where all offsets are zero
     shown: Array  # (10 J, r) inertials per unit of m
     noise: Array  # (J,) [A] sd
+    held: Held | None = None  # states that move no current, by the network's edges; None: none
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "shown", frozen(self.shown))
@@ -124,7 +126,7 @@ class RobotCurrents:
         unknown = np.isnan(warm)
         G, C, M = self._arm.torque_derivatives(q, v, a)
         A, load = self._bodies(np.column_stack([G, self._later(G, C, M, now)]), now, a)
-        side = s * np.sign(load if x is None else load + A @ x[self.rigid])
+        side = s * np.sign(load if x is None else load + A @ self._felt(x)[self.rigid])
         return RobotSlice(
             dt=dt,
             span=dt if span is None else span,
@@ -144,6 +146,7 @@ class RobotCurrents:
         The currents, but for slow noise, are the sums of their products: for one x, in half the
         time of `observe`, and of anything else that is packed.
         """
+        x = self._felt(x)
         f, alpha, beta, rotor, z, gain = np.exp(x[self._positive]).reshape(len(POSITIVE), -1)
         kappa, kappa_f, lubricant = (x[self.places[name]] for name in WARMTH)
         warm = u.felt * (u.warm + lubricant)
@@ -169,6 +172,10 @@ class RobotCurrents:
             return u.packed
         A, load = self._bodies(u.A[:, : self.places["m"].start], now, now.instrument)
         return packed(A, u.side, load, u.rest, u.s, u.v, now.instrument)
+
+    def _felt(self, x: Array) -> Array:
+        """States (..., n) as the currents have them."""
+        return x if self.held is None else self.held.instead(x)
 
     def _later(self, G: Array, C: Array, M: Array, now: Instant) -> Array:
         """Torque's slope in time, while friction turns over when it does, (J,) [N·m/s].
@@ -242,7 +249,7 @@ class RobotCurrents:
         else:
             W[:, CARRIED, payload] = u.A[:, payload]
             W[:, CARRIED_HELD, payload] = u.A_hold[:, payload]
-        return Arguments(W, self._states, len(self.names))
+        return Arguments(W, self._states, len(self.names), self.held)
 
     def through(self, z: Array, u: RobotSlice) -> Array:
         """Currents by their arguments, (..., J, d) -> (..., J) [A]."""
@@ -261,7 +268,7 @@ class RobotCurrents:
         samples of a payload.
         """
         at, K = self.places["payload"], self.reference.drive.gain
-        _, _, beta, _, z, gain = np.exp(x[self._positive]).reshape(len(POSITIVE), -1)
+        _, _, beta, _, z, gain = np.exp(self._felt(x)[self._positive]).reshape(len(POSITIVE), -1)
         A, A_hold = u.A[:, at], u.A_hold[:, at]
         slope = (A + beta[:, None] * A_hold) / (K * z * gain)[:, None]
         near = Carried(payload, slope, A @ payload, A_hold @ payload, slope @ payload)
@@ -269,7 +276,7 @@ class RobotCurrents:
 
     def load(self, x: Array, u: RobotSlice) -> Array:
         """Rigid-body torque that the gears transmit, (n,) -> (J,) [N·m]."""
-        at = self.places["payload"]
+        at, x = self.places["payload"], self._felt(x)
         payload = x[at] if u.carried is None else u.carried.payload
         borne = u.A[:, at] @ payload / np.exp(x[self.places["gain"]])
         return np.asarray(u.load + u.A[:, : at.start] @ x[: at.start] + borne)

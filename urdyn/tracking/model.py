@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from urdyn.dbn.arguments import Held
 from urdyn.dbn.compile import Patterns, coefficients, correlations
 from urdyn.dbn.figure2 import figure2
 from urdyn.dbn.graph import Network
 from urdyn.dbn.joined import Joined
 from urdyn.dbn.robot import RobotCurrents
+from urdyn.dbn.robot_drive import WARMTH
 from urdyn.dbn.robot_slice import RobotSlice
 from urdyn.dbn.wear import Fading, Jolt, Wear
 from urdyn.dbn.widening import Widening
@@ -28,6 +31,8 @@ from urdyn.tracking.commissioned import (
 from urdyn.types import Array, Gaussian, Index
 
 STRAYING = ("m", "f", "alpha", "beta", "z", "o")
+SEEN = "curr"  # what is observed; motion is given
+GROUPS_OF = {"p": ("payload",), "I": ("rotor",), "w": WARMTH}  # of nodes that are no group by name
 DRIFTING = ("f", "z")  # groups with a rate: what wears; alpha follows f
 ZERO_SD = 3e-4  # [rad] of a joint's zero on the first day
 ZERO_MEMORY = 600.0  # [s] in which a zero that nothing shows is taken to be as drawn again
@@ -82,11 +87,19 @@ def tracking_model(
     and the rates of f and z. What is known of the arm is conditional on what is taken for known,
     and health is relative to the commissioned gains. How wrong they are shows in what is carried
     besides: of all but the one known best, for a piece that nobody has weighed tells only how they
-    compare. The edges of `network`, figure2() where none is given, lead what strays.
+    compare. The edges of `network`, figure2() where none is given, lead what strays, which m does
+    not unless `drift.bodies` says so. From what has no edge to SEEN, no current is learnt: it stays
+    as commissioned, but for what other edges tell of it.
     """
+    network = network or figure2()
     currents = RobotCurrents(fit.dynamics, shown_links(fit)[1], _noise(fit))
     prior = _prior(fit, currents)
-    process = _process(fit, currents, prior, drift or Drift(), network or figure2())
+    if hidden := [at for name in network.hidden(SEEN) for at in _of_node(currents, name)]:
+        values = np.full(len(prior.mean), np.nan)
+        for at in hidden:
+            values[at] = prior.mean[at]
+        currents, prior = replace(currents, held=Held(values)), _apart(prior, hidden)
+    process = _process(fit, currents, prior, drift or Drift(), network)
     return Joined(Widening(process, _at(currents, "payload"), ANYTHING * PAYLOAD_SD), currents)
 
 
@@ -145,6 +158,23 @@ def by_taken(fit: Fit, currents: RobotCurrents) -> Array:
 def _at(currents: RobotCurrents, group: str) -> Index:
     place = currents.places[group]
     return np.arange(place.start, place.stop)
+
+
+def _of_node(currents: RobotCurrents, name: str) -> list[Index]:
+    """States of a network's node, group by group."""
+    return [_at(currents, group) for group in GROUPS_OF.get(name, (name,))]
+
+
+def _apart(belief: Gaussian, groups: Sequence[Index]) -> Gaussian:
+    """A belief in which these have nothing in common with anything else.
+
+    Commissioning found it out by currents, which tell nothing of them here.
+    """
+    cov = np.array(belief.cov)
+    for at in groups:
+        cov[at], cov[:, at] = 0.0, 0.0
+        cov[np.ix_(at, at)] = belief.cov[np.ix_(at, at)]
+    return Gaussian(belief.mean, cov)
 
 
 def _process(

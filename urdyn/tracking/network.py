@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 from urdyn.dbn.figure2 import figure2
 from urdyn.dbn.graph import Edge, Network, Node
 from urdyn.errors import InputError
-from urdyn.tracking.model import STRAYING
+from urdyn.tracking.model import SEEN, STRAYING
 
 BESIDE = (
     Node("p", "payload"),
@@ -14,17 +16,20 @@ BESIDE = (
     Node("w", "lubricant's warmth"),
 )  # parameters of the tracked model that the paper does not have
 ORDER = ("k", "p", "m", "I", "beta", "alpha", "f", "z", "o", "w")
-SEEN = "curr"  # motion is given, not observed
+# By the group that another stream tells of too: whose edges say so, and to what is observed there.
+TOLD_BY = {"k": (("k",), "pos"), "payload": (("m", "p"), "force")}
 LEADING = " ".join(STRAYING)
 
 
-def of_arm(network: Network) -> Network:
-    """The network, where each of its edges among parameters leads something in a tracked arm.
+def of_arm(network: Network, shared: Iterable[str] = ()) -> Network:
+    """The network, where all that its edges say, and their lack, is so in a tracked arm.
 
-    What is observed follows from the physics, whatever edges lead there.
+    What a parameter does to what is observed is physics; where no edge leads there, nothing.
+    `shared` are groups that other streams tell of.
 
     Raises:
-        InputError: a parameter is none of an arm's, or an edge joins one that does not stray.
+        InputError: a parameter is none of an arm's, an edge joins one that does not stray, or one
+            lacks without which nothing is tracked.
     """
     strangers = [n.name for n in network.parameters if n.name not in ORDER]
     if strangers:
@@ -34,6 +39,13 @@ def of_arm(network: Network) -> Network:
     for edge in network.edges:
         if {*edge.ends} <= inner and not {*edge.ends} <= set(STRAYING):
             raise InputError(f"{edge} leads nothing: what strays, and may lead, is {LEADING}")
+    if "p" in network.hidden(SEEN):
+        raise InputError(f"p -> {SEEN} lacks, and what an arm carries is told by it; put it back")
+    for parents, seen in map(TOLD_BY.__getitem__, filter(None, shared)):
+        known = [p for p in parents if p in inner]
+        if known and set(known) <= set(network.hidden(seen)):
+            lacking = " or ".join(f"{p} -> {seen}" for p in known)
+            raise InputError(f"{lacking} lacks, and a stream tells by it; put it back, or leave it")
     return network
 
 

@@ -49,13 +49,13 @@ class Tracker(Generic[S]):
     filter: Filter[S]
     period: float  # [s] between samples, as a rule
     drift: Drift | None = None
-    network: Network | None = None  # whose edges lead what strays; None: the paper's
+    network: Network | None = None  # whose edges say what leads, and what shows; None: the paper's
     streams: tuple[Stream[Any], ...] = ()  # beside the joints' own sensors
 
     @cached_property
     def model(self) -> Joined[RobotSlice]:
         """The two slices."""
-        network = self.network and of_arm(self.network)
+        network = self.network and of_arm(self.network, (s.shared for s in self.streams))
         return tracking_model(self.fit, self.drift, network)
 
     @cached_property
