@@ -86,8 +86,7 @@ def test_em_recovers_noise_levels(life: Array) -> None:
 
 def test_em_and_the_evidence_agree(life: Array) -> None:
     found = maximise_evidence(np.log([0.3, 0.4]), walking, ticks(N), life)
-    before, after = found.log_likelihood
-    assert after > before
+    assert found.converged and found.log_likelihood[-1] > found.log_likelihood[0]
 
     def surprise(setting: Array) -> float:
         return -track(Kalman(), walking(setting), ticks(N), life).log_likelihood
@@ -249,3 +248,39 @@ def test_what_was_learnt_before_a_fall_is_returned(life: Array) -> None:
         TRUTH + 0.2, walking, lambda setting, history: worse.pop(0), ticks(N), life
     )
     assert found.setting is TRUTH and len(found.log_likelihood) == 3
+
+
+def coupled(setting: Array) -> Joined[Tick]:
+    """Friction and the damping that it leads, seen: a coefficient and logarithms of noise."""
+    coefficient, friction, damping, noise = setting
+    nodes = (Node("f", diffusion=np.exp(friction)), Node("alpha", diffusion=np.exp(damping)))
+    process = compile_linear(
+        Network(nodes, (Edge("f", "alpha", coefficient),)), {"f": 1, "alpha": 1}
+    )
+    return Joined(process, AffineObservation(2, lambda u: np.eye(2), np.exp(2 * noise) * np.eye(2)))
+
+
+def test_a_search_may_begin_without_any_coupling() -> None:
+    """A coordinate of 0 is moved like any other: wherever it begins, it ends on one top."""
+    truth = np.array([-0.7, -2.3, -1.6, -2.3])
+    y = simulate(coupled(truth), ticks(120), np.random.default_rng(44))[1]
+    tops = []
+    for start in ([0.0, -2.3, -1.6, -2.3], [-1.0, -2.0, -2.0, -2.0]):
+        found = maximise_evidence(np.array(start), coupled, ticks(120), y)
+        assert found.converged
+        tops.append(found)
+    cov = doubt(tops[0].setting, coupled, ticks(120), y)  # refuses what is no maximum
+    one, other = tops
+    assert abs(other.log_likelihood[-1] - one.log_likelihood[-1]) < 5e-3
+    assert (np.abs(other.setting - one.setting) < 0.1 * np.sqrt(np.diag(cov))).all()
+    assert abs(one.setting[0] - truth[0]) < 4 * np.sqrt(cov[0, 0])
+
+
+def test_a_scale_is_the_unit_of_a_parameter(life: Array) -> None:
+    """In thousandths of a logarithm, the same search."""
+    one = maximise_evidence(np.log([0.3, 0.4]), walking, ticks(N), life)
+    fine = maximise_evidence(
+        1e3 * np.log([0.3, 0.4]), lambda x: walking(1e-3 * x), ticks(N), life, scale=1e3
+    )
+    np.testing.assert_allclose(fine.setting, 1e3 * one.setting, rtol=1e-6)
+    assert len(fine.log_likelihood) == len(one.log_likelihood)

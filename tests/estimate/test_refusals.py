@@ -251,7 +251,7 @@ def test_a_sensor_of_infinite_noise_says_nothing(filter_: Any) -> None:
 
 @pytest.mark.parametrize("reading", [1e12, np.nan])
 def test_a_search_that_finds_nothing_says_so(reading: float) -> None:
-    """The likeliest offset is too far away, or nowhere."""
+    """The likeliest offset is too far away, in thousandths, or nowhere."""
 
     def offset(setting: Array) -> Model:
         process = RandomWalk(("x",), Gaussian(np.zeros(1), np.eye(1)), np.zeros(1))
@@ -259,7 +259,9 @@ def test_a_search_that_finds_nothing_says_so(reading: float) -> None:
         return Joined(process, seen)
 
     with pytest.raises(InputError, match="no likeliest setting"):
-        maximise_evidence(np.zeros(1), offset, ticks(3), np.zeros((3, 1)))
+        maximise_evidence(np.zeros(1), offset, ticks(3), np.zeros((3, 1)), scale=1e-3)
+    with pytest.raises(InputError, match="scale"):
+        maximise_evidence(np.zeros(1), offset, ticks(3), np.zeros((3, 1)), scale=0.0)
 
 
 def test_states_that_are_learnt_may_be_listed() -> None:

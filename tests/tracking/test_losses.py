@@ -169,12 +169,12 @@ def test_a_network_that_would_lead_nothing_is_refused(
 @pytest.mark.parametrize(
     ("network", "shared", "said"),
     [
-        (tracked_network().without("p", "curr"), "", "^p -> curr lacks, and what an arm carries"),
-        (figure2().without("k", "pos"), "k", "^k -> pos lacks, and a stream tells by it"),
-        (figure2().without("m", "force"), "payload", "^m -> force lacks, and a stream"),
+        (tracked_network().without("p", "curr"), "", "^p -> curr is missing: it tells what"),
+        (figure2().without("k", "pos"), "k", "^k -> pos is missing, and a stream tells by it"),
+        (figure2().without("m", "force"), "payload", "^m -> force is missing, and a stream"),
     ],
 )
-def test_a_network_that_lacks_what_tells_is_refused(
+def test_a_network_without_an_edge_that_tells_is_refused(
     network: Network, shared: str, said: str
 ) -> None:
     """What no stream tells nobody sees: an edge to it is one to a leaf, and says nothing."""

@@ -14,12 +14,16 @@ from urdyn.errors import InputError
 from urdyn.estimate.ekf import EKF
 from urdyn.estimate.protocol import track
 from urdyn.estimate.smoother import smooth
+from urdyn.given import given, positive
 from urdyn.types import Array
 
 Setting = TypeVar("Setting")
 
 FIRST_STEP = 0.02  # of a logarithm or a coefficient, by which their doubt is looked for
 NEARLY = 0.1  # [nats] below the top, where a search may have ended
+FAR, NEAR = 0.5, 0.1  # of a logarithm or a coefficient, by which a search looks around; and again
+CLOSE = 1e-3  # in a parameter and [nats], within which all corners of a simplex are where it ends
+SEARCHES = 20  # at most, each from where the one before ended
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,13 +70,20 @@ def maximise_evidence(
     build: Callable[[Array], TwoSlice[U]],
     inputs: Sequence[U],
     observations: Array,
+    scale: Array | float = 1.0,
 ) -> Learnt[Array]:
     """The parameters, (p,), that make the observations likeliest, by Nelder and Mead's simplex.
 
-    For what EM has no formula for: time constants, a few noise levels (give their logarithms).
+    For what EM has no formula for: time constants, a few noise levels (give their logarithms). A
+    simplex may collapse on a slope, so it is opened anew where one ends, until that gains nothing.
+
+    Args:
+        scale: (p,), or one for all: what is a fair change of each parameter, as 1 is of a logarithm
+            or a coefficient. The first simplex is half as large, wherever it starts.
 
     Raises:
-        InputError: the search did not end, or led to where there is no likelihood.
+        InputError: the search did not end, or led to where there is no likelihood; a scale is not
+            above 0.
     """
     from scipy.optimize import minimize
 
@@ -84,11 +95,24 @@ def maximise_evidence(
         except InputError:  # no belief is possible there: the search turns back
             return np.inf
 
-    began = evidence(np.asarray(start))
-    found = minimize(surprise, start, method="Nelder-Mead", options={"xatol": 1e-3, "fatol": 1e-3})
-    if not (found.success and np.isfinite(found.fun)):
-        raise InputError(f"no likeliest setting was found, begin nearer to it: {found.message}")
-    return Learnt(np.asarray(found.x), np.array([began, -float(found.fun)]), True)
+    at = np.asarray(start, dtype=np.float64)
+    unit = np.broadcast_to(given(scale, "scale", "numbers above 0", positive), at.shape)
+    climbed, reach = [evidence(at)], FAR
+    for _ in range(SEARCHES):
+        corners = np.vstack([at, at + reach * np.diag(unit)])
+        found = minimize(
+            lambda z: surprise(z * unit),
+            at / unit,
+            method="Nelder-Mead",
+            options={"xatol": CLOSE, "fatol": CLOSE, "initial_simplex": corners / unit},
+        )
+        if not (found.success and np.isfinite(found.fun)):
+            raise InputError(f"no likeliest setting was found, begin nearer to it: {found.message}")
+        at, reach = found.x * unit, NEAR
+        climbed.append(-float(found.fun))
+        if climbed[-1] - climbed[-2] < CLOSE:
+            break
+    return Learnt(at, np.array(climbed), climbed[-1] - climbed[-2] < CLOSE)
 
 
 def doubt(

@@ -29,7 +29,7 @@ def of_arm(network: Network, shared: Iterable[str] = ()) -> Network:
 
     Raises:
         InputError: a parameter is none of an arm's, an edge joins one that does not stray, or one
-            lacks without which nothing is tracked.
+            is missing by which something is told.
     """
     strangers = [n.name for n in network.parameters if n.name not in ORDER]
     if strangers:
@@ -40,12 +40,12 @@ def of_arm(network: Network, shared: Iterable[str] = ()) -> Network:
         if {*edge.ends} <= inner and not {*edge.ends} <= set(STRAYING):
             raise InputError(f"{edge} leads nothing: what strays, and may lead, is {LEADING}")
     if "p" in network.hidden(SEEN):
-        raise InputError(f"p -> {SEEN} lacks, and what an arm carries is told by it; put it back")
+        raise InputError(f"p -> {SEEN} is missing: it tells what an arm carries; put it back")
     for parents, seen in map(TOLD_BY.__getitem__, filter(None, shared)):
         known = [p for p in parents if p in inner]
         if known and set(known) <= set(network.hidden(seen)):
-            lacking = " or ".join(f"{p} -> {seen}" for p in known)
-            raise InputError(f"{lacking} lacks, and a stream tells by it; put it back, or leave it")
+            told = " or ".join(f"{p} -> {seen}" for p in known)
+            raise InputError(f"{told} is missing, and a stream tells by it; leave out that stream")
     return network
 
 
