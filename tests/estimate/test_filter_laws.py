@@ -212,6 +212,23 @@ def test_what_is_considered_keeps_its_mean_and_its_doubt() -> None:
         np.testing.assert_allclose(mean, x)
 
 
+@pytest.mark.parametrize("filter_", EXACT, ids=lambda f: type(f).__name__)
+def test_a_track_keeps_covariances_where_asked(filter_: Any) -> None:
+    """Those of the beliefs, slice by slice; a track of no slices has none of the same shape."""
+    rng = np.random.default_rng(6)
+    model = random_model(rng, 3, 2)
+    observations = simulate(model, ticks(12), rng)[1]
+    found = track(filter_, model, ticks(12), observations, covariances=True)
+    assert track(filter_, model, ticks(12), observations).cov is None
+    assert found.cov is not None and found.cov.shape == (12, len(model.names), len(model.names))
+    np.testing.assert_array_equal(np.sqrt(np.diagonal(found.cov, axis1=1, axis2=2)), found.sd)
+    last = track(filter_, model, ticks(7), observations[:7], covariances=True)
+    assert last.cov is not None
+    np.testing.assert_array_equal(last.cov[-1], found.cov[6])
+    none = track(filter_, model, [], [], covariances=True)
+    assert none.cov is not None and none.cov.shape == (0, *found.cov.shape[1:])
+
+
 def test_a_track_knows_its_names_and_times() -> None:
     rng = np.random.default_rng(14)
     model = random_model(rng, 3, 2)

@@ -127,6 +127,7 @@ def test_algorithm_2_turns_its_signs_for_what_falls() -> None:
     z = 1.0 - 0.005 * np.maximum(np.arange(80) - 20.0, 0.0)
     found = run(detector, z[:, None])
     assert found.alarm == 61
+    assert detect(z, stated_baseline(1.0, 0.01), detector=detector).alarms == found.alarms
     assert found.verdicts[61].kind == "health_degradation"
 
 

@@ -61,7 +61,7 @@ WRONG: list[tuple[str, Callable[[], Any]]] = [
     ("a series is .* the shape [(][)]", lambda: run(GLR(), np.array(1.0))),
     ("promise True", lambda: detect(Y, ONE, promise=True)),
     ("whitens already", lambda: detect(Y, ONE, detector=Whitened(ONE, GLR()))),
-    ("parameters, not inn", lambda: detect(Y, ONE, detector=Algorithm2(3.0, 6.0, 0.1, 0.1))),
+    ("parameters, not inn", lambda: Whitened(ONE, Algorithm2(3.0, 6.0, 0.1, 0.1))),
     ("3 streams", lambda: run(Whitened(TWO, GLR()), np.zeros((5, 3)))),
     ("side: 2 for 3", lambda: run(ShiryaevRoberts(side=np.ones(2)), np.zeros((5, 3)))),
     ("side: 2 for 3", lambda: run(GLR(side=np.ones(2)), np.zeros((5, 3)))),

@@ -5,7 +5,10 @@
     found.alarm, found.stream, found.onset
 
 A detector is settings with `init` and `step`, as a filter is; `Whitened` puts one behind a baseline
-that `learn_baseline` learnt from healthy data.
+that `learn_baseline` learnt from healthy data. Algorithm 2 is given the series as it is:
+
+    ours = tuned_algorithm2(friction_when_new, critical)    # or Algorithm2, by thresholds
+    detect(friction, friction_when_new, detector=ours)    # run(ours, rows) where no baseline is
 """
 
 from __future__ import annotations

@@ -7,6 +7,7 @@ from typing import Any
 from numpy.typing import ArrayLike
 
 from urdyn.errors import InputError
+from urdyn.faults.algorithm2 import Algorithm2
 from urdyn.faults.detector import Detection, Detector, run
 from urdyn.faults.sequential import ShiryaevRoberts
 from urdyn.faults.whiten import Baseline, beside
@@ -36,7 +37,8 @@ def detect(
         tolerance: change of each stream's level, in its unit, that is no fault: how far it strays
             from the baseline's where that is too short to show it.
         detector: of standardised innovations, with settings of its own; ShiryaevRoberts with
-            these if None.
+            these if None. An `Algorithm2` is given the series as it is: what is healthy, and the
+            promise, went into its thresholds.
 
     Raises:
         InputError: series and baseline are of other streams, or a setting cannot be used.
@@ -49,4 +51,6 @@ def detect(
         detector = ShiryaevRoberts(promise, side=ways, tolerance=healthy.whitened(slack))
     elif promise != PROMISE or ways.any() or slack.any():
         raise InputError("promise, side and tolerance are the detector's own; give them to it")
+    if isinstance(detector, Algorithm2):
+        return run(detector, rows)
     return run(Whitened(healthy, detector), rows)
