@@ -154,6 +154,7 @@ def test_the_tracked_network_has_the_edges_that_the_filter_uses():
     [
         (("g",), (), "no g to track; its parameters are k p m"),
         ((), (Edge("k", "f"),), "leads nothing: what strays"),
+        (("o",), (Edge("o", "curr", 0.0),), r"^o -> curr \(\+0\): what shows there follows from"),
     ],
 )
 def test_a_network_that_would_lead_nothing_is_refused(

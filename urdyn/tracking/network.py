@@ -39,9 +39,14 @@ def of_arm(network: Network, shared: Iterable[str] = ()) -> Network:
     for edge in network.edges:
         if {*edge.ends} <= inner and not {*edge.ends} <= set(STRAYING):
             raise InputError(f"{edge} leads nothing: what strays, and may lead, is {LEADING}")
+        if edge.child not in inner and edge.coefficient != 1.0:
+            raise InputError(
+                f"{edge} ({edge.coefficient:+.3g}): what shows there follows from physics; leave "
+                "the coefficient at 1, or take the edge out"
+            )
     if "p" in network.hidden(SEEN):
         raise InputError(f"p -> {SEEN} is missing: it tells what an arm carries; put it back")
-    for parents, seen in map(TOLD_BY.__getitem__, filter(None, shared)):
+    for parents, seen in (TOLD_BY[group] for group in shared if group in TOLD_BY):
         known = [p for p in parents if p in inner]
         if known and set(known) <= set(network.hidden(seen)):
             told = " or ".join(f"{p} -> {seen}" for p in known)
