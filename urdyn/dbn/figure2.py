@@ -27,7 +27,8 @@ OBSERVATIONS = (
     Node("force", "wrench at the flange", "observation"),
 )
 # Worn or cold gears resist in both ways; a heavier link loads the bearing that damps it. In
-# logarithms, and before any data: what learns the network replaces these.
+# logarithms, and before any data: what learns the network replaces these. Masses of a tracked arm
+# stray, and so lead, only where its `Drift.bodies` says so.
 FRICTION_TO_DAMPING = 0.5
 MASS_TO_DAMPING = 0.1
 FRICTION_WITH_HEALTH = -0.3  # what wears a gear tires its drive
