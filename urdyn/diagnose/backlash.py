@@ -23,6 +23,8 @@ from urdyn.diagnose.crossing import BEFORE, GAPS, LONGEST, Crossing
 from urdyn.diagnose.event import CERTAIN, Event
 from urdyn.diagnose.flight import FLIGHTS, LONG, REACH, Flight
 from urdyn.diagnose.oscillation import HEARD
+from urdyn.diagnose.recurring import Recurred, Recurring
+from urdyn.diagnose.recurring import at_first as none_recurred
 from urdyn.diagnose.rows import Rows, joined
 from urdyn.diagnose.space import Space
 from urdyn.signal.stretches import GAP
@@ -47,6 +49,7 @@ class Reversals:
     slid: Array  # (J,) [s] in motion
     lo: Array  # (J,) [rad] least angle met
     hi: Array  # (J,) [rad] largest
+    recurred: Recurred | None = None  # None: as one had it who did not look for it
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,6 +69,11 @@ class Backlash:
     def flight(self) -> Flight:
         """Of gaps through which links fly."""
         return Flight(self.space, self.period)
+
+    @cached_property
+    def recurring(self) -> Recurring:
+        """Of what recurs at reversals, whatever it is."""
+        return Recurring(self.space, self.rule)
 
     def init(self) -> Reversals:
         """Nothing seen yet."""
@@ -111,7 +119,8 @@ class Backlash:
         new = whole.t > done
         turned = np.zeros(load.shape, dtype=bool)
         turned[1:] = load[1:] * load[:-1] < 0.0
-        judged = turned & (ready & new)[:, None] & ~ill & ~_during(swung, whole.t[:, None])
+        heard = (ready & new)[:, None] & ~ill & ~_during(swung, whole.t[:, None])
+        judged = turned & heard
         found = list[Event]()
         for row, j in np.argwhere(judged).tolist():
             state = self._reversal(
@@ -126,10 +135,23 @@ class Backlash:
             )
             state, event = self._judged(state, j, float(whole.t[-1]))
             found += [event] if event else []
+        state, more = self._recurs(state, whole, load=load, left=left, heard=heard)
         kept = longest + max(earlier, LONG) + self.period
         keep = int(np.searchsorted(whole.t, whole.t[-1] - kept))
         open_now = state.told & _lately(turned, whole.t, crossed[-1])[len(whole) - len(rows) :]
-        return replace(state, tail=whole.part(keep, len(whole))), found, open_now
+        return replace(state, tail=whole.part(keep, len(whole))), found + more, open_now
+
+    def _recurs(
+        self, state: Reversals, rows: Rows, load: Array, left: Array, heard: Mask
+    ) -> tuple[Reversals, list[Event]]:
+        """With what recurs at reversals of joints of which no gap was told."""
+        recurred = state.recurred or none_recurred(self.space.joints)
+        recurred, found = self.recurring.step(
+            recurred, rows, load=load, left=left, judged=heard, told=state.told
+        )
+        told = state.told.copy()
+        told[[event.joint for event in found]] = True
+        return replace(state, recurred=recurred, told=told), found
 
     def _moved(self, state: Reversals, rows: Rows) -> Reversals:
         """With the way that joints have gone."""
@@ -253,9 +275,13 @@ def _during(swung: Array, t: Array) -> Mask:
 
 def _forgotten(state: Reversals, swung: Array) -> Reversals:
     """Without evidence that began to grow in what is heard to be a swing."""
-    of = _during(swung[:, :, None], state.since)
+    of, seen = _during(swung[:, :, None], state.since), state.recurred
+    if seen is not None:
+        t = np.where(_during(swung[:, :, None, None], seen.t), np.nan, seen.t)
+        seen = replace(seen, t=t)
     return replace(
         state,
+        recurred=seen,
         R=np.where(of, -np.inf, state.R),
         llr=np.where(of, 0.0, state.llr),
         number=np.where(of, 0.0, state.number),

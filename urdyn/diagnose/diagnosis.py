@@ -27,6 +27,7 @@ from urdyn.diagnose.finding import Finding
 from urdyn.diagnose.observability import MOVED
 from urdyn.diagnose.onsets import PAUSE
 from urdyn.diagnose.recall import Level
+from urdyn.diagnose.recurring import unjolted
 from urdyn.diagnose.rows import Rows, joined, rows
 from urdyn.diagnose.rules import Rules, read_rules
 from urdyn.diagnose.sensor import BELIEVED
@@ -243,6 +244,7 @@ class Diagnosis:
             slow = self.slow.unsaid(state.slow, min(sick))
             state = replace(state, slow=slow, moment=(believed,))
         state, found = self._told(replace(state, push=_last(events, state.push)), events)
+        state = self._unjolted(state)
         first, last = state.moment[0].t[0], state.moment[-1].t[-1]
         if not self._lasted(first, last, MOMENT):
             return state, found
@@ -265,6 +267,13 @@ class Diagnosis:
             told.add(finding.id)
         found = [finding for finding in after if finding.id in told]
         return replace(state, findings=after), ledger.to_be_told(before, found)
+
+    def _unjolted(self, state: State) -> State:
+        """Without pushes that are a joint's play."""
+        seen, coulomb = state.fast.reversals.recurred, self.space.reference.drive.coulomb
+        if seen is None:
+            return state
+        return replace(state, findings=unjolted(state.findings, seen, coulomb))
 
     def _changes(self, state: State) -> tuple[State, list[Finding]]:
         """New changes, and how those that are known went on."""

@@ -31,6 +31,7 @@ from urdyn.diagnose.onsets import Bank, Block
 from urdyn.diagnose.oscillation import Heard, Ring
 from urdyn.diagnose.pushed import Bin
 from urdyn.diagnose.recall import Recall
+from urdyn.diagnose.recurring import Recurred
 from urdyn.diagnose.ringing_line import Usual
 from urdyn.diagnose.rows import Rows
 from urdyn.diagnose.sensor import Felt
@@ -44,8 +45,8 @@ from urdyn.tracking.checkpoint import DAMAGE
 
 KNOWN = (
     Bank, Bin, Block, Carrying, Change, Creep, Fault, FastState, Felt, Finding, Heard, Instant,
-    Learnt, LearntBy, Loudness, Means, Mode, Now, Pool, Quiet, Recall, Reversals, Ring, Rows, Shown,
-    SlowState, State, Steadiness, Unseen, Usual, Waiting, Warmth,
+    Learnt, LearntBy, Loudness, Means, Mode, Now, Pool, Quiet, Recall, Recurred, Reversals, Ring,
+    Rows, Shown, SlowState, State, Steadiness, Unseen, Usual, Waiting, Warmth,
 )  # fmt: skip
 CLASSES = {kind.__name__: kind for kind in KNOWN}
 

@@ -47,7 +47,7 @@ ABOVE_ZERO: Range = (lambda x: x > 0.0, "above 0")
 # What a number may be, by its name; any other is not negative.
 RANGES: Mapping[str, Range] = {
     **dict.fromkeys(("hours", "shift", "promise", "least", "threshold"), ABOVE_ZERO),
-    **dict.fromkeys(("lasting", "noisy"), ABOVE_ZERO),
+    **dict.fromkeys(("lasting", "noisy", "recurs"), ABOVE_ZERO),
     **dict.fromkeys((*JOINT_STATES, *PAYLOAD_STATES), ABOVE_ZERO),
     **dict.fromkeys((cost.name for cost in fields(Costs)), ABOVE_ZERO),
     "share": (lambda x: 0.0 <= x <= 1.0, "from 0 to 1"),

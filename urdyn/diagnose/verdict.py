@@ -280,6 +280,10 @@ def _shown(event: Event, name: str) -> str:
             how = "growing" if told["growing"] else "fading" if told["fading"] else "steady"
             rings = f"{told['frequency_Hz']:.1f} Hz with {told['amplitude_Nm']:.2f} N·m, {how}"
             return f"{name}: swings at {rings}, since stamp {event.onset:.1f} s"
+        case "joint_backlash" if "recurs_at" in told:
+            at = f"{told['reversals']} reversals of {told['recurs_at']}"
+            jolt = f"a jolt of {told['lasting_s']:.2f} s recurs in {at}"
+            return f"{name}: {jolt}, as of a gap of about ± {1e3 * event.size:.1g} mrad"
         case "joint_backlash":
             gap = 1e3 * told["half_gap_rad"]
             seen = f"seen in {told['reversals']} reversals of load"

@@ -1,0 +1,118 @@
+"""What recurs where a joint turns over is play, however a loop answers it; a push is no play."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from realarm import Recorded, with_current
+from scipy.special import logsumexp
+from scipy.stats import invwishart, multivariate_t
+from shop import Shop
+
+from urdyn.diagnose import diagnose
+from urdyn.diagnose.recurring import FEWEST, RECURS, _ratios, at_first, p, unjolted
+from urdyn.identify import Fit
+from urdyn.types import Array, Log
+
+DOF, SOUND = 40.0, 25.0
+
+
+def _jolts(log: Log, x: Array, jolt, since: float = 0.0) -> Array:
+    """A jolt where x (N,) turns over, signed as it does, (N,).
+
+    Args:
+        jolt: of the time since [s].
+        since: after the first sample [s].
+    """
+    t, many = log.t, round(0.06 / float(np.median(np.diff(log.t))))
+    x = np.convolve(x, np.full(many, 1.0 / many), "same")
+    turned = np.flatnonzero((x[1:] * x[:-1] < 0.0) & (t[1:] > t[0] + since))
+    firm = [k for k in turned if abs(x[k + many] - x[k - many]) > 0.02]  # it does not stand
+    return np.asarray(sum(np.sign(x[k + 1]) * jolt(t - t[k]) for k in firm))
+
+
+def _pulse(after: Array) -> Array:
+    return np.where((after >= 0.0) & (after < 0.05), 1.0, 0.0)
+
+
+def _rebound(after: Array) -> Array:
+    return np.where((after >= 0.05) & (after < 0.08), 1.0, 0.0) - _pulse(after)
+
+
+def test_evidence_is_that_of_windows_one_by_one() -> None:
+    """Each is of a t distribution, given those before it [Murphy2007]."""
+    rng = np.random.default_rng(1)
+    Psi, y = invwishart.rvs(DOF, np.eye(p), random_state=rng), rng.normal(size=(7, p))
+
+    def one_by_one(latest: Array, k: float) -> float:
+        mean, scale, dof, told = np.zeros(p), Psi, DOF, 0.0
+        for each in latest:
+            free = dof - p + 1.0
+            shape = scale * (k + 1.0) / (k * free)
+            told += multivariate_t.logpdf(each, mean, shape, free)
+            scale = scale + k / (k + 1.0) * np.outer(each - mean, each - mean)
+            mean, k, dof = (k * mean + each) / (k + 1.0), k + 1.0, dof + 1.0
+        return told
+
+    for n, ratio in enumerate(_ratios(y, Psi, DOF, SOUND), start=FEWEST):
+        recurs = logsumexp([one_by_one(y[-n:], k) for k in RECURS]) - np.log(len(RECURS))
+        assert ratio == pytest.approx(recurs - one_by_one(y[-n:], SOUND), abs=1e-8)
+
+
+def test_sound_windows_keep_the_promise() -> None:
+    """Once in so many is evidence as much as that, at the most: a binomial's 4 sd."""
+    rng, draws, once = np.random.default_rng(2), 2000, 100.0
+    Psi = (DOF - p - 1.0) * np.eye(p)
+    alarms = 0
+    for C in invwishart.rvs(DOF, Psi, size=draws, random_state=rng):
+        root = np.linalg.cholesky(C)
+        d = root @ rng.normal(size=p) / np.sqrt(SOUND)
+        alarms += _ratios(d + rng.normal(size=(12, p)) @ root.T, Psi, DOF, SOUND)[-1] > np.log(once)
+    assert alarms <= draws / once + 4.0 * np.sqrt(draws / once)
+
+
+@pytest.mark.parametrize("jolt", [_pulse, _rebound])
+def test_a_jolt_of_a_joints_friction_that_recurs_is_play_of_that_joint(shop: Shop, jolt) -> None:
+    j, log = 0, shop.log(seconds=40.0)
+    friction = shop.dynamics.drive.coulomb[j]
+    jolts = _jolts(log, log.joint("actual_qd")[:, j], jolt, since=5.0)
+    (finding,) = shop.disturbed(log, j, friction * jolts).findings
+    assert (finding.kind, finding.joint) == ("joint_backlash", j)
+    assert finding.onset_s > log.t[0] + 4.9
+    assert not shop.disturbed(log, j, np.zeros(len(log.t))).findings
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("joint", [0, 1, 2])
+def test_a_jolt_in_a_real_run_is_play_and_no_push(
+    real: Fit, recorded: Recorded, joint: int
+) -> None:
+    log, drive = recorded("ur-20_02_12-40sec_12harm"), real.dynamics.drive
+    current = log.joint("actual_current").copy()
+    jolts = _jolts(log, log.joint("actual_qd")[:, joint], _rebound)
+    current[:, joint] += drive.coulomb[joint] / drive.gain[joint] * jolts
+    (finding,) = diagnose(real, with_current(log, current)).findings
+    assert (finding.kind, finding.joint) == ("joint_backlash", joint)
+    assert finding.evidence["recurs_at"] in ("velocity", "current")
+
+
+def test_a_push_is_a_joints_own_only_where_it_has_play_and_turned_over(shop: Shop) -> None:
+    log = shop.log("collision:link=4,force=90/0/60,onset=4", seconds=7.0)
+    (push,) = diagnose(shop.fit, log).findings
+    coulomb = shop.dynamics.drive.coulomb
+    most = int(np.argmax(np.abs(push.evidence["torque_Nm"]) / coulomb))
+    play = replace(push, kind="joint_backlash", joint=most)
+    elsewhere = replace(play, joint=(most + 1) % 6)
+
+    def turned(after: float):
+        seen = at_first(6)
+        t = seen.t.copy()
+        t[:, 0, -1] = push.onset_s - after
+        return replace(seen, t=t)
+
+    assert unjolted((push, play), turned(0.05), coulomb) == (play,)
+    assert unjolted((push, play), turned(1.0), coulomb) == (push, play)
+    assert unjolted((push, elsewhere), turned(0.05), coulomb) == (push, elsewhere)
+    assert unjolted((push,), turned(0.05), coulomb) == (push,)

@@ -1,0 +1,260 @@
+"""What recurs in a joint's current whenever it turns over: a gear with play, however it does it.
+
+How a loop answers a gap nobody knows: a lack, a blow, a rebound, a dither. What is known is when:
+at the joint's own reversals, of its load or of its velocity, with their sign. So windows about
+them, each beside a level and a slope of its own, are y = d + e, and their mean d may be
+
+    d ~ N(0, recurs² C)  of a sound joint: a model is off there, from day to day and twin to twin
+    d ~ N(0, C / k)      of one with play, k in RECURS;      e ~ N(0, C), C as at any other time
+
+C has an inverse Wishart distribution, which leaves of each a closed form [Murphy2007]_: a test of
+Hotelling's kind. Ratios of all last windows, one for each number of them, make Shiryaev-Roberts'
+sum [Roberts1966]_. A change of friction is a step where a velocity turns over, and bristles that
+are not as stiff as was thought make a bump: nothing is taken for play that these explain.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+
+import numpy as np
+from scipy.ndimage import uniform_filter1d
+from scipy.special import logsumexp
+
+from urdyn.diagnose.event import CERTAIN, Event
+from urdyn.diagnose.finding import Finding
+from urdyn.diagnose.rows import COULOMB, Rows
+from urdyn.diagnose.space import Space
+from urdyn.tracking.passage import STANDING
+from urdyn.types import Array, Index, Mask
+
+BIN, BEFORE, AFTER = 0.02, 5, 8  # [s], of which so many are a window, before a reversal and after
+BINS, KEPT = BEFORE + AFTER, slice(BEFORE - 1, BEFORE + 5)  # the middle of it tells of play
+FIRM = 3  # bins before and after, by which a joint has turned over
+SMOOTH = 3.0 * BIN  # [s] of noise, which turns nothing over
+SPAN = BIN * AFTER  # [s] after a reversal
+PUSHED = 2.0 * BIN  # [s] before a reversal, that a push at it may be told to begin
+LAST = 32  # reversals that are remembered
+FEWEST = 3  # of them that recur
+RECURS = (1.0, 0.1)  # windows that what is known of play counts for
+TILE = 0.1  # [s] from one window to the next, that any time is known by
+KNOWN, MOST = 20.0, 60.0  # windows apart that C is known by: fewer tell nothing; it may change
+p = KEPT.stop - KEPT.start
+
+
+WAYS = ("load", "velocity", "current")  # of what a reversal is one
+
+
+@dataclass(frozen=True, eq=False)
+class Recurred:
+    """The last windows at reversals, and those at any time."""
+
+    cov: Array  # (J, p, p) [A²] mean of squares at any time
+    tiles: Array  # (J,) windows of it
+    y: Array  # (J, WAYS, LAST, p) [A] the latest last, signed as the reversal; NaN: not yet
+    t: Array  # (J, WAYS, LAST) [s]
+
+
+def at_first(joints: int) -> Recurred:
+    """Nothing seen yet."""
+    nan = partial(np.full, fill_value=np.nan)
+    shape = (joints, len(WAYS), LAST)
+    return Recurred(np.zeros((joints, p, p)), np.zeros(joints), nan((*shape, p)), nan(shape))
+
+
+@dataclass(frozen=True, eq=False)
+class Recurring:
+    """Sequential test for what recurs at reversals of one joint."""
+
+    space: Space
+    rule: Mapping[str, float]  # promise, recurs
+
+    @property
+    def needed(self) -> float:
+        """Evidence at which it is told [nats]."""
+        return float(np.log(self.rule["promise"]))
+
+    def step(
+        self, state: Recurred, rows: Rows, load: Array, left: Array, judged: Mask, told: Mask
+    ) -> tuple[Recurred, list[Event]]:
+        """Some rows on.
+
+        Args:
+            load: of joints, (N, J) [N·m].
+            left: of their currents by the model, (N, J) [A].
+            judged: rows, and joints in them, of which something may be told, (N, J).
+            told: joints of which it was, (J,).
+        """
+        found = list[Event]()
+        state = self._any_time(state, rows, left, judged)
+        for w, of in enumerate((load, rows.v, rows.predicted)):
+            x = self._slowly(rows, of)
+            turned = np.zeros(x.shape, dtype=bool)
+            turned[1:] = (x[1:] * x[:-1] < 0.0) & judged[1:]
+            for row, j in np.argwhere(turned).tolist():
+                before = x[row - 1, j]
+                share = before / (before - x[row, j])
+                t0 = float(rows.t[row - 1] + share * (rows.t[row] - rows.t[row - 1]))
+                if t0 - state.t[j, w, -1] < SPAN:
+                    continue
+                y = _window(rows, x[:, j], left[:, j], j, t0, w)
+                if y is None:
+                    continue
+                state = _with(state, j, w, y * np.sign(-before), t0)
+                known = told[j] or any(event.joint == j for event in found)
+                event = None if known else self._event(state, j, w, float(rows.t[-1]))
+                found += [event] if event else []
+        return state, found
+
+    def _slowly(self, rows: Rows, x: Array) -> Array:
+        """Of rows x (N, J), what is no noise: means over SMOOTH."""
+        many = max(1, round(SMOOTH * (len(rows) - 1) / float(np.ptp(rows.t) or np.inf)))
+        return np.asarray(uniform_filter1d(x, many, axis=0))
+
+    def _any_time(self, state: Recurred, rows: Rows, left: Array, judged: Mask) -> Recurred:
+        """With windows at any time, of joints that move through them."""
+        grid = np.flatnonzero(np.diff(np.floor(rows.t / TILE), prepend=np.inf) > 0.0)
+        cov, tiles = state.cov.copy(), state.tiles.copy()
+        for row in grid[judged[grid].any(axis=1)].tolist():
+            at = _edges(rows.t, float(rows.t[row]))
+            if at is None:
+                continue
+            r, v = _means(left, at), _means(rows.v, at)
+            moves = np.abs(v).min(axis=0) > STANDING
+            moves &= (np.abs(v.sum(axis=0)) == np.abs(v).sum(axis=0)) & np.isfinite(r).all(axis=0)
+            for j in np.flatnonzero(moves & judged[row]).tolist():
+                y, most = _apart(r[:, j]), MOST * BINS * BIN / TILE
+                tiles[j] += 1.0
+                cov[j] += (np.outer(y, y) - cov[j]) / min(tiles[j], most)
+        return replace(state, cov=cov, tiles=tiles)
+
+    def _event(self, state: Recurred, j: int, w: int, now: float) -> Event | None:
+        """Play of joint j, where its reversals tell it by now."""
+        known = min(state.tiles[j] * TILE / (BINS * BIN), MOST)
+        there = np.isfinite(state.t[j, w])
+        y, t = state.y[j, w, there], state.t[j, w, there]
+        if known < KNOWN or len(y) < FEWEST:
+            return None
+        sound = self.rule["recurs"] ** -2.0
+        each = _ratios(y, known * state.cov[j], known + p + 1.0, sound)
+        evidence = float(logsumexp(each) - np.log(2.0 * len(WAYS) * self.space.joints))
+        if evidence < self.needed:
+            return None
+        many = int(np.argmax(each)) + FEWEST
+        shape = y[-many:].mean(axis=0)
+        half_gap, lasting = self._size(j, shape)
+        said = {
+            "half_gap_rad": half_gap,
+            "reversals": many,
+            "recurs_at": WAYS[w],
+            "current_A": shape.tolist(),
+            "lasting_s": lasting,
+            "statistic": evidence,
+            "threshold": self.needed,
+        }
+        return Event(
+            kind="joint_backlash",
+            joint=j,
+            onset=float(t[-many]),
+            alarm=now,
+            confidence=CERTAIN,
+            size=half_gap,
+            evidence=said,
+        )
+
+    def _size(self, j: int, shape: Array) -> tuple[float, float]:
+        """Half of the gap that a motor would cross in this time [rad], and the time [s].
+
+        T = sqrt(4 b I_r / f), as in `crossing`; what recurs lasts twice as long as its middle.
+        """
+        drive, t = self.space.reference.drive, (np.arange(p) - 0.5) * BIN
+        lasting = 2.0 * float(np.average(np.maximum(t, 0.0), weights=np.abs(shape)))
+        return float(drive.coulomb[j] * lasting**2 / (4.0 * drive.rotor_inertia[j])), lasting
+
+
+def unjolted(findings: Sequence[Finding], seen: Recurred, coulomb: Array) -> tuple[Finding, ...]:
+    """Without pushes that a joint with play has given its own current, where it turned over.
+
+    Args:
+        coulomb: friction of the joints, (J,) [N·m]: in units of it that joint felt most.
+    """
+    loose = [f.joint for f in findings if f.kind == "joint_backlash"]
+
+    def own(f: Finding) -> bool:
+        if f.kind != "collision":
+            return False
+        j = int(np.argmax(np.abs(f.evidence["torque_Nm"]) / coulomb))
+        after = f.onset_s - seen.t[j]
+        return j in loose and bool(((after > -PUSHED) & (after < SPAN)).any())
+
+    return tuple(f for f in findings if not own(f))
+
+
+def _with(state: Recurred, j: int, w: int, y: Array, t: float) -> Recurred:
+    """One more window."""
+    windows, times = state.y.copy(), state.t.copy()
+    windows[j, w] = np.append(windows[j, w, 1:], y[None], axis=0)
+    times[j, w] = np.append(times[j, w, 1:], t)
+    return replace(state, y=windows, t=times)
+
+
+def _edges(t: Array, t0: float) -> Index | None:
+    """First rows of the bins of a window about t0, and its end, (BINS + 1,); None: not all."""
+    at = np.searchsorted(t, t0 + BIN * (np.arange(BINS + 1) - BEFORE))
+    return np.asarray(at) if (np.diff(at) > 0).all() and at[-1] < len(t) else None
+
+
+def _means(x: Array, at: Index) -> Array:
+    """Of rows x (N, ...) in bins, (BINS, ...)."""
+    many = np.diff(at).reshape(-1, *(1,) * (x.ndim - 1))
+    return np.asarray(np.add.reduceat(x[: at[-1]], at[:-1], axis=0) / many)
+
+
+def _window(rows: Rows, x: Array, left: Array, j: int, t0: float, w: int) -> Array | None:
+    """What a reversal of x (N,) at t0 shows of joint j, (p,) [A]; None where it is none."""
+    at = _edges(rows.t, t0)
+    if at is None:
+        return None
+    seen = np.stack([x, left, rows.v[:, j], rows.drive[:, COULOMB, j], rows.doubt[:, j]], axis=1)
+    x, left, v, held, doubt = _means(seen, at).T
+    before, after = x[BEFORE - FIRM - 1], x[BEFORE + FIRM]
+    if not before * after < 0.0 or not np.isfinite(left).all():
+        return None
+    slides = np.abs(v[KEPT]).min() > STANDING and abs(v[KEPT].sum()) == np.abs(v[KEPT]).sum()
+    turns = v[BEFORE - FIRM - 1] * v[BEFORE + FIRM] < -(STANDING**2)
+    if slides and WAYS[w] != "velocity":
+        return _apart(left)
+    return _apart(left, held, doubt) if turns and WAYS[w] != "load" else None
+
+
+def _apart(left: Array, *known: Array) -> Array:
+    """What is left of a window beside its level, its slope and what else is known, (p,)."""
+    middle = BIN * (np.arange(BINS) + 0.5 - BEFORE)
+    Q = np.linalg.qr(np.column_stack([np.ones(BINS), middle, *known]))[0]
+    return np.asarray((left - Q @ (Q.T @ left))[KEPT])
+
+
+def _ratios(y: Array, Psi: Array, dof: float, sound: float) -> Array:
+    """Log of the likelihood ratios of the last FEWEST, FEWEST + 1, ... windows y (n, p) [nats].
+
+    Args:
+        Psi: scale of the inverse Wishart distribution of C, (p, p).
+        dof: its degrees of freedom.
+        sound: k of a sound joint.
+    """
+    n = np.arange(1.0, len(y) + 1.0)[:, None, None]
+    latest = y[::-1]
+    mean = np.cumsum(latest, axis=0)[:, :, None] / n
+    square = mean * np.swapaxes(mean, 1, 2)
+    scatter = np.cumsum(latest[:, :, None] * latest[:, None, :], axis=0) - n * square
+
+    def marginal(k: float) -> Array:
+        """Log of what the windows' likelihood is, but for what all k share."""
+        inner = Psi + scatter + (k * n / (k + n)) * square
+        shrunk = 0.5 * p * np.log(k / (k + n[:, 0, 0]))
+        return np.asarray(shrunk - 0.5 * (dof + n[:, 0, 0]) * np.linalg.slogdet(inner)[1])
+
+    recurs = logsumexp([marginal(k) for k in RECURS], axis=0) - np.log(len(RECURS))
+    return np.asarray((recurs - marginal(sound))[FEWEST - 1 :])
