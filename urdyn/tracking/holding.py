@@ -11,6 +11,8 @@ import numpy as np
 from urdyn.estimate import Filter
 from urdyn.tracking import beliefs
 from urdyn.tracking.held import LOAD, Held, nothing_held
+from urdyn.tracking.state import TrackerState
+from urdyn.tracking.unworn import Unworn
 from urdyn.types import Array, Gaussian, Index
 
 S = TypeVar("S")
@@ -18,12 +20,13 @@ S = TypeVar("S")
 
 @dataclass(frozen=True, eq=False)
 class Holding(Generic[S]):
-    """A filter's belief beside what was known before."""
+    """A filter's belief beside what was known before, of the load and of drives."""
 
     filter: Filter[S]
     first: int  # of the load among the states
+    unworn: Unworn  # and who knows of drives
 
-    def begun(self, held: Held, belief: S, carried: Array, change: float, told: bool) -> Held:
+    def begun(self, state: TrackerState[S], carried: Array, change: float, told: bool) -> Held:
         """What is known as it begins to be learnt anew, around `carried` (10,).
 
         Nothing by a cloud of particles: where it is of one opinion, it has no errors to weigh.
@@ -32,38 +35,39 @@ class Holding(Generic[S]):
             change: probability that it is another.
             told: and that this was told.
         """
-        if not isinstance(belief, beliefs.QUICK):
+        if not isinstance(state.belief, beliefs.QUICK):
             return nothing_held()
-        known = held.believed(self._own(belief))
+        known = state.load.believed(self._own(state))
         return Held(known.mean, known.cov, carried[:LOAD], change, told)
 
-    def exchanged(self, held: Held, belief: S) -> bool:
+    def exchanged(self, held: Held, state: TrackerState[S]) -> bool:
         """Whether it surely is another by now."""
-        return held.exchanged(self._own(belief))
+        return held.exchanged(self._own(state))
 
-    def believed(self, held: Held, belief: S) -> Gaussian:
+    def believed(self, state: TrackerState[S]) -> Gaussian:
         """All states, (n,)."""
-        whole = self.filter.belief(belief)
-        if not held.doubted:
+        whole = self.filter.belief(state.belief)
+        if not isinstance(state.belief, beliefs.QUICK):
             return whole
-        at = slice(self.first, self.first + LOAD)
-        load = held.believed(Gaussian(whole.mean[at], whole.cov[at, at]))
-        return with_load(whole, load, self.first)
+        return with_load(whole, state.load.believed(self._own(state)), self.first)
 
     @cached_property
     def _at(self) -> Index:
-        return self.first + np.arange(LOAD)
+        """Of the load and of health."""
+        return np.asarray(np.r_[self.first : self.first + LOAD, self.unworn.at])
 
-    def _own(self, belief: S) -> Gaussian:
-        """What the filter believes of the load, (4,)."""
-        return beliefs.marginal(self.filter, belief, self._at)
+    def _own(self, state: TrackerState[S]) -> Gaussian:
+        """What is believed of the load, (4,), by all that was learnt since it began anew."""
+        known = beliefs.marginal(self.filter, state.belief, self._at)
+        return self.unworn.load(known, state.passed, state.fell)
 
 
 def with_load(belief: Gaussian, load: Gaussian, first: int) -> Gaussian:
     """The belief (n,), with this load from its `first` state on; what hangs on it still does."""
     at = slice(first, first + len(load.mean))
-    mean, T = np.array(belief.mean), np.eye(len(belief.mean))
-    mean[at] = load.mean
+    mean, cov = np.array(belief.mean), np.array(belief.cov)
     own, other = np.linalg.cholesky(belief.cov[at, at]), np.linalg.cholesky(load.cov)
-    T[at, at] = np.linalg.solve(own.T, other.T).T
-    return Gaussian(mean, T @ belief.cov @ T.T)
+    across = np.linalg.solve(own.T, other.T).T @ belief.cov[at]
+    mean[at], cov[at], cov[:, at] = load.mean, across, across.T
+    cov[at, at] = load.cov
+    return Gaussian(mean, cov)

@@ -28,8 +28,9 @@ from urdyn.tracking.holding import Holding
 from urdyn.tracking.model import BULKY, LIGHT
 from urdyn.tracking.physical import KNOWN
 from urdyn.tracking.state import HINDSIGHT, TrackerState, in_hindsight
+from urdyn.tracking.unworn import Unworn
 from urdyn.tracking.worn import ASK, SURE, SURER, YOUNG, Then, Worn
-from urdyn.types import Array
+from urdyn.types import Array, Mask, changed
 
 S = TypeVar("S")
 
@@ -67,6 +68,12 @@ class Supposed(Generic[S]):
         return self.anew or (self.stood and self.handles)
 
     @property
+    def fell(self) -> Mask:
+        """Drives that something befell since commissioning, (J,)."""
+        before = self.was.fell
+        return before if self.what is None else before | self.what.drives
+
+    @property
     def widens(self) -> bool:
         """Something else is carried."""
         return self.another and (self.what is None or self.what.payload is not None)
@@ -98,7 +105,8 @@ class Noticing(Generic[S]):
     @cached_property
     def holding(self) -> Holding[S]:
         """Who tells what is carried while it is learnt anew."""
-        return Holding(self.filter, self.places["payload"].start)
+        unworn = Unworn(self.worn.wear, self.places["z"])
+        return Holding(self.filter, self.places["payload"].start, unworn)
 
     @cached_property
     def _look(self) -> float:
@@ -161,7 +169,8 @@ class Noticing(Generic[S]):
             return held
         if held.doubted:
             asked = supposed.looked and moving
-            sure = asked and self.holding.exchanged(held, belief)
+            now = changed(supposed.was, belief=belief, fell=supposed.fell)
+            sure = asked and self.holding.exchanged(held, now)
         else:
             sure = supposed.widens
         return replace(held, told=True) if sure else held
@@ -197,7 +206,7 @@ class Noticing(Generic[S]):
         # Evidence that comes soon after a change was told is of the same change.
         told = weighed or (was.told and not stood and state.rest.just(state.t))
         change = 0.0 if weighed else CHANGE
-        return self.holding.begun(was, state.belief, carried, change, told)
+        return self.holding.begun(state, carried, change, told)
 
     def _found(
         self,

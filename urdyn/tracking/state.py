@@ -13,7 +13,7 @@ from urdyn.tracking.handling import Rest, Weighed
 from urdyn.tracking.held import Held, nothing_held
 from urdyn.tracking.streams import Heard
 from urdyn.tracking.worn import ASKED, Then
-from urdyn.types import Array
+from urdyn.types import Array, Mask
 
 S = TypeVar("S")
 B = TypeVar("B", bound="Learnt[Any] | Then[Any]")
@@ -55,6 +55,7 @@ class TrackerState(Generic[S]):
     then: Then[S]  # what was believed when drives may since have worn
     lately: Then[S]  # and what was since, which drives are asked of by turns
     carried: Array  # (10,) what is carried, roughly
+    fell: Mask  # (J,) drives that something befell since commissioning
     stuck: Array  # (J,) currents that stayed the same while their joint slid, left out
     passed: float = 0.0  # [s] of the run
     moved: float = 0.0  # [s] of its motion

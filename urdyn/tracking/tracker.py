@@ -146,6 +146,7 @@ class Tracker(Generic[S]):
             lately=Then(belief),
             heard=tuple(first(stream) for stream in self.streams),
             carried=self.model.prior.mean[self.currents.places["payload"]],
+            fell=np.zeros(J, dtype=bool),
             stuck=nothing,
         )
 
@@ -270,6 +271,7 @@ class Tracker(Generic[S]):
             passed=state.passed + way.passed,
             moved=state.moved + way.passed * moved,
             carried=carried,
+            fell=supposed.fell,
             stuck=state.stuck + way.stuck,
             rest=state.rest.after(way.moving, way.passed, since, now.t),
             weighed=supposed.weighed,
@@ -309,7 +311,7 @@ class Tracker(Generic[S]):
 
     def believed(self, state: TrackerState[S]) -> Gaussian:
         """All states, (n,), as they are told: whatever may be carried."""
-        return self._noticing.holding.believed(state.load, state.belief)
+        return self._noticing.holding.believed(state)
 
     def estimates_beside(self, state: TrackerState[S]) -> tuple[Array, Array]:
         """Means and standard deviations of what the other streams tell of by themselves."""

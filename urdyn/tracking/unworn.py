@@ -1,0 +1,98 @@
+"""What is carried, as it is told where drives most likely give what they gave at commissioning.
+
+A filter that is to follow drives doubts each one's health z from the first day on, N(0, v²), and
+beside a load that it has not felt turn over much the two are hard to tell apart. Who asks for the
+load knows more: most drives give what they gave, N(0, w²), few have changed. As
+
+    N(z; 0, w²) / N(z; 0, v²) = v / w exp(-d² z² / 2),    d² = 1 / w² - 1 / v²,
+
+who thinks so of some drives believes what the filter does that also read 0 from each of these,
+with variance 1 / d². Where the filter believes N(m, P) of z, and D = diag(d) with 0 for drives that
+may have changed, what was measured is likelier to him by
+
+    sum log v / w - log |I + D P D| / 2 - m' D (I + D P D)^-1 D m / 2,
+
+the ratio of the marginal likelihoods [Dickey1971]_. Bayes' rule weighs who thinks it of all drives,
+who excepts one, and the filter, which thinks it of none. So a drive that surely changed is excepted
+by itself, and the filter, which learns nothing of this, follows it as before. Both variances grow
+as health may stray, and d falls to 0: what a drive gave on the first day says little an hour later.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from urdyn.dbn.wear import Wear
+from urdyn.types import Array, Gaussian, Mask
+
+ALIKE_SD = 0.003  # [-] w on the first day
+ALIKE = 0.98  # [-] of drives that are
+
+
+@dataclass(frozen=True, eq=False)
+class Unworn:
+    """What is known of the health of drives that nothing befell, by how they wear."""
+
+    wear: Wear
+    at: slice  # of health, one a joint
+
+    def load(self, belief: Gaussian, passed: float, fell: Mask) -> Gaussian:
+        """The load, (k,), by a belief in it and, behind it, in health, (k + J,).
+
+        Args:
+            passed: since the first day [s].
+            fell: what something befell, (J,).
+        """
+        k = len(belief.mean) - len(fell)
+        d, likelier = self._known(passed)
+        alike = self._alike & ~fell
+        D = d * alike
+        P, across, m = belief.cov[k:, k:], belief.cov[k:, :k], belief.mean[k:]
+        L = np.linalg.cholesky(np.eye(len(fell)) + D[:, :, None] * P * D[:, None, :])
+        white = np.linalg.solve(L, D[:, :, None] * np.column_stack([across, m]))
+        lever, missed = white[..., :k], white[..., k:]
+        lost = np.log(np.diagonal(L, axis1=1, axis2=2)).sum(axis=1)
+        odds = alike @ likelier - lost - 0.5 * (missed**2).sum(axis=(1, 2))
+        share = self._prior * np.exp(odds - odds.max())
+        share /= share.sum()
+        back = lever.swapaxes(1, 2)
+        moved = -(back @ missed)[..., 0]
+        mean = share @ moved
+        apart = moved - mean
+        spread = apart[:, :, None] * apart[:, None, :] - back @ lever
+        cov = belief.cov[:k, :k] + np.tensordot(share, spread, 1)
+        return Gaussian(belief.mean[:k] + mean, cov)
+
+    def _known(self, passed: float) -> tuple[Array, Array]:
+        """d and log v / w, (J,) each; 0 where the filter knows as much."""
+        first, strayed = self._variance[0], passed ** np.arange(1, 4) @ self._variance[1:]
+        v, w = first + strayed, np.minimum(ALIKE_SD**2, first) + strayed
+        return np.asarray(np.sqrt(1.0 / w - 1.0 / v)), np.asarray(0.5 * np.log(v / w))
+
+    @cached_property
+    def _alike(self) -> Mask:
+        """Drives that give what they gave: all, all but one, or who knows, (J + 2, J)."""
+        every = np.ones(self.at.stop - self.at.start, dtype=bool)
+        return np.vstack([every, ~np.diag(every), ~every])
+
+    @cached_property
+    def _prior(self) -> Array:
+        """Of each of these, where more than one that changed is left to the last, (J + 2,)."""
+        J = self.at.stop - self.at.start
+        known = np.r_[ALIKE**J, np.full(J, (1.0 - ALIKE) * ALIKE ** (J - 1))]
+        return np.asarray(np.r_[known, 1.0 - known.sum()])
+
+    @cached_property
+    def _variance(self) -> Array:
+        """Of health: on the first day, and by passed, its square and its cube, (4, J)."""
+        prior, p = self.wear.prior.cov.diagonal(), len(self.wear.parameters)
+        first = prior[self.at]
+        own, rate, push = self.wear.own.diagonal()[self.at], np.zeros_like(first), 0.0 * first
+        drifts = (self.at.start <= self.wear.drifting) & (self.wear.drifting < self.at.stop)
+        of = self.wear.drifting[drifts] - self.at.start
+        rate[of] = prior[p + np.flatnonzero(drifts)]
+        push[of] = self.wear.push.diagonal()[drifts]
+        return np.stack([first, own, rate, push / 3.0])
