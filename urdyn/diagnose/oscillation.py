@@ -195,8 +195,7 @@ class Oscillation:
             whose = state.ring.whose if now - state.ring.last < AGAIN else None
             ring = Ring(since=float(t[0]), within=WITHIN * window, joint=joint, whose=whose)
         steady = sizes.min() > STAYS * sizes.max()  # in noise, too: a brake's line grows like it
-        # What lasts longer than a window is as much surer.
-        sure = line.ratio * max(1.0, (now - ring.since) / window) >= self.rule["sure"]
+        sure = line.ratio >= self.rule["sure"]
         wait = self.rule["prompt" if sure and steady else "patience"]
         if not known or (window > SHORTEST and not sure):
             wait = 2.0 * window

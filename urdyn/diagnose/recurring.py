@@ -9,8 +9,9 @@ them, each beside a level and a slope of its own, are y = d + e, and their mean 
 
 C has an inverse Wishart distribution, which leaves of each a closed form [Murphy2007]_: a test of
 Hotelling's kind. Ratios of all last windows, one for each number of them, make Shiryaev-Roberts'
-sum [Roberts1966]_. A change of friction is a step where a velocity turns over, and bristles that
-are not as stiff as was thought make a bump: nothing is taken for play that these explain.
+sum [Roberts1966]_. A change of friction is a step where a velocity turns over, bristles that are not
+as stiff as was thought make a bump, and friction that fades with speed otherwise makes two: nothing
+is taken for play that these explain.
 """
 
 from __future__ import annotations
@@ -41,6 +42,7 @@ FEWEST = 3  # of them that recur
 RECURS = (1.0, 0.1)  # windows that what is known of play counts for
 TILE = 0.1  # [s] from one window to the next, that any time is known by
 KNOWN, MOST = 20.0, 60.0  # windows apart that C is known by: fewer tell nothing; it may change
+FADES = (0.02, 0.1)  # [rad/s] with which friction may fade otherwise than was thought
 p = KEPT.stop - KEPT.start
 
 
@@ -226,7 +228,9 @@ def _window(rows: Rows, x: Array, left: Array, j: int, t0: float, w: int) -> Arr
     turns = v[BEFORE - FIRM - 1] * v[BEFORE + FIRM] < -(STANDING**2)
     if slides and WAYS[w] != "velocity":
         return _apart(left)
-    return _apart(left, held, doubt) if turns and WAYS[w] != "load" else None
+    if not turns or WAYS[w] == "load":
+        return None
+    return _apart(left, held, doubt, *(held * np.exp(-np.abs(v) / fades) for fades in FADES))
 
 
 def _apart(left: Array, *known: Array) -> Array:
