@@ -9,9 +9,9 @@ them, each beside a level and a slope of its own, are y = d + e, and their mean 
 
 C has an inverse Wishart distribution, which leaves of each a closed form [Murphy2007]_: a test of
 Hotelling's kind. Ratios of all last windows, one for each number of them, make Shiryaev-Roberts'
-sum [Roberts1966]_. A change of friction is a step where a velocity turns over, bristles that are not
-as stiff as was thought make a bump, and friction that fades with speed otherwise makes two: nothing
-is taken for play that these explain.
+sum [Roberts1966]_. Where a velocity turns over, a change of friction is a step, bristles that are
+not as stiff as was thought make a bump, and friction that fades with speed otherwise makes two:
+nothing is taken for play that these explain.
 """
 
 from __future__ import annotations
