@@ -12,7 +12,19 @@ from scipy.stats import invwishart, multivariate_t
 from shop import Shop
 
 from urdyn.diagnose import diagnose
-from urdyn.diagnose.recurring import FEWEST, RECURS, _ratios, at_first, p, unjolted
+from urdyn.diagnose.recurring import (
+    BEFORE,
+    BIN,
+    BINS,
+    FEWEST,
+    RECURS,
+    _apart,
+    _ratios,
+    at_first,
+    faded,
+    p,
+    unjolted,
+)
 from urdyn.identify import Fit
 from urdyn.types import Array, Log
 
@@ -33,12 +45,16 @@ def _jolts(log: Log, x: Array, jolt, since: float = 0.0) -> Array:
     return np.asarray(sum(np.sign(x[k + 1]) * jolt(t - t[k]) for k in firm))
 
 
-def _pulse(after: Array) -> Array:
-    return np.where((after >= 0.0) & (after < 0.05), 1.0, 0.0)
+def _within(after: Array, begin: float, end: float) -> Array:
+    return np.where((after >= begin) & (after < end), 1.0, 0.0)
+
+
+def _blow(after: Array) -> Array:
+    return _within(after, 0.03, 0.08)
 
 
 def _rebound(after: Array) -> Array:
-    return np.where((after >= 0.05) & (after < 0.08), 1.0, 0.0) - _pulse(after)
+    return _within(after, 0.05, 0.08) - _within(after, 0.0, 0.05)
 
 
 def test_evidence_is_that_of_windows_one_by_one() -> None:
@@ -73,7 +89,7 @@ def test_sound_windows_keep_the_promise() -> None:
     assert alarms <= draws / once + 4.0 * np.sqrt(draws / once)
 
 
-@pytest.mark.parametrize("jolt", [_pulse, _rebound])
+@pytest.mark.parametrize("jolt", [_blow, _rebound])
 def test_a_jolt_of_a_joints_friction_that_recurs_is_play_of_that_joint(shop: Shop, jolt) -> None:
     j, log = 0, shop.log(seconds=40.0)
     friction = shop.dynamics.drive.coulomb[j]
@@ -82,6 +98,17 @@ def test_a_jolt_of_a_joints_friction_that_recurs_is_play_of_that_joint(shop: Sho
     assert (finding.kind, finding.joint) == ("joint_backlash", j)
     assert finding.onset_s > log.t[0] + 4.9
     assert not shop.disturbed(log, j, np.zeros(len(log.t))).findings
+
+
+@pytest.mark.parametrize("speed", [0.02, 0.05, 0.1, 0.2])
+@pytest.mark.parametrize("acceleration", [0.5, 2.0, 6.0])
+def test_friction_that_fades_with_speed_otherwise_is_no_play(speed: float, acceleration: float):
+    """Half as much again where the joint turns over leaves little of itself in a window."""
+    v = acceleration * BIN * (np.arange(BINS) + 0.5 - BEFORE)
+    held = np.sign(v)
+    more = 0.5 * held * np.exp(-np.abs(v) / speed)
+    known, unknown = _apart(more, held, *faded(held, v)), _apart(more, held)
+    assert np.abs(known).max() < 0.1 * np.abs(unknown).max()
 
 
 @pytest.mark.slow

@@ -159,7 +159,7 @@ def test_what_the_controller_compensates_for_is_unknown_but_for_a_change():
     stream = WrenchStream(fit.dynamics.arm, False)
     felt = masses(Tracker(fit, EKF(), 1.0 / RATE, streams=(stream,)), log)
     assert abs(felt[1, 0] - 2.5) < 3.0 * felt[1, 1]
-    assert felt[0, 1] > 0.97 * alone[0, 1] and felt[1, 1] < 0.85 * alone[1, 1]
+    assert felt[0, 1] > 0.97 * alone[0, 1] and felt[1, 1] < 0.9 * alone[1, 1]
 
 
 def felt_alone(stream, count, bias, payload, rng, arm):

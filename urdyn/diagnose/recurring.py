@@ -230,7 +230,17 @@ def _window(rows: Rows, x: Array, left: Array, j: int, t0: float, w: int) -> Arr
         return _apart(left)
     if not turns or WAYS[w] == "load":
         return None
-    return _apart(left, held, doubt, *(held * np.exp(-np.abs(v) / fades) for fades in FADES))
+    return _apart(left, held, doubt, *faded(held, v))
+
+
+def faded(held: Array, v: Array) -> list[Array]:
+    """What friction may do besides where a joint turns over, (BINS,) each.
+
+    Args:
+        held: Coulomb friction, of its own size.
+        v: [rad/s].
+    """
+    return [held * np.exp(-np.abs(v) / speed) for speed in FADES]
 
 
 def _apart(left: Array, *known: Array) -> Array:
