@@ -48,13 +48,13 @@ def learnt(doubt: Doubt, stated: Array, residual: Array, variance: Array, period
         stated: variance u, (2, J) [A²].
         variance: of the innovation, S, (J,) [A²]; NaN likewise.
     """
-    tells = stated > TOLD * variance
+    part = stated / variance
+    tells = part > TOLD
     if not np.count_nonzero(tells):
         return doubt
-    stated = np.where(tells, stated, np.inf)
-    most = CLIP**2 * variance
-    found = doubt.share + (np.minimum(residual**2, most) - variance) / stated
-    weight = np.where(tells, np.minimum(stated / variance, 1.0) ** 2, 0.0)
-    count = np.minimum(doubt.count + weight, LEARN / period)
-    share = doubt.share + np.where(tells, weight / count * (found - doubt.share), 0.0)
+    part = np.where(tells, part, 0.0)
+    missed = np.where(tells, np.minimum(residual**2 / variance, CLIP**2) - 1.0, 0.0)
+    weight = np.minimum(part, 1.0)
+    count = np.minimum(doubt.count + weight**2, LEARN / period)
+    share = doubt.share + weight / np.maximum(part, 1.0) * missed / count
     return changed(doubt, share=np.minimum(np.maximum(share, LEAST), MOST), count=count)
