@@ -164,6 +164,13 @@ def test_channels_limit_what_is_kept(path: Path) -> None:
         read(path, channels=("actual_qd",))
 
 
+def test_what_another_table_has_is_told_in_a_line(tmp_path: Path) -> None:
+    path = tmp_path / "table.csv"
+    path.write_text(",".join(f"x{k:02d}_mean" for k in range(30)) + "\n" + "1," * 29 + "1\n")
+    with pytest.raises(LogError, match="x11_mean and 18 more$"):
+        read(path, channels=("actual_q",))
+
+
 def test_a_missing_joint_is_nan(text: list[str], tmp_path: Path) -> None:
     path = tmp_path / "log.csv"
     path.write_bytes(joined([text[0].replace("q_1", "q_4"), *text[1:]]))

@@ -25,6 +25,8 @@ SIX_WIDE = re.compile(
 # Registers are scalars that end in a number of their own.
 NUMBERED = re.compile(r"(?!.*register_\d+$)(?P<base>.+)_(?P<index>0|[1-9]\d{0,2})")
 
+DOZEN = 12  # columns that a sentence names
+
 Layout = dict[str, int | tuple[int, ...]]  # channel -> its column, or its columns; -1: is missing
 
 
@@ -100,6 +102,13 @@ def used(layout: Layout) -> list[int]:
 def listed(places: int | tuple[int, ...]) -> tuple[int, ...]:
     """Columns of a channel, scalar or not."""
     return (places,) if isinstance(places, int) else places
+
+
+def some(columns: Iterable[str]) -> str:
+    """Columns for a sentence, a dozen of them at most and how many more there are."""
+    names = sorted(columns)
+    more = f" and {len(names) - DOZEN} more" if len(names) > DOZEN else ""
+    return ", ".join(names[:DOZEN]) + more
 
 
 def duplicates(columns: Iterable[str]) -> list[str]:

@@ -8,6 +8,7 @@ from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 from urdyn.errors import LogError
+from urdyn.io.names import some
 
 PLANNED = re.compile(r"(?i)goal|target|command|cmd|nominal|desired|planned|setpoint|reference")
 PREFERRED = ("meas", "tracker", "laser", "leica", "actual", "tcp", "pose", "pos")
@@ -40,10 +41,9 @@ def pose_columns(names: Collection[str], joint_names: Sequence[str], path: str) 
     rest = [name for name in names if name not in joints and not PLANNED.search(name)]
     places = _triples(rest, AXIS, "xyz")
     if not places:
-        there = ", ".join(sorted(names)[:12])
         raise LogError(
             "has no measured x, y, z beside the joint angles (measurement_x ...), and no "
-            f"actual_TCP_pose; it has {there}",
+            f"actual_TCP_pose; it has {some(names)}",
             path,
         )
     owner = min(places, key=_rank)

@@ -17,7 +17,7 @@ from urdyn.io.compression import TORN, HashedFile, decompressed
 from urdyn.io.dialect import Dialect, sniff
 from urdyn.io.effort import UNTOLD, Effort
 from urdyn.io.mend import mend
-from urdyn.io.names import layout, listed
+from urdyn.io.names import layout, listed, some
 from urdyn.io.parse import parse
 from urdyn.io.plan import Plan
 from urdyn.io.table import AS_NAN, Table, join, merge
@@ -149,7 +149,7 @@ def _plan(
         if {*layout(dialect.numeric)} >= PLANNED:
             told = "is a plan, as `urdyn excite` writes it, not a recording: record the robot that"
             raise LogError(f"{told} follows it", path, dialect.line)
-        there = ", ".join(sorted(layout(dialect.numeric))) or "no numbers at all"
+        there = some(layout(dialect.numeric)) or "no numbers at all"
         asked = ", ".join(channels or ()) or "channel"
         raise LogError(f"has no {asked}; it has {there}", path, dialect.line)
     return plan
