@@ -167,7 +167,7 @@ def test_channels_limit_what_is_kept(path: Path) -> None:
 def test_what_another_table_has_is_told_in_a_line(tmp_path: Path) -> None:
     path = tmp_path / "table.csv"
     path.write_text(",".join(f"x{k:02d}_mean" for k in range(30)) + "\n" + "1," * 29 + "1\n")
-    with pytest.raises(LogError, match="x11_mean and 18 more$"):
+    with pytest.raises(LogError, match=r"x11_mean and 18 more$"):
         read(path, channels=("actual_q",))
 
 
