@@ -67,9 +67,8 @@ def test_a_fault_that_is_known_began_at_its_onset_and_nowhere_else(shop: Shop) -
         recall = recall.after(block, healthy, (), healthy.straying)
     known = (Fault(k, 4 * LENGTH, 4 * LENGTH, 5 * LENGTH, change),)
     straying = healthy.loosened(known, np.ones(where.joints))
-    course = recall.trace(healthy, known, straying, at)
-    for n, (_, size, sd) in enumerate(course):
-        assert abs(size - change * (n >= 4)) < 3.0 * sd
+    for n, (_, x, P) in enumerate(recall.course(healthy, known, straying)):
+        assert abs(x[at] - change * (n >= 4)) < 3.0 * np.sqrt(P[at, at])
     bank = recall.again(healthy, known, straying, of.directions(healthy.size))
     others = np.delete(bank.x, at)
     assert np.abs(others / np.sqrt(np.delete(np.diag(bank.P), at) + 1e-12)).max() < 1.0

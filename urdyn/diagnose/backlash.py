@@ -49,7 +49,7 @@ class Reversals:
     slid: Array  # (J,) [s] in motion
     lo: Array  # (J,) [rad] least angle met
     hi: Array  # (J,) [rad] largest
-    recurred: Recurred | None = None  # None: as one had it who did not look for it
+    recurred: Recurred
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,6 +92,7 @@ class Backlash:
             slid=nothing,
             lo=np.full(J, np.inf),
             hi=np.full(J, -np.inf),
+            recurred=none_recurred(J),
         )
 
     def step(
@@ -145,9 +146,8 @@ class Backlash:
         self, state: Reversals, rows: Rows, load: Array, left: Array, heard: Mask
     ) -> tuple[Reversals, list[Event]]:
         """With what recurs at reversals of joints of which no gap was told."""
-        recurred = state.recurred or none_recurred(self.space.joints)
         recurred, found = self.recurring.step(
-            recurred, rows, load=load, left=left, judged=heard, told=state.told
+            state.recurred, rows, load=load, left=left, judged=heard, told=state.told
         )
         told = state.told.copy()
         told[[event.joint for event in found]] = True
@@ -275,13 +275,11 @@ def _during(swung: Array, t: Array) -> Mask:
 
 def _forgotten(state: Reversals, swung: Array) -> Reversals:
     """Without evidence that began to grow in what is heard to be a swing."""
-    of, seen = _during(swung[:, :, None], state.since), state.recurred
-    if seen is not None:
-        t = np.where(_during(swung[:, :, None, None], seen.t), np.nan, seen.t)
-        seen = replace(seen, t=t)
+    of, t = _during(swung[:, :, None], state.since), state.recurred.t
+    t = np.where(_during(swung[:, :, None, None], t), np.nan, t)
     return replace(
         state,
-        recurred=seen,
+        recurred=replace(state.recurred, t=t),
         R=np.where(of, -np.inf, state.R),
         llr=np.where(of, 0.0, state.llr),
         number=np.where(of, 0.0, state.number),

@@ -271,8 +271,6 @@ class Diagnosis:
     def _unjolted(self, state: State) -> State:
         """Without pushes that are a joint's play."""
         seen, coulomb = state.fast.reversals.recurred, self.space.reference.drive.coulomb
-        if seen is None:
-            return state
         return replace(state, findings=unjolted(state.findings, seen, coulomb))
 
     def _changes(self, state: State) -> tuple[State, list[Finding]]:

@@ -233,19 +233,19 @@ class Judge:
     def levels(self, state: SlowState) -> dict[int, Level]:
         """Suspects that are found, and how far their change has gone: time, size, sd."""
         bank = state.bank
-        return {
-            fault.suspect: (bank.middle, *self._size(state, fault, bank.x, bank.P))
-            for fault in state.known
-        }
+        now = [(bank.middle, bank.x, bank.P)]
+        return {fault.suspect: self._sizes(state, fault, now)[0] for fault in state.known}
 
     def trace(self, state: SlowState, k: int) -> Series:
         """How a found change went in the blocks that are remembered: time, size, sd."""
         fault = next(fault for fault in state.known if fault.suspect == k)
         course = state.recall.course(self.healthy, state.known, self.straying(state))
-        return [(block.middle, *self._size(state, fault, x, P)) for block, x, P in course]
+        return self._sizes(state, fault, ((block.middle, x, P) for block, x, P in course))
 
-    def _size(self, state: SlowState, fault: Fault, x: Array, P: Array) -> tuple[float, float]:
-        """How far a change has gone by a belief in the states, (N,) and (N, N), and its sd.
+    def _sizes(
+        self, state: SlowState, fault: Fault, beliefs: Iterable[tuple[float, Array, Array]]
+    ) -> Series:
+        """How far a change has gone by beliefs in the states, (N,) and (N, N), each of its time.
 
         In the unit of the state that measures it; of friction as all of it has grown, over the
         motion since.
@@ -254,10 +254,13 @@ class Judge:
         lost = (b.lost for b in state.recall.blocks if b.end > fault.onset_lo)
         of = friction.share(lost, joint) if fault.was else None
         if fault.was is None or of is None:
-            return float(x[at]), float(np.sqrt(P[at, at]))
+            return [(t, float(x[at]), float(np.sqrt(P[at, at]))) for t, x, P in beliefs]
         _, first = self._friction(*self.healthy.first, joint)
         day = self.healthy.rules.friction["day"]
-        return friction.rise(of, self._friction(x, P, joint), fault.was, first, day)
+        return [
+            (t, *friction.rise(of, self._friction(x, P, joint), fault.was, first, day))
+            for t, x, P in beliefs
+        ]
 
     def terms(self, state: SlowState) -> dict[int, dict[str, dict[str, float]]]:
         """Of each fault of friction that is found, how much each term has grown."""

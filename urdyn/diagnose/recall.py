@@ -56,15 +56,6 @@ class Recall:
             bank = onsets.step(bank, healthy.leaping(block, known), straying, E)
         return bank
 
-    def trace(
-        self, healthy: Healthy, known: Sequence[Fault], straying: Straying, at: int
-    ) -> Series:
-        """How a state went: time, mean, sd. What a block says is of its middle."""
-        return [
-            (block.middle, float(x[at]), float(np.sqrt(P[at, at])))
-            for block, x, P in self.course(healthy, known, straying)
-        ]
-
     def course(
         self, healthy: Healthy, known: Sequence[Fault], straying: Straying
     ) -> Iterator[tuple[Block, Array, Array]]:
