@@ -16,6 +16,7 @@ from urdyn.cli.app import app
 
 ROOT = Path(__file__).parents[2]
 PAGES = sorted((ROOT / "docs").rglob("*.md"))
+READMES = [ROOT / "README.md", ROOT / "identification" / "README.md"]
 BLOCK = re.compile(r"^```(sh|python)(.*?)\n(.*?)^```", re.S | re.M)
 BESIDE = "in another terminal"
 INLINE = re.compile(r"`(urdyn [a-z][^`]*)`")
@@ -66,7 +67,7 @@ def test_every_page_is_in_the_navigation():
         assert page.relative_to(ROOT / "docs").as_posix() in told
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda p: p.relative_to(ROOT / "docs").as_posix())
+@pytest.mark.parametrize("page", [*READMES, *PAGES], ids=lambda p: p.relative_to(ROOT).as_posix())
 def test_every_command_has_the_verb_and_the_options_it_is_shown_with(page):
     group = typer.main.get_command(app)
     for words in commands(page):
