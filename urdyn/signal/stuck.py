@@ -39,7 +39,8 @@ def after(held: Held, t: float, dt: float, row: Array) -> Held:
     same = row == held.last
     if not np.count_nonzero(same):
         return nothing_held(t, row)
-    way = np.clip(np.nan_to_num(_between(held.last, row, dt)), -APART / ROWS, APART / ROWS)
+    way = np.minimum(np.maximum(_between(held.last, row, dt), -APART / ROWS), APART / ROWS)
+    way[np.isnan(way)] = 0.0
     further = np.array([way, -way]) - OFFSET * dt
     apart = np.where(same, np.fmax(held.apart + further[:, None], 0.0), 0.0)
     apart[apart >= APART] = np.inf
