@@ -125,7 +125,8 @@ class RobotCurrents:
         warm = warm - drive.temperature
         unknown = np.isnan(warm)
         G, C, M = self._arm.torque_derivatives(q, v, a)
-        A, load = self._bodies(np.column_stack([G, self._later(G, C, M, now)]), now, a)
+        later = self._later(G, C, M, now)
+        A, load = self._bodies(np.concatenate([G, later[:, None]], axis=1), now, a)
         side = s * np.sign(load if x is None else load + A @ self._felt(x)[self.rigid])
         return RobotSlice(
             dt=dt,

@@ -85,5 +85,5 @@ def _scatter(rows: Index, residual: Array, S: Array, m: int) -> tuple[Array, Arr
     """Measured rows at their places among all m, NaN elsewhere."""
     all_residual, all_S = np.full(m, np.nan), np.full((m, m), np.nan)
     all_residual[rows] = residual
-    all_S[np.ix_(rows, rows)] = S
+    all_S[rows[:, None], rows] = S
     return all_residual, all_S

@@ -39,7 +39,7 @@ class Expected:
         """Of these rows alone."""
         if isinstance(rows, slice):
             return self
-        both = np.ix_(rows, rows)
+        both = rows[:, None], rows
         return Expected(self.y[rows], self.cross[rows], self.own[both], self.noise[both])
 
 
@@ -52,10 +52,14 @@ def predict(model: TwoSlice[U], state: Gaussian, u: U) -> Gaussian:
         cov = propagated(F, state.cov) + model.transition_cov(u)
         return Gaussian(model.transition(state.mean, u), cov)
     # Affine, it carries a covariance as it carries points: first its rows, then its columns.
-    mean, origin = model.transition(np.array([state.mean, np.zeros_like(state.mean)]), u)
-    rows = model.transition(state.cov, u) - origin
+    points = np.concatenate([state.mean[None], np.zeros_like(state.mean[None]), state.cov])
+    moved = model.transition(points, u)
+    mean, origin, rows = moved[0], moved[1], moved[2:]
+    linear = not np.count_nonzero(origin)
+    rows = rows if linear else rows - origin
     cov = model.transition(np.ascontiguousarray(rows.T), u)
-    cov += model.transition_cov(u) - origin
+    cov += model.transition_cov(u)
+    cov = cov if linear else cov - origin
     return Gaussian(mean, 0.5 * (cov + cov.T))
 
 
