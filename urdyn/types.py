@@ -30,8 +30,10 @@ def changed(value: V, **changes: Any) -> V:
     `__post_init__` has seen what stays, and is not asked about what is new.
     """
     had, new = vars(value), object.__new__(type(value))
-    names: tuple[str, ...] = cast(Any, value).__match_args__  # what is cached is not among them
-    vars(new).update({name: had[name] for name in names}, **changes)
+    names: tuple[str, ...] = cast(Any, value).__match_args__
+    if len(had) > len(names):  # what is cached belongs to the old one
+        had = {name: had[name] for name in names}
+    vars(new).update(had, **changes)
     return new
 
 

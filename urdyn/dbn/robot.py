@@ -134,7 +134,7 @@ class RobotCurrents:
             packed=packed(A, side, load, self._rest(now, s), s, v, a),
             side=side,
             gripped=(presliding_doubt(v) * self._gripped) ** 2,
-            smeared=(SMEAR / drive.gain * (M @ now.jerk + drive.rotor_inertia * now.jerk)) ** 2,
+            smeared=(self._smear * (M @ now.jerk + drive.rotor_inertia * now.jerk)) ** 2,
             noise=self.noise,
             warm=np.where(unknown, 0.0, warm),
             felt=1.0 - unknown,
@@ -207,16 +207,25 @@ class RobotCurrents:
         return np.asarray(self.reference.drive.coulomb / self.reference.drive.gain)
 
     @cached_property
+    def _smear(self) -> Array:
+        return np.asarray(SMEAR / self.reference.drive.gain)
+
+    @cached_property
     def _ripples(self) -> bool:
         drive = self.reference.drive
         return bool(drive.ripple_cos.any() or drive.ripple_sin.any())
 
+    @cached_property
+    def _warms(self) -> bool:
+        return bool(self.reference.drive.thermal.any())
+
     def _rest(self, now: Instant, s: Array) -> Array:
         """Terms of friction that are no states: those that the reference has, (J,) [N·m]."""
         drive = self.reference.drive
-        warmer = now.temperature - drive.temperature
         rest = drive.stribeck * np.exp(-np.abs(now.v) / drive.stribeck_velocity) * s
-        rest += drive.thermal * np.where(np.isnan(warmer), 0.0, warmer) * now.v
+        if self._warms:
+            warmer = now.temperature - drive.temperature
+            rest += drive.thermal * np.where(np.isnan(warmer), 0.0, warmer) * now.v
         if self._ripples:
             turn = RIPPLE_ORDER * now.q
             rest += drive.ripple_cos * np.cos(turn) + drive.ripple_sin * np.sin(turn)

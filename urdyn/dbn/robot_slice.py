@@ -75,21 +75,18 @@ class RobotSlice:
 
     @cached_property
     def doubted(self) -> Array:
-        """Variance by doubt about presliding, and about accelerations, as stated, (2, J) [A²]."""
-        return np.array([self.gripped, self._beyond_noise])
+        """Variance by doubt about presliding, and about accelerations, as stated, (2, J) [A²].
+
+        What is smeared is so but for how far accelerations usually are off: noise has that.
+        """
+        return np.array([self.gripped, np.maximum(self.smeared - self.noise**2, 0.0)])
 
     @cached_property
     def unknown(self) -> Array:
         """Variance by both, (J,) [A²]."""
-        grip, smear = self.gripped, self._beyond_noise
-        if self.share is not None:
-            grip, smear = self.share[0] * grip, self.share[1] * smear
-        return np.asarray(grip + smear)
-
-    @cached_property
-    def _beyond_noise(self) -> Array:
-        """What is smeared, but for how far accelerations usually are off: noise has that."""
-        return np.asarray(np.maximum(self.smeared - self.noise**2, 0.0))
+        if self.share is None:
+            return np.asarray(self.doubted.sum(axis=0))
+        return np.asarray(np.vecdot(self.share, self.doubted, axis=0))
 
     @property
     def roughly(self) -> Array | None:

@@ -81,6 +81,11 @@ def innovation(
     return Innovation(residual, S, log_likelihood, nis, len(white))
 
 
+def nothing_measured(m: int) -> Innovation:
+    """Of m rows none of which was."""
+    return Innovation(np.full(m, np.nan), np.full((m, m), np.nan), 0.0, 0.0, 0)
+
+
 def _scatter(rows: Index, residual: Array, S: Array, m: int) -> tuple[Array, Array]:
     """Measured rows at their places among all m, NaN elsewhere."""
     all_residual, all_S = np.full(m, np.nan), np.full((m, m), np.nan)

@@ -9,7 +9,7 @@ import numpy as np
 from urdyn.dbn.arguments import Arguments
 from urdyn.dbn.two_slice import Narrow, TwoSlice, U, is_narrow
 from urdyn.errors import InputError
-from urdyn.estimate.innovation import Innovation, measured_rows
+from urdyn.estimate.innovation import Innovation, measured_rows, nothing_measured
 from urdyn.estimate.linearised import Expected, noise_of, predict, updated
 from urdyn.estimate.sigma_points import Rule, SigmaPoints, sigma_points
 from urdyn.estimate.square_root import SquareRoot, lower_root
@@ -54,6 +54,8 @@ class UKF:
     ) -> tuple[Gaussian, Innovation]:
         """Predict over u.dt, then learn from the finite rows of y, (m,)."""
         predicted, rows = self._predicted(model, state, u), measured_rows(y)
+        if not y[rows].size:
+            return predicted, nothing_measured(len(y))
         return updated(predicted, self._expected(model, predicted, u).of(rows), y, rows)
 
     def belief(self, state: Gaussian) -> Gaussian:

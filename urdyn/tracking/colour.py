@@ -53,6 +53,7 @@ SLOWEST = 0.01  # [-] of the noise's sd that is slow in any case: no state is kn
 WHITE = 0.02  # [-] of a residual's variance that is white at least
 NOISE = 0.5  # [-] of innovations' power that is noise at least, where they tell of it
 LEAST = 0.05  # [-] of it that nothing predicts
+APART = np.abs(np.subtract.outer(np.arange(ORDER), np.arange(ORDER)))  # samples, of these p
 
 
 @dataclass(frozen=True, eq=False)
@@ -134,8 +135,7 @@ def _alike(noise: Noise, apart: int) -> Array:
 
 def _neighbours(alike: Array) -> Array:
     """Covariance of the p samples before one, (J, p, p), by autocovariances (p + 1, J)."""
-    apart = np.abs(np.subtract.outer(np.arange(ORDER), np.arange(ORDER)))
-    return np.asarray(alike[apart].transpose(2, 0, 1))
+    return np.asarray(alike[APART].transpose(2, 0, 1))
 
 
 def whitened(colour: Colour, packed: Array, y: Array) -> tuple[Array, Array, Colour]:
@@ -184,8 +184,10 @@ def learnt(colour: Colour, left: Array, unknown: Array, sure: Mask, period: floa
     limit = CLIP * np.sqrt(colour.alike[0])
     held = np.minimum(np.maximum(left, -limit), limit)
     left = np.concatenate([held[None], colour.left[:-1]])
-    around = left[_around(period)].mean(axis=0)
-    product = held / KEPT * np.concatenate([left[: ORDER + 1], [left[_far(period)], around]])
+    far, near = _far(period), _around(period)
+    around = left[near].sum(axis=0) / (near.stop - near.start)
+    earlier = np.concatenate([left[: ORDER + 1], left[far : far + 1], around[None]])
+    product = held / KEPT * earlier
     product[0] -= unknown
     product[1:] += colour.taken
     gain = sure / np.minimum(colour.count + colour.known + 1.0, LEARN / period)
@@ -242,7 +244,7 @@ def _looked_at(colour: Colour, period: float) -> Colour:
     fast = colour.alike[:-2] - slow * np.exp(-lags / MEMORY)
     T = _neighbours(fast) + WHITE * power[:, None, None] * np.eye(p)
     ar = _predictor(T, fast[1:].T, WHITE * power)
-    left = fast[0] + np.einsum("jk,jk->j", ar, (T @ ar[..., None])[..., 0] - 2.0 * fast[1:].T)
+    left = fast[0] + np.vecdot(ar, (T @ ar[..., None])[..., 0] - 2.0 * fast[1:].T)
     left = np.maximum(left - colour.modelled, NOISE * left)
     scale = np.sqrt(np.maximum(left, LEAST * power))
     return replace(colour, ar=ar, scale=scale, slow=np.fmax(np.sqrt(slow), SLOWEST * scale))

@@ -27,10 +27,11 @@ def tempered(u: RobotSlice, residual: Array, variance: Array, unsure: Array) -> 
         variance: of its noise, (J,) [A²].
         unsure: variance that is expected over that of the noise, (J,).
     """
-    wild = np.fmax(residual**2 / (GATE**2 * variance * unsure), 1.0) ** 2
+    expected = variance * unsure
+    wild = residual**2 / (GATE**2 * expected)
     if not np.count_nonzero(wild > 1.0):
         return u
-    return replace(u, noise=np.sqrt(u.noise**2 + (wild - 1.0) * variance * unsure))
+    return replace(u, noise=np.sqrt(u.noise**2 + (np.fmax(wild, 1.0) ** 2 - 1.0) * expected))
 
 
 def untempered(told: Innovation, added: Array, y: Array) -> Innovation:
