@@ -151,12 +151,11 @@ class RobotCurrents:
         f, alpha, beta, rotor, z, gain = np.exp(x[self._positive]).reshape(len(POSITIVE), -1)
         kappa, kappa_f, lubricant = (x[self.places[name]] for name in WARMTH)
         warm = u.felt * (u.warm + lubricant)
-        one, o = np.ones(len(z)), x[self.places["o"]]
         f, alpha = f * np.exp(-kappa_f * warm), alpha * np.exp(-kappa * warm)
         bodies = np.empty((len(z), self.rigid.stop))
         bodies[:] = x[self.rigid]
         bodies[:, self.places["payload"]] /= gain[:, None]
-        torque = laid_out(bodies, beta, (beta, one, f, alpha, one, rotor, o))
+        torque = laid_out(bodies, beta, (beta, 1.0, f, alpha, 1.0, rotor, x[self.places["o"]]))
         torque /= (self.reference.drive.gain * z)[:, None]
         return torque
 

@@ -86,7 +86,7 @@ class RobotSlice:
         """Variance by both, (J,) [A²]."""
         if self.share is None:
             return np.asarray(self.doubted.sum(axis=0))
-        return np.asarray(np.vecdot(self.share, self.doubted, axis=0))
+        return np.asarray(np.vecdot(self.share.T, self.doubted.T))
 
     @property
     def roughly(self) -> Array | None:
@@ -161,14 +161,15 @@ def packed(
     a: Array,
 ) -> Array:
     """What a slice is linear in, of gears that are loaded along s or against it, `side` (J,)."""
-    return laid_out(A, side, (side * load, rest, s, v, load, a, np.ones(len(s))))
+    return laid_out(A, side, (side * load, rest, s, v, load, a, 1.0))
 
 
-def laid_out(A: Array, held: Array, rows: tuple[Array, ...]) -> Array:
+def laid_out(A: Array, held: Array, rows: tuple[Array | float, ...]) -> Array:
     """A (J, c), the same times `held` (J,), and ROWS, (J,) each: (J, 2 c + 7)."""
     J, c = A.shape
     out = np.empty((J, 2 * c + len(ROWS)))
     out[:, :c] = A
     np.multiply(held[:, None], A, out=out[:, c : 2 * c])
-    out[:, 2 * c :] = np.array(rows).T
+    for k, row in enumerate(rows, 2 * c):
+        out[:, k] = row
     return out

@@ -237,11 +237,10 @@ def _looked_at(colour: Colour, period: float) -> Colour:
     p, power = ORDER, colour.alike[0]
     count, far = np.minimum(colour.count + colour.known[-1], LEARN / period), _slowly(colour)
     chance = np.where(colour.known[-1] > 0.0, 0.0, CHANCE * power / np.sqrt(count))
-    since = _far(period) * period
-    told = np.where(far > chance, far * np.exp(since / MEMORY), 0.0)
+    passing = _passing(period)
+    told = np.where(far > chance, far / passing[-1], 0.0)
     slow = np.minimum(told, 0.5 * power)
-    lags = np.arange(p + 1)[:, None] * period
-    fast = colour.alike[:-2] - slow * np.exp(-lags / MEMORY)
+    fast = colour.alike[:-2] - slow * passing[:-2]
     T = _neighbours(fast) + WHITE * power[:, None, None] * np.eye(p)
     ar = _predictor(T, fast[1:].T, WHITE * power)
     left = fast[0] + np.vecdot(ar, (T @ ar[..., None])[..., 0] - 2.0 * fast[1:].T)

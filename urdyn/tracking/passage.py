@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import isfinite
 from typing import Any
 
 import numpy as np
@@ -50,7 +51,7 @@ def passage(
     Args:
         period: between samples, as a rule [s].
     """
-    passed = min(dt, LONGEST) if np.isfinite(dt) else 0.0
+    passed = min(dt, LONGEST) if isfinite(dt) else 0.0
     bristles, travelled = _moved(before, now, dt, drive)
     slides = np.abs(now.v) > STANDING
     held = np.where(now.current == before.current, before.held + passed * slides, 0.0)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from math import exp
+
 import numpy as np
 
 from urdyn.tracking.model import LAG
@@ -16,6 +18,5 @@ def warmed(lubricant: Array, joint: Array, dt: float) -> Array:
     It is taken to be as warm as the joint when that is first measured, and stays where it is while
     it is not.
     """
-    followed = joint + np.exp(-dt / LAG) * (lubricant - joint)
-    known = np.where(np.isnan(lubricant), joint, followed)
-    return np.where(np.isnan(joint), lubricant, known)
+    followed = joint + exp(-dt / LAG) * (lubricant - joint)
+    return np.where(np.isnan(followed), np.fmax(lubricant, joint), followed)
