@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import Any
 
@@ -14,8 +14,10 @@ from rich.table import Table
 
 from urdyn.report.digits import interval90, number
 from urdyn.report.names import spoken
+from urdyn.report.setting import set_to
 from urdyn.tracking import Glance
 from urdyn.tracking.glance import Watch
+from urdyn.tracking.setting import compared
 
 JOINT = ("coulomb", "viscous", "health")
 PAUSE = 0.25  # [s] between two looks
@@ -63,7 +65,8 @@ def table(glance: Glance, joints: Sequence[str]) -> Table:
     told = dict(zip(glance.names, rows, strict=True))
     done = f", {100 * glance.share:.0f} %" if glance.share else ""
     mass, sd, unit = told["payload.mass"]
-    carried = f"payload {interval90(mass, sd)} {unit}"
+    setting = compared(glance.setting, mass, sd, glance.quantities.whole)
+    carried = f"payload {interval90(mass, sd)} {unit}{_set(setting)}"
     caption = f"{carried}; {glance.t:.1f} s{done}; {glance.rate:.0f} Hz; ± holds 90 %"
     grid = Table("joint", caption=caption)
     for name in JOINT:
@@ -83,6 +86,7 @@ def verdict(summary: dict[str, Any]) -> str:
     return (
         f"{summary['samples']} samples, {summary['data_s']:.1f} s, at {summary['rate_hz']:.0f} Hz; "
         f"99 % within {latency['p99']:.2f} ms; payload {interval90(mass['mean'], mass['sd'])} kg"
+        + _set(summary.get("payload_setting"))
         + changed
         + _lacked(summary)
         + ("\n" + LOST.format(lost["since"], " and ".join(lost["joints"])) if lost else "")
@@ -91,6 +95,11 @@ def verdict(summary: dict[str, Any]) -> str:
         + ("\n" + SLOW if latency["p99"] > BEHIND else "")
         + ("\n" + ASTRAY.format(astray) if astray else "")
     )
+
+
+def _set(setting: Mapping[str, Any] | None) -> str:
+    """What the controller takes for the payload, behind what is carried."""
+    return f" ({told})" if (told := set_to(setting)) else ""
 
 
 def _lacked(summary: dict[str, Any]) -> str:

@@ -9,7 +9,7 @@ from urdyn.signal.normalise import Scaling, normalise
 from urdyn.signal.outliers import hampel, reject_outliers
 from urdyn.signal.pipeline import DEFAULT, PAPER, Pipeline, Run, Stage
 from urdyn.signal.polynomial import LocalPolynomial, half_window, weights
-from urdyn.signal.sample import BESIDE, POSE, Instant, Sample, samples
+from urdyn.signal.sample import BESIDE, POSE, SETTING, UNSET, Instant, Sample, samples
 from urdyn.signal.smooth import smooth
 from urdyn.signal.stuck import without_stuck
 from urdyn.signal.synchronise import synchronise
@@ -19,6 +19,8 @@ __all__ = [
     "DEFAULT",
     "PAPER",
     "POSE",
+    "SETTING",
+    "UNSET",
     "Causal",
     "CausalState",
     "Features",

@@ -7,11 +7,14 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from urdyn.types import Array, Log
+from urdyn.types import Array, Log, frozen
 
 # What a log may hold beside the joints: the stream that it is, and the channel.
 POSE = "pose"
 BESIDE = {POSE: "actual_TCP_pose", "wrench": "actual_TCP_force", "raw_wrench": "ft_raw_wrench"}
+# And what the controller takes for the payload: its mass, and the centre of that at the flange.
+SETTING = {"payload": (), "payload_cog": (3,)}
+UNSET = frozen(np.full(4, np.nan))
 
 
 @dataclass(frozen=True)
@@ -26,6 +29,7 @@ class Sample:
     # By stream what came since the sample before, (n, 7): stamp [s] and six numbers; behind a pose
     # of the controller's, (n, 7 + J), the angles that it is of.
     beside: Mapping[str, Array] = field(default_factory=dict)
+    setting: Array = field(default_factory=lambda: UNSET)  # (4,) of SETTING [kg, m]; NaN: unsaid
 
 
 @dataclass(frozen=True)
@@ -59,10 +63,30 @@ def samples(log: Log) -> Iterator[Sample]:
         for stream, channel in BESIDE.items()
         if channel in log and log.channels[channel].shape[1:] == (6,)
     }
+    setting = _setting(log)
     return (
-        Sample(float(t), q, v, amperes, warm, {s: told[k : k + 1] for s, told in streams.items()})
+        Sample(
+            t=float(t),
+            q=q,
+            v=v,
+            current=amperes,
+            temperature=warm,
+            beside={s: told[k : k + 1] for s, told in streams.items()},
+            setting=setting[k],
+        )
         for k, (t, (q, v, amperes, warm)) in enumerate(zip(log.t, rows, strict=True))
     )
+
+
+def _setting(log: Log) -> Array:
+    """What the controller takes for the payload, (N, 4)."""
+    columns = [
+        log.channels[name]
+        if name in log and log.channels[name].shape[1:] == of
+        else np.full((len(log), *of), np.nan)
+        for name, of in SETTING.items()
+    ]
+    return np.column_stack(columns)
 
 
 def _behind(log: Log, stream: str) -> list[Array]:

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from urdyn.model.body import centre_of_mass
 from urdyn.model.dynamics import Dynamics
 from urdyn.model.population import population
 from urdyn.simulate.follow import Followed, follow, inverse
@@ -35,14 +36,21 @@ def observe(
     """The log of an arm that follows `trajectory` while `events` befall it.
 
     What the controller aims at comes of a typical arm of the type with the true payload of the
-    first day: its target of current has friction in it, that of moment has none, as on recordings.
+    first day, to which it is set: its target of current has friction in it, that of moment none, as
+    on recordings.
     """
     t = sensors.stamps(trajectory)
     always = steady(sensors.temperature, trajectory.joints)
     aimed = _gathered(_aims(dynamics, trajectory, (always,), t), len(t))
     lived = fidelity(dynamics, trajectory, t, (always, *events))
     sensed = _sensed(dynamics, trajectory.step, sensors, lived, len(t), rng)
-    return Log(t, aimed | _gathered(sensed, len(t)))
+    return Log(t, aimed | _gathered(sensed, len(t)) | _set(dynamics.payload, len(t)))
+
+
+def _set(payload: Array, rows: int) -> dict[str, Array]:
+    """What the controller is told of an arm that carries this from the first day on, (10,)."""
+    centre = np.nan_to_num(centre_of_mass(payload))
+    return {"payload": np.full(rows, payload[0]), "payload_cog": np.tile(centre, (rows, 1))}
 
 
 def _aims(

@@ -13,7 +13,7 @@ import zipfile
 import zlib
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, fields, is_dataclass, replace
+from dataclasses import dataclass, field, fields, is_dataclass, replace
 from pathlib import Path
 from typing import Any, Generic, TypeVar, cast
 
@@ -24,6 +24,7 @@ from urdyn.errors import InputError
 from urdyn.io import writing
 from urdyn.tracking.interest import Interest
 from urdyn.tracking.losses import Losses
+from urdyn.tracking.setting import Setting
 from urdyn.tracking.state import TrackerState
 from urdyn.types import Array
 
@@ -52,6 +53,7 @@ class Checkpoint(Generic[S]):
     began: float = np.nan  # [s] stamp of the first sample
     last: float = np.nan  # [s] stamp of the newest
     ahead: float = 0.0  # [s] by which that is ahead of the robot's clock, which was set back
+    setting: Setting = field(default_factory=Setting)  # of the controller
 
 
 def flattened(checkpoint: Checkpoint[S]) -> tuple[Layout, Array]:

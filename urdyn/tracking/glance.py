@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
 from urdyn.tracking.physical import Quantities
 from urdyn.tracking.reading import Reading
+from urdyn.tracking.setting import Setting
 from urdyn.types import Array
 
 
@@ -25,6 +26,7 @@ class Glance:
     quantities: Quantities
     findings: tuple[Mapping[str, Any], ...] = ()  # as in findings.json, so far
     row: bool = True  # it is one of the history, for which all quantities are made
+    setting: Setting = field(default_factory=Setting)  # of the controller
 
     @property
     def names(self) -> tuple[str, ...]:

@@ -41,6 +41,7 @@ class Quantities:
     mass_hidden: Array  # (J,) [kg] sd that no motion removes
     taken: Mapping[str, Array]  # sd by what is taken for known: of a group's coordinates
     beside: tuple[tuple[str, str], ...] = ()  # names and units of what other streams tell of
+    whole: bool = False  # the payload counts the tool, which is known
 
     @cached_property
     def names(self) -> tuple[str, ...]:

@@ -19,7 +19,7 @@ from urdyn.io.effort import Effort
 from urdyn.io.frames import Words, numbers_of, words_frame, words_of
 from urdyn.io.helper import Helper
 from urdyn.io.helping import Heard, helping
-from urdyn.signal import BESIDE, Sample, require_measured, samples
+from urdyn.signal import BESIDE, SETTING, Sample, require_measured, samples
 from urdyn.signal.stretches import median_step
 from urdyn.tracking.source import CHANNELS, Arrival, Rows, Source
 from urdyn.types import Array, Log
@@ -92,7 +92,7 @@ def _opened(
     """The log, and what whoever tracks has to know of it."""
     from urdyn.io import read
 
-    wanted = (*CHANNELS, *(BESIDE[stream] for stream in beside))
+    wanted = (*CHANNELS, *SETTING, *(BESIDE[stream] for stream in beside))
     log = read(Path(path), channels=wanted, effort=Effort(**effort), **how)
     require_measured(log, ("actual_q",) if "pose" in beside else NEEDED)
     if len(log) < 2:
@@ -120,7 +120,13 @@ def _parted(numbers: Array, widths: Mapping[str, int]) -> Log:
     """The log that `_together` made one array of."""
     table = numbers.reshape(-1, 1 + sum(widths.values()))
     parts = np.split(table[:, 1:], np.cumsum([*widths.values()])[:-1], axis=1)
-    return Log(table[:, 0], dict(zip(widths, parts, strict=True)))
+    named = dict(zip(widths, parts, strict=True))
+    scalars = {
+        name: named[name][:, 0]
+        for name, width in widths.items()
+        if width == 1 and SETTING.get(name) == ()
+    }
+    return Log(table[:, 0], named | scalars)
 
 
 if __name__ == "__main__":

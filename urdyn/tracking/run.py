@@ -33,6 +33,7 @@ from urdyn.tracking.parts import FILE, discard_parts, drop_others, writing_parts
 from urdyn.tracking.physical import Quantities, quantities
 from urdyn.tracking.reading import Reading
 from urdyn.tracking.row import row, spacing
+from urdyn.tracking.setting import beside
 from urdyn.tracking.source import Arrival, Source, now
 from urdyn.tracking.tracker import Tracker
 from urdyn.version import __version__
@@ -68,8 +69,8 @@ def run(
 
     Returns:
         What was found, in plain numbers: robot, samples, lost, data_s, wall_s, rate_hz,
-        latency_ms, rss_mb, filter, mode, final, quantities, quality, payload_changes, and what the
-        observer adds.
+        latency_ms, rss_mb, filter, mode, final, quantities, quality, payload_changes,
+        payload_setting, and what the observer adds.
 
     Raises:
         InputError: the source has other joints than the twin, is damaged, or is too short; or DIR
@@ -172,7 +173,7 @@ class _Run(Generic[S]):
             at = self.keeper.keep(at) if at.index % part == 0 else at
             self.keeper.go_on()
         found = self.observer.finish() if self.observer else {}
-        changes = self._finish(at)
+        changes, final = self._finish(at), self._final(at)
         return {
             "robot": self.tracker.fit.dynamics.arm.name,
             "samples": at.index,
@@ -184,10 +185,11 @@ class _Run(Generic[S]):
             "rss_mb": peak_rss() / 1e6,
             "filter": type(self.tracker.filter).__name__,
             "mode": mode_of(self.tracker.filter),
-            "final": self._final(at),
+            "final": final,
             "quantities": interest.as_plain(at.interest, self.tracker.fit.dynamics.arm.joint_names),
             "quality": self._quality(at),
             "payload_changes": changes,
+            "payload_setting": beside(at.setting, final, self.quantities.whole),
             **found,
         }
 
@@ -208,7 +210,8 @@ class _Run(Generic[S]):
         lacked = counted(at.losses, arrival.sample, at.last, self.source.period, since, few)
         if arrival.ahead != at.ahead:
             lacked = replace(lacked, back=lacked.back + 1)
-        at = replace(at, state=state, losses=lacked, index=at.index + 1)
+        setting = at.setting.heard(arrival.sample.setting, state.moved - before.moved)
+        at = replace(at, state=state, losses=lacked, setting=setting, index=at.index + 1)
         return replace(at, began=began, last=t, ahead=arrival.ahead), reading
 
     def _missing(self, before: Arrival, arrival: Arrival) -> int:
@@ -230,6 +233,7 @@ class _Run(Generic[S]):
             quantities=self.quantities,
             findings=self.observer.findings if self.observer else (),
             row=due,
+            setting=at.setting,
         )
         if self.watch:
             self.watch(glance)

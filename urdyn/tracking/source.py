@@ -20,7 +20,7 @@ from urdyn.io.clock import credible
 from urdyn.io.effort import UNTOLD, Effort
 from urdyn.io.rtde.client import Client, Connected, Dropped, connect, parse_address
 from urdyn.io.rtde.link import Package
-from urdyn.signal import BESIDE, POSE, Sample
+from urdyn.signal import BESIDE, POSE, SETTING, UNSET, Sample
 from urdyn.signal.stretches import GAP
 
 SCHEME, ROS2 = "rtde://", "ros2://"
@@ -120,7 +120,8 @@ def _robot(
 ) -> Source:
     host, port = parse_address(name)
     asked = [BESIDE[stream] for stream in beside]
-    names, optional = ("timestamp", *CHANNELS, *asked), (CHANNELS[1], CHANNELS[3], *asked)
+    names = ("timestamp", *CHANNELS, *SETTING, *asked)
+    optional = (CHANNELS[1], CHANNELS[3], *SETTING, *asked)
     client = connect(host, port, names, rate, optional=optional, awake=AWAKE)
     period = client.agreement.period
     count = None if duration is None else max(1, round(duration / period))
@@ -211,12 +212,14 @@ def _sample(values: dict[str, Any]) -> Sample:
     t = float(values["timestamp"])
     q, v, current, temperature = (values.get(name, nothing) for name in CHANNELS)
     told = ((stream, values.get(name)) for stream, name in BESIDE.items())
+    whole = values.keys() >= SETTING.keys()  # controllers know both, or none
     beside = {
         stream: np.concatenate([[t], six, *([q] if stream == POSE else [])])[None]
         for stream, six in told
         if six is not None
     }
-    return Sample(t, q, v, current, temperature, beside)
+    setting = np.array([values["payload"], *values["payload_cog"]]) if whole else UNSET
+    return Sample(t, q, v, current, temperature, beside, setting)
 
 
 def now() -> float:

@@ -14,6 +14,7 @@ from urdyn.report.finding_words import ahead, kind, size, when
 from urdyn.report.findings import ranked, unjudged
 from urdyn.report.markup import Html, cell, facts, grid, join, paragraph, table, tag, text
 from urdyn.report.names import QUANTITIES, capital, maker, spoken
+from urdyn.report.setting import set_to
 from urdyn.report.track.change import CHANGED, SDS, SHARE, TOLD, Change, verdict
 from urdyn.report.track.history import PAYLOAD, History
 from urdyn.report.track.payload import carried
@@ -44,6 +45,8 @@ def track_headline(
     if diagnosed and said.startswith(CHANGED):
         said = said.replace(CHANGED, "In the belief that follows the arm: ", 1)
         said += BENT if any(f["kind"] == "sensor_fault" for f in summary["findings"]) else ""
+    if setting := set_to(summary.get("payload_setting")):
+        load = f"{load} {capital(setting)}."
     moved = f"{said} {load}".strip()
     return join(
         [
