@@ -88,10 +88,12 @@ def document(fit: Fit) -> dict[str, Any]:
     table = fit.parameters
     rows = zip(table.names, table.values, fit.sd, table.units, fit.prior, fit.prior_sd, strict=True)
     keys = ("name", "value", "sd", "unit", "prior", "prior_sd")
+    tool = {"tool": {"inertials": fit.dynamics.payload}} if fit.tool_known else {}
     return {
         "urdyn": {"version": __version__, "format": FORMAT},
         "robot": {"name": arm.name, "joints": arm.joint_names, "links": arm.link_names}
         | described(arm),
+        **tool,
         "data": {"samples": fit.n_samples, "rank": fit.rank, "columns": fit.n_parameters},
         "log": [_log(source) for source in fit.sources],
         "parameter": [dict(zip(keys, row, strict=True)) for row in rows],
@@ -145,7 +147,8 @@ def _faults(fit: Fit) -> Iterator[str]:
     scatter = (noise.sd, noise.scale, noise.dof, noise.slow)
     times = np.array([drive.time_offset, drive.friction_lead])
     warm = np.nan_to_num(drive.temperature, posinf=np.inf)  # NaN: nobody knows
-    numbers = (*table, *scatter, noise.ar, belief.mean, belief.cov, *fit.payloads, times, warm)
+    borne = (fit.dynamics.payload, *fit.payloads)
+    numbers = (*table, *scatter, noise.ar, belief.mean, belief.cov, *borne, times, warm)
     if not all((np.abs(x) < HUGE).all() for x in numbers):
         yield "a number in it is not finite, or beyond all measure"
     if len({x.shape for x in table}) > 1 or len(fit.names) != len(belief.mean):
@@ -157,7 +160,8 @@ def _faults(fit: Fit) -> Iterator[str]:
     if (np.abs(times) > SKEW).any():
         yield f"its time_offset or friction_lead is beyond {SKEW:g} s"
     yield from _beneath(fit)
-    if not is_consistent(np.array([*fit.dynamics.inertials, *fit.payloads])).all():
+    solid = [body for body in borne if body.any()]
+    if not is_consistent(np.array([*fit.dynamics.inertials, *solid])).all():
         yield "no solid body has these masses"
 
 
@@ -185,8 +189,9 @@ def _read(tables: dict[str, Any]) -> Fit:
     column = {key: [row[key] for row in rows] for key in rows[0]}
     parameters = Parameters(_numbers(column, "value"), tuple(column["name"]), tuple(column["unit"]))
     belief, data = tables["belief"], tables["data"]
+    tool = _numbers(tables["tool"], "inertials") if "tool" in tables else np.zeros(10)
     return Fit(
-        dynamics=_dynamics(arm, parameters, tables["model"]),
+        dynamics=_dynamics(arm, parameters, tables["model"], tool),
         payloads=tuple(_numbers(tables["payloads"], "inertials")),
         parameters=parameters,
         sd=_numbers(column, "sd"),
@@ -203,6 +208,7 @@ def _read(tables: dict[str, Any]) -> Fit:
         n_samples=int(_numbers(data, "samples")),
         rank=int(_numbers(data, "rank")),
         n_parameters=int(_numbers(data, "columns")),
+        tool_known="tool" in tables,
     )
 
 
@@ -221,7 +227,7 @@ def _numbers(table: dict[str, Any], key: str) -> Array:
     return found.astype(np.float64)
 
 
-def _dynamics(arm: Arm, parameters: Parameters, model: dict[str, Any]) -> Dynamics:
+def _dynamics(arm: Arm, parameters: Parameters, model: dict[str, Any], tool: Array) -> Dynamics:
     def field(name: str) -> Array:
         return np.array([value[f"{joint}.{name}"] for joint in arm.joint_names])
 
@@ -236,4 +242,4 @@ def _dynamics(arm: Arm, parameters: Parameters, model: dict[str, Any]) -> Dynami
         friction_lead=float(_numbers(older | model, "friction_lead")),
     )
     inertials = [about_frame(b[0], np.array(b[1:4]), tensor(np.array(b[4:]))) for b in bodies]
-    return Dynamics(arm, np.array(inertials), drive)
+    return Dynamics(arm, np.array(inertials), drive, tool)

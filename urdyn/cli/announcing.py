@@ -121,10 +121,11 @@ def _urdf(fit: ud.Fit, final: Final) -> str:
     return describe(arm, inertials * (mass / inertials[:, 0])[:, None], "urdyn: as tracked")
 
 
-def _payload(_: ud.Fit, final: Final) -> str:
+def _payload(fit: ud.Fit, final: Final) -> str:
     """`set_payload` of URScript: mass [kg], centre of mass at the flange [m].
 
-    It is what is carried beside the tool of the commissioning. InputError where nobody weighed it.
+    It counts the tool where that is known, and is what is carried beside it elsewhere. InputError
+    where nobody weighed it.
     """
     from urdyn.errors import InputError
     from urdyn.model.body import centre_of_mass
@@ -137,5 +138,6 @@ def _payload(_: ud.Fit, final: Final) -> str:
         told = f"{load[0]:.2f} {told} may be carried, which is nothing to set a payload by"
         raise InputError(f"--hand-over payload: {told}; track while the arm moves with its load")
     centre = ", ".join(f"{x:.5f}" for x in np.nan_to_num(centre_of_mass(np.array(load))))
-    beside = f"{told}, beside the tool of the commissioning"
+    tool = "with the tool" if fit.tool_known else "beside the tool of the commissioning"
+    beside = f"{told}, {tool}"
     return f"set_payload({max(load[0], 0.0):.4f}, [{centre}])  # {beside}\n"

@@ -14,6 +14,7 @@ import typer
 
 from urdyn.cli.campaign import Campaign, read_campaign
 from urdyn.cli.recording import Recording, numbers_of, slice_of
+from urdyn.cli.tool import Tool, tool_of
 
 T = TypeVar("T", Campaign, Recording)
 
@@ -68,3 +69,8 @@ def read_as(
 def gains_of(text: str | None) -> tuple[float, ...] | None:
     """Drive gains [N·m/A] of an option."""
     return None if text is None else numbers_of(text, "drive gains")
+
+
+def tool_named(text: str | None) -> Tool | None:
+    """The tool of an option: its mass, and X,Y,Z of its centre."""
+    return None if text is None else tool_of(numbers_of(text, "tool"))

@@ -4,6 +4,7 @@
     out = "out"                     # folder of the results
     columns = "timestamp,..."       # of all recordings that do not name their own
     drive_gain = [...]              # [N·m/A], where they are known
+    tool = {mass = 1.2, com = [...]} # [kg, m at the flange] that all of them bore; mass 0: none
     effort_unit = "A"               # of a bag's efforts; "Nm": joint torques, divided by the gains
     [[log]]                         # path, columns, rows, rate
     [[payload]]                     # the same, and its mass [kg] where that is known
@@ -24,6 +25,7 @@ from pathlib import Path
 from typing import Any
 
 from urdyn.cli.recording import Recording, slice_of
+from urdyn.cli.tool import Tool, tool_of
 from urdyn.cli.virtual import Simulation
 from urdyn.errors import CampaignError, InputError
 
@@ -36,11 +38,13 @@ SIMULATE = {
     "payload_mass": NUMBER,
     "trajectory": str,
 }
+TOOL = {"mass": NUMBER, "com": list}
 CAMPAIGN = {
     "robot": str,
     "out": str,
     "columns": str,
     "drive_gain": list,
+    "tool": dict,
     "effort_unit": str,
     "log": list,
     "payload": list,
@@ -60,6 +64,7 @@ class Campaign:
     payloads: tuple[Recording, ...] = ()
     validate: tuple[Recording, ...] = ()  # that the result is scored on
     drive_gain: tuple[float, ...] | None = None  # (J,) [N·m/A]
+    tool: Tool | None = None  # that the arm bore in all of them; None: nobody said
     effort_unit: str | None = None  # "A" or "Nm"; None: nobody said
     out: Path = Path("out")
     simulate: Simulation | None = None  # instead of recordings
@@ -94,6 +99,7 @@ def _campaign(document: dict[str, Any], folder: Path) -> Campaign:
     return Campaign(
         robot=str(beside) if beside.is_file() else document["robot"],
         drive_gain=_gains(document.get("drive_gain")),
+        tool=_tool(document.get("tool")),
         logs=_recordings(document, "log", folder),
         payloads=_recordings(document, "payload", folder),
         validate=_recordings(document, "validate", folder),
@@ -142,6 +148,18 @@ def _simulation(table: dict[str, Any] | None, folder: Path) -> Simulation | None
     if "trajectory" in table:
         table = table | {"trajectory": _file(table["trajectory"], folder)}
     return Simulation(**table)
+
+
+def _tool(table: dict[str, Any] | None) -> Tool | None:
+    if table is None:
+        return None
+    _check(table, TOOL, "[tool] ")
+    if "mass" not in table:
+        raise CampaignError("[tool] no mass")
+    com = table.get("com", [])
+    for value in com:
+        _check({"com": value}, {"com": NUMBER}, "[tool] ")
+    return tool_of((table["mass"], *com))
 
 
 def _gains(values: list[Any] | None) -> tuple[float, ...] | None:

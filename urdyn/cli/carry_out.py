@@ -12,6 +12,7 @@ import urdyn as ud
 from urdyn.cli.campaign import Campaign
 from urdyn.cli.now_and_then import Told
 from urdyn.cli.recording import Recording, refuse_twice
+from urdyn.cli.tool import Tool, setting_of
 from urdyn.cli.virtual import record
 from urdyn.cli.voice import complaints
 from urdyn.errors import InputError
@@ -35,6 +36,7 @@ class Outcome:
     wall: float  # [s] of reading and identifying
     truth: dict[str, Any] | None  # of a virtual arm
     defects: tuple[str, ...]  # of the logs
+    setting: Tool | None  # that the controller took for the payload; None: no log says
 
 
 def carry_out(campaign: Campaign, told: Told) -> Outcome:
@@ -46,29 +48,36 @@ def carry_out(campaign: Campaign, told: Told) -> Outcome:
     campaign, truth = _recorded(_in_amperes(campaign, arm), arm)
     begin = time.perf_counter()
     logs = [_conditioned(one) for one in (*campaign.logs, *campaign.payloads)]
-    motions = [motion for motion, _ in logs]
+    motions = [motion for motion, *_ in logs]
     refuse_twice([motion.source for motion in motions])
     bare, rest = motions[: len(campaign.logs)], motions[len(campaign.logs) :]
     masses = [ud.PayloadPrior(recording.mass) for recording in campaign.payloads]
-    fit = ud.identify(arm, *bare, loaded=[*map(ud.Run, rest, masses)], gain=gain, progress=told)
+    tool = None if campaign.tool is None else campaign.tool.inertials()
+    loaded = [*map(ud.Run, rest, masses)]
+    fit = ud.identify(arm, *bare, loaded=loaded, gain=gain, tool=tool, progress=told)
     wall = time.perf_counter() - begin
     told("scoring", 1.0)
     seen = [ud.validate(fit, one.read()) for one in map(_beginning, campaign.logs, bare)]
     held_out = [ud.validate(fit, one.read()) for one in campaign.validate]
-    defects = [defect for _, found in logs for defect in found]
+    defects = [defect for _, found, _ in logs for defect in found]
+    settings = [setting for *_, setting in logs[: len(bare)] if setting]
     for motion in motions:
         defects += complaints(motion.source.path, amiss_in(fit.dynamics, motion.current))
     for score in held_out:
         defects += complaints(score.log.source.path, score.log.defects)
-    return Outcome(fit, (*seen, *held_out), wall, truth, tuple(defects))
+    setting = settings[-1] if settings else None
+    return Outcome(fit, (*seen, *held_out), wall, truth, tuple(defects), setting)
 
 
-def _conditioned(recording: Recording) -> tuple[ud.Motion, list[str]]:
-    """A recording's motion, and what was amiss with its log, which need not be kept."""
+def _conditioned(recording: Recording) -> tuple[ud.Motion, list[str], Tool | None]:
+    """A recording's motion, and what its log, which need not be kept, tells beside.
+
+    What was amiss with it, and what the controller took for the payload.
+    """
     from urdyn.signal import without_stuck
 
     log = without_stuck(recording.read())
-    return ud.condition(log), complaints(log.source.path, log.defects)
+    return ud.condition(log), complaints(log.source.path, log.defects), setting_of(log)
 
 
 def _beginning(recording: Recording, motion: ud.Motion) -> Recording:

@@ -8,10 +8,11 @@ from typing import Annotated
 
 import typer
 
-from urdyn.cli.asked import asked, gains_of, loaded, overridden, read_as, typed
+from urdyn.cli.asked import asked, gains_of, loaded, overridden, read_as, tool_named, typed
 from urdyn.cli.campaign import Campaign
 from urdyn.cli.idle import idle
 from urdyn.cli.options import Columns, Gains, Json, Logs, Quiet, Rate, Robot, Rows, Unit
+from urdyn.cli.tool import remark
 from urdyn.cli.voice import Voice
 
 Out = Annotated[
@@ -28,6 +29,15 @@ Masses = Annotated[
         metavar="KG",
         help="Mass of the payload in that log, in the same order; a known mass tells the drive "
         "gains, and where none is given it is estimated.",
+    ),
+]
+ToolOption = Annotated[
+    str | None,
+    typer.Option(
+        "--tool",
+        metavar="KG[,X,Y,Z]",
+        help="Mass of the tool that the arm bore in all logs, and its centre at the flange [m]; 0: "
+        "it bore none. Links are then told without it, and a payload that is tracked counts it.",
     ),
 ]
 
@@ -48,6 +58,7 @@ def identify(
     payload_log: PayloadLogs = None,
     payload_mass: Masses = None,
     payload_rows: Rows = None,
+    tool: ToolOption = None,
     drive_gain: Gains = None,
     effort_unit: Unit = None,
     json: Json = False,
@@ -61,7 +72,10 @@ def identify(
     Example: [bold]urdyn identify run.csv --robot ur10e --out twin/[/bold]
     """
     campaign = overridden(
-        asked(logs, robot, out), drive_gain=gains_of(drive_gain), effort_unit=effort_unit
+        asked(logs, robot, out),
+        drive_gain=gains_of(drive_gain),
+        tool=tool_named(tool),
+        effort_unit=effort_unit,
     )
     if campaign.simulate is not None:
         idle(context, "where the campaign simulates its arm", "columns", "rows", "rate")
@@ -84,14 +98,16 @@ def _run(campaign: Campaign, voice: Voice) -> None:
     from urdyn.report.identify.tables import identify_table, validate_table
 
     require_folder(campaign.out)
-    with voice.progress("reading") as told:
-        outcome = carry_out(campaign, told)
+    with voice.progress("reading") as progress:
+        outcome = carry_out(campaign, progress)
         fit, scores = outcome.fit, outcome.scores
         page = identify_page(fit, scores, typed(), outcome.wall, outcome.truth)
         save(fit, page, campaign.out)
     voice.note(*outcome.defects)
     voice.show(identify_table(fit), INFORMED, validate_table(scores, fit), verdict(fit, scores))
-    voice.note(*unlike(fit), *_remarks(campaign), f"written to {campaign.out}: {', '.join(FILES)}")
+    told = remark(campaign.tool, outcome.setting)
+    voice.note(*unlike(fit), *_remarks(campaign), *filter(None, [told]))
+    voice.note(f"written to {campaign.out}: {', '.join(FILES)}")
     voice.result(identified(fit, outcome.wall))
 
 

@@ -18,7 +18,10 @@ if TYPE_CHECKING:
     from urdyn.types import Source
 
 # All that dynamics needs of a log; an hour of everything that a robot tells would fill the memory.
-CHANNELS = ("actual_q", "actual_qd", "actual_current", "target_current", "joint_temperatures")
+CHANNELS = (
+    *("actual_q", "actual_qd", "actual_current", "target_current", "joint_temperatures"),
+    *("payload", "payload_cog"),
+)
 
 Rows = tuple[int | None, int | None]
 

@@ -24,14 +24,17 @@ def identify(
     *motions: Motion,
     loaded: Sequence[Run] = (),
     gain: Array | None = None,
+    tool: Array | None = None,
     progress: Progress = lambda doing, share: None,
 ) -> Fit:
     """Identify an arm from motions, with everything that the data do not tell left to the prior.
 
     Args:
-        motions: what `condition` made of logs of the bare arm.
+        motions: what `condition` made of logs of the bare arm, or of one with its tool.
         loaded: motions with a payload; one of known mass is what tells the drive gains.
         gain: drive gains where they are known, (J,) [N·m/A].
+        tool: inertials (10,), in the last joint's frame, of what the arm bore in all motions; None:
+            nobody says, and the last link is taken to have it within.
         progress: told what is being done and how far it is.
 
     Raises:
@@ -44,7 +47,7 @@ def identify(
     _check(arm, runs)
     # The matrices are small: threads of the linear algebra would wait for one another.
     with threadpool_limits(1):
-        return search(arm, runs, gain, progress)
+        return search(arm, runs, gain, tool, progress)
 
 
 def _check(arm: Arm, runs: Sequence[Run]) -> None:

@@ -26,6 +26,7 @@ class Quantities:
 
     inertials: Any  # (10, J) about the links' frames, Pinocchio's order
     payloads: Any  # (10, payloads) likewise, in the last joint's frame
+    tool: Array  # (10,) likewise, that is known
     bodies: Any  # (10, J + payloads): mass, centre, inertia about the centre
     drive: Mapping[str, Any]  # FIELDS -> (J,)
     time_offset: Any  # [s]
@@ -41,6 +42,7 @@ def quantities(unknowns: Unknowns, z: Any) -> Quantities:
     return Quantities(
         inertials=ca.horzcat(*[about_frame for about_frame, _ in links]),
         payloads=ca.horzcat(*[about_frame for about_frame, _ in loads]),
+        tool=unknowns.tool,
         bodies=ca.horzcat(*[about_centre for _, about_centre in [*links, *loads]]),
         drive=_drive(unknowns, drive),
         time_offset=x[10 * J + n],
@@ -99,7 +101,7 @@ def _compiled(unknowns: Unknowns) -> tuple[Any, Any]:
 def dynamics(
     unknowns: Unknowns, z: Array, turns: float, temperature: Array
 ) -> tuple[Dynamics, tuple[Array, ...]]:
-    """The arm at scores `z`, without payload, and the payloads' inertials, (10,) each.
+    """The arm at scores `z`, with its tool alone, and the payloads' inertials, (10,) each.
 
     Args:
         turns: time by which friction turns over before the recorded motion [s].
@@ -111,7 +113,7 @@ def dynamics(
     values |= {"temperature": temperature, "health": one}
     ahead = float(offset.item())
     found = Drive(**values, time_offset=ahead, friction_lead=turns - ahead)
-    arm = Dynamics(unknowns.prior.arm, inertials.T, found)
+    arm = Dynamics(unknowns.prior.arm, inertials.T, found, unknowns.tool)
     return arm, tuple(payloads.T[: len(unknowns.payloads)])
 
 

@@ -27,7 +27,7 @@ class Fitted(Protocol):
 class Fit:
     """A model with honest intervals."""
 
-    dynamics: Dynamics  # the bare arm at the posterior's maximum
+    dynamics: Dynamics  # the arm at the posterior's maximum, with its tool where that is known
     payloads: tuple[Array, ...]  # inertials (10,) of each loaded log's payload, tool frame
     parameters: Parameters  # physical: "forearm_link.mass", "elbow_joint.coulomb", ...
     sd: Array  # (Q,) posterior standard deviations
@@ -41,6 +41,7 @@ class Fit:
     n_samples: int
     rank: int  # of the data's linear problem
     n_parameters: int  # its columns
+    tool_known: bool = False  # else the last link is taken to have it within
 
     def __post_init__(self) -> None:
         for name in ("sd", "prior", "prior_sd"):

@@ -102,8 +102,10 @@ def coefficients(
 
 def _coefficients(found: Quantities, joint: int, payload: int | None, point: Dynamics) -> Any:
     links, at, drive = found.inertials, point.drive, found.drive
+    borne = ca.DM(found.tool)
     if payload is not None:
-        links = ca.horzcat(links[:, :-1], links[:, -1] + found.payloads[:, payload])
+        borne = borne + found.payloads[:, payload]
+    links = ca.horzcat(links[:, :-1], links[:, -1] + borne)
     steps = [
         ca.log(drive["presliding_distance"][joint] / at.presliding_distance[joint]),
         drive["presliding_tail"][joint] - at.presliding_tail[joint],

@@ -61,7 +61,7 @@ class State:
     band: Band = EVERYTHING
     turns: float = 0.0  # [s] by which friction turns over before the recorded motion
     doubt: Array | None = None  # (P, P) covariance of z; None: no step has told it
-    point: Dynamics = field(init=False)  # the bare arm at z
+    point: Dynamics = field(init=False)  # the arm at z, with its tool
     payloads: tuple[Array, ...] = field(init=False)  # inertials (10,) each
 
     def __post_init__(self) -> None:
@@ -72,19 +72,21 @@ class State:
     def loaded(self, runs: Sequence[Run]) -> list[tuple[Motion, Dynamics, int | None]]:
         """Every run's motion, the arm as loaded in it, and the index of its payload."""
         with_payload = [k for k, run in enumerate(runs) if run.payload]
-        index = {k: n for n, k in enumerate(with_payload)}
+        index, tool = {k: n for n, k in enumerate(with_payload)}, self.point.payload
         return [
-            (run.motion, replace(self.point, payload=self.payloads[index[k]]), index[k])
+            (run.motion, replace(self.point, payload=tool + self.payloads[index[k]]), index[k])
             if k in index
             else (run.motion, self.point, None)
             for k, run in enumerate(runs)
         ]
 
 
-def search(arm: Arm, runs: Sequence[Run], gain: Array | None, progress: Progress) -> Fit:
+def search(
+    arm: Arm, runs: Sequence[Run], gain: Array | None, tool: Array | None, progress: Progress
+) -> Fit:
     """The fit to all runs; `identify` has checked that they tell something."""
     brief = [replace(run, motion=excerpt(run.motion, EXCERPT // len(runs))) for run in runs]
-    state = _start(arm, runs, gain)
+    state = _start(arm, runs, gain, np.zeros(10) if tool is None else tool)
     for k in range(SHAPING):
         progress("shape of friction", 0.5 * k / SHAPING)
         state = _step(_with_noise(state, brief, plain=True), brief, DAMPING if k else 1.0)
@@ -97,14 +99,15 @@ def search(arm: Arm, runs: Sequence[Run], gain: Array | None, progress: Progress
         progress("colour of the noise", 0.6 + 0.2 * k / ROUNDS)
         state = _sure_step(_with_noise(state, brief), brief)
     progress("all data", 0.8)
-    return _finish(_with_noise(state, brief), runs)
+    fit = _finish(_with_noise(state, brief), runs)
+    return replace(fit, tool_known=tool is not None)
 
 
-def _start(arm: Arm, runs: Sequence[Run], gain: Array | None) -> State:
+def _start(arm: Arm, runs: Sequence[Run], gain: Array | None, tool: Array) -> State:
     payloads = tuple(run.payload for run in runs if run.payload)
     temperature = mean_measured(np.concatenate([run.motion.temperature for run in runs]))
     measurable = OPTIONAL if np.isfinite(temperature).any() else OPTIONAL - {"thermal"}
-    unknowns = Unknowns(population(arm), (measurable,) * arm.joints, gain, payloads)
+    unknowns = Unknowns(population(arm), (measurable,) * arm.joints, gain, payloads, tool)
     one = np.ones(arm.joints)
     unit = Noise(one, one, GAUSSIAN * one, np.zeros((arm.joints, 0)))
     band = common_band([run.motion for run in runs])

@@ -7,7 +7,7 @@ possible.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -47,6 +47,8 @@ class Unknowns:
     terms: tuple[frozenset[str], ...]  # one a joint: the optional terms of its model
     gain: Array | None = None  # (J,) [N·m/A] where the drive gains are given
     payloads: tuple[PayloadPrior, ...] = ()
+    # (10,) inertials of the tool, that is known, in the last joint's frame: it is borne throughout.
+    tool: Array = field(default_factory=lambda: np.zeros(10))
 
     @cached_property
     def drive(self) -> tuple[tuple[str, int], ...]:

@@ -156,7 +156,8 @@ def _spare(
     """
     at, drive = currents.places, currents.reference.drive
     heavier = x.copy()
-    heavier[at["payload"]][:4] += [1.0, *np.nan_to_num(centre_of_mass(x[at["payload"]]))]
+    borne = currents.reference.payload + x[at["payload"]]
+    heavier[at["payload"]][:4] += [1.0, *np.nan_to_num(centre_of_mass(borne))]
     load, beta = currents.load(x, u), np.exp(x[at["beta"]])
     d = currents.load(heavier, u) - load
     rest = torque - load - beta * np.abs(load) * u.s

@@ -84,7 +84,8 @@ class Quantities:
         masses, payload = self.links(belief)[:, 0], self.payload(belief)
         hidden = self.mass_hidden**2 + (self.taken["m"] * masses) ** 2
         mean += [masses, payload, beside[0]]
-        carried = np.hypot(sd[self._load], self.taken["payload"] * payload)
+        weighed = self.taken["payload"] * (payload - self._tool)
+        carried = np.hypot(sd[self._load], weighed)
         spread += [np.sqrt(shown + hidden), carried, beside[1]]
         return np.concatenate(mean), np.concatenate(spread)
 
@@ -95,9 +96,18 @@ class Quantities:
         return slice(first, first + len(PAYLOAD))
 
     def payload(self, belief: Gaussian) -> Array:
-        """Mass and first moments (4,) of the likeliest body, or of nothing, that is carried."""
+        """Mass and first moments (4,) of the likeliest body, or of nothing, that is carried.
+
+        It counts the tool where that is known, and is what is borne beside it elsewhere.
+        """
         at = self._load
-        return possible_load(Gaussian(belief.mean[at], belief.cov[at, at]), PAYLOAD_REACH)
+        whole = Gaussian(self._tool + belief.mean[at], belief.cov[at, at])
+        return possible_load(whole, PAYLOAD_REACH)
+
+    @property
+    def _tool(self) -> Array:
+        """Mass and first moments of the tool, (4,); of none, where nobody named it."""
+        return self.currents.reference.payload[: len(PAYLOAD)]
 
     def links(self, belief: Gaussian) -> Array:
         """Inertials (J, 10) of the likeliest bodies that the links can be."""
@@ -122,7 +132,7 @@ def quantities(
     names, links = fit.parameters.names, fit.dynamics.arm.link_names
     whole = np.array([fit.prior_sd[names.index(f"{link}.mass")] for link in links])
     hidden = np.sqrt(np.maximum(whole**2 - np.sum(shown**2, axis=1), 0.0))
-    return Quantities(currents, shown, hidden, _taken(fit, currents), beside)
+    return Quantities(currents, shown, hidden, _taken(fit, currents), beside, fit.tool_known)
 
 
 def _taken(fit: Fit, currents: RobotCurrents) -> dict[str, Array]:

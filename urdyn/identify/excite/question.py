@@ -88,10 +88,11 @@ def question(
     loads = (PayloadPrior(None if sought else payload.mass),) if payload else ()
     if sought and not payload:
         loads = (PayloadPrior(),)
+    tool = np.zeros(10) if twin is None else twin.dynamics.payload
     unknowns = _unknowns(arm, twin, loads)
     bare = about or (population(arm).typical() if twin is None else twin.dynamics)
     carried = _carried(payload, loads)
-    point = replace(bare, payload=sum(carried, np.zeros(10)))
+    point = replace(bare, payload=sum(carried, tool))
     noise = _typical_noise(arm) if twin is None else twin.noise
     scores = unknowns.score(point, tuple(carried))
     W = _weights(unknowns, point, scores, 0 if loads else None, level(noise))
@@ -117,7 +118,7 @@ def _unknowns(arm: Arm, twin: Fit | None, loads: tuple[PayloadPrior, ...]) -> Un
         return Unknowns(population(arm), (frozenset[str](),) * arm.joints, None, loads)
     sought = any(name.endswith(".gain") for name in twin.names)
     gain = None if sought else twin.dynamics.drive.gain
-    return Unknowns(population(arm), twin.terms, gain, loads)
+    return Unknowns(population(arm), twin.terms, gain, loads, twin.dynamics.payload)
 
 
 def _carried(payload: Payload | None, loads: tuple[PayloadPrior, ...]) -> list[Array]:

@@ -10,7 +10,7 @@ import numpy as np
 
 from urdyn.identify import Fit, Score
 from urdyn.io.plain import plain
-from urdyn.model.body import BODY
+from urdyn.model.body import BODY, centre_of_mass
 from urdyn.types import Array
 from urdyn.version import __version__
 
@@ -35,6 +35,7 @@ def identified(fit: Fit, wall: float) -> dict[str, Any]:
         "friction_lead_s": fit.dynamics.drive.friction_lead,
         "joints": [_joint(fit, j) for j in range(arm.joints)],
         "links": [_link(fit, link) for link in arm.link_names],
+        "tool": _tool(fit) if fit.tool_known else None,
         "payload": loads[-1] if loads else None,
         "payloads": loads,
         "logs": [{"path": s.path, "sha256": s.sha256, "rows": s.rows} for s in fit.sources],
@@ -68,6 +69,11 @@ def _link(fit: Fit, link: str) -> dict[str, Any]:
         "unit": "kg",
     }
     return {"name": link, "mass": mass, "com": body[1:4], "inertia": body[4:]}
+
+
+def _tool(fit: Fit) -> dict[str, Any]:
+    tool = fit.dynamics.payload
+    return {"mass": float(tool[0]), "com": np.nan_to_num(centre_of_mass(tool)).tolist()}
 
 
 def _payload(fit: Fit, name: str) -> dict[str, Any]:

@@ -1,0 +1,209 @@
+"""The load that is tracked, beside what the controller is set to carry."""
+
+from dataclasses import replace
+from functools import cache, partial
+
+import numpy as np
+import pytest
+from once import fitted
+from rich.console import Console
+from workshop import KilledError, killed_at
+
+from urdyn.cli.watching import table, verdict
+from urdyn.errors import TwinError
+from urdyn.estimate import EKF
+from urdyn.identify import identify
+from urdyn.io import write
+from urdyn.io.rtde import play, serve
+from urdyn.model.arm import load_arm
+from urdyn.signal import UNSET, condition
+from urdyn.simulate import (
+    Payload,
+    fourier,
+    observe,
+    parse_fault,
+    simulate,
+    typical_sensors,
+    virtual_arm,
+)
+from urdyn.tracking import Tracker, open_source, run
+from urdyn.tracking.setting import LEAST, STOOD, Setting, compared
+from urdyn.twin import Twin
+
+TOOL = Payload(1.2, np.array([0.0, 0.0, 0.05]))
+CARRIED = 2.8  # [kg] tool and piece, from the fourth second on
+RATE = 100.0  # [Hz]
+
+
+@cache
+def tooled(told: bool):
+    """An arm that bore its tool when it was identified, whether or not anybody said so."""
+    arm = load_arm("ur10e")
+    dynamics = virtual_arm(arm, 5, TOOL)
+    motion = condition(at_work(dynamics, 0, 20.0))
+    tool = TOOL.inertials() if told else None
+    make = partial(identify, arm, motion, gain=dynamics.drive.gain, tool=tool)
+    return dynamics, fitted(f"tooled_{told}", make)
+
+
+def at_work(dynamics, number, duration, *faults):
+    streams = [np.random.default_rng([5, number, k]) for k in range(2)]
+    asked = fourier(dynamics.rigid, duration, RATE, streams[0])
+    events = [parse_fault(fault, 6) for fault in faults]
+    return observe(dynamics, asked, typical_sensors(dynamics.arm), streams[1], events)
+
+
+@cache
+def picked():
+    """The log of a run in which a piece is picked up that the controller is not told of."""
+    fault = f"payload_change:onset=4,mass={CARRIED},com=0/0/0.05"
+    return at_work(tooled(True)[0], 1, 24.0, fault)
+
+
+def set_to(log, mass):
+    """The log of a controller that is set to a mass [kg], (N,) or one; None: it says nothing."""
+    channels = {k: v for k, v in log.channels.items() if k not in ("payload", "payload_cog")}
+    if mass is not None:
+        channels["payload"] = np.broadcast_to(mass, len(log))
+        channels["payload_cog"] = np.zeros((len(log), 3))
+    return replace(log, channels=channels)
+
+
+def source_of(log, folder):
+    write(log, folder / "log.parquet")
+    return open_source(str(folder / "log.parquet"))
+
+
+def tracked(log, told, folder, **options):
+    source = source_of(log, folder)
+    tracker = Tracker(tooled(told)[1], EKF(), source.period)
+    return run(tracker, source, folder / "out", **options)
+
+
+def test_links_are_told_without_a_tool_that_is_named():
+    """All else is the same arm: what the last bodies weigh together is what the data tell."""
+    (dynamics, apart), (_, within) = tooled(True), tooled(False)
+    np.testing.assert_array_equal(apart.dynamics.payload, TOOL.inertials())
+    assert apart.tool_known and not within.tool_known and not within.dynamics.payload.any()
+    wrists = [f"{link}.mass" for link in dynamics.arm.link_names[-3:]]
+    true = float(dynamics.inertials[-3:, 0].sum())
+    for fit, tool in ((apart, 0.0), (within, TOOL.mass)):
+        found = sum(fit.value(name) for name in wrists)
+        sd = np.hypot.reduce([fit.spread(name) for name in wrists])
+        assert abs(found - true - tool) < 3.0 * sd
+    at_first = sum(apart.prior[apart.parameters.names.index(name)] for name in wrists)
+    assert abs(sum(map(apart.value, wrists)) - at_first) < TOOL.mass / 2.0
+    assert abs(sum(map(within.value, wrists)) - at_first) > TOOL.mass / 2.0
+
+
+def test_a_twin_keeps_its_tool(tmp_path):
+    for told in (True, False):
+        _, fit = tooled(told)
+        Twin(fit.dynamics.arm, fit).save(tmp_path / "twin.toml")
+        back = Twin.load(tmp_path / "twin.toml").fit
+        assert back.tool_known == told
+        np.testing.assert_array_equal(back.dynamics.payload, fit.dynamics.payload)
+    _, fit = tooled(True)
+    fit = replace(fit, dynamics=replace(fit.dynamics, payload=-TOOL.inertials()))
+    Twin(fit.dynamics.arm, fit).save(tmp_path / "twin.toml")
+    with pytest.raises(TwinError, match="no solid body"):
+        Twin.load(tmp_path / "twin.toml")
+
+
+@pytest.mark.parametrize("told", [True, False])
+def test_a_setting_that_is_too_little_is_told(told, tmp_path):
+    """Of an arm whose tool nobody named, what is borne beside it is the least that it is off by."""
+    summary = tracked(set_to(picked(), 0.5), told, tmp_path)
+    load, setting = summary["final"]["payload.mass"], summary["payload_setting"]
+    borne = CARRIED - (0.0 if told else TOOL.mass)
+    assert abs(load["mean"] - borne) < 3.0 * load["sd"]
+    assert setting["off_kg"] == pytest.approx(load["mean"] - 0.5)
+    assert (setting["mass_kg"], setting["tool_known"]) == (0.5, told)
+    least = "" if told else "at least "
+    assert f"(the controller is set to 0.50 kg: {least}{setting['off_kg']:.2f} kg too little)" in (
+        verdict(summary)
+    )
+
+
+@pytest.mark.parametrize("mass", [CARRIED, CARRIED + 0.05, None])
+def test_a_setting_that_is_right_is_not_complained_of(mass, tmp_path):
+    summary = tracked(set_to(picked(), mass), True, tmp_path)
+    setting = summary["payload_setting"]
+    assert setting is None if mass is None else setting["off_kg"] is None
+    assert "too" not in verdict(summary)
+
+
+def test_too_much_is_told_only_where_the_tool_is_known(tmp_path):
+    for told, off in ((True, CARRIED - 4.0), (False, None)):
+        (tmp_path / str(told)).mkdir()
+        summary = tracked(set_to(picked(), 4.0), told, tmp_path / str(told))
+        found = summary["payload_setting"]["off_kg"]
+        assert found is None if off is None else found == pytest.approx(off, abs=0.3)
+        assert ("kg too much" in verdict(summary)) == told
+
+
+def test_a_setting_is_called_wrong_once_it_has_stood(tmp_path):
+    log = picked()
+    late = np.where(log.t < log.t[-1] - 0.5 * STOOD, CARRIED, 0.5)
+    assert tracked(set_to(log, late), True, tmp_path)["payload_setting"]["off_kg"] is None
+
+
+def test_a_run_that_goes_on_says_of_the_setting_what_it_would_have(tmp_path):
+    log, said = set_to(picked().slice(0, 1600), 0.5), []
+    for name in ("whole", "killed"):
+        folder = tmp_path / name
+        folder.mkdir()
+        if name == "killed":
+            source = killed_at(source_of(log, folder), 1300)
+            with pytest.raises(KilledError):
+                run(Tracker(tooled(True)[1], EKF(), source.period), source, folder / "out")
+        said.append(tracked(log, True, folder)["payload_setting"])
+    assert said[0] == said[1] and said[0]["off_kg"] is not None
+
+
+def test_who_watches_is_shown_the_setting(tmp_path):
+    shown, names = [], load_arm("ur10e").joint_names
+    tracked(set_to(picked().slice(0, 1200), 0.5), True, tmp_path, watch=shown.append)
+    last = shown[-1]
+    console = Console(width=200)
+    with console.capture() as heard:
+        console.print(table(last, names))
+    assert "the controller is set to 0.50 kg" in heard.get()
+
+
+@pytest.mark.parametrize(
+    ("told", "stood", "whole", "off"),
+    [
+        (1.0, STOOD, True, 1.0),
+        (3.0, STOOD, True, -1.0),
+        (3.0, STOOD, False, None),
+        (1.0, 0.9 * STOOD, True, None),
+        (2.0 - 0.9 * LEAST, STOOD, True, None),
+        (1.8, STOOD, True, None),  # within 3 sd
+    ],
+)
+def test_only_what_the_interval_excludes_is_wrong(told, stood, whole, off):
+    setting = Setting(np.r_[told, 0.0, 0.0, 0.05], stood)
+    sd = 0.1 if told == 1.8 else 0.01
+    found = compared(setting, 2.0, sd, whole)
+    assert found["off_kg"] == (None if off is None else pytest.approx(off))
+    assert compared(Setting(), 2.0, 0.01, whole) is None
+
+
+def test_a_setting_stands_from_when_it_was_made():
+    one, other = np.r_[1.0, 0.0, 0.0, 0.0], np.r_[2.0, 0.0, 0.0, 0.0]
+    setting = Setting()
+    for told, stood in ((UNSET, 0.0), (one, 0.0), (one, 0.5), (UNSET, 0.5), (other, 0.0)):
+        setting = setting.heard(told, 0.5)
+        assert setting.stood == stood
+    assert setting.mass == 2.0
+
+
+@pytest.mark.flaky(reruns=2)
+def test_a_controller_tells_its_setting(ur5e):
+    log = simulate(ur5e, 2.0, 500.0, seed=1, payload=TOOL)[0]
+    with serve(play(log, loop=True), port=0) as server:
+        source = open_source(f"rtde://127.0.0.1:{server.port}", duration=0.2, rate=125.0)
+        heard = [arrival.sample.setting for arrival in source.start(0)]
+        source.close()
+    np.testing.assert_allclose(heard[-1], [TOOL.mass, *TOOL.com])

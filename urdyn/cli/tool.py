@@ -1,0 +1,67 @@
+"""What an arm bears from the first day on, by its mass and where that is."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from urdyn.errors import InputError
+
+if TYPE_CHECKING:
+    import urdyn as ud
+    from urdyn.types import Array
+
+ALIKE = 0.01  # [kg] to which a controller is set
+
+
+@dataclass(frozen=True)
+class Tool:
+    """A tool that is known; of mass 0, that there is none."""
+
+    mass: float  # [kg]
+    com: tuple[float, ...]  # (3,) [m] at the flange
+
+    def inertials(self) -> Array:
+        """(10,) in the last joint's frame, as of a solid ball."""
+        import numpy as np
+
+        from urdyn.simulate import Payload
+
+        return Payload(self.mass, np.array(self.com)).inertials() if self.mass else np.zeros(10)
+
+    def __str__(self) -> str:
+        return ",".join(f"{x:.4g}" for x in (self.mass, *self.com))
+
+
+def tool_of(numbers: Sequence[float]) -> Tool:
+    """The tool of its mass [kg] and, where there is any, X,Y,Z [m] of its centre."""
+    mass, *com = numbers
+    if len(com) not in (0, 3):
+        raise InputError(f"tool {numbers}: MASS, or MASS,X,Y,Z in kg and m, like 1.2,0,0,0.06")
+    tool = Tool(mass, tuple(com) or (0.0, 0.0, 0.0))
+    tool.inertials()  # InputError where it can be none
+    return tool
+
+
+def remark(tool: Tool | None, setting: Tool | None) -> str:
+    """Of a tool, and of what the controller was set to while the arm was recorded; or nothing."""
+    if setting is None:
+        return ""
+    said = f"the controller was set to {setting.mass:.2f} kg while this was recorded"
+    if tool is None and setting.mass:
+        return (
+            f"{said}, which was not used: if the arm bore that, --tool {setting} tells it apart "
+            "from the last link; if it bore nothing, --tool 0"
+        )
+    if tool is not None and abs(tool.mass - setting.mass) > ALIKE:
+        return f"{said}, and not to the {tool.mass:.2f} kg of its tool"
+    return ""
+
+
+def setting_of(log: ud.Log) -> Tool | None:
+    """What the controller was last set to in a log; None: it does not say."""
+    from urdyn.signal import samples
+
+    mass, *com = next(samples(log.slice(len(log) - 1))).setting.tolist()
+    return Tool(mass, tuple(0.0 if x != x else x for x in com)) if mass == mass else None
