@@ -125,6 +125,21 @@ def test_a_payload_within_its_interval_is_not_told_from_none(tmp_path):
     assert "cannot be told from none: 0.05 ± 0.16 kg" in said
 
 
+@pytest.mark.parametrize(
+    ("off", "known", "words"),
+    [
+        (1.5, True, "is set to 0.50 kg: 1.50 kg too little."),
+        (-0.25, True, "is set to 0.50 kg: 0.25 kg too much."),
+        (1.5, False, "is set to 0.50 kg: at least 1.50 kg too little."),
+        (None, True, "is set to 0.50 kg."),
+    ],
+)
+def test_the_payload_is_held_against_what_the_controller_is_set_to(quiet, off, known, words):
+    setting = {"mass_kg": 0.5, "com_m": [None] * 3, "tool_known": known, "off_kg": off}
+    said = headline(track_page(quiet, summary(payload_setting=setting))).replace("\u00a0", " ")
+    assert f"2.00 ± 0.16 kg. The controller {words}" in said
+
+
 def test_extremes_outlive_decimation(page):
     residual = next(
         trace

@@ -27,6 +27,7 @@ from urdyn.simulate import (
     virtual_arm,
 )
 from urdyn.tracking import Tracker, open_source, run
+from urdyn.tracking.beside import beside
 from urdyn.tracking.setting import LEAST, STOOD, Setting, compared
 from urdyn.twin import Twin
 
@@ -123,6 +124,16 @@ def test_a_setting_that_is_too_little_is_told(told, tmp_path):
     assert f"(the controller is set to 0.50 kg: {least}{setting['off_kg']:.2f} kg too little)" in (
         verdict(summary)
     )
+
+
+def test_a_raw_wrench_weighs_the_tool_that_currents_know_of(tmp_path):
+    dynamics, fit = tooled(True)
+    write(picked(), tmp_path / "log.parquet")
+    source = open_source(str(tmp_path / "log.parquet"), beside=("raw_wrench",))
+    streams = beside(dynamics.arm, source, tool=fit.dynamics.payload)
+    tracker = Tracker(fit, EKF(), source.period, streams=streams)
+    load = run(tracker, source, tmp_path / "out")["final"]["payload.mass"]
+    assert abs(load["mean"] - CARRIED) < 3.0 * load["sd"] < 0.3
 
 
 @pytest.mark.parametrize("mass", [CARRIED, CARRIED + 0.05, None])

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from urdyn.errors import InputError
 
 if TYPE_CHECKING:
-    from urdyn.model.arm import Arm
+    from urdyn.model.dynamics import Dynamics
     from urdyn.tracking import Drift, Source
     from urdyn.tracking.streams import Stream
 
@@ -27,7 +27,7 @@ def wanted(poses: str | None, wrench: bool) -> tuple[str, ...]:
 
 
 def listening(
-    source: Source, arm: Arm, poses: str | None, wrench: bool, calibration: Path | None
+    source: Source, of: Dynamics, poses: str | None, wrench: bool, calibration: Path | None
 ) -> tuple[Source, tuple[Stream[Any], ...], Drift | None]:
     """The source with what was asked for, its streams, and how zeros stray then."""
     if not poses and not wrench:
@@ -42,11 +42,12 @@ def listening(
     for asked, what in ((poses, "pose"), (wrench, "wrench")):
         if asked and not any(what in stream for stream in source.beside):
             raise InputError(f"{source.name}: has no {MISSING[what]}")
-    known = load_calibration(calibration, arm) if calibration else None
+    known = load_calibration(calibration, of.arm) if calibration else None
     if known:  # a run that is resumed begins where it did
         begins = sha256((known.full or known.geometric).deviations.tobytes()).hexdigest()
         source = replace(source, identity=f"{source.identity} {begins}")
-    return source, beside(arm, source, tracked=tracked, known=known), WATCHED if tracked else None
+    streams = beside(of.arm, source, tracked=tracked, known=known, tool=of.payload)
+    return source, streams, WATCHED if tracked else None
 
 
 def unused(summary: dict[str, Any]) -> str:

@@ -200,7 +200,7 @@ def _dynamics(
     quoted = np.nan_to_num(found.drive.temperature, nan=TEMPERATURE)  # where its log told of none
     found = replace(found, drive=replace(found.drive, temperature=quoted))
     found = with_deviations(found, seed) if deviations else found
-    return replace(found, payload=payload.inertials()) if payload else found
+    return replace(found, payload=found.payload + payload.inertials()) if payload else found
 
 
 def _summary(log: ud.Log, out: Path, truth: dict[str, Any]) -> dict[str, Any]:

@@ -126,7 +126,7 @@ def track(
         watching(arm.joint_names, quiet) as shown,
         ended_by(stream.close) if stream.live else nullcontext(),
     ):
-        stream, streams, drift = listening(stream, arm, poses, wrench, calibration)
+        stream, streams, drift = listening(stream, fit.dynamics, poses, wrench, calibration)
         tracker: Tracker[Any] = Tracker(fit, chosen, stream.period, drift, streams=streams)
         looking = onlooker(fit, stream, healthy, voice, helper) if healthy else None
         watch, origin, before = both(shown, told), sha256(twin), _held(out)

@@ -22,7 +22,7 @@ from urdyn.tracking.sights import Build
 from urdyn.tracking.source import Arrival, Source
 from urdyn.tracking.streams import Stream
 from urdyn.tracking.wrench_stream import WrenchStream
-from urdyn.types import Array, Gaussian
+from urdyn.types import Array, Gaussian, frozen
 
 # While a tracker looks on, a joint's zero stays where it is, until poses say that it slipped.
 WATCHED = Drift(zero=0.0, zero_memory=float("inf"), zero_walk=STRAY)
@@ -30,18 +30,25 @@ WATCHED = Drift(zero=0.0, zero_memory=float("inf"), zero_walk=STRAY)
 
 # What a source may bring along, the best first: a raw wrench has no unknown compensation.
 WRENCHES = ("raw_wrench", "wrench")
+NOTHING = frozen(np.zeros(10))
 
 
 def beside(
-    arm: Arm, source: Source, *, tracked: bool = False, known: Recorded | None = None
+    arm: Arm,
+    source: Source,
+    *,
+    tracked: bool = False,
+    known: Recorded | None = None,
+    tool: Array = NOTHING,
 ) -> tuple[Stream[Any], ...]:
     """The streams that a source has, of an arm that may be calibrated.
 
     Args:
         tracked: its poses are those of a tracker, not the controller's own.
+        tool: inertials (10,) that the twin knows of, and its payload does not count.
     """
     poses = [pose_stream(arm, not tracked, known)] if "pose" in source.beside else []
-    felt = [WrenchStream(arm, w == "raw_wrench") for w in WRENCHES if w in source.beside]
+    felt = [WrenchStream(arm, w == "raw_wrench", tool=tool) for w in WRENCHES if w in source.beside]
     return (*poses, *felt[:1])
 
 

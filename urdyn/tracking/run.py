@@ -33,7 +33,7 @@ from urdyn.tracking.parts import FILE, discard_parts, drop_others, writing_parts
 from urdyn.tracking.physical import Quantities, quantities
 from urdyn.tracking.reading import Reading
 from urdyn.tracking.row import row, spacing
-from urdyn.tracking.setting import beside
+from urdyn.tracking.setting import at_the_end
 from urdyn.tracking.source import Arrival, Source, now
 from urdyn.tracking.tracker import Tracker
 from urdyn.version import __version__
@@ -189,7 +189,7 @@ class _Run(Generic[S]):
             "quantities": interest.as_plain(at.interest, self.tracker.fit.dynamics.arm.joint_names),
             "quality": self._quality(at),
             "payload_changes": changes,
-            "payload_setting": beside(at.setting, final, self.quantities.whole),
+            "payload_setting": at_the_end(at.setting, final, self.quantities.whole),
             **found,
         }
 

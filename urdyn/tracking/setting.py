@@ -64,7 +64,7 @@ def compared(setting: Setting, mass: float, sd: float, whole: bool) -> dict[str,
     }
 
 
-def beside(setting: Setting, final: Mapping[str, Any], whole: bool) -> dict[str, Any] | None:
-    """The same at a run's end, by the quantities of its summary."""
+def at_the_end(setting: Setting, final: Mapping[str, Any], whole: bool) -> dict[str, Any] | None:
+    """The same when a run is over, by the quantities of its summary."""
     load = final["payload.mass"]
     return compared(setting, load["mean"], load["sd"], whole)

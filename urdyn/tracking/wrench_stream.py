@@ -4,14 +4,15 @@
 
 pi is the payload that the currents tell of as well. b is what the sensor shows of nothing, tens of
 newtons on arms at work, and c what the controller compensates for, which may be anything: with both
-unknown, a wrench tells of a payload that changes, and then of how much. A raw wrench has no c. A
+unknown, a wrench tells of a payload that changes, and then of how much. Of a raw wrench c is the
+tool that is in the arm's model, the other way round: it shows that, too. A
 compensated one is told about a tool that nobody named, so that its moments are left out. A row that
 surprises is a contact; where all do for a while, b and c have been set anew.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -65,6 +66,7 @@ class WrenchStream:
     raw: bool  # in the flange's axes with all that it carries; else compensated, in the base's
     shared: str = "payload"
     width: int = 7
+    tool: Array = field(default_factory=lambda: np.zeros(10))  # that the payload does not count
 
     @property
     def name(self) -> str:
@@ -99,7 +101,7 @@ class WrenchStream:
         nothing = np.zeros(len(PAYLOAD_SD))
         aside = Aside(np.zeros((16, 10)), self._before, nothing, np.diag(PAYLOAD_SD**2))
         return Felt(
-            own=np.zeros(16),
+            own=np.concatenate([np.zeros(6), -self.tool * self.raw]),
             aside=aside,
             noise=NOISE,
             t=-np.inf,
