@@ -13,9 +13,9 @@ EVERY = 0.02  # [s]
 
 
 def at_work(voice: Voice) -> None:
-    with voice.progress("first") as told:
+    with voice.progress("first") as progress:
         time.sleep(10 * EVERY)
-        told("second", 0.5)
+        progress("second", 0.5)
         time.sleep(10 * EVERY)
 
 

@@ -58,10 +58,10 @@ def bench_identify(quick: Quick = False, json: Json = False, quiet: Quiet = Fals
     """
     voice = Voice(json, quiet)
     cases = (CASES[0], Case("six minutes at 500 Hz", 360.0, 500.0, 60.0, 2.0)) if quick else CASES
-    with voice.progress("preparing") as told:
+    with voice.progress("preparing") as progress:
         figures = []
         for k, case in enumerate(cases):
-            told(case.name, k / len(cases))
+            progress(case.name, k / len(cases))
             figures.append(_measure(case))
     voice.show(_table(figures))
     voice.result({"urdyn": __version__, "cases": [_numbers(figure) for figure in figures]})

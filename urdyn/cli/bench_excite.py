@@ -15,9 +15,9 @@ from rich.table import Table
 from rich.text import Text
 
 import urdyn as ud
-from urdyn.cli.now_and_then import Told
 from urdyn.cli.options import Json, Quiet
 from urdyn.cli.voice import Voice
+from urdyn.progress import Progress
 
 if TYPE_CHECKING:
     from urdyn.identify.excite import Excitation
@@ -67,19 +67,19 @@ def bench_excite(
 
     voice, begin = Voice(json, quiet), time.perf_counter()
     ask = Ask(duration=duration, seed=seed)
-    with voice.progress("looking for a motion") as told, threadpool_limits(1):
-        found = excite(ud.load_arm("ur10e"), ask, None, told, processes=2)
+    with voice.progress("looking for a motion") as progress, threadpool_limits(1):
+        found = excite(ud.load_arm("ur10e"), ask, None, progress, processes=2)
         wall = time.perf_counter() - begin
         ruler = scale(found.question)
         t = np.linspace(0.0, found.trajectory.t[-1], MOMENTS, endpoint=False)
         mine = ruler.rate(*found.path.at(t), float(len(found.trajectory)))
         ours = Rated("ours", 1, mine.log_det, mine.condition)
-        others = [_random(found, ruler, random, told), *_recorded(ruler, duration)]
+        others = [_random(found, ruler, random, progress), *_recorded(ruler, duration)]
     voice.show(_table(ours, others, wall))
     voice.result(_numbers(ours, others, wall))
 
 
-def _random(found: Excitation, ruler: Scale, count: int, told: Told) -> Rated:
+def _random(found: Excitation, ruler: Scale, count: int, progress: Progress) -> Rated:
     """The best of so many random series within the same limits."""
     from urdyn.identify.excite.restart import loaded
     from urdyn.simulate.fourier import HARMONICS, draw, series_within
@@ -89,7 +89,7 @@ def _random(found: Excitation, ruler: Scale, count: int, told: Told) -> Rated:
     t = np.linspace(0.0, period, MOMENTS, endpoint=False)
     ratings = []
     for k in range(count):
-        told("random motions", k / count)
+        progress("random motions", k / count)
         series = series_within(arm, draw(arm.joints, period, rng, HARMONICS), found.ask.limits)
         ratings.append(ruler.rate(*series.at(t), float(len(found.trajectory))))
     return Rated(

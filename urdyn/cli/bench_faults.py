@@ -106,16 +106,16 @@ def _measured(lives: int, runs: int, seed: int, voice: Voice) -> Measured:
 
     trials = fault_trials.Trials(lives - lives % JOINTS, seed)
     share = 0.2 if runs else 1.0  # of the time, that lives take
-    with voice.progress("finding faults") as told, threadpool_limits(1):
+    with voice.progress("finding faults") as progress, threadpool_limits(1):
         rows = list(fault_trials.rated(trials))
-        told("healthy data of all kinds", 0.5 * share)
+        progress("healthy data of all kinds", 0.5 * share)
         kept = list(fault_trials.kept(trials.runs, seed))
-        told("forecasts", 0.8 * share)
+        progress("forecasts", 0.8 * share)
         predicted = list(fault_trials.predicted(trials))
         life = fault_trials.figure4(seed)
         done = broken(
             ROBOT, seed, runs, NOISE, ALONE,
-            lambda doing, x: told(doing, share + (1.0 - share) * x),
+            lambda doing, x: progress(doing, share + (1.0 - share) * x),
         )  # fmt: skip
     return Measured(trials.runs, rows, kept, predicted, life, done)
 

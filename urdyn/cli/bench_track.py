@@ -13,9 +13,9 @@ import typer
 
 import urdyn as ud
 from urdyn.cli.fresh import fresh
-from urdyn.cli.now_and_then import Told
 from urdyn.cli.options import Json, Quiet
 from urdyn.cli.voice import Voice
+from urdyn.progress import Progress
 
 if TYPE_CHECKING:
     from urdyn.bench import Followed, VirtualArm
@@ -52,11 +52,14 @@ def bench_track(
     from urdyn.cli.bench_tables import notes, tables
 
     voice = Voice(json, quiet)
-    with voice.progress("ramps") as told, tempfile.TemporaryDirectory(prefix="urdyn-") as folder:
+    with (
+        voice.progress("ramps") as progress,
+        tempfile.TemporaryDirectory(prefix="urdyn-") as folder,
+    ):
         kinds = [(robot, noise) for robot in ARMS[quick] for noise in NOISES]
         count, duration = (2, 10.0) if quick else (arms, 60.0)
-        document = measure(Path(folder), 10 if quick else 40, count, 10.0, told)
-        document["truth"] = tried(kinds, count, duration, told)
+        document = measure(Path(folder), 10 if quick else 40, count, 10.0, progress)
+        document["truth"] = tried(kinds, count, duration, progress)
     voice.show(*tables(document), *notes(document))
     if out:
         from urdyn.io import write_text
@@ -67,7 +70,7 @@ def bench_track(
     voice.result(document)
 
 
-def measure(folder: Path, lives: int, arms: int, duration: float, told: Told) -> Document:
+def measure(folder: Path, lives: int, arms: int, duration: float, progress: Progress) -> Document:
     """All figures: so many lives of the scenario, and so many arms' recordings of `duration` [s].
 
     Time and memory are those of the first arm.
@@ -80,16 +83,16 @@ def measure(folder: Path, lives: int, arms: int, duration: float, told: Told) ->
     with threadpool_limits(1):
         ramps = []
         for k, sigma in enumerate(NOISE_LEVELS):
-            told(f"ramps, sigma {sigma:g}", 0.05 * k)
+            progress(f"ramps, sigma {sigma:g}", 0.05 * k)
             ramps.append(bench.ramps(sigma, 2 * lives))
-        told("the paper's scenario", 0.3)
+        progress("the paper's scenario", 0.3)
         scenario = {sigma: _scenario(sigma, lives) for sigma in SIGMAS}
     built, took = [], []
     for k in range(arms):
-        told(f"virtual arm {k + 1}", 0.4 + 0.6 * k / arms)
+        progress(f"virtual arm {k + 1}", 0.4 + 0.6 * k / arms)
         with threadpool_limits(1):
             built.append(bench.virtual_run(folder / str(k + 1), duration, PACE, seed=k + 1))
-        took.append(_each_way(built[k], told, 0.4 + 0.6 * k / arms))
+        took.append(_each_way(built[k], progress, 0.4 + 0.6 * k / arms))
     runs, found = took[0], {name: _groups(built, name) for name in WAYS}
     modes = {"full": FULL} | {mode: mode for mode in OTHER_MODES}
     return {
@@ -107,7 +110,9 @@ def measure(folder: Path, lives: int, arms: int, duration: float, told: Told) ->
     }
 
 
-def tried(kinds: list[tuple[str, str]], count: int, duration: float, told: Told) -> list[Document]:
+def tried(
+    kinds: list[tuple[str, str]], count: int, duration: float, progress: Progress
+) -> list[Document]:
     """How true intervals are, by type of arm and noise: so many of each, for `duration` [s]."""
     from threadpoolctl import threadpool_limits
 
@@ -118,7 +123,7 @@ def tried(kinds: list[tuple[str, str]], count: int, duration: float, told: Told)
     for k, (robot, noise) in enumerate(kinds):
         runs = []
         for seed in range(1, count + 1):
-            told(f"{robot}, {noise} noise, arm {seed}", (k + (seed - 1) / count) / len(kinds))
+            progress(f"{robot}, {noise} noise, arm {seed}", (k + (seed - 1) / count) / len(kinds))
             with threadpool_limits(1):
                 runs.append(bench.trials(robot, noise, seed, duration, PACE, UKF()))
         nis, spread = bench.surprise(runs)
@@ -146,11 +151,11 @@ def _scenario(sigma: float, lives: int) -> list[Followed]:
     ]
 
 
-def _each_way(arm: VirtualArm, told: Told, share: float) -> dict[str, Document]:
+def _each_way(arm: VirtualArm, progress: Progress, share: float) -> dict[str, Document]:
     """What tracking it by every filter, and in every mode, took."""
     took = {}
     for name, how in WAYS.items():
-        told(f"virtual arm {arm.log.parent.name}, {name}", share)
+        progress(f"virtual arm {arm.log.parent.name}, {name}", share)
         took[name] = _tracked(arm, name, *how)
     return took
 

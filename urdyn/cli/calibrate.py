@@ -104,10 +104,10 @@ def _calibrate(arm: Arm, poses: Poses, out: Path, suggest: int | None, voice: Vo
 
     require_folder(out)
     begin = time.perf_counter()
-    with voice.progress("fitting") as told:
-        found = calibrate(arm, poses, told)
+    with voice.progress("fitting") as progress:
+        found = calibrate(arm, poses, progress)
         summary = calibrated(found, time.perf_counter() - begin)
-        told("writing", 0.95)
+        progress("writing", 0.95)
         save(found, calibrate_page(found, summary, typed()), out)
     voice.note(*complaints(poses.source.path, poses.defects))
     voice.show(calibrate_table(found), *calibrate_words(found, summary))

@@ -10,7 +10,6 @@ import numpy as np
 
 import urdyn as ud
 from urdyn.cli.campaign import Campaign
-from urdyn.cli.now_and_then import Told
 from urdyn.cli.recording import Recording, refuse_twice
 from urdyn.cli.tool import Tool, setting_of
 from urdyn.cli.virtual import record
@@ -18,6 +17,7 @@ from urdyn.cli.voice import complaints
 from urdyn.errors import InputError
 from urdyn.io.effort import Effort
 from urdyn.model.population import population
+from urdyn.progress import Progress
 
 if TYPE_CHECKING:
     from urdyn.identify import Score
@@ -39,7 +39,7 @@ class Outcome:
     setting: Tool | None  # that the controller took for the payload; None: no log says
 
 
-def carry_out(campaign: Campaign, told: Told) -> Outcome:
+def carry_out(campaign: Campaign, progress: Progress) -> Outcome:
     """Record where the arm is virtual, identify, score."""
     from urdyn.identify.scoring import amiss_in
 
@@ -54,9 +54,9 @@ def carry_out(campaign: Campaign, told: Told) -> Outcome:
     masses = [ud.PayloadPrior(recording.mass) for recording in campaign.payloads]
     tool = None if campaign.tool is None else campaign.tool.inertials()
     loaded = [*map(ud.Run, rest, masses)]
-    fit = ud.identify(arm, *bare, loaded=loaded, gain=gain, tool=tool, progress=told)
+    fit = ud.identify(arm, *bare, loaded=loaded, gain=gain, tool=tool, progress=progress)
     wall = time.perf_counter() - begin
-    told("scoring", 1.0)
+    progress("scoring", 1.0)
     seen = [ud.validate(fit, one.read()) for one in map(_beginning, campaign.logs, bare)]
     held_out = [ud.validate(fit, one.read()) for one in campaign.validate]
     defects = [defect for _, found, _ in logs for defect in found]

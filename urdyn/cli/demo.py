@@ -45,8 +45,8 @@ def demo(
     voice = Voice(json, quiet)
     ask = Simulation(duration=20.0, rate=125.0, seed=seed, payload_mass=PAYLOAD)
     require_folder(out)
-    with voice.progress("a virtual arm moves") as told:
-        outcome = carry_out(Campaign(robot, out=out, simulate=ask), told)
+    with voice.progress("a virtual arm moves") as progress:
+        outcome = carry_out(Campaign(robot, out=out, simulate=ask), progress)
     fit, truth = outcome.fit, outcome.truth
     assert truth is not None, "the arm is virtual"
     save(fit, identify_page(fit, outcome.scores, typed(), outcome.wall, truth), out)

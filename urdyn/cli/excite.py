@@ -94,8 +94,8 @@ def excite(
         _every(every, wanted, processes, voice)
         return
     arm = _arm(robot, fit)
-    with voice.progress("looking for a motion") as told:
-        found = room.excite(arm, wanted(arm), fit, told, processes)
+    with voice.progress("looking for a motion") as progress:
+        found = room.excite(arm, wanted(arm), fit, progress, processes)
     _tell(found, folder, time.perf_counter() - begin, voice)
 
 
@@ -123,8 +123,8 @@ def _every(folder: Path, wanted: Callable[[Arm], Ask], processes: int, voice: Vo
     values = {}
     for name in names():
         arm = ud.load_arm(name)
-        with voice.progress(f"looking for a motion of {name}") as told:
-            found = search(arm, wanted(arm), None, told, processes)
+        with voice.progress(f"looking for a motion of {name}") as progress:
+            found = search(arm, wanted(arm), None, progress, processes)
         (folder / name).mkdir(parents=True, exist_ok=True)
         path = folder / name / "excitation.toml"
         write_text(path, dump_toml(excitation_document(found)))

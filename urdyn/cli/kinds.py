@@ -7,15 +7,17 @@ from typing import TYPE_CHECKING, Any
 from rich.box import SIMPLE_HEAD
 from rich.table import Table
 
-from urdyn.cli.now_and_then import Told
 from urdyn.errors import InputError
+from urdyn.progress import Progress
 
 if TYPE_CHECKING:
     from urdyn.cli.diagnosis_trials import Sets, Trial
     from urdyn.report.bench.confusion import Kinds
 
 
-def broken(robot: str, seed: int, runs: int, noise: str, sets: Sets, progress: Told) -> list[Trial]:
+def broken(
+    robot: str, seed: int, runs: int, noise: str, sets: Sets, progress: Progress
+) -> list[Trial]:
     """A virtual arm that was commissioned, and broken so often by each set of kinds.
 
     Raises:

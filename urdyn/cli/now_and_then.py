@@ -7,14 +7,14 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from threading import Event, Thread
 
+from urdyn.progress import Progress
+
 FIRST = 15.0  # [s] of silence before the first line: most verbs have ended by then
 LAST = 60.0  # [s] from line to line at last, for whoever reads the log of a day
 
-Told = Callable[[str, float], None]  # what is being done, and the share that is behind
-
 
 @contextmanager
-def lines(say: Callable[[str], None], doing: str) -> Iterator[Told]:
+def lines(say: Callable[[str], None], doing: str) -> Iterator[Progress]:
     """Says what was told last; minutes without a word look like work that hangs."""
     begin, now, ended = time.monotonic(), [doing], Event()
 
@@ -24,13 +24,13 @@ def lines(say: Callable[[str], None], doing: str) -> Iterator[Told]:
             say(f"{time.monotonic() - begin:.0f} s: {now[0]}")
             wait = min(2.0 * wait, LAST)
 
-    def told(doing: str, share: float) -> None:
+    def progress(doing: str, share: float) -> None:
         now[0] = doing
 
     speaker = Thread(target=speak, daemon=True)
     speaker.start()
     try:
-        yield told
+        yield progress
     finally:
         ended.set()
         speaker.join()

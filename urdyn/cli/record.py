@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from urdyn.cli.ending import ended_by
-from urdyn.cli.now_and_then import Told
 from urdyn.cli.options import Json, Quiet
 from urdyn.cli.voice import Voice
+from urdyn.progress import Progress
 
 if TYPE_CHECKING:
     from urdyn.io.rtde import Summary
@@ -57,8 +57,8 @@ def record(
             raise KeyboardInterrupt
         stop.set()
 
-    with voice.progress(f"recording {host}") as told, ended_by(end):
-        tell = _telling(told, duration)
+    with voice.progress(f"recording {host}") as progress, ended_by(end):
+        tell = _telling(progress, duration)
         summary = record_rtde(host, out, frequency, recipe, duration, tell, stop)
     voice.show(_sentence(summary))
     if summary.aside:
@@ -68,10 +68,10 @@ def record(
     voice.result(_document(summary))
 
 
-def _telling(told: Told, duration: float | None) -> Any:
+def _telling(progress: Progress, duration: float | None) -> Any:
     def tell(summary: Summary) -> None:
         share = summary.seconds / duration if duration else 0.0
-        told(
+        progress(
             f"{summary.rate:.0f} Hz, {summary.lost} lost, age {1e3 * summary.age_p99:.1f} ms", share
         )
 

@@ -10,10 +10,12 @@ from dataclasses import dataclass
 from typing import Any, TextIO
 
 from rich.console import Console, RenderableType
-from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+from rich.progress import BarColumn, TextColumn, TimeElapsedColumn
+from rich.progress import Progress as Bar
 from rich.text import Text
 
-from urdyn.cli.now_and_then import Told, lines
+from urdyn.cli.now_and_then import lines
+from urdyn.progress import Progress
 
 PLAIN_WIDTH = 120  # columns of text that no terminal shows
 
@@ -51,14 +53,14 @@ class Voice:
                 sys.stdout.write(text)
 
     @contextmanager
-    def progress(self, doing: str) -> Iterator[Told]:
+    def progress(self, doing: str) -> Iterator[Progress]:
         """A bar on a terminal, elsewhere a line now and then."""
         if not sys.stderr.isatty():
             with lines(self.note, doing) as told:
                 yield told
             return
         columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
-        with Progress(*columns, console=_on(sys.stderr), transient=True, disable=self.quiet) as bar:
+        with Bar(*columns, console=_on(sys.stderr), transient=True, disable=self.quiet) as bar:
             task = bar.add_task(doing, total=1.0)
             yield lambda doing, share: bar.update(task, description=doing, completed=share)
 

@@ -11,9 +11,10 @@ from urdyn.errors import IdentifiabilityError
 from urdyn.given import given_a, given_motion
 from urdyn.identify.design import blocks
 from urdyn.identify.fit import Fit
-from urdyn.identify.search import Progress, Run, search
+from urdyn.identify.search import Run, search
 from urdyn.model.arm import Arm
 from urdyn.model.population import population
+from urdyn.progress import Progress, silent
 from urdyn.types import Array, Motion
 
 MIN_ROWS = 200
@@ -25,7 +26,7 @@ def identify(
     loaded: Sequence[Run] = (),
     gain: Array | None = None,
     tool: Array | None = None,
-    progress: Progress = lambda doing, share: None,
+    progress: Progress = silent,
 ) -> Fit:
     """Identify an arm from motions, with everything that the data do not tell left to the prior.
 
@@ -35,7 +36,7 @@ def identify(
         gain: drive gains where they are known, (J,) [N·m/A].
         tool: inertials (10,), in the last joint's frame, of what the arm bore in all motions; None:
             nobody says, and the last link is taken to have it within.
-        progress: told what is being done and how far it is.
+        progress: called with what is being done, and the share that is behind.
 
     Raises:
         IdentifiabilityError: nothing moves, or too little is there.

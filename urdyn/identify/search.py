@@ -7,7 +7,7 @@ all data at once. Every step compresses the data at a point, solves, and moves t
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import chain
 
@@ -26,6 +26,7 @@ from urdyn.identify.unknowns import PayloadPrior, Unknowns
 from urdyn.model.arm import Arm
 from urdyn.model.dynamics import Dynamics
 from urdyn.model.population import OPTIONAL, population
+from urdyn.progress import Progress
 from urdyn.signal.channels import mean_measured
 from urdyn.signal.stretches import median_step
 from urdyn.types import Array, Gaussian, Motion
@@ -38,8 +39,6 @@ DAMPING = 0.5  # share of a shaping step that is taken: presliding and Stribeck 
 FOLDS = 6
 PROBE = 2e-3  # [s] to either side, in the search for when friction turns over
 MAX_LEAD = 0.03  # [s] no controller is known to be further ahead
-
-Progress = Callable[[str, float], None]  # what is being done, and the share that is behind
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ import numpy as np
 from urdyn.errors import InputError
 from urdyn.identify.excite.criterion import CRITERIA, judge
 from urdyn.identify.excite.expected import Expected, expected
-from urdyn.identify.excite.lots import Told, search
+from urdyn.identify.excite.lots import search
 from urdyn.identify.excite.poses import poses
 from urdyn.identify.excite.probe import probe
 from urdyn.identify.excite.proof import Proof, Safe, prove
@@ -21,6 +21,7 @@ from urdyn.model.arm import Arm
 from urdyn.model.cell import STANDING, Cell, Solid
 from urdyn.model.collision import MARGIN, collider
 from urdyn.model.dynamics import Dynamics
+from urdyn.progress import Progress, silent
 from urdyn.simulate import Payload
 from urdyn.simulate.fourier import HARMONICS, PERIOD, Series
 from urdyn.simulate.limits import Limits, comfortable
@@ -98,14 +99,14 @@ def excite(
     arm: Arm,
     ask: Ask | None = None,
     twin: Fit | None = None,
-    told: Told = lambda doing, share: None,
+    progress: Progress = silent,
     processes: int = 1,
 ) -> Excitation:
     """The most telling motion that is found and can be proven safe.
 
     Args:
         twin: what is known already; the motion adds to it.
-        told: what is being done, and the share that is behind.
+        progress: called with what is being done, and the share that is behind.
         processes: that search side by side; the result does not depend on it.
 
     Raises:
@@ -116,7 +117,7 @@ def excite(
     ask = replace(ask, limits=bearable(asked.point, ask.limits), cell=_with_payload(ask))
     assert ask.limits is not None
     if ask.kind == "fourier":
-        return completed(asked, ask, *_fourier(asked, ask, told, processes))
+        return completed(asked, ask, *_fourier(asked, ask, progress, processes))
     return completed(asked, ask, *_slow(asked, ask), ())
 
 
@@ -158,7 +159,7 @@ def bearable(point: Dynamics, wished: Limits | None) -> Limits:
 
 
 def _fourier(
-    asked: Question, ask: Ask, told: Told, processes: int
+    asked: Question, ask: Ask, progress: Progress, processes: int
 ) -> tuple[Series, Proof, tuple[float | None, ...]]:
     """The best of several restarts."""
     t_end = float(grid(ask.duration, ask.rate)[-1])
@@ -178,7 +179,7 @@ def _fourier(
         )
         for k in range(ask.restarts)
     ]
-    outcomes = search(tasks, told, processes)
+    outcomes = search(tasks, progress, processes)
     safe = [one for one in outcomes if isinstance(one, Found)]
     if not safe:
         raise next(one for one in outcomes if not isinstance(one, Found))

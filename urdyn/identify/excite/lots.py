@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, wait
 from multiprocessing import get_context
 from multiprocessing.queues import SimpleQueue
@@ -14,20 +14,20 @@ from threadpoolctl import threadpool_limits
 
 from urdyn.errors import UnsafeMotionError
 from urdyn.identify.excite.restart import Found, Task, restart
+from urdyn.progress import Progress
 
 PROCESSES = 2
 GLANCE = 0.2  # [s] between two looks at how far they are
 
 Outcome = Found | UnsafeMotionError
-Told = Callable[[str, float], None]  # what is being done, and the share that is behind
 News = tuple[int, float, float]  # which restart, its share that is behind, the value it reached
 
 _news: Any = None  # of a worker: where it tells how far it is
 
 
-def search(tasks: Sequence[Task], told: Told, processes: int = PROCESSES) -> list[Outcome]:
+def search(tasks: Sequence[Task], progress: Progress, processes: int = PROCESSES) -> list[Outcome]:
     """What every task finds, in their order, whatever the number of processes."""
-    watch = _Watch(len(tasks), told)
+    watch = _Watch(len(tasks), progress)
     processes = min(processes, len(tasks), os.cpu_count() or 1)
     if processes < 2:
         return [_alone(task, k, watch) for k, task in enumerate(tasks)]
@@ -44,9 +44,9 @@ def search(tasks: Sequence[Task], told: Told, processes: int = PROCESSES) -> lis
 class _Watch:
     """How far all restarts are together, and the time left."""
 
-    def __init__(self, count: int, told: Told) -> None:
+    def __init__(self, count: int, progress: Progress) -> None:
         self._shares, self._best = [0.0] * count, float("-inf")
-        self._told, self._begin = told, time.perf_counter()
+        self._progress, self._begin = progress, time.perf_counter()
 
     def hear(self, news: News) -> None:
         """Pass on what a restart says."""
@@ -55,7 +55,7 @@ class _Watch:
         self._best = max(self._best, value)
         behind = sum(self._shares) / len(self._shares)
         left = (time.perf_counter() - self._begin) * (1.0 - behind) / max(behind, 1e-3)
-        self._told(f"criterion {self._best:.2f}, about {left:.0f} s left", behind)
+        self._progress(f"criterion {self._best:.2f}, about {left:.0f} s left", behind)
 
 
 def _alone(task: Task, which: int, watch: _Watch) -> Outcome:

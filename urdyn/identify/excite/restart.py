@@ -25,7 +25,7 @@ ROUNDS, MORE = 6, 2  # of the method of multipliers, and those that mend what a 
 SLACKS = ((0.01, 0.98), (0.02, 0.95), (0.04, 0.9), (0.08, 0.8))
 KEPT = 0.999  # [-] of a limit that is used, so that a proof ends
 
-Told = Callable[[float, float], None]  # share of the restart that is behind, the value reached
+Report = Callable[[float, float], None]  # share of the restart that is behind, the value reached
 
 
 @dataclass(frozen=True)
@@ -52,7 +52,7 @@ class Found:
     proof: Proof
 
 
-def restart(task: Task, told: Told) -> Found | UnsafeMotionError:
+def restart(task: Task, report: Report) -> Found | UnsafeMotionError:
     """The best that is found from one beginning; the error where it cannot be proven safe."""
     arm = loaded(task.question)
     safe = Safe(task.limits, collider(arm, task.cell, task.margin), task.margin)
@@ -61,7 +61,7 @@ def restart(task: Task, told: Told) -> Found | UnsafeMotionError:
     state = begin(climb, _beginning(climb, task))
     for behind in range(ROUNDS):
         state = step(climb, state)
-        told((behind + 1) / ROUNDS, climb.value(climb.coarse.series(state.x)))
+        report((behind + 1) / ROUNDS, climb.value(climb.coarse.series(state.x)))
     return _proven(climb, state, arm, safe)
 
 

@@ -12,7 +12,7 @@ from urdyn.identify.kinematics.doubts import Verdict, Weakness, rank_of, verdict
 from urdyn.identify.kinematics.gross import moderate
 from urdyn.identify.kinematics.moments import moments
 from urdyn.identify.kinematics.placement import Placement, groups
-from urdyn.identify.kinematics.richer import WORTH, Choice, Told, choose
+from urdyn.identify.kinematics.richer import WORTH, Choice, choose
 from urdyn.identify.kinematics.robust import Found, Sought, begin, flat, solve
 from urdyn.identify.kinematics.spread import geometry_spread
 from urdyn.identify.kinematics.workspace import SAMPLES, Workspace, expected, roam
@@ -20,6 +20,7 @@ from urdyn.io.poses import Poses
 from urdyn.model.arm import Arm
 from urdyn.model.geometry.drawing import Drawing, drawing_of
 from urdyn.model.geometry.transmission import no_effects
+from urdyn.progress import Progress, silent
 from urdyn.types import Array, Mask
 
 MOST = 20_000  # poses; of a longer log so many are taken, evenly
@@ -67,28 +68,30 @@ class Calibration:
         return np.sqrt(np.diag(self.found.posterior.cov))
 
 
-def calibrate(
-    arm: Arm, poses: Poses, told: Told = lambda doing, share: None, seed: int = 0
-) -> Calibration:
+def calibrate(arm: Arm, poses: Poses, progress: Progress = silent, seed: int = 0) -> Calibration:
     """What static poses, or a controller's own, tell of an arm's geometry.
 
     Robust Bayesian least squares from the drawing, with the spread of real arms as the prior;
     where the pose is a tracker's, base and tool are unknown and found with the rest.
+
+    Args:
+        progress: called with what is being done, and the share that is behind.
+        seed: of all draws: the same poses make the same calibration.
     """
     rng, poses = np.random.default_rng(seed), thinned(poses)
     drawing = drawing_of(arm)
-    told("finding base and tool", 0.0)
+    progress("finding base and tool", 0.0)
     start, poses = begin(drawn(arm, drawing), poses, rng)
     nominal = refitted(start, poses, rng)
     require_this_arm(nominal, arm, poses)
     sought = everything(start, poses)
-    told("fitting the geometry", 0.2)
+    progress("fitting the geometry", 0.2)
     geometric = solve(start, poses, sought, rng)
     bare = _bare(geometric, poses, start, rng) if poses.own else None
     geometric = bare or geometric
-    choice = choose(geometric, poses, arm, told)
+    choice = choose(geometric, poses, arm, progress)
     found, geometric = choice.found, choice.geometric
-    told("judging the workspace", 0.9)
+    progress("judging the workspace", 0.9)
     return _judged(arm, drawing, poses, found, geometric, nominal, choice, bare is not None, rng)
 
 

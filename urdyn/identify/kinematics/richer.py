@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -18,9 +18,8 @@ from urdyn.identify.kinematics.spread import UNEVEN, effects_spread
 from urdyn.io.poses import Poses
 from urdyn.model.arm import Arm
 from urdyn.model.geometry.transmission import Effects, compliance, no_effects, transmission
+from urdyn.progress import Progress
 from urdyn.types import Array, Index, Mask
-
-Told = Callable[[str, float], None]  # what is being done, and the share that is behind
 
 GEOMETRY, COMPLIANCE, TRANSMISSION = "geometry", "compliance", "transmission"
 WORTH = 0.5  # weight above which a pose is taken as sound
@@ -38,14 +37,14 @@ class Choice:
     trials: tuple[Trial, ...]  # one a kind of model, poorest first
 
 
-def choose(found: Found, poses: Poses, arm: Arm, told: Told) -> Choice:
+def choose(found: Found, poses: Poses, arm: Arm, progress: Progress) -> Choice:
     """Try richer models about a geometry that is `found`."""
     region = regions(poses.q)
     effects = no_effects(arm) if poses.own else transmission(compliance(arm, poses.q))
     rich = found.placement.with_effects(effects)
-    parts = _parts(rich, poses, found.weight, region, told)
+    parts = _parts(rich, poses, found.weight, region, progress)
     kinds = _models(rich.effects, found.sought, rich.size)
-    chosen, trials = _tried(parts, kinds, rich, found, told)
+    chosen, trials = _tried(parts, kinds, rich, found, progress)
     richer = _moved(found, rich, chosen, poses)
     changed: Mask = np.abs(richer.weight - found.weight) > CHANGED
     if changed.any() and not poses.own:
@@ -54,7 +53,7 @@ def choose(found: Found, poses: Poses, arm: Arm, told: Told) -> Choice:
             for k, part in zip(np.unique(region), parts, strict=True)
         ]
         kinds = [[trial.model] for trial in trials]
-        chosen, trials = _tried(parts, kinds, rich, found, told)
+        chosen, trials = _tried(parts, kinds, rich, found, progress)
         richer = _moved(found, rich, chosen, poses)
     alone = min((trials[0], chosen), key=lambda trial: float((trial.stripped**2).sum()))
     geometric = _stripped(found, rich, alone, poses)
@@ -85,7 +84,7 @@ def _reweighed(
 
 
 def _parts(
-    rich: Placement, poses: Poses, weight: Array, region: Index, told: Told
+    rich: Placement, poses: Poses, weight: Array, region: Index, progress: Progress
 ) -> list[Moments]:
     """Moments by region."""
     parts = []
@@ -93,7 +92,7 @@ def _parts(
         rows: Mask = region == k
         turn = poses.turn[rows]
         parts.append(moments(rich, poses.q[rows], poses.place[rows], turn, weight[rows]))
-        told("weighing what joints do", (k + 1.0) / (region.max() + 1.0))
+        progress("weighing what joints do", (k + 1.0) / (region.max() + 1.0))
     return parts
 
 
@@ -102,14 +101,14 @@ def _tried(
     models: Sequence[Sequence[Model]],
     rich: Placement,
     found: Found,
-    told: Told,
+    progress: Progress,
 ) -> tuple[Trial, tuple[Trial, ...]]:
     """The best trial, and the best of each kind."""
     offset, noise, group = -where(rich), found.posterior.noise, groups(rich)
     frames = np.concatenate([group["base"], group["tool"]])
     kinds: list[Trial] = []
     for kind in models:
-        told("trying regions that were held out", 0.5)
+        progress("trying regions that were held out", 0.5)
         of_a_kind = [held_out(parts, model, frames, offset, noise) for model in kind]
         kinds.append(min(of_a_kind, key=lambda trial: float(trial.losses.sum())))
     return best(kinds), tuple(kinds)
