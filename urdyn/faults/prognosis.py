@@ -37,7 +37,7 @@ class Interval:
     high: float
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class Forecast:
     """What one parameter is going to do. Times in steps from the newest; below zero: behind us."""
 
@@ -72,8 +72,10 @@ def foresee(
     warn = given(warning, "warning level", streams=baseline.streams)
     fail = given(critical, "critical level", streams=baseline.streams)
     return tuple(
-        _foreseen(baseline, state, stream, *levels, coverage, hazard)
-        for stream, levels in enumerate(zip(warn.tolist(), fail.tolist(), strict=True))
+        _foreseen(
+            baseline, state, stream, warning=near, critical=far, coverage=coverage, hazard=hazard
+        )
+        for stream, (near, far) in enumerate(zip(warn.tolist(), fail.tolist(), strict=True))
     )
 
 
@@ -81,6 +83,7 @@ def _foreseen(
     baseline: Baseline,
     state: Kinks,
     stream: int,
+    *,
     warning: float,
     critical: float,
     coverage: float,
@@ -97,19 +100,24 @@ def _foreseen(
             "critical one no nearer"
         )
     known = posterior(baseline, state, stream, sign, far, hazard)
-    back, begin = sign * spread, -float(state.t)
+
+    def uncertain(below: Callable[[float], float], least: float) -> Interval:
+        return _quantiles(below, tail, least)
+
+    def risen(rise: float) -> float:
+        return 1.0 - known.begun * known.crossed(rise, 0.0)
+
+    unit, begin = sign * spread, -float(state.t)
     return Forecast(
-        known.begun,
-        known.straight,
-        _onset(known, tail, state.t),
-        _scaled(_quantiles(lambda rate: 1.0 - known.steeper(rate), tail, 0.0), back),
-        _scaled(
-            _quantiles(lambda rise: 1.0 - known.begun * known.crossed(rise, 0.0), tail, 0.0), back
-        ),
-        _quantiles(lambda x: known.crossed(near, x), tail, begin),
-        _quantiles(lambda x: known.crossed(far, x), tail, begin),
-        known,
-        far,
+        probability=known.begun,
+        straight=known.straight,
+        onset=_onset(known, tail, state.t),
+        rate=_scaled(uncertain(lambda rate: 1.0 - known.steeper(rate), 0.0), unit),
+        change=_scaled(uncertain(risen, 0.0), unit),
+        warning=uncertain(lambda x: known.crossed(near, x), begin),
+        critical=uncertain(lambda x: known.crossed(far, x), begin),
+        posterior=known,
+        rise=far,
     )
 
 

@@ -33,24 +33,36 @@ KNOWN = 1e18  # precision of what is not sought [1/m², 1/rad²]
 FRAMES = ("x", "y", "z", "rx", "ry", "rz")
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class Calibration:
     """What poses tell of an arm."""
 
     arm: Arm
     drawing: Drawing
     poses: Poses  # that it was made from, their angles understood
-    found: Found  # geometry, and what held-out regions prefer with it
-    geometric: Found  # the best that geometry alone can do: what other tools can be told
     nominal: Found  # the drawing, base and tool fitted
     choice: Choice = field(repr=False)
-    rank: int
-    sought: int  # unknowns: geometry, base, tool
+    rank: int  # combinations of the unknowns that the poses tell
     space: Workspace  # what is to be expected all over
     verdict: Verdict
     weak: tuple[Weakness, ...]
     proposed: Array  # (NEXT, J) [rad] poses that would tell most of what is open
     bare: bool  # the tool was taken to have no offset: the poses are the flange's
+
+    @property
+    def found(self) -> Found:
+        """Geometry, and what held-out regions prefer with it."""
+        return self.choice.found
+
+    @property
+    def geometric(self) -> Found:
+        """The best that geometry alone can do: what other tools can use."""
+        return self.choice.geometric
+
+    @property
+    def sought(self) -> int:
+        """Number of unknowns: of geometry, base and tool."""
+        return len(self.geometric.sought.columns)
 
     @property
     def sound(self) -> Mask:
@@ -88,11 +100,24 @@ def calibrate(arm: Arm, poses: Poses, progress: Progress = silent, seed: int = 0
     progress("fitting the geometry", 0.2)
     geometric = solve(start, poses, sought, rng)
     bare = _bare(geometric, poses, start, rng) if poses.own else None
-    geometric = bare or geometric
-    choice = choose(geometric, poses, arm, progress)
-    found, geometric = choice.found, choice.geometric
+    choice = choose(bare or geometric, poses, arm, progress)
+    geometric = choice.geometric
     progress("judging the workspace", 0.9)
-    return _judged(arm, drawing, poses, found, geometric, nominal, choice, bare is not None, rng)
+    space = _everywhere(choice.found, arm, poses, rng)
+    rank, information = rank_at(geometric, geometric.sought, poses)
+    return Calibration(
+        arm=arm,
+        drawing=drawing,
+        poses=poses,
+        nominal=nominal,
+        choice=choice,
+        rank=rank,
+        space=space,
+        verdict=_verdict(choice, nominal, arm, poses, space),
+        weak=_weak(geometric, choice.found, drawing),
+        proposed=most_informative(arm, geometric.placement, NEXT, rng, information),
+        bare=bare is not None,
+    )
 
 
 def thinned(poses: Poses) -> Poses:
@@ -159,39 +184,25 @@ def _bare(found: Found, poses: Poses, start: Placement, rng: np.random.Generator
     return bare if 0.5 * (chi[0] - chi[1] + off[0] - off[1]) < BARE else None
 
 
-def _judged(
-    arm: Arm,
-    drawing: Drawing,
-    poses: Poses,
-    found: Found,
-    geometric: Found,
-    nominal: Found,
-    choice: Choice,
-    bare: bool,
-    rng: np.random.Generator,
-) -> Calibration:
-    """The calibration with what is to be doubted about it."""
-    fine = sound(found)
-    spread = geometry_spread(drawing.form)
+def _everywhere(found: Found, arm: Arm, poses: Poses, rng: np.random.Generator) -> Workspace:
+    """What is to be expected at random poses all over the workspace."""
+    variance = geometry_spread(found.placement.form) ** 2
     noise = 0.0 if poses.own else float(found.posterior.noise[0])
-    space = expected(
-        found.placement, found.posterior.cov, spread**2, noise, roam(arm, SAMPLES, rng)
-    )
-    rank, information = rank_at(geometric, geometric.sought, poses)
-    weak = _weak(geometric, found, drawing)
-    last = most_informative(arm, geometric.placement, NEXT, rng, information)
-    doubts = verdict(
+    everywhere = roam(arm, SAMPLES, rng)
+    return expected(found.placement, found.posterior.cov, variance, noise, everywhere)
+
+
+def _verdict(choice: Choice, nominal: Found, arm: Arm, poses: Poses, space: Workspace) -> Verdict:
+    """Should the chosen model be trusted elsewhere?"""
+    fine = sound(choice.found)
+    return verdict(
         poses.q[fine],
         arm.joint_names,
-        rms(found, fine),
-        rms(nominal, fine),
-        choice.chosen.rms,
-        space,
+        rms=rms(choice.found, fine),
+        drawn=rms(nominal, fine),
+        held_out=choice.chosen.rms,
+        space=space,
     )
-    return Calibration(
-        arm, drawing, poses, found, geometric, nominal, choice, rank, len(geometric.sought.columns),
-        space, doubts, weak, last, bare,
-    )  # fmt: skip
 
 
 def rank_at(found: Found, sought: Sought, poses: Poses) -> tuple[int, Array]:
@@ -201,8 +212,8 @@ def rank_at(found: Found, sought: Sought, poses: Poses) -> tuple[int, Array]:
     """
     placement, noise = found.placement, found.posterior.noise
     bare = placement.with_effects(no_effects(placement.effects.arm))
-    told = moments(bare, poses.q, poses.place, poses.turn, found.weight)
-    data = np.tensordot(noise**-2.0, told.H, axes=1)
+    second = moments(bare, poses.q, poses.place, poses.turn, found.weight).H
+    data = np.tensordot(noise**-2.0, second, axes=1)
     lengths = np.ones(bare.size)
     lengths[: len(bare.deviations)] = geometry_spread(bare.form)
     columns = sought.columns

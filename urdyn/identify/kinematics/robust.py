@@ -95,8 +95,8 @@ def settled(placement: Placement, poses: Poses, sought: Sought, noise: Array) ->
     """The posterior about a placement that is its mean."""
     e = residuals(placement, poses.q, poses.place, poses.turn)
     weight = weights(e, noise)
-    told = moments(placement, poses.q, poses.place, poses.turn, weight)
-    found = _solved(told, placement, sought, noise)
+    near = moments(placement, poses.q, poses.place, poses.turn, weight)
+    found = _solved(near, placement, sought, noise)
     return Found(sought, placement, found, weight, e)
 
 
@@ -108,8 +108,8 @@ def _steps(
         e = residuals(placement, poses.q, poses.place, poses.turn)
         # Half the poses count in any case: a step that overshot must not condemn them all.
         noise = robust_noise(e) if noise is None else np.maximum(noise, robust_noise(e))
-        told = moments(placement, poses.q, poses.place, poses.turn, weights(e, noise))
-        step = _solved(told, placement, sought, noise)
+        near = moments(placement, poses.q, poses.place, poses.turn, weights(e, noise))
+        step = _solved(near, placement, sought, noise)
         placement, noise = placement.moved(step.mean), step.noise
         if not np.isfinite(step.mean).all():
             raise IdentifiabilityError("the fit diverged; are these joints those of this arm?")
@@ -119,10 +119,10 @@ def _steps(
     return placement, noise
 
 
-def _solved(told: Moments, placement: Placement, sought: Sought, noise: Array) -> Posterior:
+def _solved(near: Moments, placement: Placement, sought: Sought, noise: Array) -> Posterior:
     """The posterior of a step from `placement`."""
     offset = sought.expected - where(placement)
-    only, precision = told.only(sought.columns), sought.spread**-2.0
+    only, precision = near.only(sought.columns), sought.spread**-2.0
     found = learned(only, precision, offset[sought.columns], noise, rounds=3)
     return restricted(found, sought.columns, placement.size)
 
