@@ -27,7 +27,14 @@ from urdyn.dbn import (
     process_residuals,
 )
 from urdyn.errors import InputError
-from urdyn.estimate import Kalman, Learnt, doubt, expectation_maximisation, maximise_evidence, track
+from urdyn.estimate import (
+    Kalman,
+    Learnt,
+    expectation_maximisation,
+    maximise_evidence,
+    parameter_cov,
+    track,
+)
 from urdyn.types import Array, Gaussian
 
 N = 300
@@ -43,14 +50,14 @@ def walking(setting: Array) -> Model:
     )
 
 
-def curvature_sd(surprise: Callable[[Array], float], at: Array, h: float = 0.05) -> Array:
+def curvature_sd(misfit: Callable[[Array], float], at: Array, h: float = 0.05) -> Array:
     """Standard errors of a maximum likelihood estimate, by finite differences, (p,)."""
     p, unit = len(at), h * np.eye(len(at))
     hessian = np.empty((p, p))
     for i in range(p):
         for j in range(p):
             corners = [
-                a * b * surprise(at + a * unit[i] + b * unit[j]) for a in (1, -1) for b in (1, -1)
+                a * b * misfit(at + a * unit[i] + b * unit[j]) for a in (1, -1) for b in (1, -1)
             ]
             hessian[i, j] = sum(corners) / (4 * h**2)
     return np.sqrt(np.diag(np.linalg.inv(hessian)))
@@ -78,26 +85,26 @@ def test_em_recovers_noise_levels(life: Array) -> None:
     )
     assert (np.diff(found.log_likelihood) > -1e-9).all()
 
-    def surprise(setting: Array) -> float:
+    def misfit(setting: Array) -> float:
         return -track(Kalman(), walking(setting), ticks(N), life).log_likelihood
 
-    assert (np.abs(found.setting - TRUTH) < 4 * curvature_sd(surprise, found.setting)).all()
+    assert (np.abs(found.setting - TRUTH) < 4 * curvature_sd(misfit, found.setting)).all()
 
 
 def test_em_and_the_evidence_agree(life: Array) -> None:
     found = maximise_evidence(np.log([0.3, 0.4]), walking, ticks(N), life)
     assert found.converged and found.log_likelihood[-1] > found.log_likelihood[0]
 
-    def surprise(setting: Array) -> float:
+    def misfit(setting: Array) -> float:
         return -track(Kalman(), walking(setting), ticks(N), life).log_likelihood
 
-    sd = curvature_sd(surprise, found.setting)
+    sd = curvature_sd(misfit, found.setting)
     assert (np.abs(found.setting - TRUTH) < 4 * sd).all()
-    cov = doubt(found.setting, walking, ticks(N), life)
+    cov = parameter_cov(found.setting, walking, ticks(N), life)
     np.testing.assert_allclose(np.sqrt(np.diag(cov)), sd, rtol=0.05)
     for elsewhere, build in ((found.setting + 3.0, walking), (TRUTH, lambda _: walking(TRUTH))):
         with pytest.raises(InputError, match="no maximum"):
-            doubt(elsewhere, build, ticks(N), life)
+            parameter_cov(elsewhere, build, ticks(N), life)
 
 
 FAMILY = Network(
@@ -169,7 +176,7 @@ def test_an_edge_is_learnt_through_noise() -> None:
     assert found.converged
     coefficient = found.setting.edges[0].coefficient
 
-    def surprise(c: Array) -> float:
+    def misfit(c: Array) -> float:
         return -track(Kalman(), build(led(float(c[0]))), ticks(N), y).log_likelihood
 
     assert (np.diff(found.log_likelihood) > -1e-9).all()
@@ -179,7 +186,7 @@ def test_an_edge_is_learnt_through_noise() -> None:
     few = expectation_maximisation(led(0.0), build, maximise, ticks(N), y, 3, 1e-3)
     assert not few.converged
     assert best.log_likelihood[-1] - few.log_likelihood[-1] > 1e-2
-    sd = curvature_sd(surprise, np.array([coefficient]))[0]
+    sd = curvature_sd(misfit, np.array([coefficient]))[0]
     assert abs(coefficient - 0.7) < 4 * sd
 
 
@@ -269,7 +276,7 @@ def test_a_search_may_begin_without_any_coupling() -> None:
         found = maximise_evidence(np.array(start), coupled, ticks(120), y)
         assert found.converged
         tops.append(found)
-    cov = doubt(tops[0].setting, coupled, ticks(120), y)  # refuses what is no maximum
+    cov = parameter_cov(tops[0].setting, coupled, ticks(120), y)  # refuses what is no maximum
     one, other = tops
     assert abs(other.log_likelihood[-1] - one.log_likelihood[-1]) < 5e-3
     assert (np.abs(other.setting - one.setting) < 0.1 * np.sqrt(np.diag(cov))).all()

@@ -10,7 +10,7 @@ from scipy.signal import lfilter
 
 from urdyn.identify import Noise
 from urdyn.identify import design as room
-from urdyn.identify.compress import compress, residuals, taken
+from urdyn.identify.compress import absorbed_periodograms, compress, residuals
 from urdyn.identify.design import Block, blocks, coefficients_at, design, runs
 from urdyn.identify.slow import periodogram
 from urdyn.model.drive import LINEAR
@@ -120,7 +120,7 @@ def test_what_doubt_takes_from_a_residual_is_what_the_doubtful_would_change(
         cov[k, k] = wrong**2
     drive = replace(point.drive, viscous=point.drive.viscous + wrong * point.drive.gain)
     other = residuals(replace(point, drive=drive), noisy)
-    found = taken(point, noisy, doubt)
+    found = absorbed_periodograms(point, noisy, doubt)
     for joint, stretches in enumerate(residuals(point, noisy)):
         changes = [a - b for a, b in zip(stretches, other[joint], strict=True)]
         for power, change in zip(found[joint], changes, strict=True):

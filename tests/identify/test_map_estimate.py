@@ -18,8 +18,8 @@ from urdyn.identify.map_estimate import (
     Compressed,
     Problem,
     build_problem,
+    coefficient_covs,
     data_information,
-    doubts,
     posterior,
     solve,
 )
@@ -88,7 +88,7 @@ def slope(problem: Problem, z: Array) -> Array:
 def insistence(problem: Problem, z: Array) -> Array:
     """How much of a Gaussian prior's pull there is, score by score."""
     pull = np.ones(len(z))
-    pull[problem.yielding] = 1.0 / (1.0 + (z[problem.yielding] / TAIL) ** 2)
+    pull[problem.student_t] = 1.0 / (1.0 + (z[problem.student_t] / TAIL) ** 2)
     return pull
 
 
@@ -199,7 +199,7 @@ def test_doubt_in_scores_is_the_same_doubt_in_coefficients(
     root = np.random.default_rng(8).standard_normal((len(truth),) * 2)
     belief = Gaussian(truth, root @ root.T)
     places = [(block.joint, block.payload) for block in blocks]
-    covs = doubts(unknowns, places, point, belief)
+    covs = coefficient_covs(unknowns, places, point, belief)
     R = [block.R[:, :-1] for block in blocks]
     each = [np.trace(r @ cov @ r.T) for r, cov in zip(R, covs, strict=True)]
     whole = np.trace(data_information(problem, truth) @ belief.cov)

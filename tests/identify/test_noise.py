@@ -186,8 +186,8 @@ def test_what_a_fit_took_from_the_noise_is_given_back() -> None:
         X, e = smooth(rng, rows, 10), root @ rng.standard_normal(rows)
         doubt = np.linalg.inv(X.T @ inverse @ X)  # of generalised least squares
         left = e - X @ (doubt @ (X.T @ (inverse @ e)))
-        for told, taken in (("told", [[periodogram(X, doubt)]]), ("not told", None)):
-            found[told].append(float(fit_noise([[left]], STEP, taken).gentle[0]))
+        for told, absorbed in (("told", [[periodogram(X, doubt)]]), ("not told", None)):
+            found[told].append(float(fit_noise([[left]], STEP, absorbed).gentle[0]))
     one = np.ones(1)
     white = np.sqrt(1.0 - SLOW) * one
     truth = Noise(one, white, 1e9 * one, np.zeros((1, 0)), np.sqrt(SLOW) * one, keep).gentle[0]

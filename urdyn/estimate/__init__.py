@@ -7,7 +7,7 @@ from urdyn.estimate.ekf import EKF
 from urdyn.estimate.information import InformationFilter
 from urdyn.estimate.innovation import Innovation
 from urdyn.estimate.kalman import Kalman
-from urdyn.estimate.learn import Learnt, doubt, expectation_maximisation, maximise_evidence
+from urdyn.estimate.learn import Learnt, expectation_maximisation, maximise_evidence, parameter_cov
 from urdyn.estimate.particle import ParticleFilter
 from urdyn.estimate.protocol import Filter, Track, track
 from urdyn.estimate.ramps import follow_ramp, ramp_bank, ramp_bound, ramp_model
@@ -30,10 +30,10 @@ __all__ = [
     "ParticleFilter",
     "Track",
     "Variational",
-    "doubt",
     "expectation_maximisation",
     "follow_ramp",
     "maximise_evidence",
+    "parameter_cov",
     "posterior_bound",
     "ramp_bank",
     "ramp_bound",

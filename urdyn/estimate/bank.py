@@ -20,7 +20,7 @@ from urdyn.dbn.two_slice import TwoSlice, U
 from urdyn.errors import InputError
 from urdyn.estimate.innovation import Innovation, measured_rows, residual_of
 from urdyn.estimate.linearised import joseph, noise_of, propagated
-from urdyn.estimate.mixture import log_density, moments, normalised, surprise
+from urdyn.estimate.mixture import log_density, mixture_innovation, moments, normalised
 from urdyn.given import given_count
 from urdyn.types import Array, Gaussian, frozen
 
@@ -175,4 +175,4 @@ def _weigh(
         cov=joseph(predicted.cov, K, H, HP, R),
         log_weight=log_weight,
     )
-    return posterior, surprise(y, rows, seen, total)
+    return posterior, mixture_innovation(y, rows, seen, total)

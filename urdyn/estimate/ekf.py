@@ -29,10 +29,10 @@ class EKF:
     ) -> tuple[Gaussian, Innovation]:
         """Predict over u.dt, then learn from the finite rows of y, (m,)."""
         predicted = predict(model, state, u)
-        posterior, surprise = correct(model, predicted, u, y)
+        posterior, innovation = correct(model, predicted, u, y)
         for _ in range(self.iterations - 1):
             posterior, _ = correct(model, predicted, u, y, at=posterior.mean)
-        return posterior, surprise
+        return posterior, innovation
 
     def belief(self, state: Gaussian) -> Gaussian:
         """The state itself."""

@@ -1,4 +1,4 @@
-"""Surprise: how far a measurement lies from what was expected, and how far it might."""
+"""Innovation: how far a measurement lies from what was expected, and how far it might."""
 
 from __future__ import annotations
 

@@ -19,7 +19,7 @@ from urdyn.types import Array
 
 Setting = TypeVar("Setting")
 
-FIRST_STEP = 0.02  # of a logarithm or a coefficient, by which their doubt is looked for
+FIRST_STEP = 0.02  # of a logarithm or a coefficient, of the first differences
 NEARLY = 0.1  # [nats] below the top, where a search may have ended
 FAR, NEAR = 0.5, 0.1  # of a logarithm or a coefficient, by which a search looks around; and again
 CLOSE = 1e-3  # in a parameter and [nats], within which all corners of a simplex are where it ends
@@ -89,7 +89,7 @@ def maximise_evidence(
 
     evidence = _evidence(build, inputs, observations)
 
-    def surprise(parameters: Array) -> float:
+    def misfit(parameters: Array) -> float:
         try:
             return -evidence(parameters)
         except InputError:  # no belief is possible there: the search turns back
@@ -101,7 +101,7 @@ def maximise_evidence(
     for _ in range(SEARCHES):
         corners = np.vstack([at, at + reach * np.diag(unit)])
         found = minimize(
-            lambda z: surprise(z * unit),
+            lambda z: misfit(z * unit),
             at / unit,
             method="Nelder-Mead",
             options={"xatol": CLOSE, "fatol": CLOSE, "initial_simplex": corners / unit},
@@ -115,7 +115,7 @@ def maximise_evidence(
     return Learnt(at, np.array(climbed), climbed[-1] - climbed[-2] < CLOSE)
 
 
-def doubt(
+def parameter_cov(
     at: Array,
     build: Callable[[Array], TwoSlice[U]],
     inputs: Sequence[U],

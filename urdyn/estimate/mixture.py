@@ -1,4 +1,4 @@
-"""Moments and surprise of a weighted mixture of Gaussians."""
+"""Moments and innovation of a weighted mixture of Gaussians."""
 
 from __future__ import annotations
 
@@ -42,7 +42,9 @@ def log_density(residual: Array, S: Array) -> Array:
     return np.asarray(value)
 
 
-def surprise(y: Array, rows: Rows, predicted: Gaussian, log_likelihood: float) -> Innovation:
+def mixture_innovation(
+    y: Array, rows: Rows, predicted: Gaussian, log_likelihood: float
+) -> Innovation:
     """Innovation of the mixture's moments, (r,), (r, r), with the mixture's own likelihood."""
     whitener, log_det = whitening(predicted.cov)
     require_finite(log_det, predicted.cov)

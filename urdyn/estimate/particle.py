@@ -18,7 +18,7 @@ from urdyn.dbn.two_slice import TwoSlice, U
 from urdyn.errors import InputError
 from urdyn.estimate.innovation import Innovation, Rows, measured_rows, residual_of
 from urdyn.estimate.linearised import joseph, noise_of
-from urdyn.estimate.mixture import log_density, moments, normalised, surprise
+from urdyn.estimate.mixture import log_density, mixture_innovation, moments, normalised
 from urdyn.estimate.square_root import lower_root, pseudo_inverse
 from urdyn.given import given_count
 from urdyn.types import Array, Gaussian, Mask, frozen
@@ -126,7 +126,7 @@ def _weigh(
     moved = x + np.squeeze(gain @ residual[..., None], -1)
     cov = joseph(predicted.cov, gain, H, HP, R)
     posterior = replace(predicted, x=moved, cov=cov, log_weight=weight)
-    return posterior, surprise(y, rows, seen, total)
+    return posterior, mixture_innovation(y, rows, seen, total)
 
 
 def _weigh_points(
@@ -136,7 +136,7 @@ def _weigh_points(
     density = log_density(residual_of(y, rows, expected), R[None])
     weight, total = normalised(predicted.log_weight + density)
     seen = moments(np.exp(predicted.log_weight), expected, R)
-    return replace(predicted, log_weight=weight), surprise(y, rows, seen, total)
+    return replace(predicted, log_weight=weight), mixture_innovation(y, rows, seen, total)
 
 
 def _resampled(cloud: Particles, rng: np.random.Generator) -> Particles:

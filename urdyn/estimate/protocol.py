@@ -82,14 +82,14 @@ def track(
     state = filter.init(model)
     t, means, sds, covs, innovations = [0.0], [], [], [], []
     for u, y in paired(model, inputs, observations):
-        state, surprise = filter.step(model, state, u, y)
+        state, innovation = filter.step(model, state, u, y)
         belief = filter.belief(state)
         t.append(t[-1] + u.dt)
         means.append(belief.mean)
         sds.append(belief.sd)
         if covariances:
             covs.append(belief.cov)
-        innovations.append(surprise)
+        innovations.append(innovation)
     shape = (len(innovations), len(model.names))
     return Track(
         model.names,

@@ -61,11 +61,11 @@ class FixedLag:
 
     def step(self, model: TwoSlice[U], state: Recent, u: U, y: Array) -> tuple[Recent, Innovation]:
         """Predict over u.dt, then learn from the finite rows of y, (m,); forget what is older."""
-        here, surprise = _forward(model, state.last, u, y)
+        here, innovation = _forward(model, state.last, u, y)
         passed = (*state.passed, here)
         if len(passed) <= self.lag:
-            return Recent(state.before, passed), surprise
-        return Recent(passed[0].filtered, passed[1:]), surprise
+            return Recent(state.before, passed), innovation
+        return Recent(passed[0].filtered, passed[1:]), innovation
 
     def belief(self, state: Recent) -> Gaussian:
         """Of the slice `lag` ago; of the prior's until so many have passed."""
@@ -83,10 +83,10 @@ def smooth(
     """
     state, log_likelihood, passed = model.prior, 0.0, []
     for u, y in paired(model, inputs, observations):
-        here, surprise = _forward(model, state, u, y)
+        here, innovation = _forward(model, state, u, y)
         passed.append(here)
         state = here.filtered
-        log_likelihood += surprise.log_likelihood
+        log_likelihood += innovation.log_likelihood
     return _backward(Recent(model.prior, tuple(passed))), log_likelihood
 
 
@@ -94,8 +94,8 @@ def _forward(model: TwoSlice[U], state: Gaussian, u: U, y: Array) -> tuple[Passe
     F = frozen(model.transition_jacobian(state.mean, u))
     Q = frozen(model.transition_cov(u))
     predicted = Gaussian(model.transition(state.mean, u), propagated(F, state.cov) + Q)
-    filtered, surprise = correct(model, predicted, u, y)
-    return Passed(F, Q, predicted, filtered), surprise
+    filtered, innovation = correct(model, predicted, u, y)
+    return Passed(F, Q, predicted, filtered), innovation
 
 
 def _backward(state: Recent) -> Smoothed:

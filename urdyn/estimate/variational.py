@@ -57,7 +57,7 @@ class Variational:
         moved = predict(model, state.gaussian, u)
         predicted = SquareRoot.of(moved.mean, moved.cov)
         rows = measured_rows(y)
-        first, surprise = updated(moved, wide(model, points, predicted, u).of(rows), y, rows)
+        first, innovation = updated(moved, wide(model, points, predicted, u).of(rows), y, rows)
         q = SquareRoot.of(first.mean, first.cov)
         likelihood = Likelihood(model, u, y, points)
         try:
@@ -70,7 +70,7 @@ class Variational:
             told = ", ".join(known) or "a combination of states"
             raise InputError(f"{told} has no variance to descend in; use UKF") from None
         require_finite(float(q.mean.sum()), q.mean)
-        return q, surprise
+        return q, innovation
 
     def _descend(
         self, likelihood: Likelihood[U], predicted: SquareRoot, q: SquareRoot

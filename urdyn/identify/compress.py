@@ -79,18 +79,18 @@ def residuals(point: Dynamics, motion: Motion, band: Band = EVERYTHING) -> list[
     return left
 
 
-def taken(
-    point: Dynamics, motion: Motion, doubt: Sequence[Array], band: Band = EVERYTHING
+def absorbed_periodograms(
+    point: Dynamics, motion: Motion, covs: Sequence[Array], band: Band = EVERYTHING
 ) -> list[list[Array]]:
-    """Periodograms of what a fit in this doubt took from its `residuals`, stretch by stretch [A²].
+    """Periodograms of noise that a fit absorbed, so that `residuals` lack it, by stretch [A²].
 
     Args:
-        doubt: covariance of each joint's coefficients, of those that `coefficients_at` tells.
+        covs: of each joint's coefficients, in the order of `coefficients_at`.
     """
-    hidden: list[list[Array]] = [[] for _ in doubt]
+    absorbed: list[list[Array]] = [[] for _ in covs]
     for block in blocks(point, motion):
         problem = design(point, block)
-        for j, cov in enumerate(doubt):
+        for j, cov in enumerate(covs):
             columns = problem.columns(j)
-            hidden[j] += [periodogram(band(columns[run]), cov) for run in runs(block.known[:, j])]
-    return hidden
+            absorbed[j] += [periodogram(band(columns[run]), cov) for run in runs(block.known[:, j])]
+    return absorbed

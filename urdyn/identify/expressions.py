@@ -99,12 +99,12 @@ def _compiled(unknowns: Unknowns) -> tuple[Any, Any]:
 
 
 def dynamics(
-    unknowns: Unknowns, z: Array, turns: float, temperature: Array
+    unknowns: Unknowns, z: Array, friction_time: float, temperature: Array
 ) -> tuple[Dynamics, tuple[Array, ...]]:
     """The arm at scores `z`, with its tool alone, and the payloads' inertials, (10,) each.
 
     Args:
-        turns: time by which friction turns over before the recorded motion [s].
+        friction_time: by which friction turns over before the recorded motion [s].
     """
     inertials, payloads, drive, offset = (np.array(x) for x in _compiled(unknowns)[0](z))
     values = dict(zip(FIELDS, drive.T, strict=True))
@@ -112,7 +112,7 @@ def dynamics(
     one = np.ones(unknowns.prior.arm.joints)
     values |= {"temperature": temperature, "health": one}
     ahead = float(offset.item())
-    found = Drive(**values, time_offset=ahead, friction_lead=turns - ahead)
+    found = Drive(**values, time_offset=ahead, friction_lead=friction_time - ahead)
     arm = Dynamics(unknowns.prior.arm, inertials.T, found, unknowns.tool)
     return arm, tuple(payloads.T[: len(unknowns.payloads)])
 

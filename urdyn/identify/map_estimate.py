@@ -55,7 +55,7 @@ class Problem:
     unknowns: Unknowns
     residual: Any  # CasADi function z -> whitened residuals of all blocks
     at_rest: Any  # CasADi function z -> Coulomb and Stribeck friction at rest, (J,) [N·m], >= 0
-    yielding: list[int] = field(default_factory=list)  # scores whose prior gives way
+    student_t: list[int] = field(default_factory=list)  # scores whose prior has Student's tails
 
 
 def build_problem(unknowns: Unknowns, blocks: Sequence[Compressed], point: Dynamics) -> Problem:
@@ -76,7 +76,7 @@ def _at_rest(unknowns: Unknowns) -> Any:
     return ca.Function("at_rest", [z], [drive["coulomb"] + drive["stribeck"]])
 
 
-def doubts(
+def coefficient_covs(
     unknowns: Unknowns, places: Sequence[tuple[int, int | None]], point: Dynamics, belief: Gaussian
 ) -> list[Array]:
     """Covariance of the coefficients of every (joint, payload), by a belief in scores."""
@@ -124,7 +124,7 @@ def solve(problem: Problem, start: Array) -> Array:
         IdentifiabilityError: the optimiser found no maximum.
     """
     z: Any = ca.MX.sym("z", len(start))
-    cost: Any = 0.5 * ca.sumsqr(problem.residual(z)) + _insistence(z, problem.yielding)
+    cost: Any = 0.5 * ca.sumsqr(problem.residual(z)) + _neg_log_prior(z, problem.student_t)
     problems = {"x": z, "f": cost, "g": problem.at_rest(z)}
     solver = ca.nlpsol("maximum", "ipopt", problems, IPOPT)
     found = solver(x0=start, lbg=0.0)
@@ -136,11 +136,11 @@ def solve(problem: Problem, start: Array) -> Array:
     return np.asarray(found["x"]).ravel()
 
 
-def _insistence(z: Any, yielding: list[int]) -> Any:
-    """Minus the prior's logarithm at scores z, CasADi."""
-    pulled = z[yielding]
-    wide = TAIL**2 * ca.sum1(ca.log(1.0 + (pulled / TAIL) ** 2))
-    return 0.5 * (ca.sumsqr(z) - ca.sumsqr(pulled) + wide)
+def _neg_log_prior(z: Any, student_t: list[int]) -> Any:
+    """-log p(z) but for a constant, CasADi: standard normal, or Student's t."""
+    tailed = z[student_t]
+    wide = TAIL**2 * ca.sum1(ca.log(1.0 + (tailed / TAIL) ** 2))
+    return 0.5 * (ca.sumsqr(z) - ca.sumsqr(tailed) + wide)
 
 
 def posterior(problem: Problem, z: Array) -> Gaussian:
@@ -148,7 +148,7 @@ def posterior(problem: Problem, z: Array) -> Gaussian:
 
     Student's prior counts as the Gaussian that pulls as much there.
     """
-    at, prior = problem.yielding, np.ones_like(z)
+    at, prior = problem.student_t, np.ones_like(z)
     prior[at] = 1.0 / (1.0 + (z[at] / TAIL) ** 2)
     whole = data_information(problem, z) + np.diag(prior)
     return Gaussian(z, np.asarray(np.linalg.inv(whole), dtype=np.float64))

@@ -87,22 +87,22 @@ def white_noise(residuals: list[list[Array]]) -> Noise:
 
 
 def fit_noise(
-    residuals: list[list[Array]], step: float, taken: list[list[Array]] | None = None
+    residuals: list[list[Array]], step: float, absorbed: list[list[Array]] | None = None
 ) -> Noise:
     """Noise of every joint from its residuals, joint by joint, stretch by stretch [A].
 
     A fit takes from the noise what its parameters can explain, most of all of what is slow. Its own
-    doubt tells how much: with that beside them residuals have the power that the noise had, as
+    covariance tells how much: with that beside them residuals have the power that the noise had, as
     restricted maximum likelihood would have it [Patterson1971]_.
 
     Args:
         step: time from row to row [s].
-        taken: periodogram of what a fit took, stretch by stretch [A²]; None: nothing.
+        absorbed: periodogram of what a fit absorbed, stretch by stretch [A²]; None: nothing.
     """
     keep = forgotten(step)
-    if taken is None:
-        taken = [[np.zeros(len(r) // 2 + 1) for r in stretches] for stretches in residuals]
-    pairs = zip(residuals, taken, strict=True)
+    if absorbed is None:
+        absorbed = [[np.zeros(len(r) // 2 + 1) for r in stretches] for stretches in residuals]
+    pairs = zip(residuals, absorbed, strict=True)
     fits = [_fit_joint(stretches, powers, keep) for stretches, powers in pairs]
     width = max(noise.ar.shape[1] for noise in fits)
     return Noise(
@@ -138,14 +138,14 @@ def _robust_sd(residuals: Array) -> float:
     return MAD_TO_SD * float(np.median(np.abs(residuals))) + 1e-12
 
 
-def _fit_joint(stretches: list[Array], taken: list[Array], keep: float) -> Noise:
+def _fit_joint(stretches: list[Array], absorbed: list[Array], keep: float) -> Noise:
     """Noise of one joint."""
     count, lags = sum(len(r) for r in stretches), _told_lags(stretches)
     if count < 10 * MAX_ORDER or not lags:
         return white_noise([stretches])
     most = WILD * _robust_sd(np.concatenate(stretches))
     stretches = [np.clip(r, -most, most) for r in stretches]
-    pairs = [pair for pair in zip(stretches, taken, strict=True) if len(pair[0])]
+    pairs = [pair for pair in zip(stretches, absorbed, strict=True) if len(pair[0])]
     more = np.sum([_products(power, len(r), lags) for r, power in pairs], axis=0) / count
     acf = more + np.sum([_lagged(r, lags) for r, _ in pairs], axis=0) / count
     one, gaussian = np.ones(1), np.full(1, GAUSSIAN)
@@ -174,10 +174,10 @@ def _told_lags(stretches: list[Array]) -> int:
     return sum(rows >= BEHIND for rows in behind)
 
 
-def _spectra(stretch: Array, taken: Array) -> tuple[Array, Array, Array]:
+def _spectra(stretch: Array, absorbed: Array) -> tuple[Array, Array, Array]:
     """Frequencies but 0 [rad] a sample, and the power of both there."""
     w = 2.0 * np.pi * np.asarray(np.fft.rfftfreq(len(stretch)), dtype=np.float64)
-    return w[1:], periodogram(stretch)[1:], taken[1:]
+    return w[1:], periodogram(stretch)[1:], absorbed[1:]
 
 
 def _lagged(stretch: Array, lags: int) -> Array:

@@ -14,11 +14,17 @@ from itertools import chain
 import numpy as np
 
 from urdyn.identify.band import EVERYTHING, Band, common_band
-from urdyn.identify.compress import compress, residuals, taken
+from urdyn.identify.compress import absorbed_periodograms, compress, residuals
 from urdyn.identify.excerpt import excerpt, folds
 from urdyn.identify.expressions import dynamics, physical
 from urdyn.identify.fit import Fit
-from urdyn.identify.map_estimate import Compressed, build_problem, doubts, posterior, solve
+from urdyn.identify.map_estimate import (
+    Compressed,
+    build_problem,
+    coefficient_covs,
+    posterior,
+    solve,
+)
 from urdyn.identify.noise import GAUSSIAN, Noise, fit_noise, white_noise
 from urdyn.identify.rank import data_rank
 from urdyn.identify.select import select_terms
@@ -58,13 +64,13 @@ class State:
     noise: Noise
     temperature: Array  # (J,) [°C] of the runs, that friction is found at; NaN: nobody measured
     band: Band = EVERYTHING
-    turns: float = 0.0  # [s] by which friction turns over before the recorded motion
-    doubt: Array | None = None  # (P, P) covariance of z; None: no step has told it
+    friction_time: float = 0.0  # [s] by which friction turns over before the recorded motion
+    cov: Array | None = None  # (P, P) of z; None: no step has found it
     point: Dynamics = field(init=False)  # the arm at z, with its tool
     payloads: tuple[Array, ...] = field(init=False)  # inertials (10,) each
 
     def __post_init__(self) -> None:
-        point, payloads = dynamics(self.unknowns, self.z, self.turns, self.temperature)
+        point, payloads = dynamics(self.unknowns, self.z, self.friction_time, self.temperature)
         object.__setattr__(self, "point", point)
         object.__setattr__(self, "payloads", payloads)
 
@@ -121,18 +127,18 @@ def _with_noise(state: State, runs: Sequence[Run], plain: bool = False) -> State
     if plain:
         return replace(state, noise=white_noise(left))
     step = float(np.mean([median_step(run.motion.t) for run in runs])) * state.band.every
-    return replace(state, noise=fit_noise(left, step, _taken(state, runs)))
+    return replace(state, noise=fit_noise(left, step, _absorbed(state, runs)))
 
 
-def _taken(state: State, runs: Sequence[Run]) -> list[list[Array]] | None:
-    """What the last step took from the noise, as far as its doubt tells; None: it told none."""
-    if state.doubt is None:
+def _absorbed(state: State, runs: Sequence[Run]) -> list[list[Array]] | None:
+    """Noise that the last step's fit absorbed, as periodograms; None: no step has a covariance."""
+    if state.cov is None:
         return None
-    belief, joints = Gaussian(state.z, state.doubt), range(state.point.arm.joints)
+    belief, joints = Gaussian(state.z, state.cov), range(state.point.arm.joints)
 
     def of_run(motion: Motion, point: Dynamics, payload: int | None) -> list[list[Array]]:
-        covs = doubts(state.unknowns, [(j, payload) for j in joints], point, belief)
-        return taken(point, motion, covs, state.band)
+        covs = coefficient_covs(state.unknowns, [(j, payload) for j in joints], point, belief)
+        return absorbed_periodograms(point, motion, covs, state.band)
 
     return _joint_by_joint(of_run(*loaded) for loaded in state.loaded(runs))
 
@@ -158,7 +164,7 @@ def _step(state: State, runs: Sequence[Run], damping: float) -> State:
 def _sure_step(state: State, runs: Sequence[Run]) -> State:
     """A whole step, and how sure it is."""
     belief = _belief(state, _blocks(state, runs))
-    return replace(state, z=belief.mean, doubt=belief.cov)
+    return replace(state, z=belief.mean, cov=belief.cov)
 
 
 def _belief(state: State, blocks: list[Compressed]) -> Gaussian:
@@ -174,12 +180,15 @@ def _align(state: State, runs: Sequence[Run]) -> State:
     at which joints turn round tell of it; they are so loud that they would speak for all others of
     when currents are told, too, which is an unknown beside it.
     """
-    misfits = [_misfit(replace(state, turns=state.turns + h), runs) for h in (-PROBE, 0.0, PROBE)]
+    misfits = [
+        _misfit(replace(state, friction_time=state.friction_time + h), runs)
+        for h in (-PROBE, 0.0, PROBE)
+    ]
     curvature = misfits[0] - 2.0 * misfits[1] + misfits[2]
     slope = misfits[2] - misfits[0]
     step = -0.5 * slope / curvature if curvature > 0.0 else -np.sign(slope)
-    found = state.turns + PROBE * float(np.clip(step, -1.0, 1.0))
-    return replace(state, turns=float(np.clip(found, -MAX_LEAD, MAX_LEAD)))
+    found = state.friction_time + PROBE * float(np.clip(step, -1.0, 1.0))
+    return replace(state, friction_time=float(np.clip(found, -MAX_LEAD, MAX_LEAD)))
 
 
 def _misfit(state: State, runs: Sequence[Run]) -> float:
@@ -217,7 +226,7 @@ def _settle(state: State, runs: Sequence[Run]) -> State:
 def _finish(state: State, runs: Sequence[Run]) -> Fit:
     blocks, unknowns = _blocks(state, runs), state.unknowns
     belief = _belief(state, blocks)
-    last = replace(state, z=belief.mean, doubt=belief.cov, band=EVERYTHING)
+    last = replace(state, z=belief.mean, cov=belief.cov, band=EVERYTHING)
     parameters, jacobian = physical(unknowns, belief.mean)
     prior, prior_jacobian = physical(unknowns, np.zeros_like(belief.mean))
     rank, columns = data_rank(blocks, last.point.arm.joints)
