@@ -11,6 +11,7 @@ from collections.abc import Callable
 import numpy as np
 
 from urdyn.identify.excite.columns import Columns
+from urdyn.identify.excite.proof import QVA
 from urdyn.model.arm import Arm
 from urdyn.model.collision import Collider
 from urdyn.simulate.limits import Limits
@@ -18,16 +19,14 @@ from urdyn.types import Array
 
 SCALE = 0.1  # [m] that a distance is short of, where its bound is 1
 
-Motion = tuple[Array, Array, Array]
 
-
-def kinematic(limits: Limits, motion: Motion) -> tuple[Array, Callable[[Array], Motion]]:
+def kinematic(limits: Limits, motion: QVA) -> tuple[Array, Callable[[Array], QVA]]:
     """Angles, velocities and accelerations from either side, (6, N, J); slopes in each, (N, J)."""
     q, v, a = motion
     scales = np.array([limits.room, limits.velocity, limits.acceleration])[:, None]
     shares = np.array([q - limits.middle, v, a]) / scales
 
-    def slopes(weights: Array) -> Motion:
+    def slopes(weights: Array) -> QVA:
         dq, dv, da = (weights[:3] - weights[3:]) / scales
         return dq, dv, da
 

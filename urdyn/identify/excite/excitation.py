@@ -9,7 +9,7 @@ import numpy as np
 from urdyn.errors import InputError
 from urdyn.identify.excite.criterion import CRITERIA, judge
 from urdyn.identify.excite.expected import Expected, expected
-from urdyn.identify.excite.lots import search
+from urdyn.identify.excite.parallel import search
 from urdyn.identify.excite.poses import poses
 from urdyn.identify.excite.probe import probe
 from urdyn.identify.excite.proof import Proof, Safe, prove

@@ -24,7 +24,8 @@ FIRST = 0.02  # [s] of an interval to begin with
 FINEST = 1e-6  # [s] below which nothing is proven any more
 BLOCK = 4096  # intervals at a time
 
-Motion = tuple[Array, Array, Array]
+QVA = tuple[Array, Array, Array]  # angles, velocities, accelerations, (N, J) each
+Peaks = tuple[Array, Array, Array]  # of |v|, |a| and |jerk|, (J,) each
 
 
 class Path(Protocol):
@@ -34,10 +35,10 @@ class Path(Protocol):
     def lasting(self) -> float:
         """[s] after which it ends, or begins again."""
 
-    def at(self, t: Array) -> Motion:
+    def at(self, t: Array) -> QVA:
         """q, v, a at times (N,) [s], each (N, J)."""
 
-    def peaks(self) -> Motion:
+    def peaks(self) -> Peaks:
         """What |v|, |a| and |jerk| never exceed, (J,) each."""
 
 
@@ -61,11 +62,11 @@ class Proof:
 
 
 @dataclass(frozen=True)
-class _Room:
-    """How far a quantity is from its limit in the middle of intervals, and may come nearer."""
+class _Margin:
+    """How far a quantity is from its limit in the middle of intervals."""
 
-    left: Array  # (N, K)
-    lost: Array  # (N, K)
+    left: Array  # (N, K) there
+    lost: Array  # (N, K) by which that may shrink before an interval ends
     limit: Array  # (K,) or a number: what `left` is where nothing is asked
 
 
@@ -77,15 +78,15 @@ def prove(arm: Arm, path: Path, safe: Safe) -> Proof:
     """
     peaks = path.peaks()
 
-    def drives(t: Array, width: float) -> dict[str, _Room]:
-        return _strain(arm, safe.limits, path.at(t), peaks, width)
+    def joints(t: Array, width: float) -> dict[str, _Margin]:
+        return _joint_margins(arm, safe.limits, path.at(t), peaks, width)
 
-    def around(t: Array, width: float) -> dict[str, _Room]:
-        return _air(safe, path.at(t), peaks, width)
+    def around(t: Array, width: float) -> dict[str, _Margin]:
+        return _clearances(safe, path.at(t), peaks, width)
 
     # Each on its own: torque needs finer steps than distance, and costs less.
-    strain, cheap = _covered(arm, safe, path.lasting, drives)
-    air, dear = _covered(arm, safe, path.lasting, around)
+    least, few = _covered(arm, safe, path.lasting, joints)
+    near, many = _covered(arm, safe, path.lasting, around)
     limits = safe.limits
     whole = {
         "angle": limits.room,
@@ -93,16 +94,16 @@ def prove(arm: Arm, path: Path, safe: Safe) -> Proof:
         "acceleration": limits.acceleration,
         "torque": limits.torque,
     }
-    shares = {kind: float((1.0 - strain[kind] / most).max()) for kind, most in whole.items()}
-    k = int(air["distance"].argmin())
-    clearance = float(air["distance"][k] + safe.margin)
-    return Proof(clearance, safe.collider.pairs[k], shares, cheap + dear)
+    shares = {kind: float((1.0 - least[kind] / most).max()) for kind, most in whole.items()}
+    k = int(near["distance"].argmin())
+    clearance = float(near["distance"][k] + safe.margin)
+    return Proof(clearance, safe.collider.pairs[k], shares, few + many)
 
 
 def _covered(
-    arm: Arm, safe: Safe, lasting: float, look: Callable[[Array, float], dict[str, _Room]]
+    arm: Arm, safe: Safe, lasting: float, look: Callable[[Array, float], dict[str, _Margin]]
 ) -> tuple[dict[str, Array], int]:
-    """Least room of every quantity (K,) in all of a motion, and how many moments that took."""
+    """Least margin of every quantity (K,) in all of a motion, and how many moments that took."""
     count = int(np.ceil(lasting / FIRST))
     width = lasting / count
     middles = np.linspace(0.5 * width, lasting - 0.5 * width, count)
@@ -114,12 +115,12 @@ def _covered(
         halves = []
         for first in range(0, len(middles), BLOCK):
             t = middles[first : first + BLOCK]
-            rooms = look(t, width)
-            _refuse(arm, safe, rooms, t)
-            sure = np.all([(r.left >= r.lost).all(axis=1) for r in rooms.values()], axis=0)
+            margins = look(t, width)
+            _refuse(arm, safe, margins, t)
+            sure = np.all([(r.left >= r.lost).all(axis=1) for r in margins.values()], axis=0)
             halves.append(t[~sure])
-            for kind, room in rooms.items():
-                here = (room.left - room.lost)[sure].min(axis=0, initial=np.inf)
+            for kind, margin in margins.items():
+                here = (margin.left - margin.lost)[sure].min(axis=0, initial=np.inf)
                 least[kind] = np.minimum(here, least.get(kind, np.inf))
         looked += len(middles)
         open_ = np.concatenate(halves)
@@ -128,18 +129,18 @@ def _covered(
     return least, looked
 
 
-def _refuse(arm: Arm, safe: Safe, rooms: dict[str, _Room], t: Array) -> None:
+def _refuse(arm: Arm, safe: Safe, margins: dict[str, _Margin], t: Array) -> None:
     """UnsafeMotionError where a quantity is beyond its limit at one of the moments."""
-    for kind, room in rooms.items():
-        if (room.left < 0.0).any():
-            row, k = map(int, np.unravel_index(room.left.argmin(), room.left.shape))
-            raise UnsafeMotionError(_told(arm, safe, kind, room, row, k), kind, float(t[row]))
+    for kind, margin in margins.items():
+        if (margin.left < 0.0).any():
+            row, k = map(int, np.unravel_index(margin.left.argmin(), margin.left.shape))
+            raise UnsafeMotionError(_message(arm, safe, kind, margin, row, k), kind, float(t[row]))
 
 
-def _strain(
-    arm: Arm, limits: Limits, motion: Motion, peaks: Motion, width: float
-) -> dict[str, _Room]:
-    """Room of angles, velocities, accelerations and torques in intervals of a width [s]."""
+def _joint_margins(
+    arm: Arm, limits: Limits, motion: QVA, peaks: Peaks, width: float
+) -> dict[str, _Margin]:
+    """Margins of angles, velocities, accelerations and torques in intervals of a width [s]."""
     (q, v, a), half = motion, 0.5 * width
     V, A = _faster(v, a, peaks, half)
     jerk = np.broadcast_to(peaks[2], v.shape)
@@ -148,23 +149,23 @@ def _strain(
     torque = np.maximum(np.abs(arm.torque(q, v, a)), np.abs(arm.torque(q, still, still)))
     rate = torque_rate(arm, V, A, jerk)
     return {
-        "angle": _Room(limits.room - np.abs(q - limits.middle), half * V, limits.room),
-        "velocity": _Room(limits.velocity - np.abs(v), half * A, limits.velocity),
-        "acceleration": _Room(limits.acceleration - np.abs(a), half * jerk, limits.acceleration),
-        "torque": _Room(limits.torque - torque, half * rate, limits.torque),
+        "angle": _Margin(limits.room - np.abs(q - limits.middle), half * V, limits.room),
+        "velocity": _Margin(limits.velocity - np.abs(v), half * A, limits.velocity),
+        "acceleration": _Margin(limits.acceleration - np.abs(a), half * jerk, limits.acceleration),
+        "torque": _Margin(limits.torque - torque, half * rate, limits.torque),
     }
 
 
-def _air(safe: Safe, motion: Motion, peaks: Motion, width: float) -> dict[str, _Room]:
-    """Room of distances."""
+def _clearances(safe: Safe, motion: QVA, peaks: Peaks, width: float) -> dict[str, _Margin]:
+    """Margins of distances."""
     q, v, a = motion
     near = safe.collider.distances(q) - safe.margin
     V, _ = _faster(v, a, peaks, 0.5 * width)
     lost = 0.5 * width * (V @ safe.collider.reach.T)
-    return {"distance": _Room(near, lost, np.zeros(near.shape[1]))}
+    return {"distance": _Margin(near, lost, np.zeros(near.shape[1]))}
 
 
-def _faster(v: Array, a: Array, peaks: Motion, half: float) -> tuple[Array, Array]:
+def _faster(v: Array, a: Array, peaks: Peaks, half: float) -> tuple[Array, Array]:
     """What |v| and |a| are at most, up to `half` [s] earlier and later, (N, J) each."""
     return (
         np.minimum(np.abs(v) + half * peaks[1], peaks[0]),
@@ -172,13 +173,13 @@ def _faster(v: Array, a: Array, peaks: Motion, half: float) -> tuple[Array, Arra
     )
 
 
-def _told(arm: Arm, safe: Safe, kind: str, room: _Room, row: int, k: int) -> str:
+def _message(arm: Arm, safe: Safe, kind: str, margin: _Margin, row: int, k: int) -> str:
     """What is short, in words."""
     if kind == "distance":
         one, other = safe.collider.pairs[k]
-        there = 1e3 * (room.left[row, k] + safe.margin)
+        there = 1e3 * (margin.left[row, k] + safe.margin)
         if there < 0.0:
             return f"{other} and {one} run into each other"
         return f"{other} comes within {there:.0f} mm of {one}, margin {1e3 * safe.margin:.0f} mm,"
-    share = 1.0 - room.left[row, k] / room.limit[k]
+    share = 1.0 - margin.left[row, k] / margin.limit[k]
     return f"{arm.joint_names[k]} is at {100.0 * share:.1f} % of its {kind} limit"

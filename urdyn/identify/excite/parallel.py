@@ -20,9 +20,9 @@ PROCESSES = 2
 GLANCE = 0.2  # [s] between two looks at how far they are
 
 Outcome = Found | UnsafeMotionError
-News = tuple[int, float, float]  # which restart, its share that is behind, the value it reached
+Update = tuple[int, float, float]  # which restart, the share that is behind, the value it reached
 
-_news: Any = None  # of a worker: where it tells how far it is
+_updates: Any = None  # of a worker process: the queue to the one that waits
 
 
 def search(tasks: Sequence[Task], progress: Progress, processes: int = PROCESSES) -> list[Outcome]:
@@ -32,11 +32,11 @@ def search(tasks: Sequence[Task], progress: Progress, processes: int = PROCESSES
     if processes < 2:
         return [_alone(task, k, watch) for k, task in enumerate(tasks)]
     context = get_context("spawn")
-    news: SimpleQueue[News] = context.SimpleQueue()
-    with ProcessPoolExecutor(processes, context, _hire, (news,)) as pool:
+    updates: SimpleQueue[Update] = context.SimpleQueue()
+    with ProcessPoolExecutor(processes, context, _init_worker, (updates,)) as pool:
         pending = [pool.submit(_work, task, k) for k, task in enumerate(tasks)]
         while wait(pending, GLANCE).not_done:
-            for one in _waiting(news):
+            for one in _waiting(updates):
                 watch.hear(one)
         return [one.result() for one in pending]
 
@@ -48,9 +48,9 @@ class _Watch:
         self._shares, self._best = [0.0] * count, float("-inf")
         self._progress, self._begin = progress, time.perf_counter()
 
-    def hear(self, news: News) -> None:
+    def hear(self, update: Update) -> None:
         """Pass on what a restart says."""
-        which, share, value = news
+        which, share, value = update
         self._shares[which] = share
         self._best = max(self._best, value)
         behind = sum(self._shares) / len(self._shares)
@@ -63,17 +63,17 @@ def _alone(task: Task, which: int, watch: _Watch) -> Outcome:
         return restart(task, lambda share, value: watch.hear((which, share, value)))
 
 
-def _hire(news: Any) -> None:
-    """A worker begins."""
-    global _news
-    _news = news
+def _init_worker(updates: Any) -> None:
+    """Once in every worker process."""
+    global _updates
+    _updates = updates
 
 
 def _work(task: Task, which: int) -> Outcome:
     with threadpool_limits(1):
-        return restart(task, lambda share, value: _news.put((which, share, value)))
+        return restart(task, lambda share, value: _updates.put((which, share, value)))
 
 
-def _waiting(news: Any) -> Iterator[News]:
-    while not news.empty():
-        yield news.get()
+def _waiting(updates: Any) -> Iterator[Update]:
+    while not updates.empty():
+        yield updates.get()
