@@ -25,6 +25,7 @@ RUN = (  # the rest: minutes
     "howto/faults.md",
     "howto/rules.md",
     "reference/inference.md",
+    "reference/signal.md",
 )
 
 

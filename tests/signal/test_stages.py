@@ -10,7 +10,6 @@ import pytest
 from plain_logs import clock, counts, log_of
 
 from urdyn.signal import (
-    DEFAULT,
     PAPER,
     Pipeline,
     Scaling,
@@ -99,9 +98,9 @@ def test_every_stage_of_the_paper_can_be_looked_at() -> None:
     assert set(counts(run.result)) == {"outlier beyond 3 sigma"}
 
 
-def test_by_default_nothing_is_done() -> None:
+def test_without_a_stage_nothing_is_done() -> None:
     log = driven()
-    assert DEFAULT.run(log).result is log
+    assert Pipeline().run(log).result is log
 
 
 def test_a_stage_takes_its_settings_by_partial() -> None:

@@ -7,7 +7,7 @@ from urdyn.signal.gate import Gate
 from urdyn.signal.kinematics import Kinematics, kinematics
 from urdyn.signal.normalise import Scaling, normalise
 from urdyn.signal.outliers import hampel, reject_outliers
-from urdyn.signal.pipeline import DEFAULT, PAPER, Pipeline, Run, Stage
+from urdyn.signal.pipeline import PAPER, Pipeline, Run, Stage
 from urdyn.signal.polynomial import LocalPolynomial, half_window, weights
 from urdyn.signal.sample import BESIDE, POSE, SETTING, UNSET, Instant, Sample, samples
 from urdyn.signal.smooth import smooth
@@ -16,7 +16,6 @@ from urdyn.signal.synchronise import synchronise
 
 __all__ = [
     "BESIDE",
-    "DEFAULT",
     "PAPER",
     "POSE",
     "SETTING",

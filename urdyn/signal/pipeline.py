@@ -53,7 +53,7 @@ PAPER = Pipeline(
         ("normalise", normalise),
     )
 )
-"""Section IV.B with its settings, for its figures: what it filters cannot carry a likelihood."""
+"""Section IV.B with its settings, for its figures: what it filters cannot carry a likelihood.
 
-DEFAULT = Pipeline()
-"""Nothing is filtered, resampled or scaled: `condition` takes the log as the robot gave it."""
+No verb runs it: `condition` takes the log as the robot gave it.
+"""
