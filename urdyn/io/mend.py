@@ -9,7 +9,7 @@ import numpy as np
 from urdyn.errors import LogError
 from urdyn.io import arm_clock, clock
 from urdyn.io.table import AS_NAN, LEFT_OUT, Table, merge
-from urdyn.types import Defect, Log, Mask, Source
+from urdyn.types import STANDSTILL, Defect, Log, Mask, Source
 
 UNUSABLE = 0.2  # a log that lost a larger share of its rows is refused
 DISORDER = 0.1  # of the steps that go back: no clock was set so often
@@ -26,7 +26,6 @@ LIMITS = {
     "joint_temperatures": 1e3,  # [°C]
 }
 STATE = ("actual_q", "actual_qd", "actual_current")  # what is never nothing, all of it at once
-MOVING = 0.02  # [rad/s] a joint does at which its encoder tells every row from the one before
 LIMIT = 1e30  # of everything else: a torn packet reads as 1e282
 
 
@@ -94,7 +93,7 @@ def _without_copies(table: Table, source: Source) -> Table:
     """
     if not table.channels.keys() >= set(STATE):
         return table
-    same = _any(np.abs(table.channels["actual_qd"]) > MOVING)
+    same = _any(np.abs(table.channels["actual_qd"]) > STANDSTILL)
     for name in STATE:
         values = table.channels[name]
         same[1:] &= ~_any(values[1:] != values[:-1])  # of NaN nobody knows

@@ -9,7 +9,7 @@ import numpy as np
 from urdyn.signal.stretches import breaks
 from urdyn.types import Array, Log, frozen
 
-STANDSTILL = 0.01  # [rad/s] below this a ratio by velocity says nothing
+SLOWEST = 0.01  # [rad/s] below this a ratio by velocity says nothing
 
 
 @dataclass(frozen=True)
@@ -28,7 +28,7 @@ class Features:
             object.__setattr__(self, item.name, frozen(getattr(self, item.name)))
 
 
-def features(log: Log, *, standstill: float = STANDSTILL) -> Features:
+def features(log: Log, *, standstill: float = SLOWEST) -> Features:
     """Derived metrics of `log`; `standstill` [rad/s] is the slowest velocity to divide by."""
     i, v = log.joint("actual_current"), log.joint("actual_qd")
     moving = np.abs(v) > standstill
@@ -43,7 +43,7 @@ def features(log: Log, *, standstill: float = STANDSTILL) -> Features:
     )
 
 
-def add_features(log: Log, *, standstill: float = STANDSTILL) -> Log:
+def add_features(log: Log, *, standstill: float = SLOWEST) -> Log:
     """Log with the derived metrics as channels beside its own."""
     derived = features(log, standstill=standstill)
     channels = {item.name: getattr(derived, item.name) for item in fields(derived)}

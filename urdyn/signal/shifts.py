@@ -8,9 +8,8 @@ from typing import NamedTuple
 import numpy as np
 
 from urdyn.signal.gate import FINEST, REACH, STAMP, furthest
-from urdyn.types import Array, Index, Mask
+from urdyn.types import STANDSTILL, Array, Index, Mask
 
-STANDING = 0.02  # [rad/s] slower than this, no wrong stamp looks like a shift
 TELLING = 4.0  # [-] times what ways scatter by: what one would be that shows a wrong stamp, or none
 JITTER = 3e-5  # [rad] by which encoders do: two steps
 ALONE = 2.0  # [-] times what rows beside it are off by: a joint that rings is in all of them
@@ -164,7 +163,7 @@ def _late(dt: float, by: float, speed: Array, way: Array, scatter: Array, j: int
         way: what others showed that their speeds do not explain, (J,) [rad].
         scatter: what they show otherwise, (J,) [rad].
     """
-    if not abs(speed[j]) >= STANDING or by / speed[j] < -dt:
+    if not abs(speed[j]) >= STANDSTILL or by / speed[j] < -dt:
         return False
     would, showed = np.abs(speed * by / speed[j]), np.abs(way)
     tells = (would > TELLING * scatter) & (showed < would / TELLING)

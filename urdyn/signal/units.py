@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from urdyn.signal.stretches import GAP
-from urdyn.types import Array, Log
+from urdyn.types import STANDSTILL, Array, Log
 
-MOVES = 0.02  # [rad/s] more than a joint that stands is said to turn by
 ENOUGH = 20  # rows in which a joint moves
 MANY = 100_000  # rows that are asked, evenly, of a log that has more
 # By what steps of angles are off what velocities and stamps make of them, where stamps count these,
@@ -77,7 +76,8 @@ def _shares(t: Array, q: Array, v: Array) -> tuple[Array, Array]:
     near = dt <= GAP * np.median(dt) if len(dt) else dt > 0.0
     for of_q, of_v in zip(q.T, v.T, strict=True):
         step, speed = of_q[k + 1] - of_q[k], 0.5 * (of_v[k + 1] + of_v[k])
-        moves = near & (dt > 0.0) & np.isfinite(step) & (np.abs(speed) > MOVES) & np.isfinite(speed)
+        known = np.isfinite(step) & np.isfinite(speed)
+        moves = near & (dt > 0.0) & known & (np.abs(speed) > STANDSTILL)
         if np.count_nonzero(moves) >= ENOUGH:
             way = speed[moves] * dt[moves]
             shares.append(step[moves] / way)
