@@ -67,12 +67,14 @@ def forward(
             current=asked.current[at],
             temperature=now.temperature,
         )
-        later = _between(current, (t[part] + dynamics.drive.time_offset) / SERVO)
+        # A current is held from its tick to the next: it belongs to the middle between them.
+        later = _between(current, (t[part] + dynamics.drive.time_offset) / SERVO - 0.5)
         yield Followed(part, now, motion, load[at], later)
 
 
 def _between(values: Array, place: Array) -> Array:
-    """Rows (N, J) at fractional places (M,), on straight lines between them."""
-    row = np.clip(place.astype(np.intp), 0, len(values) - 2)
+    """Rows (N, J) at fractional places (M,), on straight lines between them; at least the first."""
+    place = np.maximum(place, 0.0)
+    row = np.minimum(place.astype(np.intp), len(values) - 2)
     share = (place - row)[:, None]
     return np.asarray(values[row] + share * (values[row + 1] - values[row]))
