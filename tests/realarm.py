@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from urdyn.model.dynamics import Dynamics
-from urdyn.model.friction import features
+from urdyn.model.friction import Contact, features
 from urdyn.tracking.passage import STANDING
 from urdyn.types import Log, Motion
 
@@ -43,7 +43,7 @@ def grown(
     """
     q, v, a = motion.q, motion.v, motion.a
     load = arm.arm.regressor(q, v, a) @ arm.loaded().ravel()
-    terms = features(motion, load, arm.presliding(motion), arm.drive)
+    terms = features(Contact(q, v, motion.temperature, load, arm.presliding(motion)), arm.drive)
     slides = (np.abs(v[:, joint]) > STANDING) & (motion.t >= since)
     way = np.where(slides, np.sign(v[:, joint]), 0.0)
     torque = {

@@ -13,7 +13,7 @@ from urdyn.diagnose.moment import averaged
 from urdyn.diagnose.rows import rows
 from urdyn.diagnose.space import space
 from urdyn.diagnose.warmth import unfelt
-from urdyn.model.friction import features
+from urdyn.model.friction import Contact, features
 from urdyn.tracking.passage import STANDING
 
 FIRST = np.diag([0.06, 0.15, 0.1]) ** 2
@@ -29,7 +29,7 @@ def test_what_friction_took_is_the_model_s_in_the_way_of_the_motion(shop: Shop) 
     motion, s, travelled = shop.motion(shop.log(seconds=6.0))
     part = rows(of, motion, s, travelled, unfelt(of.joints))
     means = averaged(part, 0.02, of.noise)  # rows as they are: nothing is averaged
-    terms = features(motion, part.load, s, drive)
+    terms = features(Contact(motion.q, motion.v, motion.temperature, part.load, s), drive)
     known = part.settled & (np.abs(motion.v) > STANDING)
     weight = np.sign(motion.v) * np.where(known, means.weight, 0.0) / drive.gain
     took = [

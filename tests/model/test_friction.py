@@ -9,7 +9,7 @@ import pytest
 
 from urdyn.model.arm import Arm
 from urdyn.model.drive import LINEAR
-from urdyn.model.friction import bristles, features, hysteresis, travel
+from urdyn.model.friction import Contact, bristles, feature, features, hysteresis, travel
 from urdyn.model.population import population
 from urdyn.types import Array, Motion
 
@@ -129,10 +129,11 @@ def test_soft_bristles_carry_their_share() -> None:
     assert (s >= follow.state.min(axis=0)).all() and (s <= follow.state.max(axis=0)).all()
 
 
-def test_there_is_a_feature_for_every_linear_coefficient(ur5e: Arm) -> None:
+def test_there_is_a_feature_for_every_term_of_friction(ur5e: Arm) -> None:
     motion, drive = swinging(), population(ur5e).typical().drive
-    terms = features(motion, np.ones_like(motion.q), np.ones_like(motion.q), drive)
-    assert set(terms) == set(LINEAR)
+    one = np.ones_like(motion.q)
+    terms = features(Contact(motion.q, motion.v, motion.temperature, one, one), drive)
+    assert set(LINEAR) == {"rotor_inertia", *terms}
     assert {values.shape for values in terms.values()} == {motion.q.shape}
 
 
@@ -141,6 +142,7 @@ def test_a_joint_whose_temperature_nobody_measured_is_as_warm_as_on_the_first_da
 ) -> None:
     motion, drive = swinging(), population(ur5e).typical().drive
     one = np.ones_like(motion.q)
-    assert (features(motion, one, one, drive)["thermal"] == 0.0).all()
-    warm = replace(motion, temperature=one * drive.temperature + 5.0)
-    np.testing.assert_allclose(features(warm, one, one, drive)["thermal"], 5.0 * motion.v)
+    unmeasured = Contact(motion.q, motion.v, motion.temperature, one, one)
+    assert (feature("thermal", unmeasured, drive) == 0.0).all()
+    warm = replace(unmeasured, temperature=one * drive.temperature + 5.0)
+    np.testing.assert_allclose(feature("thermal", warm, drive), 5.0 * motion.v)

@@ -22,7 +22,7 @@ def arm():
 
 def around(joints: int) -> Surroundings:
     one, zero = np.ones(joints), np.zeros(joints)
-    return Surroundings(zero, one, one, zero)
+    return Surroundings(zero, one, one, zero, np.full(joints, np.nan))
 
 
 def frictionless(arm, viscous) -> Dynamics:

@@ -17,6 +17,7 @@ import numpy as np
 from urdyn.diagnose.moment import Means
 from urdyn.diagnose.rows import OWN
 from urdyn.model.drive import Drive
+from urdyn.model.friction import fading
 from urdyn.types import Array
 
 TERMS = ("f", "alpha", "beta")  # states of a joint that are friction
@@ -34,7 +35,7 @@ def lost(means: Means, drive: Drive) -> Array:
     own = means.drive[:, [OWN.index(name) for name in TERMS]]
     along = np.sign(own[:, :1]) * own
     speed = along[:, 1] * drive.gain / drive.viscous
-    fades = drive.stribeck / drive.gain * np.exp(-speed / drive.stribeck_velocity)
+    fades = drive.stribeck / drive.gain * fading(speed, drive)
     every = np.concatenate([along, (along.sum(axis=1) + fades)[:, None]], axis=1)
     return np.asarray(np.einsum("mj,mkj->kj", means.weight, every))
 

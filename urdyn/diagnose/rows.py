@@ -16,9 +16,8 @@ import numpy as np
 from urdyn.dbn.robot_slice import presliding_doubt
 from urdyn.diagnose.space import Space
 from urdyn.diagnose.warmth import Warmth, usual
-from urdyn.model.drive import LINEAR, Drive
-from urdyn.model.friction import features
-from urdyn.model.population import OPTIONAL
+from urdyn.model.drive import FRICTION, Drive
+from urdyn.model.friction import Contact, friction_torque
 from urdyn.types import Array, Mask, Motion
 
 OWN = ("f", "alpha", "beta", "z", "o", "rotor")  # states that move the current of their joint alone
@@ -74,9 +73,9 @@ def rows(space: Space, motion: Motion, s: Array, travelled: Array, warmth: Warmt
     q, v, a = motion.q, motion.v, motion.a
     Y, Z = arm.regressor(q, v, a), arm.regressor(q, v, motion.instrument)
     load, likewise = Y @ arm.inertials.ravel(), Z @ arm.inertials.ravel()
-    terms = features(motion, load, s, drive)
-    rest = sum(getattr(drive, name) * terms[name] for name in LINEAR if name in OPTIONAL)
-    rest = rest + drive.coulomb * s + drive.viscous * soft * v + drive.offset
+    at = Contact(q, v, motion.temperature, load, s)
+    besides = [name for name in FRICTION if name != "structural"]  # that rides on the load
+    rest = friction_torque(at, drive, besides, {"viscous": soft})
     per = 1.0 / drive.gain
     held = drive.structural * np.sign(load) * s
 

@@ -18,7 +18,7 @@ import numpy as np
 
 from urdyn.model.drive import LINEAR, STEPS
 from urdyn.model.dynamics import Dynamics
-from urdyn.model.friction import Bristles, bristles, features, travel
+from urdyn.model.friction import Bristles, Contact, bristles, fading, features, travel
 from urdyn.types import Array, Mask, Motion
 
 TERMS = (*LINEAR, *STEPS)
@@ -88,8 +88,9 @@ def design(point: Dynamics, block: Block) -> Design:
     rigid = point.arm.regressor(motion.q, motion.v, motion.a)
     load = rigid @ point.loaded().ravel()
     s = block.bristles.together(drive.presliding_tail)
-    linear, slopes = features(motion, load, s, drive), _slopes(point, block, load, s)
-    terms = np.array([*(linear[name] for name in LINEAR), *(slopes[name] for name in STEPS)])
+    linear = features(Contact(motion.q, motion.v, motion.temperature, load, s), drive)
+    columns = {"rotor_inertia": motion.a, **linear, **_slopes(point, block, load, s)}
+    terms = np.array([columns[name] for name in TERMS])
     return Design(rigid, terms, motion.current, block.known)
 
 
@@ -97,14 +98,14 @@ def _slopes(point: Dynamics, block: Block, load: Array, s: Array) -> dict[str, A
     """Derivatives of torque in the logarithms of distance and Stribeck velocity, tail, and time."""
     drive, follow = point.drive, block.bristles
     speed = np.abs(block.motion.v) / drive.stribeck_velocity
-    fading = drive.stribeck * np.exp(-speed)
-    grip = drive.coulomb + drive.structural * np.abs(load) + fading
+    fades = drive.stribeck * fading(block.motion.v, drive)
+    grip = drive.coulomb + drive.structural * np.abs(load) + fades
     tail = drive.presliding_tail
     slope = (1.0 - tail) * follow.slope[0] + tail * follow.slope[1]
     return {
         "presliding_distance": grip * slope,
         "presliding_tail": grip * (follow.state[1] - follow.state[0]),
-        "stribeck_velocity": fading * speed * s,
+        "stribeck_velocity": fades * speed * s,
         "time_offset": _later(point, block.motion, s),
     }
 

@@ -26,9 +26,9 @@ UNITS = {
     "health": "-",
 }
 
-# Coefficients that torque is linear in, in the order in which they are identified.
-LINEAR = (
-    "rotor_inertia",
+# Coefficients that torque is linear in, in the order in which they are identified: of the rotor,
+# and of the terms of friction.
+FRICTION = (
     "coulomb",
     "viscous",
     "structural",
@@ -38,6 +38,7 @@ LINEAR = (
     "ripple_sin",
     "thermal",
 )
+LINEAR = ("rotor_inertia", *FRICTION)
 
 # What shapes those terms; torque is not linear in it.
 SHAPE = ("presliding_distance", "presliding_tail", "stribeck_velocity")

@@ -8,8 +8,8 @@ from functools import cached_property
 import numpy as np
 
 from urdyn.model.arm import Arm, with_inertials
-from urdyn.model.drive import LINEAR, Drive
-from urdyn.model.friction import bristles, features
+from urdyn.model.drive import Drive
+from urdyn.model.friction import Contact, bristles, friction_torque
 from urdyn.types import Array, Mask, Motion, shaped
 
 OVERLOAD = 3.0  # [-] of the rated torque's current, that no motor draws
@@ -19,7 +19,7 @@ OVERLOAD = 3.0  # [-] of the rated torque's current, that no motor draws
 class Dynamics:
     """An arm with its masses, drives and payload.
 
-    tau = Y(q, v, a) pi + tau_f(motion, tau_load),    i = tau / (K z)
+    tau = Y(q, v, a) pi + I_r a + tau_f(motion, tau_load),    i = tau / (K z)
     """
 
     arm: Arm  # as it is drawn: its own inertials are the published ones
@@ -79,8 +79,9 @@ class Dynamics:
             s: presliding state where the caller has followed it, (N, J) [-].
         """
         load, drive = self.load(motion), self.drive
-        terms = features(motion, load, self.presliding(motion) if s is None else s, drive)
-        return np.asarray(load + sum(getattr(drive, name) * terms[name] for name in LINEAR))
+        s = self.presliding(motion) if s is None else s
+        at = Contact(motion.q, motion.v, motion.temperature, load, s)
+        return np.asarray(load + drive.rotor_inertia * motion.a + friction_torque(at, drive))
 
     def current(self, motion: Motion) -> Array:
         """Motor current beside which the motion is recorded, (N, J) [A]."""

@@ -1,9 +1,9 @@
 """What a joint's friction is made of: presliding hysteresis and the terms that ride on it.
 
-The torque that a joint loses, beside rigid-body dynamics, is a sum of terms that are each linear in
-one coefficient:
+The torque that a joint loses, beside what moves its links and its rotor, is a sum of terms that are
+each linear in one coefficient:
 
-    tau_f = (f + g exp(-|v|/v_s) + beta |tau_load|) s + alpha v + I_r a + o + ...
+    tau_f = (f + g exp(-|v|/v_s) + beta |tau_load|) s + alpha v + o + ...
 
 `s` in [-1, 1] is the presliding state: the bristles of the contact follow the joint over a distance
 delta before it slides [Dahl1968]_; a second, softer family with a tenfold distance carries the
@@ -17,12 +17,13 @@ q + lead v, the motion as it is going to be.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
 
 import numpy as np
 
-from urdyn.model.drive import Drive
+from urdyn.model.drive import FRICTION, Drive
 from urdyn.types import Array, Motion
 
 TAIL_DISTANCE = 10.0  # [-] distance of the softer bristles over that of the stiffer ones
@@ -137,24 +138,76 @@ def _legs(sides: Array, lengths: Array, start: Array) -> tuple[Array, Array]:
     return np.array(states), np.array(slopes)
 
 
-def features(motion: Motion, load: Array, s: Array, drive: Drive) -> Mapping[str, Array]:
-    """What each of a drive's linear coefficients is multiplied with, each (N, J).
+@dataclass(frozen=True, eq=False)
+class Contact:
+    """What friction hangs on: at one moment, where shapes are (J,), or at many, (N, J)."""
+
+    q: Array  # [rad] of the motors, seen at the joint; v likewise
+    v: Array  # [rad/s]
+    temperature: Array  # [°C]; NaN where nobody measured it
+    load: Array  # [N·m] rigid-body torque that the gear transmits
+    s: Array  # [-] presliding state
+
+
+def feature(name: str, at: Contact, drive: Drive) -> Array:
+    """What the coefficient of this name in FRICTION is multiplied with, in the shape of `at.s`.
+
+    The law of friction: whoever needs a term of it takes it from here.
 
     Args:
-        load: rigid-body torque that the gear transmits, (N, J) [N·m].
-        s: presliding state, (N, J) [-].
         drive: gives the Stribeck velocity and the temperature of reference.
     """
-    # Where nobody measured the temperature, the joint is taken to be as warm as on the first day.
-    warmer = np.nan_to_num(motion.temperature - drive.temperature)
-    return {
-        "rotor_inertia": motion.a,
-        "coulomb": s,
-        "viscous": motion.v,
-        "structural": np.abs(load) * s,
-        "offset": np.ones_like(s),
-        "stribeck": np.exp(-np.abs(motion.v) / drive.stribeck_velocity) * s,
-        "ripple_cos": np.cos(RIPPLE_ORDER * motion.q),
-        "ripple_sin": np.sin(RIPPLE_ORDER * motion.q),
-        "thermal": warmer * motion.v,
-    }
+    match name:
+        case "coulomb":
+            return at.s
+        case "viscous":
+            return at.v
+        case "structural":
+            return np.asarray(np.abs(at.load) * at.s)
+        case "offset":
+            return np.ones_like(at.s)
+        case "stribeck":
+            return np.asarray(fading(at.v, drive) * at.s)
+        case "ripple_cos":
+            return np.asarray(np.cos(RIPPLE_ORDER * at.q))
+        case "ripple_sin":
+            return np.asarray(np.sin(RIPPLE_ORDER * at.q))
+        case "thermal":
+            # Where nobody measured it, the joint is taken to be as warm as on the first day.
+            warmer = at.temperature - drive.temperature
+            return np.asarray(np.where(np.isnan(warmer), 0.0, warmer) * at.v)
+    raise AssertionError(f"no term of friction is called {name}")
+
+
+def features(at: Contact, drive: Drive) -> dict[str, Array]:
+    """`feature` of all FRICTION."""
+    return {name: feature(name, at, drive) for name in FRICTION}
+
+
+def fading(v: Array, drive: Drive) -> Array:
+    """What is left at a velocity of friction that fades with speed, (..., J) [-]."""
+    return np.asarray(np.exp(-np.abs(v) / drive.stribeck_velocity))
+
+
+def present(drive: Drive, names: Iterable[str] = FRICTION) -> tuple[str, ...]:
+    """Those of some terms that an arm's drives have."""
+    return tuple(name for name in names if getattr(drive, name).any())
+
+
+def friction_torque(
+    at: Contact,
+    drive: Drive,
+    names: Iterable[str] = FRICTION,
+    factors: Mapping[str, Array] = MappingProxyType({}),
+) -> Array:
+    """Torque that friction takes, in the shape of `at.s` [N·m].
+
+    Args:
+        names: the terms that are summed up.
+        factors: on coefficients, by their names [-]; of others 1.
+    """
+    torque = np.zeros(at.s.shape)
+    for name in names:
+        term = getattr(drive, name) * feature(name, at, drive)
+        torque += term * factors[name] if name in factors else term
+    return torque

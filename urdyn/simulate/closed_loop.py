@@ -74,4 +74,10 @@ def closed_loop(
 def _around(dynamics: Dynamics, course: Course, k: int, x: PlantState) -> Surroundings:
     push = course.push[k : k + 1]
     torque = pushed(dynamics.arm, x.q[None], push)[0] if push.any() else np.zeros_like(x.q)
-    return Surroundings(torque, course.coulomb[k], course.viscous[k], course.half_gap[k])
+    return Surroundings(
+        torque=torque,
+        coulomb=course.coulomb[k],
+        viscous=course.viscous[k],
+        gap=course.half_gap[k],
+        temperature=course.temperature[k],
+    )

@@ -1,9 +1,9 @@
 """The open-loop arm: it follows a trajectory exactly, and its drives give what that takes.
 
-The inverse fidelity: torque is linear in the coefficients, so what varies multiplies their
+The inverse fidelity: friction is linear in its coefficients, so what varies multiplies their
 features row by row.
 
-    tau = tau_load + sum_k c_k(t) w_k(t) feature_k,    i = tau / (K z(t))
+    tau = tau_load + I_r a + sum_k c_k w_k(t) feature_k,    i = tau / (K z(t))
 """
 
 from __future__ import annotations
@@ -13,9 +13,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from urdyn.model.drive import LINEAR
 from urdyn.model.dynamics import Dynamics
-from urdyn.model.friction import bristles, features
+from urdyn.model.friction import Contact, bristles, friction_torque
 from urdyn.simulate.backlash import Flanks, first_flanks, in_gap
 from urdyn.simulate.rigid import transmitted
 from urdyn.simulate.ringing import ringing
@@ -83,7 +82,8 @@ def _torque(
     if course.half_gap.any():
         loose, flanks = in_gap(drive, course.half_gap, load, course.t, flanks)
         load = np.where(loose, 0.0, load)
-    terms = features(motion, load, s, drive)
-    worn = {"coulomb": course.coulomb, "viscous": course.viscous}
-    friction = sum(getattr(drive, k) * worn.get(k, 1.0) * terms[k] for k in LINEAR)
-    return np.asarray(load + friction), flanks
+    at = Contact(motion.q, motion.v, motion.temperature, load, s)
+    friction = friction_torque(
+        at, drive, factors={"coulomb": course.coulomb, "viscous": course.viscous}
+    )
+    return np.asarray(load + drive.rotor_inertia * motion.a + friction), flanks

@@ -21,7 +21,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from urdyn.model.dynamics import Dynamics
-from urdyn.model.friction import RIPPLE_ORDER, follow
+from urdyn.model.friction import Contact, follow, friction_torque, present
 from urdyn.types import Array
 
 
@@ -52,6 +52,7 @@ class Surroundings:
     coulomb: Array  # (J,) factor on Coulomb friction [-]
     viscous: Array  # (J,) factor on viscous friction [-]
     gap: Array  # (J,) [rad] half width of the gears' dead zone
+    temperature: Array  # (J,) [°C] of the joints
 
 
 @dataclass(frozen=True)
@@ -69,12 +70,14 @@ class Plant:
     dynamics: Dynamics
     gears: Gears | None = None  # None: rigid
     accelerate: Callable[[Array, Array, Array], Array] = field(init=False, repr=False)
+    terms: tuple[str, ...] = field(init=False, repr=False)  # of friction that the drives have
 
     def __post_init__(self) -> None:
         inertia = self.dynamics.drive.rotor_inertia
         armature = inertia if self.gears is None else np.zeros_like(inertia)
         built = self.dynamics.arm.accelerator(self.dynamics.loaded(), armature)
         object.__setattr__(self, "accelerate", built)
+        object.__setattr__(self, "terms", present(self.dynamics.drive))
 
     def step(self, x: PlantState, tau: Array, around: Surroundings, h: float) -> PlantState:
         """The state `h` seconds later under motor torque `tau`, (J,) [N·m]."""
@@ -86,12 +89,12 @@ class Plant:
         half, net = 0.5 * h, tau + around.torque
         a = self.accelerate(x.q, x.v, net - self._lost(x.q, x.v, x.bristles, x.load, around))
         v = x.v + half * a
-        middle = self._follow(x.bristles, half * (x.v + half * 0.5 * a))
+        middle = self._follow(x.bristles, half * (x.v + half * 0.5 * a), half * a)
         lost = self._lost(x.q, v, middle, x.load, around)
         a = self.accelerate(x.q + half * x.v, v, net - lost)
         q, end = x.q + h * v, x.v + h * a
         load = tau - lost - self.dynamics.drive.rotor_inertia * a
-        bristles = self._follow(x.bristles, half * (x.v + end))
+        bristles = self._follow(x.bristles, half * (x.v + end), h * a)
         return PlantState(q, end, q, end, bristles, load, lost)
 
     def _elastic(
@@ -104,23 +107,21 @@ class Plant:
         lost = self._lost(x.theta, x.omega, x.bristles, load, around)
         omega = x.omega + h * (tau - lost - load) / self.dynamics.drive.rotor_inertia
         v = x.v + h * self.accelerate(x.q, x.v, load + around.torque)
-        bristles = self._follow(x.bristles, h * omega)
+        bristles = self._follow(x.bristles, h * omega, omega - x.omega)
         return PlantState(x.q + h * v, v, x.theta + h * omega, omega, bristles, load, lost)
 
-    def _follow(self, bristles: Array, travel: Array) -> Array:
-        return follow(bristles, travel, self.dynamics.drive.presliding_distance)
+    def _follow(self, bristles: Array, travel: Array, faster: Array) -> Array:
+        """The bristles (2, J) after some travel [rad] by which joints got faster [rad/s]."""
+        drive = self.dynamics.drive
+        return follow(bristles, travel + drive.friction_lead * faster, drive.presliding_distance)
 
     def _lost(
         self, q: Array, v: Array, bristles: Array, load: Array, around: Surroundings
     ) -> Array:
-        """Torque that friction takes, (J,) [N·m]: `friction.features` at one moment."""
+        """Torque that friction takes, (J,) [N·m]."""
         drive = self.dynamics.drive
         s = bristles[0] + drive.presliding_tail * (bristles[1] - bristles[0])
-        grip = around.coulomb * drive.coulomb + drive.structural * np.abs(load)
-        if drive.stribeck.any():
-            grip = grip + drive.stribeck * np.exp(-np.abs(v) / drive.stribeck_velocity)
-        lost = grip * s + around.viscous * drive.viscous * v + drive.offset
-        if drive.ripple_cos.any() or drive.ripple_sin.any():
-            angle = RIPPLE_ORDER * q
-            lost = lost + drive.ripple_cos * np.cos(angle) + drive.ripple_sin * np.sin(angle)
-        return np.asarray(lost)
+        at = Contact(q, v, around.temperature, load, s)
+        return friction_torque(
+            at, drive, self.terms, {"coulomb": around.coulomb, "viscous": around.viscous}
+        )

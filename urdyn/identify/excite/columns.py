@@ -13,9 +13,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from urdyn.model.dynamics import Dynamics
+from urdyn.model.friction import Contact, fading, feature
 from urdyn.types import Array
 
-TERMS = ("rotor_inertia", "coulomb", "viscous", "structural", "offset", "stribeck")
+FRICTION = ("coulomb", "viscous", "structural", "offset", "stribeck")
+TERMS = ("rotor_inertia", *FRICTION)
 SLIDING = 0.1  # [rad/s] over which friction turns round: joints move ten times as fast
 NUDGE = 1e-6  # [rad, rad/s] of the regressor's differences; it is linear in acceleration
 
@@ -35,18 +37,15 @@ class Columns:
         """d/dq, d/dv, d/da (N, J) each, of sum of_phi · phi + sum of_load · load."""
         rigid = of_phi.shape[2] - len(TERMS)
         rotor, coulomb, viscous, structural, _, stribeck = np.moveaxis(of_phi[:, :, rigid:], 2, 0)
-        s, slope, fading = _sliding(self.point, self.v)
+        s, slope = _sliding(self.v)
+        left, speed = fading(self.v, self.point.drive), self.point.drive.stribeck_velocity
         # Through the load, structural damping is a regressor too.
         on_load = of_load + structural * s * np.sign(self.load)
         pi = self.point.loaded().ravel()
         dq, dv, da = self._rigid(of_phi[:, :, :rigid] + on_load[:, :, None] * pi)
-        dv += (coulomb + structural * np.abs(self.load) + stribeck * fading) * slope
-        dv += viscous - stribeck * fading * s * np.sign(self.v) / self._fading_speed
+        dv += (coulomb + structural * np.abs(self.load) + stribeck * left) * slope
+        dv += viscous - stribeck * left * s * np.sign(self.v) / speed
         return dq, dv, da + rotor
-
-    @property
-    def _fading_speed(self) -> Array:
-        return self.point.drive.stribeck_velocity
 
     def _rigid(self, weights: Array) -> tuple[Array, Array, Array]:
         """Slopes of sum weights · Y, weights (N, J, 10 J), by one-sided differences."""
@@ -66,13 +65,13 @@ def columns(point: Dynamics, q: Array, v: Array, a: Array) -> Columns:
     """Columns at N moments (N, J) of a motion of an arm like `point`, with what it carries."""
     rigid = point.arm.regressor(q, v, a)
     load = rigid @ point.loaded().ravel()
-    s, _, fading = _sliding(point, v)
-    terms = np.stack([a, s, v, np.abs(load) * s, np.ones_like(s), fading * s], axis=2)
+    at = Contact(q, v, np.full_like(v, np.nan), load, _sliding(v)[0])
+    friction = [feature(name, at, point.drive) for name in FRICTION]
+    terms = np.stack([a, *friction], axis=2)
     return Columns(np.concatenate([rigid, terms], axis=2), load, point, q, v, a)
 
 
-def _sliding(point: Dynamics, v: Array) -> tuple[Array, Array, Array]:
-    """Presliding state, its slope in velocity, and what is left of Stribeck's friction."""
+def _sliding(v: Array) -> tuple[Array, Array]:
+    """Presliding state and its slope in velocity."""
     s = np.tanh(v / SLIDING)
-    fading = np.exp(-np.abs(v) / point.drive.stribeck_velocity)
-    return s, (1.0 - s * s) / SLIDING, fading
+    return s, (1.0 - s * s) / SLIDING
