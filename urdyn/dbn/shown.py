@@ -6,6 +6,7 @@ import numpy as np
 
 from urdyn.model.consistency import log_cholesky, log_cholesky_jacobian
 from urdyn.model.dynamics import Dynamics
+from urdyn.model.moments import generic_moments
 from urdyn.model.population import Population
 from urdyn.types import Array
 
@@ -13,23 +14,24 @@ SHOWN = 1e-6  # of the largest singular value: what a direction must do to torqu
 
 
 def shown_directions(
-    population: Population, reference: Dynamics, rng: np.random.Generator, samples: int = 400
+    population: Population, reference: Dynamics, rng: np.random.Generator | None = None
 ) -> tuple[Array, Array]:
     """What motion can show of a population's inertials.
+
+    Args:
+        rng: of the generic moments.
 
     Returns:
         V, (10 J, r): orthonormal directions among the links' standard scores; and S V, (10 J, r):
         the inertials that a unit of each stands for.
     """
     arm = reference.arm
-    q = rng.uniform(arm.lower, arm.upper, (samples, arm.joints))
-    v, a = rng.standard_normal((2, samples, arm.joints))
     J = log_cholesky_jacobian(log_cholesky(reference.inertials))  # where the fit's belief is
     S = np.zeros((10 * arm.joints, 10 * arm.joints))
     for j in range(arm.joints):
         rows = slice(10 * j, 10 * j + 10)
         S[rows, rows] = J[j] * population.link_sd[j]
-    Y = arm.regressor(q, v, a).reshape(-1, 10 * arm.joints) @ S
+    Y = arm.regressor(*generic_moments(arm, rng)).reshape(-1, 10 * arm.joints) @ S
     _, singular, Vt = np.linalg.svd(Y, full_matrices=False)
     V = Vt[singular > SHOWN * singular[0]].T
     return V, S @ V

@@ -10,6 +10,7 @@ from scipy.linalg import qr
 from urdyn.identify.map_estimate import Compressed
 from urdyn.model.arm import Arm
 from urdyn.model.drive import LINEAR
+from urdyn.model.moments import generic_moments
 from urdyn.types import Array
 
 TOLERANCE = 1e-7  # relative to the largest singular value of unit columns: far above rounding
@@ -42,9 +43,7 @@ def base_parameters(arm: Arm, rng: np.random.Generator, samples: int = 200) -> t
         Indices (B,) of independent columns of the regressor, and the (B, 10 J) matrix that takes
         all inertials to the base parameters: Y pi = Y[:, indices] (matrix pi) for every motion.
     """
-    q = rng.uniform(arm.lower, arm.upper, (samples, arm.joints))
-    v, a = rng.standard_normal((2, samples, arm.joints))
-    Y = arm.regressor(q, v, a).reshape(-1, 10 * arm.joints)
+    Y = arm.regressor(*generic_moments(arm, rng, samples)).reshape(-1, 10 * arm.joints)
     R, pivots = qr(Y, mode="r", pivoting=True)
     scale = np.abs(np.diag(R))
     rank = int(np.sum(scale > TOLERANCE * scale[0]))

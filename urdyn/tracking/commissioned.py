@@ -53,7 +53,7 @@ def commissioned(
 def shown_links(fit: Fit) -> tuple[Array, Array]:
     """What motion shows of links: m per unit of the fit's coordinates, inertials per unit of m."""
     arms = population(fit.dynamics.arm)
-    V, shown = shown_directions(arms, fit.dynamics, np.random.default_rng(0))
+    V, shown = shown_directions(arms, fit.dynamics)
     return V / arms.link_sd.ravel()[:, None], shown
 
 

@@ -24,11 +24,11 @@ from urdyn.model.arm import Arm
 from urdyn.model.consistency import inertials
 from urdyn.model.drive import LINEAR, STEPS
 from urdyn.model.dynamics import Dynamics
+from urdyn.model.moments import generic_moments
 from urdyn.model.population import population
 from urdyn.simulate import Payload, typical_sensors
 from urdyn.types import Array, frozen
 
-GENERIC = 400  # random moments that show what any motion can tell
 DOUBT = 1e-3  # [-] weight that is left to the population where it is doubted
 TOLD = 1e-8  # [-] of the largest eigenvalue of information: what is below it is rounding
 
@@ -170,8 +170,6 @@ def _asked(unknowns: Unknowns, point: Dynamics, W: Array, interest: Sequence[str
     P = len(unknowns.mean)
     if interest:
         return np.eye(P)[:, interesting(unknowns.names, interest)]
-    rng, arm = np.random.default_rng(0), point.arm
-    q = rng.uniform(arm.lower, arm.upper, (GENERIC, arm.joints))
-    v, a = rng.standard_normal((2, GENERIC, arm.joints))
-    values, vectors = np.linalg.eigh(_told(W, columns(point, q, v, a)))
+    told = _told(W, columns(point, *generic_moments(point.arm)))
+    values, vectors = np.linalg.eigh(told)
     return np.asarray(vectors[:, values > TOLD * values[-1]])

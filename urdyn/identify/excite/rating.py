@@ -16,9 +16,8 @@ from scipy.linalg import qr
 from urdyn.identify.excite.columns import TERMS, columns
 from urdyn.identify.excite.question import Question, level
 from urdyn.identify.rank import CORE, TOLERANCE
+from urdyn.model.moments import generic_moments
 from urdyn.types import Array, Index
-
-GENERIC = 400  # random moments that show which columns are independent
 
 
 @dataclass(frozen=True)
@@ -47,10 +46,7 @@ class Scale:
 
 def scale(question: Question) -> Scale:
     """By which motions are rated that could answer a question."""
-    arm, rng = question.point.arm, np.random.default_rng(0)
-    q = rng.uniform(arm.lower, arm.upper, (GENERIC, arm.joints))
-    v, a = rng.standard_normal((2, GENERIC, arm.joints))
-    W = _regressor(question, q, v, a)
+    W = _regressor(question, *generic_moments(question.point.arm))
     norms = np.linalg.norm(W, axis=0)
     told = np.flatnonzero(norms > TOLERANCE * norms.max())
     R, pivots = qr(W[:, told] / norms[told], mode="r", pivoting=True)
