@@ -164,14 +164,14 @@ class Motion:
     source: Source = field(default_factory=Source)
     # (N, J) [rad] by which the encoder's zero jumped since the row before; none where not given.
     shift: Array = field(default_factory=lambda: np.zeros((0, 0)))
-    # (N, J) [rad/s²] the acceleration, with noise that is not that of `a`; a where not given.
+    # (N, J) [rad/s²] the acceleration, with noise that is not that of `a`; NaN: nothing tells it.
     instrument: Array = field(default_factory=lambda: np.zeros((0, 0)))
 
     def __post_init__(self) -> None:
         if not self.shift.size:
             object.__setattr__(self, "shift", np.zeros_like(self.q))
         if not self.instrument.size:
-            object.__setattr__(self, "instrument", self.a)
+            object.__setattr__(self, "instrument", np.full_like(self.q, np.nan))
         object.__setattr__(self, "t", frozen(self.t))
         shape = len(self), *np.shape(self.q)[1:]
         for name in _JOINT_SERIES:
@@ -186,6 +186,11 @@ class Motion:
         return int(self.q.shape[1])
 
     @property
+    def instrumental(self) -> Array:
+        """The instrument's acceleration, (N, J) [rad/s²]; `a` where nothing tells it."""
+        return np.where(np.isnan(self.instrument), self.a, self.instrument)
+
+    @property
     def step(self) -> Array:
         """Time since the row before, (N,) [s]; 0 in the first row of every stretch."""
         step = np.diff(self.t, prepend=self.t[:1])
@@ -193,15 +198,16 @@ class Motion:
         return step
 
     def ahead(self, offset: float) -> Motion:
-        """The same currents beside the kinematics `offset` seconds later, by Taylor's series."""
-        h, a = offset, self.a + offset * self.jerk
+        """The same currents beside the kinematics `offset` seconds later, by Taylor's series.
+
+        An instrument stays where it is, for the jerk would bring it the noise of `a`.
+        """
+        h = offset
         return replace(
             self,
             q=self.q + h * (self.v + h / 2 * (self.a + h / 3 * self.jerk)),
             v=self.v + h * (self.a + h / 2 * self.jerk),
-            a=a,
-            # An instrument stays where it is, for the jerk would bring it the noise of `a`.
-            instrument=np.where(self.instrument == self.a, a, self.instrument),
+            a=self.a + h * self.jerk,
         )
 
     def slice(self, start: int, stop: int | None = None) -> Motion:

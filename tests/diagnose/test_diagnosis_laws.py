@@ -29,7 +29,7 @@ from urdyn.faults import Costs
 from urdyn.signal import Instant
 
 PUSH = "collision:link=4,force=90/0/60,onset=6"
-NAMES = ("t", "q", "v", "a", "jerk", "current", "temperature", "shift", "instrument")
+NAMES = ("t", "q", "v", "a", "jerk", "current", "temperature", "shift", "instrumental")
 
 
 def instants(shop: Shop, log):

@@ -18,7 +18,7 @@ from urdyn.signal import Instant, condition
 from urdyn.types import Log
 
 RATE, SLOW = 100.0, 25.0  # [Hz]
-NAMES = ("q", "v", "a", "jerk", "current", "temperature", "shift", "instrument")
+NAMES = ("q", "v", "a", "jerk", "current", "temperature", "shift", "instrumental")
 
 
 def _kinds(report: Report) -> list[tuple[str, int | None]]:

@@ -45,8 +45,7 @@ def test_half_a_window_late_it_is_the_batch(
         error = np.abs(stacked(live, name) - getattr(batch, name)[inner])
         assert error.max() < rounding(order)
     for k, instant in enumerate(live, start=4):
-        told = batch.a[k] if instant.instrument is None else instant.instrument
-        assert np.abs(told - batch.instrument[k]).max() < rounding(2)
+        assert np.abs(instant.instrumental - batch.instrumental[k]).max() < rounding(2)
 
 
 @pytest.mark.parametrize("lag", [0, 2, 4])

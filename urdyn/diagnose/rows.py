@@ -70,8 +70,8 @@ def rows(space: Space, motion: Motion, s: Array, travelled: Array, warmth: Warmt
     warm = _warm(warmth, drive)
     soft = np.exp(-usual(space) * np.nan_to_num(warm[0]))
     motion = replace(motion, temperature=np.broadcast_to(warmth.lubricant, motion.q.shape))
-    q, v, a = motion.q, motion.v, motion.a
-    Y, Z = arm.regressor(q, v, a), arm.regressor(q, v, motion.instrument)
+    q, v, a, instrument = motion.q, motion.v, motion.a, motion.instrumental
+    Y, Z = arm.regressor(q, v, a), arm.regressor(q, v, instrument)
     load, likewise = Y @ arm.inertials.ravel(), Z @ arm.inertials.ravel()
     at = Contact(q, v, motion.temperature, load, s)
     besides = [name for name in FRICTION if name != "structural"]  # that rides on the load
@@ -88,9 +88,9 @@ def rows(space: Space, motion: Motion, s: Array, travelled: Array, warmth: Warmt
         "f": drive.coulomb * s,
         "alpha": drive.viscous * soft * v,
         "beta": held * likewise,
-        "z": -current(likewise, motion.instrument) * drive.gain,
+        "z": -current(likewise, instrument) * drive.gain,
         "o": np.ones_like(load),
-        "rotor": drive.rotor_inertia * motion.instrument,
+        "rotor": drive.rotor_inertia * instrument,
     }
     return Rows(
         t=motion.t,

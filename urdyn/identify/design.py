@@ -38,9 +38,9 @@ class Block:
     @property
     def instrumental(self) -> Block:
         """The same with the instrument's accelerations; itself where there is no instrument."""
-        if np.array_equal(self.motion.instrument, self.motion.a, equal_nan=True):
+        if np.isnan(self.motion.instrument).all():
             return self
-        return replace(self, motion=replace(self.motion, a=self.motion.instrument))
+        return replace(self, motion=replace(self.motion, a=self.motion.instrumental))
 
 
 def blocks(point: Dynamics, motion: Motion) -> Iterator[Block]:

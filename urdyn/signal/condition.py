@@ -103,7 +103,7 @@ class _Settled:
         half = instrument_half(self.half, self.degree)
         known = np.asarray(np.isfinite(q + v).all(axis=1))
         told = _whole_around(log.t, known, self.step, half)[:, None]
-        alone = how(log.t, q - shifted, half=half).a if told.any() else moved.a
+        alone = how(log.t, q - shifted, half=half).a if told.any() else np.full_like(q, np.nan)
         temperature = log.joint("joint_temperatures")
         return Motion(
             log.t,
@@ -114,7 +114,7 @@ class _Settled:
             breaks=breaks(log.t, self.step),
             source=log.source,
             shift=without_turns(shift),
-            instrument=np.where(told, alone, moved.a),
+            instrument=np.where(told, alone, np.nan),
         )
 
 
