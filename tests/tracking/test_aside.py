@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from urdyn.dbn.news import News, Standing
+from urdyn.dbn.measurement import LinearMeasurement, Standing
 from urdyn.estimate import EKF, UKF, InformationFilter, Variational
 from urdyn.tracking.aside import Aside, Look, learnt, measurement, renoised
 from urdyn.types import Array, Gaussian
@@ -64,7 +64,7 @@ def test_two_blocks_that_share_states_are_one_kalman_filter(filter_):
         y = rng.standard_normal(2)
         if k % 3 == 0:  # what only the filter sees
             H, R = rng.standard_normal((2, X)), spd(rng, 2)
-            every = News(np.arange(X), H, R, np.zeros(X))
+            every = LinearMeasurement(np.arange(X), H, R, np.zeros(X))
             state, _ = filter_.step(standing, state, every, y)
             both.update(np.hstack([H, np.zeros((2, S))]), R, y)
             continue
@@ -77,7 +77,7 @@ def test_two_blocks_that_share_states_are_one_kalman_filter(filter_):
         step, aside = learnt(aside, look)
         point = point + step
         state, _ = filter_.step(
-            standing, state, News(SHARED, shared.H, shared.R, shared.jump), shared.y
+            standing, state, LinearMeasurement(SHARED, shared.H, shared.R, shared.jump), shared.y
         )
         step, aside = aside.settled(z_of(filter_.belief(state)))
         point = point + step

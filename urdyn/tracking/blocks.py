@@ -20,7 +20,7 @@ from math import log
 
 import numpy as np
 
-from urdyn.dbn.news import News
+from urdyn.dbn.measurement import LinearMeasurement
 from urdyn.dbn.robot import BODIES
 from urdyn.dbn.robot_slice import RobotSlice
 from urdyn.dbn.two_slice import TwoSlice, linearised
@@ -99,10 +99,14 @@ class Blocks:
         )
 
     def step(
-        self, model: TwoSlice[RobotSlice], state: BlockBelief, u: RobotSlice | News, y: Array
+        self,
+        model: TwoSlice[RobotSlice],
+        state: BlockBelief,
+        u: RobotSlice | LinearMeasurement,
+        y: Array,
     ) -> tuple[BlockBelief, Innovation]:
-        """Add the sample up, and learn where enough have gathered; news of bodies, at once."""
-        if isinstance(u, News):
+        """Add the sample up, and learn where enough have gathered; from measurements, at once."""
+        if isinstance(u, LinearMeasurement):
             return _heard(state, u, y)
         if u.widen:  # what waits is of the payload before
             bodies, drives = replace(state.for_bodies, count=0), replace(state.for_drives, count=0)
@@ -237,7 +241,7 @@ def _drives_learnt(state: BlockBelief, of: Doubted, calm: bool, longest: int) ->
     return changed(state, mean=mean, drives=P, for_drives=wait.done(of.by_drives, calm, longest))
 
 
-def _heard(state: BlockBelief, u: News, y: Array) -> tuple[BlockBelief, Innovation]:
+def _heard(state: BlockBelief, u: LinearMeasurement, y: Array) -> tuple[BlockBelief, Innovation]:
     """Kalman's correction of the bodies by what somebody else tells of them."""
     P, at = state.bodies.copy(), np.searchsorted(state.at_bodies, u.at)
     P[at, at] += u.jump**2

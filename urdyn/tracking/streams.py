@@ -12,7 +12,7 @@ from typing import Any, Generic, Protocol, TypeVar
 import numpy as np
 
 from urdyn.dbn.joined import Joined
-from urdyn.dbn.news import News, Standing
+from urdyn.dbn.measurement import LinearMeasurement, Standing
 from urdyn.dbn.robot_slice import RobotSlice
 from urdyn.estimate import Filter
 from urdyn.signal import Instant
@@ -123,7 +123,10 @@ def assimilated(
         if shared is not None:
             standing: Any = Standing(model.names, model.prior)
             belief, _ = filter_.step(
-                standing, belief, News(at.at, shared.H, shared.R, shared.jump), shared.y
+                standing,
+                belief,
+                LinearMeasurement(at.at, shared.H, shared.R, shared.jump),
+                shared.y,
             )
             state = stream.settled(state, marginal(filter_, belief, at.at))
     return belief, replace(heard, waiting=heard.waiting[~due], state=state)

@@ -1,4 +1,4 @@
-"""News of a few states, from outside the joints' own sensors: seen in an instant, linearly."""
+"""A linear measurement of a few states, by something beside the joints' own sensors."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from urdyn.types import Array, Gaussian, Index, Mask, frozen
 
 
 @dataclass(frozen=True, eq=False)
-class News:
+class LinearMeasurement:
     """A slice in which no time passes: y = H x[at] + e, e ~ N(0, R).
 
-    Before it, what is told of may have jumped by `jump`.
+    Before it, what is measured may have jumped by `jump`.
     """
 
     dt: ClassVar[float] = 0.0  # [s]
@@ -32,7 +32,7 @@ class News:
 
 @dataclass(frozen=True, eq=False)
 class Standing:
-    """States of any model while they stand still and news of them come; a `TwoSlice`."""
+    """States of any model while they stand still and are measured; a `TwoSlice`."""
 
     names: tuple[str, ...]  # n
     prior: Gaussian  # (n,)
@@ -56,30 +56,30 @@ class Standing:
     def _still(self) -> Array:
         return frozen(np.eye(len(self.names)))
 
-    def transition(self, x: Array, u: News) -> Array:
+    def transition(self, x: Array, u: LinearMeasurement) -> Array:
         """x itself, (..., n)."""
         return x
 
-    def transition_jacobian(self, x: Array, u: News) -> Array:
+    def transition_jacobian(self, x: Array, u: LinearMeasurement) -> Array:
         """Identity, (n, n)."""
         return self._still
 
-    def transition_cov(self, u: News) -> Array:
+    def transition_cov(self, u: LinearMeasurement) -> Array:
         """What may have jumped, (n, n)."""
         Q = np.zeros((len(self.names),) * 2)
         Q[u.at, u.at] = u.jump**2
         return Q
 
-    def observe(self, x: Array, u: News) -> Array:
+    def observe(self, x: Array, u: LinearMeasurement) -> Array:
         """H x[at], (..., n) -> (..., m)."""
         return np.asarray(x[..., u.at] @ u.H.T)
 
-    def observe_jacobian(self, x: Array, u: News) -> Array:
+    def observe_jacobian(self, x: Array, u: LinearMeasurement) -> Array:
         """H among zeros, (m, n)."""
         H = np.zeros((len(u.H), len(self.names)))
         H[:, u.at] = u.H
         return H
 
-    def observe_cov(self, u: News) -> Array:
+    def observe_cov(self, u: LinearMeasurement) -> Array:
         """R, (m, m)."""
         return u.R
