@@ -38,7 +38,8 @@ from urdyn.dbn.robot_slice import Carried, RobotSlice, laid_out, packed, preslid
 from urdyn.dbn.stacking import stacked
 from urdyn.model.arm import Arm, with_inertials
 from urdyn.model.dynamics import Dynamics
-from urdyn.model.friction import RIPPLE_ORDER
+from urdyn.model.friction import Contact, friction_torque, present
+from urdyn.model.population import OPTIONAL
 from urdyn.signal.sample import Instant
 from urdyn.types import Array, Index, Mask, changed, frozen
 
@@ -131,7 +132,7 @@ class RobotCurrents:
         return RobotSlice(
             dt=dt,
             span=dt if span is None else span,
-            packed=packed(A, side, load, self._rest(now, s), s, v, a),
+            packed=packed(A, side, load, self._rest(now, load, s), s, v, a),
             side=side,
             gripped=(presliding_doubt(v) * self._gripped) ** 2,
             smeared=(self._smear * (M @ now.jerk + drive.rotor_inertia * now.jerk)) ** 2,
@@ -210,25 +211,13 @@ class RobotCurrents:
         return np.asarray(SMEAR / self.reference.drive.gain)
 
     @cached_property
-    def _ripples(self) -> bool:
-        drive = self.reference.drive
-        return bool(drive.ripple_cos.any() or drive.ripple_sin.any())
+    def _terms(self) -> tuple[str, ...]:
+        return present(self.reference.drive, sorted(OPTIONAL))
 
-    @cached_property
-    def _warms(self) -> bool:
-        return bool(self.reference.drive.thermal.any())
-
-    def _rest(self, now: Instant, s: Array) -> Array:
+    def _rest(self, now: Instant, load: Array, s: Array) -> Array:
         """Terms of friction that are no states: those that the reference has, (J,) [N·m]."""
-        drive = self.reference.drive
-        rest = drive.stribeck * np.exp(-np.abs(now.v) / drive.stribeck_velocity) * s
-        if self._warms:
-            warmer = now.temperature - drive.temperature
-            rest += drive.thermal * np.where(np.isnan(warmer), 0.0, warmer) * now.v
-        if self._ripples:
-            turn = RIPPLE_ORDER * now.q
-            rest += drive.ripple_cos * np.cos(turn) + drive.ripple_sin * np.sin(turn)
-        return np.asarray(rest)
+        at = Contact(now.q, now.v, now.temperature, load, s)
+        return friction_torque(at, self.reference.drive, self._terms)
 
     def observe(self, x: Array, u: RobotSlice) -> Array:
         """Currents, (..., n) -> (..., J) [A]."""
