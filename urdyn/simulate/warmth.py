@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from urdyn.model.dynamics import Dynamics
+from urdyn.model.friction import Contact, friction_torque
 from urdyn.simulate.heat import IDLE_RISE, STEP, Heat
 from urdyn.simulate.rigid import transmitted
 from urdyn.simulate.schedule import Course, Event, course
@@ -15,6 +16,7 @@ from urdyn.simulate.trajectory import Trajectory, blocks
 from urdyn.types import Array
 
 SAMPLES = 10  # of the losses in a step
+DRY = ("coulomb", "structural", "stribeck")  # the terms of friction that warmth leaves as it is
 PASSES = 4  # of losses and warmth, until they agree: each pass mends some 90 % of what is left
 
 
@@ -87,9 +89,9 @@ def losses(
     that of the load.
     """
     motion, drive = trajectory.at(course.t), dynamics.drive
-    load = np.abs(transmitted(dynamics, course, motion))
-    speed = np.abs(motion.v)
-    dry = (drive.coulomb * course.coulomb + drive.structural * load) * speed
+    load = transmitted(dynamics, course, motion)
+    at = Contact(motion.q, motion.v, motion.temperature, load, np.sign(motion.v))
+    dry = friction_torque(at, drive, DRY, {"coulomb": course.coulomb}) * motion.v
     copper = heat.copper * (load / (drive.gain * course.health)) ** 2
     idle = IDLE_RISE / heat.resistance
     return idle + dry + copper, drive.viscous * course.viscous * motion.v**2
