@@ -6,20 +6,15 @@ model sees all points of a step in one call.
 
 from __future__ import annotations
 
-import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
-from importlib.util import find_spec, module_from_spec, spec_from_file_location
 from math import sqrt
-from pathlib import Path
-from types import ModuleType
 from typing import Any, Literal, get_args
 
 import numpy as np
 
 from urdyn.errors import InputError
+from urdyn.estimate.filterpy_points import filterpy_points
 from urdyn.types import Array, frozen
 
 Rule = Literal["merwe", "julier", "simplex"]
@@ -126,51 +121,9 @@ def sigma_points(n: int, rule: Rule, alpha: float | None, beta: float, kappa: fl
 
 
 def _filterpy_points(n: int, rule: Rule, alpha: float, beta: float, kappa: float) -> Any:
-    module = _filterpy_module()
+    module = filterpy_points()
     if rule == "merwe":
         return module.MerweScaledSigmaPoints(n, alpha, beta, kappa)
     if rule == "julier":
         return module.JulierSigmaPoints(n, kappa)
     return module.SimplexSigmaPoints(n)
-
-
-@lru_cache(maxsize=1)
-def _filterpy_module() -> ModuleType:
-    """filterpy.kalman.sigma_points, without the rest of filterpy.
-
-    Its package loads scipy.stats and all its filters: 57 MB, which a twin in the field would carry
-    for twenty lines. The module asks the package for one function, which stands in `helpers`; that
-    file is its `filterpy.common` while it loads. Of SciPy it asks for a Cholesky factor, and is
-    given NumPy's: it is only ever that of the identity.
-    """
-    if "filterpy.kalman" in sys.modules:
-        return sys.modules["filterpy.kalman.sigma_points"]
-    found = find_spec("filterpy")
-    assert found is not None and found.origin is not None, "filterpy is a dependency"
-    root = Path(found.origin).parent
-    with _standing_in("filterpy", ModuleType("filterpy")):
-        helpers = _load("filterpy.common", root / "common" / "helpers.py")
-        with _standing_in("filterpy.common", helpers), _standing_in("scipy.linalg", np.linalg):
-            return _load("filterpy.kalman.sigma_points", root / "kalman" / "sigma_points.py")
-
-
-@contextmanager
-def _standing_in(name: str, module: ModuleType) -> Iterator[None]:
-    """`module` is what an import of `name` finds, for as long as the block lasts."""
-    before = sys.modules.get(name)
-    sys.modules[name] = module
-    try:
-        yield
-    finally:
-        del sys.modules[name]
-        if before is not None:
-            sys.modules[name] = before
-
-
-def _load(name: str, path: Path) -> ModuleType:
-    """One source file as a module, not entered among the imported ones."""
-    spec = spec_from_file_location(name, path)
-    assert spec is not None and spec.loader is not None, f"{path} is a Python file"
-    module = module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
