@@ -60,11 +60,7 @@ def posterior_bound(
     Raises:
         InputError: observations or lives are of other slices or states, or the process bends.
     """
-    seen = (len(inputs), *(len(model.observe_cov(u)) for u in inputs[:1]))
-    lived = (len(inputs), *(() if lives is None else lives.shape[1:2]), len(model.names))
-    for what, given, shape in ("observations", observations, seen), ("lives", lives, lived):
-        if given is not None and given.shape != shape:
-            raise InputError(f"{what} have the shape {given.shape}; of this model it is {shape}")
+    _require_fitting(model, inputs, observations, lives)
     count = LIVES if lives is None and not model.linear.all() else 1
     rng = rng or np.random.default_rng(0)
     x = _drawn(model.prior, count, rng)
@@ -80,6 +76,17 @@ def posterior_bound(
         cov = _informed(propagated(F, cov) + Q, _roots(model, x, u, rows))
         found.append(np.sqrt(cov.diagonal()))
     return Bound(model.names, np.reshape(found, (-1, len(model.names))), cov)
+
+
+def _require_fitting(
+    model: TwoSlice[U], inputs: Sequence[U], observations: Array | None, lives: Array | None
+) -> None:
+    """InputError where observations or lives are of other slices or states than the model's."""
+    seen = (len(inputs), *(len(model.observe_cov(u)) for u in inputs[:1]))
+    lived = (len(inputs), *(() if lives is None else lives.shape[1:2]), len(model.names))
+    for what, given, shape in ("observations", observations, seen), ("lives", lives, lived):
+        if given is not None and given.shape != shape:
+            raise InputError(f"{what} have the shape {given.shape}; of this model it is {shape}")
 
 
 def _drawn(belief: Gaussian, count: int, rng: np.random.Generator) -> Array:

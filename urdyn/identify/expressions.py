@@ -120,14 +120,18 @@ def dynamics(
 def physical(unknowns: Unknowns, z: Array) -> tuple[Parameters, Array]:
     """Physical parameters at scores `z`, and their Jacobian in z, (Q, P)."""
     values, jacobian = (np.array(x) for x in _compiled(unknowns)[1](z))
+    units = _units(unknowns)
+    tails = [k for k, name in enumerate(units) if name.endswith(".presliding_tail")]
+    values[tails] = np.clip(values[tails], 0.0, MAX_TAIL)  # as the arm has it
+    return Parameters(values.ravel(), tuple(units), tuple(units.values())), jacobian
+
+
+def _units(unknowns: Unknowns) -> dict[str, str]:
+    """Units of the physical parameters by name, in their order."""
     arm, payloads = unknowns.prior.arm, range(len(unknowns.payloads))
     bodies = [*arm.link_names, *(f"payload_{k}" for k in payloads)]
-    names = [f"{body}.{x}" for body in bodies for x in BODY]
-    names += [f"{joint}.{field}" for field in FIELDS for joint in arm.joint_names]
-    names.append("time_offset")
-    units = [unit for _ in bodies for unit in BODY_UNITS]
-    units += [UNITS[field] for field in FIELDS for _ in arm.joint_names]
-    units.append("s")
-    tails = [k for k, name in enumerate(names) if name.endswith(".presliding_tail")]
-    values[tails] = np.clip(values[tails], 0.0, MAX_TAIL)  # as the arm has it
-    return Parameters(values.ravel(), tuple(names), tuple(units)), jacobian
+    of_bodies = {
+        f"{body}.{x}": unit for body in bodies for x, unit in zip(BODY, BODY_UNITS, strict=True)
+    }
+    of_drives = {f"{joint}.{field}": UNITS[field] for field in FIELDS for joint in arm.joint_names}
+    return of_bodies | of_drives | {"time_offset": "s"}

@@ -162,10 +162,21 @@ def _fourier(
     asked: Question, ask: Ask, progress: Progress, processes: int
 ) -> tuple[Series, Proof, tuple[float | None, ...]]:
     """The best of several restarts."""
+    outcomes = search(_tasks(asked, ask), progress, processes)
+    safe = [one for one in outcomes if isinstance(one, Found)]
+    if not safe:
+        raise next(one for one in outcomes if not isinstance(one, Found))
+    best = _chosen(asked, ask, safe)
+    values = tuple(one.value if isinstance(one, Found) else None for one in outcomes)
+    return best.series, best.proof, values
+
+
+def _tasks(asked: Question, ask: Ask) -> list[Task]:
+    """One for every restart."""
     t_end = float(grid(ask.duration, ask.rate)[-1])
     period = t_end / max(1, round(t_end / PERIOD))
     assert ask.limits is not None
-    tasks = [
+    return [
         Task(
             question=asked.doubted() if ask.criterion == "D" and not ask.interest else asked,
             cell=ask.cell,
@@ -179,13 +190,6 @@ def _fourier(
         )
         for k in range(ask.restarts)
     ]
-    outcomes = search(tasks, progress, processes)
-    safe = [one for one in outcomes if isinstance(one, Found)]
-    if not safe:
-        raise next(one for one in outcomes if not isinstance(one, Found))
-    best = _chosen(asked, ask, safe)
-    values = tuple(one.value if isinstance(one, Found) else None for one in outcomes)
-    return best.series, best.proof, values
 
 
 def _chosen(asked: Question, ask: Ask, safe: list[Found]) -> Found:

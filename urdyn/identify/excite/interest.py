@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from difflib import get_close_matches
 
 from urdyn.errors import InputError
@@ -27,27 +27,35 @@ def interesting(names: Sequence[str], phrases: Sequence[str]) -> list[int]:
 
     A phrase is a joint, a link or the payload, a quantity, or one of each: "elbow friction".
     """
-    places = {k for phrase in phrases for k in _meant(names, phrase)}
+    places = {k for phrase in phrases for k in _places(names, phrase)}
     return sorted(places)
 
 
-def _meant(names: Sequence[str], phrase: str) -> Iterator[int]:
+def _places(names: Sequence[str], phrase: str) -> list[int]:
+    """Those that one phrase asks for."""
+    owner, fields = _parsed(names, phrase)
+    parts = [name.rpartition(".") for name in names]
+    found = [
+        k
+        for k, (body, _, field) in enumerate(parts)
+        if owner in ("", _spoken(body)) and (not fields or field in fields)
+    ]
+    if not found:
+        raise InputError(f"of interest: {phrase!r}: {owner} has no {' or '.join(sorted(fields))}")
+    return found
+
+
+def _parsed(names: Sequence[str], phrase: str) -> tuple[str, set[str]]:
+    """Owner and fields that a phrase names; empty where it names none."""
     words = phrase.lower().replace("_", " ").split()
-    quantity = {field for word in words for field in QUANTITIES.get(word, ())}
+    fields = {field for word in words for field in QUANTITIES.get(word, ())}
     owner = " ".join(word for word in words if word not in QUANTITIES)
     if not words or (owner and owner not in _owners(names)):
         known = sorted({*_owners(names), *QUANTITIES})
         close = get_close_matches(owner, known, 1)
         hint = f"did you mean {close[0]!r}?" if close else f"known are {', '.join(known)}"
         raise InputError(f"of interest: {phrase!r} is nothing that is unknown; {hint}")
-    found = [
-        k
-        for k, (body, _, field) in enumerate(name.rpartition(".") for name in names)
-        if (not owner or _spoken(body) == owner) and (not quantity or field in quantity)
-    ]
-    if not found:
-        raise InputError(f"of interest: {phrase!r}: {owner} has no {' or '.join(sorted(quantity))}")
-    yield from found
+    return owner, fields
 
 
 def _owners(names: Sequence[str]) -> set[str]:
