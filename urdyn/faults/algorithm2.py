@@ -96,8 +96,8 @@ class Algorithm2:
         """Thresholds are of as many streams, or of all."""
         size = {name: np.size(getattr(self, name)) for name in THRESHOLDS}
         if len(set(size.values()) - {1}) > 1:
-            told = ", ".join(f"{name} {n}" for name, n in size.items())
-            raise InputError(f"thresholds are of different numbers of streams: {told}")
+            sizes = ", ".join(f"{name} {n}" for name, n in size.items())
+            raise InputError(f"thresholds are of different numbers of streams: {sizes}")
 
     def init(self, streams: int) -> History:
         """No estimate yet."""

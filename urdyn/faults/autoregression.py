@@ -39,7 +39,7 @@ def autoregression(y: Array) -> tuple[Array, int]:
     allowed = [p for p in ORDERS if p * pace <= ORDERS[-1]]
     past = lagged(y[:, None], allowed[-1] * pace)[:, pace - 1 :: pace, 0]
     allowed = [p for p in allowed if _shown(y, past[:, :p])]
-    size = MAD_TO_SD * float(np.median(np.abs(y[_told(y, past[:, : allowed[-1]])])))
+    size = MAD_TO_SD * float(np.median(np.abs(y[_complete(y, past[:, : allowed[-1]])])))
     if not size > 0.0 or len(allowed) == 1:
         return np.zeros(0), pace
     y, past = y / size, past / size  # whose squares are floats in any unit
@@ -51,7 +51,7 @@ def complete(y: Array, coefficients: Array) -> int:
     """Steps of y, (N,), from which these coefficients could be learnt, those before them too."""
     lags = np.flatnonzero(coefficients)
     past = lagged(y[:, None], len(coefficients))[:, lags, 0]
-    return int(_told(y, past).sum()) + len(coefficients)
+    return int(_complete(y, past).sum()) + len(coefficients)
 
 
 def _pace(measured: Mask) -> int:
@@ -61,21 +61,21 @@ def _pace(measured: Mask) -> int:
     return int(seen.argmax()) + 1 if seen.any() else ORDERS[-1] + 1
 
 
-def _told(y: Array, past: Array) -> Mask:
+def _complete(y: Array, past: Array) -> Mask:
     """Steps with a complete past, (N,)."""
     return np.asarray(np.isfinite(y) & np.isfinite(past).all(axis=1))
 
 
 def _shown(y: Array, past: Array) -> bool:
     """So many coefficients have rows enough, which the first steps without a past count as."""
-    return bool(_told(y, past).sum() + past.shape[1] >= ROWS * past.shape[1])
+    return bool(_complete(y, past).sum() + past.shape[1] >= ROWS * past.shape[1])
 
 
 def _of_all(y: Array, past: Array, allowed: list[int]) -> Array:
     """Coefficients of the best order, each seen by the same steps."""
     order = allowed[-1]
-    told = _told(y, past[:, :order])
-    X, z = past[told], y[told]
+    rows = _complete(y, past[:, :order])
+    X, z = past[rows], y[rows]
     found = {p: _fit(X[:, :p], z) for p in allowed}
     return found[_best(X, z, found)]
 
@@ -84,11 +84,11 @@ def _step_by_step(y: Array, past: Array, allowed: list[int]) -> Array:
     """Coefficients of the best order: each beside the best of less, by the steps that show both."""
     best = allowed[0]
     for order in allowed[1:]:
-        told = _told(y, past[:, :order])
-        X, z = past[told], y[told]
+        rows = _complete(y, past[:, :order])
+        X, z = past[rows], y[rows]
         best = _best(X, z, {p: _fit(X[:, :p], z) for p in (best, order)})
-    told = _told(y, past[:, :best])
-    return _fit(past[told, :best], y[told])
+    rows = _complete(y, past[:, :best])
+    return _fit(past[rows, :best], y[rows])
 
 
 def _best(X: Array, z: Array, found: dict[int, Array]) -> int:
@@ -96,9 +96,9 @@ def _best(X: Array, z: Array, found: dict[int, Array]) -> int:
     residual = {p: z - X[:, :p] @ a for p, a in found.items()}
     # One set of weights for all orders: what differs between them is the colour alone.
     weight = _bounded(residual[max(found)])
-    told_of = {p: float((weight * r) @ r) / float(weight.sum()) for p, r in residual.items()}
+    variances = {p: float((weight * r) @ r) / float(weight.sum()) for p, r in residual.items()}
     n = float(weight.sum())
-    return min(found, key=lambda p: n * np.log(told_of[p]) + p * np.log(n))
+    return min(found, key=lambda p: n * np.log(variances[p]) + p * np.log(n))
 
 
 def _spaced(found: Array, pace: int) -> Array:

@@ -85,9 +85,9 @@ def _even(
     kinds = going(state, stream), stopped(baseline, state, stream, hazard), always(state, stream)
     one = Courses(*map(np.concatenate, zip(*kinds, strict=True)))
     S1, S2 = levelled(baseline, state, stream, one)
-    told = (S2 > 0.0) & (one.prior > 0.0)
-    one = Courses(*(x[told] for x in one))
-    paces, likely = _told(sign * S1[told], S2[told], one.power, rise)
+    informed = (S2 > 0.0) & (one.prior > 0.0)
+    one = Courses(*(x[informed] for x in one))
+    paces, likely = _paces(sign * S1[informed], S2[informed], one.power, rise)
     return one, paces, likely + np.log(one.prior)
 
 
@@ -96,12 +96,12 @@ def _uneven(
 ) -> tuple[Walking, Paces, Array, Array]:
     """Ramps that wander; paces, and log evidence on the fault's side and on the other."""
     walks, besides = wandering(baseline, state, stream)
-    paces, likely = _told(sign * walks.S1, walks.S2, np.ones(len(walks.S1)), rise)
+    paces, likely = _paces(sign * walks.S1, walks.S2, np.ones(len(walks.S1)), rise)
     likely, high = likely + besides, _height(walks, paces, sign)
     return walks, paces, likely + log_ndtr(high), likely + log_ndtr(-high)
 
 
-def _told(S1: Array, S2: Array, power: Array, rise: float) -> tuple[Paces, Array]:
+def _paces(S1: Array, S2: Array, power: Array, rise: float) -> tuple[Paces, Array]:
     """Paces of regressions, and the evidence of each."""
     paces = Paces(S1 / S2, 1.0 / np.sqrt(S2))
     likely = 0.5 * (S1 * paces.mean + np.log(2.0 * np.pi / S2)) + paces.cut
@@ -128,8 +128,8 @@ def _precision(baseline: Baseline, state: Kinks, stream: int) -> float:
 
 def widened(state: Kinks, stream: int) -> float:
     """Variance of innovations over that of healthy ones, as their differences tell."""
-    squares, told = state.stride[:, stream]
-    return max(STEADY, float((WONT + squares) / (WONT + told)))
+    squares, count = state.stride[:, stream]
+    return max(STEADY, float((WONT + squares) / (WONT + count)))
 
 
 def going(state: Kinks, stream: int) -> Courses:
@@ -242,8 +242,8 @@ def wandering(baseline: Baseline, state: Kinks, stream: int) -> tuple[Walking, A
     walk = np.broadcast_to(wide * STEPS[:, None] / passed**2, age.shape)
     shape, off, var = age - x.shape / passed, x.mean / passed, wide * x.var / passed**2
     one = Walking(x.S1 / wide, x.S2 / wide, age, shape, off, var, walk)
-    told = x.S2 > 0.0
-    return Walking(*(each[told] for each in one)), odds[told]
+    informed = x.S2 > 0.0
+    return Walking(*(each[informed] for each in one)), odds[informed]
 
 
 def _height(one: Walking, pace: Paces, sign: float) -> Array:

@@ -41,7 +41,7 @@ class Past:
 class Crossing(NamedTuple):
     """How n streams were taken a step on: by the same gains goes what is added to their values."""
 
-    told: Mask  # (n,) a value is measured, and not too near
+    usable: Mask  # (n,) a value is measured, and not too near
     lost: Mask  # (n,) one that is not would be as good as unknown
     gain: Array  # (n, p) P a / v, newest first; 0 where nothing is told
     v: Array  # (n,) [spread²] of what is foreseen
@@ -69,34 +69,34 @@ class Bridge:
 
     def crossed(self, past: Past, y: Array) -> tuple[Past, Array, Crossing | None]:
         """The same, and how the step is crossed; None where nothing of it is missing."""
-        told = np.isfinite(y) & (past.rest <= 0.0)
+        usable = np.isfinite(y) & (past.rest <= 0.0)
         foreseen = np.einsum("np,pn->n", self.coefficients, past.value[::-1])
         missed = y - foreseen - self.level
-        rest = np.maximum(np.where(told, self.pace, past.rest) - 1.0, 0.0)
-        seen, judged = past.seen + 1.0, told & (past.seen >= self._order)
-        if told.all() and not past.doubt.any():  # the rule, without a gap
+        rest = np.maximum(np.where(usable, self.pace, past.rest) - 1.0, 0.0)
+        seen, judged = past.seen + 1.0, usable & (past.seen >= self._order)
+        if usable.all() and not past.doubt.any():  # the rule, without a gap
             value = np.vstack([past.value, y])[1:] if len(past.value) else past.value
             after = replace(past, value=value, seen=seen, rest=rest)
             return after, np.where(judged, missed, np.nan), None
-        by, cross = self._crossing(past, told)
-        value = self._values(past, by, np.where(told, y, foreseen + self.level), missed)
+        by, cross = self._crossing(past, usable)
+        value = self._values(past, by, np.where(usable, y, foreseen + self.level), missed)
         after = Past(value, self._doubts(past, by, cross), seen, rest)
         return after, np.where(judged, missed / np.sqrt(by.v), np.nan), by
 
-    def _crossing(self, past: Past, told: Mask) -> tuple[Crossing, Array]:
+    def _crossing(self, past: Past, usable: Mask) -> tuple[Crossing, Array]:
         """How a step is crossed, and P a, (n, p)."""
         cross = np.einsum("npq,nq->np", past.doubt, self.coefficients)
         v = 1.0 + np.einsum("np,np->n", self.coefficients, cross)
-        gain = np.where(told[:, None], cross / v[:, None], 0.0)
+        gain = np.where(usable[:, None], cross / v[:, None], 0.0)
         lost = v > UNKNOWN  # since a gap in which an autoregression forgets, or runs away
-        return Crossing(told, lost, gain, v), cross
+        return Crossing(usable, lost, gain, v), cross
 
     def _values(self, past: Past, by: Crossing, newest: Array, missed: Array) -> Array:
         """Values of the last p steps, of which the newest tells, (p, n)."""
         if not len(past.value):
             return past.value
-        newest = np.where(by.lost & ~by.told, self.typical, newest)
-        learnt = (by.gain * np.where(by.told, missed, 0.0)[:, None]).T[::-1]
+        newest = np.where(by.lost & ~by.usable, self.typical, newest)
+        learnt = (by.gain * np.where(by.usable, missed, 0.0)[:, None]).T[::-1]
         return np.vstack([past.value + learnt, newest])[1:]
 
     def _doubts(self, past: Past, by: Crossing, cross: Array) -> Array:
@@ -105,10 +105,10 @@ class Bridge:
         if not len(past.value):
             return doubt
         older = past.doubt - by.gain[:, :, None] * (by.gain * by.v[:, None])[:, None, :]
-        cross = np.where((by.told | by.lost)[:, None], 0.0, cross)
+        cross = np.where((by.usable | by.lost)[:, None], 0.0, cross)
         doubt[:, 1:, 1:] = older[:, :-1, :-1]
         doubt[:, 0, 1:] = doubt[:, 1:, 0] = cross[:, :-1]
-        doubt[:, 0, 0] = np.where(by.told, 0.0, np.minimum(by.v, UNKNOWN))
+        doubt[:, 0, 0] = np.where(by.usable, 0.0, np.minimum(by.v, UNKNOWN))
         return doubt
 
     def carried(self, over: Array, h: Array, by: Crossing) -> tuple[Array, Array]:
@@ -124,7 +124,7 @@ class Bridge:
         """
         missed = h - np.einsum("np,p...n->...n", self.coefficients, over)
         # Of what is lost nothing is known, and so little is learnt next that it need not be right.
-        newest = np.where(by.told | by.lost, 0.0, -missed)
+        newest = np.where(by.usable | by.lost, 0.0, -missed)
         gain = np.expand_dims(by.gain.T, tuple(range(1, missed.ndim)))
         later = np.concatenate([newest[None], over + gain * missed])[: len(over)]
         return later, missed / np.sqrt(by.v)

@@ -86,19 +86,19 @@ def follow(baseline: Baseline, state: Kinks, observed: Array) -> Kinks:
     past, left, by = baseline.bridge.crossed(state.past, observed)
     e = left / (baseline.inflation * baseline.spread) * baseline.inflation
     recent = np.vstack([state.recent[1:], e])
-    told = np.isfinite(e) & ~_wild(recent)
-    e = np.where(told, e, 0.0)
+    measured = np.isfinite(e) & ~_wild(recent)
+    e = np.where(measured, e, 0.0)
     onset, mass, gone = _with_candidate(state)
     k = np.where(np.isfinite(onset), state.t + 1.0 - onset, 0.0)
     over = state.over._replace(powers=_without(state.over.powers, gone))
     over, h = carried(baseline, over, unbroken(baseline, k), by)
-    h = Shapes(*(x * told for x in h))
+    h = Shapes(*(x * measured for x in h))
     S, K, walks = (_without(x, gone) for x in (state.S, state.K, state.walks))
     ramp, w, newest = h.powers[RAMP], h.level, int(np.isfinite(onset).sum())
     plain = np.asarray(by is None or by.v == 1.0)  # nothing was missing, as far as it matters
     precision = state.N + baseline.steps / baseline.inflation**2
     walks[:, :, newest - 1] = set_out(state.E, precision)
-    walks[:, :, :newest] = walked(walks[:, :, :newest], e, ramp[:newest], w, told)
+    walks[:, :, :newest] = walked(walks[:, :, :newest], e, ramp[:newest], w, measured)
     for total, term in zip(S, _terms(h.powers, w, e), strict=True):
         total += term  # in place: S is the largest by far
     return Kinks(
@@ -144,16 +144,16 @@ def followed(baseline: Baseline, series: ArrayLike, candidates: int = CANDIDATES
 
 def _wild(recent: Array) -> Mask:
     """The newest innovation lies far from the median of the last ones, (n,)."""
-    told = np.isfinite(recent).all(axis=0)
-    middle = np.median(np.where(told, recent, 0.0), axis=0)
-    return np.asarray(told & (np.abs(recent[-1] - middle) > GATE), dtype=np.bool_)
+    measured = np.isfinite(recent).all(axis=0)
+    middle = np.median(np.where(measured, recent, 0.0), axis=0)
+    return np.asarray(measured & (np.abs(recent[-1] - middle) > GATE), dtype=np.bool_)
 
 
 def _stride(baseline: Baseline, recent: Array) -> Array:
     """Square of the newest difference, clipped as the baseline's were, and whether told, (2, n)."""
     step = (recent[-1] - recent[-2]) / (np.sqrt(2.0) * baseline.stride)
-    told = np.isfinite(step)
-    return np.stack([np.clip(np.where(told, step, 0.0), -CLIP, CLIP) ** 2 / SQUARE, told])
+    measured = np.isfinite(step)
+    return np.stack([np.clip(np.where(measured, step, 0.0), -CLIP, CLIP) ** 2 / SQUARE, measured])
 
 
 def _with_candidate(state: Kinks) -> tuple[Array, Array, int]:

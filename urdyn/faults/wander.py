@@ -39,11 +39,11 @@ def set_out(E: Array, precision: Array) -> Array:
     return np.stack([np.broadcast_to(x, (len(STEPS), len(E))) for x in one])
 
 
-def walked(walks: Array, e: Array, h: Array, w: Array, told: Mask) -> Array:
+def walked(walks: Array, e: Array, h: Array, w: Array, measured: Mask) -> Array:
     """A step on, (7, Q, A, n): innovations e (n,), to which a ramp adds h (A, n), u w (n,)."""
     x = Walks(*walks)
     var = x.var + STEPS[:, None, None]
-    F = np.where(told, w**2 * var + 1.0, np.inf)
+    F = np.where(measured, w**2 * var + 1.0, np.inf)
     gain, nu, nu_h = w * var / F, e - w * x.mean, h - w * x.shape
     return np.stack([
         x.mean + gain * nu,
@@ -52,5 +52,5 @@ def walked(walks: Array, e: Array, h: Array, w: Array, told: Mask) -> Array:
         x.S1 + nu_h * nu / F,
         x.S2 + nu_h**2 / F,
         x.misfit + nu**2 / F - e**2,
-        x.width + np.log(np.where(told, F, 1.0)),
+        x.width + np.log(np.where(measured, F, 1.0)),
     ])  # fmt: skip

@@ -140,13 +140,13 @@ def beside(series: ArrayLike, baseline: Baseline | ArrayLike) -> tuple[Array, Ba
 
 def measured(y: Array, stream: int) -> Array:
     """What was measured of one stream of a baseline, (N,); InputError where that is too little."""
-    told = y[np.isfinite(y)]
-    if len(told) < LEAST:
+    known = y[np.isfinite(y)]
+    if len(known) < LEAST:
         raise InputError(
-            f"stream {stream} of the baseline has {len(told)} measured steps, {LEAST} are needed "
+            f"stream {stream} of the baseline has {len(known)} measured steps, {LEAST} are needed "
             f"and {ENOUGH} are good; record longer"
         )
-    return told
+    return known
 
 
 def _as_strong(a: Array, steps: int) -> Array:
@@ -198,13 +198,13 @@ def _stream(
     y: Array, left: Array, stream: int, a: Array, inflation: float
 ) -> tuple[float, float, float, float]:
     """Level, spread, inflation and stride of one stream, (N,), by what is left of it, (N,)."""
-    told = left[np.isfinite(left)]
-    level, spread = level_and_spread(told)
+    known = left[np.isfinite(left)]
+    level, spread = level_and_spread(known)
     if not spread > 0.0:
         raise InputError(f"stream {stream} of the baseline does not move: it cannot be judged")
-    white = np.clip((told - level) / spread, -CLIP, CLIP)
+    white = np.clip((known - level) / spread, -CLIP, CLIP)
     short = np.sqrt(max(1.0, ENOUGH / complete(y, a)))
-    _, stride = level_and_spread(np.diff(told) / (np.sqrt(2.0) * spread))
+    _, stride = level_and_spread(np.diff(known) / (np.sqrt(2.0) * spread))
     # A difference of long-tailed innovations is less long-tailed than they: stride is above 1, and
     # innovations at the clip follow each other more often than a normal's would.
     tails = max(1.0, stride)

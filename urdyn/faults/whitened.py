@@ -121,6 +121,6 @@ def _spread(state: WhitenedState[S], e: Array, stride: Array) -> tuple[Array, Ar
     with np.errstate(over="ignore"):
         half = ((e - state.last) / (np.sqrt(2.0) * stride)) ** 2
     half = np.minimum(half, CLIP**2 * state.square) / SQUARE
-    told = np.isfinite(half)
-    weight = np.where(told, np.minimum(state.weight + 1.0, MEMORY), state.weight)
-    return np.where(told, state.square + (half - state.square) / weight, state.square), weight
+    measured = np.isfinite(half)
+    weight = np.where(measured, np.minimum(state.weight + 1.0, MEMORY), state.weight)
+    return np.where(measured, state.square + (half - state.square) / weight, state.square), weight

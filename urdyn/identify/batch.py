@@ -56,10 +56,10 @@ def _check(arm: Arm, runs: Sequence[Run]) -> None:
     for run in runs:
         if why := typical.unlike(run.motion.current):
             raise IdentifiabilityError(f"{run.motion.source.path}: {why}")
-        told = np.isfinite(run.motion.current).any(axis=1).sum()
-        if told < MIN_ROWS:
+        measured = np.isfinite(run.motion.current).any(axis=1).sum()
+        if measured < MIN_ROWS:
             raise IdentifiabilityError(
-                f"{run.motion.source.path}: {told} rows with a current are too few; "
+                f"{run.motion.source.path}: {measured} rows with a current are too few; "
                 f"record at least {MIN_ROWS}, better 20 s of motion of every joint"
             )
     if not any(block.known.any() for run in runs for block in blocks(typical, run.motion)):

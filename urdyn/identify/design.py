@@ -64,8 +64,8 @@ def blocks(point: Dynamics, motion: Motion) -> Iterator[Block]:
 
 def _measured(point: Dynamics, motion: Motion) -> Mask:
     moving = np.isfinite(motion.q + motion.v + motion.a).all(axis=1, keepdims=True)
-    told = np.isfinite(motion.current) & ~point.undrawn(motion.current)
-    return np.asarray(told & moving)
+    measured = np.isfinite(motion.current) & ~point.undrawn(motion.current)
+    return np.asarray(measured & moving)
 
 
 @dataclass(frozen=True)

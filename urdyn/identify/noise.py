@@ -140,7 +140,7 @@ def _robust_sd(residuals: Array) -> float:
 
 def _fit_joint(stretches: list[Array], absorbed: list[Array], keep: float) -> Noise:
     """Noise of one joint."""
-    count, lags = sum(len(r) for r in stretches), _told_lags(stretches)
+    count, lags = sum(len(r) for r in stretches), _lags_with_data(stretches)
     if count < 10 * MAX_ORDER or not lags:
         return white_noise([stretches])
     most = WILD * _robust_sd(np.concatenate(stretches))
@@ -168,7 +168,7 @@ def _fit_joint(stretches: list[Array], absorbed: list[Array], keep: float) -> No
     return replace(noise, scale=scale * one, dof=dof * one)
 
 
-def _told_lags(stretches: list[Array]) -> int:
+def _lags_with_data(stretches: list[Array]) -> int:
     """Most lags, MAX_ORDER at the most, beyond which such stretches have rows enough."""
     behind = [sum(max(len(r) - k, 0) for r in stretches) for k in range(1, MAX_ORDER + 1)]
     return sum(rows >= BEHIND for rows in behind)

@@ -31,8 +31,8 @@ def data_rank(blocks: Sequence[Compressed], joints: int) -> tuple[int, int]:
         rows.append(wide)
     A = np.vstack(rows)
     norms = np.linalg.norm(A, axis=0)
-    told = norms > TOLERANCE * norms.max()  # a column of rounding errors is none
-    singular = np.linalg.svd(A[:, told] / norms[told], compute_uv=False)
+    nonzero = norms > TOLERANCE * norms.max()  # a column of rounding errors is none
+    singular = np.linalg.svd(A[:, nonzero] / norms[nonzero], compute_uv=False)
     return int(np.sum(singular > TOLERANCE * singular[0])), n
 
 

@@ -72,8 +72,8 @@ def _drawn(dynamics: Dynamics, log: Log) -> Log:
     current = log.joint("actual_current")
     if not (amiss := amiss_in(dynamics, current)):
         return log
-    told = np.where(dynamics.undrawn(current), np.nan, current)
-    channels = {**log.channels, "actual_current": told}
+    measured = np.where(dynamics.undrawn(current), np.nan, current)
+    channels = {**log.channels, "actual_current": measured}
     return replace(log, channels=channels, defects=(*log.defects, *amiss))
 
 
@@ -99,9 +99,9 @@ def interval(fit: Fit, level: float = 0.9) -> Array:
 
 
 def _coverage(fit: Fit, error: Array) -> Array:
-    told = np.isfinite(error)
-    inside = (np.abs(error) <= interval(fit)) & told
-    return np.asarray(inside.sum(axis=0) / np.maximum(told.sum(axis=0), 1))
+    measured = np.isfinite(error)
+    inside = (np.abs(error) <= interval(fit)) & measured
+    return np.asarray(inside.sum(axis=0) / np.maximum(measured.sum(axis=0), 1))
 
 
 def _percent(error: Array, current: Array) -> Array:
@@ -116,9 +116,9 @@ def _percent_of(part: Array, whole: Array) -> Array:
 
 def _norm(x: Array) -> Array:
     """Euclidean norm down the rows that are told; NaN where none is."""
-    told = np.isfinite(x)
-    total = np.sqrt(np.sum(np.where(told, x, 0.0) ** 2, axis=0))
-    return np.where(told.any(axis=0), total, np.nan)
+    measured = np.isfinite(x)
+    total = np.sqrt(np.sum(np.where(measured, x, 0.0) ** 2, axis=0))
+    return np.where(measured.any(axis=0), total, np.nan)
 
 
 def _rms(x: Array) -> Array:

@@ -32,12 +32,12 @@ class Choice:
     safe: Safe
     criterion: str
     poses: Array  # (N, J) [rad], free
-    told: tuple[Array, ...]  # N of (P, P): information of a pose
+    information: tuple[Array, ...]  # N of (P, P): information of a pose
 
     def best(self, known: Array) -> list[int]:
         """The poses, first those that add most to what is known."""
         asked = self.question.asked
-        gain = [judge(self.criterion, known + one, asked)[0] for one in self.told]
+        gain = [judge(self.criterion, known + one, asked)[0] for one in self.information]
         return [int(k) for k in np.argsort(gain)[::-1]]
 
 
@@ -58,9 +58,9 @@ def poses(
     limits = safe.limits
     some = limits.middle + limits.room * rng.uniform(-0.99, 0.99, (CANDIDATES, arm.joints))
     some = some[(safe.collider.distances(some) >= safe.margin).all(axis=1)]
-    told = tuple(_told(question, pose, limits, rate) for pose in some)
-    choice = Choice(arm, question, safe, criterion, some, told)
-    moves = tuple(_tour(choice, duration)) if told else ()
+    information = tuple(_information(question, pose, limits, rate) for pose in some)
+    choice = Choice(arm, question, safe, criterion, some, information)
+    moves = tuple(_tour(choice, duration)) if information else ()
     if not moves:
         raise InputError(f"no way between two poses in {duration:g} s; ask for more")
     path = Moves(moves, duration)
@@ -72,7 +72,7 @@ def _tour(choice: Choice, duration: float) -> Iterator[Move]:
     known, at = choice.question.known, STILL
     here = choice.best(known)[0]
     while True:
-        known = known + choice.told[here]
+        known = known + choice.information[here]
         for there in choice.best(known):
             move = _slowly(choice.safe.limits, at, choice.poses[here], choice.poses[there])
             if there != here and move.end + STILL <= duration and _is_safe(choice, move):
@@ -83,7 +83,7 @@ def _tour(choice: Choice, duration: float) -> Iterator[Move]:
         here, at = there, move.end + STILL
 
 
-def _told(question: Question, pose: Array, limits: Limits, rate: float) -> Array:
+def _information(question: Question, pose: Array, limits: Limits, rate: float) -> Array:
     """What passing a pose slowly in both directions tells, (P, P)."""
     v = NEAR * limits.velocity * np.array([[1.0], [-1.0]])
     found = columns(question.point, np.array([pose, pose]), v, 0.0 * v)

@@ -51,7 +51,7 @@ class Question:
 
     def information(self, columns: Columns, rows: float) -> Array:
         """M (P, P) after `rows` rows of a motion that N moments stand for."""
-        return np.asarray(self.known + rows * _told(self.weights, columns))
+        return np.asarray(self.known + rows * _information(self.weights, columns))
 
     def doubted(self) -> Question:
         """The same, where what is known of all such arms weighs next to nothing.
@@ -158,7 +158,7 @@ def _weights(
     return out / sigma[:, None, None]
 
 
-def _told(weights: Array, columns: Columns) -> Array:
+def _information(weights: Array, columns: Columns) -> Array:
     """Information of one row, (P, P)."""
     phi, W = columns.phi, weights
     parts = [W[j].T @ (phi[:, j].T @ phi[:, j]) @ W[j] for j in range(len(W))]
@@ -170,6 +170,6 @@ def _asked(unknowns: Unknowns, point: Dynamics, W: Array, interest: Sequence[str
     P = len(unknowns.mean)
     if interest:
         return np.eye(P)[:, interesting(unknowns.names, interest)]
-    told = _told(W, columns(point, *generic_moments(point.arm)))
-    values, vectors = np.linalg.eigh(told)
+    information = _information(W, columns(point, *generic_moments(point.arm)))
+    values, vectors = np.linalg.eigh(information)
     return np.asarray(vectors[:, values > TOLD * values[-1]])

@@ -48,10 +48,10 @@ def scale(question: Question) -> Scale:
     """By which motions are rated that could answer a question."""
     W = _regressor(question, *generic_moments(question.point.arm))
     norms = np.linalg.norm(W, axis=0)
-    told = np.flatnonzero(norms > TOLERANCE * norms.max())
-    R, pivots = qr(W[:, told] / norms[told], mode="r", pivoting=True)
+    nonzero = np.flatnonzero(norms > TOLERANCE * norms.max())
+    R, pivots = qr(W[:, nonzero] / norms[nonzero], mode="r", pivoting=True)
     size = np.abs(np.diag(R))
-    return Scale(question, np.sort(told[pivots[: int((size > TOLERANCE * size[0]).sum())]]))
+    return Scale(question, np.sort(nonzero[pivots[: int((size > TOLERANCE * size[0]).sum())]]))
 
 
 def _regressor(question: Question, q: Array, v: Array, a: Array) -> Array:

@@ -58,8 +58,8 @@ def weaknesses(cov: Array, spread: Array, names: tuple[str, ...]) -> tuple[Weakn
             break
         correlation = cov[k] / sd[k] / sd
         close = [int(i) for i in np.argsort(-np.abs(correlation)) if i != k][:PARTNERS]
-        told = [(names[i], float(correlation[i])) for i in close if abs(correlation[i]) > CLOSE]
-        found.append(Weakness(names[int(k)], float(left[k]), tuple(told)))
+        partners = [(names[i], float(correlation[i])) for i in close if abs(correlation[i]) > CLOSE]
+        found.append(Weakness(names[int(k)], float(left[k]), tuple(partners)))
     return tuple(found)
 
 

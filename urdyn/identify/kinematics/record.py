@@ -100,40 +100,40 @@ def factory(path: str | Path, arm: Arm) -> Array:
         raise InputError(f"{path}: {error}") from None
 
 
-def _read(told: Mapping[str, Any], path: Path, arm: Arm, start: Placement) -> Recorded:
+def _read(saved: Mapping[str, Any], path: Path, arm: Arm, start: Placement) -> Recorded:
     """A calibration.toml, checked."""
     try:
-        if told["format"] != FORMAT:
-            raise InputError(f"{path}: is of format {told['format']}, this urdyn reads {FORMAT}")
-        if told["robot"] != arm.name:
-            raise InputError(f"{path}: is the calibration of a {told['robot']}, not of {arm.name}")
-        alone = _numbers(told["geometry_alone"]["table"], start.table.shape)
+        if saved["format"] != FORMAT:
+            raise InputError(f"{path}: is of format {saved['format']}, this urdyn reads {FORMAT}")
+        if saved["robot"] != arm.name:
+            raise InputError(f"{path}: is the calibration of a {saved['robot']}, not of {arm.name}")
+        alone = _numbers(saved["geometry_alone"]["table"], start.table.shape)
         geometric = _placed(start, alone, no_effects(arm), np.zeros(0))
-        compliant = tuple(int(j) for j in told["effects"]["compliant"])
-        harmonics = int(told["effects"]["harmonics"])
+        compliant = tuple(int(j) for j in saved["effects"]["compliant"])
+        harmonics = int(saved["effects"]["harmonics"])
         if not (set(compliant) <= set(range(arm.joints)) and 0 <= harmonics <= HARMONICS):
             raise ValueError("effects of joints that it does not have")
         effects = Effects(arm, compliant, harmonics)
-        values = _numbers(told["effects"]["coefficients"], (len(effects.owners),))
-        table = _numbers(told["geometry"]["table"], start.table.shape)
+        values = _numbers(saved["effects"]["coefficients"], (len(effects.owners),))
+        table = _numbers(saved["geometry"]["table"], start.table.shape)
         full = _placed(start, table, effects, values) if len(values) else None
-        return Recorded(geometric, full, str(told["source"]["sha256"]), _covariance(told, start))
+        return Recorded(geometric, full, str(saved["source"]["sha256"]), _covariance(saved, start))
     except (KeyError, TypeError, ValueError) as error:
         raise InputError(f"{path}: is no calibration of this urdyn: {error!r}") from None
 
 
-def _covariance(told: Mapping[str, Any], start: Placement) -> Array | None:
+def _covariance(saved: Mapping[str, Any], start: Placement) -> Array | None:
     """How sure the geometry is; None in a file that was written before this was told."""
-    if "covariance" not in told["geometry"]:
+    if "covariance" not in saved["geometry"]:
         return None
-    cov = _numbers(told["geometry"]["covariance"], (len(start.deviations),) * 2)
+    cov = _numbers(saved["geometry"]["covariance"], (len(start.deviations),) * 2)
     if np.abs(cov - cov.T).max() > 1e-9 * np.abs(cov).max() or np.linalg.eigvalsh(cov)[0] <= 0.0:
         raise ValueError("its covariance is none")
     return cov
 
 
-def _numbers(told: Any, shape: tuple[int, ...]) -> Array:
-    values = np.array(told, dtype=np.float64)
+def _numbers(given: Any, shape: tuple[int, ...]) -> Array:
+    values = np.array(given, dtype=np.float64)
     if values.shape != shape or not all(map(math.isfinite, values.ravel())):
         raise ValueError(f"expected {shape} finite numbers, found {values.shape}")
     return values
