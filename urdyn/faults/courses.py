@@ -8,7 +8,7 @@ shape, the pace is a Gaussian that is cut off at zero, so that P(crossed within 
 closed form; the posterior mixes these over all shapes and onsets. What is flat never crosses.
 
 A bent course is not known by its past: from now on it may go straight on, or as hitherto, or
-exponentially and at HASTE times the rate. So what is not straight is not foretold as if it were.
+exponentially and at FASTER times the rate. So nothing bent is foretold as if it were straight.
 Nor is what is straight in the long run only: besides there are ramps that wander on their way.
 """
 
@@ -32,10 +32,10 @@ from urdyn.types import Array
 SHARES = (0.001, 0.01, 0.969, 0.01, 0.01)  # [-] prior probability of each power
 UNEVEN = 0.02  # [-] prior odds of a ramp that wanders, over one that does not
 ENDLESS, ALWAYS = 1e3, 0.01  # power that is an exponential's, and its prior probability
-HASTE = 2.0  # [-] by which what is bent may go faster than its past tells
+FASTER = 2.0  # [-] of the rate, by which what is bent may go on faster
 NEGLIGIBLE = 1e-6  # [-] weight of a course
 STEADY = 0.8  # [-] least variance of innovations that is believed, over the baseline's
-WONT = 30.0  # [steps] for which the spread is believed to be the baseline's
+PRIOR_STEPS = 30.0  # [steps] that the baseline's spread counts for, beside what was followed
 
 
 class Courses(NamedTuple):
@@ -129,7 +129,7 @@ def _precision(baseline: Baseline, state: Kinks, stream: int) -> float:
 def widened(state: Kinks, stream: int) -> float:
     """Variance of innovations over that of healthy ones, as their differences tell."""
     squares, count = state.stride[:, stream]
-    return max(STEADY, float((WONT + squares) / (WONT + count)))
+    return max(STEADY, float((PRIOR_STEPS + squares) / (PRIOR_STEPS + count)))
 
 
 def going(state: Kinks, stream: int) -> Courses:
@@ -201,7 +201,7 @@ def _ahead(weight: Array, one: Courses, pace: Paces) -> Smooth:
     each = np.concatenate([np.arange(len(power)), bent, bent])
     straight, faster = np.ones(len(bent)), np.full(len(bent), ENDLESS)
     ahead = np.concatenate([np.where(power > 0.0, power, 1.0), straight, faster])
-    hurried = np.concatenate([np.ones(len(power)), straight, HASTE * straight])
+    hurried = np.concatenate([np.ones(len(power)), straight, FASTER * straight])
     return Smooth(
         weight[each],
         age[each],

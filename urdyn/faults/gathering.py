@@ -26,7 +26,7 @@ from urdyn.given import (
 )
 from urdyn.types import Array, frozen
 
-MOST = 1e150  # evidence counts no further: an alarm that nobody acknowledges stays finite
+MOST = 1e150  # evidence counts no further: an alarm that goes on unacknowledged stays finite
 
 
 @dataclass(frozen=True, eq=False)

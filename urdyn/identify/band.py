@@ -1,10 +1,10 @@
-"""The band in which a recording speaks: what somebody filtered out of it says nothing.
+"""The band in which a recording has power: what was filtered out of it carries no information.
 
 Some recordings were low-passed before they were published. Above the cut their current tells no
 more of friction's edges, while the model still has them; and because next to nothing is left there,
 a likelihood with coloured noise would trust that nothing most of all. So both sides of the equation
 pass the same filter, which is linear and therefore keeps it true, and as many samples are kept as
-such a band can carry. Recordings that nobody filtered are left as they are.
+such a band can carry. Recordings that were not filtered are left as they are.
 """
 
 from __future__ import annotations

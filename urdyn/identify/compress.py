@@ -28,7 +28,7 @@ def compress(
         point: where the columns are taken; its prediction tells outliers from data.
         noise: colour, scale and tails of the current.
         payload: index of the payload that `point` carries; None: none.
-        band: in which the motion's current speaks.
+        band: in which the current is compared.
     """
     coefficients = coefficients_at(point)
     R = [np.zeros((0, len(w) + 1)) for w in coefficients]

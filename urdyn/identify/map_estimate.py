@@ -33,7 +33,7 @@ TAIL = 2.0  # [-] standard scores at which the prior of structural damping pulls
 IPOPT: dict[str, Any] = {
     "ipopt.print_level": 0,
     "print_time": False,
-    "show_eval_warnings": False,  # a step too far is taken back, and nobody need hear of it
+    "show_eval_warnings": False,  # IPOPT takes back a step that is too long
     "ipopt.sb": "yes",
     "ipopt.tol": 1e-9,
 }

@@ -15,7 +15,7 @@ GAUSSIAN = 100.0  # degrees of freedom beyond which Student's t is called Gaussi
 MIN_DOF = 4.0
 CERTAIN = 1e18  # degrees of freedom of what is Gaussian to the last digit
 TINY = 1e-6  # of a variance: no noise is foreseen better
-WILD = 12.0  # [sd] that a residual counts for at most: one wild sample is no louder noise
+WILD = 12.0  # [sd] at which a residual is clipped: an outlier does not widen the noise
 
 
 @dataclass(frozen=True)
@@ -48,7 +48,7 @@ class Noise:
 
     @property
     def step(self) -> float:
-        """Time from row to row of what it was told from [s]; infinite where nobody says."""
+        """Time from row to row of what it was fitted to [s]; infinite where that is unknown."""
         return -MEMORY * float(np.log(self.keep)) if self.keep else np.inf
 
     @property

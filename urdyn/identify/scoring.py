@@ -15,7 +15,7 @@ from urdyn.model.dynamics import Dynamics
 from urdyn.signal import condition, without_stuck
 from urdyn.types import Array, Defect, Log
 
-FLOOR_BAND = 10.0  # [Hz] above which motion and friction say little: mostly the sensor speaks
+FLOOR_BAND = 10.0  # [Hz] above which residuals are mostly the sensor's noise
 
 
 @dataclass(frozen=True)

@@ -62,7 +62,7 @@ class State:
     unknowns: Unknowns
     z: Array  # (P,) standard scores
     noise: Noise
-    temperature: Array  # (J,) [°C] of the runs, that friction is found at; NaN: nobody measured
+    temperature: Array  # (J,) [°C] of the runs, that friction is found at; NaN: not measured
     band: Band = EVERYTHING
     friction_time: float = 0.0  # [s] by which friction turns over before the recorded motion
     cov: Array | None = None  # (P, P) of z; None: no step has found it
@@ -174,11 +174,11 @@ def _belief(state: State, blocks: list[Compressed]) -> Gaussian:
 
 
 def _align(state: State, runs: Sequence[Run]) -> State:
-    """The same arm where friction turns over at the bottom of a parabola through three times [s].
+    """The same arm with `friction_time` at the minimum of a parabola through three misfits.
 
-    It switches within a sample, so the misfit's slope in time is probed, not differentiated. Rows
-    at which joints turn round tell of it; they are so loud that they would speak for all others of
-    when currents are told, too, which is an unknown beside it.
+    Friction switches sign within a sample, so the slope is taken by finite differences. It is not
+    one of the scores z: residuals at reversals are so large that they would decide `time_offset`,
+    too, which the other rows tell.
     """
     misfits = [
         _misfit(replace(state, friction_time=state.friction_time + h), runs)

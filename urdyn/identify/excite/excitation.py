@@ -219,7 +219,7 @@ def _safe(asked: Question, ask: Ask) -> Safe:
 
 
 def _with_payload(ask: Ask) -> Cell:
-    """The cell with the payload as a ball at the tool, where nobody says what it looks like."""
+    """The cell with the payload as a ball at the tool, where its shape is not given."""
     if ask.payload is None or ask.cell.tool:
         return ask.cell
     ball = Solid("payload", "ball", np.array([ask.payload.radius]), xyz=ask.payload.com)

@@ -25,7 +25,7 @@ from urdyn.types import Array, Mask
 
 MOST = 20_000  # poses; of a longer log so many are taken, evenly
 OWN = 2_000  # poses of a controller's log, which repeats itself
-BARE = 30.0  # loss of log likelihood at which poses still speak for a tool without offset
+BARE = 30.0  # loss of log likelihood up to which a tool without offset is preferred
 FINE = np.array([1e-7, 1e-7])  # [m, rad] finer differences are rounding
 STRANGER = 0.015  # [m] that no arm of the right type is off its drawing
 NEXT = 6  # poses that are proposed
@@ -160,13 +160,13 @@ def require_this_arm(nominal: Found, arm: Arm, poses: Poses) -> None:
 
 
 def drawn(arm: Arm, drawing: Drawing) -> Placement:
-    """The arm as drawn, nowhere in particular."""
+    """The arm as drawn, base and tool at the identity."""
     still = np.eye(4)
     return Placement(drawing.form, drawing.form.nominal, no_effects(arm), np.zeros(0), still, still)
 
 
 def _bare(found: Found, poses: Poses, start: Placement, rng: np.random.Generator) -> Found | None:
-    """The fit with the tool at the flange, if the poses speak for it.
+    """The fit with the tool at the flange, if that costs less than `BARE`.
 
     A controller whose user typed no offset tells the flange's pose. Only then can the last link's
     length, and its joint's zero, be told from the tool's.

@@ -33,7 +33,7 @@ class Recorded:
     geometric: Placement  # geometry alone
     full: Placement | None  # with what joints do, where that was preferred
     sha256: str = ""  # of the poses that it was made from
-    cov: Array | None = None  # (P, P) of the geometry that is believed in; None: nobody says
+    cov: Array | None = None  # (P, P) of the geometry; None: not in the file
 
 
 def document(calibration: Calibration) -> dict[str, Any]:

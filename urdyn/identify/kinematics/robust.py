@@ -129,8 +129,8 @@ def _solved(near: Moments, placement: Placement, sought: Sought, noise: Array) -
 
 def where(placement: Placement) -> Array:
     """All unknowns of a placement, those of base and tool as zero: their prior is flat."""
-    nowhere = np.zeros(BASE + TOOL)
-    return np.concatenate([placement.deviations, nowhere, placement.coefficients])
+    frames = np.zeros(BASE + TOOL)
+    return np.concatenate([placement.deviations, frames, placement.coefficients])
 
 
 def flat(count: int) -> Array:

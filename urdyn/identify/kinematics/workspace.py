@@ -21,7 +21,7 @@ class Workspace:
     q: Array  # (N, J) [rad]
     place: Array  # (N, 3) of the tool, in the base [m]
     error: Array  # (N,) RMS distance of the tool from its prediction [m]
-    before: Array  # (N,) the same of an arm that nobody calibrated, tool and base known [m]
+    before: Array  # (N,) the same of an arm that was not calibrated, tool and base known [m]
 
     def __post_init__(self) -> None:
         for name in ("q", "place", "error", "before"):
