@@ -10,7 +10,7 @@ import numpy as np
 from scipy.special import logsumexp
 
 from urdyn.diagnose import friction, onsets
-from urdyn.diagnose.change import Change
+from urdyn.diagnose.alarm import Alarm, alarm_of
 from urdyn.diagnose.explain import Explanation, Suspects, explanation, gathered, ratios, supposed
 from urdyn.diagnose.fault import Fault, known_by
 from urdyn.diagnose.healthy import Healthy
@@ -22,16 +22,12 @@ from urdyn.types import Array
 
 OLDER = 1.0 / 3.0  # [-] of a shift's blocks, that the time before it counts for
 NEAR = 10.0  # [nats] below an alarm, from which on a suspect is another's rival
-CONFIDENT = 0.95  # [-] share of the evidence at which a finding need not wait for a clearer name
 UNSURE = 2.0  # [sd] below which another finding leaves nothing of a change
 FAINT = 0.5  # [-] of the size from which on a change is told, below which nothing is left either
 SURELY = 2.5  # [sd] below what it was told as, at which later blocks have taken it back
-PATIENCE = 12  # blocks that an alarm waits for that
 LIKELY = 7.0  # [nats] beyond a healthy arm's, from which on a change is no noise and no load
 FRESH = 60.0  # [s] since its onset; and since its alarm, while one that was none is not told again
 BACK = 40.0  # [s] since its alarm, while a change may be taken back
-TWICE = 2  # blocks at least: the next one bears out what one says, or takes it back
-BORNE_OUT = 10.0  # [s] since its onset, of what is told at a recording's end
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,35 +61,34 @@ class Judge:
         ratio = ratios(state.bank, self.of)
         state = replace(state, likely=self._likely(state.bank, gathered(state.bank, ratio)))
         evidence = gathered(state.bank, ratio, OLDER * self.shift)
+        candidates = self._candidates(state, evidence)
+        if not candidates:
+            return replace(state, waited=0)
+        state, alarm = replace(state, waited=state.waited + 1), alarm_of(candidates, evidence)
+        ripe = alarm.ripe_at_the_end if last else alarm.ripe
+        return self._accepted(state, alarm, last) if ripe(state.bank, state.waited) else state
+
+    def _candidates(self, state: SlowState, evidence: Array) -> dict[int, Explanation]:
+        """Suspects that an alarm may be of, and how each would explain it; {}: there is none.
+
+        Args:
+            evidence: of every suspect, (h,) [nats].
+        """
+        asked = self._asked(state)
+        # A healthy arm's sums begin at what came before counts for, and grow by one a block.
+        enough = np.log((1.0 + OLDER) * self.promised * len(asked))
+        if logsumexp(evidence[asked]) < enough:
+            return {}
+        near = [k for k in asked if evidence[k] > enough - NEAR]
+        each = {k: explanation(state.bank, self.of.each[k]) for k in near}
+        told = {k: e for k, e in each.items() if e.large and not _shadow(e, each.values())}
+        return told if told and not logsumexp(evidence[list(told)]) < enough else {}
+
+    def _asked(self, state: SlowState) -> list[int]:
+        """Suspects that are not known, nor a part of what is, nor just found to be none."""
         fresh = (f for f in state.passed if state.bank.t - f.alarm < FRESH)
         told = {fault.suspect for fault in (*state.known, *fresh)}
-        of = [k for k in range(len(self.of.each)) if k not in told and not self._within(state, k)]
-        # A healthy arm's sums begin at what came before counts for, and grow by one a block.
-        over = np.log((1.0 + OLDER) * self.promised * len(of))
-        if logsumexp(evidence[of]) < over:
-            return replace(state, waited=0)
-        each = {
-            k: explanation(state.bank, self.of.each[k]) for k in of if evidence[k] > over - NEAR
-        }
-        of = [k for k, one in each.items() if one.large and not _shadow(one, each.values())]
-        if not of or logsumexp(evidence[of]) < over:
-            return replace(state, waited=0)
-        state = replace(state, waited=state.waited + 1)
-        share = np.exp(evidence[of] - logsumexp(evidence[of]))
-        top = int(np.argmax(share))
-        confident, onset = share[top] >= CONFIDENT, each[of[top]].onset
-        if last:
-            ripe = state.bank.t - onset > BORNE_OUT and (confident or state.waited > TWICE)
-        else:
-            # An alarm that has waited for its name lends no patience to what has just begun.
-            borne_out = np.count_nonzero(state.bank.onset >= onset) >= TWICE
-            waited = state.waited >= (TWICE if confident else PATIENCE)
-            ripe = waited and (borne_out or state.waited == TWICE)
-        if not ripe:
-            return state
-        order = np.argsort(-share)[1:3]
-        rivals = tuple((of[k], float(share[k])) for k in order)
-        return self._accepted(state, of[top], each[of[top]], float(share[top]), rivals, last)
+        return [k for k in range(len(self.of.each)) if k not in told and not self._within(state, k)]
 
     def shares(self, state: SlowState, recall: Recall) -> tuple[float, ...]:
         """How far each suspect explains these blocks better than the others do, (h,) [-].
@@ -119,45 +114,28 @@ class Judge:
         fresh = bank.t - explanation(bank, self.of.each[best]).onset < FRESH
         return best if fresh else None
 
-    def _accepted(
-        self,
-        state: SlowState,
-        k: int,
-        told: Explanation,
-        share: float,
-        rivals: tuple[tuple[int, float], ...],
-        last: bool,
-    ) -> SlowState:
-        of_tool = told.suspect.kind.of_tool
+    def _accepted(self, state: SlowState, alarm: Alarm, last: bool) -> SlowState:
+        """With the change that an alarm is of, and what else there is beside it."""
+        suspect = alarm.told.suspect
+        if suspect.kind.of_tool:
+            return self._loaded(state, alarm)
+        change = alarm.change()
+        after = replace(state, found=(*state.found, change), waited=0)
+        rest = tuple(f for f in state.known if not self.of.each[f.suspect].part_of(suspect))
+        fault = self._of_what_was(after, known_by(change), rest)
+        after = self.knowing(after, (*rest, fault))
+        again = any(f.suspect == alarm.suspect for f in state.passed)
+        if again and self._nothing(after.bank, fault):  # it is still what it was taken back from
+            return replace(state, passed=_latest(state.passed, (fault,)), waited=0)
+        return self._alarmed(after, last)
+
+    def _loaded(self, state: SlowState, alarm: Alarm) -> SlowState:
+        """With a change of what is carried."""
         # Of an arm that is followed as healthy only a part of it is known by then.
-        more = supposed(state.bank, told.suspect, self.E).x[self.healthy.space.payload]
-        detail = (state.carrying.modes[0].mean + more)[: len(PAYLOAD_STATES)]
-        change = Change(
-            suspect=k,
-            onset=told.began[1],
-            shown=told.shown,
-            began=(told.began[0], told.began[2]),
-            alarm=told.t,
-            confidence=share,
-            evidence=told.evidence,
-            size=told.size,
-            size_sd=told.size_sd,
-            rate=told.rate,
-            rate_sd=told.rate_sd,
-            detail=tuple(detail.tolist()) if of_tool else (),
-            rivals=rivals,
-            older=told.older,
-        )
-        before, state = state, replace(state, found=(*state.found, change), waited=0)
-        if of_tool:
-            return self._settled_on(state, more)
-        rest = tuple(f for f in state.known if not self.of.each[f.suspect].part_of(told.suspect))
-        fault = self._of_what_was(state, known_by(change), rest)
-        state = self.knowing(state, (*rest, fault))
-        again = any(f.suspect == k for f in state.passed)
-        if again and self._nothing(state.bank, fault):  # it is still what it was taken back from
-            return replace(before, passed=_latest(before.passed, (fault,)), waited=0)
-        return self._alarmed(state, last)
+        more = supposed(state.bank, alarm.told.suspect, self.E).x[self.healthy.space.payload]
+        inertials = (state.carrying.modes[0].mean + more)[: len(PAYLOAD_STATES)]
+        found = (*state.found, alarm.change(tuple(inertials.tolist())))
+        return self._settled_on(replace(state, found=found, waited=0), more)
 
     def _within(self, state: SlowState, k: int) -> bool:
         """Whether a fault that is known has changed all that this suspect would, and more."""

@@ -12,12 +12,13 @@ from functools import cached_property
 import numpy as np
 
 from urdyn.diagnose import carried, friction, onsets, warmth
+from urdyn.diagnose.alarm import CONFIDENT
 from urdyn.diagnose.beside import Belief
 from urdyn.diagnose.carrying import MOMENT, Carrying, Waiting
 from urdyn.diagnose.change import Push
 from urdyn.diagnose.explain import Suspects, gathered, ratios, suspects
 from urdyn.diagnose.healthy import Healthy
-from urdyn.diagnose.judge import CONFIDENT, Judge
+from urdyn.diagnose.judge import Judge
 from urdyn.diagnose.learning import Learning
 from urdyn.diagnose.loads import DELAY, Believed, Loads
 from urdyn.diagnose.moment import Means, Pool, averaged, pooled

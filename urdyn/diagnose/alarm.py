@@ -1,0 +1,86 @@
+"""An alarm: the change that it most likely is of, and whether that is clear enough to be told."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.special import logsumexp
+
+from urdyn.diagnose.change import Change
+from urdyn.diagnose.explain import Explanation
+from urdyn.diagnose.onsets import Bank
+from urdyn.types import Array
+
+CONFIDENT = 0.95  # [-] share of the evidence at which a finding need not wait for a clearer name
+PATIENCE = 12  # blocks that an alarm waits for that
+TWICE = 2  # blocks at least: the next one bears out what one says, or takes it back
+BORNE_OUT = 10.0  # [s] since its onset, of what is told at a recording's end
+
+
+@dataclass(frozen=True, eq=False)
+class Alarm:
+    """The suspect that explains it best, beside its rivals."""
+
+    suspect: int
+    told: Explanation
+    share: float  # [-] of the evidence
+    rivals: tuple[tuple[int, float], ...]  # other suspects and their shares
+
+    @property
+    def confident(self) -> bool:
+        """Whether its name need not become clearer."""
+        return self.share >= CONFIDENT
+
+    def ripe(self, bank: Bank, waited: int) -> bool:
+        """Whether it has waited for as many blocks as its name takes, and they bear it out.
+
+        An alarm that has waited for its name lends no patience to what has just begun.
+        """
+        borne_out = np.count_nonzero(bank.onset >= self.told.onset) >= TWICE
+        enough = waited >= (TWICE if self.confident else PATIENCE)
+        return bool(enough and (borne_out or waited == TWICE))
+
+    def ripe_at_the_end(self, bank: Bank, waited: int) -> bool:
+        """The same where no block comes any more."""
+        lasted = bank.t - self.told.onset > BORNE_OUT
+        return bool(lasted and (self.confident or waited > TWICE))
+
+    def change(self, detail: tuple[float, ...] = ()) -> Change:
+        """What it is of, as a change that is there to stay.
+
+        Args:
+            detail: of a payload: mass, mx, my, mz.
+        """
+        told = self.told
+        return Change(
+            suspect=self.suspect,
+            onset=told.began[1],
+            shown=told.shown,
+            began=(told.began[0], told.began[2]),
+            alarm=told.t,
+            confidence=self.share,
+            evidence=told.evidence,
+            size=told.size,
+            size_sd=told.size_sd,
+            rate=told.rate,
+            rate_sd=told.rate_sd,
+            detail=detail,
+            rivals=self.rivals,
+            older=told.older,
+        )
+
+
+def alarm_of(candidates: Mapping[int, Explanation], evidence: Array) -> Alarm:
+    """What an alarm most likely is of.
+
+    Args:
+        candidates: suspects, and how each would explain it; one at least.
+        evidence: of every suspect, (h,) [nats].
+    """
+    of = list(candidates)
+    share = np.exp(evidence[of] - logsumexp(evidence[of]))
+    first, *others = np.argsort(-share, kind="stable")[:3].tolist()
+    rivals = tuple((of[k], float(share[k])) for k in others)
+    return Alarm(of[first], candidates[of[first]], float(share[first]), rivals)
