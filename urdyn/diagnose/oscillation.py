@@ -54,6 +54,11 @@ class Ring:
         """Of late [N·m]; a window may have the motion for a part of it."""
         return float(np.median([amplitude for _, amplitude, _ in self.course]))
 
+    def going_on(self, line: Line, t: Array) -> Ring:
+        """With this line at these times; of another joint its amplitudes are others."""
+        before = self.course if line.joint == self.joint else ()
+        return replace(self, joint=line.joint, course=going_on(before, t, line.sizes))
+
 
 @dataclass(frozen=True, eq=False)
 class Heard:
@@ -182,37 +187,37 @@ class Oscillation:
     ) -> tuple[Heard, list[Event]]:
         """One event for all joints that ring together.
 
-        What long windows see by chance they see again for as long as they overlap.
-
         Args:
             known: what is usual in this window.
         """
-        now, joint, sizes = float(t[-1]), line.joint, line.sizes
+        now = float(t[-1])
         missed = now - MISSED * WINDOWS[window]
-        ring = state.like(line, missed, now - AGAIN)
-        same = ring is not None
-        if ring is None:
-            whose = state.ring.whose if now - state.ring.last < AGAIN else None
-            ring = Ring(since=float(t[0]), within=WITHIN * window, joint=joint, whose=whose)
-        steady = sizes.min() > STAYS * sizes.max()  # in noise, too: a brake's line grows like it
+        like = state.like(line, missed, now - AGAIN)
+        before = like or _begun(state, line, t, window)
+        before = replace(before, last=now, frequency=line.frequency)
+        if before.told and line.joint != before.joint:  # what it shakes
+            return state.after(before), []
+        ring = before.going_on(line, t)
+        lasts = self._lasts(ring, line, window, known) and not doubted
+        if ring.told:
+            told = lasts and ring.course != before.course
+            return state.after(ring), [self._event(ring, line.ratio, True)] if told else []
+        # What long windows see by chance they see again for as long as they overlap.
+        seen = like is not None or window == SHORTEST
+        if lasts and seen and not state.louder(ring.joint, float(line.sizes.mean()), missed):
+            ring = replace(ring, told=True, whose=ring.joint)
+            return state.after(ring), [self._event(ring, line.ratio, False)]
+        return state.after(ring), []
+
+    def _lasts(self, ring: Ring, line: Line, window: float, known: bool) -> bool:
+        """Whether a line has been there for as long as one like it has to be."""
+        # In noise, too: a brake's line grows like it.
+        steady = line.sizes.min() > STAYS * line.sizes.max()
         sure = line.ratio >= self.rule["sure"]
         wait = self.rule["prompt" if sure and steady else "patience"]
         if not known or (window > SHORTEST and not sure):
             wait = 2.0 * window
-        ring = replace(ring, last=now, frequency=line.frequency)
-        if ring.told and joint != ring.joint:  # what it shakes
-            return state.after(ring), []
-        before = ring.course if joint == ring.joint else ()
-        after = going_on(before, t, sizes)
-        lasts = now - ring.since > wait and (same or window == SHORTEST)
-        goes_on, tell = ring.told, lasts and not doubted
-        if not goes_on:  # of several lines of a joint the loudest is told
-            tell &= not state.louder(joint, float(sizes.mean()), missed)
-        if tell and not goes_on:
-            ring = replace(ring, told=True, whose=joint)
-        ring = replace(ring, joint=joint, course=after)
-        tell &= not goes_on or after != before
-        return state.after(ring), [self._event(ring, line.ratio, goes_on)] if tell else []
+        return ring.last - ring.since > wait
 
     def _event(self, ring: Ring, ratio: float, goes_on: bool) -> Event:
         """A joint that rings, as it does by now."""
@@ -266,3 +271,9 @@ class Oscillation:
         coulomb = float(self.space.reference.drive.coulomb[line.joint])
         made = weave.by_friction(line.frequency * float(periods[line.joint]), coulomb)
         return weave.in_step(line.frequency, periods, window) or bool(line.sizes[2:].mean() < made)
+
+
+def _begun(state: Heard, line: Line, t: Array, window: float) -> Ring:
+    """A line that is heard first."""
+    whose = state.ring.whose if t[-1] - state.ring.last < AGAIN else None
+    return Ring(since=float(t[0]), within=WITHIN * window, joint=line.joint, whose=whose)
