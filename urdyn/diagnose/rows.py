@@ -16,6 +16,7 @@ import numpy as np
 from urdyn.dbn.robot_slice import presliding_doubt
 from urdyn.diagnose.space import Space
 from urdyn.diagnose.warmth import Warmth, usual
+from urdyn.identify.design import SETTLED
 from urdyn.model.drive import FRICTION, Drive
 from urdyn.model.friction import Contact, friction_torque
 from urdyn.types import Array, Mask, Motion
@@ -24,7 +25,6 @@ OWN = ("f", "alpha", "beta", "z", "o", "rotor")  # states that move the current 
 COULOMB, STRUCTURAL, HEALTH = (OWN.index(name) for name in ("f", "beta", "z"))
 SLIDING_DOUBT = 0.03  # [-] sd of the presliding state of a joint that slides; more where it creeps
 SMEARED = 0.15  # [-] of a row, by which kinematics that are estimated may be off
-SETTLED = 50.0  # presliding distances of travel after which the bristles are known
 
 
 @dataclass(frozen=True, eq=False)
