@@ -21,7 +21,6 @@ from urdyn.types import Array, Index
 SIZES = (1.0, 0.2)  # of the expected size, that a step may have
 RATES = (60.0, 600.0, 3600.0, 18000.0)  # [s] in which a ramp makes a change of the expected size
 SCALES = {"step": SIZES, "ramp": tuple(1.0 / tau for tau in RATES)}  # of it, of a ramp [1/s]
-NOBODY = -1
 ANY = (1.0, 5.0, 25.0)  # of the expected size, that what has just happened may have
 LEAST = 0.1  # [-] of its current that a drive takes at least, however healthy it becomes
 FINE = 0.05  # of a block, to which the time of an onset is told
@@ -32,7 +31,7 @@ class Suspect:
     """A kind on a joint."""
 
     kind: SlowKind
-    joint: int
+    joint: int | None  # None: the tool
     places: Index  # (r,) among the directions
     sd: Array  # (r,) of a change, in units of the states
     unit: float  # of the first state, per unit that people read
@@ -103,26 +102,25 @@ class Explanation:
 
 def suspects(space: Space, kinds: tuple[SlowKind, ...]) -> Suspects:
     """All kinds on all joints; what the tool carries is nobody's joint."""
-    J = space.joints
     each, states = [], list[int]()
     for kind in kinds:
-        for j in [NOBODY] if kind.of_tool else range(J):
+        for j in [None] if kind.of_tool else range(space.joints):
             of = [_place(space, state, j) for state in kind.change]
-            units = [np.broadcast_to(unit(space, state), J)[j] for state in kind.change]
+            units = [_unit(space, state, j) for state in kind.change]
             states += [k for k in of if k not in states]
             suspect = Suspect(
                 kind=kind,
                 joint=j,
                 places=np.array([states.index(k) for k in of]),
                 sd=np.array(list(kind.change.values())) * units,
-                unit=float(units[0]),
+                unit=units[0],
                 doubt=_doubt(space, kind, j),
             )
             each.append(suspect)
     return Suspects(np.array(states), tuple(each))
 
 
-def _doubt(space: Space, kind: SlowKind, joint: int) -> float:
+def _doubt(space: Space, kind: SlowKind, joint: int | None) -> float:
     """How far the friction may be off [-] of which a change is a share; 0 of none.
 
     Of all friction `friction.rise` knows.
@@ -132,10 +130,15 @@ def _doubt(space: Space, kind: SlowKind, joint: int) -> float:
     return float(np.sqrt(space.cov.diagonal()[_place(space, of, joint)])) if of else 0.0
 
 
-def _place(space: Space, state: str, joint: int) -> int:
-    if state in PAYLOAD_STATES:
+def _place(space: Space, state: str, joint: int | None) -> int:
+    if joint is None:
         return int(space.places["payload"].start) + PAYLOAD_STATES.index(state)
     return int(space.places[state].start) + joint
+
+
+def _unit(space: Space, state: str, joint: int | None) -> float:
+    each = unit(space, state)
+    return 1.0 if joint is None else float(np.broadcast_to(each, space.joints)[joint])
 
 
 def evidence(bank: Bank, kind: SlowKind, places: Index, sd: Array) -> Array:
@@ -300,7 +303,7 @@ def instant_evidence(C: Array, d: Array, of: Suspects) -> float:
     """How well the best suspect of a joint, of any size, explains moments [nats]."""
     best = 0.0
     for each in of.each:
-        if each.joint != NOBODY:
+        if each.joint is not None:
             at = each.places
             own, seen = C[None, at[:, None], at], d[None, at]
             ratios = [_log_ratio(own, seen, size * each.sd, each.kind.sign)[0] for size in ANY]

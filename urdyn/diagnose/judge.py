@@ -228,9 +228,11 @@ class Judge:
         In the unit of the state that measures it; of friction as all of it has grown, over the
         motion since.
         """
-        joint, at = self.of.each[fault.suspect].joint, self._measured(fault.suspect)
-        lost = (b.lost for b in state.recall.blocks if b.end > fault.onset_lo)
-        of = friction.share(lost, joint) if fault.was else None
+        at, of = self._measured(fault.suspect), None
+        if fault.was:
+            joint = self._joint(fault.suspect)
+            lost = (b.lost for b in state.recall.blocks if b.end > fault.onset_lo)
+            of = friction.share(lost, joint)
         if fault.was is None or of is None:
             return [(t, float(x[at]), float(np.sqrt(P[at, at]))) for t, x, P in beliefs]
         _, first = self._friction(*self.healthy.first, joint)
@@ -245,7 +247,7 @@ class Judge:
         told = {}
         for fault in state.known:
             if fault.was:
-                joint = self.of.each[fault.suspect].joint
+                joint = self._joint(fault.suspect)
                 now = self._friction(state.bank.x, state.bank.P, joint)
                 _, first = self._friction(*self.healthy.first, joint)
                 told[fault.suspect] = friction.apart(now, fault.was, first)
@@ -253,18 +255,23 @@ class Judge:
 
     def _of_what_was(self, state: SlowState, fault: Fault, known: tuple[Fault, ...]) -> Fault:
         """With what was believed of its joint's friction before, where it is one of that."""
-        suspect = self.of.each[fault.suspect]
-        if not suspect.kind.of_friction:
+        if not self.of.each[fault.suspect].kind.of_friction:
             return fault
         straying = self.healthy.loosened(known, state.learnt.steadiness.share)
         x, P = state.recall.before(fault, self.healthy, known, straying)
-        return replace(fault, was=self._friction(x, P, suspect.joint))
+        return replace(fault, was=self._friction(x, P, self._joint(fault.suspect)))
 
     def _friction(self, x: Array, P: Array, joint: int) -> friction.Belief:
         """Of a belief in the states, (N,) and (N, N), that in a joint's friction."""
         places = self.healthy.space.places
         at = np.array([places[name].start + joint for name in friction.TERMS])
         return x[at], P[np.ix_(at, at)]
+
+    def _joint(self, k: int) -> int:
+        """Whose friction a suspect is."""
+        joint = self.of.each[k].joint
+        assert joint is not None, "a tool has no friction"
+        return joint
 
     def _measured(self, k: int) -> int:
         """Place of the state that measures a suspect's change."""

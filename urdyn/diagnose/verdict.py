@@ -11,7 +11,7 @@ import numpy as np
 from urdyn.diagnose.change import Change
 from urdyn.diagnose.encoder import ENCODER
 from urdyn.diagnose.event import Event
-from urdyn.diagnose.explain import NOBODY, Suspect, Suspects
+from urdyn.diagnose.explain import Suspect, Suspects
 from urdyn.diagnose.finding import SEVERITIES, Finding, severity
 from urdyn.diagnose.prognosis import Course, trend
 from urdyn.diagnose.recall import Series
@@ -43,7 +43,7 @@ def of_change(change: Change, of: Suspects, space: Space, rules: Rules, trace: S
         "rate_per_s": rate,
         "rate_sd": rate_sd,
         "rivals": [
-            {"kind": of.each[k].kind.finding_kind, "joint": _joint(of.each[k]), "share": share}
+            {"kind": of.each[k].kind.finding_kind, "joint": of.each[k].joint, "share": share}
             for k, share in change.rivals
         ],
         "series": _series(_read(suspect, trace)),
@@ -57,7 +57,7 @@ def of_change(change: Change, of: Suspects, space: Space, rules: Rules, trace: S
     return Finding(
         id=identity(suspect, space) + (f"@{onset:.1f}" if kind.of_tool else ""),
         kind=kind.finding_kind,
-        joint=_joint(suspect),
+        joint=suspect.joint,
         name=name,
         onset_s=onset,
         onset_interval_s=change.began,
@@ -195,7 +195,7 @@ def _gone(old: Finding, suspect: Suspect, series: Series) -> bool:
     least = suspect.kind.least  # of its own state; of all friction what may as well be none
     if suspect.kind.of_friction:
         least = min(least, SURELY_BELOW * sd)
-    return suspect.joint != NOBODY and left < least and surely
+    return suspect.joint is not None and left < least and surely
 
 
 def _forecast(suspect: Suspect, course: Course) -> dict[str, Any] | None:
@@ -215,11 +215,9 @@ def _left(forecast: Mapping[str, Any] | None) -> Mapping[str, float] | None:
 
 
 def _name(suspect: Suspect, space: Space) -> str:
-    return "tool" if suspect.joint == NOBODY else space.reference.arm.joint_names[suspect.joint]
-
-
-def _joint(suspect: Suspect) -> int | None:
-    return None if suspect.joint == NOBODY else suspect.joint
+    if suspect.joint is None:
+        return "tool"
+    return space.reference.arm.joint_names[suspect.joint]
 
 
 def _payload(inertials: Sequence[float]) -> dict[str, Any]:
