@@ -17,12 +17,12 @@ from urdyn.diagnose.recurring import (
     BIN,
     BINS,
     FEWEST,
+    PATTERN,
     RECURS,
     _apart,
     _ratios,
     at_first,
     faded,
-    p,
     unjolted,
 )
 from urdyn.identify import Fit
@@ -60,12 +60,12 @@ def _rebound(after: Array) -> Array:
 def test_evidence_is_that_of_windows_one_by_one() -> None:
     """Each is of a t distribution, given those before it [Murphy2007]."""
     rng = np.random.default_rng(1)
-    Psi, y = invwishart.rvs(DOF, np.eye(p), random_state=rng), rng.normal(size=(7, p))
+    Psi, y = invwishart.rvs(DOF, np.eye(PATTERN), random_state=rng), rng.normal(size=(7, PATTERN))
 
     def one_by_one(latest: Array, k: float) -> float:
-        mean, scale, dof, told = np.zeros(p), Psi, DOF, 0.0
+        mean, scale, dof, told = np.zeros(PATTERN), Psi, DOF, 0.0
         for each in latest:
-            free = dof - p + 1.0
+            free = dof - PATTERN + 1.0
             shape = scale * (k + 1.0) / (k * free)
             told += multivariate_t.logpdf(each, mean, shape, free)
             scale = scale + k / (k + 1.0) * np.outer(each - mean, each - mean)
@@ -80,12 +80,14 @@ def test_evidence_is_that_of_windows_one_by_one() -> None:
 def test_sound_windows_keep_the_promise() -> None:
     """Once in so many is evidence as much as that, at the most: a binomial's 4 sd."""
     rng, draws, once = np.random.default_rng(2), 2000, 100.0
-    Psi = (DOF - p - 1.0) * np.eye(p)
+    Psi = (DOF - PATTERN - 1.0) * np.eye(PATTERN)
     alarms = 0
     for C in invwishart.rvs(DOF, Psi, size=draws, random_state=rng):
         root = np.linalg.cholesky(C)
-        d = root @ rng.normal(size=p) / np.sqrt(SOUND)
-        alarms += _ratios(d + rng.normal(size=(12, p)) @ root.T, Psi, DOF, SOUND)[-1] > np.log(once)
+        d = root @ rng.normal(size=PATTERN) / np.sqrt(SOUND)
+        alarms += _ratios(d + rng.normal(size=(12, PATTERN)) @ root.T, Psi, DOF, SOUND)[
+            -1
+        ] > np.log(once)
     assert alarms <= draws / once + 4.0 * np.sqrt(draws / once)
 
 

@@ -53,6 +53,22 @@ class Reversals:
 
 
 @dataclass(frozen=True, eq=False)
+class Loaded:
+    """Rows beside the model that carries a tool."""
+
+    rows: Rows
+    tool: Array  # (10,) inertials of that
+    load: Array  # (N, J) [N·m] of the joints
+    left: Array  # (N, J) [A] of their currents
+
+    def zero(self, row: int, j: int) -> float:
+        """When joint j's load was zero, within the step to a row [s]."""
+        before, t = self.load[row - 1, j], self.rows.t
+        share = before / (before - self.load[row, j])
+        return float(t[row - 1] + share * (t[row] - t[row - 1]))
+
+
+@dataclass(frozen=True, eq=False)
 class Backlash:
     """Sequential test for gaps in gears, over reversals of their load [Roberts1966]_."""
 
@@ -112,42 +128,39 @@ class Backlash:
         if state.tail is not None and rows.t[0] - state.tail.t[-1] < GAP * self.period:
             whole, done = joined((state.tail, rows)), state.tail.t[-1] - longest
         state = _forgotten(self._moved(state, rows), swung)
-        K = self.space.reference.drive.gain
-        own = np.einsum("njk,k->nj", whole.tool, tool)
-        load = whole.load + K * own
-        left = whole.residual - own
+        seen = self._loaded(whole, tool)
         ready = whole.t <= whole.t[-1] - longest
         new = whole.t > done
-        turned = np.zeros(load.shape, dtype=bool)
-        turned[1:] = load[1:] * load[:-1] < 0.0
+        turned = np.zeros(seen.load.shape, dtype=bool)
+        turned[1:] = seen.load[1:] * seen.load[:-1] < 0.0
         heard = (ready & new)[:, None] & ~ill & ~_during(swung, whole.t[:, None])
         judged = turned & heard
         found = list[Event]()
         for row, j in np.argwhere(judged).tolist():
-            state = self._reversal(
-                state,
-                whole,
-                load=load[:, j],
-                left=left[:, j],
-                row=row,
-                j=j,
-                tool=tool,
-                beside=turned[np.abs(whole.t - whole.t[row]) < REACH].any(axis=0),
-            )
+            beside = turned[np.abs(whole.t - whole.t[row]) < REACH].any(axis=0)
+            state = self._reversal(state, seen, row, j, beside)
             state, event = self._judged(state, j, float(whole.t[-1]))
             found += [event] if event else []
-        state, more = self._recurs(state, whole, load=load, left=left, heard=heard)
+        state, more = self._recurs(state, seen, heard)
         kept = longest + max(earlier, LONG) + self.period
         keep = int(np.searchsorted(whole.t, whole.t[-1] - kept))
         open_now = state.told & _lately(turned, whole.t, crossed[-1])[len(whole) - len(rows) :]
         return replace(state, tail=whole.part(keep, len(whole))), found + more, open_now
 
-    def _recurs(
-        self, state: Reversals, rows: Rows, load: Array, left: Array, heard: Mask
-    ) -> tuple[Reversals, list[Event]]:
+    def _loaded(self, rows: Rows, tool: Array) -> Loaded:
+        own = np.einsum("njk,k->nj", rows.tool, tool)
+        load = rows.load + self.space.reference.drive.gain * own
+        return Loaded(rows, tool, load, rows.residual - own)
+
+    def _recurs(self, state: Reversals, seen: Loaded, heard: Mask) -> tuple[Reversals, list[Event]]:
         """With what recurs at reversals of joints of which no gap was told."""
         recurred, found = self.recurring.step(
-            state.recurred, rows, load=load, left=left, judged=heard, told=state.told
+            state.recurred,
+            seen.rows,
+            load=seen.load,
+            left=seen.left,
+            judged=heard,
+            told=state.told,
         )
         told = state.told.copy()
         told[[event.joint for event in found]] = True
@@ -165,32 +178,23 @@ class Backlash:
         )
 
     def _reversal(
-        self,
-        state: Reversals,
-        rows: Rows,
-        load: Array,
-        left: Array,
-        row: int,
-        j: int,
-        tool: Array,
-        beside: Mask,
+        self, state: Reversals, seen: Loaded, row: int, j: int, beside: Mask
     ) -> Reversals:
-        """Weigh every gap by one reversal, whichever way it is crossed.
+        """Weigh every gap of joint j by one reversal, whichever way it is crossed.
 
         Args:
+            row: the first after it.
             beside: joints whose load turns over at about the same time, (J,).
         """
-        # the moment within the step in which the load was zero
-        share = load[row - 1] / (load[row - 1] - load[row])
-        t0 = rows.t[row - 1] + share * (rows.t[row] - rows.t[row - 1])
+        rows, load, left, t0 = seen.rows, seen.load[:, j], seen.left[:, j], seen.zero(row, j)
         after = rows.t - t0
         crossed = self.crossing.weigh(rows, after, load=load, left=left, j=j)
-        flown = self.flight.weigh(rows, after, load=load, left=left, j=j, tool=tool)
+        flown = self.flight.weigh(rows, after, load=load, left=left, j=j, tool=seen.tool)
         llr, shown = np.concatenate([crossed, flown], axis=1)
         if not shown.any():
             return state
         own = self._own(state, j, llr, beside)
-        return _weighed(state, j, llr=own, shown=shown, t=float(t0))
+        return _weighed(state, j, llr=own, shown=shown, t=t0)
 
     def _own(self, state: Reversals, j: int, llr: Array, beside: Mask) -> Array:
         """What a reversal says for gaps of joint j, (gaps,) [nats], which others may have jolted.

@@ -43,9 +43,7 @@ RECURS = (1.0, 0.1)  # windows that what is known of play counts for
 TILE = 0.1  # [s] from one window to the next, that any time is known by
 KNOWN, MOST = 20.0, 60.0  # windows apart that C is known by: fewer tell nothing; it may change
 FADES = (0.02, 0.1)  # [rad/s] with which friction may fade otherwise than was thought
-p = KEPT.stop - KEPT.start
-
-
+PATTERN = KEPT.stop - KEPT.start  # p, bins of that
 WAYS = ("load", "velocity", "current")  # of what a reversal is one
 
 
@@ -62,8 +60,8 @@ class Recurred:
 def at_first(joints: int) -> Recurred:
     """Nothing seen yet."""
     nan = partial(np.full, fill_value=np.nan)
-    shape = (joints, len(WAYS), LAST)
-    return Recurred(np.zeros((joints, p, p)), np.zeros(joints), nan((*shape, p)), nan(shape))
+    cov, shape = np.zeros((joints, PATTERN, PATTERN)), (joints, len(WAYS), LAST)
+    return Recurred(cov, np.zeros(joints), nan((*shape, PATTERN)), nan(shape))
 
 
 @dataclass(frozen=True, eq=False)
@@ -140,7 +138,7 @@ class Recurring:
         if known < KNOWN or len(y) < FEWEST:
             return None
         sound = self.rule["recurs"] ** -2.0
-        each = _ratios(y, known * state.cov[j], known + p + 1.0, sound)
+        each = _ratios(y, known * state.cov[j], known + PATTERN + 1.0, sound)
         evidence = float(logsumexp(each) - np.log(2.0 * len(WAYS) * self.space.joints))
         if evidence < self.needed:
             return None
@@ -171,7 +169,7 @@ class Recurring:
 
         T = sqrt(4 b I_r / f), as in `crossing`; what recurs lasts twice as long as its middle.
         """
-        drive, t = self.space.reference.drive, (np.arange(p) - 0.5) * BIN
+        drive, t = self.space.reference.drive, (np.arange(PATTERN) - 0.5) * BIN
         lasting = 2.0 * float(np.average(np.maximum(t, 0.0), weights=np.abs(shape)))
         return float(drive.coulomb[j] * lasting**2 / (4.0 * drive.rotor_inertia[j])), lasting
 
@@ -258,7 +256,7 @@ def _ratios(y: Array, Psi: Array, dof: float, sound: float) -> Array:
         dof: its degrees of freedom.
         sound: k of a sound joint.
     """
-    n = np.arange(1.0, len(y) + 1.0)[:, None, None]
+    n, p = np.arange(1.0, len(y) + 1.0)[:, None, None], y.shape[1]
     latest = y[::-1]
     mean = np.cumsum(latest, axis=0)[:, :, None] / n
     square = mean * np.swapaxes(mean, 1, 2)
