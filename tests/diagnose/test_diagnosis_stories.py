@@ -312,4 +312,4 @@ def test_what_was_repaired_is_not_told_again_a_minute_later(shop) -> None:
     )
     (told,) = diagnose(shop.fit, with_current(sound, lasted)).findings
     assert (told.kind, told.joint) == ("friction_increase", 1)
-    assert told.text.endswith("gone by now") and "repaired" in told.advice
+    assert told.gone and told.text.endswith("gone by now") and "repaired" in told.advice

@@ -35,6 +35,7 @@ class Finding:
     acknowledged: bool = False
     forecast: Mapping[str, Any] | None = None  # `Course.forecast`; None: no trend is established
     older: bool = False  # it may have begun before the run; then onset_s is the first look at it
+    gone: bool = False  # nothing is left of it: it was repaired, or passed
 
     def plain(self) -> dict[str, Any]:
         """As numbers and words, for JSON."""

@@ -181,6 +181,7 @@ def _grown(old: Finding, suspect: Suspect, series: Series, now: float) -> Findin
         text=text + (", gone by now" if gone else _likewise(kind)),
         advice=GONE if gone else kind.advice,
         evidence=dict(old.evidence) | {"series": _series(series)},
+        gone=gone,
     )
     if course is None:
         return new
@@ -191,7 +192,7 @@ def _gone(old: Finding, suspect: Suspect, series: Series) -> bool:
     """Whether a joint's change is too small to be told by now, and surely less than it has been."""
     _, size, sd = series[-1]
     left, most = suspect.grown(size), max(suspect.grown(each) for _, each, _ in series)
-    surely = old.advice == GONE or left + SURELY_BELOW * sd < most
+    surely = old.gone or left + SURELY_BELOW * sd < most
     least = suspect.kind.least  # of its own state; of all friction what may as well be none
     if suspect.kind.of_friction:
         least = min(least, SURELY_BELOW * sd)
