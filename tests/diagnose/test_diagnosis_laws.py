@@ -15,13 +15,15 @@ from urdyn.diagnose.acknowledge import acknowledge, acknowledged
 from urdyn.diagnose.carrying import MOMENT
 from urdyn.diagnose.change import Change
 from urdyn.diagnose.desk import Desk
-from urdyn.diagnose.diagnosis import BEAT, Diagnosis, Now, State
+from urdyn.diagnose.diagnosis import Diagnosis
 from urdyn.diagnose.document import findings_document
 from urdyn.diagnose.event import Event
 from urdyn.diagnose.finding import Finding
 from urdyn.diagnose.offline import diagnose
+from urdyn.diagnose.pace import BEAT, Pace
 from urdyn.diagnose.prognosis import FAN, Course, trend
 from urdyn.diagnose.rules import Rules, read_rules
+from urdyn.diagnose.state import Now, State
 from urdyn.diagnose.task import Task
 from urdyn.diagnose.verdict import of_change, up_to_date
 from urdyn.errors import InputError
@@ -377,15 +379,15 @@ def test_a_straight_series_goes_on_straight_and_a_short_one_is_none() -> None:
 
 
 @pytest.mark.parametrize("rate", [20.0, 25.0, 50.0, 62.5, 100.0, 125.0, 250.0, 500.0])
-def test_a_moment_lasts_half_a_second_at_any_rate(shop: Shop, rate: float) -> None:
+def test_a_moment_lasts_half_a_second_at_any_rate(rate: float) -> None:
     """125 Hz divide into no quarter of a second, and a beat that waits for it takes two."""
-    of, t = Diagnosis(shop.fit, 1.0 / rate), 7.3 + np.arange(2.0 * rate) / rate
+    of, t = Pace(1.0 / rate), 7.3 + np.arange(2.0 * rate) / rate
 
     def rows(least: float, step: int) -> int:
         """As many as that takes, of rows that come so many at a time."""
-        return next(n for n in range(step, len(t), step) if of._lasted(t[0], t[n - 1], least))
+        return next(n for n in range(step, len(t), step) if of.lasted(t[0], t[n - 1], least))
 
-    for step in (of._beat_rows, of._chunk_rows):  # at once, and live
+    for step in (of.beat, of.chunk):  # at once, and live
         beat = rows(BEAT, step)
-        assert abs(beat / rate - BEAT) <= 0.1 * BEAT or beat == of._beat_rows
+        assert abs(beat / rate - BEAT) <= 0.1 * BEAT or beat == of.beat
         assert rows(MOMENT, beat) == 2 * beat

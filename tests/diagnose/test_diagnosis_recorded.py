@@ -6,7 +6,7 @@ import pytest
 from realarm import Recorded, grown, worn
 
 from urdyn.diagnose import Diagnosis, diagnose
-from urdyn.diagnose.diagnosis import Now
+from urdyn.diagnose.state import Now
 from urdyn.identify import Fit
 from urdyn.signal import condition, samples
 from urdyn.tracking import Tracker

@@ -8,7 +8,7 @@ from realarm import with_current
 from shop import Shop
 
 from urdyn.diagnose import diagnose
-from urdyn.diagnose.diagnosis import Now
+from urdyn.diagnose.state import Now
 from urdyn.signal import Causal, samples
 
 SLOW, QUICK = 25.0, 100.0  # [Hz] what blocks of seconds tell needs no more

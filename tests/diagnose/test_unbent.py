@@ -11,9 +11,9 @@ from scipy.signal import lfilter
 from shop import Shop
 
 from urdyn.diagnose import Finding, Report, diagnose
-from urdyn.diagnose.diagnosis import Now
 from urdyn.diagnose.fault import Fault
 from urdyn.diagnose.slow import Slow
+from urdyn.diagnose.state import Now
 from urdyn.signal import Instant, condition
 from urdyn.types import Log
 

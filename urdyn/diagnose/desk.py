@@ -9,9 +9,10 @@ from typing import Any
 
 from urdyn.diagnose import memory
 from urdyn.diagnose.acknowledge import FOUND, acknowledged, forget_gone
-from urdyn.diagnose.diagnosis import Diagnosis, Now, State
+from urdyn.diagnose.diagnosis import Diagnosis
 from urdyn.diagnose.document import findings_document
 from urdyn.diagnose.finding import Finding
+from urdyn.diagnose.state import Now, State
 from urdyn.diagnose.task import KEPT, Task
 from urdyn.diagnose.wire import SERIES
 from urdyn.io import write_text

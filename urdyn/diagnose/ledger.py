@@ -1,20 +1,123 @@
-"""The book of findings: what is new is entered, and what is known by name goes on."""
+"""The book of findings: what is new is entered, and what is known by name goes on.
+
+What a joint's play explains, or another change, is taken out again.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
 
 from urdyn.diagnose import zero
 from urdyn.diagnose.event import Event
 from urdyn.diagnose.finding import Finding
+from urdyn.diagnose.judge import Judge
 from urdyn.diagnose.lossy import of_the_stream
+from urdyn.diagnose.recall import Level
+from urdyn.diagnose.recurring import Recurred, unjolted
 from urdyn.diagnose.rules import Rules
+from urdyn.diagnose.slow_state import SlowState
 from urdyn.diagnose.space import Space
 from urdyn.diagnose.trust import in_company
-from urdyn.diagnose.verdict import of_event, worse
+from urdyn.diagnose.verdict import (
+    apart,
+    identity,
+    of_change,
+    of_event,
+    risen,
+    up_to_date,
+    worse,
+)
+
+SERIES = 400  # blocks of a found change that are remembered
 
 Findings = tuple[Finding, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Book:
+    """What was found."""
+
+    findings: Findings = ()  # as they were last told
+    # How the slow ones went, by suspect.
+    series: Mapping[int, tuple[Level, ...]] = field(default_factory=dict)
+    upto: float = np.nan  # [s] end of the last block that was looked at
+
+
+@dataclass(frozen=True, eq=False)
+class Ledger:
+    """Enters what the tests tell in a book, and says which of it is new or worse."""
+
+    space: Space
+    rules: Rules
+    judge: Judge
+
+    def events(self, book: Book, events: Iterable[Event]) -> tuple[Book, list[Finding]]:
+        """With events; one that only goes on is told again where it is graver by now."""
+        after, told = book.findings, set[str]()
+        for event in events:  # one by one: a zero may jump there and back within a beat
+            finding = finding_of(event, after, self.space, self.rules)
+            after, _ = entered(after, [finding])
+            told.add(finding.id)
+        found = [finding for finding in after if finding.id in told]
+        return replace(book, findings=after), to_be_told(book.findings, found)
+
+    def unjolted(self, book: Book, seen: Recurred) -> Book:
+        """Without pushes that are a joint's play."""
+        coulomb = self.space.reference.drive.coulomb
+        return replace(book, findings=unjolted(book.findings, seen, coulomb))
+
+    def changes(self, book: Book, slow: SlowState) -> tuple[Book, list[Finding]]:
+        """With new changes, and as those that are known went on."""
+        book, found = self._new(self._withdrawn(book, slow), slow)
+        if slow.bank.t == book.upto or np.isnan(slow.bank.t):
+            return book, found
+        book = self._gone_on(book, slow)
+        grown = risen(book.findings, self.now(book, slow))
+        findings, more = entered(book.findings, grown)
+        return replace(book, findings=findings), found + more
+
+    def now(self, book: Book, slow: SlowState) -> list[Finding]:
+        """All findings, as they are by now."""
+        known = {k: self.judge.of.each[k] for k in slow.suspects}
+        told = up_to_date(book.findings, known, book.series, self.space, book.upto)
+        return apart(told, known, self.judge.terms(slow), self.space)
+
+    def _new(self, book: Book, slow: SlowState) -> tuple[Book, list[Finding]]:
+        """With the changes that this step has settled."""
+        series, new = dict(book.series), []
+        for change in slow.found:
+            of_tool = self.judge.of.each[change.suspect].kind.of_tool
+            if not of_tool and change.suspect not in slow.suspects:
+                continue
+            trace = [] if of_tool else self.judge.trace(slow, change.suspect)
+            series[change.suspect] = tuple(trace)
+            new.append(of_change(change, self.judge.of, self.space, self.rules, trace))
+        findings, found = entered(book.findings, new)
+        return replace(book, series=series, findings=findings), found
+
+    def _gone_on(self, book: Book, slow: SlowState) -> Book:
+        """With the last block of every change that is known."""
+        series = dict(book.series)
+        for k, level in self.judge.levels(slow).items():
+            had = series.get(k, ())
+            if not had or level[0] > had[-1][0]:  # a trace has the last block
+                series[k] = (*had, level)[-SERIES:]
+        return replace(book, series=series, upto=slow.bank.t)
+
+    def _withdrawn(self, book: Book, slow: SlowState) -> Book:
+        """Without findings of which nothing is left since another one explains them."""
+        of = self.judge.of.each
+        gone = {k for k in book.series if not of[k].kind.of_tool and k not in slow.suspects}
+        if not gone:
+            return book
+        ids = {identity(of[k], self.space) for k in gone}
+        series = {k: levels for k, levels in book.series.items() if k not in gone}
+        return replace(
+            book, series=series, findings=tuple(f for f in book.findings if f.id not in ids)
+        )
 
 
 def finding_of(event: Event, book: Findings, space: Space, rules: Rules) -> Finding:

@@ -16,15 +16,15 @@ import numpy as np
 from urdyn.diagnose.backlash import Reversals
 from urdyn.diagnose.carried import Mode, Shown
 from urdyn.diagnose.carrying import Carrying, Waiting
-from urdyn.diagnose.change import Change
+from urdyn.diagnose.change import Change, Push
 from urdyn.diagnose.collision import Quiet
 from urdyn.diagnose.creep import Creep
-from urdyn.diagnose.diagnosis import Now, State
 from urdyn.diagnose.encoder import Unseen
 from urdyn.diagnose.fast import FastState
 from urdyn.diagnose.fault import Fault
 from urdyn.diagnose.finding import Finding
 from urdyn.diagnose.learning import Learnt
+from urdyn.diagnose.ledger import Book
 from urdyn.diagnose.loudness import Loudness
 from urdyn.diagnose.moment import Means, Pool
 from urdyn.diagnose.onsets import Bank, Block
@@ -36,6 +36,7 @@ from urdyn.diagnose.ringing_line import Usual
 from urdyn.diagnose.rows import Rows
 from urdyn.diagnose.sensor import Felt
 from urdyn.diagnose.slow_state import LearntBy, SlowState
+from urdyn.diagnose.state import Now, State
 from urdyn.diagnose.steadiness import Steadiness
 from urdyn.diagnose.warmth import Warmth
 from urdyn.errors import InputError
@@ -44,9 +45,9 @@ from urdyn.signal import Instant
 from urdyn.tracking.checkpoint import DAMAGE
 
 KNOWN = (
-    Bank, Bin, Block, Carrying, Change, Creep, Fault, FastState, Felt, Finding, Heard, Instant,
-    Learnt, LearntBy, Loudness, Means, Mode, Now, Pool, Quiet, Recall, Recurred, Reversals, Ring,
-    Rows, Shown, SlowState, State, Steadiness, Unseen, Usual, Waiting, Warmth,
+    Bank, Bin, Block, Book, Carrying, Change, Creep, Fault, FastState, Felt, Finding, Heard,
+    Instant, Learnt, LearntBy, Loudness, Means, Mode, Now, Pool, Push, Quiet, Recall, Recurred,
+    Reversals, Ring, Rows, Shown, SlowState, State, Steadiness, Unseen, Usual, Waiting, Warmth,
 )  # fmt: skip
 CLASSES = {kind.__name__: kind for kind in KNOWN}
 
@@ -91,7 +92,7 @@ def _tree(value: Any, arrays: dict[str, Any]) -> Any:
         case tuple() | list():
             return [type(value).__name__, [_tree(inner, arrays) for inner in value]]
         case Mapping():
-            return ["dict", {str(key): _tree(inner, arrays) for key, inner in value.items()}]
+            return ["dict", [[key, _tree(inner, arrays)] for key, inner in value.items()]]
         case np.generic():
             return value.item()
     return value
@@ -107,6 +108,6 @@ def _value(tree: Any, arrays: Mapping[str, Any]) -> Any:
             return tuple(_value(x, arrays) for x in inner)
         case ["list", list(inner)]:
             return [_value(x, arrays) for x in inner]
-        case ["dict", dict(inner)]:
-            return {key: _value(x, arrays) for key, x in inner.items()}
+        case ["dict", list(inner)]:
+            return {key: _value(x, arrays) for key, x in inner}
     return tree
