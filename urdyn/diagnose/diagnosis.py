@@ -263,7 +263,7 @@ def _bends(event: Event) -> bool:
     """
     if event.goes_on:
         return False
-    return event.kind in BENDS and event.evidence.get("mode") not in ("dropped", "erratic")
+    return event.kind in BENDS and event.says.mode not in ("dropped", "erratic")
 
 
 def _last(events: Iterable[Event], before: Push) -> Push:

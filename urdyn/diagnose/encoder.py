@@ -11,11 +11,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from urdyn.diagnose.event import CERTAIN, USELESS, Event
+from urdyn.diagnose.evidence import ENCODER
 from urdyn.diagnose.sensor import HEALED
 from urdyn.signal.stuck import APART
 from urdyn.types import Array, Mask
-
-ENCODER = "encoder"  # the mode of a sensor fault that is one of angles
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,6 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+from urdyn.diagnose.evidence import Evidence
+
 CERTAIN = 0.99  # [-] that a test which alarms is right, before it is said how far to trust its name
 USELESS = 10.0  # size of a sensor that tells nothing: beyond any level
 
@@ -24,3 +26,8 @@ class Event:
     size_sd: float = float("nan")  # NaN: nobody knows
     within: float = 0.1  # [s] of which it began
     goes_on: bool = False  # it was told before, and this is how it is by now
+
+    @property
+    def says(self) -> Evidence:
+        """Its evidence, by type."""
+        return Evidence(self.evidence)

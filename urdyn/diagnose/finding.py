@@ -6,6 +6,8 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
+from urdyn.diagnose.evidence import Evidence
+
 SEVERITIES = ("notice", "warning", "critical")
 
 
@@ -36,6 +38,11 @@ class Finding:
     forecast: Mapping[str, Any] | None = None  # `Course.forecast`; None: no trend is established
     older: bool = False  # it may have begun before the run; then onset_s is the first look at it
     gone: bool = False  # nothing is left of it: it was repaired, or passed
+
+    @property
+    def says(self) -> Evidence:
+        """Its evidence, by type."""
+        return Evidence(self.evidence)
 
     def plain(self) -> dict[str, Any]:
         """As numbers and words, for JSON."""

@@ -12,6 +12,7 @@ import numpy as np
 
 from urdyn.diagnose import zero
 from urdyn.diagnose.event import Event
+from urdyn.diagnose.event_finding import of_event
 from urdyn.diagnose.finding import Finding
 from urdyn.diagnose.judge import Judge
 from urdyn.diagnose.lossy import of_the_stream
@@ -25,7 +26,6 @@ from urdyn.diagnose.verdict import (
     apart,
     identity,
     of_change,
-    of_event,
     risen,
     up_to_date,
     worse,
@@ -126,7 +126,7 @@ def finding_of(event: Event, book: Findings, space: Space, rules: Rules) -> Find
     old = next((f for f in book if f.id == finding.id), None)
     if old is None:
         return finding
-    if "jump_rad" in event.evidence:
+    if event.kind == zero.KIND:
         event = zero.beside(event, old, rules.levels(event.kind))
     if _goes_on(old, event.onset):
         event = replace(event, onset=old.onset_s)

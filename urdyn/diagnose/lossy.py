@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
-from urdyn.diagnose.encoder import ENCODER
+from urdyn.diagnose.evidence import Evidence
 from urdyn.diagnose.finding import Finding
 from urdyn.diagnose.trust import AT_ONCE, PAIR
 
@@ -20,7 +20,7 @@ ADVICE = "look at the recorder and the network: sensors of {} joints do not fall
 
 def silent(kind: str, evidence: Mapping[str, Any]) -> bool:
     """Whether a finding is of a sensor that tells, or told, nothing."""
-    return kind == "sensor_fault" and evidence.get("mode") in ("dropped", ENCODER)
+    return kind == "sensor_fault" and Evidence(evidence).silent
 
 
 def of_the_stream(findings: Sequence[Finding]) -> list[Finding]:
@@ -40,5 +40,5 @@ def of_the_stream(findings: Sequence[Finding]) -> list[Finding]:
 
 def _span(finding: Finding) -> tuple[float, float]:
     """From its first alarm to the last that is known of it [s]."""
-    told = finding.evidence
-    return finding.alarm_s, max(finding.alarm_s, *(told.get(k, 0.0) for k in ("anew_s", "until_s")))
+    says, first = finding.says, finding.alarm_s
+    return first, max(first, says.anew or 0.0, says.until or 0.0)

@@ -185,7 +185,7 @@ def unjolted(findings: Sequence[Finding], seen: Recurred, coulomb: Array) -> tup
     def own(f: Finding) -> bool:
         if f.kind != "collision":
             return False
-        j = int(np.argmax(np.abs(f.evidence["torque_Nm"]) / coulomb))
+        j = int(np.argmax(np.abs(f.says.torque) / coulomb))
         after = f.onset_s - seen.t[j]
         return j in loose and bool(((after > -PUSHED) & (after < SPAN)).any())
 

@@ -1,4 +1,4 @@
-"""Findings out of what the tests have seen, in words and numbers that a plant uses."""
+"""Findings of slow changes, in words and numbers that a plant uses."""
 
 from __future__ import annotations
 
@@ -9,8 +9,6 @@ from typing import Any
 import numpy as np
 
 from urdyn.diagnose.change import Change
-from urdyn.diagnose.encoder import ENCODER
-from urdyn.diagnose.event import Event
 from urdyn.diagnose.explain import Suspect, Suspects
 from urdyn.diagnose.finding import SEVERITIES, Finding, severity
 from urdyn.diagnose.prognosis import Course, trend
@@ -23,7 +21,6 @@ from urdyn.types import NORMAL90
 
 WORSE = 0.25  # [-] of its size by which a finding has to change to be told again
 SURELY_BELOW = 2.0  # [sd] by which a change has to be below a level that it had reached
-SHOWS = {"dropped": "silent", ENCODER: "stuck or silent"}  # modes of a sensor, in words
 GONE = "it was repaired, or passed: nothing is left of it"
 
 
@@ -77,41 +74,6 @@ def of_change(change: Change, of: Suspects, space: Space, rules: Rules, trace: S
     )
 
 
-def of_event(event: Event, space: Space, rules: Rules) -> Finding:
-    """A fast kind."""
-    levels = rules.levels(event.kind)
-    if event.kind == "sensor_fault":
-        sensor = _sensor(event)
-        levels = {"warning": 0.0, "critical": 1.0, "quantity": sensor, "unit": "-"}
-        levels |= {"advice": f"check the {sensor} of this joint"}
-    if "until_s" in event.evidence:
-        loose = f"look for a loose contact at the {_sensor(event)} of this joint"
-        levels = {**levels, "warning": 0.0, "advice": loose}
-    arm = space.reference.arm
-    names = arm.link_names if event.kind == "collision" else arm.joint_names
-    name = names[event.joint]
-    once = event.kind == "collision"
-    return Finding(
-        id=f"{event.kind}.{name}" + (f"@{event.onset:.1f}" if once else _which(event)),
-        kind=event.kind,
-        joint=event.joint,
-        name=name,
-        onset_s=event.onset,
-        onset_interval_s=(event.onset - event.within, event.onset + event.within),
-        alarm_s=event.alarm,
-        severity=severity(event.size, levels["warning"], levels["critical"]),
-        confidence=event.confidence * trust(event.kind, rules.named),
-        time_to_failure_s=None,
-        size=event.size,
-        size_sd=event.size_sd,
-        quantity=levels["quantity"],
-        unit=levels["unit"],
-        text=_shown(event, name),
-        advice=levels["advice"],
-        evidence=event.evidence,
-    )
-
-
 def risen(findings: Sequence[Finding], now: Sequence[Finding]) -> list[Finding]:
     """Those that have changed enough to be told again."""
     pairs = zip(findings, now, strict=True)
@@ -154,7 +116,7 @@ def identity(suspect: Suspect, space: Space) -> str:
 def worse(old: Finding, new: Finding) -> bool:
     """Whether a finding has changed enough to be told again."""
     more = abs(new.size - old.size) >= WORSE * abs(old.size) + 2.0 * new.size_sd
-    grows = bool(new.evidence.get("growing")) and not old.evidence.get("growing")
+    grows = new.says.growing and not old.says.growing
     return new is not old and (more or grows or new.severity != old.severity)
 
 
@@ -254,53 +216,3 @@ def _likewise(kind: SlowKind) -> str:
 
 def _since(onset: float, older: bool) -> str:
     return "before this run" if older else f"stamp {onset:.1f} s"
-
-
-def _which(event: Event) -> str:
-    """Of a joint's two sensors, whose faults are apart, the one that is not of its current."""
-    return f".{ENCODER}" if event.kind == "sensor_fault" and _sensor(event) == ENCODER else ""
-
-
-def _sensor(event: Event) -> str:
-    """Which of a joint's sensors is at fault."""
-    return ENCODER if event.evidence.get("mode", ENCODER) == ENCODER else "current sensor"
-
-
-def _shown(event: Event, name: str) -> str:
-    told = event.evidence
-    match event.kind:
-        case "collision":
-            along = ", ".join(f"{x:.0f}" for x in told["force_N"])
-            return (
-                f"{name}: pushed with {told['strength_N']:.0f} N, ({along}) N along x, y, z of the "
-                f"base, for {told['duration_s']:.2f} s at stamp {event.onset:.2f} s"
-            )
-        case "controller_instability":
-            how = "growing" if told["growing"] else "fading" if told["fading"] else "steady"
-            rings = f"{told['frequency_Hz']:.1f} Hz with {told['amplitude_Nm']:.2f} N·m, {how}"
-            return f"{name}: swings at {rings}, since stamp {event.onset:.1f} s"
-        case "joint_backlash" if "recurs_at" in told:
-            at = f"{told['reversals']} reversals of {told['recurs_at']}"
-            jolt = f"a jolt of {told['lasting_s']:.2f} s recurs in {at}"
-            return f"{name}: {jolt}, as of a gap of about ± {1e3 * event.size:.1g} mrad"
-        case "joint_backlash":
-            gap = 1e3 * told["half_gap_rad"]
-            seen = f"seen in {told['reversals']} reversals of load"
-            return f"{name}: a gap of ± {gap:.2g} mrad, {seen}"
-        case "encoder_offset" if "until_s" in told:
-            span = f"from stamp {event.onset:.2f} s to {told['until_s']:.2f} s"
-            return f"{name}: zero of the encoder was off by {told['was_rad']:+.3g} rad {span}"
-        case "encoder_offset":
-            jump = f"jumped by {event.size:+.3g} rad at stamp {event.onset:.2f} s"
-            return f"{name}: zero of the encoder {jump}"
-    sensor, how = _sensor(event), SHOWS.get(told["mode"], told["mode"])
-    times = told.get("times", 1)
-    if "until_s" in told:
-        often = f" {times} times, for {told['longest_s']:.1f} s at most," if times > 1 else ""
-        span = f"from stamp {event.onset:.1f} s to {told['until_s']:.1f} s"
-        return f"{name}: {sensor} was {how}{often} {span}, and is well since"
-    at = f" at {told['value_A']:.3g} A" if "value_A" in told else ""
-    if times > 1:
-        before = f", and was before, since stamp {event.onset:.1f} s"
-        return f"{name}: {sensor} is {how} since stamp {told['anew_s']:.1f} s{before}"
-    return f"{name}: {sensor} is {how}{at} since stamp {event.onset:.1f} s"

@@ -12,6 +12,8 @@ from urdyn.diagnose.finding import Finding
 from urdyn.diagnose.rows import Rows
 from urdyn.types import Array
 
+KIND = "encoder_offset"
+
 
 def shifted(rows: Rows, rule: Mapping[str, float]) -> list[Event]:
     """Shifts of rule["least"] [rad] or more in a beat."""
@@ -38,7 +40,7 @@ def _event(rows: Rows, k: int, j: int) -> Event:
     jump = float(rows.shift[k, j])
     evidence = {"statistic": "jump of an angle that no motion explains", "jump_rad": jump}
     return Event(
-        kind="encoder_offset",
+        kind=KIND,
         joint=j,
         onset=float(rows.t[k]),
         alarm=float(rows.t[-1]),

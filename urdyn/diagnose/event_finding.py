@@ -1,0 +1,121 @@
+"""Findings of what shows at once, in words and numbers that a plant uses."""
+
+from __future__ import annotations
+
+from urdyn.diagnose.event import Event
+from urdyn.diagnose.evidence import ENCODER
+from urdyn.diagnose.finding import Finding, severity
+from urdyn.diagnose.rules import Rules
+from urdyn.diagnose.space import Space
+from urdyn.diagnose.trust import trust
+
+SHOWS = {"dropped": "silent", ENCODER: "stuck or silent"}  # modes of a sensor, in words
+
+
+def of_event(event: Event, space: Space, rules: Rules) -> Finding:
+    """A fast kind."""
+    levels = rules.levels(event.kind)
+    if event.kind == "sensor_fault":
+        sensor = _sensor(event)
+        levels = {"warning": 0.0, "critical": 1.0, "quantity": sensor, "unit": "-"}
+        levels |= {"advice": f"check the {sensor} of this joint"}
+    if event.says.until is not None:
+        loose = f"look for a loose contact at the {_sensor(event)} of this joint"
+        levels = {**levels, "warning": 0.0, "advice": loose}
+    arm = space.reference.arm
+    names = arm.link_names if event.kind == "collision" else arm.joint_names
+    name = names[event.joint]
+    once = event.kind == "collision"
+    return Finding(
+        id=f"{event.kind}.{name}" + (f"@{event.onset:.1f}" if once else _which(event)),
+        kind=event.kind,
+        joint=event.joint,
+        name=name,
+        onset_s=event.onset,
+        onset_interval_s=(event.onset - event.within, event.onset + event.within),
+        alarm_s=event.alarm,
+        severity=severity(event.size, levels["warning"], levels["critical"]),
+        confidence=event.confidence * trust(event.kind, rules.named),
+        time_to_failure_s=None,
+        size=event.size,
+        size_sd=event.size_sd,
+        quantity=levels["quantity"],
+        unit=levels["unit"],
+        text=_shown(event, name),
+        advice=levels["advice"],
+        evidence=event.evidence,
+    )
+
+
+def _which(event: Event) -> str:
+    """Of a joint's two sensors, whose faults are apart, the one that is not of its current."""
+    return f".{ENCODER}" if event.kind == "sensor_fault" and _sensor(event) == ENCODER else ""
+
+
+def _sensor(event: Event) -> str:
+    """Which of a joint's sensors is at fault."""
+    return ENCODER if event.says.of_encoder else "current sensor"
+
+
+def _shown(event: Event, name: str) -> str:
+    match event.kind:
+        case "collision":
+            return _pushed(event, name)
+        case "controller_instability":
+            return _swings(event, name)
+        case "joint_backlash":
+            return _loose(event, name)
+        case "encoder_offset":
+            return _jumped(event, name)
+    return _sick(event, name)
+
+
+def _pushed(event: Event, name: str) -> str:
+    told = event.evidence
+    along = ", ".join(f"{x:.0f}" for x in told["force_N"])
+    return (
+        f"{name}: pushed with {told['strength_N']:.0f} N, ({along}) N along x, y, z of the "
+        f"base, for {told['duration_s']:.2f} s at stamp {event.onset:.2f} s"
+    )
+
+
+def _swings(event: Event, name: str) -> str:
+    told, says = event.evidence, event.says
+    how = "growing" if says.growing else "fading" if says.fading else "steady"
+    rings = f"{told['frequency_Hz']:.1f} Hz with {told['amplitude_Nm']:.2f} N·m, {how}"
+    return f"{name}: swings at {rings}, since stamp {event.onset:.1f} s"
+
+
+def _loose(event: Event, name: str) -> str:
+    told, reversals = event.evidence, event.says.recurs_at
+    if reversals is None:
+        seen = f"seen in {told['reversals']} reversals of load"
+        return f"{name}: a gap of ± {1e3 * told['half_gap_rad']:.2g} mrad, {seen}"
+    at = f"{told['reversals']} reversals of {reversals}"
+    jolt = f"a jolt of {told['lasting_s']:.2f} s recurs in {at}"
+    return f"{name}: {jolt}, as of a gap of about ± {1e3 * event.size:.1g} mrad"
+
+
+def _jumped(event: Event, name: str) -> str:
+    until = event.says.until
+    if until is None:
+        jump = f"jumped by {event.size:+.3g} rad at stamp {event.onset:.2f} s"
+        return f"{name}: zero of the encoder {jump}"
+    span = f"from stamp {event.onset:.2f} s to {until:.2f} s"
+    return f"{name}: zero of the encoder was off by {event.evidence['was_rad']:+.3g} rad {span}"
+
+
+def _sick(event: Event, name: str) -> str:
+    told, says, sensor = event.evidence, event.says, _sensor(event)
+    how = SHOWS.get(told["mode"], told["mode"])
+    if says.until is not None:
+        often = ""
+        if says.times > 1:
+            often = f" {says.times} times, for {told['longest_s']:.1f} s at most,"
+        span = f"from stamp {event.onset:.1f} s to {says.until:.1f} s"
+        return f"{name}: {sensor} was {how}{often} {span}, and is well since"
+    at = f" at {told['value_A']:.3g} A" if "value_A" in told else ""
+    if says.times > 1:
+        before = f", and was before, since stamp {event.onset:.1f} s"
+        return f"{name}: {sensor} is {how} since stamp {says.anew:.1f} s{before}"
+    return f"{name}: {sensor} is {how}{at} since stamp {event.onset:.1f} s"

@@ -1,0 +1,71 @@
+"""What evidence says that anybody acts on, by type; its keys are those of findings.json."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from urdyn.types import Array
+
+ENCODER = "encoder"  # the mode of a sensor fault that is one of angles
+SILENT = ("dropped", ENCODER)  # modes of a sensor that tells nothing
+
+
+@dataclass(frozen=True, eq=False)
+class Evidence:
+    """That of an event or of its finding."""
+
+    said: Mapping[str, Any]
+
+    @property
+    def mode(self) -> str | None:
+        """How a sensor fails that shows at once; None: no such fault."""
+        return self.said.get("mode")
+
+    @property
+    def of_encoder(self) -> bool:
+        """Whether the sensor in question is the one of angles, and not of the current."""
+        return self.mode in (None, ENCODER)
+
+    @property
+    def silent(self) -> bool:
+        """Whether a sensor tells, or told, nothing."""
+        return self.mode in SILENT
+
+    @property
+    def until(self) -> float | None:
+        """When it was over [s]; None: it is not."""
+        return self.said.get("until_s")
+
+    @property
+    def anew(self) -> float | None:
+        """When it last began anew [s]; None: that is not told."""
+        return self.said.get("anew_s")
+
+    @property
+    def times(self) -> int:
+        """How often it was there."""
+        return int(self.said.get("times", 1))
+
+    @property
+    def growing(self) -> bool:
+        """Whether a swing surely grows."""
+        return bool(self.said.get("growing"))
+
+    @property
+    def fading(self) -> bool:
+        """Whether a swing surely fades."""
+        return bool(self.said.get("fading"))
+
+    @property
+    def recurs_at(self) -> str | None:
+        """Of what reversals a jolt of play recurs at; None: a gap was seen itself."""
+        return self.said.get("recurs_at")
+
+    @property
+    def torque(self) -> Array:
+        """Of a push, as the joints felt it most, (J,) [N·m]."""
+        return np.asarray(self.said["torque_Nm"])
