@@ -301,7 +301,7 @@ def test_what_holds_a_standing_joint_is_not_predicted(shop: Shop) -> None:
     own = own.copy()
     own[:, 0], own[:, 2] = -grip[0], -grip[1]
     held = replace(stood, drive=own, predicted=stood.predicted - grip.sum(axis=0))
-    test = Collision(of, read_rules().fast["collision"])
+    test = Collision(of, read_rules().fast.collision)
 
     def told(beside: Rows) -> list[str]:
         nobody, well = np.zeros((1, 10)), np.zeros(6, dtype=bool)
@@ -330,7 +330,7 @@ def test_a_pause_ends_a_block_for_the_next_program_may_be_another(shop: Shop) ->
 def test_whoever_learns_what_is_carried_has_not_felt_a_push(shop: Shop) -> None:
     of, n = space(shop.fit), 100
     stood = standing(shop, of, n)
-    test, well = Collision(of, read_rules().fast["collision"]), np.zeros(6, dtype=bool)
+    test, well = Collision(of, read_rules().fast.collision), np.zeros(6, dtype=bool)
     state = test.init()
     for k in range(0, n, 5):
         thought = PIECE * (40 <= k < 50)
@@ -339,11 +339,11 @@ def test_whoever_learns_what_is_carried_has_not_felt_a_push(shop: Shop) -> None:
 
 
 def test_what_lasts_is_no_push_whatever_is_taken_to_be_carried_meanwhile(shop: Shop) -> None:
-    of, n, longest = space(shop.fit), 160, read_rules().fast["collision"]["longest"]
+    of, n, longest = space(shop.fit), 160, read_rules().fast.collision.longest
     stood = standing(shop, of, n)
     pressed = np.outer(stood.t > 1.0, 60.0 / of.reference.drive.gain)
     stood = replace(stood, current=stood.predicted + pressed)
-    test, well = Collision(of, read_rules().fast["collision"]), np.zeros(6, dtype=bool)
+    test, well = Collision(of, read_rules().fast.collision), np.zeros(6, dtype=bool)
     state, going = test.init(), []
     for k in range(0, n, 5):
         thought = PIECE * (k < 40)

@@ -153,7 +153,8 @@ def test_what_a_plant_does_not_say_the_house_says(
     table: str, said: dict[str, float], tmp_path: Path
 ) -> None:
     def told(rules: Rules) -> dict[str, object]:
-        tables = {kind.name: vars(kind) for kind in rules.slow} | {**rules.fast, **rules.healthy}
+        tables = {kind.name: vars(kind) for kind in rules.slow} | dict(rules.healthy)
+        tables |= {name: vars(rule) for name, rule in vars(rules.fast).items()}
         return dict(tables[table.partition(".")[2]])
 
     path, ((key, value),) = tmp_path / "plant.toml", said.items()
@@ -228,6 +229,10 @@ ODD = "[kind.odd]\nchange = {{ {} }}\nleast = 0.1\nwarning = 0.2\ncritical = 0.3
         (ODD.format("f = -0.5", ""), "[kind.odd] change f is above 0"),
         (ODD.format("f = 1e300", ""), "[kind.odd] change f is a finite number"),
         (ODD.format("f = 0.5", "hold = -1.0"), "[kind.odd] hold is 0 or more"),
+        (ODD.format("f = 0.5", "family = 'drive'"), "[kind.odd] family is one of payload"),
+        (ODD.format("f = 0.5", "family = 'health'"), "[kind.odd] family health changes z"),
+        (ODD.format("mass = 0.5", "family = 'joint'"), "[kind.odd] family is payload where"),
+        (ODD.format("z = 0.5", "family = 'sensor'"), "[kind.odd] family sensor has sign 1"),
         ('[kind.""]\nchange = { f = 1.0 }\n', '[kind.""] needs a name'),
         ("[kind.collision]\nchange = { f = 1.0 }\n", "[kind.collision] takes no change"),
         (

@@ -90,9 +90,9 @@ def test_one_that_is_well_for_a_moment_only_is_ill_since_it_was_first(shop: Shop
 
 def test_an_encoder_that_tells_the_angle_at_which_it_was_stuck_is_not_well() -> None:
     """Where a joint stands nobody knows; it is when it has gone on."""
-    state, silent, rule = all_seen(2), np.array([False, True]), {"held": 0.2}
+    state, silent, held = all_seen(2), np.array([False, True]), 0.2
     for t in (0.0, 0.1, 0.2, 0.3):
-        state, _ = unseen(state, t, silent, rule)
+        state, _ = unseen(state, t, silent, held)
     state = encoder.seen(state, np.full((100, 2), 0.5))
     assert not well(state, 60.0)[1]
     ((told,), early) = (

@@ -169,7 +169,7 @@ def test_a_wide_gap_is_no_other_fault(shop: Shop) -> None:
 
 def test_what_a_neighbours_gap_jolts_is_no_gap_of_its_own(shop: Shop) -> None:
     """At the same instants only the likelier joint's gap is seen; at others both are."""
-    tester = Backlash(space(shop.fit), 0.002, read_rules().fast["joint_backlash"])
+    tester = Backlash(space(shop.fit), 0.002, read_rules().fast.joint_backlash)
     alone, both = np.eye(6, dtype=bool)[2], np.isin(np.arange(6), [1, 2])
     llr = np.linspace(-3.0, 12.0, len(HALF))
 

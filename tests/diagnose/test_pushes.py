@@ -185,7 +185,7 @@ def test_a_drive_that_holds_against_a_joint_that_gives_way_feels_a_push(
     shop: Shop, where: Space, way: float, told: bool
 ) -> None:
     """As much with it may be friction, which grows along the way that the joint crept."""
-    n, drive, alone = 125, shop.dynamics.drive, Collision(where, read_rules().fast["collision"])
+    n, drive, alone = 125, shop.dynamics.drive, Collision(where, read_rules().fast.collision)
     t, still = np.arange(6 * n) / n, np.zeros((6 * n, 6))
     pressed = np.clip(np.minimum(t - 2.0, 3.0 - t) / 0.4, 0.0, 1.0)[:, None]
     gives = 1.3e-3 * np.eye(6)[3]
@@ -219,7 +219,7 @@ def test_friction_that_lets_go_of_an_arm_that_stands_is_no_push(shop: Shop, wher
     _, s, moved = shop.motion(log)
     lets_go = np.where(way[:, None] > 1.0 - 1e-6, drive.coulomb * s / drive.gain, 0.0)
     log = with_current(log, log.joint("actual_current") - lets_go)
-    motion, alone = shop.motion(log)[0], Collision(where, read_rules().fast["collision"])
+    motion, alone = shop.motion(log)[0], Collision(where, read_rules().fast.collision)
     state, sound = alone.init(), np.zeros(arm.joints, dtype=bool)
     for at in range(0, len(motion) - 30, 30):
         of, part = motion.slice(at, at + 30), slice(at, at + 30)
@@ -235,7 +235,7 @@ def test_a_push_is_none_the_less_for_a_piece_that_it_was_taken_for(
     log = shop.log("collision:link=3,force=120/-60/90,onset=4,duration=0.3", seconds=6.0)
     motion, s, moved = shop.motion(log)
     seen = rows(where, motion, s, moved, unfelt(6))
-    alone, sound = Collision(where, read_rules().fast["collision"]), np.zeros(6, dtype=bool)
+    alone, sound = Collision(where, read_rules().fast.collision), np.zeros(6, dtype=bool)
 
     def told(piece: np.ndarray) -> list[Event]:
         state, events = alone.init(), list[Event]()

@@ -42,7 +42,7 @@ def test_a_swing_has_its_frequency_at_the_steps_of_its_recorder(
     shop: Shop, frequency: float
 ) -> None:
     """Steps of 10 and of 12 ms, as a real recorder has them, are 10 as a rule and 10.8 in mean."""
-    ear = Oscillation(space(shop.fit), 0.01, read_rules().fast["controller_instability"])
+    ear = Oscillation(space(shop.fit), 0.01, read_rules().fast.controller_instability)
     t = np.cumsum(np.resize([0.01, 0.012, 0.01, 0.01, 0.012], 90))
     sound = 0.05 * np.random.default_rng(23).standard_normal((3, 90, 6))
     usual, lines = ear.search.look(ear.init().usual[0], 0.9, t, sound)
@@ -56,7 +56,7 @@ def test_a_swing_has_its_frequency_at_the_steps_of_its_recorder(
 
 def test_noise_is_blamed_for_what_it_does_to_a_quarter_and_for_no_more(shop: Shop) -> None:
     """A swing that fades by a third passes beside noise that does as much, and not beside less."""
-    ear = Oscillation(space(shop.fit), 0.002, read_rules().fast["controller_instability"])
+    ear = Oscillation(space(shop.fit), 0.002, read_rules().fast.controller_instability)
     sizes = np.array([1.2, 1.2, 0.8, 0.8])
     row = ear.space.reference.drive.gain * ear.space.noise
     for joint in range(6):
@@ -259,7 +259,7 @@ def test_one_look_at_a_line_tells_nothing(
     shop: Shop, ratio: float, sizes: list[float], looks: int
 ) -> None:
     """Of real healthy motion, seen from any row on, one second in a thousand has such a line."""
-    ear = Oscillation(space(shop.fit), 0.01, read_rules().fast["controller_instability"])
+    ear = Oscillation(space(shop.fit), 0.01, read_rules().fast.controller_instability)
     state, told = ear.init(), 0
     for look in range(looks):
         assert not told
@@ -272,7 +272,7 @@ def test_one_look_at_a_line_tells_nothing(
 @pytest.mark.parametrize("ratio", [15.1, 30.0])
 def test_a_line_that_most_looks_do_not_see_is_not_one_that_lasts(shop: Shop, ratio: float) -> None:
     """A move that begins briskly makes a line, and where it ends the like of it again."""
-    ear = Oscillation(space(shop.fit), 0.01, read_rules().fast["controller_instability"])
+    ear = Oscillation(space(shop.fit), 0.01, read_rules().fast.controller_instability)
     state = ear.init()
     for look in range(0, 30, 5):
         line, t = Line(1, 6.4, ratio, np.full(4, 2.6)), T + 0.125 * look

@@ -12,7 +12,6 @@ are part of would have been heard.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -21,6 +20,7 @@ from scipy.special import logsumexp
 
 from urdyn.diagnose.crossing import BEFORE, GAPS, LONGEST, Crossing
 from urdyn.diagnose.event import CERTAIN, Event
+from urdyn.diagnose.fast_rules import BacklashRule
 from urdyn.diagnose.flight import FLIGHTS, LONG, REACH, Flight
 from urdyn.diagnose.oscillation import HEARD
 from urdyn.diagnose.recurring import Recurred, Recurring
@@ -74,7 +74,7 @@ class Backlash:
 
     space: Space
     period: float  # [s] between rows
-    rule: Mapping[str, float]  # promise, enough
+    rule: BacklashRule
 
     @cached_property
     def crossing(self) -> Crossing:
@@ -220,7 +220,7 @@ class Backlash:
         if state.told[j] or evidence < self.needed:
             return state, None
         best = int(np.argmax(state.R[j]))
-        if state.number[j, best] < self.rule["enough"]:
+        if state.number[j, best] < self.rule.enough:
             return state, None
         told = state.told.copy()
         told[j] = True
@@ -249,7 +249,7 @@ class Backlash:
     @property
     def needed(self) -> float:
         """Evidence at which a gap is told [nats]."""
-        return float(np.log(self.rule["promise"]))
+        return float(np.log(self.rule.promise))
 
 
 def _weighed(state: Reversals, j: int, llr: Array, shown: Array, t: float) -> Reversals:

@@ -6,7 +6,6 @@ away is no push but another payload or a fault, and left to those who judge such
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 
@@ -14,6 +13,7 @@ import numpy as np
 
 from urdyn.diagnose.creep import Creep, at_first
 from urdyn.diagnose.event import Event
+from urdyn.diagnose.fast_rules import CollisionRule
 from urdyn.diagnose.pushed import BIN, LOUD, MODEL, QUIET, Bin, Pushed, beyond, sizes
 from urdyn.diagnose.rows import Rows
 from urdyn.diagnose.space import Space
@@ -65,12 +65,12 @@ class Collision:
     """Finds pushes: torques that rise beside a quiet baseline, and go again."""
 
     space: Space
-    rule: Mapping[str, float]  # least, warning, critical [N]; longest [s]
+    rule: CollisionRule
 
     @cached_property
     def pushed(self) -> Pushed:
         """What a push was like."""
-        return Pushed(self.space, self.rule["least"])
+        return Pushed(self.space, self.rule.least)
 
     def init(self) -> Quiet:
         """Nothing seen yet."""
@@ -218,7 +218,7 @@ class Collision:
                 event = self.pushed.event(state.bins, state.calm, state.loads, ill)
             state = replace(state, bare=state.base + seen.tool @ seen.carried)
             return replace(state, carried=seen.carried, calm=0, bins=()), event
-        if seen.t - state.bins[0].t > self.rule["longest"]:
+        if seen.t - state.bins[0].t > self.rule.longest:
             base, bare = state.base + seen.felt, state.bare + seen.bare
             return replace(state, base=base, bare=bare, calm=0, bins=()), None
         return state, None

@@ -39,7 +39,6 @@ from urdyn.types import Array, Mask, Motion
 
 # Fast kinds that bend what slow ones are judged by.
 BENDS = ("sensor_fault", "joint_backlash", "controller_instability")
-JUMPS = "encoder_offset"  # a slow kind that is a fast one where it comes at once
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,8 +57,7 @@ class Diagnosis:
     @cached_property
     def fast(self) -> Fast:
         """Tests of fast kinds."""
-        levels = {**self.rules.fast, JUMPS: self.rules.levels(JUMPS)}
-        return Fast(self.space, self.period, levels)
+        return Fast(self.space, self.period, self.rules.fast, self.rules.jump)
 
     @cached_property
     def slow(self) -> Slow:
@@ -111,14 +109,14 @@ class Diagnosis:
 
     def _unseen(self, state: State, t: float, silent: Mask) -> tuple[State, list[Finding]]:
         """With an instant at which the angles of some joints are not known, (J,)."""
-        unknown, events = unseen(state.unseen, t, silent, self.rules.fast["sensor_silent"])
+        unknown, events = unseen(state.unseen, t, silent, self.rules.fast.sensor_silent.held)
         return self._blind(replace(state, unseen=unknown), events)
 
     def _ever_unseen(self, state: State, t: Array, silent: Mask) -> State:
         """With many such instants, (N,) [s] and (N, J)."""
         if not silent.any():
             return state
-        unknown, events = ever_unseen(state.unseen, t, silent, self.rules.fast["sensor_silent"])
+        unknown, events = ever_unseen(state.unseen, t, silent, self.rules.fast.sensor_silent.held)
         return self._blind(replace(state, unseen=unknown), events)[0]
 
     def _blind(self, state: State, events: list[Event]) -> tuple[State, list[Finding]]:
@@ -136,7 +134,7 @@ class Diagnosis:
     def _rows(self, state: State, motion: Motion, s: Array, travelled: Array) -> tuple[State, Rows]:
         """A motion beside the model, as it was: without the jumps of encoders that are told."""
         warmth = felt(state.warmth, motion.t, motion.temperature)
-        off = state.off + np.cumsum(jumps(motion.shift, self.fast.levels[JUMPS]), axis=0)
+        off = state.off + np.cumsum(jumps(motion.shift, self.rules.jump), axis=0)
         if np.count_nonzero(off):
             motion = replace(motion, q=motion.q - off)
         state = replace(state, warmth=warmth, off=off[-1])

@@ -5,7 +5,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -39,18 +38,16 @@ def all_seen(joints: int) -> Unseen:
     return Unseen(nan, np.zeros(joints, dtype=bool), never, nan, zero, zero, zero)
 
 
-def unseen(
-    before: Unseen, t: float, silent: Mask, rule: Mapping[str, float]
-) -> tuple[Unseen, list[Event]]:
+def unseen(before: Unseen, t: float, silent: Mask, held: float) -> tuple[Unseen, list[Event]]:
     """An instant on; an event of each encoder that was silent for long by now.
 
     Args:
         silent: of which joints nothing is told, (J,); of all of them, it is a gap.
-        rule: held [s].
+        held: [s] for which an angle may be missing.
     """
     alone = silent & ~silent.all()
     since = np.where(alone, np.fmin(before.since, t), np.nan)
-    told = alone & (t - since >= rule["held"])
+    told = alone & (t - since >= held)
     new = told & ~before.told
     ill = told | (alone & np.isfinite(before.last))  # one that is not yet well begins anew
     after = Unseen(
@@ -87,15 +84,13 @@ def well(before: Unseen, t: float, enough: float = HEALED) -> tuple[Unseen, list
     return replace(before, last=np.where(over, -np.inf, before.last)), events
 
 
-def ever_unseen(
-    before: Unseen, t: Array, silent: Mask, rule: Mapping[str, float]
-) -> tuple[Unseen, list[Event]]:
+def ever_unseen(before: Unseen, t: Array, silent: Mask, held: float) -> tuple[Unseen, list[Event]]:
     """The same after many instants, (N,) [s] and (N, J), whatever those are that lack none."""
     state, events, last = before, list[Event](), -1
     for k in np.flatnonzero(silent.any(axis=1)).tolist():
         if k > last + 1:
             state = _none_now(state)
-        state, new = unseen(state, float(t[k]), silent[k], rule)
+        state, new = unseen(state, float(t[k]), silent[k], held)
         events, last = events + new, k
     return state, events
 

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from urdyn.diagnose.event import Event
 from urdyn.diagnose.evidence import ENCODER
+from urdyn.diagnose.fast_rules import Levels
 from urdyn.diagnose.finding import Finding, severity
 from urdyn.diagnose.rules import Rules
 from urdyn.diagnose.space import Space
@@ -14,14 +17,7 @@ SHOWS = {"dropped": "silent", ENCODER: "stuck or silent"}  # modes of a sensor, 
 
 def of_event(event: Event, space: Space, rules: Rules) -> Finding:
     """A fast kind."""
-    levels = rules.levels(event.kind)
-    if event.kind == "sensor_fault":
-        sensor = _sensor(event)
-        levels = {"warning": 0.0, "critical": 1.0, "quantity": sensor, "unit": "-"}
-        levels |= {"advice": f"check the {sensor} of this joint"}
-    if event.says.until is not None:
-        loose = f"look for a loose contact at the {_sensor(event)} of this joint"
-        levels = {**levels, "warning": 0.0, "advice": loose}
+    levels = _levels(event, rules)
     arm = space.reference.arm
     names = arm.link_names if event.kind == "collision" else arm.joint_names
     name = names[event.joint]
@@ -34,17 +30,31 @@ def of_event(event: Event, space: Space, rules: Rules) -> Finding:
         onset_s=event.onset,
         onset_interval_s=(event.onset - event.within, event.onset + event.within),
         alarm_s=event.alarm,
-        severity=severity(event.size, levels["warning"], levels["critical"]),
+        severity=severity(event.size, levels.warning, levels.critical),
         confidence=event.confidence * trust(event.kind, rules.named),
         time_to_failure_s=None,
         size=event.size,
         size_sd=event.size_sd,
-        quantity=levels["quantity"],
-        unit=levels["unit"],
+        quantity=levels.quantity,
+        unit=levels.unit,
         text=_shown(event, name),
-        advice=levels["advice"],
+        advice=levels.advice,
         evidence=event.evidence,
     )
+
+
+def _levels(event: Event, rules: Rules) -> Levels:
+    """Those of its kind; of sensors that are at fault, or were, by which sensor it is."""
+    sensor = _sensor(event)
+    if event.kind == "sensor_fault":
+        advice = f"check the {sensor} of this joint"
+        levels = Levels(warning=0.0, critical=1.0, quantity=sensor, unit="-", advice=advice)
+    else:
+        levels = rules.levels(event.kind)
+    if event.says.until is None:
+        return levels
+    loose = f"look for a loose contact at the {sensor} of this joint"
+    return replace(levels, warning=0.0, advice=loose)
 
 
 def _which(event: Event) -> str:

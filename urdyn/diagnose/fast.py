@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -12,6 +11,7 @@ import numpy as np
 from urdyn.diagnose.backlash import Backlash, Reversals
 from urdyn.diagnose.collision import Collision, Quiet
 from urdyn.diagnose.event import Event
+from urdyn.diagnose.fast_rules import FastRules
 from urdyn.diagnose.observability import Observability
 from urdyn.diagnose.oscillation import Heard, Oscillation
 from urdyn.diagnose.rows import Rows
@@ -37,27 +37,28 @@ class Fast:
 
     space: Space
     period: float  # [s] between rows
-    levels: Mapping[str, Mapping[str, Any]]  # of each fast kind
+    rules: FastRules
+    jump: float  # [rad] of an encoder's zero, from which on it is told
 
     @cached_property
     def sensors(self) -> SensorHealth:
         """Sick sensors."""
-        return SensorHealth(self.space, self.period, self.levels["sensor_silent"])
+        return SensorHealth(self.space, self.period, self.rules.sensor_silent)
 
     @cached_property
     def collision(self) -> Collision:
         """Pushes."""
-        return Collision(self.space, self.levels["collision"])
+        return Collision(self.space, self.rules.collision)
 
     @cached_property
     def oscillation(self) -> Oscillation:
         """Loops that ring."""
-        return Oscillation(self.space, self.period, self.levels["controller_instability"])
+        return Oscillation(self.space, self.period, self.rules.controller_instability)
 
     @cached_property
     def backlash(self) -> Backlash:
         """Gears with a gap."""
-        return Backlash(self.space, self.period, self.levels["joint_backlash"])
+        return Backlash(self.space, self.period, self.rules.joint_backlash)
 
     @cached_property
     def observability(self) -> Observability:
@@ -94,7 +95,7 @@ class Fast:
         reversals, gaps, open_now = self.backlash.step(
             state.reversals, rows, tool=carried[0], ill=doubted, swung=swung
         )
-        events = [*sick, *pushes, *rings, *gaps, *shifted(rows, self.levels["encoder_offset"])]
+        events = [*sick, *pushes, *rings, *gaps, *shifted(rows, self.jump)]
         untrue = ill | open_now | ringing | torn
         return FastState(sensors, quiet, heard, reversals), events, untrue
 

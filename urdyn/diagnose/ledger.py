@@ -18,7 +18,7 @@ from urdyn.diagnose.judge import Judge
 from urdyn.diagnose.lossy import of_the_stream
 from urdyn.diagnose.recall import Level
 from urdyn.diagnose.recurring import Recurred, unjolted
-from urdyn.diagnose.rules import Rules
+from urdyn.diagnose.rules import JUMPS, Rules
 from urdyn.diagnose.slow_state import SlowState
 from urdyn.diagnose.space import Space
 from urdyn.diagnose.trust import in_company
@@ -126,8 +126,8 @@ def finding_of(event: Event, book: Findings, space: Space, rules: Rules) -> Find
     old = next((f for f in book if f.id == finding.id), None)
     if old is None:
         return finding
-    if event.kind == zero.KIND:
-        event = zero.beside(event, old, rules.levels(event.kind))
+    if event.kind == JUMPS:
+        event = zero.beside(event, old, rules.jump)
     if _goes_on(old, event.onset):
         event = replace(event, onset=old.onset_s)
     return of_event(event, space, rules)

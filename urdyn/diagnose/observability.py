@@ -6,7 +6,6 @@ said, with a motion in which the load turns over.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -15,6 +14,7 @@ from scipy.special import logsumexp
 
 from urdyn.diagnose.backlash import HALF, Reversals
 from urdyn.diagnose.crossing import GAPS
+from urdyn.diagnose.fast_rules import BacklashRule
 from urdyn.diagnose.flight import FLIGHTS
 from urdyn.diagnose.space import Space
 
@@ -29,7 +29,7 @@ class Observability:
     """Says of every joint whether its gap could have been seen, and which motion would show it."""
 
     space: Space
-    rule: Mapping[str, float]  # enough, critical
+    rule: BacklashRule
 
     def of(self, state: Reversals, needed: float) -> list[dict[str, Any]]:
         """Joint by joint, from which gap on this motion could show it, and what would.
@@ -40,7 +40,7 @@ class Observability:
         arm, told = self.space.reference.arm, []
         for j, name in enumerate(arm.joint_names):
             count, gap = int(state.count[j]), self._least(state, j, needed)
-            seen = gap <= self.rule["critical"]
+            seen = gap <= self.rule.critical
             row: dict[str, Any] = {"joint": j, "name": name, "reversals": count, "observable": seen}
             row |= {"half_gap_rad": gap if np.isfinite(gap) else None}
             told.append(row if seen else row | self._probe(state, j))
@@ -51,7 +51,7 @@ class Observability:
 
         Which way a gap would be crossed nobody knows before there is one: whichever it is.
         """
-        if state.count[j] < self.rule["enough"]:
+        if state.count[j] < self.rule.enough:
             return np.inf
         needed = needed + np.log(self.space.joints * len(HALF))
         plain = np.where(state.shown[j] >= needed, HALF, np.inf)
@@ -82,7 +82,7 @@ class Observability:
     def _why(self, state: Reversals, j: int) -> str:
         """Why no gap could be seen."""
         why = "not observable in this motion"
-        if state.count[j] >= self.rule["enough"]:
+        if state.count[j] >= self.rule.enough:
             return why + ": the load turns over too slowly"
         if state.slid[j] > MOVED:
             return why + ": the load keeps the gear on one flank"

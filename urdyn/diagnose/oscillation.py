@@ -8,7 +8,6 @@ brakes and turns has such by chance. Nor does a line count that a motion to and 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -16,6 +15,7 @@ import numpy as np
 
 from urdyn.diagnose import weave
 from urdyn.diagnose.event import CERTAIN, Event
+from urdyn.diagnose.fast_rules import RingingRule
 from urdyn.diagnose.ringing_line import NEAR, SPEED, STAYS, WINDOWS, Line, LineSearch, Usual
 from urdyn.diagnose.rows import Rows
 from urdyn.diagnose.space import Space
@@ -104,7 +104,7 @@ class Oscillation:
 
     space: Space
     period: float  # [s] between rows
-    rule: Mapping[str, float]  # of LineSearch, and sure [-]; prompt, patience [s]
+    rule: RingingRule
 
     @cached_property
     def search(self) -> LineSearch:
@@ -213,8 +213,8 @@ class Oscillation:
         """Whether a line has been there for as long as one like it has to be."""
         # In noise, too: a brake's line grows like it.
         steady = line.sizes.min() > STAYS * line.sizes.max()
-        sure = line.ratio >= self.rule["sure"]
-        wait = self.rule["prompt" if sure and steady else "patience"]
+        sure = line.ratio >= self.rule.sure
+        wait = self.rule.prompt if sure and steady else self.rule.patience
         if not known or (window > SHORTEST and not sure):
             wait = 2.0 * window
         return ring.last - ring.since > wait
@@ -235,7 +235,7 @@ class Oscillation:
             "growth_per_s": rate,
             "growth_sd": sd,
             "statistic": ratio,
-            "threshold": float(self.rule["threshold"]),
+            "threshold": float(self.rule.threshold),
         }
         return Event(
             kind="controller_instability",
@@ -266,7 +266,7 @@ class Oscillation:
     def _woven(self, line: Line, window: float, heard: Heard) -> bool:
         """Whether a motion to and fro may make this line."""
         span = slice(-self._samples(max(window, weave.LASTS)), None)
-        quick = round(1.0 / self.rule["lowest"] / self.period)
+        quick = round(1.0 / self.rule.lowest / self.period)
         periods = weave.periods(heard.t[span], heard.signals[SPEED, span], quick)
         coulomb = float(self.space.reference.drive.coulomb[line.joint])
         made = weave.by_friction(line.frequency * float(periods[line.joint]), coulomb)

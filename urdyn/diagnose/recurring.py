@@ -16,7 +16,7 @@ nothing is taken for play that these explain.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -25,6 +25,7 @@ from scipy.ndimage import uniform_filter1d
 from scipy.special import logsumexp
 
 from urdyn.diagnose.event import CERTAIN, Event
+from urdyn.diagnose.fast_rules import BacklashRule
 from urdyn.diagnose.finding import Finding
 from urdyn.diagnose.rows import COULOMB, Rows
 from urdyn.diagnose.space import Space
@@ -69,12 +70,12 @@ class Recurring:
     """Sequential test for what recurs at reversals of one joint."""
 
     space: Space
-    rule: Mapping[str, float]  # promise, recurs
+    rule: BacklashRule
 
     @property
     def needed(self) -> float:
         """Evidence at which it is told [nats]."""
-        return float(np.log(self.rule["promise"]))
+        return float(np.log(self.rule.promise))
 
     def step(
         self, state: Recurred, rows: Rows, load: Array, left: Array, judged: Mask, told: Mask
@@ -137,7 +138,7 @@ class Recurring:
         y, t = state.y[j, w, there], state.t[j, w, there]
         if known < KNOWN or len(y) < FEWEST:
             return None
-        sound = self.rule["recurs"] ** -2.0
+        sound = self.rule.recurs**-2.0
         each = _ratios(y, known * state.cov[j], known + PATTERN + 1.0, sound)
         evidence = float(logsumexp(each) - np.log(2.0 * len(WAYS) * self.space.joints))
         if evidence < self.needed:

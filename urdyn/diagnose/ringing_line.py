@@ -8,11 +8,12 @@ motion has lines at its multiples.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from urdyn.diagnose.fast_rules import RingingRule
 from urdyn.diagnose.orders import GEAR, SLOW, beside
 from urdyn.diagnose.space import Space
 from urdyn.diagnose.swings import (
@@ -76,7 +77,7 @@ class LineSearch:
 
     space: Space
     period: float  # [s] between rows
-    rule: Mapping[str, float]  # threshold [-], least [N·m], swing [rad/s], lowest [Hz]
+    rule: RingingRule
 
     def look(
         self, before: Usual, window: float, t: Array, signals: Array
@@ -147,11 +148,11 @@ class LineSearch:
             ratio: of the spectra of its signals to what is usual, (3, F).
             halves: how far lines stand out in each half, (3, F') both.
         """
-        least = (self.rule["least"], self.rule["least"], self.rule["swing"])
+        least = (self.rule.least, self.rule.least, self.rule.swing)
         x = signals[..., j]
         for k in range(len(x)):
             masked = np.where(allowed, ratio[k], 0.0)
-            for at in _peaks(masked, self.rule["threshold"]):
+            for at in _peaks(masked, self.rule.threshold):
                 near = slice(max(at // 2 - 1, 0), at // 2 + 3)
                 if any(half[k, near].max() < HALVES for half in halves):
                     continue
@@ -220,7 +221,7 @@ class LineSearch:
 
     def _allowed(self, f: Array, v: Array) -> Mask:
         """Frequencies that neither the motion nor the gear makes, (F, J)."""
-        nyquist, lowest = 0.5 * len(v) * f[1], self.rule["lowest"] + f[1]  # a taper smears by a bin
+        nyquist, lowest = 0.5 * len(v) * f[1], self.rule.lowest + f[1]  # a taper smears by a bin
         allowed = np.repeat((f >= lowest)[:, None], v.shape[1], axis=1)
         lo, hi = np.abs(v).min(axis=0), np.abs(v).max(axis=0)
         for order in GEAR:

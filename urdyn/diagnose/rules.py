@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from urdyn.diagnose.fast_rules import FastRules, Levels, fast_rules, levels_of
 from urdyn.diagnose.onsets import SHAPES
 from urdyn.diagnose.space import Space
 from urdyn.errors import InputError
@@ -19,7 +20,11 @@ from urdyn.types import Array
 JOINT_STATES = ("f", "alpha", "beta", "z", "k", "o", "rotor")
 PAYLOAD_STATES = ("mass", "mx", "my", "mz")  # [kg], [kg·m]
 
+JUMPS = "encoder_offset"  # a slow kind that is a fast one where it comes at once
 LEVELS = ("least", "warning", "critical")
+# Whose change it is: what the tool carries; what a drive is still worth, of which current is the
+# inverse; what a current sensor tells of a current; any other state of a joint, as it is.
+FAMILIES = ("payload", "health", "sensor", "joint")
 NYQUIST = 250.0  # [Hz] of the fastest recordings
 HUGE = 1e100  # from which on a number's powers are beyond all
 NUMBER = "finite number"
@@ -31,6 +36,7 @@ SLOW: Mapping[str, Any] = {
     "warning": 0.0,
     "critical": 0.0,
     "sign": 0,
+    "family": "",
     "told_as": "",
     "shapes": [],
     "quantity": "",
@@ -67,6 +73,7 @@ class SlowKind:
     warning: float
     critical: float
     sign: int = 0  # which way it goes; 0: either
+    family: str = "joint"  # of FAMILIES
     told_as: str = ""  # the kind of its findings; "": its own name
     shapes: tuple[str, ...] = SHAPES
     quantity: str = ""
@@ -79,17 +86,17 @@ class SlowKind:
     @property
     def of_tool(self) -> bool:
         """A change of what the tool carries is nobody's joint."""
-        return next(iter(self.change)) in PAYLOAD_STATES
+        return self.family == "payload"
 
     @property
     def of_health(self) -> bool:
         """Current goes as the inverse of what it measures."""
-        return next(iter(self.change)) == "z" and not self.of_sensor
+        return self.family == "health"
 
     @property
     def of_sensor(self) -> bool:
         """A drive that needs less current for all that it does is none: so much less is told."""
-        return next(iter(self.change)) == "z" and self.sign > 0
+        return self.family == "sensor"
 
     @property
     def of_friction(self) -> bool:
@@ -121,13 +128,19 @@ class Rules:
     friction: Mapping[str, float]  # day: sd of all of a joint's [-]
     noise: Noise
     slow: tuple[SlowKind, ...]
-    fast: Mapping[str, Mapping[str, Any]]  # kind -> thresholds
+    fast: FastRules
     costs: Costs  # by which a service is recommended
     named: Mapping[str, Sequence[int]]  # by kind, findings of campaigns that were right, and all
 
-    def levels(self, kind: str) -> Mapping[str, Any]:
-        """What the rules say of a kind; nothing of one that has no table."""
-        return self.fast.get(kind) or next((vars(k) for k in self.slow if k.name == kind), {})
+    @property
+    def jump(self) -> float:
+        """[rad] from which on an encoder's zero that jumps is told: as one that creeps."""
+        return next(kind.least for kind in self.slow if kind.name == JUMPS)
+
+    def levels(self, kind: str) -> Levels:
+        """From which size on a kind matters that shows at once."""
+        slow = {each.name: each for each in self.slow}
+        return levels_of(vars(self.fast).get(kind) or slow[kind])
 
     def stray(self, space: Space, what: str) -> Array:
         """How far each state of an arm strays: by day, by hour or by window, (n,)."""
@@ -205,7 +218,7 @@ def _kind(own: Any, house: Mapping[str, Any], where: str) -> Mapping[str, Any]:
 def _rules(document: Mapping[str, Any], path: str) -> Rules:
     kinds = document["kind"]
     slow = tuple(_slow(name, dict(of), path) for name, of in kinds.items() if "change" in of)
-    fast = {name: of for name, of in kinds.items() if "change" not in of}
+    fast = fast_rules({name: of for name, of in kinds.items() if "change" not in of})
     for name, of in kinds.items():
         levels = [of[level] for level in LEVELS if level in of]
         if levels != sorted(levels):
@@ -251,4 +264,26 @@ def _slow(name: str, of: dict[str, Any], path: str) -> SlowKind:
     of["shapes"] = tuple(of.get("shapes", SHAPES))
     if not of["shapes"] or not all(shape in SHAPES for shape in of["shapes"]):
         raise InputError(f"{where} shapes are {' and '.join(SHAPES)}, or one of them")
+    of["family"] = of.get("family") or _family(of)
+    _check_family(of, where)
     return SlowKind(name, **of)
+
+
+def _family(of: Mapping[str, Any]) -> str:
+    """That of a kind that does not say so, by the state that measures it."""
+    first = next(iter(of["change"]))
+    if first == "z":  # a drive that needs less current for all that it does is none
+        return "sensor" if of.get("sign", 0) > 0 else "health"
+    return "payload" if first in PAYLOAD_STATES else "joint"
+
+
+def _check_family(of: Mapping[str, Any], where: str) -> None:
+    family, first = of["family"], next(iter(of["change"]))
+    if family not in FAMILIES:
+        raise InputError(f"{where} family is one of {', '.join(FAMILIES)}")
+    if (family == "payload") != (first in PAYLOAD_STATES):
+        raise InputError(f"{where} family is payload where {', '.join(PAYLOAD_STATES)} change")
+    if family in ("health", "sensor") and first != "z":
+        raise InputError(f"{where} family {family} changes z, and that first")
+    if family == "sensor" and not of.get("sign", 0) > 0:
+        raise InputError(f"{where} family sensor has sign 1")

@@ -5,12 +5,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from urdyn.diagnose.event import CERTAIN, USELESS, Event
+from urdyn.diagnose.fast_rules import SensorRule
 from urdyn.diagnose.rows import Rows
 from urdyn.diagnose.space import Space
 from urdyn.tracking.passage import STANDING
@@ -64,7 +64,7 @@ class SensorHealth:
 
     space: Space
     period: float  # [s] between rows
-    rule: Mapping[str, float]  # held [s], silent [s], noisy [-], lasting [s]
+    rule: SensorRule
 
     def init(self) -> Felt:
         """Nothing seen yet."""
@@ -124,13 +124,13 @@ class SensorHealth:
         state = self._tore(state, rows.t, torn)
         left = np.concatenate([state.left, rows.residual])[-max(ENOUGH, len(rows)) :]
         rough = _rough(state.rough, left) if self.period < COARSE else state.rough
-        over = _alone(rough / self.space.noise) / self.rule["noisy"]
+        over = _alone(rough / self.space.noise) / self.rule.noisy
         weight = np.clip(over**2 - 1.0, -FADES, 1.0)  # a joint that rattles is a little over
         loud = np.maximum(state.loud + weight * len(rows) * self.period, 0.0)
         began = (state.loud > 0.0) | (rough > UNSTEADY * self.space.noise)
         grew = np.where(began, state.grew, rows.t[-1])
         state = replace(state, left=left[-ENOUGH:], rough=rough, loud=loud, grew=grew)
-        noisy = (loud >= self.rule["lasting"]) & ~ringing
+        noisy = (loud >= self.rule.lasting) & ~ringing
         erratic = torn.any(axis=0) & (state.torn > OFTEN) & ~self.unsteady(state)
         now = float(rows.t[-1])
         ill = np.where(np.vstack([signs, noisy, erratic]), now, state.ill)
@@ -179,8 +179,8 @@ class SensorHealth:
         same, began = _runs(repeated, rows.t, state.same, state.began)
         slid, _ = _runs(sliding, rows.t, state.slid, state.began)
         silent, went = _runs(missing, rows.t, state.silent, state.went)
-        stuck = slid >= max(SAME, self.rule["held"] / self.period)
-        dropped = silent >= (enough := max(LOST, self.rule["silent"] / self.period))
+        stuck = slid >= max(SAME, self.rule.held / self.period)
+        dropped = silent >= (enough := max(LOST, self.rule.silent / self.period))
         lasted = np.where(dropped, silent * self.period, 0.0)
         after = replace(
             state,

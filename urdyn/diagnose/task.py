@@ -7,6 +7,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
+from urdyn.diagnose.fast_rules import fast_rules
 from urdyn.diagnose.rules import Noise, Rules, SlowKind
 from urdyn.faults.decision import Costs
 from urdyn.identify.fit import Fit
@@ -43,5 +44,6 @@ def task_of(fit: Fit, plain: Mapping[str, Any]) -> Task:
     told = plain["rules"]
     slow = tuple(SlowKind(**of | {"shapes": tuple(of["shapes"])}) for of in told["slow"])
     parts = {"noise": Noise(**told["noise"]), "slow": slow, "costs": Costs(**told["costs"])}
+    parts["fast"] = fast_rules(told["fast"])
     rules, folder = Rules(**told | parts), Path(plain["folder"])
     return Task(**{**plain, "fit": fit, "rules": rules, "folder": folder})

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -10,26 +9,25 @@ import numpy as np
 from urdyn.diagnose.event import CERTAIN, Event
 from urdyn.diagnose.finding import Finding
 from urdyn.diagnose.rows import Rows
+from urdyn.diagnose.rules import JUMPS
 from urdyn.types import Array
 
-KIND = "encoder_offset"
 
-
-def shifted(rows: Rows, rule: Mapping[str, float]) -> list[Event]:
-    """Shifts of rule["least"] [rad] or more in a beat."""
-    found = np.argwhere(jumps(rows.shift, rule))
+def shifted(rows: Rows, least: float) -> list[Event]:
+    """Shifts of `least` [rad] or more in a beat."""
+    found = np.argwhere(jumps(rows.shift, least))
     return [_event(rows, k, j) for k, j in found.tolist()]
 
 
-def jumps(shift: Array, rule: Mapping[str, float]) -> Array:
+def jumps(shift: Array, least: float) -> Array:
     """Shifts that large, of all (N, J) [rad]; 0 elsewhere."""
-    return np.where(np.abs(shift) >= rule["least"], shift, 0.0)
+    return np.where(np.abs(shift) >= least, shift, 0.0)
 
 
-def beside(event: Event, before: Finding, rule: Mapping[str, float]) -> Event:
+def beside(event: Event, before: Finding, least: float) -> Event:
     """A jump of a zero that had jumped before: what is left of both, or that it is right again."""
     left = before.size + event.size
-    if abs(left) >= rule["least"]:
+    if abs(left) >= least:
         return replace(event, size=left)
     evidence = {**event.evidence, "was_rad": before.size, "until_s": event.onset}
     return replace(event, onset=before.onset_s, size=0.0, evidence=evidence, goes_on=True)
@@ -40,7 +38,7 @@ def _event(rows: Rows, k: int, j: int) -> Event:
     jump = float(rows.shift[k, j])
     evidence = {"statistic": "jump of an angle that no motion explains", "jump_rad": jump}
     return Event(
-        kind=KIND,
+        kind=JUMPS,
         joint=j,
         onset=float(rows.t[k]),
         alarm=float(rows.t[-1]),
