@@ -251,7 +251,8 @@ def test_a_fault_that_this_block_tells_of_is_no_light_piece(
     """The block that would be forgotten for a piece is asked first what it says by itself."""
     log = shop.log(seconds=4.0)
     slow = shop.diagnosis(log).slow
-    state = replace(slow.init(), moments=3)
+    state = slow.init()
+    state = replace(state, gathering=replace(state.gathering, moments=3))
     asked = []
 
     def ended(self: Slow, of: object) -> object:

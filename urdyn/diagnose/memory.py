@@ -23,6 +23,7 @@ from urdyn.diagnose.encoder import Unseen
 from urdyn.diagnose.fast import FastState
 from urdyn.diagnose.fault import Fault
 from urdyn.diagnose.finding import Finding
+from urdyn.diagnose.gathering import Gathering
 from urdyn.diagnose.learning import Learnt
 from urdyn.diagnose.ledger import Book
 from urdyn.diagnose.loudness import Loudness
@@ -45,9 +46,10 @@ from urdyn.signal import Instant
 from urdyn.tracking.checkpoint import DAMAGE
 
 KNOWN = (
-    Bank, Bin, Block, Book, Carrying, Change, Creep, Fault, FastState, Felt, Finding, Heard,
-    Instant, Learnt, LearntBy, Loudness, Means, Mode, Now, Pool, Push, Quiet, Recall, Recurred,
-    Reversals, Ring, Rows, Shown, SlowState, State, Steadiness, Unseen, Usual, Waiting, Warmth,
+    Bank, Bin, Block, Book, Carrying, Change, Creep, Fault, FastState, Felt, Finding, Gathering,
+    Heard, Instant, Learnt, LearntBy, Loudness, Means, Mode, Now, Pool, Push, Quiet, Recall,
+    Recurred, Reversals, Ring, Rows, Shown, SlowState, State, Steadiness, Unseen, Usual,
+    Waiting, Warmth,
 )  # fmt: skip
 CLASSES = {kind.__name__: kind for kind in KNOWN}
 

@@ -17,6 +17,7 @@ from urdyn.diagnose.beside import Belief
 from urdyn.diagnose.carrying import MOMENT, Carrying, Waiting
 from urdyn.diagnose.change import Push
 from urdyn.diagnose.explain import Suspects, gathered, ratios, suspects
+from urdyn.diagnose.gathering import none_gathered
 from urdyn.diagnose.healthy import Healthy
 from urdyn.diagnose.judge import Judge
 from urdyn.diagnose.learning import Learning
@@ -78,16 +79,11 @@ class Slow:
 
     def init(self) -> SlowState:
         """Before the first moment."""
-        n, J, (x, P) = self.space.size, self.space.joints, self.healthy.first
+        x, P = self.healthy.first
         bank, recall = onsets.first(x, P, self.judge.E.shape[1]), Recall(np.nan, x, P)
         return SlowState(
             bank=bank,
-            A=np.zeros((n, n)),
-            b=np.zeros(n),
-            warm=np.zeros((3, J)),
-            moments=0,
-            begin=np.nan,
-            end=np.nan,
+            gathering=none_gathered(self.space.size, self.space.joints),
             waiting=(),
             heard=(LearntBy(-np.inf, self.learning.first(self.rules.noise, self.period)),),
             carrying=Carrying((carried.commissioned(),)),
@@ -115,7 +111,7 @@ class Slow:
         Args:
             pushed: something pushes the arm just now; the moments that wait may be of that.
         """
-        last = state.waiting[-1].end if state.waiting else state.end
+        last = state.waiting[-1].end if state.waiting else state.gathering.end
         state = replace(state, found=())
         told = self.judge.concluded(state if pushed else self._told_out(state))
         # What is carried is told by the moments that wait.
@@ -126,7 +122,7 @@ class Slow:
         """With what still waits, where it makes half a block: no more comes to wait for."""
         while state.waiting:
             state = self._gather(state)
-        return self._block(state) if state.moments * MOMENT >= 0.5 * BLOCK else state
+        return self._block(state) if state.gathering.moments * MOMENT >= 0.5 * BLOCK else state
 
     def _settled(self, state: SlowState, t: float, ended: bool = False) -> SlowState:
         """With what is carried there to stay, if it is."""
@@ -151,8 +147,7 @@ class Slow:
         carrying = state.carrying
         alone = len(carrying.modes) == 2  # what was carried before was no piece, but the same
         recall = state.recall.unladen(-np.inf if alone else carrying.since)
-        A, b = state.laden or (0.0, 0.0)
-        state = replace(state, A=state.A + A, b=state.b + b, laden=None, recall=recall)
+        state = replace(state, gathering=state.gathering.unladen, recall=recall)
         state = self.judge.knowing(replace(state, carrying=carrying.unladen), state.known)
         state = self._retold(self.judge.judged(state))
         return self.judge.concluded(state) if ended else state
@@ -207,7 +202,8 @@ class Slow:
         return replace(state, bank=bank, recall=recall)
 
     def _gather(self, state: SlowState) -> SlowState:
-        if not np.isnan(state.begin) and onsets.another(state.end, state.waiting[0].begin):
+        begun = state.gathering
+        if begun.moments and onsets.another(begun.end, state.waiting[0].begin):
             state = self._block(state)
         ripe, *waiting = state.waiting
         bank = self.healthy.informed(state.before[0], state.bank, state.known)
@@ -218,35 +214,34 @@ class Slow:
             return noticed
         if pool is None:
             return state
-        state = state.bearing(self.loads.beside.pool(ripe, carrying.modes[0].mean), pool)
-        began = ripe.begin if np.isnan(state.begin) else state.begin
-        if onsets.another(state.bank.t, began):
+        gathering = state.gathering
+        if carrying.was:
+            usual = self.loads.beside.pool(ripe, carrying.modes[0].mean)
+            gathering = gathering.bearing(usual, pool)
+        lost = friction.lost(ripe.means, self.space.reference.drive)
+        gathering = gathering.after(pool, ripe.begin, ripe.end, lost)
+        if onsets.another(state.bank.t, gathering.begin):
             fresh = replace(state.carrying, unclaimed=())
             state = replace(state, before=(state.bank, state.recall), carrying=fresh)
-        state = replace(
-            state,
-            A=state.A + pool.A,
-            b=state.b + pool.b,
-            warm=state.warm + pool.warm,
-            lost=state.lost + friction.lost(ripe.means, self.space.reference.drive),
-            moments=state.moments + 1,
-            begin=began,
-            end=ripe.end,
-        )
-        return self._block(state) if ripe.end - began > BLOCK - MOMENT else state
+        state = replace(state, gathering=gathering)
+        whole = gathering.end - gathering.begin > BLOCK - MOMENT
+        return self._block(state) if whole else state
 
     def _block(self, state: SlowState) -> SlowState:
-        warm, straying = state.warm / state.moments, self.judge.straying(state)
+        gathering, straying = state.gathering, self.judge.straying(state)
+        warm = gathering.warmth
         belief = self.healthy.now(state.bank, warm)
         supposed = self.healthy.now(self.judge.supposed(state), warm)
-        hidden = self.loads.hidden(state.A / state.moments, belief)
-        block = self._block_of(state, state.A, state.b, hidden)
-        if state.laden:
-            A, b = state.laden
-            bare = self._block_of(state, state.A + A, state.b + b, np.zeros_like(hidden))
+        hidden = self.loads.hidden(gathering.A / gathering.moments, belief)
+        block = self._block_of(state, gathering.A, gathering.b, hidden)
+        if gathering.laden:
+            usual = gathering.unladen
+            bare = self._block_of(state, usual.A, usual.b, np.zeros_like(hidden))
             block = replace(block, unladen=bare)
         block = self.healthy.leaping(block, state.known)
-        learnt = self.learning.after(state.learnt, state.A, state.b, supposed, straying.window)
+        learnt = self.learning.after(
+            state.learnt, gathering.A, gathering.b, supposed, straying.window
+        )
         state = replace(
             state,
             bank=onsets.step(state.bank, block, straying, self.judge.E, state.waited > 0),
@@ -265,12 +260,13 @@ class Slow:
         Args:
             hidden: sd of what is carried unseen, (n,).
         """
-        warm, window = state.warm / state.moments, self.learning.window(state.learnt, state.A)
+        gathering = state.gathering
+        warm, window = gathering.warmth, self.learning.window(state.learnt, gathering.A)
         A, b = onsets.strayed(A, b, np.hypot(window, hidden))
         A, b = warmth.widened(A, b, warmth.unknowns(self.space, warm))
         unseen = np.append(hidden, np.zeros(len(b) - len(hidden)))
         walk = self.healthy.blind(warm)
-        return Block(state.begin, state.end, A, b, walk, unseen, lost=state.lost)
+        return Block(gathering.begin, gathering.end, A, b, walk, unseen, lost=gathering.lost)
 
     def _retold(self, state: SlowState) -> SlowState:
         """With the moments that wait in the light of what is known by now."""
@@ -282,7 +278,7 @@ class Slow:
         """With a light piece that is noticed by now: what this program taught is forgotten."""
         if not state.carrying.due:
             return None
-        ended = self._block(state) if state.moments else state
+        ended = self._block(state) if state.gathering.moments else state
         if ended.known != state.known:  # a fault, as it seems, is no light piece
             return None
         joints = [k for k, each in enumerate(self.of.each) if not each.kind.of_tool]
@@ -301,10 +297,7 @@ class Slow:
 
     def _between(self, state: SlowState) -> SlowState:
         """With no block begun."""
-        n, J = self.space.size, self.space.joints
-        A, b, warm = np.zeros((n, n)), np.zeros(n), np.zeros((3, J))
-        none = replace(state, A=A, b=b, warm=warm, moments=0, begin=np.nan, end=np.nan)
-        return replace(none, laden=None, lost=0.0)
+        return replace(state, gathering=none_gathered(self.space.size, self.space.joints))
 
 
 def _unpushed(state: SlowState, push: Push) -> SlowState:

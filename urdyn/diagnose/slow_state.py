@@ -7,11 +7,10 @@ from dataclasses import dataclass, replace
 from urdyn.diagnose.carrying import Carrying, Waiting
 from urdyn.diagnose.change import Change
 from urdyn.diagnose.fault import Fault
+from urdyn.diagnose.gathering import Gathering
 from urdyn.diagnose.learning import Learnt
-from urdyn.diagnose.moment import Pool
 from urdyn.diagnose.onsets import Bank
 from urdyn.diagnose.recall import Recall
-from urdyn.types import Array
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,12 +26,7 @@ class SlowState:
     """The bank, and what is on its way into it."""
 
     bank: Bank
-    A: Array  # (n, n) of the block that is being gathered
-    b: Array  # (n,)
-    warm: Array  # (3, J) sum over its moments
-    moments: int  # in it
-    begin: float  # [s] of that block; NaN: none
-    end: float  # [s] of its last moment
+    gathering: Gathering
     waiting: tuple[Waiting, ...]
     heard: tuple[LearntBy, ...]  # after each of the last blocks, one at least
     carrying: Carrying
@@ -43,9 +37,6 @@ class SlowState:
     passed: tuple[Fault, ...] = ()  # that were found, and were none; the last of each suspect
     likely: int | None = None  # suspect that explains the arm best, where there is one
     found: tuple[Change, ...] = ()  # in this step
-    # (n, n), (n,) what another load took of A and b, in a block that began with one
-    laden: tuple[Array, Array] | None = None
-    lost: Array | float = 0.0  # in that block, as `friction.lost` has it
 
     @property
     def suspects(self) -> tuple[int, ...]:
@@ -56,18 +47,6 @@ class SlowState:
     def learnt(self) -> Learnt:
         """What was learnt of a healthy arm's noise."""
         return self.heard[-1].learnt
-
-    def bearing(self, usual: Pool, left: Pool) -> SlowState:
-        """With what another load takes of a moment, where the block began with one.
-
-        Args:
-            usual: the moment, if that is what is carried as a rule.
-            left: what the load leaves of it.
-        """
-        if not self.carrying.was or (self.moments and self.laden is None):
-            return self
-        A, b = self.laden or (0.0, 0.0)
-        return replace(self, laden=(A + usual.A - left.A, b + usual.b - left.b))
 
     def unheard(self, t: float) -> SlowState:
         """With what had been learnt by the blocks up to `t` [s], as far back as that is known."""
