@@ -14,17 +14,17 @@ from urdyn.diagnose import memory, rules
 from urdyn.diagnose.acknowledge import acknowledge, acknowledged
 from urdyn.diagnose.carrying import MOMENT
 from urdyn.diagnose.change import Change
-from urdyn.diagnose.desk import Desk
 from urdyn.diagnose.diagnosis import Diagnosis
 from urdyn.diagnose.document import findings_document
 from urdyn.diagnose.event import Event
 from urdyn.diagnose.finding import Finding
+from urdyn.diagnose.job import Job
 from urdyn.diagnose.offline import diagnose
 from urdyn.diagnose.pace import BEAT, Pace
 from urdyn.diagnose.prognosis import FAN, Course, trend
 from urdyn.diagnose.rules import Rules, read_rules
+from urdyn.diagnose.session import Session
 from urdyn.diagnose.state import Now, State
-from urdyn.diagnose.task import Task
 from urdyn.diagnose.verdict import of_change, up_to_date
 from urdyn.errors import InputError
 from urdyn.faults import Costs
@@ -268,12 +268,12 @@ def test_the_rules_of_the_house_can_be_copied_and_changed(tmp_path: Path) -> Non
 def test_a_finding_that_was_seen_is_quiet_until_it_gets_worse(shop: Shop, tmp_path: Path) -> None:
     log = shop.log("sensor_fault:joint=3,mode=stuck,onset=3", seconds=5.0)
     of = shop.diagnosis(log)
-    desk = Desk(Task(of.fit, of.period, of.rules, tmp_path, 0, {"twin": "a"}, {}))
+    session = Session(Job(of.fit, of.period, of.rules, tmp_path, 0, {"twin": "a"}, {}))
     for now in instants(shop, log):
         series = [getattr(now.instant, name) for name in NAMES[1:]]
-        desk.take(np.concatenate([[now.instant.t], *series, now.s, now.travelled]))
-    desk.finish()
-    (finding,) = desk.write()["findings"]
+        session.take(np.concatenate([[now.instant.t], *series, now.s, now.travelled]))
+    session.finish()
+    (finding,) = session.write()["findings"]
     assert not finding["acknowledged"]
     acknowledge(tmp_path, finding["id"])
     known, kept = acknowledged(tmp_path), Finding(**finding)
@@ -281,9 +281,9 @@ def test_a_finding_that_was_seen_is_quiet_until_it_gets_worse(shop: Shop, tmp_pa
     assert not known.quiets(replace(kept, size=2.0 * kept.size))
     with pytest.raises(InputError, match="no finding"):
         acknowledge(tmp_path, "collision.nothing")
-    desk.finish()  # of a run that found it again
+    session.finish()  # of a run that found it again
     assert acknowledged(tmp_path).quiets(kept)
-    Desk(replace(desk.task, index=0)).finish()  # and of one that did not: repaired, maybe
+    Session(replace(session.job, index=0)).finish()  # and of one that did not: repaired, maybe
     assert not acknowledged(tmp_path).quiets(kept)
 
 

@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 from shop import Shop
 
-from urdyn.diagnose.desk import Desk
+from urdyn.diagnose.job import Job
 from urdyn.diagnose.onlooker import Onlooker
-from urdyn.diagnose.task import Task
+from urdyn.diagnose.session import Session
 from urdyn.errors import InputError
 from urdyn.estimate import Innovation
 from urdyn.tracking import Reading
@@ -76,14 +76,14 @@ def test_what_a_run_goes_on_from_is_kept_until_the_run_is_kept_later(
 ) -> None:
     """Though one that was killed before had come as far as the next."""
     of = shop.diagnosis(shop.log(seconds=2.0))
-    desk = Desk(Task(of.fit, of.period, of.rules, tmp_path, 0, {"twin": "a"}, {}))
+    session = Session(Job(of.fit, of.period, of.rules, tmp_path, 0, {"twin": "a"}, {}))
     for sample in (1000, 2000, 2000):
-        desk.keep(sample)
+        session.keep(sample)
     assert sorted(path.name for path in tmp_path.iterdir()) == [
         "diagnosis-1000.npz",
         "diagnosis-2000.npz",
     ]
-    desk.keep(3000)
+    session.keep(3000)
     assert not (tmp_path / "diagnosis-1000.npz").exists()
 
 

@@ -10,9 +10,9 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from urdyn.diagnose import Finding
-from urdyn.diagnose.apart import TOLD
 from urdyn.diagnose.document import findings_document
 from urdyn.diagnose.prognosis import Course
+from urdyn.diagnose.worker import TOLD
 from urdyn.faults import Costs
 
 ROWS, START, STEP = 6000, 1000.0, 0.01

@@ -85,7 +85,7 @@ def onlooker(
 def undiagnosed(out: Path) -> None:
     """Without what an earlier diagnosis found in DIR: it is of another history."""
     from urdyn.diagnose.acknowledge import FOUND
-    from urdyn.diagnose.task import KEPT
+    from urdyn.diagnose.job import KEPT
 
     for path in (out / FOUND, *out.glob(KEPT.format(index="*"))):
         path.unlink(missing_ok=True)

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from urdyn.diagnose.job import KEPT, Job
+from urdyn.diagnose.reading_row import blank, row
 from urdyn.diagnose.rules import Rules
-from urdyn.diagnose.task import KEPT, Task
-from urdyn.diagnose.wire import blank, row
 from urdyn.errors import InputError
 from urdyn.identify.fit import Fit
 from urdyn.io.frames import Words, numbers_frame, words_frame, words_of
@@ -31,7 +31,7 @@ Tell = Callable[[Mapping[str, Any]], None]
 def begin_diagnosis(fit: Fit) -> Helper:
     """The process that diagnoses an arm; one that was begun ahead is there when a stream is."""
     advice = "run again, or with --no-diagnosis"
-    helper = Helper("urdyn.diagnose.apart", "the diagnosis", advice)
+    helper = Helper("urdyn.diagnose.worker", "the diagnosis", advice)
     helper.send(words_frame(document(fit)))
     return helper
 
@@ -74,10 +74,10 @@ class Onlooker:
         elif not path.exists():
             raise InputError(f"{path}: is missing, and the run cannot go on; begin with --fresh")
         whose = dict(identity) | {"rules": rules}
-        task = Task(self.fit, self.period, self.rules, folder, index, whose, self.source)
+        job = Job(self.fit, self.period, self.rules, folder, index, whose, self.source)
         self._helper = self._helper or begin_diagnosis(self.fit)
         self._helper.await_ready()
-        self._helper.send(words_frame(task.plain()))
+        self._helper.send(words_frame(job.plain()))
         while index and not self._begun:  # can what was kept be gone on from?
             self._listen()
 

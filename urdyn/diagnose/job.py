@@ -16,7 +16,7 @@ KEPT = "diagnosis-{index}.npz"
 
 
 @dataclass(frozen=True)
-class Task:
+class Job:
     """A run that somebody looks on at."""
 
     fit: Fit
@@ -28,7 +28,7 @@ class Task:
     source: Mapping[str, str]
 
     def plain(self) -> dict[str, Any]:
-        """In numbers and words, but for the fit; `task_of` reads it."""
+        """In numbers and words, but for the fit; `job_of` reads it."""
         return {
             "period": self.period,
             "rules": asdict(self.rules),
@@ -39,11 +39,11 @@ class Task:
         }
 
 
-def task_of(fit: Fit, plain: Mapping[str, Any]) -> Task:
-    """The task that `Task.plain` tells of."""
+def job_of(fit: Fit, plain: Mapping[str, Any]) -> Job:
+    """The job that `Job.plain` tells of."""
     told = plain["rules"]
     slow = tuple(SlowKind(**of | {"shapes": tuple(of["shapes"])}) for of in told["slow"])
     parts = {"noise": Noise(**told["noise"]), "slow": slow, "costs": Costs(**told["costs"])}
     parts["fast"] = fast_rules(told["fast"])
     rules, folder = Rules(**told | parts), Path(plain["folder"])
-    return Task(**{**plain, "fit": fit, "rules": rules, "folder": folder})
+    return Job(**{**plain, "fit": fit, "rules": rules, "folder": folder})

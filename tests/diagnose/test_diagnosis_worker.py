@@ -15,11 +15,11 @@ from shop import Shop
 from test_diagnosis_resumed import looking_on, readings
 
 from urdyn.diagnose.acknowledge import FOUND
-from urdyn.diagnose.desk import Desk
+from urdyn.diagnose.job import Job, job_of
 from urdyn.diagnose.onlooker import Onlooker
+from urdyn.diagnose.reading_row import row
 from urdyn.diagnose.rules import read_rules
-from urdyn.diagnose.task import Task, task_of
-from urdyn.diagnose.wire import row
+from urdyn.diagnose.session import Session
 from urdyn.errors import InputError, UrdynError
 from urdyn.io.frames import Frames, words_frame
 from urdyn.twin import Twin
@@ -74,12 +74,12 @@ def test_what_is_taken_back_is_told_once(shop: Shop) -> None:
 
 
 def test_a_task_is_the_same_once_it_was_words(shop: Shop) -> None:
-    task = Task(shop.fit, 0.01, read_rules(), Path("/here"), 7, {"twin": "a"}, {"source": "b"})
-    (told,) = Frames().take(words_frame(task.plain()))
-    again = task_of(shop.fit, told)
-    assert again.rules == task.rules
+    job = Job(shop.fit, 0.01, read_rules(), Path("/here"), 7, {"twin": "a"}, {"source": "b"})
+    (told,) = Frames().take(words_frame(job.plain()))
+    again = job_of(shop.fit, told)
+    assert again.rules == job.rules
     assert json.dumps(told) == json.dumps(next(Frames().take(words_frame(again.plain()))))
-    assert (again.folder, again.index, again.period) == (task.folder, 7, 0.01)
+    assert (again.folder, again.index, again.period) == (job.folder, 7, 0.01)
 
 
 def test_another_process_says_what_this_one_would(shop: Shop, tmp_path: Path) -> None:
@@ -88,15 +88,15 @@ def test_another_process_says_what_this_one_would(shop: Shop, tmp_path: Path) ->
     apart.tell = told.append
     here.mkdir()
     apart.begin(tmp_path, 0, {"twin": "a"})
-    task = Task(apart.fit, apart.period, apart.rules, here, 0, {"twin": "a"}, {})
-    desk = Desk(task_of(apart.fit, next(Frames().take(words_frame(task.plain())))))
+    job = Job(apart.fit, apart.period, apart.rules, here, 0, {"twin": "a"}, {})
+    session = Session(job_of(apart.fit, next(Frames().take(words_frame(job.plain())))))
     for reading in readings(shop, log):
         apart.take(reading)
-        desk.take(row(reading))
+        session.take(row(reading))
     summary = apart.finish()
     apart.close()
-    desk.finish()
-    ours = desk.write()
+    session.finish()
+    ours = session.write()
     written = json.loads((tmp_path / FOUND).read_text())
     assert written["findings"] == ours["findings"] == summary["findings"]
     assert [finding["id"] for finding in told] == ["sensor_fault.wrist_1_joint"]

@@ -1,6 +1,6 @@
-"""A diagnosis in a process of its own: python -m urdyn.diagnose.apart, which `Onlooker` begins.
+"""A diagnosis in a process of its own: python -m urdyn.diagnose.worker, which `Onlooker` begins.
 
-First comes the twin, then the task, then what is seen.
+First comes the twin, then the job, then what is seen.
 """
 
 from __future__ import annotations
@@ -8,8 +8,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from urdyn.diagnose.desk import Desk
-from urdyn.diagnose.task import task_of
+from urdyn.diagnose.job import job_of
+from urdyn.diagnose.session import Session
 from urdyn.io.frames import Words, words_of
 from urdyn.io.helping import Heard, helping
 from urdyn.io.rss import peak_rss
@@ -22,26 +22,30 @@ TOLD = ("findings", "arm", "joints", "recommendation", "observability")  # in a 
 def _answers(heard: Heard) -> Iterator[Words]:
     """What there is to say to what comes in."""
     fit = fit_of(words_of(next(heard)), "twin")
-    desk = Desk(task_of(fit, words_of(next(heard))))
-    yield {"findings": desk.write()["findings"]}
+    session = Session(job_of(fit, words_of(next(heard))))
+    yield {"findings": session.write()["findings"]}
     for frame in heard:
-        if answer := _answer(desk, frame):
+        if answer := _answer(session, frame):
             yield answer
 
 
-def _answer(desk: Desk, frame: Words | Array) -> dict[str, Any]:
+def _answer(session: Session, frame: Words | Array) -> dict[str, Any]:
     """What a frame asks for, or what it made known; nothing: {}."""
     if not isinstance(frame, Mapping):
-        found = desk.take(frame)
-        return {"told": desk.untold(found), "findings": desk.write()["findings"]} if found else {}
+        found = session.take(frame)
+        return (
+            {"told": session.untold(found), "findings": session.write()["findings"]}
+            if found
+            else {}
+        )
     if "keep" in frame:
-        document = desk.write()
-        desk.keep(frame["keep"])
+        document = session.write()
+        session.keep(frame["keep"])
         return {"kept": frame["keep"], "findings": document["findings"]}
-    found = desk.finish()
-    document = desk.write()
+    found = session.finish()
+    document = session.write()
     summary = {name: document[name] for name in TOLD} | {"diagnosis_rss_mb": peak_rss() / 1e6}
-    return {"told": desk.untold(found), "findings": document["findings"], "finished": summary}
+    return {"told": session.untold(found), "findings": document["findings"], "finished": summary}
 
 
 if __name__ == "__main__":
