@@ -9,13 +9,14 @@ from functools import cached_property
 import numpy as np
 from scipy.special import logsumexp
 
-from urdyn.diagnose import friction, onsets
+from urdyn.diagnose import onsets
 from urdyn.diagnose.alarm import Alarm, alarm_of
 from urdyn.diagnose.explain import Explanation, Suspects, explanation, gathered, ratios, supposed
+from urdyn.diagnose.extent import Extent
 from urdyn.diagnose.fault import Fault, known_by
 from urdyn.diagnose.healthy import Healthy
 from urdyn.diagnose.onsets import Bank, Straying
-from urdyn.diagnose.recall import Level, Recall, Series
+from urdyn.diagnose.recall import Recall
 from urdyn.diagnose.rules import PAYLOAD_STATES
 from urdyn.diagnose.slow_state import SlowState
 from urdyn.types import Array
@@ -47,6 +48,11 @@ class Judge:
     def straying(self, state: SlowState) -> Straying:
         """How far the arm strays that is known by now."""
         return self.healthy.loosened(state.known, state.learnt.steadiness.share)
+
+    @cached_property
+    def extent(self) -> Extent:
+        """How far changes that were found have gone."""
+        return Extent(self.healthy, self.of)
 
     def judged(self, state: SlowState) -> SlowState:
         """After a block; `found` are the changes that it settles, but for those that are none."""
@@ -122,7 +128,7 @@ class Judge:
         change = alarm.change()
         after = replace(state, found=(*state.found, change), waited=0)
         rest = tuple(f for f in state.known if not self.of.each[f.suspect].part_of(suspect))
-        fault = self._of_what_was(after, known_by(change), rest)
+        fault = self.extent.with_before(after, known_by(change), rest)
         after = self.knowing(after, (*rest, fault))
         again = any(f.suspect == alarm.suspect for f in state.passed)
         if again and self._nothing(after.bank, fault):  # it is still what it was taken back from
@@ -177,7 +183,7 @@ class Judge:
 
     def _now(self, bank: Bank, fault: Fault) -> tuple[float, float]:
         """Size of a change the way that its kind goes, and its sd."""
-        at, sign = self._measured(fault.suspect), self.of.each[fault.suspect].kind.sign
+        at, sign = self.extent.measured(fault.suspect), self.of.each[fault.suspect].kind.sign
         size = sign * bank.x[at] if sign else abs(bank.x[at])
         return float(size), bank.sd(at)
 
@@ -207,75 +213,6 @@ class Judge:
         if state.likely is None or not len(state.bank.onset):
             return state.bank
         return supposed(state.bank, self.of.each[state.likely], self.E)
-
-    def levels(self, state: SlowState) -> dict[int, Level]:
-        """Suspects that are found, and how far their change has gone: time, size, sd."""
-        bank = state.bank
-        now = [(bank.middle, bank.x, bank.P)]
-        return {fault.suspect: self._sizes(state, fault, now)[0] for fault in state.known}
-
-    def trace(self, state: SlowState, k: int) -> Series:
-        """How a found change went in the blocks that are remembered: time, size, sd."""
-        fault = next(fault for fault in state.known if fault.suspect == k)
-        course = state.recall.course(self.healthy, state.known, self.straying(state))
-        return self._sizes(state, fault, ((block.middle, x, P) for block, x, P in course))
-
-    def _sizes(
-        self, state: SlowState, fault: Fault, beliefs: Iterable[tuple[float, Array, Array]]
-    ) -> Series:
-        """How far a change has gone by beliefs in the states, (N,) and (N, N), each of its time.
-
-        In the unit of the state that measures it; of friction as all of it has grown, over the
-        motion since.
-        """
-        at, of = self._measured(fault.suspect), None
-        if fault.was:
-            joint = self._joint(fault.suspect)
-            lost = (b.lost for b in state.recall.blocks if b.end > fault.onset_lo)
-            of = friction.share(lost, joint)
-        if fault.was is None or of is None:
-            return [(t, float(x[at]), float(np.sqrt(P[at, at]))) for t, x, P in beliefs]
-        _, first = self._friction(*self.healthy.first, joint)
-        day = self.healthy.rules.friction["day"]
-        return [
-            (t, *friction.rise(of, self._friction(x, P, joint), fault.was, first, day))
-            for t, x, P in beliefs
-        ]
-
-    def terms(self, state: SlowState) -> dict[int, dict[str, dict[str, float]]]:
-        """Of each fault of friction that is found, how much each term has grown."""
-        told = {}
-        for fault in state.known:
-            if fault.was:
-                joint = self._joint(fault.suspect)
-                now = self._friction(state.bank.x, state.bank.P, joint)
-                _, first = self._friction(*self.healthy.first, joint)
-                told[fault.suspect] = friction.apart(now, fault.was, first)
-        return told
-
-    def _of_what_was(self, state: SlowState, fault: Fault, known: tuple[Fault, ...]) -> Fault:
-        """With what was believed of its joint's friction before, where it is one of that."""
-        if not self.of.each[fault.suspect].kind.of_friction:
-            return fault
-        straying = self.healthy.loosened(known, state.learnt.steadiness.share)
-        x, P = state.recall.before(fault, self.healthy, known, straying)
-        return replace(fault, was=self._friction(x, P, self._joint(fault.suspect)))
-
-    def _friction(self, x: Array, P: Array, joint: int) -> friction.Belief:
-        """Of a belief in the states, (N,) and (N, N), that in a joint's friction."""
-        places = self.healthy.space.places
-        at = np.array([places[name].start + joint for name in friction.TERMS])
-        return x[at], P[np.ix_(at, at)]
-
-    def _joint(self, k: int) -> int:
-        """Whose friction a suspect is."""
-        joint = self.of.each[k].joint
-        assert joint is not None, "a tool has no friction"
-        return joint
-
-    def _measured(self, k: int) -> int:
-        """Place of the state that measures a suspect's change."""
-        return int(self.of.states[self.of.each[k].places[0]])
 
 
 def _latest(faults: Iterable[Fault], more: Iterable[Fault]) -> tuple[Fault, ...]:

@@ -83,7 +83,7 @@ class Ledger:
         """All findings, as they are by now."""
         known = {k: self.judge.of.each[k] for k in slow.suspects}
         told = up_to_date(book.findings, known, book.series, self.space, book.upto)
-        return apart(told, known, self.judge.terms(slow), self.space)
+        return apart(told, known, self.judge.extent.terms(slow), self.space)
 
     def _new(self, book: Book, slow: SlowState) -> tuple[Book, list[Finding]]:
         """With the changes that this step has settled."""
@@ -92,7 +92,7 @@ class Ledger:
             of_tool = self.judge.of.each[change.suspect].kind.of_tool
             if not of_tool and change.suspect not in slow.suspects:
                 continue
-            trace = [] if of_tool else self.judge.trace(slow, change.suspect)
+            trace = [] if of_tool else self.judge.extent.trace(slow, change.suspect)
             series[change.suspect] = tuple(trace)
             new.append(of_change(change, self.judge.of, self.space, self.rules, trace))
         findings, found = entered(book.findings, new)
@@ -101,7 +101,7 @@ class Ledger:
     def _gone_on(self, book: Book, slow: SlowState) -> Book:
         """With the last block of every change that is known."""
         series = dict(book.series)
-        for k, level in self.judge.levels(slow).items():
+        for k, level in self.judge.extent.levels(slow).items():
             had = series.get(k, ())
             if not had or level[0] > had[-1][0]:  # a trace has the last block
                 series[k] = (*had, level)[-SERIES:]

@@ -1,0 +1,92 @@
+"""How far changes that were found have gone."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from urdyn.diagnose import friction
+from urdyn.diagnose.explain import Suspects
+from urdyn.diagnose.fault import Fault
+from urdyn.diagnose.healthy import Healthy
+from urdyn.diagnose.recall import Level, Series
+from urdyn.diagnose.slow_state import SlowState
+from urdyn.types import Array
+
+
+@dataclass(frozen=True, eq=False)
+class Extent:
+    """Of a change, the state that measures it; of friction, all of its joint's."""
+
+    healthy: Healthy
+    of: Suspects
+
+    def levels(self, state: SlowState) -> dict[int, Level]:
+        """Suspects that are found, and how far their change has gone: time, size, sd."""
+        bank = state.bank
+        now = [(bank.middle, bank.x, bank.P)]
+        return {fault.suspect: self._sizes(state, fault, now)[0] for fault in state.known}
+
+    def trace(self, state: SlowState, k: int) -> Series:
+        """How a found change went in the blocks that are remembered: time, size, sd."""
+        fault = next(fault for fault in state.known if fault.suspect == k)
+        straying = self.healthy.loosened(state.known, state.learnt.steadiness.share)
+        course = state.recall.course(self.healthy, state.known, straying)
+        return self._sizes(state, fault, ((block.middle, x, P) for block, x, P in course))
+
+    def terms(self, state: SlowState) -> dict[int, dict[str, dict[str, float]]]:
+        """Of each fault of friction that is found, how much each term has grown."""
+        told = {}
+        for fault in state.known:
+            if fault.was:
+                now = self._friction(state.bank.x, state.bank.P, fault)
+                _, first = self._friction(*self.healthy.first, fault)
+                told[fault.suspect] = friction.apart(now, fault.was, first)
+        return told
+
+    def with_before(self, state: SlowState, fault: Fault, known: tuple[Fault, ...]) -> Fault:
+        """With what was believed of its joint's friction before, where it is one of that."""
+        if not self.of.each[fault.suspect].kind.of_friction:
+            return fault
+        straying = self.healthy.loosened(known, state.learnt.steadiness.share)
+        x, P = state.recall.before(fault, self.healthy, known, straying)
+        return replace(fault, was=self._friction(x, P, fault))
+
+    def measured(self, k: int) -> int:
+        """Place of the state that measures a suspect's change."""
+        return int(self.of.states[self.of.each[k].places[0]])
+
+    def _sizes(
+        self, state: SlowState, fault: Fault, beliefs: Iterable[tuple[float, Array, Array]]
+    ) -> Series:
+        """How far a change has gone by beliefs in the states, (N,) and (N, N), each of its time.
+
+        In the unit of the state that measures it; of friction as all of it has grown, over the
+        motion since.
+        """
+        of = None
+        if fault.was:
+            lost = (b.lost for b in state.recall.blocks if b.end > fault.onset_lo)
+            of = friction.share(lost, self._joint(fault))
+        if fault.was is None or of is None:
+            at = self.measured(fault.suspect)
+            return [(t, float(x[at]), float(np.sqrt(P[at, at]))) for t, x, P in beliefs]
+        _, first = self._friction(*self.healthy.first, fault)
+        day = self.healthy.rules.friction["day"]
+        return [
+            (t, *friction.rise(of, self._friction(x, P, fault), fault.was, first, day))
+            for t, x, P in beliefs
+        ]
+
+    def _friction(self, x: Array, P: Array, fault: Fault) -> friction.Belief:
+        """Of a belief in the states, (N,) and (N, N), that in the friction of a fault's joint."""
+        places, joint = self.healthy.space.places, self._joint(fault)
+        at = np.array([places[name].start + joint for name in friction.TERMS])
+        return x[at], P[np.ix_(at, at)]
+
+    def _joint(self, fault: Fault) -> int:
+        joint = self.of.each[fault.suspect].joint
+        assert joint is not None, "a tool has no friction"
+        return joint
