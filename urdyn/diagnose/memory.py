@@ -72,10 +72,11 @@ def load(identity: Mapping[str, str], path: Path) -> State:
         with path.open("rb") as stream, np.load(stream, allow_pickle=False) as archive:
             arrays = dict(archive)
         whose, tree = json.loads(str(arrays["tree"]))
-        state = _value(tree, arrays)
+        # What another version kept may be of classes that are no more.
+        state = _value(tree, arrays) if whose == dict(identity) else None
     except DAMAGE as error:
         raise InputError(f"{path}: is damaged ({error}); start anew with --fresh") from error
-    if whose != dict(identity) or not isinstance(state, State):
+    if not isinstance(state, State):
         raise InputError(f"{path}: is of another run; start anew with --fresh")
     return state
 
