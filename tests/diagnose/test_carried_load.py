@@ -13,7 +13,6 @@ from urdyn.diagnose.beside import Belief
 from urdyn.diagnose.carried import Mode, Shown
 from urdyn.diagnose.carrying import MOMENT, Carrying, Waiting
 from urdyn.diagnose.collision import Collision
-from urdyn.diagnose.explain import suspects
 from urdyn.diagnose.loads import DELAY, Loads
 from urdyn.diagnose.moment import averaged, laden, pooled
 from urdyn.diagnose.rows import Rows, derivatives, rows
@@ -21,6 +20,7 @@ from urdyn.diagnose.rules import read_rules
 from urdyn.diagnose.slow import BLOCK
 from urdyn.diagnose.space import Space, space
 from urdyn.diagnose.stay import Stay
+from urdyn.diagnose.suspects import suspects
 from urdyn.diagnose.warmth import felt, unfelt
 from urdyn.simulate import Payload
 

@@ -7,13 +7,13 @@ import pytest
 from shop import Shop
 
 from urdyn.diagnose import onsets
-from urdyn.diagnose.explain import suspects
 from urdyn.diagnose.fault import Fault
 from urdyn.diagnose.healthy import Healthy
 from urdyn.diagnose.onsets import Block, Straying
 from urdyn.diagnose.recall import Recall
 from urdyn.diagnose.rules import read_rules
 from urdyn.diagnose.space import space
+from urdyn.diagnose.suspects import suspects
 
 LENGTH = 5.0  # [s] of a block
 

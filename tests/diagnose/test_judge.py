@@ -7,11 +7,12 @@ import pytest
 from shop import Shop
 
 from urdyn.diagnose import onsets
-from urdyn.diagnose.explain import Explanation, Suspect, _began, gathered, ratios, suspects
+from urdyn.diagnose.explain import Explanation, _began, gathered, ratios
 from urdyn.diagnose.fault import Fault
 from urdyn.diagnose.judge import _shadow
 from urdyn.diagnose.rules import read_rules
 from urdyn.diagnose.space import space
+from urdyn.diagnose.suspects import Suspect, suspects
 
 
 def test_a_change_that_is_too_small_to_be_told_is_not_told_by_another_name(shop: Shop) -> None:

@@ -7,9 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from urdyn.diagnose.explain import Suspect, Suspects, _log_ratio, gathered, ratios
+from urdyn.diagnose.explain import _log_ratio, gathered, ratios
 from urdyn.diagnose.onsets import PROGRAM, Block, Straying, first, step, strayed
 from urdyn.diagnose.rules import SlowKind
+from urdyn.diagnose.suspects import Suspect, Suspects
 
 N, BLOCKS, SECONDS = 3, 7, 5.0
 WALK, WINDOW = np.array([0.02, 0.01, 0.0]), np.array([0.1, 0.0, 0.05])

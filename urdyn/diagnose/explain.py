@@ -14,65 +14,15 @@ import numpy as np
 from scipy.special import log_ndtr, logsumexp
 
 from urdyn.diagnose.onsets import SHAPES, Bank
-from urdyn.diagnose.rules import PAYLOAD_STATES, SlowKind, unit
-from urdyn.diagnose.space import Space
+from urdyn.diagnose.rules import SlowKind
+from urdyn.diagnose.suspects import Suspect, Suspects
 from urdyn.types import Array, Index
 
 SIZES = (1.0, 0.2)  # of the expected size, that a step may have
 RATES = (60.0, 600.0, 3600.0, 18000.0)  # [s] in which a ramp makes a change of the expected size
 SCALES = {"step": SIZES, "ramp": tuple(1.0 / tau for tau in RATES)}  # of it, of a ramp [1/s]
 ANY = (1.0, 5.0, 25.0)  # of the expected size, that what has just happened may have
-LEAST = 0.1  # [-] of its current that a drive takes at least, however healthy it becomes
 FINE = 0.05  # of a block, to which the time of an onset is told
-
-
-@dataclass(frozen=True, eq=False)
-class Suspect:
-    """A kind on a joint."""
-
-    kind: SlowKind
-    joint: int | None  # None: the tool
-    places: Index  # (r,) among the directions
-    sd: Array  # (r,) of a change, in units of the states
-    unit: float  # of the first state, per unit that people read
-    doubt: float = 0.0  # [-] sd of what a change is told as a share of, by its own commissioning
-
-    def part_of(self, other: Suspect) -> bool:
-        """Whether another one changes all that this one does, and more."""
-        return set(self.places.tolist()) < set(other.places.tolist())
-
-    def grown(self, size: float) -> float:
-        """A change, as people read it, the way that its kind goes; 0 where it goes the other."""
-        sign = -self.kind.sign if self.kind.of_sensor else self.kind.sign
-        return max(sign * size, 0.0) if sign else abs(size)
-
-    def read(self, size: float, sd: float) -> tuple[float, float]:
-        """A change of the first state, and its sd, as people read it.
-
-        A bank is linear in current: of a drive that takes x more for the same torque there is left
-        1 / (1 + x) of its health, and not 1 - x.
-        """
-        size, sd = size / self.unit, sd / self.unit
-        if self.kind.of_sensor:
-            return -size, sd
-        if not self.kind.of_health:
-            return size, sd
-        left = 1.0 / max(1.0 - size, LEAST)
-        return left - 1.0, left**2 * sd
-
-
-@dataclass(frozen=True, eq=False)
-class Suspects:
-    """Everything that is looked for, and the directions that this takes."""
-
-    states: Index  # (p,) which state each direction is
-    each: tuple[Suspect, ...]
-
-    def directions(self, n: int) -> Array:
-        """E, (n, p)."""
-        E = np.zeros((n, len(self.states)))
-        E[self.states, np.arange(len(self.states))] = 1.0
-        return E
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,47 +48,6 @@ class Explanation:
         kind = self.suspect.kind
         size = kind.sign * self.size if kind.sign else abs(self.size)
         return bool(size > kind.least * self.suspect.unit)
-
-
-def suspects(space: Space, kinds: tuple[SlowKind, ...]) -> Suspects:
-    """All kinds on all joints; what the tool carries is nobody's joint."""
-    each, states = [], list[int]()
-    for kind in kinds:
-        for j in [None] if kind.of_tool else range(space.joints):
-            of = [_place(space, state, j) for state in kind.change]
-            units = [_unit(space, state, j) for state in kind.change]
-            states += [k for k in of if k not in states]
-            suspect = Suspect(
-                kind=kind,
-                joint=j,
-                places=np.array([states.index(k) for k in of]),
-                sd=np.array(list(kind.change.values())) * units,
-                unit=units[0],
-                doubt=_doubt(space, kind, j),
-            )
-            each.append(suspect)
-    return Suspects(np.array(states), tuple(each))
-
-
-def _doubt(space: Space, kind: SlowKind, joint: int | None) -> float:
-    """How far the friction may be off [-] of which a change is a share; 0 of none.
-
-    Of all friction `friction.rise` knows.
-    """
-    share = {"f": "f", "alpha": "alpha", "o": "f"}.get(next(iter(kind.change)))
-    of = None if kind.of_friction else share
-    return float(np.sqrt(space.cov.diagonal()[_place(space, of, joint)])) if of else 0.0
-
-
-def _place(space: Space, state: str, joint: int | None) -> int:
-    if joint is None:
-        return int(space.places["payload"].start) + PAYLOAD_STATES.index(state)
-    return int(space.places[state].start) + joint
-
-
-def _unit(space: Space, state: str, joint: int | None) -> float:
-    each = unit(space, state)
-    return 1.0 if joint is None else float(np.broadcast_to(each, space.joints)[joint])
 
 
 def evidence(bank: Bank, kind: SlowKind, places: Index, sd: Array) -> Array:

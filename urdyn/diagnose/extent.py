@@ -8,11 +8,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from urdyn.diagnose import friction
-from urdyn.diagnose.explain import Suspects
 from urdyn.diagnose.fault import Fault
 from urdyn.diagnose.healthy import Healthy
 from urdyn.diagnose.recall import Level, Series
 from urdyn.diagnose.slow_state import SlowState
+from urdyn.diagnose.suspects import Suspects
 from urdyn.types import Array
 
 

@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from urdyn.diagnose.change import Change
-from urdyn.diagnose.explain import Suspect
 from urdyn.diagnose.onsets import Block
+from urdyn.diagnose.suspects import Suspect
 from urdyn.types import Array
 
 FREE = 3.0  # [-] times the expected change, that a fault may have done at its onset

@@ -12,11 +12,11 @@ from functools import cached_property
 import numpy as np
 
 from urdyn.diagnose import carried, warmth
-from urdyn.diagnose.explain import Suspects
 from urdyn.diagnose.fault import Fault
 from urdyn.diagnose.onsets import Bank, Block, Straying
 from urdyn.diagnose.rules import Rules
 from urdyn.diagnose.space import Space
+from urdyn.diagnose.suspects import Suspects
 from urdyn.types import Array
 
 PER_HOUR = 60.0  # [√s] in an hour: a walk goes as far as the root of the time

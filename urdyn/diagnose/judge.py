@@ -11,7 +11,7 @@ from scipy.special import logsumexp
 
 from urdyn.diagnose import onsets
 from urdyn.diagnose.alarm import Alarm, alarm_of
-from urdyn.diagnose.explain import Explanation, Suspects, explanation, gathered, ratios, supposed
+from urdyn.diagnose.explain import Explanation, explanation, gathered, ratios, supposed
 from urdyn.diagnose.extent import Extent
 from urdyn.diagnose.fault import Fault, known_by
 from urdyn.diagnose.healthy import Healthy
@@ -19,6 +19,7 @@ from urdyn.diagnose.onsets import Bank, Straying
 from urdyn.diagnose.recall import Recall
 from urdyn.diagnose.rules import PAYLOAD_STATES
 from urdyn.diagnose.slow_state import SlowState
+from urdyn.diagnose.suspects import Suspects
 from urdyn.types import Array
 
 OLDER = 1.0 / 3.0  # [-] of a shift's blocks, that the time before it counts for

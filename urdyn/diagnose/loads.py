@@ -12,9 +12,10 @@ from urdyn.diagnose import carried, pieces
 from urdyn.diagnose.beside import Belief, Beside
 from urdyn.diagnose.carried import Mode
 from urdyn.diagnose.carrying import Carrying, Waiting
-from urdyn.diagnose.explain import Suspects, instant_evidence
+from urdyn.diagnose.explain import instant_evidence
 from urdyn.diagnose.moment import Pool
 from urdyn.diagnose.space import Space
+from urdyn.diagnose.suspects import Suspects
 from urdyn.types import Array
 
 DELAY = 4  # moments that one waits

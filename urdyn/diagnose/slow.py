@@ -16,7 +16,7 @@ from urdyn.diagnose.alarm import CONFIDENT
 from urdyn.diagnose.beside import Belief
 from urdyn.diagnose.carrying import MOMENT, Carrying, Waiting
 from urdyn.diagnose.change import Push
-from urdyn.diagnose.explain import Suspects, gathered, ratios, suspects
+from urdyn.diagnose.explain import gathered, ratios
 from urdyn.diagnose.gathering import none_gathered
 from urdyn.diagnose.healthy import Healthy
 from urdyn.diagnose.judge import Judge
@@ -30,6 +30,7 @@ from urdyn.diagnose.rules import Rules
 from urdyn.diagnose.slow_state import LearntBy, SlowState
 from urdyn.diagnose.space import Space
 from urdyn.diagnose.stay import Stay
+from urdyn.diagnose.suspects import Suspects, suspects
 from urdyn.types import Array
 
 BLOCK = 5.0  # [s]

@@ -18,10 +18,10 @@ from urdyn.diagnose import carried, pieces
 from urdyn.diagnose.carried import Mode
 from urdyn.diagnose.carrying import MOMENT, Carrying
 from urdyn.diagnose.change import Change
-from urdyn.diagnose.explain import Suspects
 from urdyn.diagnose.loads import DELAY, MARGIN
 from urdyn.diagnose.rules import PAYLOAD_STATES, SlowKind
 from urdyn.diagnose.space import Space
+from urdyn.diagnose.suspects import Suspects
 
 LASTING = 0.2  # [-] of the time away that a load must have been carried to be there to stay
 CLEAR = 5.0  # [sd] by which its mass differs then
