@@ -117,11 +117,17 @@ def test_a_memory_knows_all_that_a_diagnosis_is_made_of_by_its_own_name() -> Non
     assert len(memory.CLASSES) == len(memory.KNOWN)
 
 
-def test_another_runs_memory_and_a_damaged_one_are_refused(shop: Shop, tmp_path: Path) -> None:
+def test_another_runs_memory_and_a_damaged_one_are_refused(
+    shop: Shop, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     state, path = shop.diagnosis(shop.log(seconds=2.0)).init(), tmp_path / "kept.npz"
     memory.save(state, {"run": "this"}, path)
     with pytest.raises(InputError, match="another run"):
         memory.load({"run": "that"}, path)
+    with monkeypatch.context() as older:
+        older.delitem(memory.CLASSES, "Book")  # a class that is no more, or not yet
+        with pytest.raises(InputError, match="another run"):
+            memory.load({"run": "that"}, path)
     path.write_bytes(path.read_bytes()[:1000])
     with pytest.raises(InputError, match="damaged"):
         memory.load({"run": "this"}, path)
