@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from scipy.stats import binom
 
+from urdyn.cli.verdict import another, verdict
 from urdyn.diagnose import diagnose
 from urdyn.errors import UrdynError
 from urdyn.identify import Fit, Noise, identify, validate
@@ -16,8 +17,16 @@ from urdyn.identify.scoring import FLOOR_BAND, interval, noise_floor
 from urdyn.model.dynamics import Dynamics
 from urdyn.report.identify.summary import validated
 from urdyn.signal import condition
-from urdyn.simulate import Sensors, fourier, observe, perfect_sensors, typical_sensors, virtual_arm
-from urdyn.types import Array, Log
+from urdyn.simulate import (
+    Sensors,
+    fourier,
+    observe,
+    perfect_sensors,
+    point_to_point,
+    typical_sensors,
+    virtual_arm,
+)
+from urdyn.types import STANDSTILL, Array, Log, Mask
 
 CHANCE = 1e-3
 
@@ -75,9 +84,62 @@ def test_what_the_truth_leaves_is_the_noise(all_knowing: Fit, noisy: Log, white:
 
 
 def test_nine_samples_of_ten_lie_in_the_interval_of_the_truth(all_knowing: Fit, noisy: Log) -> None:
-    low, high = binom.interval(1.0 - CHANCE, len(noisy), 0.9)
-    inside = len(noisy) * validate(all_knowing, noisy).coverage90
-    assert ((inside >= low) & (inside <= high)).all(), inside / len(noisy)
+    score = validate(all_knowing, noisy)
+    rows = score.moves.sum(axis=0)
+    low, high = binom.interval(1.0 - CHANCE, rows, 0.9)
+    inside = rows * score.coverage90
+    assert ((inside >= low) & (inside <= high)).all(), score.coverage90
+
+
+@pytest.fixture(scope="module")
+def gripped(truth: Dynamics, white: Sensors) -> tuple[Log, Mask]:
+    """Work with rests, in which stiction holds by as much as Coulomb's torque; and which rows."""
+    rng = np.random.default_rng(3)
+    log = observe(truth, point_to_point(truth.arm, 20.0, 500.0, rng, dwell=1.0), white, rng)
+    rests = np.abs(log.joint("actual_qd")) < STANDSTILL
+    grip = truth.drive.coulomb / truth.drive.gain * rng.choice([-1.0, 1.0], rests.shape)
+    current = log.joint("actual_current") + grip * rests
+    return replace(log, channels={**log.channels, "actual_current": current}), rests
+
+
+def test_what_stiction_draws_is_no_fault_of_the_interval(
+    all_knowing: Fit, gripped: tuple[Log, Mask], white: Sensors
+) -> None:
+    """Of the truth nine samples of ten lie in it, however long its joints stand."""
+    log, rests = gripped
+    score = validate(all_knowing, log)
+    np.testing.assert_array_equal(score.moves, ~rests)
+    assert (score.standing > 0.2).all()
+    np.testing.assert_allclose(score.standing, rests.mean(axis=0))
+    rows = score.moves.sum(axis=0)
+    low, high = binom.interval(1.0 - CHANCE, rows, 0.9)
+    inside = rows * score.coverage90
+    assert ((inside >= low) & (inside <= high)).all(), score.coverage90
+
+
+def test_the_error_while_moving_is_that_of_the_rows_that_move(
+    all_knowing: Fit, gripped: tuple[Log, Mask], white: Sensors
+) -> None:
+    log, rests = gripped
+    score = validate(all_knowing, log)
+    size = np.sqrt(np.nanmean(np.where(rests, np.nan, log.joint("actual_current")) ** 2, axis=0))
+    scatter = 4.0 / np.sqrt(2.0 * score.moves.sum(axis=0).min())
+    wanted = 100.0 * white.current_noise / size
+    np.testing.assert_allclose(score.moving_rre_percent, wanted, rtol=scatter)
+    assert (score.moving_rre_percent < score.rre_percent).all()
+
+
+def test_a_joint_that_never_moves_has_no_interval_to_be_judged_by(
+    all_knowing: Fit, gripped: tuple[Log, Mask]
+) -> None:
+    log, rests = gripped
+    still = np.broadcast_to(log.joint("actual_q")[:1], rests.shape)
+    channels = {**log.channels, "actual_q": still, "actual_qd": np.zeros(rests.shape)}
+    score = validate(all_knowing, replace(log, channels=channels))
+    assert np.isnan([score.coverage90, score.moving_rre_percent]).all()
+    assert (score.standing == 1.0).all() and np.isfinite(score.rre_percent).all()
+    assert not another(all_knowing, [score])  # nothing was shown that could be doubted
+    assert "Joints stood in up to 100 % of the rows" in verdict(all_knowing, [score])
 
 
 @pytest.mark.parametrize("dof", [4.5, 10.0, 1e9])
@@ -171,6 +233,8 @@ def test_scores_are_json_with_null_where_there_is_none(all_knowing: Fit, noisy: 
     (log,) = json.loads(text)["logs"]
     assert log["target_current_rre_percent"] is None and log["n"] == len(noisy)
     assert log["rre_percent"] == pytest.approx(score.rre_percent.tolist())
+    assert log["standing"] == pytest.approx(score.standing.tolist())
+    assert log["moving_rre_percent"] == pytest.approx(score.moving_rre_percent.tolist())
 
 
 @pytest.mark.parametrize(

@@ -20,7 +20,9 @@ class Pooled:
     ours: Array  # (J,) relative error of the model [%]
     controller: Array  # (J,) of the controller's own target_current [%]
     floor: Array  # (J,) share of the current that no smooth model can predict [%]
-    coverage: Array  # (J,) share of samples inside the 90 % interval [-]
+    standing: Array  # (J,) share of samples in which the joint stands [-]
+    moving: Array  # (J,) relative error of the model in the others [%]
+    coverage: Array  # (J,) share of those inside the 90 % interval [-]
     unseen: bool  # no row of these logs was trained on
 
 
@@ -53,19 +55,25 @@ def telling(fit: Fit, scores: Sequence[Score]) -> list[Score]:
 
 
 def pool(fit: Fit, scores: Sequence[Score]) -> Pooled:
-    """Relative errors pooled by the energy of each log's current, coverage by its samples."""
+    """Relative errors pooled by the energy of each log's current, shares by its samples."""
     current = [score.log.joint("actual_current") for score in scores]
-    energy = np.array([np.nansum(i**2, axis=0) for i in current])
-    samples = np.array([np.isfinite(i).sum(axis=0) for i in current])
+    moving = [np.where(s.moves, i, np.nan) for s, i in zip(scores, current, strict=True)]
 
-    def relative(name: str) -> Array:
+    def relative(name: str, of: list[Array] = current) -> Array:
+        energy = np.array([np.nansum(i**2, axis=0) for i in of])
         return np.sqrt(_mean(np.array([getattr(s, name) for s in scores]) ** 2, energy))
+
+    def share(name: str, of: list[Array]) -> Array:
+        samples = np.array([np.isfinite(i).sum(axis=0) for i in of])
+        return _mean(np.array([getattr(s, name) for s in scores]), samples)
 
     return Pooled(
         ours=relative("rre_percent"),
         controller=relative("target_rre_percent"),
         floor=relative("floor_percent"),
-        coverage=_mean(np.array([s.coverage90 for s in scores]), samples),
+        standing=share("standing", current),
+        moving=relative("moving_rre_percent", moving),
+        coverage=share("coverage90", moving),
         unseen=all(seen(fit, s.log.source) == UNSEEN for s in scores),
     )
 

@@ -15,6 +15,8 @@ from urdyn.report.markup import Html, cell, facts, grid, join, paragraph, plot, 
 from urdyn.report.names import joints, robot
 from urdyn.types import Array
 
+RESTS = 0.1  # [-] of the rows, from which on it is said that joints stood: less are turning points
+
 
 def headline(fit: Fit, scores: Sequence[Score], deed: str, known: dict[str, str]) -> Html:
     """Title, the answer in one sentence, the bars that show it, and a few facts."""
@@ -31,7 +33,7 @@ def headline(fit: Fit, scores: Sequence[Score], deed: str, known: dict[str, str]
             paragraph(trust(found), "lead"),
             grid(
                 plot(_errors(found, names), "Error of predicted current", _measure(found), colours),
-                plot(_coverage(found, names), "Samples inside the 90 % interval", "aim: 90 %"),
+                plot(_coverage(found, names), "Inside the 90 % interval, moving", "aim: 90 %"),
                 kind="wide-first",
             ),
             tag("details", tag("summary", text("The same in numbers")), _numbers(found, names)),
@@ -48,7 +50,18 @@ def sentence(found: Pooled, names: Sequence[str]) -> str:
         words += f"; the controller’s own model is at {_range(found.controller, names)}"
     if np.isfinite(found.floor).any():
         words += f"; the sensor’s floor is {_range(found.floor, names)}"
-    return words + "."
+    return f"{words}.{_rests(found, names)}"
+
+
+def _rests(found: Pooled, names: Sequence[str]) -> str:
+    """How good it is but for the rows in which joints stood, where those are many; else ""."""
+    most = float(np.nanmax(found.standing, initial=0.0))
+    if most < RESTS:
+        return ""
+    words = f" Joints stood in up to {percent(most)} of the rows, and no model tells stiction"
+    if not np.isfinite(found.moving).any():
+        return words + "."
+    return f"{words}: while they moved the error is {_range(found.moving, names)}."
 
 
 def trust(found: Pooled) -> str:
@@ -67,7 +80,7 @@ def trust(found: Pooled) -> str:
     if len(inside):
         words.append(
             f"Its 90 % intervals hold {percent(inside.min())} to {percent(inside.max())} of the "
-            "measured samples."
+            "samples measured while joints moved."
         )
     return " ".join(words)
 
@@ -136,7 +149,10 @@ def _numbers(found: Pooled, names: Sequence[str]) -> Html:
         [text(f"{name} [%]"), *(cell(number(value)) for value in values)]
         for name, values, _ in _bars(found)
     ]
-    rows.append(
-        [text("coverage of the 90 % interval"), *(cell(percent(x)) for x in found.coverage)]
-    )
+    shares = {
+        "rows in which the joint stood": [percent(x) for x in found.standing],
+        "this model while it moved [%]": [number(x) for x in found.moving],
+        "90 % interval while it moved": [percent(x) for x in found.coverage],
+    }
+    rows += [[text(name), *map(cell, values)] for name, values in shares.items()]
     return table(["", *names], rows)

@@ -60,7 +60,7 @@ def _scores(fit: Fit, scores: Sequence[Score]) -> Html:
         ]
         for score in scores
     ]
-    return table(["relative error, rmse, inside 90 %", *joints(fit)], rows)
+    return table(["relative error, rmse, inside 90 % while moving", *joints(fit)], rows)
 
 
 def _score(score: Score, j: int) -> Html:

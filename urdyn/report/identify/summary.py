@@ -105,6 +105,8 @@ def _score(score: Score) -> dict[str, Any]:
         "rmse_A": _numbers(score.rmse),
         "target_current_rre_percent": _numbers(target) if np.isfinite(target).any() else None,
         "noise_floor_percent": _numbers(score.floor_percent),
+        "standing": _numbers(score.standing),
+        "moving_rre_percent": _numbers(score.moving_rre_percent),
         "coverage90": _numbers(score.coverage90),
         "defects": [str(defect) for defect in score.log.defects],
     }

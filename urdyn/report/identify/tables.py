@@ -40,7 +40,7 @@ def _estimate(fit: Fit, name: str) -> str:
 
 
 def validate_table(scores: Sequence[Score], fit: Fit | None = None) -> Table:
-    """Relative error of every joint: model, controller, sensor floor; and coverage."""
+    """Relative error of every joint: model, controller, sensor floor; and while it moves."""
     count = len(scores[0].rmse) if scores else 0
     names = joints(fit) if fit else [f"joint {j}" for j in range(count)]
     table = _table("relative error of predicted current [%]", ["log", "", *names])
@@ -49,7 +49,9 @@ def validate_table(scores: Sequence[Score], fit: Fit | None = None) -> Table:
             "this model": [number(x) for x in score.rre_percent],
             "controller": [number(x) for x in score.target_rre_percent],
             "sensor floor": [number(x) for x in score.floor_percent],
-            "inside 90 %": [percent(x) for x in score.coverage90],
+            "standing": [percent(x) for x in score.standing],
+            "moving: this model": [number(x) for x in score.moving_rre_percent],
+            "moving: inside 90 %": [percent(x) for x in score.coverage90],
         }
         remark = f" ({seen(fit, score.log.source)})" if fit else ""
         # Text, not str: a log's name may hold what rich takes for markup.
