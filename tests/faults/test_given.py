@@ -183,3 +183,8 @@ def test_what_is_masked_was_not_measured() -> None:
     np.testing.assert_array_equal(found.evidence, expected.evidence)
     _, verdict = GLR().step(GLR().init(1), wrong[:1])
     assert wild[0] and not verdict.alarm
+
+
+def test_a_forecast_that_is_printed_is_a_line_of_numbers_not_its_posterior() -> None:
+    assert "critical=" in repr(AHEAD) and "posterior" not in repr(AHEAD)
+    assert "\n" not in repr(AHEAD)

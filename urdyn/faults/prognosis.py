@@ -9,7 +9,7 @@ so is a median where that is the likelier. Nothing is extrapolated that is not u
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -48,7 +48,7 @@ class Forecast:
     change: Interval  # [unit] from the healthy level to where it is now, if anything has begun
     warning: Interval  # [steps] until the warning level, if so; inf: never
     critical: Interval  # [steps] until the critical level, if so; inf: never
-    posterior: Posterior
+    posterior: Posterior = field(repr=False)
     rise: float  # [spread] from the healthy to the critical level
 
     def health(self, horizon: float) -> float:
