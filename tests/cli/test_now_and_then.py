@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 import time
 
 import pytest
@@ -36,5 +37,8 @@ def test_who_wants_no_word_gets_none(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr(now_and_then, "FIRST", EVERY)
+    before = threading.active_count()
+    with Voice(quiet=True).progress("first"):
+        assert threading.active_count() == before  # nobody waits to say nothing
     at_work(Voice(quiet=True))
     assert capsys.readouterr() == ("", "")

@@ -15,7 +15,7 @@ from rich.progress import Progress as Bar
 from rich.text import Text
 
 from urdyn.cli.now_and_then import lines
-from urdyn.progress import Progress
+from urdyn.progress import Progress, silent
 
 PLAIN_WIDTH = 120  # columns of text that no terminal shows
 
@@ -55,12 +55,15 @@ class Voice:
     @contextmanager
     def progress(self, doing: str) -> Iterator[Progress]:
         """A bar on a terminal, elsewhere a line now and then."""
+        if self.quiet:
+            yield silent
+            return
         if not sys.stderr.isatty():
             with lines(self.note, doing) as told:
                 yield told
             return
         columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
-        with Bar(*columns, console=_on(sys.stderr), transient=True, disable=self.quiet) as bar:
+        with Bar(*columns, console=_on(sys.stderr), transient=True) as bar:
             task = bar.add_task(doing, total=1.0)
             yield lambda doing, share: bar.update(task, description=doing, completed=share)
 
