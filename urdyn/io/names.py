@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Collection, Iterable, Sequence
 
 # What other recorders call a column -> its RTDE name; tried in this order, "" leaves a column out.
@@ -113,5 +113,4 @@ def some(columns: Iterable[str]) -> str:
 
 def duplicates(columns: Iterable[str]) -> list[str]:
     """Names that more than one column has."""
-    seen: set[str] = set()
-    return [name for name in columns if name and (name in seen or seen.add(name))]  # type: ignore[func-returns-value]
+    return [name for name, count in Counter(columns).items() if name and count > 1]
