@@ -67,7 +67,7 @@ def track(
     twin: TwinFile,
     source: SourceName,
     out: Out,
-    filter: FilterName = None,  # noqa: A002 - the domain's word
+    filter: FilterName = None,
     mode: ModeName = "full",
     columns: Columns = None,
     rows: Rows = None,

@@ -65,7 +65,7 @@ class Track:
 
 
 def track(
-    filter: Filter[S],  # noqa: A002 - the domain's word
+    filter: Filter[S],
     model: TwoSlice[U],
     inputs: Iterable[U],
     observations: Iterable[Array],

@@ -50,7 +50,7 @@ class Loss:
     coverage: float  # [-] share of 90 % intervals that hold the truth; NaN where it is not known
 
 
-def mode_of(filter: Filter[Any]) -> str:  # noqa: A002 - the domain's word
+def mode_of(filter: Filter[Any]) -> str:
     """Name of the mode that a filter is."""
     return next((name for name, quick in QUICKER.items() if quick == filter), "full")
 

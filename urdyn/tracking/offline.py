@@ -40,7 +40,7 @@ class Tracked(Track):
 def track(
     twin: Twin | Fit,
     log: Log,
-    filter: Filter[Any] | None = None,  # noqa: A002 - the domain's word
+    filter: Filter[Any] | None = None,
 ) -> Tracked:
     """Where the quantities of an arm went while `log` was recorded.
 
@@ -92,7 +92,7 @@ def track(
 def tracker_of(
     twin: Twin | Fit,
     log: Log,
-    filter: Filter[Any] | None = None,  # noqa: A002 - the domain's word
+    filter: Filter[Any] | None = None,
 ) -> Tracker[Any]:
     """Who follows an arm along `log`; LogError where it is no log of that arm."""
     fit = fit_in(twin)
