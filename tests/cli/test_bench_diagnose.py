@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 from rich.console import Console
-from story import urdyn
 
 from urdyn.cli.diagnosis_trials import RATE, Trial, counted, named, on_arm
 from urdyn.cli.kinds import kinds_table, summed
@@ -52,10 +51,3 @@ def test_every_kind_has_room_on_an_ordinary_terminal() -> None:
     assert "…" not in lines and "4 controller instability" in lines
     heads = next(line for line in lines.splitlines() if "truth" in line)
     assert all(f" {k} " in heads for k in range(1, 9))
-
-
-def test_noise_of_no_kind_is_refused_before_anything_is_computed() -> None:
-    done = urdyn("bench", "diagnose", "--noise", "pink")
-    assert done.returncode == 1
-    assert "--noise 'pink': is one of white, real" in done.stderr
-    assert "Traceback" not in done.stderr

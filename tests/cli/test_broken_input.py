@@ -98,7 +98,6 @@ BROKEN: dict[str, tuple[str, Text | None]] = {
         "identify {tmp}/x.toml",
         literally('tool = {mass = 1.2, com = ["here"]}\n' + CAMPAIGN),
     ),
-    "effort unit unknown": (f"identify {{log}} {TO} --effort-unit V", None),
     "payload weightless": (
         f"identify {{log}} {TO} --payload-log {{held_out}} --payload-mass 0",
         None,

@@ -82,9 +82,6 @@ def test_what_the_command_writes_is_what_the_library_gives(tmp_path: Path) -> No
     [
         (("--fault", "rust:joint=1"), "no kind 'rust'; name one of friction_increase"),
         (("--fault", "joint_backlash:joint=6,rate=1"), "joints count from 0 to 5"),
-        (("--motion", "dance"), "no motion 'dance'"),
-        (("--noise", "loud"), "noise 'loud': is real, white"),
-        (("--recorder", "tape"), "no recorder 'tape'"),
         (("--truth", "truth.yaml"), ".parquet"),
     ],
 )

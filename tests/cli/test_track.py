@@ -70,12 +70,6 @@ def test_who_tracks_holds_no_reader_of_tables(story, twin, tmp_path):
     assert "pyarrow" not in told.stderr and "pandas" not in told.stderr
 
 
-def test_a_filter_that_nobody_knows_is_a_matter_of_usage(story, twin, tmp_path):
-    told = tracked(twin, story.held_out, "--out", tmp_path, "--filter", "crystal ball")
-    assert told.exit_code == 2
-    assert "ukf" in told.stderr
-
-
 @pytest.mark.parametrize(
     "options",
     [

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import numpy as np
 import typer
 
 from urdyn.cli.kinds import as_counts, broken, kinds_table, summed
-from urdyn.cli.options import Json, Quiet
+from urdyn.cli.options import Json, OneRobot, Page, Quiet
 from urdyn.cli.voice import Voice
 from urdyn.errors import InputError
 from urdyn.report.bench.shares import share_of
@@ -21,19 +21,18 @@ if TYPE_CHECKING:
     from urdyn.cli.diagnosis_trials import Trial
     from urdyn.report.bench.confusion import Kinds
 
-Out = Annotated[Path | None, typer.Option(metavar="FILE", help="Draw it to an HTML page.")]
 Runs = Annotated[int, typer.Option(min=1, help="Of each kind, and of each pair of kinds.")]
 Seed = Annotated[int, typer.Option(min=0, help="Of the arm and of all runs.")]
 Noise = Annotated[
-    str, typer.Option(metavar="KIND", help="Of the current: white, or real, as recordings show it.")
+    Literal["white", "real"],
+    typer.Option(help="Of the current: white, or real, as recordings show it."),
 ]
-RobotName = Annotated[str, typer.Option("--robot", help="Arm type.")]
 
 
 def bench_diagnose(
-    out: Out = None,
+    out: Page = None,
     runs: Runs = 6,
-    robot: RobotName = "ur10e",
+    robot: OneRobot = "ur10e",
     seed: Seed = 0,
     noise: Noise = "white",
     json: Json = False,

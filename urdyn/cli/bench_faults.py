@@ -12,7 +12,7 @@ import typer
 from rich.table import Table
 
 from urdyn.cli.kinds import as_counts, broken, kinds_table, summed
-from urdyn.cli.options import Json, Quiet
+from urdyn.cli.options import Json, Page, Quiet
 from urdyn.cli.voice import Voice
 from urdyn.errors import InputError
 from urdyn.report.bench.shares import share_of
@@ -29,7 +29,6 @@ if TYPE_CHECKING:
 FEWEST = 12  # lives, from which the oracle's threshold is told
 ROBOT, NOISE = "ur10e", "white"  # of the virtual arm
 
-Out = Annotated[Path | None, typer.Option(metavar="FILE", help="Draw it to an HTML page.")]
 Lives = Annotated[int, typer.Option(min=FEWEST, help="Of each fault at each level of noise.")]
 Runs = Annotated[
     int, typer.Option(min=0, help="Of a virtual arm with each kind of fault; 0: of none.")
@@ -63,7 +62,7 @@ class Measured:
 
 
 def bench_faults(
-    out: Out = None,
+    out: Page = None,
     lives: Lives = 600,
     runs: Runs = 2,
     seed: Seed = 0,

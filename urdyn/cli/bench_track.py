@@ -13,7 +13,7 @@ import typer
 
 import urdyn as ud
 from urdyn.cli.fresh import fresh
-from urdyn.cli.options import Json, Quiet
+from urdyn.cli.options import Json, Page, Quiet
 from urdyn.cli.voice import Voice
 from urdyn.progress import Progress
 
@@ -33,14 +33,15 @@ WAYS = {name: ("--filter", option) for name, option in ON_ARM.items()} | {
 
 Quick = Annotated[bool, typer.Option("--quick", help="Fewer lives, and a shorter recording.")]
 Count = Annotated[int, typer.Option(min=1, help="Arms of each kind that are set beside the truth.")]
-Out = Annotated[
-    Path | None, typer.Option(metavar="FILE", help="Write a page of the figures, as HTML.")
-]
 Document = dict[str, Any]
 
 
 def bench_track(
-    quick: Quick = False, arms: Count = 4, out: Out = None, json: Json = False, quiet: Quiet = False
+    quick: Quick = False,
+    arms: Count = 4,
+    out: Page = None,
+    json: Json = False,
+    quiet: Quiet = False,
 ) -> None:
     """Track ramps, the paper's scenario and a virtual arm; its Tables I, II and IV beside ours.
 

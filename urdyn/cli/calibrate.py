@@ -11,7 +11,7 @@ import typer
 import urdyn as ud
 from urdyn.cli.asked import typed
 from urdyn.cli.idle import idle
-from urdyn.cli.options import Columns, Json, Quiet, Rows
+from urdyn.cli.options import Columns, Folder, Json, OneRobot, Quiet, Rows
 from urdyn.cli.recording import slice_of
 from urdyn.cli.voice import Voice, complaints
 
@@ -20,12 +20,6 @@ if TYPE_CHECKING:
     from urdyn.model.arm import Arm
 
 PosesFile = Annotated[Path | None, typer.Argument(metavar="POSES", show_default=False)]
-Robot = Annotated[
-    str, typer.Option(help="Arm type (ur3 ur5 ur10 ur3e ur5e ur10e ur16e ur20 ur30), or a URDF.")
-]
-Out = Annotated[
-    Path | None, typer.Option(metavar="DIR", help="Folder of the results; made if need be.")
-]
 Evaluate = Annotated[
     Path | None,
     typer.Option(
@@ -48,9 +42,9 @@ Suggest = Annotated[
 
 def calibrate(
     context: typer.Context,
-    robot: Robot,
+    robot: OneRobot,
     poses: PosesFile = None,
-    out: Out = None,
+    out: Folder = None,
     evaluate: Evaluate = None,
     suggest: Suggest = None,
     columns: Columns = None,

@@ -9,7 +9,7 @@ import typer
 
 from urdyn.cli.asked import typed
 from urdyn.cli.campaign import Campaign
-from urdyn.cli.options import Json, Quiet
+from urdyn.cli.options import Json, OneRobot, Quiet
 from urdyn.cli.virtual import Simulation
 from urdyn.cli.voice import Voice
 
@@ -18,7 +18,6 @@ if TYPE_CHECKING:
 
 Out = Annotated[Path, typer.Option(metavar="DIR", help="Folder of the results.")]
 Seed = Annotated[int, typer.Option(min=0, help="Another seed, another arm.")]
-Arm = Annotated[str, typer.Option("--robot", help="Arm type, or a URDF file.")]
 Open = Annotated[bool, typer.Option("--open", help="Open the report in a browser.")]
 
 PAYLOAD = 3.0  # [kg], what the smallest arms are rated for
@@ -26,7 +25,7 @@ PAYLOAD = 3.0  # [kg], what the smallest arms are rated for
 
 def demo(
     out: Out = Path("urdyn-demo"),
-    robot: Arm = "ur10e",
+    robot: OneRobot = "ur10e",
     seed: Seed = 1,
     show: Open = False,
     json: Json = False,

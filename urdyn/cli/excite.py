@@ -12,7 +12,7 @@ import typer
 import urdyn as ud
 from urdyn.cli import excite_options as ask_for
 from urdyn.cli.idle import idle
-from urdyn.cli.options import Json, Quiet, Robot
+from urdyn.cli.options import Folder, Json, Quiet, Robot
 from urdyn.cli.voice import Voice
 from urdyn.errors import InputError
 
@@ -27,7 +27,7 @@ def excite(
     context: typer.Context,
     again: ask_for.Again = None,
     robot: Robot = None,
-    out: ask_for.Out = None,
+    out: Folder = None,
     every: ask_for.All = None,
     duration: ask_for.Duration = 20.0,
     kind: ask_for.Kind = "fourier",

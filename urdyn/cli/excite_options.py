@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import typer
 
@@ -17,14 +17,10 @@ All = Annotated[
         "--all", metavar="DIR", help="DIR/ARM/excitation.toml of every arm of the library instead."
     ),
 ]
-Out = Annotated[
-    Path | None, typer.Option(metavar="DIR", help="Folder of the results; made if need be.")
-]
 Duration = Annotated[float, typer.Option(metavar="S", help="Length of the motion.")]
 Kind = Annotated[
-    str,
+    Literal["fourier", "probe", "poses"],
     typer.Option(
-        metavar="KIND",
         help="fourier: everything at once; probe: one joint's friction and backlash; poses: slowly "
         "from pose to pose, for gravity.",
     ),
@@ -33,9 +29,8 @@ Joint = Annotated[
     str | None, typer.Option(metavar="NAME|J", help="Joint of a probe: elbow, or 2 counted from 0.")
 ]
 Criterion = Annotated[
-    str,
+    Literal["D", "A", "E", "condition"],
     typer.Option(
-        metavar="D|A|E|condition",
         help="What is made small of what stays unknown: volume, mean variance, the worst "
         "direction, or the worst over the best.",
     ),

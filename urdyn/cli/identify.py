@@ -11,13 +11,10 @@ import typer
 from urdyn.cli.asked import asked, gains_of, loaded, overridden, read_as, tool_named, typed
 from urdyn.cli.campaign import Campaign
 from urdyn.cli.idle import idle
-from urdyn.cli.options import Columns, Gains, Json, Logs, Quiet, Rate, Robot, Rows, Unit
+from urdyn.cli.options import Columns, Folder, Gains, Json, Logs, Quiet, Rate, Robot, Rows, Unit
 from urdyn.cli.tool import remark
 from urdyn.cli.voice import Voice
 
-Out = Annotated[
-    Path | None, typer.Option(metavar="DIR", help="Folder of the results; made if need be.")
-]
 PayloadLogs = Annotated[
     list[Path] | None,
     typer.Option("--payload-log", metavar="LOG", help="Log of the arm with a payload; repeatable."),
@@ -31,13 +28,18 @@ Masses = Annotated[
         "gains, and where none is given it is estimated.",
     ),
 ]
+PayloadRows = Annotated[
+    str | None,
+    typer.Option("--payload-rows", metavar="A:B", help="What --rows is, of the one --payload-log."),
+]
 ToolOption = Annotated[
     str | None,
     typer.Option(
         "--tool",
         metavar="KG[,X,Y,Z]",
-        help="Mass of the tool that the arm bore in all logs, and its centre at the flange [m]; 0: "
-        "it bore none. Links are then told without it, and a payload that is tracked counts it.",
+        help="Mass of the tool that the arm bore in all logs, and its centre from the flange, in "
+        "metres; 0: it bore none. Links are then told without it, and a payload that is tracked "
+        "counts it.",
     ),
 ]
 
@@ -51,13 +53,13 @@ def identify(
     context: typer.Context,
     logs: Logs,
     robot: Robot = None,
-    out: Out = None,
+    out: Folder = None,
     columns: Columns = None,
     rows: Rows = None,
     rate: Rate = None,
     payload_log: PayloadLogs = None,
     payload_mass: Masses = None,
-    payload_rows: Rows = None,
+    payload_rows: PayloadRows = None,
     tool: ToolOption = None,
     drive_gain: Gains = None,
     effort_unit: Unit = None,

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any
 from rich.box import SIMPLE_HEAD
 from rich.table import Table
 
-from urdyn.errors import InputError
 from urdyn.progress import Progress
 
 if TYPE_CHECKING:
@@ -18,19 +17,13 @@ if TYPE_CHECKING:
 def broken(
     robot: str, seed: int, runs: int, noise: str, sets: Sets, progress: Progress
 ) -> list[Trial]:
-    """A virtual arm that was commissioned, and broken so often by each set of kinds.
-
-    Raises:
-        InputError: noise of no kind that there is.
-    """
+    """A virtual arm that was commissioned, and broken so often by each set of kinds."""
     from threadpoolctl import threadpool_limits
 
     from urdyn.bench.truth import SENSORS
     from urdyn.cli.diagnosis_trials import commissioned, trials
     from urdyn.model.arm import load_arm
 
-    if noise not in SENSORS:
-        raise InputError(f"--noise {noise!r}: is one of {', '.join(SENSORS)}")
     sensors = SENSORS[noise](load_arm(robot))
     done: list[Trial] = []
     if not runs:

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import typer
 
-Robot = Annotated[
-    str | None,
-    typer.Option(help="Arm type (ur3 ur5 ur10 ur3e ur5e ur10e ur16e ur20 ur30), or a URDF file."),
-]
+_ROBOT = typer.Option(
+    "--robot", help="Arm type (ur3 ur5 ur10 ur3e ur5e ur10e ur16e ur20 ur30), or a URDF file."
+)
+Robot = Annotated[str | None, _ROBOT]
+OneRobot = Annotated[str, _ROBOT]  # where nothing else says which
 Columns = Annotated[
     str | None,
     typer.Option(
@@ -27,10 +28,9 @@ Rate = Annotated[
     float | None, typer.Option(metavar="HZ", help="Sample rate of a log without time stamps.")
 ]
 Unit = Annotated[
-    str | None,
+    Literal["A", "Nm"] | None,
     typer.Option(
         "--effort-unit",
-        metavar="A|Nm",
         help="What the efforts of a bag are: A, motor currents, as UR's driver publishes them; or "
         "Nm, joint torques, which become currents by the drive gains in use.",
     ),
@@ -42,6 +42,13 @@ Gains = Annotated[
         metavar="K0,K1,...",
         help="Drive gains [N·m/A] that are known, base first; efforts in Nm are divided by them.",
     ),
+]
+Folder = Annotated[
+    Path | None,
+    typer.Option("--out", metavar="DIR", help="Folder of the results; made if need be."),
+]
+Page = Annotated[
+    Path | None, typer.Option("--out", metavar="FILE", help="Draw it to an HTML page.")
 ]
 Json = Annotated[
     bool, typer.Option("--json", help="Print one JSON object on standard output, nothing else.")

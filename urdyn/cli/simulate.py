@@ -22,7 +22,7 @@ from urdyn.errors import InputError
 if TYPE_CHECKING:
     from urdyn.model.arm import Arm
     from urdyn.model.dynamics import Dynamics
-    from urdyn.simulate import Fault, Fidelity, Payload, Recorder, Sensors, Work
+    from urdyn.simulate import Fault, Fidelity, Payload, Sensors, Work
 
 
 def simulate(
@@ -59,7 +59,7 @@ def simulate(
 
     Example: [bold]urdyn simulate --robot ur10e --duration 30 --seed 7 --out run.parquet[/bold]
     """
-    from urdyn.simulate import happening, observe, parse_fault, streams, write_truth
+    from urdyn.simulate import RECORDERS, happening, observe, parse_fault, streams, write_truth
     from urdyn.simulate import truth as truth_of
     from urdyn.simulate.watched import watched
 
@@ -68,7 +68,7 @@ def simulate(
     _refuse_idle(context, out, trajectory, poses, serve)
     if truth is not None and truth.suffix.lower() not in (".json", ".toml", ".parquet"):
         raise InputError(f"{truth}: the truth is written as .json, .toml or .parquet")
-    voice, written = Voice(json, quiet), _recorder(recorder)
+    voice = Voice(json, quiet)
     payload = payload_of(payload_mass, payload_com)
     dynamics = _dynamics(robot, twin, seed, payload, deviations)
     sensors, lived = _sensors(dynamics.arm, noise), _fidelity(dynamics.arm, fidelity)
@@ -86,7 +86,7 @@ def simulate(
         events = happening(dynamics, work, faults, heat)
         log = observe(dynamics, work.trajectory, sensors, noisy, events, lived)
         if out is not None:
-            ud.write(written.record(log, np.random.default_rng((seed, run, 1))), out)
+            ud.write(RECORDERS[recorder].record(log, np.random.default_rng((seed, run, 1))), out)
     if poses is not None:
         seen = watched(dynamics, log, events, pose_rate, np.random.default_rng((seed, run, 2)))
         ud.write(seen, poses)
@@ -142,8 +142,6 @@ def _fidelity(arm: Arm, name: str) -> Fidelity:
         "forward": forward,
         "elastic": partial(forward, gears=typical_gears(arm)),
     }
-    if name not in known:
-        raise InputError(f"no fidelity {name!r}; name one of {', '.join(known)}")
     return known[name]
 
 
@@ -172,16 +170,8 @@ def _sensors(arm: Arm, noise: str) -> Sensors:
     try:
         return sensors_of(arm, float(noise))
     except ValueError:
-        raise InputError(f"noise {noise!r}: is real, white, or a number of times it") from None
-
-
-def _recorder(kind: str) -> Recorder:
-    """The recorder of this name."""
-    from urdyn.simulate import RECORDERS
-
-    if kind not in RECORDERS:
-        raise InputError(f"no recorder {kind!r}; name one of {', '.join(RECORDERS)}")
-    return RECORDERS[kind]
+        told = f"{noise!r} is to be real, white, or a number of times it"
+        raise typer.BadParameter(told, param_hint="--noise") from None
 
 
 def _dynamics(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import typer
 
@@ -16,7 +16,7 @@ SampleRate = Annotated[float, typer.Option(metavar="HZ", help="Sample rate, 500 
 Seed = Annotated[int, typer.Option(min=0, help="The same seed makes the same arm and noise.")]
 Run = Annotated[int, typer.Option(min=0, help="Another motion and other noise of that arm.")]
 Motion = Annotated[
-    str,
+    Literal["fourier", "point_to_point", "pick_and_place", "shift"],
     typer.Option(metavar="KIND", help="fourier, point_to_point, pick_and_place or shift."),
 ]
 TrajectoryFile = Annotated[
@@ -52,8 +52,11 @@ Noise = Annotated[
     ),
 ]
 RecorderKind = Annotated[
-    str,
-    typer.Option("--recorder", metavar="KIND", help="exact, polling or several_rates."),
+    Literal["exact", "polling", "several_rates"],
+    typer.Option(
+        "--recorder",
+        help="polling: rows repeat, are torn and lost; several_rates: NaN between samples.",
+    ),
 ]
 Truth = Annotated[
     Path | None,
@@ -70,10 +73,9 @@ Watched = Annotated[
 ]
 PoseRate = Annotated[float, typer.Option(metavar="HZ", help="Poses a second that it measures.")]
 FidelityName = Annotated[
-    str,
+    Literal["inverse", "forward", "elastic"],
     typer.Option(
         "--fidelity",
-        metavar="KIND",
         help="inverse: the current that the motion takes; forward: a closed loop, tick by tick; "
         "elastic: the same with gears that give.",
     ),

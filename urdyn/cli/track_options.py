@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import typer
 
@@ -19,12 +19,14 @@ TwinFile = Annotated[Path, typer.Argument(metavar="TWIN", show_default=False)]
 SourceName = Annotated[str, typer.Argument(metavar="SOURCE", show_default=False)]
 Out = Annotated[Path, typer.Option(metavar="DIR", help="Where the history is written.")]
 FilterName = Annotated[
-    str | None, typer.Option("--filter", metavar="NAME", help=f"{', '.join(FILTERS)}; else ukf.")
+    Literal["ukf", "ekf", "information", "particle", "variational"] | None,
+    typer.Option(
+        "--filter", metavar="NAME", help=f"{', '.join(FILTERS)}; else ukf, of quicker modes ekf."
+    ),
 ]
 ModeName = Annotated[
-    str,
+    Literal["full", "simplified", "realtime"],
     typer.Option(
-        metavar="NAME",
         help="full, or quicker and linearised: simplified (bodies and each joint's drive "
         "independent), realtime (what hardly changes is updated less often).",
     ),

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from urdyn.cli.viewing import Found
     from urdyn.view.stage import Stage
 
+DRAWN = "calibrated.urdf"  # of the files of a calibration
 LOOPBACK = "127.0.0.1"
 
 What = Annotated[str, typer.Argument(metavar="SOURCE", show_default=False)]
@@ -26,9 +27,14 @@ LogFile = Annotated[
     Path | None,
     typer.Option("--log", metavar="LOG", help="That was tracked, where it is no longer there."),
 ]
-Calibrated = Annotated[
+Calibration = Annotated[
     Path | None,
-    typer.Option(metavar="URDF", help="Of `urdyn calibrate`; the nominal arm becomes a ghost."),
+    typer.Option(
+        "--calibration",
+        "--calibrated",
+        metavar="DIR|URDF",
+        help="Of `urdyn calibrate`; the nominal arm becomes a ghost.",
+    ),
 ]
 Host = Annotated[str, typer.Option(help="Where to listen; others than this let others look on.")]
 Port = Annotated[int, typer.Option(min=1, max=65535, help="Or the next one that is free.")]
@@ -41,7 +47,7 @@ def view(
     twin: TwinFile = None,
     robot: Robot = None,
     log: LogFile = None,
-    calibrated: Calibrated = None,
+    calibration: Calibration = None,
     columns: Columns = None,
     rows: Rows = None,
     host: Host = LOOPBACK,
@@ -64,7 +70,7 @@ def view(
     voice, part = Voice(quiet=quiet), slice_of(rows) if rows is not None else None
     found = find(Asked(source, twin, robot, log, columns, part))
     try:
-        stage = _stage(found, source, calibrated, host, port)
+        stage = _stage(found, source, calibration, host, port)
         voice.show(f"{stage.address} shows {source}; Ctrl-C ends it.")
         if host != LOOPBACK:
             voice.note(f"{host}: whoever reaches this computer can look on and turn the controls")
@@ -85,14 +91,16 @@ def _refuse_idle(context: typer.Context, source: str, twin: Path | None) -> None
         idle(context, "with --twin, which says it", "robot")
 
 
-def _stage(found: Found, source: str, calibrated: Path | None, host: str, port: int) -> Stage:
+def _stage(found: Found, source: str, calibration: Path | None, host: str, port: int) -> Stage:
     """The arm, before its first moment."""
     from urdyn.model.arm import load_arm
     from urdyn.view.scene import Scene
     from urdyn.view.shapes import shapes
     from urdyn.view.stage import open_stage
 
-    arm = load_arm(calibrated) if calibrated else found.arm
+    arm = found.arm
+    if calibration is not None:
+        arm = load_arm(calibration / DRAWN if calibration.is_dir() else calibration)
     scene = Scene(arm, found.arm, shapes(found.arm))
     return open_stage(scene, f"{found.arm.name} · {source}", found.film, host, port)
 

@@ -33,7 +33,6 @@ def run(*words: object):
     ("options", "reason"),
     [
         ((), "--effort-unit A"),
-        (("--effort-unit", "V"), "is to be A or Nm"),
         (("--effort-unit", "Nm"), "give --drive-gain or --robot"),
         (("--effort-unit", "Nm", "--drive-gain", "1,2"), "6 joints; give as many"),
         (("--effort-unit", "Nm", "--drive-gain", "1,2,3,4,5,-6"), "above 0"),
