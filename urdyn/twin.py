@@ -31,7 +31,7 @@ SKEW = 1.0  # [s] recorders skew their streams by less, by far
 ABOVE_ZERO = ("gain", "coulomb", "presliding_distance", "stribeck_velocity")
 NOT_BELOW = ("rotor_inertia", "viscous", "structural", "presliding_tail")
 # What reading raises where a document is not what was written.
-DAMAGE = (LookupError, ArithmeticError, TypeError, ValueError, AssertionError, AttributeError)
+DAMAGE = (LookupError, ArithmeticError, TypeError, ValueError, AttributeError)
 
 
 @dataclass(frozen=True, eq=False)

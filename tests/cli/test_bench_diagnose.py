@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from rich.console import Console
 
-from urdyn.cli.diagnosis_trials import RATE, Trial, counted, named, on_arm
+from urdyn.bench.diagnosis_trials import RATE, Trial, counted, named, on_arm
 from urdyn.cli.kinds import kinds_table, summed
 from urdyn.report.bench.shares import rate_of
 

@@ -11,8 +11,8 @@ from typer.testing import CliRunner
 
 import urdyn as ud
 from urdyn.cli.app import app
-from urdyn.cli.cell import cell_of, document_of
 from urdyn.errors import InputError
+from urdyn.identify.excite.cell_file import cell_of, document_of
 from urdyn.io import dump_toml, sha256
 
 FILES = {

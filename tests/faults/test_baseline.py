@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from urdyn.cli.fault_noises import NOISES, Noise
+from urdyn.bench.fault_noises import NOISES, Noise
 from urdyn.faults import Whitened, learn_baseline
 from urdyn.faults.detector import Verdict
 from urdyn.faults.robust import restlessness, swing

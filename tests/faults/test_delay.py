@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from urdyn.cli.fault_trials import first_alarms
+from urdyn.bench.fault_trials import first_alarms
 from urdyn.faults import ShiryaevRoberts, Whitened, calibrated, learn_baseline, oracle_cusum
 from urdyn.types import Array
 

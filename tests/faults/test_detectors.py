@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from urdyn.cli.fault_noises import Noise
+from urdyn.bench.fault_noises import Noise
 from urdyn.errors import UrdynError
 from urdyn.faults import (
     GLR,

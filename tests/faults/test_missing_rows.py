@@ -7,8 +7,8 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from urdyn.cli.fault_noises import Noise
-from urdyn.cli.fault_trials import first_alarms
+from urdyn.bench.fault_noises import Noise
+from urdyn.bench.fault_trials import first_alarms
 from urdyn.faults import ShiryaevRoberts, Whitened, learn_baseline, run
 from urdyn.faults.gaps import Bridge, bridged
 from urdyn.types import Array, Mask

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from urdyn.cli.fault_noises import NOISES, Noise
-from urdyn.cli.fault_trials import alarmed, first_alarms
+from urdyn.bench.fault_noises import NOISES, Noise
+from urdyn.bench.fault_trials import alarmed, first_alarms
 from urdyn.faults import ShiryaevRoberts, Whitened, cells, detect, learn_baseline
 from urdyn.faults.mixture import Mixture
 

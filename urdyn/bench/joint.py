@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from urdyn.bench.paper import GROUPS
+from urdyn.bench.spread import rms
 from urdyn.dbn import AffineObservation, Joined, RandomWalk, Trend
 from urdyn.dbn.widening import Widening
 from urdyn.estimate import (
@@ -129,7 +130,7 @@ class _Way:
             )
             converged = _converged(error, PAPER_RMSE[symbol])
             told.append(
-                Followed(symbol, self.name, self.process, _rms(error), _rms(sd), converged, ms)
+                Followed(symbol, self.name, self.process, rms(error), rms(sd), converged, ms)
             )
         return told
 
@@ -192,7 +193,3 @@ def _converged(error: Array, level: float) -> int | None:
     far = np.sqrt(np.mean(error**2, axis=0)) > level
     last = int(np.flatnonzero(far)[-1]) + 1 if far.any() else 0
     return None if last == len(far) else last
-
-
-def _rms(x: Array) -> float:
-    return float(np.sqrt(np.mean(x**2)))

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from urdyn.bench.paper import LATE
-from urdyn.bench.spread import reach, scatter
+from urdyn.bench.spread import reach, rms, scatter
 from urdyn.estimate import follow_ramp, ramp_bound
 from urdyn.simulate.paper import FRICTION_RATE, PAPER_GAIN, STEEPEST_FRICTION, WORN, Scenario, live
 from urdyn.types import Array, Gaussian, Mask
@@ -73,10 +73,10 @@ def ramps(sigma: float, lives: int, seed: int = 0) -> Ramps:
     late, late_error = _mean_error(error, after > LATE)
     return Ramps(
         sigma,
-        _rms(error),
-        _rms(paper),
-        _rms(np.array(bounds)),
-        _rms(np.array(wide)),
+        rms(error),
+        rms(paper),
+        rms(np.array(bounds)),
+        rms(np.array(wide)),
         bias,
         bias_error,
         late,
@@ -100,7 +100,3 @@ def _smoothed(y: Array, start: float) -> Array:
         estimate += PAPER_GAIN * (reading - estimate)
         found.append(estimate)
     return np.array(found)
-
-
-def _rms(x: Array) -> float:
-    return float(np.sqrt(np.mean(x**2)))

@@ -16,12 +16,19 @@ import numpy as np
 from scipy.stats import beta
 from scipy.stats import t as student
 
+from urdyn.types import Array
+
 TWO_SIDED = 0.975  # [-] quantile of both ends of 95 % intervals
 
 
 def scatter(values: Sequence[float]) -> float:
     """Standard deviation of their mean; NaN of one arm, which does not tell."""
     return float(np.std(values, ddof=1) / np.sqrt(len(values))) if len(values) > 1 else np.nan
+
+
+def rms(x: Array) -> float:
+    """Root of a mean of squares."""
+    return float(np.sqrt(np.mean(x**2)))
 
 
 def of_root(squares: Sequence[float]) -> float:

@@ -18,7 +18,7 @@ from urdyn.report.digits import percent
 from urdyn.version import __version__
 
 if TYPE_CHECKING:
-    from urdyn.cli.diagnosis_trials import Trial
+    from urdyn.bench.diagnosis_trials import Trial
     from urdyn.report.bench.confusion import Kinds
 
 Runs = Annotated[int, typer.Option(min=1, help="Of each kind, and of each pair of kinds.")]
@@ -44,7 +44,7 @@ def bench_diagnose(
     """
     if out is not None and not out.resolve().parent.is_dir():
         raise InputError(f"{out}: cannot be written: its folder does not exist")
-    from urdyn.cli.diagnosis_trials import ALONE, PAIRS, counted, reliability
+    from urdyn.bench.diagnosis_trials import ALONE, PAIRS, counted, reliability
 
     voice = Voice(json, quiet)
     with voice.progress("commissioning") as progress:
@@ -64,7 +64,7 @@ def bench_diagnose(
 
 def _figures(done: list[Trial], kinds: Kinds) -> dict[str, Any]:
     """What the trials come to, for JSON."""
-    from urdyn.cli.diagnosis_trials import named, reliability
+    from urdyn.bench.diagnosis_trials import named, reliability
 
     delays = [t.delay for t in done if len(t.truth) == 1 and t.right and t.delay is not None]
     return {

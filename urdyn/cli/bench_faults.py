@@ -20,7 +20,7 @@ from urdyn.report.digits import percent
 from urdyn.version import __version__
 
 if TYPE_CHECKING:
-    from urdyn.cli.diagnosis_trials import Trial
+    from urdyn.bench.diagnosis_trials import Trial
     from urdyn.report.bench.confusion import Kinds
     from urdyn.report.bench.faults import Kept, Paper, Predicted
     from urdyn.report.bench.figure_four import Foreseen
@@ -50,13 +50,13 @@ class Measured:
     @property
     def kinds(self) -> Kinds | None:
         """Which were told as which; None: no arm was broken."""
-        from urdyn.cli.diagnosis_trials import counted
+        from urdyn.bench.diagnosis_trials import counted
 
         return counted(self.done) if self.done else None
 
     def on_arm(self, faults: Iterable[str]) -> list[OnArm]:
         """The virtual arm's rows of Table III."""
-        from urdyn.cli.diagnosis_trials import on_arm
+        from urdyn.bench.diagnosis_trials import on_arm
 
         return [on_arm(self.done, name.replace(" ", "_"), name) for name in faults if self.done]
 
@@ -99,8 +99,8 @@ def _paper() -> Paper:
 def _measured(lives: int, runs: int, seed: int, voice: Voice) -> Measured:
     from threadpoolctl import threadpool_limits
 
-    from urdyn.cli import fault_trials
-    from urdyn.cli.diagnosis_trials import ALONE
+    from urdyn.bench import fault_trials
+    from urdyn.bench.diagnosis_trials import ALONE
     from urdyn.simulate.paper import JOINTS
 
     trials = fault_trials.Trials(lives - lives % JOINTS, seed)
@@ -153,7 +153,7 @@ def _draw(out: Path, found: Measured, paper: Paper) -> None:
 
 def _document(found: Measured, paper: Paper) -> dict[str, Any]:
     """All of it in plain numbers."""
-    from urdyn.cli.fault_trials import PROMISE
+    from urdyn.bench.fault_trials import PROMISE
     from urdyn.report.bench.figure_four import figures
 
     kinds = found.kinds

@@ -114,8 +114,8 @@ def _refuse_idle(context: typer.Context, again: Path | None, every: Path | None,
 
 def _every(folder: Path, wanted: Callable[[Arm], Ask], processes: int, voice: Voice) -> None:
     """excitation.toml of every arm of the library."""
-    from urdyn.cli.excitation_file import excitation_document
     from urdyn.identify.excite import excite as search
+    from urdyn.identify.excite.excitation_file import excitation_document
     from urdyn.io import dump_toml, write_text
     from urdyn.model.library import names
     from urdyn.report.excite.summary import safety
@@ -173,7 +173,7 @@ def _joint(arm: Arm, name: str | None, kind: str) -> int:
 
 
 def _cell(path: Path | None) -> Cell:
-    from urdyn.cli.cell import read_cell
+    from urdyn.identify.excite.cell_file import read_cell
     from urdyn.model.cell import STANDING
 
     return STANDING if path is None else read_cell(path)
@@ -194,8 +194,8 @@ def _limits(
 
 def _again(file: Path) -> Excitation:
     """The motion in a file, proven anew."""
-    from urdyn.cli.excitation_file import read_excitation
     from urdyn.identify.excite import repeated
+    from urdyn.identify.excite.excitation_file import read_excitation
 
     arm, wanted, path = read_excitation(file)
     return repeated(arm, wanted, path)
@@ -203,7 +203,7 @@ def _again(file: Path) -> Excitation:
 
 def _tell(found: Excitation, out: Path, wall: float, voice: Voice) -> None:
     """Write, show, print."""
-    from urdyn.cli.excitation_file import texts
+    from urdyn.identify.excite.excitation_file import texts
     from urdyn.io import write_text
     from urdyn.report.excite.page import excite_page
     from urdyn.report.excite.summary import excited, excited_table, safety

@@ -10,7 +10,7 @@ from rich.table import Table
 from urdyn.progress import Progress
 
 if TYPE_CHECKING:
-    from urdyn.cli.diagnosis_trials import Sets, Trial
+    from urdyn.bench.diagnosis_trials import Sets, Trial
     from urdyn.report.bench.confusion import Kinds
 
 
@@ -20,8 +20,8 @@ def broken(
     """A virtual arm that was commissioned, and broken so often by each set of kinds."""
     from threadpoolctl import threadpool_limits
 
+    from urdyn.bench.diagnosis_trials import commissioned, trials
     from urdyn.bench.truth import SENSORS
-    from urdyn.cli.diagnosis_trials import commissioned, trials
     from urdyn.model.arm import load_arm
 
     sensors = SENSORS[noise](load_arm(robot))

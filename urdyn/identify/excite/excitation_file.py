@@ -8,16 +8,16 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-import urdyn as ud
-from urdyn.cli.cell import cell_of, document_of
 from urdyn.errors import InputError
-from urdyn.identify.excite import Ask, Excitation
+from urdyn.identify.excite.cell_file import cell_of, document_of
+from urdyn.identify.excite.excitation import Ask, Excitation
 from urdyn.io import dump_toml, load_toml
 from urdyn.io.motion_files import URSCRIPT_JOINTS, joint_trajectory, motion_csv, urscript
-from urdyn.model.arm import described
+from urdyn.model.arm import described, load_arm, read_arm
 from urdyn.simulate import Payload
 from urdyn.simulate.limits import Limits
 from urdyn.simulate.written import motion_document, read_motion
+from urdyn.version import __version__
 
 if TYPE_CHECKING:
     from urdyn.model.arm import Arm
@@ -49,7 +49,7 @@ def excitation_document(found: Excitation) -> dict[str, Any]:
     """All that makes the motion again, and what was proven of it."""
     ask, arm = found.ask, found.arm
     document: dict[str, Any] = {
-        "urdyn": {"version": ud.__version__, "format": FORMAT},
+        "urdyn": {"version": __version__, "format": FORMAT},
         "robot": {"name": arm.name} | described(arm),
         "asked": {
             "kind": ask.kind,
@@ -93,7 +93,7 @@ def read_excitation(file: Path) -> tuple[Arm, Ask, Series | Moves]:
             cell=cell_of(document["cell"]),
         )
         path, duration, rate = read_motion(file, arm.joints)
-    except (LookupError, TypeError, ValueError, AssertionError) as error:
+    except (LookupError, TypeError, ValueError) as error:
         raise InputError(
             f"{file}: not an excitation ({type(error).__name__}: {error}); write it with "
             "`urdyn excite`"
@@ -104,12 +104,10 @@ def read_excitation(file: Path) -> tuple[Arm, Ask, Series | Moves]:
 
 
 def _arm(document: dict[str, Any]) -> Arm:
-    from urdyn.model.arm import read_arm
-
     robot = document["robot"]
     if "urdf" in robot:
         return read_arm(str(robot["urdf"]), str(robot["name"]))
-    return ud.load_arm(str(robot["name"]))
+    return load_arm(str(robot["name"]))
 
 
 def _limits(table: dict[str, Any], arm: Arm) -> Limits:
@@ -124,5 +122,5 @@ def _title(found: Excitation) -> str:
     ask = found.ask
     return (
         f"{found.arm.name}, {ask.kind} excitation of {ask.duration:g} s, seed {ask.seed}; "
-        f"urdyn {ud.__version__}"
+        f"urdyn {__version__}"
     )

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from urdyn.cli.fault_noises import NOISES, Noise
+from urdyn.bench.fault_noises import NOISES, Noise
 from urdyn.faults import (
     GLR,
     Algorithm2,
