@@ -11,6 +11,7 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
+from tracked import diagnosed, growing
 
 from urdyn.report.fleet.gather import gather, names, told
 from urdyn.report.fleet.page import fleet_page, headline
@@ -128,6 +129,38 @@ def test_what_somebody_knows_already_is_less_urgent(tmp_path):
     found = gather([first, both, second], NOW, DAY).robots
     assert [r.name for r in found] == ["warned", "both", "known"]
     assert "critical, acknowledged" in shown([first])
+
+
+@pytest.mark.parametrize(("rate", "due"), [(4e-3, "now"), (4e-6, "later"), (4e-9, "never")])
+def test_a_fleet_and_the_page_of_its_robot_recommend_the_same(tmp_path, rate, due):
+    said = diagnosed(growing(rate=rate, rate_sd=0.1 * rate))
+    assert said["recommendation"]["advice"] == due
+    folder = robot(tmp_path / "cell-7", findings=[])
+    (folder / "findings.json").write_text(json.dumps(said))
+    fleet = gather([folder], NOW, DAY)
+    states = {"now": "service_now", "later": "service_later", "never": "found"}
+    words = {"now": "to be serviced now", "later": "to be planned for", "never": "with a finding"}
+    assert fleet.robots[0].state == states[due]
+    assert headline(fleet).startswith(f"1 {words[due]} (cell-7).")
+    said["findings"][0]["acknowledged"] = True
+    (folder / "findings.json").write_text(json.dumps(said))
+    fleet = gather([folder], NOW, DAY)
+    assert fleet.robots[0].state == "acknowledged"
+    assert headline(fleet) == "1 with acknowledged findings only (cell-7)."
+
+
+def test_what_is_to_be_serviced_now_comes_before_a_greater_severity(tmp_path):
+    said = diagnosed(growing())  # a notice that is critical in two minutes
+    due = robot(tmp_path / "due", findings=[])
+    (due / "findings.json").write_text(json.dumps(said))
+    worn = robot(tmp_path / "worn", findings=[finding("critical")])
+    assert [r.name for r in gather([worn, due], NOW, DAY).robots] == ["due", "worn"]
+
+
+def test_health_that_is_lost_is_said_to_be_lost(tmp_path):
+    less = finding("warning") | {"kind": "health_degradation"}
+    row = shown([robot(tmp_path / "a", findings=[less])]).replace("\u00a0", " ")
+    assert "Elbow drive health loss since 10.0 s, warning." in row
 
 
 def test_every_joint_has_a_line_for_friction_and_one_for_health(folders):

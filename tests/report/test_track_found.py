@@ -149,6 +149,14 @@ def test_both_levels_are_told_in_the_first_sentence(history):
     assert first.endswith(f"warning in {warning}, critical in {critical}.")
 
 
+def test_a_level_that_is_passed_is_told_once_by_the_severity(history):
+    finding = growing()
+    passed = finding.forecast | {"to_warning_s": {"median": 0.0, "lo": 0.0, "hi": 0.0}}
+    first = said(page(history, replace(finding, forecast=passed, severity="warning")), "headline")
+    critical = span_of(finding.forecast["to_critical_s"])
+    assert first.endswith(f"since 30.0 s; warning, critical in {critical}.")
+
+
 def test_a_sound_arm_is_told_how_long_it_lasts(history):
     told = part(page(history), "Forecast")
     index = 100.0 * diagnosed()["arm"]["health_index"]

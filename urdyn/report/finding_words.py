@@ -13,7 +13,7 @@ BEFORE = "before this run"
 PUSH = "collision"  # the kind that comes, lasts, and is over
 KINDS = {
     "friction_increase": "friction increase",
-    "health_degradation": "drive health",
+    "health_degradation": "drive health loss",
     "joint_backlash": "backlash",
     "controller_instability": "instability",
     "payload_change": "payload change",
@@ -62,14 +62,27 @@ def left(finding: Mapping[str, Any]) -> str:
 
 
 def ahead(finding: Mapping[str, Any]) -> str:
-    """When its levels will be reached; "" of what does not surely grow."""
-    if not finding["forecast"]:
-        return ""
+    """When its levels will be reached, or that they are passed; "" of what does not surely grow."""
     return ", ".join(
         f"{name} passed" if passed(times) else f"{name} in {span_of(times)}"
-        for name in ("warning", "critical")
-        for times in [finding["forecast"][f"to_{name}_s"]]
+        for name, times in _levels(finding).items()
     )
+
+
+def rising(finding: Mapping[str, Any]) -> str:
+    """Its severity, which tells the levels that are passed, and when the others will be reached."""
+    coming = (
+        f"{name} in {span_of(times)}"
+        for name, times in _levels(finding).items()
+        if not passed(times)
+    )
+    return ", ".join([str(finding["severity"]), *coming])
+
+
+def _levels(finding: Mapping[str, Any]) -> dict[str, Mapping[str, float]]:
+    """Times to the levels of what surely grows [s]."""
+    told = finding["forecast"]
+    return {name: told[f"to_{name}_s"] for name in ("warning", "critical")} if told else {}
 
 
 def lasting(arm: Mapping[str, Any]) -> str:

@@ -16,6 +16,7 @@ from urdyn.report.finding_words import over
 
 FILE = "findings.json"
 RANKS = {"critical": 3.0, "warning": 2.0, "notice": 1.0}  # of a severity; any other word is lower
+DUE = ("now", "later")  # what a diagnosis recommends where a service pays
 LEFT = ("median", "lo", "hi")
 TOLD = ("kind", "joint", "name", "onset_s", "severity", "confidence", "acknowledged")
 DAMAGE = (LookupError, TypeError, ValueError, AttributeError)
@@ -30,6 +31,7 @@ class Found:
     findings: tuple[Entry, ...]  # most urgent first
     unjudged: tuple[str, ...]  # joints that it saw too little of
     arm: Entry | None  # health index of the whole arm; None: an older version's file
+    due: str  # "now" or "later", when the finding to be serviced first is; "": known, or none is
 
 
 def read_findings(folder: Path, joints: Sequence[str]) -> Found | None:
@@ -45,7 +47,8 @@ def read_findings(folder: Path, joints: Sequence[str]) -> Found | None:
         document = json.loads(path.read_text(encoding="utf-8"))
         whole = document if isinstance(document, dict) else {"findings": document}
         entries = ranked([_whole(entry, joints) for entry in whole["findings"]])
-        return Found(tuple(entries), tuple(unjudged(whole.get("joints", ()))), _arm(whole))
+        unseen = tuple(unjudged(whole.get("joints", ())))
+        return Found(tuple(entries), unseen, _arm(whole), _due(whole))
     except OSError as error:
         raise InputError(f"its {FILE} cannot be read: {error.strerror}") from error
     except DAMAGE as error:
@@ -112,6 +115,15 @@ def _arm(whole: Entry) -> Entry | None:
         "horizon_h": float(said["horizon_h"]),
         "judged": bool(said["judged"]),
     }
+
+
+def _due(whole: Entry) -> str:
+    """When a service is recommended of a finding that nobody has acknowledged."""
+    said = whole.get("recommendation") or {}
+    known = {entry.get("id") for entry in whole["findings"] if entry.get("acknowledged")}
+    if said.get("finding") is None or said["finding"] in known or said["advice"] not in DUE:
+        return ""
+    return str(said["advice"])
 
 
 def _time(value: float | None) -> float:

@@ -21,7 +21,10 @@ from urdyn.report.track.surprise import MISSES
 
 SHOWN = ("coulomb", "health")  # of every joint
 # Most urgent first.
-STATES = ("critical", "warning", "found", "changed", "surprised", "unjudged", "steady")
+STATES = (
+    "service_now", "critical", "service_later", "warning", "found", "acknowledged",
+    "changed", "surprised", "unjudged", "steady",
+)  # fmt: skip
 PAGE = "report.html"
 POINTS = 160  # of a line that is as long as a word
 
@@ -40,6 +43,7 @@ class Robot:
     finished: bool
     findings: tuple[Entry, ...] | None  # None: nobody has diagnosed it
     arm: Entry | None  # how surely it lasts, of a diagnosis that says so
+    due: str  # "now" or "later", when its diagnosis recommends a service; "" where it does not
     judged: bool  # something was compared, and enough for a diagnosis if there is one
     written: float  # [s] since 1970, when something last was
     age: float  # [s] since then
@@ -67,8 +71,7 @@ class Robot:
     def state(self) -> str:
         """One of STATES."""
         if self.findings:
-            worst = self.findings[0]
-            return str(worst["severity"]) if gravity(worst) > RANKS["notice"] else "found"
+            return _state(self.findings, self.due)
         if self.moved:
             return "changed"
         if not self.judged:
@@ -155,6 +158,7 @@ def _robot(folder: Path, name: str, now: float, stale: float) -> Robot:
         run.finished,
         told.findings if told else None,
         told.arm if told else None,
+        told.due if told else "",
         bool(np.isfinite(run.surprise)) and not set(run.joints) <= set(unjudged),
         run.written,
         age,
@@ -162,6 +166,15 @@ def _robot(folder: Path, name: str, now: float, stale: float) -> Robot:
         {what: tuple(series for series, _ in each) for what, each in pairs.items()},
         {what: tuple(change for _, change in each) for what, each in pairs.items()},
     )
+
+
+def _state(findings: Sequence[Entry], due: str) -> str:
+    """Of a robot with findings, most urgent first: what its own page recommends goes first."""
+    worst = findings[0]
+    severity = str(worst["severity"]) if gravity(worst) > RANKS["notice"] else "found"
+    if severity == "found" and all(f["acknowledged"] for f in findings):
+        severity = "acknowledged"
+    return min(severity, f"service_{due}" if due else severity, key=STATES.index)
 
 
 def _judged(run: History, joint: str, quantity: str, enough: bool) -> tuple[Series, Change]:

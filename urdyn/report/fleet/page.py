@@ -26,15 +26,24 @@ FLOOR = {"coulomb": (-0.1, 0.2), "health": (-0.1, 0.02)}  # [-] of change that a
 CEILING = {"coulomb": (-0.6, 1.5), "health": (-0.6, 0.1)}  # and at most
 LABEL = {"coulomb": "friction", "health": "health"}
 WORDS = {
+    "service_now": "to be serviced now",
     "critical": "critical",
-    "warning": "to be planned for",
+    "service_later": "to be planned for",
+    "warning": "with a warning",
     "found": "with a finding",
+    "acknowledged": "with acknowledged findings only",
     "changed": "changed",
     "surprised": "not understood by their models",
     "unjudged": "not judged",
     "steady": "steady",
 }
-BADGE = {"surprised": "not understood", "unjudged": "not judged", "found": "finding"}
+BADGE = {
+    "service_now": "service now",
+    "service_later": "to be planned",
+    "surprised": "not understood",
+    "unjudged": "not judged",
+    "found": "finding",
+}
 MOST = 2  # findings that a row has room for
 
 Scale = tuple[float, float]

@@ -10,7 +10,7 @@ import numpy as np
 
 from urdyn.io.spans import Clock
 from urdyn.report.digits import MISSING, interval90, number, percent
-from urdyn.report.finding_words import ahead, kind, size, when
+from urdyn.report.finding_words import kind, rising, size, when
 from urdyn.report.findings import ranked, unjudged
 from urdyn.report.markup import Html, cell, facts, grid, join, paragraph, table, tag, text
 from urdyn.report.names import QUANTITIES, capital, maker, spoken
@@ -105,8 +105,7 @@ def _sentence(f: Mapping[str, Any], time: Clock, start: float) -> str:
     known = ", acknowledged" if f["acknowledged"] else ""
     at = f" at {time(f['forecast']['at_s'] - start)}" if f["forecast"] else ""
     told = f"{capital(spoken(f['name']))}: {kind(f)}, {size(f)}{at}, {when(f, start, time)}"
-    soon = f", {ahead(f)}" if f["forecast"] else ""
-    return f"{told}; {f['severity']}{soon}{known}."
+    return f"{told}; {rising(f)}{known}."
 
 
 def tied(words: str) -> str:
