@@ -235,7 +235,7 @@ def test_a_history_nobody_writes_to_is_stale(tmp_path):
     folders = [robot(tmp_path / "old", NOW - 2 * DAY), robot(tmp_path / "new", NOW - 0.5 * DAY)]
     fleet = gather(folders, NOW, DAY)
     assert {r.name: r.stale for r in fleet.robots} == {"old": True, "new": False}
-    assert "Of old nothing was heard lately" in headline(fleet)
+    assert "Nothing was heard lately of old" in headline(fleet)
 
 
 def test_a_run_that_is_not_over_is_read_from_its_parts(tmp_path):

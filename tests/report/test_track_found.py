@@ -56,10 +56,20 @@ def test_a_belief_that_a_sick_sensor_bends_is_said_to_be_bent(tmp_path):
     bent, kind = write(tmp_path / "history.parquet", table), "sensor_fault"
     sick = replace(growing(), kind=kind, id=f"{kind}.elbow_joint")
     told = said(page(bent, sick), "said")
-    assert told.startswith("In the belief that follows the arm: elbow health")
-    assert "a sensor at fault" in told and "a sensor at fault" not in said(
+    assert told.startswith("Tracked parameters, changed: elbow health")
+    assert "A sensor fault distorts" in told and "A sensor fault" not in said(
         page(bent, growing()), "said"
     )
+
+
+def test_where_a_friction_finding_meets_tracked_friction_their_sizes_are_told_apart(tmp_path):
+    table = columns()
+    table["elbow_joint.coulomb"] *= np.linspace(1.0, 1.7, len(table["elbow_joint.coulomb"]))
+    stiff = write(tmp_path / "history.parquet", table)
+    told = said(page(stiff, growing()), "said")
+    assert "elbow Coulomb friction +70 %" in told and "all friction of its joint" in told
+    still = write(tmp_path / "still.parquet", columns())
+    assert "all friction of its joint" not in said(page(still, growing()), "said")
 
 
 def test_nothing_found_is_said_first(history):

@@ -122,7 +122,7 @@ def test_a_payload_taken_up_is_told_with_its_moment(quiet):
 def test_a_payload_within_its_interval_is_not_told_from_none(tmp_path):
     table = columns() | {"payload.mass": np.full(ROWS, 0.05)}
     said = headline(track_page(write(tmp_path / "run.parquet", table), summary()))
-    assert "cannot be told from none: 0.05 ± 0.16 kg" in said
+    assert "cannot be distinguished from none: 0.05 ± 0.16 kg" in said
 
 
 @pytest.mark.parametrize(

@@ -23,9 +23,9 @@ def data_quality(fit: Fit, scores: Sequence[Score]) -> Html:
     """What the logs are like, and how current scatters around the model."""
     return section(
         "Data and noise",
-        "Nothing that the likelihood sees was filtered; damage was met while reading and is "
-        "listed. Noise is autoregressive: the next sample’s error is partly told by the last ones, "
-        "so parameters are less sure than white noise would make them.",
+        "The likelihood is of unfiltered samples; damage was met while reading and is listed. "
+        "Noise is autoregressive: the next sample’s error is partly predicted by the last ones, "
+        "so parameters are less sure than with white noise.",
         table(
             [
                 "log",
@@ -89,7 +89,7 @@ def _colour(noise: Noise, j: int) -> list[Html]:
     ar, dof = np.trim_zeros(noise.ar[j], "b"), float(noise.dof[j])
     explained = 1.0 - float(noise.scale[j] ** 2 * dof / (dof - 2.0) / noise.sd[j] ** 2)
     memory = (
-        f"order {len(ar)}, tells {percent(max(explained, 0.0))} of the next sample"
+        f"order {len(ar)}, predicts {percent(max(explained, 0.0))} of the next sample"
         if len(ar)
         else "none, white"
     )
@@ -105,10 +105,11 @@ def provenance(fit: Fit, command: str, facts: dict[str, str]) -> Html:
     ]
     told = {"urdyn": __version__, "samples": f"{fit.n_samples:,}"} | facts
     drive = fit.dynamics.drive
-    told["current leads the recorded motion by"] = f"{number(1e3 * drive.time_offset)} ms"
+    lead = "current leads the recorded motion by"
+    told[lead] = f"{number(1e3 * drive.time_offset)} ms"
     if "time_offset" in fit.parameters.names:  # older twins take it as known
-        told["give or take"] = f"{number(1e3 * fit.spread('time_offset'))} ms"
-    told["friction turns over before that by"] = f"{number(1e3 * drive.friction_lead)} ms"
+        told[lead] += f" (sd {number(1e3 * fit.spread('time_offset'))} ms)"
+    told["friction reverses before that by"] = f"{number(1e3 * drive.friction_lead)} ms"
     return section(
         "Provenance",
         " · ".join(f"{key} {value}" for key, value in told.items()),

@@ -73,7 +73,7 @@ def headline(fleet: Fleet) -> str:
     stale = [robot.name for robot in fleet.robots if robot.stale]
     sentences = ["; ".join(parts)] if parts else []
     if stale:
-        sentences.append(f"Of {', '.join(stale)} nothing was heard lately")
+        sentences.append(f"Nothing was heard lately of {', '.join(stale)}")
     if fleet.unread:
         sentences.append(f"{_count(len(fleet.unread), 'folder')} could not be read")
     return ". ".join(sentences) + "."
@@ -203,7 +203,7 @@ def _unread(unread: Sequence[Unread]) -> Html:
     ]
     return section(
         "Not read",
-        "Of these nothing is known; what is not read may well be urgent.",
+        "Nothing is known of these robots; any of them may be urgent.",
         table(["folder", "why", "path"], rows, "words"),
     )
 

@@ -41,7 +41,7 @@ def still(fit: Fit, scores: Sequence[Score]) -> str:
     idle = [name for name, angle in zip(joints(fit), travel, strict=True) if angle < STILL]
     if not idle:
         return "Every joint moved."
-    return f"Hardly moved (less than 5°): {', '.join(idle)}; what is said of them is mostly prior."
+    return f"Hardly moved (less than 5°): {', '.join(idle)}; estimates are mostly the prior."
 
 
 def _travel(q: Array) -> Array:

@@ -20,9 +20,9 @@ from urdyn.types import NORMAL90
 
 ONE_LINE = 30  # letters of an axis's title that stand beside it in one
 LEAD = (
-    "Faults as the commissioned model, which is held for this, tells them from a healthy arm that "
-    "warms up, changes its program and handles pieces. Sure is the probability that kind and joint "
-    "are these; the interval of the onset and of the time left hold 90 %."
+    "Currents are compared with the model as commissioned, which stays fixed. What a healthy arm "
+    "does is no fault: it warms up, changes its program and handles pieces. Sure: probability that "
+    "kind and joint are right. Intervals of the onset and of the time left hold 90 %. "
 )
 
 
@@ -38,7 +38,8 @@ def findings(history: History, summary: Mapping[str, Any]) -> Html:
         told = [table(heads, rows), _costs(summary["recommendation"])]
     drawn = [_drawn(finding, history) for finding in found if _drawn_here(finding)]
     blind = _blind(summary["observability"]["joint_backlash"])
-    return section("Findings", LEAD, *told, *([grid(*drawn)] if drawn else []), *blind)
+    began = f"Times are counted from the first stamp, {start:.2f} s."
+    return section("Findings", LEAD + began, *told, *([grid(*drawn)] if drawn else []), *blind)
 
 
 def _costs(of: Mapping[str, Any]) -> Html:
@@ -56,7 +57,7 @@ def _row(finding: Mapping[str, Any], clock: Clock, start: float) -> list[Html]:
         text(spoken(finding["name"])),
         _since(finding, clock, start),
         cell(size(finding), finding["quantity"]),
-        cell(finding["severity"] + seen, f"told at {clock(finding['alarm_s'] - start)}", bad),
+        cell(finding["severity"] + seen, f"alarm at {clock(finding['alarm_s'] - start)}", bad),
         text(percent(finding["confidence"])),
         cell(*_left(finding)),
         text(finding["advice"]),
@@ -108,7 +109,7 @@ def _blind(rows: Sequence[Mapping[str, Any]]) -> list[Html]:
     """What this motion could not have shown, and a motion that would."""
     hidden = [row for row in rows if not row["observable"]]
     if not hidden:
-        return [paragraph("Backlash could have been seen in every joint.", "note")]
+        return [paragraph("The motion would have shown backlash in every joint.", "note")]
     names = ", ".join(spoken(row["name"]) for row in hidden)
     ways = (
         tag("li", text(row["probe"].replace(row["name"], spoken(row["name"])))) for row in hidden

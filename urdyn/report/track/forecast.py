@@ -23,9 +23,9 @@ CORE = "rgba(86,180,233,0.3)"
 KEY = {"seen": OURS, "forecast, half of all cases": BAND, "90 %": PALE}
 REACHED = {"level reached, 90 %": LEFT}
 LEAD = (
-    "Of what grows: its change so far with its 90 % band, and where it goes if it keeps its pace, "
-    "by the draws that the time left is told from. Nothing is forecast of a change whose pace is "
-    "not surely above zero."
+    "For every finding that grows: the change so far with its 90 % band, and how it goes on at its "
+    "present rate, from the same draws as the time left. A change whose rate is not surely above "
+    "zero has no forecast."
 )
 ROOM = 0.12  # [-] of the plot's height above the critical level
 UNJUDGED = "not judged"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -24,10 +24,15 @@ UNIT = re.compile(
     r"(?<=\d) (?=±|%|kg\b|s\b|min\b|h\b|d\b|mrad\b)|(?<=±) |(?<=\d) (?=to \d)|(?<=to) (?=\d)"
 )
 TABLED = ("coulomb", "viscous", "health")
-BENT = " What a sensor at fault says has bent it."
+TRACKED = "Tracked parameters, changed: "  # as a verdict begins beside findings
+BENT = " A sensor fault distorts these values."
+PARTS = (
+    " The size of a friction finding is the increase of all friction of its joint; Coulomb "
+    "friction is one part of that, and may change by more or less."
+)
 STEADY = (
-    f"Steady is what differs from commissioning by less than {percent(SHARE)}; what differs by "
-    f"more, but by less than {SDS:.0f} combined standard deviations (sd), is unsure."
+    f"Steady means within {percent(SHARE)} of the commissioned value, unsure further from it but "
+    f"by less than {SDS:.0f} combined standard deviations (sd)."
 )
 
 
@@ -43,8 +48,7 @@ def track_headline(
     diagnosed, judged = "findings" in summary, _judged(summary, surprised)
     said = verdict(found, history.clock) if judged else ""
     if diagnosed and said.startswith(CHANGED):
-        said = said.replace(CHANGED, "In the belief that follows the arm: ", 1)
-        said += BENT if any(f["kind"] == "sensor_fault" for f in summary["findings"]) else ""
+        said = said.replace(CHANGED, TRACKED, 1) + _beside({f["kind"] for f in summary["findings"]})
     if setting := set_to(summary.get("payload_setting")):
         load = f"{load} {capital(setting)}."
     moved = f"{said} {load}".strip()
@@ -58,6 +62,12 @@ def track_headline(
             facts(_facts(summary, history.clock)),
         ]
     )
+
+
+def _beside(kinds: Collection[str]) -> str:
+    """How changes of tracked parameters are to be read beside findings of these kinds."""
+    bent = BENT if "sensor_fault" in kinds else ""
+    return bent + (PARTS if "friction_increase" in kinds else "")
 
 
 def _hold(surprised: Surprise) -> str:

@@ -13,9 +13,9 @@ from urdyn.types import NORMAL90
 HEAD = (
     "",
     "torque margin",
-    "drive gave",
+    "drive power",
     "lost to friction",
-    "current missed",
+    "prediction error",
     "as commissioned",
 )
 
@@ -24,12 +24,12 @@ def interest(quantities: Mapping[str, Any]) -> Html:
     """A table over the joints, and what more the arm could carry."""
     return section(
         "Margins, power, prediction",
-        "Torque margin: what was left of the torque of a healthy drive at the hardest moment. "
-        "Drive gave: mechanical power while the drive drove the joint, averaged over the run. "
-        "Friction also takes what weight, momentum and other joints give while the drive brakes, "
-        "so more may be lost to it. "
-        "Current missed: size of the error one sample ahead, of the size of the current; beside it "
-        "that of the model as commissioned.",
+        "Torque margin: share of a healthy drive’s torque that was unused at the hardest moment. "
+        "Drive power: mechanical, while the drive drove the joint, averaged over the run. "
+        "Friction also dissipates what gravity, inertia and other joints supply while the drive "
+        "brakes, so it may take more than the drive gave. "
+        "Prediction error: r.m.s. error of the current one sample ahead, relative to the current; "
+        "beside it that of the model as commissioned.",
         paragraph(_carries(quantities["payload_margin_kg"])),
         table(HEAD, [_row(joint) for joint in quantities["joints"]]),
     )

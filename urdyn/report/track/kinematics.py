@@ -21,13 +21,14 @@ COLOURS = {"mean": OURS, "90 % interval": PALE}
 THOUSANDTHS = {"m": "mm", "rad": "mrad"}
 OWN = (
     "Learnt from actual_TCP_pose, which the controller computes from its own encoders by its own "
-    "calibration: this is how far that is from the drawing. Of an encoder that slips it says "
-    "nothing, and no joint's zero is learnt from it."
+    "calibration: this is how far that is from the drawing. It does not show an encoder that "
+    "slips, so no joint's zero is learnt from it."
 )
 TRACKER = (
-    "Learnt from the poses of a tracker beside the arm. They tell the sum of a joint's theta, "
-    "constant, and of its zero, which may slip and is shown among the trends; what base and tool "
-    "do as well, no pose can tell apart from the first and the last joint's theta and d."
+    "Learnt from the poses of a tracker beside the arm. They show only the sum of a joint's theta, "
+    "which is constant, and of its zero, which may slip and is shown under Trends. An error of the "
+    "base or the tool frame cannot be distinguished from one of the first or last joint's theta "
+    "and d."
 )
 
 
@@ -42,8 +43,8 @@ def kinematics(history: History) -> Html:
     tracked = any(owner == f"{KINEMATICS}.base" for owner, _ in found)
     if not found:
         told = (
-            "Too few poses, too much alike, or not in m, rad and the base's axes: base and tool "
-            "were not found, and nothing else."
+            "Too few poses, too much alike, or not in m, rad and the base's axes: neither the "
+            "frames of base and tool nor any deviation could be estimated."
         )
         return section("Geometry", told)
     rows = [

@@ -7,9 +7,10 @@ from urdyn.report.markup import Html, section, tag, text
 from urdyn.tracking.network import tracked_network
 
 LEAD = (
-    "What the filter takes to move what: the arm at one sample and at the next. Each parameter "
-    "strays by itself from slice to slice, and moves the motor currents; the motion is given. "
-    "Friction leads damping, and shares with health what wears both. Joint by joint, all at once."
+    "The dynamic Bayesian network that the filter assumes: the arm at one sample and at the next. "
+    "Each parameter drifts from slice to slice and acts on the currents; the motion is given. "
+    "Friction acts on damping, and has a cause of wear in common with health. Every joint has such "
+    "a network, and all are inferred together."
 )
 
 

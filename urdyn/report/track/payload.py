@@ -16,7 +16,7 @@ from urdyn.report.track.trace import PALE, POINTS, extent, trend
 from urdyn.types import Array
 
 MOMENTS = {"mass": "mass", "mx": "first moment x", "my": "first moment y", "mz": "first moment z"}
-OUTSIDE = "beliefs not yet settled may lie outside; double-click to see all"
+OUTSIDE = "estimates that have not settled may lie outside; double-click to see all"
 
 
 def carried(history: History, changed: Sequence[float]) -> str:
@@ -24,7 +24,7 @@ def carried(history: History, changed: Sequence[float]) -> str:
     mass = history.series(PAYLOAD, "mass")
     now = f"{interval90(float(mass.mean[-1]), float(mass.sd[-1]))} kg"
     if abs(mass.mean[-1]) < 2.0 * mass.sd[-1]:
-        what = f"The payload cannot be told from none: {now}"
+        what = f"The payload cannot be distinguished from none: {now}"
     else:
         what = f"The payload is now {now}"
     return f"{what}{_since(changed, history.clock)}."
@@ -41,11 +41,11 @@ def payload(history: History, changed: Sequence[float]) -> Html:
     """Its mass over time, and its moments now."""
     colours = {"mean": OURS, "90 % interval": PALE}
     if changed:
-        colours["taken to have changed"] = LEFT
+        colours["change detected"] = LEFT
     return section(
         "Payload",
-        "Where the currents show the signature of another payload, it is taken to be anything "
-        "again, and is learnt anew. Moments are about the tool flange, in its frame.",
+        "Where the currents show that the payload has changed, its estimate is reset and learnt "
+        "anew. Moments are about the tool flange, in its frame.",
         grid(
             plot(_mass(history, changed), "Payload mass", OUTSIDE, colours),
             table(["", "now"], _moments(history)),
@@ -66,7 +66,7 @@ def _marks(moments: Sequence[float], height: tuple[float, float], clock: Clock) 
     latest = np.asarray(moments[-POINTS // 3 :]) / clock.seconds
     x: Array = np.repeat(latest, 3)
     y = np.tile([*height, np.nan], len(latest))
-    return line(x, y, "taken to have changed", LEFT, 1.4, dash="dot")
+    return line(x, y, "change detected", LEFT, 1.4, dash="dot")
 
 
 def _moments(history: History) -> list[list[Html]]:

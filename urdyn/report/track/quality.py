@@ -17,16 +17,16 @@ from urdyn.types import MAD_TO_SD
 WILD = 4.0  # [-] standard deviations of a residual from its middle, beyond which it is counted
 LEAD = (
     "Nothing is filtered before it is compared, and nothing is filled in. Compared: rows of the "
-    "history in which the joint slid on known bristles with a current that its drive can have; the "
-    "others teach nothing of it. Wild: compared, and more than four robust standard deviations off "
-    "where 0.006 % of a Gaussian’s samples are; they count for less."
+    "history in which the joint slid, its presliding was known, and its current was one that the "
+    "drive can have; nothing is learnt from the others. Outliers: compared rows more than four "
+    "robust standard deviations off, where a Gaussian has 0.006 %; they are weighted down."
 )
 
 
 def quality(history: History, summary: Mapping[str, Any]) -> Html:
     """Losses of the stream, and what each joint's samples were good for."""
     lacked = summary["quality"]
-    heads = ["joint", "without current", "compared", "wild", "residual, robust sd"]
+    heads = ["joint", "without current", "compared", "outliers", "residual, robust sd"]
     rows = [
         [text(spoken(joint)), _missing(lacked["without_current"][j]), *_used(history, joint)]
         for j, joint in enumerate(history.joints)
@@ -47,13 +47,13 @@ def _stream(summary: Mapping[str, Any], lacked: Mapping[str, Any]) -> list[list[
     counts = {
         "samples": (summary["samples"], clock(summary["data_s"])(summary["data_s"])),
         "gaps": (lacked["gaps"], f"of more than five periods; {longest}"),
-        "samples that these would have held": (lacked["missing"], ""),
-        "stamps that came twice": (lacked["repeated"], "left out"),
-        "stamps that went back": (lacked["clock_set_back"], "begun anew there"),
-        "angles and speeds refused": (lacked["refused"], "no arm can have made them"),
-        "currents left out": (lacked["undrawn"], "no motor draws as much"),
-        "currents that stayed": (sum(lacked["stuck"]), "while their joint moved; left out"),
-        "beliefs given up": (lacked["restarts"], "no arm's drives are like that; begun anew"),
+        "samples missing in gaps": (lacked["missing"], ""),
+        "repeated stamps": (lacked["repeated"], "left out"),
+        "clock set back": (lacked["clock_set_back"], "started again there"),
+        "angles and speeds refused": (lacked["refused"], "impossible for this arm"),
+        "currents left out": (lacked["undrawn"], "more than a motor draws"),
+        "currents that stood still": (sum(lacked["stuck"]), "while their joint moved; left out"),
+        "estimates reset": (lacked["restarts"], "their drive parameters were impossible"),
     }
     return [
         [text(name), cell(f"{count:,}", kind=_kind(name, count)), text(remark)]

@@ -53,9 +53,9 @@ def trust_track(found: Surprise) -> str:
     """How well the belief knew what it would see."""
     if not np.isfinite(found.overall):
         return "No current was compared."
-    words = f"Its surprise averages {number(found.overall)}, where 1 or less is as expected"
+    words = f"The average surprise is {number(found.overall)}; 1 or less is as expected"
     if found.overall > MISSES:
-        return f"{words}: something is missing from the model, and its intervals are too narrow."
+        return f"{words}. Something is missing from the model, and its intervals are too narrow."
     return f"{words}."
 
 
@@ -65,10 +65,10 @@ def surprises(history: History, found: Surprise) -> Html:
     colours = {"average of a window": OURS, "90 % band where innovations are white": BAND}
     return section(
         "Surprise",
-        "Measured less predicted current, the prediction made before the sample was seen; no "
-        "peak in the history is lost in the drawing. Gaps are where a joint stands or has just "
-        "started, and is not compared. Below, the innovations’ size, weighed by what was expected: "
-        "above the band the belief is too sure, below it too careful.",
+        "Measured less predicted current, predicted one sample ahead; the drawing keeps every peak "
+        "of the history. Gaps: the joint stands or has just started, and is not compared. Below, "
+        "the innovations squared over their expected variance: above the band the filter is too "
+        "sure of itself, below it too careful.",
         grid(*(_residual(history, joint) for joint in history.joints)),
         plot(_nis(history, found), "Normalised innovation squared", note, colours),
     )

@@ -29,7 +29,7 @@ def trends(history: History, found: Sequence[Change]) -> Html:
     )
     return section(
         "Trends",
-        "Belief after each sample. Where a joint moves little the band widens: nothing is learnt "
+        "Estimate after each sample. Where a joint moves little the band widens: nothing is learnt "
         "there, and wear may go on. Drag to zoom, double-click to see all.",
         key(COLOURS),
         *parts,
