@@ -308,6 +308,10 @@ def test_how_surely_an_arm_lasts_is_told_where_its_diagnosis_says_so(folders):
     document = told(gather(folders, NOW, DAY))["robots"]
     assert [r["health_index"] for r in document] == [0.34, *[None] * (len(folders) - 1)]
     assert document[0]["horizon_h"] == 24.0
+    unknown = arm | {"health_index": None, "judged": False}
+    path.write_text(json.dumps(json.loads(path.read_text()) | {"arm": unknown}))
+    assert "health index not judged" in shown(folders).replace("\u00a0", " ")
+    assert told(gather(folders, NOW, DAY))["robots"][0]["health_index"] is None
     path.write_text(json.dumps({"findings": [], "arm": {"health_index": None}}))
     assert "is damaged" in gather(folders, NOW, DAY).unread[0].reason
 

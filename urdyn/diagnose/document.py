@@ -9,6 +9,7 @@ import numpy as np
 
 from urdyn.diagnose.finding import Finding
 from urdyn.diagnose.recommend import arm_health, health, recommendation
+from urdyn.diagnose.trust import PASSING
 from urdyn.faults.decision import Costs
 from urdyn.version import __version__
 
@@ -34,11 +35,23 @@ def findings_document(
         "urdyn": __version__,
         "provenance": origin | dict(source),
         "findings": [_finite(finding.plain()) for finding in findings],
-        "arm": _finite(arm_health(rows, costs) | {"judged": all(judged)}),
+        "arm": _finite(_arm(rows, costs, judged, findings)),
         "joints": [_finite(row | {"judged": heard[row["name"]]}) for row in rows],
         "recommendation": _finite(recommendation(findings, costs, heard)),
         "observability": {"joint_backlash": [_finite(row) for row in observability]},
     }
+
+
+def _arm(
+    rows: Sequence[Mapping[str, Any]],
+    costs: Costs,
+    judged: Sequence[bool],
+    findings: Sequence[Finding],
+) -> dict[str, Any]:
+    """How surely the arm lasts; null where no joint was judged, and nothing that wears is found."""
+    told = arm_health(rows, costs) | {"judged": all(judged)}
+    known = any(judged) or any(f.kind not in PASSING for f in findings)
+    return told if known else told | {"health_index": None}
 
 
 def _finite(value: Any) -> Any:

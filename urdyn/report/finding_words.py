@@ -10,6 +10,7 @@ from urdyn.report.digits import interval90, number, percent
 from urdyn.report.names import spoken
 
 BEFORE = "before this run"
+UNJUDGED = "not judged"
 PUSH = "collision"  # the kind that comes, lasts, and is over
 KINDS = {
     "friction_increase": "friction increase",
@@ -87,7 +88,8 @@ def _levels(finding: Mapping[str, Any]) -> dict[str, Mapping[str, float]]:
 
 def lasting(arm: Mapping[str, Any]) -> str:
     """How surely all joints of an arm last until a service can be planned."""
-    return f"{percent(arm['health_index'])} {sound(arm)}"
+    index = arm["health_index"]
+    return UNJUDGED if index is None else f"{percent(index)} {sound(arm)}"
 
 
 def sound(arm: Mapping[str, Any]) -> str:

@@ -110,8 +110,9 @@ def _arm(whole: Entry) -> Entry | None:
     said = whole.get("arm")
     if said is None:
         return None
+    index = said["health_index"]
     return {
-        "health_index": float(said["health_index"]),
+        "health_index": None if index is None else float(index),
         "horizon_h": float(said["horizon_h"]),
         "judged": bool(said["judged"]),
     }

@@ -11,7 +11,17 @@ import plotly.graph_objects as go
 from urdyn.io.spans import Clock, clock, span_of
 from urdyn.report.canvas import BAND, LEFT, OURS, band, dots, figure, line, rule, shade
 from urdyn.report.digits import MISSING, number, percent
-from urdyn.report.finding_words import ahead, amount, factor, kind, lasting, passed, sound, unit
+from urdyn.report.finding_words import (
+    UNJUDGED,
+    ahead,
+    amount,
+    factor,
+    kind,
+    lasting,
+    passed,
+    sound,
+    unit,
+)
 from urdyn.report.markup import Html, cell, grid, key, paragraph, plot, section, table, text
 from urdyn.report.names import spoken
 from urdyn.report.track.history import History
@@ -28,7 +38,6 @@ LEAD = (
     "zero has no forecast."
 )
 ROOM = 0.12  # [-] of the plot's height above the critical level
-UNJUDGED = "not judged"
 STEADY = ("friction_increase", "health_degradation")  # kinds that are looked for on every joint
 
 
@@ -149,6 +158,8 @@ def _health(summary: Mapping[str, Any], found: Sequence[Mapping[str, Any]]) -> H
 def _index(row: Mapping[str, Any], words: str = "") -> Html:
     """A health index, marked where a failure is likelier than none."""
     share = row["health_index"]
+    if share is None:
+        return cell(UNJUDGED)
     return cell(percent(share), words, "outside" if share < 0.5 else "")
 
 
