@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from tracked import CRITICAL, START, columns, diagnosed, growing, summary, write
 
+from urdyn.diagnose.rules import read_rules
 from urdyn.io.spans import span, span_of
 from urdyn.report.digits import difference
 from urdyn.report.finding_words import size
@@ -96,6 +97,43 @@ def test_the_health_of_what_was_not_seen_is_not_told(history):
     told = part(track_page(history, summary(**seen)), "Forecast")
     row = next(r for r in told.split("<tr>") if "<th>shoulder</th>" in r)
     assert "100 %" not in row and "nothing found" not in row and row.count("not judged") == 3
+
+
+def test_the_health_of_an_arm_of_which_no_joint_was_judged_is_not_told(history):
+    push = replace(
+        growing(name="forearm_link"), kind="collision", forecast=None, time_to_failure_s=None,
+        evidence={"duration_s": 0.5, "strength_N": 40.0, "force_N": [40.0, 0.0, 0.0]},
+    )  # fmt: skip
+    for findings in ((), (push,)):
+        said = diagnosed(*findings, judged=False)
+        assert said["arm"]["health_index"] is None
+        told = part(track_page(history, summary(**said)), "Forecast")
+        assert "100 %" not in told and "99 %" not in told and "not judged" in told
+    assert diagnosed(growing(), judged=False)["arm"]["health_index"] < 0.5
+    assert diagnosed(judged=(True, False))["arm"]["health_index"] > 0.99
+
+
+@pytest.mark.parametrize(
+    ("setting", "told"),
+    [
+        (None, True),
+        ({"mass_kg": 2.1, "tool_known": True, "off_kg": None}, False),
+        ({"mass_kg": 2.1, "tool_known": False, "off_kg": None}, True),
+        ({"mass_kg": 1.0, "tool_known": True, "off_kg": None}, True),  # as it was set a moment ago
+        ({"mass_kg": 1.0, "tool_known": True, "off_kg": 1.0}, True),
+    ],
+)
+def test_a_controller_that_knows_the_load_needs_not_be_told(history, setting, told):
+    advice = read_rules().levels("payload_change")["advice"]
+    load = replace(
+        growing(joint=None, name="tool"), kind="payload_change", unit="kg", size=1.0, size_sd=0.1,
+        forecast=None, time_to_failure_s=None, severity="warning", advice=advice,
+    )  # fmt: skip
+    final = {"payload.mass": {"mean": 2.0, "sd": 0.1}}
+    run = summary(**diagnosed(load), payload_setting=setting, final=final)
+    html = track_page(history, run)
+    assert html.count("tell the controller what the tool weighs") == (2 if told else 0)
+    assert html.count("look for what was lost") == 2
 
 
 def test_the_graver_finding_comes_first(history):
