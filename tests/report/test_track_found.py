@@ -136,6 +136,37 @@ def test_a_controller_that_knows_the_load_needs_not_be_told(history, setting, to
     assert html.count("look for what was lost") == 2
 
 
+def test_a_push_is_told_by_the_stamp_of_the_terminal_and_drawn_in_the_joints_that_felt_it(tmp_path):
+    table = columns()
+    t, shoved = table["t"] - START, 3.0
+    table["current_0"] = table["current_0"] + shoved * ((t > 20.0) & (t < 20.5))
+    table["predicted_1"] = np.full(len(t), np.nan)  # it stands
+    table["current_1"] = 2.0 + shoved * ((t > 20.0) & (t < 20.5))
+    evidence = {"duration_s": 0.5, "strength_N": 40.0, "force_N": [40.0, 0.0, 0.0]}
+    finding = replace(
+        growing(name="forearm_link"), kind="collision", forecast=None, time_to_failure_s=None,
+        onset_s=START + 20.0,
+    )  # fmt: skip
+    run = write(tmp_path / "history.parquet", table)
+    for torque, joints in (([9.0, 9.0], {"shoulder", "elbow"}), ([9.0, np.nan], {"shoulder"})):
+        push = replace(finding, evidence=evidence | {"torque_Nm": torque})
+        told = page(run, push)
+        assert "for 0.50 s; stamp 1020.00 s" in told
+        (drawn,) = (
+            json.loads(spec)
+            for spec in re.findall(r'<script type="application/json">(.*?)</script>', told, re.S)
+            if "beyond expected" in spec
+        )
+        traces = {trace["name"]: trace for trace in drawn["data"]}
+        assert set(traces) == joints
+        for trace in traces.values():
+            x, y = values(trace["x"]), values(trace["y"])
+            assert x.min() >= 18.0 - 0.01 and x.max() <= 22.5 + 0.01
+            during = (x > 20.1) & (x < 20.4)
+            assert np.median(y[during]) == pytest.approx(shoved, abs=0.1)
+            assert np.median(y[x < 19.9]) == pytest.approx(0.0, abs=0.1)
+
+
 def test_the_graver_finding_comes_first(history):
     mild, grave = growing(), growing(joint=0, name="shoulder_joint")
     first = said(page(history, mild, replace(grave, severity="critical")), "headline")

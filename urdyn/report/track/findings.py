@@ -10,14 +10,16 @@ import plotly.graph_objects as go
 
 from urdyn.io.spans import Clock
 from urdyn.report.canvas import BAND, OURS, band, figure, line, rule, shade
-from urdyn.report.digits import number, percent
+from urdyn.report.digits import fixed, number, percent
 from urdyn.report.finding_words import BEFORE, factor, kind, left, size, unit
 from urdyn.report.findings import ranked
 from urdyn.report.markup import Html, cell, grid, paragraph, plot, section, table, tag, text
 from urdyn.report.names import spoken
 from urdyn.report.track.history import History
+from urdyn.report.track.push import drawn_push
 from urdyn.types import NORMAL90
 
+PUSHES = 6  # of which the currents are drawn
 ONE_LINE = 30  # letters of an axis's title that stand beside it in one
 LEAD = (
     "Currents are compared with the model as commissioned, which stays fixed. What a healthy arm "
@@ -37,6 +39,8 @@ def findings(history: History, summary: Mapping[str, Any]) -> Html:
         rows = [_row(finding, clock, start) for finding in found]
         told = [table(heads, rows), _costs(summary["recommendation"])]
     drawn = [_drawn(finding, history) for finding in found if _drawn_here(finding)]
+    pushes = [finding for finding in found if "torque_Nm" in finding["evidence"]]
+    drawn += [drawn_push(finding, history) for finding in pushes[:PUSHES]]
     blind = _blind(summary["observability"]["joint_backlash"])
     began = f"Times are counted from the first stamp, {start:.2f} s."
     return section("Findings", LEAD + began, *told, *([grid(*drawn)] if drawn else []), *blind)
@@ -70,7 +74,7 @@ def _since(finding: Mapping[str, Any], clock: Clock, start: float) -> Html:
         return text(BEFORE)
     began, lasted = clock(finding["onset_s"] - start), finding["evidence"].get("duration_s")
     if lasted is not None:
-        return cell(began, f"for {number(lasted)} s")
+        return cell(began, f"for {number(lasted)} s; stamp {fixed(finding['onset_s'], 2)} s")
     within = (clock(max(t - start, 0.0)) for t in finding["onset_interval_s"])
     return cell(began, " to ".join(within))
 
