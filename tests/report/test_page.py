@@ -6,6 +6,7 @@ import json
 import re
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from urdyn.report.digits import number
@@ -53,6 +54,16 @@ def test_every_plot_has_data_and_a_unit_on_every_numeric_axis(either):
         for name, axis in plot["layout"].items():
             if re.fullmatch(r"[xy]axis\d?", name) and axis["title"]["text"]:
                 assert re.search(r"\[.+\]", axis["title"]["text"])
+
+
+def test_a_tool_that_was_named_is_shown_beside_the_payload(case, page):
+    assert "Tool:" not in page
+    tool = np.array([1.5, 1.5 * 0.01, 0.0, 1.5 * 0.06, *[0.0] * 6])
+    borne = replace(case.fit, tool_known=True, dynamics=replace(case.fit.dynamics, payload=tool))
+    told = identify_page(borne, case.scores, COMMAND, 2.5)
+    assert "Tool: 1.50 kg, centre of mass at 10.0, 0, 60.0 mm in the flange frame" in told
+    bare = replace(case.fit, tool_known=True)
+    assert "Tool: none in these logs" in identify_page(bare, case.scores, COMMAND, 2.5)
 
 
 def test_a_hostile_log_name_is_text(case):

@@ -6,9 +6,9 @@ import numpy as np
 import plotly.graph_objects as go
 
 from urdyn.identify import Fit
-from urdyn.model.body import BODY
+from urdyn.model.body import BODY, centre_of_mass
 from urdyn.report.canvas import OURS, PRIOR, TRUTH, dots, figure
-from urdyn.report.digits import interval90, percent
+from urdyn.report.digits import interval90, number, percent
 from urdyn.report.identify.comparison import Truth
 from urdyn.report.markup import Html, cell, grid, paragraph, plot, section, table, text
 from urdyn.report.names import spoken
@@ -32,6 +32,7 @@ def masses(fit: Fit, truth: Truth | None) -> Html:
             _table(fit),
             kind="two",
         ),
+        *([_tool(fit)] if fit.tool_known else []),
         *(_payload(fit, k) for k in range(len(fit.payloads))),
     )
 
@@ -82,6 +83,18 @@ def _table(fit: Fit) -> Html:
             [text(spoken(link)), cell(prior), cell(estimate), cell(percent(fit.informed(name)))]
         )
     return table(["link", "prior [kg]", "estimate [kg]", "informed"], rows)
+
+
+def _tool(fit: Fit) -> Html:
+    """The tool that was named, as it was."""
+    tool = fit.dynamics.payload
+    if not tool[0]:
+        return paragraph("Tool: none in these logs, as it was named.")
+    centre = ", ".join(number(1e3 * x, 3) for x in centre_of_mass(tool))
+    return paragraph(
+        f"Tool: {number(float(tool[0]), 3)} kg, centre of mass at {centre} mm in the flange frame, "
+        "as it was named; links are told without it."
+    )
 
 
 def _payload(fit: Fit, k: int) -> Html:
