@@ -10,7 +10,10 @@ from realarm import with_current
 from shop import Shop
 
 from urdyn.diagnose import Report, diagnose, read_rules
+from urdyn.diagnose.diagnosis import Diagnosis
+from urdyn.diagnose.event import Event
 from urdyn.diagnose.recommend import recommendation
+from urdyn.diagnose.verdict import of_event
 
 
 def _silent(shop: Shop, *spans: tuple[float, float], seconds: float = 14.0) -> tuple[Report, float]:
@@ -83,3 +86,16 @@ def test_a_sensor_that_is_stuck_is_so_though_its_joint_does_not_show_it(shop: Sh
     log = shop.log("sensor_fault:joint=2,onset=3,mode=stuck", seconds=14.0)
     [found] = diagnose(shop.fit, log)
     assert found.severity == "critical" and "is stuck at" in found.text
+
+
+@pytest.mark.parametrize(
+    ("until", "words"),
+    [(1012.9, "was silent from stamp 1012.3 s to 1012.9 s"), (1012.34, "silent at stamp 1012.3 s")],
+)
+def test_a_moment_of_silence_is_not_told_from_a_stamp_to_the_same(
+    shop: Shop, until: float, words: str
+) -> None:
+    evidence = {"mode": "dropped", "until_s": until}
+    event = Event("sensor_fault", 2, 1012.26, 1012.4, 0.9, 0.0, evidence)
+    rules = read_rules()
+    assert words in of_event(event, Diagnosis(shop.fit, 0.01, rules).space, rules).text

@@ -12,9 +12,9 @@ import pytest
 from tracked import CRITICAL, START, columns, diagnosed, growing, summary, write
 
 from urdyn.diagnose.rules import read_rules
-from urdyn.io.spans import span, span_of
+from urdyn.io.spans import clock, span, span_of
 from urdyn.report.digits import difference
-from urdyn.report.finding_words import size
+from urdyn.report.finding_words import size, when
 from urdyn.report.track.page import track_page
 
 SCRIPT = re.compile(r"<script.*?</script>", re.S)
@@ -265,6 +265,15 @@ def test_a_hostile_finding_is_text(history):
 )
 def test_times_are_told_in_their_largest_unit(seconds, words):
     assert span(seconds) == words
+
+
+@pytest.mark.parametrize(
+    ("until", "words"), [(START + 35.2, ", until 35.2 s"), (START + 30.02, " for 0.020 s")]
+)
+def test_what_is_over_at_once_is_not_told_to_last_from_a_moment_to_the_same(until, words):
+    finding = {"kind": "sensor_fault", "onset_s": START + 30.0, "older": False}
+    told = when(finding | {"evidence": {"until_s": until}}, START, clock(60.0))
+    assert told == f"at 30.0 s{words}"
 
 
 def test_a_size_has_the_digits_of_its_interval():

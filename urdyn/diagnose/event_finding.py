@@ -111,7 +111,7 @@ def _jumped(event: Event, name: str) -> str:
     if until is None:
         jump = f"jumped by {event.size:+.3g} rad at stamp {event.onset:.2f} s"
         return f"{name}: zero of the encoder {jump}"
-    span = f"from stamp {event.onset:.2f} s to {until:.2f} s"
+    span = _while(event.onset, until, 2)
     return f"{name}: zero of the encoder was off by {event.evidence['was_rad']:+.3g} rad {span}"
 
 
@@ -122,10 +122,16 @@ def _sick(event: Event, name: str) -> str:
         often = ""
         if says.times > 1:
             often = f" {says.times} times, for {told['longest_s']:.1f} s at most,"
-        span = f"from stamp {event.onset:.1f} s to {says.until:.1f} s"
+        span = _while(event.onset, says.until, 1)
         return f"{name}: {sensor} was {how}{often} {span}, and is well since"
     at = f" at {told['value_A']:.3g} A" if "value_A" in told else ""
     if says.times > 1:
         before = f", and was before, since stamp {event.onset:.1f} s"
         return f"{name}: {sensor} is {how} since stamp {says.anew:.1f} s{before}"
     return f"{name}: {sensor} is {how}{at} since stamp {event.onset:.1f} s"
+
+
+def _while(begin: float, end: float, decimals: int) -> str:
+    """From when to when; of what is over at once, when."""
+    first, last = f"{begin:.{decimals}f}", f"{end:.{decimals}f}"
+    return f"at stamp {first} s" if first == last else f"from stamp {first} s to {last} s"

@@ -47,7 +47,10 @@ def when(finding: Mapping[str, Any], start: float, time: Clock) -> str:
         since = f"since {time(began)}"
     lasted = evidence.get("duration_s")
     if "until_s" in evidence:
-        return f"{since}, until {time(evidence['until_s'] - start)}"
+        ended = time(evidence["until_s"] - start)
+        if ended != time(began):
+            return f"{since}, until {ended}"
+        lasted = evidence["until_s"] - finding["onset_s"]
     return since if lasted is None else f"{since} for {number(lasted)} s"
 
 
