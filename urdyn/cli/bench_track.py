@@ -173,9 +173,10 @@ def _tracked(arm: VirtualArm, name: str, *how: str) -> Document:
 def _groups(arms: list[VirtualArm], name: str) -> dict[str, Document]:
     """Errors of tracked histories by group."""
     from urdyn.bench import Tracked, groups
+    from urdyn.io.run_folder import HISTORY
 
     def history(arm: VirtualArm, name: str) -> Path:
-        return arm.log.parent / name / "history.parquet"
+        return arm.log.parent / name / HISTORY
 
     runs = [Tracked(arm.truth, history(arm, name), history(arm, BEST)) for arm in arms]
     return {group.symbol: asdict(group) | {"ratio": group.ratio} for group in groups(runs)}

@@ -84,10 +84,10 @@ def onlooker(
 
 def undiagnosed(out: Path) -> None:
     """Without what an earlier diagnosis found in DIR: it is of another history."""
-    from urdyn.diagnose.acknowledge import FOUND
     from urdyn.diagnose.job import KEPT
+    from urdyn.io.run_folder import FINDINGS
 
-    for path in (out / FOUND, *out.glob(KEPT.format(index="*"))):
+    for path in (out / FINDINGS, *out.glob(KEPT.format(index="*"))):
         path.unlink(missing_ok=True)
 
 

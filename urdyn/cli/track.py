@@ -212,10 +212,10 @@ def _held(out: Path) -> tuple[str, str] | None:
     """Of which source the diagnosed run in DIR is, and its sha256; None where none can be read."""
     import json
 
-    from urdyn.diagnose.acknowledge import FOUND
+    from urdyn.io.run_folder import FINDINGS
 
     try:
-        made_of = json.loads((out / FOUND).read_text(encoding="utf-8"))["provenance"]
+        made_of = json.loads((out / FINDINGS).read_text(encoding="utf-8"))["provenance"]
         return str(made_of["source"]), str(made_of.get("source.sha256", ""))
     except (OSError, ValueError, LookupError, TypeError):
         return None
@@ -223,8 +223,10 @@ def _held(out: Path) -> tuple[str, str] | None:
 
 def _report(out: Path, summary: dict[str, Any], voice: Voice) -> None:
     """Write DIR/report.html."""
+    from urdyn.io.run_folder import HISTORY, REPORT
     from urdyn.report.track.apart import draw
 
-    (out / "report.html").unlink(missing_ok=True)  # of the run before: it is another history's
-    draw(out / "history.parquet", summary, out / "report.html")
-    voice.note(f"written: {out / 'history.parquet'}, {out / 'report.html'}")
+    history, page = out / HISTORY, out / REPORT
+    page.unlink(missing_ok=True)  # of the run before: it is another history's
+    draw(history, summary, page)
+    voice.note(f"written: {history}, {page}")

@@ -8,11 +8,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from urdyn.diagnose.finding import SEVERITIES, Finding
+from urdyn.diagnose.finding import Finding
 from urdyn.errors import InputError
 from urdyn.io import write_text, writing
+from urdyn.io.run_folder import FINDINGS, SEVERITIES
 
-FILE, FOUND = "acknowledged.json", "findings.json"
+FILE = "acknowledged.json"
 WORSE = 1.5  # [-] times its size when it was seen
 
 
@@ -43,7 +44,7 @@ def acknowledge(folder: Path, name: str) -> Mapping[str, Any]:
     Raises:
         InputError: there is no such finding, or no findings at all.
     """
-    document = _read(folder / FOUND, "track the log again")
+    document = _read(folder / FINDINGS, "track the log again")
     found = document.get("findings") if isinstance(document, dict) else None
     each = found if isinstance(found, list) else []
     findings = {f["id"]: f for f in each if isinstance(f, dict) and isinstance(f.get("id"), str)}
@@ -54,10 +55,12 @@ def acknowledge(folder: Path, name: str) -> Mapping[str, Any]:
     seen = dict(acknowledged(folder).seen)
     seen[name] = {"severity": finding.get("severity"), "size": finding.get("size")}
     if not _right(seen):
-        raise InputError(f"{folder / FOUND}: does not say how bad {name} is; track the log again")
+        raise InputError(
+            f"{folder / FINDINGS}: does not say how bad {name} is; track the log again"
+        )
     finding["acknowledged"] = True
     # Both or none: a disk may be full.
-    with writing(folder / FILE) as known, writing(folder / FOUND) as told:
+    with writing(folder / FILE) as known, writing(folder / FINDINGS) as told:
         known.write(json.dumps(seen, indent=2).encode() + b"\n")
         told.write(json.dumps(document, indent=2).encode() + b"\n")
         known.flush()

@@ -7,8 +7,7 @@ from dataclasses import asdict, dataclass, field
 from typing import Any
 
 from urdyn.diagnose.evidence import Evidence
-
-SEVERITIES = ("notice", "warning", "critical")
+from urdyn.io.run_folder import SEVERITIES
 
 
 @dataclass(frozen=True)

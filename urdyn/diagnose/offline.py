@@ -17,6 +17,7 @@ from urdyn.diagnose.rules import Rules, read_rules
 from urdyn.errors import InputError
 from urdyn.identify.fit import Fit
 from urdyn.io import sha256
+from urdyn.io.run_folder import HISTORY
 from urdyn.model.friction import travel
 from urdyn.report.track.apart import draw
 from urdyn.signal import condition
@@ -49,7 +50,7 @@ class Report:
         """Write it as one HTML page, beside what the arm's parameters did; follows the log anew."""
         with TemporaryDirectory() as folder:
             out = Path(folder)
-            twin, history = out / "twin.toml", out / "history.parquet"
+            twin, history = out / "twin.toml", out / HISTORY
             Twin(self.tracker.fit.dynamics.arm, self.tracker.fit).save(twin)
             stream = replayed(self.log, self.tracker.period)
             summary = run(self.tracker, stream, out, sha256(twin))

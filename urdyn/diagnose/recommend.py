@@ -7,9 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from urdyn.diagnose.finding import SEVERITIES, Finding
+from urdyn.diagnose.finding import Finding
 from urdyn.diagnose.trust import PASSING
 from urdyn.faults.decision import Costs, Decision, decide, outlook
+from urdyn.io.run_folder import SEVERITIES
 from urdyn.types import Array
 
 SOON = 1e-3  # [h] in which what is past its critical level is taken to end the work

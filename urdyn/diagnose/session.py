@@ -8,7 +8,7 @@ from dataclasses import replace
 from typing import Any
 
 from urdyn.diagnose import memory
-from urdyn.diagnose.acknowledge import FOUND, acknowledged, forget_gone
+from urdyn.diagnose.acknowledge import acknowledged, forget_gone
 from urdyn.diagnose.diagnosis import Diagnosis
 from urdyn.diagnose.document import findings_document
 from urdyn.diagnose.finding import Finding
@@ -16,6 +16,7 @@ from urdyn.diagnose.job import KEPT, Job
 from urdyn.diagnose.reading_row import SERIES
 from urdyn.diagnose.state import Now, State
 from urdyn.io import write_text
+from urdyn.io.run_folder import FINDINGS
 from urdyn.signal import Instant
 from urdyn.types import Array
 
@@ -68,7 +69,7 @@ class Session:
             source=job.source,
             costs=job.rules.costs,
         )
-        write_text(job.folder / FOUND, json.dumps(document, indent=2) + "\n")
+        write_text(job.folder / FINDINGS, json.dumps(document, indent=2) + "\n")
         return document
 
     def untold(self, found: Sequence[Finding]) -> list[dict[str, Any]]:

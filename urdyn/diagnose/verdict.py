@@ -9,13 +9,14 @@ from typing import Any
 import numpy as np
 
 from urdyn.diagnose.change import Change
-from urdyn.diagnose.finding import SEVERITIES, Finding, severity
+from urdyn.diagnose.finding import Finding, severity
 from urdyn.diagnose.prognosis import Course, trend
 from urdyn.diagnose.recall import Series
 from urdyn.diagnose.rules import Rules, SlowKind
 from urdyn.diagnose.space import Space
 from urdyn.diagnose.suspects import Suspect, Suspects
 from urdyn.diagnose.trust import trust
+from urdyn.io.run_folder import SEVERITIES
 from urdyn.model.body import centre_of_mass
 from urdyn.types import NORMAL90
 

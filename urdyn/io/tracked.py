@@ -19,9 +19,9 @@ from urdyn.io.files import sha256, writing
 from urdyn.io.reader import read
 from urdyn.io.ros2.compose import Types
 from urdyn.io.ros2.status import Status, of_finding
+from urdyn.io.run_folder import FINDINGS, HISTORY
 from urdyn.version import __version__
 
-HISTORY, FINDINGS = "history.parquet", "findings.json"
 ARRAY, TEXT = "diagnostic_msgs/msg/DiagnosticArray", "std_msgs/msg/String"
 
 
@@ -35,7 +35,7 @@ def is_tracked(path: Path) -> bool:
 def write_tracked(path: Path, out: Path) -> tuple[int, list[str]]:
     """Write a folder's history and findings, or findings alone; how many messages, and of what."""
     if out.suffix.lower() != ".mcap":
-        raise InputError(f"{out}: findings are written as .mcap; a history.parquet in any form")
+        raise InputError(f"{out}: findings are written as .mcap; a {HISTORY} in any form")
     files = [file for file in (_files(path) if path.is_dir() else (path,)) if file.exists()]
     if not files:
         raise InputError(f"{path}: cannot be read: no such file")

@@ -12,16 +12,16 @@ import numpy as np
 
 from urdyn.errors import InputError
 from urdyn.io.plain import plain
+from urdyn.io.run_folder import FINDINGS, SEVERITIES, Entry
 from urdyn.report.finding_words import over
 
-FILE = "findings.json"
-RANKS = {"critical": 3.0, "warning": 2.0, "notice": 1.0}  # of a severity; any other word is lower
+RANKS = {name: 1.0 + k for k, name in enumerate(SEVERITIES)}  # any other word is lower
 DUE = ("now", "later")  # what a diagnosis recommends where a service pays
 LEFT = ("median", "lo", "hi")
 TOLD = ("kind", "joint", "name", "onset_s", "severity", "confidence", "acknowledged")
 DAMAGE = (LookupError, TypeError, ValueError, AttributeError)
 
-Entry = Mapping[str, Any]  # a finding under the names of the file
+Arm = Mapping[str, Any]  # how surely an arm lasts, as the file tells it
 
 
 @dataclass(frozen=True)
@@ -30,7 +30,7 @@ class Found:
 
     findings: tuple[Entry, ...]  # most urgent first
     unjudged: tuple[str, ...]  # joints that it saw too little of
-    arm: Entry | None  # health index of the whole arm; None: an older version's file
+    arm: Arm | None  # health index of the whole arm; None: an older version's file
     due: str  # "now" or "later", when the finding to be serviced first is; "": known, or none is
 
 
@@ -40,7 +40,7 @@ def read_findings(folder: Path, joints: Sequence[str]) -> Found | None:
     Raises:
         InputError: the file is damaged; the reason, without the folder's name.
     """
-    path = folder / FILE
+    path = folder / FINDINGS
     if not path.exists():
         return None
     try:
@@ -50,9 +50,9 @@ def read_findings(folder: Path, joints: Sequence[str]) -> Found | None:
         unseen = tuple(unjudged(whole.get("joints", ())))
         return Found(tuple(entries), unseen, _arm(whole), _due(whole))
     except OSError as error:
-        raise InputError(f"its {FILE} cannot be read: {error.strerror}") from error
+        raise InputError(f"its {FINDINGS} cannot be read: {error.strerror}") from error
     except DAMAGE as error:
-        raise InputError(f"its {FILE} is damaged ({error}); diagnose it again") from error
+        raise InputError(f"its {FINDINGS} is damaged ({error}); diagnose it again") from error
 
 
 def unjudged(rows: Sequence[Mapping[str, Any]]) -> list[str]:
@@ -79,12 +79,12 @@ def gravity(finding: Entry) -> float:
 
 def told(finding: Entry) -> dict[str, Any]:
     """A finding in plain numbers, for a list of many."""
-    left = finding["time_to_failure_s"]
-    times = left and {name: plain(_time(left[name])) for name in LEFT}
-    return {name: finding[name] for name in TOLD} | {"time_to_failure_s": times}
+    left, whole = finding["time_to_failure_s"], dict(finding)
+    times = {name: plain(_time(left[name])) for name in LEFT} if left else left
+    return {name: whole[name] for name in TOLD} | {"time_to_failure_s": times}
 
 
-def _whole(entry: Entry, joints: Sequence[str]) -> Entry:
+def _whole(entry: Mapping[str, Any], joints: Sequence[str]) -> Entry:
     """An entry, with what those of older versions do not say."""
     joint, left = entry["joint"], entry["time_to_failure_s"]
     if joint is not None and not 0 <= int(joint) < len(joints):
@@ -105,7 +105,7 @@ def _whole(entry: Entry, joints: Sequence[str]) -> Entry:
     }
 
 
-def _arm(whole: Entry) -> Entry | None:
+def _arm(whole: Mapping[str, Any]) -> Arm | None:
     """How surely the arm lasts, where that is said."""
     said = whole.get("arm")
     if said is None:
@@ -118,7 +118,7 @@ def _arm(whole: Entry) -> Entry | None:
     }
 
 
-def _due(whole: Entry) -> str:
+def _due(whole: Mapping[str, Any]) -> str:
     """When a service is recommended of a finding that nobody has acknowledged."""
     said = whole.get("recommendation") or {}
     known = {entry.get("id") for entry in whole["findings"] if entry.get("acknowledged")}

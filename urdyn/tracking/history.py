@@ -14,7 +14,8 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from urdyn.io import writing
-from urdyn.tracking.parts import FILE, damaged, part_file
+from urdyn.io.run_folder import HISTORY
+from urdyn.tracking.parts import damaged, part_file
 from urdyn.tracking.row import columns
 from urdyn.types import Array
 
@@ -45,7 +46,7 @@ class History:
         about = {"urdyn.provenance": dict(origin), "urdyn.units": named}
         table = self._schema.with_metadata({key: json.dumps(value) for key, value in about.items()})
         with (
-            writing(self.folder / FILE) as stream,
+            writing(self.folder / HISTORY) as stream,
             pq.ParquetWriter(stream, table, **self._compact) as writer,
         ):
             waiting: list[pa.Table] = []
@@ -64,7 +65,7 @@ class History:
 
     def changes(self) -> list[float]:
         """Times at which the payload was taken to have changed [s], once all is joined."""
-        table = _rows(self.folder / FILE, ["t", "widened"])
+        table = _rows(self.folder / HISTORY, ["t", "widened"])
         # By NumPy: Arrow would load its kernels for it.
         t, widened = (table[name].to_numpy() for name in ("t", "widened"))
         return [float(moment) for moment in t[widened]]

@@ -10,8 +10,8 @@ from pathlib import Path
 
 from urdyn.errors import InputError
 from urdyn.io import alone
+from urdyn.io.run_folder import PARTS
 
-FILE, PARTS = "history.parquet", "history.parts"
 PATIENCE = 2.0  # [s]
 WHOLE = b"PAR1"  # what a Parquet file ends in
 

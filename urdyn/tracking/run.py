@@ -20,6 +20,7 @@ from urdyn.io.clock import elapsed
 from urdyn.io.helper import Helper
 from urdyn.io.plain import plain
 from urdyn.io.rss import peak_rss
+from urdyn.io.run_folder import HISTORY
 from urdyn.tracking import checkpoint, interest
 from urdyn.tracking.checkpoint import Checkpoint
 from urdyn.tracking.glance import Glance, Watch
@@ -29,7 +30,7 @@ from urdyn.tracking.lives import arrivals
 from urdyn.tracking.losses import as_plain, counted, no_losses, too_sparse
 from urdyn.tracking.modes import mode_of
 from urdyn.tracking.observer import Observer
-from urdyn.tracking.parts import FILE, discard_parts, drop_others, writing_parts
+from urdyn.tracking.parts import discard_parts, drop_others, writing_parts
 from urdyn.tracking.physical import Quantities, quantities
 from urdyn.tracking.reading import Reading
 from urdyn.tracking.row import row, spacing
@@ -264,7 +265,7 @@ class _Run(Generic[S]):
             "settings": " ".join(_settings(self.tracker).values()),
         }
         changes = self.keeper.join(at.parts, {"urdyn": __version__} | origin)
-        for stray in self.out.glob(f".{FILE}.*.part"):
+        for stray in self.out.glob(f".{HISTORY}.*.part"):
             stray.unlink()
         if not self.source.live:
             checkpoint.remove(self.out)

@@ -11,8 +11,9 @@ import numpy as np
 
 from urdyn.errors import UrdynError
 from urdyn.io.plain import plain
+from urdyn.io.run_folder import REPORT, Entry
 from urdyn.io.spans import Clock, clock
-from urdyn.report.findings import RANKS, Entry, gravity, read_findings, urgency
+from urdyn.report.findings import RANKS, Arm, gravity, read_findings, urgency
 from urdyn.report.findings import told as as_told
 from urdyn.report.traces import downsample
 from urdyn.report.track.change import Change, compare_track
@@ -25,7 +26,6 @@ STATES = (
     "service_now", "critical", "service_later", "warning", "found", "acknowledged",
     "changed", "surprised", "unjudged", "steady",
 )  # fmt: skip
-PAGE = "report.html"
 POINTS = 160  # of a line that is as long as a word
 
 
@@ -42,7 +42,7 @@ class Robot:
     source: str  # that was tracked; "" where nobody has said so yet
     finished: bool
     findings: tuple[Entry, ...] | None  # None: nobody has diagnosed it
-    arm: Entry | None  # how surely it lasts, of a diagnosis that says so
+    arm: Arm | None  # how surely it lasts, of a diagnosis that says so
     due: str  # "now" or "later", when its diagnosis recommends a service; "" where it does not
     judged: bool  # something was compared, and enough for a diagnosis if there is one
     written: float  # [s] since 1970, when something last was
@@ -89,7 +89,7 @@ class Robot:
     @property
     def page(self) -> Path | None:
         """Its report."""
-        path = self.folder / PAGE
+        path = self.folder / REPORT
         return path if path.is_file() else None
 
 

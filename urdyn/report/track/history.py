@@ -15,8 +15,8 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from urdyn.errors import LogError
+from urdyn.io.run_folder import HISTORY, PARTS
 from urdyn.io.spans import Clock, clock
-from urdyn.tracking.parts import FILE, PARTS
 from urdyn.types import NORMAL90, Array, Mask
 
 SD = ".sd"  # after the name of a quantity: the column of its standard deviation
@@ -186,7 +186,7 @@ def find_history(folder: Path) -> History:
     """
     if not folder.is_dir():
         raise LogError("is no folder" if folder.exists() else "does not exist")
-    whole, parts = folder / FILE, sorted((folder / PARTS).glob("part-*.parquet"))
+    whole, parts = folder / HISTORY, sorted((folder / PARTS).glob("part-*.parquet"))
     since = whole.stat().st_mtime if whole.is_file() else -np.inf
     until = parts[-1].stat().st_mtime if parts else -np.inf
     if until > since:  # a live robot was taken up again, or has never been left
@@ -195,9 +195,9 @@ def find_history(folder: Path) -> History:
         return History((whole,), True, since)
     if (folder / PARTS).is_dir() or any(folder.glob("checkpoint.npz")):
         raise LogError("its run has not written anything yet; wait, or track on")
-    if any(folder.glob(f"*/{FILE}")):
-        raise LogError(f"holds no {FILE}, but folders that do: name those")
-    raise LogError(f"holds no {FILE}; `urdyn track` writes one")
+    if any(folder.glob(f"*/{HISTORY}")):
+        raise LogError(f"holds no {HISTORY}, but folders that do: name those")
+    raise LogError(f"holds no {HISTORY}; `urdyn track` writes one")
 
 
 def _broken(error: Exception) -> LogError:

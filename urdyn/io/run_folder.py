@@ -1,0 +1,25 @@
+"""What lies in the folder of a tracked run: its files, and a finding as findings.json has it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, TypedDict
+
+HISTORY, PARTS = "history.parquet", "history.parts"  # whole, or of a run that goes on
+FINDINGS, REPORT = "findings.json", "report.html"
+SEVERITIES = ("notice", "warning", "critical")  # of a finding, rising
+
+
+class Entry(TypedDict):
+    """What a list of many robots tells of a finding; `urdyn.diagnose.Finding` has it all."""
+
+    kind: str
+    joint: int | None  # from 0; None: the tool
+    name: str
+    onset_s: float
+    severity: str  # of SEVERITIES
+    confidence: float  # [-]
+    time_to_failure_s: Mapping[str, float] | None  # median, lo, hi
+    acknowledged: bool
+    older: bool
+    evidence: Mapping[str, Any]
