@@ -111,6 +111,10 @@ class Bank:
         """Moments of the mixture."""
         return state.gaussian
 
+    def shifted(self, state: Hypotheses, by: Array) -> Hypotheses:
+        """The same hypotheses about states that have all moved by known amounts, (n,)."""
+        return replace(state, means=state.means + by)
+
     def _branch(self, state: Hypotheses) -> Hypotheses:
         """Jumps from "nothing has jumped" up to now, in the place of the oldest onset."""
         D = len(self.jumps.step)

@@ -83,6 +83,14 @@ class InformationFilter:
         """Mean and covariance; an inversion."""
         return state.gaussian
 
+    def shifted(self, state: Information, by: Array) -> Information:
+        """The same belief about states that have all moved by known amounts, (n,)."""
+        return Information(state.precision, state.weighted + state.precision @ by)
+
+    def with_belief(self, state: Information, belief: Gaussian) -> Information:
+        """The information that this belief holds; InputError where a state has no variance."""
+        return Information.of(belief, tuple(map(str, range(len(belief.mean)))))
+
 
 def _predict(model: TwoSlice[U], state: Information, u: U) -> tuple[Information, Gaussian]:
     """Both forms of the prediction; a process that stands still leaves the information as it is."""

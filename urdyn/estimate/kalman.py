@@ -33,3 +33,11 @@ class Kalman:
     def belief(self, state: Gaussian) -> Gaussian:
         """The state itself."""
         return state
+
+    def shifted(self, state: Gaussian, by: Array) -> Gaussian:
+        """The same belief about states that have all moved by known amounts, (n,)."""
+        return Gaussian(state.mean + by, state.cov)
+
+    def with_belief(self, state: Gaussian, belief: Gaussian) -> Gaussian:
+        """The belief itself."""
+        return belief

@@ -81,6 +81,10 @@ class ParticleFilter:
         """Mean and covariance of the cloud."""
         return moments(np.exp(state.log_weight), state.x, state.cov)
 
+    def shifted(self, state: Particles, by: Array) -> Particles:
+        """The same cloud about states that have all moved by known amounts, (n,)."""
+        return replace(state, x=state.x + by)
+
     def _sampled(self, model: TwoSlice[U]) -> Mask:
         return ~model.linear if self.marginalise else np.ones(len(model.names), dtype=bool)
 

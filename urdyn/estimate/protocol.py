@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
+from functools import lru_cache
 from itertools import zip_longest
-from typing import Protocol, TypeVar
+from typing import Any, Protocol, TypeGuard, TypeVar, runtime_checkable
 
 import numpy as np
 
@@ -28,6 +29,38 @@ class Filter(Protocol[S]):
 
     def belief(self, state: S) -> Gaussian:
         """Mean and covariance of the model's state, (n,), (n, n)."""
+
+
+@runtime_checkable
+class Shifting(Filter[S], Protocol[S]):
+    """A filter that can be told by how much its states jumped."""
+
+    def shifted(self, state: S, by: Array) -> S:
+        """The same belief about states that have all moved by known amounts, (n,)."""
+
+
+@runtime_checkable
+class GaussianFilter(Shifting[S], Protocol[S]):
+    """A filter that knows nothing but a Gaussian, in whatever form; it can be given another."""
+
+    def with_belief(self, state: S, belief: Gaussian) -> S:
+        """The state of a filter that believes this, (n,), instead."""
+
+
+def is_shifting(filter_: Filter[S]) -> TypeGuard[Shifting[S]]:
+    """Whether it is `Shifting`."""
+    return _able(type(filter_), Shifting)
+
+
+def is_gaussian(filter_: Filter[S]) -> TypeGuard[GaussianFilter[S]]:
+    """Whether it is a `GaussianFilter`."""
+    return _able(type(filter_), GaussianFilter)
+
+
+@lru_cache
+def _able(kind: type, ability: Any) -> bool:
+    """Asked once for each class: a protocol takes long to answer."""
+    return issubclass(kind, ability)
 
 
 @dataclass(frozen=True, eq=False)

@@ -62,6 +62,14 @@ class UKF:
         """The state itself."""
         return state
 
+    def shifted(self, state: Gaussian, by: Array) -> Gaussian:
+        """The same belief about states that have all moved by known amounts, (n,)."""
+        return Gaussian(state.mean + by, state.cov)
+
+    def with_belief(self, state: Gaussian, belief: Gaussian) -> Gaussian:
+        """The belief itself."""
+        return belief
+
     def _predicted(self, model: TwoSlice[U], state: Gaussian, u: U) -> Gaussian:
         if model.affine_transition:  # the moments of any points are exact
             return predict(model, state, u)

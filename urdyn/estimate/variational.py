@@ -93,6 +93,14 @@ class Variational:
         """Mean and covariance of q."""
         return state.gaussian
 
+    def shifted(self, state: SquareRoot, by: Array) -> SquareRoot:
+        """The same belief about states that have all moved by known amounts, (n,)."""
+        return SquareRoot(state.mean + by, state.root)
+
+    def with_belief(self, state: SquareRoot, belief: Gaussian) -> SquareRoot:
+        """The root of this belief."""
+        return SquareRoot.of(belief.mean, belief.cov)
+
 
 @dataclass(frozen=True, eq=False)
 class Likelihood(Generic[U]):

@@ -6,12 +6,12 @@ is asked for the Gaussian.
 
 from __future__ import annotations
 
-from dataclasses import replace
-from typing import Any, TypeVar, cast
+from typing import TypeVar
 
 import numpy as np
 
 from urdyn.estimate import Filter
+from urdyn.estimate.protocol import is_gaussian, is_shifting
 from urdyn.estimate.square_root import SquareRoot
 from urdyn.tracking.blocks import BlockBelief
 from urdyn.types import Array, Gaussian, Index
@@ -19,6 +19,10 @@ from urdyn.types import Array, Gaussian, Index
 S = TypeVar("S")
 
 QUICK = Gaussian | SquareRoot | BlockBelief
+# What a filter lacks that can be given no belief, or not even be told that states jumped.
+LOAD = "what was known of a load before it changed does not count"
+DRIVES = "a drive that changed is compared with what was believed of it before as if it had not"
+ZEROS = "an encoder that jumped is followed slowly"
 
 
 def mean(filter_: Filter[S], belief: S) -> Array:
@@ -46,22 +50,22 @@ def marginal(filter_: Filter[S], belief: S, at: Index) -> Gaussian:
     return Gaussian(whole.mean[at], whole.cov[np.ix_(at, at)])
 
 
-def replaced(belief: S, told: Gaussian) -> S:
-    """What is believed by who was told that; particles are not."""
-    now: Any = belief
-    if isinstance(belief, Gaussian):
-        now = told
-    elif isinstance(belief, SquareRoot):
-        now = SquareRoot.of(told.mean, told.cov)
-    elif isinstance(belief, BlockBelief):
-        now = belief.with_belief(told)
-    return cast(S, now)
+def replaced(filter_: Filter[S], belief: S, by: Gaussian) -> S:
+    """What such a filter knows once it believes this; unchanged, where it cannot be given it."""
+    return filter_.with_belief(belief, by) if is_gaussian(filter_) else belief
 
 
-def shifted(belief: S, at: slice, by: Array) -> S:
-    """The same of states that jumped, (k,); particles find out."""
-    if not isinstance(belief, QUICK):
+def shifted(filter_: Filter[S], belief: S, at: slice, by: Array) -> S:
+    """The same belief about states `at` that jumped, (k,); unchanged, where it cannot be told."""
+    if not is_shifting(filter_):
         return belief
-    moved = np.array(belief.mean)
-    moved[at] += by
-    return cast(S, replace(cast(Any, belief), mean=moved))
+    step = np.zeros(len(mean(filter_, belief)))
+    step[at] = by
+    return filter_.shifted(belief, step)
+
+
+def lacking(filter_: Filter[S]) -> str:
+    """What this filter will not do as others do, for the user; "": nothing."""
+    lacks = [] if is_gaussian(filter_) else [LOAD, DRIVES]
+    lacks += [] if is_shifting(filter_) else [ZEROS]
+    return f"{type(filter_).__name__} keeps no Gaussian: {'; '.join(lacks)}" if lacks else ""

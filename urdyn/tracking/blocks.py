@@ -17,6 +17,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from math import log
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 
@@ -75,11 +76,25 @@ class BlockBelief:
         )
 
 
+@runtime_checkable
+class Delaying(Protocol):
+    """A filter that may put off the parameters' process noise, and add it up, by itself."""
+
+    @property
+    def delays(self) -> bool:
+        """Whether it does."""
+
+
 @dataclass(frozen=True)
 class Blocks:
     """Filter of independent blocks, linearised; `longest` 1: simplified, more: realtime."""
 
     longest: int = 1  # samples that a block may wait for
+
+    @property
+    def delays(self) -> bool:
+        """Whether its blocks wait, and move when they learn."""
+        return self.longest > 1
 
     def init(self, model: TwoSlice[RobotSlice]) -> BlockBelief:
         """The model's prior without what is across blocks."""
@@ -157,6 +172,17 @@ class Blocks:
         P[np.ix_(bodies, bodies)] = state.bodies
         P[drives[:, :, None], drives[:, None, :]] = state.drives
         return Gaussian(state.mean, P)
+
+    def shifted(self, state: BlockBelief, by: Array) -> BlockBelief:
+        """The same about states that have all moved by known amounts, (n,), as of the next sample.
+
+        What waits was measured before, and says of the states then what it said.
+        """
+        return replace(state, mean=state.mean + by)
+
+    def with_belief(self, state: BlockBelief, belief: Gaussian) -> BlockBelief:
+        """With this belief, but for what is across blocks."""
+        return state.with_belief(belief)
 
 
 @lru_cache(maxsize=8)

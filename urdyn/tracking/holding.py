@@ -9,6 +9,7 @@ from typing import Generic, TypeVar
 import numpy as np
 
 from urdyn.estimate import Filter
+from urdyn.estimate.protocol import is_gaussian
 from urdyn.tracking import beliefs
 from urdyn.tracking.held import LOAD, Held, nothing_held
 from urdyn.tracking.state import TrackerState
@@ -29,13 +30,14 @@ class Holding(Generic[S]):
     def begun(self, state: TrackerState[S], carried: Array, change: float, told: bool) -> Held:
         """What is known as it begins to be learnt anew, around `carried` (10,).
 
-        Nothing by a cloud of particles: where it is of one opinion, it has no errors to weigh.
+        Nothing by a filter that keeps no Gaussian: particles that are copies of one have no errors
+        to weigh.
 
         Args:
             change: probability that it is another.
             told: and that this was told.
         """
-        if not isinstance(state.belief, beliefs.QUICK):
+        if not is_gaussian(self.filter):
             return nothing_held()
         known = state.load.believed(self._own(state))
         return Held(known.mean, known.cov, carried[:LOAD], change, told)
@@ -47,7 +49,7 @@ class Holding(Generic[S]):
     def believed(self, state: TrackerState[S]) -> Gaussian:
         """All states, (n,)."""
         whole = self.filter.belief(state.belief)
-        if not isinstance(state.belief, beliefs.QUICK):
+        if not is_gaussian(self.filter):
             return whole
         return with_load(whole, state.load.believed(self._own(state)), self.first)
 

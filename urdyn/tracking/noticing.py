@@ -287,9 +287,11 @@ class Noticing(Generic[S]):
         def allowed(of: Then[S]) -> Then[S]:
             drives = what.drives.astype(np.float64)
             may_have = self.worn.wear.befallen(self.filter.belief(of.belief), drives, what.wears)
-            return replace(of, belief=beliefs.replaced(of.belief, may_have))
+            return replace(of, belief=beliefs.replaced(self.filter, of.belief, may_have))
 
-        belief = was.belief if what.known is None else beliefs.replaced(state.belief, what.known)
+        belief, known = was.belief, what.known
+        if known is not None:
+            belief = beliefs.replaced(self.filter, state.belief, known)
         lately = allowed(Then(belief, state.passed, state.moved))
         return replace(was, belief=belief, then=allowed(was.then), lately=lately)
 

@@ -21,7 +21,7 @@ from urdyn.io.helper import Helper
 from urdyn.io.plain import plain
 from urdyn.io.rss import peak_rss
 from urdyn.io.run_folder import HISTORY
-from urdyn.tracking import checkpoint, interest
+from urdyn.tracking import beliefs, checkpoint, interest
 from urdyn.tracking.checkpoint import Checkpoint
 from urdyn.tracking.glance import Glance, Watch
 from urdyn.tracking.keeper import Keeper, begin_scribe
@@ -81,6 +81,8 @@ def run(
     if source.joints != joints:
         raise InputError(f"{source.name}: has {source.joints} joints, the twin has {joints}")
     out.mkdir(parents=True, exist_ok=True)
+    if lack := beliefs.lacking(tracker.filter):
+        source.tell(lack)
     identity = {
         "version of urdyn": __version__,
         "twin": twin_sha256,

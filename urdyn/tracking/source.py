@@ -72,7 +72,7 @@ class Source:
     close: Callable[[], None]  # end a live stream in good order, from any thread
     defects: tuple[str, ...] = ()  # damage that was met while it was read
     beside: frozenset[str] = frozenset()  # streams that its samples may bring along
-    tell: Tell = _nobody  # hears of a robot that is lost, back, or begins anew
+    tell: Tell = _nobody  # hears of a robot that is lost or back, and of what its run will lack
 
 
 def open_source(
@@ -112,7 +112,7 @@ def open_source(
         raise InputError(f"{text}: there is no such file; for a robot write {SCHEME}{text}")
     from urdyn.tracking.recording import recording
 
-    return recording(text, columns, rows, rate, duration, effort, beside)
+    return replace(recording(text, columns, rows, rate, duration, effort, beside), tell=named)
 
 
 def _robot(

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 from typing import Any, Generic, TypeVar
 
+from urdyn.estimate import Filter
 from urdyn.signal import CausalState
 from urdyn.tracking.befallen import Evidence
 from urdyn.tracking.beliefs import shifted
@@ -84,15 +85,17 @@ def in_hindsight(state: TrackerState[S]) -> TrackerState[S]:
     return replace(state, belief=before.belief, colour=unlearnt(state.colour, before.colour))
 
 
-def rezeroed(state: TrackerState[S], zeros: slice, shift: Array) -> TrackerState[S]:
+def rezeroed(
+    state: TrackerState[S], filter_: Filter[S], zeros: slice, shift: Array
+) -> TrackerState[S]:
     """With encoders whose zeros jumped, (J,) [rad], by now and in hindsight."""
 
     def moved(of: B) -> B:
-        return replace(of, belief=shifted(of.belief, zeros, -shift))
+        return replace(of, belief=shifted(filter_, of.belief, zeros, -shift))
 
     return replace(
         state,
-        belief=shifted(state.belief, zeros, -shift),
+        belief=shifted(filter_, state.belief, zeros, -shift),
         earlier=moved(state.earlier),
         earliest=moved(state.earliest),
         then=moved(state.then),

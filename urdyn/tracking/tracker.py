@@ -21,7 +21,7 @@ from urdyn.signal import Causal, CausalState, Instant, Sample
 from urdyn.signal.stretches import GAP
 from urdyn.tracking import beliefs, colour
 from urdyn.tracking.befallen import gathered, none_yet
-from urdyn.tracking.blocks import Blocks
+from urdyn.tracking.blocks import Delaying
 from urdyn.tracking.handling import Rest, Weighed
 from urdyn.tracking.model import STRIDE, Drift, tracking_model
 from urdyn.tracking.network import of_arm
@@ -64,10 +64,10 @@ class Tracker(Generic[S]):
         names, prior = self.model.names, self.model.prior
         return Joined(RandomWalk(names, prior, np.zeros(len(names))), self.currents)
 
-    @property
+    @cached_property
     def _stride(self) -> float:
-        """[s] between two moves of the parameters; blocks that wait see to that themselves."""
-        return 0.0 if isinstance(self.filter, Blocks) and self.filter.longest > 1 else STRIDE
+        """[s] between two moves of the parameters; a filter that delays them itself has none."""
+        return 0.0 if isinstance(self.filter, Delaying) and self.filter.delays else STRIDE
 
     @cached_property
     def currents(self) -> RobotCurrents:
@@ -164,7 +164,7 @@ class Tracker(Generic[S]):
             instant = replace(instant, current=np.where(wrong, np.nan, instant.current))
             state = replace(state, undrawn=state.undrawn + int(np.count_nonzero(wrong)))
         if np.count_nonzero(instant.shift) and not self._noticing.poses:  # poses tell of it before
-            state = rezeroed(state, self.currents.places["k"], instant.shift)
+            state = rezeroed(state, self.filter, self.currents.places["k"], instant.shift)
         state, reading = self._assimilate(state, causal, instant)
         return self._listened(state, reading) if self.streams else (state, reading)
 
