@@ -66,7 +66,7 @@ def test_who_tracks_holds_no_reader_of_tables(story, twin, tmp_path):
         *options,
     )
     told = subprocess.run(list(map(str, command)), capture_output=True, text=True, check=True)
-    assert "urdyn.tracking.noticing" in told.stderr
+    assert "urdyn.tracking.change_detection" in told.stderr
     assert "pyarrow" not in told.stderr and "pandas" not in told.stderr
 
 

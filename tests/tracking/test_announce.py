@@ -164,9 +164,9 @@ def test_a_run_tells_what_it_writes(workshop, tmp_path, monkeypatch, caplog):
     audience = Audience(voice, plants, unreadable, lambda: iter((behind,)))
     announcer = Announcer(workshop.fit, audience, "20235")
 
-    def watch(glance):
-        glances.append(glance)
-        announcer.watch(glance)
+    def watch(progress):
+        glances.append(progress)
+        announcer.watch(progress)
 
     try:
         part = open_source(str(workshop.recording), rows=(0, 500))

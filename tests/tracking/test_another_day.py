@@ -16,8 +16,8 @@ from urdyn.model.arm import Arm
 from urdyn.signal import condition, samples
 from urdyn.signal.stretches import median_step
 from urdyn.tracking import Tracker, TrackerState
+from urdyn.tracking.joint_motion import STANDING
 from urdyn.tracking.model import DAY
-from urdyn.tracking.passage import STANDING
 from urdyn.types import Log
 
 MORE = 0.5  # [-] of friction, since commissioning
@@ -122,7 +122,7 @@ def test_a_bulky_piece_is_told_of_once_and_weighed(
 @pytest.mark.parametrize("rows", [3000, pytest.param(None, marks=pytest.mark.slow)])
 def test_a_healthy_arm_wears_nothing_from_day_to_day(real: Fit, run: Log, rows: int | None) -> None:
     _, state = tracked(real, run.slice(0, rows))
-    assert state.befell == -np.inf
+    assert state.changed_at == -np.inf
 
 
 def test_a_day_is_no_more_than_the_diagnosis_believes_of_one() -> None:

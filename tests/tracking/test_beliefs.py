@@ -7,7 +7,7 @@ from workshop import at_work, commissioned
 from urdyn.estimate import EKF, UKF, InformationFilter, ParticleFilter, Variational
 from urdyn.signal import samples
 from urdyn.tracking import QUICKER, Tracker, beliefs, open_source
-from urdyn.tracking.state import rezeroed
+from urdyn.tracking.state import with_encoder_jump
 from urdyn.types import Gaussian
 
 GAUSSIAN = [EKF(), UKF(), InformationFilter(), Variational(), *QUICKER.values()]
@@ -19,9 +19,10 @@ def test_an_encoder_that_jumps_moves_its_zero_in_every_belief(filter_):
     tracker = Tracker(commissioned(0)[1], filter_, 0.01)
     before, zeros = tracker.init(), tracker.currents.places["k"]
     jump = np.array([0.0, 0.02, 0.0, 0.0, -0.01, 0.0])
-    after = rezeroed(before, filter_, zeros, jump)
+    after = with_encoder_jump(before, filter_, zeros, jump)
     own = filter_.belief(before.belief)
-    for state in (after, after.earlier, after.earliest, after.then, after.lately):
+    past = (after.next_rollback, after.rollback, after.wear_reference, after.recent_reference)
+    for state in (after, *past):
         known = filter_.belief(state.belief)
         moved = (known.mean - own.mean) / own.sd
         moved[zeros] += jump / own.sd[zeros]
@@ -74,9 +75,9 @@ def test_information_goes_through_jumps_as_covariance_does():
             state, reading = tracker.step(state, sample)
         ends.append((state, reading.belief))
     (state, belief), (dual, other) = ends
-    assert state.fell.any()
-    np.testing.assert_array_equal(dual.fell, state.fell)
-    assert (dual.befell, dual.widened) == (state.befell, state.widened)
+    assert state.changed_drives.any()
+    np.testing.assert_array_equal(dual.changed_drives, state.changed_drives)
+    assert (dual.changed_at, dual.widened) == (state.changed_at, state.widened)
     apart = np.abs(other.mean - belief.mean) / belief.sd
     # Inverted as above.
     assert apart.max() < 1e-6

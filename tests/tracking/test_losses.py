@@ -12,10 +12,10 @@ from urdyn.estimate import EKF
 from urdyn.io import write
 from urdyn.signal import Sample
 from urdyn.tracking import open_source
+from urdyn.tracking.joint_motion import STANDING
 from urdyn.tracking.losses import as_plain, counted, no_losses, too_sparse
 from urdyn.tracking.modes import QUICKER
 from urdyn.tracking.network import of_arm, tracked_network
-from urdyn.tracking.passage import STANDING
 
 PERIOD = 0.01
 

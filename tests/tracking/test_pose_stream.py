@@ -16,8 +16,8 @@ from urdyn.model.geometry.chain_pose import flange
 from urdyn.model.geometry.drawing import drawing_of
 from urdyn.model.geometry.turns import exponential, rotation_vector
 from urdyn.signal import Instant
-from urdyn.tracking.aside import SharedMeasurement
 from urdyn.tracking.beside import pose_stream
+from urdyn.tracking.conditional_filter import SharedMeasurement
 from urdyn.tracking.pose_stream import APART, PoseStream
 from urdyn.tracking.sights import Sights
 from urdyn.types import Array, Gaussian
@@ -97,10 +97,10 @@ def test_the_zeros_that_currents_doubt_are_told_of_once_and_for_all(ur5e):
     stream, it = pose_stream(ur5e, False), built(ur5e, rng)
     sights = watched(stream, it, rng, 60, ZEROS)
     theta = stream.build.zeros[2]
-    alone = sights.aside.cov[theta, theta] ** 0.5
-    both = sights.aside.whole[theta, theta] ** 0.5
+    alone = sights.conditional.cov[theta, theta] ** 0.5
+    both = sights.conditional.whole[theta, theta] ** 0.5
     assert alone < 1e-4 and both == pytest.approx(3e-4, rel=0.1)
-    np.testing.assert_allclose(sights.aside.L[theta, 2], -1.0, atol=0.05)
+    np.testing.assert_allclose(sights.conditional.L[theta, 2], -1.0, atol=0.05)
 
 
 def test_an_encoder_that_slips_is_found_by_the_second_pose(begun):

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     import urdyn as ud
     from urdyn.io.ros2.talk import Voice
     from urdyn.tracking.announce import Tell
-    from urdyn.tracking.glance import Glance, Watch
+    from urdyn.tracking.progress import RunProgress, Watch
 
 PUBLISHED = ("feed_forward", "friction_scales")
 HANDED = ("urdf", "payload")
@@ -60,7 +60,7 @@ def both(one: Watch | None, other: Watch | None) -> Watch | None:
     if one is None or other is None:
         return one or other
 
-    def watch(glance: Glance) -> None:
+    def watch(glance: RunProgress) -> None:
         one(glance)
         other(glance)
 

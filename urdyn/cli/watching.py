@@ -15,8 +15,8 @@ from rich.table import Table
 from urdyn.report.digits import interval90, number
 from urdyn.report.names import spoken
 from urdyn.report.setting import set_to
-from urdyn.tracking import Glance
-from urdyn.tracking.glance import Watch
+from urdyn.tracking import RunProgress
+from urdyn.tracking.progress import Watch
 from urdyn.tracking.setting import compared
 
 JOINT = ("coulomb", "viscous", "health")
@@ -50,7 +50,7 @@ def watching(joints: Sequence[str], quiet: bool) -> Iterator[Watch | None]:
     shown = -PAUSE
     with Live(console=Console(stderr=True), auto_refresh=False, transient=True) as live:
 
-        def watch(glance: Glance) -> None:
+        def watch(glance: RunProgress) -> None:
             nonlocal shown
             if time.monotonic() - shown > PAUSE:
                 live.update(table(glance, joints), refresh=True)
@@ -59,7 +59,7 @@ def watching(joints: Sequence[str], quiet: bool) -> Iterator[Watch | None]:
         yield watch
 
 
-def table(glance: Glance, joints: Sequence[str]) -> Table:
+def table(glance: RunProgress, joints: Sequence[str]) -> Table:
     """Friction and health of every joint, and the payload."""
     rows = zip(glance.mean, glance.sd, glance.units, strict=True)
     told = dict(zip(glance.names, rows, strict=True))

@@ -28,7 +28,7 @@ from urdyn.diagnose.recurring import at_first as none_recurred
 from urdyn.diagnose.rows import Rows, joined
 from urdyn.diagnose.space import Space
 from urdyn.signal.stretches import GAP
-from urdyn.tracking.passage import STANDING
+from urdyn.tracking.joint_motion import STANDING
 from urdyn.types import Array, Mask
 
 HALF = np.concatenate([GAPS, FLIGHTS])  # [rad] half gaps that are looked for

@@ -21,7 +21,7 @@ import numpy as np
 from urdyn.diagnose.crossing import SHARES, WILD
 from urdyn.diagnose.rows import Rows
 from urdyn.diagnose.space import Space
-from urdyn.tracking.passage import STANDING
+from urdyn.tracking.joint_motion import STANDING
 from urdyn.types import Array, Mask
 
 FLIGHTS = 2.5e-4 * np.sqrt(2.0) ** np.arange(10)  # [rad] half gaps that are looked for

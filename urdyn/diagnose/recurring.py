@@ -29,7 +29,7 @@ from urdyn.diagnose.fast_rules import BacklashRule
 from urdyn.diagnose.finding import Finding
 from urdyn.diagnose.rows import COULOMB, Rows
 from urdyn.diagnose.space import Space
-from urdyn.tracking.passage import STANDING
+from urdyn.tracking.joint_motion import STANDING
 from urdyn.types import Array, Index, Mask
 
 BIN, BEFORE, AFTER = 0.02, 5, 8  # [s], of which so many are a window, before a reversal and after

@@ -13,7 +13,7 @@ from urdyn.diagnose.event import CERTAIN, USELESS, Event
 from urdyn.diagnose.fast_rules import SensorRule
 from urdyn.diagnose.rows import Rows
 from urdyn.diagnose.space import Space
-from urdyn.tracking.passage import STANDING
+from urdyn.tracking.joint_motion import STANDING
 from urdyn.types import MAD_TO_SD, Array, Mask
 
 MODES = ("stuck", "dropped", "noisy", "erratic")

@@ -6,13 +6,13 @@ from urdyn.lazy import lookup
 
 if TYPE_CHECKING:
     from urdyn.tracking.checkpoint import Checkpoint
-    from urdyn.tracking.glance import Glance
     from urdyn.tracking.keeper import begin_scribe
     from urdyn.tracking.learning import drift_of, learn_edges, learn_wear
     from urdyn.tracking.model import Drift, tracking_model
     from urdyn.tracking.modes import MODES, QUICKER, Loss, Mode, losses, side_by_side
     from urdyn.tracking.observer import Observer
     from urdyn.tracking.physical import Quantities, quantities
+    from urdyn.tracking.progress import RunProgress
     from urdyn.tracking.reading import Reading
     from urdyn.tracking.rehearsal import rehearse
     from urdyn.tracking.run import run
@@ -26,12 +26,12 @@ __all__ = [
     "Arrival",
     "Checkpoint",
     "Drift",
-    "Glance",
     "Loss",
     "Mode",
     "Observer",
     "Quantities",
     "Reading",
+    "RunProgress",
     "Source",
     "Tracker",
     "TrackerState",
@@ -53,7 +53,7 @@ __getattr__ = lookup(
     __name__,
     {
         "urdyn.tracking.checkpoint": ("Checkpoint",),
-        "urdyn.tracking.glance": ("Glance",),
+        "urdyn.tracking.progress": ("RunProgress",),
         "urdyn.tracking.keeper": ("begin_scribe",),
         "urdyn.tracking.learning": ("drift_of", "learn_edges", "learn_wear"),
         "urdyn.tracking.model": ("Drift", "tracking_model"),

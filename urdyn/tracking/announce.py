@@ -15,9 +15,9 @@ from urdyn.io.ros2.status import Status
 from urdyn.io.ros2.talk import Seen, Voice, acknowledged, seen
 from urdyn.io.snapshot import Snapshot
 from urdyn.model.body import centre_of_mass
-from urdyn.tracking.glance import Glance
 from urdyn.tracking.health import STALE, stale, statuses
 from urdyn.tracking.physical import PAYLOAD
+from urdyn.tracking.progress import RunProgress
 from urdyn.types import Array
 
 LOG = logging.getLogger(__name__)
@@ -41,7 +41,7 @@ class Announcer:
 
     def __init__(self, fit: Fit, audience: Audience, serial: str = "") -> None:
         self._fit, self._audience, self._serial = fit, audience, serial
-        self._newest: tuple[float, Glance, Snapshot] | None = None  # [s] monotonic, when it came
+        self._newest: tuple[float, RunProgress, Snapshot] | None = None  # came at [s] monotonic
         # (J,) [N·m/A] of drives as healthy as believed
         self._torque_per_ampere = fit.dynamics.drive.gain
         self._known: dict[str, Seen] = {}  # acknowledged, by the lines' names
@@ -50,15 +50,15 @@ class Announcer:
         self._pulse = Thread(target=self._beat, daemon=True)
         self._pulse.start()
 
-    def watch(self, glance: Glance) -> None:
+    def watch(self, progress: RunProgress) -> None:
         """Tell what is new: torque with every sample, if asked for; the rest with the history."""
         voice = self._audience.voice
         if voice:
-            voice.quickly(self._torque_per_ampere * glance.reading.modelled)
-        if not glance.row:
+            voice.quickly(self._torque_per_ampere * progress.reading.modelled)
+        if not progress.row:
             return
-        snapshot = self._snapshot(glance)
-        self._newest = time.monotonic(), glance, snapshot
+        snapshot = self._snapshot(progress)
+        self._newest = time.monotonic(), progress, snapshot
         if voice:
             voice.steadily(snapshot)
 
@@ -67,23 +67,23 @@ class Announcer:
         self._ended.set()
         self._pulse.join(timeout=5 * PULSE)
 
-    def _snapshot(self, glance: Glance) -> Snapshot:
+    def _snapshot(self, progress: RunProgress) -> Snapshot:
         arm, drive = self._fit.dynamics.arm, self._fit.dynamics.drive
         joints = arm.joint_names
-        mean, sd, units = by_part(glance, joints)
+        mean, sd, units = by_part(progress, joints)
         self._torque_per_ampere = drive.gain * _of(mean, joints, "health")
-        predicted = self._torque_per_ampere * glance.reading.predicted
+        predicted = self._torque_per_ampere * progress.reading.predicted
         commissioned = {"viscous": drive.viscous, "coulomb": drive.coulomb}
         return Snapshot(
             robot=self._serial or arm.name,
-            stamp=round(glance.last * 1e9),
-            samples=glance.samples,
+            stamp=round(progress.last * 1e9),
+            samples=progress.samples,
             joints=joints,
             mean=mean,
             sd=sd,
             units=units,
             predicted=predicted,
-            residual=self._torque_per_ampere * glance.reading.current - predicted,
+            residual=self._torque_per_ampere * progress.reading.current - predicted,
             com=centre_of_mass(np.array([mean["payload"][name] for name in PAYLOAD])),
             scales=np.array([_of(mean, joints, name) / c for name, c in commissioned.items()]),
         )
@@ -94,9 +94,9 @@ class Announcer:
         while not self._ended.wait(PULSE):
             if self._newest is None:
                 continue
-            came, glance, snapshot = self._newest
+            came, progress, snapshot = self._newest
             coulomb = self._fit.dynamics.drive.coulomb
-            found = statuses(snapshot, coulomb, glance.findings, self._serial)
+            found = statuses(snapshot, coulomb, progress.findings, self._serial)
             self._told(self._hear, snapshot, found)
             lines = self._lines(found, time.monotonic() - came)
             for tell in listeners:
@@ -128,13 +128,15 @@ def _of(mean: Mapping[str, Mapping[str, float]], joints: Sequence[str], name: st
 
 
 def by_part(
-    glance: Glance, joints: Sequence[str]
+    progress: RunProgress, joints: Sequence[str]
 ) -> tuple[dict[str, dict[str, float]], dict[str, dict[str, float]], Mapping[str, str]]:
     """Means and sd, part -> quantity -> value, of the joints and the payload; quantity -> unit."""
     mean: dict[str, dict[str, float]] = {part: {} for part in (*joints, "payload")}
     sd: dict[str, dict[str, float]] = {part: {} for part in mean}
     units = {}
-    rows = zip(glance.names, glance.units, glance.mean.tolist(), glance.sd.tolist(), strict=True)
+    rows = zip(
+        progress.names, progress.units, progress.mean.tolist(), progress.sd.tolist(), strict=True
+    )
     for name, unit, value, spread in rows:
         part, _, quantity = name.partition(".")
         if part in mean:

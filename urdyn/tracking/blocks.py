@@ -52,7 +52,7 @@ class BlockBelief:
     at_drives: Index  # (J, d) states of each joint's drive
     for_bodies: Waiting
     for_drives: Waiting
-    unsure: Array  # (J,) [-] variance by the blocks over the noise's, when last learnt
+    variance_ratio: Array  # (J,) [-] variance by the blocks over the noise's, when last learnt
     surprise: float  # [-]
 
     @property
@@ -109,7 +109,7 @@ class Blocks:
             at_drives=drives,
             for_bodies=wait,
             for_drives=wait,
-            unsure=np.zeros(J),
+            variance_ratio=np.zeros(J),
             surprise=1.0,
         )
 
@@ -129,7 +129,7 @@ class Blocks:
         x = model.transition(state.mean, u)
         expected, H = linearised(model, x, u)
         R, residual = model.observe_cov(u).diagonal(), y - expected
-        told = _innovation(residual, R * (1.0 + state.unsure))
+        told = _innovation(residual, R * (1.0 + state.variance_ratio))
         if told.measured < len(y):
             known = np.isfinite(y)
             H, R, residual = H * known[:, None], R * known, np.where(known, residual, 0.0)
@@ -253,7 +253,7 @@ def _bodies_learnt(state: BlockBelief, of: Doubted, calm: bool, longest: int) ->
         mean=mean,
         bodies=state.bodies - K @ of.HP,
         for_bodies=wait.done(own, calm, longest),
-        unsure=(own + of.by_drives) / of.noise,
+        variance_ratio=(own + of.by_drives) / of.noise,
     )
 
 

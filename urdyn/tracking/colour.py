@@ -28,8 +28,8 @@ import numpy as np
 
 from urdyn.identify.noise import Noise
 from urdyn.identify.slow import MEMORY
-from urdyn.tracking import doubt
-from urdyn.tracking.doubt import Doubt
+from urdyn.tracking import variance_scale
+from urdyn.tracking.variance_scale import VarianceScale
 from urdyn.types import Array, Mask, changed
 
 ORDER = 8
@@ -71,7 +71,7 @@ class Colour:
     taken: Array  # (p + 2, J) [A²] by which `alike` lacks what parameters took, from one sample on
     alone: Array  # (J,) [A²] variance of the slow part, as it is believed
     modelled: Array  # (J,) [A²] mean variance of innovations by doubt about the model
-    doubt: Doubt  # of motions
+    variance_scale: VarianceScale  # of motions
 
 
 def first(noise: Noise, width: int, period: float) -> Colour:
@@ -99,7 +99,7 @@ def first(noise: Noise, width: int, period: float) -> Colour:
         taken=np.zeros((ORDER + 2, J)),
         alone=slow,
         modelled=np.zeros(J),
-        doubt=doubt.unlearnt(J, period),
+        variance_scale=variance_scale.as_stated(J, period),
     )
 
 

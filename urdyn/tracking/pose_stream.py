@@ -20,13 +20,13 @@ from urdyn.identify.kinematics.placement import residuals, slopes
 from urdyn.identify.kinematics.spread import ANYWHERE
 from urdyn.io.poses import READINGS, Poses
 from urdyn.signal import Instant
-from urdyn.tracking.aside import (
-    Aside,
-    Look,
+from urdyn.tracking.conditional_filter import (
+    ConditionalBelief,
+    LinearisedObservation,
     SharedMeasurement,
-    learnt,
     measurement,
-    renoised,
+    updated,
+    updated_noise,
     whitened,
 )
 from urdyn.tracking.sights import FINEST, Build, Sights, begun, nothing_seen
@@ -83,12 +83,12 @@ class PoseStream:
         sights = replace(sights, q=now.q, still=still, t=now.t)
         if not sights.count:
             return self._gathered(sights, now, row, z), None
-        aside = sights.aside.strayed(STRAY**2 * max(dt, 0.0) * np.eye(len(z.mean)))
-        sights = self.settled(replace(sights, aside=aside), z)
-        look, passing = self._look(sights, now, row, z)
-        if look.surprise(sights.aside) < SURPRISED:
-            sights = replace(_heard(sights, look, passing), doubted=0)
-            return self._learnt(sights, look, np.zeros(len(z.mean)))
+        conditional = sights.conditional.after_drift(STRAY**2 * max(dt, 0.0) * np.eye(len(z.mean)))
+        sights = self.settled(replace(sights, conditional=conditional), z)
+        observation, passing = self._linearised(sights, now, row, z)
+        if observation.surprise(sights.conditional) < SURPRISED:
+            sights = replace(_heard(sights, observation, passing), doubted=0)
+            return self._learnt(sights, observation, np.zeros(len(z.mean)))
         if not sights.doubted:
             return replace(sights, doubted=1), None
         return self._moved_on(replace(sights, doubted=0), now, row, z)
@@ -97,8 +97,8 @@ class PoseStream:
         """After the joints' zeros have been told of by whomever."""
         if not sights.count:
             return sights
-        step, aside = sights.aside.settled(z)
-        return self.build.moved(replace(sights, aside=aside), step)
+        step, conditional = sights.conditional.settled(z)
+        return self.build.moved(replace(sights, conditional=conditional), step)
 
     def _elsewhere(self, sights: Sights, now: Instant) -> bool:
         """Where the arm still stands, or nearly, the same errors would count twice."""
@@ -119,7 +119,9 @@ class PoseStream:
         left = sights.gathered[few - MOST :]  # of those that do not tell, the last, and a few more
         return begun(self.build, sights, z) or replace(sights, gathered=left)
 
-    def _look(self, sights: Sights, now: Instant, row: Array, z: Gaussian) -> tuple[Look, Array]:
+    def _linearised(
+        self, sights: Sights, now: Instant, row: Array, z: Gaussian
+    ) -> tuple[LinearisedObservation, Array]:
         """The pose, linearised, and the twist (m,) at which it passes [m/s, rad/s]."""
         at, q = self.build.placement(sights), now.q[None]
         acting = q + z.mean if len(z.mean) else q
@@ -131,19 +133,21 @@ class PoseStream:
         passing = turning @ now.v
         R = np.diag(np.repeat(sights.noise, 3) ** 2) + sights.late**2 * np.outer(passing, passing)
         Hs, Hz = H[:, self.build.columns], turning[:, : len(z.mean)]
-        return Look(e[known], Hs[known], Hz[known], R[np.ix_(known, known)]), passing[known]
+        return LinearisedObservation(
+            e[known], Hs[known], Hz[known], R[np.ix_(known, known)]
+        ), passing[known]
 
     def _pose(self, sights: Sights, q: Array, row: Array) -> Poses:
         angles = row[None, TURN] if np.isfinite(row[TURN]).all() else None
         return Poses(q, row[None, PLACE], angles, READINGS[sights.reading], self.build.own)
 
     def _learnt(
-        self, sights: Sights, look: Look, jump: Array
+        self, sights: Sights, observation: LinearisedObservation, jump: Array
     ) -> tuple[Sights, SharedMeasurement | None]:
         """The pose taken up by both sides."""
-        shared = measurement(sights.aside, look, jump) if self.shared else None
-        step, aside = learnt(sights.aside, look)
-        sights = replace(sights, aside=aside, count=sights.count + 1.0)
+        shared = measurement(sights.conditional, observation, jump) if self.shared else None
+        step, conditional = updated(sights.conditional, observation)
+        sights = replace(sights, conditional=conditional, count=sights.count + 1.0)
         return self.build.moved(sights, step), shared
 
     def _moved_on(
@@ -152,7 +156,7 @@ class PoseStream:
         """Two poses in a row agree that something has moved."""
         if self.shared:
             jump = np.full(len(z.mean), SLIPPED)
-            sights = replace(sights, aside=sights.aside.strayed(np.diag(jump**2)))
+            sights = replace(sights, conditional=sights.conditional.after_drift(np.diag(jump**2)))
             return self._learnt(sights, self._bent(sights, now, row, z), jump)
         pose = self._pose(sights, now.q[None], row)
         if pose.angles is None:
@@ -161,18 +165,18 @@ class PoseStream:
         there = np.eye(4)
         there[:3, :3], there[:3, 3] = pose.turn[0], pose.place[0]
         tool = np.linalg.solve(sights.base @ flange, there)
-        return replace(sights, tool=tool, aside=_another_tool(sights.aside)), None
+        return replace(sights, tool=tool, conditional=_another_tool(sights.conditional)), None
 
-    def _bent(self, sights: Sights, now: Instant, row: Array, z: Gaussian) -> Look:
+    def _bent(self, sights: Sights, now: Instant, row: Array, z: Gaussian) -> LinearisedObservation:
         """The pose, linearised where it says that the zeros are: they are far from z."""
-        at, P = z.mean, sights.aside.spread
+        at, P = z.mean, sights.conditional.spread
         for _ in range(STEPS):
-            look, _ = self._look(sights, now, row, replace(z, mean=at))
-            look = replace(look, e=look.e + look.Hz @ (at - z.mean))
-            A = look.Hs @ sights.aside.L + look.Hz
-            gain = np.linalg.solve(look.expected(sights.aside), A @ P).T
-            at = z.mean + gain @ look.e
-        return look
+            observation, _ = self._linearised(sights, now, row, replace(z, mean=at))
+            observation = replace(observation, e=observation.e + observation.Hz @ (at - z.mean))
+            A = observation.Hs @ sights.conditional.L + observation.Hz
+            gain = np.linalg.solve(observation.expected(sights.conditional), A @ P).T
+            at = z.mean + gain @ observation.e
+        return observation
 
     @cached_property
     def names(self) -> tuple[str, ...]:
@@ -193,7 +197,7 @@ class PoseStream:
             return np.full(len(self.names), np.nan), np.full(len(self.names), np.nan)
         at = self.build.placement(sights)
         frames = [at.tool[:3, 3]] if self.build.own else [at.base[:3, 3], at.tool[:3, 3]]
-        cov, first = np.array(sights.aside.whole), len(at.deviations)
+        cov, first = np.array(sights.conditional.whole), len(at.deviations)
         if not self.build.own:  # a step of the base is in its own axes
             turn, place = at.base[:3, :3], slice(first, first + 3)
             cov[place, place] = turn @ cov[place, place] @ turn.T
@@ -210,13 +214,13 @@ class PoseStream:
         return mask
 
 
-def _heard(sights: Sights, look: Look, passing: Array) -> Sights:
+def _heard(sights: Sights, observation: LinearisedObservation, passing: Array) -> Sights:
     """The poses' noise, and how far off their stamps are, after one more pose."""
-    W, white = whitened(sights.aside, look)
+    W, white = whitened(sights.conditional, observation)
     gain, late = 1.0 / min(sights.count + 1.0, MEMORY), sights.late**2
     steady, seen = float(passing @ W @ passing), float(passing @ white)
     held = late - late**2 * steady + (late * seen) ** 2
-    squares = renoised(sights.noise**2, sights.aside, look, gain)
+    squares = updated_noise(sights.noise**2, sights.conditional, observation, gain)
     return replace(
         sights,
         noise=np.sqrt(np.maximum(squares, FINEST**2)),
@@ -224,9 +228,9 @@ def _heard(sights: Sights, look: Look, passing: Array) -> Sights:
     )
 
 
-def _another_tool(aside: Aside) -> Aside:
+def _another_tool(conditional: ConditionalBelief) -> ConditionalBelief:
     """The controller was told of another tool: of that, nothing is known."""
-    cov = np.array(aside.cov)
+    cov = np.array(conditional.cov)
     cov[-TOOL:], cov[:, -TOOL:] = 0.0, 0.0
     cov[-TOOL:, -TOOL:] = ANYWHERE**2 * np.eye(TOOL)
-    return replace(aside, cov=cov)
+    return replace(conditional, cov=cov)

@@ -23,16 +23,16 @@ from urdyn.io.rss import peak_rss
 from urdyn.io.run_folder import HISTORY
 from urdyn.tracking import beliefs, checkpoint, interest
 from urdyn.tracking.checkpoint import Checkpoint
-from urdyn.tracking.glance import Glance, Watch
 from urdyn.tracking.keeper import Keeper, begin_scribe
 from urdyn.tracking.latency import Latency
-from urdyn.tracking.lives import arrivals
 from urdyn.tracking.losses import as_plain, counted, no_losses, too_sparse
 from urdyn.tracking.modes import mode_of
 from urdyn.tracking.observer import Observer
 from urdyn.tracking.parts import discard_parts, drop_others, writing_parts
 from urdyn.tracking.physical import Quantities, quantities
+from urdyn.tracking.progress import RunProgress, Watch
 from urdyn.tracking.reading import Reading
+from urdyn.tracking.restarts import arrivals
 from urdyn.tracking.row import row, spacing
 from urdyn.tracking.setting import at_the_end
 from urdyn.tracking.source import Arrival, Source, now
@@ -226,7 +226,7 @@ class _Run(Generic[S]):
     def _show(self, at: Checkpoint[S], reading: Reading, work: Latency) -> None:
         """Tell whoever watches; of every k-th sample, and of another payload, a row of history."""
         due = at.index % spacing(self.source.period) == 0 or reading.widened
-        glance = Glance(
+        progress = RunProgress(
             t=at.last - at.began,
             last=at.last,
             samples=at.index,
@@ -239,9 +239,9 @@ class _Run(Generic[S]):
             setting=at.setting,
         )
         if self.watch:
-            self.watch(glance)
+            self.watch(progress)
         if due:
-            self.keeper.take(row(reading, glance.mean, glance.sd))
+            self.keeper.take(row(reading, progress.mean, progress.sd))
 
     def _gathered(self, at: Checkpoint[S], reading: Reading) -> Checkpoint[S]:
         """With one reading more in the quantities of interest."""

@@ -14,7 +14,7 @@ from urdyn.identify.kinematics.placement import Placement, residuals
 from urdyn.identify.kinematics.robust import begin, solve
 from urdyn.identify.kinematics.spread import ANYWHERE
 from urdyn.io.poses import READINGS, Poses
-from urdyn.tracking.aside import Aside
+from urdyn.tracking.conditional_filter import ConditionalBelief
 from urdyn.types import Array, Gaussian, Index, frozen
 
 FINEST = np.array([1e-6, 1e-6])  # [m, rad] numbers of a log are no finer
@@ -29,7 +29,7 @@ class Sights:
     table: Array  # (J, 5) a, alpha, beta, d, theta [m, rad] as believed
     base: Array  # (4, 4) transform_base_to_world
     tool: Array  # (4, 4) transform_tool_to_flange
-    aside: Aside  # of geometry, base, tool; empty before they are known
+    conditional: ConditionalBelief  # of geometry, base, tool; empty before they are known
     noise: Array  # (2,) sd of place [m] and turn [rad]
     late: float  # [s] sd by which a pose's stamp is off
     count: float  # poses behind it; 0 before base and tool are known
@@ -87,13 +87,13 @@ class Build:
 
 def nothing_seen(joints: int) -> Sights:
     """Before the first pose."""
-    empty = Aside(np.zeros((0, 0)), np.zeros((0, 0)), np.zeros(0), np.zeros((0, 0)))
+    empty = ConditionalBelief(np.zeros((0, 0)), np.zeros((0, 0)), np.zeros(0), np.zeros((0, 0)))
     return Sights(
         gathered=np.zeros((0, joints + 6)),
         table=np.zeros((joints, 5)),
         base=np.eye(4),
         tool=np.eye(4),
-        aside=empty,
+        conditional=empty,
         noise=np.ones(2),
         late=STAMPED,
         count=0.0,
@@ -138,7 +138,7 @@ def begun(build: Build, sights: Sights, z: Gaussian) -> Sights | None:
         table=found.placement.table,
         base=found.placement.base,
         tool=found.placement.tool,
-        aside=_aside(build, cov, z),
+        conditional=_conditional(build, cov, z),
         noise=noise,
         count=float(len(poses)),
         reading=READINGS.index(poses.reading),
@@ -160,9 +160,9 @@ def _exact(build: Build, at: Placement, poses: Poses, noise: Array) -> tuple[Arr
     return cov @ (noise**-2.0 @ told.b + Lambda @ offset), cov
 
 
-def _aside(build: Build, cov: Array, z: Gaussian) -> Aside:
+def _conditional(build: Build, cov: Array, z: Gaussian) -> ConditionalBelief:
     """The belief given z: poses tell theta + z, so that theta gives way as far as they hold it."""
     zeros = np.zeros((len(cov), len(z.mean)))
     if len(z.mean):
         zeros[build.zeros, range(len(z.mean))] = 1.0
-    return Aside(cov @ build.precision @ zeros - zeros, cov, z.mean, z.cov)
+    return ConditionalBelief(cov @ build.precision @ zeros - zeros, cov, z.mean, z.cov)

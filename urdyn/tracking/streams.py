@@ -16,8 +16,8 @@ from urdyn.dbn.measurement import LinearMeasurement, Standing
 from urdyn.dbn.robot_slice import RobotSlice
 from urdyn.estimate import Filter
 from urdyn.signal import Instant
-from urdyn.tracking.aside import SharedMeasurement
 from urdyn.tracking.beliefs import marginal
+from urdyn.tracking.conditional_filter import SharedMeasurement
 from urdyn.types import Array, Gaussian, Index
 
 MOST = 500  # rows that wait: more, and no motion is coming

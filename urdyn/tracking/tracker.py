@@ -20,19 +20,25 @@ from urdyn.identify.fit import Fit
 from urdyn.signal import Causal, CausalState, Instant, Sample
 from urdyn.signal.stretches import GAP
 from urdyn.tracking import beliefs, colour
-from urdyn.tracking.befallen import gathered, none_yet
+from urdyn.tracking.abrupt_changes import accumulated, no_evidence
 from urdyn.tracking.blocks import Delaying
-from urdyn.tracking.handling import Rest, Weighed
+from urdyn.tracking.change_detection import ChangeDetector, Hypothesis
+from urdyn.tracking.joint_motion import LONGEST, JointMotion, joint_motion
 from urdyn.tracking.model import STRIDE, Drift, tracking_model
 from urdyn.tracking.network import of_arm
-from urdyn.tracking.noticing import Noticing, Supposed
-from urdyn.tracking.passage import LONGEST, Passage, passage
+from urdyn.tracking.payload.handling import Rest, Weighed
 from urdyn.tracking.reading import Reading
-from urdyn.tracking.seeing import Seeing, Seen
-from urdyn.tracking.state import Learnt, TrackerState, begun_anew, marked, rezeroed
+from urdyn.tracking.robust_noise import without_robust_noise
+from urdyn.tracking.state import (
+    RollbackPoint,
+    TrackerState,
+    restarted,
+    with_encoder_jump,
+    with_rollback_points,
+)
 from urdyn.tracking.streams import Heard, Moment, Stream, assimilated, first
-from urdyn.tracking.temper import untempered
-from urdyn.tracking.worn import Then, Worn
+from urdyn.tracking.wear_test import PastBelief, WearTest
+from urdyn.tracking.whitened_residuals import ResidualWhitener, WhitenedResiduals
 from urdyn.types import Array, Gaussian, Index, Mask, changed
 
 S = TypeVar("S")
@@ -83,16 +89,16 @@ class Tracker(Generic[S]):
         return tuple(pair for of in pairs for pair in of)
 
     @cached_property
-    def _noticing(self) -> Noticing[S]:
+    def _detector(self) -> ChangeDetector[S]:
         """Who looks out for what befalls the arm."""
         places, drive = self.currents.places, self.fit.dynamics.drive
         tool = float(self.fit.dynamics.payload[0])
         process = self.model.process
         assert isinstance(process, Widening), "a payload may jump"
         assert isinstance(process.process, Wear), "and drives wear"
-        return Noticing(
+        return ChangeDetector(
             filter=self.filter,
-            worn=Worn(process.process),
+            wear_test=WearTest(process.process),
             places=places,
             drive=drive,
             tool=tool,
@@ -101,10 +107,10 @@ class Tracker(Generic[S]):
         )
 
     @cached_property
-    def _seeing(self) -> Seeing[S]:
+    def _whitener(self) -> ResidualWhitener[S]:
         """Who compares its currents with what is supposed."""
         drive = self.fit.dynamics.drive
-        return Seeing(self.filter, self.model, self.currents, drive, self.period)
+        return ResidualWhitener(self.filter, self.model, self.currents, drive, self.period)
 
     @cached_property
     def _shared(self) -> dict[str, Index]:
@@ -130,23 +136,23 @@ class Tracker(Generic[S]):
             waited=0.0,
             v=nothing,
             current=np.full(J, np.nan),
-            held=nothing,
+            unchanged=nothing,
             bristles=np.zeros((2, J)),
             travelled=nothing,
-            evidence=none_yet(J),
-            befell=-np.inf,
+            evidence=no_evidence(J),
+            changed_at=-np.inf,
             widened=-np.inf,
             colour=noise,
-            unsure=np.ones(J),
+            variance_ratio=np.ones(J),
             lubricant=np.full(J, np.nan),
-            earlier=Learnt(belief, noise),
-            earliest=Learnt(belief, noise),
-            marked=-np.inf,
-            then=Then(belief),
-            lately=Then(belief),
+            next_rollback=RollbackPoint(belief, noise),
+            rollback=RollbackPoint(belief, noise),
+            rollback_marked=-np.inf,
+            wear_reference=PastBelief(belief),
+            recent_reference=PastBelief(belief),
             heard=tuple(first(stream) for stream in self.streams),
             carried=self.model.prior.mean[self.currents.places["payload"]],
-            fell=np.zeros(J, dtype=bool),
+            changed_drives=np.zeros(J, dtype=bool),
             stuck=nothing,
         )
 
@@ -163,8 +169,8 @@ class Tracker(Generic[S]):
         if np.count_nonzero(wrong):
             instant = replace(instant, current=np.where(wrong, np.nan, instant.current))
             state = replace(state, undrawn=state.undrawn + int(np.count_nonzero(wrong)))
-        if np.count_nonzero(instant.shift) and not self._noticing.poses:  # poses tell of it before
-            state = rezeroed(state, self.filter, self.currents.places["k"], instant.shift)
+        if np.count_nonzero(instant.shift) and not self._detector.poses:  # poses tell of it before
+            state = with_encoder_jump(state, self.filter, self.currents.places["k"], instant.shift)
         state, reading = self._assimilate(state, causal, instant)
         return self._listened(state, reading) if self.streams else (state, reading)
 
@@ -185,25 +191,25 @@ class Tracker(Generic[S]):
         self, state: TrackerState[S], causal: CausalState, now: Instant
     ) -> tuple[TrackerState[S], Reading]:
         state, dt = self._since(state, now.t)
-        way = passage(state, now, dt, self.fit.dynamics.drive, self.period)
-        supposed = self._noticing.supposed(state, now.t, way.moving)
-        waited = state.waited + way.passed
+        motion = joint_motion(state, now, dt, self.fit.dynamics.drive, self.period)
+        hypothesis = self._detector.hypothesis(state, now.t, motion.moving)
+        waited = state.waited + motion.passed
         # Where samples are many, no one of them both looks and moves: each takes its time.
-        due = waited >= self._stride * (1 + supposed.looked)
-        moves = supposed.fresh or supposed.taken is not None or due
+        due = waited >= self._stride * (1 + hypothesis.looked)
+        moves = hypothesis.fresh or hypothesis.taken is not None or due
         # By what is carried as it was told: an estimate's noise would load the gears.
-        about = self._noticing.carrying(supposed.mean, supposed.carried)
-        u = self._seeing.inputs(now, way, supposed, about, waited if moves else 0.0)
-        seen = self._seeing.seen(now, way, supposed, u, state.unsure)
+        about = self._detector.carrying(hypothesis.mean, hypothesis.carried)
+        u = self._whitener.inputs(now, motion, hypothesis, about, waited if moves else 0.0)
+        seen = self._whitener.seen(now, motion, hypothesis, u, state.variance_ratio)
         model = self.model if moves else self._still
-        belief, innovation = self.filter.step(model, supposed.before, seen.given, seen.current)
+        belief, innovation = self.filter.step(model, hypothesis.before, seen.given, seen.current)
         if seen.given is not seen.white:
             added = seen.given.noise**2 - seen.white.noise**2
-            innovation = untempered(innovation, added, seen.current)
-        after = self._after(state, causal, now, way, supposed, seen, belief, innovation)
-        widened = after.load.told and not supposed.held.told
+            innovation = without_robust_noise(innovation, added, seen.current)
+        after = self._after(state, causal, now, motion, hypothesis, seen, belief, innovation)
+        widened = after.load.told and not hypothesis.held.told
         if not self._credible(belief):
-            after, widened = begun_anew(after, self.init()), True
+            after, widened = restarted(after, self.init()), True
         return after, Reading(
             t=now.t,
             current=now.current,
@@ -212,7 +218,7 @@ class Tracker(Generic[S]):
             innovation=innovation,
             widened=widened,
             instant=now,
-            travelled=way.travelled,
+            travelled=motion.travelled,
             inputs=u,
             believed=partial(self.believed, after),
             told=partial(self.estimates_beside, after),
@@ -223,7 +229,7 @@ class Tracker(Generic[S]):
         """The time since the last instant [s], and the state after a gap, if it was one."""
         dt = t - state.t
         if dt <= 0.0:  # a clock that was set, or a controller that began anew: who knows how long
-            state = replace(state, befell=-np.inf, widened=-np.inf, marked=-np.inf)
+            state = replace(state, changed_at=-np.inf, widened=-np.inf, rollback_marked=-np.inf)
             state = replace(state, rest=Rest(), weighed=Weighed())
             dt = LONGEST
         if dt > GAP * self.period:  # noise has no past
@@ -235,47 +241,49 @@ class Tracker(Generic[S]):
         state: TrackerState[S],
         causal: CausalState,
         now: Instant,
-        way: Passage,
-        supposed: Supposed[S],
-        seen: Seen,
+        motion: JointMotion,
+        hypothesis: Hypothesis[S],
+        seen: WhitenedResiduals,
         belief: S,
         innovation: Innovation,
     ) -> TrackerState[S]:
         """The state once an instant was learnt from."""
-        unsure, noise = self._seeing.noise(seen, innovation, state.unsure)
-        anew, was = supposed.anew, supposed.was
-        known = Learnt(belief, noise) if anew else Learnt(was.belief, was.colour)
+        variance_ratio, noise = self._whitener.noise(seen, innovation, state.variance_ratio)
+        anew, was = hypothesis.anew, hypothesis.was
+        known = RollbackPoint(belief, noise) if anew else RollbackPoint(was.belief, was.colour)
         drive, moved = self.fit.dynamics.drive, bool(np.count_nonzero(np.isfinite(seen.left)))
-        since, carried = supposed.unknown_since(now.t), supposed.carried
+        since, carried = hypothesis.unknown_since(now.t), hypothesis.carried
         if anew:
-            state = replace(state, then=was.then, lately=was.lately)
-        if not supposed.fresh:
-            carried = self._noticing.renewed(state, belief, now.t, supposed.shown)
+            state = replace(
+                state, wear_reference=was.wear_reference, recent_reference=was.recent_reference
+            )
+        if not hypothesis.fresh:
+            carried = self._detector.renewed(state, belief, now.t, hypothesis.shown)
         return changed(
-            marked(state, now.t, known if supposed.fresh else None),
+            with_rollback_points(state, now.t, known if hypothesis.fresh else None),
             causal=causal,
             belief=belief,
             t=now.t,
-            waited=state.waited + way.passed - seen.given.span,
+            waited=state.waited + motion.passed - seen.given.span,
             v=now.v,
             current=now.current,
-            held=way.held,
-            bristles=way.bristles,
-            travelled=way.travelled,
-            lubricant=way.lubricant,
-            evidence=gathered(supposed.evidence, seen.white, drive, innovation, way.passed),
-            befell=now.t if supposed.another and anew else state.befell,
-            widened=now.t if supposed.widens else state.widened,
+            unchanged=motion.unchanged,
+            bristles=motion.bristles,
+            travelled=motion.travelled,
+            lubricant=motion.lubricant,
+            evidence=accumulated(hypothesis.evidence, seen.white, drive, innovation, motion.passed),
+            changed_at=now.t if hypothesis.another and anew else state.changed_at,
+            widened=now.t if hypothesis.widens else state.widened,
             colour=noise,
-            unsure=unsure,
-            passed=state.passed + way.passed,
-            moved=state.moved + way.passed * moved,
+            variance_ratio=variance_ratio,
+            passed=state.passed + motion.passed,
+            moved=state.moved + motion.passed * moved,
             carried=carried,
-            fell=supposed.fell,
-            stuck=state.stuck + way.stuck,
-            rest=state.rest.after(way.moving, way.passed, since, now.t),
-            weighed=supposed.weighed,
-            load=self._noticing.told(supposed, belief, way.moving),
+            changed_drives=hypothesis.changed_drives,
+            stuck=state.stuck + motion.stuck,
+            rest=state.rest.after(motion.moving, motion.passed, since, now.t),
+            weighed=hypothesis.weighed,
+            load=self._detector.told(hypothesis, belief, motion.moving),
         )
 
     def _credible(self, belief: S) -> bool:
@@ -311,7 +319,7 @@ class Tracker(Generic[S]):
 
     def believed(self, state: TrackerState[S]) -> Gaussian:
         """All states, (n,), as they are told: whatever may be carried."""
-        return self._noticing.holding.believed(state)
+        return self._detector.payload_belief.believed(state)
 
     def estimates_beside(self, state: TrackerState[S]) -> tuple[Array, Array]:
         """Means and standard deviations of what the other streams tell of by themselves."""

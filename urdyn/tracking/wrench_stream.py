@@ -19,13 +19,13 @@ import numpy as np
 
 from urdyn.model.arm import Arm, controller_base
 from urdyn.signal import Instant
-from urdyn.tracking.aside import (
-    Aside,
-    Look,
+from urdyn.tracking.conditional_filter import (
+    ConditionalBelief,
+    LinearisedObservation,
     SharedMeasurement,
-    learnt,
     measurement,
-    renoised,
+    updated,
+    updated_noise,
 )
 from urdyn.tracking.model import PAYLOAD_SD
 from urdyn.types import Array, Gaussian, frozen
@@ -46,7 +46,7 @@ class Felt:
     """All that is remembered of a force sensor."""
 
     own: Array  # (16,) b [N, N·m] and c, as believed
-    aside: Aside  # of these
+    conditional: ConditionalBelief  # of these
     noise: Array  # (2,) sd [N, N·m]
     t: float  # [s] of the last row that was looked at; -inf: none was
     count: float  # rows that taught
@@ -99,10 +99,12 @@ class WrenchStream:
     def init(self) -> Felt:
         """Nothing felt."""
         nothing = np.zeros(len(PAYLOAD_SD))
-        aside = Aside(np.zeros((16, 10)), self._before, nothing, np.diag(PAYLOAD_SD**2))
+        conditional = ConditionalBelief(
+            np.zeros((16, 10)), self._before, nothing, np.diag(PAYLOAD_SD**2)
+        )
         return Felt(
             own=np.concatenate([np.zeros(6), -self.tool * self.raw]),
-            aside=aside,
+            conditional=conditional,
             noise=NOISE,
             t=-np.inf,
             count=0.0,
@@ -122,35 +124,39 @@ class WrenchStream:
         jumped = widened > felt.t
         felt = _strayed(felt, dt if np.isfinite(dt) else 0.0, jumped)
         felt = self.settled(replace(felt, t=now.t, last=row[1:]), z)
-        look = self._look(felt, now, row[1:], z)
-        if look.surprise(felt.aside) > CONTACT:
+        observation = self._linearised(felt, now, row[1:], z)
+        if observation.surprise(felt.conditional) > CONTACT:
             return self._doubted(felt), None
         gain = 1.0 / min(felt.count + 10.0, MEMORY)
-        squares = renoised(felt.noise**2, felt.aside, look, gain)
-        shared = measurement(felt.aside, look, np.zeros(len(z.mean)))
-        step, aside = learnt(felt.aside, look)
+        squares = updated_noise(felt.noise**2, felt.conditional, observation, gain)
+        shared = measurement(felt.conditional, observation, np.zeros(len(z.mean)))
+        step, conditional = updated(felt.conditional, observation)
         noise = np.sqrt(np.maximum(squares, FINEST**2))
         own, count = felt.own + step, felt.count + 1.0
-        return replace(felt, own=own, aside=aside, noise=noise, count=count, doubted=0), shared
+        return replace(
+            felt, own=own, conditional=conditional, noise=noise, count=count, doubted=0
+        ), shared
 
     def settled(self, felt: Felt, z: Gaussian) -> Felt:
         """After the payload has been told of by whomever."""
-        step, aside = felt.aside.settled(z)
-        return replace(felt, own=felt.own + step, aside=aside)
+        step, conditional = felt.conditional.settled(z)
+        return replace(felt, own=felt.own + step, conditional=conditional)
 
     def estimates(self, felt: Felt) -> tuple[Array, Array]:
         """What the sensor shows of nothing; NaN before it has shown anything."""
         unknown = 1.0 if felt.count else np.nan
-        sd = np.sqrt(np.diag(felt.aside.whole))[: self._rows]
+        sd = np.sqrt(np.diag(felt.conditional.whole))[: self._rows]
         return unknown * felt.own[: self._rows], unknown * sd
 
-    def _look(self, felt: Felt, now: Instant, wrench: Array, z: Gaussian) -> Look:
+    def _linearised(
+        self, felt: Felt, now: Instant, wrench: Array, z: Gaussian
+    ) -> LinearisedObservation:
         Y = self.arm.wrench_regressor(now.q, now.v, now.a)
         seen = wrench if self.raw else self._into_flange(now.q, wrench)
         Hs, Hz = np.hstack([np.eye(6), Y]), -Y
         R = np.diag(np.repeat(felt.noise**2, 3))
         e, few = seen - Hs @ felt.own - Hz @ z.mean, slice(self._rows)
-        return Look(e[few], Hs[few], Hz[few], R[few, few])
+        return LinearisedObservation(e[few], Hs[few], Hz[few], R[few, few])
 
     def _into_flange(self, q: Array, wrench: Array) -> Array:
         """A wrench in the base's axes, (6,), in the last joint's."""
@@ -161,13 +167,15 @@ class WrenchStream:
         """A contact; or, after so many, a sensor that was set anew."""
         if felt.doubted < ANEW:
             return replace(felt, doubted=felt.doubted + 1)
-        aside = replace(felt.aside, L=np.zeros_like(felt.aside.L), cov=self._before)
-        return replace(felt, aside=aside, doubted=0)
+        conditional = replace(
+            felt.conditional, L=np.zeros_like(felt.conditional.L), cov=self._before
+        )
+        return replace(felt, conditional=conditional, doubted=0)
 
 
 def _strayed(felt: Felt, dt: float, jumped: bool) -> Felt:
     """After `dt` [s], in which another payload may have been taken up."""
-    aside = felt.aside.strayed(np.diag((PAYLOAD_SD * jumped) ** 2))
-    walked = np.zeros_like(aside.cov)
+    conditional = felt.conditional.after_drift(np.diag((PAYLOAD_SD * jumped) ** 2))
+    walked = np.zeros_like(conditional.cov)
     walked[range(6), range(6)] = BIAS_WALK**2 * max(dt, 0.0)
-    return replace(felt, aside=replace(aside, cov=aside.cov + walked))
+    return replace(felt, conditional=replace(conditional, cov=conditional.cov + walked))

@@ -14,7 +14,7 @@ from urdyn.errors import UrdynError
 from urdyn.report.track.history import find_history
 from urdyn.tracking import Source, Tracker, quantities
 from urdyn.tracking.checkpoint import whose
-from urdyn.tracking.lives import arrivals
+from urdyn.tracking.restarts import arrivals
 from urdyn.tracking.source import ROS2, now
 from urdyn.types import Array, Gaussian
 from urdyn.view.film import Moment

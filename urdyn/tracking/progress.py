@@ -14,7 +14,7 @@ from urdyn.types import Array
 
 
 @dataclass(frozen=True)
-class Glance:
+class RunProgress:
     """One instant of a run."""
 
     t: float  # [s] since the first sample
@@ -53,4 +53,4 @@ class Glance:
         return self.quantities.of(self.reading.belief, self.reading.beside)
 
 
-Watch = Callable[[Glance], None]
+Watch = Callable[[RunProgress], None]

@@ -12,8 +12,8 @@ from urdyn.dbn.wear import Fading, Jolt, Wear
 from urdyn.estimate import EKF
 from urdyn.tracking import Tracker
 from urdyn.tracking.model import JOLTS
-from urdyn.tracking.state import HINDSIGHT, Learnt, marked
-from urdyn.tracking.worn import ASKED, SURE, Answer, Worn
+from urdyn.tracking.state import ROLLBACK, RollbackPoint, with_rollback_points
+from urdyn.tracking.wear_test import ASKED, SURE, WearOdds, WearTest
 from urdyn.types import Gaussian
 
 J, OTHERS = 2, 3
@@ -35,7 +35,7 @@ def prior_of(rng: np.random.Generator) -> Gaussian:
     return Gaussian(0.1 * rng.standard_normal(STATES), root @ root.T)
 
 
-def asked(walk: float = 0.0) -> Worn:
+def asked(walk: float = 0.0) -> WearTest:
     """Of drives that stray, or do not, and have no rates."""
     own = np.diag(np.where(np.arange(STATES) < DRIVES, walk, 0.0))
     nothing, none = np.zeros((STATES, STATES)), np.zeros(0, dtype=np.intp)
@@ -46,10 +46,10 @@ def asked(walk: float = 0.0) -> Worn:
         np.zeros((0, 0)), nothing, np.zeros(STATES), (still,), jolts, PLACES["payload"],
         PLACES["slow"], 1.0,
     )  # fmt: skip
-    return Worn(wear)
+    return WearTest(wear)
 
 
-def told(before: Gaussian, now: Gaussian) -> Answer:
+def told(before: Gaussian, now: Gaussian) -> WearOdds:
     """Of drives that do not stray."""
     return asked().compared(before, now, SPAN, False)
 
@@ -150,6 +150,8 @@ def test_a_belief_of_half_a_minute_to_a_minute_ago_is_kept_however_often_the_arm
     for t in np.arange(0.0, 200.0, STEP):
         begins = t % sets_off < STEP and t > 0.0
         state = replace(state, passed=t, moved=t)
-        state = marked(state, t, Learnt(state.belief, state.colour) if begins else None)
-        if t > 2.0 * ASKED + HINDSIGHT:
-            assert ASKED - STEP <= t - state.then.moved <= 2.0 * (ASKED + HINDSIGHT)
+        state = with_rollback_points(
+            state, t, RollbackPoint(state.belief, state.colour) if begins else None
+        )
+        if t > 2.0 * ASKED + ROLLBACK:
+            assert ASKED - STEP <= t - state.wear_reference.moved <= 2.0 * (ASKED + ROLLBACK)

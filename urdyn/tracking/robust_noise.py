@@ -19,7 +19,9 @@ from urdyn.types import Array
 GATE = 3.0  # [sd]
 
 
-def tempered(u: RobotSlice, residual: Array, variance: Array, unsure: Array) -> RobotSlice:
+def with_robust_noise(
+    u: RobotSlice, residual: Array, variance: Array, variance_ratio: Array
+) -> RobotSlice:
     """The slice with more noise where a joint's current is wild.
 
     Args:
@@ -27,14 +29,14 @@ def tempered(u: RobotSlice, residual: Array, variance: Array, unsure: Array) -> 
         variance: of its noise, (J,) [A²].
         unsure: variance that is expected over that of the noise, (J,).
     """
-    expected = variance * unsure
+    expected = variance * variance_ratio
     wild = residual**2 / (GATE**2 * expected)
     if not np.count_nonzero(wild > 1.0):
         return u
     return replace(u, noise=np.sqrt(u.noise**2 + (np.fmax(wild, 1.0) ** 2 - 1.0) * expected))
 
 
-def untempered(told: Innovation, added: Array, y: Array) -> Innovation:
+def without_robust_noise(told: Innovation, added: Array, y: Array) -> Innovation:
     """The innovation without the variance (J,) [A²] that was added for the sample's wildness."""
     if not added.any() or not told.measured:
         return told

@@ -1,4 +1,4 @@
-"""How far motions are as doubtful as the model says, learnt where they are doubtful.
+"""Scale of the variance that the model states for uncertain motions, estimated from innovations.
 
 Of a joint that starts, rests or turns round nobody knows how it is gripped, and of one that is
 accelerated ever more, how far its acceleration is off. The slice states a variance u of both, for
@@ -28,20 +28,22 @@ LITTLE = LEAST * TOLD  # [-] of it: where less is known of, no more than TOLD ca
 
 
 @dataclass(frozen=True, eq=False)
-class Doubt:
-    """What is known of how doubtful motions are: of grip and of accelerations, (2, J) each."""
+class VarianceScale:
+    """Of the stated variances by grip and by accelerations, (2, J) each."""
 
-    share: Array  # [-] c, times the stated variance
+    scale: Array  # [-] c, times the stated variance
     count: Array  # samples behind it, what is stated among them
 
 
-def unlearnt(joints: int, period: float) -> Doubt:
-    """As it is stated."""
+def as_stated(joints: int, period: float) -> VarianceScale:
+    """Before the first innovation: 1."""
     one = np.ones((2, joints))
-    return Doubt(one, one * (PRIOR / period))
+    return VarianceScale(one, one * (PRIOR / period))
 
 
-def learnt(doubt: Doubt, stated: Array, residual: Array, variance: Array, period: float) -> Doubt:
+def updated(
+    before: VarianceScale, stated: Array, residual: Array, variance: Array, period: float
+) -> VarianceScale:
     """After one more innovation, (J,) [A], NaN where there is none.
 
     Args:
@@ -51,10 +53,10 @@ def learnt(doubt: Doubt, stated: Array, residual: Array, variance: Array, period
     part = stated / variance
     tells = part > TOLD
     if not np.count_nonzero(tells):
-        return doubt
+        return before
     part = np.where(tells, part, 0.0)
     missed = np.where(tells, np.minimum(residual**2 / variance, CLIP**2) - 1.0, 0.0)
     weight = np.minimum(part, 1.0)
-    count = np.minimum(doubt.count + weight**2, LEARN / period)
-    share = doubt.share + weight / np.maximum(part, 1.0) * missed / count
-    return changed(doubt, share=np.minimum(np.maximum(share, LEAST), MOST), count=count)
+    count = np.minimum(before.count + weight**2, LEARN / period)
+    scale = before.scale + weight / np.maximum(part, 1.0) * missed / count
+    return changed(before, scale=np.minimum(np.maximum(scale, LEAST), MOST), count=count)

@@ -9,7 +9,13 @@ import pytest
 
 from urdyn.dbn.measurement import LinearMeasurement, Standing
 from urdyn.estimate import EKF, UKF, InformationFilter, Variational
-from urdyn.tracking.aside import Aside, Look, learnt, measurement, renoised
+from urdyn.tracking.conditional_filter import (
+    ConditionalBelief,
+    LinearisedObservation,
+    measurement,
+    updated,
+    updated_noise,
+)
 from urdyn.types import Array, Gaussian
 
 X, S = 4, 3  # states of the filter, and of the block
@@ -39,10 +45,10 @@ def begin(rng):
     x = Gaussian(rng.standard_normal(X), spd(rng, X))
     point, cov = rng.standard_normal(S), spd(rng, S)
     few = x.cov[np.ix_(SHARED, SHARED)]
-    aside = Aside(np.zeros((S, len(SHARED))), cov, x.mean[SHARED], few)
+    conditional = ConditionalBelief(np.zeros((S, len(SHARED))), cov, x.mean[SHARED], few)
     whole = np.zeros((X + S, X + S))
     whole[:X, :X], whole[X:, X:] = x.cov, cov
-    return x, point, aside, Both(np.r_[x.mean, point], whole)
+    return x, point, conditional, Both(np.r_[x.mean, point], whole)
 
 
 def by_currents(x, H, R, y):
@@ -57,7 +63,7 @@ def z_of(x):
 @pytest.mark.parametrize("filter_", [EKF(), UKF(), InformationFilter(), Variational()])
 def test_two_blocks_that_share_states_are_one_kalman_filter(filter_):
     rng = np.random.default_rng(1)
-    x, point, aside, both = begin(rng)
+    x, point, conditional, both = begin(rng)
     standing = Standing(tuple("abcd"), x)
     state = filter_.init(standing)
     for k in range(12):
@@ -70,26 +76,26 @@ def test_two_blocks_that_share_states_are_one_kalman_filter(filter_):
             continue
         Hs, Hz, R = rng.standard_normal((2, S)), rng.standard_normal((2, 2)), spd(rng, 2)
         z = z_of(filter_.belief(state))
-        step, aside = aside.settled(z)
+        step, conditional = conditional.settled(z)
         point = point + step
-        look = Look(y - Hs @ point - Hz @ z.mean, Hs, Hz, R)
-        shared = measurement(aside, look, np.zeros(2))
-        step, aside = learnt(aside, look)
+        look = LinearisedObservation(y - Hs @ point - Hz @ z.mean, Hs, Hz, R)
+        shared = measurement(conditional, look, np.zeros(2))
+        step, conditional = updated(conditional, look)
         point = point + step
         state, _ = filter_.step(
             standing, state, LinearMeasurement(SHARED, shared.H, shared.R, shared.jump), shared.y
         )
-        step, aside = aside.settled(z_of(filter_.belief(state)))
+        step, conditional = conditional.settled(z_of(filter_.belief(state)))
         point = point + step
         H = np.zeros((2, X + S))
         H[:, SHARED], H[:, X:] = Hz, Hs
         both.update(H, R, y)
-    step, aside = aside.settled(z_of(filter_.belief(state)))
+    step, conditional = conditional.settled(z_of(filter_.belief(state)))
     belief = filter_.belief(state)
     np.testing.assert_allclose(belief.mean, both.mean[:X], rtol=0, atol=1e-8)
     np.testing.assert_allclose(belief.cov, both.cov[:X, :X], rtol=0, atol=1e-8)
     np.testing.assert_allclose(point + step, both.mean[X:], rtol=0, atol=1e-8)
-    np.testing.assert_allclose(aside.whole, both.cov[X:, X:], rtol=0, atol=1e-8)
+    np.testing.assert_allclose(conditional.whole, both.cov[X:, X:], rtol=0, atol=1e-8)
 
 
 def test_what_is_shared_may_stray_and_jump():
@@ -97,8 +103,8 @@ def test_what_is_shared_may_stray_and_jump():
     rng = np.random.default_rng(2)
     P, Q = spd(rng, 5), spd(rng, 2)  # of (z, s)
     L = np.linalg.solve(P[:2, :2], P[:2, 2:]).T
-    before = Aside(L, P[2:, 2:] - L @ P[:2, 2:], np.zeros(2), P[:2, :2])
-    after = before.strayed(Q)
+    before = ConditionalBelief(L, P[2:, 2:] - L @ P[:2, 2:], np.zeros(2), P[:2, :2])
+    after = before.after_drift(Q)
     moved = P.copy()
     moved[:2, :2] += Q
     L = np.linalg.solve(moved[:2, :2], moved[:2, 2:]).T
@@ -111,8 +117,8 @@ def test_with_nothing_shared_it_is_an_ordinary_filter():
     rng = np.random.default_rng(3)
     cov, H, R, e = spd(rng, S), rng.standard_normal((2, S)), spd(rng, 2), rng.standard_normal(2)
     nothing = np.zeros((0, 0))
-    aside = Aside(np.zeros((S, 0)), cov, np.zeros(0), nothing)
-    step, after = learnt(aside, Look(e, H, np.zeros((2, 0)), R))
+    conditional = ConditionalBelief(np.zeros((S, 0)), cov, np.zeros(0), nothing)
+    step, after = updated(conditional, LinearisedObservation(e, H, np.zeros((2, 0)), R))
     both = Both(np.zeros(S), cov)
     both.update(H, R, e)
     np.testing.assert_allclose(step, both.mean, atol=1e-12)
@@ -123,14 +129,14 @@ def test_noise_is_learnt_while_states_are():
     """Three thousand rows: the sd of a variance is sqrt(2 / n) of it, 4 % of 1.3."""
     rng, true = np.random.default_rng(4), 0.3
     squares, s = np.array([1.0]), np.array([0.5, -0.2])
-    aside = Aside(np.zeros((2, 0)), np.eye(2), np.zeros(0), np.zeros((0, 0)))
+    conditional = ConditionalBelief(np.zeros((2, 0)), np.eye(2), np.zeros(0), np.zeros((0, 0)))
     point = np.zeros(2)
     for k in range(1000):
         H = rng.standard_normal((3, 2))
         e = H @ (s - point) + true * rng.standard_normal(3)
-        look = Look(e, H, np.zeros((3, 0)), np.diag(np.repeat(squares, 3)))
-        squares = renoised(squares, aside, look, 1.0 / min(k + 2.0, 300.0))
-        step, aside = learnt(aside, look)
+        look = LinearisedObservation(e, H, np.zeros((3, 0)), np.diag(np.repeat(squares, 3)))
+        squares = updated_noise(squares, conditional, look, 1.0 / min(k + 2.0, 300.0))
+        step, conditional = updated(conditional, look)
         point = point + step
     # averaged over the last 300 triples of them: a standard deviation of 1 / sqrt(2 * 900).
     assert abs(np.sqrt(squares[0]) / true - 1.0) < 4.0 / np.sqrt(1800.0)

@@ -14,7 +14,7 @@ from urdyn.io.rtde import play, serve
 from urdyn.signal import Sample
 from urdyn.simulate import simulate
 from urdyn.tracking import Arrival, Source, open_source
-from urdyn.tracking.lives import arrivals
+from urdyn.tracking.restarts import arrivals
 
 PERIOD = 0.01
 

@@ -25,14 +25,14 @@ HELD, REPEATS = 0.2, 8.0  # [s] and samples for which a current may stay while i
 
 
 @dataclass(frozen=True, eq=False)
-class Passage:
+class JointMotion:
     """From the last instant to this one."""
 
     passed: float  # [s] as far as anybody knows
     moving: bool  # some joint slides
     bristles: Array  # (2, J) [-]
     travelled: Array  # (J,) [rad] since they were unknown
-    held: Array  # (J,) [s] for which a current has not changed while its joint slid
+    unchanged: Array  # (J,) [s] for which a current has not changed while its joint slid
     lubricant: Array  # (J,) [°C]; NaN while nobody measures the joint's temperature
     stuck: Mask  # (J,) currents that have not changed for too long while their joints slid
     comparable: Mask  # (J,) all others, of joints that slide and have for a while
@@ -43,9 +43,9 @@ class Passage:
         return np.asarray(near + drive.presliding_tail * (tail - near))
 
 
-def passage(
+def joint_motion(
     before: TrackerState[Any], now: Instant, dt: float, drive: Drive, period: float
-) -> Passage:
+) -> JointMotion:
     """The passage to an instant dt [s] after the last.
 
     Args:
@@ -54,17 +54,17 @@ def passage(
     passed = min(dt, LONGEST) if isfinite(dt) else 0.0
     bristles, travelled = _moved(before, now, dt, drive)
     slides = np.abs(now.v) > STANDING
-    held = np.where(now.current == before.current, before.held + passed * slides, 0.0)
+    unchanged = np.where(now.current == before.current, before.unchanged + passed * slides, 0.0)
     lubricant = warmed(before.lubricant, now.temperature, passed)
-    stuck = slides & (held > max(HELD, REPEATS * period))
+    stuck = slides & (unchanged > max(HELD, REPEATS * period))
     comparable = slides & (travelled > LOOSE) & ~stuck
     moving = bool(np.count_nonzero(slides))
-    return Passage(
+    return JointMotion(
         passed=passed,
         moving=moving,
         bristles=bristles,
         travelled=travelled,
-        held=held,
+        unchanged=unchanged,
         lubricant=lubricant,
         stuck=stuck,
         comparable=comparable,

@@ -10,8 +10,16 @@ from urdyn.signal import samples
 from urdyn.simulate import observe, plan, typical_sensors
 from urdyn.simulate.schedule import Handling
 from urdyn.tracking import Tracker
-from urdyn.tracking.held import CHANGE, LOAD, OTHERS, SURE, WIDE, Held, nothing_held
-from urdyn.tracking.holding import with_load
+from urdyn.tracking.payload.belief import with_load
+from urdyn.tracking.payload.hypotheses import (
+    CHANGE,
+    LOAD,
+    OTHERS,
+    SURE,
+    WIDE,
+    PayloadHypotheses,
+    no_hypotheses,
+)
 from urdyn.types import Gaussian
 
 
@@ -55,7 +63,7 @@ def test_the_wide_filter_s_belief_tells_what_any_prior_makes_of_the_measurements
         w * (of.cov + np.outer(of.mean - mean, of.mean - mean))
         for w, of in zip(share, each, strict=True)
     )
-    told = Held(was.mean, was.cov, first, 1.0, told=False).believed(now)
+    told = PayloadHypotheses(was.mean, was.cov, first, 1.0, told=False).believed(now)
     np.testing.assert_allclose(told.mean, mean, rtol=1e-6, atol=1e-8)
     np.testing.assert_allclose(told.cov, cov, rtol=1e-6, atol=1e-8)
 
@@ -65,7 +73,7 @@ def test_another_is_told_by_the_odds_of_what_was_measured():
     for _ in range(200):
         H, was = rng.normal(size=(2, LOAD)), drawn(rng)
         y = H @ (was.mean + rng.normal(size=LOAD) * OTHERS[-1]) + rng.normal(size=2)
-        held = Held(was.mean, was.cov, np.zeros(LOAD), CHANGE, told=False)
+        held = PayloadHypotheses(was.mean, was.cov, np.zeros(LOAD), CHANGE, told=False)
         others = [Gaussian(np.zeros(LOAD), np.diag(sd**2)) for sd in OTHERS]
         another = np.logaddexp.reduce([log_likelihood(of, H, y) for of in others])
         odds = another + np.log(CHANGE / 2) - log_likelihood(was, H, y) - np.log(1.0 - CHANGE)
@@ -76,7 +84,7 @@ def test_another_is_told_by_the_odds_of_what_was_measured():
 
 def test_before_anything_is_measured_the_number_stays_and_its_sd_says_how_rests_end():
     was = Gaussian(np.array([2.5, 0.0, 0.0, 0.2]), np.diag([0.07, 0.01, 0.01, 0.01]) ** 2)
-    told = Held(was.mean, was.cov, np.zeros(LOAD), CHANGE, told=False).believed(
+    told = PayloadHypotheses(was.mean, was.cov, np.zeros(LOAD), CHANGE, told=False).believed(
         Gaussian(np.zeros(LOAD), np.diag(WIDE**2))
     )
     others = (OTHERS**2).mean(axis=0) + was.mean**2
@@ -86,7 +94,7 @@ def test_before_anything_is_measured_the_number_stays_and_its_sd_says_how_rests_
 
 def test_to_be_weighed_alike_again_makes_nothing_surer():
     was = drawn(np.random.default_rng(1), scale=0.01)
-    held = Held(was.mean, was.cov, np.zeros(LOAD), 0.0, told=True)
+    held = PayloadHypotheses(was.mean, was.cov, np.zeros(LOAD), 0.0, told=True)
     told = held.believed(was)
     np.testing.assert_allclose(told.mean, was.mean, rtol=1e-3, atol=1e-4)
     np.testing.assert_allclose(told.cov, was.cov, rtol=1e-2, atol=1e-6)
@@ -94,7 +102,7 @@ def test_to_be_weighed_alike_again_makes_nothing_surer():
 
 def test_the_better_known_of_both_counts_for_more():
     was = Gaussian(np.array([1.0, 0.0, 0.0, 0.0]), np.diag([0.05, 0.01, 0.01, 0.01]) ** 2)
-    held = Held(was.mean, was.cov, np.zeros(LOAD), 0.0, told=True)
+    held = PayloadHypotheses(was.mean, was.cov, np.zeros(LOAD), 0.0, told=True)
     told = [
         held.believed(Gaussian(np.array([1.1, 0, 0, 0]), np.diag([sd, 0.01, 0.01, 0.01]) ** 2))
         for sd in (0.5, 0.05, 0.005)
@@ -105,8 +113,8 @@ def test_the_better_known_of_both_counts_for_more():
 
 def test_what_is_not_learnt_anew_is_what_the_filter_believes():
     now = drawn(np.random.default_rng(2))
-    assert nothing_held().believed(now) is now
-    held = Held(now.mean, now.cov, now.mean, CHANGE, told=False)
+    assert no_hypotheses().believed(now) is now
+    held = PayloadHypotheses(now.mean, now.cov, now.mean, CHANGE, told=False)
     assert held.doubted and not held.given_up().doubted
     assert held.given_up().believed(now) is now
 

@@ -17,7 +17,7 @@ from urdyn.simulate.payload import Payload
 from urdyn.simulate.schedule import Handling
 from urdyn.simulate.work import pick_and_place
 from urdyn.tracking import Tracker
-from urdyn.tracking.handling import HANDLING, LEARNT, REST, Rest, Weighed, exchanged
+from urdyn.tracking.payload.handling import HANDLING, LEARNT, REST, Rest, Weighed, exchanged
 from urdyn.tracking.physical import KNOWN
 from urdyn.types import Log
 

@@ -31,7 +31,7 @@ CLIP = 3.0  # [sd] beyond which a residual counts as that large
 
 
 @dataclass(frozen=True, eq=False)
-class Aside:
+class ConditionalBelief:
     """Belief in s given z, but for the point, which whoever has it moves."""
 
     L: Array  # (p, z)
@@ -48,23 +48,23 @@ class Aside:
         """Covariance of s, whatever z is, (p, p)."""
         return np.asarray(self.cov + self.L @ self.spread @ self.L.T)
 
-    def strayed(self, Q: Array) -> Aside:
+    def after_drift(self, Q: Array) -> ConditionalBelief:
         """After z has strayed by N(0, Q), (z, z), since."""
         if not Q.any():
             return self
         spread = self.spread + Q
         L = np.asarray(np.linalg.solve(spread, self.spread @ self.L.T).T)
         cov = self.cov + self.L @ self.spread @ self.L.T - L @ spread @ L.T
-        return Aside(L, frozen(0.5 * (cov + cov.T)), self.about, frozen(spread))
+        return ConditionalBelief(L, frozen(0.5 * (cov + cov.T)), self.about, frozen(spread))
 
-    def settled(self, z: Gaussian) -> tuple[Array, Aside]:
+    def settled(self, z: Gaussian) -> tuple[Array, ConditionalBelief]:
         """How far s is moved by what is believed of z now, (p,), and the belief about that."""
         step = self.L @ (z.mean - self.about)
         return step, replace(self, about=z.mean, spread=z.cov)
 
 
 @dataclass(frozen=True, eq=False)
-class Look:
+class LinearisedObservation:
     """One observation, linearised where s and z are believed to be."""
 
     e: Array  # (m,) measured less expected
@@ -72,22 +72,26 @@ class Look:
     Hz: Array  # (m, z)
     R: Array  # (m, m)
 
-    def expected(self, aside: Aside) -> Array:
+    def expected(self, conditional: ConditionalBelief) -> Array:
         """Covariance of e, (m, m)."""
-        A = self.Hs @ aside.L + self.Hz
-        return np.asarray(self.Hs @ aside.cov @ self.Hs.T + A @ aside.spread @ A.T + self.R)
+        A = self.Hs @ conditional.L + self.Hz
+        return np.asarray(
+            self.Hs @ conditional.cov @ self.Hs.T + A @ conditional.spread @ A.T + self.R
+        )
 
-    def surprise(self, aside: Aside) -> float:
+    def surprise(self, conditional: ConditionalBelief) -> float:
         """Square of e in units of its expected size, by its rows: 1 is expected."""
-        return float(self.e @ np.linalg.solve(self.expected(aside), self.e)) / len(self.e)
+        return float(self.e @ np.linalg.solve(self.expected(conditional), self.e)) / len(self.e)
 
 
-def learnt(aside: Aside, look: Look) -> tuple[Array, Aside]:
+def updated(
+    conditional: ConditionalBelief, observation: LinearisedObservation
+) -> tuple[Array, ConditionalBelief]:
     """How far the point moves, (p,), and the belief about it."""
-    A, N = _seen(aside, look)
-    K = np.linalg.solve(N, look.Hs @ aside.cov).T
-    cov = aside.cov - K @ look.Hs @ aside.cov
-    return K @ look.e, replace(aside, L=aside.L - K @ A, cov=0.5 * (cov + cov.T))
+    A, N = _seen(conditional, observation)
+    K = np.linalg.solve(N, observation.Hs @ conditional.cov).T
+    cov = conditional.cov - K @ observation.Hs @ conditional.cov
+    return K @ observation.e, replace(conditional, L=conditional.L - K @ A, cov=0.5 * (cov + cov.T))
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,18 +104,22 @@ class SharedMeasurement:
     jump: Array  # (z,) sd of what befell z just before
 
 
-def measurement(aside: Aside, look: Look, jump: Array) -> SharedMeasurement:
+def measurement(
+    conditional: ConditionalBelief, observation: LinearisedObservation, jump: Array
+) -> SharedMeasurement:
     """The observation, with s given z averaged out."""
-    A, N = _seen(aside, look)
-    return SharedMeasurement(look.e + A @ aside.about, A, N, jump)
+    A, N = _seen(conditional, observation)
+    return SharedMeasurement(observation.e + A @ conditional.about, A, N, jump)
 
 
-def renoised(squares: Array, aside: Aside, look: Look, gain: float) -> Array:
+def updated_noise(
+    squares: Array, conditional: ConditionalBelief, observation: LinearisedObservation, gain: float
+) -> Array:
     """Variances of noise, (k,) one for three rows each, after one more observation: EM, online.
 
     Each moves by `gain` toward what the residual is expected to hold of it, given all of it.
     """
-    W, white = whitened(aside, look)
+    W, white = whitened(conditional, observation)
     own = np.repeat(squares, 3)[: len(white)]
     held = (own - own**2 * np.diag(W) + (own * white) ** 2).reshape(-1, 3).mean(axis=1)
     after = np.array(squares)
@@ -119,15 +127,19 @@ def renoised(squares: Array, aside: Aside, look: Look, gain: float) -> Array:
     return after
 
 
-def whitened(aside: Aside, look: Look) -> tuple[Array, Array]:
+def whitened(
+    conditional: ConditionalBelief, observation: LinearisedObservation
+) -> tuple[Array, Array]:
     """Precision W of a residual, (m, m), and W e, of an e of CLIP standard deviations at most."""
-    W = np.asarray(np.linalg.inv(look.expected(aside)), dtype=np.float64)
-    length = float(np.sqrt(look.e @ W @ look.e / len(look.e)))
-    return W, np.asarray(W @ look.e * (CLIP / max(length, CLIP)))
+    W = np.asarray(np.linalg.inv(observation.expected(conditional)), dtype=np.float64)
+    length = float(np.sqrt(observation.e @ W @ observation.e / len(observation.e)))
+    return W, np.asarray(W @ observation.e * (CLIP / max(length, CLIP)))
 
 
-def _seen(aside: Aside, look: Look) -> tuple[Array, Array]:
+def _seen(
+    conditional: ConditionalBelief, observation: LinearisedObservation
+) -> tuple[Array, Array]:
     """How e moves with z, (m, z), and its covariance where z is known, (m, m)."""
-    A = look.Hs @ aside.L + look.Hz
-    N = look.Hs @ aside.cov @ look.Hs.T + look.R
+    A = observation.Hs @ conditional.L + observation.Hz
+    N = observation.Hs @ conditional.cov @ observation.Hs.T + observation.R
     return A, 0.5 * (N + N.T)

@@ -12,9 +12,9 @@ from urdyn.signal import samples
 from urdyn.simulate import fourier, observe, typical_sensors
 from urdyn.simulate.schedule import Handling
 from urdyn.tracking import QUICKER, Tracker
-from urdyn.tracking.held import LOAD
+from urdyn.tracking.health_prior import ALIKE, ALIKE_SD, HealthPrior
 from urdyn.tracking.model import HEALTH_SD
-from urdyn.tracking.unworn import ALIKE, ALIKE_SD, Unworn
+from urdyn.tracking.payload.hypotheses import LOAD
 from urdyn.types import Gaussian
 
 J = 6
@@ -22,11 +22,11 @@ NOTHING_FELL = np.zeros(J, dtype=bool)
 
 
 @pytest.fixture(scope="module")
-def unworn() -> Unworn:
+def health_prior() -> HealthPrior:
     """Of a commissioned arm."""
     tracker = Tracker(commissioned(0)[1], EKF(), 0.01)
     process = tracker.model.process.process
-    return Unworn(process, tracker.currents.places["z"])
+    return HealthPrior(process, tracker.currents.places["z"])
 
 
 def learnt(health_sd: np.ndarray, H: np.ndarray, y: np.ndarray) -> Gaussian:
@@ -38,7 +38,7 @@ def learnt(health_sd: np.ndarray, H: np.ndarray, y: np.ndarray) -> Gaussian:
 
 @pytest.mark.parametrize("fallen", [[], [2], [0, 4]])
 def test_the_filter_s_belief_tells_what_any_prior_of_health_makes_of_the_measurements(
-    unworn, fallen
+    health_prior, fallen
 ):
     """An oracle: mean and covariance of the mixture, each supposition learnt from anew."""
     rng = np.random.default_rng(len(fallen))
@@ -60,7 +60,7 @@ def test_the_filter_s_belief_tells_what_any_prior_of_health_makes_of_the_measure
         w * (of.cov[:LOAD, :LOAD] + np.outer(a, a))
         for w, of, a in zip(share, beliefs, apart, strict=True)
     )
-    told = unworn.load(learnt(v, H, y), 0.0, fell)
+    told = health_prior.load(learnt(v, H, y), 0.0, fell)
     np.testing.assert_allclose(told.mean, mean, rtol=1e-6, atol=1e-9)
     np.testing.assert_allclose(told.cov, cov, rtol=1e-6, atol=1e-9)
 
@@ -74,28 +74,28 @@ def beside(load_sd: float, health: float, health_sd: float) -> Gaussian:
     return Gaussian(mean, cov)
 
 
-def test_a_load_is_told_as_if_drives_were_alike_until_one_surely_changed(unworn):
+def test_a_load_is_told_as_if_drives_were_alike_until_one_surely_changed(health_prior):
     """By how far health lies off: what hardly does is not health, and what surely does is."""
     moved = [
-        unworn.load(beside(0.1, health, 0.005), 0.0, NOTHING_FELL).mean[0]
+        health_prior.load(beside(0.1, health, 0.005), 0.0, NOTHING_FELL).mean[0]
         for health in (-0.002, -0.01, -0.04)
     ]
     assert moved[0] == pytest.approx(0.95 * 0.1 * 0.4 * 0.77, rel=0.1)
     assert abs(moved[2]) < 1e-4 < abs(moved[1])
 
 
-def test_what_something_befell_is_as_the_filter_believes(unworn):
+def test_what_something_befell_is_as_the_filter_believes(health_prior):
     belief = beside(0.1, -0.005, 0.005)
-    told = unworn.load(belief, 0.0, np.ones(J, dtype=bool))
+    told = health_prior.load(belief, 0.0, np.ones(J, dtype=bool))
     np.testing.assert_allclose(told.mean, belief.mean[:LOAD])
     np.testing.assert_allclose(told.cov, belief.cov[:LOAD, :LOAD])
     shoulder = np.arange(J) == 1
-    assert unworn.load(belief, 0.0, shoulder).mean[0] == pytest.approx(0.0, abs=1e-12)
+    assert health_prior.load(belief, 0.0, shoulder).mean[0] == pytest.approx(0.0, abs=1e-12)
 
 
-def test_as_health_strays_the_first_day_says_less_and_less(unworn):
+def test_as_health_strays_the_first_day_says_less_and_less(health_prior):
     belief = beside(0.1, -0.005, 0.005)
-    told = [unworn.load(belief, t, NOTHING_FELL) for t in (0.0, 300.0, 1800.0, 4 * 3600.0)]
+    told = [health_prior.load(belief, t, NOTHING_FELL) for t in (0.0, 300.0, 1800.0, 4 * 3600.0)]
     moved = np.array([of.mean[0] for of in told])
     sd = np.array([of.sd[0] for of in told])
     assert (np.diff(moved) < 0.0).all() and (np.diff(sd) > 0.0).all()

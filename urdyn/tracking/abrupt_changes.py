@@ -26,8 +26,12 @@ import numpy as np
 from urdyn.dbn.robot_slice import COLUMN, RobotSlice
 from urdyn.estimate import Innovation
 from urdyn.model.drive import Drive
-from urdyn.tracking.absorbed import Absorbed, nothing_yet, shown
 from urdyn.tracking.model import JOLTS, PAYLOAD_SD
+from urdyn.tracking.slow_noise_absorption import (
+    SlowNoiseAbsorption,
+    after_absorption,
+    no_absorption,
+)
 from urdyn.types import Array, Gaussian, Mask, changed, frozen
 
 MEMORY = 2.0  # [s] over which evidence is gathered
@@ -59,7 +63,7 @@ class Evidence:
 
     sums: Array  # (2, J, 8, 8) four of the payload, three of the drive, and e
     wear: Array  # (k, J, 4, 4) of the drive and e, over each longer time
-    absorbed: Absorbed  # of the drive's signatures
+    absorbed: SlowNoiseAbsorption  # of the drive's signatures
     highest: float = 0.0  # log odds of what befell the arm, if it lasts; 0: nothing is sure
     lasted: float = 0.0  # [s] for which what was measured since has borne it out
 
@@ -69,14 +73,14 @@ class Evidence:
 
 
 @dataclass(frozen=True, eq=False)
-class Sizes:
+class PriorScales:
     """How large what may befall an arm is: products of its signatures' sd, and 1 of e."""
 
     at_once: Array  # (1 + 2 J, 8, 8) of a payload, of each drive, and of both
     wear: Array  # (J, 4, 4) of each drive
 
     @classmethod
-    def of(cls, drive: Drive) -> Sizes:
+    def of(cls, drive: Drive) -> PriorScales:
         """Of an arm with these drives."""
         one = np.ones_like(drive.gain)
         size = {"f": drive.coulomb, "alpha": drive.viscous, "z": one}
@@ -86,20 +90,20 @@ class Sizes:
         return cls(*(of[:, :, None] * of[:, None, :] for of in (at_once, jolts)))
 
 
-def none_yet(joints: int) -> Evidence:
+def no_evidence(joints: int) -> Evidence:
     """Nothing has been gathered."""
     wear = np.zeros((len(WEARING), joints, 4, 4))
-    return Evidence(np.zeros((2, joints, 8, 8)), wear, nothing_yet(joints, 3))
+    return Evidence(np.zeros((2, joints, 8, 8)), wear, no_absorption(joints, 3))
 
 
-def of_drives(evidence: Evidence) -> Evidence:
+def drive_evidence(evidence: Evidence) -> Evidence:
     """What speaks for something in a drive, whatever is carried from here on."""
     kept = np.array(evidence.sums)
     kept[..., PAYLOAD, :] = kept[..., :, PAYLOAD] = 0.0
     return replace(evidence, sums=kept, highest=0.0, lasted=0.0)
 
 
-def gathered(
+def accumulated(
     evidence: Evidence, white: RobotSlice, drive: Drive, innovation: Innovation, dt: float
 ) -> Evidence:
     """One innovation on; `white` is the slice after the filter that made its noise white."""
@@ -107,7 +111,7 @@ def gathered(
     sd, residual = np.sqrt(innovation.cov.diagonal())[:, None], innovation.residual[:, None]
     borne = white.A[:, CARRIED] + drive.structural[:, None] * white.A_hold[:, CARRIED]
     signatures = np.concatenate([borne, white.packed[:, OWN]], axis=1) / drive.gain[:, None]
-    lasting, absorbed = shown(evidence.absorbed, white, signatures[:, 4:], known, dt)
+    lasting, absorbed = after_absorption(evidence.absorbed, white, signatures[:, 4:], known, dt)
     rows = np.concatenate([signatures, residual, lasting, residual], axis=1)
     rows /= np.maximum(np.abs(residual) / CLIP, sd)
     if (measured := np.count_nonzero(known)) < len(known):
@@ -124,7 +128,7 @@ def gathered(
 
 
 @dataclass(frozen=True, eq=False)
-class Befallen:
+class AbruptChange:
     """What is to be taken for known no longer."""
 
     payload: Array | None  # (10,) what is carried from here on, roughly; None: what was before
@@ -139,7 +143,7 @@ class Befallen:
         return self.payload is not None or bool(self.drives.any())
 
 
-def befallen(evidence: Evidence, sizes: Sizes, before: Array) -> tuple[Befallen, Evidence]:
+def detect(evidence: Evidence, sizes: PriorScales, before: Array) -> tuple[AbruptChange, Evidence]:
     """What befell the arm that carried a payload (10,) `before`; and the evidence of it.
 
     Nothing, until something was sure and most of its odds have lasted; then all that is likely, for
@@ -158,10 +162,10 @@ def befallen(evidence: Evidence, sizes: Sizes, before: Array) -> tuple[Befallen,
     highest *= highest > SURE
     lasted = evidence.lasted * borne_out
     evidence = replace(evidence, sums=kept, highest=highest, lasted=lasted)
-    return Befallen(carried, drives), evidence
+    return AbruptChange(carried, drives), evidence
 
 
-def wearing(evidence: Evidence, sizes: Sizes) -> Mask:
+def wearing_drive(evidence: Evidence, sizes: PriorScales) -> Mask:
     """The drive that surely wears, if one does; others may, once it is known, (J,)."""
     beyond = (_log_odds(evidence.wear, sizes.wear) - WORN[:, None]).max(axis=0)
     return np.asarray((beyond > 0.0) & (beyond == beyond.max()))
@@ -176,11 +180,11 @@ def _carried(sums: Array, before: Array) -> Array:
     whole, payload = sums.sum(axis=0), np.zeros(len(PAYLOAD_SD))
     M, s = whole[PAYLOAD, PAYLOAD], whole[PAYLOAD, -1]
     cov = np.linalg.inv(M + np.diag(PAYLOAD_SD[PAYLOAD] ** -2))
-    payload[PAYLOAD] = told_from(np.zeros(4), cov @ (s + M @ before), np.sqrt(np.diag(cov)))
+    payload[PAYLOAD] = significant(np.zeros(4), cov @ (s + M @ before), np.sqrt(np.diag(cov)))
     return payload
 
 
-def told_from(before: Array, now: Array, sd: Array) -> Array:
+def significant(before: Array, now: Array, sd: Array) -> Array:
     """What is carried, `before` unless it can be told from that; nothing that may be none.
 
     Health and gain are told by what they multiply. To believe in a piece that was put down, because
@@ -190,7 +194,7 @@ def told_from(before: Array, now: Array, sd: Array) -> Array:
     return np.where(none, 0.0, np.where(same, before, now))
 
 
-def log_odds(evidence: Evidence, sizes: Sizes) -> Array:
+def log_odds(evidence: Evidence, sizes: PriorScales) -> Array:
     """How much likelier than noise each is, by each sum: (2, 1 + 2 J), payload, drives, and both.
 
     A payload moves every joint's current, and each drive could be blamed for its own; that both

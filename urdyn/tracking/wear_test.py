@@ -43,7 +43,7 @@ WORSE = np.array([{"f": 1.0, "alpha": 1.0, "z": -1.0}[group] for group in JOLTS]
 
 
 @dataclass(frozen=True, eq=False)
-class Then(Generic[S]):
+class PastBelief(Generic[S]):
     """What was believed at some moment."""
 
     belief: S
@@ -52,7 +52,7 @@ class Then(Generic[S]):
 
 
 @dataclass(frozen=True, eq=False)
-class Worn:
+class WearTest:
     """What is asked of beliefs."""
 
     wear: Wear
@@ -80,7 +80,7 @@ class Worn:
         """W's roots, (g,)."""
         return np.array([jolt.sd for jolt in self.wear.jolts])
 
-    def compared(self, before: Gaussian, now: Gaussian, span: float, blind: bool) -> Answer:
+    def compared(self, before: Gaussian, now: Gaussian, span: float, blind: bool) -> WearOdds:
         """What two beliefs tell of wear, one held `span` [s] before the other.
 
         Args:
@@ -100,11 +100,11 @@ class Worn:
         eigenvalues = np.maximum(value, 1.0)
         change = (vector @ (along / eigenvalues)[..., None])[..., 0]
         lever = self.sd[:, None] * seen.reshape(J, g, -1)
-        return Answer(now, along, eigenvalues, vector, lever, change @ WORSE)
+        return WearOdds(now, along, eigenvalues, vector, lever, change @ WORSE)
 
 
 @dataclass(frozen=True, eq=False)
-class Answer:
+class WearOdds:
     """Of each drive, along the g directions in which its wear can be told apart."""
 
     now: Gaussian

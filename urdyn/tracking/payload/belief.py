@@ -11,23 +11,25 @@ import numpy as np
 from urdyn.estimate import Filter
 from urdyn.estimate.protocol import is_gaussian
 from urdyn.tracking import beliefs
-from urdyn.tracking.held import LOAD, Held, nothing_held
+from urdyn.tracking.health_prior import HealthPrior
+from urdyn.tracking.payload.hypotheses import LOAD, PayloadHypotheses, no_hypotheses
 from urdyn.tracking.state import TrackerState
-from urdyn.tracking.unworn import Unworn
 from urdyn.types import Array, Gaussian, Index
 
 S = TypeVar("S")
 
 
 @dataclass(frozen=True, eq=False)
-class Holding(Generic[S]):
+class PayloadBelief(Generic[S]):
     """A filter's belief beside what was known before, of the load and of drives."""
 
     filter: Filter[S]
     first: int  # of the load among the states
-    unworn: Unworn  # and who knows of drives
+    health_prior: HealthPrior  # and who knows of drives
 
-    def begun(self, state: TrackerState[S], carried: Array, change: float, told: bool) -> Held:
+    def begun(
+        self, state: TrackerState[S], carried: Array, change: float, told: bool
+    ) -> PayloadHypotheses:
         """What is known as it begins to be learnt anew, around `carried` (10,).
 
         Nothing by a filter that keeps no Gaussian: particles that are copies of one have no errors
@@ -38,11 +40,11 @@ class Holding(Generic[S]):
             told: and that this was told.
         """
         if not is_gaussian(self.filter):
-            return nothing_held()
+            return no_hypotheses()
         known = state.load.believed(self._own(state))
-        return Held(known.mean, known.cov, carried[:LOAD], change, told)
+        return PayloadHypotheses(known.mean, known.cov, carried[:LOAD], change, told)
 
-    def exchanged(self, held: Held, state: TrackerState[S]) -> bool:
+    def exchanged(self, held: PayloadHypotheses, state: TrackerState[S]) -> bool:
         """Whether it surely is another by now."""
         return held.exchanged(self._own(state))
 
@@ -56,12 +58,12 @@ class Holding(Generic[S]):
     @cached_property
     def _at(self) -> Index:
         """Of the load and of health."""
-        return np.asarray(np.r_[self.first : self.first + LOAD, self.unworn.at])
+        return np.asarray(np.r_[self.first : self.first + LOAD, self.health_prior.at])
 
     def _own(self, state: TrackerState[S]) -> Gaussian:
         """What is believed of the load, (4,), by all that was learnt since it began anew."""
         known = beliefs.marginal(self.filter, state.belief, self._at)
-        return self.unworn.load(known, state.passed, state.fell)
+        return self.health_prior.load(known, state.passed, state.changed_drives)
 
 
 def with_load(belief: Gaussian, load: Gaussian, first: int) -> Gaussian:

@@ -37,7 +37,7 @@ OTHERS = np.array([LIGHT, PAYLOAD_SD])[:, :LOAD]  # W's roots
 
 
 @dataclass(frozen=True, eq=False)
-class Held:
+class PayloadHypotheses:
     """What was known of the load before it began to be learnt anew."""
 
     mean: Array  # (4,) [kg, kg m]
@@ -55,7 +55,7 @@ class Held:
         """Whether more may be known than the filter believes."""
         return not np.isnan(self.change)
 
-    def given_up(self) -> Held:
+    def given_up(self) -> PayloadHypotheses:
         """It is not learnt anew any more."""
         return replace(self, change=np.nan, told=False)
 
@@ -114,7 +114,7 @@ class Held:
         return cov @ (share * before @ self.mean + (1.0 - share) * h), cov
 
 
-def nothing_held() -> Held:
+def no_hypotheses() -> PayloadHypotheses:
     """Nothing was learnt anew yet."""
     nothing = np.zeros(LOAD)
-    return Held(nothing, np.diag(WIDE**2), nothing, np.nan, told=False)
+    return PayloadHypotheses(nothing, np.diag(WIDE**2), nothing, np.nan, told=False)

@@ -12,16 +12,16 @@ from urdyn.simulate import observe, typical_sensors
 from urdyn.simulate.payload import Payload
 from urdyn.simulate.work import pick_and_place
 from urdyn.tracking import Tracker
-from urdyn.tracking.befallen import (
+from urdyn.tracking.abrupt_changes import (
     TOLD,
     WEARING,
-    Sizes,
-    befallen,
+    PriorScales,
+    detect,
+    drive_evidence,
     log_odds,
-    none_yet,
-    of_drives,
-    told_from,
-    wearing,
+    no_evidence,
+    significant,
+    wearing_drive,
 )
 
 J = 6
@@ -53,7 +53,7 @@ def told(shapes, e):
     row *= (3.0 / np.maximum(np.abs(e), 3.0))[..., None]
     sums = np.einsum("njk,njl->jkl", row, row)
     wear = np.stack([sums[:, 4:, 4:]] * len(WEARING))
-    return replace(none_yet(J), sums=np.stack([sums, sums]), wear=wear, highest=30.0, lasted=1.0)
+    return replace(no_evidence(J), sums=np.stack([sums, sums]), wear=wear, highest=30.0, lasted=1.0)
 
 
 @pytest.fixture(scope="module")
@@ -68,7 +68,7 @@ def test_a_payload_is_blamed_on_no_drive(arm, seed, mass):
     rng, shapes = np.random.default_rng([seed, 1]), signatures(seed, arm.drive)
     weight = shapes.payload @ [mass, 0.0, 0.0, 0.08 * mass]
     e = weight * (1.0 + 0.1 * rng.standard_normal(J)) + rng.standard_normal((LASTING, J))
-    what, _ = befallen(told(shapes, e), Sizes.of(arm.drive), np.zeros(10))
+    what, _ = detect(told(shapes, e), PriorScales.of(arm.drive), np.zeros(10))
     assert what.payload is not None and not what.drives.any()
     # A tenth off in every joint's weight; centred, so that the mass is no further off than that.
     assert abs(what.payload[0] - mass) < 0.1 * mass + 0.3
@@ -77,11 +77,12 @@ def test_a_payload_is_blamed_on_no_drive(arm, seed, mass):
 @pytest.mark.parametrize(("left", "lasts"), [(0.75, True), (0.65, False)])
 def test_a_burst_of_which_too_little_is_left_is_nothing(arm, left, lasts):
     """As 36 nats that were 18 a quarter of a second later, in a real run with a load."""
-    rng, shapes, sizes = np.random.default_rng(3), signatures(3, arm.drive), Sizes.of(arm.drive)
+    rng, shapes = np.random.default_rng(3), signatures(3, arm.drive)
+    sizes = PriorScales.of(arm.drive)
     e = shapes.payload @ [2.0, 0.0, 0.0, 0.16] + rng.standard_normal((LASTING, J))
     evidence = told(shapes, e)
     evidence = replace(evidence, highest=float(log_odds(evidence, sizes).max()) / left)
-    what, after = befallen(evidence, sizes, np.zeros(10))
+    what, after = detect(evidence, sizes, np.zeros(10))
     assert what.anything is lasts
     assert after.lasted == evidence.lasted * lasts
 
@@ -93,7 +94,7 @@ def test_a_drive_is_blamed_alone(arm, joint, size):
     scale = np.stack([arm.drive.coulomb, arm.drive.viscous, np.ones(J)], axis=-1)[joint]
     e = rng.standard_normal((LASTING, J))
     e[:, joint] += 3.0 * shapes.drives[:, joint] @ (size * scale)
-    what, _ = befallen(told(shapes, e), Sizes.of(arm.drive), np.zeros(10))
+    what, _ = detect(told(shapes, e), PriorScales.of(arm.drive), np.zeros(10))
     assert what.payload is None and np.flatnonzero(what.drives).tolist() == [joint]
 
 
@@ -106,10 +107,10 @@ def test_a_drive_that_wears_is_told_by_a_longer_time(arm, joint, share, longer):
     e = rng.standard_normal((LASTING, J))
     e[:, joint] += share * shapes.drives[:, joint, 0] * arm.drive.coulomb[joint]
     evidence = told(shapes, e)
-    what, _ = befallen(evidence, Sizes.of(arm.drive), np.zeros(10))
+    what, _ = detect(evidence, PriorScales.of(arm.drive), np.zeros(10))
     assert not what.drives.any()
     wear = np.array(longer)[:, None, None, None] * evidence.wear
-    worn = wearing(replace(of_drives(evidence), wear=wear), Sizes.of(arm.drive))
+    worn = wearing_drive(replace(drive_evidence(evidence), wear=wear), PriorScales.of(arm.drive))
     assert np.flatnonzero(worn).tolist() == [joint] * (share > 0.0)
 
 
@@ -118,7 +119,7 @@ def test_noise_is_nothing_and_is_forgotten(arm, seed):
     shapes = signatures(seed, arm.drive)
     e = np.random.default_rng([seed, 3]).standard_normal((LASTING, J))
     evidence = told(shapes, e)
-    what, left = befallen(evidence, Sizes.of(arm.drive), np.zeros(10))
+    what, left = detect(evidence, PriorScales.of(arm.drive), np.zeros(10))
     assert not what.anything
     np.testing.assert_array_equal(left.sums[0], evidence.sums[0])
     assert not left.sums[1].any()
@@ -131,14 +132,14 @@ def test_what_is_put_down_leaves_nothing(arm, seed):
     before = np.r_[8.0, 0.1, -0.1, 0.6, np.zeros(6)]
     e = rng.standard_normal((LASTING, J)) - shapes.payload @ before[:4]
     evidence = told(shapes, e)
-    what, _ = befallen(evidence, Sizes.of(arm.drive), before)
+    what, _ = detect(evidence, PriorScales.of(arm.drive), before)
     assert what.payload is not None and not what.drives.any()
     # Each of four is told from nothing where it is 3 sd from it: by chance, once in a hundred arms.
     assert not what.payload.any()
 
 
 def test_no_evidence_is_none(arm):
-    what, _ = befallen(none_yet(J), Sizes.of(arm.drive), np.zeros(10))
+    what, _ = detect(no_evidence(J), PriorScales.of(arm.drive), np.zeros(10))
     assert not what.anything
 
 
@@ -153,7 +154,7 @@ def test_no_evidence_is_none(arm):
 )
 def test_what_may_be_nothing_is_nothing_and_what_may_be_the_same_is(before, now, carried):
     """In standard deviations of what is known now."""
-    told = told_from(np.array([before]), np.array([now]), np.ones(1))
+    told = significant(np.array([before]), np.array([now]), np.ones(1))
     np.testing.assert_array_equal(told, carried)
 
 

@@ -12,24 +12,24 @@ import numpy as np
 from urdyn.estimate import Filter
 from urdyn.model.drive import Drive
 from urdyn.tracking import beliefs
-from urdyn.tracking.befallen import (
-    Befallen,
+from urdyn.tracking.abrupt_changes import (
+    AbruptChange,
     Evidence,
-    Sizes,
-    befallen,
-    none_yet,
-    of_drives,
-    told_from,
-    wearing,
+    PriorScales,
+    detect,
+    drive_evidence,
+    no_evidence,
+    significant,
+    wearing_drive,
 )
-from urdyn.tracking.handling import HANDLING, Weighed, exchanged
-from urdyn.tracking.held import CHANGE, Held
-from urdyn.tracking.holding import Holding
+from urdyn.tracking.health_prior import HealthPrior
 from urdyn.tracking.model import BULKY, LIGHT
+from urdyn.tracking.payload.belief import PayloadBelief
+from urdyn.tracking.payload.handling import HANDLING, Weighed, exchanged
+from urdyn.tracking.payload.hypotheses import CHANGE, PayloadHypotheses
 from urdyn.tracking.physical import KNOWN
-from urdyn.tracking.state import HINDSIGHT, TrackerState, in_hindsight
-from urdyn.tracking.unworn import Unworn
-from urdyn.tracking.worn import ASK, SURE, SURER, YOUNG, Then, Worn
+from urdyn.tracking.state import ROLLBACK, TrackerState, rolled_back
+from urdyn.tracking.wear_test import ASK, SURE, SURER, YOUNG, PastBelief, WearTest
 from urdyn.types import Array, Mask, changed
 
 S = TypeVar("S")
@@ -39,10 +39,10 @@ LOOK, LOOK_TIME = 5.0, 0.08  # samples and, where they are many, [s] between two
 
 
 @dataclass(frozen=True, eq=False)
-class Supposed(Generic[S]):
+class Hypothesis(Generic[S]):
     """What is supposed of an arm before an instant's currents are learnt from."""
 
-    what: Befallen | None  # abrupt change that is assumed to have happened; None: none
+    what: AbruptChange | None  # abrupt change that is assumed to have happened; None: none
     another: bool  # a change is reported at this sample
     stood: bool  # the arm sets off here: a gripper may have opened or closed
     weighed: Weighed  # holds up to here
@@ -55,7 +55,7 @@ class Supposed(Generic[S]):
     before: S  # belief to learn from the currents with
     mean: Array  # (n,) of the states, by that and by what is carried
     carried: Array  # (10,) roughly
-    held: Held  # what was known of it before it was learnt anew
+    held: PayloadHypotheses  # what was known of it before it was learnt anew
 
     @property
     def anew(self) -> bool:
@@ -68,9 +68,9 @@ class Supposed(Generic[S]):
         return self.anew or (self.stood and self.handles)
 
     @property
-    def fell(self) -> Mask:
+    def changed_drives(self) -> Mask:
         """Drives that something befell since commissioning, (J,)."""
-        before = self.was.fell
+        before = self.was.changed_drives
         return before if self.what is None else before | self.what.drives
 
     @property
@@ -91,11 +91,11 @@ class Supposed(Generic[S]):
 
 
 @dataclass(frozen=True, eq=False)
-class Noticing(Generic[S]):
+class ChangeDetector(Generic[S]):
     """Detects abrupt changes of payload or drive, and says what is supposed from then on."""
 
     filter: Filter[S]
-    worn: Worn  # what drives are asked
+    wear_test: WearTest  # what drives are asked
     places: Mapping[str, slice]  # of groups among the states
     drive: Drive
     tool: float  # [kg] that was carried on the first day
@@ -103,10 +103,10 @@ class Noticing(Generic[S]):
     poses: bool  # what these told of zeros in the last seconds is not forgotten for a payload
 
     @cached_property
-    def holding(self) -> Holding[S]:
+    def payload_belief(self) -> PayloadBelief[S]:
         """Who tells what is carried while it is learnt anew."""
-        unworn = Unworn(self.worn.wear, self.places["z"])
-        return Holding(self.filter, self.places["payload"].start, unworn)
+        health_prior = HealthPrior(self.wear_test.wear, self.places["z"])
+        return PayloadBelief(self.filter, self.places["payload"].start, health_prior)
 
     @cached_property
     def _look(self) -> float:
@@ -119,11 +119,11 @@ class Noticing(Generic[S]):
         return max(1.0, round(ASK / self.period))
 
     @cached_property
-    def _sizes(self) -> Sizes:
+    def _sizes(self) -> PriorScales:
         """How large what may befall the arm is."""
-        return Sizes.of(self.drive)
+        return PriorScales.of(self.drive)
 
-    def supposed(self, state: TrackerState[S], t: float, moving: bool) -> Supposed[S]:
+    def hypothesis(self, state: TrackerState[S], t: float, moving: bool) -> Hypothesis[S]:
         """At t [s], while the arm moves or does not."""
         mean, rest = beliefs.mean(self.filter, state.belief), state.rest
         looks = state.colour.count % self._look < 1.0
@@ -135,9 +135,9 @@ class Noticing(Generic[S]):
         what, evidence, another = self._found(state, t, mean, looks, doubtful, shown)
         anew = what is not None
         if anew or doubtful:
-            evidence = none_yet(len(state.v)) if another else of_drives(evidence)
+            evidence = no_evidence(len(state.v)) if another else drive_evidence(evidence)
         thought = self._thought(state) if doubtful and np.isfinite(rest.left) else state.carried
-        was = in_hindsight(state) if anew or thought is not state.carried else state
+        was = rolled_back(state) if anew or thought is not state.carried else state
         was = self._allowing(was, state, what)
         retold = what is not None and what.known is not None
         before = state.belief if self.poses and not retold else was.belief
@@ -145,7 +145,7 @@ class Noticing(Generic[S]):
         held = self._held(state, what, stood, doubtful, carried)
         mean = beliefs.mean(self.filter, before) if anew else mean
         mean = mean if carried is state.carried else self.carrying(mean, carried)
-        return Supposed(
+        return Hypothesis(
             what=what,
             another=another,
             stood=stood,
@@ -162,17 +162,17 @@ class Noticing(Generic[S]):
             held=held,
         )
 
-    def told(self, supposed: Supposed[S], belief: S, moving: bool) -> Held:
+    def told(self, hypothesis: Hypothesis[S], belief: S, moving: bool) -> PayloadHypotheses:
         """What was carried before, and whether another was told by now, an instant learnt."""
-        held = supposed.held
+        held = hypothesis.held
         if held.told:
             return held
         if held.doubted:
-            asked = supposed.looked and moving
-            now = changed(supposed.was, belief=belief, fell=supposed.fell)
-            sure = asked and self.holding.exchanged(held, now)
+            asked = hypothesis.looked and moving
+            now = changed(hypothesis.was, belief=belief, changed_drives=hypothesis.changed_drives)
+            sure = asked and self.payload_belief.exchanged(held, now)
         else:
-            sure = supposed.widens
+            sure = hypothesis.widens
         return replace(held, told=True) if sure else held
 
     def carrying(self, mean: Array, payload: Array) -> Array:
@@ -187,17 +187,17 @@ class Noticing(Generic[S]):
         Once it is `shown`, and seldom: every time, the errors of what is known are in the
         regressors of health and gain anew.
         """
-        due = shown or (t - state.marked >= HINDSIGHT and np.isinf(state.rest.left))
-        return told_from(state.carried, *self._payload(belief)) if due else state.carried
+        due = shown or (t - state.rollback_marked >= ROLLBACK and np.isinf(state.rest.left))
+        return significant(state.carried, *self._payload(belief)) if due else state.carried
 
     def _held(
         self,
         state: TrackerState[S],
-        what: Befallen | None,
+        what: AbruptChange | None,
         stood: bool,
         doubtful: bool,
         carried: Array,
-    ) -> Held:
+    ) -> PayloadHypotheses:
         """What was carried before it is learnt anew, around `carried`, if that begins here."""
         anew, was = what is not None and what.payload is not None, state.load
         if not (anew or doubtful):
@@ -206,7 +206,7 @@ class Noticing(Generic[S]):
         # Evidence that comes soon after a change was told is of the same change.
         told = weighed or (was.told and not stood and state.rest.just(state.t))
         change = 0.0 if weighed else CHANGE
-        return self.holding.begun(state, carried, change, told)
+        return self.payload_belief.begun(state, carried, change, told)
 
     def _found(
         self,
@@ -216,7 +216,7 @@ class Noticing(Generic[S]):
         looks: bool,
         doubtful: bool,
         shown: bool,
-    ) -> tuple[Befallen | None, Evidence, bool]:
+    ) -> tuple[AbruptChange | None, Evidence, bool]:
         """What befell the arm, the evidence that is left, and whether a change is reported now."""
         what, evidence = self._abrupt(state, t, mean) if looks else (None, state.evidence)
         if what is None and not doubtful:
@@ -229,71 +229,79 @@ class Noticing(Generic[S]):
 
     def _abrupt(
         self, state: TrackerState[S], t: float, mean: Array
-    ) -> tuple[Befallen | None, Evidence]:
+    ) -> tuple[AbruptChange | None, Evidence]:
         """What the evidence says befell the arm, and the evidence that is left."""
-        what, evidence = befallen(state.evidence, self._sizes, mean[self.places["payload"]])
-        told = what.anything and t - state.befell > PATIENCE
+        what, evidence = detect(state.evidence, self._sizes, mean[self.places["payload"]])
+        told = what.anything and t - state.changed_at > PATIENCE
         return what if told else None, evidence
 
-    def _wore(self, state: TrackerState[S], t: float) -> Befallen | None:
+    def _wore(self, state: TrackerState[S], t: float) -> AbruptChange | None:
         """A drive that wore before the run, or does, told while nothing else is in question."""
-        unsettled = state.evidence.highest or t - state.befell < PATIENCE
+        unsettled = state.evidence.highest or t - state.changed_at < PATIENCE
         if unsettled or (state.colour.count - self._ask // 8) % self._ask >= 1.0:
             return None  # between looks at the colour: no one sample has it all
         handling = np.isfinite(state.rest.left)
         if handling and self._payload(state.belief)[1][0] > KNOWN:
             return None
-        lately = state.colour.count // self._ask % 2.0 and state.moved - state.lately.moved > YOUNG
-        then, sure = (state.lately, SURER) if lately else (state.then, SURE)
-        before, now = self.filter.belief(then.belief), self.filter.belief(state.belief)
+        reference, sure = state.wear_reference, SURE
+        recent, turn = state.recent_reference, state.colour.count // self._ask % 2.0
+        if turn and state.moved - recent.moved > YOUNG:
+            reference, sure = recent, SURER
+        before, now = self.filter.belief(reference.belief), self.filter.belief(state.belief)
         blind = bool(np.isnan(state.lubricant).any())
-        answer = self.worn.compared(before, now, state.passed - then.passed, blind)
-        wore = answer.wore(sure)
+        odds = self.wear_test.compared(before, now, state.passed - reference.passed, blind)
+        wore = odds.wore(sure)
         if wore.any():  # what befell a drive before the run is not known to go on
-            return Befallen(None, wore, wears=then.moved > 0.0, known=answer.allowing(wore))
+            wears = reference.moved > 0.0
+            return AbruptChange(None, wore, wears=wears, known=odds.allowing(wore))
         if handling:  # pieces begin that evidence anew
             return None
-        wears = wearing(state.evidence, self._sizes)
-        return Befallen(None, wears, wears=True) if wears.any() else None
+        wearing = wearing_drive(state.evidence, self._sizes)
+        return AbruptChange(None, wearing, wears=True) if wearing.any() else None
 
     def _exchanged(self, state: TrackerState[S], t: float) -> bool:
         """Whether the arm carries something else since it stood until just now."""
         since = state.rest.left if np.isfinite(state.rest.left) else t - HANDLING
         sought = state.rest.just(t) and not state.weighed.doubted(t) and state.widened < since
         return sought and exchanged(
-            self._payload(state.earliest.belief), self._payload(state.belief)
+            self._payload(state.rollback.belief), self._payload(state.belief)
         )
 
-    def _another_load(self, state: TrackerState[S]) -> Befallen | None:
+    def _another_load(self, state: TrackerState[S]) -> AbruptChange | None:
         """What is carried since a rest, once known; all else goes on with it from before.
 
         Nothing where it is what it was, and may not be none: all else was learnt beside that
         already, and an arm that stops before a load is weighed again knows less of it than it did.
         """
-        before, now = self._payload(state.earliest.belief), self._payload(state.belief)
-        payload = told_from(state.carried, *now)
+        before, now = self._payload(state.rollback.belief), self._payload(state.belief)
+        payload = significant(state.carried, *now)
         weighed = before[1][0] < KNOWN and payload.any()
         if np.array_equal(payload, state.carried) or (weighed and not exchanged(before, now)):
             return None
-        return Befallen(payload, np.zeros(len(state.v), dtype=bool), weighed=True)
+        return AbruptChange(payload, np.zeros(len(state.v), dtype=bool), weighed=True)
 
     def _allowing(
-        self, was: TrackerState[S], state: TrackerState[S], what: Befallen | None
+        self, was: TrackerState[S], state: TrackerState[S], what: AbruptChange | None
     ) -> TrackerState[S]:
         """With beliefs, and those that drives will be asked of, of who knew what befell these."""
         if what is None or not what.drives.any():
             return was
 
-        def allowed(of: Then[S]) -> Then[S]:
+        def allowed(of: PastBelief[S]) -> PastBelief[S]:
             drives = what.drives.astype(np.float64)
-            may_have = self.worn.wear.befallen(self.filter.belief(of.belief), drives, what.wears)
+            known = self.filter.belief(of.belief)
+            may_have = self.wear_test.wear.befallen(known, drives, what.wears)
             return replace(of, belief=beliefs.replaced(self.filter, of.belief, may_have))
 
-        belief, known = was.belief, what.known
-        if known is not None:
-            belief = beliefs.replaced(self.filter, state.belief, known)
-        lately = allowed(Then(belief, state.passed, state.moved))
-        return replace(was, belief=belief, then=allowed(was.then), lately=lately)
+        belief = was.belief
+        if what.known is not None:
+            belief = beliefs.replaced(self.filter, state.belief, what.known)
+        return replace(
+            was,
+            belief=belief,
+            wear_reference=allowed(was.wear_reference),
+            recent_reference=allowed(PastBelief(belief, state.passed, state.moved)),
+        )
 
     def _thought(self, state: TrackerState[S]) -> Array:
         """What is taken to be carried (10,) where the arm stood again before that was known.
@@ -303,7 +311,7 @@ class Noticing(Generic[S]):
         mean, sd = self._payload(state.belief)
         if sd[0] > KNOWN:
             return np.array(state.carried)
-        found = told_from(state.carried, mean, sd)
+        found = significant(state.carried, mean, sd)
         return state.carried if np.array_equal(found, state.carried) else found
 
     def _weighed(self, state: TrackerState[S], t: float) -> Weighed:

@@ -33,25 +33,25 @@ ALIKE = 0.98  # [-] of drives that are
 
 
 @dataclass(frozen=True, eq=False)
-class Unworn:
+class HealthPrior:
     """What is known of the health of drives that nothing befell, by how they wear."""
 
     wear: Wear
     at: slice  # of health, one a joint
 
-    def load(self, belief: Gaussian, passed: float, fell: Mask) -> Gaussian:
+    def load(self, belief: Gaussian, passed: float, changed_drives: Mask) -> Gaussian:
         """The load, (k,), by a belief in it and, behind it, in health, (k + J,).
 
         Args:
             passed: since the first day [s].
             fell: what something befell, (J,).
         """
-        k = len(belief.mean) - len(fell)
+        k = len(belief.mean) - len(changed_drives)
         d, likelier = self._known(passed)
-        alike = self._alike & ~fell
+        alike = self._alike & ~changed_drives
         D = d * alike
         P, across, m = belief.cov[k:, k:], belief.cov[k:, :k], belief.mean[k:]
-        L = np.linalg.cholesky(np.eye(len(fell)) + D[:, :, None] * P * D[:, None, :])
+        L = np.linalg.cholesky(np.eye(len(changed_drives)) + D[:, :, None] * P * D[:, None, :])
         white = np.linalg.solve(L, D[:, :, None] * np.column_stack([across, m]))
         lever, missed = white[..., :k], white[..., k:]
         lost = np.log(np.diagonal(L, axis1=1, axis2=2)).sum(axis=1)

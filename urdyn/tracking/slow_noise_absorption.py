@@ -22,7 +22,7 @@ from urdyn.types import Array, Mask, changed, frozen
 
 
 @dataclass(frozen=True, eq=False)
-class Absorbed:
+class SlowNoiseAbsorption:
     """What slow noise has taken of k signatures in each joint's current."""
 
     taken: Array  # (J, k) tau [A]
@@ -33,14 +33,14 @@ class Absorbed:
         object.__setattr__(self, "variance", frozen(self.variance))
 
 
-def nothing_yet(joints: int, signatures: int) -> Absorbed:
+def no_absorption(joints: int, signatures: int) -> SlowNoiseAbsorption:
     """Of what begins now."""
-    return Absorbed(np.zeros((joints, signatures)), np.zeros(joints))
+    return SlowNoiseAbsorption(np.zeros((joints, signatures)), np.zeros(joints))
 
 
-def shown(
-    before: Absorbed, white: RobotSlice, rows: Array, known: Mask, dt: float
-) -> tuple[Array, Absorbed]:
+def after_absorption(
+    before: SlowNoiseAbsorption, white: RobotSlice, rows: Array, known: Mask, dt: float
+) -> tuple[Array, SlowNoiseAbsorption]:
     """What innovations show of signatures, (J, k) [A], and what slow noise has taken after them.
 
     Args:
