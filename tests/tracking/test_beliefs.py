@@ -21,8 +21,8 @@ def test_an_encoder_that_jumps_moves_its_zero_in_every_belief(filter_):
     jump = np.array([0.0, 0.02, 0.0, 0.0, -0.01, 0.0])
     after = with_encoder_jump(before, filter_, zeros, jump)
     own = filter_.belief(before.belief)
-    past = (after.next_rollback, after.rollback, after.wear_reference, after.recent_reference)
-    for state in (after, *past):
+    past = after.past
+    for state in (after, past.next_rollback, past.rollback, past.reference, past.recent):
         known = filter_.belief(state.belief)
         moved = (known.mean - own.mean) / own.sd
         moved[zeros] += jump / own.sd[zeros]

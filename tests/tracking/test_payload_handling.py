@@ -17,7 +17,14 @@ from urdyn.simulate.payload import Payload
 from urdyn.simulate.schedule import Handling
 from urdyn.simulate.work import pick_and_place
 from urdyn.tracking import Tracker
-from urdyn.tracking.payload.handling import HANDLING, LEARNT, REST, Rest, Weighed, exchanged
+from urdyn.tracking.payload.handling import (
+    HANDLING,
+    LEARNT,
+    REST,
+    ImplausibleLoads,
+    Rest,
+    exchanged,
+)
 from urdyn.tracking.physical import KNOWN
 from urdyn.types import Log
 
@@ -173,7 +180,7 @@ def test_a_piece_that_was_put_down_is_not_believed_in(monkeypatch: pytest.Monkey
             continue
         hold = np.searchsorted(handling.begin, reading.t) - 1
         if hold > 5 and not handling.carried[hold, 0] and reading.t > handling.begin[hold] + 0.5:
-            believed.append(state.carried[0] > 0.5 * mass)
+            believed.append(state.payload[0] > 0.5 * mass)
     assert len(believed) > 200
     # For two seconds after a hold nobody asks what is carried, and in such a program that is most.
     assert np.mean(believed) < 0.5
@@ -216,10 +223,10 @@ def test_gears_are_loaded_as_what_is_carried_says_and_not_as_its_noisy_estimate_
     state, at, looked = tracker.init(), tracker.currents.places, 0
     for sample in samples(log):
         before, (state, reading) = state, tracker.step(state, sample)
-        if reading is None or state.carried is not before.carried:
+        if reading is None or state.payload is not before.payload:
             continue
         x = np.array(before.belief.mean[: len(tracker.currents.names)])
-        x[at["payload"]] = state.carried
+        x[at["payload"]] = state.payload
         u, rigid = reading.inputs, tracker.currents.rigid
         load, held = u.load + u.A @ x[rigid], u.hold + u.A_hold @ x[rigid]
         np.testing.assert_allclose(held, u.s * np.abs(load), rtol=1e-9, atol=1e-12)
@@ -228,12 +235,12 @@ def test_gears_are_loaded_as_what_is_carried_says_and_not_as_its_noisy_estimate_
 
 
 def test_healthy_holds_are_seldom_less_than_nothing_and_loads_that_turn_over_always() -> None:
-    rng, weighed, told = np.random.default_rng(4), Weighed(), 0
+    rng, weighed, told = np.random.default_rng(4), ImplausibleLoads(), 0
     for hold in range(2000):  # of an arm that carries nothing
         weighed = weighed.after(0.05 * rng.standard_normal(), 0.05, float(hold))
         told += weighed.told == hold
     assert told <= 2
-    weighed, at = Weighed(), 5000.0
+    weighed, at = ImplausibleLoads(), 5000.0
     for hold in range(8):  # of one whose friction has grown
         weighed = weighed.after(0.2 * (-1.0) ** hold, 0.05, at + hold)
     assert weighed.doubted(at + 8.0) and not weighed.doubted(at + 8.0 + HANDLING)

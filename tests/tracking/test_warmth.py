@@ -108,6 +108,6 @@ def test_without_temperatures_nothing_is_claimed_of_them():
     state = tracker.init()
     for sample in samples(replace(log, channels=silent)):
         state, reading = tracker.step(state, sample)
-    assert np.isnan(state.lubricant).all() and reading.inputs.blind
+    assert np.isnan(state.joints.lubricant).all() and reading.inputs.blind
     at = tracker.currents.places["kappa"]
     np.testing.assert_allclose(reading.belief.sd[at], tracker.model.prior.sd[at], rtol=0.05)

@@ -12,7 +12,7 @@ from urdyn.dbn.wear import Fading, Jolt, Wear
 from urdyn.estimate import EKF
 from urdyn.tracking import Tracker
 from urdyn.tracking.model import JOLTS
-from urdyn.tracking.state import ROLLBACK, RollbackPoint, with_rollback_points
+from urdyn.tracking.past_beliefs import ROLLBACK
 from urdyn.tracking.wear_test import ASKED, SURE, WearOdds, WearTest
 from urdyn.types import Gaussian
 
@@ -146,12 +146,12 @@ def test_a_belief_of_half_a_minute_to_a_minute_ago_is_kept_however_often_the_arm
     sets_off: float,
 ) -> None:
     _, fit = commissioned(0)
-    state = Tracker(fit, EKF(), STEP).init()
+    past = Tracker(fit, EKF(), STEP).init().past
+    point = past.rollback
     for t in np.arange(0.0, 200.0, STEP):
-        begins = t % sets_off < STEP and t > 0.0
-        state = replace(state, passed=t, moved=t)
-        state = with_rollback_points(
-            state, t, RollbackPoint(state.belief, state.colour) if begins else None
-        )
+        if t % sets_off < STEP and t > 0.0:
+            past = past.begun(point, t, t, t)
+        elif past.due(t):
+            past = past.after(point, t, t, t)
         if t > 2.0 * ASKED + ROLLBACK:
-            assert ASKED - STEP <= t - state.wear_reference.moved <= 2.0 * (ASKED + ROLLBACK)
+            assert ASKED - STEP <= t - past.reference.moved <= 2.0 * (ASKED + ROLLBACK)

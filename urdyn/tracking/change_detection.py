@@ -25,11 +25,11 @@ from urdyn.tracking.abrupt_changes import (
 from urdyn.tracking.health_prior import HealthPrior
 from urdyn.tracking.model import BULKY, LIGHT
 from urdyn.tracking.payload.belief import PayloadBelief
-from urdyn.tracking.payload.handling import HANDLING, Weighed, exchanged
+from urdyn.tracking.payload.handling import HANDLING, HandlingPhase, exchanged
 from urdyn.tracking.payload.hypotheses import CHANGE, PayloadHypotheses
 from urdyn.tracking.physical import KNOWN
-from urdyn.tracking.state import ROLLBACK, TrackerState, rolled_back
-from urdyn.tracking.wear_test import ASK, SURE, SURER, YOUNG, PastBelief, WearTest
+from urdyn.tracking.state import TrackerState, rolled_back
+from urdyn.tracking.wear_test import ASK, SURE, SURER, YOUNG, WearReference, WearTest
 from urdyn.types import Array, Mask, changed
 
 S = TypeVar("S")
@@ -39,55 +39,62 @@ LOOK, LOOK_TIME = 5.0, 0.08  # samples and, where they are many, [s] between two
 
 
 @dataclass(frozen=True, eq=False)
-class Hypothesis(Generic[S]):
-    """What is supposed of an arm before an instant's currents are learnt from."""
+class Detection:
+    """What was detected at one sample."""
 
-    what: AbruptChange | None  # abrupt change that is assumed to have happened; None: none
-    another: bool  # a change is reported at this sample
-    stood: bool  # the arm sets off here: a gripper may have opened or closed
-    weighed: Weighed  # holds up to here
-    light: bool  # a piece too light for evidence may be carried
-    handles: bool  # pieces have come or gone within HANDLING
-    shown: bool  # the arm has moved so long that what it carries is known
+    change: AbruptChange | None  # that is assumed to have happened; None: none
+    reported: bool  # a change of payload or drive is reported here
     looked: bool  # this was one of the samples at which one looks
     evidence: Evidence  # that is left
-    was: TrackerState[S]  # before whatever befell the arm
-    before: S  # belief to learn from the currents with
-    mean: Array  # (n,) of the states, by that and by what is carried
-    carried: Array  # (10,) roughly
-    held: PayloadHypotheses  # what was known of it before it was learnt anew
+
+
+@dataclass(frozen=True, eq=False)
+class Hypothesis(Generic[S]):
+    """What is assumed about the arm before an instant's currents are learnt from."""
+
+    detection: Detection
+    phase: HandlingPhase
+    start: TrackerState[S]  # from which it goes on: before the change, if there was one
+    belief: S  # to learn from the currents with
+    mean: Array  # (n,) of the states, by that and by the payload
+    payload: Array  # (10,) what is carried, roughly
+    load: PayloadHypotheses  # what was known of it before it was learnt anew
 
     @property
-    def anew(self) -> bool:
-        """Something befell the arm."""
-        return self.what is not None
+    def change(self) -> AbruptChange | None:
+        """That is assumed to have happened; None: none."""
+        return self.detection.change
 
     @property
-    def fresh(self) -> bool:
-        """Something did, or may have."""
-        return self.anew or (self.stood and self.handles)
+    def resets(self) -> bool:
+        """Whether something changed, or may have."""
+        return self.change is not None or self.phase.unknown
 
     @property
     def changed_drives(self) -> Mask:
-        """Drives that something befell since commissioning, (J,)."""
-        before = self.was.changed_drives
-        return before if self.what is None else before | self.what.drives
+        """Drives that changed abruptly since commissioning, (J,)."""
+        before, change = self.start.changed_drives, self.change
+        return before if change is None else before | change.drives
 
     @property
-    def widens(self) -> bool:
-        """Something else is carried."""
-        return self.another and (self.what is None or self.what.payload is not None)
+    def another_payload(self) -> bool:
+        """Whether it is reported here that something else is carried."""
+        change = self.change
+        return self.detection.reported and (change is None or change.payload is not None)
 
     @property
-    def taken(self) -> Array | None:
+    def widening(self) -> Array | None:
         """What may be carried besides, sd (10,)."""
-        return LIGHT if self.light else BULKY if self.another and not self.anew else None
+        if self.phase.light:
+            return LIGHT
+        return BULKY if self.detection.reported and self.change is None else None
 
     def unknown_since(self, t: float) -> float:
         """Since when nobody knows what is carried [s]; inf: it is known."""
-        if self.handles and (self.stood or self.widens):
+        if self.phase.handles and (self.phase.sets_off or self.another_payload):
             return t
-        return np.inf if self.anew or self.shown else self.was.rest.left
+        known = self.change is not None or self.phase.shown
+        return np.inf if known else self.start.rest.left
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,55 +132,42 @@ class ChangeDetector(Generic[S]):
 
     def hypothesis(self, state: TrackerState[S], t: float, moving: bool) -> Hypothesis[S]:
         """At t [s], while the arm moves or does not."""
-        mean, rest = beliefs.mean(self.filter, state.belief), state.rest
-        looks = state.colour.count % self._look < 1.0
-        stood, doubted = rest.ends(moving), state.weighed.doubted(t)
-        handles = t - state.widened < HANDLING and not doubted
-        weighed = self._weighed(state, t) if stood else state.weighed
-        doubtful = stood and handles
-        shown = moving and rest.known(t)  # an arm that stands is asked as it sets off
-        what, evidence, another = self._found(state, t, mean, looks, doubtful, shown)
-        anew = what is not None
-        if anew or doubtful:
-            evidence = no_evidence(len(state.v)) if another else drive_evidence(evidence)
-        thought = self._thought(state) if doubtful and np.isfinite(rest.left) else state.carried
-        was = rolled_back(state) if anew or thought is not state.carried else state
-        was = self._allowing(was, state, what)
-        retold = what is not None and what.known is not None
-        before = state.belief if self.poses and not retold else was.belief
-        carried = thought if what is None or what.payload is None else what.payload
-        held = self._held(state, what, stood, doubtful, carried)
-        mean = beliefs.mean(self.filter, before) if anew else mean
-        mean = mean if carried is state.carried else self.carrying(mean, carried)
+        mean = beliefs.mean(self.filter, state.belief)
+        phase = self._phase(state, t, moving)
+        detection = self._detected(state, t, mean, phase)
+        change, payload = detection.change, state.payload
+        if phase.unknown and np.isfinite(state.rest.left):
+            payload = self._presumed(state)
+        back = change is not None or payload is not state.payload
+        start = self._allowing(rolled_back(state) if back else state, state, change)
+        retold = change is not None and change.known is not None
+        belief = state.belief if self.poses and not retold else start.belief
+        if change is not None:
+            mean = beliefs.mean(self.filter, belief)
+            payload = payload if change.payload is None else change.payload
         return Hypothesis(
-            what=what,
-            another=another,
-            stood=stood,
-            weighed=weighed,
-            light=stood and not doubted,
-            handles=handles,
-            shown=shown,
-            looked=looks,
-            evidence=evidence,
-            was=was,
-            before=before,
-            mean=mean,
-            carried=carried,
-            held=held,
+            detection=detection,
+            phase=phase,
+            start=start,
+            belief=belief,
+            mean=mean if payload is state.payload else self.carrying(mean, payload),
+            payload=payload,
+            load=self._load(state, change, phase, payload),
         )
 
-    def told(self, hypothesis: Hypothesis[S], belief: S, moving: bool) -> PayloadHypotheses:
+    def updated_load(self, hypothesis: Hypothesis[S], belief: S, moving: bool) -> PayloadHypotheses:
         """What was carried before, and whether another was told by now, an instant learnt."""
-        held = hypothesis.held
-        if held.told:
-            return held
-        if held.doubted:
-            asked = hypothesis.looked and moving
-            now = changed(hypothesis.was, belief=belief, changed_drives=hypothesis.changed_drives)
-            sure = asked and self.payload_belief.exchanged(held, now)
+        load = hypothesis.load
+        if load.told:
+            return load
+        if load.doubted:
+            asked = hypothesis.detection.looked and moving
+            drives = hypothesis.changed_drives
+            now = changed(hypothesis.start, belief=belief, changed_drives=drives)
+            sure = asked and self.payload_belief.exchanged(load, now)
         else:
-            sure = hypothesis.widens
-        return replace(held, told=True) if sure else held
+            sure = hypothesis.another_payload
+        return replace(load, told=True) if sure else load
 
     def carrying(self, mean: Array, payload: Array) -> Array:
         """The states (n,) with this payload, (10,)."""
@@ -187,45 +181,54 @@ class ChangeDetector(Generic[S]):
         Once it is `shown`, and seldom: every time, the errors of what is known are in the
         regressors of health and gain anew.
         """
-        due = shown or (t - state.rollback_marked >= ROLLBACK and np.isinf(state.rest.left))
-        return significant(state.carried, *self._payload(belief)) if due else state.carried
+        due = shown or (state.past.due(t) and np.isinf(state.rest.left))
+        return significant(state.payload, *self._payload(belief)) if due else state.payload
 
-    def _held(
+    def _phase(self, state: TrackerState[S], t: float, moving: bool) -> HandlingPhase:
+        """Of the program, at t [s]."""
+        rest, implausible = state.rest, state.implausible
+        sets_off, suspected = rest.ends(moving), implausible.suspected(t)
+        if sets_off:
+            mean, sd = self._payload(state.belief)
+            implausible = implausible.after(self.tool + float(mean[0]), float(sd[0]), t)
+        return HandlingPhase(
+            sets_off=sets_off,
+            handles=t - state.widened < HANDLING and not suspected,
+            shown=moving and rest.known(t),  # an arm that stands is asked as it sets off
+            implausible=implausible,
+            suspected=suspected,
+        )
+
+    def _load(
         self,
         state: TrackerState[S],
-        what: AbruptChange | None,
-        stood: bool,
-        doubtful: bool,
-        carried: Array,
+        change: AbruptChange | None,
+        phase: HandlingPhase,
+        payload: Array,
     ) -> PayloadHypotheses:
-        """What was carried before it is learnt anew, around `carried`, if that begins here."""
-        anew, was = what is not None and what.payload is not None, state.load
-        if not (anew or doubtful):
-            return was.given_up() if stood else was
-        weighed = what is not None and what.weighed
+        """What was carried before it is learnt anew, around `payload`, if that begins here."""
+        before = state.load
+        if not (phase.unknown or (change is not None and change.payload is not None)):
+            return before.given_up() if phase.sets_off else before
+        weighed = change is not None and change.weighed
         # Evidence that comes soon after a change was told is of the same change.
-        told = weighed or (was.told and not stood and state.rest.just(state.t))
-        change = 0.0 if weighed else CHANGE
-        return self.payload_belief.begun(state, carried, change, told)
+        told = weighed or (before.told and not phase.sets_off and state.rest.just(state.t))
+        return self.payload_belief.begun(state, payload, 0.0 if weighed else CHANGE, told)
 
-    def _found(
-        self,
-        state: TrackerState[S],
-        t: float,
-        mean: Array,
-        looks: bool,
-        doubtful: bool,
-        shown: bool,
-    ) -> tuple[AbruptChange | None, Evidence, bool]:
-        """What befell the arm, the evidence that is left, and whether a change is reported now."""
-        what, evidence = self._abrupt(state, t, mean) if looks else (None, state.evidence)
-        if what is None and not doubtful:
-            what = self._wore(state, t)
-        if what is not None:
-            return what, evidence, True
-        another = looks and self._exchanged(state, t)
-        load = self._another_load(state) if shown and not doubtful else None
-        return load, evidence, another
+    def _detected(
+        self, state: TrackerState[S], t: float, mean: Array, phase: HandlingPhase
+    ) -> Detection:
+        """An abrupt change, and what evidence is left for the next."""
+        looks = state.colour.count % self._look < 1.0
+        change, evidence = self._abrupt(state, t, mean) if looks else (None, state.evidence)
+        if change is None and not phase.unknown:
+            change = self._wore(state, t)
+        reported = change is not None or (looks and self._exchanged(state, t))
+        if change is None and phase.shown and not phase.unknown:
+            change = self._another_load(state)
+        if change is not None or phase.unknown:
+            evidence = no_evidence(len(state.stuck)) if reported else drive_evidence(evidence)
+        return Detection(change, reported, looks, evidence)
 
     def _abrupt(
         self, state: TrackerState[S], t: float, mean: Array
@@ -243,12 +246,12 @@ class ChangeDetector(Generic[S]):
         handling = np.isfinite(state.rest.left)
         if handling and self._payload(state.belief)[1][0] > KNOWN:
             return None
-        reference, sure = state.wear_reference, SURE
-        recent, turn = state.recent_reference, state.colour.count // self._ask % 2.0
+        reference, sure = state.past.reference, SURE
+        recent, turn = state.past.recent, state.colour.count // self._ask % 2.0
         if turn and state.moved - recent.moved > YOUNG:
             reference, sure = recent, SURER
         before, now = self.filter.belief(reference.belief), self.filter.belief(state.belief)
-        blind = bool(np.isnan(state.lubricant).any())
+        blind = bool(np.isnan(state.joints.lubricant).any())
         odds = self.wear_test.compared(before, now, state.passed - reference.passed, blind)
         wore = odds.wore(sure)
         if wore.any():  # what befell a drive before the run is not known to go on
@@ -262,9 +265,9 @@ class ChangeDetector(Generic[S]):
     def _exchanged(self, state: TrackerState[S], t: float) -> bool:
         """Whether the arm carries something else since it stood until just now."""
         since = state.rest.left if np.isfinite(state.rest.left) else t - HANDLING
-        sought = state.rest.just(t) and not state.weighed.doubted(t) and state.widened < since
+        sought = state.rest.just(t) and not state.implausible.suspected(t) and state.widened < since
         return sought and exchanged(
-            self._payload(state.rollback.belief), self._payload(state.belief)
+            self._payload(state.past.rollback.belief), self._payload(state.belief)
         )
 
     def _another_load(self, state: TrackerState[S]) -> AbruptChange | None:
@@ -273,12 +276,12 @@ class ChangeDetector(Generic[S]):
         Nothing where it is what it was, and may not be none: all else was learnt beside that
         already, and an arm that stops before a load is weighed again knows less of it than it did.
         """
-        before, now = self._payload(state.rollback.belief), self._payload(state.belief)
-        payload = significant(state.carried, *now)
+        before, now = self._payload(state.past.rollback.belief), self._payload(state.belief)
+        payload = significant(state.payload, *now)
         weighed = before[1][0] < KNOWN and payload.any()
-        if np.array_equal(payload, state.carried) or (weighed and not exchanged(before, now)):
+        if np.array_equal(payload, state.payload) or (weighed and not exchanged(before, now)):
             return None
-        return AbruptChange(payload, np.zeros(len(state.v), dtype=bool), weighed=True)
+        return AbruptChange(payload, np.zeros(len(state.stuck), dtype=bool), weighed=True)
 
     def _allowing(
         self, was: TrackerState[S], state: TrackerState[S], what: AbruptChange | None
@@ -287,7 +290,7 @@ class ChangeDetector(Generic[S]):
         if what is None or not what.drives.any():
             return was
 
-        def allowed(of: PastBelief[S]) -> PastBelief[S]:
+        def allowed(of: WearReference[S]) -> WearReference[S]:
             drives = what.drives.astype(np.float64)
             known = self.filter.belief(of.belief)
             may_have = self.wear_test.wear.befallen(known, drives, what.wears)
@@ -296,28 +299,20 @@ class ChangeDetector(Generic[S]):
         belief = was.belief
         if what.known is not None:
             belief = beliefs.replaced(self.filter, state.belief, what.known)
-        return replace(
-            was,
-            belief=belief,
-            wear_reference=allowed(was.wear_reference),
-            recent_reference=allowed(PastBelief(belief, state.passed, state.moved)),
-        )
+        recent = allowed(WearReference(belief, state.passed, state.moved))
+        past = replace(was.past, reference=allowed(was.past.reference), recent=recent)
+        return replace(was, belief=belief, past=past)
 
-    def _thought(self, state: TrackerState[S]) -> Array:
+    def _presumed(self, state: TrackerState[S]) -> Array:
         """What is taken to be carried (10,) where the arm stood again before that was known.
 
         The same array, where it was found to be what it was taken for.
         """
         mean, sd = self._payload(state.belief)
         if sd[0] > KNOWN:
-            return np.array(state.carried)
-        found = significant(state.carried, mean, sd)
-        return state.carried if np.array_equal(found, state.carried) else found
-
-    def _weighed(self, state: TrackerState[S], t: float) -> Weighed:
-        """Holds up to a rest that is over at t [s]."""
-        mean, sd = self._payload(state.belief)
-        return state.weighed.after(self.tool + float(mean[0]), float(sd[0]), t)
+            return np.array(state.payload)
+        found = significant(state.payload, mean, sd)
+        return state.payload if np.array_equal(found, state.payload) else found
 
     def _payload(self, belief: S) -> tuple[Array, Array]:
         """What is carried, mean and standard deviation, (10,) each."""

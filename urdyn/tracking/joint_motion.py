@@ -1,17 +1,15 @@
-"""How an arm's joints got to an instant, and which of their currents can be compared there."""
+"""What the joints did between two instants, and which of their currents can be compared then."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from math import isfinite
-from typing import Any
 
 import numpy as np
 
 from urdyn.model.drive import Drive
 from urdyn.model.friction import follow
 from urdyn.signal import Instant
-from urdyn.tracking.state import TrackerState
 from urdyn.tracking.warmth import warmed
 from urdyn.types import Array, Mask
 
@@ -25,28 +23,43 @@ HELD, REPEATS = 0.2, 8.0  # [s] and samples for which a current may stay while i
 
 
 @dataclass(frozen=True, eq=False)
+class JointState:
+    """What is known of the joints at an instant, beside the parameters."""
+
+    v: Array  # (J,) [rad/s]
+    current: Array  # (J,) [A]
+    unchanged: Array  # (J,) [s] for which that has not changed while the joint slid
+    bristles: Array  # (2, J) [-]
+    travelled: Array  # (J,) [rad] since they were unknown
+    lubricant: Array  # (J,) [°C]; NaN while nobody measures the joint's temperature
+
+
+def before_any(joints: int) -> JointState:
+    """Before the first instant."""
+    nothing, unknown = np.zeros(joints), np.full(joints, np.nan)
+    return JointState(nothing, unknown, nothing, np.zeros((2, joints)), nothing, unknown)
+
+
+@dataclass(frozen=True, eq=False)
 class JointMotion:
     """From the last instant to this one."""
 
     passed: float  # [s] as far as anybody knows
     moving: bool  # some joint slides
-    bristles: Array  # (2, J) [-]
-    travelled: Array  # (J,) [rad] since they were unknown
-    unchanged: Array  # (J,) [s] for which a current has not changed while its joint slid
-    lubricant: Array  # (J,) [°C]; NaN while nobody measures the joint's temperature
+    end: JointState
     stuck: Mask  # (J,) currents that have not changed for too long while their joints slid
     comparable: Mask  # (J,) all others, of joints that slide and have for a while
 
     def presliding(self, drive: Drive) -> Array:
         """Presliding state, (J,) [-]."""
-        near, tail = self.bristles
+        near, tail = self.end.bristles
         return np.asarray(near + drive.presliding_tail * (tail - near))
 
 
 def joint_motion(
-    before: TrackerState[Any], now: Instant, dt: float, drive: Drive, period: float
+    before: JointState, now: Instant, dt: float, drive: Drive, period: float
 ) -> JointMotion:
-    """The passage to an instant dt [s] after the last.
+    """The motion up to an instant dt [s] after the last.
 
     Args:
         period: between samples, as a rule [s].
@@ -55,23 +68,25 @@ def joint_motion(
     bristles, travelled = _moved(before, now, dt, drive)
     slides = np.abs(now.v) > STANDING
     unchanged = np.where(now.current == before.current, before.unchanged + passed * slides, 0.0)
-    lubricant = warmed(before.lubricant, now.temperature, passed)
     stuck = slides & (unchanged > max(HELD, REPEATS * period))
-    comparable = slides & (travelled > LOOSE) & ~stuck
-    moving = bool(np.count_nonzero(slides))
-    return JointMotion(
-        passed=passed,
-        moving=moving,
+    end = JointState(
+        v=now.v,
+        current=now.current,
+        unchanged=unchanged,
         bristles=bristles,
         travelled=travelled,
-        unchanged=unchanged,
-        lubricant=lubricant,
+        lubricant=warmed(before.lubricant, now.temperature, passed),
+    )
+    return JointMotion(
+        passed=passed,
+        moving=bool(np.count_nonzero(slides)),
+        end=end,
         stuck=stuck,
-        comparable=comparable,
+        comparable=slides & (travelled > LOOSE) & ~stuck,
     )
 
 
-def _moved(before: TrackerState[Any], now: Instant, dt: float, drive: Drive) -> tuple[Array, Array]:
+def _moved(before: JointState, now: Instant, dt: float, drive: Drive) -> tuple[Array, Array]:
     """Bristles and travel after the way since the last instant."""
     if dt > INTERRUPTED:
         return np.zeros_like(before.bristles), np.zeros_like(before.travelled)

@@ -23,21 +23,16 @@ from urdyn.tracking import beliefs, colour
 from urdyn.tracking.abrupt_changes import accumulated, no_evidence
 from urdyn.tracking.blocks import Delaying
 from urdyn.tracking.change_detection import ChangeDetector, Hypothesis
-from urdyn.tracking.joint_motion import LONGEST, JointMotion, joint_motion
+from urdyn.tracking.joint_motion import LONGEST, JointMotion, before_any, joint_motion
 from urdyn.tracking.model import STRIDE, Drift, tracking_model
 from urdyn.tracking.network import of_arm
-from urdyn.tracking.payload.handling import Rest, Weighed
+from urdyn.tracking.past_beliefs import PastBeliefs, RollbackPoint
+from urdyn.tracking.payload.handling import ImplausibleLoads, Rest
 from urdyn.tracking.reading import Reading
 from urdyn.tracking.robust_noise import without_robust_noise
-from urdyn.tracking.state import (
-    RollbackPoint,
-    TrackerState,
-    restarted,
-    with_encoder_jump,
-    with_rollback_points,
-)
+from urdyn.tracking.state import TrackerState, restarted, with_encoder_jump
 from urdyn.tracking.streams import Heard, Moment, Stream, assimilated, first
-from urdyn.tracking.wear_test import PastBelief, WearTest
+from urdyn.tracking.wear_test import WearTest
 from urdyn.tracking.whitened_residuals import ResidualWhitener, WhitenedResiduals
 from urdyn.types import Array, Gaussian, Index, Mask, changed
 
@@ -45,6 +40,18 @@ S = TypeVar("S")
 
 # Times what they were at commissioning: no arm's drive is beyond that, whatever befell it.
 CREDIBLE = {"f": (0.15, 50.0), "alpha": (0.05, 50.0), "z": (0.3, 1.5)}
+
+
+@dataclass(frozen=True, eq=False)
+class _Update(Generic[S]):
+    """What an instant was compared with, and what was learnt from it."""
+
+    now: Instant
+    motion: JointMotion
+    hypothesis: Hypothesis[S]
+    currents: WhitenedResiduals
+    belief: S
+    innovation: Innovation
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,35 +132,25 @@ class Tracker(Generic[S]):
     def init(self) -> TrackerState[S]:
         """The commissioned arm, before the first sample."""
         J = self.fit.dynamics.arm.joints
-        belief, nothing = self.filter.init(self.model), np.zeros(J)
-        causal = self._causal.init(J)
+        belief, never = self.filter.init(self.model), -np.inf
         width = 2 * self.currents.rigid.stop + len(ROWS)
         noise = colour.first(self.fit.noise, width, self.period)
         return TrackerState(
-            causal=causal,
+            causal=self._causal.init(J),
             belief=belief,
-            t=-np.inf,
+            t=never,
             waited=0.0,
-            v=nothing,
-            current=np.full(J, np.nan),
-            unchanged=nothing,
-            bristles=np.zeros((2, J)),
-            travelled=nothing,
+            joints=before_any(J),
             evidence=no_evidence(J),
-            changed_at=-np.inf,
-            widened=-np.inf,
+            changed_at=never,
+            widened=never,
             colour=noise,
             variance_ratio=np.ones(J),
-            lubricant=np.full(J, np.nan),
-            next_rollback=RollbackPoint(belief, noise),
-            rollback=RollbackPoint(belief, noise),
-            rollback_marked=-np.inf,
-            wear_reference=PastBelief(belief),
-            recent_reference=PastBelief(belief),
+            past=PastBeliefs.only(RollbackPoint(belief, noise), never, 0.0, 0.0),
             heard=tuple(first(stream) for stream in self.streams),
-            carried=self.model.prior.mean[self.currents.places["payload"]],
+            payload=self.model.prior.mean[self.currents.places["payload"]],
             changed_drives=np.zeros(J, dtype=bool),
-            stuck=nothing,
+            stuck=np.zeros(J),
         )
 
     def step(
@@ -191,99 +188,95 @@ class Tracker(Generic[S]):
         self, state: TrackerState[S], causal: CausalState, now: Instant
     ) -> tuple[TrackerState[S], Reading]:
         state, dt = self._since(state, now.t)
-        motion = joint_motion(state, now, dt, self.fit.dynamics.drive, self.period)
+        motion = joint_motion(state.joints, now, dt, self.fit.dynamics.drive, self.period)
         hypothesis = self._detector.hypothesis(state, now.t, motion.moving)
         waited = state.waited + motion.passed
         # Where samples are many, no one of them both looks and moves: each takes its time.
-        due = waited >= self._stride * (1 + hypothesis.looked)
-        moves = hypothesis.fresh or hypothesis.taken is not None or due
+        due = waited >= self._stride * (1 + hypothesis.detection.looked)
+        moves = hypothesis.resets or hypothesis.widening is not None or due
         # By what is carried as it was told: an estimate's noise would load the gears.
-        about = self._detector.carrying(hypothesis.mean, hypothesis.carried)
+        about = self._detector.carrying(hypothesis.mean, hypothesis.payload)
         u = self._whitener.inputs(now, motion, hypothesis, about, waited if moves else 0.0)
-        seen = self._whitener.seen(now, motion, hypothesis, u, state.variance_ratio)
+        currents = self._whitener.whitened(now, motion, hypothesis, u, state.variance_ratio)
         model = self.model if moves else self._still
-        belief, innovation = self.filter.step(model, hypothesis.before, seen.given, seen.current)
-        if seen.given is not seen.white:
-            added = seen.given.noise**2 - seen.white.noise**2
-            innovation = without_robust_noise(innovation, added, seen.current)
-        after = self._after(state, causal, now, motion, hypothesis, seen, belief, innovation)
-        widened = after.load.told and not hypothesis.held.told
+        belief, innovation = self.filter.step(model, hypothesis.belief, currents.robust, currents.y)
+        if currents.robust is not currents.white:
+            added = currents.robust.noise**2 - currents.white.noise**2
+            innovation = without_robust_noise(innovation, added, currents.y)
+        update = _Update(now, motion, hypothesis, currents, belief, innovation)
+        after = self._after(changed(state, causal=causal), update)
+        widened = after.load.told and not hypothesis.load.told
         if not self._credible(belief):
             after, widened = restarted(after, self.init()), True
         return after, Reading(
             t=now.t,
             current=now.current,
-            predicted=seen.measured - innovation.residual,
-            modelled=seen.modelled,
+            predicted=currents.measured - innovation.residual,
+            modelled=currents.modelled,
             innovation=innovation,
             widened=widened,
             instant=now,
-            travelled=motion.travelled,
+            travelled=motion.end.travelled,
             inputs=u,
             believed=partial(self.believed, after),
             told=partial(self.estimates_beside, after),
-            learnt=(seen.given, seen.current),
+            learnt=(currents.robust, currents.y),
         )
 
     def _since(self, state: TrackerState[S], t: float) -> tuple[TrackerState[S], float]:
         """The time since the last instant [s], and the state after a gap, if it was one."""
         dt = t - state.t
         if dt <= 0.0:  # a clock that was set, or a controller that began anew: who knows how long
-            state = replace(state, changed_at=-np.inf, widened=-np.inf, rollback_marked=-np.inf)
-            state = replace(state, rest=Rest(), weighed=Weighed())
+            past = replace(state.past, marked=-np.inf)
+            state = replace(state, changed_at=-np.inf, widened=-np.inf, past=past)
+            state = replace(state, rest=Rest(), implausible=ImplausibleLoads())
             dt = LONGEST
         if dt > GAP * self.period:  # noise has no past
             state = replace(state, colour=colour.interrupted(state.colour))
         return state, dt
 
-    def _after(
-        self,
-        state: TrackerState[S],
-        causal: CausalState,
-        now: Instant,
-        motion: JointMotion,
-        hypothesis: Hypothesis[S],
-        seen: WhitenedResiduals,
-        belief: S,
-        innovation: Innovation,
-    ) -> TrackerState[S]:
+    def _after(self, state: TrackerState[S], update: _Update[S]) -> TrackerState[S]:
         """The state once an instant was learnt from."""
-        variance_ratio, noise = self._whitener.noise(seen, innovation, state.variance_ratio)
-        anew, was = hypothesis.anew, hypothesis.was
-        known = RollbackPoint(belief, noise) if anew else RollbackPoint(was.belief, was.colour)
-        drive, moved = self.fit.dynamics.drive, bool(np.count_nonzero(np.isfinite(seen.left)))
-        since, carried = hypothesis.unknown_since(now.t), hypothesis.carried
-        if anew:
-            state = replace(
-                state, wear_reference=was.wear_reference, recent_reference=was.recent_reference
-            )
-        if not hypothesis.fresh:
-            carried = self._detector.renewed(state, belief, now.t, hypothesis.shown)
+        now, motion, hypothesis = update.now, update.motion, update.hypothesis
+        currents, belief, innovation = update.currents, update.belief, update.innovation
+        ratio, noise = self._whitener.noise(currents, innovation, state.variance_ratio)
+        start, changes = hypothesis.start, hypothesis.change is not None
+        since, payload = hypothesis.unknown_since(now.t), hypothesis.payload
+        compared = bool(np.count_nonzero(np.isfinite(currents.residual)))
+        past, when = start.past, (now.t, state.passed, state.moved)
+        if hypothesis.resets:
+            known = (belief, noise) if changes else (start.belief, start.colour)
+            past = past.begun(RollbackPoint(*known), *when)
+        else:
+            payload = self._detector.renewed(state, belief, now.t, hypothesis.phase.shown)
+            if past.due(now.t):
+                past = past.after(RollbackPoint(state.belief, state.colour), *when)
         return changed(
-            with_rollback_points(state, now.t, known if hypothesis.fresh else None),
-            causal=causal,
+            state,
             belief=belief,
             t=now.t,
-            waited=state.waited + motion.passed - seen.given.span,
-            v=now.v,
-            current=now.current,
-            unchanged=motion.unchanged,
-            bristles=motion.bristles,
-            travelled=motion.travelled,
-            lubricant=motion.lubricant,
-            evidence=accumulated(hypothesis.evidence, seen.white, drive, innovation, motion.passed),
-            changed_at=now.t if hypothesis.another and anew else state.changed_at,
-            widened=now.t if hypothesis.widens else state.widened,
+            waited=state.waited + motion.passed - currents.robust.span,
+            joints=motion.end,
+            past=past,
+            evidence=accumulated(
+                hypothesis.detection.evidence,
+                currents.white,
+                self.fit.dynamics.drive,
+                innovation,
+                motion.passed,
+            ),
+            changed_at=now.t if hypothesis.detection.reported and changes else state.changed_at,
+            widened=now.t if hypothesis.another_payload else state.widened,
             colour=noise,
-            variance_ratio=variance_ratio,
+            variance_ratio=ratio,
             passed=state.passed + motion.passed,
-            moved=state.moved + motion.passed * moved,
-            carried=carried,
+            moved=state.moved + motion.passed * compared,
+            payload=payload,
             changed_drives=hypothesis.changed_drives,
             stuck=state.stuck + motion.stuck,
             rest=state.rest.after(motion.moving, motion.passed, since, now.t),
-            weighed=hypothesis.weighed,
-            load=self._detector.told(hypothesis, belief, motion.moving),
+            implausible=hypothesis.phase.implausible,
+            load=self._detector.updated_load(hypothesis, belief, motion.moving),
         )
 
     def _credible(self, belief: S) -> bool:

@@ -43,7 +43,7 @@ WORSE = np.array([{"f": 1.0, "alpha": 1.0, "z": -1.0}[group] for group in JOLTS]
 
 
 @dataclass(frozen=True, eq=False)
-class PastBelief(Generic[S]):
+class WearReference(Generic[S]):
     """What was believed at some moment."""
 
     belief: S

@@ -30,21 +30,21 @@ KNOWN = 0.25  # [-] variance by what nobody knows of the motion, over the noise'
 
 @dataclass(frozen=True, eq=False)
 class WhitenedResiduals:
-    """An instant's currents beside what is supposed of the arm, (J,) each."""
+    """An instant's currents less what the model expects, (J,) each, with their noise made white."""
 
     measured: Array  # [A]; NaN where they are not compared
     modelled: Array  # [A] whatever the noise does
-    left: Array  # [A]
-    current: Array  # [A] after the filter that makes noise white
-    white: RobotSlice  # inputs after it
-    given: RobotSlice  # the same, with more noise where a current is wild
+    residual: Array  # [A] before the noise is made white
+    y: Array  # [A] after that: the filter's observation, the parameters' part added again
+    white: RobotSlice  # the inputs that belong to it
+    robust: RobotSlice  # the same, with more noise where a current is an outlier
     variance: Array  # [A²] of white noise and of what nobody knows of the motion
     colour: Colour  # of the noise, which has seen them
 
 
 @dataclass(frozen=True, eq=False)
 class ResidualWhitener(Generic[S]):
-    """Compares currents with what is supposed, by a tracker's settings."""
+    """Compares currents with a hypothesis, by a tracker's settings."""
 
     filter: Filter[S]
     model: Joined[RobotSlice]
@@ -62,12 +62,13 @@ class ResidualWhitener(Generic[S]):
     ) -> RobotSlice:
         """What the motion makes of the parameters, about these (n,), which move over `span` [s]."""
         s = motion.presliding(self.drive)
-        u = self.currents.inputs(now, s, motion.passed, about, motion.lubricant, span)
-        if hypothesis.fresh:
-            return _jumping(u, hypothesis.what)
-        return u if hypothesis.taken is None else replace(u, taken=hypothesis.taken)
+        u = self.currents.inputs(now, s, motion.passed, about, motion.end.lubricant, span)
+        if hypothesis.resets:
+            return _jumping(u, hypothesis.change)
+        wider = hypothesis.widening
+        return u if wider is None else replace(u, taken=wider)
 
-    def seen(
+    def whitened(
         self,
         now: Instant,
         motion: JointMotion,
@@ -75,49 +76,48 @@ class ResidualWhitener(Generic[S]):
         u: RobotSlice,
         variance_ratio: Array,
     ) -> WhitenedResiduals:
-        """The currents beside what is supposed, by the filter that makes their noise white.
+        """The currents beside the hypothesis, by the filter that makes their noise white.
 
         `variance_ratio` is the last innovations' variance over their noise's, (J,).
         """
-        mean, past = hypothesis.mean, hypothesis.was.colour
+        mean, past = hypothesis.mean, hypothesis.start.colour
         measured = np.where(motion.comparable, now.current, np.nan)
         per_unit = self.currents.per_unit(mean, u)
         modelled = np.vecdot(per_unit, u.packed)
-        left = measured - modelled
-        through = self.currents.instrumental(u, now)
-        current = left + np.vecdot(per_unit, through)
-        through, current, noise = colour.whitened(past, through, current)
+        residual = measured - modelled
+        packed = self.currents.instrumental(u, now)
+        y = residual + np.vecdot(per_unit, packed)
+        packed, y, noise = colour.whitened(past, packed, y)
         if colour.due(noise, self.period):
             noise = colour.giving_back(noise, *self._taken(hypothesis, u), self.period)
-        white = u.filtered(through, noise.scale, noise.slow, noise.variance_scale.scale)
-        white = self.currents.near(white, mean, hypothesis.carried)
+        white = u.filtered(packed, noise.scale, noise.slow, noise.variance_scale.scale)
+        white = robust = self.currents.near(white, mean, hypothesis.payload)
         variance = white.noise**2 + white.unknown
-        wild = left - colour.foreseen(past, mean[self.currents.places["slow"]])
-        given = (
-            white if hypothesis.anew else with_robust_noise(white, wild, variance, variance_ratio)
-        )
+        unforeseen = residual - colour.foreseen(past, mean[self.currents.places["slow"]])
+        if hypothesis.change is None:
+            robust = with_robust_noise(white, unforeseen, variance, variance_ratio)
         return WhitenedResiduals(
             measured=measured,
             modelled=modelled,
-            left=left,
-            current=current,
+            residual=residual,
+            y=y,
             white=white,
-            given=given,
+            robust=robust,
             variance=variance,
             colour=noise,
         )
 
     def noise(
-        self, seen: WhitenedResiduals, innovation: Innovation, variance_ratio: Array
+        self, of: WhitenedResiduals, innovation: Innovation, variance_ratio: Array
     ) -> tuple[Array, Colour]:
         """The noise after an innovation: next `variance_ratio`, (J,), and the noise's colour."""
-        white, residual = seen.white, innovation.residual
+        white, residual = of.white, innovation.residual
         compared, variance = np.isfinite(residual), innovation.cov.diagonal()
-        variance_ratio = np.where(compared, variance / seen.variance, variance_ratio)
+        variance_ratio = np.where(compared, variance / of.variance, variance_ratio)
         sure = compared & (variance_ratio < SURE) & (white.unknown < KNOWN * white.noise**2)
-        learnt = colour.learnt(seen.colour, seen.left, white.unknown, sure, self.period)
+        learnt = colour.learnt(of.colour, of.residual, white.unknown, sure, self.period)
         if colour.due(learnt, self.period):
-            learnt = colour.doubting(learnt, variance - seen.variance, sure, self.period)
+            learnt = colour.doubting(learnt, variance - of.variance, sure, self.period)
         if np.count_nonzero(white.unknown > variance_scale.LITTLE * variance):
             told = variance_scale.updated(
                 learnt.variance_scale, white.doubted, residual, variance, self.period
@@ -130,16 +130,16 @@ class ResidualWhitener(Generic[S]):
 
         In [A²].
         """
-        at, belief = np.r_[self.currents.places["slow"]], self.filter.belief(hypothesis.before)
-        u = self.currents.near(u, hypothesis.mean, hypothesis.carried)
+        at, belief = np.r_[self.currents.places["slow"]], self.filter.belief(hypothesis.belief)
+        u = self.currents.near(u, hypothesis.mean, hypothesis.payload)
         H, slow = linearised(self.model, belief.mean, u)[1], belief.cov[:, at]
         both, alone = np.vecdot(H, slow.T), slow[at].diagonal()
         return np.maximum(alone - both, 0.0), alone
 
 
-def _jumping(u: RobotSlice, what: AbruptChange | None) -> RobotSlice:
-    """The slice at which something befell the arm; None: something else may be carried."""
-    if what is None:
+def _jumping(u: RobotSlice, change: AbruptChange | None) -> RobotSlice:
+    """The slice at which a change happens; None: something else may be carried."""
+    if change is None:
         return replace(u, widen=True)
-    jolted = what.drives.astype(float) if what.drives.any() else None
-    return replace(u, widen=what.payload is not None, jolted=jolted, wears=what.wears)
+    jolted = change.drives.astype(float) if change.drives.any() else None
+    return replace(u, widen=change.payload is not None, jolted=jolted, wears=change.wears)

@@ -51,24 +51,45 @@ class Rest:
 
 
 @dataclass(frozen=True)
-class Weighed:
-    """What holds seemed to weigh that cannot be: less than nothing.
+class ImplausibleLoads:
+    """Evidence of loads that cannot be: holds that seemed to weigh less than nothing.
 
-    What wears or breaks in a drive is a load to who looks for another in every move: it turns over
-    as the motion does, and so do these loads.
+    What wears or breaks in a drive is taken for another load in every move. Its sign turns over
+    with the motion's, and so does that of these loads.
     """
 
     score: float = 0.0  # [sd²]
     told: float = -np.inf  # [s] when it was last sure that they are no loads
 
-    def doubted(self, t: float) -> bool:
+    def suspected(self, t: float) -> bool:
         """Whether nothing light is looked for: it was something else that was found."""
         return t - self.told < HANDLING
 
-    def after(self, mass: float, sd: float, t: float) -> Weighed:
+    def after(self, mass: float, sd: float, t: float) -> ImplausibleLoads:
         """One hold on, of all that was carried [kg], at its end t [s]."""
         score = LASTING * self.score + min(mass / sd, 0.0) ** 2
-        return Weighed(0.0, t) if score > NONE else Weighed(score, self.told)
+        return ImplausibleLoads(0.0, t) if score > NONE else ImplausibleLoads(score, self.told)
+
+
+@dataclass(frozen=True, eq=False)
+class HandlingPhase:
+    """Where an arm is in a program that may handle pieces."""
+
+    sets_off: bool  # here: a gripper may have opened or closed since it moved
+    handles: bool  # pieces have come or gone within HANDLING
+    shown: bool  # it has moved for so long since that what it carries is known
+    implausible: ImplausibleLoads  # up to here
+    suspected: bool  # what was taken for loads was something else
+
+    @property
+    def unknown(self) -> bool:
+        """Whether nobody knows what is carried from here on."""
+        return self.sets_off and self.handles
+
+    @property
+    def light(self) -> bool:
+        """Whether a piece too light for evidence may be carried from here on."""
+        return self.sets_off and not self.suspected
 
 
 def exchanged(before: tuple[Array, Array], now: tuple[Array, Array]) -> bool:
