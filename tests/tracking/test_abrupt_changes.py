@@ -14,7 +14,7 @@ from urdyn.simulate.work import pick_and_place
 from urdyn.tracking import Tracker
 from urdyn.tracking.abrupt_changes import (
     TOLD,
-    WEARING,
+    WEAR_MEMORY,
     PriorScales,
     detect,
     drive_evidence,
@@ -52,7 +52,7 @@ def told(shapes, e):
     row = np.concatenate([shapes.payload, shapes.drives, e[..., None]], axis=-1)
     row *= (3.0 / np.maximum(np.abs(e), 3.0))[..., None]
     sums = np.einsum("njk,njl->jkl", row, row)
-    wear = np.stack([sums[:, 4:, 4:]] * len(WEARING))
+    wear = np.stack([sums[:, 4:, 4:]] * len(WEAR_MEMORY))
     return replace(no_evidence(J), sums=np.stack([sums, sums]), wear=wear, highest=30.0, lasted=1.0)
 
 

@@ -1,4 +1,4 @@
-"""What befell an arm at once: another payload, or something in one joint's drive.
+"""Abrupt changes of an arm: another payload, or something in one joint's drive.
 
 Each leaves a signature of its own in the white innovations e: a payload that of its inertials in
 all joints' currents, a drive that of its friction, its damping and its load in its own. With the
@@ -35,7 +35,7 @@ from urdyn.tracking.slow_noise_absorption import (
 from urdyn.types import Array, Gaussian, Mask, changed, frozen
 
 MEMORY = 2.0  # [s] over which evidence is gathered
-WEARING = np.array([20.0, 120.0])  # [s] the same of drives alone
+WEAR_MEMORY = np.array([20.0, 120.0])  # [s] the same of drives alone
 CLIP = 3.0  # [sd] that an innovation counts for at most
 SURE = 30.0  # [-] log odds; what nobody models in a healthy arm has been seen to reach 22
 # [-] log odds that a drive wears, by each; pairs of a UR10e's twin and a run reached 11.4 and 20.3
@@ -46,11 +46,18 @@ BOTH = 30.0  # [-] by which both at once are: a large payload moves more than it
 TOLD = 3.0  # [sd] from what it was thought to be: less, and it is taken for that
 LASTS = 0.24  # [s] that what comes bears it out: a knock and its rebound have passed by then
 BORNE = 0.7  # [-] of its odds that have to last
-CARRIED = slice(-10, -6)  # columns of a slice's A: mass and first moments of the payload
-OWN = slice(COLUMN["s"], COLUMN["load"] + 1)  # and of all that is packed: s, v and load
-# Rows and columns of the sums: of a payload, of a drive, and behind them e, that both have.
-PAYLOAD, OF_PAYLOAD, OF_DRIVE = slice(4), np.arange(8) % 7 < 4, np.arange(8) >= 4
+# Rows and columns of the sums: signatures of a payload, of a drive, and last e, that both have.
+LOADS, DRIVES = 4, len(JOLTS)  # mass and first moments; friction, damping and health
+WIDTH = LOADS + DRIVES + 1
+PAYLOAD, DRIVE = slice(LOADS), slice(LOADS, LOADS + DRIVES)
+OF_PAYLOAD, OF_DRIVE = np.ones((2, WIDTH), dtype=bool)  # each with e
+OF_PAYLOAD[DRIVE] = OF_DRIVE[PAYLOAD] = False
 COMMON = OF_PAYLOAD & OF_PAYLOAD[:, None]  # of all joints together
+# Where these signatures come from: of a slice's A, whose last columns are the payload's inertials,
+# and of what is packed: s, v and load.
+INERTIALS = len(PAYLOAD_SD)
+A_LOADS = slice(-INERTIALS, LOADS - INERTIALS)
+OWN = slice(COLUMN["s"], COLUMN["load"] + 1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,10 +68,10 @@ class Evidence:
     of the last seconds, and sums of what came since noise was likelier than all else [Page1954]_.
     """
 
-    sums: Array  # (2, J, 8, 8) four of the payload, three of the drive, and e
+    sums: Array  # (2, J, WIDTH, WIDTH) four of the payload, three of the drive, and e
     wear: Array  # (k, J, 4, 4) of the drive and e, over each longer time
     absorbed: SlowNoiseAbsorption  # of the drive's signatures
-    highest: float = 0.0  # log odds of what befell the arm, if it lasts; 0: nothing is sure
+    highest: float = 0.0  # log odds of a change, if it lasts; 0: nothing is sure
     lasted: float = 0.0  # [s] for which what was measured since has borne it out
 
     def __post_init__(self) -> None:
@@ -74,9 +81,9 @@ class Evidence:
 
 @dataclass(frozen=True, eq=False)
 class PriorScales:
-    """How large what may befall an arm is: products of its signatures' sd, and 1 of e."""
+    """How large changes are expected to be: products of their signatures' sd, and 1 of e."""
 
-    at_once: Array  # (1 + 2 J, 8, 8) of a payload, of each drive, and of both
+    at_once: Array  # (1 + 2 J, WIDTH, WIDTH) of a payload, of each drive, and of both
     wear: Array  # (J, 4, 4) of each drive
 
     @classmethod
@@ -92,8 +99,8 @@ class PriorScales:
 
 def no_evidence(joints: int) -> Evidence:
     """Nothing has been gathered."""
-    wear = np.zeros((len(WEARING), joints, 4, 4))
-    return Evidence(np.zeros((2, joints, 8, 8)), wear, no_absorption(joints, 3))
+    wear = np.zeros((len(WEAR_MEMORY), joints, DRIVES + 1, DRIVES + 1))
+    return Evidence(np.zeros((2, joints, WIDTH, WIDTH)), wear, no_absorption(joints, DRIVES))
 
 
 def drive_evidence(evidence: Evidence) -> Evidence:
@@ -109,15 +116,15 @@ def accumulated(
     """One innovation on; `white` is the slice after the filter that made its noise white."""
     known = np.isfinite(innovation.residual)
     sd, residual = np.sqrt(innovation.cov.diagonal())[:, None], innovation.residual[:, None]
-    borne = white.A[:, CARRIED] + drive.structural[:, None] * white.A_hold[:, CARRIED]
+    borne = white.A[:, A_LOADS] + drive.structural[:, None] * white.A_hold[:, A_LOADS]
     signatures = np.concatenate([borne, white.packed[:, OWN]], axis=1) / drive.gain[:, None]
-    lasting, absorbed = after_absorption(evidence.absorbed, white, signatures[:, 4:], known, dt)
+    lasting, absorbed = after_absorption(evidence.absorbed, white, signatures[:, DRIVE], known, dt)
     rows = np.concatenate([signatures, residual, lasting, residual], axis=1)
     rows /= np.maximum(np.abs(residual) / CLIP, sd)
     if (measured := np.count_nonzero(known)) < len(known):
         rows[~known] = 0.0
-    at_once, wear = rows[:, :8], rows[:, 8:]
-    slowly = np.exp(-dt / WEARING)[:, None, None, None]
+    at_once, wear = rows[:, :WIDTH], rows[:, WIDTH:]
+    slowly = np.exp(-dt / WEAR_MEMORY)[:, None, None, None]
     return changed(
         evidence,
         sums=exp(-dt / MEMORY) * evidence.sums + at_once[:, :, None] * at_once[:, None, :],
@@ -129,7 +136,7 @@ def accumulated(
 
 @dataclass(frozen=True, eq=False)
 class AbruptChange:
-    """What is to be taken for known no longer."""
+    """What changed abruptly, and so is no longer taken for known."""
 
     payload: Array | None  # (10,) what is carried from here on, roughly; None: what was before
     drives: Mask  # (J,)
@@ -144,7 +151,7 @@ class AbruptChange:
 
 
 def detect(evidence: Evidence, sizes: PriorScales, before: Array) -> tuple[AbruptChange, Evidence]:
-    """What befell the arm that carried a payload (10,) `before`; and the evidence of it.
+    """The change of an arm that carried a payload (10,) `before`, and the evidence that is left.
 
     Nothing, until something was sure and most of its odds have lasted; then all that is likely, for
     the next seconds tell which. What speaks for noise is not kept.
@@ -180,7 +187,7 @@ def _carried(sums: Array, before: Array) -> Array:
     whole, payload = sums.sum(axis=0), np.zeros(len(PAYLOAD_SD))
     M, s = whole[PAYLOAD, PAYLOAD], whole[PAYLOAD, -1]
     cov = np.linalg.inv(M + np.diag(PAYLOAD_SD[PAYLOAD] ** -2))
-    payload[PAYLOAD] = significant(np.zeros(4), cov @ (s + M @ before), np.sqrt(np.diag(cov)))
+    payload[PAYLOAD] = significant(np.zeros(LOADS), cov @ (s + M @ before), np.sqrt(np.diag(cov)))
     return payload
 
 
