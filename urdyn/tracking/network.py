@@ -31,10 +31,21 @@ def of_arm(network: Network, shared: Iterable[str] = ()) -> Network:
         InputError: a parameter is none of an arm's, an edge joins one that does not stray, or one
             is missing by which something is told.
     """
+    _require_known(network)
+    _require_edges(network)
+    _require_shown(network, shared)
+    return network
+
+
+def _require_known(network: Network) -> None:
     strangers = [n.name for n in network.parameters if n.name not in ORDER]
     if strangers:
         told = f"its parameters are {' '.join(ORDER)}"
         raise InputError(f"the arm has no {', '.join(strangers)} to track; {told}")
+
+
+def _require_edges(network: Network) -> None:
+    """Between parameters that stray, and to what is observed without a coefficient."""
     inner = {node.name for node in network.parameters}
     for edge in network.edges:
         if {*edge.ends} <= inner and not {*edge.ends} <= set(STRAYING):
@@ -44,14 +55,18 @@ def of_arm(network: Network, shared: Iterable[str] = ()) -> Network:
                 f"{edge} ({edge.coefficient:+.3g}): what shows there follows from physics; leave "
                 "the coefficient at 1, or take the edge out"
             )
+
+
+def _require_shown(network: Network, shared: Iterable[str]) -> None:
+    """The payload in currents, and what other streams tell of in these."""
     if "p" in network.hidden(SEEN):
         raise InputError(f"p -> {SEEN} is missing: it tells what an arm carries; put it back")
+    inner = {node.name for node in network.parameters}
     for parents, seen in (TOLD_BY[group] for group in shared if group in TOLD_BY):
         known = [p for p in parents if p in inner]
         if known and set(known) <= set(network.hidden(seen)):
             told = " or ".join(f"{p} -> {seen}" for p in known)
             raise InputError(f"{told} is missing, and a stream tells by it; leave out that stream")
-    return network
 
 
 def tracked_network() -> Network:

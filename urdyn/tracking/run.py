@@ -18,14 +18,13 @@ from urdyn.errors import InputError
 from urdyn.io import alone
 from urdyn.io.clock import elapsed
 from urdyn.io.helper import Helper
-from urdyn.io.plain import plain
 from urdyn.io.rss import peak_rss
 from urdyn.io.run_folder import HISTORY
 from urdyn.tracking import beliefs, checkpoint, interest
 from urdyn.tracking.checkpoint import Checkpoint
 from urdyn.tracking.keeper import Keeper, begin_scribe
 from urdyn.tracking.latency import Latency
-from urdyn.tracking.losses import as_plain, counted, no_losses, too_sparse
+from urdyn.tracking.losses import counted, no_losses
 from urdyn.tracking.modes import mode_of
 from urdyn.tracking.observer import Observer
 from urdyn.tracking.parts import discard_parts, drop_others, writing_parts
@@ -36,6 +35,7 @@ from urdyn.tracking.restarts import arrivals
 from urdyn.tracking.row import row, spacing
 from urdyn.tracking.setting import at_the_end
 from urdyn.tracking.source import Arrival, Source, now
+from urdyn.tracking.summary import Summary, final, quality
 from urdyn.tracking.tracker import Tracker
 from urdyn.version import __version__
 
@@ -69,9 +69,7 @@ def run(
         writer: what `begin_scribe` began ahead.
 
     Returns:
-        What was found, in plain numbers: robot, samples, lost, data_s, wall_s, rate_hz,
-        latency_ms, rss_mb, filter, mode, final, quantities, quality, payload_changes,
-        payload_setting, and what the observer adds.
+        The document of a `Summary`, and what the observer adds to it.
 
     Raises:
         InputError: the source has other joints than the twin, is damaged, or is too short; or DIR
@@ -176,25 +174,27 @@ class _Run(Generic[S]):
             at = self.keeper.keep(at) if at.index % part == 0 else at
             self.keeper.go_on()
         found = self.observer.finish() if self.observer else {}
-        changes, final = self._finish(at), self._final(at)
-        return {
-            "robot": self.tracker.fit.dynamics.arm.name,
-            "samples": at.index,
-            "lost": lost if self.source.live else None,
-            "data_s": float(np.nan_to_num(at.last - at.began)),
-            "wall_s": time.perf_counter() - begin,
-            "rate_hz": work.count / work.total if work.count else 0.0,
-            "latency_ms": pace.summary(),
-            "rss_mb": peak_rss() / 1e6,
-            "filter": type(self.tracker.filter).__name__,
-            "mode": mode_of(self.tracker.filter),
-            "final": final,
-            "quantities": interest.as_plain(at.interest, self.tracker.fit.dynamics.arm.joint_names),
-            "quality": self._quality(at),
-            "payload_changes": changes,
-            "payload_setting": at_the_end(at.setting, final, self.quantities.whole),
-            **found,
-        }
+        changes = self._finish(at)
+        told = final(self.tracker, self.quantities, at)
+        arm = self.tracker.fit.dynamics.arm
+        summary = Summary(
+            robot=arm.name,
+            samples=at.index,
+            lost=lost if self.source.live else None,
+            data_s=float(np.nan_to_num(at.last - at.began)),
+            wall_s=time.perf_counter() - begin,
+            rate_hz=work.count / work.total if work.count else 0.0,
+            latency_ms=pace.summary(),
+            rss_mb=peak_rss() / 1e6,
+            filter=type(self.tracker.filter).__name__,
+            mode=mode_of(self.tracker.filter),
+            final=told,
+            quantities=interest.as_plain(at.interest, arm.joint_names),
+            quality=quality(self.tracker, self.source, at),
+            payload_changes=changes,
+            payload_setting=at_the_end(at.setting, told, self.quantities.whole),
+        )
+        return summary.plain() | dict(found)
 
     def _step(self, at: Checkpoint[S], arrival: Arrival) -> tuple[Checkpoint[S], Reading | None]:
         t = arrival.sample.t
@@ -275,29 +275,3 @@ class _Run(Generic[S]):
             if self.observer:
                 self.observer.forget()
         return changes
-
-    def _quality(self, at: Checkpoint[S]) -> dict[str, Any]:
-        """What the stream lacked, which joints ended it, and how often it was not this arm's."""
-        counts = at.state.causal.refused, at.state.undrawn
-        lacked = as_plain(at.losses, *counts, self.source.defects, at.index)
-        return lacked | {
-            "stuck": at.state.stuck.astype(int).tolist(),
-            "lost": self._lost(at),
-            "too_sparse": too_sparse(at.losses, self.source.period),
-            "restarts": int(at.state.restarts),
-            "compared": at.interest.samples.astype(int).tolist(),
-        }
-
-    def _lost(self, at: Checkpoint[S]) -> dict[str, Any] | None:
-        """Since when nothing is tracked, and for lack of which joints' angles; None: it is."""
-        t, lacking = self.tracker.missed(at.state)
-        if not (lacking.any() and at.state.t < t):
-            return None
-        names = self.tracker.fit.dynamics.arm.joint_names
-        return {"since": at.state.t, "joints": [names[j] for j in np.flatnonzero(lacking)]}
-
-    def _final(self, at: Checkpoint[S]) -> dict[str, Any]:
-        of, belief = self.quantities, self.tracker.believed(at.state)
-        mean, sd = of.of(belief, self.tracker.estimates_beside(at.state))
-        rows = zip(of.names, map(plain, mean), map(plain, sd), of.units, strict=True)
-        return {name: {"mean": m, "sd": sd, "unit": unit} for name, m, sd, unit in rows}

@@ -1,0 +1,73 @@
+"""What a run found, as `urdyn track --json` prints it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from typing import Any, TypeVar
+
+import numpy as np
+
+from urdyn.io.plain import plain
+from urdyn.tracking.checkpoint import Checkpoint
+from urdyn.tracking.losses import as_plain, too_sparse
+from urdyn.tracking.physical import Quantities
+from urdyn.tracking.source import Source
+from urdyn.tracking.tracker import Tracker
+
+S = TypeVar("S")
+
+
+@dataclass(frozen=True, eq=False)
+class Summary:
+    """A run that is over, in plain numbers; fields are named as the document's keys."""
+
+    robot: str
+    samples: int
+    lost: int | None  # samples that a live source did not send; None: it was recorded
+    data_s: float  # from the first stamp to the last
+    wall_s: float
+    rate_hz: float  # samples a second of computing
+    latency_ms: Mapping[str, float]
+    rss_mb: float  # memory at its peak
+    filter: str
+    mode: str
+    final: Mapping[str, Any]  # of each quantity its mean, sd and unit
+    quantities: Mapping[str, Any]  # margins, power and predictive error, joint by joint
+    quality: Mapping[str, Any]  # of the stream
+    payload_changes: list[float]  # [s]
+    payload_setting: Mapping[str, Any] | None  # of the controller; None: it does not say
+
+    def plain(self) -> dict[str, Any]:
+        """The document."""
+        return {field.name: getattr(self, field.name) for field in fields(self)}
+
+
+def final(tracker: Tracker[S], of: Quantities, at: Checkpoint[S]) -> dict[str, Any]:
+    """Mean, standard deviation and unit of each quantity, as believed at the end."""
+    belief = tracker.believed(at.state)
+    mean, sd = of.of(belief, tracker.estimates_beside(at.state))
+    rows = zip(of.names, map(plain, mean), map(plain, sd), of.units, strict=True)
+    return {name: {"mean": m, "sd": sd, "unit": unit} for name, m, sd, unit in rows}
+
+
+def quality(tracker: Tracker[S], source: Source, at: Checkpoint[S]) -> dict[str, Any]:
+    """What the stream lacked, which joints ended it, and how often it was not this arm's."""
+    counts = at.state.causal.refused, at.state.undrawn
+    lacked = as_plain(at.losses, *counts, source.defects, at.index)
+    return lacked | {
+        "stuck": at.state.stuck.astype(int).tolist(),
+        "lost": _lost(tracker, at),
+        "too_sparse": too_sparse(at.losses, source.period),
+        "restarts": int(at.state.restarts),
+        "compared": at.interest.samples.astype(int).tolist(),
+    }
+
+
+def _lost(tracker: Tracker[S], at: Checkpoint[S]) -> dict[str, Any] | None:
+    """Since when nothing is tracked, and for lack of which joints' angles; None: it is."""
+    t, lacking = tracker.missed(at.state)
+    if not (lacking.any() and at.state.t < t):
+        return None
+    names = tracker.fit.dynamics.arm.joint_names
+    return {"since": at.state.t, "joints": [names[j] for j in np.flatnonzero(lacking)]}
