@@ -10,7 +10,17 @@ import pytest
 
 from urdyn.identify import design as room
 from urdyn.identify.compress import residuals
-from urdyn.identify.design import SETTLED, TERMS, TICK, blocks, coefficients_at, design, runs
+from urdyn.identify.design import (
+    AROUND,
+    SETTLED,
+    TERMS,
+    TICK,
+    blocks,
+    coefficients_at,
+    design,
+    runs,
+    turning,
+)
 from urdyn.model.drive import Drive
 from urdyn.model.dynamics import Dynamics
 from urdyn.model.friction import travel
@@ -164,3 +174,16 @@ def test_runs_are_the_known_rows_and_no_others() -> None:
         np.concatenate([np.arange(200)[run] for run in found]), known.nonzero()[0]
     )
     assert all(not known[run.stop] for run in found if run.stop < 200)
+
+
+def test_a_joint_turns_round_where_its_velocity_changes_sign() -> None:
+    t = 0.002 * np.arange(2000)
+    v = np.tile(np.sin(2.0 * np.pi * (t + 0.2345))[:, None], 6)  # zeros 0.2655 + k / 2
+    v[:, 1], v[:, 2] = 1.0, 0.0
+    still = np.zeros_like(v)
+    swung = Motion(t, still, v, still, still, still, still)
+    zeros = 0.2655 + 0.5 * np.arange(8)
+    near = (np.abs(t[:, None] - zeros) <= AROUND).any(axis=1)
+    found = turning(swung)
+    assert np.count_nonzero(found[:, 0] != near) <= len(zeros)  # at the first row behind it
+    assert not found[:, 1].any() and found[:, 2].all()

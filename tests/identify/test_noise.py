@@ -11,7 +11,7 @@ from scipy.stats import binom, chi2
 from scipy.stats import t as student
 
 from urdyn.identify import Noise
-from urdyn.identify.noise import GAUSSIAN, MAX_ORDER, fit_noise, white_noise, whiten
+from urdyn.identify.noise import GAUSSIAN, MAX_ORDER, PIECE, fit_noise, white_noise, whiten
 from urdyn.identify.slow import MEMORY, forgotten, periodogram
 from urdyn.types import Array
 
@@ -201,3 +201,42 @@ def test_the_periodogram_of_a_sum_in_doubt_is_the_mean_of_those_of_what_it_may_b
     X, root = rng.standard_normal((101, 4)), rng.standard_normal((4, 4))
     each = sum(periodogram(column) for column in (X @ root).T)
     np.testing.assert_allclose(periodogram(X, root @ root.T), each, rtol=1e-12)
+
+
+@pytest.mark.parametrize("step", [0.002, 0.01])
+def test_where_joints_turn_noise_says_what_lasting_errors_do(step: float) -> None:
+    """Noise of one density and errors of one size make the same density there at any rate."""
+    rng, turns = np.random.default_rng(11), 300
+    rows, lasting = round(1.0 / step), round(0.1 / step)
+    density, size = 1e-5, 0.05  # [A²s] of the noise, [A] of what is misjudged
+    e = np.sqrt(density / step) * rng.standard_normal((turns, rows))
+    near = np.zeros((turns, rows), bool)
+    near[:, lasting : 2 * lasting] = True
+    e += near * size * rng.standard_normal((turns, 1))
+    noise = fit_noise([[*e]], step, turning=[[*near]])
+    found = noise.turning[0] ** 2 * noise.power[0] / (1.0 - noise.ar[0].sum()) ** 2 * step
+    # Known by as many errors as there are turns; what they lend to the colour makes it only more.
+    few = FOUR_SIGMA * np.sqrt(2.0 / turns)
+    assert 1.0 - few <= found / (density + size**2 * PIECE) <= 2.0
+
+
+def test_noise_that_is_alike_everywhere_is_hardly_louder_in_turns() -> None:
+    e, _ = coloured(np.random.default_rng(12))
+    near = np.arange(ROWS) % 100 < 12
+    noise, plain = fit_noise([[e]], STEP, turning=[[near]]), alone(e)
+    pieces = ROWS * 12 // 100 // round(PIECE / STEP)
+    assert 1.0 <= noise.turning[0] ** 2 <= 1.0 + FOUR_SIGMA * np.sqrt(2.0 / pieces)
+    assert plain.turning[0] == 1.0
+    # What little the turns are louder by chance is all that their noise is quietened by.
+    chance = np.sqrt(2.0 / near.sum())
+    np.testing.assert_allclose(noise.power, plain.power, rtol=FOUR_SIGMA * chance)
+
+
+def test_errors_in_turns_are_no_colour_of_the_noise() -> None:
+    rng = np.random.default_rng(13)
+    e, _ = coloured(rng)
+    near = np.arange(ROWS) % 100 < 12
+    rough = e + near * np.repeat(0.2 * rng.standard_normal(ROWS // 100), 100)
+    told, blind = fit_noise([[rough]], STEP, turning=[[near]]), alone(rough)
+    truth = 1.0 - AR.sum()
+    assert abs(1.0 - told.ar.sum() - truth) < 0.5 * abs(1.0 - blind.ar.sum() - truth)

@@ -17,7 +17,7 @@ import numpy as np
 from scipy.signal import butter, periodogram, sosfiltfilt
 
 from urdyn.signal.stretches import median_step
-from urdyn.types import Array, Motion
+from urdyn.types import Array, Mask, Motion
 
 SILENT = 1e-3  # share of the current's size that no sensor's noise stays below
 CARRIED = 0.7  # of half the rate of the kept samples: there the filter cuts, or lower
@@ -40,6 +40,10 @@ class Band:
         margin = min(len(x) - 1, 10 * self.every)
         smooth = sosfiltfilt(low_pass, x, axis=0, padlen=margin)
         return np.asarray(smooth[:: self.every])
+
+    def rows(self, flags: Mask) -> Mask:
+        """Flags of the rows that are kept."""
+        return flags[:: self.every]
 
 
 EVERYTHING = Band()

@@ -12,7 +12,7 @@ from urdyn.identify.map_estimate import Compressed
 from urdyn.identify.noise import Noise
 from urdyn.identify.slow import periodogram
 from urdyn.model.dynamics import Dynamics
-from urdyn.types import Array, Motion
+from urdyn.types import Array, Mask, Motion
 
 
 def compress(
@@ -63,7 +63,8 @@ def _weighted(
             white, phi = noise.whiten(kept, joint), noise.whiten(band(tool[run]), joint)
             innovation = white[:, -1] - white[:, :-1] @ coefficients
             row = np.column_stack([phi, innovation + phi @ coefficients])
-            rows.append(row * noise.weights(innovation, joint)[:, None])
+            turning = band.rows(problem.turning[run, joint])[-len(row) :]
+            rows.append(row * noise.weights(innovation, joint, turning)[:, None])
     return rows
 
 
@@ -77,6 +78,15 @@ def residuals(point: Dynamics, motion: Motion, band: Band = EVERYTHING) -> list[
         for j, mine in enumerate(left):
             mine += [band(error[run, j]) for run in runs(block.known[:, j])]
     return left
+
+
+def turnings(point: Dynamics, motion: Motion, band: Band = EVERYTHING) -> list[list[Mask]]:
+    """Which of those rows are near where the joint turns round, joint by joint, run by run."""
+    near: list[list[Mask]] = [[] for _ in point.drive.gain]
+    for block in blocks(point, motion):
+        for j, mine in enumerate(near):
+            mine += [band.rows(block.turning[run, j]) for run in runs(block.known[:, j])]
+    return near
 
 
 def absorbed_periodograms(

@@ -25,6 +25,7 @@ TERMS = (*LINEAR, *STEPS)
 TICK = 1e-3  # [s] to either side, where torque is differentiated in time
 SETTLED = 50.0  # presliding distances of travel after which the state before is forgotten
 BLOCK = 8192  # rows of a regressor in memory at a time
+AROUND = 0.05  # [s] to either side of where a joint turns round, in which friction may be misjudged
 
 
 @dataclass(frozen=True)
@@ -34,6 +35,7 @@ class Block:
     motion: Motion  # kinematics at the time of the current
     bristles: Bristles
     known: Mask  # (N, J) measured, and the presliding state no longer hangs on where it began
+    turning: Mask  # (N, J) near where the joint turns round, or stands
 
     @property
     def instrumental(self) -> Block:
@@ -46,6 +48,7 @@ class Block:
 def blocks(point: Dynamics, motion: Motion) -> Iterator[Block]:
     """A motion block by block, as an arm like `point` lives through it."""
     ahead = motion.ahead(point.drive.time_offset)
+    turns = turning(ahead)
     distance = point.drive.presliding_distance
     edges = [0, *motion.breaks, len(motion)]
     for start, stop in pairwise(edges):
@@ -58,8 +61,22 @@ def blocks(point: Dynamics, motion: Motion) -> Iterator[Block]:
             moved = np.abs(travel(part)).cumsum(axis=0) + travelled
             follow = bristles(part, distance, memory, point.drive.friction_lead)
             known = _measured(point, part) & (moved > SETTLED * distance)
-            yield Block(part.slice(lead), follow.since(lead), known[lead:])
+            near = turns[row : row + len(part) - lead]
+            yield Block(part.slice(lead), follow.since(lead), known[lead:], near)
             memory, travelled = follow.end, moved[-1]
+
+
+def turning(motion: Motion) -> Mask:
+    """Where a joint is about to turn round, has just done so, or stands, (N, J).
+
+    A joint that sticks is held by whatever friction it takes, and its acceleration jumps: no law of
+    friction that follows the measured motion is right then, to the last digit.
+    """
+    t, way = motion.t[:, None], np.sign(motion.v)
+    turns = (np.diff(way, axis=0, prepend=way[:1]) != 0.0) | (way == 0.0)
+    last = np.maximum.accumulate(np.where(turns, t, -np.inf), axis=0)
+    next_ = np.minimum.accumulate(np.where(turns, t, np.inf)[::-1], axis=0)[::-1]
+    return np.asarray(np.minimum(t - last, next_ - t) <= AROUND)
 
 
 def _measured(point: Dynamics, motion: Motion) -> Mask:
@@ -76,6 +93,7 @@ class Design:
     terms: Array  # (len(TERMS), N, J)
     current: Array  # (N, J) [A]
     known: Mask  # (N, J)
+    turning: Mask  # (N, J)
 
     def columns(self, joint: int) -> Array:
         """Phi_j without the links that the joint does not carry, (N, 10 (J - j) + len(TERMS))."""
@@ -91,7 +109,7 @@ def design(point: Dynamics, block: Block) -> Design:
     linear = features(Contact(motion.q, motion.v, motion.temperature, load, s), drive)
     columns = {"rotor_inertia": motion.a, **linear, **_slopes(point, block, load, s)}
     terms = np.array([columns[name] for name in TERMS])
-    return Design(rigid, terms, motion.current, block.known)
+    return Design(rigid, terms, motion.current, block.known, block.turning)
 
 
 def _slopes(point: Dynamics, block: Block, load: Array, s: Array) -> dict[str, Array]:

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from itertools import repeat
 
 import numpy as np
 
 from urdyn.identify.slow import MEMORY, density, forgotten, periodogram, share_of, without_slow
-from urdyn.types import MAD_TO_SD, Array, frozen
+from urdyn.types import MAD_TO_SD, Array, Mask, frozen
 
 MAX_ORDER = 8
 BEHIND = 5 * MAX_ORDER  # rows, that a regression is told from
@@ -15,6 +16,7 @@ GAUSSIAN = 100.0  # degrees of freedom beyond which Student's t is called Gaussi
 MIN_DOF = 4.0
 CERTAIN = 1e18  # degrees of freedom of what is Gaussian to the last digit
 TINY = 1e-6  # of a variance: no noise is foreseen better
+PIECE = 0.03  # [s] in which friction that is misjudged at a reversal stays alike
 WILD = 12.0  # [sd] at which a residual is clipped: an outlier does not widen the noise
 
 
@@ -34,11 +36,15 @@ class Noise:
     ar: Array  # (J, p) [-]
     slow: Array = field(default_factory=lambda: np.zeros(0))  # (J,) [A] sd; by default nothing
     keep: float = 0.0  # [-] of the slow part that is left a sample on
+    turning: Array = field(default_factory=lambda: np.zeros(0))  # (J,) [-] how often as loud w is
+    # where a joint turns round; by default no louder
 
     def __post_init__(self) -> None:
         if not self.slow.size:
             object.__setattr__(self, "slow", np.zeros_like(self.sd))
-        for name in ("sd", "scale", "dof", "ar", "slow"):
+        if not self.turning.size:
+            object.__setattr__(self, "turning", np.ones_like(self.sd))
+        for name in ("sd", "scale", "dof", "ar", "slow", "turning"):
             object.__setattr__(self, name, frozen(getattr(self, name)))
 
     @property
@@ -69,13 +75,17 @@ class Noise:
         seen = self.slow[joint] * (1.0 - ar.sum()) / scale
         return without_slow(whiten(x, ar), seen, self.keep)
 
-    def weights(self, innovation: Array, joint: int) -> Array:
+    def weights(self, innovation: Array, joint: int, turning: Mask | bool = False) -> Array:
         """Square roots of the weights that make least squares the t likelihood's, (N,).
 
         An outlier's weight falls as 1/w²; the factor (dof+1)/(dof+3) turns the average weight into
         Fisher's information, so that covariances are not too small. [Lange1989]_
+
+        Args:
+            turning: whether the joint turns round near a row, (N,) or of all.
         """
-        dof, scale = self.dof[joint], self.scale[joint]
+        dof = self.dof[joint]
+        scale = self.scale[joint] * np.where(turning, self.turning[joint], 1.0)
         weight = (dof + 1.0) / (dof + (innovation / scale) ** 2)
         return np.asarray(np.sqrt(weight * (dof + 1.0) / (dof + 3.0)) / scale)
 
@@ -87,7 +97,10 @@ def white_noise(residuals: list[list[Array]]) -> Noise:
 
 
 def fit_noise(
-    residuals: list[list[Array]], step: float, absorbed: list[list[Array]] | None = None
+    residuals: list[list[Array]],
+    step: float,
+    absorbed: list[list[Array]] | None = None,
+    turning: list[list[Mask]] | None = None,
 ) -> Noise:
     """Noise of every joint from its residuals, joint by joint, stretch by stretch [A].
 
@@ -98,13 +111,19 @@ def fit_noise(
     Args:
         step: time from row to row [s].
         absorbed: periodogram of what a fit absorbed, stretch by stretch [A²]; None: nothing.
+        turning: rows near where the joint turns round, whose noise is told apart; None: it is not.
     """
     keep = forgotten(step)
+    if turning is None:
+        turning = [[np.zeros(len(r), bool) for r in stretches] for stretches in residuals]
     if absorbed is None:
         absorbed = [[np.zeros(len(r) // 2 + 1) for r in stretches] for stretches in residuals]
-    pairs = zip(residuals, absorbed, strict=True)
-    fits = [_fit_joint(stretches, powers, keep) for stretches, powers in pairs]
+    both = zip(residuals, turning, strict=True)
+    calm = [_calmed(stretches, near) for stretches, near in both]
+    fits = [_fit_joint(left, powers, keep) for left, powers in zip(calm, absorbed, strict=True)]
     width = max(noise.ar.shape[1] for noise in fits)
+    rows = max(round(PIECE / step), 1) if np.isfinite(step) else 1
+    louder = map(_louder, fits, residuals, turning, repeat(rows))
     return Noise(
         sd=np.concatenate([n.sd for n in fits]),
         scale=np.concatenate([n.scale for n in fits]),
@@ -112,6 +131,7 @@ def fit_noise(
         ar=np.concatenate([np.pad(n.ar, ((0, 0), (0, width - n.ar.shape[1]))) for n in fits]),
         slow=np.concatenate([n.slow for n in fits]),
         keep=keep,
+        turning=np.array(list(louder)),
     )
 
 
@@ -166,6 +186,37 @@ def _fit_joint(stretches: list[Array], absorbed: list[Array], keep: float) -> No
     power = float(np.mean(innovation**2)) + unseen
     scale = np.sqrt(power * (dof - 2.0) / dof)
     return replace(noise, scale=scale * one, dof=dof * one)
+
+
+def _calmed(stretches: list[Array], turning: list[Mask]) -> list[Array]:
+    """Residuals that are nowhere louder than where the joint goes its way."""
+    e, near = np.concatenate([*stretches, np.zeros(0)]), np.concatenate([*turning, np.zeros(0)])
+    near = near.astype(bool)
+    if not near.any() or near.all():
+        return stretches
+    louder = max(np.sqrt(np.mean(e[near] ** 2) / max(np.mean(e[~near] ** 2), TINY**2)), 1.0)
+    pairs = zip(stretches, turning, strict=True)
+    return [np.where(near, r / louder, r) for r, near in pairs]
+
+
+def _louder(noise: Noise, stretches: list[Array], turning: list[Mask], rows: int) -> float:
+    """How often as loud as elsewhere one joint's noise is where it turns round, at least 1.
+
+    Friction that is misjudged there is so for some tens of milliseconds alike: not its size tells
+    what it does to a fit, but what it adds up to, `rows` by rows. So intervals of what is learnt
+    from them do not hang on how often such a while was sampled.
+    """
+    order, squares = noise.ar.shape[1], []
+    for r, near in zip(stretches, turning, strict=True):
+        if len(r) <= order + rows or not near.any():
+            continue
+        w = noise.whiten(r, 0) / np.sqrt(noise.power[0])
+        pieces = len(w) // rows
+        whole = near[order:][: pieces * rows].reshape(pieces, rows).all(axis=1)
+        sums = w[: pieces * rows].reshape(pieces, rows).sum(axis=1)
+        squares.append(sums[whole] ** 2 / rows)
+    told = np.concatenate([*squares, np.zeros(0)])
+    return float(np.sqrt(max(np.mean(told), 1.0))) if len(told) else 1.0
 
 
 def _lags_with_data(stretches: list[Array]) -> int:

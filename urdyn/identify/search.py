@@ -14,7 +14,7 @@ from itertools import chain
 import numpy as np
 
 from urdyn.identify.band import EVERYTHING, Band, common_band
-from urdyn.identify.compress import absorbed_periodograms, compress, residuals
+from urdyn.identify.compress import absorbed_periodograms, compress, residuals, turnings
 from urdyn.identify.excerpt import excerpt, folds
 from urdyn.identify.expressions import dynamics, physical
 from urdyn.identify.fit import Fit
@@ -35,7 +35,7 @@ from urdyn.model.population import OPTIONAL, population
 from urdyn.progress import Progress
 from urdyn.signal.channels import mean_measured
 from urdyn.signal.stretches import median_step
-from urdyn.types import Array, Gaussian, Motion
+from urdyn.types import Array, Gaussian, Mask, Motion, V
 
 EXCERPT = 24_000  # rows, at most, on which the shape of friction is sought
 SHAPING = 8  # rounds of plain least squares, while the shape of friction moves
@@ -119,15 +119,30 @@ def _start(arm: Arm, runs: Sequence[Run], gain: Array | None, tool: Array) -> St
     return State(unknowns, np.zeros(len(unknowns.mean)), unit, temperature, band)
 
 
-def _with_noise(state: State, runs: Sequence[Run], plain: bool = False) -> State:
-    """The same point with the noise that it leaves; plain: white and Gaussian."""
+def _with_noise(
+    state: State, runs: Sequence[Run], plain: bool = False, apart: bool = True
+) -> State:
+    """The same point with the noise that it leaves.
+
+    Args:
+        plain: white and Gaussian.
+        apart: told apart where joints turn round.
+    """
     left = _joint_by_joint(
         residuals(point, motion, state.band) for motion, point, _ in state.loaded(runs)
     )
     if plain:
         return replace(state, noise=white_noise(left))
     step = float(np.mean([median_step(run.motion.t) for run in runs])) * state.band.every
-    return replace(state, noise=fit_noise(left, step, _absorbed(state, runs)))
+    near = _turnings(state, runs) if apart else None
+    return replace(state, noise=fit_noise(left, step, _absorbed(state, runs), near))
+
+
+def _turnings(state: State, runs: Sequence[Run]) -> list[list[Mask]]:
+    """Which rows of the residuals are near where a joint turns round."""
+    return _joint_by_joint(
+        turnings(point, motion, state.band) for motion, point, _ in state.loaded(runs)
+    )
 
 
 def _absorbed(state: State, runs: Sequence[Run]) -> list[list[Array]] | None:
@@ -143,7 +158,7 @@ def _absorbed(state: State, runs: Sequence[Run]) -> list[list[Array]] | None:
     return _joint_by_joint(of_run(*loaded) for loaded in state.loaded(runs))
 
 
-def _joint_by_joint(runs: Iterable[list[list[Array]]]) -> list[list[Array]]:
+def _joint_by_joint(runs: Iterable[list[list[V]]]) -> list[list[V]]:
     """Stretches of all runs, each joint's one after the other."""
     return [list(chain.from_iterable(of)) for of in zip(*runs, strict=True)]
 
@@ -243,7 +258,7 @@ def _finish(state: State, runs: Sequence[Run]) -> Fit:
             unknowns.sd[:, None] * belief.cov * unknowns.sd,
         ),
         terms=unknowns.terms,
-        noise=_with_noise(last, runs).noise,
+        noise=_with_noise(last, runs, apart=False).noise,
         sources=tuple(run.motion.source for run in runs),
         n_samples=sum(len(run.motion) for run in runs),
         rank=rank,

@@ -45,7 +45,8 @@ def identified(fit: Fit, wall: float) -> dict[str, Any]:
 def _joint(fit: Fit, joint: int) -> dict[str, Any]:
     name = fit.dynamics.arm.joint_names[joint]
     optional = sorted(fit.terms[joint])
-    quantities = (*FRICTION, "presliding_distance", *optional)
+    shape = ["stribeck_velocity"] if "stribeck" in optional else []
+    quantities = (*FRICTION, "presliding_distance", *optional, *shape)
     warm = float(fit.dynamics.drive.temperature[joint])  # as viscous friction is quoted
     said = {"name": name, "terms": optional, "temperature_c": None if math.isnan(warm) else warm}
     return said | {quantity: quantity_of(fit, f"{name}.{quantity}") for quantity in quantities}

@@ -13,7 +13,7 @@ from urdyn.model.drive import UNITS
 from urdyn.report.digits import interval90, number, percent
 from urdyn.report.evidence import seen
 from urdyn.report.identify.comparison import Comparison, Truth, compare
-from urdyn.report.names import joints, robot, spoken, terms, title
+from urdyn.report.names import TERMS, joints, robot, spoken, terms, title
 
 DRIVE = {"coulomb": "Coulomb", "viscous": "viscous", "rotor_inertia": "rotor", "gain": "gain"}
 TRUTHS = (*DRIVE, "structural", "offset", "mass")
@@ -29,10 +29,19 @@ def identify_table(fit: Fit) -> Table:
         drive = [_estimate(fit, f"{joint}.{q}") for q in DRIVE]
         mass = f"{link}.mass"
         words = ", ".join(terms(fit, j)) or "–"
+        if "stribeck" in fit.terms[j]:
+            words = words.replace(TERMS["stribeck"], _stribeck(fit, joint))
         table.add_row(
             spoken(joint), *drive, _estimate(fit, mass), percent(fit.informed(mass)), words
         )
     return table
+
+
+def _stribeck(fit: Fit, joint: str) -> str:
+    """What is added to friction at rest, and the velocity by which most of it is gone."""
+    size, speed = fit.value(f"{joint}.stribeck"), fit.value(f"{joint}.stribeck_velocity")
+    units = UNITS["stribeck"], UNITS["stribeck_velocity"]
+    return f"{TERMS['stribeck']} {number(size)} {units[0]}, {number(speed)} {units[1]}"
 
 
 def _estimate(fit: Fit, name: str) -> str:
