@@ -36,8 +36,8 @@ class Noise:
     ar: Array  # (J, p) [-]
     slow: Array = field(default_factory=lambda: np.zeros(0))  # (J,) [A] sd; by default nothing
     keep: float = 0.0  # [-] of the slow part that is left a sample on
-    turning: Array = field(default_factory=lambda: np.zeros(0))  # (J,) [-] how often as loud w is
-    # where a joint turns round; by default no louder
+    # (J,) [-] by how much w is louder where the joint turns round; by default no louder.
+    turning: Array = field(default_factory=lambda: np.zeros(0))
 
     def __post_init__(self) -> None:
         if not self.slow.size:
@@ -189,28 +189,28 @@ def _fit_joint(stretches: list[Array], absorbed: list[Array], keep: float) -> No
 
 
 def _calmed(stretches: list[Array], turning: list[Mask]) -> list[Array]:
-    """Residuals that are nowhere louder than where the joint goes its way."""
-    e, near = np.concatenate([*stretches, np.zeros(0)]), np.concatenate([*turning, np.zeros(0)])
-    near = near.astype(bool)
-    if not near.any() or near.all():
+    """Residuals that are on average no louder near turns than where the joint goes its way."""
+    e, near = np.concatenate([*stretches, [0.0]]), np.concatenate([*turning, [False]])
+    calm = float(np.mean(e[~near] ** 2))
+    if not near.any() or not calm:
         return stretches
-    louder = max(np.sqrt(np.mean(e[near] ** 2) / max(np.mean(e[~near] ** 2), TINY**2)), 1.0)
+    louder = np.sqrt(max(float(np.mean(e[near] ** 2)) / calm, 1.0))
     pairs = zip(stretches, turning, strict=True)
     return [np.where(near, r / louder, r) for r, near in pairs]
 
 
 def _louder(noise: Noise, stretches: list[Array], turning: list[Mask], rows: int) -> float:
-    """How often as loud as elsewhere one joint's noise is where it turns round, at least 1.
+    """By how much one joint's noise is louder where it turns round, at least 1.
 
-    Friction that is misjudged there is so for some tens of milliseconds alike: not its size tells
-    what it does to a fit, but what it adds up to, `rows` by rows. So intervals of what is learnt
-    from them do not hang on how often such a while was sampled.
+    Friction that is misjudged there is so for some tens of milliseconds alike. What that does to a
+    fit is told by what it adds up to over `rows` rows, not by its size: a faster recording has more
+    rows of the same error, and would else be the surer of it.
     """
     order, squares = noise.ar.shape[1], []
     for r, near in zip(stretches, turning, strict=True):
         if len(r) <= order + rows or not near.any():
             continue
-        w = noise.whiten(r, 0) / np.sqrt(noise.power[0])
+        w = np.clip(noise.whiten(r, 0) / np.sqrt(noise.power[0]), -WILD, WILD)
         pieces = len(w) // rows
         whole = near[order:][: pieces * rows].reshape(pieces, rows).all(axis=1)
         sums = w[: pieces * rows].reshape(pieces, rows).sum(axis=1)
