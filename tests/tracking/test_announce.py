@@ -5,15 +5,16 @@ from __future__ import annotations
 import time
 from dataclasses import replace
 from importlib import import_module
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from urdyn.io.bags import joints
 from urdyn.io.ros2.compose import Types
-from urdyn.io.ros2.status import Level, Status, of_finding
 from urdyn.io.ros2.talk import Voice, acknowledged, seen
 from urdyn.io.snapshot import Snapshot
+from urdyn.io.status import Level, Status, of_finding
 from urdyn.tracking import announce, open_source
 from urdyn.tracking.announce import Announcer, Audience, by_part
 from urdyn.tracking.health import FRICTION, HEALTH, stale, statuses
@@ -159,7 +160,10 @@ def test_a_run_tells_what_it_writes(workshop, tmp_path, monkeypatch, caplog):
     monkeypatch.setattr(import_module("urdyn.tracking.row"), "RATE", 1e3)  # [Hz] all of them
     sent, scraped, glances = [], [], []
     voice = Voice(Types(lambda name: Message, int), lambda *one: sent.append(one), True, True)
-    plants = [unheard, lambda now, lines: scraped.append((now, lines))]
+    plants = [
+        SimpleNamespace(tell=unheard),
+        SimpleNamespace(tell=lambda now, lines: scraped.append((now, lines))),
+    ]
     behind = Status(Level.WARN, "urdyn: node", "falls behind", (), "20235")
     audience = Audience(voice, plants, unreadable, lambda: iter((behind,)))
     announcer = Announcer(workshop.fit, audience, "20235")

@@ -12,8 +12,8 @@ import typer
 
 if TYPE_CHECKING:
     import urdyn as ud
+    from urdyn.io.listener import Listener
     from urdyn.io.ros2.talk import Voice
-    from urdyn.tracking.announce import Tell
     from urdyn.tracking.progress import RunProgress, Watch
 
 PUBLISHED = ("feed_forward", "friction_scales")
@@ -84,21 +84,19 @@ def hand(fit: ud.Fit, summary: dict[str, Any], asked: Collection[str], out: Path
 
 def _plants(
     fit: ud.Fit, serial: str, prometheus: str | None, mqtt: str | None, ends: ExitStack
-) -> list[Tell]:
-    tells: list[Tell] = []
+) -> list[Listener]:
+    listeners: list[Listener] = []
     if prometheus is not None:
         from urdyn.io.plants.prometheus import serve
 
-        tell, close = serve(prometheus)
-        ends.callback(close)
-        tells.append(tell)
+        listeners.append(serve(prometheus))
+        ends.callback(listeners[-1].close)
     if mqtt is not None:
         from urdyn.io.plants.mqtt import connect
 
-        tell, close = connect(mqtt, serial or fit.dynamics.arm.name)
-        ends.callback(close)
-        tells.append(tell)
-    return tells
+        listeners.append(connect(mqtt, serial or fit.dynamics.arm.name))
+        ends.callback(listeners[-1].close)
+    return listeners
 
 
 def _ros(publish: Collection[str]) -> tuple[Voice, Callable[[], Iterator[str]]]:

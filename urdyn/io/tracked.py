@@ -18,8 +18,8 @@ from urdyn.io.bags.write import write_mcap
 from urdyn.io.files import sha256, writing
 from urdyn.io.reader import read
 from urdyn.io.ros2.compose import Types
-from urdyn.io.ros2.status import Status, of_finding
 from urdyn.io.run_folder import FINDINGS, HISTORY
+from urdyn.io.status import Status, of_finding
 from urdyn.version import __version__
 
 ARRAY, TEXT = "diagnostic_msgs/msg/DiagnosticArray", "std_msgs/msg/String"

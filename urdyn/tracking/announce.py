@@ -11,9 +11,10 @@ from threading import Event, Thread
 import numpy as np
 
 from urdyn.identify.fit import Fit
-from urdyn.io.ros2.status import Status
+from urdyn.io.listener import Listener
 from urdyn.io.ros2.talk import Seen, Voice, acknowledged, seen
 from urdyn.io.snapshot import Snapshot
+from urdyn.io.status import Status
 from urdyn.model.body import centre_of_mass
 from urdyn.tracking.health import STALE, stale, statuses
 from urdyn.tracking.physical import PAYLOAD
@@ -23,7 +24,7 @@ from urdyn.types import Array
 LOG = logging.getLogger(__name__)
 PULSE = 1.0  # [s] between two diagnoses
 
-Tell = Callable[[Snapshot, Sequence[Status]], None]
+Tell = Callable[[Snapshot, Sequence[Status]], None]  # of a listener, or of ours
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,7 +32,7 @@ class Audience:
     """Who listens."""
 
     voice: Voice | None = None  # ROS 2
-    plants: Sequence[Tell] = ()
+    plants: Sequence[Listener] = ()
     acknowledgements: Callable[[], Iterator[str]] = lambda: iter(())
     remarks: Callable[[], Iterator[Status]] = lambda: iter(())  # beside the arm's lines
 
@@ -89,7 +90,7 @@ class Announcer:
         )
 
     def _beat(self) -> None:
-        plants = self._audience.plants
+        plants = [listener.tell for listener in self._audience.plants]
         listeners = (self._diagnose, *plants) if self._audience.voice else plants
         while not self._ended.wait(PULSE):
             if self._newest is None:

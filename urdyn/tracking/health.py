@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from urdyn.io.ros2.status import Level, Status, of_finding
 from urdyn.io.snapshot import Snapshot
+from urdyn.io.status import Level, Status, of_finding
 from urdyn.types import NORMAL90, Array
 
 HEALTH = {Level.WARN: 0.9, Level.ERROR: 0.75}  # [-] drive health below

@@ -18,9 +18,9 @@ import pytest
 
 from urdyn.errors import InputError
 from urdyn.io.address import parse
-from urdyn.io.ros2.status import Level, Status
 from urdyn.io.rtde import parse_address
 from urdyn.io.snapshot import Snapshot
+from urdyn.io.status import Level, Status
 
 pytestmark = pytest.mark.flaky(reruns=2)  # in real time: a busy machine may miss a sample once
 JOINTS = ("shoulder_pan_joint", "elbow_joint")
@@ -70,16 +70,16 @@ def test_prometheus_scrapes_base_units(free_port):
     pytest.importorskip("prometheus_client", reason="the extra plants is not installed")
     from urdyn.io.plants.prometheus import serve
 
-    tell, close = serve(str(free_port))
+    endpoint = serve(str(free_port))
     try:
-        tell(snapshot(), STATUSES)
-        tell(snapshot(5.0), STATUSES)
+        endpoint.tell(snapshot(), STATUSES)
+        endpoint.tell(snapshot(5.0), STATUSES)
         with pytest.raises(InputError, match=str(free_port)):
             serve(str(free_port))
         with urllib.request.urlopen(f"http://127.0.0.1:{free_port}/metrics", timeout=60) as page:
             lines = page.read().decode().splitlines()
     finally:
-        close()
+        endpoint.close()
     joint = 'joint="elbow_joint",robot="20235"'
     assert f"urdyn_joint_friction_newton_metres{{{joint}}} 6.0" in lines
     assert f"urdyn_joint_friction_newton_metres_sd{{{joint}}} 0.5" in lines
@@ -120,10 +120,10 @@ def test_a_broker_keeps_the_newest_state_for_those_who_come_later(broker):
 
     from urdyn.io.plants.mqtt import connect
 
-    tell, close = connect(f"127.0.0.1:{broker}", "20235")
-    tell(snapshot(), STATUSES)
-    tell(snapshot(5.0), STATUSES)
-    close()
+    listening = connect(f"127.0.0.1:{broker}", "20235")
+    listening.tell(snapshot(), STATUSES)
+    listening.tell(snapshot(5.0), STATUSES)
+    listening.close()
     told: dict[str, tuple[dict, bool, int]] = {}
     late = Client(CallbackAPIVersion.VERSION2)
     late.on_message = lambda _c, _u, m: told.update(

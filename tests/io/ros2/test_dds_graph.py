@@ -148,7 +148,7 @@ def test_fields_are_those_of_the_message_files(name):
 def test_a_diagnosis_is_the_same_bytes_as_any_other_library_s():
     from urdyn.io.bags.outgoing import typestore
     from urdyn.io.ros2.compose import Types
-    from urdyn.io.ros2.status import Level, Status
+    from urdyn.io.status import Level, Status
 
     lines = (Status(Level.WARN, "urdyn: elbow_joint", "rust", (("f", "3.1"),), "20235"),)
     name, store = "diagnostic_msgs/msg/DiagnosticArray", typestore()

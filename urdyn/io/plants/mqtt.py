@@ -9,7 +9,8 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
+from dataclasses import dataclass
 from importlib.util import find_spec
 from queue import Empty, Queue
 from typing import Any
@@ -17,8 +18,8 @@ from typing import Any
 from urdyn.errors import InputError, MissingExtraError
 from urdyn.io.address import joined, parse
 from urdyn.io.plain import plain
-from urdyn.io.ros2.status import Status
 from urdyn.io.snapshot import Snapshot
+from urdyn.io.status import Status
 
 PORT, SECURE = 1883, 8883  # as IANA has them; the second over TLS
 USER, PASSWORD = "URDYN_MQTT_USER", "URDYN_MQTT_PASSWORD"  # of the environment
@@ -26,59 +27,90 @@ AT_LEAST_ONCE = 1
 PATIENCE = 10.0  # [s] for a broker's first word
 WAIT = 2.0  # [s] for the last words to arrive
 
-Tell = Callable[[Snapshot, Sequence[Status]], None]
+
+@dataclass(frozen=True, eq=False)
+class Broker:
+    """A broker that keeps an arm's newest state: a `Listener`."""
+
+    client: Any  # paho's
+    robot: str
+
+    def tell(self, now: Snapshot, statuses: Sequence[Status]) -> None:
+        """Publish every joint, the payload and the lines."""
+        for part in (*now.joints, "payload"):
+            where = "payload" if part == "payload" else f"joint/{part}"
+            self.publish(where, _part(now, part))
+        lines = {s.name.removeprefix("urdyn: "): [s.level.name, s.message] for s in statuses}
+        self.publish("status", {"stamp_s": now.stamp / 1e9, "parts": lines})
+
+    def close(self) -> None:
+        """Say that we go, and go."""
+        self.publish("online", False).wait_for_publish(WAIT)
+        self.leave()
+
+    def publish(self, where: str, document: Any) -> Any:
+        """A document under the robot's name, which the broker keeps."""
+        text = json.dumps(document)
+        return self.client.publish(f"urdyn/{self.robot}/{where}", text, AT_LEAST_ONCE, retain=True)
+
+    def leave(self) -> None:
+        """Hang up."""
+        self.client.disconnect()
+        self.client.loop_stop()
 
 
-def connect(text: str, robot: str) -> tuple[Tell, Callable[[], None]]:
-    """Connect to HOST[:PORT]: what takes the newest snapshot, and what ends it."""
+def connect(text: str, robot: str) -> Broker:
+    """Connect to HOST[:PORT].
+
+    Raises:
+        InputError: nobody answers there as a broker does, or it refuses us.
+    """
     if find_spec("paho") is None:
         raise MissingExtraError("plants", "paho-mqtt")
-    from paho.mqtt.client import Client
-    from paho.mqtt.enums import CallbackAPIVersion
-
     host, port = parse(text, PORT, "MQTT broker")
-    client = Client(CallbackAPIVersion.VERSION2)
-    client.will_set(f"urdyn/{robot}/online", "false", AT_LEAST_ONCE, retain=True)
-    if user := os.environ.get(USER):
-        client.username_pw_set(user, os.environ.get(PASSWORD))
-    answers: Queue[str] = Queue()  # "", or why the broker refuses us
-
-    def answered(_client: Any, _data: Any, _flags: Any, reason: Any, _properties: Any) -> None:
-        """Said again after every reconnect."""
-        if not reason.is_failure:
-            _publish(client, f"urdyn/{robot}/online", True)
-        answers.put(f"{reason}; {USER} and {PASSWORD} say who we are" if reason.is_failure else "")
-
-    client.on_connect = answered
+    broker = Broker(_client(robot), robot)
+    answers = _answers(broker)
     try:
         if port == SECURE:
-            client.tls_set()
-        client.connect(host, port)
+            broker.client.tls_set()
+        broker.client.connect(host, port)
     except OSError as error:
         raise InputError(f"MQTT broker {joined(host, port)}: {error.strerror or error}") from error
-    client.loop_start()
+    broker.client.loop_start()
     try:
         refused = answers.get(timeout=PATIENCE)
     except Empty:
         refused = "does not answer as a broker does"
     if refused:
-        client.disconnect()
-        client.loop_stop()
+        broker.leave()
         raise InputError(f"MQTT broker {joined(host, port)}: {refused}")
+    return broker
 
-    def tell(now: Snapshot, statuses: Sequence[Status]) -> None:
-        for part in (*now.joints, "payload"):
-            where = "payload" if part == "payload" else f"joint/{part}"
-            _publish(client, f"urdyn/{robot}/{where}", _part(now, part))
-        lines = {s.name.removeprefix("urdyn: "): [s.level.name, s.message] for s in statuses}
-        _publish(client, f"urdyn/{robot}/status", {"stamp_s": now.stamp / 1e9, "parts": lines})
 
-    def close() -> None:
-        _publish(client, f"urdyn/{robot}/online", False).wait_for_publish(WAIT)
-        client.disconnect()
-        client.loop_stop()
+def _client(robot: str) -> Any:
+    """Who we are, and what the broker is to say when we are gone."""
+    from paho.mqtt.client import Client
+    from paho.mqtt.enums import CallbackAPIVersion
 
-    return tell, close
+    client = Client(CallbackAPIVersion.VERSION2)
+    client.will_set(f"urdyn/{robot}/online", "false", AT_LEAST_ONCE, retain=True)
+    if user := os.environ.get(USER):
+        client.username_pw_set(user, os.environ.get(PASSWORD))
+    return client
+
+
+def _answers(broker: Broker) -> Queue[str]:
+    """What it will say to every connection: "", or why it refuses us."""
+    answers: Queue[str] = Queue()
+
+    def answered(_client: Any, _data: Any, _flags: Any, reason: Any, _properties: Any) -> None:
+        """Said again after every reconnect."""
+        if not reason.is_failure:
+            broker.publish("online", True)
+        answers.put(f"{reason}; {USER} and {PASSWORD} say who we are" if reason.is_failure else "")
+
+    broker.client.on_connect = answered
+    return answers
 
 
 def _part(now: Snapshot, part: str) -> dict[str, Any]:
@@ -88,7 +120,3 @@ def _part(now: Snapshot, part: str) -> dict[str, Any]:
         for name, value in now.mean[part].items()
     }
     return {"stamp_s": now.stamp / 1e9, **told}
-
-
-def _publish(client: Any, topic: str, document: Any) -> Any:
-    return client.publish(topic, json.dumps(document), AT_LEAST_ONCE, retain=True)

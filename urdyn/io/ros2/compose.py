@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from urdyn.io.ros2.status import Status
+from urdyn.io.status import Status
 from urdyn.types import Array
 
 Values = Mapping[str, float]

@@ -9,8 +9,8 @@ from typing import Any
 
 from urdyn.io.ros2.compose import Types
 from urdyn.io.ros2.domain import reader, ros_name, writer
-from urdyn.io.ros2.status import Level, Status
 from urdyn.io.snapshot import Snapshot
+from urdyn.io.status import Level, Status
 from urdyn.types import Array
 
 DIAGNOSTICS = "/diagnostics"

@@ -1,0 +1,19 @@
+"""Who is told a run's newest state."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Protocol
+
+from urdyn.io.snapshot import Snapshot
+from urdyn.io.status import Status
+
+
+class Listener(Protocol):
+    """A system of the plant that wants to know."""
+
+    def tell(self, now: Snapshot, statuses: Sequence[Status]) -> None:
+        """The newest state, and a line for every joint and the arm."""
+
+    def close(self) -> None:
+        """No more."""
