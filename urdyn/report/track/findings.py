@@ -64,7 +64,7 @@ def _row(finding: Mapping[str, Any], clock: Clock, start: float) -> list[Html]:
         cell(finding["severity"] + seen, f"alarm at {clock(finding['alarm_s'] - start)}", bad),
         text(percent(finding["confidence"])),
         cell(*_left(finding)),
-        text(finding["advice"]),
+        tag("span", text(finding["advice"]), kind="todo"),
     ]
 
 

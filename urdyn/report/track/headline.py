@@ -15,7 +15,7 @@ from urdyn.report.findings import ranked, unjudged
 from urdyn.report.markup import Html, cell, facts, grid, join, paragraph, table, tag, text
 from urdyn.report.names import QUANTITIES, capital, maker, spoken
 from urdyn.report.setting import set_to
-from urdyn.report.track.change import CHANGED, SDS, SHARE, TOLD, Change, verdict
+from urdyn.report.track.change import CHANGED, SDS, SHARE, TOLD, WATCHED, Change, verdict
 from urdyn.report.track.history import PAYLOAD, History
 from urdyn.report.track.payload import carried
 from urdyn.report.track.surprise import MISSES, Surprise, trust_track
@@ -48,7 +48,8 @@ def track_headline(
     diagnosed, judged = "findings" in summary, _judged(summary, surprised)
     said = verdict(found, history.clock) if judged else ""
     if diagnosed and said.startswith(CHANGED):
-        said = said.replace(CHANGED, TRACKED, 1) + _beside({f["kind"] for f in summary["findings"]})
+        said = said.replace(CHANGED, TRACKED, 1)
+        said += _beside(said, {f["kind"] for f in summary["findings"]})
     if setting := set_to(summary.get("payload_setting")):
         load = f"{load} {capital(setting)}."
     moved = f"{said} {load}".strip()
@@ -64,10 +65,11 @@ def track_headline(
     )
 
 
-def _beside(kinds: Collection[str]) -> str:
-    """How changes of tracked parameters are to be read beside findings of these kinds."""
+def _beside(said: str, kinds: Collection[str]) -> str:
+    """How `said` of tracked parameters is to be read beside findings of these kinds."""
     bent = BENT if "sensor_fault" in kinds else ""
-    return bent + (PARTS if "friction_increase" in kinds else "")
+    two = "friction_increase" in kinds and WATCHED["coulomb"] in said
+    return bent + (PARTS if two else "")
 
 
 def _hold(surprised: Surprise) -> str:
