@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections import defaultdict
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 
 from urdyn.errors import LogError
@@ -18,6 +18,7 @@ ANGLE = re.compile(
     rf"(?i)(?P<owner>(?:.*[ _.\-])?(?:rot(?:ation)?[ _.]?)?)"
     rf"(?P<axis>r[xyz]|roll|pitch|yaw){UNIT}"
 )
+STEMS = ("actualq", "q", "joint", "j", "jointposition", "jointangle", "axis", "a")  # of numbers
 NAMES = {"roll": "rx", "pitch": "ry", "yaw": "rz"}
 
 
@@ -60,12 +61,7 @@ def _joints(names: Collection[str], joint_names: Sequence[str], path: str) -> tu
     """The joints' columns, base first."""
     known = {_plain(name): name for name in names if not PLANNED.search(name)}
     wanted = [_plain(name) for name in joint_names]
-    spellings = [wanted]
-    for first in (0, 1):
-        numbers = range(first, first + len(joint_names))
-        for stem in ("actualq", "q", "joint", "j", "jointposition", "jointangle", "axis", "a"):
-            spellings += [[f"{stem}{k}" for k in numbers]]
-    for spelling in spellings:
+    for spelling in (wanted, *_numbered(len(joint_names))):
         if all(word in known for word in spelling):
             return tuple(known[word] for word in spelling)
     longer = [[n for plain, n in known.items() if word in plain] for word in wanted]
@@ -75,6 +71,12 @@ def _joints(names: Collection[str], joint_names: Sequence[str], path: str) -> tu
     raise LogError(
         f"has no column of {missing[0]}; name the joints as in the URDF, or q1 ...", path
     )
+
+
+def _numbered(joints: int) -> Iterator[list[str]]:
+    """Plain names of joints that are numbered, from 0 or from 1."""
+    for first in (0, 1):
+        yield from ([f"{stem}{k}" for k in range(first, first + joints)] for stem in STEMS)
 
 
 def _plain(name: str) -> str:
