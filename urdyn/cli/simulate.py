@@ -22,7 +22,7 @@ from urdyn.errors import InputError
 if TYPE_CHECKING:
     from urdyn.model.arm import Arm
     from urdyn.model.dynamics import Dynamics
-    from urdyn.simulate import Fault, Fidelity, Payload, Sensors, Work
+    from urdyn.simulate import Event, Fault, Fidelity, Payload, Sensors, Work
 
 
 def simulate(
@@ -59,24 +59,16 @@ def simulate(
 
     Example: [bold]urdyn simulate --robot ur10e --duration 30 --seed 7 --out run.parquet[/bold]
     """
-    from urdyn.simulate import RECORDERS, happening, observe, parse_fault, streams, write_truth
+    from urdyn.simulate import happening, observe, parse_fault, write_truth
     from urdyn.simulate import truth as truth_of
-    from urdyn.simulate.watched import watched
 
-    if out is None and not serve:
-        raise typer.BadParameter("say where to write by --out, or --serve")
+    _require_outcome(out, serve, truth)
     _refuse_idle(context, out, trajectory, poses, serve)
-    if truth is not None and truth.suffix.lower() not in (".json", ".toml", ".parquet"):
-        raise InputError(f"{truth}: the truth is written as .json, .toml or .parquet")
-    voice = Voice(json, quiet)
-    payload = payload_of(payload_mass, payload_com)
+    voice, payload = Voice(json, quiet), payload_of(payload_mass, payload_com)
     dynamics = _dynamics(robot, twin, seed, payload, deviations)
     sensors, lived = _sensors(dynamics.arm, noise), _fidelity(dynamics.arm, fidelity)
     faults = tuple(parse_fault(text, dynamics.arm.joints) for text in fault or ())
-    if twin is None:  # what `urdyn.simulate` gives for this seed and run
-        moving, noisy = streams(seed, payload, run)
-    else:
-        moving, noisy = np.random.default_rng((seed, run)).spawn(2)
+    moving, noisy = _streams(twin, seed, payload, run)
     pace = 1.0 / cycle(dynamics.arm) if serve else rate
     if poses is not None and not 0.0 < pose_rate <= pace:
         raise InputError(f"--pose-rate {pose_rate:g}: is to be above 0, and {pace:g} at most")
@@ -86,10 +78,9 @@ def simulate(
         events = happening(dynamics, work, faults, heat)
         log = observe(dynamics, work.trajectory, sensors, noisy, events, lived)
         if out is not None:
-            ud.write(RECORDERS[recorder].record(log, np.random.default_rng((seed, run, 1))), out)
+            _record(log, recorder, out, (seed, run, 1))
     if poses is not None:
-        seen = watched(dynamics, log, events, pose_rate, np.random.default_rng((seed, run, 2)))
-        ud.write(seen, poses)
+        _watch(dynamics, log, events, pose_rate, poses, (seed, run, 2))
     document = truth_of(dynamics, sensors, seed, events, float(log.t[-1]))
     if truth is not None:
         write_truth(truth, document)
@@ -98,6 +89,47 @@ def simulate(
         voice.result(_summary(log, out, document))
     if serve:
         serve_log(log, dynamics.arm, host, port, voice)
+
+
+def _require_outcome(out: Path | None, serve: bool, truth: Path | None) -> None:
+    """Somewhere for the run to go, and a truth in a form that there is."""
+    if out is None and not serve:
+        raise typer.BadParameter("say where to write by --out, or --serve")
+    if truth is not None and truth.suffix.lower() not in (".json", ".toml", ".parquet"):
+        raise InputError(f"{truth}: the truth is written as .json, .toml or .parquet")
+
+
+def _streams(
+    twin: Path | None, seed: int, payload: Payload | None, run: int
+) -> tuple[np.random.Generator, np.random.Generator]:
+    """What motion and noise are drawn by."""
+    from urdyn.simulate import streams
+
+    if twin is None:  # what `urdyn.simulate` gives for this seed and run
+        return streams(seed, payload, run)
+    moving, noisy = np.random.default_rng((seed, run)).spawn(2)
+    return moving, noisy
+
+
+def _record(log: ud.Log, recorder: str, out: Path, seed: tuple[int, ...]) -> None:
+    """The log as a recorder has it."""
+    from urdyn.simulate import RECORDERS
+
+    ud.write(RECORDERS[recorder].record(log, np.random.default_rng(seed)), out)
+
+
+def _watch(
+    dynamics: Dynamics,
+    log: ud.Log,
+    events: Sequence[Event],
+    rate: float,
+    out: Path,
+    seed: tuple[int, ...],
+) -> None:
+    """What a tracker beside the arm saw meanwhile."""
+    from urdyn.simulate.watched import watched
+
+    ud.write(watched(dynamics, log, events, rate, np.random.default_rng(seed)), out)
 
 
 def _refuse_idle(

@@ -54,6 +54,7 @@ from urdyn.io.effort import Effort
 if TYPE_CHECKING:
     from urdyn.estimate import Filter
     from urdyn.io.helper import Helper
+    from urdyn.tracking import Source
 
 # What a particle would keep for itself is a covariance of a hundred states; a thousand of those are
 # not updated at any robot's pace.
@@ -103,7 +104,7 @@ def track(
     os.environ.setdefault("ARROW_DEFAULT_MEMORY_POOL", "system")
     from urdyn.cli.announcing import HANDED, PUBLISHED, announcing, both, hand, known
     from urdyn.cli.results import require_folder
-    from urdyn.cli.watching import verdict, watching
+    from urdyn.cli.watching import watching
     from urdyn.io import sha256
     from urdyn.tracking import Tracker, open_source, run
 
@@ -113,49 +114,58 @@ def track(
     known(hand_over, HANDED, "--hand-over")
     require_folder(out)
     fit, part = load_fit(twin, [source]), slice_of(rows) if rows is not None else None
-    effort = Effort(effort_unit, fit.dynamics.drive.gain)
-    beside = wanted(poses, wrench)
+    effort, beside = Effort(effort_unit, fit.dynamics.drive.gain), wanted(poses, wrench)
     healthy = None if no_diagnosis else known_rules(rules, false_alarm_hours)
-    arm = fit.dynamics.arm
     with (
         _ahead("://" in source, fit, chosen, bool(healthy)) as (writer, helper),
         announcing(fit, source, serial, prometheus, mqtt, publish or ()) as told,
         closing(
             open_source(source, columns, part, rate, duration, effort, beside, voice.note)
         ) as stream,
-        watching(arm.joint_names, quiet) as shown,
+        watching(fit.dynamics.arm.joint_names, quiet) as shown,
         ended_by(stream.close) if stream.live else nullcontext(),
     ):
         stream, streams, drift = listening(stream, fit.dynamics, poses, wrench, calibration)
-        tracker: Tracker[Any] = Tracker(fit, chosen, stream.period, drift, streams=streams)
-        looking = onlooker(fit, stream, healthy, voice, helper) if healthy else None
-        watch, origin, before = both(shown, told), sha256(twin), _held(out)
+        before = _held(out)
         summary = run(
-            tracker,
+            Tracker(fit, chosen, stream.period, drift, streams=streams),
             stream,
             out,
-            twin_sha256=origin,
+            twin_sha256=sha256(twin),
             fresh=fresh,
-            watch=watch,
-            observer=looking,
+            watch=both(shown, told),
+            observer=onlooker(fit, stream, healthy, voice, helper) if healthy else None,
             writer=writer,
         )
-    summary["filter"] = filter or ("ukf" if mode == "full" else "ekf")
-    summary = doubted(summary)
+    summary = doubted(summary | {"filter": filter or ("ukf" if mode == "full" else "ekf")})
     if healthy is None:
         undiagnosed(out)
     _report(out, summary, voice)
-    if before and (before[1] or before[0]) != (stream.sha256 or stream.name):
-        voice.note(f"{out}: the run of {before[0]} that it held is replaced")
-    if poses and (why := unused(summary)):
-        voice.note(why)
-    voice.show(verdict(summary))
-    voice.show(summed(summary))
-    voice.result(summary)
+    voice.note(*_remarks(out, before, stream, summary, bool(poses)))
+    _tell(summary, voice)
     for path in hand(fit, summary, hand_over or (), out):
         voice.note(f"written: {path}")
     if fail_on_finding and any(not f["acknowledged"] for f in summary.get("findings", ())):
         raise typer.Exit(FAILED)
+
+
+def _remarks(
+    out: Path, before: tuple[str, str] | None, stream: Source, summary: dict[str, Any], posed: bool
+) -> Iterator[str]:
+    """What to know of a run beside what it found."""
+    if before and (before[1] or before[0]) != (stream.sha256 or stream.name):
+        yield f"{out}: the run of {before[0]} that it held is replaced"
+    if posed and (why := unused(summary)):
+        yield why
+
+
+def _tell(summary: dict[str, Any], voice: Voice) -> None:
+    """What was found, to people and to programs."""
+    from urdyn.cli.watching import verdict
+
+    voice.show(verdict(summary))
+    voice.show(summed(summary))
+    voice.result(summary)
 
 
 def _refuse_idle(
