@@ -36,7 +36,10 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-bench = typer.Typer(no_args_is_help=True, help="Measure time and memory on this machine.")
+bench = typer.Typer(
+    no_args_is_help=True,
+    help="Measure time, memory and errors on this machine, beside truth and paper.",
+)
 app.add_typer(bench, name="bench")
 
 

@@ -65,7 +65,8 @@ Acceleration = Annotated[
     float | None, typer.Option(metavar="RAD/S2", help="Of every joint; 4 if not given.")
 ]
 Rate = Annotated[
-    float | None, typer.Option(metavar="HZ", help="Of the controller; told by the robot.")
+    float | None,
+    typer.Option(metavar="HZ", help="Of the controller; the robot's own if not given."),
 ]
 Harmonics = Annotated[
     int | None, typer.Option(metavar="N", help="Of the Fourier series; several are tried.")

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from urdyn.report.fleet.gather import Fleet
 
-Folders = Annotated[list[Path], typer.Argument(metavar="DIR...", show_default=False)]
+Folders = Annotated[list[Path], typer.Argument(metavar="DIR", show_default=False)]
 Out = Annotated[Path, typer.Option(metavar="FILE", help="Where the page is written.")]
 Stale = Annotated[
     float, typer.Option(metavar="H", min=0.0, help="Hours without a word that make a run stale.")

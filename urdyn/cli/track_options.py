@@ -21,7 +21,9 @@ Out = Annotated[Path, typer.Option(metavar="DIR", help="Where the history is wri
 FilterName = Annotated[
     Literal["ukf", "ekf", "information", "particle", "variational"] | None,
     typer.Option(
-        "--filter", metavar="NAME", help=f"{', '.join(FILTERS)}; else ukf, of quicker modes ekf."
+        "--filter",
+        metavar="NAME",
+        help=f"{', '.join(FILTERS)}; ukf if not given, ekf in quicker modes.",
     ),
 ]
 ModeName = Annotated[

@@ -33,6 +33,7 @@ def validate(
     """Score a twin on recordings: how much of the measured motor current it predicts.
 
     TWIN is a twin.toml of `urdyn identify`, LOG a recording of the same arm without a payload.
+    What a joint draws while it stands no model tells: intervals are judged by the other rows.
 
     Example: [bold]urdyn validate twin/twin.toml another_run.csv[/bold]
     """

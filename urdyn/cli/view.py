@@ -21,11 +21,12 @@ LOOPBACK = "127.0.0.1"
 
 What = Annotated[str, typer.Argument(metavar="SOURCE", show_default=False)]
 TwinFile = Annotated[
-    Path | None, typer.Option("--twin", metavar="TWIN", help="The twin that it is of.")
+    Path | None,
+    typer.Option("--twin", metavar="TWIN", help="The twin.toml that it was tracked by."),
 ]
 LogFile = Annotated[
     Path | None,
-    typer.Option("--log", metavar="LOG", help="That was tracked, where it is no longer there."),
+    typer.Option("--log", metavar="LOG", help="The log that was tracked, if it was moved since."),
 ]
 Calibration = Annotated[
     Path | None,
@@ -37,7 +38,9 @@ Calibration = Annotated[
     ),
 ]
 Host = Annotated[str, typer.Option(help="Where to listen; others than this let others look on.")]
-Port = Annotated[int, typer.Option(min=1, max=65535, help="Or the next one that is free.")]
+Port = Annotated[
+    int, typer.Option(min=1, max=65535, help="Where to listen; if it is taken, the next free one.")
+]
 Open = Annotated[bool, typer.Option("--open", help="Open it in a browser.")]
 
 
