@@ -1,4 +1,4 @@
-"""How doubtful motions are, learnt: what is found is what there is."""
+"""The scale of what a model states of uncertain motions: what is found is what there is."""
 
 import numpy as np
 import pytest
@@ -10,7 +10,7 @@ J, PERIOD, NOISE = 6, 0.01, 0.7
 
 
 def found(scale, u, rows, seed):
-    """The share of the stated variance u [A²], told from innovations that have `scale` of it."""
+    """The scale of the stated variance u [A²], told from innovations that have `scale` of it."""
     rng, known = np.random.default_rng(seed), variance_scale.as_stated(J, PERIOD)
     stated = np.array([np.full(J, u), np.zeros(J)])
     for _ in range(rows):
@@ -19,7 +19,7 @@ def found(scale, u, rows, seed):
     return known.scale
 
 
-@pytest.mark.parametrize("share", [0.1, 1.0, 3.0])
+@pytest.mark.parametrize("scale", [0.1, 1.0, 3.0])
 @pytest.mark.parametrize("u", [0.5, 5.0])
 def test_as_much_as_there_is_is_found(scale, u):
     """Of the last LEARN / PERIOD samples' weights."""
