@@ -40,7 +40,7 @@ CLIP = 3.0  # [sd] that an innovation counts for at most
 SURE = 30.0  # [-] log odds; what nobody models in a healthy arm has been seen to reach 22
 # [-] log odds that a drive wears, by each; pairs of a UR10e's twin and a run reached 11.4 and 20.3
 WORN = np.array([20.0, 30.0])
-LIKELY = 5.0  # [-] below the likeliest, that may have befallen it besides, or in its place
+LIKELY = 5.0  # [-] below the likeliest: a change that may have happened besides, or in its place
 RARE = 10.0  # [-] by which something in a drive is less likely than another payload
 BOTH = 30.0  # [-] by which both at once are: a large payload moves more than its signature says
 TOLD = 3.0  # [sd] from what it was thought to be: less, and it is taken for that

@@ -142,7 +142,7 @@ class Blocks:
             for_bodies=state.for_bodies.added(H, residual, R, u),
             for_drives=state.for_drives.added(H, residual, R, u),
         )
-        return self._learnt(model, state, u, surprise < CALM and not _befell(u)), told
+        return self._learnt(model, state, u, surprise < CALM and not _changes(u)), told
 
     def _learnt(
         self, model: TwoSlice[RobotSlice], state: BlockBelief, u: RobotSlice, calm: bool
@@ -290,11 +290,11 @@ def _heard(state: BlockBelief, u: LinearMeasurement, y: Array) -> tuple[BlockBel
 
 def _moves(u: RobotSlice, wait: Waiting) -> bool:
     """Whether it is time that a block moved."""
-    return wait.still >= STRIDE or _befell(u)
+    return wait.still >= STRIDE or _changes(u)
 
 
-def _befell(u: RobotSlice) -> bool:
-    """Whether something befell the arm here, or may have."""
+def _changes(u: RobotSlice) -> bool:
+    """Whether the arm changes abruptly here, or may have."""
     return u.taken is not None or u.widen or u.jolted is not None
 
 

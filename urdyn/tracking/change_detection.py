@@ -1,4 +1,4 @@
-"""What befell an arm, noticed beside its filter; and what is supposed of it from then on."""
+"""Detection of abrupt changes beside a filter, and the hypothesis that it goes on from."""
 
 from __future__ import annotations
 
@@ -117,7 +117,7 @@ class ChangeDetector(Generic[S]):
 
     @cached_property
     def _look(self) -> float:
-        """Samples from one look for what befell the arm to the next."""
+        """Samples between two looks for an abrupt change."""
         return max(LOOK, round(LOOK_TIME / self.period))
 
     @cached_property
@@ -233,7 +233,7 @@ class ChangeDetector(Generic[S]):
     def _abrupt(
         self, state: TrackerState[S], t: float, mean: Array
     ) -> tuple[AbruptChange | None, Evidence]:
-        """What the evidence says befell the arm, and the evidence that is left."""
+        """An abrupt change by the evidence, and the evidence that is left."""
         what, evidence = detect(state.evidence, self._sizes, mean[self.places["payload"]])
         told = what.anything and t - state.changed_at > PATIENCE
         return what if told else None, evidence
@@ -254,7 +254,7 @@ class ChangeDetector(Generic[S]):
         blind = bool(np.isnan(state.joints.lubricant).any())
         odds = self.wear_test.compared(before, now, state.passed - reference.passed, blind)
         wore = odds.wore(sure)
-        if wore.any():  # what befell a drive before the run is not known to go on
+        if wore.any():  # wear from before the run is not known to go on
             wears = reference.moved > 0.0
             return AbruptChange(None, wore, wears=wears, known=odds.allowing(wore))
         if handling:  # pieces begin that evidence anew
@@ -286,7 +286,7 @@ class ChangeDetector(Generic[S]):
     def _allowing(
         self, was: TrackerState[S], state: TrackerState[S], what: AbruptChange | None
     ) -> TrackerState[S]:
-        """With beliefs, and those that drives will be asked of, of who knew what befell these."""
+        """With beliefs, and references for tests of wear, that allow for a change of drives."""
         if what is None or not what.drives.any():
             return was
 

@@ -101,7 +101,7 @@ class SharedMeasurement:
     y: Array  # (m,)
     H: Array  # (m, z)
     R: Array  # (m, m)
-    jump: Array  # (z,) sd of what befell z just before
+    jump: Array  # (z,) sd of a jump of z just before
 
 
 def measurement(

@@ -34,7 +34,7 @@ ALIKE = 0.98  # [-] of drives that are
 
 @dataclass(frozen=True, eq=False)
 class HealthPrior:
-    """What is known of the health of drives that nothing befell, by how they wear."""
+    """What is known of the health of drives that did not change abruptly, by how they wear."""
 
     wear: Wear
     at: slice  # of health, one a joint
@@ -44,7 +44,7 @@ class HealthPrior:
 
         Args:
             passed: since the first day [s].
-            fell: what something befell, (J,).
+            changed_drives: that changed abruptly, (J,).
         """
         k = len(belief.mean) - len(changed_drives)
         d, likelier = self._known(passed)

@@ -1,4 +1,4 @@
-"""Where a run is, for those who watch."""
+"""How far a run is, for those who watch."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Wild samples: the wilder, the less they teach.
+"""Outliers are given more noise: the further off, the less is learnt from them.
 
 A residual r of sd sigma beyond GATE sigma is given the variance sigma² (r / GATE sigma)⁴: it pulls
 as 1 / r³ does, so that neither a torn sample moves anything, nor a payload that nobody has told of,

@@ -53,7 +53,7 @@ class WearReference(Generic[S]):
 
 @dataclass(frozen=True, eq=False)
 class WearTest:
-    """What is asked of beliefs."""
+    """Compares two beliefs: did a drive wear in between?"""
 
     wear: Wear
 
@@ -105,7 +105,7 @@ class WearTest:
 
 @dataclass(frozen=True, eq=False)
 class WearOdds:
-    """Of each drive, along the g directions in which its wear can be told apart."""
+    """Log odds of wear of each drive, along the g directions in which it is told apart."""
 
     now: Gaussian
     along: Array  # (J, g) u

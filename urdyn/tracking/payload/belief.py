@@ -1,4 +1,4 @@
-"""Who tells what is carried while a filter learns it anew: the filter, and who remembers."""
+"""What is carried, by a filter that learns it anew and by what was known before."""
 
 from __future__ import annotations
 
