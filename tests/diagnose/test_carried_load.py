@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -11,7 +12,7 @@ from shop import Shop
 from urdyn.diagnose import carried, diagnose
 from urdyn.diagnose.beside import Belief
 from urdyn.diagnose.carried import Mode, Shown
-from urdyn.diagnose.carrying import MOMENT, Carrying, Waiting
+from urdyn.diagnose.carrying import MOMENT, Absence, Carrying, Waiting
 from urdyn.diagnose.collision import Collision
 from urdyn.diagnose.loads import DELAY, Loads
 from urdyn.diagnose.moment import averaged, laden, pooled
@@ -232,11 +233,16 @@ def moments(rng: np.random.Generator, load: np.ndarray, sd: float) -> tuple[Show
     )
 
 
-def away(told: tuple[Shown, ...], mass: float) -> Carrying:
-    """Moments that all went to a mode of this mass."""
-    mode = Mode(np.eye(10)[0] * mass, 1e-4 * np.eye(10), 0.0)
-    times = 0.0, MOMENT * len(told)
-    return Carrying((carried.commissioned(), mode), 1, 1, (1,), away=times, since=0.0, gone=told)
+def away(told: tuple[Shown, ...], *masses: float, whose: Sequence[int] = ()) -> Carrying:
+    """Moments that went to modes of these masses, without more said all to the first."""
+    modes = [Mode(np.eye(10)[0] * mass, 1e-4 * np.eye(10), 0.0) for mass in masses]
+    each = list(whose) or [1] * len(told)
+    gone = tuple(Absence(MOMENT * n, k, t) for n, (k, t) in enumerate(zip(each, told, strict=True)))
+    times = tuple(MOMENT * each.count(k) for k in range(len(modes) + 1))
+    now = each[-1]
+    return Carrying(
+        (carried.commissioned(), *modes), now, now, (now,), away=times, since=0.0, gone=gone
+    )
 
 
 @pytest.fixture(scope="module")
@@ -256,6 +262,53 @@ def test_a_load_is_there_to_stay_and_a_piece_that_comes_and_goes_is_not(stay: St
     assert change is None
     assert abs(after.modes[1].mean[0] - 1.0) < 0.1
     assert not after.away
+
+
+def test_of_two_loads_in_turn_each_is_told_since_it_came(stay: Stay) -> None:
+    """The first may be older than the run, and is lost from sight once the other has come."""
+    rng, sd = np.random.default_rng(2), 0.1
+    whose = [*[1] * 10, *[2] * 40]
+    told = moments(rng, np.array([0.0, 1.2, 2.8])[whose], sd)
+    after, change = stay.settled(away(told, 1.2, 2.8, whose=whose), 25.0)
+    assert change is not None
+    assert (change.size, change.older) == (1.2, True)
+    assert (sum(after.away), after.since, after.last) == (20.0, 5.0, 5.0)
+    after, change = stay.settled(after, 25.0)
+    assert change is not None
+    assert change.size == pytest.approx(1.6)
+    assert (change.detail[0], change.older, change.onset) == (2.8, False, 5.0)
+    assert change.began == (4.0, 5.5)
+    assert not after.away
+
+
+def test_a_load_after_a_lighter_one_that_was_there_shortly_began_with_the_run_no_more(
+    stay: Stay,
+) -> None:
+    rng, whose = np.random.default_rng(3), [*[1] * 4, *[2] * 40]
+    told = moments(rng, np.array([0.0, 1.2, 2.8])[whose], 0.1)
+    _, change = stay.settled(away(told, 1.2, 2.8, whose=whose), 22.0)
+    assert change is not None
+    assert (change.size, change.older, change.onset) == (2.8, False, 2.0)
+
+
+def test_pieces_that_a_tool_handles_which_nobody_knows_hide_it_not(stay: Stay) -> None:
+    rng, whose = np.random.default_rng(4), (1 + (np.arange(60) // 8) % 2).tolist()
+    told = moments(rng, np.array([0.0, 1.2, 2.8])[whose], 0.1)
+    after, change = stay.settled(away(told, 1.2, 2.8, whose=whose), 30.0)
+    assert change is not None
+    assert (change.size, change.older) == (1.2, True)
+    assert after.handles
+    assert stay.settled(after, 30.0, ended=True)[1] is None
+
+
+def test_a_load_that_came_after_an_older_one_is_told_beside_that(shop: Shop) -> None:
+    loads = (f"payload_change:mass={m},com=0/0/0.05,onset={t}" for m, t in ((1.2, 0), (2.8, 6)))
+    first, second = shop.report(*loads, seconds=32.0)
+    assert first.older
+    assert not second.older
+    assert abs(first.size - 1.2) < 3.0 * first.size_sd
+    assert abs(second.size - 1.6) < 3.0 * second.size_sd
+    assert second.onset_interval_s[0] < 6.0 < second.onset_interval_s[1]
 
 
 def test_a_load_that_moments_hardly_tell_has_to_stay_longer(stay: Stay) -> None:

@@ -27,6 +27,17 @@ class Waiting:
 
 
 @dataclass(frozen=True, eq=False)
+class Absence:
+    """A moment without what is carried as a rule."""
+
+    begin: float  # [s]
+    mode: int  # that was carried instead
+    # as it looks to who knows of the arm what was known before: an unseen piece bends what the
+    # program teaches
+    told: Shown
+
+
+@dataclass(frozen=True, eq=False)
 class Carrying:
     """What is at the tool."""
 
@@ -39,10 +50,8 @@ class Carrying:
     away: tuple[float, ...] = ()  # [s] of motion in each mode since the first was last carried
     since: float = np.nan  # [s] when that began
     sure: float = np.nan  # [s] begin of the moment after that: the arm may have come to rest in one
-    # Of moments since then, and of those with the first since the program began, as they look to
-    # who knows of the arm what was known before: an unseen piece bends what the program teaches.
-    gone: tuple[Shown, ...] = ()
-    unclaimed: tuple[Shown, ...] = ()
+    gone: tuple[Absence, ...] = ()  # since then
+    unclaimed: tuple[Shown, ...] = ()  # the same of moments with the first in this program
     # Moment by moment a load seems to be weighed anew; by the same arm it never is. What moments
     # with it tell of an arm that never strayed, (n, n), and how well they weigh it so, sd [kg].
     whole: Array | None = None
@@ -75,9 +84,45 @@ class Carrying:
         away = self.absent
         away[self.was] += MOMENT
         since = ripe.begin if np.isnan(self.since) else self.since
-        gone = (*self.gone[1 - WATCHED :], anew)
+        gone = (*self.gone[1 - WATCHED :], Absence(ripe.begin, self.was, anew))
         sure = self.sure if self.since < self.sure else ripe.begin
         return replace(self, away=tuple(away.tolist()), since=since, sure=sure, gone=gone)
+
+    def settled_on(self, stays: int, t: float) -> Carrying:
+        """With this mode as what is carried as a rule, at t [s]; what came after it is away."""
+        order = [stays, 0, *(j for j in range(1, len(self.modes)) if j != stays)]
+        gone = tuple(replace(one, mode=order.index(one.mode)) for one in self.gone)
+        with_it = [k for k, one in enumerate(gone) if not one.mode]
+        ended = with_it[-1] + 1 if with_it else len(gone)
+        after, away = gone[ended:], np.zeros(len(order))
+        for one in after:
+            away[one.mode] += MOMENT
+        share = len(after) / max(len(gone), 1)
+        settled = Carrying(
+            modes=tuple(self.modes[j] for j in order),
+            now=order.index(self.now),
+            was=order.index(self.was),
+            path=tuple(order.index(j) for j in self.path),
+            had=float(self.absent[stays]),
+            last=t,
+            handles=bool(np.any(np.diff(with_it) > 1)),
+        )
+        if not after:
+            return settled
+        return replace(
+            settled,
+            last=gone[ended - 1].begin + MOMENT,
+            away=tuple(away.tolist()),
+            since=after[0].begin,
+            sure=after[:2][-1].begin,
+            gone=after,
+            whole=None if self.whole is None else share * self.whole,
+            weighed=self.weighed,
+        )
+
+    def without(self, forgotten: int) -> Carrying:
+        """Without moments of a mode that is in its place no more."""
+        return replace(self, gone=tuple(one for one in self.gone if one.mode != forgotten))
 
     @property
     def unladen(self) -> Carrying:

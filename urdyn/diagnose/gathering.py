@@ -35,6 +35,13 @@ class Gathering:
         A, b = self.laden or (0.0, 0.0)
         return replace(self, A=self.A + A, b=self.b + b, laden=None)
 
+    def usually(self, more: Array) -> Gathering:
+        """With another load as what is carried as a rule, whose states are off by `more`, (n,)."""
+        if self.laden is None:
+            return self
+        A, b = self.laden
+        return replace(self, laden=(A, b - A @ more))
+
     def bearing(self, usual: Pool, left: Pool) -> Gathering:
         """With what another load takes of a moment that comes, where the block began with one.
 

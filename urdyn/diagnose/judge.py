@@ -201,13 +201,21 @@ class Judge:
         recall = Recall(t, x, P)
         return replace(state, bank=bank, recall=recall, before=(bank, recall))
 
-    def relieved(self, state: SlowState) -> SlowState:
-        """Look for changes of a load that is another from here on; of joints as before."""
+    def relieved(self, state: SlowState, more: Array) -> SlowState:
+        """Look for changes of a load that is another from here on; of joints as before.
+
+        Args:
+            more: inertials by which it is, (10,).
+        """
         payload = self.healthy.space.payload
+        off = np.zeros(self.healthy.size)
+        off[payload] = more
         x, P = self.healthy.emptied(state.bank.x, state.bank.P)
         of_load = np.flatnonzero(np.isin(self.of.states, payload))
         bank = onsets.relieved(replace(state.bank, x=x, P=P), payload, of_load)
-        return replace(state, bank=bank, before=(bank, state.recall))
+        recall = state.recall.bearing(off)
+        gathering = state.gathering.usually(off[: self.healthy.space.size])
+        return replace(state, bank=bank, gathering=gathering, recall=recall, before=(bank, recall))
 
     def supposed(self, state: SlowState) -> Bank:
         """The bank with its arm as it is if what explains it best is there."""

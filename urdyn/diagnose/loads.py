@@ -51,6 +51,8 @@ class Loads:
         k, mode, later = new
         more, now = carried.remembered(modes, mode, {carrying.was, *path[:k]})
         path = (*path[:k], *[now] * len(later))
+        if now < len(modes):
+            carrying = carrying.without(now)
         return replace(carrying, modes=more, now=now, path=path), (*moments[:k], *later)
 
     def _new(

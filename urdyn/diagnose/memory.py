@@ -15,7 +15,7 @@ import numpy as np
 
 from urdyn.diagnose.backlash import Reversals
 from urdyn.diagnose.carried import Mode, Shown
-from urdyn.diagnose.carrying import Carrying, Waiting
+from urdyn.diagnose.carrying import Absence, Carrying, Waiting
 from urdyn.diagnose.change import Change, Push
 from urdyn.diagnose.collision import Quiet
 from urdyn.diagnose.creep import Creep
@@ -46,9 +46,9 @@ from urdyn.signal import Instant
 from urdyn.tracking.checkpoint import DAMAGE
 
 KNOWN = (
-    Bank, Bin, Block, Book, Carrying, Change, Creep, Fault, FastState, Felt, Finding, Gathering,
-    Heard, Instant, Learnt, LearntBy, Loudness, Means, Mode, Now, Pool, Push, Quiet, Recall,
-    Recurred, Reversals, Ring, Rows, Shown, SlowState, State, Steadiness, Unseen, Usual,
+    Absence, Bank, Bin, Block, Book, Carrying, Change, Creep, Fault, FastState, Felt, Finding,
+    Gathering, Heard, Instant, Learnt, LearntBy, Loudness, Means, Mode, Now, Pool, Push, Quiet,
+    Recall, Recurred, Reversals, Ring, Rows, Shown, SlowState, State, Steadiness, Unseen, Usual,
     Waiting, Warmth,
 )  # fmt: skip
 CLASSES = {kind.__name__: kind for kind in KNOWN}

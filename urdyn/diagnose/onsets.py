@@ -73,6 +73,13 @@ class Block:
         """[s]."""
         return 0.5 * (self.begin + self.end)
 
+    def bearing(self, more: Array) -> Block:
+        """The same, unladen as one that carries as a rule what puts states off by `more`, (n,)."""
+        if self.unladen is None:
+            return self
+        bare = self.unladen
+        return replace(self, unladen=replace(bare, b=bare.b - bare.A @ more))
+
 
 def first(x: Array, P: Array, p: int) -> Bank:
     """Before the first block."""

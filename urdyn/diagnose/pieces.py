@@ -5,8 +5,8 @@ followed forward and backward and m is what the moments with it say [Rabiner1989
 
     L(m) = sum over paths of  p(path) prod exp(s_n (d_n' m - m' C_n m / 2)),      s_n in {0, 1}
 
-What is there all the time, or came within the first moment and stays, is no piece: its likelihood
-is taken off.
+What is there all the time, or came within the first moment and stays, is no piece, nor are loads
+that moments told apart, each in its turn: their likelihood is taken off.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.special import expit
 
-from urdyn.diagnose.carried import ANYTHING, NOTHING, Mode, Shown
+from urdyn.diagnose.carried import ANYTHING, CHANGED, NOTHING, Mode, Shown
 from urdyn.types import Array
 
 RUN = 4  # moments in a row that a guess is made of
@@ -26,13 +26,16 @@ LENGTHS = (20.0, 6.0)  # moments that a piece is held, or not, before that chang
 PRIOR = np.diag(ANYTHING**-2.0)
 
 
-def unseen(told: Sequence[Shown], first: Mode, t: float) -> tuple[Mode, float]:
+def unseen(
+    told: Sequence[Shown], first: Mode, t: float, whose: Sequence[int] = ()
+) -> tuple[Mode, float]:
     """The piece that comes and goes, and how much better that is than what does not [nats].
 
     Args:
         told: at least RUN moments one after the other.
         first: what is carried as a rule.
         t: [s] of the last.
+        whose: which load each of them was told to be of, (N,); (): they are not told apart.
     """
     C = np.array([each.C for each in told])
     d = np.array([each.d for each in told]) - C @ first.mean
@@ -41,7 +44,8 @@ def unseen(told: Sequence[Shown], first: Mode, t: float) -> tuple[Mode, float]:
     gain, m, cov = max(found, key=lambda one: one[0])
     gain -= np.log(len(LENGTHS))
     always = max(_any_load(C[k:].sum(axis=0), d[k:].sum(axis=0)) for k in range(BEGINS))
-    return Mode(first.mean + m, cov + np.diag(NOTHING**2), t), gain - max(always, 0.0)
+    known = max(always, _in_turn(np.array(whose), C, d), 0.0)
+    return Mode(first.mean + m, cov + np.diag(NOTHING**2), t), gain - known
 
 
 def _coming_and_going(held: Array, C: Array, d: Array, length: float) -> tuple[float, Array, Array]:
@@ -75,6 +79,19 @@ def _any_load(C: Array, d: Array) -> float:
     """Log of the likelihood of a load that is there all the time, beside none."""
     gain = 0.5 * d @ np.linalg.solve(C + PRIOR, d)
     return float(gain - 0.5 * np.linalg.slogdet(np.eye(len(d)) + np.diag(ANYTHING**2) @ C)[1])
+
+
+def _in_turn(whose: Array, C: Array, d: Array) -> float:
+    """Log of the likelihood of some loads, moment by moment one of them, beside none.
+
+    Args:
+        whose: which one, (N,); (0,): nobody knows.
+    """
+    if not len(whose):
+        return -np.inf
+    of_each = [whose == k for k in np.unique(whose)]
+    gain = sum(_any_load(C[of].sum(axis=0), d[of].sum(axis=0)) for of in of_each)
+    return float(gain - CHANGED * np.count_nonzero(np.diff(whose)))
 
 
 def _guess(C: Array, d: Array) -> Array:

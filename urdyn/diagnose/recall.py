@@ -43,10 +43,14 @@ class Recall:
         kept = tuple(block for block in self.blocks if block.end <= t)
         return self if len(kept) == len(self.blocks) else replace(self, blocks=kept)
 
-    def unladen(self, t: float) -> Recall:
-        """As if no other load had come since `t` [s]."""
-        blocks = (b.unladen if b.unladen and b.begin >= t else b for b in self.blocks)
+    def unladen(self, t: float, until: float = np.inf) -> Recall:
+        """As if no other load had come since `t` [s], in blocks that begin before another time."""
+        blocks = (b.unladen if b.unladen and t <= b.begin < until else b for b in self.blocks)
         return replace(self, blocks=tuple(blocks))
+
+    def bearing(self, more: Array) -> Recall:
+        """With another load as what is carried as a rule, whose states are off by `more`, (N,)."""
+        return replace(self, blocks=tuple(b.bearing(more) for b in self.blocks))
 
     def again(self, healthy: Healthy, known: Sequence[Fault], straying: Straying, E: Array) -> Bank:
         """The bank of these blocks, with what is known free to have changed."""

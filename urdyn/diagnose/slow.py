@@ -133,15 +133,18 @@ class Slow:
         if not change:
             return replace(state, carrying=carrying)
         # When it came a joint's fault that had just begun may have been taken for it.
-        if share := self.judge.shares(state, state.recall.unladen(state.carrying.since)):
+        until = carrying.since if carrying.away else np.inf  # of the next, which is asked later
+        if share := self.judge.shares(state, state.recall.unladen(change.onset, until)):
             load = share[change.suspect]
             if load < (0.5 if ended else 1.0 - CONFIDENT):
                 return self._withdrawn(state, ended)
             if load < CONFIDENT and not ended:
                 return state
             change = change.among(share)
+        more = carrying.modes[0].mean - state.carrying.modes[0].mean
         state = replace(state, carrying=carrying, found=(*state.found, change))
-        return self.judge.relieved(state)
+        state = self.judge.relieved(state, more)
+        return self._settled(state, t, ended) if carrying.away else state
 
     def _withdrawn(self, state: SlowState, ended: bool) -> SlowState:
         """As if what is carried as a rule had been carried since the other load came."""
@@ -233,7 +236,7 @@ class Slow:
         warm = gathering.warmth
         belief = self.healthy.now(state.bank, warm)
         supposed = self.healthy.now(self.judge.supposed(state), warm)
-        hidden = self.loads.hidden(gathering.A / gathering.moments, belief)
+        hidden = self.loads.hidden(gathering.unladen.A / gathering.moments, belief)
         block = self._block_of(state, gathering.A, gathering.b, hidden)
         if gathering.laden:
             usual = gathering.unladen

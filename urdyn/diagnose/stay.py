@@ -55,20 +55,26 @@ class Stay:
         if not self._long_enough(carrying, mode, AT_LAST if once else np.inf):
             return carrying, None
         if len(carrying.gone) >= pieces.RUN:
-            piece, gain = pieces.unseen(carrying.gone, first, t)
+            gone, whose = zip(*((one.told, one.mode) for one in carrying.gone), strict=True)
+            piece, gain = pieces.unseen(gone, first, t, whose)
             if gain > 0.0:
                 modes = (*carrying.modes[:stays], piece, *carrying.modes[stays + 1 :])
                 return replace(carrying.here, modes=modes), None
-        return _first(carrying, stays, t), self._change(carrying, mode, t)
+        return carrying.settled_on(stays, t), self._change(carrying, mode, t)
 
     def _change(self, carrying: Carrying, mode: Mode, t: float) -> Change:
         """To this mode, told at t [s]."""
-        never = carrying.had <= DELAY * MOMENT  # in this run: what is light is not told at once
-        before = carrying.since - 2.0 * MOMENT
-        began = before if never else min(before, carrying.last), carrying.sure
+        # in this run: what is light is not told at once
+        never = carrying.had <= DELAY * MOMENT
+        since, sure, last = carrying.since, carrying.sure, carrying.last
+        if lighter := _lighter(carrying, mode):
+            never, last = False, carrying.gone[lighter - 1].begin + MOMENT
+            since, sure = (one.begin for one in carrying.gone[lighter : lighter + 2])
+        before = since - 2.0 * MOMENT
+        began = before if never else min(before, last), sure
         return Change(
             suspect=next(k for k, each in enumerate(self.of.each) if each.kind is self.kind),
-            onset=carrying.since,
+            onset=since,
             shown=began,
             began=began,
             alarm=t,
@@ -88,22 +94,15 @@ class Stay:
         hold = min(hold, self.kind.hold_lighter if more[0] < 0.0 else self.kind.hold)
         if abs(more[0]) < max(self.kind.least, CLEAR * np.sqrt(mode.cov[0, 0])) or away < hold:
             return False
-        told = np.mean([told.C for told in carrying.gone], axis=0)
+        told = np.mean([one.told.C for one in carrying.gone], axis=0)
         clear = 0.5 * (DELAY + 1) * more @ told @ more  # nats in the moments that wait
         known = away * clear >= hold * (carried.SURE + MARGIN)
         return bool(known) and carried.possible(mode, self.space.reference.payload)
 
 
-def _first(carrying: Carrying, stays: int, t: float) -> Carrying:
-    """With this mode, which is carried at t [s], as what is carried as a rule."""
-    order = [stays, 0, *(j for j in range(1, len(carrying.modes)) if j != stays)]
-    modes = tuple(carrying.modes[j] for j in order)
-    path = tuple(order.index(j) for j in carrying.path)
-    return Carrying(
-        modes=modes,
-        now=order.index(carrying.now),
-        was=order.index(carrying.was),
-        path=path,
-        had=float(carrying.absent[stays]),
-        last=t,
-    )
+def _lighter(carrying: Carrying, mode: Mode) -> int:
+    """Moments before this load came, away already, with what surely weighs less."""
+    masses = [other.mean[0] + CLEAR * np.sqrt(other.cov[0, 0]) for other in carrying.modes]
+    least = mode.mean[0] - CLEAR * np.sqrt(mode.cov[0, 0])
+    others = (masses[one.mode] >= least for one in carrying.gone[:-1])
+    return next((k for k, same in enumerate(others) if same), 0)
