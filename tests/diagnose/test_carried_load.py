@@ -267,17 +267,17 @@ def test_a_load_is_there_to_stay_and_a_piece_that_comes_and_goes_is_not(stay: St
 def test_of_two_loads_in_turn_each_is_told_since_it_came(stay: Stay) -> None:
     """The first may be older than the run, and is lost from sight once the other has come."""
     rng, sd = np.random.default_rng(2), 0.1
-    whose = [*[1] * 10, *[2] * 40]
+    whose = [*[1] * 14, *[2] * 44]
     told = moments(rng, np.array([0.0, 1.2, 2.8])[whose], sd)
-    after, change = stay.settled(away(told, 1.2, 2.8, whose=whose), 25.0)
+    after, change = stay.settled(away(told, 1.2, 2.8, whose=whose), 29.0)
     assert change is not None
     assert (change.size, change.older) == (1.2, True)
-    assert (sum(after.away), after.since, after.last) == (20.0, 5.0, 5.0)
-    after, change = stay.settled(after, 25.0)
+    assert (sum(after.away), after.since, after.last) == (22.0, 7.0, 7.0)
+    after, change = stay.settled(after, 29.0)
     assert change is not None
     assert change.size == pytest.approx(1.6)
-    assert (change.detail[0], change.older, change.onset) == (2.8, False, 5.0)
-    assert change.began == (4.0, 5.5)
+    assert (change.detail[0], change.older, change.onset) == (2.8, False, 7.0)
+    assert change.began == (6.0, 7.5)
     assert not after.away
 
 

@@ -74,11 +74,14 @@ class Block:
         return 0.5 * (self.begin + self.end)
 
     def bearing(self, more: Array) -> Block:
-        """The same, unladen as one that carries as a rule what puts states off by `more`, (n,)."""
+        """The same where what is carried as a rule puts states off by `more`, (n,).
+
+        Beside that load nothing has hidden yet.
+        """
         if self.unladen is None:
             return self
         bare = self.unladen
-        return replace(self, unladen=replace(bare, b=bare.b - bare.A @ more))
+        return replace(self, hidden=0.0, unladen=replace(bare, b=bare.b - bare.A @ more))
 
 
 def first(x: Array, P: Array, p: int) -> Bank:
