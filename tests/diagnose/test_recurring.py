@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
@@ -16,16 +16,22 @@ from urdyn.diagnose.recurring import (
     BEFORE,
     BIN,
     BINS,
+    BRISK,
     FEWEST,
+    LATE,
     PATTERN,
     RECURS,
     _apart,
     _ratios,
+    _window,
     at_first,
     faded,
+    slides,
     unjolted,
 )
+from urdyn.diagnose.rows import COULOMB, Rows
 from urdyn.identify import Fit
+from urdyn.tracking.passage import STANDING
 from urdyn.types import Array, Log
 
 DOF, SOUND = 40.0, 25.0
@@ -111,6 +117,63 @@ def test_friction_that_fades_with_speed_otherwise_is_no_play(speed: float, accel
     more = 0.5 * held * np.exp(-np.abs(v) / speed)
     known, unknown = _apart(more, held, *faded(held, v)), _apart(more, held)
     assert np.abs(known).max() < 0.1 * np.abs(unknown).max()
+
+
+def _windows(t: Array, v: Array, held: Array, left: Array) -> Array | None:
+    """What is left of a window about 0, where a load turns over; of one joint."""
+    given = {f.name: np.zeros((len(t), 1)) for f in fields(Rows)}
+    drive = np.zeros((len(t), COULOMB + 1, 1))
+    drive[:, COULOMB, 0] = held
+    rows = Rows(**{**given, "t": t, "v": v[:, None], "drive": drive})
+    return _window(rows, t, left, j=0, t0=0.0, least=0.01)
+
+
+@pytest.mark.parametrize("turns", [-0.07, -0.04, -0.01, 0.0, 0.03, 0.05, 0.09, 0.11])
+@pytest.mark.parametrize("late", [-LATE, 0.0, LATE])
+def test_another_friction_is_no_play_wherever_in_a_window_a_joint_turns_over(
+    turns: float, late: float
+) -> None:
+    """As much again, a step that may be early or late: a tenth of it is left, or less."""
+    t = np.arange(-0.3, 0.4, 0.002)
+    v = 3.0 * (t - turns)
+    y = _windows(t, v, held=np.sign(v), left=np.sign(t - turns - late))
+    assert y is not None
+    assert np.abs(y).max() < 0.1
+
+
+@pytest.mark.parametrize("creep", [-0.005, 0.0, 0.005])
+@pytest.mark.parametrize("sets_off", [-0.05, 0.0, 0.05, 0.1])
+def test_a_joint_that_creeps_and_sets_off_tells_nothing(creep: float, sets_off: float) -> None:
+    t = np.arange(-0.3, 0.4, 0.002)
+    v = np.maximum(creep, 3.0 * (t - sets_off))
+    assert _windows(t, v, held=np.sign(v), left=np.zeros(len(t))) is None
+
+
+@pytest.mark.parametrize("many", range(BINS - 1))
+def test_a_joint_that_turns_over_slides_on_at_once(many: int) -> None:
+    v = np.where(np.arange(BINS) < 1, -0.2, 0.2)
+    v[1 : 1 + many] = 0.5 * STANDING
+    assert slides(v) == slides(-v) == (many <= BRISK)
+    assert slides(np.abs(v)) == (many == 0)  # it dips
+
+
+def test_a_joint_that_turns_over_twice_does_not_slide() -> None:
+    v = np.full(BINS, 0.2)
+    assert slides(v)
+    v[BEFORE] = -0.2
+    assert not slides(v)
+
+
+@pytest.mark.slow
+def test_friction_that_doubles_in_a_real_run_is_no_play(real: Fit, recorded: Recorded) -> None:
+    """Also where it turns over more sharply than the model has it, and fades with speed."""
+    log, drive = recorded("ur-20_02_05-20sec_12harm"), real.dynamics.drive
+    v, after = log.joint("actual_qd"), log.t > log.t[0] + 11.0
+    more = drive.coulomb * np.sign(v) * (1.0 + 0.6 * np.exp(-np.abs(v) / 0.1)) / drive.gain
+    current = log.joint("actual_current") + after[:, None] * more
+    kinds = {f.kind for f in diagnose(real, with_current(log, current)).findings}
+    assert "friction_increase" in kinds
+    assert "joint_backlash" not in kinds
 
 
 @pytest.mark.slow

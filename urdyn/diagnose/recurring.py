@@ -9,9 +9,12 @@ them, each beside a level and a slope of its own, are y = d + e, and their mean 
 
 C has an inverse Wishart distribution, which leaves of each a closed form [Murphy2007]_: a test of
 Hotelling's kind. Ratios of all last windows, one for each number of them, make Shiryaev-Roberts'
-sum [Roberts1966]_. Where a velocity turns over, a change of friction is a step, bristles that are
-not as stiff as was thought make a bump, and friction that fades with speed otherwise makes two:
-nothing is taken for play that these explain.
+sum [Roberts1966]_.
+
+A window tells of play only where a model of friction holds throughout: where the joint slides, or
+turns over and slides on. There, friction may be another than was thought, turn over earlier or
+later, and fade with speed otherwise: nothing is taken for play that these explain. What they could
+not do as loudly as a sound joint's windows have in common anyway is nothing that they explain.
 """
 
 from __future__ import annotations
@@ -43,6 +46,9 @@ FEWEST = 3  # of them that recur
 RECURS = (1.0, 0.1)  # windows that what is known of play counts for
 TILE = 0.1  # [s] from one window to the next, that any time is known by
 KNOWN, MOST = 20.0, 60.0  # windows apart that C is known by: fewer tell nothing; it may change
+BRISK = 4  # bins at most in which a joint that turns over is slow
+LATE = 0.012  # [s] by which friction may turn over earlier or later than was thought
+NOTHING = 1e-9  # [-] of what friction may do, beside the most of it
 FADES = (0.02, 0.1)  # [rad/s] with which friction may fade otherwise than was thought
 PATTERN = KEPT.stop - KEPT.start  # p, bins of that
 WAYS = ("load", "velocity", "current")  # of what a reversal is one
@@ -100,7 +106,7 @@ class Recurring:
                 t0 = float(rows.t[row - 1] + share * (rows.t[row] - rows.t[row - 1]))
                 if t0 - state.t[j, w, -1] < SPAN:
                     continue
-                y = _window(rows, x[:, j], left[:, j], j, t0, w)
+                y = _window(rows, x[:, j], left[:, j], j, t0, self._least(state, j))
                 if y is None:
                     continue
                 state = _with(state, j, w, y * np.sign(-before), t0)
@@ -113,6 +119,10 @@ class Recurring:
         """Of rows x (N, J), what is no noise: means over SMOOTH."""
         many = max(1, round(SMOOTH * (len(rows) - 1) / float(np.ptp(rows.t) or np.inf)))
         return np.asarray(uniform_filter1d(x, many, axis=0))
+
+    def _least(self, state: Recurred, j: int) -> float:
+        """As loud as what a sound joint's windows have in common anyway [A]."""
+        return float(self.rule.recurs * np.sqrt(np.trace(state.cov[j]) / PATTERN))
 
     def _any_time(self, state: Recurred, rows: Rows, left: Array, judged: Mask) -> Recurred:
         """With windows at any time, of joints that move through them."""
@@ -213,23 +223,33 @@ def _means(x: Array, at: Index) -> Array:
     return np.asarray(np.add.reduceat(x[: at[-1]], at[:-1], axis=0) / many)
 
 
-def _window(rows: Rows, x: Array, left: Array, j: int, t0: float, w: int) -> Array | None:
-    """What a reversal of x (N,) at t0 shows of joint j, (p,) [A]; None where it is none."""
-    at = _edges(rows.t, t0)
-    if at is None:
+def _window(rows: Rows, x: Array, left: Array, j: int, t0: float, least: float) -> Array | None:
+    """What a reversal of x (N,) at t0 shows of joint j, (p,) [A]; None where it is none.
+
+    Args:
+        least: what friction does that is as quiet is none [A].
+    """
+    at, *beside = (_edges(rows.t, t0 + late) for late in (0.0, -LATE, LATE))
+    if at is None or any(each is None for each in beside):
         return None
-    seen = np.stack([x, left, rows.v[:, j], rows.drive[:, COULOMB, j], rows.doubt[:, j]], axis=1)
-    x, left, v, held, doubt = _means(seen, at).T
+    held = rows.drive[:, COULOMB, j]
+    seen = np.stack([x, left, rows.v[:, j], held], axis=1)
+    x, left, v, friction = _means(seen, at).T
     before, after = x[BEFORE - FIRM - 1], x[BEFORE + FIRM]
-    if not before * after < 0.0 or not np.isfinite(left).all():
+    if not before * after < 0.0 or not (np.isfinite(left).all() and slides(v)):
         return None
-    slides = np.abs(v[KEPT]).min() > STANDING and abs(v[KEPT].sum()) == np.abs(v[KEPT]).sum()
-    turns = v[BEFORE - FIRM - 1] * v[BEFORE + FIRM] < -(STANDING**2)
-    if slides and WAYS[w] != "velocity":
-        return _apart(left)
-    if not turns or WAYS[w] == "load":
-        return None
-    return _apart(left, held, doubt, *faded(held, v))
+    shifted = [_means(held, each) for each in beside if each is not None]
+    return _apart(left, friction, *shifted, *faded(friction, v), least=least)
+
+
+def slides(v: Array) -> bool:
+    """Whether a joint slides throughout, at v (BINS,) [rad/s], but where it briskly turns over.
+
+    One that stands, creeps or sets off is held by a friction that nobody knows.
+    """
+    side = np.where(np.abs(v) > STANDING, np.sign(v), 0.0)
+    once = side[0] != 0.0 and (np.diff(side * side[-1]) >= 0.0).all()
+    return bool(once and side[-1] != 0.0 and np.count_nonzero(side == 0.0) <= BRISK)
 
 
 def faded(held: Array, v: Array) -> list[Array]:
@@ -242,11 +262,21 @@ def faded(held: Array, v: Array) -> list[Array]:
     return [held * np.exp(-np.abs(v) / speed) for speed in FADES]
 
 
-def _apart(left: Array, *known: Array) -> Array:
-    """What is left of a window beside its level, its slope and what else is known, (p,)."""
+def _apart(left: Array, *friction: Array, least: float = 0.0) -> Array:
+    """What is left of a window beside its level, its slope and what friction may do, (p,).
+
+    Args:
+        least: what friction does that is as quiet is none [A].
+    """
     middle = BIN * (np.arange(BINS) + 0.5 - BEFORE)
-    Q = np.linalg.qr(np.column_stack([np.ones(BINS), middle, *known]))[0]
-    return np.asarray((left - Q @ (Q.T @ left))[KEPT])
+    Q = np.linalg.qr(np.column_stack([np.ones(BINS), middle]))[0]
+    known = np.column_stack([left, *friction])
+    left, *friction = (known - Q @ (Q.T @ known)).T
+    if friction:
+        U, d, _ = np.linalg.svd(np.column_stack(friction), full_matrices=False)
+        U = U[:, d > max(least, NOTHING * d[0])]
+        left = left - U @ (U.T @ left)
+    return np.asarray(left[KEPT])
 
 
 def _ratios(y: Array, Psi: Array, dof: float, sound: float) -> Array:
