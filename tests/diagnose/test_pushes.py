@@ -10,6 +10,7 @@ from numpy.polynomial import Polynomial
 from realarm import with_current
 from shop import Shop
 
+from urdyn.diagnose import diagnose
 from urdyn.diagnose.carried import ANYTHING
 from urdyn.diagnose.collision import Collision
 from urdyn.diagnose.event import Event
@@ -148,6 +149,28 @@ def test_a_piece_that_is_lifted_off_is_no_push_but_one_beside_it_is(
     if pushed:  # less what of it was along the piece's weight
         away = event.evidence["force_N"] - 0.87 * FORCE
         assert np.linalg.norm(away[:2]) < 0.3 * np.linalg.norm(FORCE)
+
+
+def test_what_one_joint_says_in_one_bin_alone_is_no_push_but_two_or_twice_is(where: Space) -> None:
+    felt = np.zeros((8, 6))
+    felt[2, 1] = 40.0
+    assert _event(where, felt) is None
+    twice, two = felt.copy(), felt.copy()
+    twice[3, 1], two[2, 2] = 40.0, 20.0
+    assert _event(where, twice) is not None and _event(where, two) is not None
+
+
+@pytest.mark.parametrize("rate", [20.0, 50.0, 125.0, pytest.param(500.0, marks=pytest.mark.slow)])
+def test_one_value_that_is_off_is_no_push_at_any_rate_though_something_is_carried(
+    shop: Shop, rate: float
+) -> None:
+    """At 500 Hz it has to be that large: a bin's mean has a twentieth of it."""
+    log = shop.log("payload_change:onset=0,mass=1.5", seconds=8.0, rate=rate)
+    current = log.joint("actual_current").copy()
+    by = 8.0 if rate < 200.0 else 60.0
+    for t, joint in ((3.0, 1), (5.0, 4), (7.0, 2)):
+        current[np.searchsorted(log.t - log.t[0], t), joint] += by
+    assert not [f for f in diagnose(shop.fit, with_current(log, current)) if f.kind == "collision"]
 
 
 def test_friction_that_is_another_is_no_push(where: Space) -> None:

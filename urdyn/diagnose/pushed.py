@@ -93,7 +93,7 @@ class Pushed:
         bins = tuple(replace(each, noise=np.where(ill, np.inf, each.noise)) for each in bins)
         felt, sd = _stacked(bins, "felt", "sd")
         size = sizes(bins)
-        if size.max() < LOUD:  # it was the sensor
+        if size.max() < LOUD or _of_one_value(bins, size):  # it was the sensor
             return None
         if (bins[-1].carried != bins[0].carried).any():
             felt = _beside_the_piece(bins)
@@ -178,6 +178,18 @@ class Pushed:
             own = np.arange(arm.joints) <= link
             points += [(link, np.where(own, J, 0.0)) for J in (joint, 0.5 * (joint + following))]
         return points
+
+
+def _of_one_value(bins: tuple[Bin, ...], size: Array) -> bool:
+    """Whether nothing is left without what one joint says in one bin, the loudest.
+
+    A push lasts, and other joints feel it; one value alone is a sensor's, at whatever rate.
+    """
+    peak = int(np.argmax(size))
+    each = bins[peak]
+    off = np.argmax(np.abs(each.felt) / each.sd)
+    without = replace(each, noise=np.where(np.arange(len(each.felt)) == off, np.inf, each.noise))
+    return bool(sizes((*bins[:peak], without, *bins[peak + 1 :])).max() < QUIET)
 
 
 def _stacked(bins: tuple[Bin, ...], *names: str) -> Iterator[Array]:

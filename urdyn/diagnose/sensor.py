@@ -25,8 +25,9 @@ COARSE = 0.06  # [s] between rows; further apart, neighbours tell of the motion
 BELIEVED = 2.0  # [s] without a sign of illness, after which a sensor is believed again
 HEALED = 5.0  # [s] the same, after which it is said to be well
 NOTHING = 8.0  # [-] times the noise that is asked for, where a value of 0 tells nothing
-# Times the noise that a single value is apart, and that two to each side are at most: no push of
-# the arm is over within a row, where rows are as close as that [s], and no loop rings so.
+# Times the noise that a single value is apart from the middle of two to each side, and that these
+# are at most: no push of the arm is over within a row, where rows are as close as that [s], and no
+# loop rings so. What all of them share, as another load, is nothing of the value.
 APART, USUAL, CLOSE = 10.0, 4.0, 0.025
 # [-] times the usual noise: single values that are far off are a part of it, and no push shows.
 UNSTEADY = 2.0
@@ -100,12 +101,9 @@ class SensorHealth:
 
         One joint at a time is its sensor's, all at once an arm without power; some are a push.
         """
-        apart: Array = np.abs(rows.residual) / self.space.noise
         torn: Mask = (rows.current == 0.0) & (np.abs(rows.predicted) > NOTHING * self.space.noise)
         if self.period <= CLOSE:
-            usual, n = np.pad(apart < USUAL, ((2, 2), (0, 0)), constant_values=True), len(rows)
-            around = np.all([usual[k : k + n] for k in (0, 1, 3, 4)], axis=0)
-            torn |= (apart > APART) & around
+            torn |= _off(rows.residual / self.space.noise)
         off = (rows.current == 0.0).all(axis=1)
         return np.where(off[:, None], True, torn & _single(torn))
 
@@ -262,6 +260,17 @@ def _lapses(last: Array, current: Array) -> Mask:
     """
     missing = np.isnan(np.vstack([last, current]))
     return np.asarray(missing[1:] & ~missing[:-1] & _single(missing[1:]))
+
+
+def _off(left: Array) -> Mask:
+    """Values far from all beside them, which are about alike, (N, J); of (N, J) [-] of the noise.
+
+    Beside what is not known, none: nobody could tell which of them is off.
+    """
+    padded, n = np.pad(left, ((2, 2), (0, 0)), mode="reflect"), len(left)
+    around = np.array([padded[k : k + n] for k in (0, 1, 3, 4)])
+    lo, hi = around.min(axis=0), around.max(axis=0)
+    return np.asarray((np.abs(left - 0.5 * (lo + hi)) > APART) & (0.5 * (hi - lo) < USUAL))
 
 
 def _single(torn: Mask) -> Mask:
