@@ -10,6 +10,7 @@ import numpy as np
 
 from urdyn.types import Array
 
+CLIPPED = "clipped"  # the mode of a sensor that is stuck at its limit, and tells all below it
 ENCODER = "encoder"  # the mode of a sensor fault that is one of angles
 SILENT = ("dropped", ENCODER)  # modes of a sensor that tells nothing
 
@@ -51,6 +52,11 @@ class Evidence:
         return int(self.said.get("times", 1))
 
     @property
+    def at_once(self) -> int:
+        """Joints whose sensors fell silent at the same row, this one too, at the fewest."""
+        return int(self.said.get("at_once", 1))
+
+    @property
     def growing(self) -> bool:
         """Whether a swing surely grows."""
         return bool(self.said.get("growing"))
@@ -69,3 +75,8 @@ class Evidence:
     def torque(self) -> Array:
         """Of a push, as the joints felt it most, (J,) [N·m]."""
         return np.asarray(self.said["torque_Nm"])
+
+    @property
+    def alone(self) -> int | None:
+        """Of a push, the joint that alone felt it; None: several did."""
+        return self.said.get("alone")

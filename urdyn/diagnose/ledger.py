@@ -16,6 +16,7 @@ from urdyn.diagnose.event_finding import of_event
 from urdyn.diagnose.finding import Finding
 from urdyn.diagnose.judge import Judge
 from urdyn.diagnose.lossy import of_the_stream
+from urdyn.diagnose.own import unpushed
 from urdyn.diagnose.recall import Level
 from urdyn.diagnose.recurring import Recurred, unjolted
 from urdyn.diagnose.rules import JUMPS, Rules
@@ -96,7 +97,7 @@ class Ledger:
             series[change.suspect] = tuple(trace)
             new.append(of_change(change, self.judge.of, self.space, self.rules, trace))
         findings, found = entered(book.findings, new)
-        return replace(book, series=series, findings=findings), found
+        return replace(book, series=series, findings=unpushed(findings)), found
 
     def _gone_on(self, book: Book, slow: SlowState) -> Book:
         """With the last block of every change that is known."""

@@ -128,6 +128,7 @@ class Pushed:
             "duration_s": float(end - begin),
             "peak_s": bins[peak].t,
             "torque_Nm": felt[peak].tolist(),
+            "alone": _alone(bins, size),
             "statistic": float(size[peak]),
             "threshold": LOUD,
         }
@@ -186,10 +187,24 @@ def _of_one_value(bins: tuple[Bin, ...], size: Array) -> bool:
     A push lasts, and other joints feel it; one value alone is a sensor's, at whatever rate.
     """
     peak = int(np.argmax(size))
-    each = bins[peak]
-    off = np.argmax(np.abs(each.felt) / each.sd)
-    without = replace(each, noise=np.where(np.arange(len(each.felt)) == off, np.inf, each.noise))
+    without = _without(bins[peak], _most(bins[peak]))
     return bool(sizes((*bins[:peak], without, *bins[peak + 1 :])).max() < QUIET)
+
+
+def _alone(bins: tuple[Bin, ...], size: Array) -> int | None:
+    """The joint without which nobody would tell a push; None: several felt it."""
+    j = _most(bins[int(np.argmax(size))])
+    return j if sizes(tuple(_without(each, j) for each in bins)).max() < LOUD else None
+
+
+def _most(seen: Bin) -> int:
+    """The joint that felt most."""
+    return int(np.argmax(np.abs(seen.felt) / seen.sd))
+
+
+def _without(seen: Bin, j: int) -> Bin:
+    """A bin in which a joint tells nothing."""
+    return replace(seen, noise=np.where(np.arange(len(seen.felt)) == j, np.inf, seen.noise))
 
 
 def _stacked(bins: tuple[Bin, ...], *names: str) -> Iterator[Array]:
