@@ -10,6 +10,7 @@ from realarm import Recorded, with_current
 from scipy.special import logsumexp
 from scipy.stats import invwishart, multivariate_t
 from shop import Shop
+from urdyn.tracking.passage import STANDING
 
 from urdyn.diagnose import diagnose
 from urdyn.diagnose.recurring import (
@@ -31,7 +32,6 @@ from urdyn.diagnose.recurring import (
 )
 from urdyn.diagnose.rows import COULOMB, Rows
 from urdyn.identify import Fit
-from urdyn.tracking.passage import STANDING
 from urdyn.types import Array, Log
 
 DOF, SOUND = 40.0, 25.0

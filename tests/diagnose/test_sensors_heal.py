@@ -1,4 +1,4 @@
-"""A sensor that was silent, and speaks again, is told as that."""
+"""A sensor that was silent, and speaks again, is told as that; and so is one that clips."""
 
 from __future__ import annotations
 
@@ -90,7 +90,10 @@ def test_a_sensor_that_is_stuck_is_so_though_its_joint_does_not_show_it(shop: Sh
 
 @pytest.mark.parametrize(
     ("until", "words"),
-    [(1012.9, "was silent from stamp 1012.3 s to 1012.9 s"), (1012.34, "silent at stamp 1012.3 s")],
+    [
+        (1012.9, "was silent from stamp 1012.26 s to 1012.90 s"),
+        (1012.264, "silent at stamp 1012.26 s"),
+    ],
 )
 def test_a_moment_of_silence_is_not_told_from_a_stamp_to_the_same(
     shop: Shop, until: float, words: str
@@ -99,3 +102,54 @@ def test_a_moment_of_silence_is_not_told_from_a_stamp_to_the_same(
     event = Event("sensor_fault", 2, 1012.26, 1012.4, 0.9, 0.0, evidence)
     rules = read_rules()
     assert words in of_event(event, Diagnosis(shop.fit, 0.01, rules).space, rules).text
+
+
+@pytest.mark.parametrize("name", ["actual_q", "actual_current"])
+@pytest.mark.parametrize("others", [[], [4]])
+def test_sensors_that_fall_silent_at_the_same_row_are_the_streams_and_one_alone_is_its_own(
+    shop: Shop, name: str, others: list[int]
+) -> None:
+    """From the first alarm on, before anybody knows that it comes back: nothing comes after it."""
+    log = shop.log(seconds=8.0)
+    lost, of_another = log.joint(name).copy(), log.joint("actual_current").copy()
+    rows = log.t - log.t[0] > 7.0
+    lost[rows, 2] = of_another[rows, 2] = np.nan
+    of_another[np.ix_(rows, others)] = np.nan
+    if name == "actual_current":
+        lost = of_another
+    channels = {**log.channels, "actual_current": of_another, name: lost}
+    report = diagnose(shop.fit, replace(log, channels=channels))
+    assert {f.severity for f in report} == {"warning" if others else "critical"}
+    assert all(("recorder" in f.advice) == bool(others) for f in report)
+
+
+def test_a_silence_that_is_over_within_a_beat_is_told_with_its_own_times(shop: Shop) -> None:
+    report, begin = _silent(shop, (4.0, 4.2))
+    [found] = report
+    assert found.onset_s - begin == pytest.approx(4.0, abs=0.02)
+    first, last = found.text.split("stamp ")[1].split(" s,")[0].split(" s to ")
+    assert float(last) > float(first)
+
+
+@pytest.mark.parametrize("both", [False, True])
+def test_a_sensor_that_clips_is_told_as_that_and_not_as_well(shop: Shop, both: bool) -> None:
+    """Between its limits it tells the current, for seconds, and nothing beyond them."""
+    log = shop.log(seconds=25.0)
+    current = log.joint("actual_current").copy()
+    since, most = log.t - log.t[0] > 5.0, 0.6 * np.abs(current[:, 2]).max()
+    least = -most if both else -np.inf
+    current[since, 2] = np.clip(current[since, 2], least, most)
+    [found] = diagnose(shop.fit, with_current(log, current))
+    assert (found.kind, found.joint, found.severity) == ("sensor_fault", 2, "critical")
+    assert "clips at" in found.text and "well" not in found.text
+    assert abs(found.evidence["value_A"]) == most
+
+
+def test_a_sensor_that_was_stuck_and_tells_more_since_is_well(shop: Shop) -> None:
+    log = shop.log(seconds=20.0)
+    current = log.joint("actual_current").copy()
+    begin, end = np.searchsorted(log.t - log.t[0], [5.0, 7.0])
+    current[begin:end, 2] = current[begin, 2]
+    [found] = diagnose(shop.fit, with_current(log, current))
+    assert found.severity == "warning" and "was stuck" in found.text
+    assert found.onset_s == pytest.approx(log.t[begin], abs=0.02)

@@ -84,9 +84,9 @@ class Diagnosis:
 
         Where a clock is set back nobody knows how long that took: it goes on as after a pause.
         """
-        ahead, silent = state.ahead, np.isnan(now.instant.q)
-        if np.count_nonzero(silent):
-            return self._unseen(state, now.instant.t + ahead, silent)
+        ahead, known = state.ahead, np.isfinite(now.instant.current)
+        if np.count_nonzero(silent := np.isnan(now.instant.q)):
+            return self._unseen(state, now.instant.t + ahead, silent, known)
         if now.instant.t + ahead <= state.last:
             ahead = state.last + PAUSE + self.period - now.instant.t
         t, found = now.instant.t + ahead, list[Finding]()
@@ -95,28 +95,32 @@ class Diagnosis:
         now = replace(now, instant=replace(now.instant, t=t))
         chunk = (*state.chunk, now)
         state = replace(state, ahead=ahead, chunk=chunk)
-        state, more = self._seen(state, t, now.instant.q[None])
+        state, more = self._seen(state, t, now.instant.q[None], known)
         if len(state.chunk) < self.pace.chunk:
             return state, found + more
         state, late = self._chunk(state)
         return state, found + more + late
 
-    def _seen(self, state: State, t: float, q: Array) -> tuple[State, list[Finding]]:
+    def _seen(self, state: State, t: float, q: Array, known: Mask) -> tuple[State, list[Finding]]:
         """After instants up to `t` [s] whose angles are known, (N, J) [rad]: who is well again?"""
-        unseen, events = well(seen(state.unseen, q), t)
+        unseen, events = well(seen(state.unseen, q, known), t)
         state = replace(state, last=t, unseen=unseen)
         return self._told(state, events) if events else (state, [])
 
-    def _unseen(self, state: State, t: float, silent: Mask) -> tuple[State, list[Finding]]:
-        """With an instant at which the angles of some joints are not known, (J,)."""
-        unknown, events = unseen(state.unseen, t, silent, self.rules.fast.sensor_silent.held)
+    def _unseen(
+        self, state: State, t: float, silent: Mask, known: Mask
+    ) -> tuple[State, list[Finding]]:
+        """With an instant at which angles are silent, but some currents may be known, (J,) each."""
+        held = self.rules.fast.sensor_silent.held
+        unknown, events = unseen(state.unseen, t, silent, known, held)
         return self._blind(replace(state, unseen=unknown), events)
 
-    def _ever_unseen(self, state: State, t: Array, silent: Mask) -> State:
-        """With many such instants, (N,) [s] and (N, J)."""
+    def _ever_unseen(self, state: State, t: Array, silent: Mask, known: Mask) -> State:
+        """With many such instants, (N,) [s] and (N, J) each."""
         if not silent.any():
             return state
-        unknown, events = ever_unseen(state.unseen, t, silent, self.rules.fast.sensor_silent.held)
+        held = self.rules.fast.sensor_silent.held
+        unknown, events = ever_unseen(state.unseen, t, silent, known, held)
         return self._blind(replace(state, unseen=unknown), events)[0]
 
     def _blind(self, state: State, events: list[Event]) -> tuple[State, list[Finding]]:
@@ -239,17 +243,19 @@ class Diagnosis:
     def over(self, motion: Motion, s: Array, travelled: Array) -> tuple[State, list[Finding]]:
         """A whole motion at once: the same beats as instant by instant, but for their seams."""
         state, silent, told = self.init(), np.isnan(motion.q), 0
+        there = np.isfinite(motion.current)
         known = np.flatnonzero(np.isfinite(motion.q + motion.v + motion.a).all(axis=1))
         apart = np.diff(motion.t[known]) > self.pace.gap
         for stretch in np.split(known, np.flatnonzero(apart) + 1):
             for at in range(0, len(stretch), self.pace.beat):
                 part = stretch[at : at + self.pace.beat]
                 upto = slice(told, told := int(part[-1]) + 1)
-                state = self._ever_unseen(state, motion.t[upto], silent[upto])
-                state, _ = self._seen(state, float(motion.t[part[-1]]), motion.q[part])
+                state = self._ever_unseen(state, motion.t[upto], silent[upto], there[upto])
+                last = int(part[-1])
+                state, _ = self._seen(state, float(motion.t[last]), motion.q[part], there[last])
                 state, beside = self._rows(state, motion.rows(part, ()), s[part], travelled[part])
                 state, _ = self.take(state, beside)
-        state = self._ever_unseen(state, motion.t[told:], silent[told:])
+        state = self._ever_unseen(state, motion.t[told:], silent[told:], there[told:])
         state, _ = self.finish(state)
         return state, self.findings(state)
 

@@ -15,6 +15,8 @@ from urdyn.diagnose.sensor import HEALED
 from urdyn.signal.stuck import APART
 from urdyn.types import Array, Mask
 
+LIKEWISE = 0.05  # [s] within which what falls silent does so together; angles are a row off
+
 
 @dataclass(frozen=True, eq=False)
 class Unseen:
@@ -28,6 +30,9 @@ class Unseen:
     back: Array  # (J,) [rad] the first angle after that; NaN: there was none
     moved: Array  # (J,) [rad] the furthest from that
     times: Array  # (J,) how often it was told to be unknown
+    heard: Mask  # (J,) joints whose current was known when all angles were
+    gone: Array  # (J,) [s] since when an angle, or a current that was known then, is not; NaN: is
+    company: Array  # (J,) joints that fell silent with it, itself too, at the fewest
     longest: Array  # (J,) [s] the longest of these
 
 
@@ -35,20 +40,38 @@ def all_seen(joints: int) -> Unseen:
     """Every angle is known."""
     nan, zero = np.full(joints, np.nan), np.zeros(joints)
     never = np.full(joints, -np.inf)
-    return Unseen(nan, np.zeros(joints, dtype=bool), never, nan, zero, zero, zero)
+    no, inf = np.zeros(joints, dtype=bool), np.full(joints, np.inf)
+    return Unseen(
+        since=nan,
+        told=no,
+        last=never,
+        back=nan,
+        moved=zero,
+        times=zero,
+        heard=no,
+        gone=nan,
+        company=inf,
+        longest=zero,
+    )
 
 
-def unseen(before: Unseen, t: float, silent: Mask, held: float) -> tuple[Unseen, list[Event]]:
+def unseen(
+    before: Unseen, t: float, silent: Mask, known: Mask, held: float
+) -> tuple[Unseen, list[Event]]:
     """An instant on; an event of each encoder that was silent for long by now.
 
     Args:
-        silent: of which joints nothing is told, (J,); of all of them, it is a gap.
+        silent: of which joints no angle is told, (J,); of all of them, it is a gap.
+        known: of which a current is, (J,).
         held: [s] for which an angle may be missing.
     """
     alone = silent & ~silent.all()
     since = np.where(alone, np.fmin(before.since, t), np.nan)
     told = alone & (t - since >= held)
     new = told & ~before.told
+    lost = (silent | (before.heard & ~known)) & ~silent.all()
+    gone = np.where(lost, np.fmin(before.gone, t), np.nan)
+    with_it = np.count_nonzero(np.abs(gone - since[:, None]) < LIKEWISE, axis=1)
     ill = told | (alone & np.isfinite(before.last))  # one that is not yet well begins anew
     after = Unseen(
         since=since,
@@ -57,14 +80,21 @@ def unseen(before: Unseen, t: float, silent: Mask, held: float) -> tuple[Unseen,
         back=np.where(ill, np.nan, before.back),
         moved=np.where(ill, 0.0, before.moved),
         times=before.times + new,
+        heard=before.heard,
+        gone=gone,
+        company=np.where(new, np.fmin(before.company, with_it), before.company),
         longest=np.where(told, np.fmax(before.longest, t - since), before.longest),
     )
     return after, [_event(after, j, t) for j in np.flatnonzero(new).tolist()]
 
 
-def seen(before: Unseen, q: Array) -> Unseen:
-    """After instants at which all angles are known, (N, J) [rad]."""
-    before = _none_now(before)
+def seen(before: Unseen, q: Array, known: Mask) -> Unseen:
+    """After instants at which all angles are known, (N, J) [rad].
+
+    Args:
+        known: of which joints a current was told at the last of them, (J,).
+    """
+    before = replace(_none_now(before), heard=known)
     if not np.isfinite(before.last).any():
         return before
     back = np.where(np.isnan(before.back), q[0], before.back)
@@ -84,13 +114,15 @@ def well(before: Unseen, t: float, enough: float = HEALED) -> tuple[Unseen, list
     return replace(before, last=np.where(over, -np.inf, before.last)), events
 
 
-def ever_unseen(before: Unseen, t: Array, silent: Mask, held: float) -> tuple[Unseen, list[Event]]:
+def ever_unseen(
+    before: Unseen, t: Array, silent: Mask, known: Mask, held: float
+) -> tuple[Unseen, list[Event]]:
     """The same after many instants, (N,) [s] and (N, J), whatever those are that lack none."""
     state, events, last = before, list[Event](), -1
     for k in np.flatnonzero(silent.any(axis=1)).tolist():
         if k > last + 1:
-            state = _none_now(state)
-        state, new = unseen(state, float(t[k]), silent[k], held)
+            state = replace(_none_now(state), heard=known[k - 1])
+        state, new = unseen(state, float(t[k]), silent[k], known[k], held)
         events, last = events + new, k
     return state, events
 
@@ -99,11 +131,17 @@ def _none_now(state: Unseen) -> Unseen:
     """At an instant at which all angles are known."""
     if np.isnan(state.since).all():
         return state
-    return replace(state, since=np.full_like(state.since, np.nan), told=state.told & False)
+    nan = np.full_like(state.since, np.nan)
+    return replace(state, since=nan, gone=nan, told=state.told & False)
 
 
 def _event(state: Unseen, j: int, now: float, over: bool = False) -> Event:
-    told = {"mode": ENCODER, "times": int(state.times[j]), "longest_s": float(state.longest[j])}
+    told = {
+        "mode": ENCODER,
+        "times": int(state.times[j]),
+        "longest_s": float(state.longest[j]),
+        "at_once": int(state.company[j]),
+    }
     if over:
         told["until_s"] = float(state.last[j])
     else:

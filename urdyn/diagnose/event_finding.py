@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from urdyn.diagnose.event import Event
-from urdyn.diagnose.evidence import ENCODER
+from urdyn.diagnose.evidence import CLIPPED, ENCODER
 from urdyn.diagnose.fast_rules import Levels
 from urdyn.diagnose.finding import Finding, severity
 from urdyn.diagnose.rules import Rules
@@ -103,7 +103,8 @@ def _loose(event: Event, name: str) -> str:
         return f"{name}: a gap of ± {1e3 * told['half_gap_rad']:.2g} mrad, {seen}"
     at = f"{told['reversals']} reversals of {reversals}"
     jolt = f"a jolt of {told['lasting_s']:.2f} s recurs in {at}"
-    return f"{name}: {jolt}, as of a gap of about ± {1e3 * event.size:.1g} mrad"
+    about = float(f"{1e3 * event.size:.1g}")
+    return f"{name}: {jolt}, as of a gap of about ± {about:g} mrad"
 
 
 def _jumped(event: Event, name: str) -> str:
@@ -122,9 +123,11 @@ def _sick(event: Event, name: str) -> str:
         often = ""
         if says.times > 1:
             often = f" {says.times} times, for {told['longest_s']:.1f} s at most,"
-        span = _while(event.onset, says.until, 1)
+        span = _while(event.onset, says.until, 2)
         return f"{name}: {sensor} was {how}{often} {span}, and is well since"
     at = f" at {told['value_A']:.3g} A" if "value_A" in told else ""
+    if told["mode"] == CLIPPED:
+        return f"{name}: {sensor} clips{at}, since stamp {event.onset:.1f} s"
     if says.times > 1:
         before = f", and was before, since stamp {event.onset:.1f} s"
         return f"{name}: {sensor} is {how} since stamp {says.anew:.1f} s{before}"

@@ -1,8 +1,8 @@
 """Sensors of many joints that fall silent together: the stream has lost what they told.
 
-A sensor, or its cable, fails alone. What takes values of more joints than an arm has faults at once
-is what they have in common: who recorded them, or the network between. None of them is to be
-serviced for that.
+A sensor, or its cable, fails alone. What takes values of more joints than an arm has faults at
+once, or of several from the same row on, is what they have in common: who recorded them, or the
+network between. None of them is to be serviced for that.
 """
 
 from __future__ import annotations
@@ -32,8 +32,9 @@ def of_the_stream(findings: Sequence[Finding]) -> list[Finding]:
         if begin_end := spans.get(finding.id):
             begin, end = begin_end[0] - AT_ONCE, begin_end[1] + AT_ONCE
             near = (f for f in silences if spans[f.id][0] < end and begin < spans[f.id][1])
-            if (joints := len({f.joint for f in near})) > PAIR:
-                finding = replace(finding, severity="warning", advice=ADVICE.format(joints))
+            if (joints := len({f.joint for f in near})) > PAIR or finding.says.at_once > 1:
+                many = ADVICE.format(max(joints, finding.says.at_once))
+                finding = replace(finding, severity="warning", advice=many)
         told.append(finding)
     return told
 

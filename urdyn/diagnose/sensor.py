@@ -1,5 +1,7 @@
 """A current sensor that tells something else than the current: stuck, silent, noisy or erratic.
 
+One that clips is stuck wherever the current is beyond its limit, and nowhere else.
+
 (One that is biased shows over time, among the slow kinds.)
 """
 
@@ -9,32 +11,31 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from urdyn.diagnose import signs
 from urdyn.diagnose.event import CERTAIN, USELESS, Event
+from urdyn.diagnose.evidence import CLIPPED
 from urdyn.diagnose.fast_rules import SensorRule
 from urdyn.diagnose.rows import Rows
 from urdyn.diagnose.space import Space
 from urdyn.tracking.joint_motion import STANDING
-from urdyn.types import MAD_TO_SD, Array, Mask
+from urdyn.types import Array, Mask
 
 MODES = ("stuck", "dropped", "noisy", "erratic")
 PASSING = MODES[:2]  # those of which it shows, from one row to the next, that they are over
-ENOUGH = 24  # rows at least that tell of noise
 # Rows at least, however far apart: a few repeat one value, or are lost, by chance.
 SAME, LOST = 8.0, 3.0
 COARSE = 0.06  # [s] between rows; further apart, neighbours tell of the motion
 BELIEVED = 2.0  # [s] without a sign of illness, after which a sensor is believed again
 HEALED = 5.0  # [s] the same, after which it is said to be well
 NOTHING = 8.0  # [-] times the noise that is asked for, where a value of 0 tells nothing
-# Times the noise that a single value is apart from the middle of two to each side, and that these
-# are at most: no push of the arm is over within a row, where rows are as close as that [s], and no
-# loop rings so. What all of them share, as another load, is nothing of the value.
-APART, USUAL, CLOSE = 10.0, 4.0, 0.025
+# [s] between rows, at most: no push of the arm is over within one, and no loop rings so
+CLOSE = 0.025
 # [-] times the usual noise: single values that are far off are a part of it, and no push shows.
 UNSTEADY = 2.0
 FADES = 0.5  # [-] of the time for which noise is usual, that this takes off the time before
 OFTEN, WITHIN = 5.0, 5.0  # values that are none within [s], from which on a sensor is erratic
+CLIPS = 2.0  # times that a sensor is stuck as far from zero, from which on that is its limit
 FEW = 0.5  # values that are hardly remembered: the next one begins anew
-SECOND = np.sqrt(6.0)  # sd of second differences of white noise, over its own
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,8 +46,15 @@ class Felt:
     same: Array  # (J,) rows that the value was the same
     began: Array  # (J,) [s] of that
     slid: Array  # (J,) rows of it in which the joint slid
+    held: Array  # (J,) [A] the value at which it was stuck last; NaN: it was not
+    froze: Array  # (J,) [s] when it began to be
+    again: Array  # (J,) how often it was stuck that far from zero, and told nothing beyond
+    other: Mask  # (J,) whether it told another value since
+    beyond: Mask  # (J,) whether it told anything further from zero since
     silent: Array  # (J,) rows without a value
     went: Array  # (J,) [s] of that
+    fell: Array  # (J,) [s] of the last that was long enough to be told
+    company: Array  # (J,) joints that fell silent with it, itself too, at the fewest
     left: Array  # (n, J) [A] residuals of late, where a beat has few rows
     rough: Array  # (J,) [A] their noise
     loud: Array  # (J,) [s] for which that was too much; all of it where it was so by far
@@ -73,13 +81,21 @@ class SensorHealth:
         nan, zero = np.full(J, np.nan), np.zeros(J)
         never = np.full((len(MODES), J), -np.inf)
         told = np.zeros((len(MODES), J), dtype=bool)
+        no = np.zeros(J, dtype=bool)
         return Felt(
             last=nan,
             same=zero,
             began=zero,
             slid=zero,
+            held=nan,
+            froze=zero,
+            again=zero,
+            other=no,
+            beyond=no,
             silent=zero,
             went=zero,
+            fell=zero,
+            company=np.full(J, np.inf),
             left=np.zeros((0, J)),
             rough=nan,
             loud=zero,
@@ -103,9 +119,9 @@ class SensorHealth:
         """
         torn: Mask = (rows.current == 0.0) & (np.abs(rows.predicted) > NOTHING * self.space.noise)
         if self.period <= CLOSE:
-            torn |= _off(rows.residual / self.space.noise)
+            torn |= signs.off(rows.residual / self.space.noise)
         off = (rows.current == 0.0).all(axis=1)
-        return np.where(off[:, None], True, torn & _single(torn))
+        return np.where(off[:, None], True, torn & signs.single(torn))
 
     def step(
         self, state: Felt, rows: Rows, torn: Mask, ringing: Mask
@@ -117,26 +133,30 @@ class SensorHealth:
             torn: these, (N, J); those that nobody told are seen here.
             ringing: joints whose loop is known to ring, (J,): no sensor is noisy for that.
         """
-        torn = torn | _lapses(state.last, rows.current)
-        state, signs = self._signs(state, rows)
+        torn = torn | signs.lapses(state.last, rows.current)
+        clipped = state.again >= CLIPS
+        state, shown = self._signs(state, rows)
+        clips = (state.again >= CLIPS) & ~clipped
         state = self._tore(state, rows.t, torn)
-        left = np.concatenate([state.left, rows.residual])[-max(ENOUGH, len(rows)) :]
-        rough = _rough(state.rough, left) if self.period < COARSE else state.rough
-        over = _alone(rough / self.space.noise) / self.rule.noisy
+        left = np.concatenate([state.left, rows.residual])[-max(signs.ENOUGH, len(rows)) :]
+        rough = signs.rough(state.rough, left) if self.period < COARSE else state.rough
+        over = signs.noisier(rough / self.space.noise) / self.rule.noisy
         weight = np.clip(over**2 - 1.0, -FADES, 1.0)  # a joint that rattles is a little over
         loud = np.maximum(state.loud + weight * len(rows) * self.period, 0.0)
         began = (state.loud > 0.0) | (rough > UNSTEADY * self.space.noise)
         grew = np.where(began, state.grew, rows.t[-1])
-        state = replace(state, left=left[-ENOUGH:], rough=rough, loud=loud, grew=grew)
+        state = replace(state, left=left[-signs.ENOUGH :], rough=rough, loud=loud, grew=grew)
         noisy = (loud >= self.rule.lasting) & ~ringing
         erratic = torn.any(axis=0) & (state.torn > OFTEN) & ~self.unsteady(state)
         now = float(rows.t[-1])
-        ill = np.where(np.vstack([signs, noisy, erratic]), now, state.ill)
+        ill = np.where(np.vstack([shown, noisy, erratic]), now, state.ill)
         sick = now - ill < BELIEVED
         state, found = self.well(replace(state, ill=ill), now)
         for m, mode in enumerate(MODES):
-            for j in np.flatnonzero(sick[m] & ~state.told[m]):
-                if not (sick[:, j] & state.told[:, j]).any():  # a sensor that is ill is one fault
+            anew = clips & (mode == "stuck")  # what it is shows only now
+            for j in np.flatnonzero(sick[m] & (anew | ~state.told[m])):
+                # A sensor that is ill is one fault.
+                if anew[j] or not (sick[:, j] & state.told[:, j]).any():
                     found += [self._event(state, mode, int(j), now)]
         untrue = sick[: MODES.index("erratic")].any(axis=0)  # what is left of that is a current
         return replace(state, told=sick), found, np.asarray(untrue)
@@ -144,11 +164,13 @@ class SensorHealth:
     def well(self, state: Felt, now: float, enough: float = HEALED) -> tuple[Felt, list[Event]]:
         """Without what sensors had that show no sign of it for `enough` [s], and events of these.
 
-        A sensor that is stuck shows it where its joint slides, and may be so elsewhere.
+        A sensor that is stuck shows it where its joint slides, and may be so elsewhere; and one
+        that has told nothing beyond the value at which it was may clip there.
         """
         ill, tells = state.ill, np.isfinite(state.last) & (state.same < SAME)
         over = np.isfinite(ill) & (now - ill >= enough) & tells
         over[len(PASSING) :] = False
+        over[MODES.index("stuck")] &= state.beyond
         over &= ~(now - ill < enough).any(axis=0)
         events = [
             Event(
@@ -174,21 +196,25 @@ class SensorHealth:
         repeated = current == before
         sliding = repeated & (np.abs(rows.v) > STANDING)
         missing = ~there & there.any(axis=1, keepdims=True)  # a gap of the log is nobody's fault
-        same, began = _runs(repeated, rows.t, state.same, state.began)
-        slid, _ = _runs(sliding, rows.t, state.slid, state.began)
-        silent, went = _runs(missing, rows.t, state.silent, state.went)
-        stuck = slid >= max(SAME, self.rule.held / self.period)
+        same, began = signs.runs(repeated, rows.t, state.same, state.began)
+        slid, _ = signs.runs(sliding, rows.t, state.slid, state.began)
+        silent, went = signs.runs(missing, rows.t, state.silent, state.went)
+        stuck = slid >= (still := max(SAME, self.rule.held / self.period))
         dropped = silent >= (enough := max(LOST, self.rule.silent / self.period))
         lasted = np.where(dropped, silent * self.period, 0.0)
+        fell = dropped & (silent - 1.0 < enough)
         after = replace(
-            state,
+            _stuck(state, current, stuck & (slid - 1.0 < still)),
             last=current[-1],
             same=same[-1],
-            began=began,
+            began=began[-1],
+            froze=np.where(stuck.any(axis=0), signs.last_of(began, stuck), state.froze),
             slid=slid[-1],
             silent=silent[-1],
-            went=went,
-            times=state.times + np.count_nonzero(dropped & (silent - 1.0 < enough), axis=0),
+            went=went[-1],
+            fell=np.where(dropped.any(axis=0), signs.last_of(went, dropped), state.fell),
+            company=np.fmin(state.company, signs.together(went, missing, fell)),
+            times=state.times + np.count_nonzero(fell, axis=0),
             longest=np.fmax(state.longest, lasted.max(axis=0)),
         )
         return after, np.stack([stuck.any(axis=0), dropped.any(axis=0)])
@@ -196,7 +222,7 @@ class SensorHealth:
     def _tore(self, state: Felt, t: Array, torn: Mask) -> Felt:
         """With the values of a beat that are none, which count ever less as time goes by."""
         kept = np.exp(-len(t) * self.period / WITHIN) * state.torn
-        own = torn & _single(torn)
+        own = torn & signs.single(torn)
         first = (kept < FEW) & own.any(axis=0)
         tore = np.where(first, t[np.argmax(own, axis=0)], state.tore)
         return replace(state, torn=kept + own.sum(axis=0), tore=tore)
@@ -206,9 +232,10 @@ class SensorHealth:
             return self._noisy(state, j, now)
         match mode:
             case "stuck":
-                onset, said = state.began, {"value_A": float(state.last[j])}
+                onset, said = state.froze, {"value_A": float(state.held[j])}
+                mode = CLIPPED if state.again[j] >= CLIPS else mode
             case "dropped":
-                onset, said = state.went, _silences(state, j) | {"anew_s": float(state.went[j])}
+                onset, said = state.fell, _silences(state, j) | {"anew_s": float(state.fell[j])}
             case _:
                 onset, said = state.tore, {"values": float(state.torn[j]), "within_s": WITHIN}
         return Event(
@@ -239,62 +266,36 @@ class SensorHealth:
 
 
 def _silences(state: Felt, j: int) -> dict[str, float]:
-    """How often a sensor was silent so far, and for how long at most."""
-    return {"times": int(state.times[j]), "longest_s": float(state.longest[j])}
+    """How often a sensor was silent so far, for how long at most, and with how many others."""
+    return {
+        "times": int(state.times[j]),
+        "longest_s": float(state.longest[j]),
+        "at_once": int(state.company[j]),
+    }
 
 
-def _alone(ratio: Array) -> Array:
-    """How much noisier each joint is than any other: an arm that shakes is no sensor."""
-    ratio = np.nan_to_num(ratio)
-    order = np.argsort(ratio)
-    others = np.full_like(ratio, ratio[order[-1]])
-    others[order[-1]] = ratio[order[-2]] if len(order) > 1 else 0.0
-    return np.asarray(ratio / np.maximum(others, 1.0))
-
-
-def _lapses(last: Array, current: Array) -> Mask:
-    """Where a joint alone begins to tell nothing, (N, J), after a row in which it did.
+def _stuck(state: Felt, current: Array, told: Mask) -> Felt:
+    """With the values that sensors are found to be stuck at, and what they told in between.
 
     Args:
-        last: what was told in the row before, (J,) [A].
+        told: where one is, (N, J).
     """
-    missing = np.isnan(np.vstack([last, current]))
-    return np.asarray(missing[1:] & ~missing[:-1] & _single(missing[1:]))
-
-
-def _off(left: Array) -> Mask:
-    """Values far from all beside them, which are about alike, (N, J); of (N, J) [-] of the noise.
-
-    Beside what is not known, none: nobody could tell which of them is off.
-    """
-    padded, n = np.pad(left, ((2, 2), (0, 0)), mode="reflect"), len(left)
-    around = np.array([padded[k : k + n] for k in (0, 1, 3, 4)])
-    lo, hi = around.min(axis=0), around.max(axis=0)
-    return np.asarray((np.abs(left - 0.5 * (lo + hi)) > APART) & (0.5 * (hi - lo) < USUAL))
-
-
-def _single(torn: Mask) -> Mask:
-    """Rows in which one joint's value is none, (N, 1)."""
-    return np.asarray(np.count_nonzero(torn, axis=1, keepdims=True) == 1)
-
-
-def _rough(before: Array, residual: Array) -> Array:
-    """Noise between neighbours [A], from which no motion and no single jump is seen."""
-    bent = np.abs(np.diff(residual, n=2, axis=0))
-    known = np.isfinite(bent).sum(axis=0) >= ENOUGH // 2
-    middle = np.full(bent.shape[1], np.nan)
-    if known.any():
-        middle[known] = np.nanmedian(bent[:, known], axis=0)
-    return np.where(np.isnan(middle), before, MAD_TO_SD * middle / SECOND)
-
-
-def _runs(sign: Mask, t: Array, before: Array, began: Array) -> tuple[Array, Array]:
-    """Rows for which a sign has lasted by each, (N, J), and when what lasts at the end began."""
-    at = np.arange(1, len(t) + 1)[:, None]
-    broken = np.maximum.accumulate(np.where(sign, 0, at), axis=0)
-    length = at - broken + np.where(broken == 0, before, 0.0)
-    end = broken[-1]
-    started = np.where(
-        end == 0, np.where(before > 0.0, began, t[0]), t[np.minimum(end, len(t) - 1)]
+    new = told.any(axis=0)
+    held = np.where(new, signs.last_of(current, told), state.held)
+    since = ~new | (np.arange(len(current))[:, None] > signs.last_row(told))
+    apart = state.other | (~since & _differs(current, state.held)).any(axis=0)
+    same = ~state.beyond & (np.abs(held) == np.abs(state.held))
+    again = np.where(same, state.again + apart, 1.0)
+    beyond = (since & (np.where(held < 0.0, -current, current) > np.abs(held))).any(axis=0)
+    return replace(
+        state,
+        held=held,
+        again=np.where(beyond, 0.0, np.where(new, again, state.again)),
+        other=(state.other & ~new) | (since & _differs(current, held)).any(axis=0),
+        beyond=(state.beyond & ~new) | beyond,
     )
-    return np.asarray(length), started
+
+
+def _differs(current: Array, held: Array) -> Mask:
+    """Values that are another than that, (N, J)."""
+    return np.asarray(np.isfinite(current) & (current != held))
