@@ -91,13 +91,14 @@ def test_one_that_is_well_for_a_moment_only_is_ill_since_it_was_first(shop: Shop
 def test_an_encoder_that_tells_the_angle_at_which_it_was_stuck_is_not_well() -> None:
     """Where a joint stands nobody knows; it is when it has gone on."""
     state, silent, held = all_seen(2), np.array([False, True]), 0.2
-    known = np.ones(2, dtype=bool)
+    known, after = np.ones((100, 2), dtype=bool), 0.4 + 0.01 * np.arange(100)
     for t in (0.0, 0.1, 0.2, 0.3):
-        state, _ = unseen(state, t, silent, known, held)
-    state = encoder.seen(state, np.full((100, 2), 0.5), known)
+        state, _ = unseen(state, t, silent, known[0], held)
+    state = encoder.seen(state, after, np.full((100, 2), 0.5), known)
     assert not well(state, 60.0)[1]
     ((told,), early) = (
-        well(encoder.seen(state, np.array([[0.5, 0.6]]), known), t)[1] for t in (60.0, 5.0)
+        well(encoder.seen(state, after[:1], np.array([[0.5, 0.6]]), known[:1]), t)[1]
+        for t in (60.0, 5.0)
     )
     assert (told.joint, told.evidence["until_s"], told.size) == (1, 0.3, 0.0) and not early
 

@@ -136,7 +136,7 @@ def test_a_sensor_that_clips_is_told_as_that_and_not_as_well(shop: Shop, both: b
     """Between its limits it tells the current, for seconds, and nothing beyond them."""
     log = shop.log(seconds=25.0)
     current = log.joint("actual_current").copy()
-    since, most = log.t - log.t[0] > 5.0, 0.6 * np.abs(current[:, 2]).max()
+    since, most = log.t - log.t[0] > 5.0, 0.6 * current[:, 2].max()
     least = -most if both else -np.inf
     current[since, 2] = np.clip(current[since, 2], least, most)
     [found] = diagnose(shop.fit, with_current(log, current))

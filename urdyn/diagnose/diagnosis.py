@@ -95,16 +95,17 @@ class Diagnosis:
         now = replace(now, instant=replace(now.instant, t=t))
         chunk = (*state.chunk, now)
         state = replace(state, ahead=ahead, chunk=chunk)
-        state, more = self._seen(state, t, now.instant.q[None], known)
+        state, more = self._seen(state, np.array([t]), now.instant.q[None], known[None])
         if len(state.chunk) < self.pace.chunk:
             return state, found + more
         state, late = self._chunk(state)
         return state, found + more + late
 
-    def _seen(self, state: State, t: float, q: Array, known: Mask) -> tuple[State, list[Finding]]:
-        """After instants up to `t` [s] whose angles are known, (N, J) [rad]: who is well again?"""
-        unseen, events = well(seen(state.unseen, q, known), t)
-        state = replace(state, last=t, unseen=unseen)
+    def _seen(self, state: State, t: Array, q: Array, known: Mask) -> tuple[State, list[Finding]]:
+        """After instants (N,) [s] whose angles are known, (N, J) [rad]: who is well again?"""
+        last = float(t[-1])
+        unseen, events = well(seen(state.unseen, t, q, known), last)
+        state = replace(state, last=last, unseen=unseen)
         return self._told(state, events) if events else (state, [])
 
     def _unseen(
@@ -251,8 +252,7 @@ class Diagnosis:
                 part = stretch[at : at + self.pace.beat]
                 upto = slice(told, told := int(part[-1]) + 1)
                 state = self._ever_unseen(state, motion.t[upto], silent[upto], there[upto])
-                last = int(part[-1])
-                state, _ = self._seen(state, float(motion.t[last]), motion.q[part], there[last])
+                state, _ = self._seen(state, motion.t[part], motion.q[part], there[part])
                 state, beside = self._rows(state, motion.rows(part, ()), s[part], travelled[part])
                 state, _ = self.take(state, beside)
         state = self._ever_unseen(state, motion.t[told:], silent[told:], there[told:])

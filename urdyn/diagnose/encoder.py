@@ -30,8 +30,7 @@ class Unseen:
     back: Array  # (J,) [rad] the first angle after that; NaN: there was none
     moved: Array  # (J,) [rad] the furthest from that
     times: Array  # (J,) how often it was told to be unknown
-    heard: Mask  # (J,) joints whose current was known when all angles were
-    gone: Array  # (J,) [s] since when an angle, or a current that was known then, is not; NaN: is
+    gone: Array  # (J,) [s] since when an angle or a current is not known; NaN: both are
     company: Array  # (J,) joints that fell silent with it, itself too, at the fewest
     longest: Array  # (J,) [s] the longest of these
 
@@ -48,7 +47,6 @@ def all_seen(joints: int) -> Unseen:
         back=nan,
         moved=zero,
         times=zero,
-        heard=no,
         gone=nan,
         company=inf,
         longest=zero,
@@ -69,9 +67,10 @@ def unseen(
     since = np.where(alone, np.fmin(before.since, t), np.nan)
     told = alone & (t - since >= held)
     new = told & ~before.told
-    lost = (silent | (before.heard & ~known)) & ~silent.all()
+    lost = (silent | ~known) & ~silent.all()
     gone = np.where(lost, np.fmin(before.gone, t), np.nan)
-    with_it = np.count_nonzero(np.abs(gone - since[:, None]) < LIKEWISE, axis=1)
+    near = np.abs(gone - since[:, None]) < LIKEWISE
+    with_it = np.count_nonzero(near | np.eye(len(near), dtype=bool), axis=1)
     ill = told | (alone & np.isfinite(before.last))  # one that is not yet well begins anew
     after = Unseen(
         since=since,
@@ -80,7 +79,6 @@ def unseen(
         back=np.where(ill, np.nan, before.back),
         moved=np.where(ill, 0.0, before.moved),
         times=before.times + new,
-        heard=before.heard,
         gone=gone,
         company=np.where(new, np.fmin(before.company, with_it), before.company),
         longest=np.where(told, np.fmax(before.longest, t - since), before.longest),
@@ -88,13 +86,13 @@ def unseen(
     return after, [_event(after, j, t) for j in np.flatnonzero(new).tolist()]
 
 
-def seen(before: Unseen, q: Array, known: Mask) -> Unseen:
-    """After instants at which all angles are known, (N, J) [rad].
+def seen(before: Unseen, t: Array, q: Array, known: Mask) -> Unseen:
+    """After instants t (N,) [s] at which all angles are known, (N, J) [rad].
 
     Args:
-        known: of which joints a current was told at the last of them, (J,).
+        known: of which joints a current is, (N, J).
     """
-    before = replace(_none_now(before), heard=known)
+    before = _none_now(before, t, known)
     if not np.isfinite(before.last).any():
         return before
     back = np.where(np.isnan(before.back), q[0], before.back)
@@ -121,18 +119,22 @@ def ever_unseen(
     state, events, last = before, list[Event](), -1
     for k in np.flatnonzero(silent.any(axis=1)).tolist():
         if k > last + 1:
-            state = replace(_none_now(state), heard=known[k - 1])
+            state = _none_now(state, t[last + 1 : k], known[last + 1 : k])
         state, new = unseen(state, float(t[k]), silent[k], known[k], held)
         events, last = events + new, k
     return state, events
 
 
-def _none_now(state: Unseen) -> Unseen:
-    """At an instant at which all angles are known."""
+def _none_now(state: Unseen, t: Array, known: Mask) -> Unseen:
+    """After instants (N,) [s] at which all angles are known, and these currents, (N, J)."""
+    n = len(t)
+    ever, at = known.any(axis=0), n - 1 - np.argmax(known[::-1], axis=0)
+    since = np.where(ever, t[np.minimum(at + 1, n - 1)], np.fmin(state.gone, t[0]))
+    state = replace(state, gone=np.where(known[-1], np.nan, since))
     if np.isnan(state.since).all():
         return state
     nan = np.full_like(state.since, np.nan)
-    return replace(state, since=nan, gone=nan, told=state.told & False)
+    return replace(state, since=nan, told=state.told & False)
 
 
 def _event(state: Unseen, j: int, now: float, over: bool = False) -> Event:
