@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 from scipy.integrate import quad
@@ -203,8 +205,11 @@ def test_the_periodogram_of_a_sum_in_doubt_is_the_mean_of_those_of_what_it_may_b
     np.testing.assert_allclose(periodogram(X, root @ root.T), each, rtol=1e-12)
 
 
+@pytest.mark.parametrize("fit", [fit_noise, white_noise])
 @pytest.mark.parametrize("step", [0.002, 0.01])
-def test_where_joints_turn_noise_says_what_lasting_errors_do(step: float) -> None:
+def test_where_joints_turn_noise_says_what_lasting_errors_do(
+    step: float, fit: Callable[..., Noise]
+) -> None:
     """Noise of one density and errors of one size make the same density there at any rate."""
     rng, turns = np.random.default_rng(11), 300
     rows, lasting = round(1.0 / step), round(0.1 / step)
@@ -213,11 +218,21 @@ def test_where_joints_turn_noise_says_what_lasting_errors_do(step: float) -> Non
     near = np.zeros((turns, rows), bool)
     near[:, lasting : 2 * lasting] = True
     e += near * size * rng.standard_normal((turns, 1))
-    noise = fit_noise([[*e]], step, turning=[[*near]])
+    noise = fit([[*e]], step, turning=[[*near]])
     found = noise.turning[0] ** 2 * noise.power[0] / (1.0 - noise.ar[0].sum()) ** 2 * step
     # Known by as many errors as there are turns; what they lend to the colour makes it only more.
     few = FOUR_SIGMA * np.sqrt(2.0 / turns)
     assert 1.0 - few <= found / (density + size**2 * PIECE) <= 2.0
+
+
+def test_white_noise_is_told_from_where_joints_go_their_way() -> None:
+    w, near = SCALE * np.random.default_rng(14).standard_normal(ROWS), np.arange(ROWS) % 100 < 12
+    rough = white_noise([[w * np.where(near, 5.0, 1.0)]], STEP, [[near]])
+    few = FOUR_SIGMA / np.sqrt(2.0 * ROWS)
+    assert rough.sd[0] == pytest.approx(SCALE, rel=1.1 * few)
+    # What white noise sums up to is as loud as its rows; of every turn a piece may be cut.
+    pieces = ROWS * 12 // 100 // round(PIECE / STEP) - ROWS // 100
+    assert rough.turning[0] == pytest.approx(5.0, rel=FOUR_SIGMA / np.sqrt(2.0 * pieces))
 
 
 def test_noise_that_is_alike_everywhere_is_hardly_louder_in_turns() -> None:

@@ -11,11 +11,13 @@ from scipy.stats import multivariate_normal
 from urdyn.identify import Noise, identify
 from urdyn.identify.compress import compress
 from urdyn.identify.excerpt import folds
+from urdyn.identify.search import Run, _select, _shape, _start, _with_noise
 from urdyn.identify.select import _evidence, _without, select_terms
 from urdyn.identify.unknowns import Unknowns
 from urdyn.model.arm import Arm, load_arm
 from urdyn.model.dynamics import Dynamics
 from urdyn.model.population import OPTIONAL, STRIBECK_VELOCITY, population
+from urdyn.progress import silent
 from urdyn.signal import condition
 from urdyn.simulate import fourier, observe, typical_sensors, virtual_arm
 from urdyn.types import Array, Motion
@@ -87,6 +89,23 @@ def test_ripple_and_warmth_are_found_and_taken_for_nothing_else(
     size = share * (plain.drive.viscous if terms == ("thermal",) else plain.drive.coulomb)
     point = replace(plain, drive=replace(plain.drive, **dict.fromkeys(terms, size)))
     assert selected(point, 2) == (frozenset(terms),) * 6
+
+
+def test_a_joint_that_sticks_as_it_turns_has_no_friction_that_fades(ur5e: Arm) -> None:
+    """For 30 ms it is held by half the friction that it slides with."""
+    point, rng = planted(ur5e, 4, FADES), np.random.default_rng(4)
+    trajectory = fourier(ur5e, 20.0, 250.0, rng)
+    going = trajectory.at(trajectory.t)
+    way, t = np.sign(going.v), going.t[:, None]
+    turns = np.diff(way, axis=0, prepend=way[:1]) != 0.0
+    stuck = t - np.maximum.accumulate(np.where(turns, t, -np.inf)) < 0.03
+    held = 0.5 * stuck * way * point.drive.coulomb / point.drive.gain
+    noise = typical_sensors(ur5e).current_noise * rng.standard_normal(way.shape)
+    runs = [Run(replace(going, current=point.current(going) - held + noise))]
+    start = _start(ur5e, runs, point.drive.gain, np.zeros(10))
+    shaped = _shape(start, runs, silent)
+    found = _select(_with_noise(shaped, runs), runs).unknowns.terms
+    assert [("stribeck" in terms) for terms in found] == WITH_TERM.tolist()
 
 
 @pytest.mark.slow

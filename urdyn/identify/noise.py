@@ -90,10 +90,13 @@ class Noise:
         return np.asarray(np.sqrt(weight * (dof + 1.0) / (dof + 3.0)) / scale)
 
 
-def white_noise(residuals: list[list[Array]]) -> Noise:
-    """White Gaussian noise of the residuals' power, joint by joint."""
-    sd = np.array([_sd(stretches) for stretches in residuals])
-    return Noise(sd, sd, np.full_like(sd, GAUSSIAN), np.zeros((len(sd), 0)))
+def white_noise(
+    residuals: list[list[Array]], step: float = np.inf, turning: list[list[Mask]] | None = None
+) -> Noise:
+    """White Gaussian noise of the residuals' power, joint by joint; arguments as `fit_noise`'s."""
+    turning = turning or _nowhere(residuals)
+    fits = [_white(_calmed(*pair)) for pair in zip(residuals, turning, strict=True)]
+    return _joined(fits, residuals, turning, step)
 
 
 def fit_noise(
@@ -113,26 +116,34 @@ def fit_noise(
         absorbed: periodogram of what a fit absorbed, stretch by stretch [A²]; None: nothing.
         turning: rows near where the joint turns round, whose noise is told apart; None: it is not.
     """
-    keep = forgotten(step)
-    if turning is None:
-        turning = [[np.zeros(len(r), bool) for r in stretches] for stretches in residuals]
+    turning = turning or _nowhere(residuals)
     if absorbed is None:
         absorbed = [[np.zeros(len(r) // 2 + 1) for r in stretches] for stretches in residuals]
-    both = zip(residuals, turning, strict=True)
-    calm = [_calmed(stretches, near) for stretches, near in both]
+    calm = [_calmed(*pair) for pair in zip(residuals, turning, strict=True)]
+    keep = forgotten(step)
     fits = [_fit_joint(left, powers, keep) for left, powers in zip(calm, absorbed, strict=True)]
+    return replace(_joined(fits, residuals, turning, step), keep=keep)
+
+
+def _joined(
+    fits: list[Noise], residuals: list[list[Array]], turning: list[list[Mask]], step: float
+) -> Noise:
+    """Noise of all joints from that of each, which is told of where they go their way."""
     width = max(noise.ar.shape[1] for noise in fits)
-    rows = max(round(PIECE / step), 1) if np.isfinite(step) else 1
-    louder = map(_louder, fits, residuals, turning, repeat(rows))
+    rows = max(round(PIECE / step), 1)
     return Noise(
         sd=np.concatenate([n.sd for n in fits]),
         scale=np.concatenate([n.scale for n in fits]),
         dof=np.concatenate([n.dof for n in fits]),
         ar=np.concatenate([np.pad(n.ar, ((0, 0), (0, width - n.ar.shape[1]))) for n in fits]),
         slow=np.concatenate([n.slow for n in fits]),
-        keep=keep,
-        turning=np.array(list(louder)),
+        turning=np.array(list(map(_louder, fits, residuals, turning, repeat(rows)))),
     )
+
+
+def _nowhere(residuals: list[list[Array]]) -> list[list[Mask]]:
+    """No row of the residuals."""
+    return [[np.zeros(len(r), bool) for r in stretches] for stretches in residuals]
 
 
 def whiten(x: Array, ar: Array) -> Array:
@@ -145,6 +156,12 @@ def whiten(x: Array, ar: Array) -> Array:
         if coefficient:
             white -= coefficient * x[order - lag : len(x) - lag]
     return white
+
+
+def _white(stretches: list[Array]) -> Noise:
+    """White noise of one joint."""
+    sd = np.full(1, _sd(stretches))
+    return Noise(sd, sd, np.full(1, GAUSSIAN), np.zeros((1, 0)))
 
 
 def _sd(stretches: list[Array]) -> float:
@@ -162,7 +179,7 @@ def _fit_joint(stretches: list[Array], absorbed: list[Array], keep: float) -> No
     """Noise of one joint."""
     count, lags = sum(len(r) for r in stretches), _lags_with_data(stretches)
     if count < 10 * MAX_ORDER or not lags:
-        return white_noise([stretches])
+        return _white(stretches)
     most = WILD * _robust_sd(np.concatenate(stretches))
     stretches = [np.clip(r, -most, most) for r in stretches]
     pairs = [pair for pair in zip(stretches, absorbed, strict=True) if len(pair[0])]

@@ -92,10 +92,7 @@ def search(
     """The fit to all runs; `identify` has checked that they tell something."""
     brief = [replace(run, motion=excerpt(run.motion, EXCERPT // len(runs))) for run in runs]
     state = _start(arm, runs, gain, np.zeros(10) if tool is None else tool)
-    for k in range(SHAPING):
-        progress("shape of friction", 0.5 * k / SHAPING)
-        state = _step(_with_noise(state, brief, plain=True), brief, DAMPING if k else 1.0)
-        state = _align(state, brief)
+    state = _shape(state, brief, progress)
     progress("terms of the model", 0.5)
     state = _select(_with_noise(state, brief), brief)
     for _ in range(SETTLING):
@@ -119,6 +116,19 @@ def _start(arm: Arm, runs: Sequence[Run], gain: Array | None, tool: Array) -> St
     return State(unknowns, np.zeros(len(unknowns.mean)), unit, temperature, band)
 
 
+def _shape(state: State, runs: Sequence[Run], progress: Progress) -> State:
+    """The same arm with the shape of its friction found.
+
+    Where a joint sticks as it turns round, friction that fades at next to no speed explains most of
+    what is left. No later round leaves such a shape, so turns are told apart from the first on.
+    """
+    for k in range(SHAPING):
+        progress("shape of friction", 0.5 * k / SHAPING)
+        state = _step(_with_noise(state, runs, plain=True), runs, DAMPING if k else 1.0)
+        state = _align(state, runs)
+    return state
+
+
 def _with_noise(
     state: State, runs: Sequence[Run], plain: bool = False, apart: bool = True
 ) -> State:
@@ -131,10 +141,10 @@ def _with_noise(
     left = _joint_by_joint(
         residuals(point, motion, state.band) for motion, point, _ in state.loaded(runs)
     )
-    if plain:
-        return replace(state, noise=white_noise(left))
     step = float(np.mean([median_step(run.motion.t) for run in runs])) * state.band.every
     near = _turnings(state, runs) if apart else None
+    if plain:
+        return replace(state, noise=white_noise(left, step, near))
     return replace(state, noise=fit_noise(left, step, _absorbed(state, runs), near))
 
 
