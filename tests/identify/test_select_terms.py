@@ -10,6 +10,7 @@ from scipy.stats import multivariate_normal
 
 from urdyn.identify import Noise, identify
 from urdyn.identify.compress import compress
+from urdyn.identify.design import turning
 from urdyn.identify.excerpt import folds
 from urdyn.identify.search import Run, _select, _shape, _start, _with_noise
 from urdyn.identify.select import _evidence, _without, select_terms
@@ -91,21 +92,37 @@ def test_ripple_and_warmth_are_found_and_taken_for_nothing_else(
     assert selected(point, 2) == (frozenset(terms),) * 6
 
 
-def test_a_joint_that_sticks_as_it_turns_has_no_friction_that_fades(ur5e: Arm) -> None:
-    """For 30 ms it is held by half the friction that it slides with."""
-    point, rng = planted(ur5e, 4, FADES), np.random.default_rng(4)
-    trajectory = fourier(ur5e, 20.0, 250.0, rng)
+def sticking(point: Dynamics, seed: int) -> list[Run]:
+    """Joints that half of the friction they slide with holds for 30 ms after they turned round."""
+    rng = np.random.default_rng(seed)
+    trajectory = fourier(point.arm, 20.0, 250.0, rng)
     going = trajectory.at(trajectory.t)
     way, t = np.sign(going.v), going.t[:, None]
     turns = np.diff(way, axis=0, prepend=way[:1]) != 0.0
     stuck = t - np.maximum.accumulate(np.where(turns, t, -np.inf)) < 0.03
     held = 0.5 * stuck * way * point.drive.coulomb / point.drive.gain
-    noise = typical_sensors(ur5e).current_noise * rng.standard_normal(way.shape)
-    runs = [Run(replace(going, current=point.current(going) - held + noise))]
-    start = _start(ur5e, runs, point.drive.gain, np.zeros(10))
-    shaped = _shape(start, runs, silent)
+    noise = typical_sensors(point.arm).current_noise * rng.standard_normal(way.shape)
+    return [Run(replace(going, current=point.current(going) - held + noise))]
+
+
+def test_a_joint_that_sticks_as_it_turns_has_no_friction_that_fades(ur5e: Arm) -> None:
+    point = planted(ur5e, 4, FADES)
+    runs = sticking(point, 4)
+    shaped = _shape(_start(ur5e, runs, point.drive.gain, np.zeros(10)), runs, silent)
     found = _select(_with_noise(shaped, runs), runs).unknowns.terms
     assert [("stribeck" in terms) for terms in found] == WITH_TERM.tolist()
+
+
+def test_what_happens_in_turns_alone_is_no_term(ur5e: Arm) -> None:
+    """Not even where their noise is thought to be no louder than any other."""
+    point = planted(ur5e, 4, 0.0)
+    sound = excited(point, 4, typical_sensors(ur5e).current_noise)
+    stick = np.sign(sound.v) * point.drive.coulomb / point.drive.gain
+    held = replace(sound, current=sound.current - 0.5 * stick * turning(sound))
+    start = _start(ur5e, [Run(sound)], point.drive.gain, np.zeros(10))
+    there = replace(start, z=start.unknowns.score(point, ()))
+    state = _with_noise(there, [Run(sound)], plain=True)
+    assert _select(state, [Run(held)]).unknowns.terms == NOTHING
 
 
 @pytest.mark.slow
