@@ -14,7 +14,6 @@ import pytest
 from shop import Shop
 from test_diagnosis_resumed import looking_on, readings
 
-from urdyn.diagnose.acknowledge import FOUND
 from urdyn.diagnose.job import Job, job_of
 from urdyn.diagnose.onlooker import Onlooker
 from urdyn.diagnose.reading_row import row
@@ -22,6 +21,7 @@ from urdyn.diagnose.rules import read_rules
 from urdyn.diagnose.session import Session
 from urdyn.errors import InputError, UrdynError
 from urdyn.io.frames import Frames, words_frame
+from urdyn.io.run_folder import FINDINGS
 from urdyn.twin import Twin
 
 STUCK = "sensor_fault:joint=3,mode=stuck,onset=1"
@@ -97,7 +97,7 @@ def test_another_process_says_what_this_one_would(shop: Shop, tmp_path: Path) ->
     apart.close()
     session.finish()
     ours = session.write()
-    written = json.loads((tmp_path / FOUND).read_text())
+    written = json.loads((tmp_path / FINDINGS).read_text())
     assert written["findings"] == ours["findings"] == summary["findings"]
     assert [finding["id"] for finding in told] == ["sensor_fault.wrist_1_joint"]
     assert list(apart.findings) == ours["findings"]
@@ -105,7 +105,7 @@ def test_another_process_says_what_this_one_would(shop: Shop, tmp_path: Path) ->
 
 
 def test_who_interrupts_a_run_does_not_interrupt_its_diagnosis(begun, tmp_path: Path) -> None:
-    until((tmp_path / FOUND).exists)  # it is at work
+    until((tmp_path / FINDINGS).exists)  # it is at work
     for number in (signal.SIGINT, signal.SIGTERM):
         os.kill(child_of(begun), number)
     begun.keep(5)
@@ -124,7 +124,7 @@ def test_a_diagnosis_that_is_killed_is_told_of_where_the_run_is_kept(begun) -> N
 
 
 def test_what_cannot_be_read_there_is_one_line_here(begun, tmp_path: Path) -> None:
-    until((tmp_path / FOUND).exists)
+    until((tmp_path / FINDINGS).exists)
     (tmp_path / "acknowledged.json").write_text("{")
     begun.keep(5)
     with pytest.raises(InputError, match="is no JSON"):
@@ -158,7 +158,7 @@ def test_a_diagnosis_ends_with_its_run_even_one_that_is_killed(shop: Shop, tmp_p
     command = [sys.executable, "-c", ORPHAN, str(tmp_path / "twin.toml"), str(tmp_path)]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as run:
         child = int(run.stdout.readline())
-        until((tmp_path / FOUND).exists)
+        until((tmp_path / FINDINGS).exists)
         assert not gone(child)
         run.kill()
     until(lambda: gone(child))

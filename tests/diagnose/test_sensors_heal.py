@@ -12,8 +12,8 @@ from shop import Shop
 from urdyn.diagnose import Report, diagnose, read_rules
 from urdyn.diagnose.diagnosis import Diagnosis
 from urdyn.diagnose.event import Event
+from urdyn.diagnose.event_finding import of_event
 from urdyn.diagnose.recommend import recommendation
-from urdyn.diagnose.verdict import of_event
 
 
 def _silent(shop: Shop, *spans: tuple[float, float], seconds: float = 14.0) -> tuple[Report, float]:

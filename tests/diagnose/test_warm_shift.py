@@ -13,7 +13,8 @@ from urdyn.diagnose import carried, diagnose, loudness, steadiness, warmth
 from urdyn.diagnose.learning import Learnt
 from urdyn.diagnose.loads import likeliest
 from urdyn.diagnose.rules import read_rules
-from urdyn.diagnose.sensor import SensorHealth, _alone
+from urdyn.diagnose.sensor import SensorHealth
+from urdyn.diagnose.signs import noisier
 from urdyn.diagnose.slow import Slow
 from urdyn.diagnose.slow_state import LearntBy
 from urdyn.diagnose.space import space
@@ -152,5 +153,5 @@ def test_pieces_that_come_and_go_in_a_warming_shift_at_20_hz_are_work(
 def test_an_arm_that_shakes_is_no_noisy_sensor_and_one_noisy_joint_is(shop: Shop) -> None:
     health = SensorHealth(space(shop.fit), 0.01, read_rules().fast.sensor_silent)
     alone, shaking = np.array([1.0, 4.0, 1, 1, 0.9, 1]), np.array([1.0, 4.0, 1, 3.5, 2, 1])
-    assert np.flatnonzero(_alone(alone) > health.rule.noisy).tolist() == [1]
-    assert not (_alone(shaking) > health.rule.noisy).any()
+    assert np.flatnonzero(noisier(alone) > health.rule.noisy).tolist() == [1]
+    assert not (noisier(shaking) > health.rule.noisy).any()

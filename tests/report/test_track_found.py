@@ -124,7 +124,7 @@ def test_the_health_of_an_arm_of_which_no_joint_was_judged_is_not_told(history):
     ],
 )
 def test_a_controller_that_knows_the_load_needs_not_be_told(history, setting, told):
-    advice = read_rules().levels("payload_change")["advice"]
+    advice = read_rules().levels("payload_change").advice
     load = replace(
         growing(joint=None, name="tool"), kind="payload_change", unit="kg", size=1.0, size_sd=0.1,
         forecast=None, time_to_failure_s=None, severity="warning", advice=advice,

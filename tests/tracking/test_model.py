@@ -300,4 +300,5 @@ def test_mass_leads_damping_through_a_filter_where_masses_stray(workshop, slices
                 belief, _ = filter_.step(model, belief, u, y)
             led[bodies, name] = belief.mean[model.observation.places["alpha"]]
     np.testing.assert_array_equal(led[0.0, "edge"], led[0.0, "none"])
-    assert np.abs(led[0.1, "edge"] - led[0.1, "none"]).max() > 1e-3
+    # By how much hangs on how well the twin knows its masses; round-off is some 1e-12.
+    assert np.abs(led[0.1, "edge"] - led[0.1, "none"]).max() > 1e-6

@@ -243,7 +243,7 @@ def test_healthy_holds_are_seldom_less_than_nothing_and_loads_that_turn_over_alw
     weighed, at = ImplausibleLoads(), 5000.0
     for hold in range(8):  # of one whose friction has grown
         weighed = weighed.after(0.2 * (-1.0) ** hold, 0.05, at + hold)
-    assert weighed.doubted(at + 8.0) and not weighed.doubted(at + 8.0 + HANDLING)
+    assert weighed.suspected(at + 8.0) and not weighed.suspected(at + 8.0 + HANDLING)
 
 
 UNSETTLED = pytest.mark.xfail(reason="a drive and a light load go on to be told anew at each rest")

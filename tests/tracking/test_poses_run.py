@@ -113,12 +113,12 @@ def test_poses_that_are_of_no_arm_like_this_are_told_to_tell_nothing(workshop, p
 
 
 def test_who_goes_on_begins_with_the_same_calibration(workshop, poses, tmp_path):
-    arm, source = workshop.fit.dynamics.arm, open_source(str(workshop.recording))
-    form, files = drawing_of(arm).form, [tmp_path / f"{name}.yaml" for name in "abc"]
+    of, source = workshop.fit.dynamics, open_source(str(workshop.recording))
+    form, files = drawing_of(of.arm).form, [tmp_path / f"{name}.yaml" for name in "abc"]
     for path, sd in zip(files, (0.0, 1e-3, 0.0), strict=True):
         built = sd * np.random.default_rng(3).standard_normal(len(form.names))
         path.write_text(calibration_text(places_of(form.table(built))))
-    a, b, c = (listening(source, arm, str(poses), False, path)[0].identity for path in files)
+    a, b, c = (listening(source, of, str(poses), False, path)[0].identity for path in files)
     assert a == c != b
 
 

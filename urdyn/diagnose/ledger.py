@@ -13,10 +13,10 @@ import numpy as np
 from urdyn.diagnose import zero
 from urdyn.diagnose.event import Event
 from urdyn.diagnose.event_finding import of_event
+from urdyn.diagnose.explained import unexplained
 from urdyn.diagnose.finding import Finding
 from urdyn.diagnose.judge import Judge
 from urdyn.diagnose.lossy import of_the_stream
-from urdyn.diagnose.own import unpushed
 from urdyn.diagnose.recall import Level
 from urdyn.diagnose.recurring import Recurred, unjolted
 from urdyn.diagnose.rules import JUMPS, Rules
@@ -62,6 +62,7 @@ class Ledger:
             finding = finding_of(event, after, self.space, self.rules)
             after, _ = entered(after, [finding])
             told.add(finding.id)
+        after = unexplained(after)
         found = [finding for finding in after if finding.id in told]
         return replace(book, findings=after), to_be_told(book.findings, found)
 
@@ -97,7 +98,7 @@ class Ledger:
             series[change.suspect] = tuple(trace)
             new.append(of_change(change, self.judge.of, self.space, self.rules, trace))
         findings, found = entered(book.findings, new)
-        return replace(book, series=series, findings=unpushed(findings)), found
+        return replace(book, series=series, findings=unexplained(findings)), found
 
     def _gone_on(self, book: Book, slow: SlowState) -> Book:
         """With the last block of every change that is known."""

@@ -12,9 +12,10 @@ Hotelling's kind. Ratios of all last windows, one for each number of them, make 
 sum [Roberts1966]_.
 
 A window tells of play only where a model of friction holds throughout: where the joint slides, or
-turns over and slides on. There, friction may be another than was thought, turn over earlier or
-later, and fade with speed otherwise: nothing is taken for play that these explain. What they could
-not do as loudly as a sound joint's windows have in common anyway is nothing that they explain.
+turns over and slides on. There, friction may be another than was thought, be held by bristles that
+are not as stiff, and fade with speed otherwise: nothing is taken for play that these explain. Where
+the joint goes its way, what they could not do as loudly as the windows of a sound joint have in
+common anyway they do not explain.
 """
 
 from __future__ import annotations
@@ -47,7 +48,6 @@ RECURS = (1.0, 0.1)  # windows that what is known of play counts for
 TILE = 0.1  # [s] from one window to the next, that any time is known by
 KNOWN, MOST = 20.0, 60.0  # windows apart that C is known by: fewer tell nothing; it may change
 BRISK = 4  # bins at most in which a joint that turns over is slow
-LATE = 0.012  # [s] by which friction may turn over earlier or later than was thought
 NOTHING = 1e-9  # [-] of what friction may do, beside the most of it
 FADES = (0.02, 0.1)  # [rad/s] with which friction may fade otherwise than was thought
 PATTERN = KEPT.stop - KEPT.start  # p, bins of that
@@ -227,19 +227,19 @@ def _window(rows: Rows, x: Array, left: Array, j: int, t0: float, least: float) 
     """What a reversal of x (N,) at t0 shows of joint j, (p,) [A]; None where it is none.
 
     Args:
-        least: what friction does that is as quiet is none [A].
+        least: what friction does that is as quiet is none, of a joint that goes its way [A].
     """
-    at, *beside = (_edges(rows.t, t0 + late) for late in (0.0, -LATE, LATE))
-    if at is None or any(each is None for each in beside):
+    at = _edges(rows.t, t0)
+    if at is None:
         return None
-    held = rows.drive[:, COULOMB, j]
-    seen = np.stack([x, left, rows.v[:, j], held], axis=1)
-    x, left, v, friction = _means(seen, at).T
+    seen = np.stack([x, left, rows.v[:, j], rows.drive[:, COULOMB, j], rows.doubt[:, j]], axis=1)
+    x, left, v, friction, bristles = _means(seen, at).T
     before, after = x[BEFORE - FIRM - 1], x[BEFORE + FIRM]
     if not before * after < 0.0 or not (np.isfinite(left).all() and slides(v)):
         return None
-    shifted = [_means(held, each) for each in beside if each is not None]
-    return _apart(left, friction, *shifted, *faded(friction, v), least=least)
+    if v[0] * v[-1] < 0.0:
+        return _apart(left, friction, bristles, *faded(friction, v))
+    return _apart(left, *faded(friction, v), least=least)
 
 
 def slides(v: Array) -> bool:

@@ -24,9 +24,9 @@ from urdyn.estimate import UKF
 from urdyn.io import sha256
 from urdyn.io.ros2.compose import Types
 from urdyn.io.ros2.listen import Heard, Understanding
-from urdyn.io.ros2.status import Level, Status
 from urdyn.io.ros2.talk import TOPICS, Voice
 from urdyn.io.snapshot import Snapshot
+from urdyn.io.status import Level, Status
 from urdyn.tracking import Tracker, run
 from urdyn.tracking.announce import Announcer, Audience
 from urdyn.tracking.physical import KNOWN

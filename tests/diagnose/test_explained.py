@@ -1,4 +1,4 @@
-"""A push that one joint alone felt is none where a change of that joint explains it."""
+"""What a joint showed at once is neither push nor play where its own change explains it."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from shop import Shop
 
 from urdyn.diagnose.event import Event
 from urdyn.diagnose.event_finding import of_event
+from urdyn.diagnose.explained import unexplained
 from urdyn.diagnose.finding import Finding
-from urdyn.diagnose.own import unpushed
 from urdyn.diagnose.rules import read_rules
 from urdyn.diagnose.space import space
 
@@ -37,5 +37,19 @@ def test_a_push_is_its_joints_own_from_when_that_may_have_changed_until_it_is_to
     shop: Shop, alone: int | None, at: float, stays: bool
 ) -> None:
     push, change = _finding(shop, "collision", 5, at, alone=alone), _change(shop, 3)
-    assert unpushed([push, change]) == ((push, change) if stays else (change,))
-    assert unpushed([push]) == (push,)
+    assert unexplained([push, change]) == ((push, change) if stays else (change,))
+    assert unexplained([push]) == (push,)
+
+
+@pytest.mark.parametrize(
+    ("joint", "at", "evidence", "stays"),
+    [(3, 18.0, {"recurs_at": "velocity"}, False), (3, 40.0, {"recurs_at": "current"}, False),
+     (3, 12.0, {"recurs_at": "velocity"}, True), (2, 18.0, {"recurs_at": "velocity"}, True),
+     (3, 18.0, {}, True)],
+)  # fmt: skip
+def test_jolts_that_recur_since_friction_has_grown_are_no_play_but_a_gap_that_is_crossed_is(
+    shop: Shop, joint: int, at: float, evidence: dict[str, str], stays: bool
+) -> None:
+    gap = {"half_gap_rad": 1e-3, "reversals": 5, "lasting_s": 0.1} | evidence
+    play, change = _finding(shop, "joint_backlash", joint, at, **gap), _change(shop, 3)
+    assert unexplained([play, change]) == ((play, change) if stays else (change,))

@@ -1,0 +1,34 @@
+"""What showed at once and is explained by a change of the joint that is found later.
+
+Friction that has grown presses one way until its joint turns over, and so may look like a push that
+is over by then; and where the joint turns over it is another than was thought, which recurs as play
+does. Who is pushed feels it in more joints as a rule.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from urdyn.diagnose.finding import Finding
+from urdyn.diagnose.pace import BEAT
+from urdyn.diagnose.trust import PASSING
+
+FRICTION = "friction_increase"
+
+
+def unexplained(findings: Sequence[Finding]) -> tuple[Finding, ...]:
+    """Without pushes that one joint alone felt, and jolts that recur, that its change explains.
+
+    From when its change may have begun on until that is told, nobody knows what the joint does, and
+    how another friction turns over nobody knows from then on.
+    """
+
+    def explains(change: Finding, shown: Finding) -> bool:
+        since = shown.onset_s >= change.onset_interval_s[0] - BEAT
+        if shown.kind == "collision":
+            own = change.kind not in PASSING and change.joint == shown.says.alone
+            return own and since and shown.onset_s <= change.alarm_s
+        recurs = shown.kind == "joint_backlash" and shown.says.recurs_at is not None
+        return recurs and since and (change.kind, change.joint) == (FRICTION, shown.joint)
+
+    return tuple(f for f in findings if not any(explains(other, f) for other in findings))
