@@ -22,9 +22,7 @@ Which = slice | Index  # rows, by their range or one by one
 
 NORMAL90 = 1.645  # [sd] to either side of the middle of a Gaussian: 90 % of it, and 95 % below
 MAD_TO_SD = 1.4826  # [-] of a Gaussian, median of the deviations' sizes: 1 / Φ⁻¹(3/4)
-STANDSTILL = (
-    0.02  # [rad/s] a joint that stands may be said to do; where it slides is friction's own
-)
+STANDSTILL = 0.02  # [rad/s] that a joint which stands may be said to turn by
 
 
 def changed(value: V, **changes: Any) -> V:

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from urdyn.report.digits import fixed
-from urdyn.tracking.setting import LEAST, SURE
+from urdyn.tracking.setting import tolerance
 
 TELL = "tell the controller what the tool weighs"  # as the rules advise of another payload
 MEANT = "see that this load is meant"
@@ -29,7 +29,7 @@ def _agrees(summary: Mapping[str, Any]) -> bool:
         return False
     load = summary["final"]["payload.mass"]
     off = abs(load["mean"] - setting["mass_kg"])
-    return bool(off <= max(SURE * load["sd"], LEAST))
+    return bool(off <= tolerance(load["sd"]))
 
 
 def set_to(setting: Mapping[str, Any] | None) -> str:

@@ -39,6 +39,11 @@ class Setting:
         return Setting(told, self.stood + moved if mass == self.mass else 0.0)
 
 
+def tolerance(sd: float) -> float:
+    """By how much a setting may be off a mass that is known to this sd, both in kg."""
+    return max(SURE * sd, LEAST)
+
+
 def compared(setting: Setting, mass: float, sd: float, whole: bool) -> dict[str, Any] | None:
     """The setting beside the mass that is tracked, in plain numbers; None: nobody said any.
 
@@ -55,7 +60,7 @@ def compared(setting: Setting, mass: float, sd: float, whole: bool) -> dict[str,
     if setting.mass != setting.mass:
         return None
     off = mass - setting.mass
-    sure = setting.stood >= STOOD and abs(off) > max(SURE * sd, LEAST) and (whole or off > 0.0)
+    sure = setting.stood >= STOOD and abs(off) > tolerance(sd) and (whole or off > 0.0)
     return {
         "mass_kg": setting.mass,
         "com_m": [plain(x) for x in setting.payload[1:]],
