@@ -18,6 +18,7 @@ pytestmark = pytest.mark.flaky(reruns=2)  # in real time: a busy machine may mis
 
 # [Hz] that a busy machine keeps; at 500 Hz it is measured, and tried among the long tests.
 RATE = 125.0
+LATE = 0.5  # [s] after which such a machine may read a package
 
 
 @pytest.fixture(scope="module")
@@ -58,11 +59,12 @@ def test_a_clock_that_is_set_loses_nothing_and_a_run_lasts_as_long_as_it_did(
     sent = enumerate(play(simulate(ur5e, 3.0, 500.0, seed=1)[0]))
     jumped = ({**row, "timestamp": row["timestamp"] - 900.0 * (k >= 300)} for k, row in sent)
     with serve(jumped, port=0) as server:
-        source = open_source(f"rtde://127.0.0.1:{server.port}", duration=1.0)
+        source = open_source(f"rtde://127.0.0.1:{server.port}", duration=1.0, rate=RATE)
         summary = workshop.track(tmp_path, source, filter=EKF())
         source.close()
-    assert summary["lost"] < 250  # a busy machine may have read that one half a second late
-    assert summary["data_s"] == pytest.approx(0.998, abs=0.02)  # by when it was read, too
+    # When the clock was set is known by when that package was read: late, on a busy machine.
+    assert summary["lost"] < LATE * RATE
+    assert summary["data_s"] == pytest.approx(0.992, abs=LATE)
     assert (np.diff(rows(tmp_path)["t"].to_numpy()) > 0.0).all()
 
 
@@ -70,9 +72,9 @@ def test_a_robot_that_is_gone_is_not_waited_for_beyond_the_time_that_was_asked(
     workshop, ur5e, tmp_path
 ):
     with serve(play(simulate(ur5e, 1.0, 500.0, seed=1)[0]), port=0) as server:
-        source = open_source(f"rtde://127.0.0.1:{server.port}", duration=2.0)
+        source = open_source(f"rtde://127.0.0.1:{server.port}", duration=2.0, rate=RATE)
         summary = workshop.track(tmp_path, source, filter=EKF())
-    assert summary["samples"] == 500 and summary["wall_s"] < 4.0
+    assert summary["samples"] == 125 and summary["wall_s"] < 4.0
 
 
 @pytest.mark.parametrize("duration", [0.0, -1.0, float("inf"), float("nan")])
