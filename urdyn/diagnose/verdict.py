@@ -216,4 +216,4 @@ def _likewise(kind: SlowKind) -> str:
 
 
 def _since(onset: float, older: bool) -> str:
-    return "before this run" if older else f"stamp {onset:.1f} s"
+    return "the start of the run or before" if older else f"stamp {onset:.1f} s"

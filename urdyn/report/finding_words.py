@@ -9,7 +9,7 @@ from urdyn.io.spans import Clock, span_of
 from urdyn.report.digits import interval90, number, percent
 from urdyn.report.names import spoken
 
-BEFORE = "before this run"
+BEFORE = "the start of the run or before"
 UNJUDGED = "not judged"
 PUSH = "collision"  # the kind that comes, lasts, and is over
 KINDS = {
