@@ -28,6 +28,7 @@ from urdyn.simulate import (
 )
 from urdyn.tracking import Tracker, open_source, run
 from urdyn.tracking.beside import beside
+from urdyn.tracking.offline import track
 from urdyn.tracking.setting import LEAST, STOOD, Setting, compared
 from urdyn.twin import Twin
 
@@ -123,6 +124,14 @@ def test_a_setting_that_is_too_little_is_told(told, tmp_path):
     least = "" if told else "at least "
     assert f"(the controller is set to 0.50 kg: {least}{setting['off_kg']:.2f} kg too little)" in (
         verdict(summary)
+    )
+
+
+def test_a_recording_tracked_in_one_call_tells_the_setting_too():
+    went = track(tooled(True)[1], set_to(picked().slice(0, 1600), 0.5), EKF())
+    assert went.payload_setting["off_kg"] == went["payload.mass"][-1] - 0.5 > 2.0
+    assert (
+        track(tooled(True)[1], set_to(picked().slice(0, 50), None), EKF()).payload_setting is None
     )
 
 

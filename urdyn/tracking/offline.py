@@ -17,6 +17,7 @@ from urdyn.signal.stretches import median_step
 from urdyn.tracking.interest import Interest, after, as_plain, nothing_yet
 from urdyn.tracking.physical import quantities
 from urdyn.tracking.row import spacing
+from urdyn.tracking.setting import Setting, compared
 from urdyn.tracking.source import Arrival, Source
 from urdyn.tracking.tracker import Tracker
 from urdyn.twin import Twin
@@ -30,11 +31,19 @@ class Tracked(Track):
     tracker: Tracker[Any]
     log: Log
     shown: Interest  # what the run has shown of margins, energy and predictive error
+    setting: Setting  # what the controller took for the payload at the end
 
     @property
     def quantities(self) -> dict[str, Any]:
         """Margins, power and predictive error, joint by joint, as `urdyn track --json` has them."""
         return as_plain(self.shown, self.tracker.fit.dynamics.arm.joint_names)
+
+    @property
+    def payload_setting(self) -> dict[str, Any] | None:
+        """The controller's payload beside the load at the end, as `urdyn track --json` has it."""
+        mass = self.names.index("payload.mass")
+        whole = quantities(self.tracker.fit, self.tracker.currents).whole
+        return compared(self.setting, float(self.mean[-1, mass]), float(self.sd[-1, mass]), whole)
 
 
 def track(
@@ -61,11 +70,12 @@ def track(
     tracker = tracker_of(twin, log, filter)
     of, every = quantities(tracker.fit, tracker.currents), spacing(tracker.period)
     state, first = tracker.init(), tracker.model.prior.mean
-    shown = nothing_yet(tracker.currents.reference.arm.joints)
+    shown, setting = nothing_yet(tracker.currents.reference.arm.joints), Setting()
     t, means, sds, surprises = [], [], [], []
     with threadpool_limits(1):  # the matrices are small: threads would wait for one another
         for k, sample in enumerate(samples(log), 1):
-            state, reading = tracker.step(state, sample)
+            moved, (state, reading) = state.moved, tracker.step(state, sample)
+            setting = setting.heard(sample.setting, state.moved - moved)
             if reading is None:
                 continue
             shown = after(shown, reading, tracker.currents, first, k % every == every // 2)
@@ -86,6 +96,7 @@ def track(
         tracker=tracker,
         log=log,
         shown=shown,
+        setting=setting,
     )
 
 
