@@ -115,6 +115,23 @@ def test_wear_is_linear_and_its_noise_a_covariance(model, slices):
     assert np.linalg.eigvalsh(model.prior.cov)[0] > 0.0
 
 
+@pytest.mark.parametrize("span", [0.08, 20.0])
+@pytest.mark.parametrize("befalls", [{}, {"jolted": np.eye(6)[JOINT], "wears": True}])
+def test_a_belief_is_carried_on_as_points_are(model, slices, span, befalls):
+    """F P Fᵀ + Q, whatever of it is known to be zero."""
+    u = replace(slices(span), stray=np.full(6, 0.1), taken=PAYLOAD_SD, **befalls)
+    root = np.random.default_rng(4).standard_normal((len(model.names),) * 2)
+    before = Gaussian(model.prior.mean + 0.1, root @ root.T)
+    F = model.transition_jacobian(before.mean, u)
+    after = model.predicted(before, u)
+    cov = F @ before.cov @ F.T + model.transition_cov(u)
+    sd = np.sqrt(cov.diagonal())
+    np.testing.assert_array_equal(after.mean, model.transition(before.mean, u))
+    assert (np.abs(after.cov - cov) < 1e-12 * np.outer(sd, sd)).all()  # n roundings of 1e-16
+    np.testing.assert_array_equal(after.cov, after.cov.T)
+    assert model.predicted(before, replace(u, widen=True)) is None
+
+
 def test_only_a_payload_is_taken_up_at_once(model, slices):
     u = slices(0.1)
     more = model.transition_cov(replace(u, widen=True)) - model.transition_cov(u)

@@ -10,7 +10,15 @@ import numpy as np
 
 from urdyn.dbn.arguments import Arguments
 from urdyn.dbn.process import RandomWalk
-from urdyn.dbn.two_slice import Narrow, Observation, Process, U_contra, is_narrow, linearised
+from urdyn.dbn.two_slice import (
+    Narrow,
+    Observation,
+    Process,
+    U_contra,
+    is_narrow,
+    linearised,
+    predicted,
+)
 from urdyn.errors import InputError
 from urdyn.types import Array, Gaussian, Mask
 
@@ -75,6 +83,10 @@ class Joined(Generic[U_contra]):
     def transition_cov(self, u: U_contra) -> Array:
         """Of the process, (n, n)."""
         return self.process.transition_cov(u)
+
+    def predicted(self, belief: Gaussian, u: U_contra) -> Gaussian | None:
+        """By the process."""
+        return predicted(self.process, belief, u)
 
     def observe(self, x: Array, u: U_contra) -> Array:
         """Of the leading states, (..., n) -> (..., m)."""

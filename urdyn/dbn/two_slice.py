@@ -119,6 +119,19 @@ class Narrow(Protocol[U_contra]):
         """Measurement noise R of one slice, (m, m)."""
 
 
+@runtime_checkable
+class Predicting(Protocol[U_contra]):
+    """An affine process with a shorter way to carry a Gaussian on than as points."""
+
+    def predicted(self, belief: Gaussian, u: U_contra) -> Gaussian | None:
+        """Moments of the next state, by `transition` and `transition_cov`; None: no shorter way."""
+
+
+def predicted(model: Process[U], belief: Gaussian, u: U) -> Gaussian | None:
+    """The belief about the next state, where there is a shorter way to it."""
+    return model.predicted(belief, u) if _predicts(model) else None
+
+
 def linearised(model: Observation[U], x: Array, u: U) -> tuple[Array, Array]:
     """`observe` and `observe_jacobian` at x, by the shorter way where there is one."""
     if _linearises(model):
@@ -133,6 +146,10 @@ def is_narrow(model: Observation[U]) -> TypeGuard[Narrow[U]]:
 
 def _linearises(model: Observation[U]) -> TypeGuard[Linearising[U]]:
     return _able(type(model), Linearising)
+
+
+def _predicts(model: Process[U]) -> TypeGuard[Predicting[U]]:
+    return _able(type(model), Predicting)
 
 
 @cache

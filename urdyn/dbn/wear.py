@@ -131,9 +131,13 @@ class Wear:
         Args:
             blind: nobody measures how warm some joint is.
         """
-        cov = self._led(self._led(belief.cov, span).T, span)
-        cov += self._strayed(span, blind).reshape(cov.shape)
+        cov = self._strayed(self._propagated(belief.cov, span), span, blind)
         return Gaussian(self._led(belief.mean, span), cov)
+
+    def predicted(self, belief: Gaussian, u: RobotSlice) -> Gaussian:
+        """What is believed of it after a slice."""
+        cov = self._strayed(self._propagated(belief.cov, u.span), u.span, u.blind, self._besides(u))
+        return Gaussian(self._led(belief.mean, u.span), cov)
 
     def befallen(self, belief: Gaussian, drives: Array, wears: bool) -> Gaussian:
         """What is believed once something may have befallen these drives, (J,) 1 where it may.
@@ -162,6 +166,19 @@ class Wear:
         moved[..., child] += span * by * kept[child] * x[..., p + rate]
         return moved
 
+    def _propagated(self, P: Array, span: float) -> Array:
+        """F P Fᵀ, (n, n): n² and not n³, for few states take up anything but themselves."""
+        (child, rate, by), p = self._follow, len(self.parameters)
+        kept = np.exp(-span * self._forgetting)
+        moved = np.outer(kept, kept)
+        moved *= P
+        led, by = moved[child], span * by * kept[child]
+        led += by[:, None] * moved[p + rate]  # rates stay
+        led[:, child] += by * led[:, p + rate]
+        led[:, child] = 0.5 * (led[:, child] + led[:, child].T)
+        moved[child], moved[:, child] = led, led.T
+        return moved
+
     def transition_jacobian(self, x: Array, u: RobotSlice) -> Array:
         """(n, n)."""
         F, p = np.eye(len(self.names)), len(self.parameters)
@@ -173,24 +190,29 @@ class Wear:
     def transition_cov(self, u: RobotSlice) -> Array:
         """Noise of own parts and rates, spread along the edges and gathered over the slice."""
         n = len(self.names)
-        entries = self._strayed(u.span, u.blind)
-        diagonal = np.zeros(n)
-        if u.taken is not None:
-            diagonal[self.payload] += u.taken**2
-        if u.jolted is not None:
-            diagonal += self._jolted(u.jolted, u.wears)
-        if u.stray is not None:
-            diagonal[self.slow] = u.stray**2 * -np.expm1(-2.0 * u.span / self.memory)
-        entries[:: n + 1] += diagonal
-        return entries.reshape(n, n)
+        return self._strayed(np.zeros((n, n)), u.span, u.blind, self._besides(u))
 
-    def _strayed(self, dt: float, blind: bool) -> Array:
-        """Noise of what strays and what fades, gathered over dt [s], (n n,)."""
-        n = len(self.names)
-        entries, (at, parts) = np.zeros(n * n), self._noise
-        entries[at] = dt * (parts[0] + dt * (parts[1] / 2.0 + dt * parts[2] / 3.0))
-        diagonal = -self._faded * np.expm1(-2.0 * dt * self._forgetting)
+    def _besides(self, u: RobotSlice) -> Array:
+        """Variance by what may have befallen the arm, and by slow noise, (n,)."""
+        variance = np.zeros(len(self.names))
+        if u.taken is not None:
+            variance[self.payload] += u.taken**2
+        if u.jolted is not None:
+            variance += self._jolted(u.jolted, u.wears)
+        if u.stray is not None:
+            variance[self.slow] = u.stray**2 * -np.expm1(-2.0 * u.span / self.memory)
+        return variance
+
+    def _strayed(self, cov: Array, dt: float, blind: bool, besides: Array | float = 0.0) -> Array:
+        """`cov` itself, (n, n), with the noise of what strays and what fades over dt [s].
+
+        Args:
+            besides: variance that is added as well, (n,).
+        """
+        entries, (at, parts) = cov.reshape(-1), self._noise
+        entries[at] += dt * (parts[0] + dt * (parts[1] / 2.0 + dt * parts[2] / 3.0))
+        diagonal = besides - self._faded * np.expm1(-2.0 * dt * self._forgetting)
         if blind:
             diagonal[: len(self.parameters)] += self.warmth**2 * dt
-        entries[:: n + 1] += diagonal
-        return entries
+        entries[:: len(cov) + 1] += diagonal
+        return cov

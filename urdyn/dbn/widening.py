@@ -7,7 +7,7 @@ from typing import Generic, Protocol, TypeVar
 
 import numpy as np
 
-from urdyn.dbn.two_slice import Process, Slice
+from urdyn.dbn.two_slice import Process, Slice, predicted
 from urdyn.given import given_each, given_places, not_negative
 from urdyn.types import Array, Gaussian, Index, Mask
 
@@ -77,6 +77,10 @@ class Widening(Generic[D]):
             F = np.array(F)
             F[..., self.jumping, :] = 0.0
         return F
+
+    def predicted(self, belief: Gaussian, u: D) -> Gaussian | None:
+        """By the process, where nothing jumps."""
+        return None if u.widen else predicted(self.process, belief, u)
 
     def transition_cov(self, u: D) -> Array:
         """Of the process, but for what jumps, and the jump's, (n, n)."""

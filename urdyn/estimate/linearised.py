@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from urdyn.dbn.two_slice import TwoSlice, U, linearised
+from urdyn.dbn.two_slice import TwoSlice, U, linearised, predicted
 from urdyn.errors import InputError
 from urdyn.estimate.innovation import (
     Innovation,
@@ -51,6 +51,8 @@ def predict(model: TwoSlice[U], state: Gaussian, u: U) -> Gaussian:
         F = model.transition_jacobian(state.mean, u)
         cov = propagated(F, state.cov) + model.transition_cov(u)
         return Gaussian(model.transition(state.mean, u), cov)
+    if (shortly := predicted(model, state, u)) is not None:
+        return shortly
     # Affine, it carries a covariance as it carries points: first its rows, then its columns.
     points = np.concatenate([state.mean[None], np.zeros_like(state.mean[None]), state.cov])
     moved = model.transition(points, u)
