@@ -108,7 +108,7 @@ def test_a_gate_never_refuses_what_an_arm_can_do() -> None:
 
     def refused(q: float, v: float) -> list[bool]:
         departure = gate.departure(still, np.array([[q], [v]]), dt)
-        return gate.refuses(departure, history, dt, np.abs(np.array([v]))).ravel().tolist()
+        return gate.refuses(departure, history, dt, np.array([[0.0], [v]])).ravel().tolist()
 
     speed, way = 50.0 * dt, 50.0 * dt * dt
     assert refused(0.999 * way / 2, 0.999 * speed) == [False, False]  # the fastest start

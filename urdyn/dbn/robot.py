@@ -127,7 +127,7 @@ class RobotCurrents:
         unknown = np.isnan(warm)
         G, C, M = self._arm.torque_derivatives(q, v, a)
         later = self._later(G, C, M, now)
-        A, load = self._bodies(np.concatenate([G, later[:, None]], axis=1), now, a)
+        A, load = self._bodies((G, later[:, None]), now, a)
         side = s * np.sign(load if x is None else load + A @ self._felt(x)[self.rigid])
         return RobotSlice(
             dt=dt,
@@ -171,7 +171,7 @@ class RobotCurrents:
         """
         if now.instrument is None:
             return u.packed
-        A, load = self._bodies(u.A[:, : self.places["m"].start], now, now.instrument)
+        A, load = self._bodies((u.A[:, : self.places["m"].start],), now, now.instrument)
         return packed(A, u.side, load, u.rest, u.s, u.v, now.instrument)
 
     def _felt(self, x: Array) -> Array:
@@ -191,10 +191,10 @@ class RobotCurrents:
         damped = drive.viscous * a + drive.rotor_inertia * jerk
         return np.asarray(G @ now.v + C @ a + M @ jerk + damped)
 
-    def _bodies(self, G: Array, now: Instant, a: Array) -> tuple[Array, Array]:
-        """A (J, c) and load (J,) of an arm that accelerates by a; G (J, J + 1) by k and skew."""
+    def _bodies(self, G: tuple[Array, ...], now: Instant, a: Array) -> tuple[Array, Array]:
+        """A (J, c) and load (J,) of an arm that accelerates by a; G: columns of k and skew."""
         borne = self._arm.regressor(now.q, now.v, a) @ self._inertials
-        return np.concatenate([G, borne[:, :-1]], axis=1), borne[:, -1]
+        return np.concatenate([*G, borne[:, :-1]], axis=1), borne[:, -1]
 
     @cached_property
     def _inertials(self) -> Array:
@@ -285,4 +285,4 @@ class RobotCurrents:
 
     def observe_cov(self, u: RobotSlice) -> Array:
         """Noise of the currents, and what nobody knows of the motion, (J, J)."""
-        return np.diag(u.noise**2 + u.unknown)
+        return np.diag(u.variance)

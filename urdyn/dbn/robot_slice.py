@@ -79,7 +79,7 @@ class RobotSlice:
 
         What is smeared is so but for how far accelerations usually are off: noise has that.
         """
-        return np.array([self.gripped, np.maximum(self.smeared - self.noise**2, 0.0)])
+        return np.array([self.gripped, np.maximum(self.smeared - self.power, 0.0)])
 
     @cached_property
     def unknown(self) -> Array:
@@ -87,6 +87,16 @@ class RobotSlice:
         if self.share is None:
             return np.asarray(self.doubted.sum(axis=0))
         return np.asarray(np.vecdot(self.share.T, self.doubted.T))
+
+    @cached_property
+    def power(self) -> Array:
+        """Variance of white noise, (J,) [A²]."""
+        return np.asarray(self.noise**2)
+
+    @cached_property
+    def variance(self) -> Array:
+        """Of white noise, and of what nobody knows of the motion, (J,) [A²]."""
+        return np.asarray(self.power + self.unknown)
 
     @property
     def roughly(self) -> Array | None:

@@ -89,7 +89,7 @@ class SigmaPoints:
         n = self.unit.shape[1]
         plus, minus = D[1 : n + 1], D[n + 1 :]
         G = float(self._design[1, 0]) * (plus - minus).T
-        bent = np.concatenate([D[:1], np.sqrt(0.5) * (plus + minus)])
+        bent = np.concatenate([D[:1], sqrt(0.5) * (plus + minus)])
         return mean, G, bent.T @ bent
 
 

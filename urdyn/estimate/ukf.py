@@ -114,6 +114,5 @@ def narrow(
     mean, G, left = points.linearised(model.through(z, u))
     slope = np.asarray(np.linalg.solve(root.swapaxes(1, 2), G[..., None])[..., 0])
     cross, H = (slope[:, None] @ across)[:, 0], few.back(slope)
-    noise = np.array(model.observe_cov(u))
-    noise.flat[:: m + 1] += left.diagonal()
+    noise = model.observe_cov(u) + np.diag(left.diagonal())
     return Expected(mean, cross, cross[:, : H.shape[1]] @ H.T, noise)

@@ -19,7 +19,7 @@ from urdyn.signal.polynomial import (
 )
 from urdyn.signal.sample import Instant, Sample
 from urdyn.signal.shifts import NEVER, Leap, jumps, without_turns
-from urdyn.signal.stretches import GAP, is_even
+from urdyn.signal.stretches import EVEN, GAP, is_even
 from urdyn.signal.stuck import Held, after, nothing_held, stuck
 from urdyn.types import Array, Mask
 
@@ -37,6 +37,7 @@ class CausalState:
     repeats: int = 0  # samples with the stamp of the one before, left out
     refused: int = 0  # values that the gate marked as not measured
     jumped: Leap = NEVER  # the last zero that did
+    clean: int = 0  # newest samples that lack nothing, each a period after the one before
 
 
 @dataclass(frozen=True)
@@ -107,13 +108,16 @@ class Causal:
         if self.gate:
             before = state.rows[-1, :2]
             departure = self.gate.departure(before, row[:2], dt)
-            speed = np.fmax(np.abs(before[1]), np.abs(row[1]))
-            wrong = self.gate.refuses(departure, state.departures, dt, speed)
+            speeds = before[1], row[1]
+            wrong = self.gate.refuses(departure, state.departures, dt, speeds)
             if refused := int(np.count_nonzero(wrong)):
                 row[:2][wrong] = np.nan
+        lacks = np.count_nonzero(np.isnan(row[:2])) > 0
+        clean = 0 if lacks or abs(dt - self.period) > EVEN * self.period else state.clean + 1
         stamps = np.concatenate([state.t[keep], [t]])
         rows = np.concatenate([state.rows[keep], row[None]])
         if np.count_nonzero(ill := stuck(held)):
+            clean = 0
             none = ill & (stamps[:, None, None] > held.since)
             refused += int(np.count_nonzero(none & np.isfinite(rows[:, :2])))
             rows[:, :2][none] = np.nan
@@ -128,6 +132,7 @@ class Causal:
             state.repeats,
             state.refused + refused,
             state.jumped,
+            clean,
         )
 
     def _estimate(self, state: CausalState) -> tuple[CausalState, Instant]:
@@ -137,10 +142,12 @@ class Causal:
         shift = np.zeros(state.rows.shape[2])
         t, rows = state.t[-fit.samples :], state.rows[-fit.samples :]
         measured = rows[:, :2]
-        steady, told = is_even(state.t, self.period), np.isfinite(state.rows[:, :2])
-        clean = np.count_nonzero(steady) + np.count_nonzero(told) == steady.size + told.size
-        even = clean or steady[1 - fit.samples :].all()  # clean, it nearly always is
-        whole = clean or told[-fit.samples :].all()
+        clean = even = whole = state.clean >= len(state.t)  # it nearly always is
+        if not clean:
+            steady, told = is_even(state.t, self.period), np.isfinite(state.rows[:, :2])
+            clean = bool(steady.all() and told.all())
+            even = bool(steady[1 - fit.samples :].all())
+            whole = bool(told[-fit.samples :].all())
         if even and whole:
             operator = _operator(fit, (fit.half - lag) * self.period, self.offset)
             of_each = measured.transpose(2, 1, 0).reshape(-1, operator.shape[2], 1)
@@ -175,7 +182,7 @@ class Causal:
             rows = rows.copy()
             rows[:, 1][found.misled] = np.nan
         if np.count_nonzero(found.shift[: len(rows) - self.fit.samples + row + 1]):
-            state = replace(state, rows=rows)
+            state = replace(state, rows=rows, clean=0)
         return state, rows[window, 1], found.shift[window]
 
     def _alone(self, state: CausalState, lag: int) -> Array:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -60,15 +61,18 @@ class Gate:
         apart[0] = np.fmin(apart[0], np.abs(trapezoid))
         return apart
 
-    def refuses(self, departure: Array, history: Array, dt: float, speed: Array) -> Flags:
+    def refuses(
+        self, departure: Array, history: Array, dt: float, speeds: Sequence[Array]
+    ) -> Flags:
         """Which of q and v, (2, J), to mark as not measured.
 
         Args:
             history: (n, 2, J) of departures.
-            speed: of the sample or of the one before, (J,) [rad/s].
+            speeds: of the sample before and of this one, (J,) each [rad/s].
         """
         beyond: Flags = departure > [[FINEST], [self.acceleration * dt]]
         if np.count_nonzero(beyond):  # hardly ever: the rest is only asked for where it matters
+            speed = np.fmax.reduce(np.abs(speeds))
             change = np.fmax.reduce([departure[1], *history[:, 1]])
             beyond[0] &= departure[0] > furthest(dt, speed, change, self.acceleration)
             beyond &= departure > self.sigma * MAD_TO_SD * _median_of_known(history)

@@ -108,6 +108,7 @@ def _far(period: float) -> int:
     return max(ORDER, round(FAR / period))
 
 
+@lru_cache(maxsize=8)
 def _around(period: float) -> slice:
     """How many samples apart those are of which the average tells whether it swings."""
     far, half = _far(period), round(0.5 * AROUND / period)
@@ -185,12 +186,11 @@ def learnt(colour: Colour, left: Array, unknown: Array, sure: Mask, period: floa
     held = np.minimum(np.maximum(left, -limit), limit)
     left = np.concatenate([held[None], colour.left[:-1]])
     far, near = _far(period), _around(period)
-    around = left[near].sum(axis=0) / (near.stop - near.start)
-    earlier = np.concatenate([left[: ORDER + 1], left[far : far + 1], around[None]])
+    earlier = np.concatenate([left[: ORDER + 1], left[far : far + 1], _mean(left[near])[None]])
     product = held / KEPT * earlier
     product[0] -= unknown
     product[1:] += colour.taken
-    gain = sure / np.minimum(colour.count + colour.known + 1.0, LEARN / period)
+    gain = sure / np.minimum(colour.known + (colour.count + 1.0), LEARN / period)
     step = gain * (product - colour.alike)
     step[np.isnan(step)] = 0.0
     alike = colour.alike + step
@@ -199,11 +199,17 @@ def learnt(colour: Colour, left: Array, unknown: Array, sure: Mask, period: floa
     return _looked_at(colour, period) if due(colour, period) else colour
 
 
+def _mean(rows: Array) -> Array:
+    """Of rows (n, J), (J,): of this few columns by a product, for the time that it takes."""
+    return np.asarray(np.full(len(rows), 1.0 / len(rows)) @ rows)
+
+
 def due(colour: Colour, period: float) -> bool:
     """Whether the averages are to be looked at, at this count of samples."""
     return colour.count % _pause(period) < 1.0
 
 
+@lru_cache(maxsize=8)
 def _pause(period: float) -> float:
     """Samples between two looks."""
     return max(PAUSE, round(PAUSE_TIME / period))

@@ -153,7 +153,7 @@ def summed_up(
         expected, H = currents.linearised(x, u)
         H = H[rows][:, at]
         seen = (y - expected)[rows] + H @ (x - about)[at]
-        R = (u.noise**2 + u.unknown + _slow(u))[rows]
+        R = (u.variance + _slow(u))[rows]
         information += (H / R[:, None]).T @ H
         weighted += H.T @ (seen / R)
         passed += u.dt

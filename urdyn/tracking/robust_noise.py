@@ -19,21 +19,18 @@ from urdyn.types import Array
 GATE = 3.0  # [sd]
 
 
-def with_robust_noise(
-    u: RobotSlice, residual: Array, variance: Array, variance_ratio: Array
-) -> RobotSlice:
+def with_robust_noise(u: RobotSlice, residual: Array, variance_ratio: Array) -> RobotSlice:
     """The slice with more noise where a joint's current is wild.
 
     Args:
         residual: (J,) [A]; NaN where there is none.
-        variance: of its noise, (J,) [A²].
-        unsure: variance that is expected over that of the noise, (J,).
+        variance_ratio: variance that is expected over that of the noise, (J,).
     """
-    expected = variance * variance_ratio
+    expected = u.variance * variance_ratio
     wild = residual**2 / (GATE**2 * expected)
     if not np.count_nonzero(wild > 1.0):
         return u
-    return replace(u, noise=np.sqrt(u.noise**2 + (np.fmax(wild, 1.0) ** 2 - 1.0) * expected))
+    return replace(u, noise=np.sqrt(u.power + (np.fmax(wild, 1.0) ** 2 - 1.0) * expected))
 
 
 def without_robust_noise(told: Innovation, added: Array, y: Array) -> Innovation:

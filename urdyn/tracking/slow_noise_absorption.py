@@ -52,7 +52,7 @@ def after_absorption(
     w, kept = white.one, exp(-dt / MEMORY)
     variance = kept**2 * before.variance + (1.0 - kept**2) * white.stray**2
     covariance = w * variance  # of slow noise and what it makes of the current
-    gain = known * covariance / (w * covariance + white.noise**2)
+    gain = known * covariance / (w * covariance + white.power)
     taken = kept * before.taken
     left = rows - w[:, None] * taken
     taken, variance = taken + gain[:, None] * left, variance - gain * covariance

@@ -201,10 +201,10 @@ class Tracker(Generic[S]):
         model = self.model if moves else self._still
         belief, innovation = self.filter.step(model, hypothesis.belief, currents.robust, currents.y)
         if currents.robust is not currents.white:
-            added = currents.robust.noise**2 - currents.white.noise**2
+            added = currents.robust.power - currents.white.power
             innovation = without_robust_noise(innovation, added, currents.y)
         update = _Update(now, motion, hypothesis, currents, belief, innovation)
-        after = self._after(changed(state, causal=causal), update)
+        after = self._after(state, causal, update)
         widened = after.load.told and not hypothesis.load.told
         if not self._credible(belief):
             after, widened = restarted(after, self.init()), True
@@ -235,7 +235,9 @@ class Tracker(Generic[S]):
             state = replace(state, colour=colour.interrupted(state.colour))
         return state, dt
 
-    def _after(self, state: TrackerState[S], update: _Update[S]) -> TrackerState[S]:
+    def _after(
+        self, state: TrackerState[S], causal: CausalState, update: _Update[S]
+    ) -> TrackerState[S]:
         """The state once an instant was learnt from."""
         now, motion, hypothesis = update.now, update.motion, update.hypothesis
         currents, belief, innovation = update.currents, update.belief, update.innovation
@@ -253,6 +255,7 @@ class Tracker(Generic[S]):
                 past = past.after(RollbackPoint(state.belief, state.colour), *when)
         return changed(
             state,
+            causal=causal,
             belief=belief,
             t=now.t,
             waited=state.waited + motion.passed - currents.robust.span,

@@ -38,7 +38,6 @@ class WhitenedResiduals:
     y: Array  # [A] after that: the filter's observation, the parameters' part added again
     white: RobotSlice  # the inputs that belong to it
     robust: RobotSlice  # the same, with more noise where a current is an outlier
-    variance: Array  # [A²] of white noise and of what nobody knows of the motion
     colour: Colour  # of the noise, which has seen them
 
 
@@ -92,10 +91,9 @@ class ResidualWhitener(Generic[S]):
             noise = colour.giving_back(noise, *self._taken(hypothesis, u), self.period)
         white = u.filtered(packed, noise.scale, noise.slow, noise.variance_scale.scale)
         white = robust = self.currents.near(white, mean, hypothesis.payload)
-        variance = white.noise**2 + white.unknown
         unforeseen = residual - colour.foreseen(past, mean[self.currents.places["slow"]])
         if hypothesis.change is None:
-            robust = with_robust_noise(white, unforeseen, variance, variance_ratio)
+            robust = with_robust_noise(white, unforeseen, variance_ratio)
         return WhitenedResiduals(
             measured=measured,
             modelled=modelled,
@@ -103,7 +101,6 @@ class ResidualWhitener(Generic[S]):
             y=y,
             white=white,
             robust=robust,
-            variance=variance,
             colour=noise,
         )
 
@@ -113,11 +110,11 @@ class ResidualWhitener(Generic[S]):
         """The noise after an innovation: next `variance_ratio`, (J,), and the noise's colour."""
         white, residual = of.white, innovation.residual
         compared, variance = np.isfinite(residual), innovation.cov.diagonal()
-        variance_ratio = np.where(compared, variance / of.variance, variance_ratio)
-        sure = compared & (variance_ratio < SURE) & (white.unknown < KNOWN * white.noise**2)
+        variance_ratio = np.where(compared, variance / white.variance, variance_ratio)
+        sure = compared & (variance_ratio < SURE) & (white.unknown < KNOWN * white.power)
         learnt = colour.learnt(of.colour, of.residual, white.unknown, sure, self.period)
         if colour.due(learnt, self.period):
-            learnt = colour.doubting(learnt, variance - of.variance, sure, self.period)
+            learnt = colour.doubting(learnt, variance - white.variance, sure, self.period)
         if np.count_nonzero(white.unknown > variance_scale.LITTLE * variance):
             told = variance_scale.updated(
                 learnt.variance_scale, white.doubted, residual, variance, self.period
