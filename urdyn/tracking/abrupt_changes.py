@@ -168,7 +168,7 @@ def detect(evidence: Evidence, sizes: PriorScales, before: Array) -> tuple[Abrup
     kept = evidence.sums * np.array([1.0, float(odds[1].max() > 0.0)])[:, None, None, None]
     highest *= highest > SURE
     lasted = evidence.lasted * borne_out
-    evidence = replace(evidence, sums=kept, highest=highest, lasted=lasted)
+    evidence = changed(evidence, sums=kept, highest=highest, lasted=lasted)
     return AbruptChange(carried, drives), evidence
 
 

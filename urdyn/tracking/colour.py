@@ -221,7 +221,7 @@ def giving_back(colour: Colour, taken: Array, alone: Array, period: float) -> Co
     Args:
         alone: doubt about that noise itself, (J,) [A²], which is no doubt about the model.
     """
-    return replace(colour, taken=taken * _passing(period)[1:], alone=alone)
+    return changed(colour, taken=taken * _passing(period)[1:], alone=alone)
 
 
 def doubting(colour: Colour, doubted: Array, sure: Mask, period: float) -> Colour:
@@ -252,7 +252,19 @@ def _looked_at(colour: Colour, period: float) -> Colour:
     left = fast[0] + np.vecdot(ar, (T @ ar[..., None])[..., 0] - 2.0 * fast[1:].T)
     left = np.maximum(left - colour.modelled, NOISE * left)
     scale = np.sqrt(np.maximum(left, LEAST * power))
-    return replace(colour, ar=ar, scale=scale, slow=np.fmax(np.sqrt(slow), SLOWEST * scale))
+    return changed(colour, ar=ar, scale=scale, slow=np.fmax(np.sqrt(slow), SLOWEST * scale))
+
+
+def _inverse(T: Array, least: Array) -> Array:
+    """Of autocovariances (J, p, p), no eigenvalue of which is taken for less than `least` (J,)."""
+    try:
+        np.linalg.cholesky(T - least[:, None, None] * np.eye(ORDER))
+    except np.linalg.LinAlgError:  # averages of products need not be those of any noise
+        value, vector = np.linalg.eigh(T)
+        return np.asarray(
+            vector / np.maximum(value, least[:, None])[:, None] @ vector.swapaxes(1, 2)
+        )
+    return np.asarray(np.linalg.inv(T))  # a third of the time
 
 
 def _slowly(colour: Colour) -> Array:
@@ -270,8 +282,7 @@ def _predictor(T: Array, r: Array, white: Array) -> Array:
     Args:
         white: variance that is white at least, (J,).
     """
-    value, vector = np.linalg.eigh(T)
-    inverse = vector / np.maximum(value, white[:, None])[:, None] @ vector.swapaxes(1, 2)
+    inverse = _inverse(T, white)
     ar, more = (inverse @ r[..., None])[..., 0], inverse.sum(axis=2)
     short = np.maximum(-ar.sum(axis=1), 0.0) / more.sum(axis=1)
     return np.asarray(ar + short[:, None] * more)

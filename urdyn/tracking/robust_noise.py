@@ -7,14 +7,12 @@ until it is known for one.
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
 from urdyn.dbn.robot_slice import RobotSlice
 from urdyn.estimate import Innovation
 from urdyn.estimate.innovation import innovation, measured_rows, whitening
-from urdyn.types import Array
+from urdyn.types import Array, changed
 
 GATE = 3.0  # [sd]
 
@@ -30,7 +28,7 @@ def with_robust_noise(u: RobotSlice, residual: Array, variance_ratio: Array) -> 
     wild = residual**2 / (GATE**2 * expected)
     if not np.count_nonzero(wild > 1.0):
         return u
-    return replace(u, noise=np.sqrt(u.power + (np.fmax(wild, 1.0) ** 2 - 1.0) * expected))
+    return changed(u, noise=np.sqrt(u.power + (np.fmax(wild, 1.0) ** 2 - 1.0) * expected))
 
 
 def without_robust_noise(told: Innovation, added: Array, y: Array) -> Innovation:
