@@ -180,3 +180,15 @@ def test_silence_teaches_nothing():
     after = heard(np.full((200, J), np.nan))
     np.testing.assert_array_equal(before.alike, after.alike)
     assert np.isfinite(after.scale).all()
+
+
+@pytest.mark.parametrize("least", [0.2, 2.0])  # below all eigenvalues, and above some
+def test_autocovariances_are_inverted_as_if_no_eigenvalue_were_less_than_white(least):
+    drawn = np.random.default_rng(7).standard_normal((J, noise.ORDER, noise.ORDER))
+    vector = np.linalg.qr(drawn).Q
+    value = np.tile(np.linspace(0.5, 5.0, noise.ORDER), (J, 1))
+    made, wanted = (
+        vector * of[:, None] @ vector.swapaxes(1, 2) for of in (value, 1.0 / np.fmax(value, least))
+    )
+    found = noise._inverse(0.5 * (made + made.swapaxes(1, 2)), np.full(J, least))
+    np.testing.assert_allclose(found, wanted, rtol=0, atol=1e-13)  # of a condition of 10
