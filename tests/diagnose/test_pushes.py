@@ -229,6 +229,24 @@ def test_a_drive_that_holds_against_a_joint_that_gives_way_feels_a_push(
     assert felt == told
 
 
+@pytest.mark.parametrize(("slack", "more", "other"), [(60.0, 45.0, False), (0.0, 0.0, True)])
+def test_joints_that_friction_may_hold_otherwise_tell_of_no_other_load(
+    where: Space, slack: float, more: float, other: bool
+) -> None:
+    """Only where a piece that is gone is missed beyond that is it over beside none."""
+    alone, sound = Collision(where, read_rules().fast.collision), np.zeros(6, dtype=bool)
+    (bare,) = _bins(where, np.zeros((1, 6)))
+    piece = Payload(4.0, np.array([0.0, 0.0, 0.08])).inertials()
+    laden = bare.tool @ piece
+    loose = slack * np.array([-np.ones(6), np.ones(6)])
+    gone = replace(bare, felt=bare.felt - laden, bare=bare.felt, slack=loose, carried=piece)
+    begun = replace(gone, felt=gone.felt + more * np.eye(6)[2], slack=np.zeros((2, 6)))
+    state = replace(alone.init(), carried=piece, bins=(begun,))
+    after, _ = alone._judge(state, gone, np.array([piece, NOTHING[0]]), sound)
+    assert bool((after.bins[-1].carried == 0.0).all()) == other
+    assert after.calm == other
+
+
 def test_friction_that_lets_go_of_an_arm_that_stands_is_no_push(shop: Shop, where: Space) -> None:
     """Joints that come to rest gently are slow for a while; then nothing holds them."""
     n, arm, drive = 125, shop.dynamics.arm, shop.dynamics.drive

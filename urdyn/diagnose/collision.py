@@ -14,7 +14,17 @@ import numpy as np
 from urdyn.diagnose.creep import Creep, at_first
 from urdyn.diagnose.event import Event
 from urdyn.diagnose.fast_rules import CollisionRule
-from urdyn.diagnose.pushed import BIN, LOUD, MODEL, QUIET, Bin, Pushed, beyond, sizes
+from urdyn.diagnose.pushed import (
+    BIN,
+    LOUD,
+    MODEL,
+    QUIET,
+    Bin,
+    Pushed,
+    beyond,
+    laden_sizes,
+    sizes,
+)
 from urdyn.diagnose.rows import Rows
 from urdyn.diagnose.space import Space
 from urdyn.signal.channels import mean_measured
@@ -264,8 +274,12 @@ def _learnt(state: Quiet, seen: Bin, usual: Array, aimed: Array) -> Quiet:
 
 
 def _calm(then: tuple[Bin, ...], seen: Bin, carried: Array) -> Bin | None:
-    """A bin in which it is over, beside whichever load is carried then; None: it is not."""
-    for load in (seen.carried, *carried):
+    """A bin in which it is over, beside whichever load is carried then; None: it is not.
+
+    Where friction alone may account for what is felt, that tells of no other load.
+    """
+    others = carried if laden_sizes((seen,))[0] >= QUIET else ()
+    for load in (seen.carried, *others):
         felt = seen.felt - seen.tool @ (load - seen.carried)
         now = replace(seen, felt=felt, carried=load)
         if sizes((now,))[0] < QUIET and _gone(then, now):

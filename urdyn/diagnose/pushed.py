@@ -55,8 +55,14 @@ def beyond(felt: Array, slack: Array) -> Array:
 
 def sizes(bins: tuple[Bin, ...]) -> Array:
     """Sum of squares of what was felt, in its sd, (B,) [-]: of a push, whatever is carried."""
-    felt, bare = _stacked(bins, "felt", "bare")
-    return np.minimum(_sizes(felt, bins), _sizes(bare, bins))
+    (bare,) = _stacked(bins, "bare")
+    return np.minimum(laden_sizes(bins), _sizes(bare, bins))
+
+
+def laden_sizes(bins: tuple[Bin, ...]) -> Array:
+    """The same beside what was taken to be carried, (B,) [-]."""
+    (felt,) = _stacked(bins, "felt")
+    return _sizes(felt, bins)
 
 
 def _sizes(felt: Array, bins: tuple[Bin, ...]) -> Array:
