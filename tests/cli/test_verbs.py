@@ -20,9 +20,9 @@ from typer.testing import CliRunner
 
 import urdyn as ud
 from urdyn.cli.app import app
-from urdyn.cli.verdict import unlike
 from urdyn.identify import Fit
 from urdyn.model.arm import Arm
+from urdyn.report.identify.doubts import unlike
 
 QUANTITY = {"value", "sd", "unit"}
 

@@ -9,12 +9,13 @@ import numpy as np
 import pytest
 from scipy.stats import binom
 
-from urdyn.cli.verdict import another, verdict
+from urdyn.cli.verdict import verdict
 from urdyn.diagnose import diagnose
 from urdyn.errors import UrdynError
 from urdyn.identify import Fit, Noise, identify, validate
 from urdyn.identify.scoring import FLOOR_BAND, interval, noise_floor
 from urdyn.model.dynamics import Dynamics
+from urdyn.report.identify.doubts import another
 from urdyn.report.identify.summary import validated
 from urdyn.signal import condition
 from urdyn.simulate import (

@@ -167,7 +167,7 @@ def test_channels_limit_what_is_kept(path: Path) -> None:
 def test_what_another_table_has_is_told_in_a_line(tmp_path: Path) -> None:
     path = tmp_path / "table.csv"
     path.write_text(",".join(f"x{k:02d}_mean" for k in range(30)) + "\n" + "1," * 29 + "1\n")
-    with pytest.raises(LogError, match=r"x11_mean and 18 more$"):
+    with pytest.raises(LogError, match=r"x11_mean and 18 more; name its .* by --columns$"):
         read(path, channels=("actual_q",))
 
 
@@ -325,3 +325,12 @@ def test_poses_are_a_table_and_no_log(recordings: Path) -> None:
     assert table.channels["measurement_x"][0] == 2361.9831
     with pytest.raises(LogError):
         read(path)
+
+
+@pytest.mark.parametrize("written", ["actual_q[{0}]", "actual_q_{1}", "actual_q[{1}]"])
+def test_values_of_a_joint_are_known_however_they_are_counted(tmp_path: Path, written: str) -> None:
+    """In brackets, or from one on: no vector of six that begins at 0 has a seventh value."""
+    names = [written.format(j, j + 1) for j in range(6)]
+    path = tmp_path / "log.csv"
+    path.write_text(",".join(["timestamp", *names]) + "\n0,0,1,2,3,4,5\n0.01,0,1,2,3,4,5\n")
+    np.testing.assert_array_equal(read(path).channels["actual_q"][0], np.arange(6.0))

@@ -149,6 +149,17 @@ def test_current_sensors_of_most_joints_do_not_fail_at_once(count, most):
     assert said.startswith(f"current sensors of {count} of 6 joints do not fail") == most
 
 
+@pytest.mark.parametrize(("count", "half"), [(1, False), (2, False), (3, True), (6, True)])
+def test_half_an_arm_does_not_wear_out_before_its_first_sample(count, half):
+    advice = {"advice": "now", "text": "service now: elbow_joint"}
+    run = {"quality": {"restarts": 3, "compared": [9] * 6}, "recommendation": advice}
+    run["findings"] = [found("health_degradation", j) | {"older": j < count} for j in range(6)]
+    run["findings"] += [found("sensor_fault", 0) | {"older": True}]
+    said = summed(doubted(run))
+    assert ("make sure that this is this arm's twin before" in said) == half
+    assert said.startswith(f"{count} of 6 joints are far from this twin") == half
+
+
 @pytest.mark.parametrize(("count", "most"), [(3, False), (4, True)])
 def test_what_sensors_of_most_joints_do_not_tell_was_lost_on_the_way(count, most):
     modes = "dropped", "encoder"

@@ -25,6 +25,10 @@ ANOTHER = (
     "current sensors of {} of {} joints do not fail at once: this is not this arm's twin, or "
     "currents are not in A; see to that before anything below"
 )
+FROM_THE_FIRST = (
+    "{} of {} joints are far from this twin from the first sample on: it is another arm's, or out "
+    "of date, or currents are not in A; see to that before anything below"
+)
 LOSSY = (
     "sensors of {} of {} joints do not fall silent at once: the stream has lost what they told; "
     "see to the recorder and the network before anything below"
@@ -107,8 +111,16 @@ def doubted(summary: dict[str, Any]) -> dict[str, Any]:
 
 
 def _another(summary: dict[str, Any]) -> str:
-    """What to make of current sensors of most joints that fail at once; "" where they do not."""
-    return _of_most(ANOTHER, summary, silent=False)
+    """What to make of most joints that fail at once; "" where they do not."""
+    return _of_most(ANOTHER, summary, silent=False) or _from_the_first(summary)
+
+
+def _from_the_first(summary: dict[str, Any]) -> str:
+    """What to make of joints, half of them at least, that were past every level all along."""
+    all_along = (f for f in summary.get("findings", ()) if f.get("older"))
+    ill = {f["joint"] for f in all_along if f["severity"] == "critical"}
+    joints = len(summary["quality"]["compared"]) if ill else 0
+    return FROM_THE_FIRST.format(len(ill), joints) if ill and 2 * len(ill) >= joints else ""
 
 
 def _lossy(summary: dict[str, Any]) -> str:

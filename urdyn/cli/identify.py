@@ -94,7 +94,8 @@ def _run(campaign: Campaign, voice: Voice) -> None:
     """Identify, save, tell."""
     from urdyn.cli.carry_out import carry_out
     from urdyn.cli.results import FILES, require_folder, save
-    from urdyn.cli.verdict import unlike, verdict
+    from urdyn.cli.verdict import verdict
+    from urdyn.report.identify.doubts import doubts
     from urdyn.report.identify.page import identify_page
     from urdyn.report.identify.summary import identified
     from urdyn.report.identify.tables import identify_table, validate_table
@@ -103,14 +104,15 @@ def _run(campaign: Campaign, voice: Voice) -> None:
     with voice.progress("reading") as progress:
         outcome = carry_out(campaign, progress)
         fit, scores = outcome.fit, outcome.scores
-        page = identify_page(fit, scores, typed(), outcome.wall, outcome.truth)
+        doubted = doubts(fit, scores)
+        page = identify_page(fit, scores, typed(), outcome.wall, outcome.truth, doubted)
         save(fit, page, campaign.out)
     voice.note(*outcome.defects)
     voice.show(identify_table(fit), INFORMED, validate_table(scores, fit), verdict(fit, scores))
     told = remark(campaign.tool, outcome.setting)
-    voice.note(*unlike(fit), *_remarks(campaign), *filter(None, [told]))
+    voice.note(*doubted, *_remarks(campaign), *filter(None, [told]))
     voice.note(f"written to {campaign.out}: {', '.join(FILES)}")
-    voice.result(identified(fit, outcome.wall))
+    voice.result(identified(fit, outcome.wall) | ({"doubts": doubted} if doubted else {}))
 
 
 def _remarks(campaign: Campaign) -> list[str]:

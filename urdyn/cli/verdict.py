@@ -5,9 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-import numpy as np
-
-from urdyn.report.digits import interval90, number
 from urdyn.report.evidence import pool, telling
 from urdyn.report.identify.headline import sentence
 from urdyn.report.names import joints
@@ -15,47 +12,7 @@ from urdyn.report.names import joints
 if TYPE_CHECKING:
     from urdyn.identify import Fit, Score
 
-LEVEL, LITTLE = 0.9, 0.5  # [-] of samples that intervals are for; of that, in a wrong arm's twin
-FAR = 4.0  # [sd] of what arms of a type differ by: right ones were within 1.3, others beyond 4
-MANY = (
-    "{} of {} masses and drive gains are what such arms hardly have: this is no {}, or its "
-    "currents are not in A; do not use this twin before that is known"
-)
-
 
 def verdict(fit: Fit, scores: Sequence[Score]) -> str:
     """How well the model predicts, by its best joint and its worst."""
     return sentence(pool(fit, telling(fit, scores)), joints(fit))
-
-
-def another(fit: Fit, scores: Sequence[Score]) -> str:
-    """What to make of intervals that hold little in most joints; "" where they hold what is due."""
-    held = pool(fit, telling(fit, scores)).coverage
-    short, told = held < LITTLE * LEVEL, int(np.isfinite(held).sum())
-    count = int(np.count_nonzero(short))
-    if 2 * count <= told:
-        return ""
-    return (
-        f"In {count} of {told} joints intervals for 90 % of the currents hold less than half of "
-        f"that: this is not this arm's twin, or the arm carried something, or currents are not in A"
-    )
-
-
-def unlike(fit: Fit) -> list[str]:
-    """What such an arm hardly has: a tool that nobody told of, or another robot."""
-    table, known = fit.parameters, np.where(fit.prior_sd > 0.0, fit.prior_sd, np.inf)
-    own = (*fit.dynamics.arm.link_names, *fit.dynamics.arm.joint_names)  # of no payload
-    sought = {f"{owner}.{quantity}" for owner in own for quantity in ("mass", "gain")}
-    told = [name in sought for name in table.names]
-    away = np.where(told, np.abs(table.values - fit.prior) / known, 0.0)
-    at, arm = int(np.argmax(away)), fit.dynamics.arm.name
-    if away[at] < FAR:
-        return []
-    many = int(np.count_nonzero(away >= FAR))
-    if many > 1:
-        return [MANY.format(many, sum(told), arm)]
-    usual, here = interval90(fit.prior[at], fit.prior_sd[at]), number(table.values[at], 3)
-    return [
-        f"{table.names[at]} is {here} {table.units[at]}, where such arms have {usual}: a tool is "
-        f"mounted, and is part of this twin; or this is no {arm}, or its currents are not in A"
-    ]

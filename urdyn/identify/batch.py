@@ -57,6 +57,11 @@ def _check(arm: Arm, runs: Sequence[Run]) -> None:
         if why := typical.unlike(run.motion.current):
             raise IdentifiabilityError(f"{run.motion.source.path}: {why}")
         measured = np.isfinite(run.motion.current).any(axis=1).sum()
+        if measured and not np.nan_to_num(run.motion.current).any():
+            raise IdentifiabilityError(
+                f"{run.motion.source.path}: all currents are zero, which no arm that bears itself "
+                "draws; record them"
+            )
         if measured < MIN_ROWS:
             raise IdentifiabilityError(
                 f"{run.motion.source.path}: {measured} rows with a current are too few; "

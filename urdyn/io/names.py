@@ -14,6 +14,7 @@ ALIASES: tuple[tuple[str, str], ...] = (
     (r"Temperature_[JT](\d)", r"joint_temperatures_\1"),
     (r"Speed_J(\d)", r"actual_qd_\1"),
     (r"Tool_current", "tool_current"),
+    (r"(\w+)\[(\d+)\]", r"\1_\2"),  # a vector's value, as programs write it
 )
 
 # RTDE's vectors of one value a joint or an axis: these keep their width if a column is missing.
@@ -21,6 +22,8 @@ SIX_WIDE = re.compile(
     r"(target|actual)_(q|qd|qdd|current|moment|TCP_pose|TCP_speed|TCP_force)"
     r"|joint_(temperatures|mode|control_output|control_currents)|actual_(joint_voltage|current_window)"
 )
+
+FROM_ONE = frozenset(range(1, 7))  # no vector of six that is counted from 0 has all of these
 
 # Registers are scalars that end in a number of their own.
 NUMBERED = re.compile(r"(?!.*register_\d+$)(?P<base>.+)_(?P<index>0|[1-9]\d{0,2})")
@@ -71,6 +74,9 @@ def layout(columns: Sequence[str], wanted: Collection[str] | None = None) -> Lay
         match = NUMBERED.fullmatch(name)
         if match and match["base"] not in columns:
             groups[match["base"]][int(match["index"])] = place
+    for base, places in groups.items():
+        if SIX_WIDE.fullmatch(base) and set(places) == FROM_ONE:
+            groups[base] = {index - 1: place for index, place in places.items()}
     made: Layout = {}
     for place, name in enumerate(columns):
         match = NUMBERED.fullmatch(name)

@@ -17,12 +17,13 @@ from urdyn.io.compression import TORN, HashedFile, decompressed
 from urdyn.io.dialect import Dialect, sniff
 from urdyn.io.effort import UNTOLD, Effort
 from urdyn.io.mend import mend
-from urdyn.io.names import layout, listed, some
+from urdyn.io.names import SIX_WIDE, layout, listed, some
 from urdyn.io.parse import parse
 from urdyn.io.plan import Plan
 from urdyn.io.table import AS_NAN, Table, join, merge
 from urdyn.types import Defect, Log, Source
 
+NAMED = "; name its columns from left to right by --columns"
 PLANNED = {"timestamp", "q0", "v0", "a0"}  # columns that no recorder writes
 
 Rows = tuple[int | None, int | None]
@@ -149,9 +150,11 @@ def _plan(
         if {*layout(dialect.numeric)} >= PLANNED:
             told = "is a plan, as `urdyn excite` writes it, not a recording: record the robot that"
             raise LogError(f"{told} follows it", path, dialect.line)
-        there = some(layout(dialect.numeric)) or "no numbers at all"
+        held = layout(dialect.numeric)
+        there = some(held) or "no numbers at all"
+        hint = "" if not held or any(map(SIX_WIDE.fullmatch, held)) else NAMED
         asked = ", ".join(channels or ()) or "channel"
-        raise LogError(f"has no {asked}; it has {there}", path, dialect.line)
+        raise LogError(f"has no {asked}; it has {there}{hint}", path, dialect.line)
     return plan
 
 

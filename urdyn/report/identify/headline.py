@@ -18,17 +18,25 @@ from urdyn.types import Array
 RESTS = 0.1  # [-] of the rows, from which on it is said that joints stood: less are turning points
 
 
-def headline(fit: Fit, scores: Sequence[Score], deed: str, known: dict[str, str]) -> Html:
-    """Title, the answer in one sentence, the bars that show it, and a few facts."""
+def headline(
+    fit: Fit,
+    scores: Sequence[Score],
+    deed: str,
+    known: dict[str, str],
+    doubts: Sequence[str] = (),
+) -> Html:
+    """Title, doubts, the answer in one sentence, the bars that show it, and a few facts."""
     title = tag("h1", text(f"{robot(fit)} · {deed}"))
+    doubted = [paragraph(f"{said[:1].upper()}{said[1:]}.", "advice") for said in doubts]
     if not scores:
-        return join([title, paragraph("No log was scored.", "headline"), facts(known)])
+        return join([title, *doubted, paragraph("No log was scored.", "headline"), facts(known)])
     found = pool(fit, telling(fit, scores))
     names = joints(fit)
     colours = {name: colour for name, _, colour in _bars(found)}
     return join(
         [
             title,
+            *doubted,
             paragraph(sentence(found, names), "headline"),
             paragraph(trust(found), "lead"),
             grid(

@@ -26,6 +26,7 @@ def identify_page(
     command: str,
     wall: float,
     truth: Truth | None = None,
+    doubts: Sequence[str] = (),
 ) -> str:
     """HTML of an identification.
 
@@ -34,11 +35,12 @@ def identify_page(
         command: the command line that makes it again.
         wall: time that the identification took [s].
         truth: of `urdyn.simulate.truth`, where the arm is simulated.
+        doubts: what speaks against the fit, in sentences.
     """
     took = {"identified in": f"{number(wall)} s"}
     return document(
         f"{robot(fit)} identified",
-        headline(fit, scores, "identified dynamics", _facts(fit) | took),
+        headline(fit, scores, "identified dynamics", _facts(fit) | took, doubts),
         *([truth_section(fit, truth)] if truth else []),
         judged(fit, scores),
         friction_section(fit, scores, truth),
@@ -49,11 +51,13 @@ def identify_page(
     )
 
 
-def validate_page(fit: Fit, scores: Sequence[Score], command: str) -> str:
-    """HTML of a validation: how well a fit predicts logs."""
+def validate_page(
+    fit: Fit, scores: Sequence[Score], command: str, doubts: Sequence[str] = ()
+) -> str:
+    """HTML of a validation: how well a fit predicts logs, and what speaks against that."""
     return document(
         f"{robot(fit)} validated",
-        headline(fit, scores, "validated dynamics", _scored(scores)),
+        headline(fit, scores, "validated dynamics", _scored(scores), doubts),
         judged(fit, scores),
         data_quality(fit, scores),
         provenance(fit, command, {}),

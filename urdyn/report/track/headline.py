@@ -91,7 +91,8 @@ def _diagnosed(history: History, summary: Mapping[str, Any], judged: bool) -> li
     for f in found:
         said = said.replace(f["name"], spoken(f["name"]))
     do = paragraph(tied(f"{capital(said)}."), "advice")
-    return [paragraph(tied(f"{told}{rest}"), "headline"), do]
+    doubt = [paragraph(f"{capital(why)}.", "advice") for why in [summary.get("doubt")] if why]
+    return [*doubt, paragraph(tied(f"{told}{rest}"), "headline"), do]
 
 
 def _nothing_found(summary: Mapping[str, Any], lasted: str, judged: bool) -> list[Html]:

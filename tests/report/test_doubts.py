@@ -1,0 +1,72 @@
+"""What is said of a fit whose log was no log of this arm."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from urdyn.errors import IdentifiabilityError
+from urdyn.identify import Fit, Score, identify, validate
+from urdyn.model.arm import Arm
+from urdyn.report.identify.doubts import doubts, unexplained, unmeasured
+from urdyn.report.identify.page import identify_page
+from urdyn.signal import condition
+from urdyn.simulate import simulate
+from urdyn.types import Array, Log
+
+SWAPPED = [2, 1, 0, 3, 4, 5]  # alphabetical order of the names: the elbow comes first
+
+
+@pytest.fixture(scope="module")
+def log(ur5e: Arm) -> Log:
+    """As the fixture of the fit has it."""
+    return simulate(ur5e, 12.0, 100.0, 1)[0]
+
+
+@pytest.fixture(scope="module")
+def score(identified: Fit, log: Log) -> Score:
+    return validate(identified, log)
+
+
+def currents(log: Log, i: Array) -> Log:
+    return replace(log, channels={**log.channels, "actual_current": i})
+
+
+def test_nothing_is_said_of_a_sound_log(identified: Fit, score: Score) -> None:
+    assert doubts(identified, [score]) == []
+
+
+@pytest.mark.parametrize("wrong", [lambda i: i[:, SWAPPED], np.abs], ids=["order", "sign"])
+def test_currents_of_other_joints_are_explained_by_no_model(ur5e: Arm, log: Log, wrong) -> None:
+    odd = currents(log, wrong(log.channels["actual_current"]))
+    fit = identify(ur5e, condition(odd))
+    scores = [validate(fit, odd)]
+    [said] = unexplained(fit, scores)
+    assert said.startswith("no model of a ur5e explains the currents of") and "shoulder pan" in said
+    page = identify_page(fit, scores, "urdyn identify", 1.0, doubts=doubts(fit, scores))
+    assert "N" + said[1:] in page.replace("&#x27;", "'")
+
+
+def test_a_joint_that_the_controller_knows_much_better_is_none_of_this_arm(
+    identified: Fit, score: Score
+) -> None:
+    """Its error is half of ours, whatever ours is."""
+    for times, told in ((0.55, False), (0.45, True)):
+        controller = np.where(np.arange(6) == 4, times, 2.0) * score.rre_percent
+        said = unexplained(identified, [replace(score, target_rre_percent=controller)])
+        assert bool(said) == told and ("of wrist 2 by" in "".join(said)) == told
+
+
+def test_a_joint_without_a_current_is_said_to_be_what_is_typical(identified: Fit, log: Log) -> None:
+    i = log.channels["actual_current"].copy()
+    i[:, 2] = np.nan
+    [said] = unmeasured(identified, [validate(identified, currents(log, i))])
+    assert said.startswith("no current of elbow is in")
+
+
+def test_currents_that_are_all_zero_are_refused(ur5e: Arm, log: Log) -> None:
+    nothing = currents(log, np.zeros((len(log), 6)))
+    with pytest.raises(IdentifiabilityError, match="all currents are zero"):
+        identify(ur5e, condition(nothing))

@@ -1,0 +1,85 @@
+"""What speaks against a fit, or against logs that it is scored on, in a sentence each."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from urdyn.identify import Fit, Score
+from urdyn.report.digits import interval90, number
+from urdyn.report.evidence import pool, telling
+from urdyn.report.names import joints
+
+LEVEL, LITTLE = 0.9, 0.5  # [-] of samples that intervals are for; of that, in a wrong arm's twin
+FAR = 4.0  # [sd] of what arms of a type differ by: right ones were within 1.3, others beyond 4
+NOTHING = 100.0  # [%] error of a model that says zero
+WORSE = 2.0  # [-] times the controller's error; those fitted to sound logs were at .4 to 1.02
+MANY = (
+    "{} of {} masses and drive gains are what such arms hardly have: this is no {}, or its "
+    "currents are not in A; do not use this twin before that is known"
+)
+UNEXPLAINED = (
+    "no model of a {} explains the currents of {} by this motion: the columns are swapped, or in "
+    "another order of the joints, or of another quantity, sign or zero; do not use this twin"
+)
+UNMEASURED = "no current of {} is in any log: what is said of it is only what is typical"
+
+
+def doubts(fit: Fit, scores: Sequence[Score]) -> list[str]:
+    """What speaks against a fit to these logs; nothing where nothing does."""
+    return [*unmeasured(fit, scores), *unexplained(fit, scores), *unlike(fit)]
+
+
+def another(fit: Fit, scores: Sequence[Score]) -> str:
+    """What to make of intervals that hold little in most joints; "" where they hold what is due."""
+    held = pool(fit, telling(fit, scores)).coverage
+    short, told = held < LITTLE * LEVEL, int(np.isfinite(held).sum())
+    count = int(np.count_nonzero(short))
+    if 2 * count <= told:
+        return ""
+    return (
+        f"In {count} of {told} joints intervals for 90 % of the currents hold less than half of "
+        f"that: this is not this arm's twin, or the arm carried something, or currents are not in A"
+    )
+
+
+def unmeasured(fit: Fit, scores: Sequence[Score]) -> list[str]:
+    """Joints that nothing was learnt of."""
+    told = [np.isfinite(s.log.joint("actual_current")).any(axis=0) for s in scores]
+    which = _named(fit, ~np.any(told, axis=0)) if told else ""
+    return [UNMEASURED.format(which)] if which else []
+
+
+def unexplained(fit: Fit, scores: Sequence[Score]) -> list[str]:
+    """Joints whose currents no fit explains, though none is needed but this motion."""
+    if not scores:
+        return []
+    found = pool(fit, scores)
+    badly = (found.moving >= NOTHING) | (found.ours > WORSE * found.controller)
+    which = _named(fit, badly)
+    return [UNEXPLAINED.format(fit.dynamics.arm.name, which)] if which else []
+
+
+def unlike(fit: Fit) -> list[str]:
+    """What such an arm hardly has: a tool that nobody told of, or another robot."""
+    table, known = fit.parameters, np.where(fit.prior_sd > 0.0, fit.prior_sd, np.inf)
+    own = (*fit.dynamics.arm.link_names, *fit.dynamics.arm.joint_names)  # of no payload
+    sought = {f"{owner}.{quantity}" for owner in own for quantity in ("mass", "gain")}
+    told = [name in sought for name in table.names]
+    away = np.where(told, np.abs(table.values - fit.prior) / known, 0.0)
+    at, arm = int(np.argmax(away)), fit.dynamics.arm.name
+    if away[at] < FAR:
+        return []
+    many = int(np.count_nonzero(away >= FAR))
+    if many > 1:
+        return [MANY.format(many, sum(told), arm)]
+    usual, here = interval90(fit.prior[at], fit.prior_sd[at]), number(table.values[at], 3)
+    return [
+        f"{table.names[at]} is {here} {table.units[at]}, where such arms have {usual}: a tool is "
+        f"mounted, and is part of this twin; or this is no {arm}, or its currents are not in A"
+    ]
+
+
+def _named(fit: Fit, which: np.ndarray) -> str:
+    return ", ".join(name for name, so in zip(joints(fit), which, strict=True) if so)
