@@ -10,7 +10,7 @@ import pytest
 from urdyn.errors import IdentifiabilityError
 from urdyn.identify import Fit, Score, identify, validate
 from urdyn.model.arm import Arm
-from urdyn.report.identify.doubts import doubts, unexplained, unmeasured
+from urdyn.report.identify.doubts import doubts, slopes, unexplained, unmeasured
 from urdyn.report.identify.page import identify_page
 from urdyn.signal import condition
 from urdyn.simulate import simulate
@@ -64,6 +64,13 @@ def test_a_joint_without_a_current_is_said_to_be_what_is_typical(identified: Fit
     i[:, 2] = np.nan
     [said] = unmeasured(identified, [validate(identified, currents(log, i))])
     assert said.startswith("no current of elbow is in")
+
+
+def test_a_log_without_velocities_is_said_to_be_one(identified: Fit, log: Log) -> None:
+    channels = {name: x for name, x in log.channels.items() if name != "actual_qd"}
+    bare = [validate(identified, replace(log, channels=channels))]
+    [said] = slopes(bare)
+    assert said.startswith("no velocities are in") and said in doubts(identified, bare)
 
 
 def test_currents_that_are_all_zero_are_refused(ur5e: Arm, log: Log) -> None:

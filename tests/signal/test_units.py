@@ -12,7 +12,7 @@ from urdyn.errors import LogError
 from urdyn.io import read
 from urdyn.io.effort import Effort
 from urdyn.signal import condition
-from urdyn.signal.units import DEGREES, ENOUGH, STAMPS, wrong_unit
+from urdyn.signal.units import DEGREES, ENOUGH, ROWS, STAMPS, unfilled, wrong_unit
 from urdyn.types import Log
 
 UR10E = "timestamp,actual_q*6,actual_qd*6,actual_current*6,target_current*6,target_moment*6"
@@ -43,6 +43,27 @@ def in_degrees(log: Log, of: str) -> Log:
 def test_what_stamps_count_is_told_at_any_rate(name: str, rate: float) -> None:
     log = moved(rate)
     assert wrong_unit(replace(log, t=log.t / STAMPS.get(name, 1.0))) == name
+
+
+@pytest.mark.parametrize("rate", [10.0, 100.0, 125.0, 500.0])
+def test_stamps_that_are_row_numbers_are_told_from_a_unit(rate: float) -> None:
+    log = moved(rate)
+    assert wrong_unit(replace(log, t=np.arange(float(len(log))))) == ROWS
+
+
+def test_stamps_of_a_kilohertz_in_milliseconds_are_not_row_numbers() -> None:
+    log = moved(1000.0)
+    assert wrong_unit(replace(log, t=np.arange(float(len(log))))) == "milliseconds"
+
+
+def test_velocities_that_nobody_filled_in_are_refused_where_angles_change() -> None:
+    log = moved()
+    nothing = np.zeros_like(log.channels["actual_qd"])
+    log = replace(log, channels=log.channels | {"actual_qd": nothing})
+    with pytest.raises(LogError, match="velocities are all zero, and its angles change"):
+        condition(log)
+    still = np.broadcast_to(log.channels["actual_q"][:1], nothing.shape)
+    assert not unfilled(replace(log, channels=log.channels | {"actual_q": still}))
 
 
 @pytest.mark.parametrize("rate", [10.0, 125.0, 500.0])

@@ -18,7 +18,7 @@ from urdyn.signal.polynomial import half_window, instrument_half
 from urdyn.signal.shifts import SHAKEN, jumps, without_turns
 from urdyn.signal.stretches import breaks, is_even, median_step
 from urdyn.signal.stuck import without_stuck
-from urdyn.signal.units import complaint, wrong_unit
+from urdyn.signal.units import complaint, unfilled, wrong_unit
 from urdyn.types import Array, Log, Mask, Motion
 
 FAR = 4.0 * np.pi  # [rad] twice what a UR's joint turns either way
@@ -152,6 +152,9 @@ def require_measured(log: Log, names: Collection[str] = ("actual_q", "actual_cur
         which = ", ".join(map(str, np.flatnonzero(far)))
         message = f"joints {which} are beyond two turns; angles are to be in rad: is it degrees?"
         raise LogError(message, log.source.path, column="actual_q")
+    if unfilled(log):
+        message = "its velocities are all zero, and its angles change; leave them out"
+        raise LogError(message, log.source.path, column="actual_qd")
     if unit := wrong_unit(log):
         message, column = complaint(unit)
         raise LogError(message, log.source.path, column=column)

@@ -15,6 +15,9 @@ MANY = 100_000  # rows that are asked, evenly, of a log that has more
 STAMPS = {"milliseconds": 1e-3, "microseconds": 1e-6, "nanoseconds": 1e-9}
 DEGREES = {"velocities": float(np.radians(1.0)), "angles": float(np.degrees(1.0))}
 DECADES = 0.5
+ROWS = "rows"  # what stamps count that are one apart, unless they are exact in another unit
+EXACT = 0.1  # decades that velocities are off at most, where stamps are exact
+SLIP = 0.05  # [rad] that no joint moves by without a velocity
 TINY = 1e-300  # [rad]
 COLUMN = {"velocities": "actual_qd", "angles": "actual_q"}
 DUE = {"velocities": "rad/s: is it deg/s?", "angles": "rad: is it degrees?"}
@@ -22,6 +25,8 @@ DUE = {"velocities": "rad/s: is it deg/s?", "angles": "rad: is it degrees?"}
 
 def wrong_unit(log: Log) -> str:
     """What its stamps count, or what is in degrees, of `STAMPS` and `DEGREES`; "" where nothing is.
+
+    `ROWS`, too: stamps that are row numbers.
 
     Told where most of the way agrees, and only where it surely is: what is said to move and goes
     nowhere, as noise around a joint that stands, does not.
@@ -31,12 +36,24 @@ def wrong_unit(log: Log) -> str:
     most = _middle(*_shares(log.t, log.joint("actual_q"), log.joint("actual_qd")))
     if not (most > 0.0).all():
         return ""
+    decades_of_ms = np.abs(np.log10(most / STAMPS["milliseconds"])).min()
+    if (np.diff(log.t) == 1.0).all() and (most < 10.0**-DECADES).all() and decades_of_ms > EXACT:
+        return ROWS
     off = {name: np.abs(np.log10(most / by)).max() for name, by in (STAMPS | DEGREES).items()}
     return next((name for name, decades in off.items() if decades < DECADES), "")
 
 
+def unfilled(log: Log) -> bool:
+    """Whether its velocities are zeros that nobody filled in: its angles change by themselves."""
+    q, v = log.joint("actual_q"), log.joint("actual_qd")
+    nothing = (v == 0.0).any() and not np.nan_to_num(v).any()
+    return bool(nothing and (np.nanmax(q, axis=0) - np.nanmin(q, axis=0) > SLIP).any())
+
+
 def complaint(unit: str) -> tuple[str, str]:
     """One sentence of what is wrong with a log of this `wrong_unit`, and the column to blame."""
+    if unit == ROWS:
+        return "its stamps count rows; skip them by - in --columns, and say the --rate", "timestamp"
     if unit in STAMPS:
         return (
             f"its stamps are {unit}: by its velocities angles change {1.0 / STAMPS[unit]:,.0f} "

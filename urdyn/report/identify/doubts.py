@@ -8,7 +8,7 @@ import numpy as np
 
 from urdyn.identify import Fit, Score
 from urdyn.report.digits import interval90, number
-from urdyn.report.evidence import pool, telling
+from urdyn.report.evidence import UNSEEN, pool, seen, telling
 from urdyn.report.names import joints
 
 LEVEL, LITTLE = 0.9, 0.5  # [-] of samples that intervals are for; of that, in a wrong arm's twin
@@ -23,12 +23,16 @@ UNEXPLAINED = (
     "no model of a {} explains the currents of {} by this motion: the columns are swapped, or in "
     "another order of the joints, or of another quantity, sign or zero; do not use this twin"
 )
+SLOPES = (
+    "no velocities are in {}: they were taken from the angles, which are not fine enough to tell "
+    "accelerations well; record actual_qd"
+)
 UNMEASURED = "no current of {} is in any log: what is said of it is only what is typical"
 
 
 def doubts(fit: Fit, scores: Sequence[Score]) -> list[str]:
     """What speaks against a fit to these logs; nothing where nothing does."""
-    return [*unmeasured(fit, scores), *unexplained(fit, scores), *unlike(fit)]
+    return [*slopes(scores), *unmeasured(fit, scores), *unexplained(fit, scores), *unlike(fit)]
 
 
 def another(fit: Fit, scores: Sequence[Score]) -> str:
@@ -51,11 +55,19 @@ def unmeasured(fit: Fit, scores: Sequence[Score]) -> list[str]:
     return [UNMEASURED.format(which)] if which else []
 
 
+def slopes(scores: Sequence[Score]) -> list[str]:
+    """Logs in which nobody measured a velocity."""
+    logs = (score.log for score in scores)
+    bare = [log.source.path for log in logs if not np.isfinite(log.joint("actual_qd")).any()]
+    return [SLOPES.format(", ".join(bare))] if bare else []
+
+
 def unexplained(fit: Fit, scores: Sequence[Score]) -> list[str]:
     """Joints whose currents no fit explains, though none is needed but this motion."""
-    if not scores:
+    own = [score for score in scores if seen(fit, score.log.source) != UNSEEN]
+    if not own:
         return []
-    found = pool(fit, scores)
+    found = pool(fit, own)
     badly = (found.moving >= NOTHING) | (found.ours > WORSE * found.controller)
     which = _named(fit, badly)
     return [UNEXPLAINED.format(fit.dynamics.arm.name, which)] if which else []
