@@ -20,8 +20,9 @@ MANY = (
     "currents are not in A; do not use this twin before that is known"
 )
 UNEXPLAINED = (
-    "no model of a {} explains the currents of {} by this motion: the columns are swapped, or in "
-    "another order of the joints, or of another quantity, sign or zero; do not use this twin"
+    "no model of a {} explains the currents of {} by this motion: columns may be swapped, in "
+    "another order of the joints, or of another quantity, sign or zero; do not use this twin "
+    "before that is known"
 )
 SLOPES = (
     "no velocities are in {}: they were taken from the angles, which are not fine enough to tell "
