@@ -14,7 +14,7 @@ from urdyn.report.names import joints
 LEVEL, LITTLE = 0.9, 0.5  # [-] of samples that intervals are for; of that, in a wrong arm's twin
 FAR = 4.0  # [sd] of what arms of a type differ by: right ones were within 1.3, others beyond 4
 NOTHING = 100.0  # [%] error of a model that says zero
-WORSE = 2.0  # [-] times the controller's error; those fitted to sound logs were at .4 to 1.02
+WORSE = 2.0  # [-] times the controller's error; fits to sound logs were at 1.02 at most
 MANY = (
     "{} of {} masses and drive gains are what such arms hardly have: this is no {}, or its "
     "currents are not in A; do not use this twin before that is known"
