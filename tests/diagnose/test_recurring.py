@@ -12,16 +12,14 @@ from scipy.stats import invwishart, multivariate_t
 from shop import Shop
 
 from urdyn.diagnose import diagnose
+from urdyn.diagnose.recurrence import FEWEST, LATE, LIKELY, RECURS, aligned, ratios
 from urdyn.diagnose.recurring import (
     BEFORE,
     BIN,
     BINS,
     BRISK,
-    FEWEST,
     PATTERN,
-    RECURS,
     _apart,
-    _ratios,
     _window,
     at_first,
     faded,
@@ -77,7 +75,7 @@ def test_evidence_is_that_of_windows_one_by_one() -> None:
             mean, k, dof = (k * mean + each) / (k + 1.0), k + 1.0, dof + 1.0
         return told
 
-    for n, ratio in enumerate(_ratios(y, Psi, DOF, SOUND), start=FEWEST):
+    for n, ratio in enumerate(ratios(y, Psi, DOF, SOUND), start=FEWEST):
         recurs = logsumexp([one_by_one(y[-n:], k) for k in RECURS]) - np.log(len(RECURS))
         assert ratio == pytest.approx(recurs - one_by_one(y[-n:], SOUND), abs=1e-8)
 
@@ -90,10 +88,35 @@ def test_sound_windows_keep_the_promise() -> None:
     for C in invwishart.rvs(DOF, Psi, size=draws, random_state=rng):
         root = np.linalg.cholesky(C)
         d = root @ rng.normal(size=PATTERN) / np.sqrt(SOUND)
-        alarms += _ratios(d + rng.normal(size=(12, PATTERN)) @ root.T, Psi, DOF, SOUND)[
-            -1
-        ] > np.log(once)
+        alarms += ratios(d + rng.normal(size=(12, PATTERN)) @ root.T, Psi, DOF, SOUND)[-1] > np.log(
+            once
+        )
     assert alarms <= draws / once + 4.0 * np.sqrt(draws / once)
+
+
+def test_sound_windows_keep_the_promise_wherever_they_are_most_alike() -> None:
+    """The same of windows that may be early or late."""
+    rng, draws, once = np.random.default_rng(3), 2000, 100.0
+    alarms = 0
+    for _ in range(draws):
+        y = rng.normal(size=(12, len(LATE), PATTERN)) + rng.normal(size=PATTERN) / np.sqrt(SOUND)
+        chosen, placed = aligned(y, np.eye(PATTERN))
+        ratio = ratios(chosen, DOF * np.eye(PATTERN), DOF + PATTERN + 1.0, SOUND)[-1]
+        alarms += ratio + placed[-1] > np.log(once)
+    assert alarms <= draws / once + 4.0 * np.sqrt(draws / once)
+
+
+def test_windows_are_placed_where_they_are_alike() -> None:
+    """Apart by ten sd in each bin; the last one is in time, and one that is known is as well."""
+    rng, n = np.random.default_rng(4), 12
+    y, late = rng.normal(size=(n, len(LATE), PATTERN)), rng.integers(len(LATE), size=n)
+    late[-1] = 0
+    y[np.arange(n), late] += 10.0
+    late[3], y[3, 0], y[3, 1:] = 0, 10.0, np.nan
+    chosen, placed = aligned(y, np.eye(PATTERN))
+    assert np.array_equal(chosen, y[np.arange(n), late])
+    each = np.where(np.arange(n) == 3, 1.0, LIKELY[late])[::-1]
+    assert placed == pytest.approx(np.append(0.0, np.cumsum(np.log(each[1:]))))
 
 
 @pytest.mark.parametrize("jolt", [_blow, _rebound])
@@ -184,6 +207,24 @@ def test_a_jolt_in_a_real_run_is_play_and_no_push(
     (finding,) = diagnose(real, with_current(log, current)).findings
     assert (finding.kind, finding.joint) == ("joint_backlash", joint)
     assert finding.evidence["recurs_at"] in ("velocity", "current")
+
+
+def _swing(after: Array) -> Array:
+    return _within(after, 0.0, 0.08) * np.sin(np.pi * after / 0.08)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("joint", [0, 2, 5])
+def test_a_jolt_where_the_controllers_torque_turns_over_is_play(
+    real: Fit, recorded: Recorded, joint: int
+) -> None:
+    """In it is what turns rotors, on a wrist that carries nothing almost all of it."""
+    log, drive = recorded("ur-20_02_12-40sec_12harm"), real.dynamics.drive
+    current = log.joint("actual_current").copy()
+    jolts = _jolts(log, log.joint("target_moment")[:, joint], _swing)
+    current[:, joint] += drive.coulomb[joint] / drive.gain[joint] * jolts
+    (finding,) = diagnose(real, with_current(log, current)).findings
+    assert (finding.kind, finding.joint) == ("joint_backlash", joint)
 
 
 def test_a_push_is_a_joints_own_only_where_it_has_play_and_turned_over(shop: Shop) -> None:

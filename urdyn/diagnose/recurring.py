@@ -1,15 +1,15 @@
 """What recurs in a joint's current whenever it turns over: a gear with play, however it does it.
 
 How a loop answers a gap nobody knows: a lack, a blow, a rebound, a dither. What is known is when:
-at the joint's own reversals, of its load or of its velocity, with their sign. So windows about
-them, each beside a level and a slope of its own, are y = d + e, and their mean d may be
+at the joint's own reversals, of its load, of its velocity or of what its motor gives, with their
+sign. So windows about them, each beside a level and a slope of its own, are y = d + e, and their
+mean d may be
 
     d ~ N(0, recurs² C)  of a sound joint: a model is off there, from day to day and twin to twin
     d ~ N(0, C / k)      of one with play, k in RECURS;      e ~ N(0, C), C as at any other time
 
-C has an inverse Wishart distribution, which leaves of each a closed form [Murphy2007]_: a test of
-Hotelling's kind. Ratios of all last windows, one for each number of them, make Shiryaev-Roberts'
-sum [Roberts1966]_.
+which is a test of Hotelling's kind (`recurrence`). Ratios of all last windows, one for each number
+of them, make Shiryaev-Roberts' sum [Roberts1966]_.
 
 A window tells of play only where a model of friction holds throughout: where the joint slides, or
 turns over and slides on. There, friction may be another than was thought, be held by bristles that
@@ -31,7 +31,8 @@ from scipy.special import logsumexp
 from urdyn.diagnose.event import CERTAIN, Event
 from urdyn.diagnose.fast_rules import BacklashRule
 from urdyn.diagnose.finding import Finding
-from urdyn.diagnose.rows import COULOMB, Rows
+from urdyn.diagnose.recurrence import FEWEST, LATE, aligned, ratios
+from urdyn.diagnose.rows import COULOMB, ROTOR, Rows
 from urdyn.diagnose.space import Space
 from urdyn.tracking.joint_motion import STANDING
 from urdyn.types import Array, Index, Mask
@@ -43,15 +44,14 @@ SMOOTH = 3.0 * BIN  # [s] of noise, which turns nothing over
 SPAN = BIN * AFTER  # [s] after a reversal
 PUSHED = 2.0 * BIN  # [s] before a reversal, that a push at it may be told to begin
 LAST = 32  # reversals that are remembered
-FEWEST = 3  # of them that recur
-RECURS = (1.0, 0.1)  # windows that what is known of play counts for
 TILE = 0.1  # [s] from one window to the next, that any time is known by
 KNOWN, MOST = 20.0, 60.0  # windows apart that C is known by: fewer tell nothing; it may change
 BRISK = 4  # bins at most in which a joint that turns over is slow
 NOTHING = 1e-9  # [-] of what friction may do, beside the most of it
 FADES = (0.02, 0.1)  # [rad/s] with which friction may fade otherwise than was thought
 PATTERN = KEPT.stop - KEPT.start  # p, bins of that
-WAYS = ("load", "velocity", "current")  # of what a reversal is one
+WAYS = ("load", "velocity", "current", "torque")  # of what a reversal is one
+MODELLED = ("load", "current", "torque")  # of which only a model tells when they are
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,7 +60,7 @@ class Recurred:
 
     cov: Array  # (J, p, p) [A²] mean of squares at any time
     tiles: Array  # (J,) windows of it
-    y: Array  # (J, WAYS, LAST, p) [A] the latest last, signed as the reversal; NaN: not yet
+    y: Array  # (J, WAYS, LAST, LATE, p) [A] the latest last, signed as the reversal; NaN: none
     t: Array  # (J, WAYS, LAST) [s]
 
 
@@ -68,7 +68,7 @@ def at_first(joints: int) -> Recurred:
     """Nothing seen yet."""
     nan = partial(np.full, fill_value=np.nan)
     cov, shape = np.zeros((joints, PATTERN, PATTERN)), (joints, len(WAYS), LAST)
-    return Recurred(cov, np.zeros(joints), nan((*shape, PATTERN)), nan(shape))
+    return Recurred(cov, np.zeros(joints), nan((*shape, len(LATE), PATTERN)), nan(shape))
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,7 +96,7 @@ class Recurring:
         """
         found = list[Event]()
         state = self._any_time(state, rows, left, judged)
-        for w, of in enumerate((load, rows.v, rows.predicted)):
+        for w, of in enumerate((load, rows.v, rows.predicted, self._torque(rows, load))):
             x = self._slowly(rows, of)
             turned = np.zeros(x.shape, dtype=bool)
             turned[1:] = (x[1:] * x[:-1] < 0.0) & judged[1:]
@@ -106,14 +106,19 @@ class Recurring:
                 t0 = float(rows.t[row - 1] + share * (rows.t[row] - rows.t[row - 1]))
                 if t0 - state.t[j, w, -1] < SPAN:
                     continue
-                y = _window(rows, x[:, j], left[:, j], j, t0, self._least(state, j))
-                if y is None:
+                late = LATE if WAYS[w] in MODELLED else LATE[:1]
+                y = _windows(rows, x[:, j], left[:, j], j, t0 + late, self._least(state, j))
+                if not np.isfinite(y[0]).all():
                     continue
                 state = _with(state, j, w, y * np.sign(-before), t0)
                 known = told[j] or any(event.joint == j for event in found)
                 event = None if known else self._event(state, j, w, float(rows.t[-1]))
                 found += [event] if event else []
         return state, found
+
+    def _torque(self, rows: Rows, load: Array) -> Array:
+        """Of motors, with what turns their rotors and without friction, (N, J) [A]."""
+        return load / self.space.reference.drive.gain + rows.drive[:, ROTOR]
 
     def _slowly(self, rows: Rows, x: Array) -> Array:
         """Of rows x (N, J), what is no noise: means over SMOOTH."""
@@ -149,7 +154,9 @@ class Recurring:
         if known < KNOWN or len(y) < FEWEST:
             return None
         sound = self.rule.recurs**-2.0
-        each = _ratios(y, known * state.cov[j], known + PATTERN + 1.0, sound)
+        y, placed = aligned(y, state.cov[j])
+        each = ratios(y, known * state.cov[j], known + PATTERN + 1.0, sound)
+        each = each + placed[FEWEST - 1 :]
         evidence = float(logsumexp(each) - np.log(2.0 * len(WAYS) * self.space.joints))
         if evidence < self.needed:
             return None
@@ -223,6 +230,20 @@ def _means(x: Array, at: Index) -> Array:
     return np.asarray(np.add.reduceat(x[: at[-1]], at[:-1], axis=0) / many)
 
 
+def _windows(rows: Rows, x: Array, left: Array, j: int, places: Array, least: float) -> Array:
+    """What a reversal of x (N,) shows of joint j, at the first of these places [s] or another one.
+
+    Returns:
+        (LATE, p) [A]; NaN where nothing is shown.
+    """
+    y = np.full((len(LATE), PATTERN), np.nan)
+    for k, place in enumerate(places.tolist()):
+        one = _window(rows, x, left, j, place, least)
+        if one is not None:
+            y[k] = one
+    return y
+
+
 def _window(rows: Rows, x: Array, left: Array, j: int, t0: float, least: float) -> Array | None:
     """What a reversal of x (N,) at t0 shows of joint j, (p,) [A]; None where it is none.
 
@@ -277,27 +298,3 @@ def _apart(left: Array, *friction: Array, least: float = 0.0) -> Array:
         U = U[:, d > max(least, NOTHING * d[0])]
         left = left - U @ (U.T @ left)
     return np.asarray(left[KEPT])
-
-
-def _ratios(y: Array, Psi: Array, dof: float, sound: float) -> Array:
-    """Log of the likelihood ratios of the last FEWEST, FEWEST + 1, ... windows y (n, p) [nats].
-
-    Args:
-        Psi: scale of the inverse Wishart distribution of C, (p, p).
-        dof: its degrees of freedom.
-        sound: k of a sound joint.
-    """
-    n, p = np.arange(1.0, len(y) + 1.0)[:, None, None], y.shape[1]
-    latest = y[::-1]
-    mean = np.cumsum(latest, axis=0)[:, :, None] / n
-    square = mean * np.swapaxes(mean, 1, 2)
-    scatter = np.cumsum(latest[:, :, None] * latest[:, None, :], axis=0) - n * square
-
-    def marginal(k: float) -> Array:
-        """Log of what the windows' likelihood is, but for what all k share."""
-        inner = Psi + scatter + (k * n / (k + n)) * square
-        shrunk = 0.5 * p * np.log(k / (k + n[:, 0, 0]))
-        return np.asarray(shrunk - 0.5 * (dof + n[:, 0, 0]) * np.linalg.slogdet(inner)[1])
-
-    recurs = logsumexp([marginal(k) for k in RECURS], axis=0) - np.log(len(RECURS))
-    return np.asarray((recurs - marginal(sound))[FEWEST - 1 :])

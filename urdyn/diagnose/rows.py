@@ -22,7 +22,7 @@ from urdyn.model.friction import Contact, friction_torque
 from urdyn.types import Array, Mask, Motion
 
 OWN = ("f", "alpha", "beta", "z", "o", "rotor")  # states that move the current of their joint alone
-COULOMB, STRUCTURAL, HEALTH = (OWN.index(name) for name in ("f", "beta", "z"))
+COULOMB, STRUCTURAL, HEALTH, ROTOR = (OWN.index(name) for name in ("f", "beta", "z", "rotor"))
 SLIDING_DOUBT = 0.03  # [-] sd of the presliding state of a joint that slides; more where it creeps
 SMEARED = 0.15  # [-] of a row, by which kinematics that are estimated may be off
 
