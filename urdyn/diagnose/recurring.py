@@ -45,13 +45,13 @@ SPAN = BIN * AFTER  # [s] after a reversal
 PUSHED = 2.0 * BIN  # [s] before a reversal, that a push at it may be told to begin
 LAST = 32  # reversals that are remembered
 TILE = 0.1  # [s] from one window to the next, that any time is known by
-KNOWN, MOST = 20.0, 60.0  # windows apart that C is known by: fewer tell nothing; it may change
+KNOWN, MOST = 20.0, 120.0  # windows apart that C is known by: fewer tell nothing; it may change
 BRISK = 4  # bins at most in which a joint that turns over is slow
 NOTHING = 1e-9  # [-] of what friction may do, beside the most of it
 FADES = (0.02, 0.1)  # [rad/s] with which friction may fade otherwise than was thought
 PATTERN = KEPT.stop - KEPT.start  # p, bins of that
 WAYS = ("load", "velocity", "current", "torque")  # of what a reversal is one
-MODELLED = ("load", "current", "torque")  # of which only a model tells when they are
+MODELLED = ("load", "torque")  # of which only a model tells when they are
 
 
 @dataclass(frozen=True, eq=False)
