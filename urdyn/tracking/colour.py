@@ -112,6 +112,12 @@ def _passing(period: float) -> Array:
     return np.exp(-np.append(np.arange(ORDER + 1), _far(period)) * period / MEMORY)[:, None]
 
 
+@lru_cache(maxsize=8)
+def _keeping(period: float) -> Array:
+    """What of `lately` is left a sample later, k and k², (2, 1)."""
+    return np.asarray(_passing(period)[1] ** np.array([[1.0], [2.0]]))
+
+
 def _alike(noise: Noise, apart: int) -> Array:
     """Autocovariance of its quick part at every `apart`-th of its steps, (p + 1, J) [A²]."""
     ar = noise.ar
@@ -202,9 +208,11 @@ def _lately(before: Array, left: Array, period: float) -> Array:
 
     summed where there is a residual. The last factor, how much it tells, is 1 if none is missing.
     """
-    k, known = _passing(period)[1], np.isfinite(left)
-    more = np.where(known, np.stack([left, np.ones_like(left)]), 0.0)
-    return np.asarray([k, k**2] * before + (1.0 - k**2) * more)
+    keep, known = _keeping(period), np.isfinite(left)
+    lately = keep * before
+    lately[0] += (1.0 - keep[1]) * np.where(known, left, 0.0)
+    lately[1] += (1.0 - keep[1]) * known
+    return np.asarray(lately)
 
 
 def due(colour: Colour, period: float) -> bool:
@@ -274,9 +282,9 @@ def _chance(colour: Colour, period: float) -> Array:
 
     Their sum over MEMORY then has the power that quick noise has at low frequencies.
     """
-    count, k = np.minimum(colour.count, LEARN / period), _passing(period)[1]
+    count = np.minimum(colour.count, LEARN / period)
     quick = (colour.scale / (1.0 - colour.ar.sum(axis=1))) ** 2
-    return np.asarray(quick * np.sqrt((1.0 - k**2) / count))
+    return np.asarray(quick * np.sqrt((1.0 - _keeping(period)[1]) / count))
 
 
 def _predictor(T: Array, r: Array, white: Array) -> Array:
