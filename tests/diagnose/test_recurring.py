@@ -130,6 +130,20 @@ def test_a_jolt_of_a_joints_friction_that_recurs_is_play_of_that_joint(shop: Sho
     assert not shop.disturbed(log, j, np.zeros(len(log.t))).findings
 
 
+@pytest.mark.parametrize(("share", "told"), [(0.01, False), (0.3, True)])
+def test_no_model_is_as_fine_as_a_recording_that_was_smoothed(
+    shop: Shop, share: float, told: bool
+) -> None:
+    """It has next to no noise, beside which all that a model is off by would pass for play."""
+    j, log, drive = 0, shop.log(seconds=40.0), shop.fit.dynamics.drive
+    current = shop.fit.dynamics.current(shop.motion(log)[0])
+    current += 1e-4 * np.random.default_rng(2).standard_normal(current.shape)
+    jolts = _jolts(log, log.joint("actual_qd")[:, j], _blow)
+    current[:, j] += share * drive.coulomb[j] / drive.gain[j] * jolts
+    found = diagnose(shop.fit, with_current(log, current)).findings
+    assert [(f.kind, f.joint) for f in found] == [("joint_backlash", j)] * told
+
+
 @pytest.mark.parametrize("speed", [0.02, 0.05, 0.1, 0.2])
 @pytest.mark.parametrize("acceleration", [0.5, 2.0, 6.0])
 def test_friction_that_fades_with_speed_otherwise_is_no_play(speed: float, acceleration: float):

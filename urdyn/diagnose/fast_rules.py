@@ -61,6 +61,7 @@ class BacklashRule:
     promise: float  # reversals of load to a false alarm, over all joints
     enough: float  # reversals before a gap is told
     recurs: float  # [-] of the scatter, sd of what recurs where there is no play
+    foreseen: float  # [-] of Coulomb friction, to which at best a current is foreseen
     warning: float  # [rad] half a gap
     critical: float
     quantity: str

@@ -127,7 +127,13 @@ class Recurring:
 
     def _least(self, state: Recurred, j: int) -> float:
         """As loud as what a sound joint's windows have in common anyway [A]."""
-        return float(self.rule.recurs * np.sqrt(np.trace(state.cov[j]) / PATTERN))
+        return float(self.rule.recurs * np.sqrt(np.trace(self._scatter(state, j)) / PATTERN))
+
+    def _scatter(self, state: Recurred, j: int) -> Array:
+        """C of joint j (p, p) [A²], of a recording without noise no less than models are off by."""
+        drive = self.space.reference.drive
+        off = self.rule.foreseen * drive.coulomb[j] / drive.gain[j]
+        return np.asarray(state.cov[j] + off**2 * np.eye(PATTERN))
 
     def _any_time(self, state: Recurred, rows: Rows, left: Array, judged: Mask) -> Recurred:
         """With windows at any time, of joints that move through them."""
@@ -154,8 +160,9 @@ class Recurring:
         if known < KNOWN or len(y) < FEWEST:
             return None
         sound = self.rule.recurs**-2.0
-        y, placed = aligned(y, state.cov[j])
-        each = ratios(y, known * state.cov[j], known + PATTERN + 1.0, sound)
+        cov = self._scatter(state, j)
+        y, placed = aligned(y, cov)
+        each = ratios(y, known * cov, known + PATTERN + 1.0, sound)
         each = each + placed[FEWEST - 1 :]
         evidence = float(logsumexp(each) - np.log(2.0 * len(WAYS) * self.space.joints))
         if evidence < self.needed:
