@@ -153,3 +153,12 @@ def test_a_sensor_that_was_stuck_and_tells_more_since_is_well(shop: Shop) -> Non
     [found] = diagnose(shop.fit, with_current(log, current))
     assert found.severity == "warning" and "was stuck" in found.text
     assert found.onset_s == pytest.approx(log.t[begin], abs=0.02)
+
+
+def test_a_loop_that_rang_for_long_and_is_silent_leaves_no_noisy_sensor(shop: Shop) -> None:
+    """As long as it rang, its current was rough; nobody adds that up for when it is over."""
+    log = shop.log(seconds=26.0)
+    age = log.t - log.t[0] - 4.0
+    swing = 6.0 * np.sin(2.0 * np.pi * 19.4 * age) * ((age > 0.0) & (age < 9.0))
+    found = shop.disturbed(log, 4, swing)
+    assert [(f.kind, f.joint) for f in found] == [("controller_instability", 4)]

@@ -142,11 +142,12 @@ class SensorHealth:
         rough = signs.rough(state.rough, left) if self.period < COARSE else state.rough
         over = signs.noisier(rough / self.space.noise) / self.rule.noisy
         weight = np.clip(over**2 - 1.0, -FADES, 1.0)  # a joint that rattles is a little over
-        loud = np.maximum(state.loud + weight * len(rows) * self.period, 0.0)
+        lasted = np.maximum(state.loud + weight * len(rows) * self.period, 0.0)
+        loud = np.where(ringing, 0.0, lasted)
         began = (state.loud > 0.0) | (rough > UNSTEADY * self.space.noise)
         grew = np.where(began, state.grew, rows.t[-1])
         state = replace(state, left=left[-signs.ENOUGH :], rough=rough, loud=loud, grew=grew)
-        noisy = (loud >= self.rule.lasting) & ~ringing
+        noisy = loud >= self.rule.lasting
         erratic = torn.any(axis=0) & (state.torn > OFTEN) & ~self.unsteady(state)
         now = float(rows.t[-1])
         ill = np.where(np.vstack([shown, noisy, erratic]), now, state.ill)
