@@ -294,3 +294,49 @@ def test_a_push_is_none_the_less_for_a_piece_that_it_was_taken_for(
     precision = weight * tool.T @ tool + np.diag(ANYTHING**-2.0)
     piece = np.linalg.solve(precision, weight * tool.T @ felt)  # as a moment would have it
     assert [again.joint for again in told(piece)] == [event.joint]
+
+
+def test_who_took_friction_for_a_push_is_not_deaf_to_one(shop: Shop, where: Space) -> None:
+    """A joint is held by more, and goes: it told nothing, and what comes then begins for itself."""
+    n, arm, drive = 125, shop.dynamics.arm, shop.dynamics.drive
+    x = Polynomial([0.0, 0.0, 0.0, 10.0, -15.0, 6.0])(np.linspace(0.0, 1.0, 2 * n))
+    way = np.concatenate([np.zeros(2 * n), x, np.ones(n)])
+    q = Q + np.outer(way, np.array([0.5, 0.4, -0.5, 0.8, -0.6, 1.0]))
+    v = np.gradient(q, 1.0 / n, axis=0)
+    go = Trajectory(np.arange(len(q)) / n, q, v, np.gradient(v, 1.0 / n, axis=0))
+    rng, lived = np.random.default_rng(3), happening(shop.dynamics, Work(go), (), False)
+    log = observe(shop.dynamics, go, typical_sensors(arm), rng, lived)
+    t = log.t - log.t[0]
+    held = 1.5 * drive.coulomb * (np.abs(t - 2.0) < 0.12)[:, None]
+    course = np.where((t > 2.7) & (t < 2.95), 1.0, 0.0)
+    torque = np.array([-_lever(where, at, 3, 0.5).T @ FORCE for at in q])
+    current = log.joint("actual_current") + (held + course[:, None] * torque) / drive.gain
+    motion, s, moved = shop.motion(with_current(log, current))
+    alone, sound, events = Collision(where, read_rules().fast.collision), np.zeros(6, bool), []
+    state, took, deaf = alone.init(), False, False
+    for at in range(0, len(motion) - 30, 30):
+        part = slice(at, at + 30)
+        beat = rows(where, motion.slice(at, at + 30), s[part], moved[part], unfelt(6))
+        state, more = alone.step(state, beat, NOTHING, sound)
+        events += more
+        end = beat.t[-1] - log.t[0]
+        took |= state.going and end < 2.25
+        deaf |= state.going and 2.4 < end < 2.7
+    assert took and not deaf
+    [event] = events
+    assert abs(event.onset - log.t[0] - 2.7) < event.within < 0.2
+    assert np.allclose(event.evidence["force_N"], FORCE, atol=0.2 * np.linalg.norm(FORCE))
+
+
+@pytest.mark.parametrize("rises", [0.02, 0.6])
+def test_a_push_that_rises_slowly_began_before_it_was_loud(shop: Shop, rises: float) -> None:
+    log = shop.log(seconds=6.0)
+    t, drive, arm = log.t - log.t[0], shop.dynamics.drive, shop.dynamics.arm
+    course = np.clip((t - 4.0) / rises, 0.0, 1.0) * (t < 4.8)
+    q = log.joint("actual_q")
+    lever = np.array([arm.jacobian(at, arm.link_names[4])[:3] for at in q])
+    torque = course[:, None] * np.einsum("nij,i->nj", lever, FORCE)
+    current = log.joint("actual_current") - torque / drive.gain
+    [found] = diagnose(shop.fit, with_current(log, current))
+    begin, end = np.array(found.onset_interval_s) - log.t[0]
+    assert found.kind == "collision" and begin < 4.0 < end < begin + 0.7

@@ -41,6 +41,7 @@ CORRELATED = 0.3  # [-] share of the noise that a bin's mean does not lose
 # [s] that a joint goes on being slow before it stands, and until then it may be held by less and
 # less; as long before it begins to move, it may be held by more. One that moves turns as it does.
 SETTLES, TURNS = 0.4, 0.12
+SLOWLY = 0.5  # [s] that a push may take to be loud, at most
 LATE = 0.4  # [-] of a bin by which a prediction may be early or late
 
 
@@ -60,6 +61,7 @@ class Quiet:
     carried: Array  # (10,) what was taken to be at the tool
     unheard: Mask  # (J,) joints whose current nobody knew in the last bin
     seen: int = 0  # quiet bins
+    still: float = -np.inf  # [s] end of the last bin in which nothing was felt
     calm: int = 0  # quiet bins since the last loud one
     bins: tuple[Bin, ...] = ()  # of what happens
     loads: Array = field(default_factory=partial(np.zeros, (0, 10)))  # known when that began
@@ -136,7 +138,8 @@ class Collision:
         usual, doubt = self._usual(state, rows), self._doubt(state, rows, aimed) + late
         noise = np.where(ill, np.inf, np.sqrt(usual))
         since = state.bins[-1].t if state.going else np.inf
-        state = replace(_doubted(state, since, late=late), asked=aimed, unheard=ill)
+        state = _disproved(_doubted(state, since, late=late))
+        state = replace(state, asked=aimed, unheard=ill)
         slack = state.slack + grip * creep.grown(drive)
         felt, bare = np.nan_to_num([rho - borne - state.base, rho - state.bare])
         seen = Bin(
@@ -151,7 +154,9 @@ class Collision:
             tool=tool,
             carried=state.carried,
         )
-        if not state.going and sizes((seen,))[0] < LOUD:
+        size = sizes((seen,))[0]
+        if not state.going and size < LOUD:
+            state = replace(state, still=seen.t + BIN) if size < NOTHING else state
             return _learnt(state, seen, usual + doubt**2, aimed), None
         return self._judge(state, seen, carried, ill)
 
@@ -226,6 +231,7 @@ class Collision:
             event = None
             if state.seen > CALM:
                 event = self.pushed.event(state.bins, state.calm, state.loads, ill)
+                event = event and _begun(event, state.still)
             state = replace(state, bare=state.base + seen.tool @ seen.carried)
             return replace(state, carried=seen.carried, calm=0, bins=()), event
         if seen.t - state.bins[0].t > self.rule.longest:
@@ -297,6 +303,27 @@ def _gone(then: tuple[Bin, ...], seen: Bin) -> bool:
     apart = beyond(seen.felt - loud, seen.slack)
     still = np.median(np.sum((apart / seen.sd) ** 2, axis=1))
     return bool(sizes((seen,))[0] + CLEAR < still)
+
+
+def _disproved(state: Quiet) -> Quiet:
+    """Without what was loud until more was known: who waits for its end is deaf meanwhile."""
+    if not state.going:
+        return state
+    size = sizes(state.bins)
+    first = int(np.argmax(np.append(size, LOUD) >= LOUD))
+    nothing = (b.t + BIN for b, of in zip(state.bins[:first], size, strict=False) if of < NOTHING)
+    bins, still = state.bins[first:], max(state.still, *nothing, -np.inf)
+    return replace(state, calm=state.calm if bins else 0, bins=bins, still=still)
+
+
+def _begun(event: Event, still: float) -> Event:
+    """A push that may have begun as soon as nothing was felt last: what rises slowly is loud late.
+
+    Args:
+        still: when that was [s].
+    """
+    half = 0.5 * min(max(event.onset - still, 0.0), SLOWLY)
+    return replace(event, onset=event.onset - half, within=event.within + half)
 
 
 def _doubted(
