@@ -54,6 +54,23 @@ def test_a_swing_has_its_frequency_at_the_steps_of_its_recorder(
     assert np.isclose(line.frequency, frequency, atol=0.1)
 
 
+@pytest.mark.parametrize(("sways", "told"), [(0.04, 4.5), (0.004, 13.5)])
+def test_a_swing_below_the_band_is_told_by_what_friction_makes_of_it_as_what_it_is(
+    shop: Shop, sways: float, told: float
+) -> None:
+    """Friction turns over with the joint and makes a line; one that hardly sways rings at that."""
+    ear = Oscillation(space(shop.fit), 0.01, read_rules().fast.controller_instability)
+    sound = 0.002 * np.random.default_rng(24).standard_normal((3, 90, 6))
+    usual, lines = ear.search.look(ear.init().usual[0], 0.9, T, sound)
+    assert not lines
+    slow, third = (np.sin(2.0 * np.pi * of * T) for of in (4.5, 13.5))
+    rings = sound.copy()
+    rings[..., 2] += np.array([third, 2.0 * slow + third, sways * slow + 0.008 * third])
+    [line] = ear.search.look(usual, 0.9, T, rings)[1]
+    assert line.joint == 2 and np.isclose(line.frequency, told, atol=0.1)
+    assert np.allclose(line.sizes, 2.0 if told < 5.0 else 1.0, atol=0.3)
+
+
 def test_noise_is_blamed_for_what_it_does_to_a_quarter_and_for_no_more(shop: Shop) -> None:
     """A swing that fades by a third passes beside noise that does as much, and not beside less."""
     ear = Oscillation(space(shop.fit), 0.002, read_rules().fast.controller_instability)

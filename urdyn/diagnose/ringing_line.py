@@ -9,7 +9,7 @@ motion has lines at its multiples.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -47,6 +47,8 @@ FADED = 0.85  # [-] of its amplitude that a line has to keep
 SEEN = 0.2  # [-] of its amplitude that noise may be blamed for: less is not seen in a quarter
 COHERENT = 0.8  # [-] of its amplitude that is left over the whole: it keeps its phase
 APART = 0.5  # [-] of its amplitude that is left beside what follows a motor's angle
+ODD = 3, 5  # multiples of a swing that friction makes as it turns over
+ROOT = 0.15  # [-] of a bin by which such a swing may be off its multiple's share
 BAND = 0.06  # [-] about the gear's lines that does not count
 NEAR = 1.0  # [Hz] that the same line may differ by: what a gear makes moves with its speed
 STEADY = 0.2  # [-] of its speed by which a joint that makes a line may vary it
@@ -95,7 +97,8 @@ class LineSearch:
         after = _learnt(before, whole, ringing, window, float(t[-1]))
         out = ratio[TORQUES].max(axis=0)
         each = _together(seen)
-        return after, [self._loudest(same, seen, t, signals, f=f, ratio=out) for same in each]
+        lines = [self._loudest(same, seen, t, signals, f=f, ratio=out) for same in each]
+        return after, [self._root(line, t, signals) for line in lines]
 
     def _frequencies(self, t: Array) -> Array:
         """Of a window's spectrum, (F,) [Hz]: as many in each, of rows as far apart as here.
@@ -218,6 +221,23 @@ class LineSearch:
         frequency = refined(torque[:, loudest], t, f[at], f[1])
         sizes = course(torque[:, loudest], t, frequency)
         return Line(loudest, frequency, clearest.ratio, sizes)
+
+    def _root(self, line: Line, t: Array, signals: Array) -> Line:
+        """The swing below all lines of which this one is an odd multiple, where it is one.
+
+        Friction turns over with its joint, and makes them of a swing that is too slow for a line:
+        the joint swings at that in earnest, and faster than at the multiple.
+        """
+        v, torque = signals[SPEED, :, line.joint], signals[TORQUE, :, line.joint]
+        width, speed = 1.0 / float(t[-1] - t[0]), amplitude(v, t, line.frequency)
+        for order in ODD:
+            frequency = refined(v, t, line.frequency / order, ROOT * width)
+            if not 2.0 * width < frequency < self.rule.lowest + width:
+                continue
+            whole, sizes = amplitude(v, t, frequency), course(torque, t, frequency)
+            if whole > order * speed and _lasts(course(v, t, frequency), whole, 0.0):
+                return replace(line, frequency=frequency, sizes=sizes)
+        return line
 
     def _allowed(self, f: Array, v: Array) -> Mask:
         """Frequencies that neither the motion nor the gear makes, (F, J)."""
