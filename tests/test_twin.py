@@ -209,6 +209,8 @@ def of_parameter(name: str, column: str = "value") -> str:
         (r"\nscale = .*()", "", "has no scale"),
         (r"\nsd = \[.*()", "", "has no sd"),
         (r"\ntime_offset = .*()", "", "has no time_offset"),
+        (r"(\n)sd(?= = [^\[])", "sdd", "has no sd;"),
+        (r"(\nname = \")ur5e", "ur10e", "the published masses in it are those of ur5e"),
         (r"(elbow_joint\.)viscous", "vicious", "has no elbow_joint.viscous"),
         *((of_parameter(x), "-5.0", f"{x} is not above 0") for x in ABOVE_ZERO),
         *((of_parameter(x), "0", f"{x} is not above 0") for x in ABOVE_ZERO),

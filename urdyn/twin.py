@@ -20,12 +20,15 @@ from urdyn.model.body import BODY, about_frame, tensor
 from urdyn.model.consistency import is_consistent
 from urdyn.model.drive import LINEAR, SHAPE, Drive
 from urdyn.model.dynamics import Dynamics
+from urdyn.model.library import names
 from urdyn.model.population import OPTIONAL
 from urdyn.types import Array, Gaussian, Parameters, Source
 from urdyn.version import __version__
 
 FORMAT = 1
+COLUMNS = ("name", "value", "sd", "unit", "prior", "prior_sd")  # of a parameter
 HUGE = 1e100  # from which on products of a few numbers are beyond all
+PUBLISHED = 0.01  # [-] that a mass may be published anew by; those of other arms are further off
 SKEW = 1.0  # [s] recorders skew their streams by less, by far
 # What of a drive is above 0, and what may be 0 and not below.
 ABOVE_ZERO = ("gain", "coulomb", "presliding_distance", "stribeck_velocity")
@@ -87,7 +90,6 @@ def document(fit: Fit) -> dict[str, Any]:
     arm, noise = fit.dynamics.arm, fit.noise
     table = fit.parameters
     rows = zip(table.names, table.values, fit.sd, table.units, fit.prior, fit.prior_sd, strict=True)
-    keys = ("name", "value", "sd", "unit", "prior", "prior_sd")
     tool = {"tool": {"inertials": fit.dynamics.payload}} if fit.tool_known else {}
     return {
         "urdyn": {"version": __version__, "format": FORMAT},
@@ -96,7 +98,7 @@ def document(fit: Fit) -> dict[str, Any]:
         **tool,
         "data": {"samples": fit.n_samples, "rank": fit.rank, "columns": fit.n_parameters},
         "log": [_log(source) for source in fit.sources],
-        "parameter": [dict(zip(keys, row, strict=True)) for row in rows],
+        "parameter": [dict(zip(COLUMNS, row, strict=True)) for row in rows],
         "model": {
             "time_offset": fit.dynamics.drive.time_offset,
             "friction_lead": fit.dynamics.drive.friction_lead,
@@ -163,6 +165,21 @@ def _faults(fit: Fit) -> Iterator[str]:
     solid = [body for body in borne if body.any()]
     if not is_consistent(np.array([*fit.dynamics.inertials, *solid])).all():
         yield "no solid body has these masses"
+    yield from _renamed(fit)
+
+
+def _renamed(fit: Fit) -> Iterator[str]:
+    """Whether somebody gave it another arm's name: the published masses stand in it, too."""
+    arm, said = fit.dynamics.arm, dict(zip(fit.parameters.names, fit.prior, strict=True))
+    told = np.array([said[f"{link}.mass"] for link in arm.link_names])
+
+    def are_of(other: Arm) -> bool:
+        due = other.inertials[:, 0]
+        return len(due) == len(told) and bool((np.abs(told - due) < PUBLISHED * due).all())
+
+    if not are_of(arm):
+        whose = next((name for name in names() if are_of(load_arm(name))), "another arm")
+        yield f"it is named {arm.name}, and the published masses in it are those of {whose}"
 
 
 def _beneath(fit: Fit) -> Iterator[str]:
@@ -186,7 +203,7 @@ def _beneath(fit: Fit) -> Iterator[str]:
 def _read(tables: dict[str, Any]) -> Fit:
     robot, rows, noise = tables["robot"], tables["parameter"], tables["noise"]
     arm = read_arm(robot["urdf"], robot["name"]) if "urdf" in robot else load_arm(robot["name"])
-    column = {key: [row[key] for row in rows] for key in rows[0]}
+    column = {key: [row[key] for row in rows] for key in COLUMNS}
     parameters = Parameters(_numbers(column, "value"), tuple(column["name"]), tuple(column["unit"]))
     belief, data = tables["belief"], tables["data"]
     tool = _numbers(tables["tool"], "inertials") if "tool" in tables else np.zeros(10)
