@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -13,8 +14,10 @@ import pyarrow.parquet as pq
 import pytest
 from tracked import diagnosed, growing
 
+from urdyn.diagnose.document import findings_document
+from urdyn.faults.decision import Costs
 from urdyn.report.fleet.gather import gather, names, told
-from urdyn.report.fleet.page import fleet_page, headline
+from urdyn.report.fleet.page import fleet_page, headline, sentence
 
 HOSTILE = "<img src=x onerror=alert(1)>"
 JOINTS = ("shoulder_joint", "elbow_joint")
@@ -158,6 +161,24 @@ def test_what_is_to_be_serviced_now_comes_before_a_greater_severity(tmp_path):
     (due / "findings.json").write_text(json.dumps(said))
     worn = robot(tmp_path / "worn", findings=[finding("critical")])
     assert [r.name for r in gather([worn, due], NOW, DAY).robots] == ["due", "worn"]
+
+
+@pytest.mark.parametrize("doubtful", [False, True])
+def test_half_an_arm_that_was_ill_before_the_run_is_sent_to_no_service(tmp_path, doubtful):
+    ill = [
+        replace(growing(joint=j, name=JOINTS[j]), severity="critical", older=j < doubtful)
+        for j in range(len(JOINTS))
+    ]
+    said = findings_document(ill, JOINTS, [True] * len(JOINTS), [], {}, {}, Costs())
+    assert said["recommendation"]["advice"] == "now" and ("doubt" in said) == doubtful
+    folder = robot(tmp_path / "cell-7", findings=[])
+    (folder / "findings.json").write_text(json.dumps(said))
+    fleet = gather([folder], NOW, DAY)
+    assert fleet.robots[0].state == ("doubted" if doubtful else "service_now")
+    assert ("to be serviced" not in headline(fleet)) == doubtful
+    assert (">service now<" not in shown([folder])) == doubtful
+    assert sentence(fleet.robots[0]).startswith("1 of 2 joints are far from this") == doubtful
+    assert ("doubt" in told(fleet)["robots"][0]) == doubtful
 
 
 def test_health_that_is_lost_is_said_to_be_lost(tmp_path):

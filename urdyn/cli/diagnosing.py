@@ -21,18 +21,6 @@ if TYPE_CHECKING:
 FAILED = 3  # exit status where a finding is to fail the run
 # Of a joint with one of these no drive can make the currents.
 MISLEADING = ("sensor_fault", "controller_instability")
-ANOTHER = (
-    "current sensors of {} of {} joints do not fail at once: this is not this arm's twin, or "
-    "currents are not in A; see to that before anything below"
-)
-FROM_THE_FIRST = (
-    "{} of {} joints are far from this twin from the first sample on: it is another arm's, or out "
-    "of date, or currents are not in A; see to that before anything below"
-)
-LOSSY = (
-    "sensors of {} of {} joints do not fall silent at once: the stream has lost what they told; "
-    "see to the recorder and the network before anything below"
-)
 
 NoDiagnosis = Annotated[bool, typer.Option("--no-diagnosis", help="Follow only, look for nothing.")]
 RulesFile = Annotated[
@@ -97,8 +85,11 @@ def undiagnosed(out: Path) -> None:
 
 def doubted(summary: dict[str, Any]) -> dict[str, Any]:
     """A run whose currents were hardly this arm's, for a while or throughout: that goes first."""
-    doubt, advice = _another(summary), summary.get("recommendation")
-    if lossy := _lossy(summary):
+    from urdyn.diagnose.doubt import another, lost
+
+    found, joints = summary.get("findings", ()), len(summary["quality"]["compared"])
+    doubt, advice = another(found, joints), summary.get("recommendation")
+    if lossy := lost(found, joints):
         return summary | {"doubt": lossy}
     if not doubt and (not advice or not summary["quality"]["restarts"]):
         return summary
@@ -108,34 +99,6 @@ def doubted(summary: dict[str, Any]) -> dict[str, Any]:
         first = "make sure that this is this arm's twin before anything else; then "
         told["recommendation"] = advice | {"text": first + advice["text"]}
     return summary | told
-
-
-def _another(summary: dict[str, Any]) -> str:
-    """What to make of most joints that fail at once; "" where they do not."""
-    return _of_most(ANOTHER, summary, silent=False) or _from_the_first(summary)
-
-
-def _from_the_first(summary: dict[str, Any]) -> str:
-    """What to make of joints, half of them at least, that were past every level all along."""
-    all_along = (f for f in summary.get("findings", ()) if f.get("older"))
-    ill = {f["joint"] for f in all_along if f["severity"] == "critical"}
-    joints = len(summary["quality"]["compared"]) if ill else 0
-    return FROM_THE_FIRST.format(len(ill), joints) if ill and 2 * len(ill) >= joints else ""
-
-
-def _lossy(summary: dict[str, Any]) -> str:
-    """The same of sensors that fall silent."""
-    return _of_most(LOSSY, summary, silent=True)
-
-
-def _of_most(said: str, summary: dict[str, Any], silent: bool) -> str:
-    """What is said of sensors of most joints that are, or are not, silent; "" of fewer."""
-    from urdyn.diagnose import lossy
-
-    faults = (f for f in summary.get("findings", ()) if f["kind"] == "sensor_fault")
-    ill = {f["joint"] for f in faults if lossy.silent(f["kind"], f.get("evidence", {})) is silent}
-    joints = len(summary["quality"]["compared"]) if ill else 0
-    return said.format(len(ill), joints) if 2 * len(ill) > joints else ""
 
 
 def summed(summary: dict[str, Any]) -> str:

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from urdyn.diagnose.doubt import doubt
 from urdyn.diagnose.finding import Finding
 from urdyn.diagnose.recommend import arm_health, health, recommendation
 from urdyn.diagnose.trust import PASSING
@@ -23,18 +24,22 @@ def findings_document(
     source: Mapping[str, str],
     costs: Costs,
 ) -> dict[str, Any]:
-    """All findings and what to do, with the version and the hashes of what they were made of.
+    """All findings, what speaks against them all, and what to do.
+
+    With the version and the hashes of what they were made of.
 
     Args:
         judged: of the joints, whether enough was compared to find anything in them.
     """
     heard = dict(zip(joints, judged, strict=True))
-    rows = health(findings, joints, costs)
+    rows, told = health(findings, joints, costs), [_finite(f.plain()) for f in findings]
+    why = doubt(told, len(joints))
     origin = {"twin.sha256": identity.get("twin", ""), "rules": identity.get("rules", "")}
     return {
         "urdyn": __version__,
         "provenance": origin | dict(source),
-        "findings": [_finite(finding.plain()) for finding in findings],
+        **({"doubt": why} if why else {}),
+        "findings": told,
         "arm": _finite(_arm(rows, costs, judged, findings)),
         "joints": [_finite(row | {"judged": heard[row["name"]]}) for row in rows],
         "recommendation": _finite(recommendation(findings, costs, heard)),

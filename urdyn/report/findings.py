@@ -32,6 +32,7 @@ class Found:
     unjudged: tuple[str, ...]  # joints that it saw too little of
     arm: Arm | None  # health index of the whole arm; None: an older version's file
     due: str  # "now" or "later", when the finding to be serviced first is; "": known, or none is
+    doubt: str  # what speaks against all of them; "": nothing
 
 
 def read_findings(folder: Path, joints: Sequence[str]) -> Found | None:
@@ -48,7 +49,8 @@ def read_findings(folder: Path, joints: Sequence[str]) -> Found | None:
         whole = document if isinstance(document, dict) else {"findings": document}
         entries = ranked([_whole(entry, joints) for entry in whole["findings"]])
         unseen = tuple(unjudged(whole.get("joints", ())))
-        return Found(tuple(entries), unseen, _arm(whole), _due(whole))
+        doubt = str(whole.get("doubt", ""))
+        return Found(tuple(entries), unseen, _arm(whole), _due(whole), doubt)
     except OSError as error:
         raise InputError(f"its {FINDINGS} cannot be read: {error.strerror}") from error
     except DAMAGE as error:

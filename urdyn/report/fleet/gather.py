@@ -23,7 +23,7 @@ from urdyn.report.track.surprise import MISSES
 SHOWN = ("coulomb", "health")  # of every joint
 # Most urgent first.
 STATES = (
-    "service_now", "critical", "service_later", "warning", "found", "acknowledged",
+    "service_now", "critical", "doubted", "service_later", "warning", "found", "acknowledged",
     "changed", "surprised", "unjudged", "steady",
 )  # fmt: skip
 POINTS = 160  # of a line that is as long as a word
@@ -44,6 +44,7 @@ class Robot:
     findings: tuple[Entry, ...] | None  # None: nobody has diagnosed it
     arm: Arm | None  # how surely it lasts, of a diagnosis that says so
     due: str  # "now" or "later", when its diagnosis recommends a service; "" where it does not
+    doubt: str  # what speaks against all that its diagnosis found; "": nothing
     judged: bool  # something was compared, and enough for a diagnosis if there is one
     written: float  # [s] since 1970, when something last was
     age: float  # [s] since then
@@ -71,7 +72,7 @@ class Robot:
     def state(self) -> str:
         """One of STATES."""
         if self.findings:
-            return _state(self.findings, self.due)
+            return _state(self.findings, self.due, bool(self.doubt))
         if self.moved:
             return "changed"
         if not self.judged:
@@ -159,6 +160,7 @@ def _robot(folder: Path, name: str, now: float, stale: float) -> Robot:
         told.findings if told else None,
         told.arm if told else None,
         told.due if told else "",
+        told.doubt if told else "",
         bool(np.isfinite(run.surprise)) and not set(run.joints) <= set(unjudged),
         run.written,
         age,
@@ -168,11 +170,17 @@ def _robot(folder: Path, name: str, now: float, stale: float) -> Robot:
     )
 
 
-def _state(findings: Sequence[Entry], due: str) -> str:
-    """Of a robot with findings, most urgent first: what its own page recommends goes first."""
+def _state(findings: Sequence[Entry], due: str, doubted: bool) -> str:
+    """Of a robot with findings, most urgent first: what its own page recommends goes first.
+
+    Where that is to see to its twin, or its stream, nothing is known of the arm.
+    """
+    known = all(f["acknowledged"] for f in findings)
+    if doubted and not known:
+        return "doubted"
     worst = findings[0]
     severity = str(worst["severity"]) if gravity(worst) > RANKS["notice"] else "found"
-    if severity == "found" and all(f["acknowledged"] for f in findings):
+    if severity == "found" and known:
         severity = "acknowledged"
     return min(severity, f"service_{due}" if due else severity, key=STATES.index)
 
@@ -209,6 +217,7 @@ def _told(robot: Robot) -> dict[str, Any]:
         "surprise": plain(surprise),
         "health_index": robot.arm and robot.arm["health_index"],
         "horizon_h": robot.arm and robot.arm["horizon_h"],
+        **({"doubt": robot.doubt} if robot.doubt else {}),
         "findings": None if robot.findings is None else [as_told(f) for f in robot.findings],
         "joints": [
             {

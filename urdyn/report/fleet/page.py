@@ -28,6 +28,7 @@ LABEL = {"coulomb": "friction", "health": "health"}
 WORDS = {
     "service_now": "to be serviced now",
     "critical": "critical",
+    "doubted": "whose twin or stream is to be seen to first",
     "service_later": "to be planned for",
     "warning": "with a warning",
     "found": "with a finding",
@@ -39,6 +40,7 @@ WORDS = {
 }
 BADGE = {
     "service_now": "service now",
+    "doubted": "doubtful",
     "service_later": "to be planned",
     "surprised": "not understood",
     "unjudged": "not judged",
@@ -113,7 +115,8 @@ def sentence(robot: Robot) -> str:
         rest = len(robot.findings) - MOST
         more = f"; and {rest} more" if rest > 0 else ""
         said = ". ".join(map(capital, told))
-        return f"{said}{more}."
+        doubt = f"{capital(robot.doubt)}: " if robot.doubt else ""
+        return f"{doubt}{said}{more}."
     if robot.state == "unjudged":
         return "Too little was compared with its model: nothing can be said of it."
     if not robot.moved:

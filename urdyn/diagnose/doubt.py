@@ -1,0 +1,54 @@
+"""What speaks against all findings of a run: joints do not fall ill together.
+
+Findings are mappings here, as `Finding.plain` gives them and findings.json has them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from typing import Any
+
+from urdyn.diagnose.lossy import silent
+
+ANOTHER = (
+    "current sensors of {} of {} joints do not fail at once: this is not this arm's twin, or "
+    "currents are not in A; see to that before anything below"
+)
+FROM_THE_FIRST = (
+    "{} of {} joints are far from this twin from the first sample on: it is another arm's, or out "
+    "of date, or currents are not in A; see to that before anything below"
+)
+LOSSY = (
+    "sensors of {} of {} joints do not fall silent at once: the stream has lost what they told; "
+    "see to the recorder and the network before anything below"
+)
+
+Findings = Collection[Mapping[str, Any]]
+
+
+def doubt(findings: Findings, joints: int) -> str:
+    """What to see to before any of these; "" where nothing is."""
+    return lost(findings, joints) or another(findings, joints)
+
+
+def lost(findings: Findings, joints: int) -> str:
+    """What to make of sensors of most joints that fall silent; "" where they do not."""
+    return _of_most(LOSSY, findings, joints, silently=True)
+
+
+def another(findings: Findings, joints: int) -> str:
+    """What to make of most joints that fail at once; "" where they do not."""
+    return _of_most(ANOTHER, findings, joints, silently=False) or _from_the_first(findings, joints)
+
+
+def _from_the_first(findings: Findings, joints: int) -> str:
+    """What to make of joints, half of them at least, that were past every level all along."""
+    ill = {f["joint"] for f in findings if f.get("older") and f["severity"] == "critical"}
+    return FROM_THE_FIRST.format(len(ill), joints) if ill and 2 * len(ill) >= joints else ""
+
+
+def _of_most(said: str, findings: Findings, joints: int, silently: bool) -> str:
+    """What is said of sensors of most joints that are, or are not, silent; "" of fewer."""
+    faults = (f for f in findings if f["kind"] == "sensor_fault")
+    ill = {f["joint"] for f in faults if silent(f["kind"], f.get("evidence", {})) is silently}
+    return said.format(len(ill), joints) if 2 * len(ill) > joints else ""
