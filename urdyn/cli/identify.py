@@ -110,7 +110,8 @@ def _run(campaign: Campaign, voice: Voice) -> None:
     voice.note(*outcome.defects)
     voice.show(identify_table(fit), INFORMED, validate_table(scores, fit), verdict(fit, scores))
     told = remark(campaign.tool, outcome.setting)
-    voice.note(*doubted, *_remarks(campaign), *filter(None, [told]))
+    voice.doubt(*doubted)
+    voice.note(*_remarks(campaign), *filter(None, [told]))
     voice.note(f"written to {campaign.out}: {', '.join(FILES)}")
     voice.result(identified(fit, outcome.wall) | ({"doubts": doubted} if doubted else {}))
 

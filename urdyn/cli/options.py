@@ -53,5 +53,7 @@ Page = Annotated[
 Json = Annotated[
     bool, typer.Option("--json", help="Print one JSON object on standard output, nothing else.")
 ]
-Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print errors only.")]
+Quiet = Annotated[
+    bool, typer.Option("--quiet", "-q", help="Print errors, and doubts of the result, only.")
+]
 Logs = Annotated[list[Path], typer.Argument(metavar="LOG", show_default=False)]

@@ -165,6 +165,8 @@ def _tell(summary: dict[str, Any], voice: Voice) -> None:
 
     voice.show(verdict(summary))
     voice.show(summed(summary))
+    if voice.quiet and "doubt" in summary:
+        voice.doubt(summary["doubt"])
     voice.result(summary)
 
 

@@ -6,7 +6,7 @@ import json
 import sys
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, nullcontext
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, TextIO
 
 from rich.console import Console, RenderableType
@@ -30,7 +30,7 @@ class Voice:
     """To whom a verb speaks."""
 
     json: bool = False  # standard output is for one JSON object
-    quiet: bool = False  # nothing but results and errors
+    quiet: bool = False  # nothing but the JSON, errors, and doubts of what was found
 
     def show(self, *things: RenderableType) -> None:
         """Results for people; aside where a program listens."""
@@ -39,6 +39,13 @@ class Voice:
     def note(self, *things: RenderableType) -> None:
         """What people should know of how the result came about."""
         self._print(sys.stderr, *things)
+
+    def doubt(self, *doubts: str) -> None:
+        """What speaks against results: beside them, and aside where they are not shown."""
+        if self.quiet:
+            replace(self, quiet=False).note(*doubts)
+        else:
+            self.show(*doubts)
 
     def result(self, document: Mapping[str, Any]) -> None:
         """Results for programs: the one JSON object."""
