@@ -17,6 +17,7 @@ from urdyn.cli.voice import complaints
 from urdyn.errors import InputError
 from urdyn.io.effort import Effort
 from urdyn.model.population import population
+from urdyn.model.whose import require_own
 from urdyn.progress import Progress
 
 if TYPE_CHECKING:
@@ -47,7 +48,7 @@ def carry_out(campaign: Campaign, progress: Progress) -> Outcome:
     gain = gains(campaign, arm)
     campaign, truth = _recorded(_in_amperes(campaign, arm), arm)
     begin = time.perf_counter()
-    logs = [_conditioned(one) for one in (*campaign.logs, *campaign.payloads)]
+    logs = [_conditioned(one, arm) for one in (*campaign.logs, *campaign.payloads)]
     motions = [motion for motion, *_ in logs]
     refuse_twice([motion.source for motion in motions])
     bare, rest = motions[: len(campaign.logs)], motions[len(campaign.logs) :]
@@ -69,7 +70,7 @@ def carry_out(campaign: Campaign, progress: Progress) -> Outcome:
     return Outcome(fit, (*seen, *held_out), wall, truth, tuple(defects), setting)
 
 
-def _conditioned(recording: Recording) -> tuple[ud.Motion, list[str], Tool | None]:
+def _conditioned(recording: Recording, arm: Arm) -> tuple[ud.Motion, list[str], Tool | None]:
     """A recording's motion, and what its log, which need not be kept, tells beside.
 
     What was amiss with it, and what the controller took for the payload.
@@ -77,6 +78,7 @@ def _conditioned(recording: Recording) -> tuple[ud.Motion, list[str], Tool | Non
     from urdyn.signal import without_stuck
 
     log = without_stuck(recording.read())
+    require_own(arm, log)
     return ud.condition(log), complaints(log.source.path, log.defects), setting_of(log)
 
 

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 # All that dynamics needs of a log; an hour of everything that a robot tells would fill the memory.
 CHANNELS = (
     *("actual_q", "actual_qd", "actual_current", "target_current", "joint_temperatures"),
-    *("payload", "payload_cog"),
+    *("payload", "payload_cog", "target_moment", "actual_TCP_pose"),
 )
 
 Rows = tuple[int | None, int | None]

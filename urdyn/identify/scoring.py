@@ -17,6 +17,7 @@ from urdyn.errors import LogError
 from urdyn.given import given_log
 from urdyn.identify.fit import Fit, Fitted, fit_in
 from urdyn.model.dynamics import Dynamics
+from urdyn.model.whose import require_own
 from urdyn.signal import condition, without_stuck
 from urdyn.types import STANDSTILL, Array, Defect, Log, Mask
 
@@ -48,11 +49,12 @@ def validate(twin: Fit | Fitted, log: Log) -> Score:
     """Score of a twin on a log, on the current as it was measured, where a motor can draw it.
 
     Raises:
-        LogError: it is of an arm with other joints, or its currents are not in amperes.
+        LogError: it is of another arm, or its currents are not in amperes.
     """
     fit, log = fit_in(twin), given_log(log)
     if why := fit.dynamics.unlike(log.joint("actual_current")):
         raise LogError(why, log.source.path)
+    require_own(fit.dynamics.arm, log)
     log = _drawn(fit.dynamics, without_stuck(log))
     motion = condition(log)
     predicted = fit.dynamics.current(motion)

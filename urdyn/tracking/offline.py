@@ -12,6 +12,7 @@ from threadpoolctl import threadpool_limits
 from urdyn.errors import LogError
 from urdyn.estimate import UKF, Filter, Track
 from urdyn.identify.fit import Fit, fit_in
+from urdyn.model.whose import require_own
 from urdyn.signal import require_measured, samples
 from urdyn.signal.stretches import median_step
 from urdyn.tracking.interest import Interest, after, as_plain, nothing_yet
@@ -110,6 +111,7 @@ def tracker_of(
     require_measured(log)
     if why := fit.dynamics.unlike(log.joint("actual_current")):
         raise LogError(why, log.source.path)
+    require_own(fit.dynamics.arm, log)
     period = median_step(log.t)
     if not period > 0.0:
         raise LogError("has one row only; nothing can be tracked", log.source.path)

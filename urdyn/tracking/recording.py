@@ -8,6 +8,7 @@ there on, its columns side by side.
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping
+from dataclasses import replace
 from itertools import chain
 from pathlib import Path
 from typing import Any
@@ -19,12 +20,15 @@ from urdyn.io.effort import Effort
 from urdyn.io.frames import Words, numbers_of, words_frame, words_of
 from urdyn.io.helper import Helper
 from urdyn.io.helping import Heard, helping
-from urdyn.signal import BESIDE, SETTING, Sample, require_measured, samples
+from urdyn.signal import BESIDE, POSE, SETTING, Sample, require_measured, samples
 from urdyn.signal.stretches import median_step
 from urdyn.tracking.source import CHANNELS, Arrival, Rows, Source
 from urdyn.types import Array, Log
+from urdyn.types import Source as LogSource
 
 NEEDED = ("actual_q", "actual_current")
+TOLD_BY = ("actual_q", BESIDE[POSE])  # whose a log is
+GLANCES = 300  # rows of those, evenly
 BLOCK = 2048  # samples: a few milliseconds of handing over, a second or two of tracking
 
 
@@ -69,6 +73,7 @@ def recording(
         start=start,
         close=reader.close,
         defects=tuple(log["defects"]),
+        glimpse=_glimpsed(log["glimpse"], name),
         beside=sent,
     )
 
@@ -93,8 +98,10 @@ def _opened(
     from urdyn.io import read
 
     wanted = (*CHANNELS, *SETTING, *(BESIDE[stream] for stream in beside))
-    log = read(Path(path), channels=wanted, effort=Effort(**effort), **how)
-    require_measured(log, ("actual_q",) if "pose" in beside else NEEDED)
+    log = read(Path(path), channels=(*wanted, *TOLD_BY), effort=Effort(**effort), **how)
+    glimpse = _glimpse(log)
+    log = replace(log, channels={n: x for n, x in log.channels.items() if n in wanted})
+    require_measured(log, ("actual_q",) if POSE in beside else NEEDED)
     if len(log) < 2:
         raise InputError(f"{path}: has {len(log)} samples; nothing can be tracked")
     until = log.t[0] + (np.inf if duration is None else duration)
@@ -107,8 +114,21 @@ def _opened(
         "period": median_step(log.t),
         "joints": log.joints,
         "defects": [str(defect) for defect in log.defects],
+        "glimpse": glimpse,
     }
     return log.slice(0, length), told
+
+
+def _glimpse(log: Log) -> dict[str, Array]:
+    """A few rows; a log of any length is told by them."""
+    rows = np.linspace(0, max(len(log) - 1, 0), min(GLANCES, len(log))).astype(int)
+    return {"t": log.t[rows]} | {n: log.channels[n][rows] for n in TOLD_BY if n in log}
+
+
+def _glimpsed(rows: Mapping[str, Any], name: str) -> Log:
+    """The log that `_glimpse` made lists of."""
+    told = {what: np.array(values, dtype=np.float64) for what, values in rows.items()}
+    return Log(told.pop("t"), told, LogSource(name))
 
 
 def _together(log: Log) -> Array:

@@ -20,6 +20,7 @@ from urdyn.io.clock import elapsed
 from urdyn.io.helper import Helper
 from urdyn.io.rss import peak_rss
 from urdyn.io.run_folder import HISTORY
+from urdyn.model.whose import require_own
 from urdyn.tracking import beliefs, checkpoint, interest
 from urdyn.tracking.checkpoint import Checkpoint
 from urdyn.tracking.keeper import Keeper, begin_scribe
@@ -72,12 +73,14 @@ def run(
         The document of a `Summary`, and what the observer adds to it.
 
     Raises:
-        InputError: the source has other joints than the twin, is damaged, or is too short; or DIR
-            is in use, or holds another run, or a damaged one.
+        InputError: the source has other joints than the twin, or is another arm's, is damaged, or
+            is too short; or DIR is in use, or holds another run, or a damaged one.
     """
     joints = tracker.fit.dynamics.arm.joints
     if source.joints != joints:
         raise InputError(f"{source.name}: has {source.joints} joints, the twin has {joints}")
+    if source.glimpse:
+        require_own(tracker.fit.dynamics.arm, source.glimpse)
     out.mkdir(parents=True, exist_ok=True)
     if lack := beliefs.lacking(tracker.filter):
         source.tell(lack)

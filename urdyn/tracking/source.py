@@ -22,6 +22,7 @@ from urdyn.io.rtde.client import Client, Connected, Dropped, connect, parse_addr
 from urdyn.io.rtde.link import Package
 from urdyn.signal import BESIDE, POSE, SETTING, UNSET, Sample
 from urdyn.signal.stretches import GAP
+from urdyn.types import Log
 
 SCHEME, ROS2 = "rtde://", "ros2://"
 ADDRESS = re.compile(r"\d+(\.\d+){3}(:\d+)?|[\w.-]+:\d+")  # of a robot, and hardly of a log
@@ -72,6 +73,7 @@ class Source:
     close: Callable[[], None]  # end a live stream in good order, from any thread
     defects: tuple[str, ...] = ()  # damage that was met while it was read
     beside: frozenset[str] = frozenset()  # streams that its samples may bring along
+    glimpse: Log | None = None  # a few rows of a log, by which it is told whose they are
     tell: Tell = _nobody  # hears of a robot that is lost or back, and of what its run will lack
 
 

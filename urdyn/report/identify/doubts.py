@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from urdyn.identify import Fit, Score
+from urdyn.model.whose import misweighed
 from urdyn.report.digits import interval90, number
 from urdyn.report.evidence import UNSEEN, pool, seen, telling
 from urdyn.report.names import joints
@@ -33,7 +34,13 @@ UNMEASURED = "no current of {} is in any log: what is said of it is only what is
 
 def doubts(fit: Fit, scores: Sequence[Score]) -> list[str]:
     """What speaks against a fit to these logs; nothing where nothing does."""
-    return [*slopes(scores), *unmeasured(fit, scores), *unexplained(fit, scores), *unlike(fit)]
+    return [
+        *slopes(scores),
+        *unmeasured(fit, scores),
+        *misnamed(fit, scores),
+        *unexplained(fit, scores),
+        *unlike(fit),
+    ]
 
 
 def another(fit: Fit, scores: Sequence[Score]) -> str:
@@ -47,6 +54,12 @@ def another(fit: Fit, scores: Sequence[Score]) -> str:
         f"In {count} of {told} joints intervals for 90 % of the currents hold less than half of "
         f"that: this is not this arm's twin, or the arm carried something, or currents are not in A"
     )
+
+
+def misnamed(fit: Fit, scores: Sequence[Score]) -> list[str]:
+    """Logs whose controller is another type of arm's, by the torques that it asks for."""
+    told = {s.log.source.path: misweighed(fit.dynamics.arm, s.log) for s in scores}
+    return [f"{path}: {why}" for path, why in told.items() if why]
 
 
 def unmeasured(fit: Fit, scores: Sequence[Score]) -> list[str]:
