@@ -73,6 +73,22 @@ def test_a_log_without_velocities_is_said_to_be_one(identified: Fit, log: Log) -
     assert said.startswith("no velocities are in") and said in doubts(identified, bare)
 
 
+@pytest.mark.parametrize("velocities", [0.0, 1e-3, None])
+def test_an_arm_that_stands_is_no_motion_whatever_its_encoders_say(
+    ur5e: Arm, log: Log, velocities: float | None
+) -> None:
+    rng, still = np.random.default_rng(5), np.zeros((len(log), 6))
+    q, i = (log.channels[name][:1] for name in ("actual_q", "actual_current"))
+    channels = {
+        "actual_q": q + rng.normal(0.0, 1e-3, still.shape),
+        "actual_current": i + rng.normal(0.0, 0.05, still.shape),
+    }
+    if velocities is not None:
+        channels["actual_qd"] = rng.normal(0.0, velocities, still.shape)
+    with pytest.raises(IdentifiabilityError, match="no joint moves far enough"):
+        identify(ur5e, condition(Log(log.t, channels)))
+
+
 def test_currents_that_are_all_zero_are_refused(ur5e: Arm, log: Log) -> None:
     nothing = currents(log, np.zeros((len(log), 6)))
     with pytest.raises(IdentifiabilityError, match="all currents are zero"):

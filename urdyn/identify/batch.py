@@ -18,6 +18,8 @@ from urdyn.progress import Progress, silent
 from urdyn.types import Array, Motion
 
 MIN_ROWS = 200
+SPAN = 50  # rows whose median encoders of an arm that stands hardly move
+MOVED = 0.01  # [rad] by which a joint goes somewhere
 
 
 def identify(
@@ -67,9 +69,17 @@ def _check(arm: Arm, runs: Sequence[Run]) -> None:
                 f"{run.motion.source.path}: {measured} rows with a current are too few; "
                 f"record at least {MIN_ROWS}, better 20 s of motion of every joint"
             )
-    if not any(block.known.any() for run in runs for block in blocks(typical, run.motion)):
+    moving = [run.motion for run in runs if _goes_somewhere(run.motion.q)]
+    if not any(block.known.any() for motion in moving for block in blocks(typical, motion)):
         raise IdentifiabilityError(
             "no joint moves far enough in this log for friction and inertia to be told; "
             "record an excitation trajectory in which every joint moves",
             joint=arm.joint_names[0],
         )
+
+
+def _goes_somewhere(q: Array) -> bool:
+    """Whether any joint does, of angles (N, J) [rad]: the noise of one that stands adds up, too."""
+    told = q[np.isfinite(q).all(axis=1)]
+    spans = told[: len(told) // SPAN * SPAN].reshape(-1, SPAN, q.shape[1])
+    return len(spans) > 1 and bool((np.ptp(np.median(spans, axis=1), axis=0) > MOVED).any())
