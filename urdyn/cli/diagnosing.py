@@ -87,7 +87,7 @@ def doubted(summary: dict[str, Any]) -> dict[str, Any]:
     """A run whose currents were hardly this arm's, for a while or throughout: that goes first."""
     from urdyn.diagnose.doubt import another, lost
 
-    found, joints = summary.get("findings", ()), len(summary["quality"]["compared"])
+    found, joints = summary.get("findings", ()), len(summary["quality"].get("compared", ()))
     doubt, advice = another(found, joints), summary.get("recommendation")
     if lossy := lost(found, joints):
         return summary | {"doubt": lossy}
