@@ -1,4 +1,4 @@
-"""Files in one another's place are told by what they are; help breaks lines where they end."""
+"""Files in one another's place are told by what they are; help and terminals of all kinds."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from story import Story
+from story import Story, urdyn
 from typer.testing import CliRunner
 
 from urdyn.cli.app import app, flowing
@@ -46,3 +46,24 @@ def test_a_paragraph_of_help_is_a_line() -> None:
     Example: [bold]do[/bold]
     """
     assert flowing(text) == "First.\n\nOf two lines, and their end.\n\nExample: [bold]do[/bold]"
+
+
+@pytest.mark.parametrize("verb", ["", "simulate", "track", "bench", "bench faults"])
+def test_a_switch_takes_no_value_in_the_help(verb: str) -> None:
+    done = CliRunner().invoke(app, [*verb.split(), "--help"], env={"COLUMNS": "80"})
+    assert "--help" in done.stdout and "bool" not in done.stdout.lower()
+
+
+@pytest.mark.parametrize("verb", ["identify", "validate", "simulate", "track", "convert"])
+def test_an_example_in_the_help_is_whole_at_80_columns(verb: str) -> None:
+    told = CliRunner().invoke(app, [verb, "--help"], env={"COLUMNS": "80"}).stdout
+    assert f"urdyn {verb}" in told and "…" not in told
+
+
+@pytest.mark.parametrize("encoding", ["ascii", "latin-1"])
+def test_signs_that_a_terminal_lacks_are_told_in_ascii(encoding: str, story: Story) -> None:
+    done = urdyn("validate", story.out / "twin.toml", story.held_out, PYTHONIOENCODING=encoding)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert ") ... " in done.stdout  # from the best joint to the worst
+    assert "controller's own model" in done.stdout
+    assert urdyn("track", "--help", PYTHONIOENCODING=encoding).returncode == 0

@@ -3,6 +3,10 @@
 
 def main() -> None:
     """Entry point of `urdyn`."""
-    from urdyn.cli.app import app
+    import sys
 
+    from urdyn.cli.app import app
+    from urdyn.cli.legible import legible
+
+    legible(sys.stdout, sys.stderr)
     app(prog_name="urdyn")

@@ -24,6 +24,7 @@ from urdyn.cli.fleet import fleet
 from urdyn.cli.identify import identify
 from urdyn.cli.record import record
 from urdyn.cli.simulate import simulate
+from urdyn.cli.switches import Verb, Verbs
 from urdyn.cli.track import track
 from urdyn.cli.validate import validate
 from urdyn.cli.view import view
@@ -31,12 +32,14 @@ from urdyn.version import __version__
 
 app = typer.Typer(
     name="urdyn",
+    cls=Verbs,
     no_args_is_help=True,
     rich_markup_mode="rich",
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
 bench = typer.Typer(
+    cls=Verbs,
     no_args_is_help=True,
     help="Measure time, memory and errors on this machine, beside truth and paper.",
 )
@@ -86,7 +89,7 @@ for verb in (
     convert,
     demo,
 ):
-    app.command(help=flowing(verb.__doc__))(guarded(verb))
+    app.command(cls=Verb, help=flowing(verb.__doc__))(guarded(verb))
 for trial in (
     bench_identify,
     bench_excite,
@@ -96,4 +99,4 @@ for trial in (
     bench_diagnose,
 ):
     name = trial.__name__.removeprefix("bench_")
-    bench.command(name, help=flowing(trial.__doc__))(guarded(trial))
+    bench.command(name, cls=Verb, help=flowing(trial.__doc__))(guarded(trial))

@@ -17,7 +17,7 @@ Columns = Annotated[
     typer.Option(
         metavar="SPEC",
         help="Names of the columns of a file without a header, as RTDE calls them; *6 repeats, "
-        "- skips: timestamp,actual_q*6,actual_qd*6,actual_current*6,-",
+        "- skips: timestamp,actual_q*6,-",
     ),
 ]
 Rows = Annotated[

@@ -57,7 +57,8 @@ def simulate(
 
     With --serve it is a controller on the network instead, for `urdyn record` or any RTDE client.
 
-    Example: [bold]urdyn simulate --robot ur10e --duration 30 --seed 7 --out run.parquet[/bold]
+    Example: [bold]urdyn simulate --robot ur10e --fault friction_increase:joint=2,onset=10,rate=0.01
+    --out run.parquet[/bold]
     """
     from urdyn.simulate import happening, observe, parse_fault, write_truth
     from urdyn.simulate import truth as truth_of

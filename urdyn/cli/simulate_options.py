@@ -35,8 +35,8 @@ Faults = Annotated[
     typer.Option(
         "--fault",
         metavar="KIND:...",
-        help="What befalls the arm: friction_increase:joint=2,onset=60,rate=0.001; several at once "
-        "by several --fault. A kind alone tells what it needs, a wrong one which there are.",
+        help="What befalls the arm, as in the example; several at once by several --fault. A kind "
+        "alone tells what it needs, a wrong one which there are.",
     ),
 ]
 Heat = Annotated[bool, typer.Option("--heat", help="Joints begin cold and warm up by their work.")]
@@ -55,7 +55,8 @@ RecorderKind = Annotated[
     Literal["exact", "polling", "several_rates"],
     typer.Option(
         "--recorder",
-        help="polling: rows repeat, are torn and lost; several_rates: NaN between samples.",
+        metavar="KIND",
+        help="exact; polling: rows repeat, are torn and lost; several_rates: NaN between samples.",
     ),
 ]
 Truth = Annotated[
@@ -76,6 +77,7 @@ FidelityName = Annotated[
     Literal["inverse", "forward", "elastic"],
     typer.Option(
         "--fidelity",
+        metavar="KIND",
         help="inverse: the current that the motion takes; forward: a closed loop, tick by tick; "
         "elastic: the same with gears that give.",
     ),
@@ -84,4 +86,6 @@ Serve = Annotated[
     bool, typer.Option("--serve", help="Be an RTDE controller that plays the run over and over.")
 ]
 Host = Annotated[str, typer.Option(metavar="ADDRESS", help="Where to serve.")]
-Port = Annotated[int, typer.Option(min=0, max=65535, help="Where to serve; 0: any free port.")]
+Port = Annotated[
+    int, typer.Option(metavar="N", min=0, max=65535, help="Where to serve; 0: any free port.")
+]

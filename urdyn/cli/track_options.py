@@ -29,6 +29,7 @@ FilterName = Annotated[
 ModeName = Annotated[
     Literal["full", "simplified", "realtime"],
     typer.Option(
+        metavar="MODE",
         help="full, or quicker and linearised: simplified (bodies and each joint's drive "
         "independent), realtime (what hardly changes is updated less often).",
     ),

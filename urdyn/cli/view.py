@@ -39,7 +39,10 @@ Calibration = Annotated[
 ]
 Host = Annotated[str, typer.Option(help="Where to listen; others than this let others look on.")]
 Port = Annotated[
-    int, typer.Option(min=1, max=65535, help="Where to listen; if it is taken, the next free one.")
+    int,
+    typer.Option(
+        metavar="N", min=1, max=65535, help="Where to listen; if it is taken, the next free one."
+    ),
 ]
 Open = Annotated[bool, typer.Option("--open", help="Open it in a browser.")]
 
