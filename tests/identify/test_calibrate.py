@@ -191,6 +191,14 @@ def test_a_controllers_flange_is_known_for_one(ur5e: Arm) -> None:
     assert np.linalg.norm((ours - true)[:, :3, 3], axis=1).max() < 2e-5
 
 
+def test_an_arm_as_drawn_is_no_doubt(ur5e: Arm) -> None:
+    """All its errors are rounding, and none of them is a multiple of another."""
+    form = drawing_of(ur5e).form
+    table = form.table(np.zeros(int(form.free.sum())))
+    exact = session(ur5e, np.random.default_rng(11), 100, noise=0.0, own=True, table=table)
+    assert calibrate(ur5e, exact.poses).verdict.trusted
+
+
 def test_regions_are_halves_of_halves() -> None:
     q = np.random.default_rng(0).uniform(-3.0, 3.0, (160, 6))
     assert np.bincount(regions(q)).tolist() == [20] * 8

@@ -12,6 +12,7 @@ from urdyn.types import Array
 WEAK = 0.3  # share of the prior's standard deviation that data left, from which on we say so
 CLOSE, PARTNERS = 0.5, 3  # correlation that is worth a word, and how many words
 BETTER = 0.7  # expected error elsewhere, over what the drawing has here, that is worth trusting
+FINE = 1e-6  # [m] errors below which nobody measures: of an arm that is as drawn, to rounding
 STRANGE = 3.0  # times the error at home that a region held out may have
 STILL = np.radians(10.0)  # [rad] travel below which a joint hardly moved
 
@@ -77,13 +78,14 @@ def verdict(
     """
     reasons = []
     elsewhere = float(np.median(space.error))
-    if elsewhere > BETTER * drawn:
+    enough = BETTER * max(drawn, FINE)
+    if elsewhere > enough:
         reasons.append(
             f"elsewhere the tool is expected {1e3 * elsewhere:.2g} mm off, where the drawing is "
             f"{1e3 * drawn:.2g} mm off here"
         )
     worst = float(held_out.max())
-    if worst > STRANGE * rms and worst > BETTER * drawn:
+    if worst > STRANGE * rms and worst > enough:
         reasons.append(
             f"fitted without one region of the poses it is {1e3 * worst:.2g} mm off there, "
             f"{worst / rms:.1f} times its error at home"
