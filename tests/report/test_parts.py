@@ -121,3 +121,11 @@ def test_tables_render_whatever_a_log_is_called(case):
     assert "[red]odd[b].csv" in shown
     for words in ("shoulder pan", "sensor floor", "upper arm", "±", "yes"):
         assert words in shown
+
+
+@pytest.mark.parametrize("width", [60, 80])
+def test_a_narrow_terminal_shows_every_digit(case, width):
+    console = Console(width=width, record=True, file=StringIO())
+    console.print(identify_table(case.fit), validate_table([case.seen], case.fit))
+    console.print(truth_table(case.fit, case.truth))
+    assert "…" not in console.export_text()

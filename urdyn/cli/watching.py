@@ -22,6 +22,7 @@ from urdyn.tracking.setting import compared
 JOINT = ("coulomb", "viscous", "health")
 PAUSE = 0.25  # [s] between two looks
 LISTED = 6  # changes of the payload that a sentence has room for
+QUICKNESS = "quick enough for {:.0f} Hz"  # which no stream need have
 BEHIND = 1000.0  # [ms] after its coming, a sample is told of too late
 ASTRAY = (
     "begun anew {} times, for no arm's drives are as these currents say: is it this arm's twin, "
@@ -67,7 +68,7 @@ def table(glance: RunProgress, joints: Sequence[str]) -> Table:
     mass, sd, unit = told["payload.mass"]
     setting = compared(glance.setting, mass, sd, glance.quantities.whole)
     carried = f"payload {interval90(mass, sd)} {unit}{_set(setting)}"
-    caption = f"{carried}; {glance.t:.1f} s{done}; {glance.rate:.0f} Hz; ± holds 90 %"
+    caption = f"{carried}; {glance.t:.1f} s{done}; {QUICKNESS.format(glance.rate)}; ± holds 90 %"
     grid = Table("joint", caption=caption)
     for name in JOINT:
         grid.add_column(f"{name} [{told[f'{joints[0]}.{name}'][2]}]", justify="right")
@@ -84,8 +85,9 @@ def verdict(summary: dict[str, Any]) -> str:
     astray, lost = summary["quality"]["restarts"], summary["quality"]["lost"]
     sparse = summary["quality"]["too_sparse"]
     return (
-        f"{summary['samples']} samples, {summary['data_s']:.1f} s, at {summary['rate_hz']:.0f} Hz; "
-        f"99 % within {latency['p99']:.2f} ms; payload {interval90(mass['mean'], mass['sd'])} kg"
+        f"{summary['samples']} samples, {summary['data_s']:.1f} s, "
+        f"{QUICKNESS.format(summary['rate_hz'])}; 99 % within {number(latency['p99'])} ms; "
+        f"payload {interval90(mass['mean'], mass['sd'])} kg"
         + _set(summary.get("payload_setting"))
         + changed
         + _lacked(summary)

@@ -9,7 +9,6 @@ import plotly.graph_objects as go
 
 from urdyn.identify.excite import Excitation
 from urdyn.report.canvas import LEFT, MEASURED, OURS, brief, figure
-from urdyn.report.digits import number
 from urdyn.report.markup import Html, plot, section
 from urdyn.types import Array
 
@@ -40,7 +39,7 @@ def _drawing(found: Excitation) -> go.Figure:
     steps = [
         {
             "method": "restyle",
-            "label": number(float(rows.t[k]), 3),
+            "label": f"{rows.t[k]:.1f}",
             "args": ["visible", [True] * len(fixed) + [n == m for m in range(POSES)]],
         }
         for n, k in enumerate(some)

@@ -86,10 +86,9 @@ def trust(found: Pooled) -> str:
         words.append(f"Its error is {number(_geometric(ratio))} times the controller’s on average.")
     inside = found.coverage[np.isfinite(found.coverage)]
     if len(inside):
-        words.append(
-            f"Its 90 % intervals hold {percent(inside.min())} to {percent(inside.max())} of the "
-            "samples measured while joints moved."
-        )
+        least, most = percent(inside.min()), percent(inside.max())
+        share = least if least == most else f"{least} to {most}"
+        words.append(f"Its 90 % intervals hold {share} of the samples measured while joints moved.")
     return " ".join(words)
 
 

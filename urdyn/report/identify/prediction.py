@@ -92,7 +92,7 @@ def _current(score: Score, j: int, half: float) -> go.Figure:
         *band(ends, np.full(2, -half), np.full(2, half), "90 % interval", yaxis="y2"),
         line(t[r], left[r], "residual", LEFT, 0.8, yaxis="y2"),
     ]
-    below = AXIS | {"domain": [0.0, 0.27], "nticks": 4, "title": {"text": "left [A]"}}
+    below = AXIS | {"domain": [0.0, 0.27], "nticks": 4, "title": {"text": "error [A]"}}
     drawing = figure(traces, "time [s]", "current [A]", 290, yaxis2=below)
     drawing.update_yaxes(domain=[0.36, 1.0], selector=0)
     return drawing.update_xaxes(anchor="y2")

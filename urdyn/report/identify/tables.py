@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Literal
 
 from rich.box import SIMPLE_HEAD
 from rich.table import Table
@@ -52,7 +53,8 @@ def validate_table(scores: Sequence[Score], fit: Fit | None = None) -> Table:
     """Relative error of every joint: model, controller, sensor floor; and while it moves."""
     count = len(scores[0].rmse) if scores else 0
     names = joints(fit) if fit else [f"joint {j}" for j in range(count)]
-    table = _table("relative error of predicted current [%]", ["log", "", *names])
+    heads = (name.replace(" ", "\n", 1) for name in names)
+    table = _table("relative error of predicted current [%]", ["", *heads])
     for score in scores:
         rows = {
             "this model": [number(x) for x in score.rre_percent],
@@ -64,9 +66,9 @@ def validate_table(scores: Sequence[Score], fit: Fit | None = None) -> Table:
         }
         remark = f" ({seen(fit, score.log.source)})" if fit else ""
         # Text, not str: a log's name may hold what rich takes for markup.
-        named = [Text(title(score.log.source) + remark), *[Text()] * (len(rows) - 1)]
-        for name, (what, values) in zip(named, rows.items(), strict=True):
-            table.add_row(name, what, *values)
+        table.add_row(Text(title(score.log.source) + remark, style="bold"))
+        for what, values in rows.items():
+            table.add_row(what, *values)
         table.add_section()
     return table
 
@@ -74,7 +76,7 @@ def validate_table(scores: Sequence[Score], fit: Fit | None = None) -> Table:
 def truth_table(fit: Fit, truth: Truth) -> Table:
     """Joint friction and link masses: truth, estimate ± 90 %, and whether they agree."""
     table = _table(
-        "truth and estimate ± 90 %", ["", "quantity", "unit", "truth", "estimate", "z", "inside"]
+        "truth and estimate ± 90 %", ["", "quantity", "unit", "truth", "estimate", "z", "inside"], 3
     )
     for c in compare(fit, truth):
         if c.quantity in TRUTHS:
@@ -94,8 +96,11 @@ def _agreement(c: Comparison) -> list[str]:
     ]
 
 
-def _table(title: str, heads: Sequence[str]) -> Table:
+def _table(title: str, heads: Sequence[str], words: int = 1) -> Table:
+    """A table whose first columns hold words, the others numbers."""
     table = Table(title=title, title_justify="left", header_style="bold", box=SIMPLE_HEAD)
     for k, head in enumerate(heads):
-        table.add_column(Text(head), justify="right" if k > 1 else "left")
+        # No digit is left out where a terminal is narrow.
+        justify: Literal["left", "right"] = "left" if k < words else "right"
+        table.add_column(Text(head), justify=justify, overflow="fold", min_width=0 if k else 8)
     return table

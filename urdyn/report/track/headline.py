@@ -158,6 +158,6 @@ def _facts(summary: Mapping[str, Any], time: Clock) -> dict[str, str]:
         "samples": f"{summary['samples']:,}",
         "data": time(summary["data_s"]),
         "filter": str(summary["filter"]),
-        "rate": f"{number(summary['rate_hz'], 3)} Hz",
+        "quick enough for": f"{number(summary['rate_hz'], 3)} Hz",
         "latency": f"{number(summary['latency_ms']['p99'])} ms (99 %)",
     }

@@ -37,7 +37,7 @@ def _speed(summary: Mapping[str, Any]) -> dict[str, str]:
         "samples": f"{summary['samples']:,}",
         "data": clock(summary["data_s"])(summary["data_s"]),
         "time taken": f"{number(summary['wall_s'], 3)} s, {number(times)} times as fast as the arm",
-        "rate": f"{number(summary['rate_hz'], 3)} Hz",
+        "quick enough for": f"{number(summary['rate_hz'], 3)} Hz",
         "latency, median": f"{number(latency['p50'])} ms",
         "latency, 99 %": f"{number(latency['p99'])} ms",
         "latency, longest": f"{number(latency['max'])} ms",
