@@ -1,11 +1,11 @@
-"""Draws wear.svg, the picture of the README: currents foreseen, wear found and forecast.
+"""Draws wear.svg, the picture of the README: currents predicted, wear found and forecast.
 
     urdyn simulate --robot ur10e --seed 3 --duration 30 --rate 100 --out first.parquet
     urdyn identify first.parquet --robot ur10e --out model
     urdyn simulate --robot ur10e --seed 3 --run 1 --duration 600 --rate 50 \
-        --fault friction_increase:joint=2,onset=150,rate=0.0006 --out day.parquet
+        --fault friction_increase:joint=2,onset=150,rate=0.0006,viscous=0.0006 --out day.parquet
     urdyn track model/twin.toml day.parquet --mode realtime --out cell
-    python docs/pictures/wear.py cell docs/pictures/wear.svg
+    python docs/pictures/wear.py model/twin.toml day.parquet cell docs/pictures/wear.svg
 """
 
 import json
@@ -13,12 +13,12 @@ import sys
 from pathlib import Path
 
 import numpy as np
-import pyarrow.parquet as pq
 
+import urdyn as ud
 from urdyn.types import NORMAL90
 
 JOINT, WINDOW = 2, (40.0, 52.0)  # [s] of currents that are shown
-WIDTH, LEFT, RIGHT = 960, 64, 16
+WIDTH, LEFT, RIGHT = 960, 64, 28
 STYLE = """
 svg{--ink:#1d2129;--quiet:#5c6470;--grid:#e1e5ea;--blue:#0072b2;--grey:#8a8f98;--red:#c24f00}
 @media(prefers-color-scheme:dark){svg{--ink:#e4e7eb;--quiet:#9aa3ae;--grid:#30363d;--blue:#56b4e9;
@@ -75,11 +75,10 @@ class Panel:
         return " ".join(f"{a:.1f},{b:.1f}" for a, b in zip(*self.at(x, y), strict=True))
 
 
-def currents(history):
-    """The elbow's current, foreseen before each sample, and what was left."""
-    names = ["t", f"current_{JOINT}", f"predicted_{JOINT}"]
-    t, measured, predicted = (history.read(names)[name].to_numpy() for name in names)
-    t = t - t[0]
+def currents(twin, motion):
+    """The elbow's current, as motion alone tells it, and what is left."""
+    t = motion.t - motion.t[0]
+    measured, predicted = motion.current[:, JOINT], twin.fit.dynamics.current(motion)[:, JOINT]
     some = (t > WINDOW[0]) & (t < WINDOW[1])
     t, measured, predicted = t[some], measured[some], predicted[some]
     most = np.ceil(np.nanmax(np.abs(measured)) + 1.0)
@@ -87,19 +86,12 @@ def currents(history):
     return [
         *panel.axes(np.arange(WINDOW[0], WINDOW[1] + 1, 3), (-most + 1, 0, most - 1), " s"),
         panel.line(t, measured, "grey"),
-        *_pieces(panel, t, predicted, "blue"),
-        *_pieces(panel, t, measured - predicted, "red thin"),
+        panel.line(t, predicted, "blue"),
+        panel.line(t, measured - predicted, "red thin"),
         f'<text class="t" x="{LEFT}" y="20">Current of the elbow [A]: measured, '
-        '<tspan class="b">foreseen before each sample</tspan>, <tspan class="r">difference</tspan>'
+        '<tspan class="b">predicted from its motion</tspan>, <tspan class="r">difference</tspan>'
         "</text>",
     ]
-
-
-def _pieces(panel, t, y, kind):
-    """Lines between the gaps."""
-    breaks = np.flatnonzero(np.diff(np.isfinite(y).astype(int))) + 1
-    parts = zip(np.split(t, breaks), np.split(y, breaks), strict=True)
-    return [panel.line(a, b, kind) for a, b in parts if np.isfinite(b).all() and len(b) > 1]
 
 
 def wear(finding, start):
@@ -142,19 +134,18 @@ def wear(finding, start):
     ]  # fmt: skip
 
 
-def main(folder, out):
+def main(model, day, folder, out):
     """Both, in one file."""
-    history = pq.ParquetFile(folder / "history.parquet")
-    start = history.read(["t"])["t"][0].as_py()
+    motion = ud.condition(ud.read(day))
     document = json.loads((folder / "findings.json").read_text())
     finding = next(f for f in document["findings"] if f["forecast"])
-    body = "\n".join([*currents(history), *wear(finding, start)])
+    body = "\n".join([*currents(ud.Twin.load(model), motion), *wear(finding, motion.t[0])])
     out.write_text(
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} 500" role="img">\n'
-        "<title>Motor current foreseen; growing friction found and forecast</title>\n"
+        "<title>Motor current predicted; growing friction found and forecast</title>\n"
         f"<style>{STYLE}</style>\n{body}\n</svg>\n"
     )
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]), Path(sys.argv[2]))
+    main(*map(Path, sys.argv[1:]))
