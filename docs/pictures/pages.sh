@@ -18,5 +18,5 @@ touch -d '2 days ago' cell-6/*
 mkdir -p cell-9
 urdyn fleet cell-* --out fleet.html
 shot="chromium --headless --hide-scrollbars --virtual-time-budget=10000"
-$shot --window-size=1180,930 --screenshot=report.png "file://$PWD/cell-7/report.html"
+$shot --window-size=1180,975 --screenshot=report.png "file://$PWD/cell-7/report.html"
 $shot --window-size=1280,1080 --screenshot=fleet.png "file://$PWD/fleet.html"
