@@ -16,7 +16,10 @@ from urdyn.view.paint import LINES, PAINTS
 
 SPEEDS = ("0.25", "1", "4", "16", "64")
 POINTS = 400  # a line of a plot
-PLOTS = {"friction": "friction since commissioning [%]", "torque": "residual torque [N·m]"}
+PLOTS = {
+    "friction": "friction since commissioning [%], over time [s]",
+    "torque": "residual torque [N·m], over time [s]",
+}
 TIMES = 50.0  # [-] a ghost's distance at first: what a calibration mends is hardly seen
 
 
