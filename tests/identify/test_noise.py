@@ -185,7 +185,7 @@ def test_what_a_fit_took_from_the_noise_is_given_back() -> None:
     found: dict[str, list[float]] = {"told": [], "not told": []}
     for seed in range(runs):
         rng = np.random.default_rng(seed)
-        X, e = smooth(rng, rows, 10), root @ rng.standard_normal(rows)
+        X, e = smooth(rng, rows, 12), root @ rng.standard_normal(rows)
         doubt = np.linalg.inv(X.T @ inverse @ X)  # of generalised least squares
         left = e - X @ (doubt @ (X.T @ (inverse @ e)))
         for told, absorbed in (("told", [[periodogram(X, doubt)]]), ("not told", None)):

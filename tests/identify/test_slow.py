@@ -6,22 +6,23 @@ import numpy as np
 import pytest
 from scipy.linalg import toeplitz
 from scipy.signal import lfilter
+from scipy.stats import norm
 
 from urdyn.identify import Noise
 from urdyn.identify.noise import fit_noise
 from urdyn.identify.slow import MEMORY, forgotten, without_slow
-from urdyn.types import Array
+from urdyn.types import NORMAL90, Array
 
 STEP = 0.01  # [s]
 KEEP = forgotten(STEP)
 ROWS = 2500  # as of an excitation of 25 s
 
 
-def slowly(rng: np.random.Generator, rows: int, many: int) -> Array:
-    """Slow noise of unit variance, (rows, many)."""
+def slowly(rng: np.random.Generator, rows: int, many: int, keep: float = KEEP) -> Array:
+    """Noise of unit variance of which `keep` is left a row on, (rows, many)."""
     white = rng.standard_normal((rows, many))
-    white[1:] *= np.sqrt(1.0 - KEEP**2)
-    return np.asarray(lfilter([1.0], [1.0, -KEEP], white, axis=0))
+    white[1:] *= np.sqrt(1.0 - keep**2)
+    return np.asarray(lfilter([1.0], [1.0, -keep], white, axis=0))
 
 
 @pytest.mark.parametrize("h", [0.05, 0.5, 3.0])
@@ -52,6 +53,23 @@ def test_the_share_that_is_slow_is_found() -> None:
     assert found.std() < 1.5 * one
     white = np.array([noise.whiten(column, j) for j, column in enumerate(e.T)])
     np.testing.assert_allclose(white.var(axis=1), noise.power, rtol=0.02)
+
+
+@pytest.mark.parametrize("share", [0.0, 0.05, 0.1, 0.3])
+def test_intervals_hold_although_a_log_tells_little_of_what_is_slow(share: float) -> None:
+    """25 s at 50 Hz, where a regression spans a sixth of a second, beside what a filter leaves.
+
+    An error has the density that noise has beside gentle motion, and is told to have that found.
+    """
+    step, many, rng = 0.02, 100, np.random.default_rng(3)
+    rows, keep, quickly = round(25.0 / step), forgotten(step), np.exp(-step / 0.01)
+    e = rng.standard_normal((rows, many)) + slowly(rng, rows, many, quickly)
+    e = np.sqrt(0.5 - 0.5 * share) * e + np.sqrt(share) * slowly(rng, rows, many, keep)
+    found = fit_noise([[column] for column in e.T], step).gentle
+    quick, slow = ((1.0 + a) / (1.0 - a) for a in (quickly, keep))  # density at rest
+    truth = 0.5 * (1.0 - share) * (1.0 + quick) + 0.5 * share * slow
+    held = 2.0 * norm.cdf(NORMAL90 * np.sqrt(found / truth)) - 1.0
+    assert held.mean() == pytest.approx(0.9, abs=0.03)
 
 
 def test_slow_noise_makes_slow_motion_tell_less() -> None:

@@ -188,13 +188,13 @@ def _fit_joint(stretches: list[Array], absorbed: list[Array], keep: float) -> No
     one, gaussian = np.ones(1), np.full(1, GAUSSIAN)
     sd = np.hypot(_sd(stretches), np.sqrt(more[0])) * one
 
-    def with_slow(share: float) -> tuple[Array, float]:
-        """Regression of what is left of the noise, and the variance of what that leaves."""
-        return _autoregression(acf - share * acf[0] * keep ** np.arange(lags + 1), count)
+    def with_slow(share: float) -> list[tuple[Array, float]]:
+        """Regressions of what is left of the noise, by order."""
+        return _autoregressions(acf - share * acf[0] * keep ** np.arange(lags + 1))
 
     w, seen, hidden = map(np.concatenate, zip(*(_spectra(*pair) for pair in pairs), strict=True))
     share = share_of(w, seen + hidden, with_slow, keep)
-    ar, left = with_slow(share)
+    ar, left = _likeliest(with_slow(share), count)
     slow = np.sqrt(share * acf[0]) * one
     unseen = left * float(np.mean(hidden / density(w, ar, left, share * acf[0], keep)))
     noise = Noise(sd, np.sqrt(left) * one, gaussian, ar[None], slow, keep)
@@ -260,18 +260,20 @@ def _products(power: Array, n: int, lags: int) -> Array:
     return np.pad(sums, (0, lags + 1 - len(sums)))
 
 
-def _autoregression(acf: Array, n: int) -> tuple[Array, float]:
-    """Yule-Walker coefficients, the order by Akaike's criterion; and the variance of w."""
+def _autoregressions(acf: Array) -> list[tuple[Array, float]]:
+    """Yule-Walker coefficients of every order, and the variance of w with each."""
     from scipy.linalg import solve_toeplitz  # heavy, and only needed where noise is learned
 
-    best, left, fewest = np.zeros(0), float(acf[0]), n * np.log(acf[0])
+    found, least = [(np.zeros(0), float(acf[0]))], TINY * float(acf[0])
     for order in range(1, len(acf)):
         ar = solve_toeplitz(acf[:order], acf[1 : order + 1])
-        unexplained = float(acf[0] - ar @ acf[1 : order + 1])
-        criterion = n * np.log(max(unexplained, TINY * acf[0])) + 2 * order
-        if criterion < fewest:
-            best, left, fewest = ar, unexplained, criterion
-    return best, max(left, TINY * float(acf[0]))
+        found.append((ar, max(float(acf[0] - ar @ acf[1 : order + 1]), least)))
+    return found
+
+
+def _likeliest(regressions: list[tuple[Array, float]], n: int) -> tuple[Array, float]:
+    """The one that Akaike's criterion prefers."""
+    return min(regressions, key=lambda one: n * np.log(one[1]) + 2 * len(one[0]))
 
 
 def _degrees_of_freedom(innovation: Array) -> float:
