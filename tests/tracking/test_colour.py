@@ -65,29 +65,6 @@ def test_what_passes_slowly_is_told_from_what_is_quick():
     assert np.median(colour.slow) == pytest.approx(1.0, rel=0.35)
 
 
-def test_what_little_is_slow_is_told_within_a_minute():
-    """A twentieth of the variance at 50 Hz, which at low frequencies is six times the rest.
-
-    By single residuals a quarter of a second apart one joint in three would be told of it: .041
-    there, of .018 by chance. By their means .0033 is chance, and what there is scatters by a third,
-    for a minute has 25 independent values of it. What was commissioned takes a seventh of it.
-    """
-    rng, period, share = np.random.default_rng(8), 0.02, 0.05
-    quick = rng.standard_normal((4, 3000, J))
-    runs = [np.sqrt(share) * slowly(rng, 3000, period) + np.sqrt(1.0 - share) * x for x in quick]
-    found = np.array([heard(run, period=period).slow ** 2 for run in runs])
-    assert np.mean(found > 0.2 * share) > 0.75
-    assert np.median(found) == pytest.approx(share, rel=0.4)
-
-
-def test_what_is_slow_is_measured_beside_gaps_as_without():
-    """A second of silence in every two; half the rows know it half as well."""
-    rng = np.random.default_rng(9)
-    left = slowly(rng, 12000, PERIOD) + rng.standard_normal((12000, J))
-    left[np.arange(12000) * PERIOD % 2.0 < 1.0] = np.nan
-    assert np.median(heard(left).slow) == pytest.approx(1.0, rel=0.35)
-
-
 @pytest.mark.parametrize("frequency", [4.0, 8.0, 12.0])
 def test_what_swings_is_not_slow_though_it_is_alike_a_quarter_of_a_second_apart(frequency):
     rng, period, rows = np.random.default_rng(6), 0.002, 20000

@@ -34,6 +34,10 @@ from urdyn.types import Array, Mask, changed
 
 ORDER = 8
 FAR = 0.25  # [s] apart: only what is slow is still alike
+# [s] A swing of 4 n Hz correlates at the lag FAR as slow noise does; averaged over this range of
+# lags around it, it does not.
+AROUND = 0.25
+SWINGS = 0.25  # [-] of what one time apart tells: where the average is less, it swings
 TRUST = 500.0  # samples that the commissioned noise counts for
 SLOW_TRUST = 20.0  # [s] that what passed slowly on the first day counts for besides
 TOLD = 0.02  # [-] of the variance: a smaller share that was slow on the first day is taken for none
@@ -58,14 +62,13 @@ class Colour:
 
     past: Array  # (p, J, w + 1) packed inputs and current [A], newest first; NaN where none is told
     left: Array  # (L, J) [A] residuals without the model's slow part, newest first
-    lately: Array  # (2, J) mean [A] of those FAR ago and before, and how much it tells [-]
-    alike: Array  # (p + 2, J) [A²] mean product of residuals 0 .. p samples, and FAR, apart
+    alike: Array  # (p + 3, J) [A²] mean product of residuals 0 .. p samples, FAR, around FAR apart
     count: float  # samples behind that
-    known: Array  # (p + 2, J) samples that count besides
+    known: Array  # (p + 3, J) samples that count besides
     ar: Array  # (J, p)
     scale: Array  # (J,) [A] sd of w
     slow: Array  # (J,) [A] sd
-    taken: Array  # (p + 1, J) [A²] by which `alike` lacks what parameters took, from one sample on
+    taken: Array  # (p + 2, J) [A²] by which `alike` lacks what parameters took, from one sample on
     alone: Array  # (J,) [A²] variance of the slow part, as it is believed
     modelled: Array  # (J,) [A²] mean variance of innovations by doubt about the model
     variance_scale: VarianceScale  # of motions
@@ -83,18 +86,17 @@ def first(noise: Noise, width: int, period: float) -> Colour:
     slow = np.where(told, noise.slow, 0.0) ** 2
     ar = np.asarray(np.linalg.solve(_neighbours(quick), quick[1:].T[..., None]))[..., 0]
     sd = np.sqrt(np.maximum(quick[0] - np.einsum("jk,kj->j", ar, quick[1:]), TINY**2))
-    besides = np.where(told, SLOW_TRUST / period, 0.0)
+    besides = [np.where(told, SLOW_TRUST / period, 0.0)] * 2
     return Colour(
         past=np.full((ORDER, J, width + 1), np.nan),
-        left=np.full((_far(period) + 1, J), np.nan),
-        lately=np.zeros((2, J)),
-        alike=np.concatenate([quick, np.zeros((1, J))]) + slow * _passing(period),
+        left=np.full((_around(period).stop, J), np.nan),
+        alike=np.concatenate([quick, np.zeros((2, J))]) + slow * _passing(period),
         count=TRUST,
-        known=np.concatenate([np.zeros((ORDER + 1, J)), besides[None]]),
+        known=np.concatenate([np.zeros((ORDER + 1, J)), besides]),
         ar=ar,
         scale=sd,
         slow=np.fmax(np.sqrt(slow), SLOWEST * sd),
-        taken=np.zeros((ORDER + 1, J)),
+        taken=np.zeros((ORDER + 2, J)),
         alone=slow,
         modelled=np.zeros(J),
         variance_scale=variance_scale.as_stated(J, period),
@@ -107,15 +109,16 @@ def _far(period: float) -> int:
 
 
 @lru_cache(maxsize=8)
-def _passing(period: float) -> Array:
-    """What is left of slow noise 0 .. p samples later and FAR later, (p + 2, 1)."""
-    return np.exp(-np.append(np.arange(ORDER + 1), _far(period)) * period / MEMORY)[:, None]
+def _around(period: float) -> slice:
+    """How many samples apart those are of which the average tells whether it swings."""
+    far, half = _far(period), round(0.5 * AROUND / period)
+    return slice(far - half, far + half + 1)
 
 
 @lru_cache(maxsize=8)
-def _keeping(period: float) -> Array:
-    """What of `lately` is left a sample later, k and k², (2, 1)."""
-    return np.asarray(_passing(period)[1] ** np.array([[1.0], [2.0]]))
+def _passing(period: float) -> Array:
+    """What is left of slow noise 0 .. p samples later and, twice, FAR later, (p + 3, 1)."""
+    return np.exp(-np.append(np.arange(ORDER + 1), [_far(period)] * 2) * period / MEMORY)[:, None]
 
 
 def _alike(noise: Noise, apart: int) -> Array:
@@ -155,13 +158,13 @@ def whitened(colour: Colour, packed: Array, y: Array) -> tuple[Array, Array, Col
 def interrupted(colour: Colour) -> Colour:
     """After a gap nothing stands beside what was before."""
     past, left = (np.full_like(old, np.nan) for old in (colour.past, colour.left))
-    return replace(colour, past=past, left=left, lately=np.zeros_like(colour.lately))
+    return replace(colour, past=past, left=left)
 
 
 def unlearnt(colour: Colour, before: Colour) -> Colour:
     """Known no better than it was before; what was left since was no noise."""
     nothing = np.full_like(colour.left, np.nan)
-    return replace(before, past=colour.past, left=nothing, lately=np.zeros_like(colour.lately))
+    return replace(before, past=colour.past, left=nothing)
 
 
 def foreseen(colour: Colour, slow: Array) -> Array:
@@ -182,37 +185,23 @@ def learnt(colour: Colour, left: Array, unknown: Array, sure: Mask, period: floa
     limit = CLIP * np.sqrt(colour.alike[0])
     held = np.minimum(np.maximum(left, -limit), limit)
     left = np.concatenate([held[None], colour.left[:-1]])
-    lately = _lately(colour.lately, left[-1], period)
-    product = held / KEPT * np.concatenate([left[: ORDER + 1], lately[:1]])
+    far, near = _far(period), _around(period)
+    earlier = np.concatenate([left[: ORDER + 1], left[far : far + 1], _mean(left[near])[None]])
+    product = held / KEPT * earlier
     product[0] -= unknown
-    expected = colour.alike.copy()
-    expected[1:] -= colour.taken
-    expected[-1] *= lately[1]
+    product[1:] += colour.taken
     gain = sure / np.minimum(colour.known + (colour.count + 1.0), LEARN / period)
-    step = gain * (product - expected)
+    step = gain * (product - colour.alike)
     step[np.isnan(step)] = 0.0
     alike = colour.alike + step
     np.maximum(alike[0], TINY**2, out=alike[0])
-    colour = changed(colour, left=left, lately=lately, alike=alike, count=colour.count + 1.0)
+    colour = changed(colour, left=left, alike=alike, count=colour.count + 1.0)
     return _looked_at(colour, period) if due(colour, period) else colour
 
 
-def _lately(before: Array, left: Array, period: float) -> Array:
-    """`lately` after one more residual, (J,) [A], NaN where there is none.
-
-    Beside what is quick one residual tells little of slow noise; their mean over MEMORY tells
-    nearly all that can be told, and hardly anything of a swing. With k what is left of slow noise a
-    sample on,
-
-        lately = (1 - k²) sum k^i x_i,    E e lately = E e x_0 (1 - k²) sum k^2i
-
-    summed where there is a residual. The last factor, how much it tells, is 1 if none is missing.
-    """
-    keep, known = _keeping(period), np.isfinite(left)
-    lately = keep * before
-    lately[0] += (1.0 - keep[1]) * np.where(known, left, 0.0)
-    lately[1] += (1.0 - keep[1]) * known
-    return np.asarray(lately)
+def _mean(rows: Array) -> Array:
+    """Of rows (n, J), (J,): of this few columns by a product, for the time that it takes."""
+    return np.asarray(np.full(len(rows), 1.0 / len(rows)) @ rows)
 
 
 def due(colour: Colour, period: float) -> bool:
@@ -252,11 +241,12 @@ def doubting(colour: Colour, doubted: Array, sure: Mask, period: float) -> Colou
 def _looked_at(colour: Colour, period: float) -> Colour:
     """The filter and the slow noise that the averages tell of."""
     p, power = ORDER, colour.alike[0]
-    passing, far = _passing(period), colour.alike[-1]
-    chance = np.where(colour.known[-1] > 0.0, 0.0, CHANCE * _chance(colour, period))
+    count, far = np.minimum(colour.count + colour.known[-1], LEARN / period), _slowly(colour)
+    chance = np.where(colour.known[-1] > 0.0, 0.0, CHANCE * power / np.sqrt(count))
+    passing = _passing(period)
     told = np.where(far > chance, far / passing[-1], 0.0)
     slow = np.minimum(told, 0.5 * power)
-    fast = colour.alike[:-1] - slow * passing[:-1]
+    fast = colour.alike[:-2] - slow * passing[:-2]
     T = _neighbours(fast) + WHITE * power[:, None, None] * np.eye(p)
     ar = _predictor(T, fast[1:].T, WHITE * power)
     left = fast[0] + np.vecdot(ar, (T @ ar[..., None])[..., 0] - 2.0 * fast[1:].T)
@@ -277,14 +267,10 @@ def _inverse(T: Array, least: Array) -> Array:
     return np.asarray(np.linalg.inv(T))  # a third of the time
 
 
-def _chance(colour: Colour, period: float) -> Array:
-    """Standard deviation of what residuals FAR apart are alike by, if nothing is slow, (J,) [A²].
-
-    Their sum over MEMORY then has the power that quick noise has at low frequencies.
-    """
-    count = np.minimum(colour.count, LEARN / period)
-    quick = (colour.scale / (1.0 - colour.ar.sum(axis=1))) ** 2
-    return np.asarray(quick * np.sqrt((1.0 - _keeping(period)[1]) / count))
+def _slowly(colour: Colour) -> Array:
+    """Product [A²] of residuals that are FAR apart, (J,), without that of what swings."""
+    far, around = colour.alike[-2:]
+    return np.asarray(np.where(around < SWINGS * far, around, far))
 
 
 def _predictor(T: Array, r: Array, white: Array) -> Array:
