@@ -99,21 +99,30 @@ def test_a_sound_run_has_nothing_of_it(workshop, tmp_path):
     assert "twin" not in verdict(summary)
 
 
+def ended(**of):
+    """A run of five samples a second that is over."""
+    return {
+        "samples": 1000, "data_s": 200.0, "rate_hz": 900.0, "payload_changes": [],
+        "latency_ms": {"p99": 2.0},
+        "quality": as_plain(no_losses(6), 0, 0, (), 1)
+        | {"restarts": 0, "stuck": [], "lost": None, "too_sparse": None},
+        "mode": "full", "quantities": {"joints": []},
+        "final": {"payload.mass": {"mean": 1.0, "sd": 0.1}},
+    } | of  # fmt: skip
+
+
+@pytest.mark.parametrize(("rate", "why"), [(4.9, "fell behind the robot"), (5.1, "quick enough")])
+def test_who_waits_for_samples_is_told_why_they_came_late(rate, why):
+    said = verdict(ended(rate_hz=rate, latency_ms={"p99": 1500.0}))
+    assert why in said.splitlines()[1] and "\n" not in verdict(ended(rate_hz=rate))
+
+
 @pytest.mark.parametrize(
     ("count", "words"), [(1, "at stamp 0.5 s"), (3, "2.5 s"), (190, "190 times")]
 )
 def test_a_sentence_has_room_for_a_few_changes(count, words):
     changes = [0.5 + k for k in range(count)]
-    said = verdict(
-        {
-            "samples": 1000, "data_s": 200.0, "rate_hz": 900.0, "payload_changes": changes,
-            "latency_ms": {"p99": 2.0},
-            "quality": as_plain(no_losses(6), 0, 0, (), 1)
-            | {"restarts": 0, "stuck": [], "lost": None, "too_sparse": None},
-            "mode": "full", "quantities": {"joints": []},
-            "final": {"payload.mass": {"mean": 1.0, "sd": 0.1}},
-        }
-    )  # fmt: skip
+    said = verdict(ended(payload_changes=changes))
     assert f"{changes[-1]:.1f} s" in said and words in said and len(said) < 200
 
 

@@ -40,6 +40,10 @@ SPARSE = (
 SILENT = 1e-3  # [-] of a joint's samples without a current, which nobody minds
 QUICK = "mode {} is less accurate than full: `urdyn bench track` prints by how much"
 SLOW = "it fell behind the robot: --mode realtime is quicker, and --rate asks for fewer samples"
+BUSY = (
+    "samples waited for longer than a second, though it is quick enough for them: something else "
+    "kept this computer busy"
+)
 
 
 @contextmanager
@@ -94,9 +98,14 @@ def verdict(summary: dict[str, Any]) -> str:
         + ("\n" + LOST.format(lost["since"], " and ".join(lost["joints"])) if lost else "")
         + ("\n" + SPARSE.format(**sparse) if sparse else "")
         + ("\n" + QUICK.format(summary["mode"]) if summary["mode"] != "full" else "")
-        + ("\n" + SLOW if latency["p99"] > BEHIND else "")
+        + (f"\n{_why_late(summary)}" if latency["p99"] > BEHIND else "")
         + ("\n" + ASTRAY.format(astray) if astray else "")
     )
+
+
+def _why_late(summary: dict[str, Any]) -> str:
+    """Why samples waited: for this computer, or for others' work on it."""
+    return BUSY if summary["rate_hz"] * summary["data_s"] > summary["samples"] else SLOW
 
 
 def _set(setting: Mapping[str, Any] | None) -> str:
