@@ -104,3 +104,9 @@ def test_what_cannot_be_written_is_refused(name: str, tmp_path: Path) -> None:
 def test_a_hash_of_nothing_is_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="cannot be read"):
         sha256(tmp_path / "nowhere")
+
+
+def test_a_log_whose_name_is_no_text_can_be_written_of(tmp_path: Path) -> None:
+    name = b"l\xe4uf.csv".decode(errors="surrogateescape")  # as Python has such a file's name
+    write_text(tmp_path / "page.html", f"{name} ± 1")
+    assert (tmp_path / "page.html").read_text(encoding="utf-8") == "l?uf.csv ± 1"

@@ -78,4 +78,4 @@ def _locked(fcntl: Any, holder: int) -> bool:
 def write_text(path: str | Path, text: str) -> None:
     """Write `text` as UTF-8, atomically."""
     with writing(path) as stream:
-        stream.write(text.encode())
+        stream.write(text.encode(errors="replace"))  # a log's name may have bytes that are no text
