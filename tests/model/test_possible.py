@@ -117,3 +117,11 @@ def test_a_moment_without_a_mass_asks_for_one():
     cov = np.diag([1.0, *[REACH**2] * 3])
     load = possible_load(Gaussian(np.array([0.0, 0.0, 0.0, 2.0 * REACH]), cov), REACH)
     np.testing.assert_allclose(load, [1.0, 0.0, 0.0, REACH], atol=1e-9)
+
+
+@pytest.mark.parametrize("sd", [0.0, 1e-160, 1e-20])
+def test_a_load_that_is_sure_is_possible_too(sd):
+    """A cloud of particles may be of one opinion, which no body has."""
+    cov = sd**2 * np.diag([1.0, *[REACH**2] * 3])
+    load = possible_load(Gaussian(np.array([0.0, 0.0, 0.0, 2.0 * REACH]), cov), REACH)
+    np.testing.assert_allclose(load, [1.0, 0.0, 0.0, REACH], atol=1e-9)
