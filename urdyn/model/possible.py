@@ -29,7 +29,7 @@ CUTS = 40  # at most
 SLACK = 1e-6  # [-] of the largest entry, that counts as rounding
 FINE = 1e-2  # [sd] of a cut, that nobody can tell from nothing
 ROUNDING = 1e-9  # [-] by which two cuts are apart at least
-SURE = 1e-30  # [kg²] of variance, that is none: a load of 1 kg is rounded more
+SURE = 1e-30  # [kg²] of variance, that a load has at least: 5 kg are rounded by as much
 FLAT = 1e-12  # [-] of the largest variance of a load, less than which is taken for that
 EXACT = 1e-12  # [-] of one side of an equation, by which the other may be off
 STEPS = 60  # of Newton's to its solution, at most; it takes 5, but where hardly anything is carried
@@ -54,14 +54,11 @@ def possible_load(belief: Gaussian, reach: float) -> Array:
     Where lambda is what the cone's edge costs, and C = diag(1, -1, -1, -1) in units of the reach,
     it is (P^-1 - lambda C)^-1 P^-1 mean, on the edge. In coordinates in which P is 1 and C is
     diag(-d, d0), with the mean (o, o0), that is w = o / (1 + lambda d) and d0 w0² = d w².
-    A belief that is sure of everything, as a cloud of one opinion is, has no P; it gives way alike
-    in all of it.
+    A belief that is sure of everything, as a cloud of one opinion is, gives way alike in all of it.
     """
     unit = np.array([1.0, *[1.0 / reach] * 3])
     variance, axes = np.linalg.eigh(belief.cov * unit[:, None] * unit)
-    if variance[-1] < SURE:
-        variance = np.ones(4)
-    sd = np.sqrt(np.maximum(variance, FLAT * variance[-1]))
+    sd = np.sqrt(np.maximum(variance, max(FLAT * variance[-1], SURE)))
     root = axes * sd
     d, turned = np.linalg.eigh(root.T @ (CONE[:, None] * root))
     back = (root @ turned) / unit[:, None]  # @ coordinates: mass and moments
