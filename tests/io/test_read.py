@@ -162,6 +162,8 @@ def test_channels_limit_what_is_kept(path: Path) -> None:
     assert set(read(path, channels=("actual_q", "actual_qd")).channels) == {"actual_q"}
     with pytest.raises(LogError, match="has no actual_qd; it has actual_current, actual_q, time"):
         read(path, channels=("actual_qd",))
+    with pytest.raises(LogError, match="has none of actual_qd, payload; it has actual_current"):
+        read(path, channels=("actual_qd", "payload", "actual_qd"))
 
 
 def test_what_another_table_has_is_told_in_a_line(tmp_path: Path) -> None:

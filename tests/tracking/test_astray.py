@@ -118,6 +118,17 @@ def test_who_waits_for_samples_is_told_why_they_came_late(rate, why):
 
 
 @pytest.mark.parametrize(
+    ("surprise", "restarts", "told"),
+    [(None, 0, False), (1.4, 0, False), (67.0, 0, True), (67.0, 1, False)],
+)
+def test_who_cannot_trust_intervals_is_told_so(surprise, restarts, told):
+    quality = ended()["quality"] | {"restarts": restarts}
+    said = verdict(ended(surprise=surprise, quality=quality))
+    assert ("average surprise is 67" in said) == told
+    assert ("begun anew" in said) == bool(restarts)  # which says why they are not
+
+
+@pytest.mark.parametrize(
     ("count", "words"), [(1, "at stamp 0.5 s"), (3, "2.5 s"), (190, "190 times")]
 )
 def test_a_sentence_has_room_for_a_few_changes(count, words):
@@ -136,47 +147,6 @@ def test_nobody_is_told_to_service_an_arm_that_may_be_another():
         sick = {"findings": [{"kind": why, "joint": 2}]}
         assert doubted(run | sick)["recommendation"]["text"].startswith("service now")
     assert doubted({"quality": {"restarts": 2}}) == {"quality": {"restarts": 2}}
-
-
-def found(kind, joint):
-    sizes = {"severity": "critical", "text": "it is off", "confidence": 0.3, "acknowledged": False}
-    sizes["forecast"] = None
-    return sizes | {"kind": kind, "joint": joint}
-
-
-@pytest.mark.parametrize(("count", "most"), [(1, False), (3, False), (4, True), (6, True)])
-def test_current_sensors_of_most_joints_do_not_fail_at_once(count, most):
-    advice = {"advice": "now", "text": "service now: elbow_joint"}
-    run = {"quality": {"restarts": 1, "compared": [9] * 6}, "recommendation": advice}
-    run["findings"] = [found("sensor_fault", j) for j in range(count)]
-    run["findings"] += [
-        found("sensor_fault", 0),
-        *(found("friction_increase", j) for j in range(6)),
-    ]
-    said = summed(doubted(run))
-    assert ("make sure that this is this arm's twin before" in said) == most
-    assert said.startswith(f"current sensors of {count} of 6 joints do not fail") == most
-
-
-@pytest.mark.parametrize(("count", "half"), [(1, False), (2, False), (3, True), (6, True)])
-def test_half_an_arm_does_not_wear_out_before_its_first_sample(count, half):
-    advice = {"advice": "now", "text": "service now: elbow_joint"}
-    run = {"quality": {"restarts": 3, "compared": [9] * 6}, "recommendation": advice}
-    run["findings"] = [found("health_degradation", j) | {"older": j < count} for j in range(6)]
-    run["findings"] += [found("sensor_fault", 0) | {"older": True}]
-    said = summed(doubted(run))
-    assert ("make sure that this is this arm's twin before" in said) == half
-    assert said.startswith(f"{count} of 6 joints are far from this twin") == half
-
-
-@pytest.mark.parametrize(("count", "most"), [(3, False), (4, True)])
-def test_what_sensors_of_most_joints_do_not_tell_was_lost_on_the_way(count, most):
-    modes = "dropped", "encoder"
-    silent = (found("sensor_fault", j) | {"evidence": {"mode": modes[j % 2]}} for j in range(count))
-    run = {"quality": {"restarts": 0, "compared": [9] * 6}, "findings": list(silent)}
-    said = summed(doubted(run | {"recommendation": {"advice": "never", "text": "look at it"}}))
-    assert ("the stream has lost what they told" in said) == most
-    assert "this arm's twin" not in said
 
 
 def test_nothing_is_found_where_nothing_was_compared():

@@ -49,6 +49,16 @@ def test_a_filter_that_cannot_be_given_a_belief_says_so():
     assert "encoder" not in beliefs.lacking(cloud)
 
 
+def test_particles_that_are_copies_of_one_tell_no_wear():
+    """They have no errors by which to weigh what they believed before."""
+    dynamics, fit = commissioned(0)
+    tracker = Tracker(fit, ParticleFilter(1), 0.02)
+    state = tracker.init()
+    for sample in samples(at_work(dynamics, 0, 5, 3.0, rate=50.0)):
+        state, _ = tracker.step(state, sample)
+    assert state.moved > 1.0 and not state.changed_drives.any()
+
+
 def test_a_run_says_what_its_filter_lacks(workshop, tmp_path):
     said = []
     source = open_source(str(workshop.recording), rows=(0, 60), tell=said.append)

@@ -185,7 +185,7 @@ HERE = f"""
 from importlib import import_module
 run = import_module("urdyn.tracking.run")
 run.AGAIN, run.PART = {OFTEN}, {0.01 * OFTEN}
-import_module("urdyn.report.track.apart").draw = lambda *of: None
+import_module("urdyn.report.track.apart").draw = lambda *of: 1.0
 import_module("urdyn.cli").main()
 """
 

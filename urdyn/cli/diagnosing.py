@@ -84,21 +84,14 @@ def undiagnosed(out: Path) -> None:
 
 
 def doubted(summary: dict[str, Any]) -> dict[str, Any]:
-    """A run whose currents were hardly this arm's, for a while or throughout: that goes first."""
-    from urdyn.diagnose.doubt import another, lost
+    """A diagnosed run whose currents were not this arm's for a while: that goes first."""
+    from urdyn.diagnose.doubt import ITS_TWIN
 
-    found, joints = summary.get("findings", ()), len(summary["quality"].get("compared", ()))
-    doubt, advice = another(found, joints), summary.get("recommendation")
-    if lossy := lost(found, joints):
-        return summary | {"doubt": lossy}
-    if not doubt and (not advice or not summary["quality"]["restarts"]):
+    found, advice = summary.get("findings", ()), summary.get("recommendation")
+    told = "doubt" in summary or any(f["kind"] in MISLEADING for f in found)  # they say why
+    if not advice or told or not summary["quality"]["restarts"]:
         return summary
-    misleads = any(f["kind"] in MISLEADING for f in summary.get("findings", ()))
-    told = {"doubt": doubt} if doubt else {}
-    if advice and (doubt or not misleads):  # a few such findings say why themselves
-        first = "make sure that this is this arm's twin before anything else; then "
-        told["recommendation"] = advice | {"text": first + advice["text"]}
-    return summary | told
+    return summary | {"recommendation": advice | {"text": ITS_TWIN.format(advice["text"])}}
 
 
 def summed(summary: dict[str, Any]) -> str:

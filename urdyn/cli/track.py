@@ -140,7 +140,7 @@ def track(
     summary = doubted(summary | {"filter": filter or ("ukf" if mode == "full" else "ekf")})
     if healthy is None:
         undiagnosed(out)
-    _report(out, summary, voice)
+    summary |= {"surprise": _report(out, summary, voice)}
     voice.note(*_remarks(out, before, stream, summary, bool(poses)))
     _tell(summary, voice)
     for path in hand(fit, summary, hand_over or (), out):
@@ -233,12 +233,13 @@ def _held(out: Path) -> tuple[str, str] | None:
         return None
 
 
-def _report(out: Path, summary: dict[str, Any], voice: Voice) -> None:
-    """Write DIR/report.html."""
+def _report(out: Path, summary: dict[str, Any], voice: Voice) -> float | None:
+    """Write DIR/report.html; the average surprise that it tells of."""
     from urdyn.io.run_folder import HISTORY, REPORT
     from urdyn.report.track.apart import draw
 
     history, page = out / HISTORY, out / REPORT
     page.unlink(missing_ok=True)  # of the run before: it is another history's
-    draw(history, summary, page)
+    surprise = draw(history, summary, page)
     voice.note(f"written: {history}, {page}")
+    return surprise

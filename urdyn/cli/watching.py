@@ -12,6 +12,7 @@ from rich.console import Console
 from rich.live import Live
 from rich.table import Table
 
+from urdyn.io.run_folder import MISSES
 from urdyn.report.digits import interval90, number
 from urdyn.report.names import spoken
 from urdyn.report.setting import set_to
@@ -36,6 +37,10 @@ SPARSE = (
     "nothing is tracked for {for_s:.1f} s, the first from stamp {since:.1f} s on: samples came "
     "{step_s:.3g} s apart there, and the period of this run is {period_s:.3g} s; see to it that a "
     "stream keeps its rate, and track parts of a log by --rows"
+)
+MISSING = (
+    "the average surprise is {}, where 1 or less is expected: something is missing from the model, "
+    "and its intervals are too narrow"
 )
 SILENT = 1e-3  # [-] of a joint's samples without a current, which nobody minds
 QUICK = "mode {} is less accurate than full: `urdyn bench track` prints by how much"
@@ -87,7 +92,7 @@ def verdict(summary: dict[str, Any]) -> str:
     mass, latency = summary["final"]["payload.mass"], summary["latency_ms"]
     changed = _changes(summary["payload_changes"])
     astray, lost = summary["quality"]["restarts"], summary["quality"]["lost"]
-    sparse = summary["quality"]["too_sparse"]
+    sparse, surprise = summary["quality"]["too_sparse"], summary.get("surprise") or 0.0
     return (
         f"{summary['samples']} samples, {summary['data_s']:.1f} s, "
         f"{QUICKNESS.format(summary['rate_hz'])}; 99 % within {number(latency['p99'])} ms; "
@@ -100,6 +105,7 @@ def verdict(summary: dict[str, Any]) -> str:
         + ("\n" + QUICK.format(summary["mode"]) if summary["mode"] != "full" else "")
         + (f"\n{_why_late(summary)}" if latency["p99"] > BEHIND else "")
         + ("\n" + ASTRAY.format(astray) if astray else "")
+        + (f"\n{MISSING.format(number(surprise))}" if surprise > MISSES and not astray else "")
     )
 
 

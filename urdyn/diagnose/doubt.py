@@ -23,12 +23,22 @@ LOSSY = (
     "see to the recorder and the network before anything below"
 )
 
+ITS_TWIN = "make sure that this is this arm's twin before anything else; then {}"
+ITS_STREAM = "see to the recorder and the network before anything else; then {}"
+
 Findings = Collection[Mapping[str, Any]]
 
 
 def doubt(findings: Findings, joints: int) -> str:
     """What to see to before any of these; "" where nothing is."""
     return lost(findings, joints) or another(findings, joints)
+
+
+def heeded(advice: str, findings: Findings, joints: int) -> str:
+    """The advice, behind what to see to before it."""
+    if lost(findings, joints):
+        return ITS_STREAM.format(advice)
+    return ITS_TWIN.format(advice) if another(findings, joints) else advice
 
 
 def lost(findings: Findings, joints: int) -> str:

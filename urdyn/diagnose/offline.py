@@ -43,8 +43,9 @@ class Report:
         return len(self.findings)
 
     def __str__(self) -> str:
+        doubt = [self.document["doubt"]] if "doubt" in self.document else []
         told = [f"{f.severity}: {f.kind}: {f.text}" for f in self.findings]
-        return "\n".join(told) or "nothing found"
+        return "\n".join([*doubt, *told]) or "nothing found"
 
     def save(self, path: str | Path) -> None:
         """Write it as one HTML page, beside what the arm's parameters did; follows the log anew."""

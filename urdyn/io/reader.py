@@ -89,7 +89,7 @@ def _bag(
     if not len(table):
         raise LogError("has no data", path)
     if not table.channels.keys() - {"timestamp"}:
-        raise LogError(f"has no {', '.join(channels or ('channel',))}", path)
+        raise LogError(f"has {_none_of(channels)}", path)
     if rows is None:
         return table, source
     cut = _cut(rows, table.rows, path)
@@ -153,9 +153,15 @@ def _plan(
         held = layout(dialect.numeric)
         there = some(held) or "no numbers at all"
         hint = "" if not held or any(map(SIX_WIDE.fullmatch, held)) else NAMED
-        asked = ", ".join(channels or ()) or "channel"
-        raise LogError(f"has no {asked}; it has {there}{hint}", path, dialect.line)
+        told = f"has {_none_of(channels)}; it has {there}{hint}"
+        raise LogError(told, path, dialect.line)
     return plan
+
+
+def _none_of(channels: Collection[str] | None) -> str:
+    """That none of the wanted channels is there; the caller may have named one twice."""
+    wanted = tuple(dict.fromkeys(channels or ("channel",)))
+    return f"{'no' if len(wanted) == 1 else 'none of'} {', '.join(wanted)}"
 
 
 def _reported(tables: Iterator[Table], plan: Plan) -> Iterator[Table]:

@@ -8,6 +8,7 @@ from typing import Any, TypedDict
 HISTORY, PARTS = "history.parquet", "history.parts"  # whole, or of a run that goes on
 FINDINGS, REPORT = "findings.json", "report.html"
 SEVERITIES = ("notice", "warning", "critical")  # of a finding, rising
+MISSES = 1.5  # [-] average surprise of a history above which its intervals cannot be trusted
 
 
 class Entry(TypedDict):

@@ -21,7 +21,7 @@ S = TypeVar("S")
 QUICK = Gaussian | SquareRoot | BlockBelief
 # What a filter lacks that can be given no belief, or not even be told that states jumped.
 LOAD = "what was known of a load before it changed does not count"
-DRIVES = "a drive that changed is compared with what was believed of it before as if it had not"
+DRIVES = "a drive that wore is not told by what was believed of it before"
 ZEROS = "an encoder that jumped is followed slowly"
 
 

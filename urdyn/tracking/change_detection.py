@@ -10,6 +10,7 @@ from typing import Generic, TypeVar
 import numpy as np
 
 from urdyn.estimate import Filter
+from urdyn.estimate.protocol import is_gaussian
 from urdyn.model.drive import Drive
 from urdyn.tracking import beliefs
 from urdyn.tracking.abrupt_changes import (
@@ -246,6 +247,19 @@ class ChangeDetector(Generic[S]):
         handling = np.isfinite(state.rest.left)
         if handling and self._payload(state.belief)[1][0] > KNOWN:
             return None
+        change = self._known_to_wear(state)
+        if change is not None or handling:  # pieces begin other evidence anew
+            return change
+        wearing = wearing_drive(state.evidence, self._sizes)
+        return AbruptChange(None, wearing, wears=True) if wearing.any() else None
+
+    def _known_to_wear(self, state: TrackerState[S]) -> AbruptChange | None:
+        """A drive that wore, by what was believed a while ago and what is believed now.
+
+        None by a filter that keeps no Gaussian: particles that are copies of one are sure of all.
+        """
+        if not is_gaussian(self.filter):
+            return None
         reference, sure = state.past.reference, SURE
         recent, turn = state.past.recent, state.colour.count // self._ask % 2.0
         if turn and state.moved - recent.moved > YOUNG:
@@ -254,13 +268,10 @@ class ChangeDetector(Generic[S]):
         blind = bool(np.isnan(state.joints.lubricant).any())
         odds = self.wear_test.compared(before, now, state.passed - reference.passed, blind)
         wore = odds.wore(sure)
-        if wore.any():  # wear from before the run is not known to go on
-            wears = reference.moved > 0.0
-            return AbruptChange(None, wore, wears=wears, known=odds.allowing(wore))
-        if handling:  # pieces begin that evidence anew
+        if not wore.any():
             return None
-        wearing = wearing_drive(state.evidence, self._sizes)
-        return AbruptChange(None, wearing, wears=True) if wearing.any() else None
+        wears = reference.moved > 0.0  # wear from before the run is not known to go on
+        return AbruptChange(None, wore, wears=wears, known=odds.allowing(wore))
 
     def _exchanged(self, state: TrackerState[S], t: float) -> bool:
         """Whether the arm carries something else since it stood until just now."""

@@ -11,14 +11,13 @@ import numpy as np
 
 from urdyn.errors import UrdynError
 from urdyn.io.plain import plain
-from urdyn.io.run_folder import REPORT, Entry
+from urdyn.io.run_folder import MISSES, REPORT, Entry
 from urdyn.io.spans import Clock, clock
 from urdyn.report.findings import RANKS, Arm, gravity, read_findings, urgency
 from urdyn.report.findings import told as as_told
 from urdyn.report.traces import downsample
 from urdyn.report.track.change import Change, compare_track
 from urdyn.report.track.history import History, Series, find_history
-from urdyn.report.track.surprise import MISSES
 
 SHOWN = ("coulomb", "health")  # of every joint
 # Most urgent first.

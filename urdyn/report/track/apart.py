@@ -14,23 +14,28 @@ from urdyn.io import write_text
 from urdyn.io.frames import Words, words_frame, words_of
 from urdyn.io.helper import Helper
 from urdyn.io.helping import Heard, helping
+from urdyn.io.plain import plain
 
 
-def draw(history: Path, summary: Mapping[str, Any], page: Path) -> None:
-    """Write the page of `track_page` to the file `page`."""
+def draw(history: Path, summary: Mapping[str, Any], page: Path) -> float | None:
+    """Write the page of `track_page` to the file `page`; the average surprise that it tells."""
     helper = Helper("urdyn.report.track.apart", "the drawing of the report", "run again")
     with closing(helper):
         told = {"history": str(history.absolute()), "page": str(page.absolute())}
-        helper.ask(words_frame(told | {"summary": dict(summary)}))
+        drawn = words_of(helper.ask(words_frame(told | {"summary": dict(summary)})))
+    surprise: float | None = drawn["surprise"]
+    return surprise
 
 
 def _answers(heard: Heard) -> Iterator[Words]:
-    """That the page is written."""
+    """Where the page is written, and the average surprise of its history."""
+    from urdyn.report.track.history import History
     from urdyn.report.track.page import track_page
 
     for words in map(words_of, heard):
-        write_text(words["page"], track_page(Path(words["history"]), words["summary"]))
-        yield {"written": words["page"]}
+        history = Path(words["history"])
+        write_text(words["page"], track_page(history, words["summary"]))
+        yield {"written": words["page"], "surprise": plain(History((history,)).surprise)}
 
 
 if __name__ == "__main__":

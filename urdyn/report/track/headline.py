@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from urdyn.io.run_folder import MISSES
 from urdyn.io.spans import Clock
 from urdyn.report.digits import MISSING, interval90, number, percent
 from urdyn.report.finding_words import kind, rising, size, when
@@ -18,7 +19,7 @@ from urdyn.report.setting import set_to
 from urdyn.report.track.change import CHANGED, SDS, SHARE, TOLD, WATCHED, Change, verdict
 from urdyn.report.track.history import PAYLOAD, History
 from urdyn.report.track.payload import carried
-from urdyn.report.track.surprise import MISSES, Surprise, trust_track
+from urdyn.report.track.surprise import Surprise, trust_track
 
 UNIT = re.compile(
     r"(?<=\d) (?=±|%|kg\b|s\b|min\b|h\b|d\b|mrad\b)|(?<=±) |(?<=\d) (?=to \d)|(?<=to) (?=\d)"

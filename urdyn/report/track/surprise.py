@@ -8,6 +8,7 @@ import numpy as np
 import plotly.graph_objects as go
 from scipy.stats import chi2
 
+from urdyn.io.run_folder import MISSES
 from urdyn.report.canvas import BAND, LEFT, OURS, band, dots, figure, line, rule
 from urdyn.report.digits import number, percent
 from urdyn.report.markup import Html, grid, plot, section
@@ -18,7 +19,6 @@ from urdyn.report.track.trace import POINTS
 from urdyn.types import Array
 
 ENDS = np.array([[0.05], [0.95]])  # of a 90 % band
-MISSES = 1.5  # [-] surprise above which intervals cannot be trusted
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,83 @@
+"""What speaks against all findings of a run goes before them, and before what to do."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import pytest
+
+from urdyn.cli.diagnosing import summed
+from urdyn.diagnose import Finding
+from urdyn.diagnose.document import findings_document
+from urdyn.faults import Costs
+
+JOINTS = tuple(f"joint_{j}" for j in range(6))
+SICK = Finding(
+    id="",
+    kind="sensor_fault",
+    joint=0,
+    name=JOINTS[0],
+    onset_s=0.0,
+    onset_interval_s=(0.0, 1.0),
+    alarm_s=2.0,
+    severity="critical",
+    confidence=0.9,
+    time_to_failure_s=None,
+    size=0.3,
+    size_sd=0.01,
+    quantity="current",
+    unit="A",
+    text="it is off",
+    advice="look at it",
+)
+
+
+def ill(kind: str, count: int, **how: Any) -> list[Finding]:
+    """A finding of so many joints, from the base on."""
+    return [replace(SICK, kind=kind, joint=j, name=JOINTS[j], **how) for j in range(count)]
+
+
+def told(findings: Sequence[Finding]) -> tuple[str, str, str]:
+    """Doubt and advice of findings.json, and what a terminal shows of the run."""
+    document = findings_document(findings, JOINTS, [True] * 6, (), {}, {}, Costs())
+    shown = summed(document | {"quality": {"compared": [9] * 6}})
+    return document.get("doubt", ""), document["recommendation"]["text"], shown
+
+
+@pytest.mark.parametrize(("count", "most"), [(1, False), (3, False), (4, True), (6, True)])
+def test_current_sensors_of_most_joints_do_not_fail_at_once(count: int, most: bool) -> None:
+    sensors = [*ill("sensor_fault", count), *ill("sensor_fault", 1)]  # one of them twice
+    doubt, advice, shown = told([*sensors, *ill("friction_increase", 6)])
+    assert doubt.startswith(f"current sensors of {count} of 6 joints do not fail") == most
+    assert advice.startswith("make sure that this is this arm's twin before") == most
+    assert "service now" in advice and shown.endswith(f"recommended: {advice}")
+    assert shown.startswith(doubt)
+
+
+@pytest.mark.parametrize(("count", "half"), [(1, False), (2, False), (3, True), (6, True)])
+def test_half_an_arm_does_not_wear_out_before_its_first_sample(count: int, half: bool) -> None:
+    worn = [replace(f, older=f.joint < count) for f in ill("health_degradation", 6)]
+    doubt, advice, _ = told([*worn, *ill("sensor_fault", 1, older=True)])
+    assert doubt.startswith(f"{count} of 6 joints are far from this twin") == half
+    assert advice.startswith("make sure that this is this arm's twin before") == half
+
+
+@pytest.mark.parametrize(("count", "most"), [(3, False), (4, True)])
+def test_what_sensors_of_most_joints_do_not_tell_was_lost_on_the_way(
+    count: int, most: bool
+) -> None:
+    silent = [
+        replace(f, evidence={"mode": ("dropped", "encoder")[f.joint % 2]})
+        for f in ill("sensor_fault", count)
+    ]
+    doubt, advice, shown = told(silent)
+    assert ("the stream has lost what they told" in doubt) == most
+    assert advice.startswith("see to the recorder and the network before") == most
+    assert "this arm's twin" not in shown
+
+
+def test_what_was_found_of_one_joint_is_not_doubted() -> None:
+    doubt, advice, _ = told(ill("friction_increase", 1))
+    assert not doubt and advice.startswith("service now")
