@@ -3,25 +3,36 @@
 Only the states in which the model bends are sampled; given those the others are Gaussian and each
 particle carries Kalman's mean of them. Where the Jacobians do not depend on the particle, one
 covariance serves all. A model that is affine throughout leaves nothing to sample: the filter is
-then Kalman's. Sampled states that nothing moves (no process noise) lose their diversity at every
-resampling, as in any particle filter.
+then Kalman's.
+
+A reading that would leave a few particles only is learnt bit by bit [Oudjane2000]_: a share of its
+likelihood, as large as enough particles can bear, then the next by those that were resampled. And
+who is resampled is spread anew, with the cloud's mean and covariance kept [Liu2001]_, or states
+that nothing moves would soon be copies of one. In a hundred dimensions a thousand particles are
+surer than they should be all the same.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from math import log
 from numbers import Integral
 
 import numpy as np
+from scipy.optimize import brentq
 
 from urdyn.dbn.two_slice import TwoSlice, U
 from urdyn.errors import InputError
-from urdyn.estimate.innovation import Innovation, Rows, measured_rows, residual_of
+from urdyn.estimate.innovation import LOG_2PI, Innovation, Rows, measured_rows, residual_of
 from urdyn.estimate.linearised import joseph, noise_of
 from urdyn.estimate.mixture import log_density, mixture_innovation, moments, normalised
 from urdyn.estimate.square_root import lower_root, pseudo_inverse
 from urdyn.given import given_count
 from urdyn.types import Array, Gaussian, Mask, frozen
+
+EASY = 0.5  # of the effective number at which a cloud is resampled: what a reading may leave
+LEAST = 0.01  # of a reading's likelihood, that is learnt at once in any case
+KEPT = 0.7  # [-] of its distance from the mean, that a resampled particle keeps
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,12 +81,19 @@ class ParticleFilter:
             F = model.transition_jacobian(state.x, u)
             cov = F @ state.cov @ np.swapaxes(F, -1, -2) + cov
         x, cov = _draw(model.transition(state.x, u), cov, self._sampled(model), rng)
-        predicted = replace(state, x=x, cov=cov, draws=state.draws + 1)
-        posterior, seen = _weigh(model, predicted, u, y)
-        effective = 1.0 / np.exp(2.0 * posterior.log_weight).sum()
-        if effective < self.threshold * self.count:
-            posterior = _resampled(posterior, rng)
-        return posterior, seen
+        cloud = replace(state, x=x, cov=cov, draws=state.draws + 1)
+        sight = seen = _sight(model, cloud, u, y)
+        predicted = moments(np.exp(cloud.log_weight), seen.expected, seen.cov(1.0))
+        left, told = 1.0, 0.0
+        while left:
+            share = self._bearable(cloud, sight, left)
+            cloud, gained = _learnt(cloud, sight, share)
+            left, told = left - share, told + gained
+            if _effective(cloud.log_weight) < self.threshold * self.count:
+                cloud = _resampled(cloud, rng)
+            if left:
+                sight = _sight(model, cloud, u, y)
+        return cloud, mixture_innovation(y, seen.rows, predicted, told)
 
     def belief(self, state: Particles) -> Gaussian:
         """Mean and covariance of the cloud."""
@@ -87,6 +105,19 @@ class ParticleFilter:
 
     def _sampled(self, model: TwoSlice[U]) -> Mask:
         return ~model.linear if self.marginalise else np.ones(len(model.names), dtype=bool)
+
+    def _bearable(self, cloud: Particles, sight: _Sight, left: float) -> float:
+        """The share of the likelihood, of what is `left` of it, that leaves enough particles."""
+
+        def spare(logarithm: float) -> float:
+            weight, _ = _weighed(cloud, sight, np.exp(logarithm))
+            return _effective(weight) - EASY * self.threshold * self.count
+
+        if left <= LEAST or spare(log(left)) >= 0.0:
+            return left
+        if spare(log(LEAST)) <= 0.0:
+            return LEAST
+        return float(np.exp(brentq(spare, log(LEAST), log(left), xtol=0.01)))
 
     def _rng(self, draws: int) -> np.random.Generator:
         return np.random.default_rng((self.seed, draws))
@@ -111,43 +142,76 @@ def _draw(mean: Array, cov: Array, sampled: Mask, rng: np.random.Generator) -> t
     return mean + np.squeeze(gain @ drawn, -1), rest
 
 
-def _weigh(
-    model: TwoSlice[U], predicted: Particles, u: U, y: Array
-) -> tuple[Particles, Innovation]:
-    """Weights by likelihood, and Kalman's correction of what is not sampled."""
-    rows, x = measured_rows(y), predicted.x
-    whole = model.observe(x, u)
+@dataclass(frozen=True, eq=False)
+class _Sight:
+    """What a cloud expects of a reading, and how far that is from it."""
+
+    expected: Array  # (K, r)
+    residual: Array  # (K, r)
+    H: Array  # (1 or K, r, n)
+    HP: Array  # (1 or K, r, n)
+    own: Array  # (1 or K, r, r) covariance of what is expected
+    R: Array  # (r, r)
+    rows: Rows  # that were measured
+
+    def cov(self, share: float) -> Array:
+        """S, of a reading that tells this share of what it does, (1 or K, r, r)."""
+        return self.own + self.R / share
+
+
+def _sight(model: TwoSlice[U], cloud: Particles, u: U, y: Array) -> _Sight:
+    rows, (_, n) = measured_rows(y), cloud.x.shape
+    whole = model.observe(cloud.x, u)
     expected, R = whole[:, rows], noise_of(model, u, whole)[rows][:, rows]
-    if not predicted.cov.any():
-        return _weigh_points(predicted, expected, R, y, rows)
-    H = model.observe_jacobian(x, u)[..., rows, :]
-    HP = H @ predicted.cov
-    S = HP @ np.swapaxes(H, -1, -2) + R
-    residual = residual_of(y, rows, expected)
-    weight, total = normalised(predicted.log_weight + log_density(residual, S))
-    gain = np.swapaxes(np.linalg.solve(S, HP), -1, -2)
-    seen = moments(np.exp(predicted.log_weight), expected, S)
-    moved = x + np.squeeze(gain @ residual[..., None], -1)
-    cov = joseph(predicted.cov, gain, H, HP, R)
-    posterior = replace(predicted, x=moved, cov=cov, log_weight=weight)
-    return posterior, mixture_innovation(y, rows, seen, total)
+    H = HP = np.zeros((1, len(R), n))
+    if cloud.cov.any():
+        H = model.observe_jacobian(cloud.x, u)[..., rows, :]
+        HP = H @ cloud.cov
+    own = HP @ np.swapaxes(H, -1, -2)
+    return _Sight(expected, residual_of(y, rows, expected), H, HP, own, R, rows)
 
 
-def _weigh_points(
-    predicted: Particles, expected: Array, R: Array, y: Array, rows: Rows
-) -> tuple[Particles, Innovation]:
-    """Weights by likelihood where every state is sampled: there is nothing to correct."""
-    density = log_density(residual_of(y, rows, expected), R[None])
-    weight, total = normalised(predicted.log_weight + density)
-    seen = moments(np.exp(predicted.log_weight), expected, R)
-    return replace(predicted, log_weight=weight), mixture_innovation(y, rows, seen, total)
+def _weighed(cloud: Particles, sight: _Sight, share: float) -> tuple[Array, float]:
+    """Weights by a share of the likelihood, (K,), and how likely that was, both as logarithms."""
+    density = log_density(sight.residual, sight.cov(share))
+    weight, total = normalised(cloud.log_weight + density)
+    if share < 1.0:  # a power of a Gaussian is one, of R / share, but for a factor
+        r, (_, log_det) = len(sight.R), np.linalg.slogdet(sight.R)
+        total += 0.5 * float((1.0 - share) * (log_det + r * LOG_2PI) - r * log(share))
+    return weight, total
+
+
+def _learnt(cloud: Particles, sight: _Sight, share: float) -> tuple[Particles, float]:
+    """Weights by likelihood, and Kalman's correction of what is not sampled."""
+    weight, total = _weighed(cloud, sight, share)
+    cloud = replace(cloud, log_weight=weight)
+    if not sight.HP.any():
+        return cloud, total
+    gain = np.swapaxes(np.linalg.solve(sight.cov(share), sight.HP), -1, -2)
+    moved = cloud.x + np.squeeze(gain @ sight.residual[..., None], -1)
+    cov = joseph(cloud.cov, gain, sight.H, sight.HP, sight.R / share)
+    return replace(cloud, x=moved, cov=cov), total
+
+
+def _effective(log_weight: Array) -> float:
+    """Number of particles of equal weight that are worth as much."""
+    return 1.0 / float(np.exp(2.0 * log_weight).sum())
 
 
 def _resampled(cloud: Particles, rng: np.random.Generator) -> Particles:
-    """Systematic resampling [Kitagawa1996]_: equal weights, one random number."""
+    """Systematic resampling [Kitagawa1996]_, then spread anew about the mean."""
+    mean, root = _moments_of(cloud)
     K = len(cloud.log_weight)
     ladder = (np.arange(K) + rng.random()) / K
     edges = np.cumsum(np.exp(cloud.log_weight))
     chosen = np.minimum(np.searchsorted(edges, ladder), K - 1)
     cov = cloud.cov if len(cloud.cov) == 1 else cloud.cov[chosen]
-    return replace(cloud, x=cloud.x[chosen], cov=cov, log_weight=np.full(K, -np.log(K)))
+    anew = rng.standard_normal(cloud.x.shape) @ root.T
+    x = mean + KEPT * (cloud.x[chosen] - mean) + np.sqrt(1.0 - KEPT**2) * anew
+    return replace(cloud, x=x, cov=cov, log_weight=np.full(K, -np.log(K)))
+
+
+def _moments_of(cloud: Particles) -> tuple[Array, Array]:
+    """Mean of the particles, (n,), and a root of their own covariance, (n, n)."""
+    own = moments(np.exp(cloud.log_weight), cloud.x, np.zeros_like(cloud.cov[:1]))
+    return own.mean, lower_root(own.cov)
