@@ -188,6 +188,16 @@ def test_what_a_change_explains_is_no_surprise(quiet, tmp_path):
     assert surprise(History((write(tmp_path / "not.parquet", table),))).overall > 1.5 * explained
 
 
+def test_a_few_gross_errors_do_not_make_a_run_surprising(quiet, tmp_path):
+    """In one row of two hundred a current is torn; in one of twenty, something is missing."""
+    calm = surprise(History((quiet,))).overall
+    for every, missing in ((200, False), (20, True)):
+        table = columns()
+        table["nis"] = table["nis"] + 3000.0 * (np.arange(ROWS) % every == 0)
+        torn = surprise(History((write(tmp_path / f"{every}.parquet", table),))).overall
+        assert (torn > 1.1 * calm) == missing
+
+
 def test_a_run_in_which_nothing_was_compared_has_a_page(tmp_path):
     table = columns() | {"measured": np.zeros(ROWS, int)}
     assert "No current was compared." in track_page(

@@ -20,6 +20,7 @@ from urdyn.io.spans import Clock, clock
 from urdyn.types import NORMAL90, Array, Mask
 
 SD = ".sd"  # after the name of a quantity: the column of its standard deviation
+GROSS = 0.01  # [-] of the rows, whose surprise is taken for gross errors, not for a misfit
 EXPLAINED = 2.0  # [s] before a change is told, in which it may have happened
 PAYLOAD = "payload"
 PREFIX = "urdyn."  # before the keys of metadata
@@ -124,10 +125,18 @@ class History:
 
     @cached_property
     def surprise(self) -> float:
-        """Normalised innovation squared a measured current, 1 expected; NaN: none was compared."""
+        """Normalised innovation squared a measured current, 1 expected; NaN: none was compared.
+
+        The mean but for the most surprising rows: of a real arm a few hold gross errors, which a
+        filter gives little weight, and one can be as large as all others together.
+        """
         measured, nis = self.column("measured"), self.column("nis")
         told = (measured > 0) & self.unexplained
-        return float(nis[told].sum() / measured[told].sum()) if told.any() else np.nan
+        if not told.any():
+            return np.nan
+        each = nis[told] / measured[told]
+        usual = each <= np.quantile(each, 1.0 - GROSS)
+        return float(nis[told][usual].sum() / measured[told][usual].sum())
 
     @cached_property
     def unexplained(self) -> Mask:

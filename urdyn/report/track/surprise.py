@@ -14,7 +14,7 @@ from urdyn.report.digits import number, percent
 from urdyn.report.markup import Html, grid, plot, section
 from urdyn.report.names import spoken
 from urdyn.report.traces import downsample
-from urdyn.report.track.history import History
+from urdyn.report.track.history import GROSS, History
 from urdyn.report.track.trace import POINTS
 from urdyn.types import Array
 
@@ -30,7 +30,7 @@ class Surprise:
     low: Array  # (W,) [-] 5 % quantile of white innovations
     high: Array  # (W,) [-] 95 % quantile
     inside: float  # [-] share of single samples between their quantiles
-    overall: float  # [-] but for what a change explains
+    overall: float  # [-] but for what a change explains, and gross errors
 
 
 def surprise(history: History) -> Surprise:
@@ -53,7 +53,8 @@ def trust_track(found: Surprise) -> str:
     """How well the belief knew what it would see."""
     if not np.isfinite(found.overall):
         return "No current was compared."
-    words = f"The average surprise is {number(found.overall)}; 1 or less is as expected"
+    least = f"The average surprise, but for the {percent(GROSS)} that surprised most, is"
+    words = f"{least} {number(found.overall)}; 1 or less is as expected"
     if found.overall > MISSES:
         return f"{words}. Something is missing from the model, and its intervals are too narrow."
     return f"{words}."
