@@ -46,6 +46,7 @@ def test_a_gaussian_filter_believes_what_it_is_given(filter_):
 def test_a_filter_that_cannot_be_given_a_belief_says_so():
     cloud = ParticleFilter(64)
     assert "ParticleFilter keeps no Gaussian" in beliefs.lacking(cloud)
+    assert "intervals are too narrow" in beliefs.lacking(cloud)
     assert "encoder" not in beliefs.lacking(cloud)
 
 
