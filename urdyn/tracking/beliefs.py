@@ -22,7 +22,7 @@ QUICK = Gaussian | SquareRoot | BlockBelief
 # What a filter lacks that can be given no belief, or not even be told that states jumped.
 LOAD = "what was known of a load before it changed does not count"
 DRIVES = "a drive that wore is not told by what was believed of it before"
-SURE = "its intervals are too narrow where states are many"
+NARROW = "its intervals are too narrow where states are many"
 ZEROS = "an encoder that jumped is followed slowly"
 
 
@@ -67,6 +67,6 @@ def shifted(filter_: Filter[S], belief: S, at: slice, by: Array) -> S:
 
 def lacking(filter_: Filter[S]) -> str:
     """What this filter will not do as others do, for the user; "": nothing."""
-    lacks = [] if is_gaussian(filter_) else [LOAD, DRIVES, SURE]
+    lacks = [] if is_gaussian(filter_) else [LOAD, DRIVES, NARROW]
     lacks += [] if is_shifting(filter_) else [ZEROS]
     return f"{type(filter_).__name__} keeps no Gaussian: {'; '.join(lacks)}" if lacks else ""
