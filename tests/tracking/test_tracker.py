@@ -43,10 +43,10 @@ def test_a_healthy_arm_stays_what_it_is(filter_):
 
 
 def test_a_cloud_of_one_opinion_goes_on_after_a_rest():
-    """So few particles in so many states are soon copies of one, and then know no covariance."""
+    """One particle, or copies of one, knows no covariance."""
     dynamics, fit = commissioned(0)
     rest = at_work(dynamics, 0, 1, 8.0, rate=20.0)
-    readings, _ = tracked(fit, rest, ParticleFilter(50))
+    readings, _ = tracked(fit, rest, ParticleFilter(1))
     widened = [reading.t for reading in readings if reading.widened]
     assert widened and widened[0] < readings[-20].t
     assert all(np.isfinite(reading.belief.mean).all() for reading in readings)
