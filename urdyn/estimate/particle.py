@@ -19,7 +19,6 @@ from math import log
 from numbers import Integral
 
 import numpy as np
-from scipy.optimize import brentq
 
 from urdyn.dbn.two_slice import TwoSlice, U
 from urdyn.errors import InputError
@@ -108,6 +107,7 @@ class ParticleFilter:
 
     def _bearable(self, cloud: Particles, sight: _Sight, left: float) -> float:
         """The share of the likelihood, of what is `left` of it, that leaves enough particles."""
+        from scipy.optimize import brentq  # 37 MB, which no other filter is to hold
 
         def spare(logarithm: float) -> float:
             weight, _ = _weighed(cloud, sight, np.exp(logarithm))
