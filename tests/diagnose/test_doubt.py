@@ -7,6 +7,7 @@ from dataclasses import replace
 from typing import Any
 
 import pytest
+from found import FOUND
 
 from urdyn.cli.diagnosing import summed
 from urdyn.diagnose import Finding
@@ -14,24 +15,7 @@ from urdyn.diagnose.document import findings_document
 from urdyn.faults import Costs
 
 JOINTS = tuple(f"joint_{j}" for j in range(6))
-SICK = Finding(
-    id="",
-    kind="sensor_fault",
-    joint=0,
-    name=JOINTS[0],
-    onset_s=0.0,
-    onset_interval_s=(0.0, 1.0),
-    alarm_s=2.0,
-    severity="critical",
-    confidence=0.9,
-    time_to_failure_s=None,
-    size=0.3,
-    size_sd=0.01,
-    quantity="current",
-    unit="A",
-    text="it is off",
-    advice="look at it",
-)
+SICK = replace(FOUND, severity="critical")
 
 
 def ill(kind: str, count: int, **how: Any) -> list[Finding]:

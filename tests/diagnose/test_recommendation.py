@@ -4,30 +4,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from found import FOUND
 
-from urdyn.diagnose import Finding
 from urdyn.diagnose.recommend import arm_health, health, recommendation
 from urdyn.faults import Costs
 
 HOUR = 3600.0
-GROWING = Finding(
-    id="friction_increase-2",
-    kind="friction_increase",
-    joint=2,
-    name="elbow_joint",
-    onset_s=0.0,
-    onset_interval_s=(0.0, 1.0),
-    alarm_s=2.0,
-    severity="warning",
-    confidence=0.97,
-    time_to_failure_s={"median": 300 * HOUR, "lo": 200 * HOUR, "hi": 450 * HOUR},
-    size=0.3,
-    size_sd=0.01,
-    quantity="Coulomb friction",
-    unit="-",
-    text="elbow_joint: Coulomb friction +30 %",
-    advice="check lubrication and the gear of this joint",
-)
+LEFT = {"median": 300 * HOUR, "lo": 200 * HOUR, "hi": 450 * HOUR}
+GROWING = replace(FOUND, time_to_failure_s=LEFT)
 STEADY = replace(GROWING, id="steady", time_to_failure_s=None)
 
 

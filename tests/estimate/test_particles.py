@@ -2,36 +2,27 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 import pytest
+from affine_models import Regressors
 
 from urdyn.dbn import AffineObservation, Joined, RandomWalk
 from urdyn.estimate import Kalman, ParticleFilter, track
-from urdyn.types import Array, Gaussian
+from urdyn.types import Gaussian
 
 
-@dataclass(frozen=True)
-class Look:
-    """An instant, and what is looked at."""
-
-    H: Array  # (r, n)
-    dt: float = 1.0
-
-
-def still(n: int, noise: float, r: int) -> Joined[Look]:
+def still(n: int, noise: float, r: int) -> Joined[Regressors]:
     """States of unit variance that nothing moves, of which r sums are seen."""
     names = tuple(f"x{k}" for k in range(n))
     prior = Gaussian(np.zeros(n), np.eye(n))
-    seen = AffineObservation[Look](n, lambda u: u.H, noise**2 * np.eye(r))
+    seen = AffineObservation[Regressors](n, lambda u: u.Y, noise**2 * np.eye(r))
     return Joined(RandomWalk(names, prior, np.zeros(n)), seen)
 
 
 @pytest.mark.parametrize("noise", [1.0, 0.1, 0.01])
 def test_what_is_learnt_bit_by_bit_is_as_likely_as_at_once(noise: float) -> None:
     """Of particles by themselves, one in a hundred lies where a sharp reading is."""
-    model, looks, y = still(1, noise, 1), [Look(np.ones((1, 1)))], np.array([[1.3]])
+    model, looks, y = still(1, noise, 1), [Regressors(np.ones((1, 1)))], np.array([[1.3]])
     exact = track(Kalman(), model, looks, y)
     gaps = []
     for seed in range(20):
@@ -49,8 +40,8 @@ def test_states_that_nothing_moves_do_not_become_copies_of_one(seed: int) -> Non
     """Two hundred sharp readings, each of which few particles outlive."""
     rng, n, r, noise = np.random.default_rng(seed), 8, 3, 0.2
     model, x = still(n, noise, r), rng.standard_normal(n)
-    looks = [Look(rng.standard_normal((r, n))) for _ in range(200)]
-    y = np.array([look.H @ x + noise * rng.standard_normal(r) for look in looks])
+    looks = [Regressors(rng.standard_normal((r, n))) for _ in range(200)]
+    y = np.array([look.Y @ x + noise * rng.standard_normal(r) for look in looks])
     exact = track(Kalman(), model, looks, y)
     found = track(ParticleFilter(1000, marginalise=False), model, looks, y)
     off = (found.mean[-1] - exact.mean[-1]) / exact.sd[-1]

@@ -10,6 +10,7 @@ from browser import Browser
 from tracked import JOINTS, START, columns, diagnosed, growing, summary, write
 
 from urdyn.report.identify.page import identify_page
+from urdyn.report.track.history import History
 from urdyn.report.track.page import track_page
 
 LOOKS = [(1280, "light"), (420, "dark")]
@@ -38,7 +39,7 @@ def tracked(tmp_path_factory: pytest.TempPathFactory) -> Path:
     told = diagnosed(growing(), growing(rate=0.0, joint=0, name="shoulder_joint"))
     whole = summary(quantities=QUANTITIES, payload_changes=[START + 20.0], **told)
     page = folder / "report.html"
-    page.write_text(track_page(history, whole), encoding="utf-8")
+    page.write_text(track_page(History((history,)), whole), encoding="utf-8")
     return page
 
 

@@ -37,7 +37,7 @@ def made(history: Path) -> tuple[str, float]:
     """A page, and the most memory that making it took [bytes], over what it is."""
     told = summary(**diagnosed(growing()))
     tracemalloc.start()
-    page = track_page(history, told)
+    page = track_page(History((history,)), told)
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
     return page, peak

@@ -15,6 +15,7 @@ from urdyn.diagnose.rules import read_rules
 from urdyn.io.spans import clock, span, span_of
 from urdyn.report.digits import difference
 from urdyn.report.finding_words import size, when
+from urdyn.report.track.history import History
 from urdyn.report.track.page import track_page
 
 SCRIPT = re.compile(r"<script.*?</script>", re.S)
@@ -26,7 +27,7 @@ def history(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def page(history: Path, *findings) -> str:
-    return track_page(history, summary(**diagnosed(*findings)))
+    return track_page(History((history,)), summary(**diagnosed(*findings)))
 
 
 def said(html: str, kind: str) -> str:
@@ -81,10 +82,10 @@ def test_nothing_found_is_said_first(history):
 
 
 def test_what_too_little_was_seen_of_is_neither_well_nor_steady(history):
-    nothing = track_page(history, summary(**diagnosed(judged=False)))
+    nothing = track_page(History((history,)), summary(**diagnosed(judged=False)))
     assert said(nothing, "headline") == "Too little was compared in 60.0 s to judge."
     assert "Leave it" not in nothing and ", steady" not in nothing and "Steady:" not in nothing
-    one = track_page(history, summary(**diagnosed(judged=(False, True))))
+    one = track_page(History((history,)), summary(**diagnosed(judged=(False, True))))
     assert "Too little was seen of shoulder to judge." in said(one, "headline")
     assert "every joint but shoulder, of which too little was seen, are as" in said(one, "said")
     table = one[one.index("<table") :]
@@ -94,7 +95,7 @@ def test_what_too_little_was_seen_of_is_neither_well_nor_steady(history):
 
 def test_the_health_of_what_was_not_seen_is_not_told(history):
     seen = diagnosed(growing(), judged=(False, True))
-    told = part(track_page(history, summary(**seen)), "Forecast")
+    told = part(track_page(History((history,)), summary(**seen)), "Forecast")
     row = next(r for r in told.split("<tr>") if "<th>shoulder</th>" in r)
     assert "100 %" not in row and "nothing found" not in row and row.count("not judged") == 3
 
@@ -107,7 +108,7 @@ def test_the_health_of_an_arm_of_which_no_joint_was_judged_is_not_told(history):
     for findings in ((), (push,)):
         said = diagnosed(*findings, judged=False)
         assert said["arm"]["health_index"] is None
-        told = part(track_page(history, summary(**said)), "Forecast")
+        told = part(track_page(History((history,)), summary(**said)), "Forecast")
         assert "100 %" not in told and "99 %" not in told and "not judged" in told
     assert diagnosed(growing(), judged=False)["arm"]["health_index"] < 0.5
     assert diagnosed(judged=(True, False))["arm"]["health_index"] > 0.99
@@ -131,7 +132,7 @@ def test_a_controller_that_knows_the_load_needs_not_be_told(history, setting, to
     )  # fmt: skip
     final = {"payload.mass": {"mean": 2.0, "sd": 0.1}}
     run = summary(**diagnosed(load), payload_setting=setting, final=final)
-    html = track_page(history, run)
+    html = track_page(History((history,)), run)
     assert html.count("tell the controller what the tool weighs") == (2 if told else 0)
     assert html.count("look for what was lost") == 2
 

@@ -42,7 +42,7 @@ def quiet(tmp_path_factory) -> Path:
 
 @pytest.fixture(scope="module")
 def page(quiet) -> str:
-    return track_page(quiet, summary())
+    return track_page(History((quiet,)), summary())
 
 
 def headline(page: str) -> str:
@@ -85,7 +85,7 @@ def test_a_ramp_names_its_joint_amount_and_time(tmp_path, quantity, word):
     mean, sd = COMMISSIONED[quantity]
     table[f"elbow_joint.{quantity}"] *= ramp(0.6)
     since = 0.01 * (2000 + (ROWS - 2001) * max(SDS * np.sqrt(2.0) * sd / mean, SHARE) / 0.4)
-    said = headline(track_page(write(tmp_path / "run.parquet", table), summary()))
+    said = headline(track_page(History((write(tmp_path / "run.parquet", table),)), summary()))
     assert said.startswith(f"Changed: elbow {word} −40 % since {since:.1f} s.")
     assert "shoulder" not in said
 
@@ -93,7 +93,7 @@ def test_a_ramp_names_its_joint_amount_and_time(tmp_path, quantity, word):
 def test_a_zero_that_slipped_is_told_in_milliradians(tmp_path):
     table = columns()
     table["elbow_joint.zero"] += np.where(T > START + 30.0, 5e-3, 0.0)
-    said = headline(track_page(write(tmp_path / "run.parquet", table), summary()))
+    said = headline(track_page(History((write(tmp_path / "run.parquet", table),)), summary()))
     assert said.startswith("Changed: elbow zero +5.0 mrad since 30.0 s.")
 
 
@@ -115,13 +115,15 @@ def test_the_payload_is_told_with_its_interval(page):
 
 
 def test_a_payload_taken_up_is_told_with_its_moment(quiet):
-    said = headline(track_page(quiet, summary(payload_changes=[START + 10.0, START + 25.0])))
+    said = headline(
+        track_page(History((quiet,)), summary(payload_changes=[START + 10.0, START + 25.0]))
+    )
     assert "2.00 ± 0.16 kg, since 25.0 s, the last of 2 changes." in said
 
 
 def test_a_payload_within_its_interval_is_not_told_from_none(tmp_path):
     table = columns() | {"payload.mass": np.full(ROWS, 0.05)}
-    said = headline(track_page(write(tmp_path / "run.parquet", table), summary()))
+    said = headline(track_page(History((write(tmp_path / "run.parquet", table),)), summary()))
     assert "cannot be distinguished from none: 0.05 ± 0.16 kg" in said
 
 
@@ -136,7 +138,9 @@ def test_a_payload_within_its_interval_is_not_told_from_none(tmp_path):
 )
 def test_the_payload_is_held_against_what_the_controller_is_set_to(quiet, off, known, words):
     setting = {"mass_kg": 0.5, "com_m": [None] * 3, "tool_known": known, "off_kg": off}
-    said = headline(track_page(quiet, summary(payload_setting=setting))).replace("\u00a0", " ")
+    said = headline(track_page(History((quiet,)), summary(payload_setting=setting))).replace(
+        "\u00a0", " "
+    )
     assert f"2.00 ± 0.16 kg. The controller {words}" in said
 
 
@@ -201,21 +205,21 @@ def test_a_few_gross_errors_do_not_make_a_run_surprising(quiet, tmp_path):
 def test_a_run_in_which_nothing_was_compared_has_a_page(tmp_path):
     table = columns() | {"measured": np.zeros(ROWS, int)}
     assert "No current was compared." in track_page(
-        write(tmp_path / "run.parquet", table), summary()
+        History((write(tmp_path / "run.parquet", table),)), summary()
     )
 
 
 def test_a_run_without_readings_says_what_to_do(tmp_path):
     table = {name: column[:0] for name, column in columns().items()}
     with pytest.raises(LogError, match="track a longer log"):
-        track_page(write(tmp_path / "run.parquet", table), summary())
+        track_page(History((write(tmp_path / "run.parquet", table),)), summary())
 
 
 def test_units_and_provenance_come_from_the_file(tmp_path):
     units = {"elbow_joint.coulomb": "furlong"}
     provenance = {"twin": "ab" * 32, "sources": [{"sha256": "cd" * 32}]}
     path = write(tmp_path / "run.parquet", columns(), units=units, provenance=provenance)
-    shown = track_page(path, summary())
+    shown = track_page(History((path,)), summary())
     titles = [json.loads(plot)["layout"]["yaxis"]["title"]["text"] for plot in PLOT.findall(shown)]
     assert titles.count("friction [furlong]") == 1
     assert "ab" * 32 in shown
@@ -226,6 +230,6 @@ def test_hostile_names_are_text(tmp_path, page):
     table = columns((HOSTILE, "elbow_joint"))
     table[f"{HOSTILE}.coulomb"] *= ramp(2.0)
     path = write(tmp_path / "run.parquet", table, provenance={HOSTILE: HOSTILE})
-    shown = track_page(path, summary(robot=HOSTILE, filter=HOSTILE, mode=HOSTILE))
+    shown = track_page(History((path,)), summary(robot=HOSTILE, filter=HOSTILE, mode=HOSTILE))
     assert shown.count("<script") == page.count("<script")
     assert "<img" not in LIBRARY.sub("", shown)

@@ -91,7 +91,7 @@ def doubted(summary: dict[str, Any]) -> dict[str, Any]:
     told = "doubt" in summary or any(f["kind"] in MISLEADING for f in found)  # they say why
     if not advice or told or not summary["quality"]["restarts"]:
         return summary
-    return summary | {"recommendation": advice | {"text": ITS_TWIN.format(advice["text"])}}
+    return summary | {"recommendation": advice | {"text": ITS_TWIN + advice["text"]}}
 
 
 def summed(summary: dict[str, Any]) -> str:

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from urdyn.diagnose.doubt import doubt, heeded
+from urdyn.diagnose.doubt import doubt
 from urdyn.diagnose.finding import Finding
 from urdyn.diagnose.recommend import arm_health, health, recommendation
 from urdyn.diagnose.trust import PASSING
@@ -33,8 +33,7 @@ def findings_document(
     """
     heard = dict(zip(joints, judged, strict=True))
     rows, told = health(findings, joints, costs), [_finite(f.plain()) for f in findings]
-    why, advice = doubt(told, len(joints)), recommendation(findings, costs, heard)
-    advice = advice | {"text": heeded(advice["text"], told, len(joints))}
+    (why, first), advice = doubt(told, len(joints)), recommendation(findings, costs, heard)
     origin = {"twin.sha256": identity.get("twin", ""), "rules": identity.get("rules", "")}
     return {
         "urdyn": __version__,
@@ -43,7 +42,7 @@ def findings_document(
         "findings": told,
         "arm": _finite(_arm(rows, costs, judged, findings)),
         "joints": [_finite(row | {"judged": heard[row["name"]]}) for row in rows],
-        "recommendation": _finite(advice),
+        "recommendation": _finite(advice | {"text": first + advice["text"]}),
         "observability": {"joint_backlash": [_finite(row) for row in observability]},
     }
 

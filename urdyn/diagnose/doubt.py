@@ -23,32 +23,20 @@ LOSSY = (
     "see to the recorder and the network before anything below"
 )
 
-ITS_TWIN = "make sure that this is this arm's twin before anything else; then {}"
-ITS_STREAM = "see to the recorder and the network before anything else; then {}"
+ITS_TWIN = "make sure that this is this arm's twin before anything else; then "
+ITS_STREAM = "see to the recorder and the network before anything else; then "
 
 Findings = Collection[Mapping[str, Any]]
 
 
-def doubt(findings: Findings, joints: int) -> str:
-    """What to see to before any of these; "" where nothing is."""
-    return lost(findings, joints) or another(findings, joints)
-
-
-def heeded(advice: str, findings: Findings, joints: int) -> str:
-    """The advice, behind what to see to before it."""
-    if lost(findings, joints):
-        return ITS_STREAM.format(advice)
-    return ITS_TWIN.format(advice) if another(findings, joints) else advice
-
-
-def lost(findings: Findings, joints: int) -> str:
-    """What to make of sensors of most joints that fall silent; "" where they do not."""
-    return _of_most(LOSSY, findings, joints, silently=True)
-
-
-def another(findings: Findings, joints: int) -> str:
-    """What to make of most joints that fail at once; "" where they do not."""
-    return _of_most(ANOTHER, findings, joints, silently=False) or _from_the_first(findings, joints)
+def doubt(findings: Findings, joints: int) -> tuple[str, str]:
+    """What to see to before any of these, and how advice then begins; "" both where nothing is."""
+    if lost := _of_most(LOSSY, findings, joints, silently=True):
+        return lost, ITS_STREAM
+    another = _of_most(ANOTHER, findings, joints, silently=False)
+    if another := another or _from_the_first(findings, joints):
+        return another, ITS_TWIN
+    return "", ""
 
 
 def _from_the_first(findings: Findings, joints: int) -> str:

@@ -22,7 +22,7 @@ import numpy as np
 
 from urdyn.dbn.two_slice import TwoSlice, U
 from urdyn.errors import InputError
-from urdyn.estimate.innovation import LOG_2PI, Innovation, Rows, measured_rows, residual_of
+from urdyn.estimate.innovation import Innovation, Rows, measured_rows, residual_of
 from urdyn.estimate.linearised import joseph, noise_of
 from urdyn.estimate.mixture import log_density, mixture_innovation, moments, normalised
 from urdyn.estimate.square_root import lower_root, pseudo_inverse
@@ -85,8 +85,8 @@ class ParticleFilter:
         predicted = moments(np.exp(cloud.log_weight), seen.expected, seen.cov(1.0))
         left, told = 1.0, 0.0
         while left:
-            share = self._bearable(cloud, sight, left)
-            cloud, gained = _learnt(cloud, sight, share)
+            share, weight, gained = self._bearable(cloud, sight, left)
+            cloud = _corrected(replace(cloud, log_weight=weight), sight, share)
             left, told = left - share, told + gained
             if _effective(cloud.log_weight) < self.threshold * self.count:
                 cloud = _resampled(cloud, rng)
@@ -105,19 +105,21 @@ class ParticleFilter:
     def _sampled(self, model: TwoSlice[U]) -> Mask:
         return ~model.linear if self.marginalise else np.ones(len(model.names), dtype=bool)
 
-    def _bearable(self, cloud: Particles, sight: _Sight, left: float) -> float:
-        """The share of the likelihood, of what is `left` of it, that leaves enough particles."""
+    def _bearable(self, cloud: Particles, sight: _Sight, left: float) -> tuple[float, Array, float]:
+        """The share, of what is `left` of the likelihood, that leaves enough; `_weighed` by it."""
+        fewest = EASY * self.threshold * self.count
+        weight, told = _weighed(cloud, sight, left)
+        if left <= LEAST or _effective(weight) >= fewest:
+            return left, weight, told
         from scipy.optimize import brentq  # 37 MB, which no other filter is to hold
 
         def spare(logarithm: float) -> float:
-            weight, _ = _weighed(cloud, sight, np.exp(logarithm))
-            return _effective(weight) - EASY * self.threshold * self.count
+            return _effective(_weighed(cloud, sight, np.exp(logarithm))[0]) - fewest
 
-        if left <= LEAST or spare(log(left)) >= 0.0:
-            return left
-        if spare(log(LEAST)) <= 0.0:
-            return LEAST
-        return float(np.exp(brentq(spare, log(LEAST), log(left), xtol=0.01)))
+        share = LEAST
+        if spare(log(LEAST)) > 0.0:
+            share = float(np.exp(brentq(spare, log(LEAST), log(left), xtol=0.01)))
+        return share, *_weighed(cloud, sight, share)
 
     def _rng(self, draws: int) -> np.random.Generator:
         return np.random.default_rng((self.seed, draws))
@@ -175,22 +177,21 @@ def _weighed(cloud: Particles, sight: _Sight, share: float) -> tuple[Array, floa
     """Weights by a share of the likelihood, (K,), and how likely that was, both as logarithms."""
     density = log_density(sight.residual, sight.cov(share))
     weight, total = normalised(cloud.log_weight + density)
-    if share < 1.0:  # a power of a Gaussian is one, of R / share, but for a factor
-        r, (_, log_det) = len(sight.R), np.linalg.slogdet(sight.R)
-        total += 0.5 * float((1.0 - share) * (log_det + r * LOG_2PI) - r * log(share))
+    if share < 1.0:  # a power of a Gaussian is one, of R / share, but for what it is at its top
+        top = np.zeros_like(sight.residual[:1])
+        whole, part = (float(log_density(top, R)[0]) for R in (sight.R, sight.R / share))
+        total += share * whole - part
     return weight, total
 
 
-def _learnt(cloud: Particles, sight: _Sight, share: float) -> tuple[Particles, float]:
-    """Weights by likelihood, and Kalman's correction of what is not sampled."""
-    weight, total = _weighed(cloud, sight, share)
-    cloud = replace(cloud, log_weight=weight)
+def _corrected(cloud: Particles, sight: _Sight, share: float) -> Particles:
+    """By a share of a reading, Kalman's correction of what is not sampled."""
     if not sight.HP.any():
-        return cloud, total
+        return cloud
     gain = np.swapaxes(np.linalg.solve(sight.cov(share), sight.HP), -1, -2)
     moved = cloud.x + np.squeeze(gain @ sight.residual[..., None], -1)
     cov = joseph(cloud.cov, gain, sight.H, sight.HP, sight.R / share)
-    return replace(cloud, x=moved, cov=cov), total
+    return replace(cloud, x=moved, cov=cov)
 
 
 def _effective(log_weight: Array) -> float:
@@ -200,18 +201,12 @@ def _effective(log_weight: Array) -> float:
 
 def _resampled(cloud: Particles, rng: np.random.Generator) -> Particles:
     """Systematic resampling [Kitagawa1996]_, then spread anew about the mean."""
-    mean, root = _moments_of(cloud)
+    own = moments(np.exp(cloud.log_weight), cloud.x, np.zeros_like(cloud.cov[:1]))
     K = len(cloud.log_weight)
     ladder = (np.arange(K) + rng.random()) / K
     edges = np.cumsum(np.exp(cloud.log_weight))
     chosen = np.minimum(np.searchsorted(edges, ladder), K - 1)
     cov = cloud.cov if len(cloud.cov) == 1 else cloud.cov[chosen]
-    anew = rng.standard_normal(cloud.x.shape) @ root.T
-    x = mean + KEPT * (cloud.x[chosen] - mean) + np.sqrt(1.0 - KEPT**2) * anew
+    anew = rng.standard_normal(cloud.x.shape) @ lower_root(own.cov).T
+    x = own.mean + KEPT * (cloud.x[chosen] - own.mean) + np.sqrt(1.0 - KEPT**2) * anew
     return replace(cloud, x=x, cov=cov, log_weight=np.full(K, -np.log(K)))
-
-
-def _moments_of(cloud: Particles) -> tuple[Array, Array]:
-    """Mean of the particles, (n,), and a root of their own covariance, (n, n)."""
-    own = moments(np.exp(cloud.log_weight), cloud.x, np.zeros_like(cloud.cov[:1]))
-    return own.mean, lower_root(own.cov)

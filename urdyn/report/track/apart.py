@@ -33,9 +33,9 @@ def _answers(heard: Heard) -> Iterator[Words]:
     from urdyn.report.track.page import track_page
 
     for words in map(words_of, heard):
-        history = Path(words["history"])
-        write_text(words["page"], track_page(history, words["summary"]))
-        yield {"written": words["page"], "surprise": plain(History((history,)).surprise)}
+        run = History((Path(words["history"]),))
+        write_text(words["page"], track_page(run, words["summary"]))
+        yield {"written": words["page"], "surprise": plain(run.surprise)}
 
 
 if __name__ == "__main__":

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Any
 
 from urdyn.report.findings import unjudged
@@ -25,14 +24,14 @@ from urdyn.report.track.surprise import surprise, surprises
 from urdyn.report.track.trends import link_masses, trends
 
 
-def track_page(history: Path, summary: Mapping[str, Any]) -> str:
+def track_page(run: History, summary: Mapping[str, Any]) -> str:
     """HTML of a tracked run.
 
     Args:
-        history: Parquet; mean and `.sd` of every quantity, currents, and surprise over time.
+        run: mean and `.sd` of every quantity, currents, and surprise over time.
         summary: robot, samples, times, latency, and when the payload was taken to have changed.
     """
-    run, summary = History((history,)), advised(summary)
+    summary = advised(summary)
     found, surprised = changes(run, unjudged(summary.get("joints", ()))), surprise(run)
     changed = [float(t) - run.start for t in summary["payload_changes"]]
     return document(
