@@ -14,6 +14,8 @@ import pytest
 from shop import Shop
 from test_diagnosis_resumed import looking_on, readings
 
+from urdyn.cli.diagnosing import doubted, summed
+from urdyn.diagnose.document import ORIGIN
 from urdyn.diagnose.job import Job, job_of
 from urdyn.diagnose.onlooker import Onlooker
 from urdyn.diagnose.reading_row import row
@@ -102,6 +104,24 @@ def test_another_process_says_what_this_one_would(shop: Shop, tmp_path: Path) ->
     assert [finding["id"] for finding in told] == ["sensor_fault.wrist_1_joint"]
     assert list(apart.findings) == ours["findings"]
     assert 20.0 < summary["diagnosis_rss_mb"] < 1000.0
+
+
+def test_a_run_is_told_all_that_its_findings_say(shop: Shop, tmp_path: Path) -> None:
+    """What speaks against them all, too, once: sensors of four joints do not fail at once."""
+    log = shop.log(*(f"sensor_fault:joint={j},mode=stuck,onset=1" for j in range(4)), seconds=3.0)
+    apart = looking_on(shop, log)
+    apart.begin(tmp_path, 0, {"twin": "a"})
+    for reading in readings(shop, log):
+        apart.take(reading)
+    summary = dict(apart.finish())
+    apart.close()
+    written = json.loads((tmp_path / FINDINGS).read_text())
+    assert summary.pop("diagnosis_rss_mb") > 0.0
+    assert summary == {name: of for name, of in written.items() if name not in ORIGIN}
+    run = summary | {"quality": {"restarts": 1, "compared": [9] * 6}}
+    told = summed(doubted(run))
+    assert told.startswith("current sensors of 4 of 6 joints do not fail at once")
+    assert told.count("make sure that this is this arm's twin") == 1
 
 
 def test_who_interrupts_a_run_does_not_interrupt_its_diagnosis(begun, tmp_path: Path) -> None:

@@ -10,9 +10,8 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from urdyn.diagnose import Finding
-from urdyn.diagnose.document import findings_document
+from urdyn.diagnose.document import ORIGIN, findings_document
 from urdyn.diagnose.prognosis import Course
-from urdyn.diagnose.worker import TOLD
 from urdyn.faults import Costs
 
 ROWS, START, STEP = 6000, 1000.0, 0.01
@@ -99,4 +98,4 @@ def diagnosed(*findings: Finding, joints=JOINTS, judged=True) -> dict[str, objec
     judged = [judged] * len(joints) if isinstance(judged, bool) else judged
     probes = [{"name": j, "observable": False, "probe": f"turn {j} quickly"} for j in joints]
     document = findings_document(findings, joints, judged, probes, {}, {}, Costs())
-    return {name: document[name] for name in TOLD}
+    return {name: of for name, of in document.items() if name not in ORIGIN}

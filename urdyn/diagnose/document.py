@@ -14,6 +14,8 @@ from urdyn.diagnose.trust import PASSING
 from urdyn.faults.decision import Costs
 from urdyn.version import __version__
 
+ORIGIN = ("urdyn", "provenance")  # of the document; all else is said of the run, in its summary too
+
 
 def findings_document(
     findings: Sequence[Finding],

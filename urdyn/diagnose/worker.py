@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+from urdyn.diagnose.document import ORIGIN
 from urdyn.diagnose.job import job_of
 from urdyn.diagnose.session import Session
 from urdyn.io.frames import Words, words_of
@@ -15,8 +16,6 @@ from urdyn.io.helping import Heard, helping
 from urdyn.io.rss import peak_rss
 from urdyn.twin import fit_of
 from urdyn.types import Array
-
-TOLD = ("findings", "arm", "joints", "recommendation", "observability")  # in a run's summary, too
 
 
 def _answers(heard: Heard) -> Iterator[Words]:
@@ -44,8 +43,9 @@ def _answer(session: Session, frame: Words | Array) -> dict[str, Any]:
         return {"kept": frame["keep"], "findings": document["findings"]}
     found = session.finish()
     document = session.write()
-    summary = {name: document[name] for name in TOLD} | {"diagnosis_rss_mb": peak_rss() / 1e6}
-    return {"told": session.untold(found), "findings": document["findings"], "finished": summary}
+    said = {name: of for name, of in document.items() if name not in ORIGIN}
+    finished = said | {"diagnosis_rss_mb": peak_rss() / 1e6}
+    return {"told": session.untold(found), "findings": document["findings"], "finished": finished}
 
 
 if __name__ == "__main__":
