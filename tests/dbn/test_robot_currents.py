@@ -134,6 +134,17 @@ def test_an_instrument_moves_the_slice_and_the_current_alike(currents, motion):
     assert currents.instrumental(u, instant) is u.packed
 
 
+def test_what_a_zero_does_is_told_by_the_instrument_alone(currents, motion):
+    """Noise of what the current is compared by would pass for a zero, the more the longer."""
+    k, instant = currents.places["k"], moment(motion, 150)
+    s = currents.reference.presliding(motion)[150]
+    instant = replace(instant, instrument=instant.a)
+    noisy = replace(instant, a=instant.a + np.random.default_rng(8).standard_normal(6))
+    u, other = (currents.inputs(now, s, 0.01) for now in (instant, noisy))
+    np.testing.assert_array_equal(u.A[:, k], other.A[:, k])
+    assert np.abs(u.load - other.load).max() > 0.1
+
+
 def test_a_skew_is_the_current_of_a_moment_later(currents, motion):
     """By differences of what the arm draws on its way, while friction turns over when it does.
 

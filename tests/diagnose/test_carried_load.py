@@ -96,6 +96,22 @@ def test_noise_of_accelerations_is_no_lack_of_a_pieces_inertia(shop: Shop) -> No
     assert abs(taken[0]) < 0.1 < 0.2 < taken[1]
 
 
+def test_no_column_has_the_noise_of_accelerations_that_is_in_what_is_left(shop: Shop) -> None:
+    """Over half an hour at 500 Hz it had made a zero of an encoder in a healthy arm."""
+    of, log = space(shop.fit), shop.log(seconds=10.0)
+    motion, s, moved = shop.motion(log)
+    warmth = felt(unfelt(6), motion.t, motion.temperature)
+    noise = np.random.default_rng(9).standard_normal(motion.a.shape)  # [rad/s²]
+    was = rows(of, motion, s, moved, warmth)
+    now = rows(of, replace(motion, a=motion.a + noise), s, moved, warmth)
+    # What gears lose goes by the sign of the load; at the ends nothing else tells accelerations.
+    alike = (np.sign(now.load) == np.sign(was.load)) & np.isfinite(motion.instrument)
+    alike = alike.all(axis=1)
+    assert alike.mean() > 0.5
+    np.testing.assert_allclose(now.rigid[alike], was.rigid[alike], rtol=1e-12)
+    np.testing.assert_allclose(now.drive[alike], was.drive[alike], rtol=1e-12)
+
+
 def test_a_gain_that_is_off_shows_in_a_piece_and_not_as_a_fault(shop: Shop) -> None:
     of, joint, off = space(shop.fit), 1, 0.06
     at, o, payload = of.places["gain"], of.places["o"], of.places["payload"]

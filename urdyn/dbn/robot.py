@@ -125,7 +125,7 @@ class RobotCurrents:
         drive = self.reference.drive
         warm = warm - drive.temperature
         unknown = np.isnan(warm)
-        G, C, M = self._arm.torque_derivatives(q, v, a)
+        G, C, M = self._arm.torque_derivatives(q, v, now.instrumental)
         later = self._later(G, C, M, now)
         A, load = self._bodies((G, later[:, None]), now, a)
         side = s * np.sign(load if x is None else load + A @ self._felt(x)[self.rigid])
@@ -167,7 +167,7 @@ class RobotCurrents:
         noise in it learns of that noise: inertia that is too small, above all where currents are
         whitened. The regressor is taken where the noise is another one, and what is left stays
         what it was: the method of instrumental variables [Soderstrom2002]_. What a joint's zero
-        and the skew do stays as it is.
+        and the skew do is told by the instrument in both.
         """
         if now.instrument is None:
             return u.packed

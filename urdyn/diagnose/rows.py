@@ -83,7 +83,9 @@ def rows(space: Space, motion: Motion, s: Array, travelled: Array, warmth: Warmt
         return np.asarray(per * ((1.0 + held) * load + drive.rotor_inertia * a + rest))
 
     predicted, through = current(load, a), (per * (1.0 + held))[..., None]
-    A = np.concatenate([arm.torque_derivatives(q, v, a)[0], Z @ space.shown, Z[..., -10:]], axis=2)
+    A = np.concatenate(
+        [arm.torque_derivatives(q, v, instrument)[0], Z @ space.shown, Z[..., -10:]], axis=2
+    )
     own = {
         "f": drive.coulomb * s,
         "alpha": drive.viscous * soft * v,
