@@ -4,15 +4,19 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import partial
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 from shop import Shop
 
 from urdyn.diagnose import Report, diagnose
 from urdyn.diagnose.backlash import HALF, Backlash, _forgotten
+from urdyn.diagnose.crossing import Crossing
 from urdyn.diagnose.rules import read_rules
 from urdyn.diagnose.space import space
+from urdyn.identify.noise import Noise
 from urdyn.simulate import (
     Trajectory,
     Work,
@@ -62,6 +66,30 @@ def test_a_gap_of_a_tenth_of_a_milliradian_is_found_within_six_reversals(shop: S
 def test_a_sound_gear_has_no_gap_however_it_turns(shop: Shop) -> None:
     report = _swung(shop, 1)
     assert not report.findings and _seen(report, 1)["observable"]
+
+
+@pytest.mark.parametrize("keeps", [0.0, 0.9])
+def test_noise_of_any_colour_is_a_gap_no_more_often_than_that_is_likely(
+    shop: Shop, keeps: float
+) -> None:
+    """A sensor that filters makes noise that lasts as long as a gap takes; the model knows it."""
+    j, n, loads = 2, 50, 60.0
+    of = space(shop.fit)
+    ar = np.full((6, 1), keeps)
+    scale = of.noise * np.sqrt(1.0 - keeps**2)
+    colour = Noise(sd=of.noise, scale=scale, dof=np.full(6, 1e18), ar=ar)
+    after = (np.arange(n) - 0.4 * n + 0.5) / RATE
+    rows = SimpleNamespace(v=np.ones((n, 6)), doubt=np.zeros((n, 6)))
+    crossing = Crossing(replace(of, colour=colour), 1.0 / RATE)
+    rng, told = np.random.default_rng(31), []
+    for _ in range(2000):
+        left = np.array(
+            lfilter([1.0], [1.0, -keeps], scale[j] * rng.standard_normal(n + 200))[200:]
+        )
+        told.append(crossing.weigh(rows, after, load=loads * after, left=left, j=j)[0])
+    ratios = np.exp(np.array(told)[:, :4])  # larger gaps take longer than there are rows
+    assert (ratios.mean(axis=0) < 1.0 + 4.0 * ratios.std(axis=0) / np.sqrt(len(told))).all()
+    assert (np.ptp(ratios, axis=0) > 0.5).any()
 
 
 def test_a_load_that_jumps_over_is_no_gap(shop: Shop) -> None:

@@ -83,18 +83,34 @@ class Crossing:
         line = Polynomial.fit(after[at], load[at], 1)(after[at])
         if not _whole(load[at], after[at], line) or self._jumps(load, at):
             return None
-        K, noise = self.space.reference.drive.gain[j], self.space.noise[j]
+        K = self.space.reference.drive.gain[j]
         x = -(line / K) * ((after[at] > 0.0) & (after[at] < self.lasting[gaps, j, None]))
-        scale = 1.0 / np.hypot(noise, rows.doubt[at, j])
-        nuisance = scale[:, None] * np.stack([np.ones(at.sum()), after[at]], axis=1)
-        q = np.linalg.qr(nuisance)[0]
-        r, x = scale * left[at], scale * x
-        r, x = r - q @ (q.T @ r), x - (x @ q) @ q.T
+        nuisance = np.stack([np.ones(at.sum()), after[at]])
+        seen = self._whitened(np.vstack([nuisance, left[at], x]), rows.doubt[at, j], j)
+        q = np.linalg.qr(seen[:2].T)[0]
+        r, *x = seen[2:] - (seen[2:] @ q) @ q.T
         r = np.clip(r, -WILD, WILD)
         louder = max(1.0, float(r @ r) / (len(r) - 2.0))  # what the model leaves just here
-        power = np.sum(x**2, axis=1)
+        power = np.sum(np.square(x), axis=1)
         of_each = [(c * (x @ r) - 0.5 * c**2 * power) / louder for c in SHARES]
         return logsumexp(of_each, axis=0) - np.log(len(SHARES)), 0.5 * power / louder
+
+    def _whitened(self, x: Array, doubt: Array, j: int) -> Array:
+        """Rows (..., n) of joint j where their noise is white: a sensor that filters has a colour.
+
+        Args:
+            doubt: sd of what nobody knows of each row, (n,) [A].
+        """
+        rows, furthest = np.arange(len(doubt)), len(self._alike) - 1
+        apart = np.minimum(np.abs(np.subtract.outer(rows, rows)), furthest)
+        cov = self._alike[apart, j] + np.diag(doubt**2)
+        return np.asarray(np.linalg.solve(np.linalg.cholesky(cov), x.T).T)
+
+    @cached_property
+    def _alike(self) -> Array:
+        """Covariance of noise 0 .. n rows apart, (n + 1, J) [A²]."""
+        rows = int(self.longest.max() * (1.0 + BEFORE / LONGEST) / self.period) + 1
+        return self.space.colour.autocovariance(rows, self.period)
 
     def _jumps(self, load: Array, at: Mask) -> bool:
         """Whether a load turns over more sharply than accelerations can be told.

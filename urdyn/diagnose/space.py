@@ -15,6 +15,7 @@ import numpy as np
 
 from urdyn.dbn.stacking import stacked
 from urdyn.identify.fit import Fit
+from urdyn.identify.noise import Noise
 from urdyn.model.arm import Arm, with_inertials
 from urdyn.model.dynamics import Dynamics
 from urdyn.tracking.commissioned import commissioned, gains_of, shown_links
@@ -32,6 +33,7 @@ class Space:
     cov: Array  # (n, n) of the fit
     noise: Array  # (J,) [A] sd of the residual
     slow: Array  # (J,) [A] sd of white noise as loud as the residual is at the lowest frequencies
+    colour: Noise  # of the residual, by commissioning
 
     def __post_init__(self) -> None:
         for name in ("shown", "cov", "noise", "slow"):
@@ -68,7 +70,7 @@ def space(fit: Fit) -> Space:
     """The space of a fit; drive gains are as commissioned: health is relative to them."""
     noise, (scores, shown) = fit.noise, shown_links(fit)
     slow = np.maximum(np.sqrt(noise.gentle), noise.sd)
-    return Space(fit.dynamics, shown, _cov(fit, scores), noise.sd, slow)
+    return Space(fit.dynamics, shown, _cov(fit, scores), noise.sd, slow, noise)
 
 
 def _places(joints: int, r: int) -> dict[str, slice]:

@@ -16,6 +16,7 @@ GAUSSIAN = 100.0  # degrees of freedom beyond which Student's t is called Gaussi
 MIN_DOF = 4.0
 CERTAIN = 1e18  # degrees of freedom of what is Gaussian to the last digit
 TINY = 1e-6  # of a variance: no noise is foreseen better
+SETTLED = 400  # rows after which noise has forgotten an innovation
 PIECE = 0.03  # [s] in which friction that is misjudged at a reversal stays alike
 WILD = 12.0  # [sd] at which a residual is clipped: an outlier does not widen the noise
 
@@ -62,6 +63,17 @@ class Noise:
         """Density of the noise beside motion as slow as its slow part, (J,) [A²] a sample."""
         lasting = 0.5 * self.slow**2 * (1.0 + self.keep) / (1.0 - self.keep)
         return np.asarray(self.power / (1.0 - self.ar.sum(axis=1)) ** 2 + lasting)
+
+    def autocovariance(self, lags: int, period: float) -> Array:
+        """Of the quick part, 0 .. `lags` rows apart that are `period` [s], (lags + 1, J) [A²]."""
+        apart = max(1, round(period / self.step))
+        response = np.zeros((SETTLED + apart * lags, len(self.ar)))
+        response[0] = 1.0
+        for t in range(1, len(response)):
+            past = response[max(0, t - self.ar.shape[1]) : t][::-1]
+            response[t] = np.einsum("jk,kj->j", self.ar[:, : len(past)], past)
+        each = [response[k:] * response[: len(response) - k] for k in apart * np.arange(lags + 1)]
+        return np.array([products.sum(axis=0) for products in each]) * self.power
 
     @property
     def counted(self) -> Noise:

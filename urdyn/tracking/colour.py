@@ -81,7 +81,7 @@ def first(noise: Noise, width: int, period: float) -> Colour:
         width: of the packed inputs.
     """
     J = len(noise.sd)
-    quick = _alike(noise, max(1, round(period / noise.step)))
+    quick = noise.autocovariance(ORDER, period)
     told = noise.slow**2 > TOLD * noise.sd**2
     slow = np.where(told, noise.slow, 0.0) ** 2
     ar = np.asarray(np.linalg.solve(_neighbours(quick), quick[1:].T[..., None]))[..., 0]
@@ -119,19 +119,6 @@ def _around(period: float) -> slice:
 def _passing(period: float) -> Array:
     """What is left of slow noise 0 .. p samples later and, twice, FAR later, (p + 3, 1)."""
     return np.exp(-np.append(np.arange(ORDER + 1), [_far(period)] * 2) * period / MEMORY)[:, None]
-
-
-def _alike(noise: Noise, apart: int) -> Array:
-    """Autocovariance of its quick part at every `apart`-th of its steps, (p + 1, J) [A²]."""
-    ar = noise.ar
-    response = np.zeros((400, len(ar)))
-    response[0] = 1.0
-    for t in range(1, len(response)):
-        past = response[max(0, t - ar.shape[1]) : t][::-1]
-        response[t] = np.einsum("jk,kj->j", ar[:, : len(past)], past)
-    steps = apart * np.arange(ORDER + 1)
-    lags = [np.sum(response[k:] * response[: max(len(response) - k, 0)], axis=0) for k in steps]
-    return np.array(lags) * noise.power
 
 
 def _neighbours(alike: Array) -> Array:
