@@ -14,6 +14,7 @@ from shop import Shop
 from urdyn.diagnose import Report, diagnose
 from urdyn.diagnose.backlash import HALF, Backlash, _forgotten
 from urdyn.diagnose.crossing import Crossing
+from urdyn.diagnose.flight import KNOWN, STRIKES, Beside, Flight, _strike
 from urdyn.diagnose.rules import read_rules
 from urdyn.diagnose.space import space
 from urdyn.identify.noise import Noise
@@ -73,23 +74,27 @@ def test_noise_of_any_colour_is_a_gap_no_more_often_than_that_is_likely(
     shop: Shop, keeps: float
 ) -> None:
     """A sensor that filters makes noise that lasts as long as a gap takes; the model knows it."""
-    j, n, loads = 2, 50, 60.0
-    of = space(shop.fit)
-    ar = np.full((6, 1), keeps)
+    j, rng, of = 2, np.random.default_rng(31), space(shop.fit)
     scale = of.noise * np.sqrt(1.0 - keeps**2)
-    colour = Noise(sd=of.noise, scale=scale, dof=np.full(6, 1e18), ar=ar)
-    after = (np.arange(n) - 0.4 * n + 0.5) / RATE
-    rows = SimpleNamespace(v=np.ones((n, 6)), doubt=np.zeros((n, 6)))
-    crossing = Crossing(replace(of, colour=colour), 1.0 / RATE)
-    rng, told = np.random.default_rng(31), []
+    colour = Noise(of.noise, scale, dof=np.full(6, 1e18), ar=np.full((6, 1), keeps))
+    of = replace(of, colour=colour)
+    after = (np.arange(100) - 19.5) / RATE
+    load, light, T = 60.0 * after, 20.0 * after, 0.06
+    rows = SimpleNamespace(v=np.ones((100, 6)), doubt=np.zeros((100, 6)))
+    crossing, flight = Crossing(of, 1.0 / RATE), Flight(of, 1.0 / RATE)
+    known = np.stack([light, np.gradient(light, after), np.zeros(100)], axis=1) * KNOWN
+    gone, K = light * ((after > 0.0) & (after < T)), of.reference.drive.gain[j]
+    lacking = np.array([10.0 * T**2 * _strike(after - T, lasting) - gone for lasting in STRIKES])
+    told = []
     for _ in range(2000):
-        left = np.array(
-            lfilter([1.0], [1.0, -keeps], scale[j] * rng.standard_normal(n + 200))[200:]
-        )
-        told.append(crossing.weigh(rows, after, load=loads * after, left=left, j=j)[0])
-    ratios = np.exp(np.array(told)[:, :4])  # larger gaps take longer than there are rows
+        drawn = scale[j] * rng.standard_normal(300)
+        left = lfilter([1.0], [1.0, -keeps], drawn)[200:]
+        beside = Beside(left, rows.doubt[:, j], known / K, rows.v[:, j], left == left, K, j)
+        crossed = crossing.weigh(rows, after, load=load, left=left, j=j)[0]
+        told.append([*crossed[:4], flight._weigh(beside, after, lacking, T)[0]])
+    ratios = np.exp(told)
     assert (ratios.mean(axis=0) < 1.0 + 4.0 * ratios.std(axis=0) / np.sqrt(len(told))).all()
-    assert (np.ptp(ratios, axis=0) > 0.5).any()
+    assert (np.ptp(ratios, axis=0)[3:] > 0.5).all()
 
 
 def test_a_load_that_jumps_over_is_no_gap(shop: Shop) -> None:

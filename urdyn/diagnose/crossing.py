@@ -86,31 +86,21 @@ class Crossing:
         K = self.space.reference.drive.gain[j]
         x = -(line / K) * ((after[at] > 0.0) & (after[at] < self.lasting[gaps, j, None]))
         nuisance = np.stack([np.ones(at.sum()), after[at]])
-        seen = self._whitened(np.vstack([nuisance, left[at], x]), rows.doubt[at, j], j)
-        q = np.linalg.qr(seen[:2].T)[0]
-        r, *x = seen[2:] - (seen[2:] @ q) @ q.T
+        columns = np.vstack([nuisance, left[at], x]).T
+        seen = white(columns, self._alike[:, j], rows.doubt[at, j])
+        q = np.linalg.qr(seen[:, :2])[0]
+        r, *x = (seen[:, 2:] - q @ (q.T @ seen[:, 2:])).T
         r = np.clip(r, -WILD, WILD)
         louder = max(1.0, float(r @ r) / (len(r) - 2.0))  # what the model leaves just here
         power = np.sum(np.square(x), axis=1)
         of_each = [(c * (x @ r) - 0.5 * c**2 * power) / louder for c in SHARES]
         return logsumexp(of_each, axis=0) - np.log(len(SHARES)), 0.5 * power / louder
 
-    def _whitened(self, x: Array, doubt: Array, j: int) -> Array:
-        """Rows (..., n) of joint j where their noise is white: a sensor that filters has a colour.
-
-        Args:
-            doubt: sd of what nobody knows of each row, (n,) [A].
-        """
-        rows, furthest = np.arange(len(doubt)), len(self._alike) - 1
-        apart = np.minimum(np.abs(np.subtract.outer(rows, rows)), furthest)
-        cov = self._alike[apart, j] + np.diag(doubt**2)
-        return np.asarray(np.linalg.solve(np.linalg.cholesky(cov), x.T).T)
-
     @cached_property
     def _alike(self) -> Array:
-        """Covariance of noise 0 .. n rows apart, (n + 1, J) [A²]."""
+        """Covariance of the noise of rows that are 0 .. n apart, (n + 1, J) [A²]."""
         rows = int(self.longest.max() * (1.0 + BEFORE / LONGEST) / self.period) + 1
-        return self.space.colour.autocovariance(rows, self.period)
+        return self.space.covariance(rows, self.period)
 
     def _jumps(self, load: Array, at: Mask) -> bool:
         """Whether a load turns over more sharply than accelerations can be told.
@@ -121,6 +111,19 @@ class Crossing:
         lag = max(1, round(SPAN / self.period))
         bend = np.abs(load[2 * lag :] - 2.0 * load[lag:-lag] + load[: -2 * lag])
         return bool(bend[at[lag:-lag]].mean() > BENT * np.median(bend))
+
+
+def white(columns: Array, alike: Array, doubt: Array) -> Array:
+    """Rows (n, k) where their noise is white: a sensor that filters makes one that lasts.
+
+    Args:
+        alike: covariance of noise 0, 1 .. rows apart, (m,) [A²]; beyond that as the last.
+        doubt: sd of what nobody knows of each row, (n,) [A].
+    """
+    rows = np.arange(len(doubt))
+    apart = np.minimum(np.abs(np.subtract.outer(rows, rows)), len(alike) - 1)
+    root = np.linalg.cholesky(alike[apart] + np.diag(doubt**2))
+    return np.asarray(np.linalg.solve(root, columns))
 
 
 def _whole(load: Array, after: Array, line: Array) -> bool:

@@ -15,10 +15,11 @@ uncertain, and nothing is taken for a gap that they explain.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
-from urdyn.diagnose.crossing import SHARES, WILD
+from urdyn.diagnose.crossing import SHARES, WILD, white
 from urdyn.diagnose.rows import Rows
 from urdyn.diagnose.space import Space
 from urdyn.tracking.joint_motion import STANDING
@@ -37,7 +38,7 @@ PRIOR -= np.logaddexp.reduce(PRIOR)
 REACH = LONG + LATE + STRIKE + MARGIN + DELAYS.max()  # [s] after a reversal
 KNOWN = (0.3, 0.01, 1e-3)  # sd of the share of the load [-], its slope [s], its bend [s²]
 FREE = 1e3  # [A] and [A/s], sd of a level and a slope of which nothing is known
-TOGETHER, CORRELATED = 0.008, 0.2  # [s] of rows that count as one; share of noise that is left
+TOGETHER = 0.008  # [s] of rows that count as one
 ENOUGH, TORN = 10, 3.0  # rows; periods that one step may take
 
 
@@ -80,6 +81,21 @@ class Flight:
         ]
         llr, shown = np.swapaxes(each, 0, 1)
         return np.logaddexp.reduce(llr + PRIOR[:, None]), np.exp(PRIOR) @ shown
+
+    @property
+    def _many(self) -> int:
+        """Rows that count as one."""
+        return max(1, round(TOGETHER / self.period))
+
+    @cached_property
+    def _alike(self) -> Array:
+        """Covariance of the noise of so many rows' means, 0 .. n of them apart, (n + 1, J) [A²]."""
+        many, means = self._many, int((REACH + LONG) / (self._many * self.period)) + 1
+        rows = self.space.covariance(many * (means + 1), self.period)
+        apart = np.arange(1 - many, many)
+        share = (many - np.abs(apart)) / many**2
+        lags = np.abs(many * np.arange(means + 1)[:, None] + apart)
+        return np.asarray(np.einsum("d,kdj->kj", share, rows[lags]))
 
     def _mass(self, q: Array, j: int, tool: Array) -> float:
         """Inertia of all that hangs on joint j, about its axis, M_jj [kg·m²]."""
@@ -132,21 +148,18 @@ class Flight:
         still = (after > 0.0) & ~(beside.speed > STANDING)  # then it is held by friction
         end = min(T + LATE + STRIKE + MARGIN, float(after[still].min(initial=np.inf)))
         at = (after > -MARGIN) & (after < end)
-        many = max(1, round(TOGETHER / self.period))
+        many = self._many
         if at.sum() < ENOUGH * many or not end > T + LATE + 0.5 * STRIKE:
             return 0.0, 0.0
         if not (beside.speed[at].min() > STANDING and beside.finite[at].all()):
             return 0.0, 0.0
-        noise, ways = self.space.noise[beside.joint], len(lacking)
+        ways = len(lacking)
         free = FREE * np.stack([np.ones(at.sum()), after[at]], axis=1)
         templates = lacking[:, at].T / beside.gain
-        columns = np.column_stack(
-            [beside.doubt[at], beside.left[at], templates, free, beside.known[at]]
-        )
-        columns = _means(columns, many)
-        quiet = noise * np.sqrt(CORRELATED + (1.0 - CORRELATED) / many)
-        columns /= np.hypot(quiet, columns[:, :1])
-        r, *x = _whitened(columns[:, 2 + ways :], *columns[:, 1 : 2 + ways].T)
+        columns = np.column_stack([beside.left[at], templates, free, beside.known[at]])
+        doubt = _means(beside.doubt[at], many)[:, 0]
+        columns = white(_means(columns, many), self._alike[:, beside.joint], doubt)
+        r, *x = _whitened(columns[:, 1 + ways :], *columns[:, : 1 + ways].T)
         each = np.array([_told(r, struck) for struck in x])
         return float(_mean(each[:, 0])), float(each[:, 1].mean())
 

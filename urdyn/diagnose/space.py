@@ -16,6 +16,7 @@ import numpy as np
 from urdyn.dbn.stacking import stacked
 from urdyn.identify.fit import Fit
 from urdyn.identify.noise import Noise
+from urdyn.identify.slow import MEMORY
 from urdyn.model.arm import Arm, with_inertials
 from urdyn.model.dynamics import Dynamics
 from urdyn.tracking.commissioned import commissioned, gains_of, shown_links
@@ -59,6 +60,15 @@ class Space:
         """Places of what the tool carries."""
         at = self.places["payload"]
         return np.arange(at.start, at.stop)
+
+    def covariance(self, rows: int, period: float) -> Array:
+        """Of the residual with itself 0 .. `rows` rows later, (rows + 1, J) [A²].
+
+        Args:
+            period: [s] between rows.
+        """
+        left = np.exp(-period / MEMORY * np.arange(rows + 1.0))
+        return self.colour.autocovariance(rows, period) + np.outer(left, self.colour.slow**2)
 
     @cached_property
     def arm(self) -> Arm:
