@@ -19,7 +19,7 @@ from functools import cached_property
 
 import numpy as np
 
-from urdyn.diagnose.crossing import SHARES, WILD, white
+from urdyn.diagnose.crossing import SHARES, WILD
 from urdyn.diagnose.rows import Rows
 from urdyn.diagnose.space import Space
 from urdyn.tracking.joint_motion import STANDING
@@ -38,7 +38,9 @@ PRIOR -= np.logaddexp.reduce(PRIOR)
 REACH = LONG + LATE + STRIKE + MARGIN + DELAYS.max()  # [s] after a reversal
 KNOWN = (0.3, 0.01, 1e-3)  # sd of the share of the load [-], its slope [s], its bend [s²]
 FREE = 1e3  # [A] and [A/s], sd of a level and a slope of which nothing is known
-TOGETHER = 0.008  # [s] of rows that count as one
+TOGETHER = (
+    0.01  # [s] of rows that count as one: what is left of noise in their means is as if white
+)
 ENOUGH, TORN = 10, 3.0  # rows; periods that one step may take
 
 
@@ -88,14 +90,12 @@ class Flight:
         return max(1, round(TOGETHER / self.period))
 
     @cached_property
-    def _alike(self) -> Array:
-        """Covariance of the noise of so many rows' means, 0 .. n of them apart, (n + 1, J) [A²]."""
-        many, means = self._many, int((REACH + LONG) / (self._many * self.period)) + 1
-        rows = self.space.covariance(many * (means + 1), self.period)
-        apart = np.arange(1 - many, many)
-        share = (many - np.abs(apart)) / many**2
-        lags = np.abs(many * np.arange(means + 1)[:, None] + apart)
-        return np.asarray(np.einsum("d,kdj->kj", share, rows[lags]))
+    def _quiet(self) -> Array:
+        """sd of the noise of so many rows' means, (J,) [A]: a sensor that filters leaves more."""
+        rows = self.space.covariance(self._many - 1, self.period)
+        share = np.full(self._many, 2.0) - 2.0 * np.arange(self._many) / self._many
+        share[0] = 1.0
+        return np.asarray(np.sqrt(share @ rows / self._many))
 
     def _mass(self, q: Array, j: int, tool: Array) -> float:
         """Inertia of all that hangs on joint j, about its axis, M_jj [kg·m²]."""
@@ -158,7 +158,7 @@ class Flight:
         templates = lacking[:, at].T / beside.gain
         columns = np.column_stack([beside.left[at], templates, free, beside.known[at]])
         doubt = _means(beside.doubt[at], many)[:, 0]
-        columns = white(_means(columns, many), self._alike[:, beside.joint], doubt)
+        columns = _means(columns, many) / np.hypot(self._quiet[beside.joint], doubt)[:, None]
         r, *x = _whitened(columns[:, 1 + ways :], *columns[:, : 1 + ways].T)
         each = np.array([_told(r, struck) for struck in x])
         return float(_mean(each[:, 0])), float(each[:, 1].mean())
