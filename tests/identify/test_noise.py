@@ -13,7 +13,15 @@ from scipy.stats import binom, chi2
 from scipy.stats import t as student
 
 from urdyn.identify import Noise
-from urdyn.identify.noise import GAUSSIAN, MAX_ORDER, PIECE, fit_noise, white_noise, whiten
+from urdyn.identify.noise import (
+    CERTAIN,
+    GAUSSIAN,
+    MAX_ORDER,
+    PIECE,
+    fit_noise,
+    white_noise,
+    whiten,
+)
 from urdyn.identify.slow import MEMORY, forgotten, periodogram
 from urdyn.types import Array
 
@@ -255,3 +263,15 @@ def test_errors_in_turns_are_no_colour_of_the_noise() -> None:
     told, blind = fit_noise([[rough]], STEP, turning=[[near]]), alone(rough)
     truth = 1.0 - AR.sum()
     assert abs(1.0 - told.ar.sum() - truth) < 0.5 * abs(1.0 - blind.ar.sum() - truth)
+
+
+@pytest.mark.parametrize("period", [0.01, 0.02])
+def test_what_rows_of_an_autoregression_have_in_common_fades_as_it_is_known_to(
+    period: float,
+) -> None:
+    keep = np.array([0.0, 0.7, -0.4])
+    by, dof = np.full(3, 0.3), np.full(3, CERTAIN)
+    noise = Noise(np.ones(3), by, dof, keep[:, None], keep=forgotten(STEP))
+    lags = np.arange(6)[:, None] * round(period / STEP)
+    wanted = 0.09 / (1.0 - keep**2) * keep**lags
+    np.testing.assert_allclose(noise.autocovariance(5, period), wanted, rtol=1e-9, atol=1e-15)

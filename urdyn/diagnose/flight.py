@@ -38,9 +38,7 @@ PRIOR -= np.logaddexp.reduce(PRIOR)
 REACH = LONG + LATE + STRIKE + MARGIN + DELAYS.max()  # [s] after a reversal
 KNOWN = (0.3, 0.01, 1e-3)  # sd of the share of the load [-], its slope [s], its bend [s²]
 FREE = 1e3  # [A] and [A/s], sd of a level and a slope of which nothing is known
-TOGETHER = (
-    0.01  # [s] of rows that count as one: what is left of noise in their means is as if white
-)
+TOGETHER = 0.01  # [s] of rows that count as one: the noise of their means is as if white
 ENOUGH, TORN = 10, 3.0  # rows; periods that one step may take
 
 

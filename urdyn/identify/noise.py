@@ -65,7 +65,11 @@ class Noise:
         return np.asarray(self.power / (1.0 - self.ar.sum(axis=1)) ** 2 + lasting)
 
     def autocovariance(self, lags: int, period: float) -> Array:
-        """Of the quick part, 0 .. `lags` rows apart that are `period` [s], (lags + 1, J) [A²]."""
+        """Of the quick part, 0 .. `lags` rows apart, (lags + 1, J) [A²].
+
+        Args:
+            period: [s] between rows; of those that are closer than rows were, it is as of those.
+        """
         apart = max(1, round(period / self.step))
         response = np.zeros((SETTLED + apart * lags, len(self.ar)))
         response[0] = 1.0
