@@ -296,6 +296,24 @@ def test_a_push_is_none_the_less_for_a_piece_that_it_was_taken_for(
     assert [again.joint for again in told(piece)] == [event.joint]
 
 
+def test_a_piece_that_was_felt_to_come_stays_until_moments_tell_of_it(
+    shop: Shop, where: Space
+) -> None:
+    """Beside a baseline of its weight alone each time it is sped up would be a push."""
+    piece = Payload(4.0, np.array([0.0, 0.0, 0.08])).inertials()
+    log = shop.log("payload_change:mass=4,com=0/0/0.08,onset=4", seconds=7.0)
+    motion, s, moved = shop.motion(log)
+    seen = rows(where, motion, s, moved, unfelt(6))
+    alone, known = Collision(where, read_rules().fast.collision), np.array([NOTHING[0], piece])
+    state, events = alone.init(), list[Event]()
+    for k in range(0, len(motion), 20):
+        state, more = alone.step(state, seen.part(k, k + 20), known, np.zeros(6, dtype=bool))
+        events += more
+        if seen.t[k] - log.t[0] > 4.5:
+            np.testing.assert_array_equal(state.carried, piece)
+    assert not events
+
+
 def test_who_took_friction_for_a_push_is_not_deaf_to_one(shop: Shop, where: Space) -> None:
     """A joint is held by more, and goes: it told nothing, and what comes then begins for itself."""
     n, arm, drive = 125, shop.dynamics.arm, shop.dynamics.drive

@@ -11,6 +11,7 @@ from functools import cached_property, partial
 
 import numpy as np
 
+from urdyn.diagnose.carried import ANYTHING
 from urdyn.diagnose.creep import Creep, at_first
 from urdyn.diagnose.event import Event
 from urdyn.diagnose.fast_rules import CollisionRule
@@ -43,6 +44,7 @@ CORRELATED = 0.3  # [-] share of the noise that a bin's mean does not lose
 SETTLES, TURNS = 0.4, 0.12
 SLOWLY = 0.5  # [s] that a push may take to be loud, at most
 LATE = 0.4  # [-] of a bin by which a prediction may be early or late
+LEARNS = 3.0  # [s] in which who tells loads by moments has learnt of one that was felt to come
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,6 +61,7 @@ class Quiet:
     asked: Array  # (J,) [N·m] predicted in the last bin
     spread: Array  # (J,) [(N·m)²] of quiet bins about it
     carried: Array  # (10,) what was taken to be at the tool
+    changed: float  # [s] when another load was felt to come
     unheard: Mask  # (J,) joints whose current nobody knew in the last bin
     seen: int = 0  # quiet bins
     still: float = -np.inf  # [s] end of the last bin in which nothing was felt
@@ -100,6 +103,7 @@ class Collision:
             asked=nothing,
             spread=nothing,
             carried=np.zeros(10),
+            changed=-np.inf,
             unheard=no,
         )
 
@@ -131,7 +135,7 @@ class Collision:
         creep, grip = state.creep.after(rows, drive), self._grip(rows)
         rho, aimed = self._torques(rows, ill, grip * creep.integrated(rows, drive))
         if not state.going:
-            state = _beside(state, tool, carried[0])
+            state = _beside(state, tool, _now(state, carried, float(rows.t[0])))
         borne = tool @ state.carried
         state = self._loosened(state, rows, rho=rho, borne=borne, aimed=aimed, creep=creep)
         late = LATE * np.abs(aimed - state.asked)
@@ -232,12 +236,22 @@ class Collision:
             if state.seen > CALM:
                 event = self.pushed.event(state.bins, state.calm, state.loads, ill)
                 event = event and _begun(event, state.still)
-            state = replace(state, bare=state.base + seen.tool @ seen.carried)
-            return replace(state, carried=seen.carried, calm=0, bins=()), event
+            if not np.array_equal(seen.carried, state.carried):
+                state = replace(state, carried=seen.carried, changed=seen.t)
+            bare = state.base + seen.tool @ seen.carried
+            return replace(state, bare=bare, calm=0, bins=()), event
         if seen.t - state.bins[0].t > self.rule.longest:
             base, bare = state.base + seen.felt, state.bare + seen.bare
             return replace(state, base=base, bare=bare, calm=0, bins=()), None
         return state, None
+
+
+def _now(state: Quiet, carried: Array, t: float) -> Array:
+    """What is carried, (10,), at t [s]: the likeliest, or for a while what was felt to come."""
+    if t - state.changed > LEARNS:
+        return np.asarray(carried[0])
+    apart = np.abs((carried - state.carried) / ANYTHING).max(axis=1)
+    return np.asarray(carried[np.argmin(apart)])
 
 
 def _beside(state: Quiet, tool: Array, load: Array) -> Quiet:
