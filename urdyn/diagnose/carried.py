@@ -128,7 +128,12 @@ def together(told: Sequence[Shown]) -> Shown:
 
 def nearest(told: Sequence[Shown], m: Array) -> Shown:
     """What a moment says, as it is near a load m, (10,)."""
-    return min(told, key=lambda each: float(np.abs((each.beside - m) / ANYTHING).max()))
+    return min(told, key=lambda each: float(unlike(each.beside, m)))
+
+
+def unlike(loads: Array, m: Array) -> Array:
+    """How far loads (..., 10) are from m, (10,), in sd of one of which nothing is known."""
+    return np.asarray(np.abs((loads - m) / ANYTHING).max(axis=-1))
 
 
 def remembered(modes: Sequence[Mode], new: Mode, needed: Set[int]) -> tuple[tuple[Mode, ...], int]:

@@ -11,7 +11,7 @@ from functools import cached_property, partial
 
 import numpy as np
 
-from urdyn.diagnose.carried import ANYTHING
+from urdyn.diagnose.carried import unlike
 from urdyn.diagnose.creep import Creep, at_first
 from urdyn.diagnose.event import Event
 from urdyn.diagnose.fast_rules import CollisionRule
@@ -250,8 +250,7 @@ def _now(state: Quiet, carried: Array, t: float) -> Array:
     """What is carried, (10,), at t [s]: the likeliest, or for a while what was felt to come."""
     if t - state.changed > LEARNS:
         return np.asarray(carried[0])
-    apart = np.abs((carried - state.carried) / ANYTHING).max(axis=1)
-    return np.asarray(carried[np.argmin(apart)])
+    return np.asarray(carried[np.argmin(unlike(carried, state.carried))])
 
 
 def _beside(state: Quiet, tool: Array, load: Array) -> Quiet:

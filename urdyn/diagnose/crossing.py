@@ -85,14 +85,13 @@ class Crossing:
             return None
         K = self.space.reference.drive.gain[j]
         x = -(line / K) * ((after[at] > 0.0) & (after[at] < self.lasting[gaps, j, None]))
-        nuisance = np.stack([np.ones(at.sum()), after[at]])
-        columns = np.vstack([nuisance, left[at], x]).T
+        columns = np.column_stack([np.ones(at.sum()), after[at], left[at], x.T])
         seen = white(columns, self._alike[:, j], rows.doubt[at, j])
-        q = np.linalg.qr(seen[:, :2])[0]
-        r, *x = (seen[:, 2:] - q @ (q.T @ seen[:, 2:])).T
-        r = np.clip(r, -WILD, WILD)
+        q, told = np.linalg.qr(seen[:, :2])[0], seen[:, 2:]
+        beside = (told - q @ (q.T @ told)).T
+        r, x = np.clip(beside[0], -WILD, WILD), beside[1:]
         louder = max(1.0, float(r @ r) / (len(r) - 2.0))  # what the model leaves just here
-        power = np.sum(np.square(x), axis=1)
+        power = np.sum(x**2, axis=1)
         of_each = [(c * (x @ r) - 0.5 * c**2 * power) / louder for c in SHARES]
         return logsumexp(of_each, axis=0) - np.log(len(SHARES)), 0.5 * power / louder
 

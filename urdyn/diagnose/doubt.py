@@ -34,9 +34,8 @@ def doubt(findings: Findings, joints: int) -> tuple[str, str]:
     if lost := _of_most(LOSSY, findings, joints, silently=True):
         return lost, ITS_STREAM
     another = _of_most(ANOTHER, findings, joints, silently=False)
-    if another := another or _from_the_first(findings, joints):
-        return another, ITS_TWIN
-    return "", ""
+    another = another or _from_the_first(findings, joints)
+    return another, ITS_TWIN if another else ""
 
 
 def _from_the_first(findings: Findings, joints: int) -> str:

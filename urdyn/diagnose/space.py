@@ -32,12 +32,10 @@ class Space:
     reference: Dynamics
     shown: Array  # (10 J, r) inertials per unit of m
     cov: Array  # (n, n) of the fit
-    noise: Array  # (J,) [A] sd of the residual
-    slow: Array  # (J,) [A] sd of white noise as loud as the residual is at the lowest frequencies
     colour: Noise  # of the residual, by commissioning
 
     def __post_init__(self) -> None:
-        for name in ("shown", "cov", "noise", "slow"):
+        for name in ("shown", "cov"):
             object.__setattr__(self, name, frozen(getattr(self, name)))
 
     @property
@@ -61,6 +59,16 @@ class Space:
         at = self.places["payload"]
         return np.arange(at.start, at.stop)
 
+    @property
+    def noise(self) -> Array:
+        """sd of the residual, (J,) [A]."""
+        return self.colour.sd
+
+    @cached_property
+    def slow(self) -> Array:
+        """sd of white noise as loud as the residual is at the lowest frequencies, (J,) [A]."""
+        return frozen(np.maximum(np.sqrt(self.colour.gentle), self.noise))
+
     def covariance(self, rows: int, period: float) -> Array:
         """Of the residual with itself 0 .. `rows` rows later, (rows + 1, J) [A²].
 
@@ -78,9 +86,8 @@ class Space:
 
 def space(fit: Fit) -> Space:
     """The space of a fit; drive gains are as commissioned: health is relative to them."""
-    noise, (scores, shown) = fit.noise, shown_links(fit)
-    slow = np.maximum(np.sqrt(noise.gentle), noise.sd)
-    return Space(fit.dynamics, shown, _cov(fit, scores), noise.sd, slow, noise)
+    scores, shown = shown_links(fit)
+    return Space(fit.dynamics, shown, _cov(fit, scores), fit.noise)
 
 
 def _places(joints: int, r: int) -> dict[str, slice]:
