@@ -8,8 +8,9 @@ from realarm import with_current
 from shop import Shop
 
 from urdyn.diagnose import diagnose
+from urdyn.diagnose.lasting_line import CROWD, lasts, others
 from urdyn.diagnose.oscillation import Oscillation
-from urdyn.diagnose.ringing_line import CROWD, SEEN, Line, _lasts, _others
+from urdyn.diagnose.ringing_line import SEEN, Line
 from urdyn.diagnose.rules import read_rules
 from urdyn.diagnose.space import space
 from urdyn.diagnose.swings import (
@@ -79,9 +80,9 @@ def test_noise_is_blamed_for_what_it_does_to_a_quarter_and_for_no_more(shop: Sho
     for joint in range(6):
         noise = ear.search.scatter(joint, 1.0, 450)
         assert np.isclose(noise, min(row[joint] * np.sqrt(8.0 / 450.0), SEEN))
-        assert not _lasts(sizes, 1.0, noise)
-    assert _lasts(np.array([1.1, 1.1, 0.8, 0.8]), 0.95, SEEN)
-    assert not _lasts(np.array([1.1, 1.1, 0.8, 0.8]), 0.95, 0.0)
+        assert not lasts(sizes, 1.0, noise)
+    assert lasts(np.array([1.1, 1.1, 0.8, 0.8]), 0.95, SEEN)
+    assert not lasts(np.array([1.1, 1.1, 0.8, 0.8]), 0.95, 0.0)
 
 
 @pytest.mark.parametrize("frequency", [5.5, 8.0, 20.0])
@@ -208,7 +209,7 @@ def test_noise_is_no_crowd_of_lines_however_many_bins_it_has(rows: int) -> None:
     count = int(np.count_nonzero(np.fft.rfftfreq(rows, 0.008) <= 60.0))
     power = spectrum(rng.standard_normal((2, rows, 400)), count)
     ratio = (power / neighbourhood(power)).max(axis=0)
-    crowded = [_others(ratio[:, j], count / 3.0 + 0.37) >= CROWD[0] for j in range(400)]
+    crowded = [others(ratio[:, j], count / 3.0 + 0.37) >= CROWD[0] for j in range(400)]
     assert np.mean(crowded) < 0.06
 
 

@@ -6,12 +6,11 @@ away is no push but another payload or a fault, and left to those who judge such
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
-from functools import cached_property, partial
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
-from urdyn.diagnose.carried import unlike
 from urdyn.diagnose.creep import Creep, at_first
 from urdyn.diagnose.event import Event
 from urdyn.diagnose.fast_rules import CollisionRule
@@ -26,6 +25,7 @@ from urdyn.diagnose.pushed import (
     laden_sizes,
     sizes,
 )
+from urdyn.diagnose.quiet import NOTHING, Quiet
 from urdyn.diagnose.rows import Rows
 from urdyn.diagnose.space import Space
 from urdyn.signal.channels import mean_measured
@@ -33,46 +33,12 @@ from urdyn.types import Array, Mask
 
 CALM = 3  # quiet bins after which it is over
 CLEAR = 8.0  # [-] of squares by which each of them says so: 12 nats together, as of any other load
-FORGET = 0.08  # [-] of the baseline of a joint that moves, a bin
-RELAX = 0.015  # [-] of one that stands: what holds it changes slowly, a hand may press as slowly
-SPREAD = 0.02  # [-] of what is known of its spread
-WILD = 3.0  # [sd] that one bin counts at most in the spread
-NOTHING = 8.0  # [-] sum of squares below which bins tell how far the baseline is to be believed
 CORRELATED = 0.3  # [-] share of the noise that a bin's mean does not lose
 # [s] that a joint goes on being slow before it stands, and until then it may be held by less and
 # less; as long before it begins to move, it may be held by more. One that moves turns as it does.
 SETTLES, TURNS = 0.4, 0.12
 SLOWLY = 0.5  # [s] that a push may take to be loud, at most
 LATE = 0.4  # [-] of a bin by which a prediction may be early or late
-LEARNS = 3.0  # [s] in which who tells loads by moments has learnt of one that was felt to come
-
-
-@dataclass(frozen=True, eq=False)
-class Quiet:
-    """The baseline, and what happens beside it."""
-
-    base: Array  # (J,) [N·m] beside what is carried; NaN: unknown
-    bare: Array  # (J,) [N·m] the same if nothing is
-    slack: Array  # (2, J) [N·m] from where to where friction may have taken it since
-    loose: Mask  # (J,) joints that begin to move, or to stand
-    creep: Creep  # how joints stood
-    since: Array  # (J,) [s] when they began to, or to move
-    aimed: Array  # (J,) [N·m] predicted when the baseline was made
-    asked: Array  # (J,) [N·m] predicted in the last bin
-    spread: Array  # (J,) [(N·m)²] of quiet bins about it
-    carried: Array  # (10,) what was taken to be at the tool
-    changed: float  # [s] when another load was felt to come
-    unheard: Mask  # (J,) joints whose current nobody knew in the last bin
-    seen: int = 0  # quiet bins
-    still: float = -np.inf  # [s] end of the last bin in which nothing was felt
-    calm: int = 0  # quiet bins since the last loud one
-    bins: tuple[Bin, ...] = ()  # of what happens
-    loads: Array = field(default_factory=partial(np.zeros, (0, 10)))  # known when that began
-
-    @property
-    def going(self) -> bool:
-        """Whether something happens."""
-        return bool(self.bins)
 
 
 @dataclass(frozen=True, eq=False)
@@ -135,14 +101,14 @@ class Collision:
         creep, grip = state.creep.after(rows, drive), self._grip(rows)
         rho, aimed = self._torques(rows, ill, grip * creep.integrated(rows, drive))
         if not state.going:
-            state = _beside(state, tool, _now(state, carried, float(rows.t[0])))
+            state = state.beside(tool, state.load_at(float(rows.t[0]), carried))
         borne = tool @ state.carried
         state = self._loosened(state, rows, rho=rho, borne=borne, aimed=aimed, creep=creep)
         late = LATE * np.abs(aimed - state.asked)
         usual, doubt = self._usual(state, rows), self._doubt(state, rows, aimed) + late
         noise = np.where(ill, np.inf, np.sqrt(usual))
         since = state.bins[-1].t if state.going else np.inf
-        state = _disproved(_doubted(state, since, late=late))
+        state = state.doubted(since, late=late).disproved()
         state = replace(state, asked=aimed, unheard=ill)
         slack = state.slack + grip * creep.grown(drive)
         felt, bare = np.nan_to_num([rho - borne - state.base, rho - state.bare])
@@ -161,7 +127,7 @@ class Collision:
         size = sizes((seen,))[0]
         if not state.going and size < LOUD:
             state = replace(state, still=seen.t + BIN) if size < NOTHING else state
-            return _learnt(state, seen, usual + doubt**2, aimed), None
+            return state.learnt(seen, usual + doubt**2, aimed), None
         return self._judge(state, seen, carried, ill)
 
     def _torques(self, rows: Rows, ill: Mask, crept: Array) -> tuple[Array, Array]:
@@ -189,7 +155,7 @@ class Collision:
         loose = t - since < np.where(creep.held, SETTLES, TURNS)
         loose |= state.loose & np.isnan(rho)
         if state.going:
-            state, loose = _doubted(state, t - SETTLES, slack=turned * most), loose | state.loose
+            state, loose = state.doubted(t - SETTLES, slack=turned * most), loose | state.loose
         ready, unknown = state.loose & ~loose, np.isnan(state.base)
         moved = np.where(ready & ~unknown, np.clip(rho - borne - state.base, *state.slack), 0.0)
         base = np.where(unknown, rho - borne, state.base + moved)
@@ -246,52 +212,6 @@ class Collision:
         return state, None
 
 
-def _now(state: Quiet, carried: Array, t: float) -> Array:
-    """What is carried, (10,), at t [s]: the likeliest, or for a while what was felt to come."""
-    if t - state.changed > LEARNS:
-        return np.asarray(carried[0])
-    return np.asarray(carried[np.argmin(unlike(carried, state.carried))])
-
-
-def _beside(state: Quiet, tool: Array, load: Array) -> Quiet:
-    """A baseline beside another load: who changes their mind about it has not felt anything.
-
-    A joint that was not heard may not have learnt of it.
-
-    Args:
-        tool: (J, 10) [N·m] per unit of payload.
-        load: inertials, (10,).
-    """
-    more = tool @ (load - state.carried)
-    missed = state.unheard & (more != 0.0)
-    return replace(state, base=np.where(missed, np.nan, state.base - more), carried=load)
-
-
-def _learnt(state: Quiet, seen: Bin, usual: Array, aimed: Array) -> Quiet:
-    """The baseline after a bin in which nothing happened.
-
-    Args:
-        usual: variance of what is felt then, (J,) [(N·m)²].
-        aimed: predicted, (J,) [N·m].
-    """
-    fresh = np.isinf(seen.noise) | state.loose
-    forget = np.where(state.creep.held, RELAX, FORGET)
-    rate = np.maximum(forget, 1.0 / (state.seen + 1.0))
-    square = seen.felt**2
-    wide = fresh | (np.sum(np.where(fresh, 0.0, square / usual)) > NOTHING)
-    clipped = np.minimum(square, WILD**2 * usual)
-    spread = state.spread + np.where(wide, 0.0, SPREAD * (clipped - state.spread))
-    base, bare = (
-        of + np.where(fresh, 0.0, rate * felt)
-        for of, felt in ((state.base, seen.felt), (state.bare, seen.bare))
-    )
-    at = state.aimed + np.where(fresh, 0.0, rate * (aimed - state.aimed))
-    kept = np.where(fresh, 1.0, 1.0 - rate)
-    slack, creep = kept * state.slack, state.creep.learnt(kept)
-    known = replace(state, base=base, bare=bare, aimed=at, slack=slack, creep=creep)
-    return replace(known, spread=spread, seen=state.seen + 1)
-
-
 def _calm(then: tuple[Bin, ...], seen: Bin, carried: Array) -> Bin | None:
     """A bin in which it is over, beside whichever load is carried then; None: it is not.
 
@@ -318,17 +238,6 @@ def _gone(then: tuple[Bin, ...], seen: Bin) -> bool:
     return bool(sizes((seen,))[0] + CLEAR < still)
 
 
-def _disproved(state: Quiet) -> Quiet:
-    """Without what was loud until more was known: who waits for its end is deaf meanwhile."""
-    if not state.going:
-        return state
-    size = sizes(state.bins)
-    first = int(np.argmax(np.append(size, LOUD) >= LOUD))
-    nothing = (b.t + BIN for b, of in zip(state.bins[:first], size, strict=False) if of < NOTHING)
-    bins, still = state.bins[first:], max(state.still, *nothing, -np.inf)
-    return replace(state, calm=state.calm if bins else 0, bins=bins, still=still)
-
-
 def _begun(event: Event, still: float) -> Event:
     """A push that may have begun as soon as nothing was felt last: what rises slowly is loud late.
 
@@ -337,20 +246,3 @@ def _begun(event: Event, still: float) -> Event:
     """
     half = 0.5 * min(max(event.onset - still, 0.0), SLOWLY)
     return replace(event, onset=event.onset - half, within=event.within + half)
-
-
-def _doubted(
-    state: Quiet, since: float, late: Array | float = 0.0, slack: Array | float = 0.0
-) -> Quiet:
-    """What was felt since then [s] may be what is known only now: no push.
-
-    Args:
-        late: that is the least that predictions are off by, (J,) [N·m].
-        slack: that there is either way, (J,) [N·m].
-    """
-
-    def more(b: Bin) -> Bin:
-        wide = np.array([np.minimum(b.slack[0], -slack), np.maximum(b.slack[1], slack)])
-        return replace(b, doubt=np.maximum(b.doubt, late), slack=wide)
-
-    return replace(state, bins=tuple(b if b.t < since else more(b) for b in state.bins))

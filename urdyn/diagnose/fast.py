@@ -9,11 +9,12 @@ from typing import Any
 import numpy as np
 
 from urdyn.diagnose.backlash import Backlash, Reversals
-from urdyn.diagnose.collision import Collision, Quiet
+from urdyn.diagnose.collision import Collision
 from urdyn.diagnose.event import Event
 from urdyn.diagnose.fast_rules import FastRules
 from urdyn.diagnose.observability import Observability
 from urdyn.diagnose.oscillation import Heard, Oscillation
+from urdyn.diagnose.quiet import Quiet
 from urdyn.diagnose.rows import Rows
 from urdyn.diagnose.sensor import Felt, SensorHealth
 from urdyn.diagnose.space import Space

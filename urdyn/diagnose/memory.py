@@ -17,7 +17,6 @@ from urdyn.diagnose.backlash import Reversals
 from urdyn.diagnose.carried import Mode, Shown
 from urdyn.diagnose.carrying import Absence, Carrying, Waiting
 from urdyn.diagnose.change import Change, Push
-from urdyn.diagnose.collision import Quiet
 from urdyn.diagnose.creep import Creep
 from urdyn.diagnose.encoder import Unseen
 from urdyn.diagnose.fast import FastState
@@ -31,6 +30,7 @@ from urdyn.diagnose.moment import Means, Pool
 from urdyn.diagnose.onsets import Bank, Block
 from urdyn.diagnose.oscillation import Heard, Ring
 from urdyn.diagnose.pushed import Bin
+from urdyn.diagnose.quiet import Quiet
 from urdyn.diagnose.recall import Recall
 from urdyn.diagnose.recurring import Recurred
 from urdyn.diagnose.ringing_line import Usual

@@ -16,7 +16,8 @@ import numpy as np
 from urdyn.diagnose import weave
 from urdyn.diagnose.event import CERTAIN, Event
 from urdyn.diagnose.fast_rules import RingingRule
-from urdyn.diagnose.ringing_line import NEAR, SPEED, STAYS, WINDOWS, Line, LineSearch, Usual
+from urdyn.diagnose.lasting_line import STAYS
+from urdyn.diagnose.ringing_line import NEAR, SPEED, WINDOWS, Line, LineSearch, Usual
 from urdyn.diagnose.rows import Rows
 from urdyn.diagnose.space import Space
 from urdyn.diagnose.swings import Course, bridged, going_on, growth, parts

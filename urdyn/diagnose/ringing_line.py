@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from urdyn.diagnose.fast_rules import RingingRule
+from urdyn.diagnose.lasting_line import CROWD, lasts, others, peaks
 from urdyn.diagnose.orders import GEAR, SLOW, beside
 from urdyn.diagnose.space import Space
 from urdyn.diagnose.swings import (
@@ -37,15 +38,8 @@ HIGHEST = 60.0  # [Hz] no loop of a joint rings faster
 LEARNT = 0.18  # [-] share of the usual spectrum, over a window's time; of the first looks theirs
 LOUD = 4.0  # [-] times what is usual: what is, may be the fault, and is learnt slowly as that much
 HALVES = 5.0  # [-] times its neighbours that the line stands out in each half
-# Other lines, [-] times their neighbours: a motion repeats itself, no loop rings. Of more bins than
-# these more are that loud by chance, as many as of so few that are louder by this power of them.
-CROWD, BINS, BY_CHANCE = (3, 7.0), 50, 0.3
 MOVES = 0.1  # [-] of a line's torque, what its own motion takes of a drive that rings
-STAYS = 0.5  # [-] of its largest amplitude that a line has at least in each quarter
-RISES = 0.2  # [-] of its last amplitude that one that grows has at first
-FADED = 0.85  # [-] of its amplitude that a line has to keep
 SEEN = 0.2  # [-] of its amplitude that noise may be blamed for: less is not seen in a quarter
-COHERENT = 0.8  # [-] of its amplitude that is left over the whole: it keeps its phase
 APART = 0.5  # [-] of its amplitude that is left beside what follows a motor's angle
 ODD = 3, 5  # multiples of a swing that friction makes as it turns over
 ROOT = 0.15  # [-] of a bin by which such a swing may be off its multiple's share
@@ -131,7 +125,7 @@ class LineSearch:
                 allowed=allowed[:, j],
                 halves=[half[..., j] for half in halves],
             )
-            if line and _others(apart[:, j], line.frequency / f[1]) < CROWD[0]:
+            if line and others(apart[:, j], line.frequency / f[1]) < CROWD[0]:
                 seen.append(line)
         return seen
 
@@ -155,7 +149,7 @@ class LineSearch:
         x = signals[..., j]
         for k in range(len(x)):
             masked = np.where(allowed, ratio[k], 0.0)
-            for at in _peaks(masked, self.rule.threshold):
+            for at in peaks(masked, self.rule.threshold):
                 near = slice(max(at // 2 - 1, 0), at // 2 + 3)
                 if any(half[k, near].max() < HALVES for half in halves):
                     continue
@@ -163,7 +157,7 @@ class LineSearch:
                 sizes = course(x[k], t, frequency)
                 whole = amplitude(x[k], t, frequency)
                 noise = 0.0 if k == SPEED else self.scatter(j, whole, len(t))
-                if not _lasts(sizes, whole, noise) or sizes[-2:].mean() <= least[k]:
+                if not lasts(sizes, whole, noise) or sizes[-2:].mean() <= least[k]:
                     continue
                 if beside(x[k], t, frequency, signals[SPEED], j) > APART * whole:
                     torque = course(x[TORQUE], t, frequency) if k == SPEED else sizes
@@ -235,7 +229,7 @@ class LineSearch:
             if not 2.0 * width < frequency < self.rule.lowest + width:
                 continue
             whole, sizes = amplitude(v, t, frequency), course(torque, t, frequency)
-            if whole > order * speed and _lasts(course(v, t, frequency), whole, 0.0):
+            if whole > order * speed and lasts(course(v, t, frequency), whole, 0.0):
                 return replace(line, frequency=frequency, sizes=sizes)
         return line
 
@@ -274,41 +268,3 @@ def _learnt(before: Usual, whole: Array, ringing: Mask, window: float, t: float)
     gain = np.where(whole > LOUD * usual, slow, max(slow, 1.0 / looks))
     learnt = usual + gain * (np.minimum(whole, LOUD * usual) - usual)
     return Usual(np.where(ringing, usual, learnt), looks, t + EARLY * WINDOWS[window])
-
-
-def _others(ratio: Array, at: float) -> int:
-    """Lines (F,) that stand out beside the one at this bin, and are none of its multiples."""
-    inner = ratio[1:-1]
-    loud = CROWD[1] * (len(ratio) / BINS) ** BY_CHANCE
-    peak = (inner > loud) & (inner >= ratio[:-2]) & (inner > ratio[2:])
-    there = np.flatnonzero(peak) + 1
-    multiple = np.maximum(np.rint(there / at), 1.0)
-    return int(np.count_nonzero(np.abs(there - multiple * at) > multiple + 1.0))
-
-
-def _peaks(ratio: Array, threshold: float) -> list[int]:
-    """Bins (F,) that stand out of those beside them and so far, the clearest first.
-
-    The clearest may be a gear's, or what a brake makes: another beside it may last.
-    """
-    before, after = np.pad(ratio, (1, 0))[:-1], np.pad(ratio, (0, 1))[1:]
-    there = np.flatnonzero((ratio >= before) & (ratio > after) & (ratio >= threshold))
-    clearest = there[np.argsort(-ratio[there])]
-    return [int(at) for at in clearest[: CROWD[0]]]
-
-
-def _lasts(sizes: Array, whole: float, noise: float) -> bool:
-    """A line that neither fades nor was only passing, and keeps its phase.
-
-    Args:
-        noise: sd of an amplitude by quarter; that of the whole is half of it.
-    """
-    there = sizes.min() > STAYS * sizes.max() - noise or bool((np.diff(sizes) > 0.0).all())
-    first, last = sizes[:2].mean(), sizes[2:].mean()
-    kept = last > FADED * first - noise and whole > COHERENT * sizes.mean() - 0.5 * noise
-    return bool(there and kept and _began(sizes))
-
-
-def _began(sizes: Array) -> bool:
-    """Whether a line is there from the first quarter on: a brake that begins later makes one."""
-    return bool(sizes[0] > RISES * sizes[-1])
