@@ -46,8 +46,8 @@ def followed(filter_, *faults, seed=0, seconds=DURATION, rate=HALF):
     return Followed(*named, jolted, widened)
 
 
-# The quicker modes leave out what is across blocks, or varies within a wait, and are off by more.
-MODES = {"full": (EKF(), 0.1), "simplified": (Blocks(), 0.2), "realtime": (Blocks(8), 0.2)}
+# What varies within a wait is lost.
+MODES = {"full": (EKF(), 0.1), "simplified": (Blocks(), 0.1), "realtime": (Blocks(8), 0.15)}
 
 
 @pytest.mark.parametrize(

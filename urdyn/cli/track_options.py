@@ -30,8 +30,8 @@ ModeName = Annotated[
     Literal["full", "simplified", "realtime"],
     typer.Option(
         metavar="MODE",
-        help="full, or quicker and linearised: simplified (bodies and each joint's drive "
-        "independent), realtime (what hardly changes is updated less often).",
+        help="full, or quicker and linearised: simplified (drives independent, given "
+        "the bodies), realtime (joints whose currents tell little are updated less often).",
     ),
 ]
 Rate = Annotated[

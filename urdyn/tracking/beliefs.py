@@ -45,8 +45,8 @@ def marginal(filter_: Filter[S], belief: S, at: Index) -> Gaussian:
         rows = belief.root[at]
         return Gaussian(belief.mean[at], rows @ rows.T)
     if isinstance(belief, BlockBelief):
-        few = np.searchsorted(belief.at_bodies, at)
-        return Gaussian(belief.mean[at], belief.bodies[np.ix_(few, few)])
+        few = np.searchsorted(belief.at_shared, at)
+        return Gaussian(belief.mean[at], belief.shared[np.ix_(few, few)])
     whole = belief if isinstance(belief, Gaussian) else filter_.belief(belief)
     return Gaussian(whole.mean[at], whole.cov[np.ix_(at, at)])
 

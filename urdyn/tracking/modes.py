@@ -17,7 +17,7 @@ from urdyn.tracking.physical import quantities
 from urdyn.tracking.tracker import Tracker
 from urdyn.types import NORMAL90, Array
 
-LONGEST = 16  # samples that a block waits for in realtime mode
+LONGEST = 16  # samples that a joint waits for in realtime mode
 # Filters of a robot's slices, and of no others.
 QUICKER = {
     "simplified": cast(Filter[Any], Blocks()),
@@ -25,8 +25,8 @@ QUICKER = {
 }
 MODES = {
     "full": "joint covariance of all states, every sample",
-    "simplified": "bodies with health, and each joint's friction, independent, every sample",
-    "realtime": f"the same, and blocks that hardly change wait for up to {LONGEST} samples",
+    "simplified": "drives independent given bodies, health and gains, every sample",
+    "realtime": f"the same, and joints whose currents tell little wait for up to {LONGEST} samples",
 }
 
 

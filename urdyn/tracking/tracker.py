@@ -21,7 +21,6 @@ from urdyn.signal import Causal, CausalState, Instant, Sample
 from urdyn.signal.stretches import GAP
 from urdyn.tracking import beliefs, colour
 from urdyn.tracking.abrupt_changes import accumulated, no_evidence
-from urdyn.tracking.blocks import Delaying
 from urdyn.tracking.change_detection import ChangeDetector, Hypothesis
 from urdyn.tracking.joint_motion import LONGEST, JointMotion, before_any, joint_motion
 from urdyn.tracking.model import STRIDE, Drift, tracking_model
@@ -76,11 +75,6 @@ class Tracker(Generic[S]):
         """The same slice while nothing moves."""
         names, prior = self.model.names, self.model.prior
         return Joined(RandomWalk(names, prior, np.zeros(len(names))), self.currents)
-
-    @cached_property
-    def _stride(self) -> float:
-        """[s] between two moves of the parameters; a filter that delays them itself has none."""
-        return 0.0 if isinstance(self.filter, Delaying) and self.filter.delays else STRIDE
 
     @cached_property
     def currents(self) -> RobotCurrents:
@@ -192,7 +186,7 @@ class Tracker(Generic[S]):
         hypothesis = self._detector.hypothesis(state, now.t, motion.moving)
         waited = state.waited + motion.passed
         # Where samples are many, no one of them both looks and moves: each takes its time.
-        due = waited >= self._stride * (1 + hypothesis.detection.looked)
+        due = waited >= STRIDE * (1 + hypothesis.detection.looked)
         moves = hypothesis.resets or hypothesis.widening is not None or due
         # By what is carried as it was told: an estimate's noise would load the gears.
         about = self._detector.carrying(hypothesis.mean, hypothesis.payload)

@@ -1,4 +1,4 @@
-"""Samples that wait to be learnt from together: how many, a block's own doubt decides."""
+"""Samples that wait to be learnt from together: doubt in a joint's current says how many."""
 
 from __future__ import annotations
 
@@ -6,65 +6,61 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from urdyn.dbn.robot_slice import RobotSlice
-from urdyn.types import Array
+from urdyn.estimate.innovation import Rows
+from urdyn.types import Array, Index, Mask
 
-LITTLE, MUCH = 0.05, 0.2  # [-] variance of the expected current that a block adds to its noise's
+LITTLE, MUCH = 0.05, 0.2  # [-] variance of the expected current that doubt adds to its noise's
 
 
 @dataclass(frozen=True, eq=False)
 class Waiting:
-    """Samples that a block has not learnt from yet, as their sum; row j is joint j's current."""
+    """Samples that were not learnt from yet, as their sums; row j is joint j's current."""
 
     H: Array  # (J, n) [A] per unit of each state
     residual: Array  # (J,) [A]
     R: Array  # (J,) [A²]; 0 where there is nothing
-    dt: float  # [s] that they span
-    still: float  # [s] since the block was last moved
-    count: int
-    interval: int  # samples to wait for
+    count: Index  # (J,) how many
+    interval: Index  # (J,) samples from one time that a joint is learnt from to the next
+    sample: int = 0  # how many there were before: joints that wait as long are learnt from at once
 
-    def added(self, H: Array, residual: Array, R: Array, u: RobotSlice) -> Waiting:
+    def added(self, H: Array, residual: Array, R: Array) -> Waiting:
         """One more."""
-        first = not self.count
-        return Waiting(
-            H=H if first else self.H + H,
-            residual=residual if first else self.residual + residual,
-            R=R if first else self.R + R,
-            dt=u.dt if first else self.dt + u.dt,
-            still=self.still + u.span,
-            count=self.count + 1,
-            interval=self.interval,
-        )
+        if self.count.any():
+            goes_on = self.count > 0
+            H = H + goes_on[:, None] * self.H
+            residual, R = residual + goes_on * self.residual, R + goes_on * self.R
+        return Waiting(H, residual, R, self.count + 1, self.interval, self.sample + 1)
+
+    def due(self, calm: bool) -> Mask:
+        """Joints that have waited long enough, (J,)."""
+        return np.asarray((self.count > 0) & (not calm or self.sample % self.interval == 0))
 
     def nearer(self, step: Array) -> Waiting:
         """What waits, seen from a mean that has moved, (n,)."""
+        if not self.count.any():
+            return self
         return replace(self, residual=self.residual - self.H @ step)
 
-    def done(self, own: Array, calm: bool, longest: int) -> Waiting:
-        """Nothing waits; the next sum is longer or shorter by how much this one moved the block.
+    def emptied(self, rows: Rows = slice(None)) -> Waiting:
+        """Without what waits of these joints."""
+        count = self.count.copy()
+        count[rows] = 0
+        return Waiting(self.H, self.residual, self.R, count, self.interval, self.sample)
+
+    def learnt(self, rows: Rows, share: Array, longest: int) -> Waiting:
+        """Nothing of these joints waits, (r,); their next sum is longer, or shorter.
 
         Args:
-            own: variance of the sum by the block's own doubt, (J,) [A²].
+            share: variance of the sum by doubt over its noise's, (r,) [-].
+            longest: samples that one may wait for.
         """
-        if longest == 1 or not calm:
-            return self._emptied(1)
-        share = float((own / np.where(self.R > 0.0, self.R, np.inf)).max())
-        slower = self.interval * 2 if share < LITTLE else self.interval
-        interval = self.interval // 2 if share > MUCH else slower
-        return self._emptied(min(max(interval, 1), longest))
-
-    def _emptied(self, interval: int) -> Waiting:
-        """The last sum stays where it is: by the count, it is nothing."""
-        return Waiting(
-            H=self.H,
-            residual=self.residual,
-            R=self.R,
-            dt=0.0,
-            still=self.still,
-            count=0,
-            interval=interval,
-        )
+        if longest == 1:
+            return self.emptied(rows)
+        interval = self.interval.copy()
+        next_one = np.where(share < LITTLE, 2 * interval[rows], interval[rows])
+        next_one = np.where(share > MUCH, interval[rows] // 2, next_one)
+        interval[rows] = np.clip(next_one, 1, longest)
+        return replace(self.emptied(rows), interval=interval)
 
 
 def nothing_waits(joints: int, states: int) -> Waiting:
@@ -73,8 +69,6 @@ def nothing_waits(joints: int, states: int) -> Waiting:
         H=np.zeros((joints, states)),
         residual=np.zeros(joints),
         R=np.zeros(joints),
-        dt=0.0,
-        still=0.0,
-        count=0,
-        interval=1,
+        count=np.zeros(joints, dtype=np.intp),
+        interval=np.ones(joints, dtype=np.intp),
     )
