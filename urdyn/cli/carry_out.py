@@ -75,9 +75,9 @@ def _conditioned(recording: Recording, arm: Arm) -> tuple[ud.Motion, list[str], 
 
     What was amiss with it, and what the controller took for the payload.
     """
-    from urdyn.signal import without_stuck
+    from urdyn.signal import measured
 
-    log = without_stuck(recording.read())
+    log = measured(recording.read())
     require_own(arm, log)
     return ud.condition(log), complaints(log.source.path, log.defects), setting_of(log)
 

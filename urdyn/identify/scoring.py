@@ -18,7 +18,7 @@ from urdyn.given import given_log
 from urdyn.identify.fit import Fit, Fitted, fit_in
 from urdyn.model.dynamics import Dynamics
 from urdyn.model.whose import require_own
-from urdyn.signal import condition, without_stuck
+from urdyn.signal import condition, measured
 from urdyn.types import STANDSTILL, Array, Defect, Log, Mask
 
 FLOOR_BAND = 10.0  # [Hz] above which residuals are mostly the sensor's noise
@@ -55,7 +55,7 @@ def validate(twin: Fit | Fitted, log: Log) -> Score:
     if why := fit.dynamics.unlike(log.joint("actual_current")):
         raise LogError(why, log.source.path)
     require_own(fit.dynamics.arm, log)
-    log = _drawn(fit.dynamics, without_stuck(log))
+    log = _drawn(fit.dynamics, measured(log))
     motion = condition(log)
     predicted = fit.dynamics.current(motion)
     error = motion.current - predicted

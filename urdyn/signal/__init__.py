@@ -5,13 +5,13 @@ from urdyn.signal.condition import condition, require_measured, stream
 from urdyn.signal.features import Features, add_features, features
 from urdyn.signal.gate import Gate
 from urdyn.signal.kinematics import Kinematics, kinematics
+from urdyn.signal.measured import measured
 from urdyn.signal.normalise import Scaling, normalise
 from urdyn.signal.outliers import hampel, reject_outliers
 from urdyn.signal.pipeline import PAPER, Pipeline, Run, Stage
 from urdyn.signal.polynomial import LocalPolynomial, half_window, weights
 from urdyn.signal.sample import BESIDE, POSE, SETTING, UNSET, Instant, Sample, samples
 from urdyn.signal.smooth import smooth
-from urdyn.signal.stuck import without_stuck
 from urdyn.signal.synchronise import synchronise
 
 __all__ = [
@@ -38,6 +38,7 @@ __all__ = [
     "half_window",
     "hampel",
     "kinematics",
+    "measured",
     "normalise",
     "reject_outliers",
     "require_measured",
@@ -46,5 +47,4 @@ __all__ = [
     "stream",
     "synchronise",
     "weights",
-    "without_stuck",
 ]

@@ -14,10 +14,10 @@ from urdyn.errors import LogError
 from urdyn.given import given_log
 from urdyn.signal.channels import POSSIBLE
 from urdyn.signal.kinematics import kinematics
+from urdyn.signal.measured import measured
 from urdyn.signal.polynomial import half_window, instrument_half
 from urdyn.signal.shifts import SHAKEN, jumps, without_turns
 from urdyn.signal.stretches import breaks, is_even, median_step
-from urdyn.signal.stuck import without_stuck
 from urdyn.signal.units import complaint, unfilled, wrong_unit
 from urdyn.types import Array, Log, Mask, Motion
 
@@ -55,7 +55,7 @@ def condition(
     log = given_log(log)
     if arm is not None and log.joints != arm.joints:
         raise LogError(f"has {log.joints} joints, the arm {arm.joints}", log.source.path)
-    log = without_stuck(log)
+    log = measured(log)
     return _settle(log, offset, half_window, degree).motion(log)
 
 
@@ -72,7 +72,7 @@ def stream(
     A break on the first row of a chunk is the jump of time between the chunks: `Motion.breaks`
     does not name row 0.
     """
-    log = without_stuck(log)
+    log = measured(log)
     settled = _settle(log, offset, half_window, degree)
     # A shifted window ends this far from its row, and a jump shakes what is as far behind it.
     halo = 2 * instrument_half(settled.half, degree) + round(SHAKEN / settled.step)

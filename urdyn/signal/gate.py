@@ -48,8 +48,8 @@ class Gate:
     sigma: float = 6.0  # [-] running MAD, in standard deviations
     acceleration: float = REACH
 
-    def departure(self, before: Array, row: Array, dt: float) -> Array:
-        """Of q and v from their prediction, (2, J) [rad, rad/s]; before, row (2, J).
+    def departure(self, before: Array, row: Array, dt: Array | float) -> Array:
+        """Of q and v from their prediction, (2, ..., J) [rad, rad/s]; before, row as many.
 
         An angle is as far off as the speed before and, where they are measured, both together can
         not explain: a torn speed tears no angle.
