@@ -24,6 +24,7 @@ from urdyn.diagnose.stay import Stay
 from urdyn.diagnose.suspects import suspects
 from urdyn.diagnose.warmth import felt, unfelt
 from urdyn.simulate import Payload
+from urdyn.types import Log
 
 PERIOD = 0.05  # [s]
 PIECE = np.array([3.0, 0.0, 0.0, 0.24, 0.03, 0.0, 0.03, 0.0, 0.0, 0.01])
@@ -149,7 +150,7 @@ def with_pieces(loads: Loads, work: Rows, pieces: list[np.ndarray]) -> tuple[Wai
         means = averaged(work.part(10 * k, 10 * k + 10), PERIOD, of.noise)
         means = replace(means, residual=np.zeros_like(means.residual))
         means = laden(means, of.reference.drive, -piece)
-        moment = Waiting(means, pooled(means), (), k * MOMENT, (k + 1) * MOMENT)
+        moment = Waiting(means, pooled(means), (), k * MOMENT, (k + 1) * MOMENT, MOMENT)
         told.append(loads.beside.told(moment, believed(of), [carried.commissioned()]))
     return tuple(told)
 
@@ -240,6 +241,22 @@ def test_a_load_is_weighed_no_surer_than_the_arm_is_known(shop: Shop) -> None:
     assert carrying.here.whole is None
 
 
+def test_a_load_in_the_place_of_another_has_not_been_carried_yet() -> None:
+    told = moments(np.random.default_rng(1), np.zeros(3), 0.1)
+    carrying = away(told, 1.0, 2.0, 3.0, whose=(1, 2, 3)).without(2)
+    assert carrying.absent.tolist() == [0.0, MOMENT, 0.0, MOMENT]
+    assert [one.mode for one in carrying.gone] == [1, 3]
+
+
+def test_a_moment_that_a_gap_cut_short_counts_for_what_it_was(shop: Shop) -> None:
+    log = shop.log(seconds=20.0)
+    kept = np.arange(len(log)) % 21 < 15  # six of every 21 rows are lost
+    log = Log(log.t[kept], {name: values[kept] for name, values in log.channels.items()})
+    diagnosis = shop.diagnosis(log)
+    state, _ = diagnosis.over(*shop.motion(log))
+    assert 0.0 < state.slow.carrying.had <= 20.0 * kept.mean()
+
+
 def moments(rng: np.random.Generator, load: np.ndarray, sd: float) -> tuple[Shown, ...]:
     """What moments say of these masses, (N,)."""
     C = np.diag(np.array([1.0, *[0.01] * 9]) * sd**-2)
@@ -253,7 +270,9 @@ def away(told: tuple[Shown, ...], *masses: float, whose: Sequence[int] = ()) -> 
     """Moments that went to modes of these masses, without more said all to the first."""
     modes = [Mode(np.eye(10)[0] * mass, 1e-4 * np.eye(10), 0.0) for mass in masses]
     each = list(whose) or [1] * len(told)
-    gone = tuple(Absence(MOMENT * n, k, t) for n, (k, t) in enumerate(zip(each, told, strict=True)))
+    gone = tuple(
+        Absence(MOMENT * n, MOMENT, k, t) for n, (k, t) in enumerate(zip(each, told, strict=True))
+    )
     times = tuple(MOMENT * each.count(k) for k in range(len(modes) + 1))
     now = each[-1]
     return Carrying(

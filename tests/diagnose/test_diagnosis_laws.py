@@ -53,6 +53,46 @@ def test_instant_by_instant_finds_what_the_whole_recording_shows(shop: Shop) -> 
     np.testing.assert_allclose(live.alarm_s, whole.alarm_s, atol=0.25)
 
 
+@pytest.mark.parametrize("rate", [100.0, 125.0, 250.0, 500.0])
+def test_beats_are_the_same_live_as_over_the_whole(shop: Shop, rate: float, monkeypatch) -> None:
+    log, beats = shop.log(seconds=4.0, rate=rate), {"live": [], "whole": []}
+    diagnosis = shop.diagnosis(log)
+
+    def counted(name):
+        def beat(self, state):
+            beats[name].append(sum(map(len, state.beat)))
+            return replace(state, beat=()), []
+
+        monkeypatch.setattr(Diagnosis, "_beat", beat)
+
+    counted("live")
+    state = diagnosis.init()
+    for now in instants(shop, log):
+        state, _ = diagnosis.step(state, now)
+    diagnosis.finish(state)
+    counted("whole")
+    diagnosis.over(*shop.motion(log))
+    assert len(beats["live"]) > 10 and beats["live"] == beats["whole"]
+
+
+def test_an_encoder_that_is_silent_as_the_clock_is_set_back_takes_nothing_back(shop: Shop) -> None:
+    """As far as it is known, that is after what was seen, and not before."""
+    log = shop.log(seconds=31.0, rate=50.0)
+    log = replace(log, t=log.t - log.t[0] + 1000.0)
+    diagnosis, silent = shop.diagnosis(log), np.arange(6) == 3
+    before = diagnosis.init()
+    for now in instants(shop, log):
+        before, _ = diagnosis.step(before, now)
+    after, found = before, []
+    for k in range(12):
+        gone = replace(now.instant, t=5.0 + 0.02 * k, q=np.where(silent, np.nan, now.instant.q))
+        after, more = diagnosis.step(after, replace(now, instant=gone))
+        found += more
+    assert len(before.slow.recall.blocks) > 3
+    assert len(after.slow.recall.blocks) == len(before.slow.recall.blocks)
+    assert [f.onset_s > 1031.0 for f in found] == [True]
+
+
 def test_moments_that_wait_are_seen_as_the_arm_is_believed_to_be_by_now(shop: Shop) -> None:
     """Or what the last block taught would speak for a load that is compared with them."""
     health = "health_degradation:joint=1,onset=8,rate=0.2,shape=step"
@@ -315,7 +355,7 @@ def test_what_shows_again_began_when_it_did_first(shop: Shop) -> None:
     diagnosis, found = Diagnosis(shop.fit, 0.01), []
     state = diagnosis.init()
     for t in (5.0, 40.0):
-        stuck = Event("sensor_fault", 2, t, t + 0.3, 0.99, 10.0, {"mode": "stuck", "value_A": 1.0})
+        stuck = Event("sensor_fault", 2, t, t + 0.3, 10.0, 0.99, {"mode": "stuck", "value_A": 1.0})
         state, found = diagnosis._told(state, [stuck])
     (kept,) = state.findings
     assert (kept.onset_s, kept.alarm_s) == (5.0, 5.3) and "since stamp 5.0 s" in kept.text

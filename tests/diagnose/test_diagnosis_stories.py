@@ -219,11 +219,12 @@ def test_live_an_encoder_that_jumps_is_told_at_once(shop: Shop, offset: float) -
     log = shop.log(f"encoder_offset:joint=4,offset={offset},onset=8", seconds=10.0)
     diagnosis, causal = shop.diagnosis(log), Causal(0.01)
     window, state, found = causal.init(6), diagnosis.init(), []
+    motion, s, moved = shop.motion(log)
     for sample in samples(log):
         window, instant = causal.step(window, sample)
         if instant is not None:
-            still = Now(instant, np.ones(6), np.zeros(6))
-            state, new = diagnosis.step(state, still)
+            k = int(np.searchsorted(motion.t, instant.t))
+            state, new = diagnosis.step(state, Now(instant, s[k], moved[k]))
             found += new
     assert [(f.kind, f.joint) for f in found] == [("encoder_offset", 4)]
     assert abs(found[0].size + offset) < 0.05 * offset

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from shop import Shop
@@ -11,6 +13,7 @@ from urdyn.diagnose.explain import Explanation, _began, gathered, ratios
 from urdyn.diagnose.fault import Fault
 from urdyn.diagnose.judge import _shadow
 from urdyn.diagnose.rules import read_rules
+from urdyn.diagnose.slow import Slow
 from urdyn.diagnose.space import space
 from urdyn.diagnose.suspects import Suspect, suspects
 
@@ -86,3 +89,10 @@ def test_viscous_friction_is_part_of_friction_and_of_nothing_else(shop: Shop) ->
     kinds = {(a.kind.name, b.kind.name) for a, b in pairs}
     assert kinds == {("viscous_friction", "friction_increase")}
     assert [(a.joint, b.joint) for a, b in pairs] == [(j, j) for j in range(6)]
+
+
+def test_an_alarm_that_waited_for_what_was_taken_back_since_is_none(shop: Shop) -> None:
+    slow = Slow(space(shop.fit), 0.02, read_rules())
+    state = replace(slow.init(), waited=1)
+    assert slow.judge.concluded(state) is state
+    assert not slow.concluded(state, pushed=False).found

@@ -9,11 +9,13 @@ import pytest
 from realarm import with_current
 from shop import Shop
 
-from urdyn.diagnose import Report, diagnose, read_rules
+from urdyn.diagnose import Report, diagnose, read_rules, signs
 from urdyn.diagnose.diagnosis import Diagnosis
 from urdyn.diagnose.event import Event
 from urdyn.diagnose.event_finding import of_event
 from urdyn.diagnose.recommend import recommendation
+from urdyn.diagnose.rows import Rows
+from urdyn.diagnose.sensor import BELIEVED
 
 
 def _silent(shop: Shop, *spans: tuple[float, float], seconds: float = 14.0) -> tuple[Report, float]:
@@ -99,7 +101,7 @@ def test_a_moment_of_silence_is_not_told_from_a_stamp_to_the_same(
     shop: Shop, until: float, words: str
 ) -> None:
     evidence = {"mode": "dropped", "until_s": until}
-    event = Event("sensor_fault", 2, 1012.26, 1012.4, 0.9, 0.0, evidence)
+    event = Event("sensor_fault", 2, 1012.26, 1012.4, 0.0, 0.9, evidence)
     rules = read_rules()
     assert words in of_event(event, Diagnosis(shop.fit, 0.01, rules).space, rules).text
 
@@ -162,3 +164,59 @@ def test_a_loop_that_rang_for_long_and_is_silent_leaves_no_noisy_sensor(shop: Sh
     swing = 6.0 * np.sin(2.0 * np.pi * 19.4 * age) * ((age > 0.0) & (age < 9.0))
     found = shop.disturbed(log, 4, swing)
     assert [(f.kind, f.joint) for f in found] == [("controller_instability", 4)]
+
+
+def _noisy(shop: Shop, seconds: float) -> float:
+    """[s] for which a current sensor is disbelieved after it was noisy for so long."""
+    sensors = Diagnosis(shop.fit, 0.01).fast.sensors
+    rng, J, noise, state, t = np.random.default_rng(0), 6, shop.fit.noise.sd, sensors.init(), 0.0
+    for beat in range(40 * round(seconds)):
+        times = np.where(np.arange(J) == 2, 8.0 if t < seconds else 1.0, 1.0)
+        z = np.zeros((25, J))
+        rows = Rows(
+            t=t + 0.01 * np.arange(25),
+            q=z,
+            v=z + 0.5,
+            load=z + 1.0,
+            current=1.0 + noise * times * rng.standard_normal((25, J)),
+            predicted=z + 1.0,
+            tool=np.zeros((25, J, 10)),
+            rigid=np.zeros((25, J, 1)),
+            drive=np.zeros((25, 6, J)),
+            doubt=z,
+            settled=z == 0.0,
+            warm=np.zeros((25, 3, J)),
+            shift=z,
+        )
+        state, _, untrue = sensors.step(state, rows, sensors.torn(rows), np.zeros(J, dtype=bool))
+        assert untrue[2] or t < 2.0 or t > seconds, beat
+        if t > seconds and not untrue[2]:
+            return t - seconds
+        t += 0.25
+    return float("inf")
+
+
+def test_a_sensor_is_believed_again_as_soon_however_long_it_was_noisy(shop: Shop) -> None:
+    """Its last noisy beats fade for as long as one has to be noisy, then it shows no sign of it."""
+    assert _noisy(shop, 10.0) == _noisy(shop, 120.0) < 2.0 * BELIEVED + 1.0
+
+
+def test_a_value_that_is_off_is_seen_in_any_row_of_a_beat() -> None:
+    for rows in (10, 25, 31):
+        for row in range(rows):
+            left = np.zeros((rows, 2))
+            left[row, 1] = 40.0
+            np.testing.assert_array_equal(signs.off(left), left > 0.0)
+    assert not signs.off(np.full((4, 2), 40.0)).any()
+
+
+def test_a_biased_sensor_that_gets_stuck_is_told_as_both(shop: Shop) -> None:
+    of = "sensor_fault:joint=4,mode="
+    report = shop.report(
+        of + "biased,size=2,onset=15", of + "stuck,onset=60", seconds=70.0, rate=50.0
+    )
+    sensors = [finding for finding in report if finding.kind == "sensor_fault"]
+    biased, stuck = sorted(sensors, key=lambda f: f.onset_s)
+    assert biased.joint == stuck.joint == 4
+    assert "bias of the current" in biased.text
+    assert stuck.evidence["mode"] == "stuck" and "stuck" in stuck.text

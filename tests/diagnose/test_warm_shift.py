@@ -89,6 +89,39 @@ def test_a_blocks_level_tells_how_loud_noise_is_that_lasts() -> None:
     assert abs(np.log(heard.power / truth)).max() < 0.5
 
 
+def blocks_to_adapt(calm: int) -> int:
+    """Blocks of noise 16 times white until half of that is believed, after so many of twice."""
+    rng, noise, rest = np.random.default_rng(7), np.full(1, 1e-4), np.full(1, 1e-6)
+    heard = loudness.first(np.full(1, 4.0))
+    for block in range(20 * calm):
+        truth = 2.0 if block < calm else 16.0
+        seen = np.sqrt(truth * noise + rest) * rng.standard_normal(1)
+        heard = loudness.heard(heard, seen, np.zeros(1), noise, rest)
+        if block >= calm and heard.power[0] > 8.0:
+            return block - calm
+    return 20 * calm
+
+
+def test_louder_noise_is_learnt_as_soon_after_a_day_as_after_an_hour() -> None:
+    """Each such block tells some .2 nats; without forgetting it takes as long as it was calm."""
+    after_an_hour, after_a_day = blocks_to_adapt(720), blocks_to_adapt(10_000)
+    assert 0 < after_a_day < 2 * after_an_hour < 720
+
+
+def test_an_arm_is_believed_to_be_unsteady_as_soon_after_a_day_as_after_an_hour() -> None:
+    def blocks(calm: int) -> int:
+        rng, steady = np.random.default_rng(8), steadiness.by_the_rules(1)
+        for block in range(20 * calm):
+            sd = 0.004 if block < calm else 0.02
+            off = sd * rng.standard_normal(1)
+            steady = steadiness.learnt(steady, off, np.full(1, 0.004), np.full(1, 0.02))
+            if block >= calm and steady.share[0] > 0.5:
+                return block - calm
+        return 20 * calm
+
+    assert 0 < blocks(10_000) < 2 * blocks(720) < 720
+
+
 def test_what_is_off_by_as_much_in_every_block_is_no_noise() -> None:
     rng, truth = np.random.default_rng(4), np.array([1.0, 12.0])
     heard, noise, rest = loudness.first(np.full(2, 4.0)), np.full(2, 1e-4), np.full(2, 1e-5)

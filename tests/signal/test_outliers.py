@@ -11,6 +11,7 @@ from urdyn.signal import (
     hampel,
     reject_outliers,
 )
+from urdyn.signal.outliers import _window_of
 
 
 @pytest.mark.parametrize("robust", [False, True])
@@ -73,3 +74,10 @@ def test_rest_and_silence_hold_no_outliers(robust: bool, window: int | None) -> 
     assert np.array_equal(out.channels["actual_q"], rest)
     assert np.isnan(out.channels["actual_qd"]).all()
     assert not out.defects
+
+
+@pytest.mark.parametrize("size", [4, 5, 6, 20, 21])
+def test_every_row_is_in_its_own_window(size: int) -> None:
+    rows = np.arange(30)
+    first = _window_of(30, size)
+    assert ((first <= rows) & (rows < first + size)).all() and first.max() == 30 - size

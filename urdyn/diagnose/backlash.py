@@ -19,7 +19,7 @@ import numpy as np
 from scipy.special import logsumexp
 
 from urdyn.diagnose.crossing import BEFORE, GAPS, LONGEST, Crossing
-from urdyn.diagnose.event import CERTAIN, Event
+from urdyn.diagnose.event import Event
 from urdyn.diagnose.fast_rules import BacklashRule
 from urdyn.diagnose.flight import FLIGHTS, LONG, REACH, Flight
 from urdyn.diagnose.oscillation import HEARD
@@ -241,7 +241,6 @@ class Backlash:
             joint=j,
             onset=float(state.since[j, best]),
             alarm=now,
-            confidence=CERTAIN,
             size=gap,
             evidence=said,
         )

@@ -24,6 +24,7 @@ class Waiting:
     told: tuple[Shown, ...]  # near the loads that were known
     begin: float  # [s]
     end: float  # [s]
+    long: float  # [s] of motion: a gap may have ended it early
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,6 +32,7 @@ class Absence:
     """A moment without what is carried as a rule."""
 
     begin: float  # [s]
+    long: float  # [s] of motion
     mode: int  # that was carried instead
     # as it looks to who knows of the arm what was known before: an unseen piece bends what the
     # program teaches
@@ -78,13 +80,13 @@ class Carrying:
         """
         if not self.was:
             unclaimed = self.unclaimed if len(self.unclaimed) < WATCHED else ()
-            had, handles = self.had + MOMENT, self.handles or bool(self.away)
+            had, handles = self.had + ripe.long, self.handles or bool(self.away)
             here = replace(self.here, had=had, last=ripe.end, handles=handles)
             return replace(here, unclaimed=(*unclaimed, anew))
         away = self.absent
-        away[self.was] += MOMENT
+        away[self.was] += ripe.long
         since = ripe.begin if np.isnan(self.since) else self.since
-        gone = (*self.gone[1 - WATCHED :], Absence(ripe.begin, self.was, anew))
+        gone = (*self.gone[1 - WATCHED :], Absence(ripe.begin, ripe.long, self.was, anew))
         sure = self.sure if self.since < self.sure else ripe.begin
         return replace(self, away=tuple(away.tolist()), since=since, sure=sure, gone=gone)
 
@@ -96,7 +98,7 @@ class Carrying:
         ended = with_it[-1] + 1 if with_it else len(gone)
         after, away = gone[ended:], np.zeros(len(order))
         for one in after:
-            away[one.mode] += MOMENT
+            away[one.mode] += one.long
         share = len(after) / max(len(gone), 1)
         settled = Carrying(
             modes=tuple(self.modes[j] for j in order),
@@ -122,7 +124,9 @@ class Carrying:
 
     def without(self, forgotten: int) -> Carrying:
         """Without moments of a mode that is in its place no more."""
-        return replace(self, gone=tuple(one for one in self.gone if one.mode != forgotten))
+        gone = tuple(one for one in self.gone if one.mode != forgotten)
+        away = tuple(0.0 if k == forgotten else s for k, s in enumerate(self.away))
+        return replace(self, gone=gone, away=away)
 
     @property
     def unladen(self) -> Carrying:

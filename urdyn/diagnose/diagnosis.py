@@ -85,18 +85,19 @@ class Diagnosis:
         Where a clock is set back nobody knows how long that took: it goes on as after a pause.
         """
         ahead, known = state.ahead, np.isfinite(now.instant.current)
-        if np.count_nonzero(silent := np.isnan(now.instant.q)):
-            return self._unseen(state, now.instant.t + ahead, silent, known)
         if now.instant.t + ahead <= state.last:
             ahead = state.last + PAUSE + self.period - now.instant.t
         t, found = now.instant.t + ahead, list[Finding]()
+        if np.count_nonzero(silent := np.isnan(now.instant.q)):
+            return self._unseen(replace(state, ahead=ahead), t, silent, known)
         if state.chunk and t - state.last > self.pace.gap:
             state, found = self._chunk(state)
         now = replace(now, instant=replace(now.instant, t=t))
         chunk = (*state.chunk, now)
         state = replace(state, ahead=ahead, chunk=chunk)
         state, more = self._seen(state, np.array([t]), now.instant.q[None], known[None])
-        if len(state.chunk) < self.pace.chunk:
+        left = self.pace.beat - sum(map(len, state.beat))
+        if len(state.chunk) < min(self.pace.chunk, max(left, 1)):
             return state, found + more
         state, late = self._chunk(state)
         return state, found + more + late

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from urdyn.diagnose.event import CERTAIN, USELESS, Event
+from urdyn.diagnose.event import USELESS, Event
 from urdyn.diagnose.evidence import ENCODER
 from urdyn.diagnose.sensor import HEALED
 from urdyn.signal.stuck import APART
@@ -153,7 +153,6 @@ def _event(state: Unseen, j: int, now: float, over: bool = False) -> Event:
         joint=j,
         onset=now if over else float(state.since[j]),
         alarm=now,
-        confidence=CERTAIN,
         size=0.0 if over else USELESS,
         evidence=told,
         goes_on=over,

@@ -20,8 +20,8 @@ class Event:
     joint: int  # of a collision: the link
     onset: float  # [s]
     alarm: float  # [s]
-    confidence: float  # [-]
     size: float  # what the kind's levels are in
+    confidence: float = CERTAIN  # [-]
     evidence: Mapping[str, Any] = field(default_factory=dict)
     size_sd: float = float("nan")  # NaN: nobody knows
     within: float = 0.1  # [s] of which it began

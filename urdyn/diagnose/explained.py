@@ -26,9 +26,9 @@ def unexplained(findings: Sequence[Finding]) -> tuple[Finding, ...]:
     def explains(change: Finding, shown: Finding) -> bool:
         since = shown.onset_s >= change.onset_interval_s[0] - BEAT
         if shown.kind == "collision":
-            own = change.kind not in PASSING and change.joint == shown.says.alone
-            return own and since and shown.onset_s <= change.alarm_s
+            return change.joint == shown.says.alone and since and shown.onset_s <= change.alarm_s
         recurs = shown.kind == "joint_backlash" and shown.says.recurs_at is not None
         return recurs and since and (change.kind, change.joint) == (FRICTION, shown.joint)
 
-    return tuple(f for f in findings if not any(explains(other, f) for other in findings))
+    changes = [f for f in findings if f.kind not in PASSING]  # pushes are many
+    return tuple(f for f in findings if not any(explains(change, f) for change in changes))

@@ -60,8 +60,13 @@ class Judge:
         return self._explained(self._alarmed(self._explained(state)))
 
     def concluded(self, state: SlowState) -> SlowState:
-        """At the end of a recording: an alarm that waits for a clearer name has the one it has."""
-        return self._explained(self._alarmed(state, last=True)) if state.waited else state
+        """At the end of a recording: an alarm that waits for a clearer name has the one it has.
+
+        What it is of may have been taken back since, with all blocks.
+        """
+        if not (state.waited and len(state.bank.onset)):
+            return state
+        return self._explained(self._alarmed(state, last=True))
 
     def _alarmed(self, state: SlowState, last: bool = False) -> SlowState:
         """Is there an alarm, and is it clear of what, or never will be?"""

@@ -153,7 +153,6 @@ def entered(book: Findings, new: Sequence[Finding]) -> tuple[Findings, list[Find
                 onset_s=first.onset_s,
                 onset_interval_s=first.onset_interval_s,
                 alarm_s=old.alarm_s,
-                acknowledged=old.acknowledged,
             )
         findings[finding.id] = finding
     told = tuple(of_the_stream(in_company(tuple(findings.values()))))

@@ -21,6 +21,7 @@ POWERS = 2.0 ** np.arange(0.0, 8.5, 0.5)  # [-] weighed; no residual is quieter 
 DOUBT = 0.9  # sd of the logarithm of what is believed before anything was seen
 WILD = 3.0  # [sd] that one block counts at most
 TINY = 1e-12  # of a weight: nothing was told
+SUREST = 20.0  # [nats] that blocks tell of one power against another, at most
 KEPT = 0.5  # [-] of the weight of a block that is left a block on
 
 
@@ -38,6 +39,14 @@ class Loudness:
         """Spectral density at low frequencies over that of white noise, (J,) [-]."""
         weight = np.exp(self.told - self.told.max(axis=0))
         return np.asarray((weight * POWERS[:, None]).sum(axis=0) / weight.sum(axis=0))
+
+
+def remembered(told: Array) -> Array:
+    """Log likelihoods (S, J), of which none is surer than it may be.
+
+    What was so for a whole shift is believed no longer than what was for an hour, once it changes.
+    """
+    return np.asarray(np.maximum(told - told.max(axis=0), -SUREST))
 
 
 def first(power: Array) -> Loudness:
@@ -62,7 +71,7 @@ def heard(loudness: Loudness, seen: Array, expected: Array, noise: Array, rest: 
     square = (seen - before) ** 2 * usual / (usual + lasting)
     square = np.minimum(square, WILD**2 * usual)
     more = -0.5 * np.log(var) - 0.5 * square / var
-    told = loudness.told + np.where(known, more - more[0], 0.0)
+    told = remembered(loudness.told + np.where(known, more - more[0], 0.0))
     fresh, kept = np.where(known, 1.0 / usual, 0.0), KEPT * loudness.weight
     weight, doubt = kept + fresh, KEPT**2 * loudness.doubt + fresh
     lately = kept * loudness.lately + fresh * np.where(known, seen, 0.0)

@@ -207,8 +207,7 @@ def _thinned(bank: Bank) -> Bank:
     age = bank.t - bank.onset
     # how close two neighbours are, for their age: the closest pair becomes one
     gap = (age[:-2] - age[2:]) / age[1:-1]
-    gap[m - RECENT :] = np.inf
-    k = int(np.argmin(gap[: m - RECENT])) + 1
+    k = int(np.argmin(gap[: m - RECENT - 1])) + 1
     if gap[k - 1] > APART:
         return bank
     weight = bank.weight.copy()

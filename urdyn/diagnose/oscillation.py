@@ -14,7 +14,7 @@ from functools import cached_property
 import numpy as np
 
 from urdyn.diagnose import weave
-from urdyn.diagnose.event import CERTAIN, Event
+from urdyn.diagnose.event import Event
 from urdyn.diagnose.fast_rules import RingingRule
 from urdyn.diagnose.lasting_line import STAYS
 from urdyn.diagnose.ringing_line import NEAR, SPEED, WINDOWS, Line, LineSearch, Usual
@@ -243,7 +243,6 @@ class Oscillation:
             joint=ring.joint,
             onset=ring.since,
             alarm=ring.last,
-            confidence=CERTAIN,
             size=size,
             size_sd=self._unsure(ring, size, sd if clear else None) if seen else float("nan"),
             evidence=evidence,

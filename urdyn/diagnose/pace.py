@@ -28,7 +28,7 @@ class Pace:
 
     @property
     def chunk(self) -> int:
-        """Rows of which a few make a beat, and no more than that."""
+        """Rows of which a few make a beat; the last of them may be fewer."""
         return -(-self.beat // -(-self.beat // CHUNK))
 
     def lasted(self, first: float, last: float, length: float) -> bool:

@@ -28,7 +28,7 @@ import numpy as np
 from scipy.ndimage import uniform_filter1d
 from scipy.special import logsumexp
 
-from urdyn.diagnose.event import CERTAIN, Event
+from urdyn.diagnose.event import Event
 from urdyn.diagnose.fast_rules import BacklashRule
 from urdyn.diagnose.finding import Finding
 from urdyn.diagnose.recurrence import FEWEST, LATE, aligned, ratios
@@ -184,7 +184,6 @@ class Recurring:
             joint=j,
             onset=float(t[-many]),
             alarm=now,
-            confidence=CERTAIN,
             size=half_gap,
             evidence=said,
         )

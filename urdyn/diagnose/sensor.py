@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from urdyn.diagnose import signs
-from urdyn.diagnose.event import CERTAIN, USELESS, Event
+from urdyn.diagnose.event import USELESS, Event
 from urdyn.diagnose.evidence import CLIPPED
 from urdyn.diagnose.fast_rules import SensorRule
 from urdyn.diagnose.rows import Rows
@@ -142,7 +142,9 @@ class SensorHealth:
         rough = signs.rough(state.rough, left) if self.period < COARSE else state.rough
         over = signs.noisier(rough / self.space.noise) / self.rule.noisy
         weight = np.clip(over**2 - 1.0, -FADES, 1.0)  # a joint that rattles is a little over
-        lasted = np.maximum(state.loud + weight * len(rows) * self.period, 0.0)
+        # One that was noisy for an hour is believed as soon as one that was for seconds.
+        most = self.rule.lasting + FADES * BELIEVED
+        lasted = np.clip(state.loud + weight * len(rows) * self.period, 0.0, most)
         loud = np.where(ringing, 0.0, lasted)
         began = (state.loud > 0.0) | (rough > UNSTEADY * self.space.noise)
         grew = np.where(began, state.grew, rows.t[-1])
@@ -179,7 +181,6 @@ class SensorHealth:
                 joint=int(j),
                 onset=now,
                 alarm=now,
-                confidence=CERTAIN,
                 size=0.0,
                 evidence={"mode": MODES[m], "until_s": float(ill[m, j])}
                 | (_silences(state, int(j)) if MODES[m] == "dropped" else {}),
@@ -244,7 +245,6 @@ class SensorHealth:
             joint=j,
             onset=float(onset[j]),
             alarm=now,
-            confidence=CERTAIN,
             size=USELESS,
             evidence={"mode": mode} | said,
         )
@@ -259,7 +259,6 @@ class SensorHealth:
             joint=j,
             onset=float(state.grew[j]),
             alarm=now,
-            confidence=CERTAIN,
             size=own * float(drive.gain[j] / drive.coulomb[j]),
             evidence={"mode": "noisy", "noise_A": rough, "usual_A": usual},
             within=len(state.left) * self.period,  # noisy for a part of that it may look as usual

@@ -22,7 +22,7 @@ from urdyn.diagnose.healthy import Healthy
 from urdyn.diagnose.judge import Judge
 from urdyn.diagnose.learning import Learning
 from urdyn.diagnose.loads import DELAY, Believed, Loads
-from urdyn.diagnose.moment import Means, Pool, averaged, pooled
+from urdyn.diagnose.moment import Pool, averaged, pooled
 from urdyn.diagnose.onsets import Bank, Block
 from urdyn.diagnose.recall import Recall
 from urdyn.diagnose.rows import Rows
@@ -101,7 +101,9 @@ class Slow:
             return state
         state = _unpushed(state, push)
         if not push.within(begin, end):
-            state = self._waiting(state, means, begin, end)
+            long = len(rows) * self.period
+            moment = Waiting(means, pooled(means), told=(), begin=begin, end=end, long=long)
+            state = self._waiting(state, moment)
         while len(state.waiting) > DELAY and not push.going:
             state = self._gather(state)
         return self._settled(state, end)
@@ -156,9 +158,8 @@ class Slow:
         state = self._retold(self.judge.judged(state))
         return self.judge.concluded(state) if ended else state
 
-    def _waiting(self, state: SlowState, means: Means, begin: float, end: float) -> SlowState:
+    def _waiting(self, state: SlowState, moment: Waiting) -> SlowState:
         """With a moment more that waits."""
-        moment = Waiting(means=means, pool=pooled(means), told=(), begin=begin, end=end)
         believed = self._believed(state)
         moment = self.loads.beside.told(moment, believed(moment), state.carrying.modes)
         carrying, waiting = self.loads.carried(state.carrying, believed, (*state.waiting, moment))

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from urdyn.diagnose.loudness import remembered
 from urdyn.types import Array
 
 SHARES = 2.0 ** -np.arange(7.0)  # [-] of the rules' window that are weighed against each other
@@ -49,4 +50,5 @@ def learnt(steadiness: Steadiness, off: Array, noise: Array, window: Array) -> S
     sd = np.hypot(noise, SHARES[:, None] * window)
     z = np.clip(off / sd[0], -WILD, WILD) * sd[0] / sd
     more = -np.log(sd) - 0.5 * z**2
-    return Steadiness(steadiness.told + np.where(np.isnan(off), 0.0, more - more[0]))
+    told = steadiness.told + np.where(np.isnan(off), 0.0, more - more[0])
+    return Steadiness(remembered(told))

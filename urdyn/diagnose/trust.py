@@ -17,6 +17,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
+import numpy as np
+
 from urdyn.diagnose.finding import Finding
 
 AT_ONCE = 60.0  # [s] from alarm to alarm
@@ -43,11 +45,11 @@ def in_company(findings: Sequence[Finding]) -> list[Finding]:
 
     Whenever it is asked, of all that were told by then.
     """
-    told = []
+    told, alarms = [], np.sort([f.alarm_s for f in findings if f.kind not in PASSING])
     for finding in findings:
         alone = finding.evidence.get(ALONE, finding.confidence)
-        near = [f for f in findings if abs(f.alarm_s - finding.alarm_s) < AT_ONCE]
-        many = max(1, sum(f.kind not in PASSING for f in near))
+        first = np.searchsorted(alarms, finding.alarm_s - AT_ONCE, "right")
+        many = max(1, int(np.searchsorted(alarms, finding.alarm_s + AT_ONCE, "left") - first))
         evidence = dict(finding.evidence) | {ALONE: alone}
         told.append(replace(finding, confidence=alone * min(1.0, PAIR / many), evidence=evidence))
     return told

@@ -12,7 +12,7 @@ from urdyn.diagnose.change import Change
 from urdyn.diagnose.finding import Finding, severity
 from urdyn.diagnose.prognosis import Course, trend
 from urdyn.diagnose.recall import Series
-from urdyn.diagnose.rules import Rules, SlowKind
+from urdyn.diagnose.rules import JUMPS, Rules, SlowKind
 from urdyn.diagnose.space import Space
 from urdyn.diagnose.suspects import Suspect, Suspects
 from urdyn.diagnose.trust import trust
@@ -22,6 +22,8 @@ from urdyn.types import NORMAL90
 
 WORSE = 0.25  # [-] of its size by which a finding has to change to be told again
 SURELY_BELOW = 2.0  # [sd] by which a change has to be below a level that it had reached
+# Kinds that also show at once, and then by their bare names: a biased sensor may get stuck, too.
+SLOWLY = {"sensor_fault": ".bias", JUMPS: ".creep"}
 GONE = "it was repaired, or passed: nothing is left of it"
 
 
@@ -31,6 +33,7 @@ def of_change(change: Change, of: Suspects, space: Space, rules: Rules, trace: S
     kind = suspect.kind
     size, sd = suspect.read(change.size, change.size_sd)
     _, per = suspect.read(change.size, 1.0)
+    per = -per if kind.of_sensor else per
     if kind.of_friction and trace:
         _, size, sd = trace[-1]
         per = size / change.size
@@ -77,8 +80,7 @@ def of_change(change: Change, of: Suspects, space: Space, rules: Rules, trace: S
 
 def risen(findings: Sequence[Finding], now: Sequence[Finding]) -> list[Finding]:
     """Those that have changed enough to be told again."""
-    pairs = zip(findings, now, strict=True)
-    return [replace(new, acknowledged=False) for old, new in pairs if worse(old, new)]
+    return [new for old, new in zip(findings, now, strict=True) if worse(old, new)]
 
 
 def up_to_date(
@@ -111,7 +113,8 @@ def apart(
 
 def identity(suspect: Suspect, space: Space) -> str:
     """The name by which a change of a joint is known from run to run."""
-    return f"{suspect.kind.name}.{_name(suspect, space)}"
+    kind = suspect.kind.name
+    return f"{kind}.{_name(suspect, space)}{SLOWLY.get(kind, '')}"
 
 
 def worse(old: Finding, new: Finding) -> bool:

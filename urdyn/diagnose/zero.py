@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from urdyn.diagnose.event import CERTAIN, Event
+from urdyn.diagnose.event import Event
 from urdyn.diagnose.finding import Finding
 from urdyn.diagnose.rows import Rows
 from urdyn.diagnose.rules import JUMPS
@@ -42,7 +42,6 @@ def _event(rows: Rows, k: int, j: int) -> Event:
         joint=j,
         onset=float(rows.t[k]),
         alarm=float(rows.t[-1]),
-        confidence=CERTAIN,
         size=-jump,
         evidence=evidence,
     )

@@ -123,7 +123,7 @@ def levelled(baseline: Baseline, state: Kinks, stream: int, one: Courses) -> tup
 
 def _precision(baseline: Baseline, state: Kinks, stream: int) -> float:
     """Of the level, by the baseline and what was followed, over that of one innovation."""
-    return float(state.N[stream] + baseline.steps / baseline.inflation[stream] ** 2)
+    return float(state.N[stream] + baseline.steps[stream] / baseline.inflation[stream] ** 2)
 
 
 def widened(state: Kinks, stream: int) -> float:

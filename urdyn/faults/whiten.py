@@ -43,10 +43,10 @@ class Baseline:
     stride: Array  # (n,) [sd] of differences of successive innovations, over sqrt(2)
     pace: Array  # (n,) steps between two that can be judged: nearer ones were never seen
     seen: Array  # (N, n) [spread] innovations that it was learnt from; NaN where none
-    steps: int = ENOUGH  # that it was learnt from
+    steps: Array  # (n,) measured, that it was learnt from
 
     def __post_init__(self) -> None:
-        for name in (f.name for f in fields(self) if f.name != "steps"):
+        for name in (f.name for f in fields(self)):
             object.__setattr__(self, name, frozen(getattr(self, name)))
         assert self.coefficients.shape[:1] == self.level.shape == self.spread.shape
 
@@ -105,7 +105,9 @@ def learn_baseline(healthy: ArrayLike, inflation: float = INFLATION) -> Baseline
     learnt = [_stream(series[:, i], left[:, i], i, a, inflation) for i, (a, _) in enumerate(found)]
     level, spread, kappa, stride = np.array(learnt).T
     seen = (left - level) / spread
-    return Baseline(coefficients, level, spread, kappa, typical, stride, pace, seen, len(series))
+    return Baseline(
+        coefficients, level, spread, kappa, typical, stride, pace, seen, np.array(known)
+    )
 
 
 def stated_baseline(
@@ -118,7 +120,8 @@ def stated_baseline(
     spread = given(sd, "sd", "positive numbers", positive, n)
     one, none = np.ones(n), np.zeros((0, n))
     kappa = np.full(n, inflation)
-    return Baseline(np.zeros((n, 0)), centre, spread, kappa, centre, one, one, none)
+    steps = np.full(n, ENOUGH)
+    return Baseline(np.zeros((n, 0)), centre, spread, kappa, centre, one, one, none, steps)
 
 
 def _not_less_than_noise(inflation: object) -> None:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
 from urdyn.signal.channels import SENSORS, by_column, noted
-from urdyn.signal.stretches import stretches, windows
+from urdyn.signal.stretches import stretches
 from urdyn.types import MAD_TO_SD, Array, Index, Log
 
 _BATCH = 8192  # windows that are sorted at a time
@@ -71,8 +71,7 @@ def _moments(x: Array, window: int, robust: bool) -> tuple[Array, Array]:
 
 def _window_of(rows: int, size: int) -> Index:
     """Which of the rows - size + 1 windows belongs to each row."""
-    first, _ = windows(rows, (), size // 2)
-    return np.minimum(first, rows - size)
+    return np.asarray(np.clip(np.arange(rows) - size // 2, 0, rows - size))
 
 
 def _plain(views: Array) -> tuple[Array, Array]:
