@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from workshop import at_work, commissioned
 
 from urdyn.dbn import (
     AffineObservation,
@@ -164,3 +165,18 @@ def test_a_tracked_log_teaches_its_tracker(workshop):
     assert drift.friction > 0.0 and drift.damping > 0.0
     again = Tracker(workshop.fit, EKF(), 0.01, drift, found.setting)
     assert again.model.process.names == tracker.model.process.names
+
+
+def test_another_payload_is_no_wear():
+    """Stretches are as likely as those of an empty tool, but for the second in which it is learnt.
+
+    About what is carried at the end, three kilograms that came halfway are told as wear before.
+    """
+    dynamics, fit = commissioned(0)
+    likelihood = []
+    for faults in ((), ("payload_change:mass=3,com=0/0/0.08,onset=4",)):
+        log, tracker = at_work(dynamics, 0, 9, 8.0, *faults), Tracker(fit, EKF(), 0.01)
+        found = learn_wear(tracker, lambda log=log: samples(log), 1, 1.0)
+        likelihood.append(found.log_likelihood[0])
+    # The stretch in which it comes costs three times as much as the other seven do, at most.
+    assert likelihood[1] == pytest.approx(likelihood[0], rel=2.0 / 8.0)

@@ -3,9 +3,10 @@
 Every stretch of a history is summed up, as its currents tell it, in one matrix of information on
 what strays, and EM goes over the stretches: smooth by what is believed of the edges, read the edges
 from how the nodes moved, and again. Levels say nothing of how things move, so that the first is
-taken as unknown, and what does not stray as known: as the whole history tells it. A stretch is to
-be so short that what strays within it is little beside what it tells: else f and alpha, told apart
-by moments at which the joint is slow and quick, seem to lead one another.
+taken as unknown, and what does not stray as known: as the whole history tells it, and what is
+carried as its moment does. A stretch is to be so short that what strays within it is little beside
+what it tells: else f and alpha, told apart by moments at which the joint is slow and quick, seem to
+lead one another.
 """
 
 from __future__ import annotations
@@ -74,7 +75,8 @@ def learn_wear(
     at = strays(network, currents)
     known = _end(tracker, history())[: len(currents.names)].copy()
     known[currents.places["slow"]] = 0.0
-    moments = (_moment(reading, known, at) for reading in _tracked(tracker, history()))
+    of_now = np.r_[at, currents.places["payload"]]
+    moments = (_moment(reading, known, of_now) for reading in _tracked(tracker, history()))
     stretches = summed_up(moments, currents, known, at, length)
     if len(stretches) < FEW:
         told = f"{len(stretches)} stretches of {length:g} s; edges are learnt from {FEW} and more"
@@ -214,10 +216,11 @@ def _end(tracker: Tracker[Any], history: Iterable[Sample]) -> Array:
     return belief.mean
 
 
-def _moment(reading: Reading, known: Array, at: Index) -> Moment:
+def _moment(reading: Reading, known: Array, of_now: Index) -> Moment:
+    """What a reading learnt from, about its own belief of `of_now`, and what is `known` else."""
     assert reading.learnt is not None, "a tracker's reading"
     x = known.copy()
-    x[at] = reading.belief.mean[at]
+    x[of_now] = reading.belief.mean[of_now]
     return (*reading.learnt, x)
 
 
