@@ -63,7 +63,7 @@ MODEL, SEEN = seen_together(1.0), np.ones((3, 1))
         *((Variational, {"iterations": count}) for count in (0, 1.5)),
         *((Variational, {"step_size": size}) for size in (0.0, -1.0, 2.0, np.nan)),
         *((Bank, {"hazard": hazard, "jumps": JUMPS}) for hazard in (0.0, 1.0, -0.1, np.nan)),
-        *((Bank, {"onsets": count, "jumps": JUMPS}) for count in (0, 1.5)),
+        *((Bank, {"onsets": count, "jumps": JUMPS}) for count in (0, 1, 1.5)),
         (Bank, {"spacing": 0, "jumps": JUMPS}),
         *((ramp_bank, {"expected": k, "sigma": 0.1}) for k in (0.0, -1.0, 1.0, np.inf)),
         *((ramp_bank, {"steepest": s, "sigma": 0.1}) for s in (0.0, -1.0, np.nan)),

@@ -72,13 +72,13 @@ class Bank:
     """
 
     jumps: Jumps  # D alternatives
-    onsets: int = 64  # A candidates kept
+    onsets: int = 64  # A candidates kept, two or more: the oldest is merged into the next oldest
     spacing: int = 1  # slices between candidates
     hazard: float = 1e-2  # prior probability of a jump, per slice
 
     def __post_init__(self) -> None:
-        for name in ("onsets", "spacing"):
-            object.__setattr__(self, name, given_count(getattr(self, name), name))
+        for name, least in (("onsets", 2), ("spacing", 1)):
+            object.__setattr__(self, name, given_count(getattr(self, name), name, least))
         if not 0.0 < self.hazard < 1.0:
             raise InputError(f"hazard {self.hazard}: a probability, above 0 and below 1")
 
@@ -120,8 +120,7 @@ class Bank:
         D = len(self.jumps.step)
         at = state.slices // self.spacing
         oldest, next_oldest = (i % self.onsets for i in (at, at + 1))
-        if self.onsets > 1:
-            state = _merged(state, oldest, next_oldest, D)
+        state = _merged(state, oldest, next_oldest, D)
         means, cov, log_weight = (x.copy() for x in (state.means, state.cov, state.log_weight))
         rows = _rows(oldest, D)
         prior = 1.0 - (1.0 - self.hazard) ** self.spacing

@@ -61,7 +61,7 @@ def ramp_bank(
         dt: between readings [s], or 1 where time counts in steps.
         steepest: rate up to which any is as likely as any other [unit/s]; sigma / (2 dt) if None.
         expected: readings until an onset, in the prior; the hazard is constant.
-        onsets: candidates that are kept apart; older ones are merged.
+        onsets: candidates that are kept apart, 2 or more; older ones are merged.
         rate: the state that jumps at an onset.
     """
     ways = "1 for a rise, -1 for a fall, 0 for either"
