@@ -10,17 +10,20 @@ import pytest
 from scipy.spatial.transform import Rotation
 from tracker import HIDDEN, Session, session
 
-from urdyn.identify.kinematics import Recorded, calibrate, evaluate, most_informative
+from urdyn.errors import ArmError
+from urdyn.identify.kinematics import Recorded, calibrate, evaluate, most_informative, workspace
 from urdyn.identify.kinematics.calibration import drawn, everything, rms
 from urdyn.identify.kinematics.gross import moderate, weights
 from urdyn.identify.kinematics.moments import moments, total
 from urdyn.identify.kinematics.placement import Placement, residuals, slopes
 from urdyn.identify.kinematics.regions import regions
 from urdyn.identify.kinematics.robust import begin, solve
+from urdyn.identify.kinematics.workspace import roam
 from urdyn.io import read_table
 from urdyn.io.calibration_file import read_calibration
 from urdyn.io.poses import read_poses
-from urdyn.model.arm import Arm, load_arm
+from urdyn.model.arm import Arm, load_arm, read_arm
+from urdyn.model.cell import Cell
 from urdyn.model.collision import free
 from urdyn.model.geometry.chain_pose import flange
 from urdyn.model.geometry.drawing import drawing_of, placed
@@ -219,6 +222,20 @@ def test_chosen_poses_tell_more_than_random_ones(ur5e: Arm) -> None:
 
     random = [told(rng.uniform(-np.pi, np.pi, (15, 6))) for _ in range(10)]
     assert told(chosen) > max(random)
+
+
+def test_an_arm_that_hangs_has_poses_too(ur10e: Arm) -> None:
+    """No pose of it is above the plane of its base."""
+    stands, hangs = 'rpy="0 0 3.141592653589793"', 'rpy="3.141592653589793 0 0"'
+    arm = read_arm(ur10e.urdf.replace(stands, hangs, 1), "hanging")
+    q = roam(arm, 20, np.random.default_rng(0))
+    assert free(arm, q, Cell()).all() and not free(arm, q).any()
+
+
+def test_an_arm_without_a_free_pose_is_told(ur10e: Arm, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(workspace, "free", lambda arm, q, cell: np.zeros(len(q), dtype=bool))
+    with pytest.raises(ArmError, match="ur10e: of 80 poses 0 are free of self-collision"):
+        roam(ur10e, 2, np.random.default_rng(0))
 
 
 @pytest.mark.parametrize("name", FILES)

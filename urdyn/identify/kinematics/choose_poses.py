@@ -22,7 +22,7 @@ def most_informative(
     rng: np.random.Generator,
     known: Array | None = None,
 ) -> Array:
-    """Poses (count, J) [rad], within limits and free of self-collision, that tell most.
+    """Poses (count, J) [rad], of those that the arm can take (`roam`), that tell most.
 
     They maximise the determinant of the information on geometry, base and tool [Fedorov1972]_.
 

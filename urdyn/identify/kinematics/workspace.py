@@ -6,12 +6,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from urdyn.errors import ArmError
 from urdyn.identify.kinematics.placement import Placement, slopes
 from urdyn.model.arm import Arm
+from urdyn.model.cell import STANDING, Cell
 from urdyn.model.collision import free
 from urdyn.types import Array, frozen
 
-SAMPLES = 600  # poses without self-collision, at random
+SAMPLES = 600  # free poses, at random
+DRAWS = 20  # for as many poses as are wanted: every fifth pose of a real arm is free, or more
 
 
 @dataclass(frozen=True)
@@ -29,12 +32,33 @@ class Workspace:
 
 
 def roam(arm: Arm, count: int, rng: np.random.Generator) -> Array:
-    """Poses (count, J) [rad] within limits, and free of self-collision."""
+    """Poses (count, J) [rad] within limits, free of self-collision, and above the floor.
+
+    How an arm is mounted nobody tells: one that has no pose above the plane of its base hangs, and
+    there is no floor.
+
+    Raises:
+        ArmError: hardly a pose is free, by the shapes that the description gives.
+    """
+    for cell in (STANDING, Cell()):
+        found = _drawn(arm, cell, count, rng)
+        if len(found) == count:
+            return found
+    raise ArmError(
+        f"{arm.name}: of {DRAWS * 2 * count} poses {len(found)} are free of self-collision; "
+        "look at the collision shapes of its description"
+    )
+
+
+def _drawn(arm: Arm, cell: Cell, count: int, rng: np.random.Generator) -> Array:
+    """`count` poses, or what few are free, (..., J) [rad]."""
     lower, upper = np.maximum(arm.lower, -np.pi), np.minimum(arm.upper, np.pi)
     found = np.empty((0, arm.joints))
-    while len(found) < count:
+    for _ in range(DRAWS):
         tried = rng.uniform(lower, upper, (2 * count, arm.joints))
-        found = np.concatenate([found, tried[free(arm, tried)]])
+        found = np.concatenate([found, tried[free(arm, tried, cell)]])
+        if len(found) >= count:
+            break
     return found[:count]
 
 
