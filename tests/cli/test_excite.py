@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import tomllib
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -14,6 +15,7 @@ from urdyn.cli.app import app
 from urdyn.errors import InputError
 from urdyn.identify.excite.cell_file import cell_of, document_of
 from urdyn.io import dump_toml, sha256
+from urdyn.model.body import about_frame
 
 FILES = {
     "excitation.csv",
@@ -215,6 +217,24 @@ def test_what_adds_to_a_twin_says_to_which(story, tmp_path):
     assert run("excite", "--twin", twin, *probe, "--out", tmp_path).exit_code == 0
     document = tomllib.loads((tmp_path / "excitation.toml").read_text())
     assert document["asked"]["twin"] == sha256(twin)
+
+
+def test_what_adds_to_a_twin_is_proven_again_by_that_twin(story, tmp_path):
+    """Its tool weighs on every torque: without it, or by another one, nothing is proven."""
+    twin, found = tmp_path / "twin.toml", tmp_path / "found"
+    fit = ud.Twin.load(story.out / "twin.toml").fit
+    tool = about_frame(2.5, np.array([0.0, 0.0, 0.12]), 0.03 * np.eye(3))
+    borne = replace(fit, dynamics=replace(fit.dynamics, payload=tool), tool_known=True)
+    ud.Twin(fit.dynamics.arm, borne).save(twin)
+    probe = ("--kind", "probe", "--joint", "wrist 1")
+    assert run("excite", "--twin", twin, *probe, "--out", found).exit_code == 0
+    again = ("excite", found / "excitation.toml", "--out", tmp_path / "again")
+    assert "name it by --twin" in run(*again).output
+    assert "is not the twin" in run(*again, "--twin", story.out / "twin.toml").output
+    assert not (tmp_path / "again").exists()
+    assert run(*again, "--twin", twin).exit_code == 0
+    texts = [folder / "excitation.toml" for folder in (found, tmp_path / "again")]
+    assert texts[0].read_bytes() == texts[1].read_bytes()
 
 
 def test_a_cell_is_what_its_document_says():

@@ -52,7 +52,8 @@ def excite(
 ) -> None:
     """Find a motion that tells most about an arm, prove it safe, write it for the robot.
 
-    FILE is an excitation.toml of this verb: the same motion is proven and written again.
+    FILE is an excitation.toml of this verb: the same motion is proven and written again; where it
+    adds to a twin, by that --twin.
 
     Example: [bold]urdyn excite --robot ur10e --duration 20 --out excitation/[/bold]
     """
@@ -68,7 +69,7 @@ def excite(
         raise typer.BadParameter("missing: name a folder", param_hint="--out")
     require_folder(folder)
     if again is not None:
-        _tell(_again(again), folder, time.perf_counter() - begin, voice)
+        _tell(_again(again, twin), folder, time.perf_counter() - begin, voice)
         return
     fit = ud.Twin.load(twin).fit if twin else None
 
@@ -102,7 +103,7 @@ def excite(
 def _refuse_idle(context: typer.Context, again: Path | None, every: Path | None, kind: str) -> None:
     """InputError at an option that FILE, or another option, leaves nothing to do."""
     if again is not None:
-        told = {*context.params} - {"again", "out", "json", "quiet"}
+        told = {*context.params} - {"again", "out", "twin", "json", "quiet"}
         idle(context, f"with {again}, which tells the motion", *sorted(told))
     if every is not None:
         idle(context, "with --all", "out", "robot", "twin")
@@ -192,13 +193,16 @@ def _limits(
     return comfortable(arm, **{name: value for name, value in asked.items() if value is not None})
 
 
-def _again(file: Path) -> Excitation:
-    """The motion in a file, proven anew."""
+def _again(file: Path, twin: Path | None) -> Excitation:
+    """The motion in a file, proven anew, by the twin that it adds to."""
     from urdyn.identify.excite import repeated
     from urdyn.identify.excite.excitation_file import read_excitation
+    from urdyn.io import sha256
 
     arm, wanted, path = read_excitation(file)
-    return repeated(arm, wanted, path)
+    if twin is not None and sha256(twin) != wanted.twin:
+        raise InputError(f"{twin}: is not the twin that {file} adds to")
+    return repeated(arm, wanted, path, ud.Twin.load(twin).fit if twin else None)
 
 
 def _tell(found: Excitation, out: Path, wall: float, voice: Voice) -> None:

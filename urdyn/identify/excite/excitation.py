@@ -121,13 +121,19 @@ def excite(
     return completed(asked, ask, *_slow(asked, ask), ())
 
 
-def repeated(arm: Arm, ask: Ask, path: Series | Moves) -> Excitation:
+def repeated(arm: Arm, ask: Ask, path: Series | Moves, twin: Fit | None = None) -> Excitation:
     """A motion that was found before, proven again.
 
+    Args:
+        twin: what it adds to, if to anything: torques are proven by its links and its tool.
+
     Raises:
+        InputError: the motion adds to a twin, and there is none.
         UnsafeMotionError: it cannot be proven safe here.
     """
-    asked = question(arm, ask.payload, interest=ask.interest)
+    if ask.twin and twin is None:
+        raise InputError("the motion adds to a twin, which tells its torques: name it by --twin")
+    asked = question(arm, ask.payload, twin, ask.interest)
     ask = replace(ask, limits=bearable(asked.point, ask.limits), cell=_with_payload(ask))
     return completed(asked, ask, path, prove(loaded(asked), path, _safe(asked, ask)), ())
 
