@@ -6,6 +6,8 @@ spread of zeros is that of arms whose encoders nobody doubts, and lags behind so
 to expect one, its intervals hold the truth.
 """
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from workshop import at_work, commissioned
@@ -60,3 +62,21 @@ def test_a_zero_that_jumps_is_followed_at_once_and_moves_nothing_else(how, joint
     # What waits in a quicker mode is moved some samples sooner or later for it.
     assert (np.abs(apart) < (0.1 if how is QUICK else 0.05) * sound.sd).all()
     assert np.allclose(jumped.sd, sound.sd, rtol=0.02)
+
+
+def test_a_zero_that_jumps_while_another_angle_is_missing_is_followed():
+    """There is no reading then, and the jump is told once only."""
+    dynamics, fit = commissioned(0)
+    log = at_work(dynamics, 0, 5, 10.0, f"encoder_offset:joint=2,offset={OFFSET},onset=8")
+    missing = (np.abs(log.t - 8.0) < 0.5)[:, None] & (np.arange(6) == 4)
+    channels = {
+        name: np.where(missing, np.nan, log.channels[name]) for name in ("actual_q", "actual_qd")
+    }
+    tracker = Tracker(fit, EKF(), 0.01)
+    state = tracker.init()
+    for sample in samples(replace(log, channels={**log.channels, **channels})):
+        state, reading = tracker.step(state, sample)
+    at = tracker.currents.places["k"]
+    zero, sd = reading.belief.mean[at], reading.belief.sd[at]
+    assert (np.abs(zero + OFFSET * (np.arange(6) == 2)) < 3.0 * sd).all()
+    assert (sd < OFFSET / 6.0).all()  # so that none at all would be seen

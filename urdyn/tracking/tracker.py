@@ -154,14 +154,17 @@ class Tracker(Generic[S]):
         causal, instant = self._causal.step(state.causal, sample)
         if self.streams:
             state = replace(state, heard=self._with_more(state.heard, sample))
-        if instant is None or not np.isfinite([instant.q, instant.v, instant.a]).all():
+        if instant is None:
+            return replace(state, causal=causal), None
+        shift = np.nan_to_num(instant.shift)  # told once, whatever else is missing
+        if np.count_nonzero(shift) and not self._detector.poses:  # poses tell of it before
+            state = with_encoder_jump(state, self.filter, self.currents.places["k"], shift)
+        if not np.isfinite([instant.q, instant.v, instant.a]).all():
             return replace(state, causal=causal), None
         wrong = self.fit.dynamics.undrawn(instant.current)
         if np.count_nonzero(wrong):
             instant = replace(instant, current=np.where(wrong, np.nan, instant.current))
             state = replace(state, undrawn=state.undrawn + int(np.count_nonzero(wrong)))
-        if np.count_nonzero(instant.shift) and not self._detector.poses:  # poses tell of it before
-            state = with_encoder_jump(state, self.filter, self.currents.places["k"], instant.shift)
         state, reading = self._assimilate(state, causal, instant)
         return self._listened(state, reading) if self.streams else (state, reading)
 
