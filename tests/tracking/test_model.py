@@ -6,7 +6,7 @@ from functools import partial
 import numpy as np
 import pytest
 
-from urdyn.dbn import figure2
+from urdyn.dbn import Edge, figure2
 from urdyn.estimate import EKF, UKF
 from urdyn.signal import Instant
 from urdyn.tracking import Drift, tracking_model
@@ -115,10 +115,19 @@ def test_wear_is_linear_and_its_noise_a_covariance(model, slices):
     assert np.linalg.eigvalsh(model.prior.cov)[0] > 0.0
 
 
+def whose_rates_meet():
+    """f and z, which have rates, both lead alpha, and f leads z beside it."""
+    drawn = figure2()
+    arrows = tuple(edge for edge in drawn.edges if not edge.shared)
+    return replace(drawn, edges=(*arrows, Edge("f", "z", -0.3), Edge("z", "alpha", 0.2)))
+
+
+@pytest.mark.parametrize("network", [None, whose_rates_meet()])
 @pytest.mark.parametrize("span", [0.08, 20.0])
 @pytest.mark.parametrize("befalls", [{}, {"jolted": np.eye(6)[JOINT], "wears": True}])
-def test_a_belief_is_carried_on_as_points_are(model, slices, span, befalls):
+def test_a_belief_is_carried_on_as_points_are(workshop, slices, network, span, befalls):
     """F P Fᵀ + Q, whatever of it is known to be zero."""
+    model = tracking_model(workshop.fit, network=network)
     u = replace(slices(span), stray=np.full(6, 0.1), taken=PAYLOAD_SD, **befalls)
     root = np.random.default_rng(4).standard_normal((len(model.names),) * 2)
     before = Gaussian(model.prior.mean + 0.1, root @ root.T)

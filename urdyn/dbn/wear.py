@@ -74,12 +74,11 @@ class Wear:
         return np.asarray(np.linalg.inv(np.eye(len(self.parameters)) - self.lead))
 
     @cached_property
-    def _follow(self) -> tuple[Index, Index, Array]:
-        """Parameters that a rate moves, by which rate, and how far."""
+    def _follow(self) -> tuple[Index, Array]:
+        """Parameters that rates move, (c,), and D, how far each rate moves them, (c, r)."""
         moved = self._spread[:, self.drifting]
-        child, rate = np.nonzero(moved)
-        assert len(set(child)) == len(child), "one rate moves a parameter"
-        return child, rate, moved[child, rate]
+        child = np.flatnonzero(moved.any(axis=1))
+        return child, moved[child]
 
     @cached_property
     def _noise(self) -> tuple[Index, Array]:
@@ -160,21 +159,21 @@ class Wear:
 
     def _led(self, x: Array, span: float) -> Array:
         """By the rates that lead it, (..., p + r)."""
-        (child, rate, by), p = self._follow, len(self.parameters)
+        (child, D), p = self._follow, len(self.parameters)
         kept = np.exp(-span * self._forgetting)
         moved = x * kept
-        moved[..., child] += span * by * kept[child] * x[..., p + rate]
+        moved[..., child] += span * kept[child] * (x[..., p:] @ D.T)
         return moved
 
     def _propagated(self, P: Array, span: float) -> Array:
         """F P Fᵀ, (n, n): n² and not n³, for few states take up anything but themselves."""
-        (child, rate, by), p = self._follow, len(self.parameters)
+        (child, D), p = self._follow, len(self.parameters)
         kept = np.exp(-span * self._forgetting)
         moved = np.outer(kept, kept)
         moved *= P
-        led, by = moved[child], span * by * kept[child]
-        led += by[:, None] * moved[p + rate]  # rates stay
-        led[:, child] += by * led[:, p + rate]
+        L = span * kept[child][:, None] * D
+        led = moved[child] + L @ moved[p:]  # rates stay
+        led[:, child] += led[:, p:] @ L.T
         led[:, child] = 0.5 * (led[:, child] + led[:, child].T)
         moved[child], moved[:, child] = led, led.T
         return moved
@@ -182,8 +181,8 @@ class Wear:
     def transition_jacobian(self, x: Array, u: RobotSlice) -> Array:
         """(n, n)."""
         F, p = np.eye(len(self.names)), len(self.parameters)
-        child, rate, by = self._follow
-        F[child, p + rate] = u.span * by
+        child, D = self._follow
+        F[child, p:] = u.span * D
         np.fill_diagonal(F, np.exp(-u.span * self._forgetting))
         return F
 
