@@ -236,6 +236,12 @@ def test_a_continuous_joint_is_one_angle_within_a_turn(limit: bool) -> None:
     assert arm.torque(*swing) == read_arm(PENDULUM).torque(*swing)
 
 
+def test_a_limit_of_zero_is_none() -> None:
+    """Exporters write it where they were told nothing; an arm that may not move is no arm."""
+    arm = read_arm(PENDULUM.replace('effort="5" velocity="6"', 'effort="0" velocity="0.0"'))
+    assert (arm.effort_limit.item(), arm.velocity_limit.item()) == (np.inf, np.inf)
+
+
 def test_what_is_bolted_to_a_link_is_part_of_its_body() -> None:
     bolted = PENDULUM.replace(
         "</robot>",

@@ -98,6 +98,7 @@ def test_less_is_known_of_the_gains_of_an_arm_that_does_not_rate_its_joints(
     assert (unknown.sd > 2.0 * known.sd).all()
     low, high = known.typical.min() / 2.0, 2.0 * known.typical.max()
     assert ((unknown.typical > low) & (unknown.typical < high)).all(), unknown.typical
+    assert not population(unrated).typical().undrawn(np.full(6, 5.0)).any()
 
 
 def test_bigger_joints_have_more_inertia_and_friction(ur10e: Arm) -> None:

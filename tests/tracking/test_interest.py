@@ -85,6 +85,15 @@ def test_residuals_are_those_of_the_readings(followed):
     np.testing.assert_allclose([joint["rmse_A"] for joint in joints], rmse, rtol=1e-12)
 
 
+def test_an_arm_that_tells_no_rated_torque_has_no_end_to_its_margin(followed):
+    tracker, readings = followed
+    dynamics = tracker.fit.dynamics
+    arm = replace(dynamics.arm, effort_limit=np.full(6, np.inf))
+    unrated = replace(tracker, fit=replace(tracker.fit, dynamics=replace(dynamics, arm=arm)))
+    of = gather(unrated, readings[::10])
+    assert of.spare == np.inf and not of.used.any()
+
+
 def test_another_payload_has_another_margin(followed):
     tracker, readings = followed
     light, heavy = readings[100], replace(readings[50], widened=True)

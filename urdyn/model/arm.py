@@ -45,8 +45,8 @@ class Arm:
     link_names: tuple[str, ...]  # the link that each joint moves
     lower: Array  # (J,) [rad]; a continuous joint has -2 pi and 2 pi
     upper: Array  # (J,) [rad]
-    velocity_limit: Array  # (J,) [rad/s]; inf where the file has none
-    effort_limit: Array  # (J,) [N m]; inf where the file has none
+    velocity_limit: Array  # (J,) [rad/s]; inf where the file has none, or 0
+    effort_limit: Array  # (J,) [N m]; inf where the file has none, or 0
     inertials: Array  # (J, 10) m, mx, my, mz, Ixx, Ixy, Iyy, Ixz, Iyz, Izz about the joint's frame
     urdf: str = field(repr=False)  # the file's text, whatever the inertials are now
     tool: str  # "tool0", or the last moving link where there is none

@@ -114,11 +114,11 @@ def _joint(element: ET.Element) -> Joint:
 
 
 def _limits(element: ET.Element, kind: str, what: str) -> tuple[float, float, float, float]:
-    """Lower, upper, velocity, effort."""
+    """Lower, upper, velocity, effort; an exporter that was told none of the last two writes 0."""
     if kind == "continuous" and element.find("limit") is None:
         return -TURN, TURN, math.inf, math.inf
     limit = _require(element, "limit", what)
-    velocity, effort = (_number(limit, key, what) for key in ("velocity", "effort"))
+    velocity, effort = (_number(limit, k, what) or math.inf for k in ("velocity", "effort"))
     if kind == "continuous":
         return -TURN, TURN, velocity, effort
     lower, upper = (_number(limit, key, what, "0") for key in ("lower", "upper"))

@@ -164,7 +164,7 @@ def _spare(
     limit = currents.reference.arm.effort_limit * np.minimum(np.exp(x[at["z"]]), 1.0)
     bears = np.abs(d) > 1e-9
     steep = np.where(bears, d * (1.0 + beta * np.sign(d) * u.s), np.nan)  # [N·m/kg] of the drive
-    room = (np.sign(d) * limit - rest) / steep - load / np.where(bears, d, np.nan)
+    room = (np.copysign(limit, d) - rest) / steep - load / np.where(bears, d, np.nan)
     if not bears.any():
         return np.inf, 0.0
     joint = int(np.nanargmin(room))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -9,9 +10,9 @@ import pytest
 from witness import RATE, watch
 
 from urdyn.errors import InputError, UnsafeMotionError
-from urdyn.identify.excite import Safe, prove
+from urdyn.identify.excite import Safe, excite, prove
 from urdyn.identify.excite.restart import fitted
-from urdyn.model.arm import load_arm
+from urdyn.model.arm import load_arm, read_arm
 from urdyn.model.cell import Cell, Solid, floor
 from urdyn.model.collision import collider
 from urdyn.model.torque_rate import torque_rate
@@ -141,6 +142,13 @@ def test_a_box_in_the_way_is_named(ur10e, found):
         prove(ur10e, found.path, safe(ur10e, Cell((floor(),), (box,))))
     assert short.value.kind == "distance"
     assert isinstance(short.value, InputError)
+
+
+@pytest.mark.parametrize("limit", ["velocity", "effort"])
+def test_nothing_is_proven_of_an_arm_that_tells_no_limit(ur10e, limit):
+    unrated = read_arm(re.sub(f'{limit}="[^"]*"', f'{limit}="0"', ur10e.urdf))
+    with pytest.raises(InputError, match="shoulder_pan_joint has no limits"):
+        excite(unrated)
 
 
 def test_a_motion_on_its_limit_is_not_proven_for_ever(ur10e):

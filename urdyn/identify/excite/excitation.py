@@ -154,6 +154,10 @@ def completed(
 def bearable(point: Dynamics, wished: Limits | None) -> Limits:
     """The limits that are wished, with the torque that an arm's friction and rotors leave."""
     limits, drive = wished or comfortable(point.arm), point.drive
+    told = np.isfinite(limits.velocity) & np.isfinite(limits.torque)
+    if not told.all():
+        free = point.arm.joint_names[int(told.argmin())]
+        raise InputError(f"{free} has no limits of velocity and effort; write them into its URDF")
     lost = (
         drive.coulomb + drive.viscous * limits.velocity + drive.rotor_inertia * limits.acceleration
     )
