@@ -15,10 +15,12 @@ import numpy as np
 import pytest
 from workshop import KilledError, assert_same, killed_at
 
+from urdyn.dbn import figure2
 from urdyn.errors import InputError
 from urdyn.estimate import UKF, InformationFilter
 from urdyn.io import alone, write
-from urdyn.tracking import open_source
+from urdyn.signal import samples
+from urdyn.tracking import Arrival, open_source
 from urdyn.tracking.checkpoint import FILE
 
 ROOT = Path(__file__).parents[2]
@@ -155,8 +157,31 @@ def test_a_checkpoint_of_another_run_is_refused(workshop, dead):
         workshop.track(dead, open_source(str(workshop.recording), rows=(5, None)))
     with pytest.raises(InputError, match="another filter;"):
         workshop.track(dead, filter=UKF())
+    with pytest.raises(InputError, match="another network;"):
+        workshop.track(dead, network=figure2().without("f", "alpha"))
     with pytest.raises(InputError, match="another period;"):
         workshop.track(dead, replace(open_source(str(workshop.recording)), period=0.02))
+
+
+def test_a_live_run_that_is_resumed_knows_what_it_lost_and_what_is_to_come(workshop, tmp_path):
+    """One of eight samples in the first half is lost; between the two parts nobody listened."""
+    told = [sample for k, sample in enumerate(samples(workshop.log)) if k % 8 != 4 or k > OFTEN]
+    dies, shares = OFTEN + 20, []
+
+    def heard(begin, end):
+        def start(_):
+            return (Arrival(sample, sample.t) for sample in told[begin:end])
+
+        made = open_source(str(workshop.recording))
+        return replace(made, live=True, length=end - begin, start=start)
+
+    with pytest.raises(KilledError):
+        workshop.track(tmp_path, killed_at(heard(0, 200), dies))
+    again = workshop.track(
+        tmp_path, heard(dies, len(told)), watch=lambda at: shares.append(at.share)
+    )
+    assert again["lost"] == len(range(4, OFTEN + 1, 8))
+    assert 0.0 < shares[0] < 0.2 and shares[-1] == 1.0
 
 
 def test_a_checkpoint_that_does_not_say_whose_it_is_is_refused(workshop, dead):

@@ -32,7 +32,8 @@ class Workshop:
     def track(self, out: Path, source: Source | None = None, **options):
         """A run of the recording, or of another source, by the quickest filter."""
         source = source or open_source(str(self.recording))
-        tracker = Tracker(self.fit, options.pop("filter", EKF()), source.period)
+        filter_, network = options.pop("filter", EKF()), options.pop("network", None)
+        tracker = Tracker(self.fit, filter_, source.period, network=network)
         return run(tracker, source, out, **options)
 
 

@@ -28,6 +28,7 @@ class Losses:
     sparse: int = 0  # samples between gaps, too few in a row to learn from
     sparse_s: float = 0.0  # [s] that they and these gaps took
     sparse_since: float = np.nan  # [s] stamp at which they began
+    lost: int = 0  # samples that did not come from a source while it was listened to
 
 
 def no_losses(joints: int) -> Losses:
@@ -36,7 +37,13 @@ def no_losses(joints: int) -> Losses:
 
 
 def counted(
-    so_far: Losses, sample: Sample, last: float, period: float, since: float, few: int
+    so_far: Losses,
+    sample: Sample,
+    last: float,
+    period: float,
+    since: float,
+    few: int,
+    lost: int = 0,
 ) -> Losses:
     """With one sample more.
 
@@ -44,6 +51,7 @@ def counted(
         last: the stamp before [s], NaN before the first.
         since: the stamp [s] of the first sample of the stretch that `last` ended.
         few: how many that stretch held, 0 where they were enough to learn from.
+        lost: how many were waited for before it.
     """
     dt = sample.t - last
     gap = dt > GAP * period
@@ -59,6 +67,7 @@ def counted(
         sparse=so_far.sparse + (few if sparse else 0),
         sparse_s=so_far.sparse_s + (sample.t - since if sparse else 0.0),
         sparse_since=began if sparse else so_far.sparse_since,
+        lost=so_far.lost + lost,
     )
 
 

@@ -20,7 +20,7 @@ class RunProgress:
     t: float  # [s] since the first sample
     last: float  # [s] stamp of the newest sample
     samples: int
-    share: float  # [-] that is behind; 0 where nobody knows
+    share: float  # [-] that is behind, of a live run since it was taken up; 0 where nobody knows
     rate: float  # [Hz] updates a second of computing
     reading: Reading
     quantities: Quantities

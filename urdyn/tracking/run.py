@@ -88,6 +88,7 @@ def run(
         "version of urdyn": __version__,
         "twin": twin_sha256,
         "source": source.identity,
+        "network": repr(tracker.network),  # to the last digit of its coefficients
         **_settings(tracker),
     }
     # The matrices are small: threads of the linear algebra would wait for one another.
@@ -160,19 +161,20 @@ class _Run(Generic[S]):
     def to_the_end(self, at: Checkpoint[S]) -> dict[str, Any]:
         """Every sample that is left, then the files."""
         begin, pace, work = time.perf_counter(), Latency(), Latency()
-        lost = 0
+        # A live source is as long as what is to come of it.
+        begun = at.index if self.source.live else 0
         before: Arrival | None = None
         part = max(1 if self.source.live else AGAIN, round(PART / self.source.period))
         for arrival in arrivals(self.source, at.index, at.last, at.ahead):
             started = time.perf_counter()
-            lost += self._missing(before, arrival) if before else 0
+            lost = self._missing(before, arrival) if before else 0
+            at, reading = self._step(at, arrival, lost)
             before = arrival
-            at, reading = self._step(at, arrival)
             done = time.perf_counter() - started
             work.take(done)
             pace.take(now() - arrival.received if self.source.live else done)
             if reading is not None:
-                self._show(at, reading, work)
+                self._show(at, reading, work, begun)
                 at = self._gathered(at, reading)
             at = self.keeper.keep(at) if at.index % part == 0 else at
             self.keeper.go_on()
@@ -183,7 +185,7 @@ class _Run(Generic[S]):
         summary = Summary(
             robot=arm.name,
             samples=at.index,
-            lost=lost if self.source.live else None,
+            lost=at.losses.lost if self.source.live else None,
             data_s=float(np.nan_to_num(at.last - at.began)),
             wall_s=time.perf_counter() - begin,
             rate_hz=work.count / work.total if work.count else 0.0,
@@ -199,7 +201,10 @@ class _Run(Generic[S]):
         )
         return summary.plain() | dict(found)
 
-    def _step(self, at: Checkpoint[S], arrival: Arrival) -> tuple[Checkpoint[S], Reading | None]:
+    def _step(
+        self, at: Checkpoint[S], arrival: Arrival, lost: int
+    ) -> tuple[Checkpoint[S], Reading | None]:
+        """One sample on, after `lost` that did not come."""
         t = arrival.sample.t
         before = self.tracker.init() if arrival.reset else at.state
         state, reading = self.tracker.step(before, arrival.sample)
@@ -213,7 +218,8 @@ class _Run(Generic[S]):
         stretch = before.causal.t  # all of it, where it is shorter than what is learnt from
         few = len(stretch) if len(stretch) < self.tracker.enough else 0
         since = float(stretch[0]) if few else np.nan
-        lacked = counted(at.losses, arrival.sample, at.last, self.source.period, since, few)
+        period = self.source.period
+        lacked = counted(at.losses, arrival.sample, at.last, period, since, few, lost)
         if arrival.ahead != at.ahead:
             lacked = replace(lacked, back=lacked.back + 1)
         setting = at.setting.heard(arrival.sample.setting, state.moved - before.moved)
@@ -226,14 +232,14 @@ class _Run(Generic[S]):
         stamped -= arrival.ahead - before.ahead
         return max(0, round(float(elapsed(stamped, waited)) / self.source.period) - 1)
 
-    def _show(self, at: Checkpoint[S], reading: Reading, work: Latency) -> None:
+    def _show(self, at: Checkpoint[S], reading: Reading, work: Latency, begun: int) -> None:
         """Tell whoever watches; of every k-th sample, and of another payload, a row of history."""
         due = at.index % spacing(self.source.period) == 0 or reading.widened
         progress = RunProgress(
             t=at.last - at.began,
             last=at.last,
             samples=at.index,
-            share=at.index / self.source.length if self.source.length else 0.0,
+            share=(at.index - begun) / self.source.length if self.source.length else 0.0,
             rate=work.count / work.total,
             reading=reading,
             quantities=self.quantities,

@@ -24,7 +24,7 @@ class Summary:
 
     robot: str
     samples: int
-    lost: int | None  # samples that a live source did not send; None: it was recorded
+    lost: int | None  # samples that a live source did not send, since the run began; None: recorded
     data_s: float  # from the first stamp to the last
     wall_s: float
     rate_hz: float  # samples a second of computing
