@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
 
+from urdyn.errors import InputError
+from urdyn.identify import identify
 from urdyn.identify.expressions import dynamics, physical
 from urdyn.identify.unknowns import COORDINATES, TIME_OFFSET_SD, PayloadPrior, Unknowns
+from urdyn.model.arm import Arm
 from urdyn.model.body import about_com
 from urdyn.model.consistency import inertials, is_consistent
 from urdyn.model.drive import LINEAR
 from urdyn.model.population import MAX_TAIL
-from urdyn.types import Array
+from urdyn.types import Array, Motion
 
 WARM = np.full(6, 22.0)  # [°C]
 STEP = 1e-5  # of a finite difference in a score
@@ -111,3 +115,15 @@ def test_a_payload_that_was_weighed_weighs_that(mass: float, unknowns: Unknowns)
     at = told.names.index("payload_0.mass")
     assert told.values[at] == pytest.approx(mass, rel=1e-12)
     assert np.linalg.norm(jacobian[at]) < 1e-4 * mass
+
+
+@pytest.mark.parametrize("mass", [0.0, -1.0, np.nan, "2 kg"])
+def test_a_mass_that_no_body_has_is_refused(mass: Any) -> None:
+    with pytest.raises(InputError, match="takes a number of kilograms above 0"):
+        PayloadPrior(mass)
+
+
+@pytest.mark.parametrize("gain", [10.0, np.ones(5), np.r_[np.ones(5), 0.0], [np.inf] * 6, [None]])
+def test_gains_that_no_drive_has_are_refused(ur5e: Arm, motion: Motion, gain: Any) -> None:
+    with pytest.raises(InputError, match="gain"):
+        identify(ur5e, motion, gain=gain)

@@ -8,14 +8,14 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from urdyn.errors import IdentifiabilityError
-from urdyn.given import given_a, given_motion
+from urdyn.given import given_a, given_each, given_motion
 from urdyn.identify.design import blocks
 from urdyn.identify.fit import Fit
 from urdyn.identify.search import Run, search
 from urdyn.model.arm import Arm
 from urdyn.model.population import population
 from urdyn.progress import Progress, silent
-from urdyn.types import Array, Motion
+from urdyn.types import Array, Mask, Motion
 
 MIN_ROWS = 200
 SPAN = 50  # rows whose median encoders of an arm that stands hardly move
@@ -41,16 +41,24 @@ def identify(
         progress: called with what is being done, and the share that is behind.
 
     Raises:
+        InputError: the gains are not one a joint, finite and above 0.
         IdentifiabilityError: nothing moves, or too little is there.
     """
     given_a(arm, Arm, "arm", "as urdyn.load_arm(name) gives")
     runs = [*map(Run, motions), *(given_a(run, Run, "loaded", "of a motion") for run in loaded)]
     for run in runs:
         given_motion(run.motion)
+    if gain is not None:
+        gain = given_each(gain, "gain", (arm.joints,), "finite numbers above 0", _possible)
     _check(arm, runs)
     # The matrices are small: threads of the linear algebra would wait for one another.
     with threadpool_limits(1):
         return search(arm, runs, gain, tool, progress)
+
+
+def _possible(gain: Array) -> Mask:
+    """Whether a drive has it."""
+    return (gain > 0.0) & np.isfinite(gain)
 
 
 def _check(arm: Arm, runs: Sequence[Run]) -> None:

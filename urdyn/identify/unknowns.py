@@ -12,6 +12,7 @@ from functools import cached_property
 
 import numpy as np
 
+from urdyn.given import given_number, positive
 from urdyn.model.consistency import log_cholesky
 from urdyn.model.drive import LINEAR, SHAPE
 from urdyn.model.dynamics import Dynamics
@@ -24,9 +25,18 @@ COORDINATES = ("alpha", "d1", "d2", "d3", "s12", "s23", "s13", "t1", "t2", "t3")
 
 @dataclass(frozen=True)
 class PayloadPrior:
-    """What is known of a payload before the data: a compact body near the flange."""
+    """What is known of a payload before the data: a compact body near the flange.
 
-    mass: float | None = None  # [kg]; None: to be found
+    Raises:
+        InputError: the mass is no number above 0.
+    """
+
+    mass: float | None = None  # [kg], above 0; None: to be found
+
+    def __post_init__(self) -> None:
+        if self.mass is not None:
+            mass = given_number(self.mass, "mass", "a number of kilograms above 0", positive)
+            object.__setattr__(self, "mass", mass)
 
     def mean(self) -> Array:
         """Log-Cholesky coordinates in the tool frame, (10,): 6 cm out, 5 cm of gyration."""
