@@ -80,9 +80,23 @@ def test_friction_takes_what_the_drives_give_and_motion_does_not_keep(followed):
 def test_residuals_are_those_of_the_readings(followed):
     tracker, readings = followed
     joints = as_plain(gather(tracker, readings), workshop_names(tracker))["joints"]
-    residual = np.array([r.innovation.residual for r in readings])
+    compared = [np.isfinite(r.innovation.residual) for r in readings]
+    residual = np.where(compared, [r.current - r.modelled for r in readings], np.nan)
     rmse = np.sqrt(np.nanmean(residual**2, axis=0))
     np.testing.assert_allclose([joint["rmse_A"] for joint in joints], rmse, rtol=1e-12)
+
+
+def test_who_has_learnt_nothing_errs_as_the_model_did_when_commissioned(workshop):
+    """So that of the two errors only what was learnt makes one the smaller."""
+    tracker = Tracker(workshop.fit, EKF(), 0.01)
+    untaught, of = tracker.init(), nothing_yet(6)
+    for sample in samples(workshop.log.slice(0, 300)):
+        state, reading = tracker.step(untaught, sample)
+        untaught = replace(state, belief=untaught.belief)
+        if reading is not None:
+            of = gathered(of, reading, tracker.currents, tracker.model.prior.mean)
+    assert (of.samples > 100).all()
+    np.testing.assert_allclose(of.squares[0], of.squares[1], rtol=1e-9)
 
 
 def test_an_arm_that_tells_no_rated_torque_has_no_end_to_its_margin(followed):

@@ -35,7 +35,9 @@ class Interest:
     work: Array  # (J,) [J] mechanical energy that the drives gave
     lost: Array  # (J,) [J] of it, to friction
     samples: Array  # (J,) compared
-    squares: Array  # (3, J) [A²] sums of squares: residual, residual as commissioned, current
+    # (3, J) [A²] sums of squares of what is measured less what is modelled, less what was as
+    # commissioned, and of what is measured
+    squares: Array
 
 
 def nothing_yet(joints: int) -> Interest:
@@ -95,9 +97,9 @@ def gathered(
     known = reading.belief.sd[currents.places["payload"]][0] < KNOWN
     before = np.inf if reading.widened else so_far.spare  # another payload, another margin
     least = known and spare < before
-    on_the_first_day = reading.current - currents.observe(commissioned, u)
-    residual = np.stack([reading.innovation.residual, on_the_first_day])
-    compared = np.isfinite(residual[0])
+    # Of both models alone: what the noise lets one foresee is no merit of the belief.
+    residual = reading.current - np.stack([reading.modelled, currents.observe(commissioned, u)])
+    compared = np.isfinite(reading.innovation.residual)
     values = np.where(compared, np.vstack([residual, reading.current]), 0.0)
     friction = currents.friction(x, u)
     return replace(
