@@ -13,6 +13,7 @@ from urdyn.signal import samples
 from urdyn.tracking import Tracker, open_source
 from urdyn.tracking.blocks import Blocks
 from urdyn.tracking.losses import as_plain, no_losses
+from urdyn.tracking.state import restarted
 
 HALF = 0.5 * RATE  # [Hz] most of it is told by half as many samples
 WRONG = 8.0, 16.0  # [s]
@@ -62,6 +63,13 @@ def test_a_belief_gone_astray_is_begun_anew(wrong, rate):
         off, sd = belief.mean[at[group]] - truth, belief.sd[at[group]]
         assert (np.abs(off) < 4.0 * sd + 0.05).all(), group
     assert abs(belief.mean[at["payload"]][0]) < 0.15
+
+
+def test_a_belief_that_begins_anew_knows_of_no_drive_that_changed(workshop):
+    """It is of the commissioned arm, whose drives are all alike again."""
+    first = Tracker(workshop.fit, EKF(), 0.01).init()
+    changed = replace(first, changed_drives=np.ones(6, dtype=bool))
+    assert not restarted(changed, first).changed_drives.any()
 
 
 def test_sensors_that_are_all_stuck_tell_of_nothing():

@@ -25,7 +25,7 @@ class Reading:
     predicted: Array  # (J,) [A] by the belief before and the noise; NaN where nothing was compared
     modelled: Array  # (J,) [A] by the belief before alone, whatever the noise does
     innovation: Innovation  # white
-    widened: bool  # the payload was taken to have changed here
+    widened: bool  # the payload was taken to have changed here, or the belief began anew
     instant: Instant
     travelled: Array  # (J,) [rad] since the bristles were unknown
     inputs: RobotSlice  # what the motion made of the parameters

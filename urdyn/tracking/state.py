@@ -31,7 +31,7 @@ class TrackerState(Generic[S]):
     joints: JointState
     evidence: Evidence  # of abrupt changes in the last seconds
     changed_at: float  # [s] when an abrupt change was last assumed
-    widened: float  # [s] and when that was another payload
+    widened: float  # [s] and when that was another payload, or the belief began anew
     colour: Colour  # of the noise
     variance_ratio: Array  # (J,) [-] variance of the last innovation over that of its noise
     past: PastBeliefs[S]
@@ -77,6 +77,7 @@ def restarted(state: TrackerState[S], first: TrackerState[S]) -> TrackerState[S]
         colour=unlearnt(state.colour, first.colour),
         variance_ratio=first.variance_ratio,
         payload=first.payload,
+        changed_drives=first.changed_drives,
         implausible=first.implausible,
         load=first.load,
         past=PastBeliefs.only(known, state.t, state.passed, state.moved),
