@@ -141,18 +141,18 @@ def linearised(model: Observation[U], x: Array, u: U) -> tuple[Array, Array]:
 
 def is_narrow(model: Observation[U]) -> TypeGuard[Narrow[U]]:
     """Whether it is `Narrow`."""
-    return _able(type(model), Narrow)
+    return able(type(model), Narrow)
 
 
 def _linearises(model: Observation[U]) -> TypeGuard[Linearising[U]]:
-    return _able(type(model), Linearising)
+    return able(type(model), Linearising)
 
 
 def _predicts(model: Process[U]) -> TypeGuard[Predicting[U]]:
-    return _able(type(model), Predicting)
+    return able(type(model), Predicting)
 
 
 @cache
-def _able(kind: type, ability: type) -> bool:
-    """Asked once for each class: a protocol takes long to answer."""
+def able(kind: type, ability: type) -> bool:
+    """Whether a class has it, asked once for each: a protocol takes long to answer."""
     return issubclass(kind, ability)

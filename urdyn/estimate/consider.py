@@ -12,13 +12,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from urdyn.dbn.two_slice import TwoSlice, U
+from urdyn.estimate.bare_belief import BareBelief
 from urdyn.estimate.innovation import Innovation
 from urdyn.estimate.linearised import correct, predict
 from urdyn.types import Array, Gaussian, Mask, index_of
 
 
 @dataclass(frozen=True)
-class Consider:
+class Consider(BareBelief):
     """Schmidt-Kalman filter: suboptimal gain, consistent covariance."""
 
     learnt: frozenset[str] = frozenset()  # states whose mean may move; the others are considered
@@ -41,15 +42,3 @@ class Consider:
 
     def _moved(self, names: tuple[str, ...]) -> Mask:
         return np.fromiter((name in self.learnt for name in names), bool, len(names))
-
-    def belief(self, state: Gaussian) -> Gaussian:
-        """The state itself."""
-        return state
-
-    def shifted(self, state: Gaussian, by: Array) -> Gaussian:
-        """The same belief about states that have all moved by known amounts, (n,)."""
-        return Gaussian(state.mean + by, state.cov)
-
-    def with_belief(self, state: Gaussian, belief: Gaussian) -> Gaussian:
-        """The belief itself."""
-        return belief

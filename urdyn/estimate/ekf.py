@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from urdyn.dbn.two_slice import TwoSlice, U
+from urdyn.estimate.bare_belief import BareBelief
 from urdyn.estimate.innovation import Innovation
 from urdyn.estimate.linearised import correct, predict
 from urdyn.given import given_count
@@ -12,7 +13,7 @@ from urdyn.types import Array, Gaussian
 
 
 @dataclass(frozen=True)
-class EKF:
+class EKF(BareBelief):
     """First-order linearisation; more iterations are Gauss-Newton to the MAP [Bell1993]_."""
 
     iterations: int = 1  # observations are linearised so often, each time at the last estimate
@@ -33,15 +34,3 @@ class EKF:
         for _ in range(self.iterations - 1):
             posterior, _ = correct(model, predicted, u, y, at=posterior.mean)
         return posterior, innovation
-
-    def belief(self, state: Gaussian) -> Gaussian:
-        """The state itself."""
-        return state
-
-    def shifted(self, state: Gaussian, by: Array) -> Gaussian:
-        """The same belief about states that have all moved by known amounts, (n,)."""
-        return Gaussian(state.mean + by, state.cov)
-
-    def with_belief(self, state: Gaussian, belief: Gaussian) -> Gaussian:
-        """The belief itself."""
-        return belief

@@ -6,13 +6,14 @@ from dataclasses import dataclass
 
 from urdyn.dbn.two_slice import TwoSlice, U
 from urdyn.errors import InputError
+from urdyn.estimate.bare_belief import BareBelief
 from urdyn.estimate.innovation import Innovation
 from urdyn.estimate.linearised import correct, predict
 from urdyn.types import Array, Gaussian
 
 
 @dataclass(frozen=True)
-class Kalman:
+class Kalman(BareBelief):
     """Exact where the model is affine; refuses where it is not."""
 
     def init(self, model: TwoSlice[U]) -> Gaussian:
@@ -29,15 +30,3 @@ class Kalman:
     ) -> tuple[Gaussian, Innovation]:
         """Predict over u.dt, then learn from the finite rows of y, (m,)."""
         return correct(model, predict(model, state, u), u, y)
-
-    def belief(self, state: Gaussian) -> Gaussian:
-        """The state itself."""
-        return state
-
-    def shifted(self, state: Gaussian, by: Array) -> Gaussian:
-        """The same belief about states that have all moved by known amounts, (n,)."""
-        return Gaussian(state.mean + by, state.cov)
-
-    def with_belief(self, state: Gaussian, belief: Gaussian) -> Gaussian:
-        """The belief itself."""
-        return belief

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
-from functools import lru_cache
 from itertools import zip_longest
-from typing import Any, Protocol, TypeGuard, TypeVar, runtime_checkable
+from typing import Protocol, TypeGuard, TypeVar, runtime_checkable
 
 import numpy as np
 
-from urdyn.dbn.two_slice import TwoSlice, U
+from urdyn.dbn.two_slice import TwoSlice, U, able
 from urdyn.errors import InputError
 from urdyn.estimate.innovation import Innovation
 from urdyn.types import Array, Gaussian, frozen, index_of, shaped
@@ -49,18 +48,12 @@ class GaussianFilter(Shifting[S], Protocol[S]):
 
 def is_shifting(filter_: Filter[S]) -> TypeGuard[Shifting[S]]:
     """Whether it is `Shifting`."""
-    return _able(type(filter_), Shifting)
+    return able(type(filter_), Shifting)
 
 
 def is_gaussian(filter_: Filter[S]) -> TypeGuard[GaussianFilter[S]]:
     """Whether it is a `GaussianFilter`."""
-    return _able(type(filter_), GaussianFilter)
-
-
-@lru_cache
-def _able(kind: type, ability: Any) -> bool:
-    """Asked once for each class: a protocol takes long to answer."""
-    return issubclass(kind, ability)
+    return able(type(filter_), GaussianFilter)
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,6 +9,7 @@ import numpy as np
 from urdyn.dbn.arguments import Arguments
 from urdyn.dbn.two_slice import Narrow, TwoSlice, U, is_narrow
 from urdyn.errors import InputError
+from urdyn.estimate.bare_belief import BareBelief
 from urdyn.estimate.innovation import Innovation, measured_rows, nothing_measured
 from urdyn.estimate.linearised import Expected, noise_of, predict, updated
 from urdyn.estimate.sigma_points import Rule, SigmaPoints, sigma_points
@@ -21,7 +22,7 @@ APART, TINY = 1e-9, 1e-14
 
 
 @dataclass(frozen=True)
-class UKF:
+class UKF(BareBelief):
     """Moments by sigma points [Wan2000]_; drawn anew after the prediction, so that they carry Q.
 
     The paper does not draw anew; then the noise of the slice is missing from the innovation, and
@@ -57,18 +58,6 @@ class UKF:
         if not y[rows].size:
             return predicted, nothing_measured(len(y))
         return updated(predicted, self._expected(model, predicted, u).of(rows), y, rows)
-
-    def belief(self, state: Gaussian) -> Gaussian:
-        """The state itself."""
-        return state
-
-    def shifted(self, state: Gaussian, by: Array) -> Gaussian:
-        """The same belief about states that have all moved by known amounts, (n,)."""
-        return Gaussian(state.mean + by, state.cov)
-
-    def with_belief(self, state: Gaussian, belief: Gaussian) -> Gaussian:
-        """The belief itself."""
-        return belief
 
     def _predicted(self, model: TwoSlice[U], state: Gaussian, u: U) -> Gaussian:
         if model.affine_transition:  # the moments of any points are exact
