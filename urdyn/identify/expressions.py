@@ -11,7 +11,7 @@ import casadi as ca
 import numpy as np
 
 from urdyn.identify.unknowns import Unknowns
-from urdyn.model.body import BODY, BODY_UNITS
+from urdyn.model.body import BODY, BODY_UNITS, ORDER
 from urdyn.model.drive import LINEAR, SHAPE, UNITS, Drive
 from urdyn.model.dynamics import Dynamics
 from urdyn.model.population import MAX_TAIL
@@ -81,7 +81,7 @@ def _body(x: Any) -> tuple[Any, Any]:
 
 def _six(inertia: Any) -> Any:
     """Ixx, Ixy, Iyy, Ixz, Iyz, Izz of a symmetric matrix."""
-    return ca.vertcat(*[inertia[i, j] for i, j in ((0, 0), (0, 1), (1, 1), (0, 2), (1, 2), (2, 2))])
+    return ca.vertcat(*[inertia[i, j] for i, j in np.transpose(ORDER).tolist()])
 
 
 @lru_cache(maxsize=8)

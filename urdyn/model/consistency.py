@@ -26,10 +26,11 @@ from __future__ import annotations
 import numpy as np
 
 from urdyn.errors import ArmError
+from urdyn.model.body import ORDER
 from urdyn.types import Array, Mask
 
 # Where Sigma's six numbers stand in J, in the order of I's in the inertials.
-ROWS, COLUMNS = np.array([0, 0, 1, 0, 1, 2]), np.array([0, 1, 1, 2, 2, 2])
+ROWS, COLUMNS = ORDER
 TRACE = np.outer(ROWS == COLUMNS, ROWS == COLUMNS)  # @: the trace of six numbers, on the diagonal
 SIGMA_OF_I = 0.5 * TRACE - np.eye(6)
 I_OF_SIGMA = 1.0 * TRACE - np.eye(6)

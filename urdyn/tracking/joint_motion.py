@@ -11,9 +11,9 @@ from urdyn.model.drive import Drive
 from urdyn.model.friction import follow
 from urdyn.signal import Instant
 from urdyn.tracking.warmth import warmed
-from urdyn.types import Array, Mask
+from urdyn.types import STANDSTILL, Array, Mask
 
-STANDING = 0.02  # [rad/s] slower than this, friction is whatever holds the joint
+STANDING = STANDSTILL  # [rad/s] slower than this, friction is whatever holds the joint
 # [rad] of travel, after which a joint that stood for long turns as it does as a rule: its bristles
 # are known, and what broke it away is over. Real arms snap by a degree where programs begin.
 LOOSE = 0.08
