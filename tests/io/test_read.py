@@ -240,6 +240,24 @@ def test_parquet_lists_and_columns_are_the_same_log(tmp_path: Path) -> None:
     assert read(path, rows=(1, 3)).source.rows == (1, 3)
 
 
+@pytest.mark.parametrize("lists", [False, True])
+def test_nulls_of_parquet_are_empty_fields(tmp_path: Path, lists: bool) -> None:
+    """As pandas writes what was not measured."""
+    path = tmp_path / "log.parquet"
+    t, q = np.arange(50) / 100.0, np.linspace(0.0, 0.1, 50).tolist()
+    columns = [
+        [None if (k, joint) == (9, 2) else value for k, value in enumerate(q)] for joint in range(6)
+    ]
+    fields: dict[str, object] = {f"actual_q_{k}": columns[k] for k in range(6)}
+    if lists:
+        fields = {"actual_q": pa.array(list(zip(*columns, strict=True)))}
+    pq.write_table(pa.table({"timestamp": t, **fields}), path)
+    log = read(path)
+    (defect,) = log.defects
+    assert (defect.kind, defect.count) == ("empty field", 1)
+    np.testing.assert_array_equal(np.argwhere(np.isnan(log.channels["actual_q"])), [[9, 2]])
+
+
 def test_rows_of_a_long_parquet_are_found_in_their_batch(tmp_path: Path) -> None:
     path = tmp_path / "log.parquet"
     t = np.arange(200_000) / 500

@@ -61,7 +61,7 @@ def _table(batch: pa.RecordBatch, first: int, rows: int, plan: Plan, path: str) 
         if name not in fields:
             raise LogError("has lists of more than one length", path)
         values[:, k] = numbers(fields[name])
-        empty[:, k] = fields[name].is_null().to_numpy(zero_copy_only=False)
+        empty[:, k] = fields[name].is_null()
     line = np.zeros(len(batch), dtype=np.intp)
     at = np.arange(first, first + len(batch))
     return plan.table(values, line, at, blanks(values, empty, line), rows)

@@ -30,7 +30,7 @@ def sound(block: Block, row: int, plan: Plan) -> Table:
     for k, column in enumerate(table.columns):
         values[:, k] = numbers(column)
         if column.null_count:
-            empty[:, k] = column.is_null().to_numpy()
+            empty[:, k] = column.is_null()
     line = offset + block.line
     return plan.table(values, line, offset + row, blanks(values, empty, line), row + lines)
 
@@ -58,7 +58,7 @@ def _arrow(block: Block, plan: Plan) -> pa.Table:
     )
 
 
-def numbers(column: pa.ChunkedArray) -> Array:
+def numbers(column: pa.Array | pa.ChunkedArray) -> Array:
     """An Arrow column of numbers, flags or instants as float64, (N,); NaN where it is empty."""
     if pa.types.is_string(column.type) or pa.types.is_large_string(column.type):
         return np.array([stamp(text) if text else np.nan for text in column.to_pylist()])
@@ -67,7 +67,7 @@ def numbers(column: pa.ChunkedArray) -> Array:
         return numbers(seconds) * 1e-9
     if column.type != pa.float64():
         column = column.cast(pa.float64(), safe=False)
-    return np.asarray(column.to_numpy(), dtype=np.float64)
+    return np.asarray(column, dtype=np.float64)  # a copy where Arrow needs one: for nulls, pieces
 
 
 def blanks(values: Array, empty: np.ndarray, line: Index) -> tuple[Defect, ...]:
