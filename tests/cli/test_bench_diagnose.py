@@ -2,12 +2,29 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import numpy as np
+import pytest
 from rich.console import Console
 
-from urdyn.bench.diagnosis_trials import RATE, Trial, counted, named, on_arm
+from urdyn.bench import diagnosis_trials
+from urdyn.bench.diagnosis_trials import (
+    NOTHING,
+    ONSET,
+    PROBED,
+    RATE,
+    Trial,
+    counted,
+    named,
+    on_arm,
+    reliability,
+    trials,
+)
 from urdyn.cli.kinds import kinds_table, summed
+from urdyn.model.arm import load_arm
 from urdyn.report.bench.shares import rate_of
+from urdyn.simulate import typical_sensors, virtual_arm
 
 GAP, PUSH = ("joint_backlash", 5), ("collision", 4)
 TRIALS = [
@@ -43,6 +60,21 @@ def test_a_row_of_table_3_is_what_came_of_its_kind() -> None:
     assert rate_of(push.false, push.steps).startswith(f"{push.false_per_1000:.2g} (")
 
 
+def test_a_trial_keeps_all_findings_in_the_order_of_alarm(monkeypatch: pytest.MonkeyPatch) -> None:
+    alarms = {50.0: GAP, 31.0: GAP, 40.0: PUSH}
+    found = [
+        SimpleNamespace(kind=kind, joint=joint, confidence=0.5, alarm_s=alarm)
+        for alarm, (kind, joint) in alarms.items()
+    ]
+    report = SimpleNamespace(findings=found, document={"observability": {PROBED: []}})
+    monkeypatch.setattr(diagnosis_trials, "diagnose", lambda *_: report)
+    monkeypatch.setattr(diagnosis_trials, "DURATION", 2.0)
+    arm = load_arm("ur10e")
+    (trial,) = trials(virtual_arm(arm, 0), None, typical_sensors(arm), 1, 0, ((),))
+    assert trial.told == (GAP, PUSH, GAP)
+    assert trial.delays == (31.0 - ONSET, 40.0 - ONSET, 50.0 - ONSET)
+
+
 def test_every_kind_has_room_on_an_ordinary_terminal() -> None:
     console = Console(width=80)
     with console.capture() as said:
@@ -51,3 +83,36 @@ def test_every_kind_has_room_on_an_ordinary_terminal() -> None:
     assert "…" not in lines and "4 controller instability" in lines
     heads = next(line for line in lines.splitlines() if "truth" in line)
     assert all(f" {k} " in heads for k in range(1, 9))
+
+
+def test_a_fault_is_found_by_the_first_finding_since_it_is_there() -> None:
+    """What is told before, and again, is wrong: it counts as such, and hides no missed fault."""
+    worn, swap = ("friction_increase", 2), ("sensor_fault", 2)
+    done = [
+        Trial((GAP,), (GAP, GAP, GAP), (0.6, 0.9, 0.7), (-5.0, 3.0, 20.0)),
+        Trial((GAP,), (GAP,), (0.6,), (-5.0,)),
+        Trial((GAP, worn), (swap, worn, worn, PUSH), (0.6,) * 4, (-2.0, 1.0, 9.0, 12.0)),
+    ]
+    assert [t.right for t in done] == [False, False, False]
+    assert [t.delay for t in done] == [3.0, None, 1.0]
+    assert named(done)["joint_backlash"] == [1, 4]
+    assert sum(round(share * n) for _, share, n in reliability(done)) == 2
+    gap = on_arm(done, "joint_backlash", "joint backlash")
+    assert (gap.delay_s, gap.sure, gap.false) == (3.0, 0.9, 3)
+    assert gap.found == pytest.approx(1 / 3)
+    kinds = counted(done)
+    assert (kinds.right, kinds.findings) == (2, 8)
+    said = {
+        (kinds.truth[i], kinds.told[j]): int(kinds.counts[i, j])
+        for i, j in np.argwhere(kinds.counts)
+    }
+    assert said == {
+        (GAP[0], GAP[0]): 1,
+        (GAP[0], NOTHING): 1,
+        (GAP[0], PUSH[0]): 1,
+        (worn[0], worn[0]): 1,
+        (NOTHING, GAP[0]): 3,
+        (NOTHING, worn[0]): 1,
+        (NOTHING, swap[0]): 1,
+    }
+    assert summed(done, kinds).startswith("kind and joint right in 2 of 8 findings; 2 of 4 faults")

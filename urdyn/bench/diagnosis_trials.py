@@ -47,6 +47,7 @@ PAIRS = (
     ("health_degradation", "sensor_fault"),
     ("collision", "friction_increase"),
 )
+Fault = tuple[str, int | None]  # a kind and its joint
 Sets = tuple[tuple[str, ...], ...]  # kinds that are there at once
 ALONE: Sets = ((), *((kind,) for kind in FAULTS))
 PROBED = "joint_backlash"  # shows where the load turns over quickly: its joint goes to and fro
@@ -56,23 +57,38 @@ BINS = (0.0, 0.5, 0.8, 0.95, 0.985, 1.01)  # [-] of confidence
 
 @dataclass(frozen=True)
 class Trial:
-    """What was wrong in a run, and what was told: kinds with their joints."""
+    """What was wrong in a run, and all that was told, in the order of alarm."""
 
-    truth: tuple[tuple[str, int | None], ...]
-    told: tuple[tuple[str, int | None], ...]
+    truth: tuple[Fault, ...]
+    told: tuple[Fault, ...]
     confidence: tuple[float, ...]  # [-] of each that was told
-    delays: tuple[float, ...]  # [s] from the onset to the alarm of each
-    hidden: tuple[tuple[str, int | None], ...] = ()  # of the truth, what its motion cannot show
+    delays: tuple[float, ...]  # [s] from the onset to the alarm of each; < 0: nothing was wrong yet
+    hidden: tuple[Fault, ...] = ()  # of the truth, what its motion cannot show
+
+    @property
+    def found(self) -> dict[Fault, int]:
+        """Of each fault that was told since it is there, the first place in `told`."""
+        places: dict[Fault, int] = {}
+        for place, (fault, delay) in enumerate(zip(self.told, self.delays, strict=True)):
+            if fault in self.truth and delay >= 0.0:
+                places.setdefault(fault, place)
+        return places
+
+    @property
+    def wrong(self) -> list[int]:
+        """Places in `told` of all else: no such fault, before it was there, or told again."""
+        found = self.found.values()
+        return [place for place in range(len(self.told)) if place not in found]
 
     @property
     def delay(self) -> float | None:
-        """[s] of the first alarm; None: none."""
-        return min(self.delays, default=None)
+        """[s] until a fault was found; None: none was."""
+        return min((self.delays[place] for place in self.found.values()), default=None)
 
     @property
     def right(self) -> bool:
         """Every fault was found, on its joint, and nothing else."""
-        return sorted(map(str, self.truth)) == sorted(map(str, self.told))
+        return len(self.found) == len(self.truth) == len(self.told)
 
 
 def commissioned(robot: str, seed: int, sensors: Sensors) -> tuple[Dynamics, Fit]:
@@ -109,13 +125,14 @@ def _trial(
         work = Work(to_and_fro(dynamics.arm, int(joints[0]), DURATION, RATE))
     events = happening(dynamics, work, faults, False)
     report = diagnose(fit, observe(dynamics, work.trajectory, sensors, rng, events))
-    told = {(f.kind, f.joint): f for f in report.findings}
-    sure = tuple(float(f.confidence) for f in told.values())
-    delays = tuple(float(f.alarm_s) - ONSET for f in told.values())
+    findings = sorted(report.findings, key=lambda f: f.alarm_s)
+    told = tuple((f.kind, f.joint) for f in findings)
+    sure = tuple(float(f.confidence) for f in findings)
+    delays = tuple(float(f.alarm_s) - ONSET for f in findings)
     gears = report.document["observability"][PROBED]
     blind = [(PROBED, row["joint"]) for row in gears if not row["observable"]]
     hidden = tuple(fault for fault in truth if fault in blind)
-    return Trial(tuple(truth), tuple(told), sure, delays, hidden)
+    return Trial(tuple(truth), told, sure, delays, hidden)
 
 
 def _fault(kind: str, joint: int, rng: np.random.Generator) -> tuple[str, int | None]:
@@ -139,31 +156,40 @@ def counted(done: list[Trial]) -> Kinds:
     told = [*FAULTS, "another joint", NOTHING]
     counts = np.zeros((len(truth), len(told)), dtype=np.int64)
     for trial in done:
-        left = list(trial.told)
-        missed = []
-        for kind, joint in trial.truth:
-            if (kind, joint) in left:
-                left.remove((kind, joint))
-                counts[truth.index(kind), told.index(kind)] += 1
-            else:
-                missed.append(kind)
-        for kind in missed:
-            as_what = left.pop(0)[0] if left else NOTHING
-            as_what = "another joint" if as_what == kind else as_what
-            counts[truth.index(kind), told.index(as_what)] += 1
-        for kind, _ in left or ([] if trial.truth else [(NOTHING, None)]):
-            counts[truth.index(NOTHING), told.index(kind)] += 1
+        for kind, said in _pairs(trial):
+            counts[truth.index(kind), told.index(said)] += 1
     return Kinds(counts, tuple(truth), tuple(told))
+
+
+def _pairs(trial: Trial) -> Iterator[tuple[str, str]]:
+    """True kind and told one, of every fault, then of every finding that none accounts for.
+
+    What was missed is taken for the first that is told of a fault which is not there.
+    """
+    wrong = trial.wrong
+    shadows = [k for k in wrong if trial.told[k] not in trial.truth and trial.delays[k] >= 0.0]
+    for fault in trial.truth:
+        kind = said = fault[0]
+        if fault not in trial.found:
+            said = NOTHING
+            if shadows:
+                wrong.remove(shadows[0])
+                said = trial.told[shadows.pop(0)][0]
+                said = "another joint" if said == kind else said
+        yield kind, said
+    for place in wrong:
+        yield NOTHING, trial.told[place][0]
+    if not trial.truth and not trial.told:
+        yield NOTHING, NOTHING
 
 
 def on_arm(done: list[Trial], kind: str, name: str) -> OnArm:
     """What came of a kind; `name` is what it is called there."""
     broken = [(t, fault) for t in done for fault in t.truth if fault[0] == kind]
     found = [
-        (t.delays[i], t.confidence[i])
+        (t.delays[t.found[fault]], t.confidence[t.found[fault]])
         for t, fault in broken
-        for i, told in enumerate(t.told)
-        if told == fault
+        if fault in t.found
     ]
     delay, sure = np.median(found, axis=0).tolist() if found else (np.nan, np.nan)
     return OnArm(
@@ -174,7 +200,7 @@ def on_arm(done: list[Trial], kind: str, name: str) -> OnArm:
         delay=RATE * delay,
         delay_s=delay,
         sure=sure,
-        false=sum(told[0] == kind and told not in t.truth for t in done for told in t.told),
+        false=sum(t.told[place][0] == kind for t in done for place in t.wrong),
         steps=round(len(done) * DURATION * RATE),
     )
 
@@ -183,8 +209,8 @@ def named(done: list[Trial]) -> dict[str, list[int]]:
     """By kind, findings that had the right kind and joint, and all."""
     counts = {kind: [0, 0] for kind in FAULTS}
     for trial in done:
-        for kind, joint in trial.told:
-            counts[kind][0] += (kind, joint) in trial.truth
+        for place, (kind, _) in enumerate(trial.told):
+            counts[kind][0] += place in trial.found.values()
             counts[kind][1] += 1
     return counts
 
@@ -192,9 +218,9 @@ def named(done: list[Trial]) -> dict[str, list[int]]:
 def reliability(done: list[Trial]) -> list[tuple[float, float, int]]:
     """How confident findings were, which share of them was right, and how many, by BINS."""
     each = [
-        (confidence, told in trial.truth)
+        (confidence, place in trial.found.values())
         for trial in done
-        for told, confidence in zip(trial.told, trial.confidence, strict=True)
+        for place, confidence in enumerate(trial.confidence)
     ]
     bins = []
     for lo, hi in pairwise(BINS):

@@ -70,9 +70,9 @@ def summed(done: list[Trial], kinds: Kinds) -> str:
 
 def _missed(done: list[Trial]) -> str:
     faults = sum(len(t.truth) for t in done)
-    found = sum(len(set(t.truth) & set(t.told)) for t in done)
+    found = sum(len(t.found) for t in done)
     healthy = [t for t in done if not t.truth]
     cried = sum(bool(t.told) for t in healthy)
-    hidden = sum(len(set(t.hidden) - set(t.told)) for t in done)
+    hidden = sum(len(set(t.hidden) - set(t.found)) for t in done)
     unseen = f" ({hidden} of the others do not show in their motion)" if hidden else ""
     return f"{found} of {faults} faults found{unseen}; {cried} of {len(healthy)} healthy runs alarm"
