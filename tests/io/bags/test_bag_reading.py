@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 from pathlib import Path
 
@@ -132,6 +133,63 @@ def test_every_stream_holds_on_the_joints_clock(kind, tmp_path):
     np.testing.assert_array_equal(
         log.channels["joint_temperatures"], 30.0 + np.arange(6) + last[:, None]
     )
+
+
+def renamed(told: list, topics: dict[str, str]) -> list:
+    """What was told on some topics, told on others."""
+    return [(topics[topic], *rest) for topic, *rest in told if topic in topics]
+
+
+WRENCH, POSE = "/force_torque_sensor_broadcaster/wrench", "/tcp_pose_broadcaster/pose"
+
+
+@pytest.mark.parametrize(
+    "aims",
+    [
+        {WRENCH: "/force_mode_controller/target_wrench", POSE: "/controller/tcp_pose_command"},
+        {WRENCH: "/admittance/Desired_wrench", POSE: "/goal/tool_pose"},
+    ],
+)
+def test_what_is_asked_for_is_not_what_is_measured(aims, tmp_path):
+    around = surroundings(20)
+    ask = renamed(around, aims)
+    others = [one for one in around if one[0] not in aims]
+    mine, both = (
+        read(bag(tmp_path / str(k), [*joint_states(20), *told]), effort=AMPERES).channels
+        for k, told in enumerate([around, [*ask, *around]])
+    )
+    named = ("actual_TCP_force", "actual_TCP_pose")
+    for name in named:
+        np.testing.assert_array_equal(mine[name], both[name])
+    alone = read(bag(tmp_path / "alone", [*joint_states(20), *ask, *others]), effort=AMPERES)
+    assert not set(named) & set(alone.channels)
+
+
+@pytest.mark.parametrize(
+    ("topic", "other", "channel"),
+    [
+        (WRENCH, "/left/wrench", "actual_TCP_force"),
+        (POSE, "/left/tcp_pose", "actual_TCP_pose"),
+        ("/joint_temperatures", "/left/temperatures", "joint_temperatures"),
+    ],
+)
+def test_two_topics_that_tell_one_channel_are_refused_by_name(topic, other, channel, tmp_path):
+    around = surroundings(20)
+    told = [*joint_states(20), *around, *renamed(around, {topic: other})]
+    says = f"more than one {channel} ({', '.join(sorted((topic, other)))}); keep one of them"
+    with pytest.raises(LogError, match=re.escape(says)):
+        read(bag(tmp_path / "bag", told), effort=AMPERES)
+
+
+def test_a_topic_a_joint_tells_all_temperatures(tmp_path):
+    type_ = "sensor_msgs/msg/Temperature"
+    warm = [
+        (f"/{joint}/temperature", type_, ns, make(type_, header(ns - LATE), 30.0 + k, 0.0))
+        for ns in (BEGAN + LATE + 10_000_000 * n for n in range(3))
+        for k, joint in enumerate(JOINTS)
+    ]
+    log = read(bag(tmp_path / "bag", [*joint_states(10), *warm]), effort=AMPERES)
+    np.testing.assert_array_equal(log.channels["joint_temperatures"], [30.0 + np.arange(6)] * 10)
 
 
 def test_what_a_stream_said_long_ago_no_longer_holds(tmp_path):

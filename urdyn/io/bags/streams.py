@@ -13,15 +13,18 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from urdyn.errors import LogError
 from urdyn.io.bags.joints import JOINTS, number
 from urdyn.io.bags.messages import Bag, Topic, header_stamp
 from urdyn.types import Array, Index
 
 STALE = 5.0  # median steps of a stream after which what it said last no longer holds
 PERCENT = "speed_scaling"  # UR's ROS 2 driver; `speed_scaling_factor` of ROS 1 is a fraction
+AIMS = re.compile(r"(?i)target|command|goal|desired")  # names of what is asked for, not measured
 TOOL, BASE = "tool0_controller", "base"  # frames of the controller's own TCP pose on /tf
 
 Said = tuple[Array, str]  # values (width,), NaN where it says nothing, and their frame
+Row = tuple[int, Array, str]  # stamp [ns], values and frame
 Hear = Callable[[Topic, Any], Iterator[Said]]
 
 
@@ -50,33 +53,46 @@ class Stream:
 
 
 def streams(bag: Bag, offset: int) -> dict[str, Stream]:
-    """RTDE name -> stream; `offset` [ns] is what the joint states' clock is ahead of the bag's."""
-    found: dict[str, list[tuple[int, Array, str]]] = {}
-    for topic in bag.topics:
-        channel, hear = _known(topic)
-        if hear is None:
+    """RTDE name -> stream; `offset` [ns] is what the joint states' clock is ahead of the bag's.
+
+    Where topics of several types tell a channel, the first of _TABLE is it.
+
+    Raises:
+        LogError: two topics of a type tell the same channel.
+    """
+    found: dict[str, Stream] = {}
+    for type_, name, channel, hear in _TABLE:
+        if channel in found:
             continue
-        for recorded, message in bag.messages(topic):
-            stamp = header_stamp(message) if topic.type in _STAMPED else 0
-            found.setdefault(channel, []).extend(
-                (stamp or recorded + offset, *said) for said in hear(topic, message)
-            )
-    return {channel: _stream(rows) for channel, rows in found.items() if rows}
+        heard = {
+            topic.name: _rows(bag, topic, hear, offset)
+            for topic in bag.topics
+            if topic.type == type_ and re.search(name, topic.name) and not AIMS.search(topic.name)
+        }
+        told = {topic: rows for topic, rows in heard.items() if rows}
+        if len(told) > 1 and hear is not _temperature:  # which has a topic a joint
+            several = ", ".join(sorted(told))
+            hint = "keep one of them in the bag"
+            raise LogError(f"has more than one {channel} ({several}); {hint}", bag.path)
+        if told:
+            found[channel] = _stream([row for rows in told.values() for row in rows])
+    return found
 
 
-def _stream(rows: list[tuple[int, Array, str]]) -> Stream:
+def _rows(bag: Bag, topic: Topic, hear: Hear, offset: int) -> list[Row]:
+    """All that a topic told."""
+    rows: list[Row] = []
+    for recorded, message in bag.messages(topic):
+        stamp = header_stamp(message) if topic.type in _STAMPED else 0
+        rows.extend((stamp or recorded + offset, *said) for said in hear(topic, message))
+    return rows
+
+
+def _stream(rows: list[Row]) -> Stream:
     rows = sorted(rows, key=lambda row: row[0])
     return Stream(
         np.array([row[0] for row in rows]), np.array([row[1] for row in rows]), rows[0][2]
     )
-
-
-def _known(topic: Topic) -> tuple[str, Hear | None]:
-    """Channel that a topic's messages tell, and how; None: none that a log has."""
-    for type_, name, channel, hear in _TABLE:
-        if topic.type == type_ and re.search(name, topic.name):
-            return channel, hear
-    return "", None
 
 
 def _wrench(_: Topic, message: Any) -> Iterator[Said]:
