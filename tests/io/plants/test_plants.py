@@ -96,7 +96,7 @@ def free_port() -> int:
 
 
 @pytest.fixture
-def broker(free_port: int) -> Iterator[int]:
+def broker_process(free_port: int) -> Iterator[subprocess.Popen[bytes]]:
     """A real MQTT broker on the loopback."""
     pytest.importorskip("amqtt", reason="no broker is installed")
     script = Path(__file__).with_name("mqtt_broker.py")
@@ -108,9 +108,15 @@ def broker(free_port: int) -> Iterator[int]:
             if probe.connect_ex(("127.0.0.1", free_port)) == 0:
                 break
         time.sleep(0.1)
-    yield free_port
+    yield process
     process.kill()
     process.wait()
+
+
+@pytest.fixture
+def broker(broker_process: subprocess.Popen[bytes], free_port: int) -> int:
+    """Where it is."""
+    return free_port
 
 
 def test_a_broker_keeps_the_newest_state_for_those_who_come_later(broker):
@@ -143,6 +149,44 @@ def test_a_broker_keeps_the_newest_state_for_those_who_come_later(broker):
     assert told["urdyn/20235/payload"][0]["mass"]["mean"] == 1.25
     assert told["urdyn/20235/status"][0]["parts"]["elbow_joint"] == ["WARN", "rust"]
     assert told["urdyn/20235/online"][0] is False
+
+
+def test_a_broker_that_goes_away_is_told_nothing_old_and_ends_no_run(
+    broker_process, free_port, monkeypatch
+):
+    """What was said while it was away is left unsaid: a second later there is newer news."""
+    pytest.importorskip("paho", reason="the extra plants is not installed")
+    from urdyn.io.plants.mqtt import connect
+
+    listening = connect(f"127.0.0.1:{free_port}", "20235")
+    listening.tell(snapshot(), STATUSES)
+    broker_process.kill()
+    deadline = time.monotonic() + 60
+    while listening.client.is_connected() and time.monotonic() < deadline:
+        time.sleep(0.05)
+    said = []
+    with monkeypatch.context() as patch:
+        patch.setattr(listening.client, "publish", lambda *said_, **_: said.append(said_))
+        listening.tell(snapshot(5.0), STATUSES)
+    assert said == []
+    listening.close()
+
+
+@pytest.mark.parametrize("robot", ["cell#2", "a+b", "hall/3", "nul\0"])
+def test_a_robot_that_no_topic_can_be_named_after_is_one_line(robot):
+    pytest.importorskip("paho", reason="the extra plants is not installed")
+    from urdyn.io.plants.mqtt import connect
+
+    with pytest.raises(InputError, match="no topic can be named after"):
+        connect("127.0.0.1:1883", robot)
+
+
+def test_port_0_is_no_brokers(free_port):
+    pytest.importorskip("paho", reason="the extra plants is not installed")
+    from urdyn.io.plants.mqtt import connect
+
+    with pytest.raises(InputError, match=r"MQTT broker 127\.0\.0\.1:0: Invalid port"):
+        connect("127.0.0.1:0", "x")
 
 
 def test_a_broker_that_is_not_there_is_one_line(free_port):

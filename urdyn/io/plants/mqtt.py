@@ -10,6 +10,7 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from importlib.util import find_spec
 from queue import Empty, Queue
@@ -24,6 +25,7 @@ from urdyn.io.status import Status
 PORT, SECURE = 1883, 8883  # as IANA has them; the second over TLS
 USER, PASSWORD = "URDYN_MQTT_USER", "URDYN_MQTT_PASSWORD"  # of the environment
 AT_LEAST_ONCE = 1
+RESERVED = "#+/\0"  # signs that a level of a topic cannot have
 PATIENCE = 10.0  # [s] for a broker's first word
 WAIT = 2.0  # [s] for the last words to arrive
 
@@ -36,7 +38,12 @@ class Broker:
     robot: str
 
     def tell(self, now: Snapshot, statuses: Sequence[Status]) -> None:
-        """Publish every joint, the payload and the lines."""
+        """Publish every joint, the payload and the lines; nothing while the broker is away.
+
+        The client would keep them all, and tell the broker of its absence before of today.
+        """
+        if not self.client.is_connected():
+            return
         for part in (*now.joints, "payload"):
             where = "payload" if part == "payload" else f"joint/{part}"
             self.publish(where, _part(now, part))
@@ -44,8 +51,9 @@ class Broker:
         self.publish("status", {"stamp_s": now.stamp / 1e9, "parts": lines})
 
     def close(self) -> None:
-        """Say that we go, and go."""
-        self.publish("online", False).wait_for_publish(WAIT)
+        """Say that we go, if anybody hears it, and go."""
+        with suppress(RuntimeError, ValueError):  # it is away
+            self.publish("online", False).wait_for_publish(WAIT)
         self.leave()
 
     def publish(self, where: str, document: Any) -> Any:
@@ -63,8 +71,12 @@ def connect(text: str, robot: str) -> Broker:
     """Connect to HOST[:PORT].
 
     Raises:
-        InputError: nobody answers there as a broker does, or it refuses us.
+        InputError: nobody answers there as a broker does, or it refuses us; no topic can have the
+            robot's name.
     """
+    if taken := [sign for sign in RESERVED if sign in robot]:
+        told = f"no topic can be named after {robot!r}, for it has {taken[0]!r}"
+        raise InputError(f"MQTT: {told}; say another --serial")
     if find_spec("paho") is None:
         raise MissingExtraError("plants", "paho-mqtt")
     host, port = parse(text, PORT, "MQTT broker")
@@ -74,8 +86,9 @@ def connect(text: str, robot: str) -> Broker:
         if port == SECURE:
             broker.client.tls_set()
         broker.client.connect(host, port)
-    except OSError as error:
-        raise InputError(f"MQTT broker {joined(host, port)}: {error.strerror or error}") from error
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise InputError(f"MQTT broker {joined(host, port)}: {reason}") from error
     broker.client.loop_start()
     try:
         refused = answers.get(timeout=PATIENCE)
