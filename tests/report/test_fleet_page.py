@@ -234,6 +234,39 @@ def test_what_cannot_be_read_is_named_with_the_reason(folders, tmp_path):
     assert "6 folders could not be read" in headline(fleet)
 
 
+@pytest.mark.parametrize(
+    "damage",
+    [
+        {"joint": np.inf},
+        {"joint": 10**400},
+        {"onset_s": np.nan},
+        {"onset_s": 10**400},
+        {"confidence": np.nan},
+        {"evidence": {"duration_s": "long"}},
+        {"evidence": {"until_s": []}},
+        {"time_to_failure_s": {"median": np.nan, "lo": 1.0, "hi": 2.0}},
+    ],
+    ids=str,
+)
+def test_numbers_that_are_none_cost_one_folder_and_no_page(folders, tmp_path, damage):
+    odd = robot(tmp_path / "odd", findings=[finding("warning") | damage])
+    asked = [*folders, odd]
+    (unread,) = gather(asked, NOW, DAY).unread
+    assert unread.folder == odd and "diagnose it again" in unread.reason
+    assert "1 folder could not be read" in shown(asked)
+
+
+def test_findings_that_are_nested_beyond_reason_cost_one_folder(tmp_path):
+    folder = robot(tmp_path / "deep", findings=[])
+    (folder / "findings.json").write_text(10**5 * "[")
+    assert "diagnose it again" in gather([folder], NOW, DAY).unread[0].reason
+
+
+def test_a_folder_whose_name_is_no_text_is_linked_to_by_its_bytes(tmp_path):
+    folder = robot(tmp_path / "cell").rename(tmp_path / os.fsdecode(b"cell\xff"))
+    assert 'href="cell%FF/report.html"' in shown([folder])
+
+
 @pytest.mark.parametrize("columns", [{"t": T}, {"t": T[:0]}, {"x": T}])
 def test_a_history_of_nothing_is_no_reason_to_fail(tmp_path, columns):
     folder = robot(tmp_path / "a")

@@ -19,7 +19,8 @@ RANKS = {name: 1.0 + k for k, name in enumerate(SEVERITIES)}  # any other word i
 DUE = ("now", "later")  # what a diagnosis recommends where a service pays
 LEFT = ("median", "lo", "hi")
 TOLD = ("kind", "joint", "name", "onset_s", "severity", "confidence", "acknowledged")
-DAMAGE = (LookupError, TypeError, ValueError, AttributeError)
+LASTING = ("duration_s", "until_s")  # of the evidence, what a list of many tells
+DAMAGE = (LookupError, TypeError, ValueError, AttributeError, OverflowError, RecursionError)
 
 Arm = Mapping[str, Any]  # how surely an arm lasts, as the file tells it
 
@@ -93,17 +94,18 @@ def _whole(entry: Mapping[str, Any], joints: Sequence[str]) -> Entry:
         raise ValueError(f"joint {joint} of {len(joints)}")
     name = "" if joint is None else joints[int(joint)]
     evidence = entry.get("evidence")
+    said = evidence if isinstance(evidence, Mapping) else {}
     return {
         "kind": str(entry["kind"]),
         "joint": None if joint is None else int(joint),
         "name": str(entry.get("name", name)),
-        "onset_s": float(entry["onset_s"]),
+        "onset_s": _finite(entry["onset_s"]),
         "severity": str(entry["severity"]),
-        "confidence": float(entry["confidence"]),
+        "confidence": _finite(entry["confidence"]),
         "time_to_failure_s": left and {end: _time(left[end]) for end in LEFT},
         "acknowledged": bool(entry.get("acknowledged", False)),
         "older": bool(entry.get("older", False)),
-        "evidence": dict(evidence) if isinstance(evidence, Mapping) else {},
+        "evidence": {end: _finite(said[end]) for end in LASTING if said.get(end) is not None},
     }
 
 
@@ -114,8 +116,8 @@ def _arm(whole: Mapping[str, Any]) -> Arm | None:
         return None
     index = said["health_index"]
     return {
-        "health_index": None if index is None else float(index),
-        "horizon_h": float(said["horizon_h"]),
+        "health_index": None if index is None else _finite(index),
+        "horizon_h": _finite(said["horizon_h"]),
         "judged": bool(said["judged"]),
     }
 
@@ -131,4 +133,11 @@ def _due(whole: Mapping[str, Any]) -> str:
 
 def _time(value: float | None) -> float:
     """A time to failure [s]; none is one that never comes."""
-    return np.inf if value is None else float(value)
+    return np.inf if value is None or value == np.inf else _finite(value)
+
+
+def _finite(value: float) -> float:
+    """A number that is one."""
+    if not np.isfinite(number := float(value)):
+        raise ValueError(f"{number} is no number")
+    return number

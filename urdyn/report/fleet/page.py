@@ -155,7 +155,8 @@ def _link(robot: Robot, out: Path) -> Html:
     if robot.page is None:
         return tag("span", text(robot.name), tag("small", text("no report.html")))
     way = os.path.relpath(robot.page.resolve(), out.resolve().parent)
-    return Html(f'<a href="{text(quote(Path(way).as_posix()))}">{text(robot.name)}</a>')
+    there = quote(os.fsencode(Path(way).as_posix()))  # names may have bytes that are no text
+    return Html(f'<a href="{text(there)}">{text(robot.name)}</a>')
 
 
 def _states(robot: Robot) -> list[str]:

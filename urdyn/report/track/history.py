@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -92,7 +93,7 @@ class History:
         if name not in self.names:
             raise LogError(f"its history has no column {name!r}; track with this version")
         try:
-            files = chain([self._first], map(pq.ParquetFile, self.files[1:]))
+            files = chain([self._first], map(_opened, self.files[1:]))
             tables = [file.read([name], use_threads=False) for file in files]
         except (pa.ArrowException, OSError) as error:
             raise _broken(error) from error
@@ -165,7 +166,7 @@ class History:
         The parts of a run that goes on are many and small: each is opened when it is read.
         """
         try:
-            return pq.ParquetFile(self.files[0])
+            return _opened(self.files[0])
         except (pa.ArrowException, OSError) as error:
             raise _broken(error) from error
 
@@ -207,6 +208,11 @@ def find_history(folder: Path) -> History:
     if any(folder.glob(f"*/{HISTORY}")):
         raise LogError(f"holds no {HISTORY}, but folders that do: name those")
     raise LogError(f"holds no {HISTORY}; `urdyn track` writes one")
+
+
+def _opened(path: Path) -> pq.ParquetFile:
+    """A file, by the bytes of its name, which may be no text."""
+    return pq.ParquetFile(pa.OSFile(os.fsencode(path)))
 
 
 def _broken(error: Exception) -> LogError:
