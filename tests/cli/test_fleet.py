@@ -1,6 +1,7 @@
 """urdyn fleet, on folders that `urdyn track` wrote."""
 
 import json
+import shutil
 
 import pytest
 from story import without_pages
@@ -31,6 +32,12 @@ def test_a_tracked_folder_is_on_the_page_and_in_the_json(tracked, tmp_path):
     assert document["unread"] == [{"folder": str(tmp_path / "absent"), "reason": "does not exist"}]
     assert "not read" in told.stderr
     assert page.read_text().count("<svg") == 12
+
+
+def test_a_folder_is_shown_by_its_own_name(tracked, tmp_path):
+    odd = shutil.copytree(tracked, tmp_path / "[red]cell[")
+    told = run("fleet", odd, "--out", tmp_path / "fleet.html")
+    assert told.exit_code == 0 and "[red]cell[ " in told.stdout
 
 
 def test_nothing_to_show_is_one_line_and_no_page(tmp_path):

@@ -16,6 +16,7 @@ from urdyn.report.evidence import PARTLY, SEEN, UNSEEN, pool, seen
 from urdyn.report.identify.comparison import compare, share_inside
 from urdyn.report.identify.friction_curve import friction, friction_curve
 from urdyn.report.identify.tables import identify_table, truth_table, validate_table
+from urdyn.report.terminal import terminal_table
 from urdyn.report.traces import downsample, spectrum
 from urdyn.types import Source
 
@@ -121,6 +122,19 @@ def test_tables_render_whatever_a_log_is_called(case):
     assert "[red]odd[b].csv" in shown
     for words in ("shoulder pan", "sensor floor", "upper arm", "±", "yes"):
         assert words in shown
+
+
+def test_tables_render_whatever_an_arm_is_called(case):
+    """Of `[/x]` rich takes the end of a style that never began."""
+    dynamics = case.fit.dynamics
+    named = replace(dynamics, arm=replace(dynamics.arm, name="ur[/x]"))
+    cells = ["[red]a", "b[/y]"]
+    console = Console(width=160, record=True, file=StringIO())
+    console.print(identify_table(replace(case.fit, dynamics=named)))
+    console.print(terminal_table("", cells, [cells]))
+    shown = console.export_text()
+    assert "UR[/x]: estimates" in shown
+    assert all(shown.count(cell) == 2 for cell in cells)
 
 
 @pytest.mark.parametrize("width", [60, 80])

@@ -8,11 +8,11 @@ from typing import Annotated, Any
 
 import typer
 from rich.table import Table
-from rich.text import Text
 
 from urdyn.cli.fresh import fresh
 from urdyn.cli.options import Json, Quiet
 from urdyn.cli.voice import Voice
+from urdyn.report.terminal import terminal_table
 from urdyn.version import __version__
 
 GIGABYTE = 1e9
@@ -78,20 +78,19 @@ def _measure(case: Case) -> Figure:
 
 
 def _table(figures: list[Figure]) -> Table:
-    table = Table()
-    for head in ("identify", "wall [s]", "target", "peak memory [GB]", "target", "verdict"):
-        table.add_column(Text(head))  # rich takes a [s] in a str for markup
-    for figure in figures:
-        case = figure.case
-        table.add_row(
-            case.name,
+    heads = ("identify", "wall [s]", "target", "peak memory [GB]", "target", "verdict")
+    rows = [
+        (
+            figure.case.name,
             f"{figure.wall:.1f}",
-            f"{case.most_wall:g}",
+            f"{figure.case.most_wall:g}",
             f"{figure.rss:.2f}",
-            f"{case.most_rss:g}",
+            f"{figure.case.most_rss:g}",
             "pass" if figure.passed else "fail",
         )
-    return table
+        for figure in figures
+    ]
+    return terminal_table("", heads, rows)
 
 
 def _numbers(figure: Figure) -> dict[str, Any]:

@@ -12,12 +12,12 @@ from typing import TYPE_CHECKING, Annotated, Any
 import numpy as np
 import typer
 from rich.table import Table
-from rich.text import Text
 
 import urdyn as ud
 from urdyn.cli.options import Json, Quiet
 from urdyn.cli.voice import Voice
 from urdyn.progress import Progress
+from urdyn.report.terminal import terminal_table
 
 if TYPE_CHECKING:
     from urdyn.identify.excite import Excitation
@@ -120,7 +120,6 @@ def _cuts(motion: Motion, duration: float) -> Iterator[tuple[Any, Any, Any]]:
 
 
 def _table(ours: Rated, others: list[Rated], wall: float) -> Table:
-    table = Table()
     heads = (
         "motion",
         "count",
@@ -130,12 +129,10 @@ def _table(ours: Rated, others: list[Rated], wall: float) -> Table:
         "ours smaller by",
         "verdict",
     )
-    for head in heads:
-        table.add_column(Text(head))
-    first = (ours.name, "1", f"{ours.log_det:.1f}", "", f"{ours.condition:.0f}", "")
-    table.add_row(*first, f"{wall:.0f} s, {'pass' if wall <= AT_MOST else 'fail'}")
-    for other in others:
-        table.add_row(
+    verdict = f"{wall:.0f} s, {'pass' if wall <= AT_MOST else 'fail'}"
+    first = (ours.name, "1", f"{ours.log_det:.1f}", "", f"{ours.condition:.0f}", "", verdict)
+    rows = (
+        (
             other.name,
             str(other.count),
             f"{other.log_det:.1f}",
@@ -144,7 +141,9 @@ def _table(ours: Rated, others: list[Rated], wall: float) -> Table:
             f"{100.0 * (1.0 - ours.condition / other.condition):.0f} %",
             "pass" if _beats(ours, other) else "fail",
         )
-    return table
+        for other in others
+    )
+    return terminal_table("", heads, [first, *rows])
 
 
 def _beats(ours: Rated, other: Rated) -> bool:

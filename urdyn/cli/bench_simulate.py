@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from rich.table import Table
-from rich.text import Text
 
 import urdyn as ud
 from urdyn.cli.options import Json, Quiet
 from urdyn.cli.voice import Voice
+from urdyn.report.terminal import terminal_table
 
 if TYPE_CHECKING:
     from urdyn.simulate import Fidelity
@@ -78,14 +78,13 @@ def _wall(call: Callable[[], None]) -> float:
 
 
 def _table(paces: list[Pace]) -> Table:
-    table = Table()
-    for head in ("simulate", "rows [Hz]", "simulated [s]", "times real time", "target", "verdict"):
-        table.add_column(Text(head))
+    heads = ("simulate", "rows [Hz]", "simulated [s]", "times real time", "target", "verdict")
+    rows = []
     for pace in paces:
         verdict = "pass" if pace.ratio >= pace.least else "fail"
         cells = (f"{pace.rate:g}", f"{pace.duration:g}", f"{pace.ratio:,.0f}", f"{pace.least:g}")
-        table.add_row(pace.name, *cells, verdict)
-    return table
+        rows.append((pace.name, *cells, verdict))
+    return terminal_table("", heads, rows)
 
 
 def _numbers(pace: Pace) -> dict[str, Any]:

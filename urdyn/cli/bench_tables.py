@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from rich.box import SIMPLE_HEAD
 from rich.table import Table
-from rich.text import Text
 
 from urdyn.report.digits import MISSING, number
+from urdyn.report.terminal import terminal_table
 
 Document = dict[str, Any]
 
@@ -27,15 +26,15 @@ def tables(document: Document) -> list[Table]:
 
 def notes(document: Document) -> list[Table | str]:
     """What the figures rest on."""
-    arm, told = document["arm"], _table("Reconstructed, for the paper does not say", ("what", "as"))
-    for what, value in document["reconstruction"].items():
-        told.add_row(what, value)
-    units = _table("Can Table I be compared?", ("group", "arm's unit", "with the paper's number"))
-    for row in document["table_1"]:
-        units.add_row(f"{row['name']} ({row['symbol']})", row["arm"]["unit"], row["comparable"])
+    arm, made = document["arm"], document["reconstruction"].items()
+    units = (
+        (f"{row['name']} ({row['symbol']})", row["arm"]["unit"], row["comparable"])
+        for row in document["table_1"]
+    )
+    heads = ("group", "arm's unit", "with the paper's number")
     return [
-        told,
-        units,
+        terminal_table("Reconstructed, for the paper does not say", ("what", "as"), made, 2),
+        terminal_table("Can Table I be compared?", heads, units, 3),
         "Bound: the posterior Cramér-Rao bound; on ramps and on the scenario that of a filter that "
         "is told the onset, on the arms what an EKF says of its own error, Tichavsky's recursion "
         "along the estimate. It is one of the mean over everything drawn: few arms may be below it "
@@ -68,7 +67,7 @@ def _ramps(rows: Sequence[Document]) -> Table:
         "Friction ramps of 0.0025 a step: ratio to be 1.3 at most, and where sigma is 0.05 at most "
         "the bias after 18 steps within ±1; bias in 0.001"
     )
-    table = _table(title, heads)
+    table = terminal_table(title, heads)
     for row in rows:
         table.add_row(
             f"{row['sigma']:g}",
@@ -92,7 +91,7 @@ def _table_1(rows: Sequence[Document]) -> Table:
     heads = ["Table\nI", "paper\nRMSE", "steps"]
     for sigma in sigmas:
         heads += [f"scenario\n{sigma}", "bound", "steps"]
-    table = _table("Parameters", (*heads, "arms\nRMSE", "bound", "ratio", "±", "s"))
+    table = terminal_table("Parameters", (*heads, "arms\nRMSE", "bound", "ratio", "±", "s"))
     for row in rows:
         cells = [row["symbol"], f"{row['rmse']:g}", f"{row['steps']}"]
         for ours in row["scenario"] or [None] * len(sigmas):
@@ -115,7 +114,7 @@ def _table_2(rows: Sequence[Document]) -> Table:
         "Table II", "process", "paper\nRMSE", "ms", "MB", "scenario\nRMSE", "bound", "ratio",
         "arms: f\n[N·m]", "bound", "ms", "p99", "MB",
     )  # fmt: skip
-    table = _table("Algorithms: friction, and what an update of the whole arm takes", heads)
+    table = terminal_table("Algorithms: friction, and what an update of the whole arm takes", heads)
     for row in rows:
         ours, arm = row["scenario"], row["arm"]
         paper = [f"{row[f'paper_{k}']:g}" if row.get(f"paper_{k}") else MISSING for k in _PAPER]
@@ -142,7 +141,7 @@ def _table_4(rows: Sequence[Document]) -> Table:
     heads = (
         "Table IV", "paper\nHz", "MB", "ours\nHz", "p50\n[ms]", "p99\n[ms]", "MB", "friction\n[N·m]"
     )  # fmt: skip
-    table = _table("Configurations, on the arms", heads)
+    table = terminal_table("Configurations, on the arms", heads)
     for row in rows:
         ours, accuracy = row["ours"], row["accuracy"]
         cells = ["not there yet", *[MISSING] * 4]
@@ -159,7 +158,7 @@ def _truth(arms: Document) -> Table:
         f"{arms['duration_s']:g} s: nine tenths to be covered"
     )
     heads = ("", "covered", "from", "to", "RMSE /\nbound", "±", "NEES", "±", "verdict")
-    table = _table(title, heads)
+    table = terminal_table(title, heads)
     for row in arms["groups"]:
         keys = (
             "coverage", "coverage_low", "coverage_high", "ratio", "ratio_sd", "nees", "nees_sd",
@@ -177,10 +176,3 @@ def _hundredths(value: float | None) -> str:
 
 def _or(value: float | None) -> str:
     return MISSING if value is None else f"{value:.3g}"
-
-
-def _table(title: str, heads: Sequence[str]) -> Table:
-    table = Table(title=title, title_justify="left", header_style="bold", box=SIMPLE_HEAD)
-    for k, head in enumerate(heads):
-        table.add_column(Text(head), justify="right" if k and len(heads) > 3 else "left")
-    return table

@@ -61,11 +61,9 @@ def fleet(
 
 def _table(found: Fleet) -> Table:
     """A row a robot."""
-    from rich.table import Table
-
     from urdyn.report.fleet.page import sentence
+    from urdyn.report.terminal import terminal_table
 
-    grid = Table("robot", "state", "what")
-    for robot in found.robots:
-        grid.add_row(robot.name, robot.state + (", stale" * robot.stale), sentence(robot))
-    return grid
+    heads = ("robot", "state", "what")
+    rows = ((r.name, r.state + (", stale" * r.stale), sentence(r)) for r in found.robots)
+    return terminal_table("", heads, rows, len(heads))

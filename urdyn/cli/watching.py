@@ -16,6 +16,7 @@ from urdyn.io.run_folder import MISSES
 from urdyn.report.digits import interval90, number
 from urdyn.report.names import spoken
 from urdyn.report.setting import set_to
+from urdyn.report.terminal import terminal_table
 from urdyn.tracking import RunProgress
 from urdyn.tracking.progress import Watch
 from urdyn.tracking.setting import compared
@@ -78,12 +79,13 @@ def table(glance: RunProgress, joints: Sequence[str]) -> Table:
     setting = compared(glance.setting, mass, sd, glance.quantities.whole)
     carried = f"payload {interval90(mass, sd)} {unit}{_set(setting)}"
     caption = f"{carried}; {glance.t:.1f} s{done}; {QUICKNESS.format(glance.rate)}; ± holds 90 %"
-    grid = Table("joint", caption=caption)
-    for name in JOINT:
-        grid.add_column(f"{name} [{told[f'{joints[0]}.{name}'][2]}]", justify="right")
-    for joint in joints:
-        cells = (told[f"{joint}.{name}"][:2] for name in JOINT)
-        grid.add_row(spoken(joint), *(interval90(mean, sd) for mean, sd in cells))
+    heads = (f"{name} [{told[f'{joints[0]}.{name}'][2]}]" for name in JOINT)
+    cells = (
+        (spoken(joint), *(interval90(*told[f"{joint}.{name}"][:2]) for name in JOINT))
+        for joint in joints
+    )
+    grid = terminal_table("", ("joint", *heads), cells)
+    grid.caption = caption
     return grid
 
 

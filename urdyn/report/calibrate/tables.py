@@ -5,14 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from rich.box import SIMPLE_HEAD
 from rich.table import Table
-from rich.text import Text
 
 from urdyn.identify.kinematics import Calibration, Evaluation
 from urdyn.report.calibrate.words import answer, difference, evaluated_answer, tool, trust
 from urdyn.report.digits import percent
 from urdyn.report.names import maker, spoken
+from urdyn.report.terminal import terminal_table
 
 KINDS = ("a", "alpha", "beta", "d", "theta")
 HEADS = ("a\n[mm]", "alpha\n[mrad]", "beta\n[mrad]", "d\n[mm]", "theta\n[mrad]")
@@ -21,7 +20,6 @@ HEADS = ("a\n[mm]", "alpha\n[mrad]", "beta\n[mrad]", "d\n[mm]", "theta\n[mrad]")
 def calibrate_table(c: Calibration) -> Table:
     """How far each coordinate is from the drawing, ± its 90 % interval."""
     title = f"{maker(c.arm.name)}: differences from the drawing ± 90 %; (…) the poses do not tell"
-    table = _table(title, ("joint", *HEADS))
     told = dict(
         zip(
             c.drawing.form.names,
@@ -29,10 +27,11 @@ def calibrate_table(c: Calibration) -> Table:
             strict=True,
         )
     )
-    for joint in c.arm.joint_names:
-        cells = [_cell(told.get(f"{joint}.{kind}")) for kind in KINDS]
-        table.add_row(spoken(joint), *cells)
-    return table
+    rows = (
+        (spoken(joint), *(_cell(told.get(f"{joint}.{kind}")) for kind in KINDS))
+        for joint in c.arm.joint_names
+    )
+    return terminal_table(title, ("joint", *HEADS), rows)
 
 
 def _cell(told: tuple[float, float, float] | None) -> str:
@@ -62,10 +61,3 @@ def _partners(partners: tuple[tuple[str, float], ...]) -> str:
 def evaluate_table(e: Evaluation) -> str:
     """The score in a sentence."""
     return evaluated_answer(e)
-
-
-def _table(title: str, heads: tuple[str, ...]) -> Table:
-    table = Table(title=title, title_justify="left", header_style="bold", box=SIMPLE_HEAD)
-    for k, head in enumerate(heads):
-        table.add_column(Text(head), justify="right" if k else "left")
-    return table

@@ -5,13 +5,13 @@ from __future__ import annotations
 from typing import Any
 
 from rich.table import Table
-from rich.text import Text
 
 from urdyn.identify.excite import Excitation
 from urdyn.identify.excite.rating import Rating, scale
 from urdyn.io.plain import plain
 from urdyn.report.digits import number, percent
 from urdyn.report.names import spoken
+from urdyn.report.terminal import terminal_table
 from urdyn.simulate.fourier import Series
 from urdyn.version import __version__
 
@@ -81,22 +81,21 @@ def spread(found: Excitation, name: str) -> dict[str, Any]:
 
 def excited_table(found: Excitation) -> Table:
     """What will be known of every joint."""
-    table = Table()
     fields = ("coulomb", "viscous", "structural", "rotor_inertia", "gain")
     heads = (
+        "sd before → after",
         "Coulomb [N·m]",
         "viscous [N·m·s/rad]",
         "load friction",
         "rotor [kg·m²]",
         "gain [N·m/A]",
     )
-    for head in ("sd before → after", *heads):
-        table.add_column(Text(head))
+    rows = []
     for joint in found.arm.joint_names:
         cells = (spread(found, f"{joint}.{field}") for field in fields)
         told = (f"{number(c['sd_before'])} → {number(c['sd_after'])}" for c in cells)
-        table.add_row(spoken(joint), *told)
-    return table
+        rows.append((spoken(joint), *told))
+    return terminal_table("", heads, rows)
 
 
 def safety(found: Excitation) -> str:

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Literal
 
-from rich.box import SIMPLE_HEAD
 from rich.table import Table
 from rich.text import Text
 
@@ -15,6 +13,7 @@ from urdyn.report.digits import interval90, number, percent
 from urdyn.report.evidence import seen
 from urdyn.report.identify.comparison import Comparison, Truth, compare
 from urdyn.report.names import TERMS, joints, robot, spoken, terms, title
+from urdyn.report.terminal import terminal_table
 
 DRIVE = {"coulomb": "Coulomb", "viscous": "viscous", "rotor_inertia": "rotor", "gain": "gain"}
 TRUTHS = (*DRIVE, "structural", "offset", "mass")
@@ -24,18 +23,16 @@ def identify_table(fit: Fit) -> Table:
     """Friction and mass of every joint and the link that it moves, each ± its 90 % interval."""
     heads = [f"{word}\n[{UNITS[q]}]" for q, word in DRIVE.items()]
     columns = ["joint", *heads, "link mass\n[kg]", "in-\nformed", "terms"]
-    table = _table(f"{robot(fit)}: estimates ± 90 %", columns)
-    arm = fit.dynamics.arm
+    arm, rows = fit.dynamics.arm, []
     for j, (joint, link) in enumerate(zip(arm.joint_names, arm.link_names, strict=True)):
         drive = [_estimate(fit, f"{joint}.{q}") for q in DRIVE]
         mass = f"{link}.mass"
         words = ", ".join(terms(fit, j)) or "–"
         if "stribeck" in fit.terms[j]:
             words = words.replace(TERMS["stribeck"], _stribeck(fit, joint))
-        table.add_row(
-            spoken(joint), *drive, _estimate(fit, mass), percent(fit.informed(mass)), words
-        )
-    return table
+        carried = (_estimate(fit, mass), percent(fit.informed(mass)))
+        rows.append((spoken(joint), *drive, *carried, words))
+    return terminal_table(f"{robot(fit)}: estimates ± 90 %", columns, rows)
 
 
 def _stribeck(fit: Fit, joint: str) -> str:
@@ -54,7 +51,7 @@ def validate_table(scores: Sequence[Score], fit: Fit | None = None) -> Table:
     count = len(scores[0].rmse) if scores else 0
     names = joints(fit) if fit else [f"joint {j}" for j in range(count)]
     heads = (name.replace(" ", "\n", 1) for name in names)
-    table = _table("relative error of predicted current [%]", ["", *heads])
+    table = terminal_table("relative error of predicted current [%]", ["", *heads])
     for score in scores:
         rows = {
             "this model": [number(x) for x in score.rre_percent],
@@ -65,7 +62,6 @@ def validate_table(scores: Sequence[Score], fit: Fit | None = None) -> Table:
             "moving: inside 90 %": [percent(x) for x in score.coverage90],
         }
         remark = f" ({seen(fit, score.log.source)})" if fit else ""
-        # Text, not str: a log's name may hold what rich takes for markup.
         table.add_row(Text(title(score.log.source) + remark, style="bold"))
         for what, values in rows.items():
             table.add_row(what, *values)
@@ -75,16 +71,12 @@ def validate_table(scores: Sequence[Score], fit: Fit | None = None) -> Table:
 
 def truth_table(fit: Fit, truth: Truth) -> Table:
     """Joint friction and link masses: truth, estimate ± 90 %, and whether they agree."""
-    table = _table(
-        "truth and estimate ± 90 %", ["", "quantity", "unit", "truth", "estimate", "z", "inside"], 3
-    )
-    for c in compare(fit, truth):
-        if c.quantity in TRUTHS:
-            table.add_row(*_agreement(c))
-    return table
+    heads = ("", "quantity", "unit", "truth", "estimate", "z", "inside")
+    rows = (_agreement(c) for c in compare(fit, truth) if c.quantity in TRUTHS)
+    return terminal_table("truth and estimate ± 90 %", heads, rows, 3)
 
 
-def _agreement(c: Comparison) -> list[str]:
+def _agreement(c: Comparison) -> list[str | Text]:
     return [
         spoken(c.owner),
         c.quantity.replace("_", " "),
@@ -92,15 +84,5 @@ def _agreement(c: Comparison) -> list[str]:
         number(c.true, 3),
         interval90(c.estimate, c.sd),
         number(c.z),
-        "yes" if c.inside else "[bold]no[/bold]",
+        "yes" if c.inside else Text("no", style="bold"),
     ]
-
-
-def _table(title: str, heads: Sequence[str], words: int = 1) -> Table:
-    """A table whose first columns hold words, the others numbers."""
-    table = Table(title=title, title_justify="left", header_style="bold", box=SIMPLE_HEAD)
-    for k, head in enumerate(heads):
-        # No digit is left out where a terminal is narrow.
-        justify: Literal["left", "right"] = "left" if k < words else "right"
-        table.add_column(Text(head), justify=justify, overflow="fold", min_width=0 if k else 8)
-    return table
