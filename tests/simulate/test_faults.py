@@ -21,6 +21,7 @@ from urdyn.simulate import (
     perfect_sensors,
     typical_sensors,
     virtual_arm,
+    write_truth,
 )
 from urdyn.simulate.faults import describe
 from urdyn.simulate.follow import follow
@@ -319,6 +320,10 @@ BAD = {
     "collision:link=1,force=100": r"force=100: is three numbers X/Y/Z",
     "collision:link=1,force=1/2/inf": r"is to be finite",
     "sensor_fault:joint=1,mode=asleep": r"is one of stuck, biased, noisy, dropped",
+    "collision:link=1,force=1/2/3,duration=0": r"duration=0: is to be above 0",
+    "collision:link=1,force=1/2/3,duration=inf": r"duration=inf: is to be finite",
+    "sensor_fault:joint=1,mode=stuck,duration=-1": r"duration=-1: is to be above 0",
+    "thermal_drift:rate=-1,rise=-inf": r"rise=-inf: is to be finite",
     "payload_change:mass=-1": r"mass=-1: is not to be negative",
 }
 
@@ -328,3 +333,32 @@ def test_a_fault_that_cannot_be_is_refused(text):
     with pytest.raises(InputError, match=BAD[text]) as refused:
         parse_fault(text, 6)
     assert repr(text) in str(refused.value)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "friction_increase:joint=2,rate=100,shape=exponential",
+        "joint_backlash:joint=2,rate=1e308",
+        "encoder_offset:joint=1,offset=-1e300",
+        "collision:link=3,force=1e308/0/0,duration=5",
+        "thermal_drift:rate=1e308",
+    ],
+)
+def test_a_fault_beyond_anything_that_can_be_is_refused(dynamics, text):
+    with pytest.raises(InputError, match="which no arm has"):
+        course(dynamics, [fault(text)], T)
+
+
+@pytest.mark.parametrize(
+    ("mass", "com"), [(1e308, 0.0), (np.nan, 0.0), (1.0, 1e308), (1.0, -np.inf)]
+)
+def test_a_payload_beyond_anything_that_can_be_is_refused(dynamics, mass, com):
+    with pytest.raises(InputError, match="cannot be carried"):
+        Payload(mass, np.array([0.0, 0.0, com]))
+
+
+def test_a_truth_is_json_or_nothing(tmp_path):
+    with pytest.raises(ValueError, match="JSON"):
+        write_truth(tmp_path / "truth.json", {"course": [np.inf]})
+    assert list(tmp_path.iterdir()) == []

@@ -48,8 +48,7 @@ KINDS: Mapping[str, type[Fault]] = {
 }
 
 # Which way each of them goes is said by its name; a negative one would be another event.
-NOT_NEGATIVE = {"onset", "viscous", "delay", "mass", "duration"}
-ENDLESS = {"duration", "rise"}
+NOT_NEGATIVE = {"onset", "viscous", "delay", "mass"}
 GROWING = (FrictionIncrease, HealthDegradation, JointBacklash, ControllerInstability)
 
 
@@ -112,13 +111,16 @@ def _value(name: str, text: str, hint: Any) -> Any:
 
 def _checked(fault: Fault, joints: int) -> Fault:
     """The fault, if an arm of so many joints can have it."""
+    usual = {field.name: field.default for field in fields(fault)}  # some of them never end
     never_below = NOT_NEGATIVE | ({"rate"} if isinstance(fault, GROWING) else set())
     for name, value in asdict(fault).items():
         numbers = () if isinstance(value, str) else np.atleast_1d(value)
         if name in ("joint", "link") and not 0 <= value < joints:
             raise InputError(f"{name}={value}: {name}s count from 0 to {joints - 1}")
-        if np.isnan(numbers).any() or (np.isinf(numbers).any() and name not in ENDLESS):
+        if not np.isfinite(numbers).all() and value != usual[name]:
             raise InputError(f"{name}={value}: is to be finite")
+        if name == "duration" and value <= 0.0:
+            raise InputError(f"{name}={value:g}: is to be above 0")
         if name in never_below and value < 0.0:
             raise InputError(f"{name}={value:g}: is not to be negative")
     return fault

@@ -10,6 +10,7 @@ from urdyn.errors import InputError
 from urdyn.model.body import about_frame
 from urdyn.types import Array, shaped
 
+MOST, FARTHEST = 1e4, 1e2  # [kg], [m] that nobody asks an arm to hold
 DENSITY = 3000.0  # [kg/m³], between aluminium and steel with holes: grippers and work pieces
 
 
@@ -22,7 +23,7 @@ class Payload:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "com", shaped("com", self.com, (3,)))
-        if not (self.mass > 0.0 and np.isfinite(self.mass) and np.isfinite(self.com).all()):
+        if not (0.0 < self.mass < MOST and (np.abs(self.com) < FARTHEST).all()):
             raise InputError(f"a payload of {self.mass:g} kg at {self.com} cannot be carried")
 
     @property

@@ -13,8 +13,11 @@ from typing import Protocol, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from urdyn.errors import InputError
 from urdyn.model.dynamics import Dynamics
 from urdyn.types import Array, Mask
+
+BEYOND = 1e9  # in any unit of a course more than there is of anything
 
 Scalar = TypeVar("Scalar", bound=np.generic)
 
@@ -65,11 +68,26 @@ class Event(Protocol):
 
 
 def course(dynamics: Dynamics, events: Iterable[Event], t: Array) -> Course:
-    """The course of an arm at any times t (N,) [s]; of two events the later has the last word."""
+    """The course of an arm at any times t (N,) [s]; of two events the later has the last word.
+
+    Raises:
+        InputError: an event is larger than anything that can be, or grows to that.
+    """
     changed = without_events(dynamics, t)
     for event in sorted(events, key=lambda event: event.onset):
-        changed = event.befall(changed)
+        before = changed
+        with np.errstate(over="ignore", invalid="ignore"):  # it is told
+            changed = event.befall(before)
+        _require_possible(changed, before, event)
     return changed
+
+
+def _require_possible(now: Course, before: Course, event: Event) -> None:
+    for name in (field.name for field in fields(now)):
+        values = getattr(now, name)
+        if values is not getattr(before, name) and not (np.abs(values) < BEYOND).all():
+            what = f"what begins at {event.onset:g} s makes {name} more than {BEYOND:g}"
+            raise InputError(f"{what}, which no arm has; let it be smaller, or grow for less long")
 
 
 def without_events(dynamics: Dynamics, t: Array) -> Course:

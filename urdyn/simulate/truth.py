@@ -62,7 +62,7 @@ def write_truth(path: str | Path, document: Mapping[str, Any]) -> None:
     """
     match Path(path).suffix.lower():
         case ".json":
-            write_text(path, json.dumps(document, indent=2) + "\n")
+            write_text(path, json.dumps(document, indent=2, allow_nan=False) + "\n")
         case ".toml":
             # TOML has no null: an arm without payload has no table of it.
             write_text(path, dump_toml({k: v for k, v in document.items() if v is not None}))
