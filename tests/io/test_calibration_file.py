@@ -65,10 +65,14 @@ def test_nonsense_is_refused_in_a_line(tmp_path: Path, text: str, reason: str) -
     assert "\n" not in str(caught.value)
 
 
-def test_a_number_that_is_none_is_named(tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("told", "named"),
+    [(".nan", "nan"), ("true", "True"), ("near", "'near'"), ("9" * 400, "9" * 20)],
+)
+def test_a_number_that_is_none_is_named(tmp_path: Path, told: str, named: str) -> None:
     path = tmp_path / "kinematics.yaml"
     lines = calibration_text(frames(0)).splitlines()
-    lines[2] = "    x: .nan"
+    lines[2] = f"    x: {told}"
     path.write_text("\n".join(lines))
-    with pytest.raises(InputError, match="x of shoulder is nan"):
+    with pytest.raises(InputError, match=f"x of shoulder is {named}, not a finite"):
         read_calibration(path)

@@ -54,6 +54,7 @@ def test_what_toml_has_no_word_for_is_our_mistake() -> None:
         (b"a = 1\na = 2\n", "twin.toml:2: not TOML"),
         (b"a = [", "twin.toml: not TOML"),
         (b"a = " + b"[" * 5000, "twin.toml: not TOML"),
+        (b"a = " + b"1" * 5000, "twin.toml: not TOML: Exceeds the limit"),
     ],
 )
 def test_a_broken_document_is_told_by_its_line(

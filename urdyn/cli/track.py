@@ -229,7 +229,7 @@ def _held(out: Path) -> tuple[str, str] | None:
     try:
         made_of = json.loads((out / FINDINGS).read_text(encoding="utf-8"))["provenance"]
         return str(made_of["source"]), str(made_of.get("source.sha256", ""))
-    except (OSError, ValueError, LookupError, TypeError):
+    except (OSError, ValueError, LookupError, TypeError, RecursionError):
         return None
 
 

@@ -7,7 +7,6 @@ Angles are roll, pitch, yaw about fixed axes, as the driver's description reads 
 from __future__ import annotations
 
 import hashlib
-import math
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -17,6 +16,7 @@ import yaml
 from scipy.spatial.transform import Rotation
 
 from urdyn.errors import InputError
+from urdyn.io.plain import finite
 from urdyn.types import Array
 
 LINKS = ("shoulder", "upper_arm", "forearm", "wrist_1", "wrist_2", "wrist_3")
@@ -59,9 +59,11 @@ def _number(told: dict[Any, Any], key: str, link: str, path: str | Path) -> floa
     if isinstance(value, str):  # YAML reads 1e-05 as a word
         with suppress(ValueError):
             value = float(value)
-    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-        raise InputError(f"{path}: {key} of {link} is {value!r}, not a finite number")
-    return float(value)
+    number = finite(value)
+    if number is None:
+        said = f"{value!r:.20}"  # it may have 400 digits
+        raise InputError(f"{path}: {key} of {link} is {said}, not a finite number")
+    return number
 
 
 def calibration_text(origins: Array, provenance: str = "") -> str:

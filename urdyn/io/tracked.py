@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 from collections.abc import Iterator, Mapping
 from heapq import merge
 from pathlib import Path
@@ -16,6 +15,7 @@ from urdyn.io.bags.forms import METADATA
 from urdyn.io.bags.outgoing import Message, Outgoing, Told, nanoseconds, told, typestore
 from urdyn.io.bags.write import write_mcap
 from urdyn.io.files import sha256, writing
+from urdyn.io.plain import finite
 from urdyn.io.reader import read
 from urdyn.io.ros2.compose import Types
 from urdyn.io.run_folder import FINDINGS, HISTORY
@@ -81,7 +81,7 @@ def _loaded(path: Path) -> list[tuple[int, dict[str, Any]]]:
     """Findings with their alarms [ns]; InputError where the file holds something else."""
     try:
         document = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
+    except (OSError, ValueError, RecursionError) as error:
         raise InputError(f"{path}: cannot be read as findings: {error}") from error
     findings = document.get("findings") if isinstance(document, Mapping) else document
     if not isinstance(findings, list) or not all(isinstance(f, dict) for f in findings):
@@ -90,8 +90,8 @@ def _loaded(path: Path) -> list[tuple[int, dict[str, Any]]]:
 
 
 def _alarm(finding: dict[str, Any], path: Path) -> int:
-    at = finding.get("alarm_s")
-    if not isinstance(at, int | float) or not math.isfinite(at):
+    at = finite(finding.get("alarm_s"))
+    if at is None:
         raise InputError(f"{path}: a finding has no alarm_s, so no place in time")
     return int(nanoseconds(np.array([at]))[0])
 

@@ -163,7 +163,13 @@ def test_history_and_findings_become_one_mcap(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     ("text", "reason"),
-    [("{", "cannot be read"), ('{"a": 1}', "no list"), ('[{"kind": "rust"}]', "no alarm_s")],
+    [
+        ("{", "cannot be read"),
+        ("[" * 10**5, "cannot be read"),
+        ('{"a": 1}', "no list"),
+        ('[{"kind": "rust"}]', "no alarm_s"),
+        (f'[{{"alarm_s": {10**400}}}]', "no alarm_s"),
+    ],
 )
 def test_what_are_no_findings_is_one_line(text: str, reason: str, tmp_path: Path) -> None:
     (tmp_path / "findings.json").write_text(text)
