@@ -106,7 +106,21 @@ def test_a_hash_of_nothing_is_refused(tmp_path: Path) -> None:
         sha256(tmp_path / "nowhere")
 
 
+NO_TEXT = b"l\xe4uf".decode(errors="surrogateescape")  # as Python has such a file's name
+
+
+@pytest.mark.parametrize("suffix", SUFFIXES)
+@pytest.mark.parametrize("first", [".csv", ".parquet"])
+def test_a_log_whose_name_is_no_text_can_be_converted(
+    log: Log, tmp_path: Path, first: str, suffix: str
+) -> None:
+    write(log, tmp_path / f"log{first}")
+    odd = (tmp_path / f"log{first}").rename(tmp_path / f"{NO_TEXT}{first}")
+    write(read(odd), out := tmp_path / f"same{suffix}")
+    np.testing.assert_array_equal(read(out).channels["payload"], log.channels["payload"])
+
+
 def test_a_log_whose_name_is_no_text_can_be_written_of(tmp_path: Path) -> None:
-    name = b"l\xe4uf.csv".decode(errors="surrogateescape")  # as Python has such a file's name
+    name = f"{NO_TEXT}.csv"
     write_text(tmp_path / "page.html", f"{name} ± 1")
     assert (tmp_path / "page.html").read_text(encoding="utf-8") == "l?uf.csv ± 1"

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Collection, Iterator
 from dataclasses import replace
 from itertools import chain
 from pathlib import Path
 
 import numpy as np
+import pyarrow as pa
 import pyarrow.parquet as pq
 
 from urdyn.errors import LogError
@@ -127,7 +129,10 @@ def _parquet(
     path: str, bounds: tuple[int, float], channels: Collection[str] | None
 ) -> Iterator[Table]:
     """Tables of a Parquet file."""
-    with pq.ParquetFile(path, pre_buffer=False) as file:  # or it holds the whole file
+    with (
+        pa.OSFile(os.fsencode(path)) as stream,  # whose name may be no text
+        pq.ParquetFile(stream, pre_buffer=False) as file,  # or it holds the whole file
+    ):
         plan = _plan(parquet.described(file, path), bounds, channels, path)
         yield from _reported(parquet.tables(file, plan, path), plan)
 

@@ -67,10 +67,10 @@ def _stretches(log: Log) -> Iterator[dict[str, Array]]:
 
 
 def origin(log: Log) -> dict[str, str]:
-    """The version that wrote it, and the file that the numbers are from."""
+    """The version that wrote it, and the file that the numbers are from, as far as it is text."""
     return {
         "urdyn.version": __version__,
-        "urdyn.source.path": log.source.path,
+        "urdyn.source.path": log.source.path.encode(errors="replace").decode(),
         "urdyn.source.sha256": log.source.sha256,
     }
 

@@ -125,7 +125,7 @@ class Journal:
         assert self._schema is not None, "rows were written"
         options = csv.ConvertOptions(column_types=self._schema, null_values=[])  # NaN is a number
         # Arrow's own file, as `urdyn.io.sound` has its own memory: workers outlive the interpreter.
-        with pa.OSFile(str(self.path)) as stream, writing(self.path) as target:
+        with pa.OSFile(os.fsencode(self.path)) as stream, writing(self.path) as target:
             text = pa.CompressedInputStream(stream, "zstd")
             reader = csv.open_csv(text, csv.ReadOptions(block_size=GROUP), convert_options=options)
             if self._form == ".mcap":
