@@ -3,14 +3,20 @@
 from __future__ import annotations
 
 import ast
+import sys
 import xml.etree.ElementTree as ET
+from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
 from queue import Queue
+from threading import Event
+from types import SimpleNamespace
+from unittest.mock import MagicMock
 
 import pytest
 import yaml
 
 from urdyn.io.bags.joints import JOINTS
+from urdyn.io.ros2.listen import Understanding
 from urdyn.io.ros2.talk import TOPICS
 
 HERE = Path(__file__).parents[2] / "ros2" / "urdyn_ros"
@@ -45,10 +51,35 @@ def test_what_a_controller_may_act_on_is_off_unless_asked_for():
     assert not any(parameters[name] for name in ("feed_forward", "friction_scales", "set_payload"))
 
 
+@pytest.fixture
+def node_alone(monkeypatch):
+    """The node's module, with stand-ins for all that it has of ROS."""
+    parts = "rclpy", "rclpy.executors", "rclpy.node", "rclpy.qos", "rosidl_runtime_py.utilities"
+    for name in (*parts, "sensor_msgs.msg", "std_srvs.srv"):
+        for part in (name, name.partition(".")[0]):
+            monkeypatch.setitem(sys.modules, part, MagicMock(Node=object))
+    sys.modules["rclpy.executors"].ExternalShutdownException = KeyError
+    spec = spec_from_file_location("node", HERE / "urdyn_ros" / "node.py")
+    module = module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def test_two_arms_on_a_topic_end_the_node_in_a_line(node_alone, monkeypatch):
+    names = [f"{side}_{joint}" for side in ("left", "right") for joint in JOINTS]
+    hear = Understanding("joint_states")
+    ended = Event()
+    monkeypatch.setattr(node_alone, "TwinNode", lambda: MagicMock(ended=ended))
+    monkeypatch.setattr(node_alone, "follow", lambda _: ended.wait(60.0))
+    monkeypatch.setattr(
+        node_alone.rclpy, "spin", lambda _: hear(SimpleNamespace(name=names), 0.0, False)
+    )
+    with pytest.raises(SystemExit, match=r"^urdyn: joint_states: has the joints of several arms"):
+        node_alone.main()
+
+
 def test_the_node_hears_and_tells(tmp_path):
     rclpy = pytest.importorskip("rclpy", reason="ROS 2 is not sourced")
-    import sys
-
     sys.path.insert(0, str(HERE))
     from sensor_msgs.msg import JointState
     from urdyn_ros.node import TwinNode

@@ -20,6 +20,7 @@ from std_srvs.srv import Trigger
 import urdyn as ud
 from urdyn.diagnose.onlooker import Onlooker
 from urdyn.diagnose.rules import read_rules
+from urdyn.errors import UrdynError
 from urdyn.estimate import UKF
 from urdyn.io import sha256
 from urdyn.io.ros2.compose import Types
@@ -186,6 +187,8 @@ def main() -> None:
         rclpy.spin(node)
     except (KeyboardInterrupt, ExternalShutdownException):
         pass
+    except UrdynError as error:  # of a message that cannot be understood
+        failure.append(error)
     finally:
         node.ended.set()
         worker.join()
