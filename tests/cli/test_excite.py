@@ -244,3 +244,8 @@ def test_a_cell_is_what_its_document_says():
     np.testing.assert_array_equal(again.solids[0].xyz, cell.solids[0].xyz)
     with pytest.raises(InputError, match=r"\[\[box\]\]"):
         cell_of({"box": 3})
+
+
+def test_a_bench_beside_no_random_motion_is_a_usage_error() -> None:
+    done = CliRunner().invoke(app, ["bench", "excite", "--random", "0"])
+    assert done.exit_code == 2 and "--random" in done.stderr

@@ -30,7 +30,7 @@ RECORDED = "ur10e_dynamics"  # folder of recorded excitations of a UR10e
 COLUMNS = "timestamp,actual_q*6,actual_qd*6,actual_current*6,target_current*6,target_moment*6"
 AT_MOST = 120.0  # [s] that 20 s of motion may take
 
-Count = Annotated[int, typer.Option(metavar="N", help="Random trajectories.")]
+Count = Annotated[int, typer.Option(metavar="N", min=1, help="Random trajectories.")]
 Duration = Annotated[float, typer.Option(metavar="S", help="Length of every motion.")]
 Seed = Annotated[int, typer.Option(min=0, help="Of ours, and of the random ones.")]
 
@@ -112,7 +112,7 @@ def _recorded(ruler: Scale, duration: float) -> Iterator[Rated]:
 
 
 def _cuts(motion: Motion, duration: float) -> Iterator[tuple[Any, Any, Any]]:
-    """Every cut of a recording that is as long as ours, at so many moments as all are rated."""
+    """Every cut of a recording that is as long as ours, at four times as many moments."""
     for begin in np.arange(motion.t[0], motion.t[-1] - duration, WINDOW):
         rows = np.searchsorted(motion.t, np.linspace(begin, begin + duration, 4 * MOMENTS))
         rows = rows[np.isfinite(motion.a[rows]).all(axis=1)]
