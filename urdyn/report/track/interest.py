@@ -28,8 +28,8 @@ def interest(quantities: Mapping[str, Any]) -> Html:
         "Drive power: mechanical, while the drive drove the joint, averaged over the run. "
         "Friction also dissipates what gravity, inertia and other joints supply while the drive "
         "brakes, so it may take more than the drive gave. "
-        "Prediction error: r.m.s. error of the current one sample ahead, relative to the current; "
-        "beside it that of the model as commissioned.",
+        "Prediction error: r.m.s. error of the current by the model as it was tracked, relative to "
+        "the current; beside it that of the model as commissioned.",
         paragraph(_carries(quantities["payload_margin_kg"])),
         table(HEAD, [_row(joint) for joint in quantities["joints"]]),
     )
