@@ -394,3 +394,14 @@ def test_a_run_in_which_nothing_was_compared_is_not_called_steady(tmp_path):
     assert gather([short], NOW, DAY).robots[0].state == "unjudged"
     page = shown([folder])
     assert "nothing can be said of it" in page and "as commissioned" not in page
+
+
+def test_a_joint_that_nobody_could_observe_is_not_said_to_be_as_commissioned(tmp_path):
+    folder = robot(tmp_path / "blind", findings=[])
+    blind = table()
+    for quantity, sd in (("coulomb", 2.5), ("health", 0.5)):
+        name = f"elbow_joint.{quantity}.sd"
+        blind = blind.set_column(blind.column_names.index(name), name, [np.full(ROWS, sd)])
+    pq.write_table(blind, folder / "history.parquet")
+    told = sentence(gather([folder], NOW, DAY).robots[0])
+    assert "every joint but elbow, of which too little was seen, are as commissioned" in told

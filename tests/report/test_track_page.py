@@ -21,8 +21,9 @@ from tracked import (
     write,
 )
 
+from urdyn.diagnose.rules import read_rules
 from urdyn.errors import LogError
-from urdyn.report.track.change import SDS, SHARE, compare_track
+from urdyn.report.track.change import CRITICAL, SDS, SHARE, UNSURE, WARNING, compare_track
 from urdyn.report.track.history import History, Series
 from urdyn.report.track.page import track_page
 from urdyn.report.track.surprise import surprise
@@ -108,6 +109,40 @@ def test_a_change_that_went_away_again_is_steady():
     mean = np.where((np.arange(100) > 20) & (np.arange(100) < 60), 2.0, 1.0)
     found = compare_track(Series("a", "coulomb", "N·m", T[:100], mean, np.full(100, 0.01)))
     assert found.steady
+
+
+@pytest.mark.parametrize(("quantity", "then"), [("coulomb", 5.0), ("health", 1.0), ("zero", 0.0)])
+def test_what_is_too_little_known_to_show_a_critical_change_is_not_called_steady(quantity, then):
+    most = CRITICAL[quantity] * (then or 1.0) / SDS
+    for sd, word in ((0.9 * most, "steady"), (1.1 * most, UNSURE)):
+        sds = np.linspace(0.01 * most, sd, 100)
+        found = compare_track(Series("a", quantity, "-", T[:100], np.full(100, then), sds))
+        assert found.word == word and found.steady
+
+
+def test_the_verdict_claims_no_joint_that_nobody_could_observe(tmp_path):
+    table = columns()
+    for quantity in ("coulomb", "health"):
+        table[f"elbow_joint.{quantity}.sd"] = 0.4 * table[f"elbow_joint.{quantity}"]
+    table["shoulder_joint.zero.sd"] = np.full(ROWS, 0.01)
+    shown = track_page(History((write(tmp_path / "run.parquet", table),)), summary())
+    assert headline(shown).startswith(
+        "Steady: friction, damping, health and zero of every joint but shoulder (zero), elbow "
+        "(Coulomb friction, health), of which too little was seen, are as commissioned."
+    )
+    assert shown.count("0 sd, unsure") == 2
+
+
+def test_levels_are_those_of_a_diagnosis():
+    by_name = {kind.name: kind for kind in read_rules().slow}
+    for quantity, name in (
+        ("coulomb", "friction_increase"),
+        ("viscous", "viscous_friction"),
+        ("health", "health_degradation"),
+        ("zero", "encoder_offset"),
+    ):
+        kind = by_name[name]
+        assert (WARNING[quantity], CRITICAL[quantity]) == (kind.warning, kind.critical)
 
 
 def test_the_payload_is_told_with_its_interval(page):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Sequence
 from datetime import UTC, datetime
+from itertools import chain
 from pathlib import Path
 from urllib.parse import quote
 
@@ -17,10 +18,11 @@ from urdyn.report.fleet.gather import SHOWN, STATES, Fleet, Robot, Unread
 from urdyn.report.fleet.spark import Spark
 from urdyn.report.markup import Html, document, paragraph, section, table, tag, text
 from urdyn.report.names import capital, spoken
-from urdyn.report.track.change import SDS, SHARE, UNSURE, verdict
+from urdyn.report.track.change import SDS, SHARE
 from urdyn.report.track.headline import tied
 from urdyn.report.track.history import Series
 from urdyn.report.track.trace import UNSETTLED
+from urdyn.report.track.verdict import as_commissioned, verdict
 
 FLOOR = {"coulomb": (-0.1, 0.2), "health": (-0.1, 0.02)}  # [-] of change that a scale has at least
 CEILING = {"coulomb": (-0.6, 1.5), "health": (-0.6, 0.1)}  # and at most
@@ -120,16 +122,8 @@ def sentence(robot: Robot) -> str:
     if robot.state == "unjudged":
         return "Too little was compared with its model: nothing can be said of it."
     if not robot.moved:
-        sure = all(c.word != UNSURE for each in robot.changes.values() for c in each)
-        how = "are" if sure else "may be"
-        return f"Friction and health of {_judged(robot)} {how} as commissioned."
+        return as_commissioned([*chain(*robot.changes.values())], "Friction and health")
     return verdict(robot.moved, robot.clock)
-
-
-def _judged(robot: Robot) -> str:
-    """The joints that something can be said of."""
-    unseen = [spoken(c.owner) for c in robot.changes[SHOWN[0]] if not c.seen]
-    return f"every joint but {', '.join(unseen)}, not judged," if unseen else "every joint"
 
 
 def _facts(robot: Robot) -> Html:

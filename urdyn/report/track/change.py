@@ -2,28 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from urdyn.io.spans import Clock
 from urdyn.report.digits import difference, number
-from urdyn.report.names import spoken
 from urdyn.report.track.history import History, Series
 from urdyn.types import Mask
 
 SDS = 2.0  # combined standard deviations below which nothing is taken to have changed
 SHARE = 0.03  # [-] of the commissioned value, likewise
+# From where on a change matters, and where it must not grow: the diagnosis's own levels, as shares
+# of the commissioned value; of a zero [rad].
+WARNING = {"coulomb": 0.2, "viscous": 0.2, "health": 0.1, "zero": 0.002}
+CRITICAL = {"coulomb": 0.5, "viscous": 0.5, "health": 0.2, "zero": 0.01}
 WATCHED = {
     "coulomb": "Coulomb friction",
     "viscous": "viscous damping",
     "health": "health",
     "zero": "zero",
 }
-TOLD = 3  # changes that a headline has room for
-UNSURE = "unsure"  # of a change that is large enough to matter, and may be chance
-CHANGED = "Changed: "  # a verdict begins with, where something did
+UNSURE = "unsure"  # of what may have changed: enough to count, or more than its interval shows
 
 
 @dataclass(frozen=True)
@@ -53,13 +53,27 @@ class Change:
         if not self.steady:
             return ""
         small = not self.then or abs(self.now / self.then - 1.0) < SHARE
-        return "steady" if small else UNSURE
+        return "steady" if small and self.shows else UNSURE
+
+    @property
+    def shows(self) -> bool:
+        """Enough is known for a change up to the critical level to be told from nothing."""
+        return self.seen and SDS * self.sd <= self._level(CRITICAL)
+
+    @property
+    def matters(self) -> bool:
+        """It surely changed, beyond the level of a warning."""
+        return not self.steady and abs(self.now - self.then) > self._level(WARNING)
+
+    @property
+    def sd(self) -> float:
+        """Of the change."""
+        return float(np.hypot(self.then_sd, self.now_sd))
 
     @property
     def z(self) -> float:
         """Change in combined standard deviations."""
-        sd = float(np.hypot(self.then_sd, self.now_sd))
-        return (self.now - self.then) / sd if sd else 0.0
+        return (self.now - self.then) / self.sd if self.sd else 0.0
 
     @property
     def amount(self) -> str:
@@ -69,6 +83,11 @@ class Change:
         if not self.then:
             return "–"
         return difference(self.now / self.then - 1.0)
+
+    def _level(self, levels: Mapping[str, float]) -> float:
+        """One of WARNING or CRITICAL, in the unit of the quantity; none as a share of nothing."""
+        level = levels[self.quantity]
+        return level if self.quantity == "zero" else level * abs(self.then) or np.inf
 
 
 def compare_track(series: Series, seen: bool = True) -> Change:
@@ -108,29 +127,6 @@ def changes(history: History, unjudged: Sequence[str] = ()) -> list[Change]:
         for quantity in WATCHED
         if history.holds(joint, quantity)
     ]
-
-
-def verdict(found: Sequence[Change], clock: Clock) -> str:
-    """What changed most and since when, in one sentence."""
-    moved = sorted((c for c in found if not c.steady), key=lambda c: -abs(c.z))
-    if not moved:
-        return _unmoved(found)
-    told = "; ".join(
-        f"{spoken(c.owner)} {WATCHED[c.quantity]} {c.amount} since {clock(c.since)}"
-        for c in moved[:TOLD]
-    )
-    rest = len(moved) - TOLD
-    return f"{CHANGED}{told}{f'; and {rest} more' if rest > 0 else ''}."
-
-
-def _unmoved(found: Sequence[Change]) -> str:
-    """That nothing surely changed of what was looked at."""
-    unseen = dict.fromkeys(spoken(c.owner) for c in found if not c.seen)
-    but = f" but {', '.join(unseen)}, of which too little was seen," if unseen else ""
-    of = f"friction, damping, health and zero of every joint{but}"
-    if any(c.word == UNSURE for c in found):
-        return f"No change is sure: {of} may be as commissioned."
-    return f"Steady: {of} are as commissioned."
 
 
 def signed(value: float) -> str:

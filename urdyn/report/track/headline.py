@@ -16,10 +16,11 @@ from urdyn.report.findings import ranked, unjudged
 from urdyn.report.markup import Html, cell, facts, grid, join, paragraph, table, tag, text
 from urdyn.report.names import QUANTITIES, capital, maker, spoken
 from urdyn.report.setting import set_to
-from urdyn.report.track.change import CHANGED, SDS, SHARE, TOLD, WATCHED, Change, verdict
+from urdyn.report.track.change import CRITICAL, SDS, SHARE, WATCHED, Change
 from urdyn.report.track.history import PAYLOAD, History
 from urdyn.report.track.payload import carried
 from urdyn.report.track.surprise import Surprise, trust_track
+from urdyn.report.track.verdict import CHANGED, TOLD, verdict
 
 UNIT = re.compile(
     r"(?<=\d) (?=±|%|kg\b|s\b|min\b|h\b|d\b|mrad\b)|(?<=±) |(?<=\d) (?=to \d)|(?<=to) (?=\d)"
@@ -32,8 +33,10 @@ PARTS = (
     "friction is one part of that, and may change by more or less."
 )
 STEADY = (
-    f"Steady means within {percent(SHARE)} of the commissioned value, unsure further from it but "
-    f"by less than {SDS:.0f} combined standard deviations (sd)."
+    f"Steady means within {percent(SHARE)} of the commissioned value; unsure, further from it but "
+    f"by less than {SDS:.0f} combined standard deviations (sd), or so little known that a change "
+    f"of friction by {percent(CRITICAL['coulomb'])} or of health by {percent(CRITICAL['health'])} "
+    "would not show."
 )
 
 

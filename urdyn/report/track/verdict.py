@@ -1,0 +1,54 @@
+"""What changed since the arm was commissioned, or that nothing did, in words."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from urdyn.io.spans import Clock
+from urdyn.report.names import spoken
+from urdyn.report.track.change import UNSURE, WATCHED, Change
+
+TOLD = 3  # changes that a headline has room for
+CHANGED = "Changed: "  # a verdict begins with, where something did
+
+
+def verdict(found: Sequence[Change], clock: Clock) -> str:
+    """What changed most and since when, in one sentence."""
+    moved = sorted((c for c in found if not c.steady), key=lambda c: -abs(c.z))
+    if not moved:
+        return _unmoved(found)
+    told = "; ".join(
+        f"{spoken(c.owner)} {WATCHED[c.quantity]} {c.amount} since {clock(c.since)}"
+        for c in moved[:TOLD]
+    )
+    rest = len(moved) - TOLD
+    return f"{CHANGED}{told}{f'; and {rest} more' if rest > 0 else ''}."
+
+
+def _unmoved(found: Sequence[Change]) -> str:
+    """That nothing surely changed of what was looked at."""
+    told = as_commissioned(found, "friction, damping, health and zero")
+    return f"Steady: {told}" if sure(found) else f"No change is sure: {told}"
+
+
+def as_commissioned(found: Sequence[Change], what: str) -> str:
+    """That all of it is as it was, or may be; and of which joints this cannot be said."""
+    unseen = ", ".join(_unseen(found))
+    but = f" but {unseen}, of which too little was seen," if unseen else ""
+    return f"{what} of every joint{but} {'are' if sure(found) else 'may be'} as commissioned."
+
+
+def sure(found: Sequence[Change]) -> bool:
+    """Nothing seems to have changed of what was seen well enough to tell."""
+    return all(c.word != UNSURE or not c.shows for c in found)
+
+
+def _unseen(found: Sequence[Change]) -> Iterator[str]:
+    """Joints of which a change would not show; where that is so of some quantities only, which."""
+    for owner in dict.fromkeys(c.owner for c in found):
+        own = [c for c in found if c.owner == owner]
+        hidden = [WATCHED[c.quantity] for c in own if not c.shows]
+        if len(hidden) == len(own):
+            yield spoken(owner)
+        elif hidden:
+            yield f"{spoken(owner)} ({', '.join(hidden)})"
