@@ -81,6 +81,17 @@ def test_nothing_found_is_said_first(history):
     assert "No trend is established in the friction or drive health of any joint." in html
 
 
+@pytest.mark.parametrize(("slipped", "told"), [(0.0015, False), (0.023, True)])
+def test_what_changed_beyond_a_warning_is_not_left_without_a_word(tmp_path, slipped, told):
+    table = columns()
+    table["elbow_joint.zero"] -= np.where(table["t"] > table["t"][3000], slipped, 0.0)
+    html = page(write(tmp_path / "history.parquet", table))
+    assert said(html, "said").startswith("Tracked parameters, changed: elbow zero −")
+    advice = said(html, "advice")
+    assert ("but check elbow zero: changed by more than a warning takes" in advice) == told
+    assert advice == "Leave it at work." or told
+
+
 def test_what_too_little_was_seen_of_is_neither_well_nor_steady(history):
     nothing = track_page(History((history,)), summary(**diagnosed(judged=False)))
     assert said(nothing, "headline") == "Too little was compared in 60.0 s to judge."

@@ -20,7 +20,7 @@ from urdyn.report.track.change import CRITICAL, SDS, SHARE, WATCHED, Change
 from urdyn.report.track.history import PAYLOAD, History
 from urdyn.report.track.payload import carried
 from urdyn.report.track.surprise import Surprise, trust_track
-from urdyn.report.track.verdict import CHANGED, TOLD, verdict
+from urdyn.report.track.verdict import CHANGED, TOLD, concern, verdict
 
 UNIT = re.compile(
     r"(?<=\d) (?=±|%|kg\b|s\b|min\b|h\b|d\b|mrad\b)|(?<=±) |(?<=\d) (?=to \d)|(?<=to) (?=\d)"
@@ -60,7 +60,7 @@ def track_headline(
     return join(
         [
             tag("h1", text(f"{maker(str(summary['robot']))} · tracked dynamics")),
-            *(_diagnosed(history, summary, judged) if diagnosed else []),
+            *(_diagnosed(history, summary, judged, concern(found)) if diagnosed else []),
             *([paragraph(tied(moved), "said" if diagnosed else "headline")] if moved else []),
             paragraph(tied(f"{trust_track(surprised)} {STEADY} {_hold(surprised)}"), "lead"),
             grid(*(_table(found, quantity) for quantity in TABLED)),
@@ -83,12 +83,12 @@ def _hold(surprised: Surprise) -> str:
     return "Intervals hold 90 %."
 
 
-def _diagnosed(history: History, summary: Mapping[str, Any], judged: bool) -> list[Html]:
-    """Is anything wrong, since when, and what to do."""
+def _diagnosed(history: History, summary: Mapping[str, Any], judged: bool, look: str) -> list[Html]:
+    """Is anything wrong, since when, and what to do; `look` at what changed is a part of that."""
     found, advice = ranked(summary["findings"]), summary["recommendation"]
     time = history.clock
     if not found:
-        return _nothing_found(summary, time(summary["data_s"]), judged)
+        return _nothing_found(summary, time(summary["data_s"]), judged, look)
     told = " ".join(_sentence(f, time, history.start) for f in found[:TOLD])
     rest = f" And {len(found) - TOLD} more, below." if len(found) > TOLD else ""
     said = advice["text"]
@@ -99,9 +99,10 @@ def _diagnosed(history: History, summary: Mapping[str, Any], judged: bool) -> li
     return [*doubt, paragraph(tied(f"{told}{rest}"), "headline"), do]
 
 
-def _nothing_found(summary: Mapping[str, Any], lasted: str, judged: bool) -> list[Html]:
+def _nothing_found(summary: Mapping[str, Any], lasted: str, judged: bool, look: str) -> list[Html]:
     """That nothing is wrong, of what was seen well enough to tell."""
-    told, todo = f"Nothing wrong was found in {lasted}.", "Leave it at work."
+    told = f"Nothing wrong was found in {lasted}."
+    todo = f"Leave it at work, but {look}." if look else "Leave it at work."
     if not judged:
         told = f"Too little was compared in {lasted} to judge."
         todo = "Track it for longer, while its joints move."

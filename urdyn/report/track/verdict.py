@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 
 from urdyn.io.spans import Clock
 from urdyn.report.names import spoken
@@ -14,15 +14,33 @@ CHANGED = "Changed: "  # a verdict begins with, where something did
 
 def verdict(found: Sequence[Change], clock: Clock) -> str:
     """What changed most and since when, in one sentence."""
-    moved = sorted((c for c in found if not c.steady), key=lambda c: -abs(c.z))
+    moved = _most_first(c for c in found if not c.steady)
     if not moved:
         return _unmoved(found)
-    told = "; ".join(
-        f"{spoken(c.owner)} {WATCHED[c.quantity]} {c.amount} since {clock(c.since)}"
-        for c in moved[:TOLD]
-    )
+    told = "; ".join(f"{_named(c)} {c.amount} since {clock(c.since)}" for c in moved[:TOLD])
+    return f"{CHANGED}{told}{_rest(moved)}."
+
+
+def concern(found: Sequence[Change]) -> str:
+    """What is to be looked at though no fault was found; "" where nothing is."""
+    moved = _most_first(c for c in found if c.matters)
+    named = "; ".join(map(_named, moved[:TOLD]))
+    how = "changed by more than a warning takes, and no finding says why"
+    return f"check {named}{_rest(moved)}: {how}" if moved else ""
+
+
+def _most_first(moved: Iterable[Change]) -> list[Change]:
+    return sorted(moved, key=lambda c: -abs(c.z))
+
+
+def _named(c: Change) -> str:
+    return f"{spoken(c.owner)} {WATCHED[c.quantity]}"
+
+
+def _rest(moved: Sequence[Change]) -> str:
+    """That there is more than a headline has room for."""
     rest = len(moved) - TOLD
-    return f"{CHANGED}{told}{f'; and {rest} more' if rest > 0 else ''}."
+    return f"; and {rest} more" if rest > 0 else ""
 
 
 def _unmoved(found: Sequence[Change]) -> str:
