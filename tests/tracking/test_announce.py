@@ -65,6 +65,11 @@ def test_a_limit_counts_once_it_is_surely_crossed(grade):
         assert statuses(unsure, THREE)[1].level == Level.OK
 
 
+def test_an_interval_holds_ninety_per_cent_as_everywhere():
+    pan, _, _ = statuses(snapshot(sd=0.172), THREE)
+    assert dict(pan.values)["coulomb"] == "3 ± 0.28 N·m"  # 1.645 sd
+
+
 def test_findings_are_lines_of_their_joints():
     _, elbow, arm = statuses(snapshot(), THREE, [FINDING], "20235")
     assert elbow.level == arm.level == Level.WARN

@@ -77,7 +77,8 @@ def _worst(own: Status, findings: Sequence[Status]) -> Status:
 
 
 def _values(now: Snapshot, part: str) -> tuple[tuple[str, str], ...]:
+    """Estimates with their 90 % intervals, as everywhere."""
     return tuple(
-        (name, f"{value:.4g} ± {now.sd[part][name]:.2g} {now.units[name]}")
+        (name, f"{value:.4g} ± {NORMAL90 * now.sd[part][name]:.2g} {now.units[name]}")
         for name, value in now.mean[part].items()
     )
