@@ -78,6 +78,11 @@ def test_a_constant_run_is_steady(page):
     assert "outside" not in LIBRARY.sub("", page).split("<body>")[1].split("<section>")[0]
 
 
+def test_an_interval_that_allows_for_another_day_is_not_called_that_of_commissioning(page):
+    assert "now / commissioned" not in page and page.count("now / expected") == 3
+    assert "its interval is wider than at commissioning" in page
+
+
 @pytest.mark.parametrize(
     ("quantity", "word"), [("coulomb", "Coulomb friction"), ("health", "health")]
 )

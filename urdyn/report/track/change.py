@@ -34,7 +34,7 @@ class Change:
     quantity: str
     unit: str
     then: float
-    then_sd: float
+    then_sd: float  # of a healthy arm on another day, wider than the twin's own
     now: float
     now_sd: float
     since: float  # [s] into the run, from when it stayed changed; NaN where steady

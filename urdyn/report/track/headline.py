@@ -32,11 +32,12 @@ PARTS = (
     " The size of a friction finding is the increase of all friction of its joint; Coulomb "
     "friction is one part of that, and may change by more or less."
 )
-STEADY = (
-    f"Steady means within {percent(SHARE)} of the commissioned value; unsure, further from it but "
-    f"by less than {SDS:.0f} combined standard deviations (sd), or so little known that a change "
-    f"of friction by {percent(CRITICAL['coulomb'])} or of health by {percent(CRITICAL['health'])} "
-    "would not show."
+READ = (  # how the tables are read
+    "Expected is the commissioned value; its interval is wider than at commissioning, by what a "
+    f"healthy arm strays from day to day. Steady means within {percent(SHARE)} of it; unsure, "
+    f"further from it but by less than {SDS:.0f} combined standard deviations (sd), or so little "
+    f"known that a change of friction by {percent(CRITICAL['coulomb'])} or of health by "
+    f"{percent(CRITICAL['health'])} would not show."
 )
 
 
@@ -62,7 +63,7 @@ def track_headline(
             tag("h1", text(f"{maker(str(summary['robot']))} · tracked dynamics")),
             *(_diagnosed(history, summary, judged, concern(found)) if diagnosed else []),
             *([paragraph(tied(moved), "said" if diagnosed else "headline")] if moved else []),
-            paragraph(tied(f"{trust_track(surprised)} {STEADY} {_hold(surprised)}"), "lead"),
+            paragraph(tied(f"{trust_track(surprised)} {READ} {_hold(surprised)}"), "lead"),
             grid(*(_table(found, quantity) for quantity in TABLED)),
             facts(_facts(summary, history.clock)),
         ]
@@ -137,7 +138,7 @@ def _table(found: Sequence[Change], quantity: str) -> Html:
     return tag(
         "div",
         tag("h3", text(f"{QUANTITIES.get(quantity, quantity)} [{unit}]")),
-        table(["", "now / commissioned", "change"], [_row(c) for c in rows]),
+        table(["", "now / expected", "change"], [_row(c) for c in rows]),
     )
 
 
