@@ -16,8 +16,8 @@ from tracked import diagnosed, growing
 
 from urdyn.diagnose.document import findings_document
 from urdyn.faults.decision import Costs
-from urdyn.report.fleet.gather import gather, names, told
-from urdyn.report.fleet.page import fleet_page, headline, sentence
+from urdyn.report.fleet.gather import STATES, gather, names, told
+from urdyn.report.fleet.page import WORDS, fleet_page, headline, sentence, state
 
 HOSTILE = "<img src=x onerror=alert(1)>"
 JOINTS = ("shoulder_joint", "elbow_joint")
@@ -27,14 +27,21 @@ NOW = 1e9  # [s]
 DAY = 86400.0
 
 
-def table(friction: float = 1.0, health: float = 1.0, surprise: float = 1.0) -> pa.Table:
-    """A run in which the elbow's friction and health end at these shares of what they were."""
+def table(
+    friction: float = 1.0, health: float = 1.0, surprise: float = 1.0, slip: float = 0.0
+) -> pa.Table:
+    """A run in which the elbow's friction and health end at these shares of what they were.
+
+    Args:
+        slip: [rad] by which its zero does so elsewhere.
+    """
     columns = {"t": T}
     for joint in JOINTS:
         ends = (friction, health) if joint == "elbow_joint" else (1.0, 1.0)
         for name, start, end in zip(("coulomb", "health"), (5.0, 1.0), ends, strict=True):
             columns[f"{joint}.{name}"] = start * np.linspace(1.0, end, ROWS)
             columns[f"{joint}.{name}.sd"] = np.full(ROWS, 0.002 * start)
+    columns |= {"elbow_joint.zero": slip * (T > 600.0), "elbow_joint.zero.sd": np.full(ROWS, 5e-4)}
     measured = np.full(ROWS, len(JOINTS))
     told = {"nis": surprise * measured, "measured": measured, "widened": np.zeros(ROWS, bool)}
     return pa.table(columns | told)
@@ -405,3 +412,35 @@ def test_a_joint_that_nobody_could_observe_is_not_said_to_be_as_commissioned(tmp
     pq.write_table(blind, folder / "history.parquet")
     told = sentence(gather([folder], NOW, DAY).robots[0])
     assert "every joint but elbow, of which too little was seen, are as commissioned" in told
+
+
+def test_what_nobody_diagnosed_is_not_called_steady(tmp_path):
+    asked = [robot(tmp_path / "calm", findings=[]), robot(tmp_path / "raw")]
+    fleet = gather(asked, NOW, DAY)
+    calm, raw = sorted(fleet.robots, key=lambda r: r.name)
+    assert (state(calm), state(raw)) == ("steady", "undiagnosed")
+    assert headline(fleet) == "1 not diagnosed (raw); 1 steady."
+    assert sentence(raw) == f"Not diagnosed. {sentence(calm)}"
+    page = shown(asked)
+    assert ">not diagnosed<" in page and page.index("raw/report") < page.index("calm/report")
+    worn = gather([robot(tmp_path / "worn", friction=1.5)], NOW, DAY).robots[0]
+    assert sentence(worn).startswith("Not diagnosed. Changed: elbow Coulomb friction +50 %")
+
+
+@pytest.mark.parametrize(("slip", "told"), [(-0.0015, False), (-0.023, True)])
+def test_a_zero_that_slipped_is_told_though_no_line_shows_it(tmp_path, slip, told):
+    asked = [
+        robot(tmp_path / "strange", findings=[], surprise=5.0),
+        robot(tmp_path / "slipped", findings=[], slip=slip),
+    ]
+    fleet = gather(asked, NOW, DAY)
+    slipped = next(r for r in fleet.robots if r.name == "slipped")
+    assert state(slipped) == ("changed" if told else "steady")
+    assert ("Changed: elbow zero −23 mrad since 100 s." in sentence(slipped)) == told
+    assert ("1 changed (slipped)" in headline(fleet)) == told
+    page = shown(asked)
+    assert (page.index("slipped/report") < page.index("strange/report")) == told
+
+
+def test_words_are_as_urgent_as_states():
+    assert [word for word in WORDS if word != "undiagnosed"] == list(STATES)

@@ -16,6 +16,7 @@ from urdyn.report.finding_words import lasting
 from urdyn.report.finding_words import sentence as found
 from urdyn.report.fleet.gather import SHOWN, STATES, Fleet, Robot, Unread
 from urdyn.report.fleet.spark import Spark
+from urdyn.report.fleet.unshown import unshown
 from urdyn.report.markup import Html, document, paragraph, section, table, tag, text
 from urdyn.report.names import capital, spoken
 from urdyn.report.track.change import SDS, SHARE
@@ -38,6 +39,7 @@ WORDS = {
     "changed": "changed",
     "surprised": "not understood by their models",
     "unjudged": "not judged",
+    "undiagnosed": "not diagnosed",
     "steady": "steady",
 }
 BADGE = {
@@ -46,6 +48,7 @@ BADGE = {
     "service_later": "to be planned",
     "surprised": "not understood",
     "unjudged": "not judged",
+    "undiagnosed": "not diagnosed",
     "found": "finding",
 }
 MOST = 2  # findings that a row has room for
@@ -61,7 +64,7 @@ def fleet_page(fleet: Fleet, out: Path) -> str:
         tag("h1", text(f"fleet · {_count(len(fleet.robots), 'robot')}")),
         paragraph(tied(headline(fleet)), "headline"),
         paragraph(tied(_lead(scales)), "lead"),
-        *(_row(robot, scales, out) for robot in fleet.robots),
+        *(_row(robot, scales, out) for robot in sorted(fleet.robots, key=_rank)),
         *([_unread(fleet.unread)] if fleet.unread else []),
     )
 
@@ -69,11 +72,11 @@ def fleet_page(fleet: Fleet, out: Path) -> str:
 def headline(fleet: Fleet) -> str:
     """How many robots are how, the worst named first."""
     parts = []
-    for state in STATES:
-        names = [robot.name for robot in fleet.robots if robot.state == state]
+    for which, words in WORDS.items():
+        names = [robot.name for robot in fleet.robots if state(robot) == which]
         if names:
             told = f" ({', '.join(names[:3])}{', …' if len(names) > 3 else ''})"
-            parts.append(f"{len(names)} {WORDS[state]}{'' if state == 'steady' else told}")
+            parts.append(f"{len(names)} {words}{'' if which == 'steady' else told}")
     stale = [robot.name for robot in fleet.robots if robot.stale]
     sentences = ["; ".join(parts)] if parts else []
     if stale:
@@ -96,7 +99,7 @@ def _lead(scales: dict[str, Scale]) -> str:
 
 
 def _row(robot: Robot, scales: dict[str, Scale], out: Path) -> Html:
-    head = tag("h2", _link(robot, out), *(_badge(state) for state in _states(robot)))
+    head = tag("h2", _link(robot, out), *map(_badge, _states(robot)))
     joints = zip(robot.joints, *(robot.series[what] for what in SHOWN), strict=True)
     grid = tag(
         "div",
@@ -107,11 +110,30 @@ def _row(robot: Robot, scales: dict[str, Scale], out: Path) -> Html:
         kind="joints",
     )
     words = tag("div", head, paragraph(tied(sentence(robot)), "said"), _facts(robot), kind="who")
-    return tag("section", words, grid, kind=f"robot {robot.state}")
+    return tag("section", words, grid, kind=f"robot {state(robot)}")
+
+
+def state(robot: Robot) -> str:
+    """One of WORDS: by all that changed, drawn or not, and not steady if nobody diagnosed it."""
+    if STATES.index(robot.state) > STATES.index("changed") and unshown(robot):
+        return "changed"
+    calm = robot.findings is None and robot.state == "steady"
+    return "undiagnosed" if calm else robot.state
+
+
+def _rank(robot: Robot) -> int:
+    """The more urgent, the lower; robots of a state stay as they were gathered."""
+    return list(WORDS).index(state(robot))
 
 
 def sentence(robot: Robot) -> str:
-    """What is found on a robot, or that nothing is."""
+    """What is found on a robot, or that nothing is, or that nobody has looked."""
+    told = _told(robot)
+    return f"Not diagnosed. {told}" if robot.findings is None else told
+
+
+def _told(robot: Robot) -> str:
+    """What its diagnosis says, or else what its history does."""
     if robot.findings:
         told = [found(f, robot.start, robot.clock) for f in robot.findings[:MOST]]
         rest = len(robot.findings) - MOST
@@ -119,11 +141,11 @@ def sentence(robot: Robot) -> str:
         said = ". ".join(map(capital, told))
         doubt = f"{capital(robot.doubt)}: " if robot.doubt else ""
         return f"{doubt}{said}{more}."
+    if moved := [*robot.moved, *unshown(robot)]:
+        return verdict(moved, robot.clock)
     if robot.state == "unjudged":
         return "Too little was compared with its model: nothing can be said of it."
-    if not robot.moved:
-        return as_commissioned([*chain(*robot.changes.values())], "Friction and health")
-    return verdict(robot.moved, robot.clock)
+    return as_commissioned([*chain(*robot.changes.values())], "Friction and health")
 
 
 def _facts(robot: Robot) -> Html:
@@ -134,7 +156,6 @@ def _facts(robot: Robot) -> Html:
         *([f"health index {lasting(robot.arm)}"] if robot.arm else []),
         f"written {_date(robot.written)}",
         *([] if robot.finished else ["unfinished: it runs, or was killed"]),
-        *([] if robot.findings is not None else ["not diagnosed"]),
         *([robot.source] if robot.source else []),
     ]
     return paragraph(tied(" · ".join(facts)), "note")
@@ -154,11 +175,11 @@ def _link(robot: Robot, out: Path) -> Html:
 
 
 def _states(robot: Robot) -> list[str]:
-    return [robot.state, *(["stale"] if robot.stale else [])]
+    return [state(robot), *(["stale"] if robot.stale else [])]
 
 
-def _badge(state: str) -> Html:
-    return tag("span", text(BADGE.get(state, state)), kind=f"state {state}")
+def _badge(word: str) -> Html:
+    return tag("span", text(BADGE.get(word, word)), kind=f"state {word}")
 
 
 def _cell(robot: Robot, series: Series, scales: dict[str, Scale]) -> Html:
