@@ -24,7 +24,7 @@ def verdict(found: Sequence[Change], clock: Clock) -> str:
 def concern(found: Sequence[Change]) -> str:
     """What is to be looked at though no fault was found; "" where nothing is."""
     moved = _most_first(c for c in found if c.matters)
-    named = "; ".join(map(_named, moved[:TOLD]))
+    named = ", ".join(map(_named, moved[:TOLD]))
     how = "changed by more than a warning takes, and no finding says why"
     return f"check {named}{_rest(moved)}: {how}" if moved else ""
 
