@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -16,14 +16,14 @@ from urdyn.io.spans import Clock, clock
 from urdyn.report.findings import RANKS, Arm, gravity, read_findings, urgency
 from urdyn.report.findings import told as as_told
 from urdyn.report.traces import downsample
-from urdyn.report.track.change import Change, compare_track
+from urdyn.report.track.change import WATCHED, Change, compare_track
 from urdyn.report.track.history import History, Series, find_history
 
 SHOWN = ("coulomb", "health")  # of every joint
 # Most urgent first.
 STATES = (
     "service_now", "critical", "doubted", "service_later", "warning", "found", "acknowledged",
-    "changed", "surprised", "unjudged", "steady",
+    "changed", "surprised", "unjudged", "undiagnosed", "steady",
 )  # fmt: skip
 POINTS = 160  # of a line that is as long as a word
 
@@ -50,6 +50,7 @@ class Robot:
     stale: bool
     series: Mapping[str, tuple[Series, ...]]  # of SHOWN, thinned: a fleet's days fill a memory
     changes: Mapping[str, tuple[Change, ...]]  # now beside commissioned
+    unshown: tuple[Change, ...]  # damping and zeros that changed beyond the level of a warning
 
     @property
     def clock(self) -> Clock:
@@ -58,9 +59,9 @@ class Robot:
 
     @property
     def moved(self) -> list[Change]:
-        """What changed, most first."""
+        """What changed, most first, but for what no line shows: that is last."""
         told = [c for changes in self.changes.values() for c in changes if not c.steady]
-        return sorted(told, key=lambda c: -abs(c.z))
+        return [*sorted(told, key=lambda c: -abs(c.z)), *self.unshown]
 
     @property
     def health(self) -> float:
@@ -76,7 +77,9 @@ class Robot:
             return "changed"
         if not self.judged:
             return "unjudged"
-        return "surprised" if self.surprise > MISSES else "steady"
+        if self.surprise > MISSES:
+            return "surprised"
+        return "undiagnosed" if self.findings is None else "steady"
 
     @property
     def urgency(self) -> tuple[float, ...]:
@@ -166,7 +169,16 @@ def _robot(folder: Path, name: str, now: float, stale: float) -> Robot:
         age > stale,
         {what: tuple(series for series, _ in each) for what, each in pairs.items()},
         {what: tuple(change for _, change in each) for what, each in pairs.items()},
+        tuple(c for c in map(compare_track, _undrawn(run)) if c.matters),
     )
+
+
+def _undrawn(run: History) -> Iterator[Series]:
+    """What is watched of every joint, and no line shows."""
+    for joint in run.joints:
+        for quantity in WATCHED:
+            if quantity not in SHOWN and run.holds(joint, quantity):
+                yield run.series(joint, quantity)
 
 
 def _state(findings: Sequence[Entry], due: str, doubted: bool) -> str:

@@ -14,9 +14,8 @@ import numpy as np
 from urdyn.report.digits import MISSING, difference, number, percent
 from urdyn.report.finding_words import lasting
 from urdyn.report.finding_words import sentence as found
-from urdyn.report.fleet.gather import SHOWN, STATES, Fleet, Robot, Unread
+from urdyn.report.fleet.gather import SHOWN, Fleet, Robot, Unread
 from urdyn.report.fleet.spark import Spark
-from urdyn.report.fleet.unshown import unshown
 from urdyn.report.markup import Html, document, paragraph, section, table, tag, text
 from urdyn.report.names import capital, spoken
 from urdyn.report.track.change import SDS, SHARE
@@ -64,7 +63,7 @@ def fleet_page(fleet: Fleet, out: Path) -> str:
         tag("h1", text(f"fleet · {_count(len(fleet.robots), 'robot')}")),
         paragraph(tied(headline(fleet)), "headline"),
         paragraph(tied(_lead(scales)), "lead"),
-        *(_row(robot, scales, out) for robot in sorted(fleet.robots, key=_rank)),
+        *(_row(robot, scales, out) for robot in fleet.robots),
         *([_unread(fleet.unread)] if fleet.unread else []),
     )
 
@@ -73,7 +72,7 @@ def headline(fleet: Fleet) -> str:
     """How many robots are how, the worst named first."""
     parts = []
     for which, words in WORDS.items():
-        names = [robot.name for robot in fleet.robots if state(robot) == which]
+        names = [robot.name for robot in fleet.robots if robot.state == which]
         if names:
             told = f" ({', '.join(names[:3])}{', …' if len(names) > 3 else ''})"
             parts.append(f"{len(names)} {words}{'' if which == 'steady' else told}")
@@ -110,20 +109,7 @@ def _row(robot: Robot, scales: dict[str, Scale], out: Path) -> Html:
         kind="joints",
     )
     words = tag("div", head, paragraph(tied(sentence(robot)), "said"), _facts(robot), kind="who")
-    return tag("section", words, grid, kind=f"robot {state(robot)}")
-
-
-def state(robot: Robot) -> str:
-    """One of WORDS: by all that changed, drawn or not, and not steady if nobody diagnosed it."""
-    if STATES.index(robot.state) > STATES.index("changed") and unshown(robot):
-        return "changed"
-    calm = robot.findings is None and robot.state == "steady"
-    return "undiagnosed" if calm else robot.state
-
-
-def _rank(robot: Robot) -> int:
-    """The more urgent, the lower; robots of a state stay as they were gathered."""
-    return list(WORDS).index(state(robot))
+    return tag("section", words, grid, kind=f"robot {robot.state}")
 
 
 def sentence(robot: Robot) -> str:
@@ -141,8 +127,8 @@ def _told(robot: Robot) -> str:
         said = ". ".join(map(capital, told))
         doubt = f"{capital(robot.doubt)}: " if robot.doubt else ""
         return f"{doubt}{said}{more}."
-    if moved := [*robot.moved, *unshown(robot)]:
-        return verdict(moved, robot.clock)
+    if robot.moved:
+        return verdict(robot.moved, robot.clock)
     if robot.state == "unjudged":
         return "Too little was compared with its model: nothing can be said of it."
     return as_commissioned([*chain(*robot.changes.values())], "Friction and health")
@@ -175,7 +161,7 @@ def _link(robot: Robot, out: Path) -> Html:
 
 
 def _states(robot: Robot) -> list[str]:
-    return [state(robot), *(["stale"] if robot.stale else [])]
+    return [robot.state, *(["stale"] if robot.stale else [])]
 
 
 def _badge(word: str) -> Html:
