@@ -258,3 +258,14 @@ def test_a_log_in_other_units_or_of_another_arm_is_no_log_of_this_one(
     for judge in (validate, diagnose, lambda fit, log: identify(fit.dynamics.arm, condition(log))):
         with pytest.raises(UrdynError, match=said):
             judge(identified, log)
+
+
+def test_one_joint_whose_columns_are_anothers_is_doubted_by_name(
+    all_knowing: Fit, noisy: Log
+) -> None:
+    assert not another(all_knowing, [validate(all_knowing, noisy)])
+    current = noisy.joint("actual_current").copy()
+    current[:, 2] = current[:, 1]
+    log = Log(noisy.t, {**noisy.channels, "actual_current": current})
+    doubt = another(all_knowing, [validate(all_knowing, log)])
+    assert doubt.startswith("In elbow intervals") and "columns are another joint's" in doubt

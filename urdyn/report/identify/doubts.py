@@ -25,6 +25,10 @@ UNEXPLAINED = (
     "another order of the joints, or of another quantity, sign or zero; do not use this twin "
     "before that is known"
 )
+STRANGE = (
+    "In {} intervals for 90 % of the currents hold less than half of that: it has changed since it "
+    "was commissioned, or its columns are another joint's, or of another sign"
+)
 SLOPES = (
     "no velocities are in {}: they were taken from the angles, which are not fine enough to tell "
     "accelerations well; record actual_qd"
@@ -44,12 +48,14 @@ def doubts(fit: Fit, scores: Sequence[Score]) -> list[str]:
 
 
 def another(fit: Fit, scores: Sequence[Score]) -> str:
-    """What to make of intervals that hold little in most joints; "" where they hold what is due."""
+    """What to make of intervals that hold little; "" where they hold what is due."""
     held = pool(fit, telling(fit, scores)).coverage
     short, told = held < LITTLE * LEVEL, int(np.isfinite(held).sum())
     count = int(np.count_nonzero(short))
-    if 2 * count <= told:
+    if not count:
         return ""
+    if 2 * count <= told:
+        return STRANGE.format(_named(fit, short))
     return (
         f"In {count} of {told} joints intervals for 90 % of the currents hold less than half of "
         f"that: this is not this arm's twin, or the arm carried something, or currents are not in A"
