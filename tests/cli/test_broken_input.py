@@ -138,6 +138,7 @@ BROKEN: dict[str, tuple[str, Text | None]] = {
     ),
     "validated log absent": ("validate {twin} {tmp}/none.csv", None),
     "validated log empty": ("validate {twin} {tmp}/x", literally("")),
+    "validated log too short": ("validate {twin} {tmp}/x", log(lambda rows: rows[:100])),
     "validated rows reversed": ("validate {twin} {log} --rows 9:3", None),
     "validation into a file": ("validate {twin} {log} --out {tmp}/x", literally("mine")),
     # campaigns

@@ -13,6 +13,7 @@ from urdyn.cli.verdict import verdict
 from urdyn.diagnose import diagnose
 from urdyn.errors import UrdynError
 from urdyn.identify import Fit, Noise, identify, validate
+from urdyn.identify.enough import MIN_ROWS
 from urdyn.identify.scoring import FLOOR_BAND, interval, noise_floor
 from urdyn.model.dynamics import Dynamics
 from urdyn.report.identify.doubts import another
@@ -218,6 +219,12 @@ def test_a_channel_that_was_not_recorded_has_no_score(all_knowing: Fit, noisy: L
     kept = {name: noisy.channels[name] for name in ("actual_q", "actual_qd", "actual_current")}
     score = validate(all_knowing, Log(noisy.t, kept))
     assert np.isnan(score.target_rre_percent).all() and np.isfinite(score.rre_percent).all()
+
+
+def test_a_few_rows_with_a_current_are_no_score(all_knowing: Fit, noisy: Log) -> None:
+    few = slice(MIN_ROWS - 1, None)
+    with pytest.raises(UrdynError, match="199 rows with a current are too few; record at least"):
+        validate(all_knowing, holed(noisy, "actual_current", few))
 
 
 @pytest.mark.filterwarnings("error")

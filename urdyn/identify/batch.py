@@ -10,6 +10,7 @@ from threadpoolctl import threadpool_limits
 from urdyn.errors import IdentifiabilityError
 from urdyn.given import given_a, given_each, given_motion
 from urdyn.identify.design import blocks
+from urdyn.identify.enough import too_few
 from urdyn.identify.fit import Fit
 from urdyn.identify.search import Run, search
 from urdyn.model.arm import Arm
@@ -17,7 +18,6 @@ from urdyn.model.population import population
 from urdyn.progress import Progress, silent
 from urdyn.types import Array, Mask, Motion
 
-MIN_ROWS = 200
 SPAN = 50  # rows whose median encoders of an arm that stands hardly move
 MOVED = 0.01  # [rad] by which a joint goes somewhere
 
@@ -66,17 +66,14 @@ def _check(arm: Arm, runs: Sequence[Run]) -> None:
     for run in runs:
         if why := typical.unlike(run.motion.current):
             raise IdentifiabilityError(f"{run.motion.source.path}: {why}")
-        measured = np.isfinite(run.motion.current).any(axis=1).sum()
-        if measured and not np.nan_to_num(run.motion.current).any():
+        measured = np.isfinite(run.motion.current)
+        if measured.any() and not run.motion.current[measured].any():
             raise IdentifiabilityError(
                 f"{run.motion.source.path}: all currents are zero, which no arm that bears itself "
                 "draws; record them"
             )
-        if measured < MIN_ROWS:
-            raise IdentifiabilityError(
-                f"{run.motion.source.path}: {measured} rows with a current are too few; "
-                f"record at least {MIN_ROWS}, better 20 s of motion of every joint"
-            )
+        if why := too_few(run.motion.current):
+            raise IdentifiabilityError(f"{run.motion.source.path}: {why}")
     moving = [run.motion for run in runs if _goes_somewhere(run.motion.q)]
     if not any(block.known.any() for motion in moving for block in blocks(typical, motion)):
         raise IdentifiabilityError(

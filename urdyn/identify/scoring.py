@@ -15,6 +15,7 @@ from scipy.stats import t as student
 
 from urdyn.errors import LogError
 from urdyn.given import given_log
+from urdyn.identify.enough import too_few
 from urdyn.identify.fit import Fit, Fitted, fit_in
 from urdyn.model.dynamics import Dynamics
 from urdyn.model.whose import require_own
@@ -49,10 +50,11 @@ def validate(twin: Fit | Fitted, log: Log) -> Score:
     """Score of a twin on a log, on the current as it was measured, where a motor can draw it.
 
     Raises:
-        LogError: it is of another arm, or its currents are not in amperes.
+        LogError: it is of another arm, its currents are not in amperes, or they are too few.
     """
     fit, log = fit_in(twin), given_log(log)
-    if why := fit.dynamics.unlike(log.joint("actual_current")):
+    current = log.joint("actual_current")
+    if why := fit.dynamics.unlike(current) or too_few(current):
         raise LogError(why, log.source.path)
     require_own(fit.dynamics.arm, log)
     log = _drawn(fit.dynamics, measured(log))
