@@ -1,10 +1,13 @@
 """urdyn record, against a controller of our own on loopback."""
 
 import json
+import re
 import signal
 import subprocess
 import sys
+import threading
 import time
+from contextlib import ExitStack
 
 import numpy as np
 import pytest
@@ -53,6 +56,30 @@ def test_a_recipe_file_says_what_is_recorded(log, tmp_path):
     assert told.stdout == ""
     header = out.read_text().splitlines()[0]
     assert "actual_q_0" in header and "target_q_0" not in header
+
+
+def test_who_asks_for_a_rate_that_cannot_be_had_is_told_which_it_was(log, tmp_path):
+    told = recorded(log, tmp_path / "run.csv", "--duration", "0.6", "--frequency", "300")
+    assert "sent at 500 Hz, for 300 Hz cannot be had" in told.stderr
+    told = recorded(log, tmp_path / "run.csv", "--duration", "0.6", "--frequency", "250")
+    assert told.exit_code == 0 and "Hz cannot be had" not in told.stderr
+
+
+def test_an_outage_is_told_by_how_long_nothing_came(log, tmp_path):
+    with serve(play(log), port=0) as first, ExitStack() as later:
+
+        def begin_again():
+            first.close()
+            time.sleep(1.0)
+            later.enter_context(serve(play(log, loop=True), port=first.port))
+
+        threading.Timer(1.5, begin_again).start()
+        where = ("record", f"127.0.0.1:{first.port}", "--out", str(tmp_path / "run.csv"))
+        told = CliRunner().invoke(app, [*where, "--duration", "6"])
+    said = " ".join(told.stdout.split())
+    assert "none lost while connected, none torn, 1 connection dropped and taken up" in said
+    silent = float(re.search(r"nothing for ([0-9.]+) s while the connection was down", said)[1])
+    assert 0.9 < silent < 5.0
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])

@@ -16,6 +16,8 @@ from urdyn.progress import Progress
 if TYPE_CHECKING:
     from urdyn.io.rtde import Summary
 
+NEAR = 1e-3  # share by which a rate is the one that was asked for
+
 Host = Annotated[str, typer.Argument(metavar="HOST", show_default=False)]
 Out = Annotated[
     Path, typer.Option(metavar="LOG", help="Where to write it: .parquet, .mcap, .csv or .csv.zst.")
@@ -63,6 +65,11 @@ def record(
     voice.show(_sentence(summary))
     if summary.aside:
         voice.note(f"what {summary.path} held before is now {summary.aside}")
+    if frequency is not None and abs(summary.frequency - frequency) > NEAR * frequency:
+        voice.note(
+            f"sent at {summary.frequency:g} Hz, for {frequency:g} Hz cannot be had: a controller "
+            "sends in every cycle, every second, every third, ..."
+        )
     if summary.left_out:
         voice.note(f"the controller does not know: {', '.join(summary.left_out)}")
     voice.result(_document(summary))
@@ -71,25 +78,36 @@ def record(
 def _telling(progress: Progress, duration: float | None) -> Any:
     def tell(summary: Summary) -> None:
         share = summary.seconds / duration if duration else 0.0
-        progress(
-            f"{summary.rate:.0f} Hz, {summary.lost} lost, age {1e3 * summary.age_p99:.1f} ms", share
-        )
+        down = f", nothing for {summary.silent:.0f} s" if summary.silent else ""
+        told = f"{summary.rate:.0f} Hz, {summary.lost} lost{down}"
+        progress(f"{told}, age {1e3 * summary.age_p99:.1f} ms", share)
 
     return tell
 
 
 def _sentence(summary: Summary) -> str:
+    gaps = _counted(len(summary.gaps), "gap")
     troubles = [
-        f"{summary.lost} lost in {len(summary.gaps)} gaps" if summary.lost else "none lost",
+        f"{summary.lost} lost in {gaps}" if summary.lost else "none lost",
         f"{summary.torn} torn" if summary.torn else "none torn",
     ]
     if summary.reconnects:
-        troubles.append(f"{summary.reconnects} connections dropped and taken up again")
+        troubles.append(f"{_counted(summary.reconnects, 'connection')} dropped and taken up again")
+    if summary.silent:
+        troubles[0] += " while connected"
+        troubles.append(
+            f"nothing for {summary.silent:.1f} s while the connection was down, and what was sent "
+            "meanwhile is lost"
+        )
     return (
         f"{summary.path}: {summary.samples} samples in {summary.seconds:.1f} s, "
         f"{summary.rate:.1f} Hz; {', '.join(troubles)}; "
         f"99 % came within {1e3 * summary.age_p99:.2f} ms"
     )
+
+
+def _counted(count: int, what: str) -> str:
+    return f"{count} {what}" if count == 1 else f"{count} {what}s"
 
 
 def _document(summary: Summary) -> dict[str, Any]:
@@ -98,10 +116,12 @@ def _document(summary: Summary) -> dict[str, Any]:
         "samples": summary.samples,
         "seconds": summary.seconds,
         "rate_hz": summary.rate,
+        "frequency_hz": summary.frequency,
         "lost": summary.lost,
         "gaps": [{"row": row, "lost": lost} for row, lost in summary.gaps],
         "torn": summary.torn,
         "reconnects": summary.reconnects,
+        "silent_s": summary.silent,
         "age_ms": {"p50": 1e3 * summary.age_p50, "p99": 1e3 * summary.age_p99},
         "bytes": summary.bytes,
         "left_out": list(summary.left_out),

@@ -118,6 +118,26 @@ def test_a_clock_that_is_set_is_no_loss_and_a_pause_is_one() -> None:
     assert tally.lost == 4
 
 
+def test_how_long_nothing_came_is_counted_by_arrival() -> None:
+    """Stamps tell nothing of it: a controller that was restarted counts from 0."""
+    tally, came = Tally(), np.arange(6) * 0.002
+    tally.connect()
+    tally.take(came, came, 0.002)
+    tally.drop(torn=False)
+    assert tally.silent(3.01) == pytest.approx(3.0)
+    tally.connect()
+    tally.take(came, came + 11.01, 0.002)
+    assert tally.silent(20.0) == pytest.approx(11.0) and not tally.lost
+
+
+def test_a_rate_that_cannot_be_had_is_not_written_down(start: Start, tmp_path: Path) -> None:
+    path = tmp_path / "a.parquet"
+    summary = record(start().host, path, 300, NAMES, 1.0)
+    assert summary.frequency == 500.0 and summary.rate == pytest.approx(500.0, abs=5.0)
+    told = json.loads(pq.read_schema(path).metadata[b"urdyn.recording"])
+    assert told["frequency"] == 500.0
+
+
 def test_two_recorders_of_one_file_are_one_too_many(tmp_path: Path) -> None:
     first, other = Journal(tmp_path / "a.csv"), Journal(tmp_path / "a.csv")
     row = pa.record_batch({"timestamp": pa.array([1.0, 2.0]), "actual_q_0": pa.array([0.1, 0.2])})
@@ -166,6 +186,8 @@ def test_a_drop_is_taken_up_again_and_told(start: Start, tmp_path: Path) -> None
     connection = table["connection"].to_numpy()
     assert "dropped" in note and np.flatnonzero(np.diff(connection)) + 1 == [note["row"]]
     assert set(connection) == {0, 1}
+    received = table["received"].to_numpy()[note["row"] - 1 : note["row"] + 1]
+    assert summary.silent == pytest.approx(float(np.diff(received)[0])) and summary.silent > 0.05
 
 
 @pytest.mark.parametrize("suffix", [".csv", ".csv.zst", ".parquet", ".mcap"])

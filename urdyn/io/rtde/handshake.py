@@ -37,10 +37,15 @@ class Agreement:
     left_out: tuple[str, ...] = ()  # optional names that this controller does not know
 
     @property
-    def period(self) -> float:
-        """Time between packages [s]: controllers send every so many cycles."""
+    def frequency(self) -> float:
+        """Packages a second [Hz]: controllers send every so many cycles, whatever was asked."""
         rate = cycle_rate(self.release)
-        return (rate // self.recipe.frequency) / rate
+        return rate / (rate // self.recipe.frequency)
+
+    @property
+    def period(self) -> float:
+        """Time between packages [s]."""
+        return 1.0 / self.frequency
 
 
 def handshake(

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import json
+import time
 from collections.abc import Iterable, Iterator
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from datetime import UTC, datetime
 from itertools import groupby
 from typing import Any
@@ -48,9 +49,13 @@ class Recording:
 
     def summary(self) -> Summary:
         """The counts so far."""
-        left_out = self._agreement.left_out if self._agreement else ()
-        aside = str(self.journal.aside or "")
-        return self._tally.summary(str(self.journal.path), left_out, aside)
+        counts = self._tally.summary(str(self.journal.path), time.monotonic())
+        return replace(
+            counts,
+            frequency=self._agreement.frequency if self._agreement else 0.0,
+            left_out=self._agreement.left_out if self._agreement else (),
+            aside=str(self.journal.aside or ""),
+        )
 
     def finish(self) -> Summary:
         """Close the file, with an account of the recording."""
@@ -62,7 +67,7 @@ class Recording:
         if isinstance(event, Connected):
             self._agree(event.agreement)
         elif isinstance(event, Dropped):
-            self._tally.torn += event.torn
+            self._tally.drop(event.torn)
             self._notes.append({"row": self._tally.samples, "dropped": event.reason})
         elif isinstance(event, Text):
             self._notes.append({"row": self._tally.samples, "message": event.message})
@@ -103,6 +108,5 @@ class Recording:
                 "started": self._started,
                 "controller": ".".join(map(str, self._agreement.release)),
                 "protocol": self._agreement.version,
-                "frequency": self._agreement.recipe.frequency,
             }
             yield "urdyn.recording", json.dumps(agreed | asdict(summary) | {"notes": self._notes})

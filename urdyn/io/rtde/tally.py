@@ -26,6 +26,8 @@ class Summary:
     gaps: tuple[tuple[int, int], ...] = ()  # row after the gap, packages lost in it; the first ones
     torn: int = 0  # packages without the length of the recipe
     reconnects: int = 0
+    silent: float = 0.0  # [s] without a package while connections were down: what was sent is lost
+    frequency: float = 0.0  # [Hz] that was agreed on
     seconds: float = 0.0  # from the first package to the last
     age_p50: float = 0.0  # [s] how much later than the quickest package around it one came
     age_p99: float = 0.0  # [s]
@@ -47,6 +49,7 @@ class Tally:
         self.gaps: list[tuple[int, int]] = []
         self.first = self.last = 0.0  # [s] when packages came
         self._stamp = np.nan  # of the package before
+        self._silent, self._down = 0.0, False  # [s] of drops that are over; does one go on?
         self._quickest: deque[float] = deque(maxlen=WINDOW)
         self._ages = np.zeros(len(AGES) + 1, dtype=np.int64)
 
@@ -55,6 +58,11 @@ class Tally:
         self.connections += 1
         self._stamp = np.nan
         self._quickest.clear()
+
+    def drop(self, torn: bool) -> None:
+        """A connection is lost: no stamp tells what is sent until packages come again."""
+        self.torn += torn
+        self._down = self.samples > 0
 
     def take(self, stamps: Array, received: Array, period: float) -> Array:
         """Count a batch; how many packages are missing before each, (N,)."""
@@ -66,11 +74,16 @@ class Tally:
         told = credible(stamps)
         if told.any():
             self._age((received - stamps)[told])
+        self._silent, self._down = self.silent(float(received[0])), False
         self.first = self.first if self.samples else float(received[0])
         self.samples += len(stamps)
         self.lost += int(missing.sum())
         self.last, self._stamp = float(received[-1]), float(stamps[-1])
         return missing
+
+    def silent(self, now: float) -> float:
+        """How long nothing came while connections were down [s], until `now`."""
+        return self._silent + (now - self.last if self._down else 0.0)
 
     def _age(self, delay: Array) -> None:
         """The clocks' offset is unknown and drifts: the quickest package nearby tells it."""
@@ -83,7 +96,7 @@ class Tally:
         place = np.searchsorted(np.cumsum(self._ages), share * self._ages.sum())
         return float(AGES[min(place, len(AGES) - 1)])
 
-    def summary(self, path: str, left_out: tuple[str, ...], aside: str) -> Summary:
+    def summary(self, path: str, now: float) -> Summary:
         """The counts as a value."""
         return Summary(
             path,
@@ -92,10 +105,9 @@ class Tally:
             gaps=tuple(self.gaps),
             torn=self.torn,
             reconnects=max(self.connections - 1, 0),
+            silent=self.silent(now),
             seconds=self.last - self.first,
             age_p50=self.age(0.5) if self.samples else 0.0,
             age_p99=self.age(0.99) if self.samples else 0.0,
             bytes=self.bytes,
-            left_out=left_out,
-            aside=aside,
         )
