@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import os
+import signal
 import time
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, wait
-from multiprocessing import get_context
+from contextlib import contextmanager
+from multiprocessing import get_context, parent_process
 from multiprocessing.queues import SimpleQueue
+from threading import Thread
 from typing import Any
 
 from threadpoolctl import threadpool_limits
@@ -33,8 +36,9 @@ def search(tasks: Sequence[Task], progress: Progress, processes: int = PROCESSES
         return [_alone(task, k, watch) for k, task in enumerate(tasks)]
     context = get_context("spawn")
     updates: SimpleQueue[Update] = context.SimpleQueue()
-    with ProcessPoolExecutor(processes, context, _init_worker, (updates,)) as pool:
-        pending = [pool.submit(_work, task, k) for k, task in enumerate(tasks)]
+    with ProcessPoolExecutor(processes, context, _init_worker, (updates,)) as pool, _ended(pool):
+        with _deaf_to_interrupts():
+            pending = [pool.submit(_work, task, k) for k, task in enumerate(tasks)]
         while wait(pending, GLANCE).not_done:
             for one in _waiting(updates):
                 watch.hear(one)
@@ -63,10 +67,40 @@ def _alone(task: Task, which: int, watch: _Watch) -> Outcome:
         return restart(task, lambda share, value: watch.hear((which, share, value)))
 
 
+@contextmanager
+def _ended(pool: ProcessPoolExecutor) -> Iterator[None]:
+    """Where this block fails, by Ctrl-C too, nobody waits for what the workers would find."""
+    try:
+        yield
+    except BaseException:
+        for worker in list(pool._processes.values()):  # from Python 3.14 on: terminate_workers()
+            worker.terminate()
+        raise
+
+
+@contextmanager
+def _deaf_to_interrupts() -> Iterator[None]:
+    """Processes that begin here never hear Ctrl-C, which a terminal tells all of them."""
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
 def _init_worker(updates: Any) -> None:
     """Once in every worker process."""
     global _updates
     _updates = updates
+    Thread(target=_end_with_parent, daemon=True).start()
+
+
+def _end_with_parent() -> None:
+    """Nobody is left to hear what a worker finds whose parent was killed."""
+    parent = parent_process()
+    assert parent is not None, "a worker is somebody's"
+    parent.join()
+    os._exit(1)
 
 
 def _work(task: Task, which: int) -> Outcome:
