@@ -199,8 +199,19 @@ REFUSED: dict[str, tuple[Break, str]] = {
         lambda t: joined([t[0], *t[:0:-1]]),
         "log.csv:3: the clock goes back",
     ),
-    "nanoseconds since 1970": (
-        lambda t: joined([t[0], *("16" + "0" * 17 + row[2:] for row in t[1:])]),
+    **{
+        f"{unit} since 1970": (
+            lambda t, digits=digits: joined([t[0], *("16" + "0" * digits + r[2:] for r in t[1:])]),
+            f"log.csv:2: its stamps are {unit} since 1970; .*: divide them by {by}",
+        )
+        for unit, digits, by in (
+            ("milliseconds", 11, "1,000"),
+            ("microseconds", 14, "1,000,000"),
+            ("nanoseconds", 17, "1,000,000,000"),
+        )
+    },
+    "stamps of no clock": (
+        lambda t: joined([t[0], *("9" * 30 + row for row in t[1:])]),
         "log.csv:2: 50 of 50 rows cannot be used: 50 x impossible stamp",
     ),
     "a third is short": (

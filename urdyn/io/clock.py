@@ -9,6 +9,8 @@ import numpy as np
 from urdyn.types import Array, Index, Mask
 
 LATEST = 1e11  # [s] the year 5138; what lies beyond is milliseconds, or damage
+LIVING = (0.9e9, 4.2e9)  # [s] since 1970: arms that are recorded, and 2103
+UNITS = {"milliseconds": 1e3, "microseconds": 1e6, "nanoseconds": 1e9}  # to the second
 SET = 1.0  # [s] by which stamps may differ from when samples came; more, and a clock was set
 STRAY = 20  # rows: a clock that is off for longer did not come from a torn packet
 GAP = 5.0  # median steps
@@ -19,6 +21,13 @@ OFTEN = 20  # times that a recording's clock is set back; more, and its rows are
 def credible(t: Array | float) -> Mask:
     """Stamps that can be seconds at all, (N,)."""
     return np.asarray(np.abs(t) < LATEST)
+
+
+def unit_since_1970(t: Array) -> str:
+    """Which of UNITS most stamps (N,) count since 1970; "" where they count none."""
+    middle = float(np.median(t)) if len(t) else 0.0
+    first, last = LIVING
+    return next((unit for unit, by in UNITS.items() if first < middle / by < last), "")
 
 
 def elapsed(stamped: Array | float, waited: Array | float) -> Array:
