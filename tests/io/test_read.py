@@ -49,6 +49,8 @@ DIALECTS: dict[str, Rewrite] = {
     "trailing commas in the header": lambda t: joined([t[0] + ",", *t[1:]]),
     "a counter": lambda t: joined(["," + t[0], *(f"{n},{r}" for n, r in enumerate(t[1:]))]),
     "a comment mark": lambda t: joined(["# " + t[0], *t[1:]]),
+    "a remark above": lambda t: joined(["# recorded by me, at last", *t]),
+    "remarks above a comment mark": lambda t: joined(["# cell 9", "#", "# " + t[0], *t[1:]]),
     "no last line feed": lambda t: joined(t)[:-1],
     "gzip": lambda t: gzip.compress(joined(t)),
     "gzip in two members": lambda t: gzip.compress(joined(t[:9])) + gzip.compress(joined(t[9:])),

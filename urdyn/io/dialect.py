@@ -58,9 +58,10 @@ def sniff(start: bytes, spec: str | None, path: str) -> Dialect:
     numbered = [(n, line) for n, line in enumerate(lines, 1) if line.strip()][:SAMPLE]
     if not numbered:
         raise LogError("is empty", path)
+    numbered = numbered[_remarks([line for _, line in numbered]) :]
     first, head = numbered[0]
-    delimiter = next((d for d in ";\t," if d in head), " " if " " in head.strip() else ",")
-    names = fields(head.strip().lstrip("# "), delimiter)
+    delimiter = _delimiter(head)
+    names = _titles(head, delimiter)
     titled = _is_header(names)
     samples = [fields(line, delimiter) for _, line in numbered[titled:]]
     if not samples:
@@ -83,6 +84,25 @@ def _text_lines(start: bytes, path: str) -> list[str]:
         raise LogError("is not text: neither CSV nor Parquet", path)
     lines = start[:READ].decode(errors="replace").split("\n")
     return lines[: -1 if len(start) > READ else None]
+
+
+def _remarks(lines: Sequence[str]) -> int:
+    """How many lines stand above the header: they begin with #, and so may the header itself."""
+    told = next((k for k, line in enumerate(lines) if not line.lstrip().startswith("#")), 0)
+    if not told:
+        return 0
+    delimiter = _delimiter(lines[told])
+    above, names = (_titles(line, delimiter) for line in lines[told - 1 : told + 1])
+    return told if _is_header(names) and len(names) > len(above) else told - 1  # not one of units
+
+
+def _delimiter(line: str) -> str:
+    return next((d for d in ";\t," if d in line), " " if " " in line.strip() else ",")
+
+
+def _titles(line: str, delimiter: str) -> list[str]:
+    """The cells of a line that may be a header."""
+    return fields(line.strip().lstrip("# "), delimiter)
 
 
 def _is_header(names: Sequence[str]) -> bool:
