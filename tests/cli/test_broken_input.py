@@ -172,6 +172,14 @@ BROKEN: dict[str, tuple[str, Text | None]] = {
     "simulated too fast": ("simulate --robot ur10e --rate 5000 --out {tmp}/l.csv", None),
     "simulated to no format": ("simulate --robot ur10e --duration 2 --out {tmp}/l.bag", None),
     "simulated into no folder": ("simulate --robot ur10e --duration 2 --out {tmp}/no/l.csv", None),
+    "truth into no folder": (
+        "simulate --robot ur10e --duration 2 --out {tmp}/l.csv --truth {tmp}/no/t.json",
+        None,
+    ),
+    "poses into no folder": (
+        "simulate --robot ur10e --duration 2 --out {tmp}/l.csv --poses {tmp}/no/p.csv",
+        None,
+    ),
     "truth to no format": ("simulate --robot ur10e --out {tmp}/l.csv --truth {tmp}/t.txt", None),
     "trajectory of text": (
         "simulate --robot ur10e --trajectory {tmp}/x --out {tmp}/l.csv",

@@ -63,7 +63,7 @@ def simulate(
     from urdyn.simulate import happening, observe, parse_fault, write_truth
     from urdyn.simulate import truth as truth_of
 
-    _require_outcome(out, serve, truth)
+    _require_outcome(out, serve, truth, poses)
     _refuse_idle(context, out, trajectory, poses, serve)
     voice, payload = Voice(json, quiet), payload_of(payload_mass, payload_com)
     dynamics = _dynamics(robot, twin, seed, payload, deviations)
@@ -92,12 +92,18 @@ def simulate(
         serve_log(log, dynamics.arm, host, port, voice)
 
 
-def _require_outcome(out: Path | None, serve: bool, truth: Path | None) -> None:
-    """Somewhere for the run to go, and a truth in a form that there is."""
+def _require_outcome(out: Path | None, serve: bool, truth: Path | None, poses: Path | None) -> None:
+    """Somewhere for the run to go, and all that is beside it, and a truth in a form that there is.
+
+    Asked before anything is written: a log without its truth is half of what was asked for.
+    """
     if out is None and not serve:
         raise typer.BadParameter("say where to write by --out, or --serve")
     if truth is not None and truth.suffix.lower() not in (".json", ".toml", ".parquet"):
         raise InputError(f"{truth}: the truth is written as .json, .toml or .parquet")
+    for path in filter(None, (out, truth, poses)):
+        if not path.parent.is_dir():
+            raise InputError(f"{path}: cannot be written: there is no such folder")
 
 
 def _streams(
