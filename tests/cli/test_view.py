@@ -48,13 +48,13 @@ def test_without_the_extra_the_way_to_it_is_told(tracked, monkeypatch):
     assert "pip install -e '.[viewer]'" in refused(view(tracked[1], "--robot", "ur10e"))
 
 
-def renamed(history, folder, robot: str | None):
+def renamed(history, folder, robot: str | None, **other: str):
     """The history in a folder of its own, of another robot or of nobody knows which."""
     table = pq.read_table(history)
     key = b"urdyn.provenance"
     origin = json.loads(table.schema.metadata[key])
     del origin["robot"]
-    told = origin if robot is None else origin | {"robot": robot}
+    told = (origin if robot is None else origin | {"robot": robot}) | other
     metadata = table.schema.metadata | {key: json.dumps(told).encode()}
     pq.write_table(table.replace_schema_metadata(metadata), folder / history.name)
     return folder
@@ -79,6 +79,23 @@ def test_the_log_is_asked_for_where_it_is_gone_or_another(tracked, story):
     assert "--log LOG" in refused(view(out, *twin))
     assert "is not the log" in refused(view(out, *twin, "--log", story.log))
     aside.rename(log)
+
+
+def test_a_live_run_that_is_over_needs_a_recording_of_it(tracked, story, tmp_path):
+    live = {"source": "rtde://192.168.0.10", "source.sha256": ""}
+    over = renamed(tracked[1] / "history.parquet", tmp_path, "ur10e", **live)
+    told = refused(view(over, "--twin", story.out / "twin.toml"))
+    assert "is of rtde://192.168.0.10, which was live" in told and "`urdyn record`" in told
+    assert find(Asked(str(over), None, None, tracked[0], None, (0, 300))).film is not None
+
+
+def test_a_run_that_has_just_begun_does_not_say_what_it_is_of(tracked, story, tmp_path):
+    parts = tmp_path / "history.parts"
+    parts.mkdir()
+    table = pq.read_table(tracked[1] / "history.parquet").replace_schema_metadata(None)
+    pq.write_table(table, parts / "part-000000.parquet")
+    told = refused(view(tmp_path, "--twin", story.out / "twin.toml"))
+    assert "has just begun" in told and "log it is" not in told
 
 
 def test_another_twin_is_refused(tracked, story, tmp_path):

@@ -26,7 +26,12 @@ TwinFile = Annotated[
 ]
 LogFile = Annotated[
     Path | None,
-    typer.Option("--log", metavar="LOG", help="The log that was tracked, if it was moved since."),
+    typer.Option(
+        "--log",
+        metavar="LOG",
+        help="The log that was tracked, if it was moved since; of a live run that is over, "
+        "a recording that was made meanwhile.",
+    ),
 ]
 Calibration = Annotated[
     Path | None,
@@ -63,8 +68,9 @@ def view(
 ) -> None:
     """Show an arm in a browser, coloured by what has changed: replayed, or live.
 
-    SOURCE is a folder of `urdyn track`, finished or still growing; or rtde://HOST[:PORT] of a
-    robot at work, which is only listened to; or a log, to see how the arm moved.
+    SOURCE is a folder of `urdyn track`; or rtde://HOST[:PORT] of a robot at work, which is only
+    listened to; or a log, to see how the arm moved. A run of a live robot is shown while it goes
+    on; later, by a --log that was recorded meanwhile.
 
     Example: [bold]urdyn view monday --twin model/twin.toml[/bold]
     """

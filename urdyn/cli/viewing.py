@@ -15,6 +15,7 @@ from urdyn.model.arm import Arm, load_arm
 from urdyn.model.library import names
 from urdyn.report.track.history import History, find_history
 from urdyn.tracking import Tracker, open_source
+from urdyn.tracking.checkpoint import whose
 from urdyn.view.live import address, followed, tracked, watched
 from urdyn.view.replay import motion, replay
 
@@ -107,14 +108,29 @@ def _folder(folder: Path, run: History, asked: Asked) -> Found:
 
 
 def _log(folder: Path, run: History, asked: Asked) -> Path:
-    """The log that was tracked: its history holds no joint angles."""
+    """The log that was tracked, or a recording of a live run: a history holds no joint angles."""
     path = asked.log or Path(run.source or "?")
     if not path.is_file():
-        told = f"is of {run.source}" if run.source else "does not say of which log it is"
-        raise InputError(f"{folder}: {told}; its joint angles are needed: name it by --log LOG")
+        raise InputError(f"{folder}: {_lacking(folder, run)} by --log LOG")
     if run.provenance.get("source.sha256") not in (None, "", sha256(path)):
         raise InputError(f"{path}: is not the log that {folder} is of; name that by --log LOG")
     return path
+
+
+def _lacking(folder: Path, run: History) -> str:
+    """Whose joint angles are not at hand, and what to name that holds them."""
+    about = whose(folder)
+    source = run.source or about.get("source", "")
+    if "://" in source:
+        return (
+            f"is of {source}, which was live and is shown while it goes on; now its joint angles "
+            "are needed: name a recording that was made meanwhile (`urdyn record`, a bag)"
+        )
+    if run.source:
+        return f"is of {source}; its joint angles are needed: name it"
+    if about:
+        return "does not say of which log it is; its joint angles are needed: name it"
+    return "has just begun and does not say yet what it is of; look again soon, or name its log"
 
 
 def _arm(asked: Asked, known: str | None = None) -> tuple[Arm, Fit | None]:
