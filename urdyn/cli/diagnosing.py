@@ -39,7 +39,10 @@ Hours = Annotated[
 ]
 FailOnFinding = Annotated[
     bool,
-    typer.Option("--fail-on-finding", help="Exit with status 3 where a fault is found."),
+    typer.Option(
+        "--fail-on-finding",
+        help="Exit with status 3 where a fault is found that is not acknowledged.",
+    ),
 ]
 
 
