@@ -45,3 +45,10 @@ def test_nothing_to_show_is_one_line_and_no_page(tmp_path):
     assert told.exit_code == 1
     assert told.stderr.count("\n") == 1 and "urdyn track" in told.stderr
     assert not (tmp_path / "fleet.html").exists()
+    assert run("fleet", tmp_path, "--out", tmp_path / "fleet.html").stderr == told.stderr
+
+
+def test_a_robot_that_is_named_twice_counts_once(tracked, tmp_path):
+    again = tracked.parent / "." / tracked.name / ".." / tracked.name
+    told = run("fleet", tracked, again, "--out", tmp_path / "fleet.html", "--json")
+    assert len(json.loads(told.stdout)["robots"]) == 1

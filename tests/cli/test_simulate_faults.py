@@ -90,3 +90,22 @@ def test_what_cannot_be_is_one_line(tmp_path: Path, option: tuple[str, str], rea
     done = CliRunner().invoke(app, [*asked])
     assert done.exit_code == 1 and reason in done.stderr and "Traceback" not in done.stderr
     assert len(done.stderr.strip().splitlines()) == 1
+
+
+@pytest.mark.parametrize(
+    ("fault", "said"),
+    [
+        ("encoder_offset:joint=2", "would change nothing: say its offset or rate"),
+        ("health_degradation:joint=2,rate=0", "would change nothing: say its rate"),
+        ("collision:link=2,force=0/0/0", "would change nothing: say its force"),
+        ("thermal_drift:rate=3", "changes nothing without --heat"),
+    ],
+)
+def test_a_fault_that_would_change_nothing_is_refused(
+    fault: str, said: str, tmp_path: Path
+) -> None:
+    told = CliRunner().invoke(
+        app, [*map(str, ARM), "--fault", fault, "--out", str(tmp_path / "x.csv")]
+    )
+    assert told.exit_code == 1 and said in told.stderr and told.stderr.count("\n") == 1
+    assert not list(tmp_path.iterdir())

@@ -234,7 +234,7 @@ def test_what_cannot_be_read_is_named_with_the_reason(folders, tmp_path):
     assert len(fleet.robots) == len(folders) and set(reasons) == set(asked[len(folders) :])
     for folder, word in {
         broken: "cannot be read", empty: "urdyn track", absent: "does not exist",
-        damaged: "diagnose it again", wrong: "joint 7 of 2", above: "name those",
+        damaged: "track the log again", wrong: "joint 7 of 2", above: "name those",
     }.items():  # fmt: skip
         assert word in reasons[folder] and "\n" not in reasons[folder]
         assert folder.name in shown(asked)
@@ -259,14 +259,14 @@ def test_numbers_that_are_none_cost_one_folder_and_no_page(folders, tmp_path, da
     odd = robot(tmp_path / "odd", findings=[finding("warning") | damage])
     asked = [*folders, odd]
     (unread,) = gather(asked, NOW, DAY).unread
-    assert unread.folder == odd and "diagnose it again" in unread.reason
+    assert unread.folder == odd and "track the log again" in unread.reason
     assert "1 folder could not be read" in shown(asked)
 
 
 def test_findings_that_are_nested_beyond_reason_cost_one_folder(tmp_path):
     folder = robot(tmp_path / "deep", findings=[])
     (folder / "findings.json").write_text(10**5 * "[")
-    assert "diagnose it again" in gather([folder], NOW, DAY).unread[0].reason
+    assert "track the log again" in gather([folder], NOW, DAY).unread[0].reason
 
 
 def test_a_folder_whose_name_is_no_text_is_linked_to_by_its_bytes(tmp_path):

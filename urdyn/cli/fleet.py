@@ -45,12 +45,13 @@ def fleet(
 
     voice = Voice(json, quiet)
     require_folder(out.parent)
-    found = gather(folders, time.time(), 3600.0 * stale)
-    for each in found.unread:
-        voice.note(f"not read: {each.folder}: {each.reason}")
+    once = {folder.resolve(): folder for folder in folders}  # one robot counts once
+    found = gather(list(once.values()), time.time(), 3600.0 * stale)
+    unread = [f"{each.folder}: {each.reason}" for each in found.unread]
+    for each in unread[not found.robots :]:
+        voice.note(f"not read: {each}")
     if not found.robots:
-        first = found.unread[0]
-        raise InputError(f"no folder can be shown; {first.folder}: {first.reason}")
+        raise InputError(f"no folder can be shown; {unread[0]}")
     page = fleet_page(found, out)
     out.parent.mkdir(parents=True, exist_ok=True)
     write_text(out, page)

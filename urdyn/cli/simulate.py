@@ -76,6 +76,7 @@ def simulate(
     with voice.progress("simulating"):
         work = _work(dynamics, motion, trajectory, duration, pace, moving)
         _befalls_in_time(faults, work)
+        _is_felt(faults, heat)
         events = happening(dynamics, work, faults, heat)
         log = observe(dynamics, work.trajectory, sensors, noisy, events, lived)
         if out is not None:
@@ -157,6 +158,14 @@ def _refuse_idle(
         idle(context, "without --serve", "host", "port")
     if out is None:
         idle(context, "without --out", "recorder")
+
+
+def _is_felt(faults: Sequence[Fault], heat: bool) -> None:
+    """InputError for a room that gets warmer around an arm that does not feel it."""
+    from urdyn.simulate.mishaps import ThermalDrift
+
+    if not heat and any(isinstance(fault, ThermalDrift) for fault in faults):
+        raise InputError("--fault thermal_drift: changes nothing without --heat; add it")
 
 
 def _befalls_in_time(faults: Sequence[Fault], work: Work) -> None:

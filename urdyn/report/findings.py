@@ -55,7 +55,7 @@ def read_findings(folder: Path, joints: Sequence[str]) -> Found | None:
     except OSError as error:
         raise InputError(f"its {FINDINGS} cannot be read: {error.strerror}") from error
     except DAMAGE as error:
-        raise InputError(f"its {FINDINGS} is damaged ({error}); diagnose it again") from error
+        raise InputError(f"its {FINDINGS} is damaged ({error}); track the log again") from error
 
 
 def unjudged(rows: Sequence[Mapping[str, Any]]) -> list[str]:

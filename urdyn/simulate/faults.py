@@ -50,6 +50,13 @@ KINDS: Mapping[str, type[Fault]] = {
 # Which way each of them goes is said by its name; a negative one would be another event.
 NOT_NEGATIVE = {"onset", "viscous", "delay", "mass"}
 GROWING = (FrictionIncrease, HealthDegradation, JointBacklash, ControllerInstability)
+CHANGES = {
+    "rate",
+    "viscous",
+    "offset",
+    "delay",
+    "force",
+}  # how far a fault goes: one that is all zero is none
 
 
 def parse_fault(text: str, joints: int) -> Fault:
@@ -123,4 +130,7 @@ def _checked(fault: Fault, joints: int) -> Fault:
             raise InputError(f"{name}={value:g}: is to be above 0")
         if name in never_below and value < 0.0:
             raise InputError(f"{name}={value:g}: is not to be negative")
+    far = {name: value for name, value in asdict(fault).items() if name in CHANGES}
+    if far and not np.any(list(far.values())):
+        raise InputError(f"would change nothing: say its {' or '.join(far)}")
     return fault
