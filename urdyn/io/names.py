@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import re
 from collections import Counter, defaultdict
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from typing import Any
+
+from numpy.typing import NDArray
 
 # What other recorders call a column -> its RTDE name; tried in this order, "" leaves a column out.
 ALIASES: tuple[tuple[str, str], ...] = (
@@ -89,6 +92,15 @@ def layout(columns: Sequence[str], wanted: Collection[str] | None = None) -> Lay
     if wanted is None:
         return made
     return {name: places for name, places in made.items() if name in {*wanted, "timestamp"}}
+
+
+def spread(channels: Mapping[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
+    """Column -> values, (N,), of channels: a vector is one column a place; undone by `layout`."""
+    columns: dict[str, NDArray[Any]] = {}
+    for name, values in channels.items():
+        vector = values.ndim > 1
+        columns |= {f"{name}_{k}": x for k, x in enumerate(values.T)} if vector else {name: values}
+    return columns
 
 
 def _width(base: str, indices: Collection[int]) -> int:

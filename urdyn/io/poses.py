@@ -10,6 +10,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from urdyn.errors import LogError
+from urdyn.io.names import spread
 from urdyn.io.pose_columns import Columns, pose_columns
 from urdyn.io.reader import Rows, read_table
 from urdyn.types import Array, Defect, Index, Mask, Source, frozen
@@ -67,14 +68,13 @@ def read_poses(
 ) -> Poses:
     """The poses in `path`: a tracker's session, or an RTDE log with actual_TCP_pose."""
     table, source = read_table(path, columns=columns, rows=rows)
-    names = [n for name, data in table.channels.items() for n in _spread(name, data)]
-    flat = {n: x for name, data in table.channels.items() for n, x in _columns(name, data)}
+    flat = spread(table.channels)
     if {"actual_q_0", "actual_TCP_pose_5"} <= flat.keys():
         if f"actual_q_{len(joint_names) - 1}" not in flat:
             raise LogError(f"has fewer joints than the arm, {len(joint_names)}", path)
         poses = _own(flat, len(joint_names), source)
     else:
-        poses = _tracked(flat, pose_columns(names, joint_names, str(path)), source)
+        poses = _tracked(flat, pose_columns(flat, joint_names, str(path)), source)
     return _whole(replace(poses, defects=table.defects), str(path))
 
 
@@ -85,11 +85,10 @@ def read_pose_stream(path: str | Path) -> tuple[Array, str]:
         Rows (N, 7) by time: stamp [s], place [m], three angles [rad], NaN where not measured.
     """
     table, source = read_table(path)
-    names = [n for name, data in table.channels.items() for n in _spread(name, data)]
-    flat = {n: x for name, data in table.channels.items() for n, x in _columns(name, data)}
+    flat = spread(table.channels)
     if "timestamp" not in flat:
         raise LogError("has no timestamp; poses of an arm at work need the log's clock", path)
-    tracked = _tracked(flat, pose_columns(names, (), str(path)), source)
+    tracked = _tracked(flat, pose_columns(flat, (), str(path)), source)
     angles = np.full_like(tracked.place, np.nan) if tracked.angles is None else tracked.angles
     rows = np.column_stack([flat["timestamp"], tracked.place, angles])
     rows = rows[np.isfinite(rows[:, 0])]
@@ -140,12 +139,3 @@ def _whole(poses: Poses, path: str) -> Poses:
         return poses
     lost = Defect("row without all its numbers", int((~whole).sum()), 0, "left out")
     return replace(poses.take(whole), defects=(*poses.defects, lost))
-
-
-def _columns(name: str, data: Array) -> list[tuple[str, Array]]:
-    return [(n, data if data.ndim == 1 else data[:, k]) for k, n in enumerate(_spread(name, data))]
-
-
-def _spread(name: str, data: Array) -> list[str]:
-    """Columns of a channel as they are called in the file."""
-    return [name] if data.ndim == 1 else [f"{name}_{k}" for k in range(data.shape[1])]

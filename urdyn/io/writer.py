@@ -17,6 +17,7 @@ from urdyn.io.bags.outgoing import told
 from urdyn.io.bags.write import write_db3, write_mcap
 from urdyn.io.compression import WRITERS
 from urdyn.io.files import writing
+from urdyn.io.names import spread
 from urdyn.types import Array, Log
 from urdyn.version import __version__
 
@@ -95,14 +96,8 @@ def _write_parquet(log: Log, stream: BinaryIO) -> None:
 
 
 def _columns(log: Log) -> dict[str, Array]:
-    """RTDE column -> values, (N,): the stamps, then every channel, a vector one column a place."""
-    columns = {"timestamp": log.t}
-    for name, values in log.channels.items():
-        if values.ndim == 1:
-            columns[name] = values
-        else:
-            columns |= {f"{name}_{k}": values[:, k] for k in range(values.shape[1])}
-    return columns
+    """RTDE column -> values, (N,): the stamps, then every channel."""
+    return spread({"timestamp": log.t} | dict(log.channels))
 
 
 def _schema(log: Log) -> pa.Schema:

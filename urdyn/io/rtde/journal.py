@@ -27,7 +27,7 @@ from urdyn.io.bags.forms import require
 from urdyn.io.bags.outgoing import told
 from urdyn.io.bags.write import write_mcap
 from urdyn.io.files import alone, writing
-from urdyn.io.names import layout
+from urdyn.io.names import layout, spread
 from urdyn.io.rtde.recipe import Rows
 from urdyn.types import Array
 
@@ -39,17 +39,10 @@ Column = NDArray[Any]
 
 def batch(rows: Rows, marks: Mapping[str, Column]) -> pa.RecordBatch:
     """Packages, and what we say of each, as columns: `actual_q_0`, as recorders name them."""
-    columns: dict[str, pa.Array] = {}
-    for name in rows.dtype.names or ():
-        cells = rows[name].astype(rows[name].dtype.newbyteorder("="))
-        parts = {name: cells} if cells.ndim == 1 else _parts(name, cells)
-        columns |= {column: pa.array(values) for column, values in parts.items()}
-    columns |= {name: pa.array(values) for name, values in marks.items()}
-    return pa.record_batch(columns)
-
-
-def _parts(name: str, cells: Column) -> dict[str, Column]:
-    return {f"{name}_{k}": np.ascontiguousarray(cells[:, k]) for k in range(cells.shape[1])}
+    own = rows.dtype.newbyteorder("=")
+    told = {name: rows[name].astype(own[name].base) for name in own.names or ()}
+    columns = spread(told) | dict(marks)
+    return pa.record_batch({name: pa.array(values) for name, values in columns.items()})
 
 
 class Journal:
