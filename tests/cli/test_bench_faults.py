@@ -74,7 +74,10 @@ def test_a_seed_below_zero_is_refused() -> None:
     assert done.returncode == 2 and "--seed" in done.stderr
 
 
-def test_a_page_without_a_folder_is_refused_before_anything_is_computed(tmp_path: Path) -> None:
-    done = urdyn("bench", "faults", "--out", str(tmp_path / "none" / "page.html"))
+@pytest.mark.parametrize("bench", ["faults", "diagnose", "track"])
+def test_a_page_without_a_folder_is_refused_before_anything_is_computed(
+    tmp_path: Path, bench: str
+) -> None:
+    done = urdyn("bench", bench, "--out", str(tmp_path / "none" / "page.html"))
     assert done.returncode == 1
     assert "folder does not exist" in done.stderr

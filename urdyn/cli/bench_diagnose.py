@@ -12,7 +12,6 @@ import typer
 from urdyn.cli.kinds import as_counts, broken, kinds_table, summed
 from urdyn.cli.options import Json, OneRobot, Page, Quiet
 from urdyn.cli.voice import Voice
-from urdyn.errors import InputError
 from urdyn.report.bench.shares import share_of
 from urdyn.report.digits import percent
 from urdyn.version import __version__
@@ -42,10 +41,10 @@ def bench_diagnose(
 
     Example: [bold]urdyn bench diagnose --runs 4 --out kinds.html[/bold]
     """
-    if out is not None and not out.resolve().parent.is_dir():
-        raise InputError(f"{out}: cannot be written: its folder does not exist")
     from urdyn.bench.diagnosis_trials import ALONE, PAIRS, counted, reliability
+    from urdyn.cli.results import require_page
 
+    require_page(out)
     voice = Voice(json, quiet)
     with voice.progress("commissioning") as progress:
         done = broken(robot, seed, runs, noise, (*ALONE, *PAIRS), progress)

@@ -14,7 +14,6 @@ from rich.table import Table
 from urdyn.cli.kinds import as_counts, broken, kinds_table, summed
 from urdyn.cli.options import Json, Page, Quiet
 from urdyn.cli.voice import Voice
-from urdyn.errors import InputError
 from urdyn.report.bench.shares import share_of
 from urdyn.report.digits import percent
 from urdyn.version import __version__
@@ -76,8 +75,9 @@ def bench_faults(
 
     Example: [bold]urdyn bench faults --lives 120 --runs 1 --out faults.html[/bold]
     """
-    if out is not None and not out.resolve().parent.is_dir():
-        raise InputError(f"{out}: cannot be written: its folder does not exist")
+    from urdyn.cli.results import require_page
+
+    require_page(out)
     voice, paper = Voice(json, quiet), _paper()
     found = _measured(lives, runs, seed, voice)
     _show(voice, found, paper)

@@ -26,6 +26,12 @@ def require_folder(out: Path) -> None:
             return
 
 
+def require_page(out: Path | None) -> None:
+    """InputError where no page can be written, before anybody has waited for it."""
+    if out is not None and not out.resolve().parent.is_dir():
+        raise InputError(f"{out}: cannot be written: its folder does not exist")
+
+
 def save(fit: ud.Fit, page: str, out: Path) -> None:
     """Write FILES; all are made before any is written."""
     heading = "urdyn {}: identified from {}".format(
