@@ -16,7 +16,7 @@ from urdyn.model.geometry.drawing import drawing_of
 from urdyn.model.geometry.turns import rotation_vector
 from urdyn.report.calibrate.page import calibrate_page, evaluate_page
 from urdyn.report.calibrate.summary import calibrated, evaluated
-from urdyn.report.calibrate.words import difference
+from urdyn.report.calibrate.words import deviation
 from urdyn.types import Defect, Source
 
 HOSTILE = "<img src=x onerror=alert(1)>.csv"
@@ -69,5 +69,5 @@ def test_a_score_has_a_page_too(found: Calibration, ur5e: Arm, tmp_path) -> None
 
 
 def test_no_digit_is_finer_than_anybody_can_use() -> None:
-    assert difference(1.23456789e-4, 1e-9) == "0.1235"
-    assert difference(-1.23456789e-4, 1e-5) == "−0.123 ± 0.016"
+    assert deviation(1.23456789e-4, 1e-9) == "0.1235"
+    assert deviation(-1.23456789e-4, 1e-5) == "−0.123 ± 0.016"

@@ -34,7 +34,7 @@ from urdyn.faults import (
 from urdyn.faults.onset import follow, kinks
 from urdyn.report.bench.faults import Kept, Predicted
 from urdyn.report.bench.figure_four import Foreseen
-from urdyn.report.bench.table_three import Row
+from urdyn.report.bench.table_three import TOGETHER, Row
 from urdyn.simulate import paper
 from urdyn.types import Array
 
@@ -45,7 +45,6 @@ FAULTS = {
     "health degradation": paper.HEALTH_DEGRADATION,
 }
 AS_PUBLISHED = "Algorithm 2, as in the paper"
-TOGETHER = "Shiryaev-Roberts, six joints"
 PREDICTED_AT = (25, 40)  # [steps] after the onset
 
 

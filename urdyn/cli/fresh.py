@@ -9,8 +9,7 @@ import time
 from dataclasses import dataclass
 
 from urdyn.errors import UrdynError
-
-RSS_UNIT = 1 if sys.platform == "darwin" else 1024  # bytes in a unit of ru_maxrss
+from urdyn.io.rss import UNIT
 
 # Linux counts the parent's memory as the peak of a child that it starts; so a small process, which
 # this one starts, starts the one that is measured, and tells its peak in a last line.
@@ -45,4 +44,4 @@ def fresh(*arguments: str) -> Took:
             words = (complained.read() or said.read()).decode(errors="replace").strip()
             raise UrdynError(f"urdyn {arguments[0]}: {words}")
         words, _, peak = said.read().decode().rstrip().rpartition("\n")
-        return Took(wall, int(peak) * RSS_UNIT, words)
+        return Took(wall, int(peak) * UNIT, words)

@@ -11,13 +11,13 @@ from urdyn.cli.idle import idle
 from urdyn.cli.options import Columns, Quiet, Robot, Rows
 from urdyn.cli.recording import slice_of
 from urdyn.cli.voice import Voice
+from urdyn.io.address import LOOPBACK
 
 if TYPE_CHECKING:
     from urdyn.cli.viewing import Found
     from urdyn.view.stage import Stage
 
 DRAWN = "calibrated.urdf"  # of the files of a calibration
-LOOPBACK = "127.0.0.1"
 
 What = Annotated[str, typer.Argument(metavar="SOURCE", show_default=False)]
 TwinFile = Annotated[

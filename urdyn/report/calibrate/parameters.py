@@ -6,7 +6,7 @@ import numpy as np
 import plotly.graph_objects as go
 
 from urdyn.identify.kinematics import Calibration
-from urdyn.report.calibrate.words import difference
+from urdyn.report.calibrate.words import deviation
 from urdyn.report.canvas import MEASURED, OURS, figure
 from urdyn.report.digits import percent
 from urdyn.report.markup import Html, cell, grid, plot, section, table, tag, text
@@ -70,6 +70,6 @@ def _numbers(c: Calibration) -> Html:
     form = c.drawing.form
     for k, (name, unit) in enumerate(zip(form.names, form.units, strict=True)):
         left = float(c.sd[k] / c.spread[k])
-        value = difference(float(c.found.placement.deviations[k]), float(c.sd[k]))
+        value = deviation(float(c.found.placement.deviations[k]), float(c.sd[k]))
         rows.append([text(label(name)), cell(value), text(f"m{unit}"), cell(percent(min(left, 1)))])
     return table(["", "difference ± 90 %", "unit", "left of prior’s spread"], rows)

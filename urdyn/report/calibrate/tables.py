@@ -8,7 +8,7 @@ from typing import Any
 from rich.table import Table
 
 from urdyn.identify.kinematics import Calibration, Evaluation
-from urdyn.report.calibrate.words import answer, difference, evaluated_answer, tool, trust
+from urdyn.report.calibrate.words import answer, deviation, evaluated_answer, tool, trust
 from urdyn.report.digits import percent
 from urdyn.report.names import maker, spoken
 from urdyn.report.terminal import terminal_table
@@ -38,7 +38,7 @@ def _cell(told: tuple[float, float, float] | None) -> str:
     if told is None:
         return ""
     value, sd, prior = told
-    text = difference(value, sd)
+    text = deviation(value, sd)
     return f"({text})" if sd > 0.9 * prior else text
 
 

@@ -26,7 +26,7 @@ def millimetres(value: float) -> str:
     return "less than 0.001 mm" if value < FINE else f"{number(value)} mm"
 
 
-def difference(value: float, sd: float) -> str:
+def deviation(value: float, sd: float) -> str:
     """A coordinate and its 90 % interval [mm, mrad]; nothing finer than anybody can use."""
     if NORMAL90 * sd < 1e-3 * FINEST:
         return f"{round(1e3 * value, 4) + 0.0:.4f}".replace("-", "−")
