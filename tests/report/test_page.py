@@ -11,6 +11,7 @@ import pytest
 
 from urdyn.report.digits import number
 from urdyn.report.identify.page import identify_page, validate_page
+from urdyn.report.origin import data_quality
 from urdyn.types import Source
 
 PLOT = re.compile(
@@ -54,6 +55,17 @@ def test_every_plot_has_data_and_a_unit_on_every_numeric_axis(either):
         for name, axis in plot["layout"].items():
             if re.fullmatch(r"[xy]axis\d?", name) and axis["title"]["text"]:
                 assert re.search(r"\[.+\]", axis["title"]["text"])
+
+
+def test_the_rate_of_a_log_is_its_rows_over_its_duration(case):
+    """Where single rows are missing, the usual step is that of more rows than there are."""
+    score = case.scores[0]
+    rows = np.arange(len(score.log))
+    step, steps = score.duration / rows[-1], rows[-1]
+    lossy = replace(score.log, t=score.log.t + step * (rows // 10))
+    told = data_quality(case.fit, [replace(score, log=lossy)])
+    assert f">{number(steps / (steps + steps // 10) / step, 3)} Hz</td>" in told
+    assert f">{number(1.0 / step, 3)} Hz</td>" not in told
 
 
 def test_a_tool_that_was_named_is_shown_beside_the_payload(case, page):

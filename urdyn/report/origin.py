@@ -32,7 +32,7 @@ def data_quality(fit: Fit, scores: Sequence[Score]) -> Html:
                 "",
                 "rows",
                 "duration",
-                "rate",
+                "mean rate",
                 "gaps",
                 "without current",
                 "beyond 4 sd",
@@ -53,7 +53,7 @@ def _log(fit: Fit, score: Score) -> list[Html]:
         text(seen(fit, log.source)),
         text(f"{len(log):,}"),
         text(f"{number(score.duration, 3)} s"),
-        text(f"{number(1.0 / float(np.median(np.diff(log.t))), 3)} Hz"),
+        text(f"{number((len(log) - 1) / score.duration, 3)} Hz"),  # not of the usual step
         text(_gaps(log)),
         text("none" if missing == 0.0 else percent(missing)),
         text(_wild(fit, score)),
