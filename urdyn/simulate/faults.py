@@ -50,13 +50,7 @@ KINDS: Mapping[str, type[Fault]] = {
 # Which way each of them goes is said by its name; a negative one would be another event.
 NOT_NEGATIVE = {"onset", "viscous", "delay", "mass"}
 GROWING = (FrictionIncrease, HealthDegradation, JointBacklash, ControllerInstability)
-CHANGES = {
-    "rate",
-    "viscous",
-    "offset",
-    "delay",
-    "force",
-}  # how far a fault goes: one that is all zero is none
+CHANGES = {"rate", "offset", "delay", "force"}  # how far a fault goes
 
 
 def parse_fault(text: str, joints: int) -> Fault:
@@ -92,6 +86,9 @@ def _values(kind: type[Fault], text: str) -> dict[str, Any]:
         values[name] = _value(name, value, hints[name])
     if missing := [n for n, field in known.items() if n not in values and _needed(field)]:
         raise InputError(f"needs {' and '.join(missing)}")
+    far = [name for name in known if name in CHANGES]
+    if far and not any(name in values for name in far):  # a 0 that is asked for is a control
+        raise InputError(f"needs {' or '.join(far)}")
     return values
 
 
@@ -130,7 +127,4 @@ def _checked(fault: Fault, joints: int) -> Fault:
             raise InputError(f"{name}={value:g}: is to be above 0")
         if name in never_below and value < 0.0:
             raise InputError(f"{name}={value:g}: is not to be negative")
-    far = {name: value for name, value in asdict(fault).items() if name in CHANGES}
-    if far and not np.any(list(far.values())):
-        raise InputError(f"would change nothing: say its {' or '.join(far)}")
     return fault
