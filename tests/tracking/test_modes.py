@@ -93,11 +93,14 @@ def test_all_modes_find_the_same_arm(workshop, modes):
 
 
 def test_a_quicker_mode_is_as_sure_as_full(workshop, modes):
-    """Coverage counts on it: what strays costs some per cent, and what waits some more."""
+    """Coverage counts on it: what strays costs some per cent, and what waits some more.
+
+    A zero that no current shows strays for 1.2 s of these five before it is told to have.
+    """
     for name in QUICKER:
         for quantity, sd in modes["full"].sd.items():
             ratio = modes[name].sd[quantity] / sd if sd else 1.0
-            assert 0.9 < ratio < 1.3, (name, quantity, ratio)
+            assert 0.85 < ratio < 1.3, (name, quantity, ratio)
 
 
 def test_losses_are_errors_over_fulls(workshop, modes):

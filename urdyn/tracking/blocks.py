@@ -38,7 +38,7 @@ from urdyn.types import Array, Gaussian, Index, Mask, changed
 CALM = 1.5  # [-] of the innovations' average size, where 1 is expected
 WILDEST = 10.0  # [-] that one sample counts for at most
 MEMORY = 50.0  # samples over which the innovations' size is averaged
-SELDOM = 0.3  # [s] between two moves of the covariance; the quickest, slow noise, fades in 1.2 s
+SELDOM = 1.2  # [s] between two moves of the covariance: as long as the quickest, slow noise, lasts
 ROUNDING = 1e-10  # [-] of a variance, below which it is none
 SHARED = -1
 TOGETHER = (*BODIES, "z", "gain", "kappa_f")  # groups that all joints share
