@@ -213,7 +213,7 @@ def test_a_value_that_is_off_is_seen_in_any_row_of_a_beat() -> None:
 def test_a_biased_sensor_that_gets_stuck_is_told_as_both(shop: Shop) -> None:
     of = "sensor_fault:joint=4,mode="
     report = shop.report(
-        of + "biased,size=2,onset=15", of + "stuck,onset=60", seconds=70.0, rate=50.0
+        of + "biased,size=2,onset=15", of + "stuck,onset=40", seconds=50.0, rate=25.0
     )
     sensors = [finding for finding in report if finding.kind == "sensor_fault"]
     biased, stuck = sorted(sensors, key=lambda f: f.onset_s)
