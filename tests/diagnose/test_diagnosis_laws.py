@@ -409,6 +409,25 @@ def test_a_severity_does_not_flicker_at_its_level(
     assert (warned.severity, told.severity, told.size) == ("warning", now, size)
 
 
+def test_a_rate_is_told_as_what_people_read_grows(shop: Shop) -> None:
+    """A sensor's bank has the current that is missing: what is read of it falls as that rises."""
+    diagnosis = shop.diagnosis(shop.log(seconds=2.0))
+    of, step = diagnosis.slow.of, 1e-6
+    for k, suspect in enumerate(of.each):
+        size = 0.1 * suspect.unit
+        (before, _), (after, _) = (
+            suspect.read(size + d * suspect.unit, 0.0) for d in (-step, step)
+        )
+        slope = (after - before) / (2.0 * step * suspect.unit)
+        assert suspect.slope(size) == pytest.approx(slope, rel=1e-5)
+        assert suspect.read(size, 2.0)[1] == pytest.approx(2.0 * abs(slope), rel=1e-5)
+        if suspect.kind.of_friction or suspect.kind.of_tool:
+            continue  # of all friction, and of no rate
+        change = Change(k, 0.0, (0.0, 0.0), (0.0, 0.0), 5.0, 0.99, 9.0, size, 0.01, 0.02, 0.01)
+        told = of_change(change, of, diagnosis.space, diagnosis.rules, [])
+        assert told.evidence["rate_per_s"] == pytest.approx(0.02 * slope, rel=1e-5)
+
+
 def test_friction_that_falls_below_its_first_day_is_no_failure_to_come(shop: Shop) -> None:
     diagnosis = shop.diagnosis(shop.log(seconds=2.0))
     of = diagnosis.slow.of

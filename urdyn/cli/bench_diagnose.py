@@ -42,9 +42,9 @@ def bench_diagnose(
     Example: [bold]urdyn bench diagnose --runs 4 --out kinds.html[/bold]
     """
     from urdyn.bench.diagnosis_trials import ALONE, PAIRS, counted, reliability
-    from urdyn.cli.results import require_page
+    from urdyn.cli.results import require_place
 
-    require_page(out)
+    require_place(out)
     voice = Voice(json, quiet)
     with voice.progress("commissioning") as progress:
         done = broken(robot, seed, runs, noise, (*ALONE, *PAIRS), progress)

@@ -75,9 +75,9 @@ def bench_faults(
 
     Example: [bold]urdyn bench faults --lives 120 --runs 1 --out faults.html[/bold]
     """
-    from urdyn.cli.results import require_page
+    from urdyn.cli.results import require_place
 
-    require_page(out)
+    require_place(out)
     voice, paper = Voice(json, quiet), _paper()
     found = _measured(lives, runs, seed, voice)
     _show(voice, found, paper)

@@ -51,9 +51,9 @@ def bench_track(
     Example: [bold]urdyn bench track --quick --out bench.html[/bold]
     """
     from urdyn.cli.bench_tables import notes, tables
-    from urdyn.cli.results import require_page
+    from urdyn.cli.results import require_place
 
-    require_page(out)
+    require_place(out)
     voice = Voice(json, quiet)
     with (
         voice.progress("ramps") as progress,

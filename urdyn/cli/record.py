@@ -12,6 +12,7 @@ from urdyn.cli.ending import ended_by
 from urdyn.cli.options import Json, Quiet
 from urdyn.cli.voice import Voice
 from urdyn.progress import Progress
+from urdyn.report.digits import counted
 
 if TYPE_CHECKING:
     from urdyn.io.rtde import Summary
@@ -86,13 +87,13 @@ def _telling(progress: Progress, duration: float | None) -> Any:
 
 
 def _sentence(summary: Summary) -> str:
-    gaps = _counted(len(summary.gaps), "gap")
+    gaps = counted(len(summary.gaps), "gap")
     troubles = [
         f"{summary.lost} lost in {gaps}" if summary.lost else "none lost",
         f"{summary.torn} torn" if summary.torn else "none torn",
     ]
     if summary.reconnects:
-        troubles.append(f"{_counted(summary.reconnects, 'connection')} dropped and taken up again")
+        troubles.append(f"{counted(summary.reconnects, 'connection')} dropped and taken up again")
     if summary.silent:
         troubles[0] += " while connected"
         troubles.append(
@@ -104,10 +105,6 @@ def _sentence(summary: Summary) -> str:
         f"{summary.rate:.1f} Hz; {', '.join(troubles)}; "
         f"99 % came within {1e3 * summary.age_p99:.2f} ms"
     )
-
-
-def _counted(count: int, what: str) -> str:
-    return f"{count} {what}" if count == 1 else f"{count} {what}s"
 
 
 def _document(summary: Summary) -> dict[str, Any]:

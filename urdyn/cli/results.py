@@ -26,8 +26,8 @@ def require_folder(out: Path) -> None:
             return
 
 
-def require_page(out: Path | None) -> None:
-    """InputError where no page can be written, before anybody has waited for it."""
+def require_place(out: Path | None) -> None:
+    """InputError where no such file can be written, before anybody has waited for it."""
     if out is not None and not out.resolve().parent.is_dir():
         raise InputError(f"{out}: cannot be written: its folder does not exist")
 

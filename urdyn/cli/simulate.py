@@ -98,13 +98,14 @@ def _require_outcome(out: Path | None, serve: bool, truth: Path | None, poses: P
 
     Asked before anything is written: a log without its truth is half of what was asked for.
     """
+    from urdyn.cli.results import require_place
+
     if out is None and not serve:
         raise typer.BadParameter("say where to write by --out, or --serve")
     if truth is not None and truth.suffix.lower() not in (".json", ".toml", ".parquet"):
         raise InputError(f"{truth}: the truth is written as .json, .toml or .parquet")
-    for path in filter(None, (out, truth, poses)):
-        if not path.parent.is_dir():
-            raise InputError(f"{path}: cannot be written: there is no such folder")
+    for path in (out, truth, poses):
+        require_place(path)
 
 
 def _streams(

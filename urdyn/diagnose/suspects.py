@@ -39,13 +39,18 @@ class Suspect:
         A bank is linear in current: of a drive that takes x more for the same torque there is left
         1 / (1 + x) of its health, and not 1 - x.
         """
-        size, sd = size / self.unit, sd / self.unit
-        if self.kind.of_sensor:
-            return -size, sd
-        if not self.kind.of_health:
-            return size, sd
-        left = 1.0 / max(1.0 - size, LEAST)
-        return left - 1.0, left**2 * sd
+        told = self._left(size) - 1.0 if self.kind.of_health else self.slope(size) * size
+        return told, abs(self.slope(size)) * sd
+
+    def slope(self, size: float) -> float:
+        """By how much what people read grows with the first state, where that changed by `size`."""
+        if self.kind.of_health:
+            return self._left(size) ** 2 / self.unit
+        return (-1.0 if self.kind.of_sensor else 1.0) / self.unit
+
+    def _left(self, size: float) -> float:
+        """Of a drive's health, (0, 1] but for what it gained [-]."""
+        return 1.0 / max(1.0 - size / self.unit, LEAST)
 
 
 @dataclass(frozen=True, eq=False)

@@ -32,8 +32,7 @@ def of_change(change: Change, of: Suspects, space: Space, rules: Rules, trace: S
     suspect = of.each[change.suspect]
     kind = suspect.kind
     size, sd = suspect.read(change.size, change.size_sd)
-    _, per = suspect.read(change.size, 1.0)
-    per = -per if kind.of_sensor else per
+    per = suspect.slope(change.size)
     if kind.of_friction and trace:
         _, size, sd = trace[-1]
         per = size / change.size

@@ -16,6 +16,11 @@ def number(value: float, digits: int = 2) -> str:
     return fixed(value, _decimals(value, digits))
 
 
+def counted(count: int, what: str) -> str:
+    """So many of what has a plural in s."""
+    return f"{count} {what}{'' if count == 1 else 's'}"
+
+
 def percent(share: float) -> str:
     """A share in [0, 1] as a percentage."""
     return f"{100.0 * share:.0f} %" if math.isfinite(share) else MISSING

@@ -228,9 +228,11 @@ def _learnt(state: BlockBelief, due: Mask, longest: int) -> BlockBelief:
 
 def _heard(state: BlockBelief, u: LinearMeasurement, y: Array) -> tuple[BlockBelief, Innovation]:
     """Kalman's correction of what is shared by what somebody else tells of it."""
+    if np.count_nonzero(u.jump):  # which no drive did with it
+        P = state.cov
+        P[u.at, u.at] += u.jump**2
+        state = state.with_belief(Gaussian(state.mean, P))
     at = np.searchsorted(state.at_shared, u.at)
-    if np.count_nonzero(u.jump):
-        state = _jumped(state, at, u.jump)
     HP = u.H @ state.shared[at]
     S = HP[:, at] @ u.H.T + u.R
     W, log_det = whitening(S)
@@ -241,15 +243,6 @@ def _heard(state: BlockBelief, u: LinearMeasurement, y: Array) -> tuple[BlockBel
     P, wait = 0.5 * (P + P.T), state.wait.nearer(step)
     after = replace(state, mean=state.mean + step, shared=P, wait=wait)
     return after, innovation(y, slice(None), residual, S, W, log_det)
-
-
-def _jumped(state: BlockBelief, at: Index, sd: Array) -> BlockBelief:
-    """The belief once some of what is shared may have jumped, which no drive did with it."""
-    P, C = state.shared.copy(), state.led @ state.shared
-    P[at, at] += sd**2
-    G = _following(P, C)
-    V = state.drives + C @ state.led.mT + (G @ P - 2.0 * C) @ G.mT
-    return replace(state, shared=P, led=G, drives=0.5 * (V + V.mT))
 
 
 def _changes(u: RobotSlice) -> bool:

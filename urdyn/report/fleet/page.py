@@ -11,7 +11,7 @@ from urllib.parse import quote
 
 import numpy as np
 
-from urdyn.report.digits import MISSING, difference, number, percent
+from urdyn.report.digits import MISSING, counted, difference, number, percent
 from urdyn.report.finding_words import lasting
 from urdyn.report.finding_words import sentence as found
 from urdyn.report.fleet.gather import SHOWN, Fleet, Robot, Unread
@@ -60,7 +60,7 @@ def fleet_page(fleet: Fleet, out: Path) -> str:
     scales = {what: _scale(fleet.robots, what) for what in SHOWN}
     return document(
         f"fleet of {len(fleet.robots)}",
-        tag("h1", text(f"fleet · {_count(len(fleet.robots), 'robot')}")),
+        tag("h1", text(f"fleet · {counted(len(fleet.robots), 'robot')}")),
         paragraph(tied(headline(fleet)), "headline"),
         paragraph(tied(_lead(scales)), "lead"),
         *(_row(robot, scales, out) for robot in fleet.robots),
@@ -81,7 +81,7 @@ def headline(fleet: Fleet) -> str:
     if stale:
         sentences.append(f"Nothing was heard lately of {', '.join(stale)}")
     if fleet.unread:
-        sentences.append(f"{_count(len(fleet.unread), 'folder')} could not be read")
+        sentences.append(f"{counted(len(fleet.unread), 'folder')} could not be read")
     return ". ".join(sentences) + "."
 
 
@@ -211,7 +211,3 @@ def _unread(unread: Sequence[Unread]) -> Html:
         "Nothing is known of these robots; any of them may be urgent.",
         table(["folder", "why", "path"], rows, "words"),
     )
-
-
-def _count(n: int, word: str) -> str:
-    return f"{n} {word}{'' if n == 1 else 's'}"
