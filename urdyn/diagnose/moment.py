@@ -7,7 +7,6 @@ Rows are averaged first, down to AVERAGED a second: what is slow is not lost, wh
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -126,7 +125,3 @@ def pooled(means: Means) -> Pool:
     return Pool(scaled.T @ scaled, scaled.T @ r, float(r @ r), means.warm)
 
 
-def together(pools: Sequence[Pool]) -> Pool:
-    """Moments as one."""
-    A, b = (np.sum([getattr(pool, name) for pool in pools], axis=0) for name in ("A", "b"))
-    return Pool(A, b, sum(p.square for p in pools), np.mean([p.warm for p in pools], axis=0))
