@@ -11,10 +11,12 @@ import numpy as np
 import pytest
 from tracked import CRITICAL, START, columns, diagnosed, growing, summary, write
 
+from urdyn.cli.diagnosing import summed
 from urdyn.diagnose.rules import read_rules
 from urdyn.io.spans import clock, span, span_of
 from urdyn.report.digits import difference
 from urdyn.report.finding_words import size, when
+from urdyn.report.setting import TELL, advised
 from urdyn.report.track.history import History
 from urdyn.report.track.page import track_page
 
@@ -142,9 +144,10 @@ def test_a_controller_that_knows_the_load_needs_not_be_told(history, setting, to
         forecast=None, time_to_failure_s=None, severity="warning", advice=advice,
     )  # fmt: skip
     final = {"payload.mass": {"mean": 2.0, "sd": 0.1}}
-    run = summary(**diagnosed(load), payload_setting=setting, final=final)
+    run = advised(summary(**diagnosed(load), payload_setting=setting, final=final))
+    assert (TELL in summed(run)) == told
     html = track_page(History((history,)), run)
-    assert html.count("tell the controller what the tool weighs") == (2 if told else 0)
+    assert html.count(TELL) == (2 if told else 0)
     assert html.count("look for what was lost") == 2
 
 

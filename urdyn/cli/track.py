@@ -106,6 +106,7 @@ def track(
     from urdyn.cli.results import require_folder
     from urdyn.cli.watching import watching
     from urdyn.io import sha256
+    from urdyn.report.setting import advised
     from urdyn.tracking import Tracker, open_source, run
 
     _refuse_idle(context, source, poses, no_diagnosis, bool(prometheus or mqtt))
@@ -137,7 +138,8 @@ def track(
             observer=onlooker(fit, stream, healthy, voice, helper) if healthy else None,
             writer=writer,
         )
-    summary = doubted(summary | {"filter": filter or ("ukf" if mode == "full" else "ekf")})
+    summary |= {"filter": filter or ("ukf" if mode == "full" else "ekf")}
+    summary = advised(doubted(summary))
     if healthy is None:
         undiagnosed(out)
     summary |= {"surprise": _report(out, summary, voice)}

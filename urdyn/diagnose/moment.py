@@ -123,5 +123,3 @@ def pooled(means: Means) -> Pool:
     scaled = (root[..., None] * H).reshape(-1, H.shape[2])
     r = (root * means.residual).ravel()
     return Pool(scaled.T @ scaled, scaled.T @ r, float(r @ r), means.warm)
-
-

@@ -12,7 +12,7 @@ TELL = "tell the controller what the tool weighs"  # as the rules advise of anot
 MEANT = "see that this load is meant"
 
 
-def advised(summary: Mapping[str, Any]) -> Mapping[str, Any]:
+def advised(summary: dict[str, Any]) -> dict[str, Any]:
     """A diagnosed run that does not advise to tell the controller what it is set to already."""
     if "findings" not in summary or not _agrees(summary):
         return summary

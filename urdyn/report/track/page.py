@@ -8,7 +8,6 @@ from typing import Any
 from urdyn.report.findings import unjudged
 from urdyn.report.markup import document
 from urdyn.report.names import maker
-from urdyn.report.setting import advised
 from urdyn.report.track.change import changes
 from urdyn.report.track.findings import findings
 from urdyn.report.track.forecast import forecasts
@@ -31,7 +30,6 @@ def track_page(run: History, summary: Mapping[str, Any]) -> str:
         run: mean and `.sd` of every quantity, currents, and surprise over time.
         summary: robot, samples, times, latency, and when the payload was taken to have changed.
     """
-    summary = advised(summary)
     found, surprised = changes(run, unjudged(summary.get("joints", ()))), surprise(run)
     changed = [float(t) - run.start for t in summary["payload_changes"]]
     return document(
