@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -128,6 +129,22 @@ def seen(shop: Shop, log: Log, folder: Path) -> Iterator[tuple[float, int]]:
             yield sample.t, len(looking.findings)
     looking.finish()
     looking.close()
+
+
+def test_it_is_told_though_no_instant_is_known_any_more(shop: Shop, tmp_path: Path) -> None:
+    """Nor is the stream what fails: of the other joints currents are known."""
+    log = shop.log(seconds=7.5)
+    looking, silent = looking_on(shop, log), np.arange(6) == 2
+    looking.begin(tmp_path, 0, {"twin": "a"})
+    for k in range(5000):
+        looking.miss(0.01 * k, silent, np.where(silent, np.nan, 1.0))
+        if looking.findings:
+            break
+        time.sleep(0.002)
+    looking.close()
+    (finding,) = looking.findings
+    assert (finding["joint"], finding["severity"]) == (2, "critical")
+    assert finding["evidence"]["at_once"] == 1
 
 
 @pytest.mark.parametrize("how", [HOW[0], *(pytest.param(how, marks=LONG) for how in HOW[1:])])

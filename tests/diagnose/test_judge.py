@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from shop import Shop
 
-from urdyn.diagnose import onsets
+from urdyn.diagnose import Diagnosis, onsets
 from urdyn.diagnose.explain import Explanation, _began, gathered, ratios
 from urdyn.diagnose.fault import Fault
 from urdyn.diagnose.judge import _shadow
@@ -96,3 +96,13 @@ def test_an_alarm_that_waited_for_what_was_taken_back_since_is_none(shop: Shop) 
     state = replace(slow.init(), waited=1)
     assert slow.judge.concluded(state) is state
     assert not slow.concluded(state, pushed=False).found
+
+
+@pytest.mark.parametrize("t", [np.nan, 3600.0])
+def test_what_begins_once_the_load_is_another_is_as_old_as_that_at_most(
+    shop: Shop, t: float
+) -> None:
+    diagnosis = Diagnosis(shop.fit, 0.01)
+    slow = diagnosis.slow.init()
+    slow = replace(slow, bank=replace(slow.bank, t=t), recall=replace(slow.recall, t=t))
+    assert diagnosis.slow.judge.afresh(slow).bank.oldest == np.isnan(t)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from realarm import with_current
@@ -225,17 +227,19 @@ def test_the_period_of_a_weave_is_known_beside_its_drift_and_a_loop_that_rings(
     assert period(np.array([0.1, 0.3, 0.7, 0.9, 1.4, 1.6])) == np.inf
 
 
+@pytest.mark.parametrize("rate", [125.0, pytest.param(1000.0, marks=pytest.mark.slow)])
 def test_what_a_weave_makes_is_no_loop_that_rings_and_a_line_beside_its_multiples_is(
-    shop: Shop,
+    shop: Shop, rate: float
 ) -> None:
     """A weld's weave: corners of its path, and friction that turns over, are at its multiples."""
-    arm, n, rate = shop.dynamics.arm, 1800, 125.0
+    arm, n = shop.dynamics.arm, round(14.4 * rate)
     t, weave = np.arange(n) / rate, 2.0 * np.pi * 1.7
     rest, of = np.array([0.2, -1.4, 1.2, -0.8, 0.5, 0.1]), np.array([0.5, -0.3, 1.0, 0, 0, 0.7])
     sway = np.outer(0.012 * np.sin(weave * t), of)
     speed = np.outer(0.012 * weave * np.cos(weave * t), of)
     go = Trajectory(t, rest + sway, speed, -(weave**2) * sway)
-    log = observe(shop.dynamics, go, typical_sensors(arm), np.random.default_rng(4))
+    sensors = replace(typical_sensors(arm), cycle=0.001)
+    log = observe(shop.dynamics, go, sensors, np.random.default_rng(4))
     friction, since = shop.dynamics.drive.coulomb[2], log.t - log.t[0] - 6.0
 
     def told(times: float, share: float) -> list[str]:

@@ -202,7 +202,8 @@ class Judge:
     def afresh(self, state: SlowState) -> SlowState:
         """Look for changes from here on, of an arm that carries what it carries now."""
         t, (x, P) = state.bank.t, self.healthy.emptied(state.bank.x, state.bank.P)
-        bank = replace(onsets.first(x, P, self.E.shape[1]), t=t, middle=state.bank.middle)
+        bank = onsets.first(x, P, self.E.shape[1])
+        bank = replace(bank, t=t, middle=state.bank.middle, oldest=bool(np.isnan(t)))
         recall = Recall(t, x, P)
         return replace(state, bank=bank, recall=recall, before=(bank, recall))
 

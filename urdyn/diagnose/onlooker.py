@@ -83,14 +83,12 @@ class Onlooker:
 
     def take(self, reading: Reading) -> None:
         """One instant on."""
-        self._rows.append(row(reading))
-        if len(self._rows) >= self._batch:
-            self._pass_on()
+        self._add(row(reading))
 
-    def miss(self, t: float, silent: Mask) -> None:
+    def miss(self, t: float, silent: Mask, current: Array) -> None:
         """An instant of which these joints told nothing: is it an encoder's fault?"""
         if np.count_nonzero(silent):
-            self._rows.append(blank(t, silent))
+            self._add(blank(t, silent, current))
 
     def keep(self, index: int) -> None:
         """Remember this sample, and the one before until the run has been kept as well."""
@@ -127,6 +125,12 @@ class Onlooker:
         assert self._helper is not None, "begin first"
         return self._helper
 
+    def _add(self, numbers: Array) -> None:
+        """A row more, which waits for others of its batch."""
+        self._rows.append(numbers)
+        if len(self._rows) >= self._batch:
+            self._pass_on()
+
     def _pass_on(self) -> None:
         """The rows that wait; no waiting, unless the diagnosis is far behind."""
         there = self._there
@@ -142,7 +146,7 @@ class Onlooker:
 
     def _hear(self, heard: list[Words | Array]) -> None:
         for words in map(words_of, heard):
-            before, self.findings = self.findings, tuple(words["findings"])
+            before, self.findings = self.findings, tuple(words.get("findings", self.findings))
             self._begun = True
             self._kept = words.get("kept", self._kept)
             self._finished = words.get("finished")

@@ -146,7 +146,8 @@ class Oscillation:
 
     def _listen(self, state: Heard, rows: Rows, doubted: bool) -> tuple[Heard, list[Event]]:
         """Some rows on."""
-        K, keep = self.space.reference.drive.gain, slice(-self._samples(self._windows[-1]), None)
+        remembered = max(self._windows[-1], weave.LASTS)
+        K, keep = self.space.reference.drive.gain, slice(-self._samples(remembered), None)
         gap = len(state.t) and rows.t[0] - state.t[-1] > GAP * self.period
         old = slice(0, 0) if gap else slice(None)
         new = np.stack([K * rows.residual, K * rows.current, rows.v])

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from urdyn.tracking import Reading
 
 SERIES = 10  # of J numbers each, after the time
+ANGLE, CURRENT = 0, 4  # of these
 
 
 def row(reading: Reading) -> Array:
@@ -24,7 +25,8 @@ def row(reading: Reading) -> Array:
     return np.concatenate([[i.t], *seen, reading.inputs.s, reading.travelled])
 
 
-def blank(t: float, silent: Mask) -> Array:
+def blank(t: float, silent: Mask, current: Array) -> Array:
     """An instant at which some joints' angles were not measured, (J,), likewise."""
-    angles = np.where(silent, np.nan, 0.0)
-    return np.concatenate([[t], angles, np.full((SERIES - 1) * len(silent), np.nan)])
+    series = np.full((SERIES, len(silent)), np.nan)
+    series[ANGLE], series[CURRENT] = np.where(silent, np.nan, 0.0), current
+    return np.concatenate([[t], series.ravel()])

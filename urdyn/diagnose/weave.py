@@ -11,7 +11,7 @@ import numpy as np
 
 from urdyn.types import Array
 
-LASTS = 4.0  # [s] in which it is seen, as far as they are remembered, whether a joint goes so
+LASTS = 4.0  # [s] in which it is seen whether a joint goes so
 SLOW = 0.01  # [rad/s] slower than this beside the mean, a joint has no way that it goes
 LEFT = 0.1  # [-] of a quick swing, what a taper leaves of it and more
 EVEN = 3, 0.03  # periods of a motion to and fro, at least, and [-] sd by which they may differ

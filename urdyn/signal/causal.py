@@ -90,10 +90,11 @@ class Causal:
             state = _restart(state, sample.t, row)
         return self._estimate(state) if len(state.t) >= self.fit.samples else (state, None)
 
-    def missed(self, state: CausalState) -> tuple[float, Mask]:
-        """The stamp [s] of which an instant is told, and which angles it lacks, (J,)."""
+    def missed(self, state: CausalState) -> tuple[float, Mask, Array]:
+        """The stamp [s] of which an instant is told, which angles it lacks, and currents [A]."""
         at = max(len(state.t) - 1 - self._lag, 0)
-        return float(state.t[at]), np.isnan(state.rows[at, 0])
+        angle, _, current, _ = state.rows[at]
+        return float(state.t[at]), np.isnan(angle), current
 
     @property
     def _lag(self) -> int:

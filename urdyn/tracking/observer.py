@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from urdyn.tracking.reading import Reading
-from urdyn.types import Mask
+from urdyn.types import Array, Mask
 
 
 class Observer(Protocol):
@@ -19,8 +19,13 @@ class Observer(Protocol):
     def take(self, reading: Reading) -> None:
         """One instant on."""
 
-    def miss(self, t: float, silent: Mask) -> None:
-        """An instant [s] at which no motion is known; these joints' angles were none, (J,)."""
+    def miss(self, t: float, silent: Mask, current: Array) -> None:
+        """An instant [s] at which no motion is known.
+
+        Args:
+            silent: joints whose angles were none, (J,).
+            current: [A], (J,); NaN: not measured.
+        """
 
     def keep(self, index: int) -> None:
         """The run is about to be kept as of this sample."""

@@ -66,7 +66,7 @@ def quality(tracker: Tracker[S], source: Source, at: Checkpoint[S]) -> dict[str,
 
 def _lost(tracker: Tracker[S], at: Checkpoint[S]) -> dict[str, Any] | None:
     """Since when nothing is tracked, and for lack of which joints' angles; None: it is."""
-    t, lacking = tracker.missed(at.state)
+    t, lacking, _ = tracker.missed(at.state)
     if not (lacking.any() and at.state.t < t):
         return None
     names = tracker.fit.dynamics.arm.joint_names

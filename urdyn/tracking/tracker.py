@@ -173,8 +173,11 @@ class Tracker(Generic[S]):
         """Samples in a row, from which on there are readings."""
         return self._causal.fit.samples
 
-    def missed(self, state: TrackerState[S]) -> tuple[float, Mask]:
-        """Where there was no reading: the instant [s], and which joints' angles were none, (J,)."""
+    def missed(self, state: TrackerState[S]) -> tuple[float, Mask, Array]:
+        """Where there was no reading: the instant [s], and what it lacked and had, (J,) each.
+
+        That is which joints' angles were none, and currents [A].
+        """
         return self._causal.missed(state.causal)
 
     def _with_more(self, heard: tuple[Heard[Any], ...], sample: Sample) -> tuple[Heard[Any], ...]:
