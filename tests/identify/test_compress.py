@@ -32,7 +32,7 @@ def noisy(point: Dynamics, motion: Motion) -> Motion:
 def weighted(point: Dynamics, block: Block, noise: Noise, joint: int) -> Array:
     """Rows [Phi | i] through the whitening filter, over the t likelihood's scale, (N, n + 1)."""
     problem = design(point, block)
-    data = np.column_stack([problem.columns(joint), problem.current[:, joint]])
+    data = np.column_stack([problem.columns(joint), block.motion.current[:, joint]])
     ar = noise.ar[joint]
     rows = []
     for run in runs(problem.known[:, joint]):

@@ -31,10 +31,11 @@ STEP = 1e-5  # of a finite difference in a logarithm
 
 def whole(point: Dynamics, motion: Motion) -> tuple[Array, Array, Array]:
     """Columns of the last joint, current, and what is known, of all blocks end to end."""
-    designs = [design(point, block) for block in blocks(point, motion)]
+    parts = list(blocks(point, motion))
+    designs = [design(point, block) for block in parts]
     return (
         np.vstack([d.columns(5) for d in designs]),
-        np.vstack([d.current for d in designs]),
+        np.vstack([block.motion.current for block in parts]),
         np.vstack([d.known for d in designs]),
     )
 

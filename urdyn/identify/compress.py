@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from urdyn.identify.band import EVERYTHING, Band
-from urdyn.identify.design import Design, blocks, coefficients_at, design, runs
+from urdyn.identify.design import Block, Design, blocks, coefficients_at, design, runs
 from urdyn.identify.map_estimate import Compressed
 from urdyn.identify.noise import Noise
 from urdyn.identify.slow import periodogram
@@ -33,48 +33,45 @@ def compress(
     coefficients = coefficients_at(point)
     R = [np.zeros((0, len(w) + 1)) for w in coefficients]
     for block in blocks(point, motion):
-        problem, other = design(point, block), block.instrumental
-        instrument = problem if other is block else design(point, other)
+        instrument, left = design(point, block.instrumental), unexplained(point, block)
         for j, w in enumerate(coefficients):
-            rows = np.vstack([R[j], *_weighted(problem, instrument, j, noise, w, band)])
+            rows = np.vstack([R[j], *_weighted(instrument, left[:, j], j, noise, w, band)])
             R[j] = np.asarray(np.linalg.qr(rows, mode="r"))
     return [Compressed(j, payload, triangle) for j, triangle in enumerate(R)]
 
 
 def _weighted(
-    problem: Design,
-    instrument: Design,
-    joint: int,
-    noise: Noise,
-    coefficients: Array,
-    band: Band,
+    instrument: Design, left: Array, joint: int, noise: Noise, coefficients: Array, band: Band
 ) -> list[Array]:
     """Rows [Phi | i] of unit, white, Gaussian-equivalent noise, run by run.
 
-    Phi is the instrument's, and leaves of i at the point what the problem's own does: noise of
-    accelerations is in one of the two alone, so that none of it is learnt from. [Soderstrom2002]_
+    Phi is the instrument's, and leaves of i at the point what the motion as measured does, `left`:
+    noise of accelerations is in one of the two alone, so that none of it is learnt from.
+    [Soderstrom2002]_
     """
-    rows = []
-    data = np.column_stack([problem.columns(joint), problem.current[:, joint]])
-    tool = instrument.columns(joint)
-    for run in runs(problem.known[:, joint]):
-        kept = band(data[run])
+    rows, columns = [], np.column_stack([instrument.columns(joint), left])
+    for run in runs(instrument.known[:, joint]):
+        kept = band(columns[run])
         if len(kept) > noise.ar.shape[1]:
-            white, phi = noise.whiten(kept, joint), noise.whiten(band(tool[run]), joint)
-            innovation = white[:, -1] - white[:, :-1] @ coefficients
+            white = noise.whiten(kept, joint)
+            phi, innovation = white[:, :-1], white[:, -1]
+            turning = band.rows(instrument.turning[run, joint])[-len(white) :]
             row = np.column_stack([phi, innovation + phi @ coefficients])
-            turning = band.rows(problem.turning[run, joint])[-len(row) :]
             rows.append(row * noise.weights(innovation, joint, turning)[:, None])
     return rows
 
 
+def unexplained(point: Dynamics, block: Block) -> Array:
+    """Current of a block that the point leaves unexplained, (N, J) [A]."""
+    s = block.bristles.together(point.drive.presliding_tail)
+    return np.asarray(block.motion.current - point.torque(block.motion, s) / point.drive.gain)
+
+
 def residuals(point: Dynamics, motion: Motion, band: Band = EVERYTHING) -> list[list[Array]]:
     """Current that the point leaves unexplained, joint by joint, run by run [A]."""
-    drive = point.drive
-    left: list[list[Array]] = [[] for _ in drive.gain]
+    left: list[list[Array]] = [[] for _ in point.drive.gain]
     for block in blocks(point, motion):
-        s = block.bristles.together(drive.presliding_tail)
-        error = block.motion.current - point.torque(block.motion, s) / drive.gain
+        error = unexplained(point, block)
         for j, mine in enumerate(left):
             mine += [band(error[run, j]) for run in runs(block.known[:, j])]
     return left

@@ -91,7 +91,6 @@ class Design:
 
     rigid: Array  # (N, J, 10 J), the regressor
     terms: Array  # (len(TERMS), N, J)
-    current: Array  # (N, J) [A]
     known: Mask  # (N, J)
     turning: Mask  # (N, J)
 
@@ -109,7 +108,7 @@ def design(point: Dynamics, block: Block) -> Design:
     linear = features(Contact(motion.q, motion.v, motion.temperature, load, s), drive)
     columns = {"rotor_inertia": motion.a, **linear, **_slopes(point, block, load, s)}
     terms = np.array([columns[name] for name in TERMS])
-    return Design(rigid, terms, motion.current, block.known, block.turning)
+    return Design(rigid, terms, block.known, block.turning)
 
 
 def _slopes(point: Dynamics, block: Block, load: Array, s: Array) -> dict[str, Array]:
