@@ -54,7 +54,7 @@ def truth(unknowns: Unknowns, point: Dynamics) -> Array:
 
 
 def residual(problem: Problem, z: Array) -> Array:
-    return np.asarray(problem.residual(z)).ravel()
+    return np.asarray(problem.residual(z, problem.data)).ravel()
 
 
 def assembled(unknowns: Unknowns, blocks: list[Compressed], point: Dynamics, z: Array) -> Array:
@@ -76,6 +76,11 @@ def assembled(unknowns: Unknowns, blocks: list[Compressed], point: Dynamics, z: 
         w = np.concatenate([links[j:].ravel(), linear, steps]) / drive.gain[j]
         rows.append(block.R[:, :-1] @ w - block.R[:, -1])
     return np.concatenate(rows)
+
+
+def function(z: Any, rows: Any) -> Any:
+    """CasADi's, of a residual that takes no data."""
+    return ca.Function("residual", [z, ca.MX.sym("data", 0)], [rows])
 
 
 def slope(problem: Problem, z: Array) -> Array:
@@ -119,7 +124,7 @@ def test_friction_at_rest_is_never_below_zero(problem: Problem, unknowns: Unknow
     z = ca.MX.sym("z", len(unknowns.mean))
     name = f"{unknowns.prior.arm.joint_names[1]}.stribeck"
     pull = 1e3 * (z[unknowns.names.index(name)] + 50.0)  # data that ask for fifty sd below
-    pulled = Problem(unknowns, ca.Function("residual", [z], [pull]), problem.at_rest)
+    pulled = Problem(unknowns, function(z, pull), problem.at_rest)
     found = np.array(problem.at_rest(solve(pulled, np.zeros(len(unknowns.mean))))).ravel()
     assert found.min() > -1e-6 and found.argmin() == 1
 
@@ -148,15 +153,15 @@ def affine(seed: int) -> tuple[Array, Array, Any]:
     rng = np.random.default_rng(seed)
     A, b = rng.standard_normal((40, 12)), rng.standard_normal(40)
     z = ca.MX.sym("z", 12)
-    return A, b, ca.Function("residual", [z], [ca.DM(A) @ z - ca.DM(b)])
+    return A, b, function(z, ca.DM(A) @ z - ca.DM(b))
 
 
 @pytest.mark.parametrize("seed", range(3))
 def test_on_an_affine_problem_the_posterior_is_the_dense_gaussian(
     seed: int, unknowns: Unknowns
 ) -> None:
-    A, b, function = affine(seed)
-    problem = Problem(unknowns, function, unbound(12))
+    A, b, residual = affine(seed)
+    problem = Problem(unknowns, residual, unbound(12))
     cov = np.linalg.inv(A.T @ A + np.eye(12))
     belief = posterior(problem, solve(problem, np.ones(12)))
     np.testing.assert_allclose(belief.cov, cov, rtol=0, atol=1e-13)
@@ -166,8 +171,7 @@ def test_on_an_affine_problem_the_posterior_is_the_dense_gaussian(
 def test_a_prior_that_is_contradicted_gives_way_and_no_other_does(unknowns: Unknowns) -> None:
     """Data tell two scores, ten below what is expected of both; roots of slopes by hand."""
     z = ca.MX.sym("z", 12)
-    told = ca.Function("residual", [z], [z[:2] + 10.0])
-    problem = Problem(unknowns, told, unbound(12), [1])
+    problem = Problem(unknowns, function(z, z[:2] + 10.0), unbound(12), [1])
     found = solve(problem, np.zeros(12))
     # Of the second z + 10 + z / (1 + (z / TAIL)²) = 0, a cubic.
     roots = np.roots([1.0, 10.0, 2.0 * TAIL**2, 10.0 * TAIL**2])
@@ -179,7 +183,7 @@ def test_a_prior_that_is_contradicted_gives_way_and_no_other_does(unknowns: Unkn
 
 def test_no_data_leave_the_prior(unknowns: Unknowns) -> None:
     z = ca.MX.sym("z", 12)
-    empty = Problem(unknowns, ca.Function("residual", [z], [ca.DM(0, 12) @ z]), unbound(12))
+    empty = Problem(unknowns, function(z, ca.DM(0, 12) @ z), unbound(12))
     belief = posterior(empty, solve(empty, np.ones(12)))
     np.testing.assert_allclose(belief.mean, 0.0, atol=1e-9)
     np.testing.assert_allclose(belief.cov, np.eye(12), atol=1e-15)
@@ -187,7 +191,7 @@ def test_no_data_leave_the_prior(unknowns: Unknowns) -> None:
 
 def test_a_problem_without_a_solution_is_told(unknowns: Unknowns) -> None:
     z = ca.MX.sym("z", 2)
-    hopeless = Problem(unknowns, ca.Function("residual", [z], [ca.log(-1.0 - z**2)]), unbound(2))
+    hopeless = Problem(unknowns, function(z, ca.log(-1.0 - z**2)), unbound(2))
     with pytest.raises(IdentifiabilityError, match="did not converge"):
         solve(hopeless, np.ones(2))
 

@@ -15,8 +15,10 @@ would take half of what it expects for true, and have the rest in Coulomb fricti
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import lru_cache
 from typing import Any
 
 import casadi as ca
@@ -38,6 +40,8 @@ IPOPT: dict[str, Any] = {
     "ipopt.tol": 1e-9,
 }
 
+Place = tuple[int, int | None]  # a joint, and the index of the payload that it bears, if any
+
 
 @dataclass(frozen=True)
 class Compressed:
@@ -53,66 +57,105 @@ class Problem:
     """Built before it is solved, so that it can be looked at."""
 
     unknowns: Unknowns
-    residual: Any  # CasADi function z -> whitened residuals of all blocks
+    residual: Any  # CasADi function (z, data) -> whitened residuals of all blocks
     at_rest: Any  # CasADi function z -> Coulomb and Stribeck friction at rest, (J,) [N·m], >= 0
     student_t: list[int] = field(default_factory=list)  # scores whose prior has Student's tails
+    data: Array = field(default_factory=lambda: np.zeros(0))  # the point's shape, and all [R r]
 
 
 def build_problem(unknowns: Unknowns, blocks: Sequence[Compressed], point: Dynamics) -> Problem:
     """The problem of compressed data whose columns were taken at `point`."""
-    z = ca.MX.sym("z", len(unknowns.mean))
-    ws = coefficients(unknowns, [(b.joint, b.payload) for b in blocks], point)(z)
-    rows = [
-        ca.DM(block.R[:, :-1]) @ w - ca.DM(block.R[:, -1])
-        for block, w in zip(blocks, ca.vertsplit(ws, _edges(blocks)), strict=True)
-    ]
-    residual = ca.Function("residual", [z], [ca.vertcat(*rows)])
-    return Problem(unknowns, residual, _at_rest(unknowns), unknowns.structural)
+    places = tuple((block.joint, block.payload) for block in blocks)
+    data = [shape_of(point), *(block.R for block in blocks)]
+    residual = _residual(unknowns, places, tuple(part.shape for part in data))
+    flat = np.concatenate([part.ravel("F") for part in data])
+    return Problem(unknowns, residual, _at_rest(unknowns), unknowns.structural, flat)
 
 
+# To differentiate an expression takes CasADi longer than to find its maximum. So an expression is
+# written once, and what changes from round to round, data and point, are numbers that it is given.
+
+
+@lru_cache(maxsize=2)
+def _residual(
+    unknowns: Unknowns, places: tuple[Place, ...], sizes: tuple[tuple[int, int], ...]
+) -> Any:
+    """CasADi function (z, data) -> whitened residuals of blocks; data are matrices of `sizes`."""
+    edges = np.cumsum([0, *map(math.prod, sizes)]).tolist()
+    z, data = ca.MX.sym("z", len(unknowns.mean)), ca.MX.sym("data", edges[-1])
+    parts = zip(ca.vertsplit(data, edges), sizes, strict=True)
+    shape, *matrices = (ca.reshape(part, *size) for part, size in parts)
+    columns = np.cumsum([0, *(width - 1 for _, width in sizes[1:])]).tolist()
+    ws = ca.vertsplit(_coefficients(unknowns, places)(z, shape), columns)
+    rows = [R[:, :-1] @ w - R[:, -1] for R, w in zip(matrices, ws, strict=True)]
+    return ca.Function("residual", [z, data], [ca.vertcat(*rows)])
+
+
+@lru_cache(maxsize=2)
 def _at_rest(unknowns: Unknowns) -> Any:
     z = ca.SX.sym("z", len(unknowns.mean))
     drive = quantities(unknowns, z).drive
     return ca.Function("at_rest", [z], [drive["coulomb"] + drive["stribeck"]])
 
 
+def shape_of(point: Dynamics) -> Array:
+    """What the columns of a design at a point are not linear in, (J, len(STEPS))."""
+    each = [getattr(point.drive, name) for name in STEPS]
+    return np.stack(np.broadcast_arrays(*each), axis=1)
+
+
 def coefficient_covs(
-    unknowns: Unknowns, places: Sequence[tuple[int, int | None]], point: Dynamics, belief: Gaussian
+    unknowns: Unknowns, places: Sequence[Place], point: Dynamics, belief: Gaussian
 ) -> list[Array]:
     """Covariance of the coefficients of every (joint, payload), by a belief in scores."""
-    z = ca.MX.sym("z", len(belief.mean))
-    ws = [coefficients(unknowns, [place], point)(z) for place in places]
-    slopes = ca.Function("slopes", [z], [ca.jacobian(w, z) for w in ws])(belief.mean)
-    return [J @ belief.cov @ J.T for J in map(np.asarray, slopes)]
+    slopes = [linearised(unknowns, [place], point, belief.mean)[1] for place in places]
+    return [J @ belief.cov @ J.T for J in slopes]
 
 
-def _edges(blocks: Sequence[Compressed]) -> list[int]:
-    return [0, *np.cumsum([block.R.shape[1] - 1 for block in blocks]).tolist()]
+def linearised(
+    unknowns: Unknowns, places: Sequence[Place], point: Dynamics, z: Array
+) -> tuple[Array, Array]:
+    """Coefficients w of every (joint, payload), end to end, and their slope dw/dz, at scores z."""
+    w, slope = _slope(unknowns, tuple(places))(z, shape_of(point))
+    return np.asarray(w).ravel(), np.asarray(slope)
 
 
-def coefficients(
-    unknowns: Unknowns, places: Sequence[tuple[int, int | None]], point: Dynamics
-) -> Any:
-    """CasADi function z -> w of every (joint, payload), end to end, in the order of columns."""
-    z = ca.SX.sym("z", len(unknowns.mean))
+@lru_cache(maxsize=32)
+def _slope(unknowns: Unknowns, places: tuple[Place, ...]) -> Any:
+    """CasADi function (z, shape) -> w, dw/dz."""
+    z, shape = _symbols(unknowns)
+    w = _coefficients(unknowns, places)(z, shape)
+    return ca.Function("slope", [z, shape], [w, ca.jacobian(w, z)])
+
+
+@lru_cache(maxsize=32)
+def _coefficients(unknowns: Unknowns, places: tuple[Place, ...]) -> Any:
+    """CasADi function (z, shape) -> w of every (joint, payload), in the order of columns."""
+    z, shape = _symbols(unknowns)
     found = quantities(unknowns, z)
-    ws = [_coefficients(found, joint, payload, point) for joint, payload in places]
-    return ca.Function("coefficients", [z], [ca.vertcat(*ws)])
+    ws = [_of_joint(found, joint, payload, shape[joint, :]) for joint, payload in places]
+    return ca.Function("coefficients", [z, shape], [ca.vertcat(*ws)])
 
 
-def _coefficients(found: Quantities, joint: int, payload: int | None, point: Dynamics) -> Any:
-    links, at, drive = found.inertials, point.drive, found.drive
+def _symbols(unknowns: Unknowns) -> tuple[Any, Any]:
+    """Of scores, and of the shape of a point."""
+    joints = unknowns.prior.arm.joints
+    return ca.SX.sym("z", len(unknowns.mean)), ca.SX.sym("shape", joints, len(STEPS))
+
+
+def _of_joint(found: Quantities, joint: int, payload: int | None, at: Any) -> Any:
+    links, drive = found.inertials, found.drive
     borne = ca.DM(found.tool)
     if payload is not None:
         borne = borne + found.payloads[:, payload]
     links = ca.horzcat(links[:, :-1], links[:, -1] + borne)
+    distance, tail, velocity, time = ca.horzsplit(at)
     steps = [
-        ca.log(drive["presliding_distance"][joint] / at.presliding_distance[joint]),
-        drive["presliding_tail"][joint] - at.presliding_tail[joint],
-        ca.log(drive["stribeck_velocity"][joint] / at.stribeck_velocity[joint]),
-        found.time_offset - at.time_offset,
+        ca.log(drive["presliding_distance"][joint] / distance),
+        drive["presliding_tail"][joint] - tail,
+        ca.log(drive["stribeck_velocity"][joint] / velocity),
+        found.time_offset - time,
     ]
-    assert len(steps) == len(STEPS), "one step for every column of a design that has one"
     w = ca.vertcat(ca.vec(links[:, joint:]), *[drive[name][joint] for name in LINEAR], *steps)
     return w / drive["gain"][joint]
 
@@ -123,17 +166,23 @@ def solve(problem: Problem, start: Array) -> Array:
     Raises:
         IdentifiabilityError: the optimiser found no maximum.
     """
-    z: Any = ca.MX.sym("z", len(start))
-    cost: Any = 0.5 * ca.sumsqr(problem.residual(z)) + _neg_log_prior(z, problem.student_t)
-    problems = {"x": z, "f": cost, "g": problem.at_rest(z)}
-    solver = ca.nlpsol("maximum", "ipopt", problems, IPOPT)
-    found = solver(x0=start, lbg=0.0)
+    solver = _solver(problem.residual, problem.at_rest, tuple(problem.student_t))
+    found = solver(x0=start, p=problem.data, lbg=0.0)
     if not solver.stats()["success"]:
         raise IdentifiabilityError(
             f"the identification did not converge ({solver.stats()['return_status']}); "
             "check the units and columns of the log"
         )
     return np.asarray(found["x"]).ravel()
+
+
+@lru_cache(maxsize=2)
+def _solver(residual: Any, at_rest: Any, student_t: tuple[int, ...]) -> Any:
+    """IPOPT for a problem of these equations, whatever its data."""
+    z, data = residual.mx_in()
+    cost = 0.5 * ca.sumsqr(residual(z, data)) + _neg_log_prior(z, list(student_t))
+    problems = {"x": z, "p": data, "f": cost, "g": at_rest(z)}
+    return ca.nlpsol("maximum", "ipopt", problems, IPOPT)
 
 
 def _neg_log_prior(z: Any, student_t: list[int]) -> Any:
@@ -157,6 +206,7 @@ def posterior(problem: Problem, z: Array) -> Gaussian:
 def data_information(problem: Problem, z: Array) -> Array:
     """What the data alone say of the scores at `z`, (P, P)."""
     symbol = ca.MX.sym("z", len(z))
-    slope = ca.Function("slope", [symbol], [ca.jacobian(problem.residual(symbol), symbol)])
+    residual = problem.residual(symbol, problem.data)
+    slope = ca.Function("slope", [symbol], [ca.jacobian(residual, symbol)])
     J: Array = np.asarray(slope(z), dtype=np.float64)
     return np.asarray(J.T @ J)

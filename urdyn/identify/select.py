@@ -13,7 +13,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from urdyn.identify.map_estimate import Compressed, coefficients
+from urdyn.identify.map_estimate import Compressed, linearised
 from urdyn.identify.unknowns import Unknowns
 from urdyn.model.dynamics import Dynamics
 from urdyn.types import Array
@@ -87,8 +87,7 @@ def _linear(
     unknowns: Unknowns, blocks: list[Compressed], point: Dynamics, z: Array
 ) -> tuple[Array, Array]:
     """A, b of the fold's residual A z - b."""
-    function = coefficients(unknowns, [(b.joint, b.payload) for b in blocks], point)
-    w, G = np.array(function(z)).ravel(), np.array(function.jacobian()(z, 0))
+    w, G = linearised(unknowns, [(b.joint, b.payload) for b in blocks], point, z)
     rows, targets, start = [], [], 0
     for block in blocks:
         R, r = block.R[:, :-1], block.R[:, -1]

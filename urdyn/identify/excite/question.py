@@ -11,13 +11,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-import casadi as ca
 import numpy as np
 
 from urdyn.identify.excite.columns import TERMS, Columns, columns
 from urdyn.identify.excite.interest import interesting
 from urdyn.identify.fit import Fit
-from urdyn.identify.map_estimate import coefficients
+from urdyn.identify.map_estimate import linearised
 from urdyn.identify.noise import GAUSSIAN, Noise
 from urdyn.identify.unknowns import PayloadPrior, Unknowns
 from urdyn.model.arm import Arm
@@ -145,9 +144,7 @@ def _weights(
     """W_j / sigma_j of every joint in the columns of `Columns`, (J, C, P)."""
     joints, P = len(sigma), len(unknowns.mean)
     out = np.zeros((joints, 10 * joints + len(TERMS), P))
-    symbol = ca.SX.sym("z", P)
-    w = coefficients(unknowns, [(j, payload) for j in range(joints)], point)(symbol)
-    jacobian = np.array(ca.Function("slope", [symbol], [ca.jacobian(w, symbol)])(z))
+    _, jacobian = linearised(unknowns, [(j, payload) for j in range(joints)], point, z)
     begin = 0
     for j in range(joints):
         rigid = 10 * (joints - j)
