@@ -164,14 +164,10 @@ def _nowhere(residuals: list[list[Array]]) -> list[list[Mask]]:
 
 def whiten(x: Array, ar: Array) -> Array:
     """x_t - sum_k ar[k-1] x_{t-k} along the first axis; the first len(ar) rows are spent."""
+    from scipy.signal import lfilter  # heavy, and only needed where noise is learned
+
     order = len(ar)
-    white = x[order:].copy()
-    if not len(white):
-        return white
-    for lag, coefficient in enumerate(ar, start=1):
-        if coefficient:
-            white -= coefficient * x[order - lag : len(x) - lag]
-    return white
+    return np.asarray(lfilter([1.0, *-ar], [1.0], x, axis=0))[order:] if len(x) > order else x[:0]
 
 
 def _white(stretches: list[Array]) -> Noise:

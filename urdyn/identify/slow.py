@@ -10,10 +10,11 @@ Kalman's innovations of y are white: a filter with a gain that settles within so
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import lru_cache
 
 import numpy as np
 
-from urdyn.types import Array
+from urdyn.types import Array, frozen
 
 MEMORY = 1.2  # [s] of what passes slowly, as on recordings of real arms
 SHARES = (0.0, *np.geomspace(0.005, 0.64, 22).tolist())  # of the variance that may be slow
@@ -39,23 +40,34 @@ def without_slow(y: Array, h: float, keep: float) -> Array:
         return y
     from scipy.signal import lfilter  # heavy
 
-    white, s, P = np.empty_like(y), np.zeros(y.shape[1:]), 1.0
-    for t in range(len(y)):
+    gain, S = (of_row[: len(y)] for of_row in _settling(h, keep))
+    done, theta, root = len(gain), keep * (1.0 - gain * h), np.sqrt(S)
+    # s_t+1 = theta s_t + keep gain y_t, and the innovation is y_t - h s_t.
+    seen = (y[:done].T * (keep * gain)).T
+    before, s = np.empty_like(seen), np.zeros(y.shape[1:])
+    for t in range(done):
+        before[t] = s
+        s = theta[t] * s + seen[t]
+    white = np.empty_like(y)
+    white[:done] = ((y[:done] - h * before).T / root).T
+    if done < len(y):
+        zero, pole = theta[-1] + keep * gain[-1] * h, theta[-1]
+        b, zi = np.array([1.0, -zero]) / root[-1], np.expand_dims(-h * s, 0) / root[-1]
+        white[done:], _ = lfilter(b, [1.0, -pole], y[done:], axis=0, zi=zi)
+    return white
+
+
+@lru_cache(maxsize=32)
+def _settling(h: float, keep: float) -> tuple[Array, Array]:
+    """Kalman's gains and the variances of innovations, row by row until both settle, (n,) each."""
+    P, before, rows = 1.0, np.inf, []
+    while abs(P - before) >= SETTLED * P:
         S = h * P * h + 1.0
         gain = P * h / S
-        white[t] = (y[t] - h * s) / np.sqrt(S)
-        s = keep * (s + gain * (y[t] - h * s))
+        rows.append((gain, S))
         before, P = P, keep * (P - gain * h * P) * keep + 1.0 - keep**2
-        if abs(P - before) < SETTLED * P:
-            break
-    done, root = t + 1, np.sqrt(S)
-    # From here on: s_t = theta s_{t-1} + keep gain y_{t-1}, innovation y_t - h s_t.
-    theta = keep * (1.0 - gain * h)
-    if done < len(y):
-        zi = np.expand_dims(-h * s, 0)
-        rest, _ = lfilter([1.0, -theta - keep * gain * h], [1.0, -theta], y[done:], axis=0, zi=zi)
-        white[done:] = rest / root
-    return white
+    gains, variances = np.array(rows).T
+    return frozen(gains), frozen(variances)
 
 
 def periodogram(x: Array, cov: Array | None = None) -> Array:
