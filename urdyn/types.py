@@ -139,7 +139,8 @@ class Log:
         )
 
 
-_JOINT_SERIES = ("q", "v", "a", "jerk", "current", "temperature", "shift", "instrument")
+# What a Motion has of every joint, (N, J).
+JOINT_SERIES = ("q", "v", "a", "jerk", "current", "temperature", "shift", "instrument")
 
 
 @dataclass(frozen=True)
@@ -172,7 +173,7 @@ class Motion:
             object.__setattr__(self, "instrument", np.full_like(self.q, np.nan))
         object.__setattr__(self, "t", frozen(self.t))
         shape = len(self), *np.shape(self.q)[1:]
-        for name in _JOINT_SERIES:
+        for name in JOINT_SERIES:
             object.__setattr__(self, name, shaped(name, getattr(self, name), shape))
 
     def __len__(self) -> int:
@@ -216,7 +217,7 @@ class Motion:
 
     def rows(self, kept: Which, breaks: tuple[int, ...]) -> Motion:
         """Some rows as a motion of its own, and which of them begin a new stretch there."""
-        series = {name: getattr(self, name)[kept] for name in ("t", *_JOINT_SERIES)}
+        series = {name: getattr(self, name)[kept] for name in ("t", *JOINT_SERIES)}
         return replace(self, **series, breaks=breaks)
 
 

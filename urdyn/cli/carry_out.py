@@ -75,11 +75,11 @@ def _conditioned(recording: Recording, arm: Arm) -> tuple[ud.Motion, list[str], 
 
     What was amiss with it, and what the controller took for the payload.
     """
-    from urdyn.signal import measured
+    from urdyn.signal import conditioned, measured
 
     log = measured(recording.read())
     require_own(arm, log)
-    return ud.condition(log), complaints(log.source.path, log.defects), setting_of(log)
+    return conditioned(log), complaints(log.source.path, log.defects), setting_of(log)
 
 
 def _beginning(recording: Recording, motion: ud.Motion) -> Recording:

@@ -19,7 +19,7 @@ from urdyn.identify.enough import too_few
 from urdyn.identify.fit import Fit, Fitted, fit_in
 from urdyn.model.dynamics import Dynamics
 from urdyn.model.whose import require_own
-from urdyn.signal import condition, measured
+from urdyn.signal import conditioned, measured
 from urdyn.types import STANDSTILL, Array, Defect, Log, Mask
 
 FLOOR_BAND = 10.0  # [Hz] above which residuals are mostly the sensor's noise
@@ -58,7 +58,7 @@ def validate(twin: Fit | Fitted, log: Log) -> Score:
         raise LogError(why, log.source.path)
     require_own(fit.dynamics.arm, log)
     log = _drawn(fit.dynamics, measured(log))
-    motion = condition(log)
+    motion = conditioned(log)
     predicted = fit.dynamics.current(motion)
     error = motion.current - predicted
     target_error = motion.current - log.joint("target_current")

@@ -1,7 +1,7 @@
 """Log -> Motion."""
 
 from urdyn.signal.causal import Causal, CausalState
-from urdyn.signal.condition import condition, require_measured, stream
+from urdyn.signal.condition import condition, conditioned, require_measured, stream
 from urdyn.signal.features import Features, add_features, features
 from urdyn.signal.gate import Gate
 from urdyn.signal.kinematics import Kinematics, kinematics
@@ -34,6 +34,7 @@ __all__ = [
     "Stage",
     "add_features",
     "condition",
+    "conditioned",
     "features",
     "half_window",
     "hampel",

@@ -19,9 +19,10 @@ from urdyn.signal.polynomial import half_window, instrument_half
 from urdyn.signal.shifts import SHAKEN, jumps, without_turns
 from urdyn.signal.stretches import breaks, is_even, median_step
 from urdyn.signal.units import complaint, unfilled, wrong_unit
-from urdyn.types import Array, Log, Mask, Motion
+from urdyn.types import JOINT_SERIES, Array, Log, Mask, Motion
 
 FAR = 4.0 * np.pi  # [rad] twice what a UR's joint turns either way
+CHUNK = 65536  # rows that are worked on at a time: what they take on the way is small beside a log
 
 
 class Jointed(Protocol):
@@ -55,13 +56,25 @@ def condition(
     log = given_log(log)
     if arm is not None and log.joints != arm.joints:
         raise LogError(f"has {log.joints} joints, the arm {arm.joints}", log.source.path)
-    log = measured(log)
-    return _settle(log, offset, half_window, degree).motion(log)
+    return conditioned(measured(log), offset, half_window, degree)
+
+
+def conditioned(
+    log: Log, offset: ArrayLike = 0.0, half_window: int | None = None, degree: int = 4
+) -> Motion:
+    """`condition` of a log as far as its sensors have `measured` it."""
+    settled = _settle(log, offset, half_window, degree)
+    shape = len(log), log.joints
+    series = {name: np.empty(shape) for name in JOINT_SERIES}
+    for rows, chunk in settled.chunks(log, CHUNK):
+        for name, values in series.items():
+            values[rows] = getattr(chunk, name)
+    return Motion(log.t, **series, breaks=breaks(log.t, settled.step), source=log.source)
 
 
 def stream(
     log: Log,
-    rows: int = 65536,
+    rows: int = CHUNK,
     *,
     offset: ArrayLike = 0.0,
     half_window: int | None = None,
@@ -73,14 +86,8 @@ def stream(
     does not name row 0.
     """
     log = measured(log)
-    settled = _settle(log, offset, half_window, degree)
-    # A shifted window ends this far from its row, and a jump shakes what is as far behind it.
-    halo = 2 * instrument_half(settled.half, degree) + round(SHAKEN / settled.step)
-    for start in range(0, len(log), rows):
-        stop = min(start + rows, len(log))
-        lo = max(0, start - halo)
-        chunk = settled.motion(log.slice(lo, stop + halo)).slice(start - lo, stop - lo)
-        yield replace(chunk, source=log.slice(start, stop).source)
+    for part, chunk in _settle(log, offset, half_window, degree).chunks(log, rows):
+        yield replace(chunk, source=log.slice(part.start, part.stop).source)
 
 
 @dataclass(frozen=True)
@@ -91,6 +98,15 @@ class _Settled:
     half: int  # [samples]
     degree: int
     offset: ArrayLike  # [s]
+
+    def chunks(self, log: Log, rows: int) -> Iterator[tuple[slice, Motion]]:
+        """The motion of a whole log, so many rows at a time, and which rows they are."""
+        # A shifted window ends this far from its row, and a jump shakes what is as far behind it.
+        halo = 2 * instrument_half(self.half, self.degree) + round(SHAKEN / self.step)
+        for start in range(0, len(log), rows):
+            stop, lo = min(start + rows, len(log)), max(0, start - halo)
+            chunk = self.motion(log.slice(lo, stop + halo))
+            yield slice(start, stop), chunk.slice(start - lo, stop - lo)
 
     def motion(self, log: Log) -> Motion:
         """Motion of `log`, which is the whole or a part."""
