@@ -116,8 +116,8 @@ def test_what_doubt_takes_from_a_residual_is_what_the_doubtful_would_change(
     """A joint's viscous friction, wrong by .1 A/(rad/s), is .1 v in the current."""
     at, wrong = 10 * np.arange(point.arm.joints, 0, -1) + LINEAR.index("viscous"), 0.1
     doubt = [np.zeros((len(w),) * 2) for w in coefficients_at(point)]
-    for cov, k in zip(doubt, at, strict=True):
-        cov[k, k] = wrong**2
+    for L, k in zip(doubt, at, strict=True):
+        L[k, k] = wrong
     drive = replace(point.drive, viscous=point.drive.viscous + wrong * point.drive.gain)
     other = residuals(replace(point, drive=drive), noisy)
     found = absorbed_periodograms(point, noisy, doubt)

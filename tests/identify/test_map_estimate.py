@@ -18,7 +18,7 @@ from urdyn.identify.map_estimate import (
     Compressed,
     Problem,
     build_problem,
-    coefficient_covs,
+    coefficient_roots,
     data_information,
     posterior,
     solve,
@@ -203,8 +203,8 @@ def test_doubt_in_scores_is_the_same_doubt_in_coefficients(
     root = np.random.default_rng(8).standard_normal((len(truth),) * 2)
     belief = Gaussian(truth, root @ root.T)
     places = [(block.joint, block.payload) for block in blocks]
-    covs = coefficient_covs(unknowns, places, point, belief)
+    roots = coefficient_roots(unknowns, places, point, belief)
     R = [block.R[:, :-1] for block in blocks]
-    each = [np.trace(r @ cov @ r.T) for r, cov in zip(R, covs, strict=True)]
+    each = [np.sum((r @ L) ** 2) for r, L in zip(R, roots, strict=True)]
     whole = np.trace(data_information(problem, truth) @ belief.cov)
     assert sum(each) == pytest.approx(whole, rel=1e-9)

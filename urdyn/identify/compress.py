@@ -87,17 +87,19 @@ def turnings(point: Dynamics, motion: Motion, band: Band = EVERYTHING) -> list[l
 
 
 def absorbed_periodograms(
-    point: Dynamics, motion: Motion, covs: Sequence[Array], band: Band = EVERYTHING
+    point: Dynamics, motion: Motion, roots: Sequence[Array], band: Band = EVERYTHING
 ) -> list[list[Array]]:
     """Periodograms of noise that a fit absorbed, so that `residuals` lack it, by stretch [A²].
 
     Args:
-        covs: of each joint's coefficients, in the order of `coefficients_at`.
+        roots: L of each joint's coefficients, in the order of `coefficients_at`: their covariance
+            is L Lᵀ.
     """
-    absorbed: list[list[Array]] = [[] for _ in covs]
+    absorbed: list[list[Array]] = [[] for _ in roots]
     for block in blocks(point, motion):
         problem = design(point, block)
-        for j, cov in enumerate(covs):
+        for j, L in enumerate(roots):
             columns = problem.columns(j)
-            absorbed[j] += [periodogram(band(columns[run]), cov) for run in runs(block.known[:, j])]
+            modes = (band(columns[run] @ L) for run in runs(block.known[:, j]))
+            absorbed[j] += [periodogram(each).sum(axis=1) for each in modes]
     return absorbed

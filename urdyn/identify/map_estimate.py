@@ -104,12 +104,16 @@ def shape_of(point: Dynamics) -> Array:
     return np.stack(np.broadcast_arrays(*each), axis=1)
 
 
-def coefficient_covs(
+def coefficient_roots(
     unknowns: Unknowns, places: Sequence[Place], point: Dynamics, belief: Gaussian
 ) -> list[Array]:
-    """Covariance of the coefficients of every (joint, payload), by a belief in scores."""
+    """L of the coefficients of every (joint, payload), whose covariance is L Lᵀ, by a belief in z.
+
+    With J their slope and S Sᵀ the covariance of scores, Lᵀ is the triangle of (J S)ᵀ.
+    """
+    S = np.linalg.cholesky(belief.cov)
     slopes = [linearised(unknowns, [place], point, belief.mean)[1] for place in places]
-    return [J @ belief.cov @ J.T for J in slopes]
+    return [np.asarray(np.linalg.qr((J @ S).T, mode="r")).T for J in slopes]
 
 
 def linearised(

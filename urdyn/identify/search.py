@@ -21,7 +21,7 @@ from urdyn.identify.fit import Fit
 from urdyn.identify.map_estimate import (
     Compressed,
     build_problem,
-    coefficient_covs,
+    coefficient_roots,
     posterior,
     solve,
 )
@@ -162,8 +162,8 @@ def _absorbed(state: State, runs: Sequence[Run]) -> list[list[Array]] | None:
     belief, joints = Gaussian(state.z, state.cov), range(state.point.arm.joints)
 
     def of_run(motion: Motion, point: Dynamics, payload: int | None) -> list[list[Array]]:
-        covs = coefficient_covs(state.unknowns, [(j, payload) for j in joints], point, belief)
-        return absorbed_periodograms(point, motion, covs, state.band)
+        roots = coefficient_roots(state.unknowns, [(j, payload) for j in joints], point, belief)
+        return absorbed_periodograms(point, motion, roots, state.band)
 
     return _joint_by_joint(of_run(*loaded) for loaded in state.loaded(runs))
 

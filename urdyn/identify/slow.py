@@ -70,16 +70,9 @@ def _settling(h: float, keep: float) -> tuple[Array, Array]:
     return frozen(gains), frozen(variances)
 
 
-def periodogram(x: Array, cov: Array | None = None) -> Array:
-    """Power of a stretch (n,) at the frequencies of `rfft`, (n // 2 + 1,).
-
-    Args:
-        cov: of what multiplies the columns of x, (n, c), (c, c): the power of their sum, as it is
-            on average.
-    """
-    X = np.fft.rfft(x, axis=0)
-    power = np.abs(X) ** 2 if cov is None else ((X @ cov) * X.conj()).sum(axis=1).real
-    return np.asarray(power / max(len(x), 1))
+def periodogram(x: Array) -> Array:
+    """Power of a stretch (n, ...) at the frequencies of `rfft`, (n // 2 + 1, ...)."""
+    return np.asarray(np.abs(np.fft.rfft(x, axis=0)) ** 2 / max(len(x), 1))
 
 
 def density(w: Array, ar: Array, left: float, slow: float, keep: float) -> Array:
