@@ -75,7 +75,14 @@ class Arm:
         None: the arm's own, which are the published ones of an arm that was loaded. What a fit
         found is asked by `fit.dynamics.rigid.torque(q, v, a)`.
         """
-        return self._having(inertials)._each(pin.rnea, (self.joints,), q, v, a)
+        arm = self._having(inertials)
+        if all(map(self._is_one, (q, v, a))):
+            return arm._each(pin.rnea, (self.joints,), q, v, a)
+        lead, rows = self._rows(q, v, a)
+        tau = np.empty_like(rows[0])
+        # On this thread, but with the loop in Pinocchio: in Python it would take as long again.
+        pin.rneaInParallel(1, pin.ModelPool(arm._model, 1), *(x.T for x in (*rows, tau)))
+        return tau.reshape(*lead, self.joints)
 
     def torque_derivatives(
         self, q: Array, v: Array, a: Array, inertials: Array | None = None
