@@ -9,7 +9,7 @@ import numpy as np
 
 from urdyn.model.arm import Arm, with_inertials
 from urdyn.model.drive import Drive
-from urdyn.model.friction import Contact, bristles, friction_torque
+from urdyn.model.friction import Contact, bristles, friction_torque, present
 from urdyn.types import Array, Mask, Motion, shaped
 
 OVERLOAD = 3.0  # [-] of the rated torque's current, that no motor draws
@@ -81,7 +81,8 @@ class Dynamics:
         load, drive = self.load(motion), self.drive
         s = self.presliding(motion) if s is None else s
         at = Contact(motion.q, motion.v, motion.temperature, load, s)
-        return np.asarray(load + drive.rotor_inertia * motion.a + friction_torque(at, drive))
+        friction = friction_torque(at, drive, present(drive))
+        return np.asarray(load + drive.rotor_inertia * motion.a + friction)
 
     def current(self, motion: Motion) -> Array:
         """Motor current beside which the motion is recorded, (N, J) [A]."""
