@@ -14,6 +14,8 @@ from urdyn.identify.slow import periodogram
 from urdyn.model.dynamics import Dynamics
 from urdyn.types import Array, Mask, Motion
 
+PIECE = 1024  # rows of one QR
+
 
 def compress(
     point: Dynamics,
@@ -35,9 +37,17 @@ def compress(
     for block in blocks(point, motion):
         instrument, left = design(point, block.instrumental), unexplained(point, block)
         for j, w in enumerate(coefficients):
-            rows = np.vstack([R[j], *_weighted(instrument, left[:, j], j, noise, w, band)])
-            R[j] = np.asarray(np.linalg.qr(rows, mode="r"))
+            R[j] = _triangle([R[j], *_weighted(instrument, left[:, j], j, noise, w, band)])
     return [Compressed(j, payload, triangle) for j, triangle in enumerate(R)]
+
+
+def _triangle(parts: Sequence[Array]) -> Array:
+    """R of rows (n, c), by QR of pieces that stay in the cache, (c, c); of fewer rows, (n, c)."""
+    rows = np.vstack(parts)
+    R = rows[:0]
+    for start in range(0, len(rows), PIECE):
+        R = np.asarray(np.linalg.qr(np.vstack([R, rows[start : start + PIECE]]), mode="r"))
+    return R
 
 
 def _weighted(
