@@ -72,10 +72,14 @@ def turning(motion: Motion) -> Mask:
     A joint that sticks is held by whatever friction it takes, and its acceleration jumps: no law of
     friction that follows the measured motion is right then, to the last digit.
     """
-    t, way = motion.t[:, None], np.sign(motion.v)
-    turns = (np.diff(way, axis=0, prepend=way[:1]) != 0.0) | (way == 0.0)
-    last = np.maximum.accumulate(np.where(turns, t, -np.inf), axis=0)
-    next_ = np.minimum.accumulate(np.where(turns, t, np.inf)[::-1], axis=0)[::-1]
+    return np.stack([_turning(motion.t, np.sign(v)) for v in motion.v.T], axis=1)
+
+
+def _turning(t: Array, way: Array) -> Mask:
+    """The same of one joint that goes this way, (N,); an hour of all of them would fill memory."""
+    turns = (np.diff(way, prepend=way[:1]) != 0.0) | (way == 0.0)
+    last = np.maximum.accumulate(np.where(turns, t, -np.inf))
+    next_ = np.minimum.accumulate(np.where(turns, t, np.inf)[::-1])[::-1]
     return np.asarray(np.minimum(t - last, next_ - t) <= AROUND)
 
 
