@@ -66,7 +66,7 @@ def watched(
     for k in range(count):
         q = rng.uniform(-2.5, 2.5, 6)
         row = seen(it, q, float(k), rng, stream.build.own)
-        sights, _ = stream.take(sights, stands(q, float(k)), row, z, -np.inf)
+        sights, _ = stream.take(sights, stands(q, float(k)), row, z)
     return sights
 
 
@@ -109,9 +109,7 @@ def test_an_encoder_that_slips_is_found_by_the_second_pose(begun):
     told = []
     # Both well away from an arm that is stretched, which would tell less.
     for k, q in ((100.0, BENT), (101.0, BENT + 0.4)):
-        sights, shared = stream.take(
-            sights, stands(q, k), seen(it, q + slip, k, rng), KNOWN, -np.inf
-        )
+        sights, shared = stream.take(sights, stands(q, k), seen(it, q + slip, k, rng), KNOWN)
         told.append(shared)
     assert told[0] is None and told[1] is not None and (told[1].jump > 0.0).all()
     shared = told[1]
@@ -128,11 +126,11 @@ def test_one_wrong_pose_is_a_gross_error(begun):
     wrong, right = rng.uniform(-2.5, 2.5, (2, 6))
     row = seen(it, wrong, 100.0, rng)
     row[1] += 0.3
-    after, shared = stream.take(sights, stands(wrong, 100.0), row, KNOWN, -np.inf)
+    after, shared = stream.take(sights, stands(wrong, 100.0), row, KNOWN)
     assert shared is None and after.doubted == 1
     np.testing.assert_array_equal(after.table, sights.table)
     row = seen(it, right, 101.0, rng)
-    after, shared = stream.take(after, stands(right, 101.0), row, KNOWN, -np.inf)
+    after, shared = stream.take(after, stands(right, 101.0), row, KNOWN)
     assert shared is not None and after.doubted == 0 and not shared.jump.any()
 
 
@@ -143,7 +141,7 @@ def test_a_pose_that_is_not_whole_leaves_all_as_it_was(begun, missing):
     q = rng.uniform(-2.5, 2.5, 6)
     row = seen(it, q, 100.0, rng)
     row[missing] = np.nan
-    after, shared = stream.take(sights, stands(q, 100.0), row, KNOWN, -np.inf)
+    after, shared = stream.take(sights, stands(q, 100.0), row, KNOWN)
     assert after is sights and shared is None
 
 
@@ -153,7 +151,7 @@ def test_positions_alone_will_do(begun):
     q = rng.uniform(-2.5, 2.5, 6)
     row = seen(it, q, 100.0, rng)
     row[4:] = np.nan
-    _, shared = stream.take(sights, stands(q, 100.0), row, KNOWN, -np.inf)
+    _, shared = stream.take(sights, stands(q, 100.0), row, KNOWN)
     assert shared is not None and shared.H.shape == (3, 6)
 
 
@@ -161,11 +159,11 @@ def test_an_arm_that_stands_is_seen_once(begun):
     stream, it, sights = begun
     rng = np.random.default_rng(11)
     q = rng.uniform(-2.5, 2.5, 6)
-    first, _ = stream.take(sights, stands(q, 100.0), seen(it, q, 100.0, rng), KNOWN, -np.inf)
-    again, shared = stream.take(first, stands(q, 101.0), seen(it, q, 101.0, rng), KNOWN, -np.inf)
+    first, _ = stream.take(sights, stands(q, 100.0), seen(it, q, 100.0, rng), KNOWN)
+    again, shared = stream.take(first, stands(q, 101.0), seen(it, q, 101.0, rng), KNOWN)
     assert again is first and shared is None
     q = q + 2.0 * APART
-    further, shared = stream.take(first, stands(q, 102.0), seen(it, q, 102.0, rng), KNOWN, -np.inf)
+    further, shared = stream.take(first, stands(q, 102.0), seen(it, q, 102.0, rng), KNOWN)
     assert further.count == first.count + 1.0 and shared is not None
 
 
@@ -189,7 +187,7 @@ def test_another_tool_that_the_controller_was_told_of_is_taken_up(ur5e):
     for k in range(100, 106):
         q = rng.uniform(-2.5, 2.5, 6)
         row = seen(other, q, float(k), rng, True)
-        sights, _ = stream.take(sights, stands(q, float(k)), row, NOTHING, -np.inf)
+        sights, _ = stream.take(sights, stands(q, float(k)), row, NOTHING)
     mean, sd = stream.estimates(sights)
     # The last joint's d is the tool's z as well: their sum is known, and the other two are alone.
     assert (np.abs(mean[-3:-1] - other.tool[:2, 3]) < 4.0 * sd[-3:-1]).all()
@@ -240,7 +238,7 @@ def test_a_real_arm_before_a_laser_tracker_and_an_encoder_of_it_that_slips(recor
         off = slip if k >= 400 else 0.0
         now = stands(told.q[row] + off, float(k))
         seen_ = np.r_[now.t, told.place[row], told.angles[row]]
-        sights, shared = stream.take(sights, now, seen_, z, -np.inf)
+        sights, shared = stream.take(sights, now, seen_, z)
         if shared is not None:
             z = learnt_of(z, shared)
             sights = stream.settled(sights, z)

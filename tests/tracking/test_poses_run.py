@@ -164,7 +164,7 @@ def test_the_controllers_poses_of_a_real_log_are_those_of_its_calibration(record
     for sample in samples(ud.read(path)):
         state, now = causal.step(state, sample)
         if now is not None:
-            sights, _ = stream.take(sights, now, sample.beside["pose"][0], nothing, -np.inf)
+            sights, _ = stream.take(sights, now, sample.beside["pose"][0], nothing)
     mean, sd = stream.estimates(sights)
     batch = calibrate(arm, read_poses(path, arm.joint_names)).geometric.placement.deviations
     assert (np.abs(mean[:22] - batch) < 3.0 * sd[:22]).all()

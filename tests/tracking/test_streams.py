@@ -9,12 +9,15 @@ import numpy as np
 import pytest
 from workshop import RATE, commissioned
 
+from urdyn.dbn.measurement import LinearMeasurement, Standing
 from urdyn.estimate import EKF
 from urdyn.identify.kinematics.spread import geometry_spread
 from urdyn.model.geometry.drawing import drawing_of, redrawn
 from urdyn.signal import Instant, samples
 from urdyn.simulate import fourier, observe, parse_fault, typical_sensors
+from urdyn.simulate.payload import Payload
 from urdyn.simulate.watched import watched
+from urdyn.simulate.work import pick_and_place
 from urdyn.tracking import QUICKER, Drift, Tracker, quantities
 from urdyn.tracking.beside import WATCHED, pose_stream
 from urdyn.tracking.wrench_stream import WrenchStream
@@ -162,14 +165,43 @@ def test_what_the_controller_compensates_for_is_unknown_but_for_a_change():
     assert felt[0, 1] > 0.97 * alone[0, 1] and felt[1, 1] < 0.9 * alone[1, 1]
 
 
+SLOW = 20.0  # [Hz]
+
+
+def test_errors_that_all_holds_have_in_common_count_once():
+    """By currents, every load is weighed with the same friction; of that the sensor tells nothing.
+
+    Nor is it told of each time that something else may be carried.
+    """
+    dynamics, fit = commissioned(0)
+    rng = np.random.default_rng([2, 77])
+    work = pick_and_place(dynamics.arm, 24.0, SLOW, rng, Payload(2.5, np.array([0.0, 0.0, 0.08])))
+    sensors = replace(typical_sensors(dynamics.arm), wrench_noise=(1.0, 0.02))
+    [pieces] = work.handling
+    log = observe(dynamics, work.trajectory, sensors, rng, work.handling)
+    tracker = Tracker(fit, EKF(), 1.0 / SLOW, streams=(WrenchStream(fit.dynamics.arm, True),))
+    ends = np.floor(SLOW * pieces.begin[1:]) / SLOW - 2.0 / SLOW
+    _, told = listened(tracker, log, every=lambda r: np.abs(r.t - ends).min() < 0.25 / SLOW)
+    first = tracker.currents.places["payload"].start
+    mass, sd = np.array([(r.belief.mean[first], r.belief.sd[first]) for r in told]).T
+    z = (mass - pieces.carried[: len(ends), 0]) / sd
+    assert len(z) == len(ends) and (np.abs(z) < 3.0).all()
+
+
 def felt_alone(stream, count, bias, payload, rng, arm):
     """Rows of a still arm in many poses, the payload being known to be `payload`."""
-    felt, known = stream.init(), Gaussian(payload, 1e-12 * np.eye(10))
+    felt, own = stream.init(), stream.own.prior
+    known = Gaussian(np.r_[payload, own.mean], np.diag(np.r_[np.full(10, 1e-12), own.sd**2]))
+    at, standing = np.arange(len(known.mean)), Standing(("payload",) * 10 + stream.own.names, known)
     for k in range(count):
         q, v, a = rng.uniform(-1.5, 1.5, (3, 6))
         now = Instant(float(k), q, v, a, *np.zeros((4, 6)))
         w = bias - arm.wrench_regressor(q, v, a) @ payload + rng.standard_normal(6) * NOISE
-        felt, _ = stream.take(felt, now, np.r_[now.t, w], known, -np.inf)
+        felt, told = stream.take(felt, now, np.r_[now.t, w], known)
+        if told is not None:
+            seen = LinearMeasurement(at, told.H, told.R, told.jump)
+            known, _ = EKF().step(standing, known, seen, told.y)
+            felt = stream.settled(felt, known)
     return felt
 
 

@@ -44,7 +44,7 @@ def asked(walk: float = 0.0) -> WearTest:
     wear = Wear(
         tuple(map(str, range(STATES))), Gaussian(np.zeros(STATES), np.eye(STATES)), own, none,
         np.zeros((0, 0)), nothing, np.zeros(STATES), (still,), jolts, PLACES["payload"],
-        PLACES["slow"], 1.0,
+        PLACES["slow"], slice(0, 0), 1.0,
     )  # fmt: skip
     return WearTest(wear)
 

@@ -52,6 +52,7 @@ class Wear:
     jolts: tuple[Jolt, ...]
     payload: slice
     slow: slice
+    beside: slice  # what other streams alone tell of, which is set anew now and then
     memory: float  # [s] of slow noise
 
     def __post_init__(self) -> None:

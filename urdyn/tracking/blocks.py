@@ -1,8 +1,8 @@
 """The modes that are quicker than the full covariance, and what they assume for it.
 
 *Simplified*: joints' drives are independent of one another, given what is common to them: the rigid
-bodies (k, skew, m, payload), what scales their torque (z, gain) and the one warmth coefficient of
-all joints (kappa_f). With b for these and d_j for a drive,
+bodies (k, skew, m, payload), what scales their torque (z, gain), the one warmth coefficient of all
+joints (kappa_f) and a sensor that weighs them. With b for these and d_j for a drive,
 
     p(b, d) = p(b) prod_j p(d_j | b),    d_j - m_j | b ~ N(G_j (b - m_b), V_j)
 
@@ -41,7 +41,7 @@ MEMORY = 50.0  # samples over which the innovations' size is averaged
 SELDOM = 1.2  # [s] between two moves of the covariance: as long as the quickest, slow noise, lasts
 ROUNDING = 1e-10  # [-] of a variance, below which it is none
 SHARED = -1
-TOGETHER = (*BODIES, "z", "gain", "kappa_f")  # groups that all joints share
+TOGETHER = (*BODIES, "z", "gain", "kappa_f", "sensor")  # groups that all joints share
 
 
 @dataclass(frozen=True, eq=False)

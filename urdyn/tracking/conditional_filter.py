@@ -63,6 +63,12 @@ class ConditionalBelief:
         return step, replace(self, about=z.mean, spread=z.cov)
 
 
+def nothing_besides(z: Gaussian) -> ConditionalBelief:
+    """All states of an ordinary filter are shared."""
+    n = len(z.mean)
+    return ConditionalBelief(np.zeros((0, n)), np.zeros((0, 0)), z.mean, z.cov)
+
+
 @dataclass(frozen=True, eq=False)
 class LinearisedObservation:
     """One observation, linearised where s and z are believed to be."""

@@ -12,6 +12,7 @@ from urdyn.dbn.compile import Patterns, coefficients, correlations
 from urdyn.dbn.figure2 import figure2
 from urdyn.dbn.graph import Network
 from urdyn.dbn.joined import Joined
+from urdyn.dbn.process import RandomWalk
 from urdyn.dbn.robot import RobotCurrents
 from urdyn.dbn.robot_drive import WARMTH
 from urdyn.dbn.robot_slice import RobotSlice
@@ -79,17 +80,20 @@ class Drift:
 
 
 def tracking_model(
-    fit: Fit, drift: Drift | None = None, network: Network | None = None
+    fit: Fit,
+    drift: Drift | None = None,
+    network: Network | None = None,
+    beside: Sequence[RandomWalk] = (),
 ) -> Joined[RobotSlice]:
     """Observation and process of the arm that was commissioned by `fit`.
 
     States: k, skew, m, payload, f, alpha, beta, rotor, z, gain, o, what warmth does, slow noise,
-    and the rates of f and z. What is known of the arm is conditional on what is taken for known,
-    and health is relative to the commissioned gains. How wrong they are shows in what is carried
-    besides: of all but the one known best, for a piece that nobody has weighed tells only how they
-    compare. The edges of `network`, figure2() where none is given, lead what strays, which m does
-    not unless `drift.bodies` says so. From what has no edge to SEEN, no current is learnt: it stays
-    as commissioned, but for what other edges tell of it.
+    what is `beside` and moves no current, and the rates of f and z. What is known of the arm is
+    conditional on what is taken for known, and health is relative to the commissioned gains. How
+    wrong they are shows in what is carried besides: of all but the one known best, for a piece that
+    nobody has weighed tells only how they compare. The edges of `network`, figure2() where none is
+    given, lead what strays, which m does not unless `drift.bodies` says so. From what has no edge
+    to SEEN, no current is learnt: it stays as commissioned, but for what other edges tell of it.
     """
     network = network or figure2()
     currents = RobotCurrents(fit.dynamics, shown_links(fit)[1], _noise(fit))
@@ -99,7 +103,7 @@ def tracking_model(
         for at in hidden:
             values[at] = prior.mean[at]
         currents, prior = replace(currents, held=Held(values)), _apart(prior, hidden)
-    process = _process(fit, currents, prior, drift or Drift(), network)
+    process = _process(fit, currents, prior, drift or Drift(), network, beside)
     return Joined(Widening(process, _at(currents, "payload"), ANYTHING * PAYLOAD_SD), currents)
 
 
@@ -178,9 +182,15 @@ def _apart(belief: Gaussian, groups: Sequence[Index]) -> Gaussian:
 
 
 def _process(
-    fit: Fit, currents: RobotCurrents, prior: Gaussian, drift: Drift, network: Network
+    fit: Fit,
+    currents: RobotCurrents,
+    prior: Gaussian,
+    drift: Drift,
+    network: Network,
+    beside: Sequence[RandomWalk],
 ) -> Wear:
-    p, at = len(currents.names), currents.places
+    names, at = (*currents.names, *(name for of in beside for name in of.names)), currents.places
+    p, besides = len(names), slice(len(currents.names), len(names))
     drifting = np.concatenate([_at(currents, group) for group in DRIFTING])
     one = np.ones(len(drifting))
     few, patterns = {name: at[name] for name in STRAYING}, patterns_of(currents)
@@ -189,14 +199,13 @@ def _process(
     sd = np.zeros(p)
     for group, values in straying(fit, drift).items():
         sd[at[group]] = values
+    sd[besides] = np.concatenate([*(of.diffusion for of in beside), []])
     warmth = np.zeros(p)
     warmth[at["alpha"]] = drift.warmth
-    rates = np.zeros((p + len(one), p + len(one)))
-    rates[:p, :p] = prior.cov
-    rates[p:, p:] = drift.rate_sd**2 * within
+    rates = Gaussian(0.0 * one, drift.rate_sd**2 * within)
     return Wear(
-        parameters=currents.names,
-        prior=Gaussian(np.r_[prior.mean, 0.0 * one], rates),
+        parameters=names,
+        prior=_independent(prior, *(of.prior for of in beside), rates),
         own=correlation * np.outer(sd, sd),
         drifting=drifting,
         push=drift.acceleration**2 * within,
@@ -209,8 +218,19 @@ def _process(
         jolts=tuple(Jolt(at[group], sd, sd / QUICKLY) for group, sd in JOLTS.items()),
         payload=at["payload"],
         slow=at["slow"],
+        beside=besides,
         memory=MEMORY,
     )
+
+
+def _independent(*beliefs: Gaussian) -> Gaussian:
+    """In all their states, of which those of one tell nothing of another's."""
+    mean = np.concatenate([of.mean for of in beliefs])
+    cov, first = np.zeros((len(mean),) * 2), 0
+    for of in beliefs:
+        at = slice(first, first + len(of.mean))
+        cov[at, at], first = of.cov, at.stop
+    return Gaussian(mean, cov)
 
 
 def straying(fit: Fit, drift: Drift) -> dict[str, float | Array]:

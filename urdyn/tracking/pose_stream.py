@@ -16,6 +16,7 @@ from functools import cached_property
 
 import numpy as np
 
+from urdyn.dbn.process import RandomWalk
 from urdyn.identify.kinematics.placement import residuals, slopes
 from urdyn.identify.kinematics.spread import ANYWHERE
 from urdyn.io.poses import READINGS, Poses
@@ -30,6 +31,7 @@ from urdyn.tracking.conditional_filter import (
     whitened,
 )
 from urdyn.tracking.sights import FINEST, Build, Sights, begun, nothing_seen
+from urdyn.tracking.streams import NO_STATES
 from urdyn.types import Array, Gaussian, Mask
 
 ENOUGH, OWN = 25, 8  # poses that base and tool are sought from; the controller's base is known
@@ -65,13 +67,18 @@ class PoseStream:
         """The joints' zeros; nothing where the poses are the controller's."""
         return "" if self.build.own else "k"
 
+    @property
+    def own(self) -> RandomWalk:
+        """None: a pose bends with what it alone tells of."""
+        return NO_STATES
+
     def init(self) -> Sights:
         """Nothing seen; a controller's pose and angles are of one moment."""
         nothing = nothing_seen(len(self.build.start.table))
         return replace(nothing, late=0.0) if self.build.own else nothing
 
     def take(
-        self, sights: Sights, now: Instant, row: Array, z: Gaussian, widened: float
+        self, sights: Sights, now: Instant, row: Array, z: Gaussian
     ) -> tuple[Sights, SharedMeasurement | None]:
         """One pose on, `row` (width,); what it is to those who believe in the zeros z."""
         now = replace(now, q=row[ANGLES]) if self.build.own else now

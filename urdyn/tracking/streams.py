@@ -13,6 +13,7 @@ import numpy as np
 
 from urdyn.dbn.joined import Joined
 from urdyn.dbn.measurement import LinearMeasurement, Standing
+from urdyn.dbn.process import RandomWalk
 from urdyn.dbn.robot_slice import RobotSlice
 from urdyn.estimate import Filter
 from urdyn.signal import Instant
@@ -22,6 +23,8 @@ from urdyn.types import Array, Gaussian, Index
 
 MOST = 500  # rows that wait: more, and no motion is coming
 NEAR = 1.5  # periods from an instant, within which its motion tells the angles at a stamp
+
+NO_STATES = RandomWalk((), Gaussian(np.zeros(0), np.zeros((0, 0))), np.zeros(0))
 
 A = TypeVar("A")
 S = TypeVar("S")
@@ -57,6 +60,10 @@ class Stream(Protocol[A]):
         """Group of the currents' states that it tells of too; "": none."""
 
     @property
+    def own(self) -> RandomWalk:
+        """States that the currents' filter is to have for it, beside those."""
+
+    @property
     def names(self) -> tuple[str, ...]:
         """Of the quantities that it alone tells of."""
 
@@ -68,12 +75,9 @@ class Stream(Protocol[A]):
         """Nothing heard yet."""
 
     def take(
-        self, state: A, now: Instant, row: Array, z: Gaussian, widened: float
+        self, state: A, now: Instant, row: Array, z: Gaussian
     ) -> tuple[A, SharedMeasurement | None]:
-        """One row on, with the motion at its stamp and the belief in what is shared.
-
-        Args:
-            widened: when another payload was last taken up [s].
+        """One row on, with the motion at its stamp and the belief in what is shared, and its own.
 
         Returns:
             What the row is to the currents' filter; None where it says nothing to it.
@@ -92,8 +96,7 @@ class Moment:
 
     now: Instant  # stamped where its angles are
     period: float  # [s]
-    widened: float  # [s] when another payload was last taken up
-    at: Index  # (z,) states that are shared
+    at: Index  # (z,) states that are shared, and the stream's own
 
 
 def first(stream: Stream[A]) -> Heard[A]:
@@ -119,7 +122,7 @@ def assimilated(
         if abs(row[0] - at.now.t) > NEAR * at.period:
             continue
         z = marginal(filter_, belief, at.at)
-        state, shared = stream.take(state, _at(at.now, float(row[0])), row, z, at.widened)
+        state, shared = stream.take(state, _at(at.now, float(row[0])), row, z)
         if shared is not None:
             standing: Any = Standing(model.names, model.prior)
             belief, _ = filter_.step(

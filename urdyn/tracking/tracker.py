@@ -68,7 +68,7 @@ class Tracker(Generic[S]):
     def model(self) -> Joined[RobotSlice]:
         """The two slices."""
         network = self.network and of_arm(self.network, (s.shared for s in self.streams))
-        return tracking_model(self.fit, self.drift, network)
+        return tracking_model(self.fit, self.drift, network, [s.own for s in self.streams])
 
     @cached_property
     def _still(self) -> Joined[RobotSlice]:
@@ -114,10 +114,12 @@ class Tracker(Generic[S]):
         return ResidualWhitener(self.filter, self.model, self.currents, drive, self.period)
 
     @cached_property
-    def _shared(self) -> dict[str, Index]:
-        """States by the group that a stream shares."""
-        nothing = {"": np.zeros(0, dtype=np.intp)}
-        return nothing | {g: np.r_[at] for g, at in self.currents.places.items()}
+    def _told(self) -> tuple[Index, ...]:
+        """States that each stream tells of: those that it shares, and its own."""
+        groups = {"": slice(0)} | self.currents.places
+        own = [[self.model.names.index(name) for name in s.own.names] for s in self.streams]
+        shared = [np.r_[groups[s.shared]] for s in self.streams]
+        return tuple(np.r_[a, b].astype(np.intp) for a, b in zip(shared, own, strict=True))
 
     @cached_property
     def _causal(self) -> Causal:
@@ -305,8 +307,8 @@ class Tracker(Generic[S]):
         lead = self.fit.dynamics.drive.time_offset
         now = replace(reading.instant, t=reading.t + lead)  # where its angles are
         belief, heard = state.belief, []
-        for stream, h in zip(self.streams, state.heard, strict=True):
-            moment = Moment(now, self.period, state.widened, self._shared[stream.shared])
+        for stream, at, h in zip(self.streams, self._told, state.heard, strict=True):
+            moment = Moment(now, self.period, at)
             belief, h = assimilated(stream, h, moment, self.filter, self.model, belief)
             heard.append(h)
         state = replace(state, belief=belief, heard=tuple(heard))

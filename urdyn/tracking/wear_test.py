@@ -61,7 +61,8 @@ class WearTest:
     def kept(self) -> Index:
         """States that are what they were but for how they stray, (s,)."""
         stays = np.ones(len(self.wear.names), dtype=bool)
-        stays[self.wear.payload] = stays[self.wear.slow] = False
+        for at in (self.wear.payload, self.wear.slow, self.wear.beside):
+            stays[at] = False
         return np.flatnonzero(stays)
 
     @cached_property

@@ -8,6 +8,10 @@ unknown, a wrench tells of a payload that changes, and then of how much. Of a ra
 tool that is in the arm's model, the other way round: it shows that, too. A
 compensated one is told about a tool that nobody named, so that its moments are left out. A row that
 surprises is a contact; where all do for a while, b and c have been set anew.
+
+b and c are states of the currents' filter. What weighs one payload after another by currents has
+the same errors of friction and gain in each, and b has them from there: who kept b apart, given the
+payload, would take each for news of them.
 """
 
 from __future__ import annotations
@@ -17,14 +21,14 @@ from functools import cached_property
 
 import numpy as np
 
+from urdyn.dbn.process import RandomWalk
 from urdyn.model.arm import Arm, controller_base
 from urdyn.signal import Instant
 from urdyn.tracking.conditional_filter import (
-    ConditionalBelief,
     LinearisedObservation,
     SharedMeasurement,
     measurement,
-    updated,
+    nothing_besides,
     updated_noise,
 )
 from urdyn.tracking.model import PAYLOAD_SD
@@ -39,22 +43,22 @@ MEMORY = 300.0  # rows that noise is averaged over
 CONTACT = 16.0  # [-] where 1 is expected: four standard deviations in every row
 ANEW = 30  # rows in a row that surprise: no contact lasts
 AXES = ("fx", "fy", "fz", "mx", "my", "mz")
+LOAD = 4  # of what is compensated: no force shows inertia
 
 
 @dataclass(frozen=True, eq=False)
 class Felt:
     """All that is remembered of a force sensor."""
 
-    own: Array  # (16,) b [N, N·m] and c, as believed
-    conditional: ConditionalBelief  # of these
     noise: Array  # (2,) sd [N, N·m]
     t: float  # [s] of the last row that was looked at; -inf: none was
     count: float  # rows that taught
     doubted: int  # rows in a row that surprised
     last: Array  # (6,) the row that was looked at; NaN: none was
+    bias: Gaussian  # b [N, N·m], as believed after the last row that taught; NaN: none did
 
     def __post_init__(self) -> None:
-        for name in ("own", "noise", "last"):
+        for name in ("noise", "last"):
             object.__setattr__(self, name, frozen(getattr(self, name)))
 
 
@@ -83,6 +87,15 @@ class WrenchStream:
         """One a name."""
         return (*["N"] * 3, *["N·m"] * 3)[: self._rows]
 
+    @cached_property
+    def own(self) -> RandomWalk:
+        """b, and c where that is unknown."""
+        sd, walk = BIAS_SD[: self._rows], BIAS_WALK[: self._rows]
+        if not self.raw:
+            sd, walk = np.r_[sd, PAYLOAD_SD[:LOAD]], np.r_[walk, np.zeros(LOAD)]
+        names = tuple(f"sensor_{k}" for k in range(len(sd)))
+        return RandomWalk(names, Gaussian(np.zeros(len(sd)), np.diag(sd**2)), walk)
+
     @property
     def _rows(self) -> int:
         return 6 if self.raw else 3
@@ -91,91 +104,59 @@ class WrenchStream:
     def _root_to_base(self) -> Array:
         return np.asarray(controller_base(self.arm)[:3, :3].T)
 
-    @property
-    def _before(self) -> Array:
-        """Covariance of b and c before the first row, (16, 16)."""
-        return np.diag(np.r_[BIAS_SD, PAYLOAD_SD * (not self.raw)] ** 2)
-
     def init(self) -> Felt:
         """Nothing felt."""
-        nothing = np.zeros(len(PAYLOAD_SD))
-        conditional = ConditionalBelief(
-            np.zeros((16, 10)), self._before, nothing, np.diag(PAYLOAD_SD**2)
-        )
+        unknown = np.full(self._rows, np.nan)
         return Felt(
-            own=np.concatenate([np.zeros(6), -self.tool * self.raw]),
-            conditional=conditional,
             noise=NOISE,
             t=-np.inf,
             count=0.0,
             doubted=0,
             last=np.full(6, np.nan),
+            bias=Gaussian(unknown, np.diag(unknown)),
         )
 
     def take(
-        self, felt: Felt, now: Instant, row: Array, z: Gaussian, widened: float
+        self, felt: Felt, now: Instant, row: Array, z: Gaussian
     ) -> tuple[Felt, SharedMeasurement | None]:
-        """One row on, `row` (7,); what it is to those who believe in the payload z."""
+        """One row on, `row` (7,); what it is to those who believe in payload, b and c as in z."""
         dt = now.t - felt.t
         if not np.isfinite(row[1:]).all() or 0.0 <= dt < PACE:
             return felt, None
         if np.array_equal(row[1:], felt.last):  # no sensor that works shows the same twice
             return replace(felt, t=now.t), None
-        jumped = widened > felt.t
-        felt = _strayed(felt, dt if np.isfinite(dt) else 0.0, jumped)
-        felt = self.settled(replace(felt, t=now.t, last=row[1:]), z)
-        observation = self._linearised(felt, now, row[1:], z)
-        if observation.surprise(felt.conditional) > CONTACT:
-            return self._doubted(felt), None
+        felt, known = replace(felt, t=now.t, last=row[1:]), nothing_besides(z)
+        observation, anew = self._linearised(felt, now, row[1:], z), np.zeros(len(z.mean))
+        if observation.surprise(known) > CONTACT:
+            if felt.doubted < ANEW:
+                return replace(felt, doubted=felt.doubted + 1), None
+            anew[len(PAYLOAD_SD) :] = self.own.prior.sd
+            return replace(felt, doubted=0), measurement(known, observation, anew)
         gain = 1.0 / min(felt.count + 10.0, MEMORY)
-        squares = updated_noise(felt.noise**2, felt.conditional, observation, gain)
-        shared = measurement(felt.conditional, observation, np.zeros(len(z.mean)))
-        step, conditional = updated(felt.conditional, observation)
+        squares = updated_noise(felt.noise**2, known, observation, gain)
         noise = np.sqrt(np.maximum(squares, FINEST**2))
-        own, count = felt.own + step, felt.count + 1.0
-        return replace(
-            felt, own=own, conditional=conditional, noise=noise, count=count, doubted=0
-        ), shared
+        felt = replace(felt, noise=noise, count=felt.count + 1.0, doubted=0)
+        return felt, measurement(known, observation, anew)
 
     def settled(self, felt: Felt, z: Gaussian) -> Felt:
-        """After the payload has been told of by whomever."""
-        step, conditional = felt.conditional.settled(z)
-        return replace(felt, own=felt.own + step, conditional=conditional)
+        """After the currents' filter has taken that up."""
+        at = slice(len(PAYLOAD_SD), len(PAYLOAD_SD) + self._rows)
+        return replace(felt, bias=Gaussian(z.mean[at], z.cov[at, at]))
 
     def estimates(self, felt: Felt) -> tuple[Array, Array]:
         """What the sensor shows of nothing; NaN before it has shown anything."""
-        unknown = 1.0 if felt.count else np.nan
-        sd = np.sqrt(np.diag(felt.conditional.whole))[: self._rows]
-        return unknown * felt.own[: self._rows], unknown * sd
+        return felt.bias.mean, felt.bias.sd
 
     def _linearised(
         self, felt: Felt, now: Instant, wrench: Array, z: Gaussian
     ) -> LinearisedObservation:
-        Y = self.arm.wrench_regressor(now.q, now.v, now.a)
-        seen = wrench if self.raw else self._into_flange(now.q, wrench)
-        Hs, Hz = np.hstack([np.eye(6), Y]), -Y
-        R = np.diag(np.repeat(felt.noise**2, 3))
-        e, few = seen - Hs @ felt.own - Hz @ z.mean, slice(self._rows)
-        return LinearisedObservation(e[few], Hs[few], Hz[few], R[few, few])
+        Y, few = self.arm.wrench_regressor(now.q, now.v, now.a), slice(self._rows)
+        seen = wrench + Y @ self.tool if self.raw else self._into_flange(now.q, wrench)
+        H = np.hstack([-Y, np.eye(6)[:, few], *([] if self.raw else [Y[:, :LOAD]])])[few]
+        R = np.diag(np.repeat(felt.noise**2, 3))[few, few]
+        return LinearisedObservation(seen[few] - H @ z.mean, np.zeros((len(H), 0)), H, R)
 
     def _into_flange(self, q: Array, wrench: Array) -> Array:
         """A wrench in the base's axes, (6,), in the last joint's."""
         turn = self._root_to_base @ self.arm.pose(q, self.arm.link_names[-1])[:3, :3]
         return np.concatenate([turn.T @ wrench[:3], turn.T @ wrench[3:]])
-
-    def _doubted(self, felt: Felt) -> Felt:
-        """A contact; or, after so many, a sensor that was set anew."""
-        if felt.doubted < ANEW:
-            return replace(felt, doubted=felt.doubted + 1)
-        conditional = replace(
-            felt.conditional, L=np.zeros_like(felt.conditional.L), cov=self._before
-        )
-        return replace(felt, conditional=conditional, doubted=0)
-
-
-def _strayed(felt: Felt, dt: float, jumped: bool) -> Felt:
-    """After `dt` [s], in which another payload may have been taken up."""
-    conditional = felt.conditional.after_drift(np.diag((PAYLOAD_SD * jumped) ** 2))
-    walked = np.zeros_like(conditional.cov)
-    walked[range(6), range(6)] = BIAS_WALK**2 * max(dt, 0.0)
-    return replace(felt, conditional=replace(conditional, cov=conditional.cov + walked))
