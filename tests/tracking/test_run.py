@@ -65,6 +65,12 @@ def test_an_arm_that_does_not_change_keeps_its_friction(workshop, tracked):
         assert abs(told["mean"] - workshop.fit.parameters[f"{joint}.coulomb"]) < 5 * told["sd"]
 
 
+def test_a_folder_whose_name_is_no_text_is_tracked_into(workshop, tmp_path):
+    out = tmp_path / b"l\xe4uf".decode(errors="surrogateescape")  # as Python has its name
+    summary = workshop.track(out, open_source(str(workshop.recording), rows=(0, 100)))
+    assert summary["samples"] == 100 and (out / "history.parquet").exists()
+
+
 def test_a_duration_ends_a_recording(workshop, tmp_path):
     source = open_source(str(workshop.recording), duration=3.0)
     assert workshop.track(tmp_path, source, filter=UKF())["samples"] == 300

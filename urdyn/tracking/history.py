@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -90,7 +91,8 @@ class History:
 
 def _rows(path: Path, names: list[str] | None = None) -> pa.Table:
     """What a file of ours holds; `pq.read_table` would load a query engine, and start threads."""
-    with pq.ParquetFile(path) as file:
+    # By the bytes of its name, which may be no text.
+    with pa.OSFile(os.fsencode(path)) as stream, pq.ParquetFile(stream) as file:
         return file.read(names, use_threads=False)
 
 
