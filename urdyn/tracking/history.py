@@ -65,10 +65,7 @@ class History:
             raise damaged(path) from error
 
     def changes(self) -> list[float]:
-        """Times at which the payload was taken to have changed [s], once all is joined.
-
-        Where the belief began anew, whatever is carried did, too.
-        """
+        """Times at which the payload was taken to have changed [s], once all is joined."""
         table = _rows(self.folder / HISTORY, ["t", "widened"])
         # By NumPy: Arrow would load its kernels for it.
         t, widened = (table[name].to_numpy() for name in ("t", "widened"))

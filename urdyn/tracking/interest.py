@@ -78,7 +78,7 @@ def after(
 ) -> Interest:
     """With one reading more: its peaks, and where `due`, or another payload is, all the rest."""
     found = strained(so_far, reading, currents)
-    if due or reading.widened:
+    if due or reading.unknown:
         found = gathered(found, reading, currents, commissioned)
     return found
 
@@ -95,7 +95,7 @@ def gathered(
     torque = current * drive.gain * np.exp(x[currents.places["z"]])
     spare, spare_sd = _spare(x, u, torque, currents, sd)
     known = reading.belief.sd[currents.places["payload"]][0] < KNOWN
-    before = np.inf if reading.widened else so_far.spare  # another payload, another margin
+    before = np.inf if reading.unknown else so_far.spare  # another payload, another margin
     least = known and spare < before
     # Of both models alone: what the noise lets one foresee is no merit of the belief.
     residual = reading.current - np.stack([reading.modelled, currents.observe(commissioned, u)])

@@ -25,7 +25,7 @@ class Reading:
     predicted: Array  # (J,) [A] by the belief before and the noise; NaN where nothing was compared
     modelled: Array  # (J,) [A] by the belief before alone, whatever the noise does
     innovation: Innovation  # white
-    widened: bool  # the payload was taken to have changed here, or the belief began anew
+    widened: bool  # the payload was taken to have changed here
     instant: Instant
     travelled: Array  # (J,) [rad] since the bristles were unknown
     inputs: RobotSlice  # what the motion made of the parameters
@@ -33,6 +33,12 @@ class Reading:
     told: Callable[[], tuple[Array, Array]] = field(default=lambda: NOTHING, repr=False)
     # Inputs and currents as they were learnt from, after the filter that makes noise white.
     learnt: tuple[RobotSlice, Array] | None = field(default=None, repr=False)
+    restarted: bool = False  # the belief began anew here, with the commissioned arm
+
+    @property
+    def unknown(self) -> bool:
+        """Whether what is carried is learnt anew from here on."""
+        return self.widened or self.restarted
 
     @cached_property
     def belief(self) -> Gaussian:

@@ -35,7 +35,7 @@ class Summary:
     final: Mapping[str, Any]  # of each quantity its mean, sd and unit
     quantities: Mapping[str, Any]  # margins, power and predictive error, joint by joint
     quality: Mapping[str, Any]  # of the stream
-    payload_changes: list[float]  # [s]; a belief that began anew is one
+    payload_changes: list[float]  # [s]
     payload_setting: Mapping[str, Any] | None  # of the controller; None: it does not say
 
     def plain(self) -> dict[str, Any]:

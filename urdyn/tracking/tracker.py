@@ -208,8 +208,9 @@ class Tracker(Generic[S]):
         update = _Update(now, motion, hypothesis, currents, belief, innovation)
         after = self._after(state, causal, update)
         widened = after.load.told and not hypothesis.load.told
-        if not self._credible(belief):
-            after, widened = restarted(after, self.init()), True
+        astray = not self._credible(belief)
+        if astray:  # and what was believed of the payload is not believed in any more, either
+            after, widened = restarted(after, self.init()), False
         return after, Reading(
             t=now.t,
             current=now.current,
@@ -223,6 +224,7 @@ class Tracker(Generic[S]):
             believed=partial(self.believed, after),
             told=partial(self.estimates_beside, after),
             learnt=(currents.robust, currents.y),
+            restarted=astray,
         )
 
     def _since(self, state: TrackerState[S], t: float) -> tuple[TrackerState[S], float]:
