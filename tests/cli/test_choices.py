@@ -68,3 +68,11 @@ def test_a_word_that_there_is_not_is_a_usage_error(command: str, option: str, tm
     assert done.exit_code == 2, done.output
     assert option in done.stderr and "wrong" in done.stderr
     assert not out.exists()
+
+
+@pytest.mark.parametrize("other", ["--wrench", "--mode realtime"])
+def test_particles_are_refused_with_what_they_cannot_do(other: str) -> None:
+    told = CliRunner().invoke(
+        app, f"track twin.toml log.csv --out out --filter particle {other}".split()
+    )
+    assert told.exit_code == 2 and "leave" in told.stderr

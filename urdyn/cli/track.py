@@ -110,7 +110,7 @@ def track(
     from urdyn.tracking import Tracker, open_source, run
 
     _refuse_idle(context, source, poses, no_diagnosis, bool(prometheus or mqtt))
-    voice, chosen = Voice(json, quiet), _filter(filter, mode)
+    voice, chosen = Voice(json, quiet), _filter(filter, mode, wrench)
     known(publish, PUBLISHED, "--publish")
     known(hand_over, HANDED, "--hand-over")
     require_folder(out)
@@ -209,7 +209,7 @@ def _ahead(
         yield writer, helper
 
 
-def _filter(name: str | None, mode: str) -> Filter[Any]:
+def _filter(name: str | None, mode: str, wrench: bool) -> Filter[Any]:
     from urdyn import estimate
     from urdyn.tracking import QUICKER
 
@@ -217,6 +217,8 @@ def _filter(name: str | None, mode: str) -> Filter[Any]:
         if name not in (None, "ekf"):
             raise typer.BadParameter(f"mode {mode} linearises; leave --filter {name} out")
         return QUICKER[mode]
+    if name == "particle" and wrench:  # which shows tens of newtons of nothing, to within one
+        raise typer.BadParameter("particles are too few for --wrench; leave one of both out")
     name = name or "ukf"
     made: Filter[Any] = getattr(estimate, FILTERS[name])(**SETTINGS.get(name, {}))
     return made
