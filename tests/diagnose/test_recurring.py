@@ -127,6 +127,8 @@ def test_a_jolt_of_a_joints_friction_that_recurs_is_play_of_that_joint(shop: Sho
     (finding,) = shop.disturbed(log, j, friction * jolts).findings
     assert (finding.kind, finding.joint) == ("joint_backlash", j)
     assert finding.onset_s > log.t[0] + 4.9
+    earliest, latest = finding.onset_interval_s
+    assert log.t[0] < earliest < log.t[0] + 5.0 < latest  # within a reversal of that
     assert not shop.disturbed(log, j, np.zeros(len(log.t))).findings
 
 

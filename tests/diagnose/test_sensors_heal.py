@@ -201,6 +201,14 @@ def test_a_sensor_is_believed_again_as_soon_however_long_it_was_noisy(shop: Shop
     assert _noisy(shop, 10.0) == _noisy(shop, 120.0) < 2.0 * BELIEVED + 1.0
 
 
+def test_a_sensor_that_is_no_longer_noisy_was_so_until_then(shop: Shop) -> None:
+    fault = "sensor_fault:joint=1,mode=noisy,size=2,onset=3,duration=6"
+    [found] = shop.report(fault, seconds=16.0)
+    assert (found.severity, "was noisy from" in found.text) == ("warning", True)
+    begin = found.onset_s - 3.0
+    assert found.evidence["until_s"] - begin == pytest.approx(9.0, abs=0.5)
+
+
 def test_a_value_that_is_off_is_seen_in_any_row_of_a_beat() -> None:
     for rows in (10, 25, 31):
         for row in range(rows):

@@ -44,6 +44,7 @@ class Reversals:
     shown: Array  # (J, gaps) [nats] that each gap would have shown, had it been there
     count: Array  # (J,) reversals that were judged
     since: Array  # (J, gaps) [s] when that was; NaN: it does not
+    before: Array  # (J, gaps) [s] the last reversal that spoke against it; NaN: none did
     number: Array  # (J, gaps) reversals since then
     told: Mask  # (J,)
     slid: Array  # (J,) [s] in motion
@@ -103,6 +104,7 @@ class Backlash:
             shown=none,
             count=nothing,
             since=nan,
+            before=nan,
             number=none,
             told=np.zeros(J, dtype=bool),
             slid=nothing,
@@ -243,6 +245,7 @@ class Backlash:
             alarm=now,
             size=gap,
             evidence=said,
+            unseen=float(np.fmax(state.before[j, best], state.recurred.begun)),
         )
 
     @property
@@ -262,13 +265,24 @@ def _weighed(state: Reversals, j: int, llr: Array, shown: Array, t: float) -> Re
     R, total, told = state.R.copy(), state.llr.copy(), state.shown.copy()
     told[j] += shown
     count, number, since = state.count.copy(), state.number.copy(), state.since.copy()
+    before = state.before.copy()
     R[j] = np.logaddexp(R[j], 0.0) + llr
     fresh = total[j] + llr <= 0.0
     total[j] = np.where(fresh, 0.0, total[j] + llr)
     number[j] = np.where(fresh, 0.0, number[j] + (shown > 0.0))
     since[j] = np.where(fresh, np.nan, np.where(np.isnan(since[j]), t, since[j]))
+    before[j] = np.where(fresh, t, before[j])
     count[j] += 1.0
-    return replace(state, R=R, llr=total, shown=told, count=count, number=number, since=since)
+    return replace(
+        state,
+        R=R,
+        llr=total,
+        shown=told,
+        count=count,
+        number=number,
+        since=since,
+        before=before,
+    )
 
 
 def _during(swung: Array, t: Array) -> Mask:

@@ -6,6 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+import numpy as np
+
 from urdyn.diagnose.evidence import Evidence
 
 CERTAIN = 0.99  # [-] that a test which alarms is right, before it is said how far to trust its name
@@ -25,7 +27,13 @@ class Event:
     evidence: Mapping[str, Any] = field(default_factory=dict)
     size_sd: float = float("nan")  # NaN: nobody knows
     within: float = 0.1  # [s] of which it began
+    unseen: float = np.inf  # [s] until when it may have been there, and would not have shown
     goes_on: bool = False  # it was told before, and this is how it is by now
+
+    @property
+    def began(self) -> tuple[float, float]:
+        """From when to when it may have begun [s]."""
+        return min(self.onset - self.within, self.unseen), self.onset + self.within
 
     @property
     def says(self) -> Evidence:

@@ -28,7 +28,7 @@ def of_event(event: Event, space: Space, rules: Rules) -> Finding:
         joint=event.joint,
         name=name,
         onset_s=event.onset,
-        onset_interval_s=(event.onset - event.within, event.onset + event.within),
+        onset_interval_s=event.began,
         alarm_s=event.alarm,
         severity=severity(event.size, levels.warning, levels.critical),
         confidence=event.confidence * trust(event.kind, rules.named),

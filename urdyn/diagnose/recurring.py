@@ -44,6 +44,7 @@ SMOOTH = 3.0 * BIN  # [s] of noise, which turns nothing over
 SPAN = BIN * AFTER  # [s] after a reversal
 PUSHED = 2.0 * BIN  # [s] before a reversal, that a push at it may be told to begin
 LAST = 32  # reversals that are remembered
+SURELY = 0.95  # [-] that play began after the reversal before those which may show it
 TILE = 0.1  # [s] from one window to the next, that any time is known by
 KNOWN, MOST = 20.0, 120.0  # windows apart that C is known by: fewer tell nothing; it may change
 BRISK = 4  # bins at most in which a joint that turns over is slow
@@ -62,6 +63,7 @@ class Recurred:
     tiles: Array  # (J,) windows of it
     y: Array  # (J, WAYS, LAST, LATE, p) [A] the latest last, signed as the reversal; NaN: none
     t: Array  # (J, WAYS, LAST) [s]
+    begun: float = np.nan  # [s] the first row that was looked at
 
 
 def at_first(joints: int) -> Recurred:
@@ -95,6 +97,8 @@ class Recurring:
             told: joints of which it was, (J,).
         """
         found = list[Event]()
+        if np.isnan(state.begun):
+            state = replace(state, begun=float(rows.t[0]))
         state = self._any_time(state, rows, left, judged)
         for w, of in enumerate((load, rows.v, rows.predicted, self._torque(rows, load))):
             x = self._slowly(rows, of)
@@ -168,6 +172,8 @@ class Recurring:
         if evidence < self.needed:
             return None
         many = int(np.argmax(each)) + FEWEST
+        share = np.cumsum(np.exp(each - logsumexp(each)))
+        most = int(np.searchsorted(share, SURELY)) + FEWEST
         shape = y[-many:].mean(axis=0)
         half_gap, lasting = self._size(j, shape)
         said = {
@@ -186,6 +192,7 @@ class Recurring:
             alarm=now,
             size=half_gap,
             evidence=said,
+            unseen=float(np.append(state.begun, t)[-1 - most]),
         )
 
     def _size(self, j: int, shape: Array) -> tuple[float, float]:

@@ -21,7 +21,7 @@ from urdyn.tracking.joint_motion import STANDING
 from urdyn.types import Array, Mask
 
 MODES = ("stuck", "dropped", "noisy", "erratic")
-PASSING = MODES[:2]  # those of which it shows, from one row to the next, that they are over
+PASSING = MODES[:3]  # those of which it shows that they are over
 # Rows at least, however far apart: a few repeat one value, or are lost, by chance.
 SAME, LOST = 8.0, 3.0
 COARSE = 0.06  # [s] between rows; further apart, neighbours tell of the motion
@@ -149,7 +149,7 @@ class SensorHealth:
         began = (state.loud > 0.0) | (rough > UNSTEADY * self.space.noise)
         grew = np.where(began, state.grew, rows.t[-1])
         state = replace(state, left=left[-signs.ENOUGH :], rough=rough, loud=loud, grew=grew)
-        noisy = loud >= self.rule.lasting
+        noisy = (loud >= self.rule.lasting) & (weight > 0.0)
         erratic = torn.any(axis=0) & (state.torn > OFTEN) & ~self.unsteady(state)
         now = float(rows.t[-1])
         ill = np.where(np.vstack([shown, noisy, erratic]), now, state.ill)
