@@ -125,6 +125,14 @@ def test_sensors_that_fall_silent_at_the_same_row_are_the_streams_and_one_alone_
     assert all(("recorder" in f.advice) == bool(others) for f in report)
 
 
+def test_a_current_that_a_log_never_had_is_its_recorders_and_no_service_is_due(shop: Shop) -> None:
+    report, _ = _silent(shop, (-1.0, 99.0), seconds=8.0)
+    [found] = report
+    assert found.severity == "warning" and "recorder" in found.advice
+    report, _ = _silent(shop, (2.0, 99.0), seconds=8.0)
+    assert [f.severity for f in report] == ["critical"]
+
+
 def test_a_silence_that_is_over_within_a_beat_is_told_with_its_own_times(shop: Shop) -> None:
     report, begin = _silent(shop, (4.0, 4.2))
     [found] = report

@@ -57,6 +57,11 @@ class Evidence:
         return int(self.said.get("at_once", 1))
 
     @property
+    def ever_heard(self) -> bool:
+        """Whether a sensor that is silent has told anything since the run began."""
+        return bool(self.said.get("ever_heard", True))
+
+    @property
     def growing(self) -> bool:
         """Whether a swing surely grows."""
         return bool(self.said.get("growing"))

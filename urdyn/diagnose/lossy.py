@@ -2,7 +2,8 @@
 
 A sensor, or its cable, fails alone. What takes values of more joints than an arm has faults at
 once, or of several from the same row on, is what they have in common: who recorded them, or the
-network between. None of them is to be serviced for that.
+network between. None of them is to be serviced for that, nor is one of which a
+run has held nothing at all.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ from urdyn.diagnose.finding import Finding
 from urdyn.diagnose.trust import AT_ONCE, PAIR
 
 ADVICE = "look at the recorder and the network: sensors of {} joints do not fall silent at once"
+LACKING = "look at the recorder: of this joint it has told no current at all"
 
 
 def silent(kind: str, evidence: Mapping[str, Any]) -> bool:
@@ -35,6 +37,8 @@ def of_the_stream(findings: Sequence[Finding]) -> list[Finding]:
             if (joints := len({f.joint for f in near})) > PAIR or finding.says.at_once > 1:
                 many = ADVICE.format(max(joints, finding.says.at_once))
                 finding = replace(finding, severity="warning", advice=many)
+            elif not finding.says.ever_heard:
+                finding = replace(finding, severity="warning", advice=LACKING)
         told.append(finding)
     return told
 

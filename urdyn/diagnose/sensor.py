@@ -43,6 +43,7 @@ class Felt:
     """What sensors did of late."""
 
     last: Array  # (J,) [A]
+    heard: Mask  # (J,) whether it ever told a value
     same: Array  # (J,) rows that the value was the same
     began: Array  # (J,) [s] of that
     slid: Array  # (J,) rows of it in which the joint slid
@@ -84,6 +85,7 @@ class SensorHealth:
         no = np.zeros(J, dtype=bool)
         return Felt(
             last=nan,
+            heard=no,
             same=zero,
             began=zero,
             slid=zero,
@@ -208,6 +210,7 @@ class SensorHealth:
         after = replace(
             _stuck(state, current, stuck & (slid - 1.0 < still)),
             last=current[-1],
+            heard=state.heard | there.any(axis=0),
             same=same[-1],
             began=began[-1],
             froze=np.where(stuck.any(axis=0), signs.last_of(began, stuck), state.froze),
@@ -268,6 +271,7 @@ class SensorHealth:
 def _silences(state: Felt, j: int) -> dict[str, float]:
     """How often a sensor was silent so far, for how long at most, and with how many others."""
     return {
+        "ever_heard": bool(state.heard[j]),
         "times": int(state.times[j]),
         "longest_s": float(state.longest[j]),
         "at_once": int(state.company[j]),
