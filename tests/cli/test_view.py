@@ -10,7 +10,9 @@ from story import without_pages
 from typer.testing import CliRunner
 
 from urdyn.cli.app import app
+from urdyn.cli.campaign import read_campaign
 from urdyn.cli.viewing import Asked, find
+from urdyn.io import read, write
 
 
 def view(*arguments):
@@ -68,7 +70,7 @@ def test_which_arm_it_is_has_to_be_said(tracked, story, tmp_path, robot):
 
 
 def test_a_history_says_which_arm_it_is_of(tracked):
-    found = find(Asked(str(tracked[1]), None, None, None, None, None))
+    found = find(Asked(str(tracked[1])))
     assert found.arm.name == "ur10e"
 
 
@@ -86,7 +88,7 @@ def test_a_live_run_that_is_over_needs_a_recording_of_it(tracked, story, tmp_pat
     over = renamed(tracked[1] / "history.parquet", tmp_path, "ur10e", **live)
     told = refused(view(over, "--twin", story.out / "twin.toml"))
     assert "is of rtde://192.168.0.10, which was live" in told and "`urdyn record`" in told
-    assert find(Asked(str(over), None, None, tracked[0], None, (0, 300))).film is not None
+    assert find(Asked(str(over), log=tracked[0], rows=(0, 300))).film is not None
 
 
 def test_a_run_that_has_just_begun_does_not_say_what_it_is_of(tracked, story, tmp_path):
@@ -119,3 +121,17 @@ def test_what_is_not_there_is_not_asked_for_its_robot():
 
 def test_a_run_is_not_shown_on_another_arm(tracked):
     assert "is of ur10e; leave --robot ur3 out" in refused(view(tracked[1], "--robot", "ur3"))
+
+
+def test_a_bag_folder_is_a_log(tracked, story, tmp_path):
+    pytest.importorskip("rosbags", reason="the extra ros2 is not installed")
+    bag, run = tmp_path / "bag", tmp_path / "run"
+    run.mkdir()
+    write(read(tracked[0], rows=(0, 300)), bag)
+    told = {"source": str(bag), "source.sha256": read(bag).source.sha256}
+    renamed(tracked[1] / "history.parquet", run, "ur10e", **told)
+    campaign = tmp_path / "campaign.toml"
+    campaign.write_text('robot = "ur10e"\n[[log]]\npath = "bag"')
+    assert find(Asked(str(run))).film is not None
+    assert find(Asked(str(bag), robot="ur10e")).film is not None
+    assert read_campaign(campaign).logs[0].path == bag

@@ -147,7 +147,7 @@ def test_a_run_says_which_robot_it_tracks(tracked_run, controller, tmp_path, cal
     source.close()
     assert address(tmp_path) == controller.removeprefix("rtde://")
     (tmp_path / "history.parquet").unlink()  # that is written at its end
-    found = find(Asked(str(tmp_path), tracked_run.twin, None, None, None, None))
+    found = find(Asked(str(tmp_path), tracked_run.twin))
     assert found.moments is not None
     assert np.isfinite(next(found.moments).friction).all()
     found.moments.close()

@@ -128,14 +128,16 @@ def _recordings(document: dict[str, Any], key: str, folder: Path) -> tuple[Recor
 
 
 def _file(name: str, folder: Path) -> Path:
-    """The file of a name that may hold environment variables; it must be there."""
+    """Where a log is, by a name that may hold environment variables; it must be there."""
+    from urdyn.io import is_log
+
     variables = re.findall(r"\$\{(\w+)\}", name)
     skipped = f"skipped: set {', '.join(variables)} to the folder of recordings"
     if any(variable not in os.environ for variable in variables):
         raise CampaignError(skipped)
     path = folder / re.sub(r"\$\{(\w+)\}", lambda match: os.environ[match[1]], name)
-    if not path.is_file():
-        raise CampaignError(f"{skipped}; {path} is not there" if variables else f"no file {path}")
+    if not is_log(path):
+        raise CampaignError(f"{skipped}; {path} is not there" if variables else f"no log {path}")
     return path
 
 

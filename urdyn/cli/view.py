@@ -95,9 +95,11 @@ def view(
 
 def _refuse_idle(context: typer.Context, source: str, twin: Path | None) -> None:
     """InputError at an option that this source, or another option, leaves nothing to do."""
+    from urdyn.io import is_log
+
     if "://" in source:
         idle(context, f"with a live source, {source}", "log", "columns", "rows")
-    if not Path(source).is_dir():
+    if is_log(Path(source)):
         idle(context, f"with {source}, which is no folder of `urdyn track`", "log")
     if twin is not None:
         idle(context, "with --twin, which says it", "robot")

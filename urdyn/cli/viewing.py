@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import urdyn as ud
 from urdyn.errors import InputError, LogError, TwinError
 from urdyn.identify.fit import Fit
-from urdyn.io import sha256
+from urdyn.io import is_log, sha256
 from urdyn.model.arm import Arm, load_arm
 from urdyn.model.library import names
 from urdyn.report.track.history import History, find_history
@@ -32,11 +32,11 @@ class Asked:
     """As it was asked for."""
 
     source: str
-    twin: Path | None
-    robot: str | None
-    log: Path | None
-    columns: str | None
-    rows: tuple[int | None, int | None] | None
+    twin: Path | None = None
+    robot: str | None = None
+    log: Path | None = None
+    columns: str | None = None
+    rows: tuple[int | None, int | None] | None = None
 
     def read(self, path: Path) -> Log:
         """A log's joint angles."""
@@ -64,16 +64,16 @@ def find(asked: Asked) -> Found:
 def _found(asked: Asked) -> Found:
     if asked.source.startswith(ROBOT):
         return _robot(asked)
-    folder = Path(asked.source)
-    if folder.is_dir():
-        try:
-            return _folder(folder, find_history(folder), asked)
-        except LogError as error:
-            raise error if error.path else InputError(f"{folder}: {error}") from error
-    if not folder.exists():
-        raise InputError(f"{asked.source}: is no folder, log or {ROBOT} address that is there")
-    arm, _ = _arm(asked)
-    return Found(arm, film=motion(asked.read(folder)))
+    path = Path(asked.source)
+    if is_log(path):
+        arm, _ = _arm(asked)
+        return Found(arm, film=motion(asked.read(path)))
+    if not path.is_dir():
+        raise InputError(f"{path}: is no folder, log or {ROBOT} address that is there")
+    try:
+        return _folder(path, find_history(path), asked)
+    except LogError as error:
+        raise error if error.path else InputError(f"{path}: {error}") from error
 
 
 def _robot(asked: Asked) -> Found:
@@ -110,7 +110,7 @@ def _folder(folder: Path, run: History, asked: Asked) -> Found:
 def _log(folder: Path, run: History, asked: Asked) -> Path:
     """The log that was tracked, or a recording of a live run: a history holds no joint angles."""
     path = asked.log or Path(run.source or "?")
-    if not path.is_file():
+    if not is_log(path):
         raise InputError(f"{folder}: {_lacking(folder, run)} by --log LOG")
     if run.provenance.get("source.sha256") not in (None, "", sha256(path)):
         raise InputError(f"{path}: is not the log that {folder} is of; name that by --log LOG")

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 from urdyn.lazy import lookup
 
 if TYPE_CHECKING:
+    from urdyn.io.bags.forms import is_log
     from urdyn.io.document import dump_toml, load_toml
     from urdyn.io.effort import Effort
     from urdyn.io.files import alone, sha256, write_text, writing
@@ -15,6 +16,7 @@ __all__ = [
     "Effort",
     "alone",
     "dump_toml",
+    "is_log",
     "load_toml",
     "read",
     "read_table",
@@ -28,6 +30,7 @@ __all__ = [
 __getattr__ = lookup(
     __name__,
     {
+        "urdyn.io.bags.forms": ("is_log",),
         "urdyn.io.document": ("dump_toml", "load_toml"),
         "urdyn.io.effort": ("Effort",),
         "urdyn.io.files": ("alone", "sha256", "write_text", "writing"),

@@ -16,8 +16,12 @@ LOOK = 0.01  # [s] between two looks whether a folder is free
 
 
 def sha256(path: str | Path) -> str:
-    """Hexadecimal SHA-256 of a file's bytes."""
+    """Hexadecimal SHA-256 of a file; of a folder, that of its files' hashes in order of name."""
     try:
+        if (folder := Path(path)).is_dir():
+            files = sorted(child for child in folder.iterdir() if child.is_file())
+            lines = "".join(f"{file.name} {sha256(file)}\n" for file in files)
+            return hashlib.sha256(lines.encode(errors="surrogateescape")).hexdigest()
         with Path(path).open("rb") as stream:
             return hashlib.file_digest(stream, "sha256").hexdigest()
     except OSError as error:

@@ -18,6 +18,7 @@ from urdyn.io.blocks import blocks
 from urdyn.io.compression import TORN, HashedFile, decompressed
 from urdyn.io.dialect import Dialect, sniff
 from urdyn.io.effort import UNTOLD, Effort
+from urdyn.io.files import sha256
 from urdyn.io.mend import mend
 from urdyn.io.names import SIX_WIDE, layout, listed, some
 from urdyn.io.parse import parse
@@ -87,7 +88,7 @@ def _bag(
     """The wanted rows of a bag, whose data rows are the arm's joint states."""
     if columns is not None:
         raise LogError("is a bag, which names its own columns; leave out --columns", path)
-    table, source = bags.read_bag(path, channels), Source(str(path), bags.fingerprint(path))
+    table, source = bags.read_bag(path, channels), Source(str(path), sha256(path))
     if not len(table):
         raise LogError("has no data", path)
     if not table.channels.keys() - {"timestamp"}:

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from urdyn.errors import InputError
-from urdyn.io.bags.forms import METADATA
+from urdyn.io.bags.forms import is_log
 from urdyn.io.bags.outgoing import Message, Outgoing, Told, nanoseconds, told, typestore
 from urdyn.io.bags.write import write_mcap
 from urdyn.io.files import sha256, writing
@@ -28,7 +28,7 @@ ARRAY, TEXT = "diagnostic_msgs/msg/DiagnosticArray", "std_msgs/msg/String"
 def is_tracked(path: Path) -> bool:
     """Is it findings, or a folder of results of tracking?"""
     if path.is_dir():
-        return not (path / METADATA).exists() and any(map(Path.exists, _files(path)))
+        return not is_log(path) and any(map(Path.exists, _files(path)))
     return path.suffix == ".json"
 
 

@@ -5,12 +5,12 @@
 
 from typing import TYPE_CHECKING
 
-from urdyn.io.bags.forms import fingerprint, is_bag
+from urdyn.io.bags.forms import is_bag
 from urdyn.lazy import lookup
 
 if TYPE_CHECKING:
     from urdyn.io.bags.table import read_bag
 
-__all__ = ["fingerprint", "is_bag", "read_bag"]
+__all__ = ["is_bag", "read_bag"]
 
 __getattr__ = lookup(__name__, {"urdyn.io.bags.table": ("read_bag",)})
