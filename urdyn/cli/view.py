@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from urdyn.cli.idle import idle
-from urdyn.cli.options import Columns, Quiet, Robot, Rows
+from urdyn.cli.options import Columns, Quiet, Rate, Robot, Rows
 from urdyn.cli.recording import slice_of
 from urdyn.cli.voice import Voice
 from urdyn.io.address import LOOPBACK
@@ -61,6 +61,7 @@ def view(
     calibration: Calibration = None,
     columns: Columns = None,
     rows: Rows = None,
+    rate: Rate = None,
     host: Host = LOOPBACK,
     port: Port = 8080,
     show: Open = False,
@@ -80,7 +81,7 @@ def view(
     require()
     _refuse_idle(context, source, twin)
     voice, part = Voice(quiet=quiet), slice_of(rows) if rows is not None else None
-    found = find(Asked(source, twin, robot, log, columns, part))
+    found = find(Asked(source, twin, robot, log, columns, part, rate))
     try:
         stage = _stage(found, source, calibration, host, port)
         voice.show(f"{stage.address} shows {source}; Ctrl-C ends it.")
@@ -98,7 +99,7 @@ def _refuse_idle(context: typer.Context, source: str, twin: Path | None) -> None
     from urdyn.io import is_log
 
     if "://" in source:
-        idle(context, f"with a live source, {source}", "log", "columns", "rows")
+        idle(context, f"with a live source, {source}", "log", "columns", "rows", "rate")
     if is_log(Path(source)):
         idle(context, f"with {source}, which is no folder of `urdyn track`", "log")
     if twin is not None:

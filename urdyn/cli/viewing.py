@@ -37,10 +37,13 @@ class Asked:
     log: Path | None = None
     columns: str | None = None
     rows: tuple[int | None, int | None] | None = None
+    rate: float | None = None
 
     def read(self, path: Path) -> Log:
         """A log's joint angles."""
-        return ud.read(path, columns=self.columns, rows=self.rows, channels=("actual_q",))
+        return ud.read(
+            path, columns=self.columns, rows=self.rows, rate=self.rate, channels=("actual_q",)
+        )
 
 
 @dataclass(frozen=True)
