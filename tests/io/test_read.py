@@ -260,6 +260,12 @@ def test_nulls_of_parquet_are_empty_fields(tmp_path: Path, lists: bool) -> None:
     np.testing.assert_array_equal(np.argwhere(np.isnan(log.channels["actual_q"])), [[9, 2]])
 
 
+def test_parquet_names_its_own_columns(tmp_path: Path) -> None:
+    pq.write_table(pa.table({"timestamp": [0.0], "actual_q_0": [1.0]}), tmp_path / "log.parquet")
+    with pytest.raises(LogError, match="is Parquet, which names its own columns; leave out"):
+        read(tmp_path / "log.parquet", columns="timestamp,actual_q")
+
+
 def test_rows_of_a_long_parquet_are_found_in_their_batch(tmp_path: Path) -> None:
     path = tmp_path / "log.parquet"
     t = np.arange(200_000) / 500

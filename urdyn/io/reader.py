@@ -68,6 +68,7 @@ def read_table(
             stream.seek(0)
             file = HashedFile(stream)
             if is_parquet:
+                _refuse(columns, "Parquet", path)
                 pieces = list(_parquet(str(path), bounds, channels))
             else:
                 pieces = list(_text(file, str(path), columns, bounds, channels))
@@ -86,8 +87,7 @@ def _bag(
     path: Path, columns: str | None, rows: Rows | None, channels: Collection[str] | None
 ) -> tuple[Table, Source]:
     """The wanted rows of a bag, whose data rows are the arm's joint states."""
-    if columns is not None:
-        raise LogError("is a bag, which names its own columns; leave out --columns", path)
+    _refuse(columns, "a bag", path)
     table, source = bags.read_bag(path, channels), Source(str(path), sha256(path))
     if not len(table):
         raise LogError("has no data", path)
@@ -98,6 +98,12 @@ def _bag(
     cut = _cut(rows, table.rows, path)
     wanted = (table.row >= cut[0]) & (table.row < cut[1])
     return table.take(wanted), replace(source, rows=cut)
+
+
+def _refuse(columns: str | None, kind: str, path: str | Path) -> None:
+    """LogError at names for the columns of a file that names its own."""
+    if columns is not None:
+        raise LogError(f"is {kind}, which names its own columns; leave out --columns", path)
 
 
 def _cut(rows: Rows, count: int, path: str | Path) -> tuple[int, int]:
