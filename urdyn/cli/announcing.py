@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import typer
 
+from urdyn.errors import InputError
+
 if TYPE_CHECKING:
     import urdyn as ud
     from urdyn.io.listener import Listener
@@ -45,6 +47,8 @@ def announcing(
     if not (live or prometheus or mqtt):
         yield None
         return
+    if not serial.isprintable():
+        raise InputError(f"--serial {serial!r}: is to be of signs that can be printed")
     from urdyn.tracking.announce import Announcer, Audience
 
     with ExitStack() as ends:
@@ -125,7 +129,6 @@ def _payload(fit: ud.Fit, final: Final) -> str:
     It counts the tool where that is known, and is what is carried beside it elsewhere. InputError
     where nobody weighed it.
     """
-    from urdyn.errors import InputError
     from urdyn.model.body import centre_of_mass
     from urdyn.tracking.physical import KNOWN, PAYLOAD
     from urdyn.types import NORMAL90

@@ -16,6 +16,8 @@ def parse(text: str, port: int, what: str) -> tuple[str, int]:
     if found is None:
         raise InputError(f"{what} {text!r}: write PORT, HOST or HOST:PORT")
     host, number = found
+    if number == 0:
+        raise InputError(f"{what} {text!r}: 0 is no port; name one from 1 to 65535")
     return host or LOOPBACK, port if number is None else number
 
 

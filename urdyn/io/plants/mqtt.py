@@ -24,6 +24,7 @@ from urdyn.io.status import Status
 
 PORT, SECURE = 1883, 8883  # as IANA has them; the second over TLS
 USER, PASSWORD = "URDYN_MQTT_USER", "URDYN_MQTT_PASSWORD"  # of the environment
+STRANGER = (134, 135)  # of MQTT's reasons: bad user name or password, not authorized
 AT_LEAST_ONCE = 1
 RESERVED = "#+/\0"  # signs that a level of a topic cannot have
 PATIENCE = 10.0  # [s] for a broker's first word
@@ -120,7 +121,8 @@ def _answers(broker: Broker) -> Queue[str]:
         """Said again after every reconnect."""
         if not reason.is_failure:
             broker.publish("online", True)
-        answers.put(f"{reason}; {USER} and {PASSWORD} say who we are" if reason.is_failure else "")
+        hint = f"; {USER} and {PASSWORD} say who we are" if reason.value in STRANGER else ""
+        answers.put(f"{reason}{hint}" if reason.is_failure else "")
 
     broker.client.on_connect = answered
     return answers
