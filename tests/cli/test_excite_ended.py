@@ -56,6 +56,14 @@ def test_ctrl_c_ends_a_search_with_its_workers(search):
     until(lambda: all(map(is_over, children)))
 
 
+def test_a_worker_that_is_killed_ends_a_search_in_one_line(search):
+    process, children = search
+    os.kill(int(children[-1]), signal.SIGKILL)
+    told = process.communicate(timeout=15)[1]
+    assert told.startswith("urdyn: a worker was killed") and told.count("\n") == 1
+    until(lambda: all(map(is_over, children)))
+
+
 def test_workers_end_with_a_search_that_is_killed(search):
     process, children = search
     process.kill()

@@ -27,6 +27,7 @@ from urdyn.simulate.fourier import HARMONICS, PERIOD, Series
 from urdyn.simulate.limits import Limits, comfortable
 from urdyn.simulate.moves import Moves
 from urdyn.simulate.trajectory import Trajectory, grid
+from urdyn.simulate.written import LONGEST
 
 KINDS = ("fourier", "probe", "poses")
 RESTARTS = 4
@@ -62,8 +63,8 @@ class Ask:
         if self.criterion not in CRITERIA:
             known = ", ".join(CRITERIA)
             raise InputError(f"no criterion {self.criterion!r}; name one of {known}")
-        if not (np.isfinite(self.duration) and self.duration >= SHORTEST):
-            raise InputError(f"{self.duration:g} s are too short; ask for {SHORTEST:g} s or more")
+        if not SHORTEST <= self.duration <= LONGEST:
+            raise InputError(f"{self.duration:g} s: a motion takes {SHORTEST:g} s to {LONGEST:g} s")
         if not 0.0 <= self.margin < 1.0:
             raise InputError(f"a margin of {self.margin:g} m; give one between 0 and 1")
         if not (np.isfinite(self.rate) and 10.0 <= self.rate <= 1000.0):

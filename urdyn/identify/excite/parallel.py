@@ -7,6 +7,7 @@ import signal
 import time
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, wait
+from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from multiprocessing import get_context, parent_process
 from multiprocessing.queues import SimpleQueue
@@ -15,7 +16,7 @@ from typing import Any
 
 from threadpoolctl import threadpool_limits
 
-from urdyn.errors import UnsafeMotionError
+from urdyn.errors import UnsafeMotionError, UrdynError
 from urdyn.identify.excite.restart import Found, Task, restart
 from urdyn.progress import Progress
 
@@ -72,6 +73,9 @@ def _ended(pool: ProcessPoolExecutor) -> Iterator[None]:
     """Where this block fails, by Ctrl-C too, nobody waits for what the workers would find."""
     try:
         yield
+    except BrokenProcessPool as error:
+        told = "a worker was killed, as where memory is short; run again, with fewer --processes"
+        raise UrdynError(told) from error
     except BaseException:
         for worker in list(pool._processes.values()):  # from Python 3.14 on: terminate_workers()
             worker.terminate()
