@@ -146,6 +146,11 @@ BROKEN: dict[str, tuple[str, Text | None]] = {
     "campaign no TOML": ("identify {tmp}/x.toml", literally("robot = \n")),
     "campaign without robot": ("identify {tmp}/x.toml", literally('[[log]]\npath = "run.csv"\n')),
     "campaign without log": ("identify {tmp}/x.toml", literally('robot = "ur10e"\n')),
+    "campaign of no logs": ("identify {tmp}/x.toml", literally('robot = "ur10e"\nlog = []\n')),
+    "campaign of a virtual arm and a real load": (
+        "identify {tmp}/x.toml",
+        literally('robot = "ur10e"\n[simulate]\n[[payload]]\npath = "x.toml"\n'),
+    ),
     "campaign's log absent": ("identify {tmp}/x.toml", literally(CAMPAIGN)),
     "campaign's key unknown": ("identify {tmp}/x.toml", literally('robots = "ur10e"\n')),
     "campaign's log key unknown": ("identify {tmp}/x.toml", literally(CAMPAIGN + "mass = 2.0\n")),
@@ -192,6 +197,12 @@ BROKEN: dict[str, tuple[str, Text | None]] = {
         None,
     ),
     "simulated twin broken": ("simulate --twin {tmp}/x --out {tmp}/l.csv", literally("a = 1\n")),
+    # those who are told
+    "serial number no text": (
+        "track {twin} {log} --out {tmp}/out --mqtt 127.0.0.1:1 --serial \udcff",
+        None,
+    ),
+    "no port": ("track {twin} {log} --out {tmp}/out --prometheus 0", None),
     "demo of an unknown arm": ("demo --robot ur99 --out {tmp}/out", None),
     "demo into a file": ("demo --out {tmp}/x", literally("mine")),
 }

@@ -48,9 +48,9 @@ IDLE = [
       for option in ("--robot ur5e", "--drive-gain 1,1,1,1,1,1")),
     ("convert run.csv run.mcap --effort-unit Nm --drive-gain 1,1,1,1,1,1", "--robot ur5e", "with"),
     *(("identify virtual.toml", option, "where the campaign simulates")
-      for option in ("--rows 0:9", "--rate 9", "--columns timestamp")),
+      for option in ("--rows 0:9", "--rate 9", "--columns timestamp", "--payload-log run.csv")),
     *((f"view {LIVE['rtde']} --robot ur5e", option, "with a live source")
-      for option in ("--log run.csv", "--rows 0:9", "--columns q")),
+      for option in ("--log run.csv", "--rows 0:9", "--columns q", "--rate 9")),
     ("view run.csv --robot ur5e", "--log other.csv", "with run.csv"),
     ("view run.csv --twin twin.toml", "--robot ur5e", "with --twin"),
 ]  # fmt: skip
@@ -61,6 +61,7 @@ def test_an_option_that_does_nothing_is_refused(
     line: str, option: str, why: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
+    (tmp_path / "run.csv").touch()
     (tmp_path / "findings.json").write_text("{}")
     (tmp_path / "virtual.toml").write_text('robot = "ur5e"\n[simulate]\nduration = 1.0\n')
     before = {*tmp_path.iterdir()}

@@ -142,4 +142,3 @@ def test_the_rate_of_a_log_without_stamps_can_be_said(tmp_path):
     log.write_text("\n".join([",".join(f"actual_q_{j}" for j in range(6)), *["0,0,0,0,0,0"] * 99]))
     assert "--rate" in refused(view(log, "--robot", "ur10e"))
     assert find(Asked(str(log), robot="ur10e", rate=49.0)).film.end == 2.0
-    assert "--rate does nothing with a live" in view("rtde://127.0.0.1:1", "--rate", 9).stderr

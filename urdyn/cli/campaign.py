@@ -5,7 +5,7 @@
     columns = "timestamp,..."       # of all recordings that do not name their own
     drive_gain = [...]              # [N·m/A], where they are known
     tool = {mass = 1.2, com = [...]} # [kg, m at the flange] that all of them bore; mass 0: none
-    effort_unit = "A"               # of a bag's efforts; "Nm": joint torques, divided by the gains
+    effort_unit = "A"               # of efforts and currents; "Nm": torques, divided by the gains
     [[log]]                         # path, columns, rows, rate
     [[payload]]                     # the same, and its mass [kg] where that is known
     [[validate]]                    # recordings that the result is scored on
@@ -93,8 +93,10 @@ def _campaign(document: dict[str, Any], folder: Path) -> Campaign:
     _check(document, CAMPAIGN, "")
     if "robot" not in document:
         raise CampaignError('no robot; write for example robot = "ur10e"')
-    if ("log" in document) == ("simulate" in document):
+    if bool(document.get("log")) == ("simulate" in document):
         raise CampaignError("name recordings with [[log]] or a virtual arm with [simulate]")
+    if "simulate" in document and "payload" in document:
+        raise CampaignError("[[payload]]: a virtual arm is loaded by payload_mass of [simulate]")
     beside = folder / document["robot"]
     return Campaign(
         robot=str(beside) if beside.is_file() else document["robot"],

@@ -80,7 +80,8 @@ def identify(
         effort_unit=effort_unit,
     )
     if campaign.simulate is not None:
-        idle(context, "where the campaign simulates its arm", "columns", "rows", "rate")
+        own = ("columns", "rows", "rate", "payload_log", "payload_mass", "payload_rows")
+        idle(context, "where the campaign simulates its arm", *own)
     payloads = loaded(campaign, payload_log, payload_mass)
     campaign = replace(
         campaign,
