@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import time
 from contextlib import suppress
 from queue import Empty
@@ -94,6 +95,15 @@ def test_how_far_to_look_is_what_the_variables_say():
     assert "Peer" not in off and "ros_discovery_off_" in off
     for here in configurations({"ROS_LOCALHOST_ONLY": "1", "ROS_STATIC_PEERS": "10.0.0.7"}):
         assert "10.0.0.7" not in here and "localhost" in here
+
+
+@pytest.mark.parametrize("asked", [None, "<CycloneDDS/>"])
+def test_the_environment_is_left_as_it_was(asked, domain, monkeypatch):
+    monkeypatch.delenv("CYCLONEDDS_URI", raising=False)
+    if asked:
+        monkeypatch.setenv("CYCLONEDDS_URI", asked)
+    participant()
+    assert os.environ.get("CYCLONEDDS_URI") == asked
 
 
 def test_endpoints_carry_ros_names_types_and_hashes(domain):

@@ -46,7 +46,9 @@ def participant(environ: Mapping[str, str] = os.environ) -> Any:
         except DDSException as error:
             failed = error
         finally:
-            os.environ[URI] = asked
+            del os.environ[URI]
+            if asked:
+                os.environ[URI] = asked
     raise InputError(f"ROS_DOMAIN_ID {number}: no place in this network: {failed}") from failed
 
 
