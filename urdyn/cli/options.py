@@ -31,8 +31,9 @@ Unit = Annotated[
     Literal["A", "Nm"] | None,
     typer.Option(
         "--effort-unit",
-        help="What the efforts of a bag are: A, motor currents, as UR's driver publishes them; or "
-        "Nm, joint torques, which become currents by the drive gains in use.",
+        help="What a bag's efforts, or a log's actual_current, are: A, motor currents, as UR's "
+        "driver publishes them; or Nm, joint torques, which become currents by the drive gains "
+        "in use.",
     ),
 ]
 Gains = Annotated[
