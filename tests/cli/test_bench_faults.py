@@ -7,10 +7,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from rich.console import Console
 from story import urdyn
 
 from urdyn.bench import FAULTS
+from urdyn.cli.bench_faults import _rates
 from urdyn.report.bench.figure_four import Foreseen, Told, beside, figures
+from urdyn.report.bench.table_three import Row
 
 
 def test_the_paper_is_beside_ours(tmp_path: Path) -> None:
@@ -51,6 +54,13 @@ def test_figure_4_says_how_low_an_estimate_reads_and_what_is_left() -> None:
     theirs, _, mine = beside(life, paper)
     assert theirs[1:3] == ("38", "18") and mine[1:3] == ("30", "10")
     assert mine[-1] == "20.0 (15.0 to no end), said at 60"
+
+
+def test_no_digit_is_left_out_on_80_columns() -> None:
+    row = Row("health degradation", 0.01, 0.25, "Shiryaev-Roberts", 0.93, 11.3, 1.23, 0.0123, 600)
+    with (screen := Console(width=80)).capture() as shown:
+        screen.print(_rates([row]))
+    assert all(word in shown.get() for word in ("degradation", "0.25", "11.3", "1.23", "0.0123"))
 
 
 @pytest.mark.slow

@@ -9,16 +9,18 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
-from rich.table import Table
 
 from urdyn.cli.kinds import as_counts, broken, kinds_table, summed
 from urdyn.cli.options import Json, Page, Quiet
 from urdyn.cli.voice import Voice
 from urdyn.report.bench.shares import share_of
-from urdyn.report.digits import percent
+from urdyn.report.digits import number, percent
+from urdyn.report.terminal import terminal_table
 from urdyn.version import __version__
 
 if TYPE_CHECKING:
+    from rich.table import Table
+
     from urdyn.bench.diagnosis_trials import Trial
     from urdyn.report.bench.confusion import Kinds
     from urdyn.report.bench.faults import Kept, Paper, Predicted
@@ -128,12 +130,12 @@ def _show(voice: Voice, found: Measured, paper: Paper) -> None:
     voice.show(
         _rates(found.rows),
         _promises(found.kept),
-        _table("Table III, the paper's and ours", table_three.HEADS, compared),
+        terminal_table("Table III, the paper's and ours", table_three.HEADS, compared, 2),
     )
     if kinds:
         voice.show(kinds_table(kinds), summed(found.done, kinds))
     voice.show(
-        _table(life, figure_four.HEADS, figure_four.beside(found.life, paper.figure4)),
+        terminal_table(life, figure_four.HEADS, figure_four.beside(found.life, paper.figure4)),
         _forecasts(found.predicted),
     )
 
@@ -197,45 +199,43 @@ def _numbers(row: Any) -> dict[str, Any]:
     }
 
 
-def _table(title: str, heads: Sequence[str], rows: Iterable[Sequence[str]]) -> Table:
-    table = Table(*heads, title=title)
-    for row in rows:
-        table.add_row(*row)
-    return table
-
-
 def _rates(rows: Sequence[Row]) -> Table:
     title = "found before the warning level, at a promise of 1 false alarm in 10,000 steps"
-    table = Table(title=title)
     heads = (
-        "fault", "growth/sigma", "detector", "found (95 %)", "delay", "x oracle", "false/1000",
+        "fault", "growth\n/sigma", "detector", "found\n(95 %)", "delay", "x\noracle",
+        "false\n/1000",
     )  # fmt: skip
-    for head in heads:
-        table.add_column(head, no_wrap=True)
-    for row in rows:
-        delay = "-" if math.isnan(row.delay) else f"{row.delay:.1f}"
-        ratio = "-" if math.isnan(row.against_oracle) else f"{row.against_oracle:.2f}"
-        false = f"{row.false_per_1000:.3g}"
-        growth = f"{row.ratio:g}"
-        mine = share_of(row.found, row.lives)
-        table.add_row(row.fault, growth, row.detector, mine, delay, ratio, false)
-    return table
+    cells = (
+        (
+            row.fault,
+            f"{row.ratio:g}",
+            row.detector,
+            share_of(row.found, row.lives),
+            number(row.delay, 3),
+            number(row.against_oracle, 3),
+            f"{row.false_per_1000:.3g}",
+        )
+        for row in rows
+    )
+    return terminal_table(title, heads, cells, 3)
 
 
 def _promises(kept: Sequence[Kept]) -> Table:
-    table = Table(title="healthy runs of 1000 steps with an alarm")
-    for head in ("noise", "runs with an alarm (95 %)", "promised at most"):
-        table.add_column(head, no_wrap=True)
-    for one in kept:
-        table.add_row(one.noise, share_of(one.share, one.runs), f"{one.promised:.1%}")
-    return table
+    heads = ("noise", "runs with an alarm (95 %)", "promised at most")
+    cells = ((one.noise, share_of(one.share, one.runs), f"{one.promised:.1%}") for one in kept)
+    return terminal_table("healthy runs of 1000 steps with an alarm", heads, cells)
 
 
 def _forecasts(predicted: Sequence[Predicted]) -> Table:
-    table = Table(title="Figure 4 over many lives: time to the critical level")
-    for head in ("sigma", "after onset", "left", "median error", "90 % intervals cover (95 %)"):
-        table.add_column(head, no_wrap=True)
-    for one in predicted:
-        cells = (f"{one.sigma:g}", str(one.age), f"{one.left:g}")
-        table.add_row(*cells, percent(one.error), share_of(one.coverage, one.lives))
-    return table
+    heads = ("sigma", "after onset", "left", "median error", "90 % intervals cover (95 %)")
+    cells = (
+        (
+            f"{one.sigma:g}",
+            str(one.age),
+            f"{one.left:g}",
+            percent(one.error),
+            share_of(one.coverage, one.lives),
+        )
+        for one in predicted
+    )
+    return terminal_table("Figure 4 over many lives: time to the critical level", heads, cells)
