@@ -117,7 +117,7 @@ def _evaluate(arm: Arm, poses: Poses, folder: Path, out: Path | None, voice: Voi
     """Score an earlier calibration, tell."""
     from urdyn.cli.results import require_folder
     from urdyn.identify.kinematics import evaluate, load_calibration
-    from urdyn.io import write_text
+    from urdyn.io import write_folder
     from urdyn.report.calibrate.page import evaluate_page
     from urdyn.report.calibrate.summary import evaluated
     from urdyn.report.calibrate.tables import evaluate_table
@@ -134,9 +134,7 @@ def _evaluate(arm: Arm, poses: Poses, folder: Path, out: Path | None, voice: Voi
         voice.note("these are the poses that the calibration was made from; others would judge it")
     voice.show(evaluate_table(found))
     if out is not None:
-        out.mkdir(parents=True, exist_ok=True)
-        page = evaluate_page(found, summary, folder, typed())
-        write_text(out / "report.html", page)
+        write_folder(out, {"report.html": evaluate_page(found, summary, folder, typed())})
         voice.note(f"written to {out}: report.html")
     voice.result(summary)
 
@@ -163,7 +161,7 @@ def _suggest(arm: Arm, count: int, out: Path | None, voice: Voice) -> None:
     from urdyn.cli.results import require_folder
     from urdyn.identify.kinematics import most_informative
     from urdyn.identify.kinematics.calibration import drawn
-    from urdyn.io import write_text
+    from urdyn.io import write_folder
     from urdyn.model.geometry.drawing import drawing_of
 
     if out is not None:
@@ -172,8 +170,7 @@ def _suggest(arm: Arm, count: int, out: Path | None, voice: Voice) -> None:
     with voice.progress("choosing poses"):
         q = most_informative(arm, start, count, np.random.default_rng(0))
     if out is not None:
-        out.mkdir(parents=True, exist_ok=True)
-        write_text(out / "poses.csv", as_csv(arm, q))
+        write_folder(out, {"poses.csv": as_csv(arm, q)})
         voice.note(f"written to {out}: poses.csv")
     else:
         voice.data(as_csv(arm, q))

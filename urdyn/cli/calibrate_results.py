@@ -10,7 +10,7 @@ import numpy as np
 import urdyn as ud
 from urdyn.identify.kinematics import Calibration, document, most_informative
 from urdyn.identify.kinematics.calibration import rank_at
-from urdyn.io import dump_toml, sha256, write_text
+from urdyn.io import dump_toml, sha256, write_folder
 from urdyn.io.calibration_file import calibration_text
 from urdyn.model.arm import Arm
 from urdyn.model.describe import describe
@@ -33,19 +33,15 @@ def save(calibration: Calibration, page: str, out: Path) -> None:
         dump_toml(document(calibration)),
         page,
     )
-    out.mkdir(parents=True, exist_ok=True)
-    for name, text in zip(FILES, texts, strict=True):
-        write_text(out / name, text)
+    write_folder(out, dict(zip(FILES, texts, strict=True)))
 
 
 def exchange(arm: Arm, table: Array, path: Path, out: Path) -> dict[str, Any]:
     """Write a geometry a ... theta `table` (J, 5) in the forms of other tools; it in numbers."""
     heading = f"urdyn {ud.__version__}: from {path} (sha256 {sha256(path)[:12]})"
     form, built = drawing_of(arm).form, redrawn(arm, table)
-    urdf = describe(built, built.inertials, heading)
-    out.mkdir(parents=True, exist_ok=True)
-    write_text(out / "kinematics.yaml", calibration_text(places_of(table), heading))
-    write_text(out / "calibrated.urdf", urdf)
+    texts = calibration_text(places_of(table), heading), describe(built, built.inertials, heading)
+    write_folder(out, dict(zip(FILES[:2], texts, strict=True)))
     off, deltas = (table - form.nominal)[form.free].tolist(), deltas_of(form, table)
     return {
         "robot": arm.name,

@@ -117,7 +117,7 @@ def _every(folder: Path, wanted: Callable[[Arm], Ask], processes: int, voice: Vo
     """excitation.toml of every arm of the library."""
     from urdyn.identify.excite import excite as search
     from urdyn.identify.excite.excitation_file import excitation_document
-    from urdyn.io import dump_toml, write_text
+    from urdyn.io import dump_toml, write_folder
     from urdyn.model.library import names
     from urdyn.report.excite.summary import safety
 
@@ -126,10 +126,8 @@ def _every(folder: Path, wanted: Callable[[Arm], Ask], processes: int, voice: Vo
         arm = ud.load_arm(name)
         with voice.progress(f"looking for a motion of {name}") as progress:
             found = search(arm, wanted(arm), None, progress, processes)
-        (folder / name).mkdir(parents=True, exist_ok=True)
-        path = folder / name / "excitation.toml"
-        write_text(path, dump_toml(excitation_document(found)))
-        voice.show(f"{path}: {safety(found)}")
+        write_folder(folder / name, {"excitation.toml": dump_toml(excitation_document(found))})
+        voice.show(f"{folder / name / 'excitation.toml'}: {safety(found)}")
         values[name] = found.value
     voice.result({"urdyn": ud.__version__, "values": values})
 
@@ -208,14 +206,12 @@ def _again(file: Path, twin: Path | None) -> Excitation:
 def _tell(found: Excitation, out: Path, wall: float, voice: Voice) -> None:
     """Write, show, print."""
     from urdyn.identify.excite.excitation_file import texts
-    from urdyn.io import write_text
+    from urdyn.io import write_folder
     from urdyn.report.excite.page import excite_page
     from urdyn.report.excite.summary import excited, excited_table, safety
 
     files = texts(found) | {"report.html": excite_page(found, wall)}
-    out.mkdir(parents=True, exist_ok=True)
-    for name, text in files.items():
-        write_text(out / name, text)
+    write_folder(out, files)
     voice.show(excited_table(found), safety(found))
     voice.note(f"written to {out}: {', '.join(files)}")
     voice.result(excited(found, wall))

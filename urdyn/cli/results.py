@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import urdyn as ud
 from urdyn.errors import InputError
-from urdyn.io import dump_toml, write_text
+from urdyn.io import dump_toml, write_folder
 from urdyn.model.describe import describe
 from urdyn.twin import document
 
@@ -38,9 +38,8 @@ def save(fit: ud.Fit, page: str, out: Path) -> None:
         ud.__version__, ", ".join(_citation(source) for source in fit.sources)
     )
     urdf = describe(fit.dynamics.arm, fit.dynamics.inertials, heading)
-    out.mkdir(parents=True, exist_ok=True)
-    for name, text in zip(FILES, (dump_toml(document(fit)), urdf, page), strict=True):
-        write_text(out / name, text)
+    texts = dump_toml(document(fit)), urdf, page
+    write_folder(out, dict(zip(FILES, texts, strict=True)))
 
 
 def _citation(source: Source) -> str:

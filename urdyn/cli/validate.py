@@ -39,7 +39,7 @@ def validate(
     """
     from urdyn.cli.results import require_folder
     from urdyn.cli.verdict import verdict
-    from urdyn.io import write_text
+    from urdyn.io import write_folder
     from urdyn.report.identify.doubts import another, misnamed, slopes
     from urdyn.report.identify.page import validate_page
     from urdyn.report.identify.summary import validated
@@ -57,8 +57,7 @@ def validate(
     doubt = "; ".join(filter(None, against))
     if out is not None:
         page = validate_page(fit, scores, typed(), [doubt] if doubt else [])
-        out.mkdir(parents=True, exist_ok=True)
-        write_text(out / "report.html", page)
+        write_folder(out, {"report.html": page})
         voice.note(f"written: {out / 'report.html'}")
     for score in scores:
         voice.note(*complaints(score.log.source.path, score.log.defects))

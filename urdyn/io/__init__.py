@@ -8,7 +8,7 @@ if TYPE_CHECKING:
     from urdyn.io.bags.forms import is_log
     from urdyn.io.document import dump_toml, load_toml
     from urdyn.io.effort import Effort
-    from urdyn.io.files import alone, sha256, write_text, writing
+    from urdyn.io.files import alone, sha256, write_folder, write_text, writing
     from urdyn.io.reader import read, read_table
     from urdyn.io.writer import write
 
@@ -22,6 +22,7 @@ __all__ = [
     "read_table",
     "sha256",
     "write",
+    "write_folder",
     "write_text",
     "writing",
 ]
@@ -33,7 +34,7 @@ __getattr__ = lookup(
         "urdyn.io.bags.forms": ("is_log",),
         "urdyn.io.document": ("dump_toml", "load_toml"),
         "urdyn.io.effort": ("Effort",),
-        "urdyn.io.files": ("alone", "sha256", "write_text", "writing"),
+        "urdyn.io.files": ("alone", "sha256", "write_folder", "write_text", "writing"),
         "urdyn.io.reader": ("read", "read_table"),
         "urdyn.io.writer": ("write",),
     },

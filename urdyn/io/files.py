@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import os
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, BinaryIO
@@ -83,3 +83,10 @@ def write_text(path: str | Path, text: str) -> None:
     """Write `text` as UTF-8, atomically."""
     with writing(path) as stream:
         stream.write(text.encode(errors="replace"))  # a log's name may have bytes that are no text
+
+
+def write_folder(folder: Path, texts: Mapping[str, str]) -> None:
+    """Write texts by their names into a folder, made if need be."""
+    folder.mkdir(parents=True, exist_ok=True)
+    for name, text in texts.items():
+        write_text(folder / name, text)
