@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 import urdyn as ud
-from urdyn.dbn import MeanReverting, RandomWalk
+from urdyn.dbn import AffineObservation, Joined, MeanReverting, RandomWalk, Tick
 from urdyn.errors import InputError
-from urdyn.estimate import Track
+from urdyn.estimate import Kalman, Track, track
 from urdyn.model.arm import Arm
 from urdyn.simulate import Payload, Trajectory
 from urdyn.types import Gaussian, Log, Motion, Parameters
@@ -44,6 +44,16 @@ PRIOR = Gaussian(TWO, np.eye(2))
 def test_what_does_not_fit_is_told_by_its_name(asked: Callable[[], object], said: str) -> None:
     with pytest.raises(InputError, match=said):
         asked()
+
+
+def test_what_is_masked_was_not_measured() -> None:
+    readings = np.ma.masked_array([[0], [1000], [0]], [[0], [1], [0]])
+    log = Log(np.arange(3), {"actual_q": readings})
+    np.testing.assert_array_equal(log.channels["actual_q"], [[0.0], [np.nan], [0.0]])
+    walk = RandomWalk(("x",), Gaussian(np.zeros(1), np.eye(1)), ONE)
+    model = Joined(walk, AffineObservation(1, lambda u: np.eye(1), np.eye(1)))
+    went = track(Kalman(), model, [Tick()] * 3, readings)
+    assert (went["x"] == 0.0).all() and not went.innovations[1].measured
 
 
 LOG = Log(np.arange(3), {"actual_q": ROWS, "actual_current": ROWS})

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from urdyn.errors import InputError
-from urdyn.types import Array, Gaussian, Index, Log, Motion, frozen, shaped
+from urdyn.types import Array, Gaussian, Index, Log, Motion, frozen, shaped, unmasked
 
 T = TypeVar("T")
 
@@ -236,9 +236,7 @@ def _held(value: object) -> NDArray[Any]:
 def _numbers(held: NDArray[Any]) -> Array:
     if held.dtype.kind not in NUMBERS:
         return np.array(np.nan)
-    if isinstance(held, np.ma.MaskedArray):
-        return np.asarray(np.ma.filled(held.astype(np.float64), np.nan))
-    return np.asarray(held).astype(np.float64)
+    return unmasked(held).copy()
 
 
 def _array(values: object, what: str) -> Array:

@@ -9,6 +9,7 @@ from types import MappingProxyType
 from typing import Any, TypeVar, cast
 
 import numpy as np
+from numpy.ma import MaskedArray
 from numpy.typing import ArrayLike, NDArray
 
 from urdyn.errors import InputError, LogError
@@ -38,9 +39,16 @@ def changed(value: V, **changes: Any) -> V:
     return new
 
 
+def unmasked(values: ArrayLike) -> Array:
+    """`values` as a float64 array, NaN where masked; the caller's own array where it is one."""
+    if isinstance(values, MaskedArray):
+        return np.asarray(np.ma.filled(values.astype(np.float64), np.nan))
+    return np.asarray(values, dtype=np.float64)
+
+
 def frozen(values: ArrayLike) -> Array:
-    """`values` as a read-only float64 array; the caller's own array stays writable."""
-    array = np.asarray(values, dtype=np.float64).view()
+    """`values` as a read-only float64 array, NaN where masked; the caller's stays writable."""
+    array = unmasked(values).view()
     array.flags.writeable = False
     return array
 

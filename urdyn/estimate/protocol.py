@@ -12,7 +12,7 @@ import numpy as np
 from urdyn.dbn.two_slice import TwoSlice, U, able
 from urdyn.errors import InputError
 from urdyn.estimate.innovation import Innovation
-from urdyn.types import Array, Gaussian, frozen, index_of, shaped
+from urdyn.types import Array, Gaussian, frozen, index_of, shaped, unmasked
 
 S = TypeVar("S")
 
@@ -141,4 +141,4 @@ def paired(
         shape = shape or model.observe_cov(u).shape[:1]
         if np.shape(y) != shape:
             raise InputError(f"observation {k} has the shape {np.shape(y)}; the model's is {shape}")
-        yield u, np.asarray(y, dtype=float)
+        yield u, unmasked(y)
