@@ -15,8 +15,8 @@ from urdyn.types import Array, Gaussian, Index, Log, Motion, frozen, shaped, unm
 
 T = TypeVar("T")
 
-# Of two standard deviations: what a covariance may differ from its transpose by, the inverse of an
-# information matrix that hardly has one.
+# Of two standard deviations: what a covariance may differ from its transpose by, and from one that
+# variables can have: the inverse of an information matrix that hardly has one.
 ALIKE = 1e-3
 ROUNDING = 1e-14  # of the largest variance, for each state: what rounding leaves of none
 
@@ -159,7 +159,20 @@ def given_covariance(values: object, what: str, n: int | None = None, beside: fl
             f"{what}[{i}, {j}] is {cov[i, j]:.4g} and {what}[{j}, {i}] {cov[j, i]:.4g}; "
             "a covariance is symmetric"
         )
+    _require_definite(cov + none * np.eye(len(cov)), what)
     return cov
+
+
+def _require_definite(cov: Array, what: str) -> None:
+    """InputError where variables of these variances cannot vary together like this."""
+    sd = np.sqrt(cov.diagonal())
+    correlation = cov / np.where(sd > 0.0, np.outer(sd, sd), 1.0)
+    least = float(np.linalg.eigvalsh(correlation).min(initial=0.0))
+    if least < -ALIKE * len(cov):
+        raise InputError(
+            f"{what} is no covariance: as correlations it has the eigenvalue {least:.4g}, which "
+            "has to be 0 or more; bring what is off its diagonal nearer to 0"
+        )
 
 
 def given_belief(belief: object, what: str, n: int) -> None:

@@ -32,6 +32,7 @@ from urdyn.errors import InputError
 from urdyn.types import Array, Gaussian
 
 ONE, TWO, EYE = np.ones(1), np.ones(2), np.eye(2)
+TORN = np.array([[1.0, 2.0], [2.0, 1.0]])
 LOPSIDED, HOLED = np.array([[1.0, 0.9], [0.0, 1.0]]), np.array([[1.0, np.nan], [np.nan, 1.0]])
 NAMES, PRIOR = ("a", "b"), Gaussian(np.zeros(2), EYE)
 PAIR = Network((Node("a"), Node("b")), ())
@@ -80,6 +81,8 @@ def looked_at(H: Array) -> Array:
         (lambda: seen(np.ones((2, 3))), r"R has the shape \(2, 3\); .* covariance, \(m, m\)"),
         (lambda: seen(HOLED), "R holds NaN"),
         (lambda: seen(LOPSIDED), r"R\[0, 1\] is 0.9 and R\[1, 0\] 0; a covariance is symmetric"),
+        (lambda: seen(TORN), "R is no covariance: .* eigenvalue -1, .* nearer to 0"),
+        (lambda: seen(1.0 - EYE), "R is no covariance"),
         (lambda: seen(d=np.ones(3)), r"d has the shape \(3,\); it has to be \(2,\), or one"),
         (lambda: seen(states=1.5), "states 1.5: takes a whole number"),
         (lambda: looked_at(np.eye(3, 2)), r"H has the shape \(3, 2\); .* it is \(2, 2\)"),
@@ -91,6 +94,7 @@ def looked_at(H: Array) -> Array:
         (lambda: moved(Q=np.eye(1)), r"Q has the shape \(1, 1\)"),
         (lambda: moved(Q=-0.01 * EYE), "Q has the variance -0.01; a covariance has none below 0"),
         (lambda: moved(Q=LOPSIDED), r"Q\[0, 1\] is 0.9"),
+        (lambda: moved(Q=1e-6 * TORN), "Q is no covariance: .* eigenvalue -1"),
         (lambda: moved(b=np.ones(3)), r"b has the shape \(3,\)"),
         (lambda: moved(b=np.nan), "b is nan: takes finite numbers"),
         (lambda: moved(names=("a",)), r"the prior's mean has the shape \(2,\)"),
@@ -99,6 +103,7 @@ def looked_at(H: Array) -> Array:
         (lambda: walk(prior=1.0), "the prior 1.0: takes a Gaussian"),
         (lambda: walk(-EYE), "the prior's covariance has the variance -1; .* below 0"),
         (lambda: walk(LOPSIDED), r"the prior's covariance\[0, 1\] is 0.9 and .* symmetric"),
+        (lambda: walk(TORN), "the prior's covariance is no covariance"),
         (lambda: walk(HOLED), "the prior's covariance holds NaN"),
         (lambda: walk(mean=np.array([0.0, np.nan])), r"the prior's mean\[1\] is nan"),
         (lambda: walk(diffusion=np.array([0.0, np.nan])), r"diffusion\[1\] is nan"),
