@@ -231,6 +231,14 @@ def of_parameter(name: str, column: str = "value") -> str:
         (r"(inertials = \[\n  \[)[^,]+", "1e300", "beyond all measure"),
         (r"(inertials = \[\n  \[)[^,]+, ", "", "damaged twin"),
         (r"(covariance = \[\n  \[)[^,]+", "-1.0", "variance is negative"),
+        (r"(covariance = \[\n  \[\S+ )[^,]+", "1e3", "a covariance is symmetric"),
+        (r"(covariance = )\[(.|\n)*?\n\]", "[[1, 2, 0], [2, 1, 0], [0, 0, 1]]", "is no covariance"),
+        (r"(\nnames = \[)[^,]+", '"shoulder_link.d1"', "two states of one name"),
+        (r"(\nar = \[\n  \[)[^,\]]+", "2.0", "the noise of shoulder_pan_joint grows"),
+        (r"(\njoints = \[)(.*?), (.*?), ", r'"x", "y", ', "its joints or links are not ur5e's"),
+        (of_parameter("mass", "unit"), '"furlong"', "mass is in furlong and has to be in kg"),
+        (r"(\nrank = )\d+", "1_000_000", "its rank is 1000000, of 84 columns"),
+        (r"(\nsamples = )\d+", "-5", "it is of -5 samples"),
     ],
 )
 def test_what_an_edited_twin_says_wrong_is_named(

@@ -10,15 +10,15 @@ from typing import Any
 
 import numpy as np
 
-from urdyn.errors import TwinError, UrdynError
-from urdyn.given import given_a
+from urdyn.errors import InputError, TwinError, UrdynError
+from urdyn.given import given_a, given_covariance, given_names
 from urdyn.identify.fit import Fit
 from urdyn.identify.noise import Noise
 from urdyn.io import dump_toml, load_toml, write_text
 from urdyn.model.arm import Arm, described, load_arm, read_arm
-from urdyn.model.body import BODY, about_frame, tensor
+from urdyn.model.body import BODY, BODY_UNITS, about_frame, tensor
 from urdyn.model.consistency import is_consistent
-from urdyn.model.drive import LINEAR, SHAPE, Drive
+from urdyn.model.drive import LINEAR, SHAPE, UNITS, Drive
 from urdyn.model.dynamics import Dynamics
 from urdyn.model.library import names
 from urdyn.model.population import OPTIONAL
@@ -29,7 +29,10 @@ FORMAT = 1
 COLUMNS = ("name", "value", "sd", "unit", "prior", "prior_sd")  # of a parameter
 HUGE = 1e100  # from which on products of a few numbers are beyond all
 PUBLISHED = 0.01  # [-] that a mass may be published anew by; those of other arms are further off
+GROWTH = 1.01  # [-] a row, of noise; a regression beside slow noise may come out just beyond 1
 SKEW = 1.0  # [s] recorders skew their streams by less, by far
+# Of a parameter, by the last word of its name.
+UNIT_OF = dict(zip(BODY, BODY_UNITS, strict=True)) | UNITS | {"time_offset": "s"}
 # What of a drive is above 0, and what may be 0 and not below.
 ABOVE_ZERO = ("gain", "coulomb", "presliding_distance", "stribeck_velocity")
 NOT_BELOW = ("rotor_inertia", "viscous", "structural", "presliding_tail")
@@ -162,10 +165,30 @@ def _faults(fit: Fit) -> Iterator[str]:
     if (np.abs(times) > SKEW).any():
         yield f"its time_offset or friction_lead is beyond {SKEW:g} s"
     yield from _beneath(fit)
+    yield from _unlike(fit)
     solid = [body for body in borne if body.any()]
     if not is_consistent(np.array([*fit.dynamics.inertials, *solid])).all():
         yield "no solid body has these masses"
     yield from _renamed(fit)
+
+
+def _unlike(fit: Fit) -> Iterator[str]:
+    """What no identification writes."""
+    for name, unit in zip(fit.parameters.names, fit.parameters.units, strict=True):
+        if unit != (due := UNIT_OF.get(name.rpartition(".")[2], unit)):
+            yield f"{name} is in {unit} and has to be in {due}"
+    for joint, ar in zip(fit.dynamics.arm.joint_names, fit.noise.ar, strict=True):
+        if (np.abs(np.roots([1.0, *-ar])) > GROWTH).any():
+            yield f"by its ar the noise of {joint} grows without end"
+    if not 0 <= fit.rank <= fit.n_parameters:
+        yield f"its rank is {fit.rank}, of {fit.n_parameters} columns"
+    if fit.n_samples < 0:
+        yield f"it is of {fit.n_samples} samples"
+    try:
+        given_names(fit.names)
+        given_covariance(fit.belief.cov, "belief.covariance")
+    except InputError as error:
+        yield str(error)
 
 
 def _renamed(fit: Fit) -> Iterator[str]:
@@ -203,6 +226,8 @@ def _beneath(fit: Fit) -> Iterator[str]:
 def _read(tables: dict[str, Any]) -> Fit:
     robot, rows, noise = tables["robot"], tables["parameter"], tables["noise"]
     arm = read_arm(robot["urdf"], robot["name"]) if "urdf" in robot else load_arm(robot["name"])
+    if [*robot["joints"]] != [*arm.joint_names] or [*robot["links"]] != [*arm.link_names]:
+        raise TwinError(f"its joints or links are not {arm.name}'s; identify the arm again")
     column = {key: [row[key] for row in rows] for key in COLUMNS}
     parameters = Parameters(_numbers(column, "value"), tuple(column["name"]), tuple(column["unit"]))
     belief, data = tables["belief"], tables["data"]
