@@ -79,6 +79,10 @@ READ, CONDITIONED = "a Log, as urdyn.read", "a Motion, as urdyn.condition"
         (lambda arm, fit: arm.torque(*[["a"] * 6] * 3), "the motion holds text"),
         (lambda arm, fit: arm.torque(ROWS, ROWS[:2], ROWS), r"\(3, 6\), \(2, 6\)"),
         (lambda arm, fit: arm.torque(*[ROWS] * 3, ROWS), r"inertials .* \(3, 6\); .* \(6, 10\)"),
+        (
+            lambda arm, fit: arm.torque(*[ROWS] * 3, 0.0 * arm.inertials),
+            r"inertials\[0, 0\] .*not 0",
+        ),
         (lambda arm, fit: replace(fit.dynamics, inertials=ROWS), r"inertials .* \(6, 10\)"),
         (lambda arm, fit: replace(fit.dynamics, payload=ONE), r"payload .* \(10,\)"),
     ],

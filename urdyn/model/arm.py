@@ -22,7 +22,7 @@ from urdyn.given import given_each, given_numbers
 from urdyn.model.chain import Chain, parse, read_chain, read_text
 from urdyn.model.consistency import is_consistent
 from urdyn.model.library import find, names
-from urdyn.types import Array, frozen, shaped
+from urdyn.types import Array, Mask, frozen, shaped
 
 # What dynamics needs of a URDF. Geometry never reaches Pinocchio: missing meshes do not matter.
 NEEDED = {
@@ -229,10 +229,16 @@ def read_arm(urdf: str, name: str = "arm") -> Arm:
 def with_inertials(arm: Arm, inertials: Array) -> Arm:
     """`arm` with other inertials (J, 10), which need not be those of solid bodies; masses not 0."""
     model = pin.Model(arm._model)
-    due = given_each(inertials, "inertials", (arm.joints, 10))
+    takes = "finite numbers, masses that are not 0; Arm.regressor takes any"
+    due = given_each(inertials, "inertials", (arm.joints, 10), takes, _with_masses)
     for i, parameters in enumerate(due, start=1):
         model.inertias[i] = pin.Inertia.FromDynamicParameters(parameters)
     return replace(arm, inertials=due, _model=model, _data=model.createData())
+
+
+def _with_masses(inertials: Array) -> Mask:
+    """Which are finite, and of a body whose centre of mass is somewhere, (J, 10)."""
+    return np.asarray(np.isfinite(inertials) & (inertials[:, :1] != 0.0))
 
 
 def controller_base(arm: Arm) -> Array:
