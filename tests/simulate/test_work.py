@@ -2,12 +2,23 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from urdyn.errors import InputError
 from urdyn.model.arm import Arm, load_arm, with_inertials
-from urdyn.simulate import Payload, Work, fourier, pick_and_place, plan, shift, virtual_arm
+from urdyn.simulate import (
+    Payload,
+    Work,
+    fourier,
+    pick_and_place,
+    plan,
+    shift,
+    typical_gears,
+    virtual_arm,
+)
 from urdyn.simulate.follow import follow
 from urdyn.simulate.limits import comfortable, require
 from urdyn.simulate.schedule import course
@@ -35,6 +46,14 @@ def test_comfortable_limits_hold_at_work_for_every_arm(robot):
 def test_comfortable_limits_hold_throughout_a_shift(ur5e: Arm):
     work = shift(ur5e, 2400.0, 25.0, np.random.default_rng(1))
     require(heaviest(ur5e, work), comfortable(ur5e), work.trajectory)
+
+
+def test_an_arm_that_nobody_rated_works_with_a_common_arms_pieces_and_gears(ur5e: Arm):
+    unrated = replace(ur5e, effort_limit=np.full(6, np.inf))
+    work = pick_and_place(unrated, 30.0, 125.0, np.random.default_rng(0))
+    assert 0.1 < work.handling[0].carried[:, 0].max() < 5.0
+    stiffness, usual = typical_gears(unrated).stiffness, typical_gears(ur5e).stiffness
+    assert (stiffness > 0.1 * usual).all() and (stiffness < 10.0 * usual).all()
 
 
 def test_velocity_and_acceleration_are_derivatives(ur10e: Arm):

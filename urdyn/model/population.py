@@ -113,9 +113,7 @@ OPTIONAL = frozenset({"stribeck", "ripple_cos", "ripple_sin", "thermal"})
 
 def population(arm: Arm) -> Population:
     """What is believed of `arm` before any data."""
-    # Exporters that were not told a limit write 0, or a very large number.
-    rated = (arm.effort_limit > RATED_TORQUE[0] / 10) & (arm.effort_limit < RATED_TORQUE[-1] * 10)
-    log_torque = np.log(np.where(rated, arm.effort_limit, ANY_TORQUE))
+    log_torque = np.log(rated_torque(arm))
     typical = {name: _power_law(log_torque, values) for name, values in TYPICAL.items()}
     one = np.ones_like(log_torque)
     friction = np.exp(typical["coulomb"])
@@ -136,6 +134,13 @@ def population(arm: Arm) -> Population:
     }
     link_mean = log_cholesky(arm.inertials)
     return Population(arm, frozen(link_mean), frozen(_link_sd(link_mean)), drive)
+
+
+def rated_torque(arm: Arm) -> Array:
+    """What each joint is rated for, (J,) [N·m]; ANY_TORQUE where the description does not say."""
+    # Exporters that were not told a limit write 0, or a very large number.
+    told = (arm.effort_limit > RATED_TORQUE[0] / 10) & (arm.effort_limit < RATED_TORQUE[-1] * 10)
+    return np.where(told, arm.effort_limit, ANY_TORQUE)
 
 
 def _power_law(log_torque: Array, values: tuple[float, ...]) -> Array:

@@ -9,7 +9,7 @@ import numpy as np
 
 from urdyn.model.arm import Arm
 from urdyn.model.dynamics import Dynamics
-from urdyn.model.population import population
+from urdyn.model.population import population, rated_torque
 from urdyn.simulate.closed_loop import closed_loop
 from urdyn.simulate.controller import typical_controller
 from urdyn.simulate.follow import Followed
@@ -27,7 +27,7 @@ def typical_gears(arm: Arm) -> Gears:
     """Elastic gears, as stiff as their rated torque lets one expect."""
     straight = np.zeros(arm.joints)
     mass = np.diag(arm.torque_derivatives(straight, straight, straight)[2])
-    stiffness = STIFFNESS * arm.effort_limit
+    stiffness = STIFFNESS * rated_torque(arm)
     return Gears(stiffness, 2.0 * GEAR_DAMPING * np.sqrt(stiffness * np.minimum(mass, 1.0)))
 
 

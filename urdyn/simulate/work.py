@@ -14,6 +14,7 @@ import numpy as np
 
 from urdyn.errors import InputError
 from urdyn.model.arm import Arm, with_inertials
+from urdyn.model.population import rated_torque
 from urdyn.simulate.limits import Limits, comfortable
 from urdyn.simulate.moves import TRIES, Move, fastest, one_after_the_other
 from urdyn.simulate.payload import Payload
@@ -100,8 +101,7 @@ def draw_program(arm: Arm, rng: np.random.Generator, piece: Payload | None = Non
 
 def draw_piece(arm: Arm, rng: np.random.Generator) -> Payload:
     """A piece that an arm of this size would be bought for."""
-    strength = np.nanmax(np.where(np.isfinite(arm.effort_limit), arm.effort_limit, np.nan))
-    mass = rng.uniform(LIGHTEST, HEAVIEST) * strength
+    mass = rng.uniform(LIGHTEST, HEAVIEST) * rated_torque(arm).max()
     return Payload(mass, np.array([0.0, 0.0, AHEAD]))
 
 
