@@ -13,6 +13,7 @@ from urdyn.dbn import AffineObservation, Joined, MeanReverting, RandomWalk, Tick
 from urdyn.errors import InputError
 from urdyn.estimate import Kalman, Track, track
 from urdyn.model.arm import Arm
+from urdyn.model.population import population
 from urdyn.simulate import Payload, Trajectory
 from urdyn.types import Gaussian, Log, Motion, Parameters
 
@@ -25,6 +26,9 @@ PRIOR = Gaussian(TWO, np.eye(2))
     [
         (lambda: Log(ROWS, {}), r"t has the shape \(3, 6\); time is one axis"),
         (lambda: Log([0, 1], {"actual_q": ROWS}), r"actual_q has .* \(3, 6\); t has 2 rows"),
+        (lambda: Log(TWO, {"actual_q": TWO}), r"actual_q .* \(2,\); .* rows x joints"),
+        (lambda: Motion(np.arange(3), *[ROWS] * 6, breaks=(7,)), r"breaks \(7,\): .* 1 to 2"),
+        (lambda: Motion(np.arange(3), *[ROWS] * 6, breaks=(-1,)), r"breaks \(-1,\)"),
         (lambda: Log(np.array([0.0, 2.0, 1.0]), {}), "have to increase; that of row 2 does not"),
         (lambda: Motion(TWO, *[ROWS] * 6), r"q has the shape \(3, 6\); .* \(2, 6\)"),
         (lambda: Motion(np.arange(3), *[ROWS] * 5, ROWS[:, :5]), r"temperature .* \(3, 6\)"),
@@ -44,6 +48,30 @@ PRIOR = Gaussian(TWO, np.eye(2))
 def test_what_does_not_fit_is_told_by_its_name(asked: Callable[[], object], said: str) -> None:
     with pytest.raises(InputError, match=said):
         asked()
+
+
+def test_what_is_done_to_the_callers_arrays_changes_no_value() -> None:
+    t, q, cov = np.arange(3.0), np.zeros((3, 6)), np.eye(1)
+    log, motion = Log(t, {"actual_q": q}), Motion(t, *[q] * 6)
+    walk = RandomWalk(("x",), Gaussian(np.zeros(1), cov), ONE)
+    seen = AffineObservation(1, lambda u: np.eye(1), cov)
+    for array in (t, q, cov):
+        array[:] = 99.0
+    assert log.t[1] == motion.t[1] == 1.0 and not (log.channels["actual_q"] + motion.v).any()
+    assert walk.prior.cov == seen.R == 1.0
+
+
+def test_values_that_hold_arrays_are_themselves_alone(ur5e: Arm) -> None:
+    rows = np.zeros((1, 6))
+    for value in (
+        Gaussian(ONE, np.eye(1)),
+        Parameters(ONE, ("a",), ("A",)),
+        Log(ONE, {}),
+        Motion(ONE, *[rows] * 6),
+        (nominal := population(ur5e).typical()),
+        nominal.drive,
+    ):
+        assert {value} == {value} and value != replace(value)
 
 
 def test_what_is_masked_was_not_measured() -> None:

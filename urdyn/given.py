@@ -175,12 +175,12 @@ def _require_definite(cov: Array, what: str) -> None:
         )
 
 
-def given_belief(belief: object, what: str, n: int) -> None:
+def given_belief(belief: object, what: str, n: int) -> Gaussian:
     """What is known of n states."""
     if not isinstance(belief, Gaussian):
         raise InputError(f"{what} {belief!r}: takes a Gaussian, with mean and covariance")
-    given_each(belief.mean, f"{what}'s mean", (n,))
-    given_covariance(belief.cov, f"{what}'s covariance", n)
+    mean = given_each(belief.mean, f"{what}'s mean", (n,))
+    return Gaussian(mean, given_covariance(belief.cov, f"{what}'s covariance", n))
 
 
 def given_names(names: Sequence[str]) -> None:
@@ -253,8 +253,8 @@ def _numbers(held: NDArray[Any]) -> Array:
 
 
 def _array(values: object, what: str) -> Array:
-    """As `frozen` makes it; InputError where they are no numbers."""
+    """A copy as `frozen` makes it; InputError where they are no numbers."""
     try:
-        return frozen(cast(ArrayLike, values))
+        return frozen(unmasked(cast(ArrayLike, values)).copy())
     except (TypeError, ValueError):
         raise InputError(f"{what} {values!r}: takes numbers") from None

@@ -53,6 +53,12 @@ def frozen(values: ArrayLike) -> Array:
     return array
 
 
+def owned(values: ArrayLike) -> Array:
+    """`values` as `frozen` makes them; a copy, unless they are read-only already."""
+    array = unmasked(values)
+    return frozen(array.copy() if array.flags.writeable else array)
+
+
 def shaped(what: str, values: ArrayLike, shape: tuple[int, ...]) -> Array:
     """`values` as `frozen` makes them; InputError where they have another shape."""
     array = frozen(values)
@@ -93,7 +99,7 @@ class Defect:
         return f"{self.count} x {self.kind} ({self.remedy}{where})"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Log:
     """What the robot said, untouched: RTDE names, SI units, NaN where it said nothing."""
 
@@ -103,8 +109,8 @@ class Log:
     defects: tuple[Defect, ...] = ()
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "t", frozen(self.t))
-        channels = {name: frozen(values) for name, values in self.channels.items()}
+        object.__setattr__(self, "t", owned(self.t))
+        channels = {name: owned(values) for name, values in self.channels.items()}
         object.__setattr__(self, "channels", MappingProxyType(channels))
         if self.t.ndim != 1:
             raise InputError(f"t has the shape {self.t.shape}; time is one axis")
@@ -116,6 +122,9 @@ class Log:
         for name, values in channels.items():
             if values.shape[:1] != self.t.shape:
                 raise InputError(f"{name} has the shape {values.shape}; t has {len(self)} rows")
+        q = channels.get("actual_q")
+        if q is not None and q.ndim != 2:
+            raise InputError(f"actual_q has the shape {q.shape}; it has to be rows x joints")
 
     def __len__(self) -> int:
         return len(self.t)
@@ -151,7 +160,7 @@ class Log:
 JOINT_SERIES = ("q", "v", "a", "jerk", "current", "temperature", "shift", "instrument")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Motion:
     """What we made of a log: joint kinematics at the stamps of the measured current.
 
@@ -179,10 +188,12 @@ class Motion:
             object.__setattr__(self, "shift", np.zeros_like(self.q))
         if not self.instrument.size:
             object.__setattr__(self, "instrument", np.full_like(self.q, np.nan))
-        object.__setattr__(self, "t", frozen(self.t))
+        object.__setattr__(self, "t", owned(self.t))
         shape = len(self), *np.shape(self.q)[1:]
         for name in JOINT_SERIES:
-            object.__setattr__(self, name, shaped(name, getattr(self, name), shape))
+            object.__setattr__(self, name, shaped(name, owned(getattr(self, name)), shape))
+        if not all(0 < row < len(self) for row in self.breaks):
+            raise InputError(f"breaks {self.breaks}: takes rows from 1 to {len(self) - 1}")
 
     def __len__(self) -> int:
         return len(self.t)
@@ -229,7 +240,7 @@ class Motion:
         return replace(self, **series, breaks=breaks)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Parameters:
     """A vector that is never parted from its names and units."""
 
@@ -251,7 +262,7 @@ class Parameters:
         return float(self.values[index_of(name, self.names, "parameter")])
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Gaussian:
     """A belief: mean and covariance."""
 

@@ -73,7 +73,7 @@ class AffineProcess(Generic[U_contra]):
     def __post_init__(self) -> None:
         n = len(self.names)
         given_names(self.names)
-        given_belief(self.prior, "the prior", n)
+        object.__setattr__(self, "prior", given_belief(self.prior, "the prior", n))
         object.__setattr__(self, "F", given_each(self.F, "F", (n, n)))
         known = float(self.prior.cov.diagonal().max(initial=0.0))
         object.__setattr__(self, "Q", given_covariance(self.Q, "Q", n, beside=known))

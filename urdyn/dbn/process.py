@@ -28,7 +28,7 @@ class RandomWalk:
         n = len(self.names)
         given_names(self.names)
         object.__setattr__(self, "diffusion", given_each(self.diffusion, "diffusion", (n,)))
-        given_belief(self.prior, "the prior", n)
+        object.__setattr__(self, "prior", given_belief(self.prior, "the prior", n))
 
     @cached_property
     def linear(self) -> Mask:
@@ -69,7 +69,7 @@ class MeanReverting:
             object.__setattr__(self, name, given_each(getattr(self, name), name, (n,)))
         memory = given_each(self.time_constant, "time_constant", (n,), "times above 0 s", positive)
         object.__setattr__(self, "time_constant", memory)
-        given_belief(self.prior, "the prior", n)
+        object.__setattr__(self, "prior", given_belief(self.prior, "the prior", n))
 
     @cached_property
     def linear(self) -> Mask:

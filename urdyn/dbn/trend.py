@@ -39,7 +39,8 @@ class Trend:
         for name, shape in due.items():
             object.__setattr__(self, name, given_each(getattr(self, name), name, shape))
         given_each(self.time_constant, "time_constant", (), "a time above 0 s", positive)
-        given_belief(self.parameter_prior, "the parameters' prior", p)
+        prior = given_belief(self.parameter_prior, "the parameters' prior", p)
+        object.__setattr__(self, "parameter_prior", prior)
 
     @cached_property
     def names(self) -> tuple[str, ...]:

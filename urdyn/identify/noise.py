@@ -21,7 +21,7 @@ PIECE = 0.03  # [s] in which friction that is misjudged at a reversal stays alik
 WILD = 12.0  # [sd] at which a residual is clipped: an outlier does not widen the noise
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Noise:
     """Autoregressive noise with Student-t innovations, and beside it what passes slowly.
 

@@ -9,7 +9,7 @@ import numpy as np
 from urdyn.errors import LogError
 from urdyn.io import arm_clock, clock
 from urdyn.io.table import AS_NAN, LEFT_OUT, Table, merge
-from urdyn.types import STANDSTILL, Defect, Log, Mask, Source
+from urdyn.types import STANDSTILL, Defect, Log, Mask, Source, frozen
 
 UNUSABLE = 0.2  # a log that lost a larger share of its rows is refused
 DISORDER = 0.1  # of the steps that go back: no clock was set so often
@@ -39,7 +39,8 @@ def mend(table: Table, source: Source) -> Log:
     table = _on_time(_of_every_joint(table))
     late = clock.gaps(table.channels["timestamp"])
     table = _noted(table, late, "gap", "kept")
-    return Log(table.channels.pop("timestamp"), table.channels, source, table.defects)
+    channels = {name: frozen(values) for name, values in table.channels.items()}  # not copied
+    return Log(channels.pop("timestamp"), channels, source, table.defects)
 
 
 def _without_strange_stamps(table: Table, source: Source) -> Table:

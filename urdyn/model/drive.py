@@ -49,7 +49,7 @@ STEPS = (*SHAPE, "time_offset")
 TIMES = ("time_offset", "friction_lead")  # of the whole arm
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Drive:
     """Drives of an arm, one entry a joint; a term that the model does not have is zero."""
 

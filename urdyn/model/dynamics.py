@@ -15,7 +15,7 @@ from urdyn.types import Array, Mask, Motion, shaped
 OVERLOAD = 3.0  # [-] of the rated torque's current, that no motor draws
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Dynamics:
     """An arm with its masses, drives and payload.
 

@@ -18,7 +18,7 @@ from urdyn.simulate.tool import tool_pose
 from urdyn.simulate.trajectory import Trajectory
 from urdyn.simulate.warmth import steady
 from urdyn.simulate.wrench import has_force_sensor, wrenches
-from urdyn.types import Array, Log, Motion
+from urdyn.types import Array, Log, Motion, frozen
 
 # How an arm lives through a trajectory: what it is, what is asked, at which times, what befalls.
 Fidelity = Callable[[Dynamics, Trajectory, Array, Sequence[Event]], Iterator[Followed]]
@@ -132,4 +132,4 @@ def _gathered(parts: Iterable[Rows], rows: int) -> dict[str, Array]:
             if name not in whole:
                 whole[name] = np.empty((rows, value.shape[1]))
             whole[name][where] = value
-    return whole
+    return {name: frozen(values) for name, values in whole.items()}  # not copied
