@@ -19,7 +19,7 @@ from urdyn.signal.polynomial import half_window, instrument_half
 from urdyn.signal.shifts import SHAKEN, jumps, without_turns
 from urdyn.signal.stretches import breaks, is_even, median_step
 from urdyn.signal.units import complaint, unfilled, wrong_unit
-from urdyn.types import JOINT_SERIES, Array, Log, Mask, Motion
+from urdyn.types import JOINT_SERIES, Array, Log, Mask, Motion, frozen
 
 FAR = 4.0 * np.pi  # [rad] twice what a UR's joint turns either way
 CHUNK = 65536  # rows that are worked on at a time: what they take on the way is small beside a log
@@ -69,7 +69,8 @@ def conditioned(
     for rows, chunk in settled.chunks(log, CHUNK):
         for name, values in series.items():
             values[rows] = getattr(chunk, name)
-    return Motion(log.t, **series, breaks=breaks(log.t, settled.step), source=log.source)
+    made = {name: frozen(values) for name, values in series.items()}  # which nobody copies
+    return Motion(log.t, **made, breaks=breaks(log.t, settled.step), source=log.source)
 
 
 def stream(
@@ -121,16 +122,18 @@ class _Settled:
         told = _whole_around(log.t, known, self.step, half)[:, None]
         alone = how(log.t, q - shifted, half=half).a if told.any() else np.full_like(q, np.nan)
         temperature = log.joint("joint_temperatures")
-        return Motion(
-            log.t,
-            moved.q + shifted,
-            *moved[1:],
+        return Motion(  # of frozen arrays, which it does not copy
+            t=log.t,
+            q=frozen(moved.q + shifted),
+            v=frozen(moved.v),
+            a=frozen(moved.a),
+            jerk=frozen(moved.jerk),
             current=log.joint("actual_current"),
-            temperature=np.where(np.abs(temperature) < POSSIBLE[-1], temperature, np.nan),
+            temperature=frozen(np.where(np.abs(temperature) < POSSIBLE[-1], temperature, np.nan)),
             breaks=breaks(log.t, self.step),
             source=log.source,
-            shift=without_turns(shift),
-            instrument=np.where(told, alone, np.nan),
+            shift=frozen(without_turns(shift)),
+            instrument=frozen(np.where(told, alone, np.nan)),
         )
 
 
