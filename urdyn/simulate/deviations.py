@@ -10,13 +10,13 @@ from the drawing.
 
 from __future__ import annotations
 
-import xml.etree.ElementTree as ET
 from typing import Any
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from urdyn.model.arm import Arm, read_arm, with_inertials
+from urdyn.model.arm import Arm
+from urdyn.model.geometry.origins import Origin, origins_of, with_origins
 from urdyn.types import Array
 
 # Standard deviations by joint, base first: 1.48 times the median absolute deviation of the factory
@@ -43,44 +43,26 @@ def draw_deviations(arm: Arm, rng: np.random.Generator) -> Array:
 
 def deviated(arm: Arm, deviations: Array) -> Arm:
     """The arm with its joints' frames moved by `deviations` (J, 4), same bodies on them."""
-    root = ET.fromstring(arm.urdf)
-    joints = {joint.get("name"): joint for joint in root.iter("joint")}
-    for name, deviation in zip(arm.joint_names, deviations, strict=True):
-        _move(joints[name], deviation)
-    built = read_arm(ET.tostring(root, encoding="unicode"), arm.name)
-    return with_inertials(built, arm.inertials)
+    pairs = zip(origins_of(arm), deviations, strict=True)
+    return with_origins(arm, (_moved(*origin, deviation) for origin, deviation in pairs))
 
 
 def frames(arm: Arm) -> list[dict[str, Any]]:
     """Where each joint's frame is in the link before: xyz [m] and rpy [rad], as in a URDF."""
-    joints = {joint.get("name"): joint for joint in ET.fromstring(arm.urdf).iter("joint")}
-    origins = ((name, *_origin(joints[name])) for name in arm.joint_names)
     return [
         {"name": name, "xyz": place.tolist(), "rpy": angles.tolist()}
-        for name, place, angles in origins
+        for name, (place, angles) in zip(arm.joint_names, origins_of(arm), strict=True)
     ]
 
 
-def _origin(joint: ET.Element) -> tuple[Array, Array]:
-    """xyz [m] and rpy [rad] of a joint in a URDF."""
-    origin = joint.find("origin")
-    told = {} if origin is None else origin.attrib
-    place, angles = (np.array(told.get(k, "0 0 0").split(), float) for k in ("xyz", "rpy"))
-    return place, angles
-
-
-def _move(joint: ET.Element, deviation: Array) -> None:
-    """Write another origin into a joint of a URDF."""
-    place, angles = _origin(joint)
+def _moved(place: Array, angles: Array, deviation: Array) -> Origin:
+    """A joint's origin, moved by a, d, roll and tilt (4,)."""
     turn = Rotation.from_euler("xyz", angles)
     d = along_axis(place, turn)
     tilted = Rotation.from_euler("yx", [deviation[3], deviation[2]]) * turn
     moved = place - d * turn.apply([0.0, 0.0, 1.0]) + [deviation[0], 0.0, 0.0]
     moved += (d + deviation[1]) * tilted.apply([0.0, 0.0, 1.0])
-    for origin in joint.findall("origin"):
-        joint.remove(origin)
-    texts = (" ".join(map(repr, x.tolist())) for x in (moved, tilted.as_euler("xyz")))
-    ET.SubElement(joint, "origin", dict(zip(("xyz", "rpy"), texts, strict=True)))
+    return moved, tilted.as_euler("xyz")
 
 
 def along_axis(place: Array, turn: Rotation) -> float:

@@ -9,11 +9,12 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from urdyn.errors import ArmError
-from urdyn.model.arm import Arm, read_arm, with_inertials
+from urdyn.model.arm import Arm
 from urdyn.model.chain import parse
 from urdyn.model.geometry.canonical import coordinates
 from urdyn.model.geometry.chain_pose import flange
 from urdyn.model.geometry.hayati import Form, form_of, require_drawn
+from urdyn.model.geometry.origins import origins_of, with_origins
 from urdyn.model.geometry.turns import inverse, places_of, pose_of
 from urdyn.types import Array
 
@@ -36,7 +37,8 @@ def drawing_of(arm: Arm) -> Drawing:
     for name, link in zip(arm.joint_names[1:], arm.link_names, strict=False):
         if _parent(joints[name]) != link:
             raise ArmError(f"{arm.name}: {name!r} hangs on a fixed joint; calibrate wants none")
-    origins = np.array([_origin(joints[name]) for name in arm.joint_names])
+    places, turns = map(np.array, zip(*origins_of(arm), strict=True))
+    origins = pose_of(places, Rotation.from_euler("xyz", turns).as_matrix())
     require_drawn(origins, arm.name)
     rest = np.zeros(arm.joints)
     base = arm.pose(rest, _parent(joints[arm.joint_names[0]]))
@@ -46,15 +48,7 @@ def drawing_of(arm: Arm) -> Drawing:
 
 def redrawn(arm: Arm, table: Array) -> Arm:
     """The arm with the geometry a ... theta `table` (J, 5), and the same bodies on its joints."""
-    root = parse(arm.urdf)
-    joints = {joint.get("name"): joint for joint in root.iter("joint")}
-    for name, origin in zip(arm.joint_names, places_of(table), strict=True):
-        for old in joints[name].findall("origin"):
-            joints[name].remove(old)
-        words = (" ".join(map(repr, x.tolist())) for x in (origin[:3, 3], angles(origin)))
-        ET.SubElement(joints[name], "origin", dict(zip(("xyz", "rpy"), words, strict=True)))
-    built = read_arm(ET.tostring(root, encoding="unicode"), arm.name)
-    return with_inertials(built, arm.inertials)
+    return with_origins(arm, ((pose[:3, 3], angles(pose)) for pose in places_of(table)))
 
 
 def angles(pose: Array) -> Array:
@@ -109,11 +103,3 @@ def _joints(arm: Arm) -> dict[str, ET.Element]:
 def _parent(joint: ET.Element) -> str:
     parent = joint.find("parent")
     return "" if parent is None else parent.get("link", "")
-
-
-def _origin(joint: ET.Element) -> Array:
-    """The joint's frame in the link before it, (4, 4)."""
-    origin = joint.find("origin")
-    told = {} if origin is None else origin.attrib
-    place, turn = (np.array(told.get(k, "0 0 0").split(), float) for k in ("xyz", "rpy"))
-    return pose_of(place, Rotation.from_euler("xyz", turn).as_matrix())
