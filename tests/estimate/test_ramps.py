@@ -115,6 +115,18 @@ def test_merged_onsets_lose_little(spread: float) -> None:
     assert found.sd[-1, 0] < 0.6 * sigma
 
 
+def test_merging_sizes_without_a_spread_is_that_of_sizes_with_next_to_none() -> None:
+    """Merged onsets are apart in where they have led, and that is doubt in either case."""
+    y = ramp(20) + 0.02 * np.random.default_rng(39).standard_normal(STEPS)
+    banks = (
+        Bank(jumps(("f", "f.rate"), ["f.rate"], np.array([0.001, 0.01]), spread), onsets=2)
+        for spread in (0.0, 1e-12)
+    )
+    none, hardly = (track(b, trend(0.02, 0.0, 0.0), ticks(STEPS), y[:, None]) for b in banks)
+    np.testing.assert_allclose(none.mean, hardly.mean, rtol=1e-6, atol=1e-9)
+    np.testing.assert_allclose(none.sd, hardly.sd, rtol=1e-6, atol=1e-9)
+
+
 def test_a_ramp_that_falls_is_one_that_rises_upside_down() -> None:
     y = ramp(20) + 0.02 * np.random.default_rng(35).standard_normal(STEPS)
     up, down = follow_ramp(y, 0.02), follow_ramp(-y, 0.02, direction=-1)

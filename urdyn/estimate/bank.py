@@ -1,8 +1,8 @@
 """A bank of hypotheses, onset x jump (of a rate: onset x rate), weighed by likelihood.
 
 Every hypothesis is Kalman's filter with one jump, whose size is Gaussian around its own step. How
-far it jumped does not change the covariance, and without a spread neither does when; so hypotheses
-share covariances, one an onset, run in parallel, and cost little more than one filter. What a grid
+far it jumped does not change the covariance; so hypotheses share covariances, one an onset, run in
+parallel, and cost little more than one filter. What a grid
 of rates leaves between its points the spread fills: sizes are marginalised, not enumerated, and a
 ramp may go on for as long as it likes. Every `spacing` slices are a candidate onset, and the last
 `onsets` candidates are kept; older ones are merged, because what began long ago is told apart by
@@ -19,7 +19,7 @@ from urdyn.dbn.jumps import Jumps
 from urdyn.dbn.two_slice import TwoSlice, U
 from urdyn.errors import InputError
 from urdyn.estimate.innovation import Innovation, measured_rows, residual_of
-from urdyn.estimate.linearised import joseph, noise_of, propagated
+from urdyn.estimate.linearised import joseph, noise_of
 from urdyn.estimate.mixture import log_density, mixture_innovation, moments, normalised
 from urdyn.given import given_count
 from urdyn.types import Array, Gaussian, frozen
@@ -30,7 +30,7 @@ class Hypotheses:
     """Beliefs under "nothing has jumped" (row 0) and under A onsets x D jumps (the others)."""
 
     means: Array  # (1 + A D, n)
-    cov: Array  # (1 + A, n, n) shared by the jumps of an onset, or (1, n, n) shared by all
+    cov: Array  # (1 + A, n, n) shared by the jumps of an onset
     log_weight: Array  # (1 + A D,) normalised
     slices: int = 0  # passed since the start
 
@@ -49,17 +49,13 @@ class Hypotheses:
         return moments(self.weight, self.means, self.average(self.cov))
 
     def average(self, values: Array) -> Array:
-        """Of what each covariance has one of, (1 or 1 + A, ...), weighed by its hypotheses."""
-        if len(values) == 1:
-            return np.asarray(values[0])
+        """Of what each covariance has one of, (1 + A, ...), weighed by its hypotheses."""
         weight = self.weight
         onset = weight[1:].reshape(len(values) - 1, -1).sum(axis=1)
         return np.tensordot(np.r_[weight[0], onset], values, axes=1)
 
     def each(self, values: Array) -> Array:
-        """What each covariance has one of, for every hypothesis: (1 or 1 + A D, ...)."""
-        if len(values) == 1:
-            return values
+        """What each covariance has one of, for every hypothesis: (1 + A D, ...)."""
         jumps = (len(self.means) - 1) // (len(values) - 1)
         return np.concatenate([values[:1], np.repeat(values[1:], jumps, axis=0)])
 
@@ -92,7 +88,7 @@ class Bank:
         count = 1 + self.onsets * len(self.jumps.step)
         log_weight = np.full(count, -np.inf)
         log_weight[0] = 0.0
-        cov = np.tile(model.prior.cov, (1 + self.onsets if self.jumps.spread.any() else 1, 1, 1))
+        cov = np.tile(model.prior.cov, (1 + self.onsets, 1, 1))
         return Hypotheses(np.tile(model.prior.mean, (count, 1)), cov, log_weight)
 
     def step(
@@ -103,8 +99,8 @@ class Bank:
             state = self._branch(state)
         F = model.transition_jacobian(state.gaussian.mean, u)
         means = model.transition(state.means, u)
-        cov = F @ state.cov @ F.T if len(state.cov) > 1 else propagated(F, state.cov[0])[None]
-        moved = Hypotheses(means, cov + model.transition_cov(u), state.log_weight, state.slices + 1)
+        cov = F @ state.cov @ F.T + model.transition_cov(u)
+        moved = Hypotheses(means, cov, state.log_weight, state.slices + 1)
         return _weigh(model, moved, u, y)
 
     def belief(self, state: Hypotheses) -> Gaussian:
@@ -125,8 +121,7 @@ class Bank:
         rows = _rows(oldest, D)
         prior = 1.0 - (1.0 - self.hazard) ** self.spacing
         means[rows] = means[0] + self.jumps.step
-        if len(cov) > 1:
-            cov[1 + oldest] = cov[0] + np.diag(self.jumps.spread**2)
+        cov[1 + oldest] = cov[0] + np.diag(self.jumps.spread**2)
         log_weight[rows] = log_weight[0] + np.log(prior * self.jumps.weight)
         log_weight[0] += np.log1p(-prior)
         return replace(state, means=means, cov=cov, log_weight=normalised(log_weight)[0])
@@ -139,12 +134,11 @@ def _rows(onset: int, jumps: int) -> slice:
 def _merged(state: Hypotheses, oldest: int, next_oldest: int, jumps: int) -> Hypotheses:
     """The oldest onset's weight handed to the next oldest, jump by jump, with its moments."""
     old, kept = _rows(oldest, jumps), _rows(next_oldest, jumps)
-    log_weight, means, cov = state.log_weight.copy(), state.means.copy(), state.cov
+    log_weight, means, cov = (x.copy() for x in (state.log_weight, state.means, state.cov))
     total = np.logaddexp(log_weight[old], log_weight[kept])
     share = np.exp(log_weight[old] - np.where(np.isinf(total), 0.0, total))
     apart = means[old] - means[kept]
-    if len(cov) > 1 and np.isfinite(total).any():
-        cov = cov.copy()
+    if np.isfinite(total).any():
         weight = np.exp(total - total.max())
         weight /= weight.sum()
         handed = float(weight @ share)
