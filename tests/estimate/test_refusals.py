@@ -264,5 +264,20 @@ def test_a_search_that_finds_nothing_says_so(reading: float) -> None:
         maximise_evidence(np.zeros(1), offset, ticks(3), np.zeros((3, 1)), scale=0.0)
 
 
+@pytest.mark.parametrize("filter_", [Kalman(), EKF(), UKF(), FixedLag(), None])
+@pytest.mark.parametrize("vague", [1e8, 1e9])
+def test_a_prior_too_vague_for_its_digits_is_no_certainty(filter_: Any, vague: float) -> None:
+    """Two directions are seen, and one after the other is known to 1 beside `vague`."""
+    prior = Gaussian(np.zeros(2), vague**2 * np.eye(2))
+    seen = AffineObservation[Tick](2, lambda u: np.array([[1.0, u.dt]]), np.eye(1))
+    model, inputs = Joined(RandomWalk(("a", "b"), prior, np.zeros(2)), seen), [Tick(1.0), Tick(2.0)]
+    with pytest.raises(InputError, match="a prior that is less vague, or InformationFilter"):
+        if filter_ is None:
+            posterior_bound(model, inputs)
+        track(filter_, model, inputs, np.ones((2, 1)))
+    sd = track(InformationFilter(), model, inputs, np.ones((2, 1))).sd[-1]
+    np.testing.assert_allclose(sd, np.sqrt([5.0, 2.0]), rtol=1e-9)
+
+
 def test_states_that_are_learnt_may_be_listed() -> None:
     assert Consider(["a"]) == Consider(frozenset({"a"}))  # type: ignore[arg-type]

@@ -16,8 +16,8 @@ import numpy as np
 
 from urdyn.dbn.two_slice import TwoSlice, U
 from urdyn.errors import InputError
-from urdyn.estimate.innovation import Rows, factor_of, measured_rows
-from urdyn.estimate.linearised import propagated
+from urdyn.estimate.innovation import Rows, factor_of, measured_rows, whitening
+from urdyn.estimate.linearised import lessened, propagated
 from urdyn.estimate.square_root import lower_root
 from urdyn.types import Array, Gaussian, frozen, index_of
 
@@ -107,8 +107,10 @@ def _informed(P: Array, G: Array) -> Array:
     """(P⁻¹ + GᵀG)⁻¹ without an inverse of P, by the smaller of two systems."""
     r, n = G.shape
     if r < n:
-        GP = G @ P
-        after = P - GP.T @ np.linalg.solve(GP @ G.T + np.eye(r), GP)
+        GP, noise = G @ P, np.eye(r)
+        W, _ = whitening(GP @ G.T + noise)
+        B = W @ GP
+        after = lessened(P, B.T @ B, W.T @ B, noise)
     else:
         after = np.asarray(np.linalg.solve(np.eye(n) + P @ (G.T @ G), P))
     return 0.5 * (after + after.T)

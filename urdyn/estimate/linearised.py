@@ -1,7 +1,7 @@
 """Kalman's two halves on a model linearised where the belief stands.
 
     x⁻ = f(x),  P⁻ = F P Fᵀ + Q
-    S = H P⁻ Hᵀ + R = V Vᵀ,  B = V⁻¹ H P⁻,  x = x⁻ + Bᵀ V⁻¹ r,  P = P⁻ - Bᵀ B
+    S = H P⁻ Hᵀ + R = V Vᵀ,  B = V⁻¹ H P⁻,  K = Bᵀ V⁻¹,  x = x⁻ + K r,  P = P⁻ - Bᵀ B
 
 How H comes about, by derivatives or by sigma points, is the filter's; what follows is the same.
 """
@@ -24,6 +24,8 @@ from urdyn.estimate.innovation import (
     whitening,
 )
 from urdyn.types import Array, Gaussian, Mask
+
+LOST = 1e-14  # of a variance: where less is left, hardly a digit of it is right
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,14 +115,34 @@ def updated(
     W, log_det = whitening(S)
     residual = residual_of(y, rows, expected.y)
     B = W @ expected.cross
-    step, known = (W @ residual) @ B, B.T @ B
+    gain = W.T @ B
+    step, known = residual @ gain, B.T @ B
     if moved is not None:
         held = np.where(moved, 0.0, B)
         step, known = np.where(moved, step, 0.0), known - held.T @ held
-    cov = without_negatives(np.subtract(predicted.cov, known, out=known))
+    cov = lessened(predicted.cov, known, gain, expected.noise)
     require_finite(log_det, cov)
     posterior = Gaussian(predicted.mean + step, cov)
     return posterior, innovation(y, rows, residual, S, W, log_det)
+
+
+def lessened(P: Array, known: Array, gain: Array, R: Array) -> Array:
+    """P less what is now `known`, in whose place it is written, (n, n), by a gain Kᵀ, (r, n).
+
+    Raises:
+        InputError: readings with noise left less of a variance than its digits hold.
+    """
+    cov, least = np.subtract(P, known, out=known), LOST * P.diagonal()
+    gone = cov.diagonal() < least
+    if np.count_nonzero(gone):
+        noise = np.einsum("rn,rs,sn->n", gain, R, gain)
+        if (noise[gone] > LOST * least[gone]).any():
+            raise InputError(
+                f"readings left less than {LOST:g} of a variance, and its digits are lost; "
+                "take a prior that is less vague, or InformationFilter"
+            )
+        without_negatives(cov)
+    return cov
 
 
 def without_negatives(cov: Array) -> Array:
