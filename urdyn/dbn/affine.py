@@ -35,6 +35,7 @@ class AffineObservation(Generic[U_contra]):
         object.__setattr__(self, "states", given_count(self.states, "states", 0))
         object.__setattr__(self, "R", given_covariance(self.R, "R"))
         _one_or(self.d, "d", len(self.R))
+        given_each(self.d, "d", np.shape(self.d))
 
     @cached_property
     def linear(self) -> Mask:

@@ -76,8 +76,9 @@ class InformationFilter:
             predicted.precision + HR @ H, predicted.weighted + HR @ (residual + H @ x)
         )
         W, log_det = whitening(S)
-        require_finite(log_det, posterior.precision)
-        return posterior, innovation(y, rows, residual, S, W, log_det)
+        told = innovation(y, rows, residual, S, W, log_det)
+        require_finite(told.log_likelihood, posterior.weighted, posterior.precision)
+        return posterior, told
 
     def belief(self, state: Information) -> Gaussian:
         """Mean and covariance; an inversion."""

@@ -42,9 +42,9 @@ def residual_of(y: Array, rows: Rows, expected: Array) -> Array:
     return np.asarray(measured - expected)
 
 
-def require_finite(told: float, belief: Array) -> None:
-    """InputError where a belief is not finite; looked at where log |S|, say, is not either."""
-    if not isfinite(told) and not np.isfinite(belief).all():
+def require_finite(told: float, *belief: Array) -> None:
+    """InputError where a belief is not finite; looked at where a likelihood, say, is not either."""
+    if not isfinite(told) and not all(np.isfinite(part).all() for part in belief):
         raise InputError(
             "the belief is no longer finite: the model's functions give NaN or infinity where it "
             "stands, and a reading may have led it there; mark such a reading NaN"

@@ -121,9 +121,10 @@ def updated(
         held = np.where(moved, 0.0, B)
         step, known = np.where(moved, step, 0.0), known - held.T @ held
     cov = lessened(predicted.cov, known, gain, expected.noise)
-    require_finite(log_det, cov)
     posterior = Gaussian(predicted.mean + step, cov)
-    return posterior, innovation(y, rows, residual, S, W, log_det)
+    told = innovation(y, rows, residual, S, W, log_det)
+    require_finite(told.log_likelihood, posterior.mean, cov)
+    return posterior, told
 
 
 def lessened(P: Array, known: Array, gain: Array, R: Array) -> Array:
