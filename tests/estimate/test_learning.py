@@ -107,6 +107,21 @@ def test_em_and_the_evidence_agree(life: Array) -> None:
             parameter_cov(elsewhere, build, ticks(N), life)
 
 
+@pytest.mark.parametrize("unit", [1e-6, 1e6])
+def test_the_doubt_of_a_parameter_is_in_its_unit(unit: float) -> None:
+    """A variance from N readings of nothing else: its own, times the root of 2 / N."""
+    y = unit * np.random.default_rng(46).standard_normal((40, 1))
+
+    def noise(setting: Array) -> Joined[Any]:
+        known = Gaussian(np.zeros(1), np.zeros((1, 1)))
+        seen = AffineObservation[Tick](1, lambda u: np.eye(1), setting[:, None])
+        return Joined(RandomWalk(("x",), known, np.zeros(1)), seen)
+
+    variance = np.mean(y**2, axis=0)
+    cov = parameter_cov(variance, noise, ticks(40), y, scale=unit**2)
+    np.testing.assert_allclose(np.sqrt(cov[0]), variance * np.sqrt(2 / 40), rtol=0.05)
+
+
 FAMILY = Network(
     (
         Node("f", diffusion=0.3),

@@ -19,7 +19,7 @@ from urdyn.types import Array
 
 Setting = TypeVar("Setting")
 
-FIRST_STEP = 0.02  # of a logarithm or a coefficient, of the first differences
+FIRST_STEP = 0.02  # of the scale of a parameter, of the first differences
 NEARLY = 0.1  # [nats] below the top, where a search may have ended
 FAR, NEAR = 0.5, 0.1  # of a logarithm or a coefficient, by which a search looks around; and again
 CLOSE = 1e-3  # in a parameter and [nats], within which all corners of a simplex are where it ends
@@ -96,7 +96,7 @@ def maximise_evidence(
             return np.inf
 
     at = np.asarray(start, dtype=np.float64)
-    unit = np.broadcast_to(given(scale, "scale", "numbers above 0", positive), at.shape)
+    unit = _units(scale, at)
     climbed, reach = [evidence(at)], FAR
     for _ in range(SEARCHES):
         corners = np.vstack([at, at + reach * np.diag(unit)])
@@ -120,19 +120,23 @@ def parameter_cov(
     build: Callable[[Array], TwoSlice[U]],
     inputs: Sequence[U],
     observations: Array,
+    scale: Array | float = 1.0,
 ) -> Array:
     """Covariance of parameters (p,) that make the observations likeliest, (p, p).
 
     The inverse of the observed information [Efron1978]_: how the log-likelihood bends there, by
     differences over half a standard deviation.
 
+    Args:
+        scale: that of `maximise_evidence`; the first differences are over a fiftieth of it.
+
     Raises:
         InputError: it does not fall in all directions: this is no maximum, or nothing tells of
-            some parameter.
+            some parameter; a scale is not above 0.
     """
     evidence = _evidence(build, inputs, observations)
     at, p = np.asarray(at, dtype=np.float64), len(at)
-    step, top = np.full(p, FIRST_STEP), evidence(at)
+    step, top = FIRST_STEP * _units(scale, at), evidence(at)
     for _ in range(2):  # the second time by steps that suit
         sides = np.array([[evidence(at + way), evidence(at - way)] for way in np.diag(step)])
         bend = (2.0 * top - sides.sum(axis=1)) / step**2
@@ -151,6 +155,11 @@ def parameter_cov(
     if np.linalg.eigvalsh(information)[0] <= 0.0:
         raise InputError("the likelihood does not fall in all directions: no maximum")
     return np.asarray(np.linalg.inv(information))
+
+
+def _units(scale: Array | float, at: Array) -> Array:
+    """A fair change of each parameter, (p,)."""
+    return np.broadcast_to(given(scale, "scale", "numbers above 0", positive), at.shape)
 
 
 def _evidence(
