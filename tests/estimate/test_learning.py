@@ -107,6 +107,19 @@ def test_em_and_the_evidence_agree(life: Array) -> None:
             parameter_cov(elsewhere, build, ticks(N), life)
 
 
+@pytest.mark.parametrize("by, converged", [(1.0, False), (-1e-6, True)])
+def test_what_makes_a_history_less_likely_is_not_learnt(
+    life: Array, by: float, converged: bool
+) -> None:
+    found = expectation_maximisation(
+        TRUTH, walking, lambda setting, _: setting + by, ticks(N), life
+    )
+    best = track(Kalman(), walking(TRUTH), ticks(N), life).log_likelihood
+    np.testing.assert_array_equal(found.setting, TRUTH)
+    np.testing.assert_allclose(found.log_likelihood, [best], rtol=1e-9)
+    assert found.converged == converged
+
+
 @pytest.mark.parametrize("unit", [1e-6, 1e6])
 def test_the_doubt_of_a_parameter_is_in_its_unit(unit: float) -> None:
     """A variance from N readings of nothing else: its own, times the root of 2 / N."""

@@ -49,20 +49,21 @@ def expectation_maximisation(
     Ends when a round raises the log-likelihood by less than `tolerance` [nats], and so has
     converged, or after `iterations`, and has not. Where readings tell little of what is learnt its
     rounds are short: one that gains little may have far to go. The likelihood never falls where
-    `maximise` does what its name says; where it does fall, what the round before had learnt is
-    returned.
+    `maximise` does what its name says; where it does fall, what the round before began with is
+    returned, and that has not converged where the fall is of more than `tolerance`.
     """
     before, setting, climbed, gained = start, start, [-np.inf], np.inf
     for _ in range(iterations):
         history, log_likelihood = smooth(build(setting), inputs, observations)
         gained = log_likelihood - climbed[-1]
-        climbed.append(log_likelihood)
         if gained < 0.0:
             setting = before
+            break
+        climbed.append(log_likelihood)
         if gained < tolerance:
             break
         before, setting = setting, maximise(setting, history)
-    return Learnt(setting, np.array(climbed[1:]), gained < tolerance)
+    return Learnt(setting, np.array(climbed[1:]), abs(gained) < tolerance)
 
 
 def maximise_evidence(
