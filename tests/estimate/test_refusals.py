@@ -282,5 +282,9 @@ def test_a_prior_too_vague_for_its_digits_is_no_certainty(filter_: Any, vague: f
     np.testing.assert_allclose(sd, np.sqrt([5.0, 2.0]), rtol=1e-9)
 
 
+def test_steps_may_be_written_with_a_point() -> None:
+    assert ramp_bound(1.0, 3, 5.0, 1.0, 1.0).shape == (5,)  # type: ignore[arg-type]
+
+
 def test_states_that_are_learnt_may_be_listed() -> None:
     assert Consider(["a"]) == Consider(frozenset({"a"}))  # type: ignore[arg-type]

@@ -188,3 +188,12 @@ def test_what_is_masked_was_not_measured() -> None:
 def test_a_forecast_that_is_printed_is_a_line_of_numbers_not_its_posterior() -> None:
     assert "critical=" in repr(AHEAD) and "posterior" not in repr(AHEAD)
     assert "\n" not in repr(AHEAD)
+
+
+def test_whole_numbers_may_be_written_with_a_point() -> None:
+    paper = Algorithm2(1.0, 2.0, 0.1, 0.2, window=10.0)  # type: ignore[arg-type]
+    tuned = tuned_algorithm2(Y, 5.0, window=10.0)  # type: ignore[arg-type]
+    assert paper.init(1).theta.shape == tuned.init(1).theta.shape == (11, 1)
+    glr = GLR(ages=(1.0, 4.0))  # type: ignore[arg-type]
+    assert len(run(glr, Y).verdicts) == len(Y)
+    assert kinks(ONE, 160.0).onset.shape == (160,)  # type: ignore[arg-type]

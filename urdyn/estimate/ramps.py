@@ -111,7 +111,7 @@ def ramp_bound(
     Priors count by their variance, as Gaussian ones. [VanTrees2013]_
     """
     _above_none(sigma, "sigma")
-    given_count(steps, "steps")
+    steps = given_count(steps, "steps")
     for when_or_what, name in ((onset, "onset"), (rate, "rate")):
         given_number(when_or_what, name)
     known = {"level_sd": level_sd, "rate_sd": rate_sd, "onset_sd": onset_sd}

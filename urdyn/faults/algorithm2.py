@@ -84,7 +84,7 @@ class Algorithm2:
         given(self.reference_slope, "reference_slope", "a positive number", positive)
         self._fit_each_other()
         given_number(self.side, "side", ONE_WAY, _one_way)
-        given_count(self.window, "window")
+        object.__setattr__(self, "window", given_count(self.window, "window"))
         given(self.gain, "gain", "a number above 0, and 1 at most", lambda x: (x > 0) & (x <= 1))
         if (self.side * (np.asarray(self.critical) - self.warning) <= 0.0).any():
             raise InputError(
@@ -168,7 +168,7 @@ def tuned_algorithm2(
     Where noise alone reaches beyond `critical`, that level is one sd of the average further on.
     """
     given_promise(promise)
-    given_count(window, "window")
+    window = given_count(window, "window")
     given_number(gain, "gain", "a number between 0 and 1", fraction)
     given_number(side, "side", ONE_WAY, _one_way)
     series = given_rows(healthy, "a baseline")

@@ -54,7 +54,8 @@ class GLR:
         given_promise(self.promise)
         object.__setattr__(self, "side", frozen(given_side(self.side)))
         object.__setattr__(self, "tolerance", frozen(given_tolerance(self.tolerance)))
-        given(self.ages, "ages", "whole steps, 1 or more, increasing", _grow)
+        ages = given(self.ages, "ages", "whole steps, 1 or more, increasing", _grow)
+        object.__setattr__(self, "ages", tuple(map(int, ages)))
 
     @cached_property
     def _shapes(self) -> Array:

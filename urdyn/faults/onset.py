@@ -60,7 +60,8 @@ class Kinks:
 
 def kinks(baseline: Baseline, candidates: int = CANDIDATES) -> Kinks:
     """Nothing seen yet; candidates: onsets that are remembered, 3 or more."""
-    given_count(candidates, "candidates", 3)  # the one that is missed least lies between two
+    # The one that is missed least lies between two.
+    candidates = given_count(candidates, "candidates", 3)
     n = baseline.streams
     return Kinks(
         t=0,
