@@ -135,6 +135,11 @@ def given_each(
     return array
 
 
+def given_sd(values: object, what: str, shape: tuple[int, ...]) -> Array:
+    """Standard deviations of this shape, or densities of them, as `shaped` makes them."""
+    return given_each(values, what, shape, "finite numbers, 0 or more", not_negative)
+
+
 def given_covariance(values: object, what: str, n: int | None = None, beside: float = 0.0) -> Array:
     """A covariance, (n, n), of any size where n is None; it may be singular, and short by rounding.
 

@@ -69,7 +69,8 @@ def looked_at(H: Array) -> Array:
         (lambda: jumps(("f",), [], ONE), "one state or more"),
         (lambda: jumps(("f",), ["f"], np.zeros(0)), "one size or more"),
         (lambda: Jumps(np.ones((2, 1)), np.array([0.5, 0.6])), "weights .* together 1"),
-        (lambda: Jumps(np.ones((2, 1)), np.array([1.5, -0.5])), "weights .* below 0"),
+        (lambda: Jumps(np.ones((2, 1)), np.array([1.5, -0.5])), "weights .* above 0"),
+        (lambda: Jumps(np.ones((2, 1)), np.array([1.0, 0.0])), "weights .* above 0"),
         (lambda: Jumps(np.ones((2, 1)), ONE), "one row, one weight"),
         (lambda: Jumps(ONE, ONE), "steps"),
         (lambda: Jumps(np.ones((1, 2)), ONE, np.ones(3)), "spread"),
@@ -107,6 +108,8 @@ def looked_at(H: Array) -> Array:
         (lambda: walk(HOLED), "the prior's covariance holds NaN"),
         (lambda: walk(mean=np.array([0.0, np.nan])), r"the prior's mean\[1\] is nan"),
         (lambda: walk(diffusion=np.array([0.0, np.nan])), r"diffusion\[1\] is nan"),
+        (lambda: walk(diffusion=-TWO), r"diffusion\[0\] is -1.0: takes .* 0 or more"),
+        (lambda: MeanReverting(NAMES, PRIOR, TWO, TWO, -TWO), r"spread\[0\] is -1.0: takes .* 0"),
         (lambda: walk(diffusion=["x", "y"]), r"diffusion \['x', 'y'\]: takes numbers"),
         (
             lambda: MeanReverting(NAMES, PRIOR, TWO, np.array([1.0, -1.0]), TWO),

@@ -43,6 +43,12 @@ def seen_together(noise: float, variances: tuple[float, float] = (1.0, 1.0)) -> 
     return Joined(process, AffineObservation(2, lambda u: np.ones((1, 2)), np.array([[noise]])))
 
 
+def nothing() -> Model:
+    """No state, and a sensor."""
+    process = RandomWalk((), Gaussian(np.zeros(0), np.zeros((0, 0))), np.zeros(0))
+    return Joined(process, AffineObservation(0, lambda u: np.zeros((1, 0)), np.eye(1)))
+
+
 MODEL, SEEN = seen_together(1.0), np.ones((3, 1))
 
 
@@ -55,6 +61,7 @@ MODEL, SEEN = seen_together(1.0), np.ones((3, 1))
         (ParticleFilter, {"threshold": np.nan}),
         (ParticleFilter, {"seed": -1}),
         (UKF, {"alpha": 0.0}),
+        (UKF, {"alpha": 0.5, "rule": "simplex"}),
         (UKF, {"beta": np.inf}),
         (UKF, {"kappa": np.nan}),
         (ParticleFilter, {"seed": 1.5}),
@@ -81,6 +88,7 @@ def test_settings_that_make_no_filter_are_refused(filter_: Any, settings: dict[s
         (UKF(kappa=-2.0), MODEL, "kappa -2.0: with 2 states it has to be above -2"),
         (UKF("julier", kappa=-3.0), MODEL, "kappa"),
         (UKF(alpha=1e-9), MODEL, "alpha 1e-09: rounding leaves no spread"),
+        (UKF(), nothing(), "a model without states has no sigma points; use Kalman"),
         (Consider(frozenset({"c"})), MODEL, "no state c; there are a, b"),
         (Bank(jumps(("a",), ["a"], np.ones(1))), MODEL, "jumps are of 1 states and .* 2: a, b"),
         (Variational(), seen_together(1.0, (0.0, 1.0)), "a has no variance"),

@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from urdyn.errors import InputError
-from urdyn.given import given_each, not_negative
+from urdyn.given import given_each, given_sd
 from urdyn.types import Array, frozen, index_of
 
 
@@ -33,8 +33,8 @@ class Jumps:
             raise InputError(
                 f"steps {self.step.shape} and weights {self.weight.shape}: one row, one weight"
             )
-        if not ((self.weight >= 0.0).all() and np.isclose(self.weight.sum(), 1.0)):
-            raise InputError(f"weights {self.weight}: none below 0, and together 1")
+        if not ((self.weight > 0.0).all() and np.isclose(self.weight.sum(), 1.0)):
+            raise InputError(f"weights {self.weight}: each above 0, and together 1")
         if np.shape(self.spread) not in ((), self.step.shape[1:]):
             raise InputError(
                 f"spread {np.shape(self.spread)}: one for every one of {self.step.shape[1]} states"
@@ -42,8 +42,7 @@ class Jumps:
         given_each(self.step, "step", self.step.shape)
         states = self.step.shape[1:]
         spread = np.broadcast_to(self.spread, states)
-        sd = given_each(spread, "spread", states, "finite numbers, 0 or more", not_negative)
-        object.__setattr__(self, "spread", sd)
+        object.__setattr__(self, "spread", given_sd(spread, "spread", states))
 
 
 def jumps(

@@ -12,7 +12,7 @@ from functools import cached_property
 import numpy as np
 
 from urdyn.dbn.two_slice import Slice
-from urdyn.given import given_belief, given_each, given_names, positive
+from urdyn.given import given_belief, given_each, given_names, given_sd, positive
 from urdyn.types import Array, Gaussian, Mask, frozen
 
 
@@ -27,7 +27,7 @@ class RandomWalk:
     def __post_init__(self) -> None:
         n = len(self.names)
         given_names(self.names)
-        object.__setattr__(self, "diffusion", given_each(self.diffusion, "diffusion", (n,)))
+        object.__setattr__(self, "diffusion", given_sd(self.diffusion, "diffusion", (n,)))
         object.__setattr__(self, "prior", given_belief(self.prior, "the prior", n))
 
     @cached_property
@@ -65,8 +65,8 @@ class MeanReverting:
     def __post_init__(self) -> None:
         n = len(self.names)
         given_names(self.names)
-        for name in ("level", "spread"):
-            object.__setattr__(self, name, given_each(getattr(self, name), name, (n,)))
+        object.__setattr__(self, "level", given_each(self.level, "level", (n,)))
+        object.__setattr__(self, "spread", given_sd(self.spread, "spread", (n,)))
         memory = given_each(self.time_constant, "time_constant", (n,), "times above 0 s", positive)
         object.__setattr__(self, "time_constant", memory)
         object.__setattr__(self, "prior", given_belief(self.prior, "the prior", n))

@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from urdyn.dbn.two_slice import Slice
-from urdyn.given import given_belief, given_each, given_names, given_places, positive
+from urdyn.given import given_belief, given_each, given_names, given_places, given_sd, positive
 from urdyn.types import Array, Gaussian, Index, Mask
 
 _NODE, _WEIGHT = np.polynomial.legendre.leggauss(16)
@@ -37,7 +37,7 @@ class Trend:
         given_names(self.names)
         due = {"diffusion": (p,), "rate_sd": drifting.shape, "acceleration": drifting.shape}
         for name, shape in due.items():
-            object.__setattr__(self, name, given_each(getattr(self, name), name, shape))
+            object.__setattr__(self, name, given_sd(getattr(self, name), name, shape))
         given_each(self.time_constant, "time_constant", (), "a time above 0 s", positive)
         prior = given_belief(self.parameter_prior, "the parameters' prior", p)
         object.__setattr__(self, "parameter_prior", prior)

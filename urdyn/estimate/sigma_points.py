@@ -101,6 +101,8 @@ def sigma_points(n: int, rule: Rule, alpha: float | None, beta: float, kappa: fl
     """
     if rule not in get_args(Rule):
         raise InputError(f"no sigma points {rule!r}; choose one of {', '.join(get_args(Rule))}")
+    if n == 0:
+        raise InputError("a model without states has no sigma points; use Kalman")
     if not n + kappa > 0.0:
         raise InputError(f"kappa {kappa}: with {n} states it has to be above {-n}")
     alpha = min(1.0, sqrt(3.0 / (n + kappa))) if alpha is None else alpha

@@ -46,6 +46,9 @@ class UKF(BareBelief):
                 "they have to be finite, and alpha above 0"
             )
 
+        if self.rule == "simplex" and self.alpha is not None:
+            raise InputError(f"alpha {self.alpha}: simplex points have none; take merwe")
+
     def init(self, model: TwoSlice[U]) -> Gaussian:
         """The model's prior."""
         return model.prior

@@ -19,7 +19,8 @@ def oracle_cusum(e: Array, rate: float) -> Array:
     """Log likelihood ratio of the known ramp, best onset, (N, runs).
 
     Args:
-        e: innovations of independent runs, (N, runs) [sd], white and standard normal if healthy.
+        e: innovations of independent runs, (N, runs) [sd], white and standard normal if healthy;
+            NaN, where nothing was measured, tells nothing.
         rate: of the ramp [sd/step], signed.
     """
     given(rate, "rate", "any number but 0", lambda x: x != 0.0)
@@ -32,7 +33,7 @@ def oracle_cusum(e: Array, rate: float) -> Array:
     for t in range(steps):
         gathered[1:] = gathered[:-1]
         gathered[0] = 0.0
-        gathered += m * e[t] - 0.5 * m**2
+        gathered += np.where(np.isnan(e[t]), 0.0, m * e[t] - 0.5 * m**2)
         best[t] = gathered.max(axis=0)
     return best
 
