@@ -28,7 +28,7 @@ EXACT = [
     EKF(iterations=3),
     UKF(),
     UKF("merwe", alpha=1e-2),
-    UKF("julier"),
+    UKF(alpha=1.0, beta=0.0),
     UKF("simplex"),
     InformationFilter(),
     Variational(),

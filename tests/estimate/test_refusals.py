@@ -86,7 +86,6 @@ def test_settings_that_make_no_filter_are_refused(filter_: Any, settings: dict[s
     [
         (Kalman(), Product(), "gain"),
         (UKF(kappa=-2.0), MODEL, "kappa -2.0: with 2 states it has to be above -2"),
-        (UKF("julier", kappa=-3.0), MODEL, "kappa"),
         (UKF(alpha=1e-9), MODEL, "alpha 1e-09: rounding leaves no spread"),
         (UKF(), nothing(), "a model without states has no sigma points; use Kalman"),
         (Consider(frozenset({"c"})), MODEL, "no state c; there are a, b"),

@@ -20,7 +20,7 @@ RULES: list[tuple[Rule, float, float, float]] = [
     ("merwe", 1.0, 2.0, 0.0),
     ("merwe", 0.5, 2.0, 1.0),
     ("merwe", 1e-2, 2.0, 0.0),
-    ("julier", 1.0, 2.0, 1.0),
+    ("merwe", 1.0, 0.0, 1.0),
     ("simplex", 1.0, 2.0, 0.0),
 ]
 
@@ -51,7 +51,7 @@ def test_moments_of_a_curved_function_are_filterpys(alpha: float) -> None:
 
 def test_points_that_can_give_negative_variances_are_refused() -> None:
     with pytest.raises(UrdynError, match="merwe"):
-        sigma_points(5, "julier", 1.0, 2.0, -2.0)
+        sigma_points(5, "merwe", 1.0, 0.0, -2.0)
 
 
 def test_a_set_that_there_is_not_is_refused() -> None:

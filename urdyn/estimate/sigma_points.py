@@ -17,7 +17,7 @@ from urdyn.errors import InputError
 from urdyn.estimate.filterpy_points import filterpy_points
 from urdyn.types import Array, frozen
 
-Rule = Literal["merwe", "julier", "simplex"]
+Rule = Literal["merwe", "simplex"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,8 +95,9 @@ class SigmaPoints:
 
 @lru_cache(maxsize=32)
 def sigma_points(n: int, rule: Rule, alpha: float | None, beta: float, kappa: float) -> SigmaPoints:
-    """filterpy's set for n states: merwe and julier 2n + 1 points, simplex n + 1.
+    """filterpy's set for n states: merwe 2n + 1 points, simplex n + 1.
 
+    With alpha = 1 and beta = 0, merwe is Julier's set.
     Without an `alpha`, one by which they lie sqrt(3) standard deviations away, or nearer.
     """
     if rule not in get_args(Rule):
@@ -126,6 +127,4 @@ def _filterpy_points(n: int, rule: Rule, alpha: float, beta: float, kappa: float
     module = filterpy_points()
     if rule == "merwe":
         return module.MerweScaledSigmaPoints(n, alpha, beta, kappa)
-    if rule == "julier":
-        return module.JulierSigmaPoints(n, kappa)
     return module.SimplexSigmaPoints(n)
