@@ -78,3 +78,50 @@ class Logarithm:
 
     def observe_cov(self, u: Slice) -> Array:
         return 0.01 * np.eye(1)
+
+
+@dataclass(frozen=True, eq=False)
+class Sum:
+    """y = h exp(x) + e, with as many logarithms as h has columns."""
+
+    h: Array  # (m, n)
+    sd: float = 0.3  # of the prior
+    noise: float = 0.05
+
+    affine_transition = True
+    still = True
+
+    @cached_property
+    def names(self) -> tuple[str, ...]:
+        return tuple(map(str, range(self.h.shape[1])))
+
+    @cached_property
+    def prior(self) -> Gaussian:
+        n = self.h.shape[1]
+        return Gaussian(np.zeros(n), self.sd**2 * np.eye(n))
+
+    @cached_property
+    def linear(self) -> Mask:
+        return np.zeros(self.h.shape[1], dtype=bool)
+
+    def transition(self, x: Array, u: Slice) -> Array:
+        return x
+
+    def observe(self, x: Array, u: Slice) -> Array:
+        return np.exp(x) @ self.h.T
+
+    def observe_jacobian(self, x: Array, u: Slice) -> Array:
+        return np.exp(x)[..., None, :] * self.h
+
+    def observe_cov(self, u: Slice) -> Array:
+        return self.noise**2 * np.eye(len(self.h))
+
+    def divergence(self, q: Gaussian, before: Gaussian, y: Array) -> float:
+        """KL(q || posterior), but for a constant: exponentials of Gaussians have known moments."""
+        a = self.h * np.exp(q.mean + 0.5 * np.diag(q.cov))
+        square = np.einsum("ri,ij,rj->r", a, np.exp(q.cov), a)
+        misfit = np.nansum(y**2 - 2.0 * y * a.sum(axis=1) + np.where(np.isnan(y), 0.0, square))
+        apart = np.linalg.solve(before.cov, np.c_[q.cov, q.mean - before.mean])
+        away = np.trace(apart[:, :-1]) + (q.mean - before.mean) @ apart[:, -1]
+        own = away - np.linalg.slogdet(q.cov)[1]
+        return float(0.5 * (misfit / self.noise**2 + own))

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from bent_models import Logarithm, Product
+from bent_models import Logarithm, Product, Sum
 
 from urdyn.dbn import Tick
 from urdyn.estimate import EKF, UKF, ParticleFilter, Variational
@@ -116,10 +116,25 @@ def test_variational_inference_ends_where_its_gradient_is_zero() -> None:
     H, residual = MODEL.observe_jacobian(x, U), SEEN - MODEL.observe(x, U)
     pull = np.einsum("k,krn,kr->n", points.mean_weight, H, residual) / MODEL.noise**2
     np.testing.assert_allclose(pull, (q.mean - prior.mean) / prior.sd**2, rtol=1e-6)
-    precision = np.einsum("k,krn,krp->np", points.mean_weight, H, H) / MODEL.noise**2
+    H = np.tensordot(points.mean_weight, H, axes=1)
+    precision = H.T @ H / MODEL.noise**2
     np.testing.assert_allclose(
         np.linalg.inv(q.gaussian.cov), precision + np.diag(1 / prior.sd**2), rtol=1e-6
     )
+
+
+def test_variational_inference_does_not_leave_its_start_for_what_is_worse() -> None:
+    """KL(q || posterior) of sums of eighty exponentials, in closed form, beside that of UKF."""
+    rng, vi = np.random.default_rng(3), Variational()
+    model, u = Sum(rng.standard_normal((4, 80))), Tick()
+    state = vi.init(model)
+    for row in range(4):
+        y = np.where(np.arange(4) == row, rng.standard_normal(4), np.nan)
+        ukf, _ = UKF().step(model, state.gaussian, u, y)
+        after, _ = vi.step(model, state, u, y)
+        here, begun = (model.divergence(q, state.gaussian, y) for q in (after.gaussian, ukf))
+        assert here <= begun + 1e-6
+        state = after
 
 
 def test_a_square_root_belief_survives_singular_covariances() -> None:

@@ -3,14 +3,17 @@
 In every slice q = N(m, Lambda⁻¹) minimises KL(q || posterior) given the Gaussian prediction
 N(m0, Lambda0⁻¹), by the Bayesian learning rule [Khan2023]_:
 
-    Lambda += step (Lambda0 + E_q[Hᵀ R⁻¹ H] - Lambda)
+    Lambda += step (Lambda0 + E_q[H]ᵀ R⁻¹ E_q[H] - Lambda)
     m      += step Lambda⁻¹ (Lambda0 (m0 - m) + E_q[Hᵀ R⁻¹ (y - h)])
 
 Expectations are taken at sigma points of q. What it is: an approximation from a Gaussian family,
 whose Hessian is Gauss-Newton's (second derivatives of h are left out, so that Lambda stays
 positive), and whose past is summed up in one Gaussian, as in every filter here. What it is not:
 variational over the whole history, or over anything but the mean and covariance of the state.
-On an affine model one full step is Kalman's.
+It begins where UKF ends, and no step leads higher than that. It seeks one mode, and does not count
+the model's curvature as noise, as UKF does: where a model bends within what is not known it is
+surer than it should be, and the more so the more states there are. On an affine model one full step
+is Kalman's.
 """
 
 from __future__ import annotations
@@ -25,7 +28,7 @@ from urdyn.errors import InputError
 from urdyn.estimate.innovation import Innovation, factor_of, measured_rows, require_finite
 from urdyn.estimate.linearised import predict, updated
 from urdyn.estimate.sigma_points import Rule, SigmaPoints, sigma_points
-from urdyn.estimate.square_root import SquareRoot
+from urdyn.estimate.square_root import SquareRoot, lower_root
 from urdyn.estimate.ukf import wide
 from urdyn.given import given_count
 from urdyn.types import Array, Gaussian
@@ -38,7 +41,7 @@ class Variational:
     iterations: int = 5  # at most
     step_size: float = 1.0  # of the natural gradient; 1 is Newton's
     tolerance: float = 1e-3  # stop when the mean moves by less, in standard deviations
-    rule: Rule = "merwe"  # with no weight negative
+    rule: Rule = "merwe"
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "iterations", given_count(self.iterations, "iterations"))
@@ -53,41 +56,38 @@ class Variational:
         self, model: TwoSlice[U], state: SquareRoot, u: U, y: Array
     ) -> tuple[SquareRoot, Innovation]:
         """Predict over u.dt, then descend on the finite rows of y, (m,)."""
-        points = sigma_points(len(state.mean), self.rule, 1.0, 2.0, 0.0)
+        points = sigma_points(len(state.mean), self.rule, None, 2.0, 0.0)
         moved = predict(model, state.gaussian, u)
         predicted = SquareRoot.of(moved.mean, moved.cov)
         rows = measured_rows(y)
         first, innovation = updated(moved, wide(model, points, predicted, u).of(rows), y, rows)
-        q = SquareRoot.of(first.mean, first.cov)
-        likelihood = Likelihood(model, u, y, points)
+        likelihood = Likelihood(model, u, y, points, predicted)
         try:
-            for _ in range(self.iterations):
-                before, q = q, self._descend(likelihood, predicted, q)
-                if _distance(before, q) < self.tolerance:
-                    break
+            q = self._descended(likelihood, _whitened(first, predicted))
         except np.linalg.LinAlgError:
             known = [n for n, sd in zip(model.names, predicted.sd, strict=True) if not sd > 0.0]
             told = ", ".join(known) or "a combination of states"
             raise InputError(f"{told} has no variance to descend in; use UKF") from None
-        require_finite(float(q.mean.sum()), q.mean)
-        return q, innovation
+        mean, root = predicted.at(q.mean), predicted.root @ q.root
+        require_finite(float(mean.sum()), mean)
+        return SquareRoot(mean, root), innovation
 
-    def _descend(
-        self, likelihood: Likelihood[U], predicted: SquareRoot, q: SquareRoot
-    ) -> SquareRoot:
-        """One natural-gradient step, in the whitened coordinates of the prediction.
-
-        There Lambda0 is 1, so that a stiff prior costs no digits.
-        """
-        L0 = predicted.root
-        gradient, curvature = likelihood.expected(q, L0)
-        offset = np.linalg.solve(L0, q.mean - predicted.mean)
-        shape = np.linalg.solve(L0, q.root)
-        precision = np.linalg.inv(shape @ shape.T)
-        precision += self.step_size * (np.eye(len(offset)) + curvature - precision)
-        factor = np.linalg.inv(np.linalg.cholesky(0.5 * (precision + precision.T)))
-        offset += self.step_size * factor.T @ (factor @ (gradient - offset))
-        return SquareRoot(predicted.mean + L0 @ offset, L0 @ factor.T)
+    def _descended(self, likelihood: Likelihood[U], q: SquareRoot) -> SquareRoot:
+        """Down from q, by shorter steps where it would end higher than it began."""
+        here, size = likelihood.seen_from(q), self.step_size
+        begun = here.divergence
+        require_finite(begun, here.gradient, here.curvature)
+        for _ in range(self.iterations):
+            tried = here.step(size)
+            there = likelihood.seen_from(tried)
+            moved = float((np.abs(tried.mean - here.q.mean) / tried.sd).max())
+            if there.divergence <= begun:
+                here = there
+            else:
+                size *= 0.5
+            if moved < self.tolerance:
+                break
+        return here.q
 
     def belief(self, state: SquareRoot) -> Gaussian:
         """Mean and covariance of q."""
@@ -104,29 +104,60 @@ class Variational:
 
 @dataclass(frozen=True, eq=False)
 class Likelihood(Generic[U]):
-    """log p(y | x) of the measured rows of one slice, and the points to average it at."""
+    """log p(y | x) of the measured rows of one slice, and the points to average it at.
+
+    All is in whitened coordinates of the prediction, x = m0 + L0 z: there Lambda0 is 1, so that a
+    stiff prior costs no digits.
+    """
 
     model: TwoSlice[U]
     u: U
     y: Array  # (m,)
     points: SigmaPoints
+    predicted: SquareRoot
 
-    def expected(self, q: SquareRoot, root: Array) -> tuple[Array, Array]:
-        """E_q of its gradient (n,) and of minus its Gauss-Newton Hessian (n, n), by root⁻¹ x."""
-        rows, x, w = measured_rows(self.y), q.at(self.points.unit), self.points.mean_weight
+    def seen_from(self, q: SquareRoot) -> Slope:
+        """Averages over q, a belief in z."""
+        rows, w = measured_rows(self.y), self.points.mean_weight
         R = self.model.observe_cov(self.u)[rows][:, rows]
         white = np.linalg.inv(factor_of(R))
+        x = self.predicted.at(q.at(self.points.unit))
         seen, H = linearised(self.model, x, self.u)
         residual = (self.y - seen)[:, rows] @ white.T
-        H = white @ H[..., rows, :] @ root
+        H = white @ H[..., rows, :] @ self.predicted.root
+        mean, D = self.points.moments(residual)
+        misfit = 0.5 * float(mean @ mean + (D**2).sum())
         if H.ndim == 2:
-            return H.T @ (w @ residual), H.T @ H
-        gradient = np.einsum("k,kr,krn->n", w, residual, H)
-        flat = (np.sqrt(w)[:, None, None] * H).reshape(-1, H.shape[-1])
-        return gradient, flat.T @ flat
+            return Slope(q, misfit, H.T @ mean, H.T @ H)
+        slope = np.tensordot(w, H, axes=1)
+        return Slope(q, misfit, np.einsum("k,kr,krn->n", w, residual, H), slope.T @ slope)
 
 
-def _distance(a: SquareRoot, b: SquareRoot) -> float:
-    """How far the mean moved, in standard deviations of b; the largest of all states."""
-    sd = np.sqrt((b.root**2).sum(axis=1))
-    return float((np.abs(b.mean - a.mean) / np.where(sd > 0.0, sd, 1.0)).max())
+@dataclass(frozen=True, eq=False)
+class Slope:
+    """Averages over q, a belief in states whose prediction is N(0, 1)."""
+
+    q: SquareRoot
+    misfit: float  # [nats] -E_q[log p(y | x)], but for what is the same for all q
+    gradient: Array  # (n,) E_q[Hᵀ R⁻¹ (y - h)]
+    curvature: Array  # (n, n) E_q[H]ᵀ R⁻¹ E_q[H]
+
+    @property
+    def divergence(self) -> float:
+        """KL(q || posterior), but for what is the same for all q [nats]."""
+        own = 0.5 * float((self.q.root**2).sum() + self.q.mean @ self.q.mean)
+        return self.misfit + own - float(np.linalg.slogdet(self.q.root)[1])
+
+    def step(self, size: float) -> SquareRoot:
+        """q after a natural-gradient step."""
+        mean, precision = self.q.mean, np.linalg.inv(self.q.root @ self.q.root.T)
+        precision += size * (np.eye(len(mean)) + self.curvature - precision)
+        factor = np.linalg.inv(np.linalg.cholesky(0.5 * (precision + precision.T)))
+        return SquareRoot(mean + size * factor.T @ (factor @ (self.gradient - mean)), factor.T)
+
+
+def _whitened(belief: Gaussian, by: SquareRoot) -> SquareRoot:
+    """A belief in the standard scores of another."""
+    mean = np.linalg.solve(by.root, belief.mean - by.mean)
+    root = np.linalg.solve(by.root, lower_root(belief.cov))
+    return SquareRoot(np.asarray(mean), np.asarray(root))
