@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 import pytest
 from affine_models import Regressors
 
-from urdyn.dbn import AffineObservation, Joined, RandomWalk
+from urdyn.dbn import AffineObservation, Joined, RandomWalk, Tick
 from urdyn.estimate import Kalman, ParticleFilter, track
-from urdyn.types import Gaussian
+from urdyn.types import Array, Gaussian
 
 
 def still(n: int, noise: float, r: int) -> Joined[Regressors]:
@@ -47,3 +49,30 @@ def test_states_that_nothing_moves_do_not_become_copies_of_one(seed: int) -> Non
     off = (found.mean[-1] - exact.mean[-1]) / exact.sd[-1]
     assert np.sqrt(np.mean(off**2)) < 1.0  # less than the error that both have
     assert 0.7 < np.median(found.sd[-1] / exact.sd[-1]) < 1.2
+
+
+@dataclass(frozen=True, eq=False)
+class Square:
+    """y = x² + e, that leaves two modes."""
+
+    linear = np.zeros(1, dtype=bool)
+
+    def observe(self, x: Array, u: Tick) -> Array:
+        return x**2
+
+    def observe_jacobian(self, x: Array, u: Tick) -> Array:
+        return 2.0 * x[..., None]
+
+    def observe_cov(self, u: Tick) -> Array:
+        return np.eye(1)
+
+
+def test_two_modes_stay_apart_where_particles_stay_near_where_they_were() -> None:
+    """Thirty readings of 1 leave 1 and -1, give or take .1, and nothing between them."""
+    walk = RandomWalk(("x",), Gaussian(np.zeros(1), np.eye(1)), np.zeros(1))
+    model, cloud = Joined(walk, Square()), ParticleFilter(2000, kept=0.97)
+    state = cloud.init(model)
+    for _ in range(30):
+        state, _ = cloud.step(model, state, Tick(), np.ones(1))
+    weight = np.exp(state.log_weight)
+    assert weight @ np.abs(state.x[:, 0]) == pytest.approx(1.0, abs=0.1)

@@ -60,6 +60,7 @@ MODEL, SEEN = seen_together(1.0), np.ones((3, 1))
         (ParticleFilter, {"threshold": 2.0}),
         (ParticleFilter, {"threshold": np.nan}),
         (ParticleFilter, {"seed": -1}),
+        (ParticleFilter, {"kept": 1.1}),
         (UKF, {"alpha": 0.0}),
         (UKF, {"alpha": 0.5, "rule": "simplex"}),
         (UKF, {"beta": np.inf}),

@@ -9,7 +9,10 @@ A reading that would leave a few particles only is learnt bit by bit [Oudjane200
 likelihood, as large as enough particles can bear, then the next by those that were resampled. And
 who is resampled is spread anew, with the cloud's mean and covariance kept [Liu2001]_, or states
 that nothing moves would soon be copies of one. In a hundred dimensions a thousand particles are
-surer than they should be all the same.
+surer than they should be all the same. Spread so widely, a cloud of few dimensions loses its shape:
+where modes are to stay apart, let `kept` be sqrt(1 - h²), with Silverman's h of n sampled states
+and K particles, (4 / (n + 2) / K)^(1 / (n + 4)) [Silverman1986]_: .97 of one and 2000. In eight
+that nothing moves, .7 errs by a third as much.
 """
 
 from __future__ import annotations
@@ -31,7 +34,6 @@ from urdyn.types import Array, Gaussian, Mask, frozen
 
 EASY = 0.5  # of the effective number at which a cloud is resampled: what a reading may leave
 LEAST = 0.01  # of a reading's likelihood, that is learnt at once in any case
-KEPT = 0.7  # [-] of its distance from the mean, that a resampled particle keeps
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,6 +58,7 @@ class ParticleFilter:
     threshold: float = 0.5  # resampled when the effective number falls below this fraction
     marginalise: bool = True  # False: sample every state, as the paper does
     seed: int = 0
+    kept: float = 0.7  # [-] of its distance from the mean, that a resampled particle keeps
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "count", given_count(self.count, "count"))
@@ -63,6 +66,8 @@ class ParticleFilter:
             raise InputError(f"threshold {self.threshold}: a fraction of the particles, 0 to 1")
         if not (isinstance(self.seed, Integral) and self.seed >= 0):
             raise InputError(f"seed {self.seed}: takes a whole number, 0 or more")
+        if not 0.0 <= self.kept <= 1.0:
+            raise InputError(f"kept {self.kept}: a fraction of a distance, 0 to 1")
 
     def init(self, model: TwoSlice[U]) -> Particles:
         """A cloud drawn from the model's prior."""
@@ -89,7 +94,7 @@ class ParticleFilter:
             cloud = _corrected(replace(cloud, log_weight=weight), sight, share)
             left, told = left - share, told + gained
             if _effective(cloud.log_weight) < self.threshold * self.count:
-                cloud = _resampled(cloud, rng)
+                cloud = _resampled(cloud, self.kept, rng)
             if left:
                 sight = _sight(model, cloud, u, y)
         return cloud, mixture_innovation(y, seen.rows, predicted, told)
@@ -199,7 +204,7 @@ def _effective(log_weight: Array) -> float:
     return 1.0 / float(np.exp(2.0 * log_weight).sum())
 
 
-def _resampled(cloud: Particles, rng: np.random.Generator) -> Particles:
+def _resampled(cloud: Particles, kept: float, rng: np.random.Generator) -> Particles:
     """Systematic resampling [Kitagawa1996]_, then spread anew about the mean."""
     own = moments(np.exp(cloud.log_weight), cloud.x, np.zeros_like(cloud.cov[:1]))
     K = len(cloud.log_weight)
@@ -208,5 +213,5 @@ def _resampled(cloud: Particles, rng: np.random.Generator) -> Particles:
     chosen = np.minimum(np.searchsorted(edges, ladder), K - 1)
     cov = cloud.cov if len(cloud.cov) == 1 else cloud.cov[chosen]
     anew = rng.standard_normal(cloud.x.shape) @ lower_root(own.cov).T
-    x = own.mean + KEPT * (cloud.x[chosen] - own.mean) + np.sqrt(1.0 - KEPT**2) * anew
+    x = own.mean + kept * (cloud.x[chosen] - own.mean) + np.sqrt(1.0 - kept**2) * anew
     return replace(cloud, x=x, cov=cov, log_weight=np.full(K, -np.log(K)))
