@@ -76,6 +76,19 @@ def test_the_fit_finds_the_colour(seed: int) -> None:
     assert distance < chi2.ppf(1.0 - CHANCE, MAX_ORDER)
 
 
+def test_noise_of_rows_further_apart_is_that_of_every_third_row() -> None:
+    e, _ = coloured(np.random.default_rng(2))
+    one = np.ones(1)
+    close = Noise(one, SCALE * one, GAUSSIAN * one, AR[None], keep=forgotten(STEP))
+    apart, thin = close.at(3.0 * STEP), e[::3]
+    assert close.at(STEP) is close and close.at(0.1 * STEP) is close
+    assert apart.step == pytest.approx(3.0 * STEP)
+    w = apart.whiten(thin, 0)
+    spread = FOUR_SIGMA / np.sqrt(len(w))
+    assert abs(np.mean(w**2) / apart.power[0] - 1.0) < np.sqrt(2.0) * spread
+    assert abs(np.corrcoef(w[1:], w[:-1])[0, 1]) < spread
+
+
 @pytest.mark.parametrize("seed", range(4))
 def test_what_the_fit_whitens_is_white(seed: int) -> None:
     """Ljung and Box's sum of squared autocorrelations."""

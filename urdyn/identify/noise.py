@@ -79,6 +79,16 @@ class Noise:
         each = [response[k:] * response[: len(response) - k] for k in apart * np.arange(lags + 1)]
         return np.array([products.sum(axis=0) for products in each]) * self.power
 
+    def at(self, step: float) -> Noise:
+        """The same noise in rows `step` [s] apart; of closer rows than its own it is not known."""
+        if step < 1.5 * self.step:
+            return self
+        alike = self.autocovariance(MAX_ORDER, step).T
+        ar, left = zip(*(_autoregressions(quick)[-1] for quick in alike), strict=True)
+        dof = np.full_like(self.dof, GAUSSIAN)  # of what several innovations add up to
+        scale = np.sqrt(np.array(left) * (dof - 2.0) / dof)
+        return replace(self, scale=scale, dof=dof, ar=np.array(ar), keep=forgotten(step))
+
     @property
     def counted(self) -> Noise:
         """Gaussian noise of the same colour that tells as much as this one does. [Lange1989]_"""

@@ -16,6 +16,7 @@ from urdyn.identify.excite.rating import scale
 from urdyn.model.arm import load_arm
 from urdyn.signal import condition
 from urdyn.simulate import Payload, fourier, observe, typical_sensors, virtual_arm
+from urdyn.simulate.trajectory import Trajectory
 
 
 def names_of(asked, phrases):
@@ -76,6 +77,17 @@ def test_the_next_run_begins_where_the_twin_stands(identified):
         k = told.parameters.names.index(f"{joint}.coulomb")
         np.testing.assert_allclose(told.before[k], identified.spread(f"{joint}.coulomb"), rtol=1e-6)
         assert told.after[k] < told.before[k]
+
+
+def test_rows_closer_than_those_of_the_twin_tell_no_more(identified):
+    """Its noise is known at 100 Hz alone: five rows in the place of one are not five times it."""
+    arm = identified.dynamics.arm
+    close = fourier(arm, 8.0, 500.0, np.random.default_rng(0))
+    far = Trajectory(*(x[::5] for x in (close.t, close.q, close.v, close.a)))
+    asked = question(arm, twin=identified, rate=500.0)
+    assert asked.rate == pytest.approx(100.0)
+    sds = [expected(asked, run).after for run in (close, far)]
+    np.testing.assert_allclose(*sds, rtol=1e-3)
 
 
 def test_what_is_known_is_not_asked_again(identified):

@@ -114,7 +114,7 @@ def excite(
         UnsafeMotionError: none of the motions that were tried can be proven safe.
     """
     ask = ask or Ask()
-    asked = question(arm, ask.payload, twin, ask.interest)
+    asked = question(arm, ask.payload, twin, ask.interest, rate=ask.rate)
     ask = replace(ask, limits=bearable(asked.point, ask.limits), cell=_with_payload(ask))
     assert ask.limits is not None
     if ask.kind == "fourier":
@@ -134,7 +134,7 @@ def repeated(arm: Arm, ask: Ask, path: Series | Moves, twin: Fit | None = None) 
     """
     if ask.twin and twin is None:
         raise InputError("the motion adds to a twin, which tells its torques: name it by --twin")
-    asked = question(arm, ask.payload, twin, ask.interest)
+    asked = question(arm, ask.payload, twin, ask.interest, rate=ask.rate)
     ask = replace(ask, limits=bearable(asked.point, ask.limits), cell=_with_payload(ask))
     return completed(asked, ask, path, prove(loaded(asked), path, _safe(asked, ask)), ())
 
@@ -194,7 +194,7 @@ def _tasks(asked: Question, ask: Ask) -> list[Task]:
             limits=ask.limits,
             margin=ask.margin,
             criterion=ask.criterion,
-            rows=ask.duration * ask.rate,
+            rows=ask.duration * asked.rate,
             harmonics=ask.harmonics or HARMONICS_TRIED[k % len(HARMONICS_TRIED)],
             period=period,
             seed=(ask.seed, k),
@@ -208,7 +208,7 @@ def _chosen(asked: Question, ask: Ask, safe: list[Found]) -> Found:
     most = max(one.value for one in safe)
     if ask.criterion != "D" or ask.interest:
         return next(one for one in safe if one.value == most)
-    ruler, rows = scale(asked), ask.duration * ask.rate
+    ruler, rows = scale(asked), ask.duration * asked.rate
 
     def condition(one: Found) -> float:
         t = np.linspace(0.0, one.series.lasting, RATED, endpoint=False)
@@ -221,7 +221,7 @@ def _slow(asked: Question, ask: Ask) -> tuple[Moves, Proof]:
     rng, arm, safe = np.random.default_rng(ask.seed), loaded(asked), _safe(asked, ask)
     if ask.kind == "probe":
         return probe(arm, safe, ask.joint, ask.duration, rng)
-    return poses(arm, asked, safe, ask.criterion, ask.duration, ask.rate, rng)
+    return poses(arm, asked, safe, ask.criterion, ask.duration, rng)
 
 
 def _safe(asked: Question, ask: Ask) -> Safe:

@@ -14,7 +14,7 @@ from urdyn.identify.compress import compress
 from urdyn.identify.excite.question import Question
 from urdyn.identify.expressions import physical
 from urdyn.identify.map_estimate import build_problem, data_information
-from urdyn.simulate.trajectory import Trajectory
+from urdyn.simulate.trajectory import Trajectory, grid
 from urdyn.types import Array, Parameters, frozen
 
 
@@ -38,9 +38,10 @@ class Expected:
 
 
 def expected(question: Question, trajectory: Trajectory) -> Expected:
-    """What a log of `trajectory`, row by row, would tell."""
+    """What a log of `trajectory`, row by row that counts, would tell."""
     point, unknowns, z = question.point, question.unknowns, question.scores
-    motion = trajectory.at(trajectory.t)
+    rate = min(question.rate, 1.0 / trajectory.step)
+    motion = trajectory.at(grid(len(trajectory) * trajectory.step, rate))
     motion = replace(motion, current=point.current(motion))
     payload = 0 if unknowns.payloads else None
     blocks = compress(point, motion, question.noise.counted, payload)

@@ -47,7 +47,6 @@ def poses(
     safe: Safe,
     criterion: str,
     duration: float,
-    rate: float,
     rng: np.random.Generator,
 ) -> tuple[Moves, Proof]:
     """Moves from pose to pose, and the proof that they are safe.
@@ -58,7 +57,7 @@ def poses(
     limits = safe.limits
     some = limits.middle + limits.room * rng.uniform(-0.99, 0.99, (CANDIDATES, arm.joints))
     some = some[(safe.collider.distances(some) >= safe.margin).all(axis=1)]
-    information = tuple(_information(question, pose, limits, rate) for pose in some)
+    information = tuple(_information(question, pose, limits) for pose in some)
     choice = Choice(arm, question, safe, criterion, some, information)
     moves = tuple(_tour(choice, duration)) if information else ()
     if not moves:
@@ -83,11 +82,11 @@ def _tour(choice: Choice, duration: float) -> Iterator[Move]:
         here, at = there, move.end + STILL
 
 
-def _information(question: Question, pose: Array, limits: Limits, rate: float) -> Array:
+def _information(question: Question, pose: Array, limits: Limits) -> Array:
     """What passing a pose slowly in both directions tells, (P, P)."""
     v = NEAR * limits.velocity * np.array([[1.0], [-1.0]])
     found = columns(question.point, np.array([pose, pose]), v, 0.0 * v)
-    return question.information(found, STILL * rate) - question.known
+    return question.information(found, STILL * question.rate) - question.known
 
 
 def _slowly(limits: Limits, at: float, start: Array, goal: Array) -> Move:

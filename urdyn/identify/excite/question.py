@@ -41,6 +41,7 @@ class Question:
     scores: Array  # (P,) where the point is
     known: Array  # (P, P) information in standard scores before the run
     noise: Noise
+    rate: float  # [Hz] of the rows that count: no closer than those that the noise is known of
     weights: Array  # (J, C, P) d w_j / d z over sigma_j: rows of unit noise
     asked: Array  # (P, r) orthonormal directions of the scores that are of interest
 
@@ -74,6 +75,7 @@ def question(
     twin: Fit | None = None,
     interest: Sequence[str] = (),
     about: Dynamics | None = None,
+    rate: float = np.inf,
 ) -> Question:
     """What a run of `arm`, carrying `payload`, can be asked.
 
@@ -82,6 +84,7 @@ def question(
         twin: what is known already, and at which noise; None: what is known of such arms.
         interest: names of what is to be learned; none: all that motion tells.
         about: what the arm is taken to be; None: as the twin says, or typical of its type.
+        rate: of the log that is to come [Hz]; by default that of the twin's.
     """
     sought = any("payload" in phrase for phrase in interest)
     loads = (PayloadPrior(None if sought else payload.mass),) if payload else ()
@@ -92,11 +95,12 @@ def question(
     bare = about or (population(arm).typical() if twin is None else twin.dynamics)
     carried = _carried(payload, loads)
     point = replace(bare, payload=sum(carried, tool))
-    noise = _typical_noise(arm) if twin is None else twin.noise
+    noise = _typical_noise(arm) if twin is None else twin.noise.at(1.0 / rate)
+    rate = min(rate, 1.0 / noise.step) if noise.keep else rate
     scores = unknowns.score(point, tuple(carried))
     W = _weights(unknowns, point, scores, 0 if loads else None, level(noise))
     asked = _asked(unknowns, point, W, interest)
-    return Question(point, unknowns, scores, _known(unknowns, twin), noise, W, asked)
+    return Question(point, unknowns, scores, _known(unknowns, twin), noise, rate, W, asked)
 
 
 def level(noise: Noise) -> Array:

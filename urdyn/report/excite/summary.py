@@ -24,7 +24,7 @@ def rating(found: Excitation) -> Rating:
     rows = found.trajectory
     some = slice(None, None, max(1, len(rows) // 500))
     motion = rows.q[some], rows.v[some], rows.a[some]
-    return scale(found.question).rate(*motion, float(len(rows)))
+    return scale(found.question).rate(*motion, found.ask.duration * found.question.rate)
 
 
 def excited(found: Excitation, wall: float) -> dict[str, Any]:
