@@ -13,6 +13,7 @@ from urdyn.identify.excite import Ask, excite, expected, question
 from urdyn.identify.excite.criterion import judge
 from urdyn.identify.excite.interest import interesting
 from urdyn.identify.excite.rating import scale
+from urdyn.identify.unknowns import PayloadPrior
 from urdyn.model.arm import load_arm
 from urdyn.signal import condition
 from urdyn.simulate import Payload, fourier, observe, typical_sensors, virtual_arm
@@ -41,11 +42,20 @@ def test_interests_are_found_by_what_people_call_them(ur10e):
 
 @pytest.mark.parametrize(
     ("phrase", "hint"),
-    [("elbo friction", "did you mean 'elbow'"), ("elbow mass", "elbow has no"), ("", "known are")],
+    [
+        ("elbo friction", "did you mean 'elbow'"),
+        ("elbow mass", "elbow has only friction"),
+        ("", "known are"),
+    ],
 )
 def test_an_interest_that_nobody_knows_is_told(ur10e, phrase, hint):
     with pytest.raises(InputError, match=hint):
         interesting(question(ur10e).unknowns.names, [phrase])
+
+
+def test_a_payload_is_of_interest_however_it_is_written(ur10e):
+    asked = question(ur10e, Payload(2.0), None, ["Payload mass"])
+    assert asked.unknowns.payloads == (PayloadPrior(None),)
 
 
 def test_a_payload_of_interest_is_unknown_until_the_run(ur10e):

@@ -31,17 +31,20 @@ def interesting(names: Sequence[str], phrases: Sequence[str]) -> list[int]:
     return sorted(places)
 
 
+def of_payload(phrases: Sequence[str]) -> bool:
+    """Whether one of them asks for a payload."""
+    return any("payload" in phrase.lower() for phrase in phrases)
+
+
 def _places(names: Sequence[str], phrase: str) -> list[int]:
     """Those that one phrase asks for."""
     owner, fields = _parsed(names, phrase)
     parts = [name.rpartition(".") for name in names]
-    found = [
-        k
-        for k, (body, _, field) in enumerate(parts)
-        if owner in ("", _spoken(body)) and (not fields or field in fields)
-    ]
+    own = {k: field for k, (body, _, field) in enumerate(parts) if owner in ("", _spoken(body))}
+    found = [k for k, field in own.items() if not fields or field in fields]
     if not found:
-        raise InputError(f"of interest: {phrase!r}: {owner} has no {' or '.join(sorted(fields))}")
+        has = ", ".join(name for name, of in QUANTITIES.items() if {*of} & {*own.values()})
+        raise InputError(f"of interest: {phrase!r}: {owner or 'such an arm'} has only {has}")
     return found
 
 

@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from urdyn.identify.excite.columns import TERMS, Columns, columns
-from urdyn.identify.excite.interest import interesting
+from urdyn.identify.excite.interest import interesting, of_payload
 from urdyn.identify.fit import Fit
 from urdyn.identify.map_estimate import linearised
 from urdyn.identify.noise import GAUSSIAN, Noise
@@ -86,7 +86,7 @@ def question(
         about: what the arm is taken to be; None: as the twin says, or typical of its type.
         rate: of the log that is to come [Hz]; by default that of the twin's.
     """
-    sought = any("payload" in phrase for phrase in interest)
+    sought = of_payload(interest)
     loads = (PayloadPrior(None if sought else payload.mass),) if payload else ()
     if sought and not payload:
         loads = (PayloadPrior(),)
