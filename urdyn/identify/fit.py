@@ -36,7 +36,7 @@ class Fit:
     names: tuple[str, ...]  # of the unconstrained coordinates
     belief: Gaussian  # over those coordinates: log-Cholesky, logarithms, plain values
     terms: tuple[frozenset[str], ...]  # optional terms of each joint's model
-    noise: Noise
+    noise: Noise  # in rows as close as those of the quickest log
     sources: tuple[Source, ...]
     n_samples: int
     rank: int  # of the data's linear problem

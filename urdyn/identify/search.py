@@ -41,6 +41,7 @@ EXCERPT = 24_000  # rows, at most, on which the shape of friction is sought
 SHAPING = 8  # rounds of plain least squares, while the shape of friction moves
 SETTLING = 2  # rounds of plain least squares where friction lost its fading
 ROUNDS = 3  # rounds of the whole likelihood on the excerpt
+ALIKE = 1.2  # [-] by which times from row to row differ at the most, where rates are alike
 DAMPING = 0.5  # share of a shaping step that is taken: presliding and Stribeck trade off
 FOLDS = 6
 PROBE = 2e-3  # [s] to either side, in the search for when friction turns over
@@ -55,13 +56,17 @@ class Run:
     payload: PayloadPrior | None = None
 
 
+# Motions, each with the arm as loaded in it and the index of its payload.
+Loaded = list[tuple[Motion, Dynamics, int | None]]
+
+
 @dataclass(frozen=True)
 class State:
     """Where the search stands: a value, each step makes the next."""
 
     unknowns: Unknowns
     z: Array  # (P,) standard scores
-    noise: Noise
+    noises: tuple[Noise, ...]  # of the runs, each in its own rows; the same where rates are alike
     temperature: Array  # (J,) [°C] of the runs, that friction is found at; NaN: not measured
     band: Band = EVERYTHING
     friction_time: float = 0.0  # [s] by which friction turns over before the recorded motion
@@ -74,7 +79,7 @@ class State:
         object.__setattr__(self, "point", point)
         object.__setattr__(self, "payloads", payloads)
 
-    def loaded(self, runs: Sequence[Run]) -> list[tuple[Motion, Dynamics, int | None]]:
+    def loaded(self, runs: Sequence[Run]) -> Loaded:
         """Every run's motion, the arm as loaded in it, and the index of its payload."""
         with_payload = [k for k, run in enumerate(runs) if run.payload]
         index, tool = {k: n for n, k in enumerate(with_payload)}, self.point.payload
@@ -113,7 +118,7 @@ def _start(arm: Arm, runs: Sequence[Run], gain: Array | None, tool: Array) -> St
     one = np.ones(arm.joints)
     unit = Noise(one, one, GAUSSIAN * one, np.zeros((arm.joints, 0)))
     band = common_band([run.motion for run in runs])
-    return State(unknowns, np.zeros(len(unknowns.mean)), unit, temperature, band)
+    return State(unknowns, np.zeros(len(unknowns.mean)), (unit,) * len(runs), temperature, band)
 
 
 def _shape(state: State, runs: Sequence[Run], progress: Progress) -> State:
@@ -132,30 +137,51 @@ def _shape(state: State, runs: Sequence[Run], progress: Progress) -> State:
 def _with_noise(
     state: State, runs: Sequence[Run], plain: bool = False, apart: bool = True
 ) -> State:
-    """The same point with the noise that it leaves.
+    """The same point with the noise that it leaves, rate by rate.
 
     Args:
         plain: white and Gaussian.
         apart: told apart where joints turn round.
     """
-    left = _joint_by_joint(
-        residuals(point, motion, state.band) for motion, point, _ in state.loaded(runs)
-    )
-    step = float(np.mean([median_step(run.motion.t) for run in runs])) * state.band.every
-    near = _turnings(state, runs) if apart else None
+    loaded, rates = state.loaded(runs), _rates(runs)
+    alike = [
+        [one for one, its in zip(loaded, rates, strict=True) if its == rate]
+        for rate in range(max(rates) + 1)
+    ]
+    each = [_noise(state, some, plain, apart) for some in alike]
+    return replace(state, noises=tuple(each[rate] for rate in rates))
+
+
+def _rates(runs: Sequence[Run]) -> list[int]:
+    """Which of the rates among them each run has, 0 the quickest.
+
+    How noise goes on from row to row hangs on how far these are apart: one noise for two rates
+    would take the rows of one log for surer than they are.
+    """
+    steps = np.array([median_step(run.motion.t) for run in runs])
+    order = np.argsort(steps)
+    slower = steps[order][1:] > ALIKE * steps[order][:-1]
+    rates = np.zeros(len(runs), dtype=int)
+    rates[order[1:]] = np.cumsum(slower)
+    return rates.tolist()
+
+
+def _noise(state: State, loaded: Loaded, plain: bool, apart: bool) -> Noise:
+    """What the point leaves of motions of one rate."""
+    left = _joint_by_joint(residuals(point, motion, state.band) for motion, point, _ in loaded)
+    step = float(np.mean([median_step(motion.t) for motion, *_ in loaded])) * state.band.every
+    near = _turnings(state, loaded) if apart else None
     if plain:
-        return replace(state, noise=white_noise(left, step, near))
-    return replace(state, noise=fit_noise(left, step, _absorbed(state, runs), near))
+        return white_noise(left, step, near)
+    return fit_noise(left, step, _absorbed(state, loaded), near)
 
 
-def _turnings(state: State, runs: Sequence[Run]) -> list[list[Mask]]:
+def _turnings(state: State, loaded: Loaded) -> list[list[Mask]]:
     """Which rows of the residuals are near where a joint turns round."""
-    return _joint_by_joint(
-        turnings(point, motion, state.band) for motion, point, _ in state.loaded(runs)
-    )
+    return _joint_by_joint(turnings(point, motion, state.band) for motion, point, _ in loaded)
 
 
-def _absorbed(state: State, runs: Sequence[Run]) -> list[list[Array]] | None:
+def _absorbed(state: State, loaded: Loaded) -> list[list[Array]] | None:
     """Noise that the last step's fit absorbed, as periodograms; None: no step has a covariance."""
     if state.cov is None:
         return None
@@ -165,7 +191,7 @@ def _absorbed(state: State, runs: Sequence[Run]) -> list[list[Array]] | None:
         roots = coefficient_roots(state.unknowns, [(j, payload) for j in joints], point, belief)
         return absorbed_periodograms(point, motion, roots, state.band)
 
-    return _joint_by_joint(of_run(*loaded) for loaded in state.loaded(runs))
+    return _joint_by_joint(of_run(*one) for one in loaded)
 
 
 def _joint_by_joint(runs: Iterable[list[list[V]]]) -> list[list[V]]:
@@ -176,8 +202,8 @@ def _joint_by_joint(runs: Iterable[list[list[V]]]) -> list[list[V]]:
 def _blocks(state: State, runs: Sequence[Run]) -> list[Compressed]:
     return [
         block
-        for motion, point, payload in state.loaded(runs)
-        for block in compress(point, motion, state.noise, payload, state.band)
+        for (motion, point, payload), noise in zip(state.loaded(runs), state.noises, strict=True)
+        for block in compress(point, motion, noise, payload, state.band)
     ]
 
 
@@ -219,9 +245,9 @@ def _align(state: State, runs: Sequence[Run]) -> State:
 def _misfit(state: State, runs: Sequence[Run]) -> float:
     """Squared residuals of all joints, each in units of its noise."""
     total = 0.0
-    for motion, point, _ in state.loaded(runs):
+    for (motion, point, _), noise in zip(state.loaded(runs), state.noises, strict=True):
         for joint, stretches in enumerate(residuals(point, motion, state.band)):
-            total += sum(float(r @ r) for r in stretches) / state.noise.sd[joint] ** 2
+            total += sum(float(r @ r) for r in stretches) / noise.sd[joint] ** 2
     return total
 
 
@@ -230,8 +256,8 @@ def _select(state: State, runs: Sequence[Run]) -> State:
 
     Rows where joints turn round have no say: a term may not stand for what is misjudged there.
     """
-    elsewhere = replace(state.noise, turning=np.full_like(state.noise.turning, np.inf))
-    told = replace(state, noise=elsewhere)
+    never = np.full(state.point.arm.joints, np.inf)
+    told = replace(state, noises=tuple(replace(noise, turning=never) for noise in state.noises))
     cuts = [[replace(run, motion=part) for part in folds(run.motion, FOLDS)] for run in runs]
     data = [_blocks(told, fold) for fold in zip(*cuts, strict=True)]
     terms = select_terms(state.unknowns, data, state.point, state.z)
@@ -273,7 +299,7 @@ def _finish(state: State, runs: Sequence[Run]) -> Fit:
             unknowns.sd[:, None] * belief.cov * unknowns.sd,
         ),
         terms=unknowns.terms,
-        noise=_with_noise(last, runs, apart=False).noise,
+        noise=_with_noise(last, runs, apart=False).noises[_rates(runs).index(0)],
         sources=tuple(run.motion.source for run in runs),
         n_samples=sum(len(run.motion) for run in runs),
         rank=rank,
