@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -104,9 +105,23 @@ def test_what_no_motion_is_made_of_is_told() -> None:
     log = polled()
     with pytest.raises(LogError, match="that of row 1 does not"):
         replace(log, t=log.t[::-1].copy())
-    for settings in ({"half_window": 0}, {"degree": 2}):
-        with pytest.raises(InputError, match="degree 3"):
-            condition(log, **settings)
+
+
+@pytest.mark.parametrize(
+    ("settings", "why"),
+    [
+        ({"half_window": 0}, "half_window 0"),
+        ({"half_window": 2.5}, "half_window 2.5: takes a whole number"),
+        ({"degree": 2}, "degree 2: takes a whole number from 3"),
+        ({"degree": 40}, "from 3, .* to 12"),
+        ({"half_window": 1, "degree": 6}, "3 angles and velocities tell 5 at the most"),
+        ({"offset": np.nan}, "offset nan"),
+        ({"offset": [0.0, 0.0]}, "offset: 2 for 3"),
+    ],
+)
+def test_a_window_that_determines_nothing_is_refused(settings: dict[str, Any], why: str) -> None:
+    with pytest.raises(InputError, match=why):
+        condition(polled(), **settings)
 
 
 def test_without_velocities_the_angles_do() -> None:

@@ -15,7 +15,7 @@ from urdyn.given import given_log
 from urdyn.signal.channels import POSSIBLE
 from urdyn.signal.kinematics import kinematics
 from urdyn.signal.measured import measured
-from urdyn.signal.polynomial import half_window, instrument_half
+from urdyn.signal.polynomial import LocalPolynomial, half_window, instrument_half
 from urdyn.signal.shifts import SHAKEN, jumps, without_turns
 from urdyn.signal.stretches import breaks, is_even, median_step
 from urdyn.signal.units import complaint, unfilled, wrong_unit
@@ -52,6 +52,7 @@ def condition(
 
     Raises:
         LogError: it has no stretch of motion that can be conditioned, or is no log of `arm`.
+        InputError: such a window does not determine a polynomial of the degree.
     """
     log = given_log(log)
     if arm is not None and log.joints != arm.joints:
@@ -70,7 +71,7 @@ def conditioned(
         for name, values in series.items():
             values[rows] = getattr(chunk, name)
     made = {name: frozen(values) for name, values in series.items()}  # which nobody copies
-    return Motion(log.t, **made, breaks=breaks(log.t, settled.step), source=log.source)
+    return Motion(log.t, **made, breaks=breaks(log.t, settled.fit.step), source=log.source)
 
 
 def stream(
@@ -95,15 +96,14 @@ def stream(
 class _Settled:
     """What has to be known of the whole log before any part of it can be conditioned."""
 
-    step: float  # [s]
-    half: int  # [samples]
-    degree: int
+    fit: LocalPolynomial
     offset: ArrayLike  # [s]
 
     def chunks(self, log: Log, rows: int) -> Iterator[tuple[slice, Motion]]:
         """The motion of a whole log, so many rows at a time, and which rows they are."""
         # A shifted window ends this far from its row, and a jump shakes what is as far behind it.
-        halo = 2 * instrument_half(self.half, self.degree) + round(SHAKEN / self.step)
+        fit = self.fit
+        halo = 2 * instrument_half(fit.half, fit.degree) + round(SHAKEN / fit.step)
         for start in range(0, len(log), rows):
             stop, lo = min(start + rows, len(log)), max(0, start - halo)
             chunk = self.motion(log.slice(lo, stop + halo))
@@ -112,14 +112,15 @@ class _Settled:
     def motion(self, log: Log) -> Motion:
         """Motion of `log`, which is the whole or a part."""
         q, v = (_measured(log, name) for name in ("actual_q", "actual_qd"))
-        shift, misled = jumps(log.t, q, v, self.half)
+        fit = self.fit
+        shift, misled = jumps(log.t, q, v, fit.half)
         shifted = np.cumsum(shift, axis=0)  # no joint moved that way
         shift[-1] = 0.0  # nothing bears that one out
-        how = partial(kinematics, offset=self.offset, degree=self.degree, step=self.step)
-        moved = how(log.t, q - shifted, np.where(misled, np.nan, v), half=self.half)
-        half = instrument_half(self.half, self.degree)
+        how = partial(kinematics, offset=self.offset, degree=fit.degree, step=fit.step)
+        moved = how(log.t, q - shifted, np.where(misled, np.nan, v), half=fit.half)
+        half = instrument_half(fit.half, fit.degree)
         known = np.asarray(np.isfinite(q + v).all(axis=1))
-        told = _whole_around(log.t, known, self.step, half)[:, None]
+        told = _whole_around(log.t, known, fit.step, half)[:, None]
         alone = how(log.t, q - shifted, half=half).a if told.any() else np.full_like(q, np.nan)
         temperature = log.joint("joint_temperatures")
         return Motion(  # of frozen arrays, which it does not copy
@@ -130,7 +131,7 @@ class _Settled:
             jerk=frozen(moved.jerk),
             current=log.joint("actual_current"),
             temperature=frozen(np.where(np.abs(temperature) < POSSIBLE[-1], temperature, np.nan)),
-            breaks=breaks(log.t, self.step),
+            breaks=breaks(log.t, fit.step),
             source=log.source,
             shift=frozen(without_turns(shift)),
             instrument=frozen(np.where(told, alone, np.nan)),
@@ -187,4 +188,4 @@ def _settle(log: Log, offset: ArrayLike, half: int | None, degree: int) -> _Sett
         raise LogError("one row only; a motion needs at least two", log.source.path)
     velocities = bool(np.isfinite(log.joint("actual_qd")).any())
     half = half_window(step, degree, velocities) if half is None else half
-    return _Settled(step, half, degree, offset)
+    return _Settled(LocalPolynomial(half, degree, step), offset)

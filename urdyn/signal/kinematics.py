@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from urdyn.given import given
 from urdyn.signal.polynomial import ORDERS, UNIFORM, LocalPolynomial, joint_by_joint, weights
 from urdyn.signal.stretches import breaks, median_step, windows
 from urdyn.types import Array, Index
@@ -46,9 +47,9 @@ def kinematics(
     smooth in it and the offset can be fitted. NaN where too little was measured.
     """
     fit = LocalPolynomial(half, degree, median_step(t) if step is None else step)
-    first, last = windows(len(t), breaks(t, fit.step), half)
+    first, last = windows(len(t), breaks(t, fit.step), fit.half)
     rate = np.full_like(q, np.nan) if v is None else v
-    leads = np.broadcast_to(np.asarray(offset, dtype=np.float64), q.shape[1:])
+    leads = given(offset, "offset", "a finite time [s]", streams=q.shape[1])
     out = np.empty((ORDERS, *q.shape))
     for start in range(0, len(t), BLOCK):
         rows = np.arange(start, min(start + BLOCK, len(t)))

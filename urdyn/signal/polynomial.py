@@ -20,9 +20,11 @@ from numpy.polynomial import legendre
 from numpy.typing import NDArray
 
 from urdyn.errors import InputError
+from urdyn.given import given_count, given_number
 from urdyn.types import Array, frozen
 
 REACH = 0.036  # [s] to each side: see `half_window`
+HIGHEST = 12  # degree; rounding in its powers is below 1e-11 of what is told
 ORDERS = 4  # what is estimated: angle, velocity, acceleration, jerk
 # Stamps this close to uniform count as uniform: at 500 Hz and 3 rad/s it makes 6e-9 rad, three
 # orders below an encoder's count, and it is above the rounding of an uptime in seconds.
@@ -52,13 +54,18 @@ class LocalPolynomial:
     """How a window becomes an estimate: its half length, the degree, and the usual step."""
 
     half: int  # [samples] to each side of the window's centre
-    degree: int  # of the polynomial in time; at least 3, for there is a jerk to tell
+    degree: int  # of the polynomial in time, 3 to HIGHEST
     step: float  # [s] between samples, as a rule
 
     def __post_init__(self) -> None:
-        if self.half < 1 or self.degree < 3:
-            told = f"half_window {self.half}, degree {self.degree}"
-            raise InputError(f"{told}: a jerk takes a window of 1 or more, and degree 3")
+        takes = f"a whole number from 3, for there is a jerk to tell, to {HIGHEST}"
+        orders = np.arange(3.0, HIGHEST + 1.0)
+        degree = given_number(self.degree, "degree", takes, lambda x: np.isin(x, orders))
+        object.__setattr__(self, "half", given_count(self.half, "half_window"))
+        object.__setattr__(self, "degree", int(degree))
+        if self.degree >= 2 * self.samples:
+            most = f"{self.samples} angles and velocities tell {2 * self.samples - 1} at the most"
+            raise InputError(f"degree {self.degree}: {most}; widen half_window {self.half}")
 
     @property
     def samples(self) -> int:
