@@ -168,6 +168,20 @@ def test_the_floor_of_white_noise_is_its_share_above_the_band(rate: float) -> No
     np.testing.assert_allclose(floor, wanted, rtol=4.0 / np.sqrt(2.0 * rows))
 
 
+def test_what_a_joint_lacks_and_what_passed_in_a_gap_is_no_floor() -> None:
+    t = np.arange(3000) / 100.0
+    e = np.random.default_rng(3).standard_normal((len(t), 3))
+    whole, stepped = noise_floor(t, e), e + 60.0 * (t > 15.0)[:, None]
+    stepped[:, 2] = np.nan
+    apart = np.abs(t - 15.0) > 5.0
+    floor = noise_floor(t[apart], stepped[apart])
+    chance = 4.0 / np.sqrt(2.0 * np.count_nonzero(apart))
+    np.testing.assert_allclose(floor[:2], whole[:2], rtol=chance)
+    assert np.isnan(floor[2])
+    holes = np.where(np.arange(len(t))[:, None] % 40 == 7, np.nan, e)
+    np.testing.assert_allclose(noise_floor(t, holes), whole, rtol=chance)
+
+
 @pytest.mark.parametrize(("rate", "rows"), [(20.0, 5000), (500.0, 100)])
 def test_who_samples_too_little_is_told_no_floor(rate: float, rows: int) -> None:
     assert np.isnan(noise_floor(np.arange(rows) / rate, np.ones((rows, 6)))).all()

@@ -20,6 +20,7 @@ from urdyn.identify.fit import Fit, Fitted, fit_in
 from urdyn.model.dynamics import Dynamics
 from urdyn.model.whose import require_own
 from urdyn.signal import conditioned, measured
+from urdyn.signal.stretches import median_step, stretches
 from urdyn.types import STANDSTILL, Array, Defect, Log, Mask
 
 FLOOR_BAND = 10.0  # [Hz] above which residuals are mostly the sensor's noise
@@ -98,15 +99,19 @@ def _drawn(dynamics: Dynamics, log: Log) -> Log:
 def noise_floor(t: Array, current: Array) -> Array:
     """Root mean square of the current above FLOOR_BAND, (J,) [A]; NaN below 2.5 samples a period.
 
-    What no smooth model of the motion can be asked to predict.
+    What no smooth model of the motion can be asked to predict, in each joint's stretches between
+    gaps; NaN, too, where none of them is long enough.
     """
-    whole = np.isfinite(current).all(axis=1)
-    rate = 1.0 / float(np.median(np.diff(t)))
-    if rate < 2.5 * FLOOR_BAND or whole.sum() < 4 * rate / FLOOR_BAND + 30:
-        return np.full(current.shape[1], np.nan)
+    rate, quick = 1.0 / median_step(t), np.full_like(current, np.nan)
+    if rate < 2.5 * FLOOR_BAND:
+        return _rms(quick)
     low_pass = butter(4, FLOOR_BAND, fs=rate, output="sos")
-    smooth = sosfiltfilt(low_pass, current[whole], axis=0)
-    return _rms(current[whole] - smooth)
+    for x, out in zip(current.T, quick.T, strict=True):
+        known = np.flatnonzero(np.isfinite(x))
+        for rows in (known[stretch] for stretch in stretches(t[known])):
+            if len(rows) >= 4 * rate / FLOOR_BAND + 30:
+                out[rows] = x[rows] - sosfiltfilt(low_pass, x[rows])
+    return _rms(quick)
 
 
 def interval(fit: Fit, level: float = 0.9) -> Array:
