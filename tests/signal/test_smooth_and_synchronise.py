@@ -66,6 +66,14 @@ def test_a_state_is_held_never_averaged() -> None:
     assert set(np.unique(synchronise(*streams()).channels["robot_mode"])) == {3.0, 7.0}
 
 
+@pytest.mark.parametrize("origin", [0.0, 1_700_000_000_123_457.0, 1_732_900_000_654_321.0])
+def test_a_state_is_held_from_its_own_row_on_whatever_the_clock_began_at(origin: float) -> None:
+    """Microseconds since 1970 as seconds are off by a tenth of one."""
+    rows = np.arange(500.0)
+    out = synchronise(log_of((origin + 1e4 * rows) / 1e6, robot_mode=rows), rate=100.0)
+    assert np.array_equal(out.channels["robot_mode"], rows)
+
+
 def test_synchronisation_says_what_it_filled() -> None:
     found = counts(synchronise(*streams()))
     # of ten rows between two temperatures one is on a sample and none of the others is near one

@@ -9,10 +9,8 @@ from numpy.typing import NDArray
 
 from urdyn.errors import LogError
 from urdyn.signal.channels import by_column, columns, is_state
-from urdyn.signal.stretches import GAP, median_step, stretches
+from urdyn.signal.stretches import EVEN, GAP, median_step, stretches
 from urdyn.types import Array, Defect, Log
-
-ON_GRID = 1e-6  # [-] of a period: a stamp this close to the grid is on it
 
 
 def synchronise(*logs: Log, rate: float = 100.0) -> Log:
@@ -31,7 +29,7 @@ def synchronise(*logs: Log, rate: float = 100.0) -> Log:
         for name, values in log.channels.items():
             if name in channels:
                 raise LogError(f"two logs have {name}; drop one", log.source.path, column=name)
-            channels[name] = _onto(grid, log.t, values, hold=is_state(name), near=ON_GRID / rate)
+            channels[name] = _onto(grid, log.t, values, hold=is_state(name), near=EVEN / rate)
             defects += _defects(name, grid, _spoken(log, name), channels[name], rate)
     return Log(grid, channels, replace(logs[0].source, rows=None), tuple(defects))
 
@@ -48,7 +46,7 @@ def _grid(logs: tuple[Log, ...], rate: float) -> Array:
         raise LogError("nothing to synchronise", logs[0].source.path if logs else "")
     origin = min(float(t[0]) for t in stamps)
     spans = {
-        (int(np.ceil(begin - ON_GRID)), int(np.floor(end + ON_GRID)) + 1)
+        (int(np.ceil(begin - EVEN)), int(np.floor(end + EVEN)) + 1)
         for t in stamps
         for rows in stretches(t)
         for begin, end in [(t[rows][[0, -1]] - origin) * rate]
@@ -92,7 +90,7 @@ def _defects(name: str, grid: Array, stamps: Array, values: Array, rate: float) 
     after = np.minimum(after, len(stamps) - 1)
     nearest = np.minimum(np.abs(grid - stamps[after]), np.abs(grid - stamps[after - 1]))
     known = np.isfinite(columns(values)).any(1)
-    filled = int((known & (nearest > (0.5 + ON_GRID) / rate)).sum())
+    filled = int((known & (nearest > (0.5 + EVEN) / rate)).sum())
     gaps = len(list(stretches(stamps))) - 1
     found = [
         Defect(f"{name} not measured within half a period", filled, 0, "interpolated"),
