@@ -10,7 +10,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 from tracker import HIDDEN, Session, session
 
-from urdyn.errors import ArmError
+from urdyn.errors import ArmError, InputError
 from urdyn.identify.kinematics import Recorded, calibrate, evaluate, most_informative, workspace
 from urdyn.identify.kinematics.calibration import drawn, everything, rms
 from urdyn.identify.kinematics.gross import moderate, weights
@@ -28,7 +28,7 @@ from urdyn.model.collision import free
 from urdyn.model.geometry.chain_pose import flange
 from urdyn.model.geometry.drawing import drawing_of, placed
 from urdyn.model.geometry.transmission import compliance, transmission
-from urdyn.types import Array
+from urdyn.types import Array, Log
 
 SEEN = np.setdiff1d(np.arange(22), HIDDEN)
 FILES = (
@@ -282,3 +282,8 @@ def test_days_that_were_not_seen_are_predicted(recordings: Path) -> None:
     off = {k: rms(f, score.sound) for k, f in score.fits.items()}
     assert off["geometry and joints"] < 0.5 * off["geometry"] < 0.7 * off["nominal"]
     assert off["geometry and joints"] < 2.0 * np.median(found.space.error)
+
+
+def test_a_log_is_no_poses(ur10e: Arm) -> None:
+    with pytest.raises(InputError, match=r"poses: takes a Poses, as urdyn.read_poses"):
+        calibrate(ur10e, Log(np.zeros(0), {}))  # type: ignore[arg-type]

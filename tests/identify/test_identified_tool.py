@@ -3,8 +3,11 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
-from urdyn.identify import PayloadPrior
+from urdyn.errors import InputError
+from urdyn.identify import PayloadPrior, identify
+from urdyn.identify.batch import _borne
 from urdyn.identify.design import coefficients_at
 from urdyn.identify.expressions import dynamics
 from urdyn.identify.map_estimate import linearised
@@ -27,3 +30,17 @@ def test_what_is_sought_bears_the_tool_that_the_arm_bears(ur10e):
         w = linearised(unknowns, places, point, z)[0]
         expected = coefficients_at(replace(point, payload=borne))
         np.testing.assert_allclose(w, np.concatenate(expected), rtol=1e-9, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    "tool", [1.2, [1.2], [-1.0, *[0.0] * 9], [1.0, 0.1, *[0.0] * 8], [np.nan] * 10]
+)
+def test_a_tool_that_no_body_is_like_is_refused(ur5e, motion, tool):
+    with pytest.raises(InputError, match="tool"):
+        identify(ur5e, motion, tool=tool)
+
+
+def test_nothing_a_point_and_a_ball_are_tools():
+    ball = Payload(1.2, np.array([0.1, 0.0, 0.06])).inertials()
+    for tool in (np.zeros(10), np.eye(10)[0], ball):
+        np.testing.assert_array_equal(_borne(tool), tool)

@@ -7,7 +7,7 @@ import pytest
 from plain_logs import clock, counts, log_of
 from scipy.signal import savgol_filter
 
-from urdyn.errors import LogError
+from urdyn.errors import InputError, LogError
 from urdyn.signal import (
     smooth,
     synchronise,
@@ -121,3 +121,15 @@ def test_synchronising_nothing_and_twice_the_same_are_refused() -> None:
         synchronise(states, states)
     with pytest.raises(LogError, match="nothing to synchronise"):
         synchronise(states.slice(0, 0))
+
+
+@pytest.mark.parametrize("rate", [-5.0, 0.0, np.nan, np.inf])
+def test_a_rate_at_which_nothing_comes_is_refused(rate: float) -> None:
+    with pytest.raises(InputError, match=r"rate .*: takes a rate above 0"):
+        synchronise(*streams(), rate=rate)
+
+
+@pytest.mark.parametrize(("window", "degree"), [(3, 3), (0, 0), (2.5, 1), (21, -1)])
+def test_a_filter_that_determines_nothing_is_refused(window: int, degree: int) -> None:
+    with pytest.raises(InputError, match="takes a whole number"):
+        smooth(streams()[0], window=window, degree=degree)

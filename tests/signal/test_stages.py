@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from plain_logs import clock, counts, log_of
 
+from urdyn.errors import InputError
 from urdyn.signal import (
     PAPER,
     Pipeline,
@@ -78,6 +79,19 @@ def test_limits_become_minus_one_and_one() -> None:
     log = log_of(clock(1, 2.0), actual_q=np.array([[-6.0, 0.0], [0.0, 1.0], [6.0, 2.0]]))
     out = normalise(log, limits={"actual_q": ([-6.0, 0.0], [6.0, 2.0]), "not_there": (0.0, 1.0)})
     assert out.channels["actual_q"].tolist() == [[-1, -1], [0, 0], [1, 1]]
+
+
+@pytest.mark.parametrize("limits", [(1.0, 1.0), (1.0, -1.0), (np.nan, 1.0), (0.0, np.inf)])
+def test_limits_that_bound_nothing_are_refused(limits: tuple[float, float]) -> None:
+    with pytest.raises(InputError, match="actual_q"):
+        normalise(driven(), limits={"actual_q": limits})
+
+
+def test_a_scaling_can_be_undone_or_is_none() -> None:
+    with pytest.raises(InputError, match="no scale of 0"):
+        Scaling({"actual_q": np.zeros(2)}, {"actual_q": np.array([1.0, 0.0])})
+    with pytest.raises(InputError, match="different channels"):
+        Scaling({}, {"actual_q": np.ones(2)})
 
 
 def test_every_stage_of_the_paper_can_be_looked_at() -> None:

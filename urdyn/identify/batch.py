@@ -7,17 +7,19 @@ from collections.abc import Sequence
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from urdyn.errors import IdentifiabilityError
+from urdyn.errors import IdentifiabilityError, InputError
 from urdyn.given import given_a, given_each, given_motion
 from urdyn.identify.design import blocks
 from urdyn.identify.enough import too_few
 from urdyn.identify.fit import Fit
 from urdyn.identify.search import Run, search
 from urdyn.model.arm import Arm
+from urdyn.model.consistency import is_consistent
 from urdyn.model.population import population
 from urdyn.progress import Progress, silent
 from urdyn.types import Array, Mask, Motion
 
+POINT = 1e-9  # [m²] that rounding makes of the spread of a point
 SPAN = 50  # rows whose median encoders of an arm that stands hardly move
 MOVED = 0.01  # [rad] by which a joint goes somewhere
 
@@ -41,7 +43,7 @@ def identify(
         progress: called with what is being done, and the share that is behind.
 
     Raises:
-        InputError: the gains are not one a joint, finite and above 0.
+        InputError: the gains are not one a joint, finite and above 0; no body is like the tool.
         IdentifiabilityError: nothing moves, or too little is there.
     """
     given_a(arm, Arm, "arm", "as urdyn.load_arm(name) gives")
@@ -50,10 +52,20 @@ def identify(
         given_motion(run.motion)
     if gain is not None:
         gain = given_each(gain, "gain", (arm.joints,), "finite numbers above 0", _possible)
+    if tool is not None:
+        tool = _borne(tool)
     _check(arm, runs)
     # The matrices are small: threads of the linear algebra would wait for one another.
     with threadpool_limits(1):
         return search(arm, runs, gain, tool, progress)
+
+
+def _borne(tool: Array) -> Array:
+    """Inertials (10,) of a tool: nothing, or of a body, a point perhaps; else InputError."""
+    tool = given_each(tool, "tool", (10,))
+    if tool.any() and not is_consistent(tool, -POINT):
+        raise InputError(f"tool {tool}: takes a body's, as Payload(mass, com).inertials() gives")
+    return tool
 
 
 def _possible(gain: Array) -> Mask:

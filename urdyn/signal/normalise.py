@@ -9,6 +9,7 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import ArrayLike
 
+from urdyn.errors import InputError
 from urdyn.signal.channels import is_state
 from urdyn.types import Array, Log, frozen
 
@@ -26,7 +27,12 @@ class Scaling:
         for name in ("centre", "scale"):
             values = {key: frozen(value) for key, value in getattr(self, name).items()}
             object.__setattr__(self, name, MappingProxyType(values))
-        assert self.centre.keys() == self.scale.keys(), "one centre a scale"
+        if self.centre.keys() != self.scale.keys():
+            raise InputError("centre and scale name different channels; each takes both")
+        for name, scale in self.scale.items():
+            if not (np.isfinite(scale) & (scale != 0.0) & np.isfinite(self.centre[name])).all():
+                told = f"{name}: centre {self.centre[name]}, scale {scale}"
+                raise InputError(f"{told}: takes finite numbers, and no scale of 0")
 
     @classmethod
     def standard(cls, log: Log) -> Scaling:
@@ -39,6 +45,9 @@ class Scaling:
     def ranges(cls, limits: Limits) -> Scaling:
         """From (low, high), in each channel's unit, to (-1, 1)."""
         bounds = {n: (np.asarray(lo), np.asarray(hi)) for n, (lo, hi) in limits.items()}
+        for name, (lo, hi) in bounds.items():
+            if not (lo < hi).all():
+                raise InputError(f"limits of {name} {lo}, {hi}: takes a lower and an upper one")
         return cls(
             {name: (hi + lo) / 2 for name, (lo, hi) in bounds.items()},
             {name: (hi - lo) / 2 for name, (lo, hi) in bounds.items()},

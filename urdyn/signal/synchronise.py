@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from urdyn.errors import LogError
+from urdyn.given import given_number, positive
 from urdyn.signal.channels import by_column, columns, is_state
 from urdyn.signal.stretches import EVEN, GAP, median_step, stretches
 from urdyn.types import Array, Defect, Log
@@ -22,6 +23,7 @@ def synchronise(*logs: Log, rate: float = 100.0) -> Log:
     NaN. Where no channel speaks the base has no rows, for a night is not a million of them. What
     was filled in, and the gaps, are counted in the defects, channel by channel.
     """
+    rate = given_number(rate, "rate", "a rate above 0 [Hz]", positive)
     grid = _grid(logs, rate)
     channels: dict[str, Array] = {}
     defects = [defect for log in logs for defect in log.defects]

@@ -59,3 +59,9 @@ def test_what_there_is_no_time_for_is_refused(ur10e):
     for kind in ("probe", "poses"):
         with pytest.raises(InputError, match="ask for"):
             excite(ur10e, Ask(kind=kind, duration=3.0, rate=50.0))
+
+
+@pytest.mark.parametrize("joint", [-1, 6, 1.5])
+def test_a_joint_that_no_arm_has_is_not_probed(ur10e, joint):
+    with pytest.raises(InputError, match=r"joint .* from 0 to 5"):
+        excite(ur10e, replace(PROBE, joint=joint))

@@ -256,7 +256,7 @@ def test_what_cannot_be_recorded_says_why_and_leaves_no_file(tmp_path: Path) -> 
         record("127.0.0.9:1", tmp_path / "a.txt")
     with pytest.raises(InputError, match="no such place"):
         record("127.0.0.9:1", tmp_path / "none" / "a.csv")
-    for none in ({"frequency": -1}, {"frequency": 0}, {"duration": 0}):
+    for none in ({"frequency": -1}, {"frequency": 0}, {"duration": 0}, {"duration": "3"}):
         with pytest.raises(InputError, match="above 0"):
             record("127.0.0.9:1", tmp_path / "a.csv", **none)
     with serve(iter(()), port=0), pytest.raises(InputError, match="no address"):

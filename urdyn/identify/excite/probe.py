@@ -13,6 +13,7 @@ from itertools import cycle
 import numpy as np
 
 from urdyn.errors import InputError, UnsafeMotionError
+from urdyn.given import given_number
 from urdyn.identify.excite.proof import Proof, Safe, prove
 from urdyn.model.arm import Arm
 from urdyn.simulate.limits import Limits
@@ -34,8 +35,11 @@ def probe(
     """The probe of a joint of an arm, with what it carries, and the proof that it is safe.
 
     Raises:
+        InputError: there is no such joint, or not the time for its strokes.
         UnsafeMotionError: no pose leaves the joint room.
     """
+    takes = f"the number of a joint, from 0 to {arm.joints - 1}"
+    given_number(joint, "joint", takes, lambda x: np.isin(x, np.arange(arm.joints)))
     strokes = list(_strokes(safe.limits, joint, duration))
     if not strokes:
         raise InputError(f"{duration:g} s are too short for a probe; ask for {LEAST:g} s or more")

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from urdyn.errors import InputError
+from urdyn.given import given_a
 from urdyn.identify.kinematics.choose_poses import most_informative
 from urdyn.identify.kinematics.doubts import Verdict, Weakness, rank_of, verdict, weaknesses
 from urdyn.identify.kinematics.gross import moderate
@@ -90,6 +91,8 @@ def calibrate(arm: Arm, poses: Poses, progress: Progress = silent, seed: int = 0
         progress: called with what is being done, and the share that is behind.
         seed: of all draws: the same poses make the same calibration.
     """
+    given_a(arm, Arm, "arm", "as urdyn.load_arm(name) gives")
+    given_a(poses, Poses, "poses", "as urdyn.read_poses(path) gives")
     rng, poses = np.random.default_rng(seed), thinned(poses)
     drawing = drawing_of(arm)
     progress("finding base and tool", 0.0)

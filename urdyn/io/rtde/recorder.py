@@ -8,7 +8,8 @@ from collections.abc import Callable, Collection
 from pathlib import Path
 from queue import SimpleQueue
 
-from urdyn.errors import InputError, RtdeError, UrdynError
+from urdyn.errors import RtdeError, UrdynError
+from urdyn.given import given_number, positive
 from urdyn.io.rtde.client import Client, Event, connect, parse_address
 from urdyn.io.rtde.journal import Journal
 from urdyn.io.rtde.recipe import DEFAULT
@@ -36,8 +37,9 @@ def record(
     that writing delays no package; a connection that drops is taken up again. An interruption may
     come between counting packages and writing them, and cost those; `stop` costs none.
     """
-    if not all(x is None or x > 0 for x in (duration, frequency)):
-        raise InputError("duration and frequency are to be above 0")
+    for what, number in (("duration", duration), ("frequency", frequency)):
+        if number is not None:
+            given_number(number, what, "a number above 0", positive)
     target, port = parse_address(host)
     journal, names = Journal(out), _names(recipe)
     with connect(target, port, names, frequency) as client:
