@@ -184,6 +184,26 @@ def test_a_live_run_that_is_resumed_knows_what_it_lost_and_what_is_to_come(works
     assert 0.0 < shares[0] < 0.2 and shares[-1] == 1.0
 
 
+def test_a_live_run_goes_on_with_the_period_that_it_began_with(workshop, tmp_path):
+    """On a ROS 2 graph the first few stamps tell it, at every start another."""
+    told = list(samples(workshop.log))
+
+    def heard(begin, end, period):
+        def start(_):
+            return (Arrival(sample, sample.t) for sample in told[begin:end])
+
+        made = open_source(str(workshop.recording))
+        return replace(made, live=True, length=0, period=period, start=start)
+
+    whole, parted = tmp_path / "whole", tmp_path / "parted"
+    workshop.track(whole, heard(0, 200, 0.01))
+    workshop.track(parted, heard(0, 100, 0.01))
+    with pytest.raises(InputError, match="another period;"):
+        workshop.track(parted, heard(100, 200, 0.011))
+    workshop.track(parted, heard(100, 200, 0.010003))
+    assert_same(whole, parted)
+
+
 def test_a_checkpoint_that_does_not_say_whose_it_is_is_refused(workshop, dead):
     with np.load(dead / FILE) as archive:
         about, numbers = json.loads(str(archive["about"])), archive["numbers"]

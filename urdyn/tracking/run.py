@@ -5,7 +5,7 @@ from __future__ import annotations
 import gc
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import ExitStack, closing, contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -43,6 +43,7 @@ from urdyn.version import __version__
 SWITCH = 5e-4  # [s] after which one thread lets another in
 PART = 10.0  # [s] of data between checkpoints: what is done again after a kill
 AGAIN = 1000  # samples of a recording between them, at least: a second or so of work
+ALIKE = 0.05  # [-] by which periods of one stream differ, each told by a few stamps
 
 S = TypeVar("S")
 
@@ -84,17 +85,18 @@ def run(
     out.mkdir(parents=True, exist_ok=True)
     if lack := beliefs.lacking(tracker.filter):
         source.tell(lack)
-    identity = {
-        "version of urdyn": __version__,
-        "twin": twin_sha256,
-        "source": source.identity,
-        "network": repr(tracker.network),  # to the last digit of its coefficients
-        **_settings(tracker),
-    }
     # The matrices are small: threads of the linear algebra would wait for one another.
     with alone(out), threadpool_limits(1):
         if fresh:
             checkpoint.remove(out)
+        tracker, source = _at_the_pace(checkpoint.whose(out), tracker, source)
+        identity = {
+            "version of urdyn": __version__,
+            "twin": twin_sha256,
+            "source": source.identity,
+            "network": repr(tracker.network),  # to the last digit of its coefficients
+            **_settings(tracker),
+        }
         start = Checkpoint(tracker.init(), interest.nothing_yet(joints), no_losses(joints))
         with writing_parts(out):
             begun = checkpoint.load(start, identity, out)
@@ -129,6 +131,16 @@ def _settings(tracker: Tracker[S]) -> dict[str, str]:
         "period": str(tracker.period),
         "choice of streams": str(tracker.beside),
     }
+
+
+def _at_the_pace(
+    begun: Mapping[str, str], tracker: Tracker[S], source: Source
+) -> tuple[Tracker[S], Source]:
+    """With the period that a live run was `begun` with, where its stream tells it anew."""
+    period = float(begun.get("period", "nan"))
+    if source.live and abs(source.period - period) < ALIKE * period:
+        return replace(tracker, period=period), replace(source, period=period)
+    return tracker, source
 
 
 @contextmanager
