@@ -39,6 +39,23 @@ def test_nobody_knows_a_lubricant_before_its_joint():
     np.testing.assert_array_equal(warmed(known, np.full(2, np.nan), 1.0), known)
 
 
+@pytest.mark.parametrize("later", [600.0, 36000.0, -5.0])
+def test_a_joint_that_cools_in_a_gap_is_cold_after_it_and_so_is_one_whose_clock_was_set_back(
+    workshop, later
+):
+    """Every drift of a night is too much; all of its cooling is not."""
+    tracker = Tracker(workshop.fit, EKF(), 0.01)
+    state, told = tracker.init(), list(samples(workshop.log.slice(0, 60)))
+    for sample in told:
+        state, _ = tracker.step(state, replace(sample, temperature=np.full(6, 45.0)))
+    np.testing.assert_array_equal(state.joints.lubricant, 45.0)
+    for sample in told:
+        cold = replace(sample, t=sample.t + later, temperature=np.full(6, 22.0))
+        state, _ = tracker.step(state, cold)
+    expected = 22.0 + 23.0 * np.exp(-later / LAG) if later > 0.0 else 22.0
+    np.testing.assert_allclose(state.joints.lubricant, expected, atol=0.1)
+
+
 def shift(duration):
     """A cold arm at work, and its commissioned model."""
     dynamics, fit = commissioned(0)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import isfinite
 
 import numpy as np
@@ -40,6 +40,11 @@ def before_any(joints: int) -> JointState:
     return JointState(nothing, unknown, nothing, np.zeros((2, joints)), nothing, unknown)
 
 
+def long_ago(before: JointState) -> JointState:
+    """After nobody knows how long: lubricant is as warm as its joint."""
+    return replace(before, lubricant=np.full_like(before.lubricant, np.nan))
+
+
 @dataclass(frozen=True, eq=False)
 class JointMotion:
     """From the last instant to this one."""
@@ -75,7 +80,7 @@ def joint_motion(
         unchanged=unchanged,
         bristles=bristles,
         travelled=travelled,
-        lubricant=warmed(before.lubricant, now.temperature, passed),
+        lubricant=warmed(before.lubricant, now.temperature, dt),
     )
     return JointMotion(
         passed=passed,

@@ -22,7 +22,7 @@ from urdyn.signal.stretches import GAP
 from urdyn.tracking import beliefs, colour
 from urdyn.tracking.abrupt_changes import accumulated, no_evidence
 from urdyn.tracking.change_detection import ChangeDetector, Hypothesis
-from urdyn.tracking.joint_motion import LONGEST, JointMotion, before_any, joint_motion
+from urdyn.tracking.joint_motion import LONGEST, JointMotion, before_any, joint_motion, long_ago
 from urdyn.tracking.model import STRIDE, Drift, tracking_model
 from urdyn.tracking.network import of_arm
 from urdyn.tracking.past_beliefs import PastBeliefs, RollbackPoint
@@ -233,7 +233,8 @@ class Tracker(Generic[S]):
         if dt <= 0.0:  # a clock that was set, or a controller that began anew: who knows how long
             past = replace(state.past, marked=-np.inf)
             state = replace(state, changed_at=-np.inf, widened=-np.inf, past=past)
-            state = replace(state, rest=Rest(), implausible=ImplausibleLoads())
+            joints, nothing = long_ago(state.joints), ImplausibleLoads()
+            state = replace(state, rest=Rest(), implausible=nothing, joints=joints)
             dt = LONGEST
         if dt > GAP * self.period:  # noise has no past
             state = replace(state, colour=colour.interrupted(state.colour))
