@@ -5,7 +5,7 @@ from functools import partial
 
 import numpy as np
 import pytest
-from workshop import commissioned
+from workshop import Workshop, commissioned
 
 from urdyn.estimate import EKF
 from urdyn.identify import Fit
@@ -62,6 +62,23 @@ def test_a_rest_is_one_after_which_something_else_may_be_carried() -> None:
     assert off.just(7.0 + 0.9 * LEARNT) and not off.just(7.0 + 1.1 * LEARNT)
     assert not off.known(7.0 + 0.9 * LEARNT) and off.known(7.0 + 1.1 * LEARNT)
     assert not rest.known(1e9)
+
+
+@pytest.mark.parametrize(("lasts", "rests"), [(0.1, False), (REST, True), (3600.0, True)])
+def test_a_gap_may_hide_a_rest_in_which_something_was_gripped(
+    workshop: Workshop, lasts: float, rests: bool
+) -> None:
+    """An arm that moves before it and after it: what is light may be carried from then on."""
+    tracker = Tracker(workshop.fit, EKF(), 0.01)
+    state, told = tracker.init(), list(samples(workshop.log.slice(0, 80)))
+    for sample in told[:40]:
+        state, reading = tracker.step(state, sample)
+        assert reading is None or reading.inputs.taken is None
+    off = []
+    for sample in told[40:]:
+        state, reading = tracker.step(state, replace(sample, t=sample.t + lasts))
+        off += [] if reading is None else [reading.inputs.taken is not None]
+    assert off == [rests] + [False] * (len(off) - 1)
 
 
 def test_what_is_known_worse_must_be_further_apart() -> None:

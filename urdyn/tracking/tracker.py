@@ -236,8 +236,9 @@ class Tracker(Generic[S]):
             joints, nothing = long_ago(state.joints), ImplausibleLoads()
             state = replace(state, rest=Rest(), implausible=nothing, joints=joints)
             dt = LONGEST
-        if dt > GAP * self.period:  # noise has no past
-            state = replace(state, colour=colour.interrupted(state.colour))
+        if GAP * self.period < dt < np.inf:  # noise has no past
+            noise, rest = colour.interrupted(state.colour), state.rest.unseen(dt)
+            state = replace(state, colour=noise, rest=rest)
         return state, dt
 
     def _after(

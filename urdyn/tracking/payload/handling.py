@@ -10,7 +10,7 @@ around another.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -28,7 +28,7 @@ APART = 4.0  # [sd] between what is carried and what was: more, and it is someth
 class Rest:
     """Of the arm's last rest, as far as a gripper may have used it."""
 
-    lasted: float = 0.0  # [s] since the last joint moved
+    lasted: float = 0.0  # [s] since the last joint was seen to move
     left: float = np.inf  # [s] since when it has carried nobody knows what; inf: it is known
     over: float = -np.inf  # [s] when the arm set off, whatever it carries
 
@@ -43,6 +43,10 @@ class Rest:
     def just(self, t: float) -> bool:
         """Whether the arm stood until just now."""
         return t - self.over < LEARNT
+
+    def unseen(self, dt: float) -> Rest:
+        """After `dt` [s] of which nobody knows whether the arm stood: a long gap is a rest."""
+        return replace(self, lasted=self.lasted + dt) if dt > REST else self
 
     def after(self, moving: bool, dt: float, left: float, t: float) -> Rest:
         """One instant on, at t [s], dt after the one before."""
