@@ -12,6 +12,7 @@ from urdyn.tracking import colour as noise
 
 J, PERIOD = 6, 0.01
 NOTHING = np.zeros(J)
+LONG = 6000  # samples over which noise is averaged
 SURE = np.ones(J, dtype=bool)
 COMMISSIONED = Noise(np.ones(J), np.ones(J), np.full(J, 100.0), np.zeros((J, 0)))
 
@@ -31,6 +32,16 @@ def test_white_noise_stays_white_and_its_size_is_found():
     np.testing.assert_allclose(colour.scale, 1.1, rtol=0.04)
     assert np.abs(colour.ar).max() < 4.0 / np.sqrt(6000.0)
     assert (colour.slow < 0.25 * colour.scale).all()
+
+
+def test_samples_that_were_not_there_do_not_count():
+    """A joint that stood for an hour is told its noise as soon as one that did not."""
+    loud = 3.0 * np.random.default_rng(4).standard_normal((500, J))
+    stood = np.full((LONG, J), np.nan)
+    stood[:, 1:] = np.random.default_rng(5).standard_normal((LONG, J - 1))
+    at_once, later = heard(loud), heard(np.concatenate([stood, loud]))
+    assert later.scale[0] == pytest.approx(at_once.scale[0], rel=0.02)
+    assert (later.scale[1:] < 0.8 * later.scale[0]).all()  # 500 samples of 6000, and of 1000
 
 
 def test_what_is_coloured_is_whitened():

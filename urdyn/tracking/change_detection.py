@@ -220,7 +220,7 @@ class ChangeDetector(Generic[S]):
         self, state: TrackerState[S], t: float, mean: Array, phase: HandlingPhase
     ) -> Detection:
         """An abrupt change, and what evidence is left for the next."""
-        looks = state.colour.count % self._look < 1.0
+        looks = state.colour.sample % self._look < 1.0
         change, evidence = self._abrupt(state, t, mean) if looks else (None, state.evidence)
         if change is None and not phase.unknown:
             change = self._wore(state, t)
@@ -242,7 +242,7 @@ class ChangeDetector(Generic[S]):
     def _wore(self, state: TrackerState[S], t: float) -> AbruptChange | None:
         """A drive that wore before the run, or does, told while nothing else is in question."""
         unsettled = state.evidence.highest or t - state.changed_at < PATIENCE
-        if unsettled or (state.colour.count - self._ask // 8) % self._ask >= 1.0:
+        if unsettled or (state.colour.sample - self._ask // 8) % self._ask >= 1.0:
             return None  # between looks at the colour: no one sample has it all
         handling = np.isfinite(state.rest.left)
         if handling and self._payload(state.belief)[1][0] > KNOWN:
@@ -261,7 +261,7 @@ class ChangeDetector(Generic[S]):
         if not is_gaussian(self.filter):
             return None
         reference, sure = state.past.reference, SURE
-        recent, turn = state.past.recent, state.colour.count // self._ask % 2.0
+        recent, turn = state.past.recent, state.colour.sample // self._ask % 2.0
         if turn and state.moved - recent.moved > YOUNG:
             reference, sure = recent, SURER
         before, now = self.filter.belief(reference.belief), self.filter.belief(state.belief)

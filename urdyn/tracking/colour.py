@@ -63,8 +63,9 @@ class Colour:
     past: Array  # (p, J, w + 1) packed inputs and current [A], newest first; NaN where none is told
     left: Array  # (L, J) [A] residuals without the model's slow part, newest first
     alike: Array  # (p + 3, J) [A²] mean product of residuals 0 .. p samples, FAR, around FAR apart
-    count: float  # samples behind that
-    known: Array  # (p + 3, J) samples that count besides
+    count: Array  # (p + 3, J) samples behind each, those of the first day among them
+    known: Mask  # (J,) whether something was slow on the first day
+    sample: float  # how many there were, with a current or without
     ar: Array  # (J, p)
     scale: Array  # (J,) [A] sd of w
     slow: Array  # (J,) [A] sd
@@ -86,13 +87,15 @@ def first(noise: Noise, width: int, period: float) -> Colour:
     slow = np.where(told, noise.slow, 0.0) ** 2
     ar = np.asarray(np.linalg.solve(_neighbours(quick), quick[1:].T[..., None]))[..., 0]
     sd = np.sqrt(np.maximum(quick[0] - np.einsum("jk,kj->j", ar, quick[1:]), TINY**2))
-    besides = [np.where(told, SLOW_TRUST / period, 0.0)] * 2
+    count = np.full((ORDER + 3, J), TRUST)
+    count[-2:] += np.where(told, SLOW_TRUST / period, 0.0)
     return Colour(
         past=np.full((ORDER, J, width + 1), np.nan),
         left=np.full((_around(period).stop, J), np.nan),
         alike=np.concatenate([quick, np.zeros((2, J))]) + slow * _passing(period),
-        count=TRUST,
-        known=np.concatenate([np.zeros((ORDER + 1, J)), besides]),
+        count=count,
+        known=told,
+        sample=0.0,
         ar=ar,
         scale=sd,
         slow=np.fmax(np.sqrt(slow), SLOWEST * sd),
@@ -151,7 +154,7 @@ def interrupted(colour: Colour) -> Colour:
 def unlearnt(colour: Colour, before: Colour) -> Colour:
     """Known no better than it was before; what was left since was no noise."""
     nothing = np.full_like(colour.left, np.nan)
-    return replace(before, past=colour.past, left=nothing)
+    return replace(before, past=colour.past, left=nothing, sample=colour.sample)
 
 
 def foreseen(colour: Colour, slow: Array) -> Array:
@@ -177,12 +180,12 @@ def learnt(colour: Colour, left: Array, unknown: Array, sure: Mask, period: floa
     product = held / KEPT * earlier
     product[0] -= unknown
     product[1:] += colour.taken
-    gain = sure / np.minimum(colour.known + (colour.count + 1.0), LEARN / period)
-    step = gain * (product - colour.alike)
-    step[np.isnan(step)] = 0.0
-    alike = colour.alike + step
+    used = sure & np.isfinite(product)
+    count = colour.count + used
+    step = (product - colour.alike) / np.minimum(count, LEARN / period)
+    alike = colour.alike + np.where(used, step, 0.0)
     np.maximum(alike[0], TINY**2, out=alike[0])
-    colour = changed(colour, left=left, alike=alike, count=colour.count + 1.0)
+    colour = changed(colour, left=left, alike=alike, count=count, sample=colour.sample + 1.0)
     return _looked_at(colour, period) if due(colour, period) else colour
 
 
@@ -192,8 +195,8 @@ def _mean(rows: Array) -> Array:
 
 
 def due(colour: Colour, period: float) -> bool:
-    """Whether the averages are to be looked at, at this count of samples."""
-    return colour.count % _pause(period) < 1.0
+    """Whether the averages are to be looked at, at this sample."""
+    return colour.sample % _pause(period) < 1.0
 
 
 @lru_cache(maxsize=8)
@@ -219,7 +222,7 @@ def doubting(colour: Colour, doubted: Array, sure: Mask, period: float) -> Colou
             is none.
         sure: as `learnt` has it.
     """
-    gain = _pause(period) / np.minimum(colour.count + colour.known[0], LEARN / period)
+    gain = _pause(period) / np.minimum(colour.count[0], LEARN / period)
     passed = (1.0 - colour.ar.sum(axis=1)) ** 2 * colour.alone
     found = np.where(sure, doubted - passed, colour.modelled)
     return changed(colour, modelled=colour.modelled + gain * (found - colour.modelled))
@@ -228,8 +231,8 @@ def doubting(colour: Colour, doubted: Array, sure: Mask, period: float) -> Colou
 def _looked_at(colour: Colour, period: float) -> Colour:
     """The filter and the slow noise that the averages tell of."""
     p, power = ORDER, colour.alike[0]
-    count, far = np.minimum(colour.count + colour.known[-1], LEARN / period), _slowly(colour)
-    chance = np.where(colour.known[-1] > 0.0, 0.0, CHANCE * power / np.sqrt(count))
+    count, far = np.minimum(colour.count[-1], LEARN / period), _slowly(colour)
+    chance = np.where(colour.known, 0.0, CHANCE * power / np.sqrt(count))
     passing = _passing(period)
     told = np.where(far > chance, far / passing[-1], 0.0)
     slow = np.minimum(told, 0.5 * power)
