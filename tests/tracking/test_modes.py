@@ -10,8 +10,8 @@ from urdyn.dbn.measurement import LinearMeasurement
 from urdyn.estimate import EKF
 from urdyn.signal import samples
 from urdyn.tracking import MODES, QUICKER, Tracker, losses, side_by_side
-from urdyn.tracking.blocks import Blocks, places
-from urdyn.tracking.model import ANYTHING, PAYLOAD_SD
+from urdyn.tracking.blocks import WAIT, Blocks, places
+from urdyn.tracking.model import ANYTHING, LIGHT, PAYLOAD_SD
 
 
 @pytest.fixture(scope="module")
@@ -117,6 +117,34 @@ def test_a_joint_whose_current_hardly_tells_anything_waits(workshop):
         state, _ = tracker.step(state, sample)
     assert (state.belief.wait.interval > 1).any()
     assert np.linalg.eigvalsh(tracker.filter.belief(state.belief).cov)[0] > 0.0
+
+
+def test_no_joint_waits_for_long_where_samples_are_few(workshop):
+    tracker = Tracker(workshop.fit, QUICKER["realtime"], 0.05)
+    state, longest = tracker.init(), 0
+    for sample in list(samples(workshop.log))[::5]:
+        state, _ = tracker.step(state, sample)
+        longest = max(longest, state.belief.wait.interval.max())
+    assert 1 < longest <= WAIT / 0.05
+
+
+@pytest.mark.parametrize("mode", QUICKER)
+def test_what_a_joint_waits_for_is_its_current_and_another_load_hurries_it(workshop, mode):
+    """While it stands it is doubted as it was; as it sets off it may carry anything."""
+    tracker = Tracker(workshop.fit, QUICKER[mode], 0.01)
+    state, stands = tracker.init(), np.full(6, np.nan)
+    for sample in samples(workshop.log.slice(0, 1000)):
+        state, reading = tracker.step(state, sample)
+    filter_, belief = tracker.filter, state.belief
+    for _ in range(40):
+        waits = belief.wait.count > 0
+        after, _ = filter_.step(tracker.model, belief, reading.inputs, stands)
+        np.testing.assert_array_equal(after.wait.interval[~waits], belief.wait.interval[~waits])
+        np.testing.assert_array_equal(after.variance_ratio[~waits], belief.variance_ratio[~waits])
+        belief = after
+    assert (belief.variance_ratio > 0.0).all() and not belief.wait.count.any()
+    taken = replace(reading.inputs, taken=LIGHT)
+    assert (filter_.step(tracker.model, belief, taken, stands)[0].wait.interval == 1).all()
 
 
 def test_what_waits_is_not_taken_for_the_next_payload(workshop):

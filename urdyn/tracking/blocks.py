@@ -38,6 +38,7 @@ from urdyn.types import Array, Gaussian, Index, Mask, changed
 CALM = 1.5  # [-] of the innovations' average size, where 1 is expected
 WILDEST = 10.0  # [-] that one sample counts for at most
 MEMORY = 50.0  # samples over which the innovations' size is averaged
+WAIT = 0.16  # [s] for which a joint waits, at most, for what varies meanwhile is lost
 SELDOM = 1.2  # [s] between two moves of the covariance: as long as the quickest, slow noise, lasts
 ROUNDING = 1e-10  # [-] of a variance, below which it is none
 SHARED = -1
@@ -100,7 +101,7 @@ class BlockBelief:
 class Blocks:
     """Filter of drives given what they share; `longest` 1: simplified, more: realtime."""
 
-    longest: int = 1  # samples that a joint may wait for
+    longest: int = 1  # samples that a joint may wait for, where they take no longer than WAIT
 
     def init(self, model: TwoSlice[RobotSlice]) -> BlockBelief:
         """The model's prior, but for what drives share beside what all do."""
@@ -130,6 +131,8 @@ class Blocks:
         """Add the sample up, and learn where enough have gathered; from measurements, at once."""
         if isinstance(u, LinearMeasurement):
             return _heard(state, u, y)
+        if changes := _changes(u):
+            state = replace(state, wait=state.wait.hurried())
         if u.widen:  # what waits is of the payload before
             state = replace(state, wait=state.wait.emptied())
         x = model.transition(state.mean, u)
@@ -143,11 +146,15 @@ class Blocks:
         surprise = state.surprise + (size - state.surprise) * (told.measured > 0) / MEMORY
         wait, still = state.wait.added(H, residual, R), state.still + u.span
         state = changed(state, mean=x, surprise=surprise, wait=wait, still=still)
-        calm = surprise < CALM and not _changes(u)
-        if still >= SELDOM or _changes(u):
+        calm = surprise < CALM and not changes
+        if still >= SELDOM or changes:
             state = _moved(model, state, u)
-        due = wait.due(calm)
-        return _learnt(state, due, self.longest if calm else 1) if due.any() else state, told
+        due, longest = wait.due(calm), self._longest(u.dt) if calm else 1
+        return _learnt(state, due, longest) if due.any() else state, told
+
+    def _longest(self, dt: float) -> int:
+        """Samples that a joint may wait for, where they are dt [s] apart."""
+        return max(1, int(min(self.longest, WAIT / dt))) if dt else self.longest
 
     def belief(self, state: BlockBelief) -> Gaussian:
         """In all states."""
@@ -200,8 +207,7 @@ def _learnt(state: BlockBelief, due: Mask, longest: int) -> BlockBelief:
     Hd = H[np.arange(len(at))[:, None], at]
     h = H.take(state.at_shared, axis=1) + (Hd[:, None] @ G[rows])[:, 0]
     VH = (state.drives[rows] @ Hd[:, :, None])[:, :, 0]
-    R = np.where(wait.R[rows] > 0.0, wait.R[rows], 1.0)  # 1 where nothing is told
-    own, hP = np.vecdot(VH, Hd), h @ P
+    R, own, hP = wait.R[rows], np.vecdot(VH, Hd), h @ P
     S, noise = hP @ h.T, R + own  # of the currents to what is shared alone
     share = (S.diagonal() + own) / R
     S.flat[:: len(S) + 1] += noise

@@ -14,22 +14,26 @@ LITTLE, MUCH = 0.05, 0.2  # [-] variance of the expected current that doubt adds
 
 @dataclass(frozen=True, eq=False)
 class Waiting:
-    """Samples that were not learnt from yet, as their sums; row j is joint j's current."""
+    """Samples that were not learnt from yet, as their sums; row j is joint j's current.
+
+    Those without a current are none.
+    """
 
     H: Array  # (J, n) [A] per unit of each state
     residual: Array  # (J,) [A]
-    R: Array  # (J,) [A²]; 0 where there is nothing
+    R: Array  # (J,) [A²]
     count: Index  # (J,) how many
     interval: Index  # (J,) samples from one time that a joint is learnt from to the next
     sample: int = 0  # how many there were before: joints that wait as long are learnt from at once
 
     def added(self, H: Array, residual: Array, R: Array) -> Waiting:
-        """One more."""
+        """One more, all 0 where there is no current."""
+        more = self.count + (R > 0.0)
         if self.count.any():
             goes_on = self.count > 0
             H = H + goes_on[:, None] * self.H
             residual, R = residual + goes_on * self.residual, R + goes_on * self.R
-        return Waiting(H, residual, R, self.count + 1, self.interval, self.sample + 1)
+        return Waiting(H, residual, R, more, self.interval, self.sample + 1)
 
     def due(self, calm: bool) -> Mask:
         """Joints that have waited long enough, (J,)."""
@@ -40,6 +44,10 @@ class Waiting:
         if not self.count.any():
             return self
         return replace(self, residual=self.residual - self.H @ step)
+
+    def hurried(self) -> Waiting:
+        """Every joint is learnt from at once again."""
+        return replace(self, interval=np.ones_like(self.interval))
 
     def emptied(self, rows: Rows = slice(None)) -> Waiting:
         """Without what waits of these joints."""
