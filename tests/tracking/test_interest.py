@@ -119,7 +119,7 @@ def test_another_payload_has_another_margin(followed):
 def test_a_run_without_a_reading_says_so():
     of = as_plain(nothing_yet(2), ("one", "two"))
     assert of["payload_margin_kg"]["value"] is None
-    assert of["joints"][0]["rre_percent"] is None
+    assert of["joints"][0]["rre_percent"] is None and of["joints"][0]["rmse_A"] is None
 
 
 def workshop_names(tracker):

@@ -10,8 +10,8 @@ from urdyn.dbn import Edge, Network, Node, figure2
 from urdyn.errors import InputError
 from urdyn.estimate import EKF
 from urdyn.io import write
-from urdyn.signal import Sample
-from urdyn.tracking import open_source
+from urdyn.signal import Sample, samples
+from urdyn.tracking import Arrival, open_source
 from urdyn.tracking.joint_motion import STANDING
 from urdyn.tracking.losses import as_plain, counted, no_losses, too_sparse
 from urdyn.tracking.modes import QUICKER
@@ -37,6 +37,26 @@ def test_what_is_lost_repeated_and_set_back_is_told_apart():
         "clock_set_back": 1, "refused": 0, "undrawn": 2,
         "without_current": [0.0, pytest.approx(1 / 7)], "defects": ["a"],
     }  # fmt: skip
+
+
+def test_who_begins_anew_on_the_way_still_tells_what_the_run_lacked(workshop, tmp_path):
+    log = workshop.log.slice(0, 400)
+    channels = {name: x.copy() for name, x in log.channels.items()}
+    channels["actual_q"][100, 2] += 1.0  # torn
+    channels["actual_current"][110, 1] = 500.0
+    told = list(samples(replace(log, channels=channels)))
+    recorded = open_source(str(workshop.recording))
+
+    def quality(anew):
+        def start(first):
+            return (Arrival(s, np.nan, k == anew) for k, s in enumerate(told[first:], first))
+
+        source = replace(recorded, length=len(told), start=start)
+        return workshop.track(tmp_path / str(anew), source)["quality"]
+
+    undisturbed, anew = quality(None), quality(200)
+    assert anew["refused"] == undisturbed["refused"] > 0
+    assert anew["undrawn"] == undisturbed["undrawn"] == 1
 
 
 def test_a_run_tells_what_its_recording_lacked(workshop, tmp_path):

@@ -27,7 +27,7 @@ class Interest:
     """What a run has shown so far; J joints."""
 
     t: float  # [s] of the newest reading
-    seconds: float  # [s] of motion that the sums are over
+    seconds: float  # [s] that the sums are over, rests and all
     used: Array  # (J,) [-] largest share of the torque that a healthy drive can give
     used_sd: Array  # (J,) [-] of the prediction then
     spare: float  # [kg] least payload that could have been added
@@ -118,7 +118,7 @@ def gathered(
 def as_plain(interest: Interest, joint_names: tuple[str, ...]) -> dict[str, Any]:
     """The quantities in plain numbers, as `urdyn track` prints them."""
     residual, before, current = interest.squares
-    n = np.maximum(interest.samples, 1)
+    n = np.where(interest.samples > 0, interest.samples, np.nan)
     seconds = max(interest.seconds, 1e-9)
     rows = {
         "torque_margin": 1.0 - interest.used,

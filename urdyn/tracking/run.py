@@ -36,6 +36,7 @@ from urdyn.tracking.restarts import arrivals
 from urdyn.tracking.row import row, spacing
 from urdyn.tracking.setting import at_the_end
 from urdyn.tracking.source import Arrival, Source, now
+from urdyn.tracking.state import begun_anew
 from urdyn.tracking.summary import Summary, final, quality
 from urdyn.tracking.tracker import Tracker
 from urdyn.version import __version__
@@ -218,7 +219,7 @@ class _Run(Generic[S]):
     ) -> tuple[Checkpoint[S], Reading | None]:
         """One sample on, after `lost` that did not come."""
         t = arrival.sample.t
-        before = self.tracker.init() if arrival.reset else at.state
+        before = begun_anew(at.state, self.tracker.init()) if arrival.reset else at.state
         state, reading = self.tracker.step(before, arrival.sample)
         if self.observer:
             if reading:

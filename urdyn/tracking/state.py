@@ -65,6 +65,17 @@ def with_encoder_jump(
     return replace(state, belief=moved(state.belief), past=state.past.each(moved))
 
 
+def begun_anew(state: TrackerState[S], first: TrackerState[S]) -> TrackerState[S]:
+    """As at `first`, but for what is counted as long as a run lasts."""
+    return replace(
+        first,
+        causal=replace(first.causal, refused=state.causal.refused),
+        stuck=state.stuck,
+        undrawn=state.undrawn,
+        restarts=state.restarts,
+    )
+
+
 def restarted(state: TrackerState[S], first: TrackerState[S]) -> TrackerState[S]:
     """With the arm as it is believed in at `first`, and whatever it carries."""
     known = first.past.rollback
