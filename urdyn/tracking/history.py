@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Generator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -21,6 +22,7 @@ from urdyn.tracking.row import columns
 from urdyn.types import Array
 
 GROUP = 4096  # rows that are compressed together
+FEW = 8  # parts that are joined at once: of a run that is taken up again, all are there to join
 
 
 @dataclass(frozen=True)
@@ -41,8 +43,11 @@ class History:
         with writing(part_file(self.folder, number)) as stream:
             pq.write_table(pa.table(cells, schema=self._schema), stream, **self._compact)
 
-    def join(self, parts: int, origin: Mapping[str, str]) -> None:
-        """All parts as one file, DIR/history.parquet, that says what it was made of."""
+    def joined(self, origin: Mapping[str, str]) -> Generator[None, int | None, None]:
+        """One file, DIR/history.parquet, of the parts whose numbers are sent; None ends it.
+
+        It says what it was made of. One that is closed instead was never there.
+        """
         named = dict(zip(self.names, self.units, strict=True))
         about = {"urdyn.provenance": dict(origin), "urdyn.units": named}
         table = self._schema.with_metadata({key: json.dumps(value) for key, value in about.items()})
@@ -51,7 +56,7 @@ class History:
             pq.ParquetWriter(stream, table, **self._compact) as writer,
         ):
             waiting: list[pa.Table] = []
-            for number in range(parts):
+            while (number := (yield)) is not None:
                 waiting.append(self._part(number).replace_schema_metadata(table.metadata))
                 if sum(map(len, waiting)) >= GROUP:
                     _flush(writer, waiting)
@@ -84,6 +89,31 @@ class History:
         """How a table is written: bytes of a kind side by side, for most stay as they were."""
         split = {f.name: "BYTE_STREAM_SPLIT" for f in self._schema if pa.types.is_floating(f.type)}
         return {"compression": "zstd", "use_dictionary": False, "column_encoding": split}
+
+
+class Whole:
+    """All parts of a history as one file, which grows beside them."""
+
+    def __init__(self, history: History, origin: Mapping[str, str]) -> None:
+        self._file, self._next = history.joined(origin), 0  # the part that it lacks
+        next(self._file)
+
+    def approach(self, parts: int) -> None:
+        """A few parts on, where it lacks any of so many: nobody waits for long."""
+        for number in range(self._next, min(self._next + FEW, parts)):
+            self._file.send(number)
+            self._next = number + 1
+
+    def finish(self, parts: int) -> None:
+        """It has all of them."""
+        while self._next < parts:
+            self.approach(parts)
+        with suppress(StopIteration):
+            self._file.send(None)
+
+    def close(self) -> None:
+        """It is not wanted, unless it is finished."""
+        self._file.close()
 
 
 def _rows(path: Path, names: list[str] | None = None) -> pa.Table:

@@ -34,10 +34,16 @@ class Keeper(Generic[S]):
         folder: Path,
         of: Quantities,
         identity: Mapping[str, str],
+        origin: Mapping[str, str],
         observer: Observer | None,
         scribe: Helper,
     ) -> None:
-        """`scribe` is ended by whoever began it, once the run has settled or failed."""
+        """`scribe` is ended by whoever began it, once the run has settled or failed.
+
+        Args:
+            identity: whose checkpoints are.
+            origin: what the history says that it was made of.
+        """
         self._observer = observer
         self._asked: Checkpoint[S] | None = None  # waits for the onlooker
         self._fresh = False  # there are rows that are in no part
@@ -45,7 +51,8 @@ class Keeper(Generic[S]):
         self._changes: list[float] | None = None
         self._scribe = scribe
         form = {"names": of.names, "units": of.units, "joints": of.currents.reference.arm.joints}
-        task = {"folder": str(folder.absolute()), "identity": dict(identity), **form}
+        whose = {"identity": dict(identity), "origin": dict(origin)}
+        task = {"folder": str(folder.absolute()), **whose, **form}
         self._scribe.await_ready()
         self._scribe.send(words_frame(task))
 
@@ -83,9 +90,9 @@ class Keeper(Generic[S]):
         while self._kept != self._keeping:
             self._hear(self._scribe.listen())
 
-    def join(self, parts: int, origin: Mapping[str, str]) -> list[float]:
+    def join(self, parts: int) -> list[float]:
         """The parts as one file; when the payload was taken to have changed [s]."""
-        self._scribe.send(words_frame({"join": dict(origin), "parts": parts}))
+        self._scribe.send(words_frame({"join": parts}))
         while self._changes is None:
             self._hear(self._scribe.listen())
         return self._changes

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from urdyn.errors import InputError
 from urdyn.io import alone
-from urdyn.io.run_folder import PARTS
+from urdyn.io.run_folder import HISTORY, PARTS
 
 PATIENCE = 2.0  # [s]
 WHOLE = b"PAR1"  # what a Parquet file ends in
@@ -39,7 +39,8 @@ def drop_others(folder: Path, count: int) -> None:
         InputError: one that counts is missing, or cut short.
     """
     counted = [part_file(folder, number) for number in range(count)]
-    for path in {*(folder / PARTS).iterdir()} - {*counted}:
+    unfinished = folder.glob(f".{HISTORY}.*.part")
+    for path in {*(folder / PARTS).iterdir(), *unfinished} - {*counted}:
         path.unlink()
     for path in counted:
         if not path.exists():

@@ -19,7 +19,6 @@ from urdyn.io import alone
 from urdyn.io.clock import elapsed
 from urdyn.io.helper import Helper
 from urdyn.io.rss import peak_rss
-from urdyn.io.run_folder import HISTORY
 from urdyn.model.whose import require_own
 from urdyn.tracking import beliefs, checkpoint, interest
 from urdyn.tracking.checkpoint import Checkpoint
@@ -110,14 +109,14 @@ def run(
             if observer:
                 ends.enter_context(closing(observer))
                 observer.begin(out, begun.index, identity)
-            keeper: Keeper[S] = Keeper(out, of, identity, observer, scribe)
+            origin = _origin(tracker, source, twin_sha256)
+            keeper: Keeper[S] = Keeper(out, of, identity, origin, observer, scribe)
             this = _Run(
                 tracker=tracker,
                 source=source,
                 out=out,
                 quantities=of,
                 keeper=keeper,
-                identity=identity,
                 watch=watch,
                 observer=observer,
             )
@@ -131,6 +130,18 @@ def _settings(tracker: Tracker[S]) -> dict[str, str]:
         "drift": str(tracker.drift),
         "period": str(tracker.period),
         "choice of streams": str(tracker.beside),
+    }
+
+
+def _origin(tracker: Tracker[S], source: Source, twin_sha256: str) -> dict[str, str]:
+    """What a history says that it was made of."""
+    return {
+        "urdyn": __version__,
+        "robot": tracker.fit.dynamics.arm.name,
+        "twin.sha256": twin_sha256,
+        "source": source.name,
+        "source.sha256": source.sha256,
+        "settings": " ".join(_settings(tracker).values()),
     }
 
 
@@ -167,7 +178,6 @@ class _Run(Generic[S]):
     out: Path
     quantities: Quantities
     keeper: Keeper[S]
-    identity: dict[str, str]
     watch: Watch | None
     observer: Observer | None
 
@@ -281,16 +291,7 @@ class _Run(Generic[S]):
         self.keeper.settle()
         if not at.parts:
             raise InputError(f"{self.source.name}: too short, or too full of gaps, to be tracked")
-        origin = {
-            "robot": self.tracker.fit.dynamics.arm.name,
-            "twin.sha256": self.identity["twin"],
-            "source": self.source.name,
-            "source.sha256": self.source.sha256,
-            "settings": " ".join(_settings(self.tracker).values()),
-        }
-        changes = self.keeper.join(at.parts, {"urdyn": __version__} | origin)
-        for stray in self.out.glob(f".{HISTORY}.*.part"):
-            stray.unlink()
+        changes = self.keeper.join(at.parts)
         if not self.source.live:
             checkpoint.remove(self.out)
             discard_parts(self.out)

@@ -4,18 +4,21 @@
 
     cut     the rows so far, as the part of this number
     keep    a checkpoint, whose numbers come next
-    join    all parts as one file
+    join    so many parts as one file
+
+That file grows beside the parts, so that the end of a long run waits for the last of them alone.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import closing
 from pathlib import Path
 
 from urdyn.io.frames import Words, numbers_of, words_of
 from urdyn.io.helping import Heard, helping
 from urdyn.tracking.checkpoint import write
-from urdyn.tracking.history import History
+from urdyn.tracking.history import History, Whole
 from urdyn.tracking.parts import writing_parts
 from urdyn.types import Array
 
@@ -26,17 +29,18 @@ def _answers(heard: Heard) -> Iterator[Words]:
     folder = Path(task["folder"])
     history = History(folder, tuple(task["names"]), tuple(task["units"]), task["joints"])
     rows: list[Array] = []
-    with writing_parts(folder):
+    with writing_parts(folder), closing(Whole(history, task["origin"])) as whole:
         for frame in heard:
             match frame:
                 case {"cut": number}:
                     history.write(number, rows)
                     rows = []
+                    whole.approach(number + 1)
                 case {"keep": index, "layout": layout}:
                     write(layout, numbers_of(next(heard)), task["identity"], folder)
                     yield {"kept": index}
-                case {"join": origin, "parts": parts}:
-                    history.join(parts, origin)
+                case {"join": parts}:
+                    whole.finish(parts)
                     yield {"changes": history.changes()}
                 case _:
                     rows.append(numbers_of(frame))
