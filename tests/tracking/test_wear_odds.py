@@ -150,8 +150,8 @@ def test_a_belief_of_half_a_minute_to_a_minute_ago_is_kept_however_often_the_arm
     point = past.rollback
     for t in np.arange(0.0, 200.0, STEP):
         if t % sets_off < STEP and t > 0.0:
-            past = past.begun(point, t, t, t)
+            past = past.marked_by(point, point, t, t, t)
         elif past.due(t):
-            past = past.after(point, t, t, t)
+            past = past.marked_by(point, past.next_rollback, t, t, t)
         if t > 2.0 * ASKED + ROLLBACK:
             assert ASKED - STEP <= t - past.reference.moved <= 2.0 * (ASKED + ROLLBACK)

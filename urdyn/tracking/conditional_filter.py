@@ -80,10 +80,8 @@ class LinearisedObservation:
 
     def expected(self, conditional: ConditionalBelief) -> Array:
         """Covariance of e, (m, m)."""
-        A = self.Hs @ conditional.L + self.Hz
-        return np.asarray(
-            self.Hs @ conditional.cov @ self.Hs.T + A @ conditional.spread @ A.T + self.R
-        )
+        A, N = _seen(conditional, self)
+        return np.asarray(A @ conditional.spread @ A.T + N)
 
     def surprise(self, conditional: ConditionalBelief) -> float:
         """Square of e in units of its expected size, by its rows: 1 is expected."""

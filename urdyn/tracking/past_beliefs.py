@@ -42,17 +42,22 @@ class PastBeliefs(Generic[S]):
         """Whether ROLLBACK has passed since the last was marked."""
         return t - self.marked >= ROLLBACK
 
-    def after(
-        self, point: RollbackPoint[S], t: float, passed: float, moved: float
+    def marked_by(
+        self,
+        point: RollbackPoint[S],
+        rollback: RollbackPoint[S],
+        t: float,
+        passed: float,
+        moved: float,
     ) -> PastBeliefs[S]:
-        """With one more to go back to, marked at t [s] of the clock."""
-        return self._marked(point, self.next_rollback, t, passed, moved)
+        """With one more, marked at t [s] of the clock; until the next, one goes back to `rollback`.
 
-    def begun(
-        self, point: RollbackPoint[S], t: float, passed: float, moved: float
-    ) -> PastBeliefs[S]:
-        """With nothing to go back to but this, where a change has just begun."""
-        return self._marked(point, point, t, passed, moved)
+        That is the one before, and where a change has just begun there is none before.
+        """
+        reference, recent = self.reference, self.recent
+        if moved - recent.moved > ASKED:  # no rollback goes behind this one
+            reference, recent = recent, WearReference(rollback.belief, passed, moved)
+        return PastBeliefs(rollback, point, t, reference, recent)
 
     def each(self, of: Callable[[S], S]) -> PastBeliefs[S]:
         """With another belief in the place of each."""
@@ -63,16 +68,3 @@ class PastBeliefs(Generic[S]):
             reference=replace(self.reference, belief=of(self.reference.belief)),
             recent=replace(self.recent, belief=of(self.recent.belief)),
         )
-
-    def _marked(
-        self,
-        new: RollbackPoint[S],
-        rollback: RollbackPoint[S],
-        t: float,
-        passed: float,
-        moved: float,
-    ) -> PastBeliefs[S]:
-        reference, recent = self.reference, self.recent
-        if moved - recent.moved > ASKED:  # no rollback goes behind this one
-            reference, recent = recent, WearReference(rollback.belief, passed, moved)
-        return PastBeliefs(rollback, new, t, reference, recent)

@@ -254,11 +254,13 @@ class Tracker(Generic[S]):
         past, when = start.past, (now.t, state.passed, state.moved)
         if hypothesis.resets:
             known = (belief, noise) if changes else (start.belief, start.colour)
-            past = past.begun(RollbackPoint(*known), *when)
+            point = RollbackPoint(*known)
+            past = past.marked_by(point, point, *when)
         else:
             payload = self._detector.renewed(state, belief, now.t, hypothesis.phase.shown)
             if past.due(now.t):
-                past = past.after(RollbackPoint(state.belief, state.colour), *when)
+                point = RollbackPoint(state.belief, state.colour)
+                past = past.marked_by(point, past.next_rollback, *when)
         return changed(
             state,
             causal=causal,
