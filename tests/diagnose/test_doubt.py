@@ -12,6 +12,7 @@ from found import FOUND
 from urdyn.cli.diagnosing import summed
 from urdyn.diagnose import Finding
 from urdyn.diagnose.document import findings_document
+from urdyn.diagnose.doubt import GAIN
 from urdyn.faults import Costs
 
 JOINTS = tuple(f"joint_{j}" for j in range(6))
@@ -60,6 +61,15 @@ def test_what_sensors_of_most_joints_do_not_tell_was_lost_on_the_way(
     assert ("the stream has lost what they told" in doubt) == most
     assert advice.startswith("see to the recorder and the network before") == most
     assert "this arm's twin" not in shown
+
+
+@pytest.mark.parametrize(("gain", "turned"), [(-0.9, False), (-1.3, True)])
+def test_a_sensor_that_loses_more_than_its_gain_is_a_column_of_something_else(
+    gain: float, turned: bool
+) -> None:
+    doubt, advice, _ = told(ill("sensor_fault", 1, quantity=GAIN, size=gain))
+    assert ("another joint's: no gain is off by -130 %" in doubt) == turned
+    assert advice.startswith("see to the order and the signs of the columns") == turned
 
 
 def test_what_was_found_of_one_joint_is_not_doubted() -> None:

@@ -22,8 +22,14 @@ LOSSY = (
     "sensors of {} of {} joints do not fall silent at once: the stream has lost what they told; "
     "see to the recorder and the network before anything below"
 )
+TURNED = (
+    "the current of {} is told with another sign, or is another joint's: no gain is off by "
+    "{:.0f} %; see to the columns of the recording before anything below"
+)
+GAIN = "gain of the current sensor"  # as the rules call it
 
 ITS_TWIN = "make sure that this is this arm's twin before anything else; then "
+ITS_COLUMNS = "see to the order and the signs of the columns before anything else; then "
 ITS_STREAM = "see to the recorder and the network before anything else; then "
 
 Findings = Collection[Mapping[str, Any]]
@@ -34,8 +40,17 @@ def doubt(findings: Findings, joints: int) -> tuple[str, str]:
     if lost := _of_most(LOSSY, findings, joints, silently=True):
         return lost, ITS_STREAM
     another = _of_most(ANOTHER, findings, joints, silently=False)
-    another = another or _from_the_first(findings, joints)
-    return another, ITS_TWIN if another else ""
+    if another := another or _from_the_first(findings, joints):
+        return another, ITS_TWIN
+    turned = _turned(findings)
+    return turned, ITS_COLUMNS if turned else ""
+
+
+def _turned(findings: Findings) -> str:
+    """What is said of a sensor that lost more than all of its gain; "" where none did."""
+    gains = (f for f in findings if f["quantity"] == GAIN and f["size"] < -1.0)
+    least = min(gains, key=lambda f: f["size"], default=None)
+    return TURNED.format(least["name"], 100.0 * least["size"]) if least else ""
 
 
 def _from_the_first(findings: Findings, joints: int) -> str:
