@@ -282,7 +282,7 @@ def test_what_was_learnt_before_a_fall_is_returned(life: Array) -> None:
     found = expectation_maximisation(
         TRUTH + 0.2, walking, lambda setting, history: worse.pop(0), ticks(N), life
     )
-    assert found.setting is TRUTH and len(found.log_likelihood) == 3
+    assert found.setting is TRUTH and len(found.log_likelihood) == 2
 
 
 def coupled(setting: Array) -> Joined[Tick]:
