@@ -96,8 +96,14 @@ def test_a_run_tells_of_it(workshop, tmp_path):
             sample = replace(arrival.sample, current=-arrival.sample.current)
             yield replace(arrival, sample=sample)
 
-    summary = workshop.track(tmp_path / "out", replace(source, start=start))
-    assert summary["quality"]["restarts"] > len(summary["payload_changes"])
+    anew = []
+
+    def watch(at):
+        anew.extend([at.reading.t] if at.reading.restarted else [])
+
+    summary = workshop.track(tmp_path / "out", replace(source, start=start), watch=watch)
+    assert summary["quality"]["restarts"] == len(anew) > 0
+    assert not {*anew} & {*summary["payload_changes"]}
     assert "this arm's twin" in verdict(summary)
 
 
