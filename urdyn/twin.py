@@ -29,7 +29,7 @@ FORMAT = 1
 COLUMNS = ("name", "value", "sd", "unit", "prior", "prior_sd")  # of a parameter
 HUGE = 1e100  # from which on products of a few numbers are beyond all
 PUBLISHED = 0.01  # [-] that a mass may be published anew by; those of other arms are further off
-GROWTH = 1.01  # [-] a row, of noise; a regression beside slow noise may come out just beyond 1
+GROWTH = 1.01  # [-] a row, of noise; beside slow noise earlier versions wrote it just beyond 1
 SKEW = 1.0  # [s] recorders skew their streams by less, by far
 # Of a parameter, by the last word of its name.
 UNIT_OF = dict(zip(BODY, BODY_UNITS, strict=True)) | UNITS | {"time_offset": "s"}

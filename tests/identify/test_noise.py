@@ -18,6 +18,7 @@ from urdyn.identify.noise import (
     GAUSSIAN,
     MAX_ORDER,
     PIECE,
+    _autoregressions,
     fit_noise,
     white_noise,
     whiten,
@@ -87,6 +88,18 @@ def test_noise_of_rows_further_apart_is_that_of_every_third_row() -> None:
     spread = FOUR_SIGMA / np.sqrt(len(w))
     assert abs(np.mean(w**2) / apart.power[0] - 1.0) < np.sqrt(2.0) * spread
     assert abs(np.corrcoef(w[1:], w[:-1])[0, 1]) < spread
+
+
+@pytest.mark.parametrize("share", [0.05, 0.3, 0.64])
+def test_what_is_left_beside_slow_noise_never_grows(share: float) -> None:
+    """Of products that are estimated, and of a share that is too large, too."""
+    rng, keep, lags = np.random.default_rng(7), forgotten(STEP), np.arange(MAX_ORDER + 1)
+    for _ in range(50):
+        pole = rng.uniform(0.5, 0.999)
+        acf = pole**lags + 0.02 * rng.standard_normal(len(lags)) * (lags > 0)
+        regressions = _autoregressions(acf - share * acf[0] * keep**lags)
+        roots = [np.abs(np.roots([1.0, *-ar])) for ar, _ in regressions]
+        assert max(np.concatenate(roots), default=0.0) < 1.0
 
 
 @pytest.mark.parametrize("seed", range(4))

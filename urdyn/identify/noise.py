@@ -283,12 +283,17 @@ def _products(power: Array, n: int, lags: int) -> Array:
 
 
 def _autoregressions(acf: Array) -> list[tuple[Array, float]]:
-    """Yule-Walker coefficients of every order, and the variance of w with each."""
+    """Yule-Walker coefficients of every order, and the variance of w with each.
+
+    Up to that from which on no noise has these products: one that grows without end would.
+    """
     from scipy.linalg import solve_toeplitz  # heavy, and only needed where noise is learned
 
     found, least = [(np.zeros(0), float(acf[0]))], TINY * float(acf[0])
     for order in range(1, len(acf)):
         ar = solve_toeplitz(acf[:order], acf[1 : order + 1])
+        if abs(ar[-1]) >= 1.0:  # a partial autocorrelation
+            break
         found.append((ar, max(float(acf[0] - ar @ acf[1 : order + 1]), least)))
     return found
 

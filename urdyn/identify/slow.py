@@ -108,8 +108,9 @@ def share_of(w: Array, seen: Array, quick: Quick, keep: float) -> float:
         foreseen = density(w, ar, left, share * power, keep)
         return float(count @ (np.log(foreseen) + seen / foreseen)) + price * len(ar)
 
-    misfits = np.array([[misfit(share, *one) for one in quick(share)] for share in SHARES])
-    weights = _before() * np.exp(misfits.min() - misfits).sum(axis=1)
+    misfits = [np.array([misfit(share, *one) for one in quick(share)]) for share in SHARES]
+    least = min(float(each.min()) for each in misfits)
+    weights = _before() * np.array([np.exp(least - each).sum() for each in misfits])
     return float(weights @ np.array(SHARES) / weights.sum())
 
 
