@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from urdyn.errors import InputError
-from urdyn.types import Array, Gaussian, Index, Log, Motion, frozen, shaped, unmasked
+from urdyn.types import Array, Gaussian, Index, Log, Mask, Motion, frozen, shaped, unmasked
 
 T = TypeVar("T")
 
@@ -113,10 +113,14 @@ def given_promise(promise: object) -> float:
     return given_number(promise, "promise", takes, lambda x: x >= 1.0)
 
 
-def given_count(count: object, what: str, least: int = 1) -> int:
-    """A whole number, `least` or more."""
-    takes = f"a whole number, {least} or more"
-    return int(given_number(count, what, takes, lambda x: (x >= least) & (x % 1.0 == 0.0)))
+def given_count(count: object, what: str, least: int = 1, most: float = np.inf) -> int:
+    """A whole number, `least` or more, `most` at the most."""
+    ends = f", {least} or more" if most == np.inf else f" from {least} to {most}"
+
+    def fits(x: Array) -> Mask:
+        return np.asarray((x >= least) & (x <= most) & (x % 1.0 == 0.0))
+
+    return int(given_number(count, what, f"a whole number{ends}", fits))
 
 
 def given_each(

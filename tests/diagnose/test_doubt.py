@@ -13,6 +13,7 @@ from urdyn.cli.diagnosing import summed
 from urdyn.diagnose import Finding
 from urdyn.diagnose.document import findings_document
 from urdyn.diagnose.doubt import GAIN
+from urdyn.diagnose.rules import read_rules
 from urdyn.faults import Costs
 
 JOINTS = tuple(f"joint_{j}" for j in range(6))
@@ -70,6 +71,12 @@ def test_a_sensor_that_loses_more_than_its_gain_is_a_column_of_something_else(
     doubt, advice, _ = told(ill("sensor_fault", 1, quantity=GAIN, size=gain))
     assert ("another joint's: no gain is off by -130 %" in doubt) == turned
     assert advice.startswith("see to the order and the signs of the columns") == turned
+
+
+def test_rules_call_that_gain_as_the_doubt_does() -> None:
+    assert [kind.finding_kind for kind in read_rules().slow if kind.quantity == GAIN] == [
+        "sensor_fault"
+    ]
 
 
 def test_what_was_found_of_one_joint_is_not_doubted() -> None:

@@ -127,6 +127,6 @@ def _recorded(campaign: Campaign, arm: Arm) -> tuple[Campaign, dict[str, Any] | 
     if campaign.simulate is None:
         return campaign, None
     virtual = record(arm, campaign.simulate, campaign.out)
-    loaded = tuple(filter(None, (virtual.loaded,)))
+    loaded = (virtual.loaded,) if virtual.loaded else ()
     held_out = (*campaign.validate, virtual.held_out)
     return replace(campaign, logs=(virtual.log,), payloads=loaded, validate=held_out), virtual.truth

@@ -202,8 +202,7 @@ class Judge:
     def afresh(self, state: SlowState) -> SlowState:
         """Look for changes from here on, of an arm that carries what it carries now."""
         t, (x, P) = state.bank.t, self.healthy.emptied(state.bank.x, state.bank.P)
-        bank = onsets.first(x, P, self.E.shape[1])
-        bank = replace(bank, t=t, middle=state.bank.middle, oldest=bool(np.isnan(t)))
+        bank = onsets.first(x, P, self.E.shape[1], t, state.bank.middle)
         recall = Recall(t, x, P)
         return replace(state, bank=bank, recall=recall, before=(bank, recall))
 

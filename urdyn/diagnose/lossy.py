@@ -2,8 +2,8 @@
 
 A sensor, or its cable, fails alone. What takes values of more joints than an arm has faults at
 once, or of several from the same row on, is what they have in common: who recorded them, or the
-network between. None of them is to be serviced for that, nor is one of which a
-run has held nothing at all.
+network between. None of them is to be serviced for that, nor is one of which a run has held nothing
+at all.
 """
 
 from __future__ import annotations

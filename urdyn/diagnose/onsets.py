@@ -84,16 +84,16 @@ class Block:
         return replace(self, hidden=0.0, unladen=replace(bare, b=bare.b - bare.A @ more))
 
 
-def first(x: Array, P: Array, p: int) -> Bank:
-    """Before the first block."""
+def first(x: Array, P: Array, p: int, t: float = np.nan, middle: float = np.nan) -> Bank:
+    """Before the first block, or with what ended at t [s], and had this middle [s], forgotten."""
     n = len(x)
     return Bank(
-        t=np.nan,
-        middle=np.nan,
+        t=t,
+        middle=middle,
         x=x,
         P=P,
         onset=np.zeros(0),
-        oldest=True,
+        oldest=bool(np.isnan(t)),
         weight=np.zeros(0),
         X=np.zeros((n, 2, 0, p)),
         C=np.zeros((2, 0, p, p)),

@@ -54,8 +54,7 @@ class Recall:
 
     def again(self, healthy: Healthy, known: Sequence[Fault], straying: Straying, E: Array) -> Bank:
         """The bank of these blocks, with what is known free to have changed."""
-        bank = onsets.first(self.x, healthy.opened(self.P, known, self.t), E.shape[1])
-        bank = replace(bank, t=self.t, oldest=bool(np.isnan(self.t)))
+        bank = onsets.first(self.x, healthy.opened(self.P, known, self.t), E.shape[1], self.t)
         for block in self.blocks:
             bank = onsets.step(bank, healthy.leaping(block, known), straying, E)
         return bank

@@ -2,11 +2,10 @@
 
 Every hypothesis is Kalman's filter with one jump, whose size is Gaussian around its own step. How
 far it jumped does not change the covariance; so hypotheses share covariances, one an onset, run in
-parallel, and cost little more than one filter. What a grid
-of rates leaves between its points the spread fills: sizes are marginalised, not enumerated, and a
-ramp may go on for as long as it likes. Every `spacing` slices are a candidate onset, and the last
-`onsets` candidates are kept; older ones are merged, because what began long ago is told apart by
-where it is now.
+parallel, and cost little more than one filter. What a grid of rates leaves between its points the
+spread fills: sizes are marginalised, not enumerated, and a ramp may go on for as long as it likes.
+Every `spacing` slices are a candidate onset, and the last `onsets` candidates are kept; older ones
+are merged, because what began long ago is told apart by where it is now.
 """
 
 from __future__ import annotations

@@ -143,13 +143,15 @@ def _with_noise(
         plain: white and Gaussian.
         apart: told apart where joints turn round.
     """
-    loaded, rates = state.loaded(runs), _rates(runs)
-    alike = [
-        [one for one, its in zip(loaded, rates, strict=True) if its == rate]
-        for rate in range(max(rates) + 1)
-    ]
-    each = [_noise(state, some, plain, apart) for some in alike]
+    rates = _rates(runs)
+    each = [_noise(state, _of_rate(state, runs, k), plain, apart) for k in range(max(rates) + 1)]
     return replace(state, noises=tuple(each[rate] for rate in rates))
+
+
+def _of_rate(state: State, runs: Sequence[Run], rate: int) -> Loaded:
+    """The runs of one of the rates."""
+    pairs = zip(state.loaded(runs), _rates(runs), strict=True)
+    return [one for one, its in pairs if its == rate]
 
 
 def _rates(runs: Sequence[Run]) -> list[int]:
@@ -299,7 +301,7 @@ def _finish(state: State, runs: Sequence[Run]) -> Fit:
             unknowns.sd[:, None] * belief.cov * unknowns.sd,
         ),
         terms=unknowns.terms,
-        noise=_with_noise(last, runs, apart=False).noises[_rates(runs).index(0)],
+        noise=_noise(last, _of_rate(last, runs, 0), plain=False, apart=False),
         sources=tuple(run.motion.source for run in runs),
         n_samples=sum(len(run.motion) for run in runs),
         rank=rank,

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from urdyn.given import given_count, given_number
+from urdyn.given import given_count
 from urdyn.signal.channels import SENSORS, by_column, columns, noted
 from urdyn.signal.stretches import stretches
 from urdyn.types import Array, Log
@@ -23,8 +23,7 @@ def smooth(
     and is counted.
     """
     window = given_count(window, "window")
-    takes = f"a whole number from 0 to {window - 1}, less than the window"
-    degree = int(given_number(degree, "degree", takes, lambda x: np.isin(x, np.arange(window))))
+    degree = given_count(degree, "degree", 0, window - 1)
     smoothed, short = {}, 0
     for name in [name for name in channels if name in log]:
         smoothed[name] = by_column(log.channels[name], lambda x: _column(log.t, x, window, degree))

@@ -231,10 +231,15 @@ class Tracker(Generic[S]):
         """The time since the last instant [s], and the state after a gap, if it was one."""
         dt = t - state.t
         if dt <= 0.0:  # a clock that was set, or a controller that began anew: who knows how long
-            past = replace(state.past, marked=-np.inf)
-            state = replace(state, changed_at=-np.inf, widened=-np.inf, past=past)
-            joints, nothing = long_ago(state.joints), ImplausibleLoads()
-            state = replace(state, rest=Rest(), implausible=nothing, joints=joints)
+            state = replace(
+                state,
+                changed_at=-np.inf,
+                widened=-np.inf,
+                past=replace(state.past, marked=-np.inf),
+                rest=Rest(),
+                implausible=ImplausibleLoads(),
+                joints=long_ago(state.joints),
+            )
             dt = LONGEST
         if GAP * self.period < dt < np.inf:  # noise has no past
             noise, rest = colour.interrupted(state.colour), state.rest.unseen(dt)

@@ -13,7 +13,7 @@ from itertools import cycle
 import numpy as np
 
 from urdyn.errors import InputError, UnsafeMotionError
-from urdyn.given import given_number
+from urdyn.given import given_count
 from urdyn.identify.excite.proof import Proof, Safe, prove
 from urdyn.model.arm import Arm
 from urdyn.simulate.limits import Limits
@@ -38,8 +38,7 @@ def probe(
         InputError: there is no such joint, or not the time for its strokes.
         UnsafeMotionError: no pose leaves the joint room.
     """
-    takes = f"the number of a joint, from 0 to {arm.joints - 1}"
-    given_number(joint, "joint", takes, lambda x: np.isin(x, np.arange(arm.joints)))
+    joint = given_count(joint, "joint", 0, arm.joints - 1)
     strokes = list(_strokes(safe.limits, joint, duration))
     if not strokes:
         raise InputError(f"{duration:g} s are too short for a probe; ask for {LEAST:g} s or more")
