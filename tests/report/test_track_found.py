@@ -12,6 +12,7 @@ import pytest
 from tracked import CRITICAL, START, columns, diagnosed, growing, summary, write
 
 from urdyn.cli.diagnosing import summed
+from urdyn.diagnose.doubt import GAIN
 from urdyn.diagnose.rules import read_rules
 from urdyn.io.spans import clock, span, span_of
 from urdyn.report.digits import difference
@@ -321,3 +322,11 @@ def test_intervals_that_are_too_narrow_are_not_said_to_hold(tmp_path):
     table["nis"] *= 3.0
     lead = said(page(write(tmp_path / "history.parquet", table)), "lead")
     assert "too narrow" in lead and "Intervals would hold 90 % if nothing were missing." in lead
+
+
+def test_a_doubt_calls_a_joint_as_people_do(history):
+    load = replace(
+        growing(joint=1, name="elbow_joint"), kind="sensor_fault", quantity=GAIN, size=-2.0
+    )
+    html = page(history, load)
+    assert "The current of elbow is told with another sign" in html.replace("\u00a0", " ")

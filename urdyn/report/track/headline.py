@@ -92,12 +92,18 @@ def _diagnosed(history: History, summary: Mapping[str, Any], judged: bool, look:
         return _nothing_found(summary, time(summary["data_s"]), judged, look)
     told = " ".join(_sentence(f, time, history.start) for f in found[:TOLD])
     rest = f" And {len(found) - TOLD} more, below." if len(found) > TOLD else ""
-    said = advice["text"]
+    doubt, do = (
+        [paragraph(tied(f"{capital(_spoken(said, found))}."), "advice")] if said else []
+        for said in (summary.get("doubt"), advice["text"])
+    )
+    return [*doubt, paragraph(tied(f"{told}{rest}"), "headline"), *do]
+
+
+def _spoken(said: str, found: Sequence[Mapping[str, Any]]) -> str:
+    """A sentence with joints and links that have findings as people call them."""
     for f in found:
         said = said.replace(f["name"], spoken(f["name"]))
-    do = paragraph(tied(f"{capital(said)}."), "advice")
-    doubt = [paragraph(f"{capital(why)}.", "advice") for why in [summary.get("doubt")] if why]
-    return [*doubt, paragraph(tied(f"{told}{rest}"), "headline"), do]
+    return said
 
 
 def _nothing_found(summary: Mapping[str, Any], lasted: str, judged: bool, look: str) -> list[Html]:
