@@ -59,7 +59,7 @@ def at_work(dynamics, number, duration, *faults):
 def picked():
     """The log of a run in which a piece is picked up that the controller is not told of."""
     fault = f"payload_change:onset=4,mass={CARRIED},com=0/0/0.05"
-    return at_work(tooled(True)[0], 1, 24.0, fault)
+    return at_work(tooled(True)[0], 1, 16.0, fault)
 
 
 def set_to(log, mass):
@@ -128,7 +128,7 @@ def test_a_setting_that_is_too_little_is_told(told, tmp_path):
 
 
 def test_a_recording_tracked_in_one_call_tells_the_setting_too():
-    went = track(tooled(True)[1], set_to(picked().slice(0, 1600), 0.5), EKF())
+    went = track(tooled(True)[1], set_to(picked(), 0.5), EKF())
     assert went.payload_setting["off_kg"] == went["payload.mass"][-1] - 0.5 > 2.0
     assert (
         track(tooled(True)[1], set_to(picked().slice(0, 50), None), EKF()).payload_setting is None
@@ -169,7 +169,7 @@ def test_a_setting_is_called_wrong_once_it_has_stood(tmp_path):
 
 
 def test_a_run_that_goes_on_says_of_the_setting_what_it_would_have(tmp_path):
-    log, said = set_to(picked().slice(0, 1600), 0.5), []
+    log, said = set_to(picked(), 0.5), []
     for name in ("whole", "killed"):
         folder = tmp_path / name
         folder.mkdir()

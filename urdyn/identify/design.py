@@ -22,7 +22,7 @@ from urdyn.model.friction import Bristles, Contact, bristles, fading, features, 
 from urdyn.types import Array, Mask, Motion
 
 TERMS = (*LINEAR, *STEPS)
-TICK = 1e-3  # [s] to either side, where torque is differentiated in time
+TICK = 1e-5  # [s] by which torque is differentiated in time
 SETTLED = 50.0  # presliding distances of travel after which the state before is forgotten
 BLOCK = 8192  # rows of a regressor in memory at a time
 AROUND = 0.05  # [s] to either side of where a joint turns round, in which friction may be misjudged
@@ -109,14 +109,21 @@ def design(point: Dynamics, block: Block) -> Design:
     rigid = point.arm.regressor(motion.q, motion.v, motion.a)
     load = rigid @ point.loaded().ravel()
     s = block.bristles.together(drive.presliding_tail)
-    linear = features(Contact(motion.q, motion.v, motion.temperature, load, s), drive)
-    columns = {"rotor_inertia": motion.a, **linear, **_slopes(point, block, load, s)}
+    friction = features(Contact(motion.q, motion.v, motion.temperature, load, s), drive)
+    linear = {"rotor_inertia": motion.a, **friction}
+    torque = load + sum(linear[name] * getattr(drive, name) for name in LINEAR)
+    after = point.torque(motion.ahead(TICK), s)  # while friction turns over when it does
+    columns = {
+        **linear,
+        **_slopes(point, block, load, s),
+        "time_offset": (after - torque) / TICK,
+    }
     terms = np.array([columns[name] for name in TERMS])
     return Design(rigid, terms, block.known, block.turning)
 
 
 def _slopes(point: Dynamics, block: Block, load: Array, s: Array) -> dict[str, Array]:
-    """Derivatives of torque in the logarithms of distance and Stribeck velocity, tail, and time."""
+    """Derivatives of torque in the logarithms of distance and Stribeck velocity, and in tail."""
     drive, follow = point.drive, block.bristles
     speed = np.abs(block.motion.v) / drive.stribeck_velocity
     fades = drive.stribeck * fading(block.motion.v, drive)
@@ -127,14 +134,7 @@ def _slopes(point: Dynamics, block: Block, load: Array, s: Array) -> dict[str, A
         "presliding_distance": grip * slope,
         "presliding_tail": grip * (follow.state[1] - follow.state[0]),
         "stribeck_velocity": fades * speed * s,
-        "time_offset": _later(point, block.motion, s),
     }
-
-
-def _later(point: Dynamics, motion: Motion, s: Array) -> Array:
-    """Derivative of torque in time, while friction turns over when it does, (N, J) [N·m/s]."""
-    before, after = (point.torque(motion.ahead(h), s) for h in (-TICK, TICK))
-    return np.asarray((after - before) / (2.0 * TICK))
 
 
 def coefficients_at(point: Dynamics) -> list[Array]:
