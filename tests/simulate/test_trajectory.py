@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -27,6 +28,20 @@ def test_comfortable_limits_hold_for_every_arm(robot, kind):
     arm = load_arm(robot)
     for seed in range(4):
         require(arm, comfortable(arm), make(kind, robot, seed))
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize(
+    ("joint", "lower", "upper"), [(1, 0.0, 3.1), (1, -1.6, 1.6), (3, -1.5, 1.5), (3, -1.6, -1.5)]
+)
+def test_a_joint_that_may_not_be_upright_moves_within_its_range(kind, joint, lower, upper):
+    arm = load_arm("ur5e")
+    ends = np.array([arm.lower, arm.upper])
+    ends[:, joint] = lower, upper
+    narrow = replace(arm, lower=ends[0], upper=ends[1])
+    made = KINDS[kind](narrow, 12.0, 50.0, np.random.default_rng(0))
+    require(narrow, rated(narrow), made)
+    assert np.ptp(made.q[:, joint]) > 0.25 * min(upper - lower, 1.0)
 
 
 @pytest.mark.parametrize("kind", KINDS)

@@ -22,7 +22,8 @@ EXCURSION = 1.5  # [rad] to either side of the middle: reaches far, and hits nei
 GENTLE_ACCELERATION = 4.0  # [rad/s²]
 SHARE_OF_RANGE, SHARE_OF_VELOCITY, SHARE_OF_EFFORT = 0.95, 0.9, 0.8  # [-]
 
-# Where a joint of a UR arm is upright [rad]; other joints have their middle in their range.
+# Where a joint of a UR arm is upright [rad]; other joints are about the middle of their range, and
+# these as near to upright as their range lets them swing.
 UPRIGHT = {"shoulder_lift_joint": -np.pi / 2, "wrist_1_joint": -np.pi / 2}
 
 
@@ -76,7 +77,7 @@ def comfortable(
     velocity: float = SHARE_OF_VELOCITY,
     acceleration: float = GENTLE_ACCELERATION,
 ) -> Limits:
-    """What an excitation asks for: around the upright pose, well below what the maker allows.
+    """What an excitation asks for: about the upright pose, well below what the maker allows.
 
     Args:
         excursion: to either side of the middle [rad], where there is room.
@@ -84,9 +85,9 @@ def comfortable(
         acceleration: of every joint [rad/s²].
     """
     middle = 0.5 * (arm.lower + arm.upper)
-    middle = np.array(
-        [UPRIGHT.get(name, m) for name, m in zip(arm.joint_names, middle, strict=True)]
-    )
+    wished = [UPRIGHT.get(name, m) for name, m in zip(arm.joint_names, middle, strict=True)]
+    swing = np.minimum(EXCURSION / SHARE_OF_RANGE, 0.5 * (arm.upper - arm.lower))
+    middle = np.clip(wished, arm.lower + swing, arm.upper - swing)
     room = SHARE_OF_RANGE * np.minimum(middle - arm.lower, arm.upper - middle)
     reach = np.minimum(excursion, room)
     return Limits(
