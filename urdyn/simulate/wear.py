@@ -1,7 +1,7 @@
 """Faults that grow: what wear does to the course of an arm after its onset, and to nothing else.
 
-Friction is eq. 5 of the paper, with a rate relative to the friction of the first day; health is its
-eq. 6.
+Friction is eq. 5 of the paper, with a rate relative to the friction that there is without the
+fault: two of a joint compound. Health is its eq. 6.
 """
 
 from __future__ import annotations
@@ -24,13 +24,13 @@ class FrictionIncrease:
     """Coulomb friction f (1 + growth); viscous friction likewise where it is asked for."""
 
     joint: int
-    rate: float  # [1/s] of f on the first day; shape step: [-]
+    rate: float  # [1/s] of f without it; shape step: [-]
     onset: float = 0.0  # [s]
     shape: Shape = "linear"
     viscous: float = 0.0  # [1/s], the same of viscous friction
 
     def befall(self, course: Course) -> Course:
-        """f(t) = f(0) (1 + rate (t - onset))."""
+        """f (1 + rate (t - onset))."""
         j, since = self.joint, course.t - self.onset
         coulomb = course.coulomb[:, j] * (1.0 + growth(self.shape, self.rate, since))
         viscous = course.viscous[:, j] * (1.0 + growth(self.shape, self.viscous, since))
@@ -80,13 +80,13 @@ class ControllerInstability:
     """The loop's gain grows, or the delay in it, until it rings."""
 
     joint: int  # whose gain it is; the delay is everybody's
-    rate: float = 0.0  # [1/s] of the gain on the first day; shape step: [-]
+    rate: float = 0.0  # [1/s] of the gain without it; shape step: [-]
     onset: float = 0.0  # [s]
     shape: Shape = "linear"
     delay: float = 0.0  # [s/s]; shape step: [s]
 
     def befall(self, course: Course) -> Course:
-        """k(t) = k(0) (1 + rate (t - onset))."""
+        """k (1 + rate (t - onset))."""
         j, since = self.joint, course.t - self.onset
         gain = course.loop_gain[:, j] * (1.0 + growth(self.shape, self.rate, since))
         way: Shape = "step" if self.shape == "step" else "linear"
