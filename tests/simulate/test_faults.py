@@ -26,6 +26,7 @@ from urdyn.simulate import (
 from urdyn.simulate.faults import describe
 from urdyn.simulate.follow import follow
 from urdyn.simulate.schedule import without_events
+from urdyn.simulate.unfolding import unfolding
 from urdyn.simulate.wear import LEAST_HEALTH
 from urdyn.types import Log
 
@@ -356,6 +357,38 @@ def test_a_fault_beyond_anything_that_can_be_is_refused(dynamics, text):
 def test_a_payload_beyond_anything_that_can_be_is_refused(dynamics, mass, com):
     with pytest.raises(InputError, match="cannot be carried"):
         Payload(mass, np.array([0.0, 0.0, com]))
+
+
+SHORT = {
+    "collision:link=3,force=0/0/80,onset=1.1": ("wrist_1_link.force_z", 80.0, 1.3),
+    "sensor_fault:joint=1,mode=dropped,onset=1.1,duration=0.3": (
+        "shoulder_lift_joint.sensor_dropped",
+        1.0,
+        1.4,
+    ),
+    "payload_change:mass=2,onset=1.7": ("payload.mass", 2.0, 1.9),
+    "encoder_offset:joint=0,rate=1,onset=1.7": ("shoulder_pan_joint.encoder_offset", 0.2, 1.9),
+}
+
+
+@pytest.mark.parametrize("text", SHORT)
+def test_the_truth_has_what_begins_and_ends_within_half_a_second(dynamics, text):
+    name, most, end = SHORT[text]
+    event = parse_fault(text, 6)
+    told = unfolding(dynamics, (event,), 1.9)
+    values = told.channels[name]
+    changed = told.t[values != values[0]]
+    assert values.max() == pytest.approx(most)
+    assert changed[0] >= event.onset and changed[-1] <= end + 1e-9
+    assert all(np.isclose(told.t, moment).any() for moment in (event.onset, end))
+    assert np.diff(told.t).max() <= 0.5
+
+
+def test_between_its_rows_a_collision_of_the_truth_is_half_a_sine(dynamics):
+    push = fault("collision:link=3,force=0/0/1,duration=0.3")
+    told, fine = unfolding(dynamics, (push,), 12.0), np.linspace(0.0, 12.0, 12001)
+    between = np.interp(fine, told.t, told.channels["wrist_1_link.force_z"])
+    assert np.abs(between - course(dynamics, (push,), fine).push[:, 3, 2]).max() < 0.02
 
 
 def test_a_truth_is_json_or_nothing(tmp_path):

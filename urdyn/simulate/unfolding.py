@@ -7,16 +7,23 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from urdyn.model.dynamics import Dynamics
-from urdyn.simulate.schedule import Course, Event, course
+from urdyn.simulate.mishaps import Collision, SensorFault
+from urdyn.simulate.schedule import Course, Event, Handling, course
 from urdyn.types import Array, Log
 
-STEP = 0.5  # [s] from row to row
+STEP = 0.5  # [s] from row to row at most
+SINE = np.linspace(0.0, 1.0, 9)  # [-] of half a sine: straight lines between are within 2 % of it
 AXES = "xyz"
 
 
 def unfolding(dynamics: Dynamics, events: Sequence[Event], duration: float) -> Log:
-    """Every parameter over `duration` [s], in SI, by names like elbow_joint.coulomb."""
-    t = STEP * np.arange(float(np.floor(duration / STEP)) + 1.0)
+    """Every parameter over `duration` [s], in SI, by names like elbow_joint.coulomb.
+
+    Each STEP and at the end, and at every moment at which an event begins, peaks or is over.
+    """
+    grid = np.append(np.arange(0.0, duration, STEP), duration)
+    t = np.unique(np.concatenate([grid, *map(_moments, events)]))
+    t = t[(t >= 0.0) & (t <= duration)]
     return Log(t, dict(_columns(dynamics, course(dynamics, events, t))))
 
 
@@ -25,6 +32,19 @@ def varying(unfolded: Log) -> dict[str, list[float]]:
     changing = {k: v for k, v in unfolded.channels.items() if (v != v[0]).any()}
     columns = {"t": unfolded.t} | changing if changing else {}
     return {name: values.tolist() for name, values in columns.items()}
+
+
+def _moments(event: Event) -> Array:
+    """When something begins, peaks or is over that may be shorter than a step, (M,) [s]."""
+    match event:
+        case Collision():
+            return event.onset + event.duration * SINE
+        case SensorFault():
+            return event.onset + np.array([0.0, event.duration])
+        case Handling():
+            return event.begin
+        case _:
+            return np.array([event.onset])
 
 
 def _columns(dynamics: Dynamics, now: Course) -> Iterator[tuple[str, Array]]:
