@@ -13,6 +13,7 @@ from urdyn.simulate import (
     Payload,
     Work,
     fourier,
+    parse_fault,
     pick_and_place,
     plan,
     shift,
@@ -22,6 +23,7 @@ from urdyn.simulate import (
 from urdyn.simulate.follow import follow
 from urdyn.simulate.limits import comfortable, require
 from urdyn.simulate.schedule import course
+from urdyn.simulate.unfolding import unfolding
 
 ARMS = ("ur3", "ur5", "ur10", "ur3e", "ur5e", "ur10e", "ur16e", "ur20", "ur30")
 PIECE = Payload(2.0, np.array([0.0, 0.0, 0.08]))
@@ -77,6 +79,7 @@ def test_the_piece_is_in_hand_from_one_place_to_the_other(ur5e: Arm):
     # It opens and closes where the arm stands, each time at the same two places.
     assert not work.trajectory.v[grips].any()
     assert len(np.unique(work.trajectory.q[grips].round(9), axis=0)) == 2
+    assert np.isin(work.handling[0].begin, unfolding(dynamics, work.handling, 60.0).t).all()
 
 
 def test_pieces_are_beside_what_the_arm_carries_anyway(ur5e: Arm):
@@ -84,6 +87,14 @@ def test_pieces_are_beside_what_the_arm_carries_anyway(ur5e: Arm):
     work = pick_and_place(ur5e, 30.0, 50.0, np.random.default_rng(0), PIECE)
     dynamics = virtual_arm(ur5e, 0, gripper)
     assert set(course(dynamics, work.handling, work.trajectory.t).payload[:, 0]) == {1.0, 3.0}
+
+
+@pytest.mark.parametrize("onset", [0, 12])
+def test_pieces_come_and_go_whatever_the_tool_is_changed_for(ur5e: Arm, onset):
+    work = pick_and_place(ur5e, 30.0, 50.0, np.random.default_rng(0), PIECE)
+    t, changed = work.trajectory.t, parse_fault(f"payload_change:mass=0.5,onset={onset}", 6)
+    mass = course(virtual_arm(ur5e, 0), (changed, *work.handling), t).payload[:, 0]
+    assert set(mass[t >= onset]) == {0.5, 2.5} and set(mass[t < onset]) <= {0.0, 2.0}
 
 
 def test_a_piece_is_carried_as_any_payload_is(ur5e: Arm):

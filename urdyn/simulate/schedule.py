@@ -70,11 +70,13 @@ class Event(Protocol):
 def course(dynamics: Dynamics, events: Iterable[Event], t: Array) -> Course:
     """The course of an arm at any times t (N,) [s]; of two events the later has the last word.
 
+    What a program handles comes on top of whatever the tool carries by then.
+
     Raises:
         InputError: an event is larger than anything that can be, or grows to that.
     """
     changed = without_events(dynamics, t)
-    for event in sorted(events, key=lambda event: event.onset):
+    for event in sorted(events, key=lambda event: (isinstance(event, Handling), event.onset)):
         before = changed
         with np.errstate(over="ignore", invalid="ignore"):  # it is told
             changed = event.befall(before)
@@ -127,7 +129,7 @@ def at_joint(values: NDArray[Scalar], joint: int, column: NDArray[Scalar]) -> ND
 
 @dataclass(frozen=True, eq=False)
 class Handling:
-    """What a program picks up and puts down, beside what the arm carries anyway."""
+    """What a program picks up and puts down, beside what the tool carries at that time."""
 
     begin: Array  # (K,) [s], increasing
     carried: Array  # (K, 10) inertials from then on
