@@ -185,6 +185,18 @@ BROKEN: dict[str, tuple[str, Text | None]] = {
         "simulate --robot ur10e --duration 2 --out {tmp}/l.csv --poses {tmp}/no/p.csv",
         None,
     ),
+    "truth over the log": (
+        "simulate --robot ur5e --duration 1 --heat --out {tmp}/l.parquet --truth {tmp}/l.parquet",
+        None,
+    ),
+    "poses over the log": (
+        "simulate --robot ur5e --duration 1 --out {tmp}/l.csv --poses {tmp}/./l.csv",
+        None,
+    ),
+    "truth over time of no event": (
+        "simulate --robot ur5e --duration 1 --out {tmp}/l.csv --truth {tmp}/t.parquet",
+        None,
+    ),
     "truth to no format": ("simulate --robot ur10e --out {tmp}/l.csv --truth {tmp}/t.txt", None),
     "trajectory of text": (
         "simulate --robot ur10e --trajectory {tmp}/x --out {tmp}/l.csv",

@@ -18,6 +18,9 @@ from urdyn.simulate import (
     typical_gears,
     virtual_arm,
 )
+from urdyn.simulate.observe import log_and_links
+from urdyn.simulate.trajectory import Trajectory
+from urdyn.simulate.watched import watched
 from urdyn.types import Motion
 
 HALF = 4.0  # [s] into the run, when faults begin
@@ -37,6 +40,10 @@ def dynamics(arm):
 @pytest.fixture(scope="module")
 def asked(arm):
     return fourier(arm, 2.0 * HALF, 500.0, np.random.default_rng(0))
+
+
+def rng() -> np.random.Generator:
+    return np.random.default_rng(0)
 
 
 def seen(dynamics, asked, *faults, fidelity=forward):
@@ -107,6 +114,26 @@ def test_elastic_gears_follow_the_same_motion(arm, dynamics, asked, healthy):
     twist = dynamics.load(asked.at(asked.t)) / typical_gears(arm).stiffness
     apart = np.abs(soft.joint("actual_q") - healthy.joint("actual_q")).max(axis=0)
     assert (apart < 2e-4 + 2.0 * np.abs(twist).max(axis=0)).all()
+
+
+def test_a_tracker_sees_links_which_lag_behind_their_motors_by_the_load(arm, dynamics):
+    """Standing still, load = k (motor - link): encoders are on the motors."""
+    t, gears = np.arange(250) * CYCLE, typical_gears(arm)
+    pose = np.tile([0.3, -0.8, 0.9, -0.4, 1.2, 0.1], (len(t), 1))
+    held = Trajectory(t, pose, 0 * pose, 0 * pose)
+    rigid, soft = (
+        log_and_links(dynamics, held, perfect_sensors(arm), rng(), (), partial(forward, gears=g))
+        for g in (None, gears)
+    )
+    np.testing.assert_array_equal(rigid[1], rigid[0].joint("actual_q"))
+    log, links = soft
+    lag = gears.stiffness * (log.joint("actual_q") - links).mean(axis=0)
+    load = dynamics.load(held.at(t)).mean(axis=0)
+    # Links sag at first and swing at 60 rad/s about where they end: 1 / (w t) of that is in means.
+    np.testing.assert_allclose(lag[1:3], load[1:3], rtol=0.05)
+    poses = [watched(dynamics, t, q, 50.0, rng()) for q in (links, log.joint("actual_q"))]
+    apart = np.linalg.norm([poses[0].channels[k] - poses[1].channels[k] for k in "xyz"], axis=0)
+    assert apart[-1] > 1e-3
 
 
 @pytest.mark.parametrize(

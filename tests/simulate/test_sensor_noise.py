@@ -21,6 +21,7 @@ from urdyn.simulate import (
 from urdyn.simulate.noise import Band, banded
 from urdyn.simulate.recorder import Recorder
 from urdyn.simulate.sensors import COLOUR
+from urdyn.simulate.watched import watched
 from urdyn.simulate.work import Work
 
 RATES = (20.0, 94.0, 500.0)
@@ -117,6 +118,14 @@ def test_slow_channels_speak_at_their_rate(ur10e: Arm):
         assert told.sum() == 4.0 * rate
         np.testing.assert_array_equal(sparse.channels[name][told], log.channels[name][told])
     np.testing.assert_array_equal(sparse.channels["actual_q"], log.channels["actual_q"])
+
+
+@pytest.mark.parametrize("rate", [100.0, 70.0, 60.0, 0.5])
+def test_a_tracker_measures_at_the_rate_it_is_asked_for(ur10e: Arm, rate):
+    t = np.arange(1000) / 100.0
+    seen = watched(virtual_arm(ur10e, 1), t, np.zeros((1000, 6)), rate, np.random.default_rng(0))
+    assert len(seen) == 10.0 * rate and np.isin(seen.t, t).all()
+    assert np.abs(seen.t - np.arange(len(seen)) / rate).max() < 0.01
 
 
 def test_lost_samples_are_gone(ur10e: Arm):

@@ -32,7 +32,8 @@ from urdyn.types import Gaussian, Log
 def poses(workshop, tmp_path_factory):
     """What a tracker sees of the workshop's arm at work, at 10 Hz."""
     path = tmp_path_factory.mktemp("poses") / "poses.csv"
-    seen = watched(workshop.fit.dynamics, workshop.log, (), 10.0, np.random.default_rng(1))
+    log, rng = workshop.log, np.random.default_rng(1)
+    seen = watched(workshop.fit.dynamics, log.t, log.channels["actual_q"], 10.0, rng)
     write(seen, path)
     return path
 

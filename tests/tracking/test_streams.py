@@ -15,6 +15,7 @@ from urdyn.identify.kinematics.spread import geometry_spread
 from urdyn.model.geometry.drawing import drawing_of, redrawn
 from urdyn.signal import Instant, samples
 from urdyn.simulate import fourier, observe, parse_fault, typical_sensors
+from urdyn.simulate.observe import log_and_links
 from urdyn.simulate.payload import Payload
 from urdyn.simulate.watched import watched
 from urdyn.simulate.work import pick_and_place
@@ -36,8 +37,8 @@ def life():
     ways = [np.random.default_rng([0, 5, k]) for k in range(3)]
     asked = fourier(built.arm, 18.0, RATE, ways[0])
     events = [parse_fault(f"encoder_offset:joint={JOINT},offset={SLIP},onset={ONSET}", 6)]
-    log = observe(built, asked, typical_sensors(built.arm), ways[1], events)
-    seen = watched(built, log, events, 5.0, ways[2])
+    log, links = log_and_links(built, asked, typical_sensors(built.arm), ways[1], events)
+    seen = watched(built, log.t, links, 5.0, ways[2])
     poses = np.column_stack([seen.t, *seen.channels.values()])
     return fit, off, log, poses
 

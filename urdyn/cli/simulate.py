@@ -22,7 +22,8 @@ from urdyn.errors import InputError
 if TYPE_CHECKING:
     from urdyn.model.arm import Arm
     from urdyn.model.dynamics import Dynamics
-    from urdyn.simulate import Event, Fault, Fidelity, Payload, Sensors, Work
+    from urdyn.simulate import Fault, Fidelity, Payload, Sensors, Work
+    from urdyn.types import Array
 
 
 def simulate(
@@ -60,8 +61,10 @@ def simulate(
     Example: [bold]urdyn simulate --robot ur10e --fault friction_increase:joint=2,onset=10,rate=0.01
     --out run.parquet[/bold]
     """
-    from urdyn.simulate import happening, observe, parse_fault, write_truth
+    from urdyn.simulate import happening, parse_fault, write_truth
     from urdyn.simulate import truth as truth_of
+    from urdyn.simulate.observe import log_and_links
+    from urdyn.simulate.truth import require_course
 
     _require_outcome(out, serve, truth, poses)
     _refuse_idle(context, out, trajectory, poses, serve)
@@ -78,12 +81,15 @@ def simulate(
         _befalls_in_time(faults, work)
         _is_felt(faults, heat)
         events = happening(dynamics, work, faults, heat)
-        log = observe(dynamics, work.trajectory, sensors, noisy, events, lived)
+        end = float(sensors.stamps(work.trajectory)[-1])
+        document = truth_of(dynamics, sensors, seed, events, end)
+        if truth is not None:
+            require_course(truth, document)
+        log, links = log_and_links(dynamics, work.trajectory, sensors, noisy, events, lived)
         if out is not None:
             _record(log, recorder, out, (seed, run, 1))
     if poses is not None:
-        _watch(dynamics, log, events, pose_rate, poses, (seed, run, 2))
-    document = truth_of(dynamics, sensors, seed, events, float(log.t[-1]))
+        _watch(dynamics, log.t, links, pose_rate, poses, (seed, run, 2))
     if truth is not None:
         write_truth(truth, document)
     if out is not None:
@@ -94,7 +100,7 @@ def simulate(
 
 
 def _require_outcome(out: Path | None, serve: bool, truth: Path | None, poses: Path | None) -> None:
-    """Somewhere for the run to go, and all that is beside it, and a truth in a form that there is.
+    """A place of its own for the run and all that is beside it, a truth in a form that there is.
 
     Asked before anything is written: a log without its truth is half of what was asked for.
     """
@@ -104,8 +110,11 @@ def _require_outcome(out: Path | None, serve: bool, truth: Path | None, poses: P
         raise typer.BadParameter("say where to write by --out, or --serve")
     if truth is not None and truth.suffix.lower() not in (".json", ".toml", ".parquet"):
         raise InputError(f"{truth}: the truth is written as .json, .toml or .parquet")
-    for path in (out, truth, poses):
+    asked = [path for path in (out, truth, poses) if path is not None]
+    for path in asked:
         require_place(path)
+        if [other.resolve() for other in asked].count(path.resolve()) > 1:
+            raise InputError(f"{path}: is asked for twice; each file of a run needs its own place")
 
 
 def _streams(
@@ -128,17 +137,12 @@ def _record(log: ud.Log, recorder: str, out: Path, seed: tuple[int, ...]) -> Non
 
 
 def _watch(
-    dynamics: Dynamics,
-    log: ud.Log,
-    events: Sequence[Event],
-    rate: float,
-    out: Path,
-    seed: tuple[int, ...],
+    dynamics: Dynamics, t: Array, links: Array, rate: float, out: Path, seed: tuple[int, ...]
 ) -> None:
     """What a tracker beside the arm saw meanwhile."""
     from urdyn.simulate.watched import watched
 
-    ud.write(watched(dynamics, log, events, rate, np.random.default_rng(seed)), out)
+    ud.write(watched(dynamics, t, links, rate, np.random.default_rng(seed)), out)
 
 
 def _refuse_idle(

@@ -30,7 +30,8 @@ class Followed:
 
     rows: slice
     course: Course
-    motion: Motion  # of the arm, which may swing about what was asked for
+    motion: Motion  # of the motors, which may swing about what was asked for
+    links: Array  # (N, J) [rad]: elastic gears let them be elsewhere than the motors
     load: Array  # (N, J) [N·m] that the gears transmit
     current: Array  # (N, J) [A] in the motors
 
@@ -51,7 +52,8 @@ def follow(
         load = transmitted(dynamics, now, motion)
         torque, flanks = _torque(dynamics, now, motion, load, s, flanks)
         amperes = torque / (drive.gain * now.health)
-        yield Followed(rows, now.since(lead), motion.slice(lead), load[lead:], amperes[lead:])
+        motion = motion.slice(lead)
+        yield Followed(rows, now.since(lead), motion, motion.q, load[lead:], amperes[lead:])
 
 
 def inverse(
@@ -63,7 +65,8 @@ def inverse(
         if offset:
             now = course(dynamics, events, t[part.rows])
             motion = replace(trajectory.at(now.t), temperature=now.temperature)
-            part = replace(part, course=now, motion=ringing(motion, now))
+            motion = ringing(motion, now)
+            part = replace(part, course=now, motion=motion, links=motion.q)
         yield part
 
 

@@ -52,8 +52,8 @@ def forward(
     controller = typical_controller(nominal, dynamics.drive.gain)
     targets = Trajectory(ticks, asked.q, asked.v, asked.a)
     loop = closed_loop(dynamics, controller, targets, nominal.torque(asked), lived, gears)
-    rows = [(x.state.theta, x.state.omega, x.state.load, x.current) for x in loop]
-    q, v, load, current = (np.array(column) for column in zip(*rows, strict=True))
+    rows = [(x.state.theta, x.state.omega, x.state.q, x.state.load, x.current) for x in loop]
+    q, v, links, load, current = (np.array(column) for column in zip(*rows, strict=True))
     accelerated = np.gradient(v, SERVO, axis=0)
     for part in blocks(len(t)):
         at = np.rint(t[part] / SERVO).astype(np.intp)
@@ -69,7 +69,7 @@ def forward(
         )
         # A current is held from its tick to the next: it belongs to the middle between them.
         later = _between(current, (t[part] + dynamics.drive.time_offset) / SERVO - 0.5)
-        yield Followed(part, now, motion, load[at], later)
+        yield Followed(part, now, motion, links[at], load[at], later)
 
 
 def _between(values: Array, place: Array) -> Array:

@@ -39,12 +39,25 @@ def observe(
     first day, to which it is set: its target of current has friction in it, that of moment none, as
     on recordings.
     """
+    return log_and_links(dynamics, trajectory, sensors, rng, events, fidelity)[0]
+
+
+def log_and_links(
+    dynamics: Dynamics,
+    trajectory: Trajectory,
+    sensors: Sensors,
+    rng: np.random.Generator,
+    events: Sequence[Event] = (),
+    fidelity: Fidelity = inverse,
+) -> tuple[Log, Array]:
+    """What `observe` gives, and where the links truly were, (N, J) [rad], which no log tells."""
     t = sensors.stamps(trajectory)
     always = steady(sensors.temperature, trajectory.joints)
     aimed = _gathered(_aims(dynamics, trajectory, (always,), t), len(t))
     lived = fidelity(dynamics, trajectory, t, (always, *events))
-    sensed = _sensed(dynamics, trajectory.step, sensors, lived, len(t), rng)
-    return Log(t, aimed | _gathered(sensed, len(t)) | _set(dynamics.payload, len(t)))
+    sensed = _gathered(_sensed(dynamics, trajectory.step, sensors, lived, len(t), rng), len(t))
+    links = sensed.pop("links")
+    return Log(t, aimed | sensed | _set(dynamics.payload, len(t))), links
 
 
 def _set(payload: Array, rows: int) -> dict[str, Array]:
@@ -79,7 +92,7 @@ def _sensed(
     rows: int,
     rng: np.random.Generator,
 ) -> Iterator[Rows]:
-    """What the sensors give."""
+    """What the sensors give, and where the links are."""
     ill, felt = rng.spawn(2)  # what only some logs have leaves the others' noise as it is
     noise = _current_noise(sensors, rows, step, rng)
     last = np.zeros(dynamics.arm.joints)
@@ -92,6 +105,7 @@ def _sensed(
         yield (
             part.rows,
             {
+                "links": part.links,
                 "actual_q": q,
                 "actual_qd": jittered(motion.v, sensors.velocity_noise, rng),
                 "actual_current": amperes,

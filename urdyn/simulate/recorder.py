@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from urdyn.types import Array, Index, Log
+from urdyn.types import Array, Index, Log, Mask
 
 
 @dataclass(frozen=True)
@@ -47,6 +47,11 @@ SEVERAL_RATES = Recorder(
 RECORDERS = {"exact": Recorder(), "polling": POLLING, "several_rates": SEVERAL_RATES}
 
 
+def fresh(t: Array, rate: float) -> Mask:
+    """Rows at t (N,) [s], from 0, that bring something new of what comes at `rate` [Hz], (N,)."""
+    return np.diff(np.floor(t * rate + 1e-6), prepend=-1.0) > 0.0
+
+
 def _asked(rows: int, jitter: float, rng: np.random.Generator) -> Index:
     """Which sample is the newest whenever the recorder asks, (N,)."""
     late = np.round(jitter * rng.standard_normal(rows)).astype(np.intp)
@@ -58,5 +63,5 @@ def _sparse(log: Log, name: str, rate: float | None) -> Array:
     values = log.channels[name]
     if rate is None:
         return values
-    new = np.diff(np.floor(log.t * rate + 1e-6), prepend=-1.0) > 0.0
+    new = fresh(log.t, rate)
     return np.where(new if values.ndim == 1 else new[:, None], values, np.nan)

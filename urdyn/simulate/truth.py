@@ -67,14 +67,19 @@ def write_truth(path: str | Path, document: Mapping[str, Any]) -> None:
             # TOML has no null: an arm without payload has no table of it.
             write_text(path, dump_toml({k: v for k, v in document.items() if v is not None}))
         case ".parquet":
-            if not document.get("course"):
-                raise InputError(f"{path}: nothing changes in this arm; write .json or .toml")
+            require_course(path, document)
             columns = {name: np.array(values) for name, values in document["course"].items()}
             write(Log(columns.pop("t"), columns), path)
             rest = {name: value for name, value in document.items() if name != "course"}
             write_truth(Path(path).with_suffix(".json"), rest)
         case suffix:
             raise InputError(f"{path}: the truth is written as .json or .toml, not {suffix!r}")
+
+
+def require_course(path: str | Path, document: Mapping[str, Any]) -> None:
+    """InputError where the truth is asked for as .parquet, and has nothing over time."""
+    if Path(path).suffix.lower() == ".parquet" and not document.get("course"):
+        raise InputError(f"{path}: nothing changes in this arm; write .json or .toml")
 
 
 def _joint(dynamics: Dynamics, j: int) -> dict[str, Any]:

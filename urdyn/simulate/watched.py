@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 from scipy.spatial.transform import Rotation
 
 from urdyn.model.dynamics import Dynamics
-from urdyn.simulate.schedule import Event, course
+from urdyn.simulate.recorder import fresh
 from urdyn.types import Array, Log
 
 PLACE_NOISE, TURN_NOISE = 2e-5, 5e-5  # [m], [rad] sd of each coordinate
@@ -17,18 +15,15 @@ TARGET = 0.1  # [m] from the flange
 
 
 def watched(
-    dynamics: Dynamics, log: Log, events: Sequence[Event], rate: float, rng: np.random.Generator
+    dynamics: Dynamics, t: Array, links: Array, rate: float, rng: np.random.Generator
 ) -> Log:
     """Poses of a target on the flange, in the tracker's frame, at `rate` [Hz] and the log's clock.
 
-    The tracker sees where the joints truly are, not what their encoders say.
+    The tracker sees where the `links` (N, J) [rad] truly are at t (N,), not what encoders say.
     """
-    every = max(1, round(1.0 / (rate * float(np.median(np.diff(log.t))))))
-    rows = np.arange(0, len(log), every)
-    t = log.t[rows]
-    true = log.channels["actual_q"][rows] - course(dynamics, events, t).encoder_offset
-    arm = dynamics.arm
-    seen = _frame(rng, FAR) @ arm.pose(true, arm.link_names[-1]) @ _frame(rng, TARGET)
+    rows = fresh(t, rate)
+    t, arm = t[rows], dynamics.arm
+    seen = _frame(rng, FAR) @ arm.pose(links[rows], arm.link_names[-1]) @ _frame(rng, TARGET)
     place = seen[:, :3, 3] + PLACE_NOISE * rng.standard_normal((len(t), 3))
     jitter = Rotation.from_rotvec(TURN_NOISE * rng.standard_normal((len(t), 3)))
     angles = (jitter * Rotation.from_matrix(seen[:, :3, :3])).as_rotvec()
