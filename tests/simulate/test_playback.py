@@ -62,6 +62,21 @@ def test_a_file_that_cannot_be_followed_is_refused(tmp_path, arm, message):
     assert "bad.csv" in str(refused.value)
 
 
+@pytest.mark.parametrize("rate", [4.0, 10.0, 100.0])
+def test_rows_far_apart_hide_no_limit(tmp_path, arm, rate):
+    path = tmp_path / "jerk.csv"
+    path.write_text("0,0,0,0,0,0,0\n0.1,0.5,0,0,0,0,0\n")
+    with pytest.raises(InputError, match="shoulder_pan_joint at 298 % of its velocity limit"):
+        from_file(path, arm, rate)
+
+
+@pytest.mark.parametrize("rate", [np.nan, 0.0, np.inf, -3.0])
+def test_a_rate_that_is_none_is_refused(tmp_path, arm, rate):
+    path = save(tmp_path / "a.csv", [0.0, 2.0], np.zeros((2, 6)))
+    with pytest.raises(InputError, match=r"rate .*: takes a finite number of Hz, above 0"):
+        from_file(path, arm, rate)
+
+
 def test_a_file_that_is_not_there_is_refused(tmp_path, arm):
     with pytest.raises(InputError, match="cannot be read"):
         from_file(tmp_path / "none.csv", arm, 100.0)

@@ -3,18 +3,22 @@
 from __future__ import annotations
 
 import csv
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 from scipy.interpolate import make_interp_spline
 
 from urdyn.errors import LogError
+from urdyn.given import given_number, positive
 from urdyn.model.arm import Arm
 from urdyn.simulate.limits import rated, require
 from urdyn.simulate.trajectory import Trajectory, blocks
 from urdyn.simulate.written import read_motion, rows_of
 from urdyn.types import Array
+
+FINE = 500.0  # [Hz] at which limits are judged, at least: what a controller asks of an arm
 
 
 def from_file(path: str | Path, arm: Arm, rate: float) -> Trajectory:
@@ -22,16 +26,22 @@ def from_file(path: str | Path, arm: Arm, rate: float) -> Trajectory:
 
     A quintic spline through all points that starts and ends at rest; velocities and accelerations
     that follow the angles are not needed. Or the motion in an excitation.toml. InputError where the
-    file cannot be used or the arm cannot follow.
+    file cannot be used or the arm cannot follow, between the rows that are asked for, too.
     """
+    rate = given_number(rate, "rate", "a finite number of Hz, above 0", positive)
+    at = _motion(path, arm.joints)
+    fine = at(max(rate, FINE))
+    require(arm, rated(arm), fine, str(path))
+    return fine if rate >= FINE else at(rate)
+
+
+def _motion(path: str | Path, joints: int) -> Callable[[float], Trajectory]:
+    """The trajectory in a file, by its rate [Hz]."""
     if Path(path).suffix.lower() == ".toml":
-        motion, duration, told = read_motion(path, arm.joints)
-        trajectory = rows_of(motion, duration - 1.0 / told, rate)
-    else:
-        points = read_points(path, arm.joints)
-        trajectory = through(points[:, 0] - points[0, 0], points[:, 1:], rate)
-    require(arm, rated(arm), trajectory, str(path))
-    return trajectory
+        motion, duration, told = read_motion(path, joints)
+        return partial(rows_of, motion, duration - 1.0 / told)
+    points = read_points(path, joints)
+    return partial(through, points[:, 0] - points[0, 0], points[:, 1:])
 
 
 def through(t: Array, q: Array, rate: float) -> Trajectory:
