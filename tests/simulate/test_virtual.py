@@ -86,6 +86,21 @@ def test_the_truth_in_another_format_is_refused(tmp_path):
         write_truth(tmp_path / "truth.yaml", {})
 
 
+@pytest.mark.parametrize(
+    ("asked", "told"),
+    [
+        ({"seed": -1}, "seed -1: takes a whole number from 0 to"),
+        ({"seed": 1.5}, "seed 1.5: takes a whole number"),
+        ({"seed": 2**70}, "seed 1180591620717411303424: takes a whole number from 0 to"),
+        ({"run": -1}, "run -1: takes a whole number, 0 or more"),
+        ({"terms": frozenset({"stribek"})}, "terms: no 'stribek'; name some of ripple_cos"),
+    ],
+)
+def test_an_arm_that_nobody_can_draw_is_refused(arm, asked, told):
+    with pytest.raises(InputError, match=told):
+        simulate(arm, 2.0, 50.0, **{"seed": 0} | asked)
+
+
 def test_a_payload_without_mass_is_refused():
     with pytest.raises(InputError, match="cannot be carried"):
         Payload(-1.0)

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from urdyn.errors import InputError
 from urdyn.model.arm import Arm
 from urdyn.model.consistency import inertials, log_cholesky
 from urdyn.model.drive import Drive
@@ -89,6 +90,8 @@ class Population:
 
     def draw(self, rng: np.random.Generator, terms: frozenset[str] = frozenset()) -> Dynamics:
         """One arm at random; optional terms that are not among `terms` are zero."""
+        if wrong := sorted(set(terms) - OPTIONAL):
+            raise InputError(f"terms: no {wrong[0]!r}; name some of {', '.join(sorted(OPTIONAL))}")
         z = rng.standard_normal(self.link_mean.shape)
         scores = {name: rng.standard_normal(len(z)) for name in self.drive}
         keep = {k: v for k, v in scores.items() if k not in OPTIONAL or k in terms}

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from urdyn.given import given_count
 from urdyn.model.arm import Arm
 from urdyn.model.dynamics import Dynamics
 from urdyn.model.population import population
@@ -24,6 +25,8 @@ from urdyn.simulate.warmth import warm_up
 from urdyn.simulate.work import Work
 from urdyn.types import Log
 
+LARGEST = 2**63 - 1  # seed that a truth in TOML can tell
+
 
 def virtual_arm(
     arm: Arm,
@@ -38,6 +41,7 @@ def virtual_arm(
         terms: optional terms of friction that this arm has, by their names in `Drive`.
         deviations: its joints are where a real arm's are, not where they are drawn.
     """
+    given_count(seed, "seed", 0, LARGEST)
     dynamics = population(arm).draw(np.random.default_rng(seed), terms)
     if deviations:
         dynamics = with_deviations(dynamics, seed)
@@ -66,7 +70,8 @@ def streams(
     """Randomness of motion and sensors: neither another trajectory nor another sensor makes another
     arm. With another payload noise is new and the motion is the same; in another run both are new.
     """
-    if run:
+    given_count(seed, "seed", 0, LARGEST)
+    if given_count(run, "run", 0):
         moving, noisy = np.random.default_rng((seed, run)).spawn(2)
         return moving, noisy
     milligrams = round(1e6 * payload.mass) if payload else 0
