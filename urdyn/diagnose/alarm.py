@@ -10,7 +10,7 @@ from scipy.special import logsumexp
 
 from urdyn.diagnose.change import Change
 from urdyn.diagnose.explain import Explanation
-from urdyn.diagnose.onsets import Bank
+from urdyn.diagnose.onsets import WITHIN, Bank
 from urdyn.types import Array
 
 CONFIDENT = 0.95  # [-] share of the evidence at which a finding need not wait for a clearer name
@@ -38,7 +38,7 @@ class Alarm:
 
         An alarm that has waited for its name lends no patience to what has just begun.
         """
-        borne_out = np.count_nonzero(bank.onset >= self.told.onset) >= TWICE
+        borne_out = np.count_nonzero(bank.onset >= self.told.onset) > (TWICE - 1) * len(WITHIN)
         enough = waited >= (TWICE if self.confident else PATIENCE)
         return bool(enough and (borne_out or waited == TWICE))
 

@@ -20,7 +20,8 @@ from urdyn.types import Array, Index
 
 PAUSE = 10.0  # [s] without work, after which it may be another program
 PROGRAM = 1.0  # [-] windows' straying, by which the model may be off for as long as that runs
-RECENT = 8  # onsets that are all kept; older ones stand ever further apart
+WITHIN = (0.0, 0.5)  # [-] of a block, where in it a change may begin: not all do at its edges
+RECENT = 16  # onsets that are all kept; older ones stand ever further apart
 APART = 0.5  # [-] of its age, from one neighbour of an old onset to the other, that keeps it
 SHAPES = ("step", "ramp")
 
@@ -120,13 +121,13 @@ def step(bank: Bank, block: Block, straying: Straying, E: Array, whole: bool = F
     """
     x, P, stays = _strayed(bank.t, bank.x, bank.P, block, straying)
     X = stays[:, None, None, None] * bank.X
-    bank = _with_onset(replace(bank, x=x, X=X), block.begin, E.shape[1])
+    bank = _with_onsets(replace(bank, x=x, X=X), block, E.shape[1])
     keep = np.linalg.inv(np.eye(len(P)) + block.A @ P)  # (I + A P)^-1
     seen = keep @ block.A  # (A^-1 + P)^-1
     after = P @ keep
     P = 0.5 * (after + after.T)
     g = block.b - block.A @ bank.x
-    grown = np.stack([np.ones(len(bank.onset)), block.middle - bank.onset])
+    grown = _grown(bank.onset, block)
     missed = E[:, None, None, :] * grown[:, :, None] - bank.X  # (n, 2, m, p)
     flat = missed.reshape(len(P), -1)
     weighed = (seen @ flat).reshape(missed.shape)
@@ -187,15 +188,24 @@ def between_programs(window: Array, hidden: Array | float = 0.0) -> Array:
     return PROGRAM * np.hypot(window, hidden)
 
 
-def _with_onset(bank: Bank, t: float, p: int) -> Bank:
-    n = len(bank.x)
+def _grown(onset: Array, block: Block) -> Array:
+    """Mean over a block of steps and ramps from each onset on, (2, m)."""
+    begin = np.maximum(onset, block.begin)
+    share = (block.end - begin) / (block.end - block.begin)
+    return share * np.stack([np.ones(len(onset)), 0.5 * (begin + block.end) - onset])
+
+
+def _with_onsets(bank: Bank, block: Block, p: int) -> Bank:
+    """With those of one more block; what begins within the first may as well be older than that."""
+    within = np.array(WITHIN if len(bank.onset) else WITHIN[:1])
+    n, more = len(bank.x), len(within)
     return replace(
         bank,
-        onset=np.append(bank.onset, t),
-        weight=np.append(bank.weight, 1.0),
-        X=np.concatenate([bank.X, np.zeros((n, 2, 1, p))], axis=2),
-        C=np.concatenate([bank.C, np.zeros((2, 1, p, p))], axis=1),
-        d=np.concatenate([bank.d, np.zeros((2, 1, p))], axis=1),
+        onset=np.append(bank.onset, block.begin + within * (block.end - block.begin)),
+        weight=np.append(bank.weight, np.full(more, 1.0 / more)),
+        X=np.concatenate([bank.X, np.zeros((n, 2, more, p))], axis=2),
+        C=np.concatenate([bank.C, np.zeros((2, more, p, p))], axis=1),
+        d=np.concatenate([bank.d, np.zeros((2, more, p))], axis=1),
     )
 
 
