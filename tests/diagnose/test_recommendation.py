@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from found import FOUND
 
+from urdyn.diagnose.prognosis import Course
 from urdyn.diagnose.recommend import arm_health, health, recommendation
-from urdyn.faults import Costs
+from urdyn.faults import Costs, decide, outlook
 
 HOUR = 3600.0
 LEFT = {"median": 300 * HOUR, "lo": 200 * HOUR, "hi": 450 * HOUR}
@@ -88,12 +89,24 @@ def test_a_joint_lasts_as_surely_as_its_faults_do():
     rows = health([even, far, pushed], ("a", "b", "c", "d"), Costs())
     index = [row["health_index"] for row in rows]
     unseen = np.exp(-Costs().notice / Costs().life)
-    assert index[0] == pytest.approx(unseen, abs=1e-6)  # 200 h at the soonest
+    assert index[0] == pytest.approx(unseen, abs=1e-5)  # 200 h at the soonest, or by 4.5 sd
     assert index[1] == index[3] == pytest.approx(unseen)  # nothing that wears; nothing at all
     assert 0.99 < unseen < 1.0
     assert index[2] == pytest.approx(0.5, abs=0.02)  # by its median, to a step of the outlook
     both = health([even, replace(even, id="too")], ("a", "b", "c"), Costs())
     assert both[2]["health_index"] == pytest.approx(index[2] ** 2 / unseen)
+
+
+@pytest.mark.parametrize("sd", [0.05, 0.11, 0.115, 0.125])
+def test_a_change_that_may_be_critical_at_once_waits_as_its_own_draws_do(sd):
+    """Oracle: the forecast itself, of which the outlook knows a median and two limits."""
+    course = Course(0.0, 0.4, sd, 0.0005 / HOUR, 0.0001 / HOUR)
+    sizes, rates = course._draws
+    t, failed = outlook(Costs(), 1.0, *(x / HOUR for x in course.until(0.6).values()))
+    drawn = np.mean((0.6 - sizes) / rates <= HOUR * t[:, None], axis=1)
+    early = t <= Costs().notice
+    np.testing.assert_allclose(failed[early], drawn[early], atol=0.02)
+    assert decide(t, failed).advice == decide(t, drawn).advice == "later"
 
 
 def test_an_arm_lasts_as_surely_as_all_its_joints_do():

@@ -44,6 +44,15 @@ def test_a_known_hour_of_failure_is_met_just_before():
     assert decision.later == pytest.approx(COSTS.service * (1.0 + unused / COSTS.life))
 
 
+@pytest.mark.parametrize("lo", [0.0, 1.0, 400.0])
+def test_one_in_twenty_fails_by_the_lower_limit_and_few_soon_after(lo):
+    t, failed = outlook(COSTS, 1.0, 1000.0, lo, 2000.0)
+    told = np.interp([lo, lo + 24.0, 1000.0, 2000.0], t, failed)
+    few = 0.05 + 24.0 * 0.45 / (1000.0 - lo)  # the density rises up to the median
+    assert told[[0, 2, 3]] == pytest.approx([0.05, 0.5, 0.95], abs=1e-3)  # to a step of the outlook
+    assert told[1] < few
+
+
 @given(median=st.floats(1.0, 1e5), spread=st.floats(1.01, 10.0), sure=st.floats(0.0, 1.0))
 def test_costs_are_those_of_a_simulated_fleet(median, spread, sure):
     """Oracle: the expectation over failure times drawn from the same distribution."""

@@ -96,7 +96,7 @@ def outlook(
     """Times over the horizon [h], and the probability of a failure by then, (N,) each.
 
     With this confidence a fault grows, and is forecast to end the work at `median` [h], 90 %
-    between `lo` and `hi`, log-normal to either side.
+    between `lo` and `hi`, normal before the median and log-normal behind it.
     """
     given(confidence, "confidence", "a probability", lambda x: (x >= 0.0) & (x <= 1.0))
     median, lo, hi = (
@@ -126,11 +126,13 @@ def _from_now(time: float, what: str) -> float:
 
 
 def _by(t: Array, median: float, lo: float, hi: float) -> Array:
-    """Distribution of two half log-normals that meet at the median, (N,)."""
+    """Distribution of a half normal and a half log-normal that meet at the median, (N,).
+
+    What is due soon may be due at once, lo = 0, which no log-normal reaches.
+    """
     from scipy.special import ndtr
 
-    early = max(np.log(median / max(lo, SOON * median)) / NORMAL90, 1e-6)
+    early = max((median - lo) / NORMAL90, 1e-6 * median)
     late = max(np.log(max(hi, median) / median) / NORMAL90, 1e-6)
-    with np.errstate(divide="ignore"):
-        z = np.log(t / median)
-    return np.asarray(ndtr(z / np.where(z < 0.0, early, late)))
+    before, after = np.minimum(t - median, 0.0), np.log(np.maximum(t / median, 1.0))
+    return np.asarray(ndtr(before / early + after / late))
