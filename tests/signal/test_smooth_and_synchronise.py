@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from plain_logs import clock, counts, log_of
 from scipy.signal import savgol_filter
+from scipy.spatial.transform import Rotation
 
 from urdyn.errors import InputError, LogError
 from urdyn.signal import (
@@ -72,6 +73,28 @@ def test_a_state_is_held_from_its_own_row_on_whatever_the_clock_began_at(origin:
     rows = np.arange(500.0)
     out = synchronise(log_of((origin + 1e4 * rows) / 1e6, robot_mode=rows), rate=100.0)
     assert np.array_equal(out.channels["robot_mode"], rows)
+
+
+def test_a_pose_turns_from_sample_to_sample_through_half_a_turn_too() -> None:
+    """Oracle: evenly about an axis, which a rotation vector tells with another sign beyond pi."""
+    axis = np.array([0.48, -0.6, 0.64])
+
+    def pose(t: np.ndarray) -> np.ndarray:
+        turn = Rotation.from_rotvec(np.outer(3.0 + t, axis)).as_rotvec()
+        return np.hstack([np.outer(t, [1.0, 2.0, 3.0]), turn])
+
+    t = clock(125, 1.0)
+    seen = pose(t)
+    assert (np.abs(np.diff(seen[:, 3:], axis=0)).max(axis=1) > 3.0).sum() == 1
+    t, seen = np.delete(t, slice(60, 80)), np.delete(seen, slice(60, 80), axis=0)
+    seen[5, 4] = np.nan
+    out = synchronise(log_of(t, actual_TCP_pose=seen))
+    told, due = out.channels["actual_TCP_pose"], pose(out.t)
+    known = (out.t < 0.4721) | (out.t > 0.6399)
+    assert (np.isfinite(told).all(axis=1) == known).all()
+    np.testing.assert_allclose(told[known, :3], due[known, :3], atol=1e-12)
+    turned = Rotation.from_rotvec(told[known, 3:]) * Rotation.from_rotvec(due[known, 3:]).inv()
+    assert turned.magnitude().max() < 1e-9
 
 
 def test_synchronisation_says_what_it_filled() -> None:

@@ -28,6 +28,11 @@ def is_state(name: str) -> bool:
     return any(word in name for word in _STATES)
 
 
+def is_pose(name: str, values: Array) -> bool:
+    """Whether a channel is places [m] and rotation vectors [rad], (N, 6)."""
+    return name.endswith("TCP_pose") and values.shape[1:] == (6,)
+
+
 def columns(values: Array) -> Array:
     """A channel as (N, width), whether it was that or (N,)."""
     return values if values.ndim > 1 else values[:, None]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -9,7 +10,7 @@ from numpy.typing import NDArray
 
 from urdyn.errors import LogError
 from urdyn.given import given_number, positive
-from urdyn.signal.channels import by_column, columns, is_state
+from urdyn.signal.channels import by_column, columns, is_pose, is_state
 from urdyn.signal.stretches import EVEN, GAP, median_step, stretches
 from urdyn.types import Array, Defect, Log
 
@@ -19,9 +20,10 @@ def synchronise(*logs: Log, rate: float = 100.0) -> Log:
 
     A channel may have a rate of its own, in a log of its own or as rows between which it is NaN:
     joint states at 125 Hz, force/torque at 100 Hz, temperatures at 10 Hz. Between its samples it
-    is interpolated linearly (a state is held); across a gap, and outside what was measured, it is
-    NaN. Where no channel speaks the base has no rows, for a night is not a million of them. What
-    was filled in, and the gaps, are counted in the defects, channel by channel.
+    is interpolated linearly (a state is held, a pose turns about one axis); across a gap, and
+    outside what was measured, it is NaN. Where no channel speaks the base has no rows, for a night
+    is not a million of them. What was filled in, and the gaps, are counted in the defects, channel
+    by channel.
     """
     rate = given_number(rate, "rate", "a rate above 0 [Hz]", positive)
     grid = _grid(logs, rate)
@@ -31,7 +33,7 @@ def synchronise(*logs: Log, rate: float = 100.0) -> Log:
         for name, values in log.channels.items():
             if name in channels:
                 raise LogError(f"two logs have {name}; drop one", log.source.path, column=name)
-            channels[name] = _onto(grid, log.t, values, hold=is_state(name), near=EVEN / rate)
+            channels[name] = _onto(grid, log.t, name, values, near=EVEN / rate)
             defects += _defects(name, grid, _spoken(log, name), channels[name], rate)
     return Log(grid, channels, replace(logs[0].source, rows=None), tuple(defects))
 
@@ -57,19 +59,38 @@ def _grid(logs: tuple[Log, ...], rate: float) -> Array:
     return np.asarray(origin + ticks / rate)
 
 
-def _onto(grid: Array, t: Array, values: Array, hold: bool, near: float) -> Array:
+def _onto(grid: Array, t: Array, name: str, values: Array, near: float) -> Array:
     """A channel on the grid; `near` [s] counts as on a stamp."""
 
-    def column(x: Array) -> Array:
-        known = np.isfinite(x)
+    def read(x: Array, between: Callable[[Array, Array, Array], Array]) -> Array:
+        known = np.isfinite(columns(x)).all(1)
         if not known.any():
-            return np.full_like(grid, np.nan)
+            return np.full((len(grid), *x.shape[1:]), np.nan)
         stamps, y = t[known], x[known]
         before = np.clip(np.searchsorted(stamps, grid + near, "right") - 1, 0, len(stamps) - 1)
-        out = y[before] if hold else np.interp(grid, stamps, y)
-        return np.where(_bracketed(grid, stamps, before, near), out, np.nan)
+        out = y[before] if is_state(name) else between(grid, stamps, y)
+        out[~_bracketed(grid, stamps, before, near)] = np.nan
+        return out
 
-    return by_column(values, column)
+    out = by_column(values, lambda x: read(x, np.interp))
+    if is_pose(name, values):
+        out[:, 3:] = read(values[:, 3:], _turned)
+    return out
+
+
+def _turned(grid: Array, stamps: Array, y: Array) -> Array:
+    """Rotation vectors (N, 3) [rad] between those of samples (n, 3): about one axis, evenly.
+
+    Number by number they would pass through any orientation where a turn of pi changes its sign.
+    """
+    from scipy.spatial.transform import Rotation  # heavy, and seldom needed
+
+    at = np.interp(grid, stamps, np.arange(len(stamps)))
+    before = at.astype(np.intp)
+    after = np.minimum(before + 1, len(stamps) - 1)
+    start = Rotation.from_rotvec(y[before])
+    way = (start.inv() * Rotation.from_rotvec(y[after])).as_rotvec()
+    return np.asarray((start * Rotation.from_rotvec((at - before)[:, None] * way)).as_rotvec())
 
 
 def _bracketed(
