@@ -204,6 +204,13 @@ PENDULUM = """<robot name="pendulum">
 </robot>"""
 
 
+def test_a_jacobian_of_one_joint_is_one_column() -> None:
+    arm, q = read_arm(PENDULUM), np.array([[0.3], [0.4]])
+    turning = np.array([0.0, 0.0, 0.0, 1.0, 0.0, 0.0])[:, None]  # about the bob's own frame
+    np.testing.assert_array_equal(arm.jacobian(q), [turning, turning])
+    np.testing.assert_array_equal(arm.jacobian(q[0]), turning)
+
+
 def test_inertials_come_in_pinocchios_order_about_the_joint() -> None:
     m, (x, y, z) = 2.0, (0.1, 0.2, 0.3)
     about_joint = [

@@ -140,7 +140,8 @@ class Arm:
         index = self._frame(frame or self.tool)
 
         def derive(model: Any, data: Any, q: Array) -> Any:
-            return pin.computeFrameJacobian(model, data, q, index, pin.LOCAL_WORLD_ALIGNED)
+            J = pin.computeFrameJacobian(model, data, q, index, pin.LOCAL_WORLD_ALIGNED)
+            return J.reshape(6, self.joints)  # of one joint it comes flat
 
         return self._each(derive, (6, self.joints), q)
 
