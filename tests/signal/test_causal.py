@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
 from scipy.stats import chi2
 from streams import log_of, play, stacked, swing
 
+from urdyn.errors import InputError
 from urdyn.signal import Causal, condition, weights
 
 STEP = 0.01
@@ -65,6 +67,21 @@ def test_the_error_on_a_sinusoid_is_within_the_taylor_remainder(lag: int) -> Non
         rest += np.abs(of_v[order]) * omega * away**4 / math.factorial(4)
         error = np.abs(stacked(live, ORDERS[order]) - truth[order]).max()
         assert error <= rest.sum() + rounding(order)
+
+
+@pytest.mark.parametrize(
+    ("settings", "why"),
+    [
+        ({"lag": 9}, "lag 9: takes a whole number from 0 to 8"),
+        ({"lag": -1}, "lag -1"),
+        ({"lag": 2.5}, "lag 2.5"),
+        ({"period": 0.0}, "period 0.0: takes a time above 0"),
+        ({"period": np.nan}, "period nan"),
+    ],
+)
+def test_a_stamp_that_is_in_no_window_is_refused(settings: dict[str, Any], why: str) -> None:
+    with pytest.raises(InputError, match=why):
+        Causal(**{"period": STEP, "half": 4, **settings})
 
 
 def test_the_instrument_knows_nothing_of_the_noise_of_velocities() -> None:

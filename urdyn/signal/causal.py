@@ -7,6 +7,7 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 
+from urdyn.given import given_count, given_number, positive
 from urdyn.signal.channels import POSSIBLE
 from urdyn.signal.gate import FINEST, Gate
 from urdyn.signal.polynomial import (
@@ -54,6 +55,13 @@ class Causal:
     lag: int | None = None  # [samples] 0 .. 2 half; None: half
     offset: float | tuple[float, ...] = 0.0  # [s] by which the current leads; one, or one a joint
     gate: Gate | None = field(default_factory=Gate)  # None: every sample passes
+
+    def __post_init__(self) -> None:
+        takes = "a time above 0 [s]"
+        object.__setattr__(self, "period", given_number(self.period, "period", takes, positive))
+        if self.lag is not None:
+            lag = given_count(self.lag, "lag", 0, 2 * self.fit.half)
+            object.__setattr__(self, "lag", lag)
 
     @cached_property
     def fit(self) -> LocalPolynomial:
