@@ -107,6 +107,15 @@ def test_what_no_motion_is_made_of_is_told() -> None:
         replace(log, t=log.t[::-1].copy())
 
 
+@pytest.mark.parametrize("times", [2, 3])
+def test_rows_of_one_stamp_each_are_asked_for(times: int) -> None:
+    log = polled()
+    channels = {n: np.repeat(x, times, axis=0) for n, x in log.channels.items()}
+    channels["actual_q"][31, 0] += 1.0  # a glitch within no time
+    with pytest.raises(LogError, match="keep one row a stamp"):
+        condition(Log(np.repeat(log.t, times), channels))
+
+
 @pytest.mark.parametrize(
     ("settings", "why"),
     [

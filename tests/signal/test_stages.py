@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 
@@ -18,7 +19,9 @@ from urdyn.signal import (
     features,
     hampel,
     normalise,
+    reject_outliers,
     smooth,
+    stream,
 )
 from urdyn.types import Log
 
@@ -77,7 +80,7 @@ def test_standard_channels_have_mean_zero_and_deviation_one() -> None:
 
 def test_limits_become_minus_one_and_one() -> None:
     log = log_of(clock(1, 2.0), actual_q=np.array([[-6.0, 0.0], [0.0, 1.0], [6.0, 2.0]]))
-    out = normalise(log, limits={"actual_q": ([-6.0, 0.0], [6.0, 2.0]), "not_there": (0.0, 1.0)})
+    out = normalise(log, limits={"actual_q": ([-6.0, 0.0], [6.0, 2.0]), "actual_qd": (0.0, 1.0)})
     assert out.channels["actual_q"].tolist() == [[-1, -1], [0, 0], [1, 1]]
 
 
@@ -92,6 +95,34 @@ def test_a_scaling_can_be_undone_or_is_none() -> None:
         Scaling({"actual_q": np.zeros(2)}, {"actual_q": np.array([1.0, 0.0])})
     with pytest.raises(InputError, match="different channels"):
         Scaling({}, {"actual_q": np.ones(2)})
+
+
+SETTINGS = (
+    ("window 0: takes a whole number, 3 or more", lambda log: hampel(log, window=0)),
+    ("window 5.5", lambda log: reject_outliers(log, window=5.5)),
+    ("sigma -1", lambda log: reject_outliers(log, sigma=-1)),
+    ("sigma nan", lambda log: reject_outliers(log, sigma=np.nan)),
+    ("'actual_Q' is not in the log; there is actual_current", partial(smooth, channels="actual_Q")),
+    ("'nope' is not in the log", partial(reject_outliers, channels=["actual_qd", "nope"])),
+    ("'nope' is not in the log", partial(normalise, limits={"nope": (0.0, 1.0)})),
+    ("standstill -1: takes a velocity", partial(features, standstill=-1)),
+    ("rows -1: takes a whole number, 1 or more", lambda log: next(stream(log, -1))),
+)
+
+
+@pytest.mark.parametrize(("why", "stage"), SETTINGS)
+def test_a_setting_that_leaves_a_stage_nothing_to_do_is_refused(
+    why: str, stage: Callable[[Log], object]
+) -> None:
+    with pytest.raises(InputError, match=why):
+        stage(driven())
+
+
+def test_one_channel_is_a_choice_too_and_no_rows_have_no_features() -> None:
+    one = smooth(driven(), channels="actual_qd").channels["actual_qd"]
+    np.testing.assert_array_equal(one, smooth(driven()).channels["actual_qd"])
+    assert not np.array_equal(one, driven().channels["actual_qd"])
+    assert features(driven().slice(0, 0)).temperature_rise.shape == (0, 6)
 
 
 def test_every_stage_of_the_paper_can_be_looked_at() -> None:

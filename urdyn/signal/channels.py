@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 
 import numpy as np
 
+from urdyn.errors import InputError
 from urdyn.types import Array, Defect, Log
 
 SENSORS = (
@@ -26,6 +27,16 @@ _STATES = ("mode", "status", "state", "bits", "register", "reversal", "standstil
 def is_state(name: str) -> bool:
     """Whether a channel holds codes or flags: between 3 and 7 there is no robot_mode 5."""
     return any(word in name for word in _STATES)
+
+
+def named(log: Log, channels: Iterable[str]) -> list[str]:
+    """Which of these a log has; one that is no sensor's, and that it lacks, is nobody's."""
+    names = [channels] if isinstance(channels, str) else list(channels)
+    for name in names:
+        if name not in log and name not in SENSORS:
+            there = ", ".join(sorted(log.channels)) or "none"
+            raise InputError(f"channel {name!r} is not in the log; there is {there}")
+    return [name for name in names if name in log]
 
 
 def is_pose(name: str, values: Array) -> bool:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from urdyn.errors import LogError
-from urdyn.given import given_log
+from urdyn.given import given_count, given_log
 from urdyn.signal.channels import POSSIBLE
 from urdyn.signal.kinematics import kinematics
 from urdyn.signal.measured import measured
@@ -87,7 +87,8 @@ def stream(
     A break on the first row of a chunk is the jump of time between the chunks: `Motion.breaks`
     does not name row 0.
     """
-    log = measured(log)
+    rows = given_count(rows, "rows")
+    log = measured(given_log(log))
     for part, chunk in _settle(log, offset, half_window, degree).chunks(log, rows):
         yield replace(chunk, source=log.slice(part.start, part.stop).source)
 
@@ -167,6 +168,9 @@ def require_measured(log: Log, names: Collection[str] = ("actual_q", "actual_cur
     for j in np.flatnonzero(~np.isfinite(log.joint("actual_q")).any(axis=0)):
         message = f"no finite value of joint {j} in actual_q: name its column or record it"
         raise LogError(message, log.source.path, column=f"actual_q_{j}")
+    if median_step(log.t) == 0.0:
+        message = "most of its rows have the stamp of the row before; keep one row a stamp"
+        raise LogError(message, log.source.path, column="timestamp")
     far = np.nanmedian(np.abs(_measured(log, "actual_q")), axis=0) > FAR
     if np.count_nonzero(far) > 1:  # a last joint may turn without end
         which = ", ".join(map(str, np.flatnonzero(far)))

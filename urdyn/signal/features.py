@@ -6,6 +6,7 @@ from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
+from urdyn.given import given_number, not_negative
 from urdyn.signal.stretches import breaks
 from urdyn.types import Array, Log, frozen
 
@@ -30,6 +31,8 @@ class Features:
 
 def features(log: Log, *, standstill: float = SLOWEST) -> Features:
     """Derived metrics of `log`; `standstill` [rad/s] is the slowest velocity to divide by."""
+    takes = "a velocity, 0 or more [rad/s]"
+    standstill = given_number(standstill, "standstill", takes, not_negative)
     i, v = log.joint("actual_current"), log.joint("actual_qd")
     moving = np.abs(v) > standstill
     power = i * v
@@ -70,5 +73,7 @@ def _reversals(direction: Array) -> Array:
 
 def _since_first(x: Array) -> Array:
     """x less its first measured value, column by column."""
+    if not len(x):
+        return x
     first = np.isfinite(x).argmax(axis=0)
     return x - np.take_along_axis(x, first[None], axis=0)

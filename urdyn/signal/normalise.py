@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from urdyn.errors import InputError
-from urdyn.signal.channels import is_state
+from urdyn.signal.channels import is_state, named
 from urdyn.types import Array, Log, frozen
 
 Limits = Mapping[str, tuple[ArrayLike, ArrayLike]]
@@ -71,7 +71,10 @@ def normalise(log: Log, *, limits: Limits | None = None) -> Log:
 
     The scaling is a function of its input: `Scaling.standard(log)` tells it, and undoes it.
     """
-    return (Scaling.standard(log) if limits is None else Scaling.ranges(limits)).apply(log)
+    if limits is None:
+        return Scaling.standard(log).apply(log)
+    named(log, limits)
+    return Scaling.ranges(limits).apply(log)
 
 
 def _moments(x: Array) -> tuple[Array, Array]:

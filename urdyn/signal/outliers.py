@@ -8,10 +8,12 @@ from dataclasses import replace
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
-from urdyn.signal.channels import SENSORS, by_column, noted
+from urdyn.given import given_count, given_number, positive
+from urdyn.signal.channels import SENSORS, by_column, named, noted
 from urdyn.signal.stretches import stretches
 from urdyn.types import MAD_TO_SD, Array, Index, Log
 
+FEWEST = 3  # samples of a window: of two neither lies further out than the other
 _BATCH = 8192  # windows that are sorted at a time
 
 
@@ -32,8 +34,10 @@ def reject_outliers(
     that of a whole column it takes rare motion for error: of a recording in which one joint of a
     UR10e moves it marks 860 angles, and every one of them is sound.
     """
+    sigma = given_number(sigma, "sigma", "a number above 0", positive)
+    window = None if window is None else given_count(window, "window", FEWEST)
     kept, found = {}, 0
-    for name in [name for name in channels if name in log]:
+    for name in named(log, channels):
         kept[name] = by_column(
             log.channels[name], lambda x: _column(log.t, x, sigma, robust, window)
         )

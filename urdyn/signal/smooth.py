@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from urdyn.given import given_count
-from urdyn.signal.channels import SENSORS, by_column, columns, noted
+from urdyn.signal.channels import SENSORS, by_column, columns, named, noted
 from urdyn.signal.stretches import stretches
 from urdyn.types import Array, Log
 
@@ -25,7 +25,7 @@ def smooth(
     window = given_count(window, "window")
     degree = given_count(degree, "degree", 0, window - 1)
     smoothed, short = {}, 0
-    for name in [name for name in channels if name in log]:
+    for name in named(log, channels):
         smoothed[name] = by_column(log.channels[name], lambda x: _column(log.t, x, window, degree))
         short += _short(log.t, log.channels[name], window)
     defects = noted(log, "sample in a stretch shorter than the filter", short, "kept unfiltered")

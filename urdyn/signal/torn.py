@@ -52,7 +52,7 @@ def without_torn(log: Log) -> Log:
     Of another unit or column all are out of reach, and others tell of that.
     """
     names = ("actual_q", "actual_qd")
-    if not all(name in log for name in names):
+    if not all(name in log for name in names) or not median_step(log.t) > 0.0:
         return log
     q, v = values = [log.joint(name) for name in names]
     ill = ever_torn(log.t, q, v)
