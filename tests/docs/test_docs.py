@@ -9,10 +9,13 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 import typer
 
 from urdyn.cli.app import app
+from urdyn.model.arm import load_arm
+from urdyn.simulate.tool import tool_pose
 
 ROOT = Path(__file__).parents[2]
 PAGES = sorted((ROOT / "docs").rglob("*.md"))
@@ -77,6 +80,19 @@ def test_every_command_has_the_verb_and_the_options_it_is_shown_with(page):
             verb, words = verb.commands[words[0]], words[1:]
         known = {option for p in verb.params for option in p.opts} | {"--help"}
         assert {word for word in words if word.startswith("--")} <= known
+
+
+def test_an_arm_on_a_ceiling_is_the_upright_one_with_gravity_turned_over(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    [body] = [b for kind, _, b in blocks(ROOT / "docs/howto/record.md") if kind == "python"]
+    exec(body, {})
+    upright, hung = load_arm("ur5e"), load_arm("ceiling.urdf")
+    q, still = np.array([0.1, -0.5, 0.5, 0.2, 0.3, 0.0]), np.zeros(6)
+    torque = upright.torque(q, still, still)
+    np.testing.assert_allclose(hung.torque(q, still, still), -torque, atol=1e-9)
+    assert np.abs(torque).max() > 10.0
+    assert hung.pose(q)[2, 3] == pytest.approx(2.5 - upright.pose(q)[2, 3])
+    np.testing.assert_allclose(tool_pose(hung, q[None]), tool_pose(upright, q[None]), atol=1e-9)
 
 
 @pytest.mark.slow

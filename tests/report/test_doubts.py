@@ -45,6 +45,7 @@ def test_currents_of_other_joints_are_explained_by_no_model(ur5e: Arm, log: Log,
     scores = [validate(fit, odd)]
     [said] = unexplained(fit, scores)
     assert said.startswith("no model of a ur5e explains the currents of") and "shoulder pan" in said
+    assert "mounted otherwise than its URDF says" in said
     page = identify_page(fit, scores, "urdyn identify", 1.0, doubts=doubts(fit, scores))
     assert "N" + said[1:] in page.replace("&#x27;", "'")
 

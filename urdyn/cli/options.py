@@ -8,7 +8,8 @@ from typing import Annotated, Literal
 import typer
 
 _ROBOT = typer.Option(
-    "--robot", help="Arm type (ur3 ur5 ur10 ur3e ur5e ur10e ur16e ur20 ur30), or a URDF file."
+    "--robot",
+    help="Arm type (ur3 ur5 ur10 ur3e ur5e ur10e ur16e ur20 ur30), upright, or a URDF file.",
 )
 Robot = Annotated[str | None, _ROBOT]
 OneRobot = Annotated[str, _ROBOT]  # where nothing else says which

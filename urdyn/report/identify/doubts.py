@@ -17,13 +17,14 @@ FAR = 4.0  # [sd] of what arms of a type differ by: right ones were within 1.3, 
 NOTHING = 100.0  # [%] error of a model that says zero
 WORSE = 2.0  # [-] times the controller's error; fits to sound logs were at 1.02 at most
 MANY = (
-    "{} of {} masses and drive gains are what such arms hardly have: this is no {}, or its "
-    "currents are not in A; do not use this twin before that is known"
+    "{} of {} masses and drive gains are what such arms hardly have: this is no {}, or it "
+    "is mounted otherwise than its URDF says, or its currents are not in A; do not use this twin "
+    "before that is known"
 )
 UNEXPLAINED = (
     "no model of a {} explains the currents of {} by this motion: columns may be swapped, in "
-    "another order of the joints, or of another quantity, sign or zero; do not use this twin "
-    "before that is known"
+    "another order of the joints, or of another quantity, sign or zero; or the arm is mounted "
+    "otherwise than its URDF says; do not use this twin before that is known"
 )
 STRANGE = (
     "In {} intervals for 90 % of the currents hold less than half of that: it has changed since it "
