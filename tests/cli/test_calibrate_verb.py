@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from deltas import table_of
 from scipy.spatial.transform import Rotation
 from story import urdyn
 from typer.testing import CliRunner, Result
@@ -15,7 +16,7 @@ from urdyn.cli.app import app
 from urdyn.io.calibration_file import calibration_text, read_calibration
 from urdyn.model.arm import load_arm
 from urdyn.model.geometry.chain_pose import flange
-from urdyn.model.geometry.dh import Deltas, table_of
+from urdyn.model.geometry.dh import Deltas
 from urdyn.model.geometry.drawing import drawing_of
 from urdyn.model.geometry.turns import exponential, places_of
 from urdyn.types import Array

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from deltas import table_of
 
 from urdyn.errors import ArmError
 from urdyn.model.arm import Arm, load_arm, read_arm
 from urdyn.model.describe import describe
 from urdyn.model.geometry.canonical import coordinates
 from urdyn.model.geometry.chain_pose import flange, reach
-from urdyn.model.geometry.dh import Deltas, deltas_of, table_of
+from urdyn.model.geometry.dh import Deltas, deltas_of
 from urdyn.model.geometry.drawing import drawing_of, placed, redrawn
 from urdyn.model.geometry.transmission import compliance, transmission
 from urdyn.model.geometry.turns import places_of, rotation_vector, turn_z

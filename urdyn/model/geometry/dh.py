@@ -41,13 +41,3 @@ def deltas_of(form: Form, table: Array) -> Deltas:
     # What UR counts to a joint are the a and alpha behind it; behind the last is the tool.
     behind = np.vstack([off[1:, :2], np.zeros(2)])
     return Deltas(off[:, 4], off[:, 3], behind[:, 0], behind[:, 1])
-
-
-def table_of(form: Form, deltas: Deltas) -> Array:
-    """a ... theta (J, 5) of an arm with UR's `deltas`; those behind the last joint must be zero."""
-    rows = np.array(form.nominal)
-    rows[1:, 0] += deltas.a[:-1]
-    rows[1:, 1] += deltas.alpha[:-1]
-    rows[:, 3] += deltas.d
-    rows[:, 4] += deltas.theta
-    return coordinates(form, places_of(rows))
