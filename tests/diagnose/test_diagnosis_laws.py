@@ -27,7 +27,6 @@ from urdyn.diagnose.session import Session
 from urdyn.diagnose.state import Now, State
 from urdyn.diagnose.verdict import of_change, up_to_date
 from urdyn.errors import InputError
-from urdyn.faults import Costs
 from urdyn.signal import Instant
 
 PUSH = "collision:link=4,force=90/0/60,onset=6"
@@ -135,7 +134,7 @@ def test_a_diagnosis_goes_on_where_its_memory_ends(shop: Shop, tmp_path: Path) -
         if whole is not None:
             again, _ = diagnosis.step(again, now)
         state, _ = diagnosis.step(state, now)
-    none = ((), (), (), {}, {}, Costs())
+    none = ((), (), (), {}, {}, diagnosis.rules)
     one, other = (findings_document(s.findings, *none) for s in (again, state))
     assert one == other
     assert len(state.findings) == 1

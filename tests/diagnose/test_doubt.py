@@ -14,9 +14,9 @@ from urdyn.diagnose import Finding
 from urdyn.diagnose.document import findings_document
 from urdyn.diagnose.doubt import GAIN
 from urdyn.diagnose.rules import read_rules
-from urdyn.faults import Costs
 
 JOINTS = tuple(f"joint_{j}" for j in range(6))
+HOUSE = read_rules()
 SICK = replace(FOUND, severity="critical")
 
 
@@ -27,7 +27,7 @@ def ill(kind: str, count: int, **how: Any) -> list[Finding]:
 
 def told(findings: Sequence[Finding]) -> tuple[str, str, str]:
     """Doubt and advice of findings.json, and what a terminal shows of the run."""
-    document = findings_document(findings, JOINTS, [True] * 6, (), {}, {}, Costs())
+    document = findings_document(findings, JOINTS, [True] * 6, (), {}, {}, HOUSE)
     shown = summed(document | {"quality": {"compared": [9] * 6}})
     return document.get("doubt", ""), document["recommendation"]["text"], shown
 

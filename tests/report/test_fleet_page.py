@@ -12,10 +12,9 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
-from tracked import diagnosed, growing
+from tracked import HOUSE, diagnosed, growing
 
 from urdyn.diagnose.document import findings_document
-from urdyn.faults.decision import Costs
 from urdyn.report.fleet.gather import STATES, gather, names, told
 from urdyn.report.fleet.page import WORDS, fleet_page, headline, sentence
 
@@ -176,7 +175,7 @@ def test_half_an_arm_that_was_ill_before_the_run_is_sent_to_no_service(tmp_path,
         replace(growing(joint=j, name=JOINTS[j]), severity="critical", older=j < doubtful)
         for j in range(len(JOINTS))
     ]
-    said = findings_document(ill, JOINTS, [True] * len(JOINTS), [], {}, {}, Costs())
+    said = findings_document(ill, JOINTS, [True] * len(JOINTS), [], {}, {}, HOUSE)
     assert said["recommendation"]["advice"] == "now" and ("doubt" in said) == doubtful
     folder = robot(tmp_path / "cell-7", findings=[])
     (folder / "findings.json").write_text(json.dumps(said))
@@ -440,6 +439,16 @@ def test_a_zero_that_slipped_is_told_though_no_line_shows_it(tmp_path, slip, tol
     assert ("1 changed (slipped)" in headline(fleet)) == told
     page = shown(asked)
     assert (page.index("slipped/report") < page.index("strange/report")) == told
+
+
+def test_what_changed_is_judged_by_the_levels_of_its_own_diagnosis(tmp_path):
+    slipped = robot(tmp_path / "slipped", findings=[], slip=-0.005)
+    for warning, state in ((0.002, "changed"), (0.006, "steady")):
+        levels = {"zero": {"warning": warning, "critical": 0.01}}
+        (slipped / "findings.json").write_text(json.dumps({"findings": [], "levels": levels}))
+        assert gather([slipped], NOW, DAY).robots[0].state == state
+    (slipped / "findings.json").write_text('{"findings": [], "levels": {"zero": {"warning": "?"}}}')
+    assert "is damaged" in gather([slipped], NOW, DAY).unread[0].reason
 
 
 def test_words_are_as_urgent_as_states():

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tracked import CRITICAL, START, columns, diagnosed, growing, summary, write
+from tracked import CRITICAL, HOUSE, JOINTS, START, columns, diagnosed, growing, summary, write
 
 from urdyn.cli.diagnosing import summed
 from urdyn.diagnose.doubt import GAIN
@@ -93,6 +93,25 @@ def test_what_changed_beyond_a_warning_is_not_left_without_a_word(tmp_path, slip
     advice = said(html, "advice")
     assert ("but check elbow zero: changed by more than a warning takes" in advice) == told
     assert advice == "Leave it at work." or told
+
+
+def test_a_page_judges_by_the_levels_of_the_owners_own_rules(tmp_path):
+    own, table = tmp_path / "plant.toml", columns()
+    own.write_text(
+        "[kind.encoder_offset]\nwarning = 0.03\ncritical = 0.05\n"
+        "[kind.friction_increase]\ncritical = 0.25\n[kind.health_degradation]\ncritical = 0.15\n"
+    )
+    table["elbow_joint.zero"] -= np.where(table["t"] > table["t"][3000], 0.023, 0.0)
+    for joint in JOINTS:  # shows a half, and not a quarter
+        table[f"{joint}.coulomb.sd"] = 0.15 * table[f"{joint}.coulomb"]
+    run = History((write(tmp_path / "history.parquet", table),))
+    house, plant = (
+        track_page(run, summary(**diagnosed(rules=r))) for r in (HOUSE, read_rules(own))
+    )
+    assert "check elbow zero" in said(house, "advice") and "friction by 50 %" in said(house, "lead")
+    assert said(plant, "advice") == "Leave it at work."
+    assert "friction by 25 % or of health by 15 % would not show" in said(plant, "lead")
+    assert plant.count("0 sd, unsure") == house.count("0 sd, unsure") + len(JOINTS)
 
 
 def test_what_too_little_was_seen_of_is_neither_well_nor_steady(history):

@@ -17,13 +17,13 @@ from tracked import (
     START,
     T,
     columns,
+    diagnosed,
     summary,
     write,
 )
 
-from urdyn.diagnose.rules import read_rules
 from urdyn.errors import LogError
-from urdyn.report.track.change import CRITICAL, SDS, SHARE, UNSURE, WARNING, compare_track
+from urdyn.report.track.change import LEVELS, SDS, SHARE, UNSURE, compare_track
 from urdyn.report.track.history import History, Series
 from urdyn.report.track.page import track_page
 from urdyn.report.track.surprise import surprise
@@ -118,7 +118,7 @@ def test_a_change_that_went_away_again_is_steady():
 
 @pytest.mark.parametrize(("quantity", "then"), [("coulomb", 5.0), ("health", 1.0), ("zero", 0.0)])
 def test_what_is_too_little_known_to_show_a_critical_change_is_not_called_steady(quantity, then):
-    most = CRITICAL[quantity] * (then or 1.0) / SDS
+    most = LEVELS[quantity]["critical"] * (then or 1.0) / SDS
     for sd, word in ((0.9 * most, "steady"), (1.1 * most, UNSURE)):
         sds = np.linspace(0.01 * most, sd, 100)
         found = compare_track(Series("a", quantity, "-", T[:100], np.full(100, then), sds))
@@ -138,16 +138,8 @@ def test_the_verdict_claims_no_joint_that_nobody_could_observe(tmp_path):
     assert shown.count("0 sd, unsure") == 2
 
 
-def test_levels_are_those_of_a_diagnosis():
-    by_name = {kind.name: kind for kind in read_rules().slow}
-    for quantity, name in (
-        ("coulomb", "friction_increase"),
-        ("viscous", "viscous_friction"),
-        ("health", "health_degradation"),
-        ("zero", "encoder_offset"),
-    ):
-        kind = by_name[name]
-        assert (WARNING[quantity], CRITICAL[quantity]) == (kind.warning, kind.critical)
+def test_levels_of_a_run_that_tells_none_are_those_of_the_built_in_rules():
+    assert diagnosed()["levels"] == LEVELS
 
 
 def test_the_payload_is_told_with_its_interval(page):

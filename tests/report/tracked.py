@@ -12,7 +12,7 @@ import pyarrow.parquet as pq
 from urdyn.diagnose import Finding
 from urdyn.diagnose.document import ORIGIN, findings_document
 from urdyn.diagnose.prognosis import Course
-from urdyn.faults import Costs
+from urdyn.diagnose.rules import read_rules
 
 ROWS, START, STEP = 6000, 1000.0, 0.01
 T = START + STEP * np.arange(ROWS)  # [s] as a controller stamps it
@@ -31,6 +31,7 @@ UNITS = {
 }  # fmt: skip
 PEAK = 7.5  # [A] of one sample
 WARNING, CRITICAL = 0.2, 0.5
+HOUSE = read_rules()
 
 
 def columns(joints=JOINTS, rows=ROWS, step=STEP) -> dict[str, np.ndarray]:
@@ -93,9 +94,9 @@ def growing(rate=4e-3, rate_sd=4e-4, joint=1, name="elbow_joint") -> Finding:
     )  # fmt: skip
 
 
-def diagnosed(*findings: Finding, joints=JOINTS, judged=True) -> dict[str, object]:
-    """What a diagnosis adds to a summary."""
+def diagnosed(*findings: Finding, joints=JOINTS, judged=True, rules=HOUSE) -> dict[str, object]:
+    """What a diagnosis by these rules adds to a summary."""
     judged = [judged] * len(joints) if isinstance(judged, bool) else judged
     probes = [{"name": j, "observable": False, "probe": f"turn {j} quickly"} for j in joints]
-    document = findings_document(findings, joints, judged, probes, {}, {}, Costs())
+    document = findings_document(findings, joints, judged, probes, {}, {}, rules)
     return {name: of for name, of in document.items() if name not in ORIGIN}

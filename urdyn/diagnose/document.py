@@ -10,10 +10,17 @@ import numpy as np
 from urdyn.diagnose.doubt import doubt
 from urdyn.diagnose.finding import Finding
 from urdyn.diagnose.recommend import arm_health, health, recommendation
+from urdyn.diagnose.rules import Rules
 from urdyn.diagnose.trust import PASSING
 from urdyn.faults.decision import Costs
 from urdyn.version import __version__
 
+WATCHED = {  # quantities of a history whose changes are judged beside findings, and by which kind
+    "coulomb": "friction_increase",
+    "viscous": "viscous_friction",
+    "health": "health_degradation",
+    "zero": "encoder_offset",
+}
 ORIGIN = ("urdyn", "provenance")  # of the document; all else is said of the run, in its summary too
 
 
@@ -24,7 +31,7 @@ def findings_document(
     observability: Sequence[Mapping[str, Any]],
     identity: Mapping[str, str],
     source: Mapping[str, str],
-    costs: Costs,
+    rules: Rules,
 ) -> dict[str, Any]:
     """All findings, what speaks against them all, and what to do.
 
@@ -33,7 +40,7 @@ def findings_document(
     Args:
         judged: of the joints, whether enough was compared to find anything in them.
     """
-    heard = dict(zip(joints, judged, strict=True))
+    costs, heard = rules.costs, dict(zip(joints, judged, strict=True))
     rows, told = health(findings, joints, costs), [_finite(f.plain()) for f in findings]
     (why, first), advice = doubt(told, len(joints)), recommendation(findings, costs, heard)
     origin = {"twin.sha256": identity.get("twin", ""), "rules": identity.get("rules", "")}
@@ -45,8 +52,15 @@ def findings_document(
         "arm": _finite(_arm(rows, costs, judged, findings)),
         "joints": [_finite(row | {"judged": heard[row["name"]]}) for row in rows],
         "recommendation": _finite(advice | {"text": first + advice["text"]}),
+        "levels": {quantity: _levels(rules, kind) for quantity, kind in WATCHED.items()},
         "observability": {"joint_backlash": [_finite(row) for row in observability]},
     }
+
+
+def _levels(rules: Rules, kind: str) -> dict[str, float]:
+    """From which size on it matters, and must not grow."""
+    levels = rules.levels(kind)
+    return {"warning": levels.warning, "critical": levels.critical}
 
 
 def _arm(

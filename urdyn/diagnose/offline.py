@@ -88,7 +88,7 @@ def diagnose(
         observability=diagnosis.observable(state),
         identity={},
         source=source,
-        costs=diagnosis.rules.costs,
+        rules=diagnosis.rules,
     )
     return Report(tuple(found), document, tracker, log)
 

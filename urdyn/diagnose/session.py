@@ -67,7 +67,7 @@ class Session:
             observability=observability,
             identity=job.identity,
             source=job.source,
-            costs=job.rules.costs,
+            rules=job.rules,
         )
         write_text(job.folder / FINDINGS, json.dumps(document, indent=2) + "\n")
         return document

@@ -14,6 +14,7 @@ from urdyn.errors import InputError
 from urdyn.io.plain import plain
 from urdyn.io.run_folder import FINDINGS, SEVERITIES, Entry
 from urdyn.report.finding_words import over
+from urdyn.report.track.change import LEVELS, Levels
 
 RANKS = {name: 1.0 + k for k, name in enumerate(SEVERITIES)}  # any other word is lower
 DUE = ("now", "later")  # what a diagnosis recommends where a service pays
@@ -34,6 +35,7 @@ class Found:
     arm: Arm | None  # health index of the whole arm; None: an older version's file
     due: str  # "now" or "later", when the finding to be serviced first is; "": known, or none is
     doubt: str  # what speaks against all of them; "": nothing
+    levels: Levels  # by which what changed is judged
 
 
 def read_findings(folder: Path, joints: Sequence[str]) -> Found | None:
@@ -51,7 +53,8 @@ def read_findings(folder: Path, joints: Sequence[str]) -> Found | None:
         entries = ranked([_whole(entry, joints) for entry in whole["findings"]])
         unseen = tuple(unjudged(whole.get("joints", ())))
         doubt = str(whole.get("doubt", ""))
-        return Found(tuple(entries), unseen, _arm(whole), _due(whole), doubt)
+        levels = {**LEVELS, **{of: _numbers(each) for of, each in whole.get("levels", {}).items()}}
+        return Found(tuple(entries), unseen, _arm(whole), _due(whole), doubt, levels)
     except OSError as error:
         raise InputError(f"its {FINDINGS} cannot be read: {error.strerror}") from error
     except DAMAGE as error:
@@ -120,6 +123,11 @@ def _arm(whole: Mapping[str, Any]) -> Arm | None:
         "horizon_h": _finite(said["horizon_h"]),
         "judged": bool(said["judged"]),
     }
+
+
+def _numbers(levels: Mapping[str, Any]) -> Mapping[str, float]:
+    """Those of a quantity."""
+    return {name: _finite(levels[name]) for name in ("warning", "critical")}
 
 
 def _due(whole: Mapping[str, Any]) -> str:

@@ -16,7 +16,7 @@ from urdyn.io.spans import Clock, clock
 from urdyn.report.findings import RANKS, Arm, gravity, read_findings, urgency
 from urdyn.report.findings import told as as_told
 from urdyn.report.traces import downsample
-from urdyn.report.track.change import WATCHED, Change, compare_track
+from urdyn.report.track.change import LEVELS, WATCHED, Change, Levels, compare_track
 from urdyn.report.track.history import History, Series, find_history
 
 SHOWN = ("coulomb", "health")  # of every joint
@@ -146,8 +146,9 @@ def _robot(folder: Path, name: str, now: float, stale: float) -> Robot:
     age = max(0.0, now - run.written)
     told = read_findings(folder, run.joints)
     unjudged = told.unjudged if told else ()
+    levels = told.levels if told else LEVELS
     pairs = {
-        what: [_judged(run, joint, what, joint not in unjudged) for joint in run.joints]
+        what: [_judged(run, joint, what, joint not in unjudged, levels) for joint in run.joints]
         for what in SHOWN
     }
     return Robot(
@@ -169,7 +170,7 @@ def _robot(folder: Path, name: str, now: float, stale: float) -> Robot:
         age > stale,
         {what: tuple(series for series, _ in each) for what, each in pairs.items()},
         {what: tuple(change for _, change in each) for what, each in pairs.items()},
-        tuple(c for c in map(compare_track, _undrawn(run)) if c.matters),
+        tuple(c for s in _undrawn(run) if (c := compare_track(s, levels=levels)).matters),
     )
 
 
@@ -196,12 +197,14 @@ def _state(findings: Sequence[Entry], due: str, doubted: bool) -> str:
     return min(severity, f"service_{due}" if due else severity, key=STATES.index)
 
 
-def _judged(run: History, joint: str, quantity: str, enough: bool) -> tuple[Series, Change]:
+def _judged(
+    run: History, joint: str, quantity: str, enough: bool, levels: Levels
+) -> tuple[Series, Change]:
     """A quantity of a joint, thinned, and what the whole of it says."""
     whole = run.series(joint, quantity)
     at = np.union1d(downsample(whole.mean, POINTS), [0, len(whole.mean) - 1])
     thin = replace(whole, t=whole.t[at], mean=whole.mean[at], sd=whole.sd[at])
-    return thin, compare_track(whole, enough)
+    return thin, compare_track(whole, enough, levels)
 
 
 def told(fleet: Fleet) -> dict[str, Any]:

@@ -13,10 +13,15 @@ from urdyn.types import Mask
 
 SDS = 2.0  # combined standard deviations below which nothing is taken to have changed
 SHARE = 0.03  # [-] of the commissioned value, likewise
-# From where on a change matters, and where it must not grow: the diagnosis's own levels, as shares
-# of the commissioned value; of a zero [rad].
-WARNING = {"coulomb": 0.2, "viscous": 0.2, "health": 0.1, "zero": 0.002}
-CRITICAL = {"coulomb": 0.5, "viscous": 0.5, "health": 0.2, "zero": 0.01}
+# From where on a change matters, and where it must not grow, as shares of the commissioned value;
+# of a zero [rad]. Those of the built-in rules, for runs whose diagnosis tells none of its own.
+Levels = Mapping[str, Mapping[str, float]]
+LEVELS: Levels = {
+    "coulomb": {"warning": 0.2, "critical": 0.5},
+    "viscous": {"warning": 0.2, "critical": 0.5},
+    "health": {"warning": 0.1, "critical": 0.2},
+    "zero": {"warning": 0.002, "critical": 0.01},
+}
 WATCHED = {
     "coulomb": "Coulomb friction",
     "viscous": "viscous damping",
@@ -38,6 +43,7 @@ class Change:
     now: float
     now_sd: float
     since: float  # [s] into the run, from when it stayed changed; NaN where steady
+    levels: Mapping[str, float]  # of this quantity, one of LEVELS
     seen: bool = True  # enough currents of the joint were compared to learn anything of it
 
     @property
@@ -58,12 +64,12 @@ class Change:
     @property
     def shows(self) -> bool:
         """Enough is known for a change up to the critical level to be told from nothing."""
-        return self.seen and SDS * self.sd <= self._level(CRITICAL)
+        return self.seen and SDS * self.sd <= self._level("critical")
 
     @property
     def matters(self) -> bool:
         """It surely changed, beyond the level of a warning."""
-        return not self.steady and abs(self.now - self.then) > self._level(WARNING)
+        return not self.steady and abs(self.now - self.then) > self._level("warning")
 
     @property
     def sd(self) -> float:
@@ -84,13 +90,13 @@ class Change:
             return "–"
         return difference(self.now / self.then - 1.0)
 
-    def _level(self, levels: Mapping[str, float]) -> float:
-        """One of WARNING or CRITICAL, in the unit of the quantity; none as a share of nothing."""
-        level = levels[self.quantity]
+    def _level(self, name: str) -> float:
+        """One of its levels, in the unit of the quantity; none as a share of nothing."""
+        level = self.levels[name]
         return level if self.quantity == "zero" else level * abs(self.then) or np.inf
 
 
-def compare_track(series: Series, seen: bool = True) -> Change:
+def compare_track(series: Series, seen: bool = True, levels: Levels = LEVELS) -> Change:
     """The last belief beside the first."""
     moved = _moved(series)
     after = np.flatnonzero(~moved)[-1] + 1  # the first row never differs from itself
@@ -103,6 +109,7 @@ def compare_track(series: Series, seen: bool = True) -> Change:
         float(series.mean[-1]),
         float(series.sd[-1]),
         float(series.t[after]) if moved[-1] else np.nan,
+        levels[series.quantity],
         seen,
     )
 
@@ -114,15 +121,18 @@ def _moved(series: Series) -> Mask:
     return np.asarray((change > 0.0) & (change >= chance) & (change >= SHARE * abs(series.mean[0])))
 
 
-def changes(history: History, unjudged: Sequence[str] = ()) -> list[Change]:
+def changes(
+    history: History, unjudged: Sequence[str] = (), levels: Levels = LEVELS
+) -> list[Change]:
     """All that is watched, joint by joint.
 
     Args:
         unjudged: joints that a diagnosis has seen too little of.
+        levels: those of its rules.
     """
     seen = {joint: joint not in unjudged and history.seen(joint) for joint in history.joints}
     return [
-        compare_track(history.series(joint, quantity), seen[joint])
+        compare_track(history.series(joint, quantity), seen[joint], levels)
         for joint in history.joints
         for quantity in WATCHED
         if history.holds(joint, quantity)

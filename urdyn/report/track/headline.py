@@ -16,7 +16,7 @@ from urdyn.report.findings import ranked, unjudged
 from urdyn.report.markup import Html, cell, facts, grid, join, paragraph, table, tag, text
 from urdyn.report.names import QUANTITIES, capital, maker, spoken
 from urdyn.report.setting import set_to
-from urdyn.report.track.change import CRITICAL, SDS, SHARE, WATCHED, Change
+from urdyn.report.track.change import LEVELS, SDS, SHARE, WATCHED, Change
 from urdyn.report.track.history import PAYLOAD, History
 from urdyn.report.track.payload import carried
 from urdyn.report.track.surprise import Surprise, trust_track
@@ -36,8 +36,7 @@ READ = (  # how the tables are read
     "Expected is the commissioned value; its interval is wider than at commissioning, by what a "
     f"healthy arm strays from day to day. Steady means within {percent(SHARE)} of it; unsure, "
     f"further from it but by less than {SDS:.0f} combined standard deviations (sd), or so little "
-    f"known that a change of friction by {percent(CRITICAL['coulomb'])} or of health by "
-    f"{percent(CRITICAL['health'])} would not show."
+    "known that a change of friction by {friction} or of health by {health} would not show."
 )
 
 
@@ -63,7 +62,9 @@ def track_headline(
             tag("h1", text(f"{maker(str(summary['robot']))} · tracked dynamics")),
             *(_diagnosed(history, summary, judged, concern(found)) if diagnosed else []),
             *([paragraph(tied(moved), "said" if diagnosed else "headline")] if moved else []),
-            paragraph(tied(f"{trust_track(surprised)} {READ} {_hold(surprised)}"), "lead"),
+            paragraph(
+                tied(f"{trust_track(surprised)} {_read(summary)} {_hold(surprised)}"), "lead"
+            ),
             grid(*(_table(found, quantity) for quantity in TABLED)),
             facts(_facts(summary, history.clock)),
         ]
@@ -75,6 +76,13 @@ def _beside(said: str, kinds: Collection[str]) -> str:
     bent = BENT if "sensor_fault" in kinds else ""
     two = "friction_increase" in kinds and WATCHED["coulomb"] in said
     return bent + (PARTS if two else "")
+
+
+def _read(summary: Mapping[str, Any]) -> str:
+    """How the tables are read, by the levels of this run's diagnosis."""
+    levels = summary.get("levels", LEVELS)
+    friction, health = (percent(levels[of]["critical"]) for of in ("coulomb", "health"))
+    return READ.format(friction=friction, health=health)
 
 
 def _hold(surprised: Surprise) -> str:

@@ -8,7 +8,7 @@ from typing import Any
 from urdyn.report.findings import unjudged
 from urdyn.report.markup import document
 from urdyn.report.names import maker
-from urdyn.report.track.change import changes
+from urdyn.report.track.change import LEVELS, changes
 from urdyn.report.track.findings import findings
 from urdyn.report.track.forecast import forecasts
 from urdyn.report.track.headline import track_headline
@@ -30,7 +30,8 @@ def track_page(run: History, summary: Mapping[str, Any]) -> str:
         run: mean and `.sd` of every quantity, currents, and surprise over time.
         summary: robot, samples, times, latency, and when the payload was taken to have changed.
     """
-    found, surprised = changes(run, unjudged(summary.get("joints", ()))), surprise(run)
+    unseen, surprised = unjudged(summary.get("joints", ())), surprise(run)
+    found = changes(run, unseen, summary.get("levels", LEVELS))
     changed = [float(t) - run.start for t in summary["payload_changes"]]
     return document(
         f"{maker(str(summary['robot']))} tracked",
