@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import sys
+import time
 import xml.etree.ElementTree as ET
 from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
@@ -12,12 +13,16 @@ from threading import Event
 from types import SimpleNamespace
 from unittest.mock import MagicMock
 
+import numpy as np
 import pytest
 import yaml
 
 from urdyn.io.bags.joints import JOINTS
 from urdyn.io.ros2.listen import Understanding
 from urdyn.io.ros2.talk import TOPICS
+from urdyn.simulate import virtual_arm
+from urdyn.tracking import announce
+from urdyn.tracking.physical import JOINT, PAYLOAD
 
 HERE = Path(__file__).parents[2] / "ros2" / "urdyn_ros"
 
@@ -51,13 +56,40 @@ def test_what_a_controller_may_act_on_is_off_unless_asked_for():
     assert not any(parameters[name] for name in ("feed_forward", "friction_scales", "set_payload"))
 
 
+class Node:
+    """Of rclpy, what TwinNode asks of it; tells what was published, and sent to services."""
+
+    def __init__(self, name):
+        self.published, self.services, self.sent = {}, {}, []
+
+    def declare_parameters(self, _, parameters):
+        self.parameters = dict(parameters) | {"effort_unit": "A", "set_payload": True}
+
+    def get_parameter(self, name):
+        return SimpleNamespace(value=self.parameters[name])
+
+    def create_publisher(self, _, topic, depth):
+        return SimpleNamespace(publish=self.published.setdefault(topic, []).append)
+
+    def create_subscription(self, *_):
+        pass
+
+    def create_service(self, _, name, answer):
+        self.services[name] = lambda: answer(None, SimpleNamespace())
+
+    def create_client(self, *_):
+        return SimpleNamespace(service_is_ready=lambda: True, call_async=self.sent.append)
+
+
 @pytest.fixture
 def node_alone(monkeypatch):
     """The node's module, with stand-ins for all that it has of ROS."""
     parts = "rclpy", "rclpy.executors", "rclpy.node", "rclpy.qos", "rosidl_runtime_py.utilities"
-    for name in (*parts, "sensor_msgs.msg", "std_srvs.srv"):
+    said = {"Vector3": SimpleNamespace, "SetPayload": SimpleNamespace(Request=SimpleNamespace)}
+    for name in (*parts, "sensor_msgs.msg", "std_srvs.srv", "geometry_msgs.msg", "ur_msgs.srv"):
         for part in (name, name.partition(".")[0]):
-            monkeypatch.setitem(sys.modules, part, MagicMock(Node=object))
+            monkeypatch.setitem(sys.modules, part, MagicMock(Node=Node, **said))
+    sys.modules["rosidl_runtime_py.utilities"].get_message = lambda _: SimpleNamespace
     sys.modules["rclpy.executors"].ExternalShutdownException = KeyError
     spec = spec_from_file_location("node", HERE / "urdyn_ros" / "node.py")
     module = module_from_spec(spec)
@@ -76,6 +108,45 @@ def test_two_arms_on_a_topic_end_the_node_in_a_line(node_alone, monkeypatch):
     )
     with pytest.raises(SystemExit, match=r"^urdyn: joint_states: has the joints of several arms"):
         node_alone.main()
+
+
+@pytest.mark.parametrize(("carried", "asked"), [(-0.04, 0.0), (2.0, 2.0)])
+def test_the_node_diagnoses_and_asks_for_what_a_controller_takes(
+    node_alone, ur5e, monkeypatch, carried, asked
+):
+    """What follows its arm is a stand-in; who is told of it is the node's own."""
+    monkeypatch.setattr(announce, "PULSE", 0.01)
+    monkeypatch.setattr(node_alone, "PARAMETERS", node_alone.PARAMETERS | {"twin": __file__})
+    for name in ("hearing", "Tracker", "Onlooker"):
+        monkeypatch.setattr(node_alone, name, MagicMock())
+    fit = SimpleNamespace(dynamics=virtual_arm(ur5e, 0))
+    monkeypatch.setattr(node_alone.ud.Twin, "load", lambda _: SimpleNamespace(fit=fit))
+    node = node_alone.TwinNode()
+    joints = [f"{joint}.{name}" for joint in JOINTS for name, _ in JOINT.values()]
+    moments = dict.fromkeys(joints, 1.0) | dict.fromkeys((f"payload.{p}" for p in PAYLOAD), 0.1)
+    moments["payload.mass"] = carried
+    mean, nothing = np.array([*moments.values()]), np.zeros(6)
+    reading = SimpleNamespace(modelled=nothing, predicted=nothing, current=nothing)
+    now = SimpleNamespace(
+        row=True, last=1.0, samples=1, findings=(), reading=reading,
+        names=[*moments], units=["-"] * len(mean), mean=mean, sd=np.full(len(mean), 0.05),
+    )  # fmt: skip
+    before = node.services["~/set_payload"]()
+    assert not before.success and not node.sent  # nothing is weighed yet
+
+    def run(*_, watch, observer):
+        watch(now)
+        deadline = time.monotonic() + 60
+        while not np.isfinite(node.carried.load).all() and time.monotonic() < deadline:
+            time.sleep(0.01)
+
+    monkeypatch.setattr(node_alone, "run", run)
+    node_alone.follow(node)
+    assert node.published["/diagnostics"][0].status[-1].name == "urdyn: arm"
+    assert node.services["~/set_payload"]().success
+    (sent,) = node.sent
+    assert sent.mass == asked
+    assert np.isfinite([*vars(sent.center_of_gravity).values()]).all()
 
 
 def test_the_node_hears_and_tells(tmp_path):

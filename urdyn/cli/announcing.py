@@ -129,8 +129,8 @@ def _payload(fit: ud.Fit, final: Final) -> str:
     It counts the tool where that is known, and is what is carried beside it elsewhere. InputError
     where nobody weighed it.
     """
-    from urdyn.model.body import centre_of_mass
     from urdyn.tracking.physical import KNOWN, PAYLOAD
+    from urdyn.tracking.setting import settable
     from urdyn.types import NORMAL90
 
     load, sd = [final[f"payload.{name}"]["mean"] for name in PAYLOAD], final["payload.mass"]["sd"]
@@ -138,7 +138,8 @@ def _payload(fit: ud.Fit, final: Final) -> str:
     if sd > KNOWN:
         told = f"{load[0]:.2f} {told} may be carried, which is nothing to set a payload by"
         raise InputError(f"--hand-over payload: {told}; track while the arm moves with its load")
-    centre = ", ".join(f"{x:.5f}" for x in np.nan_to_num(centre_of_mass(np.array(load))))
+    mass, com = settable(np.array(load))
+    centre = ", ".join(f"{x:.5f}" for x in com)
     tool = "with the tool" if fit.tool_known else "beside the tool of the commissioning"
     beside = f"{told}, {tool}"
-    return f"set_payload({max(load[0], 0.0):.4f}, [{centre}])  # {beside}\n"
+    return f"set_payload({mass:.4f}, [{centre}])  # {beside}\n"

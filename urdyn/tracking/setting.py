@@ -6,7 +6,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+import numpy as np
+
 from urdyn.io.plain import plain
+from urdyn.model.body import centre_of_mass
 from urdyn.signal import UNSET
 from urdyn.types import Array
 
@@ -37,6 +40,14 @@ class Setting:
         if mass != mass:
             return self
         return Setting(told, self.stood + moved if mass == self.mass else 0.0)
+
+
+def settable(load: Array) -> tuple[float, Array]:
+    """Mass [kg] and its centre at the flange (3,) [m] of a load, (4,), as a controller takes them.
+
+    No mass is below 0, and the centre of what has none to speak of is the flange.
+    """
+    return max(float(load[0]), 0.0), np.nan_to_num(centre_of_mass(load))
 
 
 def tolerance(sd: float) -> float:

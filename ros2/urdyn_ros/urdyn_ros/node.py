@@ -9,6 +9,7 @@ from queue import Empty, Full, Queue, SimpleQueue
 from threading import Event, Thread
 from typing import Any
 
+import numpy as np
 import rclpy
 from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
@@ -30,8 +31,9 @@ from urdyn.io.snapshot import Snapshot
 from urdyn.io.status import Level, Status
 from urdyn.tracking import Tracker, run
 from urdyn.tracking.announce import Announcer, Audience
-from urdyn.tracking.physical import KNOWN
+from urdyn.tracking.physical import KNOWN, PAYLOAD
 from urdyn.tracking.ros2_source import hearing
+from urdyn.tracking.setting import settable
 
 PARAMETERS: dict[str, Any] = {
     "twin": "twin.toml",
@@ -48,6 +50,22 @@ WAITING = 5000  # joint states that may wait: ten seconds at 500 Hz
 SET_PAYLOAD = "/io_and_status_controller/set_payload"
 
 
+class Carried:
+    """What is carried, for whoever asks: a `Listener`."""
+
+    def __init__(self) -> None:
+        self.load = np.full(len(PAYLOAD), np.nan)  # mass [kg] and first moments [kg·m]
+        self.sd = float("inf")  # [kg] of its mass
+
+    def tell(self, now: Snapshot, _: Sequence[Status]) -> None:
+        """What is believed now, and how sure that is."""
+        self.load = np.array([now.mean["payload"][name] for name in PAYLOAD])
+        self.sd = now.sd["payload"]["mass"]
+
+    def close(self) -> None:
+        """It is known as it was."""
+
+
 class TwinNode(Node):
     """Joint states in; diagnostics, estimates and torques out."""
 
@@ -59,21 +77,15 @@ class TwinNode(Node):
         self._lost = self._lost_before = 0  # joint states for which there was no room
         self._reset = False
         self._understand = Understanding(self.asked("topic"))
-        self._payload: Any = None  # newest InertiaStamped
-        self._payload_sd = float("inf")  # [kg] of its mass
+        self.carried = Carried()
         publishers = {
             topic: self.create_publisher(get_message(name), topic, 10)
             for topic, name in TOPICS.items()
         }
 
-        def publish(topic: str, message: Any) -> None:
-            if topic == "/urdyn/payload":
-                self._payload = message
-            publishers[topic].publish(message)
-
         types = Types(get_message, lambda level: bytes([level]))
         wanted = {name: self.asked(name) for name in ("feed_forward", "friction_scales")}
-        self.voice = Voice(types, publish, **wanted)
+        self.voice = Voice(types, lambda topic, one: publishers[topic].publish(one), **wanted)
         self.create_subscription(
             JointState, self.asked("topic"), self._hear, qos_profile_sensor_data
         )
@@ -101,10 +113,6 @@ class TwinNode(Node):
             told = f"falls behind: {lost} joint states lost, {self._lost} in all"
             yield Status(Level.WARN, "urdyn: node", told, (), self.asked("serial"))
 
-    def weigh(self, now: Snapshot, _: Sequence[Status]) -> None:
-        """How well the payload is known."""
-        self._payload_sd = now.sd["payload"]["mass"]
-
     def _hear(self, message: JointState) -> None:
         heard = self._understand(message, time.monotonic(), self._reset)
         if heard is None:
@@ -127,17 +135,19 @@ class TwinNode(Node):
         return answer
 
     def _offer_payload(self) -> None:
+        from geometry_msgs.msg import Vector3
         from ur_msgs.srv import SetPayload
 
         client = self.create_client(SetPayload, SET_PAYLOAD)
 
         def tell(_: Trigger.Request, answer: Trigger.Response) -> Trigger.Response:
-            if self._payload_sd > KNOWN or not client.service_is_ready():
+            if self.carried.sd > KNOWN or not client.service_is_ready():
                 answer.success, answer.message = False, f"nothing weighed, or no {SET_PAYLOAD}"
                 return answer
-            inertia = self._payload.inertia
-            client.call_async(SetPayload.Request(mass=inertia.m, center_of_gravity=inertia.com))
-            answer.success, answer.message = True, f"{inertia.m:.3f} kg asked for"
+            mass, com = settable(self.carried.load)
+            centre = Vector3(**dict(zip("xyz", com.tolist(), strict=True)))
+            client.call_async(SetPayload.Request(mass=mass, center_of_gravity=centre))
+            answer.success, answer.message = True, f"{mass:.3f} kg asked for"
             return answer
 
         self.create_service(Trigger, "~/set_payload", tell)
@@ -149,7 +159,7 @@ def follow(node: TwinNode) -> None:
     fit = ud.Twin.load(twin).fit
     effort = ud.Effort(node.asked("effort_unit") or None, fit.dynamics.drive.gain)
     effort.told(node.asked("topic"))
-    audience = Audience(node.voice, (node.weigh,), node.acknowledgements, node.remarks)
+    audience = Audience(node.voice, (node.carried,), node.acknowledgements, node.remarks)
     announcer = Announcer(fit, audience, node.asked("serial"))
     try:
         source = hearing(
