@@ -44,15 +44,17 @@ def announcing(
     live = source.startswith("ros2://")
     if publish and not live:
         raise typer.BadParameter(f"--publish {publish[0]}: there is no ROS in {source}")
-    if not (live or prometheus or mqtt):
+    if not live and prometheus is None and mqtt is None:
         yield None
         return
     if not serial.isprintable():
         raise InputError(f"--serial {serial!r}: is to be of signs that can be printed")
+    if mqtt is not None and not serial:  # two arms of a type would take turns under its name
+        raise InputError("--mqtt: topics are urdyn/SERIAL/...; say which arm it is by --serial")
     from urdyn.tracking.announce import Announcer, Audience
 
     with ExitStack() as ends:
-        plants = _plants(fit, serial, prometheus, mqtt, ends)
+        plants = _plants(serial, prometheus, mqtt, ends)
         voice, acknowledgements = _ros(publish) if live else (None, lambda: iter(()))
         announcer = Announcer(fit, Audience(voice, plants, acknowledgements), serial)
         ends.callback(announcer.close)
@@ -87,7 +89,7 @@ def hand(fit: ud.Fit, summary: dict[str, Any], asked: Collection[str], out: Path
 
 
 def _plants(
-    fit: ud.Fit, serial: str, prometheus: str | None, mqtt: str | None, ends: ExitStack
+    serial: str, prometheus: str | None, mqtt: str | None, ends: ExitStack
 ) -> list[Listener]:
     listeners: list[Listener] = []
     if prometheus is not None:
@@ -98,7 +100,7 @@ def _plants(
     if mqtt is not None:
         from urdyn.io.plants.mqtt import connect
 
-        listeners.append(connect(mqtt, serial or fit.dynamics.arm.name))
+        listeners.append(connect(mqtt, serial))
         ends.callback(listeners[-1].close)
     return listeners
 

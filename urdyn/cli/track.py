@@ -109,7 +109,8 @@ def track(
     from urdyn.report.setting import advised
     from urdyn.tracking import Tracker, open_source, run
 
-    _refuse_idle(context, source, poses, no_diagnosis, bool(prometheus or mqtt))
+    plants = prometheus is not None or mqtt is not None
+    _refuse_idle(context, source, poses, no_diagnosis, plants)
     voice, chosen = Voice(json, quiet), _filter(filter, mode, wrench)
     known(publish, PUBLISHED, "--publish")
     known(hand_over, HANDED, "--hand-over")

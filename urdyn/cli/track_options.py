@@ -44,7 +44,11 @@ Duration = Annotated[
     float | None, typer.Option(metavar="S", help="Stop after so much of the source's time.")
 ]
 Serial = Annotated[
-    str, typer.Option(metavar="NUMBER", help="Serial number of the arm, for those who are told.")
+    str,
+    typer.Option(
+        metavar="NUMBER",
+        help="Serial number of the arm, for those who are told; --mqtt names its topics by it.",
+    ),
 ]
 Prometheus = Annotated[
     str | None,

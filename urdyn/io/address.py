@@ -13,7 +13,7 @@ LOOPBACK = "127.0.0.1"
 def parse(text: str, port: int, what: str) -> tuple[str, int]:
     """Host and port of "9100", "0.0.0.0:9100", "broker" or "[::1]:9100"; `port` unless told."""
     found = host_and_port(f":{text}" if text.isdecimal() else text)
-    if found is None:
+    if found is None or not text:
         raise InputError(f"{what} {text!r}: write PORT, HOST or HOST:PORT")
     host, number = found
     if number == 0:

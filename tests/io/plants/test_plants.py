@@ -56,7 +56,7 @@ def test_an_address_is_on_loopback_unless_told():
     for none in ("0", "broker:0"):  # which would be any port, told to nobody
         with pytest.raises(InputError, match="0 is no port"):
             parse(none, 1, "x")
-    for bad in ("host:port", "1.2.3.4:99999", "::1", "me@host", "host:"):
+    for bad in ("host:port", "1.2.3.4:99999", "::1", "me@host", "host:", ""):
         with pytest.raises(InputError, match="write PORT"):
             parse(bad, 1, "x")
 

@@ -1,7 +1,7 @@
-"""Retained JSON on an MQTT broker, at least once: urdyn/ROBOT/joint/NAME, .../payload, .../status.
+"""Retained JSON on an MQTT broker, at least once: urdyn/SERIAL/joint/NAME, .../payload, .../status.
 
 A broker that goes away is taken up again; whoever asks later gets the newest state at once. When
-we go, the broker tells urdyn/ROBOT/online: false. Who we are stands in URDYN_MQTT_USER and
+we go, the broker tells urdyn/SERIAL/online: false. Who we are stands in URDYN_MQTT_USER and
 URDYN_MQTT_PASSWORD; port 8883 is spoken to over TLS.
 """
 
