@@ -210,6 +210,12 @@ def test_equal_changes_are_drawn_alike_and_greater_ones_higher(tmp_path):
     assert a == b > c
 
 
+def test_what_is_beyond_the_scale_is_said_to_run_along_its_edge(tmp_path):
+    page = shown([robot(tmp_path / name, friction=f) for name, f in {"a": 3.0, "b": 4.0}.items()])
+    tripled, fourfold = re.findall(r'friction \+[23]00 %".*?class="end" d="M\S+?,(\S+?)h0', page)
+    assert tripled == fourfold and "runs along their edge" in page
+
+
 def test_links_lead_to_the_reports_from_wherever_the_page_lies(folders, tmp_path):
     page = tmp_path / "else where" / "fleet.html"
     shown_there = fleet_page(gather(folders, NOW, DAY), page)

@@ -77,6 +77,14 @@ def test_a_pose_file_without_a_clock_is_refused(tmp_path):
         read_pose_stream(tmp_path / "poses.csv")
 
 
+def test_a_log_with_none_but_the_controllers_pose_is_told_how_that_is_taken(tmp_path):
+    heads = ",".join(f"actual_TCP_pose_{k}" for k in range(6))
+    (tmp_path / "log.csv").write_text(f"timestamp,{heads}\n0,1,2,3,4,5,6\n")
+    with pytest.raises(LogError, match="own pose is --poses own") as refused:
+        read_pose_stream(tmp_path / "log.csv")
+    assert "no actual_TCP_pose" not in str(refused.value)
+
+
 def test_poses_from_a_file_go_with_a_log(workshop, poses):
     live = replace(open_source(str(workshop.recording)), live=True)
     with pytest.raises(InputError, match="live"):

@@ -42,11 +42,13 @@ def pose_columns(names: Collection[str], joint_names: Sequence[str], path: str) 
     rest = [name for name in names if name not in joints and not PLANNED.search(name)]
     places = _triples(rest, AXIS, "xyz")
     if not places:
-        raise LogError(
-            "has no measured x, y, z beside the joint angles (measurement_x ...), and no "
-            f"actual_TCP_pose; it has {some(names)}",
-            path,
+        own = (
+            ", and no actual_TCP_pose beside actual_q"
+            if joint_names
+            else "; a controller's own pose is --poses own"
         )
+        told = f"has no measured x, y, z (measurement_x ...){own}; it has {some(names)}"
+        raise LogError(told, path)
     owner = min(places, key=_rank)
     turns = _triples(rest, ANGLE, ("rx", "ry", "rz"))
     close = next((turns[o] for o in turns if _stem(o) == _stem(owner)), None)

@@ -92,7 +92,8 @@ def _lead(scales: dict[str, Scale]) -> str:
     )
     return (
         "Most urgent first. Each line is a joint over its run, beside where it was when "
-        f"commissioned (dashed), in its 90 % band; all robots share their scales: {ends}. "
+        f"commissioned (dashed), in its 90 % band; all robots share their scales: {ends}; "
+        "what lies beyond runs along their edge. "
         f"Orange is what changed by more than {SDS:.0f} standard deviations and {percent(SHARE)}."
     )
 
