@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import is_dataclass, replace
 from pathlib import Path
 from typing import get_args, get_type_hints
@@ -321,6 +322,8 @@ def test_a_finding_that_was_seen_is_quiet_until_it_gets_worse(shop: Shop, tmp_pa
     (finding,) = session.write()["findings"]
     assert not finding["acknowledged"]
     acknowledge(tmp_path, finding["id"])
+    told = json.loads((tmp_path / "findings.json").read_text())
+    assert told == session.write()  # what is advised, too, is as tracking again would have it
     known, kept = acknowledged(tmp_path), Finding(**finding)
     assert known.quiets(kept)
     assert not known.quiets(replace(kept, size=2.0 * kept.size))

@@ -13,7 +13,9 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 from tracked import HOUSE, diagnosed, growing
+from typer.testing import CliRunner
 
+from urdyn.cli.app import app
 from urdyn.diagnose.document import findings_document
 from urdyn.report.fleet.gather import STATES, gather, names, told
 from urdyn.report.fleet.page import WORDS, fleet_page, headline, sentence
@@ -154,8 +156,10 @@ def test_a_fleet_and_the_page_of_its_robot_recommend_the_same(tmp_path, rate, du
     words = {"now": "to be serviced now", "later": "to be planned for", "never": "with a finding"}
     assert fleet.robots[0].state == states[due]
     assert headline(fleet).startswith(f"1 {words[due]} (cell-7).")
-    said["findings"][0]["acknowledged"] = True
-    (folder / "findings.json").write_text(json.dumps(said))
+    done = CliRunner().invoke(app, ["acknowledge", str(folder), said["findings"][0]["id"]])
+    assert done.exit_code == 0 and "report.html: is of before" in done.stderr
+    seen = json.loads((folder / "findings.json").read_text())
+    assert seen["recommendation"]["text"] != said["recommendation"]["text"]
     fleet = gather([folder], NOW, DAY)
     assert fleet.robots[0].state == "acknowledged"
     assert headline(fleet) == "1 with acknowledged findings only (cell-7)."

@@ -22,8 +22,11 @@ def acknowledge(folder: Folder, name: Name, json: Json = False, quiet: Quiet = F
     Example: [bold]urdyn acknowledge monday friction_increase.elbow_joint[/bold]
     """
     from urdyn.diagnose.acknowledge import acknowledge as mark
+    from urdyn.io.run_folder import REPORT
 
     voice = Voice(json, quiet)
     finding = dict(mark(folder, name))
     voice.show(f"{name}: acknowledged at {finding['severity']}")
+    if (page := folder / REPORT).exists():
+        voice.note(f"{page}: is of before; the next run that is tracked there draws it anew")
     voice.result(finding)

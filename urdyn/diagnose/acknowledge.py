@@ -9,9 +9,11 @@ from pathlib import Path
 from typing import Any
 
 from urdyn.diagnose.finding import Finding
+from urdyn.diagnose.recommend import sentence
 from urdyn.errors import InputError
 from urdyn.io import write_text, writing
 from urdyn.io.run_folder import FINDINGS, SEVERITIES
+from urdyn.report.findings import DAMAGE
 
 FILE = "acknowledged.json"
 WORSE = 1.5  # [-] times its size when it was seen
@@ -39,10 +41,10 @@ def acknowledged(folder: Path) -> Acknowledged:
 
 
 def acknowledge(folder: Path, name: str) -> Mapping[str, Any]:
-    """Mark a finding of DIR/findings.json as seen; returns it.
+    """Mark a finding of DIR/findings.json as seen, as tracking again would; returns it.
 
     Raises:
-        InputError: there is no such finding, or no findings at all.
+        InputError: there is no such finding, or no findings at all, or they are damaged.
     """
     document = _read(folder / FINDINGS, "track the log again")
     found = document.get("findings") if isinstance(document, dict) else None
@@ -58,7 +60,14 @@ def acknowledge(folder: Path, name: str) -> Mapping[str, Any]:
         raise InputError(
             f"{folder / FINDINGS}: does not say how bad {name} is; track the log again"
         )
-    finding["acknowledged"] = True
+    try:
+        before = _advised(document)
+        finding["acknowledged"] = True
+        said = document["recommendation"]
+        said["text"] = said["text"].replace(before, _advised(document))  # what is to go first stays
+    except (*DAMAGE, StopIteration) as error:
+        where = folder / FINDINGS
+        raise InputError(f"{where}: is damaged ({error!r}); track the log again") from error
     # Both or none: a disk may be full.
     with writing(folder / FILE) as known, writing(folder / FINDINGS) as told:
         known.write(json.dumps(seen, indent=2).encode() + b"\n")
@@ -66,6 +75,12 @@ def acknowledge(folder: Path, name: str) -> Mapping[str, Any]:
         known.flush()
         told.flush()
     return finding
+
+
+def _advised(document: Mapping[str, Any]) -> str:
+    """What is recommended of these findings, as they are known by now."""
+    judged = {row["name"]: row["judged"] for row in document["joints"]}
+    return sentence(document["recommendation"], document["findings"], judged)
 
 
 def forget_gone(folder: Path, findings: Iterable[Finding]) -> None:

@@ -27,21 +27,33 @@ def recommendation(
     Args:
         judged: by a joint's name, whether enough was compared to find anything; None: of all.
     """
+    said: dict[str, Any]
     choices = [(_decision(f, costs), f) for f in findings]
     grave = [(d, f) for d, f in choices if d.advice != "never"]
     if not grave:
         worst = max((d for d, _ in choices), key=lambda d: d.never, default=_sound(costs))
-        told = _no_service(findings, judged or {}, worst)
-        return {"advice": "never", "finding": None, "text": told, "expected_cost": _told(worst)}
-    decision, finding = min(grave, key=lambda pair: _due(pair[0]))
-    known = " (acknowledged)" if finding.acknowledged else ""
-    return {
-        "advice": decision.advice,
-        "finding": finding.id,
-        "text": f"{_when(decision)}: {finding.name}, {finding.advice}{known}",
-        "service_in_h": _due(decision),
-        "expected_cost": _told(decision),
-    }
+        said = {"advice": "never", "finding": None, "expected_cost": _told(worst)}
+    else:
+        decision, finding = min(grave, key=lambda pair: _due(pair[0]))
+        said = {
+            "advice": decision.advice,
+            "finding": finding.id,
+            "service_in_h": _due(decision),
+            "expected_cost": _told(decision),
+        }
+    return said | {"text": sentence(said, [vars(f) for f in findings], judged or {})}
+
+
+def sentence(
+    said: Mapping[str, Any], findings: Sequence[Mapping[str, Any]], judged: Mapping[str, bool]
+) -> str:
+    """A choice in words; findings, too, are as findings.json has them."""
+    if said["finding"] is None:
+        return _no_service(findings, judged, said["expected_cost"])
+    of = next(f for f in findings if f["id"] == said["finding"])
+    now = said["advice"] == "now"
+    when = "service now" if now else f"service within {said['service_in_h']:.0f} h"
+    return f"{when}: {of['name']}, {of['advice']}{' (acknowledged)' if of['acknowledged'] else ''}"
 
 
 def health(
@@ -104,28 +116,30 @@ def _due(decision: Decision) -> float:
     return 0.0 if decision.advice == "now" else decision.later_at
 
 
-def _no_service(findings: Sequence[Finding], judged: Mapping[str, bool], worst: Decision) -> str:
+def _no_service(
+    findings: Sequence[Mapping[str, Any]], judged: Mapping[str, bool], worst: Mapping[str, float]
+) -> str:
     """Nothing wears so that a service would pay; what is new is to be looked at all the same.
 
     Args:
-        worst: what is expected of the finding that costs most if it is left alone.
+        worst: expected costs of the finding that costs most if it is left alone.
     """
     if not findings:
         return _nothing_found([name for name, enough in judged.items() if not enough], len(judged))
-    fresh = [f for f in findings if not f.acknowledged]
+    fresh = [f for f in findings if not f["acknowledged"]]
     due = "no service is due"
-    if worst.never > 0.0:  # something is expected to fail, and no service would pay
+    if worst["never"] > 0.0:  # something is expected to fail, and no service would pay
         due = f"{due}, {_weighed(worst)}"
     if not fresh:
         return f"{due}: all that was found is known"
-    gravest = max(fresh, key=lambda f: (SEVERITIES.index(f.severity), f.alarm_s))
-    alike = dict.fromkeys(f.name for f in fresh if f.advice == gravest.advice)
-    return f"{due}; {', '.join(alike)}: {gravest.advice}"
+    gravest = max(fresh, key=lambda f: (SEVERITIES.index(f["severity"]), f["alarm_s"]))
+    alike = dict.fromkeys(f["name"] for f in fresh if f["advice"] == gravest["advice"])
+    return f"{due}; {', '.join(alike)}: {gravest['advice']}"
 
 
-def _weighed(decision: Decision) -> str:
+def _weighed(cost: Mapping[str, float]) -> str:
     """Why nothing is to be serviced that may fail."""
-    never, now, later = (f"{x:.3g}" for x in (decision.never, decision.now, decision.later))
+    never, now, later = (f"{cost[choice]:.3g}" for choice in ("never", "now", "later"))
     return (
         f"by [costs] of the rules: to go on is expected to cost {never} planned services, to "
         f"service now {now}, later no less than {later}"
@@ -138,9 +152,3 @@ def _nothing_found(unjudged: Sequence[str], joints: int) -> str:
         return "too little was compared to judge: track it for longer, while its joints move"
     few = f"; too little was seen of {', '.join(unjudged)} to judge" if unjudged else ""
     return f"leave it at work: nothing was found{few}"
-
-
-def _when(decision: Decision) -> str:
-    if decision.advice == "now":
-        return "service now"
-    return f"service within {decision.later_at:.0f} h"
