@@ -25,9 +25,9 @@ def ill(kind: str, count: int, **how: Any) -> list[Finding]:
     return [replace(SICK, kind=kind, joint=j, name=JOINTS[j], **how) for j in range(count)]
 
 
-def told(findings: Sequence[Finding]) -> tuple[str, str, str]:
+def told(findings: Sequence[Finding], restarts: int = 0) -> tuple[str, str, str]:
     """Doubt and advice of findings.json, and what a terminal shows of the run."""
-    document = findings_document(findings, JOINTS, [True] * 6, (), {}, {}, HOUSE)
+    document = findings_document(findings, JOINTS, [True] * 6, (), {}, {}, HOUSE, restarts)
     shown = summed(document | {"quality": {"compared": [9] * 6}})
     return document.get("doubt", ""), document["recommendation"]["text"], shown
 
@@ -82,3 +82,20 @@ def test_rules_call_that_gain_as_the_doubt_does() -> None:
 def test_what_was_found_of_one_joint_is_not_doubted() -> None:
     doubt, advice, _ = told(ill("friction_increase", 1))
     assert not doubt and advice.startswith("service now")
+
+
+@pytest.mark.parametrize(
+    ("kind", "restarts", "first"),
+    [
+        ("friction_increase", 0, False),
+        ("friction_increase", 2, True),
+        ("sensor_fault", 2, False),  # which says why
+        ("controller_instability", 2, False),
+    ],
+)
+def test_nobody_is_told_to_service_an_arm_that_may_be_another(
+    kind: str, restarts: int, first: bool
+) -> None:
+    doubt, advice, _ = told(ill(kind, 1), restarts)
+    assert not doubt and advice.startswith("make sure that this is this arm's twin") == first
+    assert "service now" in advice

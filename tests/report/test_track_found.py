@@ -12,12 +12,12 @@ import pytest
 from tracked import CRITICAL, HOUSE, JOINTS, START, columns, diagnosed, growing, summary, write
 
 from urdyn.cli.diagnosing import summed
+from urdyn.diagnose.document import MEANT, TELL
 from urdyn.diagnose.doubt import GAIN
 from urdyn.diagnose.rules import read_rules
 from urdyn.io.spans import clock, span, span_of
 from urdyn.report.digits import difference
 from urdyn.report.finding_words import size, when
-from urdyn.report.setting import TELL, advised
 from urdyn.report.track.history import History
 from urdyn.report.track.page import track_page
 
@@ -147,28 +147,19 @@ def test_the_health_of_an_arm_of_which_no_joint_was_judged_is_not_told(history):
     assert diagnosed(judged=(True, False))["arm"]["health_index"] > 0.99
 
 
-@pytest.mark.parametrize(
-    ("setting", "told"),
-    [
-        (None, True),
-        ({"mass_kg": 2.1, "tool_known": True, "off_kg": None}, False),
-        ({"mass_kg": 2.1, "tool_known": False, "off_kg": None}, True),
-        ({"mass_kg": 1.0, "tool_known": True, "off_kg": None}, True),  # as it was set a moment ago
-        ({"mass_kg": 1.0, "tool_known": True, "off_kg": 1.0}, True),
-    ],
-)
-def test_a_controller_that_knows_the_load_needs_not_be_told(history, setting, told):
+@pytest.mark.parametrize("load_as_set", [False, True])
+def test_a_controller_that_knows_the_load_needs_not_be_told(history, load_as_set):
     advice = read_rules().levels("payload_change").advice
     load = replace(
         growing(joint=None, name="tool"), kind="payload_change", unit="kg", size=1.0, size_sd=0.1,
         forecast=None, time_to_failure_s=None, severity="warning", advice=advice,
     )  # fmt: skip
-    final = {"payload.mass": {"mean": 2.0, "sd": 0.1}}
-    run = advised(summary(**diagnosed(load), payload_setting=setting, final=final))
-    assert (TELL in summed(run)) == told
+    run = summary(**diagnosed(load, load_as_set=load_as_set))
+    said, unsaid = (MEANT, TELL) if load_as_set else (TELL, MEANT)
     html = track_page(History((history,)), run)
-    assert html.count(TELL) == (2 if told else 0)
-    assert html.count("look for what was lost") == 2
+    for whole in (json.dumps(run), summed(run), html):
+        assert said in whole and unsaid not in whole
+    assert html.count(said) == html.count("look for what was lost") == 2
 
 
 def test_a_push_is_told_by_the_stamp_of_the_terminal_and_drawn_in_the_joints_that_felt_it(tmp_path):

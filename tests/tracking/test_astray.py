@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from workshop import RATE, at_work, commissioned
 
-from urdyn.cli.diagnosing import doubted, summed
+from urdyn.cli.diagnosing import summed
 from urdyn.cli.watching import verdict
 from urdyn.estimate import EKF
 from urdyn.signal import samples
@@ -149,18 +149,6 @@ def test_a_sentence_has_room_for_a_few_changes(count, words):
     changes = [0.5 + k for k in range(count)]
     said = verdict(ended(payload_changes=changes))
     assert f"{changes[-1]:.1f} s" in said and words in said and len(said) < 200
-
-
-def test_nobody_is_told_to_service_an_arm_that_may_be_another():
-    advice = {"advice": "now", "text": "service now: elbow_joint"}
-    for restarts, begins in ((0, "service now"), (2, "make sure that this is this arm's twin")):
-        quality = {"restarts": restarts, "compared": [9] * 6}
-        run = {"quality": quality, "recommendation": advice}
-        assert doubted(run)["recommendation"]["text"].startswith(begins)
-    for why in ("sensor_fault", "controller_instability"):
-        sick = {"findings": [{"kind": why, "joint": 2}]}
-        assert doubted(run | sick)["recommendation"]["text"].startswith("service now")
-    assert doubted({"quality": {"restarts": 2}}) == {"quality": {"restarts": 2}}
 
 
 def test_nothing_is_found_where_nothing_was_compared():

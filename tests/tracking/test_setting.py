@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from functools import cache, partial
+from unittest.mock import MagicMock
 
 import numpy as np
 import pytest
@@ -29,7 +30,7 @@ from urdyn.simulate import (
 from urdyn.tracking import Tracker, open_source, run
 from urdyn.tracking.beside import beside
 from urdyn.tracking.offline import track
-from urdyn.tracking.setting import LEAST, STOOD, Setting, compared
+from urdyn.tracking.setting import LEAST, STOOD, Setting, agrees, compared
 from urdyn.twin import Twin
 
 TOOL = Payload(1.2, np.array([0.0, 0.0, 0.05]))
@@ -147,10 +148,24 @@ def test_a_raw_wrench_weighs_the_tool_that_currents_know_of(tmp_path):
 
 @pytest.mark.parametrize("mass", [CARRIED, CARRIED + 0.05, None])
 def test_a_setting_that_is_right_is_not_complained_of(mass, tmp_path):
-    summary = tracked(set_to(picked(), mass), True, tmp_path)
+    looking = MagicMock(findings=())
+    looking.finish.return_value = {}
+    summary = tracked(set_to(picked(), mass), True, tmp_path, observer=looking)
     setting = summary["payload_setting"]
     assert setting is None if mass is None else setting["off_kg"] is None
+    # who diagnoses does not advise to tell the controller what it knows
+    heard = [name for name, _, _ in looking.method_calls]
+    assert looking.note.call_args.args == (0, mass is not None) and "note" not in heard[-4:]
     assert "too" not in verdict(summary)
+
+
+@pytest.mark.parametrize(
+    ("mass", "whole", "as_set"),
+    [(2.1, True, True), (2.1, False, False), (1.0, True, False), (np.nan, True, False)],
+)
+def test_a_controller_is_set_to_a_load_within_what_is_known_of_it(mass, whole, as_set):
+    final = {"payload.mass": {"mean": 2.0, "sd": 0.1}}
+    assert agrees(Setting(np.array([mass, 0.0, 0.0, 0.0])), final, whole) is as_set
 
 
 def test_too_much_is_told_only_where_the_tool_is_known(tmp_path):

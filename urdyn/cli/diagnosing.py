@@ -19,8 +19,6 @@ if TYPE_CHECKING:
     from urdyn.tracking import Source
 
 FAILED = 3  # exit status where a finding is to fail the run
-# Of a joint with one of these no drive can make the currents.
-MISLEADING = ("sensor_fault", "controller_instability")
 
 NoDiagnosis = Annotated[bool, typer.Option("--no-diagnosis", help="Follow only, look for nothing.")]
 RulesFile = Annotated[
@@ -84,17 +82,6 @@ def undiagnosed(out: Path) -> None:
 
     for path in (out / FINDINGS, *out.glob(KEPT.format(index="*"))):
         path.unlink(missing_ok=True)
-
-
-def doubted(summary: dict[str, Any]) -> dict[str, Any]:
-    """A diagnosed run whose currents were not this arm's for a while: that goes first."""
-    from urdyn.diagnose.doubt import ITS_TWIN
-
-    found, advice = summary.get("findings", ()), summary.get("recommendation")
-    told = "doubt" in summary or any(f["kind"] in MISLEADING for f in found)  # they say why
-    if not advice or told or not summary["quality"]["restarts"]:
-        return summary
-    return summary | {"recommendation": advice | {"text": ITS_TWIN + advice["text"]}}
 
 
 def summed(summary: dict[str, Any]) -> str:

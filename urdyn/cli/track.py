@@ -17,7 +17,6 @@ from urdyn.cli.diagnosing import (
     Hours,
     NoDiagnosis,
     RulesFile,
-    doubted,
     known_rules,
     onlooker,
     summed,
@@ -106,7 +105,6 @@ def track(
     from urdyn.cli.results import require_folder
     from urdyn.cli.watching import watching
     from urdyn.io import sha256
-    from urdyn.report.setting import advised
     from urdyn.tracking import Tracker, open_source, run
 
     plants = prometheus is not None or mqtt is not None
@@ -140,7 +138,6 @@ def track(
             writer=writer,
         )
     summary |= {"filter": filter or ("ukf" if mode == "full" else "ekf")}
-    summary = advised(doubted(summary))
     if healthy is None:
         undiagnosed(out)
     summary |= {"surprise": _report(out, summary, voice)}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -21,6 +22,8 @@ WATCHED = {  # quantities of a history whose changes are judged beside findings,
     "health": "health_degradation",
     "zero": "encoder_offset",
 }
+TELL = "tell the controller what the tool weighs"  # as the rules advise of another payload
+MEANT = "see that this load is meant"  # where the controller has been told
 ORIGIN = ("urdyn", "provenance")  # of the document; all else is said of the run, in its summary too
 
 
@@ -32,6 +35,8 @@ def findings_document(
     identity: Mapping[str, str],
     source: Mapping[str, str],
     rules: Rules,
+    restarts: int = 0,
+    load_as_set: bool = False,
 ) -> dict[str, Any]:
     """All findings, what speaks against them all, and what to do.
 
@@ -39,10 +44,15 @@ def findings_document(
 
     Args:
         judged: of the joints, whether enough was compared to find anything in them.
+        restarts: how often a tracked belief began anew, since no arm was believed in any more.
+        load_as_set: the controller is set to the load that is tracked: it needs not be told.
     """
+    if load_as_set:
+        findings = [replace(f, advice=f.advice.replace(TELL, MEANT)) for f in findings]
     costs, heard = rules.costs, dict(zip(joints, judged, strict=True))
     rows, told = health(findings, joints, costs), [_finite(f.plain()) for f in findings]
-    (why, first), advice = doubt(told, len(joints)), recommendation(findings, costs, heard)
+    why, first = doubt(told, len(joints), restarts)
+    advice = recommendation(findings, costs, heard)
     origin = {"twin.sha256": identity.get("twin", ""), "rules": identity.get("rules", "")}
     return {
         "urdyn": __version__,

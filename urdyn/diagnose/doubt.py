@@ -26,6 +26,8 @@ TURNED = (
     "the current of {} is told with another sign, or is another joint's: no gain is off by "
     "{:.0f} %; see to the columns of the recording before anything below"
 )
+# Of a joint with one of these no drive can make the currents: they say why a belief went astray.
+MISLEADING = ("sensor_fault", "controller_instability")
 GAIN = "gain of the current sensor"  # as the rules call it
 
 ITS_TWIN = "make sure that this is this arm's twin before anything else; then "
@@ -35,15 +37,21 @@ ITS_STREAM = "see to the recorder and the network before anything else; then "
 Findings = Collection[Mapping[str, Any]]
 
 
-def doubt(findings: Findings, joints: int) -> tuple[str, str]:
-    """What to see to before any of these, and how advice then begins; "" both where nothing is."""
+def doubt(findings: Findings, joints: int, restarts: int = 0) -> tuple[str, str]:
+    """What to see to before any of these, and how advice then begins; "" both where nothing is.
+
+    Where the currents were not this arm's for a while, so that a tracked belief began anew,
+    `restarts` times, and no finding says why, advice alone says what goes first.
+    """
     if lost := _of_most(LOSSY, findings, joints, silently=True):
         return lost, ITS_STREAM
     another = _of_most(ANOTHER, findings, joints, silently=False)
     if another := another or _from_the_first(findings, joints):
         return another, ITS_TWIN
-    turned = _turned(findings)
-    return turned, ITS_COLUMNS if turned else ""
+    if turned := _turned(findings):
+        return turned, ITS_COLUMNS
+    astray = restarts and not any(f["kind"] in MISLEADING for f in findings)
+    return "", ITS_TWIN if astray else ""
 
 
 def _turned(findings: Findings) -> str:

@@ -63,6 +63,7 @@ class Onlooker:
         self._helper = helper
         self._begun, self._finished = False, None
         self._keeping = self._kept = -1  # samples
+        self._noted = {"restarts": 0, "load_as_set": False}
 
     def begin(self, folder: Path, index: int, identity: Mapping[str, str]) -> None:
         """Where the run is kept, and from which sample it goes on."""
@@ -89,6 +90,13 @@ class Onlooker:
         """An instant of which these joints told nothing: is it an encoder's fault?"""
         if np.count_nonzero(silent):
             self._add(blank(t, silent, current))
+
+    def note(self, restarts: int, load_as_set: bool) -> None:
+        """What no instant tells; the diagnosis hears of it where it is new."""
+        noted = {"restarts": restarts, "load_as_set": load_as_set}
+        if noted != self._noted:
+            self._noted = noted
+            self._there.send(words_frame({"note": noted}))
 
     def keep(self, index: int) -> None:
         """Remember this sample, and the one before until the run has been kept as well."""

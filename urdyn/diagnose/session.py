@@ -29,6 +29,7 @@ class Session:
         kept = job.folder / KEPT.format(index=job.index)
         start = memory.load(job.identity, kept) if job.index else self.diagnosis.init()
         self._state: State = start
+        self._restarts, self._load_as_set = 0, False
 
     def take(self, numbers: Array) -> list[Finding]:
         """Some instants on, as `reading_row` has them; what is new or worse."""
@@ -37,6 +38,10 @@ class Session:
             self._state, more = self.diagnosis.step(self._state, now)
             found += more
         return found
+
+    def note(self, restarts: int, load_as_set: bool) -> None:
+        """What the run knows, and no instant tells: see `Observer`."""
+        self._restarts, self._load_as_set = restarts, load_as_set
 
     def finish(self) -> list[Finding]:
         """The stream has ended: what the last rows tell."""
@@ -68,6 +73,8 @@ class Session:
             identity=job.identity,
             source=job.source,
             rules=job.rules,
+            restarts=self._restarts,
+            load_as_set=self._load_as_set,
         )
         write_text(job.folder / FINDINGS, json.dumps(document, indent=2) + "\n")
         return document

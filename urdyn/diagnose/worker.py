@@ -42,6 +42,9 @@ def _answer(session: Session, frame: Words | Array) -> dict[str, Any]:
             if found
             else {}
         )
+    if "note" in frame:
+        session.note(**frame["note"])
+        return {"findings": session.write()["findings"]}
     if "keep" in frame:
         document = session.write()
         session.keep(frame["keep"])

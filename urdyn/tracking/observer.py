@@ -27,6 +27,14 @@ class Observer(Protocol):
             current: [A], (J,); NaN: not measured.
         """
 
+    def note(self, restarts: int, load_as_set: bool) -> None:
+        """What no instant tells, before the run is kept or ends.
+
+        Args:
+            restarts: how often the belief began anew, since no arm was believed in any more.
+            load_as_set: the controller is set to the load that is tracked.
+        """
+
     def keep(self, index: int) -> None:
         """The run is about to be kept as of this sample."""
 

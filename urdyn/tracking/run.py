@@ -33,7 +33,7 @@ from urdyn.tracking.progress import RunProgress, Watch
 from urdyn.tracking.reading import Reading
 from urdyn.tracking.restarts import arrivals
 from urdyn.tracking.row import row, spacing
-from urdyn.tracking.setting import at_the_end
+from urdyn.tracking.setting import agrees, at_the_end
 from urdyn.tracking.source import Arrival, Source, now
 from urdyn.tracking.state import begun_anew
 from urdyn.tracking.summary import Summary, final, quality
@@ -186,6 +186,7 @@ class _Run(Generic[S]):
         begin, pace, work = time.perf_counter(), Latency(), Latency()
         # A live source is as long as what is to come of it.
         begun = at.index if self.source.live else 0
+        self._note(at)
         before: Arrival | None = None
         part = max(1 if self.source.live else AGAIN, round(PART / self.source.period))
         for arrival in arrivals(self.source, at.index, at.last, at.ahead):
@@ -199,8 +200,11 @@ class _Run(Generic[S]):
             if reading is not None:
                 self._show(at, reading, work, begun)
                 at = self._gathered(at, reading)
-            at = self.keeper.keep(at) if at.index % part == 0 else at
+            if at.index % part == 0:
+                self._note(at)
+                at = self.keeper.keep(at)
             self.keeper.go_on()
+        self._note(at)
         found = self.observer.finish() if self.observer else {}
         changes = self._finish(at)
         told = final(self.tracker, self.quantities, at)
@@ -274,6 +278,13 @@ class _Run(Generic[S]):
             self.watch(progress)
         if due:
             self.keeper.take(row(reading, progress.mean, progress.sd))
+
+    def _note(self, at: Checkpoint[S]) -> None:
+        """Tell who looks on what no instant tells."""
+        if self.observer:
+            told = final(self.tracker, self.quantities, at)
+            as_set = agrees(at.setting, told, self.quantities.whole)
+            self.observer.note(int(at.state.restarts), as_set)
 
     def _gathered(self, at: Checkpoint[S], reading: Reading) -> Checkpoint[S]:
         """With one reading more in the quantities of interest."""

@@ -55,6 +55,19 @@ def tolerance(sd: float) -> float:
     return max(SURE * sd, LEAST)
 
 
+def agrees(setting: Setting, final: Mapping[str, Any], whole: bool) -> bool:
+    """Whether the controller is set to the load that is tracked, within what is known of it.
+
+    Args:
+        final: quantities as a summary has them.
+        whole: the mass counts the tool, as the controller does.
+    """
+    if not whole or setting.mass != setting.mass:
+        return False
+    load = final["payload.mass"]
+    return bool(abs(load["mean"] - setting.mass) <= tolerance(load["sd"]))
+
+
 def compared(setting: Setting, mass: float, sd: float, whole: bool) -> dict[str, Any] | None:
     """The setting beside the mass that is tracked, in plain numbers; None: nobody said any.
 
