@@ -86,6 +86,13 @@ def test_recipes_are_read_as_xml_and_as_lists(tmp_path: Path) -> None:
     assert read_recipe(tmp_path / "list.txt") == ("timestamp", "actual_q")
 
 
+@pytest.mark.parametrize("text", [XML, "timestamp\nactual_q  # Pose für Zelle 7, 20 °C\n"])
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "latin-1"])
+def test_a_recipe_may_be_of_any_editor(tmp_path: Path, text: str, encoding: str) -> None:
+    (tmp_path / "recipe").write_text(text, encoding=encoding)
+    assert read_recipe(tmp_path / "recipe") == ("timestamp", "actual_q")
+
+
 @pytest.mark.parametrize(
     ("text", "told"),
     [

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from codecs import BOM_UTF8
 from pathlib import Path
 from xml.parsers import expat
 
@@ -17,7 +18,7 @@ def read_recipe(path: str | Path, key: str = "out") -> tuple[str, ...]:
     Types in an XML file are checked to be RTDE's, and left to the controller to say.
     """
     try:
-        text = Path(path).read_bytes()
+        text = Path(path).read_bytes().removeprefix(BOM_UTF8)
     except OSError as error:
         raise InputError(f"{path}: cannot be read: {error.strerror}") from error
     if len(text) > LARGEST:
@@ -29,12 +30,12 @@ def read_recipe(path: str | Path, key: str = "out") -> tuple[str, ...]:
 
 
 def _plain(text: bytes, path: str | Path) -> list[str]:
-    """One name a line, or parted by commas; # begins a comment."""
+    """One name a line, or parted by commas; # begins a comment, in whatever encoding."""
+    names = b"\n".join(line.partition(b"#")[0] for line in text.splitlines())
     try:
-        lines = [line.partition("#")[0] for line in text.decode("ascii").splitlines()]
+        return names.decode("ascii").replace(",", " ").split()
     except UnicodeDecodeError as error:
         raise InputError(f"{path}: is neither a list of RTDE names nor XML") from error
-    return [word for line in lines for word in line.replace(",", " ").split()]
 
 
 def _xml(text: bytes, key: str, path: str | Path) -> list[str]:
