@@ -221,6 +221,9 @@ def test_an_mcap_whose_writer_was_killed_is_read_up_to_there(tmp_path):
         torn.channels["actual_q"], whole.channels["actual_q"][: len(torn)]
     )
     assert [d.kind for d in torn.defects] == ["file without an end"]
+    file.write_bytes(data[:4000])  # no whole chunk
+    with pytest.raises(LogError, match=r"it has nothing; 1 x file without an end"):
+        read(file, effort=AMPERES)
 
 
 @pytest.mark.parametrize("kind", MAKERS)
@@ -235,13 +238,19 @@ def test_a_torn_bag_is_one_line(kind, share, tmp_path):
     assert "\n" not in str(told.value) and str(path) in str(told.value)
 
 
-def test_other_folders_and_names_are_one_line(tmp_path):
+@pytest.mark.parametrize("kind", MAKERS)
+@pytest.mark.parametrize("name", ["MONDAY.MCAP", "bag.dat"])
+def test_a_bag_is_known_by_its_first_bytes_whatever_its_name(kind, name, tmp_path):
+    path = MAKERS[kind](tmp_path / "bag", joint_states(20))
+    file = path if path.is_file() else next(p for p in path.iterdir() if p.suffix != ".yaml")
+    shutil.copy(file, tmp_path / name)
+    assert len(read(tmp_path / name, effort=AMPERES)) == 20
+
+
+def test_other_folders_and_columns_are_one_line(tmp_path):
     with pytest.raises(LogError, match=r"without metadata\.yaml"):
         read(tmp_path)
     file = bag(tmp_path / "bag", joint_states(9)) / "bag.db3"
-    shutil.copy(file, tmp_path / "bag.dat")
-    with pytest.raises(LogError, match="give its name that ending"):
-        read(tmp_path / "bag.dat")
     with pytest.raises(LogError, match="leave out --columns"):
         read(file, columns="timestamp,actual_q*6")
 

@@ -70,6 +70,12 @@ def test_from_every_form_to_every_other_and_back(start: str, log: Log, tmp_path:
         assert equal(read(other), log)
 
 
+@pytest.mark.parametrize("end", [".MCAP", ".DB3"])
+def test_an_ending_is_known_in_capitals(end: str, log: Log, tmp_path: Path) -> None:
+    write(log, path := tmp_path / f"log{end}")
+    assert path.is_file() and equal(read(path), log)
+
+
 @pytest.mark.parametrize("end", [".mcap", ".db3", ""])
 def test_rosbags_reads_what_we_wrote(end: str, log: Log, tmp_path: Path) -> None:
     path = tmp_path / f"log{end}"

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from importlib.util import find_spec
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 from urdyn.errors import LogError, MissingExtraError
 
@@ -27,18 +30,28 @@ def is_log(path: Path) -> bool:
 
 def is_bag(path: Path) -> bool:
     """Is it a bag: a file that begins as one, or a folder?"""
-    return path.is_dir() or _form(path) is not None
+    return path.is_dir() or form(path) is not None
 
 
-def check(path: Path) -> None:
-    """LogError where bag readers would not know what this is."""
+@contextmanager
+def named(path: Path) -> Iterator[Path]:
+    """The bag under a name that ends as bag readers want it; LogError where it is none."""
     if not is_log(path):
         raise LogError(f"is a folder without {METADATA}, so no ROS 2 bag; name a file", path)
-    if path.is_file() and (form := _form(path)) and path.suffix != form:
-        raise LogError(f"is a {form} bag by its first bytes; give its name that ending", path)
+    suffix = form(path)
+    if suffix in (None, path.suffix):
+        yield path
+        return
+    with TemporaryDirectory(prefix="urdyn.") as folder:
+        link = Path(folder) / f"bag{suffix}"
+        link.symlink_to(path.resolve())
+        yield link
 
 
-def _form(path: Path) -> str | None:
+def form(path: Path) -> str | None:
+    """Suffix of the form of a file that begins as a bag does."""
+    if path.is_dir():
+        return None
     with path.open("rb") as stream:
         start = stream.read(16)
-    return next((form for magic, form in MAGIC.items() if start.startswith(magic)), None)
+    return next((suffix for magic, suffix in MAGIC.items() if start.startswith(magic)), None)

@@ -45,7 +45,7 @@ def joint_states(bag: Bag) -> JointStates:
     if not found:
         names = sorted({name for h in heard for names in h.places for name in names})
         tell = f"joint states of {listed(names)} only" if heard else "no joint states"
-        there = listed(map(str, bag.topics))
+        there = "; ".join((listed(map(str, bag.topics)), *map(str, bag.defects)))
         raise LogError(
             f"has {tell}, an arm's {', '.join(JOINTS)} are needed; it has {there}", bag.path
         )

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from urdyn.errors import LogError, UrdynError
-from urdyn.io.bags.forms import check, require
+from urdyn.io.bags.forms import named, require
 from urdyn.io.bags.torn import Salvage, is_torn
 from urdyn.types import Defect
 
@@ -46,7 +46,6 @@ class Bag:
 def opened(path: Path) -> Iterator[Bag]:
     """The bag in `path`; MissingExtraError where nothing here reads bags."""
     require("rosbags")
-    check(path)
     from rosbags.highlevel import AnyReader
     from rosbags.typesys import Stores, get_typestore
 
@@ -55,7 +54,8 @@ def opened(path: Path) -> Iterator[Bag]:
             yield _salvaged(Salvage(path))
             return
         # Bags of older releases carry no definitions; the common types have not changed since.
-        with AnyReader([path], default_typestore=get_typestore(Stores.ROS2_HUMBLE)) as reader:
+        store = get_typestore(Stores.ROS2_HUMBLE)
+        with named(path) as name, AnyReader([name], default_typestore=store) as reader:
             yield _bag(path, reader)
     except UrdynError:
         raise

@@ -6,14 +6,14 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, BinaryIO
 
-from urdyn.io.bags.forms import require
+from urdyn.io.bags.forms import form, require
 
 END = b"\x89MCAP0\r\n"  # last bytes of a file that was finished
 
 
 def is_torn(path: Path) -> bool:
     """Is this an MCAP without its end?"""
-    if path.is_dir() or path.suffix != ".mcap":
+    if form(path) != ".mcap":
         return False
     with path.open("rb") as stream:
         stream.seek(-min(len(END), path.stat().st_size), 2)

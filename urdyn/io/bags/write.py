@@ -36,7 +36,7 @@ def write_mcap(told: Told, stream: BinaryIO, metadata: Mapping[str, str]) -> Non
 def write_db3(told: Told, path: Path) -> None:
     """A ROS 2 bag: a folder with metadata.yaml, or where `path` ends in .db3 that file alone."""
     require("rosbags")
-    alone = path.suffix == ".db3"
+    alone = path.suffix.lower() == ".db3"
     if path.exists() and not _replaceable(path, alone):
         raise InputError(f"{path}: cannot be written: something else is there")
     if not path.resolve().parent.is_dir():
