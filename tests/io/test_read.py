@@ -27,6 +27,10 @@ def joined(lines: list[str], end: str = "\n") -> bytes:
     return end.join([*lines, ""]).encode()
 
 
+def quoted(row: str) -> str:
+    return ",".join(f'"{cell}"' for cell in row.split(","))
+
+
 def zstd(data: bytes) -> bytes:
     packed: bytes = pa.Codec("zstd").compress(data, asbytes=True)
     return packed
@@ -41,9 +45,16 @@ DIALECTS: dict[str, Rewrite] = {
     "tabs": lambda t: joined([r.replace(",", "\t") for r in t]),
     "decimal commas": lambda t: joined([r.replace(",", ";").replace(".", ",") for r in t]),
     "semicolons": lambda t: joined([r.replace(",", ";") for r in t]),
+    "decimal commas in quotes": lambda t: joined([quoted(r.replace(".", "~")) for r in t]).replace(
+        b"~", b","
+    ),
+    "bars": lambda t: joined([r.replace(",", "|") for r in t]),
+    "semicolons, as Excel is told": lambda t: joined(
+        ["sep=;", *(r.replace(",", ";").replace(".", ",") for r in t)], "\r\n"
+    ),
     "byte order mark": lambda t: b"\xef\xbb\xbf" + joined(t),
-    "quotes": lambda t: joined([",".join(f'"{c}"' for c in r.split(",")) for r in t]),
-    "quoted header": lambda t: joined([",".join(f'"{c}"' for c in t[0].split(",")), *t[1:]]),
+    "quotes": lambda t: joined([quoted(r) for r in t]),
+    "quoted header": lambda t: joined([quoted(t[0]), *t[1:]]),
     "trailing commas": lambda t: joined([r + "," for r in t]),
     "trailing commas in the rows": lambda t: joined([t[0], *(r + ",," for r in t[1:])]),
     "trailing commas in the header": lambda t: joined([t[0] + ",", *t[1:]]),
@@ -88,6 +99,19 @@ def test_columns_name_a_headerless_file(rows: list[str], path: Path) -> None:
     log = read(path, columns=SPEC)
     np.testing.assert_array_equal(log.channels["actual_q"], titled.channels["actual_q"])
     assert set(read(path, columns="timestamp,-*2,actual_current*2").channels) == {"actual_current"}
+
+
+def test_what_is_said_above_a_headerless_file_is_no_row(rows: list[str], path: Path) -> None:
+    path.write_bytes(joined(["sep=,", *rows]))
+    log = read(path, columns=SPEC)
+    assert (len(log), log.defects, log.source.path) == (50, (), str(path))
+
+
+def test_a_comma_of_thousands_is_no_decimal_comma(text: list[str], path: Path) -> None:
+    path.write_bytes(joined([*text[:9], text[9].replace(",0.5,", ',"1,000.5",'), *text[10:]]))
+    log = read(path)
+    assert [(d.kind, d.line) for d in log.defects] == [("text in place of a number", 10)]
+    np.testing.assert_array_equal(np.delete(log.channels["actual_q"][:, 1], 8), 0.5)
 
 
 def test_columns_take_the_place_of_a_header(path: Path) -> None:

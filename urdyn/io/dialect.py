@@ -16,6 +16,7 @@ SAMPLE = 100  # lines that are looked at
 READ = 1 << 20  # [bytes] they are looked for in
 PRINTED = 1 << 16  # [bytes] that have to be text, nearly all
 PRINTABLE = bytes([*range(32, 127), *b"\t\n\r"])
+SAID = re.compile(r'(?i)"?sep=([;\t|, ])"?\s*')  # the line that tells Excel what parts the cells
 
 
 class Kind(Enum):
@@ -37,7 +38,7 @@ class Dialect:
     kinds: tuple[Kind, ...]  # one a field
     filled: int  # fields that a whole row has at least; what follows may be missing
     header: str = ""  # the header as it stands in the file; "" where there is none
-    line: int = 0  # where the header stands; data begin below
+    line: int = 0  # where the header stands, or what is said above the data; these begin below
 
     @property
     def text(self) -> tuple[str, ...]:
@@ -56,11 +57,13 @@ def sniff(start: bytes, spec: str | None, path: str) -> Dialect:
     """The dialect of a file that starts with these bytes; `spec` names columns in its stead."""
     lines = _text_lines(start, path)
     numbered = [(n, line) for n, line in enumerate(lines, 1) if line.strip()][:SAMPLE]
+    said = SAID.fullmatch(numbered[0][1]) if numbered else None
+    numbered = numbered[bool(said) :]
     if not numbered:
         raise LogError("is empty", path)
     numbered = numbered[_remarks([line for _, line in numbered]) :]
     first, head = numbered[0]
-    delimiter = _delimiter(head)
+    delimiter = said[1] if said else _delimiter(head)
     names = _titles(head, delimiter)
     titled = _is_header(names)
     samples = [fields(line, delimiter) for _, line in numbered[titled:]]
@@ -69,10 +72,10 @@ def sniff(start: bytes, spec: str | None, path: str) -> Dialect:
     width = _mode(map(len, samples))
     columns = _columns(names if titled else None, spec, samples, path, first)
     sound = [cells for cells in samples if len(cells) >= width]
-    decimal = "," if delimiter != "," and _decimal_comma(sound) else "."
+    decimal = _decimal(sound, delimiter)
     kinds = tuple(_kind(name, k, sound, decimal) for k, name in enumerate(columns))
     filled = min(_mode(map(_filled, samples)), width)
-    header, below = (head.strip(), first) if titled else ("", 0)
+    header, below = (head.strip(), first) if titled else ("", first - 1)
     return Dialect(delimiter, decimal, columns, kinds, filled, header, below)
 
 
@@ -97,7 +100,7 @@ def _remarks(lines: Sequence[str]) -> int:
 
 
 def _delimiter(line: str) -> str:
-    return next((d for d in ";\t," if d in line), " " if " " in line.strip() else ",")
+    return next((d for d in ";\t|," if d in line), " " if " " in line.strip() else ",")
 
 
 def _titles(line: str, delimiter: str) -> list[str]:
@@ -150,9 +153,16 @@ def _mode(counts: Iterable[int]) -> int:
     return Counter(counts).most_common(1)[0][0]
 
 
-def _decimal_comma(samples: Sequence[Sequence[str]]) -> bool:
-    """Is there a cell such as 0,5?"""
-    return any(re.fullmatch(r" *[-+]?\d+,\d+.*", cell) for cells in samples for cell in cells)
+def _decimal(samples: Sequence[Sequence[str]], delimiter: str) -> str:
+    """What parts off the decimals: a comma, where a cell is such as 0,5.
+
+    Where commas part the cells, too, that one is in quotes; beside 0.5 its comma is of thousands.
+    """
+    comma, point = (
+        any(re.fullmatch(rf" *[-+]?\d+{mark}\d+.*", cell) for cells in samples for cell in cells)
+        for mark in (",", r"\.")
+    )
+    return "," if comma and not (point and delimiter == ",") else "."
 
 
 def _kind(name: str, k: int, samples: Sequence[Sequence[str]], decimal: str) -> Kind:
