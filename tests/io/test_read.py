@@ -179,6 +179,25 @@ def test_rate_makes_stamps_where_there_are_none(text: list[str], tmp_path: Path)
             read(path, rate=rate)
 
 
+@pytest.mark.parametrize("stamp", ["12:00:{:06.3f}", "29.11.2026 12:00:{:06.3f}"])
+def test_stamps_that_are_text_are_not_called_missing(
+    stamp: str, rows: list[str], path: Path
+) -> None:
+    lines = [",".join([stamp.format(float(t)), *rest]) for t, *rest in (r.split(",") for r in rows)]
+    path.write_bytes(joined([path.read_text().split("\n")[0], *lines]))
+    with pytest.raises(LogError, match=f"time stamps as text, such as {stamp[:-9]}.*make them sec"):
+        read(path)
+    assert len(read(path, rate=100.0)) == 50
+
+
+def test_lapses_of_parquet_are_seconds(tmp_path: Path) -> None:
+    t = np.arange(5) * 10
+    for unit, per in (("ms", 1), ("us", 1000), ("ns", 1_000_000)):
+        stamps = pa.array(t * per, pa.duration(unit))
+        pq.write_table(pa.table({"timestamp": stamps, "payload": t}), tmp_path / "log.parquet")
+        np.testing.assert_allclose(read(tmp_path / "log.parquet").t, t / 1000, rtol=1e-12)
+
+
 def test_rate_is_refused_where_there_are_stamps(path: Path) -> None:
     with pytest.raises(LogError, match="has time stamps of its own"):
         read(path, rate=125.0)

@@ -39,6 +39,7 @@ class Dialect:
     filled: int  # fields that a whole row has at least; what follows may be missing
     header: str = ""  # the header as it stands in the file; "" where there is none
     line: int = 0  # where the header stands, or what is said above the data; these begin below
+    sample: tuple[str, ...] = ()  # cells of one of the rows
 
     @property
     def text(self) -> tuple[str, ...]:
@@ -76,7 +77,7 @@ def sniff(start: bytes, spec: str | None, path: str) -> Dialect:
     kinds = tuple(_kind(name, k, sound, decimal) for k, name in enumerate(columns))
     filled = min(_mode(map(_filled, samples)), width)
     header, below = (head.strip(), first) if titled else ("", first - 1)
-    return Dialect(delimiter, decimal, columns, kinds, filled, header, below)
+    return Dialect(delimiter, decimal, columns, kinds, filled, header, below, tuple(sound[-1]))
 
 
 def _text_lines(start: bytes, path: str) -> list[str]:

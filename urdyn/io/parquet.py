@@ -23,6 +23,7 @@ NUMBERS = (
     pa.types.is_floating,
     pa.types.is_boolean,
     pa.types.is_timestamp,
+    pa.types.is_duration,
     pa.types.is_decimal,
 )
 
@@ -37,7 +38,8 @@ def described(file: pq.ParquetFile, path: str) -> Dialect:
         Kind.NUMBER if any(is_(cells.type) for is_ in NUMBERS) else Kind.TEXT
         for cells in fields.values()
     )
-    return Dialect("", ".", tuple(fields), kinds, len(fields))
+    sample = tuple(str(cells[0]) for cells in fields.values())
+    return Dialect("", ".", tuple(fields), kinds, len(fields), sample=sample)
 
 
 def tables(file: pq.ParquetFile, plan: Plan, path: str) -> Iterator[Table]:

@@ -27,6 +27,8 @@ from urdyn.io.table import AS_NAN, Table, join, merge
 from urdyn.types import Defect, Log, Source
 
 NAMED = "; name its columns from left to right by --columns"
+UNREAD = "time stamps as text"
+LEGIBLE = "make them seconds, or instants: 2026-11-29T12:00:01.010 in text, Parquet's timestamps"
 PLANNED = {"timestamp", "q0", "v0", "a0"}  # columns that no recorder writes
 
 Rows = tuple[int | None, int | None]
@@ -178,10 +180,13 @@ def _none_of(channels: Collection[str] | None) -> str:
 
 def _reported(tables: Iterator[Table], plan: Plan) -> Iterator[Table]:
     """The tables, the first with the columns that are text and the columns that are missing."""
-    text, line = plan.dialect.text, plan.dialect.line
+    dialect = plan.dialect
+    text, line = dialect.text, dialect.line
+    stamp = dict(zip(dialect.columns, dialect.sample, strict=False)).get("timestamp", "")
     missing = sum(listed(places).count(-1) for places in plan.layout.values())
     defects: tuple[Defect, ...] = (
         Defect("text column", len(text), line, f"kept out: {', '.join(text)}"),
+        Defect(UNREAD, text.count("timestamp"), line, f"such as {stamp}"),
         Defect("missing column", missing, line, AS_NAN),
     )
     for table in tables:
@@ -196,7 +201,9 @@ def _timed(table: Table, rate: float | None, source: Source) -> Table:
             raise LogError("has time stamps of its own; leave out --rate", source.path)
         return table
     if rate is None:
-        raise LogError("has no column of time stamps; say the --rate in Hz", source.path)
+        odd = next((defect.remedy for defect in table.defects if defect.kind == UNREAD), "")
+        lacking = "has no column of time stamps; say the --rate in Hz"
+        raise LogError(f"has {UNREAD}, {odd}; {LEGIBLE}" if odd else lacking, source.path)
     if not 0 < rate < np.inf:
         raise LogError(f"--rate {rate} is not a rate in Hz", source.path)
     table.channels["timestamp"] = table.row / rate

@@ -59,9 +59,11 @@ def _arrow(block: Block, plan: Plan) -> pa.Table:
 
 
 def numbers(column: pa.Array | pa.ChunkedArray) -> Array:
-    """An Arrow column of numbers, flags or instants as float64, (N,); NaN where it is empty."""
+    """Numbers, flags, instants or lapses of an Arrow column as float64, (N,); NaN where empty."""
     if pa.types.is_string(column.type) or pa.types.is_large_string(column.type):
         return np.array([stamp(text) if text else np.nan for text in column.to_pylist()])
+    if pa.types.is_duration(column.type):
+        column = column.cast(pa.int64()).cast(pa.timestamp(column.type.unit))  # from 1970 on
     if pa.types.is_timestamp(column.type):
         seconds = column.cast(pa.timestamp("ns")).cast(pa.int64()).cast(pa.float64(), safe=False)
         return numbers(seconds) * 1e-9
