@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 from collections.abc import Callable
 from pathlib import Path
@@ -249,6 +250,22 @@ def test_a_broken_input_is_told_in_one_line(case: str, story: Story, tmp_path: P
     assert re.fullmatch(r"urdyn: [^\n]+\n", result.stderr), result.stderr
     assert "Traceback" not in result.stderr and "unexpected" not in result.stderr
     assert sorted(tmp_path.rglob("*")) == before
+
+
+@pytest.mark.parametrize(
+    "verb",
+    [
+        "identify {tmp}/none.csv --robot ur10e --out {tmp}/a/b",
+        "excite --robot ur10e --twin {tmp}/none.toml --out {tmp}",
+        "simulate --twin {tmp}/none.toml --out {tmp}/l.csv",
+    ],
+)
+def test_a_folder_that_takes_no_files_is_told_before_any_work(
+    verb: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("os.access", lambda path, mode, **more: not mode & os.W_OK)
+    result = CliRunner().invoke(app, verb.format(tmp=tmp_path).split())
+    assert result.exit_code == 1 and f"you may not write in {tmp_path}; name" in result.stderr
 
 
 @pytest.mark.parametrize(

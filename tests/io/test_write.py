@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import errno
+import io
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +14,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from urdyn.errors import InputError
-from urdyn.io import read, sha256, write, write_text, writing
+from urdyn.io import read, sha256, write, write_folder, write_text, writing
 from urdyn.types import Log, Source
 
 SUFFIXES = [".csv", ".parquet", ".csv.gz", ".csv.bz2", ".csv.xz", ".csv.zst", ".mcap", ".db3"]
@@ -48,6 +50,15 @@ def test_what_was_written_reads_back_bit_for_bit(log: Log, suffix: str, tmp_path
             np.signbit(back.channels[name][zero]), np.signbit(values[zero])
         )
     assert back.source.sha256 == sha256(path)
+
+
+class Small(io.FileIO):
+    """A file on a disk that has room for a word."""
+
+    def write(self, data: bytes) -> int:
+        if len(data) > 10:
+            raise OSError(errno.ENOSPC, "No space left on device")
+        return super().write(data)
 
 
 @pytest.fixture
@@ -93,6 +104,29 @@ def test_a_write_that_fails_leaves_the_old_file_and_nothing_beside_it(tmp_path: 
         raise RuntimeError
     assert path.read_text() == "whole\n"
     assert list(tmp_path.iterdir()) == [path]
+
+
+@pytest.mark.parametrize("large", ["twin.toml", "report.html"])
+def test_a_full_disk_leaves_every_old_text_of_a_folder(large: str, tmp_path: Path) -> None:
+    old = {"twin.toml": "old", "report.html": "old"}
+    write_folder(tmp_path, old)
+    with pytest.MonkeyPatch.context() as here:
+        here.setattr(Path, "open", lambda path, how: io.BufferedWriter(Small(path, how)))
+        with pytest.raises(InputError, match=f"{large}: cannot be written: No space left"):
+            write_folder(tmp_path, dict.fromkeys(old, "new") | {large: "more than room for"})
+    assert {path.name: path.read_text() for path in tmp_path.iterdir()} == old
+
+
+def test_what_went_wrong_first_is_what_is_told(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refuse(path: Path, *how: object, **more: object) -> None:
+        raise OSError(errno.EROFS, "Read-only file system", str(path))
+
+    monkeypatch.setattr(Path, "open", refuse)
+    monkeypatch.setattr(Path, "unlink", refuse)
+    with pytest.raises(InputError, match="page: cannot be written: Read-only file system"):
+        write_text(tmp_path / "page", "text")
 
 
 @pytest.mark.parametrize("name", [".", "nowhere/report.html"])

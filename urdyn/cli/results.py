@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -23,13 +24,24 @@ def require_folder(out: Path) -> None:
         if path.exists():
             if not path.is_dir():
                 raise InputError(f"{out}: cannot be a folder of results: {path} is a file")
+            _require_room(path, out)
             return
 
 
 def require_place(out: Path | None) -> None:
     """InputError where no such file can be written, before anybody has waited for it."""
-    if out is not None and not out.resolve().parent.is_dir():
+    if out is None:
+        return
+    folder = out.resolve().parent
+    if not folder.is_dir():
         raise InputError(f"{out}: cannot be written: its folder does not exist")
+    _require_room(folder, out)
+
+
+def _require_room(folder: Path, out: Path) -> None:
+    """InputError where `out` cannot be made in a folder that exists."""
+    if not os.access(folder, os.W_OK | os.X_OK):
+        raise InputError(f"{out}: you may not write in {folder}; name another place")
 
 
 def save(fit: ud.Fit, page: str, out: Path) -> None:

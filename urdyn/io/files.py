@@ -6,7 +6,7 @@ import hashlib
 import os
 import time
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -44,7 +44,8 @@ def writing(path: str | Path) -> Iterator[BinaryIO]:
     except OSError as error:
         raise InputError(f"{path}: cannot be written: {error.strerror or error}") from error
     finally:
-        part.unlink(missing_ok=True)
+        with suppress(OSError):  # what went wrong before is what is told
+            part.unlink(missing_ok=True)
 
 
 @contextmanager
@@ -81,12 +82,19 @@ def _locked(fcntl: Any, holder: int) -> bool:
 
 def write_text(path: str | Path, text: str) -> None:
     """Write `text` as UTF-8, atomically."""
-    with writing(path) as stream:
-        stream.write(text.encode(errors="replace"))  # a log's name may have bytes that are no text
+    _write_texts({Path(path): text})
 
 
 def write_folder(folder: Path, texts: Mapping[str, str]) -> None:
-    """Write texts by their names into a folder, made if need be."""
+    """Write texts by their names into a folder, made if need be; all of them or none."""
     folder.mkdir(parents=True, exist_ok=True)
-    for name, text in texts.items():
-        write_text(folder / name, text)
+    _write_texts({folder / name: text for name, text in texts.items()})
+
+
+def _write_texts(texts: Mapping[Path, str]) -> None:
+    """Write texts as UTF-8; none takes its place before the disk has had room for all."""
+    with ExitStack() as every:
+        for path, text in texts.items():
+            stream = every.enter_context(writing(path))
+            stream.write(text.encode(errors="replace"))  # a log's name may hold what is no text
+            stream.flush()
