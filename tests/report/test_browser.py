@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+import json
 import re
 from pathlib import Path
 
+import numpy as np
 import pytest
 from browser import Browser
 from tracked import JOINTS, START, columns, diagnosed, growing, summary, write
 
+from urdyn.report.canvas import JOINTS as JOINT_COLOURS
+from urdyn.report.canvas import figure, line
 from urdyn.report.identify.page import identify_page
+from urdyn.report.markup import document, plot
 from urdyn.report.track.history import History
 from urdyn.report.track.page import track_page
 
@@ -84,6 +89,37 @@ def test_the_network_is_drawn_in_the_colours_of_the_page(chromium, tracked):
         assert chromium.evaluate(circles) == 2 * 10  # parameters in two slices
     assert colours["light"] != colours["dark"]
     assert all(len(set(pair)) == 2 for pair in colours.values())  # ink is not paper
+
+
+def contrast(one: str, other: str) -> float:
+    """Of two colours as a browser tells them, by WCAG; 3 is what it asks of what is not small."""
+
+    def luminance(colour: str) -> float:
+        rgb = np.array(re.findall(r"\d+", colour)[:3], dtype=float) / 255.0
+        linear = np.where(rgb <= 0.04045, rgb / 12.92, ((rgb + 0.055) / 1.055) ** 2.4)
+        return float(linear @ (0.2126, 0.7152, 0.0722))
+
+    dark, light = sorted(map(luminance, (one, other)))
+    return (light + 0.05) / (dark + 0.05)
+
+
+def test_what_a_pointer_meets_can_be_read(chromium, tmp_path):
+    lines = [line([0, 1], [k, k], f"joint {k}", colour) for k, colour in enumerate(JOINT_COLOURS)]
+    (page := tmp_path / "page.html").write_text(document("", plot(figure(lines, "", ""), "")))
+    chromium.open(page, 1280, "dark")
+    chromium.evaluate(
+        """Plotly.Fx.hover(document.querySelector(".plot"),
+          [0, 1, 2, 3, 4, 5].map((curveNumber) => ({ curveNumber, pointNumber: 0 })))"""
+    )
+    met = chromium.evaluate(
+        """JSON.stringify([...document.querySelectorAll("g.hovertext")].flatMap((label) => {
+          const fill = (part) => getComputedStyle(label.querySelector(part)).fill;
+          return [[fill(".name"), fill("rect")], [fill(".nums"), fill("path")]];
+        }))"""
+    )
+    told = json.loads(met)
+    assert len({ground for _, ground in told}) == 1 + len(JOINT_COLOURS)
+    assert min(contrast(*pair) for pair in told) > 3.0
 
 
 def test_the_levels_of_a_forecast_are_named_in_the_plot(chromium, tracked):
