@@ -77,9 +77,13 @@ def test_one_command_writes_every_form(made: tuple[Path, Path, dict[str, object]
 
 
 @pytest.mark.parametrize("what", ["out", "out/kinematics.yaml"])
-def test_other_poses_score_it(made: tuple[Path, Path, dict[str, object]], what: str) -> None:
+def test_other_poses_score_it(
+    made: tuple[Path, Path, dict[str, object]], what: str, tmp_path: Path
+) -> None:
     folder, _, _ = made
-    run = calibrate(folder / "second.csv", "--robot", "ur10", "--evaluate", folder / what, "--json")
+    asked = ("--robot", "ur10", "--evaluate", folder / what, "--out", tmp_path, "--json")
+    run = calibrate(folder / "second.csv", *asked)
+    assert [path.name for path in tmp_path.iterdir()] == ["evaluation.html"]
     assert run.exit_code == 0, run.stderr
     told = json.loads(run.stdout)
     assert told.keys() >= KEYS

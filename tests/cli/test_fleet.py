@@ -48,6 +48,14 @@ def test_nothing_to_show_is_one_line_and_no_page(tmp_path):
     assert run("fleet", tmp_path, "--out", tmp_path / "fleet.html").stderr == told.stderr
 
 
+def test_no_robot_s_page_becomes_the_fleet_s(tmp_path):
+    (link := tmp_path / "link").symlink_to(tmp_path)
+    (page := tmp_path / "report.html").write_text("its own")
+    told = run("fleet", tmp_path, "--out", link / "report.html")
+    assert told.exit_code == 1 and "own page; name another" in told.stderr
+    assert page.read_text() == "its own"
+
+
 def test_a_robot_that_is_named_twice_counts_once(tracked, tmp_path):
     again = tracked.parent / "." / tracked.name / ".." / tracked.name
     told = run("fleet", tracked, again, "--out", tmp_path / "fleet.html", "--json")

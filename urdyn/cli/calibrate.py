@@ -134,8 +134,8 @@ def _evaluate(arm: Arm, poses: Poses, folder: Path, out: Path | None, voice: Voi
         voice.note("these are the poses that the calibration was made from; others would judge it")
     voice.show(evaluate_table(found))
     if out is not None:
-        write_folder(out, {"report.html": evaluate_page(found, summary, folder, typed())})
-        voice.note(f"written to {out}: report.html")
+        write_folder(out, {"evaluation.html": evaluate_page(found, summary, folder, typed())})
+        voice.note(f"written to {out}: evaluation.html")
     voice.result(summary)
 
 

@@ -40,12 +40,15 @@ def fleet(
     """
     from urdyn.cli.results import require_folder
     from urdyn.io import write_text
+    from urdyn.io.run_folder import REPORT
     from urdyn.report.fleet.gather import gather, told
     from urdyn.report.fleet.page import fleet_page, headline
 
     voice = Voice(json, quiet)
     require_folder(out.parent)
     once = {folder.resolve(): folder for folder in folders}  # one robot counts once
+    if out.resolve() in {folder / REPORT for folder in once}:
+        raise InputError(f"{out}: is one robot's own page; name another, such as fleet.html")
     found = gather(list(once.values()), time.time(), 3600.0 * stale)
     unread = [f"{each.folder}: {each.reason}" for each in found.unread]
     for each in unread[not found.robots :]:

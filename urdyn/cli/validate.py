@@ -16,7 +16,7 @@ from urdyn.cli.voice import Voice, complaints
 from urdyn.io.effort import Effort
 
 TwinFile = Annotated[Path, typer.Argument(metavar="TWIN", show_default=False)]
-Out = Annotated[Path | None, typer.Option(metavar="DIR", help="Write DIR/report.html.")]
+Out = Annotated[Path | None, typer.Option(metavar="DIR", help="Write DIR/validation.html.")]
 
 
 def validate(
@@ -57,8 +57,8 @@ def validate(
     doubt = "; ".join(filter(None, against))
     if out is not None:
         page = validate_page(fit, scores, typed(), [doubt] if doubt else [])
-        write_folder(out, {"report.html": page})
-        voice.note(f"written: {out / 'report.html'}")
+        write_folder(out, {"validation.html": page})
+        voice.note(f"written: {out / 'validation.html'}")
     for score in scores:
         voice.note(*complaints(score.log.source.path, score.log.defects))
     voice.show(validate_table(scores, fit))
