@@ -13,6 +13,7 @@ from urdyn.cli.idle import idle
 from urdyn.cli.options import Columns, Gains, Json, Quiet, Rate, Robot, Rows, Unit
 from urdyn.cli.voice import Voice, complaints
 from urdyn.errors import InputError
+from urdyn.io import is_log
 from urdyn.io.effort import Effort
 
 In = Annotated[Path, typer.Argument(metavar="IN", show_default=False)]
@@ -45,6 +46,7 @@ def convert(
     from urdyn.io.tracked import is_tracked, write_tracked
 
     voice = Voice(json, quiet)
+    _require_other(log, out)
     if is_tracked(log):
         of_logs = ("columns", "rows", "rate", "effort_unit", "drive_gain", "robot")
         idle(context, f"with {log}, which is no recording", *of_logs)
@@ -72,6 +74,15 @@ def convert(
             "defects": list(map(str, found.defects)),
         }
     )
+
+
+def _require_other(log: Path, out: Path) -> None:
+    """InputError where OUT would take the place of IN: no recording can be made again."""
+    if not (log.exists() and out.exists()):
+        return
+    part = log.resolve() in out.resolve().parents and is_log(log)  # of a bag
+    if out.samefile(log) or part or out.resolve() in log.resolve().parents:
+        raise InputError(f"{out}: would take the place of {log}; name another")
 
 
 def _effort(unit: str | None, drive_gain: str | None, robot: str | None) -> Effort:

@@ -15,12 +15,13 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 from mcap.reader import make_reader
 from mcap_ros2.decoder import DecoderFactory
+from ros_messages import bag, joint_states
 from rosbags.highlevel import AnyReader
 from typer.testing import CliRunner
 
 from urdyn.cli.app import app
 from urdyn.errors import InputError, MissingExtraError
-from urdyn.io import read, write
+from urdyn.io import read, sha256, write
 from urdyn.io.bags import forms
 from urdyn.io.bags.joints import JOINTS
 from urdyn.io.bags.write import _put
@@ -124,6 +125,31 @@ def test_a_bag_replaces_a_bag_and_nothing_else(log: Log, tmp_path: Path) -> None
     with pytest.raises(InputError, match="no such folder"):
         write(log, tmp_path / "none" / "bag.db3")
     assert sorted(child.name for child in tmp_path.iterdir()) == ["bag", "folder"]
+
+
+def test_a_bag_with_more_than_a_log_is_left(log: Log, tmp_path: Path) -> None:
+    foreign = bag(tmp_path / "foreign", joint_states(3))
+    write(log, own := tmp_path / "own")
+    (own / "notes.txt").write_text("gripper B")
+    for path in (foreign, own):
+        before = {child: child.read_bytes() for child in path.iterdir()}
+        with pytest.raises(InputError, match="a bag with more than one of our logs"):
+            write(log, path)
+        assert {child: child.read_bytes() for child in path.iterdir()} == before
+
+
+@pytest.mark.parametrize("form", [".csv", ".mcap", ""])
+def test_no_recording_is_converted_into_its_own_place(form: str, log: Log, tmp_path: Path) -> None:
+    write(log, path := tmp_path / f"monday{form}")
+    (linked := tmp_path / f"linked{form}").symlink_to(path)
+    before = sha256(path)
+    pairs = [(path, path), (linked, path), (path, linked)]
+    if not form:
+        pairs += [(path, path / "monday.db3"), (path / "monday.db3", path)]
+    for one, other in pairs:
+        told = CliRunner().invoke(app, ["convert", str(one), str(other), "--rows", "0:9"])
+        assert told.exit_code == 1 and "would take the place of" in told.stderr
+    assert sha256(path) == before and len(read(path)) == 40
 
 
 def test_a_bag_that_cannot_take_anothers_place_leaves_it(log: Log, tmp_path: Path) -> None:

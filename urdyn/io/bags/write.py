@@ -9,9 +9,11 @@ from pathlib import Path
 from tempfile import mkdtemp
 from typing import Any, BinaryIO
 
-from urdyn.errors import InputError
-from urdyn.io.bags.forms import METADATA, require
-from urdyn.io.bags.outgoing import Told
+from urdyn.errors import InputError, LogError
+from urdyn.io.bags import sample
+from urdyn.io.bags.forms import require
+from urdyn.io.bags.messages import opened
+from urdyn.io.bags.outgoing import JOINT_STATE, Told
 from urdyn.version import __version__
 
 
@@ -37,8 +39,11 @@ def write_db3(told: Told, path: Path) -> None:
     """A ROS 2 bag: a folder with metadata.yaml, or where `path` ends in .db3 that file alone."""
     require("rosbags")
     alone = path.suffix.lower() == ".db3"
-    if path.exists() and not _replaceable(path, alone):
-        raise InputError(f"{path}: cannot be written: something else is there")
+    if path.exists() and not (path.is_file() if alone else path.is_dir() and _ours(path)):
+        raise InputError(
+            f"{path}: cannot be written: something else is there, or a bag with more than one of "
+            "our logs; name another place"
+        )
     if not path.resolve().parent.is_dir():
         raise InputError(f"{path}: cannot be written: there is no such folder")
     beside = Path(mkdtemp(prefix=f".{path.stem}.", dir=path.resolve().parent))
@@ -69,9 +74,14 @@ def _put(bag: Path, path: Path, aside: Path) -> None:
         raise
 
 
-def _replaceable(path: Path, alone: bool) -> bool:
-    """A file may take a file's place, and a bag a bag's."""
-    return path.is_file() if alone else (path / METADATA).is_file()
+def _ours(path: Path) -> bool:
+    """Is it the folder of a bag as we write them, with nothing else in it?"""
+    try:
+        with opened(path) as bag:
+            types = {topic.type for topic in bag.topics}
+    except LogError:
+        return False
+    return sample.TYPE in types <= {sample.TYPE, JOINT_STATE} and len([*path.iterdir()]) == 2
 
 
 def _write_bag(told: Told, folder: Path) -> None:
