@@ -86,7 +86,7 @@ def write_text(path: str | Path, text: str) -> None:
 
 
 def write_folder(folder: Path, texts: Mapping[str, str]) -> None:
-    """Write texts by their names into a folder, made if need be; all of them or none."""
+    """Write texts by name into a folder, made if need be; none where there is no room for all."""
     folder.mkdir(parents=True, exist_ok=True)
     _write_texts({folder / name: text for name, text in texts.items()})
 
