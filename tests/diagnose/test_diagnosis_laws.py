@@ -450,6 +450,18 @@ def test_a_straight_series_goes_on_straight_and_a_short_one_is_none() -> None:
     assert trend(series, onset=180.0, now=197.5) is None
 
 
+@pytest.mark.parametrize("blocks", [5, 8, 12, 20])
+@pytest.mark.parametrize("over", [2.0, 7.0, 12.0])
+def test_what_has_stopped_growing_has_no_forecast(blocks: int, over: float) -> None:
+    """A step that a block saw half of, too, and a ramp; one that goes on has a forecast."""
+    rng, t = np.random.default_rng(4), 5.0 * np.arange(blocks) + 2.5
+    for grown, goes_on in ((np.minimum(t / over, 1.0), False), (t / t[-1], True)):
+        size = 0.2 * grown + 0.004 * rng.standard_normal(blocks)
+        course = trend([(*row, 0.01) for row in zip(t, size, strict=True)], 0.0, t[-1] + 2.5)
+        assert course is not None and course.grows == goes_on
+        assert (course.forecast(0.1, 0.5) is not None) == goes_on
+
+
 @pytest.mark.parametrize("rate", [20.0, 25.0, 50.0, 62.5, 100.0, 125.0, 250.0, 500.0])
 def test_a_moment_lasts_half_a_second_at_any_rate(rate: float) -> None:
     """125 Hz divide into no quarter of a second, and a beat that waits for it takes two."""

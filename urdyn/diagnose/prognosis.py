@@ -19,6 +19,7 @@ STEPS = 41  # moments at which a forecast is told
 BEYOND = 1.15  # [-] of the time to the critical level, that a forecast looks ahead
 FARTHEST = 2.5  # [-] the same of its median, where its upper end may be never
 FEWEST = 4  # blocks that make a trend
+BENT = 4.0  # [-] of chi², by which a line fits better where it ends in a level
 
 
 @dataclass(frozen=True)
@@ -89,12 +90,19 @@ def trend(series: Sequence[tuple[float, float, float]], onset: float, now: float
     if len(rows) < FEWEST:
         return None
     t, y, sd = rows.T
-    u = t - now
-    w = 1.0 / sd**2
-    X = np.stack([np.ones_like(u), u], axis=1)
-    M = X.T @ (w[:, None] * X)
-    level, slope = np.linalg.solve(M, X.T @ (w * y))
-    scatter = float(np.sqrt(np.mean((y - X @ [level, slope]) ** 2)))
+    u, w = t - now, 1.0 / sd
+    level, slope, straight = _line(u, y, w)
+    bent = min(_line(np.minimum(u - bend, 0.0), y, w)[-1] for bend in u[1:-1])
+    if straight - bent > BENT:
+        return Course(now, float(y[-1]), float(sd[-1]), 0.0, 0.0)  # a step, or a ramp that is over
+    scatter = float(np.sqrt(np.mean((y - level - slope * u) ** 2)))
     end = float(np.hypot(sd[-1], scatter))
     rate_sd = float(np.sqrt(2.0) * end / (t[-1] - t[0]))
-    return Course(now, float(level), end, float(slope), rate_sd)
+    return Course(now, level, end, slope, rate_sd)
+
+
+def _line(u: Array, y: Array, w: Array) -> tuple[float, float, float]:
+    """Level at u = 0 and slope of a line through y, which weighs w², and its chi²."""
+    X = w[:, None] * np.stack([np.ones_like(u), u], axis=1)
+    level, slope = map(float, np.linalg.lstsq(X, w * y)[0])
+    return level, slope, float(np.sum((w * (y - level - slope * u)) ** 2))
