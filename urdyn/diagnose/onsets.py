@@ -196,8 +196,9 @@ def _grown(onset: Array, block: Block) -> Array:
 
 
 def _with_onsets(bank: Bank, block: Block, p: int) -> Bank:
-    """With those of one more block; what begins within the first may as well be older than that."""
-    within = np.array(WITHIN if len(bank.onset) else WITHIN[:1])
+    """With those of one more block; what begins within a run's first may as well be older."""
+    first_of_all = bank.oldest and not len(bank.onset)
+    within = np.array(WITHIN[:1] if first_of_all else WITHIN)
     n, more = len(bank.x), len(within)
     return replace(
         bank,
