@@ -8,7 +8,8 @@ import pytest
 from urdyn.estimate import EKF
 from urdyn.signal import samples
 from urdyn.tracking import Tracker
-from urdyn.tracking.interest import KNOWN, as_plain, gathered, nothing_yet, strained
+from urdyn.tracking.interest import KNOWN, _doubt, as_plain, gathered, nothing_yet, strained
+from urdyn.types import Gaussian
 
 
 @pytest.fixture(scope="module")
@@ -54,6 +55,24 @@ def test_the_spare_payload_takes_the_hardest_joint_to_its_limit(followed):
         tight.append(np.max(np.abs(torque) / limit))
     assert len(tight) > 100
     np.testing.assert_allclose(tight, 1.0, rtol=1e-9)
+
+
+def test_the_spare_payload_is_as_sure_as_the_current_of_the_hardest_joint(followed):
+    """By a finite difference: offsets of friction move the currents, and with them what is left."""
+    tracker, readings = followed
+    sure = [r for r in readings if r.belief.sd[tracker.currents.places["payload"]][0] < KNOWN]
+    for reading in sure[::20]:
+        of, x, u = gather(tracker, [reading]), reading.belief.mean, reading.inputs
+        slope = np.zeros(6)
+        for j in range(6):
+            moved = x.copy()
+            moved[tracker.currents.places["o"]][j] += 1e-4
+            shifted = Gaussian(moved, reading.belief.cov)
+            there = replace(reading, believed=lambda shifted=shifted: shifted)
+            more = (tracker.currents.observe(moved, u) - tracker.currents.observe(x, u))[j]
+            slope[j] = (gather(tracker, [there]).spare - of.spare) / more
+        assert np.count_nonzero(slope) == 1  # of the hardest one
+        assert of.spare_sd == pytest.approx(np.abs(slope) @ _doubt(reading, tracker.currents))
 
 
 def test_margins_are_those_of_the_hardest_moment(followed):

@@ -91,9 +91,9 @@ def gathered(
     drive = currents.reference.drive
     passed = reading.t - so_far.t
     dt = passed if 0.0 < passed < LONGEST else 0.0
-    current, sd = currents.observe(x, u), _doubt(reading, currents)
-    torque = current * drive.gain * np.exp(x[currents.places["z"]])
-    spare, spare_sd = _spare(x, u, torque, currents, sd)
+    per = drive.gain * np.exp(x[currents.places["z"]])  # [N·m/A]
+    torque = currents.observe(x, u) * per
+    spare, spare_sd = _spare(x, u, torque, currents, _doubt(reading, currents) * per)
     known = reading.belief.sd[currents.places["payload"]][0] < KNOWN
     before = np.inf if reading.unknown else so_far.spare  # another payload, another margin
     least = known and spare < before
@@ -155,9 +155,11 @@ def _spare(
 
     tau = load + m d + beta |load + m d| s + rest = sign(d) z tau_max for the first joint that m
     takes there, with d the torque of a kilogram where the payload is now.
+
+    Args:
+        sd: of the torque, (J,) [N·m].
     """
-    at, drive = currents.places, currents.reference.drive
-    heavier = x.copy()
+    at, heavier = currents.places, x.copy()
     borne = currents.reference.payload + x[at["payload"]]
     heavier[at["payload"]][:4] += [1.0, *np.nan_to_num(centre_of_mass(borne))]
     load, beta = currents.load(x, u), np.exp(x[at["beta"]])
@@ -170,7 +172,7 @@ def _spare(
     if not bears.any():
         return np.inf, 0.0
     joint = int(np.nanargmin(room))
-    return max(0.0, float(room[joint])), float(sd[joint] * drive.gain[joint] / abs(steep[joint]))
+    return max(0.0, float(room[joint])), float(sd[joint] / abs(steep[joint]))
 
 
 def _percent(part: Array, whole: Array) -> Array:
