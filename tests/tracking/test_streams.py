@@ -14,7 +14,7 @@ from urdyn.estimate import EKF
 from urdyn.identify.kinematics.spread import geometry_spread
 from urdyn.model.geometry.drawing import drawing_of, redrawn
 from urdyn.signal import Instant, samples
-from urdyn.simulate import fourier, observe, parse_fault, typical_sensors
+from urdyn.simulate import fourier, observe, parse_fault, typical_sensors, virtual_arm
 from urdyn.simulate.observe import log_and_links
 from urdyn.simulate.payload import Payload
 from urdyn.simulate.watched import watched
@@ -25,6 +25,7 @@ from urdyn.tracking.wrench_stream import WrenchStream
 from urdyn.types import Gaussian
 
 SLIP, ONSET, JOINT = 0.02, 14.0, 1
+SLOW = 20.0  # [Hz]
 
 
 @lru_cache
@@ -166,7 +167,17 @@ def test_what_the_controller_compensates_for_is_unknown_but_for_a_change():
     assert felt[0, 1] > 0.97 * alone[0, 1] and felt[1, 1] < 0.9 * alone[1, 1]
 
 
-SLOW = 20.0  # [Hz]
+def test_a_compensated_wrench_is_turned_into_the_axes_of_the_flange(ur5e):
+    """Nothing is compensated for, so that there it is what the sensor feels, pushes and all."""
+    ways = [np.random.default_rng([0, 7, k]) for k in range(2)]
+    asked, dynamics = fourier(ur5e, 4.0, SLOW, ways[0]), virtual_arm(ur5e, 1)
+    befall = ("payload_change:mass=2.5,onset=0", "collision:link=5,force=90/40/60,onset=1")
+    sensors = replace(typical_sensors(ur5e), wrench_noise=(0.0, 0.0), encoder_step=0.0)
+    log = observe(dynamics, asked, sensors, ways[1], [parse_fault(one, 6) for one in befall])
+    stream = WrenchStream(ur5e, False)
+    told = zip(log.joint("actual_q"), log.joint("actual_TCP_force"), strict=True)
+    there = [stream._into_flange(q, wrench) for q, wrench in told]
+    np.testing.assert_allclose(there, log.joint("ft_raw_wrench"), atol=1e-9)
 
 
 def test_errors_that_all_holds_have_in_common_count_once():
