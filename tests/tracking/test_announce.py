@@ -207,7 +207,12 @@ def test_a_run_tells_what_it_writes(workshop, tmp_path, monkeypatch, caplog):
     np.testing.assert_allclose((predicted + residual)[sure], (measured * healthy)[sure])
     assert by_topic["/urdyn/payload"][-1].inertia.m == summary["final"]["payload.mass"]["mean"]
     scales = np.array(by_topic["/urdyn/friction_scales"][-1].data)
-    np.testing.assert_allclose(scales, 1.0, atol=0.5)
+    drive = workshop.fit.dynamics.drive
+    expected = [
+        [summary["final"][f"{j}.{name}"]["mean"] for j in JOINT_NAMES] / getattr(drive, name)
+        for name in ("viscous", "coulomb")
+    ]
+    np.testing.assert_allclose(scales, np.ravel(expected))
     forward = np.array([m.data for m in by_topic["/urdyn/feed_forward"]])
     modelled = np.array([g.reading.modelled for g in glances]) * workshop.fit.dynamics.drive.gain
     assert forward.shape == modelled.shape  # of every sample, of an arm at rest too

@@ -17,11 +17,11 @@ SURE = np.ones(J, dtype=bool)
 COMMISSIONED = Noise(np.ones(J), np.ones(J), np.full(J, 100.0), np.zeros((J, 0)))
 
 
-def heard(residuals, commissioned=COMMISSIONED, period=PERIOD):
-    """The colour after residuals (N, J)."""
+def heard(residuals, commissioned=COMMISSIONED, period=PERIOD, unknown=NOTHING):
+    """The colour after residuals (N, J), of which this much variance is no noise."""
     colour = noise.first(commissioned, 4, period)
     for row in residuals:
-        colour = noise.learnt(colour, row, NOTHING, SURE, period)
+        colour = noise.learnt(colour, row, unknown, SURE, period)
     return colour
 
 
@@ -142,6 +142,27 @@ def test_what_a_model_is_still_learning_is_no_noise():
         found, P = found + K * left, P - K * P
     assert abs(np.mean(told.scale**2) - 1.0) < 0.03
     assert np.mean(blind.scale**2) > 1.15
+
+
+def test_what_is_known_to_be_no_noise_is_left_out_of_its_size():
+    """Half as much as there is noise; of 6000 the mean of six variances is known to 1 %."""
+    more = 0.5
+    residuals = np.sqrt(1.0 + more) * np.random.default_rng(12).standard_normal((6000, J))
+    colour = heard(residuals, unknown=np.full(J, more))
+    assert abs(np.mean(colour.scale**2) - 1.0) < 0.05
+
+
+def test_doubt_about_slow_noise_is_no_doubt_about_the_model():
+    """What lasts comes through the filter that makes noise white as what is doubted of it does."""
+    alone, model = np.full(J, 0.4), 0.3
+    coloured = replace(COMMISSIONED, ar=np.tile([0.5, 0.2], (J, 1)))
+    colour = noise.giving_back(noise.first(coloured, 4, PERIOD), NOTHING, alone, PERIOD)
+    lasting = colour
+    for _ in range(noise.ORDER + 1):
+        _, white, lasting = noise.whitened(lasting, np.zeros((J, 4)), np.sqrt(alone))
+    for _ in range(200):
+        colour = noise.doubting(colour, white**2 + model, SURE, PERIOD)
+    np.testing.assert_allclose(colour.modelled, model, rtol=1e-3)
 
 
 def slowly(rng, rows, period):

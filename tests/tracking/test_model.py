@@ -91,6 +91,22 @@ def test_what_is_taken_for_known_is_doubted_where_quantities_are_told(workshop, 
     np.testing.assert_allclose(sd[told] / mean[told], np.sqrt(whole[at]), rtol=1e-9)
 
 
+def test_links_are_as_sure_on_the_first_day_as_their_fit(workshop, model):
+    """What motion shows of them, what none does, and what hangs on what is taken for known.
+
+    But for what bodies that were fitted differ from those of the type, whose hidden part it is.
+    """
+    fit, links = workshop.fit, workshop.fit.dynamics.arm.link_names
+    of, told = quantities(fit, model.observation), [f"{link}.mass" for link in links]
+    _, sd = of.of(model.prior)
+    spread, mass = (np.array([each(name) for name in told]) for each in (fit.spread, fit.value))
+    np.testing.assert_allclose(sd[[of.names.index(name) for name in told]], spread, rtol=0.1)
+    at = [fit.names.index(f"{link}.alpha") for link in links]
+    left = given(fit.belief.cov, at, taken_for_known(fit)).diagonal()
+    share = 1.0 - left / fit.belief.cov[at, at]
+    np.testing.assert_allclose(of.taken["m"], spread / mass * np.sqrt(share), rtol=1e-6)
+
+
 def test_weights_are_told_by_the_gain_that_is_known_best(workshop, model):
     """However large another is: a base bears nothing that would tell its gain."""
     fit, at = workshop.fit, model.observation.places
