@@ -189,3 +189,14 @@ def test_an_interval_of_coverage_holds_it_though_an_arms_joints_go_together() ->
         low, high = interval((rng.random(arms) < 0.7).astype(float).tolist(), 6)
         held += low <= 0.7 <= high
     assert held >= binom.ppf(CHANCE, sets, 0.95)
+
+
+def test_an_interval_of_few_arms_allows_for_how_little_they_tell_of_their_scatter() -> None:
+    """Three, each with its own share of so many joints that these add nothing to its scatter."""
+    rng, sets, each = np.random.default_rng(4), 400, 60
+    held = 0
+    for _ in range(sets):
+        shares = rng.binomial(each, rng.beta(7.0, 3.0, 3)) / each
+        low, high = interval(shares.tolist(), each)
+        held += low <= 0.7 <= high
+    assert held >= binom.ppf(CHANCE, sets, 0.95)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from urdyn.diagnose.explain import _log_ratio, gathered, ratios
-from urdyn.diagnose.onsets import PROGRAM, Block, Straying, first, step, strayed
+from urdyn.diagnose.onsets import PAUSE, PROGRAM, Block, Straying, first, followed, step, strayed
 from urdyn.diagnose.rules import SlowKind
 from urdyn.diagnose.suspects import Suspect, Suspects
 
@@ -123,3 +123,18 @@ def test_while_an_alarm_waits_no_onset_speaks_for_another() -> None:
         if k == 28:
             assert len(bank.onset) == 1 + 2 * 28
     assert len(bank.onset) < 30 and bank.weight.sum() == 30
+
+
+def test_what_hides_in_a_program_may_be_anything_again_in_the_next() -> None:
+    """Another program puts every state off; of one in which something hid, nothing is kept."""
+    x, P, hidden = np.ones(N), np.diag([0.3, 0.2, 0.1]) ** 2, np.array([0.0, 0.4, 0.0])
+    nothing, begin = (np.zeros((N, N)), np.zeros(N)), 2.0 * PAUSE
+    block = Block(begin, begin + SECONDS, *nothing, hidden=hidden)
+    _, mean, cov = followed(0.0, x, P, block, Straying(WALK, WINDOW))
+    np.testing.assert_array_equal(mean, [1.0, 0.0, 1.0])
+    kept = P * np.diag([1.0, 0.0, 1.0]) + np.diag(WALK**2) * block.end
+    np.testing.assert_allclose(cov, kept + PROGRAM**2 * np.diag(WINDOW**2 + hidden**2))
+    again = replace(block, begin=0.5 * PAUSE, end=0.5 * PAUSE + SECONDS)
+    _, mean, cov = followed(0.0, x, P, again, Straying(WALK, WINDOW))
+    np.testing.assert_array_equal(mean, x)
+    np.testing.assert_allclose(cov, P + np.diag(WALK**2) * again.end)

@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from urdyn.bench.fault_trials import first_alarms
+from urdyn.bench.fault_trials import _outcome, first_alarms
 from urdyn.faults import ShiryaevRoberts, Whitened, calibrated, learn_baseline, oracle_cusum
+from urdyn.simulate import paper
 from urdyn.types import Array
 
 PROMISE, ONSET, AFTER = 10_000.0, 50, 70
@@ -42,3 +43,12 @@ def test_the_oracle_keeps_its_own_promise() -> None:
     alarmed = (oracle_cusum(rng.standard_normal((300, 1500)), 0.25).max(axis=0) >= threshold).mean()
     allowed = 1.0 - np.exp(-0.1)
     assert abs(alarmed - allowed) < 3.0 * np.sqrt(2.0 * allowed * (1.0 - allowed) / 1500)
+
+
+def test_a_delay_is_one_step_where_the_first_row_that_grew_alarms() -> None:
+    """Row k is step k + 1, and at the onset itself nothing is wrong yet; earlier alarms are out."""
+    assert paper.FRICTION_INCREASE.onset == paper.ONSET
+    first = np.array([paper.ONSET - 1, paper.ONSET, paper.WARNING_STEP - 1])
+    ever = paper.WARNING_STEP - paper.ONSET
+    assert _outcome(first, np.zeros((200, 3))) == (1.0, (1 + ever) / 2, 2)
+    assert _outcome(first[1:] + 1, np.zeros((200, 2))) == (0.5, (3 + ever) / 2, 2)
