@@ -16,7 +16,7 @@ from urdyn.simulate import happening, observe, parse_fault, plan, typical_sensor
 from urdyn.types import Log
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Shop:
     """An arm and its twin."""
 

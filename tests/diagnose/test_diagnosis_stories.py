@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 import pytest
 from realarm import with_current
 from shop import Shop
 
-from urdyn.diagnose import diagnose
+from urdyn.diagnose import Report, diagnose
 from urdyn.diagnose.state import Now
 from urdyn.signal import Causal, samples
 
@@ -25,11 +27,18 @@ STORIES = {
 }
 
 
+@cache
+def told(shop: Shop, story: str) -> Report:
+    """What is told of a story's fault."""
+    fault, seconds, rate, *_ = STORIES[story]
+    return shop.report(fault, seconds=seconds, rate=rate)
+
+
 @pytest.mark.parametrize("story", STORIES)
 def test_one_fault_is_one_finding_of_its_kind_and_joint(shop: Shop, story: str) -> None:
-    fault, seconds, rate, joint, patience = STORIES[story]
+    fault, _, _, joint, patience = STORIES[story]
     kind, onset = fault.partition(":")[0], float(fault.partition("onset=")[2].partition(",")[0])
-    found = shop.report(fault, seconds=seconds, rate=rate)
+    found = told(shop, story)
     assert [(f.kind, f.joint) for f in found] == [(kind, joint)]
     (finding,) = found
     lo, hi = finding.onset_interval_s
@@ -139,7 +148,7 @@ def test_a_day_on_which_friction_is_a_tenth_higher_is_a_day(shop: Shop) -> None:
 
 
 def test_a_payload_is_told_with_its_mass(shop: Shop) -> None:
-    (finding,) = shop.report("payload_change:onset=12,mass=1.5", seconds=40.0, rate=SLOW)
+    (finding,) = told(shop, "payload_change")
     assert abs(finding.evidence["mass_kg"] - 1.5) < 0.15
 
 
@@ -162,7 +171,7 @@ def test_a_piece_that_an_arm_holds_when_a_recording_ends_is_work(shop: Shop) -> 
 
 
 def test_a_push_is_told_with_its_force(shop: Shop) -> None:
-    (finding,) = shop.report("collision:link=4,force=90/0/60,onset=12", seconds=20.0)
+    (finding,) = told(shop, "collision")
     assert abs(np.linalg.norm(finding.evidence["force_N"]) - np.hypot(90.0, 60.0)) < 45.0
 
 

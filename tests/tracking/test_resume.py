@@ -56,7 +56,7 @@ def undisturbed(workshop, tmp_path_factory):
 def died(workshop, tmp_path_factory):
     out = tmp_path_factory.mktemp("died")
     with pytest.raises(KilledError):
-        workshop.track(out, killed_at(open_source(str(workshop.recording)), OFTEN + 40))
+        workshop.track(out, killed_at(workshop.source, OFTEN + 40))
     return out
 
 
@@ -83,7 +83,7 @@ def test_a_resumed_run_is_the_undisturbed_one(workshop, filter_, tmp_path):
 
 @pytest.mark.parametrize("sample", SAMPLES)
 def test_it_matters_not_when_a_run_dies(workshop, undisturbed, sample, tmp_path):
-    source = open_source(str(workshop.recording))
+    source = workshop.source
     with pytest.raises(KilledError):
         workshop.track(tmp_path, killed_at(source, sample))
     assert workshop.track(tmp_path, source)["final"] == undisturbed[1]["final"]
@@ -91,7 +91,7 @@ def test_it_matters_not_when_a_run_dies(workshop, undisturbed, sample, tmp_path)
 
 
 def test_a_resumed_run_does_not_begin_at_the_beginning(workshop, dead):
-    source = open_source(str(workshop.recording))
+    source = workshop.source
     begun = []
 
     def start(first):
@@ -160,7 +160,7 @@ def test_a_checkpoint_of_another_run_is_refused(workshop, dead):
     with pytest.raises(InputError, match="another network;"):
         workshop.track(dead, network=figure2().without("f", "alpha"))
     with pytest.raises(InputError, match="another period;"):
-        workshop.track(dead, replace(open_source(str(workshop.recording)), period=0.02))
+        workshop.track(dead, replace(workshop.source, period=0.02))
 
 
 def test_a_live_run_that_is_resumed_knows_what_it_lost_and_what_is_to_come(workshop, tmp_path):
@@ -172,8 +172,7 @@ def test_a_live_run_that_is_resumed_knows_what_it_lost_and_what_is_to_come(works
         def start(_):
             return (Arrival(sample, sample.t) for sample in told[begin:end])
 
-        made = open_source(str(workshop.recording))
-        return replace(made, live=True, length=end - begin, start=start)
+        return replace(workshop.source, live=True, length=end - begin, start=start)
 
     with pytest.raises(KilledError):
         workshop.track(tmp_path, killed_at(heard(0, 200), dies))
@@ -192,8 +191,7 @@ def test_a_live_run_goes_on_with_the_period_that_it_began_with(workshop, tmp_pat
         def start(_):
             return (Arrival(sample, sample.t) for sample in told[begin:end])
 
-        made = open_source(str(workshop.recording))
-        return replace(made, live=True, length=0, period=period, start=start)
+        return replace(workshop.source, live=True, length=0, period=period, start=start)
 
     whole, parted = tmp_path / "whole", tmp_path / "parted"
     workshop.track(whole, heard(0, 200, 0.01))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from functools import lru_cache, partial
+from functools import cached_property, lru_cache, partial
 from pathlib import Path
 
 import numpy as np
@@ -29,9 +29,14 @@ class Workshop:
     twin: Path
     recording: Path
 
+    @cached_property
+    def source(self) -> Source:
+        """The recording, opened once: its reader, a process, takes longer to begin than to read."""
+        return open_source(str(self.recording))
+
     def track(self, out: Path, source: Source | None = None, **options):
         """A run of the recording, or of another source, by the quickest filter."""
-        source = source or open_source(str(self.recording))
+        source = source or self.source
         filter_, network = options.pop("filter", EKF()), options.pop("network", None)
         tracker = Tracker(self.fit, filter_, source.period, network=network)
         return run(tracker, source, out, **options)
