@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from realarm import with_current
+from scipy.signal import lfilter
 from shop import Shop
 
 from urdyn.diagnose import Report, diagnose, read_rules, signs
@@ -16,6 +17,7 @@ from urdyn.diagnose.event_finding import of_event
 from urdyn.diagnose.recommend import recommendation
 from urdyn.diagnose.rows import Rows
 from urdyn.diagnose.sensor import BELIEVED
+from urdyn.types import MAD_TO_SD
 
 
 def _silent(shop: Shop, *spans: tuple[float, float], seconds: float = 14.0) -> tuple[Report, float]:
@@ -224,6 +226,27 @@ def test_a_value_that_is_off_is_seen_in_any_row_of_a_beat() -> None:
             left[row, 1] = 40.0
             np.testing.assert_array_equal(signs.off(left), left > 0.0)
     assert not signs.off(np.full((4, 2), 40.0)).any()
+
+
+@pytest.mark.parametrize("frequency", np.linspace(1.0, 49.0, 17))
+def test_a_tone_of_any_pitch_is_no_louder_noise_than_it_is(frequency: float) -> None:
+    """A motor that turns by 42 Hz made a sound joint's sensor three times as noisy as it was."""
+    for phase in np.linspace(0.0, np.pi, 7):
+        tone = np.sqrt(2.0) * np.cos(2.0 * np.pi * frequency * np.arange(240) / 100.0 + phase)
+        most = 2.0 * MAD_TO_SD / signs.SECOND  # at a quarter of the rate
+        assert signs.rough(np.ones(1), tone[:, None])[0] < 1.05 * most
+
+
+@pytest.mark.parametrize(("dof", "keep"), [(100.0, 0.0), (4.5, 0.0), (4.5, 0.6), (8.0, -0.3)])
+def test_noise_of_any_tails_and_colour_is_as_rough_as_it_is_usually(
+    dof: float, keep: float
+) -> None:
+    """Its sd is half as much again where tails are heavy, and noise that grew hid below that."""
+    w = np.random.default_rng(2).standard_t(dof, (20000, 1))
+    noise = lfilter([1.0], [1.0, -keep], w, axis=0)
+    covariance = keep ** np.arange(7)[:, None] * dof / (dof - 2.0) / (1.0 - keep**2)
+    usual = signs.usually(covariance, np.array([dof]))
+    assert signs.rough(usual, noise) == pytest.approx(usual, rel=0.1)
 
 
 def test_a_biased_sensor_that_gets_stuck_is_told_as_both(shop: Shop) -> None:

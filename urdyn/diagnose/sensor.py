@@ -8,6 +8,7 @@ One that clips is stuck wherever the current is beyond its limit, and nowhere el
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -30,8 +31,9 @@ HEALED = 5.0  # [s] the same, after which it is said to be well
 NOTHING = 8.0  # [-] times the noise that is asked for, where a value of 0 tells nothing
 # [s] between rows, at most: no push of the arm is over within one, and no loop rings so
 CLOSE = 0.025
-# [-] times the usual noise: single values that are far off are a part of it, and no push shows.
+# [-] times the sd of noise: single values that are far off are a part of it, and no push shows.
 UNSTEADY = 2.0
+SOUND = 1.6  # [-] times the usual noise, up to which a sensor is about as ever
 FADES = 0.5  # [-] of the time for which noise is usual, that this takes off the time before
 OFTEN, WITHIN = 5.0, 5.0  # values that are none within [s], from which on a sensor is erratic
 CLIPS = 2.0  # times that a sensor is stuck as far from zero, from which on that is its limit
@@ -114,6 +116,12 @@ class SensorHealth:
         """Joints whose sensor is so noisy that little is told by single values, (J,)."""
         return np.asarray(state.rough > UNSTEADY * self.space.noise)
 
+    @cached_property
+    def usual(self) -> Array:
+        """How noisy sensors are between neighbours as a rule, (J,) [A]."""
+        covariance = self.space.covariance(2 * max(signs.APARTS), self.period)
+        return signs.usually(covariance, self.space.colour.dof)
+
     def torn(self, rows: Rows) -> Mask:
         """Values that are none, (N, J): 0 where much is asked for, or far from all beside them.
 
@@ -142,13 +150,13 @@ class SensorHealth:
         state = self._tore(state, rows.t, torn)
         left = np.concatenate([state.left, rows.residual])[-max(signs.ENOUGH, len(rows)) :]
         rough = signs.rough(state.rough, left) if self.period < COARSE else state.rough
-        over = signs.noisier(rough / self.space.noise) / self.rule.noisy
+        over = signs.noisier(rough / self.usual) / self.rule.noisy
         weight = np.clip(over**2 - 1.0, -FADES, 1.0)  # a joint that rattles is a little over
         # One that was noisy for an hour is believed as soon as one that was for seconds.
         most = self.rule.lasting + FADES * BELIEVED
         lasted = np.clip(state.loud + weight * len(rows) * self.period, 0.0, most)
         loud = np.where(ringing, 0.0, lasted)
-        began = (state.loud > 0.0) | (rough > UNSTEADY * self.space.noise)
+        began = (state.loud > 0.0) | (rough > SOUND * self.usual)
         grew = np.where(began, state.grew, rows.t[-1])
         state = replace(state, left=left[-signs.ENOUGH :], rough=rough, loud=loud, grew=grew)
         noisy = (loud >= self.rule.lasting) & (weight > 0.0)
@@ -254,7 +262,7 @@ class SensorHealth:
 
     def _noisy(self, state: Felt, j: int, now: float) -> Event:
         """A sensor whose noise is a current as large as a part of what friction takes."""
-        rough, usual = float(state.rough[j]), float(self.space.noise[j])
+        rough, usual = float(state.rough[j]), float(self.usual[j])
         drive = self.space.reference.drive
         own = float(np.sqrt(max(state.rough[j] ** 2 - usual**2, 0.0)))
         return Event(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from scipy.special import stdtrit
 
 from urdyn.types import MAD_TO_SD, Array, Index, Mask
 
@@ -10,6 +11,7 @@ ENOUGH = 24  # rows at least that tell of noise
 # Times the noise that a single value is apart from two to each side, and that these are at most
 # from each other. What all of them share, as of another load, is nothing of the value.
 APART, USUAL = 10.0, 4.0
+APARTS = (1, 2, 3)  # rows; in one of them no tone is louder than 1.2 times its sd
 SECOND = np.sqrt(6.0)  # sd of second differences of white noise, over its own
 
 
@@ -53,13 +55,33 @@ def single(torn: Mask) -> Mask:
 
 
 def rough(before: Array, residual: Array) -> Array:
-    """Noise between neighbours [A], from which no motion and no single jump is seen."""
-    bent = np.abs(np.diff(residual, n=2, axis=0))
-    known = np.isfinite(bent).sum(axis=0) >= ENOUGH // 2
-    middle = np.full(bent.shape[1], np.nan)
-    if known.any():
-        middle[known] = np.nanmedian(bent[:, known], axis=0)
-    return np.where(np.isnan(middle), before, MAD_TO_SD * middle / SECOND)
+    """Noise between neighbours [A], from which no motion, no single jump and no tone is seen.
+
+    Second differences of rows next to each other make a tone that turns over between them as much
+    as twice as loud; in those of rows further apart it is as good as gone.
+    """
+    least = np.full(residual.shape[1], np.nan)
+    for apart in APARTS:
+        bent = np.abs(residual[2 * apart :] - 2.0 * residual[apart:-apart] + residual[: -2 * apart])
+        known = np.isfinite(bent).sum(axis=0) >= ENOUGH // 2
+        if known.any():
+            least[known] = np.fmin(least[known], np.nanmedian(bent[:, known], axis=0))
+    return np.where(np.isnan(least), before, MAD_TO_SD * least / SECOND)
+
+
+def usually(covariance: Array, dof: Array) -> Array:
+    """What `rough` is of noise as a rule, (J,) [A].
+
+    Of three t innovations that add up half of the excess of kurtosis is left.
+
+    Args:
+        covariance: with itself 0 .. rows later, (rows + 1, J) [A²].
+        dof: of its innovations, (J,).
+    """
+    bent = [6.0 * covariance[0] - 8.0 * covariance[k] + 2.0 * covariance[2 * k] for k in APARTS]
+    of = 2.0 * dof - 4.0
+    tails = MAD_TO_SD * stdtrit(of, 0.75) * np.sqrt((of - 2.0) / of)
+    return np.asarray(tails * np.sqrt(np.min(bent, axis=0)) / SECOND)
 
 
 def runs(sign: Mask, t: Array, before: Array, began: Array) -> tuple[Array, Array]:
