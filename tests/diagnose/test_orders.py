@@ -34,6 +34,16 @@ def test_what_a_gear_makes_follows_its_motor_in_its_joint_and_in_those_beside_it
     assert _left(x, SPEED, joint, about) < 0.02
 
 
+def test_what_a_gear_makes_beyond_half_the_rate_is_heard_folded_back() -> None:
+    """A sound pan at 1 rad/s was said to ring at 14 Hz in a log of 50 samples a second."""
+    t = np.arange(45) / 50.0
+    angle, v = t + 0.03 * t**2, (1.0 + 0.06 * t)[:, None]
+    x = np.cos(2.0 * GEAR_RATIO * angle + 0.7)
+    frequency = refined(x, t, 50.0 - 2.0 * GEAR_RATIO * v.mean() / (2.0 * np.pi), 1.0 / t[-1])
+    assert 16.0 < frequency < 18.0
+    assert beside(x, t, frequency, v, 0) < 0.02 * amplitude(x, t, frequency)
+
+
 @pytest.mark.parametrize("order", MOTOR)
 def test_what_a_motor_makes_of_its_own_torque_is_felt_in_its_joint(order: float) -> None:
     slowly = 0.2  # [-] of that speed

@@ -33,16 +33,21 @@ def beside(x: Array, t: Array, frequency: float, v: Array, joint: int) -> float:
     known = np.flatnonzero(np.isfinite(v).all(axis=0))
     v = without(v[:, known], t, by_quarter(t, frequency))
     turning, angles = GEAR_RATIO * np.abs(v) / (2.0 * np.pi), GEAR_RATIO * _angles(t, v)
-    near = BINS / (t[-1] - t[0])
+    near, rate = BINS / (t[-1] - t[0]), (len(t) - 1) / (t[-1] - t[0])
     phases = [
         order * angles[:, k]
         for k in np.flatnonzero(np.abs(v).max(axis=0) > SLOW)
         for order in (GEAR + MOTOR if known[k] == joint else GEAR)
-        if np.median(np.abs(order * turning[:, k] - frequency)) < near
+        if np.median(np.abs(_heard(order * turning[:, k], rate) - frequency)) < near
     ]
     swings = (np.column_stack([np.cos(phase), np.sin(phase)]) for phase in phases)
     left = (amplitude(without(x, t, swing), t, frequency) for swing in swings)
     return min(left, default=np.inf)
+
+
+def _heard(f: Array, rate: float) -> Array:
+    """As what rows of this rate hear these frequencies [Hz]: what is too quick is folded back."""
+    return np.asarray(np.abs(f - rate * np.round(f / rate)))
 
 
 def _angles(t: Array, v: Array) -> Array:
