@@ -176,28 +176,34 @@ def test_a_loop_that_rang_for_long_and_is_silent_leaves_no_noisy_sensor(shop: Sh
     assert [(f.kind, f.joint) for f in found] == [("controller_instability", 4)]
 
 
+def _rows(t: float, current: np.ndarray, asked: np.ndarray | float, speed: float = 0.5) -> Rows:
+    """A beat of a quarter of a second at these currents, (25, J) [A], of which `asked` was."""
+    n, J = current.shape
+    z = np.zeros((n, J))
+    return Rows(
+        t=t + 0.01 * np.arange(n),
+        q=z,
+        v=z + speed,
+        load=z + 1.0,
+        current=current,
+        predicted=z + asked,
+        tool=np.zeros((n, J, 10)),
+        rigid=np.zeros((n, J, 1)),
+        drive=np.zeros((n, 6, J)),
+        doubt=z,
+        settled=z == 0.0,
+        warm=np.zeros((n, 3, J)),
+        shift=z,
+    )
+
+
 def _noisy(shop: Shop, seconds: float) -> float:
     """[s] for which a current sensor is disbelieved after it was noisy for so long."""
     sensors = Diagnosis(shop.fit, 0.01).fast.sensors
     rng, J, noise, state, t = np.random.default_rng(0), 6, shop.fit.noise.sd, sensors.init(), 0.0
     for beat in range(40 * round(seconds)):
         times = np.where(np.arange(J) == 2, 8.0 if t < seconds else 1.0, 1.0)
-        z = np.zeros((25, J))
-        rows = Rows(
-            t=t + 0.01 * np.arange(25),
-            q=z,
-            v=z + 0.5,
-            load=z + 1.0,
-            current=1.0 + noise * times * rng.standard_normal((25, J)),
-            predicted=z + 1.0,
-            tool=np.zeros((25, J, 10)),
-            rigid=np.zeros((25, J, 1)),
-            drive=np.zeros((25, 6, J)),
-            doubt=z,
-            settled=z == 0.0,
-            warm=np.zeros((25, 3, J)),
-            shift=z,
-        )
+        rows = _rows(t, 1.0 + noise * times * rng.standard_normal((25, J)), 1.0)
         state, _, untrue = sensors.step(state, rows, sensors.torn(rows), np.zeros(J, dtype=bool))
         assert untrue[2] or t < 2.0 or t > seconds, beat
         if t > seconds and not untrue[2]:
@@ -247,6 +253,38 @@ def test_noise_of_any_tails_and_colour_is_as_rough_as_it_is_usually(
     covariance = keep ** np.arange(7)[:, None] * dof / (dof - 2.0) / (1.0 - keep**2)
     usual = signs.usually(covariance, np.array([dof]))
     assert signs.rough(usual, noise) == pytest.approx(usual, rel=0.1)
+
+
+@pytest.mark.parametrize(("asked", "speed", "none"), [(5.0, 0.5, 2), (1.0, 0.5, 0), (5.0, 0.0, 0)])
+def test_two_zeros_in_a_row_of_a_joint_that_slides_are_none(
+    shop: Shop, asked: float, speed: float, none: int
+) -> None:
+    """One that is asked for as little may be chance, and so may any of a joint that rests."""
+    sensors, current = Diagnosis(shop.fit, 0.01).fast.sensors, np.full((25, 6), asked)
+    current = current * shop.fit.noise.sd
+    asks = current.copy()
+    current[[3, 10, 11], 2] = 0.0
+    assert np.count_nonzero(sensors.torn(_rows(0.0, current, asks, speed))) == none
+
+
+def test_a_sensor_that_drops_to_nothing_now_and_then_is_erratic_and_not_well_since(
+    shop: Shop,
+) -> None:
+    """Whichever of its silences were long, and though its joint, as it rests, shows none."""
+    sensors, rng = Diagnosis(shop.fit, 0.01).fast.sensors, np.random.default_rng(4)
+    state, told, no = sensors.init(), list[Event](), np.zeros(6, dtype=bool)
+    asked = 5.0 * shop.fit.noise.sd
+    for beat in range(60):
+        t, silent = 0.25 * beat, 18 if beat == 20 else 5
+        current = asked + shop.fit.noise.sd * rng.standard_normal((25, 6))
+        current[4 : 4 + silent, 2] = 0.0
+        rows = _rows(t, current, asked, 0.5 if beat < 48 else 0.0)
+        torn = sensors.torn(rows)
+        heard = replace(rows, current=np.where(torn, np.nan, rows.current))
+        state, events, _ = sensors.step(state, heard, torn, no)
+        told += events
+    told += sensors.well(state, t, BELIEVED)[1]
+    assert [event.evidence["mode"] for event in told] == ["erratic"]
 
 
 def test_a_biased_sensor_that_gets_stuck_is_told_as_both(shop: Shop) -> None:

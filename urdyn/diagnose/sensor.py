@@ -29,6 +29,7 @@ COARSE = 0.06  # [s] between rows; further apart, neighbours tell of the motion
 BELIEVED = 2.0  # [s] without a sign of illness, after which a sensor is believed again
 HEALED = 5.0  # [s] the same, after which it is said to be well
 NOTHING = 8.0  # [-] times the noise that is asked for, where a value of 0 tells nothing
+SOMETHING = 3.0  # [-] the same of two: what is rounded coarsely is 0 now and then where less is
 # [s] between rows, at most: no push of the arm is over within one, and no loop rings so
 CLOSE = 0.025
 # [-] times the sd of noise: single values that are far off are a part of it, and no push shows.
@@ -125,12 +126,16 @@ class SensorHealth:
     def torn(self, rows: Rows) -> Mask:
         """Values that are none, (N, J): 0 where much is asked for, or far from all beside them.
 
+        Of a joint that slides two in a row are none where anything is asked for at all.
+
         One joint at a time is its sensor's, all at once an arm without power; some are a push.
         """
-        torn: Mask = (rows.current == 0.0) & (np.abs(rows.predicted) > NOTHING * self.space.noise)
+        zero, asked = rows.current == 0.0, np.abs(rows.predicted) / self.space.noise
+        torn: Mask = zero & (asked > NOTHING)
+        torn |= signs.paired(zero & (asked > SOMETHING) & (np.abs(rows.v) > STANDING))
         if self.period <= CLOSE:
             torn |= signs.off(rows.residual / self.space.noise)
-        off = (rows.current == 0.0).all(axis=1)
+        off = zero.all(axis=1)
         return np.where(off[:, None], True, torn & signs.single(torn))
 
     def step(
@@ -168,8 +173,8 @@ class SensorHealth:
         for m, mode in enumerate(MODES):
             anew = clips & (mode == "stuck")  # what it is shows only now
             for j in np.flatnonzero(sick[m] & (anew | ~state.told[m])):
-                # A sensor that is ill is one fault.
-                if anew[j] or not (sick[:, j] & state.told[:, j]).any():
+                # A sensor that is ill is one fault; whose silences are many and short is erratic.
+                if anew[j] or mode == "erratic" or not (sick[:, j] & state.told[:, j]).any():
                     found += [self._event(state, mode, int(j), now)]
         untrue = sick[: MODES.index("erratic")].any(axis=0)  # what is left of that is a current
         return replace(state, told=sick), found, np.asarray(untrue)
@@ -178,13 +183,14 @@ class SensorHealth:
         """Without what sensors had that show no sign of it for `enough` [s], and events of these.
 
         A sensor that is stuck shows it where its joint slides, and may be so elsewhere; and one
-        that has told nothing beyond the value at which it was may clip there.
+        that has told nothing beyond the value at which it was may clip there. Nobody knows of one
+        that is erratic that it is not.
         """
         ill, tells = state.ill, np.isfinite(state.last) & (state.same < SAME)
         over = np.isfinite(ill) & (now - ill >= enough) & tells
         over[len(PASSING) :] = False
         over[MODES.index("stuck")] &= state.beyond
-        over &= ~(now - ill < enough).any(axis=0)
+        over &= ~(now - ill < enough).any(axis=0) & np.isinf(ill[len(PASSING) :]).all(axis=0)
         events = [
             Event(
                 kind="sensor_fault",

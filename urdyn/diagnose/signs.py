@@ -49,6 +49,12 @@ def off(left: Array) -> Mask:
     return np.asarray((np.abs(left - 0.5 * (lo + hi)) > APART) & (hi - lo < USUAL))
 
 
+def paired(sign: Mask) -> Mask:
+    """Where a sign is in the row before or after, too, (N, J)."""
+    before, after = np.pad(sign, ((1, 0), (0, 0)))[:-1], np.pad(sign, ((0, 1), (0, 0)))[1:]
+    return np.asarray(sign & (before | after))
+
+
 def single(torn: Mask) -> Mask:
     """Rows in which one joint's value is none, (N, 1)."""
     return np.asarray(np.count_nonzero(torn, axis=1, keepdims=True) == 1)
