@@ -6,6 +6,7 @@ import time
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -13,8 +14,10 @@ from realarm import Recorded
 from shop import Shop
 from test_diagnosis_resumed import looking_on
 
-from urdyn.diagnose import Finding, diagnose, encoder
+from urdyn.diagnose import Diagnosis, Finding, diagnose, encoder, read_rules
 from urdyn.diagnose.encoder import all_seen, unseen, well
+from urdyn.diagnose.ledger import entered, finding_of
+from urdyn.diagnose.zero import shifted
 from urdyn.estimate import EKF
 from urdyn.identify import Fit
 from urdyn.signal import samples
@@ -154,3 +157,14 @@ def test_it_is_told_while_it_lasts(shop: Shop, how: str, tmp_path: Path) -> None
     since = told[:, 0] - log.t[0] - BEGIN
     assert not told[since < 0.0, 1].any()
     assert (told[since > 0.7, 1] == 1).all()
+
+
+def test_a_noisy_encoder_jumps_to_and_fro_and_is_off_by_no_sum(shop: Shop) -> None:
+    """Each of its jumps is noise: what they add up to is nothing that its zero is off by."""
+    where, rules, book = Diagnosis(shop.fit, 0.01).space, read_rules(), ()
+    for second, jump in enumerate([0.011, 0.008, -0.016, 0.014, -0.010, -0.013]):
+        rows = SimpleNamespace(t=np.array([float(second)]), shift=jump * np.eye(6)[2:3])
+        [event] = shifted(rows, rules.jump)
+        book, [found] = entered(book, [finding_of(event, book, where, rules)])
+    assert len(book) == 1 and (found.onset_s, found.size) == (0.0, 0.013)
+    assert "to and fro" in found.text and "loose contact" in found.advice

@@ -51,7 +51,7 @@ def _levels(event: Event, rules: Rules) -> Levels:
         levels = Levels(warning=0.0, critical=1.0, quantity=sensor, unit="-", advice=advice)
     else:
         levels = rules.levels(event.kind)
-    if event.says.until is None:
+    if event.says.until is None and not event.says.to_and_fro:
         return levels
     loose = f"look for a loose contact at the {sensor} of this joint"
     return replace(levels, warning=0.0, advice=loose)
@@ -109,6 +109,9 @@ def _loose(event: Event, name: str) -> str:
 
 def _jumped(event: Event, name: str) -> str:
     until = event.says.until
+    if event.says.to_and_fro:
+        how = f"jumps to and fro by {abs(event.size):.3g} rad"
+        return f"{name}: the encoder's angle {how}, since stamp {event.onset:.2f} s"
     if until is None:
         jump = f"jumped by {event.size:+.3g} rad at stamp {event.onset:.2f} s"
         return f"{name}: zero of the encoder {jump}"

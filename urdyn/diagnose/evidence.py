@@ -37,6 +37,11 @@ class Evidence:
         return self.mode in SILENT
 
     @property
+    def to_and_fro(self) -> bool:
+        """Whether a zero jumps back and again: an angle that is noisy, or loose."""
+        return bool(self.said.get("to_and_fro"))
+
+    @property
     def until(self) -> float | None:
         """When it was over [s]; None: it is not."""
         return self.said.get("until_s")

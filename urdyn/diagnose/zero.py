@@ -12,6 +12,9 @@ from urdyn.diagnose.rows import Rows
 from urdyn.diagnose.rules import JUMPS
 from urdyn.types import Array
 
+BACK = 5.0  # [s] within which a zero that jumps the other way jumps back
+TURNED = 3  # times that it did, from which on what jumps is no zero: the angle is noisy, or loose
+
 
 def shifted(rows: Rows, least: float) -> list[Event]:
     """Shifts of `least` [rad] or more in a beat."""
@@ -25,7 +28,16 @@ def jumps(shift: Array, least: float) -> Array:
 
 
 def beside(event: Event, before: Finding, least: float) -> Event:
-    """A jump of a zero that had jumped before: what is left of both, or that it is right again."""
+    """A jump of a zero that had jumped before: what is left of both, or that it is right again.
+
+    Nothing is added up of one that goes to and fro: it is as far off as it jumped last.
+    """
+    now, last = event.evidence, before.evidence
+    back = now["jump_rad"] * last["jump_rad"] < 0.0 and now["jump_s"] - last["jump_s"] < BACK
+    turned = last["turned"] + int(back)
+    event = replace(event, evidence={**now, "turned": turned, "to_and_fro": turned >= TURNED})
+    if turned >= TURNED:
+        return event
     left = before.size + event.size
     if abs(left) >= least:
         return replace(event, size=left)
@@ -37,6 +49,7 @@ def _event(rows: Rows, k: int, j: int) -> Event:
     """The joint is where it was: its angle says more, so its zero lies as much lower."""
     jump = float(rows.shift[k, j])
     evidence = {"statistic": "jump of an angle that no motion explains", "jump_rad": jump}
+    evidence |= {"jump_s": float(rows.t[k]), "turned": 0}
     return Event(
         kind=JUMPS,
         joint=j,
