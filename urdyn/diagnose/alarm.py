@@ -38,6 +38,7 @@ class Alarm:
 
         An alarm that has waited for its name lends no patience to what has just begun.
         """
+        # Of every block there are as many onsets: those from this one on are of TWICE blocks.
         borne_out = np.count_nonzero(bank.onset >= self.told.onset) > (TWICE - 1) * len(WITHIN)
         enough = waited >= (TWICE if self.confident else PATIENCE)
         return bool(enough and (borne_out or waited == TWICE))

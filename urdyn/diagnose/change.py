@@ -27,7 +27,7 @@ class Change:
 
     suspect: int  # among all that is looked for
     onset: float  # [s] likeliest
-    shown: tuple[float, float]  # [s] begins of blocks, 5 and 95 % that one is the first to show it
+    shown: tuple[float, float]  # [s] the bank's onsets, 5 and 95 % that one is the first
     began: tuple[float, float]  # [s] 5 and 95 %
     alarm: float  # [s]
     confidence: float  # [-]

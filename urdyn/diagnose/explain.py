@@ -22,7 +22,7 @@ SIZES = (1.0, 0.2)  # of the expected size, that a step may have
 RATES = (60.0, 600.0, 3600.0, 18000.0)  # [s] in which a ramp makes a change of the expected size
 SCALES = {"step": SIZES, "ramp": tuple(1.0 / tau for tau in RATES)}  # of it, of a ramp [1/s]
 ANY = (1.0, 5.0, 25.0)  # of the expected size, that what has just happened may have
-FINE = 0.05  # of a block, to which the time of an onset is told
+FINE = 0.05  # of the time between the bank's onsets, to which that of a change is told
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,7 +33,7 @@ class Explanation:
     t: float  # [s] now
     evidence: float  # log of the sum over onsets and shapes
     shape: str  # the likeliest
-    onset: float  # [s] begin of a block, 50 % that one up to it is the first to show it
+    onset: float  # [s] of the bank's, 50 % that one up to it is the first to show it
     shown: tuple[float, float]  # [s] 5 and 95 % of the same
     began: tuple[float, float, float]  # [s] 5, 50 and 95 %
     size: float  # of the first state now
@@ -191,12 +191,12 @@ def _quantile(values: Array, share: Array, level: float) -> float:
 
 
 def _began(edges: Array, share: Array) -> tuple[float, float, float]:
-    """When a change began, 5, 50 and 95 %; within a block it looks like one at its nearer end.
+    """When a change began, 5, 50 and 95 %; between two onsets it looks like one at the nearer.
 
-    So each block's begin speaks for the time to its neighbours, and for the nearest most.
+    So each onset speaks for the time to its neighbours, and for the nearest most.
 
     Args:
-        edges: begins of blocks, and the end of the last, (m + 1,) [s].
+        edges: onsets, and the end of the last block, (m + 1,) [s].
         share: how likely each is the first to show the change, (m,).
     """
     lasting = np.diff(edges)

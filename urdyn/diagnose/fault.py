@@ -19,7 +19,7 @@ class Fault:
     """Which, since when, and how large it looked."""
 
     suspect: int  # among all that is looked for
-    onset_lo: float  # [s] begins of blocks that may be the first to show it
+    onset_lo: float  # [s] onsets of the bank that may be the first to show it, 5 and 95 %
     onset_hi: float  # [s]
     alarm: float  # [s] end of the block that told it
     size: float  # in the unit of the state that measures it

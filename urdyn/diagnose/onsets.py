@@ -21,7 +21,7 @@ from urdyn.types import Array, Index
 PAUSE = 10.0  # [s] without work, after which it may be another program
 PROGRAM = 1.0  # [-] windows' straying, by which the model may be off for as long as that runs
 WITHIN = (0.0, 0.5)  # [-] of a block, where in it a change may begin: not all do at its edges
-RECENT = 16  # onsets that are all kept; older ones stand ever further apart
+RECENT = 8 * len(WITHIN)  # onsets that are all kept; older ones stand ever further apart
 APART = 0.5  # [-] of its age, from one neighbour of an old onset to the other, that keeps it
 SHAPES = ("step", "ramp")
 
