@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.stats import multivariate_normal
+from scipy.stats import multivariate_normal, norm
 from workshop import commissioned
 
 from urdyn.estimate import EKF, ParticleFilter
@@ -40,7 +40,10 @@ def learnt(health_sd: np.ndarray, H: np.ndarray, y: np.ndarray) -> Gaussian:
 def test_the_filter_s_belief_tells_what_any_prior_of_health_makes_of_the_measurements(
     health_prior, fallen
 ):
-    """An oracle: mean and covariance of the mixture, each supposition learnt from anew."""
+    """An oracle: mean and covariance of the mixture, each supposition learnt from anew.
+
+    Of a drive that is not supposed to be alike, half of what its prior holds possible is not.
+    """
     rng = np.random.default_rng(len(fallen))
     fell = np.isin(np.arange(J), fallen)
     v = np.where(fell, 0.1, HEALTH_SD)  # what befell a drive is in the filter's belief
@@ -52,8 +55,10 @@ def test_the_filter_s_belief_tells_what_any_prior_of_health_makes_of_the_measure
     each = [np.where(of, ALIKE_SD, v) for of in alike]
     spread = [H @ np.diag(np.r_[np.ones(LOAD), sd**2]) @ H.T + np.eye(12) for sd in each]
     share = prior * [multivariate_normal(np.zeros(12), of).pdf(y) for of in spread]
-    share /= share.sum()
     beliefs = [learnt(sd, H, y) for sd in each]
+    less = [2.0 * norm.cdf(0.0, of.mean[LOAD:], of.sd[LOAD:]) for of in beliefs]
+    share *= np.where(np.array(alike) | fell, 1.0, less).prod(axis=1)
+    share /= share.sum()
     mean = sum(w * of.mean[:LOAD] for w, of in zip(share, beliefs, strict=True))
     apart = [of.mean[:LOAD] - mean for of in beliefs]
     cov = sum(
@@ -82,6 +87,18 @@ def test_a_load_is_told_as_if_drives_were_alike_until_one_surely_changed(health_
     ]
     assert moved[0] == pytest.approx(0.95 * 0.1 * 0.4 * 0.77, rel=0.1)
     assert abs(moved[2]) < 1e-4 < abs(moved[1])
+
+
+def test_drives_that_seem_to_give_more_leave_a_load_as_if_they_were_alike(health_prior):
+    """For none does: what makes them seem so is no health, however sure the filter is of it."""
+    for sd in (0.005, 0.001):
+        less, more = (
+            health_prior.load(beside(0.1, health, sd), 0.0, NOTHING_FELL).mean[0]
+            for health in (-0.06, 0.06)
+        )
+        of_prior = 1.0 / (1.0 / ALIKE_SD**2 - 1.0 / HEALTH_SD**2)  # variance of a 0 that is read
+        assert abs(less) < 1e-4
+        assert more == pytest.approx(-0.95 * 0.1 * sd * 0.06 / (sd**2 + of_prior), rel=1e-3)
 
 
 def test_what_something_befell_is_as_the_filter_believes(health_prior):

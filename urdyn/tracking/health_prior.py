@@ -2,7 +2,7 @@
 
 A filter that is to follow drives doubts each one's health z from the first day on, N(0, v²), and
 beside a load that it has not felt turn over much the two are hard to tell apart. Who asks for the
-load knows more: most drives give what they gave, N(0, w²), few have changed. As
+load knows more: most drives give what they gave, N(0, w²), and the few that changed give less. As
 
     N(z; 0, w²) / N(z; 0, v²) = v / w exp(-d² z² / 2),    d² = 1 / w² - 1 / v²,
 
@@ -12,10 +12,14 @@ may have changed, what was measured is likelier to him by
 
     sum log v / w - log |I + D P D| / 2 - m' D (I + D P D)^-1 D m / 2,
 
-the ratio of the marginal likelihoods [Dickey1971]_. Bayes' rule weighs who thinks it of all drives,
-who excepts one, and the filter, which thinks it of none. So a drive that surely changed is excepted
-by itself, and the filter, which learns nothing of this, follows it as before. Both variances grow
-as health may stray, and d falls to 0: what a drive gave on the first day says little an hour later.
+the ratio of the marginal likelihoods [Dickey1971]_, and of a drive that he excepts, as far as he
+then believes that it gives less, by log 2 P(z < 0): half of what the filter thinks possible is not.
+Bayes' rule weighs who thinks it of all drives, who excepts one, and who excepts them all. So a
+drive that surely changed is excepted by itself, and the filter, which learns nothing of this,
+follows it as before. What no model explains looks like drives that give ever more, all the more
+surely the longer a motion is repeated; what is told of the load does not follow it there. Both
+variances grow as health may stray, and d falls to 0: what a drive gave on the first day says little
+an hour later.
 """
 
 from __future__ import annotations
@@ -24,6 +28,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from scipy.special import log_ndtr
 
 from urdyn.dbn.wear import Wear
 from urdyn.types import Array, Gaussian, Mask
@@ -50,21 +55,24 @@ class HealthPrior:
         d, likelier = self._known(passed)
         alike = self._alike & ~changed_drives
         D = d * alike
-        P, across, m = belief.cov[k:, k:], belief.cov[k:, :k], belief.mean[k:]
-        L = np.linalg.cholesky(np.eye(len(changed_drives)) + D[:, :, None] * P * D[:, None, :])
-        white = np.linalg.solve(L, D[:, :, None] * np.column_stack([across, m]))
-        lever, missed = white[..., :k], white[..., k:]
+        P, m = belief.cov[k:, k:], belief.mean[k:]
+        L = np.linalg.cholesky(np.eye(len(m)) + D[:, :, None] * P * D[:, None, :])
+        white = np.linalg.solve(L, D[:, :, None] * np.column_stack([belief.cov[k:], m]))
+        lever, missed = white[..., :-1], white[..., -1]
         lost = np.log(np.diagonal(L, axis1=1, axis2=2)).sum(axis=1)
-        odds = alike @ likelier - lost - 0.5 * (missed**2).sum(axis=(1, 2))
+        back = lever.swapaxes(1, 2)
+        mean = belief.mean - (back @ missed[..., None])[..., 0]
+        cov = belief.cov - back @ lever
+        less = log_ndtr(-mean[:, k:] / np.sqrt(np.diagonal(cov, axis1=1, axis2=2)[:, k:]))
+        excepted = ~(self._alike | changed_drives)
+        odds = alike @ likelier - lost - 0.5 * (missed**2).sum(axis=1)
+        odds += (excepted * (np.log(2.0) + less)).sum(axis=1)
         share = self._prior * np.exp(odds - odds.max())
         share /= share.sum()
-        back = lever.swapaxes(1, 2)
-        moved = -(back @ missed)[..., 0]
-        mean = share @ moved
-        apart = moved - mean
-        spread = apart[:, :, None] * apart[:, None, :] - back @ lever
-        cov = belief.cov[:k, :k] + np.tensordot(share, spread, 1)
-        return Gaussian(belief.mean[:k] + mean, cov)
+        told = share @ mean[:, :k]
+        apart = mean[:, :k] - told
+        spread = cov[:, :k, :k] + apart[:, :, None] * apart[:, None, :]
+        return Gaussian(told, np.tensordot(share, spread, 1))
 
     def _known(self, passed: float) -> tuple[Array, Array]:
         """d and log v / w, (J,) each; 0 where the filter knows as much."""
@@ -74,7 +82,7 @@ class HealthPrior:
 
     @cached_property
     def _alike(self) -> Mask:
-        """Drives that give what they gave: all, all but one, or who knows, (J + 2, J)."""
+        """Drives that give what they gave: all, all but one, or none, (J + 2, J)."""
         every = np.ones(self.at.stop - self.at.start, dtype=bool)
         return np.vstack([every, ~np.diag(every), ~every])
 
