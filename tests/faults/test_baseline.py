@@ -50,6 +50,22 @@ def test_a_swing_and_a_restless_spread_are_told_from_chance() -> None:
     assert 1.3 < np.median([restlessness(x) for x in turns.T]) < 1.0 + 0.8 * np.sqrt(2.0)
 
 
+@pytest.mark.parametrize("sd", [0.3, 0.2])
+def test_a_sensor_that_rounds_coarsely_has_the_spread_of_its_readings(sd: float) -> None:
+    """Of readings that are one number in 90 and 99 % no autoregression, no spread about nothing."""
+    y = np.round(sd * np.random.default_rng(8).standard_normal((1000, 6)))
+    baseline = learn_baseline(y)
+    assert not baseline.coefficients.any()
+    np.testing.assert_allclose(baseline.spread, y.std(axis=0), rtol=0.01)
+    assert np.clip(baseline.innovations(y), -2.5, 2.5).std() < 1.0
+
+
+def test_rare_events_that_are_counted_have_a_level_about_which_they_balance() -> None:
+    y = np.random.default_rng(9).poisson(0.08, (1000, 6)).astype(float)
+    clipped = np.clip(learn_baseline(y).seen, -2.5, 2.5)
+    np.testing.assert_allclose(clipped.mean(axis=0), 0.0, atol=1e-6)
+
+
 class Recorder:
     """A detector that keeps what it is shown."""
 

@@ -227,6 +227,25 @@ def test_old_onsets_are_thinned_without_loss() -> None:
     assert few.high - few.low == pytest.approx(all_.high - all_.low, rel=0.1)
 
 
+def test_a_sensor_that_rounds_coarsely_foretells_with_intervals_that_hold() -> None:
+    """Of six streams: three or fewer would be one in 60."""
+    rng = np.random.default_rng(14)
+    wear = 0.02 * np.maximum(np.arange(110.0) - 50.0, 0.0)
+    healthy, y = (
+        np.round(x[:, None] + 0.3 * rng.standard_normal((len(x), 6)))
+        for x in (np.zeros(1000), wear)
+    )
+    found = forecast(y, healthy, 1.0, 2.0)
+    assert sum(one.critical.low <= 41.0 <= one.critical.high for one in found) >= 4
+
+
+@pytest.mark.parametrize("step", [1e12, 1e40])
+def test_a_change_is_a_number_however_many_spreads_it_is(step: float) -> None:
+    y = np.where(np.arange(40) < 20, 0.0, step)
+    change = forecast(y, stated_baseline(0.0, 1.0), step, 2.0 * step)[0].change
+    assert change.median == pytest.approx(step, rel=1e-3)
+
+
 def test_an_outlier_does_not_move_the_forecast() -> None:
     y = worn(0.01, 60, 1, 8)
     baseline = stated_baseline(LEVEL, 0.01)

@@ -164,7 +164,8 @@ def tuned_algorithm2(
     `promise` steps over all streams [Siegmund1985]_, what a baseline leaves in doubt paid for; the
     slope's threshold is one sd of the slope.
     That promise is one on white noise alone: where .095 of healthy runs may alarm, 1.00 do under
-    AR(.9), .92 under AR(.5), .8 with long tails or outliers, .41 where sigma is a fifth wider.
+    AR(.9), .92 under AR(.5), .8 with long tails or outliers, .41 where sigma is a fifth wider, .65
+    where readings are rounded to steps of four sd.
     Where noise alone reaches beyond `critical`, that level is one sd of the average further on.
     """
     given_promise(promise)

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from urdyn.faults.robust import is_mostly_one_number
 from urdyn.types import MAD_TO_SD, Array, Mask
 
 ORDERS = (0, 1, 2, 3, 4, 6, 8, 12, 16, 24)  # candidates
@@ -33,14 +34,15 @@ def autoregression(y: Array) -> tuple[Array, int]:
     """Coefficients (p,) of y, (N,) around its level, and the steps between those they tell of.
 
     Their order is that of the Bayesian criterion. Where rows are missing in a rhythm, so that
-    neighbours are never seen, lags are multiples of the nearest that is.
+    neighbours are never seen, lags are multiples of the nearest that is. Of what is mostly one
+    number none are told: that number foretells itself, whatever follows from the others.
     """
     pace = _pace(np.isfinite(y))
     allowed = [p for p in ORDERS if p * pace <= ORDERS[-1]]
     past = lagged(y[:, None], allowed[-1] * pace)[:, pace - 1 :: pace, 0]
     allowed = [p for p in allowed if _shown(y, past[:, :p])]
     size = MAD_TO_SD * float(np.median(np.abs(y[_complete(y, past[:, : allowed[-1]])])))
-    if not size > 0.0 or len(allowed) == 1:
+    if not size > 0.0 or len(allowed) == 1 or is_mostly_one_number(y[np.isfinite(y)]):
         return np.zeros(0), pace
     y, past = y / size, past / size  # whose squares are floats in any unit
     found = _of_all(y, past, allowed) if np.isfinite(y).all() else _step_by_step(y, past, allowed)

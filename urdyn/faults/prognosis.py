@@ -101,21 +101,20 @@ def _foreseen(
         )
     known = posterior(baseline, state, stream, sign, far, hazard)
 
-    def uncertain(below: Callable[[float], float], least: float) -> Interval:
-        return _quantiles(below, tail, least)
+    def size(below: Callable[[float], float]) -> Interval:
+        return _scaled(_quantiles(below, tail, 0.0, BEYOND), sign * spread)
 
-    def risen(rise: float) -> float:
-        return 1.0 - known.begun * known.crossed(rise, 0.0)
+    def time(level: float) -> Interval:
+        return _quantiles(lambda x: known.crossed(level, x), tail, -float(state.t), FARTHEST)
 
-    unit, begin = sign * spread, -float(state.t)
     return Forecast(
         probability=known.begun,
         straight=known.straight,
         onset=_onset(known, tail, state.t),
-        rate=_scaled(uncertain(lambda rate: 1.0 - known.steeper(rate), 0.0), unit),
-        change=_scaled(uncertain(risen, 0.0), unit),
-        warning=uncertain(lambda x: known.crossed(near, x), begin),
-        critical=uncertain(lambda x: known.crossed(far, x), begin),
+        rate=size(lambda rate: 1.0 - known.steeper(rate)),
+        change=size(lambda rise: 1.0 - known.begun * known.crossed(rise, 0.0)),
+        warning=time(near),
+        critical=time(far),
         posterior=known,
         rise=far,
     )
@@ -183,8 +182,8 @@ def _scaled(one: Interval, by: float) -> Interval:
     return Interval(by * one.median, low, high)
 
 
-def _quantiles(below: Callable[[float], float], tail: float, least: float) -> Interval:
-    """Median and limits of x >= least with the distribution function `below`."""
+def _quantiles(below: Callable[[float], float], tail: float, least: float, most: float) -> Interval:
+    """Median and limits of x >= least with the distribution function `below`; inf from most on."""
 
     def quantile(q: float) -> float:
         if below(least) >= q:
@@ -192,7 +191,7 @@ def _quantiles(below: Callable[[float], float], tail: float, least: float) -> In
         step = 1.0
         while below(least + step) < q:
             step *= 2.0
-            if step > FARTHEST:
+            if step > most:
                 return float("inf")
         return float(brentq(lambda x: below(x) - q, least, least + step, xtol=1e-9 * step))
 

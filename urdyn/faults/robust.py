@@ -23,10 +23,12 @@ def level_and_spread(x: Array, rounds: int = 50) -> tuple[float, float]:
     """Huber's proposal 2 [Huber1981]_: x clipped at CLIP spreads about them as a normal would.
 
     So that healthy noise, clipped, has the moments that a test of clipped normals expects,
-    however long its tails.
+    however long its tails. Where x is mostly one number there is no such spread: it would shrink
+    to nothing, and the standard deviation stands for it.
     """
     level = float(np.median(x))
-    spread = MAD_TO_SD * float(np.median(np.abs(x - level))) or float(np.std(x))
+    spread = MAD_TO_SD * float(np.median(np.abs(x - level))) or float(np.std(x - level))
+    least = spread if is_mostly_one_number(x) else 0.0
     for _ in range(rounds):
         if not spread > 0.0:
             break
@@ -34,10 +36,19 @@ def level_and_spread(x: Array, rounds: int = 50) -> tuple[float, float]:
         inside = float((np.abs(clipped) < CLIP).mean())
         level += spread * float(clipped.mean()) / max(inside, 0.1)
         wider = np.sqrt(float((clipped**2).mean()) / SQUARE)
-        spread *= wider
+        spread = max(spread * wider, least)
         if abs(wider - 1.0) < 1e-6:
             break
     return level, spread
+
+
+def is_mostly_one_number(x: Array) -> bool:
+    """Whether all else, though it were all at CLIP, is too rare for a normal's square.
+
+    So it is of a sensor that rounds to steps of three sd or more, and of rare events that are
+    counted.
+    """
+    return float((x != np.median(x)).mean()) * CLIP**2 < SQUARE
 
 
 def long_run_excess(white: Array) -> float:
