@@ -102,6 +102,44 @@ def test_a_bank_of_gaussian_sizes_is_bayes_rule() -> None:
     assert found["f"][-1] == pytest.approx(weight @ expected, rel=1e-9)
 
 
+def one_of_two_jumps(onsets: int, size: float, sd: float, known: float) -> tuple[Any, Array]:
+    """Two states, each with a sensor of its own, of which the first jumps; and what was read."""
+    process = RandomWalk(("a", "b"), Gaussian(np.zeros(2), known * np.eye(2)), np.zeros(2))
+    model = Joined(process, AffineObservation(2, lambda u: np.eye(2), np.eye(2)))
+    y = np.random.default_rng(35).standard_normal((6, 2))
+    y[2:, 0] += size
+    settings = Bank(jumps(("a", "b"), ["a", "b"], np.array([size]), sd), onsets, hazard=0.1)
+    return track(settings, model, ticks(6), y), y
+
+
+def test_a_bank_of_jumps_of_several_states_is_bayes_rule() -> None:
+    """As above: under each hypothesis one state alone has jumped."""
+    size, sd, known = 5.0, 2.0, 1e-6
+    found, y = one_of_two_jumps(6, size, sd, known)
+    t = np.arange(6)
+    prior, density, expected = [], [], []
+    for onset, state in [(6, 0), *((o, s) for o in t for s in (0, 1))]:
+        jumped = (t >= onset)[:, None] * (np.arange(2) == state)
+        prior.append(0.9**onset * (0.05 if onset < 6 else 1.0))
+        density.append(1.0)
+        expected.append([])
+        for d, left in zip(jumped.T, (y - size * jumped).T, strict=True):
+            P = known + sd**2 * np.outer(d, d)
+            S = P + np.eye(6)
+            density[-1] *= np.exp(-0.5 * left @ np.linalg.solve(S, left))
+            density[-1] /= np.sqrt(np.linalg.det(2.0 * np.pi * S))
+            expected[-1].append(size * d[-1] + P[-1] @ np.linalg.solve(S, left))
+    assert found.log_likelihood == pytest.approx(np.log(np.dot(prior, density)), rel=1e-9)
+    weight = np.multiply(prior, density) / np.dot(prior, density)
+    np.testing.assert_allclose(found.mean[-1], weight @ expected, rtol=1e-9)
+
+
+def test_merged_onsets_are_of_one_state_each() -> None:
+    """The other stays as sure as it was, which one that had jumped by two or so would not be."""
+    found, _ = one_of_two_jumps(2, 5.0, 2.0, 1e-6)
+    assert found.sd[-1, 1] == pytest.approx(1e-3, rel=0.01)
+
+
 @pytest.mark.parametrize("spread", [0.0, 1e-3])
 def test_merged_onsets_lose_little(spread: float) -> None:
     """Far fewer candidates than slices, and still no lag at the end of a long ramp."""

@@ -24,7 +24,8 @@ class Jumps:
 
     step: Array  # (D, n) added to the state
     weight: Array  # (D,) prior weights, given that there is a jump; sum 1
-    spread: Array = field(default_factory=lambda: np.zeros(()))  # (n,) sd around every step
+    # (K, n) sd around the steps: a row for every D / K of them, in their order, or (n,) for all.
+    spread: Array = field(default_factory=lambda: np.zeros(()))
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "step", frozen(self.step))
@@ -35,14 +36,16 @@ class Jumps:
             )
         if not ((self.weight > 0.0).all() and np.isclose(self.weight.sum(), 1.0)):
             raise InputError(f"weights {self.weight}: each above 0, and together 1")
-        if np.shape(self.spread) not in ((), self.step.shape[1:]):
-            raise InputError(
-                f"spread {np.shape(self.spread)}: one for every one of {self.step.shape[1]} states"
-            )
         given_each(self.step, "step", self.step.shape)
-        states = self.step.shape[1:]
-        spread = np.broadcast_to(self.spread, states)
-        object.__setattr__(self, "spread", given_sd(spread, "spread", states))
+        (count, n), shape = self.step.shape, np.shape(self.spread)
+        rows = shape[0] if len(shape) == 2 else 1
+        if shape not in ((), (n,), (rows, n)) or not rows or count % rows:
+            raise InputError(
+                f"spread {shape}: one for each of {n} states, or rows of these, each for as many "
+                f"of the {count} steps"
+            )
+        spread = np.broadcast_to(self.spread, shape or (n,))
+        object.__setattr__(self, "spread", np.atleast_2d(given_sd(spread, "spread", spread.shape)))
 
 
 def jumps(
@@ -52,8 +55,11 @@ def jumps(
     if not (len(states) and len(sizes)):
         raise InputError("jumps want one state or more, and one size or more")
     step = np.zeros((len(states), len(sizes), len(names)))
-    for row, state in zip(step, states, strict=True):
-        row[:, index_of(state, names, "state")] = sizes
+    sd = np.zeros((len(states), len(names)))
+    for alone, state in enumerate(states):
+        at = index_of(state, names, "state")
+        step[alone, :, at] = sizes
+        sd[alone, at] = spread
     count = len(states) * len(sizes)
-    sd: Array = spread * np.isin(names, states).astype(float)
-    return Jumps(step.reshape(count, len(names)), np.full(count, 1.0 / count), sd)
+    spreads = sd if spread else sd[0]  # none is that of all
+    return Jumps(step.reshape(count, len(names)), np.full(count, 1.0 / count), spreads)

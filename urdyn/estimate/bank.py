@@ -1,9 +1,10 @@
 """A bank of hypotheses, onset x jump (of a rate: onset x rate), weighed by likelihood.
 
 Every hypothesis is Kalman's filter with one jump, whose size is Gaussian around its own step. How
-far it jumped does not change the covariance; so hypotheses share covariances, one an onset, run in
-parallel, and cost little more than one filter. What a grid of rates leaves between its points the
-spread fills: sizes are marginalised, not enumerated, and a ramp may go on for as long as it likes.
+far it jumped does not change the covariance; so hypotheses share covariances, one an onset and
+spread, run in parallel, and cost little more than one filter. What a grid of rates leaves between
+its points the spread fills: sizes are marginalised, not enumerated, and a ramp may go on for as
+long as it likes.
 Every `spacing` slices are a candidate onset, and the last `onsets` candidates are kept; older ones
 are merged, because what began long ago is told apart by where it is now.
 """
@@ -29,7 +30,7 @@ class Hypotheses:
     """Beliefs under "nothing has jumped" (row 0) and under A onsets x D jumps (the others)."""
 
     means: Array  # (1 + A D, n)
-    cov: Array  # (1 + A, n, n) shared by the jumps of an onset
+    cov: Array  # (1 + A K, n, n) shared by the jumps of an onset that spread alike
     log_weight: Array  # (1 + A D,) normalised
     slices: int = 0  # passed since the start
 
@@ -48,10 +49,10 @@ class Hypotheses:
         return moments(self.weight, self.means, self.average(self.cov))
 
     def average(self, values: Array) -> Array:
-        """Of what each covariance has one of, (1 + A, ...), weighed by its hypotheses."""
+        """Of what each covariance has one of, (1 + A K, ...), weighed by its hypotheses."""
         weight = self.weight
-        onset = weight[1:].reshape(len(values) - 1, -1).sum(axis=1)
-        return np.tensordot(np.r_[weight[0], onset], values, axes=1)
+        shared = weight[1:].reshape(len(values) - 1, -1).sum(axis=1)
+        return np.tensordot(np.r_[weight[0], shared], values, axes=1)
 
     def each(self, values: Array) -> Array:
         """What each covariance has one of, for every hypothesis: (1 + A D, ...)."""
@@ -66,7 +67,7 @@ class Bank:
     Two jumps are outside its hypotheses: after the first, only process noise follows a second.
     """
 
-    jumps: Jumps  # D alternatives
+    jumps: Jumps  # D alternatives of K spreads
     onsets: int = 64  # A candidates kept, two or more: the oldest is merged into the next oldest
     spacing: int = 1  # slices between candidates
     hazard: float = 1e-2  # prior probability of a jump, per slice
@@ -87,7 +88,7 @@ class Bank:
         count = 1 + self.onsets * len(self.jumps.step)
         log_weight = np.full(count, -np.inf)
         log_weight[0] = 0.0
-        cov = np.tile(model.prior.cov, (1 + self.onsets, 1, 1))
+        cov = np.tile(model.prior.cov, (1 + self.onsets * len(self.jumps.spread), 1, 1))
         return Hypotheses(np.tile(model.prior.mean, (count, 1)), cov, log_weight)
 
     def step(
@@ -112,38 +113,41 @@ class Bank:
 
     def _branch(self, state: Hypotheses) -> Hypotheses:
         """Jumps from "nothing has jumped" up to now, in the place of the oldest onset."""
-        D = len(self.jumps.step)
+        (D, n), K = self.jumps.step.shape, len(self.jumps.spread)
         at = state.slices // self.spacing
         oldest, next_oldest = (i % self.onsets for i in (at, at + 1))
-        state = _merged(state, oldest, next_oldest, D)
+        state = _merged(state, oldest, next_oldest, self.jumps)
         means, cov, log_weight = (x.copy() for x in (state.means, state.cov, state.log_weight))
         rows = _rows(oldest, D)
         prior = 1.0 - (1.0 - self.hazard) ** self.spacing
         means[rows] = means[0] + self.jumps.step
-        cov[1 + oldest] = cov[0] + np.diag(self.jumps.spread**2)
+        cov[_rows(oldest, K)] = cov[0] + self.jumps.spread[:, None] ** 2 * np.eye(n)
         log_weight[rows] = log_weight[0] + np.log(prior * self.jumps.weight)
         log_weight[0] += np.log1p(-prior)
         return replace(state, means=means, cov=cov, log_weight=normalised(log_weight)[0])
 
 
-def _rows(onset: int, jumps: int) -> slice:
-    return slice(1 + jumps * onset, 1 + jumps * (onset + 1))
+def _rows(onset: int, each: int) -> slice:
+    return slice(1 + each * onset, 1 + each * (onset + 1))
 
 
-def _merged(state: Hypotheses, oldest: int, next_oldest: int, jumps: int) -> Hypotheses:
+def _merged(state: Hypotheses, oldest: int, next_oldest: int, jumps: Jumps) -> Hypotheses:
     """The oldest onset's weight handed to the next oldest, jump by jump, with its moments."""
-    old, kept = _rows(oldest, jumps), _rows(next_oldest, jumps)
+    D, K = len(jumps.step), len(jumps.spread)
+    old, kept = _rows(oldest, D), _rows(next_oldest, D)
     log_weight, means, cov = (x.copy() for x in (state.log_weight, state.means, state.cov))
     total = np.logaddexp(log_weight[old], log_weight[kept])
     share = np.exp(log_weight[old] - np.where(np.isinf(total), 0.0, total))
     apart = means[old] - means[kept]
     if np.isfinite(total).any():
-        weight = np.exp(total - total.max())
-        weight /= weight.sum()
-        handed = float(weight @ share)
-        between = (weight * share * (1.0 - share))[:, None] * apart
-        cov[1 + next_oldest] += handed * (cov[1 + oldest] - cov[1 + next_oldest])
-        cov[1 + next_oldest] += between.T @ apart
+        by_spread = total.reshape(K, -1)
+        weight = np.exp(by_spread - by_spread.max(axis=1, keepdims=True))
+        weight /= weight.sum(axis=1, keepdims=True)
+        handed, left = weight * share.reshape(K, -1), 1.0 - share.reshape(K, -1)
+        away = apart.reshape(K, D // K, -1)
+        into = cov[_rows(next_oldest, K)]
+        into += handed.sum(axis=1)[:, None, None] * (cov[_rows(oldest, K)] - into)
+        into += ((handed * left)[..., None] * away).mT @ away
     means[kept] += share[:, None] * apart
     log_weight[kept] = total
     return replace(state, means=means, cov=cov, log_weight=log_weight)
