@@ -120,6 +120,7 @@ def test_rows_of_one_stamp_each_are_asked_for(times: int) -> None:
     ("settings", "why"),
     [
         ({"half_window": 0}, "half_window 0"),
+        ({"half_window": 701}, "half_window 701: takes a whole number from 1 to 700"),
         ({"half_window": 2.5}, "half_window 2.5: takes a whole number"),
         ({"degree": 2}, "degree 2: takes a whole number from 3"),
         ({"degree": 40}, "from 3, .* to 12"),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import tracemalloc
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from scipy.signal import savgol_filter
 from scipy.stats import chi2
 
 from urdyn.signal import LocalPolynomial, half_window, kinematics, weights
+from urdyn.signal.kinematics import BATCH
 from urdyn.types import Array
 
 STEP, HALF, DEGREE = 0.01, 4, 4
@@ -148,3 +150,15 @@ def test_the_truncation_error_is_of_the_first_power_left_out() -> None:
 @pytest.mark.parametrize(("rate", "half"), [(25, 1), (100, 4), (125, 4), (500, 18)])
 def test_the_window_is_a_time_not_a_number_of_samples(rate: float, half: int) -> None:
     assert half_window(1 / rate) == half
+
+
+def test_windows_as_long_as_the_log_take_little_memory() -> None:
+    """That of the equations of BATCH samples, angle and velocity in five terms, ten times over."""
+    rng = np.random.default_rng(7)
+    t = np.cumsum(rng.choice([0.008, 0.012], 400))
+    q, v = rng.normal(size=(2, 400, 3))
+    tracemalloc.start()
+    kinematics(t, q, v, half=200)
+    _, peak = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert peak < 10 * BATCH * 2 * 5 * np.dtype(float).itemsize

@@ -46,13 +46,14 @@ def condition(
     `arm`: whose log it is to be; None: nobody asks.
 
     `offset` [s], () or (J,): by how much the current leads the joint's own stream; the kinematics
-    are those of t + offset. `half_window` [samples] to each side; None: by the sample rate. A gap,
-    a step of more than 5 median steps, begins a new stretch. Missing currents stay NaN: smoothing
-    or filling them in would colour the noise, and every interval downstream would be too narrow.
+    are those of t + offset. `half_window` [samples] to each side, as many as the log has at the
+    most; None: by the sample rate. A gap, a step of more than 5 median steps, begins a new stretch.
+    Missing currents stay NaN: smoothing or filling them in would colour the noise, and every
+    interval downstream would be too narrow.
 
     Raises:
         LogError: it has no stretch of motion that can be conditioned, or is no log of `arm`.
-        InputError: such a window does not determine a polynomial of the degree.
+        InputError: such a window does not determine a polynomial of the degree, or there is none.
     """
     log = given_log(log)
     if arm is not None and log.joints != arm.joints:
@@ -191,5 +192,6 @@ def _settle(log: Log, offset: ArrayLike, half: int | None, degree: int) -> _Sett
     if len(log) < 2:
         raise LogError("one row only; a motion needs at least two", log.source.path)
     velocities = bool(np.isfinite(log.joint("actual_qd")).any())
-    half = half_window(step, degree, velocities) if half is None else half
+    usual = half_window(step, degree, velocities)
+    half = usual if half is None else given_count(half, "half_window", 1, len(log))
     return _Settled(LocalPolynomial(half, degree, step), offset)

@@ -14,7 +14,7 @@ from urdyn.signal.stretches import breaks, median_step, windows
 from urdyn.types import Array, Index
 
 BLOCK = 32768  # rows that are worked on at a time
-BATCH = 2048  # windows that are solved at a time: their equations stay in the cache
+BATCH = 2**14  # samples of windows that are solved at a time: their equations stay in the cache
 
 Flags = NDArray[np.bool_]
 
@@ -84,9 +84,9 @@ class _Block:
                 uniform = self._convolve(offset, velocities)
                 out[:, chosen] = uniform[:, self.row[chosen] - self.fit.half]
         rest = ~(both | angles)
-        for rows in _batches(rest & alike):
+        for rows in self._batches(rest & alike):
             out[:, rows] = self.fit.estimate(*self._gather(rows, offset))
-        for rows in _batches(rest & ~alike):
+        for rows in self._batches(rest & ~alike):
             single = self.fit.estimate(*joint_by_joint(*self._gather(rows, offset)))
             out[:, rows] = single.reshape(ORDERS, len(rows), -1)
         return out
@@ -121,6 +121,11 @@ class _Block:
                     out[k, :, joint] += np.correlate(v, of_v[k])
         return out
 
+    def _batches(self, flags: Flags) -> list[Index]:
+        """Flagged rows, some at a time."""
+        rows, many = np.flatnonzero(flags), max(1, BATCH // self.fit.samples)
+        return [rows[start : start + many] for start in range(0, len(rows), many)]
+
     def _gather(self, rows: Index, offset: Array) -> tuple[Array, Array, Array, Array]:
         """Windows as `LocalPolynomial.estimate` takes them, time counted from their own row."""
         last = self.last[rows, None] - 1
@@ -130,11 +135,6 @@ class _Block:
         q, v = (np.where(outside, np.nan, values[index]) for values in (self.q, self.v))
         at = np.broadcast_to(offset, (len(rows), len(offset)))
         return self.t[index] - self.t[self.row[rows], None], q, v, at
-
-
-def _batches(flags: Flags) -> list[Index]:
-    rows = np.flatnonzero(flags)
-    return [rows[start : start + BATCH] for start in range(0, len(rows), BATCH)]
 
 
 def _count(flags: Flags, first: Index, last: Index) -> Index:
