@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,7 @@ from scipy.stats import chi2
 from streams import log_of, play, stacked, swing
 
 from urdyn.errors import InputError
-from urdyn.signal import Causal, condition, weights
+from urdyn.signal import Causal, condition, samples, weights
 
 STEP = 0.01
 ORDERS = ("q", "v", "a", "jerk")
@@ -48,6 +49,17 @@ def test_half_a_window_late_it_is_the_batch(
         assert error.max() < rounding(order)
     for k, instant in enumerate(live, start=4):
         assert np.abs(instant.instrumental - batch.instrumental[k]).max() < rounding(2)
+
+
+def test_a_sample_of_other_joints_is_refused() -> None:
+    t = STEP * np.arange(12)
+    twin, log = Causal(STEP, half=4), log_of(t, *swing(t))
+    state, _ = play(twin, log)
+    sample = next(iter(samples(log)))
+    fewer = {name: getattr(sample, name)[:2] for name in ("q", "v", "current", "temperature")}
+    for wrong in (replace(sample, q=sample.q[:2]), replace(sample, **fewer)):
+        with pytest.raises(InputError, match=r"are \(2,\), .* each is to be \(3,\)"):
+            twin.step(state, wrong)
 
 
 @pytest.mark.parametrize("lag", [0, 2, 4])

@@ -7,6 +7,7 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 
+from urdyn.errors import InputError
 from urdyn.given import given_count, given_number, positive
 from urdyn.signal.channels import POSSIBLE
 from urdyn.signal.gate import FINEST, Gate
@@ -81,11 +82,11 @@ class Causal:
         return CausalState(np.empty(0), rows, angles, departures, nothing)
 
     def step(self, state: CausalState, sample: Sample) -> tuple[CausalState, Instant | None]:
-        """One sample on; an instant once the window is full."""
+        """One sample on; an instant once the window is full. InputError for one of other joints."""
         dt = sample.t - state.t[-1] if len(state.t) else np.inf
         if dt == 0:
             return replace(state, repeats=state.repeats + 1), None
-        row = np.array([sample.q, sample.v, sample.current, sample.temperature])
+        row = _row(sample, state.angles.shape[1:])
         wild = np.abs(row) > POSSIBLE[:, None]
         if not np.count_nonzero(row[:3]):  # a stream that has lost its robot, as no robot is
             wild[:3] = True
@@ -216,6 +217,18 @@ def _operator(
     leads = offset if isinstance(offset, tuple) else (offset,)
     each = (weights(fit, ahead + lead, velocities) for lead in leads)
     return np.array([np.concatenate(of_both, axis=1) for of_both in each])
+
+
+def _row(sample: Sample, joints: tuple[int, ...]) -> Array:
+    """Angles, velocities, currents and temperatures of a sample, (4, J)."""
+    row = sample.q, sample.v, sample.current, sample.temperature
+    shapes = [np.shape(x) for x in row]
+    if any(shape != joints for shape in shapes):
+        raise InputError(
+            f"q, v, current and temperature of a sample are {', '.join(map(str, shapes))}: "
+            f"each is to be {joints}, as the arm has joints"
+        )
+    return np.array(row)
 
 
 def _restart(state: CausalState, t: float, row: Array) -> CausalState:
