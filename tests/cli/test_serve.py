@@ -9,8 +9,10 @@ import sys
 import numpy as np
 import pytest
 from story import DEAF
+from typer.testing import CliRunner
 
 import urdyn as ud
+from urdyn.cli.app import app
 
 pytestmark = pytest.mark.flaky(reruns=2)  # in real time: a busy machine may miss a sample once
 URDYN = (sys.executable, "-m", "urdyn")
@@ -58,6 +60,17 @@ def test_a_served_arm_can_be_recorded_and_identified(controller, tmp_path):
     assert len(log) == document["samples"] > 1900
     assert np.median(np.diff(log.t)) == pytest.approx(0.002, abs=1e-6)
     assert np.isfinite(log.joint("actual_current")).all()
+
+
+def test_a_round_begins_where_the_last_one_ended(monkeypatch):
+    """No joint is anywhere else from one sample to the next."""
+    rounds = []
+    monkeypatch.setattr("urdyn.cli.simulate.serve_log", lambda log, *of: rounds.append(log))
+    asked = ("simulate", "--robot", "ur5e", "--serve", "--duration", "5", "--quiet")
+    done = CliRunner().invoke(app, [*asked, "--motion", "point_to_point"])
+    assert done.exit_code == 0, done.output
+    first, last = rounds[0].channels["actual_q"][[0, -1]]
+    np.testing.assert_array_equal(first, last)
 
 
 def test_serving_an_address_that_is_not_ours_is_one_line(tmp_path):

@@ -23,6 +23,7 @@ from urdyn.simulate import (
 from urdyn.simulate.follow import follow
 from urdyn.simulate.limits import comfortable, require
 from urdyn.simulate.schedule import course
+from urdyn.simulate.there_and_back import there_and_back
 from urdyn.simulate.unfolding import unfolding
 
 ARMS = ("ur3", "ur5", "ur10", "ur3e", "ur5e", "ur10e", "ur16e", "ur20", "ur30")
@@ -130,6 +131,27 @@ def test_a_motion_goes_by_its_name(ur5e: Arm):
     assert named.trajectory.q.tobytes() == made.q.tobytes() and not named.handling
     with pytest.raises(InputError, match="no motion 'dance'; name one of fourier"):
         plan("dance", ur5e, 4.0, 50.0, np.random.default_rng(0))
+
+
+@pytest.mark.parametrize("kind", ["point_to_point", "pick_and_place"])
+@pytest.mark.parametrize("duration", [19.0, 20.0, 22.0])  # a piece in hand at home, away; none
+def test_whatever_is_moved_there_is_moved_back(ur5e: Arm, kind: str, duration: float):
+    """An arm bears the way back as it did the way there, and ends where it began, hands empty."""
+    there = plan(kind, ur5e, duration, 50.0, np.random.default_rng(0))
+    work = there_and_back(there)
+    made, t = work.trajectory, work.trajectory.t
+    assert t[-1] == 2.0 * there.trajectory.t[-1] and np.diff(t) == pytest.approx(made.step)
+    np.testing.assert_array_equal(made.q[-1], made.q[0])
+    (part,) = follow(virtual_arm(ur5e, 0), made, t, work.handling)
+    np.testing.assert_allclose(part.load, part.load[::-1], atol=1e-9)
+    np.testing.assert_array_equal(part.course.payload, part.course.payload[::-1])
+    assert not part.course.payload[-1].any()
+
+
+@pytest.mark.parametrize(("kind", "duration"), [("fourier", 4.0), ("pick_and_place", 23.0)])
+def test_work_that_ends_as_it_began_needs_no_way_back(ur5e: Arm, kind: str, duration: float):
+    work = plan(kind, ur5e, duration, 50.0, np.random.default_rng(0))
+    assert there_and_back(work) is work
 
 
 def test_a_run_too_short_for_a_move_is_refused(ur5e: Arm):

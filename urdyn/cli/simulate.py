@@ -64,6 +64,7 @@ def simulate(
     from urdyn.simulate import happening, parse_fault, write_truth
     from urdyn.simulate import truth as truth_of
     from urdyn.simulate.observe import log_and_links
+    from urdyn.simulate.there_and_back import there_and_back
     from urdyn.simulate.truth import require_course
 
     _require_outcome(out, serve, truth, poses)
@@ -78,6 +79,7 @@ def simulate(
         raise InputError(f"--pose-rate {pose_rate:g}: is to be above 0, and {pace:g} at most")
     with voice.progress("simulating"):
         work = _work(dynamics, motion, trajectory, duration, pace, moving)
+        work = there_and_back(work) if serve else work
         _befalls_in_time(faults, work)
         _is_felt(faults, heat)
         events = happening(dynamics, work, faults, heat)

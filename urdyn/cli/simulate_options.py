@@ -83,7 +83,12 @@ FidelityName = Annotated[
     ),
 ]
 Serve = Annotated[
-    bool, typer.Option("--serve", help="Be an RTDE controller that plays the run over and over.")
+    bool,
+    typer.Option(
+        "--serve",
+        help="Be an RTDE controller that plays the run over and over, and back where it does not "
+        "end as it began.",
+    ),
 ]
 Host = Annotated[str, typer.Option(metavar="ADDRESS", help="Where to serve.")]
 Port = Annotated[
