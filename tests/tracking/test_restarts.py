@@ -9,6 +9,7 @@ import pytest
 from workshop import rows
 
 from urdyn.estimate import EKF
+from urdyn.io import read
 from urdyn.io.clock import GAP, PAUSE
 from urdyn.io.rtde import play, serve
 from urdyn.signal import Sample
@@ -57,6 +58,22 @@ def test_a_clock_that_is_set_back_by_a_trifle_is_counted_on_in_silence() -> None
     came, said = heard([1.0, 1.01, 0.9, 0.91], np.array([5.0, 5.01, 5.02, 5.03]))
     steps = np.diff(stamps_of(came))
     assert steps[[0, 2]] == pytest.approx(PERIOD) and steps[1] > GAP * PERIOD and not said
+
+
+@pytest.mark.parametrize("asked", [None, ("actual_q",)])
+@pytest.mark.parametrize("pause", [7.2, 0.004])
+def test_a_recording_that_was_made_beside_a_run_has_its_stamps(tmp_path, pause, asked) -> None:
+    """So that each can be laid over the other; whatever else is read of it."""
+    k = PERIOD * np.arange(40)
+    stamps, received = np.concatenate([7.0 + k, 0.5 + k]), np.concatenate([k, k[-1] + pause + k])
+    path = tmp_path / "beside.csv"
+    table = np.column_stack([stamps, received, stamps])
+    np.savetxt(path, table, "%.6f", ",", header="timestamp,received,actual_q_0", comments="")
+    log = read(path, channels=asked)
+    assert log.t == pytest.approx(stamps_of(heard(stamps, received)[0]))
+    assert set(log.channels) == {"actual_q"} | (set() if asked else {"received"})
+    (told,) = {defect.remedy for defect in log.defects if defect.kind == "clock set back"}
+    assert told == f"counted on {max(pause, 5.5 * PERIOD):g} s later"
 
 
 def test_stamps_that_come_twice_and_those_of_a_log_are_as_they_are() -> None:

@@ -52,14 +52,30 @@ def recordings(t: Array) -> list[Mask]:
     return told
 
 
-def counted_on(t: Array, first: Index) -> Array:
-    """Stamps that run on after a PAUSE where the clock was set back, (N,).
+def pauses(t: Array, first: Index, received: Array) -> Array:
+    """Time that passed where the clock was set back, (K,) [s]; PAUSE where nobody knows.
+
+    However short it was, it is a gap: what is made of rows from both sides would be neither's.
 
     Args:
-        first: rows at which it was.
+        first: rows at which it was, (K,).
+        received: when rows came by a clock that nobody set, (N,) [s]; NaN: not told.
+    """
+    with np.errstate(invalid="ignore"):  # what is infinite tells nothing
+        waited = received[first] - received[first - 1]
+    known = credible(waited) & (waited >= 0.0)
+    return np.where(known, np.maximum(waited, (GAP + 0.5) * np.median(np.diff(t))), PAUSE)
+
+
+def counted_on(t: Array, first: Index, pause: Array) -> Array:
+    """Stamps that run on where the clock was set back, (N,).
+
+    Args:
+        first: rows at which it was, (K,).
+        pause: that passed there, (K,) [s].
     """
     missed = np.zeros_like(t)
-    missed[first] = t[first - 1] + PAUSE - t[first]
+    missed[first] = t[first - 1] + pause - t[first]
     return t + np.cumsum(missed)
 
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from urdyn.errors import LogError
 from urdyn.io import arm_clock, clock
+from urdyn.io.names import CLOCKS
 from urdyn.io.table import AS_NAN, LEFT_OUT, Table, merge
 from urdyn.types import STANDSTILL, Defect, Log, Mask, Source, frozen
 
@@ -71,9 +72,15 @@ def _without_strays(table: Table, source: Source) -> Table:
         )
     table = _without(table, ~np.concatenate(ordered), "stray stamp")
     back = np.cumsum([np.count_nonzero(rows) for rows in ordered])[:-1]
-    table.channels["timestamp"] = clock.counted_on(table.channels["timestamp"], back)
-    again = np.isin(np.arange(len(table)), back)
-    return _noted(table, again, "clock set back", f"counted on {clock.PAUSE:g} s later")
+    if not len(back):
+        return table
+    t, unknown = table.channels["timestamp"], np.full(len(table), np.nan)
+    pauses = clock.pauses(t, back, table.channels.get("received", unknown))
+    table.channels["timestamp"] = clock.counted_on(t, back, pauses)
+    for row, pause in zip(back, pauses, strict=True):
+        again = np.arange(len(table)) == row
+        table = _noted(table, again, "clock set back", f"counted on {round(pause, 3):g} s later")
+    return table
 
 
 def _without_repeats(table: Table, source: Source) -> Table:
@@ -82,7 +89,8 @@ def _without_repeats(table: Table, source: Source) -> Table:
     repeat = first != np.arange(len(first))
     torn = repeat.copy()
     torn[repeat] = False
-    for values in table.channels.values():
+    for name in table.channels.keys() - CLOCKS:
+        values = table.channels[name]
         one, other = values[repeat], values[first[repeat]]
         differ = (one != other) & ~(np.isnan(one) & np.isnan(other))
         torn[repeat] |= _any(differ)
@@ -115,7 +123,7 @@ def _possible(table: Table, source: Source) -> Table:
             values[strange] = np.nan
             rows = _any(strange)
             table = _noted(table, rows, "impossible value", AS_NAN, int(strange.sum()))
-        if name != "timestamp":
+        if name not in CLOCKS:
             silent &= ~_any(~np.isnan(values))
     return _noted(table, silent, "row without values", AS_NAN)
 

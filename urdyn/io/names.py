@@ -31,6 +31,8 @@ FROM_ONE = frozenset(range(1, 7))  # no vector of six that is counted from 0 has
 # Registers are scalars that end in a number of their own.
 NUMBERED = re.compile(r"(?!.*register_\d+$)(?P<base>.+)_(?P<index>0|[1-9]\d{0,2})")
 
+# What tells when a row was: the robot's clock, and that of whoever recorded it.
+CLOCKS = frozenset({"timestamp", "received"})
 DOZEN = 12  # columns that a sentence names
 
 Layout = dict[str, int | tuple[int, ...]]  # channel -> its column, or its columns; -1: is missing
@@ -70,7 +72,7 @@ def example(width: int) -> str:
 def layout(columns: Sequence[str], wanted: Collection[str] | None = None) -> Layout:
     """Channels that named columns make: `x_0 ... x_k` are one, everything else is a scalar.
 
-    `wanted` keeps only these channels; the time stamps are always wanted.
+    `wanted` keeps only these channels, and CLOCKS, which are always wanted.
     """
     groups: defaultdict[str, dict[int, int]] = defaultdict(dict)
     for place, name in enumerate(columns):
@@ -91,7 +93,7 @@ def layout(columns: Sequence[str], wanted: Collection[str] | None = None) -> Lay
             made[name] = place
     if wanted is None:
         return made
-    return {name: places for name, places in made.items() if name in {*wanted, "timestamp"}}
+    return {name: places for name, places in made.items() if name in {*wanted, *CLOCKS}}
 
 
 def spread(channels: Mapping[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:

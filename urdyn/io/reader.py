@@ -20,7 +20,7 @@ from urdyn.io.dialect import Dialect, sniff
 from urdyn.io.effort import UNTOLD, Effort
 from urdyn.io.files import sha256
 from urdyn.io.mend import mend
-from urdyn.io.names import SIX_WIDE, layout, listed, some
+from urdyn.io.names import CLOCKS, SIX_WIDE, layout, listed, some
 from urdyn.io.parse import parse
 from urdyn.io.plan import Plan
 from urdyn.io.table import AS_NAN, Table, join, merge
@@ -50,7 +50,9 @@ def read(
     """
     table, source = read_table(path, columns=columns, rows=rows, channels=channels)
     table = replace(table, channels=effort.amperes(table.channels, source.path))
-    return mend(_timed(table, rate, source), source)
+    log = mend(_timed(table, rate, source), source)
+    unasked = set() if channels is None else CLOCKS - {*channels}
+    return replace(log, channels={n: x for n, x in log.channels.items() if n not in unasked})
 
 
 def read_table(
@@ -93,7 +95,7 @@ def _bag(
     table, source = bags.read_bag(path, channels), Source(str(path), sha256(path))
     if not len(table):
         raise LogError("has no data", path)
-    if not table.channels.keys() - {"timestamp"}:
+    if not table.channels.keys() - CLOCKS:
         raise LogError(f"has {_none_of(channels)}", path)
     if rows is None:
         return table, source
@@ -160,7 +162,7 @@ def _plan(
 ) -> Plan:
     """What is to be read; LogError if that is nothing."""
     plan = Plan(dialect, layout(dialect.numeric, channels), *bounds)
-    if not plan.layout.keys() - {"timestamp"}:
+    if not plan.layout.keys() - CLOCKS:
         if {*layout(dialect.numeric)} >= PLANNED:
             told = "is a plan, as `urdyn excite` writes it, not a recording: record the robot that"
             raise LogError(f"{told} follows it", path, dialect.line)

@@ -15,6 +15,7 @@ from urdyn.io.bags.joint_states import JointStates, joint_states
 from urdyn.io.bags.messages import Bag, Topic, opened
 from urdyn.io.bags.streams import streams
 from urdyn.io.effort import EFFORT
+from urdyn.io.names import CLOCKS
 from urdyn.io.table import SKIPPED, Table, merge
 from urdyn.types import Array, Defect
 
@@ -30,7 +31,7 @@ def read_bag(path: Path, channels: Collection[str] | None) -> Table:
         table = replace(table, defects=merge((*bag.defects, *table.defects)))
     if channels is None:
         return table
-    keep = {*channels, "timestamp"} | ({EFFORT} if "actual_current" in channels else set())
+    keep = {*channels, *CLOCKS} | ({EFFORT} if "actual_current" in channels else set())
     return _table({k: v for k, v in table.channels.items() if k in keep}, table.defects)
 
 
