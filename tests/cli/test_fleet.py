@@ -30,7 +30,7 @@ def test_a_tracked_folder_is_on_the_page_and_in_the_json(tracked, tmp_path):
     document = json.loads(told.stdout)
     assert [r["name"] for r in document["robots"]] == ["cell"]
     assert document["unread"] == [{"folder": str(tmp_path / "absent"), "reason": "does not exist"}]
-    assert "not read" in told.stderr
+    assert "not read" in told.stderr and "counted from the first stamp of each run" in told.stderr
     assert page.read_text().count("<svg") == 12
 
 

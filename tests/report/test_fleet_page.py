@@ -95,6 +95,7 @@ def test_the_most_urgent_comes_first_whatever_the_order_of_the_folders(folders):
 def test_a_row_says_which_joint_since_when_and_how_long_is_left(folders):
     row = shown(folders[:1]).replace("\u00a0", " ")
     assert "Elbow friction increase since 10.0 s, critical; 24 h left (12 to 48)." in row
+    assert "Times are counted from the first stamp of each run." in row
 
 
 def test_a_time_without_end_is_a_dash(tmp_path):

@@ -59,6 +59,7 @@ def fleet(
     out.parent.mkdir(parents=True, exist_ok=True)
     write_text(out, page)
     voice.show(_table(found), headline(found))
+    voice.note("times are counted from the first stamp of each run")
     voice.note(f"written: {out}")
     voice.result(told(found))
 

@@ -94,6 +94,7 @@ def _lead(scales: dict[str, Scale]) -> str:
         "Most urgent first. Each line is a joint over its run, beside where it was when "
         f"commissioned (dashed), in its 90 % band; all robots share their scales: {ends}; "
         "what lies beyond runs along their edge. "
+        "Times are counted from the first stamp of each run. "
         f"Orange is what changed by more than {SDS:.0f} standard deviations and {percent(SHARE)}."
     )
 
