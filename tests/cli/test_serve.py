@@ -1,10 +1,10 @@
 """urdyn simulate --serve, as a process of its own, and urdyn record beside it."""
 
 import json
-import re
 import signal
 import subprocess
 import sys
+from itertools import takewhile
 
 import numpy as np
 import pytest
@@ -22,12 +22,12 @@ URDYN = (sys.executable, "-m", "urdyn")
 def controller():
     """A serving process, and its port."""
     command = (*URDYN, "simulate", "--robot", "ur5e", "--serve", "--port", "0", "--duration", "3")
-    process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True)
-    told = process.stderr.readline()
-    yield process, int(re.search(r"127\.0\.0\.1:(\d+)", told)[1])
+    process = subprocess.Popen((*command, "--json", "-q"), stdout=subprocess.PIPE, text=True)
+    told = json.loads("".join(takewhile(lambda line: line != "}\n", process.stdout)) + "}")
+    assert (told["robot"], told["host"], told["rate_hz"]) == ("ur5e", "127.0.0.1", 500.0)
+    yield process, told["port"]
     process.send_signal(signal.SIGINT)
-    assert process.wait(60) == 0
-    process.stderr.close()
+    assert process.communicate(timeout=60)[0] == "" and process.returncode == 0
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import threading
-from typing import TYPE_CHECKING
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
 
 import urdyn as ud
 from urdyn.cli.ending import ended_by
@@ -22,17 +23,24 @@ def cycle(arm: Arm) -> float:
     return 0.008 if arm.name in CB3 else 0.002
 
 
-def serve_log(log: ud.Log, arm: Arm, host: str, port: int, voice: Voice) -> None:
-    """Play a log over and over to whoever connects, until Ctrl-C or a service manager ends it."""
+def serve_log(
+    log: ud.Log, arm: Arm, host: str, port: int, voice: Voice, about: Mapping[str, Any]
+) -> None:
+    """Play a log over and over to whoever connects, until Ctrl-C or a service manager ends it.
+
+    Programs are told where it listens, beside what there is to say `about` the log.
+    """
     from urdyn.io.rtde import play, serve
 
     server = serve(play(log, loop=True), host, port, "cb3" if arm.name in CB3 else "e")
-    ended = threading.Event()
+    ended, rate = threading.Event(), 1.0 / cycle(arm)
     with server, ended_by(ended.set):
         voice.note(
             f"a virtual {arm.name} serves RTDE on {joined(host, server.port)}, "
-            f"{1.0 / cycle(arm):g} Hz; Ctrl-C ends it"
+            f"{rate:g} Hz; Ctrl-C ends it"
         )
+        where = {"robot": arm.name, "host": host, "port": server.port, "rate_hz": rate}
+        voice.result({"urdyn": ud.__version__, **about, **where})
         while not ended.is_set() and not server.join(LOOK):
             pass
         voice.note("ended")

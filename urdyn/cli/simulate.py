@@ -94,11 +94,13 @@ def simulate(
         _watch(dynamics, log.t, links, pose_rate, poses, (seed, run, 2))
     if truth is not None:
         write_truth(truth, document)
+    about = {} if out is None else _summary(log, out, document)
     if out is not None:
         voice.show(f"{out}: {len(log)} rows, {log.t[-1]:g} s of a virtual {dynamics.arm.name}")
-        voice.result(_summary(log, out, document))
     if serve:
-        serve_log(log, dynamics.arm, host, port, voice)
+        serve_log(log, dynamics.arm, host, port, voice, about)
+    else:
+        voice.result(about)
 
 
 def _require_outcome(out: Path | None, serve: bool, truth: Path | None, poses: Path | None) -> None:
