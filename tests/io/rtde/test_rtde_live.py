@@ -148,7 +148,7 @@ def test_somebody_else_is_one_clear_error() -> None:
                 client.recv(100)
 
         threading.Thread(target=talk).start()
-        with pytest.raises(RtdeError, match="no RTDE package has type"):
+        with pytest.raises(RtdeError, match=r"no RTDE package has .* speak RTDE at port 30004$"):
             connect("127.0.0.1", other.getsockname()[1])
 
 

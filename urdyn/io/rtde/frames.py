@@ -38,7 +38,8 @@ class Frames:
         while len(self._buffer) >= HEADER.size:
             size, number = HEADER.unpack_from(self._buffer)
             if size < HEADER.size or number not in KINDS:
-                raise RtdeError(f"no RTDE package has type {number} and {size} bytes")
+                told = f"no RTDE package has type {number} and {size} bytes"
+                raise RtdeError(f"{told}; controllers speak RTDE at port 30004")
             if len(self._buffer) < size:
                 return
             payload = bytes(self._buffer[HEADER.size : size])

@@ -72,7 +72,8 @@ class Journal:
             csv.write_csv(rows, text, csv.WriteOptions(include_header=False))
             self._append(text.getvalue().to_pybytes())
         except OSError as error:
-            raise InputError(f"{self.path}: cannot be written: {error.strerror}") from error
+            kept = "; what is in it is whole" if self._stream and self._stream.tell() else ""
+            raise InputError(f"{self.path}: cannot be written: {error.strerror}{kept}") from error
 
     def finish(self, metadata: Mapping[str, str]) -> None:
         """No more rows. Parquet and MCAP carry `metadata`; CSV has no place for it."""

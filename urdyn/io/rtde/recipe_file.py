@@ -41,12 +41,14 @@ def _plain(text: bytes, path: str | Path) -> list[str]:
 def _xml(text: bytes, key: str, path: str | Path) -> list[str]:
     """<rtde_config><recipe key="out"><field name="actual_q" type="VECTOR6D"/>..."""
     names: list[str] = []
+    keys: list[str] = []
     inside = False
 
     def start(tag: str, attributes: dict[str, str]) -> None:
         nonlocal inside
         if tag == "recipe":
-            inside = attributes.get("key") == key
+            keys.append(attributes.get("key", ""))
+            inside = keys[-1] == key
         elif tag == "field" and inside:
             names.append(_name(attributes, path))
 
@@ -60,6 +62,8 @@ def _xml(text: bytes, key: str, path: str | Path) -> list[str]:
         parser.Parse(text, True)
     except expat.ExpatError as error:
         raise InputError(f"{path}:{error.lineno}: is not XML: {error}") from error
+    if keys and key not in keys:
+        raise InputError(f"{path}: has no recipe {key!r}, but {', '.join(map(repr, keys))}")
     return names
 
 
