@@ -132,6 +132,7 @@ def test_a_motion_that_meets_a_box_is_refused_and_nothing_is_written(done, tmp_p
         ("[[sofa]]\nname = 's'\n", "unknown key 'sofa'"),
         ("floor = true\n", "1 numbers"),
         ("[[tool]]\nname = 't'\n", "shape"),
+        ("[[tool]]\nname = 't'\nshape = ['box']\n", "[[tool]] 1: shape"),
         ("[[ball]]\nname = 'b'\nsize = [1]\n[[ball]]\nname = 'b'\nsize = [1]\n", "two things"),
         ("floor = ", "not TOML"),
     ],

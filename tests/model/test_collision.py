@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from urdyn.errors import ArmError
+from urdyn.errors import ArmError, InputError
 from urdyn.model.arm import load_arm, read_arm
 from urdyn.model.cell import STANDING, Cell, Solid, Wall, floor
 from urdyn.model.collision import collider, free
@@ -74,6 +74,24 @@ def test_a_box_and_a_tool_are_seen(ur10e):
     with_tool = Cell(solids=(box,), tool=(long,))
     assert ("fixture", "gripper") in collider(ur10e, with_tool).pairs
     assert not free(ur10e, UPRIGHT, with_tool)
+
+
+@pytest.mark.parametrize(
+    ("made", "said"),
+    [
+        (lambda: Solid("b", "ball", -0.3 * np.ones(1)), r"size\[0\] is -0.3: .* above zero"),
+        (lambda: Solid("b", "box", np.array([0.3, 0.0, 0.3])), r"size\[1\] is 0.0"),
+        (lambda: Solid("b", "ball", np.array([np.inf])), r"size\[0\] is inf"),
+        (lambda: Solid("b", "box", np.ones(2)), r"size .* \(2,\); .* \(3,\)"),
+        (lambda: Solid("b", "cone", np.ones(1)), "no shape cone; there are box, ball, cylinder"),
+        (lambda: Solid("b", "ball", np.ones(1), np.full(3, np.nan)), r"xyz\[0\] is nan"),
+        (lambda: Wall("w", np.zeros(3), np.zeros(3)), "normal: points nowhere"),
+        (lambda: floor(np.nan), r"point\[2\] is nan"),
+    ],
+)
+def test_what_cannot_stand_in_a_cell_is_refused(made, said):
+    with pytest.raises(InputError, match=said):
+        made()
 
 
 def test_leading_axes_are_kept(ur10e):

@@ -11,9 +11,12 @@ from typing import Literal
 
 import numpy as np
 
-from urdyn.types import Array, frozen
+from urdyn.errors import InputError
+from urdyn.given import given_each, positive
+from urdyn.types import Array, index_of
 
 Shape = Literal["box", "ball", "cylinder"]
+SIZES: dict[Shape, int] = {"box": 3, "ball": 1, "cylinder": 2}
 
 
 @dataclass(frozen=True)
@@ -25,8 +28,10 @@ class Wall:
     normal: Array  # (3,) of any length, towards the arm
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "point", frozen(self.point))
-        object.__setattr__(self, "normal", frozen(self.normal))
+        for name in ("point", "normal"):
+            object.__setattr__(self, name, given_each(getattr(self, name), name, (3,)))
+        if not self.normal.any():
+            raise InputError("normal: points nowhere")
 
 
 @dataclass(frozen=True)
@@ -40,8 +45,12 @@ class Solid:
     rpy: Array = field(default_factory=lambda: np.zeros(3))  # (3,) [rad]
 
     def __post_init__(self) -> None:
-        for name in ("size", "xyz", "rpy"):
-            object.__setattr__(self, name, frozen(getattr(self, name)))
+        index_of(self.shape, tuple(SIZES), "shape")
+        shape, takes = (SIZES[self.shape],), "finite metres above zero"
+        size = given_each(self.size, "size", shape, takes, lambda x: positive(x) & np.isfinite(x))
+        object.__setattr__(self, "size", size)
+        for name in ("xyz", "rpy"):
+            object.__setattr__(self, name, given_each(getattr(self, name), name, (3,)))
 
 
 @dataclass(frozen=True)

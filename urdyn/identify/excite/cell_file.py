@@ -10,18 +10,19 @@ floor = 0.0                                          # height [m], or false: the
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any, TypeVar
 
 import numpy as np
 
 from urdyn.errors import InputError
+from urdyn.model.cell import SIZES, Cell, Solid, Wall, floor
+from urdyn.types import Array
 
-if TYPE_CHECKING:
-    from urdyn.model.cell import Cell, Solid, Wall
-    from urdyn.types import Array
+T = TypeVar("T")
 
-SIZES = {"box": 3, "ball": 1, "cylinder": 2}
 WALL = ("name", "point", "normal")
 SOLID = ("name", "size", "xyz", "rpy")
 FAR = 100.0  # [m] beyond which a number is no place in a cell
@@ -40,16 +41,14 @@ def read_cell(path: Path) -> Cell:
 
 def cell_of(document: dict[str, Any]) -> Cell:
     """The cell that a document describes."""
-    from urdyn.model.cell import Cell, floor
-
-    _known(document, ("floor", "wall", "tool", *SIZES), "")
+    _known(document, ("floor", "wall", "tool", *SIZES))
     height = document.get("floor", 0.0)
-    ground = () if height is False else (floor(float(_numbers([height], 1, "floor: ")[0])),)
-    walls = tuple(_wall(table, where) for table, where in _tables(document, "wall"))
+    ground = () if height is False else (floor(float(_numbers([height], 1, "floor")[0])),)
+    walls = tuple(_each(document, "wall", _wall))
     solids = tuple(
-        _solid(shape, table, where) for shape in SIZES for table, where in _tables(document, shape)
+        solid for shape in SIZES for solid in _each(document, shape, partial(_solid, shape))
     )
-    tool = tuple(_tool(table, where) for table, where in _tables(document, "tool"))
+    tool = tuple(_each(document, "tool", _tool))
     found = Cell((*ground, *walls), solids, tool)
     names = [wall.name for wall in found.walls]
     names += [solid.name for solid in (*found.solids, *found.tool)]
@@ -74,62 +73,57 @@ def _table(solid: Solid) -> dict[str, Any]:
     return {"name": solid.name, "size": solid.size, "xyz": solid.xyz, "rpy": solid.rpy}
 
 
-def _tables(document: dict[str, Any], key: str) -> list[tuple[dict[str, Any], str]]:
-    """The tables of a kind, and how each is called in messages."""
-    found = document.get(key, [])
-    if not isinstance(found, list) or not all(isinstance(table, dict) for table in found):
+def _each(document: dict[str, Any], key: str, made: Callable[[dict[str, Any]], T]) -> Iterator[T]:
+    """What the tables of a kind describe; InputError with the table that is to blame."""
+    tables = document.get(key, [])
+    if not isinstance(tables, list) or not all(isinstance(table, dict) for table in tables):
         raise InputError(f"{key}: is to be [[{key}]] tables")
-    return [(table, f"[[{key}]] {count}: ") for count, table in enumerate(found, start=1)]
+    for count, table in enumerate(tables, start=1):
+        try:
+            yield made(table)
+        except InputError as error:
+            raise InputError(f"[[{key}]] {count}: {error}") from error
 
 
-def _wall(table: dict[str, Any], where: str) -> Wall:
-    from urdyn.model.cell import Wall
-
-    _known(table, WALL, where)
-    normal = _numbers(table.get("normal"), 3, f"{where}normal: ")
-    if not normal.any():
-        raise InputError(f"{where}normal: points nowhere")
-    return Wall(_name(table, where), _numbers(table.get("point"), 3, f"{where}point: "), normal)
+def _wall(table: dict[str, Any]) -> Wall:
+    _known(table, WALL)
+    point, normal = (_numbers(table.get(key), 3, key) for key in ("point", "normal"))
+    return Wall(_name(table), point, normal)
 
 
-def _solid(shape: Any, table: dict[str, Any], where: str) -> Solid:
-    from urdyn.model.cell import Solid
-
-    _known(table, SOLID, where)
-    size = _numbers(table.get("size"), SIZES[shape], f"{where}size: ")
-    if not (size > 0.0).all():
-        raise InputError(f"{where}size: is to be above zero")
-    xyz = _numbers(table.get("xyz", [0.0] * 3), 3, f"{where}xyz: ")
-    rpy = _numbers(table.get("rpy", [0.0] * 3), 3, f"{where}rpy: ")
-    return Solid(_name(table, where), shape, size, xyz, rpy)
+def _solid(shape: Any, table: dict[str, Any]) -> Solid:
+    _known(table, SOLID)
+    size = _numbers(table.get("size"), SIZES[shape], "size")
+    xyz, rpy = (_numbers(table.get(key, [0.0] * 3), 3, key) for key in ("xyz", "rpy"))
+    return Solid(_name(table), shape, size, xyz, rpy)
 
 
-def _tool(table: dict[str, Any], where: str) -> Solid:
+def _tool(table: dict[str, Any]) -> Solid:
     rest = {key: value for key, value in table.items() if key != "shape"}
-    if table.get("shape") not in SIZES:
-        raise InputError(f"{where}shape: is to be {', '.join(SIZES)}")
-    return _solid(table["shape"], rest, where)
+    if table.get("shape") not in tuple(SIZES):
+        raise InputError(f"shape: is to be {', '.join(SIZES)}")
+    return _solid(table["shape"], rest)
 
 
-def _name(table: dict[str, Any], where: str) -> str:
+def _name(table: dict[str, Any]) -> str:
     name = table.get("name")
     if not isinstance(name, str) or not name:
-        raise InputError(f"{where}no name; it is needed to say what is in the way")
+        raise InputError("no name; it is needed to say what is in the way")
     return name
 
 
-def _numbers(values: Any, count: int, where: str) -> Array:
+def _numbers(values: Any, count: int, what: str) -> Array:
     """So many finite numbers."""
     good = isinstance(values, list) and len(values) == count
     if not good or not all(isinstance(x, int | float) and not isinstance(x, bool) for x in values):
-        raise InputError(f"{where}{values!r} is to be {count} numbers")
+        raise InputError(f"{what}: {values!r} is to be {count} numbers")
     found = np.array(values, dtype=np.float64)
     if not (np.abs(found) <= FAR).all():
-        raise InputError(f"{where}{values!r}: metres and radians, {FAR:g} at most")
+        raise InputError(f"{what}: {values!r}: metres and radians, {FAR:g} at most")
     return found
 
 
-def _known(table: dict[str, Any], keys: tuple[str, ...], where: str) -> None:
+def _known(table: dict[str, Any], keys: tuple[str, ...]) -> None:
     for key in table:
         if key not in keys:
-            raise InputError(f"{where}unknown key {key!r}; known are {', '.join(keys)}")
+            raise InputError(f"unknown key {key!r}; known are {', '.join(keys)}")
