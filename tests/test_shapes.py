@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import inspect
+import pickle
+from collections.abc import Callable, Iterator, Mapping
+from copy import deepcopy
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -14,8 +18,9 @@ from urdyn.errors import InputError
 from urdyn.estimate import Kalman, Track, track
 from urdyn.model.arm import Arm
 from urdyn.model.population import population
+from urdyn.signal import Scaling
 from urdyn.simulate import Payload, Trajectory
-from urdyn.types import Gaussian, Log, Motion, Parameters
+from urdyn.types import Defect, Gaussian, Log, Motion, Parameters, Source
 
 ONE, TWO, ROWS = np.ones(1), np.ones(2), np.ones((3, 6))
 PRIOR = Gaussian(TWO, np.eye(2))
@@ -59,6 +64,33 @@ def test_what_is_done_to_the_callers_arrays_changes_no_value() -> None:
         array[:] = 99.0
     assert log.t[1] == motion.t[1] == 1.0 and not (log.channels["actual_q"] + motion.v).any()
     assert walk.prior.cov == seen.R == 1.0
+
+
+def leaves(value: object) -> Iterator[object]:
+    for held in vars(value).values():
+        yield from held.values() if isinstance(held, Mapping) else (held,)
+
+
+def test_a_copy_in_another_process_is_the_same_and_as_read_only() -> None:
+    log = Log(np.arange(3), {"actual_q": ROWS}, Source("a.csv"), (Defect("gap", 1, 0, "kept"),))
+    for value in (
+        log,
+        Motion(np.arange(3), *[ROWS] * 6, breaks=(1,)),
+        Parameters(ONE, ("a",), ("A",)),
+        PRIOR,
+        Scaling({"actual_q": ONE}, {"actual_q": ONE}),
+    ):
+        for copied in (pickle.loads(pickle.dumps(value)), deepcopy(value)):
+            had, has = ([*leaves(of)] for of in (value, copied))
+            np.testing.assert_equal(has, had)
+            assert not any(x.flags.writeable for x in has if isinstance(x, np.ndarray))
+
+
+@pytest.mark.parametrize("verb", [ud.diagnose, ud.identify, ud.simulate])
+def test_a_room_that_is_called_like_its_function_is_sent_and_told_as_one(verb: Any) -> None:
+    assert pickle.loads(pickle.dumps(verb)) is verb
+    name = verb.__name__.rpartition(".")[2]
+    assert inspect.getdoc(verb) == inspect.getdoc(getattr(verb, name))
 
 
 def test_values_that_hold_arrays_are_themselves_alone(ur5e: Arm) -> None:

@@ -90,11 +90,22 @@ class _Verb(ModuleType):
     """A room that is called like its function: `ud.identify(...)` beside `ud.identify.Fit`."""
 
     def __call__(self, *args: Any, **kwargs: Any) -> Any:
-        return getattr(self, self.__name__.rpartition(".")[2])(*args, **kwargs)
+        return self._function(*args, **kwargs)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return import_module, (self.__name__,)
+
+    @property
+    def _function(self) -> Any:
+        return getattr(self, self.__name__.rpartition(".")[2])
 
     @property
     def __signature__(self) -> Signature:
-        return signature(getattr(self, self.__name__.rpartition(".")[2]))
+        return signature(self._function)
+
+    @property
+    def __doc__(self) -> Any:  # type: ignore[override]  # of a module it can be set
+        return self._function.__doc__
 
 
 class _Package(ModuleType):

@@ -39,6 +39,15 @@ def changed(value: V, **changes: Any) -> V:
     return new
 
 
+def remade(value: Any) -> tuple[Any, ...]:
+    """The `__reduce__` of a value: a copy, in another process too, is made as the first one was.
+
+    What pickle makes of an array by itself can be written to.
+    """
+    had = (getattr(value, name) for name in value.__match_args__)
+    return type(value), tuple(dict(x) if isinstance(x, MappingProxyType) else x for x in had)
+
+
 def unmasked(values: ArrayLike) -> Array:
     """`values` as a float64 array, NaN where masked; the caller's own array where it is one."""
     if isinstance(values, MaskedArray):
@@ -126,6 +135,8 @@ class Log:
         if q is not None and q.ndim != 2:
             raise InputError(f"actual_q has the shape {q.shape}; it has to be rows x joints")
 
+    __reduce__ = remade
+
     def __len__(self) -> int:
         return len(self.t)
 
@@ -195,6 +206,8 @@ class Motion:
         if not all(0 < row < len(self) for row in self.breaks):
             raise InputError(f"breaks {self.breaks}: takes rows from 1 to {len(self) - 1}")
 
+    __reduce__ = remade
+
     def __len__(self) -> int:
         return len(self.t)
 
@@ -255,6 +268,8 @@ class Parameters:
         if len(set(self.names)) < len(self.names):
             raise InputError("two parameters of one name")
 
+    __reduce__ = remade
+
     def __len__(self) -> int:
         return len(self.names)
 
@@ -272,6 +287,8 @@ class Gaussian:
     def __post_init__(self) -> None:
         object.__setattr__(self, "mean", frozen(self.mean))
         object.__setattr__(self, "cov", shaped("cov", self.cov, self.mean.shape * 2))
+
+    __reduce__ = remade
 
     @property
     def sd(self) -> Array:

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from urdyn.errors import InputError
 from urdyn.signal.channels import is_state, named
-from urdyn.types import Array, Log, frozen
+from urdyn.types import Array, Log, frozen, remade
 
 Limits = Mapping[str, tuple[ArrayLike, ArrayLike]]
 
@@ -33,6 +33,8 @@ class Scaling:
             if not (np.isfinite(scale) & (scale != 0.0) & np.isfinite(self.centre[name])).all():
                 told = f"{name}: centre {self.centre[name]}, scale {scale}"
                 raise InputError(f"{told}: takes finite numbers, and no scale of 0")
+
+    __reduce__ = remade
 
     @classmethod
     def standard(cls, log: Log) -> Scaling:
