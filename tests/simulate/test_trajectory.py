@@ -10,7 +10,7 @@ import pytest
 
 from urdyn.errors import InputError
 from urdyn.model.arm import load_arm, with_inertials
-from urdyn.simulate import Payload, Trajectory, fourier, point_to_point, virtual_arm
+from urdyn.simulate import Payload, Trajectory, fourier, point_to_point, simulate, virtual_arm
 from urdyn.simulate.limits import comfortable, rated, require
 from urdyn.simulate.trajectory import BLOCK
 
@@ -104,11 +104,40 @@ def test_at_its_rows_a_trajectory_is_its_rows():
         np.testing.assert_allclose(getattr(motion, name), getattr(made, name), rtol=0, atol=1e-9)
 
 
-def test_outside_a_trajectory_the_arm_stands_still():
-    made = make("point to point", "ur5e")
+@pytest.mark.parametrize("share", [1.0, 0.5])
+def test_outside_a_trajectory_the_arm_stands_still(share):
+    """One that breaks off while the arm moves, too."""
+    whole = make("fourier", "ur5e")
+    rows = slice(0, int(share * len(whole)))
+    made = Trajectory(*(x[rows] for x in (whole.t, whole.q, whole.v, whole.a)))
     motion = made.at(np.array([-1.0, made.t[-1] + 1.0]))
     np.testing.assert_allclose(motion.q, made.q[[0, -1]], rtol=0, atol=1e-12)
-    assert np.abs(motion.v).max() < 1e-9
+    assert not (motion.v.any() or motion.a.any() or motion.jerk.any())
+
+
+@pytest.mark.parametrize(
+    ("t", "said"),
+    [
+        ([0.0, 0.01, 0.02, 0.05], r"a row every 0\.0166667 s; that of row 1 is 0\.01 s"),
+        ([0.0, 0.01, np.nan, 0.03], r"t\[2\] is nan"),
+        ([0.0, -0.01, -0.02, -0.03], "from time 0 on"),
+    ],
+)
+def test_a_grid_that_is_not_uniform_makes_no_trajectory(t, said):
+    still = np.zeros((4, 6))
+    with pytest.raises(InputError, match=said):
+        Trajectory(np.array(t), still, still, still)
+
+
+def test_stamps_are_uniform_but_for_their_digits():
+    t, still = np.round(np.arange(1000) / 300.0, 6), np.zeros((1000, 6))
+    assert len(Trajectory(t, still, still, still)) == 1000
+
+
+def test_an_arm_is_asked_for_a_motion_of_its_own_joints(ur5e):
+    t, still = np.arange(3.0), np.zeros((3, 5))
+    with pytest.raises(InputError, match="one of 5 joints; ur5e has 6"):
+        simulate(ur5e, 1.0, 1.0, 0, trajectory=Trajectory(t, still, still, still), heat=True)
 
 
 def test_a_long_fourier_run_repeats_itself_across_blocks():
@@ -133,10 +162,17 @@ def test_the_seed_decides(kind):
 
 
 @pytest.mark.parametrize(
-    ("duration", "rate"), [(0.0, 500.0), (-1.0, 10.0), (1.0, 0.0), (np.nan, 1)]
+    ("duration", "rate", "said"),
+    [
+        (0.01, 100.0, "two rows"),
+        (0.0, 500.0, r"duration 0\.0: takes a time above 0"),
+        (1.0, -1.0, r"rate -1\.0: takes a rate above 0"),
+        (np.nan, 1, "duration nan"),
+        ("a", 1, "duration a"),
+    ],
 )
-def test_a_run_without_rows_is_refused(duration, rate):
-    with pytest.raises(InputError, match="two rows"):
+def test_a_run_without_rows_is_refused(duration, rate, said):
+    with pytest.raises(InputError, match=said):
         fourier(load_arm("ur5e"), duration, rate, np.random.default_rng(0))
 
 

@@ -8,8 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from urdyn.errors import InputError
-from urdyn.types import Array, Motion, frozen, shaped
+from urdyn.given import given_each, given_number, positive
+from urdyn.types import Array, Motion
 
+ALIKE = 1e-3  # [-] of a step that a stamp may be off: what digits leave of it
 BLOCK = 1 << 14  # rows that are worked on at a time, so that an hour needs no hour's memory
 
 
@@ -23,12 +25,16 @@ class Trajectory:
     a: Array  # (N, J) [rad/s²]
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "t", frozen(self.t))
-        if not (len(self.t) > 1 and self.t[0] == 0.0):
-            raise InputError("a trajectory has two rows or more, from time 0")
-        shape = len(self.t), *np.shape(self.q)[1:]
+        object.__setattr__(self, "t", given_each(self.t, "t", (np.size(self.t),)))
+        if not (len(self) > 1 and self.t[0] == 0.0 and self.step > 0.0):
+            raise InputError("a trajectory has two rows or more, from time 0 on")
+        off = np.abs(self.t - self.step * np.arange(len(self))) > ALIKE * self.step
+        if off.any():
+            told = f"that of row {off.argmax()} is {self.t[off.argmax()]:g} s"
+            raise InputError(f"a trajectory has a row every {self.step:g} s; {told}")
+        shape = len(self), *np.shape(self.q)[1:]
         for name in ("q", "v", "a"):
-            object.__setattr__(self, name, shaped(name, getattr(self, name), shape))
+            object.__setattr__(self, name, given_each(getattr(self, name), name, shape))
 
     def __len__(self) -> int:
         return len(self.t)
@@ -65,13 +71,17 @@ class Trajectory:
         v = (c1 + u * (2.0 * c2 + u * (3.0 * c3 + u * (4.0 * c4 + u * 5.0 * c5)))) / h
         a = (2.0 * c2 + u * (6.0 * c3 + u * (12.0 * c4 + u * 20.0 * c5))) / h**2
         jerk = (6.0 * c3 + u * (24.0 * c4 + u * 60.0 * c5)) / h**3
+        inside = ((t >= 0.0) & (t <= self.t[-1]))[:, None]
+        v, a, jerk = (np.where(inside, moving, 0.0) for moving in (v, a, jerk))
         unmeasured = np.broadcast_to(np.nan, q.shape)
         return Motion(t, q, v, a, jerk, current=unmeasured, temperature=unmeasured)
 
 
 def grid(duration: float, rate: float) -> Array:
     """Stamps of `duration` * `rate` rows, (N,) [s]."""
-    if not (np.isfinite(duration * rate) and rate > 0.0 and duration * rate >= 2.0):
+    duration = given_number(duration, "duration", "a time above 0 [s]", positive)
+    rate = given_number(rate, "rate", "a rate above 0 [Hz]", positive)
+    if not 2.0 <= duration * rate < np.inf:
         raise InputError(
             f"{duration:g} s at {rate:g} Hz are no trajectory; ask for two rows or more"
         )

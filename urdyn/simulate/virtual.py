@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from urdyn.errors import InputError
 from urdyn.given import given_count
 from urdyn.model.arm import Arm
 from urdyn.model.dynamics import Dynamics
@@ -110,6 +111,9 @@ def simulate(
     sensors = typical_sensors(arm) if sensors is None else sensors
     if trajectory is None:
         work = plan(motion, dynamics.rigid, duration, rate, motion_rng)
+    elif trajectory.joints != arm.joints:
+        told = f"{arm.name} has {arm.joints}"
+        raise InputError(f"the trajectory is one of {trajectory.joints} joints; {told}")
     else:
         work = Work(trajectory)
     found = happening(dynamics, work, events, heat)
