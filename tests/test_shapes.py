@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import inspect
 import pickle
+import re
 from collections.abc import Callable, Iterator, Mapping
 from copy import deepcopy
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -17,6 +19,7 @@ from urdyn.dbn import AffineObservation, Joined, MeanReverting, RandomWalk, Tick
 from urdyn.errors import InputError
 from urdyn.estimate import Kalman, Track, track
 from urdyn.model.arm import Arm
+from urdyn.model.cell import Solid
 from urdyn.model.population import population
 from urdyn.signal import Scaling
 from urdyn.simulate import Payload, Trajectory
@@ -102,8 +105,20 @@ def test_values_that_hold_arrays_are_themselves_alone(ur5e: Arm) -> None:
         Motion(ONE, *[rows] * 6),
         (nominal := population(ur5e).typical()),
         nominal.drive,
+        Payload(1.0),
+        Solid("a", "ball", ONE),
+        ud.Effort("A", ONE),
     ):
         assert {value} == {value} and value != replace(value)
+
+
+def test_no_class_that_holds_arrays_is_compared_by_them() -> None:
+    """NumPy's == is an array: as a truth it ends in an error, and what is compared has no hash."""
+    held = re.compile(r"^    \w+: (?!.*Callable).*\b(Array|Index|Mask|ArrayLike)\b", re.MULTILINE)
+    for path in Path(ud.__file__).parent.rglob("*.py"):
+        for block in path.read_text().split("@dataclass(frozen=True)\n")[1:]:
+            fields = block.partition("\n\n\n")[0].partition("    def ")[0]
+            assert not held.search(fields), f"{path.name}: {block.splitlines()[0]} takes eq=False"
 
 
 def test_what_is_masked_was_not_measured() -> None:

@@ -42,7 +42,7 @@ NEAR = 1.06  # [-] of the bound: as near it as friction is to be
 TOLD = 0.25  # [-] of the population's variance: less, and a direction of m has been shown
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Trial:
     """Errors of one group at MOMENTS of one run, in the filter's coordinates."""
 

@@ -14,7 +14,7 @@ from urdyn.types import Array
 FREE = 3.0  # [-] times the expected change, that a fault may have done at its onset
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Fault:
     """Which, since when, and how large it looked."""
 

@@ -28,7 +28,7 @@ BLOCK = 8192  # rows of a regressor in memory at a time
 AROUND = 0.05  # [s] to either side of where a joint turns round, in which friction may be misjudged
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Block:
     """Some rows of uninterrupted motion, with the presliding state followed through them."""
 
@@ -89,7 +89,7 @@ def _measured(point: Dynamics, motion: Motion) -> Mask:
     return np.asarray(measured & moving)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Design:
     """A block as the linear problem."""
 

@@ -20,7 +20,7 @@ from urdyn.types import Array, Parameters
 FIELDS = ("gain", *LINEAR, *SHAPE)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Quantities:
     """The physical quantities of an arm, as expressions of its scores."""
 

@@ -43,7 +43,7 @@ IPOPT: dict[str, Any] = {
 Place = tuple[int, int | None]  # a joint, and the index of the payload that it bears, if any
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Compressed:
     """Data of one joint under one payload."""
 
@@ -52,7 +52,7 @@ class Compressed:
     R: Array  # (n, n + 1) upper triangular [columns | current], rows of unit noise
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Problem:
     """Built before it is solved, so that it can be looked at."""
 

@@ -26,7 +26,7 @@ from urdyn.types import STANDSTILL, Array, Defect, Log, Mask
 FLOOR_BAND = 10.0  # [Hz] above which residuals are mostly the sensor's noise
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Score:
     """Prediction of one log's raw current, joint by joint; NaN where there is no current."""
 

@@ -60,7 +60,7 @@ class Run:
 Loaded = list[tuple[Motion, Dynamics, int | None]]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class State:
     """Where the search stands: a value, each step makes the next."""
 

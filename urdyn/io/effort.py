@@ -14,7 +14,7 @@ EFFORT = "effort"  # channel of a table whose unit nobody has told yet
 UNITS = ("A", "Nm")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Effort:
     """What the efforts of a recording are.
 

@@ -21,7 +21,7 @@ LEAST = 12  # poses: as many unknowns belong to base and tool alone
 READINGS = ("rotvec", "XYZ", "xyz")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Poses:
     """Static poses of something that is fixed to the flange."""
 

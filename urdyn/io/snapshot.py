@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from urdyn.types import Array
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Snapshot:
     """Estimates with their sd by part and quantity, in SI units."""
 

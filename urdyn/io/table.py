@@ -14,7 +14,7 @@ SKIPPED = "skipped"  # a line that held nothing
 AS_NAN = "kept as NaN"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Table:
     """Rows of numbers by channel; `timestamp` is a channel as any other."""
 

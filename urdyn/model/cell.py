@@ -19,7 +19,7 @@ Shape = Literal["box", "ball", "cylinder"]
 SIZES: dict[Shape, int] = {"box": 3, "ball": 1, "cylinder": 2}
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Wall:
     """A plane, and all that is behind it; a floor is a wall that lies."""
 
@@ -34,7 +34,7 @@ class Wall:
             raise InputError("normal: points nowhere")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Solid:
     """A box, ball or cylinder about its centre."""
 

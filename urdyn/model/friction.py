@@ -32,7 +32,7 @@ GEAR_RATIO = 101.0  # [-] motor turns per joint turn of UR's strain-wave gears
 RIPPLE_ORDER = 2.0 * GEAR_RATIO  # the wave generator meets a tooth twice a motor turn
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Bristles:
     """Presliding state of the stiff and the soft family, with its slope in the log of distance."""
 

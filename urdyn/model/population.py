@@ -48,7 +48,7 @@ SHAPE_SPREAD = 0.15  # relative sd of a link's lengths of gyration
 CENTRE_FLOOR = 0.005  # [m] sd of a centre of mass, beside SHAPE_SPREAD of the link's length
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Spread:
     """Belief about one coefficient of every joint before any data."""
 

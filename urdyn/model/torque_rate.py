@@ -17,7 +17,7 @@ from urdyn.model.body import tensor
 from urdyn.types import Array
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class _Turning:
     """Bounds of one link, (N,) each: rotation to its third order, its frame's origin likewise."""
 

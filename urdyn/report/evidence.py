@@ -13,7 +13,7 @@ from urdyn.types import Array, Source
 SEEN, PARTLY, UNSEEN = "seen in training", "partly seen in training", "held out"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Pooled:
     """Scores of several logs, as if they were one; NaN where none tells."""
 

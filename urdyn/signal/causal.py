@@ -26,7 +26,7 @@ from urdyn.signal.stuck import Held, after, nothing_held, stuck
 from urdyn.types import Array, Mask
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class CausalState:
     """The last samples of this stretch, and what became of those that are not among them."""
 

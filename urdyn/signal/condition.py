@@ -94,7 +94,7 @@ def stream(
         yield replace(chunk, source=log.slice(part.start, part.stop).source)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class _Settled:
     """What has to be known of the whole log before any part of it can be conditioned."""
 

@@ -13,7 +13,7 @@ from urdyn.types import Array, Log, frozen
 SLOWEST = 0.01  # [rad/s] below this a ratio by velocity says nothing
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Features:
     """Derived metrics, per row and joint; NaN where what they derive from was not measured."""
 

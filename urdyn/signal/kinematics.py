@@ -59,7 +59,7 @@ def kinematics(
     return Kinematics(*out)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class _Block:
     """Some rows to estimate, with all the rows that their windows touch.
 

@@ -16,7 +16,7 @@ from urdyn.types import Array, Log, frozen, remade
 Limits = Mapping[str, tuple[ArrayLike, ArrayLike]]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Scaling:
     """x -> (x - centre) / scale, channel by channel; channels that it does not name pass."""
 

@@ -17,7 +17,7 @@ SETTING = {"payload": (), "payload_cog": (3,)}
 UNSET = frozen(np.full(4, np.nan))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Sample:
     """One row of a log."""
 
@@ -32,7 +32,7 @@ class Sample:
     setting: Array = field(default_factory=lambda: UNSET)  # (4,) of SETTING [kg, m]; NaN: unsaid
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Instant:
     """One row of a motion."""
 

@@ -24,7 +24,7 @@ ELASTIC_STEP = 1e-4  # [s] at most: a bare wrist 3 on its gear rings at some 600
 LONGEST_DELAY = 64  # ticks that the loop can be late by
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Tick:
     """One tick of the controller."""
 

@@ -19,7 +19,7 @@ BANDWIDTH = 50.0  # [rad/s], low enough for elastic gears
 INTEGRAL = 0.2  # [-] share of the bandwidth at which the integral works
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Controller:
     """Settings of the loop of every joint."""
 

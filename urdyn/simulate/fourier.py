@@ -22,7 +22,7 @@ BETWEEN = np.cos(np.pi / OVERSAMPLING)  # least share of a peak that such rows s
 SHRINK, SHRINKS = 0.85, 12  # [-] of the excursion, as often, until the torque is low enough
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Series:
     """A finite Fourier series of joint angles."""
 

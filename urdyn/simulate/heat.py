@@ -31,7 +31,7 @@ KAPPA = 0.014  # [1/K]: friction of UR arms falls by 15 to 25 % from cold to war
 COPPER, COPPER_TORQUE = 0.17, 150.0  # [Ohm], [N·m] that its joint is rated for
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Heat:
     """How the joints of an arm take up heat and lose it, one entry a joint."""
 

@@ -27,7 +27,7 @@ SHARE_OF_RANGE, SHARE_OF_VELOCITY, SHARE_OF_EFFORT = 0.95, 0.9, 0.8  # [-]
 UPRIGHT = {"shoulder_lift_joint": -np.pi / 2, "wrist_1_joint": -np.pi / 2}
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Limits:
     """Largest values that a motion may have, each (J,)."""
 

@@ -25,7 +25,7 @@ FINE = np.linspace(0.0, 1.0, 61)[:, None]  # [-] where a move's limits are verif
 ENDS = ("start", "goal")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Move:
     """All joints from rest to rest at the same time."""
 

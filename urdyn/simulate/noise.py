@@ -13,7 +13,7 @@ from urdyn.types import Array, frozen
 STANDING = 1e-6  # [rad/s] below which a joint reports that it stands: exactly 0
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Band:
     """A share of a noise that forgets itself, or rings down; what has no band is white.
 

@@ -14,7 +14,7 @@ MOST, FARTHEST = 1e4, 1e2  # [kg], [m] that nobody asks an arm to hold
 DENSITY = 3000.0  # [kg/m³], between aluminium and steel with holes: grippers and work pieces
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Payload:
     """A solid ball at the tool."""
 

@@ -25,7 +25,7 @@ from urdyn.model.friction import Contact, follow, friction_torque, present
 from urdyn.types import Array
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class PlantState:
     """Where the arm is; without elasticity motor and link are one."""
 
@@ -44,7 +44,7 @@ class PlantState:
         return cls(q, zero, q, zero, np.zeros((2, len(q))), zero, zero)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Surroundings:
     """What acts on the arm in one step, beside its motors."""
 
@@ -55,7 +55,7 @@ class Surroundings:
     temperature: Array  # (J,) [°C] of the joints
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Gears:
     """Elasticity of the gears."""
 

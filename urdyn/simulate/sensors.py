@@ -33,7 +33,7 @@ COLOUR = {
 FORCE_NOISE, MOMENT_NOISE = 1.0, 0.02  # [N], [N·m]: from row to row on a recording of a UR3e
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Sensors:
     """How a motion is observed."""
 

@@ -15,7 +15,7 @@ ALIKE = 1e-3  # [-] of a step that a stamp may be off: what digits leave of it
 BLOCK = 1 << 14  # rows that are worked on at a time, so that an hour needs no hour's memory
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Trajectory:
     """Joint angles, velocities and accelerations on a uniform grid; at rest before and after it."""
 

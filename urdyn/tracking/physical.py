@@ -32,7 +32,7 @@ PAYLOAD_REACH = 0.5  # [m] of the flange, within which what is carried is
 LINK_REACH = 1.5  # [m] of its joint, within which a link is
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Quantities:
     """How a filter's states become physical quantities, and their standard deviations."""
 

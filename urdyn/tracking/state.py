@@ -20,7 +20,7 @@ from urdyn.types import Array, Mask
 S = TypeVar("S")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class TrackerState(Generic[S]):
     """All that is remembered from sample to sample."""
 

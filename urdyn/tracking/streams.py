@@ -90,7 +90,7 @@ class Stream(Protocol[A]):
         """Means and standard deviations of the quantities; NaN while there are none."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Moment:
     """An instant, as the streams look at it."""
 

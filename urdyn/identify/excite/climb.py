@@ -120,7 +120,7 @@ def with_slack(climb: Climb, slack: float, torque: Array) -> Climb:
     return replace(climb, apart=safe.margin + np.minimum(slack, np.maximum(most, 0.0) / 2.0))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class State:
     """Where a climb stands."""
 

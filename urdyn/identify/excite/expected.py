@@ -18,7 +18,7 @@ from urdyn.simulate.trajectory import Trajectory, grid
 from urdyn.types import Array, Parameters, frozen
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Expected:
     """Physical parameters, and how well they are known before and after a run."""
 

@@ -61,7 +61,7 @@ class Proof:
     looked: int  # moments that were looked at for it
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class _Margin:
     """How far a quantity is from its limit in the middle of intervals."""
 

@@ -15,7 +15,7 @@ SURE = 3.0  # gain of log likelihood that another kind of effect must bring
 DOUBT = 3.0  # standard deviations by which claims must fail before intervals are widened
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Model:
     """A choice of unknowns, and their prior."""
 
@@ -25,7 +25,7 @@ class Model:
     guessed: Mask  # those whose prior is as wide as held-out regions want it, beside the noise
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Trial:
     """A model fitted to all poses, and to all but one region, region by region."""
 

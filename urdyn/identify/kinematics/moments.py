@@ -17,7 +17,7 @@ CHUNK = 600  # poses whose slopes are held in memory together
 BLOCKS = (slice(0, 3), slice(3, 6))  # place, turn
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Moments:
     """Of place and of turn: axis 0."""
 

@@ -16,7 +16,7 @@ from urdyn.types import Array, Index, frozen
 BASE, TOOL = 6, 6  # coordinates of a pose: three of place, three of turn
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Placement:
     """All that a pose follows from: world = base . flange(q; table, effects) . tool."""
 

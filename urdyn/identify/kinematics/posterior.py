@@ -14,7 +14,7 @@ from urdyn.types import Array, Index
 QUIET = np.array([1e-8, 1e-8])  # [m, rad] no instrument is quieter
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Posterior:
     """x ~ N(mean, cov), and what was learned on the way."""
 

@@ -26,7 +26,7 @@ FORMAT = 1
 NAME, YAML = "calibration.toml", "kinematics.yaml"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Recorded:
     """What an earlier calibration says of an arm: base and tool are of its day."""
 

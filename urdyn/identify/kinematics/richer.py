@@ -26,7 +26,7 @@ WORTH = 0.5  # weight above which a pose is taken as sound
 CHANGED = 0.02  # of a weight: less makes no difference
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Choice:
     """The model that held-out regions chose, and all that were tried."""
 

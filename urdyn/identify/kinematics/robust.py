@@ -22,7 +22,7 @@ STEPS, LAST = 40, 4  # at most, with few poses and with all
 STILL = 0.01  # of a posterior standard deviation: a step that changes nothing
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Sought:
     """Which unknowns are sought, and what is known of them beforehand."""
 
@@ -34,7 +34,7 @@ class Sought:
         object.__setattr__(self, "spread", frozen(self.spread))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Found:
     """A placement at the posterior's mean."""
 

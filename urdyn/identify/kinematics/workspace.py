@@ -17,7 +17,7 @@ SAMPLES = 600  # free poses, at random
 DRAWS = 20  # for as many poses as are wanted: every fifth pose of a real arm is free, or more
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Workspace:
     """Poses all over, and what is to be expected there."""
 

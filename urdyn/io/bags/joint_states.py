@@ -16,7 +16,7 @@ TYPE = "sensor_msgs/msg/JointState"
 NAMED = "joint_states"  # where robots tell their joints
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class JointStates:
     """Messages of one arm, in the order in which they were recorded."""
 

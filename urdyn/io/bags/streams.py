@@ -28,7 +28,7 @@ Row = tuple[int, Array, str]  # stamp [ns], values and frame
 Hear = Callable[[Topic, Any], Iterator[Said]]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Stream:
     """One channel, at its own pace."""
 

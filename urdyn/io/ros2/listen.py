@@ -19,7 +19,7 @@ BATCH = 200  # samples after which DDS is asked for more
 RESET = "/urdyn/reset"  # std_msgs/Empty: begin anew with the commissioned arm
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Heard:
     """One message of the arm's joints, base first."""
 

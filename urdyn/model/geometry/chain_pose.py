@@ -10,7 +10,7 @@ from urdyn.model.geometry.turns import places_of, turn_z
 from urdyn.types import Array
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Reach:
     """Poses of the last joint's frame in the base, and the twists that move it.
 

@@ -18,7 +18,7 @@ from urdyn.model.geometry.turns import places_of
 from urdyn.types import Array, frozen
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Deltas:
     """What a controller adds to the drawing, base first."""
 

@@ -22,7 +22,7 @@ ABSURD = 0.05  # [m] no arm that left its factory has its flange so far from whe
 SAMPLES = 400  # joint configurations that this is judged at
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Drawing:
     """What a description says of an arm's geometry."""
 

@@ -27,7 +27,7 @@ PARALLEL = 0.2  # [rad] axes that lie closer on the drawing are meant to be para
 DRAWN = 1e-3  # [m] a frame that lies farther from a x + d z is in another convention
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Form:
     """Which coordinates an arm's geometry has, and what the drawing says of them."""
 

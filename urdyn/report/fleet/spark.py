@@ -12,7 +12,7 @@ from urdyn.types import Array
 WIDTH, HEIGHT = 100.0, 30.0  # of the drawing's own coordinates
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Spark:
     """A quantity over time, on a scale that its neighbours share."""
 

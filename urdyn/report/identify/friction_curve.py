@@ -17,7 +17,7 @@ BAND = (0.05, 0.95)
 SHAPING = ("coulomb", "viscous", "offset", "stribeck", "stribeck_velocity")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Curve:
     """Sliding friction of one joint without load."""
 

@@ -27,7 +27,7 @@ PAYLOAD = "payload"
 PREFIX = "urdyn."  # before the keys of metadata
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Series:
     """One quantity over time, where it is known."""
 

@@ -21,7 +21,7 @@ from urdyn.types import Array
 ENDS = np.array([[0.05], [0.95]])  # of a 90 % band
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Surprise:
     """Normalised innovation squared a measured current, 1 expected, averaged over windows."""
 
