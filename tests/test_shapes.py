@@ -18,6 +18,7 @@ import urdyn as ud
 from urdyn.dbn import AffineObservation, Joined, MeanReverting, RandomWalk, Tick
 from urdyn.errors import InputError
 from urdyn.estimate import Kalman, Track, track
+from urdyn.io.poses import Poses
 from urdyn.model.arm import Arm
 from urdyn.model.cell import Solid
 from urdyn.model.population import population
@@ -49,6 +50,10 @@ PRIOR = Gaussian(TWO, np.eye(2))
         (lambda: MeanReverting(("a", "b"), PRIOR, TWO, ONE, TWO), r"time_constant .* \(2,\)"),
         (lambda: Track(("a", "b"), ONE, np.ones((1, 2)), ONE, ()), r"sd .* \(1,\); .* \(1, 2\)"),
         (lambda: Payload(1.0, TWO), r"com .* \(2,\); .* \(3,\)"),
+        (lambda: Poses(TWO, ROWS[:2, :3]), r"q has the shape \(2,\); .* poses x joints"),
+        (lambda: Poses(ROWS, ROWS[:2, :3]), r"place .* \(2, 3\); .* \(3, 3\)"),
+        (lambda: Poses(ROWS, ROWS[:, :3], ROWS), r"angles .* \(3, 6\); .* \(3, 3\)"),
+        (lambda: Poses(ROWS, ROWS[:, :3], reading="foo"), "no reading foo; there are rotvec"),
         (lambda: Trajectory(TWO, *[ROWS] * 3), "from time 0"),
         (lambda: Trajectory(np.arange(2), *[ROWS] * 3), r"q .* \(3, 6\); .* \(2, 6\)"),
     ],
@@ -133,6 +138,7 @@ def test_what_is_masked_was_not_measured() -> None:
 
 LOG = Log(np.arange(3), {"actual_q": ROWS, "actual_current": ROWS})
 MOTION = Motion(np.arange(3), *[ROWS] * 6)
+MET = Poses(ROWS[:, :5], ROWS[:, :3])
 READ, CONDITIONED = "a Log, as urdyn.read", "a Motion, as urdyn.condition"
 
 
@@ -149,6 +155,7 @@ READ, CONDITIONED = "a Log, as urdyn.read", "a Motion, as urdyn.condition"
         (lambda arm, fit: ud.track(fit, "run.csv"), f"{READ}.*this is 'run.csv'"),
         (lambda arm, fit: ud.track("twin.toml", LOG), "Twin.load.*this is 'twin.toml'"),
         (lambda arm, fit: ud.diagnose("twin.toml", LOG), "Twin.load.*this is 'twin.toml'"),
+        (lambda arm, fit: ud.calibrate(arm, MET), "poses are of 5 joints; ur5e has 6"),
         (lambda arm, fit: ud.Twin("ur5e", fit), "an Arm, as .*this is 'ur5e'"),
         (lambda arm, fit: ud.Twin(arm, arm), "a Fit, as .*this is a Arm"),
         (lambda arm, fit: arm.torque(*[["a"] * 6] * 3), "the motion holds text"),

@@ -137,3 +137,13 @@ def test_some_poses_keep_their_angles() -> None:
     some = Poses(q, p, r, "XYZ").take(np.array([1, 5]))
     np.testing.assert_array_equal(some.place, p[[1, 5]])
     np.testing.assert_allclose(some.turn, Rotation.from_euler("XYZ", r[[1, 5]]).as_matrix())
+
+
+def test_poses_made_in_python_are_held_to_what_those_of_a_file_are() -> None:
+    q, p, r = numbers()
+    q[3, 0] = np.nan
+    whole = Poses(q, p, r).whole()
+    assert len(whole) == len(q) - 1 and whole.defects[0].count == 1
+    assert whole.whole() is whole
+    with pytest.raises(LogError, match="0 whole poses; calibrate needs 12"):
+        Poses(q[:0], p[:0]).whole()

@@ -9,11 +9,11 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from urdyn.errors import LogError
+from urdyn.errors import InputError, LogError
 from urdyn.io.names import spread
 from urdyn.io.pose_columns import Columns, pose_columns
 from urdyn.io.reader import Rows, read_table
-from urdyn.types import Array, Defect, Index, Mask, Source, frozen
+from urdyn.types import Array, Defect, Index, Mask, Source, frozen, index_of, shaped
 
 FAR = 20.0  # [m] no target is so far from its tracker or robot: larger numbers are millimetres
 LEAST = 12  # poses: as many unknowns belong to base and tool alone
@@ -34,11 +34,14 @@ class Poses:
     defects: tuple[Defect, ...] = ()
 
     def __post_init__(self) -> None:
-        for name in ("q", "place"):
-            object.__setattr__(self, name, frozen(getattr(self, name)))
-        if self.angles is not None:
-            object.__setattr__(self, "angles", frozen(self.angles))
-        assert len(self.q) == len(self.place), "an angle of every joint for every pose"
+        object.__setattr__(self, "q", frozen(self.q))
+        if self.q.ndim != 2:
+            raise InputError(f"q has the shape {self.q.shape}; it has to be poses x joints")
+        for name in ("place", "angles"):
+            if (values := getattr(self, name)) is not None:
+                object.__setattr__(self, name, shaped(name, values, (len(self), 3)))
+        if self.reading:
+            index_of(self.reading, READINGS, "reading")
 
     def __len__(self) -> int:
         return len(self.q)
@@ -58,6 +61,18 @@ class Poses:
         angles = None if self.angles is None else self.angles[rows]
         return replace(self, q=self.q[rows], place=self.place[rows], angles=angles)
 
+    def whole(self) -> Poses:
+        """The poses that have every number; LogError where they are too few to `calibrate` by."""
+        held = [each for each in (self.q, self.place, self.angles) if each is not None]
+        finite = np.asarray(np.isfinite(np.hstack(held)).all(axis=1))
+        if (count := int(finite.sum())) < LEAST:
+            told = f"{count} whole poses; calibrate needs {LEAST} and more"
+            raise LogError(told, self.source.path)
+        if finite.all():
+            return self
+        lost = Defect("row without all its numbers", len(self) - count, 0, "left out")
+        return replace(self.take(finite), defects=(*self.defects, lost))
+
 
 def read_poses(
     path: str | Path,
@@ -75,7 +90,7 @@ def read_poses(
         poses = _own(flat, len(joint_names), source)
     else:
         poses = _tracked(flat, pose_columns(flat, joint_names, str(path)), source)
-    return _whole(replace(poses, defects=table.defects), str(path))
+    return replace(poses, defects=table.defects).whole()
 
 
 def read_pose_stream(path: str | Path) -> tuple[Array, str]:
@@ -126,16 +141,3 @@ def _size(values: Array) -> float:
     """A number that few values exceed; gross errors do not move it."""
     finite = np.abs(values[np.isfinite(values)])
     return float(np.quantile(finite, 0.95)) if len(finite) else 0.0
-
-
-def _whole(poses: Poses, path: str) -> Poses:
-    """The poses that have every number."""
-    whole = np.asarray(np.isfinite(poses.q).all(axis=1) & np.isfinite(poses.place).all(axis=1))
-    if poses.angles is not None:
-        whole &= np.isfinite(poses.angles).all(axis=1)
-    if whole.sum() < LEAST:
-        raise LogError(f"has {whole.sum()} whole poses, calibrate needs {LEAST} and more", path)
-    if whole.all():
-        return poses
-    lost = Defect("row without all its numbers", int((~whole).sum()), 0, "left out")
-    return replace(poses.take(whole), defects=(*poses.defects, lost))

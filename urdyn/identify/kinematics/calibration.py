@@ -93,7 +93,10 @@ def calibrate(arm: Arm, poses: Poses, progress: Progress = silent, seed: int = 0
     """
     given_a(arm, Arm, "arm", "as urdyn.load_arm(name) gives")
     given_a(poses, Poses, "poses", "as urdyn.read_poses(path) gives")
-    rng, poses = np.random.default_rng(seed), thinned(poses)
+    if poses.q.shape[1] != arm.joints:
+        told = f"{arm.name} has {arm.joints}"
+        raise InputError(f"the poses are of {poses.q.shape[1]} joints; {told}")
+    rng, poses = np.random.default_rng(seed), thinned(poses.whole())
     drawing = drawing_of(arm)
     progress("finding base and tool", 0.0)
     start, poses = begin(drawn(arm, drawing), poses, rng)
