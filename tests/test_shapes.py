@@ -44,6 +44,9 @@ PRIOR = Gaussian(TWO, np.eye(2))
         (lambda: Parameters(ONE, ("a", "b"), ("A", "A")), r"values .* \(1,\); .* \(2,\)"),
         (lambda: Parameters(TWO, ("a", "b"), ("A",)), "2 names, 1 units"),
         (lambda: Parameters(TWO, ("a", "a"), ("A", "A")), "two parameters of one name"),
+        (lambda: Gaussian(0.0, 1.0), r"mean has the shape \(\); .* a row"),
+        (lambda: ud.load_arm(5), "no arm '5': name one of"),
+        (lambda: ud.condition(LOG, half_window=30_000), "half_window 30000: .* from 1 to 3"),
         (lambda: Gaussian(TWO, np.eye(3)), r"cov .* \(3, 3\); .* \(2, 2\)"),
         (lambda: RandomWalk(("a", "b"), PRIOR, ONE), r"diffusion .* \(1,\); .* \(2,\)"),
         (lambda: RandomWalk(("a",), PRIOR, ONE), r"the prior's mean .* \(2,\); .* \(1,\)"),
@@ -68,8 +71,10 @@ def test_what_is_done_to_the_callers_arrays_changes_no_value() -> None:
     log, motion = Log(t, {"actual_q": q}), Motion(t, *[q] * 6)
     walk = RandomWalk(("x",), Gaussian(np.zeros(1), cov), ONE)
     seen = AffineObservation(1, lambda u: np.eye(1), cov)
+    held, go = Parameters(t, ("a", "b", "c"), ("m",) * 3), Trajectory(t, *[q] * 3)
     for array in (t, q, cov):
         array[:] = 99.0
+    assert held["b"] == go.t[1] == 1.0 and not go.q.any()
     assert log.t[1] == motion.t[1] == 1.0 and not (log.channels["actual_q"] + motion.v).any()
     assert walk.prior.cov == seen.R == 1.0
 

@@ -63,7 +63,11 @@ def frozen(values: ArrayLike) -> Array:
 
 
 def owned(values: ArrayLike) -> Array:
-    """`values` as `frozen` makes them; a copy, unless they are read-only already."""
+    """`values` as `frozen` makes them; a copy, unless they are read-only already.
+
+    Who gives a read-only view of what is written to later gives that away: logs of an hour are put
+    together like this, and not copied.
+    """
     array = unmasked(values)
     return frozen(array.copy() if array.flags.writeable else array)
 
@@ -262,7 +266,7 @@ class Parameters:
     units: tuple[str, ...]
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "values", shaped("values", self.values, (len(self.names),)))
+        object.__setattr__(self, "values", shaped("values", owned(self.values), (len(self.names),)))
         if len(self.units) != len(self.names):
             raise InputError(f"{len(self.names)} names, {len(self.units)} units; one of each")
         if len(set(self.names)) < len(self.names):
@@ -279,13 +283,18 @@ class Parameters:
 
 @dataclass(frozen=True, eq=False)
 class Gaussian:
-    """A belief: mean and covariance."""
+    """A belief: mean and covariance, read-only here; who gives an array leaves it as it is.
+
+    Filters make two in a step, and copy none; a model's priors are copies.
+    """
 
     mean: Array  # (P,)
     cov: Array  # (P, P)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "mean", frozen(self.mean))
+        if self.mean.ndim != 1:
+            raise InputError(f"mean has the shape {self.mean.shape}; it has to be a row of numbers")
         object.__setattr__(self, "cov", shaped("cov", self.cov, self.mean.shape * 2))
 
     __reduce__ = remade

@@ -24,7 +24,7 @@ def find(robot: str | Path) -> Path:
     """The URDF of a library arm, in any case ("UR10e"), or the file that `robot` names."""
     if (name := str(robot).lower()) in names():
         return folder() / f"{name}.urdf"
-    if (path := Path(robot)).is_file():
+    if (path := Path(str(robot))).is_file():
         return path
     known = ", ".join(names())
     raise ArmError(f"no arm {str(robot)!r}: name one of {known}, or give the path of a URDF")
