@@ -29,7 +29,9 @@ def write(log: Log, path: str | Path) -> None:
     """Write a log so that reading it gives the same numbers; the suffix of `path` says how.
 
     .csv (.csv.gz .csv.bz2 .csv.xz .csv.zst), .parquet and .mcap, which also carry where the log is
-    from, .db3; a name without a suffix is the folder of a ROS 2 bag.
+    from, .db3; a name without a suffix is the folder of a ROS 2 bag. `read` judges what is written
+    like any recording: fewer than two rows are no log, values at a stamp that was had before are
+    left out, an infinite one is NaN, and a lone `x_0` is the channel `x`.
     """
     form, packed = _form(Path(path))
     if form in (".db3", ""):
