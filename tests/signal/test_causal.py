@@ -62,6 +62,18 @@ def test_a_sample_of_other_joints_is_refused() -> None:
             twin.step(state, wrong)
 
 
+@pytest.mark.parametrize("step", [0.054, 0.032, 0.022])
+def test_angles_alone_take_the_window_that_they_take_in_a_batch(step: float) -> None:
+    t = step * np.arange(100)
+    log = log_of(t, swing(t)[0], np.full((100, 3), np.nan))
+    batch, (_, live) = condition(log), play(Causal(step, velocities=False), log)
+    inner = slice(3, -3)
+    assert np.array_equal(stacked(live, "t"), batch.t[inner])
+    for order, name in enumerate(ORDERS):
+        error = np.abs(stacked(live, name) - getattr(batch, name)[inner])
+        assert error.max() < rounding(order)
+
+
 @pytest.mark.parametrize("lag", [0, 2, 4])
 def test_the_error_on_a_sinusoid_is_within_the_taylor_remainder(lag: int) -> None:
     omega, ahead = 3.0, 0.006

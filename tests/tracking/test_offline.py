@@ -24,6 +24,14 @@ def test_it_goes_where_the_history_of_a_run_does(workshop, tmp_path):
     assert went.quantities == done["quantities"]
 
 
+def test_a_slow_recording_of_angles_alone_is_tracked(workshop):
+    rows = slice(0, 600, 4)
+    channels = {n: x[rows] for n, x in workshop.log.channels.items() if n != "actual_qd"}
+    log = replace(workshop.log, t=workshop.log.t[rows], channels=channels)
+    went = ud.track(workshop.fit, log, EKF())
+    assert went.t[-1] > log.t[-1] - 0.5
+
+
 def test_what_is_no_log_of_the_arm_is_told(workshop):
     log = workshop.log
     with pytest.raises(LogError, match="too short"):

@@ -82,7 +82,7 @@ def test_who_tracks_a_recording_holds_nothing_that_reads_files(path: str) -> Non
     assert (done.stdout.strip(), done.stderr) == ("", "")
 
 
-def test_stamps_and_damage_are_told_as_they_were_read(log: Log, path: str) -> None:
+def test_stamps_damage_and_lacking_speeds_are_told_as_they_were_read(log: Log, path: str) -> None:
     t = np.array(log.t)
     t[50:] += 1.0
     path = path.replace("log", "gap")
@@ -90,6 +90,7 @@ def test_stamps_and_damage_are_told_as_they_were_read(log: Log, path: str) -> No
     source = open_source(path, duration=2.0)
     assert source.length == 100
     assert source.period == pytest.approx(0.01)
+    assert not source.velocities
 
 
 def test_a_reader_that_is_gone_ends_the_run_with_a_word(

@@ -38,6 +38,14 @@ def test_stamps_that_jitter_or_are_missing_tell_the_rate(period):
     assert abs(np.mean(errors)) < 3.0 * 0.05 / np.sqrt(92.4 * len(errors))
 
 
+@pytest.mark.parametrize("v", [0.0, np.nan])
+def test_joint_states_without_velocities_are_told_by_the_first(v):
+    inbox, joints = SimpleQueue(), np.zeros(6)
+    inbox.put(Heard(0.0, NOW, joints, joints + v, joints))
+    source = hearing("ros2://joint_states", inbox, Event(), Effort("A", np.ones(6)), 100.0)
+    assert source.velocities == (v == 0.0)
+
+
 def test_stamps_that_stand_still_are_refused():
     with pytest.raises(InputError, match="do not run forward"):
         told(np.full(FIRST, NOW))

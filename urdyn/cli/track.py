@@ -128,7 +128,9 @@ def track(
         stream, streams, drift = listening(stream, fit.dynamics, poses, wrench, calibration)
         before = _held(out)
         summary = run(
-            Tracker(fit, chosen, stream.period, drift, streams=streams),
+            Tracker(
+                fit, chosen, stream.period, drift, streams=streams, velocities=stream.velocities
+            ),
             stream,
             out,
             twin_sha256=sha256(twin),

@@ -87,7 +87,7 @@ def _robot(asked: Asked) -> Found:
         return Found(arm, moments=watched(source), close=source.close)
     from urdyn.estimate import EKF
 
-    tracker: Tracker[Any] = Tracker(fit, EKF(), source.period)
+    tracker: Tracker[Any] = Tracker(fit, EKF(), source.period, velocities=source.velocities)
     return Found(arm, moments=tracked(tracker, source), close=source.close)
 
 

@@ -56,6 +56,7 @@ class Causal:
     lag: int | None = None  # [samples] 0 .. 2 half; None: half
     offset: float | tuple[float, ...] = 0.0  # [s] by which the current leads; one, or one a joint
     gate: Gate | None = field(default_factory=Gate)  # None: every sample passes
+    velocities: bool = True  # are measured; where they are not, a window takes more angles
 
     def __post_init__(self) -> None:
         takes = "a time above 0 [s]"
@@ -67,7 +68,8 @@ class Causal:
     @cached_property
     def fit(self) -> LocalPolynomial:
         """The local polynomial that is fitted to a full window."""
-        half = half_window(self.period, self.degree) if self.half is None else self.half
+        by_rate = half_window(self.period, self.degree, self.velocities)
+        half = by_rate if self.half is None else self.half
         return LocalPolynomial(half, self.degree, self.period)
 
     @cached_property

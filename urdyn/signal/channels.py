@@ -39,6 +39,11 @@ def named(log: Log, channels: Iterable[str]) -> list[str]:
     return [name for name in names if name in log]
 
 
+def has_velocities(log: Log) -> bool:
+    """Whether any was measured."""
+    return bool(np.isfinite(log.joint("actual_qd")).any())
+
+
 def is_pose(name: str, values: Array) -> bool:
     """Whether a channel is places [m] and rotation vectors [rad], (N, 6)."""
     return name.endswith("TCP_pose") and values.shape[1:] == (6,)

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from urdyn.errors import LogError
 from urdyn.given import given_count, given_log
-from urdyn.signal.channels import POSSIBLE
+from urdyn.signal.channels import POSSIBLE, has_velocities
 from urdyn.signal.kinematics import kinematics
 from urdyn.signal.measured import measured
 from urdyn.signal.polynomial import LocalPolynomial, half_window, instrument_half
@@ -191,7 +191,6 @@ def _settle(log: Log, offset: ArrayLike, half: int | None, degree: int) -> _Sett
     step = median_step(log.t)
     if len(log) < 2:
         raise LogError("one row only; a motion needs at least two", log.source.path)
-    velocities = bool(np.isfinite(log.joint("actual_qd")).any())
-    usual = half_window(step, degree, velocities)
+    usual = half_window(step, degree, has_velocities(log))
     half = usual if half is None else given_count(half, "half_window", 1, len(log))
     return _Settled(LocalPolynomial(half, degree, step), offset)

@@ -14,6 +14,7 @@ from urdyn.estimate import UKF, Filter, Track
 from urdyn.identify.fit import Fit, fit_in
 from urdyn.model.whose import require_own
 from urdyn.signal import require_measured, samples
+from urdyn.signal.channels import has_velocities
 from urdyn.signal.stretches import median_step
 from urdyn.tracking.interest import Interest, after, as_plain, nothing_yet
 from urdyn.tracking.physical import quantities
@@ -115,7 +116,7 @@ def tracker_of(
     period = median_step(log.t)
     if not period > 0.0:
         raise LogError("has one row only; nothing can be tracked", log.source.path)
-    return Tracker(fit, filter or UKF(), period)
+    return Tracker(fit, filter or UKF(), period, velocities=has_velocities(log))
 
 
 def replayed(log: Log, period: float) -> Source:
@@ -135,4 +136,5 @@ def replayed(log: Log, period: float) -> Source:
         start=start,
         close=lambda: None,
         defects=tuple(map(str, log.defects)),
+        velocities=has_velocities(log),
     )

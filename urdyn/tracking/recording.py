@@ -21,6 +21,7 @@ from urdyn.io.frames import Words, numbers_of, words_frame, words_of
 from urdyn.io.helper import Helper
 from urdyn.io.helping import Heard, helping
 from urdyn.signal import BESIDE, POSE, SETTING, Sample, require_measured, samples
+from urdyn.signal.channels import has_velocities
 from urdyn.signal.stretches import median_step
 from urdyn.tracking.source import CHANNELS, Arrival, Rows, Source
 from urdyn.types import Array, Log
@@ -73,6 +74,7 @@ def recording(
         start=start,
         close=reader.close,
         defects=tuple(log["defects"]),
+        velocities=log["velocities"],
         glimpse=_glimpsed(log["glimpse"], name),
         beside=sent,
     )
@@ -112,6 +114,7 @@ def _opened(
         "identity": f"{log.source.sha256} {log.source.rows} {how['columns']} {effort}",
         "sha256": log.source.sha256,
         "period": median_step(log.t),
+        "velocities": has_velocities(log),
         "joints": log.joints,
         "defects": [str(defect) for defect in log.defects],
         "glimpse": glimpse,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from dataclasses import replace
 from itertools import chain
 from queue import Empty
 from threading import Event
@@ -65,7 +66,8 @@ def hearing(
         heard = _until(last, chain(first, _heard(inbox, ended)))
         return (_arrival(one, effort) for one in heard)
 
-    return Source(name, name, "", period, len(JOINTS), True, count, start, ended.set)
+    source = Source(name, name, "", period, len(JOINTS), True, count, start, ended.set)
+    return replace(source, velocities=any(np.isfinite(heard.v).any() for heard in first))
 
 
 def _first(inbox: Inbox, name: str, count: int) -> list[Heard]:

@@ -72,6 +72,7 @@ class Source:
     start: Callable[[int], Iterator[Arrival]]  # from this sample on; a live one begins now
     close: Callable[[], None]  # end a live stream in good order, from any thread
     defects: tuple[str, ...] = ()  # damage that was met while it was read
+    velocities: bool = True  # are measured
     beside: frozenset[str] = frozenset()  # streams that its samples may bring along
     glimpse: Log | None = None  # a few rows of a log, by which it is told whose they are
     tell: Tell = _nobody  # hears of a robot that is lost or back, and of what its run will lack
@@ -143,6 +144,7 @@ def _robot(
         length=count or 0,
         start=start,
         close=client.close,
+        velocities=CHANNELS[1] not in client.agreement.left_out,
         beside=sent,
         tell=tell,
     )

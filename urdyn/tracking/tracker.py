@@ -63,6 +63,7 @@ class Tracker(Generic[S]):
     drift: Drift | None = None
     network: Network | None = None  # whose edges say what leads, and what shows; None: the paper's
     streams: tuple[Stream[Any], ...] = ()  # beside the joints' own sensors
+    velocities: bool = True  # are measured
 
     @cached_property
     def model(self) -> Joined[RobotSlice]:
@@ -123,7 +124,8 @@ class Tracker(Generic[S]):
 
     @cached_property
     def _causal(self) -> Causal:
-        return Causal(self.period, offset=self.fit.dynamics.drive.time_offset)
+        offset = self.fit.dynamics.drive.time_offset
+        return Causal(self.period, offset=offset, velocities=self.velocities)
 
     def init(self) -> TrackerState[S]:
         """The commissioned arm, before the first sample."""

@@ -169,7 +169,7 @@ def follow(node: TwinNode) -> None:
             effort,
             node.asked("rate") or None,
         )
-        tracker = Tracker(fit, UKF(), source.period)
+        tracker = Tracker(fit, UKF(), source.period, velocities=source.velocities)
         origin = {"source": source.name, "source.sha256": source.sha256}
         diagnosis = Onlooker(fit, source.period, read_rules(), origin)
         out = Path(node.asked("out"))

@@ -11,6 +11,7 @@ from urdyn.model.whose import misweighed
 from urdyn.report.digits import interval90, number
 from urdyn.report.evidence import UNSEEN, pool, seen, telling
 from urdyn.report.names import joints
+from urdyn.signal.channels import has_velocities
 
 LEVEL, LITTLE = 0.9, 0.5  # [-] of samples that intervals are for; of that, in a wrong arm's twin
 FAR = 4.0  # [sd] of what arms of a type differ by: right ones were within 1.3, others beyond 4
@@ -79,7 +80,7 @@ def unmeasured(fit: Fit, scores: Sequence[Score]) -> list[str]:
 def slopes(scores: Sequence[Score]) -> list[str]:
     """Logs in which nobody measured a velocity."""
     logs = (score.log for score in scores)
-    bare = [log.source.path for log in logs if not np.isfinite(log.joint("actual_qd")).any()]
+    bare = [log.source.path for log in logs if not has_velocities(log)]
     return [SLOPES.format(", ".join(bare))] if bare else []
 
 
