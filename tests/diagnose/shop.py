@@ -10,7 +10,6 @@ from realarm import grown, with_current
 from urdyn.diagnose import Diagnosis, Report, diagnose
 from urdyn.identify import Fit
 from urdyn.model.dynamics import Dynamics
-from urdyn.model.friction import travel
 from urdyn.signal import condition
 from urdyn.simulate import happening, observe, parse_fault, plan, typical_sensors
 from urdyn.types import Log
@@ -57,5 +56,5 @@ class Shop:
     def motion(self, log: Log):
         """Motion, presliding state and travel, as a diagnosis takes them."""
         motion = condition(log, offset=self.fit.dynamics.drive.time_offset)
-        moved = np.cumsum(np.abs(travel(motion)), axis=0)
-        return motion, self.fit.dynamics.presliding(motion), moved
+        follow = self.fit.dynamics.bristles(motion)
+        return motion, follow.together(self.fit.dynamics.drive.presliding_tail), follow.travelled

@@ -112,6 +112,16 @@ def test_nobody_knows_how_far_a_joint_went_in_a_gap() -> None:
     assert (moved[200] == 0.0).all() and (moved[199] != 0.0).all()
 
 
+def test_bristles_after_a_gap_are_those_of_a_motion_that_begins_there() -> None:
+    motion, distance = swinging(breaks=(150, 400)), np.full(6, DISTANCE)
+    whole = bristles(motion, distance, lead=0.01)
+    parts = [motion.slice(*rows) for rows in ((0, 150), (150, 400), (400, 500))]
+    alone = [bristles(part, distance, lead=0.01) for part in parts]
+    for name, time in (("state", 1), ("slope", 1), ("travelled", 0)):
+        pieces = np.concatenate([getattr(part, name) for part in alone], axis=time)
+        np.testing.assert_array_equal(getattr(whole, name), pieces)
+
+
 def test_bristles_turn_over_before_the_joint_by_their_lead() -> None:
     motion, lead = swinging(), 0.03
     s = np.sign(bristles(motion, np.full(6, 1e-9), lead=lead).state[0])[10:]

@@ -8,8 +8,6 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-import numpy as np
-
 from urdyn.diagnose.diagnosis import Diagnosis
 from urdyn.diagnose.document import findings_document
 from urdyn.diagnose.finding import Finding
@@ -18,7 +16,6 @@ from urdyn.errors import InputError
 from urdyn.identify.fit import Fit
 from urdyn.io import sha256
 from urdyn.io.run_folder import HISTORY
-from urdyn.model.friction import travel
 from urdyn.report.track.apart import draw
 from urdyn.signal import condition
 from urdyn.tracking import Tracker, run
@@ -78,8 +75,9 @@ def diagnose(
     fit = tracker.fit
     motion = condition(log, offset=fit.dynamics.drive.time_offset)
     diagnosis = Diagnosis(fit, tracker.period, rules or read_rules())
-    moved = np.cumsum(np.abs(travel(motion)), axis=0)
-    state, found = diagnosis.over(motion, fit.dynamics.presliding(motion), moved)
+    follow = fit.dynamics.bristles(motion)
+    s = follow.together(fit.dynamics.drive.presliding_tail)
+    state, found = diagnosis.over(motion, s, follow.travelled)
     source = {"source": log.source.path, "source.sha256": log.source.sha256}
     document = findings_document(
         found,

@@ -18,7 +18,7 @@ import numpy as np
 
 from urdyn.model.drive import LINEAR, STEPS
 from urdyn.model.dynamics import Dynamics
-from urdyn.model.friction import Bristles, Contact, bristles, fading, features, travel
+from urdyn.model.friction import Bristles, Contact, fading, features
 from urdyn.types import Array, Mask, Motion
 
 TERMS = (*LINEAR, *STEPS)
@@ -52,18 +52,16 @@ def blocks(point: Dynamics, motion: Motion) -> Iterator[Block]:
     distance = point.drive.presliding_distance
     edges = [0, *motion.breaks, len(motion)]
     for start, stop in pairwise(edges):
-        memory: Array | None = None
-        travelled = np.zeros(motion.joints)
+        memory: Bristles | None = None
         for row in range(start, stop, BLOCK):
             # A block begins one row early, so that the travel into its first row counts.
             lead = min(row - start, 1)
             part = ahead.slice(row - lead, min(row + BLOCK, stop))
-            moved = np.abs(travel(part)).cumsum(axis=0) + travelled
-            follow = bristles(part, distance, memory, point.drive.friction_lead)
-            known = _measured(point, part) & (moved > SETTLED * distance)
+            follow = point.bristles(part, memory)
+            known = _measured(point, part) & (follow.travelled > SETTLED * distance)
             near = turns[row : row + len(part) - lead]
             yield Block(part.slice(lead), follow.since(lead), known[lead:], near)
-            memory, travelled = follow.end, moved[-1]
+            memory = follow.end
 
 
 def turning(motion: Motion) -> Mask:

@@ -3,6 +3,7 @@
 A joint that stands draws whatever stiction makes it draw, up to Coulomb's torque to either side,
 and no model tells which. Such rows count in relative errors, which are of all that was measured, as
 others publish them; what the model says of itself is judged by the rows in which the joint moves.
+So it is with what a joint draws after a gap, until it has gone far enough to have forgotten it.
 """
 
 from __future__ import annotations
@@ -15,13 +16,14 @@ from scipy.stats import t as student
 
 from urdyn.errors import LogError
 from urdyn.given import given_log
+from urdyn.identify.design import SETTLED
 from urdyn.identify.enough import too_few
 from urdyn.identify.fit import Fit, Fitted, fit_in
 from urdyn.model.dynamics import Dynamics
 from urdyn.model.whose import require_own
 from urdyn.signal import conditioned, measured
 from urdyn.signal.stretches import median_step, stretches
-from urdyn.types import STANDSTILL, Array, Defect, Log, Mask
+from urdyn.types import STANDSTILL, Array, Defect, Log, Mask, Motion
 
 FLOOR_BAND = 10.0  # [Hz] above which residuals are mostly the sensor's noise
 
@@ -36,9 +38,9 @@ class Score:
     rmse: Array  # (J,) [A]
     target_rre_percent: Array  # (J,) the same for the controller's own target_current
     floor_percent: Array  # (J,) share of the measured current above FLOOR_BAND
-    moves: Mask  # (N, J) rows with a current, in which the joint moves
+    moves: Mask  # (N, J) rows with a current, in which the joint moves and its friction is known
     standing: Array  # (J,) share of the rows with a current, in which it stands [-]
-    moving_rre_percent: Array  # (J,) rre_percent of the rows in which it moves
+    moving_rre_percent: Array  # (J,) rre_percent of the rows in `moves`
     coverage90: Array  # (J,) share of those inside the predicted 90 % interval [-]
 
     @property
@@ -64,7 +66,8 @@ def validate(twin: Fit | Fitted, log: Log) -> Score:
     error = motion.current - predicted
     target_error = motion.current - log.joint("target_current")
     told = np.isfinite(error)
-    moves = told & (np.abs(motion.v) > STANDSTILL)
+    slides = told & (np.abs(motion.v) > STANDSTILL)
+    moves = slides & _known(fit.dynamics, motion)
     moving_error = np.where(moves, error, np.nan)
     return Score(
         log=log,
@@ -74,10 +77,18 @@ def validate(twin: Fit | Fitted, log: Log) -> Score:
         target_rre_percent=_percent(target_error, motion.current),
         floor_percent=_percent_of(noise_floor(log.t, motion.current), _rms(motion.current)),
         moves=moves,
-        standing=1.0 - _share(moves, told),
+        standing=1.0 - _share(slides, told),
         moving_rre_percent=_percent(moving_error, motion.current),
         coverage90=_share(np.abs(moving_error) <= interval(fit), moves),
     )
+
+
+def _known(dynamics: Dynamics, motion: Motion) -> Mask:
+    """Where friction does not hang on what a joint did in a gap, (N, J)."""
+    travelled = dynamics.bristles(motion).travelled
+    known = travelled > SETTLED * dynamics.drive.presliding_distance
+    known[: next(iter(motion.breaks), None)] = True  # as a rule a log begins at rest
+    return np.asarray(known)
 
 
 def amiss_in(dynamics: Dynamics, current: Array) -> tuple[Defect, ...]:

@@ -9,7 +9,7 @@ import numpy as np
 
 from urdyn.model.arm import Arm, with_inertials
 from urdyn.model.drive import Drive
-from urdyn.model.friction import Contact, bristles, friction_torque, present
+from urdyn.model.friction import Bristles, Contact, bristles, friction_torque, present
 from urdyn.types import Array, Mask, Motion, shaped
 
 OVERLOAD = 3.0  # [-] of the rated torque's current, that no motor draws
@@ -66,11 +66,14 @@ class Dynamics:
         """Rigid-body torque that the gears transmit, (N, J) [N·m]."""
         return self.arm.torque(motion.q, motion.v, motion.a, self.loaded())
 
+    def bristles(self, motion: Motion, start: Bristles | None = None) -> Bristles:
+        """How its gears' bristles follow a motion, from `start` or from rest."""
+        drive = self.drive
+        return bristles(motion, drive.presliding_distance, start, drive.friction_lead)
+
     def presliding(self, motion: Motion) -> Array:
         """Presliding state along a motion, (N, J) [-]; zero where nothing has moved yet."""
-        drive = self.drive
-        follow = bristles(motion, drive.presliding_distance, lead=drive.friction_lead)
-        return follow.together(drive.presliding_tail)
+        return self.bristles(motion).together(self.drive.presliding_tail)
 
     def torque(self, motion: Motion, s: Array | None = None) -> Array:
         """Torque that the drives give along a motion, (N, J) [N·m].

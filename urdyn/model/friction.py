@@ -19,6 +19,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from itertools import pairwise, starmap
 from types import MappingProxyType
 
 import numpy as np
@@ -38,15 +39,16 @@ class Bristles:
 
     state: Array  # (2, N, J) [-]
     slope: Array  # (2, N, J) [-]
+    travelled: Array  # (N, J) [rad] by the joint since nobody knew the state
 
     @property
-    def end(self) -> Array:
-        """State and slope after the last row, (2, 2, J): where the next stretch begins."""
-        return np.stack([self.state[:, -1], self.slope[:, -1]])
+    def end(self) -> Bristles:
+        """The last row: where the next one begins."""
+        return self.since(-1)
 
     def since(self, row: int) -> Bristles:
         """Without the rows before `row`."""
-        return Bristles(self.state[:, row:], self.slope[:, row:])
+        return Bristles(self.state[:, row:], self.slope[:, row:], self.travelled[row:])
 
     def together(self, tail: Array) -> Array:
         """Presliding state s with the share `tail` (J,) in the soft family, (N, J)."""
@@ -54,24 +56,33 @@ class Bristles:
 
 
 def bristles(
-    motion: Motion, distance: Array, start: Array | None = None, lead: float = 0.0
+    motion: Motion, distance: Array, start: Bristles | None = None, lead: float = 0.0
 ) -> Bristles:
-    """How the bristles of every joint follow an uninterrupted motion.
+    """How the bristles of every joint follow a motion.
+
+    Where nobody knows them, friction at rest is taken as zero: at the beginning, and after a gap.
 
     Args:
         distance: of the stiff family, (J,) [rad].
-        start: `end` of the motion before; friction at rest is taken as zero where it is unknown.
+        start: `end` of the motion before, which goes on.
         lead: by which they do so before the motion [s].
     """
-    moved = travel(motion, lead)
-    first = np.zeros((2, 2, motion.joints)) if start is None else start
+    moved, way = travel(motion, lead), np.abs(travel(motion))
     state, slope = np.empty((2, *moved.shape)), np.empty((2, *moved.shape))
-    for family, stretch in enumerate((1.0, TAIL_DISTANCE)):
-        for j in range(motion.joints):
-            state[family, :, j], slope[family, :, j] = hysteresis(
-                moved[:, j], stretch * distance[j], first[:, family, j]
-            )
-    return Bristles(state, slope)
+    travelled = np.empty_like(way)
+    none = np.zeros((2, 1, motion.joints))
+    unknown = Bristles(none, none, none[0])
+    before = start or unknown
+    for rows in starmap(slice, pairwise((0, *motion.breaks, len(motion)))):
+        first = np.concatenate([before.state, before.slope], axis=1)  # (2, 2, J)
+        for family, of in enumerate(FAMILIES * distance):
+            for j in range(motion.joints):
+                state[family, rows, j], slope[family, rows, j] = hysteresis(
+                    moved[rows, j], of[j], first[family, :, j]
+                )
+        travelled[rows] = way[rows].cumsum(axis=0) + before.travelled
+        before = unknown
+    return Bristles(state, slope, travelled)
 
 
 def follow(state: Array, travel: Array, distance: Array) -> Array:

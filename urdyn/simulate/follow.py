@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from urdyn.model.dynamics import Dynamics
-from urdyn.model.friction import Contact, bristles, friction_torque
+from urdyn.model.friction import Contact, friction_torque
 from urdyn.simulate.backlash import Flanks, first_flanks, in_gap
 from urdyn.simulate.rigid import transmitted
 from urdyn.simulate.ringing import ringing
@@ -47,7 +47,7 @@ def follow(
         now = course(dynamics, events, t[rows.start - lead : rows.stop])
         motion = replace(trajectory.at(now.t), temperature=now.temperature)
         motion = ringing(motion, now)
-        moved = bristles(motion, drive.presliding_distance, end, drive.friction_lead)
+        moved = dynamics.bristles(motion, end)
         end, s = moved.end, moved.together(drive.presliding_tail)
         load = transmitted(dynamics, now, motion)
         torque, flanks = _torque(dynamics, now, motion, load, s, flanks)
