@@ -211,6 +211,16 @@ def test_a_jacobian_of_one_joint_is_one_column() -> None:
     np.testing.assert_array_equal(arm.jacobian(q[0]), turning)
 
 
+def test_one_joint_at_one_moment_has_the_shapes_of_many_at_many() -> None:
+    arm, motion = read_arm(PENDULUM), np.full((3, 2, 1), 0.3)
+
+    def derivatives(q: Array, v: Array, a: Array) -> Array:
+        return np.stack(arm.torque_derivatives(q, v, a), axis=-1)
+
+    for of in (arm.regressor, arm.wrench_regressor, derivatives):
+        np.testing.assert_array_equal(of(*motion[:, 0]), of(*motion)[0])
+
+
 def test_inertials_come_in_pinocchios_order_about_the_joint() -> None:
     m, (x, y, z) = 2.0, (0.1, 0.2, 0.3)
     about_joint = [

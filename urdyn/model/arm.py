@@ -148,7 +148,8 @@ class Arm:
     def _each(self, call: Callable[..., Any], shape: tuple[int, ...], *motion: Array) -> Array:
         """`call` at every sample of the motion, (..., *shape)."""
         if all(map(self._is_one, motion)):
-            return np.array(call(self._model, self._data, *motion))  # a live stream's one sample
+            # A live stream's one sample; of one joint a matrix comes flat.
+            return np.array(call(self._model, self._data, *motion)).reshape(shape)
         lead, rows = self._rows(*motion)
         out = np.empty((len(rows[0]), *shape))
         model, data = self._model, self._data
