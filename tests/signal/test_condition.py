@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from urdyn.errors import InputError, LogError
-from urdyn.signal import condition, stream
+from urdyn.signal import condition, measured, stream
 from urdyn.types import Log, Motion
 
 FIELDS = ("t", "q", "v", "a", "jerk", "current", "temperature")
@@ -114,6 +114,17 @@ def test_rows_of_one_stamp_each_are_asked_for(times: int) -> None:
     channels["actual_q"][31, 0] += 1.0  # a glitch within no time
     with pytest.raises(LogError, match="keep one row a stamp"):
         condition(Log(np.repeat(log.t, times), channels))
+
+
+def test_a_stamp_that_was_written_again_is_as_good_as_once() -> None:
+    log = polled()
+    again = np.sort(np.r_[np.arange(len(log)), 7, 31, 31, 60])
+    rows = {n: x[again] for n, x in log.channels.items()}
+    once, twice = condition(log), condition(Log(log.t[again], rows))
+    for name in FIELDS:
+        np.testing.assert_array_equal(getattr(twice, name), getattr(once, name))
+    defect, *_ = measured(Log(log.t[again], rows)).defects
+    assert (defect.kind, defect.count) == ("repeated stamp", 4)
 
 
 @pytest.mark.parametrize(

@@ -2,6 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
+import numpy as np
+
+from urdyn.signal.channels import noted
+from urdyn.signal.stretches import median_step
 from urdyn.signal.stuck import without_stuck
 from urdyn.signal.torn import without_torn
 from urdyn.types import Log
@@ -10,6 +16,17 @@ from urdyn.types import Log
 def measured(log: Log) -> Log:
     """The log with NaN for angles and velocities that no sensor measured, each kind counted.
 
-    Those of one that is stuck, and single ones that are out of reach of the rows beside them.
+    Those of one that is stuck, and single ones that are out of reach of the rows beside them. Of
+    rows that a recorder has written under one stamp the first is kept.
     """
-    return without_torn(without_stuck(log))
+    return without_torn(without_stuck(_without_repeats(log)))
+
+
+def _without_repeats(log: Log) -> Log:
+    """As a live twin hears it; where most rows are such, nobody knows when they were."""
+    again = np.diff(log.t, prepend=-np.inf) == 0.0
+    if not again.any() or median_step(log.t) == 0.0:
+        return log
+    channels = {name: values[~again] for name, values in log.channels.items()}
+    defects = noted(log, "repeated stamp", int(np.count_nonzero(again)), "kept once")
+    return replace(log, t=log.t[~again], channels=channels, defects=defects)
