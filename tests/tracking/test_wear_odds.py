@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -47,6 +48,16 @@ def asked(walk: float = 0.0) -> WearTest:
         PLACES["slow"], slice(0, 0), 1.0,
     )  # fmt: skip
     return WearTest(wear)
+
+
+def test_what_fades_while_a_rate_leads_it_moves_as_its_jacobian_says() -> None:
+    """The process is linear: it is what becomes of each unit vector."""
+    fading, unit = Fading(slice(0, DRIVES), SPAN, 0.1), np.eye(STATES + 1)
+    led = {"drifting": np.zeros(1, dtype=np.intp), "push": np.eye(1), "fading": (fading,)}
+    wear = replace(asked().wear, prior=Gaussian(unit[0], unit), **led)
+    u = SimpleNamespace(span=STEP)
+    F = wear.transition_jacobian(unit[0], u)
+    np.testing.assert_allclose(F, wear.transition(unit, u).T, rtol=1e-14)
 
 
 def told(before: Gaussian, now: Gaussian) -> WearOdds:

@@ -181,10 +181,10 @@ class Wear:
 
     def transition_jacobian(self, x: Array, u: RobotSlice) -> Array:
         """(n, n)."""
-        F, p = np.eye(len(self.names)), len(self.parameters)
-        child, D = self._follow
-        F[child, p:] = u.span * D
-        np.fill_diagonal(F, np.exp(-u.span * self._forgetting))
+        (child, D), p = self._follow, len(self.parameters)
+        kept = np.exp(-u.span * self._forgetting)
+        F = np.diag(kept)
+        F[child, p:] = u.span * kept[child][:, None] * D
         return F
 
     def transition_cov(self, u: RobotSlice) -> Array:
