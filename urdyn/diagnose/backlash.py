@@ -171,12 +171,11 @@ class Backlash:
     def _moved(self, state: Reversals, rows: Rows) -> Reversals:
         """With the way that joints have gone."""
         moving = (np.abs(rows.v) > STANDING).sum(axis=0) * self.period
-        q = np.where(np.isfinite(rows.q), rows.q, 0.0)
         return replace(
             state,
             slid=state.slid + moving,
-            lo=np.minimum(state.lo, q.min(axis=0)),
-            hi=np.maximum(state.hi, q.max(axis=0)),
+            lo=np.minimum(state.lo, rows.q.min(axis=0)),
+            hi=np.maximum(state.hi, rows.q.max(axis=0)),
         )
 
     def _reversal(
