@@ -7,11 +7,13 @@ import numpy as np
 import pytest
 from workshop import rows
 
-from urdyn.errors import InputError
+from urdyn.errors import InputError, LogError
 from urdyn.estimate import EKF
 from urdyn.io.rtde import play, serve
+from urdyn.signal import samples
 from urdyn.simulate import simulate
-from urdyn.tracking import open_source
+from urdyn.tracking import Arrival, open_source
+from urdyn.tracking.own import of_this_arm
 
 pytestmark = pytest.mark.flaky(reruns=2)  # in real time: a busy machine may miss a sample once
 
@@ -75,6 +77,25 @@ def test_a_robot_that_is_gone_is_not_waited_for_beyond_the_time_that_was_asked(
         source = open_source(f"rtde://127.0.0.1:{server.port}", duration=2.0, rate=RATE)
         summary = workshop.track(tmp_path, source, filter=EKF())
     assert summary["samples"] == 125 and summary["wall_s"] < 4.0
+
+
+def test_a_robot_that_is_another_arm_is_refused_by_its_first_movements(workshop, ur10e, tmp_path):
+    with serve(play(simulate(ur10e, 4.0, 100.0, seed=1)[0]), port=0) as server:  # in 0.8 s
+        source = open_source(f"rtde://127.0.0.1:{server.port}")
+        said = f"{source.name}: is of another arm.* where a ur10e has its tool"
+        with pytest.raises(LogError, match=said):
+            workshop.track(tmp_path, source, filter=EKF())
+        source.close()
+
+
+def test_an_arm_is_never_taken_for_another_and_one_that_stands_is_not_asked(ur5e, ur10e):
+    """However far it has moved; whose calibration is in doubt is tested where that is told."""
+    log = simulate(ur5e, 20.0, 100.0, seed=1)[0]
+    moving = [Arrival(sample, np.nan) for sample in samples(log)]
+    assert list(of_this_arm(ur5e, iter(moving), "robot")) == moving
+    assert list(of_this_arm(ur10e, iter(moving[:1] * 300), "robot")) == moving[:1] * 300
+    with pytest.raises(LogError, match="where a ur5e has its tool"):
+        list(of_this_arm(ur10e, iter(moving[:1] * 300 + moving), "robot"))
 
 
 @pytest.mark.parametrize("duration", [0.0, -1.0, float("inf"), float("nan")])

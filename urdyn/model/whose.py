@@ -53,8 +53,8 @@ def misplaced(arm: Arm, log: Log) -> str:
     other, own, its = _nearer(arm, wandering, STEADY, CALIBRATED) if len(rows) >= FEW else NOBODY
     return other and (
         f"is of another arm: its actual_TCP_pose is where a {other} has its tool, to "
-        f"{1e3 * its:.1f} mm, and {1e3 * own:.0f} mm off where a {arm.name} has it; name the robot "
-        f"that was recorded, like {other}, or give its own URDF, or a log of this one"
+        f"{1e3 * its:.1f} mm, and {1e3 * own:.0f} mm off where a {arm.name} has it; name that "
+        f"robot, like {other}, or give its own URDF, or a log, or the address, of this one"
     )
 
 

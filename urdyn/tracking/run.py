@@ -27,6 +27,7 @@ from urdyn.tracking.latency import Latency
 from urdyn.tracking.losses import counted, no_losses
 from urdyn.tracking.modes import mode_of
 from urdyn.tracking.observer import Observer
+from urdyn.tracking.own import of_this_arm
 from urdyn.tracking.parts import discard_parts, drop_others, writing_parts
 from urdyn.tracking.physical import Quantities, quantities
 from urdyn.tracking.progress import RunProgress, Watch
@@ -74,8 +75,9 @@ def run(
         The document of a `Summary`, and what the observer adds to it.
 
     Raises:
-        InputError: the source has other joints than the twin, or is another arm's, is damaged, or
-            is too short; or DIR is in use, or holds another run, or a damaged one.
+        InputError: the source has other joints than the twin, or is another arm's (which a robot
+            tells as it moves), is damaged, or is too short; or DIR is in use, or holds another run,
+            or a damaged one.
     """
     joints = tracker.fit.dynamics.arm.joints
     if source.joints != joints:
@@ -189,7 +191,9 @@ class _Run(Generic[S]):
         self._note(at)
         before: Arrival | None = None
         part = max(1 if self.source.live else AGAIN, round(PART / self.source.period))
-        for arrival in arrivals(self.source, at.index, at.last, at.ahead):
+        arm = self.tracker.fit.dynamics.arm
+        came = arrivals(self.source, at.index, at.last, at.ahead)
+        for arrival in of_this_arm(arm, came, self.source.name) if self.source.live else came:
             started = time.perf_counter()
             lost = self._missing(before, arrival) if before else 0
             at, reading = self._step(at, arrival, lost)
@@ -208,7 +212,6 @@ class _Run(Generic[S]):
         found = self.observer.finish() if self.observer else {}
         changes = self._finish(at)
         told = final(self.tracker, self.quantities, at)
-        arm = self.tracker.fit.dynamics.arm
         summary = Summary(
             robot=arm.name,
             samples=at.index,

@@ -122,9 +122,9 @@ def _robot(
     name: str, rate: float | None, duration: float | None, beside: Collection[str], tell: Tell
 ) -> Source:
     host, port = parse_address(name)
-    asked = [BESIDE[stream] for stream in beside]
-    names = ("timestamp", *CHANNELS, *SETTING, *asked)
-    optional = (CHANNELS[1], CHANNELS[3], *SETTING, *asked)
+    # Its own poses tell whose it is, whether or not they are listened to.
+    asked = [*SETTING, *(BESIDE[stream] for stream in (POSE, *beside))]
+    names, optional = ("timestamp", *CHANNELS, *asked), (CHANNELS[1], CHANNELS[3], *asked)
     client = connect(host, port, names, rate, optional=optional, awake=AWAKE)
     period = client.agreement.period
     count = None if duration is None else max(1, round(duration / period))
