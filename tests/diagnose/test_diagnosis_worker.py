@@ -75,6 +75,23 @@ def test_what_is_taken_back_is_told_once(shop: Shop) -> None:
     assert looking.findings == (other,)
 
 
+def test_a_doubt_is_told_as_it_arises_before_the_findings_that_it_is_of(shop: Shop) -> None:
+    heard: list[str] = []
+    looking = Onlooker(
+        shop.fit,
+        0.01,
+        read_rules(),
+        {},
+        tell=lambda finding: heard.append(finding["id"]),
+        warn=heard.append,
+    )
+    for doubt, finding in (("", "a"), ("no twin", "b"), ("no twin", "c")):
+        found = {"id": finding}
+        looking._hear([{"told": [found], "findings": [found], "doubt": doubt}])
+    looking._hear([{"kept": 1}])
+    assert heard == ["a", "no twin", "b", "c"] and looking.doubt == "no twin"
+
+
 def test_a_task_is_the_same_once_it_was_words(shop: Shop) -> None:
     job = Job(shop.fit, 0.01, read_rules(), Path("/here"), 7, {"twin": "a"}, {"source": "b"})
     (told,) = Frames().take(words_frame(job.plain()))
@@ -109,13 +126,15 @@ def test_another_process_says_what_this_one_would(shop: Shop, tmp_path: Path) ->
 def test_a_run_is_told_all_that_its_findings_say(shop: Shop, tmp_path: Path) -> None:
     """What speaks against them all, too, once: sensors of four joints do not fail at once."""
     log = shop.log(*(f"sensor_fault:joint={j},mode=stuck,onset=1" for j in range(4)), seconds=3.0)
-    apart = looking_on(shop, log)
+    apart, warned = looking_on(shop, log), list[str]()
+    apart.warn = warned.append
     apart.begin(tmp_path, 0, {"twin": "a"})
     for reading in readings(shop, log):
         apart.take(reading)
     apart.note(1, False)
     summary = dict(apart.finish())
     apart.close()
+    assert warned == [summary["doubt"]] == [apart.doubt]
     written = json.loads((tmp_path / FINDINGS).read_text())
     assert summary.pop("diagnosis_rss_mb") > 0.0
     assert summary == {name: of for name, of in written.items() if name not in ORIGIN}

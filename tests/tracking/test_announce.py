@@ -17,7 +17,7 @@ from urdyn.io.snapshot import Snapshot
 from urdyn.io.status import Level, Status, of_finding
 from urdyn.tracking import announce, open_source
 from urdyn.tracking.announce import Announcer, Audience, by_part
-from urdyn.tracking.health import FRICTION, HEALTH, stale, statuses
+from urdyn.tracking.health import FRICTION, HEALTH, doubted, stale, statuses
 
 JOINTS = ("shoulder_pan_joint", "elbow_joint")
 FINDING = {
@@ -96,6 +96,15 @@ def test_what_is_acknowledged_is_told_and_no_longer_warned_of():
     for still in (lines, statuses(snapshot(), THREE, [sooner])):
         assert {s.level for s in acknowledged(still, seen(lines, [""]))} == {Level.OK}
     assert {s.level for s in stale(lines, 3.0)} == {Level.STALE}
+
+
+def test_what_speaks_against_all_findings_is_the_arm_s_line():
+    lines = statuses(snapshot(), THREE, [FINDING])
+    *parts, arm = doubted(lines, "this is not this arm's twin")
+    assert tuple(parts) == lines[:-1] and arm.level == lines[-1].level
+    assert arm.message == f"this is not this arm's twin; {lines[-1].message}"
+    well = statuses(snapshot(), THREE)
+    assert doubted(well, "nothing is left of it") == well and doubted(lines, "") == lines
 
 
 COLLISION = FINDING | {"kind": "collision", "id": "collision.elbow_joint@9.0"}

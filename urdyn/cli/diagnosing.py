@@ -71,8 +71,11 @@ def onlooker(
     def retract(finding: Mapping[str, Any]) -> None:
         voice.note(f"taken back: {finding['kind']}: {finding['name']}: nothing of it is left")
 
+    def warn(doubt: str) -> None:
+        voice.note(f"doubt: {doubt}")
+
     origin = {"source": source.name, "source.sha256": source.sha256}
-    return Onlooker(fit, source.period, rules, origin, tell, helper, retract)
+    return Onlooker(fit, source.period, rules, origin, tell, helper, retract, warn)
 
 
 def undiagnosed(out: Path) -> None:

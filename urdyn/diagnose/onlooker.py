@@ -39,7 +39,8 @@ def begin_diagnosis(fit: Fit) -> Helper:
 class Onlooker:
     """An `Observer` of tracking; `tell` hears of every finding that is new or has changed.
 
-    `retract` hears of those that were taken back, as they were told.
+    `retract` hears of those that were taken back, as they were told, and `warn` what speaks against
+    all of them, where that is new.
 
     It works in a process of its own, so that a sample shares nothing with it but the machine.
     """
@@ -53,11 +54,13 @@ class Onlooker:
         tell: Tell | None = None,
         helper: Helper | None = None,
         retract: Tell | None = None,
+        warn: Callable[[str], None] | None = None,
     ) -> None:
         """`helper` is what `begin_diagnosis` of this fit began ahead."""
         self.fit, self.period, self.rules, self.source = fit, period, rules, source
-        self.tell, self.retract = tell, retract
+        self.tell, self.retract, self.warn = tell, retract, warn
         self.findings: tuple[Mapping[str, Any], ...] = ()
+        self.doubt = ""
         self._folder, self._rows = Path(), list[Array]()
         self._batch = max(1, round(BATCH / period))
         self._helper = helper
@@ -155,9 +158,12 @@ class Onlooker:
     def _hear(self, heard: list[Words | Array]) -> None:
         for words in map(words_of, heard):
             before, self.findings = self.findings, tuple(words.get("findings", self.findings))
+            doubted, self.doubt = self.doubt, words.get("doubt", self.doubt)
             self._begun = True
             self._kept = words.get("kept", self._kept)
             self._finished = words.get("finished")
+            if self.warn and self.doubt not in ("", doubted):
+                self.warn(self.doubt)
             if self.tell:
                 for finding in words.get("told", ()):
                     self.tell(finding)

@@ -22,8 +22,9 @@ def _answers(heard: Heard) -> Iterator[Words]:
     """What there is to say to what comes in."""
     fit = fit_of(words_of(next(heard)), "twin")
     session = Session(job_of(fit, words_of(next(heard))))
-    last = session.write()["findings"]
-    yield {"findings": last}
+    first = _so_far(session.write())
+    last = first["findings"]
+    yield first
     for frame in heard:
         answer = _answer(session, frame)
         if answer.get("findings") == last:  # who hears it would read them within a sample
@@ -37,23 +38,24 @@ def _answer(session: Session, frame: Words | Array) -> dict[str, Any]:
     """What a frame asks for, or what it made known; nothing: {}."""
     if not isinstance(frame, Mapping):
         found = session.take(frame)
-        return (
-            {"told": session.untold(found), "findings": session.write()["findings"]}
-            if found
-            else {}
-        )
+        return {"told": session.untold(found), **_so_far(session.write())} if found else {}
     if "note" in frame:
         session.note(**frame["note"])
-        return {"findings": session.write()["findings"]}
+        return _so_far(session.write())
     if "keep" in frame:
         document = session.write()
         session.keep(frame["keep"])
-        return {"kept": frame["keep"], "findings": document["findings"]}
+        return {"kept": frame["keep"], **_so_far(document)}
     found = session.finish()
     document = session.write()
     said = {name: of for name, of in document.items() if name not in ORIGIN}
     finished = said | {"diagnosis_rss_mb": peak_rss() / 1e6}
-    return {"told": session.untold(found), "findings": document["findings"], "finished": finished}
+    return {"told": session.untold(found), **_so_far(document), "finished": finished}
+
+
+def _so_far(document: Mapping[str, Any]) -> dict[str, Any]:
+    """What is found, and what speaks against all of it."""
+    return {"findings": document["findings"], "doubt": document.get("doubt", "")}
 
 
 if __name__ == "__main__":

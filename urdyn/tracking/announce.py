@@ -16,7 +16,7 @@ from urdyn.io.ros2.talk import Seen, Voice, acknowledged, seen
 from urdyn.io.snapshot import Snapshot
 from urdyn.io.status import Status
 from urdyn.model.body import centre_of_mass
-from urdyn.tracking.health import STALE, stale, statuses
+from urdyn.tracking.health import STALE, doubted, stale, statuses
 from urdyn.tracking.physical import PAYLOAD
 from urdyn.tracking.progress import RunProgress
 from urdyn.types import Array
@@ -99,7 +99,7 @@ class Announcer:
             coulomb = self._fit.dynamics.drive.coulomb
             found = statuses(snapshot, coulomb, progress.findings, self._serial)
             self._told(self._hear, snapshot, found)
-            lines = self._lines(found, time.monotonic() - came)
+            lines = self._lines(found, progress.doubt, time.monotonic() - came)
             for tell in listeners:
                 self._told(tell, snapshot, lines)
 
@@ -119,9 +119,9 @@ class Announcer:
                 LOG.warning("%s: %r; tried again every second", tell.__module__, error)
             self._failed.add(tell)
 
-    def _lines(self, found: Sequence[Status], age: float) -> tuple[Status, ...]:
-        lines = stale(found, age) if age > STALE else acknowledged(found, self._known)
-        return (*lines, *self._audience.remarks())
+    def _lines(self, found: Sequence[Status], doubt: str, age: float) -> tuple[Status, ...]:
+        told = doubted(acknowledged(found, self._known), doubt)
+        return (*(stale(found, age) if age > STALE else told), *self._audience.remarks())
 
 
 def _of(mean: Mapping[str, Mapping[str, float]], joints: Sequence[str], name: str) -> Array:

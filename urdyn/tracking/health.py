@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 from urdyn.io.snapshot import Snapshot
@@ -41,6 +42,14 @@ def statuses(
     found = tuple(pair for status in arm for pair in status.values)
     whole = Status(worst.level, _name("arm"), message, (*_values(now, "payload"), *found), serial)
     return (*joints, whole)
+
+
+def doubted(lines: Sequence[Status], doubt: str) -> Sequence[Status]:
+    """The lines, where the last, the arm's, says first what speaks against all that is found."""
+    *parts, arm = lines
+    if not doubt or arm.level == Level.OK:
+        return lines
+    return (*parts, replace(arm, message=f"{doubt}; {arm.message}"))
 
 
 def stale(lines: Sequence[Status], age: float) -> tuple[Status, ...]:

@@ -53,3 +53,7 @@ class Observer(Protocol):
     @property
     def findings(self) -> tuple[Mapping[str, Any], ...]:
         """What was found so far, as in findings.json."""
+
+    @property
+    def doubt(self) -> str:
+        """What speaks against all of that; "" where nothing does."""

@@ -25,6 +25,7 @@ class RunProgress:
     reading: Reading
     quantities: Quantities
     findings: tuple[Mapping[str, Any], ...] = ()  # as in findings.json, so far
+    doubt: str = ""  # of all of these, likewise
     row: bool = True  # it is one of the history, for which all quantities are made
     setting: Setting = field(default_factory=Setting)  # of the controller
 

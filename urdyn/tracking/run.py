@@ -274,6 +274,7 @@ class _Run(Generic[S]):
             reading=reading,
             quantities=self.quantities,
             findings=self.observer.findings if self.observer else (),
+            doubt=self.observer.doubt if self.observer else "",
             row=due,
             setting=at.setting,
         )
