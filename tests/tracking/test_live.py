@@ -13,6 +13,7 @@ from urdyn.io.rtde import play, serve
 from urdyn.signal import samples
 from urdyn.simulate import simulate
 from urdyn.tracking import Arrival, open_source
+from urdyn.tracking import source as source_module
 from urdyn.tracking.own import of_this_arm
 
 pytestmark = pytest.mark.flaky(reruns=2)  # in real time: a busy machine may miss a sample once
@@ -96,6 +97,17 @@ def test_an_arm_is_never_taken_for_another_and_one_that_stands_is_not_asked(ur5e
     assert list(of_this_arm(ur10e, iter(moving[:1] * 300), "robot")) == moving[:1] * 300
     with pytest.raises(LogError, match="where a ur5e has its tool"):
         list(of_this_arm(ur10e, iter(moving[:1] * 300 + moving), "robot"))
+
+
+def test_what_a_robot_has_sent_in_time_is_read_however_late(controller, monkeypatch):
+    """By a computer that did something else meanwhile: six looks long."""
+    monkeypatch.setattr(source_module, "LATEST", 0.1)
+    source = open_source(controller, duration=0.4, rate=RATE)
+    stream = source.start(0)
+    next(stream)
+    time.sleep(0.5 + 6 * source_module.LOOK)
+    assert 1 + sum(1 for _ in stream) == 0.4 * RATE
+    source.close()
 
 
 @pytest.mark.parametrize("duration", [0.0, -1.0, float("inf"), float("nan")])

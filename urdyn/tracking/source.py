@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from itertools import islice
 from pathlib import Path
-from threading import TIMEOUT_MAX, Timer
+from threading import TIMEOUT_MAX, Event, Thread
 from typing import Any
 
 import numpy as np
@@ -34,6 +34,7 @@ DRIFT = 1e-4  # [-] by which two clocks may differ in pace
 AWAKE = 4e-3
 JUDGED = 3.0  # [s] at first, in which a robot shows how often it sends
 LATEST = 1.0  # [s] that the last sample may come late
+LOOK = 0.1  # [s] between looks for the end, while nothing comes
 RTDE_JOINTS = 6
 SELDOM = (
     "sends {:.2g} samples a second where {:g} were agreed; so far apart they tell nothing: "
@@ -130,7 +131,7 @@ def _robot(
     count = None if duration is None else max(1, round(duration / period))
 
     def start(_: int) -> Iterator[Arrival]:
-        with _closed_after(duration, client.close):
+        with _closed_after(duration, client):
             yield from islice(_heard(client, tell), count)
 
     sent = frozenset(s for s in beside if BESIDE[s] not in client.agreement.left_out)
@@ -151,18 +152,27 @@ def _robot(
 
 
 @contextmanager
-def _closed_after(duration: float | None, close: Callable[[], None]) -> Iterator[None]:
-    """A robot that is slow, or gone, is not waited for much longer than its time [s]."""
+def _closed_after(duration: float | None, client: Client) -> Iterator[None]:
+    """A robot that is slow, or gone, is not waited for much longer than its time [s].
+
+    What it had sent by then is read, however late.
+    """
     if duration is None:
         yield
         return
-    timer = Timer(min(duration + LATEST, TIMEOUT_MAX), close)
-    timer.daemon = True
-    timer.start()
+    patience, ended = min(duration + LATEST, TIMEOUT_MAX), Event()
+
+    def close() -> None:
+        ended.wait(patience)
+        while client.unread and not ended.wait(LOOK):
+            pass
+        client.close()
+
+    Thread(target=close, daemon=True).start()
     try:
         yield
     finally:
-        timer.cancel()
+        ended.set()
 
 
 def _heard(client: Client, tell: Tell) -> Iterator[Arrival]:

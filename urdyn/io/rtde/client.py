@@ -80,6 +80,11 @@ class Client:
         """Recipe, protocol and release, as agreed last."""
         return self._link.agreement
 
+    @property
+    def unread(self) -> bool:
+        """Whether anything has come that nobody has read."""
+        return self._link.unread
+
     def __iter__(self) -> Iterator[tuple[float, dict[str, Any]]]:
         """When each package came [s, monotonic], and RTDE name -> value of it."""
         for event in self.events():

@@ -78,6 +78,13 @@ class Link:
                 elif isinstance(event, Text):
                     yield event
 
+    @property
+    def unread(self) -> bool:
+        """Whether anything has come that nobody has read; of a connection that has ended, no."""
+        with suppress(OSError, ValueError):
+            return bool(select.select([self._sock], [], [], 0.0)[0])
+        return False
+
     def close(self) -> None:
         """End the connection; who waits for data stops waiting."""
         with suppress(OSError):
