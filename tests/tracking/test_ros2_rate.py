@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from queue import SimpleQueue
+from queue import Empty, SimpleQueue
 from threading import Event
 
 import numpy as np
@@ -11,7 +11,9 @@ import pytest
 from urdyn.errors import InputError
 from urdyn.io import Effort
 from urdyn.io.ros2.listen import Heard
-from urdyn.tracking.ros2_source import FIRST, hearing
+from urdyn.tracking import ros2_source
+from urdyn.tracking.ros2_source import FIRST, SILENT, hearing
+from urdyn.tracking.source import LOOK, now
 
 NOW = 1.7e9  # [s] since 1970: stamps are told to .2 µs
 
@@ -58,3 +60,53 @@ def test_a_clock_that_is_set_back_shortens_and_lengthens_no_run():
         inbox.put(Heard(0.0, float(stamp), joints, joints, joints))
     source = hearing("ros2://joint_states", inbox, Event(), Effort("A", np.ones(6)), 100.0, 2.0)
     assert sum(1 for _ in source.start(0)) == pytest.approx(200, abs=2)
+
+
+class Script:
+    """An inbox into which messages come one after the other; None: a look in vain."""
+
+    def __init__(self, told):
+        self.left = list(told)
+
+    def get(self, *, timeout):
+        one = self.left.pop(0)
+        if one is None:
+            raise Empty
+        return one
+
+    def empty(self):
+        return not self.left
+
+
+def messages(first, count):
+    joints, came = np.zeros(6), now()
+    return [
+        Heard(came, NOW + 0.01 * k, joints, joints, joints) for k in range(first, first + count)
+    ]
+
+
+def listened(inbox, **of):
+    """How many samples came of it until it was empty, or its time was over; and what was said."""
+    ended, said = Event(), []
+    effort = Effort("A", np.ones(6))
+    source = hearing("ros2://joint_states", inbox, ended, effort, 100.0, tell=said.append, **of)
+    if not of:
+        ended.set()
+    return sum(1 for _ in source.start(0)), said
+
+
+def test_a_driver_that_is_silent_is_told_of_and_so_is_its_return():
+    looks = round(SILENT / LOOK)
+    for vain, told in ((looks - 2, 0), (looks + 9, 2)):
+        came, said = listened(Script([*messages(0, 5), *[None] * vain, *messages(5, 5)]))
+        assert came == 10 and len(said) == told
+    assert f"silent for {SILENT:g} s" in said[0] and said[1] == "is back"
+
+
+def test_a_driver_that_is_gone_is_not_waited_for_beyond_the_time_that_was_asked(monkeypatch):
+    inbox = SimpleQueue()
+    for one in messages(0, 5):
+        inbox.put(one)
+    monkeypatch.setattr(ros2_source, "LATEST", 0.0)
+    assert listened(inbox, duration=0.1) == (5, [])
+    assert listened(Script([*messages(0, 5), None, *messages(5, 9)]), duration=0.1) == (10, [])

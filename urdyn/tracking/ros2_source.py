@@ -17,11 +17,11 @@ from urdyn.io.effort import Effort
 from urdyn.io.ros2.domain import participant
 from urdyn.io.ros2.listen import Heard, Listener
 from urdyn.signal import Sample
-from urdyn.tracking.source import Arrival, Source
+from urdyn.tracking.source import LATEST, LOOK, Arrival, Source, Tell, nobody, now
 
 PATIENCE = 10.0  # [s] for the first joint states
 FIRST = 10  # samples that tell the rate: a robot that talks does not wait
-LOOK = 0.1  # [s] between looks for the end, while nothing comes
+SILENT = 5.0  # [s] without a message, of which the user hears
 SHORT = 1.25  # periods before its end, a stretch of so many seconds has its last sample
 
 
@@ -36,12 +36,12 @@ class Inbox(Protocol):
 
 
 def graph(
-    name: str, topic: str, rate: float | None, duration: float | None, effort: Effort
+    name: str, topic: str, rate: float | None, duration: float | None, effort: Effort, tell: Tell
 ) -> Source:
     """The joint states of a topic; the first samples tell the `rate` [Hz] where nobody does."""
     effort.told(name)
     listener = Listener(participant(), topic or "joint_states")
-    return hearing(name, listener, Event(), effort, rate, duration)
+    return hearing(name, listener, Event(), effort, rate, duration, tell)
 
 
 def hearing(
@@ -51,8 +51,12 @@ def hearing(
     effort: Effort,
     rate: float | None = None,
     duration: float | None = None,
+    tell: Tell = nobody,
 ) -> Source:
-    """The source of what somebody puts into `inbox`, until `ended` is set."""
+    """The source of what somebody puts into `inbox`, until `ended` is set.
+
+    A driver that is gone is not waited for much longer than `duration` [s]; `tell` hears of it.
+    """
     try:
         first = _first(inbox, name, FIRST if rate is None else 1)
         period = 1.0 / rate if rate else _period(first, name)
@@ -60,13 +64,14 @@ def hearing(
         ended.set()
         raise
     count = 0 if duration is None else max(1, round(duration / period))
-    last = np.inf if duration is None else first[0].stamp + duration - SHORT * period
+    lasts = np.inf if duration is None else duration
+    last, end = first[0].stamp + lasts - SHORT * period, first[0].received + lasts + LATEST
 
     def start(_: int) -> Iterator[Arrival]:
-        heard = _until(last, chain(first, _heard(inbox, ended)))
+        heard = _until(last, chain(first, _heard(inbox, ended, end, tell)))
         return (_arrival(one, effort) for one in heard)
 
-    source = Source(name, name, "", period, len(JOINTS), True, count, start, ended.set)
+    source = Source(name, name, "", period, len(JOINTS), True, count, start, ended.set, tell=tell)
     return replace(source, velocities=any(np.isfinite(heard.v).any() for heard in first))
 
 
@@ -105,12 +110,23 @@ def _until(last: float, heard: Iterable[Heard]) -> Iterator[Heard]:
             return
 
 
-def _heard(inbox: Inbox, ended: Event) -> Iterator[Heard]:
+def _heard(inbox: Inbox, ended: Event, end: float, tell: Tell) -> Iterator[Heard]:
+    """What comes, until `ended` is set, or nothing does after `end` [s] on our clock."""
+    silent = 0.0  # [s] for which looks were in vain: no time counts in which nobody looked
     while not (ended.is_set() and inbox.empty()):
         try:
-            yield inbox.get(timeout=LOOK)
+            one = inbox.get(timeout=LOOK)
         except Empty:
+            if now() > end:
+                return
+            if silent < SILENT <= silent + LOOK:
+                tell(f"silent for {SILENT:g} s; does the driver run? waiting for it")
+            silent += LOOK
             continue
+        if silent >= SILENT:
+            tell("is back")
+        silent = 0.0
+        yield one
 
 
 def _arrival(heard: Heard, effort: Effort) -> Arrival:

@@ -45,7 +45,7 @@ Rows = tuple[int | None, int | None]
 Tell = Callable[[str], None]
 
 
-def _nobody(said: str) -> None:
+def nobody(said: str) -> None:
     """Hears nothing."""
 
 
@@ -76,7 +76,7 @@ class Source:
     velocities: bool = True  # are measured
     beside: frozenset[str] = frozenset()  # streams that its samples may bring along
     glimpse: Log | None = None  # a few rows of a log, by which it is told whose they are
-    tell: Tell = _nobody  # hears of a robot that is lost or back, and of what its run will lack
+    tell: Tell = nobody  # hears of a robot that is lost or back, and of what its run will lack
 
 
 def open_source(
@@ -87,7 +87,7 @@ def open_source(
     duration: float | None = None,
     effort: Effort = UNTOLD,
     beside: Collection[str] = (),
-    tell: Tell = _nobody,
+    tell: Tell = nobody,
 ) -> Source:
     """The source that `text` names: a log, rtde://HOST[:PORT] or ros2://TOPIC.
 
@@ -107,8 +107,7 @@ def open_source(
     if text.startswith(ROS2):
         from urdyn.tracking.ros2_source import graph
 
-        heard = graph(text, text.removeprefix(ROS2), rate, duration, effort)
-        return replace(heard, tell=named)
+        return graph(text, text.removeprefix(ROS2), rate, duration, effort, named)
     if "://" in text:
         told = f"name a log, {SCHEME}HOST[:PORT] or {ROS2}TOPIC"
         raise InputError(f"{text}: no such source; {told}")
