@@ -168,6 +168,37 @@ def unreadable():
     raise OSError("gone")
 
 
+class Late:
+    """An observer who finds something once all is over, and takes his time for it."""
+
+    findings, doubt, told = (), "", None
+
+    def finish(self):
+        self.told = len(self.scraped)
+        time.sleep(0.4)
+        self.findings = (FINDING,)
+        return {}
+
+    def __init__(self, scraped):
+        self.scraped = scraped
+        self.kept = lambda wait: True
+        self.begin = self.take = self.miss = self.note = self.keep = self.forget = self.close = (
+            lambda *of: None
+        )
+
+
+def silent_before(source, sample, seconds):
+    """The source, which says nothing for a while before `sample`."""
+
+    def start(first):
+        for index, arrival in enumerate(source.start(first), first):
+            if index == sample:
+                time.sleep(seconds)
+            yield arrival
+
+    return replace(source, start=start)
+
+
 def test_a_run_tells_what_it_writes(workshop, tmp_path, monkeypatch, caplog):
     monkeypatch.setattr(announce, "PULSE", 0.05)
     monkeypatch.setattr(announce, "STALE", 0.3)
@@ -187,13 +218,14 @@ def test_a_run_tells_what_it_writes(workshop, tmp_path, monkeypatch, caplog):
         announcer.watch(progress)
 
     try:
-        part = open_source(str(workshop.recording), rows=(0, 500))
-        summary = workshop.track(tmp_path, part, watch=watch)
-        deadline = time.monotonic() + 60
-        while scraped[-1][1][0].level != Level.STALE and time.monotonic() < deadline:
-            time.sleep(0.05)
+        part = silent_before(open_source(str(workshop.recording), rows=(0, 500)), 250, 0.5)
+        late = Late(scraped)
+        summary = workshop.track(tmp_path, part, watch=watch, observer=late)
     finally:
         announcer.close()
+    levels = [lines[-2].level for _, lines in scraped]
+    assert Level.STALE in levels[: late.told]  # but not once all was told, one that was on its way
+    assert Level.STALE not in levels[late.told + 1 :] and levels[-1] == Level.WARN
     assert len(scraped) > 1  # one that cannot be told ends nothing, and is said once
     assert [r.getMessage() for r in caplog.records if "gone" in r.getMessage()] == [
         f"{who}: OSError('gone'); tried again every second" for who in (announce.__name__, __name__)
@@ -223,10 +255,11 @@ def test_a_run_tells_what_it_writes(workshop, tmp_path, monkeypatch, caplog):
     ]
     np.testing.assert_allclose(scales, np.ravel(expected))
     forward = np.array([m.data for m in by_topic["/urdyn/feed_forward"]])
-    modelled = np.array([g.reading.modelled for g in glances]) * workshop.fit.dynamics.drive.gain
+    came, healthy = [g for g in glances if not g.ended], healthy[:-2]
+    modelled = np.array([g.reading.modelled for g in came]) * workshop.fit.dynamics.drive.gain
     assert forward.shape == modelled.shape  # of every sample, of an arm at rest too
     np.testing.assert_allclose(forward[1:], modelled[1:] * healthy[:-1])
     diagnoses = by_topic["/diagnostics"]
     assert [s.name for s in diagnoses[0].status][-2:] == ["urdyn: arm", "urdyn: node"]
     assert {s.hardware_id for s in diagnoses[0].status} == {"20235"}
-    assert diagnoses[-1].status[0].level == Level.STALE
+    assert "friction increase" in diagnoses[-1].status[-2].message

@@ -38,7 +38,10 @@ class Audience:
 
 
 class Announcer:
-    """A watcher of a run; a thread of its own tells once a second, also when nothing comes."""
+    """A watcher of a run; a thread of its own tells once a second, also when nothing comes.
+
+    The last word is the newest state, with what was found at the end: a broker keeps it.
+    """
 
     def __init__(self, fit: Fit, audience: Audience, serial: str = "") -> None:
         self._fit, self._audience, self._serial = fit, audience, serial
@@ -54,7 +57,7 @@ class Announcer:
     def watch(self, progress: RunProgress) -> None:
         """Tell what is new: torque with every sample, if asked for; the rest with the history."""
         voice = self._audience.voice
-        if voice:
+        if voice and not progress.ended:
             voice.quickly(self._torque_per_ampere * progress.reading.modelled)
         if not progress.row:
             return
@@ -92,14 +95,17 @@ class Announcer:
     def _beat(self) -> None:
         plants = [listener.tell for listener in self._audience.plants]
         listeners = (self._diagnose, *plants) if self._audience.voice else plants
-        while not self._ended.wait(PULSE):
+        ended = False
+        while not ended:
+            ended = self._ended.wait(PULSE)
             if self._newest is None:
                 continue
             came, progress, snapshot = self._newest
             coulomb = self._fit.dynamics.drive.coulomb
             found = statuses(snapshot, coulomb, progress.findings, self._serial)
             self._told(self._hear, snapshot, found)
-            lines = self._lines(found, progress.doubt, time.monotonic() - came)
+            age = 0.0 if progress.ended else time.monotonic() - came
+            lines = self._lines(found, progress.doubt, age)
             for tell in listeners:
                 self._told(tell, snapshot, lines)
 

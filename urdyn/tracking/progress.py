@@ -28,6 +28,7 @@ class RunProgress:
     doubt: str = ""  # of all of these, likewise
     row: bool = True  # it is one of the history, for which all quantities are made
     setting: Setting = field(default_factory=Setting)  # of the controller
+    ended: bool = False  # nothing more will come: the newest, told again with all that was found
 
     @property
     def names(self) -> tuple[str, ...]:

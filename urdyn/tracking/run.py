@@ -190,6 +190,7 @@ class _Run(Generic[S]):
         begun = at.index if self.source.live else 0
         self._note(at)
         before: Arrival | None = None
+        newest: RunProgress | None = None
         part = max(1 if self.source.live else AGAIN, round(PART / self.source.period))
         arm = self.tracker.fit.dynamics.arm
         came = arrivals(self.source, at.index, at.last, at.ahead)
@@ -202,14 +203,16 @@ class _Run(Generic[S]):
             work.take(done)
             pace.take(now() - arrival.received if self.source.live else done)
             if reading is not None:
-                self._show(at, reading, work, begun)
+                newest = self._show(at, reading, work, begun)
                 at = self._gathered(at, reading)
             if at.index % part == 0:
                 self._note(at)
                 at = self.keeper.keep(at)
             self.keeper.go_on()
         self._note(at)
+        self._show_ended(newest)  # no arm is stale while its run is put to its end
         found = self.observer.finish() if self.observer else {}
+        self._show_ended(newest)
         changes = self._finish(at)
         told = final(self.tracker, self.quantities, at)
         summary = Summary(
@@ -262,7 +265,7 @@ class _Run(Generic[S]):
         stamped -= arrival.ahead - before.ahead
         return max(0, round(float(elapsed(stamped, waited)) / self.source.period) - 1)
 
-    def _show(self, at: Checkpoint[S], reading: Reading, work: Latency, begun: int) -> None:
+    def _show(self, at: Checkpoint[S], reading: Reading, work: Latency, begun: int) -> RunProgress:
         """Tell whoever watches; of every k-th sample, and of another payload, a row of history."""
         due = at.index % spacing(self.source.period) == 0 or reading.widened
         progress = RunProgress(
@@ -273,15 +276,26 @@ class _Run(Generic[S]):
             rate=work.count / work.total,
             reading=reading,
             quantities=self.quantities,
-            findings=self.observer.findings if self.observer else (),
-            doubt=self.observer.doubt if self.observer else "",
             row=due,
             setting=at.setting,
+            **self._found(),
         )
         if self.watch:
             self.watch(progress)
         if due:
             self.keeper.take(row(reading, progress.mean, progress.sd))
+        return progress
+
+    def _show_ended(self, newest: RunProgress | None) -> None:
+        """Tell whoever watches that nothing more will come, and what is found by now."""
+        if self.watch and newest:
+            self.watch(replace(newest, row=True, ended=True, **self._found()))
+
+    def _found(self) -> dict[str, Any]:
+        """Of a `RunProgress`."""
+        if not self.observer:
+            return {}
+        return {"findings": self.observer.findings, "doubt": self.observer.doubt}
 
     def _note(self, at: Checkpoint[S]) -> None:
         """Tell who looks on what no instant tells."""
