@@ -60,7 +60,8 @@ def test_a_clock_that_is_set_loses_nothing_and_a_run_lasts_as_long_as_it_did(
     workshop, ur5e, tmp_path
 ):
     sent = enumerate(play(simulate(ur5e, 3.0, 500.0, seed=1)[0]))
-    jumped = ({**row, "timestamp": row["timestamp"] - 900.0 * (k >= 300)} for k, row in sent)
+    off = 900.0  # [s] for a while
+    jumped = ({**row, "timestamp": row["timestamp"] - off * (300 <= k < 450)} for k, row in sent)
     with serve(jumped, port=0) as server:
         source = open_source(f"rtde://127.0.0.1:{server.port}", duration=1.0, rate=RATE)
         summary = workshop.track(tmp_path, source, filter=EKF())
@@ -68,6 +69,7 @@ def test_a_clock_that_is_set_loses_nothing_and_a_run_lasts_as_long_as_it_did(
     # When the clock was set is known by when that package was read: late, on a busy machine.
     assert summary["lost"] < LATE * RATE
     assert summary["data_s"] == pytest.approx(0.992, abs=LATE)
+    assert summary["quality"]["clock_set"] == 2
     assert (np.diff(rows(tmp_path)["t"].to_numpy()) > 0.0).all()
 
 

@@ -34,7 +34,7 @@ def test_what_is_lost_repeated_and_set_back_is_told_apart():
     found = as_plain(losses, 0, 2, ("a",), len(stamps))
     assert found == {
         "gaps": 1, "missing": 9, "longest_step_s": pytest.approx(0.1), "repeated": 1,
-        "clock_set_back": 1, "refused": 0, "undrawn": 2,
+        "clock_set": 1, "refused": 0, "undrawn": 2,
         "without_current": [0.0, pytest.approx(1 / 7)], "defects": ["a"],
     }  # fmt: skip
 

@@ -53,10 +53,13 @@ def test_stamps_that_stand_still_are_refused():
         told(np.full(FIRST, NOW))
 
 
-def test_a_clock_that_is_set_back_shortens_and_lengthens_no_run():
-    """As by a simulator that begins anew: 2 s of stamps, whichever they are."""
+@pytest.mark.parametrize("anew", [0.0, NOW])
+def test_a_clock_that_is_set_shortens_and_lengthens_no_run(anew):
+    """As by a simulator that begins anew, or a computer that hears what time it is: 2 s of stamps,
+    whichever they are.
+    """
     inbox, joints = SimpleQueue(), np.zeros(6)
-    for stamp in np.r_[np.arange(500.0, 501.0, 0.01), np.arange(0.0, 5.0, 0.01)]:
+    for stamp in np.r_[np.arange(500.0, 501.0, 0.01), anew + np.arange(0.0, 5.0, 0.01)]:
         inbox.put(Heard(0.0, float(stamp), joints, joints, joints))
     source = hearing("ros2://joint_states", inbox, Event(), Effort("A", np.ones(6)), 100.0, 2.0)
     assert sum(1 for _ in source.start(0)) == pytest.approx(200, abs=2)

@@ -128,7 +128,7 @@ def _lacked(summary: dict[str, Any]) -> str:
     counts = {
         "gaps": f"gaps {quality['gaps']} ({quality['missing']} samples)",
         "repeated": f"stamps that came twice {quality['repeated']}",
-        "clock_set_back": f"clock set back {quality['clock_set_back']}",
+        "clock_set": f"clock set {quality['clock_set']}",
         "refused": f"impossible angles or speeds {quality['refused']}",
         "undrawn": f"currents that no motor draws {quality['undrawn']}{unit}",
     }

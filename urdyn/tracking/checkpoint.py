@@ -52,7 +52,7 @@ class Checkpoint(Generic[S]):
     parts: int = 0  # of the history, that are written
     began: float = np.nan  # [s] stamp of the first sample
     last: float = np.nan  # [s] stamp of the newest
-    ahead: float = 0.0  # [s] by which that is ahead of the robot's clock, which was set back
+    ahead: float = 0.0  # [s] by which that is ahead of the robot's clock, which was set
     setting: Setting = field(default_factory=Setting)  # of the controller
 
 

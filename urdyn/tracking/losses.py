@@ -24,7 +24,7 @@ class Losses:
     missing: int = 0  # samples that these would have held
     longest: float = 0.0  # [s] the longest time without a sample
     repeated: int = 0  # stamps that came twice
-    back: int = 0  # stamps before the one before: a clock that was set
+    clock_set: int = 0  # stamps before the one before; of a live robot also too far beyond it
     sparse: int = 0  # samples between gaps, too few in a row to learn from
     sparse_s: float = 0.0  # [s] that they and these gaps took
     sparse_since: float = np.nan  # [s] stamp at which they began
@@ -63,7 +63,7 @@ def counted(
         missing=so_far.missing + (round(dt / period) - 1 if gap else 0),
         longest=max(so_far.longest, dt) if dt > 0.0 else so_far.longest,
         repeated=so_far.repeated + (dt == 0.0),
-        back=so_far.back + (dt < 0.0),
+        clock_set=so_far.clock_set + (dt < 0.0),
         sparse=so_far.sparse + (few if sparse else 0),
         sparse_s=so_far.sparse_s + (sample.t - since if sparse else 0.0),
         sparse_since=began if sparse else so_far.sparse_since,
@@ -102,7 +102,7 @@ def as_plain(
         "missing": int(losses.missing),
         "longest_step_s": float(losses.longest),
         "repeated": int(losses.repeated),
-        "clock_set_back": int(losses.back),
+        "clock_set": int(losses.clock_set),
         "refused": int(refused),
         "undrawn": int(undrawn),
         "without_current": share.tolist(),

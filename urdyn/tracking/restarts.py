@@ -1,6 +1,6 @@
-"""A robot that begins anew while it is tracked: its clock does as well, and is counted on.
+"""A robot that begins anew while it is tracked, or whose clock is set: stamps are counted on.
 
-The stamps of both of its lives are told apart, as `urdyn.io.clock` does for a recording.
+Those of both of its lives are told apart, as `urdyn.io.clock` does for a recording.
 """
 
 from __future__ import annotations
@@ -12,22 +12,22 @@ import numpy as np
 
 from urdyn.io.clock import GAP, PAUSE, SET
 from urdyn.signal import Sample
-from urdyn.tracking.source import Arrival, Source
+from urdyn.tracking.source import Arrival, Source, was_set
 
-SAID = "its clock was set back by {:.1f} s; stamps are counted on from {:.1f} s"
+SAID = "its clock was set {} by {:.1f} s; stamps are counted on from {:.1f} s"
 
 
 def arrivals(
     source: Source, first: int = 0, last: float = np.nan, ahead: float = 0.0
 ) -> Iterator[Arrival]:
-    """The samples of a source from `first` on, stamps of a live one never running backwards.
+    """The samples of a source from `first` on, stamps of a live one running on as time did.
 
-    Where its clock was set back they go on by the pause as it was on this computer's, and by PAUSE
-    where nobody knows that. The source's `tell` hears of it, but for trifles.
+    Where its clock was set they go on by the pause as it was on this computer's, and by PAUSE where
+    nobody knows that. The source's `tell` hears of it, but for trifles.
 
     Args:
         last: the stamp before, counted on [s]; NaN before the first.
-        ahead: by which that was ahead of the robot's own [s].
+        ahead: by which that was ahead of the robot's own [s]; below 0 where it was set forwards.
     """
     return _counted_on(source, first, last, ahead) if source.live else source.start(first)
 
@@ -35,14 +35,15 @@ def arrivals(
 def _counted_on(source: Source, first: int, last: float, ahead: float) -> Iterator[Arrival]:
     received = np.nan
     for arrival in source.start(first):
-        back = last - (arrival.sample.t + ahead)
-        if back > 0.0:
+        step = arrival.sample.t + ahead - last
+        if was_set(step, received):
             waited = arrival.received - received
             # However short: what is estimated from both lives together would be neither's.
             pause = max(waited if np.isfinite(waited) else PAUSE, (GAP + 0.5) * source.period)
-            ahead += back + pause
-            if back > SET or np.isnan(waited):
-                source.tell(SAID.format(back, last + pause))
+            ahead += pause - step
+            if abs(step) > SET or np.isnan(waited):
+                way, by = ("back", -step) if step < 0.0 else ("forwards", step - pause)
+                source.tell(SAID.format(way, by, last + pause))
         sample = _later(arrival.sample, ahead) if ahead else arrival.sample
         last, received = sample.t, arrival.received
         yield replace(arrival, sample=sample, ahead=ahead)

@@ -17,7 +17,7 @@ from urdyn.io.effort import Effort
 from urdyn.io.ros2.domain import participant
 from urdyn.io.ros2.listen import Heard, Listener
 from urdyn.signal import Sample
-from urdyn.tracking.source import LATEST, LOOK, Arrival, Source, Tell, nobody, now
+from urdyn.tracking.source import LATEST, LOOK, Arrival, Source, Tell, nobody, now, was_set
 
 PATIENCE = 10.0  # [s] for the first joint states
 FIRST = 10  # samples that tell the rate: a robot that talks does not wait
@@ -102,11 +102,14 @@ def _period(first: list[Heard], name: str) -> float:
 
 def _until(last: float, heard: Iterable[Heard]) -> Iterator[Heard]:
     """Samples up to the first that is stamped `last` [s] or later, by a clock that may be set."""
-    before = -np.inf
+    stamp = received = np.nan
     for one in heard:
         yield one
-        last, before = last - max(before - one.stamp, 0.0), one.stamp
-        if one.stamp >= last:
+        step = one.stamp - stamp
+        if was_set(step, received):
+            last += step
+        stamp, received = one.stamp, one.received
+        if stamp >= last:
             return
 
 

@@ -254,7 +254,7 @@ class _Run(Generic[S]):
         period = self.source.period
         lacked = counted(at.losses, arrival.sample, at.last, period, since, few, lost)
         if arrival.ahead != at.ahead:
-            lacked = replace(lacked, back=lacked.back + 1)
+            lacked = replace(lacked, clock_set=lacked.clock_set + 1)
         setting = at.setting.heard(arrival.sample.setting, state.moved - before.moved)
         at = replace(at, state=state, losses=lacked, setting=setting, index=at.index + 1)
         return replace(at, began=began, last=t, ahead=arrival.ahead), reading

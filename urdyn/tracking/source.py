@@ -16,7 +16,7 @@ import numpy as np
 
 from urdyn.errors import InputError
 from urdyn.io.address import joined
-from urdyn.io.clock import credible
+from urdyn.io.clock import SET, credible
 from urdyn.io.effort import UNTOLD, Effort
 from urdyn.io.rtde.client import Client, Connected, Dropped, connect, parse_address
 from urdyn.io.rtde.link import Package
@@ -56,7 +56,7 @@ class Arrival:
     sample: Sample
     received: float  # [s] on this computer's monotonic clock; NaN: it was there all along
     reset: bool = False  # somebody asked to begin anew before it
-    ahead: float = 0.0  # [s] by which its stamp is ahead of a robot's clock that was set back
+    ahead: float = 0.0  # [s] by which its stamp is ahead of a robot's clock that was set
 
 
 @dataclass(frozen=True, eq=False)
@@ -238,3 +238,14 @@ def _sample(values: dict[str, Any]) -> Sample:
 def now() -> float:
     """The clock that arrivals are stamped by [s]."""
     return time.monotonic()
+
+
+def was_set(step: float, received: float) -> bool:
+    """Whether a clock was set between two stamps, the second `step` [s] after the first.
+
+    So it was where it ran backwards, or on by more than the time since the first came.
+
+    Args:
+        received: when that was [s]; NaN: nobody knows.
+    """
+    return step < 0.0 or step - (now() - received) > SET

@@ -49,7 +49,7 @@ def _stream(summary: Mapping[str, Any], lacked: Mapping[str, Any]) -> list[list[
         "gaps": (lacked["gaps"], f"of more than five periods; {longest}"),
         "samples missing in gaps": (lacked["missing"], ""),
         "repeated stamps": (lacked["repeated"], "left out"),
-        "clock set back": (lacked["clock_set_back"], "started again there"),
+        "clock set": (lacked["clock_set"], "started again there"),
         "angles and speeds refused": (lacked["refused"], "impossible for this arm"),
         "currents left out": (lacked["undrawn"], "more than a motor draws"),
         "currents that stood still": (sum(lacked["stuck"]), "while their joint moved; left out"),
