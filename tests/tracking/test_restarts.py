@@ -89,9 +89,9 @@ def test_a_clock_that_is_set_forwards_is_counted_on_and_what_was_lost_or_read_la
     assert [a.sample.beside["wrench"][0, 0] for a in came] == pytest.approx(stamps_of(came))
     assert len(said) == 1 and "set forwards by 16999989" in said[0] and "from 1000.1 s" in said[0]
     late = [1.0, 1.01, 9.0, 9.01]
-    for read in (at + np.repeat([0.0, 7.98], 2), at):  # packages of 8 s are lost, and read at once
+    for seen in (at + np.repeat([0.0, 7.98], 2), at):  # packages of 8 s are lost, and read at once
         monkeypatch.setattr(source_module, "now", lambda: 108.0)
-        came, said = heard(late, read)
+        came, said = heard(late, seen)
         assert stamps_of(came).tolist() == late and not said
 
 
