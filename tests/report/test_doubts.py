@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from urdyn.errors import IdentifiabilityError
-from urdyn.identify import Fit, Score, identify, validate
+from urdyn.identify import Fit, Score, batch, identify, validate
+from urdyn.identify.scoring import amiss_in
 from urdyn.model.arm import Arm
 from urdyn.report.identify.doubts import doubts, slopes, unexplained, unmeasured
 from urdyn.report.identify.page import identify_page
@@ -65,6 +66,29 @@ def test_a_joint_without_a_current_is_said_to_be_what_is_typical(identified: Fit
     i[:, 2] = np.nan
     [said] = unmeasured(identified, [validate(identified, currents(log, i))])
     assert said.startswith("no current of elbow is in")
+
+
+def test_so_is_one_whose_current_never_changes(
+    ur5e: Arm, identified: Fit, log: Log, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """No fit is made to it, which would take it for friction and blame other joints."""
+    i = log.channels["actual_current"].copy()
+    i[:, 2] = 0.5
+    lost, dead = np.where(i == 0.5, np.nan, i), currents(log, i)
+    score = validate(identified, dead)
+    [said] = doubts(identified, [score])
+    assert said.startswith("no current of elbow is in")
+    [left_out] = score.log.defects
+    assert str(left_out).startswith(f"{len(log)} x current that never changes while its joint")
+    monkeypatch.setattr(batch, "search", lambda _, runs, *rest: runs)
+    [run] = identify(ur5e, condition(dead))
+    assert np.array_equal(run.motion.current, lost, equal_nan=True)
+
+
+def test_a_current_may_be_the_same_while_its_joint_stands(identified: Fit, log: Log) -> None:
+    q, i = (log.channels[name].copy() for name in ("actual_q", "actual_current"))
+    q[:, 2], i[:, 2] = q[0, 2], i[0, 2]
+    assert amiss_in(identified.dynamics, q, i) == ()
 
 
 def test_a_log_without_velocities_is_said_to_be_one(identified: Fit, log: Log) -> None:

@@ -63,7 +63,8 @@ def carry_out(campaign: Campaign, progress: Progress) -> Outcome:
     defects = [defect for _, found, _ in logs for defect in found]
     settings = [setting for *_, setting in logs[: len(bare)] if setting]
     for motion in motions:
-        defects += complaints(motion.source.path, amiss_in(fit.dynamics, motion.current))
+        amiss = amiss_in(fit.dynamics, motion.q, motion.current)
+        defects += complaints(motion.source.path, amiss)
     for score in held_out:
         defects += complaints(score.log.source.path, score.log.defects)
     setting = settings[-1] if settings else None

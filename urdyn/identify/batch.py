@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from threadpoolctl import threadpool_limits
@@ -10,7 +11,7 @@ from threadpoolctl import threadpool_limits
 from urdyn.errors import IdentifiabilityError, InputError
 from urdyn.given import given_a, given_each, given_motion
 from urdyn.identify.design import blocks
-from urdyn.identify.enough import too_few
+from urdyn.identify.enough import dead, goes_somewhere, too_few
 from urdyn.identify.fit import Fit
 from urdyn.identify.search import Run, search
 from urdyn.model.arm import Arm
@@ -20,8 +21,6 @@ from urdyn.progress import Progress, silent
 from urdyn.types import Array, Mask, Motion
 
 POINT = 1e-9  # [m²] that rounding makes of the spread of a point
-SPAN = 50  # rows whose median encoders of an arm that stands hardly move
-MOVED = 0.01  # [rad] by which a joint goes somewhere
 
 
 def identify(
@@ -57,7 +56,15 @@ def identify(
     _check(arm, runs)
     # The matrices are small: threads of the linear algebra would wait for one another.
     with threadpool_limits(1):
-        return search(arm, runs, gain, tool, progress)
+        return search(arm, [_alive(run) for run in runs], gain, tool, progress)
+
+
+def _alive(run: Run) -> Run:
+    """A run without the currents of sensors that are dead, which would be taken for friction's."""
+    motion = run.motion
+    if not (ill := dead(motion.q, motion.current)).any():
+        return run
+    return replace(run, motion=replace(motion, current=np.where(ill, np.nan, motion.current)))
 
 
 def _borne(tool: Array) -> Array:
@@ -86,17 +93,10 @@ def _check(arm: Arm, runs: Sequence[Run]) -> None:
             )
         if why := too_few(run.motion.current):
             raise IdentifiabilityError(f"{run.motion.source.path}: {why}")
-    moving = [run.motion for run in runs if _goes_somewhere(run.motion.q)]
+    moving = [run.motion for run in runs if goes_somewhere(run.motion.q).any()]
     if not any(block.known.any() for motion in moving for block in blocks(typical, motion)):
         raise IdentifiabilityError(
             "no joint moves far enough in this log for friction and inertia to be told; "
             "record an excitation trajectory in which every joint moves",
             joint=arm.joint_names[0],
         )
-
-
-def _goes_somewhere(q: Array) -> bool:
-    """Whether any joint does, of angles (N, J) [rad]: the noise of one that stands adds up, too."""
-    told = q[np.isfinite(q).all(axis=1)]
-    spans = told[: len(told) // SPAN * SPAN].reshape(-1, SPAN, q.shape[1])
-    return len(spans) > 1 and bool((np.ptp(np.median(spans, axis=1), axis=0) > MOVED).any())

@@ -17,7 +17,7 @@ from scipy.stats import t as student
 from urdyn.errors import LogError
 from urdyn.given import given_log
 from urdyn.identify.design import SETTLED
-from urdyn.identify.enough import too_few
+from urdyn.identify.enough import dead, too_few
 from urdyn.identify.fit import Fit, Fitted, fit_in
 from urdyn.model.dynamics import Dynamics
 from urdyn.model.whose import require_own
@@ -91,19 +91,27 @@ def _known(dynamics: Dynamics, motion: Motion) -> Mask:
     return np.asarray(known)
 
 
-def amiss_in(dynamics: Dynamics, current: Array) -> tuple[Defect, ...]:
-    """What is amiss with currents (N, J) [A] that no motor draws; nothing where there is none."""
-    count = int(np.count_nonzero(dynamics.undrawn(current)))
-    return (Defect("current that no motor draws", count, 0, "left out"),) if count else ()
+def amiss_in(dynamics: Dynamics, q: Array, current: Array) -> tuple[Defect, ...]:
+    """What is amiss with currents (N, J) [A] at angles q [rad]; nothing where nothing is."""
+    none = _none(dynamics, q, current)
+    return tuple(Defect(what, int(n), 0, "left out") for what, m in none.items() if (n := m.sum()))
+
+
+def _none(dynamics: Dynamics, q: Array, current: Array) -> dict[str, Mask]:
+    """Which currents (N, J) [A] are none, by what is amiss with them."""
+    return {
+        "current that no motor draws": dynamics.undrawn(current),
+        "current that never changes while its joint moves": np.isfinite(current) & dead(q, current),
+    }
 
 
 def _drawn(dynamics: Dynamics, log: Log) -> Log:
     """A log without such currents."""
-    current = log.joint("actual_current")
-    if not (amiss := amiss_in(dynamics, current)):
+    q, current = log.joint("actual_q"), log.joint("actual_current")
+    if not (amiss := amiss_in(dynamics, q, current)):
         return log
-    measured = np.where(dynamics.undrawn(current), np.nan, current)
-    channels = {**log.channels, "actual_current": measured}
+    none = np.any([*_none(dynamics, q, current).values()], axis=0)
+    channels = {**log.channels, "actual_current": np.where(none, np.nan, current)}
     return replace(log, channels=channels, defects=(*log.defects, *amiss))
 
 
