@@ -91,6 +91,16 @@ def test_a_current_may_be_the_same_while_its_joint_stands(identified: Fit, log: 
     assert amiss_in(identified.dynamics, q, i) == ()
 
 
+@pytest.mark.parametrize(("offset", "told"), [(0.0376, "38 ms early"), (-0.023, "23 ms late")])
+def test_streams_that_no_recorder_puts_that_far_apart_are_doubted(
+    identified: Fit, score: Score, offset: float, told: str
+) -> None:
+    drive = replace(identified.dynamics.drive, time_offset=offset)
+    apart = replace(identified, dynamics=replace(identified.dynamics, drive=drive))
+    [said] = doubts(apart, [score])
+    assert said.startswith(f"currents are {told} beside the motion")
+
+
 def test_a_log_without_velocities_is_said_to_be_one(identified: Fit, log: Log) -> None:
     channels = {name: x for name, x in log.channels.items() if name != "actual_qd"}
     bare = [validate(identified, replace(log, channels=channels))]

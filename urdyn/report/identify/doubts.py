@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from urdyn.identify import Fit, Score
+from urdyn.identify.unknowns import TIME_OFFSET_SD
 from urdyn.model.whose import misweighed
 from urdyn.report.digits import interval90, number
 from urdyn.report.evidence import UNSEEN, pool, seen, telling
@@ -32,8 +33,12 @@ STRANGE = (
     "was commissioned, or its columns are another joint's, or of another sign"
 )
 SLOPES = (
-    "no velocities are in {}: they were taken from the angles, which are not fine enough to tell "
-    "accelerations well; record actual_qd"
+    "no velocities are in {}: they were taken from the angles, which tell accelerations less well; "
+    "record actual_qd"
+)
+SKEWED = (
+    "currents are {} ms {} beside the motion, more than recorders skew streams by, and friction "
+    "and inertia may be as wrong: record both in one stream, at 100 Hz or more"
 )
 UNMEASURED = "no current of {} is in any log: what is said of it is only what is typical"
 
@@ -42,6 +47,7 @@ def doubts(fit: Fit, scores: Sequence[Score]) -> list[str]:
     """What speaks against a fit to these logs; nothing where nothing does."""
     return [
         *slopes(scores),
+        *skewed(fit),
         *unmeasured(fit, scores),
         *misnamed(fit, scores),
         *unexplained(fit, scores),
@@ -82,6 +88,14 @@ def slopes(scores: Sequence[Score]) -> list[str]:
     logs = (score.log for score in scores)
     bare = [log.source.path for log in logs if not has_velocities(log)]
     return [SLOPES.format(", ".join(bare))] if bare else []
+
+
+def skewed(fit: Fit) -> list[str]:
+    """Streams further apart than recorders put them."""
+    offset = fit.dynamics.drive.time_offset
+    if abs(offset) < FAR * TIME_OFFSET_SD:
+        return []
+    return [SKEWED.format(number(1e3 * abs(offset), 2), "early" if offset > 0.0 else "late")]
 
 
 def unexplained(fit: Fit, scores: Sequence[Score]) -> list[str]:
