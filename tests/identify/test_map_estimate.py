@@ -8,13 +8,14 @@ from typing import Any
 import casadi as ca
 import numpy as np
 import pytest
+from scipy.stats import norm
 
 from urdyn.errors import IdentifiabilityError
 from urdyn.identify import Noise
 from urdyn.identify.compress import compress
 from urdyn.identify.expressions import dynamics
 from urdyn.identify.map_estimate import (
-    TAIL,
+    FREEDOM,
     Compressed,
     Problem,
     build_problem,
@@ -26,9 +27,11 @@ from urdyn.identify.map_estimate import (
 from urdyn.identify.unknowns import Unknowns
 from urdyn.model.drive import LINEAR
 from urdyn.model.dynamics import Dynamics
+from urdyn.model.population import OPTIONAL, population
 from urdyn.types import Array, Gaussian, Motion
 
 STEP = 1e-5  # of a finite difference in a score
+CHANCE = 0.01  # that a test fails although its claim holds
 
 
 @pytest.fixture(scope="module")
@@ -93,7 +96,8 @@ def slope(problem: Problem, z: Array) -> Array:
 def insistence(problem: Problem, z: Array) -> Array:
     """How much of a Gaussian prior's pull there is, score by score."""
     pull = np.ones(len(z))
-    pull[problem.student_t] = 1.0 / (1.0 + (z[problem.student_t] / TAIL) ** 2)
+    for group in problem.student_t:
+        pull[group] = 1.0 / (1.0 + np.sum(z[group] ** 2) / (FREEDOM + len(group)))
     return pull
 
 
@@ -171,14 +175,44 @@ def test_on_an_affine_problem_the_posterior_is_the_dense_gaussian(
 def test_a_prior_that_is_contradicted_gives_way_and_no_other_does(unknowns: Unknowns) -> None:
     """Data tell two scores, ten below what is expected of both; roots of slopes by hand."""
     z = ca.MX.sym("z", 12)
-    problem = Problem(unknowns, function(z, z[:2] + 10.0), unbound(12), [1])
+    problem = Problem(unknowns, function(z, z[:2] + 10.0), unbound(12), [[1]])
     found = solve(problem, np.zeros(12))
-    # Of the second z + 10 + z / (1 + (z / TAIL)²) = 0, a cubic.
-    roots = np.roots([1.0, 10.0, 2.0 * TAIL**2, 10.0 * TAIL**2])
+    # Of the second z + 10 + z / (1 + z² / width) = 0, a cubic.
+    width = FREEDOM + 1.0
+    roots = np.roots([1.0, 10.0, 2.0 * width, 10.0 * width])
     real = roots[np.abs(roots.imag) < 1e-9].real
     np.testing.assert_allclose(found[:2], [-5.0, real[0]], rtol=1e-6)
     assert len(real) == 1 and real[0] < -9.0
     np.testing.assert_allclose(found[2:], 0.0, atol=1e-9)
+
+
+def test_what_belongs_together_gives_way_together(unknowns: Unknowns) -> None:
+    """Of three scores of a group data contradict one: of the others they are believed as much."""
+    z = ca.MX.sym("z", 12)
+    data = ca.vertcat(z[0] + 10.0, z[1:3] + 1.0, z[3] + 1.0)
+    problem = Problem(unknowns, function(z, data), unbound(12), [[0, 1, 2]])
+    found = solve(problem, np.zeros(12))
+    pull = 1.0 / (1.0 + found[:3] @ found[:3] / (FREEDOM + 3.0))
+    np.testing.assert_allclose(found[:4], [*np.array([-10, -1, -1]) / (1.0 + pull), -0.5], 1e-6)
+    assert pull < 0.1
+    np.testing.assert_allclose(posterior(problem, found).cov[2, 2], 1.0 / (1.0 + pull))
+
+
+def test_what_is_mounted_at_the_flange_is_in_the_last_link_and_biases_nothing(
+    point: Dynamics, motion: Motion, noise: Noise
+) -> None:
+    """Nobody named it: Gaussian priors had other links bear it and the drive gains pay, by 4 sd."""
+    links = point.inertials.copy()
+    links[-1] += point.payload
+    whole = replace(point, inertials=links, payload=np.zeros(10))
+    nobody_said = Unknowns(population(point.arm), (OPTIONAL,) * 6)
+    problem = build_problem(nobody_said, compress(whole, motion, noise), whole)
+    belief = posterior(problem, solve(problem, np.zeros(len(nobody_said.mean))))
+    away = (belief.mean - nobody_said.score(whole, ())) / belief.sd
+    gains = [k for k, (name, _) in enumerate(nobody_said.drive, links.size) if name == "gain"]
+    masses = range(0, links.size, 10)
+    assert len(gains) == 6
+    assert np.abs(away[[*gains, *masses]]).max() < norm.isf(0.5 * CHANCE / 12.0)
 
 
 def test_no_data_leave_the_prior(unknowns: Unknowns) -> None:

@@ -12,15 +12,16 @@ from urdyn.identify import Noise, identify
 from urdyn.identify.compress import compress
 from urdyn.identify.design import turning
 from urdyn.identify.excerpt import folds
+from urdyn.identify.map_estimate import build_problem, posterior, prior_information, solve
 from urdyn.identify.search import Run, _select, _shape, _start, _with_noise
-from urdyn.identify.select import _evidence, _without, select_terms
+from urdyn.identify.select import _evidence, _linear, _without, select_terms
 from urdyn.identify.unknowns import Unknowns
 from urdyn.model.arm import Arm, load_arm
 from urdyn.model.dynamics import Dynamics
 from urdyn.model.population import OPTIONAL, STRIBECK_VELOCITY, population
 from urdyn.progress import silent
 from urdyn.signal import condition
-from urdyn.simulate import fourier, observe, typical_sensors, virtual_arm
+from urdyn.simulate import Payload, fourier, observe, typical_sensors, virtual_arm
 from urdyn.types import Array, Motion
 
 NOTHING: tuple[frozenset[str], ...] = (frozenset(),) * 6
@@ -73,6 +74,24 @@ def test_evidence_is_the_likelihood_whatever_the_scores() -> None:
     less = multivariate_normal(cov=np.eye(27) + A[:, left] @ A[:, left].T).logpdf(b)
     gain = _evidence(folds_) - _evidence(_without(folds_, {1, 4}))
     assert gain == pytest.approx(whole - less)
+
+
+def test_terms_are_chosen_by_the_prior_that_the_fit_has(ur5e: Arm) -> None:
+    """About its maximum the linear problem has that maximum, with a tool that nobody named, too."""
+    bare = virtual_arm(ur5e, 0, Payload(2.0, np.array([0.0, 0.0, 0.1])))
+    links = np.vstack([bare.inertials[:-1], bare.inertials[-1] + bare.payload])
+    point = replace(bare, inertials=links, payload=np.zeros(10))
+    sd = typical_sensors(ur5e).current_noise
+    noise = Noise(sd, sd, np.full(6, 1e9), np.zeros((6, 0)))
+    unknowns = Unknowns(population(ur5e), NOTHING)
+    data = compress(point, excited(point, 0, sd).slice(0, 1000), noise)
+    problem = build_problem(unknowns, data, point)
+    z = solve(problem, unknowns.score(point, ()))
+    A, b = _linear(unknowns, data, point, z)
+    known = prior_information(unknowns.contradictable, z)
+    found = np.linalg.solve(A.T @ A + np.eye(len(z)), A.T @ b) / np.sqrt(known)
+    assert np.abs((found - z) / posterior(problem, z).sd).max() < 1e-3
+    assert known.min() < 0.2
 
 
 @pytest.mark.parametrize("seed", range(3))

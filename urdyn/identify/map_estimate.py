@@ -7,10 +7,12 @@ physical unknowns that its columns multiply, over the drive's gain. Log-Cholesky
 logarithms need no constraint; friction that builds up with speed does, f + g >= 0, for at no speed
 does friction drive a joint.
 
-The prior rho is 1/2 z^2, but of structural damping Student's, TAIL^2/2 log(1 + z^2/TAIL^2): as wide
-where data agree with it, and giving way where they do not [Lange1989]_. In all drives of the
-population friction grows with the load. Where it does not, of which no logarithm tells, a Gaussian
-would take half of what it expects for true, and have the rest in Coulomb friction, surely wrong.
+The prior rho is 1/2 z^2, but of what may be quite unlike the population Student's: of n scores that
+belong together (nu + n)/2 log(1 + |z|^2/(nu + n)), as wide where data agree with it, and giving way
+where they do not [Lange1989]_. In all drives of the population friction grows with the load. Where
+it does not, of which no logarithm tells, a Gaussian would take half of what it expects for true,
+and have the rest in Coulomb friction, surely wrong. And the last link has within it what is mounted
+there: a Gaussian would spread a tool over other links, and have the drive gains pay for the rest.
 """
 
 from __future__ import annotations
@@ -31,7 +33,7 @@ from urdyn.model.drive import LINEAR, STEPS
 from urdyn.model.dynamics import Dynamics
 from urdyn.types import Array, Gaussian
 
-TAIL = 2.0  # [-] standard scores at which the prior of structural damping pulls half as much
+FREEDOM = 3.0  # [-] nu of Student's priors: tails as far as a spread still exists
 IPOPT: dict[str, Any] = {
     "ipopt.print_level": 0,
     "print_time": False,
@@ -59,7 +61,7 @@ class Problem:
     unknowns: Unknowns
     residual: Any  # CasADi function (z, data) -> whitened residuals of all blocks
     at_rest: Any  # CasADi function z -> Coulomb and Stribeck friction at rest, (J,) [N·m], >= 0
-    student_t: list[int] = field(default_factory=list)  # scores whose prior has Student's tails
+    student_t: list[list[int]] = field(default_factory=list)  # groups whose prior is Student's
     data: Array = field(default_factory=lambda: np.zeros(0))  # the point's shape, and all [R r]
 
 
@@ -69,7 +71,7 @@ def build_problem(unknowns: Unknowns, blocks: Sequence[Compressed], point: Dynam
     data = [shape_of(point), *(block.R for block in blocks)]
     residual = _residual(unknowns, places, tuple(part.shape for part in data))
     flat = np.concatenate([part.ravel("F") for part in data])
-    return Problem(unknowns, residual, _at_rest(unknowns), unknowns.structural, flat)
+    return Problem(unknowns, residual, _at_rest(unknowns), unknowns.contradictable, flat)
 
 
 # To differentiate an expression takes CasADi longer than to find its maximum. So an expression is
@@ -170,7 +172,8 @@ def solve(problem: Problem, start: Array) -> Array:
     Raises:
         IdentifiabilityError: the optimiser found no maximum.
     """
-    solver = _solver(problem.residual, problem.at_rest, tuple(problem.student_t))
+    student_t = tuple(map(tuple, problem.student_t))
+    solver = _solver(problem.residual, problem.at_rest, student_t)
     found = solver(x0=start, p=problem.data, lbg=0.0)
     if not solver.stats()["success"]:
         raise IdentifiabilityError(
@@ -181,30 +184,35 @@ def solve(problem: Problem, start: Array) -> Array:
 
 
 @lru_cache(maxsize=2)
-def _solver(residual: Any, at_rest: Any, student_t: tuple[int, ...]) -> Any:
+def _solver(residual: Any, at_rest: Any, student_t: tuple[tuple[int, ...], ...]) -> Any:
     """IPOPT for a problem of these equations, whatever its data."""
     z, data = residual.mx_in()
-    cost = 0.5 * ca.sumsqr(residual(z, data)) + _neg_log_prior(z, list(student_t))
+    cost = 0.5 * ca.sumsqr(residual(z, data)) + _neg_log_prior(z, student_t)
     problems = {"x": z, "p": data, "f": cost, "g": at_rest(z)}
     return ca.nlpsol("maximum", "ipopt", problems, IPOPT)
 
 
-def _neg_log_prior(z: Any, student_t: list[int]) -> Any:
+def _neg_log_prior(z: Any, student_t: Sequence[Sequence[int]]) -> Any:
     """-log p(z) but for a constant, CasADi: standard normal, or Student's t."""
-    tailed = z[student_t]
-    wide = TAIL**2 * ca.sum1(ca.log(1.0 + (tailed / TAIL) ** 2))
-    return 0.5 * (ca.sumsqr(z) - ca.sumsqr(tailed) + wide)
+    twice = ca.sumsqr(z)
+    for group in student_t:
+        square, width = ca.sumsqr(z[list(group)]), FREEDOM + len(group)
+        twice += width * ca.log(1.0 + square / width) - square
+    return 0.5 * twice
 
 
 def posterior(problem: Problem, z: Array) -> Gaussian:
-    """Laplace's approximation at the maximum, in scores: information is data plus prior.
-
-    Student's prior counts as the Gaussian that pulls as much there.
-    """
-    at, prior = problem.student_t, np.ones_like(z)
-    prior[at] = 1.0 / (1.0 + (z[at] / TAIL) ** 2)
-    whole = data_information(problem, z) + np.diag(prior)
+    """Laplace's approximation at the maximum, in scores: information is data plus prior."""
+    whole = data_information(problem, z) + np.diag(prior_information(problem.student_t, z))
     return Gaussian(z, np.asarray(np.linalg.inv(whole), dtype=np.float64))
+
+
+def prior_information(student_t: list[list[int]], z: Array) -> Array:
+    """What the prior says of scores at `z`, (P,): Student's as a Gaussian that pulls as much."""
+    known = np.ones_like(z)
+    for group in student_t:
+        known[group] = 1.0 / (1.0 + z[group] @ z[group] / (FREEDOM + len(group)))
+    return known
 
 
 def data_information(problem: Problem, z: Array) -> Array:

@@ -13,7 +13,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from urdyn.identify.map_estimate import Compressed, linearised
+from urdyn.identify.map_estimate import Compressed, linearised, prior_information
 from urdyn.identify.unknowns import Unknowns
 from urdyn.model.dynamics import Dynamics
 from urdyn.types import Array
@@ -86,13 +86,14 @@ def _best(
 def _linear(
     unknowns: Unknowns, blocks: list[Compressed], point: Dynamics, z: Array
 ) -> tuple[Array, Array]:
-    """A, b of the fold's residual A z - b."""
+    """A, b of the fold's residual A s - b, in scores s whose prior has unit information."""
     w, G = linearised(unknowns, [(b.joint, b.payload) for b in blocks], point, z)
+    root = np.sqrt(prior_information(unknowns.contradictable, z))
     rows, targets, start = [], [], 0
     for block in blocks:
         R, r = block.R[:, :-1], block.R[:, -1]
         part = slice(start, start + R.shape[1])
-        rows.append(R @ G[part])
+        rows.append(R @ G[part] / root)
         targets.append(r - R @ (w[part] - G[part] @ z))
         start = part.stop
     return np.vstack(rows), np.concatenate(targets)

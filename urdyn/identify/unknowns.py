@@ -69,10 +69,14 @@ class Unknowns:
         return tuple((f, j) for f in fields for j in joints if self.has(f, j))
 
     @cached_property
-    def structural(self) -> list[int]:
-        """Where the joints' structural damping stands among all unknowns."""
+    def contradictable(self) -> list[list[int]]:
+        """Where stands what an arm may have quite unlike its type.
+
+        The last link, within which is what is mounted there, and each joint's structural damping.
+        """
         first = self.prior.link_mean.size
-        return [first + k for k, (name, _) in enumerate(self.drive) if name == "structural"]
+        damping = [[first + k] for k, (name, _) in enumerate(self.drive) if name == "structural"]
+        return [list(range(first - len(COORDINATES), first)), *damping]
 
     def has(self, field: str, joint: int) -> bool:
         """Whether a joint's model has a term, or the shape of a term that it has."""
