@@ -88,8 +88,9 @@ BROKEN: dict[str, tuple[str, Text | None]] = {
     "gain negative": (f"identify {{log}} {TO} --drive-gain 14,13,11,10,-11,11", None),
     "gain not finite": (f"identify {{log}} {TO} --drive-gain 14,13,11,10,nan,11", None),
     "gain text": (f"identify {{log}} {TO} --drive-gain 14,13,eleven,10,11,11", None),
+    "tool without its centre": (f"identify {{log}} {TO} --tool 1.2", None),
     "tool without half of its centre": (f"identify {{log}} {TO} --tool 1.2,0,0", None),
-    "tool negative": (f"identify {{log}} {TO} --tool -1.2", None),
+    "tool negative": (f"identify {{log}} {TO} --tool=-1.2,0,0,0.05", None),
     "tool text": (f"identify {{log}} {TO} --tool gripper", None),
     "campaign's tool without its mass": (
         "identify {tmp}/x.toml",

@@ -4,21 +4,25 @@ import numpy as np
 import pytest
 
 from urdyn.cli.tool import Tool, remark, setting_of, tool_of
+from urdyn.errors import InputError
 from urdyn.simulate import Payload, simulate
 
 HAND = Tool(1.2, (0.0, 0.0, 0.05))
 
 
-def test_a_tool_is_a_mass_or_a_mass_and_its_centre():
+def test_a_tool_is_a_mass_and_its_centre_or_none():
     assert tool_of((1.2, 0.0, 0.0, 0.05)) == HAND
-    np.testing.assert_array_equal(tool_of((1.2,)).inertials()[:4], [1.2, 0.0, 0.0, 0.0])
     assert not tool_of((0.0,)).inertials().any()
+    for part in ((1.2,), (1.2, 0.0), (0.0, 0.1)):  # at the flange itself no tool has its centre
+        with pytest.raises(InputError, match=r"tool [\d.,]+: MASS,X,Y,Z .* within the last link"):
+            tool_of(part)
 
 
 @pytest.mark.parametrize(
     ("tool", "setting", "words"),
     [
         (None, HAND, "was not used: if the arm bore that, --tool 1.2,0,0,0.05"),
+        (None, Tool(1.2, (np.nan,) * 3), "if the arm bore that, --tool 1.2,X,Y,Z tells it apart"),
         (Tool(2.0, HAND.com), HAND, "was set to 1.20 kg while this was recorded, and not to the 2"),
         (HAND, HAND, ""),
         (HAND, None, ""),

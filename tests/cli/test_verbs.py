@@ -63,6 +63,9 @@ def test_what_arms_of_a_type_hardly_have_is_told(identified: Fit) -> None:
     other = replace(table, values=np.where(heavy, identified.prior + 4.1 * sd, table.values))
     [said] = unlike(replace(identified, parameters=other))
     assert said.startswith("upper_arm_link.mass is") and "this is no ur5e" in said
+    assert "a tool is mounted, and is part of this twin" in said
+    [said] = unlike(replace(identified, parameters=other, tool_known=True))
+    assert "tool has another mass or centre than was named" in said and "mounted" not in said
     assert unlike(identified) == []
     heavy = np.array([name.endswith("_arm_link.mass") for name in table.names])
     heavy |= np.array([name == "forearm_link.mass" for name in table.names])

@@ -36,7 +36,7 @@ ToolOption = Annotated[
     str | None,
     typer.Option(
         "--tool",
-        metavar="KG[,X,Y,Z]",
+        metavar="KG,X,Y,Z",
         help="Mass of the tool that the arm bore in all logs, and its centre from the flange, in "
         "metres; 0: it bore none. Links are then told without it, and a payload that is tracked "
         "counts it.",

@@ -20,7 +20,7 @@ class Tool:
     """A tool that is known; of mass 0, that there is none."""
 
     mass: float  # [kg]
-    com: tuple[float, ...]  # (3,) [m] at the flange
+    com: tuple[float, ...]  # (3,) [m] at the flange; NaN: not told
 
     def inertials(self) -> Array:
         """(10,) in the last joint's frame, as of a solid ball."""
@@ -31,14 +31,19 @@ class Tool:
         return Payload(self.mass, np.array(self.com)).inertials() if self.mass else np.zeros(10)
 
     def __str__(self) -> str:
-        return ",".join(f"{x:.4g}" for x in (self.mass, *self.com))
+        centre = zip("XYZ", self.com, strict=True)
+        return ",".join([f"{self.mass:.4g}", *(f"{x:.4g}" if x == x else at for at, x in centre)])
 
 
 def tool_of(numbers: Sequence[float]) -> Tool:
-    """The tool of its mass [kg] and, where there is any, X,Y,Z [m] of its centre."""
+    """The tool of its mass [kg] and X,Y,Z [m] of its centre; a mass of 0 needs none."""
     mass, *com = numbers
-    if len(com) not in (0, 3):
-        raise InputError(f"tool {numbers}: MASS, or MASS,X,Y,Z in kg and m, like 1.2,0,0,0.06")
+    if len(com) != 3 and (com or mass):
+        raise InputError(
+            f"tool {','.join(f'{x:g}' for x in numbers)}: MASS,X,Y,Z in kg and m, like "
+            "1.2,0,0,0.06, or 0; leave out a tool whose centre nobody knows: it is then found "
+            "within the last link"
+        )
     tool = Tool(mass, tuple(com) or (0.0, 0.0, 0.0))
     tool.inertials()  # InputError where it can be none
     return tool
@@ -64,4 +69,4 @@ def setting_of(log: ud.Log) -> Tool | None:
     from urdyn.signal import samples
 
     mass, *com = next(samples(log.slice(len(log) - 1))).setting.tolist()
-    return Tool(mass, tuple(0.0 if x != x else x for x in com)) if mass == mass else None
+    return Tool(mass, tuple(com)) if mass == mass else None

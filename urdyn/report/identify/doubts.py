@@ -23,6 +23,8 @@ MANY = (
     "is mounted otherwise than its URDF says, or its currents are not in A; do not use this twin "
     "before that is known"
 )
+UNNAMED_TOOL = "a tool is mounted, and is part of this twin, within the last link"
+MISNAMED_TOOL = "the tool has another mass or centre than was named"
 UNEXPLAINED = (
     "no model of a {} explains the currents of {} by this motion: columns may be swapped, in "
     "another order of the joints, or of another quantity, sign or zero; or the arm is mounted "
@@ -123,9 +125,10 @@ def unlike(fit: Fit) -> list[str]:
     if many > 1:
         return [MANY.format(many, sum(told), arm)]
     usual, here = interval90(fit.prior[at], fit.prior_sd[at]), number(table.values[at], 3)
+    why = MISNAMED_TOOL if fit.tool_known else UNNAMED_TOOL
     return [
-        f"{table.names[at]} is {here} {table.units[at]}, where such arms have {usual}: a tool is "
-        f"mounted, and is part of this twin; or this is no {arm}, or its currents are not in A"
+        f"{table.names[at]} is {here} {table.units[at]}, where such arms have {usual}: {why}; or "
+        f"this is no {arm}, or its currents are not in A"
     ]
 
 
