@@ -24,7 +24,7 @@ from urdyn.identify.map_estimate import (
     posterior,
     solve,
 )
-from urdyn.identify.unknowns import Unknowns
+from urdyn.identify.unknowns import Contradictable, Unknowns
 from urdyn.model.drive import LINEAR
 from urdyn.model.dynamics import Dynamics
 from urdyn.model.population import OPTIONAL, population
@@ -32,6 +32,7 @@ from urdyn.types import Array, Gaussian, Motion
 
 STEP = 1e-5  # of a finite difference in a score
 CHANCE = 0.01  # that a test fails although its claim holds
+DAMPING = (Contradictable((1,), below=True),)  # of a problem whose second score is one
 
 
 @pytest.fixture(scope="module")
@@ -97,7 +98,9 @@ def insistence(problem: Problem, z: Array) -> Array:
     """How much of a Gaussian prior's pull there is, score by score."""
     pull = np.ones(len(z))
     for group in problem.student_t:
-        pull[group] = 1.0 / (1.0 + np.sum(z[group] ** 2) / (FREEDOM + len(group)))
+        at = list(group.scores)
+        off = np.where(group.below & (z[at] > 0.0), 0.0, z[at])
+        pull[at] = 1.0 / (1.0 + np.sum(off**2) / (FREEDOM + len(at)))
     return pull
 
 
@@ -175,7 +178,7 @@ def test_on_an_affine_problem_the_posterior_is_the_dense_gaussian(
 def test_a_prior_that_is_contradicted_gives_way_and_no_other_does(unknowns: Unknowns) -> None:
     """Data tell two scores, ten below what is expected of both; roots of slopes by hand."""
     z = ca.MX.sym("z", 12)
-    problem = Problem(unknowns, function(z, z[:2] + 10.0), unbound(12), [[1]])
+    problem = Problem(unknowns, function(z, z[:2] + 10.0), unbound(12), DAMPING)
     found = solve(problem, np.zeros(12))
     # Of the second z + 10 + z / (1 + z² / width) = 0, a cubic.
     width = FREEDOM + 1.0
@@ -190,7 +193,7 @@ def test_what_belongs_together_gives_way_together(unknowns: Unknowns) -> None:
     """Of three scores of a group data contradict one: of the others they are believed as much."""
     z = ca.MX.sym("z", 12)
     data = ca.vertcat(z[0] + 10.0, z[1:3] + 1.0, z[3] + 1.0)
-    problem = Problem(unknowns, function(z, data), unbound(12), [[0, 1, 2]])
+    problem = Problem(unknowns, function(z, data), unbound(12), (Contradictable((0, 1, 2)),))
     found = solve(problem, np.zeros(12))
     pull = 1.0 / (1.0 + found[:3] @ found[:3] / (FREEDOM + 3.0))
     np.testing.assert_allclose(found[:4], [*np.array([-10, -1, -1]) / (1.0 + pull), -0.5], 1e-6)
@@ -213,6 +216,15 @@ def test_what_is_mounted_at_the_flange_is_in_the_last_link_and_biases_nothing(
     masses = range(0, links.size, 10)
     assert len(gains) == 6
     assert np.abs(away[[*gains, *masses]]).max() < norm.isf(0.5 * CHANCE / 12.0)
+
+
+def test_no_damping_gives_way_upwards(unknowns: Unknowns) -> None:
+    """What is expected of structural damping may be missing, and is not exceeded tenfold."""
+    z = ca.MX.sym("z", 12)
+    problem = Problem(unknowns, function(z, z[:2] - 10.0), unbound(12), DAMPING)
+    belief = posterior(problem, solve(problem, np.zeros(12)))
+    np.testing.assert_allclose(belief.mean[:2], 5.0, rtol=1e-6)
+    np.testing.assert_allclose(belief.sd[:2], np.sqrt(0.5))
 
 
 def test_no_data_leave_the_prior(unknowns: Unknowns) -> None:

@@ -9,10 +9,12 @@ does friction drive a joint.
 
 The prior rho is 1/2 z^2, but of what may be quite unlike the population Student's: of n scores that
 belong together (nu + n)/2 log(1 + |z|^2/(nu + n)), as wide where data agree with it, and giving way
-where they do not [Lange1989]_. In all drives of the population friction grows with the load. Where
-it does not, of which no logarithm tells, a Gaussian would take half of what it expects for true,
-and have the rest in Coulomb friction, surely wrong. And the last link has within it what is mounted
-there: a Gaussian would spread a tool over other links, and have the drive gains pay for the rest.
+where they do not [Lange1989]_. The last link has within it what is mounted there: a Gaussian would
+spread a tool over other links, and have the drive gains pay for the rest. And in all drives of the
+population friction grows with the load. Where it does not, of which no logarithm tells, a Gaussian
+would take half of what it expects for true, and have the rest in Coulomb friction, surely wrong.
+That prior gives way below zero alone: a joint that bears no load would have tens of times what is
+expected, for whatever its other friction leaves.
 """
 
 from __future__ import annotations
@@ -28,7 +30,7 @@ import numpy as np
 
 from urdyn.errors import IdentifiabilityError
 from urdyn.identify.expressions import Quantities, quantities
-from urdyn.identify.unknowns import Unknowns
+from urdyn.identify.unknowns import Contradictable, Unknowns
 from urdyn.model.drive import LINEAR, STEPS
 from urdyn.model.dynamics import Dynamics
 from urdyn.types import Array, Gaussian
@@ -61,7 +63,7 @@ class Problem:
     unknowns: Unknowns
     residual: Any  # CasADi function (z, data) -> whitened residuals of all blocks
     at_rest: Any  # CasADi function z -> Coulomb and Stribeck friction at rest, (J,) [N·m], >= 0
-    student_t: list[list[int]] = field(default_factory=list)  # groups whose prior is Student's
+    student_t: tuple[Contradictable, ...] = ()  # whose prior is Student's
     data: Array = field(default_factory=lambda: np.zeros(0))  # the point's shape, and all [R r]
 
 
@@ -172,8 +174,7 @@ def solve(problem: Problem, start: Array) -> Array:
     Raises:
         IdentifiabilityError: the optimiser found no maximum.
     """
-    student_t = tuple(map(tuple, problem.student_t))
-    solver = _solver(problem.residual, problem.at_rest, student_t)
+    solver = _solver(problem.residual, problem.at_rest, problem.student_t)
     found = solver(x0=start, p=problem.data, lbg=0.0)
     if not solver.stats()["success"]:
         raise IdentifiabilityError(
@@ -184,7 +185,7 @@ def solve(problem: Problem, start: Array) -> Array:
 
 
 @lru_cache(maxsize=2)
-def _solver(residual: Any, at_rest: Any, student_t: tuple[tuple[int, ...], ...]) -> Any:
+def _solver(residual: Any, at_rest: Any, student_t: tuple[Contradictable, ...]) -> Any:
     """IPOPT for a problem of these equations, whatever its data."""
     z, data = residual.mx_in()
     cost = 0.5 * ca.sumsqr(residual(z, data)) + _neg_log_prior(z, student_t)
@@ -192,11 +193,13 @@ def _solver(residual: Any, at_rest: Any, student_t: tuple[tuple[int, ...], ...])
     return ca.nlpsol("maximum", "ipopt", problems, IPOPT)
 
 
-def _neg_log_prior(z: Any, student_t: Sequence[Sequence[int]]) -> Any:
+def _neg_log_prior(z: Any, student_t: tuple[Contradictable, ...]) -> Any:
     """-log p(z) but for a constant, CasADi: standard normal, or Student's t."""
     twice = ca.sumsqr(z)
     for group in student_t:
-        square, width = ca.sumsqr(z[list(group)]), FREEDOM + len(group)
+        off = z[list(group.scores)]
+        square = ca.sumsqr(ca.fmin(off, 0.0) if group.below else off)
+        width = FREEDOM + len(group.scores)
         twice += width * ca.log(1.0 + square / width) - square
     return 0.5 * twice
 
@@ -207,11 +210,13 @@ def posterior(problem: Problem, z: Array) -> Gaussian:
     return Gaussian(z, np.asarray(np.linalg.inv(whole), dtype=np.float64))
 
 
-def prior_information(student_t: list[list[int]], z: Array) -> Array:
+def prior_information(student_t: tuple[Contradictable, ...], z: Array) -> Array:
     """What the prior says of scores at `z`, (P,): Student's as a Gaussian that pulls as much."""
     known = np.ones_like(z)
     for group in student_t:
-        known[group] = 1.0 / (1.0 + z[group] @ z[group] / (FREEDOM + len(group)))
+        at = list(group.scores)
+        off = np.minimum(z[at], 0.0) if group.below else z[at]
+        known[at] = 1.0 / (1.0 + off @ off / (FREEDOM + len(at)))
     return known
 
 

@@ -49,6 +49,14 @@ class PayloadPrior:
         return np.array([mass / 2.0, *[0.5] * 3, *[0.02] * 3, *[0.08] * 3])
 
 
+@dataclass(frozen=True)
+class Contradictable:
+    """Scores that belong together, of which data may say what no prior expects."""
+
+    scores: tuple[int, ...]
+    below: bool = False  # only where they are less than expected
+
+
 @dataclass(frozen=True, eq=False)
 class Unknowns:
     """Which quantities are sought, and in which order: links, drives, payloads."""
@@ -69,14 +77,16 @@ class Unknowns:
         return tuple((f, j) for f in fields for j in joints if self.has(f, j))
 
     @cached_property
-    def contradictable(self) -> list[list[int]]:
-        """Where stands what an arm may have quite unlike its type.
+    def contradictable(self) -> tuple[Contradictable, ...]:
+        """What an arm may have quite unlike its type.
 
-        The last link, within which is what is mounted there, and each joint's structural damping.
+        The last link, within which is what is mounted there, and too little structural damping of a
+        joint.
         """
         first = self.prior.link_mean.size
-        damping = [[first + k] for k, (name, _) in enumerate(self.drive) if name == "structural"]
-        return [list(range(first - len(COORDINATES), first)), *damping]
+        link = Contradictable(tuple(range(first - len(COORDINATES), first)))
+        damping = (first + k for k, (name, _) in enumerate(self.drive) if name == "structural")
+        return link, *(Contradictable((at,), below=True) for at in damping)
 
     def has(self, field: str, joint: int) -> bool:
         """Whether a joint's model has a term, or the shape of a term that it has."""
