@@ -58,6 +58,17 @@ def test_what_a_loop_that_rings_shakes_is_no_finding_of_its_own(shop: Shop) -> N
     assert np.allclose([told[2], told[4]], [9.0, 14.0], atol=0.3)
 
 
+def test_a_loop_rings_beside_a_sensor_that_is_stuck(shop: Shop) -> None:
+    """The sensor of one joint mutes no other."""
+    log = shop.log(seconds=6.0)
+    age, current = log.t - log.t[0], log.joint("actual_current").copy()
+    current[age > 2.0, 5] = current[age > 2.0, 5][0]
+    swing = 2.0 * np.sin(2.0 * np.pi * 9.0 * age) / shop.dynamics.drive.gain[2]
+    current[:, 2] += np.where(age > 3.5, swing, 0.0)
+    told = {f.joint: f.kind for f in diagnose(shop.fit, with_current(log, current))}
+    assert told == {5: "sensor_fault", 2: "controller_instability"}
+
+
 def test_a_joint_of_two_lines_is_one_finding_of_the_louder(shop: Shop) -> None:
     [found], _ = _rings(shop, (4, 9.0, 1.0, 4.0), (4, 14.0, 3.0, 7.0))
     assert found.joint == 4

@@ -90,7 +90,7 @@ class Fast:
         sensors, sick, ill = self.sensors.step(state.sensors, rows, torn, ringing)
         doubted = ill | self.sensors.unsteady(sensors)
         quiet, pushes = self.collision.step(state.quiet, rows, carried, doubted)
-        heard, rings = self.oscillation.step(state.heard, rows, bool(ill.any()))
+        heard, rings = self.oscillation.step(state.heard, rows, ill)
         doubted = doubted | self.oscillation.ringing(heard, float(rows.t[-1]))
         swung = self.oscillation.swung(heard)
         reversals, gaps, open_now = self.backlash.step(

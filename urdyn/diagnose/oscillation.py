@@ -132,19 +132,19 @@ class Oscillation:
             span[:, ring.joint] = min(begin, ring.since - ring.within), max(end, ring.last)
         return span
 
-    def step(self, state: Heard, rows: Rows, doubted: bool) -> tuple[Heard, list[Event]]:
+    def step(self, state: Heard, rows: Rows, ill: Mask) -> tuple[Heard, list[Event]]:
         """A beat on; an event when a joint begins to ring.
 
         Args:
-            doubted: a sensor is ill, which may be what rings; nobody is told meanwhile.
+            ill: joints whose sensor is, (J,); that may be what rings, and their loops are not told.
         """
         events = list[Event]()
         for part in parts(len(rows), min(LOOKS, len(rows))):
-            state, more = self._listen(state, rows.part(part.start, part.stop), doubted)
+            state, more = self._listen(state, rows.part(part.start, part.stop), ill)
             events += [replace(event, alarm=float(rows.t[-1])) for event in more]
         return state, events
 
-    def _listen(self, state: Heard, rows: Rows, doubted: bool) -> tuple[Heard, list[Event]]:
+    def _listen(self, state: Heard, rows: Rows, ill: Mask) -> tuple[Heard, list[Event]]:
         """Some rows on."""
         remembered = max(self._windows[-1], weave.LASTS)
         K, keep = self.space.reference.drive.gain, slice(-self._samples(remembered), None)
@@ -169,6 +169,7 @@ class Oscillation:
             known = usual[k].looks * WINDOWS[window] > KNOWN * window
             for line in lines:
                 if not self._woven(line, window, state):
+                    doubted = bool(ill[line.joint])
                     state, more = self._told(
                         state, line, t, window=window, known=known, doubted=doubted
                     )
