@@ -430,6 +430,17 @@ def test_a_rate_is_told_as_what_people_read_grows(shop: Shop) -> None:
         assert told.evidence["rate_per_s"] == pytest.approx(0.02 * slope, rel=1e-5)
 
 
+def test_every_rival_of_a_change_has_a_name_of_its_own(shop: Shop) -> None:
+    """Kinds that are told as one are two rivals."""
+    diagnosis = shop.diagnosis(shop.log(seconds=2.0))
+    of = diagnosis.slow.of
+    rivals = tuple((k, 0.1) for k in range(1, len(of.each)))
+    change = Change(0, 0.0, (-1.0, 1.0), (-1.0, 1.0), 5.0, 0.9, 9.0, 0.3, 0.01, 0.0, 0.0)
+    told = of_change(replace(change, rivals=rivals), of, diagnosis.space, diagnosis.rules, [])
+    names = {(rival["kind"], rival["joint"]) for rival in told.evidence["rivals"]}
+    assert len(names) == len(rivals)
+
+
 def test_friction_that_falls_below_its_first_day_is_no_failure_to_come(shop: Shop) -> None:
     diagnosis = shop.diagnosis(shop.log(seconds=2.0))
     of = diagnosis.slow.of

@@ -138,7 +138,7 @@ def test_a_sensor_that_tells_more_than_there_is_looks_like_a_drive_that_lost_hea
     (finding,) = diagnose(shop.fit, with_current(log, current)).findings
     assert (finding.kind, finding.joint) == ("health_degradation", 1)
     assert abs(finding.size - (1.0 / 1.25 - 1.0)) < 0.06
-    assert "a current sensor that reads too high looks the same" in finding.text
+    assert "a current sensor that reads too high, or more friction" in finding.text
 
 
 def test_an_arm_without_power_has_no_sensor_that_fails(shop: Shop) -> None:

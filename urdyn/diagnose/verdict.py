@@ -43,7 +43,7 @@ def of_change(change: Change, of: Suspects, space: Space, rules: Rules, trace: S
         "rate_per_s": rate,
         "rate_sd": rate_sd,
         "rivals": [
-            {"kind": of.each[k].kind.finding_kind, "joint": of.each[k].joint, "share": share}
+            {"kind": of.each[k].kind.name, "joint": of.each[k].joint, "share": share}
             for k, share in change.rivals
         ],
         "series": _series(_read(suspect, trace)),
