@@ -9,12 +9,13 @@ import pytest
 
 from urdyn.errors import IdentifiabilityError
 from urdyn.identify import Fit, Score, batch, identify, validate
+from urdyn.identify.another_load import another_load
 from urdyn.identify.scoring import amiss_in
 from urdyn.model.arm import Arm
-from urdyn.report.identify.doubts import doubts, slopes, unexplained, unmeasured
+from urdyn.report.identify.doubts import doubts, picked, slopes, unexplained, unmeasured
 from urdyn.report.identify.page import identify_page
 from urdyn.signal import condition
-from urdyn.simulate import simulate
+from urdyn.simulate import Payload, simulate
 from urdyn.types import Array, Log
 
 SWAPPED = [2, 1, 0, 3, 4, 5]  # alphabetical order of the names: the elbow comes first
@@ -59,6 +60,22 @@ def test_a_joint_that_the_controller_knows_much_better_is_none_of_this_arm(
         controller = np.where(np.arange(6) == 4, times, 2.0) * score.rre_percent
         said = unexplained(identified, [replace(score, target_rre_percent=controller)])
         assert bool(said) == told and ("of wrist 2 by" in "".join(said)) == told
+
+
+@pytest.mark.parametrize("down", [False, True])
+def test_a_piece_that_was_picked_up_or_put_down_in_a_log_is_told(
+    ur5e: Arm, identified: Fit, log: Log, down: bool
+) -> None:
+    piece = Payload(2.0, np.array([0.0, 0.02, 0.06]))
+    laden = simulate(ur5e, 12.0, 100.0, 1, payload=piece)[0]
+    borne = (np.arange(len(log)) >= 700)[:, None] ^ down
+    both = {name: (log.channels[name], laden.channels[name]) for name in log.channels}
+    channels = {name: np.where(borne, b, a) for name, (a, b) in both.items() if a.ndim == 2}
+    score = validate(identified, Log(log.t, channels))
+    _, since = another_load(identified, score)
+    assert abs(since - log.t[700]) < 1.0
+    [said] = picked(identified, [score])
+    assert f"from stamp {since:.1f} s on the tool seems to bear another load" in said
 
 
 def test_a_joint_without_a_current_is_said_to_be_what_is_typical(identified: Fit, log: Log) -> None:

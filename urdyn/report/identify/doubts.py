@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from urdyn.identify import Fit, Score
+from urdyn.identify.another_load import another_load
 from urdyn.identify.unknowns import TIME_OFFSET_SD
 from urdyn.model.whose import misweighed
 from urdyn.report.digits import interval90, number
@@ -18,6 +19,7 @@ LEVEL, LITTLE = 0.9, 0.5  # [-] of samples that intervals are for; of that, in a
 FAR = 4.0  # [sd] of what arms of a type differ by: right ones were within 1.3, others beyond 4
 NOTHING = 100.0  # [%] error of a model that says zero
 WORSE = 2.0  # [-] times the controller's error; fits to sound logs were at 1.02 at most
+PIECE = 0.2  # [-] of what a fit leaves: of sound logs a load explains 0.05, of such with pieces 0.4
 MANY = (
     "{} of {} masses and drive gains are what such arms hardly have: this is no {}, or it "
     "is mounted otherwise than its URDF says, or its currents are not in A; do not use this twin "
@@ -33,6 +35,10 @@ UNEXPLAINED = (
 STRANGE = (
     "In {} intervals for 90 % of the currents hold less than half of that: it has changed since it "
     "was commissioned, or its columns are another joint's, or of another sign"
+)
+PICKED = (
+    "{}: from stamp {:.1f} s on the tool seems to bear another load, which explains {:.0f} % of "
+    "what the fit leaves: use the rows before or after that alone (--rows)"
 )
 SLOPES = (
     "no velocities are in {}: they were taken from the angles, which tell accelerations less well; "
@@ -53,6 +59,7 @@ def doubts(fit: Fit, scores: Sequence[Score]) -> list[str]:
         *unmeasured(fit, scores),
         *misnamed(fit, scores),
         *unexplained(fit, scores),
+        *picked(fit, scores),
         *unlike(fit),
     ]
 
@@ -102,13 +109,21 @@ def skewed(fit: Fit) -> list[str]:
 
 def unexplained(fit: Fit, scores: Sequence[Score]) -> list[str]:
     """Joints whose currents no fit explains, though none is needed but this motion."""
-    own = [score for score in scores if seen(fit, score.log.source) != UNSEEN]
+    own = _own(fit, scores)
     if not own:
         return []
     found = pool(fit, own)
     badly = (found.moving >= NOTHING) | (found.ours > WORSE * found.controller)
     which = _named(fit, badly)
     return [UNEXPLAINED.format(fit.dynamics.arm.name, which)] if which else []
+
+
+def picked(fit: Fit, scores: Sequence[Score]) -> list[str]:
+    """Logs of the fit through a part of which something else hung at the tool."""
+    each = [(score.log.source.path, *another_load(fit, score)) for score in _own(fit, scores)]
+    return [
+        PICKED.format(path, since, 100.0 * share) for path, share, since in each if share >= PIECE
+    ]
 
 
 def unlike(fit: Fit) -> list[str]:
@@ -130,6 +145,11 @@ def unlike(fit: Fit) -> list[str]:
         f"{table.names[at]} is {here} {table.units[at]}, where such arms have {usual}: {why}; or "
         f"this is no {arm}, or its currents are not in A"
     ]
+
+
+def _own(fit: Fit, scores: Sequence[Score]) -> list[Score]:
+    """Those of logs that the fit was made of."""
+    return [score for score in scores if seen(fit, score.log.source) != UNSEEN]
 
 
 def _named(fit: Fit, which: np.ndarray) -> str:
