@@ -83,8 +83,8 @@ def test_a_robot_that_is_gone_is_not_waited_for_beyond_the_time_that_was_asked(
 
 
 def test_a_robot_that_is_another_arm_is_refused_by_its_first_movements(workshop, ur10e, tmp_path):
-    with serve(play(simulate(ur10e, 4.0, 100.0, seed=1)[0]), port=0) as server:  # in 0.8 s
-        source = open_source(f"rtde://127.0.0.1:{server.port}")
+    with serve(play(simulate(ur10e, 20.0, 100.0, seed=1)[0]), port=0) as server:  # in 4 s
+        source = open_source(f"rtde://127.0.0.1:{server.port}", duration=3.0)
         said = f"{source.name}: is of another arm.* where a ur10e has its tool"
         with pytest.raises(LogError, match=said):
             workshop.track(tmp_path, source, filter=EKF())
