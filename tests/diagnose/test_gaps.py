@@ -154,7 +154,7 @@ def test_a_gap_through_which_the_link_flies_is_found_and_measured(shop: Shop, ga
     assert 0.5 * gap < finding.size < 2.0 * gap
 
 
-@pytest.mark.parametrize("gap", [1e-3, 2e-3])
+@pytest.mark.parametrize("gap", [1e-3, pytest.param(2e-3, marks=pytest.mark.slow)])
 def test_a_flight_is_found_though_the_load_turns_over_at_another_moment(
     shop: Shop, gap: float
 ) -> None:

@@ -119,7 +119,7 @@ def test_windows_are_placed_where_they_are_alike() -> None:
     assert placed == pytest.approx(np.append(0.0, np.cumsum(np.log(each[1:]))))
 
 
-@pytest.mark.parametrize("jolt", [_blow, _rebound])
+@pytest.mark.parametrize("jolt", [_blow, pytest.param(_rebound, marks=pytest.mark.slow)])
 def test_a_jolt_of_a_joints_friction_that_recurs_is_play_of_that_joint(shop: Shop, jolt) -> None:
     j, log = 0, shop.log(seconds=40.0)
     friction = shop.dynamics.drive.coulomb[j]
@@ -212,7 +212,7 @@ def test_friction_that_doubles_in_a_real_run_is_no_play(real: Fit, recorded: Rec
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("joint", [0, 1, 2])
+@pytest.mark.parametrize("joint", [*(pytest.param(j, marks=pytest.mark.slow) for j in (0, 1)), 2])
 def test_a_jolt_in_a_real_run_is_play_and_no_push(
     real: Fit, recorded: Recorded, joint: int
 ) -> None:
@@ -230,7 +230,7 @@ def _swing(after: Array) -> Array:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("joint", [0, 2, 5])
+@pytest.mark.parametrize("joint", [*(pytest.param(j, marks=pytest.mark.slow) for j in (0, 2)), 5])
 def test_a_jolt_where_the_controllers_torque_turns_over_is_play(
     real: Fit, recorded: Recorded, joint: int
 ) -> None:

@@ -40,7 +40,7 @@ def test_a_steady_swing_beside_a_slow_motion_has_one_amplitude(frequency: float)
     assert np.isclose(amplitude(x, T, frequency), 0.7)
 
 
-@pytest.mark.parametrize("frequency", [13.0, 22.0, 36.8])
+@pytest.mark.parametrize("frequency", [13.0, pytest.param(22.0, marks=pytest.mark.slow), 36.8])
 def test_a_swing_has_its_frequency_at_the_steps_of_its_recorder(
     shop: Shop, frequency: float
 ) -> None:
@@ -179,7 +179,7 @@ def test_a_swing_that_a_window_hardly_shows_is_told_by_a_longer_one(
     assert np.isclose(found.evidence["frequency_Hz"], 30.0 / np.pi, atol=0.1)
 
 
-@pytest.mark.parametrize("joint", [1, 2])
+@pytest.mark.parametrize("joint", [1, pytest.param(2, marks=pytest.mark.slow)])
 def test_a_swing_in_a_runs_first_seconds_is_not_learnt_as_usual(shop: Shop, joint: int) -> None:
     """It is in the first spectrum of a joint already that a second fills."""
     log = shop.log(seconds=9.0, rate=500.0)

@@ -66,8 +66,9 @@ def test_a_sample_of_other_joints_is_refused() -> None:
 def test_angles_alone_take_the_window_that_they_take_in_a_batch(step: float) -> None:
     t = step * np.arange(100)
     log = log_of(t, swing(t)[0], np.full((100, 3), np.nan))
-    batch, (_, live) = condition(log), play(Causal(step, velocities=False), log)
-    inner = slice(3, -3)
+    twin = Causal(step, velocities=False)
+    batch, (_, live) = condition(log), play(twin, log)
+    inner = slice(twin.fit.half, -twin.fit.half)
     assert np.array_equal(stacked(live, "t"), batch.t[inner])
     for order, name in enumerate(ORDERS):
         error = np.abs(stacked(live, name) - getattr(batch, name)[inner])
