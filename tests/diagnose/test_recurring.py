@@ -132,7 +132,9 @@ def test_a_jolt_of_a_joints_friction_that_recurs_is_play_of_that_joint(shop: Sho
     assert not shop.disturbed(log, j, np.zeros(len(log.t))).findings
 
 
-@pytest.mark.parametrize(("share", "told"), [(0.01, False), (0.3, True)])
+@pytest.mark.parametrize(
+    ("share", "told"), [(0.01, False), pytest.param(0.3, True, marks=pytest.mark.slow)]
+)
 def test_no_model_is_as_fine_as_a_recording_that_was_smoothed(
     shop: Shop, share: float, told: bool
 ) -> None:

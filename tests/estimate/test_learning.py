@@ -295,6 +295,7 @@ def coupled(setting: Array) -> Joined[Tick]:
     return Joined(process, AffineObservation(2, lambda u: np.eye(2), np.exp(2 * noise) * np.eye(2)))
 
 
+@pytest.mark.slow
 def test_a_search_may_begin_without_any_coupling() -> None:
     """A coordinate of 0 is moved like any other: wherever it begins, it ends on one top."""
     truth = np.array([-0.7, -2.3, -1.6, -2.3])

@@ -102,10 +102,10 @@ def test_a_spread_that_is_wrong_is_followed_up_to_what_is_allowed() -> None:
 
 
 def test_what_is_known_of_a_level_is_what_was_measured_of_it() -> None:
-    """Three thousand rows of which a tenth is there know it to the sd of three hundred."""
+    """Of two thousand rows a tenth is there: they know it to the sd of two hundred."""
     rng, z = np.random.default_rng(1), []
     for _ in range(20):
-        rows = np.where(rng.random(3000) < 0.1, rng.standard_normal(3000), np.nan)
+        rows = np.where(rng.random(2000) < 0.1, rng.standard_normal(2000), np.nan)
         one = learn_baseline(rows)
         assert one.steps[0] == np.isfinite(rows).sum()
         z.append(one.typical[0] / (one.spread[0] / np.sqrt(one.steps[0])))

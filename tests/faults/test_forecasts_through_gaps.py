@@ -112,6 +112,7 @@ def lives(share: float, runs: int) -> tuple[float, float]:
     return float(held), float(np.median([m.high - m.low for m in made]))
 
 
+@pytest.mark.slow
 def test_a_fifth_of_the_rows_missing_widens_intervals_by_little() -> None:
     """.9 to three standard errors of 100 lives, .09; by sqrt(1 / .8) = 1.12, and a tenth of chance.
 
