@@ -58,13 +58,15 @@ def begun(shop: Shop, tmp_path: Path):
     looking.close()
 
 
+def overheard(shop: Shop, **hears) -> Onlooker:
+    """Whoever looks on, before it begins; by their names those whom it tells."""
+    return Onlooker(shop.fit, 0.01, read_rules(), {}, **hears)
+
+
 def test_what_is_taken_back_is_told_once(shop: Shop) -> None:
     heard: list[str] = []
-    looking = Onlooker(
-        shop.fit,
-        0.01,
-        read_rules(),
-        {},
+    looking = overheard(
+        shop,
         tell=lambda finding: heard.append(f"{finding['id']} told"),
         retract=lambda finding: heard.append(f"{finding['id']} taken back"),
     )
@@ -77,14 +79,7 @@ def test_what_is_taken_back_is_told_once(shop: Shop) -> None:
 
 def test_a_doubt_is_told_as_it_arises_before_the_findings_that_it_is_of(shop: Shop) -> None:
     heard: list[str] = []
-    looking = Onlooker(
-        shop.fit,
-        0.01,
-        read_rules(),
-        {},
-        tell=lambda finding: heard.append(finding["id"]),
-        warn=heard.append,
-    )
+    looking = overheard(shop, tell=lambda finding: heard.append(finding["id"]), warn=heard.append)
     for doubt, finding in (("", "a"), ("no twin", "b"), ("no twin", "c")):
         found = {"id": finding}
         looking._hear([{"told": [found], "findings": [found], "doubt": doubt}])

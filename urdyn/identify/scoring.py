@@ -85,15 +85,20 @@ def validate(twin: Fit | Fitted, log: Log) -> Score:
 
 def _known(dynamics: Dynamics, motion: Motion) -> Mask:
     """Where friction does not hang on what a joint did in a gap, (N, J)."""
-    travelled = dynamics.bristles(motion).travelled
-    known = travelled > SETTLED * dynamics.drive.presliding_distance
-    known[: next(iter(motion.breaks), None)] = True  # as a rule a log begins at rest
-    return np.asarray(known)
+    known = np.ones(motion.q.shape, dtype=bool)  # as a rule a log begins at rest
+    if motion.breaks:
+        after = slice(motion.breaks[0], None)
+        travelled = dynamics.bristles(motion).travelled[after]
+        known[after] = travelled > SETTLED * dynamics.drive.presliding_distance
+    return known
 
 
 def amiss_in(dynamics: Dynamics, q: Array, current: Array) -> tuple[Defect, ...]:
     """What is amiss with currents (N, J) [A] at angles q [rad]; nothing where nothing is."""
-    none = _none(dynamics, q, current)
+    return _amiss(_none(dynamics, q, current))
+
+
+def _amiss(none: dict[str, Mask]) -> tuple[Defect, ...]:
     return tuple(Defect(what, int(n), 0, "left out") for what, m in none.items() if (n := m.sum()))
 
 
@@ -107,11 +112,12 @@ def _none(dynamics: Dynamics, q: Array, current: Array) -> dict[str, Mask]:
 
 def _drawn(dynamics: Dynamics, log: Log) -> Log:
     """A log without such currents."""
-    q, current = log.joint("actual_q"), log.joint("actual_current")
-    if not (amiss := amiss_in(dynamics, q, current)):
+    current = log.joint("actual_current")
+    none = _none(dynamics, log.joint("actual_q"), current)
+    if not (amiss := _amiss(none)):
         return log
-    none = np.any([*_none(dynamics, q, current).values()], axis=0)
-    channels = {**log.channels, "actual_current": np.where(none, np.nan, current)}
+    measured = np.where(np.any([*none.values()], axis=0), np.nan, current)
+    channels = {**log.channels, "actual_current": measured}
     return replace(log, channels=channels, defects=(*log.defects, *amiss))
 
 

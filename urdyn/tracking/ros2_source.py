@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import replace
 from itertools import chain
 from queue import Empty
 from threading import Event
@@ -71,8 +70,19 @@ def hearing(
         heard = _until(last, chain(first, _heard(inbox, ended, end, tell)))
         return (_arrival(one, effort) for one in heard)
 
-    source = Source(name, name, "", period, len(JOINTS), True, count, start, ended.set, tell=tell)
-    return replace(source, velocities=any(np.isfinite(heard.v).any() for heard in first))
+    return Source(
+        name=name,
+        identity=name,
+        sha256="",
+        period=period,
+        joints=len(JOINTS),
+        live=True,
+        length=count,
+        start=start,
+        close=ended.set,
+        tell=tell,
+        velocities=any(np.isfinite(heard.v).any() for heard in first),
+    )
 
 
 def _first(inbox: Inbox, name: str, count: int) -> list[Heard]:
