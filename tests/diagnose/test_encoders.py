@@ -16,7 +16,7 @@ from test_diagnosis_resumed import looking_on
 
 from urdyn.diagnose import Diagnosis, Finding, diagnose, encoder, read_rules
 from urdyn.diagnose.encoder import all_seen, unseen, well
-from urdyn.diagnose.ledger import entered, finding_of
+from urdyn.diagnose.ledger import entered, finding_of, to_be_told
 from urdyn.diagnose.zero import shifted
 from urdyn.estimate import EKF
 from urdyn.identify import Fit
@@ -168,3 +168,14 @@ def test_a_noisy_encoder_jumps_to_and_fro_and_is_off_by_no_sum(shop: Shop) -> No
         book, [found] = entered(book, [finding_of(event, book, where, rules)])
     assert len(book) == 1 and (found.onset_s, found.size) == (0.0, 0.013)
     assert "to and fro" in found.text and "loose contact" in found.advice
+
+
+def test_a_zero_that_jumps_much_further_is_told_again(shop: Shop) -> None:
+    """Nobody knows the sd of such a size, which is no reason to keep it quiet."""
+    where, rules, book, again = Diagnosis(shop.fit, 0.01).space, read_rules(), (), list[bool]()
+    for t, jump in ((0.0, 0.011), (60.0, 0.001), (120.0, 0.3)):
+        rows = SimpleNamespace(t=np.array([t]), shift=jump * np.eye(6)[2:3])
+        [event] = shifted(rows, rules.jump)
+        before, (book, found) = book, entered(book, [finding_of(event, book, where, rules)])
+        again.append(bool(to_be_told(before, found)))
+    assert again == [True, False, True]
