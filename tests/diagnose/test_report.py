@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
+import numpy as np
 import pytest
 
 import urdyn as ud
@@ -32,3 +35,16 @@ def test_a_log_is_conditioned_for_its_own_arm_only(shop, ur5e):
     short = {name: of[:, :5] if of.ndim == 2 else of for name, of in log.channels.items()}
     with pytest.raises(ud.UrdynError, match="has 5 joints, the arm 6"):
         ud.condition(ud.Log(log.t, short), ur5e)
+
+
+def test_a_controller_that_knows_the_load_is_not_to_be_told_of_it(shop, ur5e):
+    """As on the page of the run, which knows what the controller is set to."""
+    log = shop.log("payload_change:onset=8,mass=2", seconds=40.0)
+    late = log.t - log.t[0] >= 8.0
+    fit = replace(shop.fit, tool_known=True)
+    load = np.where(late, 2.0, 0.0)
+    setting = {"payload": load, "payload_cog": np.zeros((len(log), 3))}
+    track = ud.track(fit, replace(log, channels={**log.channels, **setting}))
+    assert track.payload_setting["off_kg"] is None
+    advice = [f["advice"] for f in ud.diagnose(track).document["findings"]]
+    assert advice and not any("tell the controller" in one for one in advice)

@@ -87,6 +87,7 @@ def diagnose(
         identity={},
         source=source,
         rules=diagnosis.rules,
+        load_as_set=isinstance(of, Tracked) and of.load_as_set,
     )
     return Report(tuple(found), document, tracker, log)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -19,7 +19,7 @@ from urdyn.signal.stretches import median_step
 from urdyn.tracking.interest import Interest, after, as_plain, nothing_yet
 from urdyn.tracking.physical import quantities
 from urdyn.tracking.row import spacing
-from urdyn.tracking.setting import Setting, compared
+from urdyn.tracking.setting import Setting, agrees, at_the_end
 from urdyn.tracking.source import Arrival, Source
 from urdyn.tracking.tracker import Tracker
 from urdyn.twin import Twin
@@ -43,9 +43,18 @@ class Tracked(Track):
     @property
     def payload_setting(self) -> dict[str, Any] | None:
         """The controller's payload beside the load at the end, as `urdyn track --json` has it."""
-        mass = self.names.index("payload.mass")
-        whole = quantities(self.tracker.fit, self.tracker.currents).whole
-        return compared(self.setting, float(self.mean[-1, mass]), float(self.sd[-1, mass]), whole)
+        return at_the_end(self.setting, self._load, self.tracker.fit.tool_known)
+
+    @property
+    def load_as_set(self) -> bool:
+        """Whether the controller is set to the load at the end."""
+        return agrees(self.setting, self._load, self.tracker.fit.tool_known)
+
+    @property
+    def _load(self) -> Mapping[str, Any]:
+        """The load at the end, as a summary has it."""
+        k = self.names.index("payload.mass")
+        return {"payload.mass": {"mean": float(self.mean[-1, k]), "sd": float(self.sd[-1, k])}}
 
 
 def track(
