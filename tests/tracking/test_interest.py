@@ -156,3 +156,24 @@ def test_where_nobody_knows_what_is_carried_the_torque_is_the_measured_one(follo
         assert (of.used_sd <= np.sqrt(2.0) * noise * per * (1 + 1e-9)).all()
         measured = of.used_sd == noise * per
         np.testing.assert_allclose(of.used[measured], np.abs(reading.current * per)[measured])
+
+
+def test_where_nobody_knows_what_is_carried_a_peak_counts_though_less_was_foreseen(followed):
+    tracker, (reading, *_) = followed
+    known = strained(nothing_yet(6), reading, tracker.currents)
+    reference = tracker.currents.reference
+    most = known.used * reference.arm.effort_limit / reference.drive.gain
+    vague = Gaussian(reading.belief.mean, 1e4 * reading.belief.cov)
+    less = replace(reading, current=2.0 * most, modelled=0.5 * most, believed=lambda: vague)
+    np.testing.assert_allclose(strained(known, less, tracker.currents).used, 2.0 * known.used)
+
+
+def test_of_a_margin_that_is_not_known_no_earlier_payload_tells_how_well(followed):
+    tracker, readings = followed
+    of, anew = gather(tracker, readings), replace(readings[-1], widened=True)
+    vague = Gaussian(anew.belief.mean, 1e4 * anew.belief.cov)
+    lost = gathered(
+        of, replace(anew, believed=lambda: vague), tracker.currents, tracker.model.prior.mean
+    )
+    assert of.spare_sd > 0.0
+    assert (lost.spare, lost.spare_sd) == (np.inf, 0.0)

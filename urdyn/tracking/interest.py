@@ -63,7 +63,8 @@ def strained(so_far: Interest, reading: Reading, currents: RobotCurrents) -> Int
     As predicted, which no noise makes larger; where nobody knows what is carried, as measured.
     """
     per = currents.reference.drive.gain / currents.reference.arm.effort_limit
-    if not (np.abs(reading.modelled) * per > so_far.used).any():
+    most = np.fmax(np.abs(reading.modelled), np.abs(reading.current))
+    if not (most * per > so_far.used).any():  # whichever of them counts
         return so_far
     sd, noise = _doubt(reading, currents), np.sqrt(currents.observe_cov(reading.inputs).diagonal())
     measured = np.isfinite(reading.current) & (sd > np.sqrt(2.0) * noise)
@@ -95,8 +96,10 @@ def gathered(
     torque = currents.observe(x, u) * per
     spare, spare_sd = _spare(x, u, torque, currents, _doubt(reading, currents) * per)
     known = reading.belief.sd[currents.places["payload"]][0] < KNOWN
-    before = np.inf if reading.unknown else so_far.spare  # another payload, another margin
-    least = known and spare < before
+    before = so_far.spare, so_far.spare_sd
+    if reading.unknown:  # another payload, another margin
+        before = np.inf, 0.0
+    least = (spare, spare_sd) if known and spare < before[0] else before
     # Of both models alone: what the noise lets one foresee is no merit of the belief.
     residual = reading.current - np.stack([reading.modelled, currents.observe(commissioned, u)])
     compared = np.isfinite(reading.innovation.residual)
@@ -106,8 +109,8 @@ def gathered(
         so_far,
         t=reading.t,
         seconds=so_far.seconds + dt,
-        spare=spare if least else before,
-        spare_sd=spare_sd if least else so_far.spare_sd,
+        spare=least[0],
+        spare_sd=least[1],
         work=so_far.work + np.maximum(torque * u.v, 0.0) * dt,
         lost=so_far.lost + np.maximum(friction * u.v, 0.0) * dt,
         samples=so_far.samples + compared,
