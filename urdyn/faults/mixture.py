@@ -29,6 +29,8 @@ class Mixture:
         object.__setattr__(self, "tolerance", frozen(given_tolerance(self.tolerance)))
         if self.healthy is not None:
             rows = given_rows(self.healthy, "what healthy innovations were")
+            if not np.isfinite(rows).any(axis=0).all():
+                raise InputError("healthy innovations: of each stream one is needed that is finite")
             object.__setattr__(self, "healthy", frozen(rows))
 
     def given_streams(self, streams: object) -> int:
