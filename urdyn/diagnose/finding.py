@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from typing import Any
 
 from urdyn.diagnose.evidence import Evidence
@@ -45,7 +45,7 @@ class Finding:
 
     def plain(self) -> dict[str, Any]:
         """As numbers and words, for JSON."""
-        return asdict(self)
+        return dict(vars(self))
 
 
 def severity(size: float, warning: float, critical: float) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -87,11 +88,12 @@ def arm_health(rows: Sequence[Mapping[str, Any]], costs: Costs) -> dict[str, Any
 
 
 def _decision(finding: Finding, costs: Costs) -> Decision:
-    return decide(*_outlook(finding, costs), costs)
+    return decide(*_outlook(finding, costs), costs) if _ends_work(finding) else _sound(costs)
 
 
+@lru_cache(maxsize=8)
 def _sound(costs: Costs) -> Decision:
-    """Where nothing was found."""
+    """Where nothing that was found ends the work: of all pushes of a day it is asked once."""
     return decide(*outlook(costs), costs)
 
 
@@ -106,9 +108,15 @@ def _outlook(finding: Finding, costs: Costs) -> tuple[Array, Array]:
     if left is not None:
         told = (left["median"] / HOUR, left["lo"] / HOUR, left["hi"] / HOUR)
         return outlook(costs, finding.confidence, *told)
-    if finding.severity == "critical" and finding.kind not in PASSING:
+    if _ends_work(finding):
         return outlook(costs, finding.confidence, SOON, SOON, SOON)
     return outlook(costs)
+
+
+def _ends_work(finding: Finding) -> bool:
+    """Whether it is expected to, now or in time."""
+    grave = finding.severity == "critical" and finding.kind not in PASSING
+    return grave or finding.time_to_failure_s is not None
 
 
 def _due(decision: Decision) -> float:
