@@ -141,3 +141,17 @@ def test_a_square_root_belief_survives_singular_covariances() -> None:
     flat = np.outer([1.0, 2.0, 0.0], [1.0, 2.0, 0.0])
     belief = SquareRoot.of(np.zeros(3), flat)
     np.testing.assert_allclose(belief.gaussian.cov, flat, atol=1e-13)
+
+
+def test_variational_inference_begins_where_ukf_ends_though_the_process_bends() -> None:
+    class Squared(Product):
+        affine_transition = False
+
+        def transition(self, x: Array, u: Tick) -> Array:
+            return x**2
+
+    model, nothing = Squared(), np.full(2, np.nan)
+    ukf, _ = UKF().step(model, model.prior, U, nothing)
+    q, _ = Variational().step(model, Variational().init(model), U, nothing)
+    np.testing.assert_allclose(q.gaussian.mean, ukf.mean)
+    np.testing.assert_allclose(q.gaussian.cov, ukf.cov)

@@ -45,7 +45,6 @@ class UKF(BareBelief):
                 f"alpha {self.alpha}, beta {self.beta}, kappa {self.kappa}: "
                 "they have to be finite, and alpha above 0"
             )
-
         if self.rule == "simplex" and self.alpha is not None:
             raise InputError(f"alpha {self.alpha}: simplex points have none; take merwe")
 
@@ -57,12 +56,13 @@ class UKF(BareBelief):
         self, model: TwoSlice[U], state: Gaussian, u: U, y: Array
     ) -> tuple[Gaussian, Innovation]:
         """Predict over u.dt, then learn from the finite rows of y, (m,)."""
-        predicted, rows = self._predicted(model, state, u), measured_rows(y)
+        predicted, rows = self.predicted(model, state, u), measured_rows(y)
         if not y[rows].size:
             return predicted, nothing_measured(len(y))
         return updated(predicted, self._expected(model, predicted, u).of(rows), y, rows)
 
-    def _predicted(self, model: TwoSlice[U], state: Gaussian, u: U) -> Gaussian:
+    def predicted(self, model: TwoSlice[U], state: Gaussian, u: U) -> Gaussian:
+        """The belief about the next slice before it is measured."""
         if model.affine_transition:  # the moments of any points are exact
             return predict(model, state, u)
         points = self._points(len(state.mean))

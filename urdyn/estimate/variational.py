@@ -26,10 +26,10 @@ import numpy as np
 from urdyn.dbn.two_slice import TwoSlice, U, linearised
 from urdyn.errors import InputError
 from urdyn.estimate.innovation import Innovation, factor_of, measured_rows, require_finite
-from urdyn.estimate.linearised import predict, updated
+from urdyn.estimate.linearised import updated
 from urdyn.estimate.sigma_points import Rule, SigmaPoints, sigma_points
 from urdyn.estimate.square_root import SquareRoot, lower_root
-from urdyn.estimate.ukf import wide
+from urdyn.estimate.ukf import UKF, wide
 from urdyn.given import given_count
 from urdyn.types import Array, Gaussian
 
@@ -57,7 +57,7 @@ class Variational:
     ) -> tuple[SquareRoot, Innovation]:
         """Predict over u.dt, then descend on the finite rows of y, (m,)."""
         points = sigma_points(len(state.mean), self.rule, None, 2.0, 0.0)
-        moved = predict(model, state.gaussian, u)
+        moved = UKF(self.rule).predicted(model, state.gaussian, u)
         predicted = SquareRoot.of(moved.mean, moved.cov)
         rows = measured_rows(y)
         first, innovation = updated(moved, wide(model, points, predicted, u).of(rows), y, rows)
