@@ -72,7 +72,8 @@ def propagated(F: Array, P: Array) -> Array:
     own = F.diagonal()
     few = np.flatnonzero(np.count_nonzero(F, axis=1) > (own != 0.0))
     if 2 * len(few) > len(F):
-        return F @ P @ F.T
+        moved = F @ P @ F.T
+        return 0.5 * (moved + moved.T)
     other = F[few]
     other[np.arange(len(few)), few] = 0.0
     FP = own[:, None] * P
