@@ -108,6 +108,10 @@ def test_losses_are_errors_over_fulls(workshop, modes):
     truth = {name: modes["full"].mean[name] - modes["full"].sd[name]}
     lost = losses(modes, [name], truth)
     assert lost["full"].rmse == 1.0 and lost["full"].coverage == 1.0
+    of_few = losses(modes, [*modes["full"].mean], truth)  # what is not known counts for nothing
+    for mode in modes:
+        told = (of_few[mode].rmse, of_few[mode].coverage)
+        assert told == (lost[mode].rmse, lost[mode].coverage)
 
 
 def test_a_joint_whose_current_hardly_tells_anything_waits(workshop):

@@ -66,19 +66,20 @@ def losses(
     modes: Mapping[str, Mode], names: Sequence[str], truth: Mapping[str, float]
 ) -> dict[str, Loss]:
     """Every mode against full, over the quantities `names`, whose truth may not be known."""
-    full = modes["full"]
-    actual = np.array([truth.get(name, np.nan) for name in names])
+    full, known = modes["full"], [name for name in names if name in truth]
+    actual = _of(truth, known)
     size = np.where(actual == 0.0, 1.0, np.abs(actual))
-    best = (_of(full.mean, names) - actual) / size
+    best = (_of(full.mean, known) - actual) / size
     found = {}
     for name, mode in modes.items():
-        mean, sd = _of(mode.mean, names), _of(mode.sd, names)
-        error = (mean - actual) / size
+        apart = (_of(mode.mean, names) - _of(full.mean, names)) / _of(full.sd, names)
+        error = (_of(mode.mean, known) - actual) / size
+        held = np.abs(error * size) < NORMAL90 * _of(mode.sd, known)
         found[name] = Loss(
             mode.rate_hz / full.rate_hz,
-            float(np.sqrt(np.sum(error**2) / np.sum(best**2))),
-            float(np.sqrt(np.mean(((mean - _of(full.mean, names)) / _of(full.sd, names)) ** 2))),
-            float(np.mean(np.abs(error * size) < NORMAL90 * sd)) if truth else np.nan,
+            float(np.sqrt(np.sum(error**2) / np.sum(best**2))) if known else np.nan,
+            float(np.sqrt(np.mean(apart**2))),
+            float(np.mean(held)) if known else np.nan,
         )
     return found
 
