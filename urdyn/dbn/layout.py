@@ -14,7 +14,7 @@ from urdyn.dbn.mixed_graph import Pair
 
 WIDTH, ROW, TOP, RADIUS = 1000, 84, 70, 24  # [px]
 OBSERVED, INSIDE = 110, 360  # [px] columns of the first slice; the second mirrors them
-BOX = (140, 46)  # [px]
+BOX, GAP = (140, 46), 3.0  # [px]; GAP: from a node to an edge's end
 EXACT_ORDER = 8  # nodes up to which every order of the column is tried
 
 
@@ -27,14 +27,14 @@ class Place:
     half: tuple[float, float] = (0.0, 0.0)  # [px] of its outline
     round: bool = True
 
-    def port(self, other: Place, gap: float = 3.0) -> tuple[float, float]:
+    def port(self, other: Place) -> tuple[float, float]:
         """Where an edge to another node leaves: a circle anywhere, a box from its side."""
         dx, dy = other.x - self.x, other.y - self.y
         if self.round:
-            reach = (self.half[0] + gap) / hypot(dx, dy)
+            reach = (self.half[0] + GAP) / hypot(dx, dy)
             return self.x + reach * dx, self.y + reach * dy
         low, high = -0.8 * self.half[1], 0.8 * self.half[1]
-        side = self.half[0] + gap
+        side = self.half[0] + GAP
         return self.x + (side if dx > 0 else -side), self.y + min(max(0.06 * dy, low), high)
 
 

@@ -24,9 +24,7 @@ class Unseen:
 
     since: Array  # (J,) [s]; NaN: its angle is known
     told: Mask  # (J,) that it is not
-    last: (
-        Array  # (J,) [s] when it was last unknown, of those that were told; -inf: of none, or well
-    )
+    last: Array  # (J,) [s] when one that was told was last unknown; -inf: never, or it is well
     back: Array  # (J,) [rad] the first angle after that; NaN: there was none
     moved: Array  # (J,) [rad] the furthest from that
     times: Array  # (J,) how often it was told to be unknown

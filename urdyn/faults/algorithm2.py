@@ -214,4 +214,4 @@ def crossing_level(promise: float, gain: float) -> float:
         rate = gain * z * density * np.exp(-OVERSHOOT * z * np.sqrt(2.0 * gain))
         return float(np.log(rate * promise))
 
-    return float(brentq(excess, 1.0, 12.0)) if excess(1.0) > 0.0 else 1.0
+    return float(brentq(excess, 1.0, 37.0)) if excess(1.0) > 0.0 else 1.0

@@ -85,7 +85,7 @@ def follow(baseline: Baseline, state: Kinks, observed: Array) -> Kinks:
     """One step on: a new candidate, and every regression learns from what was observed, (n,)."""
     observed = given_step(observed, baseline.streams)
     past, left, by = baseline.bridge.crossed(state.past, observed)
-    e = left / (baseline.inflation * baseline.spread) * baseline.inflation
+    e = left / baseline.spread
     recent = np.vstack([state.recent[1:], e])
     measured = np.isfinite(e) & ~_wild(recent)
     e = np.where(measured, e, 0.0)

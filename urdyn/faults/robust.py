@@ -10,6 +10,7 @@ from urdyn.types import MAD_TO_SD, Array
 
 BATCH = 25  # steps over which colour shows in a mean, and a change of the spread in a mean square
 SLOW = 50  # steps over which a swing shows that no autoregression foresees
+ROUNDS = 50  # of level and spread, each in the light of the other
 PEAK = float(np.sqrt(2.0))  # of a swing over its standard deviation, as a sine has it
 
 # Of a standard normal clipped: the expected square.
@@ -19,7 +20,7 @@ SQUARE = float(
 )  # fmt: skip
 
 
-def level_and_spread(x: Array, rounds: int = 50) -> tuple[float, float]:
+def level_and_spread(x: Array) -> tuple[float, float]:
     """Huber's proposal 2 [Huber1981]_: x clipped at CLIP spreads about them as a normal would.
 
     So that healthy noise, clipped, has the moments that a test of clipped normals expects,
@@ -29,7 +30,7 @@ def level_and_spread(x: Array, rounds: int = 50) -> tuple[float, float]:
     level = float(np.median(x))
     spread = MAD_TO_SD * float(np.median(np.abs(x - level))) or float(np.std(x - level))
     least = spread if is_mostly_one_number(x) else 0.0
-    for _ in range(rounds):
+    for _ in range(ROUNDS):
         if not spread > 0.0:
             break
         clipped = np.clip((x - level) / spread, -CLIP, CLIP)

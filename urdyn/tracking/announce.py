@@ -124,6 +124,8 @@ class Announcer:
             if tell not in self._failed:
                 LOG.warning("%s: %r; tried again every second", tell.__module__, error)
             self._failed.add(tell)
+        else:
+            self._failed.discard(tell)
 
     def _lines(self, found: Sequence[Status], doubt: str, age: float) -> tuple[Status, ...]:
         told = doubted(acknowledged(found, self._known), doubt)
