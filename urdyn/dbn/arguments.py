@@ -12,7 +12,7 @@ from urdyn.types import Array, Index, Mask, frozen
 
 @dataclass(frozen=True, eq=False)
 class Held:
-    """States that nothing observed depends on: what they do there, they do at values that stay."""
+    """States that no observation depends on: it is evaluated with them held at fixed values."""
 
     values: Array  # (n,) of these states; NaN: what is observed depends on the state
 

@@ -19,8 +19,8 @@ FRICTION = "friction_increase"
 def unexplained(findings: Sequence[Finding]) -> tuple[Finding, ...]:
     """Without pushes that one joint alone felt, and jolts that recur, that its change explains.
 
-    From when its change may have begun on until that is told, nobody knows what the joint does, and
-    how another friction turns over nobody knows from then on.
+    Between the earliest possible onset of the change and its alarm the joint's torque is
+    unexplained; how its new friction behaves at reversals stays unknown from then on.
     """
 
     def explains(change: Finding, shown: Finding) -> bool:

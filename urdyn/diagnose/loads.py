@@ -20,7 +20,8 @@ from urdyn.types import Array
 
 DELAY = 4  # moments that one waits
 Believed = Callable[[Waiting], Belief]  # in that moment, which strays for reasons of its own
-HEAVY = 44.0  # [nats] of moments that wait: a piece so clear to them is none, or they had told it
+# [nats] in the moments that wait: a piece as clear as this would have been found by them already.
+HEAVY = 44.0
 MARGIN = 10.0  # [nats] by which a payload has to explain moments better than any fault of a joint
 
 

@@ -88,9 +88,9 @@ def suspects(space: Space, kinds: tuple[SlowKind, ...]) -> Suspects:
 
 
 def _doubt(space: Space, kind: SlowKind, joint: int | None) -> float:
-    """How far the friction may be off [-] of which a change is a share; 0 of none.
+    """Relative sd of the commissioned friction that a change is stated as a share of; else 0.
 
-    Of all friction `friction.rise` knows.
+    For kinds that are read as all friction of a joint, `friction.rise` has it instead.
     """
     share = {"f": "f", "alpha": "alpha", "o": "f"}.get(next(iter(kind.change)))
     of = None if kind.of_friction else share

@@ -1,7 +1,7 @@
 """A bank of hypotheses, onset x jump (of a rate: onset x rate), weighed by likelihood.
 
 Every hypothesis is Kalman's filter with one jump, whose size is Gaussian around its own step. How
-far it jumped does not change the covariance; so hypotheses share covariances, one an onset and
+far it jumped does not change the covariance; so hypotheses share covariances, one per onset and
 spread, run in parallel, and cost little more than one filter. What a grid of rates leaves between
 its points the spread fills: sizes are marginalised, not enumerated, and a ramp may go on for as
 long as it likes.
@@ -49,13 +49,13 @@ class Hypotheses:
         return moments(self.weight, self.means, self.average(self.cov))
 
     def average(self, values: Array) -> Array:
-        """Of what each covariance has one of, (1 + A K, ...), weighed by its hypotheses."""
+        """Posterior mean of values that there is one of per covariance, (1 + A K, ...)."""
         weight = self.weight
         shared = weight[1:].reshape(len(values) - 1, -1).sum(axis=1)
         return np.tensordot(np.r_[weight[0], shared], values, axes=1)
 
     def each(self, values: Array) -> Array:
-        """What each covariance has one of, for every hypothesis: (1 + A D, ...)."""
+        """Such values, each repeated for the hypotheses that share it: (1 + A D, ...)."""
         jumps = (len(self.means) - 1) // (len(values) - 1)
         return np.concatenate([values[:1], np.repeat(values[1:], jumps, axis=0)])
 
@@ -156,7 +156,7 @@ def _merged(state: Hypotheses, oldest: int, next_oldest: int, jumps: Jumps) -> H
 def _weigh(
     model: TwoSlice[U], predicted: Hypotheses, u: U, y: Array
 ) -> tuple[Hypotheses, Innovation]:
-    """Likelihoods, weights, and Kalman's gain, one a covariance."""
+    """Likelihoods, weights, and Kalman's update with one gain per covariance."""
     rows = measured_rows(y)
     whole = model.observe(predicted.means, u)
     expected, R = whole[:, rows], noise_of(model, u, whole)[rows][:, rows]

@@ -7,12 +7,12 @@ then Kalman's.
 
 A reading that would leave a few particles only is learnt bit by bit [Oudjane2000]_: a share of its
 likelihood, as large as enough particles can bear, then the next by those that were resampled. And
-who is resampled is spread anew, with the cloud's mean and covariance kept [Liu2001]_, or states
-that nothing moves would soon be copies of one. In a hundred dimensions a thousand particles are
-surer than they should be all the same. Spread so widely, a cloud of few dimensions loses its shape:
-where modes are to stay apart, let `kept` be sqrt(1 - h²), with Silverman's h of n sampled states
-and K particles, (4 / (n + 2) / K)^(1 / (n + 4)) [Silverman1986]_: .97 of one and 2000. In eight
-that nothing moves, .7 errs by a third as much.
+resampled particles are jittered by a kernel that keeps the cloud's mean and covariance [Liu2001]_:
+else states without process noise would soon be copies of one. In a hundred dimensions a thousand
+particles are surer than they should be all the same. Spread so widely, a cloud of few dimensions
+loses its shape: where modes are to stay apart, let `kept` be sqrt(1 - h²), with Silverman's h of n
+sampled states and K particles, (4 / (n + 2) / K)^(1 / (n + 4)) [Silverman1986]_: .97 of one and
+2000. In eight that nothing moves, .7 errs by a third as much.
 """
 
 from __future__ import annotations

@@ -49,7 +49,7 @@ class SquareRoot:
 
 
 def lower_root(cov: Array) -> Array:
-    """Cholesky factor of `cov`; lifted by its rounding, relative to each variance, if it must."""
+    """Cholesky factor; where rounding leaves none, a root with eigenvalues raised to it."""
     try:
         return np.asarray(np.linalg.cholesky(cov))
     except np.linalg.LinAlgError:

@@ -16,8 +16,8 @@ from urdyn.estimate.sigma_points import Rule, SigmaPoints, sigma_points
 from urdyn.estimate.square_root import SquareRoot, lower_root
 from urdyn.types import Array, Gaussian
 
-# Relative to its variance, and in units of the argument squared: what tells an argument from others
-# that it follows from, so that points can be drawn of all. Slopes along it are not changed by that.
+# Jitter, relative to its variance and in units of the argument squared, that keeps the arguments'
+# covariance positive definite where one is a function of others. It does not change the slopes.
 APART, TINY = 1e-9, 1e-14
 
 

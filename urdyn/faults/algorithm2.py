@@ -194,8 +194,8 @@ def tuned_algorithm2(
 def _learnt(z: float, gain: float, steps: Array) -> Array:
     """Level [sd of the average] crossed as rarely as z is, though it is learnt from so many steps.
 
-    Of such a one's square the level's variance, (2 - gain) / (gain steps), takes a part, and the
-    spread's, z² / (2 steps), another: the rate, as exp(-z² / 2), is averaged over both.
+    The estimation variances of the level, (2 - gain) / (gain steps), and of the spread,
+    z² / (2 steps), inflate z²: the rate, as exp(-z² / 2), is averaged over both.
     """
     return np.asarray(z * np.sqrt(1.0 + (2.0 - gain) / (gain * steps) + z**2 / (2.0 * steps)))
 

@@ -18,7 +18,7 @@ S = TypeVar("S")
 class Verdict:
     """What a detector says after one step."""
 
-    evidence: float  # [-] of what an alarm takes, over all streams: 1 or more is an alarm
+    evidence: float  # [-] over the threshold, of all streams together: 1 or more is an alarm
     streams: Array  # (n,) [-] the same, of every stream by itself
     kind: str = ""  # what explains the leading stream best: "ramp up", "step down", "variance", ...
     age: float = np.nan  # [steps] since that seems to have begun

@@ -158,9 +158,10 @@ def _stride(baseline: Baseline, recent: Array) -> Array:
 
 
 def _with_candidate(state: Kinks) -> tuple[Array, Array, int]:
-    """Onsets and masses with an onset now, and whose place it takes; the last: an empty one.
+    """Onsets and masses with a new candidate, and the index of the one that it replaced.
 
-    Where all are used, that of the one which is missed least, whose mass its neighbours take.
+    The last index, an unused one, while there is room. Else the candidate closest to its neighbours
+    for its age is dropped, and they share its mass.
     """
     onset, mass = state.onset.copy(), state.mass.copy()
     used, gone = int(np.isfinite(onset).sum()), len(onset) - 1

@@ -1,7 +1,7 @@
 """What filters believe, whatever they keep it as: a Gaussian, its root, blocks of it, or points.
 
-Those that are QUICK tell means and standard deviations without more ado; of any other, the filter
-is asked for the Gaussian.
+QUICK representations have a mean and standard deviations at hand; for any other the filter is asked
+to convert to a Gaussian.
 """
 
 from __future__ import annotations

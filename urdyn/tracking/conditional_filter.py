@@ -32,7 +32,7 @@ CLIP = 3.0  # [sd] beyond which a residual counts as that large
 
 @dataclass(frozen=True, eq=False)
 class ConditionalBelief:
-    """Belief in s given z, but for the point, which whoever has it moves."""
+    """Belief in s given z, without its mean (the point), which the caller keeps and moves."""
 
     L: Array  # (p, z)
     cov: Array  # (p, p) given z
