@@ -46,6 +46,13 @@ def test_the_spectrum_of_white_noise_is_flat_at_its_power():
     assert f[-1] == pytest.approx(50.0)
 
 
+def test_a_weekend_between_two_motions_leaves_their_spectrum_as_it_is():
+    rng = np.random.default_rng(4)
+    t, x = np.arange(6_000) / 100.0, rng.standard_normal(12_000)
+    whole, paused = spectrum(t, x[:6_000]), spectrum(np.r_[t, t[:3_000] + 2e5], x[:9_000])
+    np.testing.assert_allclose(paused, whole, rtol=1e-6)
+
+
 @pytest.mark.parametrize(
     ("value", "sd", "words"),
     [

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.signal import welch
 
+from urdyn.signal.stretches import median_step, stretches
 from urdyn.types import Array, Index
 
 SEGMENT = 8.0  # [s] of each periodogram: resolves an eighth of a hertz
@@ -31,14 +32,16 @@ def downsample(x: Array, points: int) -> Index:
 def spectrum(t: Array, x: Array) -> tuple[Array, Array]:
     """Frequencies [Hz] and amplitude density [unit/sqrt(Hz)] by Welch's method. [Welch1967]_
 
-    Stamps are irregular and samples missing: x is resampled at the median step, for display only.
+    Stamps are irregular: x is resampled at the median step, for display only. Of what gaps part,
+    the longest stretch stands for all.
     """
-    told = np.isfinite(x)
-    if told.sum() < 32:
+    t, x = t[np.isfinite(x)], x[np.isfinite(x)]
+    step = median_step(t)
+    longest = max(stretches(t), key=lambda rows: rows.stop - rows.start)
+    t, x = t[longest], x[longest]
+    if len(t) < 32:
         return np.zeros(0), np.zeros(0)
-    step = float(np.median(np.diff(t)))
-    grid = np.arange(t[0], t[-1], step)
-    uniform = np.interp(grid, t[told], x[told])
+    uniform = np.interp(np.arange(t[0], t[-1], step), t, x)
     segment = min(len(uniform), max(16, int(SEGMENT / step)))
     f, power = welch(uniform, 1.0 / step, nperseg=segment)
     return np.asarray(f[1:]), np.sqrt(power[1:])
