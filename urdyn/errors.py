@@ -7,7 +7,7 @@ UrdynError                  everything that is the caller's to mend; the command
 │   ├── TwinError           a twin.toml
 │   ├── CampaignError       a campaign.toml
 │   └── UnsafeMotionError   a motion that cannot be proven safe: carries what, kind, when
-├── IdentifiabilityError    the data do not determine what was asked: carries rank, needed, joint
+├── IdentifiabilityError    the data do not determine what was asked
 ├── RtdeError               no sense can be made of a controller, or of a client: carries address
 └── MissingExtraError       an optional dependency is not installed: carries extra
 """
@@ -52,7 +52,7 @@ class CampaignError(InputError):
 
 
 class UnsafeMotionError(InputError):
-    """A motion cannot be proven safe: carries what is short, when, and how much of it there is."""
+    """A motion cannot be proven safe: carries what is short in words, of what kind, and when."""
 
     def __init__(self, what: str, kind: str, when: float) -> None:
         super().__init__(what, kind, when)  # as they are: it comes from other processes, too
@@ -64,10 +64,6 @@ class UnsafeMotionError(InputError):
 
 class IdentifiabilityError(UrdynError):
     """The data do not determine what was asked of them."""
-
-    def __init__(self, message: str, rank: int = 0, needed: int = 0, joint: str = "") -> None:
-        super().__init__(message)
-        self.rank, self.needed, self.joint = rank, needed, joint
 
 
 class RtdeError(UrdynError):

@@ -97,6 +97,5 @@ def _check(arm: Arm, runs: Sequence[Run]) -> None:
     if not any(block.known.any() for motion in moving for block in blocks(typical, motion)):
         raise IdentifiabilityError(
             "no joint moves far enough in this log for friction and inertia to be told; "
-            "record an excitation trajectory in which every joint moves",
-            joint=arm.joint_names[0],
+            "record an excitation trajectory in which every joint moves"
         )
