@@ -284,6 +284,16 @@ def test_days_that_were_not_seen_are_predicted(recordings: Path) -> None:
     assert off["geometry and joints"] < 2.0 * np.median(found.space.error)
 
 
+def test_what_calibrates_may_be_scored_too(ur5e: Arm) -> None:
+    one = session(ur5e, np.random.default_rng(12), 40).poses
+    recorded = Recorded(drawn(ur5e, drawing_of(ur5e)), None)
+    lost = one.place.copy()
+    lost[7, 1] = np.nan
+    assert len(evaluate(ur5e, replace(one, place=lost), recorded).poses) == 39
+    with pytest.raises(InputError, match="the poses are of 5 joints; ur5e has 6"):
+        evaluate(ur5e, replace(one, q=one.q[:, :5]), recorded)
+
+
 def test_a_log_is_no_poses(ur10e: Arm) -> None:
     with pytest.raises(InputError, match=r"poses: takes a Poses, as urdyn.read_poses"):
         calibrate(ur10e, Log(np.zeros(0), {}))  # type: ignore[arg-type]

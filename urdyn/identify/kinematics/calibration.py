@@ -91,12 +91,7 @@ def calibrate(arm: Arm, poses: Poses, progress: Progress = silent, seed: int = 0
         progress: called with what is being done, and the share that is behind.
         seed: of all draws: the same poses make the same calibration.
     """
-    given_a(arm, Arm, "arm", "as urdyn.load_arm(name) gives")
-    given_a(poses, Poses, "poses", "as urdyn.read_poses(path) gives")
-    if poses.q.shape[1] != arm.joints:
-        told = f"{arm.name} has {arm.joints}"
-        raise InputError(f"the poses are of {poses.q.shape[1]} joints; {told}")
-    rng, poses = np.random.default_rng(seed), thinned(poses.whole())
+    rng, poses = np.random.default_rng(seed), usable(arm, poses)
     drawing = drawing_of(arm)
     progress("finding base and tool", 0.0)
     start, poses = begin(drawn(arm, drawing), poses, rng)
@@ -126,9 +121,14 @@ def calibrate(arm: Arm, poses: Poses, progress: Progress = silent, seed: int = 0
     )
 
 
-def thinned(poses: Poses) -> Poses:
-    """The poses, or of very many as many as are worth their time, evenly."""
-    most = OWN if poses.own else MOST
+def usable(arm: Arm, poses: Poses) -> Poses:
+    """The arm's whole poses, or of very many as many as are worth their time, evenly."""
+    given_a(arm, Arm, "arm", "as urdyn.load_arm(name) gives")
+    given_a(poses, Poses, "poses", "as urdyn.read_poses(path) gives")
+    if poses.q.shape[1] != arm.joints:
+        told = f"{arm.name} has {arm.joints}"
+        raise InputError(f"the poses are of {poses.q.shape[1]} joints; {told}")
+    poses, most = poses.whole(), OWN if poses.own else MOST
     if len(poses) <= most:
         return poses
     rows = np.linspace(0, len(poses) - 1, most).round().astype(np.intp)

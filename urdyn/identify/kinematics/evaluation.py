@@ -14,7 +14,7 @@ from urdyn.identify.kinematics.calibration import (
     require_this_arm,
     rms,
     sound,
-    thinned,
+    usable,
 )
 from urdyn.identify.kinematics.record import Recorded
 from urdyn.identify.kinematics.robust import Found, begin
@@ -51,7 +51,7 @@ class Evaluation:
 
 def evaluate(arm: Arm, poses: Poses, recorded: Recorded, seed: int = 0) -> Evaluation:
     """Score a calibration on `poses`."""
-    poses, drawing = thinned(poses), drawing_of(arm)
+    poses, drawing = usable(arm, poses), drawing_of(arm)
     start, poses = begin(drawn(arm, drawing), poses, np.random.default_rng(seed))
     placements = {NOMINAL: start, ALONE: recorded.geometric}
     if recorded.full is not None:
