@@ -13,6 +13,7 @@ from urdyn.dbn.robot import RobotCurrents
 from urdyn.dbn.robot_slice import RobotSlice
 from urdyn.identify.fit import Fit
 from urdyn.model.dynamics import Dynamics
+from urdyn.model.moments import generic_moments
 from urdyn.signal import Instant
 from urdyn.simulate.schedule import Course
 from urdyn.tracking.model import DAY
@@ -111,9 +112,8 @@ def commissioned_states(dynamics: Dynamics, fit: Fit, currents: RobotCurrents) -
     x[at["o"]] = drive.offset
     x[at["skew"]] = drive.time_offset - fit.dynamics.drive.time_offset
     # Of bodies only what torque tells, whatever other bodies would do the same.
-    arm, rng = fit.dynamics.arm, np.random.default_rng(0)
-    q, (v, a) = rng.uniform(-np.pi, np.pi, (300, 6)), rng.standard_normal((2, 300, 6))
-    Y = arm.regressor(q, v, a).reshape(-1, 10 * arm.joints)
+    arm = fit.dynamics.arm
+    Y = arm.regressor(*generic_moments(arm)).reshape(-1, 10 * arm.joints)
     other = (dynamics.inertials - fit.dynamics.inertials).ravel()
     x[at["m"]] = np.linalg.lstsq(Y @ currents.shown, Y @ other, rcond=None)[0]
     return x

@@ -120,7 +120,7 @@ def _evaluate(arm: Arm, poses: Poses, folder: Path, out: Path | None, voice: Voi
     from urdyn.io import write_folder
     from urdyn.report.calibrate.page import evaluate_page
     from urdyn.report.calibrate.summary import evaluated
-    from urdyn.report.calibrate.tables import evaluate_table
+    from urdyn.report.calibrate.words import evaluated_answer
 
     if out is not None:
         require_folder(out)
@@ -132,7 +132,7 @@ def _evaluate(arm: Arm, poses: Poses, folder: Path, out: Path | None, voice: Voi
     voice.note(*complaints(poses.source.path, poses.defects))
     if recorded.sha256 == poses.source.sha256:
         voice.note("these are the poses that the calibration was made from; others would judge it")
-    voice.show(evaluate_table(found))
+    voice.show(evaluated_answer(found))
     if out is not None:
         write_folder(out, {"evaluation.html": evaluate_page(found, summary, folder, typed())})
         voice.note(f"written to {out}: evaluation.html")

@@ -32,7 +32,6 @@ def space_section(c: Calibration, summary: Mapping[str, Any]) -> Html:
     held = {name: told["rms_mm"] for name, told in summary["held_out"].items()}
     errors = {"nominal": summary["nominal_rms_mm"], **held}
     note = "in regions held out; of the drawing, over all poses"
-    note = "in regions held out; of the drawing, over all poses"
     return grid(
         plot(_map(c), "Expected error of the tool [mm]", "RMS over poses free of self-collision"),
         plot(

@@ -7,13 +7,13 @@ from typing import Any
 
 from rich.table import Table
 
-from urdyn.identify.kinematics import Calibration, Evaluation
-from urdyn.report.calibrate.words import answer, deviation, evaluated_answer, tool, trust
+from urdyn.identify.kinematics import Calibration
+from urdyn.model.geometry.hayati import KINDS
+from urdyn.report.calibrate.words import answer, deviation, tool, trust
 from urdyn.report.digits import percent
 from urdyn.report.names import maker, spoken
 from urdyn.report.terminal import terminal_table
 
-KINDS = ("a", "alpha", "beta", "d", "theta")
 HEADS = ("a\n[mm]", "alpha\n[mrad]", "beta\n[mrad]", "d\n[mm]", "theta\n[mrad]")
 
 
@@ -56,8 +56,3 @@ def calibrate_words(c: Calibration, summary: Mapping[str, Any]) -> list[str]:
 def _partners(partners: tuple[tuple[str, float], ...]) -> str:
     names = ", ".join(name for name, _ in partners)
     return f": it trades off with {names}" if names else ""
-
-
-def evaluate_table(e: Evaluation) -> str:
-    """The score in a sentence."""
-    return evaluated_answer(e)

@@ -28,10 +28,10 @@ from urdyn.report.markup import (
 )
 from urdyn.report.names import joints, terms, title
 from urdyn.report.traces import downsample, spectrum
+from urdyn.types import STANDSTILL
 
 POINTS = 3000  # a trace
 SHOWN = 3  # logs drawn; all are in the tables
-MOVES = 0.02  # [rad/s] slower than this a joint stands still
 
 
 def prediction(fit: Fit, scores: Sequence[Score]) -> Html:
@@ -133,7 +133,7 @@ def _spectrum(score: Score, j: int) -> go.Figure:
 def _gear_strip(score: Score, j: int) -> list[dict[str, object]]:
     """Where the gear's ripple falls at the speeds of this log, as far as the sampling can show."""
     moving = np.abs(speed(score)[:, j])
-    moving = moving[moving > MOVES]
+    moving = moving[moving > STANDSTILL]
     nyquist = 0.5 / float(np.median(np.diff(score.log.t)))
     if len(moving) < 10:
         return []
