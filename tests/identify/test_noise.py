@@ -179,7 +179,7 @@ def test_a_wild_sample_is_no_louder_noise() -> None:
 
 def test_white_noise_is_gaussian_and_as_strong_as_what_is_left() -> None:
     e, w = coloured(np.random.default_rng(2))
-    plain = white_noise([[e], [w], []])
+    plain = white_noise([[e], [w], []], STEP)
     np.testing.assert_allclose(plain.scale, [np.std(e), np.std(w), 1.0])
     np.testing.assert_array_equal(plain.sd, plain.scale)
     assert plain.ar.shape == (3, 0) and (plain.dof == GAUSSIAN).all()

@@ -117,7 +117,7 @@ class Noise:
 
 
 def white_noise(
-    residuals: list[list[Array]], step: float = np.inf, turning: list[list[Mask]] | None = None
+    residuals: list[list[Array]], step: float, turning: list[list[Mask]] | None = None
 ) -> Noise:
     """White Gaussian noise of the residuals' power, joint by joint; arguments as `fit_noise`'s."""
     turning = turning or _nowhere(residuals)

@@ -139,10 +139,10 @@ def noise_floor(t: Array, current: Array) -> Array:
     return _rms(quick)
 
 
-def interval(fit: Fit, level: float = 0.9) -> Array:
-    """Half width of the interval that holds a sample of current with probability `level`, (J,)."""
+def interval(fit: Fit) -> Array:
+    """Half width of the interval that holds a sample of current with probability 0.9, (J,) [A]."""
     dof = fit.noise.dof
-    quantile = student.ppf(0.5 + level / 2.0, dof) * np.sqrt((dof - 2.0) / dof)
+    quantile = student.ppf(0.95, dof) * np.sqrt((dof - 2.0) / dof)
     return np.asarray(quantile * fit.noise.sd)
 
 

@@ -20,7 +20,6 @@ from urdyn.errors import UnsafeMotionError, UrdynError
 from urdyn.identify.excite.restart import Found, Task, restart
 from urdyn.progress import Progress
 
-PROCESSES = 2
 GLANCE = 0.2  # [s] between two looks at how far they are
 
 Outcome = Found | UnsafeMotionError
@@ -29,7 +28,7 @@ Update = tuple[int, float, float]  # which restart, the share that is behind, th
 _updates: Any = None  # of a worker process: the queue to the one that waits
 
 
-def search(tasks: Sequence[Task], progress: Progress, processes: int = PROCESSES) -> list[Outcome]:
+def search(tasks: Sequence[Task], progress: Progress, processes: int) -> list[Outcome]:
     """What every task finds, in their order, whatever the number of processes."""
     watch = _Watch(len(tasks), progress)
     processes = min(processes, len(tasks), os.cpu_count() or 1)

@@ -13,13 +13,12 @@ from urdyn.errors import LogError
 from urdyn.io.bags import sample
 from urdyn.io.bags.joint_states import JointStates, joint_states
 from urdyn.io.bags.messages import Bag, Topic, opened
-from urdyn.io.bags.streams import streams
+from urdyn.io.bags.streams import BASE, streams
 from urdyn.io.effort import EFFORT
 from urdyn.io.names import CLOCKS
 from urdyn.io.table import SKIPPED, Table, merge
 from urdyn.types import Array, Defect
 
-BASE = ("base", "")  # frames whose axes are those of RTDE's forces
 TURNED = np.array([-1.0, -1.0, 1.0])  # REP-103's `base_link` to UR's `base`: half a turn about z
 
 
@@ -70,7 +69,7 @@ def _in_base(wrench: Array, frame: str, told: dict[str, Array]) -> tuple[Array, 
     name = frame.rpartition("/")[2]
     if name.endswith("base_link"):
         return wrench * np.tile(TURNED, 2), ()
-    if name.endswith(BASE[0]) or not name:
+    if name.endswith(BASE) or not name:
         return wrench, ()
     pose = told.get("actual_TCP_pose")
     if pose is None:

@@ -46,11 +46,9 @@ def _estimate(fit: Fit, name: str) -> str:
     return interval90(fit.value(name), fit.spread(name))
 
 
-def validate_table(scores: Sequence[Score], fit: Fit | None = None) -> Table:
+def validate_table(scores: Sequence[Score], fit: Fit) -> Table:
     """Relative error of every joint: model, controller, sensor floor; and while it moves."""
-    count = len(scores[0].rmse) if scores else 0
-    names = joints(fit) if fit else [f"joint {j}" for j in range(count)]
-    heads = (name.replace(" ", "\n", 1) for name in names)
+    heads = (name.replace(" ", "\n", 1) for name in joints(fit))
     table = terminal_table("relative error of predicted current [%]", ["", *heads])
     for score in scores:
         rows = {
@@ -61,8 +59,8 @@ def validate_table(scores: Sequence[Score], fit: Fit | None = None) -> Table:
             "moving: this model": [number(x) for x in score.moving_rre_percent],
             "moving: inside 90 %": [percent(x) for x in score.coverage90],
         }
-        remark = f" ({seen(fit, score.log.source)})" if fit else ""
-        table.add_row(Text(title(score.log.source) + remark, style="bold"))
+        head = f"{title(score.log.source)} ({seen(fit, score.log.source)})"
+        table.add_row(Text(head, style="bold"))
         for what, values in rows.items():
             table.add_row(what, *values)
         table.add_section()
