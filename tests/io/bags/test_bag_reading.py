@@ -12,7 +12,8 @@ from scipy.spatial.transform import Rotation
 
 pytest.importorskip("rosbags", reason="the extra ros2 is not installed")
 
-from ros_messages import BEGAN, LATE, MAKERS, bag, header, joint_states, make, mcap, values
+from mcap import writer as mcap_writer
+from ros_messages import BEGAN, LATE, MAKERS, STORE, bag, header, joint_states, make, mcap, values
 
 from urdyn.errors import InputError, LogError, MissingExtraError
 from urdyn.io import Effort, read
@@ -224,6 +225,24 @@ def test_an_mcap_whose_writer_was_killed_is_read_up_to_there(tmp_path):
     file.write_bytes(data[:4000])  # no whole chunk
     with pytest.raises(LogError, match=r"it has nothing; 1 x file without an end"):
         read(file, effort=AMPERES)
+
+
+def test_a_torn_mcap_has_what_every_publisher_of_a_topic_said(tmp_path):
+    file, type_ = tmp_path / "torn.mcap", "sensor_msgs/msg/JointState"
+    definition = STORE.generate_msgdef(type_, ros_version=2)[0].encode()
+    with file.open("wb") as stream:
+        writer = mcap_writer.Writer(stream, chunk_size=4000)
+        writer.start(profile="ros2")
+        schema = writer.register_schema(type_, "ros2msg", definition)
+        each = [writer.register_channel("/joint_states", "cdr", schema) for _ in range(2)]
+        for k, (_, _, ns, message) in enumerate(joint_states(400)):
+            said = bytes(STORE.serialize_cdr(message, type_))
+            writer.add_message(each[k // 200], ns, said, ns)
+        writer.finish()
+    whole = read(file, effort=AMPERES)
+    file.write_bytes(file.read_bytes()[:-8])  # the end alone
+    torn = read(file, effort=AMPERES)
+    assert len(torn) == len(whole) == 400
 
 
 @pytest.mark.parametrize("kind", MAKERS)

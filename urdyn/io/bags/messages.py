@@ -65,28 +65,33 @@ def opened(path: Path) -> Iterator[Bag]:
 
 
 def _bag(path: Path, reader: Any) -> Bag:
+    found: dict[tuple[str, str], list[Any]] = {}  # a topic has a connection of each who published
+    for one in reader.connections:
+        found.setdefault((one.topic, one.msgtype), []).append(one)
     topics = tuple(
-        Topic(c.topic, c.msgtype, c.msgcount, c.msgdef.data or "") for c in reader.connections
+        Topic(name, type_, sum(one.msgcount for one in each), each[0].msgdef.data or "")
+        for (name, type_), each in found.items()
     )
 
     def raw(topic: Topic) -> Iterator[tuple[int, bytes]]:
-        wanted = [c for c in reader.connections if (c.topic, c.msgtype) == (topic.name, topic.type)]
-        return ((stamp, data) for _, stamp, data in reader.messages(wanted))
+        told = reader.messages(found[topic.name, topic.type])
+        return ((stamp, data) for _, stamp, data in told)
 
     return Bag(path, topics, raw, lambda topic, data: reader.deserialize(data, topic.type))
 
 
 def _salvaged(torn: Salvage) -> Bag:
-    ids = {}
+    ids: dict[tuple[str, str], list[int]] = {}  # a topic has a channel of each who published it
+    texts = {}
     for number, channel in torn.channels.items():
         if schema := torn.schemas.get(channel.schema_id):
-            text = schema.data.decode()
-            topic = Topic(channel.topic, schema.name, torn.counts.get(number, 0), text)
-            ids[topic] = number
+            ids.setdefault((channel.topic, schema.name), []).append(number)
+            texts[schema.name] = schema.data.decode()
+    counts = {told: sum(torn.counts.get(number, 0) for number in of) for told, of in ids.items()}
     return Bag(
         torn.path,
-        tuple(ids),
-        lambda topic: torn.messages(ids[topic]),
+        tuple(Topic(name, type_, counts[name, type_], texts[type_]) for name, type_ in ids),
+        lambda topic: torn.messages(ids[topic.name, topic.type]),
         lambda topic, data: torn.decode(topic.type, data),
         (Defect("file without an end", 1, 0, "read up to where it breaks off"),),
     )

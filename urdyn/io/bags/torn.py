@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -21,7 +21,7 @@ def is_torn(path: Path) -> bool:
 
 
 class Salvage:
-    """What can be read, with the interface of a bag reader: connections by id, messages by one."""
+    """What can be read of it: schemas, channels and counts of messages by id, and the messages."""
 
     def __init__(self, path: Path) -> None:
         require("mcap", "rosbags")
@@ -43,10 +43,10 @@ class Salvage:
             if schema.encoding == "ros2msg":
                 self._store.register(get_types_from_msg(schema.data.decode(), schema.name))
 
-    def messages(self, channel: int) -> Iterator[tuple[int, bytes]]:
-        """When a message was recorded [ns], and its bytes."""
+    def messages(self, channels: Collection[int]) -> Iterator[tuple[int, bytes]]:
+        """When a message of these channels was recorded [ns], and its bytes."""
         for record in self._records():
-            if type(record).__name__ == "Message" and record.channel_id == channel:
+            if type(record).__name__ == "Message" and record.channel_id in channels:
                 yield record.log_time, record.data
 
     def decode(self, type_: str, data: bytes) -> Any:
