@@ -72,14 +72,14 @@ def test_degrees_are_told_at_any_rate(of: str, rate: float) -> None:
     assert wrong_unit(in_degrees(moved(rate), of)) == of
 
 
-def test_degrees_are_told_of_a_joint_that_moves_for_a_while(of: str = "velocities") -> None:
+def test_degrees_are_told_of_a_joint_that_moves_for_a_while() -> None:
     """Though noise of what stands is most of the rows: it goes nowhere."""
     log = moved()
     for name in ("actual_q", "actual_qd"):
         still = log.channels[name][:, 1:] + np.zeros(9)
         still += 3e-3 * np.random.default_rng(3).standard_normal(still.shape)
         log = replace(log, channels=log.channels | {name: np.hstack([log.channels[name], still])})
-    assert not wrong_unit(log) and wrong_unit(in_degrees(log, of)) == of
+    assert not wrong_unit(log) and wrong_unit(in_degrees(log, "velocities")) == "velocities"
 
 
 def test_a_few_torn_velocities_are_no_unit() -> None:

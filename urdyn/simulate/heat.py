@@ -51,8 +51,11 @@ class Heat:
         """Joints and lubricant of an arm that is switched on, (2, J) [°C]."""
         return np.full((2, len(self.kappa)), self.ambient)
 
-    def follow(self, power: Array, ambient: Array, start: Array, step: float = STEP) -> Array:
-        """Joints and lubricant at the end of each step, (2, M, J) [°C], exact for steady power.
+    def follow(self, power: Array, ambient: Array, start: Array) -> Array:
+        """Joints and lubricant at the end of each STEP, (2, M, J) [°C].
+
+        Exact for joints whose power is steady; the lubricant follows what the joint has at the
+        step's end, and is half a step ahead.
 
         Args:
             power: mean loss of each step, (M, J) [W].
@@ -60,8 +63,8 @@ class Heat:
             start: before the first, (2, J) [°C].
         """
         settled = ambient[:, None] + self.resistance * power
-        joints = _lagging(settled, self.time_constant, start[0], step)
-        return np.stack([joints, _lagging(joints, self.lag, start[1], step)])
+        joints = _lagging(settled, self.time_constant, start[0])
+        return np.stack([joints, _lagging(joints, self.lag, start[1])])
 
     def softening(self, lubricant: Array, reference: Array) -> Array:
         """Viscous friction over that at the temperature of reference, (..., J) [-]."""
@@ -83,8 +86,8 @@ def typical_heat(dynamics: Dynamics) -> Heat:
     )
 
 
-def _lagging(wanted: Array, time_constant: float, start: Array, step: float) -> Array:
+def _lagging(wanted: Array, time_constant: float, start: Array) -> Array:
     """First-order lag of what is wanted during each step, (M, J)."""
-    keep = np.exp(-step / time_constant)
+    keep = np.exp(-STEP / time_constant)
     lagging, _ = lfilter([1.0 - keep], [1.0, -keep], wanted, axis=0, zi=keep * start[None])
     return np.asarray(lagging)

@@ -21,7 +21,7 @@ class Row:
     ratio: float  # [-] growth in one step over sigma
     detector: str
     found: float  # share of lives, before the true parameter crosses the warning level
-    delay: float  # [steps] from onset to alarm, mean; NaN where less than half are ever found
+    delay: float  # [steps] from onset to alarm, mean; NaN where 1 % or more are never found
     against_oracle: float  # [-] delay over the oracle's
     false_per_1000: float  # alarms in 1000 healthy steps
     lives: int  # of which `found` is a share: those without an alarm before the onset
