@@ -51,7 +51,11 @@ def _told(healthy: Healthy, truth: np.ndarray, k: int, begin: float) -> Block:
     return Block(begin, begin + LENGTH, A, A @ truth)
 
 
-def test_a_fault_that_is_known_began_at_its_onset_and_nowhere_else(shop: Shop) -> None:
+@pytest.mark.parametrize("divided", [False, True])
+def test_a_fault_that_is_known_began_at_its_onset_and_nowhere_else(
+    shop: Shop, divided: bool
+) -> None:
+    """Of a block that it divides all states seem off, for none explains both its parts."""
     rules = read_rules()
     where = space(shop.fit)
     of = suspects(where, rules.slow)
@@ -63,6 +67,8 @@ def test_a_fault_that_is_known_began_at_its_onset_and_nowhere_else(shop: Shop) -
     for n in range(8):
         truth = np.zeros(healthy.size)
         truth[at] = change * (n >= 4)
+        if divided and n == 4:
+            truth = 9.0 * np.sqrt(np.diag(healthy.first[1]))
         block = _told(healthy, truth, at, LENGTH * n)
         recall = recall.after(block, healthy, (), healthy.straying)
     known = (Fault(k, 4 * LENGTH, 4 * LENGTH, 5 * LENGTH, change),)

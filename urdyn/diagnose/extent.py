@@ -30,11 +30,15 @@ class Extent:
         return {fault.suspect: self._sizes(state, fault, now)[0] for fault in state.known}
 
     def trace(self, state: SlowState, k: int) -> Series:
-        """How a found change went in the blocks that are remembered: time, size, sd."""
+        """How a found change went in the blocks that are remembered: time, size, sd.
+
+        But for those that it divides, which say nothing of it.
+        """
         fault = next(fault for fault in state.known if fault.suspect == k)
         straying = self.healthy.loosened(state.known, state.learnt.steadiness.share)
         course = state.recall.course(self.healthy, state.known, straying)
-        return self._sizes(state, fault, ((block.middle, x, P) for block, x, P in course))
+        told = ((block.middle, x, P) for block, x, P in course if not fault.divides(block))
+        return self._sizes(state, fault, told)
 
     def terms(self, state: SlowState) -> dict[int, dict[str, dict[str, float]]]:
         """Of each fault of friction that is found, how much each term has grown."""

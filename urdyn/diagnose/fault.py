@@ -23,6 +23,7 @@ class Fault:
     onset_hi: float  # [s]
     alarm: float  # [s] end of the block that told it
     size: float  # in the unit of the state that measures it
+    grows: bool = False  # over many blocks; else it was there at once
     # What was believed of the joint's friction before, as `friction.TERMS` has it; None: nothing.
     was: tuple[Array, Array] | None = None
 
@@ -39,6 +40,10 @@ class Fault:
         lasting = block.end - block.begin
         return block.end > self.onset_lo and block.begin <= self.onset_hi + 1.5 * lasting
 
+    def divides(self, block: Block) -> bool:
+        """Whether it may have come at once within a block, of which a part is then without it."""
+        return not self.grows and block.begin <= self.onset_hi and self.onset_lo < block.end
+
     def unseen_in(self, block: Block) -> bool:
         """Whether it was not there yet: it may have begun at the end of the last block before."""
         return block.end + 0.5 * (block.end - block.begin) < self.onset_lo
@@ -46,4 +51,5 @@ class Fault:
 
 def known_by(change: Change) -> Fault:
     """What is known of a change that was found."""
-    return Fault(change.suspect, *change.shown, change.alarm, change.size)
+    grows = change.rate != 0.0
+    return Fault(change.suspect, *change.shown, change.alarm, change.size, grows)

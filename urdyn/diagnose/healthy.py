@@ -106,10 +106,15 @@ class Healthy:
         return np.asarray(P + np.diag(self._free(f for f in known if f.onset_lo < t)))
 
     def leaping(self, block: Block, known: Sequence[Fault]) -> Block:
-        """A block at whose begin known faults may have begun, of which it tells anything at all."""
+        """A block at whose begin known faults may have begun, of which it tells anything at all.
+
+        One that a fault divides says nothing: no state explains both its parts, and those that
+        come nearest (a rotor, an offset) would be off for good.
+        """
         seen = block.A.diagonal() > 0.0
         var = self._free(fault for fault in known if fault.began_in(block))
-        return replace(block, leap=np.sqrt(seen * var))
+        whole = float(not any(fault.divides(block) for fault in known))
+        return replace(block, A=whole * block.A, b=whole * block.b, leap=np.sqrt(seen * var))
 
     def _free(self, faults: Iterable[Fault]) -> Array:
         """Variance of what these may have done, (N,)."""
