@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -16,6 +17,7 @@ from urdyn.diagnose.rules import read_rules
 from urdyn.diagnose.slow import Slow
 from urdyn.diagnose.space import space
 from urdyn.diagnose.suspects import Suspect, suspects
+from urdyn.diagnose.verdict import _gone
 
 
 def test_a_change_that_is_too_small_to_be_told_is_not_told_by_another_name(shop: Shop) -> None:
@@ -106,3 +108,14 @@ def test_what_begins_once_the_load_is_another_is_as_old_as_that_at_most(
     slow = diagnosis.slow.init()
     slow = replace(slow, bank=replace(slow.bank, t=t), recall=replace(slow.recall, t=t))
     assert diagnosis.slow.judge.afresh(slow).bank.oldest == np.isnan(t)
+
+
+def test_a_change_that_grows_slowly_is_never_gone_and_one_that_is_repaired_is(shop: Shop) -> None:
+    of, rng, sd = suspects(space(shop.fit), read_rules().slow), np.random.default_rng(0), 0.025
+    friction = next(s for s in of.each if s.kind.name == "friction_increase")
+    told = SimpleNamespace(gone=False)
+    for _ in range(20):
+        size = np.linspace(0.0, 0.08, 200) + 0.5 * sd * rng.standard_normal(200)
+        worn = [(5.0 * k, float(x), sd) for k, x in enumerate(size)]
+        assert not any(_gone(told, friction, worn[:k]) for k in range(100, 201))
+        assert _gone(told, friction, [*worn[:150], *((750.0, 0.2, sd),) * 200, (1750.0, 0.01, sd)])

@@ -155,10 +155,13 @@ def _grown(old: Finding, suspect: Suspect, series: Series, now: float) -> Findin
 
 
 def _gone(old: Finding, suspect: Suspect, series: Series) -> bool:
-    """Whether a joint's change is too small to be told by now, and surely less than it has been."""
+    """Whether a joint's change is too small to be told by now, and surely less than it mostly was.
+
+    What it was at most is a maximum of noise, too, which a long series takes ever further.
+    """
     _, size, sd = series[-1]
-    left, most = suspect.grown(size), max(suspect.grown(each) for _, each, _ in series)
-    surely = old.gone or left + SURELY_BELOW * sd < most
+    left, mostly = suspect.grown(size), np.median([suspect.grown(each) for _, each, _ in series])
+    surely = old.gone or left + SURELY_BELOW * sd < mostly
     least = suspect.kind.least  # of its own state; of all friction what may as well be none
     if suspect.kind.of_friction:
         least = min(least, SURELY_BELOW * sd)
