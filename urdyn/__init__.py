@@ -87,7 +87,7 @@ def __dir__() -> list[str]:
 
 
 class _Verb(ModuleType):
-    """A room that is called like its function: `ud.identify(...)` beside `ud.identify.Fit`."""
+    """A room that can be called as its function: `ud.identify(...)` beside `ud.identify.Fit`."""
 
     def __call__(self, *args: Any, **kwargs: Any) -> Any:
         return self._function(*args, **kwargs)
@@ -104,12 +104,12 @@ class _Verb(ModuleType):
         return signature(self._function)
 
     @property
-    def __doc__(self) -> Any:  # type: ignore[override]  # of a module it can be set
+    def __doc__(self) -> Any:  # type: ignore[override]  # a module's can be set
         return self._function.__doc__
 
 
 class _Package(ModuleType):
-    """Python binds every imported room to the package, and so hides a function of its name."""
+    """Python binds every imported room to the package, which would hide the function so named."""
 
     def __setattr__(self, name: str, value: object) -> None:
         if name in _VERBS and isinstance(value, ModuleType):

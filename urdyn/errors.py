@@ -1,6 +1,6 @@
 """What can go wrong, as a tree.
 
-UrdynError                  everything that is the caller's to mend; the command line exits 1 on it
+UrdynError                  everything that the caller can mend; the command line exits 1 on it
 ├── InputError              a file or an option cannot be used
 │   ├── LogError            a recording: carries path, line, column
 │   ├── ArmError            a robot description
@@ -8,7 +8,7 @@ UrdynError                  everything that is the caller's to mend; the command
 │   ├── CampaignError       a campaign.toml
 │   └── UnsafeMotionError   a motion that cannot be proven safe: carries what, kind, when
 ├── IdentifiabilityError    the data do not determine what was asked
-├── RtdeError               no sense can be made of a controller, or of a client: carries address
+├── RtdeError               a controller or client is unreachable or breaks RTDE: carries address
 └── MissingExtraError       an optional dependency is not installed: carries extra
 """
 
@@ -52,10 +52,10 @@ class CampaignError(InputError):
 
 
 class UnsafeMotionError(InputError):
-    """A motion cannot be proven safe: carries what is short in words, of what kind, and when."""
+    """A motion cannot be proven safe: carries what falls short in words, its kind, and when."""
 
     def __init__(self, what: str, kind: str, when: float) -> None:
-        super().__init__(what, kind, when)  # as they are: it comes from other processes, too
+        super().__init__(what, kind, when)  # unformatted, so that it can be pickled
         self.what, self.kind, self.when = what, kind, when
 
     def __str__(self) -> str:

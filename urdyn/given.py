@@ -1,4 +1,4 @@
-"""What a caller gives, as numbers; InputError names what cannot be used, and says what can."""
+"""Checks of a caller's arguments; InputError names what cannot be used, and what can."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from urdyn.types import Array, Gaussian, Index, Log, Mask, Motion, frozen, shape
 
 T = TypeVar("T")
 
-# Of two standard deviations: what a covariance may differ from its transpose by, and from one that
-# variables can have: the inverse of an information matrix that hardly has one.
+# Relative to the standard deviations: tolerated asymmetry and negative eigenvalues of a covariance,
+# as in the inverse of a nearly singular information matrix.
 ALIKE = 1e-3
-ROUNDING = 1e-14  # of the largest variance, for each state: what rounding leaves of none
+ROUNDING = 1e-14  # of the largest variance, per state: what rounding makes of 0
 
-NUMBERS = "biuf"  # numpy's kinds of arrays that are real numbers
+NUMBERS = "biuf"  # NumPy's dtype kinds of real numbers
 HELD = {
     "c": "complex numbers",
     "M": "dates",
@@ -33,7 +33,7 @@ HELD = {
 
 
 def given_a(value: object, kind: type[T], what: str, got: str) -> T:
-    """What is of this kind; InputError names what it is instead, and `got`, how one is got."""
+    """`value` if it is of this kind; InputError says what it is instead, and how one is `got`."""
     if isinstance(value, kind):
         return value
     held = repr(value) if isinstance(value, str | PurePath) else f"a {type(value).__name__}"
@@ -73,7 +73,7 @@ def given(
     fits: Callable[[Array], Any] = np.isfinite,
     streams: int | None = None,
 ) -> Array:
-    """A number or a row of them, finite, that fits: (n,) where there are n `streams`."""
+    """A finite number, or a row of them, that `fits`: (n,) where there are n `streams`."""
     held = _held(value)
     row = np.atleast_1d(_numbers(held))
     truths = held.dtype.kind == "b"
@@ -92,7 +92,7 @@ def given_number(
     takes: str = "a finite number",
     fits: Callable[[Array], Any] = np.isfinite,
 ) -> float:
-    """One number, finite, that fits."""
+    """One finite number that `fits`."""
     return float(given(value, what, takes, lambda x: fits(x) & (len(x) == 1))[0])
 
 
@@ -114,7 +114,7 @@ def given_promise(promise: object) -> float:
 
 
 def given_count(count: object, what: str, least: int = 1, most: float = np.inf) -> int:
-    """A whole number, `least` or more, `most` at the most."""
+    """A whole number from `least` to `most`."""
     ends = f", {least} or more" if most == np.inf else f" from {least} to {most}"
 
     def fits(x: Array) -> Mask:
@@ -145,9 +145,9 @@ def given_sd(values: object, what: str, shape: tuple[int, ...]) -> Array:
 
 
 def given_covariance(values: object, what: str, n: int | None = None, beside: float = 0.0) -> Array:
-    """A covariance, (n, n), of any size where n is None; it may be singular, and short by rounding.
+    """A covariance, (n, n), of any size where n is None; it may be singular, up to rounding.
 
-    It may come of a difference between others, whose variances are `beside` at most.
+    It may be the difference of others whose variances are `beside` at most.
     """
     cov = _array(values, what)
     if cov.ndim != 2 or cov.shape != ((len(cov) if n is None else n,) * 2):
@@ -173,7 +173,7 @@ def given_covariance(values: object, what: str, n: int | None = None, beside: fl
 
 
 def _require_definite(cov: Array, what: str) -> None:
-    """InputError where variables of these variances cannot vary together like this."""
+    """InputError where the covariance is not positive semidefinite."""
     sd = np.sqrt(cov.diagonal())
     correlation = cov / np.where(sd > 0.0, np.outer(sd, sd), 1.0)
     least = float(np.linalg.eigvalsh(correlation).min(initial=0.0))
@@ -185,7 +185,7 @@ def _require_definite(cov: Array, what: str) -> None:
 
 
 def given_belief(belief: object, what: str, n: int) -> Gaussian:
-    """What is known of n states."""
+    """A Gaussian belief about n states."""
     if not isinstance(belief, Gaussian):
         raise InputError(f"{what} {belief!r}: takes a Gaussian, with mean and covariance")
     mean = given_each(belief.mean, f"{what}'s mean", (n,))
@@ -193,14 +193,14 @@ def given_belief(belief: object, what: str, n: int) -> Gaussian:
 
 
 def given_names(names: Sequence[str]) -> None:
-    """Of states, each its own."""
+    """InputError where two states share a name."""
     twice = [name for name, count in Counter(names).items() if count > 1]
     if twice:
         raise InputError(f"two states of one name: {', '.join(twice)}")
 
 
 def given_places(places: object, what: str, n: int) -> Index:
-    """Which of n states, by their numbers from 0."""
+    """Indices of some of n states, from 0."""
     at = _array(places, what)
     fits = (at >= 0.0) & (at < n) & (at % 1.0 == 0.0)
     if np.asarray(places).dtype == bool or at.ndim != 1 or not fits.all():
@@ -214,7 +214,7 @@ def given_streams(streams: object) -> int:
 
 
 def given_step(observed: object, streams: int) -> Array:
-    """What was observed of each stream in a step, (n,), NaN where nothing was."""
+    """Each stream's observation in one step, (n,), NaN where there is none."""
     plain = type(observed) is np.ndarray and observed.dtype == np.float64
     values = cast(Array, observed) if plain else np.atleast_1d(given_numbers(observed, "a step"))
     if values.shape != (streams,):
@@ -234,7 +234,7 @@ def given_rows(series: object, what: str) -> Array:
 
 
 def given_numbers(values: object, what: str) -> Array:
-    """Of any shape, NaN where masked."""
+    """Numbers of any shape, NaN where masked."""
     held = _held(values)
     if (kind := held.dtype.kind) not in NUMBERS:
         told = HELD.get(kind, kind)
@@ -243,12 +243,12 @@ def given_numbers(values: object, what: str) -> Array:
 
 
 def as_numbers(value: object) -> Array:
-    """As an array; NaN where masked; of no dimension, and NaN, where it holds no numbers."""
+    """`value` as an array, NaN where masked; a 0-d NaN where it holds no numbers."""
     return _numbers(_held(value))
 
 
 def _held(value: object) -> NDArray[Any]:
-    """An array of it, whatever it holds."""
+    """`value` as an array, whatever it holds."""
     try:
         return np.asanyarray(value)
     except ValueError:  # rows of different lengths
@@ -262,7 +262,7 @@ def _numbers(held: NDArray[Any]) -> Array:
 
 
 def _array(values: object, what: str) -> Array:
-    """A copy as `frozen` makes it; InputError where they are no numbers."""
+    """A copy as `frozen` makes it; InputError where `values` are not numbers."""
     try:
         return frozen(unmasked(cast(ArrayLike, values)).copy())
     except (TypeError, ValueError):

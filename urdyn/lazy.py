@@ -1,4 +1,4 @@
-"""Names of a room that are looked up when first used: reading a twin loads no CasADi."""
+"""A room's names, looked up when first used: reading a twin loads no CasADi."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import Any
 
 
 class _Room(ModuleType):
-    """Python binds every imported module to its package, and so hides a function of its name."""
+    """Python binds every imported module to its package, which would hide the function so named."""
 
     def __setattr__(self, name: str, value: object) -> None:
         if not (isinstance(value, ModuleType) and name in self.__all__):

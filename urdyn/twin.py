@@ -27,22 +27,22 @@ from urdyn.version import __version__
 
 FORMAT = 1
 COLUMNS = ("name", "value", "sd", "unit", "prior", "prior_sd")  # of a parameter
-HUGE = 1e100  # from which on products of a few numbers are beyond all
-PUBLISHED = 0.01  # [-] that a mass may be published anew by; those of other arms are further off
-GROWTH = 1.01  # [-] a row, of noise; beside slow noise earlier versions wrote it just beyond 1
-SKEW = 1.0  # [s] recorders skew their streams by less, by far
-# Of a parameter, by the last word of its name.
+HUGE = 1e100  # beyond this, products of a few numbers overflow
+PUBLISHED = 0.01  # [-] by which a published mass may be revised; other arms' masses differ by more
+GROWTH = 1.01  # [-] per row, of noise; with slow noise, earlier versions wrote it just above 1
+SKEW = 1.0  # [s] recorders skew their streams by far less
+# Unit of a parameter, by the last word of its name.
 UNIT_OF = dict(zip(BODY, BODY_UNITS, strict=True)) | UNITS | {"time_offset": "s"}
-# What of a drive is above 0, and what may be 0 and not below.
+# Fields of a drive that are above 0, and fields that are 0 or more.
 ABOVE_ZERO = ("gain", "coulomb", "presliding_distance", "stribeck_velocity")
 NOT_BELOW = ("rotor_inertia", "viscous", "structural", "presliding_tail")
-# What reading raises where a document is not what was written.
+# What reading a damaged document raises.
 DAMAGE = (LookupError, ArithmeticError, TypeError, ValueError, AttributeError)
 
 
 @dataclass(frozen=True, eq=False)
 class Twin:
-    """An arm and what is known of it; twins are equal whose files are.
+    """An arm and what is known of it; twins are equal if their files are.
 
     Raises:
         TwinError: the fit is of another arm.
@@ -82,7 +82,7 @@ class Twin:
         """Read a twin.toml.
 
         Raises:
-            TwinError: the file is not a twin, or says something impossible.
+            TwinError: the file is not a twin, or holds impossible values.
         """
         fit = fit_of(load_toml(path, TwinError), path)
         return cls(fit.dynamics.arm, fit)
@@ -121,7 +121,7 @@ def _log(source: Source) -> dict[str, Any]:
 
 
 def fit_of(tables: dict[str, Any], path: str | Path) -> Fit:
-    """The fit in a `document`; every way in which it can be wrong ends in one line."""
+    """The fit in a `document`; whatever is wrong with it is a TwinError of one line."""
     header = tables.get("urdyn")
     written = header.get("format") if isinstance(header, dict) else None
     if written != FORMAT:
@@ -129,7 +129,7 @@ def fit_of(tables: dict[str, Any], path: str | Path) -> Fit:
             f"{path}: not a twin of format {FORMAT} but {written!r}; write it with `urdyn identify`"
         )
     try:
-        with np.errstate(all="ignore"):  # numbers that overflow are told of below
+        with np.errstate(all="ignore"):  # overflow is reported below
             fit = _read(tables)
             fault = next(_faults(fit), "")
     except UrdynError as error:
@@ -146,12 +146,12 @@ def fit_of(tables: dict[str, Any], path: str | Path) -> Fit:
 
 
 def _faults(fit: Fit) -> Iterator[str]:
-    """What a fit that was read from a file says and cannot be; each supposes those before."""
+    """Impossible statements of a fit read from a file; each check presumes those before."""
     arm, noise, belief, drive = fit.dynamics.arm, fit.noise, fit.belief, fit.dynamics.drive
     table = (fit.parameters.values, fit.sd, fit.prior, fit.prior_sd)
     scatter = (noise.sd, noise.scale, noise.dof, noise.slow)
     times = np.array([drive.time_offset, drive.friction_lead])
-    warm = np.nan_to_num(drive.temperature, posinf=np.inf)  # NaN: nobody knows
+    warm = np.nan_to_num(drive.temperature, posinf=np.inf)  # NaN: unknown
     borne = (fit.dynamics.payload, *fit.payloads)
     numbers = (*table, *scatter, noise.ar, belief.mean, belief.cov, *borne, times, warm)
     if not all((np.abs(x) < HUGE).all() for x in numbers):
@@ -173,7 +173,7 @@ def _faults(fit: Fit) -> Iterator[str]:
 
 
 def _unlike(fit: Fit) -> Iterator[str]:
-    """What no identification writes."""
+    """Values that no identification writes."""
     for name, unit in zip(fit.parameters.names, fit.parameters.units, strict=True):
         if unit != (due := UNIT_OF.get(name.rpartition(".")[2], unit)):
             yield f"{name} is in {unit} and has to be in {due}"
@@ -192,7 +192,7 @@ def _unlike(fit: Fit) -> Iterator[str]:
 
 
 def _renamed(fit: Fit) -> Iterator[str]:
-    """Whether somebody gave it another arm's name: the published masses stand in it, too."""
+    """A fault if the arm was renamed: the published masses stand in the file, too."""
     arm, said = fit.dynamics.arm, dict(zip(fit.parameters.names, fit.prior, strict=True))
     told = np.array([said[f"{link}.mass"] for link in arm.link_names])
 
@@ -206,7 +206,7 @@ def _renamed(fit: Fit) -> Iterator[str]:
 
 
 def _beneath(fit: Fit) -> Iterator[str]:
-    """Which numbers are less than they can be, and shares more."""
+    """Numbers below their bounds, and shares outside theirs."""
     noise, drive = fit.noise, fit.dynamics.drive
     above = {"sd of its noise": noise.sd, "scale of its noise": noise.scale}
     for name, x in (above | {name: getattr(drive, name) for name in ABOVE_ZERO}).items():
@@ -255,14 +255,14 @@ def _read(tables: dict[str, Any]) -> Fit:
 
 
 def _noise(table: dict[str, Any]) -> Noise:
-    """Twins written before slow noise was told apart do not say it."""
+    """The noise; older twins do not have its slow part."""
     told = {"slow": [], "keep": 0.0} | table
     sd, scale, dof, ar, slow = (_numbers(told, x) for x in ("sd", "scale", "dof", "ar", "slow"))
     return Noise(sd, scale, dof, ar, slow, float(_numbers(told, "keep")))
 
 
 def _numbers(table: dict[str, Any], key: str) -> Array:
-    """What a table has of a key in numbers; words, true and false are none."""
+    """The numbers of a table under `key`; words, true and false are none."""
     found = np.array(table[key], dtype=object)
     if not all(type(x) in (int, float) for x in found.flat):
         raise TwinError(f"{key} is not in numbers; identify the arm again")
@@ -273,7 +273,7 @@ def _dynamics(arm: Arm, parameters: Parameters, model: dict[str, Any], tool: Arr
     def field(name: str) -> Array:
         return np.array([value[f"{joint}.{name}"] for joint in arm.joint_names])
 
-    older = {"friction_lead": 0.0}  # which older twins do not say
+    older = {"friction_lead": 0.0}  # missing in older twins
     value = dict(zip(parameters.names, parameters.values.tolist(), strict=True))
     bodies = [[value[f"{link}.{x}"] for x in BODY] for link in arm.link_names]
     drive = Drive(

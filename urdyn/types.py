@@ -21,28 +21,28 @@ Index = NDArray[np.intp]
 Mask = NDArray[np.bool_]
 Which = slice | Index  # rows, by their range or one by one
 
-NORMAL90 = 1.645  # [sd] to either side of the middle of a Gaussian: 90 % of it, and 95 % below
-MAD_TO_SD = 1.4826  # [-] of a Gaussian, median of the deviations' sizes: 1 / Φ⁻¹(3/4)
-STANDSTILL = 0.02  # [rad/s] that a joint which stands may be said to turn by
+NORMAL90 = 1.645  # [sd] of a Gaussian: 90 % lies within this of the mean, 95 % below it
+MAD_TO_SD = 1.4826  # [-] sd of a Gaussian per median absolute deviation: 1 / Φ⁻¹(3/4)
+STANDSTILL = 0.02  # [rad/s] velocity that a joint at rest may report
 
 
 def changed(value: V, **changes: Any) -> V:
     """A frozen value with other fields: `replace` for tight loops, in a quarter of its time.
 
-    `__post_init__` has seen what stays, and is not asked about what is new.
+    `__post_init__` does not run: the new fields are not checked.
     """
     had, new = vars(value), object.__new__(type(value))
     names: tuple[str, ...] = cast(Any, value).__match_args__
-    if len(had) > len(names):  # what is cached belongs to the old one
+    if len(had) > len(names):  # cached values belong to the old one
         had = {name: had[name] for name in names}
     vars(new).update(had, **changes)
     return new
 
 
 def remade(value: Any) -> tuple[Any, ...]:
-    """The `__reduce__` of a value: a copy, in another process too, is made as the first one was.
+    """The `__reduce__` of a value: a copy, in another process too, is made by its constructor.
 
-    What pickle makes of an array by itself can be written to.
+    Arrays that pickle makes by itself are writable.
     """
     had = (getattr(value, name) for name in value.__match_args__)
     return type(value), tuple(dict(x) if isinstance(x, MappingProxyType) else x for x in had)
@@ -65,8 +65,8 @@ def frozen(values: ArrayLike) -> Array:
 def owned(values: ArrayLike) -> Array:
     """`values` as `frozen` makes them; a copy, unless they are read-only already.
 
-    Who gives a read-only view of what is written to later gives that away: logs of an hour are put
-    together like this, and not copied.
+    A read-only view of an array that is written to later is not copied either: logs of an hour are
+    assembled this way.
     """
     array = unmasked(values)
     return frozen(array.copy() if array.flags.writeable else array)
@@ -81,7 +81,7 @@ def shaped(what: str, values: ArrayLike, shape: tuple[int, ...]) -> Array:
 
 
 def index_of(name: str, names: Sequence[str], what: str) -> int:
-    """Where `name` stands among `names`; InputError where it does not, with what may be meant."""
+    """Index of `name` in `names`; InputError, with what may be meant, where it is missing."""
     if name in names:
         return names.index(name)
     close = get_close_matches(str(name), names, 1)
@@ -149,7 +149,7 @@ class Log:
 
     @property
     def joints(self) -> int:
-        """Number of joints that the log speaks of; 6 where it has no joint angles."""
+        """Number of joints in the log; 6 where it has no joint angles."""
         return int(self.channels["actual_q"].shape[1]) if "actual_q" in self.channels else 6
 
     def joint(self, name: str) -> Array:
@@ -171,7 +171,7 @@ class Log:
         )
 
 
-# What a Motion has of every joint, (N, J).
+# A Motion's fields per joint, (N, J).
 JOINT_SERIES = ("q", "v", "a", "jerk", "current", "temperature", "shift", "instrument")
 
 
@@ -179,9 +179,9 @@ JOINT_SERIES = ("q", "v", "a", "jerk", "current", "temperature", "shift", "instr
 class Motion:
     """What we made of a log: joint kinematics at the stamps of the measured current.
 
-    Stamps increase, but where the clock of a robot at work is set back. They are uniform within a
-    stretch once `synchronise` has run and as the robot gave them otherwise, because resampling
-    colours the noise that the likelihood needs white.
+    Stamps increase, except where the clock of a robot at work is set back. They are uniform within
+    a stretch once `synchronise` has run, else as the robot gave them, because resampling colours
+    the noise that the likelihood needs white.
     """
 
     t: Array  # (N,) [s]
@@ -193,9 +193,9 @@ class Motion:
     temperature: Array  # (N, J) [°C]; NaN where not measured
     breaks: tuple[int, ...] = ()  # rows that begin a new stretch after a gap, 0 not among them
     source: Source = field(default_factory=Source)
-    # (N, J) [rad] by which the encoder's zero jumped since the row before; none where not given.
+    # (N, J) [rad] jump of the encoder's zero since the row before; (0, 0) where not given.
     shift: Array = field(default_factory=lambda: np.zeros((0, 0)))
-    # (N, J) [rad/s²] the acceleration, with noise that is not that of `a`; NaN: nothing tells it.
+    # (N, J) [rad/s²] the acceleration, with noise other than that of `a`; NaN where unknown.
     instrument: Array = field(default_factory=lambda: np.zeros((0, 0)))
 
     def __post_init__(self) -> None:
@@ -222,7 +222,7 @@ class Motion:
 
     @property
     def instrumental(self) -> Array:
-        """The instrument's acceleration, (N, J) [rad/s²]; `a` where nothing tells it."""
+        """The instrument's acceleration, (N, J) [rad/s²]; `a` where it is unknown."""
         return np.where(np.isnan(self.instrument), self.a, self.instrument)
 
     @property
@@ -235,7 +235,7 @@ class Motion:
     def ahead(self, offset: float) -> Motion:
         """The same currents beside the kinematics `offset` seconds later, by Taylor's series.
 
-        An instrument stays where it is, for the jerk would bring it the noise of `a`.
+        The instrument is not shifted, for the jerk would add the noise of `a` to it.
         """
         h = offset
         return replace(
@@ -252,7 +252,7 @@ class Motion:
         return self.rows(slice(first, last), breaks)
 
     def rows(self, kept: Which, breaks: tuple[int, ...]) -> Motion:
-        """Some rows as a motion of its own, and which of them begin a new stretch there."""
+        """Some rows as a motion of its own; `breaks` are those that begin a new stretch there."""
         series = {name: getattr(self, name)[kept] for name in ("t", *JOINT_SERIES)}
         return replace(self, **series, breaks=breaks)
 
@@ -283,9 +283,9 @@ class Parameters:
 
 @dataclass(frozen=True, eq=False)
 class Gaussian:
-    """A belief: mean and covariance, read-only here; who gives an array leaves it as it is.
+    """A belief: mean and covariance, read-only here; callers must not change the given arrays.
 
-    Filters make two in a step, and copy none; a model's priors are copies.
+    They are not copied, since filters make two in a step; a model's priors are copies.
     """
 
     mean: Array  # (P,)
