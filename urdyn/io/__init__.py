@@ -27,7 +27,7 @@ __all__ = [
     "writing",
 ]
 
-# Who only listens to a robot reads no logs, and needs no Arrow.
+# Listening to a robot reads no logs, and needs no Arrow.
 __getattr__ = lookup(
     __name__,
     {

@@ -11,7 +11,7 @@ LOOPBACK = "127.0.0.1"
 
 
 def parse(text: str, port: int, what: str) -> tuple[str, int]:
-    """Host and port of "9100", "0.0.0.0:9100", "broker" or "[::1]:9100"; `port` unless told."""
+    """Host and port of "9100", "0.0.0.0:9100", "broker" or "[::1]:9100"; `port` by default."""
     found = host_and_port(f":{text}" if text.isdecimal() else text)
     if found is None or not text:
         raise InputError(f"{what} {text!r}: write PORT, HOST or HOST:PORT")
@@ -22,7 +22,7 @@ def parse(text: str, port: int, what: str) -> tuple[str, int]:
 
 
 def host_and_port(text: str) -> tuple[str, int | None] | None:
-    """Of HOST:PORT or either of them, an IPv6 host in brackets; None where it is none of these."""
+    """Parts of HOST:PORT, HOST or PORT, an IPv6 host in brackets; None if it is none of these."""
     try:
         at = urlsplit(f"//{text}")
         host, port = at.hostname or "", at.port
@@ -33,7 +33,7 @@ def host_and_port(text: str) -> tuple[str, int | None] | None:
 
 
 def door(host: str, port: int, backlog: int | None = None) -> socket.socket:
-    """A socket that listens there, of the family that the host is; OSError or UnicodeError."""
+    """A socket that listens there, of the host's address family; OSError or UnicodeError."""
     family = socket.getaddrinfo(host, port)[0][0]
     return socket.create_server((host, port), family=family, backlog=backlog)
 

@@ -1,19 +1,19 @@
-"""The arm as a clock: stamps that scatter, put where its own motion says they belong.
+"""The arm as a clock: stamps that scatter are corrected by the arm's own motion.
 
-Whoever polls a robot and stamps rows by the clock of a computer is late by a millisecond or two,
+A client that polls a robot and stamps rows by a computer's clock is late by a millisecond or two,
 now more and now less. Angles, velocities and currents of a row belong together and are right; its
-stamp t_n + e_n is not. At 20 Hz, 2 ms are 2 mrad of a joint at 1 rad/s, and accelerations by them
-are noise. From row to row
+stamp t_n + e_n is not. At 20 Hz, 2 ms are 2 mrad of a joint at 1 rad/s, and accelerations derived
+from such stamps are noise. From row to row
 
     tau_n = median over joints of dq_n / v_n, by weights |v_n|
 
-is the time that passed, to a tenth of a millisecond, and tells of the stamps: where they scatter,
-what tau says beside them changes sign from step to step, for e_n is late once and early once; what
-a velocity lags or a motion bends does not. Both clocks together are least squares,
+is the time that passed, to a tenth of a millisecond, and exposes the stamps: where they scatter,
+tau minus their step changes sign from step to step, for each e_n makes one step longer and the
+next one shorter; a velocity's lag or a curved motion does not. Least squares combine both clocks,
 
     sum (t'_{n+1} - t'_n - tau_n)² / s_n²  +  sum (t'_n - t_n)² / s²,
 
-which stamps keep from running away, and an arm that stands says nothing to.
+in which the stamps prevent drift, and an arm at rest adds nothing.
 """
 
 from __future__ import annotations
@@ -23,12 +23,12 @@ import numpy as np
 from urdyn.io.clock import gaps
 from urdyn.types import MAD_TO_SD, Array, Mask
 
-SCATTER = 3e-4  # [s] of a stamp's scatter, sd: less is not told from a velocity's noise at 100 Hz
-SHARE = 0.5  # [-] of what both clocks differ by from step to step, that has to be scatter
-MOVING = 0.1  # [rad/s] of the quickest joint, slower than which an arm tells no time
-ANGLE, VELOCITY, BENT = 1e-4, 2e-3, 1e-4  # [rad], [rad/s], [s] sd of what a step is told by
-WILD = 5.0  # [sd] by which a step differs where an angle jumps, and no stamp
-FEWEST = 50  # steps that tell of stamps
+SCATTER = 3e-4  # [s] sd of a stamp: less is lost in the velocities' noise at 100 Hz
+SHARE = 0.5  # [-] of the variance of both clocks' differences per step, that has to be scatter
+MOVING = 0.1  # [rad/s] of the quickest joint, below which an arm is no clock
+ANGLE, VELOCITY, BENT = 1e-4, 2e-3, 1e-4  # [rad], [rad/s], [s] sd: angle, velocity, curved motion
+WILD = 5.0  # [sd] beyond which a step shows a jump of an angle, not of a stamp
+FEWEST = 50  # steps needed to judge the stamps
 BLOCK = 2**18  # rows at a time: memory never holds the log twice
 
 
@@ -75,7 +75,7 @@ def _told(q: Array, v: Array) -> tuple[Array, Array]:
 
 
 def _scatter(off: Array, moves: Mask) -> float:
-    """Standard deviation [s] of what is late once and early once; 0 where it is little of `off`."""
+    """Standard deviation [s] of errors that alternate; 0 where they are a small part of `off`."""
     both = moves[1:] & moves[:-1]
     alike = -float(np.mean(off[1:][both] * off[:-1][both])) if both.any() else 0.0
     whole = float(np.mean(off[moves] ** 2))
@@ -83,7 +83,7 @@ def _scatter(off: Array, moves: Mask) -> float:
 
 
 def _spread(x: Array) -> float:
-    """Standard deviation by the median, whatever a few are."""
+    """Standard deviation by the median, robust to outliers."""
     return MAD_TO_SD * float(np.median(np.abs(x)))
 
 
@@ -91,8 +91,8 @@ def _together(t: Array, beside: Array, weight: Array) -> Array:
     """Least squares of both clocks, (N,).
 
     Args:
-        beside: by how much each step is longer by the arm's clock than by stamps, (N - 1,) [s].
-        weight: of that beside a stamp's; 0 where the arm tells nothing.
+        beside: how much longer each step is by the arm's clock than by stamps, (N - 1,) [s].
+        weight: of that relative to a stamp's; 0 where the arm is no clock.
     """
     from scipy.linalg import solveh_banded  # heavy, and seldom needed
 

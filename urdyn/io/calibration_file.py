@@ -21,7 +21,7 @@ from urdyn.types import Array
 
 LINKS = ("shoulder", "upper_arm", "forearm", "wrist_1", "wrist_2", "wrist_3")
 PLACE, TURN = ("x", "y", "z"), ("roll", "pitch", "yaw")
-LARGEST = 1 << 20  # [bytes] such a file has one thousand
+LARGEST = 1 << 20  # [bytes]; such a file has about a thousand
 
 
 def read_calibration(path: str | Path) -> Array:
@@ -79,6 +79,6 @@ def calibration_text(origins: Array, provenance: str = "") -> str:
 
 
 def _written(value: float) -> str:
-    """A number as YAML knows it for one: with a point also before an exponent."""
+    """A number that YAML reads as one: with a point also before an exponent."""
     text = repr(value)
     return text.replace("e", ".0e") if "e" in text and "." not in text else text

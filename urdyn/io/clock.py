@@ -9,13 +9,13 @@ import numpy as np
 from urdyn.types import Array, Index, Mask
 
 LATEST = 1e11  # [s] the year 5138; what lies beyond is milliseconds, or damage
-LIVING = (0.9e9, 4.2e9)  # [s] since 1970: arms that are recorded, and 2103
-UNITS = {"milliseconds": 1e3, "microseconds": 1e6, "nanoseconds": 1e9}  # to the second
-SET = 1.0  # [s] by which stamps may differ from when samples came; more, and a clock was set
+LIVING = (0.9e9, 4.2e9)  # [s] since 1970: before any recorded arm, and 2103
+UNITS = {"milliseconds": 1e3, "microseconds": 1e6, "nanoseconds": 1e9}  # in a second
+SET = 1.0  # [s] between a step by stamps and by arrival; if larger, a clock was set
 STRAY = 20  # rows: a clock that is off for longer did not come from a torn packet
 GAP = 5.0  # median steps
-PAUSE = 60.0  # [s] that a controller takes to begin anew, or about that
-OFTEN = 20  # times that a recording's clock is set back; more, and its rows are in no order
+PAUSE = 60.0  # [s] that a controller takes to restart, roughly
+OFTEN = 20  # times that a recording's clock may be set back; if more, its rows are in no order
 
 
 def credible(t: Array | float) -> Mask:
@@ -31,14 +31,14 @@ def unit_since_1970(t: Array) -> str:
 
 
 def elapsed(stamped: Array | float, waited: Array | float) -> Array:
-    """Time between samples [s]: by their stamps, or by when they came where a clock was set."""
+    """Time between samples [s]: by their stamps, or by their arrival where a clock was set."""
     return np.where(np.abs(stamped - waited) > SET, waited, stamped)
 
 
 def recordings(t: Array) -> list[Mask]:
-    """Which rows run forward together, (n,) for each recording in one.
+    """The recordings in one: a mask (n,) of each one's rows that are in order.
 
-    A new one begins where the clock was set back for good; more than OFTEN, and they are not all.
+    A new one begins where the clock was set back for good; after OFTEN times, the rest is missing.
     """
     parts, told = [t], list[Mask]()
     while parts and len(told) < OFTEN + 2:
@@ -53,15 +53,15 @@ def recordings(t: Array) -> list[Mask]:
 
 
 def pauses(t: Array, first: Index, received: Array) -> Array:
-    """Time that passed where the clock was set back, (K,) [s]; PAUSE where nobody knows.
+    """Time that passed where the clock was set back, (K,) [s]; PAUSE where unknown.
 
-    However short it was, it is a gap: what is made of rows from both sides would be neither's.
+    However short, it is made a gap: values derived from rows on both sides would belong to neither.
 
     Args:
         first: rows at which it was, (K,).
-        received: when rows came by a clock that nobody set, (N,) [s]; NaN: not told.
+        received: when rows arrived by a clock that was never set, (N,) [s]; NaN: unknown.
     """
-    with np.errstate(invalid="ignore"):  # what is infinite tells nothing
+    with np.errstate(invalid="ignore"):  # infinite stamps give no pause
         waited = received[first] - received[first - 1]
     known = credible(waited) & (waited >= 0.0)
     return np.where(known, np.maximum(waited, (GAP + 0.5) * np.median(np.diff(t))), PAUSE)
@@ -72,7 +72,7 @@ def counted_on(t: Array, first: Index, pause: Array) -> Array:
 
     Args:
         first: rows at which it was, (K,).
-        pause: that passed there, (K,) [s].
+        pause: time that passed there, (K,) [s].
     """
     missed = np.zeros_like(t)
     missed[first] = t[first - 1] + pause - t[first]
@@ -94,7 +94,7 @@ def _in_order(t: Array) -> Mask:
 
 
 def _set_back(t: Array, ordered: Mask) -> int | None:
-    """Row where the clock was set back for good; None: where it strayed it soon came back.
+    """Row where the clock was set back for good; None: it soon came back wherever it strayed.
 
     A torn packet strays for a few rows inside a recording. A controller that restarted never
     comes back, so rows that stray at either end, or for long, are another recording.

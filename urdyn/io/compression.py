@@ -40,24 +40,24 @@ class HashedFile(io.RawIOBase):
         self._stream, self._hash = stream, hashlib.sha256()
 
     def readable(self) -> bool:
-        """Streams say so of themselves."""
+        """True, as every binary stream has to say."""
         return True
 
     def readinto(self, buffer: Any) -> int:
-        """Fill `buffer` from the file; the number of bytes that came."""
+        """Fill `buffer` from the file; returns the number of bytes read."""
         count: int = self._stream.readinto(buffer)  # type: ignore[attr-defined]
         self._hash.update(memoryview(buffer)[:count])
         return count
 
     def sha256(self) -> str:
-        """Of the whole file: what a decompressor left behind its archive is read first."""
+        """Hash of the whole file, including what follows the archive."""
         while self.read(1 << 20):
             pass
         return self._hash.hexdigest()
 
 
 def decompressed(file: HashedFile) -> BinaryIO:
-    """The bytes that the file stands for."""
+    """The file's bytes, decompressed."""
     raw = io.BufferedReader(file, 1 << 20)
     start = raw.peek(8)
     for magic, reader in READERS.items():

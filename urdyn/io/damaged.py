@@ -1,4 +1,4 @@
-"""Blocks with damage -> numbers, line by line: what is no row is left out, no number is NaN."""
+"""Blocks with damage -> numbers, line by line: non-rows are left out, non-numbers are NaN."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ def _flaw(text: str, cells: list[str], whole: bool, dialect: Dialect) -> tuple[s
 def _value(
     cells: list[str], place: int, line: int, dialect: Dialect, defects: list[Defect]
 ) -> float:
-    """The number in one cell; where there is none, NaN and a defect more."""
+    """The number in one cell; where there is none, NaN and one more defect."""
     text = cells[place] if place < len(cells) else ""
     read = stamp if dialect.kinds[place] is Kind.STAMP else number
     try:

@@ -1,4 +1,4 @@
-"""How a text recording is written: found from its first lines, or said by the caller."""
+"""How a text recording is written: found from its first lines, or given by the caller."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from urdyn.errors import LogError
 from urdyn.io.cells import fields, is_number, is_stamp
 from urdyn.io.names import duplicates, example, expand, rename
 
-SAMPLE = 100  # lines that are looked at
-READ = 1 << 20  # [bytes] they are looked for in
-PRINTED = 1 << 16  # [bytes] that have to be text, nearly all
+SAMPLE = 100  # lines that are examined
+READ = 1 << 20  # [bytes] in which they are looked for
+PRINTED = 1 << 16  # [bytes] of which nearly all have to be text
 PRINTABLE = bytes([*range(32, 127), *b"\t\n\r"])
-SAID = re.compile(r'(?i)"?sep=([;\t|, ])"?\s*')  # the line that tells Excel what parts the cells
+SAID = re.compile(r'(?i)"?sep=([;\t|, ])"?\s*')  # the line that tells Excel the delimiter
 
 
 class Kind(Enum):
@@ -34,11 +34,11 @@ class Dialect:
 
     delimiter: str
     decimal: str
-    columns: tuple[str, ...]  # one a field, RTDE names; "" where nobody wants it
+    columns: tuple[str, ...]  # one a field, RTDE names; "" where unwanted
     kinds: tuple[Kind, ...]  # one a field
     filled: int  # fields that a whole row has at least; what follows may be missing
     header: str = ""  # the header as it stands in the file; "" where there is none
-    line: int = 0  # where the header stands, or what is said above the data; these begin below
+    line: int = 0  # of the header, or of the last remark above the data, which begin below
     sample: tuple[str, ...] = ()  # cells of one of the rows
 
     @property
@@ -97,7 +97,7 @@ def _remarks(lines: Sequence[str]) -> int:
         return 0
     delimiter = _delimiter(lines[told])
     above, names = (_titles(line, delimiter) for line in lines[told - 1 : told + 1])
-    return told if _is_header(names) and len(names) > len(above) else told - 1  # not one of units
+    return told if _is_header(names) and len(names) > len(above) else told - 1  # not units
 
 
 def _delimiter(line: str) -> str:
@@ -150,14 +150,14 @@ def _said(spec: str, path: str) -> list[str]:
 
 
 def _mode(counts: Iterable[int]) -> int:
-    """The count that most rows have."""
+    """The most frequent count."""
     return Counter(counts).most_common(1)[0][0]
 
 
 def _decimal(samples: Sequence[Sequence[str]], delimiter: str) -> str:
-    """What parts off the decimals: a comma, where a cell is such as 0,5.
+    """The decimal mark: a comma, where a cell is such as 0,5.
 
-    Where commas part the cells, too, that one is in quotes; beside 0.5 its comma is of thousands.
+    Where commas also part the cells, that one is in quotes; beside 0.5 its comma groups thousands.
     """
     comma, point = (
         any(re.fullmatch(rf" *[-+]?\d+{mark}\d+.*", cell) for cells in samples for cell in cells)

@@ -29,7 +29,7 @@ def load_toml(path: str | Path, error: type[InputError] = InputError) -> dict[st
     except UnicodeDecodeError as cause:
         line = cause.object[: cause.start].count(b"\n") + 1
         raise error(f"{path}:{line}: not UTF-8 text") from cause
-    except (ValueError, RecursionError) as cause:  # of numbers too long, and of nests too deep
+    except (ValueError, RecursionError) as cause:  # numbers too long, tables nested too deep
         place = re.search(r" \(at line (\d+), column \d+\)", str(cause))
         where = f"{path}:{place[1]}" if place else str(path)
         reason = str(cause).replace(place[0], "") if place else str(cause)

@@ -10,20 +10,20 @@ from numpy.typing import ArrayLike
 from urdyn.errors import InputError, LogError
 from urdyn.types import Array, frozen
 
-EFFORT = "effort"  # channel of a table whose unit nobody has told yet
+EFFORT = "effort"  # channel of a table whose unit is not known yet
 UNITS = ("A", "Nm")
 
 
 @dataclass(frozen=True, eq=False)
 class Effort:
-    """What the efforts of a recording are.
+    """The unit of a recording's efforts, and the drive gains behind it.
 
-    Torques [N·m] that a driver or a recorder made of current are current times a drive gain
-    [N·m/A]; divided by the gains in use they are current again, i = tau / K, and those gains are
-    then known by definition: whatever the true ones are, torque is what was published.
+    Torques [N·m] that a driver or a recorder computed from current are current times a drive gain
+    [N·m/A]; divided by the gains in use they are current again, i = tau / K. Those gains are then
+    exact by definition: whatever the true ones are, the torque is the published one.
     """
 
-    unit: str | None = None  # "A" or "Nm"; None: nobody said
+    unit: str | None = None  # "A" or "Nm"; None: not given
     gain: ArrayLike | None = None  # (J,) [N·m/A], where the unit is Nm
 
     def __post_init__(self) -> None:
@@ -35,11 +35,11 @@ class Effort:
             object.__setattr__(self, "gain", frozen(self.gain))
 
     def current(self, effort: Array) -> Array:
-        """Motor current (J,) [A] of efforts in the unit that was told."""
+        """Motor current (J,) [A] of efforts in the given unit."""
         return np.asarray(effort / np.asarray(self.gain)) if self.unit == "Nm" else effort
 
     def told(self, path: str) -> None:
-        """LogError where nobody told what effort is."""
+        """LogError where the unit of effort was not given."""
         if self.unit is None:
             raise LogError(
                 "does not say what its efforts are: give --effort-unit A (motor current, as "
@@ -48,7 +48,7 @@ class Effort:
             )
 
     def amperes(self, channels: dict[str, Array], path: str) -> dict[str, Array]:
-        """Channels with `actual_current` [A]; LogError where nobody told what effort is."""
+        """Channels with `actual_current` [A]; LogError where the unit of effort was not given."""
         told = dict(channels)
         if EFFORT in told:
             self.told(path)
@@ -65,4 +65,4 @@ class Effort:
         return np.asarray(torque / gain)
 
 
-UNTOLD = Effort()  # nobody said; a recording that has to be told refuses to be guessed at
+UNTOLD = Effort()  # not given: recordings that need it are refused, not guessed

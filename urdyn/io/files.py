@@ -12,7 +12,7 @@ from typing import Any, BinaryIO
 
 from urdyn.errors import InputError
 
-LOOK = 0.01  # [s] between two looks whether a folder is free
+LOOK = 0.01  # [s] between two checks whether a folder is free
 
 
 def sha256(path: str | Path) -> str:
@@ -31,33 +31,33 @@ def sha256(path: str | Path) -> str:
 @contextmanager
 def writing(path: str | Path) -> Iterator[BinaryIO]:
     """Binary stream whose bytes become `path` at the end of the block, all of them or none."""
-    target = Path(path).resolve()  # a link keeps pointing, what it points at is replaced
+    target = Path(path).resolve()  # a link stays, its target is replaced
     if target.exists() and not target.is_file():
         raise InputError(f"{path}: cannot be written: not a regular file")
     part = target.with_name(f".{target.name}.{os.getpid()}.part")
     try:
         with part.open("wb") as stream:
             yield stream
-        with part.open("rb+") as stream:  # again, for some compressors close what they are given
+        with part.open("rb+") as stream:  # reopened, for some compressors close what they are given
             os.fsync(stream.fileno())
         part.replace(target)
     except OSError as error:
         raise InputError(f"{path}: cannot be written: {error.strerror or error}") from error
     finally:
-        with suppress(OSError):  # what went wrong before is what is told
+        with suppress(OSError):  # the earlier error is the one to report
             part.unlink(missing_ok=True)
 
 
 @contextmanager
 def alone(place: str | Path, patience: float = 0.0) -> Iterator[None]:
-    """Hold `place`, a folder or a file, for the block; however this process ends, it is let go.
+    """Lock `place`, a folder or a file, for the block; it is freed however this process ends.
 
     Raises:
-        InputError: another process holds it, and does not let it go in `patience` [s].
+        InputError: another process holds it for longer than `patience` [s].
     """
     try:
         import fcntl
-    except ImportError:  # no such lock here: nothing is held
+    except ImportError:  # the system has no such lock: nothing is locked
         yield
         return
     holder = os.open(place, os.O_RDONLY)
@@ -96,5 +96,5 @@ def _write_texts(texts: Mapping[Path, str]) -> None:
     with ExitStack() as every:
         for path, text in texts.items():
             stream = every.enter_context(writing(path))
-            stream.write(text.encode(errors="replace"))  # a log's name may hold what is no text
+            stream.write(text.encode(errors="replace"))  # a log's name may not be valid text
             stream.flush()

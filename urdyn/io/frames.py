@@ -1,4 +1,4 @@
-"""What two processes of ours say to each other through a pipe: numbers, and words.
+"""What two processes of ours send each other through a pipe: numbers, and words.
 
 A frame is a letter, a length and as many bytes; no socket or file is known here.
 
@@ -34,13 +34,13 @@ def words_frame(words: Words) -> bytes:
 
 
 def words_of(frame: Words | Array) -> dict[str, Any]:
-    """A frame of which both sides know that it is words."""
+    """A frame that both sides know to be words."""
     assert isinstance(frame, Mapping), "numbers came where words were due"
     return dict(frame)
 
 
 def numbers_of(frame: Words | Array) -> Array:
-    """A frame of which both sides know that it is numbers."""
+    """A frame that both sides know to be numbers."""
     assert not isinstance(frame, Mapping), "words came where numbers were due"
     return frame
 

@@ -16,26 +16,26 @@ from urdyn.io.frames import Frames, Words
 from urdyn.types import Array
 
 CHUNK = 1 << 16  # [bytes] read at once
-ROOM = 1 << 20  # [bytes] in a pipe, where the system has it: what a task takes, and more
+ROOM = 1 << 20  # [bytes] of a pipe, where the system allows it: more than a task takes
 GRACE = 2.0  # [s] for a process whose pipes are closed to end by itself
 
 
 class Helper:
     """A module of ours as a process; nothing is handed over by shared memory or as code.
 
-    What it fails at is raised by `listen`: whoever calls chooses a moment where it can be borne.
+    Its failures are raised by `listen`, so that the caller chooses the moment.
     """
 
     def __init__(self, module: str, name: str, advice: str) -> None:
-        """Begin `python -m module`, which calls `helping`.
+        """Start `python -m module`, which calls `helping`.
 
         Args:
             name: of what it does, for the user.
-            advice: to the user, where it ends before its time.
+            advice: to the user, if it ends early.
         """
-        # In a process group of its own, Ctrl-C does not reach it: that ends the run in good order.
+        # In a process group of its own, Ctrl-C does not reach it: the run ends it in good order.
         self._process = subprocess.Popen(
-            [sys.executable, "-P", "-m", module],  # whatever lies in the folder we are in
+            [sys.executable, "-P", "-m", module],  # -P: no module from the current folder
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             bufsize=0,
@@ -59,23 +59,23 @@ class Helper:
         return len(self._outbox)
 
     def await_ready(self) -> None:
-        """Wait until it hears: beginning takes a processor for a second, which others may need."""
+        """Wait until it listens: starting takes a processor for a second, which others may need."""
         while not self._there:
             self.listen()
 
     def send(self, *frames: bytes) -> None:
-        """Hand over what it has room for; the rest waits for `exchange`, if it is there at all."""
+        """Write what the pipe has room for; `exchange` writes the rest. Nothing once ended."""
         if self._end.alive:
             for frame in frames:
                 self._outbox += frame
             self._write()
 
     def close(self) -> None:
-        """Let it end, which is waited for; what it has not taken yet is not done."""
+        """End it and wait for that; what it has not taken yet is not done."""
         self._end()
 
     def listen(self) -> list[Words | Array]:
-        """Wait for something to be said; raises where nothing will be any more."""
+        """Wait for the next frames; raises where no more will come."""
         if self.failed:
             raise self.failed
         if not self._end.alive:
@@ -83,15 +83,15 @@ class Helper:
         return self.exchange(None)
 
     def ask(self, *frames: bytes) -> Words | Array:
-        """Hand over, and wait for the answer; of one that says one thing to each that it hears."""
+        """Send, and wait for the answer, of a helper that answers every message once."""
         self.send(*frames)
         while not (said := self.listen()):
             pass
         return said[0]
 
     def exchange(self, patience: float | None = 0.0) -> list[Words | Array]:
-        """Write and read what can be; what was said, waiting up to `patience` [s] for something."""
-        if not self._end.alive:  # its pipes' numbers may be others' by now
+        """Write and read what the pipes allow; the frames read, within `patience` [s]."""
+        if not self._end.alive:  # its file descriptors may be reused by now
             return []
         watched = select.poll()
         watched.register(self._out, select.POLLIN)
@@ -108,7 +108,7 @@ class Helper:
                 del self._outbox[: os.write(self._in, self._outbox)]
         except BlockingIOError:
             return
-        except BrokenPipeError:  # why, it may have said; `_read` meets the end behind that
+        except BrokenPipeError:  # it may have said why; `_read` finds that
             self._outbox.clear()
 
     def _read(self) -> list[Words | Array]:
@@ -123,7 +123,7 @@ class Helper:
         return heard
 
     def _told(self, frame: Words | Array) -> bool:
-        """Whether it tells something else than that it is there, or why it will not be any more."""
+        """Whether a frame is an answer; one that reports readiness or failure is noted instead."""
         match frame:
             case {"ready": _}:
                 self._there = True
@@ -137,13 +137,13 @@ class Helper:
 
 
 def _environment() -> dict[str, str]:
-    """Ours, and where this very urdyn is."""
+    """Our own, with this very urdyn on its path."""
     home, known = str(Path(__file__).parents[2]), os.environ.get("PYTHONPATH")
     return os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, (home, known)))}
 
 
 def _end(process: subprocess.Popen[Any]) -> str:
-    """Let go of it; how it ended, in words."""
+    """Close its pipes and wait for it; how it ended, in words."""
     for pipe in (process.stdin, process.stdout):
         if pipe:
             pipe.close()

@@ -13,17 +13,17 @@ from urdyn.io.frames import Frames, Words, numbers_frame, words_frame
 from urdyn.io.helper import CHUNK
 from urdyn.types import Array
 
-STAND_BACK = 5  # of 19: a third of the share of whoever is helped, which it needs
-BREATH = 2e-4  # [s] of work after which whoever waits for the processor has it
+STAND_BACK = 5  # nice, of 19: a third of the helped process's share, which it needs
+BREATH = 2e-4  # [s] of work between yields of the processor
 
 Heard = Iterator[Words | Array]
 
 
 def helping(answers: Callable[[Heard], Iterator[Words | Array]]) -> None:
-    """Say what `answers` makes of what comes in, until there is no more.
+    """Write what `answers` makes of incoming frames, until there are no more.
 
-    The process ends with the one that began it, however that ends; how a run is interrupted is
-    that one's business alone.
+    The process ends with its parent, however that ends; interrupts are the parent's business
+    alone.
     """
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, signal.SIG_IGN)
@@ -40,7 +40,7 @@ def helping(answers: Callable[[Heard], Iterator[Words | Array]]) -> None:
         try:
             while frame:
                 frame = frame[os.write(out, frame) :]
-        except BrokenPipeError:  # nobody is there any more
+        except BrokenPipeError:  # the parent is gone
             raise SystemExit from None
         breath.works()
 
@@ -56,7 +56,7 @@ def helping(answers: Callable[[Heard], Iterator[Words | Array]]) -> None:
 
 
 def _stand_back() -> None:
-    """Whoever is helped goes first; where the system can, it is not interrupted by what it says."""
+    """Give way to the parent; where the system can, its messages do not make us preempt it."""
     os.nice(STAND_BACK)
     if hasattr(os, "SCHED_BATCH"):
         with suppress(OSError):  # a sandbox may not let us
@@ -64,10 +64,10 @@ def _stand_back() -> None:
 
 
 class _Breath:
-    """A helper that works gives way again and again; one that waits need not.
+    """Yields the processor again and again while the helper works; one that waits need not.
 
-    Left to itself, a system may let it finish its slice of some milliseconds before it looks who
-    waits, and that is several samples.
+    Otherwise a system may let it finish its time slice of some milliseconds, which is several
+    samples.
     """
 
     def __init__(self) -> None:
@@ -80,20 +80,20 @@ class _Breath:
         signal.setitimer(signal.ITIMER_REAL, self._every)
 
     def waits(self) -> None:
-        """From here on, for what it is to hear or for who hears it."""
+        """From here on, for input or for a reader of its output."""
         self._every = 0.0
         signal.setitimer(signal.ITIMER_REAL, 0.0)
 
     def _give_way(self, *_: object) -> None:
-        """Once; the next time counts from when the processor is ours again, or it never ends."""
+        """Yield once; the timer restarts when the processor is ours again, or this never ends."""
         os.sched_yield()
         signal.setitimer(signal.ITIMER_REAL, self._every)
 
 
 def _heard(breath: _Breath) -> Heard:
-    """What comes in; after it, this process ends.
+    """Incoming frames; after the last, this process ends.
 
-    What a process that is gone left behind, another run will do again.
+    What a dead parent left behind is not done: another run will do it again.
     """
     frames, parent = Frames(), os.getppid()
     while True:

@@ -1,4 +1,4 @@
-"""Who is told a run's newest state."""
+"""What receives a run's newest state."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from urdyn.io.status import Status
 
 
 class Listener(Protocol):
-    """A system of the plant that wants to know."""
+    """A system of the plant that receives the state."""
 
     def tell(self, now: Snapshot, statuses: Sequence[Status]) -> None:
         """The newest state, and a line for every joint and the arm."""
 
     def close(self) -> None:
-        """No more."""
+        """Stop."""

@@ -1,4 +1,4 @@
-"""Table -> Log: rows without a place in time are left out, impossible values are NaN, counted."""
+"""Table -> Log: rows without a place in time are left out, impossible values NaN; both counted."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from urdyn.io.table import AS_NAN, LEFT_OUT, Table, merge
 from urdyn.types import STANDSTILL, Defect, Log, Mask, Source, frozen
 
 UNUSABLE = 0.2  # a log that lost a larger share of its rows is refused
-DISORDER = 0.1  # of the steps that go back: no clock was set so often
+DISORDER = 0.1  # [-] of the steps, that go back: no clock is set so often
 
 # Channel -> largest magnitude that any arm has shown, with much to spare.
 LIMITS = {
@@ -26,7 +26,7 @@ LIMITS = {
     "target_moment": 1e5,  # [N·m]
     "joint_temperatures": 1e3,  # [°C]
 }
-STATE = ("actual_q", "actual_qd", "actual_current")  # what is never nothing, all of it at once
+STATE = ("actual_q", "actual_qd", "actual_current")  # never all 0 at once
 LIMIT = 1e30  # of everything else: a torn packet reads as 1e282
 
 
@@ -45,7 +45,7 @@ def mend(table: Table, source: Source) -> Log:
 
 
 def _without_strange_stamps(table: Table, source: Source) -> Table:
-    """Rows whose stamp is a number that seconds can be; LogError where they count another unit."""
+    """Rows whose stamp can be in seconds; LogError where they are in another unit."""
     table = _without(table, np.isnan(table.channels["timestamp"]), "row without a stamp")
     if unit := clock.unit_since_1970(table.channels["timestamp"]):
         told = f"its stamps are {unit} since 1970; stamps are to be in s: divide them by"
@@ -84,7 +84,7 @@ def _without_strays(table: Table, source: Source) -> Table:
 
 
 def _without_repeats(table: Table, source: Source) -> Table:
-    """One row a stamp: the first, for a recorder that polls meets the next sample half-way."""
+    """One row a stamp: the first, for a recorder that polls reads the next sample half updated."""
     first = clock.leaders(table.channels["timestamp"])
     repeat = first != np.arange(len(first))
     torn = repeat.copy()
@@ -102,20 +102,20 @@ def _without_repeats(table: Table, source: Source) -> Table:
 def _without_copies(table: Table, source: Source) -> Table:
     """One row a sample: a recorder that polls too often writes the last one under a new stamp.
 
-    No joint that moves has the angle, and no sensor the noise, of the row before.
+    No moving joint repeats the angle, and no sensor the noise, of the row before.
     """
     if not table.channels.keys() >= set(STATE):
         return table
     same = _any(np.abs(table.channels["actual_qd"]) > STANDSTILL)
     for name in STATE:
         values = table.channels[name]
-        same[1:] &= ~_any(values[1:] != values[:-1])  # of NaN nobody knows
+        same[1:] &= ~_any(values[1:] != values[:-1])  # NaN is unequal to NaN
     same[0] = False
     return _without(table, same, "row of the sample before", "kept once")
 
 
 def _possible(table: Table, source: Source) -> Table:
-    """Values that a robot can have; all others are NaN, in place, for nobody else holds them."""
+    """Values that a robot can have; others become NaN, in place, for nothing else holds them."""
     silent = np.ones(len(table), dtype=bool)
     for name, values in table.channels.items():
         strange = np.abs(values) > LIMITS.get(name, LIMIT)
@@ -129,11 +129,11 @@ def _possible(table: Table, source: Source) -> Table:
 
 
 def _of_an_arm(table: Table, source: Source) -> Table:
-    """What joints do, but where all of it is 0: a recorder that has lost its robot writes that."""
+    """Rows but those whose state is all 0, as a recorder that has lost its robot writes."""
     if not table.channels.keys() >= set(STATE):
         return table
     zeros = ~np.any([_any(table.channels[name] != 0.0) for name in STATE], axis=0)
-    if not zeros.any() or zeros.all():  # a log of nothing else has no robot that was lost
+    if not zeros.any() or zeros.all():  # nothing but such rows: no robot was lost
         return table
     for name in table.channels.keys() & LIMITS.keys():
         table.channels[name][zeros] = np.nan
@@ -141,7 +141,7 @@ def _of_an_arm(table: Table, source: Source) -> Table:
 
 
 def _of_every_joint(table: Table) -> Table:
-    """Channels as wide as the widest that has a column a joint; the columns that lack are NaN."""
+    """Per-joint channels, all as wide as the widest; missing columns are NaN."""
     wide = {name: x for name, x in table.channels.items() if name in LIMITS and x.ndim == 2}
     joints = max((x.shape[1] for x in wide.values()), default=0)
     lacking = {name: joints - x.shape[1] for name, x in wide.items() if x.shape[1] < joints}
@@ -190,7 +190,7 @@ def _without(table: Table, mask: Mask, kind: str, remedy: str = LEFT_OUT) -> Tab
 
 
 def _noted(table: Table, mask: Mask, kind: str, remedy: str, count: int | None = None) -> Table:
-    """The table with a defect more, first met in the first row of the mask."""
+    """The table with one more defect, first met in the first row of the mask."""
     if not mask.any():
         return table
     count = int(mask.sum()) if count is None else count

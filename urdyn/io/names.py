@@ -31,7 +31,7 @@ FROM_ONE = frozenset(range(1, 7))  # no vector of six that is counted from 0 has
 # Registers are scalars that end in a number of their own.
 NUMBERED = re.compile(r"(?!.*register_\d+$)(?P<base>.+)_(?P<index>0|[1-9]\d{0,2})")
 
-# What tells when a row was: the robot's clock, and that of whoever recorded it.
+# Stamps of a row: by the robot's clock, and by the recorder's.
 CLOCKS = frozenset({"timestamp", "received"})
 DOZEN = 12  # columns that a sentence names
 
@@ -53,7 +53,7 @@ def expand(spec: str) -> tuple[str, ...]:
     for word in spec.split(","):
         name, star, times = word.strip().partition("*")
         name = "" if name.strip() == "-" else name.strip()
-        count = int(times) if star else 1  # ValueError: the caller knows what to say
+        count = int(times) if star else 1  # ValueError: the caller reports it
         if not 0 < count < 1000 or (not name and word.strip()[:1] != "-"):
             raise ValueError(f"{word!r} is neither name, name*count nor -")
         names += [f"{name}_{k}" if name and star else name for k in range(count)]
@@ -97,7 +97,7 @@ def layout(columns: Sequence[str], wanted: Collection[str] | None = None) -> Lay
 
 
 def spread(channels: Mapping[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
-    """Column -> values, (N,), of channels: a vector is one column a place; undone by `layout`."""
+    """Column -> values, (N,), of channels, a column per vector element; undone by `layout`."""
     columns: dict[str, NDArray[Any]] = {}
     for name, values in channels.items():
         vector = values.ndim > 1

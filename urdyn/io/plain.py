@@ -6,12 +6,12 @@ import math
 
 
 def plain(value: float) -> float | None:
-    """A number; null where it is none, or beyond all."""
+    """A number; None where it is NaN or infinite."""
     return float(value) if math.isfinite(value) else None
 
 
 def finite(value: object) -> float | None:
-    """What a file says, where that is a finite number; None: a word, true, 400 digits."""
+    """A value from a file if it is a finite number; None for a word, true, 400 digits."""
     if isinstance(value, bool) or not isinstance(value, int | float):
         return None
     try:

@@ -1,4 +1,4 @@
-"""Which columns of a session of poses are joint angles, and which what the tracker measured."""
+"""Which columns of a session of poses are joint angles, and which the tracker's measurements."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ ANGLE = re.compile(
     rf"(?i)(?P<owner>(?:.*[ _.\-])?(?:rot(?:ation)?[ _.]?)?)"
     rf"(?P<axis>r[xyz]|roll|pitch|yaw){UNIT}"
 )
-STEMS = ("actualq", "q", "joint", "j", "jointposition", "jointangle", "axis", "a")  # of numbers
+STEMS = ("actualq", "q", "joint", "j", "jointposition", "jointangle", "axis", "a")  # + number
 NAMES = {"roll": "rx", "pitch": "ry", "yaw": "rz"}
 
 
@@ -34,9 +34,9 @@ class Columns:
 
 
 def pose_columns(names: Collection[str], joint_names: Sequence[str], path: str) -> Columns:
-    """The columns of a session among `names`; LogError where they are not to be found.
+    """The columns of a session among `names`; LogError where they cannot be found.
 
-    With no `joint_names`, the joints' angles are told elsewhere.
+    With no `joint_names`, the joints' angles come from elsewhere.
     """
     joints = _joints(names, joint_names, path) if joint_names else ()
     rest = [name for name in names if name not in joints and not PLANNED.search(name)]
@@ -92,7 +92,7 @@ def _plain(name: str) -> str:
 def _triples(
     names: Sequence[str], pattern: re.Pattern[str], axes: Sequence[str]
 ) -> dict[str, tuple[tuple[str, ...], str]]:
-    """Complete triples by what they are of, with their unit."""
+    """Complete triples by their owner, with their unit."""
     found: defaultdict[str, dict[str, tuple[str, str]]] = defaultdict(dict)
     for name in names:
         if match := pattern.fullmatch(name.strip()):
@@ -106,7 +106,7 @@ def _triples(
 
 
 def _rank(owner: str) -> tuple[int, int]:
-    """How likely a triple is what was measured: small is likely."""
+    """Rank of a triple as the measured one: the lowest is likeliest."""
     places = [k for k, word in enumerate(PREFERRED) if word in owner]
     return (min(places, default=len(PREFERRED)), len(owner))
 

@@ -1,4 +1,4 @@
-"""Poses and the joint angles that they were met at: from a tracker, or the controller's own."""
+"""Poses and the joint angles at which they were taken: from a tracker, or the controller."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from urdyn.io.reader import Rows, read_table
 from urdyn.types import Array, Defect, Index, Mask, Source, frozen, index_of, shaped
 
 FAR = 20.0  # [m] no target is so far from its tracker or robot: larger numbers are millimetres
-LEAST = 12  # poses: as many unknowns belong to base and tool alone
+LEAST = 12  # poses: base and tool alone have as many unknowns
 # What three angles can mean, in scipy's words: rotation vector, turning axes, fixed axes.
 READINGS = ("rotvec", "XYZ", "xyz")
 
@@ -113,14 +113,14 @@ def read_pose_stream(path: str | Path) -> tuple[Array, str]:
 
 
 def _own(flat: dict[str, Array], joints: int, source: Source) -> Poses:
-    """What the controller says."""
+    """Poses that the controller computed."""
     q = np.stack([flat[f"actual_q_{j}"] for j in range(joints)], axis=1)
     pose = np.stack([flat[f"actual_TCP_pose_{k}"] for k in range(6)], axis=1)
     return Poses(q, pose[:, :3], pose[:, 3:], "rotvec", True, source)
 
 
 def _tracked(flat: dict[str, Array], columns: Columns, source: Source) -> Poses:
-    """What a tracker measured; units by the titles, else by the size of the numbers."""
+    """Poses that a tracker measured; units by the titles, else by the size of the numbers."""
     place = np.stack([flat[name] for name in columns.place], axis=1)
     q = np.array([flat[name] for name in columns.joints]).reshape(-1, len(place)).T
     angles = np.stack([flat[n] for n in columns.turn], axis=1) if columns.turn else None

@@ -62,7 +62,7 @@ def read_table(
     rows: Rows | None = None,
     channels: Collection[str] | None = None,
 ) -> tuple[Table, Source]:
-    """The numbers in `path` before anybody judged them: for poses, which no clock orders."""
+    """The numbers in `path`, not mended: for poses, which no clock orders."""
     bounds = _bounds(rows, str(path))
     try:
         if bags.is_bag(Path(path)):
@@ -78,7 +78,7 @@ def read_table(
                 pieces = list(_text(file, str(path), columns, bounds, channels))
             source = Source(str(path), file.sha256())
     except TORN as error:
-        told = " ".join(str(error).split())  # Arrow tells in several lines
+        told = " ".join(str(error).split())  # Arrow's message has several lines
         reason = getattr(error, "strerror", None) or f"damaged file ({told})"
         raise LogError(f"cannot be read: {reason}", path) from error
     if not pieces:
@@ -105,13 +105,13 @@ def _bag(
 
 
 def _refuse(columns: str | None, kind: str, path: str | Path) -> None:
-    """LogError at names for the columns of a file that names its own."""
+    """LogError where `columns` are given for a file that names its own."""
     if columns is not None:
         raise LogError(f"is {kind}, which names its own columns; leave out --columns", path)
 
 
 def _cut(rows: Rows, count: int, path: str | Path) -> tuple[int, int]:
-    """First and stop of `rows` in a file of so many data rows; LogError where it has them not."""
+    """First and stop of `rows` in a file of `count` data rows; LogError where it lacks them."""
     first, stop = rows[0] or 0, count if rows[1] is None else rows[1]
     if not first < stop <= count:
         asked = f"{first}:{'' if rows[1] is None else stop}"
@@ -141,8 +141,8 @@ def _parquet(
 ) -> Iterator[Table]:
     """Tables of a Parquet file."""
     with (
-        pa.OSFile(os.fsencode(path)) as stream,  # whose name may be no text
-        pq.ParquetFile(stream, pre_buffer=False) as file,  # or it holds the whole file
+        pa.OSFile(os.fsencode(path)) as stream,  # whose name may not be valid text
+        pq.ParquetFile(stream, pre_buffer=False) as file,  # else memory holds the whole file
     ):
         plan = _plan(parquet.described(file, path), bounds, channels, path)
         yield from _reported(parquet.tables(file, plan, path), plan)
@@ -175,13 +175,13 @@ def _plan(
 
 
 def _none_of(channels: Collection[str] | None) -> str:
-    """That none of the wanted channels is there; the caller may have named one twice."""
+    """Words for the wanted channels, none of which is there; one may be named twice."""
     wanted = tuple(dict.fromkeys(channels or ("channel",)))
     return f"{'no' if len(wanted) == 1 else 'none of'} {', '.join(wanted)}"
 
 
 def _reported(tables: Iterator[Table], plan: Plan) -> Iterator[Table]:
-    """The tables, the first with the columns that are text and the columns that are missing."""
+    """The tables; the first lists columns of text and missing columns among its defects."""
     dialect = plan.dialect
     text, line = dialect.text, dialect.line
     stamp = dict(zip(dialect.columns, dialect.sample, strict=False)).get("timestamp", "")

@@ -1,4 +1,4 @@
-"""How much memory this process has had."""
+"""The peak memory of this process."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ UNIT = 1 if sys.platform == "darwin" else 1024  # bytes in a unit of ru_maxrss
 
 
 def peak_rss() -> float:
-    """Most that was resident at once [B].
+    """Peak resident memory [B].
 
-    Linux counts the memory of whoever started a process into its ru_maxrss; VmHWM is its own.
+    On Linux, ru_maxrss includes the memory of the process that started this one; VmHWM does not.
     """
     status = Path("/proc/self/status")
     if status.exists() and (own := re.search(r"VmHWM:\s+(\d+) kB", status.read_text())):

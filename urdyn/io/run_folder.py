@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, TypedDict
 
-HISTORY, PARTS = "history.parquet", "history.parts"  # whole, or of a run that goes on
+HISTORY, PARTS = "history.parquet", "history.parts"  # whole, or of a run in progress
 FINDINGS, REPORT = "findings.json", "report.html"
 SEVERITIES = ("notice", "warning", "critical")  # of a finding, rising
 MISSES = 1.5  # [-] average surprise of a history above which its intervals cannot be trusted
 
 
 class Entry(TypedDict):
-    """What a list of many robots tells of a finding; `urdyn.diagnose.Finding` has it all."""
+    """What a list of many robots shows of a finding; `urdyn.diagnose.Finding` has it all."""
 
     kind: str
     joint: int | None  # from 0; None: the tool

@@ -1,4 +1,4 @@
-"""An arm as it is believed to be at one moment: what goes out to whoever listens."""
+"""The estimated state of an arm at one moment, as listeners receive it."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ class Snapshot:
     mean: Mapping[str, Mapping[str, float]]  # "elbow_joint" -> "coulomb" -> value
     sd: Mapping[str, Mapping[str, float]]
     units: Mapping[str, str]  # quantity -> unit
-    predicted: Array  # (J,) [N·m] joint torque by the belief before the sample; NaN: not told
+    predicted: Array  # (J,) [N·m] joint torque by the belief before the sample; NaN: unknown
     residual: Array  # (J,) [N·m] measured less predicted
     com: Array  # (3,) [m] of the payload, at the flange; NaN: it weighs nothing
-    scales: Array  # (2, J) [-] viscous and Coulomb friction over those when commissioned
+    scales: Array  # (2, J) [-] viscous and Coulomb friction relative to commissioning

@@ -39,8 +39,8 @@ def _arrow(block: Block, plan: Plan) -> pa.Table:
     """The wanted columns as Arrow parses them."""
     dialect = plan.dialect
     types = {str(k): TYPES[dialect.kinds[k]] for k in plan.places}
-    # Arrow's own memory: a worker may let go of it after the interpreter has ended, and would
-    # abort the process if it had to ask that one.
+    # Arrow's own memory: a worker may free it after the interpreter has ended; if Python owned it,
+    # that would abort the process.
     with pa.BufferOutputStream() as own:
         own.write(block.data)
         data = own.getvalue()
@@ -59,7 +59,7 @@ def _arrow(block: Block, plan: Plan) -> pa.Table:
 
 
 def numbers(column: pa.Array | pa.ChunkedArray) -> Array:
-    """Numbers, flags, instants or lapses of an Arrow column as float64, (N,); NaN where empty."""
+    """Numbers, flags, times or durations of an Arrow column as float64, (N,); NaN where empty."""
     if pa.types.is_string(column.type) or pa.types.is_large_string(column.type):
         return np.array([stamp(text) if text else np.nan for text in column.to_pylist()])
     if pa.types.is_duration(column.type):

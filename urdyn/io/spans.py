@@ -29,18 +29,18 @@ class Clock:
 
 
 def clock(length: float) -> Clock:
-    """The unit for times up to `length` [s], all in one: of an axis, say."""
+    """One unit for all times up to `length` [s], as on an axis."""
     return next((Clock(s, unit) for end, s, unit in AXES if length < end), Clock(86400.0, "d"))
 
 
 def span(seconds: float | None) -> str:
-    """A time, in the largest unit of which it has two."""
+    """A duration, in the largest unit of which it has at least two."""
     length, name = _unit_of(seconds)
     return f"{_in(seconds, length)} {name}".strip()
 
 
 def span_of(left: Mapping[str, float | None]) -> str:
-    """A time to a level, with its 90 % interval in the same unit."""
+    """A median time to a level, with its 90 % interval in the same unit."""
     length, _ = _unit_of(left["median"])
     lo, hi = (_in(left[end], length) for end in ("lo", "hi"))
     return f"{span(left['median'])} ({lo} to {hi})"
@@ -59,7 +59,7 @@ def _in(seconds: float | None, length: float) -> str:
 
 
 def _figures(value: float, digits: int) -> str:
-    """To so many significant digits at most, as many decimals less one, and 0 as 0."""
+    """To at most `digits` significant digits and `digits` - 1 decimals; 0 as 0."""
     value = round(value, digits - 1)
     if value == 0.0:
         return "0"

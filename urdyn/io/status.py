@@ -1,4 +1,4 @@
-"""What is to be said of an arm's health, as /diagnostics says it."""
+"""An arm's health, as /diagnostics publishes it."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def of_finding(
 
 
 def _left(finding: Mapping[str, Any]) -> float | None:
-    """Median time to failure [s], 0 where it has passed; None: nobody can tell."""
+    """Median time to failure [s], 0 where it has passed; None: unknown."""
     told = finding.get("time_to_failure_s")
     median = told.get("median") if isinstance(told, Mapping) else None
     if not isinstance(median, int | float) or not median < NEVER:

@@ -1,4 +1,4 @@
-"""A recording as numbers, before anybody judged them: every row knows its line of the file."""
+"""A recording as numbers, not yet mended: every row keeps its line of the file."""
 
 from __future__ import annotations
 

@@ -26,7 +26,7 @@ ARRAY, TEXT = "diagnostic_msgs/msg/DiagnosticArray", "std_msgs/msg/String"
 
 
 def is_tracked(path: Path) -> bool:
-    """Is it findings, or a folder of results of tracking?"""
+    """Is it a file of findings, or a folder of tracking results?"""
     if path.is_dir():
         return not is_log(path) and any(map(Path.exists, _files(path)))
     return path.suffix == ".json"
@@ -97,7 +97,7 @@ def _alarm(finding: dict[str, Any], path: Path) -> int:
 
 
 def _joined(streams: list[Told]) -> Told:
-    """Several into one, by time."""
+    """Several streams in one, by time."""
     topics: tuple[Outgoing, ...] = ()
     shifted: list[Iterator[Message]] = []
     for one in streams:

@@ -30,7 +30,7 @@ def write(log: Log, path: str | Path) -> None:
 
     .csv (.csv.gz .csv.bz2 .csv.xz .csv.zst), .parquet and .mcap, which also carry where the log is
     from, .db3; a name without a suffix is the folder of a ROS 2 bag. `read` judges what is written
-    like any recording: fewer than two rows are no log, values at a stamp that was had before are
+    like any recording: fewer than two rows are no log, values at a repeated stamp are
     left out, an infinite one is NaN, and a lone `x_0` is the channel `x`.
     """
     form, packed = _form(Path(path))
@@ -70,7 +70,7 @@ def _stretches(log: Log) -> Iterator[dict[str, Array]]:
 
 
 def origin(log: Log) -> dict[str, str]:
-    """The version that wrote it, and the file that the numbers are from, as far as it is text."""
+    """The version that wrote it, and the file of its numbers, as far as its name is text."""
     return {
         "urdyn.version": __version__,
         "urdyn.source.path": log.source.path.encode(errors="replace").decode(),

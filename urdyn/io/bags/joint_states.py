@@ -13,7 +13,7 @@ from urdyn.io.bags.messages import Bag, Topic, header_stamp
 from urdyn.types import Array, Index
 
 TYPE = "sensor_msgs/msg/JointState"
-NAMED = "joint_states"  # where robots tell their joints
+NAMED = "joint_states"  # where robots publish their joints
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,7 +22,7 @@ class JointStates:
 
     stamp: Index  # (N,) [ns] of the robot, or of the recorder where the robot gave none
     offset: int  # [ns] by which that clock is ahead of the recorder's
-    values: Array  # (N, 3, J) [rad], [rad/s], and effort in the unit of who published it
+    values: Array  # (N, 3, J) [rad], [rad/s], and effort in its publisher's unit
     foreign: int  # messages of other joints, such as a gripper's
 
 

@@ -1,4 +1,4 @@
-"""A bag's messages, decoded; every way in which a foreign file can be broken is a LogError."""
+"""A bag's messages, decoded; any damage of a foreign file is a LogError."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class Bag:
 
 @contextmanager
 def opened(path: Path) -> Iterator[Bag]:
-    """The bag in `path`; MissingExtraError where nothing here reads bags."""
+    """The bag in `path`; MissingExtraError where no bag reader is installed."""
     require("rosbags")
     from rosbags.highlevel import AnyReader
     from rosbags.typesys import Stores, get_typestore
@@ -65,7 +65,7 @@ def opened(path: Path) -> Iterator[Bag]:
 
 
 def _bag(path: Path, reader: Any) -> Bag:
-    found: dict[tuple[str, str], list[Any]] = {}  # a topic has a connection of each who published
+    found: dict[tuple[str, str], list[Any]] = {}  # a topic has a connection per publisher
     for one in reader.connections:
         found.setdefault((one.topic, one.msgtype), []).append(one)
     topics = tuple(
@@ -81,7 +81,7 @@ def _bag(path: Path, reader: Any) -> Bag:
 
 
 def _salvaged(torn: Salvage) -> Bag:
-    ids: dict[tuple[str, str], list[int]] = {}  # a topic has a channel of each who published it
+    ids: dict[tuple[str, str], list[int]] = {}  # a topic has a channel per publisher
     texts = {}
     for number, channel in torn.channels.items():
         if schema := torn.schemas.get(channel.schema_id):
@@ -98,6 +98,6 @@ def _salvaged(torn: Salvage) -> Bag:
 
 
 def header_stamp(message: Any) -> int:
-    """[ns] of a message's header; 0: it says nothing."""
+    """Stamp [ns] of a message's header; 0 where it has none."""
     stamp = message.header.stamp
     return int(stamp.sec) * 1_000_000_000 + int(stamp.nanosec)

@@ -1,7 +1,8 @@
-"""What we tell in a bag: topics, and their messages by time.
+"""What we write to a bag: topics, and their messages by time.
 
-A log is `/rtde`, every channel of it (see `sample`), and where it has joint angles `/joint_states`,
-as every ROS tool knows it. What is no robot's own stream, such as a history, is `/urdyn/history`.
+A log becomes `/rtde`, with every channel (see `sample`), and where it has joint angles also
+`/joint_states`, as every ROS tool knows it. What is not a robot's own stream, such as a history,
+becomes `/urdyn/history`.
 """
 
 from __future__ import annotations
@@ -20,8 +21,8 @@ from urdyn.io.bags.joints import JOINTS
 from urdyn.types import Array
 
 JOINT_STATE = "sensor_msgs/msg/JointState"
-LATEST = 2**63 - 1  # [ns] that a bag can tell
-SECONDS = 2**31 - 1  # [s] that a header can tell
+LATEST = 2**63 - 1  # [ns] that a bag can store
+SECONDS = 2**31 - 1  # [s] that a header can store
 
 Channels = Mapping[str, Array]  # RTDE name -> (N,) or (N, width), `timestamp` among them
 Message = tuple[int, int, bytes]  # index of its topic, [ns], CDR
@@ -60,7 +61,7 @@ def typestore() -> Any:
 
 
 def told(parts: Iterable[Channels]) -> Told:
-    """A log, a stretch of rows after the other; the first says which channels there are."""
+    """A log, given as stretches of rows; the first defines the channels."""
     require("rosbags")
     stretches = iter(parts)
     first = next(stretches)
@@ -73,7 +74,7 @@ def told(parts: Iterable[Channels]) -> Told:
 
 
 def nanoseconds(t: Array) -> NDArray[np.int64]:
-    """Stamps as bags tell time, (N,); what lies before zero is told at zero."""
+    """Stamps as bags store time, (N,) [ns]; negative ones become zero."""
     return np.rint(np.clip(t, 0.0, LATEST / 1e9) * 1e9).astype(np.int64)
 
 

@@ -1,6 +1,6 @@
-"""What else a robot tells on ROS topics: wrench, TCP pose, speed scaling, temperatures.
+"""What else a robot publishes on ROS topics: wrench, TCP pose, speed scaling, temperatures.
 
-Every stream has a pace of its own; on the clock of the joint states it holds what it said last.
+Every stream has a rate of its own; on the clock of the joint states it holds its last value.
 """
 
 from __future__ import annotations
@@ -18,26 +18,26 @@ from urdyn.io.bags.joints import JOINTS, number
 from urdyn.io.bags.messages import Bag, Topic, header_stamp
 from urdyn.types import Array, Index
 
-STALE = 5.0  # median steps of a stream after which what it said last no longer holds
+STALE = 5.0  # median steps of a stream after which its last value no longer holds
 PERCENT = "speed_scaling"  # UR's ROS 2 driver; `speed_scaling_factor` of ROS 1 is a fraction
-AIMS = re.compile(r"(?i)target|command|goal|desired")  # names of what is asked for, not measured
+AIMS = re.compile(r"(?i)target|command|goal|desired")  # names of commands, not measurements
 TOOL, BASE = "tool0_controller", "base"  # frames of the controller's own TCP pose on /tf
 
-Said = tuple[Array, str]  # values (width,), NaN where it says nothing, and their frame
+Said = tuple[Array, str]  # values (width,), NaN where missing, and their frame
 Row = tuple[int, Array, str]  # stamp [ns], values and frame
 Hear = Callable[[Topic, Any], Iterator[Said]]
 
 
 @dataclass(frozen=True, eq=False)
 class Stream:
-    """One channel, at its own pace."""
+    """One channel, at its own rate."""
 
     stamp: Index  # (M,) [ns] by the joint states' clock, in order
     values: Array  # (M, width)
-    frame: str  # whose axes, of the first message; "" where it is not told
+    frame: str  # whose axes, of the first message; "" where not given
 
     def at(self, stamp: Index) -> Array:
-        """What was said last, at these stamps [ns], (N, width); NaN before, and where stale."""
+        """Last values at these stamps [ns], (N, width); NaN before the first, and where stale."""
         told = [self._held(column, stamp) for column in self.values.T]
         return np.stack(told, axis=1)
 
@@ -53,12 +53,12 @@ class Stream:
 
 
 def streams(bag: Bag, offset: int) -> dict[str, Stream]:
-    """RTDE name -> stream; `offset` [ns] is what the joint states' clock is ahead of the bag's.
+    """RTDE name -> stream; the joint states' clock is `offset` [ns] ahead of the bag's.
 
-    Where topics of several types tell a channel, the first of _TABLE is it.
+    Where topics of several types carry a channel, the first of _TABLE is used.
 
     Raises:
-        LogError: two topics of a type tell the same channel.
+        LogError: two topics of a type carry the same channel.
     """
     found: dict[str, Stream] = {}
     for type_, name, channel, hear in _TABLE:
@@ -70,7 +70,7 @@ def streams(bag: Bag, offset: int) -> dict[str, Stream]:
             if topic.type == type_ and re.search(name, topic.name) and not AIMS.search(topic.name)
         }
         told = {topic: rows for topic, rows in heard.items() if rows}
-        if len(told) > 1 and hear is not _temperature:  # which has a topic a joint
+        if len(told) > 1 and hear is not _temperature:  # which has one topic per joint
             several = ", ".join(sorted(told))
             hint = "keep one of them in the bag"
             raise LogError(f"has more than one {channel} ({several}); {hint}", bag.path)
@@ -80,7 +80,7 @@ def streams(bag: Bag, offset: int) -> dict[str, Stream]:
 
 
 def _rows(bag: Bag, topic: Topic, hear: Hear, offset: int) -> list[Row]:
-    """All that a topic told."""
+    """All rows of a topic."""
     rows: list[Row] = []
     for recorded, message in bag.messages(topic):
         stamp = header_stamp(message) if topic.type in _STAMPED else 0
@@ -113,7 +113,7 @@ def _transforms(_: Topic, message: Any) -> Iterator[Said]:
 
 
 def _rotation_vector(place: Any, turn: Any) -> Array:
-    """Position [m] and rotation vector [rad], as RTDE tells a pose, (6,)."""
+    """Position [m] and rotation vector [rad], as RTDE gives a pose, (6,)."""
     quaternion = np.array([turn.x, turn.y, turn.z, turn.w])
     if not np.linalg.norm(quaternion) > 0.5:  # all zeros, or NaN: no rotation at all
         return np.full(6, np.nan)
@@ -132,7 +132,7 @@ def _temperatures(_: Topic, message: Any) -> Iterator[Said]:
 
 
 def _temperature(topic: Topic, message: Any) -> Iterator[Said]:
-    """Of the joint that the frame, or the topic, is named after."""
+    """Temperature [°C] of the joint that the frame, or the topic, is named after."""
     words = [message.header.frame_id, *reversed(topic.name.split("/"))]
     joint = next((k for word in words if (k := number(word)) is not None), None)
     if joint is not None:
@@ -140,7 +140,7 @@ def _temperature(topic: Topic, message: Any) -> Iterator[Said]:
 
 
 def _interfaces(_: Topic, message: Any) -> Iterator[Said]:
-    """Of ros2_control's dynamic joint states, where a joint has such an interface."""
+    """Temperatures [°C] in ros2_control's dynamic joint states, where joints have them."""
     told = {
         joint: value
         for name, values in zip(message.joint_names, message.interface_values, strict=False)

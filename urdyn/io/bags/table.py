@@ -23,7 +23,7 @@ TURNED = np.array([-1.0, -1.0, 1.0])  # REP-103's `base_link` to UR's `base`: ha
 
 
 def read_bag(path: Path, channels: Collection[str] | None) -> Table:
-    """All rows of a bag; LogError with its topics where they are no log."""
+    """All rows of a bag; LogError, naming its topics, where it holds no log."""
     with opened(path) as bag:
         own = [topic for topic in bag.topics if topic.type == sample.TYPE]
         table = _own(bag, own) if own else _robots(bag)
@@ -35,7 +35,7 @@ def read_bag(path: Path, channels: Collection[str] | None) -> Table:
 
 
 def _own(bag: Bag, found: list[Topic]) -> Table:
-    """What we wrote, every bit of it."""
+    """A bag that we wrote, bit for bit."""
     if len(found) > 1:
         raise LogError("has more than one log in it; convert them one by one", bag.path)
     rows = [data for _, data in bag.raw(found[0])]
@@ -65,7 +65,7 @@ def _joints(states: JointStates) -> dict[str, Array]:
 
 
 def _in_base(wrench: Array, frame: str, told: dict[str, Array]) -> tuple[Array, tuple[Defect, ...]]:
-    """The wrench in the axes of RTDE's `actual_TCP_force`, as far as the bag tells how they lie."""
+    """The wrench in the axes of RTDE's `actual_TCP_force`, as far as the bag gives them."""
     name = frame.rpartition("/")[2]
     if name.endswith("base_link"):
         return wrench * np.tile(TURNED, 2), ()

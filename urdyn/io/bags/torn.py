@@ -50,7 +50,7 @@ class Salvage:
                 yield record.log_time, record.data
 
     def decode(self, type_: str, data: bytes) -> Any:
-        """A message of its bytes."""
+        """A message from its bytes."""
         return self._store.deserialize_cdr(data, type_)
 
     def _records(self) -> Iterator[Any]:

@@ -62,7 +62,7 @@ def write_db3(told: Told, path: Path) -> None:
 
 
 def _put(bag: Path, path: Path, aside: Path) -> None:
-    """A folder takes another's place, which is put aside; or nothing is changed."""
+    """Move a folder into another's place, and that one aside; all or nothing."""
     if not path.exists():
         bag.replace(path)
         return

@@ -1,1 +1,1 @@
-"""What plants listen to: Prometheus and MQTT, off unless asked for, loopback unless told."""
+"""What plants listen to: Prometheus and MQTT, off, and on the loopback, by default."""

@@ -1,8 +1,8 @@
 """Retained JSON on an MQTT broker, at least once: urdyn/SERIAL/joint/NAME, .../payload, .../status.
 
-A broker that goes away is taken up again; whoever asks later gets the newest state at once. When
-we go, the broker tells urdyn/SERIAL/online: false. Who we are stands in URDYN_MQTT_USER and
-URDYN_MQTT_PASSWORD; port 8883 is spoken to over TLS.
+A lost broker is reconnected to; a later subscriber gets the newest state at once. When we go, the
+broker publishes urdyn/SERIAL/online: false. URDYN_MQTT_USER and URDYN_MQTT_PASSWORD hold our
+credentials; port 8883 uses TLS.
 """
 
 from __future__ import annotations
@@ -22,13 +22,13 @@ from urdyn.io.plain import plain
 from urdyn.io.snapshot import Snapshot
 from urdyn.io.status import Status
 
-PORT, SECURE = 1883, 8883  # as IANA has them; the second over TLS
-USER, PASSWORD = "URDYN_MQTT_USER", "URDYN_MQTT_PASSWORD"  # of the environment
-STRANGER = (134, 135)  # of MQTT's reasons: bad user name or password, not authorized
+PORT, SECURE = 1883, 8883  # as IANA assigns them; the second over TLS
+USER, PASSWORD = "URDYN_MQTT_USER", "URDYN_MQTT_PASSWORD"  # environment variables
+STRANGER = (134, 135)  # MQTT reason codes: bad user name or password, not authorized
 AT_LEAST_ONCE = 1
-RESERVED = "#+/\0"  # signs that a level of a topic cannot have
-PATIENCE = 10.0  # [s] for a broker's first word
-WAIT = 2.0  # [s] for the last words to arrive
+RESERVED = "#+/\0"  # characters that a level of a topic cannot have
+PATIENCE = 10.0  # [s] for a broker's first answer
+WAIT = 2.0  # [s] for the last messages to arrive
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,9 +39,9 @@ class Broker:
     robot: str
 
     def tell(self, now: Snapshot, statuses: Sequence[Status]) -> None:
-        """Publish every joint, the payload and the lines; nothing while the broker is away.
+        """Publish every joint, the payload and the statuses; nothing while the broker is away.
 
-        The client would keep them all, and tell the broker of its absence before of today.
+        The client would queue them all, and send the broker the past before the present.
         """
         if not self.client.is_connected():
             return
@@ -52,8 +52,8 @@ class Broker:
         self.publish("status", {"stamp_s": now.stamp / 1e9, "parts": lines})
 
     def close(self) -> None:
-        """Say that we go, if anybody hears it, and go."""
-        with suppress(RuntimeError, ValueError):  # it is away
+        """Publish that we go, if the broker is there, and go."""
+        with suppress(RuntimeError, ValueError):  # the broker is away
             self.publish("online", False).wait_for_publish(WAIT)
         self.leave()
 
@@ -72,8 +72,7 @@ def connect(text: str, robot: str) -> Broker:
     """Connect to HOST[:PORT].
 
     Raises:
-        InputError: nobody answers there as a broker does, or it refuses us; no topic can have the
-            robot's name.
+        InputError: no broker answers there, or it refuses us; no topic can have the robot's name.
     """
     if taken := [sign for sign in RESERVED if sign in robot]:
         told = f"no topic can be named after {robot!r}, for it has {taken[0]!r}"
@@ -102,7 +101,7 @@ def connect(text: str, robot: str) -> Broker:
 
 
 def _client(robot: str) -> Any:
-    """Who we are, and what the broker is to say when we are gone."""
+    """Our client, with credentials and what the broker is to publish when we are gone."""
     from paho.mqtt.client import Client
     from paho.mqtt.enums import CallbackAPIVersion
 
@@ -114,11 +113,11 @@ def _client(robot: str) -> Any:
 
 
 def _answers(broker: Broker) -> Queue[str]:
-    """What it will say to every connection: "", or why it refuses us."""
+    """The broker's answer to every connection: "", or why it refuses us."""
     answers: Queue[str] = Queue()
 
     def answered(_client: Any, _data: Any, _flags: Any, reason: Any, _properties: Any) -> None:
-        """Said again after every reconnect."""
+        """Called after every reconnect, too."""
         if not reason.is_failure:
             broker.publish("online", True)
         hint = f"; {USER} and {PASSWORD} say who we are" if reason.value in STRANGER else ""
@@ -129,7 +128,7 @@ def _answers(broker: Broker) -> Queue[str]:
 
 
 def _part(now: Snapshot, part: str) -> dict[str, Any]:
-    """Quantity -> mean and sd; null where a number is none."""
+    """Quantity -> mean and sd; None where not finite."""
     told: dict[str, Any] = {
         name: {"mean": plain(value), "sd": plain(now.sd[part][name])}
         for name, value in now.mean[part].items()

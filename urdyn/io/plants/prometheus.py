@@ -1,4 +1,4 @@
-"""An endpoint that Prometheus scrapes; base units, as its naming asks for."""
+"""An endpoint that Prometheus scrapes; base units, as its naming rules ask."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from urdyn.io.snapshot import Snapshot
 from urdyn.io.status import Status
 
 PORT = 9464
-# Quantity of a joint -> name, what it is.
+# Quantity of a joint -> name and description of its gauge.
 JOINT = {
     "coulomb": ("friction_newton_metres", "Coulomb friction"),
     "viscous": ("viscous_friction_newton_metre_seconds_per_radian", "viscous friction"),
@@ -26,7 +26,7 @@ class Endpoint:
     """Gauges and the server that shows them: a `Listener`."""
 
     def __init__(self, host: str, port: int) -> None:
-        """Serve at once; OSError where that cannot be."""
+        """Serve at once; OSError where that fails."""
         from prometheus_client import CollectorRegistry, Gauge, start_http_server
 
         registry = CollectorRegistry()
@@ -63,7 +63,7 @@ class Endpoint:
         self._samples.labels(now.robot).set(now.samples)
 
     def close(self) -> None:
-        """Serve no more."""
+        """Stop serving."""
         self._server.shutdown()
         self._server.server_close()
         self._thread.join(timeout=5)

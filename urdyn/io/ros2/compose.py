@@ -1,4 +1,4 @@
-"""What we publish, as ROS messages of whoever makes them: DDS here, rclpy in the node."""
+"""What we publish, as messages of either ROS library: DDS here, rclpy in the node."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ class Types:
         )
 
     def efforts(self, ns: int, joints: Sequence[str], torque: Array) -> Any:
-        """sensor_msgs/JointState that tells efforts only [N·m]."""
+        """sensor_msgs/JointState with efforts only [N·m]."""
         return self.of("sensor_msgs/msg/JointState")(
             header=self.header(ns),
             name=list(joints),
@@ -59,7 +59,7 @@ class Types:
         )
 
     def payload(self, ns: int, mass: float, com: Array) -> Any:
-        """geometry_msgs/InertiaStamped: mass [kg] and centre [m]; a point, as far as it is told."""
+        """geometry_msgs/InertiaStamped: mass [kg] and centre [m]; a point mass."""
         vector = self.of("geometry_msgs/msg/Vector3")
         x, y, z = com.tolist()
         inertia = self.of("geometry_msgs/msg/Inertia")(

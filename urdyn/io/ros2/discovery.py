@@ -1,9 +1,9 @@
-"""How far a participant looks for others, by the variables that ROS 2 has for it.
+"""How far a participant looks for others, by ROS 2's environment variables.
 
 ROS_AUTOMATIC_DISCOVERY_RANGE and ROS_STATIC_PEERS are those of Iron and later, ROS_LOCALHOST_ONLY
-that of Humble, which the later ones still honour. Told to stay on this computer, nodes of Humble
-speak on its loopback alone; later ones speak on its usual interface and call the loopback. Who
-would be heard by both speaks on both.
+that of Humble, which the later ones still honour. Limited to this computer, nodes of Humble use
+its loopback alone; later ones use its usual interface and also call on the loopback. To be heard
+by both, use both.
 """
 
 from __future__ import annotations
@@ -17,21 +17,21 @@ from urdyn.errors import InputError
 RANGE = "ROS_AUTOMATIC_DISCOVERY_RANGE"
 RANGES = ("SUBNET", "LOCALHOST", "OFF", "SYSTEM_DEFAULT")
 LO = '<NetworkInterface name="lo"/>'
-# The usual one goes first: a node that is on it alone answers nobody who calls from the loopback.
+# The usual one goes first: a node that is on it alone does not answer calls from the loopback.
 BOTH = '<NetworkInterface name="lo" priority="-1"/><NetworkInterface autodetermine="true"/>'
 FORM = (
     '<CycloneDDS><Domain Id="any"><General>{general}</General>'
     "<Discovery>{discovery}</Discovery></Domain></CycloneDDS>"
 )
 SILENT = "<AllowMulticast>false</AllowMulticast>"
-# Found by number, for nobody is called by multicast; ROS has as many processes on a computer.
+# Found by index, for there is no multicast; ROS has as many processes on a computer.
 COUNTED = (
     "<ParticipantIndex>auto</ParticipantIndex><MaxAutoParticipantIndex>32</MaxAutoParticipantIndex>"
 )
 
 
 def configurations(environ: Mapping[str, str]) -> tuple[str, ...]:
-    """What Cyclone is to be told; the first that this computer's interfaces allow.
+    """Cyclone's configurations; use the first that this computer's interfaces allow.
 
     Raises:
         InputError: a range that ROS does not know.

@@ -18,7 +18,7 @@ from urdyn.io.ros2.discovery import configurations
 
 URI = "CYCLONEDDS_URI"
 DEEP = 4000  # samples that wait for us, at most: eight seconds of 500 Hz
-KEPT = 10  # samples that wait for those who listen to us, as ROS has it unless told otherwise
+KEPT = 10  # samples that wait for our listeners, ROS's default
 PATIENCE = 100  # [ms] that a writer waits for a listener whose queue is full
 # Not among the types that rosbags knows.
 DEFINITIONS = {
@@ -39,7 +39,7 @@ def participant(environ: Mapping[str, str] = os.environ) -> Any:
 
     failed = Exception()
     for configuration in configurations(environ):
-        # Cyclone reads it when the domain is made; the last word is the user's.
+        # Cyclone reads it when the domain is made; the last setting, the user's, wins.
         os.environ[URI] = ",".join(filter(None, (configuration, asked)))
         try:
             return DomainParticipant(number)
@@ -76,7 +76,7 @@ def type_hash(name: str) -> str:
 
 
 def reader(at: Any, topic: str, type_: Any) -> Any:
-    """What is published on a ROS topic, as sensor data: whoever publishes, however it does."""
+    """A reader of a ROS topic, with sensor data's quality of service: it matches any publisher."""
     from cyclonedds.core import Policy, Qos
     from cyclonedds.sub import DataReader
 
@@ -87,7 +87,7 @@ def reader(at: Any, topic: str, type_: Any) -> Any:
 
 
 def writer(at: Any, topic: str, type_: Any) -> Any:
-    """Where we publish on a ROS topic, reliably, as ROS does unless told otherwise."""
+    """A writer to a ROS topic, reliable, as is ROS's default."""
     from cyclonedds.core import Policy, Qos
     from cyclonedds.pub import DataWriter
     from cyclonedds.util import duration

@@ -16,7 +16,7 @@ from urdyn.io.ros2.domain import DEEP, reader
 from urdyn.types import Array
 
 BATCH = 200  # samples after which DDS is asked for more
-RESET = "/urdyn/reset"  # std_msgs/Empty: begin anew with the commissioned arm
+RESET = "/urdyn/reset"  # std_msgs/Empty: restart from the commissioned arm
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,14 +27,14 @@ class Heard:
     stamp: float  # [s] of its header; of this computer where it has none
     q: Array  # (J,) [rad]
     v: Array  # (J,) [rad/s]
-    effort: Array  # (J,) in the unit of who published it
-    reset: bool = False  # somebody asked to begin anew before it
+    effort: Array  # (J,) in its publisher's unit
+    reset: bool = False  # a reset was requested before it
 
 
 class Listener:
-    """Joint states that have come, as a queue has them; DDS keeps them while nobody asks.
+    """Joint states that have come, as a queue; DDS keeps them until they are asked for.
 
-    There is no thread that would take the interpreter from whoever works on the one before.
+    It has no thread, which would take the interpreter from the work on the one before.
     """
 
     def __init__(self, at: Any, topic: str) -> None:
@@ -49,16 +49,16 @@ class Listener:
         self._waiting.attach(ReadCondition(self._states, anything))
         self._understand = Understanding(topic)
         self._came: deque[Heard] = deque()
-        self._anew = False  # somebody has asked for it, and no sample came since
-        self._given = 0  # since DDS was asked
-        self._asked = time.monotonic()  # [s] when it was
+        self._anew = False  # a reset was requested, and no sample came since
+        self._given = 0  # samples, since DDS was asked
+        self._asked = time.monotonic()  # [s] when DDS was asked
 
     def get(self, timeout: float) -> Heard:
         """The next message with the arm's joints in it; queue.Empty if none comes in time [s]."""
         from cyclonedds.util import duration
 
         if not self._came or self._given >= BATCH:
-            self._ask(self._asked)  # what is there came since then: it is no younger than told
+            self._ask(self._asked)  # samples came after that: they are no older than stated
         end = time.monotonic() + timeout
         while not self._came:
             left = end - time.monotonic()
@@ -70,29 +70,29 @@ class Listener:
         return self._came.popleft()
 
     def empty(self) -> bool:
-        """Whether all that is known to have come was given away."""
+        """Whether all samples known to have come were given out."""
         return not self._came
 
     def _ask(self, received: float) -> None:
-        """All that waits, which came at `received` [s]."""
+        """Take all waiting samples, as received at `received` [s]."""
         self._given, self._asked = 0, time.monotonic()
         states = [m for m in self._states.take(N=DEEP) if isinstance(m, self._message)]
         self._anew |= any(isinstance(m, self._reset) for m in self._resets.take(N=BATCH))
-        for message in states:  # what is no message tells that a publisher came or went
+        for message in states:  # a non-message: a publisher came or went
             if heard := self._understand(message, received, self._anew):
                 self._came.append(heard)
                 self._anew = False
 
 
 class Understanding:
-    """Joint states, whoever decoded them, as the arm's; where its joints stand is remembered."""
+    """Decoded joint states -> the arm's; remembers where its joints stand."""
 
     def __init__(self, topic: str) -> None:
         self._topic = topic
         self._known: dict[tuple[str, ...], Places] = {}
 
     def __call__(self, message: Any, received: float, reset: bool) -> Heard | None:
-        """What a message that came at `received` [s] tells of the arm; None: it is of others."""
+        """The arm's part of a message received at `received` [s]; None: it is of others."""
         names: tuple[str, ...] = tuple(message.name)
         if names not in self._known:
             self._known[names] = _places(names, self._topic)
@@ -101,7 +101,7 @@ class Understanding:
 
 
 def _places(names: tuple[str, ...], topic: str) -> Places:
-    """Where the arm's joints stand; () where the message is of others, a gripper's say."""
+    """Where the arm's joints stand; () where the message is of others, such as a gripper."""
     found = arms(names)
     if len(found) > 1:
         told = listed(f"{prefix}*" for prefix in found)

@@ -14,7 +14,7 @@ from urdyn.io.status import Level, Status
 from urdyn.types import Array
 
 DIAGNOSTICS = "/diagnostics"
-ACKNOWLEDGE = "/urdyn/acknowledge"  # std_msgs/String: the name of a status, or "" for all of now
+ACKNOWLEDGE = "/urdyn/acknowledge"  # std_msgs/String: the name of a status, or "" for all now
 
 # Topic -> its type.
 TOPICS = {
@@ -28,7 +28,7 @@ TOPICS = {
 }
 
 WARNED = (Level.WARN, Level.ERROR)
-NUMBERS = re.compile(r",|\b\d")  # from here on a message moves with every sample
+NUMBERS = re.compile(r",|\b\d")  # from here on a message changes with every sample
 
 Publish = Callable[[str, Any], None]  # topic, message
 
@@ -43,12 +43,12 @@ class Voice:
     friction_scales: bool = False  # likewise
 
     def quickly(self, torque: Array) -> None:
-        """What follows the motion: torque (J,) [N·m] that a controller may add to its own."""
+        """Publish at the motion's rate: torque (J,) [N·m] that a controller may add to its own."""
         if self.feed_forward:
             self.publish("/urdyn/feed_forward", self.types.numbers(torque))
 
     def steadily(self, now: Snapshot) -> None:
-        """What has been learnt."""
+        """Publish the estimates."""
         types, stamp = self.types, now.stamp
         self.publish("/urdyn/estimates", types.estimates(stamp, _with_spread(now)))
         for name, torque in (("predicted", now.predicted), ("residual", now.residual)):
@@ -59,7 +59,7 @@ class Voice:
             self.publish("/urdyn/friction_scales", types.numbers(now.scales.ravel()))
 
     def diagnose(self, ns: int, statuses: tuple[Status, ...]) -> None:
-        """How the arm is, once a second; `ns` [ns] now, for that is whose state it is."""
+        """Publish the arm's health, once a second; `ns` [ns] is now, when that state holds."""
         self.publish(DIAGNOSTICS, self.types.diagnostics(ns, statuses))
 
 
@@ -72,7 +72,7 @@ class Seen:
 
 
 def seen(statuses: Sequence[Status], names: Iterable[str]) -> dict[str, Seen]:
-    """What is warned of now on the lines of these names, "" for all, by the lines' names."""
+    """The current warnings of the statuses with these names, "" for all, by name."""
     asked, matters = set(names), _matters(statuses)
     return {
         s.name: Seen(s.level, matters[s.name])
@@ -82,10 +82,10 @@ def seen(statuses: Sequence[Status], names: Iterable[str]) -> dict[str, Seen]:
 
 
 def acknowledged(statuses: Sequence[Status], known: Mapping[str, Seen]) -> tuple[Status, ...]:
-    """The statuses, where what was acknowledged is told and no longer warned of.
+    """The statuses; what was acknowledged is shown, but no longer warned of.
 
-    Until it gets worse, or something else is the matter too. The last line is the arm's, and
-    names one that is warned of.
+    This ends when it gets worse, or something else is the matter too. The last line is the arm's,
+    and names a warning that is left.
     """
     matters = _matters(statuses)
 
@@ -105,7 +105,7 @@ def acknowledged(statuses: Sequence[Status], known: Mapping[str, Seen]) -> tuple
 
 
 def _matters(statuses: Sequence[Status]) -> dict[str, frozenset[str]]:
-    """What is the matter, by the lines' names; of the last one, the arm's, what is on any."""
+    """What is the matter, by the statuses' names; the last one, the arm's, has that of all."""
     *parts, arm = [(s.name, _own(s)) for s in statuses]
     all_of = {f"{name}: {matter}" for name, matters in parts for matter in matters}
     return {**dict(parts), arm[0]: arm[1] | all_of}
@@ -131,7 +131,7 @@ def dds_types() -> Types:
 
 
 def dds_publish(at: Any) -> Publish:
-    """Writers on all topics of ours."""
+    """Writers to all our topics."""
     types = dds_types()
     writers = {topic: writer(at, topic, types.of(name)) for topic, name in TOPICS.items()}
     return lambda topic, message: writers[topic].write(message)

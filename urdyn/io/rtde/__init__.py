@@ -34,7 +34,7 @@ __all__ = [
     "serve",
 ]
 
-# Who listens to a controller neither records it nor plays one.
+# Listening to a controller needs neither a recorder nor a server.
 __getattr__ = lookup(
     __name__,
     {

@@ -49,11 +49,11 @@ def connect(
     awake: float = 0.0,
     patience: float = float("inf"),
 ) -> Client:
-    """A client whose controller sends `names` at `frequency` [Hz]; RtdeError if it cannot be had.
+    """A client whose controller sends `names` at `frequency` [Hz]; RtdeError if that fails.
 
-    No frequency asks for all that the controller has. `optional` names are left out where it does
-    not know them. Who wants packages without delay stays `awake` for them, if they come that often
-    [s], and keeps a processor busy. After a drop the client reconnects, for up to `patience` [s].
+    None is the controller's full rate. `optional` names are left out where it does not know them.
+    For packages without delay, the client polls up to `awake` [s] for the next, if they come that
+    often, and keeps a processor busy. After a drop it reconnects, for up to `patience` [s].
     """
     order = Order(host, port, tuple(names), tuple(optional), frequency, timeout, awake)
     return Client(order, patience)

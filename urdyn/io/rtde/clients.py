@@ -1,4 +1,4 @@
-"""All clients of a server: the door that they come in by, and what becomes of each."""
+"""All clients of a server: the socket that accepts them, and what becomes of each."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ class Clients:
 
     def __init__(self, controller: Controller, host: str, port: int) -> None:
         self.controller = controller
-        self.dropped: deque[str] = deque(maxlen=KEPT)  # who was, and why
+        self.dropped: deque[str] = deque(maxlen=KEPT)  # address and reason
         self._connections: list[Connection] = []
-        self._selector = selectors.SelectSelector()  # of all, the one that waits for microseconds
+        self._selector = selectors.SelectSelector()  # the only one that waits for microseconds
         self._door = _listen(host, port)
         self._selector.register(self._door, selectors.EVENT_READ)
 
@@ -80,7 +80,7 @@ class Clients:
     def _admit(self) -> None:
         try:
             sock, (host, port, *_) = self._door.accept()
-        except OSError:  # it went before we came
+        except OSError:  # the client left before it was accepted
             return
         if len(self) >= MOST and not self._make_room():
             sock.close()

@@ -9,9 +9,9 @@ from urdyn.io.rtde.controller import Controller
 from urdyn.io.rtde.recipe import Values
 from urdyn.io.rtde.session import Session
 
-CHUNK = 1024  # [bytes] read at once: who floods the server takes turns with the others
+CHUNK = 1024  # [bytes] read at once: a client that floods the server takes turns with others
 KERNEL = 1 << 18  # [bytes] that the kernel holds for a client
-BACKLOG = 1 << 20  # [bytes] that we hold beside; 2 s of every variable at 500 Hz
+BACKLOG = 1 << 20  # [bytes] that we hold besides; 2 s of every variable at 500 Hz
 
 
 class Connection:
@@ -28,7 +28,7 @@ class Connection:
 
     @property
     def behind(self) -> bool:
-        """Does the client owe us reading?"""
+        """Has the client still to read what we sent?"""
         return bool(self._waiting)
 
     def read(self) -> None:

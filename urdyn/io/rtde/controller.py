@@ -1,4 +1,4 @@
-"""What a controller is to all of its clients: a release, a rate, and inputs of one owner each."""
+"""What all clients of a controller share: its release, rate, and inputs with one owner each."""
 
 from __future__ import annotations
 

@@ -67,7 +67,7 @@ def _accepted(event: Callable[[bool], Event]) -> Callable[[bytes, int], Event]:
 
 
 def _words(payload: bytes) -> tuple[str, ...]:
-    """Words between commas; clients that end their list with a comma mean nothing by it."""
+    """Words between commas; a comma at the end, as some clients send, means nothing."""
     words = payload.decode("ascii").split(",")
     return tuple(word.strip() for word in words if word.strip())
 

@@ -22,9 +22,9 @@ from urdyn.io.rtde.events import (
 from urdyn.io.rtde.fields import NOT_FOUND, TYPES, cycle_rate
 from urdyn.io.rtde.recipe import Recipe
 
-LONGEST = 2048  # [bytes]: what a controller takes of names, by the guide
+LONGEST = 2048  # [bytes] of names that a controller takes, by the guide
 Kind = TypeVar("Kind")
-Talk = Generator[tuple[Request, int], Answer, Kind]  # asks in a version, hears, ends in a Kind
+Talk = Generator[tuple[Request, int], Answer, Kind]  # requests with version, answers, result
 
 
 @dataclass(frozen=True)
@@ -38,7 +38,7 @@ class Agreement:
 
     @property
     def frequency(self) -> float:
-        """Packages a second [Hz]: controllers send every so many cycles, whatever was asked."""
+        """Packages a second [Hz]: controllers send every n-th cycle, whatever was asked."""
         rate = cycle_rate(self.release)
         return rate / (rate // self.recipe.frequency)
 

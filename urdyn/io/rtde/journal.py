@@ -1,9 +1,9 @@
 """What a recorder writes, so that the file can be read whenever the process is killed.
 
 .csv and .csv.zst grow by whole rows, flushed; of the latter every flush is a zstd frame of its own.
-.parquet has no meaning without its last bytes, and .mcap no index: until `finish` the file holds
-.csv.zst, which `read` tells by its content, whatever the suffix; then it is rewritten in its form,
-all or nothing.
+.parquet cannot be read without its last bytes, and .mcap has no index: until `finish` the file
+holds .csv.zst, which `read` knows by its content, whatever the suffix; then it is rewritten in its
+form, all or nothing.
 What the kernel had not yet put on the disk is lost when the power fails.
 """
 
@@ -57,7 +57,7 @@ class Journal:
             raise InputError(f"{path}: cannot be written: there is no such place for a file")
         if self._form == ".mcap":  # now, not when an hour has been recorded
             require("mcap", "rosbags")
-        self.aside: Path | None = None  # where that is now which the file held before
+        self.aside: Path | None = None  # where the file's former content is now
         self._schema: pa.Schema | None = None
         self._stream: BinaryIO | None = None
         self._held = ExitStack()

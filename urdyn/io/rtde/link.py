@@ -22,7 +22,7 @@ CHECK = "is the robot on, in reach of this computer, and its RTDE service enable
 
 @dataclass(frozen=True)
 class Order:
-    """What a client wants, and of whom."""
+    """What a client wants, and from which controller."""
 
     host: str
     port: int
@@ -30,7 +30,7 @@ class Order:
     optional: tuple[str, ...] = ()  # left out where the controller does not know them
     frequency: float | None = None  # [Hz]; None: all that the controller has
     timeout: float = 5.0  # [s] without an answer, or without data
-    awake: float = 0.0  # [s] for which it stays awake for the next package, if that is due by then
+    awake: float = 0.0  # [s] of polling for the next package, if that is due by then
 
     @property
     def address(self) -> str:
@@ -86,7 +86,7 @@ class Link:
         return False
 
     def close(self) -> None:
-        """End the connection; who waits for data stops waiting."""
+        """End the connection; nothing waits for data any longer."""
         with suppress(OSError):
             self._sock.shutdown(socket.SHUT_RDWR)
         self._sock.close()
@@ -123,7 +123,7 @@ class Link:
                 raise RtdeError(f"answers nothing but messages for {patience:g} s; {CHECK}")
 
     def _listen(self) -> Iterator[tuple[float, Answer]]:
-        """When it came, and what, for ever."""
+        """When each event came, and the event, without end."""
         while data := self._receive():
             now = time.monotonic()
             for event in self._wire.feed(data):
@@ -140,10 +140,10 @@ class Link:
             raise RtdeError(f"the connection is lost: {error.strerror}") from error
 
     def _watch(self) -> None:
-        """Look again and again for a while: a processor that went to sleep is slow to begin."""
+        """Poll for a while: a processor that went to sleep is slow to wake."""
         end = time.monotonic() + self._awake
         while time.monotonic() < end and not self._arriving.poll(0):
-            os.sched_yield()  # whoever has something to do
+            os.sched_yield()  # other threads go first
 
     def _whole(self, data: Data) -> bytes:
         recipe = self.agreement.recipe
@@ -165,7 +165,7 @@ def _dial(order: Order) -> socket.socket:
 
 @contextmanager
 def _of(address: str) -> Iterator[None]:
-    """Errors in this block are of the controller at `address`."""
+    """RtdeErrors in this block get the controller's `address`."""
     try:
         yield
     except RtdeError as error:

@@ -17,7 +17,7 @@ from urdyn.types import Array
 Rows = NDArray[np.void]  # (N,) structured: one row a package, one field a variable
 Values = Mapping[str, Any]  # RTDE name -> number, or six or three of them; SI
 
-# What identification, tracking and diagnosis read, and what tells when not to believe it.
+# What identification, tracking and diagnosis read, and what shows when not to believe it.
 DEFAULT: tuple[str, ...] = (
     "timestamp",
     *("target_q", "target_qd", "target_qdd", "target_current", "target_moment"),
@@ -55,7 +55,7 @@ class Recipe:
         return self.dtype.itemsize
 
     def pack(self, values: Values) -> bytes:
-        """One package; 0 where `values` does not speak of a variable."""
+        """One package; 0 for a variable that `values` lacks."""
         row = np.zeros((), self.dtype)
         for name in self.names:
             if name in values:

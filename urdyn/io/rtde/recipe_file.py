@@ -15,7 +15,7 @@ LARGEST = 1 << 20  # [bytes]: no recipe is as long as this
 def read_recipe(path: str | Path, key: str = "out") -> tuple[str, ...]:
     """Names that a recipe file asks for; of an XML file the recipe `key`.
 
-    Types in an XML file are checked to be RTDE's, and left to the controller to say.
+    Types in an XML file have to be RTDE's; the controller decides which one a variable has.
     """
     try:
         text = Path(path).read_bytes().removeprefix(BOM_UTF8)
@@ -52,7 +52,7 @@ def _xml(text: bytes, key: str, path: str | Path) -> list[str]:
         elif tag == "field" and inside:
             names.append(_name(attributes, path))
 
-    def refuse(*_: object) -> None:  # entities that grow, or fetch, come from there
+    def refuse(*_: object) -> None:  # its entities may grow without bound, or fetch
         raise InputError(f"{path}: has a DOCTYPE; a recipe needs none, take it out")
 
     parser = expat.ParserCreate()

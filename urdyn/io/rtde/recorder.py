@@ -32,10 +32,10 @@ def record(
 ) -> Summary:
     """Record a controller, for `duration` [s], until `stop` is set, or interrupted by the keyboard.
 
-    `host` is HOST, HOST:PORT or rtde://HOST:PORT; `frequency` [Hz] the controller's own unless
-    told; `recipe` a file or the names themselves. One thread does nothing but read and stamp, so
-    that writing delays no package; a connection that drops is taken up again. An interruption may
-    come between counting packages and writing them, and cost those; `stop` costs none.
+    `host` is HOST, HOST:PORT or rtde://HOST:PORT; `frequency` [Hz] by default the controller's own;
+    `recipe` a file or the names themselves. One thread does nothing but read and stamp, so that
+    writing delays no package; a connection that drops is restored. An interrupt may come between
+    counting packages and writing them, and lose those; `stop` loses none.
     """
     for what, number in (("duration", duration), ("frequency", frequency)):
         if number is not None:
@@ -73,7 +73,7 @@ def _follow(
     threading.Thread(target=_pump, args=(client, inbox), daemon=True).start()
     end = time.monotonic() + (float("inf") if duration is None else duration + FLUSH)
     try:
-        # Asked, not waited for: a signal's handler that sets it may interrupt this very thread.
+        # Polled, not waited for: a signal's handler that sets it may interrupt this very thread.
         while not (stop.is_set() or recording.over) and time.monotonic() < end:
             time.sleep(FLUSH)
             _empty(inbox, recording)
@@ -84,7 +84,7 @@ def _follow(
 
 
 def _pump(client: Client, inbox: Inbox) -> None:
-    """All that happens, into the inbox; last, why the client gave up."""
+    """Put every event into the inbox; last, why the client gave up."""
     try:
         for event in client.events():
             inbox.put(event)

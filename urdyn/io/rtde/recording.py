@@ -31,7 +31,7 @@ class Recording:
 
     def __init__(self, journal: Journal, address: str, duration: float | None) -> None:
         self.journal, self.address = journal, address
-        self.over = False  # all that was asked for is there
+        self.over = False  # all that was asked for is recorded
         self._duration = np.inf if duration is None else duration
         self._tally = Tally()
         self._agreement: Agreement | None = None

@@ -1,8 +1,8 @@
 """An RTDE controller on a real socket: plays samples to any number of clients, in real time.
 
-One thread does everything, so there is nothing to lock and nobody to wait for: it looks after the
-clients until the next deadline, then sends a sample. Deadlines are absolute: what one cycle is
-late, the next makes good.
+One thread does everything, so there is nothing to lock and nothing to wait for: it serves the
+clients until the next deadline, then sends a sample. Deadlines are absolute: a late cycle shortens
+the next.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from urdyn.io.rtde.controller import RELEASES, Controller, Generation
 from urdyn.io.rtde.recipe import Values
 
 PORT = 30004
-HOPELESS = 1.0  # [s] behind: the machine slept, and there is no making good
+HOPELESS = 1.0  # [s] behind: the machine slept, and there is no catching up
 KEPT = 1 << 16  # lateness of so many cycles is remembered
 
 

@@ -29,11 +29,11 @@ class Summary:
     silent: float = 0.0  # [s] without a package while connections were down: what was sent is lost
     frequency: float = 0.0  # [Hz] that was agreed on
     seconds: float = 0.0  # from the first package to the last
-    age_p50: float = 0.0  # [s] how much later than the quickest package around it one came
+    age_p50: float = 0.0  # [s] a package's delay beyond the quickest's around it
     age_p99: float = 0.0  # [s]
     bytes: int = 0  # of data received
     left_out: tuple[str, ...] = ()  # names that the controller does not know
-    aside: str = ""  # where that is now which the file held before
+    aside: str = ""  # where the file's former content is now
 
     @property
     def rate(self) -> float:
@@ -60,7 +60,7 @@ class Tally:
         self._quickest.clear()
 
     def drop(self, torn: bool) -> None:
-        """A connection is lost: no stamp tells what is sent until packages come again."""
+        """A connection is lost: no stamp shows what is sent until packages come again."""
         self.torn += torn
         self._down = self.samples > 0
 
@@ -86,13 +86,13 @@ class Tally:
         return self._silent + (now - self.last if self._down else 0.0)
 
     def _age(self, delay: Array) -> None:
-        """The clocks' offset is unknown and drifts: the quickest package nearby tells it."""
+        """The clocks' offset is unknown and drifts: the quickest package nearby sets it."""
         self._quickest.append(float(delay.min()))
         places = np.searchsorted(AGES, delay - min(self._quickest))
         self._ages += np.bincount(places, minlength=len(self._ages))
 
     def age(self, share: float) -> float:
-        """Age that this share of packages is within [s]."""
+        """Age [s] that this share of packages does not exceed."""
         place = np.searchsorted(np.cumsum(self._ages), share * self._ages.sum())
         return float(AGES[min(place, len(AGES) - 1)])
 
