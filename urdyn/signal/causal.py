@@ -28,17 +28,17 @@ from urdyn.types import Array, Mask
 
 @dataclass(frozen=True, eq=False)
 class CausalState:
-    """The last samples of this stretch, and what became of those that are not among them."""
+    """The last samples of this stretch, and counts of what was left out."""
 
     t: Array  # (n,) [s]
     rows: Array  # (n, 4, J) q, v, current, temperature; NaN where the gate refused them
-    angles: Array  # (n, J) q as they came: a zero that jumps, the gate refuses first [rad]
+    angles: Array  # (n, J) [rad] q as they came, for the gate first refuses a zero that jumps
     departures: Array  # (n, 2, J) of q and v from their prediction [rad, rad/s]
     held: Held
     restarts: int = 0  # gaps and clocks set back: the window began anew
     repeats: int = 0  # samples with the stamp of the one before, left out
     refused: int = 0  # values that the gate marked as not measured
-    jumped: Leap = NEVER  # the last zero that did
+    jumped: Leap = NEVER  # the last jump of a zero
     clean: int = 0  # newest samples that lack nothing, each a period after the one before
 
 
@@ -47,7 +47,7 @@ class Causal:
     """Kinematics at the stamp `lag` samples before the newest, as soon as a window is full.
 
     With lag = half (the default) it is the batch estimate, that much later; with lag 0 it has no
-    delay and the noise of a one-sided fit. After a gap it begins anew.
+    delay and the noise of a one-sided fit. After a gap it restarts.
     """
 
     period: float  # [s] between samples, as a rule
@@ -74,7 +74,7 @@ class Causal:
 
     @cached_property
     def alone(self) -> LocalPolynomial:
-        """The same through the angles alone of all samples that are remembered."""
+        """The same through angles alone, of all samples that are remembered."""
         return replace(self.fit, half=instrument_half(self.fit.half, self.degree))
 
     def init(self, joints: int = 6) -> CausalState:
@@ -90,7 +90,7 @@ class Causal:
             return replace(state, repeats=state.repeats + 1), None
         row = _row(sample, state.angles.shape[1:])
         wild = np.abs(row) > POSSIBLE[:, None]
-        if not np.count_nonzero(row[:3]):  # a stream that has lost its robot, as no robot is
+        if not np.count_nonzero(row[:3]):  # all 0, as no robot is: the stream has lost it
             wild[:3] = True
         if np.count_nonzero(wild):
             row[wild] = np.nan
@@ -102,7 +102,7 @@ class Causal:
         return self._estimate(state) if len(state.t) >= self.fit.samples else (state, None)
 
     def missed(self, state: CausalState) -> tuple[float, Mask, Array]:
-        """The stamp [s] of which an instant is told, which angles it lacks, and currents [A]."""
+        """Stamp [s] of the row `lag` back, which angles it lacks, and its currents [A]."""
         at = max(len(state.t) - 1 - self._lag, 0)
         angle, _, current, _ = state.rows[at]
         return float(state.t[at]), np.isnan(angle), current
@@ -183,10 +183,9 @@ class Causal:
         return state, instant
 
     def _jumped(self, state: CausalState, row: int) -> tuple[CausalState, Array, Array]:
-        """Velocities in the window, (m, J), and shifts of zeros; NaN where these reached them.
+        """Velocities in the window, (m, J), NaN where a jump reached them, and shifts of zeros.
 
-        Which they are is remembered once a jump has come as far as `row`: until then it may still
-        be undone.
+        The NaNs are remembered once a jump has come as far as `row`: until then it may be undone.
         """
         found = jumps(state.t, state.angles, state.rows[:, 1], self.fit.half, state.jumped)
         rows, window = state.rows, slice(-self.fit.samples, None)
@@ -198,9 +197,9 @@ class Causal:
         return state, rows[window, 1], found.shift[window]
 
     def _alone(self, state: CausalState, lag: int) -> Array:
-        """Acceleration and jerk there by angles alone, (2, J) [rad/s², rad/s³]; of even stamps.
+        """Acceleration and jerk there by angles alone, (2, J) [rad/s², rad/s³]; for even stamps.
 
-        Where stamps scatter, angles and currents do so together: theirs is no noise of its own.
+        Where stamps scatter, angles and currents share that noise: theirs are not independent.
         """
         ahead = (self.alone.half - lag) * self.period
         operator = _operator(self.alone, ahead, self.offset, velocities=False)
@@ -212,9 +211,9 @@ class Causal:
 def _operator(
     fit: LocalPolynomial, ahead: float, offset: float | tuple[float, ...], velocities: bool = True
 ) -> Array:
-    """What angles and, behind them, velocities of a full uniform window weigh, (1 or J, 4, 2 m).
+    """Weights of angles, then velocities, of a full uniform window, (1 or J, 4, 2 m).
 
-    The motion is that at `ahead` + offset [s] of the window's centre.
+    They give the motion at `ahead` + offset [s] from the window's centre.
     """
     leads = offset if isinstance(offset, tuple) else (offset,)
     each = (weights(fit, ahead + lead, velocities) for lead in leads)

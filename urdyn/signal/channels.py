@@ -17,8 +17,8 @@ SENSORS = (
     "joint_temperatures",
 )  # section IV.B: positions, velocities, currents, force/torque, temperatures
 
-# Of angles [rad], speeds [rad/s], currents [A] and temperatures [°C]: none is beyond that. The
-# quickest wrist of a UR turns by 6.3 rad/s.
+# Bounds on angles [rad], speeds [rad/s], currents [A] and temperatures [°C]. The quickest wrist of
+# a UR turns by 6.3 rad/s.
 POSSIBLE = np.array([1e4, 30.0, 1e4, 200.0])
 
 _STATES = ("mode", "status", "state", "bits", "register", "reversal", "standstill")

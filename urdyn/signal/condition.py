@@ -22,7 +22,7 @@ from urdyn.signal.units import complaint, unfilled, wrong_unit
 from urdyn.types import JOINT_SERIES, Array, Log, Mask, Motion, frozen
 
 FAR = 4.0 * np.pi  # [rad] twice what a UR's joint turns either way
-CHUNK = 65536  # rows that are worked on at a time: what they take on the way is small beside a log
+CHUNK = 65536  # rows that are processed at a time: their working memory is small beside a log
 
 
 class Jointed(Protocol):
@@ -43,11 +43,11 @@ def condition(
 ) -> Motion:
     """Motion at the stamps of `log`: current and stamps as measured, kinematics estimated there.
 
-    `arm`: whose log it is to be; None: nobody asks.
+    `arm`: whose log it has to be; None: not checked.
 
     `offset` [s], () or (J,): by how much the current leads the joint's own stream; the kinematics
-    are those of t + offset. `half_window` [samples] to each side, as many as the log has at the
-    most; None: by the sample rate. A gap, a step of more than 5 median steps, begins a new stretch.
+    are those of t + offset. `half_window` [samples] to each side, at most as many as the log has;
+    None: by the sample rate. A gap, a step of more than 5 median steps, begins a new stretch.
     Missing currents stay NaN: smoothing or filling them in would colour the noise, and every
     interval downstream would be too narrow.
 
@@ -71,7 +71,7 @@ def conditioned(
     for rows, chunk in settled.chunks(log, CHUNK):
         for name, values in series.items():
             values[rows] = getattr(chunk, name)
-    made = {name: frozen(values) for name, values in series.items()}  # which nobody copies
+    made = {name: frozen(values) for name, values in series.items()}  # not copied
     return Motion(log.t, **made, breaks=breaks(log.t, settled.fit.step), source=log.source)
 
 
@@ -103,7 +103,7 @@ class _Settled:
 
     def chunks(self, log: Log, rows: int) -> Iterator[tuple[slice, Motion]]:
         """The motion of a whole log, so many rows at a time, and which rows they are."""
-        # A shifted window ends this far from its row, and a jump shakes what is as far behind it.
+        # A shifted window ends this far from its row, and a jump shakes rows as far behind it.
         fit = self.fit
         halo = 2 * instrument_half(fit.half, fit.degree) + round(SHAKEN / fit.step)
         for start in range(0, len(log), rows):
@@ -116,8 +116,8 @@ class _Settled:
         q, v = (_measured(log, name) for name in ("actual_q", "actual_qd"))
         fit = self.fit
         shift, misled = jumps(log.t, q, v, fit.half)
-        shifted = np.cumsum(shift, axis=0)  # no joint moved that way
-        shift[-1] = 0.0  # nothing bears that one out
+        shifted = np.cumsum(shift, axis=0)  # not a motion of the joint
+        shift[-1] = 0.0  # no later row confirms that one
         how = partial(kinematics, offset=self.offset, degree=fit.degree, step=fit.step)
         moved = how(log.t, q - shifted, np.where(misled, np.nan, v), half=fit.half)
         half = instrument_half(fit.half, fit.degree)
@@ -141,7 +141,7 @@ class _Settled:
 
 
 def _whole_around(t: Array, known: Mask, step: float, half: int) -> Mask:
-    """Rows in the middle of a window that is known, and even: why, is at `Causal`; (N,)."""
+    """Rows in the middle of a window that is known, and even, as `Causal` explains; (N,)."""
     uneven = np.concatenate([[0], np.cumsum(~is_even(t, step))])
     missing = np.concatenate([[0], np.cumsum(~known)])
     row = np.arange(half, max(len(t) - half, half))
@@ -158,7 +158,7 @@ def _measured(log: Log, name: str) -> Array:
 
 
 def require_measured(log: Log, names: Collection[str] = ("actual_q", "actual_current")) -> None:
-    """LogError unless these channels were measured at all, and every angle, and are SI."""
+    """LogError unless these channels, and every joint's angle, were measured, in SI units."""
     log = given_log(log)
     for name in names:
         if not np.isfinite(log.joint(name)).any():

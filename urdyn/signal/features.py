@@ -10,7 +10,7 @@ from urdyn.given import given_number, not_negative
 from urdyn.signal.stretches import breaks
 from urdyn.types import Array, Log, frozen
 
-SLOWEST = 0.01  # [rad/s] below this a ratio by velocity says nothing
+SLOWEST = 0.01  # [rad/s] below this a ratio by velocity means nothing
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,22 +13,22 @@ from urdyn.types import MAD_TO_SD, Array
 REACH = 100.0  # [rad/s²] more than a UR's joints accelerate in use
 FINEST = 5e-4  # [rad] what logs are rounded to, and more
 STAMP = 1e-3  # [s] by which stamps scatter
-# [s] in which a joint that something shakes does as it likes: a real one that was pushed went by 1
-# mrad of which speeds do not tell. Over longer, up to ONE_WAY, its speed goes one way.
+# [s] in which a shaken joint may move in any way: a real one that was pushed moved by 1 mrad that
+# its speeds do not show. Over longer, up to ONE_WAY, its speed is monotonic.
 SHAKEN, ONE_WAY = 0.01, 0.06
 
 Flags = NDArray[np.bool_]
 
 
 def furthest(dt: Array | float, speed: Array, change: Array, acceleration: float = REACH) -> Array:
-    """How far an arm's way over dt [s] may be off a trapezoid of its speeds, (..., J) [rad].
+    """How far an arm's way over dt [s] may be off the trapezoid of its speeds, (..., J) [rad].
 
-    No acceleration up to a puts it further off than a dt² / 4, and no speed that goes one way by
-    more than half of what it changes by. NaN where that is not known.
+    Accelerations up to a put it at most a dt² / 4 off, and a monotonic speed at most dt / 2 times
+    its change. NaN where that is not known.
 
     Args:
         speed: around [rad/s].
-        change: most that it changed by in the steps around [rad/s].
+        change: its largest change in the steps around [rad/s].
     """
     shaken, at_most = (0.25 * acceleration * np.square(time) for time in (SHAKEN, dt))
     one_way = shaken + 0.5 * dt * change + STAMP * speed
@@ -37,22 +37,22 @@ def furthest(dt: Array | float, speed: Array, change: Array, acceleration: float
 
 @dataclass(frozen=True)
 class Gate:
-    """Refuses what lies beyond both of what the arm can do and of what the sensor usually does.
+    """Refuses what exceeds both what the arm can do and what the sensor usually does.
 
     A sample is predicted from the one before: its speed from that, its angle by a trapezoid. The
-    arm cannot leave these by more than an acceleration allows, a dt and what is `furthest`; the
-    sensor is known by the running MAD of the departures. After a refusal there is nothing to
-    predict from, so the next sample passes: a torn sample is caught, a true step costs one sample.
+    arm cannot depart from these by more than a dt and `furthest`; the sensor is known by the
+    running MAD of its departures. After a refusal there is nothing to predict from, so the next
+    sample passes: a torn sample is caught, a true step costs one sample.
     """
 
     sigma: float = 6.0  # [-] running MAD, in standard deviations
     acceleration: float = REACH
 
     def departure(self, before: Array, row: Array, dt: Array | float) -> Array:
-        """Of q and v from their prediction, (2, ..., J) [rad, rad/s]; before, row as many.
+        """Departure of q and v from their prediction; as before and row, (2, ..., J) [rad, rad/s].
 
-        An angle is as far off as the speed before and, where they are measured, both together can
-        not explain: a torn speed tears no angle.
+        An angle's is the lesser of those by the speed before and, where both are measured, by the
+        trapezoid: a torn speed tears no angle.
         """
         apart = row - before
         apart[0] -= dt * np.where(np.isnan(before[1]), row[1], before[1])
@@ -80,7 +80,7 @@ class Gate:
 
 
 def _median_of_known(history: Array) -> Array:
-    """Lower median over rows, NaN left out; 0 where nothing is known, which leaves the reach."""
+    """Lower median over rows, NaN left out; 0 where nothing is known, so that the reach decides."""
     middle = np.maximum(np.isfinite(history).sum(0) - 1, 0) // 2
     found = np.take_along_axis(np.sort(history, axis=0), middle[None], axis=0)[0]
     return np.where(np.isnan(found), 0.0, found)

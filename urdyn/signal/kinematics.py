@@ -13,7 +13,7 @@ from urdyn.signal.polynomial import ORDERS, UNIFORM, LocalPolynomial, joint_by_j
 from urdyn.signal.stretches import breaks, median_step, windows
 from urdyn.types import Array, Index
 
-BLOCK = 32768  # rows that are worked on at a time
+BLOCK = 32768  # rows that are processed at a time
 BATCH = 2**14  # samples of windows that are solved at a time: their equations stay in the cache
 
 Flags = NDArray[np.bool_]
@@ -38,7 +38,7 @@ def kinematics(
     degree: int = 4,
     step: float | None = None,
 ) -> Kinematics:
-    """Local polynomial through angles and velocities around each stamp, told at t + offset.
+    """Local polynomial through angles and velocities around each stamp, evaluated at t + offset.
 
     t (N,) [s], increasing, of any steps; q (N, J) [rad] and v (N, J) [rad/s], NaN where not
     measured. `offset` [s], () or (J,): by how much the current leads the joint's own stream.

@@ -16,14 +16,14 @@ from urdyn.types import Log
 def measured(log: Log) -> Log:
     """The log with NaN for angles and velocities that no sensor measured, each kind counted.
 
-    Those of one that is stuck, and single ones that are out of reach of the rows beside them. Of
-    rows that a recorder has written under one stamp the first is kept.
+    Those of a stuck sensor, and single ones that are out of reach of the rows beside them. Of rows
+    with one stamp the first is kept.
     """
     return without_torn(without_stuck(_without_repeats(log)))
 
 
 def _without_repeats(log: Log) -> Log:
-    """As a live twin hears it; where most rows are such, nobody knows when they were."""
+    """One row a stamp, as in a live twin; the log itself where most rows are repeats."""
     again = np.diff(log.t, prepend=-np.inf) == 0.0
     if not again.any() or median_step(log.t) == 0.0:
         return log

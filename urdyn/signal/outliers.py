@@ -29,10 +29,10 @@ def reject_outliers(
 
     Centre and spread are mean and standard deviation (the paper's) or, `robust`, median and MAD;
     of a whole column or of a moving `window` [samples] that does not reach across gaps. Robust and
-    windowed it is the identifier of [Hampel1974]_. Mind that 3 sigma can find nothing among ten
-    samples, for none of n lies further out than (n - 1)/√n, that outliers hide one another, and
-    that of a whole column it takes rare motion for error: of a recording in which one joint of a
-    UR10e moves it marks 860 angles, and every one of them is sound.
+    windowed it is the identifier of [Hampel1974]_. 3 sigma can find nothing among ten samples, for
+    none of n lies further out than (n - 1)/√n; outliers mask one another; and over a whole column
+    it takes rare motion for error: in a recording in which one joint of a UR10e moves it marks 860
+    angles, all of them sound.
     """
     sigma = given_number(sigma, "sigma", "a number above 0", positive)
     window = None if window is None else given_count(window, "window", FEWEST)
@@ -47,7 +47,7 @@ def reject_outliers(
 
 
 def hampel(log: Log, *, sigma: float = 3.0, window: int = 21) -> Log:
-    """Log without the samples that a moving median and MAD disown [Hampel1974]_."""
+    """Log without the samples that a moving median and MAD reject [Hampel1974]_."""
     return reject_outliers(log, sigma=sigma, robust=True, window=window)
 
 

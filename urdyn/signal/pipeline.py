@@ -1,4 +1,4 @@
-"""Pipelines: what happens to a log before inference, every stage there to be looked at."""
+"""Pipelines: what happens to a log before inference, with every stage open to inspection."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class Run:
 
     @property
     def result(self) -> Log:
-        """What the last stage left; its `defects` tell what all of them did."""
+        """What the last stage left; its `defects` list what all of them did."""
         return self.stages[-1][1]
 
 

@@ -24,7 +24,7 @@ from urdyn.given import given_count, given_number
 from urdyn.types import Array, frozen
 
 REACH, REACH_ALONE = 0.036, 0.1  # [s] to each side, the latter without velocities: `half_window`
-HIGHEST = 12  # degree; rounding in its powers is below 1e-11 of what is told
+HIGHEST = 12  # degree; rounding in its powers is below 1e-11 of the result
 ORDERS = 4  # what is estimated: angle, velocity, acceleration, jerk
 # Stamps this close to uniform count as uniform: at 500 Hz and 3 rad/s it makes 6e-9 rad, three
 # orders below an encoder's count, and it is above the rounding of an uptime in seconds.
@@ -34,21 +34,21 @@ UNIFORM = 1e-6  # [-] of a step
 def half_window(step: float, degree: int = 4, velocities: bool = True) -> int:
     """Samples to each side: 2 from 20 to 50 Hz, 4 at 100 and at 125, 18 at 500.
 
-    Of point-to-point moves with 15 ms of jerk limit, 2 mrad/s of noise in the velocity and an
+    For point-to-point moves with 15 ms of jerk limit, 2 mrad/s of noise in the velocity and an
     encoder's count in the angle, 30 to 40 ms is about the best for the acceleration at 100, 125
-    and 500 Hz alike: .13, .10 and .08 rad/s² RMS. Angles alone, which recordings scatter by 50
+    and 500 Hz alike: .13, .10 and .08 rad/s² RMS. Angles alone, whose noise in recordings is 50
     µrad, take three times as long for as little: 3 to each side at 20 and 25 Hz, 10 at 100.
 
     It is never so short that nothing is smoothed: the angles alone determine the polynomial, and
-    more of them where there are no velocities. Three samples with both would have one equation to
-    spare at 20 Hz, where real angles then made .1 rad/s² of noise, and jerks that were noise.
+    more of them where there are no velocities. Three samples with both would leave one spare
+    equation; at 20 Hz, real angles then gave .1 rad/s² of noise, and jerks of noise alone.
     """
     least = (degree + 1) // 2 if velocities else degree // 2 + 1
     return max(least, round((REACH if velocities else REACH_ALONE) / step))
 
 
 def instrument_half(half: int, degree: int) -> int:
-    """Samples to each side that tell the acceleration by angles alone, beside `half` of both."""
+    """Samples to each side for the acceleration by angles alone, beside `half` with both."""
     return max(half, (degree + 1) // 2)
 
 

@@ -12,7 +12,7 @@ from urdyn.types import Array, Log, frozen
 # What a log may hold beside the joints: the stream that it is, and the channel.
 POSE = "pose"
 BESIDE = {POSE: "actual_TCP_pose", "wrench": "actual_TCP_force", "raw_wrench": "ft_raw_wrench"}
-# And what the controller takes for the payload: its mass, and the centre of that at the flange.
+# The payload as set in the controller: its mass, and its centre of mass at the flange.
 SETTING = {"payload": (), "payload_cog": (3,)}
 UNSET = frozen(np.full(4, np.nan))
 
@@ -26,10 +26,10 @@ class Sample:
     v: Array  # (J,) [rad/s]
     current: Array  # (J,) [A]
     temperature: Array  # (J,) [°C]
-    # By stream what came since the sample before, (n, 7): stamp [s] and six numbers; behind a pose
-    # of the controller's, (n, 7 + J), the angles that it is of.
+    # By stream what came since the sample before, (n, 7): stamp [s] and six numbers; a pose of the
+    # controller's is followed by its joint angles, (n, 7 + J).
     beside: Mapping[str, Array] = field(default_factory=dict)
-    setting: Array = field(default_factory=lambda: UNSET)  # (4,) of SETTING [kg, m]; NaN: unsaid
+    setting: Array = field(default_factory=lambda: UNSET)  # (4,) of SETTING [kg, m]; NaN: not set
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,14 +43,14 @@ class Instant:
     jerk: Array  # (J,) [rad/s³]
     current: Array  # (J,) [A] as measured
     temperature: Array  # (J,) [°C]
-    shift: Array  # (J,) [rad] by which the encoder's zero jumped since the row before; mostly 0
-    # (J,) [rad/s²] the acceleration, with noise that is not that of `a`; None: nothing tells it.
+    shift: Array  # (J,) [rad] jump of the encoder's zero since the row before; mostly 0
+    # (J,) [rad/s²] the acceleration, with noise other than that of `a`; None: unknown.
     instrument: Array | None = None
     instrument_jerk: Array | None = None  # (J,) [rad/s³] its slope in time
 
     @property
     def instrumental(self) -> Array:
-        """The instrument's acceleration, (J,) [rad/s²]; `a` where nothing tells it."""
+        """The instrument's acceleration, (J,) [rad/s²]; `a` where it is unknown."""
         return self.a if self.instrument is None else self.instrument
 
 
@@ -79,7 +79,7 @@ def samples(log: Log) -> Iterator[Sample]:
 
 
 def _setting(log: Log) -> Array:
-    """What the controller takes for the payload, (N, 4)."""
+    """The payload as set in the controller, (N, 4)."""
     columns = [
         log.channels[name]
         if name in log and log.channels[name].shape[1:] == of

@@ -1,4 +1,4 @@
-"""Shifts of an encoder's zero: an angle that jumps where nothing tells of a motion."""
+"""Shifts of an encoder's zero: an angle jumps while nothing else shows a motion."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ import numpy as np
 from urdyn.signal.gate import FINEST, REACH, STAMP, furthest
 from urdyn.types import STANDSTILL, Array, Index, Mask
 
-TELLING = 4.0  # [-] times what ways scatter by: what one would be that shows a wrong stamp, or none
-JITTER = 3e-5  # [rad] by which encoders do: two steps
-ALONE = 2.0  # [-] times what rows beside it are off by: a joint that rings is in all of them
-UNDONE = 0.2  # [-] of a way or jump, by which what goes back may differ from it
-SHAKEN = 0.1  # [s] after a jump, to which its controller answers, in which nothing else is one
-MISLED = 0.04  # [s] for which a velocity that is computed from angles may tell of a jump
+TELLING = 4.0  # [-] by which a wrong stamp's effect exceeds scatter, and is not met
+JITTER = 3e-5  # [rad] of encoders: two steps
+ALONE = 2.0  # [-] times the misfit of rows beside a jump: ringing is in all of them
+UNDONE = 0.2  # [-] of a way or jump, by which its return may differ from it
+SHAKEN = 0.1  # [s] after a jump, while the controller reacts, in which nothing else counts as one
+MISLED = 0.04  # [s] for which a jump may distort a velocity that is computed from angles
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,14 +23,14 @@ class Leap:
     """A jump of zeros."""
 
     t: float  # [s]
-    by: Array  # (J,) [rad]; of none, ()
+    by: Array  # (J,) [rad]; () of none
 
 
 NEVER = Leap(-np.inf, np.zeros(()))
 
 
 class Jumps(NamedTuple):
-    """Where zeros jumped, and which velocities that reached."""
+    """Where zeros jumped, and which velocities that distorted."""
 
     shift: Array  # (n, J) [rad] since the row before; mostly 0
     misled: Mask  # (n, J)
@@ -39,14 +39,14 @@ class Jumps(NamedTuple):
 def jumps(t: Array, q: Array, v: Array, half: int, last: Leap = NEVER) -> Jumps:
     """By how much every encoder's zero jumped from the row before.
 
-    A shift is told where it can be nothing else: it is beyond what an arm can do between two rows,
-    stands alone among all joints for `half` rows to either side (a torn sample jumps back), and is
-    no row with a wrong stamp, which all joints that move would show. In the last row it may still
-    jump back.
+    A shift is reported where it can be nothing else: it is beyond what an arm can do between two
+    rows, stands alone among all joints for `half` rows to either side (a torn sample jumps back),
+    and is not due to a wrong stamp, which all moving joints would show. In the last row it may
+    still jump back.
 
     It is judged by velocities of a sensor or an estimator that the jump has not reached. Where they
-    went along, the ways before and after judge; what cannot be may go on then, of that joint, and
-    of others that it shakes, but begins with the jump.
+    followed it, the ways before and after judge; impossible ways of that joint, and of others that
+    it shakes, may then follow the jump but not precede it.
 
     Args:
         t: stamps (n,) [s].
@@ -88,9 +88,9 @@ def without_turns(shift: Array) -> Array:
 
 
 def _beside_speeds(t: Array, q: Array, v: Array) -> tuple[Array, Array]:
-    """Of each joint's way from the last row that was measured, what velocities do not explain.
+    """The part of each joint's way since its last measured row that velocities do not explain.
 
-    By trapezoids; the reach is how far off they may be.
+    By trapezoids; with it, the reach: how far off they may be.
     """
     way, reach = np.zeros_like(q), np.full_like(q, np.inf)
     for j in range(q.shape[1]):
@@ -104,10 +104,10 @@ def _beside_speeds(t: Array, q: Array, v: Array) -> tuple[Array, Array]:
 
 
 def _beside_ways(t: Array, q: Array, v: Array) -> tuple[Array, Array, Mask]:
-    """Of each joint's way, what the way before does not explain; also the mean speed of that.
+    """The part of each joint's way that the way before does not explain, and the latter's speed.
 
     It is beyond an arm where REACH, from the speed before, does not come that far, and the way
-    after explains it as little: a speed that jumps goes on, and a torn sample goes back, twice as
+    after explains it no better: a speed that jumps persists, and a torn sample goes back, twice as
     far from the one as from the other.
     """
     way, speed, beyond = np.zeros_like(q), np.full_like(q, np.nan), np.zeros(q.shape, dtype=bool)
@@ -126,14 +126,14 @@ def _beside_ways(t: Array, q: Array, v: Array) -> tuple[Array, Array, Mask]:
 
 
 def _count(mask: Mask, before: int, after: int) -> Index:
-    """How often it is set in each column, from so many rows before to so many after, (n, J)."""
+    """Set cells per column, from `before` rows before to `after` rows after each row, (n, J)."""
     count, row = np.cumsum(np.pad(mask, ((1, 0), (0, 0))), axis=0), np.arange(len(mask))
     end = np.minimum(row + after + 1, len(mask))
     return np.asarray(count[end] - count[np.maximum(row - before, 0)])
 
 
 def _first(t: Array, told: Array, last: Leap) -> Array:
-    """Without those of what a jump shakes, (n, J) [rad]."""
+    """The jumps without those of joints that an earlier jump shakes, (n, J) [rad]."""
     for k in np.flatnonzero((np.abs(without_turns(told)) > FINEST).any(axis=1)):
         if last.t < t[k] < last.t + SHAKEN:
             back = np.abs(told[k] + last.by) < UNDONE * np.abs(last.by)
@@ -144,9 +144,9 @@ def _first(t: Array, told: Array, last: Leap) -> Array:
 
 
 def _scatter(way: Array, reach: Array, k: int, half: int) -> Array:
-    """What speeds do not explain in the rows beside row k, (J,) [rad]; as in any log at the most.
+    """The most that speeds do not explain in the rows beside row k, (J,) [rad], at most FINEST.
 
-    A stamp that is wrong is so of two ways, of which the next one is beside.
+    A wrong stamp spoils two ways, the second of which is in these rows.
     """
     scatter = np.where(np.isfinite(reach), np.abs(way), FINEST)
     beside = np.concatenate([scatter[max(k - half, 1) : k], scatter[k + 1 : k + half + 1]])
@@ -154,14 +154,14 @@ def _scatter(way: Array, reach: Array, k: int, half: int) -> Array:
 
 
 def _late(dt: float, by: float, speed: Array, way: Array, scatter: Array, j: int) -> bool:
-    """Whether a wrong stamp may have made joint j's jump: no other joint tells that it did not.
+    """Whether a wrong stamp may have made joint j's jump: no other joint disproves it.
 
     Args:
-        dt: what the stamps say [s]; of a row that is late, less than none of it has passed.
+        dt: step by the stamps [s]; the true one, dt + by / speed, is never negative.
         by: the jump [rad].
         speed: of all joints, (J,) [rad/s].
-        way: what others showed that their speeds do not explain, (J,) [rad].
-        scatter: what they show otherwise, (J,) [rad].
+        way: the part of their ways that speeds do not explain, (J,) [rad].
+        scatter: the same in other rows, (J,) [rad].
     """
     if not abs(speed[j]) >= STANDSTILL or by / speed[j] < -dt:
         return False

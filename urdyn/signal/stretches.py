@@ -10,7 +10,7 @@ import numpy as np
 from urdyn.types import Array, Index, Mask
 
 GAP = 5.0  # [-] a step longer than this many median steps parts two stretches
-# Of a period. Seconds since 1970 are known to .2 µs; in two an encoder sees no joint move.
+# Of a period. Seconds since 1970 are known to .2 µs; within 2 µs an encoder sees no joint move.
 EVEN = 1e-3
 
 

@@ -1,8 +1,8 @@
-"""A joint's sensor that repeats itself while its other one tells of a motion: it is stuck.
+"""Stuck sensors: a joint's angle or velocity repeats itself while the other one shows a motion.
 
-Angle and velocity tell of a joint's way twice. Where one of them is the same number from row to
-row and the other goes on for further than roundings and offsets do, the one that repeats itself
-measures nothing. What lies between them is summed up by a CUSUM either way [Page1954]_.
+Angle and velocity measure a joint's way twice. Where one of them is the same number from row to
+row and the other goes further than rounding and offsets explain, the one that repeats itself
+measures nothing. A two-sided CUSUM sums up their difference [Page1954]_.
 """
 
 from __future__ import annotations
@@ -15,27 +15,27 @@ from urdyn.signal.channels import noted
 from urdyn.signal.stretches import GAP, median_step
 from urdyn.types import Array, Log, Mask
 
-OFFSET = 0.02  # [rad/s] that a velocity may be off for as long as it likes
-APART = 5e-3  # [rad] beyond what angles are rounded to
-ROWS = 3  # that it takes at least: an angle that jumps does so once
+OFFSET = 0.02  # [rad/s] by which a velocity may be off for ever
+APART = 5e-3  # [rad] beyond the rounding of angles
+ROWS = 3  # at least, that repeat: an angle that jumps takes one
 
 
 @dataclass(frozen=True, eq=False)
 class Held:
-    """What was the same of late; of angles and velocities, (2, ...)."""
+    """What has repeated itself of late; of angles and velocities, (2, ...)."""
 
     last: Array  # (2, J) as they came [rad, rad/s]
-    apart: Array  # (2, 2, J) [rad] gone without it, forwards and backwards; inf: it is stuck
-    since: Array  # (2, J) [s] stamp from which on
+    apart: Array  # (2, 2, J) [rad] CUSUMs of the motion it missed, either way; inf: it is stuck
+    since: Array  # (2, J) [s] stamp since which it repeats itself
 
 
 def nothing_held(t: float, row: Array) -> Held:
-    """Before a second row; the first, (2, J)."""
+    """The state after a first row, (2, J)."""
     return Held(row, np.zeros((2, *row.shape)), np.full(row.shape, t))
 
 
 def after(held: Held, t: float, dt: float, row: Array) -> Held:
-    """A row of angles and velocities on, (2, J) [rad, rad/s], NaN where not measured."""
+    """The state after one more row, (2, J) [rad, rad/s], NaN where not measured."""
     same = row == held.last
     if not np.count_nonzero(same):
         return nothing_held(t, row)
@@ -54,12 +54,12 @@ def _between(before: Array, row: Array, dt: Array | float) -> Array:
 
 
 def stuck(held: Held) -> Mask:
-    """Which of angles and velocities are, (2, J), of all rows after `since`."""
+    """Which angles and velocities are stuck, (2, J), in all rows after `since`."""
     return np.asarray(np.isinf(held.apart).any(axis=0))
 
 
 def ever_stuck(t: Array, q: Array, v: Array) -> Mask:
-    """Which of a recording's angles and velocities are, (N, 2, J).
+    """Which of a recording's angles and velocities are of a stuck sensor, (N, 2, J).
 
     Args:
         t: stamps (N,) [s].

@@ -21,9 +21,9 @@ def synchronise(*logs: Log, rate: float = 100.0) -> Log:
     A channel may have a rate of its own, in a log of its own or as rows between which it is NaN:
     joint states at 125 Hz, force/torque at 100 Hz, temperatures at 10 Hz. Between its samples it
     is interpolated linearly (a state is held, a pose turns about one axis); across a gap, and
-    outside what was measured, it is NaN. Where no channel speaks the base has no rows, for a night
-    is not a million of them. What was filled in, and the gaps, are counted in the defects, channel
-    by channel.
+    outside what was measured, it is NaN. Where no channel has values the base has no rows, lest a
+    night be a million of them. What was filled in, and the gaps, are counted in the defects,
+    channel by channel.
     """
     rate = given_number(rate, "rate", "a rate above 0 [Hz]", positive)
     grid = _grid(logs, rate)
@@ -39,7 +39,7 @@ def synchronise(*logs: Log, rate: float = 100.0) -> Log:
 
 
 def _spoken(log: Log, name: str) -> Array:
-    """Stamps at which a channel says something, (n,) [s]."""
+    """Stamps at which a channel has a value, (n,) [s]."""
     return log.t[np.isfinite(columns(log.channels[name])).any(1)]
 
 

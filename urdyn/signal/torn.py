@@ -1,8 +1,8 @@
-"""Single angles and velocities that no arm can have had: far from the row before, and back again.
+"""Single angles and velocities that no arm can have had: far from the rows before and after.
 
-A recorder writes such a row once in a while: of another time, of zeros, or with a bit turned over.
-As it arrives, `Gate` refuses what is too far from the row before; over a whole recording the row
-after tells, too, so that a zero that jumps, and stays, is none.
+A recorder writes such a row once in a while: of another time, of zeros, or with a bit flipped.
+Live, `Gate` refuses what is too far from the row before; in a whole recording the row after counts,
+too, so that an encoder's zero that jumps, and stays, is not torn.
 """
 
 from __future__ import annotations
@@ -19,11 +19,11 @@ from urdyn.signal.stretches import GAP, median_step
 from urdyn.types import Array, Log, Mask
 
 RARE = 0.01  # [-] of all values
-USUAL = 18  # departures that tell what a sensor's are as a rule: as many as are remembered live
+USUAL = 18  # departures that show what is usual for a sensor: as many as are remembered live
 
 
 def ever_torn(t: Array, q: Array, v: Array) -> Mask:
-    """Which of a recording's angles and velocities are, (2, N, J).
+    """Which of a recording's angles and velocities are torn, (2, N, J).
 
     Args:
         t: stamps (N,) [s].
@@ -47,16 +47,16 @@ def ever_torn(t: Array, q: Array, v: Array) -> Mask:
 
 
 def without_torn(log: Log) -> Log:
-    """A log in which such values count as not measured; where they are many, they are no glitches.
+    """A log in which torn values count as not measured; where they are many, they are not torn.
 
-    Of another unit or column all are out of reach, and others tell of that.
+    In another unit or column all are out of reach, which other checks report.
     """
     names = ("actual_q", "actual_qd")
     if not all(name in log for name in names) or not median_step(log.t) > 0.0:
         return log
     q, v = values = [log.joint(name) for name in names]
     ill = ever_torn(log.t, q, v)
-    if ill.any():  # a zero that jumps may tear velocities that are made of angles
+    if ill.any():  # a zero that jumps may tear velocities computed from angles
         shift, misled = jumps(log.t, q, v, half_window(median_step(log.t)))
         stays = np.cumsum(shift, axis=0)
         ill = ever_torn(log.t, q - stays, np.where(misled, np.nan, v))

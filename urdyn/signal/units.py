@@ -1,4 +1,4 @@
-"""Units of a log: velocities say how long an angle took to change by as much as it did."""
+"""Units of a log: by the velocities, how long an angle took to change as it did."""
 
 from __future__ import annotations
 
@@ -8,28 +8,28 @@ from urdyn.signal.stretches import GAP
 from urdyn.types import STANDSTILL, Array, Log
 
 ENOUGH = 20  # rows in which a joint moves
-MANY = 100_000  # rows that are asked, evenly, of a log that has more
-# By what steps of angles are off what velocities and stamps make of them, where stamps count these,
-# or where velocities or angles are in degrees. Half a decade either way is more than a velocity is
-# off, and less than any other mistake would do.
+MANY = 100_000  # rows, evenly spaced, that are examined of a longer log
+# Steps of angles over velocity times step of time, where stamps count these, or where velocities or
+# angles are in degrees. Half a decade either way is more than a velocity's error, and less than any
+# other mistake would make.
 STAMPS = {"milliseconds": 1e-3, "microseconds": 1e-6, "nanoseconds": 1e-9}
 DEGREES = {"velocities": float(np.radians(1.0)), "angles": float(np.degrees(1.0))}
 DECADES = 0.5
 ROWS = "rows"  # what stamps count that are one apart, unless they are exact in another unit
 EXACT = 0.1  # decades that velocities are off at most, where stamps are exact
-SLIP = 0.05  # [rad] that no joint moves by without a velocity
+SLIP = 0.05  # [rad] more than any joint moves without a velocity
 TINY = 1e-300  # [rad]
 COLUMN = {"velocities": "actual_qd", "angles": "actual_q"}
 DUE = {"velocities": "rad/s: is it deg/s?", "angles": "rad: is it degrees?"}
 
 
 def wrong_unit(log: Log) -> str:
-    """What its stamps count, or what is in degrees, of `STAMPS` and `DEGREES`; "" where nothing is.
+    """What stamps count, or what is in degrees, of `STAMPS` and `DEGREES`; "" if all is in SI.
 
     `ROWS`, too: stamps that are row numbers.
 
-    Told where most of the way agrees, and only where it surely is: what is said to move and goes
-    nowhere, as noise around a joint that stands, does not.
+    Reported only where most of the way agrees on it: velocities without motion, such as the noise
+    of a joint at rest, do not.
     """
     if not {"actual_q", "actual_qd"} <= set(log.channels):
         return ""
@@ -44,7 +44,7 @@ def wrong_unit(log: Log) -> str:
 
 
 def unfilled(log: Log) -> bool:
-    """Whether its velocities are zeros that nobody filled in: its angles change by themselves."""
+    """Whether its velocities are zeros, never filled in, while its angles change."""
     q, v = log.joint("actual_q"), log.joint("actual_qd")
     nothing = (v == 0.0).any() and not np.nan_to_num(v).any()
     return bool(nothing and (np.nanmax(q, axis=0) - np.nanmin(q, axis=0) > SLIP).any())
@@ -70,10 +70,10 @@ def complaint(unit: str) -> tuple[str, str]:
 
 
 def _middle(shares: Array, ways: Array) -> Array:
-    """Quartiles of the shares [-], (2,), each counted by its way [rad]; 0 where few tell them."""
+    """Quartiles of the shares [-], (2,), each weighted by its way [rad]; 0 where too few count."""
     part = ways / max(ways.max(initial=0.0), TINY)
     gone = float(part.sum())
-    if gone**2 < ENOUGH * float(part @ part) or not gone:  # a few torn ones are most of it
+    if gone**2 < ENOUGH * float(part @ part) or not gone:  # a few torn rows are most of it
         return np.zeros(2)
     order = np.argsort(shares)
     passed = np.searchsorted(np.cumsum(part[order]), gone * np.array([0.25, 0.75]))
@@ -81,7 +81,7 @@ def _middle(shares: Array, ways: Array) -> Array:
 
 
 def _shares(t: Array, q: Array, v: Array) -> tuple[Array, Array]:
-    """Steps of angles over what velocities make of the time [-], of all that moves, and that, (k,).
+    """Steps of angles over velocity times time [-], where joints move, and the latter, (k,) [rad].
 
     Args:
         t: stamps (N,), of any unit.

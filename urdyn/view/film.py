@@ -12,11 +12,11 @@ from urdyn.types import Array, frozen
 
 @dataclass(frozen=True, eq=False)
 class Moment:
-    """One moment; NaN is what nobody knows."""
+    """One moment; NaN where unknown."""
 
     t: float  # [s] since the beginning
-    q: Array  # (J,) [rad] as the encoders tell
-    zero: Array  # (J,) [rad] that the joints are beside that
+    q: Array  # (J,) [rad] by the encoders
+    zero: Array  # (J,) [rad] by which the joints are off that
     friction: Array  # (J,) [%] change of Coulomb friction since commissioning
     health: Array  # (J,) [%] change of drive health
     torque: Array  # (J,) [N·m] measured less predicted
@@ -44,7 +44,7 @@ class Film:
 
     @property
     def end(self) -> float:
-        """Of the last moment [s]."""
+        """Time of the last moment [s]."""
         return float(self.t[-1])
 
     def at(self, t: float) -> Moment:

@@ -1,4 +1,4 @@
-"""A robot at work: moments as they come. Nothing is sent to it but the wish to listen."""
+"""A robot at work: moments as they come. Nothing is sent to it but the request for data."""
 
 from __future__ import annotations
 
@@ -21,15 +21,15 @@ from urdyn.view.film import Moment
 from urdyn.view.replay import beliefs, share
 
 RATE = 25.0  # [Hz] of moments, at most
-LATE = 0.2  # [s] after a sample came: drawing takes too long here
+LATE = 0.2  # [s] of a sample's age, above which drawing takes too long
 BEHIND = 0.5  # [s] between two moments then, so that the tracker catches up
-PAUSE = 2.0  # [s] between two looks for more history
+PAUSE = 2.0  # [s] between two checks for more history
 
 S = TypeVar("S")
 
 
 def watched(source: Source) -> Iterator[Moment]:
-    """How a robot moves; nothing is known of what it is."""
+    """How a robot moves, without estimates."""
     last, began = -np.inf, np.nan
     for arrival in arrivals(source):
         t, q = arrival.sample.t, arrival.sample.q
@@ -40,7 +40,7 @@ def watched(source: Source) -> Iterator[Moment]:
 
 
 def tracked(tracker: Tracker[S], source: Source) -> Iterator[Moment]:
-    """How a robot moves, and what a tracker that begins now makes of it."""
+    """How a robot moves, and what a tracker that starts now estimates."""
     state, told = tracker.init(), _told(tracker)
     first = told(tracker.filter.belief(state.belief))
     gain = tracker.fit.dynamics.drive.gain
@@ -71,14 +71,14 @@ def followed(folder: Path, source: Source) -> Iterator[Moment]:
 
 
 def address(folder: Path) -> str:
-    """Of the robot that an unfinished run tracks, host:port; "" where it tracks no such robot."""
-    # A robot's may be followed by what its kinematics were calibrated to, a log's hash by its rows.
+    """host:port of the robot that an unfinished run tracks; "" where it tracks no such robot."""
+    # A robot's may be followed by its kinematic calibration, a log's hash by its rows.
     source = whose(folder).get("source", "").partition(" ")[0]
     return source if ":" in source and not source.startswith(ROS2) else ""
 
 
 def _told(tracker: Tracker[S]) -> Callable[[Gaussian], tuple[Array, Array, Array]]:
-    """What says Coulomb friction, health and zero of every joint, (J,) each, of a belief."""
+    """A function from belief to Coulomb friction, health and zero of every joint, (J,) each."""
     of = quantities(tracker.fit, tracker.currents)
     joints = tracker.fit.dynamics.arm.joint_names
     friction, health, zero = (

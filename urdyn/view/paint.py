@@ -1,4 +1,4 @@
-"""Colours that say how much a joint has changed, and that the colour-blind can tell apart.
+"""Colours that show how much a joint has changed, and that the colour-blind can tell apart.
 
 From blue through grey to vermilion, after Okabe and Ito; what is not known is dark.
 """
@@ -15,7 +15,7 @@ LESS, SAME, MORE = np.array([[0, 114, 178], [214, 219, 225], [213, 94, 0]], dtyp
 UNKNOWN = (96, 102, 112)
 BASE = (150, 156, 165)
 
-# Of joints in plots: none that the scale has, lest a line be read off it.
+# Colours of joints in plots: none that the scale has, lest it be used to read a line.
 LINES = ("#5D3A9B", "#E69F00", "#009E73", "#CC79A7", "#56B4E9", "#7A4A00")
 
 Colour = tuple[int, int, int]
@@ -27,11 +27,11 @@ class Paint:
 
     label: str
     unit: str
-    span: float  # at which a colour is full
-    worse: int  # sign of a change for the worse: that is vermilion
+    span: float  # change at which a colour is full
+    worse: int  # sign of a change for the worse, which is vermilion
 
     def colour(self, value: float) -> Colour:
-        """Of a change."""
+        """Colour of a change."""
         if not np.isfinite(value):
             return UNKNOWN
         share = float(np.clip(self.worse * value / self.span, -1.0, 1.0))

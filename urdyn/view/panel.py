@@ -15,12 +15,12 @@ from urdyn.view.film import Film, Moment
 from urdyn.view.paint import LINES, PAINTS
 
 SPEEDS = ("0.25", "1", "4", "16", "64")
-POINTS = 400  # a line of a plot
+POINTS = 400  # per line of a plot
 PLOTS = {
     "friction": "friction since commissioning [%], over time [s]",
     "torque": "residual torque [N·m], over time [s]",
 }
-TIMES = 50.0  # [-] a ghost's distance at first: what a calibration mends is hardly seen
+TIMES = 50.0  # [-] of a ghost's distance at first: what a calibration corrects is hardly visible
 
 
 @dataclass(frozen=True)
@@ -31,7 +31,7 @@ class Asked:
     ghost: bool
     times: float  # [-] by which the ghost stands further off
     arrows: bool
-    arrow: float  # [m] of arrow a newton metre
+    arrow: float  # [m/(N·m)] length of an arrow
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,7 +51,7 @@ class Panel:
         return Asked(**told)
 
     def tell(self, moment: Moment, past: Film, apart: tuple[float, float]) -> None:
-        """The numbers of a moment, and what led there."""
+        """Show the numbers of a moment, and the plots of what led there."""
         legend = PAINTS[self.asked().paint].legend()
         if self.legend.content != legend:
             self.legend.content = legend
@@ -68,7 +68,7 @@ def make_panel(
     """The controls, in a browser's side bar.
 
     Args:
-        end: of the film [s]; 0: it is live, and nobody can turn back.
+        end: of the film [s]; 0: it is live, and cannot be wound back.
         ghost: whether the nominal arm is shown at first.
     """
     gui.add_html(f'<div style="padding:0 12px"><b>{escape(title)}</b></div>')
@@ -95,8 +95,8 @@ def make_panel(
 def lines(past: Film, name: str) -> tuple[Any, ...]:
     """Time and one line a joint of a quantity, thinned; where it is not known the line is held.
 
-    uPlot draws nothing at all of an axis on which a number is missing; which is right where nothing
-    is known of any joint.
+    uPlot draws nothing at all on an axis where a number is missing, which is right where nothing is
+    known of any joint.
     """
     thin = past.slice(0, len(past), max(1, len(past) // POINTS))
     rows = np.arange(len(thin))[:, None]
@@ -122,7 +122,7 @@ def numbers(joints: Sequence[str], moment: Moment) -> str:
 
 
 def _stroke(joint: int) -> str:
-    """A piece of the line that a joint has in the plots."""
+    """A sample of the line that a joint has in the plots."""
     return (
         f'<i style="display:inline-block;width:14px;height:3px;vertical-align:middle;'
         f'background:{LINES[joint % len(LINES)]}"></i>'

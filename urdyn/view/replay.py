@@ -52,7 +52,7 @@ def motion(log: Log) -> Film:
 
 
 def angles(log: Log, stamps: Array, joints: int) -> Array:
-    """Joint angles at `stamps`, (N, J) [rad]: between two rows, on the line between them."""
+    """Joint angles at `stamps`, (N, J) [rad]: between two rows, by linear interpolation."""
     path = log.source.path
     if "actual_q" not in log or log.joints != joints:
         raise LogError(f"has no angles of {joints} joints (actual_q); name another --log", path)

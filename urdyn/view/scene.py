@@ -11,14 +11,14 @@ from urdyn.model.arm import Arm
 from urdyn.types import Array
 from urdyn.view.shapes import Shape
 
-STRIDE = 0.08  # [m] that an arrow begins beside its joint, clear of the link's shell
+STRIDE = 0.08  # [m] from a joint to where its arrow begins, clear of the link's shell
 
 
 @dataclass(frozen=True, eq=False)
 class Scene:
     """An arm as it is, and as its nominal description has it."""
 
-    arm: Arm  # calibrated where it was
+    arm: Arm  # calibrated, if it was
     nominal: Arm
     shapes: tuple[Shape, ...]
 
@@ -31,8 +31,8 @@ class Scene:
         """transform_link_to_base of every shape, (S, 4, 4).
 
         Args:
-            q: angles that the encoders tell, (J,) [rad].
-            zero: what the joints are beside them, (J,) [rad].
+            q: angles by the encoders, (J,) [rad].
+            zero: by which the joints are off them, (J,) [rad].
         """
         return np.stack([self.arm.pose(q + zero, shape.link) for shape in self.shapes])
 
@@ -53,7 +53,7 @@ class Scene:
 
         Args:
             torque: (J,) [N·m]; NaN: none.
-            length: [m] of arrow a newton metre.
+            length: of an arrow [m/(N·m)].
         """
         at = q + zero
         axes = self.arm.jacobian(at)[3:].T
@@ -64,7 +64,7 @@ class Scene:
 
 
 def further(solid: Array, ghost: Array, times: float) -> Array:
-    """A pose beside `solid` (4, 4), `times` as far off as `ghost` is, by the same screw's parts."""
+    """A pose `times` as far from `solid` (4, 4) as `ghost` is, in position and in rotation."""
     turn = Rotation.from_matrix(solid[:3, :3].T @ ghost[:3, :3]).as_rotvec()
     moved = np.eye(4)
     moved[:3, :3] = solid[:3, :3] @ Rotation.from_rotvec(times * turn).as_matrix()

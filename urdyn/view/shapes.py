@@ -1,8 +1,8 @@
 """What an arm looks like: triangles in the frames of its links.
 
-Arms that example-robot-data has meshes of get those, and no more of it than that: its descriptions
-are other arms' here and there. All others are the cylinders and spheres of our own URDFs; a link
-without any shape is a stick to the next joint.
+Arms with meshes in example-robot-data get those and nothing else of it: some of its descriptions
+are of other arms. All others are the cylinders and spheres of our own URDFs; a link without any
+shape is a stick to the next joint.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from urdyn.model.arm import Arm
 from urdyn.model.chain import parse, read_chain
 from urdyn.types import Array, Index
 
-PUBLISHED = ("ur3", "ur5", "ur10")  # arms whose meshes there are
+PUBLISHED = ("ur3", "ur5", "ur10")  # arms that have meshes there
 MESHES = "cmeel.prefix/share/example-robot-data/robots/ur_description"
 PACKAGE = "package://example-robot-data/robots/ur_description"
 SLENDER = 0.06  # [-] radius of a stick, of its length
@@ -62,8 +62,8 @@ def described(arm: Arm) -> dict[str, list[Any]]:
 def published(arm: Arm) -> dict[str, list[Any]]:
     """The meshes of example-robot-data, moved into the frames of our links.
 
-    Both descriptions mean the same arm by the same angles, so that at zero every mesh is where it
-    is there, whatever its link's frame is called or how it is turned.
+    Both descriptions mean the same arm by the same angles, so every mesh is placed where it is
+    there at zero, whatever its link's frame is called or how it is turned.
     """
     folder = _package()
     assert folder is not None, "looked for before"
@@ -85,7 +85,7 @@ def _urdf(text: str, graph: bool = False) -> Any:
     import yourdfpy
 
     root = parse(text)
-    logging.getLogger("yourdfpy").setLevel(logging.CRITICAL)  # what matters is said here
+    logging.getLogger("yourdfpy").setLevel(logging.CRITICAL)  # what matters is reported here
     file = BytesIO(ET.tostring(root))
     return yourdfpy.URDF.load(file, build_scene_graph=graph, load_meshes=False)
 

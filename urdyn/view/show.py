@@ -19,7 +19,7 @@ Going = Callable[[], bool]
 
 
 def play(stage: Stage, shown: Film, going: Going = lambda: True) -> None:
-    """A film, again and again, as fast and from where its user asks for."""
+    """Play a film again and again, as fast and from where the user asks."""
     controls = stage.panel.controls
     at, put, picture = 0.0, 0.0, 0
     while going():
@@ -54,6 +54,6 @@ def watch(stage: Stage, moments: Iterable[Moment], going: Going = lambda: True) 
 
 
 def before(shown: Film, t: float) -> Film:
-    """What led to a moment, as far back as plots go."""
+    """The film up to `t` [s], as far back as plots go."""
     first, last = np.searchsorted(shown.t, [t - BACK, t]).tolist()
     return shown.slice(first, max(first, last) + 1)

@@ -22,10 +22,10 @@ from urdyn.view.scene import Scene, quaternion
 GHOST, ARROW = (60, 72, 88), (204, 121, 167)
 HAZE = 0.4  # [-] opacity of a ghost
 GREAT = 0.25  # [m] of an arrow that few are longer than
-USUAL = 0.05  # [m/(N·m)] where nobody knows yet
+USUAL = 0.05  # [m/(N·m)] where no torque is known yet
 HEAD = 0.04  # [m] of an arrow
-LOOK = np.array([0.85, 1.0, 0.75])  # from what is looked at to the camera, in no unit
-NARROW = np.sin(np.radians(28.0))  # [-] of half the angle that a camera sees beside a panel
+LOOK = np.array([0.85, 1.0, 0.75])  # direction from the target to the camera
+NARROW = np.sin(np.radians(28.0))  # [-] sine of half the angle that a camera sees beside a panel
 SHELL = 0.1  # [m] of a link's shell around its origin
 POSES = 60  # of a film, that the camera is to see
 
@@ -64,18 +64,18 @@ class Stage:
         self.panel.tell(moment, past, self.scene.apart(moment.q, moment.zero))
 
     def colours(self, moment: Moment, paint: str) -> list[tuple[int, int, int]]:
-        """One a shape."""
+        """One colour a shape."""
         values: Mapping[str, Array] = {"friction": moment.friction, "health": moment.health}
         paints = [PAINTS[paint].colour(float(value)) for value in values[paint]]
         return [paints[s.joint] if s.joint >= 0 else BASE for s in self.scene.shapes]
 
     def close(self) -> None:
-        """No more."""
+        """Stop the server."""
         with redirect_stdout(StringIO()):
             self.server.stop()
 
     def _point(self, moment: Moment, length: float) -> None:
-        """Arrows of `length` [m] a newton metre, where they are longer than their heads."""
+        """Arrows of `length` [m/(N·m)], where they are longer than their heads."""
         points = self.scene.arrows(moment.q, moment.zero, moment.torque, length)
         long = points[np.linalg.norm(points[:, 1] - points[:, 0], axis=1) > HEAD]
         self.arrows.visible = bool(len(long))
@@ -104,7 +104,7 @@ def open_stage(scene: Scene, title: str, film: Film | None, host: str, port: int
     import viser
 
     try:
-        # Of a server that cannot begin viser's own thread would tell nobody.
+        # viser's own thread does not report that its server cannot start.
         door(host, 0).close()
         with redirect_stdout(StringIO()):  # its banner; the verb says where it is
             server = viser.ViserServer(host=host, port=port, verbose=False)
@@ -126,7 +126,7 @@ def open_stage(scene: Scene, title: str, film: Film | None, host: str, port: int
 
 
 def _arrow(film: Film | None) -> float:
-    """Length of an arrow [m] a newton metre, at first: the great ones fit beside the arm."""
+    """Initial length of arrows [m/(N·m)]: the long ones fit beside the arm."""
     told = np.abs(film.torque[np.isfinite(film.torque)]) if film else np.zeros(0)
     great = float(np.quantile(told, 0.99)) if len(told) else 0.0
     return float(f"{GREAT / great:.1g}") if great > 0.0 else USUAL
@@ -139,7 +139,7 @@ def _mesh(server: Any, name: str, shape: Any, colour: Any, opacity: float | None
         shape.faces.astype(np.uint32),
         color=colour,
         opacity=opacity,
-        # Of a ghost the far side alone is drawn: where it stands in the arm, the arm hides it.
+        # Only the far side of a ghost is drawn: where it stands in the arm, the arm hides it.
         side="front" if opacity is None else "back",
         visible=opacity is None,
         cast_shadow=opacity is None,
@@ -178,13 +178,13 @@ def ball(scene: Scene, film: Film | None) -> tuple[Array, float]:
 
 
 def _reach(scene: Scene) -> float:
-    """Of the arm [m]: from origin to origin of its links."""
+    """Reach of the arm [m]: from origin to origin of its links."""
     steps = np.diff(_places(scene, np.zeros(scene.nominal.joints)), axis=0)
     return float(np.linalg.norm(steps, axis=1).sum())
 
 
 def _places(scene: Scene, q: Array) -> Array:
-    """Of the base, of the links' origins and of the tool, (J + 2, 3) [m]."""
+    """Positions of the base, the links' origins and the tool, (J + 2, 3) [m]."""
     arm = scene.nominal
     links = [arm.pose(q, link)[:3, 3] for link in arm.link_names]
     return np.stack([np.zeros(3), *links, arm.pose(q)[:3, 3]])
