@@ -1,1 +1,1 @@
-"""Rigid-body dynamics by Pinocchio, and what stands between a joint's torque and its current."""
+"""Rigid-body dynamics by Pinocchio, and what lies between a joint's torque and its current."""

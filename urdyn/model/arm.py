@@ -1,4 +1,4 @@
-"""The arm: what a URDF says of it, and its rigid-body dynamics by Pinocchio.
+"""The arm: its description by a URDF, and its rigid-body dynamics by Pinocchio.
 
     tau = Y(q, v, a) pi        pi: the inertials of all moving links, end to end
 
@@ -24,7 +24,7 @@ from urdyn.model.consistency import is_consistent
 from urdyn.model.library import find, names
 from urdyn.types import Array, Mask, frozen, shaped
 
-# What dynamics needs of a URDF. Geometry never reaches Pinocchio: missing meshes do not matter.
+# What dynamics needs from a URDF. Geometry never reaches Pinocchio: missing meshes do not matter.
 NEEDED = {
     "robot": ("link", "joint"),
     "link": ("inertial",),
@@ -37,7 +37,7 @@ NEEDED = {
 class Arm:
     """A serial arm of J joints; not for use by two threads at once: Pinocchio's data are scratch.
 
-    Armature and friction are none of its business: torques are those of rigid bodies alone.
+    Armature and friction are not part of it: torques are those of rigid bodies alone.
     """
 
     name: str
@@ -70,10 +70,10 @@ class Arm:
         return self._each(pin.computeJointTorqueRegressor, (self.joints, 10 * self.joints), q, v, a)
 
     def torque(self, q: Array, v: Array, a: Array, inertials: Array | None = None) -> Array:
-        """Rigid-body torque (..., J) [N m], by recursive Newton-Euler; of these inertials (J, 10).
+        """Rigid-body torque (..., J) [N m] with these inertials (J, 10), by recursive Newton-Euler.
 
-        None: the arm's own, which are the published ones of an arm that was loaded. What a fit
-        found is asked by `fit.dynamics.rigid.torque(q, v, a)`.
+        None: the arm's own, which are the published ones for an arm that was loaded. With those
+        that a fit found, it is `fit.dynamics.rigid.torque(q, v, a)`.
         """
         arm = self._having(inertials)
         if all(map(self._is_one, (q, v, a))):
@@ -158,7 +158,7 @@ class Arm:
         return out.reshape(*lead, *shape)
 
     def _is_one(self, x: Array) -> bool:
-        """Whether Pinocchio takes it as it is."""
+        """Whether Pinocchio takes `x` as it is."""
         plain = type(x) is np.ndarray and x.dtype == np.float64 and x.flags.c_contiguous
         return plain and x.shape == (self.joints,)
 
@@ -199,7 +199,7 @@ def load_arm(robot: str | Path) -> Arm:
 
 
 def described(arm: Arm) -> dict[str, str]:
-    """What a file has to say beside an arm's name: its URDF, unless that is the library's."""
+    """What a file has to hold beside an arm's name: its URDF, unless that is the library's."""
     known = arm.name in names() and arm.urdf == read_text(find(arm.name))
     return {} if known else {"urdf": arm.urdf}
 
@@ -239,7 +239,7 @@ def with_inertials(arm: Arm, inertials: Array) -> Arm:
 
 
 def _with_masses(inertials: Array) -> Mask:
-    """Which are finite, and of a body whose centre of mass is somewhere, (J, 10)."""
+    """Which inertials are finite, and of a body that has a centre of mass, (J, 10)."""
     return np.asarray(np.isfinite(inertials) & (inertials[:, :1] != 0.0))
 
 
@@ -272,7 +272,7 @@ def _build(root: ET.Element, chain: Chain) -> Any:
 
 
 def _slim(element: ET.Element) -> ET.Element:
-    """A copy of `element` with what dynamics needs of it, and no more."""
+    """A copy of `element` with only what dynamics needs."""
     copy = ET.Element(element.tag, element.attrib)
     needed = NEEDED.get(element.tag, ())
     copy.extend(_slim(child) for child in element if child.tag in needed)

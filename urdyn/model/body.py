@@ -9,7 +9,7 @@ from urdyn.types import Array
 BODY = ("mass", "com_x", "com_y", "com_z", "Ixx", "Ixy", "Iyy", "Ixz", "Iyz", "Izz")
 BODY_UNITS = ("kg", "m", "m", "m", *["kg·m²"] * 6)  # inertia about the centre of mass
 
-LIGHT = 0.1  # [kg] less of what is carried is no mass to speak of
+LIGHT = 0.1  # [kg] a smaller payload is negligible
 
 # Where the six numbers Ixx, Ixy, Iyy, Ixz, Iyz, Izz stand in a tensor.
 ORDER = (np.array([0, 0, 1, 0, 1, 2]), np.array([0, 1, 1, 2, 2, 2]))

@@ -1,4 +1,4 @@
-"""What stands around an arm, and what is bolted to its tool: simple solids, in the root's frame.
+"""An arm's surroundings, and what is bolted to its tool: simple solids, in the root's frame.
 
 The root is the first link of the description, `base_link` for the arms of the library: x forward,
 z up, z = 0 where the arm is mounted.
@@ -21,7 +21,7 @@ SIZES: dict[Shape, int] = {"box": 3, "ball": 1, "cylinder": 2}
 
 @dataclass(frozen=True, eq=False)
 class Wall:
-    """A plane, and all that is behind it; a floor is a wall that lies."""
+    """A plane, and all that is behind it; a floor is a horizontal wall."""
 
     name: str
     point: Array  # (3,) [m] on the plane
@@ -55,7 +55,7 @@ class Solid:
 
 @dataclass(frozen=True)
 class Cell:
-    """The surroundings; without any the arm has the air to itself."""
+    """The surroundings; empty by default."""
 
     walls: tuple[Wall, ...] = ()
     solids: tuple[Solid, ...] = ()  # that stand still

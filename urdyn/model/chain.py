@@ -1,7 +1,7 @@
-"""The serial chain that a URDF describes, read and judged before any library sees it.
+"""The serial chain that a URDF describes, read and checked before any library sees it.
 
-Libraries differ in what they forgive, and some speak up on standard error only: whatever is wrong
-with a description is said here, in one line.
+Libraries differ in what they forgive, and some report on standard error only: whatever is wrong
+with a description is reported here, in one line.
 """
 
 from __future__ import annotations
@@ -114,7 +114,7 @@ def _joint(element: ET.Element) -> Joint:
 
 
 def _limits(element: ET.Element, kind: str, what: str) -> tuple[float, float, float, float]:
-    """Lower, upper, velocity, effort; an exporter that was told none of the last two writes 0."""
+    """Lower, upper, velocity, effort; exporters write 0 for a missing one of the last two."""
     if kind == "continuous" and element.find("limit") is None:
         return -TURN, TURN, math.inf, math.inf
     limit = _require(element, "limit", what)
@@ -128,7 +128,7 @@ def _limits(element: ET.Element, kind: str, what: str) -> tuple[float, float, fl
 
 
 def _check_inertial(link: ET.Element) -> None:
-    """Finite numbers, where the link has inertia; bodies are judged later, put together."""
+    """Finite numbers, where the link has inertia; bodies are checked later, put together."""
     inertial, what = link.find("inertial"), f"link {link.get('name')!r}"
     if inertial is None:
         return
@@ -194,7 +194,7 @@ def _root(links: tuple[str, ...], joints: list[Joint]) -> str:
 
 
 def _walk(root: str, joints: list[Joint]) -> tuple[list[Joint], list[tuple[str, ...]]]:
-    """The moving joints from the root outwards, and the rigid bodies that they part."""
+    """The moving joints from the root outwards, and the rigid bodies between them."""
     leaving: dict[str, list[Joint]] = defaultdict(list)
     for joint in joints:
         leaving[joint.parent].append(joint)

@@ -20,7 +20,7 @@ from urdyn.model.solids import geometry
 from urdyn.types import Array, Mask, frozen
 
 MARGIN = 0.02  # [m] that shapes keep from each other
-POSES = 512  # at random, that tell which shapes are always closer than the margin
+POSES = 512  # at random, that show which shapes are always closer than the margin
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,8 +28,8 @@ class Collider:
     """An arm's shapes among its surroundings; not for use by two threads at once."""
 
     arm: Arm
-    pairs: tuple[tuple[str, str], ...]  # P of them: what is kept from touching what
-    reach: Array  # (P, J) [m/rad] that a distance changes by at most as a joint turns
+    pairs: tuple[tuple[str, str], ...]  # P of them, which are not to touch each other
+    reach: Array  # (P, J) [m/rad] bound on a distance's change as a joint turns
     _between: Array = field(repr=False)  # (P, J) 1 where the joint moves the second, not the first
     _geometry: Any = field(repr=False)
     _data: Any = field(repr=False)
@@ -58,7 +58,7 @@ class Collider:
             for k in np.flatnonzero(near[row] < within).tolist():
                 found = self._data.distanceResults[k]
                 places.append((row, k))
-                normals.append(found.normal.copy())  # coal writes the next one there
+                normals.append(found.normal.copy())  # coal overwrites it with the next one
                 points.append(found.getNearestPoint2().copy())
         slope = np.zeros((len(q), *self.reach.shape))
         if places:
@@ -79,7 +79,7 @@ def collider(arm: Arm, cell: Cell = STANDING, margin: float = MARGIN) -> Collide
     """What `arm` may touch in `cell`.
 
     Raises:
-        ArmError: the description does not say what the arm looks like.
+        ArmError: the description does not give the arm's shapes.
     """
     shapes = geometry(arm, cell)
     things = list(shapes.geometryObjects)
@@ -91,7 +91,7 @@ def collider(arm: Arm, cell: Cell = STANDING, margin: float = MARGIN) -> Collide
 def free(arm: Arm, q: Array, cell: Cell = STANDING, margin: float = MARGIN) -> Mask:
     """Whether the arm, in poses (..., J) [rad], keeps `margin` [m] from itself and its cell: (...).
 
-    Many poses in one call: to build the shapes costs as much as some hundred poses.
+    Give many poses in one call: building the shapes costs as much as some hundred poses.
     """
     return np.asarray((collider(arm, cell, margin).distances(q) >= margin).all(axis=-1))
 

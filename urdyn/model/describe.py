@@ -58,6 +58,6 @@ def _numbers(values: Iterable[float]) -> str:
 
 
 def _speakable(text: str) -> str:
-    """`text` as XML lets a comment have it: printable, no two hyphens in a row."""
+    """`text` as XML allows it in a comment: printable, no two hyphens in a row."""
     printable = "".join(letter for letter in text if letter.isprintable() or letter == "\n")
     return re.sub(r"-(?=-)", "- ", printable)

@@ -26,8 +26,8 @@ UNITS = {
     "health": "-",
 }
 
-# Coefficients that torque is linear in, in the order in which they are identified: of the rotor,
-# and of the terms of friction.
+# Coefficients in which torque is linear, in the order of identification: of the rotor, and of the
+# terms of friction.
 FRICTION = (
     "coulomb",
     "viscous",
@@ -40,10 +40,10 @@ FRICTION = (
 )
 LINEAR = ("rotor_inertia", *FRICTION)
 
-# What shapes those terms; torque is not linear in it.
+# What shapes those terms; torque is nonlinear in it.
 SHAPE = ("presliding_distance", "presliding_tail", "stribeck_velocity")
 
-# What else a linear problem of the torque has a step in.
+# Nonlinear coefficients, in which a linearised problem also has a step.
 STEPS = (*SHAPE, "time_offset")
 
 TIMES = ("time_offset", "friction_lead")  # of the whole arm
@@ -66,10 +66,10 @@ class Drive:
     presliding_distance: Array  # (J,) [rad]
     presliding_tail: Array  # (J,) [-], share of the soft bristles
     stribeck_velocity: Array  # (J,) [rad/s]
-    temperature: Array  # (J,) [°C] at which viscous friction is quoted; NaN: nobody knows
+    temperature: Array  # (J,) [°C] at which viscous friction is quoted; NaN: unknown
     health: Array  # (J,) [-], z: 1 when new
     time_offset: float = 0.0  # [s] by which current leads the recorded motion
-    friction_lead: float = 0.0  # [s] by which friction turns over before even that
+    friction_lead: float = 0.0  # [s] by which friction reverses before even that
 
     def __post_init__(self) -> None:
         for field in fields(self):

@@ -1,4 +1,4 @@
-"""The one equation, with numbers in it: what an arm is, and the current that a motion takes."""
+"""The one equation, with numbers: an arm's parameters, and the current that a motion takes."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from urdyn.model.drive import Drive
 from urdyn.model.friction import Bristles, Contact, bristles, friction_torque, present
 from urdyn.types import Array, Mask, Motion, shaped
 
-OVERLOAD = 3.0  # [-] of the rated torque's current, that no motor draws
+OVERLOAD = 3.0  # [-] of the current at rated torque: no motor draws more
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,7 +22,7 @@ class Dynamics:
     tau = Y(q, v, a) pi + I_r a + tau_f(motion, tau_load),    i = tau / (K z)
     """
 
-    arm: Arm  # as it is drawn: its own inertials are the published ones
+    arm: Arm  # as described: its own inertials are the published ones
     inertials: Array  # (J, 10) of the links, Pinocchio's order
     drive: Drive
     payload: Array = field(default_factory=lambda: np.zeros(10))  # in the last joint's frame
@@ -33,7 +33,7 @@ class Dynamics:
         object.__setattr__(self, "payload", shaped("payload", self.payload, shape[1:]))
 
     def undrawn(self, current: Array) -> Mask:
-        """Which of these currents (..., J) [A] no motor draws: the sensor is wrong."""
+        """Which of these currents (..., J) [A] no motor can draw: the sensor is wrong."""
         return np.asarray(np.abs(current) > self._most)
 
     def unlike(self, current: Array) -> str:
@@ -42,7 +42,7 @@ class Dynamics:
             told = f"the log has {current.shape[1]} joints, {self.arm.name} has {self.arm.joints}"
             return f"{told}; give the robot that was recorded, or a log of this one"
         beyond = self.undrawn(current).mean(axis=0) > 0.5
-        if np.count_nonzero(beyond) < 2:  # one may be a sick sensor's
+        if np.count_nonzero(beyond) < 2:  # one may be a faulty sensor's
             return ""
         which = ", ".join(map(str, np.flatnonzero(beyond)))
         return f"no motor draws as much as joints {which} do; currents are to be in A: is it mA?"
@@ -67,7 +67,7 @@ class Dynamics:
         return self.arm.torque(motion.q, motion.v, motion.a, self.loaded())
 
     def bristles(self, motion: Motion, start: Bristles | None = None) -> Bristles:
-        """How its gears' bristles follow a motion, from `start` or from rest."""
+        """How the gears' bristles follow a motion, from `start` or from rest."""
         drive = self.drive
         return bristles(motion, drive.presliding_distance, start, drive.friction_lead)
 
@@ -79,7 +79,7 @@ class Dynamics:
         """Torque that the drives give along a motion, (N, J) [N·m].
 
         Args:
-            s: presliding state where the caller has followed it, (N, J) [-].
+            s: presliding state if the caller has computed it, (N, J) [-].
         """
         load, drive = self.load(motion), self.drive
         s = self.presliding(motion) if s is None else s
@@ -88,6 +88,6 @@ class Dynamics:
         return np.asarray(load + drive.rotor_inertia * motion.a + friction)
 
     def current(self, motion: Motion) -> Array:
-        """Motor current beside which the motion is recorded, (N, J) [A]."""
+        """Motor current that is recorded with the motion, (N, J) [A]."""
         torque = self.torque(motion.ahead(self.drive.time_offset))
         return np.asarray(torque / (self.drive.gain * self.drive.health))

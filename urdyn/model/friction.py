@@ -1,7 +1,7 @@
-"""What a joint's friction is made of: presliding hysteresis and the terms that ride on it.
+"""A joint's friction: presliding hysteresis and the terms that build on it.
 
-The torque that a joint loses, beside what moves its links and its rotor, is a sum of terms that are
-each linear in one coefficient:
+The torque that a joint loses, beside what moves its links and its rotor, is a sum of terms, each
+linear in one coefficient:
 
     tau_f = (f + g exp(-|v|/v_s) + beta |tau_load|) s + alpha v + o + ...
 
@@ -9,9 +9,9 @@ each linear in one coefficient:
 delta before it slides [Dahl1968]_; a second, softer family with a tenfold distance carries the
 share `tail` [AlBender2005]_.
 
-Where a joint turns round, friction in the current does so some milliseconds before the joint:
-controllers compensate the friction of the motion that they ask for. So the bristles follow
-q + lead v, the motion as it is going to be.
+Where a joint reverses, friction in the current reverses some milliseconds before it: controllers
+compensate the friction of the motion that they command. So the bristles follow q + lead v, the
+motion to come.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ class Bristles:
 
     state: Array  # (2, N, J) [-]
     slope: Array  # (2, N, J) [-]
-    travelled: Array  # (N, J) [rad] by the joint since nobody knew the state
+    travelled: Array  # (N, J) [rad] by the joint since the state was unknown
 
     @property
     def end(self) -> Bristles:
@@ -60,12 +60,12 @@ def bristles(
 ) -> Bristles:
     """How the bristles of every joint follow a motion.
 
-    Where nobody knows them, friction at rest is taken as zero: at the beginning, and after a gap.
+    Where they are unknown, at the beginning and after a gap, friction at rest is taken as zero.
 
     Args:
         distance: of the stiff family, (J,) [rad].
-        start: `end` of the motion before, which goes on.
-        lead: by which they do so before the motion [s].
+        start: `end` of the motion before, which this one continues.
+        lead: by which they precede the motion [s].
     """
     moved, way = travel(motion, lead), np.abs(travel(motion))
     state, slope = np.empty((2, *moved.shape)), np.empty((2, *moved.shape))
@@ -113,13 +113,13 @@ def hysteresis(travel: Array, distance: float, start: Array) -> tuple[Array, Arr
 
     Args:
         travel: joint displacement since the row before, (N,) [rad].
-        distance: displacement over which the state turns over, > 0 [rad].
+        distance: displacement over which the state reverses, > 0 [rad].
         start: state and derivative before the first row, (2,) [-].
     """
     ratio, side = np.abs(travel) / distance, np.sign(travel)
     moving = np.flatnonzero(side)
-    begins = moving[np.diff(side[moving], prepend=0.0) != 0.0]  # rows that begin another way
-    leg = np.searchsorted(begins, np.arange(len(travel)), side="right")  # 0: none has begun
+    begins = moving[np.diff(side[moving], prepend=0.0) != 0.0]  # rows of reversals
+    leg = np.searchsorted(begins, np.arange(len(travel)), side="right")  # 0: before the first
     total = np.cumsum(ratio)
     before = np.concatenate([[0.0], total[begins] - ratio[begins]])
     r = total - before[leg]
@@ -135,8 +135,8 @@ def _legs(sides: Array, lengths: Array, start: Array) -> tuple[Array, Array]:
     """State and derivative before anything moves, and at the beginning of every leg.
 
     Args:
-        sides: which way each leg but the last went.
-        lengths: and how far, over the distance.
+        sides: sign of motion in each leg but the last.
+        lengths: travel of each over the distance.
     """
     state, slope = float(start[0]), float(start[1])
     states, slopes = [state, state], [slope, slope]
@@ -151,22 +151,22 @@ def _legs(sides: Array, lengths: Array, start: Array) -> tuple[Array, Array]:
 
 @dataclass(frozen=True, eq=False)
 class Contact:
-    """What friction hangs on: at one moment, where shapes are (J,), or at many, (N, J)."""
+    """What friction depends on: at one moment, where shapes are (J,), or at many, (N, J)."""
 
     q: Array  # [rad] of the motors, seen at the joint; v likewise
     v: Array  # [rad/s]
-    temperature: Array  # [°C]; NaN where nobody measured it
+    temperature: Array  # [°C]; NaN where not measured
     load: Array  # [N·m] rigid-body torque that the gear transmits
     s: Array  # [-] presliding state
 
 
 def feature(name: str, at: Contact, drive: Drive) -> Array:
-    """What the coefficient of this name in FRICTION is multiplied with, in the shape of `at.s`.
+    """The factor of the coefficient of this name in FRICTION, in the shape of `at.s`.
 
-    The law of friction: whoever needs a term of it takes it from here.
+    The law of friction: every term of it is taken from here.
 
     Args:
-        drive: gives the Stribeck velocity and the temperature of reference.
+        drive: gives the Stribeck velocity and the reference temperature.
     """
     match name:
         case "coulomb":
@@ -184,7 +184,7 @@ def feature(name: str, at: Contact, drive: Drive) -> Array:
         case "ripple_sin":
             return np.asarray(np.sin(RIPPLE_ORDER * at.q))
         case "thermal":
-            # Where nobody measured it, the joint is taken to be as warm as on the first day.
+            # Where not measured, the joint is taken to be at the reference temperature.
             warmer = at.temperature - drive.temperature
             return np.asarray(np.where(np.isnan(warmer), 0.0, warmer) * at.v)
     raise AssertionError(f"no term of friction is called {name}")
@@ -196,12 +196,12 @@ def features(at: Contact, drive: Drive) -> dict[str, Array]:
 
 
 def fading(v: Array, drive: Drive) -> Array:
-    """What is left at a velocity of friction that fades with speed, (..., J) [-]."""
+    """The share left at a velocity, of friction that fades with speed, (..., J) [-]."""
     return np.asarray(np.exp(-np.abs(v) / drive.stribeck_velocity))
 
 
 def present(drive: Drive, names: Iterable[str] = FRICTION) -> tuple[str, ...]:
-    """Those of some terms that an arm's drives have."""
+    """The terms among `names` that an arm's drives have."""
     return tuple(name for name in names if getattr(drive, name).any())
 
 
@@ -214,8 +214,8 @@ def friction_torque(
     """Torque that friction takes, in the shape of `at.s` [N·m].
 
     Args:
-        names: the terms that are summed up.
-        factors: on coefficients, by their names [-]; of others 1.
+        names: of the terms that are summed up.
+        factors: on coefficients, by their names [-]; 1 by default.
     """
     torque = np.zeros(at.s.shape)
     for name in names:

@@ -1,4 +1,4 @@
-"""Moments at random: what they show of an arm is what motion can show of it."""
+"""Moments at random: what they show about an arm is all that motion can show."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
-"""What arms of a type are like before anyone has measured this one: the prior, and how wide it is.
+"""The prior: what arms of a type are like before this one was measured, and how widely they vary.
 
 Link inertials scatter around the published ones in log-Cholesky coordinates, where mass, centre of
 mass and spread of mass are separate coordinates and every value is a possible body. Drives scatter
-around what joints of that size were seen to have; a joint's size is told by its rated torque.
+around values measured on joints of that size; the rated torque gives a joint's size.
 """
 
 from __future__ import annotations
@@ -21,22 +21,22 @@ from urdyn.types import Array, frozen
 
 # Joint sizes by rated torque [N·m]. Gains and friction are those that controllers of a UR3e and a
 # UR10e use themselves (target_current against target_moment), and the maker's joint test of a UR5e;
-# rotor inertias were identified on a UR10e. Between the sizes and beyond them by power law.
+# rotor inertias were identified on a UR10e. Between and beyond these sizes a power law holds.
 RATED_TORQUE = (10.0, 28.0, 54.0, 150.0, 330.0)
-ANY_TORQUE = 54.0  # [N·m] where a description does not rate its joints
+ANY_TORQUE = 54.0  # [N·m] where a description does not give it
 TYPICAL = {
     "gain": (3.7, 7.5, 10.7, 10.0, 12.3),
     "rotor_inertia": (0.06, 0.20, 0.50, 2.0, 7.0),
     "coulomb": (0.75, 1.6, 3.1, 6.3, 17.0),
     "viscous": (0.55, 1.6, 3.3, 10.5, 21.0),
 }
-# Gains that were identified on an arm of the very type, base first [Petrone2025]_.
+# Gains that were identified on an arm of this very type, base first [Petrone2025]_.
 IDENTIFIED_GAIN = {"ur10": (13.5841, 14.2959, 11.3716, 11.2408, 11.7681, 11.7682)}
-# Arms whose joints those of the table are. In the maker's test three of them differ by 1 %, and by
-# 3 % what sources tell of one size: both are within this spread, and some is left for the gear.
+# Arms that have the table's joints. In the maker's test three of them differ by 1 %, and sources
+# differ by 3 % on one size: both are within this spread, with room left for the gear.
 MEASURED = frozenset({"ur3e", "ur5e", "ur10e", "ur16e"})
 GAIN_SPREAD = 0.05  # relative sd of such a joint's gain
-SIZE_SPREAD = 0.10  # of a joint of which only the size is known: older ones differ by 5 to 15 %
+SIZE_SPREAD = 0.10  # of a joint known only by its size: older ones differ by 5 to 15 %
 UNRATED_SPREAD = 0.30  # of any other
 STRUCTURAL = 0.06
 PRESLIDING_DISTANCE = 2e-4  # [rad]
@@ -85,7 +85,7 @@ class Population:
         return inertials(self.link_mean + self.link_sd * z)
 
     def typical(self) -> Dynamics:
-        """The arm in the middle: published masses, friction as commonly seen, no optional term."""
+        """The median arm: published masses, typical friction, no optional term."""
         return self._dynamics(np.zeros_like(self.link_mean), {})
 
     def draw(self, rng: np.random.Generator, terms: frozenset[str] = frozenset()) -> Dynamics:
@@ -115,7 +115,7 @@ OPTIONAL = frozenset({"stribeck", "ripple_cos", "ripple_sin", "thermal"})
 
 
 def population(arm: Arm) -> Population:
-    """What is believed of `arm` before any data."""
+    """The belief about `arm` before any data."""
     log_torque = np.log(rated_torque(arm))
     typical = {name: _power_law(log_torque, values) for name, values in TYPICAL.items()}
     one = np.ones_like(log_torque)
@@ -140,8 +140,8 @@ def population(arm: Arm) -> Population:
 
 
 def rated_torque(arm: Arm) -> Array:
-    """What each joint is rated for, (J,) [N·m]; ANY_TORQUE where the description does not say."""
-    # Exporters that were not told a limit write 0, or a very large number.
+    """Rated torque of each joint, (J,) [N·m]; ANY_TORQUE where the description does not give it."""
+    # Exporters without a limit write 0, or a very large number.
     told = (arm.effort_limit > RATED_TORQUE[0] / 10) & (arm.effort_limit < RATED_TORQUE[-1] * 10)
     return np.where(told, arm.effort_limit, ANY_TORQUE)
 
@@ -155,7 +155,7 @@ def _power_law(log_torque: Array, values: tuple[float, ...]) -> Array:
 
 
 def _gain(arm: Arm, by_size: Array) -> Spread:
-    """Drive gains: of arms of this type, else of joints of this size, as logarithms (J,)."""
+    """Logarithms of drive gains, (J,): of arms of this type, else of joints of this size."""
     identified = IDENTIFIED_GAIN.get(arm.name, ())
     mean = np.log(identified) if len(identified) == len(by_size) else by_size
     sized = GAIN_SPREAD if arm.name in MEASURED else SIZE_SPREAD

@@ -1,15 +1,15 @@
-"""The body that is nearest to a belief in one.
+"""The possible body that is nearest to a belief about its inertials.
 
-A filter that is linear in a body's inertials believes in negative masses too. The bodies that
+A filter that is linear in a body's inertials allows negative masses too. The bodies that can
 exist, within some reach R of their frame, are those whose pseudo-inertia J (see `consistency`) has
 
     w' J w >= 0 for every w,        R² m - tr(Sigma) >= 0:  ∫ |r|² dm <= R² m
 
 each a half-space of the inertials, and together a convex cone at whose tip nothing is carried. The
-likeliest body within is found by cutting planes [Kelley1960]_: of all half-spaces those that are
-broken are gathered, and the belief is projected, in its own metric, upon what they leave. How sure
-the belief is stays as it was: at the edge of the cone a Gaussian that is cut would be too sure,
-above all that something is carried at all.
+likeliest body within is found by cutting planes [Kelley1960]_: violated half-spaces are collected,
+and the belief is projected, in its own metric, onto their intersection. The covariance stays as it
+was: a Gaussian truncated at the edge of the cone would be overconfident, above all that something
+is carried at all.
 
 Mass and first moments alone are those of some body if and only if |h| <= R m, a round cone, and
 the likeliest within has the form of a trust region's step [More1983]_: one equation of one unknown.
@@ -26,13 +26,13 @@ from urdyn.model.consistency import from_pseudo_inertia, pseudo_inertia
 from urdyn.types import Array, Gaussian, frozen
 
 CUTS = 40  # at most
-SLACK = 1e-6  # [-] of the largest entry, that counts as rounding
-FINE = 1e-2  # [sd] of a cut, that nobody can tell from nothing
-ROUNDING = 1e-9  # [-] by which two cuts are apart at least
-SURE = 1e-30  # [kg²] of variance, that a load has at least: 5 kg are rounded by as much
-FLAT = 1e-12  # [-] of the largest variance of a load, less than which is taken for that
-EXACT = 1e-12  # [-] of one side of an equation, by which the other may be off
-STEPS = 60  # of Newton's to its solution, at most; it takes 5, but where hardly anything is carried
+SLACK = 1e-6  # [-] of the largest entry: less counts as rounding
+FINE = 1e-2  # [sd] of a cut, below which it is negligible
+ROUNDING = 1e-9  # [-] by which two cuts differ at least
+SURE = 1e-30  # [kg²] least variance of a load: that of rounding 5 kg
+FLAT = 1e-12  # [-] least variance of a load, of its largest
+EXACT = 1e-12  # [-] by which an equation's sides may differ
+STEPS = 60  # of Newton's method, at most; it takes 5, unless hardly anything is carried
 CONE = frozen(np.array([1.0, -1.0, -1.0, -1.0]))
 WITHIN = frozen(np.diag([-1.0, -1.0, -1.0, 1.0]).ravel())  # @ J, in units of the reach
 
@@ -51,10 +51,10 @@ def possible_body(belief: Gaussian, reach: float) -> Array:
 def possible_load(belief: Gaussian, reach: float) -> Array:
     """Mass and first moments (4,) of a body within `reach` [m] of its frame.
 
-    Where lambda is what the cone's edge costs, and C = diag(1, -1, -1, -1) in units of the reach,
-    it is (P^-1 - lambda C)^-1 P^-1 mean, on the edge. In coordinates in which P is 1 and C is
-    diag(-d, d0), with the mean (o, o0), that is w = o / (1 + lambda d) and d0 w0² = d w².
-    A belief that is sure of everything, as a cloud of one opinion is, gives way alike in all of it.
+    With lambda the multiplier of the cone's edge and C = diag(1, -1, -1, -1) in units of the
+    reach, it is (P^-1 - lambda C)^-1 P^-1 mean, on the edge. In coordinates in which P is 1 and C
+    is diag(-d, d0), with the mean (o, o0), that is w = o / (1 + lambda d) and d0 w0² = d w².
+    A belief without variance, such as a cloud of equal particles, yields alike in all of it.
     """
     unit = np.array([1.0, *[1.0 / reach] * 3])
     variance, axes = np.linalg.eigh(belief.cov * unit[:, None] * unit)
@@ -75,14 +75,14 @@ def possible_load(belief: Gaussian, reach: float) -> Array:
     w = [x / (1.0 + cost * y) for x, y in zip(o, narrow, strict=True)]
     w0 = up * hypot(*(x * sqrt(y) for x, y in zip(w, narrow, strict=True)))
     load = back @ [*w, w0]
-    load[0] = max(load[0], float(np.linalg.norm(load[1:])) / reach)  # but for rounding, it is
+    load[0] = max(load[0], float(np.linalg.norm(load[1:])) / reach)  # corrects rounding
     return np.asarray(load)
 
 
 def _share(known: float, apart: list[float], narrow: list[float]) -> float:
-    """s at which |apart / (1 + narrow (1 - s))| s = known: of sign and below 1.
+    """s at which |apart / (1 + narrow (1 - s))| s = known: of its sign and below 1.
 
-    As a function of 1 / s the left side is convex: Newton's steps go one way, and never too far.
+    As a function of 1 / s the left side is convex: Newton's steps go one way, and never overshoot.
     """
     if known == 0.0:
         return 0.0
@@ -109,7 +109,7 @@ def _of_reach(reach: float) -> Array:
 
 
 def _within(belief: Gaussian, cuts: Array) -> tuple[Array, Array]:
-    """The likeliest point (10,) on the right side of cuts (k, 10), and those that it touches."""
+    """The likeliest point (10,) on the right side of cuts (k, 10), and the active cuts."""
     while len(cuts):
         toward = cuts @ belief.cov
         G = toward @ cuts.T
@@ -123,7 +123,7 @@ def _within(belief: Gaussian, cuts: Array) -> tuple[Array, Array]:
 
 
 def _broken(inertials: Array, of_reach: Array) -> Array | None:
-    """The half-space, as its normal (10,), that inertials break most; None: they are possible."""
+    """The half-space, by its normal (10,), that inertials violate most; None: they are possible."""
     J = inertials @ of_reach
     value, vector = np.linalg.eigh(J.reshape(4, 4))
     beyond = -float(J @ WITHIN)
@@ -135,7 +135,7 @@ def _broken(inertials: Array, of_reach: Array) -> Array | None:
 
 
 def _mended(inertials: Array, reach: float) -> Array:
-    """The body beside inertials that are one but for what projections left over."""
+    """The body next to inertials that are one up to the projections' remainders."""
     value, vector = np.linalg.eigh(pseudo_inertia(inertials))
     J = (vector * np.maximum(value, SLACK * max(value[-1], 0.0))) @ vector.T
     J[3, 3] = max(J[3, 3], np.trace(J[:3, :3]) / reach**2)

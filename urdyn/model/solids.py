@@ -12,7 +12,7 @@ from urdyn.errors import ArmError
 from urdyn.model.arm import Arm
 from urdyn.model.cell import Cell, Solid, Wall
 
-SAME = 1e-4  # [m] within which a ball sits on the end of a cylinder: files have so many digits
+SAME = 1e-4  # [m] within which a ball sits on the end of a cylinder: files are rounded
 
 
 def geometry(arm: Arm, cell: Cell) -> Any:
@@ -66,9 +66,9 @@ def _solid(solid: Solid) -> tuple[Any, Any]:
 
 
 def _rounded(things: list[Any]) -> list[Any]:
-    """The same shapes, a cylinder with a ball on either end as the one capsule that they are.
+    """The same shapes, with a cylinder that has a ball on either end as one capsule.
 
-    Of capsules distances are known in closed form, and there are fewer of them.
+    Distances of capsules have a closed form, and there are fewer of them.
     """
     capped = [(thing, _caps(thing, things)) for thing in things]
     whole = [(thing, balls) for thing, balls in capped if len(balls) == 2]
@@ -78,7 +78,7 @@ def _rounded(things: list[Any]) -> list[Any]:
 
 
 def _caps(thing: Any, things: list[Any]) -> list[Any]:
-    """The balls on the ends of `thing`, one an end; none where it is no cylinder."""
+    """The balls on the ends of `thing`, one per end; none where it is no cylinder."""
     if not isinstance(thing.geometry, coal.Cylinder):
         return []
     half = np.array([0.0, 0.0, thing.geometry.halfLength])
@@ -96,7 +96,7 @@ def _caps(thing: Any, things: list[Any]) -> list[Any]:
 
 
 def _capsule(thing: Any) -> Any:
-    # A file's digits end somewhere: the capsule covers balls that sit a little off.
+    # A file's digits are rounded: the capsule covers balls that sit a little off.
     radius, length = thing.geometry.radius, 2.0 * thing.geometry.halfLength
     shape = coal.Capsule(radius + SAME, length)
     return _object(thing.name, thing.parentJoint, shape, thing.placement)

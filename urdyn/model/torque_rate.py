@@ -1,7 +1,7 @@
-"""How fast torque can change at most: Newton and Euler with norms for vectors.
+"""Upper bound on the rate of torque: Newton and Euler with norms for vectors.
 
-Where a link turns at w with acceleration alpha whose rate is eta, all of them bounds, a vector r
-that is fixed in it has a second derivative below (alpha + w²) |r| and a third below
+If w, alpha and eta bound a link's angular velocity, acceleration and jerk, a vector r that is
+fixed in it has a second derivative below (alpha + w²) |r| and a third below
 (eta + 3 alpha w + w³) |r|. Sums of such bounds along the chain hold in every pose.
 """
 
@@ -19,7 +19,7 @@ from urdyn.types import Array
 
 @dataclass(frozen=True, eq=False)
 class _Turning:
-    """Bounds of one link, (N,) each: rotation to its third order, its frame's origin likewise."""
+    """Bounds of one link, (N,) each: rotation and its frame's origin, to the third order."""
 
     w: Array  # [rad/s]
     alpha: Array  # [rad/s²]
@@ -29,17 +29,17 @@ class _Turning:
 
     @property
     def second(self) -> Array:
-        """Of a unit vector in the link, its second derivative."""
+        """Second derivative of a unit vector in the link."""
         return self.alpha + self.w**2
 
     @property
     def third(self) -> Array:
-        """And its third."""
+        """Third derivative of a unit vector in the link."""
         return self.eta + 3.0 * self.alpha * self.w + self.w**3
 
 
 def torque_rate(arm: Arm, v: Array, a: Array, jerk: Array) -> Array:
-    """Bounds of |d torque / dt| (N, J) [N·m/s] under those of |v|, |a| and |jerk|, (N, J) each.
+    """Bounds on |d torque / dt| (N, J) [N·m/s] from those on |v|, |a| and |jerk|, (N, J) each.
 
     Raises:
         ArmError: a joint slides, for which this does not hold.
@@ -54,7 +54,7 @@ def torque_rate(arm: Arm, v: Array, a: Array, jerk: Array) -> Array:
     force, force_change = np.zeros(len(v)), np.zeros(len(v))
     for k in range(arm.joints - 1, -1, -1):
         here, body = links[k], arm.inertials[k]
-        if k + 1 < arm.joints:  # what hangs on the next joint, which this link holds on an arm
+        if k + 1 < arm.joints:  # load of the next joint, at a lever arm of this link
             r = lengths[k + 2]
             change = change + r * (force_change + here.w * force)
             moment = moment + r * force

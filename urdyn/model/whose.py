@@ -1,9 +1,9 @@
-"""Which arm a log is of, by what its controller works out of the angles alone.
+"""Which arm a log is of, by what its controller computes from the angles alone.
 
-Where the tool is, and the torques that bear the arm at rest: a controller has the numbers that are
-published, and calibrated ones are near them. Of the arms that urdyn ships the one whose numbers
-these are is told, where it is not the one that was named. An arm of the user's own drawing is
-taken at his word: its base may be anywhere, and nobody else knows it.
+These are the tool's position and the torques that hold the arm at rest: a controller uses the
+published numbers, or calibrated ones near them. If they are those of another arm that urdyn ships
+than the one that was named, that one is reported. An arm of the user's own drawing is not checked:
+its base may be anywhere.
 """
 
 from __future__ import annotations
@@ -17,15 +17,15 @@ from urdyn.model.arm import Arm, controller_base, described, load_arm
 from urdyn.model.library import names
 from urdyn.types import STANDSTILL, Array, Index, Log, Mask
 
-ROWS = 300  # that are asked
-FEW = 10  # rows that tell nothing
-CLEARLY = 3.0  # [-] times as far off as another arm; calibrated ones are up to 1.7 times by chance
-# [m] a tool that wanders by less in an arm's own flange may be this arm's; twelve calibrated arms,
-# as drawn, were within 12 mm.
+ROWS = 300  # that are examined
+FEW = 10  # rows that show nothing
+CLEARLY = 3.0  # [-] times as far off as another arm; calibrated arms are up to 1.7 times by chance
+# [m] scatter of the tool in the flange: below the first it may be the named arm's, below the second
+# another's; twelve calibrated arms, as drawn, were within 12 mm.
 STEADY, CALIBRATED = 0.003, 0.015
-# [-] of the torques at rest: what another arm's are off at least, and an arm's own at most.
+# [-] of the torques at rest: the least misfit of another arm's, and the largest of an arm's own.
 OTHER, EXACT = 0.01, 0.003
-AT_REST = 1e-3  # [N·m] by which torques of an arm that moves change from row to row
+AT_REST = 1e-3  # [N·m] from row to row, by which torques of a moving arm change
 
 Off = Callable[[Arm], float]
 
@@ -37,7 +37,7 @@ def require_own(arm: Arm, log: Log) -> None:
 
 
 def misplaced(arm: Arm, log: Log) -> str:
-    """Whose tool is where the controller says that it is, if not this arm's; "" where it may be."""
+    """Whose tool the controller's pose fits, if not this arm's; "" where it may be this arm's."""
     if not _asked(arm, log, "actual_TCP_pose"):
         return ""
     q, place = log.channels["actual_q"], log.channels["actual_TCP_pose"][:, :3]
@@ -45,7 +45,7 @@ def misplaced(arm: Arm, log: Log) -> str:
     q, place = q[rows], place[rows]
 
     def wandering(of: Arm) -> float:
-        """How far the tool strays in the last joint's frame, by the median [m]."""
+        """Median distance of the tool from its median place in the last joint's frame [m]."""
         last = np.linalg.inv(controller_base(of)) @ of.pose(q, of.link_names[-1])
         tool = np.einsum("nji,nj->ni", last[:, :3, :3], place - last[:, :3, 3])
         return float(np.median(np.linalg.norm(tool - np.median(tool, axis=0), axis=1)))
@@ -59,9 +59,9 @@ def misplaced(arm: Arm, log: Log) -> str:
 
 
 def misweighed(arm: Arm, log: Log) -> str:
-    """Whose torques at rest a controller asks for, if not this arm's; "" where they may be.
+    """Whose torques at rest a controller commands, if not this arm's; "" where they may be.
 
-    With the payload that it is set to; with none, where the log does not say.
+    With the payload that it is set to; with none, where the log does not give it.
     """
     if not _asked(arm, log, "target_moment"):
         return ""
@@ -71,7 +71,7 @@ def misweighed(arm: Arm, log: Log) -> str:
     still, size = np.zeros_like(q), np.linalg.norm(moment, axis=1)
 
     def amiss(of: Arm) -> float:
-        """What its torques are off, by the median [-]."""
+        """Median error of its torques [-]."""
         Y = of.regressor(q, still, still)
         due = Y @ of.inertials.ravel() + np.einsum("njp,np->nj", Y[..., -10:-6], payload)
         return float(np.median(np.linalg.norm(moment - due, axis=1) / size))
@@ -87,7 +87,7 @@ NOBODY = ("", 0.0, 0.0)
 
 
 def _nearer(arm: Arm, off: Off, least: float, near: float) -> tuple[str, float, float]:
-    """Which other arm is near, how far off this one is, and how far that; else NOBODY."""
+    """Which other arm fits, the misfit of this arm, and that of the other; else NOBODY."""
     own = off(arm)
     if own <= least:
         return NOBODY
@@ -96,19 +96,19 @@ def _nearer(arm: Arm, off: Off, least: float, near: float) -> tuple[str, float, 
 
 
 def _asked(arm: Arm, log: Log, channel: str) -> bool:
-    """Whether a log tells of six joints, and of an arm as urdyn ships it."""
+    """Whether a log has the channel for six joints, and the arm is as urdyn ships it."""
     told = channel in log and log.channels[channel].shape[1:] == (6,)
     return told and "actual_q" in log and log.joints == arm.joints == 6 and not described(arm)
 
 
 def _some(which: Mask) -> Index:
-    """Some of these rows (N,), evenly."""
+    """Some of these rows (N,), evenly spaced."""
     rows = np.flatnonzero(which)
     return rows[:: 1 + len(rows) // ROWS]
 
 
 def _resting(log: Log, moment: Array) -> Mask:
-    """Rows (N,) in which nothing moves: torques that a controller asks for have no noise."""
+    """Rows (N,) in which nothing moves: torques that a controller commands have no noise."""
     alike = np.zeros(len(log), dtype=bool)
     alike[1:] = (np.abs(np.diff(moment, axis=0)) < AT_REST).all(axis=1)
     stands = (np.nan_to_num(np.abs(log.joint("actual_qd"))) < STANDSTILL).all(axis=1)

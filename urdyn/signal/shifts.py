@@ -10,7 +10,7 @@ import numpy as np
 from urdyn.signal.gate import FINEST, REACH, STAMP, furthest
 from urdyn.types import STANDSTILL, Array, Index, Mask
 
-TELLING = 4.0  # [-] by which a wrong stamp's effect exceeds scatter, and is not met
+TELLING = 4.0  # [-] a wrong stamp's effect over scatter, and over what is seen, that rules it out
 JITTER = 3e-5  # [rad] of encoders: two steps
 ALONE = 2.0  # [-] times the misfit of rows beside a jump: ringing is in all of them
 UNDONE = 0.2  # [-] of a way or jump, by which its return may differ from it

@@ -1,1 +1,1 @@
-"""The geometry of an arm: its coordinates, its poses, its forms on paper."""
+"""The geometry of an arm: its coordinates, its poses, its conventions."""

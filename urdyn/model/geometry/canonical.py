@@ -9,14 +9,14 @@ from urdyn.model.geometry.hayati import Form, decompose
 from urdyn.model.geometry.turns import places_of, pose_of
 from urdyn.types import Array, Mask
 
-LEAST = 1e-9  # [-] sine of the angle between axes that have no common normal of their own
-UPRIGHT = 1e-9  # [m, rad] how far the first axis may lie beside the base's z
+LEAST = 1e-9  # [-] sine of the angle below which axes have no unique common normal
+UPRIGHT = 1e-9  # [m, rad] how far the first axis may be off the base's z
 
 
 def coordinates(form: Form, origins: Array) -> Array:
     """(J, 5) a ... theta in `form` of an arm whose joints' frames are `origins` (J, 4, 4).
 
-    Poses of the last frame stay what they are; the frames between move along and about their axes.
+    Poses of the last frame are unchanged; the frames between move along and about their axes.
     """
     table = decompose(_moved(origins, form.nominal, form.free[:, 2]))
     turned = 2.0 * np.pi * np.round((table[:, 4] - form.nominal[:, 4]) / (2.0 * np.pi))
@@ -47,7 +47,7 @@ def _moved(origins: Array, nominal: Array, parallel: Mask) -> Array:
 
 
 def _chained(origins: Array) -> list[Array]:
-    """Frames in the base at zero angles."""
+    """Frames (4, 4) in the base at zero angles."""
     chain = [np.eye(4)]
     for origin in origins:
         chain.append(chain[-1] @ origin)

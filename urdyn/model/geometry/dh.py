@@ -3,7 +3,7 @@
     T = Rz(theta) Tz(d) Tx(a) Rx(alpha)    of each joint [Denavit1955]_
 
 Axes that are meant to be parallel have their common normal anywhere: its d is metres and more, and
-only the sum along the run means something.
+only the sum along the run is meaningful.
 """
 
 from __future__ import annotations
@@ -38,6 +38,6 @@ def deltas_of(form: Form, table: Array) -> Deltas:
     crossed[:, 2] = False
     rows = coordinates(replace(form, free=crossed), places_of(table))
     off = rows - form.nominal
-    # What UR counts to a joint are the a and alpha behind it; behind the last is the tool.
+    # UR's a and alpha of a joint are those behind it; behind the last is the tool.
     behind = np.vstack([off[1:, :2], np.zeros(2)])
     return Deltas(off[:, 4], off[:, 3], behind[:, 0], behind[:, 1])

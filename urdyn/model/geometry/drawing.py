@@ -18,13 +18,13 @@ from urdyn.model.geometry.origins import origins_of, with_origins
 from urdyn.model.geometry.turns import inverse, places_of, pose_of
 from urdyn.types import Array
 
-ABSURD = 0.05  # [m] no arm that left its factory has its flange so far from where it is drawn
-SAMPLES = 400  # joint configurations that this is judged at
+ABSURD = 0.05  # [m] no real arm has its flange so far from where it is drawn
+SAMPLES = 400  # joint configurations at which this is judged
 
 
 @dataclass(frozen=True, eq=False)
 class Drawing:
-    """What a description says of an arm's geometry."""
+    """An arm's geometry by its description."""
 
     form: Form
     base: Array  # (4, 4) transform_base_to_root: the link that the first joint turns in

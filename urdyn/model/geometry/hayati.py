@@ -24,12 +24,12 @@ from urdyn.types import Array, Mask, frozen
 KINDS = ("a", "alpha", "beta", "d", "theta")  # of one joint, in the order of the motions above
 UNITS = ("m", "rad", "rad", "m", "rad")
 PARALLEL = 0.2  # [rad] axes that lie closer on the drawing are meant to be parallel
-DRAWN = 1e-3  # [m] a frame that lies farther from a x + d z is in another convention
+DRAWN = 1e-3  # [m] a frame that lies farther from a x + d z follows another convention
 
 
 @dataclass(frozen=True, eq=False)
 class Form:
-    """Which coordinates an arm's geometry has, and what the drawing says of them."""
+    """Which coordinates an arm's geometry has, and their values on the drawing."""
 
     joint_names: tuple[str, ...]  # base first
     nominal: Array  # (J, 5) a, alpha, beta, d, theta of the drawing [m, rad]
@@ -80,7 +80,7 @@ def decompose(origins: Array) -> Array:
 
 
 def require_drawn(origins: Array, name: str) -> None:
-    """ArmError where a frame is nowhere that the five coordinates can put it."""
+    """ArmError where a frame is where the five coordinates cannot put it."""
     rest = np.linalg.norm((places_of(decompose(origins)) - origins)[:, :3, 3], axis=1)
     if (rest > DRAWN).any():
         raise ArmError(

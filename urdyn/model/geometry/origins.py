@@ -15,7 +15,7 @@ Origin = tuple[Array, Array]  # xyz (3,) [m] and rpy (3,) [rad] in the link befo
 
 
 def origins_of(arm: Arm) -> list[Origin]:
-    """Of each joint's frame."""
+    """The origin of each joint's frame."""
     joints = {joint.get("name"): joint for joint in parse(arm.urdf).iter("joint")}
     return [_origin(joints[name]) for name in arm.joint_names]
 

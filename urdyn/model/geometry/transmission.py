@@ -1,9 +1,9 @@
-"""What turns a joint away from the angle that its encoder tells.
+"""What turns a joint away from the angle that its encoder reports.
 
     q_true = q + sum over h = 1..H of (s_h sin hq + c_h cos hq)  -  tau_gravity / k    [rad]
 
-The sum is the error of encoder and gear round a turn; the other part is the joint's compliance.
-Geometry alone, and so every file of other tools, knows neither.
+The sum is the error of encoder and gear over a turn; the other part is the joint's compliance.
+Geometry alone, and so every file of other tools, has neither.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from urdyn.types import Array, Index
 
 HARMONICS = 40  # of a turn, down to 9 deg from peak to peak; real arms show them to 36
 SMOOTH = 12.0  # order h at which a harmonic is half as likely to be large as the first [-]
-LOADED = 0.05  # share of the largest gravity torque below which a joint's own is no load
+LOADED = 0.05  # [-] of the largest gravity torque, below which a joint's own is negligible
 
 
 @dataclass(frozen=True)
@@ -90,7 +90,7 @@ def compliance(arm: Arm, q: Array) -> Effects:
 
 
 def transmission(effects: Effects, harmonics: int = HARMONICS) -> Effects:
-    """`effects` and errors round a turn."""
+    """`effects` and errors over a turn."""
     return replace(effects, harmonics=harmonics)
 
 
