@@ -1,1 +1,1 @@
-"""Tables, plots, one self-contained page; a folder for each kind of page, here what they share."""
+"""Tables, plots, one self-contained page; a folder for each kind of page, shared parts here."""

@@ -1,4 +1,4 @@
-"""How every plot looks: colours that the colour-blind can tell apart, quiet axes, no background.
+"""Style of every plot: colours that the colour-blind can tell apart, quiet axes, no background.
 
 Ink and grid take their colours from page.css, so that one drawing serves light, dark and paper.
 """
@@ -33,7 +33,7 @@ def figure(traces: Sequence[Any], x: str, y: str, height: int = 240, **layout: A
             "plot_bgcolor": "rgba(0,0,0,0)",
             "font": {"family": "system-ui, Segoe UI, Roboto, Arial, sans-serif", "size": 11},
             "hovermode": "closest",
-            "showlegend": False,  # `markup.key` says what colours mean, in words that wrap
+            "showlegend": False,  # `markup.key` names the colours, in words that wrap
             "xaxis": AXIS | {"title": {"text": x, "standoff": 6}},
             "yaxis": AXIS | {"title": {"text": y, "standoff": 6}},
         },
@@ -42,12 +42,12 @@ def figure(traces: Sequence[Any], x: str, y: str, height: int = 240, **layout: A
 
 
 def joint_colours(names: Sequence[str]) -> dict[str, str]:
-    """A colour a joint; they come round again where there are more than six."""
+    """A colour per joint; they repeat after six."""
     return {name: JOINTS[j % len(JOINTS)] for j, name in enumerate(names)}
 
 
 def brief(x: Any) -> Any:
-    """Numbers in half the bytes, since a screen has fewer digits still; words as they are."""
+    """Numbers in half the bytes, which is more than a screen resolves; words as they are."""
     return x.astype(np.float32) if isinstance(x, np.ndarray) else x
 
 

@@ -10,14 +10,14 @@ MISSING = "–"
 
 
 def number(value: float, digits: int = 2) -> str:
-    """`value` to so many significant digits, never fewer than its integer part has."""
+    """`value` to `digits` significant digits, but at least its integer part."""
     if not math.isfinite(value):
         return MISSING
     return fixed(value, _decimals(value, digits))
 
 
 def counted(count: int, what: str) -> str:
-    """So many of what has a plural in s."""
+    """A count with its noun, whose plural ends in s."""
     return f"{count} {what}{'' if count == 1 else 's'}"
 
 
@@ -47,7 +47,7 @@ def interval90(value: float, sd: float) -> str:
 
 
 def _decimals(value: float, digits: int) -> int:
-    """Decimals that show so many significant digits of `value`."""
+    """Decimals that show `digits` significant digits of `value`."""
     if value == 0.0:
         return 0
     first = math.floor(math.log10(abs(float(f"{value:.{digits - 1}e}"))))
@@ -55,6 +55,6 @@ def _decimals(value: float, digits: int) -> int:
 
 
 def fixed(value: float, decimals: int = 0) -> str:
-    """To so many decimals, with a minus that is one."""
+    """To `decimals` decimals, with a true minus sign."""
     rounded = round(value, decimals) + 0.0  # no "-0"
     return f"{rounded:.{decimals}f}".replace("-", "−")

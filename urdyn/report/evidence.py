@@ -1,4 +1,4 @@
-"""What the scores of several logs say together, and which of the logs the fit has seen."""
+"""Pooled scores of several logs, and which of the logs the fit has seen."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ SEEN, PARTLY, UNSEEN = "seen in training", "partly seen in training", "held out"
 
 @dataclass(frozen=True, eq=False)
 class Pooled:
-    """Scores of several logs, as if they were one; NaN where none tells."""
+    """Scores of several logs, as if they were one; NaN where none has a value."""
 
     ours: Array  # (J,) relative error of the model [%]
     controller: Array  # (J,) of the controller's own target_current [%]
     floor: Array  # (J,) share of the current that no smooth model can predict [%]
-    standing: Array  # (J,) share of samples in which the joint stands [-]
+    standing: Array  # (J,) share of samples in which the joint is at rest [-]
     moving: Array  # (J,) relative error of the model in the others [%]
-    coverage: Array  # (J,) share of those inside the 90 % interval [-]
+    coverage: Array  # (J,) share of samples inside the 90 % interval [-]
     unseen: bool  # no row of these logs was trained on
 
 
@@ -35,7 +35,7 @@ def seen(fit: Fit, source: Source) -> str:
 
 
 def _same(a: Source, b: Source) -> bool:
-    """The same bytes; without a hash, the same name: nothing is called held out by mistake."""
+    """The same bytes or, without a hash, the same name: nothing counts as held out by mistake."""
     return a.sha256 == b.sha256 and (bool(a.sha256) or a.path == b.path)
 
 
@@ -49,7 +49,7 @@ def _overlap(trained: Source, source: Source) -> float:
 
 
 def telling(fit: Fit, scores: Sequence[Score]) -> list[Score]:
-    """The scores that a judgement rests on: of logs held out, or of all where none is."""
+    """The scores that a judgement rests on: of held-out logs, or of all where none is held out."""
     unseen = [score for score in scores if seen(fit, score.log.source) == UNSEEN]
     return unseen or list(scores)
 

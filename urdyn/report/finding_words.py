@@ -1,4 +1,4 @@
-"""A finding of `findings.json` in the words and units that people use."""
+"""A finding of `findings.json` in everyday words and units."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from urdyn.report.names import spoken
 
 BEFORE = "the start of the run or before"
 UNJUDGED = "not judged"
-PUSH = "collision"  # the kind that comes, lasts, and is over
+PUSH = "collision"  # the kind that begins and ends
 KINDS = {
     "friction_increase": "friction increase",
     "health_degradation": "drive health loss",
@@ -26,13 +26,13 @@ SHOWS = {"dropped": "silent", "encoder": "stuck or silent"}  # modes of a sensor
 
 
 def kind(finding: Mapping[str, Any]) -> str:
-    """What it is, in words."""
+    """Its kind, in words."""
     name = str(finding["kind"])
     return KINDS.get(name, name.replace("_", " "))
 
 
 def over(finding: Mapping[str, Any]) -> bool:
-    """Whether it is past by now: a push, or a sensor that is well again."""
+    """Whether it is over by now: a push, or a sensor that has recovered."""
     return finding["kind"] == PUSH or "until_s" in finding["evidence"]
 
 
@@ -55,7 +55,7 @@ def when(finding: Mapping[str, Any], start: float, time: Clock) -> str:
 
 
 def left(finding: Mapping[str, Any]) -> str:
-    """How long it will take to its critical level; "" where nobody knows."""
+    """The time left to its critical level; "" where unknown."""
     times = finding["time_to_failure_s"]
     if not times:
         return ""
@@ -66,7 +66,7 @@ def left(finding: Mapping[str, Any]) -> str:
 
 
 def ahead(finding: Mapping[str, Any]) -> str:
-    """When its levels will be reached, or that they are passed; "" of what does not surely grow."""
+    """When its levels will be reached, or that they are passed; "" unless it surely grows."""
     return ", ".join(
         f"{name} passed" if passed(times) else f"{name} in {span_of(times)}"
         for name, times in _levels(finding).items()
@@ -74,7 +74,7 @@ def ahead(finding: Mapping[str, Any]) -> str:
 
 
 def rising(finding: Mapping[str, Any]) -> str:
-    """Its severity, which tells the levels that are passed, and when the others will be reached."""
+    """Its severity, which shows the levels passed, and when the others will be reached."""
     coming = (
         f"{name} in {span_of(times)}"
         for name, times in _levels(finding).items()
@@ -84,19 +84,19 @@ def rising(finding: Mapping[str, Any]) -> str:
 
 
 def _levels(finding: Mapping[str, Any]) -> dict[str, Mapping[str, float]]:
-    """Times to the levels of what surely grows [s]."""
+    """Times to the levels of a finding that surely grows [s]."""
     told = finding["forecast"]
     return {name: told[f"to_{name}_s"] for name in ("warning", "critical")} if told else {}
 
 
 def lasting(arm: Mapping[str, Any]) -> str:
-    """How surely all joints of an arm last until a service can be planned."""
+    """The probability that all joints of an arm last until a service can be planned."""
     index = arm["health_index"]
     return UNJUDGED if index is None else f"{percent(index)} {sound(arm)}"
 
 
 def sound(arm: Mapping[str, Any]) -> str:
-    """Of what an arm's health index is the probability."""
+    """The event whose probability is an arm's health index."""
     few = "" if arm["judged"] else ", as far as they were judged"
     return f"that no joint fails within {number(arm['horizon_h'])} h{few}"
 
@@ -107,7 +107,7 @@ def passed(times: Mapping[str, float]) -> bool:
 
 
 def sentence(finding: Mapping[str, Any], start: float, time: Clock) -> str:
-    """A finding in a line, as a list of many robots tells it."""
+    """A finding in a line, as in a list of many robots."""
     where = f"{spoken(finding['name'])} " if finding["name"] else ""
     known = ", acknowledged" if finding["acknowledged"] else ""
     told = f"{where}{kind(finding)} {when(finding, start, time)}, {finding['severity']}{known}"
@@ -115,12 +115,12 @@ def sentence(finding: Mapping[str, Any], start: float, time: Clock) -> str:
 
 
 def factor(finding: Mapping[str, Any]) -> float:
-    """By which a size reads well: ratios in per cent."""
+    """The factor that makes a size readable: ratios in per cent."""
     return 100.0 if finding["unit"] == "-" else 1.0
 
 
 def unit(finding: Mapping[str, Any]) -> str:
-    """In which it then is."""
+    """The unit after that factor."""
     return "%" if finding["unit"] == "-" else str(finding["unit"])
 
 
@@ -130,7 +130,7 @@ def amount(finding: Mapping[str, Any], value: float) -> str:
 
 
 def size(finding: Mapping[str, Any]) -> str:
-    """How large it is, with its 90 % interval; how it shows where that has no size."""
+    """Its size with its 90 % interval; its mode where it has no size."""
     evidence = finding.get("evidence", {})
     if "force_N" in evidence:
         along = ", ".join(map(number, evidence["force_N"]))

@@ -1,4 +1,4 @@
-"""What a diagnosis found, as `findings.json` tells it, the most urgent first."""
+"""The findings of a diagnosis, from `findings.json`, the most urgent first."""
 
 from __future__ import annotations
 
@@ -17,29 +17,29 @@ from urdyn.report.finding_words import over
 from urdyn.report.track.change import LEVELS, Levels
 
 RANKS = {name: 1.0 + k for k, name in enumerate(SEVERITIES)}  # any other word is lower
-DUE = ("now", "later")  # what a diagnosis recommends where a service pays
+DUE = ("now", "later")  # recommendations where a service pays
 LEFT = ("median", "lo", "hi")
 TOLD = ("kind", "joint", "name", "onset_s", "severity", "confidence", "acknowledged")
-LASTING = ("duration_s", "until_s")  # of the evidence, what a list of many tells
+LASTING = ("duration_s", "until_s")  # of the evidence, shown in a list of many
 DAMAGE = (LookupError, TypeError, ValueError, AttributeError, OverflowError, RecursionError)
 
-Arm = Mapping[str, Any]  # how surely an arm lasts, as the file tells it
+Arm = Mapping[str, Any]  # the probability that an arm lasts, as in the file
 
 
 @dataclass(frozen=True)
 class Found:
-    """What a diagnosis says of a robot."""
+    """A diagnosis of a robot."""
 
     findings: tuple[Entry, ...]  # most urgent first
-    unjudged: tuple[str, ...]  # joints that it saw too little of
+    unjudged: tuple[str, ...]  # joints with too little data
     arm: Arm | None  # health index of the whole arm; None: an older version's file
-    due: str  # "now" or "later", when the finding to be serviced first is; "": known, or none is
-    doubt: str  # what speaks against all of them; "": nothing
-    levels: Levels  # by which what changed is judged
+    due: str  # "now" or "later": service for the first finding; "": acknowledged, or none
+    doubt: str  # a reason to doubt all of them; "": none
+    levels: Levels  # by which changes are judged
 
 
 def read_findings(folder: Path, joints: Sequence[str]) -> Found | None:
-    """What is said in a track folder; None: nobody has diagnosed it.
+    """The diagnosis in a track folder; None: it was not diagnosed.
 
     Raises:
         InputError: the file is damaged; the reason, without the folder's name.
@@ -62,12 +62,12 @@ def read_findings(folder: Path, joints: Sequence[str]) -> Found | None:
 
 
 def unjudged(rows: Sequence[Mapping[str, Any]]) -> list[str]:
-    """Joints that a diagnosis saw too little of, of rows that tell how each one is."""
+    """Joints that a diagnosis saw too little of, from its rows on each joint."""
     return [str(row["name"]) for row in rows if not row.get("judged", True)]
 
 
 def ranked(entries: Sequence[Entry]) -> list[Entry]:
-    """Findings, most urgent first; those that are as urgent, as they came."""
+    """Findings, most urgent first; equally urgent ones in their given order."""
     return sorted(entries, key=lambda entry: (*(-x for x in urgency(entry)[:2]), entry["onset_s"]))
 
 
@@ -78,7 +78,7 @@ def urgency(finding: Entry) -> tuple[float, float, float]:
 
 
 def gravity(finding: Entry) -> float:
-    """Rank of its severity; what is known ranks below all, and what is over as a notice does."""
+    """Rank of its severity; acknowledged ones rank below all, past ones as a notice."""
     rank = 0.0 if finding["acknowledged"] else RANKS.get(finding["severity"], 0.0)
     return min(rank, RANKS["notice"]) if over(finding) else rank
 
@@ -91,7 +91,7 @@ def told(finding: Entry) -> dict[str, Any]:
 
 
 def _whole(entry: Mapping[str, Any], joints: Sequence[str]) -> Entry:
-    """An entry, with what those of older versions do not say."""
+    """An entry, completed where older versions lack a field."""
     joint, left = entry["joint"], entry["time_to_failure_s"]
     if joint is not None and not 0 <= int(joint) < len(joints):
         raise ValueError(f"joint {joint} of {len(joints)}")
@@ -113,7 +113,7 @@ def _whole(entry: Mapping[str, Any], joints: Sequence[str]) -> Entry:
 
 
 def _arm(whole: Mapping[str, Any]) -> Arm | None:
-    """How surely the arm lasts, where that is said."""
+    """The probability that the arm lasts, where given."""
     said = whole.get("arm")
     if said is None:
         return None
@@ -126,12 +126,12 @@ def _arm(whole: Mapping[str, Any]) -> Arm | None:
 
 
 def _numbers(levels: Mapping[str, Any]) -> Mapping[str, float]:
-    """Those of a quantity."""
+    """The levels of a quantity."""
     return {name: _finite(levels[name]) for name in ("warning", "critical")}
 
 
 def _due(whole: Mapping[str, Any]) -> str:
-    """When a service is recommended of a finding that nobody has acknowledged."""
+    """When a service is recommended for a finding that is not acknowledged."""
     said = whole.get("recommendation") or {}
     known = {entry.get("id") for entry in whole["findings"] if entry.get("acknowledged")}
     if said.get("finding") is None or said["finding"] in known or said["advice"] not in DUE:
@@ -140,7 +140,7 @@ def _due(whole: Mapping[str, Any]) -> str:
 
 
 def _time(value: float | None) -> float:
-    """A time to failure [s]; none is one that never comes."""
+    """A time to failure [s]; None never comes."""
     return np.inf if value is None or value == np.inf else _finite(value)
 
 

@@ -1,4 +1,4 @@
-"""HTML in the small: every text that enters a page is escaped here, and mypy sees to it."""
+"""Elements of HTML: every text that enters a page is escaped here, which mypy enforces."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def grid(*parts: Html, kind: str = "three") -> Html:
 
 
 def facts(told: Mapping[str, str]) -> Html:
-    """A few numbers, each under its name, in a line."""
+    """A line of a few numbers, each under its name."""
     pairs = (tag("div", tag("dt", text(name)), tag("dd", text(x))) for name, x in told.items())
     return tag("dl", *pairs, kind="facts")
 
@@ -88,7 +88,7 @@ def cell(value: str, small: str = "", kind: str = "") -> Html:
 
 
 def document(title: str, *parts: Html) -> str:
-    """The whole page, with all that it needs inside, and no more."""
+    """The whole page, with only what it needs inside."""
     body = join(parts)
     return (
         '<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
@@ -100,7 +100,7 @@ def document(title: str, *parts: Html) -> str:
 
 
 def _drawing() -> Html:
-    """What draws plots."""
+    """The script that draws plots."""
     return Html(f"<script>{get_plotlyjs()}</script>\n<script>\n{_file('page.js')}</script>\n")
 
 

@@ -1,4 +1,4 @@
-"""What people call joints, links and quantities."""
+"""Spoken names of joints, links and quantities."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from pathlib import PurePath
 from urdyn.identify import Fit
 from urdyn.types import Source
 
-MILLI = {"presliding_distance": "mrad"}  # quantities shown in thousandths, and so called
+MILLI = {"presliding_distance": "mrad"}  # quantities shown in thousandths, and their units
 
 QUANTITIES = {
     "gain": "drive gain K",
@@ -36,12 +36,12 @@ def shown(quantity: str, unit: str) -> tuple[float, str]:
 
 
 def capital(words: str) -> str:
-    """Words as a sentence begins with them."""
+    """Words with a capital first letter."""
     return f"{words[0].upper()}{words[1:]}"
 
 
 def spoken(name: str) -> str:
-    """A joint or link as people say it: "shoulder_pan_joint" is "shoulder pan"."""
+    """The spoken name of a joint or link: "shoulder_pan_joint" is "shoulder pan"."""
     return name.removesuffix("_joint").removesuffix("_link").replace("_", " ")
 
 

@@ -20,7 +20,7 @@ WILD = 4.0  # [-] standard deviations of a residual, beyond which it is counted
 
 
 def data_quality(fit: Fit, scores: Sequence[Score]) -> Html:
-    """What the logs are like, and how current scatters around the model."""
+    """Quality of the logs, and how current scatters around the model."""
     return section(
         "Data and noise",
         "The likelihood is of unfiltered samples; damage was met while reading and is listed. "
@@ -53,7 +53,7 @@ def _log(fit: Fit, score: Score) -> list[Html]:
         text(seen(fit, log.source)),
         text(f"{len(log):,}"),
         text(f"{number(score.duration, 3)} s"),
-        text(f"{number((len(log) - 1) / score.duration, 3)} Hz"),  # not of the usual step
+        text(f"{number((len(log) - 1) / score.duration, 3)} Hz"),  # not by the usual step
         text(_gaps(log)),
         text("none" if missing == 0.0 else percent(missing)),
         text(_wild(fit, score)),
@@ -62,19 +62,19 @@ def _log(fit: Fit, score: Score) -> list[Html]:
 
 
 def _gaps(log: Log) -> str:
-    """Times without a row, longer than a few usual ones."""
+    """Times without a row, longer than a few usual steps."""
     count = len(breaks(log.t))
     return f"{count}, the longest {number(float(np.diff(log.t).max()))} s" if count else "none"
 
 
 def _wild(fit: Fit, score: Score) -> str:
-    """Currents that are far off; their Student t lets them count for less."""
+    """Currents that are far off, which the Student t weights less."""
     left = np.abs(residual(score)) / fit.noise.sd
     return _counted(int((left > WILD).sum()), int(np.isfinite(left).sum()))
 
 
 def _counted(count: int, whole: int) -> str:
-    """A count, and its share where it is not nothing."""
+    """A count, and its share unless it is 0."""
     return f"{count:,} ({number(100.0 * count / whole)} %)" if count else "none"
 
 
@@ -107,7 +107,7 @@ def provenance(fit: Fit, command: str, facts: dict[str, str]) -> Html:
     drive = fit.dynamics.drive
     lead = "current leads the recorded motion by"
     told[lead] = f"{number(1e3 * drive.time_offset)} ms"
-    if "time_offset" in fit.parameters.names:  # older twins take it as known
+    if "time_offset" in fit.parameters.names:  # in older twins it was given
         told[lead] += f" (sd {number(1e3 * fit.spread('time_offset'))} ms)"
     told["friction reverses before that by"] = f"{number(1e3 * drive.friction_lead)} ms"
     return section(

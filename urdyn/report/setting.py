@@ -1,4 +1,4 @@
-"""What the controller is set to carry, in words."""
+"""The payload set in the controller, in words."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from urdyn.report.digits import fixed
 
 
 def set_to(setting: Mapping[str, Any] | None) -> str:
-    """A setting beside the load that is tracked, of `compared`; "" where nobody said any."""
+    """A setting beside the tracked load, from `compared`; "" where there is none."""
     if setting is None:
         return ""
     told, off = f"the controller is set to {fixed(setting['mass_kg'], 2)} kg", setting["off_kg"]

@@ -18,12 +18,12 @@ def terminal_table(
 ) -> Table:
     """Rows under their heads; the first columns hold `words`, the others numbers.
 
-    All is Text, for rich takes a [b] in a str for markup, and names of robots may hold that.
+    All is Text, for rich takes a [b] in a str for markup, and robots' names may contain that.
     """
     named = Text(title, style="table.title")
     table = Table(title=named, title_justify="left", header_style="bold", box=SIMPLE_HEAD)
     for k, head in enumerate(heads):
-        # No digit is left out where a terminal is narrow.
+        # A narrow terminal cuts no digits.
         justify: Literal["left", "right"] = "left" if k < words else "right"
         table.add_column(Text(head), justify=justify, overflow="fold", min_width=0 if k else 8)
     for row in rows:

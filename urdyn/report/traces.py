@@ -1,4 +1,4 @@
-"""What is drawn of a long signal: fewer points with the same peaks, and its spectrum."""
+"""A long signal for drawing: fewer points with the same peaks, and its spectrum."""
 
 from __future__ import annotations
 
@@ -32,8 +32,8 @@ def downsample(x: Array, points: int) -> Index:
 def spectrum(t: Array, x: Array) -> tuple[Array, Array]:
     """Frequencies [Hz] and amplitude density [unit/sqrt(Hz)] by Welch's method. [Welch1967]_
 
-    Stamps are irregular: x is resampled at the median step, for display only. Of what gaps part,
-    the longest stretch stands for all.
+    Stamps are irregular: x is resampled at the median step, for display only. Of the stretches
+    between gaps, the longest stands for all.
     """
     t, x = t[np.isfinite(x)], x[np.isfinite(x)]
     step = median_step(t)

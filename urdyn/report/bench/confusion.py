@@ -1,4 +1,4 @@
-"""Which kinds of a thing are taken for which others."""
+"""Which kinds are mistaken for which others."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ FULL = "rgba(0,114,178,0.55)"  # on which digits can be read, light or dark
 
 @dataclass(frozen=True, eq=False)
 class Kinds:
-    """How often each true kind was told as which, on the right joint or on another."""
+    """How often each true kind was reported as which, on the right joint or on another."""
 
     counts: NDArray[np.int64]  # (T, K) the kinds first, in the same order; then neither
     truth: tuple[str, ...]  # (T,)
@@ -31,7 +31,7 @@ class Kinds:
 
     @property
     def findings(self) -> int:
-        """All."""
+        """Number of all findings."""
         return int(self.counts[:, :-1].sum())
 
 

@@ -27,7 +27,7 @@ DETECTORS = {
     "oracle CUSUM": MEASURED,
 }
 
-SEEN = 0.05  # growth over sigma from which on faults are to be found in time
+SEEN = 0.05  # growth over sigma, from which on faults should be found in time
 LINE = 14  # characters of a name below a bar
 TICKS = (0.01, 0.025, 0.05, 0.1, 0.25, 0.5)  # growth over sigma
 
@@ -56,7 +56,7 @@ class Predicted:
 
 @dataclass(frozen=True)
 class Paper:
-    """What the paper has of it."""
+    """The paper's own figures."""
 
     faults: Mapping[str, tuple[float, float, float]]  # Table III: found, "FP rate", steps
     figure4: figure_four.Told
@@ -129,7 +129,7 @@ def _headline(rows: Sequence[Row], kept: Sequence[Kept]) -> str:
     ours = [row for row in rows if row.detector == TOGETHER and row.ratio >= SEEN]
     worst, cried = min(ours, key=lambda row: row.found), max(kept, key=lambda one: one.share)
     found, alarmed = share_of(worst.found, worst.lives), share_of(cried.share, cried.runs)
-    # Of several kinds the worst is one that had bad luck.
+    # The worst of several kinds has had bad luck, too.
     beyond = interval(cried.share, cried.runs, 1.0 - 0.05 / len(kept))[0] > cried.promised
     return (
         f"Of faults that grow by {SEEN:g} of the noise in a step, or by more, {found} are found "

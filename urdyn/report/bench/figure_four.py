@@ -1,4 +1,4 @@
-"""The paper's Figure 4: friction that grows, what is believed of it, and when it will matter."""
+"""The paper's Figure 4: growing friction, the belief about it, and when it will matter."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ HEADS = ("who", "alarm at step", "after the onset", "reads low by", "critical le
 
 @dataclass(frozen=True, eq=False)
 class Foreseen:
-    """One life, what was believed of it, and when levels were expected to be crossed."""
+    """One life, the belief about it, and when levels were expected to be crossed."""
 
     t: Array  # (N,) [step]
     truth: Array  # (N,)
@@ -34,17 +34,17 @@ class Foreseen:
     sigma: float
 
     def low_by(self, estimate: Array, late: int) -> float:
-        """How much lower than the truth it reads, from so many steps after the onset on."""
+        """How far an estimate is below the truth, from `late` steps after the onset on."""
         return float(np.mean((self.truth - estimate)[self.t > self.onset + late]))
 
     def left(self, step: int) -> Array:
-        """[steps] at that one: median and limits of what is left to the critical level, (3,)."""
+        """Median and limits of the [steps] left to the critical level at this step, (3,)."""
         return np.asarray(self.crossing[np.searchsorted(self.t, step)] - step)
 
 
 @dataclass(frozen=True)
 class Told:
-    """What the paper says of its own figure."""
+    """What the paper states about its own figure."""
 
     alarm: int  # [step]
     late: int  # [steps] of the estimate, after the onset
@@ -87,7 +87,7 @@ def figures(life: Foreseen, paper: Told) -> dict[str, Any]:
 
 
 def drawn(life: Foreseen) -> Html:
-    """What is believed of friction, and when it is expected to be critical."""
+    """The belief about friction, and when it is expected to be critical."""
     return grid(_life(life), _crossing(life), kind="two")
 
 

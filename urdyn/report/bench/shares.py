@@ -1,4 +1,4 @@
-"""A share of so many lives, told no surer than they make it."""
+"""Shares and rates of counted events, with exact intervals."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from urdyn.report.digits import MISSING, percent
 
 
 def interval(share: float, count: int, level: float = 0.95) -> tuple[float, float]:
-    """What the true share is within, so surely: exact, by Clopper and Pearson."""
+    """Interval of the true share at this level: exact, by Clopper and Pearson."""
     from scipy.stats import binomtest
 
     known = binomtest(round(share * count), count).proportion_ci(level, method="exact")

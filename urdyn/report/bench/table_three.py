@@ -32,14 +32,14 @@ class OnArm:
     """One kind of fault on a virtual arm that is tracked as a whole."""
 
     fault: str  # as Table III has it
-    found: float  # share of the faults that were told, on their joint
+    found: float  # share of the faults that were reported, on their joint
     runs: int  # of which `found` is a share
-    hidden: int  # of them that their motion cannot show
+    hidden: int  # of them, those that the motion cannot show
     delay: float  # [steps] from onset to alarm, median of those found; NaN where none was
     delay_s: float  # [s] the same
     sure: float  # [-] confidence of those found, median
     false: int  # findings of the kind that were wrong
-    steps: int  # [samples] in which they were
+    steps: int  # [samples] in which those occurred
 
     @property
     def false_per_1000(self) -> float:
@@ -50,7 +50,7 @@ class OnArm:
 def table_three(
     rows: Sequence[Row], on_arm: Sequence[OnArm], paper: Mapping[str, tuple[float, float, float]]
 ) -> Iterator[tuple[str, ...]]:
-    """Cells under `HEADS`: of each fault the paper's, then ours.
+    """Cells under `HEADS`: for each fault the paper's, then ours.
 
     Args:
         paper: detection rate, "FP rate" and latency [steps] of each fault.
@@ -79,5 +79,5 @@ def _on_arm(arm: OnArm) -> tuple[str, ...]:
 
 
 def steps_of(delay: float) -> str:
-    """A delay in steps; none where too few alarms came."""
+    """A delay in steps; a dash where too few alarms came."""
     return f"{delay:.1f}" if delay > 0.0 else "-"

@@ -201,7 +201,7 @@ def _intervals(kinds: Sequence[Document]) -> Html:
 
 
 def _between(row: Document) -> str:
-    """How sure a coverage is, and the normalised error squared beside it."""
+    """A coverage's interval, and the normalised error squared beside it."""
     sure = f"{_told(row['coverage_low'])} to {_told(row['coverage_high'])}, "
     known = row["coverage_low"] is not None
     return f"{sure if known else ''}NEES {_told(row['nees'])}"

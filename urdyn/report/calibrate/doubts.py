@@ -1,4 +1,4 @@
-"""What the poses cannot tell, where the fit was tried, and which poses would help."""
+"""What the poses cannot determine, where the fit was tested, and which poses would help."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from urdyn.report.markup import Html, paragraph, plot, section, table, tag, text
 from urdyn.report.names import spoken
 
 FRAMES = ("base", "tool")
-SAME = 0.9  # correlation from which on two unknowns do one and the same
+SAME = 0.9  # correlation from which on two unknowns have the same effect
 
 
 def doubts(c: Calibration, summary: Mapping[str, Any]) -> Html:
@@ -68,7 +68,7 @@ def _open(c: Calibration) -> Html:
 
 
 def _remedy(partners: tuple[tuple[str, float], ...]) -> str:
-    """What would part a coordinate from its partners."""
+    """What would separate a coordinate from its partners."""
     same = {name.split(".")[0] for name, r in partners if abs(r) > SAME}
     frames = sorted(same.intersection(FRAMES))
     if frames:

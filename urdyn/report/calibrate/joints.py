@@ -1,4 +1,4 @@
-"""What joints do beside their geometry: error round a turn, and compliance under gravity."""
+"""Effects of joints beyond geometry: error over a turn, and compliance under gravity."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ POINTS = 361
 
 
 def joints_section(c: Calibration) -> Html:
-    """A curve a joint, and the compliances."""
+    """A curve per joint, and the compliances."""
     effects = c.found.placement.effects
     curves = [
         plot(_curve(c, j), spoken(name), "error of its angle, round a turn")
@@ -44,7 +44,7 @@ def _soft(c: Calibration) -> Html:
 
 
 def _curve(c: Calibration, joint: int) -> go.Figure:
-    """The joint's error round a turn."""
+    """The joint's error over a turn."""
     effects, arm = c.found.placement.effects, c.arm
     q = np.zeros((POINTS, arm.joints))
     q[:, joint] = np.linspace(-np.pi, np.pi, POINTS)

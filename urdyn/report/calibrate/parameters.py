@@ -1,4 +1,4 @@
-"""The geometry's coordinates with their intervals, beside what arms are like."""
+"""The geometry's coordinates with their intervals, beside the prior's."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def parameters_section(c: Calibration) -> Html:
 
 
 def label(name: str) -> str:
-    """A coordinate as people say it: "elbow · a"."""
+    """A coordinate's spoken name: "elbow · a"."""
     joint, _, kind = name.partition(".")
     return f"{spoken(joint)} · {kind}"
 

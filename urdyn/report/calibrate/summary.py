@@ -71,7 +71,7 @@ def evaluated(e: Evaluation, wall: float) -> dict[str, Any]:
 
 
 def scores(found: Found, nominal: Found, sound: Mask) -> dict[str, Any]:
-    """Errors that are left, gross errors apart; null where turns were not measured."""
+    """Residual errors, without gross errors; None where rotations were not measured."""
     left = found.residuals[sound]
     turn = _rms(left[:, 3:])
     return {

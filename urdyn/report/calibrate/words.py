@@ -18,7 +18,7 @@ MODELS = {
     "geometry and joints": "geometry and what the joints do",
 }
 FINE = 1e-3  # [mm] below which a length is nothing
-FINEST = 1e-4  # [mm, mrad] half width below which an interval is exact for anybody
+FINEST = 1e-4  # [mm, mrad] half width below which an interval counts as exact
 
 
 def millimetres(value: float) -> str:
@@ -27,7 +27,7 @@ def millimetres(value: float) -> str:
 
 
 def deviation(value: float, sd: float) -> str:
-    """A coordinate and its 90 % interval [mm, mrad]; nothing finer than anybody can use."""
+    """A coordinate and its 90 % interval [mm, mrad], to no more digits than are useful."""
     if NORMAL90 * sd < 1e-3 * FINEST:
         return f"{round(1e3 * value, 4) + 0.0:.4f}".replace("-", "−")
     return interval90(1e3 * value, 1e3 * sd)

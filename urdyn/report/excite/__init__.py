@@ -1,1 +1,1 @@
-"""A planned motion: what it will tell, its scene, its page."""
+"""A planned motion: what it will identify, its scene, its page."""

@@ -1,4 +1,4 @@
-"""The self-contained page of an excitation: the motion, its limits, and what it will tell."""
+"""The self-contained page of an excitation: the motion, its limits, and what it will identify."""
 
 from __future__ import annotations
 
@@ -123,7 +123,7 @@ def _spreads(found: Excitation) -> Html:
 
 
 def _bars(found: Excitation) -> Html:
-    """How much of each variance is gone, by quantity and joint."""
+    """How much of each variance is removed, by quantity and joint."""
     told, joints = found.expected, found.arm.joint_names
     gained = dict(zip(told.parameters.names, told.gained(), strict=True))
     bars = [

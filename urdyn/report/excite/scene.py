@@ -12,7 +12,7 @@ from urdyn.report.canvas import LEFT, MEASURED, OURS, brief, figure
 from urdyn.report.markup import Html, plot, section
 from urdyn.types import Array
 
-POSES = 48  # that the slider goes through
+POSES = 48  # that the slider passes through
 TRACK = 400  # points of the tool's track
 LEAD = (
     "Drag the slider through the motion; turn the view with the mouse. Lines join the joints, the "

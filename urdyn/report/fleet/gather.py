@@ -1,4 +1,4 @@
-"""Many robots side by side: what each one's history and diagnosis say, most urgent first."""
+"""Many robots side by side: each one's history and diagnosis, most urgent first."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ STATES = (
     "service_now", "critical", "doubted", "service_later", "warning", "found", "acknowledged",
     "changed", "surprised", "unjudged", "undiagnosed", "steady",
 )  # fmt: skip
-POINTS = 160  # of a line that is as long as a word
+POINTS = 160  # of a word-sized line
 
 
 @dataclass(frozen=True)
 class Robot:
-    """What one track folder says."""
+    """The content of one track folder."""
 
     name: str
     folder: Path
@@ -38,12 +38,12 @@ class Robot:
     start: float  # [s] first stamp
     span: float  # [s] of data
     surprise: float  # [-] squared innovation a current, 1 expected; NaN: none was compared
-    source: str  # that was tracked; "" where nobody has said so yet
+    source: str  # that was tracked; "" where not known yet
     finished: bool
-    findings: tuple[Entry, ...] | None  # None: nobody has diagnosed it
-    arm: Arm | None  # how surely it lasts, of a diagnosis that says so
+    findings: tuple[Entry, ...] | None  # None: not diagnosed
+    arm: Arm | None  # the probability that it lasts, if its diagnosis gives that
     due: str  # "now" or "later", when its diagnosis recommends a service; "" where it does not
-    doubt: str  # what speaks against all that its diagnosis found; "": nothing
+    doubt: str  # a reason to doubt all that its diagnosis found; "": none
     judged: bool  # something was compared, and enough for a diagnosis if there is one
     written: float  # [s] since 1970, when something last was
     age: float  # [s] since then
@@ -54,18 +54,18 @@ class Robot:
 
     @property
     def clock(self) -> Clock:
-        """How to tell its time."""
+        """The unit of its time."""
         return clock(self.span)
 
     @property
     def moved(self) -> list[Change]:
-        """What changed, most first, but for what no line shows: that is last."""
+        """What changed, largest change first; changes that no line shows come last."""
         told = [c for changes in self.changes.values() for c in changes if not c.steady]
         return [*sorted(told, key=lambda c: -abs(c.z)), *self.unshown]
 
     @property
     def health(self) -> float:
-        """Of the joint that has lost most, as a share of what it was."""
+        """Health of the joint that has lost most, as a share of what it was."""
         return min(c.now / c.then for c in self.changes["health"])
 
     @property
@@ -98,7 +98,7 @@ class Robot:
 
 @dataclass(frozen=True)
 class Unread:
-    """One track folder that says nothing, and why."""
+    """One track folder that cannot be read, and why."""
 
     name: str
     folder: Path
@@ -118,7 +118,7 @@ def gather(folders: Sequence[Path], now: float, stale: float) -> Fleet:
 
     Args:
         now: [s] since 1970.
-        stale: [s] without a word, after which a history says nothing of today.
+        stale: [s] without news, after which a history is out of date.
     """
     read: list[Robot] = []
     unread: list[Unread] = []
@@ -131,7 +131,7 @@ def gather(folders: Sequence[Path], now: float, stale: float) -> Fleet:
 
 
 def names(folders: Sequence[Path]) -> list[str]:
-    """As much of every folder's path as tells it from the others."""
+    """As much of every folder's path as distinguishes it from the others."""
     paths = [folder.resolve() for folder in folders]
     most = max((len(path.parts) for path in paths), default=1)
     for depth in range(1, most + 1):
@@ -175,7 +175,7 @@ def _robot(folder: Path, name: str, now: float, stale: float) -> Robot:
 
 
 def _undrawn(run: History) -> Iterator[Series]:
-    """What is watched of every joint, and no line shows."""
+    """Quantities of every joint that are watched but not drawn."""
     for joint in run.joints:
         for quantity in WATCHED:
             if quantity not in SHOWN and run.holds(joint, quantity):
@@ -183,9 +183,9 @@ def _undrawn(run: History) -> Iterator[Series]:
 
 
 def _state(findings: Sequence[Entry], due: str, doubted: bool) -> str:
-    """Of a robot with findings, most urgent first: what its own page recommends goes first.
+    """State of a robot by its findings, most urgent first; its page's recommendation comes first.
 
-    Where that is to see to its twin, or its stream, nothing is known of the arm.
+    If that is to check its twin, or its stream, nothing is known of the arm.
     """
     known = all(f["acknowledged"] for f in findings)
     if doubted and not known:
@@ -200,7 +200,7 @@ def _state(findings: Sequence[Entry], due: str, doubted: bool) -> str:
 def _judged(
     run: History, joint: str, quantity: str, enough: bool, levels: Levels
 ) -> tuple[Series, Change]:
-    """A quantity of a joint, thinned, and what the whole of it says."""
+    """A quantity of a joint, thinned, and its change by all of the data."""
     whole = run.series(joint, quantity)
     at = np.union1d(downsample(whole.mean, POINTS), [0, len(whole.mean) - 1])
     thin = replace(whole, t=whole.t[at], mean=whole.mean[at], sd=whole.sd[at])

@@ -1,4 +1,4 @@
-"""The self-contained page of many robots: who needs somebody, and who does not."""
+"""The self-contained page of many robots: which need attention, and which do not."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ from urdyn.report.track.history import Series
 from urdyn.report.track.trace import UNSETTLED
 from urdyn.report.track.verdict import as_commissioned, verdict
 
-FLOOR = {"coulomb": (-0.1, 0.2), "health": (-0.1, 0.02)}  # [-] of change that a scale has at least
-CEILING = {"coulomb": (-0.6, 1.5), "health": (-0.6, 0.1)}  # and at most
+FLOOR = {"coulomb": (-0.1, 0.2), "health": (-0.1, 0.02)}  # [-] least range of a scale
+CEILING = {"coulomb": (-0.6, 1.5), "health": (-0.6, 0.1)}  # [-] largest range
 LABEL = {"coulomb": "friction", "health": "health"}
 WORDS = {
     "service_now": "to be serviced now",
@@ -69,7 +69,7 @@ def fleet_page(fleet: Fleet, out: Path) -> str:
 
 
 def headline(fleet: Fleet) -> str:
-    """How many robots are how, the worst named first."""
+    """How many robots are in which state, the worst first."""
     parts = []
     for which, words in WORDS.items():
         names = [robot.name for robot in fleet.robots if robot.state == which]
@@ -115,13 +115,13 @@ def _row(robot: Robot, scales: dict[str, Scale], out: Path) -> Html:
 
 
 def sentence(robot: Robot) -> str:
-    """What is found on a robot, or that nothing is, or that nobody has looked."""
+    """What is found on a robot, or that nothing is, or that it was not diagnosed."""
     told = _told(robot)
     return f"Not diagnosed. {told}" if robot.findings is None else told
 
 
 def _told(robot: Robot) -> str:
-    """What its diagnosis says, or else what its history does."""
+    """The result of its diagnosis, or else of its history."""
     if robot.findings:
         told = [found(f, robot.start, robot.clock) for f in robot.findings[:MOST]]
         rest = len(robot.findings) - MOST
@@ -150,7 +150,7 @@ def _facts(robot: Robot) -> Html:
 
 
 def _date(seconds: float) -> str:
-    """A moment [s] since 1970 as the clock on the wall had it, and by which clock."""
+    """A moment [s] since 1970 in local time, with the time zone."""
     return datetime.fromtimestamp(seconds, UTC).astimezone().strftime("%Y-%m-%d %H:%M:%S %Z")
 
 
@@ -184,7 +184,7 @@ def _cell(robot: Robot, series: Series, scales: dict[str, Scale]) -> Html:
 
 
 def _unit(series: Series) -> float:
-    """What a change is a share of: the first value, where that is not nothing."""
+    """What a change is a share of: the first value, unless that is 0."""
     return float(series.mean[0]) or 1.0
 
 

@@ -24,7 +24,7 @@ class Spark:
     high: float  # at the top
 
     def draw(self, words: str, moved: bool) -> Html:
-        """As SVG; `words` say to those who do not see it what it shows."""
+        """As SVG; `words` describe it to those who cannot see it."""
         x = WIDTH * self.t / max(float(self.t[-1]), 1e-9)
         upper, lower = (self._up(self.y + sign * self.half) for sign in (1.0, -1.0))
         band = _points(np.append(x, x[::-1]), np.append(upper, lower[::-1]))

@@ -12,7 +12,7 @@ from urdyn.types import NORMAL90
 
 Truth = Mapping[str, Any]  # what `urdyn.simulate.truth` returns
 
-GIVEN = 1e-3  # relative sd below which nobody weighed anything
+GIVEN = 1e-3  # relative sd below which a mass was given, not estimated
 DRIVE = ("gain", *LINEAR, "presliding_distance")
 
 
@@ -45,12 +45,12 @@ def compare(fit: Fit, truth: Truth) -> list[Comparison]:
 
 
 def left_out(fit: Fit, truth: Truth) -> list[Comparison]:
-    """Terms that the arm has and its model has not."""
+    """Terms that the arm has and its model lacks."""
     return [c for c in _drives(fit, truth) if c.sd == 0.0 and c.estimate == 0.0 != c.true]
 
 
 def share_inside(comparisons: Sequence[Comparison]) -> float:
-    """Share of truths inside their 90 % intervals; NaN of none."""
+    """Share of truths inside their 90 % intervals; NaN if there are none."""
     inside = sum(c.inside for c in comparisons)
     return inside / len(comparisons) if comparisons else float("nan")
 

@@ -1,4 +1,4 @@
-"""What speaks against a fit, or against logs that it is scored on, in a sentence each."""
+"""Reasons to doubt a fit, or the logs that it is scored on, in a sentence each."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from urdyn.report.evidence import UNSEEN, pool, seen, telling
 from urdyn.report.names import joints
 from urdyn.signal.channels import has_velocities
 
-LEVEL, LITTLE = 0.9, 0.5  # [-] of samples that intervals are for; of that, in a wrong arm's twin
-FAR = 4.0  # [sd] of what arms of a type differ by: right ones were within 1.3, others beyond 4
-NOTHING = 100.0  # [%] error of a model that says zero
+LEVEL, LITTLE = 0.9, 0.5  # [-] coverage of the intervals; of that, in a wrong arm's twin
+FAR = 4.0  # [sd] of the spread within a type: right arms were within 1.3, others beyond 4
+NOTHING = 100.0  # [%] error of a model that predicts zero
 WORSE = 2.0  # [-] times the controller's error; fits to sound logs were at 1.02 at most
-PIECE = 0.2  # [-] of what a fit leaves: of sound logs a load explains 0.05, of such with pieces 0.4
+PIECE = 0.2  # [-] of a fit's residual, that a load explains: 0.05 in sound logs, 0.4 with pieces
 MANY = (
     "{} of {} masses and drive gains are what such arms hardly have: this is no {}, or it "
     "is mounted otherwise than its URDF says, or its currents are not in A; do not use this twin "
@@ -52,7 +52,7 @@ UNMEASURED = "no current of {} is in any log: what is said of it is only what is
 
 
 def doubts(fit: Fit, scores: Sequence[Score]) -> list[str]:
-    """What speaks against a fit to these logs; nothing where nothing does."""
+    """Reasons to doubt a fit to these logs; empty where there are none."""
     return [
         *slopes(scores),
         *skewed(fit),
@@ -65,7 +65,7 @@ def doubts(fit: Fit, scores: Sequence[Score]) -> list[str]:
 
 
 def another(fit: Fit, scores: Sequence[Score]) -> str:
-    """What to make of intervals that hold little; "" where they hold what is due."""
+    """What low coverage of the intervals means; "" where it is as it should be."""
     held = pool(fit, telling(fit, scores)).coverage
     short, told = held < LITTLE * LEVEL, int(np.isfinite(held).sum())
     count = int(np.count_nonzero(short))
@@ -80,20 +80,20 @@ def another(fit: Fit, scores: Sequence[Score]) -> str:
 
 
 def misnamed(fit: Fit, scores: Sequence[Score]) -> list[str]:
-    """Logs whose controller is another type of arm's, by the torques that it asks for."""
+    """Logs whose controller is another type of arm's, by the torques that it commands."""
     told = {s.log.source.path: misweighed(fit.dynamics.arm, s.log) for s in scores}
     return [f"{path}: {why}" for path, why in told.items() if why]
 
 
 def unmeasured(fit: Fit, scores: Sequence[Score]) -> list[str]:
-    """Joints that nothing was learnt of."""
+    """Joints about which nothing was learnt."""
     told = [np.isfinite(s.log.joint("actual_current")).any(axis=0) for s in scores]
     which = _named(fit, ~np.any(told, axis=0)) if told else ""
     return [UNMEASURED.format(which)] if which else []
 
 
 def slopes(scores: Sequence[Score]) -> list[str]:
-    """Logs in which nobody measured a velocity."""
+    """Logs without measured velocities."""
     logs = (score.log for score in scores)
     bare = [log.source.path for log in logs if not has_velocities(log)]
     return [SLOPES.format(", ".join(bare))] if bare else []
@@ -108,7 +108,7 @@ def skewed(fit: Fit) -> list[str]:
 
 
 def unexplained(fit: Fit, scores: Sequence[Score]) -> list[str]:
-    """Joints whose currents no fit explains, though none is needed but this motion."""
+    """Joints whose currents no fit explains, though it only needs to explain this motion."""
     own = _own(fit, scores)
     if not own:
         return []
@@ -119,7 +119,7 @@ def unexplained(fit: Fit, scores: Sequence[Score]) -> list[str]:
 
 
 def picked(fit: Fit, scores: Sequence[Score]) -> list[str]:
-    """Logs of the fit through a part of which something else hung at the tool."""
+    """Logs of the fit with another load on the tool in a part of them."""
     each = [(score.log.source.path, *another_load(fit, score)) for score in _own(fit, scores)]
     return [
         PICKED.format(path, since, 100.0 * share) for path, share, since in each if share >= PIECE
@@ -127,7 +127,7 @@ def picked(fit: Fit, scores: Sequence[Score]) -> list[str]:
 
 
 def unlike(fit: Fit) -> list[str]:
-    """What such an arm hardly has: a tool that nobody told of, or another robot."""
+    """Parameters implausible for such an arm: an undeclared tool, or another robot."""
     table, known = fit.parameters, np.where(fit.prior_sd > 0.0, fit.prior_sd, np.inf)
     own = (*fit.dynamics.arm.link_names, *fit.dynamics.arm.joint_names)  # of no payload
     sought = {f"{owner}.{quantity}" for owner in own for quantity in ("mass", "gain")}
@@ -148,7 +148,7 @@ def unlike(fit: Fit) -> list[str]:
 
 
 def _own(fit: Fit, scores: Sequence[Score]) -> list[Score]:
-    """Those of logs that the fit was made of."""
+    """The scores of logs that the fit was made from."""
     return [score for score in scores if seen(fit, score.log.source) != UNSEEN]
 
 

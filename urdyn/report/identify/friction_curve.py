@@ -1,4 +1,4 @@
-"""A joint's friction against its speed, as sure as the posterior is."""
+"""A joint's friction against its speed, with the posterior's band."""
 
 from __future__ import annotations
 
@@ -41,12 +41,12 @@ def friction_curve(fit: Fit, joint: int, v: Array, rng: np.random.Generator) -> 
 
 
 def coefficients(fit: Fit, joint: int) -> dict[str, float]:
-    """The joint's estimates of what shapes the curve."""
+    """The joint's estimates that determine the curve."""
     return {name: float(getattr(fit.dynamics.drive, name)[joint]) for name in SHAPING}
 
 
 def _draw(fit: Fit, joint: int, rng: np.random.Generator) -> dict[str, Array]:
-    """Draws of those coefficients from the posterior, (DRAWS,) each; constant if not sought."""
+    """Draws of those coefficients from the posterior, (DRAWS,) each; constant if not estimated."""
     name = fit.dynamics.arm.joint_names[joint]
     sought = [field for field in SHAPING if f"{name}.{field}" in fit.names]
     at = [fit.names.index(f"{name}.{field}") for field in sought]

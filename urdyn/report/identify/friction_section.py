@@ -1,4 +1,4 @@
-"""What the joints lose: friction against speed, and every coefficient of the drives."""
+"""The joints' losses: friction against speed, and every coefficient of the drives."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from urdyn.report.identify.friction_curve import friction, friction_curve
 from urdyn.report.markup import Html, cell, grid, key, paragraph, plot, section, table, text
 from urdyn.report.names import QUANTITIES, joints, shown, terms
 
-SAMPLES = 700  # dots a plot
+SAMPLES = 700  # dots per plot
 UNSEEN_MARGIN = 1.25  # [-] how far beyond the visited speeds the curve is drawn
 AT_REST = 0.6  # [rad/s] to draw to where a joint was never seen to move
 GRID = np.concatenate([np.linspace(0.0, 0.1, 40)[1:], np.linspace(0.1, 1.0, 60)[1:]])
@@ -59,7 +59,7 @@ def _why() -> str:
 
 
 def _warmth(fit: Fit) -> str:
-    """How warm the joints were that this friction is of."""
+    """The joint temperatures at which this friction holds."""
     known = fit.dynamics.drive.temperature[np.isfinite(fit.dynamics.drive.temperature)]
     if not len(known):
         return (

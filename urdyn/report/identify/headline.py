@@ -15,7 +15,7 @@ from urdyn.report.markup import Html, cell, facts, grid, join, paragraph, plot, 
 from urdyn.report.names import joints, robot
 from urdyn.types import Array
 
-RESTS = 0.1  # [-] of the rows, from which on it is said that joints stood: less are turning points
+RESTS = 0.1  # [-] of the rows, from which on rest is mentioned: less are turning points
 
 
 def headline(
@@ -62,7 +62,7 @@ def sentence(found: Pooled, names: Sequence[str]) -> str:
 
 
 def _rests(found: Pooled, names: Sequence[str]) -> str:
-    """How good it is but for the rows in which joints stood, where those are many; else ""."""
+    """How good it is without the rows in which joints stood, where those are many; else ""."""
     most = float(np.nanmax(found.standing, initial=0.0))
     if most < RESTS:
         return ""

@@ -1,4 +1,4 @@
-"""How much the data say of each kind of parameter, and what the prior still holds."""
+"""How much the data determine each kind of parameter, and what rests on the prior."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from urdyn.report.markup import Html, plot, section
 from urdyn.report.names import QUANTITIES, joints
 from urdyn.types import Array
 
-STILL = np.radians(5.0)  # [rad] a joint with less travel in every log hardly moved
+STILL = np.radians(5.0)  # [rad] of travel: a joint with less in every log hardly moved
 
 
 def identifiability(fit: Fit, scores: Sequence[Score]) -> Html:
-    """How much the data say of each kind of parameter."""
+    """How much the data determine each kind of parameter."""
     return section(
         "What the data tell, and what they leave to the prior",
         f"Rank {fit.rank} of {fit.n_parameters} columns: the data fix {fit.rank} combinations of "
@@ -45,13 +45,13 @@ def still(fit: Fit, scores: Sequence[Score]) -> str:
 
 
 def _travel(q: Array) -> Array:
-    """Angle between the ends that each joint came to, (N, J) -> (J,) [rad]."""
+    """Range of each joint's angle, (N, J) -> (J,) [rad]."""
     top, bottom = np.where(np.isfinite(q), q, -np.inf), np.where(np.isfinite(q), q, np.inf)
     return np.asarray(top.max(axis=0) - bottom.min(axis=0))
 
 
 def _groups(fit: Fit) -> dict[str, list[list[float]]]:
-    """Informed share by kind of parameter: label -> owners -> shares, of what was sought."""
+    """Informed share by kind of parameter: label -> owners -> shares, of estimated parameters."""
     arm = fit.dynamics.arm
     kinds = {"mass": BODY[:1], "centre of mass": BODY[1:4], "inertia": BODY[4:]}
     bodies = {

@@ -1,4 +1,4 @@
-"""What the links and the payload weigh, and what the data say of it at all."""
+"""Masses of the links and the payload, and what the data contribute to them."""
 
 from __future__ import annotations
 
@@ -86,7 +86,7 @@ def _table(fit: Fit) -> Html:
 
 
 def _tool(fit: Fit) -> Html:
-    """The tool that was named, as it was."""
+    """The tool as the user specified it."""
     tool = fit.dynamics.payload
     if not tool[0]:
         return paragraph("Tool: none in these logs, as it was named.")

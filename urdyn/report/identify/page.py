@@ -35,7 +35,7 @@ def identify_page(
         command: the command line that makes it again.
         wall: time that the identification took [s].
         truth: of `urdyn.simulate.truth`, where the arm is simulated.
-        doubts: what speaks against the fit, in sentences.
+        doubts: reasons to doubt the fit, in sentences.
     """
     took = {"identified in": f"{number(wall)} s"}
     return document(
@@ -54,7 +54,7 @@ def identify_page(
 def validate_page(
     fit: Fit, scores: Sequence[Score], command: str, doubts: Sequence[str] = ()
 ) -> str:
-    """HTML of a validation: how well a fit predicts logs, and what speaks against that."""
+    """HTML of a validation: how well a fit predicts logs, and reasons to doubt that."""
     return document(
         f"{robot(fit)} validated",
         headline(fit, scores, "validated dynamics", _scored(scores), doubts),

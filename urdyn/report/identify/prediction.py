@@ -1,4 +1,4 @@
-"""Evidence for the headline: predicted beside measured current, and what is left over."""
+"""Evidence for the headline: predicted beside measured current, and the residual."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ from urdyn.report.names import joints, terms, title
 from urdyn.report.traces import downsample, spectrum
 from urdyn.types import STANDSTILL
 
-POINTS = 3000  # a trace
+POINTS = 3000  # per trace
 SHOWN = 3  # logs drawn; all are in the tables
 
 
@@ -142,5 +142,5 @@ def _gear_strip(score: Score, j: int) -> list[dict[str, object]]:
 
 
 def judged(fit: Fit, scores: Sequence[Score]) -> Html:
-    """Both, or nothing where no log was scored."""
+    """Prediction and spectra, or nothing where no log was scored."""
     return join([prediction(fit, scores), spectra(fit, scores)]) if scores else Html("")

@@ -47,7 +47,7 @@ def _joint(fit: Fit, joint: int) -> dict[str, Any]:
     optional = sorted(fit.terms[joint])
     shape = ["stribeck_velocity"] if "stribeck" in optional else []
     quantities = (*FRICTION, "presliding_distance", *optional, *shape)
-    warm = float(fit.dynamics.drive.temperature[joint])  # as viscous friction is quoted
+    warm = float(fit.dynamics.drive.temperature[joint])  # at which viscous friction is quoted
     said = {"name": name, "terms": optional, "temperature_c": None if math.isnan(warm) else warm}
     return said | {quantity: quantity_of(fit, f"{name}.{quantity}") for quantity in quantities}
 
@@ -89,7 +89,7 @@ def _payload(fit: Fit, name: str) -> dict[str, Any]:
 
 
 def validated(scores: Sequence[Score]) -> dict[str, Any]:
-    """Scores in numbers; null where the log does not tell."""
+    """Scores in numbers; None where the log has no data."""
     return {"urdyn": __version__, "logs": [_score(score) for score in scores]}
 
 

@@ -36,7 +36,7 @@ def identify_table(fit: Fit) -> Table:
 
 
 def _stribeck(fit: Fit, joint: str) -> str:
-    """What is added to friction at rest, and the velocity by which most of it is gone."""
+    """The friction added at rest, and the velocity at which most of it is gone."""
     size, speed = fit.value(f"{joint}.stribeck"), fit.value(f"{joint}.stribeck_velocity")
     units = UNITS["stribeck"], UNITS["stribeck_velocity"]
     return f"{TERMS['stribeck']} {number(size)} {units[0]}, {number(speed)} {units[1]}"

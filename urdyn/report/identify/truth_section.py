@@ -1,4 +1,4 @@
-"""Where the arm is simulated: does the truth lie where the estimates say?"""
+"""For a simulated arm: does the truth lie within the estimates' intervals?"""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ LABELS = QUANTITIES | {"mass": "mass of the link"}
 
 
 def truth_section(fit: Fit, truth: Truth) -> Html:
-    """Truth beside estimate, with the z-score that tells an honest interval from a bold one."""
+    """Truth beside estimate, with the z-score that shows whether an interval is too narrow."""
     found = compare(fit, truth)
     inside = sum(c.inside for c in found)
     missing = left_out(fit, truth)

@@ -1,6 +1,6 @@
 """A tracked run's page, drawn in a process of its own: python -m urdyn.report.track.apart.
 
-Who tracks a robot for months need not hold what reads and draws its history.
+A process that tracks a robot for months need not load what reads and draws its history.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from urdyn.io.plain import plain
 
 
 def draw(history: Path, summary: Mapping[str, Any], page: Path) -> float | None:
-    """Write the page of `track_page` to the file `page`; the average surprise that it tells."""
+    """Write the page of `track_page` to the file `page`; the average surprise that it shows."""
     helper = Helper("urdyn.report.track.apart", "the drawing of the report", "run again")
     with closing(helper):
         told = {"history": str(history.absolute()), "page": str(page.absolute())}

@@ -11,10 +11,10 @@ from urdyn.report.digits import difference, number
 from urdyn.report.track.history import History, Series
 from urdyn.types import Mask
 
-SDS = 2.0  # combined standard deviations below which nothing is taken to have changed
+SDS = 2.0  # combined standard deviations, below which nothing counts as changed
 SHARE = 0.03  # [-] of the commissioned value, likewise
-# From where on a change matters, and where it must not grow, as shares of the commissioned value;
-# of a zero [rad]. Those of the built-in rules, for runs whose diagnosis tells none of its own.
+# Levels of a warning and of what is critical, as shares of the commissioned value; of a zero in
+# [rad]. Those of the built-in rules, for runs whose diagnosis has none of its own.
 Levels = Mapping[str, Mapping[str, float]]
 LEVELS: Levels = {
     "coulomb": {"warning": 0.2, "critical": 0.5},
@@ -28,7 +28,7 @@ WATCHED = {
     "health": "health",
     "zero": "zero",
 }
-UNSURE = "unsure"  # of what may have changed: enough to count, or more than its interval shows
+UNSURE = "unsure"  # it may have changed: enough to count, or more than its interval can show
 
 
 @dataclass(frozen=True)
@@ -48,12 +48,12 @@ class Change:
 
     @property
     def steady(self) -> bool:
-        """Too small to be told from nothing, or to matter."""
+        """Too small to be significant, or to matter."""
         return not np.isfinite(self.since)
 
     @property
     def word(self) -> str:
-        """What it comes to; "" where it surely changed."""
+        """The verdict; "" where it surely changed."""
         if not self.seen:
             return "not judged"
         if not self.steady:
@@ -63,7 +63,7 @@ class Change:
 
     @property
     def shows(self) -> bool:
-        """Enough is known for a change up to the critical level to be told from nothing."""
+        """Enough is known for a change up to the critical level to be significant."""
         return self.seen and SDS * self.sd <= self._level("critical")
 
     @property
@@ -73,7 +73,7 @@ class Change:
 
     @property
     def sd(self) -> float:
-        """Of the change."""
+        """Standard deviation of the change."""
         return float(np.hypot(self.then_sd, self.now_sd))
 
     @property
@@ -83,7 +83,7 @@ class Change:
 
     @property
     def amount(self) -> str:
-        """How much, signed: in per cent, but a joint's zero has no size to compare with."""
+        """How much, signed: in per cent, except for a joint's zero, which has no scale."""
         if self.quantity == "zero":
             return f"{signed(1e3 * (self.now - self.then))} mrad"
         if not self.then:
@@ -97,7 +97,7 @@ class Change:
 
 
 def compare_track(series: Series, seen: bool = True, levels: Levels = LEVELS) -> Change:
-    """The last belief beside the first."""
+    """The last belief compared with the first."""
     moved = _moved(series)
     after = np.flatnonzero(~moved)[-1] + 1  # the first row never differs from itself
     return Change(
@@ -124,11 +124,11 @@ def _moved(series: Series) -> Mask:
 def changes(
     history: History, unjudged: Sequence[str] = (), levels: Levels = LEVELS
 ) -> list[Change]:
-    """All that is watched, joint by joint.
+    """Changes of all watched quantities, joint by joint.
 
     Args:
         unjudged: joints that a diagnosis has seen too little of.
-        levels: those of its rules.
+        levels: of its rules.
     """
     seen = {joint: joint not in unjudged and history.seen(joint) for joint in history.joints}
     return [

@@ -20,7 +20,7 @@ from urdyn.report.track.push import drawn_push
 from urdyn.types import NORMAL90
 
 PUSHES = 6  # of which the currents are drawn
-ONE_LINE = 30  # letters of an axis's title that stand beside it in one
+ONE_LINE = 30  # letters of an axis's title that fit beside it in one line
 LEAD = (
     "Currents are compared with the model as commissioned, which stays fixed. What a healthy arm "
     "does is no fault: it warms up, changes its program and handles pieces. Sure: probability that "
@@ -69,7 +69,7 @@ def _row(finding: Mapping[str, Any], clock: Clock, start: float) -> list[Html]:
 
 
 def _since(finding: Mapping[str, Any], clock: Clock, start: float) -> Html:
-    """When it began, and within which interval; of a push how long it lasted."""
+    """When it began, and its interval; for a push, how long it lasted."""
     if finding["older"] or finding["onset_s"] < start:
         return text(BEFORE)
     began, lasted = clock(finding["onset_s"] - start), finding["evidence"].get("duration_s")
@@ -85,7 +85,7 @@ def _left(finding: Mapping[str, Any]) -> Sequence[str]:
 
 
 def _drawn_here(finding: Mapping[str, Any]) -> bool:
-    """Whether it has a course; one that goes on is drawn with its forecast."""
+    """Whether its course is drawn here; a growing one is drawn with its forecast."""
     return not finding["forecast"] and len(finding["evidence"].get("series", {}).get("t", ())) > 1
 
 

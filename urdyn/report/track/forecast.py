@@ -1,4 +1,4 @@
-"""Where findings are going: fans of quantiles up to the levels, and how long each joint lasts."""
+"""Forecasts of findings: fans of quantiles up to the levels, and how long each joint lasts."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def forecasts(history: History, summary: Mapping[str, Any]) -> Html:
 
 
 def _others(found: Sequence[Mapping[str, Any]], joints: Sequence[str]) -> str:
-    """What no fan is drawn of, and why."""
+    """Findings without a fan, and why."""
     still = [f for f in found if f["kind"] in STEADY and not f["forecast"]]
     named = "; ".join(f"{spoken(f['name'])}, {kind(f)}" for f in still)
     told = f"No trend is established of {named}: found, but not surely growing. " if still else ""
@@ -143,7 +143,7 @@ def _heights(critical: float, by: Mapping[str, Any], seen: Any) -> list[float]:
 
 
 def _health(summary: Mapping[str, Any], found: Sequence[Mapping[str, Any]]) -> Html:
-    """Joint by joint, and of the arm: whether it lasts until a service can be planned."""
+    """Whether each joint, and the arm, lasts until a service can be planned."""
     arm, joints = summary["arm"], summary["joints"]
     if not found:
         return paragraph(f"Health index of the arm: {lasting(arm)}.")
@@ -156,7 +156,7 @@ def _health(summary: Mapping[str, Any], found: Sequence[Mapping[str, Any]]) -> H
 
 
 def _index(row: Mapping[str, Any], words: str = "") -> Html:
-    """A health index, marked where a failure is likelier than none."""
+    """A health index, marked where a failure is likelier than not."""
     share = row["health_index"]
     if share is None:
         return cell(UNJUDGED)

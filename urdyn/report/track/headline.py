@@ -26,7 +26,7 @@ UNIT = re.compile(
     r"(?<=\d) (?=±|%|kg\b|s\b|min\b|h\b|d\b|mrad\b)|(?<=±) |(?<=\d) (?=to \d)|(?<=to) (?=\d)"
 )
 TABLED = ("coulomb", "viscous", "health")
-TRACKED = "Tracked parameters, changed: "  # as a verdict begins beside findings
+TRACKED = "Tracked parameters, changed: "  # start of a verdict beside findings
 BENT = " A sensor fault distorts these values."
 PARTS = (
     " The size of a friction finding is the increase of all friction of its joint; Coulomb "
@@ -72,7 +72,7 @@ def track_headline(
 
 
 def _beside(said: str, kinds: Collection[str]) -> str:
-    """How `said` of tracked parameters is to be read beside findings of these kinds."""
+    """How to read `said` about tracked parameters beside findings of these kinds."""
     bent = BENT if "sensor_fault" in kinds else ""
     two = "friction_increase" in kinds and WATCHED["coulomb"] in said
     return bent + (PARTS if two else "")
@@ -86,14 +86,14 @@ def _read(summary: Mapping[str, Any]) -> str:
 
 
 def _hold(surprised: Surprise) -> str:
-    """What intervals hold, which are those of the model."""
+    """The coverage of the intervals, which are the model's."""
     if surprised.overall > MISSES:
         return "Intervals would hold 90 % if nothing were missing."
     return "Intervals hold 90 %."
 
 
 def _diagnosed(history: History, summary: Mapping[str, Any], judged: bool, look: str) -> list[Html]:
-    """Is anything wrong, since when, and what to do; `look` at what changed is a part of that."""
+    """Is anything wrong, since when, and what to do, which includes the `look` at changes."""
     found, advice = ranked(summary["findings"]), summary["recommendation"]
     time = history.clock
     if not found:
@@ -108,14 +108,14 @@ def _diagnosed(history: History, summary: Mapping[str, Any], judged: bool, look:
 
 
 def _spoken(said: str, found: Sequence[Mapping[str, Any]]) -> str:
-    """A sentence with joints and links that have findings as people call them."""
+    """A sentence with the spoken names of joints and links that have findings."""
     for f in found:
         said = said.replace(f["name"], spoken(f["name"]))
     return said
 
 
 def _nothing_found(summary: Mapping[str, Any], lasted: str, judged: bool, look: str) -> list[Html]:
-    """That nothing is wrong, of what was seen well enough to tell."""
+    """That nothing is wrong among what was seen well enough to judge."""
     told = f"Nothing wrong was found in {lasted}."
     todo = f"Leave it at work, but {look}." if look else "Leave it at work."
     if not judged:
@@ -127,7 +127,7 @@ def _nothing_found(summary: Mapping[str, Any], lasted: str, judged: bool, look: 
 
 
 def _judged(summary: Mapping[str, Any], surprised: Surprise) -> bool:
-    """Whether enough was compared to say anything of any joint."""
+    """Whether enough was compared to judge any joint."""
     rows = summary.get("joints", ())
     blind = bool(rows) and len(unjudged(rows)) == len(rows)
     return bool(np.isfinite(surprised.overall)) and not blind

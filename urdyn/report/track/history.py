@@ -21,8 +21,8 @@ from urdyn.io.spans import Clock, clock
 from urdyn.types import NORMAL90, Array, Mask
 
 SD = ".sd"  # after the name of a quantity: the column of its standard deviation
-GROSS = 0.01  # [-] of the rows, whose surprise is taken for gross errors, not for a misfit
-EXPLAINED = 2.0  # [s] before a change is told, in which it may have happened
+GROSS = 0.01  # [-] of the rows, whose surprise counts as gross errors, not as misfit
+EXPLAINED = 2.0  # [s] before a change is reported, in which it may have happened
 PAYLOAD = "payload"
 PREFIX = "urdyn."  # before the keys of metadata
 
@@ -50,7 +50,7 @@ class History:
 
     files: tuple[Path, ...]
     finished: bool = True
-    written: float = np.nan  # [s] since 1970, when the newest of them was
+    written: float = np.nan  # [s] since 1970, of the newest of them
 
     @cached_property
     def start(self) -> float:
@@ -67,7 +67,7 @@ class History:
 
     @cached_property
     def clock(self) -> Clock:
-        """How to tell its time."""
+        """The unit of its time."""
         return clock(float(self.t[-1]))
 
     @cached_property
@@ -85,7 +85,7 @@ class History:
 
     @cached_property
     def names(self) -> tuple[str, ...]:
-        """Of the columns."""
+        """Names of the columns."""
         return tuple(self._schema.names)
 
     def column(self, name: str) -> Array:
@@ -120,15 +120,15 @@ class History:
         return self.column(f"current_{j}"), self.column(f"predicted_{j}")
 
     def seen(self, joint: str) -> bool:
-        """Whether a current of a joint was compared, so that anything was learnt of it."""
+        """Whether a current of a joint was compared, so that anything was learnt about it."""
         current, predicted = self.currents(joint)
         return bool(np.isfinite(current - predicted).any())
 
     @cached_property
     def surprise(self) -> float:
-        """Normalised innovation squared a measured current, 1 expected; NaN: none was compared.
+        """Normalised innovation squared per measured current, 1 expected; NaN: none was compared.
 
-        The mean but for the most surprising rows: of a real arm a few hold gross errors, which a
+        The mean without the most surprising rows: on a real arm a few hold gross errors, which a
         filter gives little weight, and one can be as large as all others together.
         """
         measured, nis = self.column("measured"), self.column("nis")
@@ -141,9 +141,9 @@ class History:
 
     @cached_property
     def unexplained(self) -> Mask:
-        """Rows whose surprise nothing has explained, (N,).
+        """Rows whose surprise no change explains, (N,).
 
-        One in the seconds before another payload was told was that payload, and has taught nothing.
+        In the seconds before a payload change is reported, that change is the cause.
         """
         changes = self.t[self.column("widened") > 0]
         next_one = np.append(changes, np.inf)[np.searchsorted(changes, self.t)]
@@ -151,19 +151,19 @@ class History:
 
     @cached_property
     def provenance(self) -> Mapping[str, Any]:
-        """What the run was made of; nothing where it has not said so yet."""
+        """What the run was made from; empty where not known yet."""
         return dict(self._told("provenance"))
 
     @property
     def source(self) -> str:
-        """What was tracked, as its user named it; "" where nobody has said so yet."""
+        """What was tracked, as its user named it; "" where not known yet."""
         return str(self.provenance.get("source", ""))
 
     @cached_property
     def _first(self) -> pq.ParquetFile:
-        """Stays open, since what a day's file says of its groups of rows takes long to read.
+        """The first file, kept open, since the metadata of a day's row groups takes long to read.
 
-        The parts of a run that goes on are many and small: each is opened when it is read.
+        The parts of a run in progress are many and small: each is opened when it is read.
         """
         try:
             return _opened(self.files[0])
@@ -199,7 +199,7 @@ def find_history(folder: Path) -> History:
     whole, parts = folder / HISTORY, sorted((folder / PARTS).glob("part-*.parquet"))
     since = whole.stat().st_mtime if whole.is_file() else -np.inf
     until = parts[-1].stat().st_mtime if parts else -np.inf
-    if until > since:  # a live robot was taken up again, or has never been left
+    if until > since:  # a live run was resumed, or has not ended
         return History(tuple(parts), False, until)
     if whole.is_file():
         return History((whole,), True, since)
@@ -211,7 +211,7 @@ def find_history(folder: Path) -> History:
 
 
 def _opened(path: Path) -> pq.ParquetFile:
-    """A file, by the bytes of its name, which may be no text."""
+    """A file, by the bytes of its name, which may not be valid text."""
     return pq.ParquetFile(pa.OSFile(os.fsencode(path)))
 
 

@@ -1,4 +1,4 @@
-"""What the belief means for the work: margins, power and what the model still misses."""
+"""Quantities of interest: margins, power and what the model still misses."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ HEAD = (
 
 
 def interest(quantities: Mapping[str, Any]) -> Html:
-    """A table over the joints, and what more the arm could carry."""
+    """A table over the joints, and how much more the arm could carry."""
     return section(
         "Margins, power, prediction",
         "Torque margin: share of a healthy drive’s torque that was unused at the hardest moment. "

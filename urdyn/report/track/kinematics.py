@@ -1,4 +1,4 @@
-"""What poses told of an arm's geometry, and of the frames that they are in."""
+"""What poses revealed about an arm's geometry, and about their own frames."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from urdyn.report.track.history import SD, History, Series
 from urdyn.report.track.trace import PALE, trend
 
 KINEMATICS, FRAMES = "kinematics", ("base", "tool")
-# Of a joint, as in [Hayati1983]_; and how a column is headed.
+# Coordinate of a joint, as in [Hayati1983]_ -> head of its column.
 KINDS = {"a": "a [mm]", "alpha": "α [mrad]", "beta": "β [mrad]", "d": "d [mm]", "theta": "θ [mrad]"}
 COLOURS = {"mean": OURS, "90 % interval": PALE}
 THOUSANDTHS = {"m": "mm", "rad": "mrad"}
@@ -33,7 +33,7 @@ TRACKER = (
 
 
 def holds_kinematics(history: History) -> bool:
-    """Whether poses were looked at."""
+    """Whether poses were tracked."""
     return any(name.startswith(f"{KINEMATICS}.") for name in history.names)
 
 
@@ -67,7 +67,7 @@ def kinematics(history: History) -> Html:
 
 
 def _series(history: History) -> Iterator[Series]:
-    """All that poses alone have told of, in thousandths."""
+    """All quantities that only poses determine, in thousandths."""
     for name in history.names:
         told = name.startswith(f"{KINEMATICS}.") and name + SD in history.names
         if told and np.isfinite(history.column(name)).any():

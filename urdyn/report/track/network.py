@@ -1,4 +1,4 @@
-"""The two slices of the network that a run infers, drawn, and in words for those who cannot see."""
+"""The two slices of a run's network, drawn, and described for those who cannot see."""
 
 from __future__ import annotations
 

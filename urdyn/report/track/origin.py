@@ -1,4 +1,4 @@
-"""What a tracked run was made of, and how fast it went."""
+"""What a tracked run was made from, and how fast it went."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from urdyn.report.markup import Html, section, table, tag, text
 from urdyn.report.track.history import History
 from urdyn.version import __version__
 
-SETTINGS = "settings"  # of what a run is made of: the filter, its drift, the period, streams
+SETTINGS = "settings"  # in the provenance: the filter, its drift, the period, streams
 
 
 def track_origin(history: History, summary: Mapping[str, Any]) -> Html:
-    """Speed, and hashes of the twin and of what it saw."""
+    """Speed, and hashes of the twin and of its data."""
     speed = [[text(name), text(value)] for name, value in _speed(summary).items()]
     made = [
         [text(k), tag("span", text(_settings(v) if k == SETTINGS else v), kind="hash")]
@@ -46,7 +46,7 @@ def _speed(summary: Mapping[str, Any]) -> dict[str, str]:
 
 
 def _settings(told: str) -> str:
-    """Settings as they are kept, in words; what was left to its default is not said."""
+    """Stored settings in words, without defaults."""
     said = re.sub(r",? ?\w+=None\b|\bNone\b|\(\)", "", told).replace("(, ", "(")
     said = re.sub(r"\d+\.\d+(e[-+]?\d+)?", lambda m: f"{float(m[0]):.6g}", said)
     said = re.sub(r"(?<= )(\d[\d.e-]*)(?= |$)", r"every \1 s", said)
@@ -54,7 +54,7 @@ def _settings(told: str) -> str:
 
 
 def _flat(value: Any, name: str = "") -> Iterator[tuple[str, str]]:
-    """Leaves of nested JSON, each under the way to it."""
+    """Leaves of nested JSON, each under its path."""
     if isinstance(value, Mapping):
         for key, inner in value.items():
             yield from _flat(inner, f"{name} {key}".strip())

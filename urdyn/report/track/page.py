@@ -28,7 +28,7 @@ def track_page(run: History, summary: Mapping[str, Any]) -> str:
 
     Args:
         run: mean and `.sd` of every quantity, currents, and surprise over time.
-        summary: robot, samples, times, latency, and when the payload was taken to have changed.
+        summary: robot, samples, times, latency, and when the payload changed by the tracker.
     """
     unseen, surprised = unjudged(summary.get("joints", ())), surprise(run)
     found = changes(run, unseen, summary.get("levels", LEVELS))

@@ -1,4 +1,4 @@
-"""What the arm carries, and when it was taken to have changed."""
+"""The arm's payload, and when the tracker saw it change."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def carried(history: History, changed: Sequence[float]) -> str:
 
 def _since(changed: Sequence[float], clock: Clock) -> str:
     if not changed:
-        return ""  # what was found tells of one that was there from the beginning
+        return ""  # a finding reports one that was there from the beginning
     times = f", the last of {len(changed)} changes" if len(changed) > 1 else ""
     return f", since {clock(changed[-1])}{times}"
 

@@ -1,4 +1,4 @@
-"""What a push did to the currents of the joints that felt it."""
+"""A push's effect on the currents of the joints that felt it."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from urdyn.report.track.history import History
 from urdyn.types import Array, Mask
 
 AROUND = 2.0  # [s] that are drawn before a push and after it
-FELT = 0.1  # [-] of the greatest torque of a push, below which a joint is not drawn
+FELT = 0.1  # [-] of a push's largest torque, below which a joint is not drawn
 
 
 def drawn_push(finding: Mapping[str, Any], history: History) -> Html:
@@ -25,7 +25,7 @@ def drawn_push(finding: Mapping[str, Any], history: History) -> Html:
     end = begin + evidence["duration_s"]
     near = (history.t > begin - AROUND) & (history.t < end + AROUND)
     t = history.t[near]
-    torque = np.nan_to_num(np.abs(np.array(evidence["torque_Nm"], float)))  # null: not heard
+    torque = np.nan_to_num(np.abs(np.array(evidence["torque_Nm"], float)))  # null: no data
     most = np.flatnonzero(torque > FELT * torque.max())
     felt = {history.joints[j]: JOINTS[j % len(JOINTS)] for j in most}
     traces = [
@@ -40,7 +40,7 @@ def drawn_push(finding: Mapping[str, Any], history: History) -> Html:
 
 
 def _beyond(history: History, joint: str, near: Mask, before: Mask) -> Array:
-    """Current less the prediction, (N,) [A]; of a joint that stands, less what it was before."""
+    """Current less the prediction, (N,) [A]; for a joint at rest, less its value before."""
     current, predicted = (column[near] for column in history.currents(joint))
     left = current - predicted
     if np.isfinite(left).mean() > 0.5:

@@ -24,7 +24,7 @@ LEAD = (
 
 
 def quality(history: History, summary: Mapping[str, Any]) -> Html:
-    """Losses of the stream, and what each joint's samples were good for."""
+    """Losses of the stream, and how each joint's samples were used."""
     lacked = summary["quality"]
     heads = ["joint", "without current", "compared", "outliers", "residual, robust sd"]
     rows = [

@@ -1,4 +1,4 @@
-"""What the belief did not foresee: residual currents, and their size beside the expected."""
+"""Residual currents, and their size compared with the expected one."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ ENDS = np.array([[0.05], [0.95]])  # of a 90 % band
 
 @dataclass(frozen=True, eq=False)
 class Surprise:
-    """Normalised innovation squared a measured current, 1 expected, averaged over windows."""
+    """Normalised innovation squared per measured current, 1 expected, averaged over windows."""
 
     t: Array  # (W,) [s] where each window begins
     mean: Array  # (W,) [-]
     low: Array  # (W,) [-] 5 % quantile of white innovations
     high: Array  # (W,) [-] 95 % quantile
     inside: float  # [-] share of single samples between their quantiles
-    overall: float  # [-] but for what a change explains, and gross errors
+    overall: float  # [-] without gross errors and what a change explains
 
 
 def surprise(history: History) -> Surprise:
@@ -43,14 +43,14 @@ def surprise(history: History) -> Surprise:
     begin = np.unique(np.linspace(0, len(nis), POINTS, endpoint=False).astype(int))
     total, dof = np.add.reduceat(nis, begin), np.add.reduceat(measured, begin)
     low, high = chi2.ppf(ENDS, dof) / dof
-    counts, which = np.unique(measured, return_inverse=True)  # few: a quantile is dear
+    counts, which = np.unique(measured, return_inverse=True)  # few: a quantile is costly
     least, most = chi2.ppf(ENDS, counts)[:, which]
     inside = float(((nis > least) & (nis < most)).mean())
     return Surprise(t[begin], total / dof, low, high, inside, history.surprise)
 
 
 def trust_track(found: Surprise) -> str:
-    """How well the belief knew what it would see."""
+    """How well the belief predicted the measurements."""
     if not np.isfinite(found.overall):
         return "No current was compared."
     least = f"The average surprise, but for the {percent(GROSS)} that surprised most, is"

@@ -1,4 +1,4 @@
-"""How a belief over time is drawn: a line in its 90 % band, beside where it began."""
+"""Plot of a belief over time: a line in its 90 % band, beside where it began."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from urdyn.report.traces import downsample
 from urdyn.report.track.history import Series
 from urdyn.types import Index
 
-POINTS = 1000  # a trace
+POINTS = 1000  # per trace
 PALE = "rgba(86,180,233,0.24)"  # a band that leaves its line visible on a dark page
 UNSETTLED = 3.0  # times the usual half width: the belief is about to move
 WORDS = {"coulomb": "friction", "viscous": "damping"}
@@ -43,7 +43,7 @@ def kept(series: Series) -> Index:
 
 
 def extent(series: Series) -> tuple[float, float]:
-    """Lowest and highest shown at first: what is not yet learnt does not flatten the rest."""
+    """Initial range of the axis: the unsettled beginning does not flatten the rest."""
     factor, _ = reads_as(series.quantity, series.unit)
     usual = float(np.median(series.half))
     settled = series.mean[series.half <= UNSETTLED * usual]

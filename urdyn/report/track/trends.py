@@ -1,4 +1,4 @@
-"""How friction, damping, health and zero of every joint went, and the masses of the links."""
+"""Trends of friction, damping, health and zero of every joint, and masses of the links."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ COLOURS = {"mean": OURS, "90 % interval": PALE, "at commissioning": MEASURED}
 
 
 def trends(history: History, found: Sequence[Change]) -> Html:
-    """A plot a joint and quantity."""
+    """A plot per joint and quantity."""
     parts = (
         part
         for quantity, word in WATCHED.items()
@@ -47,7 +47,7 @@ def _told(c: Change, clock: Clock) -> str:
 
 
 def link_masses(history: History) -> Html:
-    """A plot a link, and what none of them can show."""
+    """A plot per link, and what none of them can show."""
     return section(
         "Link masses", WHY, key(COLOURS), grid(*(_mass(history, link) for link in history.links))
     )

@@ -9,7 +9,7 @@ from urdyn.report.names import spoken
 from urdyn.report.track.change import UNSURE, WATCHED, Change
 
 TOLD = 3  # changes that a headline has room for
-CHANGED = "Changed: "  # a verdict begins with, where something did
+CHANGED = "Changed: "  # start of a verdict, where something did
 
 
 def verdict(found: Sequence[Change], clock: Clock) -> str:
@@ -22,7 +22,7 @@ def verdict(found: Sequence[Change], clock: Clock) -> str:
 
 
 def concern(found: Sequence[Change]) -> str:
-    """What is to be looked at though no fault was found; "" where nothing is."""
+    """What to look at though no fault was found; "" where nothing is."""
     moved = _most_first(c for c in found if c.matters)
     named = ", ".join(map(_named, moved[:TOLD]))
     how = "changed by more than a warning takes, and no finding says why"
@@ -44,25 +44,25 @@ def _rest(moved: Sequence[Change]) -> str:
 
 
 def _unmoved(found: Sequence[Change]) -> str:
-    """That nothing surely changed of what was looked at."""
+    """That nothing that was examined surely changed."""
     told = as_commissioned(found, "friction, damping, health and zero")
     return f"Steady: {told}" if sure(found) else f"No change is sure: {told}"
 
 
 def as_commissioned(found: Sequence[Change], what: str) -> str:
-    """That all of it is as it was, or may be; and of which joints this cannot be said."""
+    """That all is, or may be, as commissioned; and the joints for which this is unknown."""
     unseen = ", ".join(_unseen(found))
     but = f" but {unseen}, of which too little was seen," if unseen else ""
     return f"{what} of every joint{but} {'are' if sure(found) else 'may be'} as commissioned."
 
 
 def sure(found: Sequence[Change]) -> bool:
-    """Nothing seems to have changed of what was seen well enough to tell."""
+    """Nothing that was seen well enough to judge seems to have changed."""
     return all(c.word != UNSURE or not c.shows for c in found)
 
 
 def _unseen(found: Sequence[Change]) -> Iterator[str]:
-    """Joints of which a change would not show; where that is so of some quantities only, which."""
+    """Joints whose changes would not show; if only in some quantities, which."""
     for owner in dict.fromkeys(c.owner for c in found):
         own = [c for c in found if c.owner == owner]
         hidden = [WATCHED[c.quantity] for c in own if not c.shows]
