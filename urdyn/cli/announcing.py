@@ -1,4 +1,4 @@
-"""Whom a run tells, as its options say; and what it hands over to a controller at the end."""
+"""What a run's options ask it to publish, and what it hands over to a controller at the end."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ Final = Mapping[str, Mapping[str, Any]]  # by quantity: its mean and sd
 
 
 def known(asked: Collection[str] | None, words: Collection[str], option: str) -> None:
-    """BadParameter at a word that is none of these."""
+    """BadParameter at a word that is not among `words`."""
     for word in asked or ():
         if word not in words:
             raise typer.BadParameter(f"{option} {word!r}: choose from {', '.join(words)}")
@@ -40,7 +40,7 @@ def announcing(
     mqtt: str | None,
     publish: Sequence[str],
 ) -> Iterator[Watch | None]:
-    """What tells everybody who asked; None where nobody did."""
+    """A watcher that publishes as asked; None where nothing is."""
     live = source.startswith("ros2://")
     if publish and not live:
         raise typer.BadParameter(f"--publish {publish[0]}: there is no ROS in {source}")
@@ -74,7 +74,7 @@ def both(one: Watch | None, other: Watch | None) -> Watch | None:
 
 
 def hand(fit: ud.Fit, summary: dict[str, Any], asked: Collection[str], out: Path) -> list[Path]:
-    """Write what a controller was promised: the model as it is now; the files written."""
+    """Write the tracked model in the forms that a controller was promised; returns the files."""
     from urdyn.io import write_text
 
     final = summary["final"]
@@ -82,7 +82,7 @@ def hand(fit: ud.Fit, summary: dict[str, Any], asked: Collection[str], out: Path
     written = []
     for word in asked:
         name, make = makers[word]
-        (out / name).unlink(missing_ok=True)  # of the run before: it is another day's
+        (out / name).unlink(missing_ok=True)  # of the run before, and out of date
         write_text(out / name, make(fit, final))
         written.append(out / name)
     return written
@@ -115,21 +115,21 @@ def _ros(publish: Collection[str]) -> tuple[Voice, Callable[[], Iterator[str]]]:
 
 
 def _urdf(fit: ud.Fit, final: Final) -> str:
-    """The bare arm with its links' masses; what it carries is told by `payload`."""
+    """The bare arm with its links' masses; `payload` has what it carries."""
     from urdyn.model.describe import describe
 
     arm = fit.dynamics.arm
     inertials = np.array(fit.dynamics.inertials)
     mass = np.array([final[f"{link}.mass"]["mean"] for link in arm.link_names])
-    # A link that turned out heavier is taken to be so throughout: its shape was not seen to change.
+    # A heavier link is taken to be denser throughout: its shape was not seen to change.
     return describe(arm, inertials * (mass / inertials[:, 0])[:, None], "urdyn: as tracked")
 
 
 def _payload(fit: ud.Fit, final: Final) -> str:
     """`set_payload` of URScript: mass [kg], centre of mass at the flange [m].
 
-    It counts the tool where that is known, and is what is carried beside it elsewhere. InputError
-    where nobody weighed it.
+    It includes the tool where that is known, else it is what is carried beside the tool. InputError
+    where it was not estimated.
     """
     from urdyn.tracking.physical import KNOWN, PAYLOAD
     from urdyn.tracking.setting import settable

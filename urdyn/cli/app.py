@@ -66,11 +66,11 @@ def root(
     Begin with: [bold]urdyn demo[/bold]
     """
     if debug:
-        os.environ[DEBUG] = "1"  # processes that a verb starts are told as well
+        os.environ[DEBUG] = "1"  # for processes that a verb starts, too
 
 
 def flowing(text: str | None) -> str:
-    """A docstring whose paragraphs are a line each: a terminal breaks them where it ends."""
+    """A docstring with one line per paragraph, which the terminal wraps."""
     paragraphs = cleandoc(text or "").split("\n\n")
     return "\n\n".join(" ".join(paragraph.split()) for paragraph in paragraphs)
 

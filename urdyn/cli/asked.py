@@ -1,4 +1,4 @@
-"""What `identify` is asked for: a campaign, from its options or from a file that they override."""
+"""The campaign that `identify` is to carry out: from options, or a file that they override."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ T = TypeVar("T", Campaign, Recording)
 
 
 def typed() -> str:
-    """The command line as it was typed, which makes its results again."""
+    """The command line as it was typed, which reproduces its results."""
     return shlex.join(["urdyn", *sys.argv[1:]])
 
 

@@ -22,7 +22,7 @@ Quick = Annotated[bool, typer.Option("--quick", help="A tenth of the long log.")
 
 @dataclass(frozen=True)
 class Case:
-    """A log to identify, and what that may take."""
+    """A log to identify, and the time and memory that this may take."""
 
     name: str
     duration: float  # [s]
@@ -33,7 +33,7 @@ class Case:
 
 @dataclass(frozen=True)
 class Figure:
-    """What it took."""
+    """Time and memory that it took."""
 
     case: Case
     wall: float  # [s], from starting the process to its end
@@ -68,7 +68,7 @@ def bench_identify(quick: Quick = False, json: Json = False, quiet: Quiet = Fals
 
 
 def _measure(case: Case) -> Figure:
-    """Simulate in one process, for its memory is not to count, and identify in another."""
+    """Simulate in one process, whose memory must not count, and identify in another."""
     with tempfile.TemporaryDirectory(prefix="urdyn-bench-") as folder:
         log, out = f"{folder}/log.parquet", f"{folder}/twin"
         how = ("--duration", str(case.duration), "--rate", str(case.rate), "--seed", "1")

@@ -24,8 +24,8 @@ if TYPE_CHECKING:
     from urdyn.identify.excite.rating import Scale
     from urdyn.types import Motion
 
-MOMENTS = 120  # of a motion, of which it is rated
-WINDOW = 2.0  # [s] by which the cut of a longer recording is moved on
+MOMENTS = 120  # of a motion, at which it is rated
+WINDOW = 2.0  # [s] from one cut of a longer recording to the next
 RECORDED = "ur10e_dynamics"  # folder of recorded excitations of a UR10e
 COLUMNS = "timestamp,actual_q*6,actual_qd*6,actual_current*6,target_current*6,target_moment*6"
 AT_MOST = 120.0  # [s] that 20 s of motion may take
@@ -80,7 +80,7 @@ def bench_excite(
 
 
 def _random(found: Excitation, ruler: Scale, count: int, progress: Progress) -> Rated:
-    """The best of so many random series within the same limits."""
+    """The best of `count` random series within the same limits."""
     from urdyn.identify.excite.restart import loaded
     from urdyn.simulate.fourier import HARMONICS, draw, series_within
 

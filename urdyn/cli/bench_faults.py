@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from urdyn.report.bench.figure_four import Foreseen
     from urdyn.report.bench.table_three import OnArm, Row
 
-FEWEST = 12  # lives, from which the oracle's threshold is told
+FEWEST = 12  # lives, to determine the oracle's threshold
 ROBOT, NOISE = "ur10e", "white"  # of the virtual arm
 
 Lives = Annotated[int, typer.Option(min=FEWEST, help="Of each fault at each level of noise.")]
@@ -39,7 +39,7 @@ Seed = Annotated[int, typer.Option(min=0, help="Of the random lives, and of the 
 
 @dataclass(frozen=True, eq=False)
 class Measured:
-    """What a bench has found."""
+    """Results of a bench."""
 
     lives: int
     rows: Sequence[Row]
@@ -50,7 +50,7 @@ class Measured:
 
     @property
     def kinds(self) -> Kinds | None:
-        """Which were told as which; None: no arm was broken."""
+        """Which kinds were reported as which; None: no arm was broken."""
         from urdyn.bench.diagnosis_trials import counted
 
         return counted(self.done) if self.done else None
@@ -106,7 +106,7 @@ def _measured(lives: int, runs: int, seed: int, voice: Voice) -> Measured:
     from urdyn.simulate.paper import JOINTS
 
     trials = fault_trials.Trials(lives - lives % JOINTS, seed)
-    share = 0.2 if runs else 1.0  # of the time, that lives take
+    share = 0.2 if runs else 1.0  # of the time, taken by lives
     with voice.progress("finding faults") as progress, threadpool_limits(1):
         rows = list(fault_trials.rated(trials))
         progress("healthy data of all kinds", 0.5 * share)

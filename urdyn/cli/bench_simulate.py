@@ -1,4 +1,4 @@
-"""urdyn bench simulate: how much faster than the robot its virtual twin is, on one core."""
+"""urdyn bench simulate: how much faster than real time the virtual arm runs, on one core."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def _paces() -> Iterator[Pace]:
 
 
 def _lived(name: str, fidelity: Fidelity, rate: float, duration: float, least: float) -> Pace:
-    """Time of one fidelity alone: the motion is planned before."""
+    """Time of one fidelity alone: the motion is planned beforehand."""
     from urdyn.simulate import fourier, virtual_arm
 
     arm = ud.load_arm("ur10e")

@@ -14,7 +14,7 @@ Document = dict[str, Any]
 
 
 def tables(document: Document) -> list[Table]:
-    """Ramps, then Tables I, II and IV, then how true intervals are."""
+    """Ramps, then Tables I, II and IV, then the coverage of intervals."""
     return [
         _ramps(document["ramps"]),
         _table_1(document["table_1"]),
@@ -25,7 +25,7 @@ def tables(document: Document) -> list[Table]:
 
 
 def notes(document: Document) -> list[Table | str]:
-    """What the figures rest on."""
+    """Conditions of the figures."""
     arm, made = document["arm"], document["reconstruction"].items()
     units = (
         (f"{row['name']} ({row['symbol']})", row["arm"]["unit"], row["comparable"])

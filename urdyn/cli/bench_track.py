@@ -23,8 +23,8 @@ if TYPE_CHECKING:
 SIGMAS = (0.05, 0.25)  # of the scenario: where the paper is 0.03 low, and its own noise
 PACE = 100.0  # [Hz] of the arm's recording
 ON_ARM = {"EKF": "ekf", "UKF": "ukf", "PF (1k particles)": "particle", "VI": "variational"}
-FULL, BEST = "UKF", "EKF"  # of the modes, and whose Jacobians make the bound
-ARMS = {False: ("ur10e", "ur5e"), True: ("ur10e",)}  # whose intervals are tried; quickly, fewer
+FULL, BEST = "UKF", "EKF"  # the modes' filter; the one whose Jacobians make the bound
+ARMS = {False: ("ur10e", "ur5e"), True: ("ur10e",)}  # whose intervals are tested; fewer if quick
 NOISES = ("white", "real")
 OTHER_MODES = ("simplified", "realtime")  # of Table IV, beside the full one, that `urdyn track` has
 WAYS = {name: ("--filter", option) for name, option in ON_ARM.items()} | {
@@ -74,7 +74,7 @@ def bench_track(
 
 
 def measure(folder: Path, lives: int, arms: int, duration: float, progress: Progress) -> Document:
-    """All figures: so many lives of the scenario, and so many arms' recordings of `duration` [s].
+    """All figures, from `lives` of the scenario and recordings of `arms` arms, `duration` [s] each.
 
     Time and memory are those of the first arm.
     """
@@ -116,7 +116,7 @@ def measure(folder: Path, lives: int, arms: int, duration: float, progress: Prog
 def tried(
     kinds: list[tuple[str, str]], count: int, duration: float, progress: Progress
 ) -> list[Document]:
-    """How true intervals are, by type of arm and noise: so many of each, for `duration` [s]."""
+    """Coverage of intervals, by type of arm and noise: `count` of each, for `duration` [s]."""
     from threadpoolctl import threadpool_limits
 
     from urdyn import bench
@@ -139,7 +139,7 @@ def tried(
 
 
 def _finite(row: Document) -> Document:
-    """What is not a number is null."""
+    """The row with None for what is not a finite number."""
     return {k: None if isinstance(v, float) and not isfinite(v) else v for k, v in row.items()}
 
 
@@ -155,7 +155,7 @@ def _scenario(sigma: float, lives: int) -> list[Followed]:
 
 
 def _each_way(arm: VirtualArm, progress: Progress, share: float) -> dict[str, Document]:
-    """What tracking it by every filter, and in every mode, took."""
+    """Time and memory of tracking it with every filter, and in every mode."""
     took = {}
     for name, how in WAYS.items():
         progress(f"virtual arm {arm.log.parent.name}, {name}", share)

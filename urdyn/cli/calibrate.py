@@ -87,7 +87,7 @@ def _read(path: Path, arm: Arm, columns: str | None, rows: str | None) -> Poses:
 
 
 def _calibrate(arm: Arm, poses: Poses, out: Path, suggest: int | None, voice: Voice) -> None:
-    """Calibrate, save, tell."""
+    """Calibrate, save, print."""
     from urdyn.cli.calibrate_results import FILES, as_csv, save, suggested
     from urdyn.cli.results import require_folder
     from urdyn.identify.kinematics import calibrate
@@ -114,7 +114,7 @@ def _calibrate(arm: Arm, poses: Poses, out: Path, suggest: int | None, voice: Vo
 
 
 def _evaluate(arm: Arm, poses: Poses, folder: Path, out: Path | None, voice: Voice) -> None:
-    """Score an earlier calibration, tell."""
+    """Score an earlier calibration, print."""
     from urdyn.cli.results import require_folder
     from urdyn.identify.kinematics import evaluate, load_calibration
     from urdyn.io import write_folder

@@ -37,7 +37,7 @@ def save(calibration: Calibration, page: str, out: Path) -> None:
 
 
 def exchange(arm: Arm, table: Array, path: Path, out: Path) -> dict[str, Any]:
-    """Write a geometry a ... theta `table` (J, 5) in the forms of other tools; it in numbers."""
+    """Write a geometry a ... theta `table` (J, 5) in other tools' formats; return its numbers."""
     heading = f"urdyn {ud.__version__}: from {path} (sha256 {sha256(path)[:12]})"
     form, built = drawing_of(arm).form, redrawn(arm, table)
     texts = calibration_text(places_of(table), heading), describe(built, built.inertials, heading)
@@ -56,7 +56,7 @@ def exchange(arm: Arm, table: Array, path: Path, out: Path) -> dict[str, Any]:
 
 
 def suggested(calibration: Calibration, count: int) -> Array:
-    """Poses (count, J) [rad] that would tell most of what a calibration leaves open."""
+    """Poses (count, J) [rad] that would best determine what a calibration leaves open."""
     geometric = calibration.geometric
     known = rank_at(geometric, geometric.sought, calibration.poses)[1]
     rng = np.random.default_rng(0)

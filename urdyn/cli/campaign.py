@@ -1,4 +1,4 @@
-"""What is to be identified, from which recordings: told on the command line or in a campaign.toml.
+"""What to identify, from which recordings: given on the command line or in a campaign.toml.
 
     robot = "ur10e"                 # an arm of the library, or a URDF beside this file
     out = "out"                     # folder of the results
@@ -51,21 +51,21 @@ CAMPAIGN = {
     "validate": list,
     "simulate": dict,
 }
-OTHERS = {"parameter": "a twin", "motion": "a plan of `urdyn excite`"}  # by what they have
+OTHERS = {"parameter": "a twin", "motion": "a plan of `urdyn excite`"}  # by a key of theirs
 WORDS = {str: "text", int: "a whole number", NUMBER: "a number", list: "a list", dict: "a table"}
 
 
 @dataclass(frozen=True)
 class Campaign:
-    """An identification that is asked for."""
+    """An identification to carry out."""
 
     robot: str
     logs: tuple[Recording, ...] = ()  # of the bare arm
     payloads: tuple[Recording, ...] = ()
     validate: tuple[Recording, ...] = ()  # that the result is scored on
     drive_gain: tuple[float, ...] | None = None  # (J,) [N·m/A]
-    tool: Tool | None = None  # that the arm bore in all of them; None: nobody said
-    effort_unit: str | None = None  # "A" or "Nm"; None: nobody said
+    tool: Tool | None = None  # that the arm bore in all of them; None: not given
+    effort_unit: str | None = None  # "A" or "Nm"; None: not given
     out: Path = Path("out")
     simulate: Simulation | None = None  # instead of recordings
 

@@ -30,18 +30,18 @@ SHOWN = 30_000  # rows of a training log that are scored for the page
 
 @dataclass(frozen=True)
 class Outcome:
-    """What a campaign found."""
+    """Results of a campaign."""
 
     fit: ud.Fit
     scores: tuple[Score, ...]  # of the training logs, then of those that were held out
     wall: float  # [s] of reading and identifying
     truth: dict[str, Any] | None  # of a virtual arm
     defects: tuple[str, ...]  # of the logs
-    setting: Tool | None  # that the controller took for the payload; None: no log says
+    setting: Tool | None  # payload set in the controller; None: in no log
 
 
 def carry_out(campaign: Campaign, progress: Progress) -> Outcome:
-    """Record where the arm is virtual, identify, score."""
+    """Record if the arm is virtual, identify, score."""
     from urdyn.identify.scoring import amiss_in
 
     arm = ud.load_arm(campaign.robot)
@@ -72,9 +72,9 @@ def carry_out(campaign: Campaign, progress: Progress) -> Outcome:
 
 
 def _conditioned(recording: Recording, arm: Arm) -> tuple[ud.Motion, list[str], Tool | None]:
-    """A recording's motion, and what its log, which need not be kept, tells beside.
+    """A recording's motion, its log's defects, and the payload set in the controller.
 
-    What was amiss with it, and what the controller took for the payload.
+    The log itself need not be kept.
     """
     from urdyn.signal import conditioned, measured
 
@@ -92,9 +92,9 @@ def _beginning(recording: Recording, motion: ud.Motion) -> Recording:
 
 
 def gains(campaign: Campaign, arm: Arm) -> Array | None:
-    """Drive gains that are known, (J,) [N·m/A]; None: they are sought."""
+    """Drive gains that are known, (J,) [N·m/A]; None: they are estimated."""
     if campaign.drive_gain is None:
-        # Torque in N·m has a gain already, of whoever made it: the one it is divided by.
+        # Torque in N·m was computed with a gain: the one it is divided by takes its place.
         return typical_gain(arm) if campaign.effort_unit == "Nm" else None
     gain = np.array(campaign.drive_gain)
     if len(gain) != arm.joints or not (np.isfinite(gain).all() and (gain > 0.0).all()):
@@ -103,12 +103,12 @@ def gains(campaign: Campaign, arm: Arm) -> Array | None:
 
 
 def typical_gain(arm: Arm) -> Array:
-    """Drive gains that such joints have, (J,) [N·m/A]."""
+    """Typical drive gains of such joints, (J,) [N·m/A]."""
     return population(arm).drive["gain"].typical
 
 
 def _in_amperes(campaign: Campaign, arm: Arm) -> Campaign:
-    """The campaign whose recordings know what a bag's efforts are."""
+    """The campaign with the unit of bags' efforts in its recordings."""
     gain = gains(campaign, arm) if campaign.effort_unit == "Nm" else None
     effort = Effort(campaign.effort_unit, gain)
 

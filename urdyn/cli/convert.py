@@ -1,4 +1,4 @@
-"""urdyn convert: a recording, or what tracking wrote, in another form."""
+"""urdyn convert: a recording, or results of tracking, in another form."""
 
 from __future__ import annotations
 
@@ -86,7 +86,7 @@ def _require_other(log: Path, out: Path) -> None:
 
 
 def _effort(unit: str | None, drive_gain: str | None, robot: str | None) -> Effort:
-    """What the efforts of the recording are; gains are those given, else typical of the robot."""
+    """The unit of the recording's efforts; gains are those given, else typical of the robot."""
     if unit != "Nm":
         return Effort(unit)
     if drive_gain is None and robot is None:

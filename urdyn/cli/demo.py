@@ -57,7 +57,7 @@ def demo(
 
 
 def _work(ask: Simulation, robot: str) -> str:
-    """What was done."""
+    """What was done, in words."""
     return (
         f"A virtual {robot}, drawn at random, moved for {ask.duration:g} s, as long with a payload "
         f"of {PAYLOAD:g} kg, and as long along another path, to judge by."
@@ -65,7 +65,7 @@ def _work(ask: Simulation, robot: str) -> str:
 
 
 def _found(outcome: Outcome) -> list[str]:
-    """What was found."""
+    """What was found, in words."""
     from urdyn.cli.verdict import verdict
     from urdyn.report.identify.comparison import compare
 

@@ -1,4 +1,4 @@
-"""Diagnosis while a twin is tracked: its options, and what a terminal shows of it."""
+"""Diagnosis while a twin is tracked: its options, and its output on a terminal."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ FailOnFinding = Annotated[
 
 
 def known_rules(path: Path | None, hours: float | None) -> Rules:
-    """What is healthy and what is not, as the options say."""
+    """The rules of diagnosis that the options ask for."""
     from dataclasses import replace
 
     from urdyn.diagnose.rules import read_rules
@@ -62,7 +62,7 @@ def known_rules(path: Path | None, hours: float | None) -> Rules:
 def onlooker(
     fit: Fit, source: Source, rules: Rules, voice: Voice, helper: Helper | None = None
 ) -> Onlooker:
-    """A diagnosis that looks on, by `helper` if there is one, and tells what it finds."""
+    """A diagnosis beside the tracking, by `helper` if there is one, that reports its findings."""
     from urdyn.diagnose.onlooker import Onlooker
 
     def tell(finding: Mapping[str, Any]) -> None:
@@ -79,7 +79,7 @@ def onlooker(
 
 
 def undiagnosed(out: Path) -> None:
-    """Without what an earlier diagnosis found in DIR: it is of another history."""
+    """Remove an earlier diagnosis' findings from DIR: they are of another history."""
     from urdyn.diagnose.job import KEPT
     from urdyn.io.run_folder import FINDINGS
 

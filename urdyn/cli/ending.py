@@ -1,4 +1,4 @@
-"""Processes that run until somebody ends them."""
+"""Processes that run until they are ended from outside."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ from contextlib import contextmanager
 
 @contextmanager
 def ended_by(end: Callable[[], None]) -> Iterator[None]:
-    """Meanwhile Ctrl-C, and a service manager's way to end a process, call `end`.
+    """In this block Ctrl-C, and the signal by which a service manager ends a process, call `end`.
 
-    Both are asked for: a process that a script put into the background is deaf to Ctrl-C else.
-    Whoever handled them before does so again afterwards.
+    Both are set: a process that a script put into the background would otherwise ignore Ctrl-C.
+    Their former handlers are restored afterwards.
     """
     both = (signal.SIGINT, signal.SIGTERM)
     before = [signal.signal(number, lambda *_: end()) for number in both]

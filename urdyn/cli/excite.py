@@ -1,4 +1,4 @@
-"""urdyn excite: the most telling motion that an arm can make in its cell, proven safe."""
+"""urdyn excite: the most informative motion that an arm can make in its cell, proven safe."""
 
 from __future__ import annotations
 
@@ -151,13 +151,13 @@ def _controller_rate(arm: Arm) -> float:
 
 
 def _phrases(interest: list[str] | None) -> tuple[str, ...]:
-    """Names of interest, one an option or with commas between them."""
+    """Names of interest, one per option or separated by commas."""
     phrases = (part.strip() for text in interest or () for part in text.split(","))
     return tuple(phrase for phrase in phrases if phrase)
 
 
 def _joint(arm: Arm, name: str | None, kind: str) -> int:
-    """A joint by its number from 0, or by what it is called."""
+    """A joint by its number from 0, or by its name."""
     if name is None:
         if kind == "probe":
             raise typer.BadParameter("a probe needs --joint, like --joint elbow")
@@ -192,7 +192,7 @@ def _limits(
 
 
 def _again(file: Path, twin: Path | None) -> Excitation:
-    """The motion in a file, proven anew, by the twin that it adds to."""
+    """The motion in a file, proven anew, with the twin that it adds to."""
     from urdyn.identify.excite import repeated
     from urdyn.identify.excite.excitation_file import read_excitation
     from urdyn.io import sha256

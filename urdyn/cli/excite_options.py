@@ -1,4 +1,4 @@
-"""What `urdyn excite` can be asked for."""
+"""Options of `urdyn excite`."""
 
 from __future__ import annotations
 

@@ -19,7 +19,7 @@ P = ParamSpec("P")
 
 
 def guarded(verb: Callable[P, None]) -> Callable[P, None]:
-    """The verb, whose failures are told in one line."""
+    """The verb, whose failures are reported in one line."""
 
     @functools.wraps(verb)
     def run(*args: P.args, **kwargs: P.kwargs) -> None:
@@ -38,7 +38,7 @@ def guarded(verb: Callable[P, None]) -> Callable[P, None]:
 
 
 def explain(error: BaseException) -> tuple[str, int]:
-    """What to tell the user of an error, and the exit status."""
+    """What to tell the user about an error, and the exit status."""
     match error:
         case KeyboardInterrupt():
             return "interrupted", INTERRUPTED

@@ -65,7 +65,7 @@ def fleet(
 
 
 def _table(found: Fleet) -> Table:
-    """A row a robot."""
+    """A row per robot."""
     from urdyn.report.fleet.page import sentence
     from urdyn.report.terminal import terminal_table
 

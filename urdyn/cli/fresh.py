@@ -1,4 +1,4 @@
-"""`urdyn` in a process of its own: what it took, and what it said."""
+"""`urdyn` in a process of its own: its time, memory and output."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from dataclasses import dataclass
 from urdyn.errors import UrdynError
 from urdyn.io.rss import UNIT
 
-# Linux counts the parent's memory as the peak of a child that it starts; so a small process, which
-# this one starts, starts the one that is measured, and tells its peak in a last line.
+# Linux counts the parent's memory as the peak of a child that it starts; so this process starts a
+# small one, which starts the one that is measured, and prints its peak in a last line.
 SMALL = """
 import os, sys
 command = [sys.executable, "-m", "urdyn", *sys.argv[1:]]
@@ -24,7 +24,7 @@ sys.exit(os.waitstatus_to_exitcode(status) != 0)
 
 @dataclass(frozen=True)
 class Took:
-    """What a verb took, from starting its process to its end."""
+    """A verb's cost, from starting its process to its end, and its output."""
 
     wall: float  # [s]
     rss: float  # [B] peak

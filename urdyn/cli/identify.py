@@ -92,7 +92,7 @@ def identify(
 
 
 def _run(campaign: Campaign, voice: Voice) -> None:
-    """Identify, save, tell."""
+    """Identify, save, print."""
     from urdyn.cli.carry_out import carry_out
     from urdyn.cli.results import FILES, require_folder, save
     from urdyn.cli.verdict import verdict

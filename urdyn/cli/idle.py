@@ -1,4 +1,4 @@
-"""Options that another one leaves nothing to do are refused: who gave them expects something."""
+"""Options that have no effect beside another one are refused: their user expects an effect."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ GIVEN = "COMMANDLINE"
 
 
 def idle(context: typer.Context, where: str, *names: str) -> None:
-    """InputError at the first of these parameters that was given, which `where` does nothing."""
+    """InputError at the first of these parameters that was given; `where` it has no effect."""
     spelt = {param.name: param.opts[0] for param in context.command.params}
     for name in names:
         source = context.get_parameter_source(name)

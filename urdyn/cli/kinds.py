@@ -1,4 +1,4 @@
-"""Faults of every kind on a virtual arm, as verbs have them made and show what was told."""
+"""Faults of every kind on a virtual arm: how verbs make them and show what was reported."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 def broken(
     robot: str, seed: int, runs: int, noise: str, sets: Sets, progress: Progress
 ) -> list[Trial]:
-    """A virtual arm that was commissioned, and broken so often by each set of kinds."""
+    """A virtual arm that was commissioned, and broken `runs` times by each set of kinds."""
     from threadpoolctl import threadpool_limits
 
     from urdyn.bench.diagnosis_trials import commissioned, trials
@@ -38,7 +38,7 @@ def broken(
 
 
 def kinds_table(kinds: Kinds) -> Table:
-    """What was told of what: kinds are columns by their number, so that all have room."""
+    """Which kinds were reported as which; columns are numbered, so that all have room."""
     title = "what was told of a virtual arm's faults, by the number of its kind"
     table = Table("truth", title=title, box=SIMPLE_HEAD, pad_edge=False, collapse_padding=True)
     for name in kinds.told:
@@ -63,7 +63,7 @@ def as_counts(kinds: Kinds) -> dict[str, Any]:
 
 
 def summed(done: list[Trial], kinds: Kinds) -> str:
-    """What came of it, in a line."""
+    """The results, in a line."""
     named = f"kind and joint right in {kinds.right} of {kinds.findings} findings"
     return f"{named}; {_missed(done)}"
 

@@ -1,4 +1,4 @@
-"""Words for a terminal whose encoding lacks some of our signs."""
+"""Words for a terminal whose encoding lacks some of our characters."""
 
 from __future__ import annotations
 

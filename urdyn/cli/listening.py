@@ -1,4 +1,4 @@
-"""What `urdyn track` listens to beside the joints' own sensors, as it was asked."""
+"""What options ask `urdyn track` to listen to beside the joints' own sensors."""
 
 from __future__ import annotations
 
@@ -29,10 +29,10 @@ def wanted(poses: str | None, wrench: bool) -> tuple[str, ...]:
 def listening(
     source: Source, of: Dynamics, poses: str | None, wrench: bool, calibration: Path | None
 ) -> tuple[Source, tuple[Stream[Any], ...], Drift | None]:
-    """The source with what was asked for, its streams, and how zeros stray then."""
+    """The source with what was asked for, its streams, and the drift of zeros with them."""
     if not poses and not wrench:
         return source, (), None
-    # What poses need of calibration, a twin without them does not carry in its memory.
+    # Imported here: without poses, a twin does not hold calibration in memory.
     from urdyn.identify.kinematics import load_calibration
     from urdyn.tracking.beside import WATCHED, beside, with_poses
 
@@ -43,7 +43,7 @@ def listening(
         if asked and not any(what in stream for stream in source.beside):
             raise InputError(f"{source.name}: has no {MISSING[what]}")
     known = load_calibration(calibration, of.arm) if calibration else None
-    if known:  # a run that is resumed begins where it did
+    if known:  # a resumed run begins where it did
         begins = sha256((known.full or known.geometric).deviations.tobytes()).hexdigest()
         source = replace(source, identity=f"{source.identity} {begins}")
     streams = beside(of.arm, source, tracked=tracked, known=known, tool=of.payload)
@@ -51,7 +51,7 @@ def listening(
 
 
 def unused(summary: dict[str, Any]) -> str:
-    """What to make of poses that fitted no arm like this; nothing where some did, or none came."""
+    """A remark on poses that fitted no such arm; empty where some did, or none came."""
     prefix = "kinematics."
     told = [of["mean"] for name, of in summary["final"].items() if name.startswith(prefix)]
     if not told or any(mean is not None for mean in told):

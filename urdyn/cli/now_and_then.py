@@ -1,4 +1,4 @@
-"""What is being done, in a line now and then: for a log, where no terminal shows a bar."""
+"""Progress as an occasional line: for a log, where no terminal shows a bar."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from threading import Event, Thread
 from urdyn.progress import Progress
 
 FIRST = 15.0  # [s] of silence before the first line: most verbs have ended by then
-LAST = 60.0  # [s] from line to line at last, for whoever reads the log of a day
+LAST = 60.0  # [s] from line to line in the end, to keep a day's log short
 
 
 @contextmanager
 def lines(say: Callable[[str], None], doing: str) -> Iterator[Progress]:
-    """Says what was told last; minutes without a word look like work that hangs."""
+    """Prints the latest progress; minutes of silence look like work that hangs."""
     begin, now, ended = time.monotonic(), [doing], Event()
 
     def speak() -> None:

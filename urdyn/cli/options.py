@@ -1,4 +1,4 @@
-"""Options that several verbs have, told the same everywhere."""
+"""Options that several verbs share."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ _ROBOT = typer.Option(
     help="Arm type (ur3 ur5 ur10 ur3e ur5e ur10e ur16e ur20 ur30), upright, or a URDF file.",
 )
 Robot = Annotated[str | None, _ROBOT]
-OneRobot = Annotated[str, _ROBOT]  # where nothing else says which
+OneRobot = Annotated[str, _ROBOT]  # where nothing else determines it
 Columns = Annotated[
     str | None,
     typer.Option(

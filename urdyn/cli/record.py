@@ -17,7 +17,7 @@ from urdyn.report.digits import counted
 if TYPE_CHECKING:
     from urdyn.io.rtde import Summary
 
-NEAR = 1e-3  # share by which a rate is the one that was asked for
+NEAR = 1e-3  # relative difference within which a rate is the requested one
 
 Host = Annotated[str, typer.Argument(metavar="HOST", show_default=False)]
 Out = Annotated[
@@ -56,7 +56,7 @@ def record(
     voice, stop = Voice(json, quiet), Event()
 
     def end() -> None:
-        if stop.is_set():  # asked for twice: whatever it costs
+        if stop.is_set():  # second request: end at any cost
             raise KeyboardInterrupt
         stop.set()
 

@@ -1,4 +1,4 @@
-"""A recording as it is asked for: a file, which part of it, and how it is read."""
+"""A requested recording: a file, which part of it, and how it is read."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from urdyn.io.effort import UNTOLD, Effort
 if TYPE_CHECKING:
     from urdyn.types import Source
 
-# All that dynamics needs of a log; an hour of everything that a robot tells would fill the memory.
+# All that dynamics needs from a log; an hour of all channels would fill the memory.
 CHANNELS = (
     *("actual_q", "actual_qd", "actual_current", "target_current", "joint_temperatures"),
     *("payload", "payload_cog", "target_moment", "actual_TCP_pose"),
@@ -35,7 +35,7 @@ class Recording:
     rows: Rows | None = None  # half-open slice of its data rows
     rate: float | None = None  # [Hz] of a file without time stamps
     mass: float | None = None  # [kg] of the payload in it, where it is known
-    effort: Effort = UNTOLD  # what a bag's efforts are
+    effort: Effort = UNTOLD  # unit of a bag's efforts
 
     def __post_init__(self) -> None:
         if self.mass is not None and not 0.0 < self.mass < math.inf:
@@ -76,9 +76,9 @@ def numbers_of(text: str, what: str) -> tuple[float, ...]:
 
 
 def refuse_twice(sources: Sequence[Source]) -> None:
-    """InputError where two logs share rows: counted twice, data pretend to be surer than they are.
+    """InputError where two logs share rows: data counted twice seem more certain than they are.
 
-    Files are told apart by what is in them, whatever they are called.
+    Files are distinguished by content, not by name.
     """
     for one, other in combinations(sources, 2):
         if overlap(one, other):

@@ -19,7 +19,7 @@ FILES = ("twin.toml", "identified.urdf", "report.html")
 
 
 def require_folder(out: Path) -> None:
-    """InputError where results cannot lie in `out`, before anybody has waited for them."""
+    """InputError where results cannot be written to `out`, before the work begins."""
     for path in (out, *out.parents):
         if path.exists():
             if not path.is_dir():
@@ -29,7 +29,7 @@ def require_folder(out: Path) -> None:
 
 
 def require_place(out: Path | None) -> None:
-    """InputError where no such file can be written, before anybody has waited for it."""
+    """InputError where the file cannot be written, before the work begins."""
     if out is None:
         return
     folder = out.resolve().parent

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from urdyn.model.arm import Arm
 
 LOOK = 0.2  # [s] between looks for Ctrl-C
-CB3 = ("ur3", "ur5", "ur10")  # arms whose controllers talk every 8 ms; the others every 2 ms
+CB3 = ("ur3", "ur5", "ur10")  # arms whose controllers send every 8 ms; the others every 2 ms
 
 
 def cycle(arm: Arm) -> float:
@@ -26,9 +26,9 @@ def cycle(arm: Arm) -> float:
 def serve_log(
     log: ud.Log, arm: Arm, host: str, port: int, voice: Voice, about: Mapping[str, Any]
 ) -> None:
-    """Play a log over and over to whoever connects, until Ctrl-C or a service manager ends it.
+    """Play a log over and over to all clients, until Ctrl-C or a service manager ends it.
 
-    Programs are told where it listens, beside what there is to say `about` the log.
+    The JSON result holds where it listens, beside what is known `about` the log.
     """
     from urdyn.io.rtde import play, serve
 

@@ -1,4 +1,4 @@
-"""urdyn simulate: a recording of a virtual arm, what befell it, and its ground truth."""
+"""urdyn simulate: a recording of a virtual arm with its faults, and its ground truth."""
 
 from __future__ import annotations
 
@@ -104,9 +104,9 @@ def simulate(
 
 
 def _require_outcome(out: Path | None, serve: bool, truth: Path | None, poses: Path | None) -> None:
-    """A place of its own for the run and all that is beside it, a truth in a form that there is.
+    """InputError unless all outputs have distinct paths, and the truth a known format.
 
-    Asked before anything is written: a log without its truth is half of what was asked for.
+    Checked before anything is written: a log without its truth is half of what was asked for.
     """
     from urdyn.cli.results import require_place
 
@@ -124,17 +124,17 @@ def _require_outcome(out: Path | None, serve: bool, truth: Path | None, poses: P
 def _streams(
     twin: Path | None, seed: int, payload: Payload | None, run: int
 ) -> tuple[np.random.Generator, np.random.Generator]:
-    """What motion and noise are drawn by."""
+    """Random generators of motion and of noise."""
     from urdyn.simulate import streams
 
-    if twin is None:  # what `urdyn.simulate` gives for this seed and run
+    if twin is None:  # as `urdyn.simulate` has them for this seed and run
         return streams(seed, payload, run)
     moving, noisy = np.random.default_rng((seed, run)).spawn(2)
     return moving, noisy
 
 
 def _record(log: ud.Log, recorder: str, out: Path, seed: tuple[int, ...]) -> None:
-    """The log as a recorder has it."""
+    """Write the log as such a recorder would."""
     from urdyn.simulate import RECORDERS
 
     ud.write(RECORDERS[recorder].record(log, np.random.default_rng(seed)), out)
@@ -143,7 +143,7 @@ def _record(log: ud.Log, recorder: str, out: Path, seed: tuple[int, ...]) -> Non
 def _watch(
     dynamics: Dynamics, t: Array, links: Array, rate: float, out: Path, seed: tuple[int, ...]
 ) -> None:
-    """What a tracker beside the arm saw meanwhile."""
+    """Write what a tracker beside the arm measured meanwhile."""
     from urdyn.simulate.watched import watched
 
     ud.write(watched(dynamics, t, links, rate, np.random.default_rng(seed)), out)
@@ -156,7 +156,7 @@ def _refuse_idle(
     poses: Path | None,
     serve: bool,
 ) -> None:
-    """InputError at an option that another one leaves nothing to do."""
+    """InputError at an option that has no effect beside another one."""
     if trajectory is not None:
         idle(context, f"with {trajectory}, which tells the motion", "motion", "duration")
     if poses is None:
@@ -170,7 +170,7 @@ def _refuse_idle(
 
 
 def _is_felt(faults: Sequence[Fault], heat: bool) -> None:
-    """InputError for a room that gets warmer around an arm that does not feel it."""
+    """InputError for a warming room around an arm that has no thermal effects."""
     from urdyn.simulate.mishaps import ThermalDrift
 
     if not heat and any(isinstance(fault, ThermalDrift) for fault in faults):
@@ -178,7 +178,7 @@ def _is_felt(faults: Sequence[Fault], heat: bool) -> None:
 
 
 def _befalls_in_time(faults: Sequence[Fault], work: Work) -> None:
-    """InputError at a fault that would begin when all is over."""
+    """InputError at a fault that would begin after the end."""
     from urdyn.simulate.faults import describe
 
     end = float(work.trajectory.t[-1])
@@ -189,7 +189,7 @@ def _befalls_in_time(faults: Sequence[Fault], work: Work) -> None:
 
 
 def _fidelity(arm: Arm, name: str) -> Fidelity:
-    """How the arm lives through its motion, by the word of --fidelity."""
+    """The fidelity of the simulation, by the word of --fidelity."""
     from functools import partial
 
     from urdyn.simulate import forward, inverse, typical_gears
@@ -210,7 +210,7 @@ def _work(
     rate: float,
     rng: np.random.Generator,
 ) -> Work:
-    """What the arm does: as a file says, or at random."""
+    """The arm's motion: from a file, or at random."""
     from urdyn.simulate import Work, from_file, plan
 
     if path is not None:
@@ -244,7 +244,7 @@ def _dynamics(
         return virtual_arm(ud.load_arm(robot), seed, payload, deviations=deviations)
     assert twin is not None, "one of the two"
     found = ud.Twin.load(twin).fit.dynamics
-    quoted = np.nan_to_num(found.drive.temperature, nan=TEMPERATURE)  # where its log told of none
+    quoted = np.nan_to_num(found.drive.temperature, nan=TEMPERATURE)  # where its log had none
     found = replace(found, drive=replace(found.drive, temperature=quoted))
     found = with_deviations(found, seed) if deviations else found
     return replace(found, payload=found.payload + payload.inertials()) if payload else found

@@ -1,4 +1,4 @@
-"""What `urdyn simulate` can be asked for."""
+"""Options of `urdyn simulate`."""
 
 from __future__ import annotations
 

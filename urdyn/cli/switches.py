@@ -1,4 +1,4 @@
-"""Help in which a switch stands without the name of a type behind it, for it takes no value."""
+"""Help that shows no type behind a switch, which takes no value."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What an arm bears from the first day on, by its mass and where that is."""
+"""The tool that an arm bears from commissioning on, by its mass and centre of mass."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ if TYPE_CHECKING:
     import urdyn as ud
     from urdyn.types import Array
 
-ALIKE = 0.01  # [kg] to which a controller is set
+ALIKE = 0.01  # [kg] precision of a controller's setting
 
 
 @dataclass(frozen=True)
 class Tool:
-    """A tool that is known; of mass 0, that there is none."""
+    """A known tool; mass 0 means none."""
 
     mass: float  # [kg]
-    com: tuple[float, ...]  # (3,) [m] at the flange; NaN: not told
+    com: tuple[float, ...]  # (3,) [m] at the flange; NaN: not given
 
     def inertials(self) -> Array:
         """(10,) in the last joint's frame, as of a solid ball."""
@@ -36,7 +36,7 @@ class Tool:
 
 
 def tool_of(numbers: Sequence[float]) -> Tool:
-    """The tool of its mass [kg] and X,Y,Z [m] of its centre; a mass of 0 needs none."""
+    """The tool from its mass [kg] and X,Y,Z [m] of its centre; a mass of 0 needs no centre."""
     mass, *com = numbers
     if len(com) != 3 and (com or mass):
         raise InputError(
@@ -45,12 +45,12 @@ def tool_of(numbers: Sequence[float]) -> Tool:
             "within the last link"
         )
     tool = Tool(mass, tuple(com) or (0.0, 0.0, 0.0))
-    tool.inertials()  # InputError where it can be none
+    tool.inertials()  # InputError where no body has them
     return tool
 
 
 def remark(tool: Tool | None, setting: Tool | None) -> str:
-    """Of a tool, and of what the controller was set to while the arm was recorded; or nothing."""
+    """A remark on the tool beside the controller's setting during the recording; or nothing."""
     if setting is None:
         return ""
     said = f"the controller was set to {setting.mass:.2f} kg while this was recorded"
@@ -65,7 +65,7 @@ def remark(tool: Tool | None, setting: Tool | None) -> str:
 
 
 def setting_of(log: ud.Log) -> Tool | None:
-    """What the controller was last set to in a log; None: it does not say."""
+    """The controller's last payload setting in a log; None: not in it."""
     from urdyn.signal import samples
 
     mass, *com = next(samples(log.slice(len(log) - 1))).setting.tolist()

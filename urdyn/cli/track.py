@@ -55,8 +55,8 @@ if TYPE_CHECKING:
     from urdyn.io.helper import Helper
     from urdyn.tracking import Source
 
-# What a particle would keep for itself is a covariance of a hundred states; a thousand of those are
-# not updated at any robot's pace.
+# Each particle would hold a covariance of a hundred states; a thousand of those cannot be updated
+# at a robot's rate.
 SETTINGS: dict[str, dict[str, Any]] = {
     "particle": {"marginalise": False},
 }
@@ -99,7 +99,7 @@ def track(
 
     Example: [bold]urdyn track twin/twin.toml rtde://192.168.0.10 --out monday[/bold]
     """
-    # Arrow's own pools keep what they once had; a twin beside its robot is to stay small.
+    # Arrow's own pools never free memory; a twin beside its robot has to stay small.
     os.environ.setdefault("ARROW_DEFAULT_MEMORY_POOL", "system")
     from urdyn.cli.announcing import HANDED, PUBLISHED, announcing, both, hand, known
     from urdyn.cli.results import require_folder
@@ -154,7 +154,7 @@ def track(
 def _remarks(
     out: Path, before: tuple[str, str] | None, stream: Source, summary: dict[str, Any], posed: bool
 ) -> Iterator[str]:
-    """What to know of a run beside what it found."""
+    """What to know about a run beside its findings."""
     if before and (before[1] or before[0]) != (stream.sha256 or stream.name):
         yield f"{out}: the run of {before[0]} that it held is replaced"
     if posed and (why := unused(summary)):
@@ -162,7 +162,7 @@ def _remarks(
 
 
 def _tell(summary: dict[str, Any], voice: Voice) -> None:
-    """What was found, to people and to programs."""
+    """Print the results, for people and for programs."""
     from urdyn.cli.watching import verdict
 
     voice.show(verdict(summary))
@@ -175,7 +175,7 @@ def _tell(summary: dict[str, Any], voice: Voice) -> None:
 def _refuse_idle(
     context: typer.Context, source: str, poses: str | None, undiagnosed: bool, plants: bool
 ) -> None:
-    """InputError at an option that this source, or another option, leaves nothing to do."""
+    """InputError at an option that has no effect for this source, or beside another option."""
     scheme, live, _ = source.partition("://")
     if not poses:
         idle(context, "without --poses", "calibration")
@@ -193,7 +193,7 @@ def _refuse_idle(
 def _ahead(
     live: bool, fit: ud.Fit, chosen: Filter[Any], diagnosed: bool
 ) -> Iterator[tuple[Helper | None, Helper | None]]:
-    """Who writes and who diagnoses, begun before a stream that is live: it does not wait."""
+    """Helpers that write and diagnose, started before a live stream, which does not wait."""
     if not live:
         yield None, None
         return
@@ -217,7 +217,7 @@ def _filter(name: str | None, mode: str, wrench: bool) -> Filter[Any]:
         if name not in (None, "ekf"):
             raise typer.BadParameter(f"mode {mode} linearises; leave --filter {name} out")
         return QUICKER[mode]
-    if name == "particle" and wrench:  # which shows tens of newtons of nothing, to within one
+    if name == "particle" and wrench:  # it shows tens of newtons of nothing, ± 1 N
         raise typer.BadParameter("particles are too few for --wrench; leave one of both out")
     name = name or "ukf"
     made: Filter[Any] = getattr(estimate, FILTERS[name])(**SETTINGS.get(name, {}))
@@ -225,7 +225,7 @@ def _filter(name: str | None, mode: str, wrench: bool) -> Filter[Any]:
 
 
 def _held(out: Path) -> tuple[str, str] | None:
-    """Of which source the diagnosed run in DIR is, and its sha256; None where none can be read."""
+    """Source of the diagnosed run in DIR, and its sha256; None where none can be read."""
     import json
 
     from urdyn.io.run_folder import FINDINGS
@@ -238,12 +238,12 @@ def _held(out: Path) -> tuple[str, str] | None:
 
 
 def _report(out: Path, summary: dict[str, Any], voice: Voice) -> float | None:
-    """Write DIR/report.html; the average surprise that it tells of."""
+    """Write DIR/report.html; the average surprise that it shows."""
     from urdyn.io.run_folder import HISTORY, REPORT
     from urdyn.report.track.apart import draw
 
     history, page = out / HISTORY, out / REPORT
-    page.unlink(missing_ok=True)  # of the run before: it is another history's
+    page.unlink(missing_ok=True)  # of the run before: it shows another history
     surprise = draw(history, summary, page)
     voice.note(f"written: {history}, {page}")
     return surprise

@@ -1,4 +1,4 @@
-"""What `urdyn track` can be asked for."""
+"""Options of `urdyn track`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The twin that a verb is asked to use, and what its file is where it is none."""
+"""The twin that a verb is to use, and what its file is if it is not a twin."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from urdyn.errors import InputError, TwinError
 
 
 def load_fit(twin: Path, others: Collection[str | Path] = ()) -> ud.Fit:
-    """The fit of a twin; InputError where it is none, and one of `others`, the logs, is."""
+    """The fit of a twin; InputError where it is not one but one of `others`, the logs, is."""
     try:
         return ud.Twin.load(twin).fit
     except TwinError:
@@ -22,7 +22,7 @@ def load_fit(twin: Path, others: Collection[str | Path] = ()) -> ud.Fit:
 
 
 def is_twin(path: Path) -> bool:
-    """Whether a file says that it is a twin, whatever is wrong with it."""
+    """Whether a file claims to be a twin, valid or not."""
     from urdyn.io import load_toml
 
     if path.suffix.lower() != ".toml" or not path.is_file():

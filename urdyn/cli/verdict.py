@@ -1,4 +1,4 @@
-"""What tables say, in a sentence."""
+"""A table's message, in a sentence."""
 
 from __future__ import annotations
 

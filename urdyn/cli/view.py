@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from urdyn.cli.viewing import Found
     from urdyn.view.stage import Stage
 
-DRAWN = "calibrated.urdf"  # of the files of a calibration
+DRAWN = "calibrated.urdf"  # among the files of a calibration
 
 What = Annotated[str, typer.Argument(metavar="SOURCE", show_default=False)]
 TwinFile = Annotated[
@@ -95,7 +95,7 @@ def view(
 
 
 def _refuse_idle(context: typer.Context, source: str, twin: Path | None) -> None:
-    """InputError at an option that this source, or another option, leaves nothing to do."""
+    """InputError at an option that has no effect for this source, or beside another option."""
     from urdyn.io import is_log
 
     if "://" in source:
@@ -121,7 +121,7 @@ def _stage(found: Found, source: str, calibration: Path | None, host: str, port:
 
 
 def _run(stage: Stage, found: Found) -> None:
-    """Until it ends, or Ctrl-C."""
+    """Show until the end, or Ctrl-C."""
     from urdyn.view.show import play, watch
 
     try:

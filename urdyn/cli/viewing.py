@@ -1,4 +1,4 @@
-"""What a user wants to see, found: an arm, and a film of it or moments as they come."""
+"""Finds what a user wants to see: an arm, and a film of it or moments as they come."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ WHICH = "which arm it is has to be said: --twin TWIN of `urdyn identify`, or --r
 
 @dataclass(frozen=True)
 class Asked:
-    """As it was asked for."""
+    """The user's request."""
 
     source: str
     twin: Path | None = None
@@ -48,7 +48,7 @@ class Asked:
 
 @dataclass(frozen=True)
 class Found:
-    """An arm, and one of a film and moments."""
+    """An arm, and either a film or moments."""
 
     arm: Arm
     film: Film | None = None
@@ -80,7 +80,7 @@ def _found(asked: Asked) -> Found:
 
 
 def _robot(asked: Asked) -> Found:
-    """A robot at work; a twin is tracked along, from now on."""
+    """A robot at work; if a twin is given, it is tracked from now on."""
     arm, fit = _arm(asked)
     source = open_source(asked.source)
     if fit is None:
@@ -92,7 +92,7 @@ def _robot(asked: Asked) -> Found:
 
 
 def _folder(folder: Path, run: History, asked: Asked) -> Found:
-    """A run that is over, or one that goes on beside."""
+    """A run that is over, or one in progress."""
     made_of = run.provenance
     known = made_of.get("robot")
     if known != asked.robot and {known, asked.robot} <= {*names()}:
@@ -121,7 +121,7 @@ def _log(folder: Path, run: History, asked: Asked) -> Path:
 
 
 def _lacking(folder: Path, run: History) -> str:
-    """Whose joint angles are not at hand, and what to name that holds them."""
+    """A message that joint angles are missing, and which option names a file with them."""
     about = whose(folder)
     source = run.source or about.get("source", "")
     if "://" in source:

@@ -1,4 +1,4 @@
-"""Recordings of a virtual arm: what a campaign without a robot is made of."""
+"""Recordings of a virtual arm, for a campaign without a robot."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class Simulation:
     duration: float = 30.0  # [s] of each run
     rate: float = 125.0  # [Hz]
     seed: int = 0
-    payload_mass: float | None = None  # [kg] in a second run, which tells the drive gains
+    payload_mass: float | None = None  # [kg] in a second run, which determines the drive gains
     trajectory: Path | None = None  # of both these runs; None: at random, for `duration`
 
 
@@ -72,7 +72,7 @@ def record(arm: Arm, ask: Simulation, out: Path) -> Virtual:
 def at_work(
     dynamics: Dynamics, sensors: Sensors, ask: Simulation, run: int, path: Path | None = None
 ) -> ud.Log:
-    """The log of an arm's `run`-th motion, in which motion and noise are its own.
+    """The log of an arm's `run`-th motion, with motion and noise of its own.
 
     `path` names a file of the motion.
     """
@@ -87,7 +87,7 @@ def at_work(
 
 
 def payload_of(mass: float | None, com: str | None) -> Payload | None:
-    """The payload of options: its mass, and X,Y,Z of its centre."""
+    """The payload from options: its mass, and X,Y,Z of its centre."""
     from urdyn.simulate import Payload
 
     if mass is None:

@@ -1,4 +1,4 @@
-"""What a verb says: results on standard output, everything else on standard error."""
+"""A verb's output: results on standard output, everything else on standard error."""
 
 from __future__ import annotations
 
@@ -17,31 +17,31 @@ from rich.text import Text
 from urdyn.cli.now_and_then import lines
 from urdyn.progress import Progress, silent
 
-PLAIN_WIDTH = 120  # columns of text that no terminal shows
+PLAIN_WIDTH = 120  # columns of text outside a terminal
 
 
 def complaints(path: object, defects: Iterable[object]) -> list[str]:
-    """What is amiss with a file, in a line each."""
+    """A file's defects, in a line each."""
     return [f"{path}: {defect}" for defect in defects]
 
 
 @dataclass(frozen=True)
 class Voice:
-    """To whom a verb speaks."""
+    """The output of a verb, for people or for programs."""
 
     json: bool = False  # standard output is for one JSON object
-    quiet: bool = False  # nothing but the JSON, errors, and doubts of what was found
+    quiet: bool = False  # nothing but the JSON, errors, and doubts about results
 
     def show(self, *things: RenderableType) -> None:
-        """Results for people; aside where a program listens."""
+        """Results for people; on standard error if standard output is JSON."""
         self._print(sys.stderr if self.json else sys.stdout, *things)
 
     def note(self, *things: RenderableType) -> None:
-        """What people should know of how the result came about."""
+        """What people should know about how the result came about."""
         self._print(sys.stderr, *things)
 
     def doubt(self, *doubts: str) -> None:
-        """What speaks against results: beside them, and aside where they are not shown."""
+        """Reasons to doubt results: beside them, or on standard error where they are not shown."""
         if self.quiet:
             replace(self, quiet=False).note(*doubts)
         else:
@@ -54,7 +54,7 @@ class Voice:
                 sys.stdout.write(json.dumps(document, indent=2, allow_nan=False) + "\n")
 
     def data(self, text: str) -> None:
-        """A file for a pipe: on standard output, where nothing else is then said."""
+        """A file for a pipe: on standard output, with nothing else there."""
         if not self.json:
             with _standard_output():
                 sys.stdout.write(text)
@@ -79,7 +79,7 @@ class Voice:
             return
         with _standard_output() if stream is sys.stdout else nullcontext():
             for thing in things:
-                # A sentence is not broken into lines: paths in it can be copied.
+                # A sentence is not wrapped, so that paths in it can be copied.
                 words = Text(thing) if isinstance(thing, str) else thing
                 console = _on(stream)
                 with console.capture() as said:
@@ -89,7 +89,7 @@ class Voice:
 
 @contextmanager
 def _standard_output() -> Iterator[None]:
-    """What is said there is there, or the error says where it is not."""
+    """Flush what is written in the block; an error names standard output."""
     try:
         yield
         sys.stdout.flush()

@@ -1,4 +1,4 @@
-"""What a terminal shows of an arm that is being tracked."""
+"""Terminal output for an arm that is being tracked."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ from urdyn.tracking.progress import Watch
 from urdyn.tracking.setting import compared
 
 JOINT = ("coulomb", "viscous", "health")
-PAUSE = 0.25  # [s] between two looks
+PAUSE = 0.25  # [s] between two updates
 LISTED = 6  # changes of the payload that a sentence has room for
-QUICKNESS = "quick enough for {:.0f} Hz"  # which no stream need have
-BEHIND = 1000.0  # [ms] after its coming, a sample is told of too late
+QUICKNESS = "quick enough for {:.0f} Hz"  # a rate that no stream need have
+BEHIND = 1000.0  # [ms] of latency, above which results are too late
 ASTRAY = (
     "begun anew {} times, for no arm's drives are as these currents say: is it this arm's twin, "
     "are the currents in amperes, and is every sensor sound?"
@@ -43,7 +43,7 @@ MISSING = (
     "the average surprise is {}, where 1 or less is expected: something is missing from the model, "
     "and its intervals are too narrow"
 )
-SILENT = 1e-3  # [-] of a joint's samples without a current, which nobody minds
+SILENT = 1e-3  # [-] of a joint's samples without a current: fewer do not matter
 QUICK = "mode {} is less accurate than full: `urdyn bench track` prints by how much"
 SLOW = "it fell behind the robot: --mode realtime is quicker, and --rate asks for fewer samples"
 BUSY = (
@@ -112,17 +112,17 @@ def verdict(summary: dict[str, Any]) -> str:
 
 
 def _why_late(summary: dict[str, Any]) -> str:
-    """Why samples waited: for this computer, or for others' work on it."""
+    """Why samples waited: this computer is too slow, or busy with other work."""
     return BUSY if summary["rate_hz"] * summary["data_s"] > summary["samples"] else SLOW
 
 
 def _set(setting: Mapping[str, Any] | None) -> str:
-    """What the controller takes for the payload, behind what is carried."""
+    """The payload set in the controller, to follow what is carried."""
     return f" ({told})" if (told := set_to(setting)) else ""
 
 
 def _lacked(summary: dict[str, Any]) -> str:
-    """What the stream lacked, where it lacked anything; the page has the rest of it."""
+    """What the stream lacked, if anything; the page has the rest."""
     quality, samples = summary["quality"], summary["samples"]
     unit = " (are they in A?)" if quality["undrawn"] > samples else ""
     counts = {
@@ -132,7 +132,7 @@ def _lacked(summary: dict[str, Any]) -> str:
         "refused": f"impossible angles or speeds {quality['refused']}",
         "undrawn": f"currents that no motor draws {quality['undrawn']}{unit}",
     }
-    if any(" gap " in defect for defect in quality["defects"]):  # its reader has told
+    if any(" gap " in defect for defect in quality["defects"]):  # its reader has reported it
         del counts["gaps"]
     told = [text for name, text in counts.items() if quality[name]] + quality["defects"]
     told += _stuck(quality["stuck"], summary)
@@ -142,7 +142,7 @@ def _lacked(summary: dict[str, Any]) -> str:
 
 
 def _stuck(counts: Sequence[int], summary: dict[str, Any]) -> list[str]:
-    """Of which joints currents were left out, for they did not change while those moved."""
+    """Joints whose currents were left out, for they did not change while the joints moved."""
     names = (joint["name"] for joint in summary["quantities"]["joints"])
     return [
         f"currents of {name} that stay while it moves {count}"
@@ -152,7 +152,7 @@ def _stuck(counts: Sequence[int], summary: dict[str, Any]) -> list[str]:
 
 
 def _changes(times: Sequence[float]) -> str:
-    """When the payload was taken to have changed [s]; an arm that handles pieces has many."""
+    """When the payload changed by the tracker [s]; an arm that handles pieces has many."""
     if len(times) > LISTED:
         return f", changed {len(times)} times, last at stamp {times[-1]:.1f} s"
     return f", changed at stamp {', '.join(f'{t:.1f} s' for t in times)}" if times else ""
