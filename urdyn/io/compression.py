@@ -40,7 +40,7 @@ class HashedFile(io.RawIOBase):
         self._stream, self._hash = stream, hashlib.sha256()
 
     def readable(self) -> bool:
-        """True, as every binary stream has to say."""
+        """True: the stream can be read."""
         return True
 
     def readinto(self, buffer: Any) -> int:

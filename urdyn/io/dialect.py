@@ -34,8 +34,8 @@ class Dialect:
 
     delimiter: str
     decimal: str
-    columns: tuple[str, ...]  # one a field, RTDE names; "" where unwanted
-    kinds: tuple[Kind, ...]  # one a field
+    columns: tuple[str, ...]  # one per field, RTDE names; "" where unwanted
+    kinds: tuple[Kind, ...]  # one per field
     filled: int  # fields that a whole row has at least; what follows may be missing
     header: str = ""  # the header as it stands in the file; "" where there is none
     line: int = 0  # of the header, or of the last remark above the data, which begin below
@@ -124,7 +124,7 @@ def _filled(cells: Sequence[str]) -> int:
 def _columns(
     header: list[str] | None, spec: str | None, samples: list[list[str]], path: str, line: int
 ) -> tuple[str, ...]:
-    """RTDE names, one for every field of a row; fields that nobody named are ""."""
+    """RTDE names, one for every field of a row; unnamed fields are ""."""
     width, filled = _mode(map(len, samples)), _mode(map(_filled, samples))
     if spec is None and header is None:
         told = f"has no header; name its {filled} columns, for example --columns {example(filled)}"

@@ -1,4 +1,4 @@
-"""TOML documents: read with the line that is to blame, written with one matrix row a line.
+"""TOML documents: read with the line that is to blame, written with one matrix row per line.
 
 tomli-w would write every number of a matrix on a line of its own, which makes a twin's covariance
 some thousand lines that nobody can read or compare; hence the small writer here.
@@ -95,7 +95,7 @@ def _value(value: object) -> str:
 
 
 def _array(items: list[Any] | tuple[Any, ...]) -> str:
-    """A row on one line, a matrix one row a line."""
+    """A row on one line, a matrix with one row per line."""
     texts = [_value(item) for item in items]
     if any(isinstance(item, list | tuple | np.ndarray) for item in items):
         return "[\n" + "".join(f"  {text},\n" for text in texts) + "]"

@@ -84,7 +84,7 @@ def _without_strays(table: Table, source: Source) -> Table:
 
 
 def _without_repeats(table: Table, source: Source) -> Table:
-    """One row a stamp: the first, for a recorder that polls reads the next sample half updated."""
+    """One row per stamp: the first, for a recorder that polls reads the next one half updated."""
     first = clock.leaders(table.channels["timestamp"])
     repeat = first != np.arange(len(first))
     torn = repeat.copy()
@@ -100,7 +100,7 @@ def _without_repeats(table: Table, source: Source) -> Table:
 
 
 def _without_copies(table: Table, source: Source) -> Table:
-    """One row a sample: a recorder that polls too often writes the last one under a new stamp.
+    """One row per sample: a recorder that polls too often writes the last one under a new stamp.
 
     No moving joint repeats the angle, and no sensor the noise, of the row before.
     """

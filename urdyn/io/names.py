@@ -20,7 +20,7 @@ ALIASES: tuple[tuple[str, str], ...] = (
     (r"(\w+)\[(\d+)\]", r"\1_\2"),  # a vector's value, as programs write it
 )
 
-# RTDE's vectors of one value a joint or an axis: these keep their width if a column is missing.
+# RTDE's vectors of one value per joint or axis: these keep their width if a column is missing.
 SIX_WIDE = re.compile(
     r"(target|actual)_(q|qd|qdd|current|moment|TCP_pose|TCP_speed|TCP_force)"
     r"|joint_(temperatures|mode|control_output|control_currents)|actual_(joint_voltage|current_window)"

@@ -1,4 +1,4 @@
-"""Parquet recordings -> tables: columns named as in RTDE's CSV, or lists of one value a joint."""
+"""Parquet recordings -> tables: columns named as in RTDE's CSV, or lists of one value per joint."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def described(file: pq.ParquetFile, path: str) -> Dialect:
 
 
 def tables(file: pq.ParquetFile, plan: Plan, path: str) -> Iterator[Table]:
-    """The wanted rows, a table a batch."""
+    """The wanted rows, one table per batch."""
     wanted = [plan.dialect.columns[place] for place in plan.places]
     columns = [column.name for column in file.schema_arrow if _holds(column, wanted)]
     row = 0

@@ -18,7 +18,7 @@ SMALL = 1 << 14  # [bytes]: below this, halving costs more than reading line by 
 
 
 def parse(blocks: Iterable[Block], plan: Plan) -> Iterator[Table]:
-    """The wanted rows of a file, one table or more a block, in order."""
+    """The wanted rows of a file, one table or more per block, in order."""
     row = 0
     for block in blocks:
         for table in _parse(block, row, plan):

@@ -73,7 +73,7 @@ def numbers(column: pa.Array | pa.ChunkedArray) -> Array:
 
 
 def blanks(values: Array, empty: np.ndarray, line: Index) -> tuple[Defect, ...]:
-    """Empty fields, and fields that say NaN, (N, W) each."""
+    """Defects of `empty` fields, and of NaN in the other `values`, (N, W) each."""
     defects = []
     for kind, cells in (("empty field", empty), ("NaN", np.isnan(values) & ~empty)):
         rows = cells.any(axis=1)

@@ -28,7 +28,7 @@ class Status:
     level: Level
     name: str  # "urdyn: elbow_joint"
     message: str  # for people
-    values: tuple[tuple[str, str], ...] = ()  # for programs, and for those who look closer
+    values: tuple[tuple[str, str], ...] = ()  # for programs, and for a closer look
     hardware_id: str = ""  # serial number of the arm
 
 

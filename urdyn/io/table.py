@@ -49,7 +49,7 @@ def join(pieces: Sequence[Table]) -> Table:
 
 
 def merge(defects: Iterable[Defect]) -> tuple[Defect, ...]:
-    """One defect a kind and remedy: counts added, the first line kept."""
+    """One defect per kind and remedy: counts added, the first line kept."""
     merged: dict[tuple[str, str], Defect] = {}
     for defect in defects:
         known = merged.get((defect.kind, defect.remedy))

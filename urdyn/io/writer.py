@@ -50,7 +50,7 @@ def write(log: Log, path: str | Path) -> None:
 
 
 def _form(path: Path) -> tuple[str, Callable[[BinaryIO], Any] | None]:
-    """Suffix of the form, and what packs it; InputError where nobody writes such files."""
+    """Suffix of the format, and its compressor; InputError where it is unknown."""
     suffixes = [suffix.lower() for suffix in path.suffixes]
     packed = WRITERS.get(suffixes[-1]) if suffixes else None
     form = suffixes[-1 - bool(packed)] if len(suffixes) > bool(packed) else ""

@@ -177,7 +177,7 @@ def _finite(text: str, what: str) -> float:
 
 
 def _root(links: tuple[str, ...], joints: list[Joint]) -> str:
-    """The one link that hangs on no other."""
+    """The one link that has no parent."""
     for joint in joints:
         for link in (joint.parent, joint.child):
             if link not in links:

@@ -51,7 +51,7 @@ TIMES = ("time_offset", "friction_lead")  # of the whole arm
 
 @dataclass(frozen=True, eq=False)
 class Drive:
-    """Drives of an arm, one entry a joint; a term that the model does not have is zero."""
+    """Drives of an arm, one entry per joint; a term that the model does not have is zero."""
 
     gain: Array  # (J,) [N·m/A], K: joint torque per motor ampere of a new drive
     rotor_inertia: Array  # (J,) [kg·m²], reflected to the joint

@@ -113,7 +113,7 @@ def hysteresis(travel: Array, distance: float, start: Array) -> tuple[Array, Arr
 
     Args:
         travel: joint displacement since the row before, (N,) [rad].
-        distance: displacement over which the state reverses, > 0 [rad].
+        distance: characteristic displacement of the state, > 0 [rad].
         start: state and derivative before the first row, (2,) [-].
     """
     ratio, side = np.abs(travel) / distance, np.sign(travel)

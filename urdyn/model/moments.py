@@ -7,7 +7,7 @@ import numpy as np
 from urdyn.model.arm import Arm
 from urdyn.types import Array
 
-MOMENTS = 400  # many more than an arm has parameters, at one row a joint
+MOMENTS = 400  # many more than an arm has parameters, at one row per joint
 
 
 def generic_moments(

@@ -54,7 +54,7 @@ class Causal:
     half: int | None = None  # [samples] half the window; None: by the rate
     degree: int = 4
     lag: int | None = None  # [samples] 0 .. 2 half; None: half
-    offset: float | tuple[float, ...] = 0.0  # [s] by which the current leads; one, or one a joint
+    offset: float | tuple[float, ...] = 0.0  # [s] by which the current leads; one, or one per joint
     gate: Gate | None = field(default_factory=Gate)  # None: every sample passes
     velocities: bool = True  # are measured; where they are not, a window takes more angles
 
@@ -199,7 +199,7 @@ class Causal:
     def _alone(self, state: CausalState, lag: int) -> Array:
         """Acceleration and jerk there by angles alone, (2, J) [rad/s², rad/s³]; for even stamps.
 
-        Where stamps scatter, angles and currents share that noise: theirs are not independent.
+        Where stamps scatter, angles and currents share that noise, and are not independent.
         """
         ahead = (self.alone.half - lag) * self.period
         operator = _operator(self.alone, ahead, self.offset, velocities=False)

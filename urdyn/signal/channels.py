@@ -30,7 +30,7 @@ def is_state(name: str) -> bool:
 
 
 def named(log: Log, channels: Iterable[str]) -> list[str]:
-    """Which of these a log has; one that is no sensor's, and that it lacks, is nobody's."""
+    """Which of these a log has; InputError at one that it lacks and that is not a sensor's."""
     names = [channels] if isinstance(channels, str) else list(channels)
     for name in names:
         if name not in log and name not in SENSORS:
@@ -40,7 +40,7 @@ def named(log: Log, channels: Iterable[str]) -> list[str]:
 
 
 def has_velocities(log: Log) -> bool:
-    """Whether any was measured."""
+    """Whether any velocity was measured."""
     return bool(np.isfinite(log.joint("actual_qd")).any())
 
 

@@ -21,7 +21,7 @@ Flags = NDArray[np.bool_]
 
 
 def furthest(dt: Array | float, speed: Array, change: Array, acceleration: float = REACH) -> Array:
-    """How far an arm's way over dt [s] may be off the trapezoid of its speeds, (..., J) [rad].
+    """How far an arm's motion over dt [s] may be off the trapezoid of its speeds, (..., J) [rad].
 
     Accelerations up to a put it at most a dt² / 4 off, and a monotonic speed at most dt / 2 times
     its change. NaN where that is not known.
@@ -40,9 +40,9 @@ class Gate:
     """Refuses what exceeds both what the arm can do and what the sensor usually does.
 
     A sample is predicted from the one before: its speed from that, its angle by a trapezoid. The
-    arm cannot depart from these by more than a dt and `furthest`; the sensor is known by the
-    running MAD of its departures. After a refusal there is nothing to predict from, so the next
-    sample passes: a torn sample is caught, a true step costs one sample.
+    arm cannot depart from these by more than a dt and `furthest`, respectively; the sensor is known
+    by the running MAD of its departures. After a refusal there is nothing to predict from, so the
+    next sample passes: a torn sample is caught, a true step costs one sample.
     """
 
     sigma: float = 6.0  # [-] running MAD, in standard deviations

@@ -23,7 +23,7 @@ def measured(log: Log) -> Log:
 
 
 def _without_repeats(log: Log) -> Log:
-    """One row a stamp, as in a live twin; the log itself where most rows are repeats."""
+    """One row per stamp, as in a live twin; the log itself where most rows are repeats."""
     again = np.diff(log.t, prepend=-np.inf) == 0.0
     if not again.any() or median_step(log.t) == 0.0:
         return log

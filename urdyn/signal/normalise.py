@@ -71,7 +71,7 @@ class Scaling:
 def normalise(log: Log, *, limits: Limits | None = None) -> Log:
     """Log scaled to zero mean and unit standard deviation, or from `limits` to (-1, 1).
 
-    The scaling is a function of its input: `Scaling.standard(log)` is it, and can undo it.
+    The scaling is a function of its input: `Scaling.standard(log)` gives it, to undo it.
     """
     if limits is None:
         return Scaling.standard(log).apply(log)

@@ -13,7 +13,7 @@ from urdyn.types import STANDSTILL, Array, Index, Mask
 TELLING = 4.0  # [-] a wrong stamp's effect over scatter, and over what is seen, that rules it out
 JITTER = 3e-5  # [rad] of encoders: two steps
 ALONE = 2.0  # [-] times the misfit of rows beside a jump: ringing is in all of them
-UNDONE = 0.2  # [-] of a way or jump, by which its return may differ from it
+UNDONE = 0.2  # [-] of a displacement or jump, by which its return may differ from it
 SHAKEN = 0.1  # [s] after a jump, while the controller reacts, in which nothing else counts as one
 MISLED = 0.04  # [s] for which a jump may distort a velocity that is computed from angles
 
@@ -45,8 +45,8 @@ def jumps(t: Array, q: Array, v: Array, half: int, last: Leap = NEVER) -> Jumps:
     still jump back.
 
     It is judged by velocities of a sensor or an estimator that the jump has not reached. Where they
-    followed it, the ways before and after judge; impossible ways of that joint, and of others that
-    it shakes, may then follow the jump but not precede it.
+    followed it, the steps before and after judge; impossible steps of that joint, and of others
+    that it shakes, may then follow the jump but not precede it.
 
     Args:
         t: stamps (n,) [s].
@@ -88,7 +88,7 @@ def without_turns(shift: Array) -> Array:
 
 
 def _beside_speeds(t: Array, q: Array, v: Array) -> tuple[Array, Array]:
-    """The part of each joint's way since its last measured row that velocities do not explain.
+    """The part of each joint's step since its last measured row that velocities do not explain.
 
     By trapezoids; with it, the reach: how far off they may be.
     """
@@ -104,9 +104,9 @@ def _beside_speeds(t: Array, q: Array, v: Array) -> tuple[Array, Array]:
 
 
 def _beside_ways(t: Array, q: Array, v: Array) -> tuple[Array, Array, Mask]:
-    """The part of each joint's way that the way before does not explain, and the latter's speed.
+    """The part of each joint's step that the step before does not explain, and the latter's speed.
 
-    It is beyond an arm where REACH, from the speed before, does not come that far, and the way
+    It is beyond an arm where REACH, from the speed before, does not come that far, and the step
     after explains it no better: a speed that jumps persists, and a torn sample goes back, twice as
     far from the one as from the other.
     """
@@ -146,7 +146,7 @@ def _first(t: Array, told: Array, last: Leap) -> Array:
 def _scatter(way: Array, reach: Array, k: int, half: int) -> Array:
     """The most that speeds do not explain in the rows beside row k, (J,) [rad], at most FINEST.
 
-    A wrong stamp spoils two ways, the second of which is in these rows.
+    A wrong stamp spoils two steps, the second of which is in these rows.
     """
     scatter = np.where(np.isfinite(reach), np.abs(way), FINEST)
     beside = np.concatenate([scatter[max(k - half, 1) : k], scatter[k + 1 : k + half + 1]])
@@ -160,7 +160,7 @@ def _late(dt: float, by: float, speed: Array, way: Array, scatter: Array, j: int
         dt: step by the stamps [s]; the true one, dt + by / speed, is never negative.
         by: the jump [rad].
         speed: of all joints, (J,) [rad/s].
-        way: the part of their ways that speeds do not explain, (J,) [rad].
+        way: the part of all joints' steps that speeds do not explain, (J,) [rad].
         scatter: the same in other rows, (J,) [rad].
     """
     if not abs(speed[j]) >= STANDSTILL or by / speed[j] < -dt:

@@ -1,6 +1,6 @@
 """Stuck sensors: a joint's angle or velocity repeats itself while the other one shows a motion.
 
-Angle and velocity measure a joint's way twice. Where one of them is the same number from row to
+Angle and velocity measure a joint's motion twice. Where one of them is the same number from row to
 row and the other goes further than rounding and offsets explain, the one that repeats itself
 measures nothing. A two-sided CUSUM sums up their difference [Page1954]_.
 """
@@ -15,9 +15,9 @@ from urdyn.signal.channels import noted
 from urdyn.signal.stretches import GAP, median_step
 from urdyn.types import Array, Log, Mask
 
-OFFSET = 0.02  # [rad/s] by which a velocity may be off for ever
+OFFSET = 0.02  # [rad/s] by which a velocity may be off permanently
 APART = 5e-3  # [rad] beyond the rounding of angles
-ROWS = 3  # at least, that repeat: an angle that jumps takes one
+ROWS = 3  # that have to repeat: an angle that jumps takes only one
 
 
 @dataclass(frozen=True, eq=False)

@@ -47,9 +47,9 @@ def ever_torn(t: Array, q: Array, v: Array) -> Mask:
 
 
 def without_torn(log: Log) -> Log:
-    """A log in which torn values count as not measured; where they are many, they are not torn.
+    """A log in which torn values count as not measured; unchanged where they are many.
 
-    In another unit or column all are out of reach, which other checks report.
+    In a wrong unit or column all are out of reach, which other checks report.
     """
     names = ("actual_q", "actual_qd")
     if not all(name in log for name in names) or not median_step(log.t) > 0.0:

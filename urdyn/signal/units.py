@@ -1,4 +1,4 @@
-"""Units of a log: by the velocities, how long an angle took to change as it did."""
+"""Units of a log, checked by its velocities: they give the time of every change of angle."""
 
 from __future__ import annotations
 
@@ -28,8 +28,8 @@ def wrong_unit(log: Log) -> str:
 
     `ROWS`, too: stamps that are row numbers.
 
-    Reported only where most of the way agrees on it: velocities without motion, such as the noise
-    of a joint at rest, do not.
+    Reported only where most of the motion agrees on it: velocities without motion, such as the
+    noise of a joint at rest, do not.
     """
     if not {"actual_q", "actual_qd"} <= set(log.channels):
         return ""
@@ -70,7 +70,7 @@ def complaint(unit: str) -> tuple[str, str]:
 
 
 def _middle(shares: Array, ways: Array) -> Array:
-    """Quartiles of the shares [-], (2,), each weighted by its way [rad]; 0 where too few count."""
+    """Quartiles of the shares [-], (2,), weighted by displacement [rad]; 0 where too few count."""
     part = ways / max(ways.max(initial=0.0), TINY)
     gone = float(part.sum())
     if gone**2 < ENOUGH * float(part @ part) or not gone:  # a few torn rows are most of it

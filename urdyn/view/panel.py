@@ -93,7 +93,7 @@ def make_panel(
 
 
 def lines(past: Film, name: str) -> tuple[Any, ...]:
-    """Time and one line a joint of a quantity, thinned; where it is not known the line is held.
+    """Time and one line per joint of a quantity, thinned; where it is not known the line is held.
 
     uPlot draws nothing at all on an axis where a number is missing, which is right where nothing is
     known of any joint.
@@ -137,7 +137,7 @@ def _said(value: float, unit: str) -> str:
 
 
 def _plot(gui: Any, label: str, joints: Sequence[str], data: tuple[Any, ...]) -> Any:
-    """An empty plot, one line a joint."""
+    """An empty plot, one line per joint."""
     series = tuple(
         {"label": spoken(name), "stroke": LINES[j % len(LINES)], "width": 1.5}
         for j, name in enumerate(joints)

@@ -16,7 +16,7 @@ STRIDE = 0.08  # [m] from a joint to where its arrow begins, clear of the link's
 
 @dataclass(frozen=True, eq=False)
 class Scene:
-    """An arm as it is, and as its nominal description has it."""
+    """An arm as it is, and by its nominal description."""
 
     arm: Arm  # calibrated, if it was
     nominal: Arm
@@ -49,7 +49,7 @@ class Scene:
         return float(np.linalg.norm(nominal[:3, 3] - tool[:3, 3])), float(turn)
 
     def arrows(self, q: Array, zero: Array, torque: Array, length: float) -> Array:
-        """Start and end of an arrow a joint along its axis, right-handed, (J, 2, 3) [m].
+        """Start and end of an arrow per joint along its axis, right-handed, (J, 2, 3) [m].
 
         Args:
             torque: (J,) [N·m]; NaN: none.

@@ -40,7 +40,7 @@ class Shape:
 
 
 def shapes(arm: Arm) -> tuple[Shape, ...]:
-    """All that can be drawn of an arm, one shape a link, base first."""
+    """All that can be drawn of an arm, one shape per link, base first."""
     movers = _movers(arm)
     found = published(arm) if arm.name in PUBLISHED and _package() else described(arm)
     pieces = {link: _joined(meshes) for link, meshes in found.items() if meshes}

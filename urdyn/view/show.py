@@ -25,7 +25,7 @@ def play(stage: Stage, shown: Film, going: Going = lambda: True) -> None:
     while going():
         began = time.monotonic()
         slid = float(controls["time"].value)
-        at = slid if slid != put else at  # somebody has moved the slider
+        at = slid if slid != put else at  # the user has moved the slider
         moment = shown.at(at)
         stage.show(moment)
         if picture % EVERY == 0:

@@ -32,7 +32,7 @@ POSES = 60  # of a film, that the camera is to see
 
 @dataclass(frozen=True, eq=False)
 class Stage:
-    """A server, and what it has been told to draw; drawn anew by `show`."""
+    """A server, and what it draws; drawn anew by `show`."""
 
     scene: Scene
     server: Any
@@ -64,7 +64,7 @@ class Stage:
         self.panel.tell(moment, past, self.scene.apart(moment.q, moment.zero))
 
     def colours(self, moment: Moment, paint: str) -> list[tuple[int, int, int]]:
-        """One colour a shape."""
+        """One colour per shape."""
         values: Mapping[str, Array] = {"friction": moment.friction, "health": moment.health}
         paints = [PAINTS[paint].colour(float(value)) for value in values[paint]]
         return [paints[s.joint] if s.joint >= 0 else BASE for s in self.scene.shapes]

@@ -45,7 +45,7 @@ def definition(of: Widths) -> str:
 
 
 def messages(channels: Mapping[str, Array]) -> list[bytes]:
-    """One message a row."""
+    """One message per row."""
     columns = [values.reshape(len(values), -1) for values in channels.values()]
     block = np.hstack(columns).astype("<f8")
     return [HEAD + row.tobytes() for row in block]

@@ -126,7 +126,7 @@ def _scaling(topic: Topic, message: Any) -> Iterator[Said]:
 
 
 def _temperatures(_: Topic, message: Any) -> Iterator[Said]:
-    """One value a joint, base first [°C]."""
+    """One value per joint, base first [°C]."""
     if len(message.data) == len(JOINTS):
         yield np.asarray(message.data, dtype=np.float64), ""
 

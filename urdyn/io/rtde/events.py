@@ -71,7 +71,7 @@ class Pause:
 
 @dataclass(frozen=True)
 class VersionAnswer:
-    """Controller: we speak the protocol that you asked for, or the one before."""
+    """Controller: whether we accept the protocol that you asked for; if not, the old one stays."""
 
     accepted: bool
 

@@ -30,7 +30,7 @@ IN_USE = "IN_USE"  # in place of a type: another client sets this input
 
 @dataclass(frozen=True)
 class Field:
-    """A variable and the releases that know it: one a family, the first."""
+    """A variable and the releases that know it: the first of each family."""
 
     name: str
     type: str

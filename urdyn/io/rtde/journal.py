@@ -38,7 +38,7 @@ Column = NDArray[Any]
 
 
 def batch(rows: Rows, marks: Mapping[str, Column]) -> pa.RecordBatch:
-    """Packages, and what we say of each, as columns: `actual_q_0`, as recorders name them."""
+    """Packages, and our marks on each, as columns: `actual_q_0`, as recorders name them."""
     own = rows.dtype.newbyteorder("=")
     told = {name: rows[name].astype(own[name].base) for name in own.names or ()}
     columns = spread(told) | dict(marks)

@@ -143,7 +143,7 @@ class Link:
         """Poll for a while: a processor that went to sleep is slow to wake."""
         end = time.monotonic() + self._awake
         while time.monotonic() < end and not self._arriving.poll(0):
-            os.sched_yield()  # other threads go first
+            os.sched_yield()  # others with work go first
 
     def _whole(self, data: Data) -> bytes:
         recipe = self.agreement.recipe

@@ -15,7 +15,7 @@ LATEST = (10, 12)  # release that knows every output
 
 
 def play(log: Log, *, loop: bool = False) -> Iterator[Values]:
-    """Rows of a log as samples, one a control cycle, once or over and over.
+    """Rows of a log as samples, one per control cycle, once or over and over.
 
     Stamps are the log's own; every further round goes on one median step after the last.
     """

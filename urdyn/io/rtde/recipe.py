@@ -14,7 +14,7 @@ from urdyn.errors import RtdeError
 from urdyn.io.rtde.fields import TYPES
 from urdyn.types import Array
 
-Rows = NDArray[np.void]  # (N,) structured: one row a package, one field a variable
+Rows = NDArray[np.void]  # (N,) structured: one row per package, one field per variable
 Values = Mapping[str, Any]  # RTDE name -> number, or six or three of them; SI
 
 # What identification, tracking and diagnosis read, and what shows when not to believe it.
@@ -34,7 +34,7 @@ class Recipe:
     """Variables of a data package, as the controller accepted them."""
 
     names: tuple[str, ...]
-    types: tuple[str, ...]  # one a name, keys of TYPES
+    types: tuple[str, ...]  # one per name, keys of TYPES
     frequency: float = 0.0  # [Hz] of output packages; 0: inputs, sent when they change
     id: int = 0  # first byte of its packages, 1 to 255
 

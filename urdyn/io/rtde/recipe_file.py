@@ -1,4 +1,4 @@
-"""Recipes in files: UR's record_configuration.xml, or one name a line."""
+"""Recipes in files: UR's record_configuration.xml, or one name per line."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def read_recipe(path: str | Path, key: str = "out") -> tuple[str, ...]:
 
 
 def _plain(text: bytes, path: str | Path) -> list[str]:
-    """One name a line, or parted by commas; # begins a comment, in whatever encoding."""
+    """One name per line, or parted by commas; # begins a comment, in whatever encoding."""
     names = b"\n".join(line.partition(b"#")[0] for line in text.splitlines())
     try:
         return names.decode("ascii").replace(",", " ").split()

@@ -75,7 +75,7 @@ class Server:
             self.clients.close()
 
     def _play(self, source: Iterable[Values]) -> None:
-        """One sample a control cycle, asked for when it is due: what is sent is fresh."""
+        """One sample per control cycle, asked for when it is due: what is sent is fresh."""
         period = 1.0 / self.controller.rate
         samples, deadline = iter(source), time.monotonic()
         while not self._stop:

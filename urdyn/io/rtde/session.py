@@ -1,7 +1,7 @@
 """The controller's side of one connection: what it answers, and which data it owes; no sockets.
 
-Where the guide is silent it does as controllers do: one output recipe a connection, a new one
-replaces the old; recipe id 0 says that a recipe was refused.
+Where the guide is silent it does as controllers do: one output recipe per connection, a new
+one replaces the old; recipe id 0 says that a recipe was refused.
 """
 
 from __future__ import annotations

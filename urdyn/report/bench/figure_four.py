@@ -34,7 +34,7 @@ class Foreseen:
     sigma: float
 
     def low_by(self, estimate: Array, late: int) -> float:
-        """How far an estimate is below the truth, from `late` steps after the onset on."""
+        """Mean of truth less estimate, from `late` steps after the onset on."""
         return float(np.mean((self.truth - estimate)[self.t > self.onset + late]))
 
     def left(self, step: int) -> Array:

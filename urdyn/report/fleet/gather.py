@@ -37,7 +37,7 @@ class Robot:
     joints: tuple[str, ...]  # base first
     start: float  # [s] first stamp
     span: float  # [s] of data
-    surprise: float  # [-] squared innovation a current, 1 expected; NaN: none was compared
+    surprise: float  # [-] squared innovation per current, 1 expected; NaN: none was compared
     source: str  # that was tracked; "" where not known yet
     finished: bool
     findings: tuple[Entry, ...] | None  # None: not diagnosed
