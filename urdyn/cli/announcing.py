@@ -129,7 +129,7 @@ def _payload(fit: ud.Fit, final: Final) -> str:
     """`set_payload` of URScript: mass [kg], centre of mass at the flange [m].
 
     It includes the tool where that is known, else it is what is carried beside the tool. InputError
-    where it was not estimated.
+    where it is not known well enough.
     """
     from urdyn.tracking.physical import KNOWN, PAYLOAD
     from urdyn.tracking.setting import settable

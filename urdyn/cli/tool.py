@@ -45,7 +45,7 @@ def tool_of(numbers: Sequence[float]) -> Tool:
             "within the last link"
         )
     tool = Tool(mass, tuple(com) or (0.0, 0.0, 0.0))
-    tool.inertials()  # InputError where no body has them
+    tool.inertials()  # InputError if the tool is impossible
     return tool
 
 

@@ -99,7 +99,7 @@ def track(
 
     Example: [bold]urdyn track twin/twin.toml rtde://192.168.0.10 --out monday[/bold]
     """
-    # Arrow's own pools never free memory; a twin beside its robot has to stay small.
+    # Arrow's own pools keep freed memory; a twin beside its robot has to stay small.
     os.environ.setdefault("ARROW_DEFAULT_MEMORY_POOL", "system")
     from urdyn.cli.announcing import HANDED, PUBLISHED, announcing, both, hand, known
     from urdyn.cli.results import require_folder

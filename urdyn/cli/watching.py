@@ -152,7 +152,7 @@ def _stuck(counts: Sequence[int], summary: dict[str, Any]) -> list[str]:
 
 
 def _changes(times: Sequence[float]) -> str:
-    """When the payload changed by the tracker [s]; an arm that handles pieces has many."""
+    """When the tracker found payload changes [s]; an arm that handles pieces has many."""
     if len(times) > LISTED:
         return f", changed {len(times)} times, last at stamp {times[-1]:.1f} s"
     return f", changed at stamp {', '.join(f'{t:.1f} s' for t in times)}" if times else ""

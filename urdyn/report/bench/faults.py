@@ -129,7 +129,7 @@ def _headline(rows: Sequence[Row], kept: Sequence[Kept]) -> str:
     ours = [row for row in rows if row.detector == TOGETHER and row.ratio >= SEEN]
     worst, cried = min(ours, key=lambda row: row.found), max(kept, key=lambda one: one.share)
     found, alarmed = share_of(worst.found, worst.lives), share_of(cried.share, cried.runs)
-    # The worst of several kinds has had bad luck, too.
+    # The worst of several kinds is also the unluckiest: hence the stricter level.
     beyond = interval(cried.share, cried.runs, 1.0 - 0.05 / len(kept))[0] > cried.promised
     return (
         f"Of faults that grow by {SEEN:g} of the noise in a step, or by more, {found} are found "

@@ -28,7 +28,7 @@ def track_page(run: History, summary: Mapping[str, Any]) -> str:
 
     Args:
         run: mean and `.sd` of every quantity, currents, and surprise over time.
-        summary: robot, samples, times, latency, and when the payload changed by the tracker.
+        summary: robot, samples, times, latency, and when the tracker found payload changes.
     """
     unseen, surprised = unjudged(summary.get("joints", ())), surprise(run)
     found = changes(run, unseen, summary.get("levels", LEVELS))

@@ -1,4 +1,4 @@
-"""The arm's payload, and when the tracker saw it change."""
+"""The arm's payload, and when the tracker found that it changed."""
 
 from __future__ import annotations
 
