@@ -48,7 +48,7 @@ __all__ = [
     "tracking_model",
 ]
 
-# A diagnosis needs none of the filters, and following a robot none of what learns from histories.
+# A diagnosis needs no filter, and tracking a robot needs nothing that learns from histories.
 __getattr__ = lookup(
     __name__,
     {

@@ -1,19 +1,19 @@
-"""Abrupt changes of an arm: another payload, or something in one joint's drive.
+"""Abrupt changes of an arm: another payload, or a change in one joint's drive.
 
-Each leaves a signature of its own in the white innovations e: a payload that of its inertials in
-all joints' currents, a drive that of its friction, its damping and its load in its own. With the
-rows phi of such a signature and theta ~ N(0, P), innovations of the last seconds are more likely
-under it than under noise by
+Each leaves its own signature in the white innovations e: a payload that of its inertials in all
+joints' currents; a drive that of its friction, damping and load in its own current. With the rows
+phi of such a signature and theta ~ N(0, P), innovations of the last seconds are more likely under
+it than under noise by
 
     log B = s' (Lambda + M)^-1 s / 2 - log |I + P M| / 2,    s = sum phi e,  M = sum phi' phi,
 
-Lambda = P^-1: the likelihood ratio of [Willsky1976]_, averaged over what is possible rather than
+Lambda = P^-1: the likelihood ratio of [Willsky1976]_, averaged over the prior rather than
 maximised, so that signatures of more parameters are not preferred. A row whose e is beyond CLIP is
-given as much noise, signature and all: what is large everywhere keeps its shape, and a torn sample
-says little.
+scaled down with its signature, as if its noise were larger: a large change keeps its signature's
+shape, and a torn sample counts for little.
 
-Wear over minutes, faster than a healthy arm strays, moves no single second far enough. It shows in
-innovations summed over longer: the slower the wear, the longer.
+Wear over minutes, faster than a healthy arm drifts, never stands out within a few seconds. It
+shows in innovations summed over longer times: the slower the wear, the longer.
 """
 
 from __future__ import annotations
@@ -35,26 +35,26 @@ from urdyn.tracking.slow_noise_absorption import (
 from urdyn.types import Array, Gaussian, Mask, changed, frozen
 
 MEMORY = 2.0  # [s] over which evidence is gathered
-WEAR_MEMORY = np.array([20.0, 120.0])  # [s] the same of drives alone
-CLIP = 3.0  # [sd] that an innovation counts for at most
-SURE = 30.0  # [-] log odds; what nobody models in a healthy arm has been seen to reach 22
-# [-] log odds that a drive wears, by each; pairs of a UR10e's twin and a run reached 11.4 and 20.3
+WEAR_MEMORY = np.array([20.0, 120.0])  # [s] the same, for drives alone
+CLIP = 3.0  # [sd] beyond which an innovation counts as that large
+SURE = 30.0  # [-] log odds; unmodelled effects in a healthy arm have been seen to reach 22
+# [-] log odds of wear, over each time; pairs of a UR10e's twin and a run reached 11.4 and 20.3
 WORN = np.array([20.0, 30.0])
-LIKELY = 5.0  # [-] below the likeliest: a change that may have happened besides, or in its place
-RARE = 10.0  # [-] by which something in a drive is less likely than another payload
-BOTH = 30.0  # [-] by which both at once are: a large payload moves more than its signature says
-TOLD = 3.0  # [sd] from what it was thought to be: less, and it is taken for that
-LASTS = 0.24  # [s] that what comes bears it out: a knock and its rebound have passed by then
-BORNE = 0.7  # [-] of its odds that have to last
-# Rows and columns of the sums: signatures of a payload, of a drive, and last e, that both have.
+LIKELY = 5.0  # [-] below the likeliest: a change that may have happened as well, or instead
+RARE = 10.0  # [-] by which a change in a drive is less likely than another payload
+BOTH = 30.0  # [-] the same for both at once: a large payload affects more than its signature says
+TOLD = 3.0  # [sd] from the assumed payload: closer than this, that is kept
+LASTS = 0.24  # [s] of later samples that must confirm it: a knock and its rebound are over by then
+BORNE = 0.7  # [-] share of its log odds that must last
+# Rows and columns of the sums: signatures of a payload, those of a drive, and e, common to both.
 LOADS, DRIVES = 4, len(JOLTS)  # mass and first moments; friction, damping and health
 WIDTH = LOADS + DRIVES + 1
 PAYLOAD, DRIVE = slice(LOADS), slice(LOADS, LOADS + DRIVES)
-OF_PAYLOAD, OF_DRIVE = np.ones((2, WIDTH), dtype=bool)  # each with e
+OF_PAYLOAD, OF_DRIVE = np.ones((2, WIDTH), dtype=bool)  # each including e
 OF_PAYLOAD[DRIVE] = OF_DRIVE[PAYLOAD] = False
-COMMON = OF_PAYLOAD & OF_PAYLOAD[:, None]  # of all joints together
-# Where these signatures come from: of a slice's A, whose last columns are the payload's inertials,
-# and of what is packed: s, v and load.
+COMMON = OF_PAYLOAD & OF_PAYLOAD[:, None]  # summed over all joints
+# Where these signatures come from: a slice's A, whose last columns are the payload's inertials,
+# and its packed s, v and load.
 INERTIALS = len(PAYLOAD_SD)
 A_LOADS = slice(-INERTIALS, LOADS - INERTIALS)
 OWN = slice(COLUMN["s"], COLUMN["load"] + 1)
@@ -64,15 +64,15 @@ OWN = slice(COLUMN["s"], COLUMN["load"] + 1)
 class Evidence:
     """Sums of the last seconds: products of each joint's signatures with one another and with e.
 
-    What is large shows at once, and what went before it would speak against it; so there are sums
-    of the last seconds, and sums of what came since noise was likelier than all else [Page1954]_.
+    A large change shows at once, but samples from before it count against it; so there are sums
+    of the last seconds, and sums since noise was last the likeliest hypothesis [Page1954]_.
     """
 
     sums: Array  # (2, J, WIDTH, WIDTH) four of the payload, three of the drive, and e
-    wear: Array  # (k, J, 4, 4) of the drive and e, over each longer time
+    wear: Array  # (k, J, 4, 4) three of the drive, and e, over each longer time
     absorbed: SlowNoiseAbsorption  # of the drive's signatures
     highest: float = 0.0  # log odds of a change, if it lasts; 0: nothing is sure
-    lasted: float = 0.0  # [s] for which what was measured since has borne it out
+    lasted: float = 0.0  # [s] of measurements that have confirmed it since
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "sums", frozen(self.sums))
@@ -88,7 +88,7 @@ class PriorScales:
 
     @classmethod
     def of(cls, drive: Drive) -> PriorScales:
-        """Of an arm with these drives."""
+        """Scales for an arm with these drives."""
         one = np.ones_like(drive.gain)
         size = {"f": drive.coulomb, "alpha": drive.viscous, "z": one}
         jolts = np.stack([*(jolt * size[group] for group, jolt in JOLTS.items()), one], axis=1)
@@ -98,13 +98,13 @@ class PriorScales:
 
 
 def no_evidence(joints: int) -> Evidence:
-    """Nothing has been gathered."""
+    """Evidence before the first innovation."""
     wear = np.zeros((len(WEAR_MEMORY), joints, DRIVES + 1, DRIVES + 1))
     return Evidence(np.zeros((2, joints, WIDTH, WIDTH)), wear, no_absorption(joints, DRIVES))
 
 
 def drive_evidence(evidence: Evidence) -> Evidence:
-    """What speaks for something in a drive, whatever is carried from here on."""
+    """The evidence on drives alone: what is carried is unknown from here on."""
     kept = np.array(evidence.sums)
     kept[..., PAYLOAD, :] = kept[..., :, PAYLOAD] = 0.0
     return replace(evidence, sums=kept, highest=0.0, lasted=0.0)
@@ -113,7 +113,7 @@ def drive_evidence(evidence: Evidence) -> Evidence:
 def accumulated(
     evidence: Evidence, white: RobotSlice, drive: Drive, innovation: Innovation, dt: float
 ) -> Evidence:
-    """One innovation on; `white` is the slice after the filter that made its noise white."""
+    """The evidence after one more innovation; `white` is the slice whose noise was whitened."""
     known = np.isfinite(innovation.residual)
     sd, residual = np.sqrt(innovation.cov.diagonal())[:, None], innovation.residual[:, None]
     borne = white.A[:, A_LOADS] + drive.structural[:, None] * white.A_hold[:, A_LOADS]
@@ -136,25 +136,25 @@ def accumulated(
 
 @dataclass(frozen=True, eq=False)
 class AbruptChange:
-    """What changed abruptly, and so is no longer taken for known."""
+    """What changed abruptly, and so is no longer assumed to be known."""
 
     payload: Array | None  # (10,) what is carried from here on, roughly; None: what was before
     drives: Mask  # (J,)
-    wears: bool = False  # and goes on to change
-    known: Gaussian | None = None  # what is believed by who allowed for it all along
-    weighed: bool = False  # the payload came at a rest, and was found since
+    wears: bool = False  # whether they go on wearing
+    known: Gaussian | None = None  # the belief that allows for the change from the start
+    weighed: bool = False  # the payload was exchanged at a rest, and estimated since
 
     @property
     def anything(self) -> bool:
-        """Whether something did."""
+        """Whether anything changed."""
         return self.payload is not None or bool(self.drives.any())
 
 
 def detect(evidence: Evidence, sizes: PriorScales, before: Array) -> tuple[AbruptChange, Evidence]:
-    """The change of an arm that carried a payload (10,) `before`, and the evidence that is left.
+    """The change of an arm that carried a payload `before`, (10,), and the evidence that is left.
 
-    Nothing, until something was sure and most of its odds have lasted; then all that is likely, for
-    the next seconds tell which. What speaks for noise is not kept.
+    No change until one was sure and most of its odds have lasted; then all likely changes, for the
+    next seconds show which it was. Evidence for noise is not kept.
     """
     odds, J = log_odds(evidence, sizes), len(sizes.wear)
     of = odds.max(axis=1).argmax()
@@ -173,16 +173,16 @@ def detect(evidence: Evidence, sizes: PriorScales, before: Array) -> tuple[Abrup
 
 
 def wearing_drive(evidence: Evidence, sizes: PriorScales) -> Mask:
-    """The drive that surely wears, if one does; others may, once it is known, (J,)."""
+    """The drive that surely wears, if any, (J,); others may follow once that one is known."""
     beyond = (_log_odds(evidence.wear, sizes.wear) - WORN[:, None]).max(axis=0)
     return np.asarray((beyond > 0.0) & (beyond == beyond.max()))
 
 
 def _carried(sums: Array, before: Array) -> Array:
-    """What is carried now, (10,), by all joints' `sums`; mass and first moments (4,) were `before`.
+    """The payload now, (10,), from all joints' `sums`; mass and first moments were `before`, (4,).
 
-    The signatures are those near what was carried before, and of an arm that is known; of inertia
-    they say nothing.
+    The signatures are linearised about the payload before and assume a known arm; they say nothing
+    of inertia.
     """
     whole, payload = sums.sum(axis=0), np.zeros(len(PAYLOAD_SD))
     M, s = whole[PAYLOAD, PAYLOAD], whole[PAYLOAD, -1]
@@ -192,20 +192,20 @@ def _carried(sums: Array, before: Array) -> Array:
 
 
 def significant(before: Array, now: Array, sd: Array) -> Array:
-    """What is carried, `before` unless it can be told from that; nothing that may be none.
+    """The payload: `before` unless it differs significantly from that; 0 where it may be 0.
 
-    Health and gain are told by what they multiply. To believe in a piece that was put down, because
-    two seconds hardly tell, would be to learn of them from its weight in every hold alike.
+    Health and gain are learnt from what they multiply. To go on believing in a piece that was put
+    down, because two seconds show little, would bias them by its weight alike in every hold.
     """
     same, none = (np.abs(now - thought) < TOLD * sd for thought in (before, 0.0))
     return np.where(none, 0.0, np.where(same, before, now))
 
 
 def log_odds(evidence: Evidence, sizes: PriorScales) -> Array:
-    """How much likelier than noise each is, by each sum: (2, 1 + 2 J), payload, drives, and both.
+    """Log odds of each change over noise, by each sum: (2, 1 + 2 J), payload, drives, and both.
 
-    A payload moves every joint's current, and each drive could be blamed for its own; that both
-    befall an arm within seconds is rare, and takes evidence that neither explains.
+    A payload affects every joint's current, and each drive could be blamed for its own; both within
+    seconds are rare, and need evidence that neither explains alone.
     """
     sums, J = evidence.sums, len(sizes.wear)
     sums = np.where(COMMON, sums.sum(axis=1, keepdims=True), sums)
@@ -214,13 +214,13 @@ def log_odds(evidence: Evidence, sizes: PriorScales) -> Array:
 
 
 def _log_odds(sums: Array, scale: Array) -> Array:
-    """Of signatures and e, (..., k, n + 1, n + 1), whose parameters' sd have these products.
+    """Log odds from sums (..., k, n + 1, n + 1) of signatures and e; `scale`: products of prior sd.
 
     With S the signatures' part and s the products with e, a Cholesky factor L of
 
         [[I + P S, P s], [.., 1 + e' e]]
 
-    in units of P's roots has all of it: its last row is what e says of the parameters.
+    in units of the prior sd contains all of it: its last row is what e says of the parameters.
     """
     L = np.linalg.cholesky(sums * scale + np.eye(scale.shape[-1]))
     lost = np.log(np.diagonal(L, axis1=-2, axis2=-1)[..., :-1]).sum(axis=-1)

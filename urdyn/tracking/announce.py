@@ -1,4 +1,4 @@
-"""A run's newest state, told to whoever asked: ROS 2 topics, Prometheus, MQTT."""
+"""Publishes a run's newest state to ROS 2 topics, Prometheus and MQTT."""
 
 from __future__ import annotations
 
@@ -24,38 +24,38 @@ from urdyn.types import Array
 LOG = logging.getLogger(__name__)
 PULSE = 1.0  # [s] between two diagnoses
 
-Tell = Callable[[Snapshot, Sequence[Status]], None]  # of a listener, or of ours
+Tell = Callable[[Snapshot, Sequence[Status]], None]  # a listener's, or ours
 
 
 @dataclass(frozen=True, eq=False)
 class Audience:
-    """Who listens."""
+    """Who is told."""
 
     voice: Voice | None = None  # ROS 2
     plants: Sequence[Listener] = ()
     acknowledgements: Callable[[], Iterator[str]] = lambda: iter(())
-    remarks: Callable[[], Iterator[Status]] = lambda: iter(())  # beside the arm's lines
+    remarks: Callable[[], Iterator[Status]] = lambda: iter(())  # appended to the arm's lines
 
 
 class Announcer:
-    """A watcher of a run; a thread of its own tells once a second, also when nothing comes.
+    """A watcher of a run, whose own thread publishes once a second, even when no sample comes.
 
-    The last word is the newest state, with what was found at the end: a broker keeps it.
+    The last message is the newest state with the final findings: a broker keeps it.
     """
 
     def __init__(self, fit: Fit, audience: Audience, serial: str = "") -> None:
         self._fit, self._audience, self._serial = fit, audience, serial
-        self._newest: tuple[float, RunProgress, Snapshot] | None = None  # came at [s] monotonic
-        # (J,) [N·m/A] of drives as healthy as believed
+        self._newest: tuple[float, RunProgress, Snapshot] | None = None  # arrival [s] monotonic
+        # (J,) [N·m/A] of drives, at their estimated health
         self._torque_per_ampere = fit.dynamics.drive.gain
-        self._known: dict[str, Seen] = {}  # acknowledged, by the lines' names
-        self._failed: set[Tell] = set()  # who could not be told, and that was said
+        self._known: dict[str, Seen] = {}  # acknowledged findings, by the lines' names
+        self._failed: set[Tell] = set()  # listeners whose failure was already logged
         self._ended = Event()
         self._pulse = Thread(target=self._beat, daemon=True)
         self._pulse.start()
 
     def watch(self, progress: RunProgress) -> None:
-        """Tell what is new: torque with every sample, if asked for; the rest with the history."""
+        """Publish what is new: torque with every sample, if wanted; the rest with the history."""
         voice = self._audience.voice
         if voice and not progress.ended:
             voice.quickly(self._torque_per_ampere * progress.reading.modelled)
@@ -67,7 +67,7 @@ class Announcer:
             voice.steadily(snapshot)
 
     def close(self) -> None:
-        """No more."""
+        """Stop publishing."""
         self._ended.set()
         self._pulse.join(timeout=5 * PULSE)
 
@@ -117,7 +117,7 @@ class Announcer:
         self._audience.voice.diagnose(time.time_ns(), tuple(lines))
 
     def _told(self, tell: Tell, now: Snapshot, lines: Sequence[Status]) -> None:
-        """One with whom this fails keeps nobody else from hearing, and is tried again."""
+        """Tell one listener; if that fails, the others still hear, and it is tried again."""
         try:
             tell(now, lines)
         except Exception as error:

@@ -1,7 +1,7 @@
-"""What filters believe, whatever they keep it as: a Gaussian, its root, blocks of it, or points.
+"""What filters believe, in any representation: a Gaussian, its root, blocks of it, or points.
 
-QUICK representations have a mean and standard deviations at hand; for any other the filter is asked
-to convert to a Gaussian.
+QUICK representations hold a mean and standard deviations; for any other, the filter is asked
+for a Gaussian.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from urdyn.types import Array, Gaussian, Index
 S = TypeVar("S")
 
 QUICK = Gaussian | SquareRoot | BlockBelief
-# What a filter lacks that can be given no belief, or not even be told that states jumped.
+# What a filter lacks that cannot be given a belief, or cannot even shift states that jumped.
 LOAD = "what was known of a load before it changed does not count"
 DRIVES = "a drive that wore is not told by what was believed of it before"
 NARROW = "its intervals are too narrow where states are many"
@@ -27,18 +27,18 @@ ZEROS = "an encoder that jumped is followed slowly"
 
 
 def mean(filter_: Filter[S], belief: S) -> Array:
-    """Of the states, (n,); a square root need not be squared for it."""
+    """Mean of the states, (n,); a square root is not squared for it."""
     return belief.mean if isinstance(belief, QUICK) else filter_.belief(belief).mean
 
 
 def mean_and_sd(filter_: Filter[S], belief: S, at: slice) -> tuple[Array, Array]:
-    """Of a few states, (k,) each."""
+    """Mean and sd of a few states, (k,) each."""
     known = belief if isinstance(belief, QUICK) else filter_.belief(belief)
     return known.mean[at], known.sd[at]
 
 
 def marginal(filter_: Filter[S], belief: S, at: Index) -> Gaussian:
-    """Belief in a few states; a square root need not be squared for it."""
+    """Belief in a few states; a square root is not squared for it."""
     if not len(at):
         return Gaussian(np.zeros(0), np.zeros((0, 0)))
     if isinstance(belief, SquareRoot):
@@ -52,12 +52,12 @@ def marginal(filter_: Filter[S], belief: S, at: Index) -> Gaussian:
 
 
 def replaced(filter_: Filter[S], belief: S, by: Gaussian) -> S:
-    """What such a filter knows once it believes this; unchanged, where it cannot be given it."""
+    """The filter's belief replaced `by` this one; unchanged where the filter cannot take one."""
     return filter_.with_belief(belief, by) if is_gaussian(filter_) else belief
 
 
 def shifted(filter_: Filter[S], belief: S, at: slice, by: Array) -> S:
-    """The same belief about states `at` that jumped, (k,); unchanged, where it cannot be told."""
+    """The belief once states `at` jumped by (k,); unchanged where the filter cannot shift."""
     if not is_shifting(filter_):
         return belief
     step = np.zeros(len(mean(filter_, belief)))
@@ -66,7 +66,7 @@ def shifted(filter_: Filter[S], belief: S, at: slice, by: Array) -> S:
 
 
 def lacking(filter_: Filter[S]) -> str:
-    """What this filter will not do as others do, for the user; "": nothing."""
+    """What this filter cannot do that others can, for the user; "": nothing."""
     lacks = [] if is_gaussian(filter_) else [LOAD, DRIVES, NARROW]
     lacks += [] if is_shifting(filter_) else [ZEROS]
     return f"{type(filter_).__name__} keeps no Gaussian: {'; '.join(lacks)}" if lacks else ""

@@ -1,4 +1,4 @@
-"""From what is at hand, the streams that a twin listens to beside its joints' sensors."""
+"""The streams, of those that are available, that a twin uses beside its joints' sensors."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ from urdyn.tracking.streams import Stream
 from urdyn.tracking.wrench_stream import WrenchStream
 from urdyn.types import Array, Gaussian, frozen
 
-# While a tracker looks on, a joint's zero stays where it is, until poses say that it slipped.
+# While a tracker watches, a joint's zero stays where it is, until poses show that it slipped.
 WATCHED = Drift(zero=0.0, zero_memory=float("inf"), zero_walk=STRAY)
 
 
-# What a source may bring along, the best first: a raw wrench has no unknown compensation.
+# Wrench streams that a source may have, best first: a raw one has no unknown compensation.
 WRENCHES = ("raw_wrench", "wrench")
 NOTHING = frozen(np.zeros(10))
 
@@ -41,11 +41,11 @@ def beside(
     known: Recorded | None = None,
     tool: Array = NOTHING,
 ) -> tuple[Stream[Any], ...]:
-    """The streams that a source has, of an arm that may be calibrated.
+    """The streams of a source, for an arm that may be calibrated.
 
     Args:
         tracked: its poses are those of a tracker, not the controller's own.
-        tool: inertials (10,) that the twin knows of, and its payload does not count.
+        tool: inertials (10,) of a tool that the twin knows, which its payload does not include.
     """
     poses = [pose_stream(arm, not tracked, known)] if "pose" in source.beside else []
     felt = [WrenchStream(arm, w == "raw_wrench", tool=tool) for w in WRENCHES if w in source.beside]
@@ -55,7 +55,7 @@ def beside(
 def pose_stream(arm: Arm, own: bool, known: Recorded | None = None) -> PoseStream:
     """The stream of the controller's poses, or of a tracker's, for an arm that may be calibrated.
 
-    Without a calibration, the arm is as far from its drawing as real arms are.
+    Without a calibration, the arm deviates from its drawing as much as real arms do.
     """
     drawing = drawing_of(arm)
     start = drawn(arm, drawing)
@@ -68,13 +68,12 @@ def pose_stream(arm: Arm, own: bool, known: Recorded | None = None) -> PoseStrea
 
 
 def with_poses(source: Source, path: str | Path) -> Source:
-    """A recording, with the poses that a tracker measured meanwhile, by the same clock.
+    """A recording, with the poses that a tracker measured during it, by the same clock.
 
-    Each comes with the first sample that is stamped later.
+    Each pose comes with the first sample stamped at or after it.
 
     Raises:
-        InputError: the source is live; or, once it has come to its end, none of the poses was
-            measured meanwhile.
+        InputError: the source is live; or, at its end, no pose was measured during it.
     """
     if source.live:
         raise InputError(f"{path}: poses from a file go with a log, not with a live robot")

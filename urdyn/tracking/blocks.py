@@ -1,20 +1,20 @@
-"""The modes that are quicker than the full covariance, and what they assume for it.
+"""The modes that are faster than the full covariance, and what they assume for that.
 
-*Simplified*: joints' drives are independent of one another, given what is common to them: the rigid
-bodies (k, skew, m, payload), what scales their torque (z, gain), the one warmth coefficient of all
-joints (kappa_f) and a sensor that weighs them. With b for these and d_j for a drive,
+*Simplified*: joints' drives are independent of one another, given the states they share: the rigid
+bodies (k, skew, m, payload), the torque scales (z, gain), the one warmth coefficient of all joints
+(kappa_f) and the states of a force sensor. With b for these and d_j for a drive,
 
     p(b, d) = p(b) prod_j p(d_j | b),    d_j - m_j | b ~ N(G_j (b - m_b), V_j)
 
-A joint's current tells of b and of its own drive alone. Whatever is measured the other drives
-keep what they are given b, and nothing is lost; only while b strays by itself do they come to share
-what it has forgotten. After each time step the belief is the nearest one of that form: the method
-of [Boyen1998]_. A current is, to b alone, H_b + H_d G_j beside a noise R + H_d V_j H_dᵀ. So J of 9
-states stand beside one block of 72, and not 126 beside 126.
+A joint's current depends on b and its own drive alone. So a measurement leaves the other drives'
+conditionals given b unchanged, and nothing is lost; only the drift of b makes drives dependent,
+through what b has forgotten. After each time step the belief is projected onto that form, as in
+[Boyen1998]_. For b alone, a current has the regressor H_b + H_d G_j and the noise R + H_d V_j H_dᵀ.
+So J blocks of 9 states and one of 72 replace a covariance of 126 by 126.
 
-*Realtime*: besides, a joint whose current hardly tells anything waits. While an innovation would
-move the belief by little, its samples are added up and learnt from in one, less often the surer
-the belief is, at once where currents surprise. What varies within the wait is lost.
+*Realtime*: besides, a joint whose current tells little waits. While an innovation would move the
+belief by little, its samples are summed and learnt from together: less often the surer the belief
+is, at once where currents surprise. What varies within the wait is lost.
 """
 
 from __future__ import annotations
@@ -36,28 +36,28 @@ from urdyn.tracking.waiting import Waiting, nothing_waits
 from urdyn.types import Array, Gaussian, Index, Mask, changed
 
 CALM = 1.5  # [-] of the innovations' average size, where 1 is expected
-WILDEST = 10.0  # [-] that one sample counts for at most
+WILDEST = 10.0  # [-] what one sample counts for at most
 MEMORY = 50.0  # samples over which the innovations' size is averaged
-WAIT = 0.16  # [s] for which a joint waits, at most, for what varies meanwhile is lost
-SELDOM = 1.2  # [s] between two moves of the covariance: as long as the quickest, slow noise, lasts
-ROUNDING = 1e-10  # [-] of a variance, below which it is none
+WAIT = 0.16  # [s] for which a joint waits at most: what varies meanwhile is lost
+SELDOM = 1.2  # [s] between predictions of the covariance: the memory of slow noise, the fastest
+ROUNDING = 1e-10  # [-] of a variance: what is smaller is taken for 0
 SHARED = -1
 TOGETHER = (*BODIES, "z", "gain", "kappa_f", "sensor")  # groups that all joints share
 
 
 @dataclass(frozen=True, eq=False)
 class BlockBelief:
-    """Belief in what joints share, and in each drive given that."""
+    """Belief in the shared states, and in each drive given those."""
 
     mean: Array  # (n,) of all states
-    shared: Array  # (b, b) covariance of what they share
-    led: Array  # (J, d, b) G, how each drive's states follow that
-    drives: Array  # (J, d, d) V, covariance of each drive's given that
+    shared: Array  # (b, b) covariance of the shared states
+    led: Array  # (J, d, b) G, regression of each drive's states on the shared ones
+    drives: Array  # (J, d, d) V, covariance of each drive's states given the shared ones
     at_shared: Index  # (b,)
     at_drives: Index  # (J, d)
     wait: Waiting
-    still: float  # [s] since the parameters were last moved
-    variance_ratio: Array  # (J,) [-] of a current by this doubt over the noise's, when last learnt
+    still: float  # [s] since the covariance was last predicted
+    variance_ratio: Array  # (J,) [-] of a current by this belief over the noise's, when last learnt
     surprise: float  # [-]
 
     @property
@@ -82,7 +82,7 @@ class BlockBelief:
         return P[back[:, None], back]
 
     def with_belief(self, of: Gaussian) -> BlockBelief:
-        """With what is believed of all states, but for what drives share beside what all do."""
+        """With this belief, without the dependence between drives beyond the shared states."""
         common, own = self.at_shared, self.at_drives
         P, C = of.cov[common[:, None], common], of.cov[own[:, :, None], common]
         G = _following(P, C)
@@ -99,12 +99,12 @@ class BlockBelief:
 
 @dataclass(frozen=True)
 class Blocks:
-    """Filter of drives given what they share; `longest` 1: simplified, more: realtime."""
+    """Filter of drives given the shared states; `longest` 1: simplified, more: realtime."""
 
     longest: int = 1  # samples that a joint may wait for, where they take no longer than WAIT
 
     def init(self, model: TwoSlice[RobotSlice]) -> BlockBelief:
-        """The model's prior, but for what drives share beside what all do."""
+        """The model's prior, without the dependence between drives beyond the shared states."""
         shared, drives = places(model.names)
         J, d = drives.shape
         nothing = BlockBelief(
@@ -128,12 +128,12 @@ class Blocks:
         u: RobotSlice | LinearMeasurement,
         y: Array,
     ) -> tuple[BlockBelief, Innovation]:
-        """Add the sample up, and learn where enough have gathered; from measurements, at once."""
+        """Add the sample up; learn where enough have gathered, from measurements at once."""
         if isinstance(u, LinearMeasurement):
             return _heard(state, u, y)
         if changes := _changes(u):
             state = replace(state, wait=state.wait.hurried())
-        if u.widen:  # what waits is of the payload before
+        if u.widen:  # what waits was measured with the payload before
             state = replace(state, wait=state.wait.emptied())
         x = model.transition(state.mean, u)
         expected, H = linearised(model, x, u)
@@ -157,24 +157,24 @@ class Blocks:
         return max(1, int(min(self.longest, WAIT / dt))) if dt else self.longest
 
     def belief(self, state: BlockBelief) -> Gaussian:
-        """In all states."""
+        """Belief in all states."""
         return Gaussian(state.mean, state.cov)
 
     def shifted(self, state: BlockBelief, by: Array) -> BlockBelief:
-        """The same about states that have all moved by known amounts, (n,), as of the next sample.
+        """The belief once all states have moved by known amounts, (n,), as of the next sample.
 
-        What waits was measured before, and says of the states then what it said.
+        Waiting samples were measured before, and their residuals stay as they were.
         """
         return replace(state, mean=state.mean + by)
 
     def with_belief(self, state: BlockBelief, belief: Gaussian) -> BlockBelief:
-        """With this belief, but for what drives share beside what all do."""
+        """With this belief, without the dependence between drives beyond the shared states."""
         return state.with_belief(belief)
 
 
 @lru_cache(maxsize=8)
 def places(names: tuple[str, ...]) -> tuple[Index, Index]:
-    """States that joints share (b,), and those of each joint's drive (J, d), by their names."""
+    """Indices, by name, of the states that joints share (b,) and of each joint's drive (J, d)."""
     of: dict[int, list[int]] = {}
     for k, name in enumerate(names):
         group, _, number = name.removesuffix(".rate").rpartition("_")
@@ -184,7 +184,7 @@ def places(names: tuple[str, ...]) -> tuple[Index, Index]:
 
 
 def _following(P: Array, C: Array) -> Array:
-    """G = C P⁻¹, (J, d, b), of C (J, d, b); what is known for sure, or twice, leads nothing."""
+    """G = C P⁻¹, (J, d, b), of C (J, d, b); exactly known or redundant states are harmless."""
     sd = np.sqrt(P.diagonal())
     scale = np.where(sd > 0.0, sd, 1.0)
     R = P / scale / scale[:, None]
@@ -194,13 +194,13 @@ def _following(P: Array, C: Array) -> Array:
 
 
 def _moved(model: TwoSlice[RobotSlice], state: BlockBelief, u: RobotSlice) -> BlockBelief:
-    """The belief after the time since it was last moved; the mean has moved already."""
+    """The belief with its covariance predicted to now; the mean has moved already."""
     moved = predict(model, Gaussian(state.mean, state.cov), replace(u, span=state.still))
     return replace(state.with_belief(Gaussian(state.mean, moved.cov)), still=0.0)
 
 
 def _learnt(state: BlockBelief, due: Mask, longest: int) -> BlockBelief:
-    """Kalman's correction by what waits of these joints, (J,)."""
+    """Kalman update by the waiting samples of the joints that are due, (J,)."""
     rows: Rows = slice(None) if due.all() else np.flatnonzero(due)
     wait, at, P, G = state.wait, state.at_drives[rows], state.shared, state.led
     H, residual = wait.H[rows], wait.residual[rows]
@@ -208,7 +208,7 @@ def _learnt(state: BlockBelief, due: Mask, longest: int) -> BlockBelief:
     h = H.take(state.at_shared, axis=1) + (Hd[:, None] @ G[rows])[:, 0]
     VH = (state.drives[rows] @ Hd[:, :, None])[:, :, 0]
     R, own, hP = wait.R[rows], np.vecdot(VH, Hd), h @ P
-    S, noise = hP @ h.T, R + own  # of the currents to what is shared alone
+    S, noise = hP @ h.T, R + own  # covariance, and noise, of currents as the shared states see them
     share = (S.diagonal() + own) / R
     S.flat[:: len(S) + 1] += noise
     K, gain = hP.T @ np.linalg.inv(S), VH / noise[:, None]
@@ -233,8 +233,8 @@ def _learnt(state: BlockBelief, due: Mask, longest: int) -> BlockBelief:
 
 
 def _heard(state: BlockBelief, u: LinearMeasurement, y: Array) -> tuple[BlockBelief, Innovation]:
-    """Kalman's correction of what is shared by what somebody else tells of it."""
-    if np.count_nonzero(u.jump):  # which no drive did with it
+    """Kalman update of the shared states by another stream's measurement."""
+    if np.count_nonzero(u.jump):  # the drives did not jump with it
         P = state.cov
         P[u.at, u.at] += u.jump**2
         state = state.with_belief(Gaussian(state.mean, P))
@@ -257,7 +257,7 @@ def _changes(u: RobotSlice) -> bool:
 
 
 def _innovation(residual: Array, variance: Array) -> Innovation:
-    """As each joint's current alone expects it: what they have in common is left out."""
+    """The innovation by each joint's own variance: correlation between joints is left out."""
     rows = measured_rows(residual)
     few = variance[rows]
     W, log_det = np.diag(1.0 / np.sqrt(few)), sum(map(log, few.tolist()))

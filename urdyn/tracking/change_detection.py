@@ -1,4 +1,4 @@
-"""Detection of abrupt changes beside a filter, and the hypothesis that it goes on from."""
+"""Detection of abrupt changes beside a filter, and the hypothesis that it continues from."""
 
 from __future__ import annotations
 
@@ -35,35 +35,35 @@ from urdyn.types import Array, Mask, changed
 
 S = TypeVar("S")
 
-PATIENCE = 2.0  # [s] after something was told before the next
-LOOK, LOOK_TIME = 5.0, 0.08  # samples and, where they are many, [s] between two looks for it
+PATIENCE = 2.0  # [s] after one change was reported before the next may be
+LOOK, LOOK_TIME = 5.0, 0.08  # samples, and at high rates [s], between two looks for a change
 
 
 @dataclass(frozen=True, eq=False)
 class Detection:
     """What was detected at one sample."""
 
-    change: AbruptChange | None  # that is assumed to have happened; None: none
-    reported: bool  # a change of payload or drive is reported here
-    looked: bool  # this was one of the samples at which one looks
-    evidence: Evidence  # that is left
+    change: AbruptChange | None  # assumed to have happened; None: none
+    reported: bool  # a change of payload or drive is reported at this sample
+    looked: bool  # changes were looked for at this sample
+    evidence: Evidence  # what is left of it
 
 
 @dataclass(frozen=True, eq=False)
 class Hypothesis(Generic[S]):
-    """What is assumed about the arm before an instant's currents are learnt from."""
+    """What is assumed of the arm before learning from an instant's currents."""
 
     detection: Detection
     phase: HandlingPhase
-    start: TrackerState[S]  # from which it goes on: before the change, if there was one
-    belief: S  # to learn from the currents with
-    mean: Array  # (n,) of the states, by that and by the payload
+    start: TrackerState[S]  # state to continue from: before the change, if there was one
+    belief: S  # to be updated by the currents
+    mean: Array  # (n,) of the states, by that belief with the payload replaced
     payload: Array  # (10,) what is carried, roughly
-    load: PayloadHypotheses  # what was known of it before it was learnt anew
+    load: PayloadHypotheses  # what was known of the load before it was learnt anew
 
     @property
     def change(self) -> AbruptChange | None:
-        """That is assumed to have happened; None: none."""
+        """The change assumed to have happened; None: none."""
         return self.detection.change
 
     @property
@@ -85,7 +85,7 @@ class Hypothesis(Generic[S]):
 
     @property
     def widening(self) -> Array | None:
-        """What may be carried besides, sd (10,)."""
+        """Doubt to be added about the payload, sd (10,); None: none."""
         if self.phase.light:
             return LIGHT
         return BULKY if self.detection.reported and self.change is None else None
@@ -100,19 +100,19 @@ class Hypothesis(Generic[S]):
 
 @dataclass(frozen=True, eq=False)
 class ChangeDetector(Generic[S]):
-    """Detects abrupt changes of payload or drive, and says what is supposed from then on."""
+    """Detects abrupt changes of payload or drive, and says what is assumed from then on."""
 
     filter: Filter[S]
-    wear_test: WearTest  # what drives are asked
+    wear_test: WearTest  # of drives
     places: Mapping[str, slice]  # of groups among the states
     drive: Drive
-    tool: float  # [kg] that was carried on the first day
+    tool: float  # [kg] carried on the first day
     period: float  # [s] between samples, as a rule
-    poses: bool  # what these told of zeros in the last seconds is not forgotten for a payload
+    poses: bool  # whether poses are used: what they showed of zeros survives a change of payload
 
     @cached_property
     def payload_belief(self) -> PayloadBelief[S]:
-        """Who tells what is carried while it is learnt anew."""
+        """Estimates the payload while it is learnt anew."""
         health_prior = HealthPrior(self.wear_test.wear, self.places["z"])
         return PayloadBelief(self.filter, self.places["payload"].start, health_prior)
 
@@ -123,16 +123,16 @@ class ChangeDetector(Generic[S]):
 
     @cached_property
     def _ask(self) -> float:
-        """Samples from one time that drives are asked whether they wore to the next."""
+        """Samples between two tests of drives for wear."""
         return max(1.0, round(ASK / self.period))
 
     @cached_property
     def _sizes(self) -> PriorScales:
-        """How large what may befall the arm is."""
+        """How large changes of the arm may be."""
         return PriorScales.of(self.drive)
 
     def hypothesis(self, state: TrackerState[S], t: float, moving: bool) -> Hypothesis[S]:
-        """At t [s], while the arm moves or does not."""
+        """The hypothesis at t [s]; `moving`: whether the arm moves."""
         mean = beliefs.mean(self.filter, state.belief)
         phase = self._phase(state, t, moving)
         detection = self._detected(state, t, mean, phase)
@@ -157,7 +157,7 @@ class ChangeDetector(Generic[S]):
         )
 
     def updated_load(self, hypothesis: Hypothesis[S], belief: S, moving: bool) -> PayloadHypotheses:
-        """What was carried before, and whether another was told by now, an instant learnt."""
+        """What was carried before, and whether a change is reported, once an instant is learnt."""
         load = hypothesis.load
         if load.told:
             return load
@@ -177,16 +177,16 @@ class ChangeDetector(Generic[S]):
         return mean
 
     def renewed(self, state: TrackerState[S], belief: S, t: float, shown: bool) -> Array:
-        """What is carried, (10,), as it is known now where it surely is something else.
+        """The payload, (10,): as estimated now where it surely is another.
 
-        Once it is `shown`, and seldom: every time, the errors of what is known are in the
-        regressors of health and gain anew.
+        Once it is `shown`, and seldom: each time, the estimate's errors enter the regressors of
+        health and gain anew.
         """
         due = shown or (state.past.due(t) and np.isinf(state.rest.left))
         return significant(state.payload, *self._payload(belief)) if due else state.payload
 
     def _phase(self, state: TrackerState[S], t: float, moving: bool) -> HandlingPhase:
-        """Of the program, at t [s]."""
+        """The phase of the program at t [s]."""
         rest, implausible = state.rest, state.implausible
         sets_off, suspected = rest.ends(moving), implausible.suspected(t)
         if sets_off:
@@ -195,7 +195,7 @@ class ChangeDetector(Generic[S]):
         return HandlingPhase(
             sets_off=sets_off,
             handles=t - state.widened < HANDLING and not suspected,
-            shown=moving and rest.known(t),  # an arm that stands is asked as it sets off
+            shown=moving and rest.known(t),  # an arm that stands is judged as it sets off
             implausible=implausible,
             suspected=suspected,
         )
@@ -207,19 +207,19 @@ class ChangeDetector(Generic[S]):
         phase: HandlingPhase,
         payload: Array,
     ) -> PayloadHypotheses:
-        """What was carried before it is learnt anew, around `payload`, if that begins here."""
+        """What was carried before learning anew around `payload`, if that begins here."""
         before = state.load
         if not (phase.unknown or (change is not None and change.payload is not None)):
             return before.given_up() if phase.sets_off else before
         weighed = change is not None and change.weighed
-        # Evidence that comes soon after a change was told is of the same change.
+        # Evidence soon after a change was reported is of the same change.
         told = weighed or (before.told and not phase.sets_off and state.rest.just(state.t))
         return self.payload_belief.begun(state, payload, 0.0 if weighed else CHANGE, told)
 
     def _detected(
         self, state: TrackerState[S], t: float, mean: Array, phase: HandlingPhase
     ) -> Detection:
-        """An abrupt change, and what evidence is left for the next."""
+        """An abrupt change, and the evidence left for the next."""
         looks = state.colour.sample % self._look < 1.0
         change, evidence = self._abrupt(state, t, mean) if looks else (None, state.evidence)
         if change is None and not phase.unknown:
@@ -240,23 +240,23 @@ class ChangeDetector(Generic[S]):
         return what if told else None, evidence
 
     def _wore(self, state: TrackerState[S], t: float) -> AbruptChange | None:
-        """A drive that wore before the run, or does, told while nothing else is in question."""
+        """A drive that wore before the run or wears now, while nothing else is in question."""
         unsettled = state.evidence.highest or t - state.changed_at < PATIENCE
         if unsettled or (state.colour.sample - self._ask // 8) % self._ask >= 1.0:
-            return None  # between looks at the colour: no one sample has it all
+            return None  # between looks at the colour, so that no sample does all the work
         handling = np.isfinite(state.rest.left)
         if handling and self._payload(state.belief)[1][0] > KNOWN:
             return None
         change = self._known_to_wear(state)
-        if change is not None or handling:  # pieces begin other evidence anew
+        if change is not None or handling:  # handling pieces resets the other evidence
             return change
         wearing = wearing_drive(state.evidence, self._sizes)
         return AbruptChange(None, wearing, wears=True) if wearing.any() else None
 
     def _known_to_wear(self, state: TrackerState[S]) -> AbruptChange | None:
-        """A drive that wore, by what was believed a while ago and what is believed now.
+        """A drive that wore, by comparing an earlier belief with the one now.
 
-        None by a filter that keeps no Gaussian: particles that are copies of one are sure of all.
+        None for a filter that keeps no Gaussian: particles copied from one are overconfident.
         """
         if not is_gaussian(self.filter):
             return None
@@ -270,11 +270,11 @@ class ChangeDetector(Generic[S]):
         wore = odds.wore(sure)
         if not wore.any():
             return None
-        wears = reference.moved > 0.0  # wear from before the run is not known to go on
+        wears = reference.moved > 0.0  # wear from before the run may not go on
         return AbruptChange(None, wore, wears=wears, known=odds.allowing(wore))
 
     def _exchanged(self, state: TrackerState[S], t: float) -> bool:
-        """Whether the arm carries something else since it stood until just now."""
+        """Whether the arm, which stood until just now, has carried something else since."""
         since = state.rest.left if np.isfinite(state.rest.left) else t - HANDLING
         sought = state.rest.just(t) and not state.implausible.suspected(t) and state.widened < since
         return sought and exchanged(
@@ -282,10 +282,10 @@ class ChangeDetector(Generic[S]):
         )
 
     def _another_load(self, state: TrackerState[S]) -> AbruptChange | None:
-        """What is carried since a rest, once known; all else goes on with it from before.
+        """The payload carried since a rest, once known; all else continues from before the rest.
 
-        Nothing where it is what it was, and may not be none: all else was learnt beside that
-        already, and an arm that stops before a load is weighed again knows less of it than it did.
+        None where it is the same and surely not 0: all else was learnt with that payload already,
+        and an arm that stops before a load is weighed again knows less of it than it did.
         """
         before, now = self._payload(state.past.rollback.belief), self._payload(state.belief)
         payload = significant(state.payload, *now)
@@ -297,7 +297,7 @@ class ChangeDetector(Generic[S]):
     def _allowing(
         self, was: TrackerState[S], state: TrackerState[S], what: AbruptChange | None
     ) -> TrackerState[S]:
-        """With beliefs, and references for tests of wear, that allow for a change of drives."""
+        """The state whose beliefs and references for wear tests allow for a change of drives."""
         if what is None or not what.drives.any():
             return was
 
@@ -315,9 +315,9 @@ class ChangeDetector(Generic[S]):
         return replace(was, belief=belief, past=past)
 
     def _presumed(self, state: TrackerState[S]) -> Array:
-        """What is taken to be carried (10,) where the arm stood again before that was known.
+        """The payload (10,) to assume where the arm stood again before it was known.
 
-        The same array, where it was found to be what it was taken for.
+        The state's own array where the estimate confirms it.
         """
         mean, sd = self._payload(state.belief)
         if sd[0] > KNOWN:
@@ -326,5 +326,5 @@ class ChangeDetector(Generic[S]):
         return state.payload if np.array_equal(found, state.payload) else found
 
     def _payload(self, belief: S) -> tuple[Array, Array]:
-        """What is carried, mean and standard deviation, (10,) each."""
+        """Mean and standard deviation of the payload, (10,) each."""
         return beliefs.mean_and_sd(self.filter, belief, self.places["payload"])

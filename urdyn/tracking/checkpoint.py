@@ -1,8 +1,8 @@
-"""All that a run remembers, as a file: a process that is killed goes on from there.
+"""All that a run remembers, as a file: a killed process goes on from there.
 
-The file is written after the part of the history that it counts, each of them whole or not at
-all; what a killed process leaves beyond its checkpoint is dropped and made again. So every sample
-is counted once.
+The file is written after the history parts that it counts, each of them whole or not at all; what
+a killed process leaves beyond its checkpoint is dropped and made again. So every sample counts
+once.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ ANEW = "name another --out, or start anew with --fresh"
 S = TypeVar("S")
 T = TypeVar("T")
 Cells = Mapping[str, NDArray[Any]]
-Layout = Mapping[str, Sequence[int]]  # shapes by their place
+Layout = Mapping[str, Sequence[int]]  # shapes, by place in the tree
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,29 +49,29 @@ class Checkpoint(Generic[S]):
     interest: Interest
     losses: Losses
     index: int = 0  # of the next sample
-    parts: int = 0  # of the history, that are written
+    parts: int = 0  # of the history, written so far
     began: float = np.nan  # [s] stamp of the first sample
     last: float = np.nan  # [s] stamp of the newest
-    ahead: float = 0.0  # [s] by which that is ahead of the robot's clock, which was set
+    ahead: float = 0.0  # [s] by which that is ahead of the robot's clock, if that was set
     setting: Setting = field(default_factory=Setting)  # of the controller
 
 
 def flattened(checkpoint: Checkpoint[S]) -> tuple[Layout, Array]:
-    """Its numbers, end to end, and which of them stand where in what shape."""
+    """Its numbers, end to end, and their places and shapes."""
     cells = dict(_cells(checkpoint, "at"))
     layout = {place: list(cell.shape) for place, cell in cells.items()}
     return layout, np.concatenate([cell.ravel() for cell in cells.values()], dtype=np.float64)
 
 
 def write(layout: Layout, numbers: Array, identity: Mapping[str, str], folder: Path) -> None:
-    """Write DIR/checkpoint.npz; `identity` says whose it is."""
+    """Write DIR/checkpoint.npz; `identity`: twin, source and settings it belongs to."""
     with writing(folder / FILE) as stream:
         about = json.dumps({"identity": dict(identity), "layout": dict(layout)})
         np.savez(stream, about=about, numbers=numbers)
 
 
 def load(start: Checkpoint[S], identity: Mapping[str, str], folder: Path) -> Checkpoint[S]:
-    """The checkpoint in `folder`; `start` where there is none, which also says its form.
+    """The checkpoint in `folder`, in the form of `start`; `start` itself where there is none.
 
     Raises:
         InputError: it is damaged, or of another twin, source or settings.
@@ -90,7 +90,7 @@ def load(start: Checkpoint[S], identity: Mapping[str, str], folder: Path) -> Che
         raise InputError(f"{path}: is of a run with another {' and '.join(other)}; {ANEW}")
     try:
         ends = np.cumsum([math.prod(shape) for shape in layout.values()])
-        cells = np.split(numbers, ends)  # the last is what is left: nothing
+        cells = np.split(numbers, ends)  # the last is empty
         places = zip(layout.items(), cells, strict=False)
         return _filled(start, {at: cell.reshape(shape) for (at, shape), cell in places}, "at")
     except DAMAGE as error:
@@ -98,7 +98,7 @@ def load(start: Checkpoint[S], identity: Mapping[str, str], folder: Path) -> Che
 
 
 def whose(folder: Path) -> Mapping[str, str]:
-    """The identity that the checkpoint in `folder` was written with; nothing where none is read."""
+    """The identity that the checkpoint in `folder` was written with; empty if unreadable."""
     try:
         with _opened(folder / FILE) as archive:
             return _about(archive)[0]
@@ -108,25 +108,25 @@ def whose(folder: Path) -> Mapping[str, str]:
 
 @contextmanager
 def _opened(path: Path) -> Iterator[Cells]:
-    """Its arrays, each read when it is asked for."""
+    """Its arrays, each read on demand."""
     with path.open("rb") as stream, np.load(stream, allow_pickle=False) as archive:
         yield archive
 
 
 def _about(archive: Cells) -> tuple[dict[str, str], dict[str, Sequence[int]]]:
-    """Whose its numbers are, and their layout."""
+    """The identity, and the layout of the numbers."""
     about = json.loads(str(archive["about"]))
     return dict(about["identity"]), dict(about["layout"])
 
 
 def remove(folder: Path) -> None:
-    """No checkpoint, nor a half-written one of a process that was killed."""
+    """Remove the checkpoint, and a half-written one of a killed process."""
     for path in (folder / FILE, *folder.glob(f".{FILE}.*.part")):
         path.unlink(missing_ok=True)
 
 
 def _cells(value: object, place: str) -> Iterator[tuple[str, NDArray[Any]]]:
-    """Every number and array in a tree of dataclasses and tuples, by its place in it."""
+    """Every number and array in a tree of dataclasses and tuples, with its place."""
     for name, inner in _branches(value):
         yield from _cells(inner, f"{place}.{name}")
     if not isinstance(value, tuple) and not is_dataclass(value):

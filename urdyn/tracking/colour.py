@@ -1,22 +1,22 @@
 """The colour of the currents' noise, learnt while the arm works.
 
-What a model leaves of a current is no white noise: drives filter, gears ripple, and what nobody
-modelled passes slowly. With e the residual,
+A current's residual is not white noise: drives filter, gears ripple, and unmodelled effects vary
+slowly. With e the residual,
 
     e = slow + n,    n_t = sum_k ar_k n_{t-k} + w_t,    slow: forgets itself in MEMORY
 
-A filter that took e for white would be sure too soon. It is given the currents and their regressors
-after the filter 1 - sum_k ar_k z^-k, whose noise is w, and `slow` as a state.
+A filter that took e for white would be sure too soon. So it is given currents and regressors
+whitened by 1 - sum_k ar_k z^-k, whose noise is w, and `slow` as a state.
 
-The residuals that this is learnt from lack what the parameters took for theirs. With H d what these
-are wrong by in a current,
+The residuals that this is learnt from lack what the parameters absorbed of the noise. With H d the
+parameters' error in a current,
 
     E n_t n_{t-k} = E e_t e_{t-k} - E n_t (H d)_{t-k},    E slow (H d) = (H P)_slow < 0
 
-which is what the filter doubts of both together, as of slow noise and a joint's offset, and is
-added again: else noise would seem the less, and the filter be the surer, the more it has learnt.
-Of the white innovations' power, what the filter doubts of the current, `slow` itself aside, is
-no noise: w would seem too large wherever a model is still learning.
+the posterior covariance of the two, as of slow noise and a joint's offset. It is added back: else
+noise would seem smaller, and the filter surer, the more it has learnt. The part of the white
+innovations' power that is the filter's own doubt about the current, `slow` aside, is not noise: w
+would seem too large wherever a model is still learning.
 """
 
 from __future__ import annotations
@@ -33,50 +33,50 @@ from urdyn.tracking.variance_scale import VarianceScale
 from urdyn.types import Array, Mask, changed
 
 ORDER = 8
-FAR = 0.25  # [s] apart: only what is slow is still alike
+FAR = 0.25  # [s] lag at which only slow noise still correlates
 # [s] A swing of 4 n Hz correlates at the lag FAR as slow noise does; averaged over this range of
 # lags around it, it does not.
 AROUND = 0.25
-SWINGS = 0.25  # [-] of what one time apart tells: where the average is less, it swings
-TRUST = 500.0  # samples that the commissioned noise counts for
-SLOW_TRUST = 20.0  # [s] that what passed slowly on the first day counts for besides
-TOLD = 0.02  # [-] of the variance: a smaller share that was slow on the first day is taken for none
+SWINGS = 0.25  # [-] of the product at FAR: where the average around it is less, it is a swing
+TRUST = 500.0  # samples that the commissioned noise counts as
+SLOW_TRUST = 20.0  # [s] that the first day's slow noise counts as, besides
+TOLD = 0.02  # [-] of the variance: a smaller share of slow noise on the first day is taken for 0
 LEARN = 60.0  # [s] over which noise is averaged
-CLIP = 3.0  # [sd] beyond which a residual counts as that large: no noise, something happened
-KEPT = 0.995  # [-] of Gaussian noise's variance: what is left of it then
-PAUSE, PAUSE_TIME = 25.0, 0.25  # samples and, where they are many, [s] between looks at the colour
-# [sd] by which residuals that are far apart are alike by chance, if nothing was slow on the first
-# day; where something was, it is no news that it is.
+CLIP = 3.0  # [sd] beyond which a residual counts as that large: an event, not noise
+KEPT = 0.995  # [-] share of Gaussian noise's variance that clipping leaves
+PAUSE, PAUSE_TIME = 25.0, 0.25  # samples, and at high rates [s], between looks at the colour
+# [sd] of chance correlation at the lag FAR, below which nothing counts as slow, unless slow noise
+# was found on the first day.
 CHANCE = 2.5
-TINY = 1e-4  # [A] no sensor of a current is better
-SLOWEST = 0.01  # [-] of the noise's sd that is slow in any case: no state is known exactly
+TINY = 1e-4  # [A] no current sensor is better
+SLOWEST = 0.01  # [-] of the noise's sd that is slow at least: no state is known exactly
 WHITE = 0.02  # [-] of a residual's variance that is white at least
-NOISE = 0.5  # [-] of innovations' power that is noise at least, where they tell of it
-LEAST = 0.05  # [-] of it that nothing predicts
-APART = np.abs(np.subtract.outer(np.arange(ORDER), np.arange(ORDER)))  # samples, of these p
+NOISE = 0.5  # [-] of the innovations' power that is noise at least
+LEAST = 0.05  # [-] of a residual's variance that nothing predicts, at least
+APART = np.abs(np.subtract.outer(np.arange(ORDER), np.arange(ORDER)))  # lags [samples] among the p
 
 
 @dataclass(frozen=True, eq=False)
 class Colour:
-    """What is known of the noise, and the samples that it is told from."""
+    """What is known of the noise, and the samples that it is estimated from."""
 
-    past: Array  # (p, J, w + 1) packed inputs and current [A], newest first; NaN where none is told
+    past: Array  # (p, J, w + 1) packed inputs and current [A], newest first; NaN: no current
     left: Array  # (L, J) [A] residuals without the model's slow part, newest first
     alike: Array  # (p + 3, J) [A²] mean product of residuals 0 .. p samples, FAR, around FAR apart
-    count: Array  # (p + 3, J) samples behind each, those of the first day among them
+    count: Array  # (p + 3, J) samples behind each, the first day's included
     known: Mask  # (J,) whether something was slow on the first day
-    sample: float  # how many there were, with a current or without
+    sample: float  # number of samples, with a current or without
     ar: Array  # (J, p)
     scale: Array  # (J,) [A] sd of w
     slow: Array  # (J,) [A] sd
-    taken: Array  # (p + 2, J) [A²] by which `alike` lacks what parameters took, from one sample on
-    alone: Array  # (J,) [A²] variance of the slow part, as it is believed
-    modelled: Array  # (J,) [A²] mean variance of innovations by doubt about the model
-    variance_scale: VarianceScale  # of motions
+    taken: Array  # (p + 2, J) [A²] what parameters absorbed of `alike`, from lag 1 on
+    alone: Array  # (J,) [A²] posterior variance of the slow part
+    modelled: Array  # (J,) [A²] mean variance of innovations due to doubt about the model
+    variance_scale: VarianceScale  # of uncertain motions
 
 
 def first(noise: Noise, width: int, period: float) -> Colour:
-    """The commissioned noise, as samples that may be further apart show it.
+    """The commissioned noise, at this sampling period, which may be longer.
 
     Args:
         width: of the packed inputs.
@@ -107,33 +107,33 @@ def first(noise: Noise, width: int, period: float) -> Colour:
 
 
 def _far(period: float) -> int:
-    """Samples that are FAR apart; where they are few, more, none that the filter knows of."""
+    """The lag FAR in samples; at least ORDER, beyond the filter's own lags at low rates."""
     return max(ORDER, round(FAR / period))
 
 
 @lru_cache(maxsize=8)
 def _around(period: float) -> slice:
-    """How many samples apart those are of which the average tells whether it swings."""
+    """Lags, in samples, over which the average shows whether a correlation is a swing."""
     far, half = _far(period), round(0.5 * AROUND / period)
     return slice(far - half, far + half + 1)
 
 
 @lru_cache(maxsize=8)
 def _passing(period: float) -> Array:
-    """What is left of slow noise 0 .. p samples later and, twice, FAR later, (p + 3, 1)."""
+    """Autocorrelation of slow noise at lags 0 .. p and, twice, FAR, (p + 3, 1)."""
     return np.exp(-np.append(np.arange(ORDER + 1), [_far(period)] * 2) * period / MEMORY)[:, None]
 
 
 def _neighbours(alike: Array) -> Array:
-    """Covariance of the p samples before one, (J, p, p), by autocovariances (p + 1, J)."""
+    """Covariance of p consecutive samples, (J, p, p), from autocovariances (p + 1, J)."""
     return np.asarray(alike[APART].transpose(2, 0, 1))
 
 
 def whitened(colour: Colour, packed: Array, y: Array) -> tuple[Array, Array, Colour]:
-    """Inputs and currents after the filter that makes noise white; it has seen them from then on.
+    """Whitened inputs and currents, and the colour whose filter has seen them.
 
     Args:
-        packed: what multiplies the parameters, (J, w); 0 after it where there is no current.
+        packed: what multiplies the parameters, (J, w); 0 after whitening where no current is.
         y: currents (J,) [A]; NaN where there is none.
     """
     now = np.concatenate([packed, y[:, None]], axis=1)
@@ -146,19 +146,19 @@ def whitened(colour: Colour, packed: Array, y: Array) -> tuple[Array, Array, Col
 
 
 def interrupted(colour: Colour) -> Colour:
-    """After a gap nothing stands beside what was before."""
+    """The colour after a gap: later samples are not compared with those before it."""
     past, left = (np.full_like(old, np.nan) for old in (colour.past, colour.left))
     return replace(colour, past=past, left=left)
 
 
 def unlearnt(colour: Colour, before: Colour) -> Colour:
-    """Known no better than it was before; what was left since was no noise."""
+    """The colour as known `before`; residuals since then were not noise."""
     nothing = np.full_like(colour.left, np.nan)
     return replace(before, past=colour.past, left=nothing, sample=colour.sample)
 
 
 def foreseen(colour: Colour, slow: Array) -> Array:
-    """What the noise's past says of the residual to come, slow part and all, (J,) [A]."""
+    """Prediction of the next residual from past noise, slow part included, (J,) [A]."""
     before = colour.left[:ORDER]
     known = np.where(np.isnan(before), 0.0, before)
     return np.asarray(np.vecdot(colour.ar, known.T - slow[:, None]) + slow)
@@ -169,7 +169,7 @@ def learnt(colour: Colour, left: Array, unknown: Array, sure: Mask, period: floa
 
     Args:
         left: what the model leaves without its slow part.
-        unknown: variance of that which is no noise, (J,) [A²].
+        unknown: variance of the part that is not noise, (J,) [A²].
         sure: whether the model is surer of the current than the sensor, (J,).
     """
     limit = CLIP * np.sqrt(colour.alike[0])
@@ -190,12 +190,12 @@ def learnt(colour: Colour, left: Array, unknown: Array, sure: Mask, period: floa
 
 
 def _mean(rows: Array) -> Array:
-    """Of rows (n, J), (J,): of this few columns by a product, for the time that it takes."""
+    """Mean of rows (n, J), (J,): for this few columns a product is faster."""
     return np.asarray(np.full(len(rows), 1.0 / len(rows)) @ rows)
 
 
 def due(colour: Colour, period: float) -> bool:
-    """Whether the averages are to be looked at, at this sample."""
+    """Whether the averages are evaluated at this sample."""
     return colour.sample % _pause(period) < 1.0
 
 
@@ -206,21 +206,20 @@ def _pause(period: float) -> float:
 
 
 def giving_back(colour: Colour, taken: Array, alone: Array, period: float) -> Colour:
-    """The colour that knows what parameters take of slow noise, (J,) [A²], from here on.
+    """The colour once it knows how much slow noise the parameters absorbed, (J,) [A²].
 
     Args:
-        alone: doubt about that noise itself, (J,) [A²], which is no doubt about the model.
+        alone: variance of that noise itself, (J,) [A²], which is not doubt about the model.
     """
     return changed(colour, taken=taken * _passing(period)[1:], alone=alone)
 
 
 def doubting(colour: Colour, doubted: Array, sure: Mask, period: float) -> Colour:
-    """The colour after a look at what an innovation owes to the model.
+    """The colour after evaluating how much of an innovation is doubt about the model.
 
     Args:
-        doubted: variance of the white innovation by doubt about states, (J,) [A²]; NaN where there
-            is none.
-        sure: as `learnt` has it.
+        doubted: variance of the white innovation due to doubt about states, (J,) [A²]; NaN: none.
+        sure: as in `learnt`.
     """
     gain = _pause(period) / np.minimum(colour.count[0], LEARN / period)
     passed = (1.0 - colour.ar.sum(axis=1)) ** 2 * colour.alone
@@ -229,7 +228,7 @@ def doubting(colour: Colour, doubted: Array, sure: Mask, period: float) -> Colou
 
 
 def _looked_at(colour: Colour, period: float) -> Colour:
-    """The filter and the slow noise that the averages tell of."""
+    """The colour with whitening filter and slow noise re-estimated from the averages."""
     p, power = ORDER, colour.alike[0]
     count, far = np.minimum(colour.count[-1], LEARN / period), _slowly(colour)
     chance = np.where(colour.known, 0.0, CHANCE * power / np.sqrt(count))
@@ -246,28 +245,28 @@ def _looked_at(colour: Colour, period: float) -> Colour:
 
 
 def _inverse(T: Array, least: Array) -> Array:
-    """Of autocovariances (J, p, p), no eigenvalue of which is taken for less than `least` (J,)."""
+    """Inverse of autocovariances (J, p, p), whose eigenvalues are at least `least` (J,)."""
     try:
         np.linalg.cholesky(T - least[:, None, None] * np.eye(ORDER))
-    except np.linalg.LinAlgError:  # averages of products need not be those of any noise
+    except np.linalg.LinAlgError:  # averaged products need not form a covariance
         value, vector = np.linalg.eigh(T)
         return np.asarray(
             vector / np.maximum(value, least[:, None])[:, None] @ vector.swapaxes(1, 2)
         )
-    return np.asarray(np.linalg.inv(T))  # a third of the time
+    return np.asarray(np.linalg.inv(T))  # takes a third of the time
 
 
 def _slowly(colour: Colour) -> Array:
-    """Product [A²] of residuals that are FAR apart, (J,), without that of what swings."""
+    """Mean product [A²] of residuals FAR apart, (J,), without that of swings."""
     far, around = colour.alike[-2:]
     return np.asarray(np.where(around < SWINGS * far, around, far))
 
 
 def _predictor(T: Array, r: Array, white: Array) -> Array:
-    """Coefficients (J, p) that predict noise of these autocovariances (J, p, p), (J, p) best.
+    """Best linear predictor, (J, p), of noise with these autocovariances (J, p, p), (J, p).
 
-    Of those that sum to 0 or more: noise that seems to be less at low frequencies than white noise
-    is, is what the model's own learning took from it, and would make the model too sure of itself.
+    Its coefficients sum to 0 or more: noise that seems weaker than white noise at low frequencies
+    was absorbed by the model's own learning, and would make the model too sure of itself.
 
     Args:
         white: variance that is white at least, (J,).

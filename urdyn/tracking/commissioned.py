@@ -1,4 +1,4 @@
-"""What commissioning knows of the states that are followed."""
+"""What commissioning knows of the tracked states."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from urdyn.identify.fit import Fit
 from urdyn.model.population import population
 from urdyn.types import Array, Gaussian
 
-# States that the fit has a word on beside the links': each joint's, by the fit's name.
+# States that the fit estimates beside the links': each joint's, with the fit's name for it.
 TRACKED = {
     "f": "coulomb",
     "alpha": "viscous",
@@ -25,13 +25,13 @@ TRACKED = {
 def commissioned(
     fit: Fit, n: int, places: Mapping[str, slice], scores: Array, known: list[int]
 ) -> Gaussian:
-    """The fit's belief in n states, given some of its parameters; 0 of what it has no word on.
+    """The fit's belief in n states, given some of its parameters; 0 for states that it lacks.
 
     Args:
-        known: where these stand among the fit's.
+        known: indices of those parameters.
         places: of groups among the states.
-        scores: (10 J, r) of m, whose mean is 0, per unit of the fit's coordinates of links; so is
-            that of skew, the doubt about when currents are told.
+        scores: (10 J, r) of m per unit of the fit's coordinates of links. The means of m and of
+            skew, the error of currents' time stamps, are 0.
     """
     names, joints = list(fit.names), fit.dynamics.arm.joint_names
     links = 10 * len(joints)
@@ -49,7 +49,7 @@ def commissioned(
     return Gaussian(mean, T @ given(fit.belief.cov, free, known) @ T.T)
 
 
-@lru_cache(maxsize=1)  # for who rehearses needs it again
+@lru_cache(maxsize=1)  # the run needs it again after its rehearsal
 def shown_links(fit: Fit) -> tuple[Array, Array]:
     """What motion shows of links: m per unit of the fit's coordinates, inertials per unit of m."""
     arms = population(fit.dynamics.arm)
@@ -58,29 +58,29 @@ def shown_links(fit: Fit) -> tuple[Array, Array]:
 
 
 def gains_of(fit: Fit) -> list[int]:
-    """Where the drives' gains stand among the fit's parameters; nowhere if they were not fitted."""
+    """Indices of the drives' gains among the fit's parameters; none if they were not fitted."""
     return [k for k, name in enumerate(fit.names) if name.endswith(".gain")]
 
 
 def scale_of(fit: Fit) -> list[int]:
-    """Which of these all weights are told by, the one known best; none if they were not fitted.
+    """Index of the best-known gain, which all weights are relative to; none if none was fitted.
 
-    The largest need not be: the base of an upright arm has as large a drive as the shoulder, and
-    bears nothing that would tell its gain.
+    That need not be the largest: the base of an upright arm has as large a drive as the shoulder,
+    but bears no weight that would reveal its gain.
     """
     variance = fit.belief.cov.diagonal()
     return sorted(gains_of(fit), key=lambda k: float(variance[k]))[:1]
 
 
 def taken_for_known(fit: Fit) -> list[int]:
-    """Where stands what a tracker does not follow: gains, and how friction is shaped."""
+    """Indices of what a tracker assumes to be known: gains, and the shape of friction."""
     joints, followed = fit.dynamics.arm.joint_names, TRACKED.values()
     parts = [name.partition(".") for name in fit.names]
     return [k for k, (j, _, what) in enumerate(parts) if j in joints and what not in followed]
 
 
 def given(cov: Array, free: list[int], fixed: list[int]) -> Array:
-    """Covariance of `free` where `fixed`, which may be nothing, is known."""
+    """Covariance of `free` given `fixed`, which may be empty."""
     cross = cov[np.ix_(free, fixed)]
     explained = np.linalg.solve(cov[np.ix_(fixed, fixed)], cross.T)
     return np.asarray(cov[np.ix_(free, free)] - cross @ explained)

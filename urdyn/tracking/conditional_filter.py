@@ -1,7 +1,7 @@
-"""A stream that shares a few states with the currents, and has others for itself.
+"""A stream that shares a few states with the currents, and has others of its own.
 
-The poses of a tracker share the joints' zeros with the currents; where the tracker stands, what
-target it looks at and how the arm is built, no current shows. Given what is shared, the rest of
+The poses of a tracker share the joints' zeros with the currents; no current shows where the tracker
+stands, what target it looks at and how the arm is built. Given the shared states, the rest of
 either side is independent of the other's (d-separation in the network), so that the joint belief is
 
     p(x, s) = p(x) p(s | z),    s - point | z ~ N(L (z - about), cov),    z = x[shared]
@@ -10,13 +10,13 @@ and neither filter grows by the other's states. An observation e = y - h of both
 
     e = Hs (s - point) + Hz (z - about) + noise R,
 
-is news of z alone to the currents' filter, with A = Hs L + Hz and N = Hs cov Hsᵀ + R, and
+is to the currents' filter a measurement of z alone, with A = Hs L + Hz and N = Hs cov Hsᵀ + R, and
 
     K = cov Hsᵀ N⁻¹,    point += K e,    L -= K A,    cov -= K Hs cov.
 
-That is the joint Kalman update, exactly. While z strays by itself, z' = kept z + w, w ~ N(0, Q),
-p(s | z') follows from p(s | z) and the belief in z; only what the other side's states remember of
-the z before is left out. With nothing shared it is an ordinary filter.
+That is exactly the joint Kalman update. While z strays by itself, z' = kept z + w, w ~ N(0, Q),
+p(s | z') follows from p(s | z) and the belief in z; only the dependence of the other side's states
+on the previous z is neglected. With nothing shared it is an ordinary filter.
 """
 
 from __future__ import annotations
@@ -32,11 +32,11 @@ CLIP = 3.0  # [sd] beyond which a residual counts as that large
 
 @dataclass(frozen=True, eq=False)
 class ConditionalBelief:
-    """Belief in s given z, without its mean (the point), which the caller keeps and moves."""
+    """Belief in s given z, without its mean (the point), which the caller keeps."""
 
     L: Array  # (p, z)
     cov: Array  # (p, p) given z
-    about: Array  # (z,) where z was believed to be when s was last told of
+    about: Array  # (z,) mean of z when s was last updated
     spread: Array  # (z, z) covariance of z then
 
     def __post_init__(self) -> None:
@@ -45,11 +45,11 @@ class ConditionalBelief:
 
     @property
     def whole(self) -> Array:
-        """Covariance of s, whatever z is, (p, p)."""
+        """Marginal covariance of s, (p, p)."""
         return np.asarray(self.cov + self.L @ self.spread @ self.L.T)
 
     def after_drift(self, Q: Array) -> ConditionalBelief:
-        """After z has strayed by N(0, Q), (z, z), since."""
+        """The belief after z has strayed by N(0, Q), (z, z)."""
         if not Q.any():
             return self
         spread = self.spread + Q
@@ -58,20 +58,20 @@ class ConditionalBelief:
         return ConditionalBelief(L, frozen(0.5 * (cov + cov.T)), self.about, frozen(spread))
 
     def settled(self, z: Gaussian) -> tuple[Array, ConditionalBelief]:
-        """How far s is moved by what is believed of z now, (p,), and the belief about that."""
+        """The step of s, (p,), due to the belief in z now, and the belief about the new point."""
         step = self.L @ (z.mean - self.about)
         return step, replace(self, about=z.mean, spread=z.cov)
 
 
 def nothing_besides(z: Gaussian) -> ConditionalBelief:
-    """All states of an ordinary filter are shared."""
+    """A belief without states of its own: all states of an ordinary filter are shared."""
     n = len(z.mean)
     return ConditionalBelief(np.zeros((0, n)), np.zeros((0, 0)), z.mean, z.cov)
 
 
 @dataclass(frozen=True, eq=False)
 class LinearisedObservation:
-    """One observation, linearised where s and z are believed to be."""
+    """One observation, linearised about the means of s and z."""
 
     e: Array  # (m,) measured less expected
     Hs: Array  # (m, p)
@@ -84,14 +84,14 @@ class LinearisedObservation:
         return np.asarray(A @ conditional.spread @ A.T + N)
 
     def surprise(self, conditional: ConditionalBelief) -> float:
-        """Square of e in units of its expected size, by its rows: 1 is expected."""
+        """Normalised square of e, divided by its number of rows: 1 is expected."""
         return float(self.e @ np.linalg.solve(self.expected(conditional), self.e)) / len(self.e)
 
 
 def updated(
     conditional: ConditionalBelief, observation: LinearisedObservation
 ) -> tuple[Array, ConditionalBelief]:
-    """How far the point moves, (p,), and the belief about it."""
+    """The step of the point, (p,), and the belief about it after the observation."""
     A, N = _seen(conditional, observation)
     K = np.linalg.solve(N, observation.Hs @ conditional.cov).T
     cov = conditional.cov - K @ observation.Hs @ conditional.cov
@@ -100,7 +100,7 @@ def updated(
 
 @dataclass(frozen=True, eq=False)
 class SharedMeasurement:
-    """What an observation is to the filter that has z among its states: y = H z + noise R."""
+    """An observation as the filter that has z among its states sees it: y = H z + noise R."""
 
     y: Array  # (m,)
     H: Array  # (m, z)
@@ -111,7 +111,7 @@ class SharedMeasurement:
 def measurement(
     conditional: ConditionalBelief, observation: LinearisedObservation, jump: Array
 ) -> SharedMeasurement:
-    """The observation, with s given z averaged out."""
+    """The observation with s marginalised out."""
     A, N = _seen(conditional, observation)
     return SharedMeasurement(observation.e + A @ conditional.about, A, N, jump)
 
@@ -119,9 +119,9 @@ def measurement(
 def updated_noise(
     squares: Array, conditional: ConditionalBelief, observation: LinearisedObservation, gain: float
 ) -> Array:
-    """Variances of noise, (k,) one for three rows each, after one more observation: EM, online.
+    """Variances of noise, (k,), one per three rows, after one more observation: online EM.
 
-    Each moves by `gain` toward what the residual is expected to hold of it, given all of it.
+    Each moves by `gain` toward the expected square of the noise, given the whole residual.
     """
     W, white = whitened(conditional, observation)
     own = np.repeat(squares, 3)[: len(white)]
@@ -134,7 +134,7 @@ def updated_noise(
 def whitened(
     conditional: ConditionalBelief, observation: LinearisedObservation
 ) -> tuple[Array, Array]:
-    """Precision W of a residual, (m, m), and W e, of an e of CLIP standard deviations at most."""
+    """Precision W of a residual, (m, m), and W e, with e clipped at CLIP standard deviations."""
     W = np.asarray(np.linalg.inv(observation.expected(conditional)), dtype=np.float64)
     length = float(np.sqrt(observation.e @ W @ observation.e / len(observation.e)))
     return W, np.asarray(W @ observation.e * (CLIP / max(length, CLIP)))
@@ -143,7 +143,7 @@ def whitened(
 def _seen(
     conditional: ConditionalBelief, observation: LinearisedObservation
 ) -> tuple[Array, Array]:
-    """How e moves with z, (m, z), and its covariance where z is known, (m, m)."""
+    """Regressor of e on z, (m, z), and covariance of e given z, (m, m)."""
     A = observation.Hs @ conditional.L + observation.Hz
     N = observation.Hs @ conditional.cov @ observation.Hs.T + observation.R
     return A, 0.5 * (N + N.T)

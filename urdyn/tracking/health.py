@@ -1,4 +1,4 @@
-"""An arm's state in the words of /diagnostics: one line a joint, one for the arm."""
+"""An arm's state as /diagnostics statuses: one line per joint, and one for the arm."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from urdyn.io.status import Level, Status, of_finding
 from urdyn.types import NORMAL90, Array
 
 HEALTH = {Level.WARN: 0.9, Level.ERROR: 0.75}  # [-] drive health below
-FRICTION = {Level.WARN: 1.5, Level.ERROR: 2.0}  # [-] over that when commissioned; warmth moves 0.2
+FRICTION = {Level.WARN: 1.5, Level.ERROR: 2.0}  # [-] of the commissioned, above; warmth changes 0.2
 STALE = 1.0  # [s] without a sample
 
 WELL = "as commissioned"
@@ -23,7 +23,7 @@ def statuses(
     findings: Sequence[Mapping[str, Any]] = (),
     serial: str = "",
 ) -> tuple[Status, ...]:
-    """Lines of the joints, then of the arm, which is as well as the worst of all.
+    """Lines of the joints, then of the arm, at the worst level of all.
 
     Args:
         now: the arm as it is believed to be.
@@ -45,7 +45,7 @@ def statuses(
 
 
 def doubted(lines: Sequence[Status], doubt: str) -> Sequence[Status]:
-    """The lines, where the last, the arm's, says first what speaks against all that is found."""
+    """The lines, the last of which, the arm's, first gives the doubt about all findings."""
     *parts, arm = lines
     if not doubt or arm.level == Level.OK:
         return lines
@@ -60,7 +60,7 @@ def stale(lines: Sequence[Status], age: float) -> tuple[Status, ...]:
 
 def _joint(now: Snapshot, joint: str, commissioned: float, serial: str) -> Status:
     mean, sd = now.mean[joint], now.sd[joint]
-    # A limit counts as crossed where 95 % of the belief lie beyond it.
+    # A limit counts as crossed where 95 % of the belief lies beyond it.
     at_most = mean["health"] + NORMAL90 * sd["health"]
     at_least = (mean["coulomb"] - NORMAL90 * sd["coulomb"]) / commissioned
     level, message = Level.OK, WELL
@@ -78,7 +78,7 @@ def _name(part: str) -> str:
 
 
 def _worst(own: Status, findings: Sequence[Status]) -> Status:
-    """The line of a joint, with what was found of it."""
+    """The line of a joint or the arm, combined with its findings."""
     worst = max([own, *findings], key=lambda status: status.level)
     found = [pair for finding in findings for pair in finding.values]
     values = (*own.values, *found)
@@ -86,7 +86,7 @@ def _worst(own: Status, findings: Sequence[Status]) -> Status:
 
 
 def _values(now: Snapshot, part: str) -> tuple[tuple[str, str], ...]:
-    """Estimates with their 90 % intervals, as everywhere."""
+    """Estimates with their 90 % intervals."""
     return tuple(
         (name, f"{value:.4g} ± {NORMAL90 * now.sd[part][name]:.2g} {now.units[name]}")
         for name, value in now.mean[part].items()

@@ -1,25 +1,24 @@
-"""What is carried, as it is told where drives most likely give what they gave at commissioning.
+"""The payload as reported, where most drives' health is likely unchanged since commissioning.
 
-A filter that is to follow drives doubts each one's health z from the first day on, N(0, v²), and
-beside a load that it has not felt turn over much the two are hard to tell apart. Who asks for the
-load knows more: most drives give what they gave, N(0, w²), and the few that changed give less. As
+A filter that is to track drives has a wide prior on each one's health z from the first day on,
+N(0, v²). It can hardly tell health from a load that has turned over little. For the reported load
+more is known: most drives give what they gave, N(0, w²), and the few that changed give less. As
 
     N(z; 0, w²) / N(z; 0, v²) = v / w exp(-d² z² / 2),    d² = 1 / w² - 1 / v²,
 
-who thinks so of some drives believes what the filter does that also read 0 from each of these,
-with variance 1 / d². Where the filter believes N(m, P) of z, and D = diag(d) with 0 for drives that
-may have changed, what was measured is likelier to him by
+assuming this of some drives amounts to giving the filter a reading of 0 for each of them, with
+variance 1 / d². Where the filter's belief in z is N(m, P), and D = diag(d) with 0 for drives that
+may have changed, the log likelihood of the measurements rises by
 
     sum log v / w - log |I + D P D| / 2 - m' D (I + D P D)^-1 D m / 2,
 
-the ratio of the marginal likelihoods [Dickey1971]_, and of a drive that he excepts, as far as he
-then believes that it gives less, by log 2 P(z < 0): half of what the filter thinks possible is not.
-Bayes' rule weighs who thinks it of all drives, who excepts one, and who excepts them all. So a
-drive that surely changed is excepted by itself, and the filter, which learns nothing of this,
-follows it as before. What no model explains looks like drives that give ever more, all the more
-surely the longer a motion is repeated; what is told of the load does not follow it there. Both
-variances grow as health may stray, and d falls to 0: what a drive gave on the first day says little
-an hour later.
+the ratio of the marginal likelihoods [Dickey1971]_, and for each excepted drive by log 2 P(z < 0),
+by the belief that results: it can only give less, which half of the filter's prior contradicts.
+Bayes' rule weighs the hypotheses that all drives are unchanged, all but one, or none. So a drive
+that surely changed excepts itself, and the filter, which learns nothing of this, tracks it as
+before. Unmodelled effects look like drives that give ever more, the more surely the longer a motion
+is repeated; the reported load does not follow them there. Both variances grow as health may stray,
+and d falls to 0: health on the first day says little an hour later.
 """
 
 from __future__ import annotations
@@ -34,22 +33,22 @@ from urdyn.dbn.wear import Wear
 from urdyn.types import Array, Gaussian, Mask
 
 ALIKE_SD = 0.003  # [-] w on the first day
-ALIKE = 0.98  # [-] of drives that are
+ALIKE = 0.98  # [-] share of unchanged drives
 
 
 @dataclass(frozen=True, eq=False)
 class HealthPrior:
-    """What is known of the health of drives that did not change abruptly, by how they wear."""
+    """Prior on the health of drives that did not change abruptly, by the model of their wear."""
 
     wear: Wear
-    at: slice  # of health, one a joint
+    at: slice  # of health, one per joint
 
     def load(self, belief: Gaussian, passed: float, changed_drives: Mask) -> Gaussian:
-        """The load, (k,), by a belief in it and, behind it, in health, (k + J,).
+        """The load, (k,), from a belief in load and health, in that order, (k + J,).
 
         Args:
             passed: since the first day [s].
-            changed_drives: that changed abruptly, (J,).
+            changed_drives: drives that changed abruptly, (J,).
         """
         k = len(belief.mean) - len(changed_drives)
         d, likelier = self._known(passed)
@@ -75,27 +74,27 @@ class HealthPrior:
         return Gaussian(told, np.tensordot(share, spread, 1))
 
     def _known(self, passed: float) -> tuple[Array, Array]:
-        """d and log v / w, (J,) each; 0 where the filter knows as much."""
+        """d and log v / w, (J,) each; 0 where the filter's prior is as narrow."""
         first, strayed = self._variance[0], passed ** np.arange(1, 4) @ self._variance[1:]
         v, w = first + strayed, np.minimum(ALIKE_SD**2, first) + strayed
         return np.asarray(np.sqrt(1.0 / w - 1.0 / v)), np.asarray(0.5 * np.log(v / w))
 
     @cached_property
     def _alike(self) -> Mask:
-        """Drives that give what they gave: all, all but one, or none, (J + 2, J)."""
+        """Unchanged drives by hypothesis: all, all but one, or none, (J + 2, J)."""
         every = np.ones(self.at.stop - self.at.start, dtype=bool)
         return np.vstack([every, ~np.diag(every), ~every])
 
     @cached_property
     def _prior(self) -> Array:
-        """Of each of these, where more than one that changed is left to the last, (J + 2,)."""
+        """Probabilities of these, (J + 2,); the last covers all cases of more than one change."""
         J = self.at.stop - self.at.start
         known = np.r_[ALIKE**J, np.full(J, (1.0 - ALIKE) * ALIKE ** (J - 1))]
         return np.asarray(np.r_[known, 1.0 - known.sum()])
 
     @cached_property
     def _variance(self) -> Array:
-        """Of health: on the first day, and by passed, its square and its cube, (4, J)."""
+        """Variance of health: on the first day, and per t, t² and t³ passed since, (4, J)."""
         prior, p = self.wear.prior.cov.diagonal(), len(self.wear.parameters)
         first = prior[self.at]
         own, rate, push = self.wear.own.diagonal()[self.at], np.zeros_like(first), 0.0 * first

@@ -1,4 +1,4 @@
-"""Where the parameters went, as a table that is written while it grows."""
+"""The history of the parameters, as a table that is written while it grows."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from urdyn.tracking.row import columns
 from urdyn.types import Array
 
 GROUP = 4096  # rows that are compressed together
-FEW = 8  # parts that are joined at once: of a run that is taken up again, all are there to join
+FEW = 8  # parts that are joined at once: when a run is resumed, all of its parts are waiting
 
 
 @dataclass(frozen=True)
@@ -30,12 +30,12 @@ class History:
     """The table of one run: in parts, and at its end in one file."""
 
     folder: Path
-    names: tuple[str, ...]  # of the quantities
+    names: tuple[str, ...]  # of quantities
     units: tuple[str, ...]
     joints: int
 
     def write(self, number: int, rows: Sequence[Array]) -> None:
-        """Some rows as a part's file; whoever follows the run reads it there."""
+        """Write some rows as a part's file, where others can read it during the run."""
         cells = [
             pa.array(column.astype(field.type.to_pandas_dtype()))
             for column, field in zip(np.array(rows).T, self._schema, strict=True)
@@ -44,9 +44,9 @@ class History:
             pq.write_table(pa.table(cells, schema=self._schema), stream, **self._compact)
 
     def joined(self, origin: Mapping[str, str]) -> Generator[None, int | None, None]:
-        """One file, DIR/history.parquet, of the parts whose numbers are sent; None ends it.
+        """Join the parts whose numbers are sent into DIR/history.parquet; None ends it.
 
-        It says what it was made of. One that is closed instead was never there.
+        Its metadata hold `origin`. If the generator is closed instead, no file is left.
         """
         named = dict(zip(self.names, self.units, strict=True))
         about = {"urdyn.provenance": dict(origin), "urdyn.units": named}
@@ -72,7 +72,7 @@ class History:
     def changes(self) -> list[float]:
         """Times at which the payload was taken to have changed [s], once all is joined."""
         table = _rows(self.folder / HISTORY, ["t", "widened"])
-        # By NumPy: Arrow would load its kernels for it.
+        # By NumPy: Arrow would load its compute kernels for this.
         t, widened = (table[name].to_numpy() for name in ("t", "widened"))
         return [float(moment) for moment in t[widened]]
 
@@ -86,45 +86,45 @@ class History:
 
     @cached_property
     def _compact(self) -> dict[str, Any]:
-        """How a table is written: bytes of a kind side by side, for most stay as they were."""
+        """Write options: bytes of equal significance side by side, since most do not change."""
         split = {f.name: "BYTE_STREAM_SPLIT" for f in self._schema if pa.types.is_floating(f.type)}
         return {"compression": "zstd", "use_dictionary": False, "column_encoding": split}
 
 
 class Whole:
-    """All parts of a history as one file, which grows beside them."""
+    """All parts of a history as one file, which grows as they are written."""
 
     def __init__(self, history: History, origin: Mapping[str, str]) -> None:
-        self._file, self._next = history.joined(origin), 0  # the part that it lacks
+        self._file, self._next = history.joined(origin), 0  # the next part to append
         next(self._file)
 
     def approach(self, parts: int) -> None:
-        """A few parts on, where it lacks any of so many: nobody waits for long."""
+        """Append a few of the missing parts, up to `parts`: few, so that no one waits for long."""
         for number in range(self._next, min(self._next + FEW, parts)):
             self._file.send(number)
             self._next = number + 1
 
     def finish(self, parts: int) -> None:
-        """It has all of them."""
+        """Append all that are missing, and end the file."""
         while self._next < parts:
             self.approach(parts)
         with suppress(StopIteration):
             self._file.send(None)
 
     def close(self) -> None:
-        """It is not wanted, unless it is finished."""
+        """Discard the file, unless it is finished."""
         self._file.close()
 
 
 def _rows(path: Path, names: list[str] | None = None) -> pa.Table:
-    """What a file of ours holds; `pq.read_table` would load a query engine, and start threads."""
-    # By the bytes of its name, which may be no text.
+    """The table in our file; `pq.read_table` would load a query engine and start threads."""
+    # The name as bytes, which need not be valid text.
     with pa.OSFile(os.fsencode(path)) as stream, pq.ParquetFile(stream) as file:
         return file.read(names, use_threads=False)
 
 
 def _flush(writer: pq.ParquetWriter, waiting: list[pa.Table]) -> None:
-    """Write what waits as one group of rows."""
+    """Write the waiting tables as one row group."""
     if waiting:
         writer.write_table(pa.concat_tables(waiting).combine_chunks())
     waiting.clear()

@@ -1,7 +1,7 @@
-"""Quantities of interest: what a belief means to those who run the robot.
+"""Quantities of interest: what a belief means to the people who run the robot.
 
 The step phi_QoI of the network [Kapteyn2021]_: margins, energy and predictive error follow from
-the belief and the motion; they are gathered as sums and extremes, so that they need no memory.
+the belief and the motion; they are kept as sums and extremes, so that they need no history.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from urdyn.tracking.physical import KNOWN
 from urdyn.tracking.reading import Reading
 from urdyn.types import Array
 
-LONGEST = 1.0  # [s] between two readings that one motion joins
+LONGEST = 1.0  # [s] between two readings that count as one motion
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,21 +27,21 @@ class Interest:
     """What a run has shown so far; J joints."""
 
     t: float  # [s] of the newest reading
-    seconds: float  # [s] that the sums are over, rests and all
+    seconds: float  # [s] that the sums cover, rests included
     used: Array  # (J,) [-] largest share of the torque that a healthy drive can give
-    used_sd: Array  # (J,) [-] of the prediction then
+    used_sd: Array  # (J,) [-] of that share
     spare: float  # [kg] least payload that could have been added
     spare_sd: float  # [kg]
     work: Array  # (J,) [J] mechanical energy that the drives gave
-    lost: Array  # (J,) [J] of it, to friction
+    lost: Array  # (J,) [J] of that, lost to friction
     samples: Array  # (J,) compared
-    # (3, J) [A²] sums of squares of what is measured less what is modelled, less what was as
-    # commissioned, and of what is measured
+    # (3, J) [A²] sums of squares: measured minus modelled, measured minus the commissioned model,
+    # and measured
     squares: Array
 
 
 def nothing_yet(joints: int) -> Interest:
-    """Before the first reading."""
+    """Nothing gathered yet, before the first reading."""
     nothing = np.zeros(joints)
     return Interest(
         t=np.nan,
@@ -58,13 +58,13 @@ def nothing_yet(joints: int) -> Interest:
 
 
 def strained(so_far: Interest, reading: Reading, currents: RobotCurrents) -> Interest:
-    """With what one reading took of the drives' torque: of every one, for peaks are short.
+    """With one reading's share of the drives' torque: for every reading, as peaks are short.
 
-    As predicted, which no noise makes larger; where nobody knows what is carried, as measured.
+    It is the predicted one, which noise does not raise; the measured one where the load is unknown.
     """
     per = currents.reference.drive.gain / currents.reference.arm.effort_limit
     most = np.fmax(np.abs(reading.modelled), np.abs(reading.current))
-    if not (most * per > so_far.used).any():  # whichever of them counts
+    if not (most * per > so_far.used).any():  # whichever of the two counts
         return so_far
     sd, noise = _doubt(reading, currents), np.sqrt(currents.observe_cov(reading.inputs).diagonal())
     measured = np.isfinite(reading.current) & (sd > np.sqrt(2.0) * noise)
@@ -77,7 +77,7 @@ def strained(so_far: Interest, reading: Reading, currents: RobotCurrents) -> Int
 def after(
     so_far: Interest, reading: Reading, currents: RobotCurrents, commissioned: Array, due: bool
 ) -> Interest:
-    """With one reading more: its peaks, and where `due`, or another payload is, all the rest."""
+    """With one more reading: its peaks, and all the rest if `due` or if the payload changes."""
     found = strained(so_far, reading, currents)
     if due or reading.unknown:
         found = gathered(found, reading, currents, commissioned)
@@ -87,7 +87,7 @@ def after(
 def gathered(
     so_far: Interest, reading: Reading, currents: RobotCurrents, commissioned: Array
 ) -> Interest:
-    """With one reading more; `commissioned` is the state's mean on the first day, (n,)."""
+    """With one more reading; `commissioned` is the state's mean on the first day, (n,)."""
     u, x = reading.inputs, reading.belief.mean
     drive = currents.reference.drive
     passed = reading.t - so_far.t
@@ -97,10 +97,10 @@ def gathered(
     spare, spare_sd = _spare(x, u, torque, currents, _doubt(reading, currents) * per)
     known = reading.belief.sd[currents.places["payload"]][0] < KNOWN
     before = so_far.spare, so_far.spare_sd
-    if reading.unknown:  # another payload, another margin
+    if reading.unknown:  # another payload has another margin
         before = np.inf, 0.0
     least = (spare, spare_sd) if known and spare < before[0] else before
-    # Of both models alone: what the noise lets one foresee is no merit of the belief.
+    # Residuals of the models alone: what the noise's colour predicts is no merit of the belief.
     residual = reading.current - np.stack([reading.modelled, currents.observe(commissioned, u)])
     compared = np.isfinite(reading.innovation.residual)
     values = np.where(compared, np.vstack([residual, reading.current]), 0.0)
@@ -145,19 +145,19 @@ def as_plain(interest: Interest, joint_names: tuple[str, ...]) -> dict[str, Any]
 
 
 def _doubt(reading: Reading, currents: RobotCurrents) -> Array:
-    """Standard deviation of a current that the belief predicts here, (J,) [A]."""
+    """Standard deviation of the current predicted by the belief, (J,) [A]."""
     H = currents.observe_jacobian(reading.belief.mean, reading.inputs)
-    P = reading.belief.cov[: H.shape[1], : H.shape[1]]  # the rates move no current
+    P = reading.belief.cov[: H.shape[1], : H.shape[1]]  # the rates do not affect the current
     return np.asarray(np.sqrt(np.diag(H @ P @ H.T + currents.observe_cov(reading.inputs))))
 
 
 def _spare(
     x: Array, u: RobotSlice, torque: Array, currents: RobotCurrents, sd: Array
 ) -> tuple[float, float]:
-    """Payload that could be added here before a drive gives all it has [kg], and its sd.
+    """Payload that could be added here before a drive reaches its limit [kg], and its sd.
 
-    tau = load + m d + beta |load + m d| s + rest = sign(d) z tau_max for the first joint that m
-    takes there, with d the torque of a kilogram where the payload is now.
+    tau = load + m d + beta |load + m d| s + rest = sign(d) z tau_max for the first joint that
+    reaches it, with d the torque of a kilogram at the payload's present centre.
 
     Args:
         sd: of the torque, (J,) [N·m].
@@ -170,7 +170,7 @@ def _spare(
     rest = torque - load - beta * np.abs(load) * u.s
     limit = currents.reference.arm.effort_limit * np.minimum(np.exp(x[at["z"]]), 1.0)
     bears = np.abs(d) > 1e-9
-    steep = np.where(bears, d * (1.0 + beta * np.sign(d) * u.s), np.nan)  # [N·m/kg] of the drive
+    steep = np.where(bears, d * (1.0 + beta * np.sign(d) * u.s), np.nan)  # [N·m/kg] at the drive
     room = (np.copysign(limit, d) - rest) / steep - load / np.where(bears, d, np.nan)
     if not bears.any():
         return np.inf, 0.0

@@ -1,4 +1,4 @@
-"""What the joints did between two instants, and which of their currents can be compared then."""
+"""How the joints moved between two instants, and which of their currents can be compared."""
 
 from __future__ import annotations
 
@@ -13,47 +13,47 @@ from urdyn.signal import Instant
 from urdyn.tracking.warmth import warmed
 from urdyn.types import STANDSTILL, Array, Mask
 
-STANDING = STANDSTILL  # [rad/s] slower than this, friction is whatever holds the joint
-# [rad] of travel, after which a joint that stood for long turns as it does as a rule: its bristles
-# are known, and what broke it away is over. Real arms snap by a degree where programs begin.
+STANDING = STANDSTILL  # [rad/s] below this, friction is whatever holds the joint
+# [rad] of travel after which a joint that stood for long turns normally: its bristles are known
+# and its breakaway is over. Real arms snap by a degree where programs begin.
 LOOSE = 0.08
 INTERRUPTED = 0.5  # [s] without a sample: the joints may have moved
-LONGEST = 60.0  # [s] of drift that one gap may add: a night does not make an arm unknown
-HELD, REPEATS = 0.2, 8.0  # [s] and samples for which a current may stay while its joint slides
+LONGEST = 60.0  # [s] of drift that one gap may add: an arm is not unknown after a night
+HELD, REPEATS = 0.2, 8.0  # [s] and samples for which a sliding joint's current may be constant
 
 
 @dataclass(frozen=True, eq=False)
 class JointState:
-    """What is known of the joints at an instant, beside the parameters."""
+    """State of the joints at an instant, beside the parameters."""
 
     v: Array  # (J,) [rad/s]
     current: Array  # (J,) [A]
     unchanged: Array  # (J,) [s] for which that has not changed while the joint slid
     bristles: Array  # (2, J) [-]
-    travelled: Array  # (J,) [rad] since they were unknown
-    lubricant: Array  # (J,) [°C]; NaN while nobody measures the joint's temperature
+    travelled: Array  # (J,) [rad] since the bristles were unknown
+    lubricant: Array  # (J,) [°C]; NaN while the joint's temperature is not measured
 
 
 def before_any(joints: int) -> JointState:
-    """Before the first instant."""
+    """The state before the first instant."""
     nothing, unknown = np.zeros(joints), np.full(joints, np.nan)
     return JointState(nothing, unknown, nothing, np.zeros((2, joints)), nothing, unknown)
 
 
 def long_ago(before: JointState) -> JointState:
-    """After nobody knows how long: lubricant is as warm as its joint."""
+    """The state after an unknown time: lubricant is as warm as its joint."""
     return replace(before, lubricant=np.full_like(before.lubricant, np.nan))
 
 
 @dataclass(frozen=True, eq=False)
 class JointMotion:
-    """From the last instant to this one."""
+    """Motion from the last instant to this one."""
 
-    passed: float  # [s] as far as anybody knows
+    passed: float  # [s] as far as is known
     moving: bool  # some joint slides
     end: JointState
     stuck: Mask  # (J,) currents that have not changed for too long while their joints slid
-    comparable: Mask  # (J,) all others, of joints that slide and have for a while
+    comparable: Mask  # (J,) currents that are not stuck, of joints that have slid for a while
 
     def presliding(self, drive: Drive) -> Array:
         """Presliding state, (J,) [-]."""
@@ -67,7 +67,7 @@ def joint_motion(
     """The motion up to an instant dt [s] after the last.
 
     Args:
-        period: between samples, as a rule [s].
+        period: nominal, between samples [s].
     """
     passed = min(dt, LONGEST) if isfinite(dt) else 0.0
     bristles, travelled = _moved(before, now, dt, drive)
@@ -92,7 +92,7 @@ def joint_motion(
 
 
 def _moved(before: JointState, now: Instant, dt: float, drive: Drive) -> tuple[Array, Array]:
-    """Bristles and travel after the way since the last instant."""
+    """Bristles and travel after the distance moved since the last instant."""
     if dt > INTERRUPTED:
         return np.zeros_like(before.bristles), np.zeros_like(before.travelled)
     way = 0.5 * (before.v + now.v) * dt

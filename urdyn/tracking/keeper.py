@@ -1,4 +1,4 @@
-"""A run is put on disk beside its samples: none of them waits for a disk, or for an onlooker."""
+"""Writes a run to disk without delaying its samples: none waits for the disk or the observer."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ S = TypeVar("S")
 
 
 def begin_scribe() -> Helper:
-    """The process that writes; one that was begun ahead is there when a stream is."""
+    """Start the writing process; started early, it is ready when the stream is."""
     return Helper("urdyn.tracking.scribe", "the history's scribe", "run again")
 
 
 class Keeper(Generic[S]):
-    """Has things written in the order that a killed run needs: rows, onlooker, checkpoint.
+    """Has things written in the order that a killed run needs: rows, observer, checkpoint.
 
-    It works in a process of its own; who tracks needs no Arrow.
+    The writing happens in another process, so that the tracking process needs no Arrow.
     """
 
     def __init__(
@@ -38,16 +38,16 @@ class Keeper(Generic[S]):
         observer: Observer | None,
         scribe: Helper,
     ) -> None:
-        """`scribe` is ended by whoever began it, once the run has settled or failed.
+        """`scribe` is ended by the code that began it, once the run has settled or failed.
 
         Args:
-            identity: whose checkpoints are.
-            origin: what the history says that it was made of.
+            identity: twin, source and settings that the checkpoints belong to.
+            origin: provenance that the history records.
         """
         self._observer = observer
-        self._asked: Checkpoint[S] | None = None  # waits for the onlooker
-        self._fresh = False  # there are rows that are in no part
-        self._keeping = self._kept = -1  # samples
+        self._asked: Checkpoint[S] | None = None  # waits for the observer
+        self._fresh = False  # there are rows that are in no part yet
+        self._keeping = self._kept = -1  # sample counts, asked for and written
         self._changes: list[float] | None = None
         self._scribe = scribe
         form = {"names": of.names, "units": of.units, "joints": of.currents.reference.arm.joints}
@@ -57,12 +57,12 @@ class Keeper(Generic[S]):
         self._scribe.send(words_frame(task))
 
     def take(self, row: Array) -> None:
-        """One row of the history on."""
+        """Add one row to the history."""
         self._scribe.send(numbers_frame(row))
         self._fresh = True
 
     def keep(self, at: Checkpoint[S]) -> Checkpoint[S]:
-        """The run as it is now; it will be on disk a little later."""
+        """Keep the run as it is now; it will be on disk a little later."""
         self.settle()
         if self._fresh:
             self._scribe.send(words_frame({"cut": at.parts}))
@@ -74,7 +74,7 @@ class Keeper(Generic[S]):
         return at
 
     def go_on(self, wait: bool = False) -> None:
-        """Have written what was asked for, once the observer has kept its own."""
+        """Have the checkpoint that was asked for written, once the observer has kept its own."""
         if self._asked and (not self._observer or self._observer.kept(wait)):
             layout, numbers = checkpoint.flattened(self._asked)
             self._keeping = self._asked.index
@@ -85,13 +85,13 @@ class Keeper(Generic[S]):
             self._hear(self._scribe.exchange())
 
     def settle(self) -> None:
-        """All that was asked for is on disk; raises where it cannot be."""
+        """Wait until all that was asked for is on disk; raises where it cannot be."""
         self.go_on(wait=True)
         while self._kept != self._keeping:
             self._hear(self._scribe.listen())
 
     def join(self, parts: int) -> list[float]:
-        """The parts as one file; when the payload was taken to have changed [s]."""
+        """Join the parts into one file; returns when the payload was taken to have changed [s]."""
         self._scribe.send(words_frame({"join": parts}))
         while self._changes is None:
             self._hear(self._scribe.listen())

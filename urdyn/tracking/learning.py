@@ -1,12 +1,11 @@
-"""The network's own numbers from a tracked history: how fast parts stray, and what leads what.
+"""The network's parameters, learnt from a tracked history: diffusions, and edges' coefficients.
 
-Every stretch of a history is summed up, as its currents tell it, in one matrix of information on
-what strays, and EM goes over the stretches: smooth by what is believed of the edges, read the edges
-from how the nodes moved, and again. Levels say nothing of how things move, so that the first is
-taken as unknown, and what does not stray as known: as the whole history tells it, and what is
-carried as its moment does. A stretch is to be so short that what strays within it is little beside
-what it tells: else f and alpha, told apart by moments at which the joint is slow and quick, seem to
-lead one another.
+The currents of each stretch of a history are compressed into one information matrix on the states
+that stray, and EM iterates over the stretches: smooth with the current edges, re-estimate the edges
+from how the nodes moved. Levels say nothing of motion, so the first level is taken as unknown, and
+states that do not stray as known: from the whole history, the payload from its moment. A stretch
+must be so short that straying within it is small beside the information in it: else f and alpha,
+told apart by moments when the joint is slow and when it is fast, seem to lead one another.
 """
 
 from __future__ import annotations
@@ -37,20 +36,20 @@ from urdyn.tracking.tracker import Tracker
 from urdyn.types import Array, Gaussian, Index, frozen
 
 STRETCH = 5.0  # [s]
-FEW = 3  # stretches, of which two moved
+FEW = 3  # stretches, that is two transitions
 UNKNOWN = 1.0  # sd of the first level: of a logarithm, of N m, of a standard score
-LEAST = 1e-9  # of the most that a stretch tells of anything: less is rounding
+LEAST = 1e-9  # [-] of a stretch's largest information: less is rounding
 
 Moment = tuple[RobotSlice, Array, Array]  # inputs; currents (J,) [A]; states (p,) to linearise at
 
 
 @dataclass(frozen=True, eq=False)
 class Stretch:
-    """A stretch of history as a slice: y = H x + noise of unit variance, of what strays."""
+    """A stretch of history as a slice of the straying states: y = H x + noise of unit variance."""
 
     dt: float  # [s]
     H: Array  # (n, n)
-    y: Array  # (n,); NaN where it tells nothing
+    y: Array  # (n,); NaN where there is no information
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "H", frozen(self.H))
@@ -66,8 +65,8 @@ def learn_wear(
     """The tracker's network with the edges and diffusions that fit a history best.
 
     Args:
-        history: its samples, from the beginning; called twice, the second time with all known that
-            does not stray.
+        history: gives its samples, from the beginning; called twice: the second pass takes as
+            known what does not stray.
         length: of a stretch [s].
     """
     fit, currents = tracker.fit, tracker.currents
@@ -87,7 +86,7 @@ def learn_wear(
 def learn_edges(
     network: Network, currents: RobotCurrents, stretches: Sequence[Stretch], iterations: int = 50
 ) -> Learnt[Network]:
-    """The network with what fits `stretches` best; nodes that do not stray stay as they are."""
+    """The network fitted best to `stretches`; nodes that do not stray stay as they are."""
     few = _straying_part(network)
     sizes, patterns = sizes_of(few, currents), patterns_of(currents)
     n, dt = sum(sizes.values()), np.array([stretch.dt for stretch in stretches])
@@ -109,7 +108,7 @@ def learn_edges(
 
 
 def wearing(network: Network, fit: Fit, drift: Drift) -> Network:
-    """A network whose nodes stray as `drift` says; the drives' offsets join it."""
+    """The network with diffusions from `drift`, and with the drives' offsets added."""
     rates = straying(fit, drift)
     known = any(node.name == "o" for node in network.nodes)
     offsets = () if known else (Node("o", "offsets of the drives"),)
@@ -121,9 +120,9 @@ def wearing(network: Network, fit: Fit, drift: Drift) -> Network:
 
 
 def drift_of(network: Network, fit: Fit, before: Drift | None = None) -> Drift:
-    """`before` with what a network that was learnt says of how fast its nodes stray.
+    """`before`, updated with the diffusions of a learnt network.
 
-    Joints of an arm share a drift: the root mean square.
+    All joints share one drift: the root mean square.
     """
     before, coulomb = before or Drift(), fit.dynamics.drive.coulomb
     return replace(
@@ -144,7 +143,7 @@ def summed_up(
     at: Index,
     length: float = STRETCH,
 ) -> list[Stretch]:
-    """Stretches of `length` [s], in what strays, `at` (n,), away from the states `about` (p,)."""
+    """Stretches of `length` [s], in deviations of straying states, `at` (n,), from `about` (p,)."""
     found, n = [], len(at)
     information, weighted, passed = np.zeros((n, n)), np.zeros(n), 0.0
     for u, y, x in moments:
@@ -163,19 +162,19 @@ def summed_up(
 
 
 def strays(network: Network, currents: RobotCurrents) -> Index:
-    """States of the nodes that stray, in the network's order, (n,)."""
+    """Indices of the states of the straying nodes, in the network's order, (n,)."""
     groups = [node.name for node in _straying_part(network).parameters]
     return np.concatenate([np.r_[currents.places[group]] for group in groups])
 
 
 def sizes_of(network: Network, currents: RobotCurrents) -> Mapping[str, int]:
-    """Components of each parameter."""
+    """Number of components of each parameter."""
     at = currents.places
     return {n.name: at[n.name].stop - at[n.name].start for n in network.parameters}
 
 
 def _straying_part(network: Network) -> Network:
-    """The nodes that stray, of unknown level, and the edges among them."""
+    """The straying nodes, of unknown first level, and the edges among them."""
     few = [n for n in network.parameters if np.any(np.asarray(n.diffusion) > 0.0)]
     names = {node.name for node in few}
     return Network(
@@ -193,7 +192,7 @@ def _stretch(information: Array, weighted: Array, dt: float) -> Stretch:
 
 
 def _slow(u: RobotSlice) -> Array | float:
-    """White noise that averages out as slowly as the slow noise does, (J,) [A²]."""
+    """Variance of white noise that averages out as slowly as the slow noise, (J,) [A²]."""
     if u.stray is None or not u.dt:
         return 0.0
     return np.asarray((u.stray * u.one) ** 2 * max(1.0, 2.0 * MEMORY / u.dt))
@@ -217,7 +216,7 @@ def _end(tracker: Tracker[Any], history: Iterable[Sample]) -> Array:
 
 
 def _moment(reading: Reading, known: Array, of_now: Index) -> Moment:
-    """What a reading learnt from, about its own belief of `of_now`, and what is `known` else."""
+    """What a reading learnt from, linearised about its belief in `of_now` and `known` elsewhere."""
     assert reading.learnt is not None, "a tracker's reading"
     x = known.copy()
     x[of_now] = reading.belief.mean[of_now]

@@ -1,4 +1,4 @@
-"""What a stream lacked: samples that did not come, and values that nobody could use."""
+"""What a stream lacked: samples that did not come, and values that could not be used."""
 
 from __future__ import annotations
 
@@ -12,27 +12,27 @@ from urdyn.signal import Sample
 from urdyn.signal.stretches import GAP
 from urdyn.types import Array
 
-NOTABLE = 1.0  # [s] in which nothing could be tracked for samples came too seldom, worth a sentence
+NOTABLE = 1.0  # [s] of samples too sparse to track, from which on it is reported
 
 
 @dataclass(frozen=True, eq=False)
 class Losses:
-    """Counts since the run began; J joints."""
+    """Losses since the run began; J joints."""
 
     silent: Array  # (J,) samples without a current
-    gaps: int = 0  # longer than GAP periods
-    missing: int = 0  # samples that these would have held
-    longest: float = 0.0  # [s] the longest time without a sample
-    repeated: int = 0  # stamps that came twice
-    clock_set: int = 0  # stamps before the one before; of a live robot also too far beyond it
+    gaps: int = 0  # steps longer than GAP periods
+    missing: int = 0  # samples lost in these
+    longest: float = 0.0  # [s] longest time between samples
+    repeated: int = 0  # repeated stamps
+    clock_set: int = 0  # stamps before the previous one; of a live robot, also too far beyond it
     sparse: int = 0  # samples between gaps, too few in a row to learn from
-    sparse_s: float = 0.0  # [s] that they and these gaps took
+    sparse_s: float = 0.0  # [s] that they and the gaps took
     sparse_since: float = np.nan  # [s] stamp at which they began
-    lost: int = 0  # samples that did not come from a source while it was listened to
+    lost: int = 0  # samples that a live source did not deliver
 
 
 def no_losses(joints: int) -> Losses:
-    """Before the first sample."""
+    """Losses before the first sample."""
     return Losses(np.zeros(joints))
 
 
@@ -45,13 +45,13 @@ def counted(
     few: int,
     lost: int = 0,
 ) -> Losses:
-    """With one sample more.
+    """The losses after one more sample.
 
     Args:
-        last: the stamp before [s], NaN before the first.
-        since: the stamp [s] of the first sample of the stretch that `last` ended.
-        few: how many that stretch held, 0 where they were enough to learn from.
-        lost: how many were waited for before it.
+        last: the previous stamp [s], NaN before the first.
+        since: stamp [s] of the first sample of the stretch that ends at `last`.
+        few: number of samples in that stretch, 0 if enough to learn from.
+        lost: number of samples missed before this one.
     """
     dt = sample.t - last
     gap = dt > GAP * period
@@ -72,9 +72,9 @@ def counted(
 
 
 def too_sparse(losses: Losses, period: float) -> dict[str, float] | None:
-    """Since when [s], for how long and at which steps samples came too seldom; None: hardly ever.
+    """When [s], for how long and at which steps samples were too sparse; None: hardly ever.
 
-    As of a stream whose rate changed: gaps follow one another, and nothing can be tracked.
+    For instance, after a change of the stream's rate gap follows gap, and nothing can be tracked.
     """
     if losses.sparse_s < NOTABLE:
         return None
@@ -89,12 +89,12 @@ def too_sparse(losses: Losses, period: float) -> dict[str, float] | None:
 def as_plain(
     losses: Losses, refused: int, undrawn: int, defects: Sequence[str], samples: int
 ) -> dict[str, Any]:
-    """In plain numbers, as `urdyn track` prints them.
+    """The losses in plain numbers, as `urdyn track` prints them.
 
     Args:
         refused: angles and speeds that no arm can have had.
         undrawn: currents that no motor draws.
-        defects: damage that was met while the source was read.
+        defects: damage that was found while reading the source.
     """
     share = losses.silent / max(samples, 1)
     return {

@@ -32,51 +32,51 @@ from urdyn.tracking.commissioned import (
 from urdyn.types import Array, Gaussian, Index
 
 STRAYING = ("m", "f", "alpha", "beta", "z", "o")
-SEEN = "curr"  # what is observed; motion is given
-GROUPS_OF = {"p": ("payload",), "I": ("rotor",), "w": WARMTH}  # of nodes that are no group by name
+SEEN = "curr"  # the observed node; motion is given
+GROUPS_OF = {"p": ("payload",), "I": ("rotor",), "w": WARMTH}  # nodes not named as their group
 DRIFTING = ("f", "z")  # groups with a rate: what wears; alpha follows f
 ZERO_SD = 3e-4  # [rad] of a joint's zero on the first day
-ZERO_MEMORY = 600.0  # [s] in which a zero that nothing shows is taken to be as drawn again
-HEALTH_SD = 0.01  # [-] of health on the first day: gains are the commissioned ones
+ZERO_MEMORY = 600.0  # [s] in which the belief in an unobserved zero returns to the nominal one
+HEALTH_SD = 0.01  # [-] of health on the first day, relative to the commissioned gains
 GAIN_SD = 1e-3  # [-] of gains that are known
-SKEW_SD = 1.3e-3  # [s] of when currents are told, where a twin does not say how well it knows
-# What became of a healthy arm's friction since commissioning, sd: logarithms, offsets in Coulomb
-# frictions. Who took a run's first second for commissioning's last would see wear as noise.
+SKEW_SD = 1.3e-3  # [s] of currents' time stamps, where a twin does not say how well it knows them
+# sd of how a healthy arm's friction changed since commissioning: logarithms, offsets in Coulomb
+# frictions. A run that started from commissioning's own belief would take that wear for noise.
 DAY = {"f": 0.03, "alpha": 0.075, "beta": 0.05, "o": 0.025}
-# What breaks at once: friction by a half, a drive by a tenth; logarithms.
+# sd of sudden damage, in logarithms: half of the friction, a tenth of a drive's health.
 JOLTS = {"f": 0.4, "alpha": 0.4, "z": 0.1}
-QUICKLY = 20.0  # [s] in which what wears at once may change by as much
-STRIDE = 0.0795  # [s] in which nothing moves far: the quickest, slow noise, fades in 1.2 s
+QUICKLY = 20.0  # [s] in which fast wear may change them by as much
+STRIDE = 0.0795  # [s] in which no state moves far: the fastest, slow noise, fades in 1.2 s
 PAYLOAD_SD = np.array([3.0, 0.3, 0.3, 0.3, *[0.05] * 6])  # kg, kg m, kg m²: anything or nothing
-# [-] times as wide where another is taken up. The evidence gives the new mean. Widening the prior
-# keeps the same samples from counting twice, else every payload would confirm the drives that
-# weighed it. Of inertia the evidence says nothing.
+# [-] factor on the prior's sd where another payload is picked up. The evidence gives the new mean;
+# widening the prior keeps its samples from counting twice, else every payload would confirm the
+# drives that weighed it. The evidence says nothing of inertia.
 ANYTHING = np.repeat([10.0, 1.0], [4, 6])
-# kg, kg m, kg m²: too light for evidence, and maybe in the gripper since the arm stood last.
+# kg, kg m, kg m²: a piece too light for evidence, maybe in the gripper since the last rest.
 LIGHT = np.array([0.5, 0.05, 0.05, 0.05, *[0.005] * 6])
 BULKY = np.where(np.arange(10) < 4, 0.0, PAYLOAD_SD)  # a piece that turned out not to be light
 # Viscous friction of UR arms falls by 15 to 25 % over the 12 to 20 K of a warm-up.
 KAPPA, KAPPA_SD, KAPPA_F_SD = 0.014, 0.004, 0.002  # [1/K]
-LAG = 300.0  # [s] in which the lubricant's warmth is that of the joint
-UNLIKE = 0.4  # [K] by which it is not
+LAG = 300.0  # [s] time constant with which the lubricant's temperature follows the joint's
+UNLIKE = 0.4  # [K] sd of their difference
 
 
 @dataclass(frozen=True)
 class Drift:
-    """How fast parameters of a healthy arm stray; per √s, relative where logarithms are kept."""
+    """How fast parameters of a healthy arm stray; per √s, relative where states are logarithms."""
 
-    friction: float = 2e-4  # [1/√s] 1.2 % in an hour, of f, and of alpha beside what follows f
+    friction: float = 2e-4  # [1/√s] 1.2 % in an hour, of f, and of alpha beyond what follows f
     damping: float | None = None  # [1/√s] of alpha; None: as f
-    bodies: float = 0.0  # [1/√s] of the links' standard scores: metal stays what it is
-    warmth: float = 1e-3  # [1/√s] 6 % in an hour, of alpha besides, where nobody measures warmth
+    bodies: float = 0.0  # [1/√s] of the links' standard scores: metal does not change
+    warmth: float = 1e-3  # [1/√s] 6 % in an hour, of alpha besides, without a measured temperature
     structural: float = 2e-4  # [1/√s] 1.2 % in an hour
     health: float = 3e-5  # [1/√s] 0.2 % in an hour
     offset: float = 2e-4  # [1/√s] 1.2 % of the Coulomb friction in an hour
     zero: float = 0.01  # [rad] in the long run: an encoder that slipped, or a knock
     zero_memory: float = ZERO_MEMORY  # [s]
-    zero_walk: float = 0.0  # [rad/√s] of zeros besides
-    rate_sd: float = 1e-5  # [1/s] of the rates on the first day: 3.6 % an hour
-    acceleration: float = 1e-7  # [1/s/√s] by which a rate changes: 2 % an hour, in an hour
+    zero_walk: float = 0.0  # [rad/√s] random walk of zeros, besides
+    rate_sd: float = 1e-5  # [1/s] sd of the rates on the first day: 3.6 % an hour
+    acceleration: float = 1e-7  # [1/s/√s] diffusion of a rate: by 2 % an hour, in an hour
 
 
 def tracking_model(
@@ -87,13 +87,13 @@ def tracking_model(
 ) -> Joined[RobotSlice]:
     """Observation and process of the arm that was commissioned by `fit`.
 
-    States: k, skew, m, payload, f, alpha, beta, rotor, z, gain, o, what warmth does, slow noise,
-    what is `beside` and moves no current, and the rates of f and z. What is known of the arm is
-    conditional on what is taken for known, and health is relative to the commissioned gains. How
-    wrong they are shows in what is carried besides: of all but the one known best, for a piece that
-    nobody has weighed tells only how they compare. The edges of `network`, figure2() where none is
-    given, lead what strays, which m does not unless `drift.bodies` says so. From what has no edge
-    to SEEN, no current is learnt: it stays as commissioned, but for what other edges tell of it.
+    States: k, skew, m, payload, f, alpha, beta, rotor, z, gain, o, effects of warmth, slow noise,
+    states `beside` these that affect no current, and the rates of f and z. The prior is conditional
+    on what is assumed known, and health is relative to the commissioned gains. Errors of the gains
+    show in the payload: of all gains but the best known, as an unweighed piece reveals only their
+    ratios. The edges of `network`, figure2() by default, couple the states that stray, to which m
+    belongs only by `drift.bodies`. A node without an edge to SEEN is not learnt from currents: it
+    stays as commissioned, but for what other edges tell of it.
     """
     network = network or figure2()
     currents = RobotCurrents(fit.dynamics, shown_links(fit)[1], _noise(fit))
@@ -108,7 +108,7 @@ def tracking_model(
 
 
 def _noise(fit: Fit) -> Array:
-    """Noise of the currents whatever its colour, (J,) [A] sd."""
+    """Total noise of the currents, of any colour, (J,) [A] sd."""
     return np.sqrt(fit.noise.power)
 
 
@@ -116,7 +116,7 @@ def _prior(fit: Fit, currents: RobotCurrents) -> Gaussian:
     """The fit's belief in the filter's states, (n,), as it is on another day."""
     known = _known(fit, currents, taken_for_known(fit))
     mean, whole = np.array(known.mean), np.array(known.cov)
-    # What a log showed of warmth is in the model as `thermal` already.
+    # Where a log showed the effect of warmth, the model has it already, as `thermal`.
     unknown = fit.dynamics.drive.thermal == 0.0
     mean[currents.places["kappa"]] = np.where(unknown, KAPPA, 0.0)
     spread: dict[str, float | Array] = {
@@ -144,16 +144,16 @@ def _prior(fit: Fit, currents: RobotCurrents) -> Gaussian:
 
 
 def _known(fit: Fit, currents: RobotCurrents, taken: list[int]) -> Gaussian:
-    """The fit's belief in states, given its parameters that are taken for known."""
+    """The fit's belief in states, given those of its parameters that are assumed known."""
     return commissioned(fit, len(currents.names), currents.places, shown_links(fit)[0], taken)
 
 
 def by_taken(fit: Fit, currents: RobotCurrents) -> Array:
-    """Covariance of states by what is taken for known, (p, p): gains, and the shape of friction.
+    """Covariance of states due to what is assumed known, (p, p): gains, and the shape of friction.
 
-    A filter compares with the commissioned arm and takes these as they are. What it finds is no
-    better known than they are: a joint with a Stribeck term that may be none would be tracked too
-    surely without.
+    A filter compares with the commissioned arm and takes these as exact, but its estimates are no
+    better known than they are: without this, a joint with an uncertain Stribeck term would be
+    tracked too surely.
     """
     nothing, taken = (_known(fit, currents, at).cov for at in ([], taken_for_known(fit)))
     return np.asarray(nothing - taken)
@@ -170,9 +170,9 @@ def _of_node(currents: RobotCurrents, name: str) -> list[Index]:
 
 
 def _apart(belief: Gaussian, groups: Sequence[Index]) -> Gaussian:
-    """A belief in which these have nothing in common with anything else.
+    """The belief with each of these groups uncorrelated with everything else.
 
-    Commissioning found it out by currents, which tell nothing of them here.
+    Commissioning learnt the correlation from currents, which tell nothing of these groups here.
     """
     cov = np.array(belief.cov)
     for at in groups:
@@ -224,7 +224,7 @@ def _process(
 
 
 def _independent(*beliefs: Gaussian) -> Gaussian:
-    """In all their states, of which those of one tell nothing of another's."""
+    """The joint belief of mutually independent ones."""
     mean = np.concatenate([of.mean for of in beliefs])
     cov, first = np.zeros((len(mean),) * 2), 0
     for of in beliefs:
@@ -234,7 +234,7 @@ def _independent(*beliefs: Gaussian) -> Gaussian:
 
 
 def straying(fit: Fit, drift: Drift) -> dict[str, float | Array]:
-    """How fast each group's own part strays."""
+    """Diffusion of each group's own part."""
     return {
         "m": drift.bodies,
         "f": drift.friction,
@@ -247,9 +247,9 @@ def straying(fit: Fit, drift: Drift) -> dict[str, float | Array]:
 
 
 def patterns_of(currents: RobotCurrents) -> Patterns:
-    """What of a parent leads what of a child, where they are not joint by joint.
+    """Which parts of a parent lead which parts of a child, where not joint by joint.
 
-    m -> alpha: damping of a joint follows the mass that it carries, relative to what it was.
+    m -> alpha: a joint's damping follows the mass that it carries, relative to the nominal one.
     """
     J = currents.reference.arm.joints
     carried = np.cumsum(currents.reference.inertials[::-1, 0])[::-1]

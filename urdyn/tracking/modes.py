@@ -17,8 +17,8 @@ from urdyn.tracking.physical import quantities
 from urdyn.tracking.tracker import Tracker
 from urdyn.types import NORMAL90, Array
 
-LONGEST = 16  # samples that a joint waits for in realtime mode
-# Filters of a robot's slices, and of no others.
+LONGEST = 16  # samples that a joint may wait for in realtime mode
+# These filters are for a robot's slices only.
 QUICKER = {
     "simplified": cast(Filter[Any], Blocks()),
     "realtime": cast(Filter[Any], Blocks(LONGEST)),
@@ -32,7 +32,7 @@ MODES = {
 
 @dataclass(frozen=True)
 class Mode:
-    """What a mode cost and found."""
+    """What a mode cost and estimated."""
 
     mean: Mapping[str, float]
     sd: Mapping[str, float]
@@ -42,21 +42,21 @@ class Mode:
 
 @dataclass(frozen=True)
 class Loss:
-    """A mode against full."""
+    """A mode compared with full."""
 
-    faster: float  # [-] updates a second, over full's
+    faster: float  # [-] updates per second, over full's
     rmse: float  # [-] error over full's; NaN where the truth is not known
-    apart: float  # [-] root mean square of the distance from full, in full's sd
+    apart: float  # [-] root mean square difference from full, in full's sd
     coverage: float  # [-] share of 90 % intervals that hold the truth; NaN where it is not known
 
 
 def mode_of(filter: Filter[Any]) -> str:
-    """Name of the mode that a filter is."""
+    """Name of a filter's mode."""
     return next((name for name, quick in QUICKER.items() if quick == filter), "full")
 
 
 def side_by_side(fit: Fit, full: Filter[Any], samples: Sequence[Sample]) -> dict[str, Mode]:
-    """All modes on one log; `full` is the filter of the first."""
+    """All modes on one log; `full` is the filter of the full mode."""
     period = float(np.median(np.diff([sample.t for sample in samples])))
     filters: dict[str, Filter[Any]] = {"full": full, **QUICKER}
     return {name: _run(Tracker(fit, each, period), samples) for name, each in filters.items()}
@@ -65,7 +65,7 @@ def side_by_side(fit: Fit, full: Filter[Any], samples: Sequence[Sample]) -> dict
 def losses(
     modes: Mapping[str, Mode], names: Sequence[str], truth: Mapping[str, float]
 ) -> dict[str, Loss]:
-    """Every mode against full, over the quantities `names`, whose truth may not be known."""
+    """Every mode compared with full, over the quantities `names`, whose truth may be unknown."""
     full, known = modes["full"], [name for name in names if name in truth]
     actual = _of(truth, known)
     size = np.where(actual == 0.0, 1.0, np.abs(actual))
@@ -89,7 +89,7 @@ def _of(values: Mapping[str, float], names: Sequence[str]) -> Array:
 
 
 def _run(tracker: Tracker[Any], samples: Sequence[Sample]) -> Mode:
-    """One mode, from the commissioned arm to the log's end."""
+    """Run one mode, from the commissioned arm to the log's end."""
     of, state, took = quantities(tracker.fit, tracker.currents), tracker.init(), []
     for sample in samples:
         begin = time.perf_counter()

@@ -1,4 +1,4 @@
-"""The network that a tracked run infers: what moves motor current, and what leads what."""
+"""The network that a tracked run infers: what affects motor current, and what leads what."""
 
 from __future__ import annotations
 
@@ -14,22 +14,22 @@ BESIDE = (
     Node("o", "torque offset"),
     Node("I", "rotor inertia"),
     Node("w", "lubricant's warmth"),
-)  # parameters of the tracked model that the paper does not have
+)  # parameters of the tracked model that the paper lacks
 ORDER = ("k", "p", "m", "I", "beta", "alpha", "f", "z", "o", "w")
-# By the group that another stream tells of too: whose edges say so, and to what is observed there.
+# By group that another stream measures too: the nodes whose edges say so, and what is observed.
 TOLD_BY = {"k": (("k",), "pos"), "payload": (("m", "p"), "force")}
 LEADING = " ".join(STRAYING)
 
 
 def of_arm(network: Network, shared: Iterable[str] = ()) -> Network:
-    """The network, where all that its edges say, and their lack, is so in a tracked arm.
+    """The network, if a tracked arm can have exactly the edges that it states.
 
-    What a parameter does to what is observed is physics; where no edge leads there, nothing.
-    `shared` are groups that other streams tell of.
+    How a parameter affects an observation is physics; without an edge, it does not.
+    `shared` are groups that other streams measure.
 
     Raises:
-        InputError: a parameter is none of an arm's, an edge joins one that does not stray, or one
-            is missing by which something is told.
+        InputError: an arm has no such parameter, an edge joins one that does not stray, or an edge
+            is missing that an observation depends on.
     """
     _require_known(network)
     _require_edges(network)
@@ -45,7 +45,7 @@ def _require_known(network: Network) -> None:
 
 
 def _require_edges(network: Network) -> None:
-    """Between parameters that stray, and to what is observed without a coefficient."""
+    """Edges join parameters that stray, or lead to an observation with coefficient 1."""
     inner = {node.name for node in network.parameters}
     for edge in network.edges:
         if {*edge.ends} <= inner and not {*edge.ends} <= set(STRAYING):
@@ -58,7 +58,7 @@ def _require_edges(network: Network) -> None:
 
 
 def _require_shown(network: Network, shared: Iterable[str]) -> None:
-    """The payload in currents, and what other streams tell of in these."""
+    """The payload must show in currents, and shared groups in the streams that measure them."""
     if "p" in network.hidden(SEEN):
         raise InputError(f"p -> {SEEN} is missing: it tells what an arm carries; put it back")
     inner = {node.name for node in network.parameters}
@@ -70,9 +70,9 @@ def _require_shown(network: Network, shared: Iterable[str]) -> None:
 
 
 def tracked_network() -> Network:
-    """The paper's parameters, and what else is tracked.
+    """The paper's parameters and the other tracked ones.
 
-    Of its edges those that the tracked model has: between parameters that stray, and to currents.
+    Its edges are the tracked ones of the paper: between parameters that stray, and to currents.
     """
     paper = figure2()
     nodes = {node.name: node for node in (*paper.parameters, *BESIDE)}

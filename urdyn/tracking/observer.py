@@ -1,4 +1,4 @@
-"""Those who look on at a run."""
+"""Observers of a run."""
 
 from __future__ import annotations
 
@@ -11,49 +11,49 @@ from urdyn.types import Array, Mask
 
 
 class Observer(Protocol):
-    """One who looks on, and remembers where a run that is killed goes on."""
+    """Observes a run, and remembers where a killed run goes on."""
 
     def begin(self, folder: Path, index: int, identity: Mapping[str, str]) -> None:
-        """The run begins, or goes on, at this sample."""
+        """Called as the run begins, or goes on, at this sample."""
 
     def take(self, reading: Reading) -> None:
-        """One instant on."""
+        """Take one instant's reading."""
 
     def miss(self, t: float, silent: Mask, current: Array) -> None:
-        """An instant [s] at which no motion is known.
+        """Take an instant [s] at which no motion is known.
 
         Args:
-            silent: joints whose angles were none, (J,).
+            silent: joints whose angles are missing, (J,).
             current: [A], (J,); NaN: not measured.
         """
 
     def note(self, restarts: int, load_as_set: bool) -> None:
-        """What no instant tells, before the run is kept or ends.
+        """Take what no reading contains, before the run is kept or ends.
 
         Args:
-            restarts: how often the belief began anew, since no arm was believed in any more.
-            load_as_set: the controller is set to the load that is tracked.
+            restarts: how often the belief was reset because it was no longer credible.
+            load_as_set: whether the controller is set to the tracked load.
         """
 
     def keep(self, index: int) -> None:
-        """The run is about to be kept as of this sample."""
+        """Keep the observer's state: the run is about to be kept as of this sample."""
 
     def kept(self, wait: bool) -> bool:
-        """Whether what it was last asked to keep is kept; raises where it cannot be."""
+        """Whether the state last asked for is kept; raises where it cannot be."""
 
     def finish(self) -> Mapping[str, Any]:
-        """The stream has ended: what there is to say, for the run's summary."""
+        """Called at the stream's end; returns additions to the run's summary."""
 
     def forget(self) -> None:
-        """The run will not go on."""
+        """Drop what was kept: the run will not go on."""
 
     def close(self) -> None:
-        """The run is over, or has failed: no more."""
+        """Called when the run is over or has failed."""
 
     @property
     def findings(self) -> tuple[Mapping[str, Any], ...]:
-        """What was found so far, as in findings.json."""
+        """Findings so far, as in findings.json."""
 
     @property
     def doubt(self) -> str:
-        """What speaks against all of that; "" where nothing does."""
+        """A reason to doubt all findings; "" where there is none."""

@@ -1,4 +1,4 @@
-"""A recording tracked at once: the steps that are taken beside a robot, and nothing written."""
+"""Tracking of a whole recording: the steps of a live run, with nothing written."""
 
 from __future__ import annotations
 
@@ -28,12 +28,12 @@ from urdyn.types import Log
 
 @dataclass(frozen=True, eq=False)
 class Tracked(Track):
-    """Where the quantities of an arm went, by whom they were followed, and along which log."""
+    """The history of an arm's quantities, with the tracker and the log that gave it."""
 
     tracker: Tracker[Any]
     log: Log
-    shown: Interest  # what the run has shown of margins, energy and predictive error
-    setting: Setting  # what the controller took for the payload at the end
+    shown: Interest  # margins, energy and predictive error over the run
+    setting: Setting  # the controller's payload setting at the end
 
     @property
     def quantities(self) -> dict[str, Any]:
@@ -42,7 +42,7 @@ class Tracked(Track):
 
     @property
     def payload_setting(self) -> dict[str, Any] | None:
-        """The controller's payload beside the load at the end, as `urdyn track --json` has it."""
+        """The controller's payload beside the load at the end, as in `urdyn track --json`."""
         return at_the_end(self.setting, self._load, self.tracker.fit.tool_known)
 
     @property
@@ -52,7 +52,7 @@ class Tracked(Track):
 
     @property
     def _load(self) -> Mapping[str, Any]:
-        """The load at the end, as a summary has it."""
+        """The load at the end, as in a summary."""
         k = self.names.index("payload.mass")
         return {"payload.mass": {"mean": float(self.mean[-1, k]), "sd": float(self.sd[-1, k])}}
 
@@ -62,14 +62,14 @@ def track(
     log: Log,
     filter: Filter[Any] | None = None,
 ) -> Tracked:
-    """Where the quantities of an arm went while `log` was recorded.
+    """The history of an arm's quantities while `log` was recorded.
 
     went = urdyn.track(twin, urdyn.read("monday.parquet"))
     went["elbow_joint.coulomb"], went.sd[-1]  # N·m over time; of all quantities at the end
     went.quantities["payload_margin_kg"]  # what it could have carried besides
 
-    Ten instants a second at most. Names and units are those of `history.parquet`, which `urdyn
-    track` writes from the same steps. `urdyn.diagnose` says what is wrong with an arm that went so.
+    At most ten instants a second. Names and units are those of `history.parquet`, which `urdyn
+    track` writes from the same steps. `urdyn.diagnose` turns the result into findings.
 
     Args:
         filter: None is the unscented Kalman filter, as on the command line.
@@ -116,7 +116,7 @@ def tracker_of(
     log: Log,
     filter: Filter[Any] | None = None,
 ) -> Tracker[Any]:
-    """Who follows an arm along `log`; LogError where it is no log of that arm."""
+    """The tracker for `log`; LogError where it is not a log of that arm."""
     fit = fit_in(twin)
     require_measured(log)
     if why := fit.dynamics.unlike(log.joint("actual_current")):
@@ -129,7 +129,7 @@ def tracker_of(
 
 
 def replayed(log: Log, period: float) -> Source:
-    """The log as the stream that it was."""
+    """The log as a stream of samples."""
 
     def start(first: int) -> Iterator[Arrival]:
         return (Arrival(sample, np.nan) for sample in samples(log.slice(first)))

@@ -1,4 +1,4 @@
-"""A robot at work that is not the twin's is refused by its first movements, as its recording is."""
+"""Refuses a live robot that is not the twin's, by its first movements, as for a recording."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from urdyn.signal import BESIDE, POSE
 from urdyn.tracking.source import Arrival
 from urdyn.types import Array, Log, Source
 
-APART = 0.1  # [rad] that a joint moves from one pose to the next: an arm that stands tells nothing
+APART = 0.1  # [rad] that some joint moves from one pose to the next: an arm at rest tells nothing
 
 
 def of_this_arm(arm: Arm, arrivals: Iterator[Arrival], name: str) -> Iterator[Arrival]:
-    """A robot's arrivals; LogError, by its `name`, once its tool is where another arm has it.
+    """A robot's arrivals; LogError, with its `name`, once its tool pose is another arm's.
 
-    That is asked of FEW poses, of twice as many, and so on up to ROWS.
+    That is checked with FEW poses, with twice as many, and so on up to ROWS.
     """
     told, last, due = list[Array](), np.full(arm.joints, np.inf), FEW
     for arrival in arrivals:
@@ -34,6 +34,6 @@ def of_this_arm(arm: Arm, arrivals: Iterator[Arrival], name: str) -> Iterator[Ar
 
 
 def _log(rows: Array, name: str) -> Log:
-    """The log of rows of a controller's poses, as samples bring them along."""
+    """A log of the controller's poses, from the rows that samples bring."""
     channels = {BESIDE[POSE]: rows[:, 1:7], "actual_q": rows[:, 7:]}
     return Log(rows[:, 0], channels, Source(name))

@@ -1,4 +1,4 @@
-"""The files of a history that grows: one a checkpoint, joined at the end."""
+"""The files of a growing history: one per checkpoint, joined at the end."""
 
 from __future__ import annotations
 
@@ -13,19 +13,19 @@ from urdyn.io import alone
 from urdyn.io.run_folder import HISTORY, PARTS
 
 PATIENCE = 2.0  # [s]
-WHOLE = b"PAR1"  # what a Parquet file ends in
+WHOLE = b"PAR1"  # the end of every Parquet file
 
 
 def part_file(folder: Path, number: int) -> Path:
-    """Where a part is."""
+    """Path of a part."""
     return folder / PARTS / f"part-{number:06d}.parquet"
 
 
 @contextmanager
 def writing_parts(folder: Path) -> Iterator[None]:
-    """Nobody else writes a history in `folder` meanwhile.
+    """Exclude other writers of a history from `folder`.
 
-    The scribe of a run that was killed may, for a moment, and is waited for.
+    The scribe of a killed run may still be writing for a moment, and is waited for.
     """
     (folder / PARTS).mkdir(parents=True, exist_ok=True)
     with alone(folder / PARTS, PATIENCE):
@@ -33,10 +33,10 @@ def writing_parts(folder: Path) -> Iterator[None]:
 
 
 def drop_others(folder: Path, count: int) -> None:
-    """Only the parts that count; what a killed run left beyond them is dropped.
+    """Keep the first `count` parts, and drop what a killed run left beyond them.
 
     Raises:
-        InputError: one that counts is missing, or cut short.
+        InputError: one of them is missing, or cut short.
     """
     counted = [part_file(folder, number) for number in range(count)]
     unfinished = folder.glob(f".{HISTORY}.*.part")
@@ -52,10 +52,10 @@ def drop_others(folder: Path, count: int) -> None:
 
 
 def damaged(part: Path) -> InputError:
-    """What is to be told of such a part."""
+    """The error for a missing or damaged part."""
     return InputError(f"{part}: is damaged; start anew with --fresh")
 
 
 def discard_parts(folder: Path) -> None:
-    """No parts, once they are joined for good."""
+    """Delete the parts, once they are joined for good."""
     shutil.rmtree(folder / PARTS)

@@ -1,4 +1,4 @@
-"""Earlier beliefs: to go back to once a change is detected, and to test drives for wear against."""
+"""Earlier beliefs: to roll back to once a change is detected, and to test drives for wear."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from urdyn.tracking.wear_test import ASKED, WearReference
 
 S = TypeVar("S")
 
-ROLLBACK = 2.0  # [s] for which a change may have been there before it is detected
+ROLLBACK = 2.0  # [s] that a change may take to be detected
 
 
 @dataclass(frozen=True)
@@ -26,20 +26,20 @@ class RollbackPoint(Generic[S]):
 class PastBeliefs(Generic[S]):
     """What a tracker believed earlier in its run."""
 
-    rollback: RollbackPoint[S]  # ROLLBACK or more before `marked`: no change had an effect yet
+    rollback: RollbackPoint[S]  # ROLLBACK or more before `marked`, before any change had an effect
     next_rollback: RollbackPoint[S]  # at `marked`
     marked: float  # [s]
-    reference: WearReference[S]  # what was believed when drives may since have worn
-    recent: WearReference[S]  # and what was since; drives are tested against both by turns
+    reference: WearReference[S]  # the belief against which drives are tested for wear
+    recent: WearReference[S]  # and a later one; the tests alternate between both
 
     @classmethod
     def only(cls, point: RollbackPoint[S], t: float, passed: float, moved: float) -> PastBeliefs[S]:
-        """Nothing is remembered but this belief, of t [s]."""
+        """Past beliefs that consist of this one, of t [s], alone."""
         reference = WearReference(point.belief, passed, moved)
         return cls(point, point, t, reference, reference)
 
     def due(self, t: float) -> bool:
-        """Whether ROLLBACK has passed since the last was marked."""
+        """Whether ROLLBACK has passed since the last point was marked."""
         return t - self.marked >= ROLLBACK
 
     def marked_by(
@@ -50,17 +50,17 @@ class PastBeliefs(Generic[S]):
         passed: float,
         moved: float,
     ) -> PastBeliefs[S]:
-        """With one more, marked at t [s] of the clock; until the next, one goes back to `rollback`.
+        """With `point` marked at t [s] of the clock; until the next, roll back to `rollback`.
 
-        That is the one before, and where a change has just begun there is none before.
+        That is the previous point, or `point` itself where a change has just begun.
         """
         reference, recent = self.reference, self.recent
-        if moved - recent.moved > ASKED:  # no rollback goes behind this one
+        if moved - recent.moved > ASKED:  # no rollback goes further back than this
             reference, recent = recent, WearReference(rollback.belief, passed, moved)
         return PastBeliefs(rollback, point, t, reference, recent)
 
     def each(self, of: Callable[[S], S]) -> PastBeliefs[S]:
-        """With another belief in the place of each."""
+        """With `of` applied to each belief."""
         return replace(
             self,
             rollback=replace(self.rollback, belief=of(self.rollback.belief)),

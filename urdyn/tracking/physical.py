@@ -1,4 +1,4 @@
-"""A belief in the filter's states, as quantities that people know."""
+"""A belief in the filter's states, as physical quantities."""
 
 from __future__ import annotations
 
@@ -27,9 +27,9 @@ JOINT = {
     "k": ("zero", "rad"),
 }
 PAYLOAD = ("mass", "mx", "my", "mz")
-KNOWN = 0.3  # [kg] sd of what is carried, less than which tells it from most that is
-PAYLOAD_REACH = 0.5  # [m] of the flange, within which what is carried is
-LINK_REACH = 1.5  # [m] of its joint, within which a link is
+KNOWN = 0.3  # [kg] sd of the payload below which it counts as known
+PAYLOAD_REACH = 0.5  # [m] from the flange, within which a payload lies
+LINK_REACH = 1.5  # [m] from its joint, within which a link lies
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,10 +38,10 @@ class Quantities:
 
     currents: RobotCurrents
     mass_shown: Array  # (J, r) [kg] per unit of m
-    mass_hidden: Array  # (J,) [kg] sd that no motion removes
-    taken: Mapping[str, Array]  # sd by what is taken for known: of a group's coordinates
-    beside: tuple[tuple[str, str], ...] = ()  # names and units of what other streams tell of
-    whole: bool = False  # the payload counts the tool, which is known
+    mass_hidden: Array  # (J,) [kg] sd that no motion can reduce
+    taken: Mapping[str, Array]  # sd of each group's coordinates due to what is assumed known
+    beside: tuple[tuple[str, str], ...] = ()  # names and units of other streams' quantities
+    whole: bool = False  # the payload includes the tool, which is known
 
     @cached_property
     def names(self) -> tuple[str, ...]:
@@ -50,7 +50,7 @@ class Quantities:
 
     @cached_property
     def known(self) -> tuple[str, ...]:
-        """Names of those that the currents' states stand for."""
+        """Names of the quantities estimated from the currents' states."""
         arm = self.currents.reference.arm
         joints = [f"{j}.{name}" for name, _ in JOINT.values() for j in arm.joint_names]
         links = [f"{link}.mass" for link in arm.link_names]
@@ -58,17 +58,17 @@ class Quantities:
 
     @cached_property
     def units(self) -> tuple[str, ...]:
-        """One unit a name."""
+        """One unit per name."""
         J = self.currents.reference.arm.joints
         joints = [unit for _, unit in JOINT.values() for _ in range(J)]
         carried = ["kg", *["kg·m"] * 3]
         return (*joints, *["kg"] * J, *carried, *(unit for _, unit in self.beside))
 
     def of(self, belief: Gaussian, beside: tuple[Array, Array] = NOTHING) -> tuple[Array, Array]:
-        """Means, which are possible throughout, and standard deviations of all quantities.
+        """Means, all physically possible, and standard deviations of all quantities.
 
         Args:
-            beside: those of what other streams tell of.
+            beside: those of other streams' quantities.
         """
         at, x, sd = self.currents.places, belief.mean, belief.sd
         mean, spread = [], []
@@ -91,14 +91,14 @@ class Quantities:
 
     @cached_property
     def _load(self) -> slice:
-        """States that are PAYLOAD."""
+        """States of the quantities in PAYLOAD."""
         first = self.currents.places["payload"].start
         return slice(first, first + len(PAYLOAD))
 
     def payload(self, belief: Gaussian) -> Array:
-        """Mass and first moments (4,) of the likeliest body, or of nothing, that is carried.
+        """Mass and first moments (4,) of the likeliest possible payload, which may be none.
 
-        It counts the tool where that is known, and is what is borne beside it elsewhere.
+        They include the tool where that is known, and otherwise only what is carried besides.
         """
         at = self._load
         whole = Gaussian(self._tool + belief.mean[at], belief.cov[at, at])
@@ -106,16 +106,16 @@ class Quantities:
 
     @property
     def _tool(self) -> Array:
-        """Mass and first moments of the tool, (4,); of none, where nobody named it."""
+        """Mass and first moments of the tool, (4,); 0 where it was not named."""
         return self.currents.reference.payload[: len(PAYLOAD)]
 
     def links(self, belief: Gaussian) -> Array:
-        """Inertials (J, 10) of the likeliest bodies that the links can be."""
+        """Inertials (J, 10) of the links' likeliest physically possible bodies."""
         at, commissioned = self.currents.places["m"], self.currents.reference.inertials
         S = self.currents.shown.reshape(len(commissioned), 10, -1)
         moved = commissioned + S @ belief.mean[at]
         for j in np.flatnonzero(~is_consistent(moved)):
-            # By all that arms of the type differ in: no motion shows all ten of a link.
+            # Weighted by the spread among arms of the type: no motion shows all ten of a link.
             moved[j] = possible_body(Gaussian(moved[j], S[j] @ S[j].T), LINK_REACH)
         return moved
 
@@ -126,7 +126,7 @@ def quantities(
     """The quantities of a commissioned arm; what no motion shows keeps its prior.
 
     Args:
-        beside: names and units of what other streams tell of.
+        beside: names and units of other streams' quantities.
     """
     shown = currents.shown[::10]  # a link's mass is the first of its ten inertials
     names, links = fit.parameters.names, fit.dynamics.arm.link_names
@@ -136,9 +136,9 @@ def quantities(
 
 
 def _taken(fit: Fit, currents: RobotCurrents) -> dict[str, Array]:
-    """What doubt about what is taken for known adds to that about quantities, see `by_taken`.
+    """The sd that what is assumed known adds to quantities, see `by_taken`.
 
-    Relative, but of o; of m, of links' masses.
+    Relative, except for o; for m, that of links' masses.
     """
     at, cov = currents.places, fit.belief.cov
     sd = np.sqrt(np.maximum(by_taken(fit, currents).diagonal(), 0.0))

@@ -1,12 +1,12 @@
-"""Poses as they come, at whatever rate: what they tell of geometry, and of joints' zeros.
+"""Poses at any rate: what they tell of geometry and of joints' zeros.
 
-The controller's own pose follows from its encoders by its own calibration. It tells that
-calibration, and the tool that it was told of; an encoder that slips moves angle and pose together,
-so of a joint's zero it says nothing. A tracker beside the arm sees the arm itself: theta + k of
-every joint, in a frame and of a target that nobody knows, so that they are found with the rest.
+The controller's own pose follows from its encoders by its own calibration. It shows that
+calibration and the configured tool; an encoder that slips moves angle and pose together, so it says
+nothing of a joint's zero. A tracker beside the arm sees the arm itself: theta + k of every joint,
+in an unknown frame and with an unknown target, which are estimated with the rest.
 
-A pose that surprises may be a gross error; two in a row, and something has moved: of a tracker's,
-a joint's zero; of the controller's, the tool that it was told of.
+One surprising pose may be a gross error; two in a row mean that something has moved: for a tracker,
+a joint's zero; for the controller, its configured tool.
 """
 
 from __future__ import annotations
@@ -34,32 +34,32 @@ from urdyn.tracking.sights import FINEST, Build, Sights, begun, nothing_seen
 from urdyn.tracking.streams import NO_STATES
 from urdyn.types import Array, Gaussian, Mask
 
-ENOUGH, OWN = 25, 8  # poses that base and tool are sought from; the controller's base is known
-MOST = 200  # that are kept for that
-APART = 0.05  # [rad] a joint has moved: the arm's small errors are others there
-PACE = 0.25  # [s] between two of the controller's own, which has one with every sample
+ENOUGH, OWN = 25, 8  # poses to estimate base and tool from; the controller's base is known
+MOST = 200  # most poses kept for that
+APART = 0.05  # [rad] of motion of some joint, after which the arm's small errors differ
+PACE = 0.25  # [s] between two of the controller's own poses, of which every sample has one
 STANDING = 1e-3  # [rad/s]
-SOONEST = 1e-5  # [s] stamps are no finer
-SURPRISED = 25.0  # [-] where 1 is expected: five standard deviations in every row
-SLIPPED = 0.02  # [rad] sd of what an encoder that slips is off by
-STRAY = 5e-6  # [rad/√s] of a joint's zero while a tracker looks on
-STEPS = 3  # by which a slip is approached: a pose bends within it
+SOONEST = 1e-5  # [s] stamps' resolution
+SURPRISED = 25.0  # [-] where 1 is expected: five standard deviations in every row on average
+SLIPPED = 0.02  # [rad] sd of an encoder's slip
+STRAY = 5e-6  # [rad/√s] of a joint's zero while a tracker watches
+STEPS = 3  # iterations on a slip, as the pose is nonlinear within it
 MEMORY = 300.0  # poses that noise is averaged over
-TOOL = 6  # coordinates of a pose, and the last of a placement's
-# Of a row, behind its stamp: place [m], turn [rad], both; and the controller's own angles [rad].
+TOOL = 6  # coordinates of a pose; the last ones of a placement
+# A row after its stamp: place [m], turn [rad], both; and the controller's own angles [rad].
 PLACE, TURN, POSE, ANGLES = slice(1, 4), slice(4, 7), slice(1, 7), slice(7, None)
 
 
 @dataclass(frozen=True, eq=False)
 class PoseStream:
-    """Learns geometry and zeros from poses; what was seen is in the `Sights` it passes on."""
+    """Learns geometry and zeros from poses; its state is a `Sights`."""
 
     build: Build
     name: str = "pose"
 
     @property
     def width(self) -> int:
-        """Stamp and pose; and of the controller's own, the angles that it is of."""
+        """Width of a row: stamp and pose; for the controller's own, the pose's angles too."""
         return POSE.stop + len(self.build.start.table) * self.build.own
 
     @property
@@ -69,18 +69,18 @@ class PoseStream:
 
     @property
     def own(self) -> RandomWalk:
-        """None: a pose bends with what it alone tells of."""
+        """None: poses are nonlinear in what they alone measure, which is kept in `Sights`."""
         return NO_STATES
 
     def init(self) -> Sights:
-        """Nothing seen; a controller's pose and angles are of one moment."""
+        """The state before any pose; a controller's pose and angles share one stamp."""
         nothing = nothing_seen(len(self.build.start.table))
         return replace(nothing, late=0.0) if self.build.own else nothing
 
     def take(
         self, sights: Sights, now: Instant, row: Array, z: Gaussian
     ) -> tuple[Sights, SharedMeasurement | None]:
-        """One pose on, `row` (width,); what it is to those who believe in the zeros z."""
+        """Take one pose, `row` (width,); also returns it as a measurement of the zeros z."""
         now = replace(now, q=row[ANGLES]) if self.build.own else now
         known = np.isfinite(row[PLACE]).all() and np.isfinite(now.q).all()
         if not known or not self._elsewhere(sights, now):
@@ -101,14 +101,14 @@ class PoseStream:
         return self._moved_on(replace(sights, doubted=0), now, row, z)
 
     def settled(self, sights: Sights, z: Gaussian) -> Sights:
-        """After the joints' zeros have been told of by whomever."""
+        """The state once the belief in the joints' zeros has changed, for whatever reason."""
         if not sights.count:
             return sights
         step, conditional = sights.conditional.settled(z)
         return self.build.moved(replace(sights, conditional=conditional), step)
 
     def _elsewhere(self, sights: Sights, now: Instant) -> bool:
-        """Where the arm still stands, or nearly, the same errors would count twice."""
+        """Whether the arm moved or stopped: at the same pose, the same errors would count twice."""
         if np.isnan(sights.q).any() or now.t < sights.t:
             return True
         if self.build.own and now.t - sights.t < PACE:
@@ -117,19 +117,19 @@ class PoseStream:
         return stopped or float(np.abs(now.q - sights.q).max()) > APART
 
     def _gathered(self, sights: Sights, now: Instant, row: Array, z: Gaussian) -> Sights:
-        """One more of those that base and tool are sought from."""
+        """With one more pose to estimate base and tool from."""
         seen = np.concatenate([now.q, row[POSE]])
         sights = replace(sights, gathered=np.vstack([sights.gathered, seen]))
         few = OWN if self.build.own else ENOUGH
         if len(sights.gathered) % few:
             return sights
-        left = sights.gathered[few - MOST :]  # of those that do not tell, the last, and a few more
+        left = sights.gathered[few - MOST :]  # if they do not suffice, keep the last
         return begun(self.build, sights, z) or replace(sights, gathered=left)
 
     def _linearised(
         self, sights: Sights, now: Instant, row: Array, z: Gaussian
     ) -> tuple[LinearisedObservation, Array]:
-        """The pose, linearised, and the twist (m,) at which it passes [m/s, rad/s]."""
+        """The pose, linearised, and its rate of change (m,) [m/s, rad/s]."""
         at, q = self.build.placement(sights), now.q[None]
         acting = q + z.mean if len(z.mean) else q
         pose = self._pose(sights, acting, row)
@@ -151,7 +151,7 @@ class PoseStream:
     def _learnt(
         self, sights: Sights, observation: LinearisedObservation, jump: Array
     ) -> tuple[Sights, SharedMeasurement | None]:
-        """The pose taken up by both sides."""
+        """Update geometry with the pose, and return it for the currents' filter."""
         shared = measurement(sights.conditional, observation, jump) if self.shared else None
         step, conditional = updated(sights.conditional, observation)
         sights = replace(sights, conditional=conditional, count=sights.count + 1.0)
@@ -160,7 +160,7 @@ class PoseStream:
     def _moved_on(
         self, sights: Sights, now: Instant, row: Array, z: Gaussian
     ) -> tuple[Sights, SharedMeasurement | None]:
-        """Two poses in a row agree that something has moved."""
+        """The state after two surprising poses in a row: something has moved."""
         if self.shared:
             jump = np.full(len(z.mean), SLIPPED)
             sights = replace(sights, conditional=sights.conditional.after_drift(np.diag(jump**2)))
@@ -175,7 +175,7 @@ class PoseStream:
         return replace(sights, tool=tool, conditional=_another_tool(sights.conditional)), None
 
     def _bent(self, sights: Sights, now: Instant, row: Array, z: Gaussian) -> LinearisedObservation:
-        """The pose, linearised where it says that the zeros are: they are far from z."""
+        """The pose, linearised about the zeros that it implies, which are far from z."""
         at, P = z.mean, sights.conditional.spread
         for _ in range(STEPS):
             observation, _ = self._linearised(sights, now, row, replace(z, mean=at))
@@ -194,18 +194,18 @@ class PoseStream:
 
     @cached_property
     def units(self) -> tuple[str, ...]:
-        """One a name."""
+        """One per name."""
         frames = 1 if self.build.own else 2
         return (*self.build.start.form.units, *["m"] * (3 * frames))
 
     def estimates(self, sights: Sights) -> tuple[Array, Array]:
-        """Deviations from the drawing, and where base and tool are; NaN before that is known."""
+        """Deviations from the drawing, and places of base and tool; NaN before they are known."""
         if not sights.count:
             return np.full(len(self.names), np.nan), np.full(len(self.names), np.nan)
         at = self.build.placement(sights)
         frames = [at.tool[:3, 3]] if self.build.own else [at.base[:3, 3], at.tool[:3, 3]]
         cov, first = np.array(sights.conditional.whole), len(at.deviations)
-        if not self.build.own:  # a step of the base is in its own axes
+        if not self.build.own:  # the base's states are in its own axes
             turn, place = at.base[:3, :3], slice(first, first + 3)
             cov[place, place] = turn @ cov[place, place] @ turn.T
         sd = np.sqrt(np.maximum(np.diag(cov), 0.0))
@@ -213,7 +213,7 @@ class PoseStream:
 
     @cached_property
     def _spoken(self) -> Mask:
-        """Which of the states have a name: of a frame, its place."""
+        """Which of the states have a name: of a frame, only its place."""
         mask = np.ones(len(self.build.columns), dtype=bool)
         first = len(self.build.prior.mean)
         for frame in range(first, len(mask), 6):
@@ -222,7 +222,7 @@ class PoseStream:
 
 
 def _heard(sights: Sights, observation: LinearisedObservation, passing: Array) -> Sights:
-    """The poses' noise, and how far off their stamps are, after one more pose."""
+    """With the poses' noise, and the error of their stamps, updated by one more pose."""
     W, white = whitened(sights.conditional, observation)
     gain, late = 1.0 / min(sights.count + 1.0, MEMORY), sights.late**2
     steady, seen = float(passing @ W @ passing), float(passing @ white)
@@ -236,7 +236,7 @@ def _heard(sights: Sights, observation: LinearisedObservation, passing: Array) -
 
 
 def _another_tool(conditional: ConditionalBelief) -> ConditionalBelief:
-    """The controller was told of another tool: of that, nothing is known."""
+    """The belief after another tool was configured, of which nothing is known."""
     cov = np.array(conditional.cov)
     cov[-TOOL:], cov[:, -TOOL:] = 0.0, 0.0
     cov[-TOOL:, -TOOL:] = ANYWHERE**2 * np.eye(TOOL)

@@ -1,4 +1,4 @@
-"""How far a run is, for those who watch."""
+"""How far a run has come, for watchers."""
 
 from __future__ import annotations
 
@@ -20,15 +20,15 @@ class RunProgress:
     t: float  # [s] since the first sample
     last: float  # [s] stamp of the newest sample
     samples: int
-    share: float  # [-] that is behind, of a live run since it was taken up; 0 where nobody knows
-    rate: float  # [Hz] updates a second of computing
+    share: float  # [-] done, of a live run since it was resumed; 0 if unknown
+    rate: float  # [Hz] updates per second of computing
     reading: Reading
     quantities: Quantities
     findings: tuple[Mapping[str, Any], ...] = ()  # as in findings.json, so far
-    doubt: str = ""  # of all of these, likewise
-    row: bool = True  # it is one of the history, for which all quantities are made
+    doubt: str = ""  # about all of these, so far
+    row: bool = True  # whether it is a row of the history, for which all quantities are computed
     setting: Setting = field(default_factory=Setting)  # of the controller
-    ended: bool = False  # nothing more will come: the newest, told again with all that was found
+    ended: bool = False  # nothing more will come: the newest, repeated with all findings
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -42,7 +42,7 @@ class RunProgress:
 
     @property
     def mean(self) -> Array:
-        """Means of the quantities; made when somebody looks."""
+        """Means of the quantities, computed on demand."""
         return self._moments[0]
 
     @property

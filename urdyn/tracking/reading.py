@@ -1,4 +1,4 @@
-"""What one instant told a tracker, for those who look on."""
+"""What a tracker learnt from one instant, for observers."""
 
 from __future__ import annotations
 
@@ -18,22 +18,22 @@ NOTHING = (np.zeros(0), np.zeros(0))  # of other streams
 
 @dataclass(frozen=True, eq=False)
 class Reading:
-    """What one instant told."""
+    """What was learnt from one instant."""
 
     t: float  # [s]
     current: Array  # (J,) [A] as measured
-    predicted: Array  # (J,) [A] by the belief before and the noise; NaN where nothing was compared
-    modelled: Array  # (J,) [A] by the belief before alone, whatever the noise does
+    predicted: Array  # (J,) [A] by prior belief and past noise; NaN where nothing was compared
+    modelled: Array  # (J,) [A] by the prior belief alone, without the noise
     innovation: Innovation  # white
-    widened: bool  # the payload was taken to have changed here
+    widened: bool  # whether a change of payload is reported here
     instant: Instant
     travelled: Array  # (J,) [rad] since the bristles were unknown
-    inputs: RobotSlice  # what the motion made of the parameters
+    inputs: RobotSlice  # the motion, as the model's inputs
     believed: Callable[[], Gaussian] = field(repr=False)
     told: Callable[[], tuple[Array, Array]] = field(default=lambda: NOTHING, repr=False)
-    # Inputs and currents as they were learnt from, after the filter that makes noise white.
+    # Inputs and currents as they were learnt from: whitened.
     learnt: tuple[RobotSlice, Array] | None = field(default=None, repr=False)
-    restarted: bool = False  # the belief began anew here, with the commissioned arm
+    restarted: bool = False  # the belief was reset to the commissioned arm here
 
     @property
     def unknown(self) -> bool:
@@ -42,10 +42,10 @@ class Reading:
 
     @cached_property
     def belief(self) -> Gaussian:
-        """Over the model's states, this instant learnt."""
+        """Over the model's states, after this instant."""
         return self.believed()
 
     @cached_property
     def beside(self) -> tuple[Array, Array]:
-        """Means and standard deviations of what other streams tell of by themselves."""
+        """Means and standard deviations of other streams' own quantities."""
         return self.told()

@@ -1,8 +1,8 @@
 """A recording, read in a process of its own: python -m urdyn.tracking.recording.
 
-Who tracks holds neither what reads files nor the log, however long that is, but BLOCK samples.
-First comes what to read, and the answer is what that is; then, for every first row, a block from
-there on, its columns side by side.
+The tracking process loads no file readers, and holds only BLOCK samples of a log of any length.
+The first request says what to read, and is answered by a description of the log; each further one
+gives a first row, and is answered by the block from there on, its columns side by side.
 """
 
 from __future__ import annotations
@@ -28,9 +28,9 @@ from urdyn.types import Array, Log
 from urdyn.types import Source as LogSource
 
 NEEDED = ("actual_q", "actual_current")
-TOLD_BY = ("actual_q", BESIDE[POSE])  # whose a log is
-GLANCES = 300  # rows of those, evenly
-BLOCK = 2048  # samples: a few milliseconds of handing over, a second or two of tracking
+TOLD_BY = ("actual_q", BESIDE[POSE])  # channels that tell whose a log is
+GLANCES = 300  # rows of those, evenly spaced
+BLOCK = 2048  # samples: a few milliseconds to hand over, a second or two to track
 
 
 def recording(
@@ -42,7 +42,7 @@ def recording(
     effort: Effort,
     beside: Collection[str],
 ) -> Source:
-    """The source that is a log; arguments as those of `open_source`. LogError where it is none."""
+    """A log as a source; arguments as for `open_source`. LogError where it is not a log."""
     reader = Helper("urdyn.tracking.recording", "the log's reader", "run again")
     asked = {"path": name, "columns": columns, "rows": rows, "rate": rate, "duration": duration}
     efforts = {"unit": effort.unit, "gain": effort.gain}
@@ -50,7 +50,7 @@ def recording(
         log = words_of(reader.ask(words_frame(asked | {"effort": efforts, "beside": list(beside)})))
     except BaseException as error:
         reader.close()
-        if isinstance(error, InputError):  # it tells where, in words
+        if isinstance(error, InputError):  # its message says where
             raise LogError(str(error)) from None
         raise
     widths = {key: int(width) for key, width in log["widths"].items()}
@@ -81,7 +81,7 @@ def recording(
 
 
 def _answers(heard: Heard) -> Iterator[Words | Array]:
-    """What the log is, and its blocks."""
+    """A description of the log, then its blocks."""
     log, told = _opened(**words_of(next(heard)))
     yield told
     for words in map(words_of, heard):
@@ -96,7 +96,7 @@ def _opened(
     beside: Collection[str],
     **how: Any,
 ) -> tuple[Log, dict[str, Any]]:
-    """The log, and what whoever tracks has to know of it."""
+    """The log, and what the tracking process needs to know of it."""
     from urdyn.io import read
 
     wanted = (*CHANNELS, *SETTING, *(BESIDE[stream] for stream in beside))
@@ -123,13 +123,13 @@ def _opened(
 
 
 def _glimpse(log: Log) -> dict[str, Array]:
-    """A few rows; a log of any length is told by them."""
+    """A few rows, enough to tell whose log it is."""
     rows = np.linspace(0, max(len(log) - 1, 0), min(GLANCES, len(log))).astype(int)
     return {"t": log.t[rows]} | {n: log.channels[n][rows] for n in TOLD_BY if n in log}
 
 
 def _glimpsed(rows: Mapping[str, Any], name: str) -> Log:
-    """The log that `_glimpse` made lists of."""
+    """The inverse of `_glimpse`."""
     told = {what: np.array(values, dtype=np.float64) for what, values in rows.items()}
     return Log(told.pop("t"), told, LogSource(name))
 
@@ -140,7 +140,7 @@ def _together(log: Log) -> Array:
 
 
 def _parted(numbers: Array, widths: Mapping[str, int]) -> Log:
-    """The log that `_together` made one array of."""
+    """The inverse of `_together`."""
     table = numbers.reshape(-1, 1 + sum(widths.values()))
     parts = np.split(table[:, 1:], np.cumsum([*widths.values()])[:-1], axis=1)
     named = dict(zip(widths, parts, strict=True))

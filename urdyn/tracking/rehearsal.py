@@ -1,4 +1,4 @@
-"""A run before its first sample: a robot that talks does not wait for tables and caches."""
+"""A rehearsal before the first sample, so that a live robot does not wait for caches to fill."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from urdyn.tracking.row import row
 from urdyn.tracking.tracker import Tracker
 
 PERIOD = 0.002  # [s]
-SAMPLES = 40  # more than any window of the signal takes
+SAMPLES = 40  # more than any signal window
 
 
 def rehearse(fit: Fit, filter_: Filter[Any]) -> None:
-    """Do once what is slow the first time: modules are loaded, tables filled."""
+    """Do once what is slow the first time: load modules, fill tables."""
     J = fit.dynamics.arm.joints
     tracker: Tracker[Any] = Tracker(fit, filter_, PERIOD)
     of = quantities(fit, tracker.currents)

@@ -1,6 +1,6 @@
-"""A robot that begins anew while it is tracked, or whose clock is set: stamps are counted on.
+"""A robot that restarts while it is tracked, or whose clock is set: its stamps are continued.
 
-Those of both of its lives are told apart, as `urdyn.io.clock` does for a recording.
+A gap keeps both lives apart, as in a recording by `urdyn.io.clock`.
 """
 
 from __future__ import annotations
@@ -20,14 +20,14 @@ SAID = "its clock was set {} by {:.1f} s; stamps are counted on from {:.1f} s"
 def arrivals(
     source: Source, first: int = 0, last: float = np.nan, ahead: float = 0.0
 ) -> Iterator[Arrival]:
-    """The samples of a source from `first` on, stamps of a live one running on as time did.
+    """The samples of a source from `first` on; a live source's stamps run on as time does.
 
-    Where its clock was set they go on by the pause as it was on this computer's, and by PAUSE where
-    nobody knows that. The source's `tell` hears of it, but for trifles.
+    Where its clock was set, they advance by the pause on this computer's clock, or by PAUSE where
+    that is unknown. The source's `tell` reports it, except for trifles.
 
     Args:
-        last: the stamp before, counted on [s]; NaN before the first.
-        ahead: by which that was ahead of the robot's own [s]; below 0 where it was set forwards.
+        last: the previous stamp, as continued [s]; NaN before the first.
+        ahead: how far that was ahead of the robot's own [s]; below 0 where it was set forwards.
     """
     return _counted_on(source, first, last, ahead) if source.live else source.start(first)
 
@@ -38,7 +38,7 @@ def _counted_on(source: Source, first: int, last: float, ahead: float) -> Iterat
         step = arrival.sample.t + ahead - last
         if was_set(step, received):
             waited = arrival.received - received
-            # However short: what is estimated from both lives together would be neither's.
+            # A gap, however short the pause: motion estimated across a restart would be wrong.
             pause = max(waited if np.isfinite(waited) else PAUSE, (GAP + 0.5) * source.period)
             ahead += pause - step
             if abs(step) > SET or np.isnan(waited):
@@ -50,7 +50,7 @@ def _counted_on(source: Source, first: int, last: float, ahead: float) -> Iterat
 
 
 def _later(sample: Sample, ahead: float) -> Sample:
-    """The same, stamped later [s]; so is what it brings along."""
+    """The same, stamped later [s], with its streams' rows."""
     beside = {
         name: np.column_stack([rows[:, 0] + ahead, rows[:, 1:]])
         for name, rows in sample.beside.items()

@@ -1,8 +1,8 @@
-"""Outliers are given more noise: the further off, the less is learnt from them.
+"""Robust noise: the larger an outlier, the more noise it is given.
 
-A residual r of sd sigma beyond GATE sigma is given the variance sigma² (r / GATE sigma)⁴: it pulls
-as 1 / r³ does, so that neither a torn sample moves anything, nor a payload that nobody has told of,
-until it is known for one.
+A residual r of sd sigma beyond GATE sigma is given the variance sigma² (r / GATE sigma)⁴: its
+influence falls as 1 / r³, so that neither a torn sample moves the belief, nor a new payload before
+it is detected.
 """
 
 from __future__ import annotations
@@ -18,11 +18,11 @@ GATE = 3.0  # [sd]
 
 
 def with_robust_noise(u: RobotSlice, residual: Array, variance_ratio: Array) -> RobotSlice:
-    """The slice with more noise where a joint's current is wild.
+    """The slice with more noise where a joint's current is an outlier.
 
     Args:
         residual: (J,) [A]; NaN where there is none.
-        variance_ratio: variance that is expected over that of the noise, (J,).
+        variance_ratio: expected variance over that of the noise, (J,).
     """
     expected = u.variance * variance_ratio
     wild = residual**2 / (GATE**2 * expected)
@@ -32,7 +32,7 @@ def with_robust_noise(u: RobotSlice, residual: Array, variance_ratio: Array) -> 
 
 
 def without_robust_noise(told: Innovation, added: Array, y: Array) -> Innovation:
-    """The innovation without the variance (J,) [A²] that was added for the sample's wildness."""
+    """The innovation without the variance (J,) [A²] that was added for outliers."""
     if not added.any() or not told.measured:
         return told
     rows = measured_rows(y)

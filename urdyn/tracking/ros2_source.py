@@ -1,4 +1,4 @@
-"""A robot at work, heard on a ROS 2 graph."""
+"""A live robot on a ROS 2 graph."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ from urdyn.signal import Sample
 from urdyn.tracking.source import LATEST, LOOK, Arrival, Source, Tell, nobody, now, was_set
 
 PATIENCE = 10.0  # [s] for the first joint states
-FIRST = 10  # samples that tell the rate: a robot that talks does not wait
-SILENT = 5.0  # [s] without a message, of which the user hears
-SHORT = 1.25  # periods before its end, a stretch of so many seconds has its last sample
+FIRST = 10  # samples that tell the rate: few, as a live robot does not wait
+SILENT = 5.0  # [s] without a message, after which the user is told
+SHORT = 1.25  # periods: a sample this close to the end of the stretch is its last
 
 
 class Inbox(Protocol):
-    """Where messages are when they have come: a queue, or DDS itself."""
+    """Where messages arrive: a queue, or DDS itself."""
 
     def get(self, *, timeout: float) -> Heard:
         """The next one; queue.Empty if there is none in time [s]."""
@@ -37,7 +37,7 @@ class Inbox(Protocol):
 def graph(
     name: str, topic: str, rate: float | None, duration: float | None, effort: Effort, tell: Tell
 ) -> Source:
-    """The joint states of a topic; the first samples tell the `rate` [Hz] where nobody does."""
+    """The joint states of a topic; the first samples tell the `rate` [Hz] where it is not given."""
     effort.told(name)
     listener = Listener(participant(), topic or "joint_states")
     return hearing(name, listener, Event(), effort, rate, duration, tell)
@@ -52,9 +52,9 @@ def hearing(
     duration: float | None = None,
     tell: Tell = nobody,
 ) -> Source:
-    """The source of what somebody puts into `inbox`, until `ended` is set.
+    """The source of the messages in `inbox`, until `ended` is set.
 
-    A driver that is gone is not waited for much longer than `duration` [s]; `tell` hears of it.
+    A driver that is gone is waited for little longer than `duration` [s]; `tell` reports it.
     """
     try:
         first = _first(inbox, name, FIRST if rate is None else 1)
@@ -99,7 +99,7 @@ def _first(inbox: Inbox, name: str, count: int) -> list[Heard]:
 
 
 def _period(first: list[Heard], name: str) -> float:
-    """By the line through the stamps, each as many steps on as it looks: some may be missing."""
+    """Slope of the line through the stamps, each step counted by its size: some may be missing."""
     stamps = np.array([heard.stamp for heard in first])
     steps = np.diff(stamps)
     usual = float(np.median(steps))
@@ -111,7 +111,7 @@ def _period(first: list[Heard], name: str) -> float:
 
 
 def _until(last: float, heard: Iterable[Heard]) -> Iterator[Heard]:
-    """Samples up to the first that is stamped `last` [s] or later, by a clock that may be set."""
+    """Samples up to the first stamped `last` [s] or later, by a clock that may be set."""
     stamp = received = np.nan
     for one in heard:
         yield one
@@ -124,8 +124,8 @@ def _until(last: float, heard: Iterable[Heard]) -> Iterator[Heard]:
 
 
 def _heard(inbox: Inbox, ended: Event, end: float, tell: Tell) -> Iterator[Heard]:
-    """What comes, until `ended` is set, or nothing does after `end` [s] on our clock."""
-    silent = 0.0  # [s] for which looks were in vain: no time counts in which nobody looked
+    """Messages until `ended` is set, or until none comes after `end` [s] on our clock."""
+    silent = 0.0  # [s] of polls in vain: time without polling does not count
     while not (ended.is_set() and inbox.empty()):
         try:
             one = inbox.get(timeout=LOOK)
@@ -143,6 +143,6 @@ def _heard(inbox: Inbox, ended: Event, end: float, tell: Tell) -> Iterator[Heard
 
 
 def _arrival(heard: Heard, effort: Effort) -> Arrival:
-    nothing = np.full(len(JOINTS), np.nan)  # temperatures are on no topic of the driver's
+    nothing = np.full(len(JOINTS), np.nan)  # the driver publishes no temperatures
     sample = Sample(heard.stamp, heard.q, heard.v, effort.current(heard.effort), nothing)
     return Arrival(sample, heard.received, heard.reset)

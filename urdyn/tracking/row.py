@@ -1,4 +1,4 @@
-"""A row of a run's history: what the parameters were believed to be at one instant.
+"""A row of a run's history: the belief in the parameters at one instant.
 
 t; every quantity's mean and sd; currents of every joint, measured and predicted; surprise.
 """
@@ -12,9 +12,9 @@ import numpy as np
 from urdyn.tracking.reading import Reading
 from urdyn.types import Array
 
-RATE = 10.0  # [Hz] of rows, at most
-FINE = 128.0  # steps in a standard deviation, and in an sd itself: what is finer is not known
-FINEST = 2.0**-12  # [A] of a current
+RATE = 10.0  # [Hz] most rows
+FINE = 128.0  # steps per sd, for means and for the sd itself: nothing finer is known
+FINEST = 2.0**-12  # [A] finest step of a current
 
 
 def columns(names: Sequence[str], units: Sequence[str], joints: int) -> list[tuple[str, str, type]]:
@@ -27,12 +27,12 @@ def columns(names: Sequence[str], units: Sequence[str], joints: int) -> list[tup
 
 
 def spacing(period: float) -> int:
-    """Samples from one row to the next, where they are `period` [s] apart."""
+    """Samples from one row to the next, at a `period` [s]."""
     return max(1, int(np.ceil(1.0 / (RATE * period) - 0.01)))
 
 
 def row(reading: Reading, mean: Array, sd: Array) -> Array:
-    """One row, numbers no finer than they are known: a day is some 70 MB."""
+    """One row, its numbers no finer than they are known: a day takes some 70 MB."""
     told = np.stack([_rounded(mean, sd / FINE), _rounded(sd, sd / FINE)], axis=1).ravel()
     currents = _rounded(np.concatenate([reading.current, reading.predicted]), FINEST)
     end = reading.innovation.nis, reading.innovation.measured, reading.widened
@@ -40,6 +40,6 @@ def row(reading: Reading, mean: Array, sd: Array) -> Array:
 
 
 def _rounded(values: Array, step: Array | float) -> Array:
-    """To multiples of the power of two below `step`: a tenth of the bytes, once compressed."""
+    """Round to the power of two below `step`: a tenth of the bytes, once compressed."""
     grid = np.exp2(np.floor(np.log2(np.where(step > 0.0, step, 1.0))))
     return np.where(step > 0.0, np.round(values / grid) * grid, values)

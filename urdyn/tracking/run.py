@@ -41,10 +41,10 @@ from urdyn.tracking.summary import Summary, final, quality
 from urdyn.tracking.tracker import Tracker
 from urdyn.version import __version__
 
-SWITCH = 5e-4  # [s] after which one thread lets another in
-PART = 10.0  # [s] of data between checkpoints: what is done again after a kill
-AGAIN = 1000  # samples of a recording between them, at least: a second or so of work
-ALIKE = 0.05  # [-] by which periods of one stream differ, each told by a few stamps
+SWITCH = 5e-4  # [s] after which one thread yields to another
+PART = 10.0  # [s] of data between checkpoints, to be repeated after a kill
+AGAIN = 1000  # samples of a recording between checkpoints, at least: about a second of work
+ALIKE = 0.05  # [-] by which one stream's period may differ, estimated from a few stamps each time
 
 S = TypeVar("S")
 
@@ -61,18 +61,18 @@ def run(
 ) -> dict[str, Any]:
     """Track `source` to its end and write DIR/history.parquet.
 
-    A run that was killed goes on at its checkpoint, and a live one where it was ended.
+    A killed run goes on from its checkpoint, and a live one from where it ended.
 
     Args:
-        out: DIR; it is made where there is none.
-        twin_sha256: of the twin's file: a run goes on with the same twin alone.
+        out: DIR; created if missing.
+        twin_sha256: of the twin's file: a run goes on only with the same twin.
         fresh: begin anew instead.
-        watch: is shown every instant.
-        observer: looks on, and says at the end what it found.
-        writer: what `begin_scribe` began ahead.
+        watch: called with every instant.
+        observer: observes the run, and adds its findings at the end.
+        writer: a process that `begin_scribe` started early.
 
     Returns:
-        The document of a `Summary`, and what the observer adds to it.
+        The document of a `Summary`, with what the observer adds.
 
     Raises:
         InputError: the source has other joints than the twin, or is another arm's (which a robot
@@ -87,7 +87,7 @@ def run(
     out.mkdir(parents=True, exist_ok=True)
     if lack := beliefs.lacking(tracker.filter):
         source.tell(lack)
-    # The matrices are small: threads of the linear algebra would wait for one another.
+    # The matrices are small: linear algebra threads would wait for one another.
     with alone(out), threadpool_limits(1):
         if fresh:
             checkpoint.remove(out)
@@ -126,7 +126,7 @@ def run(
 
 
 def _settings(tracker: Tracker[S]) -> dict[str, str]:
-    """What a run goes on with as it began."""
+    """Settings that must not change when a run is resumed."""
     return {
         "filter": str(tracker.filter),
         "drift": str(tracker.drift),
@@ -136,7 +136,7 @@ def _settings(tracker: Tracker[S]) -> dict[str, str]:
 
 
 def _origin(tracker: Tracker[S], source: Source, twin_sha256: str) -> dict[str, str]:
-    """What a history says that it was made of."""
+    """Provenance that a history records."""
     return {
         "urdyn": __version__,
         "robot": tracker.fit.dynamics.arm.name,
@@ -150,7 +150,7 @@ def _origin(tracker: Tracker[S], source: Source, twin_sha256: str) -> dict[str, 
 def _at_the_pace(
     begun: Mapping[str, str], tracker: Tracker[S], source: Source
 ) -> tuple[Tracker[S], Source]:
-    """With the period that a live run was `begun` with, where its stream tells it anew."""
+    """With the period that a live run was `begun` with: a new estimate differs slightly."""
     period = float(begun.get("period", "nan"))
     if source.live and abs(source.period - period) < ALIKE * period:
         return replace(tracker, period=period), replace(source, period=period)
@@ -159,9 +159,9 @@ def _at_the_pace(
 
 @contextmanager
 def _at_pace() -> Iterator[None]:
-    """No sample waits for long.
+    """Keep samples from waiting for long.
 
-    Who tells the world lets it in; garbage is sought in what is new, not in all that was loaded.
+    Publishing threads yield soon; garbage is collected among new objects, not all that was loaded.
     """
     before = sys.getswitchinterval()
     sys.setswitchinterval(SWITCH)
@@ -184,9 +184,9 @@ class _Run(Generic[S]):
     observer: Observer | None
 
     def to_the_end(self, at: Checkpoint[S]) -> dict[str, Any]:
-        """Every sample that is left, then the files."""
+        """Process every remaining sample, then finish the files."""
         begin, pace, work = time.perf_counter(), Latency(), Latency()
-        # A live source is as long as what is to come of it.
+        # The length of a live source counts from here.
         begun = at.index if self.source.live else 0
         self._note(at)
         before: Arrival | None = None
@@ -210,7 +210,7 @@ class _Run(Generic[S]):
                 at = self.keeper.keep(at)
             self.keeper.go_on()
         self._note(at)
-        self._show_ended(newest)  # no arm is stale while its run is put to its end
+        self._show_ended(newest)  # the arm is not stale while its run ends
         found = self.observer.finish() if self.observer else {}
         self._show_ended(newest)
         changes = self._finish(at)
@@ -237,7 +237,7 @@ class _Run(Generic[S]):
     def _step(
         self, at: Checkpoint[S], arrival: Arrival, lost: int
     ) -> tuple[Checkpoint[S], Reading | None]:
-        """One sample on, after `lost` that did not come."""
+        """Take one sample, after `lost` ones that did not come."""
         t = arrival.sample.t
         before = begun_anew(at.state, self.tracker.init()) if arrival.reset else at.state
         state, reading = self.tracker.step(before, arrival.sample)
@@ -248,7 +248,7 @@ class _Run(Generic[S]):
                 self.observer.miss(*self.tracker.missed(state))
         set_back = max(at.last - t, 0.0) if np.isfinite(at.last) else 0.0
         began = at.began - set_back if np.isfinite(at.began) else t
-        stretch = before.causal.t  # all of it, where it is shorter than what is learnt from
+        stretch = before.causal.t  # the whole stretch, where it is too short to learn from
         few = len(stretch) if len(stretch) < self.tracker.enough else 0
         since = float(stretch[0]) if few else np.nan
         period = self.source.period
@@ -260,13 +260,13 @@ class _Run(Generic[S]):
         return replace(at, began=began, last=t, ahead=arrival.ahead), reading
 
     def _missing(self, before: Arrival, arrival: Arrival) -> int:
-        """Samples that did not come between two: by their stamps, unless a clock was set."""
+        """Number of samples missing between two: by their stamps, unless a clock was set."""
         stamped, waited = arrival.sample.t - before.sample.t, arrival.received - before.received
         stamped -= arrival.ahead - before.ahead
         return max(0, round(float(elapsed(stamped, waited)) / self.source.period) - 1)
 
     def _show(self, at: Checkpoint[S], reading: Reading, work: Latency, begun: int) -> RunProgress:
-        """Tell whoever watches; of every k-th sample, and of another payload, a row of history."""
+        """Inform the watcher; every k-th sample, and a new payload, also give a row of history."""
         due = at.index % spacing(self.source.period) == 0 or reading.widened
         progress = RunProgress(
             t=at.last - at.began,
@@ -287,34 +287,34 @@ class _Run(Generic[S]):
         return progress
 
     def _show_ended(self, newest: RunProgress | None) -> None:
-        """Tell whoever watches that nothing more will come, and what is found by now."""
+        """Inform the watcher that nothing more will come, with the findings by now."""
         if self.watch and newest:
             self.watch(replace(newest, row=True, ended=True, **self._found()))
 
     def _found(self) -> dict[str, Any]:
-        """Of a `RunProgress`."""
+        """Findings and doubt, for a `RunProgress`."""
         if not self.observer:
             return {}
         return {"findings": self.observer.findings, "doubt": self.observer.doubt}
 
     def _note(self, at: Checkpoint[S]) -> None:
-        """Tell who looks on what no instant tells."""
+        """Give the observer what no reading contains."""
         if self.observer:
             told = final(self.tracker, self.quantities, at)
             as_set = agrees(at.setting, told, self.quantities.whole)
             self.observer.note(int(at.state.restarts), as_set)
 
     def _gathered(self, at: Checkpoint[S], reading: Reading) -> Checkpoint[S]:
-        """With one reading more in the quantities of interest."""
+        """With one more reading in the quantities of interest."""
         every, commissioned = spacing(self.source.period), self.tracker.model.prior.mean
-        due = at.index % every == every // 2  # between two rows: no sample is to wait for both
+        due = at.index % every == every // 2  # between two rows, so that no sample does both
         found = interest.after(at.interest, reading, self.tracker.currents, commissioned, due)
         return at if found is at.interest else replace(at, interest=found)
 
     def _finish(self, at: Checkpoint[S]) -> list[float]:
-        """The whole history, and when the payload was taken to have changed [s].
+        """Write the whole history; returns when the payload was taken to have changed [s].
 
-        A recording is done with, a live robot may be taken up again.
+        A recording's checkpoint and parts are removed; a live run may be resumed.
         """
         at = self.keeper.keep(at)
         self.keeper.settle()

@@ -1,12 +1,12 @@
-"""Who puts a run on disk, in a process of its own: python -m urdyn.tracking.scribe.
+"""Writes a run to disk in a process of its own: python -m urdyn.tracking.scribe.
 
-`Keeper` begins it. First comes what the history is; then rows, one a frame, and words:
+`Keeper` starts it. The first frame describes the history; then come rows, one per frame, and words:
 
-    cut     the rows so far, as the part of this number
-    keep    a checkpoint, whose numbers come next
-    join    so many parts as one file
+    cut     write the rows so far as the part of this number
+    keep    write a checkpoint, whose numbers come next
+    join    join this many parts into one file
 
-That file grows beside the parts, so that the end of a long run waits for the last of them alone.
+That file grows along with the parts, so that the end of a long run waits only for the last of them.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from urdyn.types import Array
 
 
 def _answers(heard: Heard) -> Iterator[Words]:
-    """What has been written."""
+    """Reports of what has been written."""
     task = words_of(next(heard))
     folder = Path(task["folder"])
     history = History(folder, tuple(task["names"]), tuple(task["units"]), task["joints"])

@@ -1,4 +1,4 @@
-"""What the controller takes for the payload, beside the load that is tracked."""
+"""The controller's payload setting, compared with the tracked load."""
 
 from __future__ import annotations
 
@@ -13,29 +13,29 @@ from urdyn.model.body import centre_of_mass
 from urdyn.signal import UNSET
 from urdyn.types import Array
 
-# [s] of motion that a setting has to have stood for before it is called wrong: a program sets it
-# a moment before or after its gripper closes, and what that took up is to be weighed first.
+# [s] of motion for which a setting must have stood before it is called wrong: a program sets it
+# just before or after its gripper closes, and the piece must be weighed first.
 STOOD = 5.0
-# [sd] beyond the interval that is told: who tracks all day is not to be told in 1 of 10 looks.
+# [sd] wider than the reported 90 % interval, which would call 1 of 10 looks wrong all day.
 SURE = 3.0
 LEAST = 0.1  # [kg] that matters to a controller
 
 
 @dataclass(frozen=True, eq=False)
 class Setting:
-    """The payload that the controller is set to, as it says."""
+    """The payload that the controller reports to be set to."""
 
-    # (4,) mass [kg] and its centre at the flange [m]; NaN: it does not say
+    # (4,) mass [kg] and its centre in the flange's axes [m]; NaN: not reported
     payload: Array = field(default_factory=lambda: UNSET)
     stood: float = 0.0  # [s] of motion since that mass was set
 
     @property
     def mass(self) -> float:
-        """[kg]; NaN: the controller does not say."""
+        """Mass that is set [kg]; NaN: not reported."""
         return float(self.payload[0])
 
     def heard(self, told: Array, moved: float) -> Setting:
-        """With what a sample tells, (4,), after `moved` seconds of motion."""
+        """Updated by a sample's setting, (4,), after `moved` seconds of motion."""
         mass = float(told[0])
         if mass != mass:
             return self
@@ -43,24 +43,24 @@ class Setting:
 
 
 def settable(load: Array) -> tuple[float, Array]:
-    """Mass [kg] and its centre at the flange (3,) [m] of a load, (4,), as a controller takes them.
+    """Mass [kg] and its centre (3,) [m] of a load, (4,), as a controller accepts them.
 
-    No mass is below 0, and the centre of what has none to speak of is the flange.
+    The mass is at least 0; without a noticeable mass, its centre is the flange.
     """
     return max(float(load[0]), 0.0), np.nan_to_num(centre_of_mass(load))
 
 
 def tolerance(sd: float) -> float:
-    """By how much a setting may be off a mass that is known to this sd, both in kg."""
+    """Largest accepted error of a setting against a mass known to this sd, both in kg."""
     return max(SURE * sd, LEAST)
 
 
 def agrees(setting: Setting, final: Mapping[str, Any], whole: bool) -> bool:
-    """Whether the controller is set to the load that is tracked, within what is known of it.
+    """Whether the controller is set to the tracked load, within its uncertainty.
 
     Args:
-        final: quantities as a summary has them.
-        whole: the mass counts the tool, as the controller does.
+        final: quantities as in a summary.
+        whole: the mass includes the tool, as the controller's does.
     """
     if not whole or setting.mass != setting.mass:
         return False
@@ -69,17 +69,16 @@ def agrees(setting: Setting, final: Mapping[str, Any], whole: bool) -> bool:
 
 
 def compared(setting: Setting, mass: float, sd: float, whole: bool) -> dict[str, Any] | None:
-    """The setting beside the mass that is tracked, in plain numbers; None: nobody said any.
+    """The setting beside the tracked mass, in plain numbers; None: no setting was reported.
 
-    `off_kg` is by how much more is carried than the controller takes for it, None where that may
-    be nothing. Where the twin's last link has a tool in it that nobody named, the controller's
-    payload counts what is not in the mass that is tracked: only too little shows, and only the
-    least of it.
+    `off_kg` is how much more is carried than the controller assumes, None where it may be 0. Where
+    the twin's last link contains a tool that was not named, the controller's payload includes it
+    and the tracked mass does not: only too small a setting shows, and `off_kg` is a lower bound.
 
     Args:
-        mass: what is tracked [kg].
+        mass: the tracked mass [kg].
         sd: its standard deviation [kg].
-        whole: it counts the tool, as the controller does.
+        whole: it includes the tool, as the controller's does.
     """
     if setting.mass != setting.mass:
         return None
@@ -94,6 +93,6 @@ def compared(setting: Setting, mass: float, sd: float, whole: bool) -> dict[str,
 
 
 def at_the_end(setting: Setting, final: Mapping[str, Any], whole: bool) -> dict[str, Any] | None:
-    """The same when a run is over, by the quantities of its summary."""
+    """The same at a run's end, from the quantities of its summary."""
     load = final["payload.mass"]
     return compared(setting, load["mean"], load["sd"], whole)

@@ -1,4 +1,4 @@
-"""What poses have told of an arm so far, and how a first handful of them begins that."""
+"""What poses have shown of an arm so far, and how the first few initialise it."""
 
 from __future__ import annotations
 
@@ -17,25 +17,25 @@ from urdyn.io.poses import READINGS, Poses
 from urdyn.tracking.conditional_filter import ConditionalBelief
 from urdyn.types import Array, Gaussian, Index, frozen
 
-FINEST = np.array([1e-6, 1e-6])  # [m, rad] numbers of a log are no finer
-STAMPED = 1e-3  # [s] by which stamps of pose and angles may be apart, before data tell
+FINEST = np.array([1e-6, 1e-6])  # [m, rad] resolution of a log's numbers
+STAMPED = 1e-3  # [s] prior sd between the stamps of pose and angles
 
 
 @dataclass(frozen=True, eq=False)
 class Sights:
     """All that is remembered of a stream of poses."""
 
-    gathered: Array  # (n, J + 6) angles and pose of those that nothing was learnt from yet
-    table: Array  # (J, 5) a, alpha, beta, d, theta [m, rad] as believed
+    gathered: Array  # (n, J + 6) angles and pose of those not yet learnt from
+    table: Array  # (J, 5) a, alpha, beta, d, theta [m, rad], estimated
     base: Array  # (4, 4) transform_base_to_world
     tool: Array  # (4, 4) transform_tool_to_flange
     conditional: ConditionalBelief  # of geometry, base, tool; empty before they are known
     noise: Array  # (2,) sd of place [m] and turn [rad]
-    late: float  # [s] sd by which a pose's stamp is off
-    count: float  # poses behind it; 0 before base and tool are known
-    reading: int  # of three angles: one of READINGS
-    q: Array  # (J,) [rad] where the arm was seen last; NaN: nowhere
-    still: bool  # whether it stood there
+    late: float  # [s] sd of a pose's stamp
+    count: float  # poses learnt from; 0 before base and tool are known
+    reading: int  # convention of the three angles, index into READINGS
+    q: Array  # (J,) [rad] where the arm was last seen; NaN: not yet
+    still: bool  # whether it stood still there
     t: float  # [s] then
     doubted: int  # poses in a row that surprised
 
@@ -48,13 +48,13 @@ class Sights:
 class Build:
     """What is known of an arm's geometry before the first pose."""
 
-    start: Placement  # as calibrated, or as drawn; base and tool anywhere
+    start: Placement  # as calibrated, or as drawn; base and tool arbitrary
     prior: Gaussian  # (P,) deviations from the drawing [m, rad]
-    own: bool  # the poses are the controller's: of its own calibration, in its own base
+    own: bool  # the poses are the controller's: by its own calibration, in its own base
 
     @property
     def columns(self) -> Index:
-        """Which of a placement's unknowns are believed in: geometry, base, tool."""
+        """Which of a placement's unknowns are estimated: geometry, base, tool."""
         first = len(self.prior.mean)
         base = np.arange(0 if self.own else 6) + first
         return np.concatenate([np.arange(first), base, np.arange(6) + first + 6])
@@ -67,18 +67,18 @@ class Build:
 
     @property
     def precision(self) -> Array:
-        """Of the prior of all columns."""
+        """Prior precision of all columns."""
         Lambda = np.eye(len(self.columns)) / ANYWHERE**2
         first = len(self.prior.mean)
         Lambda[:first, :first] = np.linalg.inv(self.prior.cov)
         return Lambda
 
     def placement(self, sights: Sights) -> Placement:
-        """The arm as believed."""
+        """The arm as estimated."""
         return replace(self.start, table=sights.table, base=sights.base, tool=sights.tool)
 
     def moved(self, sights: Sights, step: Array) -> Sights:
-        """After a step of what is believed in, (p,)."""
+        """After a step of the estimated unknowns, (p,)."""
         whole = np.zeros(self.start.size)
         whole[self.columns] = step
         at = self.placement(sights).moved(whole)
@@ -86,7 +86,7 @@ class Build:
 
 
 def nothing_seen(joints: int) -> Sights:
-    """Before the first pose."""
+    """The state before the first pose."""
     empty = ConditionalBelief(np.zeros((0, 0)), np.zeros((0, 0)), np.zeros(0), np.zeros((0, 0)))
     return Sights(
         gathered=np.zeros((0, joints + 6)),
@@ -106,12 +106,12 @@ def nothing_seen(joints: int) -> Sights:
 
 
 def begun(build: Build, sights: Sights, z: Gaussian) -> Sights | None:
-    """The belief that the gathered poses begin; None where they do not tell base and tool yet.
+    """The belief initialised by the gathered poses; None while base and tool are unidentifiable.
 
-    By the same fit as `urdyn calibrate`, given the joints' zeros that the currents believe in.
+    It is the fit of `urdyn calibrate`, given the joints' zeros as believed by the currents.
 
     Args:
-        z: joints' zeros, (J,); of no joint where the poses know nothing of them.
+        z: joints' zeros, (J,); empty where the poses do not depend on them.
     """
     joints = build.start.table.shape[0]
     q, place, angles = np.split(sights.gathered, [joints, joints + 3], axis=1)
@@ -147,7 +147,7 @@ def begun(build: Build, sights: Sights, z: Gaussian) -> Sights | None:
 
 
 def _exact(build: Build, at: Placement, poses: Poses, noise: Array) -> tuple[Array, Array]:
-    """The last step of the fit, with a prior whose entries may belong together, and covariance."""
+    """The last step of the fit, with a correlated prior, and its covariance."""
     e = residuals(at, poses.q, poses.place, poses.turn)
     told = moments(at, poses.q, poses.place, poses.turn, weights(e, noise)).only(build.columns)
     offset = np.zeros(len(build.columns))
@@ -161,7 +161,7 @@ def _exact(build: Build, at: Placement, poses: Poses, noise: Array) -> tuple[Arr
 
 
 def _conditional(build: Build, cov: Array, z: Gaussian) -> ConditionalBelief:
-    """The belief given z: poses tell theta + z, so that theta gives way as far as they hold it."""
+    """The belief given z: poses measure theta + z, so theta yields to z as far as they hold it."""
     zeros = np.zeros((len(cov), len(z.mean)))
     if len(z.mean):
         zeros[build.zeros, range(len(z.mean))] = 1.0

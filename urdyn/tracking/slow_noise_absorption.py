@@ -1,12 +1,12 @@
-"""What slow noise takes of a signature before innovations show the rest.
+"""How much of a signature slow noise absorbs before innovations show the rest.
 
-A filter that has slow noise among its states takes part of what it does not know for that. With
-psi the row of such a change in the white currents, and w that of slow noise, the innovations show
-of one unit of it [Willsky1976]_
+A filter with slow noise among its states attributes part of an unmodelled change to that. With psi
+the change's row in the white currents and w that of slow noise, the innovations show of one unit
+of the change [Willsky1976]_
 
     phi = psi - w tau,    tau' = exp(-dt / MEMORY) (tau + k phi),
 
-where tau is what slow noise has taken so far, and k the gain of a filter that knows all else.
+where tau is what slow noise has absorbed so far, and k the gain of a filter that knows all else.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from urdyn.types import Array, Mask, changed, frozen
 
 @dataclass(frozen=True, eq=False)
 class SlowNoiseAbsorption:
-    """What slow noise has taken of k signatures in each joint's current."""
+    """What slow noise has absorbed of k signatures in each joint's current."""
 
     taken: Array  # (J, k) tau [A]
     variance: Array  # (J,) of slow noise, as such a filter knows it [A²]
@@ -34,24 +34,24 @@ class SlowNoiseAbsorption:
 
 
 def no_absorption(joints: int, signatures: int) -> SlowNoiseAbsorption:
-    """Of what begins now."""
+    """The absorption of changes that begin now."""
     return SlowNoiseAbsorption(np.zeros((joints, signatures)), np.zeros(joints))
 
 
 def after_absorption(
     before: SlowNoiseAbsorption, white: RobotSlice, rows: Array, known: Mask, dt: float
 ) -> tuple[Array, SlowNoiseAbsorption]:
-    """What innovations show of signatures, (J, k) [A], and what slow noise has taken after them.
+    """What innovations show of signatures, (J, k) [A], and the absorption after them.
 
     Args:
-        white: the slice after the filter that made its noise white; its slow noise is known.
+        white: the whitened slice; its slow noise is known.
         rows: the signatures in its currents, (J, k) [A].
         known: joints whose current was measured, (J,).
     """
     assert white.stray is not None, "slow noise is known"
     w, kept = white.one, exp(-dt / MEMORY)
     variance = kept**2 * before.variance + (1.0 - kept**2) * white.stray**2
-    covariance = w * variance  # of slow noise and what it makes of the current
+    covariance = w * variance  # of slow noise with its part of the current
     gain = known * covariance / (w * covariance + white.power)
     taken = kept * before.taken
     left = rows - w[:, None] * taken

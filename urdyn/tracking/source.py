@@ -1,4 +1,4 @@
-"""Where samples come from: a recording, or a robot that is at work now."""
+"""Where samples come from: a recording, or a live robot."""
 
 from __future__ import annotations
 
@@ -25,16 +25,16 @@ from urdyn.signal.stretches import GAP
 from urdyn.types import Log
 
 SCHEME, ROS2 = "rtde://", "ros2://"
-ADDRESS = re.compile(r"\d+(\.\d+){3}(:\d+)?|[\w.-]+:\d+")  # of a robot, and hardly of a log
+ADDRESS = re.compile(r"\d+(\.\d+){3}(:\d+)?|[\w.-]+:\d+")  # of a robot, and hardly a log's name
 CHANNELS = ("actual_q", "actual_qd", "actual_current", "joint_temperatures")
-PAUSE = 0.1  # [s] longer without a package, and how long they take is learnt anew
-DRIFT = 1e-4  # [-] by which two clocks may differ in pace
-# [s] between packages: up to that, their reader does not sleep between two. On two processors of
-# a busy host its samples took half as long again if it did, and 1 in 100 three times as long.
+PAUSE = 0.1  # [s] without a package, after which their delay is estimated anew
+DRIFT = 1e-4  # [-] by which the rates of two clocks may differ
+# [s] between packages up to which their reader does not sleep. On two processors of a busy host,
+# samples took half as long again if it slept, and 1 in 100 three times as long.
 AWAKE = 4e-3
-JUDGED = 3.0  # [s] at first, in which a robot shows how often it sends
-LATEST = 1.0  # [s] that the last sample may come late
-LOOK = 0.1  # [s] between looks for the end, while nothing comes
+JUDGED = 3.0  # [s] at first, over which a robot's rate is measured
+LATEST = 1.0  # [s] by which the last sample may be late
+LOOK = 0.1  # [s] between checks for the end, while nothing comes
 RTDE_JOINTS = 6
 SELDOM = (
     "sends {:.2g} samples a second where {:g} were agreed; so far apart they tell nothing: "
@@ -46,7 +46,7 @@ Tell = Callable[[str], None]
 
 
 def nobody(said: str) -> None:
-    """Hears nothing."""
+    """A `Tell` that ignores what it is told."""
 
 
 @dataclass(frozen=True)
@@ -54,29 +54,29 @@ class Arrival:
     """A sample, and when it came."""
 
     sample: Sample
-    received: float  # [s] on this computer's monotonic clock; NaN: it was there all along
-    reset: bool = False  # somebody asked to begin anew before it
-    ahead: float = 0.0  # [s] by which its stamp is ahead of a robot's clock that was set
+    received: float  # [s] on this computer's monotonic clock; NaN: recorded
+    reset: bool = False  # a restart was requested before it
+    ahead: float = 0.0  # [s] by which its stamp is ahead of the robot's clock, if that was set
 
 
 @dataclass(frozen=True, eq=False)
 class Source:
-    """A stream of samples that can be begun at any of them, where they are recorded."""
+    """A stream of samples; a recorded one can start at any of them."""
 
     name: str  # as the user named it
-    identity: str  # sha256 and rows of a log, address of a robot: what a resumed run compares
+    identity: str  # sha256 and rows of a log, or a robot's address: a resumed run compares it
     sha256: str  # of a log's bytes; "" of a live robot
-    period: float  # [s] between samples, as a rule
+    period: float  # [s] nominal, between samples
     joints: int
     live: bool
-    length: int  # samples; 0: nobody knows
-    start: Callable[[int], Iterator[Arrival]]  # from this sample on; a live one begins now
-    close: Callable[[], None]  # end a live stream in good order, from any thread
-    defects: tuple[str, ...] = ()  # damage that was met while it was read
-    velocities: bool = True  # are measured
-    beside: frozenset[str] = frozenset()  # streams that its samples may bring along
-    glimpse: Log | None = None  # a few rows of a log, by which it is told whose they are
-    tell: Tell = nobody  # hears of a robot that is lost or back, and of what its run will lack
+    length: int  # samples; 0: unknown
+    start: Callable[[int], Iterator[Arrival]]  # from this sample on; a live one starts now
+    close: Callable[[], None]  # end a live stream cleanly, from any thread
+    defects: tuple[str, ...] = ()  # damage found while reading it
+    velocities: bool = True  # whether they are measured
+    beside: frozenset[str] = frozenset()  # streams that its samples may contain
+    glimpse: Log | None = None  # a few rows of a log, to tell whose it is
+    tell: Tell = nobody  # told of a robot that is lost or back, and of what its run will lack
 
 
 def open_source(
@@ -91,10 +91,9 @@ def open_source(
 ) -> Source:
     """The source that `text` names: a log, rtde://HOST[:PORT] or ros2://TOPIC.
 
-    `rate` [Hz] is that of a log without time stamps, or what a controller is asked for; `duration`
-    [s] ends the stream; `effort` tells what a bag's efforts are; `beside` names the streams of
-    `BESIDE` that are wanted, where there are any; `tell` hears of a robot that is lost, is back, or
-    begins anew.
+    `rate` [Hz] is that of a log without time stamps, or is requested from a controller; `duration`
+    [s] ends the stream; `effort` says what a bag's efforts are; `beside` names streams of `BESIDE`
+    to read where available; `tell` is told of a robot that is lost, is back, or restarts.
     """
     if not all(x is None or 0 < x < np.inf for x in (duration, rate)):
         raise InputError("duration and rate are to be above 0, and finite")
@@ -122,7 +121,7 @@ def _robot(
     name: str, rate: float | None, duration: float | None, beside: Collection[str], tell: Tell
 ) -> Source:
     host, port = parse_address(name)
-    # Its own poses tell whose it is, whether or not they are listened to.
+    # Its own poses tell which arm it is, whether or not they are used as a stream.
     asked = [*SETTING, *(BESIDE[stream] for stream in (POSE, *beside))]
     names, optional = ("timestamp", *CHANNELS, *asked), (CHANNELS[1], CHANNELS[3], *asked)
     client = connect(host, port, names, rate, optional=optional, awake=AWAKE)
@@ -152,9 +151,9 @@ def _robot(
 
 @contextmanager
 def _closed_after(duration: float | None, client: Client) -> Iterator[None]:
-    """A robot that is slow, or gone, is not waited for much longer than its time [s].
+    """Wait little longer than `duration` [s] for a robot that is slow or gone.
 
-    What it had sent by then is read, however late.
+    What it has sent by then is read, however late.
     """
     if duration is None:
         yield
@@ -175,16 +174,16 @@ def _closed_after(duration: float | None, client: Client) -> Iterator[None]:
 
 
 def _heard(client: Client, tell: Tell) -> Iterator[Arrival]:
-    """What a controller sends, read between samples: a thread would only take turns with them.
+    """A controller's samples, read between steps: a thread would only compete with these.
 
-    When a package came is told by the controller's clock, beside the quickest package of late:
-    that counts how long it waited to be read.
+    A package's arrival time is its stamp plus the smallest recent delay, so that the time it
+    waited to be read counts.
     """
-    behind, before = np.inf, np.nan  # [s] of the controller's clock, and its last stamp
+    behind, before = np.inf, np.nan  # [s] our clock minus the controller's, and its last stamp
     for package in _paced(_packages(client, tell), client.agreement.period, tell):
         sample, read = _sample(client.agreement.recipe.unpack(package.values)), package.received
         if not credible(sample.t):
-            continue  # it is missed, as if it had been lost
+            continue  # counts as lost
         passed = sample.t - before
         known = behind + DRIFT * passed if 0.0 < passed < PAUSE else np.inf
         behind, before = min(known, read - sample.t), sample.t
@@ -192,7 +191,7 @@ def _heard(client: Client, tell: Tell) -> Iterator[Arrival]:
 
 
 def _paced(packages: Iterator[Package], period: float, tell: Tell) -> Iterator[Package]:
-    """The packages; `tell` hears where the first seconds' are too far apart to learn from."""
+    """The packages; `tell` is told if those of the first seconds are too sparse to learn from."""
     first, count = np.nan, 0
     for package in packages:
         yield package
@@ -206,7 +205,7 @@ def _paced(packages: Iterator[Package], period: float, tell: Tell) -> Iterator[P
 
 
 def _packages(client: Client, tell: Tell) -> Iterator[Package]:
-    """A controller's packages; `tell` hears when it is lost, and when it is back."""
+    """A controller's packages; `tell` is told when it is lost, and when it is back."""
     lost = False
     for event in client.events():
         match event:
@@ -225,7 +224,7 @@ def _sample(values: dict[str, Any]) -> Sample:
     t = float(values["timestamp"])
     q, v, current, temperature = (values.get(name, nothing) for name in CHANNELS)
     told = ((stream, values.get(name)) for stream, name in BESIDE.items())
-    whole = values.keys() >= SETTING.keys()  # controllers know both, or none
+    whole = values.keys() >= SETTING.keys()  # controllers report both or neither
     beside = {
         stream: np.concatenate([[t], six, *([q] if stream == POSE else [])])[None]
         for stream, six in told
@@ -243,9 +242,9 @@ def now() -> float:
 def was_set(step: float, received: float) -> bool:
     """Whether a clock was set between two stamps, the second `step` [s] after the first.
 
-    So it was where it ran backwards, or on by more than the time since the first came.
+    It was if it ran backwards, or forwards by more than the time since the first arrived.
 
     Args:
-        received: when that was [s]; NaN: nobody knows.
+        received: when the first arrived [s]; NaN: unknown.
     """
     return step < 0.0 or step - (now() - received) > SET
