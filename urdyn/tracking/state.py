@@ -1,4 +1,4 @@
-"""What a tracker remembers from sample to sample, and how it forgets."""
+"""What a tracker remembers from sample to sample, and how it rolls back or restarts."""
 
 from __future__ import annotations
 
@@ -27,29 +27,29 @@ class TrackerState(Generic[S]):
     causal: CausalState
     belief: S
     t: float  # [s] of the last instant; -inf before the first
-    waited: float  # [s] for which parameters have not moved by then
+    waited: float  # [s] since parameters were last moved, at that instant
     joints: JointState
     evidence: Evidence  # of abrupt changes in the last seconds
     changed_at: float  # [s] when an abrupt change was last assumed
-    widened: float  # [s] and when that was another payload, or the belief began anew
+    widened: float  # [s] when another payload was last reported, or the belief reset
     colour: Colour  # of the noise
     variance_ratio: Array  # (J,) [-] variance of the last innovation over that of its noise
     past: PastBeliefs[S]
-    heard: tuple[Heard[Any], ...]  # of each stream beside the joints' sensors
+    heard: tuple[Heard[Any], ...]  # one per stream beside the joints' sensors
     payload: Array  # (10,) what is carried, roughly
     changed_drives: Mask  # (J,) drives that changed abruptly since commissioning
-    stuck: Array  # (J,) currents that stayed the same while their joint slid, left out
+    stuck: Array  # (J,) number of currents left out, as they stayed the same while the joint slid
     passed: float = 0.0  # [s] of the run
     moved: float = 0.0  # [s] of its motion
     rest: Rest = field(default_factory=Rest)  # the last one
     implausible: ImplausibleLoads = field(default_factory=ImplausibleLoads)  # hold by hold
-    load: PayloadHypotheses = field(default_factory=no_hypotheses)  # before it was learnt anew
-    undrawn: int = 0  # currents that no motor draws, left out
-    restarts: int = 0  # with the commissioned arm, where no arm was believed in any more
+    load: PayloadHypotheses = field(default_factory=no_hypotheses)  # from before learning it anew
+    undrawn: int = 0  # number of currents left out, as no motor draws them
+    restarts: int = 0  # resets to the commissioned arm, as the belief was not credible
 
 
 def rolled_back(state: TrackerState[S]) -> TrackerState[S]:
-    """Without what was learnt since before a change had an effect."""
+    """The state without what was learnt since before a change had an effect."""
     before = state.past.rollback
     return replace(state, belief=before.belief, colour=unlearnt(state.colour, before.colour))
 
@@ -57,7 +57,7 @@ def rolled_back(state: TrackerState[S]) -> TrackerState[S]:
 def with_encoder_jump(
     state: TrackerState[S], filter_: Filter[S], zeros: slice, shift: Array
 ) -> TrackerState[S]:
-    """With encoders whose zeros jumped, (J,) [rad], in every belief, past ones as well."""
+    """The state after encoders' zeros jumped, (J,) [rad], in every belief, past ones included."""
 
     def moved(belief: S) -> S:
         return shifted(filter_, belief, zeros, -shift)
@@ -66,7 +66,7 @@ def with_encoder_jump(
 
 
 def begun_anew(state: TrackerState[S], first: TrackerState[S]) -> TrackerState[S]:
-    """As at `first`, but for what is counted as long as a run lasts."""
+    """The state as at `first`, except for counts over the whole run."""
     return replace(
         first,
         causal=replace(first.causal, refused=state.causal.refused),
@@ -77,7 +77,7 @@ def begun_anew(state: TrackerState[S], first: TrackerState[S]) -> TrackerState[S
 
 
 def restarted(state: TrackerState[S], first: TrackerState[S]) -> TrackerState[S]:
-    """With the arm as it is believed in at `first`, and whatever it carries."""
+    """The state with its beliefs reset to those of `first`, whatever the arm carries."""
     known = first.past.rollback
     return replace(
         state,

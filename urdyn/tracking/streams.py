@@ -1,7 +1,7 @@
 """Streams beside the joints' own sensors, each at a rate of its own and used when it arrives.
 
-What comes waits until the motion has been estimated up to its stamp, which takes half a window of
-samples. A row that holds NaN, or none at all, leaves everything else as it is.
+A row waits until the motion has been estimated up to its stamp, which takes half a window of
+samples. A row with NaN, or a missing one, leaves everything else as it is.
 """
 
 from __future__ import annotations
@@ -21,8 +21,8 @@ from urdyn.tracking.beliefs import marginal
 from urdyn.tracking.conditional_filter import SharedMeasurement
 from urdyn.types import Array, Gaussian, Index
 
-MOST = 500  # rows that wait: more, and no motion is coming
-NEAR = 1.5  # periods from an instant, within which its motion tells the angles at a stamp
+MOST = 500  # rows that may wait: with more, no motion is coming
+NEAR = 1.5  # periods from an instant, within which its motion gives the angles at a stamp
 
 NO_STATES = RandomWalk((), Gaussian(np.zeros(0), np.zeros((0, 0))), np.zeros(0))
 
@@ -32,20 +32,20 @@ S = TypeVar("S")
 
 @dataclass(frozen=True, eq=False)
 class Heard(Generic[A]):
-    """A stream so far."""
+    """The state of a stream."""
 
     waiting: Array  # (n, width) rows that the motion has not reached
     state: A
 
     def with_more(self, rows: Array | None) -> Heard[A]:
-        """With what a sample brought."""
+        """With a sample's rows added."""
         if rows is None or not len(rows):
             return self
         return replace(self, waiting=np.concatenate([self.waiting, rows])[-MOST:])
 
 
 class Stream(Protocol[A]):
-    """Makes of each row what it tells of the arm; what it knows is a value that goes on with it."""
+    """Turns rows into measurements of the arm; its state is a value that is passed along."""
 
     @property
     def name(self) -> str:
@@ -53,38 +53,38 @@ class Stream(Protocol[A]):
 
     @property
     def width(self) -> int:
-        """Of a row: its stamp [s], six numbers, and what is behind them."""
+        """Width of a row: its stamp [s], six numbers, and what follows them."""
 
     @property
     def shared(self) -> str:
-        """Group of the currents' states that it tells of too; "": none."""
+        """Group of the currents' states that it measures too; "": none."""
 
     @property
     def own(self) -> RandomWalk:
-        """States that the currents' filter is to have for it, beside those."""
+        """Further states that the currents' filter is to have for it."""
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Of the quantities that it alone tells of."""
+        """Names of the quantities that it alone estimates."""
 
     @property
     def units(self) -> tuple[str, ...]:
-        """One a name."""
+        """One unit per name."""
 
     def init(self) -> A:
-        """Nothing heard yet."""
+        """The state before any row."""
 
     def take(
         self, state: A, now: Instant, row: Array, z: Gaussian
     ) -> tuple[A, SharedMeasurement | None]:
-        """One row on, with the motion at its stamp and the belief in what is shared, and its own.
+        """Take one row, with the motion at its stamp and the belief z in shared and own states.
 
         Returns:
-            What the row is to the currents' filter; None where it says nothing to it.
+            The state, and the row as a measurement for the currents' filter; None where it is none.
         """
 
     def settled(self, state: A, z: Gaussian) -> A:
-        """After the currents' filter has taken that up."""
+        """The state after the currents' filter was updated by that measurement."""
 
     def estimates(self, state: A) -> tuple[Array, Array]:
         """Means and standard deviations of the quantities; NaN while there are none."""
@@ -92,15 +92,15 @@ class Stream(Protocol[A]):
 
 @dataclass(frozen=True, eq=False)
 class Moment:
-    """An instant, as the streams look at it."""
+    """An instant, as the streams see it."""
 
-    now: Instant  # stamped where its angles are
+    now: Instant  # stamped at the time of its angles
     period: float  # [s]
-    at: Index  # (z,) states that are shared, and the stream's own
+    at: Index  # (z,) shared states, and the stream's own
 
 
 def first(stream: Stream[A]) -> Heard[A]:
-    """Before the first row."""
+    """The stream before its first row."""
     return Heard(np.zeros((0, stream.width)), stream.init())
 
 
@@ -136,7 +136,7 @@ def assimilated(
 
 
 def _at(now: Instant, t: float) -> Instant:
-    """The motion a moment before or after the instant."""
+    """The motion extrapolated to t, just before or after the instant."""
     dt = t - now.t
     q = now.q + dt * (now.v + 0.5 * dt * now.a)
     return replace(now, t=t, q=q, v=now.v + dt * now.a)

@@ -1,4 +1,4 @@
-"""What a run found, as `urdyn track --json` prints it."""
+"""A run's results, as `urdyn track --json` prints them."""
 
 from __future__ import annotations
 
@@ -20,23 +20,23 @@ S = TypeVar("S")
 
 @dataclass(frozen=True, eq=False)
 class Summary:
-    """A run that is over, in plain numbers; fields are named as the document's keys."""
+    """A finished run in plain numbers; fields are named as the document's keys."""
 
     robot: str
     samples: int
-    lost: int | None  # samples that a live source did not send, since the run began; None: recorded
+    lost: int | None  # samples that a live source did not send, over the run; None: recorded
     data_s: float  # from the first stamp to the last
     wall_s: float
-    rate_hz: float  # samples a second of computing
+    rate_hz: float  # samples per second of computing
     latency_ms: Mapping[str, float]
-    rss_mb: float  # memory at its peak
+    rss_mb: float  # peak memory
     filter: str
     mode: str
-    final: Mapping[str, Any]  # of each quantity its mean, sd and unit
+    final: Mapping[str, Any]  # mean, sd and unit of each quantity
     quantities: Mapping[str, Any]  # margins, power and predictive error, joint by joint
     quality: Mapping[str, Any]  # of the stream
     payload_changes: list[float]  # [s]
-    payload_setting: Mapping[str, Any] | None  # of the controller; None: it does not say
+    payload_setting: Mapping[str, Any] | None  # of the controller; None: not reported
 
     def plain(self) -> dict[str, Any]:
         """The document."""
@@ -52,7 +52,7 @@ def final(tracker: Tracker[S], of: Quantities, at: Checkpoint[S]) -> dict[str, A
 
 
 def quality(tracker: Tracker[S], source: Source, at: Checkpoint[S]) -> dict[str, Any]:
-    """What the stream lacked, which joints ended it, and how often it was not this arm's."""
+    """What the stream lacked, which joints' loss ended it, and how often it was not this arm's."""
     counts = at.state.causal.refused, at.state.undrawn
     lacked = as_plain(at.losses, *counts, source.defects, at.index)
     return lacked | {
@@ -65,7 +65,7 @@ def quality(tracker: Tracker[S], source: Source, at: Checkpoint[S]) -> dict[str,
 
 
 def _lost(tracker: Tracker[S], at: Checkpoint[S]) -> dict[str, Any] | None:
-    """Since when nothing is tracked, and for lack of which joints' angles; None: it is."""
+    """Since when tracking has stopped, and for lack of which joints' angles; None: it goes on."""
     t, lacking, _ = tracker.missed(at.state)
     if not (lacking.any() and at.state.t < t):
         return None

@@ -37,13 +37,13 @@ from urdyn.types import Array, Gaussian, Index, Mask, changed
 
 S = TypeVar("S")
 
-# Times what they were at commissioning: no arm's drive is beyond that, whatever befell it.
+# Factors on the commissioned values that no drive exceeds, whatever happens to it.
 CREDIBLE = {"f": (0.15, 50.0), "alpha": (0.05, 50.0), "z": (0.3, 1.5)}
 
 
 @dataclass(frozen=True, eq=False)
 class _Update(Generic[S]):
-    """What an instant was compared with, and what was learnt from it."""
+    """An instant, what it was compared with, and what was learnt from it."""
 
     now: Instant
     motion: JointMotion
@@ -55,15 +55,15 @@ class _Update(Generic[S]):
 
 @dataclass(frozen=True, eq=False)
 class Tracker(Generic[S]):
-    """A twin's filter over a stream of samples; settings only, the state is passed along."""
+    """A twin's filter over a stream of samples; holds settings only, the state is passed along."""
 
     fit: Fit
     filter: Filter[S]
-    period: float  # [s] between samples, as a rule
+    period: float  # [s] nominal, between samples
     drift: Drift | None = None
-    network: Network | None = None  # whose edges say what leads, and what shows; None: the paper's
+    network: Network | None = None  # what leads what, and what is observed; None: the paper's
     streams: tuple[Stream[Any], ...] = ()  # beside the joints' own sensors
-    velocities: bool = True  # are measured
+    velocities: bool = True  # whether they are measured
 
     @cached_property
     def model(self) -> Joined[RobotSlice]:
@@ -73,26 +73,26 @@ class Tracker(Generic[S]):
 
     @cached_property
     def _still(self) -> Joined[RobotSlice]:
-        """The same slice while nothing moves."""
+        """The same slice with parameters that do not move."""
         names, prior = self.model.names, self.model.prior
         return Joined(RandomWalk(names, prior, np.zeros(len(names))), self.currents)
 
     @cached_property
     def currents(self) -> RobotCurrents:
-        """Its observation."""
+        """The model's observation."""
         observation = self.model.observation
         assert isinstance(observation, RobotCurrents)
         return observation
 
     @cached_property
     def beside(self) -> tuple[tuple[str, str], ...]:
-        """Names and units of what the other streams alone tell of."""
+        """Names and units of the other streams' own quantities."""
         pairs = (zip(s.names, s.units, strict=True) for s in self.streams)
         return tuple(pair for of in pairs for pair in of)
 
     @cached_property
     def _detector(self) -> ChangeDetector[S]:
-        """Who looks out for what befalls the arm."""
+        """Detects abrupt changes of the arm."""
         places, drive = self.currents.places, self.fit.dynamics.drive
         tool = float(self.fit.dynamics.payload[0])
         process = self.model.process
@@ -110,13 +110,13 @@ class Tracker(Generic[S]):
 
     @cached_property
     def _whitener(self) -> ResidualWhitener[S]:
-        """Who compares its currents with what is supposed."""
+        """Compares currents with the hypothesis."""
         drive = self.fit.dynamics.drive
         return ResidualWhitener(self.filter, self.model, self.currents, drive, self.period)
 
     @cached_property
     def _told(self) -> tuple[Index, ...]:
-        """States that each stream tells of: those that it shares, and its own."""
+        """States that each stream measures: shared ones, and its own."""
         groups = {"": slice(0)} | self.currents.places
         own = [[self.model.names.index(name) for name in s.own.names] for s in self.streams]
         shared = [np.r_[groups[s.shared]] for s in self.streams]
@@ -154,14 +154,14 @@ class Tracker(Generic[S]):
     def step(
         self, state: TrackerState[S], sample: Sample
     ) -> tuple[TrackerState[S], Reading | None]:
-        """One sample on; a reading once the causal window is full."""
+        """Take one sample; gives a reading once the causal window is full."""
         causal, instant = self._causal.step(state.causal, sample)
         if self.streams:
             state = replace(state, heard=self._with_more(state.heard, sample))
         if instant is None:
             return replace(state, causal=causal), None
-        shift = np.nan_to_num(instant.shift)  # told once, whatever else is missing
-        if np.count_nonzero(shift) and not self._detector.poses:  # poses tell of it before
+        shift = np.nan_to_num(instant.shift)  # reported once, whatever else is missing
+        if np.count_nonzero(shift) and not self._detector.poses:  # poses have shown it before
             state = with_encoder_jump(state, self.filter, self.currents.places["k"], shift)
         if not np.isfinite([instant.q, instant.v, instant.a]).all():
             return replace(state, causal=causal), None
@@ -174,13 +174,13 @@ class Tracker(Generic[S]):
 
     @property
     def enough(self) -> int:
-        """Samples in a row, from which on there are readings."""
+        """Samples in a row that it takes to give readings."""
         return self._causal.fit.samples
 
     def missed(self, state: TrackerState[S]) -> tuple[float, Mask, Array]:
-        """Where there was no reading: the instant [s], and what it lacked and had, (J,) each.
+        """An instant without a reading: its time [s], missing angles and currents, (J,) each.
 
-        That is which joints' angles were none, and currents [A].
+        The angles as a mask of joints, the currents in [A].
         """
         return self._causal.missed(state.causal)
 
@@ -195,10 +195,10 @@ class Tracker(Generic[S]):
         motion = joint_motion(state.joints, now, dt, self.fit.dynamics.drive, self.period)
         hypothesis = self._detector.hypothesis(state, now.t, motion.moving)
         waited = state.waited + motion.passed
-        # Where samples are many, no one of them both looks and moves: each takes its time.
+        # At high rates, no sample both looks for changes and moves parameters: both take time.
         due = waited >= STRIDE * (1 + hypothesis.detection.looked)
         moves = hypothesis.resets or hypothesis.widening is not None or due
-        # By what is carried as it was told: an estimate's noise would load the gears.
+        # With the payload as reported: an estimate's noise would enter the gears' load.
         about = self._detector.carrying(hypothesis.mean, hypothesis.payload)
         u = self._whitener.inputs(now, motion, hypothesis, about, waited if moves else 0.0)
         currents = self._whitener.whitened(now, motion, hypothesis, u, state.variance_ratio)
@@ -211,7 +211,7 @@ class Tracker(Generic[S]):
         after = self._after(state, causal, update)
         widened = after.load.told and not hypothesis.load.told
         astray = not self._credible(belief)
-        if astray:  # and what was believed of the payload is not believed in any more, either
+        if astray:  # a reported change of payload is not believed any more, either
             after, widened = restarted(after, self.init()), False
         return after, Reading(
             t=now.t,
@@ -230,9 +230,9 @@ class Tracker(Generic[S]):
         )
 
     def _since(self, state: TrackerState[S], t: float) -> tuple[TrackerState[S], float]:
-        """The time since the last instant [s], and the state after a gap, if it was one."""
+        """The state, reset as needed after a gap, and the time since the last instant [s]."""
         dt = t - state.t
-        if dt <= 0.0:  # a clock that was set, or a controller that began anew: who knows how long
+        if dt <= 0.0:  # the clock was set, or the controller restarted: unknown time
             state = replace(
                 state,
                 changed_at=-np.inf,
@@ -243,7 +243,7 @@ class Tracker(Generic[S]):
                 joints=long_ago(state.joints),
             )
             dt = LONGEST
-        if GAP * self.period < dt < np.inf:  # noise has no past
+        if GAP * self.period < dt < np.inf:  # the noise's past does not count
             noise, rest = colour.interrupted(state.colour), state.rest.unseen(dt)
             state = replace(state, colour=noise, rest=rest)
         return state, dt
@@ -251,7 +251,7 @@ class Tracker(Generic[S]):
     def _after(
         self, state: TrackerState[S], causal: CausalState, update: _Update[S]
     ) -> TrackerState[S]:
-        """The state once an instant was learnt from."""
+        """The state after learning from an instant."""
         now, motion, hypothesis = update.now, update.motion, update.hypothesis
         currents, belief, innovation = update.currents, update.belief, update.innovation
         ratio, noise = self._whitener.noise(currents, innovation, state.variance_ratio)
@@ -298,14 +298,14 @@ class Tracker(Generic[S]):
         )
 
     def _credible(self, belief: S) -> bool:
-        """Whether its drives can be an arm's; data of another arm, or of none, lead astray."""
+        """Whether its drives can be an arm's; data of another arm, or of none, spoil them."""
         low, high = self._limits
         mean = beliefs.mean(self.filter, belief)
         return bool(((low < mean) & (mean < high)).all())
 
     @cached_property
     def _limits(self) -> tuple[Array, Array]:
-        """What every state is more, and less than, (n,) each."""
+        """Lower and upper limits of all states, (n,) each."""
         low = np.full(len(self.model.names), -np.inf)
         high = -low
         for group, (least, most) in CREDIBLE.items():
@@ -316,9 +316,9 @@ class Tracker(Generic[S]):
     def _listened(
         self, state: TrackerState[S], reading: Reading
     ) -> tuple[TrackerState[S], Reading]:
-        """What the other streams have told up to this instant."""
+        """Update by the other streams' rows up to this instant."""
         lead = self.fit.dynamics.drive.time_offset
-        now = replace(reading.instant, t=reading.t + lead)  # where its angles are
+        now = replace(reading.instant, t=reading.t + lead)  # when its angles were
         belief, heard = state.belief, []
         for stream, at, h in zip(self.streams, self._told, state.heard, strict=True):
             moment = Moment(now, self.period, at)
@@ -329,11 +329,11 @@ class Tracker(Generic[S]):
         return state, replace(reading, believed=believed, told=told)
 
     def believed(self, state: TrackerState[S]) -> Gaussian:
-        """All states, (n,), as they are told: whatever may be carried."""
+        """Reported belief in all states, (n,), over the hypotheses of the payload."""
         return self._detector.payload_belief.believed(state)
 
     def estimates_beside(self, state: TrackerState[S]) -> tuple[Array, Array]:
-        """Means and standard deviations of what the other streams tell of by themselves."""
+        """Means and standard deviations of the other streams' own quantities."""
         pairs = [s.estimates(h.state) for s, h in zip(self.streams, state.heard, strict=True)]
         means, sds = zip(*pairs, strict=True) if pairs else ((), ())
         return np.concatenate([*means, []]), np.concatenate([*sds, []])

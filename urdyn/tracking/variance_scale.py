@@ -1,14 +1,13 @@
 """Scale of the variance that the model states for uncertain motions, estimated from innovations.
 
-Of a joint that starts, rests or turns round nobody knows how it is gripped, and of one that is
-accelerated ever more, how far its acceleration is off. The slice states a variance u of both, for
-arms of any kind; here is how many times as much it is on this arm, c. With e the innovation, S its
-variance and r = u / S,
+When a joint starts, rests or reverses, its friction is uncertain, and under changing acceleration
+so is the estimate of that. The slice states a variance u for each, for arms of any kind; here its
+factor c on this arm is estimated. With e the innovation, S its variance and r = u / S,
 
     E e² - (S - c u) = c u,    c = (PRIOR + sum r² (e² - S + c u) / u) / (PRIOR + sum r²)
 
-which weighs every sample by what it tells. An arm that starts as its model does is known as well
-there as anywhere; of one that sticks, no less is doubted than it sticks.
+which weighs every sample by its information. So an arm that starts as its model does is trusted
+there as anywhere, and one that sticks is doubted as much as it sticks.
 """
 
 from __future__ import annotations
@@ -19,24 +18,24 @@ import numpy as np
 
 from urdyn.types import Array, changed
 
-PRIOR = 0.1  # [s] of such doubt, that what is stated counts for
-LEARN = 10.0  # [s] of it over which it is averaged
+PRIOR = 0.1  # [s] of such motion that the stated variance counts as
+LEARN = 10.0  # [s] of such motion to average over
 CLIP = 3.0  # [sd] beyond which an innovation counts as that large
 TOLD = 0.05  # [-] of an innovation's variance: a smaller part tells nothing
-LEAST, MOST = 0.01, 4.0  # [-] a tenth of the stated sd; as much as a gear can grip at all
-LITTLE = LEAST * TOLD  # [-] of it: where less is known of, no more than TOLD can be stated
+LEAST, MOST = 0.01, 4.0  # [-] a tenth of the stated sd; as much as a gear can grip
+LITTLE = LEAST * TOLD  # [-] of it: at a smaller scaled part, the stated part is below TOLD
 
 
 @dataclass(frozen=True, eq=False)
 class VarianceScale:
-    """Of the stated variances by grip and by accelerations, (2, J) each."""
+    """Scale of the variances stated for grip and for accelerations, (2, J) each."""
 
     scale: Array  # [-] c, times the stated variance
-    count: Array  # samples behind it, what is stated among them
+    count: Array  # samples behind it, the prior's included
 
 
 def as_stated(joints: int, period: float) -> VarianceScale:
-    """Before the first innovation: 1."""
+    """The scale before the first innovation: 1."""
     one = np.ones((2, joints))
     return VarianceScale(one, one * (PRIOR / period))
 
@@ -44,7 +43,7 @@ def as_stated(joints: int, period: float) -> VarianceScale:
 def updated(
     before: VarianceScale, stated: Array, residual: Array, variance: Array, period: float
 ) -> VarianceScale:
-    """After one more innovation, (J,) [A], NaN where there is none.
+    """The scale after one more innovation, (J,) [A], NaN where there is none.
 
     Args:
         stated: variance u, (2, J) [A²].

@@ -1,4 +1,4 @@
-"""Samples that wait to be learnt from together: doubt in a joint's current says how many."""
+"""Samples that wait to be learnt from together, as many as doubt about a current allows."""
 
 from __future__ import annotations
 
@@ -9,25 +9,25 @@ import numpy as np
 from urdyn.estimate.innovation import Rows
 from urdyn.types import Array, Index, Mask
 
-LITTLE, MUCH = 0.05, 0.2  # [-] variance of the expected current that doubt adds to its noise's
+LITTLE, MUCH = 0.05, 0.2  # [-] a current's variance due to doubt, over its noise's
 
 
 @dataclass(frozen=True, eq=False)
 class Waiting:
-    """Samples that were not learnt from yet, as their sums; row j is joint j's current.
+    """Sums of samples not yet learnt from; row j is joint j's current.
 
-    Those without a current are none.
+    Samples without a current do not count.
     """
 
     H: Array  # (J, n) [A] per unit of each state
     residual: Array  # (J,) [A]
     R: Array  # (J,) [A²]
-    count: Index  # (J,) how many
-    interval: Index  # (J,) samples from one time that a joint is learnt from to the next
-    sample: int = 0  # how many there were before: joints that wait as long are learnt from at once
+    count: Index  # (J,) number of samples
+    interval: Index  # (J,) samples between two updates by a joint
+    sample: int = 0  # number so far: joints with equal intervals are learnt from together
 
     def added(self, H: Array, residual: Array, R: Array) -> Waiting:
-        """One more, all 0 where there is no current."""
+        """With one more sample, all 0 where there is no current."""
         more = self.count + (R > 0.0)
         if self.count.any():
             goes_on = self.count > 0
@@ -40,13 +40,13 @@ class Waiting:
         return np.asarray((self.count > 0) & (not calm or self.sample % self.interval == 0))
 
     def nearer(self, step: Array) -> Waiting:
-        """What waits, seen from a mean that has moved, (n,)."""
+        """What waits, with residuals about a mean that moved by `step`, (n,)."""
         if not self.count.any():
             return self
         return replace(self, residual=self.residual - self.H @ step)
 
     def hurried(self) -> Waiting:
-        """Every joint is learnt from at once again."""
+        """With every joint to be learnt from at once."""
         return replace(self, interval=np.ones_like(self.interval))
 
     def emptied(self, rows: Rows = slice(None)) -> Waiting:
@@ -56,11 +56,11 @@ class Waiting:
         return Waiting(self.H, self.residual, self.R, count, self.interval, self.sample)
 
     def learnt(self, rows: Rows, share: Array, longest: int) -> Waiting:
-        """Nothing of these joints waits, (r,); their next sum is longer, or shorter.
+        """With these joints, (r,), emptied, and their intervals lengthened or shortened.
 
         Args:
-            share: variance of the sum by doubt over its noise's, (r,) [-].
-            longest: samples that one may wait for.
+            share: variance of the sum due to doubt, over its noise's, (r,) [-].
+            longest: samples that a joint may wait for.
         """
         if longest == 1:
             return self.emptied(rows)
@@ -72,7 +72,7 @@ class Waiting:
 
 
 def nothing_waits(joints: int, states: int) -> Waiting:
-    """Before the first sample."""
+    """The sums before the first sample."""
     return Waiting(
         H=np.zeros((joints, states)),
         residual=np.zeros(joints),

@@ -1,4 +1,4 @@
-"""How warm a joint's lubricant is, of which nobody has a sensor: it follows the joint."""
+"""Temperature of a joint's lubricant, which has no sensor: it follows the joint's."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from urdyn.types import Array
 
 
 def warmed(lubricant: Array, joint: Array, dt: float) -> Array:
-    """Lubricant (J,) [°C] after `dt` [s] beside joints (J,) [°C]; NaN: unknown.
+    """Lubricant (J,) [°C] after `dt` [s] at the joints' temperatures (J,) [°C]; NaN: unknown.
 
         lag dL/dt = T - L
 
-    It is taken to be as warm as the joint when that is first measured, and stays where it is while
-    it is not.
+    It starts as warm as the joint when that is first measured, and stays constant while that is
+    not measured.
     """
     followed = joint + exp(-dt / LAG) * (lubricant - joint)
     return np.where(np.isnan(followed), np.fmax(lubricant, joint), followed)

@@ -1,4 +1,4 @@
-"""An instant's currents beside what is supposed of the arm, as the filter is given them."""
+"""An instant's currents compared with the hypothesis about the arm, as the filter's input."""
 
 from __future__ import annotations
 
@@ -24,32 +24,32 @@ from urdyn.types import Array, changed
 
 S = TypeVar("S")
 
-SURE = 2.0  # [-] variance of an innovation over its noise's: less, and it tells of the noise
-KNOWN = 0.25  # [-] variance by what nobody knows of the motion, over the noise's: likewise
+SURE = 2.0  # [-] variance of an innovation over its noise's, below which it shows the noise
+KNOWN = 0.25  # [-] variance due to uncertain motion, over the noise's: likewise
 
 
 @dataclass(frozen=True, eq=False)
 class WhitenedResiduals:
-    """An instant's currents less what the model expects, (J,) each, with their noise made white."""
+    """An instant's currents minus the model's, (J,) each, whitened."""
 
     measured: Array  # [A]; NaN where they are not compared
-    modelled: Array  # [A] whatever the noise does
-    residual: Array  # [A] before the noise is made white
-    y: Array  # [A] after that: the filter's observation, the parameters' part added again
-    white: RobotSlice  # the inputs that belong to it
+    modelled: Array  # [A] without the noise
+    residual: Array  # [A] before whitening
+    y: Array  # [A] after it, with the parameters' part added back: the filter's observation
+    white: RobotSlice  # the whitened inputs
     robust: RobotSlice  # the same, with more noise where a current is an outlier
-    colour: Colour  # of the noise, which has seen them
+    colour: Colour  # of the noise, with this instant in its past
 
 
 @dataclass(frozen=True, eq=False)
 class ResidualWhitener(Generic[S]):
-    """Compares currents with a hypothesis, by a tracker's settings."""
+    """Compares currents with a hypothesis, with a tracker's settings."""
 
     filter: Filter[S]
     model: Joined[RobotSlice]
-    currents: RobotCurrents  # its observation
+    currents: RobotCurrents  # the model's observation
     drive: Drive
-    period: float  # [s] between samples, as a rule
+    period: float  # [s] nominal, between samples
 
     def inputs(
         self,
@@ -59,7 +59,7 @@ class ResidualWhitener(Generic[S]):
         about: Array,
         span: float,
     ) -> RobotSlice:
-        """What the motion makes of the parameters, about these (n,), which move over `span` [s]."""
+        """The model's inputs, about the states `about` (n,), which move over `span` [s]."""
         s = motion.presliding(self.drive)
         u = self.currents.inputs(now, s, motion.passed, about, motion.end.lubricant, span)
         if hypothesis.resets:
@@ -75,7 +75,7 @@ class ResidualWhitener(Generic[S]):
         u: RobotSlice,
         variance_ratio: Array,
     ) -> WhitenedResiduals:
-        """The currents beside the hypothesis, by the filter that makes their noise white.
+        """The currents compared with the hypothesis, whitened.
 
         `variance_ratio` is the last innovations' variance over their noise's, (J,).
         """
@@ -107,7 +107,7 @@ class ResidualWhitener(Generic[S]):
     def noise(
         self, of: WhitenedResiduals, innovation: Innovation, variance_ratio: Array
     ) -> tuple[Array, Colour]:
-        """The noise after an innovation: next `variance_ratio`, (J,), and the noise's colour."""
+        """Next `variance_ratio`, (J,), and the noise's colour, after an innovation."""
         white, residual = of.white, innovation.residual
         compared, variance = np.isfinite(residual), innovation.cov.diagonal()
         variance_ratio = np.where(compared, variance / white.variance, variance_ratio)
@@ -123,7 +123,7 @@ class ResidualWhitener(Generic[S]):
         return variance_ratio, learnt
 
     def _taken(self, hypothesis: Hypothesis[S], u: RobotSlice) -> tuple[Array, Array]:
-        """How far parameters and slow noise are doubted against one another, and that alone, (J,).
+        """What parameters absorb of slow noise, and the variance of that noise alone, (J,).
 
         In [A²].
         """
@@ -135,7 +135,7 @@ class ResidualWhitener(Generic[S]):
 
 
 def _jumping(u: RobotSlice, change: AbruptChange | None) -> RobotSlice:
-    """The slice at which a change happens; None: something else may be carried."""
+    """The slice in which a change happens; None: the payload may have changed."""
     if change is None:
         return replace(u, widen=True)
     jolted = change.drives.astype(float) if change.drives.any() else None

@@ -1,17 +1,17 @@
-"""The wrench at the flange as it comes: what the arm carries, weighed by the force sensor.
+"""The wrench at the flange: the payload, as weighed by the force sensor.
 
     w = b - Y(q, v, a) (pi - c)        Y: of the last body, by recursive Newton-Euler
 
-pi is the payload that the currents tell of as well. b is what the sensor shows of nothing, tens of
-newtons on arms at work, and c what the controller compensates for, which may be anything: with both
-unknown, a wrench tells of a payload that changes, and then of how much. Of a raw wrench c is the
-tool that is in the arm's model, the other way round: it shows that, too. A
-compensated one is told about a tool that nobody named, so that its moments are left out. A row that
-surprises is a contact; where all do for a while, b and c have been set anew.
+pi is the payload, which the currents measure as well. b is the sensor's bias, tens of newtons on
+arms at work, and c what the controller compensates for, which may be anything: with both unknown, a
+wrench shows only changes of a payload. For a raw wrench, c is minus the tool in the arm's model,
+which it measures too. A compensated one refers to the point of a tool that was not named, so that
+its moments are left out. A surprising row is a contact; if all surprise for a while, b and c have
+been set anew.
 
-b and c are states of the currents' filter. What weighs one payload after another by currents has
-the same errors of friction and gain in each, and b has them from there: who kept b apart, given the
-payload, would take each for news of them.
+b and c are states of the currents' filter. Payloads weighed by currents all share the same errors
+of friction and gain, and b inherits these: if b were kept apart, conditional on the payload, each
+payload would count as new information on it.
 """
 
 from __future__ import annotations
@@ -34,16 +34,16 @@ from urdyn.tracking.conditional_filter import (
 from urdyn.tracking.model import PAYLOAD_SD
 from urdyn.types import Array, Gaussian, frozen
 
-PACE = 0.1  # [s] between two rows that are looked at: noise of the sensor is slow
+PACE = 0.1  # [s] between two rows that are used: the sensor's noise is slow
 BIAS_SD = np.repeat([100.0, 10.0], 3)  # [N, N·m]
-BIAS_WALK = np.repeat([0.05, 0.005], 3)  # [N/√s, N·m/√s] as it warms
-NOISE = np.array([2.0, 0.1])  # [N, N·m] before data tell: sensor, and accelerations
+BIAS_WALK = np.repeat([0.05, 0.005], 3)  # [N/√s, N·m/√s] as the sensor warms up
+NOISE = np.array([2.0, 0.1])  # [N, N·m] prior sd: sensor, and accelerations
 FINEST = np.array([0.1, 0.005])  # [N, N·m]
-MEMORY = 300.0  # rows that noise is averaged over
-CONTACT = 16.0  # [-] where 1 is expected: four standard deviations in every row
-ANEW = 30  # rows in a row that surprise: no contact lasts
+MEMORY = 300.0  # rows to average the noise over
+CONTACT = 16.0  # [-] where 1 is expected: four standard deviations in every row on average
+ANEW = 30  # surprising rows in succession: no contact lasts so long
 AXES = ("fx", "fy", "fz", "mx", "my", "mz")
-LOAD = 4  # of what is compensated: no force shows inertia
+LOAD = 4  # parameters that are compensated: no force shows inertia
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,11 +51,11 @@ class Felt:
     """All that is remembered of a force sensor."""
 
     noise: Array  # (2,) sd [N, N·m]
-    t: float  # [s] of the last row that was looked at; -inf: none was
-    count: float  # rows that taught
-    doubted: int  # rows in a row that surprised
-    last: Array  # (6,) the row that was looked at; NaN: none was
-    bias: Gaussian  # b [N, N·m], as believed after the last row that taught; NaN: none did
+    t: float  # [s] of the last row used; -inf: none
+    count: float  # rows learnt from
+    doubted: int  # surprising rows in succession
+    last: Array  # (6,) the last row used; NaN: none
+    bias: Gaussian  # b [N, N·m], after the last row learnt from; NaN: none
 
     def __post_init__(self) -> None:
         for name in ("noise", "last"):
@@ -64,27 +64,27 @@ class Felt:
 
 @dataclass(frozen=True, eq=False)
 class WrenchStream:
-    """Weighs what is carried by the force sensor; what was felt is in the `Felt` it passes on."""
+    """Weighs the payload by the force sensor; its state is a `Felt`."""
 
     arm: Arm
-    raw: bool  # in the flange's axes with all that it carries; else compensated, in the base's
+    raw: bool  # in the flange's axes and uncompensated; else compensated, in the base's
     shared: str = "payload"
     width: int = 7
-    tool: Array = field(default_factory=lambda: np.zeros(10))  # that the payload does not count
+    tool: Array = field(default_factory=lambda: np.zeros(10))  # not included in the payload
 
     @property
     def name(self) -> str:
-        """Which of a sample's streams."""
+        """Which of a sample's streams it is."""
         return "raw_wrench" if self.raw else "wrench"
 
     @property
     def names(self) -> tuple[str, ...]:
-        """What the sensor shows of nothing."""
+        """Names of the sensor's bias."""
         return tuple(f"sensor.{axis}" for axis in AXES[: self._rows])
 
     @property
     def units(self) -> tuple[str, ...]:
-        """One a name."""
+        """One per name."""
         return (*["N"] * 3, *["N·m"] * 3)[: self._rows]
 
     @cached_property
@@ -105,7 +105,7 @@ class WrenchStream:
         return np.asarray(controller_base(self.arm)[:3, :3].T)
 
     def init(self) -> Felt:
-        """Nothing felt."""
+        """The state before any row."""
         unknown = np.full(self._rows, np.nan)
         return Felt(
             noise=NOISE,
@@ -119,11 +119,11 @@ class WrenchStream:
     def take(
         self, felt: Felt, now: Instant, row: Array, z: Gaussian
     ) -> tuple[Felt, SharedMeasurement | None]:
-        """One row on, `row` (7,); what it is to those who believe in payload, b and c as in z."""
+        """Take one row (7,); also returns it as a measurement of z: payload, b and c."""
         dt = now.t - felt.t
         if not np.isfinite(row[1:]).all() or 0.0 <= dt < PACE:
             return felt, None
-        if np.array_equal(row[1:], felt.last):  # no sensor that works shows the same twice
+        if np.array_equal(row[1:], felt.last):  # a working sensor never shows the same twice
             return replace(felt, t=now.t), None
         felt, known = replace(felt, t=now.t, last=row[1:]), nothing_besides(z)
         observation, anew = self._linearised(felt, now, row[1:], z), np.zeros(len(z.mean))
@@ -139,12 +139,12 @@ class WrenchStream:
         return felt, measurement(known, observation, anew)
 
     def settled(self, felt: Felt, z: Gaussian) -> Felt:
-        """After the currents' filter has taken that up."""
+        """The state after the currents' filter was updated by the row."""
         at = slice(len(PAYLOAD_SD), len(PAYLOAD_SD) + self._rows)
         return replace(felt, bias=Gaussian(z.mean[at], z.cov[at, at]))
 
     def estimates(self, felt: Felt) -> tuple[Array, Array]:
-        """What the sensor shows of nothing; NaN before it has shown anything."""
+        """Bias of the sensor; NaN before its first row."""
         return felt.bias.mean, felt.bias.sd
 
     def _linearised(
@@ -157,6 +157,6 @@ class WrenchStream:
         return LinearisedObservation(seen[few] - H @ z.mean, np.zeros((len(H), 0)), H, R)
 
     def _into_flange(self, q: Array, wrench: Array) -> Array:
-        """A wrench in the base's axes, (6,), in the last joint's."""
+        """A wrench (6,) from the base's axes into the last joint's."""
         turn = self._root_to_base @ self.arm.pose(q, self.arm.link_names[-1])[:3, :3]
         return np.concatenate([turn.T @ wrench[:3], turn.T @ wrench[3:]])

@@ -1,1 +1,1 @@
-"""What an arm carries: pieces that come and go, and what is known of the load meanwhile."""
+"""What an arm carries: handled pieces, and the belief in the load meanwhile."""

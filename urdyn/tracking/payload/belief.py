@@ -1,4 +1,4 @@
-"""What is carried, by a filter that learns it anew and by what was known before."""
+"""The payload, by a filter that learns it anew and by what was known before."""
 
 from __future__ import annotations
 
@@ -21,23 +21,23 @@ S = TypeVar("S")
 
 @dataclass(frozen=True, eq=False)
 class PayloadBelief(Generic[S]):
-    """A filter's belief beside what was known before, of the load and of drives."""
+    """Combines a filter's belief with what was known before of the load and of drives."""
 
     filter: Filter[S]
-    first: int  # of the load among the states
-    health_prior: HealthPrior  # and who knows of drives
+    first: int  # index of the load among the states
+    health_prior: HealthPrior  # of drives
 
     def begun(
         self, state: TrackerState[S], carried: Array, change: float, told: bool
     ) -> PayloadHypotheses:
-        """What is known as it begins to be learnt anew, around `carried` (10,).
+        """What is known of the load as learning anew begins, around `carried` (10,).
 
-        Nothing by a filter that keeps no Gaussian: particles that are copies of one have no errors
-        to weigh.
+        Nothing for a filter that keeps no Gaussian: particles copied from one have no errors to
+        weigh.
 
         Args:
             change: probability that it is another.
-            told: and that this was told.
+            told: whether that was reported.
         """
         if not is_gaussian(self.filter):
             return no_hypotheses()
@@ -57,17 +57,17 @@ class PayloadBelief(Generic[S]):
 
     @cached_property
     def _at(self) -> Index:
-        """Of the load and of health."""
+        """Indices of the load and of health."""
         return np.asarray(np.r_[self.first : self.first + LOAD, self.health_prior.at])
 
     def _own(self, state: TrackerState[S]) -> Gaussian:
-        """What is believed of the load, (4,), by all that was learnt since it began anew."""
+        """The belief in the load, (4,), from all that was learnt since it began anew."""
         known = beliefs.marginal(self.filter, state.belief, self._at)
         return self.health_prior.load(known, state.passed, state.changed_drives)
 
 
 def with_load(belief: Gaussian, load: Gaussian, first: int) -> Gaussian:
-    """The belief (n,), with this load from its `first` state on; what hangs on it still does."""
+    """The belief (n,), with this load from state `first` on, correlated with others as before."""
     at = slice(first, first + len(load.mean))
     mean, cov = np.array(belief.mean), np.array(belief.cov)
     own, other = np.linalg.cholesky(belief.cov[at, at]), np.linalg.cholesky(load.cov)

@@ -1,11 +1,10 @@
-"""Pieces that come and go: a gripper may have opened or closed whenever the arm stood.
+"""Handling of pieces: a gripper may have opened or closed whenever the arm stood.
 
-What is too light for evidence within a hold would be taken for something between the pieces, ever
-more surely, and friction and health would pay for that. So belief in what is carried widens by as
-much whenever the arm sets off. Where heavier pieces are handled, it is learnt anew then, whether or
-not anything tells of another, and again where something does; once it is known for another,
-everything else goes on from before with it, for nothing that multiplies a payload is told rightly
-around another.
+Pieces too light for evidence within a hold would be averaged into one payload, ever more surely, at
+the expense of friction and health. So the belief in the payload widens by a light piece whenever
+the arm sets off. Where heavier pieces are handled, the payload is then learnt anew, with or without
+evidence of another, and again upon evidence; once it is known to be another, everything else
+continues with it from before, because a wrong payload biases whatever multiplies it.
 """
 
 from __future__ import annotations
@@ -16,28 +15,28 @@ import numpy as np
 
 from urdyn.types import Array
 
-REST = 0.3  # [s] that the arm stands where a gripper opens or closes, at least
-HANDLING = 300.0  # [s] after another payload was told, in which more of them may come
-LASTING = 0.8  # [-] by which a hold remembers those before it
-NONE = 16.0  # [sd²] by which holds together weigh less than nothing: what they weigh is no load
-LEARNT = 2.0  # [s] after it set off, what is carried is known as well as need be
-APART = 4.0  # [sd] between what is carried and what was: more, and it is something else
+REST = 0.3  # [s] that the arm stands at least while a gripper opens or closes
+HANDLING = 300.0  # [s] after another payload was reported, in which more may come
+LASTING = 0.8  # [-] weight of earlier holds, per hold
+NONE = 16.0  # [sd²] by which holds together weigh less than 0: then what they weigh is no load
+LEARNT = 2.0  # [s] after the arm sets off, by which the payload is known well enough
+APART = 4.0  # [sd] between payloads, beyond which they are different
 
 
 @dataclass(frozen=True)
 class Rest:
-    """Of the arm's last rest, as far as a gripper may have used it."""
+    """The arm's last rest, in which a gripper may have opened or closed."""
 
     lasted: float = 0.0  # [s] since the last joint was seen to move
-    left: float = np.inf  # [s] since when it has carried nobody knows what; inf: it is known
-    over: float = -np.inf  # [s] when the arm set off, whatever it carries
+    left: float = np.inf  # [s] since when the payload has been unknown; inf: it is known
+    over: float = -np.inf  # [s] when the arm last set off, whatever it carries
 
     def ends(self, moving: bool) -> bool:
         """Whether the arm sets off now: a gripper may have opened or closed."""
         return moving and self.lasted > REST
 
     def known(self, t: float) -> bool:
-        """Whether the arm set off so long ago that it has shown what it carries."""
+        """Whether the arm set off long enough ago to have shown what it carries."""
         return t - self.left > LEARNT
 
     def just(self, t: float) -> bool:
@@ -45,32 +44,32 @@ class Rest:
         return t - self.over < LEARNT
 
     def unseen(self, dt: float) -> Rest:
-        """After `dt` [s] of which nobody knows whether the arm stood: a long gap is a rest."""
+        """The rest after `dt` [s] without samples: a long gap counts as standing."""
         return replace(self, lasted=self.lasted + dt) if dt > REST else self
 
     def after(self, moving: bool, dt: float, left: float, t: float) -> Rest:
-        """One instant on, at t [s], dt after the one before."""
+        """The rest after one more instant, at t [s], dt after the one before."""
         over = t if self.ends(moving) else self.over
         return Rest(0.0 if moving else self.lasted + dt, left, over)
 
 
 @dataclass(frozen=True)
 class ImplausibleLoads:
-    """Evidence of loads that cannot be: holds that seemed to weigh less than nothing.
+    """Evidence of impossible loads: holds that seemed to weigh less than 0.
 
-    What wears or breaks in a drive is taken for another load in every move. Its sign turns over
-    with the motion's, and so does that of these loads.
+    Wear or damage of a drive is mistaken for another load in every move. Its sign reverses with
+    the motion, and so does that of these loads.
     """
 
     score: float = 0.0  # [sd²]
-    told: float = -np.inf  # [s] when it was last sure that they are no loads
+    told: float = -np.inf  # [s] when it was last sure that they were no loads
 
     def suspected(self, t: float) -> bool:
-        """Whether nothing light is looked for: it was something else that was found."""
+        """Whether apparent loads were something else, so that no light piece is looked for."""
         return t - self.told < HANDLING
 
     def after(self, mass: float, sd: float, t: float) -> ImplausibleLoads:
-        """One hold on, of all that was carried [kg], at its end t [s]."""
+        """The evidence after a hold of this total mass [kg], which ends at t [s]."""
         score = LASTING * self.score + min(mass / sd, 0.0) ** 2
         return ImplausibleLoads(0.0, t) if score > NONE else ImplausibleLoads(score, self.told)
 
@@ -79,15 +78,15 @@ class ImplausibleLoads:
 class HandlingPhase:
     """Where an arm is in a program that may handle pieces."""
 
-    sets_off: bool  # here: a gripper may have opened or closed since it moved
+    sets_off: bool  # at this instant: a gripper may have opened or closed in the rest before
     handles: bool  # pieces have come or gone within HANDLING
-    shown: bool  # it has moved for so long since that what it carries is known
-    implausible: ImplausibleLoads  # up to here
-    suspected: bool  # what was taken for loads was something else
+    shown: bool  # it has moved long enough since to show what it carries
+    implausible: ImplausibleLoads  # up to this instant
+    suspected: bool  # apparent loads were something else
 
     @property
     def unknown(self) -> bool:
-        """Whether nobody knows what is carried from here on."""
+        """Whether the payload is unknown from here on."""
         return self.sets_off and self.handles
 
     @property
@@ -97,5 +96,5 @@ class HandlingPhase:
 
 
 def exchanged(before: tuple[Array, Array], now: tuple[Array, Array]) -> bool:
-    """Whether what is carried now is none that it was; mean and standard deviation, (10,) each."""
+    """Whether the payload now differs from that before; mean and standard deviation, (10,) each."""
     return bool((np.abs(now[0] - before[0]) > APART * np.hypot(now[1], before[1])).any())

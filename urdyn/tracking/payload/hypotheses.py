@@ -1,23 +1,23 @@
-"""What is carried, as it is told while nobody knows whether it was exchanged.
+"""The payload as reported while it is unknown whether it was exchanged.
 
-A filter that learns anew what is carried begins with a prior N(r, V) that is wide enough for
-anything. Who asks meanwhile may know more: either it is what it was before, N(m, S), or a light
-piece or none, or a bulky one, N(0, W) each. All that was measured since is in the filter's belief
-N(x, P), as information on the load with everything else integrated out,
+A filter that learns the payload anew begins with a prior N(r, V) that is wide enough for anything.
+More is known meanwhile: either it is what it was before, N(m, S), or a light piece or none, or a
+bulky one, N(0, W) each. All measurements since then are in the filter's belief N(x, P), as
+information on the load with everything else integrated out,
 
     G = P^-1 - V^-1,    h = P^-1 x - V^-1 r.
 
-By it, and by a prior N(m, S), the load is N(m + (S^-1 + G)^-1 (h - G m), (S^-1 + G)^-1), and what
-was measured is as likely as the exponential of
+With a prior N(m, S), the load's posterior is N(m + (S^-1 + G)^-1 (h - G m), (S^-1 + G)^-1), and
+the log likelihood of the measurements is
 
     h' m - m' G m / 2 + (h - G m)' (S^-1 + G)^-1 (h - G m) / 2 - log |I + S G| / 2,
 
-but for a factor that all have in common. Bayes' rule weighs them [Magill1965]_.
+up to a common constant. Bayes' rule weighs the hypotheses [Magill1965]_.
 
-Before and since, the same errors of friction and gain are in what is carried, and nobody knows how
-much of them. So what it was adds to what is measured as [Niehsen2002]_ has it, by covariance
-intersection: agreement makes nothing surer. The filter itself learns of none of this. A light piece
-would be taken for none, and friction would pay for it.
+The payload before and since then shares the same errors of friction and gain, to an unknown degree.
+So the two are combined by covariance intersection [Niehsen2002]_: agreement makes nothing surer.
+The filter itself is given none of this: it would take a light piece for none, at the expense of
+friction.
 """
 
 from __future__ import annotations
@@ -30,21 +30,21 @@ from urdyn.tracking.model import ANYTHING, LIGHT, PAYLOAD_SD
 from urdyn.types import Array, Gaussian, frozen
 
 LOAD = 4  # mass and first moments: a few seconds say little of inertia
-CHANGE = 1.0 / 3.0  # [-] of rests in a program that handles pieces, by which one comes or goes
-SURE = 5.0  # [-] log odds that it is not what it was, at which that is told
-WIDE = (ANYTHING * PAYLOAD_SD)[:LOAD]  # V's roots
-OTHERS = np.array([LIGHT, PAYLOAD_SD])[:, :LOAD]  # W's roots
+CHANGE = 1.0 / 3.0  # [-] share of a handling program's rests in which a piece comes or goes
+SURE = 5.0  # [-] log odds of another payload, at which it is reported
+WIDE = (ANYTHING * PAYLOAD_SD)[:LOAD]  # square roots of V
+OTHERS = np.array([LIGHT, PAYLOAD_SD])[:, :LOAD]  # square roots of W
 
 
 @dataclass(frozen=True, eq=False)
 class PayloadHypotheses:
-    """What was known of the load before it began to be learnt anew."""
+    """What was known of the load before learning it anew."""
 
     mean: Array  # (4,) [kg, kg m]
     cov: Array  # (4, 4)
     first: Array  # (4,) r
-    change: float  # [-] probability, then, that it is another; NaN: it is not learnt anew
-    told: bool  # that it is another
+    change: float  # [-] prior probability that it is another; NaN: it is not learnt anew
+    told: bool  # another payload was reported
 
     def __post_init__(self) -> None:
         for name in ("mean", "cov", "first"):
@@ -52,15 +52,15 @@ class PayloadHypotheses:
 
     @property
     def doubted(self) -> bool:
-        """Whether more may be known than the filter believes."""
+        """Whether the hypotheses add to the filter's belief."""
         return not np.isnan(self.change)
 
     def given_up(self) -> PayloadHypotheses:
-        """It is not learnt anew any more."""
+        """With learning anew given up."""
         return replace(self, change=np.nan, told=False)
 
     def believed(self, now: Gaussian) -> Gaussian:
-        """The load, (4,), while the filter believes `now`: the likeliest, doubted as all are."""
+        """The load, (4,), given the filter's belief `now`: the likeliest, with the whole spread."""
         if not self.doubted:
             return now
         G, h = self._shown(now)
@@ -79,7 +79,7 @@ class PayloadHypotheses:
         return bool(np.logaddexp.reduce(odds[1:]) - odds[0] > SURE)
 
     def _shown(self, now: Gaussian) -> tuple[Array, Array]:
-        """G and h; nothing along what is known less well than in the beginning."""
+        """G and h; 0 along directions known less well than at the beginning."""
         value, axes = np.linalg.eigh(now.cov / np.outer(WIDE, WIDE))
         along, gained = axes / WIDE[:, None], value < 1.0
         G = (along * np.where(gained, 1.0 / value - 1.0, 0.0)) @ along.T
@@ -87,7 +87,7 @@ class PayloadHypotheses:
         return G, along @ (np.where(gained, 1.0 / value, 0.0) * moved) + G @ self.first
 
     def _each(self, G: Array, h: Array) -> tuple[Array, Array, Array]:
-        """Means (3, 4), covariances and log odds of what may be; the first is what it was."""
+        """Means (3, 4), covariances and log odds of the hypotheses; the first: no change."""
         m = np.stack([self.mean, *np.zeros_like(OTHERS)])
         root = np.stack([np.linalg.cholesky(self.cov), *map(np.diag, OTHERS)])  # of S
         across = root.swapaxes(1, 2)
@@ -103,9 +103,9 @@ class PayloadHypotheses:
         return m + (back @ white[..., None])[..., 0], back @ lever, odds - lost
 
     def _intersected(self, now: Gaussian, G: Array, h: Array) -> tuple[Array, Array]:
-        """What it was with what was measured since, errors in common or not: mean and covariance.
+        """Covariance intersection of the load before and the measurements since: mean, covariance.
 
-        Each counts by how well it knows the mass.
+        Each is weighted by how well it knows the mass.
         """
         was, known = 1.0 / self.cov[0, 0], 1.0 / now.cov[0, 0]
         share = was / (was + known)
@@ -115,6 +115,6 @@ class PayloadHypotheses:
 
 
 def no_hypotheses() -> PayloadHypotheses:
-    """Nothing was learnt anew yet."""
+    """Before anything is learnt anew."""
     nothing = np.zeros(LOAD)
     return PayloadHypotheses(nothing, np.diag(WIDE**2), nothing, np.nan, told=False)
