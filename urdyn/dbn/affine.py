@@ -1,4 +1,4 @@
-"""Models that are affine in their state: on these every filter is Kalman's."""
+"""Models that are affine in their state: on these every filter equals the Kalman filter."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from urdyn.types import Array, Gaussian, Mask
 
 
 def _one_or(values: Array | float, what: str, n: int) -> None:
-    """InputError where these are neither n nor one for all."""
+    """InputError unless these are n values, or one for all."""
     shape = np.shape(values)
     if shape not in ((), (1,), (n,)):
         raise InputError(f"{what} has the shape {shape}; it has to be {(n,)}, or one for all")

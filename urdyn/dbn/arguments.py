@@ -1,4 +1,4 @@
-"""What each row of an observation is a function of."""
+"""The arguments of which each row of an observation is a function."""
 
 from __future__ import annotations
 
@@ -14,29 +14,29 @@ from urdyn.types import Array, Index, Mask, frozen
 class Held:
     """States that no observation depends on: it is evaluated with them held at fixed values."""
 
-    values: Array  # (n,) of these states; NaN: what is observed depends on the state
+    values: Array  # (n,) of these states; NaN: the observation depends on the state
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "values", frozen(self.values))
 
     @cached_property
     def seen(self) -> Mask:
-        """The other states, (n,)."""
+        """The states that observations depend on, (n,)."""
         return np.isnan(self.values)
 
     def instead(self, x: Array) -> Array:
-        """The n leading states as what is observed has them, (..., n or more) -> (..., n)."""
+        """The n leading states, with held ones replaced, (..., n or more) -> (..., n)."""
         return np.where(self.seen, x[..., : len(self.values)], self.values)
 
 
 @dataclass(frozen=True, eq=False)
 class Arguments:
-    """z_j = W_j x, the d arguments of row j: c combinations of states, and s states themselves."""
+    """z_j = W_j x, the d arguments of row j: c combinations of states, and s single states."""
 
     combined: Array  # (m, c, p) of the p leading states
     states: Index  # (m, s)
-    width: int  # of the states that any row depends on, which lead as well
-    held: Held | None = None  # of these, which no row depends on after all
+    width: int  # number of leading states that any row depends on
+    held: Held | None = None  # those of them that no row depends on after all
 
     @property
     def count(self) -> int:
@@ -55,7 +55,7 @@ class Arguments:
         return np.concatenate([combined.reshape(*x.shape[:-1], m, c), x[..., self.states]], axis=-1)
 
     def across(self, P: Array) -> Array:
-        """W_j P, their covariance with the states, (n, n) -> (m, d, n)."""
+        """W_j P, the arguments' covariance with the states, (n, n) -> (m, d, n)."""
         (m, c, p), n = self.combined.shape, len(P)
         out = np.empty((m, self.count, n))
         P = P if self.held is None else P[: self.width] * self.held.seen[:, None]
@@ -73,7 +73,7 @@ class Arguments:
         return out
 
     def back(self, slope: Array) -> Array:
-        """Slopes by states from those by arguments, (..., m, d) -> (..., m, width)."""
+        """Derivatives in the states from those in the arguments, (..., m, d) -> (..., m, width)."""
         c, p = self.combined.shape[1:]
         H = np.zeros((*slope.shape[:-1], self.width))
         H[..., :p] = (slope[..., None, :c] @ self.combined)[..., 0, :]

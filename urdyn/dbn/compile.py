@@ -1,7 +1,7 @@
 """From a network to the state-space model that every filter runs.
 
 With B the coefficients of the arrows among parameters, M = (1 - B)⁻¹, D(t) the covariance of the
-own parts (shared disturbances off its diagonal) and K = exp(-dt / tau) what persists of them,
+own parts (shared disturbances off its diagonal) and K = exp(-dt / tau) the share that persists,
 
     P0 = M D0 Mᵀ,    F = M K (1 - B),    Q = M Dq(dt) Mᵀ.
 
@@ -35,7 +35,7 @@ class CompiledNetwork:
     mean: Array  # (n,)
     B: Array  # (n, n) coefficients of the arrows, child by parent
     own: Array  # (n, n) D0, first slice's own parts
-    disturbance: Array  # (n, n) [1/s] what moves the own parts
+    disturbance: Array  # (n, n) [1/s] process noise of the own parts
     time_constant: Array  # (n,) [s]
 
     def __post_init__(self) -> None:
@@ -44,7 +44,7 @@ class CompiledNetwork:
 
     @cached_property
     def spread(self) -> Array:
-        """M = (1 - B)⁻¹: what a change of each own part does to every state, (n, n)."""
+        """M = (1 - B)⁻¹: effect of a change of each own part on every state, (n, n)."""
         return np.asarray(np.linalg.inv(np.eye(len(self.names)) - self.B))
 
     @cached_property
@@ -70,7 +70,7 @@ class CompiledNetwork:
         """Q, (n, n)."""
         forgotten = 1.0 / self.time_constant
         rate = forgotten[:, None] + forgotten
-        # (1 - exp(-rate dt)) / rate, which is dt where nothing is forgotten.
+        # (1 - exp(-rate dt)) / rate, which is dt at rate 0.
         gathered = np.full_like(rate, u.dt)
         np.divide(-np.expm1(-rate * u.dt), rate, out=gathered, where=rate > 0.0)
         return np.asarray(self.spread @ (self.disturbance * gathered) @ self.spread.T)
@@ -79,7 +79,7 @@ class CompiledNetwork:
 def compile_linear(
     network: Network, sizes: Mapping[str, int], patterns: Patterns | None = None
 ) -> CompiledNetwork:
-    """The parameters of `network`, each node with so many components as `sizes` says.
+    """The parameters of `network`, each node with as many components as `sizes` says.
 
     Raises:
         InputError: a node has no size, or values of another; a pattern is missing or of another
@@ -100,7 +100,7 @@ def compile_linear(
 
 
 def places(network: Network, sizes: Mapping[str, int]) -> dict[str, slice]:
-    """Where in the compiled state each parameter node stands; InputError where one has no size."""
+    """Place of each parameter node in the compiled state; InputError where one has no size."""
     if not network.parameters:
         raise InputError("the network has no parameters, and compiles to nothing")
     for node in network.parameters:
@@ -130,7 +130,7 @@ def pattern(edge: Pair, at: Mapping[str, slice], patterns: Patterns) -> Array:
 
 
 def coefficients(network: Network, at: Mapping[str, slice], patterns: Patterns, n: int) -> Array:
-    """B of the arrows between nodes that stand `at` somewhere in the state, (n, n)."""
+    """B of the arrows between the nodes with places `at` in the state, (n, n)."""
     B = np.zeros((n, n))
     for edge in network.edges:
         if not edge.shared and {*edge.ends} <= set(at):
@@ -140,7 +140,7 @@ def coefficients(network: Network, at: Mapping[str, slice], patterns: Patterns, 
 
 
 def correlations(network: Network, at: Mapping[str, slice], patterns: Patterns, n: int) -> Array:
-    """Of the own parts of those nodes, (n, n); InputError where no variables have such."""
+    """Correlations of those nodes' own parts, (n, n); InputError where they are impossible."""
     shared = [edge for edge in network.edges if edge.shared and {*edge.ends} <= set(at)]
     correlation = np.eye(n)
     for edge in shared:

@@ -1,6 +1,6 @@
 """A network as a picture: two slices side by side, self-contained SVG, for light and dark pages.
 
-Its style is its own: inside a page it leaves the other drawings alone.
+Its style applies to itself only: inside a page it does not affect other drawings.
 
 Kinds of edge differ in dash as well as in colour (the palette of [Okabe2008]_).
 """
@@ -19,7 +19,7 @@ KINDS = {
     "seen": "moves what a sensor sees",
     "across": "leads into the next slice",
 }
-SHORT = 4  # letters of a symbol that a circle has room for
+SHORT = 4  # letters that fit into a circle
 STYLE = """
 .network{--ink:#1b1b1b;--quiet:#5c5c5c;--page:#ffffff;--node:#f4f4f4;--panel:#d9d9d9;
 --within:#0072b2;--shared:#d55e00;--seen:#8a8a8a;--across:#009e73}
@@ -67,7 +67,7 @@ def svg(network: Network) -> str:
 
 
 def _line(a: Place, b: Place, kind: str, bend: float = 0.0) -> str:
-    """A straight edge, or one that bends aside by `bend` of its length."""
+    """An edge, straight or bent aside by `bend` of its length."""
     (x1, y1), (x2, y2) = a.port(b), b.port(a)
     cx, cy = (x1 + x2) / 2 + bend * (y2 - y1), (y1 + y2) / 2 - bend * (x2 - x1)
     heads = f'marker-end="url(#{kind})"'
@@ -109,21 +109,21 @@ def _symbol(name: str) -> str:
 
 
 def _short(name: str) -> str:
-    """What a circle has room for: a symbol, or the initials of a longer name."""
+    """What fits into a circle: a symbol, or the initials of a longer name."""
     symbol = _symbol(name)
     return symbol if len(symbol) <= SHORT else "".join(word[:1] for word in name.split("_"))[:SHORT]
 
 
 def _at_most(width: float, name: str) -> str:
-    """The size of a name that would not fit into a box at the usual one."""
+    """A reduced font size for a name that does not fit into a box at the usual one."""
     size = width / (0.6 * len(name) + 1.5)
     return f'style="font-size:{size:.1f}px"' if size < 18.0 else ""
 
 
 def _meanings(network: Network, places: dict[str, Place]) -> list[str]:
-    """Words beside each parameter, its name where that is long.
+    """Words beside each parameter: its meaning, or its name where that is long.
 
-    They stand on the side of its line from which no other line leaves.
+    They stand on the side of its line on which no other line leaves.
     """
     notes = []
     for node in network.parameters:

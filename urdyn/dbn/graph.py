@@ -6,7 +6,7 @@ Within a slice every node is linear-Gaussian given its parents,
 
 and e_c, the part of x_c that is its own, persists from slice to slice while noise moves it. So the
 inter-slice edges follow from the others: theta_t -> theta_t+1, and p_t -> c_t+1 wherever p -> c,
-because c follows the change of p and not twice its level. Shared disturbances, `<->`, correlate e.
+because c follows p's change, while its level persists. Shared disturbances, `<->`, correlate e.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from urdyn.given import as_numbers
 Kind = Literal["parameter", "observation"]
 Values = float | tuple[float, ...]  # the same for all components of a node, or one for each
 
-CERTAIN = 1.0 + 1e-9  # a correlation that is learnt may be 1 but for rounding
+CERTAIN = 1.0 + 1e-9  # a learnt correlation may be 1 up to rounding
 
 
 @dataclass(frozen=True)
@@ -36,8 +36,8 @@ class Node:
     meaning: str = ""
     kind: Kind = "parameter"
     mean: Values = 0.0
-    sd: Values = 1.0  # of the first slice's own part: of a parameter's prior, of a sensor's noise
-    diffusion: Values = 0.0  # [unit/√s] how its own part wanders
+    sd: Values = 1.0  # of the first slice's own part: a parameter's prior, a sensor's noise
+    diffusion: Values = 0.0  # [unit/√s] diffusion of its own part
     time_constant: Values = float("inf")  # [s] in which its own part is forgotten
 
     def __post_init__(self) -> None:
@@ -80,7 +80,7 @@ class Edge:
 
     @property
     def joins(self) -> Pair | Names:
-        """What two edges of a network never have in common: ends, of an arrow in their order."""
+        """A key that is unique in a network: the ends, in order for an arrow."""
         return frozenset(self.ends) if self.shared else self.ends
 
     def __str__(self) -> str:
@@ -89,13 +89,13 @@ class Edge:
 
 @dataclass(frozen=True)
 class Network:
-    """Nodes and intra-slice edges; two slices of it are one step of the twin's life."""
+    """Nodes and intra-slice edges; two slices of it make one time step of the twin."""
 
     nodes: tuple[Node, ...]
     edges: tuple[Edge, ...]
 
     def __post_init__(self) -> None:
-        _ = self.unrolled  # a graph refuses what makes none
+        _ = self.unrolled  # raises where this makes no graph
         given, seen = Counter(e.joins for e in self.edges), {n.name for n in self.observations}
         for edge in self.edges:
             if given[edge.joins] > 1:
@@ -110,7 +110,7 @@ class Network:
 
     @cached_property
     def observations(self) -> tuple[Node, ...]:
-        """Nodes that are seen."""
+        """Nodes that are observed."""
         return tuple(n for n in self.nodes if n.kind == "observation")
 
     @cached_property
@@ -158,13 +158,13 @@ class Network:
         return self.unrolled.markov_blanket(node)
 
     def d_separated(self, a: Nodes, b: Nodes, given: Nodes = (), *more: Nodes) -> bool:
-        """Over both slices: whether knowing b says nothing of a once all others are known."""
+        """Over both slices: whether a and b are independent given all others."""
         return self.unrolled.d_separated(a, b, given, *more)
 
     def hidden(self, observation: str) -> tuple[str, ...]:
-        """Parameters that no arrow leads from to what is observed.
+        """Parameters without an arrow to an observation.
 
-        None where the network has no such observation, and so says nothing of it.
+        Empty where the network has no such observation, and so says nothing of it.
         """
         if observation not in {n.name for n in self.observations}:
             return ()
@@ -172,13 +172,13 @@ class Network:
         return tuple(n.name for n in self.parameters if n.name not in seen)
 
     def order(self) -> tuple[str, ...]:
-        """Nodes of one slice, every one after its parents."""
+        """Nodes of one slice, each after its parents."""
         return self.slice.order()
 
     def without(self, parent: str, child: str) -> Network:
-        """The network that lacks one edge, and so the inter-slice edge that followed from it.
+        """The network without one edge, and without the inter-slice edge that follows from it.
 
-        The arrow, or where there is none the shared disturbance, whose ends have no order.
+        The edge is the arrow, or else the shared disturbance, whose ends have no order.
         """
         there = {e.joins: e for e in self.edges}
         gone = there.get((parent, child)) or there.get(frozenset((parent, child)))

@@ -1,4 +1,4 @@
-"""A process and an observation, made into one model."""
+"""A process and an observation, joined into one model."""
 
 from __future__ import annotations
 
@@ -27,8 +27,8 @@ from urdyn.types import Array, Gaussian, Mask
 class Joined(Generic[U_contra]):
     """Observation of the p leading states of a process; a `TwoSlice`.
 
-    What the process adds to the parameters (rates, drifts) stands behind them and no sensor sees
-    it, so that any process serves any observation.
+    States that the process adds to the parameters (rates, drifts) come after them and are not
+    observed, so that any process can be combined with any observation.
     """
 
     process: Process[U_contra]  # n states, the observed parameters first
@@ -53,19 +53,19 @@ class Joined(Generic[U_contra]):
 
     @cached_property
     def linear(self) -> Mask:
-        """Linear in both halves; what no sensor sees is linear in the observation, (n,)."""
+        """Linear in both halves; unobserved states are linear in the observation, (n,)."""
         mask = np.array(self.process.linear)
         mask[: self._width] &= self.observation.linear
         return mask
 
     @cached_property
     def affine_transition(self) -> bool:
-        """As the process says."""
+        """That of the process."""
         return bool(self.process.linear.all())
 
     @cached_property
     def still(self) -> bool:
-        """A walk that goes nowhere."""
+        """Whether the process is a random walk without diffusion."""
         return isinstance(self.process, RandomWalk) and not self.process.diffusion.any()
 
     @cached_property
@@ -102,7 +102,7 @@ class Joined(Generic[U_contra]):
         return seen, self._widened(H)
 
     def arguments(self, u: U_contra) -> Arguments | None:
-        """Of the observation: no row depends on any other state."""
+        """Those of the observation: no row depends on any other state."""
         return self.observation.arguments(u) if is_narrow(self.observation) else None
 
     def through(self, z: Array, u: U_contra) -> Array:

@@ -24,7 +24,7 @@ class Jumps:
 
     step: Array  # (D, n) added to the state
     weight: Array  # (D,) prior weights, given that there is a jump; sum 1
-    # (K, n) sd around the steps: a row for every D / K of them, in their order, or (n,) for all.
+    # (K, n) sd around the steps: one row per D / K of them, in their order, or (n,) for all.
     spread: Array = field(default_factory=lambda: np.zeros(()))
 
     def __post_init__(self) -> None:
@@ -51,7 +51,7 @@ class Jumps:
 def jumps(
     names: tuple[str, ...], states: Sequence[str], sizes: Array, spread: float = 0.0
 ) -> Jumps:
-    """Each of `states` alone by each of `sizes` (r,) give or take `spread`, equally likely."""
+    """Jumps of each of `states` alone by each of `sizes` (r,) +- `spread`, equally likely."""
     if not (len(states) and len(sizes)):
         raise InputError("jumps want one state or more, and one size or more")
     step = np.zeros((len(states), len(sizes), len(names)))

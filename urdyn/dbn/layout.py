@@ -1,6 +1,6 @@
-"""Where the nodes of a drawn network stand: observations outside, parameters inside.
+"""Positions of a drawn network's nodes: observations outside, parameters inside.
 
-What passes between the slices then crosses nothing.
+So edges between the slices cross nothing.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from urdyn.dbn.mixed_graph import Pair
 WIDTH, ROW, TOP, RADIUS = 1000, 84, 70, 24  # [px]
 OBSERVED, INSIDE = 110, 360  # [px] columns of the first slice; the second mirrors them
 BOX, GAP = (140, 46), 3.0  # [px]; GAP: from a node to an edge's end
-EXACT_ORDER = 8  # nodes up to which every order of the column is tried
+EXACT_ORDER = 8  # nodes up to which all orders of the column are tried
 
 
 @dataclass(frozen=True)
@@ -24,7 +24,7 @@ class Place:
 
     x: float  # [px]
     y: float  # [px]
-    half: tuple[float, float] = (0.0, 0.0)  # [px] of its outline
+    half: tuple[float, float] = (0.0, 0.0)  # [px] half width and height of its box
     round: bool = True
 
     def port(self, other: Place) -> tuple[float, float]:
@@ -48,7 +48,7 @@ class Layout:
 
 
 def layout(network: Network) -> Layout:
-    """Columns ordered so that what edges join stands close."""
+    """Positions, with columns ordered so that joined nodes are close."""
     parameters = _column(network)
     seen = _beside(network, parameters)
     height = ROW * max(len(parameters), len(seen))
@@ -73,7 +73,7 @@ def _length(order: tuple[str, ...], joined: list[Pair]) -> int:
 
 
 def _beside(network: Network, parameters: list[str]) -> list[str]:
-    """Observations, each about as high as what moves it."""
+    """Observations, each about level with its parents."""
 
     def height(name: str) -> float:
         parents = network.slice.parents(name)

@@ -1,8 +1,8 @@
-"""Coefficients and noise of a network from tracked history: the maximisation half of EM.
+"""Coefficients and noise of a network from tracked history: the M step of EM.
 
-The expectation is a smoother's `Smoothed`. Every formula is least squares on expected second
-moments; with the smoother's covariances left out, the noise would be taken for too small and the
-coefficients pulled toward zero.
+The E step is a smoother's `Smoothed`. Every formula is least squares on expected second moments;
+without the smoother's covariances, noise would be underestimated and coefficients biased toward
+zero.
 """
 
 from __future__ import annotations
@@ -21,10 +21,9 @@ from urdyn.types import Array, Mask, frozen
 
 
 def learn_diffusion(residuals: Array, dt: Array) -> Array:
-    """Standard deviation gathered in one second, (n,), from process residuals (N, n, n).
+    """Diffusion per square root of a second, (n,), from process residuals (N, n, n).
 
-    Slices in which no time passes say nothing and are left out; InputError where there are none
-    but these.
+    Slices in which no time passes are left out; InputError where there are no others.
     """
     passed = _passed(dt, len(residuals))
     variances = np.diagonal(residuals[passed], axis1=1, axis2=2) / dt[passed, None]
@@ -32,9 +31,9 @@ def learn_diffusion(residuals: Array, dt: Array) -> Array:
 
 
 def learn_measurement_noise(residuals: Array) -> Array:
-    """Variance of each sensor over the slices in which it spoke, (m,), from (N, m, m).
+    """Noise variance of each sensor over the slices where it was measured, (m,), from (N, m, m).
 
-    InputError where one never did.
+    InputError where one never was.
     """
     squares = np.diagonal(residuals, axis1=1, axis2=2)
     silent = np.flatnonzero(np.isnan(squares).all(axis=0))
@@ -50,10 +49,10 @@ def learn_network(
     dt: Array,
     patterns: Patterns | None = None,
 ) -> Network:
-    """The same arrows, with coefficients, diffusions and shared correlations that fit a history.
+    """The network with coefficients, diffusions and shared correlations fitted to a history.
 
-    They are read from how the nodes moved, (N, ) steps `dt` [s], and assume that own parts are not
-    forgotten within it. One coefficient serves all components of an edge.
+    They are estimated from the nodes' movements over steps `dt` [s], (N,), assuming that own parts
+    are not forgotten meanwhile. One coefficient serves all components of an edge.
 
     Raises:
         InputError: the history is of other states or slices, or time passes in none of these.
@@ -76,7 +75,7 @@ def learn_network(
 
 
 def _passed(dt: Array, slices: int) -> Mask:
-    """In which of so many slices time passes, (N,); InputError where in none."""
+    """Slices in which time passes, (N,); InputError where there are none."""
     if np.shape(dt) != (slices,):
         raise InputError(f"dt has the shape {np.shape(dt)}; there are {slices} slices")
     passed = dt > 0.0

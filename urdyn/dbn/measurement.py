@@ -1,4 +1,4 @@
-"""A linear measurement of a few states, by something beside the joints' own sensors."""
+"""A linear measurement of a few states, by something other than the joints' own sensors."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from urdyn.types import Array, Gaussian, Index, Mask, frozen
 class LinearMeasurement:
     """A slice in which no time passes: y = H x[at] + e, e ~ N(0, R).
 
-    Before it, what is measured may have jumped by `jump`.
+    Just before it, the measured states may have jumped by `jump`.
     """
 
     dt: ClassVar[float] = 0.0  # [s]
     at: Index  # (a,) states
     H: Array  # (m, a)
     R: Array  # (m, m)
-    jump: Array  # (a,) sd; 0: it did not
+    jump: Array  # (a,) sd; 0: no jump
 
     def __post_init__(self) -> None:
         for name in ("H", "R", "jump"):
@@ -32,7 +32,7 @@ class LinearMeasurement:
 
 @dataclass(frozen=True, eq=False)
 class Standing:
-    """States of any model while they stand still and are measured; a `TwoSlice`."""
+    """Any model's states, at rest while they are measured; a `TwoSlice`."""
 
     names: tuple[str, ...]  # n
     prior: Gaussian  # (n,)
@@ -44,12 +44,12 @@ class Standing:
 
     @property
     def affine_transition(self) -> bool:
-        """Nothing moves."""
+        """True: the transition is the identity."""
         return True
 
     @property
     def still(self) -> bool:
-        """Something may have jumped."""
+        """False: states may have jumped."""
         return False
 
     @cached_property
@@ -65,7 +65,7 @@ class Standing:
         return self._still
 
     def transition_cov(self, u: LinearMeasurement) -> Array:
-        """What may have jumped, (n, n)."""
+        """Covariance of the jumps, (n, n)."""
         Q = np.zeros((len(self.names),) * 2)
         Q[u.at, u.at] = u.jump**2
         return Q
@@ -75,7 +75,7 @@ class Standing:
         return np.asarray(x[..., u.at] @ u.H.T)
 
     def observe_jacobian(self, x: Array, u: LinearMeasurement) -> Array:
-        """H among zeros, (m, n)."""
+        """H padded with zeros, (m, n)."""
         H = np.zeros((len(u.H), len(self.names)))
         H[:, u.at] = u.H
         return H

@@ -1,6 +1,6 @@
-"""Graphs of arrows and shared disturbances, and what can be read off them.
+"""Graphs of arrows and shared disturbances, and the independences that they imply.
 
-`a -> b`: b's distribution is given a. `a <-> b`: a third, unseen thing disturbs both.
+`a -> b`: b's distribution is conditional on a. `a <-> b`: a latent variable disturbs both.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ Nodes = str | Iterable[str]  # one, or more
 
 @dataclass(frozen=True)
 class MixedGraph:
-    """Directed edges without a cycle, and bidirected ones."""
+    """Acyclic directed edges, and bidirected ones."""
 
     nodes: tuple[str, ...]
     directed: frozenset[Pair]  # (parent, child)
@@ -36,50 +36,50 @@ class MixedGraph:
             raise InputError(f"arrows lead in a circle, {circle}; take one out") from None
 
     def named(self, nodes: Nodes) -> Names:
-        """One node or more as a set; InputError where the graph has no such."""
+        """One or more nodes as a set; InputError where the graph lacks one."""
         found = (nodes,) if isinstance(nodes, str) else tuple(nodes)
         if strange := sorted(str(n) for n in found if n not in self.nodes):
             raise InputError(f"no node {', '.join(strange)}; there are {', '.join(self.nodes)}")
         return frozenset(found)
 
     def parents(self, *nodes: str) -> Names:
-        """Whom the arrows into `nodes` come from."""
+        """Parents of `nodes`."""
         ends = self.named(nodes)
         return frozenset(p for p, c in self.directed if c in ends)
 
     def children(self, *nodes: str) -> Names:
-        """Whom the arrows from `nodes` go to."""
+        """Children of `nodes`."""
         ends = self.named(nodes)
         return frozenset(c for p, c in self.directed if p in ends)
 
     def ancestors(self, nodes: Iterable[str]) -> Names:
-        """`nodes` and all from whom arrows lead to them."""
+        """`nodes` and all nodes from which arrows lead to them."""
         found = self.named(nodes)
         while not (more := self.parents(*found)) <= found:
             found |= more
         return found
 
     def order(self) -> tuple[str, ...]:
-        """Every node after its parents."""
+        """All nodes, each after its parents."""
         sorter = TopologicalSorter({n: sorted(self.parents(n)) for n in self.nodes})
         return tuple(sorter.static_order())
 
     def district(self, *nodes: str) -> Names:
-        """`nodes` and all that shared disturbances join to them."""
+        """`nodes` and all nodes that shared disturbances connect to them."""
         found = self.named(nodes)
         while not (more := {e for pair in self.shared if found & {*pair} for e in pair}) <= found:
             found |= more
         return found
 
     def markov_blanket(self, node: str) -> Names:
-        """What, once known, leaves nothing in the rest of the graph to be learnt of `node`."""
+        """The nodes given which `node` is independent of the rest of the graph."""
         heads = self.district(node, *self.children(node))
         return (heads | self.parents(*heads)) - {node}
 
     def d_separated(self, a: Nodes, b: Nodes, given: Nodes = (), *more: Nodes) -> bool:
         """Whether a and b are independent given all others in every distribution of this graph.
 
-        In the moral graph of their ancestors every path from a to b meets what is given
+        They are if every path from a to b in the moral graph of their ancestors meets a given node
         [Lauritzen1990]_; a shared disturbance is a common parent that is never given.
         """
         start, goal = self.named(a), self.named(b)
@@ -94,7 +94,7 @@ class MixedGraph:
 
     @cached_property
     def _with_latents(self) -> MixedGraph:
-        """The same independences among `nodes`, with arrows only."""
+        """A graph with the same independences among `nodes`, with arrows only."""
         latent = {f"{a}<->{b}": (a, b) for a, b in self.shared}
         arrows = {(name, end) for name, ends in latent.items() for end in ends}
         return MixedGraph((*self.nodes, *latent), self.directed | arrows)

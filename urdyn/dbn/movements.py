@@ -1,12 +1,13 @@
-"""What makes the movements of a network's nodes likeliest: coefficients, and what moves by itself.
+"""Maximum likelihood of a network's movements: coefficients, and covariance of own parts.
 
-With B the coefficients of the arrows, M the movements' second moments and S what is left of them,
+With B the coefficients of the arrows, M the movements' second moments and S those of the residuals,
 
     2 L / N = -log |Sigma| - tr(Sigma⁻¹ S),    S = (1 - B) M (1 - B)ᵀ.
 
-Given Sigma, the own parts' covariance, B is generalised least squares: a component that moves
-little by itself tells of its arrows most. Given B, a variance is that of what is left, and where
-disturbances are shared Sigma is found by Fisher's scoring. By turns, L never falls [Meng1993]_.
+Given Sigma, the own parts' covariance, B is generalised least squares: components that move little
+by themselves are most informative on their arrows. Given B, variances are those of the residuals;
+where disturbances are shared, Sigma is found by Fisher scoring. Alternating, L never falls
+[Meng1993]_.
 """
 
 from __future__ import annotations
@@ -21,15 +22,15 @@ from urdyn.dbn.compile import Patterns, pattern
 from urdyn.dbn.graph import Edge
 from urdyn.types import Array, frozen
 
-TURNS = 200  # at most; each raises the likelihood by a share of what is left
-SETTLED = 1e-6  # [nats] by which a turn raises it no further
-TINY = 1e-12  # [-] of a component's movement: less is rounding, and tells no weight
-NEARER = (1.0, 0.9, 0.5, 0.0)  # shares of correlations read pair by pair, until variables have them
+TURNS = 200  # iterations at most, as convergence is linear
+SETTLED = 1e-6  # [nats] gain in likelihood below which iteration ends
+TINY = 1e-12  # [-] of a component's movement: less is rounding, and gives no weight
+NEARER = (1.0, 0.9, 0.5, 0.0)  # shares of pairwise correlations, until these are positive definite
 
 
 @dataclass(frozen=True, eq=False)
 class Movements:
-    """Of nodes that stand `at` somewhere among n states, led by `patterns`, over some slices."""
+    """Movements over some slices of nodes with places `at` among n states, led by `patterns`."""
 
     moments: Array  # (n, n) [1/s] M
     slices: int  # N
@@ -56,7 +57,7 @@ class Movements:
         return _with(arrows, c), _with(shared, rho), sigma
 
     def _blocks(self, edges: Sequence[Edge]) -> Array:
-        """Which states each edge leads by which, (e, n, n)."""
+        """Child states by parent states for each edge, (e, n, n)."""
         found = np.zeros((len(edges), *self.moments.shape))
         for block, edge in zip(found, edges, strict=True):
             places = self.at[edge.child], self.at[edge.parent]
@@ -64,13 +65,13 @@ class Movements:
         return found
 
     def _left(self, c: Array, leads: Array) -> Array:
-        """S, second moments of what moved by itself, (n, n) [1/s]; what never does, by a little."""
+        """S, second moments of the own parts' movements, regularised, (n, n) [1/s]."""
         rest = np.eye(len(self.moments)) - np.tensordot(c, leads, 1)
         return np.asarray(rest @ self.moments @ rest.T + self._least)
 
     @cached_property
     def _least(self) -> Array:
-        """What is added to S, so that what never moves by itself has an inverse, (n, n)."""
+        """What is added to S, so that it is invertible where an own part never moves, (n, n)."""
         moved = self.moments.diagonal()
         least = moved[moved > 0.0].min() if moved.any() else 1.0
         return np.diag(TINY * np.where(moved > 0.0, moved, least))
@@ -81,7 +82,7 @@ class Movements:
         normal = np.einsum("eij,fij->ef", weight @ moved, leads)
         right = np.einsum("ij,eij->e", weight, moved)
         scale = np.sqrt(normal.diagonal())
-        scale = np.where(scale > 0.0, scale, 1.0)  # a parent that never moved: nothing is told
+        scale = np.where(scale > 0.0, scale, 1.0)  # a parent that never moved is uninformative
         found = np.linalg.lstsq(normal / np.outer(scale, scale), right / scale)[0]
         return np.asarray(found / scale)
 
@@ -92,7 +93,7 @@ def _with(edges: Sequence[Edge], coefficients: Array) -> list[Edge]:
 
 
 def _own(left: Array, pairs: Array) -> tuple[Array, Array]:
-    """The likeliest correlations of shared disturbances, (s,), and Sigma, (n, n), given S."""
+    """Maximum-likelihood correlations of shared disturbances, (s,), and Sigma, (n, n), given S."""
     rho, sigma = np.zeros(len(pairs)), np.diag(left.diagonal())
     touched = np.flatnonzero(pairs.any(axis=(0, 1)))
     if len(touched):
@@ -104,7 +105,7 @@ def _own(left: Array, pairs: Array) -> tuple[Array, Array]:
 
 
 def _scored(S: Array, pairs: Array) -> tuple[Array, Array]:
-    """Standard deviations (n,) and correlations (s,) that are likeliest, given S and `pairs`.
+    """Maximum-likelihood standard deviations (n,) and correlations (s,), given S and `pairs`.
 
     Args:
         S: (n, n) second moments.
@@ -130,7 +131,7 @@ def _scored(S: Array, pairs: Array) -> tuple[Array, Array]:
 
 
 def _step(x: Array, S: Array, pairs: Array) -> Array:
-    """Fisher's scoring: the information's inverse times the slope of the likelihood."""
+    """A step of Fisher scoring: inverse information times gradient of the likelihood."""
     n = len(S)
     sd, rho = np.exp(x[:n]), x[n:]
     sigma, each = np.outer(sd, sd) * _correlation(rho, pairs), np.arange(n)
@@ -149,7 +150,7 @@ def _correlation(rho: Array, pairs: Array) -> Array:
 
 
 def _possible(x: Array, n: int, pairs: Array) -> bool:
-    """Whether variables have such correlations, surely enough to be inverted."""
+    """Whether the correlations are positive definite, safely enough to be inverted."""
     return bool(np.linalg.eigvalsh(_correlation(x[n:], pairs))[0] > TINY)
 
 
@@ -159,7 +160,7 @@ def _value(x: Array, S: Array, pairs: Array) -> float:
 
 
 def _log_likelihood(sigma: Array, S: Array) -> float:
-    """L / N, but for a constant."""
+    """L / N, up to a constant."""
     root = np.linalg.cholesky(sigma)
     spread = 2.0 * np.log(root.diagonal()).sum()
     return float(-0.5 * (spread + np.trace(np.linalg.solve(sigma, S))))

@@ -1,7 +1,7 @@
-"""How parameters move between slices. Each serves any observation, by `Joined`.
+"""How parameters move between slices. `Joined` combines each with any observation.
 
 All are linear and exact for any time step, as `Trend` is, and their components are independent;
-noise is stated as a density, so that a belief does not depend on how often one looks at it.
+noise is stated as a density, so that a belief does not depend on how often it is updated.
 """
 
 from __future__ import annotations
@@ -18,11 +18,11 @@ from urdyn.types import Array, Gaussian, Mask, frozen
 
 @dataclass(frozen=True, eq=False)
 class RandomWalk:
-    """x' = x + w, the paper's process: right for a parameter that jitters, late on a ramp."""
+    """x' = x + w, the paper's process: right for a parameter that jitters, lags on a ramp."""
 
     names: tuple[str, ...]  # n
     prior: Gaussian  # (n,), (n, n)
-    diffusion: Array  # (n,) [unit/√s] standard deviation gathered in one second
+    diffusion: Array  # (n,) [unit/√s] standard deviation accumulated in one second
 
     def __post_init__(self) -> None:
         n = len(self.names)
@@ -54,13 +54,13 @@ class RandomWalk:
 
 @dataclass(frozen=True, eq=False)
 class MeanReverting:
-    """x' - mu = exp(-dt / tau) (x - mu) + w, Ornstein-Uhlenbeck: what strays and returns."""
+    """x' - mu = exp(-dt / tau) (x - mu) + w, Ornstein-Uhlenbeck: it strays and returns."""
 
     names: tuple[str, ...]  # n
     prior: Gaussian  # (n,), (n, n)
-    level: Array  # (n,) mu, where it returns to
+    level: Array  # (n,) mu, to which it returns
     time_constant: Array  # (n,) [s] tau
-    spread: Array  # (n,) standard deviation of straying, once the prior is forgotten
+    spread: Array  # (n,) stationary standard deviation
 
     def __post_init__(self) -> None:
         n = len(self.names)

@@ -1,18 +1,18 @@
-"""What the sensors see of an arm: the network's observation model, motor currents by Pinocchio.
+"""The network's observation model: an arm's motor currents, by Pinocchio.
 
     tau_load = Y(q, v, a) pi_0 + G k + D skew + Y S m + Y_last pi_payload / gain
     i        = (tau_load + rotor a + (f' + beta |tau_load| + g(v)) s + alpha' v + o) / (K z) + slow
     alpha'   = alpha exp(-kappa (w + lubricant)),    f' = f exp(-kappa_f (w + lubricant))
 
-G = d tau / d q; D = d tau / d t, by the time that a current is told earlier than commissioning took
-it to be: some milliseconds of it are, on heavy joints, as much torque by speed as damping is. S
-spans the inertial directions that motion can show, in standard scores of the population, so that
-what no motion shows stays with the prior and cannot grow overconfident. Friction, health,
+G = d tau / d q; D = d tau / d t, where skew is how much earlier a current is stamped than
+commissioning assumed: on heavy joints, a few milliseconds give a speed-dependent torque as large as
+damping. S spans the inertial directions that motion can show, in standard scores of the population,
+so that what no motion shows stays with the prior and cannot become overconfident. Friction, health,
 rotors and gains are logarithms: always positive. `gain` is a drive's true gain over K, the
-commissioned one: what is wrong there is in pi_0 and friction too, so that it shows in what is
-carried besides alone. w is how much warmer than on the first day the lubricant is, as far as the
-joints' temperatures tell, and `lubricant` what they do not. What moves no current, by the network's
-edges, stands in all this as on the first day, and for sure.
+commissioned one: an error in K is in pi_0 and friction too, so that it shows only in the payload. w
+is how much warmer than on the first day the lubricant is, as inferred from the joints'
+temperatures, and `lubricant` the error of that. States without an edge to the current are held
+exactly at their first day's values.
 """
 
 from __future__ import annotations
@@ -43,9 +43,9 @@ from urdyn.model.population import OPTIONAL
 from urdyn.signal.sample import Instant
 from urdyn.types import Array, Index, Mask, changed, frozen
 
-BODIES = ("k", "skew", "m", "payload")  # what moves the rigid-body torque
-GROUPS = (*BODIES, "o", "slow", *POSITIVE, *WARMTH)  # what combinations are made of first
-SMEAR = 0.01  # [s] of its jerk, by which an acceleration that was differentiated may be off
+BODIES = ("k", "skew", "m", "payload")  # groups that affect the rigid-body torque
+GROUPS = (*BODIES, "o", "slow", *POSITIVE, *WARMTH)  # those in combinations first
+SMEAR = 0.01  # [s] error of a differentiated acceleration, per jerk
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,7 +55,7 @@ class RobotCurrents:
     reference: Dynamics  # the commissioned arm: where all offsets are zero
     shown: Array  # (10 J, r) inertials per unit of m
     noise: Array  # (J,) [A] sd
-    held: Held | None = None  # states that move no current, by the network's edges; None: none
+    held: Held | None = None  # states that affect no current, by the network's edges; None: none
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "shown", frozen(self.shown))
@@ -63,7 +63,7 @@ class RobotCurrents:
 
     @cached_property
     def places(self) -> dict[str, slice]:
-        """Where each group stands in the state."""
+        """Place of each group in the state."""
         J = self.reference.arm.joints
         sizes = dict.fromkeys(GROUPS, J)
         sizes |= {"skew": 1, "m": self.shown.shape[1], "payload": 10, "kappa_f": 1}
@@ -71,14 +71,14 @@ class RobotCurrents:
 
     @cached_property
     def names(self) -> tuple[str, ...]:
-        """One name a state."""
+        """One name per state."""
         return tuple(
             f"{group}_{i}" for group, at in self.places.items() for i in range(at.stop - at.start)
         )
 
     @cached_property
     def linear(self) -> Mask:
-        """Offsets add to the current; everything else multiplies something, (n,)."""
+        """Offsets and slow noise add to the current; everything else multiplies something, (n,)."""
         mask = np.zeros(len(self.names), dtype=bool)
         mask[self.places["o"]] = mask[self.places["slow"]] = True
         return mask
@@ -116,9 +116,9 @@ class RobotCurrents:
         """Inputs at one instant of a motion, with the presliding state s (J,) there.
 
         Args:
-            x: states that tell which way each gear is loaded; the reference where not given.
-            lubricant: how warm it is, (J,) [°C]; NaN where nobody measures, and so by default.
-            span: over which parameters move [s]; dt where not given.
+            x: states to determine which way each gear is loaded; by default the reference.
+            lubricant: its temperature, (J,) [°C]; NaN, the default, where it is not measured.
+            span: time over which parameters move [s]; by default dt.
         """
         q, v, a = now.q, now.v, now.a
         warm = np.full(len(v), np.nan) if lubricant is None else lubricant
@@ -143,10 +143,10 @@ class RobotCurrents:
         )
 
     def per_unit(self, x: Array, u: RobotSlice) -> Array:
-        """What a unit of each of `packed` draws at states x (n,), (J, 2 c + 7) [A].
+        """Current per unit of each of `packed` at states x (n,), (J, 2 c + 7) [A].
 
-        The currents, but for slow noise, are the sums of their products: for one x, in half the
-        time of `observe`, and of anything else that is packed.
+        The sums of products give the currents without slow noise: for one x, in half the time of
+        `observe`, and for any other packed inputs.
         """
         x = self._felt(x)
         f, alpha, beta, rotor, z, gain = np.exp(x[self._positive]).reshape(len(POSITIVE), -1)
@@ -161,13 +161,13 @@ class RobotCurrents:
         return torque
 
     def instrumental(self, u: RobotSlice, now: Instant) -> Array:
-        """What is packed by the instrument's accelerations, (J, 2 c + 7).
+        """The packed inputs with the instrument's accelerations, (J, 2 c + 7).
 
-        Who multiplies what is left of a current by a regressor that has the same acceleration's
-        noise in it learns of that noise: inertia that is too small, above all where currents are
-        whitened. The regressor is taken where the noise is another one, and what is left stays
-        what it was: the method of instrumental variables [Soderstrom2002]_. What a joint's zero
-        and the skew do is told by the instrument in both.
+        If residual and regressor contain the same noise of acceleration, estimates are biased:
+        inertia comes out too small, above all with whitened currents. So the regressor takes an
+        acceleration with independent noise, and the residual stays as it was: the method of
+        instrumental variables [Soderstrom2002]_. The columns of zeros and skew use the instrument
+        in both.
         """
         if now.instrument is None:
             return u.packed
@@ -175,15 +175,15 @@ class RobotCurrents:
         return packed(A, u.side, load, u.rest, u.s, u.v, now.instrument)
 
     def _felt(self, x: Array) -> Array:
-        """States (..., n) as the currents have them."""
+        """States (..., n), with held ones replaced."""
         return x if self.held is None else self.held.instead(x)
 
     def _later(self, G: Array, C: Array, M: Array, now: Instant) -> Array:
-        """Torque's slope in time, while friction turns over when it does, (J,) [N·m/s].
+        """Time derivative of torque, without reversals of friction, (J,) [N·m/s].
 
-        By the instrument: noise of jerk would pass for a motion that tells of the skew. Where there
-        is none, nothing does. Structural damping rides on all of it, which is some per cent too
-        much: not on what rotors and damping add.
+        By the instrument, since noise of jerk would pass for motion that shows the skew; 0 without
+        one. Structural damping acts on all of it, which is a few per cent too much: it should
+        exclude the part of rotors and damping.
         """
         if now.instrument is None or now.instrument_jerk is None:
             return np.zeros(len(now.v))
@@ -192,13 +192,13 @@ class RobotCurrents:
         return np.asarray(G @ now.v + C @ a + M @ jerk + damped)
 
     def _bodies(self, G: tuple[Array, ...], now: Instant, a: Array) -> tuple[Array, Array]:
-        """A (J, c) and load (J,) of an arm that accelerates by a; G: columns of k and skew."""
+        """A (J, c) and load (J,) of an arm with acceleration a; G: columns of k and skew."""
         borne = self._arm.regressor(now.q, now.v, a) @ self._inertials
         return np.concatenate([*G, borne[:, :-1]], axis=1), borne[:, -1]
 
     @cached_property
     def _inertials(self) -> Array:
-        """Per unit of m and of payload, and the reference's own, (10 J, c - J + 1)."""
+        """Inertials per unit of m and of payload, and the reference's own, (10 J, c - J + 1)."""
         pi, payload = self._arm.inertials.ravel(), np.eye(self.shown.shape[0])[:, -10:]
         return np.column_stack([self.shown, payload, pi])
 
@@ -215,7 +215,7 @@ class RobotCurrents:
         return present(self.reference.drive, sorted(OPTIONAL))
 
     def _rest(self, now: Instant, load: Array, s: Array) -> Array:
-        """Terms of friction that are no states: those that the reference has, (J,) [N·m]."""
+        """Friction terms that are not states, as the reference has them, (J,) [N·m]."""
         at = Contact(now.q, now.v, now.temperature, load, s)
         return friction_torque(at, self.reference.drive, self._terms)
 
@@ -228,7 +228,7 @@ class RobotCurrents:
         return self.linearised(x, u)[1]
 
     def linearised(self, x: Array, u: RobotSlice) -> tuple[Array, Array]:
-        """Currents and their derivative, which have most of their work in common."""
+        """Currents and their derivative, which share most of the work."""
         arguments = self.arguments(u)
         z = arguments.of(x)
         draw = self._draw(z, u)
@@ -250,20 +250,19 @@ class RobotCurrents:
         return Arguments(W, self._states, len(self.names), self.held)
 
     def through(self, z: Array, u: RobotSlice) -> Array:
-        """Currents by their arguments, (..., J, d) -> (..., J) [A]."""
+        """Currents from their arguments, (..., J, d) -> (..., J) [A]."""
         return self._draw(z, u).currents(z, u)
 
     def _draw(self, z: Array, u: RobotSlice) -> Draw:
         return Draw.of(z, u, self.reference.drive.gain)
 
     def near(self, u: RobotSlice, x: Array, payload: Array) -> RobotSlice:
-        """The slice with currents linear in the payload around this one, (10,), by drives as in x.
+        """The slice with currents linear in the payload about this one, (10,), for drives as in x.
 
-        A payload times what its drive makes of it is a product of states. Linearised wherever the
-        payload's estimate stands just then, the errors of that estimate would be in the regressors
-        of health, gain and structural damping, and ever new payloads would tell of these what
-        nobody measured: the inconsistency of [Huang2010]_, mended as there, by one point for all
-        samples of a payload.
+        Payload and drive parameters multiply. If linearised at the current estimate of the payload,
+        its errors would enter the regressors of health, gain and structural damping, and ever new
+        payloads would seem to give information on these: the inconsistency of [Huang2010]_, cured
+        as there, by one linearisation point for all samples of a payload.
         """
         at, K = self.places["payload"], self.reference.drive.gain
         _, _, beta, _, z, gain = np.exp(self._felt(x)[self._positive]).reshape(len(POSITIVE), -1)
@@ -280,9 +279,9 @@ class RobotCurrents:
         return np.asarray(u.load + u.A[:, : at.start] @ x[: at.start] + borne)
 
     def friction(self, x: Array, u: RobotSlice) -> Array:
-        """Torque that friction takes, (n,) -> (J,) [N·m]."""
+        """Friction torque, (n,) -> (J,) [N·m]."""
         return np.asarray(self._draw(self.arguments(u).of(x), u).friction + u.rest)
 
     def observe_cov(self, u: RobotSlice) -> Array:
-        """Noise of the currents, and what nobody knows of the motion, (J, J)."""
+        """Covariance of the currents' noise, and of the motion's uncertainty, (J, J)."""
         return np.diag(u.variance)

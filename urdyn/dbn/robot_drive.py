@@ -1,11 +1,11 @@
-"""What each joint's drive draws, by the few arguments that it is a function of.
+"""The current of each joint's drive, as a function of a few arguments.
 
     i = (torque + (f' + beta |held|) s + alpha' v + rotor a) / (K z) + current
 
-as `urdyn.dbn.robot` has it, of whose states the first arguments are combinations: torque of the
-arm's bodies and of what is constant, the same of what structural damping rides on [N·m], what adds
-to the current itself [A]; and the first two of what is carried, where that is not taken for known.
-Then states.
+as in `urdyn.dbn.robot`. The first arguments are combinations of its states: torque of the arm's
+bodies and constant torque, the same for the load of structural damping [N·m], and additions to the
+current itself [A]; then the first two for the payload, where it is not linearised. Single states
+follow.
 """
 
 from __future__ import annotations
@@ -26,11 +26,11 @@ LOGARITHMS, WARM = slice(-len(STATES), -len(WARMTH)), slice(-len(WARMTH), None)
 
 @dataclass(frozen=True, eq=False)
 class Draw:
-    """What a drive's torque is made of, (..., J) each [N·m] but where said."""
+    """Parts of a drive's torque, (..., J) each [N·m] unless stated."""
 
-    held: Array  # that structural damping rides on
-    carried: Array  # of the torque of rigid bodies
-    carried_held: Array  # of `held`
+    held: Array  # load of structural damping
+    carried: Array  # payload's part of the rigid-body torque
+    carried_held: Array  # payload's part of `held`
     f: Array
     alpha: Array
     beta: Array  # [-]
@@ -38,12 +38,12 @@ class Draw:
     gain: Array  # [-]
     warm: Array  # [K]
     per: Array  # [A/(N·m)]
-    friction: Array  # that depends on states
-    driven: Array  # all of it
+    friction: Array  # the part that depends on states
+    driven: Array  # total torque
 
     @classmethod
     def of(cls, z: Array, u: RobotSlice, K: Array) -> Draw:
-        """By arguments z (..., J, d) and the gains of the first day K (J,) [N·m/A]."""
+        """From arguments z (..., J, d) and the first day's gains K (J,) [N·m/A]."""
         positive, warmth = np.array(z[..., LOGARITHMS]), z[..., WARM]
         kappa, kappa_f, lubricant = (warmth[..., k] for k in range(len(WARMTH)))
         warm = u.felt * (u.warm + lubricant)
@@ -75,12 +75,12 @@ class Draw:
         )
 
     def currents(self, z: Array, u: RobotSlice) -> Array:
-        """What is drawn, (..., J) [A]."""
+        """Currents, (..., J) [A]."""
         current = self.driven * self.per + z[..., CURRENT]
         return np.asarray(current if u.carried is None else current - u.carried.current)
 
     def slopes(self, z: Array, u: RobotSlice) -> Array:
-        """Of that by the arguments, (..., J, d), in their order: combinations, then STATES."""
+        """Derivatives of currents in the arguments, (..., J, d): combinations, then STATES."""
         one, exact = np.ones_like(self.per), u.carried is None
         warmth = z[..., WARM]
         kappa, kappa_f = warmth[..., 0], warmth[..., 1]

@@ -1,4 +1,4 @@
-"""Inputs of one slice of a robot's life: what the motion makes of the parameters."""
+"""Inputs of one slice of a robot's operation: the motion, as the parameters' regressors."""
 
 from __future__ import annotations
 
@@ -10,57 +10,57 @@ import numpy as np
 from urdyn.types import Array, changed
 
 DOUBT = 0.5  # [-] sd of the presliding state of a joint that stands
-CREEP = 0.02  # [rad/s] over which that fades
+CREEP = 0.02  # [rad/s] scale over which that decays
 
 ROWS = ("hold", "rest", "s", "v", "load", "a", "one")
-COLUMN = {name: k - len(ROWS) for k, name in enumerate(ROWS)}  # of what is packed
+COLUMN = {name: k - len(ROWS) for k, name in enumerate(ROWS)}  # in `packed`
 
 
 @dataclass(frozen=True, eq=False)
 class Carried:
-    """What is carried, roughly, and how the currents grow with it there."""
+    """The approximate payload, and the currents linearised about it."""
 
     payload: Array  # (10,)
     slope: Array  # (J, 10) [A] per unit of payload
-    torque: Array  # (J,) [N·m] what it does
-    held: Array  # (J,) [N·m] and what of that structural damping rides on
+    torque: Array  # (J,) [N·m] its torque
+    held: Array  # (J,) [N·m] its part of the load of structural damping
     current: Array  # (J,) [A] slope @ payload
 
 
 @dataclass(frozen=True, eq=False)
 class RobotSlice:
-    """What multiplies each parameter, joint by joint.
+    """Regressors of the parameters, joint by joint.
 
-    The current is linear in `packed`, so that a filter in time of currents is the same filter of
-    it: of A (J, c), torque per unit of k, skew, m and payload, of A_hold (J, c), the same of what
-    structural damping rides on, and of ROWS, (J,) each.
+    The current is linear in `packed`, so that filtering currents in time amounts to filtering it:
+    A (J, c), torque per unit of k, skew, m and payload; A_hold (J, c), the same for the load of
+    structural damping; and ROWS, (J,) each.
     """
 
     dt: float  # [s] since the slice before
-    span: float  # [s] since parameters moved last; 0: they stand still over this slice
+    span: float  # [s] since parameters last moved; 0: they do not move in this slice
     packed: Array  # (J, 2 c + 7)
-    side: Array  # (J,) [-] presliding state, as each gear is loaded along it or against it
-    gripped: Array  # (J,) [A²] variance, for nobody knows the presliding state
-    smeared: Array  # (J,) [A²] the same, for the acceleration was differentiated
+    side: Array  # (J,) [-] presliding state times the sign of each gear's load
+    gripped: Array  # (J,) [A²] variance due to the uncertain presliding state
+    smeared: Array  # (J,) [A²] variance due to differentiation of the acceleration
     noise: Array  # (J,) [A] sd
-    warm: Array  # (J,) [K] of the lubricant over that of the first day, by the model; 0 unknown
-    felt: Array  # (J,) [-] 1 where the joint's temperature is measured, else 0: nothing is claimed
-    blind: bool = True  # nobody measures how warm some joint is
-    share: Array | None = None  # (2, J) [-] of `doubted` that there is; None: all
+    warm: Array  # (J,) [K] lubricant above the first day's temperature, by the model; 0: unknown
+    felt: Array  # (J,) [-] 1 where the joint's temperature is measured, else 0
+    blind: bool = True  # some joint's temperature is not measured
+    share: Array | None = None  # (2, J) [-] factor on `doubted`; None: 1
     stray: Array | None = None  # (J,) [A] sd of slow noise; None: there is none
-    jolted: Array | None = None  # (J,) [-] 1 where something befell a joint's drive; None: nowhere
-    wears: bool = False  # what befell it goes on
-    taken: Array | None = None  # (10,) sd of what may be carried besides; None: nothing
-    widen: bool = False  # something else may be carried from here on
-    carried: Carried | None = None  # None: what a payload does is exact
+    jolted: Array | None = None  # (J,) [-] 1 where a joint's drive changed abruptly; None: nowhere
+    wears: bool = False  # the change goes on
+    taken: Array | None = None  # (10,) sd of what may have been added to the payload; None: nothing
+    widen: bool = False  # the payload may be another from here on
+    carried: Carried | None = None  # None: the payload's effect is exact
 
     def filtered(
         self, packed: Array, noise: Array, stray: Array, share: Array | None = None
     ) -> RobotSlice:
-        """After a filter in time that has made `packed`, noise and slow noise of its own, of these.
+        """The slice after filtering in time, which gave this `packed`, noise and slow noise.
 
-        What nobody knows of a motion changes slowly, and comes through as `one` does. Of that as
-        much as `share` is left, (2, J) of `doubted`; None: all.
+        The motion's errors change slowly, and pass the filter as `one` does. `share` is a factor on
+        `doubted`, (2, J); None: 1.
         """
         passes = packed[:, COLUMN["one"]] ** 2
         return changed(
@@ -75,15 +75,15 @@ class RobotSlice:
 
     @cached_property
     def doubted(self) -> Array:
-        """Variance by doubt about presliding, and about accelerations, as stated, (2, J) [A²].
+        """Stated variance due to uncertain presliding, and to uncertain accelerations, (2, J) [A²].
 
-        What is smeared is so but for how far accelerations usually are off: noise has that.
+        The latter excludes accelerations' usual errors, which are in the noise.
         """
         return np.array([self.gripped, np.maximum(self.smeared - self.power, 0.0)])
 
     @cached_property
     def unknown(self) -> Array:
-        """Variance by both, (J,) [A²]."""
+        """Variance due to both, (J,) [A²]."""
         if self.share is None:
             return np.asarray(self.doubted.sum(axis=0))
         return np.asarray(np.vecdot(self.share.T, self.doubted.T))
@@ -95,12 +95,12 @@ class RobotSlice:
 
     @cached_property
     def variance(self) -> Array:
-        """Of white noise, and of what nobody knows of the motion, (J,) [A²]."""
+        """Variance of white noise and of the motion's uncertainty, (J,) [A²]."""
         return np.asarray(self.power + self.unknown)
 
     @property
     def roughly(self) -> Array | None:
-        """What is carried, as far as it was found out, (10,); None: nobody did."""
+        """The approximate payload, (10,); None: unknown."""
         return None if self.carried is None else self.carried.payload
 
     @property
@@ -125,7 +125,7 @@ class RobotSlice:
 
     @property
     def rest(self) -> Array:
-        """Of ripple, warmth and friction that fades with speed, (J,) [N·m]."""
+        """Torque of ripple, warmth and friction that fades with speed, (J,) [N·m]."""
         return self.packed[:, COLUMN["rest"]]
 
     @property
@@ -145,7 +145,7 @@ class RobotSlice:
 
     @property
     def one(self) -> Array:
-        """What multiplies what does not move, (J,) [-]."""
+        """Regressor of constants, (J,) [-]."""
         return self.packed[:, COLUMN["one"]]
 
     @property
@@ -156,7 +156,7 @@ class RobotSlice:
 def presliding_doubt(v: Array) -> Array:
     """Standard deviation of the presliding state of joints at speeds v, (..., J) [-].
 
-    How far it is off in joints that slide is in the noise already.
+    Its errors in joints that slide are in the noise already.
     """
     return np.asarray(DOUBT * np.exp(-np.abs(v) / CREEP))
 
@@ -170,7 +170,7 @@ def packed(
     v: Array,
     a: Array,
 ) -> Array:
-    """What a slice is linear in, of gears that are loaded along s or against it, `side` (J,)."""
+    """What a slice is linear in; `side` (J,): s times the sign of each gear's load."""
     return laid_out(A, side, (side * load, rest, s, v, load, a, 1.0))
 
 

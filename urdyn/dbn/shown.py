@@ -1,4 +1,4 @@
-"""What motion can show of an arm's bodies, whatever is measured."""
+"""What motion can show of an arm's bodies at best."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from urdyn.model.moments import generic_moments
 from urdyn.model.population import Population
 from urdyn.types import Array
 
-SHOWN = 1e-6  # of the largest singular value: what a direction must do to torque to be tracked
+SHOWN = 1e-6  # of the largest singular value, from which on a direction is tracked
 
 
 def shown_directions(
@@ -23,10 +23,10 @@ def shown_directions(
 
     Returns:
         V, (10 J, r): orthonormal directions among the links' standard scores; and S V, (10 J, r):
-        the inertials that a unit of each stands for.
+            the inertials per unit of each.
     """
     arm = reference.arm
-    J = log_cholesky_jacobian(log_cholesky(reference.inertials))  # where the fit's belief is
+    J = log_cholesky_jacobian(log_cholesky(reference.inertials))  # at the fit's estimate
     S = np.zeros((10 * arm.joints, 10 * arm.joints))
     for j in range(arm.joints):
         rows = slice(10 * j, 10 * j + 10)

@@ -1,4 +1,4 @@
-"""What a smoother knows of a whole history, and what that says of the noise that drove it."""
+"""A smoother's belief in a whole history, and the noise that it implies."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from urdyn.types import Array, frozen, shaped
 
 @dataclass(frozen=True, eq=False)
 class Smoothed:
-    """Beliefs given all observations, the one before the first slice included."""
+    """Beliefs given all observations, including the one before the first slice."""
 
     mean: Array  # (N + 1, n)
     cov: Array  # (N + 1, n, n)
@@ -67,7 +67,7 @@ def observation_residuals(
 
 
 def _require_slices(history: Smoothed, **counts: int) -> None:
-    """InputError where the history is of more slices than there are of these, or of fewer."""
+    """InputError where these counts differ from the history's number of slices."""
     slices = len(history.cross)
     for what, count in counts.items():
         if count != slices:

@@ -7,6 +7,6 @@ from itertools import accumulate, pairwise
 
 
 def stacked(sizes: Mapping[str, int]) -> dict[str, slice]:
-    """Where each group stands among all states, in the order of `sizes`."""
+    """Place of each group among all states, in the order of `sizes`."""
     ends = pairwise(accumulate(sizes.values(), initial=0))
     return {name: slice(*place) for name, place in zip(sizes, ends, strict=True)}

@@ -1,4 +1,4 @@
-"""The process that follows a ramp: every parameter with the rate at which it changes."""
+"""The process that follows a ramp: each parameter with its rate of change."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ class Trend:
 
     parameters: tuple[str, ...]  # p
     parameter_prior: Gaussian  # (p,), (p, p)
-    diffusion: Array  # (p,) [unit/√s] of the parameters beside their rates
+    diffusion: Array  # (p,) [unit/√s] of the parameters, besides their rates
     drifting: Index  # (r,) which parameters have a rate
     rate_sd: Array  # (r,) [unit/s] prior around zero
     acceleration: Array  # (r,) [unit/s/√s] diffusion of the rates
-    time_constant: float = np.inf  # [s] tau, in which a rate dies away
+    time_constant: float = np.inf  # [s] tau, in which a rate decays
 
     def __post_init__(self) -> None:
         p = len(self.parameters)
@@ -44,7 +44,7 @@ class Trend:
 
     @cached_property
     def names(self) -> tuple[str, ...]:
-        """The parameters', then one rate for each that drifts."""
+        """The parameters, then one rate for each that drifts."""
         return (*self.parameters, *(f"{self.parameters[i]}.rate" for i in self.drifting))
 
     @cached_property
@@ -102,6 +102,6 @@ class Trend:
         both, slope = 0.5 * (tau * lost) ** 2, -0.5 * tau * float(np.expm1(-2.0 * dt / tau))
         if dt > tau:
             return tau**2 * (dt - tau * lost * (1.0 + 0.5 * lost)), both, slope
-        # By Gauss-Legendre: that is a difference of nearly equal terms where dt << tau.
+        # By Gauss-Legendre: the closed form is a difference of nearly equal terms where dt << tau.
         h = tau * np.expm1(-0.5 * dt / tau * (1.0 + _NODE))
         return float(0.5 * dt * _WEIGHT @ h**2), both, slope

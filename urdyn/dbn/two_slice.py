@@ -5,9 +5,9 @@
 
 A model is a value; it keeps nothing between calls. All functions broadcast over leading axes of x,
 so that sigma points, particles and a whole history are one call. What differs from slice to slice
-(time passed, regressors, which way the robot moves) is in `u`, any frozen value that knows its
-`dt`; the model chooses the type. The prior is the belief before the first slice, and a first slice
-with `dt = 0` is the prior's own.
+(time passed, regressors, direction of motion) is in `u`, any frozen value with a `dt`; the model
+chooses the type. The prior is the belief before the first slice; if that has `dt = 0`, it is at the
+prior's own time.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from urdyn.types import Array, Gaussian, Mask
 
 
 class Slice(Protocol):
-    """The least that the inputs of a slice say."""
+    """The minimum that the inputs of a slice contain."""
 
     @property
     def dt(self) -> float:
@@ -30,7 +30,7 @@ class Slice(Protocol):
 
 @dataclass(frozen=True)
 class Tick:
-    """Inputs of a slice for a model that asks only how much time has passed."""
+    """Inputs of a slice for a model that depends only on the time passed."""
 
     dt: float = 1.0  # [s], or steps
 
@@ -52,30 +52,30 @@ class Process(Protocol[U_contra]):
 
     @property
     def linear(self) -> Mask:
-        """States in which, together, the transition is affine whatever the others are, (n,)."""
+        """States in which, jointly, the transition is affine for any values of the others, (n,)."""
 
     def transition(self, x: Array, u: U_contra) -> Array:
         """Expected next state, (..., n) -> (..., n)."""
 
     def transition_jacobian(self, x: Array, u: U_contra) -> Array:
-        """F = d transition / d x, (..., n) -> (..., n, n); (n, n) where F is one for all x."""
+        """F = d transition / d x, (..., n) -> (..., n, n); (n, n) where F is the same for all x."""
 
     def transition_cov(self, u: U_contra) -> Array:
         """Process noise Q of one slice, (n, n)."""
 
 
 class Observation(Protocol[U_contra]):
-    """What the sensors show of the state; the intra-slice half."""
+    """How the sensors observe the state; the intra-slice half."""
 
     @property
     def linear(self) -> Mask:
-        """States in which, together, `observe` is affine whatever the others are, (n,)."""
+        """States in which, jointly, `observe` is affine for any values of the others, (n,)."""
 
     def observe(self, x: Array, u: U_contra) -> Array:
         """Expected observation, (..., n) -> (..., m)."""
 
     def observe_jacobian(self, x: Array, u: U_contra) -> Array:
-        """H = d observe / d x, (..., n) -> (..., m, n); (m, n) where H is one for all x."""
+        """H = d observe / d x, (..., n) -> (..., m, n); (m, n) where H is the same for all x."""
 
     def observe_cov(self, u: U_contra) -> Array:
         """Measurement noise R of one slice, (m, m)."""
@@ -86,7 +86,7 @@ class TwoSlice(Process[U_contra], Observation[U_contra], Protocol[U_contra]):
 
     @property
     def linear(self) -> Mask:
-        """States in which both halves are affine: what a particle filter need not sample, (n,)."""
+        """States in which both halves are affine, which a particle filter need not sample, (n,)."""
 
     @property
     def affine_transition(self) -> bool:
@@ -99,7 +99,7 @@ class TwoSlice(Process[U_contra], Observation[U_contra], Protocol[U_contra]):
 
 @runtime_checkable
 class Linearising(Protocol[U_contra]):
-    """An observation with a shorter way to `observe` and `observe_jacobian` at once."""
+    """An observation with a faster way to `observe` and `observe_jacobian` together."""
 
     def linearised(self, x: Array, u: U_contra) -> tuple[Array, Array]:
         """Both, at x (..., n)."""
@@ -110,10 +110,10 @@ class Narrow(Protocol[U_contra]):
     """An observation each of whose rows is a function of few arguments."""
 
     def arguments(self, u: U_contra) -> Arguments | None:
-        """What these are of the states; None: whatever the states are."""
+        """The arguments as functions of the states; None: not few."""
 
     def through(self, z: Array, u: U_contra) -> Array:
-        """What is observed where they are z, (..., m, d) -> (..., m)."""
+        """The observation at arguments z, (..., m, d) -> (..., m)."""
 
     def observe_cov(self, u: U_contra) -> Array:
         """Measurement noise R of one slice, (m, m)."""
@@ -121,19 +121,19 @@ class Narrow(Protocol[U_contra]):
 
 @runtime_checkable
 class Predicting(Protocol[U_contra]):
-    """An affine process with a shorter way to carry a Gaussian on than as points."""
+    """An affine process with a faster way to predict a Gaussian than by points."""
 
     def predicted(self, belief: Gaussian, u: U_contra) -> Gaussian | None:
-        """Moments of the next state, by `transition` and `transition_cov`; None: no shorter way."""
+        """Moments of the next state by `transition` and `transition_cov`; None: no faster way."""
 
 
 def predicted(model: Process[U], belief: Gaussian, u: U) -> Gaussian | None:
-    """The belief about the next state, where there is a shorter way to it."""
+    """The belief about the next state, where there is a faster way to it."""
     return model.predicted(belief, u) if _predicts(model) else None
 
 
 def linearised(model: Observation[U], x: Array, u: U) -> tuple[Array, Array]:
-    """`observe` and `observe_jacobian` at x, by the shorter way where there is one."""
+    """`observe` and `observe_jacobian` at x, by the faster way where there is one."""
     if _linearises(model):
         return model.linearised(x, u)
     return model.observe(x, u), model.observe_jacobian(x, u)
@@ -154,5 +154,5 @@ def _predicts(model: Process[U]) -> TypeGuard[Predicting[U]]:
 
 @cache
 def able(kind: type, ability: type) -> bool:
-    """Whether a class has it, asked once for each: a protocol takes long to answer."""
+    """Whether a class has an ability, cached: checking a protocol is slow."""
     return issubclass(kind, ability)

@@ -1,8 +1,8 @@
-"""How the parameters of a robot move: own parts that stray, the network's edges, what fades.
+"""How a robot's parameters move: own parts that stray, the network's edges, fading states.
 
-What strays by itself are the own parts of the network's nodes (see `graph`): f strays, alpha
-follows f by the coefficient of f -> alpha beside what is its own, and a shared disturbance makes f
-and z stray together. f and z have rates: what wears. What fades returns to zero.
+Own parts of the network's nodes (see `graph`) stray: f strays, alpha follows f by the coefficient
+of f -> alpha and strays besides, and a shared disturbance makes f and z stray together. f and z
+wear, so they have rates. Fading states return to zero.
 
     f' = f + h rate_f + w_f,    cov(w_f, w_z) = rho q_f q_z
     alpha' = alpha + b (f' - f) + w_alpha
@@ -21,38 +21,38 @@ from urdyn.types import Array, Gaussian, Index, Mask, frozen
 
 @dataclass(frozen=True)
 class Fading:
-    """Parameters that stray around zero and forget how far."""
+    """Parameters that stray around zero and return to it."""
 
     at: slice
     memory: float  # [s]
-    sd: float  # of straying, in the long run
+    sd: float  # stationary
 
 
 @dataclass(frozen=True)
 class Jolt:
-    """Parameters, one a joint, that something which befalls its drive may change at once."""
+    """Parameters, one per joint, that an abrupt change of its drive may change."""
 
     at: slice
-    sd: float  # of such a change
-    rate: float = 0.0  # [1/s] sd of what it may go on by, where it has a rate
+    sd: float  # of that change
+    rate: float = 0.0  # [1/s] sd of the rate at which it may go on, where it has one
 
 
 @dataclass(frozen=True, eq=False)
 class Wear:
-    """Process of a robot's parameters, p of them, and the rates of r, behind them."""
+    """Process of a robot's p parameters, followed by the rates of r of them."""
 
     parameters: tuple[str, ...]  # p
     prior: Gaussian  # (p + r,)
-    own: Array  # (p, p) [1/s] covariance that own parts gather in a second
+    own: Array  # (p, p) [1/s] diffusion covariance of own parts
     drifting: Index  # (r,) parameters that have a rate
-    push: Array  # (r, r) [1/s³] the same of the rates
-    lead: Array  # (p, p) B, what follows what within a slice: child by parent
-    warmth: Array  # (p,) [1/√s] beside `own`, where nobody measures how warm joints are
+    push: Array  # (r, r) [1/s³] the same for the rates
+    lead: Array  # (p, p) B, coefficients within a slice: child by parent
+    warmth: Array  # (p,) [1/√s] in addition to `own`, where a joint's temperature is not measured
     fading: tuple[Fading, ...]
     jolts: tuple[Jolt, ...]
     payload: slice
     slow: slice
-    beside: slice  # what other streams alone tell of, which is set anew now and then
+    beside: slice  # other streams' own states, which are reset now and then
     memory: float  # [s] of slow noise
 
     def __post_init__(self) -> None:
@@ -61,7 +61,7 @@ class Wear:
 
     @cached_property
     def names(self) -> tuple[str, ...]:
-        """The parameters', then one rate for each that drifts."""
+        """The parameters, then one rate for each that drifts."""
         return (*self.parameters, *(f"{self.parameters[i]}.rate" for i in self.drifting))
 
     @cached_property
@@ -71,19 +71,19 @@ class Wear:
 
     @cached_property
     def _spread(self) -> Array:
-        """M = (1 - B)^-1: what a change of each own part does to every parameter, (p, p)."""
+        """M = (1 - B)^-1: effect of a change of each own part on every parameter, (p, p)."""
         return np.asarray(np.linalg.inv(np.eye(len(self.parameters)) - self.lead))
 
     @cached_property
     def _follow(self) -> tuple[Index, Array]:
-        """Parameters that rates move, (c,), and D, how far each rate moves them, (c, r)."""
+        """Parameters moved by rates, (c,), and D, their change per unit of each rate, (c, r)."""
         moved = self._spread[:, self.drifting]
         child = np.flatnonzero(moved.any(axis=1))
         return child, moved[child]
 
     @cached_property
     def _noise(self) -> tuple[Index, Array]:
-        """Where Q has entries, (e,), and those by dt, dt² / 2, dt³ / 3, (3, e)."""
+        """Q's nonzero entries, (e,), and their factors of dt, dt² / 2, dt³ / 3, (3, e)."""
         p, n = len(self.parameters), len(self.names)
         M, moved = self._spread, self._spread[:, self.drifting]
         parts = np.zeros((3, n, n))
@@ -97,7 +97,7 @@ class Wear:
 
     @cached_property
     def _rates(self) -> list[Index]:
-        """Of each jolt's parameters the states that are their rates; none where they have none."""
+        """For each jolt, the states that are its parameters' rates; empty where they have none."""
         p = len(self.parameters)
         return [
             p + np.flatnonzero((jolt.at.start <= self.drifting) & (self.drifting < jolt.at.stop))
@@ -106,7 +106,7 @@ class Wear:
 
     @cached_property
     def _forgetting(self) -> Array:
-        """How fast each state returns to zero, (n,) [1/s]; zero where it stays."""
+        """Rate at which each state decays to zero, (n,) [1/s]; zero where it stays."""
         rates = np.zeros(len(self.names))
         for fading in self.fading:
             rates[fading.at] = 1.0 / fading.memory
@@ -115,42 +115,42 @@ class Wear:
 
     @cached_property
     def _faded(self) -> Array:
-        """Variance in the long run of what fades and is known how far it strays, (n,)."""
+        """Stationary variance of `fading` states, (n,); 0 of others."""
         variance = np.zeros(len(self.names))
         for fading in self.fading:
             variance[fading.at] = fading.sd**2
         return variance
 
     def transition(self, x: Array, u: RobotSlice) -> Array:
-        """Every parameter moves by the rates that lead it, (..., p + r)."""
+        """Move every parameter by the rates that lead it, (..., p + r)."""
         return self._led(x, u.span)
 
     def later(self, belief: Gaussian, span: float, blind: bool) -> Gaussian:
-        """What is believed of it `span` [s] later, when nothing befell it and nobody measured.
+        """The belief `span` [s] later, without abrupt changes or measurements.
 
         Args:
-            blind: nobody measures how warm some joint is.
+            blind: some joint's temperature is not measured.
         """
         cov = self._strayed(self._propagated(belief.cov, span), span, blind)
         return Gaussian(self._led(belief.mean, span), cov)
 
     def predicted(self, belief: Gaussian, u: RobotSlice) -> Gaussian:
-        """What is believed of it after a slice."""
+        """The belief predicted over a slice."""
         cov = self._strayed(self._propagated(belief.cov, u.span), u.span, u.blind, self._besides(u))
         return Gaussian(self._led(belief.mean, u.span), cov)
 
     def befallen(self, belief: Gaussian, drives: Array, wears: bool) -> Gaussian:
-        """What is believed once something may have befallen these drives, (J,) 1 where it may.
+        """The belief once drives may have changed abruptly, (J,) 1 where they may have.
 
         Args:
-            wears: it goes on to.
+            wears: whether the change may go on.
         """
         cov = np.array(belief.cov)
         cov.flat[:: len(cov) + 1] += self._jolted(drives, wears)
         return Gaussian(belief.mean, cov)
 
     def _jolted(self, drives: Array, wears: bool) -> Array:
-        """Variance of that, (n,)."""
+        """Variance of such changes, (n,)."""
         variance = np.zeros(len(self.names))
         for jolt, rates in zip(self.jolts, self._rates, strict=True):
             variance[jolt.at] = jolt.sd**2 * drives
@@ -159,7 +159,7 @@ class Wear:
         return variance
 
     def _led(self, x: Array, span: float) -> Array:
-        """By the rates that lead it, (..., p + r)."""
+        """x after `span` [s], moved by the rates that lead it, (..., p + r)."""
         (child, D), p = self._follow, len(self.parameters)
         kept = np.exp(-span * self._forgetting)
         moved = x * kept
@@ -167,7 +167,7 @@ class Wear:
         return moved
 
     def _propagated(self, P: Array, span: float) -> Array:
-        """F P Fᵀ, (n, n): n² and not n³, for few states take up anything but themselves."""
+        """F P Fᵀ, (n, n): in n², not n³, as few states depend on others."""
         (child, D), p = self._follow, len(self.parameters)
         kept = np.exp(-span * self._forgetting)
         moved = np.outer(kept, kept)
@@ -188,12 +188,12 @@ class Wear:
         return F
 
     def transition_cov(self, u: RobotSlice) -> Array:
-        """Noise of own parts and rates, spread along the edges and gathered over the slice."""
+        """Noise of own parts and rates, spread along the edges and integrated over the slice."""
         n = len(self.names)
         return self._strayed(np.zeros((n, n)), u.span, u.blind, self._besides(u))
 
     def _besides(self, u: RobotSlice) -> Array:
-        """Variance by what may have befallen the arm, and by slow noise, (n,)."""
+        """Variance due to abrupt changes, and to slow noise, (n,)."""
         variance = np.zeros(len(self.names))
         if u.taken is not None:
             variance[self.payload] += u.taken**2
@@ -204,10 +204,10 @@ class Wear:
         return variance
 
     def _strayed(self, cov: Array, dt: float, blind: bool, besides: Array | float = 0.0) -> Array:
-        """`cov` itself, (n, n), with the noise of what strays and what fades over dt [s].
+        """`cov`, (n, n), modified in place by the noise of straying and fading states over dt [s].
 
         Args:
-            besides: variance that is added as well, (n,).
+            besides: variance to add, (n,).
         """
         entries, (at, parts) = cov.reshape(-1), self._noise
         entries[at] += dt * (parts[0] + dt * (parts[1] / 2.0 + dt * parts[2] / 3.0))

@@ -13,15 +13,15 @@ from urdyn.types import Array, Gaussian, Index, Mask
 
 
 class Doubtful(Slice, Protocol):
-    """A slice that knows whether something may have jumped in it."""
+    """A slice that says whether states may have jumped in it."""
 
     @property
     def widen(self) -> bool:
-        """Whether it may."""
+        """Whether they may."""
 
     @property
     def roughly(self) -> Array | None:
-        """Where to, (j,), as far as others have found out; None: nobody did."""
+        """An estimate of where to, (j,), from elsewhere; None: there is none."""
 
 
 D = TypeVar("D", bound=Doubtful, contravariant=True)
@@ -29,11 +29,11 @@ D = TypeVar("D", bound=Doubtful, contravariant=True)
 
 @dataclass(frozen=True, eq=False)
 class Widening(Generic[D]):
-    """`process`, and at slices with `widen` what is `jumping` is something else from then on.
+    """`process`, in which the states `jumping` are replaced at slices with `widen`.
 
-    Of that no more is known than the prior's mean and `sd`, and what was known of the one before
-    does not help. A payload that is picked up is such a jump: nothing drifts there. Where `roughly`
-    is given, belief begins there, and is as wide: who found it out had the same data.
+    The new values are believed to be the prior's mean with `sd`, regardless of the old ones. A
+    payload that is picked up is such a jump, not a drift. Where `roughly` is given, the belief
+    starts there instead, but just as wide, since that estimate came from the same data.
     """
 
     process: Process[D]
