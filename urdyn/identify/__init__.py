@@ -24,7 +24,7 @@ __all__ = [
     "validate",
 ]
 
-# Following a twin needs Fit and Noise, and neither CasADi nor SciPy's filters.
+# Tracking a twin needs Fit and Noise, but neither CasADi nor SciPy's filters.
 __getattr__ = lookup(
     __name__,
     {

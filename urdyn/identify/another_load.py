@@ -1,8 +1,8 @@
-"""Whether something else hung at the tool from some row of a log on.
+"""Whether the tool carried another load from some row of a log on.
 
-A fit bears one load throughout, and spreads a piece that came half-way over the whole log: too much
-weight before, too little after. So what it leaves is, in the main, what gravity makes of one load
-up to that row and of another from there on, w = m, mx, my, mz each:
+A fit assumes one load throughout, and spreads a piece that came half-way over the whole log: too
+much weight before, too little after. So its residuals are mainly the gravity torque of one load up
+to that row and of another from there on, w = m, mx, my, mz each:
 
     share = (g(0, k) + g(k, N)) / |r|²,    g = b' A^-1 b,    A = sum Y' Y,    b = sum Y' r
 
@@ -17,13 +17,13 @@ from urdyn.identify.fit import Fit
 from urdyn.identify.scoring import Score
 from urdyn.types import Array
 
-PARTS = 40  # of a log, with any of which a load may come
-MOST = 4000  # rows that are looked at, about
-TOLD = 1e-9  # [-] of the best told direction of a load, below which one is not told
+PARTS = 40  # of a log, at whose beginnings a load may come
+MOST = 4000  # rows used, about
+TOLD = 1e-9  # [-] of a load's best-known direction, below which one is unknown
 
 
 def another_load(fit: Fit, score: Score) -> tuple[float, float]:
-    """Share of what a fit leaves of a log that another load explains [-], and since when [s]."""
+    """Share of a fit's residuals in a log that another load explains [-], and since when [s]."""
     log, rows = score.log, slice(None, None, max(len(score.log) // MOST, 1))
     t, moves, q = log.t[rows], score.moves[rows], np.nan_to_num(log.joint("actual_q")[rows])
     left = log.joint("actual_current")[rows] - score.predicted[rows]
@@ -42,5 +42,5 @@ def another_load(fit: Fit, score: Score) -> tuple[float, float]:
 
 
 def _explained(A: Array, b: Array) -> float:
-    """g, by the least load of least squares where a motion tells not all of it."""
+    """g, by the minimum-norm least-squares load where a motion does not show all of it."""
     return float(b @ np.linalg.lstsq(A, b, rcond=TOLD)[0])

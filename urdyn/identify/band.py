@@ -1,10 +1,10 @@
 """The band in which a recording has power: what was filtered out of it carries no information.
 
-Some recordings were low-passed before they were published. Above the cut their current tells no
-more of friction's edges, while the model still has them; and because next to nothing is left there,
-a likelihood with coloured noise would trust that nothing most of all. So both sides of the equation
-pass the same filter, which is linear and therefore keeps it true, and as many samples are kept as
-such a band can carry. Recordings that were not filtered are left as they are.
+Some recordings were low-passed before they were published. Above the cutoff their current lacks the
+edges of friction that the model still has; and because next to no power is left there, a likelihood
+with coloured noise would trust that band most of all. So both sides of the equation pass the same
+linear filter, which keeps it true, and are decimated as far as the band allows. Unfiltered
+recordings are left as they are.
 """
 
 from __future__ import annotations
@@ -19,18 +19,18 @@ from scipy.signal import butter, periodogram, sosfiltfilt
 from urdyn.signal.stretches import median_step
 from urdyn.types import Array, Mask, Motion
 
-SILENT = 1e-3  # share of the current's size that no sensor's noise stays below
-CARRIED = 0.7  # of half the rate of the kept samples: there the filter cuts, or lower
-ENOUGH = 200  # samples that are kept at least, for the colour of the noise to be told from them
+SILENT = 1e-3  # share of the current's size below which no sensor's noise is
+CARRIED = 0.7  # of the kept samples' Nyquist frequency: highest cutoff
+ENOUGH = 200  # samples to keep at least, to estimate the noise's colour
 ORDER = 6
 
 
 @dataclass(frozen=True)
 class Band:
-    """Every so many-th sample of what lies below a frequency that those can carry."""
+    """Low-pass filter and decimation."""
 
-    every: int = 1  # 1: all there is
-    edge: float = 1.0  # what is kept lies below this share of half the sample rate
+    every: int = 1  # decimation factor; 1: no filter
+    edge: float = 1.0  # cutoff, as a share of the Nyquist frequency
 
     def __call__(self, x: Array) -> Array:
         """The rows of a run that are kept, (N, ...) -> (ceil(N / every), ...)."""
@@ -50,7 +50,7 @@ EVERYTHING = Band()
 
 
 def common_band(motions: Sequence[Motion]) -> Band:
-    """The band of the recording that has most to say."""
+    """The band of the recording with the highest frequencies."""
     edge = max(_edge_of(motion) for motion in motions)
     rows = sum(len(motion) for motion in motions)
     every = min(int(CARRIED / edge), rows // ENOUGH)
@@ -58,7 +58,7 @@ def common_band(motions: Sequence[Motion]) -> Band:
 
 
 def _edge_of(motion: Motion) -> float:
-    """The largest frequency that a motion's currents hold."""
+    """The highest frequency in a motion's currents, as a share of the Nyquist frequency."""
     edges = [0, *motion.breaks, len(motion)]
     start, stop = max(pairwise(edges), key=lambda run: run[1] - run[0])
     current = motion.current[start:stop]
@@ -69,7 +69,7 @@ def _edge_of(motion: Motion) -> float:
 
 
 def _edge(x: Array) -> float:
-    """Frequency above which next to nothing is left, as a share of half the sample rate."""
+    """Frequency above which next to no power is left, as a share of the Nyquist frequency."""
     frequency, power = periodogram(x, window="hann", detrend="linear")
     above = np.cumsum(power[::-1])[::-1]
     silent = above < SILENT**2 * above[0]

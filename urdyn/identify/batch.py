@@ -20,7 +20,7 @@ from urdyn.model.population import population
 from urdyn.progress import Progress, silent
 from urdyn.types import Array, Mask, Motion
 
-POINT = 1e-9  # [m²] that rounding makes of the spread of a point
+POINT = 1e-9  # [m²] rounding error in the spread of a point mass
 
 
 def identify(
@@ -31,19 +31,19 @@ def identify(
     tool: Array | None = None,
     progress: Progress = silent,
 ) -> Fit:
-    """Identify an arm from motions, with everything that the data do not tell left to the prior.
+    """Identify an arm from motions; what the data do not show keeps its prior.
 
     Args:
         motions: what `condition` made of logs of the bare arm, or of one with its tool.
-        loaded: motions with a payload; one of known mass is what tells the drive gains.
+        loaded: motions with a payload; one of known mass identifies the drive gains.
         gain: drive gains where they are known, (J,) [N·m/A].
-        tool: inertials (10,), in the last joint's frame, of what the arm bore in all motions; None:
-            nobody says, and the last link is taken to have it within.
-        progress: called with what is being done, and the share that is behind.
+        tool: inertials (10,), in the last joint's frame, of what the arm carried in all motions;
+            None: unknown, and the last link is taken to contain it.
+        progress: called with what is being done, and the share that is done.
 
     Raises:
-        InputError: the gains are not one a joint, finite and above 0; no body is like the tool.
-        IdentifiabilityError: nothing moves, or too little is there.
+        InputError: the gains are not one per joint, finite and above 0; the tool is not a body.
+        IdentifiabilityError: nothing moves, or there are too few data.
     """
     given_a(arm, Arm, "arm", "as urdyn.load_arm(name) gives")
     runs = [*map(Run, motions), *(given_a(run, Run, "loaded", "of a motion") for run in loaded)]
@@ -54,13 +54,13 @@ def identify(
     if tool is not None:
         tool = _borne(tool)
     _check(arm, runs)
-    # The matrices are small: threads of the linear algebra would wait for one another.
+    # The matrices are small: linear algebra threads would wait for one another.
     with threadpool_limits(1):
         return search(arm, [_alive(run) for run in runs], gain, tool, progress)
 
 
 def _alive(run: Run) -> Run:
-    """A run without the currents of sensors that are dead, which would be taken for friction's."""
+    """A run without the currents of dead sensors, which would be taken for friction."""
     motion = run.motion
     if not (ill := dead(motion.q, motion.current)).any():
         return run
@@ -68,7 +68,7 @@ def _alive(run: Run) -> Run:
 
 
 def _borne(tool: Array) -> Array:
-    """Inertials (10,) of a tool: nothing, or of a body, a point perhaps; else InputError."""
+    """Inertials (10,) of a tool, checked: none, a body, or a point mass; else InputError."""
     tool = given_each(tool, "tool", (10,))
     if tool.any() and not is_consistent(tool, -POINT):
         raise InputError(f"tool {tool}: takes a body's, as Payload(mass, com).inertials() gives")
@@ -76,7 +76,7 @@ def _borne(tool: Array) -> Array:
 
 
 def _possible(gain: Array) -> Mask:
-    """Whether a drive has it."""
+    """Whether a drive can have such a gain."""
     return (gain > 0.0) & np.isfinite(gain)
 
 

@@ -24,13 +24,13 @@ def compress(
     payload: int | None = None,
     band: Band = EVERYTHING,
 ) -> list[Compressed]:
-    """One small problem a joint, as large as it has columns, however long the motion was.
+    """One small problem per joint, of a size given by its columns, however long the motion.
 
     Args:
-        point: where the columns are taken; its prediction tells outliers from data.
+        point: where the columns are linearised; outliers are judged by its prediction.
         noise: colour, scale and tails of the current.
         payload: index of the payload that `point` carries; None: none.
-        band: in which the current is compared.
+        band: the band in which currents are compared.
     """
     coefficients = coefficients_at(point)
     R = [np.zeros((0, len(w) + 1)) for w in coefficients]
@@ -42,7 +42,7 @@ def compress(
 
 
 def _triangle(parts: Sequence[Array]) -> Array:
-    """R of rows (n, c), by QR of pieces that stay in the cache, (c, c); of fewer rows, (n, c)."""
+    """R of rows (n, c), by QR of pieces that fit into the cache: (c, c), or (n, c) if n < c."""
     rows = np.vstack(parts)
     R = rows[:0]
     for start in range(0, len(rows), PIECE):
@@ -55,8 +55,8 @@ def _weighted(
 ) -> list[Array]:
     """Rows [Phi | i] of unit, white, Gaussian-equivalent noise, run by run.
 
-    Phi is the instrument's, and leaves of i at the point what the motion as measured does, `left`:
-    noise of accelerations is in one of the two alone, so that none of it is learnt from.
+    Phi is the instrument's, and i is such that its residual at the point is that of the measured
+    motion, `left`: acceleration noise is in only one of the two, and does not bias the fit.
     [Soderstrom2002]_
     """
     rows, columns = [], np.column_stack([instrument.columns(joint), left])
@@ -88,7 +88,7 @@ def residuals(point: Dynamics, motion: Motion, band: Band = EVERYTHING) -> list[
 
 
 def turnings(point: Dynamics, motion: Motion, band: Band = EVERYTHING) -> list[list[Mask]]:
-    """Which of those rows are near where the joint turns round, joint by joint, run by run."""
+    """Which of those rows are near a reversal of the joint, joint by joint, run by run."""
     near: list[list[Mask]] = [[] for _ in point.drive.gain]
     for block in blocks(point, motion):
         for j, mine in enumerate(near):
@@ -99,7 +99,7 @@ def turnings(point: Dynamics, motion: Motion, band: Band = EVERYTHING) -> list[l
 def absorbed_periodograms(
     point: Dynamics, motion: Motion, roots: Sequence[Array], band: Band = EVERYTHING
 ) -> list[list[Array]]:
-    """Periodograms of noise that a fit absorbed, so that `residuals` lack it, by stretch [A²].
+    """Periodograms of noise that a fit absorbed, and `residuals` lack, by stretch [A²].
 
     Args:
         roots: L of each joint's coefficients, in the order of `coefficients_at`: their covariance

@@ -1,11 +1,11 @@
-"""The linear problem at a point: what each unknown adds to each joint's torque.
+"""The linear problem at a point: each unknown's contribution to each joint's torque.
 
 Around a `Dynamics` the torque is linear in link inertials and drive coefficients, and nearly so in
 the shape of friction (presliding distance and tail, Stribeck velocity):
 
     tau_j = Phi_j w_j,    w_j = [pi of links j.., coefficients, steps in the shape and in time]
 
-The load that structural damping rides on and the presliding state are taken at the point.
+The load of structural damping and the presliding state are taken at the point.
 """
 
 from __future__ import annotations
@@ -22,20 +22,20 @@ from urdyn.model.friction import Bristles, Contact, fading, features
 from urdyn.types import Array, Mask, Motion
 
 TERMS = (*LINEAR, *STEPS)
-TICK = 1e-5  # [s] by which torque is differentiated in time
-SETTLED = 50.0  # presliding distances of travel after which the state before is forgotten
+TICK = 1e-5  # [s] step of the torque's time derivative
+SETTLED = 50.0  # presliding distances of travel after which the initial state is forgotten
 BLOCK = 8192  # rows of a regressor in memory at a time
-AROUND = 0.05  # [s] to either side of where a joint turns round, in which friction may be misjudged
+AROUND = 0.05  # [s] to either side of a reversal, in which friction may be mispredicted
 
 
 @dataclass(frozen=True, eq=False)
 class Block:
-    """Some rows of uninterrupted motion, with the presliding state followed through them."""
+    """Some rows of uninterrupted motion, with the presliding state integrated through them."""
 
     motion: Motion  # kinematics at the time of the current
     bristles: Bristles
-    known: Mask  # (N, J) measured, and the presliding state no longer hangs on where it began
-    turning: Mask  # (N, J) near where the joint turns round, or stands
+    known: Mask  # (N, J) measured, and the presliding state no longer depends on its start
+    turning: Mask  # (N, J) near a reversal of the joint, or at rest
 
     @property
     def instrumental(self) -> Block:
@@ -46,7 +46,7 @@ class Block:
 
 
 def blocks(point: Dynamics, motion: Motion) -> Iterator[Block]:
-    """A motion block by block, as an arm like `point` lives through it."""
+    """A motion block by block, with the presliding state of an arm like `point`."""
     ahead = motion.ahead(point.drive.time_offset)
     turns = turning(ahead)
     distance = point.drive.presliding_distance
@@ -65,16 +65,16 @@ def blocks(point: Dynamics, motion: Motion) -> Iterator[Block]:
 
 
 def turning(motion: Motion) -> Mask:
-    """Where a joint is about to turn round, has just done so, or stands, (N, J).
+    """Where a joint is about to reverse, has just reversed, or stands, (N, J).
 
-    A joint that sticks is held by whatever friction it takes, and its acceleration jumps: no law of
-    friction that follows the measured motion is right then, to the last digit.
+    A joint that sticks is held by whatever friction it takes, and its acceleration jumps: no law
+    that computes friction from the measured motion is exact there.
     """
     return np.stack([_turning(motion.t, np.sign(v)) for v in motion.v.T], axis=1)
 
 
 def _turning(t: Array, way: Array) -> Mask:
-    """The same of one joint that goes this way, (N,); an hour of all of them would fill memory."""
+    """The same for one joint's direction, (N,): an hour of all joints would fill memory."""
     turns = (np.diff(way, prepend=way[:1]) != 0.0) | (way == 0.0)
     last = np.maximum.accumulate(np.where(turns, t, -np.inf))
     next_ = np.minimum.accumulate(np.where(turns, t, np.inf)[::-1])[::-1]
@@ -110,7 +110,7 @@ def design(point: Dynamics, block: Block) -> Design:
     friction = features(Contact(motion.q, motion.v, motion.temperature, load, s), drive)
     linear = {"rotor_inertia": motion.a, **friction}
     torque = load + sum(linear[name] * getattr(drive, name) for name in LINEAR)
-    after = point.torque(motion.ahead(TICK), s)  # while friction turns over when it does
+    after = point.torque(motion.ahead(TICK), s)  # with friction's reversals unchanged
     columns = {
         **linear,
         **_slopes(point, block, load, s),
@@ -136,7 +136,7 @@ def _slopes(point: Dynamics, block: Block, load: Array, s: Array) -> dict[str, A
 
 
 def coefficients_at(point: Dynamics) -> list[Array]:
-    """w_j / K_j of every joint at the point itself, (columns,) each [A per column]."""
+    """w_j / K_j of every joint at the point, (columns,) each [A per column]."""
     drive, inertials = point.drive, point.loaded()
     linear = drive.coefficients()
     still = np.zeros(len(STEPS))
@@ -147,7 +147,7 @@ def coefficients_at(point: Dynamics) -> list[Array]:
 
 
 def runs(known: Mask) -> Iterator[slice]:
-    """Uninterrupted runs of rows that are known, of a (N,) mask."""
+    """Uninterrupted runs of True in an (N,) mask."""
     edges = np.flatnonzero(np.diff(known, prepend=False, append=False))
     for start, stop in zip(edges[::2], edges[1::2], strict=True):
         yield slice(int(start), int(stop))

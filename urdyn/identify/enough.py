@@ -1,4 +1,4 @@
-"""How much of a recording tells anything of an arm."""
+"""Whether a recording contains enough to identify an arm."""
 
 from __future__ import annotations
 
@@ -7,12 +7,12 @@ import numpy as np
 from urdyn.types import Array, Mask
 
 MIN_ROWS = 200
-SPAN = 50  # rows whose median encoders of an arm that stands hardly move
-MOVED = 0.01  # [rad] by which a joint goes somewhere
+SPAN = 50  # rows over whose median a resting arm's encoders hardly move
+MOVED = 0.01  # [rad] by which a moving joint moves
 
 
 def too_few(current: Array) -> str:
-    """Why currents (N, J) [A] tell nothing; nothing where there are enough."""
+    """Why currents (N, J) [A] are too few; "" where there are enough."""
     measured = np.isfinite(current).any(axis=1).sum()
     if measured >= MIN_ROWS:
         return ""
@@ -21,16 +21,16 @@ def too_few(current: Array) -> str:
 
 
 def goes_somewhere(q: Array) -> Mask:
-    """Which joints do, (J,), of angles (N, J) [rad]: the noise of one that stands adds up, too."""
+    """Which joints move, (J,), from angles (N, J) [rad]; medians, as noise can look like motion."""
     told = q[np.isfinite(q).all(axis=1)]
     at = np.median(told[: len(told) // SPAN * SPAN].reshape(-1, SPAN, q.shape[1]), axis=1)
     return np.asarray(at.max(axis=0, initial=-np.inf) - at.min(axis=0, initial=np.inf) > MOVED)
 
 
 def dead(q: Array, current: Array) -> Mask:
-    """Which joints go somewhere at a current (N, J) [A] that never changes, (J,): it is none.
+    """Joints that move while their current (N, J) [A] never changes, which is no measurement, (J,).
 
-    Where none of all changes it is the log that has no currents, and no sensor's fault.
+    Where no current changes at all, the log lacks currents, and no sensor is at fault.
     """
     same = np.fmin.reduce(current) == np.fmax.reduce(current)
     return np.asarray(same & ~same.all() & goes_somewhere(q))

@@ -1,4 +1,4 @@
-"""A part of a long motion that stands for the whole."""
+"""A part of a long motion that represents the whole."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 
 from urdyn.types import Motion
 
-WINDOWS = 6  # contiguous parts, evenly spread: warm-up and every phase of a program are seen
+WINDOWS = 6  # contiguous parts, evenly spread, to cover warm-up and all phases of a program
 
 
 def excerpt(motion: Motion, rows: int) -> Motion:

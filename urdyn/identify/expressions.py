@@ -1,4 +1,4 @@
-"""What standard scores stand for, written once, in CasADi: values, derivatives, problem."""
+"""Quantities as functions of standard scores, once, in CasADi: for values, derivatives, problem."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class Quantities:
 
     inertials: Any  # (10, J) about the links' frames, Pinocchio's order
     payloads: Any  # (10, payloads) likewise, in the last joint's frame
-    tool: Array  # (10,) likewise, that is known
+    tool: Array  # (10,) likewise, known
     bodies: Any  # (10, J + payloads): mass, centre, inertia about the centre
     drive: Mapping[str, Any]  # FIELDS -> (J,)
     time_offset: Any  # [s]
@@ -50,7 +50,7 @@ def quantities(unknowns: Unknowns, z: Any) -> Quantities:
 
 
 def _drive(unknowns: Unknowns, x: Any) -> dict[str, Any]:
-    """Drive fields; a term that a joint's model does not have is zero, a shape unused typical."""
+    """Drive fields; terms that a joint's model lacks are zero, unused shapes typical."""
     joints = unknowns.prior.arm.joints
     values: dict[str, list[Any]] = {name: [0.0] * joints for name in LINEAR}
     for name in ("gain", *SHAPE):
@@ -63,7 +63,7 @@ def _drive(unknowns: Unknowns, x: Any) -> dict[str, Any]:
 
 
 def _body(x: Any) -> tuple[Any, Any]:
-    """Inertials about the frame, and (mass, centre, inertia about it), of log-Cholesky x."""
+    """Inertials about the frame, and (mass, centre, inertia about it), from log-Cholesky x."""
     d, s12, s23, s13, centre = x[1:4], x[4], x[5], x[6], x[7:10]
     U = ca.vertcat(
         ca.horzcat(ca.exp(d[0]), s12, s13),
@@ -101,10 +101,10 @@ def _compiled(unknowns: Unknowns) -> tuple[Any, Any]:
 def dynamics(
     unknowns: Unknowns, z: Array, friction_time: float, temperature: Array
 ) -> tuple[Dynamics, tuple[Array, ...]]:
-    """The arm at scores `z`, with its tool alone, and the payloads' inertials, (10,) each.
+    """The arm at scores `z`, with its tool only, and the payloads' inertials, (10,) each.
 
     Args:
-        friction_time: by which friction turns over before the recorded motion [s].
+        friction_time: by which friction reverses before the recorded motion [s].
     """
     inertials, payloads, drive, offset = (np.array(x) for x in _compiled(unknowns)[0](z))
     values = dict(zip(FIELDS, drive.T, strict=True))
@@ -122,7 +122,7 @@ def physical(unknowns: Unknowns, z: Array) -> tuple[Parameters, Array]:
     values, jacobian = (np.array(x) for x in _compiled(unknowns)[1](z))
     units = _units(unknowns)
     tails = [k for k, name in enumerate(units) if name.endswith(".presliding_tail")]
-    values[tails] = np.clip(values[tails], 0.0, MAX_TAIL)  # as the arm has it
+    values[tails] = np.clip(values[tails], 0.0, MAX_TAIL)  # as in the arm
     return Parameters(values.ravel(), tuple(units), tuple(units.values())), jacobian
 
 

@@ -1,4 +1,4 @@
-"""The result of an identification: what the arm is, how sure that is, and where it came from."""
+"""The result of an identification: the arm, its uncertainty and its provenance."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ TINY = 1e-9  # [kg]
 
 
 class Fitted(Protocol):
-    """What has a fit: a twin."""
+    """Anything with a fit: a twin."""
 
     @property
     def fit(self) -> Fit:
@@ -27,21 +27,21 @@ class Fitted(Protocol):
 class Fit:
     """A model with honest intervals."""
 
-    dynamics: Dynamics  # the arm at the posterior's maximum, with its tool where that is known
+    dynamics: Dynamics  # the arm at the posterior's maximum, with its tool if known
     payloads: tuple[Array, ...]  # inertials (10,) of each loaded log's payload, tool frame
     parameters: Parameters  # physical: "forearm_link.mass", "elbow_joint.coulomb", ...
     sd: Array  # (Q,) posterior standard deviations
     prior: Array  # (Q,) prior medians
     prior_sd: Array  # (Q,)
-    names: tuple[str, ...]  # of the unconstrained coordinates
+    names: tuple[str, ...]  # names of the unconstrained coordinates
     belief: Gaussian  # over those coordinates: log-Cholesky, logarithms, plain values
     terms: tuple[frozenset[str], ...]  # optional terms of each joint's model
-    noise: Noise  # in rows as close as those of the quickest log
+    noise: Noise  # for rows spaced as in the fastest log
     sources: tuple[Source, ...]
     n_samples: int
     rank: int  # of the data's linear problem
     n_parameters: int  # its columns
-    tool_known: bool = False  # else the last link is taken to have it within
+    tool_known: bool = False  # else the last link is taken to contain it
 
     def __post_init__(self) -> None:
         for name in ("sd", "prior", "prior_sd"):
@@ -63,7 +63,7 @@ class Fit:
     def informed(self, name: str) -> float:
         """How much of the prior's variance the data removed: 0 nothing, 1 all.
 
-        What a mass is unsure by grows with it, before any data: it is counted in its share.
+        For a mass, relative variances count, since its prior sd grows with the mass.
         """
         at = index_of(name, self.parameters.names, "parameter")
         if not self.prior_sd[at]:

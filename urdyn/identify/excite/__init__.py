@@ -1,4 +1,4 @@
-"""Question -> the motion that answers it best, proven safe."""
+"""Question -> the most informative motion, proven safe."""
 
 from urdyn.identify.excite.excitation import KINDS, Ask, Excitation, excite, repeated
 from urdyn.identify.excite.expected import Expected, expected

@@ -1,7 +1,7 @@
-"""Fourier series as vectors: x (n,) <-> Series, and what a series does at given times.
+"""Fourier series as vectors: x (n,) <-> Series, and a series' motion at given times.
 
-The coefficients of x are those at rest at whole periods, by projection, and are scaled so that an
-equal step in each changes the velocity equally.
+Projection restricts the coefficients to series at rest at whole periods, and scaling makes an equal
+step in each entry of x change the velocity equally.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from urdyn.types import Array, frozen
 
 @dataclass(frozen=True, eq=False)
 class Basis:
-    """Series of H harmonics over a period, seen at N times."""
+    """Series of H harmonics over a period, sampled at N times."""
 
     joints: int
     harmonics: int
@@ -35,7 +35,7 @@ class Basis:
         return (1 + 2 * self.harmonics) * self.joints
 
     def vector(self, series: Series) -> Array:
-        """x of a series that begins at rest."""
+        """x of a series that starts at rest."""
         k = np.arange(1.0, self.harmonics + 1.0)[:, None]
         return np.concatenate([series.middle[None], k * series.sine, k * series.cosine]).ravel()
 
@@ -50,7 +50,7 @@ class Basis:
         return q, v, a
 
     def gradient(self, dq: Array, dv: Array, da: Array) -> Array:
-        """What slopes in the motion, (N, J) each, are in x."""
+        """Gradient in x, from gradients in the motion, (N, J) each."""
         table = self.tables
         whole = table[0].T @ dq + table[1].T @ dv + table[2].T @ da
         return np.concatenate([whole[:1], self.free.T @ whole[1:]]).ravel()
@@ -62,7 +62,7 @@ class Basis:
 
 
 def basis(joints: int, harmonics: int, period: float, rows: int) -> Basis:
-    """Series of `harmonics` over `period` [s], seen at `rows` times of it."""
+    """Series of `harmonics` over `period` [s], sampled at `rows` times."""
     k = np.arange(1.0, harmonics + 1.0)
     sine, cosine = (np.diag(1.0 / k) for _ in range(2))
     still = at_rest(sine, cosine)

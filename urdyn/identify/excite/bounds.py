@@ -1,7 +1,7 @@
-"""What a motion must keep to: numbers that must not be above zero, and what pushes them down.
+"""Constraints on a motion: numbers that must not be above zero, and their gradients.
 
-Every bound is without unit: 0 at the limit, -1 where nothing is asked of the arm. With the values
-comes a function from weights of the same shape to the slope of their weighted sum.
+Every bound is dimensionless: 0 at the limit, -1 at no load. With the values comes a function from
+weights of the same shape to the gradient of their weighted sum.
 """
 
 from __future__ import annotations
@@ -17,11 +17,11 @@ from urdyn.model.collision import Collider
 from urdyn.simulate.limits import Limits
 from urdyn.types import Array
 
-SCALE = 0.1  # [m] that a distance is short of, where its bound is 1
+SCALE = 0.1  # [m] shortfall of a distance at which its bound is 1
 
 
 def kinematic(limits: Limits, motion: QVA) -> tuple[Array, Callable[[Array], QVA]]:
-    """Angles, velocities and accelerations from either side, (6, N, J); slopes in each, (N, J)."""
+    """Bounds on q, v, a from either side, (6, N, J); gradients in each, (N, J)."""
     q, v, a = motion
     scales = np.array([limits.room, limits.velocity, limits.acceleration])[:, None]
     shares = np.array([q - limits.middle, v, a]) / scales
@@ -34,7 +34,7 @@ def kinematic(limits: Limits, motion: QVA) -> tuple[Array, Callable[[Array], QVA
 
 
 def torques(limits: Limits, columns: Columns) -> tuple[Array, Callable[[Array], Array]]:
-    """Torque from either side, (2, N, J); slope in the load, (N, J)."""
+    """Bounds on torque from either side, (2, N, J); gradient in the load, (N, J)."""
     share = columns.load / limits.torque
     return np.array(
         [share, -share]
@@ -42,7 +42,7 @@ def torques(limits: Limits, columns: Columns) -> tuple[Array, Callable[[Array], 
 
 
 def holding(arm: Arm, limits: Limits, q: Array) -> tuple[Array, Callable[[Array], Array]]:
-    """Torque of holding still from either side, (2, N, J); slope in angles, (N, J)."""
+    """Bounds on static torque from either side, (2, N, J); gradient in angles, (N, J)."""
     still = np.zeros_like(q)
     share = arm.torque(q, still, still) / limits.torque
     slope = arm.torque_derivatives(q, still, still)[0] / limits.torque[:, None]
@@ -56,6 +56,6 @@ def holding(arm: Arm, limits: Limits, q: Array) -> tuple[Array, Callable[[Array]
 def clearances(
     collider: Collider, q: Array, apart: Array
 ) -> tuple[Array, Callable[[Array], Array]]:
-    """What every pair lacks of being `apart` (P,) [m], (N, P); slope in angles, (N, J)."""
+    """How far each pair falls short of `apart` (P,) [m], (N, P); gradient in angles, (N, J)."""
     near, slope = collider.slopes(q, float(apart.max(initial=0.0)) + SCALE)
     return (apart - near) / SCALE, lambda w: -np.einsum("np,npj->nj", w, slope) / SCALE

@@ -1,4 +1,4 @@
-"""What stands around an arm, as a file says it; metres and radians, in the frame of base_link.
+"""The file that describes an arm's surroundings; metres and radians, in the frame of base_link.
 
 floor = 0.0                                          # height [m], or false: there is none
 [[wall]]                                             # name, point, normal (towards the arm)
@@ -25,11 +25,11 @@ T = TypeVar("T")
 
 WALL = ("name", "point", "normal")
 SOLID = ("name", "size", "xyz", "rpy")
-FAR = 100.0  # [m] beyond which a number is no place in a cell
+FAR = 100.0  # [m] beyond which a number is not a place in a cell
 
 
 def read_cell(path: Path) -> Cell:
-    """The cell in a file; InputError with the key that is to blame."""
+    """The cell in a file; InputError names the key that is wrong."""
     from urdyn.io import load_toml
 
     try:
@@ -74,7 +74,7 @@ def _table(solid: Solid) -> dict[str, Any]:
 
 
 def _each(document: dict[str, Any], key: str, made: Callable[[dict[str, Any]], T]) -> Iterator[T]:
-    """What the tables of a kind describe; InputError with the table that is to blame."""
+    """What the tables of a kind describe; InputError names the table that is wrong."""
     tables = document.get(key, [])
     if not isinstance(tables, list) or not all(isinstance(table, dict) for table in tables):
         raise InputError(f"{key}: is to be [[{key}]] tables")
@@ -113,7 +113,7 @@ def _name(table: dict[str, Any]) -> str:
 
 
 def _numbers(values: Any, count: int, what: str) -> Array:
-    """So many finite numbers."""
+    """`count` finite numbers."""
     good = isinstance(values, list) and len(values) == count
     if not good or not all(isinstance(x, int | float) and not isinstance(x, bool) for x in values):
         raise InputError(f"{what}: {values!r} is to be {count} numbers")

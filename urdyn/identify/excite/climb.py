@@ -1,4 +1,4 @@
-"""One climb: from a random Fourier series to the most telling one that keeps its bounds.
+"""One climb: from a random Fourier series to the most informative one within its bounds.
 
 max criterion(M(x))  subject to  b(x) <= 0,    by the augmented Lagrangian [Nocedal2006]_:
 min -criterion + sum (max(0, mu + rho b)² - mu²) / (2 rho),    mu <- max(0, mu + rho b)
@@ -20,11 +20,11 @@ from urdyn.identify.excite.question import Question
 from urdyn.simulate.fourier import Series
 from urdyn.types import Array
 
-MOMENTS = 8  # of a period of the highest harmonic, at which information is summed
-FINE = 32  # and at which angles, velocities and accelerations are held
-STIFF, STIFFER = 10.0, 2.0  # rho of the first round, and times that of the round before
-STEPS, MEMORY = 35, 20  # of L-BFGS in a round, and those that it remembers
-POSES = 512  # at random, that tell how far apart things can be
+MOMENTS = 8  # per period of the highest harmonic, at which information is summed
+FINE = 32  # the same, at which angles, velocities and accelerations are bounded
+STIFF, STIFFER = 10.0, 2.0  # rho of the first round, and its factor from round to round
+STEPS, MEMORY = 35, 20  # of L-BFGS per round: iterations, and those that it remembers
+POSES = 512  # random ones, to find how far apart things can be
 
 Multipliers = tuple[Array, Array, Array, Array]
 
@@ -36,10 +36,10 @@ class Climb:
     question: Question
     safe: Safe
     criterion: str
-    rows: float  # of the log that is to come
+    rows: float  # of the future log
     coarse: Basis
     fine: Basis
-    apart: Array  # (P,) [m] that pairs are to be, at the moments that are looked at
+    apart: Array  # (P,) [m] required distance of pairs, at the sampled moments
 
     def value(self, series: Series) -> float:
         """The criterion of a series."""
@@ -49,7 +49,7 @@ class Climb:
         )[0]
 
     def bounds(self, x: Array) -> Multipliers:
-        """Values of all bounds: kinematics, torque, torque of holding still, distance."""
+        """Values of all bounds: kinematics, torque, static torque, distance."""
         motion = self.coarse.motion(x)
         found, safe = columns(self.question.point, *motion), self.safe
         return (
@@ -91,10 +91,10 @@ def push(mu: Multipliers, bounds: Multipliers, rho: float) -> Multipliers:
 def climb_from(
     question: Question, safe: Safe, criterion: str, rows: float, harmonics: int, period: float
 ) -> Climb:
-    """The problem of series of `harmonics` over `period` [s]."""
+    """The problem for series of `harmonics` over `period` [s]."""
     joints = question.point.arm.joints
     coarse, fine = (basis(joints, harmonics, period, n * harmonics) for n in (MOMENTS, FINE))
-    # A peak between two moments is higher than both by 1 / cos(pi / FINE) at most. [Ehlich1964]_
+    # A peak between two moments exceeds both by 1 / cos(pi / FINE) at most. [Ehlich1964]_
     limits, seen = safe.limits, np.cos(np.pi / FINE)
     tighter = replace(
         limits,
@@ -108,10 +108,10 @@ def climb_from(
 
 
 def with_slack(climb: Climb, slack: float, torque: Array) -> Climb:
-    """The same with `slack` [m] to the margin, but no more than half of what each pair has.
+    """The same with `slack` [m] added to the margin, but at most half of each pair's room.
 
     Args:
-        torque: that is allowed at the moments that are looked at, (J,) [N·m].
+        torque: limit at the sampled moments, (J,) [N·m].
     """
     safe, arm = climb.safe, climb.question.point.arm
     climb = replace(climb, safe=replace(safe, limits=replace(safe.limits, torque=torque)))
@@ -122,7 +122,7 @@ def with_slack(climb: Climb, slack: float, torque: Array) -> Climb:
 
 @dataclass(frozen=True, eq=False)
 class State:
-    """Where a climb stands."""
+    """State of a climb."""
 
     x: Array
     mu: Multipliers
@@ -130,7 +130,7 @@ class State:
 
 
 def begin(climb: Climb, x: Array) -> State:
-    """At x, and no bound has been met yet."""
+    """The state at x, with all multipliers 0."""
     held, strained, hung, near = (np.zeros_like(b) for b in climb.bounds(x))
     return State(x, (held, strained, hung, near))
 

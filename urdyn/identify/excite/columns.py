@@ -1,9 +1,9 @@
-"""What every unknown adds to every joint's torque, and which way it goes as the motion changes.
+"""Every unknown's contribution to every joint's torque, and its gradient in the motion.
 
     tau_j(t) = phi_j(q, v, a) w_j,    phi_j = [Y_j(q, v, a), drive terms]
 
-Presliding is smoothed, s = tanh(v / SLIDING): a design is of seconds, and its slope is needed.
-What shapes presliding, ripple and temperature are left out: they hold no design together.
+Presliding is smoothed, s = tanh(v / SLIDING): motions last seconds, and its derivative is needed.
+The shape of presliding, ripple and temperature are left out: no design depends on them.
 """
 
 from __future__ import annotations
@@ -18,13 +18,13 @@ from urdyn.types import Array
 
 FRICTION = ("coulomb", "viscous", "structural", "offset", "stribeck")
 TERMS = ("rotor_inertia", *FRICTION)
-SLIDING = 0.1  # [rad/s] over which friction turns round: joints move ten times as fast
-NUDGE = 1e-6  # [rad, rad/s] of the regressor's differences; it is linear in acceleration
+SLIDING = 0.1  # [rad/s] over which friction reverses: joints move ten times as fast
+NUDGE = 1e-6  # [rad, rad/s] step of finite differences; the regressor is linear in acceleration
 
 
 @dataclass(frozen=True, eq=False)
 class Columns:
-    """The columns of N moments of a motion."""
+    """The columns at N moments of a motion."""
 
     phi: Array  # (N, J, 10 J + len(TERMS))
     load: Array  # (N, J) [N·m] rigid-body torque
@@ -39,7 +39,7 @@ class Columns:
         rotor, coulomb, viscous, structural, _, stribeck = np.moveaxis(of_phi[:, :, rigid:], 2, 0)
         s, slope = _sliding(self.v)
         left, speed = fading(self.v, self.point.drive), self.point.drive.stribeck_velocity
-        # Through the load, structural damping is a regressor too.
+        # Structural damping is a regressor through the load.
         on_load = of_load + structural * s * np.sign(self.load)
         pi = self.point.loaded().ravel()
         dq, dv, da = self._rigid(of_phi[:, :, :rigid] + on_load[:, :, None] * pi)
@@ -48,7 +48,7 @@ class Columns:
         return dq, dv, da + rotor
 
     def _rigid(self, weights: Array) -> tuple[Array, Array, Array]:
-        """Slopes of sum weights · Y, weights (N, J, 10 J), by one-sided differences."""
+        """Gradients of sum weights · Y, weights (N, J, 10 J), by one-sided differences."""
         arm, joints = self.point.arm, self.q.shape[1]
         now = self.phi[:, :, : 10 * joints]
         out = np.empty((3, len(self.q), joints))
@@ -62,7 +62,7 @@ class Columns:
 
 
 def columns(point: Dynamics, q: Array, v: Array, a: Array) -> Columns:
-    """Columns at N moments (N, J) of a motion of an arm like `point`, with what it carries."""
+    """Columns at N moments (N, J) of a motion of an arm like `point`, with its load."""
     rigid = point.arm.regressor(q, v, a)
     load = rigid @ point.loaded().ravel()
     at = Contact(q, v, np.full_like(v, np.nan), load, _sliding(v)[0])
@@ -72,6 +72,6 @@ def columns(point: Dynamics, q: Array, v: Array, a: Array) -> Columns:
 
 
 def _sliding(v: Array) -> tuple[Array, Array]:
-    """Presliding state and its slope in velocity."""
+    """Presliding state and its derivative in velocity."""
     s = np.tanh(v / SLIDING)
     return s, (1.0 - s * s) / SLIDING

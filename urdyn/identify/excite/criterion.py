@@ -1,13 +1,13 @@
-"""How good an information matrix is, and which way is better.
+"""Criteria of an information matrix, and their gradients.
 
-All are of C = Bᵀ M⁻¹ B, what is left unknown of the directions B that are of interest:
+All are functions of C = Bᵀ M⁻¹ B, the posterior covariance of the directions of interest B:
 
     D  -log det C                   volume                    [Pukelsheim2006]_
     A  -log (tr C / r)              mean variance
     E  -log lambda_max(C)           the worst direction
     condition  -log (lambda_max / lambda_min)(C)
 
-The largest eigenvalue is (tr C^p)^(1/p), which has a slope where eigenvalues cross.
+The largest eigenvalue is taken as (tr C^p)^(1/p), which is smooth where eigenvalues cross.
 """
 
 from __future__ import annotations
@@ -19,9 +19,9 @@ from scipy.linalg import cho_factor, cho_solve
 
 from urdyn.types import Array
 
-POWER = 12.0  # p: the largest of r equal eigenvalues is told r^(1/p) too large
+POWER = 12.0  # p: the largest of r equal eigenvalues comes out too large by r^(1/p)
 
-Judged = tuple[float, Array]  # the value, and its slope in log C's eigenvalues
+Judged = tuple[float, Array]  # the value, and its gradient in the logarithms of C's eigenvalues
 
 
 def _volume(x: Array) -> Judged:

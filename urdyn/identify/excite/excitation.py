@@ -1,4 +1,4 @@
-"""Asking for an excitation, and what comes of it."""
+"""The request for an excitation, and its result."""
 
 from __future__ import annotations
 
@@ -31,22 +31,22 @@ from urdyn.simulate.written import LONGEST
 
 KINDS = ("fourier", "probe", "poses")
 RESTARTS = 4
-ALIKE = 2.5  # [-] of log volume, about 2 % of every sd, by which motions tell as much
-RATED = 200  # moments of a period by which its condition is told
+ALIKE = 2.5  # [-] of log volume, about 2 % of every sd, within which motions are equally good
+RATED = 200  # moments of a period for its condition number
 SHORTEST = 2.0  # [s] of a run
 
-HARMONICS_TRIED = (HARMONICS + 3, HARMONICS, HARMONICS + 6)  # by one restart after the other
+HARMONICS_TRIED = (HARMONICS + 3, HARMONICS, HARMONICS + 6)  # by restarts in turn
 
 
 @dataclass(frozen=True, eq=False)
 class Ask:
-    """What kind of motion, for what, and where."""
+    """Which kind of motion is wanted, for what, and where."""
 
     kind: str = "fourier"
     duration: float = 20.0  # [s]
-    rate: float = 500.0  # [Hz] of the controller, and of the log that is to come
+    rate: float = 500.0  # [Hz] of the controller, and of the future log
     criterion: str = "D"
-    interest: tuple[str, ...] = ()  # by name; none: all that motion tells
+    interest: tuple[str, ...] = ()  # by name; none: all that motion can show
     joint: int = 0  # of a probe
     payload: Payload | None = None
     cell: Cell = STANDING
@@ -55,7 +55,7 @@ class Ask:
     harmonics: int | None = None  # None: several are tried
     restarts: int = RESTARTS
     seed: int = 0
-    twin: str = ""  # SHA-256 of the file of the twin that it adds to
+    twin: str = ""  # SHA-256 of the file of the twin whose knowledge it adds to
 
     def __post_init__(self) -> None:
         if self.kind not in KINDS:
@@ -75,9 +75,9 @@ class Ask:
 
 @dataclass(frozen=True, eq=False)
 class Excitation:
-    """A motion that is proven safe, and what it will tell."""
+    """A motion that is proven safe, and the information to expect from it."""
 
-    ask: Ask  # with the limits that were kept, and the cell with the payload in it
+    ask: Ask  # with the limits used, and the payload in the cell
     question: Question
     path: Series | Moves
     trajectory: Trajectory  # at the controller's rate
@@ -87,12 +87,12 @@ class Excitation:
 
     @property
     def arm(self) -> Arm:
-        """The arm that it is for."""
+        """The arm for which it is."""
         return self.question.point.arm
 
     @property
     def value(self) -> float:
-        """The criterion, of all that identification will see."""
+        """The criterion, from all that identification will see."""
         return judge(self.ask.criterion, self.expected.information, self.question.asked)[0]
 
 
@@ -103,15 +103,15 @@ def excite(
     progress: Progress = silent,
     processes: int = 1,
 ) -> Excitation:
-    """The most telling motion that is found and can be proven safe.
+    """The most informative motion that is found and can be proven safe.
 
     Args:
         twin: what is known already; the motion adds to it.
-        progress: called with what is being done, and the share that is behind.
-        processes: that search side by side; the result does not depend on it.
+        progress: called with what is being done, and the share that is done.
+        processes: number that search in parallel; the result does not depend on it.
 
     Raises:
-        UnsafeMotionError: none of the motions that were tried can be proven safe.
+        UnsafeMotionError: none of the motions tried can be proven safe.
     """
     ask = ask or Ask()
     asked = question(arm, ask.payload, twin, ask.interest, rate=ask.rate)
@@ -126,7 +126,7 @@ def repeated(arm: Arm, ask: Ask, path: Series | Moves, twin: Fit | None = None) 
     """A motion that was found before, proven again.
 
     Args:
-        twin: what it adds to, if to anything: torques are proven by its links and its tool.
+        twin: what it adds to, if anything: torques are proven with its links and its tool.
 
     Raises:
         InputError: the motion adds to a twin, and there is none.
@@ -146,14 +146,14 @@ def completed(
     proof: Proof,
     values: tuple[float | None, ...],
 ) -> Excitation:
-    """With its rows, and what they will tell."""
+    """The excitation with its trajectory and the information to expect."""
     t = grid(ask.duration, ask.rate)
     trajectory = Trajectory(t, *path.at(t))
     return Excitation(ask, asked, path, trajectory, proof, expected(asked, trajectory), values)
 
 
 def bearable(point: Dynamics, wished: Limits | None) -> Limits:
-    """The limits that are wished, with the torque that an arm's friction and rotors leave."""
+    """The limits wished for, with the torque that an arm's friction and rotors leave."""
     limits, drive = wished or comfortable(point.arm), point.drive
     told = np.isfinite(limits.velocity) & np.isfinite(limits.torque)
     if not told.all():
@@ -183,7 +183,7 @@ def _fourier(
 
 
 def _tasks(asked: Question, ask: Ask) -> list[Task]:
-    """One for every restart."""
+    """One task per restart."""
     t_end = float(grid(ask.duration, ask.rate)[-1])
     period = t_end / max(1, round(t_end / PERIOD))
     assert ask.limits is not None
@@ -204,7 +204,7 @@ def _tasks(asked: Question, ask: Ask) -> list[Task]:
 
 
 def _chosen(asked: Question, ask: Ask, safe: list[Found]) -> Found:
-    """The best by the criterion; of volumes that hardly differ, the best conditioned."""
+    """The best by the criterion; among nearly equal volumes, the best conditioned."""
     most = max(one.value for one in safe)
     if ask.criterion != "D" or ask.interest:
         return next(one for one in safe if one.value == most)
@@ -230,7 +230,7 @@ def _safe(asked: Question, ask: Ask) -> Safe:
 
 
 def _with_payload(ask: Ask) -> Cell:
-    """The cell with the payload as a ball at the tool, where its shape is not given."""
+    """The cell, with the payload as a ball at the tool unless its shape is given."""
     if ask.payload is None or ask.cell.tool:
         return ask.cell
     ball = Solid("payload", "ball", np.array([ask.payload.radius]), xyz=ask.payload.com)

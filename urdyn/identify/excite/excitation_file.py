@@ -1,4 +1,4 @@
-"""excitation.toml, and the other files that an excitation is written to."""
+"""excitation.toml, and the other files of an excitation."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from urdyn.types import Array
 
 FORMAT = 1
-KNOT = 0.04  # [s] between the poses of URScript and ROS 2; between them both are exact to 1e-6 rad
+KNOT = 0.04  # [s] between poses in URScript and ROS 2; between them both are exact to 1e-6 rad
 LIMITS = ("lower", "upper", "velocity", "acceleration", "torque")
 
 
@@ -46,7 +46,7 @@ def texts(found: Excitation) -> dict[str, str]:
 
 
 def excitation_document(found: Excitation) -> dict[str, Any]:
-    """All that makes the motion again, and what was proven of it."""
+    """All that is needed to reproduce the motion, and what was proven of it."""
     ask, arm = found.ask, found.arm
     document: dict[str, Any] = {
         "urdyn": {"version": __version__, "format": FORMAT},
@@ -74,7 +74,7 @@ def excitation_document(found: Excitation) -> dict[str, Any]:
 
 
 def read_excitation(file: Path) -> tuple[Arm, Ask, Series | Moves]:
-    """The arm, what was asked and the motion; InputError where the file does not say."""
+    """The arm, the request and the motion; InputError where the file lacks them."""
     document = load_toml(file)
     try:
         arm = _arm(document)

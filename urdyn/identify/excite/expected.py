@@ -1,7 +1,7 @@
-"""What a run will tell, before it is made: standard deviations before and after.
+"""The information to expect from a run: standard deviations before and after.
 
-The information is that which identification would compute of the same run, rows, colour of noise,
-presliding and all; of the optimiser's own, quicker sum it has nothing.
+It is what identification would compute for the same run, with all rows, the noise's colour and
+presliding, independent of the optimiser's own, faster sum.
 """
 
 from __future__ import annotations
@@ -32,13 +32,13 @@ class Expected:
             object.__setattr__(self, name, frozen(getattr(self, name)))
 
     def gained(self) -> Array:
-        """Share of the variance that the run takes away, (Q,) [-]."""
+        """Share of the variance that the run removes, (Q,) [-]."""
         known = np.where(self.before > 0.0, self.before, 1.0)
         return np.asarray(np.where(self.before > 0.0, 1.0 - (self.after / known) ** 2, 0.0))
 
 
 def expected(question: Question, trajectory: Trajectory) -> Expected:
-    """What a log of `trajectory`, row by row that counts, would tell."""
+    """What a log of `trajectory` would show, from all rows that count."""
     point, unknowns, z = question.point, question.unknowns, question.scores
     rate = min(question.rate, 1.0 / trajectory.step)
     motion = trajectory.at(grid(len(trajectory) * trajectory.step, rate))

@@ -23,7 +23,7 @@ QUANTITIES = {
 
 
 def interesting(names: Sequence[str], phrases: Sequence[str]) -> list[int]:
-    """Places of the unknowns, among `names`, that phrases ask for; InputError where one does not.
+    """Indices among `names` of the unknowns that phrases ask for; InputError for a phrase without.
 
     A phrase is a joint, a link or the payload, a quantity, or one of each: "elbow friction".
     """
@@ -32,12 +32,12 @@ def interesting(names: Sequence[str], phrases: Sequence[str]) -> list[int]:
 
 
 def of_payload(phrases: Sequence[str]) -> bool:
-    """Whether one of them asks for a payload."""
+    """Whether one of the phrases asks for a payload."""
     return any("payload" in phrase.lower() for phrase in phrases)
 
 
 def _places(names: Sequence[str], phrase: str) -> list[int]:
-    """Those that one phrase asks for."""
+    """Indices that one phrase asks for."""
     owner, fields = _parsed(names, phrase)
     parts = [name.rpartition(".") for name in names]
     own = {k: field for k, (body, _, field) in enumerate(parts) if owner in ("", _spoken(body))}

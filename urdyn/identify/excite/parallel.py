@@ -1,4 +1,4 @@
-"""Several restarts side by side, and how far they are."""
+"""Several restarts in parallel, and their progress."""
 
 from __future__ import annotations
 
@@ -20,16 +20,16 @@ from urdyn.errors import UnsafeMotionError, UrdynError
 from urdyn.identify.excite.restart import Found, Task, restart
 from urdyn.progress import Progress
 
-GLANCE = 0.2  # [s] between two looks at how far they are
+GLANCE = 0.2  # [s] between two checks of progress
 
 Outcome = Found | UnsafeMotionError
-Update = tuple[int, float, float]  # which restart, the share that is behind, the value it reached
+Update = tuple[int, float, float]  # which restart, the share done, the value reached
 
-_updates: Any = None  # of a worker process: the queue to the one that waits
+_updates: Any = None  # in a worker process: the queue to the parent
 
 
 def search(tasks: Sequence[Task], progress: Progress, processes: int) -> list[Outcome]:
-    """What every task finds, in their order, whatever the number of processes."""
+    """Outcomes of all tasks, in order, whatever the number of processes."""
     watch = _Watch(len(tasks), progress)
     processes = min(processes, len(tasks), os.cpu_count() or 1)
     if processes < 2:
@@ -46,14 +46,14 @@ def search(tasks: Sequence[Task], progress: Progress, processes: int) -> list[Ou
 
 
 class _Watch:
-    """How far all restarts are together, and the time left."""
+    """Progress of all restarts together, and the time left."""
 
     def __init__(self, count: int, progress: Progress) -> None:
         self._shares, self._best = [0.0] * count, float("-inf")
         self._progress, self._begin = progress, time.perf_counter()
 
     def hear(self, update: Update) -> None:
-        """Pass on what a restart says."""
+        """Take a restart's update."""
         which, share, value = update
         self._shares[which] = share
         self._best = max(self._best, value)
@@ -69,7 +69,7 @@ def _alone(task: Task, which: int, watch: _Watch) -> Outcome:
 
 @contextmanager
 def _ended(pool: ProcessPoolExecutor) -> Iterator[None]:
-    """Where this block fails, by Ctrl-C too, nobody waits for what the workers would find."""
+    """If this block fails, also by Ctrl-C, end the workers without waiting for them."""
     try:
         yield
     except BrokenProcessPool as error:
@@ -83,7 +83,7 @@ def _ended(pool: ProcessPoolExecutor) -> Iterator[None]:
 
 @contextmanager
 def _deaf_to_interrupts() -> Iterator[None]:
-    """Processes that begin here never hear Ctrl-C, which a terminal tells all of them."""
+    """Let processes that begin here ignore Ctrl-C, which a terminal sends to all of them."""
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         yield
@@ -92,14 +92,14 @@ def _deaf_to_interrupts() -> Iterator[None]:
 
 
 def _init_worker(updates: Any) -> None:
-    """Once in every worker process."""
+    """Set up a worker process."""
     global _updates
     _updates = updates
     Thread(target=_end_with_parent, daemon=True).start()
 
 
 def _end_with_parent() -> None:
-    """Nobody is left to hear what a worker finds whose parent was killed."""
+    """End this worker if its parent is killed."""
     parent = parent_process()
     assert parent is not None, "a worker is somebody's"
     parent.join()

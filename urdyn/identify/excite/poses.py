@@ -1,4 +1,4 @@
-"""A slow set of poses, for gravity: each adds the most to what the ones before it tell."""
+"""A slow set of poses, for gravity: each adds the most information to those before it."""
 
 from __future__ import annotations
 
@@ -17,25 +17,25 @@ from urdyn.simulate.limits import Limits
 from urdyn.simulate.moves import PEAK_ACCELERATION, PEAK_VELOCITY, Move, Moves
 from urdyn.types import Array
 
-CANDIDATES = 100  # poses at random
-PACE = 0.3  # [-] of the limits of velocity and acceleration, at which the arm moves between poses
+CANDIDATES = 100  # random poses
+PACE = 0.3  # [-] share of the velocity and acceleration limits, for moves between poses
 STILL = 1.0  # [s] before each move, and after the last
-NEAR = 0.2  # [-] of the velocity limit at which a pose is passed: standing still, friction hides
+NEAR = 0.2  # [-] share of the velocity limit to pass a pose at: at rest, friction is undetermined
 
 
 @dataclass(frozen=True, eq=False)
 class Choice:
-    """Poses to choose from, and what each would tell."""
+    """Poses to choose from, and the information of each."""
 
-    arm: Arm  # with what it carries
+    arm: Arm  # with its load
     question: Question
     safe: Safe
     criterion: str
     poses: Array  # (N, J) [rad], free
-    information: tuple[Array, ...]  # N of (P, P): information of a pose
+    information: tuple[Array, ...]  # N of (P, P), one per pose
 
     def best(self, known: Array) -> list[int]:
-        """The poses, first those that add most to what is known."""
+        """The poses, sorted by how much they add to what is known, most first."""
         asked = self.question.asked
         gain = [judge(self.criterion, known + one, asked)[0] for one in self.information]
         return [int(k) for k in np.argsort(gain)[::-1]]
@@ -52,7 +52,7 @@ def poses(
     """Moves from pose to pose, and the proof that they are safe.
 
     Raises:
-        InputError: there is not the time for two poses, or no way between any.
+        InputError: there is no time for two poses, or no safe move between any.
     """
     limits = safe.limits
     some = limits.middle + limits.room * rng.uniform(-0.99, 0.99, (CANDIDATES, arm.joints))
@@ -83,7 +83,7 @@ def _tour(choice: Choice, duration: float) -> Iterator[Move]:
 
 
 def _information(question: Question, pose: Array, limits: Limits) -> Array:
-    """What passing a pose slowly in both directions tells, (P, P)."""
+    """Information from passing a pose slowly in both directions, (P, P)."""
     v = NEAR * limits.velocity * np.array([[1.0], [-1.0]])
     found = columns(question.point, np.array([pose, pose]), v, 0.0 * v)
     return question.information(found, STILL * question.rate) - question.known

@@ -1,8 +1,8 @@
-"""A probe: one joint to and fro, for its friction, its presliding, its backlash.
+"""A probe: one joint moves to and fro, to show its friction, presliding and backlash.
 
-The strokes go from creeping to fast and then from long to short. They are made where gravity
-changes the side of the gear on which it leans, if there is such a pose: in a gear that gravity
-preloads, backlash does not show.
+The strokes go from creeping to fast and then from long to short. They are made about a pose where
+gravity torque changes sign, if there is one: in a gear that gravity preloads, backlash does not
+show.
 """
 
 from __future__ import annotations
@@ -21,21 +21,21 @@ from urdyn.simulate.moves import PEAK_ACCELERATION, PEAK_VELOCITY, Move, Moves
 from urdyn.types import Array
 
 SWING = 0.5  # [rad] to either side, at most
-SPEEDS = (0.02, 0.05, 0.12, 0.3, 0.6, 0.95)  # [-] of the velocity limit, one to and fro each
-STROKES = 3.0 * 0.85 ** np.arange(20)  # [s] that one takes: the longest that lets all be made
-SHORT = (0.016, 0.008, 0.004, 0.002, 0.001)  # [rad] of the strokes that show presliding
-LEAST = 20.0  # [s] in which the joints of all arms can be probed
+SPEEDS = (0.02, 0.05, 0.12, 0.3, 0.6, 0.95)  # [-] shares of the velocity limit, one cycle each
+STROKES = 3.0 * 0.85 ** np.arange(20)  # [s] per stroke: the longest with which all fit
+SHORT = (0.016, 0.008, 0.004, 0.002, 0.001)  # [rad] strokes that show presliding
+LEAST = 20.0  # [s] enough to probe any joint of all arms
 STILL = 0.5  # [s] before the first and after the last
-CANDIDATES, TRIES = 300, 20  # poses at random, and those of the best for which a proof is sought
+CANDIDATES, TRIES = 300, 20  # random poses, and how many of the best are tried for a proof
 
 
 def probe(
     arm: Arm, safe: Safe, joint: int, duration: float, rng: np.random.Generator
 ) -> tuple[Moves, Proof]:
-    """The probe of a joint of an arm, with what it carries, and the proof that it is safe.
+    """The probe of a joint of an arm with its load, and the proof that it is safe.
 
     Raises:
-        InputError: there is no such joint, or not the time for its strokes.
+        InputError: there is no such joint, or no time for its strokes.
         UnsafeMotionError: no pose leaves the joint room.
     """
     joint = given_count(joint, "joint", 0, arm.joints - 1)
@@ -55,7 +55,7 @@ def probe(
 
 
 def _leaning(arm: Arm, safe: Safe, joint: int, rng: np.random.Generator) -> Array:
-    """Poses that seem free, first those along whose swing gravity comes from both sides."""
+    """Poses that seem free, sorted by how far gravity torque takes both signs within the swing."""
     limits, swing = safe.limits, np.zeros((9, arm.joints))
     swing[:, joint] = np.linspace(-1.0, 1.0, len(swing)) * min(SWING, limits.room[joint])
     room = limits.room - swing.max(axis=0)
@@ -70,9 +70,9 @@ def _leaning(arm: Arm, safe: Safe, joint: int, rng: np.random.Generator) -> Arra
 def _strokes(
     limits: Limits, joint: int, duration: float
 ) -> Iterator[tuple[float, float, float, float]]:
-    """When a stroke begins, its time [s], and from where to where about the pose [rad].
+    """Start [s] and duration [s] of each stroke, and its ends relative to the pose [rad].
 
-    Out of the middle, across, and back into it: three strokes a rung, always complete.
+    Three strokes per rung, always complete: out from the middle, across, and back.
     """
     ladders = (_ladder(limits, joint, stroke) for stroke in STROKES)
     time = duration - 2.0 * STILL
@@ -87,7 +87,7 @@ def _strokes(
 
 
 def _ladder(limits: Limits, joint: int, stroke: float) -> list[tuple[float, float]]:
-    """Half a stroke's length [rad] and its time [s], slow to fast, then long to short."""
+    """Half a stroke's length [rad] and its duration [s], slow to fast, then long to short."""
     most, rungs = min(SWING, 0.99 * float(limits.room[joint])), []
     for speed in np.array(SPEEDS) * limits.velocity[joint]:
         half = min(most, 0.5 * speed * stroke / PEAK_VELOCITY)

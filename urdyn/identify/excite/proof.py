@@ -1,8 +1,8 @@
-"""A proof that a motion is safe at every moment, not only at those that are looked at.
+"""A proof that a motion is safe at every moment, not only at sampled ones.
 
-A quantity that is c at the middle of an interval h and changes at most at the rate L stays above
-c - L h / 2 in all of it. Intervals where that is not enough are halved until it is, or until the
-quantity itself is too small.
+A quantity with the value c at the middle of an interval h and a rate of change of at most L stays
+above c - L h / 2 throughout. Intervals where that is not enough are halved until it is, or until
+the quantity itself is too small.
 """
 
 from __future__ import annotations
@@ -20,31 +20,31 @@ from urdyn.model.torque_rate import torque_rate
 from urdyn.simulate.limits import Limits
 from urdyn.types import Array
 
-FIRST = 0.02  # [s] of an interval to begin with
-FINEST = 1e-6  # [s] below which nothing is proven any more
+FIRST = 0.02  # [s] initial width of intervals
+FINEST = 1e-6  # [s] width at which a proof is given up
 BLOCK = 4096  # intervals at a time
 
 QVA = tuple[Array, Array, Array]  # angles, velocities, accelerations, (N, J) each
-Peaks = tuple[Array, Array, Array]  # of |v|, |a| and |jerk|, (J,) each
+Peaks = tuple[Array, Array, Array]  # upper bounds of |v|, |a| and |jerk|, (J,) each
 
 
 class Path(Protocol):
-    """A motion that is known at every moment."""
+    """A motion that can be evaluated at any time."""
 
     @property
     def lasting(self) -> float:
-        """[s] after which it ends, or begins again."""
+        """Time [s] after which it ends, or repeats."""
 
     def at(self, t: Array) -> QVA:
         """q, v, a at times (N,) [s], each (N, J)."""
 
     def peaks(self) -> Peaks:
-        """What |v|, |a| and |jerk| never exceed, (J,) each."""
+        """Upper bounds of |v|, |a| and |jerk|, (J,) each."""
 
 
 @dataclass(frozen=True)
 class Safe:
-    """What is asked of a motion."""
+    """What a motion must satisfy."""
 
     limits: Limits
     collider: Collider
@@ -53,28 +53,28 @@ class Safe:
 
 @dataclass(frozen=True)
 class Proof:
-    """What was proven, of every moment of a motion."""
+    """What was proven for every moment of a motion."""
 
-    clearance: float  # [m] at least, between any two things that could touch
-    closest: tuple[str, str]  # which those were
-    shares: dict[str, float]  # [-] of the limits of angle, velocity, acceleration, torque, at most
-    looked: int  # moments that were looked at for it
+    clearance: float  # [m] least distance of any two things that could touch
+    closest: tuple[str, str]  # which two
+    shares: dict[str, float]  # [-] most of the limits of angle, velocity, acceleration, torque
+    looked: int  # number of moments evaluated
 
 
 @dataclass(frozen=True, eq=False)
 class _Margin:
-    """How far a quantity is from its limit in the middle of intervals."""
+    """Distance of a quantity from its limit in the middle of intervals."""
 
-    left: Array  # (N, K) there
-    lost: Array  # (N, K) by which that may shrink before an interval ends
-    limit: Array  # (K,) or a number: what `left` is where nothing is asked
+    left: Array  # (N, K) that distance
+    lost: Array  # (N, K) most by which it may shrink within an interval
+    limit: Array  # (K,) or a number: `left` at no load
 
 
 def prove(arm: Arm, path: Path, safe: Safe) -> Proof:
-    """That `arm`, with what it carries, keeps its limits and its distance all along the path.
+    """Prove that `arm`, with its load, keeps its limits and clearances along the whole path.
 
     Raises:
-        UnsafeMotionError: it does not, or it cannot be told.
+        UnsafeMotionError: it does not, or this cannot be proven.
     """
     peaks = path.peaks()
 
@@ -84,7 +84,7 @@ def prove(arm: Arm, path: Path, safe: Safe) -> Proof:
     def around(t: Array, width: float) -> dict[str, _Margin]:
         return _clearances(safe, path.at(t), peaks, width)
 
-    # Each on its own: torque needs finer steps than distance, and costs less.
+    # Separately, as torque needs finer steps than distance, and costs less.
     least, few = _covered(arm, safe, path.lasting, joints)
     near, many = _covered(arm, safe, path.lasting, around)
     limits = safe.limits
@@ -103,7 +103,7 @@ def prove(arm: Arm, path: Path, safe: Safe) -> Proof:
 def _covered(
     arm: Arm, safe: Safe, lasting: float, look: Callable[[Array, float], dict[str, _Margin]]
 ) -> tuple[dict[str, Array], int]:
-    """Least margin of every quantity (K,) in all of a motion, and how many moments that took."""
+    """Least margin of every quantity (K,) over a motion, and the number of moments evaluated."""
     count = int(np.ceil(lasting / FIRST))
     width = lasting / count
     middles = np.linspace(0.5 * width, lasting - 0.5 * width, count)
@@ -144,7 +144,7 @@ def _joint_margins(
     (q, v, a), half = motion, 0.5 * width
     V, A = _faster(v, a, peaks, half)
     jerk = np.broadcast_to(peaks[2], v.shape)
-    # Run slower by s, the torque is that of holding still and s² of the rest: between the two.
+    # At a speed scaled by s, torque is static torque plus s² of the rest: between the two.
     still = np.zeros_like(q)
     torque = np.maximum(np.abs(arm.torque(q, v, a)), np.abs(arm.torque(q, still, still)))
     rate = torque_rate(arm, V, A, jerk)
@@ -166,7 +166,7 @@ def _clearances(safe: Safe, motion: QVA, peaks: Peaks, width: float) -> dict[str
 
 
 def _faster(v: Array, a: Array, peaks: Peaks, half: float) -> tuple[Array, Array]:
-    """What |v| and |a| are at most, up to `half` [s] earlier and later, (N, J) each."""
+    """Upper bounds of |v| and |a| within `half` [s] to either side, (N, J) each."""
     return (
         np.minimum(np.abs(v) + half * peaks[1], peaks[0]),
         np.minimum(np.abs(a) + half * peaks[2], peaks[1]),
@@ -174,7 +174,7 @@ def _faster(v: Array, a: Array, peaks: Peaks, half: float) -> tuple[Array, Array
 
 
 def _message(arm: Arm, safe: Safe, kind: str, margin: _Margin, row: int, k: int) -> str:
-    """What is short, in words."""
+    """The violated limit, in words."""
     if kind == "distance":
         one, other = safe.collider.pairs[k]
         there = 1e3 * (margin.left[row, k] + safe.margin)

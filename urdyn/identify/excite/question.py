@@ -1,9 +1,9 @@
-"""What is to be learned, and what is known already: a Gaussian problem in standard scores.
+"""What is to be learnt, and what is known already: a Gaussian problem in standard scores.
 
     M = Lambda + sum_j rows W_jᵀ mean(phi_jᵀ phi_j) W_j / sigma_j²        [Swevers1997]_
 
-Lambda is what is known (the population, or a twin's belief), W_j = d w_j / d z what a score does to
-the coefficients of a joint's current, sigma_j the noise of that current.
+Lambda is the prior information (of the population, or a twin), W_j = d w_j / d z the derivative of
+a joint's current coefficients in the scores, sigma_j the noise of that current.
 """
 
 from __future__ import annotations
@@ -28,42 +28,42 @@ from urdyn.model.population import population
 from urdyn.simulate import Payload, typical_sensors
 from urdyn.types import Array, frozen
 
-DOUBT = 1e-3  # [-] weight that is left to the population where it is doubted
-TOLD = 1e-8  # [-] of the largest eigenvalue of information: what is below it is rounding
+DOUBT = 1e-3  # [-] weight left to the population's prior where that is doubted
+TOLD = 1e-8  # [-] of the largest eigenvalue of information: less is rounding
 
 
 @dataclass(frozen=True, eq=False)
 class Question:
-    """The unknowns of an arm, what is known of them, and what a row of data says."""
+    """An arm's unknowns, what is known of them, and the information of a row of data."""
 
-    point: Dynamics  # about which the problem is linear, with what it carries
+    point: Dynamics  # where the problem is linearised, with its load
     unknowns: Unknowns
-    scores: Array  # (P,) where the point is
+    scores: Array  # (P,) of the point
     known: Array  # (P, P) information in standard scores before the run
     noise: Noise
-    rate: float  # [Hz] of the rows that count: no closer than those that the noise is known of
-    weights: Array  # (J, C, P) d w_j / d z over sigma_j: rows of unit noise
-    asked: Array  # (P, r) orthonormal directions of the scores that are of interest
+    rate: float  # [Hz] of the rows that count: no higher than that for which the noise is known
+    weights: Array  # (J, C, P) d w_j / d z over sigma_j: for rows of unit noise
+    asked: Array  # (P, r) orthonormal directions of interest, in scores
 
     def __post_init__(self) -> None:
         for name in ("scores", "known", "weights", "asked"):
             object.__setattr__(self, name, frozen(getattr(self, name)))
 
     def information(self, columns: Columns, rows: float) -> Array:
-        """M (P, P) after `rows` rows of a motion that N moments stand for."""
+        """M (P, P) after `rows` rows of a motion that is sampled at N moments."""
         return np.asarray(self.known + rows * _information(self.weights, columns))
 
     def doubted(self) -> Question:
-        """The same, where what is known of all such arms weighs next to nothing.
+        """The same with next to no weight on the population's prior.
 
-        A volume shrinks by the same share in every direction: one that the population pins down
-        more tightly than data can would else not be moved in, and stay untold for ever.
+        A direction in which the prior is tighter than data can be would add nothing to the volume
+        criterion, so that no motion would excite it, and it would never be learnt.
         """
         P = len(self.known)
         return replace(self, known=self.known - (1.0 - DOUBT) * np.eye(P))
 
     def slope(self, columns: Columns, rows: float, S: Array) -> Array:
-        """d tr(S M) / d phi, (N, J, C), of a symmetric S (P, P)."""
+        """d tr(S M) / d phi, (N, J, C), for a symmetric S (P, P)."""
         W = self.weights
         A = (2.0 * rows / len(columns.q)) * np.einsum("jcp,jdp->jcd", W @ S, W, optimize=True)
         return np.stack([columns.phi[:, j] @ A_j for j, A_j in enumerate(A)], axis=1)
@@ -77,14 +77,14 @@ def question(
     about: Dynamics | None = None,
     rate: float = np.inf,
 ) -> Question:
-    """What a run of `arm`, carrying `payload`, can be asked.
+    """The question that a run of `arm` with `payload` is to answer.
 
     Args:
-        payload: whose mass is known; one that is of interest is unknown altogether.
-        twin: what is known already, and at which noise; None: what is known of such arms.
-        interest: names of what is to be learned; none: all that motion tells.
-        about: what the arm is taken to be; None: as the twin says, or typical of its type.
-        rate: of the log that is to come [Hz]; by default that of the twin's.
+        payload: of known mass; if it is of interest itself, it is wholly unknown.
+        twin: what is known already, and the noise; None: what is known of such arms.
+        interest: names of what is to be learnt; none: all that motion can show.
+        about: the arm to linearise about; None: the twin's, or one typical of its type.
+        rate: of the future log [Hz]; by default that of the twin's.
     """
     sought = of_payload(interest)
     loads = (PayloadPrior(None if sought else payload.mass),) if payload else ()
@@ -104,7 +104,7 @@ def question(
 
 
 def level(noise: Noise) -> Array:
-    """White noise that tells as little of slow motion as this noise does, (J,) [A]."""
+    """White noise that gives as little information on slow motion as this noise, (J,) [A]."""
     counted = noise.counted
     scale = np.where(noise.dof < GAUSSIAN, counted.scale, noise.scale)
     return np.sqrt(replace(counted, scale=scale).gentle)
@@ -116,7 +116,7 @@ def _typical_noise(arm: Arm) -> Noise:
 
 
 def _unknowns(arm: Arm, twin: Fit | None, loads: tuple[PayloadPrior, ...]) -> Unknowns:
-    """As identification seeks them: those of the twin, or those that every joint has."""
+    """The unknowns of an identification: those of the twin, or those that every joint has."""
     if twin is None:
         return Unknowns(population(arm), (frozenset[str](),) * arm.joints, None, loads)
     sought = any(name.endswith(".gain") for name in twin.names)
@@ -131,7 +131,7 @@ def _carried(payload: Payload | None, loads: tuple[PayloadPrior, ...]) -> list[A
 
 
 def _known(unknowns: Unknowns, twin: Fit | None) -> Array:
-    """Information in scores before the run: unit, or a twin's; of a new payload always unit."""
+    """Information in scores before the run: unit, or a twin's; always unit for a new payload."""
     P = len(unknowns.mean)
     known = np.eye(P)
     if twin is not None:
@@ -145,7 +145,7 @@ def _known(unknowns: Unknowns, twin: Fit | None) -> Array:
 def _weights(
     unknowns: Unknowns, point: Dynamics, z: Array, payload: int | None, sigma: Array
 ) -> Array:
-    """W_j / sigma_j of every joint in the columns of `Columns`, (J, C, P)."""
+    """W_j / sigma_j of every joint, for the columns of `Columns`, (J, C, P)."""
     joints, P = len(sigma), len(unknowns.mean)
     out = np.zeros((joints, 10 * joints + len(TERMS), P))
     _, jacobian = linearised(unknowns, [(j, payload) for j in range(joints)], point, z)
@@ -167,7 +167,7 @@ def _information(weights: Array, columns: Columns) -> Array:
 
 
 def _asked(unknowns: Unknowns, point: Dynamics, W: Array, interest: Sequence[str]) -> Array:
-    """Directions of interest: those that are named, or all that a motion tells anything of."""
+    """Directions of interest: those that are named, or all that any motion can show."""
     P = len(unknowns.mean)
     if interest:
         return np.eye(P)[:, interesting(unknowns.names, interest)]

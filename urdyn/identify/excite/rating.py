@@ -1,9 +1,9 @@
-"""How much a motion tells of the base parameters, without any prior: what excitations are rated by.
+"""Rating of excitations: a motion's information on the base parameters, without any prior.
 
     M_b = sum_j rows mean(Phi_jᵀ Phi_j) / (K_j sigma_j)²,    tau = Phi beta
 
 beta are the base inertials [Gautier1991]_ with every joint's rotor inertia, Coulomb and viscous
-friction and offset, as far as they can be told apart, in SI units.
+friction and offset, as far as they are identifiable separately, in SI units.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from urdyn.types import Array, Index
 
 @dataclass(frozen=True)
 class Rating:
-    """What a motion is worth; infinitely little where it does not tell all of them."""
+    """A motion's rating; infinitely bad where it does not identify all of them."""
 
     log_det: float  # of M_b; larger is better
     condition: float  # of the weighted regressor, the root of M_b's; smaller is better
@@ -30,13 +30,13 @@ class Rating:
 
 @dataclass(frozen=True, eq=False)
 class Scale:
-    """By which motions of an arm are rated."""
+    """The scale on which an arm's motions are rated."""
 
     question: Question
-    independent: Index  # columns of a joint-by-joint regressor that can be told apart
+    independent: Index  # linearly independent columns of a joint-by-joint regressor
 
     def rate(self, q: Array, v: Array, a: Array, rows: float) -> Rating:
-        """Of a motion that N moments (N, J) stand for, logged in `rows` rows."""
+        """Rating of a motion sampled at N moments (N, J), logged in `rows` rows."""
         W = _regressor(self.question, q, v, a)[:, self.independent]
         singular = np.linalg.svd(W * np.sqrt(rows / len(q)), compute_uv=False)
         if singular[-1] <= TOLERANCE * singular[0]:
@@ -45,7 +45,7 @@ class Scale:
 
 
 def scale(question: Question) -> Scale:
-    """By which motions are rated that could answer a question."""
+    """The scale for motions that are to answer a question."""
     W = _regressor(question, *generic_moments(question.point.arm))
     norms = np.linalg.norm(W, axis=0)
     nonzero = np.flatnonzero(norms > TOLERANCE * norms.max())

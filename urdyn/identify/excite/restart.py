@@ -1,4 +1,4 @@
-"""One restart: a random beginning, the climb, and the proof that where it ends is safe."""
+"""One restart: a random start, the climb, and the proof that its result is safe."""
 
 from __future__ import annotations
 
@@ -18,26 +18,26 @@ from urdyn.simulate.fourier import Series, draw
 from urdyn.simulate.limits import Limits
 from urdyn.types import Array
 
-DRAWS = 24  # beginnings of which the best is taken
-FIRM = 100.0  # rho by which beginnings are judged that break a bound
-ROUNDS, MORE = 6, 2  # of the method of multipliers, and those that mend what a proof finds
-# For what lies between two moments: [m] beside the margin, and share of the torque.
+DRAWS = 24  # random starts, of which the best is taken
+FIRM = 100.0  # rho with which starts that violate bounds are judged
+ROUNDS, MORE = 6, 2  # of the method of multipliers, and per repair after a failed proof
+# Allowance for what happens between moments: [m] added to the margin, and share of the torque.
 SLACKS = ((0.01, 0.98), (0.02, 0.95), (0.04, 0.9), (0.08, 0.8))
-KEPT = 0.999  # [-] of a limit that is used, so that a proof ends
+KEPT = 0.999  # [-] share of a limit to use, so that a proof terminates
 
-Report = Callable[[float, float], None]  # share of the restart that is behind, the value reached
+Report = Callable[[float, float], None]  # share of the restart done, the value reached
 
 
 @dataclass(frozen=True)
 class Task:
-    """All that a restart needs, in whatever process it runs."""
+    """All that a restart needs, in any process."""
 
     question: Question
     cell: Cell
     limits: Limits
     margin: float  # [m]
     criterion: str
-    rows: float  # of the log that is to come
+    rows: float  # of the future log
     harmonics: int
     period: float  # [s]
     seed: tuple[int, ...]
@@ -53,7 +53,7 @@ class Found:
 
 
 def restart(task: Task, report: Report) -> Found | UnsafeMotionError:
-    """The best that is found from one beginning; the error where it cannot be proven safe."""
+    """The best found from one start; the error where it cannot be proven safe."""
     arm = loaded(task.question)
     safe = Safe(task.limits, collider(arm, task.cell, task.margin), task.margin)
     climb = climb_from(task.question, safe, task.criterion, task.rows, task.harmonics, task.period)
@@ -66,7 +66,7 @@ def restart(task: Task, report: Report) -> Found | UnsafeMotionError:
 
 
 def _proven(climb: Climb, state: State, arm: Arm, safe: Safe) -> Found | UnsafeMotionError:
-    """Where the climb stands, mended with more slack until it is proven safe."""
+    """The climb's result, repaired with more slack until it is proven safe."""
     error = UnsafeMotionError("nothing", "", 0.0)
     for slack in (*SLACKS[1:], SLACKS[-1]):
         series = fitted(climb.coarse.series(state.x), safe.limits)
@@ -85,12 +85,12 @@ def _slack(climb: Climb, safe: Safe, distance: float, torque: float) -> Climb:
 
 
 def loaded(question: Question) -> Arm:
-    """The arm with what it carries, as far as that is known."""
+    """The arm with its load, as far as that is known."""
     return question.point.rigid
 
 
 def fitted(series: Series, limits: Limits) -> Series:
-    """The same with every joint's excursion as small as its limits want it."""
+    """The same, with every joint's excursion reduced as far as its limits require."""
     q = series.one_period()[0]
     top, low = q.max(axis=0), q.min(axis=0)
     v, a, _ = series.peaks()
@@ -105,7 +105,7 @@ def fitted(series: Series, limits: Limits) -> Series:
 
 
 def _beginning(climb: Climb, task: Task) -> Array:
-    """The draw that is best, breaking bounds counted."""
+    """The best draw, with violated bounds penalised."""
     rng = np.random.default_rng(task.seed)
     joints = task.question.point.arm.joints
     best, x = np.inf, np.zeros(climb.coarse.size)

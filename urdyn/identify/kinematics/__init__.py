@@ -1,4 +1,4 @@
-"""Poses -> Calibration: how an arm's geometry differs from its drawing, and how sure that is."""
+"""Poses -> Calibration: how an arm's geometry deviates from its drawing, with uncertainty."""
 
 from urdyn.identify.kinematics.calibration import Calibration, calibrate
 from urdyn.identify.kinematics.choose_poses import most_informative

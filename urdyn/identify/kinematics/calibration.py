@@ -1,4 +1,4 @@
-"""calibrate(): poses -> what the arm's geometry is, how sure that is, and where it holds."""
+"""calibrate(): poses -> the arm's geometry, its uncertainty, and where it holds."""
 
 from __future__ import annotations
 
@@ -24,50 +24,50 @@ from urdyn.model.geometry.transmission import no_effects
 from urdyn.progress import Progress, silent
 from urdyn.types import Array, Mask
 
-MOST = 20_000  # poses; of a longer log so many are taken, evenly
-OWN = 2_000  # poses of a controller's log, which repeats itself
-BARE = 30.0  # loss of log likelihood up to which a tool without offset is preferred
-FINE = np.array([1e-7, 1e-7])  # [m, rad] finer differences are rounding
-STRANGER = 0.015  # [m] that no arm of the right type is off its drawing
-NEXT = 6  # poses that are proposed
-KNOWN = 1e18  # precision of what is not sought [1/m², 1/rad²]
+MOST = 20_000  # poses; from a longer log this many are taken, evenly
+OWN = 2_000  # poses from a controller's log, which is repetitive
+BARE = 30.0  # [nats] loss of likelihood up to which a tool without offset is preferred
+FINE = np.array([1e-7, 1e-7])  # [m, rad] smaller residuals are rounding
+STRANGER = 0.015  # [m] by which no arm of the right type deviates from its drawing
+NEXT = 6  # number of poses proposed
+KNOWN = 1e18  # precision of unknowns that are not sought [1/m², 1/rad²]
 FRAMES = ("x", "y", "z", "rx", "ry", "rz")
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Calibration:
-    """What poses tell of an arm."""
+    """The result of calibrating an arm with poses."""
 
     arm: Arm
     drawing: Drawing
-    poses: Poses  # that it was made from, their angles understood
-    nominal: Found  # the drawing, base and tool fitted
+    poses: Poses  # from which it was made, with the convention of their angles resolved
+    nominal: Found  # the drawing, with base and tool fitted
     choice: Choice = field(repr=False)
-    rank: int  # combinations of the unknowns that the poses tell
-    space: Workspace  # what is to be expected all over
+    rank: int  # combinations of unknowns that the poses determine
+    space: Workspace  # errors to expect all over the workspace
     verdict: Verdict
     weak: tuple[Weakness, ...]
-    proposed: Array  # (NEXT, J) [rad] poses that would tell most of what is open
-    bare: bool  # the tool was taken to have no offset: the poses are the flange's
+    proposed: Array  # (NEXT, J) [rad] most informative next poses
+    bare: bool  # the tool was assumed to have no offset: the poses are the flange's
 
     @property
     def found(self) -> Found:
-        """Geometry, and what held-out regions prefer with it."""
+        """Geometry, with the effects that held-out regions prefer."""
         return self.choice.found
 
     @property
     def geometric(self) -> Found:
-        """The best that geometry alone can do: what other tools can use."""
+        """The best with geometry alone, which other software can use."""
         return self.choice.geometric
 
     @property
     def sought(self) -> int:
-        """Number of unknowns: of geometry, base and tool."""
+        """Number of unknowns of geometry, base and tool."""
         return len(self.geometric.sought.columns)
 
     @property
     def sound(self) -> Mask:
-        """(N,) poses that are no gross errors."""
+        """(N,) poses that are not gross errors."""
         return sound(self.found)
 
     @property
@@ -82,14 +82,14 @@ class Calibration:
 
 
 def calibrate(arm: Arm, poses: Poses, progress: Progress = silent, seed: int = 0) -> Calibration:
-    """What static poses, or a controller's own, tell of an arm's geometry.
+    """Calibrate an arm's geometry from static poses, or from the controller's own.
 
     Robust Bayesian least squares from the drawing, with the spread of real arms as the prior;
-    where the pose is a tracker's, base and tool are unknown and found with the rest.
+    for a tracker's poses, base and tool are unknown and estimated with the rest.
 
     Args:
-        progress: called with what is being done, and the share that is behind.
-        seed: of all draws: the same poses make the same calibration.
+        progress: called with what is being done, and the share that is done.
+        seed: of all random draws: the same poses give the same calibration.
     """
     rng, poses = np.random.default_rng(seed), usable(arm, poses)
     drawing = drawing_of(arm)
@@ -122,7 +122,7 @@ def calibrate(arm: Arm, poses: Poses, progress: Progress = silent, seed: int = 0
 
 
 def usable(arm: Arm, poses: Poses) -> Poses:
-    """The arm's whole poses, or of very many as many as are worth their time, evenly."""
+    """The arm's complete poses; of very many, an even selection."""
     given_a(arm, Arm, "arm", "as urdyn.load_arm(name) gives")
     given_a(poses, Poses, "poses", "as urdyn.read_poses(path) gives")
     if poses.q.shape[1] != arm.joints:
@@ -136,7 +136,7 @@ def usable(arm: Arm, poses: Poses) -> Poses:
 
 
 def everything(start: Placement, poses: Poses, tool: bool = True) -> Sought:
-    """Geometry, and what of base and tool the poses can tell."""
+    """Unknowns of geometry, and those of base and tool that the poses can determine."""
     group = groups(start)
     seen = group["tool"] if poses.angles is not None else group["tool"][:3]
     frames = [] if poses.own else [group["base"]]
@@ -148,7 +148,7 @@ def everything(start: Placement, poses: Poses, tool: bool = True) -> Sought:
 
 
 def refitted(placement: Placement, poses: Poses, rng: np.random.Generator) -> Found:
-    """The same arm with base and tool fitted to other poses, and nothing else."""
+    """The same arm with only base and tool fitted to these poses."""
     geometry = len(geometry_spread(placement.form))
     whole = everything(placement, poses)
     columns = whole.columns[geometry:]
@@ -156,7 +156,7 @@ def refitted(placement: Placement, poses: Poses, rng: np.random.Generator) -> Fo
 
 
 def require_this_arm(nominal: Found, arm: Arm, poses: Poses) -> None:
-    """InputError where the poses are so far from the drawing that they are of another arm."""
+    """InputError where the poses are so far off the drawing that they are another arm's."""
     off = float(nominal.posterior.noise[0])
     if off > STRANGER:
         raise InputError(
@@ -166,7 +166,7 @@ def require_this_arm(nominal: Found, arm: Arm, poses: Poses) -> None:
 
 
 def drawn(arm: Arm, drawing: Drawing) -> Placement:
-    """The arm as drawn, base and tool at the identity."""
+    """The arm as drawn, with base and tool at the identity."""
     still = np.eye(4)
     return Placement(drawing.form, drawing.form.nominal, no_effects(arm), np.zeros(0), still, still)
 
@@ -174,8 +174,8 @@ def drawn(arm: Arm, drawing: Drawing) -> Placement:
 def _bare(found: Found, poses: Poses, start: Placement, rng: np.random.Generator) -> Found | None:
     """The fit with the tool at the flange, if that costs less than `BARE`.
 
-    A controller whose user typed no offset tells the flange's pose. Only then can the last link's
-    length, and its joint's zero, be told from the tool's.
+    A controller without a configured offset reports the flange's pose. Only then can the last
+    link's length and its joint's zero be separated from the tool's pose.
     """
     sought = everything(start, poses, tool=False)
     bare = solve(replace(start, tool=np.eye(4)), poses, sought, rng)
@@ -191,7 +191,7 @@ def _bare(found: Found, poses: Poses, start: Placement, rng: np.random.Generator
 
 
 def _everywhere(found: Found, arm: Arm, poses: Poses, rng: np.random.Generator) -> Workspace:
-    """What is to be expected at random poses all over the workspace."""
+    """Errors to expect at random poses all over the workspace."""
     variance = geometry_spread(found.placement.form) ** 2
     noise = 0.0 if poses.own else float(found.posterior.noise[0])
     everywhere = roam(arm, SAMPLES, rng)
@@ -199,7 +199,7 @@ def _everywhere(found: Found, arm: Arm, poses: Poses, rng: np.random.Generator) 
 
 
 def _verdict(choice: Choice, nominal: Found, arm: Arm, poses: Poses, space: Workspace) -> Verdict:
-    """Should the chosen model be trusted elsewhere?"""
+    """Whether to trust the chosen model elsewhere."""
     fine = sound(choice.found)
     return verdict(
         poses.q[fine],
@@ -212,9 +212,9 @@ def _verdict(choice: Choice, nominal: Found, arm: Arm, poses: Poses, space: Work
 
 
 def rank_at(found: Found, sought: Sought, poses: Poses) -> tuple[int, Array]:
-    """Rank of what poses tell of what is `sought`, and their information with the prior's.
+    """Rank of the poses' information on what is `sought`, and that information plus the prior's.
 
-    The information is of geometry, base and tool, (P, P); what is not sought is taken as known.
+    The information is on geometry, base and tool, (P, P); what is not sought counts as known.
     """
     placement, noise = found.placement, found.posterior.noise
     bare = placement.with_effects(no_effects(placement.effects.arm))
@@ -232,7 +232,7 @@ def rank_at(found: Found, sought: Sought, poses: Poses) -> tuple[int, Array]:
 
 
 def _weak(geometric: Found, found: Found, drawing: Drawing) -> tuple[Weakness, ...]:
-    """What trades off with what."""
+    """Weakly determined coordinates, and what they trade off with."""
     frames = [f"{what}.{axis}" for what in ("base", "tool") for axis in FRAMES]
     names, columns = np.array([*drawing.form.names, *frames]), geometric.sought.columns
     cov = found.posterior.cov[np.ix_(columns, columns)]
@@ -240,7 +240,7 @@ def _weak(geometric: Found, found: Found, drawing: Drawing) -> tuple[Weakness, .
 
 
 def sound(found: Found) -> Mask:
-    """(N,) poses that are no gross errors."""
+    """(N,) poses that are not gross errors."""
     return moderate(found.residuals, found.posterior.noise)
 
 

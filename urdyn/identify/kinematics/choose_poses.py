@@ -1,4 +1,4 @@
-"""Which poses to measure: those that tell most, one after the other, then each exchanged."""
+"""Which poses to measure: the most informative, greedily, then improved by exchanges."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from urdyn.model.arm import Arm
 from urdyn.types import Array
 
 CANDIDATES = 500
-EXCHANGES = 2  # rounds in which every pose may be given for a better one
-TRACKER = np.array([5e-5, 5e-5, 5e-5, 2e-4, 2e-4, 2e-4])  # [m, rad] what is to be expected of one
+EXCHANGES = 2  # rounds in which every pose may be exchanged for a better one
+TRACKER = np.array([5e-5, 5e-5, 5e-5, 2e-4, 2e-4, 2e-4])  # [m, rad] typical noise of a tracker
 
 
 def most_informative(
@@ -22,12 +22,12 @@ def most_informative(
     rng: np.random.Generator,
     known: Array | None = None,
 ) -> Array:
-    """Poses (count, J) [rad], of those that the arm can take (`roam`), that tell most.
+    """The most informative poses (count, J) [rad] among those the arm can take (`roam`).
 
     They maximise the determinant of the information on geometry, base and tool [Fedorov1972]_.
 
     Args:
-        known: information that is there already, of all unknowns; None: the prior's.
+        known: existing information on all unknowns; None: the prior's.
     """
     candidates = roam(arm, max(CANDIDATES, 3 * count), rng)
     size = int(groups(placement)["tool"][-1]) + 1
@@ -48,7 +48,7 @@ def most_informative(
 
 
 def _next(A: Array, information: Array, taken: list[int]) -> int:
-    """The candidate, not yet taken, that raises the determinant most: det(I + A cov A')."""
+    """The candidate not yet taken that raises the determinant most: det(I + A cov A')."""
     scale = 1.0 / np.sqrt(np.diag(information))
     root = np.linalg.cholesky(scale[:, None] * information * scale)
     solved = np.linalg.solve(root, (A * scale).transpose(2, 0, 1).reshape(len(root), -1))

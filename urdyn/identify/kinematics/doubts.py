@@ -1,4 +1,4 @@
-"""What poses cannot tell, and whether a calibration holds beyond where it was made."""
+"""What poses cannot determine, and whether a calibration holds beyond them."""
 
 from __future__ import annotations
 
@@ -9,47 +9,47 @@ import numpy as np
 from urdyn.identify.kinematics.workspace import Workspace
 from urdyn.types import Array
 
-WEAK = 0.3  # share of the prior's standard deviation that data left, from which on we say so
-CLOSE, PARTNERS = 0.5, 3  # correlation that is worth a word, and how many words
-BETTER = 0.7  # expected error elsewhere, over what the drawing has here, that is worth trusting
-FINE = 1e-6  # [m] errors below which nobody measures: of an arm that is as drawn, to rounding
-STRANGE = 3.0  # times the error at home that a region held out may have
-STILL = np.radians(10.0)  # [rad] travel below which a joint hardly moved
+WEAK = 0.3  # share of the prior's standard deviation left by data, from which on it is reported
+CLOSE, PARTNERS = 0.5, 3  # correlation worth reporting, and how many to report
+BETTER = 0.7  # expected error elsewhere, over the drawing's error here, up to which to trust it
+FINE = 1e-6  # [m] errors below any measurement: an arm exactly as drawn, up to rounding
+STRANGE = 3.0  # times its error on its own poses, accepted in a held-out region
+STILL = np.radians(10.0)  # [rad] travel below which a joint counts as hardly moved
 
 
 @dataclass(frozen=True)
 class Weakness:
-    """A coordinate of the geometry that the poses leave open, and what it trades off with."""
+    """A coordinate of the geometry that poses leave open, and what it trades off with."""
 
     name: str
-    left: float  # share of the prior's standard deviation that is left [-]
-    partners: tuple[tuple[str, float], ...]  # unknowns and correlation, the closest first
+    left: float  # remaining share of the prior's standard deviation [-]
+    partners: tuple[tuple[str, float], ...]  # unknowns and correlations, the strongest first
 
 
 @dataclass(frozen=True)
 class Verdict:
-    """Should it be trusted elsewhere?"""
+    """Whether to trust a calibration elsewhere."""
 
     trusted: bool
-    reasons: tuple[str, ...]  # against
+    reasons: tuple[str, ...]  # against it
 
 
 def rank_of(information: Array, spread: Array) -> int:
-    """How many combinations of unknowns the data tell better than the prior does.
+    """Number of combinations of unknowns that data determine better than the prior.
 
     Args:
-        information: by data alone, (P, P).
-        spread: prior standard deviations, or a length and an angle to measure by, (P,).
+        information: from data alone, (P, P).
+        spread: prior standard deviations, or a reference length and angle, (P,).
     """
     return int((np.linalg.eigvalsh(spread[:, None] * information * spread) > 1.0).sum())
 
 
 def weaknesses(cov: Array, spread: Array, names: tuple[str, ...]) -> tuple[Weakness, ...]:
-    """Coordinates of the geometry that data hardly inform, the most open first.
+    """Coordinates of the geometry on which data say little, the most open first.
 
     Args:
         cov: of all named unknowns, (P, P); the geometry's come first.
-        spread: prior standard deviations of these.
+        spread: prior standard deviations of the geometry's.
     """
     sd = np.sqrt(np.diag(cov))
     left = sd[: len(spread)] / spread
@@ -70,11 +70,11 @@ def verdict(
     """Whether to trust a calibration beyond its own poses.
 
     Args:
-        q: poses that it was made from (N, J) [rad].
+        q: poses from which it was made (N, J) [rad].
         rms: its error there [m].
         drawn: the drawing's error there [m].
-        held_out: its error in regions that were held out (K,) [m].
-        space: what is to be expected all over.
+        held_out: its error in held-out regions (K,) [m].
+        space: errors to expect all over the workspace.
     """
     reasons = []
     elsewhere = float(np.median(space.error))

@@ -1,4 +1,4 @@
-"""How well an earlier calibration explains other poses, base and tool alone fitted anew."""
+"""How well an earlier calibration explains other poses, with only base and tool refitted."""
 
 from __future__ import annotations
 
@@ -28,13 +28,13 @@ NOMINAL, ALONE, FULL = "nominal", "geometry", "geometry and joints"
 
 @dataclass(frozen=True, eq=False)
 class Evaluation:
-    """Fits of base and tool to poses, by what is known of the arm."""
+    """Fits of base and tool to poses, by model of the arm."""
 
     arm: Arm
     drawing: Drawing
     poses: Poses
     fits: dict[str, Found]  # NOMINAL, ALONE and, where the calibration has it, FULL
-    rank: int  # of all unknowns, as these poses would tell them
+    rank: int  # of all unknowns, with these poses
     sought: int
 
     @property
@@ -45,7 +45,7 @@ class Evaluation:
 
     @property
     def sound(self) -> Mask:
-        """(N,) poses that are no gross errors, by the calibration's geometry."""
+        """(N,) poses that are not gross errors, by the calibration's geometry."""
         return sound(self.fits[ALONE])
 
 

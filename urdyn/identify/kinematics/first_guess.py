@@ -1,4 +1,4 @@
-"""Where base and tool are, roughly, from poses of which some may be wrong."""
+"""A first guess of base and tool, from poses of which some may be wrong."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from urdyn.model.geometry.turns import pose_of
 from urdyn.types import Array
 
 DRAWS, SUBSET = 40, 12  # trials, and poses in each
-JUDGES = 300  # poses that a trial is judged by
+JUDGES = 300  # poses by which a trial is judged
 ROUNDS = 20  # of the alternation between base and tool
 
 
@@ -18,12 +18,12 @@ def guess(
 ) -> tuple[Array, Array]:
     """transform_base_to_world and transform_tool_to_flange, (4, 4) each.
 
-    The best of many small subsets by the median error: half the poses may be wrong [Leroy1987]_.
+    Least median of errors over many small subsets: half of the poses may be wrong [Leroy1987]_.
 
     Args:
         flanges: transform_flange_to_base as drawn (N, 4, 4).
         place: measured (N, 3) [m].
-        turn: measured (N, 3, 3); NaN where only positions were.
+        turn: measured (N, 3, 3); NaN where only positions were measured.
     """
     judges = rng.permutation(len(place))[:JUDGES]
     oriented = bool(np.isfinite(turn).all())
@@ -39,7 +39,7 @@ def guess(
 
 
 def tool_of(flanges: Array, place: Array, turn: Array) -> Array:
-    """transform_tool_to_flange (4, 4) where world is the base, by the median."""
+    """transform_tool_to_flange (4, 4) where the world is the base, by medians."""
     seen = np.einsum("nji,nj->ni", flanges[:, :3, :3], place - flanges[:, :3, 3])
     arm = pose_of(np.median(seen, axis=0), np.eye(3))
     return _turned(flanges, arm, turn, bool(np.isfinite(turn).all()))
@@ -48,7 +48,7 @@ def tool_of(flanges: Array, place: Array, turn: Array) -> Array:
 def _candidates(
     flanges: Array, place: Array, turn: Array, oriented: bool
 ) -> list[tuple[Array, Array]]:
-    """Base and tool from a handful of poses, by positions, and by orientations if there are any."""
+    """Base and tool from a few poses, by positions, and by orientations if measured."""
     found = [_alternated(flanges, place)]
     if oriented:
         found.append(_by_turns(flanges, place, turn))
@@ -56,7 +56,7 @@ def _candidates(
 
 
 def _alternated(flanges: Array, place: Array) -> tuple[Array, Array]:
-    """By positions: base given the tool, tool given the base, and again."""
+    """Base and tool by positions: alternately one given the other."""
     tip = np.zeros(3)
     for _ in range(ROUNDS):
         points = flanges[:, :3, 3] + flanges[:, :3, :3] @ tip
@@ -67,14 +67,14 @@ def _alternated(flanges: Array, place: Array) -> tuple[Array, Array]:
 
 
 def _fitted(points: Array, place: Array) -> Array:
-    """The pose that brings points (N, 3) to places (N, 3) best [Arun1987]_."""
+    """The rigid transform that fits points (N, 3) to places (N, 3) best [Arun1987]_."""
     middle, there = points.mean(axis=0), place.mean(axis=0)
     turn = _nearest_turn((place - there).T @ (points - middle))
     return pose_of(there - turn @ middle, turn)
 
 
 def _by_turns(flanges: Array, place: Array, turn: Array) -> tuple[Array, Array]:
-    """By orientations: base' turn = flange tool is linear in base and tool; places follow."""
+    """Base and tool by orientations: base' turn = flange tool is linear in both; places follow."""
     eye = np.eye(3)
     rows = [
         np.hstack([np.kron(eye, seen.T), -np.kron(flange, eye)])
@@ -96,7 +96,7 @@ def _nearest_turn(matrix: Array) -> Array:
 
 
 def _turned(reached: Array, arm: Array, turn: Array, oriented: bool) -> Array:
-    """The tool with the turn that most poses agree on; as it is where none were measured."""
+    """The tool with the turn on which most poses agree; unchanged where none was measured."""
     if not oriented:
         return arm
     seen = np.swapaxes(reached[:, :3, :3], 1, 2) @ turn

@@ -1,8 +1,8 @@
-"""Which poses are gross errors: a mixture of what noise does and of what is simply wrong.
+"""Which poses are gross errors: a mixture of noise and of plain mistakes.
 
-A pose that was measured, or written down, wrongly is off by many times the noise in any direction.
-Its weight is the probability that it is none of these [Aitkin1980]_, so that clean data are treated
-as they are.
+A pose that was measured or recorded wrongly is off by many times the noise in any direction. A
+pose's weight is the probability that it is not one of these [Aitkin1980]_, so that clean data
+keep their full weight.
 """
 
 from __future__ import annotations
@@ -11,14 +11,14 @@ import numpy as np
 
 from urdyn.types import Array, Mask
 
-RARE = 0.02  # share of poses that are expected to be wrong
-WIDE = 20.0  # gross errors have so many times the noise
-BEYOND = 10.0  # times the noise: such a pose is no pose of this arm
-MEDIAN_OF_THREE = 1.5382  # of the length of three unit normal numbers
+RARE = 0.02  # expected share of wrong poses
+WIDE = 20.0  # sd of gross errors, in units of the noise
+BEYOND = 10.0  # times the noise: farther off, a pose is not this arm's
+MEDIAN_OF_THREE = 1.5382  # of the norm of three unit normal numbers
 
 
 def robust_noise(e: Array) -> Array:
-    """Noise of place [m] and turn [rad] by the median of residuals e (N, 6), (2,)."""
+    """Noise of place [m] and turn [rad] from medians of residuals e (N, 6), (2,)."""
     lengths = np.stack([np.linalg.norm(e[:, :3], axis=1), np.linalg.norm(e[:, 3:], axis=1)])
     known = np.isfinite(lengths).all(axis=1)
     noise = np.ones(2)
@@ -27,19 +27,19 @@ def robust_noise(e: Array) -> Array:
 
 
 def weights(e: Array, noise: Array) -> Array:
-    """(N,) probability of each pose of residuals e (N, 6) to be no gross error."""
+    """(N,) probability that a pose with residuals e (N, 6) is not a gross error."""
     likely = 0.5 * _worst(e, noise) * (1.0 - WIDE**-2.0)
     odds = np.log(RARE / (1.0 - RARE)) - 3.0 * np.log(WIDE) + likely
     return np.asarray(1.0 / (1.0 + np.exp(np.minimum(odds, 500.0))))
 
 
 def moderate(e: Array, noise: Array) -> Mask:
-    """(N,) poses whose residuals e (N, 6) are errors of an arm, not of a person."""
+    """(N,) poses whose residuals e (N, 6) are an arm's errors, not a person's."""
     return np.asarray(_worst(e, noise) < BEYOND**2)
 
 
 def _worst(e: Array, noise: Array) -> Array:
-    """(N,) square of the length of place or turn, whichever is longer, in units of noise."""
+    """(N,) squared residual of place or turn, whichever is larger, in units of noise."""
     worst = np.zeros(len(e))
     for k, block in enumerate((slice(0, 3), slice(3, 6))):
         if np.isfinite(e[:, block]).any():

@@ -1,4 +1,4 @@
-"""Which model holds in regions that it has not seen: geometry alone, or with what joints do."""
+"""Which model holds in regions it has not seen: geometry alone, or with joint effects."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from urdyn.identify.kinematics.moments import Moments, total
 from urdyn.identify.kinematics.posterior import Posterior, learned, posterior
 from urdyn.types import Array, Index, Mask
 
-SURE = 3.0  # gain of log likelihood that another kind of effect must bring
-DOUBT = 3.0  # standard deviations by which claims must fail before intervals are widened
+SURE = 3.0  # [nats] gain of likelihood that another kind of effect must bring
+DOUBT = 3.0  # standard deviations by which claims must fail before they are widened
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,19 +22,19 @@ class Model:
     name: str
     columns: Index  # of all unknowns
     precision: Array  # of the prior, one each
-    guessed: Mask  # those whose prior is as wide as held-out regions want it, beside the noise
+    guessed: Mask  # those whose prior width was chosen by held-out regions, relative to the noise
 
 
 @dataclass(frozen=True, eq=False)
 class Trial:
-    """A model fitted to all poses, and to all but one region, region by region."""
+    """A model fitted to all poses, and to all but one region, for each region."""
 
     model: Model
-    posterior: Posterior  # of the model's columns, by all poses, as wide as `excess` demands
+    posterior: Posterior  # of the model's columns, from all poses, widened by `excess`
     losses: Array  # (K,) minus log likelihood of each region, held out
-    rms: Array  # (K,) of place in the region that was held out [m]
-    stripped: Array  # (K,) the same of its geometry alone, base and tool fitted there [m]
-    excess: float  # variance of predictions there over what the posterior claims; 1: as claimed
+    rms: Array  # (K,) of place in the held-out region [m]
+    stripped: Array  # (K,) the same with its geometry alone, base and tool fitted there [m]
+    excess: float  # variance of predictions there over the posterior's claim; 1: as claimed
 
 
 def held_out(
@@ -43,9 +43,9 @@ def held_out(
     """The model's trial on regions whose moments are `parts`.
 
     Args:
-        frames: where base and tool stand among all unknowns; what follows them are effects.
+        frames: indices of base and tool among all unknowns; effects follow them.
         offset: from where the moments were taken to the prior's mean, all unknowns.
-        noise: to begin with, of place [m] and turn [rad].
+        noise: initial, of place [m] and turn [rad].
     """
     whole, at = total(parts), offset[model.columns]
     found = learned(whole.only(model.columns), model.precision, at, noise)
@@ -60,8 +60,8 @@ def held_out(
         squares += float((left / found.noise**2)[part.count > 0.0].sum())
         claimed += float((np.tensordot(found.noise**-2.0, unseen.H, axes=1) * without.cov).sum())
     excess = _excess(squares, claimed, float(whole.count.sum()))
-    # Errors that neighbours share make data count for less; what the prior was weighed against
-    # them for grows with them.
+    # Errors that neighbouring poses share make data count for less; a prior width chosen relative
+    # to the noise grows with it.
     precision = np.where(model.guessed, model.precision / excess, model.precision)
     wide = posterior(whole.only(model.columns), precision, at, found.noise * np.sqrt(excess))
     kept = replace(found, cov=wide.cov)
@@ -69,7 +69,7 @@ def held_out(
 
 
 def _stripped(part: Moments, columns: Index, mean: Array, frames: Index, noise: Array) -> float:
-    """RMS of place [m] in a region by a mean's geometry alone, base and tool refitted."""
+    """RMS of place [m] in a region with a mean's geometry alone, base and tool refitted."""
     x = np.zeros(part.b.shape[1])
     geometry = columns[columns < frames[0]]
     x[geometry] = mean[: len(geometry)]
@@ -80,20 +80,20 @@ def _stripped(part: Moments, columns: Index, mean: Array, frames: Index, noise: 
 
 
 def _excess(squares: float, claimed: float, count: float) -> float:
-    """Variance of held-out predictions over what was claimed, where chance does not explain it."""
+    """Variance of held-out predictions over the claimed one, if significant; else 1."""
     surplus = squares - count
     return surplus / claimed if surplus - claimed > DOUBT * np.sqrt(2.0 * count) else 1.0
 
 
 def _loss(squares: Array, count: Array, noise: Array) -> float:
-    """Minus log likelihood of place and turn in a region, at the noise that they show there."""
+    """Minus log likelihood of place and turn in a region, at the noise shown there."""
     known = count > 0.0
     shown = np.maximum(squares[known] / count[known], noise[known] ** 2)
     return float(0.5 * (count[known] * np.log(shown)).sum())
 
 
 def best(trials: Sequence[Trial]) -> Trial:
-    """The trial that held-out regions prefer; they come poorest first, and ties stay poor."""
+    """The trial that held-out regions prefer; simplest first, and ties go to the simpler."""
     chosen = trials[0]
     for trial in trials[1:]:
         gain = chosen.losses - trial.losses

@@ -1,6 +1,6 @@
-"""What poses say of all unknowns, in a few matrices: least squares that add up.
+"""The poses' information on all unknowns in a few matrices: least squares that add up.
 
-sum w |e_i - A_i x|^2 = x' H x - 2 b' x + c      of place, and of turn, by themselves
+sum w |e_i - A_i x|^2 = x' H x - 2 b' x + c      for place and turn separately
 """
 
 from __future__ import annotations
@@ -13,18 +13,18 @@ import numpy as np
 from urdyn.identify.kinematics.placement import Placement, residuals, slopes
 from urdyn.types import Array, Index
 
-CHUNK = 600  # poses whose slopes are held in memory together
+CHUNK = 600  # poses whose Jacobians are in memory at a time
 BLOCKS = (slice(0, 3), slice(3, 6))  # place, turn
 
 
 @dataclass(frozen=True, eq=False)
 class Moments:
-    """Of place and of turn: axis 0."""
+    """Moments of place and of turn: axis 0."""
 
     H: Array  # (2, P, P)
     b: Array  # (2, P)
     c: Array  # (2,)
-    count: Array  # (2,) numbers that were measured, weighted
+    count: Array  # (2,) weighted count of measured numbers
 
     def __sub__(self, other: Moments) -> Moments:
         return Moments(
@@ -32,11 +32,11 @@ class Moments:
         )
 
     def only(self, columns: Index) -> Moments:
-        """The moments where all other unknowns stay zero."""
+        """The moments with all other unknowns zero."""
         return Moments(self.H[:, columns[:, None], columns], self.b[:, columns], self.c, self.count)
 
     def squares(self, x: Array) -> Array:
-        """Sum of squares that are left of place and turn, (2,) [m², rad²]."""
+        """Residual sums of squares of place and turn, (2,) [m², rad²]."""
         return np.maximum(self.c - 2.0 * self.b @ x + (self.H @ x) @ x, 0.0)
 
 
@@ -57,7 +57,7 @@ def moments(
     turn: Array,
     weight: Array,
 ) -> Moments:
-    """Of poses about `placement`; `weight` (N,) is a pose's probability to be no gross error."""
+    """Moments of poses about `placement`; `weight` (N,): probability of no gross error."""
     size = placement.size
     H, b = np.zeros((2, size, size)), np.zeros((2, size))
     c, count = np.zeros(2), np.zeros(2)

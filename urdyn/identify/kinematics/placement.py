@@ -1,4 +1,4 @@
-"""A calibrated arm before its tracker, and how predicted poses move with all that is unknown."""
+"""A calibrated arm in front of its tracker, and the Jacobian of predicted poses."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ BASE, TOOL = 6, 6  # coordinates of a pose: three of place, three of turn
 
 @dataclass(frozen=True, eq=False)
 class Placement:
-    """All that a pose follows from: world = base . flange(q; table, effects) . tool."""
+    """All that determines a pose: world = base . flange(q; table, effects) . tool."""
 
     form: Form
     table: Array  # (J, 5) a, alpha, beta, d, theta [m, rad]
@@ -33,7 +33,7 @@ class Placement:
 
     @property
     def deviations(self) -> Array:
-        """(P,) the geometry's coordinates less the drawing's [m, rad]."""
+        """(P,) the geometry's coordinates minus the drawing's [m, rad]."""
         return np.asarray((self.table - self.form.nominal)[self.form.free])
 
     @property
@@ -63,21 +63,21 @@ class Placement:
         )
 
     def with_effects(self, effects: Effects) -> Placement:
-        """The same arm with room for other effects, all of them zero."""
+        """The same arm with these effects, all of them zero."""
         return replace(self, effects=effects, coefficients=np.zeros(len(effects.owners)))
 
 
 def groups(placement: Placement) -> dict[str, Index]:
-    """Where in the vector of all unknowns each kind of them stands."""
+    """Indices of each kind of unknown in the vector of all."""
     bounds = np.cumsum([int(placement.form.free.sum()), BASE, TOOL])
     kinds = ("geometry", "base", "tool", "effects")
     return dict(zip(kinds, np.split(np.arange(placement.size), bounds), strict=True))
 
 
 def residuals(placement: Placement, q: Array, place: Array, turn: Array) -> Array:
-    """(N, 6) measured less predicted, place [m] and rotation vector [rad], in the base's axes.
+    """(N, 6) measured minus predicted, place [m] and rotation vector [rad], in the base's axes.
 
-    A turn of NaN, which was not measured, gives NaN.
+    A turn of NaN, not measured, gives NaN.
     """
     predicted = placement.poses(q)
     off = place - predicted[:, :3, 3]
@@ -91,7 +91,7 @@ def residuals(placement: Placement, q: Array, place: Array, turn: Array) -> Arra
 
 
 def slopes(placement: Placement, q: Array) -> Array:
-    """(N, 6, size) how predicted poses move with every unknown, in the base's axes."""
+    """(N, 6, size) derivative of predicted poses in every unknown, in the base's axes."""
     form, effects = placement.form, placement.effects
     twists = reach(placement.table, q + effects.shift(placement.coefficients, q))
     lever = twists.pose[:, :3, :3] @ placement.tool[:3, 3]

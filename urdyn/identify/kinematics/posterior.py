@@ -1,4 +1,4 @@
-"""Gaussian posterior of all unknowns from their moments, with the noise and spreads it implies."""
+"""Gaussian posterior of all unknowns from their moments, and the noise that it implies."""
 
 from __future__ import annotations
 
@@ -11,23 +11,23 @@ from urdyn.errors import IdentifiabilityError
 from urdyn.identify.kinematics.moments import Moments
 from urdyn.types import Array, Index
 
-QUIET = np.array([1e-8, 1e-8])  # [m, rad] no instrument is quieter
+QUIET = np.array([1e-8, 1e-8])  # [m, rad] no instrument is better
 
 
 @dataclass(frozen=True, eq=False)
 class Posterior:
-    """x ~ N(mean, cov), and what was learned on the way."""
+    """x ~ N(mean, cov), and the noise learnt with it."""
 
-    mean: Array  # (P,) of a step from where the moments were taken
+    mean: Array  # (P,) step from where the moments were taken
     cov: Array  # (P, P)
     noise: Array  # (2,) standard deviation of a coordinate of place [m] and of turn [rad]
 
 
 def posterior(moments: Moments, precision: Array, offset: Array, noise: Array) -> Posterior:
-    """The posterior where noise is known.
+    """The posterior for known noise.
 
     Args:
-        precision: of the prior, (P,); zero where nothing is known.
+        precision: of the prior, (P,); zero for a flat one.
         offset: from where the moments were taken to the prior's mean, (P,).
         noise: standard deviations of place [m] and turn [rad].
     """
@@ -39,8 +39,8 @@ def posterior(moments: Moments, precision: Array, offset: Array, noise: Array) -
 
 
 def _inverse(H: Array) -> Array:
-    """Of a positive definite matrix: by Cholesky, in half the time."""
-    if not H.size:  # of which LAPACK complains on standard output
+    """Inverse of a positive definite matrix: by Cholesky, in half the time."""
+    if not H.size:  # LAPACK would complain on standard output
         return H
     root, failed = lapack.dpotrf(H)
     if failed:
@@ -53,7 +53,7 @@ def _inverse(H: Array) -> Array:
 
 
 def renoised(moments: Moments, found: Posterior) -> Array:
-    """Noise that the residuals show, what the unknowns take of them given back (EM), (2,)."""
+    """Noise from the residuals, corrected for what the unknowns absorbed (EM), (2,)."""
     taken = np.einsum("kij,ij->k", moments.H, found.cov)
     squares = moments.squares(found.mean) + taken
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -72,7 +72,7 @@ def learned(
 
 
 def restricted(found: Posterior, columns: Index, size: int) -> Posterior:
-    """`found` of some columns as one of all `size`, the others zero and known."""
+    """`found` for some columns, extended to all `size`, with the others zero and known."""
     mean, cov = np.zeros(size), np.zeros((size, size))
     mean[columns] = found.mean
     cov[np.ix_(columns, columns)] = found.cov

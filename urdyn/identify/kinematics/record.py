@@ -1,4 +1,4 @@
-"""A calibration as a document: what it is made of, and what is needed to score it elsewhere."""
+"""A calibration as a document, with all that is needed to score it elsewhere."""
 
 from __future__ import annotations
 
@@ -28,11 +28,11 @@ NAME, YAML = "calibration.toml", "kinematics.yaml"
 
 @dataclass(frozen=True, eq=False)
 class Recorded:
-    """What an earlier calibration says of an arm: base and tool are of its day."""
+    """An earlier calibration of an arm: base and tool are those of its day."""
 
     geometric: Placement  # geometry alone
-    full: Placement | None  # with what joints do, where that was preferred
-    sha256: str = ""  # of the poses that it was made from
+    full: Placement | None  # with joint effects, where these were preferred
+    sha256: str = ""  # of the poses from which it was made
     cov: Array | None = None  # (P, P) of the geometry; None: not in the file
 
 
@@ -60,13 +60,13 @@ def _geometry(placement: Placement) -> dict[str, Any]:
 
 
 def _belief(calibration: Calibration) -> dict[str, Any]:
-    """How sure the geometry's coordinates are: deviations and covariance."""
+    """Belief in the geometry's coordinates: deviations and covariance."""
     few = len(calibration.spread)
     return {"sd": calibration.sd[:few], "covariance": calibration.found.posterior.cov[:few, :few]}
 
 
 def _effects(placement: Placement) -> dict[str, Any]:
-    """Coefficients of what joints do [rad, rad/(N m)]."""
+    """Coefficients of joint effects [rad, rad/(N m)]."""
     effects = placement.effects
     return {
         "compliant": list(effects.compliant),
@@ -76,10 +76,10 @@ def _effects(placement: Placement) -> dict[str, Any]:
 
 
 def load_calibration(path: str | Path, arm: Arm) -> Recorded:
-    """The calibration in a folder of `urdyn calibrate`, or a kinematics.yaml of anybody's.
+    """The calibration in a folder of `urdyn calibrate`, or in any kinematics.yaml.
 
     Raises:
-        InputError: there is none, it is damaged, or it is another type of arm's.
+        InputError: there is none, it is damaged, or it is of another type of arm.
     """
     path = Path(path)
     whole, plain = path / NAME, path / YAML if path.is_dir() else path
@@ -123,7 +123,7 @@ def _read(saved: Mapping[str, Any], path: Path, arm: Arm, start: Placement) -> R
 
 
 def _covariance(saved: Mapping[str, Any], start: Placement) -> Array | None:
-    """How sure the geometry is; None in a file that was written before this was told."""
+    """Covariance of the geometry; None in a file from before it was recorded."""
     if "covariance" not in saved["geometry"]:
         return None
     cov = _numbers(saved["geometry"]["covariance"], (len(start.deviations),) * 2)

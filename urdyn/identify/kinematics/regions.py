@@ -1,4 +1,4 @@
-"""Regions of the workspace, by joint angles: a fit must hold where it has not been."""
+"""Regions of the workspace, by joint angles: a fit must hold where it has no data."""
 
 from __future__ import annotations
 
@@ -7,13 +7,13 @@ import numpy as np
 from urdyn.types import Array, Index
 
 HALVINGS = 3
-LEAST = 10  # poses that are worth a region of their own
+LEAST = 10  # poses that a region needs
 
 
 def regions(q: Array) -> Index:
-    """(N,) the region of each pose q (N, J) [rad]: all poses halved along where they spread most.
+    """(N,) the region of each pose q (N, J) [rad]: poses are halved along their widest direction.
 
-    Angles count as points on their circles, and halves are halved again.
+    Angles count as points on circles, and halves are halved again.
     """
     points = np.concatenate([np.cos(q), np.sin(q)], axis=1)
     label = np.zeros(len(q), dtype=np.intp)

@@ -1,4 +1,4 @@
-"""Beyond geometry: compliance and uneven joints, where held-out regions prefer them."""
+"""Beyond geometry: compliance and joint ripple, where held-out regions prefer them."""
 
 from __future__ import annotations
 
@@ -22,23 +22,23 @@ from urdyn.progress import Progress
 from urdyn.types import Array, Index, Mask
 
 GEOMETRY, COMPLIANCE, TRANSMISSION = "geometry", "compliance", "transmission"
-WORTH = 0.5  # weight above which a pose is taken as sound
-CHANGED = 0.02  # of a weight: less makes no difference
+WORTH = 0.5  # weight above which a pose counts as sound
+CHANGED = 0.02  # change of a weight below which it does not matter
 
 
 @dataclass(frozen=True, eq=False)
 class Choice:
-    """The model that held-out regions chose, and all that were tried."""
+    """The model chosen by held-out regions, and all that were tried."""
 
     found: Found  # by the chosen model
-    geometric: Found  # by geometry alone: its own best, or the chosen model's, as regions prefer
-    stripped: Array  # (K,) its RMS of place by region held out, base and tool fitted there [m]
+    geometric: Found  # by geometry alone: its own best, or the chosen model's, as regions prefer it
+    stripped: Array  # (K,) its RMS of place by held-out region, base and tool fitted there [m]
     chosen: Trial
-    trials: tuple[Trial, ...]  # one a kind of model, poorest first
+    trials: tuple[Trial, ...]  # one per kind of model, simplest first
 
 
 def choose(found: Found, poses: Poses, arm: Arm, progress: Progress) -> Choice:
-    """Try richer models about a geometry that is `found`."""
+    """Try richer models about the geometry `found`."""
     region = regions(poses.q)
     effects = no_effects(arm) if poses.own else transmission(compliance(arm, poses.q))
     rich = found.placement.with_effects(effects)
@@ -61,7 +61,7 @@ def choose(found: Found, poses: Poses, arm: Arm, progress: Progress) -> Choice:
 
 
 def _stripped(found: Found, rich: Placement, trial: Trial, poses: Poses) -> Found:
-    """The geometry of a trial's fit, with base and tool as they are best without its effects."""
+    """The geometry of a trial's fit, with base and tool refitted without its effects."""
     moved = _moved(found, rich, trial, poses)
     bare = moved.placement.with_effects(no_effects(rich.effects.arm))
     frames = found.sought.columns[len(bare.deviations) :]
@@ -73,7 +73,7 @@ def _stripped(found: Found, rich: Placement, trial: Trial, poses: Poses) -> Foun
 def _reweighed(
     part: Moments, rich: Placement, poses: Poses, rows: Mask, old: Array, new: Array
 ) -> Moments:
-    """A region's moments, some of its poses' weights changed."""
+    """A region's moments with some of its poses' weights changed."""
     if not rows.any():
         return part
     few = poses.take(rows)
@@ -137,7 +137,7 @@ def _model(
 
 
 def _moved(found: Found, rich: Placement, trial: Trial, poses: Poses) -> Found:
-    """The fit by the model of a trial, its claims widened to what held-out regions show."""
+    """The fit by a trial's model, its covariance widened to what held-out regions show."""
     step = restricted(trial.posterior, trial.model.columns, rich.size)
     placement = rich.moved(step.mean)
     if trial.model.name == GEOMETRY:

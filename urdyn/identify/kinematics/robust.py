@@ -17,18 +17,18 @@ from urdyn.io.poses import READINGS, Poses
 from urdyn.model.geometry.turns import turn_z
 from urdyn.types import Array, Index, frozen
 
-FEW = 1500  # poses that the first steps are made with
-STEPS, LAST = 40, 4  # at most, with few poses and with all
-STILL = 0.01  # of a posterior standard deviation: a step that changes nothing
+FEW = 1500  # poses for the first steps
+STEPS, LAST = 40, 4  # most steps, with few poses and with all
+STILL = 0.01  # of a posterior standard deviation: a smaller step ends iteration
 
 
 @dataclass(frozen=True, eq=False)
 class Sought:
-    """Which unknowns are sought, and what is known of them beforehand."""
+    """Which unknowns are sought, and their prior."""
 
     columns: Index  # of all unknowns of a placement
     spread: Array  # prior standard deviation of each of these
-    expected: Array  # (P,) all unknowns' prior mean: zero but for where fits begin
+    expected: Array  # (P,) prior mean of all unknowns: zero except where fits begin
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "spread", frozen(self.spread))
@@ -40,13 +40,13 @@ class Found:
 
     sought: Sought
     placement: Placement
-    posterior: Posterior  # its mean is a step of nothing; cov of all unknowns
-    weight: Array  # (N,) probability of each pose to be no gross error
+    posterior: Posterior  # with zero mean, about the placement; cov of all unknowns
+    weight: Array  # (N,) probability that a pose is not a gross error
     residuals: Array  # (N, 6) [m, rad] in the base's axes
 
 
 def begin(start: Placement, poses: Poses, rng: np.random.Generator) -> tuple[Placement, Poses]:
-    """The placement with base and tool guessed, and the poses with their angles understood."""
+    """The placement with base and tool guessed, and the poses with their angles' convention."""
     flanges = start.flanges(poses.q)
     if poses.own:
         return _in_own_base(start, poses), poses
@@ -63,7 +63,7 @@ def begin(start: Placement, poses: Poses, rng: np.random.Generator) -> tuple[Pla
 
 
 def _in_own_base(start: Placement, poses: Poses) -> Placement:
-    """The placement in the controller's base, or turned by half as in ROS's base_link."""
+    """The placement in the controller's base, or half a turn from it as in ROS's base_link."""
     placed = []
     for base in (np.eye(4), turn_z(np.pi)):
         flanges = base @ start.flanges(poses.q)
@@ -74,7 +74,7 @@ def _in_own_base(start: Placement, poses: Poses) -> Placement:
 
 
 def solve(start: Placement, poses: Poses, sought: Sought, rng: np.random.Generator) -> Found:
-    """The posterior's maximum from `start` on."""
+    """The posterior's maximum, starting from `start`."""
     few = poses
     if len(poses) > FEW:
         few = poses.take(np.sort(rng.permutation(len(poses))[:FEW]))
@@ -85,7 +85,7 @@ def solve(start: Placement, poses: Poses, sought: Sought, rng: np.random.Generat
 
 
 def settle(placement: Placement, poses: Poses, sought: Sought, noise: Array) -> Found:
-    """A few steps from a placement that is nearly there."""
+    """A few more steps from a placement close to the maximum."""
     if len(sought.columns):
         placement, noise = _steps(placement, poses, sought, LAST, noise)
     return settled(placement, poses, sought, noise)
@@ -106,7 +106,7 @@ def _steps(
     """Gauss-Newton steps; weights and noise follow the residuals."""
     for _ in range(count):
         e = residuals(placement, poses.q, poses.place, poses.turn)
-        # Half the poses count in any case: a step that overshot must not condemn them all.
+        # Half of the poses count in any case: a step that overshoots must not reject them all.
         noise = robust_noise(e) if noise is None else np.maximum(noise, robust_noise(e))
         near = moments(placement, poses.q, poses.place, poses.turn, weights(e, noise))
         step = _solved(near, placement, sought, noise)
@@ -128,7 +128,7 @@ def _solved(near: Moments, placement: Placement, sought: Sought, noise: Array) -
 
 
 def where(placement: Placement) -> Array:
-    """All unknowns of a placement, those of base and tool as zero: their prior is flat."""
+    """All unknowns of a placement, with those of base and tool zero: their prior is flat."""
     frames = np.zeros(BASE + TOOL)
     return np.concatenate([placement.deviations, frames, placement.coefficients])
 

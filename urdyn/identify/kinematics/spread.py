@@ -1,4 +1,4 @@
-"""How far arms are from their drawings before anybody measured one: the prior of a calibration."""
+"""How far arms deviate from their drawings: the prior of a calibration."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from urdyn.types import Array
 
 # Standard deviations of a, alpha, beta, d by joint, base first: root mean square over the factory
 # calibrations of 12 arms (UR3 to UR16e). The factory also sets every joint's zero, to some 0.01
-# mrad; theta is what a joint has that was taken apart and put together since.
+# mrad; theta is for a joint that was disassembled and reassembled since.
 REBUILT = 1e-3  # [rad]
 SPREAD = np.array(
     [
@@ -22,9 +22,9 @@ SPREAD = np.array(
         [8.0e-5, 1.0e-3, 0.0, 4.7e-4, REBUILT],
     ]
 )
-ANYWHERE = 10.0  # [m, rad] of base and tool: nothing is known of where they are
+ANYWHERE = 10.0  # [m, rad] of base and tool: next to flat
 SOFT = 3e-5  # [rad/(N m)] of joints: 30 kN m/rad and stiffer
-UNEVEN = (5e-5, 1e-4, 2e-4, 4e-4)  # [rad] RMS of a joint's error round a turn: which, data tell
+UNEVEN = (5e-5, 1e-4, 2e-4, 4e-4)  # [rad] RMS of a joint's error over a turn: chosen by data
 
 
 def geometry_spread(form: Form) -> Array:
@@ -41,10 +41,10 @@ def effects_spread(orders: Array, uneven: float) -> Array:
 
     Args:
         orders: harmonics' orders; 0 is compliance.
-        uneven: RMS of a joint's error round a turn [rad].
+        uneven: RMS of a joint's error over a turn [rad].
     """
     most = orders.max(initial=0.0)
     if most == 0.0:
         return np.full(len(orders), SOFT)
-    power = smoothness(np.arange(1.0, most + 1.0)).sum()  # a sine and a cosine make one's RMS
+    power = smoothness(np.arange(1.0, most + 1.0)).sum()  # a sine and a cosine together have RMS 1
     return np.where(orders > 0.0, uneven * np.sqrt(smoothness(orders) / power), SOFT)

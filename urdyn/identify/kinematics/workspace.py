@@ -1,4 +1,4 @@
-"""How far the tool will be from where a calibrated arm predicts it, all over the workspace."""
+"""Errors to expect of a calibrated arm's tool predictions all over the workspace."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ from urdyn.model.collision import free
 from urdyn.types import Array, frozen
 
 SAMPLES = 600  # free poses, at random
-DRAWS = 20  # for as many poses as are wanted: every fifth pose of a real arm is free, or more
+DRAWS = 20  # per pose wanted: at least every fifth pose of a real arm is free
 
 
 @dataclass(frozen=True, eq=False)
 class Workspace:
-    """Poses all over, and what is to be expected there."""
+    """Poses all over the workspace, and the errors to expect there."""
 
     q: Array  # (N, J) [rad]
     place: Array  # (N, 3) of the tool, in the base [m]
     error: Array  # (N,) RMS distance of the tool from its prediction [m]
-    before: Array  # (N,) the same of an arm that was not calibrated, tool and base known [m]
+    before: Array  # (N,) the same for an uncalibrated arm, tool and base known [m]
 
     def __post_init__(self) -> None:
         for name in ("q", "place", "error", "before"):
@@ -34,11 +34,11 @@ class Workspace:
 def roam(arm: Arm, count: int, rng: np.random.Generator) -> Array:
     """Poses (count, J) [rad] within limits, free of self-collision, and above the floor.
 
-    How an arm is mounted nobody tells: one that has no pose above the plane of its base hangs, and
-    there is no floor.
+    The mounting is unknown: an arm without a pose above the plane of its base is taken to hang,
+    without a floor.
 
     Raises:
-        ArmError: hardly a pose is free, by the shapes that the description gives.
+        ArmError: hardly any pose is free, by the description's shapes.
     """
     for cell in (STANDING, Cell()):
         found = _drawn(arm, cell, count, rng)
@@ -51,7 +51,7 @@ def roam(arm: Arm, count: int, rng: np.random.Generator) -> Array:
 
 
 def _drawn(arm: Arm, cell: Cell, count: int, rng: np.random.Generator) -> Array:
-    """`count` poses, or what few are free, (..., J) [rad]."""
+    """`count` poses, or the few that are free, (..., J) [rad]."""
     lower, upper = np.maximum(arm.lower, -np.pi), np.minimum(arm.upper, np.pi)
     found = np.empty((0, arm.joints))
     for _ in range(DRAWS):
@@ -63,12 +63,12 @@ def _drawn(arm: Arm, cell: Cell, count: int, rng: np.random.Generator) -> Array:
 
 
 def expected(placement: Placement, cov: Array, prior: Array, noise: float, q: Array) -> Workspace:
-    """What the posterior says of poses q (N, J).
+    """The errors to expect at poses q (N, J), by the posterior.
 
     Args:
         cov: of all unknowns.
-        prior: variance of the geometry's coordinates before any pose was met.
-        noise: what each coordinate of a place is off besides [m].
+        prior: prior variance of the geometry's coordinates.
+        noise: further error of each coordinate of a place [m].
     """
     A = slopes(placement, q)[:, :3]
     variance = np.einsum("nip,pq,niq->n", A, cov, A, optimize=True)
