@@ -1,4 +1,4 @@
-"""All of a log's information in small matrices: whitened, weighted, QR-compressed."""
+"""A log's whole information in small matrices: whitened, weighted, QR-compressed."""
 
 from __future__ import annotations
 

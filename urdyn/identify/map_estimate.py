@@ -4,17 +4,17 @@
 
 [R r]_b is the whitened, weighted, QR-compressed data of one joint under one payload; w_b(z) are the
 physical unknowns that its columns multiply, over the drive's gain. Log-Cholesky inertias and
-logarithms need no constraint; friction that builds up with speed does, f + g >= 0, for at no speed
-does friction drive a joint.
+logarithms need no constraint; friction that builds up with speed does, f + g >= 0, because
+friction never drives a joint.
 
-The prior rho is 1/2 z^2, but of what may be quite unlike the population Student's: of n scores that
-belong together (nu + n)/2 log(1 + |z|^2/(nu + n)), as wide where data agree with it, and giving way
-where they do not [Lange1989]_. The last link has within it what is mounted there: a Gaussian would
-spread a tool over other links, and have the drive gains pay for the rest. And in all drives of the
-population friction grows with the load. Where it does not, of which no logarithm tells, a Gaussian
-would take half of what it expects for true, and have the rest in Coulomb friction, surely wrong.
-That prior gives way below zero alone: a joint that bears no load would have tens of times what is
-expected, for whatever its other friction leaves.
+The prior rho is 1/2 z^2, but for quantities that may be quite unlike the population's it is
+Student's: for a group of n scores (nu + n)/2 log(1 + |z|^2/(nu + n)), as wide where data agree with
+it, and yielding where they do not [Lange1989]_. The last link contains what is mounted there: a
+Gaussian would spread a tool over other links, and distort the drive gains. And in all drives of
+the population friction grows with the load. Where it does not, which a logarithm cannot express, a
+Gaussian would keep half of the expected value and bias Coulomb friction by the rest. That prior
+yields only below zero: an unloaded joint would get tens of times the expected value, to explain
+whatever its other friction leaves.
 """
 
 from __future__ import annotations
@@ -35,16 +35,16 @@ from urdyn.model.drive import LINEAR, STEPS
 from urdyn.model.dynamics import Dynamics
 from urdyn.types import Array, Gaussian
 
-FREEDOM = 3.0  # [-] nu of Student's priors: tails as far as a spread still exists
+FREEDOM = 3.0  # [-] nu of Student's priors: the heaviest tails with finite variance
 IPOPT: dict[str, Any] = {
     "ipopt.print_level": 0,
     "print_time": False,
-    "show_eval_warnings": False,  # IPOPT takes back a step that is too long
+    "show_eval_warnings": False,  # IPOPT shortens a step that is too long
     "ipopt.sb": "yes",
     "ipopt.tol": 1e-9,
 }
 
-Place = tuple[int, int | None]  # a joint, and the index of the payload that it bears, if any
+Place = tuple[int, int | None]  # a joint, and the index of the payload that it carries, if any
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,12 +58,12 @@ class Compressed:
 
 @dataclass(frozen=True, eq=False)
 class Problem:
-    """Built before it is solved, so that it can be looked at."""
+    """The problem, built before it is solved so that it can be inspected."""
 
     unknowns: Unknowns
     residual: Any  # CasADi function (z, data) -> whitened residuals of all blocks
     at_rest: Any  # CasADi function z -> Coulomb and Stribeck friction at rest, (J,) [N·m], >= 0
-    student_t: tuple[Contradictable, ...] = ()  # whose prior is Student's
+    student_t: tuple[Contradictable, ...] = ()  # groups with a Student prior
     data: Array = field(default_factory=lambda: np.zeros(0))  # the point's shape, and all [R r]
 
 
@@ -76,15 +76,15 @@ def build_problem(unknowns: Unknowns, blocks: Sequence[Compressed], point: Dynam
     return Problem(unknowns, residual, _at_rest(unknowns), unknowns.contradictable, flat)
 
 
-# To differentiate an expression takes CasADi longer than to find its maximum. So an expression is
-# written once, and what changes from round to round, data and point, are numbers that it is given.
+# CasADi takes longer to differentiate an expression than to find its maximum. So expressions are
+# built once, and what changes from round to round, data and point, enters as parameters.
 
 
 @lru_cache(maxsize=2)
 def _residual(
     unknowns: Unknowns, places: tuple[Place, ...], sizes: tuple[tuple[int, int], ...]
 ) -> Any:
-    """CasADi function (z, data) -> whitened residuals of blocks; data are matrices of `sizes`."""
+    """CasADi function (z, data) -> whitened residuals of blocks; data: matrices of `sizes`."""
     edges = np.cumsum([0, *map(math.prod, sizes)]).tolist()
     z, data = ca.MX.sym("z", len(unknowns.mean)), ca.MX.sym("data", edges[-1])
     parts = zip(ca.vertsplit(data, edges), sizes, strict=True)
@@ -103,7 +103,7 @@ def _at_rest(unknowns: Unknowns) -> Any:
 
 
 def shape_of(point: Dynamics) -> Array:
-    """What the columns of a design at a point are not linear in, (J, len(STEPS))."""
+    """Shape parameters, in which a design's columns are not linear, (J, len(STEPS))."""
     each = [getattr(point.drive, name) for name in STEPS]
     return np.stack(np.broadcast_arrays(*each), axis=1)
 
@@ -111,9 +111,9 @@ def shape_of(point: Dynamics) -> Array:
 def coefficient_roots(
     unknowns: Unknowns, places: Sequence[Place], point: Dynamics, belief: Gaussian
 ) -> list[Array]:
-    """L of the coefficients of every (joint, payload), whose covariance is L Lᵀ, by a belief in z.
+    """L of the coefficients of every (joint, payload), with covariance L Lᵀ, by a belief in z.
 
-    With J their slope and S Sᵀ the covariance of scores, Lᵀ is the triangle of (J S)ᵀ.
+    With J their Jacobian and S Sᵀ the covariance of scores, Lᵀ is the triangle of (J S)ᵀ.
     """
     S = np.linalg.cholesky(belief.cov)
     slopes = [linearised(unknowns, [place], point, belief.mean)[1] for place in places]
@@ -123,7 +123,7 @@ def coefficient_roots(
 def linearised(
     unknowns: Unknowns, places: Sequence[Place], point: Dynamics, z: Array
 ) -> tuple[Array, Array]:
-    """Coefficients w of every (joint, payload), end to end, and their slope dw/dz, at scores z."""
+    """Coefficients w of every (joint, payload), end to end, and dw/dz, at scores z."""
     w, slope = _slope(unknowns, tuple(places))(z, shape_of(point))
     return np.asarray(w).ravel(), np.asarray(slope)
 
@@ -146,7 +146,7 @@ def _coefficients(unknowns: Unknowns, places: tuple[Place, ...]) -> Any:
 
 
 def _symbols(unknowns: Unknowns) -> tuple[Any, Any]:
-    """Of scores, and of the shape of a point."""
+    """Symbols of the scores, and of the shape of a point."""
     joints = unknowns.prior.arm.joints
     return ca.SX.sym("z", len(unknowns.mean)), ca.SX.sym("shape", joints, len(STEPS))
 
@@ -186,7 +186,7 @@ def solve(problem: Problem, start: Array) -> Array:
 
 @lru_cache(maxsize=2)
 def _solver(residual: Any, at_rest: Any, student_t: tuple[Contradictable, ...]) -> Any:
-    """IPOPT for a problem of these equations, whatever its data."""
+    """IPOPT for a problem with these equations, for any data."""
     z, data = residual.mx_in()
     cost = 0.5 * ca.sumsqr(residual(z, data)) + _neg_log_prior(z, student_t)
     problems = {"x": z, "p": data, "f": cost, "g": at_rest(z)}
@@ -194,7 +194,7 @@ def _solver(residual: Any, at_rest: Any, student_t: tuple[Contradictable, ...]) 
 
 
 def _neg_log_prior(z: Any, student_t: tuple[Contradictable, ...]) -> Any:
-    """-log p(z) but for a constant, CasADi: standard normal, or Student's t."""
+    """-log p(z) up to a constant, in CasADi: standard normal, or Student's t."""
     twice = ca.sumsqr(z)
     for group in student_t:
         off = z[list(group.scores)]
@@ -211,7 +211,7 @@ def posterior(problem: Problem, z: Array) -> Gaussian:
 
 
 def prior_information(student_t: tuple[Contradictable, ...], z: Array) -> Array:
-    """What the prior says of scores at `z`, (P,): Student's as a Gaussian that pulls as much."""
+    """The prior's information on scores at `z`, (P,): Student's as an equally strong Gaussian."""
     known = np.ones_like(z)
     for group in student_t:
         at = list(group.scores)
@@ -221,7 +221,7 @@ def prior_information(student_t: tuple[Contradictable, ...], z: Array) -> Array:
 
 
 def data_information(problem: Problem, z: Array) -> Array:
-    """What the data alone say of the scores at `z`, (P, P)."""
+    """Information of the data alone on the scores at `z`, (P, P)."""
     symbol = ca.MX.sym("z", len(z))
     residual = problem.residual(symbol, problem.data)
     slope = ca.Function("slope", [symbol], [ca.jacobian(residual, symbol)])

@@ -1,4 +1,4 @@
-"""How measured current scatters around the model: scale, colour and tails, per joint."""
+"""The noise of measured current about the model: scale, colour and tails, per joint."""
 
 from __future__ import annotations
 
@@ -11,33 +11,33 @@ from urdyn.identify.slow import MEMORY, density, forgotten, periodogram, share_o
 from urdyn.types import MAD_TO_SD, Array, Mask, frozen
 
 MAX_ORDER = 8
-BEHIND = 5 * MAX_ORDER  # rows, that a regression is told from
-GAUSSIAN = 100.0  # degrees of freedom beyond which Student's t is called Gaussian
+BEHIND = 5 * MAX_ORDER  # rows, from which a regression can be estimated
+GAUSSIAN = 100.0  # degrees of freedom from which on Student's t counts as Gaussian
 MIN_DOF = 4.0
-CERTAIN = 1e18  # degrees of freedom of what is Gaussian to the last digit
-TINY = 1e-6  # of a variance: no noise is foreseen better
+CERTAIN = 1e18  # degrees of freedom at which it is Gaussian to the last digit
+TINY = 1e-6  # of a variance: no noise is predicted better
 SETTLED = 400  # rows after which noise has forgotten an innovation
-PIECE = 0.03  # [s] in which friction that is misjudged at a reversal stays alike
-WILD = 12.0  # [sd] at which a residual is clipped: an outlier does not widen the noise
+PIECE = 0.03  # [s] for which mispredicted friction at a reversal stays similar
+WILD = 12.0  # [sd] at which residuals are clipped, so that outliers do not widen the noise
 
 
 @dataclass(frozen=True, eq=False)
 class Noise:
-    """Autoregressive noise with Student-t innovations, and beside it what passes slowly.
+    """Autoregressive noise with Student-t innovations, plus slow noise.
 
     e = slow + n,    n_t = sum_k ar[k-1] n_{t-k} + w_t,    w_t ~ scale t(dof)
 
-    The slow part forgets itself within a second or so. It is a small share of the variance and most
-    of what disturbs slow motion, which no regression over a few samples can say.
+    The slow part decorrelates within about a second. It is a small share of the variance but most
+    of what disturbs slow motion, and no regression over a few samples can represent it.
     """
 
     sd: Array  # (J,) [A] of e, the whole disturbance
     scale: Array  # (J,) [A] of w
     dof: Array  # (J,) [-]
     ar: Array  # (J, p) [-]
-    slow: Array = field(default_factory=lambda: np.zeros(0))  # (J,) [A] sd; by default nothing
-    keep: float = 0.0  # [-] of the slow part that is left a sample on
-    # (J,) [-] by how much w is louder where the joint turns round; by default no louder.
+    slow: Array = field(default_factory=lambda: np.zeros(0))  # (J,) [A] sd; 0 by default
+    keep: float = 0.0  # [-] autocorrelation of the slow part after one sample
+    # (J,) [-] factor on w's scale near reversals of the joint; 1 by default.
     turning: Array = field(default_factory=lambda: np.zeros(0))
 
     def __post_init__(self) -> None:
@@ -55,20 +55,20 @@ class Noise:
 
     @property
     def step(self) -> float:
-        """Time from row to row of what it was fitted to [s]; infinite where that is unknown."""
+        """Time between rows of the data it was fitted to [s]; infinite where that is unknown."""
         return -MEMORY * float(np.log(self.keep)) if self.keep else np.inf
 
     @property
     def gentle(self) -> Array:
-        """Density of the noise beside motion as slow as its slow part, (J,) [A²] a sample."""
+        """Density of the noise at frequencies as low as its slow part's, (J,) [A²] per sample."""
         lasting = 0.5 * self.slow**2 * (1.0 + self.keep) / (1.0 - self.keep)
         return np.asarray(self.power / (1.0 - self.ar.sum(axis=1)) ** 2 + lasting)
 
     def autocovariance(self, lags: int, period: float) -> Array:
-        """Of the quick part, 0 .. `lags` rows apart, (lags + 1, J) [A²].
+        """Autocovariance of the fast part at lags 0 .. `lags` rows, (lags + 1, J) [A²].
 
         Args:
-            period: [s] between rows; of those that are closer than rows were, it is as of those.
+            period: [s] between rows; where that is shorter than `step`, `step` is used.
         """
         apart = max(1, round(period / self.step))
         response = np.zeros((SETTLED + apart * lags, len(self.ar)))
@@ -80,35 +80,35 @@ class Noise:
         return np.array([products.sum(axis=0) for products in each]) * self.power
 
     def at(self, step: float) -> Noise:
-        """The same noise in rows `step` [s] apart; of closer rows than its own it is not known."""
+        """The same noise in rows `step` [s] apart; itself for closer ones, where it is unknown."""
         if step < 1.5 * self.step:
             return self
         alike = self.autocovariance(MAX_ORDER, step).T
         ar, left = zip(*(_autoregressions(quick)[-1] for quick in alike), strict=True)
-        dof = np.full_like(self.dof, GAUSSIAN)  # of what several innovations add up to
+        dof = np.full_like(self.dof, GAUSSIAN)  # of sums of several innovations
         scale = np.sqrt(np.array(left) * (dof - 2.0) / dof)
         return replace(self, scale=scale, dof=dof, ar=np.array(ar), keep=forgotten(step))
 
     @property
     def counted(self) -> Noise:
-        """Gaussian noise of the same colour that tells as much as this one does. [Lange1989]_"""
+        """Gaussian noise of the same colour that leaves as much information. [Lange1989]_"""
         scale = self.scale * np.sqrt((self.dof + 3.0) / (self.dof + 1.0))
         return replace(self, scale=scale, dof=np.full_like(self.dof, CERTAIN))
 
     def whiten(self, x: Array, joint: int) -> Array:
-        """Rows (N - p, ...) of noise w out of the rows (N, ...) of a run."""
+        """Whitened rows (N - p, ...) from the rows (N, ...) of a run."""
         ar, scale = self.ar[joint], np.sqrt(self.power[joint])
         seen = self.slow[joint] * (1.0 - ar.sum()) / scale
         return without_slow(whiten(x, ar), seen, self.keep)
 
     def weights(self, innovation: Array, joint: int, turning: Mask | bool = False) -> Array:
-        """Square roots of the weights that make least squares the t likelihood's, (N,).
+        """Square roots of the weights with which least squares maximises the t likelihood, (N,).
 
         An outlier's weight falls as 1/w²; the factor (dof+1)/(dof+3) turns the average weight into
         Fisher's information, so that covariances are not too small. [Lange1989]_
 
         Args:
-            turning: whether the joint turns round near a row, (N,) or of all.
+            turning: whether the joint reverses near a row, (N,) or for all.
         """
         dof = self.dof[joint]
         scale = self.scale[joint] * np.where(turning, self.turning[joint], 1.0)
@@ -119,7 +119,7 @@ class Noise:
 def white_noise(
     residuals: list[list[Array]], step: float, turning: list[list[Mask]] | None = None
 ) -> Noise:
-    """White Gaussian noise of the residuals' power, joint by joint; arguments as `fit_noise`'s."""
+    """White Gaussian noise with the residuals' power, by joint; arguments as for `fit_noise`."""
     turning = turning or _nowhere(residuals)
     fits = [_white(_calmed(*pair)) for pair in zip(residuals, turning, strict=True)]
     return _joined(fits, residuals, turning, step)
@@ -131,16 +131,16 @@ def fit_noise(
     absorbed: list[list[Array]] | None = None,
     turning: list[list[Mask]] | None = None,
 ) -> Noise:
-    """Noise of every joint from its residuals, joint by joint, stretch by stretch [A].
+    """Noise of every joint from its residuals, by joint and stretch [A].
 
-    A fit takes from the noise what its parameters can explain, most of all of what is slow. Its own
-    covariance tells how much: with that beside them residuals have the power that the noise had, as
-    restricted maximum likelihood would have it [Patterson1971]_.
+    A fit absorbs the noise that its parameters can explain, slow noise most of all. How much
+    follows from its own covariance: with that added, residuals have the noise's power, as in
+    restricted maximum likelihood [Patterson1971]_.
 
     Args:
-        step: time from row to row [s].
-        absorbed: periodogram of what a fit absorbed, stretch by stretch [A²]; None: nothing.
-        turning: rows near where the joint turns round, whose noise is told apart; None: it is not.
+        step: time between rows [s].
+        absorbed: periodogram of what a fit absorbed, by stretch [A²]; None: nothing.
+        turning: rows near reversals, whose noise is scaled separately; None: it is not.
     """
     turning = turning or _nowhere(residuals)
     if absorbed is None:
@@ -154,7 +154,7 @@ def fit_noise(
 def _joined(
     fits: list[Noise], residuals: list[list[Array]], turning: list[list[Mask]], step: float
 ) -> Noise:
-    """Noise of all joints from that of each, which is told of where they go their way."""
+    """Noise of all joints from each one's away from reversals, with its scale near these."""
     width = max(noise.ar.shape[1] for noise in fits)
     rows = max(round(PIECE / step), 1)
     return Noise(
@@ -168,13 +168,13 @@ def _joined(
 
 
 def _nowhere(residuals: list[list[Array]]) -> list[list[Mask]]:
-    """No row of the residuals."""
+    """A mask of no row of the residuals."""
     return [[np.zeros(len(r), bool) for r in stretches] for stretches in residuals]
 
 
 def whiten(x: Array, ar: Array) -> Array:
-    """x_t - sum_k ar[k-1] x_{t-k} along the first axis; the first len(ar) rows are spent."""
-    from scipy.signal import lfilter  # heavy, and only needed where noise is learned
+    """x_t - sum_k ar[k-1] x_{t-k} along the first axis, without the first len(ar) rows."""
+    from scipy.signal import lfilter  # heavy, and needed only where noise is learnt
 
     order = len(ar)
     return np.asarray(lfilter([1.0, *-ar], [1.0], x, axis=0))[order:] if len(x) > order else x[:0]
@@ -187,13 +187,13 @@ def _white(stretches: list[Array]) -> Noise:
 
 
 def _sd(stretches: list[Array]) -> float:
-    """Of all residuals; 1 where there are too few."""
+    """Standard deviation of all residuals; 1 where there are too few."""
     together = np.concatenate([*stretches, np.zeros(0)])
     return float(np.std(together)) if len(together) >= 10 * MAX_ORDER else 1.0
 
 
 def _robust_sd(residuals: Array) -> float:
-    """Of a Gaussian with this median size; of what is always zero, next to nothing."""
+    """Sd of a Gaussian with this median absolute value; next to 0 for all zeros."""
     return MAD_TO_SD * float(np.median(np.abs(residuals))) + 1e-12
 
 
@@ -211,7 +211,7 @@ def _fit_joint(stretches: list[Array], absorbed: list[Array], keep: float) -> No
     sd = np.hypot(_sd(stretches), np.sqrt(more[0])) * one
 
     def with_slow(share: float) -> list[tuple[Array, float]]:
-        """Regressions of what is left of the noise, by order."""
+        """Regressions of the rest of the noise, by order."""
         return _autoregressions(acf - share * acf[0] * keep ** np.arange(lags + 1))
 
     w, seen, hidden = map(np.concatenate, zip(*(_spectra(*pair) for pair in pairs), strict=True))
@@ -228,7 +228,7 @@ def _fit_joint(stretches: list[Array], absorbed: list[Array], keep: float) -> No
 
 
 def _calmed(stretches: list[Array], turning: list[Mask]) -> list[Array]:
-    """Residuals that are on average no louder near turns than where the joint goes its way."""
+    """Residuals scaled to have no more power near reversals than elsewhere."""
     e, near = np.concatenate([*stretches, [0.0]]), np.concatenate([*turning, [False]])
     calm = float(np.mean(e[~near] ** 2))
     if not near.any() or not calm:
@@ -239,11 +239,11 @@ def _calmed(stretches: list[Array], turning: list[Mask]) -> list[Array]:
 
 
 def _louder(noise: Noise, stretches: list[Array], turning: list[Mask], rows: int) -> float:
-    """By how much one joint's noise is louder where it turns round, at least 1.
+    """Factor on the scale of one joint's noise near its reversals, at least 1.
 
-    Friction that is misjudged there is so for some tens of milliseconds alike. What that does to a
-    fit is told by what it adds up to over `rows` rows, not by its size: a faster recording has more
-    rows of the same error, and would else be the surer of it.
+    Mispredicted friction stays similar there for some tens of milliseconds. Its effect on a fit
+    depends on its sum over `rows` rows, not on its size: a faster recording has more rows of the
+    same error, and would otherwise be surer.
     """
     order, squares = noise.ar.shape[1], []
     for r, near in zip(stretches, turning, strict=True):
@@ -259,25 +259,25 @@ def _louder(noise: Noise, stretches: list[Array], turning: list[Mask], rows: int
 
 
 def _lags_with_data(stretches: list[Array]) -> int:
-    """Most lags, MAX_ORDER at the most, beyond which such stretches have rows enough."""
+    """Number of lags, up to MAX_ORDER, for which these stretches have enough rows."""
     behind = [sum(max(len(r) - k, 0) for r in stretches) for k in range(1, MAX_ORDER + 1)]
     return sum(rows >= BEHIND for rows in behind)
 
 
 def _spectra(stretch: Array, absorbed: Array) -> tuple[Array, Array, Array]:
-    """Frequencies but 0 [rad] a sample, and the power of both there."""
+    """Frequencies except 0 [rad per sample], and the power of both there."""
     w = 2.0 * np.pi * np.asarray(np.fft.rfftfreq(len(stretch)), dtype=np.float64)
     return w[1:], periodogram(stretch)[1:], absorbed[1:]
 
 
 def _lagged(stretch: Array, lags: int) -> Array:
-    """Sums of products of neighbours, by lag, (lags + 1,); 0 beyond its length."""
+    """Sums of lagged products, by lag, (lags + 1,); 0 beyond its length."""
     n = len(stretch)
     return np.array([stretch[min(k, n) :] @ stretch[: max(n - k, 0)] for k in range(lags + 1)])
 
 
 def _products(power: Array, n: int, lags: int) -> Array:
-    """The same, (lags + 1,), of a stretch of which the periodogram and the length are known."""
+    """The same, (lags + 1,), from a stretch's periodogram and length."""
     sums = n * np.fft.irfft(power, n)[: lags + 1]
     return np.pad(sums, (0, lags + 1 - len(sums)))
 
@@ -285,9 +285,9 @@ def _products(power: Array, n: int, lags: int) -> Array:
 def _autoregressions(acf: Array) -> list[tuple[Array, float]]:
     """Yule-Walker coefficients of every order, and the variance of w with each.
 
-    Up to that from which on no noise has these products: one that grows without end would.
+    Orders end where the process would be unstable.
     """
-    from scipy.linalg import solve_toeplitz  # heavy, and only needed where noise is learned
+    from scipy.linalg import solve_toeplitz  # heavy, and needed only where noise is learnt
 
     found, least = [(np.zeros(0), float(acf[0]))], TINY * float(acf[0])
     for order in range(1, len(acf)):
@@ -299,7 +299,7 @@ def _autoregressions(acf: Array) -> list[tuple[Array, float]]:
 
 
 def _likeliest(regressions: list[tuple[Array, float]], n: int) -> tuple[Array, float]:
-    """The one that Akaike's criterion prefers."""
+    """The regression that Akaike's criterion prefers."""
     return min(regressions, key=lambda one: n * np.log(one[1]) + 2 * len(one[0]))
 
 

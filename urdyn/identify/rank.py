@@ -1,4 +1,4 @@
-"""What the data determine at all: rank of the linear problem, and the base parameters."""
+"""What data can determine: rank of the linear problem, and the base parameters."""
 
 from __future__ import annotations
 
@@ -31,16 +31,16 @@ def data_rank(blocks: Sequence[Compressed], joints: int) -> tuple[int, int]:
         rows.append(wide)
     A = np.vstack(rows)
     norms = np.linalg.norm(A, axis=0)
-    nonzero = norms > TOLERANCE * norms.max()  # a column of rounding errors is none
+    nonzero = norms > TOLERANCE * norms.max()  # a column of rounding errors does not count
     singular = np.linalg.svd(A[:, nonzero] / norms[nonzero], compute_uv=False)
     return int(np.sum(singular > TOLERANCE * singular[0])), n
 
 
 def base_parameters(arm: Arm, rng: np.random.Generator, samples: int = 200) -> tuple[Array, Array]:
-    """Inertials that a fixed base can show, and what each stands for. [Gautier1991]_
+    """Inertials identifiable on a fixed base, and the base parameters. [Gautier1991]_
 
     Returns:
-        Indices (B,) of independent columns of the regressor, and the (B, 10 J) matrix that takes
+        Indices (B,) of independent columns of the regressor, and the (B, 10 J) matrix that maps
         all inertials to the base parameters: Y pi = Y[:, indices] (matrix pi) for every motion.
     """
     Y = arm.regressor(*generic_moments(arm, rng, samples)).reshape(-1, 10 * arm.joints)

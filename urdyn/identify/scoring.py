@@ -1,9 +1,9 @@
-"""How well a model predicts a log that it was not fitted to.
+"""How well a model predicts a log to which it was not fitted.
 
-A joint that stands draws whatever stiction makes it draw, up to Coulomb's torque to either side,
-and no model tells which. Such rows count in relative errors, which are of all that was measured, as
-others publish them; what the model says of itself is judged by the rows in which the joint moves.
-So it is with what a joint draws after a gap, until it has gone far enough to have forgotten it.
+The current of a joint at rest is set by stiction, anywhere up to Coulomb friction to either side,
+and no model can predict it. Such rows count in relative errors, which cover all measurements, as
+others publish them; the model's own intervals are judged by rows in which the joint moves. Rows
+after a gap are treated likewise, until the joint has moved far enough to forget its start.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from urdyn.signal import conditioned, measured
 from urdyn.signal.stretches import median_step, stretches
 from urdyn.types import STANDSTILL, Array, Defect, Log, Mask, Motion
 
-FLOOR_BAND = 10.0  # [Hz] above which residuals are mostly the sensor's noise
+FLOOR_BAND = 10.0  # [Hz] above which residuals are mostly sensor noise
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,8 +38,8 @@ class Score:
     rmse: Array  # (J,) [A]
     target_rre_percent: Array  # (J,) the same for the controller's own target_current
     floor_percent: Array  # (J,) share of the measured current above FLOOR_BAND
-    moves: Mask  # (N, J) rows with a current, in which the joint moves and its friction is known
-    standing: Array  # (J,) share of the rows with a current, in which it stands [-]
+    moves: Mask  # (N, J) rows with a current in which the joint moves and its friction is known
+    standing: Array  # (J,) share of the rows with a current in which it stands [-]
     moving_rre_percent: Array  # (J,) rre_percent of the rows in `moves`
     coverage90: Array  # (J,) share of those inside the predicted 90 % interval [-]
 
@@ -50,7 +50,7 @@ class Score:
 
 
 def validate(twin: Fit | Fitted, log: Log) -> Score:
-    """Score of a twin on a log, on the current as it was measured, where a motor can draw it.
+    """Score of a twin on a log, on the raw current, where a motor can draw it.
 
     Raises:
         LogError: it is of another arm, its currents are not in amperes, or they are too few.
@@ -84,8 +84,8 @@ def validate(twin: Fit | Fitted, log: Log) -> Score:
 
 
 def _known(dynamics: Dynamics, motion: Motion) -> Mask:
-    """Where friction does not hang on what a joint did in a gap, (N, J)."""
-    known = np.ones(motion.q.shape, dtype=bool)  # as a rule a log begins at rest
+    """Where friction does not depend on a joint's motion during a gap, (N, J)."""
+    known = np.ones(motion.q.shape, dtype=bool)  # a log usually begins at rest
     if motion.breaks:
         after = slice(motion.breaks[0], None)
         travelled = dynamics.bristles(motion).travelled[after]
@@ -94,7 +94,7 @@ def _known(dynamics: Dynamics, motion: Motion) -> Mask:
 
 
 def amiss_in(dynamics: Dynamics, q: Array, current: Array) -> tuple[Defect, ...]:
-    """What is amiss with currents (N, J) [A] at angles q [rad]; nothing where nothing is."""
+    """Defects of currents (N, J) [A] at angles q [rad]; empty where there are none."""
     return _amiss(_none(dynamics, q, current))
 
 
@@ -103,7 +103,7 @@ def _amiss(none: dict[str, Mask]) -> tuple[Defect, ...]:
 
 
 def _none(dynamics: Dynamics, q: Array, current: Array) -> dict[str, Mask]:
-    """Which currents (N, J) [A] are none, by what is amiss with them."""
+    """Which currents (N, J) [A] are invalid, by kind of defect."""
     return {
         "current that no motor draws": dynamics.undrawn(current),
         "current that never changes while its joint moves": np.isfinite(current) & dead(q, current),
@@ -111,7 +111,7 @@ def _none(dynamics: Dynamics, q: Array, current: Array) -> dict[str, Mask]:
 
 
 def _drawn(dynamics: Dynamics, log: Log) -> Log:
-    """A log without such currents."""
+    """A log without invalid currents."""
     current = log.joint("actual_current")
     none = _none(dynamics, log.joint("actual_q"), current)
     if not (amiss := _amiss(none)):
@@ -122,10 +122,10 @@ def _drawn(dynamics: Dynamics, log: Log) -> Log:
 
 
 def noise_floor(t: Array, current: Array) -> Array:
-    """Root mean square of the current above FLOOR_BAND, (J,) [A]; NaN below 2.5 samples a period.
+    """RMS of the current above FLOOR_BAND, (J,) [A]; NaN below 2.5 samples per period of that.
 
-    What no smooth model of the motion can be asked to predict, in each joint's stretches between
-    gaps; NaN, too, where none of them is long enough.
+    No smooth model of the motion can predict it. It is taken over each joint's stretches between
+    gaps; NaN also where none is long enough.
     """
     rate, quick = 1.0 / median_step(t), np.full_like(current, np.nan)
     if rate < 2.5 * FLOOR_BAND:
@@ -140,30 +140,30 @@ def noise_floor(t: Array, current: Array) -> Array:
 
 
 def interval(fit: Fit) -> Array:
-    """Half width of the interval that holds a sample of current with probability 0.9, (J,) [A]."""
+    """Half width of the 90 % interval of a sample of current, (J,) [A]."""
     dof = fit.noise.dof
     quantile = student.ppf(0.95, dof) * np.sqrt((dof - 2.0) / dof)
     return np.asarray(quantile * fit.noise.sd)
 
 
 def _share(part: Mask, whole: Mask) -> Array:
-    """Of rows, (J,) [-]; NaN of none."""
+    """Share of rows, (J,) [-]; NaN where there are none."""
     rows = whole.sum(axis=0)
     return np.asarray(part.sum(axis=0) / np.where(rows > 0, rows, np.nan))
 
 
 def _percent(error: Array, current: Array) -> Array:
-    """Size of an error over that of the current in the same rows, (J,) [%]."""
+    """Norm of an error over that of the current in the same rows, (J,) [%]."""
     return _percent_of(_norm(error), _norm(np.where(np.isfinite(error), current, np.nan)))
 
 
 def _percent_of(part: Array, whole: Array) -> Array:
-    """NaN where there is nothing."""
+    """Percentage; NaN where the whole is 0."""
     return np.asarray(100.0 * part / np.where(whole > 0.0, whole, np.nan))
 
 
 def _norm(x: Array) -> Array:
-    """Euclidean norm down the rows that are told; NaN where none is."""
+    """Euclidean norm over the finite rows; NaN where there are none."""
     measured = np.isfinite(x)
     total = np.sqrt(np.sum(np.where(measured, x, 0.0) ** 2, axis=0))
     return np.where(measured.any(axis=0), total, np.nan)

@@ -1,8 +1,9 @@
 """The search for an arm's dynamics.
 
-First plain least squares on an excerpt, while the shape of friction moves; then the terms of each
-joint's model by held-out likelihood; then the whole likelihood (coloured noise, heavy tails); last,
-all data at once. Every step compresses the data at a point, solves, and moves the point.
+First, plain least squares on an excerpt finds the shape of friction; then held-out likelihood
+selects the terms of each joint's model; then comes the whole likelihood (coloured noise, heavy
+tails); last, all data at once. Every step compresses the data at a point, solves, and moves the
+point.
 """
 
 from __future__ import annotations
@@ -38,19 +39,19 @@ from urdyn.signal.stretches import median_step
 from urdyn.types import Array, Gaussian, Mask, Motion, V
 
 EXCERPT = 24_000  # rows, at most, on which the shape of friction is sought
-SHAPING = 8  # rounds of plain least squares, while the shape of friction moves
-SETTLING = 2  # rounds of plain least squares where friction lost its fading
+SHAPING = 8  # rounds of plain least squares to find the shape of friction
+SETTLING = 2  # rounds of plain least squares where friction lost its fading term
 ROUNDS = 3  # rounds of the whole likelihood on the excerpt
-ALIKE = 1.2  # [-] by which times from row to row differ at the most, where rates are alike
-DAMPING = 0.5  # share of a shaping step that is taken: presliding and Stribeck trade off
+ALIKE = 1.2  # [-] ratio of sampling periods up to which rates count as equal
+DAMPING = 0.5  # share of a shaping step to take: presliding and Stribeck trade off
 FOLDS = 6
-PROBE = 2e-3  # [s] to either side, in the search for when friction turns over
-MAX_LEAD = 0.03  # [s] no controller is known to be further ahead
+PROBE = 2e-3  # [s] to either side, in the search for when friction reverses
+MAX_LEAD = 0.03  # [s] largest known lead of a controller
 
 
 @dataclass(frozen=True)
 class Run:
-    """A motion, and what the arm carried in it; None: nothing but itself."""
+    """A motion, and the arm's payload in it; None: none."""
 
     motion: Motion
     payload: PayloadPrior | None = None
@@ -62,15 +63,15 @@ Loaded = list[tuple[Motion, Dynamics, int | None]]
 
 @dataclass(frozen=True, eq=False)
 class State:
-    """Where the search stands: a value, each step makes the next."""
+    """State of the search: a value, from which each step makes the next."""
 
     unknowns: Unknowns
     z: Array  # (P,) standard scores
-    noises: tuple[Noise, ...]  # of the runs, each in its own rows; the same where rates are alike
-    temperature: Array  # (J,) [°C] of the runs, that friction is found at; NaN: not measured
+    noises: tuple[Noise, ...]  # one per run, in its own rows; the same for equal rates
+    temperature: Array  # (J,) [°C] mean over the runs, to which friction refers; NaN: not measured
     band: Band = EVERYTHING
-    friction_time: float = 0.0  # [s] by which friction turns over before the recorded motion
-    cov: Array | None = None  # (P, P) of z; None: no step has found it
+    friction_time: float = 0.0  # [s] by which friction reverses before the recorded motion
+    cov: Array | None = None  # (P, P) of z; None: not yet computed
     point: Dynamics = field(init=False)  # the arm at z, with its tool
     payloads: tuple[Array, ...] = field(init=False)  # inertials (10,) each
 
@@ -94,7 +95,7 @@ class State:
 def search(
     arm: Arm, runs: Sequence[Run], gain: Array | None, tool: Array | None, progress: Progress
 ) -> Fit:
-    """The fit to all runs; `identify` has checked that they tell something."""
+    """The fit to all runs, which `identify` has checked."""
     brief = [replace(run, motion=excerpt(run.motion, EXCERPT // len(runs))) for run in runs]
     state = _start(arm, runs, gain, np.zeros(10) if tool is None else tool)
     state = _shape(state, brief, progress)
@@ -122,10 +123,11 @@ def _start(arm: Arm, runs: Sequence[Run], gain: Array | None, tool: Array) -> St
 
 
 def _shape(state: State, runs: Sequence[Run], progress: Progress) -> State:
-    """The same arm with the shape of its friction found.
+    """The state with the shape of friction found.
 
-    Where a joint sticks as it turns round, friction that fades at next to no speed explains most of
-    what is left. No later round leaves such a shape, so turns are told apart from the first on.
+    Where a joint sticks at a reversal, friction that fades at next to no speed explains most of the
+    residuals. No later round would leave such a shape, so reversals are weighted separately from
+    the first round on.
     """
     for k in range(SHAPING):
         progress("shape of friction", 0.5 * k / SHAPING)
@@ -137,11 +139,11 @@ def _shape(state: State, runs: Sequence[Run], progress: Progress) -> State:
 def _with_noise(
     state: State, runs: Sequence[Run], plain: bool = False, apart: bool = True
 ) -> State:
-    """The same point with the noise that it leaves, rate by rate.
+    """The same point with the noise of its residuals, by sampling rate.
 
     Args:
         plain: white and Gaussian.
-        apart: told apart where joints turn round.
+        apart: scaled separately near reversals.
     """
     rates = _rates(runs)
     each = [_noise(state, _of_rate(state, runs, k), plain, apart) for k in range(max(rates) + 1)]
@@ -149,16 +151,16 @@ def _with_noise(
 
 
 def _of_rate(state: State, runs: Sequence[Run], rate: int) -> Loaded:
-    """The runs of one of the rates."""
+    """The runs with one of the rates."""
     pairs = zip(state.loaded(runs), _rates(runs), strict=True)
     return [one for one, its in pairs if its == rate]
 
 
 def _rates(runs: Sequence[Run]) -> list[int]:
-    """Which of the rates among them each run has, 0 the quickest.
+    """Index of each run's sampling rate, 0 the fastest.
 
-    How noise goes on from row to row hangs on how far these are apart: one noise for two rates
-    would take the rows of one log for surer than they are.
+    The correlation of noise between rows depends on their distance in time: one noise for two rates
+    would make the rows of one log count too much.
     """
     steps = np.array([median_step(run.motion.t) for run in runs])
     order = np.argsort(steps)
@@ -169,7 +171,7 @@ def _rates(runs: Sequence[Run]) -> list[int]:
 
 
 def _noise(state: State, loaded: Loaded, plain: bool, apart: bool) -> Noise:
-    """What the point leaves of motions of one rate."""
+    """Noise of the point's residuals in motions of one rate."""
     left = _joint_by_joint(residuals(point, motion, state.band) for motion, point, _ in loaded)
     step = float(np.mean([median_step(motion.t) for motion, *_ in loaded])) * state.band.every
     near = _turnings(state, loaded) if apart else None
@@ -179,12 +181,12 @@ def _noise(state: State, loaded: Loaded, plain: bool, apart: bool) -> Noise:
 
 
 def _turnings(state: State, loaded: Loaded) -> list[list[Mask]]:
-    """Which rows of the residuals are near where a joint turns round."""
+    """Which rows of the residuals are near a reversal."""
     return _joint_by_joint(turnings(point, motion, state.band) for motion, point, _ in loaded)
 
 
 def _absorbed(state: State, loaded: Loaded) -> list[list[Array]] | None:
-    """Noise that the last step's fit absorbed, as periodograms; None: no step has a covariance."""
+    """Noise absorbed by the last step's fit, as periodograms; None: no covariance yet."""
     if state.cov is None:
         return None
     belief, joints = Gaussian(state.z, state.cov), range(state.point.arm.joints)
@@ -197,7 +199,7 @@ def _absorbed(state: State, loaded: Loaded) -> list[list[Array]] | None:
 
 
 def _joint_by_joint(runs: Iterable[list[list[V]]]) -> list[list[V]]:
-    """Stretches of all runs, each joint's one after the other."""
+    """Stretches of all runs, joined by joint."""
     return [list(chain.from_iterable(of)) for of in zip(*runs, strict=True)]
 
 
@@ -215,23 +217,23 @@ def _step(state: State, runs: Sequence[Run], damping: float) -> State:
 
 
 def _sure_step(state: State, runs: Sequence[Run]) -> State:
-    """A whole step, and how sure it is."""
+    """An undamped step, with its covariance."""
     belief = _belief(state, _blocks(state, runs))
     return replace(state, z=belief.mean, cov=belief.cov)
 
 
 def _belief(state: State, blocks: list[Compressed]) -> Gaussian:
-    """What these data and the prior say of z."""
+    """The posterior of z, from these data and the prior."""
     problem = build_problem(state.unknowns, blocks, state.point)
     return posterior(problem, solve(problem, state.z))
 
 
 def _align(state: State, runs: Sequence[Run]) -> State:
-    """The same arm with `friction_time` at the minimum of a parabola through three misfits.
+    """The state with `friction_time` at the minimum of a parabola through three misfits.
 
-    Friction switches sign within a sample, so the slope is taken by finite differences. It is not
-    one of the scores z: residuals at reversals are so large that they would decide `time_offset`,
-    too, which the other rows tell.
+    Friction switches sign within a sample, so that finite differences are needed. It is not one of
+    the scores z: residuals at reversals are so large that they would also determine `time_offset`,
+    which the other rows should.
     """
     misfits = [
         _misfit(replace(state, friction_time=state.friction_time + h), runs)
@@ -254,9 +256,9 @@ def _misfit(state: State, runs: Sequence[Run]) -> float:
 
 
 def _select(state: State, runs: Sequence[Run]) -> State:
-    """The same arm with those terms only that predict held-out current, and the offset held.
+    """The state with only those terms that predict held-out current, and the offset held.
 
-    Rows where joints turn round have no say: a term may not stand for what is misjudged there.
+    Rows near reversals do not count: a term must not explain mispredicted friction there.
     """
     never = np.full(state.point.arm.joints, np.inf)
     told = replace(state, noises=tuple(replace(noise, turning=never) for noise in state.noises))
@@ -268,9 +270,9 @@ def _select(state: State, runs: Sequence[Run]) -> State:
 
 
 def _settle(state: State, runs: Sequence[Run]) -> State:
-    """The same arm where joints whose friction no longer fades with speed found a level for it.
+    """The state with a new level of friction for joints whose fading term was dropped.
 
-    What the fading had explained would otherwise pass for noise, of a colour that hides it.
+    What that term explained would otherwise pass for coloured noise, which would hide it.
     """
     unknowns = state.unknowns
     lost = {j for j, terms in enumerate(unknowns.terms) if "stribeck" not in terms}

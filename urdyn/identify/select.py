@@ -1,10 +1,9 @@
-"""Which optional terms a joint's model needs: those that make the data likelier, and predict them.
+"""Which optional terms a joint's model needs: those that raise evidence and held-out likelihood.
 
-The likelihood of all data, whatever the coefficients, tells a term from chance [Kass1995]_, but
-a term that takes another's place has it too. So current held out of the fit must be predicted no
-worse, with the doubt that the fit leaves. The log is cut into contiguous folds, each compressed on
-its own. Fitting on all folds but one and scoring that one then costs a small solve, whatever the
-log's length. [Stone1974]_
+The marginal likelihood of all data tells a term from chance [Kass1995]_, but not from one that
+stands in for another. So held-out current must also be predicted better, with the fit's remaining
+uncertainty. The log is cut into contiguous folds, each compressed on its own. Fitting all folds but
+one and scoring that one then costs a small solve, whatever the log's length. [Stone1974]_
 """
 
 from __future__ import annotations
@@ -23,19 +22,19 @@ CANDIDATES: tuple[tuple[str, ...], ...] = (
     ("ripple_cos", "ripple_sin"),
     ("thermal",),
 )
-MIN_EVIDENCE = 5.0  # nats; chance yields more in one of 300 joints without such terms
-MIN_GAIN = 3.0  # nats held out; of 72 joints without such terms chance yields 5 in one
+MIN_EVIDENCE = 5.0  # nats; exceeded by chance in one of 300 joints without such terms
+MIN_GAIN = 3.0  # nats held out; by chance, one of 72 joints without such terms reaches 5
 
 
 def select_terms(
     unknowns: Unknowns, folds: Sequence[Sequence[Compressed]], point: Dynamics, z: Array
 ) -> tuple[frozenset[str], ...]:
-    """Optional terms of every joint, greedily.
+    """Optional terms of every joint, chosen greedily.
 
     Args:
-        unknowns: a model with every candidate term in it.
-        folds: compressed data, the same blocks for every fold, in unit noise.
-        point: where the columns were taken.
+        unknowns: a model with all candidate terms.
+        folds: compressed data, the same blocks for every fold, in units of the noise.
+        point: where the columns were linearised.
         z: scores around which the coefficients are linearised, (P,).
     """
     return tuple(
@@ -67,9 +66,9 @@ def _select_joint(
 def _best(
     systems: list[tuple[Array, Array]], places: dict[tuple[str, ...], list[int]]
 ) -> tuple[tuple[str, ...], float]:
-    """The group left out that would help most, and by how many nats.
+    """The omitted group that would help most, and by how many nats.
 
-    The best comes first: warmth that is missing looks like friction that fades with speed.
+    The best goes first, because missing warmth looks like friction that fades with speed.
     """
     out = {index for indices in places.values() for index in indices}
     bare = _without(systems, out)
@@ -86,7 +85,7 @@ def _best(
 def _linear(
     unknowns: Unknowns, blocks: list[Compressed], point: Dynamics, z: Array
 ) -> tuple[Array, Array]:
-    """A, b of the fold's residual A s - b, in scores s whose prior has unit information."""
+    """A, b of the fold's residual A s - b, in scores s with unit prior information."""
     w, G = linearised(unknowns, [(b.joint, b.payload) for b in blocks], point, z)
     root = np.sqrt(prior_information(unknowns.contradictable, z))
     rows, targets, start = [], [], 0
@@ -100,25 +99,25 @@ def _linear(
 
 
 def _without(systems: list[tuple[Array, Array]], out: set[int]) -> list[tuple[Array, Array]]:
-    """The systems of a model that lacks the scores in `out`."""
+    """The systems of a model without the scores in `out`."""
     keep = np.setdiff1d(np.arange(systems[0][0].shape[1]), list(out))
     return [(A[:, keep], b) for A, b in systems]
 
 
 def _held_out(systems: list[tuple[Array, Array]]) -> float:
-    """Log-likelihood of every fold, as doubtful as the others leave it."""
+    """Predictive log-likelihood of every fold given the others, summed."""
     normal = [(A.T @ A, A.T @ b) for A, b in systems]
     H, g = (np.sum(part, axis=0) for part in zip(*normal, strict=True))
     return sum(_likelihood(H, g) - _likelihood(H - Hk, g - gk) for Hk, gk in normal)
 
 
 def _evidence(systems: list[tuple[Array, Array]]) -> float:
-    """Log-likelihood of all folds, whatever the scores; to a constant."""
+    """Marginal log-likelihood of all folds, up to a constant."""
     A, b = (np.concatenate(part) for part in zip(*systems, strict=True))
     return _likelihood(A.T @ A, A.T @ b)
 
 
 def _likelihood(H: Array, g: Array) -> float:
-    """Of data with information H and H z = g, whatever the scores z; to a constant."""
+    """Marginal log-likelihood of data with information H and H z = g, up to a constant."""
     known = H + np.eye(len(g))
     return float(0.5 * g @ np.linalg.solve(known, g) - 0.5 * np.linalg.slogdet(known)[1])

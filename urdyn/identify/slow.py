@@ -1,10 +1,10 @@
-"""What passes slowly in the noise of a current: how much there is, and how to see past it.
+"""Slow noise in a current: how much there is, and how to whiten it.
 
-After the filter that makes the quick part white, with h the slow part's gain over the noise's sd,
+After the filter that whitens the fast part, with h the slow part's gain over the noise's sd,
 
     y_t = h s_t + w_t,    s_t = keep s_{t-1} + sqrt(1 - keep²) u_t,    w, u ~ N(0, 1)
 
-Kalman's innovations of y are white: a filter with a gain that settles within some samples.
+the Kalman filter's innovations of y are white, and its gain settles within some samples.
 """
 
 from __future__ import annotations
@@ -16,33 +16,33 @@ import numpy as np
 
 from urdyn.types import Array, frozen
 
-MEMORY = 1.2  # [s] of what passes slowly, as on recordings of real arms
+MEMORY = 1.2  # [s] time constant of slow noise, from recordings of real arms
 SHARES = (0.0, *np.geomspace(0.005, 0.64, 22).tolist())  # of the variance that may be slow
-NONE = 0.2  # [-] how likely it is, before any data, that nothing is slow
-# [-] else it is some such share: on recordings of a UR10e .07 to .24 by joint. And sd of its
-# logarithm, twice as much as there, for other arms.
+NONE = 0.2  # [-] prior probability that there is no slow noise
+# [-] prior median of its share otherwise: on recordings of a UR10e .07 to .24 by joint. And sd of
+# its logarithm, twice that of these recordings, to allow for other arms.
 USUAL, UNUSUAL = 0.12, 1.0
-BINS = 120  # of its frequencies, by their logarithm
-SETTLED = 1e-9  # relative change of the gain from sample to sample
+BINS = 120  # of frequencies, equal in their logarithm
+SETTLED = 1e-9  # relative change of the variance from sample to sample
 
-# Of a share of the variance that is slow: regressions of the rest, and what variance each leaves.
+# Share of the variance that is slow -> regressions of the rest, with their innovation variances.
 Quick = Callable[[float], list[tuple[Array, float]]]
 
 
 def forgotten(step: float) -> float:
-    """What is left of the slow part after `step` [s]."""
+    """Autocorrelation of the slow part after `step` [s]."""
     return float(np.exp(-step / MEMORY))
 
 
 def without_slow(y: Array, h: float, keep: float) -> Array:
-    """Innovations of the rows y (N, ...), in units in which w keeps its variance."""
+    """Innovations of the rows y (N, ...), scaled so that w keeps its variance."""
     if h == 0.0 or not len(y):
         return y
     from scipy.signal import lfilter  # heavy
 
     gain, S = (of_row[: len(y)] for of_row in _settling(h, keep))
     done, theta, root = len(gain), keep * (1.0 - gain * h), np.sqrt(S)
-    # s_t+1 = theta s_t + keep gain y_t, and the innovation is y_t - h s_t.
+    # s_t+1 = theta s_t + keep gain y_t, with the innovation y_t - h s_t.
     seen = (y[:done].T * (keep * gain)).T
     before, s = np.empty_like(seen), np.zeros(y.shape[1:])
     for t in range(done):
@@ -59,7 +59,7 @@ def without_slow(y: Array, h: float, keep: float) -> Array:
 
 @lru_cache(maxsize=32)
 def _settling(h: float, keep: float) -> tuple[Array, Array]:
-    """Kalman's gains and the variances of innovations, row by row until both settle, (n,) each."""
+    """Kalman gains and innovation variances, row by row until they settle, (n,) each."""
     P, before, rows = 1.0, np.inf, []
     while abs(P - before) >= SETTLED * P:
         S = h * P * h + 1.0
@@ -76,10 +76,10 @@ def periodogram(x: Array) -> Array:
 
 
 def density(w: Array, ar: Array, left: float, slow: float, keep: float) -> Array:
-    """Spectrum of noise at frequencies w (K,) [rad] a sample, (K,) [A²].
+    """Spectrum of noise at frequencies w (K,) [rad per sample], (K,) [A²].
 
     Args:
-        left: variance of what drives its quick part.
+        left: innovation variance of its fast part.
         slow: variance of its slow part.
     """
     turn = np.exp(-1j * np.outer(w, np.arange(1, len(ar) + 1)))
@@ -88,21 +88,21 @@ def density(w: Array, ar: Array, left: float, slow: float, keep: float) -> Array
 
 
 def share_of(w: Array, seen: Array, quick: Quick, keep: float) -> float:
-    """Share of the variance that is slow, by the likelihood of the spectrum. [Whittle1953]_
+    """Share of the variance that is slow, by the spectrum's likelihood. [Whittle1953]_
 
-    The mean of what is likely, over shares and the regressions beside them: a log has few
-    independent values of what passes slowly, and the likeliest share is more often too small than
-    too large. Before, each order was as likely; what p coefficients fit by chance is worth
-    p/2 log n [Schwarz1978]_. A long regression would else stand for part of what is slow: not for
-    its lowest frequencies, which disturb a fit most.
+    It is the posterior mean over shares and regressions: a log has few independent values of slow
+    noise, and the likeliest share is more often too small than too large. All orders are equally
+    likely a priori; p coefficients cost p/2 log n for what they fit by chance [Schwarz1978]_. Else
+    a long regression would absorb part of the slow noise, except its lowest frequencies, which
+    disturb a fit most.
 
     Args:
-        w: frequencies (K,) [rad] a sample.
+        w: frequencies (K,) [rad per sample].
         seen: periodogram there, (K,) [A²].
     """
     w, seen, count = _averaged(w, seen)
     power = float(seen @ count / count.sum())
-    price = 0.5 * float(np.log(2.0 * count.sum()))  # of a coefficient
+    price = 0.5 * float(np.log(2.0 * count.sum()))  # per coefficient
 
     def misfit(share: float, ar: Array, left: float) -> float:
         foreseen = density(w, ar, left, share * power, keep)
@@ -115,13 +115,13 @@ def share_of(w: Array, seen: Array, quick: Quick, keep: float) -> float:
 
 
 def _before() -> Array:
-    """How likely each of SHARES is before any data."""
+    """Prior probabilities of SHARES."""
     likely = np.exp(-0.5 * (np.log(np.array(SHARES[1:]) / USUAL) / UNUSUAL) ** 2)
     return np.array([NONE, *(1.0 - NONE) * likely / likely.sum()])
 
 
 def _averaged(w: Array, seen: Array) -> tuple[Array, Array, Array]:
-    """Frequencies and powers of BINS, and how many values each is of."""
+    """Mean frequencies and powers in BINS, and the number of values in each."""
     at = np.digitize(w, np.geomspace(w.min(), np.pi, BINS))
     count = np.bincount(at).astype(float)
     some = count > 0.0

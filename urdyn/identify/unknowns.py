@@ -1,8 +1,8 @@
 """The unknowns: standard scores under the prior, in named coordinates.
 
 Every unknown is z ~ N(0, 1). Its coordinate x = mean + sd z is log-Cholesky for a link or payload,
-a logarithm for what is positive, the quantity itself for the rest: whatever z is, the arm is
-possible.
+a logarithm for a positive quantity, and the quantity itself otherwise, so that the arm is
+physically possible for any z.
 """
 
 from __future__ import annotations
@@ -19,19 +19,19 @@ from urdyn.model.dynamics import Dynamics
 from urdyn.model.population import OPTIONAL, Population
 from urdyn.types import Array
 
-TIME_OFFSET_SD = 5e-3  # [s] by which a recorder may skew its streams
+TIME_OFFSET_SD = 5e-3  # [s] sd of a recorder's skew between streams
 COORDINATES = ("alpha", "d1", "d2", "d3", "s12", "s23", "s13", "t1", "t2", "t3")
 
 
 @dataclass(frozen=True)
 class PayloadPrior:
-    """What is known of a payload before the data: a compact body near the flange.
+    """Prior of a payload: a compact body near the flange.
 
     Raises:
-        InputError: the mass is no number above 0.
+        InputError: the mass is not a number above 0.
     """
 
-    mass: float | None = None  # [kg], above 0; None: to be found
+    mass: float | None = None  # [kg], above 0; None: unknown
 
     def __post_init__(self) -> None:
         if self.mass is not None:
@@ -44,17 +44,17 @@ class PayloadPrior:
         return np.array([np.log(mass) / 2.0, *np.log([0.05] * 3), 0, 0, 0, 0, 0, 0.06])
 
     def sd(self) -> Array:
-        """Spread of those coordinates, (10,); a mass that is given is taken at its word."""
+        """Spread of those coordinates, (10,); a given mass is taken as exact."""
         mass = 1.2 if self.mass is None else 1e-5
         return np.array([mass / 2.0, *[0.5] * 3, *[0.02] * 3, *[0.08] * 3])
 
 
 @dataclass(frozen=True)
 class Contradictable:
-    """Scores that belong together, of which data may say what no prior expects."""
+    """A group of scores on which data may contradict the prior."""
 
     scores: tuple[int, ...]
-    below: bool = False  # only where they are less than expected
+    below: bool = False  # only where they are below expectation
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,10 +62,10 @@ class Unknowns:
     """Which quantities are sought, and in which order: links, drives, payloads."""
 
     prior: Population
-    terms: tuple[frozenset[str], ...]  # one a joint: the optional terms of its model
+    terms: tuple[frozenset[str], ...]  # optional terms of each joint's model
     gain: Array | None = None  # (J,) [N·m/A] where the drive gains are given
     payloads: tuple[PayloadPrior, ...] = ()
-    # (10,) inertials of the tool, that is known, in the last joint's frame: it is borne throughout.
+    # (10,) inertials of the known tool, carried throughout, in the last joint's frame.
     tool: Array = field(default_factory=lambda: np.zeros(10))
 
     @cached_property
@@ -78,10 +78,10 @@ class Unknowns:
 
     @cached_property
     def contradictable(self) -> tuple[Contradictable, ...]:
-        """What an arm may have quite unlike its type.
+        """Scores in which an arm may be quite unlike its type.
 
-        The last link, within which is what is mounted there, and too little structural damping of a
-        joint.
+        Those of the last link, which contains what is mounted there, and of each joint's structural
+        damping, where it is low.
         """
         first = self.prior.link_mean.size
         link = Contradictable(tuple(range(first - len(COORDINATES), first)))
@@ -89,13 +89,13 @@ class Unknowns:
         return link, *(Contradictable((at,), below=True) for at in damping)
 
     def has(self, field: str, joint: int) -> bool:
-        """Whether a joint's model has a term, or the shape of a term that it has."""
+        """Whether a joint's model has a term, or the term to which a shape belongs."""
         needs = "stribeck" if field == "stribeck_velocity" else field
         return needs not in OPTIONAL or needs in self.terms[joint]
 
     @cached_property
     def names(self) -> tuple[str, ...]:
-        """One name an unknown."""
+        """One name per unknown."""
         arm = self.prior.arm
         links = [f"{link}.{x}" for link in arm.link_names for x in COORDINATES]
         drive = [f"{arm.joint_names[j]}.{field}" for field, j in self.drive]
