@@ -1,4 +1,4 @@
-"""The virtual arm: the ground truth of every test."""
+"""The virtual arm: the ground truth for every test."""
 
 from urdyn.simulate.deviations import deviated, draw_deviations
 from urdyn.simulate.faults import KINDS, Fault, parse_fault

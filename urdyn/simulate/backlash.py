@@ -1,11 +1,11 @@
-"""Backlash on the motor's side: the gap opens whenever the load turns over.
+"""Backlash on the motor side: the gap opens whenever the load changes sign.
 
-The load lets go of one flank, and the motor is unloaded until the rotor has crossed to the other.
-Under the friction torque f that it no longer has to overcome it takes, from rest,
+The load leaves one flank, and the motor is unloaded until the rotor has crossed to the other.
+Accelerated by the torque f that friction no longer takes, the crossing lasts, from rest,
 
     T = sqrt(4 b I_r / f)        over the whole gap 2 b
 
-No load that keeps its sign, as gravity's does, ever shows a gap.
+A load that keeps its sign, like gravity's, never shows a gap.
 """
 
 from __future__ import annotations
@@ -20,25 +20,25 @@ from urdyn.types import Array, Mask
 
 @dataclass(frozen=True, eq=False)
 class Flanks:
-    """On which flank each joint's gear lies, and since when."""
+    """The flank on which each joint's gear is in contact, and since when."""
 
     side: Array  # (J,) [-], sign of the load
     since: Array  # (J,) [s]
 
 
 def first_flanks(joints: int) -> Flanks:
-    """Gears that have always lain as they lie."""
+    """Gears before the first row, in contact since ever."""
     return Flanks(np.zeros(joints), np.full(joints, -np.inf))
 
 
 def in_gap(
     drive: Drive, half_gap: Array, load: Array, t: Array, before: Flanks
 ) -> tuple[Mask, Flanks]:
-    """Whether the motor is between the flanks, (N, J), and how the gears lie after the last row.
+    """Whether the motor is between the flanks, (N, J), and the flanks after the last row.
 
     Args:
         half_gap: b, (N, J) [rad].
-        load: that the gear transmits, (N, J) [N·m].
+        load: transmitted by the gear, (N, J) [N·m].
         t: times of the rows, (N,) [s].
     """
     side = _last_where(np.sign(load), load != 0.0, before.side)
@@ -50,7 +50,7 @@ def in_gap(
 
 
 def _last_where(values: Array, told: Mask, before: Array) -> Array:
-    """Each row's last value that was told up to it, (N, J); `before` where none was."""
+    """For each row, the last value up to it where `told`, (N, J); `before` where there is none."""
     row = np.where(told, np.arange(1, len(values) + 1)[:, None], 0)
     last = np.maximum.accumulate(row, axis=0)
     return np.asarray(np.take_along_axis(np.vstack([before, values]), last, axis=0))

@@ -1,6 +1,6 @@
 """The closed loop: a controller at its own rate, the arm in between, events on schedule.
 
-The forward fidelity. It lives through the same course as the inverse one, tick by tick.
+The forward fidelity. It follows the same course as the inverse one, tick by tick.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from urdyn.types import Array
 
 RIGID_STEP = 1e-3  # [s] at most
 ELASTIC_STEP = 1e-4  # [s] at most: a bare wrist 3 on its gear rings at some 600 Hz
-LONGEST_DELAY = 64  # ticks that the loop can be late by
+LONGEST_DELAY = 64  # ticks of loop delay, at most
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,9 +43,9 @@ def closed_loop(
     """The arm following `targets`; it starts at rest on their first row.
 
     Args:
-        targets: one row a tick of the controller.
+        targets: one row per tick of the controller.
         ahead: feed-forward torque, (N, J) [N·m].
-        course: of the same rows.
+        course: at the same rows.
         gears: elasticity of the gears; None: rigid.
     """
     period = targets.step

@@ -1,9 +1,9 @@
-"""The position controller: feed-forward of a nominal model, and a loop around it.
+"""The position controller: feed-forward of a nominal model, and a feedback loop.
 
     tau = feedforward(target) + I (w² e + 2 w e' + w³/5 ∫e),    i = tau / K
 
-What a UR controller does exactly is not published. This one follows an excitation run to some
-milliradians, holds torque limits, and rings when its gain or delay drifts.
+The UR controller is not published. This one follows an excitation run to a few milliradians, keeps
+torque limits, and rings when its gain or delay drifts.
 """
 
 from __future__ import annotations
@@ -16,25 +16,25 @@ from urdyn.model.dynamics import Dynamics
 from urdyn.types import Array
 
 BANDWIDTH = 50.0  # [rad/s], low enough for elastic gears
-INTEGRAL = 0.2  # [-] share of the bandwidth at which the integral works
+INTEGRAL = 0.2  # [-] corner of the integral term, as a share of the bandwidth
 
 
 @dataclass(frozen=True, eq=False)
 class Controller:
     """Settings of the loop of every joint."""
 
-    inertia: Array  # (J,) [kg·m²] that the loop is tuned for
-    gain: Array  # (J,) [N·m/A] that the controller believes its drives have
+    inertia: Array  # (J,) [kg·m²] for which the loop is tuned
+    gain: Array  # (J,) [N·m/A] that the controller assumes of its drives
     limit: Array  # (J,) [N·m]
     bandwidth: float = BANDWIDTH  # [rad/s]
 
     def torque(self, ahead: Array, e: Array, de: Array, sum_e: Array, factor: Array) -> Array:
-        """Torque asked for, (J,) [N·m].
+        """Requested torque, (J,) [N·m].
 
         Args:
             ahead: feed-forward torque (J,) [N·m].
             e: error of position (J,) [rad], `de` of velocity [rad/s], `sum_e` its integral [rad·s].
-            factor: what the loop's gain has drifted to (J,) [-].
+            factor: on the loop's gain, which may drift (J,) [-].
         """
         w = self.bandwidth
         loop = self.inertia * (w**2 * e + 2.0 * w * de + INTEGRAL * w**3 * sum_e)
@@ -45,7 +45,7 @@ def typical_controller(dynamics: Dynamics, gain: Array) -> Controller:
     """A controller tuned to an arm as its maker knows it.
 
     Args:
-        gain: what it believes of its drives, (J,) [N·m/A].
+        gain: that it assumes of its drives, (J,) [N·m/A].
     """
     arm, drive = dynamics.arm, dynamics.drive
     stretched = np.zeros(arm.joints)

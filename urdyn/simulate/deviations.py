@@ -1,11 +1,11 @@
-"""Kinematic deviations: no arm is built as it is drawn.
+"""Kinematic deviations: no arm is built exactly as drawn.
 
-Each joint's frame sits, seen from the joint before, at
+Each joint's frame is, relative to the previous joint's, at
 
     place = a x + d R z,    R = R_x(roll) R_y(tilt) R_nominal
 
-(Hayati's form where axes are parallel). Factory calibrations say how far a, d, roll and tilt are
-from the drawing.
+(Hayati's form where axes are parallel). Deviations of a, d, roll and tilt are as in factory
+calibrations.
 """
 
 from __future__ import annotations
@@ -20,8 +20,8 @@ from urdyn.model.geometry.origins import Origin, origins_of, with_origins
 from urdyn.types import Array
 
 # Standard deviations by joint, base first: 1.48 times the median absolute deviation of the factory
-# calibrations of 12 arms (UR3 to UR16e) from their drawings; two of them are several times as far
-# off in roll and d of the parallel axes.
+# calibrations of 12 arms (UR3 to UR16e) from their drawings; two arms deviate several times as far
+# in roll and d of the parallel axes.
 SPREAD = np.array(
     [
         [0.0, 2.7e-4, 0.0, 0.0],
@@ -35,20 +35,20 @@ SPREAD = np.array(
 
 
 def draw_deviations(arm: Arm, rng: np.random.Generator) -> Array:
-    """Deviations in a, d, roll, tilt of one arm at random, (J, 4) [m, m, rad, rad]."""
+    """Random deviations of one arm in a, d, roll, tilt, (J, 4) [m, m, rad, rad]."""
     known = arm.joints == len(SPREAD)
     spread = SPREAD if known else np.broadcast_to(np.median(SPREAD, axis=0), (arm.joints, 4))
     return np.asarray(spread * rng.standard_normal((arm.joints, 4)))
 
 
 def deviated(arm: Arm, deviations: Array) -> Arm:
-    """The arm with its joints' frames moved by `deviations` (J, 4), same bodies on them."""
+    """The arm with its joints' frames moved by `deviations` (J, 4), and the same bodies."""
     pairs = zip(origins_of(arm), deviations, strict=True)
     return with_origins(arm, (_moved(*origin, deviation) for origin, deviation in pairs))
 
 
 def frames(arm: Arm) -> list[dict[str, Any]]:
-    """Where each joint's frame is in the link before: xyz [m] and rpy [rad], as in a URDF."""
+    """Each joint's frame in the previous link: xyz [m] and rpy [rad], as in a URDF."""
     return [
         {"name": name, "xyz": place.tolist(), "rpy": angles.tolist()}
         for name, (place, angles) in zip(arm.joint_names, origins_of(arm), strict=True)
@@ -66,6 +66,6 @@ def _moved(place: Array, angles: Array, deviation: Array) -> Origin:
 
 
 def along_axis(place: Array, turn: Rotation) -> float:
-    """d of a frame at `place`: how much of it lies along the frame's own axis, beside a x [m]."""
+    """d of a frame at `place` [m]: its component along the frame's own axis, apart from a x."""
     directions = np.column_stack([[1.0, 0.0, 0.0], turn.apply([0.0, 0.0, 1.0])])
     return float(np.linalg.lstsq(directions, place, rcond=None)[0][1])

@@ -1,4 +1,4 @@
-"""Faults by their names, as a command line writes them: KIND:joint=J,onset=S,rate=R,..."""
+"""Faults by name, as on the command line: KIND:joint=J,onset=S,rate=R,..."""
 
 from __future__ import annotations
 
@@ -47,16 +47,16 @@ KINDS: Mapping[str, type[Fault]] = {
     "thermal_drift": ThermalDrift,
 }
 
-# Which way each of them goes is said by its name; a negative one would be another event.
+# The direction is implied by the fault's name; a negative value would be another event.
 NOT_NEGATIVE = {"onset", "viscous", "delay", "mass"}
 GROWING = (FrictionIncrease, HealthDegradation, JointBacklash, ControllerInstability)
-CHANGES = {"rate", "offset", "delay", "force"}  # how far a fault goes
+CHANGES = {"rate", "offset", "delay", "force"}  # size of a fault
 
 
 def parse_fault(text: str, joints: int) -> Fault:
-    """The fault that a text describes, for an arm of so many joints; InputError tells what is off.
+    """The fault that a text describes, for an arm with `joints`; InputError says what is wrong.
 
-    Vectors have slashes: `payload_change:onset=60,mass=1.5,com=0/0/0.05`.
+    Vectors are written with slashes: `payload_change:onset=60,mass=1.5,com=0/0/0.05`.
     """
     kind, _, rest = text.partition(":")
     if kind not in KINDS:
@@ -68,13 +68,13 @@ def parse_fault(text: str, joints: int) -> Fault:
 
 
 def describe(fault: Fault) -> dict[str, Any]:
-    """The fault as a table: its kind, then its fields; an end that never comes is left out."""
+    """The fault as a table: its kind, then its fields; infinite ones are left out."""
     kind = next(name for name, of in KINDS.items() if isinstance(fault, of))
     return {"kind": kind} | {k: v for k, v in asdict(fault).items() if v != float("inf")}
 
 
 def _values(kind: type[Fault], text: str) -> dict[str, Any]:
-    """Fields of a kind by their names, of "joint=2,rate=0.001"."""
+    """Fields of a kind by name, from "joint=2,rate=0.001"."""
     known = {field.name: field for field in fields(kind)}
     hints = get_type_hints(kind)
     values: dict[str, Any] = {}
@@ -87,7 +87,7 @@ def _values(kind: type[Fault], text: str) -> dict[str, Any]:
     if missing := [n for n, field in known.items() if n not in values and _needed(field)]:
         raise InputError(f"needs {' and '.join(missing)}")
     far = [name for name in known if name in CHANGES]
-    if far and not any(name in values for name in far):  # a 0 that is asked for is a control
+    if far and not any(name in values for name in far):  # an explicit 0 is allowed, as a control
         raise InputError(f"needs {' or '.join(far)}")
     return values
 
@@ -97,7 +97,7 @@ def _needed(field: Field[Any]) -> bool:
 
 
 def _value(name: str, text: str, hint: Any) -> Any:
-    """One value: a number, a vector X/Y/Z, or one of some words."""
+    """One value: a number, a vector X/Y/Z, or one of a few words."""
     words = get_args(hint)
     if words and isinstance(words[0], str):
         if text not in words:
@@ -114,8 +114,8 @@ def _value(name: str, text: str, hint: Any) -> Any:
 
 
 def _checked(fault: Fault, joints: int) -> Fault:
-    """The fault, if an arm of so many joints can have it."""
-    usual = {field.name: field.default for field in fields(fault)}  # some of them never end
+    """The fault, if an arm with this number of joints can have it."""
+    usual = {field.name: field.default for field in fields(fault)}  # some defaults are infinite
     never_below = NOT_NEGATIVE | ({"rate"} if isinstance(fault, GROWING) else set())
     for name, value in asdict(fault).items():
         numbers = () if isinstance(value, str) else np.atleast_1d(value)

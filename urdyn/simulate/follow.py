@@ -1,7 +1,7 @@
-"""The open-loop arm: it follows a trajectory exactly, and its drives give what that takes.
+"""The open-loop arm: it follows a trajectory exactly, and its drives give the torque needed.
 
-The inverse fidelity: friction is linear in its coefficients, so what varies multiplies their
-features row by row.
+The inverse fidelity: friction is linear in its coefficients, so time-varying factors multiply
+their features row by row.
 
     tau = tau_load + I_r a + sum_k c_k w_k(t) feature_k,    i = tau / (K z(t))
 """
@@ -26,23 +26,23 @@ from urdyn.types import Array, Motion
 
 @dataclass(frozen=True, eq=False)
 class Followed:
-    """Some rows of a trajectory as the arm lived through them."""
+    """Some rows of a trajectory as the arm executed them."""
 
     rows: slice
     course: Course
-    motion: Motion  # of the motors, which may swing about what was asked for
-    links: Array  # (N, J) [rad]: elastic gears let them be elsewhere than the motors
-    load: Array  # (N, J) [N·m] that the gears transmit
+    motion: Motion  # of the motors, which may oscillate about the targets
+    links: Array  # (N, J) [rad], which differ from the motors with elastic gears
+    load: Array  # (N, J) [N·m] transmitted by the gears
     current: Array  # (N, J) [A] in the motors
 
 
 def follow(
     dynamics: Dynamics, trajectory: Trajectory, t: Array, events: Sequence[Event] = ()
 ) -> Iterator[Followed]:
-    """The arm at times (N,) [s], block by block; friction at rest is zero before the first."""
+    """The arm at times (N,) [s], block by block; presliding is relaxed before the first."""
     drive, end, flanks = dynamics.drive, None, first_flanks(trajectory.joints)
     for rows in blocks(len(t)):
-        # One row of the block before, because travel counts from there.
+        # One row of the previous block, from which travel counts.
         lead = min(rows.start, 1)
         now = course(dynamics, events, t[rows.start - lead : rows.stop])
         motion = replace(trajectory.at(now.t), temperature=now.temperature)
@@ -59,7 +59,7 @@ def follow(
 def inverse(
     dynamics: Dynamics, trajectory: Trajectory, t: Array, events: Sequence[Event] = ()
 ) -> Iterator[Followed]:
-    """The arm at the stamps of a log, beside which the current of a moment later is reported."""
+    """The arm at the stamps of a log, whose currents are those of a moment later."""
     offset = dynamics.drive.time_offset
     for part in follow(dynamics, trajectory, t + offset, events):
         if offset:
@@ -71,7 +71,7 @@ def inverse(
 
 
 def current(dynamics: Dynamics, trajectory: Trajectory, t: Array, temperature: float) -> Array:
-    """Motor current at times (N,) [s] of an arm as warm as `temperature` [°C], (N, J) [A]."""
+    """Motor current at times (N,) [s] of an arm at `temperature` [°C], (N, J) [A]."""
     events = (steady(temperature, trajectory.joints),)
     parts = [part.current for part in follow(dynamics, trajectory, t, events)]
     return np.concatenate(parts)
@@ -80,7 +80,7 @@ def current(dynamics: Dynamics, trajectory: Trajectory, t: Array, temperature: f
 def _torque(
     dynamics: Dynamics, course: Course, motion: Motion, load: Array, s: Array, flanks: Flanks
 ) -> tuple[Array, Flanks]:
-    """Torque that the drives give, (N, J) [N·m], and how the gears lie after it."""
+    """Torque of the drives, (N, J) [N·m], and the gears' flanks after it."""
     drive = dynamics.drive
     if course.half_gap.any():
         loose, flanks = in_gap(drive, course.half_gap, load, course.t, flanks)

@@ -1,4 +1,4 @@
-"""The forward fidelity: an arm in its controller's hands, tick by tick."""
+"""The forward fidelity: an arm under its controller, tick by tick."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ from urdyn.simulate.schedule import Event, course
 from urdyn.simulate.trajectory import Trajectory, blocks
 from urdyn.types import Array, Motion
 
-SERVO = 0.002  # [s]; a CB3, which talks every 8 ms, leaves the loop to its joints in between
-STIFFNESS = 100.0  # [1/rad] of a gear, times its rated torque
-GEAR_DAMPING = 0.1  # [-] of the link on its gear
+SERVO = 0.002  # [s]; a CB3, which sends every 8 ms, leaves the loop to its joints in between
+STIFFNESS = 100.0  # [1/rad] of a gear, per rated torque
+GEAR_DAMPING = 0.1  # [-] damping ratio of the link on its gear
 
 
 def typical_gears(arm: Arm) -> Gears:
-    """Elastic gears, as stiff as their rated torque lets one expect."""
+    """Elastic gears, with a stiffness in proportion to their rated torque."""
     straight = np.zeros(arm.joints)
     mass = np.diag(arm.torque_derivatives(straight, straight, straight)[2])
     stiffness = STIFFNESS * rated_torque(arm)
@@ -38,16 +38,16 @@ def forward(
     events: Sequence[Event] = (),
     gears: Gears | None = None,
 ) -> Iterator[Followed]:
-    """The arm in its controller's hands at times (N,) [s], from rest.
+    """The arm under its controller at times (N,) [s], from rest.
 
     Args:
-        gears: elasticity of the gears; None: rigid, but for a gap that a fault may open.
+        gears: elasticity of the gears; None: rigid, unless a fault opens a gap.
     """
     ticks = np.arange(round((t[-1] + dynamics.drive.time_offset) / SERVO) + 2) * SERVO
     asked = trajectory.at(ticks)
     lived = course(dynamics, events, ticks)
     if gears is None and lived.half_gap.any():
-        gears = typical_gears(dynamics.arm)  # a gap is nothing between rigid bodies
+        gears = typical_gears(dynamics.arm)  # a gap needs elastic gears
     nominal = replace(population(dynamics.arm).typical(), payload=dynamics.payload)
     controller = typical_controller(nominal, dynamics.drive.gain)
     targets = Trajectory(ticks, asked.q, asked.v, asked.a)
@@ -67,13 +67,13 @@ def forward(
             current=asked.current[at],
             temperature=now.temperature,
         )
-        # A current is held from its tick to the next: it belongs to the middle between them.
+        # A current is held from its tick to the next: its time is the middle between them.
         later = _between(current, (t[part] + dynamics.drive.time_offset) / SERVO - 0.5)
         yield Followed(part, now, motion, links[at], load[at], later)
 
 
 def _between(values: Array, place: Array) -> Array:
-    """Rows (N, J) at fractional places (M,), on straight lines between them; at least the first."""
+    """Rows (N, J), linearly interpolated at fractional indices (M,) of at least 0."""
     place = np.maximum(place, 0.0)
     row = np.minimum(place.astype(np.intp), len(values) - 2)
     share = (place - row)[:, None]

@@ -1,4 +1,4 @@
-"""Fourier excitation: every joint moves all the time, over the whole band, and the run repeats.
+"""Fourier excitation: all joints move all the time, over the whole band, periodically.
 
 q(t) = middle + sum_k  A_k sin(k w t) + B_k cos(k w t)        [Swevers1997]_
 """
@@ -16,10 +16,10 @@ from urdyn.simulate.trajectory import Trajectory, blocks, grid
 from urdyn.types import Array, frozen
 
 HARMONICS = 12
-PERIOD = 20.0  # [s] about which a run repeats itself: 1 to 2 rad/s, up to 4 rad/s²
-OVERSAMPLING = 64  # rows per period of the highest harmonic on which limits are verified
-BETWEEN = np.cos(np.pi / OVERSAMPLING)  # least share of a peak that such rows see [Ehlich1964]_
-SHRINK, SHRINKS = 0.85, 12  # [-] of the excursion, as often, until the torque is low enough
+PERIOD = 20.0  # [s] approximate period of a run: gives 1 to 2 rad/s, up to 4 rad/s²
+OVERSAMPLING = 64  # rows per period of the highest harmonic, at which limits are verified
+BETWEEN = np.cos(np.pi / OVERSAMPLING)  # least share of a peak that such rows show [Ehlich1964]_
+SHRINK, SHRINKS = 0.85, 12  # [-] of the excursion, and tries, until the torque is low enough
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,16 +47,16 @@ class Series:
 
     @property
     def lasting(self) -> float:
-        """Time after which it begins again [s]."""
+        """Time after which it repeats [s]."""
         return self.period
 
     def peaks(self) -> tuple[Array, Array, Array]:
-        """What |v|, |a| and |jerk| never exceed, (J,) each: [Ehlich1964]_, and Bernstein's law."""
+        """Bounds of |v|, |a| and |jerk|, (J,) each: [Ehlich1964]_, and Bernstein's inequality."""
         _, v, a = (np.abs(x).max(axis=0) / BETWEEN for x in self.one_period())
         return v, a, 2.0 * np.pi / self.period * len(self.sine) * a
 
     def one_period(self) -> tuple[Array, Array, Array]:
-        """q, v, a over a period, finely enough that little is hidden between the rows."""
+        """q, v, a over a period, finely enough to miss little between the rows."""
         rows = OVERSAMPLING * len(self.sine)
         return self.at(np.linspace(0.0, self.period, rows, endpoint=False))
 
@@ -75,8 +75,8 @@ def fourier(
 ) -> Trajectory:
     """Random excitation of `duration` [s] at `rate` [Hz] that keeps `comfortable` limits.
 
-    The period is made to divide the run, which starts and ends at rest; `arm` carries its payload
-    (`with_inertials`) where torque limits shall count it.
+    The period is adjusted to divide the run, which starts and ends at rest; `arm` includes its
+    payload (`with_inertials`) where torque limits are to count it.
     """
     t = grid(duration, rate)
     repeats = max(1, round(float(t[-1]) / period))
@@ -88,7 +88,7 @@ def fourier(
 
 
 def draw(joints: int, period: float, rng: np.random.Generator, harmonics: int) -> Series:
-    """A random series around zero whose velocity and acceleration vanish at every whole period."""
+    """A random series about zero, with zero velocity and acceleration at whole periods."""
     if harmonics < 2:
         raise InputError(f"{harmonics} harmonics cannot start from rest; ask for two or more")
     k = np.arange(1.0, harmonics + 1.0)[:, None]
@@ -98,7 +98,7 @@ def draw(joints: int, period: float, rng: np.random.Generator, harmonics: int) -
 
 
 def at_rest(sine: Array, cosine: Array) -> tuple[Array, Array]:
-    """The closest coefficients, (H, ...) each, whose velocity and acceleration begin at zero."""
+    """The closest coefficients, (H, ...) each, with zero initial velocity and acceleration."""
     k = np.arange(1.0, len(sine) + 1.0).reshape(-1, *[1] * (sine.ndim - 1))
     # v(0) = w sum k A_k and a(0) = -w² sum k² B_k.
     return (
@@ -108,7 +108,7 @@ def at_rest(sine: Array, cosine: Array) -> tuple[Array, Array]:
 
 
 def series_within(arm: Arm, shape: Series, limits: Limits | None = None) -> Series:
-    """`shape` around the middle of the limits, every joint scaled until it reaches one of them."""
+    """`shape` about the middle of the limits, each joint scaled until it reaches one of them."""
     limits = comfortable(arm) if limits is None else limits
     q, v, a = (np.abs(x).max(axis=0) for x in shape.one_period())
     share = np.minimum.reduce([limits.room / q, limits.velocity / v, limits.acceleration / a])

@@ -1,4 +1,4 @@
-"""Heat: a joint warms from its own losses, its lubricant follows, viscous friction falls.
+"""Heat: a joint warms by its own losses, its lubricant follows, and viscous friction falls.
 
 C dT/dt = P - (T - T_room) / R        P = P_idle + friction torque v + R_copper i²
 lag dL/dt = T - L
@@ -16,31 +16,31 @@ from urdyn.model.dynamics import Dynamics
 from urdyn.model.population import population
 from urdyn.types import Array, frozen
 
-STEP = 1.0  # [s] on which warmth is followed: slow as it is, finer steps tell nothing
+STEP = 1.0  # [s] step of the thermal model, whose changes are slow
 
-# A UR3 in production warms by 7 to 11 K in 50 minutes, with 25 to 30 minutes as time constant, and
-# begins at 28 to 32 °C, warm from its electronics; joints of a UR3e have 34 to 43 °C at work.
+# A UR3 in production warms by 7 to 11 K in 50 minutes, with a time constant of 25 to 30 minutes,
+# from 28 to 32 °C, warm from its electronics; joints of a UR3e are at 34 to 43 °C at work.
 TIME_CONSTANT = 1800.0  # [s], R C
 LUBRICANT_LAG = 300.0  # [s]
 AMBIENT = 22.0  # [°C]
-IDLE_RISE = 6.0  # [K] that electronics alone bring
-WORKING_RISE = 9.0  # [K] that a typical joint's friction brings at WORKING_SPEED
+IDLE_RISE = 6.0  # [K] due to electronics alone
+WORKING_RISE = 9.0  # [K] due to a typical joint's friction at WORKING_SPEED
 WORKING_SPEED = 0.5  # [rad/s], mean at work
 KAPPA = 0.014  # [1/K]: friction of UR arms falls by 15 to 25 % from cold to warm, over 12 to 20 K
-# From voltage and current in the maker's joint test of a UR5e; a stronger motor has thicker wire.
-COPPER, COPPER_TORQUE = 0.17, 150.0  # [Ohm], [N·m] that its joint is rated for
+# From voltage and current in UR's joint test of a UR5e; a stronger motor has thicker wire.
+COPPER, COPPER_TORQUE = 0.17, 150.0  # [Ohm], [N·m] rating of its joint
 
 
 @dataclass(frozen=True, eq=False)
 class Heat:
-    """How the joints of an arm take up heat and lose it, one entry a joint."""
+    """Thermal model of an arm's joints, one entry per joint."""
 
     resistance: Array  # (J,) [K/W], R
     kappa: Array  # (J,) [1/K]
     copper: Array  # (J,) [Ohm]
     time_constant: float = TIME_CONSTANT  # [s]
     lag: float = LUBRICANT_LAG  # [s]
-    ambient: float = AMBIENT  # [°C] of the room at first, and of an arm that was switched off
+    ambient: float = AMBIENT  # [°C] of the room initially, and of an arm that was switched off
 
     def __post_init__(self) -> None:
         for name in ("resistance", "kappa", "copper"):
@@ -48,14 +48,14 @@ class Heat:
 
     @property
     def cold(self) -> Array:
-        """Joints and lubricant of an arm that is switched on, (2, J) [°C]."""
+        """Joints and lubricant of an arm that was just switched on, (2, J) [°C]."""
         return np.full((2, len(self.kappa)), self.ambient)
 
     def follow(self, power: Array, ambient: Array, start: Array) -> Array:
         """Joints and lubricant at the end of each STEP, (2, M, J) [°C].
 
-        Exact for joints whose power is steady; the lubricant follows what the joint has at the
-        step's end, and is half a step ahead.
+        Exact for joints with steady power; the lubricant follows the joint's temperature at the
+        step's end, and so is half a step early.
 
         Args:
             power: mean loss of each step, (M, J) [W].
@@ -67,14 +67,14 @@ class Heat:
         return np.stack([joints, _lagging(joints, self.lag, start[1])])
 
     def softening(self, lubricant: Array, reference: Array) -> Array:
-        """Viscous friction over that at the temperature of reference, (..., J) [-]."""
+        """Viscous friction over that at the reference temperature, (..., J) [-]."""
         return np.asarray(np.exp(-self.kappa * (lubricant - reference)))
 
 
 def typical_heat(dynamics: Dynamics) -> Heat:
-    """Heat as in real arms: the larger the joint, the more of it and the more to lose it through.
+    """Heat as in real arms: a larger joint generates and dissipates more.
 
-    A drive that knows its thermal coefficient follows that instead of kappa.
+    A drive with its own thermal coefficient uses that instead of kappa.
     """
     arm, drive = dynamics.arm, population(dynamics.arm).typical().drive
     working = (drive.coulomb + drive.viscous * WORKING_SPEED) * WORKING_SPEED
@@ -87,7 +87,7 @@ def typical_heat(dynamics: Dynamics) -> Heat:
 
 
 def _lagging(wanted: Array, time_constant: float, start: Array) -> Array:
-    """First-order lag of what is wanted during each step, (M, J)."""
+    """First-order lag toward the target of each step, (M, J)."""
     keep = np.exp(-STEP / time_constant)
     lagging, _ = lfilter([1.0 - keep], [1.0, -keep], wanted, axis=0, zi=keep * start[None])
     return np.asarray(lagging)

@@ -1,4 +1,4 @@
-"""What may be asked of an arm: limits of angle, speed, acceleration and torque."""
+"""Limits of an arm's motion: angle, speed, acceleration and torque."""
 
 from __future__ import annotations
 
@@ -11,19 +11,17 @@ from urdyn.model.arm import Arm
 from urdyn.simulate.trajectory import Trajectory, blocks
 from urdyn.types import Array, frozen
 
-ACCELERATION = np.radians(
-    800.0
-)  # [rad/s²] of every joint, as UR's own planner configuration has it
+ACCELERATION = np.radians(800.0)  # [rad/s²] of every joint, as in UR's own planner configuration
 
-ROUNDING = 1e-9  # [-] of a limit, which a motion that is scaled to it may exceed
+ROUNDING = 1e-9  # [-] by which a motion scaled to a limit may exceed it
 
 # An excitation keeps away from the limits.
-EXCURSION = 1.5  # [rad] to either side of the middle: reaches far, and hits neither floor nor self
+EXCURSION = 1.5  # [rad] to either side of the middle: far, but without hitting the floor or itself
 GENTLE_ACCELERATION = 4.0  # [rad/s²]
 SHARE_OF_RANGE, SHARE_OF_VELOCITY, SHARE_OF_EFFORT = 0.95, 0.9, 0.8  # [-]
 
-# Where a joint of a UR arm is upright [rad]; other joints are about the middle of their range, and
-# these as near to upright as their range lets them swing.
+# Angles at which a UR arm's joints are upright [rad]; other joints move about the middle of their
+# range, and these as near to upright as their range allows.
 UPRIGHT = {"shoulder_lift_joint": -np.pi / 2, "wrist_1_joint": -np.pi / 2}
 
 
@@ -43,16 +41,16 @@ class Limits:
 
     @property
     def middle(self) -> Array:
-        """Pose half way, (J,) [rad]."""
+        """Pose in the middle, (J,) [rad]."""
         return 0.5 * (self.lower + self.upper)
 
     @property
     def room(self) -> Array:
-        """Way from the middle to either end, (J,) [rad]."""
+        """Distance from the middle to either end, (J,) [rad]."""
         return 0.5 * (self.upper - self.lower)
 
     def shares(self, arm: Arm, q: Array, v: Array, a: Array) -> dict[str, Array]:
-        """How much of each limit every row of a motion takes, (N, J) [-]; 1: it is reached."""
+        """Share of each limit that every row of a motion uses, (N, J) [-]; 1: it is reached."""
         return {
             "angle": np.abs(q - self.middle) / self.room,
             "velocity": np.abs(v) / self.velocity,
@@ -77,7 +75,7 @@ def comfortable(
     velocity: float = SHARE_OF_VELOCITY,
     acceleration: float = GENTLE_ACCELERATION,
 ) -> Limits:
-    """What an excitation asks for: about the upright pose, well below what the maker allows.
+    """Limits of an excitation: about the upright pose, well below what the maker allows.
 
     Args:
         excursion: to either side of the middle [rad], where there is room.
@@ -100,7 +98,7 @@ def comfortable(
 
 
 def require(arm: Arm, limits: Limits, trajectory: Trajectory, name: str = "trajectory") -> None:
-    """InputError that says which joint breaks which limit, and when, if the trajectory does."""
+    """InputError if the trajectory exceeds a limit: which joint, which limit, and when."""
     for rows in blocks(len(trajectory)):
         motion = (trajectory.q[rows], trajectory.v[rows], trajectory.a[rows])
         for what, share in limits.shares(arm, *motion).items():

@@ -1,4 +1,4 @@
-"""Events that happen at once: a payload, a push, a sensor; and a day that gets warmer."""
+"""Abrupt events: a payload, a push, a sensor; and a room that gets warmer."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ Vector = tuple[float, float, float]
 
 @dataclass(frozen=True)
 class PayloadChange:
-    """The tool carries something else, and nobody told the controller."""
+    """The tool carries something else, unknown to the controller."""
 
-    mass: float  # [kg]; 0: nothing
+    mass: float  # [kg]; 0: no payload
     onset: float = 0.0  # [s]
     com: Vector = (0.0, 0.0, 0.06)  # [m] in the last joint's frame
 
     def befall(self, course: Course) -> Course:
-        """The payload of the onset stays."""
+        """From the onset on, the payload stays."""
         carried = Payload(self.mass, np.array(self.com)).inertials() if self.mass else np.zeros(10)
         after = (course.t >= self.onset)[:, None]
         return replace(course, payload=np.where(after, carried, course.payload))
@@ -31,9 +31,9 @@ class PayloadChange:
 
 @dataclass(frozen=True)
 class Collision:
-    """Somebody pushes a link at its joint's frame: half a sine over the duration."""
+    """A push on a link at its joint's frame: half a sine over the duration."""
 
-    link: int  # which its joint moves, from 0
+    link: int  # index of the link, that of its joint, from 0
     force: Vector  # [N] at the peak, in the root's axes
     onset: float = 0.0  # [s]
     duration: float = 0.2  # [s], above 0
@@ -48,7 +48,7 @@ class Collision:
 
 @dataclass(frozen=True)
 class EncoderOffset:
-    """The encoder's zero is off: at once, or more and more."""
+    """The encoder's zero is off, abruptly or increasingly."""
 
     joint: int
     offset: float = 0.0  # [rad] at the onset
@@ -65,7 +65,7 @@ class EncoderOffset:
 
 @dataclass(frozen=True)
 class SensorFault:
-    """The current sensor of a joint tells something else than the current."""
+    """A joint's current sensor reports something other than the current."""
 
     joint: int
     mode: Literal["stuck", "biased", "noisy", "dropped"]
@@ -94,14 +94,14 @@ class SensorFault:
 
 @dataclass(frozen=True)
 class ThermalDrift:
-    """The room gets warmer: no fault, and looks like one."""
+    """The room gets warmer: not a fault, but looks like one."""
 
     rate: float  # [K/s]
     rise: float = np.inf  # [K] at most
     onset: float = 0.0  # [s]
 
     def befall(self, course: Course) -> Course:
-        """rate (t - onset) up to the rise; a room that cools has both negative."""
+        """rate (t - onset) up to the rise; both are negative for a room that cools."""
         warmer = growth("linear", self.rate, course.t - self.onset)
         ambient = np.sign(self.rate) * np.minimum(np.abs(warmer), np.abs(self.rise))
         return replace(course, ambient=course.ambient + ambient)

@@ -1,4 +1,4 @@
-"""The motions that an arm can be asked for by name."""
+"""The motions available by name."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ MOTIONS: Mapping[str, Plan] = {
 
 
 def plan(kind: str, arm: Arm, duration: float, rate: float, rng: np.random.Generator) -> Work:
-    """A random motion of `duration` [s] at `rate` [Hz]; `arm` with the payload it carries."""
+    """A random motion of `duration` [s] at `rate` [Hz]; `arm` includes its payload."""
     if kind not in MOTIONS:
         raise InputError(f"no motion {kind!r}; name one of {', '.join(MOTIONS)}")
     made = MOTIONS[kind](arm, duration, rate, rng)

@@ -1,4 +1,4 @@
-"""Point-to-point motion: what an arm does at work, and what shows stiction."""
+"""Point-to-point motion, as at work; it shows stiction."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ RAMP = 1.0 / 3.0  # [-] share of a move's time that each of its two ramps takes
 PEAK_VELOCITY = 1.0 / (1.0 - RAMP)  # [-] of the unit move
 PEAK_ACCELERATION = 1.5 * PEAK_VELOCITY / RAMP  # [-] of the unit move
 PEAK_JERK = 6.0 * PEAK_VELOCITY / RAMP**2  # [-] of the unit move
-PACES = (1.0, 1.25, 1.6, 2.0, 3.0)  # [-] times that a move is given more of until its torque holds
-TRIES = 100  # goals that are drawn before giving up
-FINE = np.linspace(0.0, 1.0, 61)[:, None]  # [-] where a move's limits are verified
+PACES = (1.0, 1.25, 1.6, 2.0, 3.0)  # [-] of a move's time, tried until its torque is allowed
+TRIES = 100  # goals drawn before giving up
+FINE = np.linspace(0.0, 1.0, 61)[:, None]  # [-] of its time, where a move's limits are verified
 
 
 ENDS = ("start", "goal")
@@ -36,14 +36,14 @@ class Move:
 
     @property
     def end(self) -> float:
-        """When it stands again [s]."""
+        """Time at which it is at rest again [s]."""
         return self.begin + self.duration
 
 
 def point_to_point(
     arm: Arm, duration: float, rate: float, rng: np.random.Generator, dwell: float = 0.5
 ) -> Trajectory:
-    """Random goals within `comfortable` limits, standing still for `dwell` [s] before each move."""
+    """Random goals within `comfortable` limits, at rest for `dwell` [s] before each move."""
     t = grid(duration, rate)
     moves = list(_moves(arm, float(t[-1]), rng, dwell))
     if not moves:
@@ -53,7 +53,7 @@ def point_to_point(
 
 @dataclass(frozen=True)
 class Moves:
-    """One move after the other, standing still between them."""
+    """A sequence of moves, at rest between them."""
 
     moves: tuple[Move, ...]
     lasting: float  # [s]
@@ -68,7 +68,7 @@ class Moves:
         return q, v, a
 
     def peaks(self) -> tuple[Array, Array, Array]:
-        """What |v|, |a| and |jerk| never exceed, (J,) each."""
+        """Upper bounds of |v|, |a| and |jerk|, (J,) each."""
         way = np.array([np.abs(m.goal - m.start) for m in self.moves])
         lasting = np.array([[m.duration] for m in self.moves])
         unit = (PEAK_VELOCITY, PEAK_ACCELERATION, PEAK_JERK)
@@ -77,7 +77,7 @@ class Moves:
 
 
 def one_after_the_other(moves: Sequence[Move], t: Array) -> Trajectory:
-    """Moves as a trajectory on the grid t (N,) [s], standing still between them."""
+    """Moves as a trajectory on the grid t (N,) [s], at rest between them."""
     path, motion = Moves(tuple(moves), float(t[-1])), np.empty((3, len(t), len(moves[0].start)))
     for rows in blocks(len(t)):
         motion[:, rows] = path.at(t[rows])
@@ -94,7 +94,7 @@ def along(u: Array, duration: Array | float, start: Array, goal: Array) -> tuple
 def unit_move(u: Array) -> tuple[Array, Array, Array]:
     """From 0 to 1 in unit time: a trapezoid of velocity whose ramps are 3 x² - 2 x³.
 
-    Returns place, velocity and acceleration, which is continuous, of the shape of u in [0, 1].
+    Returns position, velocity and (continuous) acceleration, in the shape of u in [0, 1].
     """
     mirrored = np.minimum(u, 1.0 - u)
     x = np.minimum(mirrored / RAMP, 1.0)
@@ -106,7 +106,7 @@ def unit_move(u: Array) -> tuple[Array, Array, Array]:
 
 
 def _moves(arm: Arm, end: float, rng: np.random.Generator, dwell: float) -> Iterator[Move]:
-    """Moves one after the other, each followed by a rest, as many as end in time."""
+    """Successive moves, each after a rest, as many as end in time."""
     limits = comfortable(arm)
     move = _draw(arm, limits, dwell, limits.middle, rng)
     while move.end + dwell <= end:
@@ -115,7 +115,7 @@ def _moves(arm: Arm, end: float, rng: np.random.Generator, dwell: float) -> Iter
 
 
 def _draw(arm: Arm, limits: Limits, begin: float, start: Array, rng: np.random.Generator) -> Move:
-    """A move to a random goal, as fast as the limits let it be."""
+    """A move to a random goal, as fast as the limits allow."""
     for _ in range(TRIES):
         goal = rng.uniform(limits.lower, limits.upper)
         if lasting := fastest(arm, limits, start, goal):

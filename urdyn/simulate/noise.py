@@ -1,4 +1,4 @@
-"""What sensors do to a signal: noise with its colour, steps, and states of failure."""
+"""What sensors do to a signal: coloured noise, quantisation, and failures."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ from scipy.signal import lfilter
 from urdyn.simulate.schedule import Course
 from urdyn.types import Array, frozen
 
-STANDING = 1e-6  # [rad/s] below which a joint reports that it stands: exactly 0
+STANDING = 1e-6  # [rad/s] below which a joint reports exactly 0
 
 
 @dataclass(frozen=True, eq=False)
 class Band:
-    """A share of a noise that forgets itself, or rings down; what has no band is white.
+    """A component of a noise that decays, or rings down; the rest is white.
 
         correlation at a lag t = share exp(-t / time) cos(2 pi frequency t)
 
-    Of continuous time, so that it is the same noise whatever the rate of the log.
+    Defined in continuous time, so that the noise is the same at any rate of the log.
     """
 
     time: float  # [s]
@@ -31,7 +31,7 @@ class Band:
 
 
 def quantised(values: Array, step: float) -> Array:
-    """Values as a converter of this step tells them; 0: no step."""
+    """Values quantised with this step; 0: not quantised."""
     return np.round(values / step) * step if step else values
 
 
@@ -39,7 +39,7 @@ def jittered(v: Array, sd: float, rng: np.random.Generator) -> Array:
     """Velocities with white noise where a joint moves; real controllers report 0 at rest."""
     if not sd:
         return v
-    noisy = rng.standard_normal(v.shape)  # one array of this size is enough: it may be an hour's
+    noisy = rng.standard_normal(v.shape)  # only one array of this size, as it may be an hour's
     noisy *= sd
     noisy += v
     noisy[np.abs(v) <= STANDING] = 0.0
@@ -52,7 +52,7 @@ def coloured(rng: np.random.Generator, rows: int, sd: Array, colour: float) -> A
     e_t = c e_{t-1} + sqrt(1 - c²) sd w_t
     """
     white = rng.standard_normal((rows, len(sd)))
-    white[1:] *= np.sqrt(1.0 - colour**2)  # the first row is drawn from the stationary law
+    white[1:] *= np.sqrt(1.0 - colour**2)  # the first row is from the stationary distribution
     white *= sd
     return np.asarray(lfilter([1.0], [1.0, -colour], white, axis=0)) if colour else white
 
@@ -60,10 +60,10 @@ def coloured(rng: np.random.Generator, rows: int, sd: Array, colour: float) -> A
 def banded(
     rng: np.random.Generator, rows: int, sd: Array, bands: tuple[Band, ...], step: float
 ) -> Array:
-    """White noise and that of each band together, of standard deviation `sd`, (rows, J).
+    """White noise plus that of each band, with total standard deviation `sd`, (rows, J).
 
     Args:
-        step: time from row to row [s].
+        step: time between rows [s].
     """
     left = 1.0 - sum((band.share for band in bands), np.zeros(len(sd)))
     noise = coloured(rng, rows, sd * np.sqrt(np.maximum(left, 0.0)), 0.0)
@@ -78,7 +78,7 @@ def banded(
 
 
 def swinging(rng: np.random.Generator, rows: int, sd: Array, pole: complex) -> Array:
-    """The same in the complex plane, seen from the side: real part of
+    """The same with a complex pole: real part of
 
     z_t = pole z_{t-1} + sqrt(1 - |pole|²) sd w_t
     """
@@ -88,7 +88,7 @@ def swinging(rng: np.random.Generator, rows: int, sd: Array, pole: complex) -> A
 
 
 def told(current: Array, course: Course, before: Array, rng: np.random.Generator) -> Array:
-    """What sick sensors report of a current (N, J) [A]; `before`: what they reported last, (J,)."""
+    """A current (N, J) [A] as faulty sensors report it; `before`: their last report, (J,)."""
     reported = current
     if course.sensor_bias.any():
         reported = reported + course.sensor_bias

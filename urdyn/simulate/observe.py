@@ -20,9 +20,9 @@ from urdyn.simulate.warmth import steady
 from urdyn.simulate.wrench import has_force_sensor, wrenches
 from urdyn.types import Array, Log, Motion, frozen
 
-# How an arm lives through a trajectory: what it is, what is asked, at which times, what befalls.
+# How an arm executes a trajectory: the arm, the trajectory, the times, the events.
 Fidelity = Callable[[Dynamics, Trajectory, Array, Sequence[Event]], Iterator[Followed]]
-Rows = tuple[slice, dict[str, Array]]  # some rows of a log: which, and their channels
+Rows = tuple[slice, dict[str, Array]]  # some rows of a log, and their channels
 
 
 def observe(
@@ -33,11 +33,11 @@ def observe(
     events: Sequence[Event] = (),
     fidelity: Fidelity = inverse,
 ) -> Log:
-    """The log of an arm that follows `trajectory` while `events` befall it.
+    """The log of an arm that follows `trajectory` while `events` happen to it.
 
-    What the controller aims at comes of a typical arm of the type with the true payload of the
-    first day, to which it is set: its target of current has friction in it, that of moment none, as
-    on recordings.
+    The controller's targets are those of a typical arm of the type with the first day's true
+    payload, to which it is set: its target current includes friction, its target moment does not,
+    as in recordings.
     """
     return log_and_links(dynamics, trajectory, sensors, rng, events, fidelity)[0]
 
@@ -50,7 +50,7 @@ def log_and_links(
     events: Sequence[Event] = (),
     fidelity: Fidelity = inverse,
 ) -> tuple[Log, Array]:
-    """What `observe` gives, and where the links truly were, (N, J) [rad], which no log tells."""
+    """What `observe` gives, and the links' true angles, (N, J) [rad], which no log contains."""
     t = sensors.stamps(trajectory)
     always = steady(sensors.temperature, trajectory.joints)
     aimed = _gathered(_aims(dynamics, trajectory, (always,), t), len(t))
@@ -61,7 +61,7 @@ def log_and_links(
 
 
 def _set(payload: Array, rows: int) -> dict[str, Array]:
-    """What the controller is told of an arm that carries this from the first day on, (10,)."""
+    """The controller's payload setting for the first day's payload, (10,)."""
     centre = np.nan_to_num(centre_of_mass(payload))
     return {"payload": np.full(rows, payload[0]), "payload_cog": np.tile(centre, (rows, 1))}
 
@@ -69,7 +69,7 @@ def _set(payload: Array, rows: int) -> dict[str, Array]:
 def _aims(
     dynamics: Dynamics, trajectory: Trajectory, events: Sequence[Event], t: Array
 ) -> Iterator[Rows]:
-    """What the controller asks for."""
+    """The controller's targets."""
     nominal = replace(population(dynamics.arm).typical(), payload=dynamics.payload)
     for part in follow(nominal, trajectory, t, events):
         yield (
@@ -92,8 +92,8 @@ def _sensed(
     rows: int,
     rng: np.random.Generator,
 ) -> Iterator[Rows]:
-    """What the sensors give, and where the links are."""
-    ill, felt = rng.spawn(2)  # what only some logs have leaves the others' noise as it is
+    """The sensors' channels, and the links' angles."""
+    ill, felt = rng.spawn(2)  # so that optional channels leave the other noise unchanged
     noise = _current_noise(sensors, rows, step, rng)
     last = np.zeros(dynamics.arm.joints)
     for part in lived:
@@ -129,7 +129,7 @@ def _wrenches(
     motion: Motion,
     rng: np.random.Generator,
 ) -> dict[str, Array]:
-    """What is felt at the flange, where the controller reports it."""
+    """The measured wrench at the flange, where the controller reports it."""
     if sensors.wrench_noise is None:
         return {}
     sd = np.repeat(sensors.wrench_noise, 3)
@@ -139,7 +139,7 @@ def _wrenches(
 
 
 def _gathered(parts: Iterable[Rows], rows: int) -> dict[str, Array]:
-    """The channels of all rows, out of those of each block."""
+    """The channels of all rows, from those of each block."""
     whole: dict[str, Array] = {}
     for where, values in parts:
         for name, value in values.items():

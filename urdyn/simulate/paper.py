@@ -1,4 +1,4 @@
-"""The paper's own evaluation as data: a fault that grows (eq. 5, 6) and what is seen of it (eq. 7).
+"""The paper's own evaluation as data: a growing fault (eq. 5, 6) and its observation (eq. 7).
 
     f(t)    = f0 + r_f max(t - onset, 0)       friction, eq. 5
     z(t)    = z0 - r_z max(t - onset, 0)       health, eq. 6
@@ -23,20 +23,20 @@ JOINTS = 6
 WORN = 2  # the paper's joint 3
 ONSET, WARNING_STEP, CRITICAL_STEP = 20, 60, 80  # Figure 4 and its text
 FRICTION_RATE, HEALTH_RATE = 0.0025, 0.005  # [1/step] eq. 5 and 6
-# [1/step] no ramp is steeper: known of wear before any data, and all that is known of its rate
+# [1/step] upper limits of ramps: the only prior knowledge of their rates
 STEEPEST_FRICTION, STEEPEST_HEALTH = 4.0 * FRICTION_RATE, 4.0 * HEALTH_RATE
 NOISE_LEVELS = (0.01, 0.025, 0.05, 0.1, 0.25)  # r_f / sigma from 0.25 down to 0.01
-# A random walk's filter of gain K is r (1 - K) / K late on a ramp: 0.03, as the paper found.
+# A random-walk filter of gain K lags r (1 - K) / K behind a ramp: 0.03, as the paper found.
 PAPER_GAIN = FRICTION_RATE / (FRICTION_RATE + 0.03)
 
 
 @dataclass(frozen=True)
 class Scenario:
-    """What happens to the worn joint, and through what noise it is seen."""
+    """What happens to the worn joint, and the noise of its observation."""
 
     friction_rate: float = FRICTION_RATE  # [A·s/rad/step]
     health_rate: float = 0.0  # [1/step]
-    onset: int = ONSET  # [step] last one at which nothing is wrong
+    onset: int = ONSET  # [step] last healthy one
     steps: int = 100
     sigma: float = 0.05  # of the current [A], and of the health indicator
     friction: float = 0.1  # [A·s/rad] before the onset, of every joint
@@ -46,22 +46,22 @@ class Scenario:
 
     @property
     def warning(self) -> float:
-        """Friction at which the paper warns: the true one's at step 60."""
+        """Friction at which the paper warns: the true one at step 60."""
         return self.friction + FRICTION_RATE * (WARNING_STEP - ONSET)
 
     @property
     def critical(self) -> float:
-        """Friction that is critical: the true one's at step 80."""
+        """Critical friction: the true one at step 80."""
         return self.friction + FRICTION_RATE * (CRITICAL_STEP - ONSET)
 
     @property
     def health_warning(self) -> float:
-        """Health at which to warn: what eq. 6 leaves at the same steps."""
+        """Health at which to warn: that of eq. 6 at the same step."""
         return self.health - HEALTH_RATE * (WARNING_STEP - ONSET)
 
     @property
     def health_critical(self) -> float:
-        """Health that is critical."""
+        """Critical health."""
         return self.health - HEALTH_RATE * (CRITICAL_STEP - ONSET)
 
 
@@ -72,7 +72,7 @@ HEALTHY = Scenario(friction_rate=0.0)
 
 @dataclass(frozen=True, eq=False)
 class Life:
-    """One run of a scenario: the truth, and what the sensors said of it."""
+    """One run of a scenario: the truth, and the sensors' readings."""
 
     t: Array  # (N,) [step] from 1
     friction: Array  # (N, J) [A·s/rad]
@@ -88,12 +88,12 @@ class Life:
 
 
 def ramp(t: Array, onset: float, rate: float) -> Array:
-    """What eq. 5 adds at steps t, (N,): nothing up to the onset, then `rate` every step."""
+    """The growth of eq. 5 at steps t, (N,): 0 up to the onset, then `rate` per step."""
     return np.asarray(rate * np.maximum(t - onset, 0.0))
 
 
 def live(scenario: Scenario, rng: np.random.Generator) -> Life:
-    """One run of `scenario`; the same generator, the same life."""
+    """One run of `scenario`; the same generator gives the same life."""
     t = np.arange(1.0, scenario.steps + 1.0)
     shape = (scenario.steps, JOINTS)
     friction, health = np.full(shape, scenario.friction), np.full(shape, scenario.health)
@@ -106,7 +106,7 @@ def live(scenario: Scenario, rng: np.random.Generator) -> Life:
 
 
 def _velocity(scenario: Scenario, t: Array, rng: np.random.Generator) -> Array:
-    """Sines of mean square 1, a period a joint; so sigma is that of friction seen in one step."""
+    """Sines of mean square 1, one period per joint, so that sigma is that of friction per step."""
     if scenario.motion == "steady":
         return np.ones((len(t), JOINTS))
     period, phase = 7.0 + 2.0 * np.arange(JOINTS), rng.uniform(0.0, 2.0 * np.pi, JOINTS)
@@ -114,7 +114,7 @@ def _velocity(scenario: Scenario, t: Array, rng: np.random.Generator) -> Array:
 
 
 def reconstruction(scenario: Scenario) -> dict[str, str]:
-    """What the paper does not say, and what is taken for it here, in words for people."""
+    """What the paper does not state, and what is assumed here, in words."""
     swing = "sines of mean square 1 with periods of 7, 9, ... 17 steps and random phases"
     return {
         "length of a life": f"{scenario.steps} steps (Figure 4 ends after its critical level)",

@@ -1,4 +1,4 @@
-"""What an arm carries, by its mass and where that is."""
+"""A payload, by its mass and its centre."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from urdyn.errors import InputError
 from urdyn.model.body import about_frame
 from urdyn.types import Array, shaped
 
-MOST, FARTHEST = 1e4, 1e2  # [kg], [m] that nobody asks an arm to hold
+MOST, FARTHEST = 1e4, 1e2  # [kg], [m] beyond any payload
 DENSITY = 3000.0  # [kg/m³], between aluminium and steel with holes: grippers and work pieces
 
 

@@ -1,16 +1,16 @@
-"""The arm as a thing that moves: drives, gears and links under motor torque.
+"""The arm's dynamics: drives, gears and links under motor torque.
 
 Rigid gears: explicit midpoint steps of
 
     (M(q) + I_r) a = tau - lost(v, s) - h(q, v) + tau_ext
 
-with the bristles followed exactly over the travel. Elastic gears: rotor and link are two bodies,
+with the bristles integrated exactly over the travel. Elastic gears: rotor and link are two bodies,
 
     I_r theta'' = tau - lost(theta', s) - w,     w = k (theta - q)* + d (theta' - q')
     M(q) q''    = w - h(q, v) + tau_ext
 
 where (x)* has a dead zone of half width `gap`, the backlash; semi-implicit steps, fine enough for
-the stiffest gear. Friction sits on the motor's side, and `|tau_load|` is that of the step before.
+the stiffest gear. Friction is on the motor side, and `|tau_load|` is that of the previous step.
 """
 
 from __future__ import annotations
@@ -27,26 +27,26 @@ from urdyn.types import Array
 
 @dataclass(frozen=True, eq=False)
 class PlantState:
-    """Where the arm is; without elasticity motor and link are one."""
+    """State of the arm; without elasticity, motor and link coincide."""
 
     q: Array  # (J,) [rad] of the links
     v: Array  # (J,) [rad/s]
-    theta: Array  # (J,) [rad] of the motors, seen at the joint
+    theta: Array  # (J,) [rad] of the motors, on the joint side
     omega: Array  # (J,) [rad/s]
     bristles: Array  # (2, J) [-]
-    load: Array  # (J,) [N·m] that the gears transmit
-    lost: Array  # (J,) [N·m] of friction
+    load: Array  # (J,) [N·m] transmitted by the gears
+    lost: Array  # (J,) [N·m] lost to friction
 
     @classmethod
     def rest(cls, q: Array) -> PlantState:
-        """Standing still, with relaxed bristles."""
+        """At rest, with relaxed bristles."""
         zero = np.zeros_like(q)
         return cls(q, zero, q, zero, np.zeros((2, len(q))), zero, zero)
 
 
 @dataclass(frozen=True, eq=False)
 class Surroundings:
-    """What acts on the arm in one step, beside its motors."""
+    """What acts on the arm in one step, apart from its motors."""
 
     torque: Array  # (J,) [N·m] of pushes, through the links
     coulomb: Array  # (J,) factor on Coulomb friction [-]
@@ -70,7 +70,7 @@ class Plant:
     dynamics: Dynamics
     gears: Gears | None = None  # None: rigid
     accelerate: Callable[[Array, Array, Array], Array] = field(init=False, repr=False)
-    terms: tuple[str, ...] = field(init=False, repr=False)  # of friction that the drives have
+    terms: tuple[str, ...] = field(init=False, repr=False)  # friction terms of the drives
 
     def __post_init__(self) -> None:
         inertia = self.dynamics.drive.rotor_inertia
@@ -111,14 +111,14 @@ class Plant:
         return PlantState(x.q + h * v, v, x.theta + h * omega, omega, bristles, load, lost)
 
     def _follow(self, bristles: Array, travel: Array, faster: Array) -> Array:
-        """The bristles (2, J) after some travel [rad] by which joints got faster [rad/s]."""
+        """The bristles (2, J) after some travel [rad] with a change in speed, `faster` [rad/s]."""
         drive = self.dynamics.drive
         return follow(bristles, travel + drive.friction_lead * faster, drive.presliding_distance)
 
     def _lost(
         self, q: Array, v: Array, bristles: Array, load: Array, around: Surroundings
     ) -> Array:
-        """Torque that friction takes, (J,) [N·m]."""
+        """Friction torque, (J,) [N·m]."""
         drive = self.dynamics.drive
         s = bristles[0] + drive.presliding_tail * (bristles[1] - bristles[0])
         at = Contact(q, v, around.temperature, load, s)

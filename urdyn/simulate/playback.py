@@ -1,4 +1,4 @@
-"""A trajectory that somebody wrote down: time and joint angles, one row a line."""
+"""A trajectory from a file: time and joint angles, one row per line."""
 
 from __future__ import annotations
 
@@ -18,15 +18,15 @@ from urdyn.simulate.trajectory import Trajectory, blocks
 from urdyn.simulate.written import read_motion, rows_of
 from urdyn.types import Array
 
-FINE = 500.0  # [Hz] at which limits are judged, at least: what a controller asks of an arm
+FINE = 500.0  # [Hz] at which limits are checked, at least: a controller's rate
 
 
 def from_file(path: str | Path, arm: Arm, rate: float) -> Trajectory:
     """The trajectory in a CSV of t [s], q0 ... [rad] (a header is optional) at `rate` [Hz].
 
-    A quintic spline through all points that starts and ends at rest; velocities and accelerations
-    that follow the angles are not needed. Or the motion in an excitation.toml. InputError where the
-    file cannot be used or the arm cannot follow, between the rows that are asked for, too.
+    A quintic spline through all points that starts and ends at rest; columns of velocity and
+    acceleration are not needed. Or the motion in an excitation.toml. InputError where the file
+    cannot be used or the arm cannot follow, also between the rows of the trajectory.
     """
     rate = given_number(rate, "rate", "a finite number of Hz, above 0", positive)
     at = _motion(path, arm.joints)
@@ -36,7 +36,7 @@ def from_file(path: str | Path, arm: Arm, rate: float) -> Trajectory:
 
 
 def _motion(path: str | Path, joints: int) -> Callable[[float], Trajectory]:
-    """The trajectory in a file, by its rate [Hz]."""
+    """The trajectory in a file, as a function of its rate [Hz]."""
     if Path(path).suffix.lower() == ".toml":
         motion, duration, told = read_motion(path, joints)
         return partial(rows_of, motion, duration - 1.0 / told)
@@ -48,7 +48,7 @@ def through(t: Array, q: Array, rate: float) -> Trajectory:
     """Quintic spline through q (N, J) at t (N,), t[0] = 0, at rest at both ends."""
     rest = [(order, np.zeros(q.shape[1])) for order in (1, 2)]
     spline = make_interp_spline(t, q, k=5, bc_type=(rest, rest))
-    # The last row is at or after the end, where the arm stands.
+    # The last row is at or after the end, with the arm at rest.
     stamps = np.arange(np.ceil(t[-1] * rate - 1e-9) + 1.0) / rate
     motion = np.empty((3, len(stamps), q.shape[1]))
     for rows in blocks(len(stamps)):
@@ -84,7 +84,7 @@ def _rows(path: str | Path, joints: int) -> Iterator[tuple[int, list[float]]]:
 
 
 def _is_header(cells: list[str]) -> bool:
-    """Does the line begin with a name rather than a time?"""
+    """Whether the line begins with a name rather than a time."""
     try:
         float(cells[0])
     except ValueError:

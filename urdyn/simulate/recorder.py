@@ -1,4 +1,4 @@
-"""Recorders: what becomes of a controller's samples on their way into a file."""
+"""Recorders: errors in a controller's samples on their way into a file."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ from urdyn.types import Array, Index, Log, Mask
 
 @dataclass(frozen=True)
 class Recorder:
-    """How a recorder errs. Its log is what is in the file, before reading it mends anything:
-    stamps may repeat.
+    """A recorder's errors. Its log is the file's content, before any repair by reading: stamps may
+    repeat.
     """
 
-    jitter: float = 0.0  # [-] sd of the moment at which it asks, in rows
+    jitter: float = 0.0  # [-] sd of the polling time, in rows
     torn: float = 0.0  # [-] share of rows whose last columns are already those of the next sample
     lost: float = 0.0  # [-] share of samples that never arrive
-    rates: Mapping[str, float] = field(default_factory=dict)  # [Hz] of channels: NaN between
+    rates: Mapping[str, float] = field(default_factory=dict)  # [Hz] of channels, with NaN between
 
     def record(self, log: Log, rng: np.random.Generator) -> Log:
-        """The log as this recorder would have it."""
+        """The log as this recorder would write it."""
         sparse = {name: _sparse(log, name, self.rates.get(name)) for name in log.channels}
         asked = _asked(len(log), self.jitter, rng)
         asked = asked[rng.random(len(asked)) >= self.lost]
@@ -48,18 +48,18 @@ RECORDERS = {"exact": Recorder(), "polling": POLLING, "several_rates": SEVERAL_R
 
 
 def fresh(t: Array, rate: float) -> Mask:
-    """Rows at t (N,) [s], from 0, that bring something new of what comes at `rate` [Hz], (N,)."""
+    """Rows at t (N,) [s], from 0, with a new value of a channel at `rate` [Hz], (N,)."""
     return np.diff(np.floor(t * rate + 1e-6), prepend=-1.0) > 0.0
 
 
 def _asked(rows: int, jitter: float, rng: np.random.Generator) -> Index:
-    """Which sample is the newest whenever the recorder asks, (N,)."""
+    """Index of the newest sample whenever the recorder polls, (N,)."""
     late = np.round(jitter * rng.standard_normal(rows)).astype(np.intp)
     return np.maximum.accumulate(np.clip(np.arange(rows) + late, 0, rows - 1))
 
 
 def _sparse(log: Log, name: str, rate: float | None) -> Array:
-    """A channel with NaN in rows that bring nothing new at its rate."""
+    """A channel with NaN in rows without a new value at its rate."""
     values = log.channels[name]
     if rate is None:
         return values

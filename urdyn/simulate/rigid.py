@@ -1,4 +1,4 @@
-"""The torque that gears transmit while payloads change and links are pushed.
+"""The torque that gears transmit, with changing payloads and pushes on links.
 
 tau_load = RNEA(q, v, a; links and payload) - sum over links of J' F
 """
@@ -25,7 +25,7 @@ def transmitted(dynamics: Dynamics, course: Course, motion: Motion) -> Array:
 
 
 def pushed(arm: Arm, q: Array, push: Array) -> Array:
-    """What pushes (N, J, 6) on the links add to the torques of the joints, (N, J): sum of J' F."""
+    """Joint torques (N, J) due to pushes on the links (N, J, 6): sum of J' F."""
     torque = np.zeros(q.shape)
     for link in np.flatnonzero(push.any(axis=(0, 2))):
         jacobian = arm.jacobian(q, arm.link_names[link])
@@ -34,7 +34,7 @@ def pushed(arm: Arm, q: Array, push: Array) -> Array:
 
 
 def _carrying(dynamics: Dynamics, payload: Array, motion: Motion) -> Array:
-    """With the payload (N, 10) of each row: one payload after the other, for they are few."""
+    """Torque with each row's payload (N, 10), payload by payload, as they are few."""
     if (payload == payload[0]).all():
         return replace(dynamics, payload=payload[0]).load(motion)
     kinds, which = np.unique(payload, axis=0, return_inverse=True)

@@ -1,8 +1,8 @@
-"""A loop that rings: what an unstable controller does to the motion, told without the loop.
+"""A ringing loop: the effect of an unstable controller on the motion, without the loop.
 
-The inverse fidelity has no loop that could become unstable. It is given the outcome instead: past
-the margins of gain and delay the joint swings about its trajectory, the wider the further past, up
-to a limit cycle that saturated motors would set. The closed loop is where to look for the truth.
+The inverse fidelity has no loop that could become unstable. It imposes the outcome instead: beyond
+the margins of gain and delay, the joint oscillates about its trajectory, with an amplitude that
+grows to that of the limit cycle of saturated motors. For realism, use the closed loop.
 """
 
 from __future__ import annotations
@@ -14,14 +14,14 @@ import numpy as np
 from urdyn.simulate.schedule import Course
 from urdyn.types import Array, Motion
 
-GAIN_MARGIN = 2.0  # [-] times the usual gain
-DELAY_MARGIN = 0.008  # [s], a cycle of a CB3, at the usual gain
+GAIN_MARGIN = 2.0  # [-] of the usual gain
+DELAY_MARGIN = 0.008  # [s] at the usual gain: one cycle of a CB3
 FREQUENCY = 8.0  # [Hz]
 AMPLITUDE = 2e-3  # [rad] of the limit cycle: 5 rad/s² at 8 Hz
 
 
 def amplitude(course: Course) -> Array:
-    """How wide each joint swings, (N, J) [rad]; 0 within the margins.
+    """Amplitude of each joint's oscillation, (N, J) [rad]; 0 within the margins.
 
     Gain k and delay d use up the margins together: k (1 + (margin - 1) d / d_margin) = margin.
     """
@@ -31,7 +31,7 @@ def amplitude(course: Course) -> Array:
 
 
 def ringing(motion: Motion, course: Course) -> Motion:
-    """The motion with A sin(w t) on top of it; A changes slowly beside w."""
+    """The motion plus A sin(w t), with A slow compared to w."""
     swing = amplitude(course)
     if not swing.any():
         return motion

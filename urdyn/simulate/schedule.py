@@ -1,7 +1,7 @@
-"""What becomes of an arm as time goes by: everything that varies, as arrays over given times.
+"""An arm's course over time: everything that varies, as arrays over given times.
 
-An event is anything that changes this course: a fault, a payload that is picked up, a day that gets
-warmer. Both fidelities and the truth file read the same course.
+An event is anything that changes this course: a fault, a payload that is picked up, a room that
+gets warmer. Both fidelities and the truth file read the same course.
 """
 
 from __future__ import annotations
@@ -17,21 +17,21 @@ from urdyn.errors import InputError
 from urdyn.model.dynamics import Dynamics
 from urdyn.types import Array, Mask
 
-BEYOND = 1e9  # in any unit of a course more than there is of anything
+BEYOND = 1e9  # beyond any possible value, in any unit of a course
 
 Scalar = TypeVar("Scalar", bound=np.generic)
 
 
 @dataclass(frozen=True, eq=False)
 class Course:
-    """What an arm is at times t; where nothing happens the arrays are views of one constant.
+    """The state of an arm at times t; where nothing happens, arrays are views of one constant.
 
     Read-only, but not copied: `without_events` makes the constants, events replace them.
     """
 
     t: Array  # (N,) [s]
     coulomb: Array  # (N, J) [-], times the drive's
-    viscous: Array  # (N, J) [-], times the drive's; wear and warmth together
+    viscous: Array  # (N, J) [-], times the drive's; by wear and warmth
     health: Array  # (N, J) [-], z itself
     half_gap: Array  # (N, J) [rad] of backlash, to either side
     encoder_offset: Array  # (N, J) [rad], reported angle minus true
@@ -39,18 +39,18 @@ class Course:
     push: Array  # (N, J, 6) [N, N·m] on each link, at its joint's frame, in the root's axes
     loop_gain: Array  # (N, J) [-], times the controller's
     loop_delay: Array  # (N,) [s], beyond the controller's
-    ambient: Array  # (N,) [K] by which the room is warmer than at first
-    temperature: Array  # (N, J) [°C] of the joints, as their sensors feel it
+    ambient: Array  # (N,) [K] by which the room is warmer than initially
+    temperature: Array  # (N, J) [°C] of the joints, at their sensors
     sensor_bias: Array  # (N, J) [A] on the reported current
-    sensor_noise: Array  # (N, J) [A] sd of white noise beside the usual one
-    sensor_stuck: Mask  # (N, J) the current is reported as it last was
+    sensor_noise: Array  # (N, J) [A] sd of additional white noise
+    sensor_stuck: Mask  # (N, J) the last report of the current is repeated
     sensor_dropped: Mask  # (N, J) no current is reported
 
     def __len__(self) -> int:
         return len(self.t)
 
     def since(self, row: int) -> Course:
-        """Without the rows before `row`; views, nothing is copied."""
+        """Without the rows before `row`; arrays are views."""
         return replace(self, **{f.name: getattr(self, f.name)[row:] for f in fields(self)})
 
 
@@ -59,7 +59,7 @@ class Event(Protocol):
 
     @property
     def onset(self) -> float:
-        """Time before which nothing is changed [s]."""
+        """Time before which nothing changes [s]."""
         ...
 
     def befall(self, course: Course) -> Course:
@@ -68,17 +68,17 @@ class Event(Protocol):
 
 
 def course(dynamics: Dynamics, events: Iterable[Event], t: Array) -> Course:
-    """The course of an arm at any times t (N,) [s]; of two events the later has the last word.
+    """The course of an arm at any times t (N,) [s]; of two events the later one prevails.
 
-    What a program handles comes on top of whatever the tool carries by then.
+    Pieces that a program handles add to whatever the tool carries.
 
     Raises:
-        InputError: an event is larger than anything that can be, or grows to that.
+        InputError: an event is, or becomes, impossibly large.
     """
     changed = without_events(dynamics, t)
     for event in sorted(events, key=lambda event: (isinstance(event, Handling), event.onset)):
         before = changed
-        with np.errstate(over="ignore", invalid="ignore"):  # it is told
+        with np.errstate(over="ignore", invalid="ignore"):  # reported below
             changed = event.befall(before)
         _require_possible(changed, before, event)
     return changed
@@ -93,7 +93,7 @@ def _require_possible(now: Course, before: Course, event: Event) -> None:
 
 
 def without_events(dynamics: Dynamics, t: Array) -> Course:
-    """Nothing ever happens."""
+    """The course without events."""
     drive, joints = dynamics.drive, dynamics.arm.joints
 
     def always(value: Array | float, *shape: int) -> Array:
@@ -121,7 +121,7 @@ def without_events(dynamics: Dynamics, t: Array) -> Course:
 
 
 def at_joint(values: NDArray[Scalar], joint: int, column: NDArray[Scalar]) -> NDArray[Scalar]:
-    """`values` (N, J, ...) with another column at one joint."""
+    """`values` (N, J, ...) with one joint's column replaced."""
     changed = np.array(values)
     changed[:, joint] = column
     return changed
@@ -129,7 +129,7 @@ def at_joint(values: NDArray[Scalar], joint: int, column: NDArray[Scalar]) -> ND
 
 @dataclass(frozen=True, eq=False)
 class Handling:
-    """What a program picks up and puts down, beside what the tool carries at that time."""
+    """What a program picks up and puts down, in addition to the tool's payload at that time."""
 
     begin: Array  # (K,) [s], increasing
     carried: Array  # (K, 10) inertials from then on
@@ -140,7 +140,7 @@ class Handling:
         return float(self.begin[0])
 
     def befall(self, course: Course) -> Course:
-        """The piece of each time is that of the last change before it."""
+        """The piece at any time is that of the last change before it."""
         pieces = np.vstack([np.zeros(10), self.carried])
         now = np.searchsorted(self.begin, course.t, side="right")
         return replace(course, payload=course.payload + pieces[now])

@@ -1,4 +1,4 @@
-"""How a controller's sensors err."""
+"""Errors of a controller's sensors."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from urdyn.simulate.noise import Band
 from urdyn.simulate.trajectory import Trajectory
 from urdyn.types import Array, frozen
 
-# Noise of measured current over the current of Coulomb friction, by joint: .23 .25 .14 .036 .052
-# .036 A are left on recordings of a UR10e whatever model is fitted.
+# Noise of measured current over the current of Coulomb friction, by joint: on recordings of a
+# UR10e .23 .25 .14 .036 .052 .036 A remain with any model.
 NOISE_SHARE = (0.166, 0.181, 0.222, 0.124, 0.179, 0.124)
 ENCODER_STEP = 2.0 * np.pi / 2**19  # [rad]: angles of a UR5e differ by 1.2e-5 rad or multiples
 VELOCITY_NOISE = 2e-3  # [rad/s], on recordings of a UR10e
@@ -30,18 +30,18 @@ COLOUR = {
     (0.025, 26.7): (0.35, 0.23, 0.32, 0.37, 0.16, 0.07),
     (1.2, 0.0): (0.24, 0.09, 0.11, 0.14, 0.19, 0.07),
 }
-FORCE_NOISE, MOMENT_NOISE = 1.0, 0.02  # [N], [N·m]: from row to row on a recording of a UR3e
+FORCE_NOISE, MOMENT_NOISE = 1.0, 0.02  # [N], [N·m]: between rows of a recording of a UR3e
 
 
 @dataclass(frozen=True, eq=False)
 class Sensors:
-    """How a motion is observed."""
+    """The errors with which a motion is observed."""
 
     current_noise: Array  # (J,) [A] sd
-    colour: float = 0.0  # [-] AR(1) coefficient of that noise from row to row, in [0, 1)
+    colour: float = 0.0  # [-] AR(1) coefficient of that noise, per row, in [0, 1)
     encoder_step: float = ENCODER_STEP  # [rad] at the joint; 0: none
     velocity_noise: float = VELOCITY_NOISE  # [rad/s] sd while moving
-    temperature: float = TEMPERATURE  # [°C] of all joints that are not heated
+    temperature: float = TEMPERATURE  # [°C] of all joints, without heat
     cycle: float = 0.002  # [s] of the controller; stamps are multiples of it
     bands: tuple[Band, ...] = ()  # colour of the current's noise in continuous time
     temperature_step: float = 0.0  # [K]; 0: none
@@ -83,11 +83,11 @@ def real_sensors(arm: Arm) -> Sensors:
 
 
 def perfect_sensors(arm: Arm) -> Sensors:
-    """Sensors that report what is."""
+    """Sensors without errors."""
     return Sensors(np.zeros(arm.joints), encoder_step=0.0, velocity_noise=0.0)
 
 
 def _by_joint(arm: Arm, values: tuple[float, ...]) -> Array:
-    """Values of a six-joint arm; of others their median at every joint."""
+    """Values for a six-joint arm; for others, their median at every joint."""
     same = np.array(values)
     return same if arm.joints == len(same) else np.full(arm.joints, np.median(same))

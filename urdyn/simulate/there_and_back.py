@@ -1,8 +1,8 @@
-"""There and back: work that ends where it began, so that it can be done over and over.
+"""There and back: work that ends where it began, so that it can be repeated.
 
-A way that an arm can go it can go backwards. Of q(-t) the velocities have the other sign, the
-accelerations the same; M(q) a + C(q, v) v + g(q) is the same torque. What was taken on the way
-there is put back on the way back.
+A feasible motion is feasible in reverse. In q(-t), velocities change their sign and accelerations
+do not; M(q) a + C(q, v) v + g(q) is the same torque. What was picked up on the way there is put
+back on the way back.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from urdyn.simulate.work import Work
 
 
 def there_and_back(work: Work) -> Work:
-    """The work and then all of it backwards; the work alone where it ends as it began."""
+    """The work and then its reverse; the work alone where it ends as it began."""
     there = work.trajectory
     in_hand = any(done.carried[-1].any() for done in work.handling)
     if np.allclose(there.q[-1], there.q[0]) and not in_hand:
@@ -30,7 +30,7 @@ def there_and_back(work: Work) -> Work:
 
 
 def _put_back(done: Handling, end: float) -> Handling:
-    """What is handled, and until `end` [s] all of it in the other order: what came goes."""
+    """The handling, followed until `end` [s] by its reverse, which undoes it."""
     before = np.vstack([np.zeros(10), done.carried[:-1]])
     return Handling(
         np.concatenate([done.begin, end - done.begin[::-1]]),

@@ -1,6 +1,6 @@
-"""One joint to and fro, as quickly as it may: its load turns over again and again.
+"""One joint to and fro, as fast as allowed, so that its load changes sign again and again.
 
-That is the motion in which a gap in its gear shows; all other joints hold still.
+This motion shows a gap in its gear; all other joints are at rest.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from urdyn.simulate.limits import comfortable, rated
 from urdyn.simulate.trajectory import Trajectory, grid
 
 PERIOD = 2.0 / 3.0  # [s]
-SHARE = 0.9  # [-] of the velocity and the acceleration that the maker allows
+SHARE = 0.9  # [-] of the maker's limits of velocity and acceleration
 
 
 def to_and_fro(arm: Arm, joint: int, duration: float, rate: float) -> Trajectory:

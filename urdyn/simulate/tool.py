@@ -1,4 +1,4 @@
-"""Where the controller says that the tool is."""
+"""The tool pose that the controller reports."""
 
 from __future__ import annotations
 

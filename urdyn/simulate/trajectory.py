@@ -1,4 +1,4 @@
-"""A trajectory: the motion that is asked of an arm, and what lies between its rows."""
+"""A trajectory: the motion commanded to an arm, with interpolation between its rows."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from urdyn.errors import InputError
 from urdyn.given import given_each, given_number, positive
 from urdyn.types import Array, Motion
 
-ALIKE = 1e-3  # [-] of a step that a stamp may be off: what digits leave of it
-BLOCK = 1 << 14  # rows that are worked on at a time, so that an hour needs no hour's memory
+ALIKE = 1e-3  # [-] of a step that a stamp may be off, by rounding of digits
+BLOCK = 1 << 14  # rows per block, so that memory does not grow with duration
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,14 +46,14 @@ class Trajectory:
 
     @property
     def step(self) -> float:
-        """Time from row to row [s]."""
+        """Time between rows [s]."""
         return float(self.t[-1]) / (len(self) - 1)
 
     def at(self, t: Array) -> Motion:
-        """The motion at any times (M,) [s]: quintic Hermite between rows, standing still outside.
+        """The motion at any times (M,) [s]: quintic Hermite between rows, at rest outside.
 
-        The quintic has q, v and a of both rows: at a row it is the row, between rows q is exact to
-        O(step⁶).
+        The quintic matches q, v and a of both rows, so it is exact at rows, and to O(step⁶) in q
+        between them.
         """
         h = self.step
         row = np.clip(t / h, 0, len(self) - 2).astype(np.intp)
@@ -89,5 +89,5 @@ def grid(duration: float, rate: float) -> Array:
 
 
 def blocks(rows: int) -> Iterator[slice]:
-    """Slices that cover `rows`, one after the other."""
+    """Consecutive slices that cover `rows`."""
     return (slice(start, min(start + BLOCK, rows)) for start in range(0, rows, BLOCK))

@@ -27,10 +27,10 @@ from urdyn.types import Array, Log
 def truth(
     dynamics: Dynamics, sensors: Sensors, seed: int, events: Sequence[Event] = (), end: float = 0.0
 ) -> dict[str, Any]:
-    """What a virtual arm is on its first day: numbers in SI, joints and links base first.
+    """A virtual arm on its first day: numbers in SI, joints and links base first.
 
-    Where something befalls it until `end` [s], also the schedule of faults, and the course: every
-    parameter that changes, as a list by its name beside the times t.
+    If anything happens to it until `end` [s], also the schedule of faults, and the course: every
+    parameter that changes, as a list by name, with the times t.
     """
     arm, drive = dynamics.arm, dynamics.drive
     first_day = {
@@ -58,13 +58,13 @@ def truth(
 def write_truth(path: str | Path, document: Mapping[str, Any]) -> None:
     """Write what `truth` returned, as JSON or TOML by the suffix of `path`.
 
-    As .parquet it is the course alone, one column a parameter, with the rest in a .json beside it.
+    As .parquet it is only the course, one column per parameter, with the rest in a .json beside it.
     """
     match Path(path).suffix.lower():
         case ".json":
             write_text(path, json.dumps(document, indent=2, allow_nan=False) + "\n")
         case ".toml":
-            # TOML has no null: an arm without payload has no table of it.
+            # TOML has no null: without a payload there is no such table.
             write_text(path, dump_toml({k: v for k, v in document.items() if v is not None}))
         case ".parquet":
             require_course(path, document)
@@ -77,7 +77,7 @@ def write_truth(path: str | Path, document: Mapping[str, Any]) -> None:
 
 
 def require_course(path: str | Path, document: Mapping[str, Any]) -> None:
-    """InputError where the truth is asked for as .parquet, and has nothing over time."""
+    """InputError where a truth without a course is to be written as .parquet."""
     if Path(path).suffix.lower() == ".parquet" and not document.get("course"):
         raise InputError(f"{path}: nothing changes in this arm; write .json or .toml")
 

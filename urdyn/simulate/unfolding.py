@@ -1,4 +1,4 @@
-"""The truth over time: every parameter of an arm that events change, as columns."""
+"""The truth over time: an arm's parameters under events, as columns."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ from urdyn.simulate.mishaps import Collision, SensorFault
 from urdyn.simulate.schedule import Course, Event, Handling, course
 from urdyn.types import Array, Log
 
-STEP = 0.5  # [s] from row to row at most
-SINE = np.linspace(0.0, 1.0, 9)  # [-] of half a sine: straight lines between are within 2 % of it
+STEP = 0.5  # [s] between rows at most
+SINE = np.linspace(0.0, 1.0, 9)  # [-] of half a sine: linear interpolation is within 2 % of it
 AXES = "xyz"
 
 
 def unfolding(dynamics: Dynamics, events: Sequence[Event], duration: float) -> Log:
-    """Every parameter over `duration` [s], in SI, by names like elbow_joint.coulomb.
+    """Every parameter over `duration` [s], in SI, with names like elbow_joint.coulomb.
 
-    Each STEP and at the end, and at every moment at which an event begins, peaks or is over.
+    Rows are at every STEP, at the end, and whenever an event begins, peaks or ends.
     """
     grid = np.append(np.arange(0.0, duration, STEP), duration)
     t = np.unique(np.concatenate([grid, *map(_moments, events)]))
@@ -28,14 +28,14 @@ def unfolding(dynamics: Dynamics, events: Sequence[Event], duration: float) -> L
 
 
 def varying(unfolded: Log) -> dict[str, list[float]]:
-    """The columns that change, and the times [s]; none where nothing does."""
+    """The columns that change, and the times [s]; empty where nothing does."""
     changing = {k: v for k, v in unfolded.channels.items() if (v != v[0]).any()}
     columns = {"t": unfolded.t} | changing if changing else {}
     return {name: values.tolist() for name, values in columns.items()}
 
 
 def _moments(event: Event) -> Array:
-    """When something begins, peaks or is over that may be shorter than a step, (M,) [s]."""
+    """Begin, peaks and end of an event that may be shorter than a step, (M,) [s]."""
     match event:
         case Collision():
             return event.onset + event.duration * SINE

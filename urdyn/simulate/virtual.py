@@ -1,4 +1,4 @@
-"""The virtual arm: one of its type at random, put to work, its truth told."""
+"""The virtual arm: a random one of its type at work, with its truth."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from urdyn.simulate.warmth import warm_up
 from urdyn.simulate.work import Work
 from urdyn.types import Log
 
-LARGEST = 2**63 - 1  # seed that a truth in TOML can tell
+LARGEST = 2**63 - 1  # largest seed that TOML can hold
 
 
 def virtual_arm(
@@ -39,8 +39,8 @@ def virtual_arm(
     """The arm of this seed, drawn from the population that identification believes in.
 
     Args:
-        terms: optional terms of friction that this arm has, by their names in `Drive`.
-        deviations: its joints are where a real arm's are, not where they are drawn.
+        terms: optional terms of this arm's friction, by their names in `Drive`.
+        deviations: its joints deviate from the drawing as a real arm's do.
     """
     given_count(seed, "seed", 0, LARGEST)
     dynamics = population(arm).draw(np.random.default_rng(seed), terms)
@@ -50,7 +50,7 @@ def virtual_arm(
 
 
 def with_deviations(dynamics: Dynamics, seed: int) -> Dynamics:
-    """The arm as it was built, not as it was drawn; the same whatever else is random."""
+    """The arm as built, not as drawn; independent of other random choices."""
     moved = draw_deviations(dynamics.arm, np.random.default_rng([seed, 0, 1]))
     return replace(dynamics, arm=deviated(dynamics.arm, moved))
 
@@ -58,7 +58,7 @@ def with_deviations(dynamics: Dynamics, seed: int) -> Dynamics:
 def happening(
     dynamics: Dynamics, work: Work, events: Sequence[Event], heat: bool
 ) -> tuple[Event, ...]:
-    """All that befalls an arm at work: `events`, what it handles, and how it warms by all that."""
+    """All events of an arm at work: `events`, what it handles, and how it warms up by these."""
     found: tuple[Event, ...] = (*events, *work.handling)
     if not heat:
         return found
@@ -68,7 +68,7 @@ def happening(
 def streams(
     seed: int, payload: Payload | None, run: int = 0
 ) -> tuple[np.random.Generator, np.random.Generator]:
-    """Randomness of motion and sensors: neither another trajectory nor another sensor makes another
+    """Generators of motion and sensors: neither another trajectory nor another sensor changes the
     arm. With another payload noise is new and the motion is the same; in another run both are new.
     """
     given_count(seed, "seed", 0, LARGEST)
@@ -100,11 +100,11 @@ def simulate(
     Args:
         run: another motion and other noise of that arm, 0 or more.
         trajectory: what the arm does, instead of a random motion of `duration` and `rate`.
-        terms: optional terms of friction that the arm has, by their names in `Drive`.
+        terms: optional terms of the arm's friction, by their names in `Drive`.
         motion: fourier, point_to_point, pick_and_place or shift.
-        events: faults, and whatever else befalls the arm.
+        events: faults, and whatever else happens to the arm.
         heat: joints begin cold and warm up.
-        deviations: the arm's joints are where a real arm's are.
+        deviations: the arm's joints deviate from the drawing as a real arm's do.
     """
     motion_rng, sensor_rng = streams(seed, payload, run)
     dynamics = virtual_arm(arm, seed, payload, terms, deviations)

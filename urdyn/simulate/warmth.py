@@ -1,4 +1,4 @@
-"""Warm-up: how warm an arm gets that follows a trajectory, and what that makes of its friction."""
+"""Warm-up: temperatures of an arm that follows a trajectory, and their effect on friction."""
 
 from __future__ import annotations
 
@@ -15,22 +15,22 @@ from urdyn.simulate.schedule import Course, Event, course
 from urdyn.simulate.trajectory import Trajectory, blocks
 from urdyn.types import Array
 
-SAMPLES = 10  # of the losses in a step
-DRY = ("coulomb", "structural", "stribeck")  # the terms of friction that warmth leaves as it is
-PASSES = 4  # of losses and warmth, until they agree: each pass mends some 90 % of what is left
+SAMPLES = 10  # of the losses per step
+DRY = ("coulomb", "structural", "stribeck")  # friction terms that warmth does not affect
+PASSES = 4  # iterations of losses and warmth: each removes some 90 % of the error
 
 
 @dataclass(frozen=True, eq=False)
 class Warmth:
-    """An event: how warm joints are, and what that makes of their viscous friction."""
+    """An event: temperatures of joints, and their effect on viscous friction."""
 
     t: Array  # (M,) [s]
     temperature: Array  # (M, J) [°C] of the joints
     softening: Array  # (M, J) [-]
-    onset: float = -np.inf  # [s]: it is always some temperature
+    onset: float = -np.inf  # [s]: from the beginning
 
     def befall(self, course: Course) -> Course:
-        """Straight lines between the times."""
+        """Linear interpolation between the times."""
         return replace(
             course,
             temperature=self._at(course.t, self.temperature),
@@ -44,7 +44,7 @@ class Warmth:
 
 
 def steady(temperature: float, joints: int) -> Warmth:
-    """Joints that stay as warm as they are."""
+    """Joints at a constant temperature."""
     return Warmth(np.zeros(1), np.full((1, joints), temperature), np.ones((1, joints)))
 
 
@@ -54,9 +54,9 @@ def warm_up(
     heat: Heat,
     events: Sequence[Event] = (),
 ) -> Warmth:
-    """How an arm warms that was switched off and follows a trajectory.
+    """Warm-up of an arm that was switched off and now follows a trajectory.
 
-    Losses soften friction and friction makes the losses: a few passes make them agree.
+    Losses reduce friction, and friction causes the losses: a few passes make them consistent.
     """
     fine = np.arange(0.0, float(trajectory.t[-1]), STEP / SAMPLES) + 0.5 * STEP / SAMPLES
     fine = fine[: max(len(fine) // SAMPLES, 1) * SAMPLES]
@@ -75,7 +75,7 @@ def warm_up(
 def _powers(
     dynamics: Dynamics, trajectory: Trajectory, events: Sequence[Event], heat: Heat, t: Array
 ) -> tuple[Array, Array, Array]:
-    """Both losses (N, J) [W] and how much warmer the room is (N, 1) [K], at some times (N,)."""
+    """Both losses (N, J) [W] and the rise of the room's temperature (N, 1) [K], at times (N,)."""
     happening = course(dynamics, events, t)
     return *losses(dynamics, trajectory, happening, heat), happening.ambient[:, None]
 
@@ -83,10 +83,10 @@ def _powers(
 def losses(
     dynamics: Dynamics, trajectory: Trajectory, course: Course, heat: Heat
 ) -> tuple[Array, Array]:
-    """Heat in the joints at the times of a course, (N, J) [W]: all but viscous, and viscous.
+    """Heat in the joints at the times of a course, (N, J) [W]: non-viscous, and viscous.
 
-    Sliding friction, for presliding stores no more than a moment's worth; the copper's share is
-    that of the load.
+    Only sliding friction counts, since presliding stores next to no energy; copper losses are those
+    of the load's current.
     """
     motion, drive = trajectory.at(course.t), dynamics.drive
     load = transmitted(dynamics, course, motion)
@@ -98,6 +98,6 @@ def losses(
 
 
 def _means(values: Array) -> Array:
-    """Means over the samples of each step, (N, ...) -> (M, ...); too few make one step."""
+    """Means over the samples of each step, (N, ...) -> (M, ...); too few form one step."""
     width = min(SAMPLES, len(values))
     return np.asarray(values.reshape(-1, width, values.shape[1]).mean(axis=1))

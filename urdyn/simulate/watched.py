@@ -1,4 +1,4 @@
-"""What a laser tracker beside a virtual arm sees of it while it works."""
+"""What a laser tracker beside a virtual arm measures while it works."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from urdyn.simulate.recorder import fresh
 from urdyn.types import Array, Log
 
 PLACE_NOISE, TURN_NOISE = 2e-5, 5e-5  # [m], [rad] sd of each coordinate
-FAR = 3.0  # [m] from the arm, at which the tracker stands
+FAR = 3.0  # [m] from the arm to the tracker
 TARGET = 0.1  # [m] from the flange
 
 
@@ -19,7 +19,7 @@ def watched(
 ) -> Log:
     """Poses of a target on the flange, in the tracker's frame, at `rate` [Hz] and the log's clock.
 
-    The tracker sees where the `links` (N, J) [rad] truly are at t (N,), not what encoders say.
+    The tracker sees the true `links` (N, J) [rad] at t (N,), not the encoders' readings.
     """
     rows = fresh(t, rate)
     t, arm = t[rows], dynamics.arm
@@ -32,7 +32,7 @@ def watched(
 
 
 def _frame(rng: np.random.Generator, far: float) -> Array:
-    """A frame some `far` [m] away, turned anyhow."""
+    """A randomly turned frame about `far` [m] away."""
     frame = np.eye(4)
     frame[:3, :3] = Rotation.from_rotvec(rng.uniform(-1.5, 1.5, 3)).as_matrix()
     way = rng.standard_normal(3)

@@ -1,7 +1,7 @@
-"""Faults that grow: what wear does to the course of an arm after its onset, and to nothing else.
+"""Growing faults: the effect of wear on an arm's course after its onset.
 
-Friction is eq. 5 of the paper, with a rate relative to the friction that there is without the
-fault: two of a joint compound. Health is its eq. 6.
+Friction follows eq. 5 of the paper, with a rate relative to the friction without the fault: two
+faults of a joint compound. Health follows its eq. 6.
 """
 
 from __future__ import annotations
@@ -21,13 +21,13 @@ LEAST_HEALTH = 0.05  # [-] below which a drive would trip
 
 @dataclass(frozen=True)
 class FrictionIncrease:
-    """Coulomb friction f (1 + growth); viscous friction likewise where it is asked for."""
+    """Coulomb friction f (1 + growth); viscous friction likewise if requested."""
 
     joint: int
-    rate: float  # [1/s] of f without it; shape step: [-]
+    rate: float  # [1/s] relative to f without the fault; shape step: [-]
     onset: float = 0.0  # [s]
     shape: Shape = "linear"
-    viscous: float = 0.0  # [1/s], the same of viscous friction
+    viscous: float = 0.0  # [1/s], the same for viscous friction
 
     def befall(self, course: Course) -> Course:
         """f (1 + rate (t - onset))."""
@@ -61,7 +61,7 @@ class HealthDegradation:
 
 @dataclass(frozen=True)
 class JointBacklash:
-    """Half the gap of the gear grows."""
+    """The gear's half gap grows."""
 
     joint: int
     rate: float  # [rad/s]; shape step: [rad]
@@ -79,8 +79,8 @@ class JointBacklash:
 class ControllerInstability:
     """The loop's gain grows, or the delay in it, until it rings."""
 
-    joint: int  # whose gain it is; the delay is everybody's
-    rate: float = 0.0  # [1/s] of the gain without it; shape step: [-]
+    joint: int  # whose gain grows; the delay is common to all joints
+    rate: float = 0.0  # [1/s] relative to the gain without the fault; shape step: [-]
     onset: float = 0.0  # [s]
     shape: Shape = "linear"
     delay: float = 0.0  # [s/s]; shape step: [s]
@@ -98,9 +98,9 @@ class ControllerInstability:
 
 
 def growth(shape: Shape, rate: float, since: Array) -> Array:
-    """What has been added by the time `since` the onset (N,) [s]; 0 before.
+    """Growth by the time `since` the onset (N,) [s]; 0 before.
 
-    rate since, or rate at once, or exp(rate since) - 1.
+    By shape: rate since, or rate at once, or exp(rate since) - 1.
     """
     after = np.maximum(since, 0.0)
     match shape:

@@ -22,17 +22,17 @@ from urdyn.simulate.schedule import Handling
 from urdyn.simulate.trajectory import Trajectory, grid
 from urdyn.types import Array
 
-LIFT = 0.1  # [m] above the place where a piece is taken and put
+LIFT = 0.1  # [m] above the place where a piece is picked or placed
 GRIP = 0.6  # [s] to close or open a gripper
 HEAVIEST, LIGHTEST = 0.03, 0.005  # [kg/N·m] over the strongest joint: up to 4.5 kg for a UR5e
 AHEAD = 0.08  # [m] of the piece's centre, in front of the flange
-PROGRAM = (300.0, 1200.0)  # [s] that a shift stays with one program
+PROGRAM = (300.0, 1200.0)  # [s] for which a shift runs one program
 PAUSE = (30.0, 300.0)  # [s] between two programs
 
 
 @dataclass(frozen=True, eq=False)
 class Work:
-    """A motion, and what is carried meanwhile."""
+    """A motion, and what is carried during it."""
 
     trajectory: Trajectory
     handling: tuple[Handling, ...] = ()  # none, or one
@@ -40,7 +40,7 @@ class Work:
 
 @dataclass(frozen=True, eq=False)
 class Step:
-    """A move, and what is in the gripper from just before it; None: what was."""
+    """A move, and what is in the gripper from just before it; None: no change."""
 
     move: Move
     carried: Array | None = None  # (10,) inertials in the last joint's frame
@@ -73,18 +73,18 @@ def pick_and_place(
     """One program again and again, within `comfortable` limits.
 
     Args:
-        piece: that is picked and placed; one at random where none is given.
+        piece: to be picked and placed; by default a random one.
     """
     return _work(_rounds(draw_program(arm, rng, piece), 0.0), grid(duration, rate))
 
 
 def shift(arm: Arm, duration: float, rate: float, rng: np.random.Generator) -> Work:
-    """Programs that change, with pauses: what an arm does on a day."""
+    """Changing programs with pauses between them, as on a working day."""
     return _work(_programs(arm, rng), grid(duration, rate))
 
 
 def draw_program(arm: Arm, rng: np.random.Generator, piece: Payload | None = None) -> Program:
-    """Two places at random, each approached from above; the limits hold with the piece in hand."""
+    """Two random places, each approached from above; limits hold with the piece in the gripper."""
     carried = piece or draw_piece(arm, rng)
     inertials = arm.inertials.copy()
     inertials[-1] += carried.inertials()
@@ -100,13 +100,13 @@ def draw_program(arm: Arm, rng: np.random.Generator, piece: Payload | None = Non
 
 
 def draw_piece(arm: Arm, rng: np.random.Generator) -> Payload:
-    """A piece that an arm of this size would be bought for."""
+    """A random piece as an arm of this size handles."""
     mass = rng.uniform(LIGHTEST, HEAVIEST) * rated_torque(arm).max()
     return Payload(mass, np.array([0.0, 0.0, AHEAD]))
 
 
 def above(arm: Arm, q: Array) -> Array:
-    """The pose whose tool is some LIFT higher, turned as it was: a damped step, (J,) [rad]."""
+    """The pose with the tool about LIFT higher, same orientation: a damped step, (J,) [rad]."""
     J = arm.jacobian(q)
     up = np.array([0.0, 0.0, LIFT, 0.0, 0.0, 0.0])
     return np.asarray(q + J.T @ np.linalg.solve(J @ J.T + 1e-3 * np.eye(6), up))
@@ -119,7 +119,7 @@ def _lasting(arm: Arm, limits: Limits, waypoints: Array) -> Array:
 
 
 def _rounds(program: Program, begin: float, stop: float = np.inf) -> Iterator[Step]:
-    """The program again and again, until a round ends after `stop` [s]."""
+    """The program repeated, until a round ends after `stop` [s]."""
     while begin < stop:
         for step in program.loop(begin):
             yield step
@@ -127,7 +127,7 @@ def _rounds(program: Program, begin: float, stop: float = np.inf) -> Iterator[St
 
 
 def _programs(arm: Arm, rng: np.random.Generator) -> Iterator[Step]:
-    """Program after program, and a pause after each."""
+    """Successive programs, with a pause after each."""
     begin, program = 0.0, draw_program(arm, rng)
     while True:
         for step in _rounds(program, begin, begin + rng.uniform(*PROGRAM)):
@@ -141,7 +141,7 @@ def _programs(arm: Arm, rng: np.random.Generator) -> Iterator[Step]:
 
 
 def _work(steps: Iterator[Step], t: Array) -> Work:
-    """As many steps as end in time."""
+    """The work of as many steps as end in time."""
     done = list(takewhile(lambda step: step.move.end <= t[-1], steps))
     if not done:
         raise InputError(f"no move fits into {t[-1]:g} s; ask for more")

@@ -1,4 +1,4 @@
-"""The wrench at the flange: what payload and pushes do to the last link.
+"""The wrench at the flange, due to payload and pushes on the last link.
 
     f = m a + alpha x h + w x (w x h)        h = m c
     n = I alpha + w x I w + h x a            all about the last joint's frame, in its axes
@@ -18,13 +18,13 @@ from urdyn.simulate.schedule import Course
 from urdyn.types import Array, Motion
 
 GRAVITY = np.array([0.0, 0.0, -9.81])  # [m/s²] in the root's axes
-APART = 1e-5  # [s] between the poses whose Jacobians are compared
+APART = 1e-5  # [s] step for the Jacobian's time derivative
 SENSING = re.compile(r"ur(\d+e|15|20|30)")  # arms with a force sensor at the flange
 TENSOR = np.array([[4, 5, 7], [5, 6, 8], [7, 8, 9]])  # of inertials, in Pinocchio's order
 
 
 def has_force_sensor(arm: Arm) -> bool:
-    """Is there a sensor at the flange, as in the e-Series and since?"""
+    """Whether there is a sensor at the flange, as from the e-Series on."""
     return SENSING.fullmatch(arm.name) is not None
 
 
@@ -32,7 +32,7 @@ def wrenches(dynamics: Dynamics, course: Course, motion: Motion) -> dict[str, Ar
     """Force and moment that act on the flange, (N, 6) each [N, N·m], by their RTDE names.
 
     `ft_raw_wrench` is all that the sensor feels, in the flange's axes. `actual_TCP_force` is in the
-    base's, without what the payload that the controller knows of, that of the first day, asks for.
+    base's, without the wrench of the payload known to the controller, that of the first day.
     """
     arm, link = dynamics.arm, dynamics.arm.link_names[-1]
     turn = arm.pose(motion.q, link)[:, :3, :3]
@@ -49,7 +49,7 @@ def wrenches(dynamics: Dynamics, course: Course, motion: Motion) -> dict[str, Ar
 
 
 def carrying(body: Array, a: Array, w: Array, alpha: Array) -> Array:
-    """Wrench (N, 6) that it takes to move bodies (N, 10) so, all in the axes of their frame."""
+    """Wrench (N, 6) needed to move bodies (N, 10) like this, all in the axes of their frame."""
     m, h, inertia = body[:, :1], body[:, 1:4], body[:, TENSOR]
 
     def of(vector: Array) -> Array:
@@ -72,5 +72,5 @@ def flange_motion(arm: Arm, motion: Motion) -> tuple[Array, Array]:
 
 
 def into(turn: Array, wrench: Array) -> Array:
-    """Force and moment (N, 6) in the axes whose rotation (N, 3, 3) out of them is `turn`."""
+    """Force and moment (N, 6) in the frame whose axes are `turn` (N, 3, 3) in the present frame."""
     return np.hstack([np.einsum("nji,nj->ni", turn, half) for half in np.hsplit(wrench, 2)])

@@ -1,11 +1,11 @@
-"""A motion in few numbers, as excitation.toml has it: a Fourier series, or moves.
+"""A motion in few numbers, as in excitation.toml: a Fourier series, or moves.
 
 [motion]
 duration = 20.0                 # [s]
-rate = 500.0                    # [Hz] at which it is told to the robot
+rate = 500.0                    # [Hz] at which it is sent to the robot
 period = 19.998                 # [s]
 middle = [...]                  # [rad] per joint
-sine = [[...], ...]             # [rad] one row a harmonic
+sine = [[...], ...]             # [rad] one row per harmonic
 cosine = [[...], ...]
 [[motion.move]]                 # in place of the series: begin, duration [s], start, goal [rad]
 """
@@ -25,7 +25,7 @@ from urdyn.simulate.moves import Move, Moves
 from urdyn.simulate.trajectory import Trajectory, blocks
 from urdyn.types import Array
 
-LONGEST = 3600.0  # [s] of a motion that is written down
+LONGEST = 3600.0  # [s] longest motion in a file
 FASTEST = 1000.0  # [Hz]
 
 
@@ -90,7 +90,7 @@ def _number(table: Mapping[str, Any], key: str, most: float) -> float:
 
 
 def _rows(table: Mapping[str, Any], key: str, joints: int) -> Array:
-    """Rows of one finite number a joint, (N, J)."""
+    """Rows of one finite number per joint, (N, J)."""
     try:
         rows = np.array(table.get(key), dtype=np.float64)
     except (TypeError, ValueError):
@@ -101,7 +101,7 @@ def _rows(table: Mapping[str, Any], key: str, joints: int) -> Array:
 
 
 def rows_of(path: Series | Moves, end: float, rate: float) -> Trajectory:
-    """A motion row by row, the last at its end [s] or after, where the arm stands."""
+    """A motion as rows, the last at its end [s] or later, with the arm at rest."""
     t = np.arange(np.ceil(end * rate - 1e-9) + 1.0) / rate
     parts = [path.at(np.minimum(t[rows], end)) for rows in blocks(len(t))]
     return Trajectory(t, *(np.concatenate(order) for order in zip(*parts, strict=True)))
